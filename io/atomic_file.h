@@ -1,0 +1,36 @@
+// A file that is there whole or not at all.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string_view>
+
+namespace orbweave {
+
+/// Writes beside the target (".<name>.<random>.part" in the same directory) and renames on
+/// commit, after flushing to the device. Destroyed without commit, it removes what it wrote.
+/// Every failure is an Error (resource) that names the target and the system's reason.
+class AtomicFile {
+ public:
+  explicit AtomicFile(std::filesystem::path target);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  void write(std::span<const std::byte> bytes);
+  void write(std::string_view text);
+  std::uint64_t bytes_written() const { return bytes_written_; }
+  const std::filesystem::path& temporary() const { return temporary_; }
+  /// Flush, fsync, rename, fsync of the directory.
+  void commit();
+
+ private:
+  std::filesystem::path target_;
+  std::filesystem::path temporary_;
+  int descriptor_ = -1;
+  std::uint64_t bytes_written_ = 0;
+};
+
+}  // namespace orbweave

@@ -1,0 +1,38 @@
+// Points of a chunk in the chunk store: whole, or the part of them that lies in a box.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "io/chunk_store.h"
+
+namespace orbweave {
+
+inline constexpr const char* kPointsStage = "points";
+
+/// Rows per block of the index that the box query uses.
+inline constexpr std::uint32_t kPointBlockRows = 1024;
+
+/// Commits a chunk's points, in the order given, with a bounding box per kPointBlockRows rows.
+/// Normals are stored at schema.normal_type, attributes as packed rows.
+void commit_points(ChunkStore& store, ChunkId chunk, const PointCloud& points);
+
+/// Reads all points of a chunk.
+PointCloud load_points(const ChunkStore& store, ChunkId chunk, const PointSchema& schema);
+
+/// What is read besides positions.
+struct PointParts {
+  bool normals = true;
+  bool attributes = false;
+};
+
+/// Points of a chunk that lie in the closed box, with their row numbers (ascending). Reads only
+/// the blocks whose bounds meet the box. The result's schema has the parts asked for.
+struct PointsInBox {
+  PointCloud points;
+  std::vector<std::uint32_t> rows;
+};
+PointsInBox load_points_in_box(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
+                               const Box& box, PointParts parts = {});
+
+}  // namespace orbweave

@@ -1,0 +1,110 @@
+// The chunk store: everything a job knows between its stages, one HDF5 file per chunk and stage
+// in the job's work directory. docs/chunk-store.md describes the layout.
+//
+// A result is committed (written aside, checksummed, flushed, renamed) or absent; nothing is
+// ever half there. Every array carries an XXH3 checksum per block of rows, verified whenever
+// rows are read. HDF5 calls are serialised inside (the library is not thread-safe), checksums
+// and copies are not, so all methods may be called from many threads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/error.h"
+#include "io/point_cloud.h"
+
+namespace orbweave {
+
+/// Index of a chunk: its rank among the octree's leaves in Morton order.
+using ChunkId = std::uint32_t;
+
+/// One array of a stage's result, as it is handed in. `columns` values per row.
+struct ArrayView {
+  std::string name;
+  ScalarType type = ScalarType::kUint8;
+  std::uint32_t columns = 1;
+  std::uint64_t rows = 0;
+  const void* data = nullptr;
+};
+
+/// A stored result whose bytes do not match their checksums, or that cannot be parsed.
+/// The pipeline recomputes what it concerns.
+class CorruptResult : public Error {
+ public:
+  CorruptResult(std::filesystem::path path, const std::string& what_was_found);
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// An open result; reads verify checksums and throw CorruptResult.
+class StoredResult {
+ public:
+  virtual ~StoredResult() = default;
+  virtual std::uint64_t rows(const std::string& array) const = 0;
+  virtual bool has(const std::string& array) const = 0;
+  /// Copies rows [first, first + count) to `out` (native byte order).
+  virtual void read(const std::string& array, std::uint64_t first, std::uint64_t count,
+                    void* out) const = 0;
+  template <class T>
+  std::vector<T> read_all(const std::string& array) const {
+    std::vector<T> values(rows(array) * row_bytes(array) / sizeof(T));
+    read(array, 0, rows(array), values.data());
+    return values;
+  }
+  virtual std::size_t row_bytes(const std::string& array) const = 0;
+};
+
+/// What a job directory is for: the store refuses to mix results of different layouts.
+class ChunkStore {
+ public:
+  static constexpr int kLayoutVersion = 1;
+
+  /// Opens or creates the directory and locks it (flock). Throws Error: resource when it cannot
+  /// be created or written or when another process holds it (says which process id), usage when
+  /// the directory holds something that is no chunk store.
+  explicit ChunkStore(std::filesystem::path directory);
+  ~ChunkStore();
+  ChunkStore(const ChunkStore&) = delete;
+  ChunkStore& operator=(const ChunkStore&) = delete;
+
+  const std::filesystem::path& directory() const;
+
+  /// Declares what `stage` depends on. When the stored key differs, the stage's results are
+  /// removed; returns true when results under the same key may be there.
+  bool begin_stage(const std::string& stage, const std::string& key);
+  /// A small document that a stage leaves for later ones (JSON text), committed like a result.
+  void commit_document(const std::string& stage, const std::string& name, const std::string& text);
+  std::optional<std::string> document(const std::string& stage, const std::string& name) const;
+
+  bool has(const std::string& stage, ChunkId chunk) const;
+  /// Writes aside, then makes the result durable and visible. With `wait` false the flush to the
+  /// device and the rename happen on a background thread, in order of commit; the result can be
+  /// opened at once by this process. finish_commits() waits for them and rethrows their errors.
+  void commit(const std::string& stage, ChunkId chunk, std::span<const ArrayView> arrays,
+              bool wait = false);
+  void finish_commits();
+  std::unique_ptr<StoredResult> open(const std::string& stage, ChunkId chunk) const;
+  /// Removes a result (corrupt, or no longer needed).
+  void discard(const std::string& stage, ChunkId chunk);
+  void discard_stage(const std::string& stage);
+  /// Drops pending flushes, unlocks and removes the whole directory: the job is done.
+  void remove_all();
+
+  std::uint64_t bytes_written() const;
+  std::uint64_t bytes_read() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace orbweave

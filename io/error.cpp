@@ -1,0 +1,33 @@
+#include "io/error.h"
+
+namespace orbweave {
+namespace {
+
+std::string compose(const std::string& problem, const ErrorParts& parts) {
+  std::string text;
+  if (!parts.file.empty()) text += parts.file + ": ";
+  if (!parts.place.empty()) text += parts.place + ": ";
+  text += problem;
+  if (!parts.found.empty()) text += "; found " + parts.found;
+  if (!parts.expected.empty())
+    text += (parts.found.empty() ? "; expected " : ", expected ") + parts.expected;
+  if (!parts.advice.empty()) text += ". " + parts.advice;
+  return text;
+}
+
+}  // namespace
+
+Error::Error(ExitStatus status, const std::string& problem, ErrorParts parts)
+    : std::runtime_error(compose(problem, parts)), status_(status), parts_(std::move(parts)) {}
+
+void throw_usage(const std::string& problem, ErrorParts parts) {
+  throw Error(ExitStatus::kUsage, problem, std::move(parts));
+}
+void throw_bad_input(const std::string& problem, ErrorParts parts) {
+  throw Error(ExitStatus::kBadInput, problem, std::move(parts));
+}
+void throw_resource(const std::string& problem, ErrorParts parts) {
+  throw Error(ExitStatus::kResource, problem, std::move(parts));
+}
+
+}  // namespace orbweave

@@ -1,0 +1,55 @@
+// A job: everything that decides what a run does. Job files and command lines both end here.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "io/point_source.h"
+
+namespace orbweave {
+
+struct InputOptions {
+  std::vector<std::string> files;  ///< paths and globs, relative to the job file
+  TextOptions text;                ///< columns and separator of text clouds
+};
+
+struct PartitionOptions {
+  std::uint64_t memory_bytes = std::uint64_t{4} << 30;  ///< budget of the whole process
+  std::uint64_t chunk_points = 0;                       ///< 0: from the budget ("auto")
+};
+
+enum class ReconstructionMethod { kBallPivoting };
+
+struct ReconstructOptions {
+  ReconstructionMethod method = ReconstructionMethod::kBallPivoting;
+  std::vector<double> ball_radii;  ///< ascending, world units; empty: "auto"
+  int levels = 1;                  ///< number of automatic radii, 1 to 8
+};
+
+struct OutputOptions {
+  std::string mesh;  ///< path; format by extension
+  bool binary = true;
+  bool float_positions = false;  ///< "float" coordinates instead of double
+  bool attributes = true;        ///< carry normals and attributes to the vertices
+  std::string report;            ///< path of the JSON report; empty: none
+  std::string picture;           ///< path of a PNG of the mesh; empty: none
+};
+
+struct RunOptions {
+  int threads = 0;       ///< 0: all
+  std::string work_dir;  ///< empty: "<mesh without extension>.work"
+  bool keep_work_dir = false;
+  bool fresh = false;  ///< drop what an earlier run left (command line only)
+};
+
+struct Job {
+  InputOptions input;
+  PartitionOptions partition;
+  ReconstructOptions reconstruct;
+  OutputOptions output;
+  RunOptions run;
+};
+
+}  // namespace orbweave

@@ -1,0 +1,20 @@
+// Meshes from files, in core.
+#pragma once
+
+#include <filesystem>
+
+#include "io/triangle_mesh.h"
+
+namespace orbweave {
+
+/// True when the file's header says that it holds faces (PLY with a non-empty face element,
+/// OBJ, STL).
+bool holds_faces(const std::filesystem::path& path);
+
+/// Reads .ply (also .gz), .obj and .stl (binary or text; vertices with equal coordinates are
+/// joined) as triangles; polygons are fanned from their first corner. A PLY face property
+/// "hole" becomes TriangleMesh::hole. Throws Error (bad input) for damaged files and for
+/// indices outside the vertices.
+TriangleMesh read_mesh(const std::filesystem::path& path);
+
+}  // namespace orbweave

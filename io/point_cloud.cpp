@@ -1,0 +1,96 @@
+#include "io/point_cloud.h"
+
+#include <array>
+#include <cstring>
+
+namespace orbweave {
+namespace {
+
+constexpr std::array<std::size_t, 10> kSizes = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
+constexpr std::array<const char*, 10> kNames = {"int8",   "uint8", "int16",  "uint16",  "int32",
+                                                "uint32", "int64", "uint64", "float32", "float64"};
+
+template <class T>
+double as_double(const std::byte* at) {
+  T value;
+  std::memcpy(&value, at, sizeof value);
+  return static_cast<double>(value);
+}
+
+}  // namespace
+
+std::size_t size_of(ScalarType type) { return kSizes[static_cast<std::size_t>(type)]; }
+const char* name_of(ScalarType type) { return kNames[static_cast<std::size_t>(type)]; }
+
+std::size_t PointSchema::attribute_bytes() const {
+  std::size_t bytes = 0;
+  for (const AttributeField& field : attributes) bytes += size_of(field.type);
+  return bytes;
+}
+
+void PointCloud::clear() {
+  positions.clear();
+  normals.clear();
+  attributes.clear();
+}
+
+void PointCloud::reserve(std::size_t points) {
+  positions.reserve(points);
+  if (schema.has_normals) normals.reserve(points);
+  attributes.reserve(points * schema.attribute_bytes());
+}
+
+std::span<const std::byte> PointCloud::attribute_row(std::size_t i) const {
+  const std::size_t bytes = schema.attribute_bytes();
+  return std::span<const std::byte>(attributes).subspan(i * bytes, bytes);
+}
+
+void PointCloud::append(const PointCloud& other, std::size_t i) {
+  positions.push_back(other.positions[i]);
+  if (!other.normals.empty()) normals.push_back(other.normals[i]);
+  const auto row = other.attribute_row(i);
+  attributes.insert(attributes.end(), row.begin(), row.end());
+}
+
+void PointCloud::append(const PointCloud& other) {
+  positions.insert(positions.end(), other.positions.begin(), other.positions.end());
+  normals.insert(normals.end(), other.normals.begin(), other.normals.end());
+  attributes.insert(attributes.end(), other.attributes.begin(), other.attributes.end());
+}
+
+Box PointCloud::bounds() const {
+  Box box;
+  for (const Vec3& p : positions) box.extend(p);
+  return box;
+}
+
+double attribute_value(const PointCloud& cloud, std::size_t point, std::size_t field) {
+  std::size_t offset = 0;
+  for (std::size_t f = 0; f < field; ++f) offset += size_of(cloud.schema.attributes[f].type);
+  const std::byte* at = cloud.attribute_row(point).data() + offset;
+  switch (cloud.schema.attributes[field].type) {
+    case ScalarType::kInt8:
+      return as_double<std::int8_t>(at);
+    case ScalarType::kUint8:
+      return as_double<std::uint8_t>(at);
+    case ScalarType::kInt16:
+      return as_double<std::int16_t>(at);
+    case ScalarType::kUint16:
+      return as_double<std::uint16_t>(at);
+    case ScalarType::kInt32:
+      return as_double<std::int32_t>(at);
+    case ScalarType::kUint32:
+      return as_double<std::uint32_t>(at);
+    case ScalarType::kInt64:
+      return as_double<std::int64_t>(at);
+    case ScalarType::kUint64:
+      return as_double<std::uint64_t>(at);
+    case ScalarType::kFloat32:
+      return as_double<float>(at);
+    case ScalarType::kFloat64:
+      return as_double<double>(at);
+  }
+  return 0.0;
+}
+
+}  // namespace orbweave

@@ -1,0 +1,58 @@
+// Where points come from: a stream of batches, whatever the file format.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/point_cloud.h"
+
+namespace orbweave {
+
+/// A cloud read once, front to back, in bounded memory.
+class PointSource {
+ public:
+  virtual ~PointSource() = default;
+  virtual const PointSchema& schema() const = 0;
+  /// Points the file's header promises; nothing where the format does not say.
+  virtual std::optional<std::uint64_t> declared_points() const = 0;
+  /// Replaces batch by the next points, at most `capacity` of them, in file order, values
+  /// unfiltered (NaN included). Returns false, with an empty batch, at the end.
+  /// Throws Error (bad input) with file and place where the file is damaged.
+  virtual bool read(PointCloud& batch, std::size_t capacity) = 0;
+  /// Progress: bytes of the file consumed so far (compressed bytes for .gz), and its size.
+  virtual std::uint64_t bytes_read() const = 0;
+  virtual std::uint64_t bytes_total() const = 0;
+};
+
+/// How a text cloud's columns are to be understood; everything has a detected default.
+struct TextOptions {
+  std::vector<std::string> columns;  ///< e.g. {"x","y","z","nx","ny","nz"}; empty: detect
+  char separator = '\0';             ///< '\0': detect (comma, semicolon, tab, blanks)
+};
+
+struct PointSourceOptions {
+  TextOptions text;
+};
+
+/// Opens any supported cloud by extension (.ply .xyz .txt .csv .pts, each also with .gz) and by
+/// content. A mesh file is read as the cloud of its vertices. Throws Error: usage for an
+/// extension nobody reads (message lists those that are), bad input for missing, unreadable
+/// and damaged files.
+std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path,
+                                               const PointSourceOptions& options = {});
+
+/// Several files as one stream, in the order given. Its schema carries the attributes (name and
+/// type) that all files share; `notes` gets one line per attribute that is left out. A mixture
+/// of files with and without normals is an error (bad input).
+std::unique_ptr<PointSource> open_point_sources(const std::vector<std::filesystem::path>& paths,
+                                                const PointSourceOptions& options = {},
+                                                std::vector<std::string>* notes = nullptr);
+
+/// Reads a whole source into memory.
+PointCloud read_all(PointSource& source);
+
+}  // namespace orbweave

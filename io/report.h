@@ -1,0 +1,78 @@
+// The report of a run: facts with stable keys (JSON), and the same for reading (HTML).
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "io/box.h"
+#include "io/job.h"
+
+namespace orbweave {
+
+/// Facts of a mesh; also what `inspect --json` prints for one.
+struct MeshFacts {
+  std::uint64_t vertices = 0;  ///< vertices in the file
+  std::uint64_t triangles = 0;
+  std::uint64_t components = 0;      ///< connected over shared edges
+  std::uint64_t boundary_edges = 0;  ///< edges of one triangle
+  std::uint64_t boundary_loops = 0;
+  std::uint64_t nonmanifold_edges = 0;     ///< edges of more than two triangles
+  std::uint64_t nonmanifold_vertices = 0;  ///< vertices with more than one fan
+  std::uint64_t inconsistent_edges = 0;    ///< directed edges used twice
+  std::uint64_t degenerate_triangles = 0;  ///< two equal vertices
+  std::uint64_t duplicate_triangles = 0;
+  std::uint64_t unreferenced_vertices = 0;
+  std::int64_t euler_characteristic = 0;  ///< of the referenced vertices
+  double area = 0.0;                      ///< square world units
+  bool watertight = false;                ///< closed, manifold, consistently oriented
+  std::string checksum;                   ///< of coordinates and oriented triangles only
+  Box bounds;
+};
+
+/// One stage's measurements.
+struct StageFacts {
+  std::string name;
+  double seconds = 0.0;
+  double cpu_seconds = 0.0;
+  std::uint64_t points = 0;
+  std::uint64_t bytes_read = 0;
+  std::uint64_t bytes_written = 0;
+  std::uint64_t chunks = 0;
+  std::uint64_t chunks_reused = 0;  ///< committed by an earlier run
+};
+
+struct RunReport {
+  std::string version;
+  std::vector<std::string> command;
+  Job options;                     ///< resolved
+  std::vector<std::string> files;  ///< after globbing
+  std::uint64_t points_read = 0;
+  std::map<std::string, std::uint64_t> points_dropped;  ///< by reason
+  std::uint64_t points_unused = 0;                      ///< kept, but no triangle uses them
+  Box bounds;
+  std::uint64_t chunks = 0;
+  double halo_width = 0.0;
+  std::uint64_t largest_chunk_points = 0;
+  std::vector<double> radii;
+  std::string radii_reason;
+  std::uint64_t conflicts_lost = 0;
+  MeshFacts mesh;
+  std::vector<StageFacts> stages;
+  std::uint64_t peak_memory_bytes = 0;
+  std::vector<std::string> notes;
+};
+
+/// JSON text with the stable keys of the interface.
+std::string report_json(const RunReport& report);
+std::string mesh_facts_json(const MeshFacts& facts);
+/// Writes PATH (JSON) and, beside it, the same as .html. Atomic.
+void write_report(const std::filesystem::path& path, const RunReport& report);
+
+/// Peak resident memory of this process, bytes.
+std::uint64_t peak_memory_bytes();
+std::uint64_t current_memory_bytes();
+
+}  // namespace orbweave

@@ -1,0 +1,41 @@
+// The second streaming pass: every point goes to the bin of its chunk, through bounded buffers.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "io/point_cloud.h"
+#include "partition/octree.h"
+
+namespace orbweave {
+
+/// Bins that live in memory as long as they fit and spill to one append-only file beyond that:
+/// writes are large and sequential. A spill that is interrupted leaves nothing behind (the file
+/// is unlinked while open). Not resumable by design: binning starts over.
+class Binner {
+ public:
+  struct Options {
+    std::size_t buffer_bytes = std::size_t{256} << 20;  ///< memory for all bins together
+    std::filesystem::path spill_directory;              ///< where the spill file goes
+  };
+  Binner(const Octree& octree, PointSchema schema, Options options);
+  ~Binner();
+
+  /// Sorts a batch into the bins. Positions must be finite. Not thread-safe.
+  void add(const PointCloud& batch);
+  /// The same with chunk ids computed elsewhere (in parallel): chunks[i] is the chunk of point i.
+  void add(const PointCloud& batch, std::span<const ChunkId> chunks);
+  std::uint64_t points(ChunkId chunk) const;
+  /// All points of a bin, in arrival order; the bin is emptied. Throws Error (resource) on a
+  /// failing disk. May be called from several threads for different chunks.
+  PointCloud take(ChunkId chunk);
+  std::uint64_t spilled_bytes() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace orbweave
