@@ -1,0 +1,55 @@
+// The stages in order, resumable: scan files in, one mesh file out.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "io/job.h"
+#include "io/progress.h"
+#include "io/report.h"
+#include "partition/executor.h"
+
+namespace orbweave {
+
+/// Runs a job to its end: mesh, report and picture are written, the work directory is removed
+/// (unless kept). Throws Error; on interruption or failure everything committed stays in the
+/// work directory and the same call resumes.
+RunReport run_job(const Job& job, const std::vector<std::string>& command, Progress& progress,
+                  const StopToken& stop);
+
+/// What a run would do. Writes nothing.
+struct JobPlan {
+  std::vector<std::string> files;
+  std::uint64_t points = 0;
+  Box bounds;
+  std::uint64_t chunks = 0;
+  std::uint64_t chunk_points = 0;  ///< the limit that the octree was cut with
+  std::uint64_t largest_chunk_points = 0;
+  double halo_width = 0.0;
+  std::vector<double> radii;
+  std::string radii_reason;
+  int chunks_in_flight = 0;
+  std::uint64_t peak_memory_bytes = 0;  ///< predicted
+  std::uint64_t disk_bytes = 0;         ///< predicted: work directory and output
+  double seconds = 0.0;                 ///< predicted, from typical rates per core
+};
+JobPlan plan_job(const Job& job, Progress& progress, const StopToken& stop);
+
+/// What a work directory says about the run that uses or used it.
+struct StageStatus {
+  std::string name;
+  std::uint64_t chunks_done = 0;
+  std::uint64_t chunks_total = 0;  ///< 0: not known yet
+  bool done = false;
+};
+struct WorkStatus {
+  std::vector<StageStatus> stages;
+  bool running = false;      ///< a process holds the lock
+  int process_id = 0;        ///< of that process
+  std::string last_touched;  ///< ISO 8601, UTC
+};
+/// Throws Error (usage) where the directory is no work directory.
+WorkStatus work_status(const std::filesystem::path& work_dir);
+
+}  // namespace orbweave

@@ -1,0 +1,39 @@
+#include "tests/support/data.h"
+
+#include <stdlib.h>
+
+#include <cstdlib>
+#include <iostream>
+#include <stdexcept>
+
+namespace orbweave::test {
+
+std::filesystem::path data_path(const std::string& relative) {
+  const char* set = std::getenv("ORBWEAVE_DATA_DIR");
+  return std::filesystem::path(set != nullptr ? set : ORBWEAVE_DATA_DIR) / relative;
+}
+
+std::filesystem::path source_path(const std::string& relative) {
+  return std::filesystem::path(ORBWEAVE_SOURCE_DIR) / relative;
+}
+
+std::filesystem::path program_path() { return ORBWEAVE_PROGRAM; }
+
+bool skipped_without(const std::filesystem::path& file) {
+  if (std::filesystem::exists(file)) return false;
+  std::cout << "SKIPPED: " << file.string() << " is not here\n";
+  return true;
+}
+
+ScratchDirectory::ScratchDirectory() {
+  std::string name = (std::filesystem::temp_directory_path() / "orbweave-test-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot create " + name);
+  path_ = name;
+}
+
+ScratchDirectory::~ScratchDirectory() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+}  // namespace orbweave::test
