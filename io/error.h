@@ -19,11 +19,11 @@ enum class ExitStatus : int {
 
 /// What went wrong, in the parts a user needs. Empty parts are left out of the message.
 struct ErrorParts {
-  std::string file;      ///< path as the user gave it
-  std::string place;     ///< "line 7, column 3", "byte 1042", "key reconstruct.ball_radii"
-  std::string found;     ///< what was there
-  std::string expected;  ///< what should have been there
-  std::string advice;    ///< what to do
+  std::string file{};      ///< path as the user gave it
+  std::string place{};     ///< "line 7, column 3", "byte 1042", "key reconstruct.ball_radii"
+  std::string found{};     ///< what was there
+  std::string expected{};  ///< what should have been there
+  std::string advice{};    ///< what to do
 };
 
 /// Every failure that is not a defect is thrown as an Error.
