@@ -1,0 +1,170 @@
+"""What the benchmark scripts share: running programs with time and memory measured, medians, the machine,
+JSON and CSV results. Needs Debian's python3-numpy and time."""
+import csv
+import datetime
+import json
+import os
+import pathlib
+import platform
+import re
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PEERS = ROOT / "bench" / "peers"
+PYTHON = "/usr/bin/python3"
+sys.path.insert(0, str(PEERS))
+
+
+class RunFailed(Exception):
+    pass
+
+
+def run(command, accept=(0,)):
+    """Runs to the end under /usr/bin/time. Returns wall, user and system seconds, peak memory, standard
+    output. Raises RunFailed with the program's own words for an exit status that is not accepted."""
+    with tempfile.NamedTemporaryFile("r", suffix=".time") as measured:
+        words = ["/usr/bin/time", "-q", "-f", "%e %U %S %M", "-o", measured.name]
+        done = subprocess.run(words + [str(word) for word in command], stdin=subprocess.DEVNULL,
+                              capture_output=True, text=True, check=False)
+        if done.returncode not in accept:
+            shown = " ".join(str(word) for word in command)
+            raise RunFailed(f"exit status {done.returncode} from: {shown}\n{done.stderr[-2000:]}")
+        wall, user, system, peak_kib = measured.read().split()[-4:]
+    return {"wall_seconds": float(wall), "user_seconds": float(user), "system_seconds": float(system),
+            "peak_memory_bytes": int(peak_kib) * 1024, "stdout": done.stdout}
+
+
+def spread(samples):
+    """Median, extremes and the half range relative to the median."""
+    middle = statistics.median(samples)
+    half = (max(samples) - min(samples)) / 2
+    return {"samples": samples, "median": middle, "min": min(samples), "max": max(samples),
+            "relative_half_range": half / middle if middle else 0.0}
+
+
+def alternate(runs, repeats):
+    """{name: callable} -> {name: [results]}; one of each in turn, so that a busy minute hits all."""
+    results = {name: [] for name in runs}
+    for _ in range(repeats):
+        for name, call in runs.items():
+            results[name].append(call())
+    return results
+
+
+def machine():
+    facts = {"system": platform.platform(), "cores": os.cpu_count(), "processor": "unknown"}
+    cpu = pathlib.Path("/proc/cpuinfo")
+    if cpu.exists():
+        names = re.findall(r"^model name\s*: (.*)$", cpu.read_text(), re.M)
+        facts["processor"] = names[0] if names else "unknown"
+    memory = pathlib.Path("/proc/meminfo")
+    if memory.exists():
+        kib = re.search(r"^MemTotal:\s*(\d+)", memory.read_text(), re.M)
+        facts["memory_bytes"] = int(kib.group(1)) * 1024 if kib else None
+    facts["load_at_start"] = os.getloadavg()[0]
+    return facts
+
+
+def commit():
+    words = ["git", "-C", str(ROOT), "describe", "--always", "--dirty"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    return done.stdout.strip() or "unknown"
+
+
+def add_common_options(parser):
+    parser.add_argument("--program", default=str(ROOT / "build/release/bin/orbweave"))
+    parser.add_argument("--out", default=str(ROOT / "build/bench"), help="directory of the results")
+    parser.add_argument("--work", default=str(ROOT / "build/bench/work"),
+                        help="directory for clouds and meshes; clouds newer than the program are reused")
+
+
+def prepare(options):
+    """Makes the directories; ends the script where the program is missing."""
+    if not os.access(options.program, os.X_OK):
+        sys.exit(f"no program {options.program}: ./dev build")
+    for folder in (options.out, options.work):
+        pathlib.Path(folder).mkdir(parents=True, exist_ok=True)
+    return pathlib.Path(options.work)
+
+
+def program_version(program):
+    return run([program, "--version"])["stdout"].strip()
+
+
+def made(path, command):
+    """`path`, after running `command` (the program, writing it) where it is missing or older than the
+    program."""
+    program = pathlib.Path(command[0])
+    if not path.exists() or path.stat().st_mtime < program.stat().st_mtime:
+        run(command)
+    return path
+
+
+def oriented(program, work, mesh):
+    """The cloud of a mesh's vertices with normals from its faces."""
+    cloud = work / (mesh.name.split(".")[0] + ".oriented.ply")
+    return made(cloud, [program, "convert", "--normals-from-faces", mesh, cloud])
+
+
+def generated(program, work, shape, points, noise=0.0):
+    cloud = work / f"{shape}-{points}-noise{noise:g}.ply"
+    words = [program, "generate", shape, "--points", points, "-o", cloud]
+    return made(cloud, words + (["--noise", f"{noise:g}"] if noise else []))
+
+
+def spacing(program, cloud):
+    """Distance of neighbouring points, as the program measures it."""
+    facts = json.loads(run([program, "inspect", cloud, "--json"])["stdout"])
+    return float(facts["spacing"])
+
+
+def reconstruct(program, cloud, mesh, arguments=()):
+    """A whole job; the report's content is in "report"."""
+    clouds = cloud if isinstance(cloud, (list, tuple)) else [cloud]
+    report = pathlib.Path(str(mesh) + ".report.json")
+    work_dir = pathlib.Path(str(mesh) + ".work")
+    shutil.rmtree(work_dir, ignore_errors=True)
+    measured = run([program, "reconstruct", *clouds, "-o", mesh, "--report", report, "--work-dir",
+                    work_dir, "--progress", "none", *arguments])
+    measured["report"] = json.loads(report.read_text(encoding="utf-8"))
+    return measured
+
+
+def stages(report):
+    """{stage: facts}, whether the report lists them or keys them by name."""
+    listed = report["stages"]
+    return {s["name"]: s for s in listed} if isinstance(listed, list) else listed
+
+
+def table(rows, columns):
+    """Aligned text of dictionaries."""
+    def show(value):
+        if isinstance(value, float):
+            return f"{value:.4g}"
+        return f"{value:,}" if isinstance(value, int) and not isinstance(value, bool) else str(value)
+
+    cells = [columns] + [[show(row.get(name, "")) for name in columns] for row in rows]
+    widths = [max(len(line[c]) for line in cells) for c in range(len(columns))]
+    return "\n".join("  ".join(text.ljust(w) if c == 0 else text.rjust(w)
+                               for c, (text, w) in enumerate(zip(line, widths))) for line in cells)
+
+
+def write_results(options, name, rows, extra=None):
+    """<out>/<name>.json with machine and versions, <out>/<name>.csv with the rows' plain values."""
+    out = pathlib.Path(options.out)
+    document = {"benchmark": name, "machine": machine(), "commit": commit(),
+                "program": program_version(options.program), "arguments": sys.argv[1:],
+                "finished": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
+                "rows": rows, **(extra or {})}
+    (out / f"{name}.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    columns = list(dict.fromkeys(key for row in rows for key, value in row.items()
+                                 if not isinstance(value, (dict, list))))
+    with open(out / f"{name}.csv", "w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, columns, extrasaction="ignore")
+        writer.writeheader()
+        writer.writerows(rows)
+    print(f"\nresults: {out / name}.json and .csv")
