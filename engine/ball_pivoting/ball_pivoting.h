@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/ball_pivoting/walk.h"
 #include "io/box.h"
 #include "io/triangle_mesh.h"
 
@@ -18,12 +19,17 @@ struct BallPivotingOptions {
   /// Origin that positions are taken relative to, the same for all chunks of a cloud, so that
   /// UTM-sized coordinates lose nothing.
   Vec3 origin;
+  /// Lanes of the walk; every width decides alike, the widest the machine has is the fastest.
+  VectorWidth width = widest_supported();
 };
 
 struct BallPivotingResult {
   /// Triangles whose smallest vertex is flagged as owned, each with its smallest vertex first,
   /// sorted. Indices into the input.
   std::vector<Triangle> triangles;
+  /// Number of fans at each input point (0: no triangle uses it; above 1: not manifold there),
+  /// right for owned points.
+  std::vector<std::uint8_t> fans;
   std::uint64_t conflicts_lost = 0;  ///< triangles that lost against a rival on an edge (owned)
 };
 

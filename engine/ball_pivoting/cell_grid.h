@@ -1,0 +1,54 @@
+// Points sorted into cubic cells of two ball radii, so that everything within reach of a point
+// lies in nine contiguous runs of the sorted arrays.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/ball_pivoting/walk.h"
+
+namespace orbweave {
+
+/// The sorted arrays and where each cell begins. Cells are anchored at the common origin, hence
+/// the relative order of two points does not depend on which other points are present.
+class CellGrid {
+ public:
+  /// `local`: positions relative to the common origin. O(n); parallel on the calling arena.
+  CellGrid(std::span<const Vec3> local, std::span<const Vec3> normals, double cell_side);
+
+  std::uint32_t size() const { return static_cast<std::uint32_t>(original_.size()); }
+  PointArrays arrays() const { return {x_.data(), y_.data(), z_.data(), normals_.data()}; }
+  Vec3 position(std::uint32_t i) const { return {x_[i], y_[i], z_[i]}; }
+  const Vec3& normal(std::uint32_t i) const { return normals_[i]; }
+  /// Index in the input of sorted point i.
+  std::uint32_t original(std::uint32_t i) const { return original_[i]; }
+
+  std::uint32_t cells() const { return static_cast<std::uint32_t>(keys_.size()); }
+  std::uint32_t cell_begin(std::uint32_t cell) const { return begins_[cell]; }
+  std::uint32_t cell_end(std::uint32_t cell) const { return begins_[cell + 1]; }
+
+  /// Walks over cells in ascending order and keeps track of the runs around each.
+  class Cursor {
+   public:
+    Cursor(const CellGrid& grid, std::uint32_t first_cell);
+    /// Runs that hold every point within one cell side of the points of `cell`. Must be called
+    /// with ascending cells.
+    CandidateRanges around(std::uint32_t cell);
+
+   private:
+    const CellGrid& grid_;
+    std::uint32_t low_[CandidateRanges::kMost];
+  };
+
+ private:
+  std::vector<double> x_, y_, z_;  // padded by kLanePadding
+  std::vector<Vec3> normals_;
+  std::vector<std::uint32_t> original_;
+  std::vector<std::uint64_t> keys_;  // of non-empty cells, ascending
+  std::vector<std::uint32_t> begins_;
+  std::uint64_t row_ = 0;    // key distance of neighbouring rows
+  std::uint64_t layer_ = 0;  // key distance of neighbouring layers
+};
+
+}  // namespace orbweave

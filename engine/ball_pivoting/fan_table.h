@@ -1,0 +1,43 @@
+// The fans of all points: what the walks found, before rivals are weighed.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/ball_pivoting/cell_grid.h"
+#include "engine/ball_pivoting/walk.h"
+
+namespace orbweave {
+
+/// Corners per point, in terms of input indices.
+class FanTable {
+ public:
+  explicit FanTable(std::size_t points) : begin_(points, nullptr), count_(points, 0) {}
+
+  std::span<const Corner> at(std::uint32_t point) const { return {begin_[point], count_[point]}; }
+  /// The walk closed: one cycle of accepted triangles, no neighbour twice.
+  bool closed(std::uint32_t point) const { return closed_[point] != 0; }
+  bool contains(std::uint32_t point, Corner corner) const {
+    for (const Corner c : at(point)) {
+      if (c == corner) return true;
+    }
+    return false;
+  }
+  std::size_t points() const { return begin_.size(); }
+
+ private:
+  friend FanTable walk_all(const CellGrid&, double, std::span<const std::uint8_t>, VectorWidth);
+  std::vector<const Corner*> begin_;
+  std::vector<std::uint32_t> count_;
+  std::vector<std::uint8_t> closed_;
+  std::vector<std::vector<Corner>> blocks_;  // what begin_ points into
+};
+
+/// Walks at every point of the grid; with `active` (by input index) given, only at active ones,
+/// and only triangles of active points are kept. Parallel on the calling arena; the result does
+/// not depend on the number of threads nor on the vector width.
+FanTable walk_all(const CellGrid& grid, double ball_radius, std::span<const std::uint8_t> active,
+                  VectorWidth width);
+
+}  // namespace orbweave

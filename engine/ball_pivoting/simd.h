@@ -1,0 +1,161 @@
+// The few vector operations of the walk, for three widths. A translation unit that defines
+// ORBWEAVE_SIMD_AVX512 or ORBWEAVE_SIMD_AVX2 (and is compiled for it) gets that one, every other
+// the scalar form. All forms compute the same bits per lane: additions and multiplications are
+// never fused, square root and division are correctly rounded everywhere.
+#pragma once
+
+#if defined(ORBWEAVE_SIMD_AVX512) || defined(ORBWEAVE_SIMD_AVX2)
+#include <immintrin.h>
+#endif
+
+#include <cmath>
+#include <cstdint>
+
+namespace orbweave {
+namespace {  // every including unit is compiled for another machine: nothing may be shared
+
+#if defined(ORBWEAVE_SIMD_AVX512)
+
+struct Lanes {
+  static constexpr std::uint32_t kWidth = 8;
+  using Mask = __mmask8;
+  __m512d v;
+  static Lanes load(const double* p) { return {_mm512_loadu_pd(p)}; }
+  static Lanes all(double x) { return {_mm512_set1_pd(x)}; }
+  static Lanes counting_from(double x) {
+    return {_mm512_add_pd(_mm512_set1_pd(x), _mm512_setr_pd(0, 1, 2, 3, 4, 5, 6, 7))};
+  }
+  void store(double* p) const { _mm512_storeu_pd(p, v); }
+  friend Lanes operator+(Lanes a, Lanes b) { return {_mm512_add_pd(a.v, b.v)}; }
+  friend Lanes operator-(Lanes a, Lanes b) { return {_mm512_sub_pd(a.v, b.v)}; }
+  friend Lanes operator*(Lanes a, Lanes b) { return {_mm512_mul_pd(a.v, b.v)}; }
+  friend Lanes operator/(Lanes a, Lanes b) { return {_mm512_div_pd(a.v, b.v)}; }
+  friend Mask operator<(Lanes a, Lanes b) { return _mm512_cmp_pd_mask(a.v, b.v, _CMP_LT_OQ); }
+  friend Mask operator==(Lanes a, Lanes b) { return _mm512_cmp_pd_mask(a.v, b.v, _CMP_EQ_OQ); }
+};
+inline Lanes square_root(Lanes a) { return {_mm512_sqrt_pd(a.v)}; }
+inline Lanes larger(Lanes a, Lanes b) { return {_mm512_max_pd(a.v, b.v)}; }
+inline Lanes smaller(Lanes a, Lanes b) { return {_mm512_min_pd(a.v, b.v)}; }
+inline Lanes choose(Lanes::Mask m, Lanes yes, Lanes no) {
+  return {_mm512_mask_blend_pd(m, no.v, yes.v)};
+}
+inline double smallest(Lanes a) { return _mm512_reduce_min_pd(a.v); }
+inline double largest(Lanes a) { return _mm512_reduce_max_pd(a.v); }
+inline Lanes::Mask both(Lanes::Mask a, Lanes::Mask b) { return a & b; }
+inline Lanes::Mask but_not(Lanes::Mask a, Lanes::Mask b) {
+  return static_cast<Lanes::Mask>(a & ~b);
+}
+inline bool any(Lanes::Mask m) { return m != 0; }
+inline std::uint32_t count(Lanes::Mask m) {
+  return static_cast<std::uint32_t>(__builtin_popcount(m));
+}
+/// Stores the lanes of the mask side by side; writes up to a full vector behind `p`.
+inline void compress_store(double* p, Lanes a, Lanes::Mask m) {
+  _mm512_storeu_pd(p, _mm512_maskz_compress_pd(m, a.v));
+}
+/// Stores first + lane for the lanes of the mask.
+inline void compress_store_indices(std::uint32_t* p, std::uint32_t first, Lanes::Mask m) {
+  const __m256i index = _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(first)),
+                                         _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), _mm256_maskz_compress_epi32(m, index));
+}
+inline Lanes::Mask first_lanes(std::uint32_t n) {
+  return static_cast<Lanes::Mask>(n >= 8 ? 0xff : (1u << n) - 1u);
+}
+
+#elif defined(ORBWEAVE_SIMD_AVX2)
+
+struct Lanes {
+  static constexpr std::uint32_t kWidth = 4;
+  using Mask = int;
+  __m256d v;
+  static Lanes load(const double* p) { return {_mm256_loadu_pd(p)}; }
+  static Lanes all(double x) { return {_mm256_set1_pd(x)}; }
+  static Lanes counting_from(double x) {
+    return {_mm256_add_pd(_mm256_set1_pd(x), _mm256_setr_pd(0, 1, 2, 3))};
+  }
+  void store(double* p) const { _mm256_storeu_pd(p, v); }
+  friend Lanes operator+(Lanes a, Lanes b) { return {_mm256_add_pd(a.v, b.v)}; }
+  friend Lanes operator-(Lanes a, Lanes b) { return {_mm256_sub_pd(a.v, b.v)}; }
+  friend Lanes operator*(Lanes a, Lanes b) { return {_mm256_mul_pd(a.v, b.v)}; }
+  friend Lanes operator/(Lanes a, Lanes b) { return {_mm256_div_pd(a.v, b.v)}; }
+  friend Mask operator<(Lanes a, Lanes b) {
+    return _mm256_movemask_pd(_mm256_cmp_pd(a.v, b.v, _CMP_LT_OQ));
+  }
+  friend Mask operator==(Lanes a, Lanes b) {
+    return _mm256_movemask_pd(_mm256_cmp_pd(a.v, b.v, _CMP_EQ_OQ));
+  }
+};
+inline Lanes square_root(Lanes a) { return {_mm256_sqrt_pd(a.v)}; }
+inline Lanes larger(Lanes a, Lanes b) { return {_mm256_max_pd(a.v, b.v)}; }
+inline Lanes smaller(Lanes a, Lanes b) { return {_mm256_min_pd(a.v, b.v)}; }
+inline Lanes choose(Lanes::Mask m, Lanes yes, Lanes no) {
+  const __m256i bits = _mm256_setr_epi64x(1, 2, 4, 8);
+  const __m256i on = _mm256_cmpeq_epi64(_mm256_and_si256(_mm256_set1_epi64x(m), bits), bits);
+  return {_mm256_blendv_pd(no.v, yes.v, _mm256_castsi256_pd(on))};
+}
+inline double smallest(Lanes a) {
+  const __m128d half = _mm_min_pd(_mm256_castpd256_pd128(a.v), _mm256_extractf128_pd(a.v, 1));
+  return _mm_cvtsd_f64(_mm_min_sd(half, _mm_unpackhi_pd(half, half)));
+}
+inline double largest(Lanes a) {
+  const __m128d half = _mm_max_pd(_mm256_castpd256_pd128(a.v), _mm256_extractf128_pd(a.v, 1));
+  return _mm_cvtsd_f64(_mm_max_sd(half, _mm_unpackhi_pd(half, half)));
+}
+inline Lanes::Mask both(Lanes::Mask a, Lanes::Mask b) { return a & b; }
+inline Lanes::Mask but_not(Lanes::Mask a, Lanes::Mask b) { return a & ~b; }
+inline bool any(Lanes::Mask m) { return m != 0; }
+inline std::uint32_t count(Lanes::Mask m) {
+  return static_cast<std::uint32_t>(__builtin_popcount(static_cast<unsigned>(m)));
+}
+inline void compress_store(double* p, Lanes a, Lanes::Mask m) {
+  alignas(32) double lane[4];
+  _mm256_store_pd(lane, a.v);
+  for (; m != 0; m &= m - 1) *p++ = lane[__builtin_ctz(static_cast<unsigned>(m))];
+}
+inline void compress_store_indices(std::uint32_t* p, std::uint32_t first, Lanes::Mask m) {
+  for (; m != 0; m &= m - 1) {
+    *p++ = first + static_cast<std::uint32_t>(__builtin_ctz(static_cast<unsigned>(m)));
+  }
+}
+inline Lanes::Mask first_lanes(std::uint32_t n) { return n >= 4 ? 0xf : (1 << n) - 1; }
+
+#else
+
+struct Lanes {
+  static constexpr std::uint32_t kWidth = 1;
+  using Mask = bool;
+  double v;
+  static Lanes load(const double* p) { return {*p}; }
+  static Lanes all(double x) { return {x}; }
+  static Lanes counting_from(double x) { return {x}; }
+  void store(double* p) const { *p = v; }
+  friend Lanes operator+(Lanes a, Lanes b) { return {a.v + b.v}; }
+  friend Lanes operator-(Lanes a, Lanes b) { return {a.v - b.v}; }
+  friend Lanes operator*(Lanes a, Lanes b) { return {a.v * b.v}; }
+  friend Lanes operator/(Lanes a, Lanes b) { return {a.v / b.v}; }
+  friend Mask operator<(Lanes a, Lanes b) { return a.v < b.v; }
+  friend Mask operator==(Lanes a, Lanes b) { return a.v == b.v; }
+};
+inline Lanes square_root(Lanes a) { return {std::sqrt(a.v)}; }
+inline Lanes larger(Lanes a, Lanes b) { return {a.v > b.v ? a.v : b.v}; }
+inline Lanes smaller(Lanes a, Lanes b) { return {a.v < b.v ? a.v : b.v}; }
+inline Lanes choose(Lanes::Mask m, Lanes yes, Lanes no) { return m ? yes : no; }
+inline double smallest(Lanes a) { return a.v; }
+inline double largest(Lanes a) { return a.v; }
+inline Lanes::Mask both(Lanes::Mask a, Lanes::Mask b) { return a && b; }
+inline Lanes::Mask but_not(Lanes::Mask a, Lanes::Mask b) { return a && !b; }
+inline bool any(Lanes::Mask m) { return m; }
+inline std::uint32_t count(Lanes::Mask m) { return m ? 1 : 0; }
+inline void compress_store(double* p, Lanes a, Lanes::Mask m) {
+  if (m) *p = a.v;
+}
+inline void compress_store_indices(std::uint32_t* p, std::uint32_t first, Lanes::Mask m) {
+  if (m) *p = first;
+}
+inline Lanes::Mask first_lanes(std::uint32_t n) { return n > 0; }
+
+#endif
+
+}  // namespace
+}  // namespace orbweave

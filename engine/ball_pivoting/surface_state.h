@@ -1,0 +1,67 @@
+// The surface while it grows level by level: which triangles there are, and which points still
+// have room.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/ball_pivoting/fan_table.h"
+#include "engine/ball_pivoting/rivals.h"
+
+namespace orbweave {
+
+/// A triangle as seen from one of its vertices.
+struct VertexCorner {
+  std::uint32_t vertex = 0;
+  Corner corner = 0;
+  friend auto operator<=>(const VertexCorner&, const VertexCorner&) = default;
+};
+
+/// Triangles around a vertex: number of fans, and whether every one of them is closed.
+struct FanShape {
+  std::uint32_t fans = 0;
+  bool closed = false;
+};
+FanShape fan_shape(std::span<const VertexCorner> corners);
+
+class SurfaceState {
+ public:
+  SurfaceState(RivalContext context, std::span<const std::uint8_t> owned);
+
+  /// The first level, from the fans of all points.
+  void take_first_level(const FanTable& fans);
+  /// A later level, from the fans of the open points.
+  void take_level(const FanTable& fans);
+
+  /// Points whose fan is not closed: 1.
+  std::span<const std::uint8_t> open() const { return open_; }
+  bool any_open() const { return any_open_; }
+
+  /// Triangles whose smallest vertex is owned, sorted.
+  std::vector<Triangle> take_triangles();
+  /// Number of fans at each point, at most 255.
+  std::vector<std::uint8_t> take_fan_counts() { return std::move(fan_counts_); }
+  std::uint64_t conflicts_lost() const { return conflicts_lost_; }
+
+ private:
+  bool is_owned(std::uint32_t vertex) const { return owned_.empty() || owned_[vertex] != 0; }
+  bool edge_taken(std::uint32_t tail, std::uint32_t head) const;
+  std::vector<VertexCorner> corners_found_elsewhere(const FanTable& fans) const;
+  std::vector<Triangle> first_level_losers(const FanTable& fans,
+                                           std::span<const VertexCorner> elsewhere) const;
+  void close_or_keep(std::span<const VertexCorner> corners);
+  void emit_first_level(const FanTable& fans, std::span<const VertexCorner> elsewhere,
+                        std::span<const Triangle> losers);
+
+  RivalContext context_;
+  std::span<const std::uint8_t> owned_;
+  std::vector<std::uint8_t> open_;
+  std::vector<std::uint8_t> fan_counts_;
+  std::vector<VertexCorner> open_corners_;  // at open points, sorted
+  std::vector<Triangle> triangles_;         // sorted
+  std::uint64_t conflicts_lost_ = 0;
+  bool any_open_ = false;
+};
+
+}  // namespace orbweave

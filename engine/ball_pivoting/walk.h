@@ -1,0 +1,85 @@
+// The walk at one point: all triangles with an empty ball that have the point as a vertex.
+// docs/ball-pivoting.md gives the geometry; the code is in walk_kernel.inl, once per vector width.
+#pragma once
+
+#include <cstdint>
+
+#include "io/vec3.h"
+
+namespace orbweave {
+
+/// Arrays behind which this many further elements may be read (and are ignored).
+inline constexpr std::uint32_t kLanePadding = 8;
+
+/// Points sorted by cell; parallel arrays, coordinates relative to a common origin, padded.
+struct PointArrays {
+  const double* x = nullptr;
+  const double* y = nullptr;
+  const double* z = nullptr;
+  const Vec3* normals = nullptr;  ///< any length but zero
+};
+
+/// Where the points within two ball radii are to be looked for: ranges of the arrays.
+struct CandidateRanges {
+  static constexpr int kMost = 9;
+  std::uint32_t begin[kMost] = {};
+  std::uint32_t end[kMost] = {};
+  int count = 0;
+  std::uint32_t size() const {
+    std::uint32_t total = 0;
+    for (int r = 0; r < count; ++r) total += end[r] - begin[r];
+    return total;
+  }
+};
+
+/// Working arrays, each with room for every candidate plus kLanePadding.
+struct WalkScratch {
+  double* dx = nullptr;  ///< neighbour minus point, in ball radii
+  double* dy = nullptr;
+  double* dz = nullptr;
+  double* cap_height = nullptr;  ///< |d|^2 / 2: the ball contains the neighbour when u.d exceeds it
+  double* inverse_length = nullptr;
+  double* arc_begin = nullptr;  ///< covered arcs of a circle, as pseudo-angles in [0, 4)
+  double* arc_length = nullptr;
+  std::uint32_t* id = nullptr;  ///< index into PointArrays
+};
+
+/// Two neighbours i, j of a triangle (p, i, j), as i << 32 | j (indices into PointArrays).
+using Corner = std::uint64_t;
+constexpr Corner make_corner(std::uint32_t first, std::uint32_t second) {
+  return Corner{first} << 32 | second;
+}
+constexpr std::uint32_t first_of(Corner c) { return static_cast<std::uint32_t>(c >> 32); }
+constexpr std::uint32_t second_of(Corner c) { return static_cast<std::uint32_t>(c); }
+
+/// The triangles at a point.
+struct Fan {
+  Corner* corners = nullptr;  ///< room for corner_bound(candidates)
+  std::uint32_t count = 0;
+  bool closed = false;  ///< one cycle of accepted triangles, no neighbour twice
+};
+
+/// A bound on the corners at a point with that many neighbours: every edge of its Voronoi cell
+/// (at most 3k - 6) meets the sphere at most twice.
+constexpr std::uint32_t corner_bound(std::uint32_t neighbours) { return 6 * neighbours + 8; }
+
+/// Finds the triangles at `point`. With `active` null: if the walk around the point's normal
+/// closes, its fan; otherwise all triangles of T_rho at the point. With `active` given: all
+/// triangles of T_rho at the point whose three vertices are active (non-zero).
+using WalkFunction = void (*)(const PointArrays& points, const CandidateRanges& candidates,
+                              std::uint32_t point, double ball_radius, const std::uint8_t* active,
+                              const WalkScratch& scratch, Fan& fan);
+
+void walk_generic(const PointArrays&, const CandidateRanges&, std::uint32_t, double,
+                  const std::uint8_t*, const WalkScratch&, Fan&);
+void walk_avx2(const PointArrays&, const CandidateRanges&, std::uint32_t, double,
+               const std::uint8_t*, const WalkScratch&, Fan&);
+void walk_avx512(const PointArrays&, const CandidateRanges&, std::uint32_t, double,
+                 const std::uint8_t*, const WalkScratch&, Fan&);
+
+enum class VectorWidth { kScalar, kAvx2, kAvx512 };
+/// The widest form this machine runs, or nullptr-free lookup of a given one.
+VectorWidth widest_supported();
+WalkFunction walk_function(VectorWidth width);
+
+}  // namespace orbweave

@@ -1,0 +1,406 @@
+// The walk at one point, for the vector width that the including unit selects.
+//
+// Bernardini, Mittleman, Rushmeier, Silva, Taubin: The Ball-Pivoting Algorithm for Surface
+// Reconstruction, 1999, section 4, turned inside out: a ball of radius rho that touches p has its
+// centre at p + rho u with |u| = 1; it contains the neighbour at p + rho d exactly when
+// u.d > |d|^2 / 2, a cap of the unit sphere. What the caps leave free are the empty balls; corners
+// of the free region are triangles at p, arcs between corners are pivots about an edge at p.
+//
+// The circle of neighbour i is u(t) = d_i / 2 + cos(t) a + sin(t) b. The free region lies to the
+// left when t grows, so the corner where the circle enters the cap of j is the triangle (p, i, j)
+// with its ball on the positive side. Neighbour k covers u(t) while
+//   E + A cos t + B sin t > 0,  E = d_i.d_k / 2 - |d_k|^2 / 2,  A = a.d_k,  B = b.d_k.
+// No unit of this file may use anything that is shared with units compiled for other machines.
+
+#include "engine/ball_pivoting/simd.h"
+#include "engine/ball_pivoting/walk.h"
+
+namespace orbweave {
+namespace {
+
+struct Direction {
+  double x, y, z;
+};
+inline Direction operator-(Direction a, Direction b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Direction scaled(double s, Direction a) { return {s * a.x, s * a.y, s * a.z}; }
+inline double inner(Direction a, Direction b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Direction outer(Direction a, Direction b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+constexpr std::uint32_t kNobody = 0xffffffffu;
+/// Pseudo-angles run over [0, 4); nothing lies there.
+constexpr double kBeyond = 8.0;
+/// Arcs and gaps below this fraction of a circle are rounding, not geometry.
+constexpr double kSliver = 1e-14;
+
+/// Monotonic in the angle of (cosine, sine), 0 at angle 0, in [0, 4).
+inline Lanes pseudo_angle(Lanes cosine, Lanes sine) {
+  return choose(sine < Lanes::all(0.0), Lanes::all(3.0) + cosine, Lanes::all(1.0) - cosine);
+}
+
+/// A circle of centres u(t) = middle + cos(t) a + sin(t) b of balls that touch p and neighbour i.
+struct Circle {
+  Direction middle, a, b;
+};
+
+class Walker {
+ public:
+  Walker(const PointArrays& points, std::uint32_t point, const WalkScratch& scratch, Fan& fan)
+      : points_(points), point_(point), s_(scratch), fan_(fan), normal_(normal_of(point)) {}
+
+  void gather(const CandidateRanges& candidates, double ball_radius);
+  bool walk_around_normal();
+  void scan_all(const std::uint8_t* active);
+
+ private:
+  Direction normal_of(std::uint32_t id) const {
+    const Vec3& n = points_.normals[id];
+    return {n.x, n.y, n.z};
+  }
+  Direction neighbour(std::uint32_t k) const { return {s_.dx[k], s_.dy[k], s_.dz[k]}; }
+
+  bool is_free(Direction u) const;
+  std::uint32_t deepest_cap(Direction u) const;
+  std::uint32_t roll(Direction from, Direction u_tangent) const;
+  bool start(std::uint32_t& circle, Direction& u) const;
+  Circle circle_at(std::uint32_t i, Direction u) const;
+  Circle circle_from_top(std::uint32_t i) const;
+  std::uint32_t first_entered(const Circle& c, std::uint32_t self) const;
+  Direction ball_at(std::uint32_t i, std::uint32_t j) const;
+  bool accepted(std::uint32_t i, std::uint32_t j) const;
+  bool cover_arcs(const Circle& c, std::uint32_t self);
+  void scan_circle(std::uint32_t i, const std::uint8_t* active);
+  double furthest_cover(double from) const;
+  std::uint32_t next_arc(double from, double& distance) const;
+  void emit(std::uint32_t i, std::uint32_t j) {
+    fan_.corners[fan_.count++] = make_corner(s_.id[i], s_.id[j]);
+  }
+
+  const PointArrays& points_;
+  const std::uint32_t point_;
+  const WalkScratch& s_;
+  Fan& fan_;
+  const Direction normal_;
+  std::uint32_t n_ = 0;
+};
+
+/// Collects the neighbours closer than two ball radii, in the order of the arrays.
+void Walker::gather(const CandidateRanges& candidates, double ball_radius) {
+  const Lanes px = Lanes::all(points_.x[point_]);
+  const Lanes py = Lanes::all(points_.y[point_]);
+  const Lanes pz = Lanes::all(points_.z[point_]);
+  const Lanes inverse = Lanes::all(1.0 / ball_radius);
+  const Lanes four = Lanes::all(4.0);
+  const Lanes zero = Lanes::all(0.0);
+  std::uint32_t n = 0;
+  for (int r = 0; r < candidates.count; ++r) {
+    const std::uint32_t end = candidates.end[r];
+    for (std::uint32_t k = candidates.begin[r]; k < end; k += Lanes::kWidth) {
+      const Lanes dx = (Lanes::load(points_.x + k) - px) * inverse;
+      const Lanes dy = (Lanes::load(points_.y + k) - py) * inverse;
+      const Lanes dz = (Lanes::load(points_.z + k) - pz) * inverse;
+      const Lanes squared = dx * dx + dy * dy + dz * dz;
+      const auto near = both(both(squared < four, zero < squared), first_lanes(end - k));
+      if (!any(near)) continue;
+      compress_store(s_.dx + n, dx, near);
+      compress_store(s_.dy + n, dy, near);
+      compress_store(s_.dz + n, dz, near);
+      compress_store(s_.cap_height + n, squared * Lanes::all(0.5), near);
+      compress_store_indices(s_.id + n, k, near);
+      n += count(near);
+    }
+  }
+  // Lanes behind the last neighbour hold one that no ball ever reaches.
+  for (std::uint32_t k = n; k < n + Lanes::kWidth; ++k) {
+    s_.dx[k] = s_.dy[k] = s_.dz[k] = 0.0;
+    s_.cap_height[k] = 1.0;
+  }
+  for (std::uint32_t k = 0; k < n; k += Lanes::kWidth) {
+    const Lanes length = square_root(Lanes::load(s_.cap_height + k) * Lanes::all(2.0));
+    (Lanes::all(1.0) / length).store(s_.inverse_length + k);
+  }
+  n_ = n;
+}
+
+bool Walker::is_free(Direction u) const {
+  const Lanes ux = Lanes::all(u.x), uy = Lanes::all(u.y), uz = Lanes::all(u.z);
+  for (std::uint32_t k = 0; k < n_; k += Lanes::kWidth) {
+    const Lanes inside =
+        ux * Lanes::load(s_.dx + k) + uy * Lanes::load(s_.dy + k) + uz * Lanes::load(s_.dz + k);
+    if (any(Lanes::load(s_.cap_height + k) < inside)) return false;
+  }
+  return true;
+}
+
+/// The neighbour that lies deepest in the ball at u; kNobody when the ball is empty.
+std::uint32_t Walker::deepest_cap(Direction u) const {
+  std::uint32_t deepest = kNobody;
+  double depth = 0.0;
+  for (std::uint32_t k = 0; k < n_; ++k) {
+    const double inside = inner(u, neighbour(k)) - s_.cap_height[k];
+    if (inside > depth) {
+      depth = inside;
+      deepest = k;
+    }
+  }
+  return deepest;
+}
+
+/// The first neighbour that the circle enters when t grows from 0; kNobody if none.
+std::uint32_t Walker::first_entered(const Circle& c, std::uint32_t self) const {
+  const Lanes mx = Lanes::all(c.middle.x), my = Lanes::all(c.middle.y), mz = Lanes::all(c.middle.z);
+  const Lanes ax = Lanes::all(c.a.x), ay = Lanes::all(c.a.y), az = Lanes::all(c.a.z);
+  const Lanes bx = Lanes::all(c.b.x), by = Lanes::all(c.b.y), bz = Lanes::all(c.b.z);
+  const Lanes own = Lanes::all(static_cast<double>(self));
+  const Lanes zero = Lanes::all(0.0);
+  Lanes best = Lanes::all(kBeyond);
+  Lanes best_index = Lanes::all(-1.0);
+  for (std::uint32_t k = 0; k < n_; k += Lanes::kWidth) {
+    const Lanes dx = Lanes::load(s_.dx + k), dy = Lanes::load(s_.dy + k),
+                dz = Lanes::load(s_.dz + k);
+    const Lanes e = mx * dx + my * dy + mz * dz - Lanes::load(s_.cap_height + k);
+    const Lanes a = ax * dx + ay * dy + az * dz;
+    const Lanes b = bx * dx + by * dy + bz * dz;
+    const Lanes m = a * a + b * b;
+    const Lanes square = m - e * e;
+    const Lanes root = square_root(larger(square, zero));
+    const Lanes cosine = (root * b - e * a) / m;
+    const Lanes sine = zero - (root * a + e * b) / m;
+    const Lanes angle = pseudo_angle(cosine, sine);
+    const Lanes index = Lanes::counting_from(static_cast<double>(k));
+    const auto nearer = but_not(both(zero < square, angle < best), index == own);
+    best = choose(nearer, angle, best);
+    best_index = choose(nearer, index, best_index);
+  }
+  // Equal angles: the neighbour that comes first wins, whatever the vector width.
+  const double nearest = smallest(best);
+  if (!(nearest < kBeyond)) return kNobody;
+  const Lanes candidates = choose(best == Lanes::all(nearest), best_index, Lanes::all(1e18));
+  return static_cast<std::uint32_t>(smallest(candidates));
+}
+
+/// Centre of the ball that touches p, i and j on the positive side of the triangle (p, i, j).
+Direction Walker::ball_at(std::uint32_t i, std::uint32_t j) const {
+  const Direction di = neighbour(i), dj = neighbour(j);
+  const Direction normal = outer(di, dj);
+  const double squared = inner(normal, normal);
+  const Direction u1 = outer(dj, normal), u2 = outer(normal, di);
+  const double hi = s_.cap_height[i], hj = s_.cap_height[j];
+  const double inverse = 1.0 / squared;
+  const Direction centre = {(hi * u1.x + hj * u2.x) * inverse, (hi * u1.y + hj * u2.y) * inverse,
+                            (hi * u1.z + hj * u2.z) * inverse};
+  const double rest = 1.0 - inner(centre, centre);
+  const double height = std::sqrt((rest > 0.0 ? rest : 0.0) * inverse);
+  return {centre.x + height * normal.x, centre.y + height * normal.y, centre.z + height * normal.z};
+}
+
+/// The circle of neighbour i, t = 0 at the point u of it.
+Circle Walker::circle_at(std::uint32_t i, Direction u) const {
+  const Direction d = neighbour(i);
+  const Direction middle = scaled(0.5, d);
+  const Direction a = u - middle;
+  return {middle, a, outer(a, scaled(s_.inverse_length[i], d))};
+}
+
+/// The circle of neighbour i, t = 0 where it comes closest to the normal of p.
+Circle Walker::circle_from_top(std::uint32_t i) const {
+  const Direction d = neighbour(i);
+  const Direction axis = scaled(s_.inverse_length[i], d);
+  Direction top = normal_ - scaled(inner(normal_, axis), axis);
+  double squared = inner(top, top);
+  if (!(squared > 1e-24 * inner(normal_, normal_))) {
+    // The neighbour stands along the normal: every start is as good as another.
+    const Direction any = std::fabs(axis.x) < 0.6 ? Direction{1, 0, 0} : Direction{0, 1, 0};
+    top = any - scaled(inner(any, axis), axis);
+    squared = inner(top, top);
+  }
+  const double rest = 1.0 - 0.5 * s_.cap_height[i];
+  const Direction a = scaled(std::sqrt((rest > 0.0 ? rest : 0.0) / squared), top);
+  return {scaled(0.5, d), a, outer(a, axis)};
+}
+
+/// Rolls the empty ball at `from` along the great circle through `tangent`: who is touched first.
+std::uint32_t Walker::roll(Direction from, Direction tangent) const {
+  return first_entered({{0, 0, 0}, from, tangent}, kNobody);
+}
+
+/// An empty ball that touches a neighbour, as near to the normal as is quick to find.
+bool Walker::start(std::uint32_t& circle, Direction& u) const {
+  const double length = std::sqrt(inner(normal_, normal_));
+  const Direction top = scaled(1.0 / length, normal_);
+  if (!is_free(top)) {
+    circle = deepest_cap(top);
+    const Circle c = circle_from_top(circle);
+    u = {c.middle.x + c.a.x, c.middle.y + c.a.y, c.middle.z + c.a.z};
+    // The neighbour itself is touched, to rounding: it must not count as inside.
+    const std::uint32_t deepest = deepest_cap(u);
+    return deepest == kNobody || deepest == circle;
+  }
+  std::uint32_t nearest = 0;
+  for (std::uint32_t k = 1; k < n_; ++k) {
+    if (s_.cap_height[k] < s_.cap_height[nearest]) nearest = k;
+  }
+  const Direction d = neighbour(nearest);
+  const Direction along = d - scaled(inner(d, top), top);
+  const double squared = inner(along, along);
+  if (!(squared > 0.0)) return false;
+  const Direction tangent = scaled(1.0 / std::sqrt(squared), along);
+  circle = roll(top, tangent);
+  if (circle == kNobody) return false;
+  // Where the great circle enters the cap: same root as in first_entered.
+  const Direction dk = neighbour(circle);
+  const double e = -s_.cap_height[circle], a = inner(top, dk), b = inner(tangent, dk);
+  const double m = a * a + b * b, square = m - e * e;
+  const double root = std::sqrt(square > 0.0 ? square : 0.0);
+  const double cosine = (root * b - e * a) / m, sine = -(root * a + e * b) / m;
+  u = {cosine * top.x + sine * tangent.x, cosine * top.y + sine * tangent.y,
+       cosine * top.z + sine * tangent.z};
+  return true;
+}
+
+/// The three vertex normals must agree with the triangle's side.
+bool Walker::accepted(std::uint32_t i, std::uint32_t j) const {
+  const Direction normal = outer(neighbour(i), neighbour(j));
+  return inner(normal, normal_) > 0.0 && inner(normal, normal_of(s_.id[i])) > 0.0 &&
+         inner(normal, normal_of(s_.id[j])) > 0.0;
+}
+
+/// Walks the boundary of the free region around the normal. True when it is one cycle of
+/// accepted triangles that meets no neighbour twice; the fan then holds it.
+bool Walker::walk_around_normal() {
+  std::uint32_t i = kNobody;
+  Direction u{};
+  if (n_ < 3 || !start(i, u)) return false;
+  std::uint32_t j = first_entered(circle_at(i, u), i);
+  if (j == kNobody) return false;
+  const std::uint32_t first_i = i, first_j = j;
+  const std::uint32_t most = n_;
+  do {
+    if (!accepted(i, j) || fan_.count >= most) return false;
+    emit(i, j);
+    const Circle c = circle_at(j, ball_at(i, j));
+    const std::uint32_t next = first_entered(c, j);
+    if (next == kNobody) return false;
+    i = j;
+    j = next;
+  } while (i != first_i || j != first_j);
+  for (std::uint32_t x = 0; x < fan_.count; ++x) {
+    for (std::uint32_t y = 0; y < x; ++y) {
+      if (first_of(fan_.corners[x]) == first_of(fan_.corners[y])) return false;
+    }
+  }
+  return fan_.count >= 3;
+}
+
+/// Arcs of the circle that the neighbours cover. False when one covers it whole.
+bool Walker::cover_arcs(const Circle& c, std::uint32_t self) {
+  const Lanes mx = Lanes::all(c.middle.x), my = Lanes::all(c.middle.y), mz = Lanes::all(c.middle.z);
+  const Lanes ax = Lanes::all(c.a.x), ay = Lanes::all(c.a.y), az = Lanes::all(c.a.z);
+  const Lanes bx = Lanes::all(c.b.x), by = Lanes::all(c.b.y), bz = Lanes::all(c.b.z);
+  const Lanes own = Lanes::all(static_cast<double>(self));
+  const Lanes zero = Lanes::all(0.0);
+  for (std::uint32_t k = 0; k < n_; k += Lanes::kWidth) {
+    const Lanes dx = Lanes::load(s_.dx + k), dy = Lanes::load(s_.dy + k),
+                dz = Lanes::load(s_.dz + k);
+    const Lanes e = mx * dx + my * dy + mz * dz - Lanes::load(s_.cap_height + k);
+    const Lanes a = ax * dx + ay * dy + az * dz;
+    const Lanes b = bx * dx + by * dy + bz * dz;
+    const Lanes m = a * a + b * b;
+    const Lanes square = m - e * e;
+    const auto other =
+        but_not(first_lanes(n_ - k), Lanes::counting_from(static_cast<double>(k)) == own);
+    const auto crossed = both(other, zero < square);
+    if (any(but_not(both(other, zero < e), crossed))) return false;
+    const Lanes root = square_root(larger(square, zero));
+    const Lanes in = pseudo_angle((root * b - e * a) / m, zero - (root * a + e * b) / m);
+    const Lanes out = pseudo_angle(zero - (root * b + e * a) / m, (root * a - e * b) / m);
+    Lanes length = out - in;
+    length = choose(length < zero, length + Lanes::all(4.0), length);
+    length = choose(crossed, length, Lanes::all(-1.0));
+    choose(crossed, in, zero).store(s_.arc_begin + k);
+    length.store(s_.arc_length + k);
+  }
+  return true;
+}
+
+/// How far beyond `from` the arcs that cover it reach; at most 0 when none does.
+double Walker::furthest_cover(double from) const {
+  const Lanes at = Lanes::all(from), zero = Lanes::all(0.0), turn = Lanes::all(4.0);
+  Lanes reach = Lanes::all(-1.0);
+  for (std::uint32_t k = 0; k < n_; k += Lanes::kWidth) {
+    Lanes offset = at - Lanes::load(s_.arc_begin + k);
+    offset = choose(offset < zero, offset + turn, offset);
+    reach = larger(reach, Lanes::load(s_.arc_length + k) - offset);
+  }
+  return largest(reach);
+}
+
+/// The arc that begins next after `from`.
+std::uint32_t Walker::next_arc(double from, double& distance) const {
+  std::uint32_t next = kNobody;
+  distance = kBeyond;
+  for (std::uint32_t k = 0; k < n_; ++k) {
+    if (!(s_.arc_length[k] > kSliver)) continue;
+    double ahead = s_.arc_begin[k] - from;
+    if (ahead < 0.0) ahead += 4.0;
+    if (ahead < distance) {
+      distance = ahead;
+      next = k;
+    }
+  }
+  return next;
+}
+
+/// All corners on the circle of neighbour i: ends of its free arcs.
+void Walker::scan_circle(std::uint32_t i, const std::uint8_t* active) {
+  if (!cover_arcs(circle_from_top(i), i)) return;
+  double distance = 0.0;
+  const std::uint32_t any_arc = next_arc(0.0, distance);
+  if (any_arc == kNobody) return;
+  double at = s_.arc_begin[any_arc];
+  double travelled = 0.0;
+  // Every round passes one arc or one gap; each of the n arcs begins once.
+  for (std::uint32_t round = 0; round < 4 * n_ + 8; ++round) {
+    const double reach = furthest_cover(at);
+    const bool covered = reach > kSliver;
+    std::uint32_t entered = kNobody;
+    double step = reach;
+    if (!covered) entered = next_arc(at, step);
+    travelled += step;
+    if (covered) {
+      at += step;
+      if (at >= 4.0) at -= 4.0;
+    } else {
+      at = s_.arc_begin[entered];
+      const bool wanted = active == nullptr || active[s_.id[entered]] != 0;
+      if (wanted && accepted(i, entered)) emit(i, entered);
+    }
+    if (travelled >= 4.0 - 1e-12) return;
+  }
+}
+
+void Walker::scan_all(const std::uint8_t* active) {
+  fan_.count = 0;
+  // A circle on which nothing is known yet: arcs of lanes behind the last neighbour stay empty.
+  for (std::uint32_t i = 0; i < n_; ++i) {
+    if (active != nullptr && active[s_.id[i]] == 0) continue;
+    scan_circle(i, active);
+  }
+}
+
+void walk(const PointArrays& points, const CandidateRanges& candidates, std::uint32_t point,
+          double ball_radius, const std::uint8_t* active, const WalkScratch& scratch, Fan& fan) {
+  fan.count = 0;
+  fan.closed = false;
+  Walker walker(points, point, scratch, fan);
+  walker.gather(candidates, ball_radius);
+  if (active == nullptr && walker.walk_around_normal()) {
+    fan.closed = true;
+    return;
+  }
+  walker.scan_all(active);
+}
+
+}  // namespace
+}  // namespace orbweave

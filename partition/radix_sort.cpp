@@ -1,0 +1,94 @@
+#include "partition/radix_sort.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <memory>
+#include <span>
+#include <utility>
+
+namespace orbweave {
+namespace {
+
+constexpr int kTopBits = 11;   // digit of the first pass, over the whole array
+constexpr int kDigitBits = 8;  // digit of the passes inside a bucket, which fits the cache
+constexpr std::size_t kSmall = 48;
+
+bool key_less(const KeyIndex& a, const KeyIndex& b) { return a.key < b.key; }
+
+void sort_small(std::span<KeyIndex> items) {
+  if (items.size() > kSmall) {
+    std::stable_sort(items.begin(), items.end(), key_less);
+    return;
+  }
+  for (std::size_t i = 1; i < items.size(); ++i) {
+    const KeyIndex item = items[i];
+    std::size_t j = i;
+    for (; j > 0 && item.key < items[j - 1].key; --j) items[j] = items[j - 1];
+    items[j] = item;
+  }
+}
+
+/// Sorts, stably, the runs that agree in all bits from `shift` upwards.
+void finish_runs(std::span<KeyIndex> items, int shift) {
+  for (std::size_t begin = 0; begin < items.size();) {
+    std::size_t end = begin + 1;
+    while (end < items.size() && (items[end].key >> shift) == (items[begin].key >> shift)) ++end;
+    if (end - begin > 1) sort_small(items.subspan(begin, end - begin));
+    begin = end;
+  }
+}
+
+/// One stable counting pass on `bits` bits from `shift`.
+void scatter(std::span<const KeyIndex> from, std::span<KeyIndex> to, int shift,
+             std::span<std::uint32_t> count) {
+  const std::uint64_t mask = count.size() - 1;
+  std::fill(count.begin(), count.end(), 0);
+  for (const KeyIndex& item : from) ++count[(item.key >> shift) & mask];
+  std::uint32_t sum = 0;
+  for (std::uint32_t& c : count) sum += std::exchange(c, sum);
+  for (const KeyIndex& item : from) to[count[(item.key >> shift) & mask]++] = item;
+}
+
+/// Sorts a bucket whose keys differ in their lowest `bits` bits only; `spare` is of equal size.
+void sort_bucket(std::span<KeyIndex> items, std::span<KeyIndex> spare, int bits) {
+  if (items.size() <= kSmall || bits <= 0) return sort_small(items);
+  // Points of a surface fill Morton space like the square fills the cube: telling n of them
+  // apart takes about 3/2 log2 n leading bits. The rest is left to the comparison of few.
+  const int wanted = 3 * static_cast<int>(std::bit_width(items.size())) / 2;
+  int passes = (std::min(wanted, bits) + kDigitBits - 1) / kDigitBits;
+  passes += passes % 2;  // an even number ends where it began
+  const int lowest = std::max(0, bits - passes * kDigitBits);
+  std::array<std::uint32_t, std::size_t{1} << kDigitBits> count;
+  for (int pass = 0; pass < passes; pass += 2) {
+    scatter(items, spare, std::min(lowest + pass * kDigitBits, 63), count);
+    scatter(spare, items, std::min(lowest + (pass + 1) * kDigitBits, 63), count);
+  }
+  if (lowest > 0) finish_runs(items, lowest);
+}
+
+}  // namespace
+
+void radix_sort(std::vector<KeyIndex>& items) {
+  std::uint64_t varying = 0;
+  for (const KeyIndex& item : items) varying |= item.key ^ items.front().key;
+  if (varying == 0) return;
+  if (items.size() <= kSmall) return sort_small(items);
+  const int bits = static_cast<int>(std::bit_width(varying));
+  const int shift = std::max(0, bits - kTopBits);
+
+  const auto scratch = std::make_unique_for_overwrite<KeyIndex[]>(items.size());
+  const std::span<KeyIndex> spare(scratch.get(), items.size());
+  std::vector<std::uint32_t> ends(std::size_t{1} << kTopBits);
+  scatter(items, spare, shift, ends);
+  tbb::parallel_for(std::size_t{0}, ends.size(), [&](std::size_t bucket) {
+    const std::size_t begin = bucket == 0 ? 0 : ends[bucket - 1];
+    const std::size_t size = ends[bucket] - begin;
+    sort_bucket(spare.subspan(begin, size), std::span(items).subspan(begin, size), shift);
+    std::copy_n(spare.begin() + begin, size, items.begin() + begin);
+  });
+}
+
+}  // namespace orbweave
