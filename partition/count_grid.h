@@ -12,20 +12,24 @@
 namespace orbweave {
 
 /// Counts points in cubic cells of side 2^k, anchored at the world's zero. Neither bounds nor
-/// scale need be known beforehand: the cell starts from the first points and doubles whenever
-/// the grid would exceed its memory, or whenever indices would overflow. Counts are exact.
+/// scale need be known beforehand: cells begin as fine as the finest Morton cell of the root cube
+/// of the points so far and double whenever the grid would exceed its memory. So they end as
+/// small as memory allows, wherever the points lie close together, and how small depends on the
+/// points alone and not on their order. Counts are exact.
 class CountGrid {
  public:
-  /// `limit_bytes` bounds the grid's own memory.
+  /// `limit_bytes` bounds the grid's own memory, but for this: 256 cells along the side of the
+  /// root cube are always kept (75 MiB when points fill space densely, rare in scans).
   explicit CountGrid(std::size_t limit_bytes = std::size_t{48} << 20);
   ~CountGrid();
   CountGrid(CountGrid&&) noexcept;
   CountGrid& operator=(CountGrid&&) noexcept;
 
-  /// Adds finite points.
+  /// Adds finite points. Throws Error (resource) beyond 2^32 - 1 points in one cell.
   void add(std::span<const Vec3> positions);
-  /// Makes cells coarser until their side is at most 1/256 of `root_side`... and not finer than
-  /// the finest Morton cell; called once before the octree is cut.
+  /// Makes cells no finer than the finest Morton cell of a root cube of side `root_side`, which
+  /// must not be smaller than root_cube(bounds()); called once before the octree is cut. Cells
+  /// are then at most root_side / 256 wide.
   void settle(double root_side);
 
   std::uint64_t points() const;

@@ -6,6 +6,7 @@
 
 #include "io/box.h"
 #include "io/chunk_store.h"
+#include "partition/canonical_order.h"
 #include "partition/count_grid.h"
 #include "partition/root_cube.h"
 
@@ -31,13 +32,23 @@ class Octree {
   /// cloud changed between the passes).
   ChunkId chunk_of(Vec3 p) const;
   ChunkId chunk_of_code(std::uint64_t code) const;
-  /// Chunks, `self` excluded, whose cube comes within `halo_width` of the cube of `self`.
+  const MortonFrame& frame() const { return frame_; }
+  /// Chunks, `self` excluded, whose cube comes within `halo_width` of the cube of `self` along
+  /// every axis, ascending. O(neighbours * depth).
   std::vector<ChunkId> neighbors(ChunkId self, double halo_width) const;
 
  private:
+  struct Node;
+  void collect(const Node& node, const Box& reach, ChunkId self, std::vector<ChunkId>& out) const;
+
   RootCube root_;
+  MortonFrame frame_;
   std::vector<Chunk> chunks_;
   std::vector<std::uint64_t> begins_;
+  /// first_[k]: first chunk that ends after the k-th of the equal code ranges of 2^shift_ codes
+  /// begins; narrows the search of chunk_of_code.
+  std::vector<ChunkId> first_;
+  int shift_ = 0;
 };
 
 /// Splits every node that holds more than `chunk_points` points, as far as the count grid

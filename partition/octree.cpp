@@ -1,0 +1,176 @@
+#include "partition/octree.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <stdexcept>
+
+#include "io/error.h"
+#include "partition/radix_sort.h"
+
+namespace orbweave {
+namespace {
+
+constexpr int kCodeBits = 3 * kMortonDepth;
+
+/// Codes in a node at that depth.
+constexpr std::uint64_t span_of(int depth) { return std::uint64_t{1} << (kCodeBits - 3 * depth); }
+
+/// Cube of the node at `depth` whose first code is `begin`. Rounding is monotonic: the cube of a
+/// node holds those of its descendants, and every point whose code is the node's.
+Box node_box(const RootCube& root, std::uint64_t begin, int depth) {
+  const double cell = root.cell(kMortonDepth);
+  const double width = std::ldexp(1.0, kMortonDepth - depth);
+  Box box;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double first = deinterleave(begin, axis);
+    box.min[axis] = root.origin[axis] + first * cell;
+    box.max[axis] = root.origin[axis] + (first + width) * cell;
+  }
+  return box;
+}
+
+/// The grid's cells in Morton order, with sums of their counts.
+struct CodedCells {
+  std::vector<KeyIndex> cells;          ///< first code; index into counts
+  std::vector<std::uint64_t> sum_before;  ///< points before the i-th cell in Morton order
+};
+
+CodedCells code_cells(const CountGrid& grid, const RootCube& root) {
+  const MortonFrame frame(root);
+  CodedCells coded;
+  std::vector<std::uint64_t> counts;
+  grid.for_each([&](Vec3 corner, std::uint64_t count) {
+    coded.cells.push_back({frame.code(corner), static_cast<std::uint32_t>(counts.size())});
+    counts.push_back(count);
+  });
+  radix_sort(coded.cells);
+  coded.sum_before.reserve(counts.size() + 1);
+  coded.sum_before.push_back(0);
+  for (const KeyIndex& cell : coded.cells)
+    coded.sum_before.push_back(coded.sum_before.back() + counts[cell.index]);
+  return coded;
+}
+
+class Cutter {
+ public:
+  Cutter(const CodedCells& coded, const RootCube& root, std::uint64_t chunk_points, int depth_limit)
+      : coded_(coded), root_(root), chunk_points_(chunk_points), depth_limit_(depth_limit) {}
+
+  /// Cuts the node whose cells are [first, last).
+  void cut(std::size_t first, std::size_t last, std::uint64_t begin, int depth) {
+    if (first == last) return;
+    const std::uint64_t points = coded_.sum_before[last] - coded_.sum_before[first];
+    if (points <= chunk_points_ || depth == depth_limit_) {
+      chunks.push_back(
+          {begin, begin + span_of(depth), depth, node_box(root_, begin, depth), points});
+      return;
+    }
+    const std::uint64_t child_span = span_of(depth + 1);
+    for (std::uint64_t child = 0; child < 8; ++child) {
+      const std::uint64_t child_begin = begin + child * child_span;
+      const std::size_t child_last = end_of(first, last, child_begin + child_span);
+      cut(first, child_last, child_begin, depth + 1);
+      first = child_last;
+    }
+  }
+
+  std::vector<Chunk> chunks;
+
+ private:
+  std::size_t end_of(std::size_t first, std::size_t last, std::uint64_t code_end) const {
+    const auto begin = coded_.cells.begin();
+    const auto end = std::lower_bound(
+        begin + first, begin + last, code_end,
+        [](const KeyIndex& cell, std::uint64_t code) { return cell.key < code; });
+    return static_cast<std::size_t>(end - begin);
+  }
+
+  const CodedCells& coded_;
+  const RootCube& root_;
+  std::uint64_t chunk_points_;
+  int depth_limit_;
+};
+
+}  // namespace
+
+/// A node on the way down to the neighbours, with the chunks inside it.
+struct Octree::Node {
+  std::uint64_t begin;
+  int depth;
+  ChunkId first, last;
+};
+
+Octree::Octree(RootCube root, std::vector<Chunk> chunks)
+    : root_(root), frame_(root), chunks_(std::move(chunks)) {
+  begins_.reserve(chunks_.size());
+  for (const Chunk& chunk : chunks_) begins_.push_back(chunk.code_begin);
+  // Eight ranges per chunk, at least 8 and at most 2^18 (one megabyte).
+  const int bits = std::clamp(static_cast<int>(std::bit_width(chunks_.size())) + 3, 3, 18);
+  shift_ = kCodeBits - bits;
+  first_.reserve((std::size_t{1} << bits) + 1);
+  ChunkId chunk = 0;
+  for (std::uint64_t range = 0; range <= std::uint64_t{1} << bits; ++range) {
+    while (chunk < chunks_.size() && chunks_[chunk].code_end <= range << shift_) ++chunk;
+    first_.push_back(chunk);
+  }
+}
+
+ChunkId Octree::chunk_of(Vec3 p) const { return chunk_of_code(frame_.code(p)); }
+
+ChunkId Octree::chunk_of_code(std::uint64_t code) const {
+  if (!chunks_.empty() && code >> kCodeBits == 0) {
+    const std::uint64_t range = code >> shift_;
+    // The owner ends after the range begins, and begins before the range ends.
+    const auto last = std::min<std::size_t>(std::size_t{first_[range + 1]} + 1, chunks_.size());
+    const auto after =
+        std::upper_bound(begins_.begin() + first_[range], begins_.begin() + last, code);
+    if (after != begins_.begin()) {
+      const auto chunk = static_cast<ChunkId>(after - begins_.begin() - 1);
+      if (code < chunks_[chunk].code_end) return chunk;
+    }
+  }
+  throw_bad_input("a point lies where none was counted",
+                  {.advice = "The input changed while it was read; run again"});
+}
+
+std::vector<ChunkId> Octree::neighbors(ChunkId self, double halo_width) const {
+  std::vector<ChunkId> found;
+  const Node root{0, 0, 0, static_cast<ChunkId>(chunks_.size())};
+  collect(root, chunks_.at(self).box.grown(halo_width), self, found);
+  return found;
+}
+
+void Octree::collect(const Node& node, const Box& reach, ChunkId self,
+                     std::vector<ChunkId>& out) const {
+  if (node.last - node.first <= 4) {
+    for (ChunkId chunk = node.first; chunk < node.last; ++chunk)
+      if (chunk != self && reach.intersects(chunks_[chunk].box)) out.push_back(chunk);
+    return;
+  }
+  ChunkId first = node.first;
+  const std::uint64_t child_span = span_of(node.depth + 1);
+  for (std::uint64_t child = 0; child < 8 && first < node.last; ++child) {
+    const std::uint64_t begin = node.begin + child * child_span;
+    const auto end =
+        std::lower_bound(begins_.begin() + first, begins_.begin() + node.last, begin + child_span);
+    const auto last = static_cast<ChunkId>(end - begins_.begin());
+    if (first < last && reach.intersects(node_box(root_, begin, node.depth + 1)))
+      collect({begin, node.depth + 1, first, last}, reach, self, out);
+    first = last;
+  }
+}
+
+Octree cut_octree(const CountGrid& grid, const RootCube& root, std::uint64_t chunk_points) {
+  if (grid.points() == 0) return Octree(root, {});
+  // Powers of two: the quotient is exact.
+  const int depth_limit = std::ilogb(root.side / grid.cell());
+  if (depth_limit < 8 || depth_limit > kMortonDepth)
+    throw std::logic_error("cut_octree: the count grid is not settled for this root cube");
+  const CodedCells coded = code_cells(grid, root);
+  Cutter cutter(coded, root, chunk_points, depth_limit);
+  cutter.cut(0, coded.cells.size(), 0, 0);
+  return Octree(root, std::move(cutter.chunks));
+}
+
+}  // namespace orbweave
