@@ -1,0 +1,243 @@
+#include "io/job_keys.h"
+
+#include <array>
+#include <limits>
+
+#include "io/job_values.h"
+#include "io/quantity.h"
+
+namespace orbweave {
+namespace {
+
+constexpr std::int64_t kLargest = std::numeric_limits<std::int64_t>::max();
+/// Below that the program itself, its libraries and one chunk do not fit.
+constexpr std::uint64_t kLeastMemory = std::uint64_t{64} << 20;
+constexpr std::int64_t kMostLevels = 8;
+constexpr std::int64_t kMostThreads = 4096;
+
+struct Separator {
+  const char* name;
+  char character;
+};
+constexpr std::array<Separator, 5> kSeparators = {
+    {{"auto", '\0'}, {"comma", ','}, {"semicolon", ';'}, {"tab", '\t'}, {"blank", ' '}}};
+
+char separator_value(const WrittenValue& value) {
+  const std::string text = text_value(value);
+  for (const Separator& separator : kSeparators)
+    if (text == separator.name || text == std::string(1, separator.character))
+      return separator.character;
+  throw UnsuitableValue{};
+}
+
+std::string separator_text(char character) {
+  for (const Separator& separator : kSeparators)
+    if (separator.character == character) return separator.name;
+  return {1, character};
+}
+
+void set_method(Job& job, const WrittenValue& value) {
+  const std::string method = text_value(value);
+  if (method != "ball_pivoting")
+    throw UnsuitableValue{"no such reconstruction method in this version", "\"ball_pivoting\""};
+  job.reconstruct.method = ReconstructionMethod::kBallPivoting;
+}
+
+void set_normals_source(Job&, const WrittenValue& value) {
+  if (choice_value(value, {"auto", "file", "estimate"}) == 2)
+    throw UnsuitableValue{"normals are taken from the file in this version; they are not estimated",
+                          "\"auto\" or \"file\""};
+}
+
+void set_fill_enabled(Job&, const WrittenValue& value) {
+  if (flag_value(value))
+    throw UnsuitableValue{"the hole pass is not part of this version", "false"};
+}
+
+void set_radii(Job& job, const WrittenValue& value) {
+  job.reconstruct.ball_radii = is_auto(value) ? std::vector<double>{} : ascending_value(value);
+}
+
+void set_chunk_points(Job& job, const WrittenValue& value) {
+  job.partition.chunk_points =
+      is_auto(value) ? 0 : static_cast<std::uint64_t>(integer_value(value, 1, kLargest));
+}
+
+JobValue auto_or(std::uint64_t number) {
+  if (number == 0) return std::string("auto");
+  return static_cast<std::int64_t>(number);
+}
+
+JobValue auto_or(const std::vector<double>& numbers) {
+  if (numbers.empty()) return std::string("auto");
+  return numbers;
+}
+
+using W = WrittenValue;
+using T = JobKeyType;
+
+// clang-format off
+constexpr JobKey kKeys[] = {
+    {"input", "files", T::kPaths, "a list of paths and patterns such as [\"scans/*.ply\"]",
+     "the scans, as paths and patterns", "", "",
+     [](Job& job, const W& value) { job.input.files = patterns_value(value); },
+     [](const Job& job) -> JobValue { return job.input.files; }},
+    {"input", "columns", T::kTexts, "a list of names such as [\"x\", \"y\", \"z\", \"nx\", \"ny\", \"nz\"]; [] to detect them",
+     "what the columns of text clouds are", "columns", "",
+     [](Job& job, const W& value) { job.input.text.columns = texts_value(value); },
+     [](const Job& job) -> JobValue { return job.input.text.columns; }},
+    {"input", "separator", T::kChoice, "\"auto\", \"comma\", \"semicolon\", \"tab\" or \"blank\"",
+     "what separates the columns of text clouds", "separator", "",
+     [](Job& job, const W& value) { job.input.text.separator = separator_value(value); },
+     [](const Job& job) -> JobValue { return separator_text(job.input.text.separator); }},
+
+    {"partition", "memory", T::kBytes, "a quantity such as \"4GiB\", or a number of bytes, at least 64MiB",
+     "memory budget of the whole run", "memory", "",
+     [](Job& job, const W& value) { job.partition.memory_bytes = bytes_value(value, kLeastMemory); },
+     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.partition.memory_bytes); }},
+    {"partition", "chunk_points", T::kInteger, "\"auto\" or an integer of at least 1",
+     "most points of a chunk; auto follows from the memory budget", "chunk-points", "",
+     set_chunk_points,
+     [](const Job& job) -> JobValue { return auto_or(job.partition.chunk_points); }},
+
+    {"normals", "source", T::kChoice, "\"auto\" or \"file\"",
+     "where normals come from; this version takes them from the file", "normals", "",
+     set_normals_source,
+     [](const Job&) -> JobValue { return std::string("file"); }},
+
+    {"reconstruct", "method", T::kChoice, "\"ball_pivoting\"",
+     "how the surface is found", "method", "",
+     set_method,
+     [](const Job&) -> JobValue { return std::string("ball_pivoting"); }},
+    {"reconstruct", "ball_radii", T::kNumbers, "\"auto\" or positive numbers in ascending order such as [0.0015, 0.003]",
+     "ball radii in the scan's units", "radii", "",
+     set_radii,
+     [](const Job& job) -> JobValue { return auto_or(job.reconstruct.ball_radii); }},
+    {"reconstruct", "levels", T::kInteger, "an integer from 1 to 8",
+     "how many radii are chosen when they are automatic", "levels", "",
+     [](Job& job, const W& value) { job.reconstruct.levels = static_cast<int>(integer_value(value, 1, kMostLevels)); },
+     [](const Job& job) -> JobValue { return std::int64_t{job.reconstruct.levels}; }},
+
+    {"fill", "enabled", T::kFlag, "false",
+     "fill holes; this version leaves them open", "no-fill", "false",
+     set_fill_enabled,
+     [](const Job&) -> JobValue { return false; }},
+
+    {"output", "mesh", T::kPath, "a path that ends in .ply, .obj or .stl",
+     "the mesh to write", "output", "",
+     [](Job& job, const W& value) { job.output.mesh = path_value(value); },
+     [](const Job& job) -> JobValue { return job.output.mesh; }},
+    {"output", "format", T::kChoice, "\"binary\" or \"text\"",
+     "how the mesh is encoded, where its format knows both", "format", "",
+     [](Job& job, const W& value) { job.output.binary = choice_value(value, {"binary", "text"}) == 0; },
+     [](const Job& job) -> JobValue { return std::string(job.output.binary ? "binary" : "text"); }},
+    {"output", "precision", T::kChoice, "\"double\" or \"float\"",
+     "width of the mesh's coordinates", "precision", "",
+     [](Job& job, const W& value) { job.output.float_positions = choice_value(value, {"double", "float"}) == 1; },
+     [](const Job& job) -> JobValue { return std::string(job.output.float_positions ? "float" : "double"); }},
+    {"output", "attributes", T::kFlag, "true or false",
+     "carry normals, colours and other values to the mesh", "no-attributes", "false",
+     [](Job& job, const W& value) { job.output.attributes = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.output.attributes; }},
+    {"output", "report", T::kPath, "a path, or \"\" for none",
+     "a report to write (JSON), with a page for reading beside it", "report", "",
+     [](Job& job, const W& value) { job.output.report = path_value(value); },
+     [](const Job& job) -> JobValue { return job.output.report; }},
+    {"output", "picture", T::kPath, "a path, or \"\" for none",
+     "a picture of the mesh to write (PNG)", "picture", "",
+     [](Job& job, const W& value) { job.output.picture = path_value(value); },
+     [](const Job& job) -> JobValue { return job.output.picture; }},
+
+    {"run", "threads", T::kInteger, "an integer from 0 (all) to 4096",
+     "threads to compute with; 0 takes all the machine has", "threads", "",
+     [](Job& job, const W& value) { job.run.threads = static_cast<int>(integer_value(value, 0, kMostThreads)); },
+     [](const Job& job) -> JobValue { return std::int64_t{job.run.threads}; }},
+    {"run", "work_dir", T::kPath, "a path, or \"\" for the mesh's name with .work",
+     "folder for what an interrupted run resumes from", "work-dir", "",
+     [](Job& job, const W& value) { job.run.work_dir = path_value(value); },
+     [](const Job& job) -> JobValue { return job.run.work_dir; }},
+    {"run", "keep_work_dir", T::kFlag, "true or false",
+     "keep that folder after the run", "keep-work-dir", "true",
+     [](Job& job, const W& value) { job.run.keep_work_dir = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.run.keep_work_dir; }},
+};
+// clang-format on
+
+/// A TOML basic string.
+std::string quoted(const std::string& text) {
+  constexpr const char* kHex = "0123456789ABCDEF";
+  std::string quoted_text = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      quoted_text += std::string("\\") + c;
+    } else if (byte < 0x20 || byte == 0x7f) {
+      quoted_text += std::string("\\u00") + kHex[byte >> 4] + kHex[byte & 15];
+    } else {
+      quoted_text += c;
+    }
+  }
+  return quoted_text + "\"";
+}
+
+/// TOML tells numbers from integers by the point.
+std::string number_text(double value) {
+  const std::string text = format_exact(value);
+  return text.find_first_of(".eni") == std::string::npos ? text + ".0" : text;
+}
+
+struct TextOf {
+  JobKeyType type;
+  std::string operator()(bool flag) const { return flag ? "true" : "false"; }
+  std::string operator()(std::int64_t integer) const {
+    if (type != JobKeyType::kBytes) return std::to_string(integer);
+    const std::string text = exact_bytes(static_cast<std::uint64_t>(integer));
+    return text.ends_with("B") ? quoted(text) : text;
+  }
+  std::string operator()(double number) const { return number_text(number); }
+  std::string operator()(const std::string& text) const { return quoted(text); }
+  std::string operator()(const std::vector<double>& numbers) const {
+    std::string text;
+    for (const double number : numbers) text += (text.empty() ? "" : ", ") + number_text(number);
+    return "[" + text + "]";
+  }
+  std::string operator()(const std::vector<std::string>& texts) const {
+    std::string joined;
+    for (const std::string& text : texts) joined += (joined.empty() ? "" : ", ") + quoted(text);
+    return "[" + joined + "]";
+  }
+};
+
+}  // namespace
+
+std::span<const JobKey> job_keys() { return kKeys; }
+
+std::string JobKey::default_text() const { return value_text(get(Job{}), type); }
+
+const char* type_name(JobKeyType type) {
+  switch (type) {
+    case JobKeyType::kTexts:
+      return "list of texts";
+    case JobKeyType::kPath:
+      return "path";
+    case JobKeyType::kPaths:
+      return "list of paths";
+    case JobKeyType::kFlag:
+      return "true or false";
+    case JobKeyType::kChoice:
+      return "name";
+    case JobKeyType::kInteger:
+      return "integer";
+    case JobKeyType::kBytes:
+      return "bytes";
+    case JobKeyType::kNumbers:
+      return "list of numbers";
+  }
+  return "";
+}
+
+std::string value_text(const JobValue& value, JobKeyType type) {
+  return std::visit(TextOf{type}, value);
+}
+
+}  // namespace orbweave

@@ -1,0 +1,30 @@
+// Checks and conversions that the job file's keys share.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "io/job_keys.h"
+
+namespace orbweave {
+
+// Each throws UnsuitableValue where the value does not fit.
+bool flag_value(const WrittenValue& value);
+std::int64_t integer_value(const WrittenValue& value, std::int64_t least, std::int64_t most);
+/// One of the choices, by index.
+std::size_t choice_value(const WrittenValue& value, const std::vector<std::string>& choices);
+std::uint64_t bytes_value(const WrittenValue& value, std::uint64_t least);
+std::string text_value(const WrittenValue& value);
+/// A list, or one text that stands for a list of one.
+std::vector<std::string> texts_value(const WrittenValue& value);
+/// Positive and ascending, at least one; a single number stands for a list of one.
+std::vector<double> ascending_value(const WrittenValue& value);
+/// True for the text "auto".
+bool is_auto(const WrittenValue& value);
+
+/// A path, relative to the value's base directory; "" and "-" stay as they are.
+std::string path_value(const WrittenValue& value);
+/// Paths and patterns, likewise.
+std::vector<std::string> patterns_value(const WrittenValue& value);
+
+}  // namespace orbweave
