@@ -1,0 +1,82 @@
+#include "io/byte_reader.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "io/error.h"
+
+namespace orbweave {
+
+ByteReader::ByteReader(std::unique_ptr<ByteSource> source)
+    : source_(std::move(source)), buffer_(kBlockBytes) {}
+
+bool ByteReader::refill(std::size_t bytes) {
+  if (source_ended_) return available() >= bytes;
+  if (begin_ != 0) {
+    std::memmove(buffer_.data(), buffer_.data() + begin_, available());
+    end_ -= begin_;
+    begin_ = 0;
+  }
+  if (buffer_.size() < bytes) buffer_.resize(bytes);
+  const std::size_t room = buffer_.size() - end_;
+  const std::size_t got = source_->read({buffer_.data() + end_, room});
+  source_ended_ = got < room;
+  end_ += got;
+  loaded_ += got;
+  return available() >= bytes;
+}
+
+std::uint64_t ByteReader::skip(std::uint64_t bytes) {
+  std::uint64_t left = bytes;
+  while (left > 0 && ensure(1)) {
+    const auto step = static_cast<std::size_t>(std::min<std::uint64_t>(left, available()));
+    consume(step);
+    left -= step;
+  }
+  return bytes - left;
+}
+
+bool ByteReader::next_line(std::string_view& line) {
+  if (!ensure(1)) return false;
+  ++line_number_;
+  std::size_t searched = 0;
+  const void* newline = nullptr;
+  while (true) {
+    newline = std::memchr(data() + searched, '\n', available() - searched);
+    if (newline != nullptr) break;
+    searched = available();
+    if (searched > kLineLimit)
+      throw_bad_input("a line has more than " + std::to_string(kLineLimit) + " bytes",
+                      {.file = name(), .place = line_place(), .expected = "text"});
+    if (!refill(std::max(searched + 1, std::min(2 * searched, kLineLimit + 1))) &&
+        available() == searched)
+      break;
+  }
+  const auto* text = reinterpret_cast<const char*>(data());
+  const std::size_t length =
+      newline != nullptr ? static_cast<std::size_t>(static_cast<const std::byte*>(newline) - data())
+                         : available();
+  consume(length + (newline != nullptr ? 1 : 0));
+  line = {text, length};
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  return true;
+}
+
+std::optional<std::uint64_t> ByteReader::bytes_left() const {
+  const std::optional<std::uint64_t> length = source_->length();
+  if (!length) return std::nullopt;
+  return *length - std::min(*length, offset());
+}
+
+std::string ByteReader::line_place() const { return "line " + std::to_string(line_number_); }
+std::string ByteReader::byte_place() const { return "byte " + std::to_string(offset()); }
+
+std::string excerpt(std::string_view text) {
+  constexpr std::size_t kShown = 40;
+  std::string shown = "\"";
+  for (const char c : text.substr(0, kShown)) shown += c >= ' ' && c <= '~' ? c : '?';
+  return shown + (text.size() > kShown ? "...\"" : "\"");
+}
+
+}  // namespace orbweave

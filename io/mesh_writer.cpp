@@ -1,0 +1,158 @@
+#include "io/mesh_writer.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "io/error.h"
+#include "io/mesh_formats.h"
+
+namespace orbweave {
+namespace {
+
+constexpr std::size_t kBatchRows = std::size_t{1} << 16;
+
+std::string lower(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return text;
+}
+
+[[noreturn]] void refuse_extension(const std::filesystem::path& path, bool is_cloud) {
+  throw_usage("nobody writes this extension",
+              {.file = path.string(),
+               .found = path.extension().empty() ? "none" : path.extension().string(),
+               .expected = is_cloud ? ".ply, .xyz or .csv, each also with .gz"
+                                    : ".ply, .ply.gz, .obj or .stl"});
+}
+
+template <class T>
+void add_as(TextBuilder& text, const std::byte* from) {
+  T value;
+  std::memcpy(&value, from, sizeof value);
+  text.add_number(value);
+}
+
+/// Copies points [first, first + count).
+PointCloud slice(const PointCloud& cloud, std::size_t first, std::size_t count) {
+  PointCloud part;
+  part.schema = cloud.schema;
+  const auto range = [&](const auto& values, std::size_t width) {
+    return std::pair(values.begin() + static_cast<std::ptrdiff_t>(first * width),
+                     values.begin() + static_cast<std::ptrdiff_t>((first + count) * width));
+  };
+  const auto [p, p_end] = range(cloud.positions, 1);
+  part.positions.assign(p, p_end);
+  if (cloud.schema.has_normals) {
+    const auto [n, n_end] = range(cloud.normals, 1);
+    part.normals.assign(n, n_end);
+  }
+  const auto [a, a_end] = range(cloud.attributes, cloud.schema.attribute_bytes());
+  part.attributes.assign(a, a_end);
+  return part;
+}
+
+void write_all_vertices(MeshWriter& writer, const PointCloud& vertices) {
+  for (std::size_t first = 0; first < vertices.size(); first += kBatchRows)
+    writer.write_vertices(slice(vertices, first, std::min(kBatchRows, vertices.size() - first)));
+}
+
+}  // namespace
+
+void RowCounter::vertices(std::uint64_t count) {
+  if (count > vertices_left_) throw std::logic_error("more vertices than the mesh header says");
+  vertices_left_ -= count;
+}
+
+void RowCounter::triangles(std::uint64_t count) {
+  if (vertices_left_ != 0) throw std::logic_error("triangles before the last vertex");
+  if (count > triangles_left_) throw std::logic_error("more triangles than the mesh header says");
+  triangles_left_ -= count;
+}
+
+void RowCounter::finish() const {
+  if (vertices_left_ != 0 || triangles_left_ != 0)
+    throw std::logic_error("fewer vertices or triangles than the mesh header says");
+}
+
+void TextBuilder::add_value(ScalarType type, const std::byte* from) {
+  switch (type) {
+    case ScalarType::kInt8:
+      return add_as<std::int8_t>(*this, from);
+    case ScalarType::kUint8:
+      return add_as<std::uint8_t>(*this, from);
+    case ScalarType::kInt16:
+      return add_as<std::int16_t>(*this, from);
+    case ScalarType::kUint16:
+      return add_as<std::uint16_t>(*this, from);
+    case ScalarType::kInt32:
+      return add_as<std::int32_t>(*this, from);
+    case ScalarType::kUint32:
+      return add_as<std::uint32_t>(*this, from);
+    case ScalarType::kInt64:
+      return add_as<std::int64_t>(*this, from);
+    case ScalarType::kUint64:
+      return add_as<std::uint64_t>(*this, from);
+    case ScalarType::kFloat32:
+      return add_as<float>(*this, from);
+    case ScalarType::kFloat64:
+      return add_as<double>(*this, from);
+  }
+}
+
+std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
+                                             const MeshHeader& header,
+                                             const MeshWriterOptions& options) {
+  if (path == "-") return make_ply_writer(open_byte_sink(path), header, options);
+  std::filesystem::path plain = path;
+  const bool compressed = lower(plain.extension().string()) == ".gz";
+  if (compressed) plain.replace_extension();
+  const std::string extension = lower(plain.extension().string());
+  // The extension is judged before a file is touched.
+  if (extension == ".ply") return make_ply_writer(open_byte_sink(path), header, options);
+  if (header.is_cloud && extension == ".xyz")
+    return make_text_writer(open_byte_sink(path), header, ' ');
+  if (header.is_cloud && extension == ".csv")
+    return make_text_writer(open_byte_sink(path), header, ',');
+  if (!header.is_cloud && extension == ".obj" && !compressed)
+    return make_obj_writer(open_byte_sink(path), header);
+  if (!header.is_cloud && extension == ".stl" && !compressed)
+    return make_stl_writer(open_byte_sink(path), header, options, path.parent_path());
+  refuse_extension(path, header.is_cloud);
+}
+
+void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
+                const MeshWriterOptions& options) {
+  MeshHeader header;
+  header.vertices = mesh.vertices.size();
+  header.triangles = mesh.triangles.size();
+  header.has_hole = !mesh.hole.empty();
+  header.schema = mesh.vertices.schema;
+  const auto writer = open_mesh_writer(path, header, options);
+  write_all_vertices(*writer, mesh.vertices);
+  std::vector<Triangle64> batch;
+  for (std::size_t first = 0; first < mesh.triangles.size(); first += kBatchRows) {
+    const std::size_t count = std::min(kBatchRows, mesh.triangles.size() - first);
+    batch.clear();
+    for (std::size_t i = first; i < first + count; ++i) {
+      const Triangle& t = mesh.triangles[i];
+      batch.push_back({t[0], t[1], t[2]});
+    }
+    const std::span<const std::int32_t> hole(mesh.hole);
+    writer->write_triangles(batch, hole.empty() ? hole : hole.subspan(first, count));
+  }
+  writer->finish();
+}
+
+void write_cloud(const std::filesystem::path& path, const PointCloud& cloud,
+                 const MeshWriterOptions& options) {
+  MeshHeader header;
+  header.vertices = cloud.size();
+  header.is_cloud = true;
+  header.schema = cloud.schema;
+  const auto writer = open_mesh_writer(path, header, options);
+  write_all_vertices(*writer, cloud);
+  writer->finish();
+}
+
+}  // namespace orbweave

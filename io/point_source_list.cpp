@@ -1,0 +1,177 @@
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "io/error.h"
+#include "io/point_source.h"
+
+namespace orbweave {
+namespace {
+
+/// What a file of the list was found to be.
+struct ListedFile {
+  std::filesystem::path path;
+  PointSchema schema;
+  std::uint64_t bytes = 0;
+};
+
+/// Bytes of a row that the common schema keeps.
+struct KeptRun {
+  std::size_t offset = 0;
+  std::size_t bytes = 0;
+};
+
+std::vector<KeptRun> kept_runs(const PointSchema& from, const PointSchema& common) {
+  std::vector<KeptRun> runs;
+  for (const AttributeField& kept : common.attributes) {
+    std::size_t offset = 0;
+    for (const AttributeField& field : from.attributes) {
+      if (field == kept) break;
+      offset += size_of(field.type);
+    }
+    runs.push_back({offset, size_of(kept.type)});
+  }
+  return runs;
+}
+
+ScalarType wider(ScalarType a, ScalarType b) { return a == ScalarType::kFloat64 ? a : b; }
+
+bool has_field(const PointSchema& schema, const AttributeField& field) {
+  return std::find(schema.attributes.begin(), schema.attributes.end(), field) !=
+         schema.attributes.end();
+}
+
+void refuse_mixed_normals(const ListedFile& with, const ListedFile& without) {
+  throw_bad_input("some files have normals and some have none",
+                  {.file = without.path.string(),
+                   .found = "no normals",
+                   .expected = "normals as in " + with.path.string()});
+}
+
+PointSchema common_schema(const std::vector<ListedFile>& files) {
+  PointSchema common = files.front().schema;
+  for (const ListedFile& file : files) {
+    if (file.schema.has_normals != common.has_normals) {
+      const bool first_has = common.has_normals;
+      refuse_mixed_normals(first_has ? files.front() : file, first_has ? file : files.front());
+    }
+    common.position_type = wider(common.position_type, file.schema.position_type);
+    common.normal_type = wider(common.normal_type, file.schema.normal_type);
+    std::erase_if(common.attributes,
+                  [&](const AttributeField& field) { return !has_field(file.schema, field); });
+  }
+  return common;
+}
+
+/// One line per attribute of any file that not all have.
+void note_left_out(const std::vector<ListedFile>& files, const PointSchema& common,
+                   std::vector<std::string>& notes) {
+  std::vector<AttributeField> told;
+  for (const ListedFile& file : files) {
+    for (const AttributeField& field : file.schema.attributes) {
+      if (has_field(common, field) || std::find(told.begin(), told.end(), field) != told.end())
+        continue;
+      told.push_back(field);
+      const auto lacking = std::find_if(files.begin(), files.end(), [&](const ListedFile& other) {
+        return !has_field(other.schema, field);
+      });
+      notes.push_back("attribute " + field.name + " (" + name_of(field.type) + ") of " +
+                      file.path.string() + " is left out: " + lacking->path.string() +
+                      " does not have it");
+    }
+  }
+}
+
+class PointSourceList final : public PointSource {
+ public:
+  PointSourceList(const std::vector<std::filesystem::path>& paths, PointSourceOptions options)
+      : options_(std::move(options)) {
+    declared_ = 0;
+    for (const std::filesystem::path& path : paths) {
+      // Opened for its header only: thousands of scans would not fit the open-file limit.
+      const auto source = open_point_source(path, options_);
+      files_.push_back({path, source->schema(), source->bytes_total()});
+      const std::optional<std::uint64_t> declared = source->declared_points();
+      declared_ = declared_ && declared ? std::optional(*declared_ + *declared) : std::nullopt;
+      bytes_total_ += source->bytes_total();
+    }
+    schema_ = common_schema(files_);
+  }
+
+  const PointSchema& schema() const override { return schema_; }
+  std::optional<std::uint64_t> declared_points() const override { return declared_; }
+  std::uint64_t bytes_read() const override {
+    return bytes_done_ + (source_ ? source_->bytes_read() : 0);
+  }
+  std::uint64_t bytes_total() const override { return bytes_total_; }
+  void note(std::vector<std::string>& notes) const { note_left_out(files_, schema_, notes); }
+
+  bool read(PointCloud& batch, std::size_t capacity) override {
+    while (source_ || open_next()) {
+      PointCloud& target = same_attributes_ ? batch : whole_;
+      if (source_->read(target, capacity)) {
+        if (!same_attributes_) keep_common(batch);
+        batch.schema = schema_;
+        return true;
+      }
+      bytes_done_ += files_[next_ - 1].bytes;
+      source_.reset();
+    }
+    batch.clear();
+    batch.schema = schema_;
+    return false;
+  }
+
+ private:
+  bool open_next() {
+    if (next_ == files_.size()) return false;
+    const ListedFile& file = files_[next_++];
+    source_ = open_point_source(file.path, options_);
+    if (source_->schema() != file.schema)
+      throw_bad_input("the file's columns changed while the job ran", {.file = file.path.string()});
+    same_attributes_ = file.schema.attributes == schema_.attributes;
+    runs_ = kept_runs(file.schema, schema_);
+    return true;
+  }
+
+  void keep_common(PointCloud& batch) {
+    batch.positions.swap(whole_.positions);
+    batch.normals.swap(whole_.normals);
+    const std::size_t from_bytes = whole_.schema.attribute_bytes();
+    const std::size_t to_bytes = schema_.attribute_bytes();
+    batch.attributes.resize(batch.positions.size() * to_bytes);
+    const std::byte* from = whole_.attributes.data();
+    std::byte* to = batch.attributes.data();
+    for (std::size_t i = 0; i < batch.positions.size(); ++i, from += from_bytes) {
+      for (const KeptRun& run : runs_) {
+        std::memcpy(to, from + run.offset, run.bytes);
+        to += run.bytes;
+      }
+    }
+  }
+
+  PointSourceOptions options_;
+  std::vector<ListedFile> files_;
+  PointSchema schema_;
+  std::optional<std::uint64_t> declared_;
+  std::uint64_t bytes_total_ = 0;
+  std::uint64_t bytes_done_ = 0;
+  std::size_t next_ = 0;
+  std::unique_ptr<PointSource> source_;
+  bool same_attributes_ = true;
+  PointCloud whole_;  ///< a batch before attributes are left out
+  std::vector<KeptRun> runs_;
+};
+
+}  // namespace
+
+std::unique_ptr<PointSource> open_point_sources(const std::vector<std::filesystem::path>& paths,
+                                                const PointSourceOptions& options,
+                                                std::vector<std::string>* notes) {
+  if (paths.empty()) throw_usage("no input file", {.expected = "at least one scan"});
+  auto list = std::make_unique<PointSourceList>(paths, options);
+  if (notes != nullptr) list->note(*notes);
+  return list;
+}
+
+}  // namespace orbweave
