@@ -1,0 +1,45 @@
+// Near-uniform points on a surface, as rows: rows lie sqrt(3)/2 of the local spacing apart, the
+// points of a row 2/sqrt(3) of it, neighbouring rows are shifted. Whatever the shift, the largest
+// empty circle between two rows has a radius of at most 0.73 spacings and no two points are closer
+// than 0.86, so that row lengths and counts are free to follow the surface and the density.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/synthetic/synthetic_cloud.h"
+
+namespace orbweave::synthetic {
+
+/// One row of a sheet at constant v; u runs along it.
+struct Row {
+  std::uint64_t first = 0;  ///< index of its first point in the cloud
+  std::uint64_t count = 0;
+  double v = 0.0;
+  double begin = 0.0;  ///< u of the first point (closed rows: the phase, in steps)
+  double end = 1.0;    ///< u of the last point (open rows)
+  /// Open rows: the points inside are moved by this part of a step, so that neighbouring rows
+  /// are staggered while their ends stay on the border.
+  double stagger = 0.0;
+  int sheet = 0;
+  bool closed = false;
+};
+
+/// u of point k of a row.
+double along(const Row& row, std::uint64_t k);
+
+/// Rows of every shape but the sphere; their counts sum to options.points. No row is empty.
+/// Sheets: 0 (tori, plane); 0 and 1 (double wall: bottom, top); of the cube 0 to 5 the faces
+/// x=0, x=1, y=0, ... and 6 to 17 the edges (6 + 4 axis + position).
+std::vector<Row> rows_of(const SyntheticOptions& options);
+
+/// Square root of the relative density, 1 + 3 t when varying, its integral and the inverse of
+/// that; t in [0, 1].
+struct DensityProfile {
+  bool varying = false;
+  double root_density(double t) const;
+  double integral(double t) const;
+  double inverse_integral(double value) const;
+};
+
+}  // namespace orbweave::synthetic

@@ -1,0 +1,27 @@
+// The analytic surfaces behind `generate`, each as sheets with coordinates (u, v).
+#pragma once
+
+#include "engine/synthetic/portable_math.h"
+#include "engine/synthetic/synthetic_cloud.h"
+
+namespace orbweave::synthetic {
+
+inline constexpr double kMajorRadius = 1.0;  ///< of the tori
+inline constexpr double kTubeRadius = 0.4;
+inline constexpr double kWallGap = 3.0;  ///< between the two walls, in spacings
+
+struct SurfacePoint {
+  Vec3 position;
+  Vec3 normal;  ///< unit length, outward
+};
+
+/// u: turns around the axis; v: turns around the tube, 0 at the outer equator.
+SurfacePoint torus_point(double u, portable::SineCosine v);
+SurfacePoint bumpy_torus_point(double u, double v, portable::SineCosine around_tube);
+/// |dX/du x dX/dv| of the bumpy torus, per radian squared.
+double bumpy_torus_area_element(double u, double v);
+
+/// Normal of a point of the unit cube's surface, from the coordinates that are exactly 0 or 1.
+Vec3 cube_normal(Vec3 position);
+
+}  // namespace orbweave::synthetic

@@ -1,0 +1,149 @@
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+
+#include "engine/synthetic/surfaces.h"
+#include "engine/synthetic/synthetic_cloud.h"
+
+namespace orbweave {
+namespace {
+
+using portable::sine_cosine;
+using portable::SineCosine;
+using synthetic::SurfacePoint;
+
+struct MeshBuilder {
+  TriangleMesh mesh;
+
+  MeshBuilder() {
+    mesh.vertices.schema.has_normals = true;
+    mesh.vertices.schema.normal_type = ScalarType::kFloat64;
+  }
+  std::uint32_t add(SurfacePoint point) {
+    mesh.vertices.positions.push_back(point.position);
+    mesh.vertices.normals.push_back(point.normal);
+    return static_cast<std::uint32_t>(mesh.vertices.size() - 1);
+  }
+  void add_quad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+    mesh.triangles.push_back({a, b, c});
+    mesh.triangles.push_back({a, c, d});
+  }
+};
+
+using Surface = std::function<SurfacePoint(double u, double v)>;
+
+/// Grid of columns x rows cells over the unit square, closed in both directions.
+TriangleMesh closed_grid(std::uint32_t columns, std::uint32_t rows, const Surface& surface) {
+  MeshBuilder builder;
+  for (std::uint32_t j = 0; j < rows; ++j)
+    for (std::uint32_t i = 0; i < columns; ++i)
+      builder.add(surface(static_cast<double>(i) / columns, static_cast<double>(j) / rows));
+  const auto at = [&](std::uint32_t i, std::uint32_t j) {
+    return (j % rows) * columns + i % columns;
+  };
+  for (std::uint32_t j = 0; j < rows; ++j)
+    for (std::uint32_t i = 0; i < columns; ++i)
+      builder.add_quad(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+  return builder.mesh;
+}
+
+/// Appends an open grid of cells; `flipped` turns the triangles over.
+void append_open_grid(MeshBuilder& builder, std::uint32_t cells, bool flipped,
+                      const std::function<std::uint32_t(std::uint32_t, std::uint32_t)>& vertex) {
+  for (std::uint32_t j = 0; j < cells; ++j)
+    for (std::uint32_t i = 0; i < cells; ++i) {
+      const std::uint32_t a = vertex(i, j), b = vertex(i + 1, j);
+      const std::uint32_t c = vertex(i + 1, j + 1), d = vertex(i, j + 1);
+      flipped ? builder.add_quad(a, d, c, b) : builder.add_quad(a, b, c, d);
+    }
+}
+
+void append_square(MeshBuilder& builder, std::uint32_t cells, double z, bool up) {
+  const auto first = static_cast<std::uint32_t>(builder.mesh.vertices.size());
+  for (std::uint32_t j = 0; j <= cells; ++j)
+    for (std::uint32_t i = 0; i <= cells; ++i)
+      builder.add({{static_cast<double>(i) / cells, static_cast<double>(j) / cells, z},
+                   {0.0, 0.0, up ? 1.0 : -1.0}});
+  append_open_grid(builder, cells, !up,
+                   [&](std::uint32_t i, std::uint32_t j) { return first + j * (cells + 1) + i; });
+}
+
+TriangleMesh sphere_mesh(std::uint32_t columns) {
+  const std::uint32_t rows = columns / 2;
+  MeshBuilder builder;
+  const std::uint32_t south = builder.add({{0, 0, -1}, {0, 0, -1}});
+  for (std::uint32_t j = 1; j < rows; ++j) {
+    const SineCosine b = sine_cosine(0.5 * j / rows - 0.25);
+    for (std::uint32_t i = 0; i < columns; ++i) {
+      const SineCosine a = sine_cosine(static_cast<double>(i) / columns);
+      const Vec3 p{b.cosine * a.cosine, b.cosine * a.sine, b.sine};
+      builder.add({p, normalized(p)});
+    }
+  }
+  const std::uint32_t north = builder.add({{0, 0, 1}, {0, 0, 1}});
+  const auto at = [&](std::uint32_t i, std::uint32_t j) {
+    return 1 + (j - 1) * columns + i % columns;
+  };
+  for (std::uint32_t i = 0; i < columns; ++i) {
+    builder.mesh.triangles.push_back({south, at(i + 1, 1), at(i, 1)});
+    for (std::uint32_t j = 1; j + 1 < rows; ++j)
+      builder.add_quad(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+    builder.mesh.triangles.push_back({north, at(i, rows - 1), at(i + 1, rows - 1)});
+  }
+  return builder.mesh;
+}
+
+TriangleMesh cube_mesh(std::uint32_t cells) {
+  MeshBuilder builder;
+  std::map<std::array<std::uint32_t, 3>, std::uint32_t> known;
+  for (int face = 0; face < 6; ++face) {
+    const int axis = face / 2;
+    const auto vertex = [&](std::uint32_t i, std::uint32_t j) {
+      std::array<std::uint32_t, 3> key{};
+      key[axis] = face % 2 == 1 ? cells : 0;
+      key[(axis + 1) % 3] = i;
+      key[(axis + 2) % 3] = j;
+      const auto [entry, is_new] = known.try_emplace(key, 0);
+      if (is_new) {
+        const auto part = [&](int k) { return static_cast<double>(key[k]) / cells; };
+        const Vec3 p{part(0), part(1), part(2)};
+        entry->second = builder.add({p, synthetic::cube_normal(p)});
+      }
+      return entry->second;
+    };
+    append_open_grid(builder, cells, face % 2 == 0, vertex);
+  }
+  return builder.mesh;
+}
+
+}  // namespace
+
+TriangleMesh truth_mesh(const SyntheticOptions& options, std::uint32_t resolution) {
+  const std::uint32_t cells = std::max(8u, resolution);
+  MeshBuilder builder;
+  switch (options.shape) {
+    case Shape::kSphere:
+      return sphere_mesh(cells);
+    case Shape::kTorus:
+      return closed_grid(cells, std::max(4u, cells / 3), [](double u, double v) {
+        return synthetic::torus_point(u, sine_cosine(v));
+      });
+    case Shape::kBumpyTorus:
+      return closed_grid(cells, std::max(4u, cells / 3), [](double u, double v) {
+        return synthetic::bumpy_torus_point(u, v, sine_cosine(v));
+      });
+    case Shape::kPlane:
+      append_square(builder, cells, 0.0, true);
+      return builder.mesh;
+    case Shape::kDoubleWall:
+      append_square(builder, cells, 0.0, false);
+      append_square(builder, cells, synthetic::kWallGap * spacing(options), true);
+      return builder.mesh;
+    case Shape::kCube:
+      return cube_mesh(cells);
+  }
+  return builder.mesh;
+}
+
+}  // namespace orbweave
