@@ -48,6 +48,8 @@ double halo_width(std::span<const double> ball_radii) {
   for (const double ball_radius : ball_radii.subspan(1)) {
     width = std::max(6.0 * ball_radius, 4.0 * ball_radius + width);
   }
+  // Whether a triangle stands alone is seen one triangle further.
+  width += 2.0 * ball_radii.back();
   // Room for the perturbation of both ends of every step.
   return width * (1.0 + 16.0 * kPerturbation);
 }
@@ -70,7 +72,9 @@ BallPivotingResult ball_pivoting(std::span<const Vec3> positions, std::span<cons
     }
     if (!state.any_open()) break;
   }
+  state.drop_isolated();
   BallPivotingResult result;
+  result.isolated_dropped = state.isolated_dropped();
   result.conflicts_lost = state.conflicts_lost();
   result.triangles = state.take_triangles();
   result.fans = state.take_fan_counts();

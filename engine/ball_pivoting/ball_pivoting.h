@@ -30,7 +30,8 @@ struct BallPivotingResult {
   /// Number of fans at each input point (0: no triangle uses it; above 1: not manifold there),
   /// right for owned points.
   std::vector<std::uint8_t> fans;
-  std::uint64_t conflicts_lost = 0;  ///< triangles that lost against a rival on an edge (owned)
+  std::uint64_t conflicts_lost = 0;    ///< triangles that lost against a rival on an edge (owned)
+  std::uint64_t isolated_dropped = 0;  ///< triangles that shared no edge with another (owned)
 };
 
 /// Margin that a chunk needs around its owned points for their triangles to be those of the

@@ -9,33 +9,38 @@ namespace {
 
 constexpr std::uint32_t kBlockPoints = 4096;
 
-/// Working arrays that grow to the largest neighbourhood met.
+/// Working arrays of the walks that go on at once; they grow to the largest neighbourhood met.
 class ScratchSpace {
  public:
   void reserve(std::uint32_t candidates) {
     if (candidates <= capacity_) return;
     capacity_ = candidates + candidates / 2 + 64;
     const std::size_t room = capacity_ + kLanePadding;
-    doubles_.assign(7 * room, 0.0);
-    ids_.assign(room, 0);
-    corners_.assign(corner_bound(capacity_), 0);
+    doubles_.assign(kWalksAtOnce * 7 * room, 0.0);
+    ids_.assign(kWalksAtOnce * room, 0);
+    corners_.assign(kWalksAtOnce * std::size_t{corner_bound(capacity_)}, 0);
     double* at = doubles_.data();
-    for (double** array : {&scratch_.dx, &scratch_.dy, &scratch_.dz, &scratch_.cap_height,
-                           &scratch_.inverse_length, &scratch_.arc_begin, &scratch_.arc_length}) {
-      *array = at;
-      at += room;
+    for (std::uint32_t w = 0; w < kWalksAtOnce; ++w) {
+      WalkScratch& s = scratch_[w];
+      for (double** array :
+           {&s.dx, &s.dy, &s.dz, &s.cap_height, &s.inverse_length, &s.arc_begin, &s.arc_length}) {
+        *array = at;
+        at += room;
+      }
+      s.id = ids_.data() + w * room;
+      fans_[w].corners = corners_.data() + w * std::size_t{corner_bound(capacity_)};
     }
-    scratch_.id = ids_.data();
   }
-  const WalkScratch& arrays() const { return scratch_; }
-  Corner* corners() { return corners_.data(); }
+  const WalkScratch* arrays() const { return scratch_; }
+  Fan* fans() { return fans_; }
 
  private:
   std::uint32_t capacity_ = 0;
   std::vector<double> doubles_;
   std::vector<std::uint32_t> ids_;
   std::vector<Corner> corners_;
-  WalkScratch scratch_;
+  WalkScratch scratch_[kWalksAtOnce];
+  Fan fans_[kWalksAtOnce];
 };
 
 /// First cells of blocks of about kBlockPoints points, and the end.
@@ -61,9 +66,41 @@ std::vector<std::uint8_t> sorted_activity(const CellGrid& grid,
   return sorted;
 }
 
-struct BlockFans {
-  std::vector<Corner> corners;
-  std::vector<std::uint32_t> begins;  // per walked point, in sorted order
+/// Walks at the points of one block of cells; fans come out in sorted order.
+class BlockWalk {
+ public:
+  BlockWalk(const CellGrid& grid, double ball_radius, const std::uint8_t* active, WalkFunction walk)
+      : grid_(grid), ball_radius_(ball_radius), active_(active), walk_(walk) {}
+
+  /// take(sorted index, fan) is called for every point of cells [first, last) that was walked at.
+  template <class Take>
+  void run(std::uint32_t first, std::uint32_t last, const Take& take) {
+    const PointArrays arrays = grid_.arrays();
+    CellGrid::Cursor cursor(grid_, first);
+    for (std::uint32_t cell = first; cell < last; ++cell) {
+      const std::uint32_t begin = grid_.cell_begin(cell), end = grid_.cell_end(cell);
+      if (!wanted(begin, end)) continue;
+      const CandidateRanges candidates = cursor.around(cell);
+      space_.reserve(candidates.size());
+      for (std::uint32_t i = begin; i < end; i += kWalksAtOnce) {
+        const std::uint32_t count = std::min(end - i, kWalksAtOnce);
+        walk_(arrays, candidates, i, count, ball_radius_, active_, space_.arrays(), space_.fans());
+        for (std::uint32_t w = 0; w < count; ++w) take(i + w, space_.fans()[w]);
+      }
+    }
+  }
+
+ private:
+  bool wanted(std::uint32_t begin, std::uint32_t end) const {
+    return active_ == nullptr ||
+           std::any_of(active_ + begin, active_ + end, [](std::uint8_t a) { return a != 0; });
+  }
+
+  const CellGrid& grid_;
+  const double ball_radius_;
+  const std::uint8_t* active_;
+  const WalkFunction walk_;
+  ScratchSpace space_;
 };
 
 }  // namespace
@@ -74,49 +111,28 @@ FanTable walk_all(const CellGrid& grid, double ball_radius, std::span<const std:
   table.closed_.assign(grid.size(), 0);
   const std::vector<std::uint8_t> sorted_active = sorted_activity(grid, active);
   const std::uint8_t* activity = active.empty() ? nullptr : sorted_active.data();
-  const WalkFunction walk = walk_function(width);
-  const PointArrays arrays = grid.arrays();
   const std::vector<std::uint32_t> firsts = cut_into_blocks(grid);
   const std::size_t blocks = firsts.size() - 1;
   table.blocks_.resize(blocks);
-
   tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t block) {
-    ScratchSpace space;
-    CellGrid::Cursor cursor(grid, firsts[block]);
     std::vector<Corner> corners;
     const std::uint32_t begin = grid.cell_begin(firsts[block]);
     const std::uint32_t end = grid.cell_begin(firsts[block + 1]);
-    corners.reserve(std::size_t{7} * (activity == nullptr ? end - begin : 0));
-    std::vector<std::size_t> starts(end - begin + 1, 0);
-    for (std::uint32_t cell = firsts[block]; cell < firsts[block + 1]; ++cell) {
-      const std::uint32_t cell_begin = grid.cell_begin(cell), cell_end = grid.cell_end(cell);
-      const bool wanted =
-          activity == nullptr || std::any_of(activity + cell_begin, activity + cell_end,
-                                             [](std::uint8_t a) { return a != 0; });
-      CandidateRanges candidates;
-      if (wanted) {
-        candidates = cursor.around(cell);
-        space.reserve(candidates.size());
-      }
-      for (std::uint32_t i = cell_begin; i < cell_end; ++i) {
-        starts[i - begin] = corners.size();
-        if (!wanted || (activity != nullptr && activity[i] == 0)) continue;
-        Fan fan;
-        fan.corners = space.corners();
-        walk(arrays, candidates, i, ball_radius, activity, space.arrays(), fan);
-        table.closed_[grid.original(i)] = fan.closed ? 1 : 0;
-        for (std::uint32_t c = 0; c < fan.count; ++c) {
-          corners.push_back(make_corner(grid.original(first_of(fan.corners[c])),
-                                        grid.original(second_of(fan.corners[c]))));
-        }
-      }
-    }
-    starts[end - begin] = corners.size();
-    corners.shrink_to_fit();
-    for (std::uint32_t i = begin; i < end; ++i) {
+    if (activity == nullptr) corners.reserve(std::size_t{7} * (end - begin));
+    std::vector<std::size_t> starts(end - begin, 0);
+    BlockWalk walk(grid, ball_radius, activity, walk_function(width));
+    walk.run(firsts[block], firsts[block + 1], [&](std::uint32_t i, const Fan& fan) {
       const std::uint32_t point = grid.original(i);
-      table.begin_[point] = corners.data() + starts[i - begin];
-      table.count_[point] = static_cast<std::uint32_t>(starts[i - begin + 1] - starts[i - begin]);
+      starts[i - begin] = corners.size();
+      table.count_[point] = fan.count;
+      table.closed_[point] = fan.closed ? 1 : 0;
+      for (std::uint32_t c = 0; c < fan.count; ++c) {
+        corners.push_back(make_corner(grid.original(first_of(fan.corners[c])),
+                                      grid.original(second_of(fan.corners[c]))));
+      }
+    });
+    for (std::uint32_t i = begin; i < end; ++i) {
+      table.begin_[grid.original(i)] = corners.data() + starts[i - begin];
     }
     table.blocks_[block] = std::move(corners);
   });

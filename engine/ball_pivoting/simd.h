@@ -41,6 +41,11 @@ inline Lanes choose(Lanes::Mask m, Lanes yes, Lanes no) {
 }
 inline double smallest(Lanes a) { return _mm512_reduce_min_pd(a.v); }
 inline double largest(Lanes a) { return _mm512_reduce_max_pd(a.v); }
+/// The smallest lane of the (non-empty) mask.
+inline double smallest_of(Lanes a, Lanes::Mask m) {
+  if ((m & (m - 1)) == 0) return _mm512_cvtsd_f64(_mm512_maskz_compress_pd(m, a.v));
+  return _mm512_mask_reduce_min_pd(m, a.v);
+}
 inline Lanes::Mask both(Lanes::Mask a, Lanes::Mask b) { return a & b; }
 inline Lanes::Mask but_not(Lanes::Mask a, Lanes::Mask b) {
   return static_cast<Lanes::Mask>(a & ~b);
@@ -102,6 +107,9 @@ inline double largest(Lanes a) {
   const __m128d half = _mm_max_pd(_mm256_castpd256_pd128(a.v), _mm256_extractf128_pd(a.v, 1));
   return _mm_cvtsd_f64(_mm_max_sd(half, _mm_unpackhi_pd(half, half)));
 }
+inline double smallest_of(Lanes a, Lanes::Mask m) {
+  return smallest(choose(m, a, Lanes::all(1e300)));
+}
 inline Lanes::Mask both(Lanes::Mask a, Lanes::Mask b) { return a & b; }
 inline Lanes::Mask but_not(Lanes::Mask a, Lanes::Mask b) { return a & ~b; }
 inline bool any(Lanes::Mask m) { return m != 0; }
@@ -143,6 +151,7 @@ inline Lanes smaller(Lanes a, Lanes b) { return {a.v < b.v ? a.v : b.v}; }
 inline Lanes choose(Lanes::Mask m, Lanes yes, Lanes no) { return m ? yes : no; }
 inline double smallest(Lanes a) { return a.v; }
 inline double largest(Lanes a) { return a.v; }
+inline double smallest_of(Lanes a, Lanes::Mask) { return a.v; }
 inline Lanes::Mask both(Lanes::Mask a, Lanes::Mask b) { return a && b; }
 inline Lanes::Mask but_not(Lanes::Mask a, Lanes::Mask b) { return a && !b; }
 inline bool any(Lanes::Mask m) { return m; }

@@ -251,6 +251,28 @@ void SurfaceState::take_level(const FanTable& fans) {
   any_open_ = std::find(open_.begin(), open_.end(), 1) != open_.end();
 }
 
-std::vector<Triangle> SurfaceState::take_triangles() { return std::move(triangles_); }
+/// A triangle that no other shares an edge with. Its vertices are open then.
+bool SurfaceState::is_isolated(const Triangle& t) const {
+  for (int k = 0; k < 3; ++k) {
+    if (open_[t[k]] == 0 || edge_taken(t[(k + 1) % 3], t[k])) return false;
+  }
+  return true;
+}
+
+void SurfaceState::drop_isolated() {
+  std::vector<Triangle> isolated;
+  for (const VertexCorner& c : open_corners_) {
+    const Triangle t{c.vertex, first_of(c.corner), second_of(c.corner)};
+    if (!is_isolated(t)) continue;
+    --fan_counts_[c.vertex];  // it was a fan of its own
+    if (t == smallest_first(t)) isolated.push_back(t);
+  }
+  if (isolated.empty()) return;
+  std::sort(isolated.begin(), isolated.end());
+  for (const Triangle& t : isolated) isolated_dropped_ += is_owned(t[0]) ? 1 : 0;
+  std::erase_if(triangles_, [&](const Triangle& t) {
+    return std::binary_search(isolated.begin(), isolated.end(), t);
+  });
+}
 
 }  // namespace orbweave

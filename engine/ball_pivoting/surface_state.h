@@ -38,15 +38,20 @@ class SurfaceState {
   std::span<const std::uint8_t> open() const { return open_; }
   bool any_open() const { return any_open_; }
 
+  /// After the last level: triangles that share no edge with another one go.
+  void drop_isolated();
+
   /// Triangles whose smallest vertex is owned, sorted.
-  std::vector<Triangle> take_triangles();
+  std::vector<Triangle> take_triangles() { return std::move(triangles_); }
   /// Number of fans at each point, at most 255.
   std::vector<std::uint8_t> take_fan_counts() { return std::move(fan_counts_); }
   std::uint64_t conflicts_lost() const { return conflicts_lost_; }
+  std::uint64_t isolated_dropped() const { return isolated_dropped_; }
 
  private:
   bool is_owned(std::uint32_t vertex) const { return owned_.empty() || owned_[vertex] != 0; }
   bool edge_taken(std::uint32_t tail, std::uint32_t head) const;
+  bool is_isolated(const Triangle& t) const;
   std::vector<VertexCorner> corners_found_elsewhere(const FanTable& fans) const;
   std::vector<Triangle> first_level_losers(const FanTable& fans,
                                            std::span<const VertexCorner> elsewhere) const;
@@ -61,6 +66,7 @@ class SurfaceState {
   std::vector<VertexCorner> open_corners_;  // at open points, sorted
   std::vector<Triangle> triangles_;         // sorted
   std::uint64_t conflicts_lost_ = 0;
+  std::uint64_t isolated_dropped_ = 0;
   bool any_open_ = false;
 };
 

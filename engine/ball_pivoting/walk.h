@@ -63,19 +63,23 @@ struct Fan {
 /// (at most 3k - 6) meets the sphere at most twice.
 constexpr std::uint32_t corner_bound(std::uint32_t neighbours) { return 6 * neighbours + 8; }
 
-/// Finds the triangles at `point`. With `active` null: if the walk around the point's normal
-/// closes, its fan; otherwise all triangles of T_rho at the point. With `active` given: all
-/// triangles of T_rho at the point whose three vertices are active (non-zero).
-using WalkFunction = void (*)(const PointArrays& points, const CandidateRanges& candidates,
-                              std::uint32_t point, double ball_radius, const std::uint8_t* active,
-                              const WalkScratch& scratch, Fan& fan);
+/// Most points of one call of a walk function.
+inline constexpr std::uint32_t kWalksAtOnce = 4;
 
-void walk_generic(const PointArrays&, const CandidateRanges&, std::uint32_t, double,
-                  const std::uint8_t*, const WalkScratch&, Fan&);
-void walk_avx2(const PointArrays&, const CandidateRanges&, std::uint32_t, double,
-               const std::uint8_t*, const WalkScratch&, Fan&);
-void walk_avx512(const PointArrays&, const CandidateRanges&, std::uint32_t, double,
-                 const std::uint8_t*, const WalkScratch&, Fan&);
+/// Finds the triangles at points first .. first + count - 1, all within reach of the candidates,
+/// count <= kWalksAtOnce; scratch[w] and fans[w] serve point first + w. With `active` null: if the
+/// walk around a point's normal closes, its fan; otherwise all triangles of T_rho at the point.
+/// With `active` given (by index): all triangles of T_rho whose three vertices are active.
+using WalkFunction = void (*)(const PointArrays& points, const CandidateRanges& candidates,
+                              std::uint32_t first, std::uint32_t count, double ball_radius,
+                              const std::uint8_t* active, const WalkScratch* scratch, Fan* fans);
+
+void walk_generic(const PointArrays&, const CandidateRanges&, std::uint32_t, std::uint32_t, double,
+                  const std::uint8_t*, const WalkScratch*, Fan*);
+void walk_avx2(const PointArrays&, const CandidateRanges&, std::uint32_t, std::uint32_t, double,
+               const std::uint8_t*, const WalkScratch*, Fan*);
+void walk_avx512(const PointArrays&, const CandidateRanges&, std::uint32_t, std::uint32_t, double,
+                 const std::uint8_t*, const WalkScratch*, Fan*);
 
 enum class VectorWidth { kScalar, kAvx2, kAvx512 };
 /// The widest form this machine runs, or nullptr-free lookup of a given one.

@@ -3,10 +3,10 @@
 
 namespace orbweave {
 
-void walk_generic(const PointArrays& points, const CandidateRanges& candidates, std::uint32_t point,
-                  double ball_radius, const std::uint8_t* active, const WalkScratch& scratch,
-                  Fan& fan) {
-  walk(points, candidates, point, ball_radius, active, scratch, fan);
+void walk_generic(const PointArrays& points, const CandidateRanges& candidates, std::uint32_t first,
+                  std::uint32_t count, double ball_radius, const std::uint8_t* active,
+                  const WalkScratch* scratch, Fan* fans) {
+  walk(points, candidates, first, count, ball_radius, active, scratch, fans);
 }
 
 }  // namespace orbweave

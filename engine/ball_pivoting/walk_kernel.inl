@@ -12,6 +12,8 @@
 //   E + A cos t + B sin t > 0,  E = d_i.d_k / 2 - |d_k|^2 / 2,  A = a.d_k,  B = b.d_k.
 // No unit of this file may use anything that is shared with units compiled for other machines.
 
+#include <new>
+
 #include "engine/ball_pivoting/simd.h"
 #include "engine/ball_pivoting/walk.h"
 
@@ -50,19 +52,24 @@ class Walker {
       : points_(points), point_(point), s_(scratch), fan_(fan), normal_(normal_of(point)) {}
 
   void gather(const CandidateRanges& candidates, double ball_radius);
-  bool walk_around_normal();
+  void begin_walk();
+  bool walking() const { return state_ == State::kWalking; }
+  void step();
+  bool closed_simply() const;
   void scan_all(const std::uint8_t* active);
 
  private:
+  enum class State { kFailed, kWalking, kClosed };
   Direction normal_of(std::uint32_t id) const {
     const Vec3& n = points_.normals[id];
     return {n.x, n.y, n.z};
   }
   Direction neighbour(std::uint32_t k) const { return {s_.dx[k], s_.dy[k], s_.dz[k]}; }
 
-  bool is_free(Direction u) const;
+  bool is_free(Direction u, std::uint32_t but) const;
+  bool is_free_on_top_of(std::uint32_t i, Direction& u) const;
   std::uint32_t deepest_cap(Direction u) const;
-  std::uint32_t roll(Direction from, Direction u_tangent) const;
+  bool roll(Direction top, Direction d, std::uint32_t& circle, Direction& u) const;
   bool start(std::uint32_t& circle, Direction& u) const;
   Circle circle_at(std::uint32_t i, Direction u) const;
   Circle circle_from_top(std::uint32_t i) const;
@@ -83,6 +90,9 @@ class Walker {
   Fan& fan_;
   const Direction normal_;
   std::uint32_t n_ = 0;
+  State state_ = State::kFailed;
+  std::uint32_t i_ = kNobody, j_ = kNobody;  // the corner that the walk stands at
+  std::uint32_t first_i_ = kNobody, first_j_ = kNobody;
 };
 
 /// Collects the neighbours closer than two ball radii, in the order of the arrays.
@@ -123,12 +133,15 @@ void Walker::gather(const CandidateRanges& candidates, double ball_radius) {
   n_ = n;
 }
 
-bool Walker::is_free(Direction u) const {
+/// Whether the ball at u contains nobody; `but` touches it and does not count.
+bool Walker::is_free(Direction u, std::uint32_t but) const {
   const Lanes ux = Lanes::all(u.x), uy = Lanes::all(u.y), uz = Lanes::all(u.z);
+  const Lanes touching = Lanes::all(static_cast<double>(but));
   for (std::uint32_t k = 0; k < n_; k += Lanes::kWidth) {
     const Lanes inside =
         ux * Lanes::load(s_.dx + k) + uy * Lanes::load(s_.dy + k) + uz * Lanes::load(s_.dz + k);
-    if (any(Lanes::load(s_.cap_height + k) < inside)) return false;
+    const Lanes index = Lanes::counting_from(static_cast<double>(k));
+    if (any(but_not(Lanes::load(s_.cap_height + k) < inside, index == touching))) return false;
   }
   return true;
 }
@@ -176,8 +189,7 @@ std::uint32_t Walker::first_entered(const Circle& c, std::uint32_t self) const {
   // Equal angles: the neighbour that comes first wins, whatever the vector width.
   const double nearest = smallest(best);
   if (!(nearest < kBeyond)) return kNobody;
-  const Lanes candidates = choose(best == Lanes::all(nearest), best_index, Lanes::all(1e18));
-  return static_cast<std::uint32_t>(smallest(candidates));
+  return static_cast<std::uint32_t>(smallest_of(best_index, best == Lanes::all(nearest)));
 }
 
 /// Centre of the ball that touches p, i and j on the positive side of the triangle (p, i, j).
@@ -220,35 +232,40 @@ Circle Walker::circle_from_top(std::uint32_t i) const {
   return {scaled(0.5, d), a, outer(a, axis)};
 }
 
-/// Rolls the empty ball at `from` along the great circle through `tangent`: who is touched first.
-std::uint32_t Walker::roll(Direction from, Direction tangent) const {
-  return first_entered({{0, 0, 0}, from, tangent}, kNobody);
-}
-
 /// An empty ball that touches a neighbour, as near to the normal as is quick to find.
 bool Walker::start(std::uint32_t& circle, Direction& u) const {
-  const double length = std::sqrt(inner(normal_, normal_));
-  const Direction top = scaled(1.0 / length, normal_);
-  if (!is_free(top)) {
-    circle = deepest_cap(top);
-    const Circle c = circle_from_top(circle);
-    u = {c.middle.x + c.a.x, c.middle.y + c.a.y, c.middle.z + c.a.z};
-    // The neighbour itself is touched, to rounding: it must not count as inside.
-    const std::uint32_t deepest = deepest_cap(u);
-    return deepest == kNobody || deepest == circle;
-  }
   std::uint32_t nearest = 0;
   for (std::uint32_t k = 1; k < n_; ++k) {
     if (s_.cap_height[k] < s_.cap_height[nearest]) nearest = k;
   }
-  const Direction d = neighbour(nearest);
+  // On a smooth surface the ball that leans on the nearest neighbour from above is empty.
+  if (is_free_on_top_of(nearest, u)) {
+    circle = nearest;
+    return true;
+  }
+  const double length = std::sqrt(inner(normal_, normal_));
+  const Direction top = scaled(1.0 / length, normal_);
+  circle = deepest_cap(top);
+  if (circle != kNobody) return is_free_on_top_of(circle, u);
+  return roll(top, neighbour(nearest), circle, u);
+}
+
+/// Whether the ball that touches neighbour i closest to the normal is empty; u is that ball.
+bool Walker::is_free_on_top_of(std::uint32_t i, Direction& u) const {
+  const Circle c = circle_from_top(i);
+  u = {c.middle.x + c.a.x, c.middle.y + c.a.y, c.middle.z + c.a.z};
+  return is_free(u, i);
+}
+
+/// Rolls the empty ball at `top` towards the neighbour at `d`: who is touched first, and where.
+bool Walker::roll(Direction top, Direction d, std::uint32_t& circle, Direction& u) const {
   const Direction along = d - scaled(inner(d, top), top);
   const double squared = inner(along, along);
   if (!(squared > 0.0)) return false;
   const Direction tangent = scaled(1.0 / std::sqrt(squared), along);
-  circle = roll(top, tangent);
+  circle = first_entered({{0, 0, 0}, top, tangent}, kNobody);
   if (circle == kNobody) return false;
-  // Where the great circle enters the cap: same root as in first_entered.
+  // Where the great circle enters the cap: the same root as in first_entered.
   const Direction dk = neighbour(circle);
   const double e = -s_.cap_height[circle], a = inner(top, dk), b = inner(tangent, dk);
   const double m = a * a + b * b, square = m - e * e;
@@ -266,31 +283,40 @@ bool Walker::accepted(std::uint32_t i, std::uint32_t j) const {
          inner(normal, normal_of(s_.id[j])) > 0.0;
 }
 
-/// Walks the boundary of the free region around the normal. True when it is one cycle of
-/// accepted triangles that meets no neighbour twice; the fan then holds it.
-bool Walker::walk_around_normal() {
-  std::uint32_t i = kNobody;
+/// Begins the walk along the boundary of the free region around the normal.
+void Walker::begin_walk() {
+  state_ = State::kFailed;
   Direction u{};
-  if (n_ < 3 || !start(i, u)) return false;
-  std::uint32_t j = first_entered(circle_at(i, u), i);
-  if (j == kNobody) return false;
-  const std::uint32_t first_i = i, first_j = j;
-  const std::uint32_t most = n_;
-  do {
-    if (!accepted(i, j) || fan_.count >= most) return false;
-    emit(i, j);
-    const Circle c = circle_at(j, ball_at(i, j));
-    const std::uint32_t next = first_entered(c, j);
-    if (next == kNobody) return false;
-    i = j;
-    j = next;
-  } while (i != first_i || j != first_j);
+  if (n_ < 3 || !start(i_, u)) return;
+  j_ = first_entered(circle_at(i_, u), i_);
+  if (j_ == kNobody) return;
+  first_i_ = i_;
+  first_j_ = j_;
+  state_ = State::kWalking;
+}
+
+/// One pivot: takes the triangle (p, i, j) and goes on to the next corner.
+void Walker::step() {
+  const std::uint32_t next = first_entered(circle_at(j_, ball_at(i_, j_)), j_);
+  if (!accepted(i_, j_) || fan_.count >= n_ || next == kNobody) {
+    state_ = State::kFailed;
+    return;
+  }
+  emit(i_, j_);
+  i_ = j_;
+  j_ = next;
+  if (i_ == first_i_ && j_ == first_j_) state_ = State::kClosed;
+}
+
+/// Whether the walk came round as one cycle that meets no neighbour twice.
+bool Walker::closed_simply() const {
+  if (state_ != State::kClosed || fan_.count < 3) return false;
   for (std::uint32_t x = 0; x < fan_.count; ++x) {
     for (std::uint32_t y = 0; y < x; ++y) {
       if (first_of(fan_.corners[x]) == first_of(fan_.corners[y])) return false;
     }
   }
-  return fan_.count >= 3;
+  return true;
 }
 
 /// Arcs of the circle that the neighbours cover. False when one covers it whole.
@@ -389,17 +415,48 @@ void Walker::scan_all(const std::uint8_t* active) {
   }
 }
 
-void walk(const PointArrays& points, const CandidateRanges& candidates, std::uint32_t point,
-          double ball_radius, const std::uint8_t* active, const WalkScratch& scratch, Fan& fan) {
+void scan_point(const PointArrays& points, const CandidateRanges& candidates, std::uint32_t point,
+                double ball_radius, const std::uint8_t* active, const WalkScratch& scratch,
+                Fan& fan) {
   fan.count = 0;
   fan.closed = false;
+  if (active[point] == 0) return;
   Walker walker(points, point, scratch, fan);
   walker.gather(candidates, ball_radius);
-  if (active == nullptr && walker.walk_around_normal()) {
-    fan.closed = true;
+  walker.scan_all(active);
+}
+
+/// Walks at several points in turns, one pivot each: every pivot is a long chain of dependent
+/// operations, and independent chains fill each other's waiting times.
+void walk(const PointArrays& points, const CandidateRanges& candidates, std::uint32_t first,
+          std::uint32_t count, double ball_radius, const std::uint8_t* active,
+          const WalkScratch* scratch, Fan* fans) {
+  if (active != nullptr) {
+    for (std::uint32_t w = 0; w < count; ++w) {
+      scan_point(points, candidates, first + w, ball_radius, active, scratch[w], fans[w]);
+    }
     return;
   }
-  walker.scan_all(active);
+  alignas(Walker) unsigned char room[kWalksAtOnce * sizeof(Walker)];
+  Walker* walkers = reinterpret_cast<Walker*>(room);
+  for (std::uint32_t w = 0; w < count; ++w) {
+    fans[w].count = 0;
+    new (walkers + w) Walker(points, first + w, scratch[w], fans[w]);
+    walkers[w].gather(candidates, ball_radius);
+  }
+  for (std::uint32_t w = 0; w < count; ++w) walkers[w].begin_walk();
+  for (bool any_left = true; any_left;) {
+    any_left = false;
+    for (std::uint32_t w = 0; w < count; ++w) {
+      if (!walkers[w].walking()) continue;
+      walkers[w].step();
+      any_left = true;
+    }
+  }
+  for (std::uint32_t w = 0; w < count; ++w) {
+    fans[w].closed = walkers[w].closed_simply();
+    if (!fans[w].closed) walkers[w].scan_all(nullptr);
+  }
 }
 
 }  // namespace
