@@ -1,0 +1,400 @@
+#include "io/job_file.h"
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <locale>
+#include <set>
+
+#include "io/error.h"
+#include "io/glob.h"
+#include "io/nearest_name.h"
+#include "io/quantity.h"
+#include "io/toml_document.h"
+#include "tests/support/data.h"
+
+namespace orbweave {
+namespace {
+
+/// The message of the usage error that `text` leads to as a job file called job.toml.
+std::string message_of(const std::string& text) {
+  try {
+    parse_job(text, "job.toml");
+  } catch (const Error& error) {
+    CHECK(error.status() == ExitStatus::kUsage);
+    return error.what();
+  }
+  return "accepted";
+}
+
+std::string message_of_setting(const std::string& assignment) {
+  Job job;
+  try {
+    set_job_key(job, assignment);
+  } catch (const Error& error) {
+    CHECK(error.status() == ExitStatus::kUsage);
+    return error.what();
+  }
+  return "accepted";
+}
+
+Job with(const std::string& name, const std::string& text) {
+  Job job;
+  set_job_key(job, name, text);
+  return job;
+}
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream(path) << text;
+}
+
+using Catch::Contains;
+using Catch::StartsWith;
+using Strings = std::vector<std::string>;
+
+constexpr const char* kWholeJob = R"(
+[input]
+files = ["scans/*.ply", "one.xyz"]
+columns = ["x", "y", "z"]
+separator = "tab"
+[partition]
+memory = "512 MiB"
+chunk_points = 20_000
+[normals]
+source = "file"
+[reconstruct]
+method = "ball_pivoting"
+ball_radii = [0.0015, 1, +2.5e0]
+levels = 3
+[fill]
+enabled = false
+[output]
+mesh = "out mesh.ply"
+format = "text"
+precision = "float"
+attributes = false
+report = "r.json"
+picture = "/tmp/p.png"
+[run]
+threads = 2
+work_dir = "w"
+keep_work_dir = true
+)";
+
+TEST_CASE("EveryKeyOfAJobFileReachesTheJob") {
+  const Job job = parse_job(kWholeJob, "job.toml");
+  CHECK(job.input.files == Strings{"scans/*.ply", "one.xyz"});
+  CHECK(job.input.text.columns == Strings{"x", "y", "z"});
+  CHECK(job.input.text.separator == '\t');
+  CHECK(job.partition.memory_bytes == std::uint64_t{512} << 20);
+  CHECK(job.partition.chunk_points == 20000);
+  CHECK(job.reconstruct.ball_radii == std::vector<double>{0.0015, 1.0, 2.5});
+  CHECK(job.reconstruct.levels == 3);
+  CHECK(job.output.mesh == "out mesh.ply");
+  CHECK_FALSE(job.output.binary);
+  CHECK(job.output.float_positions);
+  CHECK_FALSE(job.output.attributes);
+  CHECK(job.output.report == "r.json");
+  CHECK(job.output.picture == "/tmp/p.png");
+  CHECK(job.run.threads == 2);
+  CHECK(job.run.work_dir == "w");
+  CHECK(job.run.keep_work_dir);
+}
+
+TEST_CASE("KeysLeftOutKeepTheirDefaults") {
+  const Job job = parse_job("# nothing\n[reconstruct]\nball_radii = \"auto\"\n", "job.toml");
+  CHECK(job_toml(job) == job_toml(Job{}));
+  CHECK(job_toml(parse_job("", "job.toml")) == job_toml(Job{}));
+}
+
+TEST_CASE("AJobWrittenAsTomlReadsBackAsTheSameJob") {
+  Job job = parse_job(kWholeJob, "job.toml");
+  job.output.mesh = "odd \"name\"\t\\ \x01 ü.ply";
+  job.reconstruct.ball_radii = {0.1, 1.0 / 3.0, 4e300};
+  job.partition.memory_bytes = 1000000001;
+  const Job back = parse_job(job_toml(job), "job.toml");
+  CHECK(job_toml(back) == job_toml(job));
+  CHECK(back.output.mesh == job.output.mesh);
+  CHECK(back.reconstruct.ball_radii == job.reconstruct.ball_radii);
+  CHECK(back.partition.memory_bytes == 1000000001);
+}
+
+TEST_CASE("AnUnknownKeyNamesFileLineAndTheNearestKnownKey") {
+  CHECK(message_of("[reconstruct]\n\nball_radi = [1.0]\n") ==
+        "job.toml: line 3: unknown key reconstruct.ball_radi. "
+        "Did you mean reconstruct.ball_radii?");
+  // The right key in the wrong section, and outside of every section.
+  CHECK_THAT(message_of("[run]\nmemory = 1\n"), Contains("Did you mean partition.memory?"));
+  CHECK_THAT(message_of("threads = 1\n"), Contains("Did you mean run.threads?"));
+  CHECK_THAT(message_of("[output]\nformat.x = 1\n"), Contains("output.format"));
+}
+
+TEST_CASE("AnUnknownSectionNamesFileLineAndTheNearestKnownSection") {
+  CHECK(message_of("[input]\n[partitions]\n") ==
+        "job.toml: line 2: unknown section [partitions]. Did you mean [partition]?");
+  CHECK_THAT(message_of("reconstruct = 3\n"), Contains("unknown key reconstruct"));
+  CHECK_THAT(message_of("[[input]]\nfiles = []\n"), Contains("line 1: unknown key input"));
+}
+
+TEST_CASE("TheFirstMistakeOfSeveralIsReported") {
+  CHECK_THAT(message_of("[run]\nzeta = 1\nalpha = 2\n[aaa]\n"), StartsWith("job.toml: line 2: "));
+}
+
+TEST_CASE("AnUnsuitableValueNamesFileLineValueAndRange") {
+  CHECK(message_of("[reconstruct]\nlevels = 9 # many\n") ==
+        "job.toml: line 2: reconstruct.levels has an unsuitable value; found 9, expected an "
+        "integer from 1 to 8");
+}
+
+struct Unsuitable {
+  const char* section;
+  const char* line;
+};
+
+TEST_CASE("ValuesOutsideTheirRangeAreRejected") {
+  const auto [section, line] = GENERATE(
+      Unsuitable{"input", "files = 3"}, Unsuitable{"input", "files = [\"a\", 3]"},
+      Unsuitable{"input", "files = [\"\"]"}, Unsuitable{"input", "files = [[\"a\"]]"},
+      Unsuitable{"input", "columns = true"}, Unsuitable{"input", "separator = \"x\""},
+      Unsuitable{"partition", "memory = \"4 GoB\""}, Unsuitable{"partition", "memory = 4"},
+      Unsuitable{"partition", "memory = -1"}, Unsuitable{"partition", "memory = \"\""},
+      Unsuitable{"partition", "memory = 99999999999999999999"},
+      Unsuitable{"partition", "chunk_points = 0"}, Unsuitable{"partition", "chunk_points = 1.5"},
+      Unsuitable{"partition", "chunk_points = \"all\""}, Unsuitable{"normals", "source = \"x\""},
+      Unsuitable{"reconstruct", "method = 1"}, Unsuitable{"reconstruct", "ball_radii = []"},
+      Unsuitable{"reconstruct", "ball_radii = [0.0]"},
+      Unsuitable{"reconstruct", "ball_radii = [-1.0]"},
+      Unsuitable{"reconstruct", "ball_radii = [2, 1]"},
+      Unsuitable{"reconstruct", "ball_radii = [1, 1]"},
+      Unsuitable{"reconstruct", "ball_radii = [nan]"},
+      Unsuitable{"reconstruct", "ball_radii = [1, inf]"},
+      Unsuitable{"reconstruct", "ball_radii = [1e999]"},
+      Unsuitable{"reconstruct", "ball_radii = [\"1\"]"},
+      Unsuitable{"reconstruct", "ball_radii = \"many\""}, Unsuitable{"reconstruct", "levels = 0"},
+      Unsuitable{"reconstruct", "levels = \"2\""}, Unsuitable{"fill", "enabled = 0"},
+      Unsuitable{"output", "mesh = 3"}, Unsuitable{"output", "mesh = \"a\\u0000b\""},
+      Unsuitable{"output", "format = \"ascii\""}, Unsuitable{"output", "precision = \"half\""},
+      Unsuitable{"output", "attributes = 1"}, Unsuitable{"output", "report = false"},
+      Unsuitable{"output", "picture = []"}, Unsuitable{"run", "threads = -1"},
+      Unsuitable{"run", "threads = 5000"}, Unsuitable{"run", "work_dir = 1979-05-27"},
+      Unsuitable{"run", "keep_work_dir = \"yes\""});
+  const std::string text(line);
+  const std::string key = text.substr(0, text.find(' '));
+  CAPTURE(section, line);
+  CHECK_THAT(message_of("[" + std::string(section) + "]\n\n" + line + "\n"),
+             StartsWith("job.toml: line 3: " + std::string(section) + "." + key) &&
+                 Contains("; found ") && Contains(", expected "));
+}
+
+TEST_CASE("WhatThisVersionDoesNotHaveIsSaid") {
+  CHECK_THAT(message_of("[normals]\nsource = \"estimate\"\n"),
+             Contains("line 2: normals.source: normals are taken from the file in this version"));
+  CHECK_THAT(message_of("[fill]\nenabled = true\n"),
+             Contains("the hole pass is not part of this version"));
+  CHECK_THAT(message_of("[reconstruct]\nmethod = \"cocone\"\n"),
+             Contains("found \"cocone\", expected \"ball_pivoting\""));
+}
+
+TEST_CASE("BrokenTomlNamesFileAndLine") {
+  CHECK(message_of("[input]\nfiles = \n") ==
+        "job.toml: line 2: not valid TOML: missing value after key-value separator '='; found "
+        "'files = '");
+  CHECK_THAT(message_of("[input\n"), Contains("line 1: not valid TOML"));
+  CHECK_THAT(message_of("\n\nfoo bar\n"), Contains("line 3: not valid TOML"));
+  CHECK_THAT(message_of("[run]\nthreads = 1\nthreads = 2\n"), Contains("line 3: not valid TOML"));
+}
+
+TEST_CASE("DeepNestingIsAnErrorAndNoCrash") {
+  CHECK_THAT(message_of("a = " + std::string(100000, '[')), Contains("nested too deeply"));
+  std::string dotted = "a";
+  for (int i = 0; i < 50000; ++i) dotted += ".a";
+  CHECK_THAT(message_of("\n" + dotted + " = 1\n"), Contains("line 2: nested too deeply"));
+  CHECK_THAT(message_of("[" + dotted + "]\n"), Contains("nested too deeply"));
+  CHECK_THAT(message_of("# " + std::string(kTomlLimitBytes, '.')), Contains("too long"));
+  // Brackets and dots in names are no nesting.
+  const std::string name(100, '[');
+  CHECK(parse_job("[output]\nmesh = \"" + name + ".\\\"" + name + "\"\n", "").output.mesh.size() ==
+        202);
+  CHECK(parse_job("[output]\nmesh = '''" + name + "'" + name + "'''\n", "").output.mesh.size() ==
+        201);
+}
+
+TEST_CASE("RelativePathsOfAJobFileAreRelativeToItsFolder") {
+  const Job job = parse_job(
+      "[input]\nfiles = [\"a/*.ply\", \"b.ply\", \"/c.ply\"]\n[output]\nmesh = \"m.ply\"\n"
+      "report = \"\"\npicture = \"-\"\n[run]\nwork_dir = \"../w\"\n",
+      "job.toml", "jobs/deep[1]");
+  CHECK(job.input.files == Strings{"jobs/deep\\[1]/a/*.ply", "jobs/deep[1]/b.ply", "/c.ply"});
+  CHECK(job.output.mesh == "jobs/deep[1]/m.ply");
+  CHECK(job.output.report.empty());
+  CHECK(job.output.picture == "-");
+  CHECK(job.run.work_dir == "jobs/deep[1]/../w");
+}
+
+TEST_CASE("AJobFileInAnotherFolderFindsItsScansByPattern") {
+  const test::ScratchDirectory scratch;
+  const auto folder = scratch / "odd [1] *";
+  std::filesystem::create_directories(folder / "scans.ply");
+  for (const char* name : {"b.ply", "a.ply", "C.ply", "other.xyz"}) write_text(folder / name, "x");
+  write_text(folder / "job.toml", "[input]\nfiles = [\"*.ply\", \"a.ply\"]\n");
+  const Job job = read_job_file(folder / "job.toml");
+  CHECK(expand_globs(job.input.files) == Strings{(folder / "C.ply").string(),
+                                                 (folder / "a.ply").string(),
+                                                 (folder / "b.ply").string()});
+}
+
+TEST_CASE("AMissingJobFileIsAUsageError") {
+  const test::ScratchDirectory scratch;
+  for (const auto& path : {scratch / "none.toml", scratch.path()}) {
+    try {
+      read_job_file(path);
+      FAIL("accepted " << path);
+    } catch (const Error& error) {
+      CHECK(error.status() == ExitStatus::kUsage);
+      CHECK_THAT(error.what(), StartsWith(path.string() + ": cannot "));
+    }
+  }
+}
+
+TEST_CASE("SettingAKeyTakesTomlValuesAndBareWords") {
+  CHECK(with("partition.memory", "2GiB").partition.memory_bytes == std::uint64_t{2} << 30);
+  CHECK(with("partition.memory", "512 MiB").partition.memory_bytes == std::uint64_t{512} << 20);
+  CHECK(with("partition.memory", "\"1GB\"").partition.memory_bytes == 1000000000);
+  CHECK(with("partition.memory", "100000000").partition.memory_bytes == 100000000);
+  CHECK(with("partition.chunk_points", "1_000").partition.chunk_points == 1000);
+  CHECK(with("partition.chunk_points", "auto").partition.chunk_points == 0);
+  CHECK(with("reconstruct.ball_radii", "0.0015").reconstruct.ball_radii ==
+        std::vector<double>{0.0015});
+  CHECK(with("reconstruct.ball_radii", "0.5,1, 2").reconstruct.ball_radii ==
+        std::vector<double>{0.5, 1.0, 2.0});
+  CHECK(with("reconstruct.ball_radii", "[0.5, 1]").reconstruct.ball_radii ==
+        std::vector<double>{0.5, 1.0});
+  CHECK(with("output.mesh", "out/mesh.ply").output.mesh == "out/mesh.ply");
+  CHECK(with("output.mesh", "12").output.mesh == "12");
+  CHECK(with("output.mesh", "'my mesh.ply'").output.mesh == "my mesh.ply");
+  CHECK(with("output.mesh", "it's.ply").output.mesh == "it's.ply");
+  CHECK(with("output.attributes", "false").output.attributes == false);
+  CHECK(with("output.format", "text").output.binary == false);
+  CHECK(with("input.columns", "x,y,z").input.text.columns == Strings{"x", "y", "z"});
+  CHECK(with("input.files", "[\"a.ply\", \"b.ply\"]").input.files == Strings{"a.ply", "b.ply"});
+  CHECK(with("input.separator", ",").input.text.separator == ',');
+}
+
+TEST_CASE("AssignmentsSplitAtTheFirstEqualsSign") {
+  Job job;
+  set_job_key(job, "output.mesh=a=b.ply");
+  CHECK(job.output.mesh == "a=b.ply");
+  CHECK(message_of_setting("output.mesh") ==
+        "no value given for a key; found \"output.mesh\", expected section.key=value");
+}
+
+TEST_CASE("SettingAKeyReportsTheSameMistakes") {
+  CHECK(message_of_setting("reconstruct.ball_radi=1") ==
+        "unknown key reconstruct.ball_radi. Did you mean reconstruct.ball_radii?");
+  CHECK(message_of_setting("reconstruct.levels=9") ==
+        "reconstruct.levels has an unsuitable value; found 9, expected an integer from 1 to 8");
+  CHECK_THAT(message_of_setting("reconstruct.ball_radii=0.5,x"), Contains("ascending order"));
+  CHECK_THAT(message_of_setting("run.threads=two"), Contains("found \"two\""));
+  CHECK_THAT(message_of_setting("run.threads=1\nlevels = 2"), Contains("run.threads"));
+}
+
+TEST_CASE("TheKeyTableIsCompleteAndItsDefaultsAreAccepted") {
+  std::set<std::string> names;
+  std::set<std::string> options;
+  for (const JobKey& key : job_keys()) {
+    CAPTURE(key.name());
+    CHECK(names.insert(key.name()).second);
+    if (*key.option != '\0') CHECK(options.insert(key.option).second);
+    CHECK_FALSE(std::string(key.range).empty());
+    CHECK_FALSE(std::string(key.help).empty());
+    CHECK_FALSE(std::string(type_name(key.type)).empty());
+    Job job;
+    CHECK_NOTHROW(set_job_key(job, key.name(), key.default_text()));
+    if (*key.option_value != '\0') CHECK_NOTHROW(set_job_key(job, key.name(), key.option_value));
+  }
+  CHECK(names.size() == 19);
+  CHECK(options.count("radii") == 1);
+}
+
+TEST_CASE("TheJobFilesThatUsersCopyAreRead") {
+  const Job object = read_job_file(test::source_path("configs/object.toml"));
+  CHECK(object.reconstruct.ball_radii.empty());
+  CHECK(object.reconstruct.levels == 3);
+  const Job large = read_job_file(test::source_path("configs/large-scan.toml"));
+  CHECK(large.reconstruct.ball_radii.size() == 1);
+  CHECK(large.partition.chunk_points > 0);
+  CHECK(large.partition.memory_bytes == std::uint64_t{8} << 30);
+}
+
+TEST_CASE("PatternsExpandToSortedFilesOncePerFile") {
+  const test::ScratchDirectory scratch;
+  for (const char* name : {"s2.ply", "s10.ply", "s1.ply", "odd[1].ply"})
+    write_text(scratch / name, "x");
+  const auto path = [&](const char* name) { return (scratch / name).string(); };
+  CHECK(expand_globs({path("s?.ply"), path("s*.ply")}) ==
+        Strings{path("s1.ply"), path("s2.ply"), path("s10.ply")});
+  // The name of a file that looks like a pattern, and a name without a file, pass through.
+  CHECK(expand_globs({path("odd[1].ply"), path("none.ply")}) ==
+        Strings{path("odd[1].ply"), path("none.ply")});
+  CHECK_THROWS_WITH(expand_globs({path("*.las")}),
+                    Contains(path("*.las") + ": no file matches this pattern"));
+}
+
+TEST_CASE("QuantitiesOfMemoryAreUnderstood") {
+  CHECK(parse_bytes("2GiB") == std::uint64_t{2} << 30);
+  CHECK(parse_bytes(" 512 MiB ") == std::uint64_t{512} << 20);
+  CHECK(parse_bytes("1.5GB") == 1500000000);
+  CHECK(parse_bytes("1000000") == 1000000);
+  CHECK(parse_bytes("3g") == std::uint64_t{3} << 30);
+  CHECK(parse_bytes("7 B") == 7);
+  CHECK(parse_bytes("1.5kb") == 1500);
+  CHECK(parse_bytes("9223372036854775807") == 9223372036854775807U);
+  for (const char* text : {"", "GiB", "-1", "1 GiBs", "1 2", "nan", "inf", "1e30", "99999999TiB",
+                           "9223372036854775808", "0x10", "1,5GB"}) {
+    CAPTURE(text);
+    CHECK_FALSE(parse_bytes(text).has_value());
+  }
+}
+
+TEST_CASE("QuantitiesAreWrittenForPeople") {
+  CHECK(format_bytes(0) == "0 B");
+  CHECK(format_bytes(1536) == "1.5 KiB");
+  CHECK(format_bytes((std::uint64_t{1} << 30) - 1) == "1.0 GiB");
+  CHECK(exact_bytes(std::uint64_t{4} << 30) == "4GiB");
+  CHECK(exact_bytes(1025) == "1025");
+  CHECK(format_count(0) == "0");
+  CHECK(format_count(437645) == "437,645");
+  CHECK(format_count(1000000000) == "1,000,000,000");
+  CHECK(format_rate(0.4) == "0");
+  CHECK(format_rate(730.0) == "730");
+  CHECK(format_rate(1250000.0) == "1.25M");
+  CHECK(format_rate(999600.0) == "1.00M");
+  CHECK(format_duration(0.44) == "0.4 s");
+  CHECK(format_duration(200.0) == "3 min 20 s");
+  CHECK(format_duration(7500.0) == "2 h 5 min");
+}
+
+TEST_CASE("ANumberIsTheSameInEveryLocale") {
+  struct Comma : std::numpunct<char> {
+    char do_decimal_point() const override { return ','; }
+    char do_thousands_sep() const override { return '.'; }
+    std::string do_grouping() const override { return "\3"; }
+  };
+  const std::locale before = std::locale::global(std::locale(std::locale(), new Comma));
+  const Job job = parse_job("[reconstruct]\nball_radii = [1.25]\n[run]\nthreads = 1234\n", "");
+  const std::string text = job_toml(job);
+  std::locale::global(before);
+  CHECK(job.reconstruct.ball_radii == std::vector<double>{1.25});
+  CHECK(job.run.threads == 1234);
+  CHECK(text == job_toml(job));
+}
+
+TEST_CASE("TheNearestNameIsTheOneWithTheFewestEdits") {
+  CHECK(edit_distance("kitten", "sitting") == 3);
+  CHECK(edit_distance("memroy", "memory") == 1);
+  CHECK(edit_distance("", "abc") == 3);
+  CHECK(nearest_name("recontsruct", {"run", "reconstruct", "inspect"}) == "reconstruct");
+  CHECK(nearest_name("x", {}).empty());
+}
+
+}  // namespace
+}  // namespace orbweave
