@@ -48,8 +48,9 @@ double halo_width(std::span<const double> ball_radii) {
   for (const double ball_radius : ball_radii.subspan(1)) {
     width = std::max(6.0 * ball_radius, 4.0 * ball_radius + width);
   }
-  // Whether a triangle stands alone is seen one triangle further.
-  width += 2.0 * ball_radii.back();
+  // Whether a triangle stands alone is seen one triangle further; and the fans of its vertices are
+  // to be right as well, not just those of the owned one.
+  width += 4.0 * ball_radii.back();
   // Room for the perturbation of both ends of every step.
   return width * (1.0 + 16.0 * kPerturbation);
 }
@@ -77,6 +78,7 @@ BallPivotingResult ball_pivoting(std::span<const Vec3> positions, std::span<cons
   result.isolated_dropped = state.isolated_dropped();
   result.conflicts_lost = state.conflicts_lost();
   result.triangles = state.take_triangles();
+  state.describe(result.boundary, result.fan_members);
   result.fans = state.take_fan_counts();
   return result;
 }

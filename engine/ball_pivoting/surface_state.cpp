@@ -50,6 +50,15 @@ std::span<const VertexCorner> corners_at(std::span<const VertexCorner> sorted,
   return {first, last};
 }
 
+/// Calls visit(corners) for the corners of each vertex of a list sorted by vertex.
+template <class Visit>
+void for_each_vertex(std::span<const VertexCorner> sorted, const Visit& visit) {
+  for (std::size_t i = 0, end = 0; i < sorted.size(); i = end) {
+    for (end = i; end < sorted.size() && sorted[end].vertex == sorted[i].vertex;) ++end;
+    visit(sorted.subspan(i, end - i));
+  }
+}
+
 void sort_unique(std::vector<VertexCorner>& list) {
   tbb::parallel_sort(list.begin(), list.end());
   list.erase(std::unique(list.begin(), list.end()), list.end());
@@ -60,6 +69,7 @@ void sort_unique(std::vector<VertexCorner>& list) {
 FanShape fan_shape(std::span<const VertexCorner> corners) {
   FanShape shape;
   const std::size_t n = corners.size();
+  shape.label.assign(n, 0);
   std::vector<std::uint8_t> seen(n, 0);
   const auto follower = [&](std::size_t i) {
     for (std::size_t k = 0; k < n; ++k) {
@@ -67,9 +77,18 @@ FanShape fan_shape(std::span<const VertexCorner> corners) {
     }
     return n;
   };
+  // Labels the fan that begins at corner i; returns its last corner.
   const auto follow = [&](std::size_t i) {
     ++shape.fans;
-    for (; i < n && seen[i] == 0; i = follower(i)) seen[i] = 1;
+    std::vector<std::size_t> members;
+    std::uint32_t label = first_of(corners[i].corner);
+    for (; i < n && seen[i] == 0; i = follower(i)) {
+      seen[i] = 1;
+      label = std::min(label, first_of(corners[i].corner));
+      members.push_back(i);
+    }
+    for (const std::size_t member : members) shape.label[member] = label;
+    return members.back();
   };
   // Open fans begin at a corner that nobody leads to; what is left over are cycles.
   std::vector<std::uint8_t> led_to(n, 0);
@@ -78,7 +97,10 @@ FanShape fan_shape(std::span<const VertexCorner> corners) {
     if (k < n) led_to[k] = 1;
   }
   for (std::size_t i = 0; i < n; ++i) {
-    if (led_to[i] == 0) follow(i);
+    if (led_to[i] != 0) continue;
+    const std::size_t last = follow(i);
+    shape.open.push_back(
+        {second_of(corners[last].corner), corners[i].vertex, first_of(corners[i].corner)});
   }
   shape.closed = n > 0 && shape.fans == 0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -145,6 +167,9 @@ void SurfaceState::close_or_keep(std::span<const VertexCorner> corners) {
   fan_counts_[vertex] = static_cast<std::uint8_t>(std::min(shape.fans, 255u));
   open_[vertex] = shape.closed ? 0 : 1;
   if (!shape.closed) open_corners_.insert(open_corners_.end(), corners.begin(), corners.end());
+  if (shape.closed && shape.fans > 1) {
+    pinched_corners_.insert(pinched_corners_.end(), corners.begin(), corners.end());
+  }
 }
 
 void SurfaceState::emit_first_level(const FanTable& fans, std::span<const VertexCorner> elsewhere,
@@ -200,10 +225,8 @@ void SurfaceState::take_first_level(const FanTable& fans) {
         for (const VertexCorner& c : corners_at(elsewhere, vertex)) take(c.corner);
         std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end());
       });
-  for (std::size_t i = 0, end = 0; i < corners.size(); i = end) {
-    for (end = i; end < corners.size() && corners[end].vertex == corners[i].vertex;) ++end;
-    close_or_keep(std::span(corners).subspan(i, end - i));
-  }
+  for_each_vertex(corners,
+                  [&](std::span<const VertexCorner> at_vertex) { close_or_keep(at_vertex); });
   any_open_ = std::find(open_.begin(), open_.end(), 1) != open_.end();
 }
 
@@ -244,10 +267,8 @@ void SurfaceState::take_level(const FanTable& fans) {
   std::inplace_merge(triangles_.begin(), triangles_.begin() + static_cast<std::ptrdiff_t>(emitted),
                      triangles_.end());
   tbb::parallel_sort(corners.begin(), corners.end());
-  for (std::size_t i = 0, end = 0; i < corners.size(); i = end) {
-    for (end = i; end < corners.size() && corners[end].vertex == corners[i].vertex;) ++end;
-    close_or_keep(std::span(corners).subspan(i, end - i));
-  }
+  for_each_vertex(corners,
+                  [&](std::span<const VertexCorner> at_vertex) { close_or_keep(at_vertex); });
   any_open_ = std::find(open_.begin(), open_.end(), 1) != open_.end();
 }
 
@@ -267,12 +288,31 @@ void SurfaceState::drop_isolated() {
     --fan_counts_[c.vertex];  // it was a fan of its own
     if (t == smallest_first(t)) isolated.push_back(t);
   }
-  if (isolated.empty()) return;
   std::sort(isolated.begin(), isolated.end());
   for (const Triangle& t : isolated) isolated_dropped_ += is_owned(t[0]) ? 1 : 0;
   std::erase_if(triangles_, [&](const Triangle& t) {
     return std::binary_search(isolated.begin(), isolated.end(), t);
   });
+  std::erase_if(open_corners_, [&](const VertexCorner& c) {
+    return std::binary_search(isolated.begin(), isolated.end(), triangle_of(c.vertex, c.corner));
+  });
+}
+
+void SurfaceState::describe(std::vector<BoundaryFan>& boundary,
+                            std::vector<FanMember>& members) const {
+  const auto visit = [&](std::span<const VertexCorner> corners) {
+    for_each_vertex(corners, [&](std::span<const VertexCorner> at_vertex) {
+      const FanShape shape = fan_shape(at_vertex);
+      boundary.insert(boundary.end(), shape.open.begin(), shape.open.end());
+      if (shape.fans < 2) return;
+      for (std::size_t i = 0; i < at_vertex.size(); ++i) {
+        members.push_back({at_vertex[i].vertex, first_of(at_vertex[i].corner), shape.label[i]});
+      }
+    });
+  };
+  visit(open_corners_);
+  visit(pinched_corners_);
+  std::sort(members.begin(), members.end());
 }
 
 }  // namespace orbweave

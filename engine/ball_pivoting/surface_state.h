@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/ball_pivoting/fan_table.h"
 #include "engine/ball_pivoting/rivals.h"
 
@@ -18,11 +19,14 @@ struct VertexCorner {
   friend auto operator<=>(const VertexCorner&, const VertexCorner&) = default;
 };
 
-/// Triangles around a vertex: number of fans, and whether every one of them is closed.
+/// Triangles around one vertex, sorted into fans.
 struct FanShape {
   std::uint32_t fans = 0;
-  bool closed = false;
+  bool closed = false;               ///< there are triangles, and every fan is a cycle
+  std::vector<std::uint32_t> label;  ///< per corner: smallest first neighbour of its fan
+  std::vector<BoundaryFan> open;     ///< the fans that are no cycle
 };
+/// `corners`: all corners at one vertex; no neighbour is first twice nor second twice.
 FanShape fan_shape(std::span<const VertexCorner> corners);
 
 class SurfaceState {
@@ -40,6 +44,9 @@ class SurfaceState {
 
   /// After the last level: triangles that share no edge with another one go.
   void drop_isolated();
+
+  /// After that: what is known of points that are no simple closed fan. Vertices ascending.
+  void describe(std::vector<BoundaryFan>& boundary, std::vector<FanMember>& members) const;
 
   /// Triangles whose smallest vertex is owned, sorted.
   std::vector<Triangle> take_triangles() { return std::move(triangles_); }
@@ -63,8 +70,9 @@ class SurfaceState {
   std::span<const std::uint8_t> owned_;
   std::vector<std::uint8_t> open_;
   std::vector<std::uint8_t> fan_counts_;
-  std::vector<VertexCorner> open_corners_;  // at open points, sorted
-  std::vector<Triangle> triangles_;         // sorted
+  std::vector<VertexCorner> open_corners_;     // at open points, sorted
+  std::vector<VertexCorner> pinched_corners_;  // at closed points of several fans
+  std::vector<Triangle> triangles_;            // sorted
   std::uint64_t conflicts_lost_ = 0;
   std::uint64_t isolated_dropped_ = 0;
   bool any_open_ = false;
