@@ -3,6 +3,7 @@ JSON and CSV results. Needs Debian's python3-numpy and time."""
 import csv
 import datetime
 import json
+import math
 import os
 import pathlib
 import platform
@@ -16,6 +17,9 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PEERS = ROOT / "bench" / "peers"
 PYTHON = "/usr/bin/python3"
+# Square world units of the generated shapes: radii 1 and 0.4 of the torus, unit squares, unit cube.
+AREAS = {"sphere": 4 * math.pi, "torus": 4 * math.pi ** 2 * 0.4, "plane": 1.0, "double-wall": 2.0,
+         "cube": 6.0}
 sys.path.insert(0, str(PEERS))
 
 
@@ -116,10 +120,9 @@ def generated(program, work, shape, points, noise=0.0):
     return made(cloud, words + (["--noise", f"{noise:g}"] if noise else []))
 
 
-def spacing(program, cloud):
-    """Distance of neighbouring points, as the program measures it."""
-    facts = json.loads(run([program, "inspect", cloud, "--json"])["stdout"])
-    return float(facts["spacing"])
+def spacing(shape, points):
+    """sqrt(area / points), the unit of the generated clouds' noise."""
+    return math.sqrt(AREAS[shape] / points)
 
 
 def reconstruct(program, cloud, mesh, arguments=()):

@@ -26,7 +26,7 @@ PARTS = ("open3d", "budget", "threads", "chunks")
 
 def smooth_cloud(options, work, points):
     cloud = harness.generated(options.program, work, options.shape, points)
-    return cloud, 1.3 * harness.spacing(options.program, cloud)
+    return cloud, 1.3 * harness.spacing(options.shape, points)
 
 
 def sha256(path):
@@ -144,7 +144,7 @@ def main():
     parser.add_argument("--points", type=int, help="instead of each part's own number")
     parser.add_argument("--chunk-points", type=int, help="of the many chunks (default: points / 40)")
     parser.add_argument("--repeats", type=int, default=5)
-    parser.add_argument("--shape", default="torus", help="of the generated cloud")
+    parser.add_argument("--shape", default="torus", choices=sorted(harness.AREAS))
     harness.add_common_options(parser)
     options = parser.parse_args()
     if unknown := set(options.parts) - set(PARTS):

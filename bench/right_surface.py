@@ -38,8 +38,7 @@ def workloads(options, work):
         name = f"torus {points // 1000}k noise {noise:g}"
         if options.only and options.only not in name:
             continue
-        clean = harness.generated(options.program, work, "torus", points)
-        radius = 1.3 * harness.spacing(options.program, clean)
+        radius = 1.3 * harness.spacing("torus", points)
         yield name, harness.generated(options.program, work, "torus", points, noise), radius
 
 

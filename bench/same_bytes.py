@@ -43,9 +43,9 @@ def workloads(options, work):
     for name, shape, points, noise in SHAPES:
         if options.only and options.only not in name:
             continue
-        clean = harness.generated(options.program, work, shape, points)
-        radius = 1.3 * harness.spacing(options.program, clean)
-        yield name, harness.generated(options.program, work, shape, points, noise), ["--radii", repr(radius)]
+        radius = 1.3 * harness.spacing(shape, points)
+        cloud = harness.generated(options.program, work, shape, points, noise)
+        yield name, cloud, ["--radii", repr(radius)]
 
 
 def rows_of(cloud):
