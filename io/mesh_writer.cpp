@@ -6,17 +6,12 @@
 
 #include "io/error.h"
 #include "io/mesh_formats.h"
+#include "io/mesh_parsers.h"
 
 namespace orbweave {
 namespace {
 
 constexpr std::size_t kBatchRows = std::size_t{1} << 16;
-
-std::string lower(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
-}
 
 [[noreturn]] void refuse_extension(const std::filesystem::path& path, bool is_cloud) {
   throw_usage("nobody writes this extension",
@@ -104,10 +99,8 @@ std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
                                              const MeshHeader& header,
                                              const MeshWriterOptions& options) {
   if (path == "-") return make_ply_writer(open_byte_sink(path), header, options);
-  std::filesystem::path plain = path;
-  const bool compressed = lower(plain.extension().string()) == ".gz";
-  if (compressed) plain.replace_extension();
-  const std::string extension = lower(plain.extension().string());
+  const bool compressed = path.extension() == ".gz";
+  const std::string extension = format_extension(path);
   // The extension is judged before a file is touched.
   if (extension == ".ply") return make_ply_writer(open_byte_sink(path), header, options);
   if (header.is_cloud && extension == ".xyz")

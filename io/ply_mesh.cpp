@@ -88,8 +88,7 @@ void read_vertices(ByteReader& reader, const PlyHeader& header, const PlyElement
 
 }  // namespace
 
-TriangleMesh read_ply_mesh(std::unique_ptr<ByteSource> bytes) {
-  ByteReader reader(std::move(bytes));
+TriangleMesh read_ply_mesh(ByteReader reader) {
   const PlyHeader header = read_ply_header(reader);
   const PlyElement* vertices = header.find("vertex");
   if (vertices == nullptr)
@@ -115,8 +114,7 @@ TriangleMesh read_ply_mesh(std::unique_ptr<ByteSource> bytes) {
   return mesh;
 }
 
-bool ply_holds_faces(std::unique_ptr<ByteSource> bytes) {
-  ByteReader reader(std::move(bytes));
+bool ply_holds_faces(ByteReader reader) {
   const PlyHeader header = read_ply_header(reader);
   const PlyElement* faces = header.find("face");
   return faces != nullptr && faces->count != 0 && find_corner_list(*faces).has_value();

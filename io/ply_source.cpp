@@ -1,6 +1,7 @@
 #include "io/ply_source.h"
 
 #include <algorithm>
+#include <string_view>
 #include <utility>
 
 #include "io/error.h"
@@ -18,8 +19,8 @@ const PlyElement& vertices_of(const PlyHeader& header, const ByteReader& reader)
 
 class PlySource final : public PointSource {
  public:
-  explicit PlySource(std::unique_ptr<ByteSource> bytes)
-      : reader_(std::move(bytes)),
+  explicit PlySource(ByteReader reader)
+      : reader_(std::move(reader)),
         header_(read_ply_header(reader_)),
         element_(vertices_of(header_, reader_)),
         vertices_(reader_, header_, element_) {
@@ -83,8 +84,15 @@ bool PlyVertexReader::read(PointCloud& batch, std::size_t capacity) {
   return !batch.empty();
 }
 
-std::unique_ptr<PointSource> open_ply_source(std::unique_ptr<ByteSource> bytes) {
-  return std::make_unique<PlySource>(std::move(bytes));
+bool looks_like_ply(ByteReader& reader) {
+  constexpr std::string_view kMagic = "ply";
+  if (!reader.ensure(kMagic.size() + 1)) return false;
+  const std::string_view front(reinterpret_cast<const char*>(reader.data()), kMagic.size() + 1);
+  return front.substr(0, kMagic.size()) == kMagic && front.back() <= ' ';
+}
+
+std::unique_ptr<PointSource> open_ply_source(ByteReader reader) {
+  return std::make_unique<PlySource>(std::move(reader));
 }
 
 }  // namespace orbweave

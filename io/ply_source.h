@@ -2,24 +2,25 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 
-#include "io/byte_source.h"
 #include "io/ply_rows.h"
 #include "io/point_source.h"
 #include "io/triangle_mesh.h"
 
 namespace orbweave {
 
+/// True when the stream begins as PLY does.
+bool looks_like_ply(ByteReader& reader);
+
 /// The vertices of a PLY file. Throws Error (bad input) when the header is damaged, when it has
 /// no vertices with x, y and z, and when the file is too short for it.
-std::unique_ptr<PointSource> open_ply_source(std::unique_ptr<ByteSource> bytes);
+std::unique_ptr<PointSource> open_ply_source(ByteReader reader);
 
 /// Vertices and faces of a PLY file; as read_mesh.
-TriangleMesh read_ply_mesh(std::unique_ptr<ByteSource> bytes);
+TriangleMesh read_ply_mesh(ByteReader reader);
 
 /// True when the header has a face element with rows and corners.
-bool ply_holds_faces(std::unique_ptr<ByteSource> bytes);
+bool ply_holds_faces(ByteReader reader);
 
 /// Reads the vertex element, batch by batch. The reader stands at its first row.
 class PlyVertexReader {

@@ -17,7 +17,8 @@ class PointSource {
  public:
   virtual ~PointSource() = default;
   virtual const PointSchema& schema() const = 0;
-  /// Points the file's header promises; nothing where the format does not say.
+  /// Points the file's header promises; nothing where the format does not say. PLY keeps the
+  /// promise or read() throws; a .pts file may hold more.
   virtual std::optional<std::uint64_t> declared_points() const = 0;
   /// Replaces batch by the next points, at most `capacity` of them, in file order, values
   /// unfiltered (NaN included). Returns false, with an empty batch, at the end.

@@ -1,0 +1,45 @@
+// What the columns of a text cloud mean.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/point_source.h"
+
+namespace orbweave {
+
+struct TextColumn {
+  std::string name;  ///< empty: the column is skipped
+  ScalarType type = ScalarType::kFloat64;
+};
+
+struct TextLayout {
+  char separator = ' ';  ///< ' ': any run of blanks and tabs
+  std::vector<TextColumn> columns;
+  bool has_header_line = false;  ///< the sample's first line names the columns
+};
+
+/// The first lines of a text cloud, comments and blank lines left out.
+struct TextSample {
+  std::vector<std::string> lines;  ///< not empty
+  std::string comment;             ///< text of a comment right before the first line
+  std::string file;                ///< for messages
+  std::size_t first_line = 1;      ///< number of lines[0] in the file
+  bool is_pts = false;             ///< columns without names are those of .pts
+};
+
+/// Columns as the options say, else as the header line (or a comment in its place) says, else by
+/// their number and values: x y z; then three columns of unit vectors are normals, three of
+/// integers from 0 to 255 are red, green and blue; .pts has intensity before its colours; any
+/// other column is an attribute "c4" (by its place). Throws Error: usage for options that make
+/// no sense, bad input where x, y and z cannot be found.
+TextLayout find_text_layout(const TextSample& sample, const TextOptions& options);
+
+/// Removes the next field, and the separator behind it, from a line; blanks around the field and
+/// quotes are taken off. Nothing at the line's end.
+std::optional<std::string_view> take_field(std::string_view& line, char separator);
+
+}  // namespace orbweave
