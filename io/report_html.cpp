@@ -1,0 +1,211 @@
+#include "io/report_html.h"
+
+#include <fstream>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+#include "io/job_keys.h"
+#include "io/machine.h"
+#include "io/quantity.h"
+
+namespace orbweave {
+namespace {
+
+constexpr const char* kStyle =
+    "body{font:15px/1.5 system-ui,sans-serif;max-width:60em;margin:2em auto;padding:0 1em;"
+    "color:#222;background:#fff}\n"
+    "h1{font-size:1.5em}h2{font-size:1.15em;margin:1.6em 0 .4em}\n"
+    "table{border-collapse:collapse}th,td{text-align:left;vertical-align:top;padding:.2em 1.2em "
+    ".2em 0;"
+    "border-bottom:1px solid #e4e4e4}\n"
+    "th{font-weight:600}td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}\n"
+    "img{max-width:100%;border:1px solid #e4e4e4}code{overflow-wrap:anywhere}\n";
+
+/// Pictures beyond that would make the page a burden; they are a file of their own anyway.
+constexpr std::size_t kPictureLimitBytes = std::size_t{16} << 20;
+
+using Rows = std::vector<std::pair<std::string, std::string>>;
+
+std::string heading(const std::string& text) { return "<h2>" + html_text(text) + "</h2>\n"; }
+
+std::string facts(const std::string& title, const Rows& rows) {
+  std::string html = heading(title) + "<table>\n";
+  for (const auto& [name, value] : rows)
+    html += "<tr><th>" + html_text(name) + "</th><td>" + html_text(value) + "</td></tr>\n";
+  return html + "</table>\n";
+}
+
+std::string row(const std::vector<std::string>& cells, const char* tag) {
+  std::string html = "<tr>";
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    html += std::string("<") + tag + (i == 0 ? ">" : " class=\"n\">") + html_text(cells[i]) + "</" +
+            tag + ">";
+  return html + "</tr>\n";
+}
+
+std::string joined(const std::vector<std::string>& words, const char* between) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
+  return text;
+}
+
+std::string point_text(Vec3 p) {
+  return format_exact(p.x) + ", " + format_exact(p.y) + ", " + format_exact(p.z);
+}
+
+std::string box_text(const Box& box) {
+  return box.empty() ? "none"
+                     : "from (" + point_text(box.min) + ") to (" + point_text(box.max) + ")";
+}
+
+std::string yes_or_no(bool value) { return value ? "yes" : "no"; }
+
+std::string mesh_table(const MeshFacts& mesh) {
+  Rows rows = {{"vertices", format_count(mesh.vertices)},
+               {"triangles", format_count(mesh.triangles)},
+               {"components", format_count(mesh.components)},
+               {"watertight", yes_or_no(mesh.watertight)},
+               {"boundary edges", format_count(mesh.boundary_edges)},
+               {"boundary loops", format_count(mesh.boundary_loops)},
+               {"non-manifold edges", format_count(mesh.nonmanifold_edges)},
+               {"non-manifold vertices", format_count(mesh.nonmanifold_vertices)},
+               {"inconsistently oriented edges", format_count(mesh.inconsistent_edges)},
+               {"degenerate triangles", format_count(mesh.degenerate_triangles)},
+               {"duplicate triangles", format_count(mesh.duplicate_triangles)},
+               {"vertices without a triangle", format_count(mesh.unreferenced_vertices)},
+               {"Euler characteristic", std::to_string(mesh.euler_characteristic)},
+               {"area", format_number(mesh.area)},
+               {"bounds", box_text(mesh.bounds)},
+               {"checksum", mesh.checksum}};
+  return facts("Mesh", rows);
+}
+
+std::string input_table(const RunReport& report) {
+  Rows rows = {{"files", joined(report.files, ", ")},
+               {"points read", format_count(report.points_read)}};
+  for (const auto& [reason, count] : report.points_dropped)
+    rows.emplace_back("dropped: " + reason, format_count(count));
+  rows.emplace_back("points that no triangle uses", format_count(report.points_unused));
+  rows.emplace_back("bounds", box_text(report.bounds));
+  return facts("Input", rows);
+}
+
+std::string work_table(const RunReport& report) {
+  std::string radii;
+  for (const double radius : report.radii)
+    radii += (radii.empty() ? "" : ", ") + format_exact(radius);
+  return facts("Partition and radii",
+               {{"chunks", format_count(report.chunks)},
+                {"points of the largest chunk", format_count(report.largest_chunk_points)},
+                {"halo width", format_number(report.halo_width)},
+                {"ball radii", radii},
+                {"why these radii", report.radii_reason},
+                {"triangles that lost a conflict", format_count(report.conflicts_lost)}});
+}
+
+std::string stage_row(const StageFacts& stage) {
+  const double rate = stage.seconds > 0.0 ? static_cast<double>(stage.points) / stage.seconds : 0.0;
+  return row({stage.name, format_duration(stage.seconds), format_duration(stage.cpu_seconds),
+              stage.points > 0 ? format_rate(rate) : "", format_bytes(stage.bytes_read),
+              format_bytes(stage.bytes_written), format_count(stage.chunks),
+              format_count(stage.chunks_reused)},
+             "td");
+}
+
+std::string stages_table(const RunReport& report) {
+  std::string html = heading("Stages") + "<table>\n" +
+                     row({"stage", "time", "CPU time", "points/s", "read", "written", "chunks",
+                          "of an earlier run"},
+                         "th");
+  for (const StageFacts& stage : report.stages) html += stage_row(stage);
+  return html + "</table>\n";
+}
+
+std::string options_table(const Job& job) {
+  Rows rows;
+  for (const JobKey& key : job_keys())
+    rows.emplace_back(key.name(), value_text(key.get(job), key.type));
+  return facts("Options", rows);
+}
+
+std::string machine_table(const RunReport& report) {
+  const MachineFacts machine = machine_facts();
+  return facts("Machine", {{"peak memory", format_bytes(report.peak_memory_bytes)},
+                           {"cores", std::to_string(machine.cores)},
+                           {"processor", machine.cpu_model},
+                           {"memory", format_bytes(machine.memory_bytes)}});
+}
+
+std::string notes_list(const std::vector<std::string>& notes) {
+  if (notes.empty()) return "";
+  std::string html = heading("Notes") + "<ul>\n";
+  for (const std::string& note : notes) html += "<li>" + html_text(note) + "</li>\n";
+  return html + "</ul>\n";
+}
+
+std::string base64(const std::string& bytes) {
+  constexpr const char* kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t at = 0; at < bytes.size(); at += 3) {
+    unsigned group = 0;
+    for (std::size_t i = at; i < at + 3; ++i)
+      group = group << 8 | (i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0u);
+    for (std::size_t digit = 0; digit < 4; ++digit)
+      text += at + digit <= bytes.size() ? kDigits[group >> (18 - 6 * digit) & 63] : '=';
+  }
+  return text;
+}
+
+std::string picture(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (path.empty() || path == "-" || !file) return "";
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  if (bytes.empty() || bytes.size() > kPictureLimitBytes) return "";
+  return "<p><img alt=\"The mesh\" src=\"data:image/png;base64," + base64(bytes) + "\"></p>\n";
+}
+
+}  // namespace
+
+std::string html_text(std::string_view text) {
+  std::string html;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        html += "&amp;";
+        break;
+      case '<':
+        html += "&lt;";
+        break;
+      case '>':
+        html += "&gt;";
+        break;
+      case '"':
+        html += "&quot;";
+        break;
+      case '\'':
+        html += "&#39;";
+        break;
+      default:
+        html += c;
+    }
+  }
+  return html;
+}
+
+std::string report_html(const RunReport& report) {
+  const std::string title =
+      report.options.output.mesh.empty()
+          ? "Surface reconstruction"
+          : std::filesystem::path(report.options.output.mesh).filename().string();
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>" +
+         html_text(title) + "</title>\n<style>\n" + kStyle + "</style>\n</head>\n<body>\n<h1>" +
+         html_text(title) + "</h1>\n<p>orbweave " + html_text(report.version) + ": <code>" +
+         html_text(joined(report.command, " ")) + "</code></p>\n" +
+         picture(report.options.output.picture) + mesh_table(report.mesh) + input_table(report) +
+         work_table(report) + stages_table(report) + machine_table(report) +
+         notes_list(report.notes) + options_table(report.options) + "</body>\n</html>\n";
+}
+
+}  // namespace orbweave
