@@ -1,0 +1,161 @@
+#include "io/chunk_store_commits.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <set>
+#include <vector>
+
+namespace orbweave {
+namespace {
+
+[[noreturn]] void throw_flush_error(const std::filesystem::path& path, int reason) {
+  throw_resource("cannot store a result",
+                 {.file = path.string(),
+                  .found = std::strerror(reason),
+                  .advice = "Free some space or name another work directory; the same command "
+                            "resumes what is done"});
+}
+
+/// Lets the device begin; only a hint.
+void start_writing(const FileDescriptor& file) {
+#ifdef SYNC_FILE_RANGE_WRITE
+  sync_file_range(file.get(), 0, 0, SYNC_FILE_RANGE_WRITE);
+#else
+  static_cast<void>(file);
+#endif
+}
+
+}  // namespace
+
+void flush_directory(const std::filesystem::path& directory) {
+  const FileDescriptor opened(::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!opened.valid()) throw_flush_error(directory, errno);
+  // Some file systems have no flush for directories and say so.
+  if (fsync(opened.get()) != 0 && errno != EINVAL && errno != ENOTSUP)
+    throw_flush_error(directory, errno);
+}
+
+CommitQueue::~CommitQueue() {
+  {
+    const std::scoped_lock lock(mutex_);
+    stop_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void CommitQueue::push(std::filesystem::path part, std::filesystem::path target,
+                       FileDescriptor file) {
+  std::unique_lock lock(mutex_);
+  if (!thread_.joinable()) thread_ = std::thread([this] { work(); });
+  changed_.wait(lock, [&] { return queue_.size() < kLimit || failure_; });
+  {
+    const std::scoped_lock names(names_);
+    unnamed_[target.native()] = part;
+  }
+  queue_.push_back({std::move(part), std::move(target), std::move(file)});
+  changed_.notify_all();
+  rethrow_failure(lock);
+}
+
+void CommitQueue::finish() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return queue_.empty() && !busy_; });
+  rethrow_failure(lock);
+}
+
+void CommitQueue::await(const std::filesystem::path& target) {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] {
+    const std::shared_lock names(names_);
+    return !unnamed_.contains(target.native());
+  });
+}
+
+void CommitQueue::drop() {
+  std::unique_lock lock(mutex_);
+  for (const Item& item : queue_) forget(item);
+  queue_.clear();
+  changed_.wait(lock, [&] { return !busy_; });
+  failure_ = nullptr;
+}
+
+void CommitQueue::work() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [&] { return stop_ || !queue_.empty(); });
+    if (queue_.empty()) return;
+    std::deque<Item> batch = std::exchange(queue_, {});
+    busy_ = true;
+    changed_.notify_all();  // there is room in the queue
+    lock.unlock();
+    settle(batch);
+    batch.clear();
+    lock.lock();
+    busy_ = false;
+    changed_.notify_all();
+  }
+}
+
+void CommitQueue::settle(std::deque<Item>& batch) {
+  for (const Item& item : batch) start_writing(item.file);
+  std::vector<Item> durable;
+  for (Item& item : batch) {
+    try {
+      if (fdatasync(item.file.get()) != 0) throw_flush_error(item.target, errno);
+      durable.push_back(std::move(item));
+    } catch (...) {
+      ::unlink(item.part.c_str());
+      forget(item);
+      fail(std::current_exception());
+    }
+  }
+  rename_all(durable);
+}
+
+void CommitQueue::rename_all(std::span<Item> durable) {
+  std::set<std::filesystem::path> directories;
+  for (const Item& item : durable) {
+    try {
+      const std::scoped_lock names(names_);
+      unnamed_.erase(item.target.native());
+      if (::rename(item.part.c_str(), item.target.c_str()) != 0) {
+        const int reason = errno;
+        ::unlink(item.part.c_str());
+        throw_flush_error(item.target, reason);
+      }
+      directories.insert(item.target.parent_path());
+    } catch (...) {
+      fail(std::current_exception());
+    }
+  }
+  for (const std::filesystem::path& directory : directories) {
+    try {
+      flush_directory(directory);
+    } catch (...) {
+      fail(std::current_exception());
+    }
+  }
+}
+
+void CommitQueue::forget(const Item& item) {
+  const std::scoped_lock names(names_);
+  unnamed_.erase(item.target.native());
+}
+
+void CommitQueue::fail(std::exception_ptr failure) {
+  const std::scoped_lock lock(mutex_);
+  if (!failure_) failure_ = std::move(failure);
+}
+
+void CommitQueue::rethrow_failure(std::unique_lock<std::mutex>& lock) {
+  if (!failure_) return;
+  const std::exception_ptr failure = std::exchange(failure_, nullptr);
+  lock.unlock();
+  std::rethrow_exception(failure);
+}
+
+}  // namespace orbweave

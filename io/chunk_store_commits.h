@@ -1,0 +1,81 @@
+// Makes result files durable and visible, in the background and many at a time.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <filesystem>
+#include <mutex>
+#include <shared_mutex>
+#include <span>
+#include <string>
+#include <thread>
+#include <unordered_map>
+
+#include "io/chunk_store_file.h"
+
+namespace orbweave {
+
+/// A queue of written files that wait to be flushed to the device and renamed. One thread works
+/// it off in order of commit: it starts the writing of all waiting files at once, then waits for
+/// each, renames them and flushes their directory once. So a thousand small results cost some
+/// dozens of journal commits, not thousands.
+class CommitQueue {
+ public:
+  CommitQueue() = default;
+  /// Finishes what is queued; errors are lost, their files are removed.
+  ~CommitQueue();
+  CommitQueue(const CommitQueue&) = delete;
+  CommitQueue& operator=(const CommitQueue&) = delete;
+
+  /// `part` is written and shall become `target`. Waits while kLimit files are queued. Rethrows
+  /// what went wrong with earlier ones.
+  void push(std::filesystem::path part, std::filesystem::path target, FileDescriptor file);
+  /// Waits until everything queued is done; rethrows what went wrong.
+  void finish();
+  /// Waits until `target` is not in the queue.
+  void await(const std::filesystem::path& target);
+  /// Forgets what is queued; the part files stay for the caller to remove.
+  void drop();
+
+  /// Calls use(path) with the name that the target has at the moment, and keeps it that way for
+  /// the time of the call.
+  template <class Use>
+  auto with_current_name(const std::filesystem::path& target, const Use& use) const {
+    const std::shared_lock lock(names_);
+    const auto found = unnamed_.find(target.native());
+    return use(found == unnamed_.end() ? target : found->second);
+  }
+
+ private:
+  static constexpr std::size_t kLimit = 128;
+  struct Item {
+    std::filesystem::path part, target;
+    FileDescriptor file;
+  };
+
+  void work();
+  void settle(std::deque<Item>& batch);
+  void rename_all(std::span<Item> durable);
+  void forget(const Item& item);
+  void fail(std::exception_ptr failure);
+  void rethrow_failure(std::unique_lock<std::mutex>& lock);
+
+  // Lock order: mutex_ before names_.
+  mutable std::shared_mutex names_;
+  std::unordered_map<std::string, std::filesystem::path> unnamed_;  // target -> part
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Item> queue_;
+  bool busy_ = false;
+  bool stop_ = false;
+  std::exception_ptr failure_;
+  std::thread thread_;
+};
+
+/// Flushes a directory's entries to the device. Throws Error (resource).
+void flush_directory(const std::filesystem::path& directory);
+
+}  // namespace orbweave

@@ -1,0 +1,454 @@
+#include "io/chunk_store_file.h"
+
+#include <fcntl.h>
+#include <hdf5.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <mutex>
+#include <stdexcept>
+
+namespace orbweave {
+namespace {
+
+constexpr const char* kChecksumSuffix = ".xxh3";
+constexpr const char* kVersionName = "orbweave_layout";
+
+/// An HDF5 identifier that closes itself.
+class Handle {
+ public:
+  using Closer = herr_t (*)(hid_t);
+  Handle(hid_t id, Closer closer) : id_(id), close_(closer) {}
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle& operator=(const Handle&) = delete;
+  hid_t get() const { return id_; }
+  bool valid() const { return id_ >= 0; }
+  /// Closes now; false when that fails.
+  bool close() { return close_(std::exchange(id_, -1)) >= 0; }
+
+ private:
+  hid_t id_;
+  Closer close_;
+};
+
+/// HDF5 is not thread-safe: every call to it happens while this is held.
+std::unique_lock<std::mutex> lock_hdf5() {
+  static std::mutex mutex;
+  std::unique_lock<std::mutex> lock(mutex);
+  static const bool prepared = [] {
+    // A file whose disk is full cannot be closed; the library must not retry that at exit.
+    H5dont_atexit();
+    return H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;
+  }();
+  static_cast<void>(prepared);
+  return lock;
+}
+
+hid_t native_type(ScalarType type) {
+  switch (type) {
+    case ScalarType::kInt8:
+      return H5T_NATIVE_INT8;
+    case ScalarType::kUint8:
+      return H5T_NATIVE_UINT8;
+    case ScalarType::kInt16:
+      return H5T_NATIVE_INT16;
+    case ScalarType::kUint16:
+      return H5T_NATIVE_UINT16;
+    case ScalarType::kInt32:
+      return H5T_NATIVE_INT32;
+    case ScalarType::kUint32:
+      return H5T_NATIVE_UINT32;
+    case ScalarType::kInt64:
+      return H5T_NATIVE_INT64;
+    case ScalarType::kUint64:
+      return H5T_NATIVE_UINT64;
+    case ScalarType::kFloat32:
+      return H5T_NATIVE_FLOAT;
+    case ScalarType::kFloat64:
+      return H5T_NATIVE_DOUBLE;
+  }
+  throw std::logic_error("chunk store: unknown scalar type");
+}
+
+Handle file_access() {
+  Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  // The latest format checksums all of HDF5's own structures.
+  H5Pset_libver_bounds(access.get(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
+  H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
+  // The store's own lock covers the directory; not every file system has per-file locks.
+  H5Pset_file_locking(access.get(), false, true);
+  return access;
+}
+
+std::uint64_t block_count(std::uint64_t rows) {
+  return (rows + kRowsPerChecksum - 1) / kRowsPerChecksum;
+}
+
+/// Blocks of equal content at other places, or of other arrays, have other checksums.
+std::uint64_t block_checksum(const StoredArray& array, std::uint64_t block, const void* data,
+                             std::size_t bytes) {
+  const std::uint64_t seed = XXH3_64bits(array.name.data(), array.name.size()) + block;
+  return XXH3_64bits_withSeed(data, bytes, seed);
+}
+
+// ---------------------------------------------------------------- writing
+
+[[noreturn]] void throw_write_error(const std::filesystem::path& path, int reason) {
+  throw_resource("cannot write to the work directory",
+                 {.file = path.string(),
+                  .found = reason != 0 ? std::strerror(reason) : "an HDF5 failure",
+                  .advice = "Free some space or name another work directory; the same command "
+                            "resumes what is done"});
+}
+
+/// Creates an array's dataset and tells where in the file it is. False on failure.
+bool create_dataset(hid_t file, const std::string& name, hid_t type, std::span<const hsize_t> shape,
+                    std::uint64_t& offset) {
+  const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr),
+                     H5Sclose);
+  const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_layout(creation.get(), H5D_CONTIGUOUS);
+  H5Pset_alloc_time(creation.get(), H5D_ALLOC_TIME_EARLY);
+  H5Pset_fill_time(creation.get(), H5D_FILL_TIME_NEVER);
+  H5Pset_obj_track_times(creation.get(), false);
+  const Handle dataset(
+      H5Dcreate2(file, name.c_str(), type, space.get(), H5P_DEFAULT, creation.get(), H5P_DEFAULT),
+      H5Dclose);
+  if (!dataset.valid()) return false;
+  const haddr_t address = H5Dget_offset(dataset.get());
+  const bool has_bytes =
+      std::all_of(shape.begin(), shape.end(), [](hsize_t extent) { return extent > 0; });
+  offset = has_bytes ? address : 0;
+  return !has_bytes || address != HADDR_UNDEF;
+}
+
+bool write_version(hid_t file) {
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Handle attribute(
+      H5Acreate2(file, kVersionName, H5T_NATIVE_INT, space.get(), H5P_DEFAULT, H5P_DEFAULT),
+      H5Aclose);
+  const int version = ChunkStore::kLayoutVersion;
+  return attribute.valid() && H5Awrite(attribute.get(), H5T_NATIVE_INT, &version) >= 0;
+}
+
+/// Writes everything but the arrays' bytes, and notes where these belong. False on failure.
+bool lay_out(const std::filesystem::path& path, ResultIndex& index) {
+  const auto lock = lock_hdf5();
+  errno = 0;
+  const Handle access = file_access();
+  const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+  H5Pset_link_phase_change(creation.get(), 64, 32);
+  H5Pset_obj_track_times(creation.get(), false);
+  Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose);
+  bool done = file.valid() && write_version(file.get());
+  for (StoredArray& array : index.arrays) {
+    const std::array<hsize_t, 2> shape = {array.rows, array.columns};
+    const std::array<hsize_t, 1> blocks = {block_count(array.rows)};
+    done = done &&
+           create_dataset(file.get(), array.name, native_type(array.type), shape, array.offset) &&
+           create_dataset(file.get(), array.name + kChecksumSuffix, H5T_NATIVE_UINT64, blocks,
+                          array.checksum_offset);
+  }
+  return file.valid() && file.close() && done;
+}
+
+void write_at(const std::filesystem::path& path, int file, const void* data, std::size_t bytes,
+              std::uint64_t offset) {
+  const char* from = static_cast<const char*>(data);
+  while (bytes > 0) {
+    const ssize_t written = pwrite(file, from, bytes, static_cast<off_t>(offset));
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) throw_write_error(path, written < 0 ? errno : ENOSPC);
+    from += written;
+    bytes -= static_cast<std::size_t>(written);
+    offset += static_cast<std::uint64_t>(written);
+  }
+}
+
+StoredArray describe(const ArrayView& view) {
+  StoredArray array{view.name, view.type, view.columns, view.rows, 0, 0, {}};
+  const std::size_t row_bytes = array.row_bytes();
+  const char* data = static_cast<const char*>(view.data);
+  for (std::uint64_t block = 0; block < block_count(view.rows); ++block) {
+    const std::uint64_t first = block * kRowsPerChecksum;
+    const std::uint64_t rows = std::min(kRowsPerChecksum, view.rows - first);
+    array.checksums.push_back(
+        block_checksum(array, block, data + first * row_bytes, rows * row_bytes));
+  }
+  return array;
+}
+
+FileDescriptor write_all(const std::filesystem::path& path, std::span<const ArrayView> arrays,
+                         ResultIndex& index) {
+  if (!lay_out(path, index)) throw_write_error(path, errno);
+  FileDescriptor file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
+  if (!file.valid()) throw_write_error(path, errno);
+  for (std::size_t i = 0; i < arrays.size(); ++i) {
+    const StoredArray& array = index.arrays[i];
+    const std::size_t bytes = array.rows * array.row_bytes();
+    const std::size_t checksum_bytes = array.checksums.size() * sizeof(std::uint64_t);
+    write_at(path, file.get(), arrays[i].data, bytes, array.offset);
+    write_at(path, file.get(), array.checksums.data(), checksum_bytes, array.checksum_offset);
+    index.file_bytes += bytes + checksum_bytes;
+  }
+  return file;
+}
+
+// ---------------------------------------------------------------- reading
+
+[[noreturn]] void throw_read_error(const std::filesystem::path& path, int reason) {
+  throw_resource("cannot read from the work directory",
+                 {.file = path.string(), .found = std::strerror(reason)});
+}
+
+void read_at(const std::filesystem::path& path, int file, void* data, std::size_t bytes,
+             std::uint64_t offset) {
+  char* to = static_cast<char*>(data);
+  while (bytes > 0) {
+    const ssize_t got = pread(file, to, bytes, static_cast<off_t>(offset));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0 && errno != EIO) throw_read_error(path, errno);
+    if (got <= 0) throw CorruptResult(path, got < 0 ? std::strerror(errno) : "a truncated file");
+    to += got;
+    bytes -= static_cast<std::size_t>(got);
+    offset += static_cast<std::uint64_t>(got);
+  }
+}
+
+struct Dataset {
+  hid_t id;
+  std::vector<hsize_t> shape;
+  std::uint64_t offset = 0;
+};
+
+/// Calls use(dataset) with an open dataset of `rank` dimensions; false when there is none.
+template <class Use>
+bool with_dataset(hid_t file, const std::string& name, int rank, const Use& use) {
+  const Handle dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!dataset.valid()) return false;
+  const Handle space(H5Dget_space(dataset.get()), H5Sclose);
+  if (!space.valid() || H5Sget_simple_extent_ndims(space.get()) != rank) return false;
+  Dataset found{dataset.get(), std::vector<hsize_t>(static_cast<std::size_t>(rank)), 0};
+  H5Sget_simple_extent_dims(space.get(), found.shape.data(), nullptr);
+  const haddr_t address = H5Dget_offset(dataset.get());
+  found.offset = address == HADDR_UNDEF ? 0 : address;
+  return use(found);
+}
+
+/// The scalar type whose native form the dataset has; false when none.
+bool scalar_type(hid_t dataset, ScalarType& type) {
+  const Handle stored(H5Dget_type(dataset), H5Tclose);
+  for (int t = 0; t <= static_cast<int>(ScalarType::kFloat64); ++t) {
+    type = static_cast<ScalarType>(t);
+    if (stored.valid() && H5Tequal(stored.get(), native_type(type)) > 0) return true;
+  }
+  return false;
+}
+
+/// Reads the description of one array; false when it is not as the store writes it.
+bool read_array(hid_t file, StoredArray& array) {
+  const bool data = with_dataset(file, array.name, 2, [&](const Dataset& dataset) {
+    array.rows = dataset.shape[0];
+    array.columns = static_cast<std::uint32_t>(dataset.shape[1]);
+    array.offset = dataset.offset;
+    return scalar_type(dataset.id, array.type);
+  });
+  return data && with_dataset(file, array.name + kChecksumSuffix, 1, [&](const Dataset& dataset) {
+           if (dataset.shape[0] != block_count(array.rows)) return false;
+           array.checksums.resize(dataset.shape[0]);
+           array.checksum_offset = dataset.offset;
+           return true;
+         });
+}
+
+bool version_matches(hid_t file) {
+  const Handle attribute(H5Aopen(file, kVersionName, H5P_DEFAULT), H5Aclose);
+  int version = 0;
+  return attribute.valid() && H5Aread(attribute.get(), H5T_NATIVE_INT, &version) >= 0 &&
+         version == ChunkStore::kLayoutVersion;
+}
+
+std::vector<std::string> array_names(hid_t file) {
+  std::vector<std::string> names;
+  H5G_info_t group{};
+  if (H5Gget_info(file, &group) < 0) return names;
+  for (hsize_t i = 0; i < group.nlinks; ++i) {
+    std::array<char, 256> text{};
+    if (H5Lget_name_by_idx(file, ".", H5_INDEX_NAME, H5_ITER_INC, i, text.data(), text.size(),
+                           H5P_DEFAULT) <= 0)
+      continue;
+    const std::string name = text.data();
+    if (!name.ends_with(kChecksumSuffix)) names.push_back(name);
+  }
+  return names;
+}
+
+/// Everything but the checksums themselves. Empty problem: all is well.
+std::string read_layout(const std::filesystem::path& path, ResultIndex& index) {
+  const auto lock = lock_hdf5();
+  const Handle access = file_access();
+  const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose);
+  if (!file.valid()) return "a file that HDF5 cannot open";
+  if (!version_matches(file.get())) return "no result of layout version 1";
+  for (const std::string& name : array_names(file.get())) {
+    StoredArray array;
+    array.name = name;
+    if (!read_array(file.get(), array)) return "array '" + name + "' in an unknown form";
+    index.arrays.push_back(std::move(array));
+  }
+  return {};
+}
+
+bool lies_within(std::uint64_t offset, std::uint64_t bytes, std::uint64_t file_bytes) {
+  return offset <= file_bytes && bytes <= file_bytes - offset;
+}
+
+class FileResult : public StoredResult {
+ public:
+  FileResult(std::filesystem::path path, FileDescriptor file,
+             std::shared_ptr<const ResultIndex> index, std::atomic<std::uint64_t>& bytes_read)
+      : path_(std::move(path)),
+        file_(std::move(file)),
+        index_(std::move(index)),
+        bytes_read_(bytes_read) {}
+
+  std::uint64_t rows(const std::string& array) const override { return find(array).rows; }
+  bool has(const std::string& array) const override { return search(array) != nullptr; }
+  std::size_t row_bytes(const std::string& array) const override { return find(array).row_bytes(); }
+
+  void read(const std::string& name, std::uint64_t first, std::uint64_t count,
+            void* out) const override {
+    const StoredArray& array = find(name);
+    if (first > array.rows || count > array.rows - first)
+      throw std::out_of_range("chunk store: rows outside of array '" + name + "'");
+    char* to = static_cast<char*>(out);
+    const std::uint64_t last = first + count;
+    while (first < last) {
+      const std::uint64_t block = first / kRowsPerChecksum;
+      const std::uint64_t begin = block * kRowsPerChecksum;
+      std::uint64_t end = std::min(begin + kRowsPerChecksum, array.rows);
+      if (first > begin || last < end) {
+        end = std::min(end, last);
+        read_part(array, block, first, end, to);
+      } else {
+        // Whole blocks go straight to their place; the last block of an array is whole as well.
+        end = last == array.rows ? last : last / kRowsPerChecksum * kRowsPerChecksum;
+        read_blocks(array, begin, end, to);
+      }
+      to += (end - first) * array.row_bytes();
+      first = end;
+    }
+  }
+
+ private:
+  const StoredArray* search(const std::string& name) const {
+    for (const StoredArray& array : index_->arrays)
+      if (array.name == name) return &array;
+    return nullptr;
+  }
+  const StoredArray& find(const std::string& name) const {
+    if (const StoredArray* array = search(name)) return *array;
+    throw CorruptResult(path_, "no array '" + name + "'");
+  }
+
+  /// Rows [first, last) of one block.
+  void read_part(const StoredArray& array, std::uint64_t block, std::uint64_t first,
+                 std::uint64_t last, char* out) const {
+    const std::uint64_t begin = block * kRowsPerChecksum;
+    const std::uint64_t end = std::min(begin + kRowsPerChecksum, array.rows);
+    std::vector<char> rows((end - begin) * array.row_bytes());
+    read_blocks(array, begin, end, rows.data());
+    std::memcpy(out, rows.data() + (first - begin) * array.row_bytes(),
+                (last - first) * array.row_bytes());
+  }
+
+  /// Whole blocks, rows [first, last), read and checked in pieces that stay in the cache.
+  void read_blocks(const StoredArray& array, std::uint64_t first, std::uint64_t last,
+                   char* out) const {
+    constexpr std::uint64_t kPieceRows = 32 * kRowsPerChecksum;
+    const std::size_t row_bytes = array.row_bytes();
+    for (std::uint64_t piece = first; piece < last; piece += kPieceRows) {
+      const std::uint64_t piece_end = std::min(piece + kPieceRows, last);
+      const std::size_t bytes = (piece_end - piece) * row_bytes;
+      read_at(path_, file_.get(), out, bytes, array.offset + piece * row_bytes);
+      bytes_read_ += bytes;
+      for (std::uint64_t row = piece; row < piece_end; row += kRowsPerChecksum) {
+        const std::size_t block_bytes =
+            (std::min(row + kRowsPerChecksum, piece_end) - row) * row_bytes;
+        verify(array, row / kRowsPerChecksum, out, block_bytes);
+        out += block_bytes;
+      }
+    }
+  }
+
+  void verify(const StoredArray& array, std::uint64_t block, const char* data,
+              std::size_t bytes) const {
+    if (block_checksum(array, block, data, bytes) != array.checksums[block])
+      throw CorruptResult(path_, "a wrong checksum in block " + std::to_string(block) +
+                                     " of array '" + array.name + "'");
+  }
+
+  std::filesystem::path path_;
+  FileDescriptor file_;
+  std::shared_ptr<const ResultIndex> index_;
+  std::atomic<std::uint64_t>& bytes_read_;
+};
+
+}  // namespace
+
+FileDescriptor::~FileDescriptor() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+FileDescriptor& FileDescriptor::operator=(FileDescriptor&& other) noexcept {
+  std::swap(descriptor_, other.descriptor_);
+  return *this;
+}
+
+WrittenResult write_result_file(const std::filesystem::path& path,
+                                std::span<const ArrayView> arrays) {
+  const auto index = std::make_shared<ResultIndex>();
+  for (const ArrayView& array : arrays) index->arrays.push_back(describe(array));
+  try {
+    FileDescriptor file = write_all(path, arrays, *index);
+    return {std::move(file), index};
+  } catch (...) {
+    ::unlink(path.c_str());
+    throw;
+  }
+}
+
+std::shared_ptr<const ResultIndex> read_result_index(const std::filesystem::path& path, int file) {
+  struct stat status {};
+  if (fstat(file, &status) != 0) throw_read_error(path, errno);
+  const auto file_bytes = static_cast<std::uint64_t>(status.st_size);
+  const auto index = std::make_shared<ResultIndex>();
+  const std::string problem = read_layout(path, *index);
+  if (!problem.empty()) throw CorruptResult(path, problem);
+  for (StoredArray& array : index->arrays) {
+    const std::uint64_t checksum_bytes = array.checksums.size() * sizeof(std::uint64_t);
+    if (!lies_within(array.offset, array.rows * array.row_bytes(), file_bytes) ||
+        !lies_within(array.checksum_offset, checksum_bytes, file_bytes))
+      throw CorruptResult(path, "a truncated file");
+    read_at(path, file, array.checksums.data(), checksum_bytes, array.checksum_offset);
+    index->file_bytes += array.rows * array.row_bytes() + checksum_bytes;
+  }
+  return index;
+}
+
+std::unique_ptr<StoredResult> make_file_result(std::filesystem::path path, FileDescriptor file,
+                                               std::shared_ptr<const ResultIndex> index,
+                                               std::atomic<std::uint64_t>& bytes_read) {
+  return std::make_unique<FileResult>(std::move(path), std::move(file), std::move(index),
+                                      bytes_read);
+}
+
+}  // namespace orbweave

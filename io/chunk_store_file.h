@@ -1,0 +1,70 @@
+// One result of the chunk store as an HDF5 file. HDF5 lays the file out; the bytes of the arrays
+// go past it (their places in the file are fixed), so they are copied once and in parallel.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "io/chunk_store.h"
+
+namespace orbweave {
+
+/// Owns a POSIX file descriptor.
+class FileDescriptor {
+ public:
+  explicit FileDescriptor(int descriptor = -1) : descriptor_(descriptor) {}
+  ~FileDescriptor();
+  FileDescriptor(FileDescriptor&& other) noexcept
+      : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  FileDescriptor& operator=(FileDescriptor&& other) noexcept;
+  int get() const { return descriptor_; }
+  bool valid() const { return descriptor_ >= 0; }
+
+ private:
+  int descriptor_;
+};
+
+/// An array's shape, its place in the file and its checksums.
+struct StoredArray {
+  std::string name;
+  ScalarType type = ScalarType::kUint8;
+  std::uint32_t columns = 1;
+  std::uint64_t rows = 0;
+  std::uint64_t offset = 0;              ///< first byte in the file
+  std::uint64_t checksum_offset = 0;     ///< first byte of the stored checksums in the file
+  std::vector<std::uint64_t> checksums;  ///< one per kRowsPerChecksum rows
+
+  std::size_t row_bytes() const { return columns * size_of(type); }
+};
+inline constexpr std::uint64_t kRowsPerChecksum = 1024;
+
+/// What is in a result file.
+struct ResultIndex {
+  std::vector<StoredArray> arrays;
+  std::uint64_t file_bytes = 0;  ///< of arrays and checksums
+};
+
+/// A result file that was just written.
+struct WrittenResult {
+  FileDescriptor file;
+  std::shared_ptr<const ResultIndex> index;
+};
+/// Writes a result file. On failure (Error, resource) no file is left.
+WrittenResult write_result_file(const std::filesystem::path& path,
+                                std::span<const ArrayView> arrays);
+
+/// Reads what a result file holds. Throws CorruptResult.
+std::shared_ptr<const ResultIndex> read_result_index(const std::filesystem::path& path, int file);
+
+/// An open result file. Adds what it reads to `bytes_read`.
+std::unique_ptr<StoredResult> make_file_result(std::filesystem::path path, FileDescriptor file,
+                                               std::shared_ptr<const ResultIndex> index,
+                                               std::atomic<std::uint64_t>& bytes_read);
+
+}  // namespace orbweave
