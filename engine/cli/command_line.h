@@ -1,0 +1,19 @@
+// From the command line to the action that it asks for.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "partition/executor.h"
+
+namespace orbweave {
+
+using CommandAction = std::function<void()>;
+
+/// Parses `arguments` (the program's name first) and returns what is to be done; --help and
+/// --version are actions too. `stop` must outlive the action. Throws Error (usage) with the
+/// nearest known command or option where one is misspelt.
+CommandAction parse_command_line(const std::vector<std::string>& arguments, const StopToken& stop);
+
+}  // namespace orbweave

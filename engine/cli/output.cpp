@@ -1,0 +1,88 @@
+#include "engine/cli/output.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <iostream>
+
+#include "io/error.h"
+#include "io/quantity.h"
+
+namespace orbweave {
+namespace {
+
+bool colour_on_stderr() {
+  const char* no_colour = std::getenv("NO_COLOR");
+  return (no_colour == nullptr || *no_colour == '\0') && isatty(STDERR_FILENO) == 1;
+}
+
+void print_labelled(const char* label, const char* colour, const std::string& what) {
+  std::cout.flush();
+  std::string line = "orbweave: ";
+  line += colour_on_stderr() ? colour + std::string(label) + "\033[0m" : label;
+  line += what + "\n";
+  std::cerr << line << std::flush;
+}
+
+std::string padded(const std::string& text, std::size_t width, bool left) {
+  const std::string blanks(width > text.size() ? width - text.size() : 0, ' ');
+  return left ? text + blanks : blanks + text;
+}
+
+}  // namespace
+
+void print_error(const std::string& what) { print_labelled("error: ", "\033[1;31m", what); }
+void print_warning(const std::string& what) { print_labelled("warning: ", "\033[1;33m", what); }
+
+void flush_output() {
+  std::cout.flush();
+  if (!std::cout) throw_resource("cannot write to standard output");
+}
+
+std::string facts_table(const Facts& facts) {
+  std::size_t width = 0;
+  for (const auto& fact : facts) width = std::max(width, fact.first.size());
+  std::string text;
+  for (const auto& [name, value] : facts) text += padded(name, width + 2, true) + value + "\n";
+  return text;
+}
+
+std::string table(const std::vector<std::vector<std::string>>& rows) {
+  std::vector<std::size_t> widths;
+  for (const auto& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()), 0);
+    for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    for (std::size_t c = 0; c < row.size(); ++c)
+      text += (c == 0 ? "" : "  ") + padded(row[c], widths[c], c == 0);
+    text += "\n";
+  }
+  return text;
+}
+
+std::string show_box(const Box& box) {
+  if (box.empty()) return "none";
+  const auto range = [&](int axis) {
+    return format_exact(box.min[axis]) + " .. " + format_exact(box.max[axis]);
+  };
+  const Vec3 extent = box.extent();
+  return range(0) + ", " + range(1) + ", " + range(2) + " (" + format_number(extent.x) + " x " +
+         format_number(extent.y) + " x " + format_number(extent.z) + ")";
+}
+
+std::string show_list(const std::vector<double>& values) {
+  std::string text;
+  for (double value : values) text += (text.empty() ? "" : ", ") + format_exact(value);
+  return text;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+}  // namespace orbweave

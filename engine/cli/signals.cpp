@@ -1,0 +1,41 @@
+#include "engine/cli/signals.h"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+
+#include "io/error.h"
+
+namespace orbweave {
+namespace {
+
+std::atomic<StopToken*> token{nullptr};
+static_assert(std::atomic<StopToken*>::is_always_lock_free &&
+                  std::atomic<bool>::is_always_lock_free,
+              "the handler may touch lock-free atomics only");
+
+void on_signal(int) {
+  StopToken* stop = token.load();
+  if (stop == nullptr || stop->requested()) _exit(static_cast<int>(ExitStatus::kInterrupted));
+  stop->request();
+}
+
+void install(int signal, void (*handler)(int)) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  sigemptyset(&action.sa_mask);
+  action.sa_flags = SA_RESTART;  // what is being read or written goes on to its next check
+  sigaction(signal, &action, nullptr);
+}
+
+}  // namespace
+
+void handle_signals(StopToken& stop) {
+  token.store(&stop);
+  install(SIGINT, on_signal);
+  install(SIGTERM, on_signal);
+  install(SIGPIPE, SIG_IGN);
+}
+
+}  // namespace orbweave

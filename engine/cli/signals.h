@@ -1,0 +1,13 @@
+// SIGINT and SIGTERM become a request to stop; nothing else happens in a handler.
+#pragma once
+
+#include "partition/executor.h"
+
+namespace orbweave {
+
+/// From now on SIGINT and SIGTERM set `stop`, which must outlive the process's main(); a second
+/// one ends the process at once with status 130. SIGPIPE is ignored, so that writing to a closed
+/// pipe is an error that gets reported.
+void handle_signals(StopToken& stop);
+
+}  // namespace orbweave

@@ -1,0 +1,168 @@
+// convert and generate, as a user runs them.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "io/mesh_reader.h"
+#include "io/mesh_writer.h"
+#include "io/point_source.h"
+#include "tests/support/data.h"
+#include "tests/support/program.h"
+
+using Catch::Matchers::Contains;
+using namespace orbweave;
+using namespace orbweave::test;
+
+namespace {
+
+ProgramResult run_in(const ScratchDirectory& in, const std::vector<std::string>& arguments) {
+  return run_program(arguments, {.directory = in.path()});
+}
+
+ProgramResult run_into(const ScratchDirectory& in, const std::vector<std::string>& arguments,
+                       const std::filesystem::path& device) {
+  return run_program(arguments, {.directory = in.path(), .out_to = device});
+}
+
+std::size_t entries(const ScratchDirectory& in) {
+  const std::filesystem::directory_iterator all(in.path());
+  return static_cast<std::size_t>(std::distance(begin(all), end(all)));
+}
+
+}  // namespace
+
+TEST_CASE("GeneratedCloudsAreTheSameBytesEveryTime") {
+  const ScratchDirectory in;
+  const std::string shape =
+      GENERATE("sphere", "torus", "bumpy-torus", "plane", "double-wall", "cube");
+  CAPTURE(shape);
+  for (const char* name : {"a.ply", "b.ply"}) {
+    const auto result = run_in(in, {"generate", shape, "--points", "500", "--noise", "0.25",
+                                    "--density", "varying", "--seed", "7", "-o", name});
+    REQUIRE(result.status == 0);
+    CHECK(result.err.empty());
+  }
+  CHECK(file_text(in / "a.ply") == file_text(in / "b.ply"));
+  const PointCloud cloud = read_all(*open_point_source(in / "a.ply"));
+  CHECK(cloud.size() == 500);
+  CHECK(cloud.normals.size() == 500);
+}
+
+TEST_CASE("SeedChangesTheNoiseOnly") {
+  const ScratchDirectory in;
+  for (const char* seed : {"1", "2"}) {
+    REQUIRE(run_in(in, {"generate", "sphere", "--points", "300", "--noise", "0.1", "--seed", seed,
+                        "-o", std::string(seed) + ".ply"})
+                .status == 0);
+  }
+  const PointCloud one = read_all(*open_point_source(in / "1.ply"));
+  const PointCloud two = read_all(*open_point_source(in / "2.ply"));
+  CHECK(one.positions != two.positions);
+  CHECK(one.normals == two.normals);
+}
+
+TEST_CASE("TruthIsAClosedMeshWhereTheShapeIsClosed") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "torus", "--points", "100", "-o", "cloud.ply", "--truth",
+                      "truth.ply"})
+              .status == 0);
+  const TriangleMesh truth = read_mesh(in / "truth.ply");
+  CHECK(truth.triangles.size() == 2 * truth.vertices.size());  // Euler characteristic 0
+}
+
+TEST_CASE("DashWritesPlyToStandardOutput") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "cube", "--points", "200", "-o", "cloud.ply"}).status == 0);
+  const auto streamed = run_in(in, {"generate", "cube", "--points", "200", "-o", "-"});
+  CHECK(streamed.status == 0);
+  CHECK(streamed.out == file_text(in / "cloud.ply"));
+  CHECK(run_in(in, {"convert", "cloud.ply", "-"}).out == streamed.out);
+}
+
+TEST_CASE("CloudSurvivesEveryFormatAndComesBackTheSame") {
+  const ScratchDirectory in;
+  const std::string between = GENERATE("b.xyz", "b.csv", "b.ply.gz", "b.csv.gz");
+  CAPTURE(between);
+  REQUIRE(run_in(in, {"generate", "torus", "--points", "1000", "-o", "a.ply"}).status == 0);
+  REQUIRE(run_in(in, {"convert", "a.ply", between}).status == 0);
+  const auto back = run_in(in, {"convert", between, "c.ply"});
+  CHECK(back.status == 0);
+  CHECK_THAT(back.out, Contains("c.ply: 1,000 points"));
+  CHECK(file_text(in / "a.ply") == file_text(in / "c.ply"));
+}
+
+TEST_CASE("MeshStaysAMeshUnlessTheOutputIsACloud") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "sphere", "--points", "9", "-o", "c.ply", "--truth", "m.ply"})
+              .status == 0);
+  const TriangleMesh mesh = read_mesh(in / "m.ply");
+  for (const char* name : {"m.obj", "m2.ply", "-"}) {
+    CAPTURE(name);
+    CHECK(run_in(in, {"convert", "m.ply", name}).status == 0);
+  }
+  CHECK(read_mesh(in / "m.obj").triangles == mesh.triangles);
+  CHECK(read_mesh(in / "m2.ply").vertices.positions == mesh.vertices.positions);
+  REQUIRE(run_in(in, {"convert", "m.obj", "m.xyz"}).status == 0);
+  CHECK(read_all(*open_point_source(in / "m.xyz")).positions == mesh.vertices.positions);
+}
+
+TEST_CASE("FloatHalvesTheCoordinates") {
+  const ScratchDirectory in;
+  write_text(in / "a.xyz", "0.1 0.2 0.3\n0.4 0.5 0.6\n");
+  REQUIRE(run_in(in, {"convert", "a.xyz", "f.ply", "--float"}).status == 0);
+  CHECK_THAT(file_text(in / "f.ply"), Contains("property float x"));
+  const PointCloud cloud = read_all(*open_point_source(in / "f.ply"));
+  CHECK(cloud.positions[0].x == static_cast<double>(0.1F));
+}
+
+TEST_CASE("CloudIntoAMeshFormatIsWrongUsage") {
+  const ScratchDirectory in;
+  write_text(in / "a.xyz", "0 0 0\n1 0 0\n0 1 0\n");
+  const std::string out = GENERATE("a.obj", "a.stl");
+  const auto result = run_in(in, {"convert", "a.xyz", out});
+  CHECK(result.status == 2);
+  CHECK_THAT(result.err, Contains(out) && Contains("reconstruct"));
+  CHECK(entries(in) == 1);
+}
+
+TEST_CASE("WrongValuesOfGenerateAreWrongUsageAndLeaveNoFile") {
+  const ScratchDirectory in;
+  struct Case {
+    std::vector<std::string> arguments;
+    const char* fragment;
+  };
+  const Case given = GENERATE(
+      values<Case>({{{"tors", "--points", "10"}, "Did you mean 'torus'?"},
+                    {{"torus", "--points", "0"}, "at least one point"},
+                    {{"torus", "--points", "2.5"}, "found \"2.5\", expected a whole number"},
+                    {{"torus", "--points", "many"}, "--points"},
+                    {{"torus", "--points", "10", "--noise", "-1"}, "noise"},
+                    {{"torus", "--points", "10", "--noise", "nan"}, "--noise"},
+                    {{"torus", "--points", "10", "--density", "sparse"}, "--density"}}));
+  std::vector<std::string> arguments = {"generate"};
+  arguments.insert(arguments.end(), given.arguments.begin(), given.arguments.end());
+  arguments.insert(arguments.end(), {"-o", "cloud.ply"});
+  const auto result = run_in(in, arguments);
+  CHECK(result.status == 2);
+  CHECK_THAT(result.err, Contains(given.fragment));
+  CHECK(entries(in) == 0);
+}
+
+TEST_CASE("FullDiskIsAResourceErrorThatGivesTheReason") {
+  const ScratchDirectory in;
+  if (skipped_without("/dev/full")) return;
+  const auto result =
+      run_into(in, {"generate", "sphere", "--points", "100000", "-o", "-"}, "/dev/full");
+  CHECK(result.status == 4);
+  CHECK_THAT(result.err, Contains("standard output") && Contains("No space left"));
+  CHECK(run_into(in, {"--help"}, "/dev/full").status == 4);
+}
+
+TEST_CASE("DamagedInputOfConvertLeavesNoOutput") {
+  const ScratchDirectory in;
+  write_text(in / "a.xyz", "0 0 0\n1 0 0\n0 y 0\n");
+  const auto result = run_in(in, {"convert", "a.xyz", "b.ply"});
+  CHECK(result.status == 3);
+  CHECK_THAT(result.err, Contains("a.xyz: line 3"));
+  CHECK(entries(in) == 1);
+}

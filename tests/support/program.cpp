@@ -1,0 +1,125 @@
+#include "tests/support/program.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include "tests/support/data.h"
+
+extern char** environ;
+
+namespace orbweave::test {
+namespace {
+
+int unnamed_file() {
+  std::string name = (std::filesystem::temp_directory_path() / "orbweave-output-XXXXXX").string();
+  const int descriptor = mkostemp(name.data(), O_CLOEXEC);
+  if (descriptor < 0) throw std::runtime_error("cannot create " + name);
+  unlink(name.c_str());
+  return descriptor;
+}
+
+std::string content_of(int descriptor) {
+  std::string text;
+  std::array<char, 65536> buffer{};
+  lseek(descriptor, 0, SEEK_SET);
+  for (ssize_t got = 0; (got = read(descriptor, buffer.data(), buffer.size())) > 0;)
+    text.append(buffer.data(), static_cast<std::size_t>(got));
+  return text;
+}
+
+std::vector<char*> pointers(std::vector<std::string>& texts) {
+  std::vector<char*> result;
+  for (std::string& text : texts) result.push_back(text.data());
+  result.push_back(nullptr);
+  return result;
+}
+
+std::vector<std::string> environment_with(const std::vector<std::string>& more) {
+  std::vector<std::string> all = more;
+  for (char** variable = environ; *variable != nullptr; ++variable) all.emplace_back(*variable);
+  return all;
+}
+
+pid_t spawn(std::vector<std::string> arguments, const ProgramSetting& setting, int out, int err) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  if (setting.out_to.empty())
+    posix_spawn_file_actions_adddup2(&actions, out, STDOUT_FILENO);
+  else
+    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, setting.out_to.c_str(), O_WRONLY, 0);
+  posix_spawn_file_actions_adddup2(&actions, err, STDERR_FILENO);
+  if (!setting.directory.empty())
+    posix_spawn_file_actions_addchdir_np(&actions, setting.directory.c_str());
+  std::vector<std::string> environment = environment_with(setting.environment);
+  pid_t process = -1;
+  const int failure = posix_spawn(&process, arguments[0].c_str(), &actions, nullptr,
+                                  pointers(arguments).data(), pointers(environment).data());
+  posix_spawn_file_actions_destroy(&actions);
+  if (failure != 0) throw std::runtime_error("cannot start " + arguments[0]);
+  return process;
+}
+
+}  // namespace
+
+RunningProgram::RunningProgram(const std::vector<std::string>& arguments,
+                               const ProgramSetting& setting)
+    : out_(unnamed_file()), err_(unnamed_file()) {
+  std::vector<std::string> all = {program_path().string()};
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  process_ = spawn(std::move(all), setting, out_, err_);
+}
+
+RunningProgram::~RunningProgram() {
+  if (!ended_) {
+    send(SIGKILL);
+    collect(0);
+  }
+  close(out_);
+  close(err_);
+}
+
+void RunningProgram::send(int signal) { kill(process_, signal); }
+
+bool RunningProgram::running() {
+  if (!ended_) collect(WNOHANG);
+  return !ended_;
+}
+
+ProgramResult RunningProgram::wait() {
+  if (!ended_) collect(0);
+  return {status_, content_of(out_), content_of(err_)};
+}
+
+void RunningProgram::collect(int options) {
+  int state = 0;
+  if (waitpid(process_, &state, options) != process_) return;
+  ended_ = true;
+  status_ = WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
+}
+
+ProgramResult run_program(const std::vector<std::string>& arguments,
+                          const ProgramSetting& setting) {
+  return RunningProgram(arguments, setting).wait();
+}
+
+std::string file_text(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  if (!file.flush()) throw std::runtime_error("cannot write " + path.string());
+}
+
+}  // namespace orbweave::test

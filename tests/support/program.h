@@ -1,0 +1,57 @@
+// Runs the built program as a user would: arguments in, output and exit status out.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace orbweave::test {
+
+struct ProgramResult {
+  int status = -1;  ///< exit status; 128 + signal where a signal ended it
+  std::string out;  ///< standard output
+  std::string err;  ///< standard error
+};
+
+struct ProgramSetting {
+  std::filesystem::path directory = {};       ///< to run in; empty: the current one
+  std::vector<std::string> environment = {};  ///< "NAME=value", beside the inherited ones
+  std::filesystem::path out_to = {};  ///< standard output goes to this device; empty: captured
+};
+
+/// A program that runs; its output goes to files that nobody else sees. Destroyed while it
+/// still runs, it is killed.
+class RunningProgram {
+ public:
+  explicit RunningProgram(const std::vector<std::string>& arguments,
+                          const ProgramSetting& setting = {});
+  ~RunningProgram();
+  RunningProgram(const RunningProgram&) = delete;
+  RunningProgram& operator=(const RunningProgram&) = delete;
+
+  void send(int signal);
+  bool running();
+  /// Waits for its end.
+  ProgramResult wait();
+
+ private:
+  void collect(int options);
+
+  pid_t process_ = -1;
+  bool ended_ = false;
+  int status_ = -1;
+  int out_ = -1;  ///< unlinked files that standard output and error go to
+  int err_ = -1;
+};
+
+/// Runs orbweave to its end.
+ProgramResult run_program(const std::vector<std::string>& arguments,
+                          const ProgramSetting& setting = {});
+
+/// The whole content of a file; empty where it cannot be read.
+std::string file_text(const std::filesystem::path& path);
+void write_text(const std::filesystem::path& path, const std::string& text);
+
+}  // namespace orbweave::test
