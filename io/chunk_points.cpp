@@ -151,20 +151,25 @@ void commit_points(ChunkStore& store, ChunkId chunk, const PointCloud& points) {
 }
 
 PointCloud load_points(const ChunkStore& store, ChunkId chunk, const PointSchema& schema) {
+  const std::uint64_t rows = store.open(kPointsStage, chunk)->rows(kPositions);
+  return load_point_rows(store, chunk, schema, 0, rows);
+}
+
+PointCloud load_point_rows(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
+                           std::uint64_t first, std::uint64_t count) {
   const auto stored = store.open(kPointsStage, chunk);
   expect_schema(*stored, schema);
-  const std::uint64_t rows = stored->rows(kPositions);
   PointCloud points;
   points.schema = schema;
-  points.positions.resize(rows);
-  stored->read(kPositions, 0, rows, points.positions.data());
+  points.positions.resize(count);
+  stored->read(kPositions, first, count, points.positions.data());
   if (schema.has_normals) {
-    points.normals.resize(rows);
-    read_normals(*stored, schema.normal_type, 0, rows, points.normals.data());
+    points.normals.resize(count);
+    read_normals(*stored, schema.normal_type, first, count, points.normals.data());
   }
   if (const std::size_t width = schema.attribute_bytes(); width > 0) {
-    points.attributes.resize(rows * width);
-    stored->read(kAttributes, 0, rows, points.attributes.data());
+    points.attributes.resize(count * width);
+    stored->read(kAttributes, first, count, points.attributes.data());
   }
   return points;
 }

@@ -20,6 +20,10 @@ void commit_points(ChunkStore& store, ChunkId chunk, const PointCloud& points);
 /// Reads all points of a chunk.
 PointCloud load_points(const ChunkStore& store, ChunkId chunk, const PointSchema& schema);
 
+/// Reads rows [first, first + count) of a chunk's points.
+PointCloud load_point_rows(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
+                           std::uint64_t first, std::uint64_t count);
+
 /// What is read besides positions.
 struct PointParts {
   bool normals = true;

@@ -1,0 +1,288 @@
+#include "engine/pipeline/export_stage.h"
+
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_pipeline.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "engine/pipeline/reconstruct_stage.h"
+#include "engine/pipeline/used_vertices.h"
+#include "io/chunk_points.h"
+#include "io/mesh_checksum.h"
+#include "io/mesh_writer.h"
+#include "io/picture.h"
+
+namespace orbweave {
+namespace {
+
+constexpr std::uint64_t kPieceRows = std::uint64_t{1} << 16;
+
+/// A run of rows of one chunk, on its way to the file.
+struct Piece {
+  ChunkId chunk = 0;
+  std::uint64_t first = 0;
+  std::uint64_t rows = 0;
+  PointCloud vertices;
+  std::vector<Triangle64> triangles;
+  std::vector<std::byte> encoded;
+};
+
+std::vector<Piece> cut_into_pieces(std::span<const std::uint64_t> rows_of_chunks) {
+  std::vector<Piece> pieces;
+  for (ChunkId chunk = 0; chunk < rows_of_chunks.size(); ++chunk) {
+    for (std::uint64_t first = 0; first < rows_of_chunks[chunk]; first += kPieceRows) {
+      Piece piece;
+      piece.chunk = chunk;
+      piece.first = first;
+      piece.rows = std::min(kPieceRows, rows_of_chunks[chunk] - first);
+      pieces.push_back(std::move(piece));
+    }
+  }
+  return pieces;
+}
+
+/// load(piece) in parallel, write(piece) in order.
+void run_pieces(JobContext& context, std::span<const std::uint64_t> rows_of_chunks,
+                const std::function<void(Piece&)>& load,
+                const std::function<void(const Piece&)>& write) {
+  std::vector<Piece> pieces = cut_into_pieces(rows_of_chunks);
+  std::size_t next = 0;
+  const auto take = [&](tbb::flow_control& flow) -> Piece* {
+    context.stop.check();
+    if (next == pieces.size()) {
+      flow.stop();
+      return nullptr;
+    }
+    return &pieces[next++];
+  };
+  const auto prepare = [&](Piece* piece) {
+    load(*piece);
+    return piece;
+  };
+  const auto put = [&](Piece* piece) {
+    write(*piece);
+    context.progress.advance(piece->rows);
+    *piece = Piece();
+  };
+  tbb::task_arena arena(context.threads());
+  arena.execute([&] {
+    tbb::parallel_pipeline(
+        static_cast<std::size_t>(context.threads()) + 2,
+        tbb::make_filter<void, Piece*>(tbb::filter_mode::serial_in_order, take) &
+            tbb::make_filter<Piece*, Piece*>(tbb::filter_mode::parallel, prepare) &
+            tbb::make_filter<Piece*, void>(tbb::filter_mode::serial_in_order, put));
+  });
+}
+
+/// Keeps the points that the mesh uses.
+void keep_used(PointCloud& points, const UsedVertices& used, std::uint64_t first_vertex) {
+  std::size_t kept = 0;
+  const std::size_t bytes = points.schema.attribute_bytes();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!used.used(first_vertex + i)) continue;
+    if (kept != i) {
+      points.positions[kept] = points.positions[i];
+      if (!points.normals.empty()) points.normals[kept] = points.normals[i];
+      std::copy_n(points.attributes.begin() + static_cast<std::ptrdiff_t>(i * bytes), bytes,
+                  points.attributes.begin() + static_cast<std::ptrdiff_t>(kept * bytes));
+    }
+    ++kept;
+  }
+  points.positions.resize(kept);
+  if (!points.normals.empty()) points.normals.resize(kept);
+  points.attributes.resize(kept * bytes);
+}
+
+/// What one pass over the chunks' summaries gives.
+struct Stitched {
+  MeshSummary summary;
+  UsedVertices used;
+  std::vector<std::uint64_t> triangles;  // per chunk
+};
+
+Stitched stitch(JobContext& context, const Partition& partition) {
+  const std::size_t chunks = partition.octree.chunks().size();
+  StageClock clock(context, "stitch", chunks, "chunks");
+  Stitched stitched{{}, UsedVertices(partition.points()), {}};
+  for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
+    context.stop.check();
+    const ChunkMesh mesh = load_chunk_mesh(context.store, chunk, true);
+    stitched.triangles.push_back(stored_triangles(context.store, chunk));
+    stitched.summary.add(mesh, stitched.triangles.back());
+    stitched.used.mark(partition.first_vertex[chunk], mesh.fans);
+    context.progress.advance(1);
+  }
+  stitched.used.number();
+  clock.facts().chunks = chunks;
+  return stitched;
+}
+
+[[noreturn]] void throw_empty(const JobContext& context, const Partition& partition) {
+  const std::string file = context.files.front();
+  if (partition.points() < 3) {
+    throw_bad_input("no triangle can be formed",
+                    {.file = file,
+                     .place = {},
+                     .found = std::to_string(partition.points()) +
+                              (partition.points() == 1 ? " distinct point" : " distinct points"),
+                     .expected = "at least three",
+                     .advice = {}});
+  }
+  std::string why = context.report.radii_reason;
+  throw_bad_input(
+      "no triangle can be formed: no ball touches three points without holding a "
+      "fourth, on the side their normals point to",
+      {.file = file,
+       .place = {},
+       .found = why,
+       .expected = "points on a surface, normals that agree with it, and ball radii of "
+                   "about the point spacing",
+       .advice = "Points on one line carry no surface; try radii = \"auto\""});
+}
+
+void warn_of_moved_vertices(JobContext& context, const Partition& partition) {
+  if (!context.job.output.float_positions || !(partition.spacing > 0.0)) return;
+  double largest = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    largest = std::max(
+        {largest, std::abs(partition.bounds.min[axis]), std::abs(partition.bounds.max[axis])});
+  }
+  const double step = std::ldexp(largest, -24);
+  if (step > partition.spacing * 1e-3) {
+    context.warn("float coordinates move vertices by up to " +
+                 std::to_string(step / partition.spacing) +
+                 " of the point spacing; output.precision = \"double\" keeps them");
+  }
+}
+
+class VertexWriter {
+ public:
+  VertexWriter(MeshWriter& writer, MeshChecksum& checksum, Box& bounds)
+      : writer_(writer), checksum_(checksum), bounds_(bounds) {}
+  void encode(Piece& piece) const {
+    if (writer_.encodes_independently()) piece.encoded = writer_.encode_vertices(piece.vertices);
+  }
+  void write(const Piece& piece) {
+    checksum_.add_vertices(piece.vertices.positions);
+    bounds_.extend(piece.vertices.bounds());
+    if (writer_.encodes_independently()) {
+      writer_.write_encoded_vertices(piece.encoded, piece.vertices.size());
+    } else {
+      writer_.write_vertices(piece.vertices);
+    }
+  }
+
+ private:
+  MeshWriter& writer_;
+  MeshChecksum& checksum_;
+  Box& bounds_;
+};
+
+PointSchema output_schema(const Partition& partition, const OutputOptions& output) {
+  PointSchema schema = partition.schema;
+  schema.has_normals = schema.has_normals && output.attributes;
+  return schema;
+}
+
+void write_all_vertices(JobContext& context, const Partition& partition, const UsedVertices& used,
+                        VertexWriter writer) {
+  std::vector<std::uint64_t> rows;
+  for (ChunkId c = 0; c + 1 < partition.first_vertex.size(); ++c)
+    rows.push_back(partition.points_in(c));
+  const bool with_normals = context.job.output.attributes;
+  run_pieces(
+      context, rows,
+      [&](Piece& piece) {
+        piece.vertices =
+            load_point_rows(context.store, piece.chunk, partition.schema, piece.first, piece.rows);
+        if (!with_normals) {
+          piece.vertices.normals.clear();
+          piece.vertices.schema.has_normals = false;
+        }
+        keep_used(piece.vertices, used, partition.first_vertex[piece.chunk] + piece.first);
+        writer.encode(piece);
+      },
+      [&](const Piece& piece) { writer.write(piece); });
+}
+
+void write_all_triangles(JobContext& context, const Stitched& stitched, MeshWriter& writer,
+                         MeshChecksum& checksum) {
+  const bool independent = writer.encodes_independently();
+  run_pieces(
+      context, stitched.triangles,
+      [&](Piece& piece) {
+        piece.triangles.resize(piece.rows);
+        context.store.open(kMeshStage, piece.chunk)
+            ->read("triangles", piece.first, piece.rows, piece.triangles.data());
+        for (Triangle64& t : piece.triangles) {
+          for (std::uint64_t& vertex : t) vertex = stitched.used.rank(vertex);
+        }
+        if (independent) piece.encoded = writer.encode_triangles(piece.triangles, {});
+      },
+      [&](const Piece& piece) {
+        checksum.add_triangles(piece.triangles);
+        if (independent) {
+          writer.write_encoded_triangles(piece.encoded, piece.rows);
+        } else {
+          writer.write_triangles(piece.triangles);
+        }
+      });
+}
+
+}  // namespace
+
+MeshFacts export_mesh(JobContext& context, const Partition& partition) {
+  Stitched stitched = stitch(context, partition);
+  MeshFacts facts = stitched.summary.facts();
+  context.report.conflicts_lost = stitched.summary.conflicts_lost();
+  context.report.points_unused = stitched.summary.unused_points();
+  if (facts.triangles == 0) throw_empty(context, partition);
+  warn_of_moved_vertices(context, partition);
+
+  StageClock clock(context, "export", partition.points() + facts.triangles, "rows");
+  const OutputOptions& output = context.job.output;
+  const MeshHeader header{facts.vertices, facts.triangles, false, false,
+                          output_schema(partition, output)};
+  const auto writer =
+      open_mesh_writer(output.mesh, header, {output.binary, output.float_positions, {}});
+  MeshChecksum checksum;
+  write_all_vertices(context, partition, stitched.used, {*writer, checksum, facts.bounds});
+  write_all_triangles(context, stitched, *writer, checksum);
+  writer->finish();
+  facts.checksum = checksum.hex();
+  clock.facts().points = partition.points();
+  clock.facts().bytes_written = writer->bytes_written();
+  return facts;
+}
+
+void draw_picture(JobContext& context, const Partition& partition) {
+  const std::size_t chunks = partition.octree.chunks().size();
+  StageClock clock(context, "picture", chunks, "chunks");
+  MeshPicture picture(partition.bounds);
+  for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
+    context.stop.check();
+    const std::vector<Vec3> own = load_points(context.store, chunk, partition.schema).positions;
+    const ChunkMesh mesh = load_chunk_mesh(context.store, chunk, false);
+    const std::uint64_t first = partition.first_vertex[chunk];
+    const auto position = [&](std::uint64_t vertex) {
+      if (vertex >= first && vertex - first < own.size()) return own[vertex - first];
+      const auto at =
+          std::lower_bound(mesh.outer_vertices.begin(), mesh.outer_vertices.end(), vertex);
+      return mesh.outer_positions[static_cast<std::size_t>(at - mesh.outer_vertices.begin())];
+    };
+    std::vector<std::array<Vec3, 3>> corners;
+    corners.reserve(mesh.triangles.size());
+    for (const Triangle64& t : mesh.triangles) {
+      corners.push_back({position(t[0]), position(t[1]), position(t[2])});
+    }
+    picture.draw(corners);
+    context.progress.advance(1);
+  }
+  picture.write_png(context.job.output.picture);
+}
+
+}  // namespace orbweave

@@ -1,0 +1,88 @@
+// The partition as a document in the chunk store.
+#include <nlohmann/json.hpp>
+
+#include "engine/pipeline/partition_stage.h"
+
+namespace orbweave {
+namespace {
+
+using Json = nlohmann::json;
+
+// nlohmann prints doubles so that they read back exactly; the boxes here are never empty.
+Json to_json(Vec3 v) { return Json::array({v.x, v.y, v.z}); }
+Vec3 vec3_from(const Json& j) { return {j.at(0), j.at(1), j.at(2)}; }
+Json to_json(const Box& box) { return Json::array({to_json(box.min), to_json(box.max)}); }
+Box box_from(const Json& j) { return {vec3_from(j.at(0)), vec3_from(j.at(1))}; }
+
+Json to_json(const PointSchema& schema) {
+  Json attributes = Json::array();
+  for (const AttributeField& field : schema.attributes) {
+    attributes.push_back({{"name", field.name}, {"type", static_cast<int>(field.type)}});
+  }
+  return {{"has_normals", schema.has_normals},
+          {"position_type", static_cast<int>(schema.position_type)},
+          {"normal_type", static_cast<int>(schema.normal_type)},
+          {"attributes", attributes}};
+}
+
+PointSchema schema_from(const Json& j) {
+  PointSchema schema;
+  schema.has_normals = j.at("has_normals");
+  schema.position_type = static_cast<ScalarType>(j.at("position_type").get<int>());
+  schema.normal_type = static_cast<ScalarType>(j.at("normal_type").get<int>());
+  for (const Json& field : j.at("attributes")) {
+    schema.attributes.push_back(
+        {field.at("name"), static_cast<ScalarType>(field.at("type").get<int>())});
+  }
+  return schema;
+}
+
+Json to_json(const Chunk& chunk) {
+  return Json::array(
+      {chunk.code_begin, chunk.code_end, chunk.depth, to_json(chunk.box), chunk.points});
+}
+
+Chunk chunk_from(const Json& j) { return {j.at(0), j.at(1), j.at(2), box_from(j.at(3)), j.at(4)}; }
+
+}  // namespace
+
+std::string partition_to_json(const Partition& partition) {
+  Json chunks = Json::array();
+  for (const Chunk& chunk : partition.octree.chunks()) chunks.push_back(to_json(chunk));
+  const RootCube& root = partition.octree.root();
+  const Json document = {
+      {"schema", to_json(partition.schema)},
+      {"bounds", to_json(partition.bounds)},
+      {"root", {{"origin", to_json(root.origin)}, {"side", root.side}}},
+      {"chunks", chunks},
+      {"first_vertex", partition.first_vertex},
+      {"points_read", partition.points_read},
+      {"dropped", partition.dropped},
+      {"spacing", partition.spacing},
+      {"automatic_radii", partition.automatic_radii},
+      {"radii_reason", partition.radii_reason},
+  };
+  return document.dump();
+}
+
+Partition partition_from_json(const std::string& text) {
+  const Json document = Json::parse(text);
+  Partition partition;
+  partition.schema = schema_from(document.at("schema"));
+  partition.bounds = box_from(document.at("bounds"));
+  RootCube root;
+  root.origin = vec3_from(document.at("root").at("origin"));
+  root.side = document.at("root").at("side");
+  std::vector<Chunk> chunks;
+  for (const Json& chunk : document.at("chunks")) chunks.push_back(chunk_from(chunk));
+  partition.octree = Octree(root, std::move(chunks));
+  partition.first_vertex = document.at("first_vertex").get<std::vector<std::uint64_t>>();
+  partition.points_read = document.at("points_read");
+  partition.dropped = document.at("dropped").get<DroppedPoints>();
+  partition.spacing = document.at("spacing");
+  partition.automatic_radii = document.at("automatic_radii").get<std::vector<double>>();
+  partition.radii_reason = document.at("radii_reason");
+  return partition;
+}
+
+}  // namespace orbweave

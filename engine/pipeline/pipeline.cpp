@@ -1,0 +1,127 @@
+#include "engine/pipeline/pipeline.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/pipeline/export_stage.h"
+#include "engine/pipeline/partition_stage.h"
+#include "engine/pipeline/radii_choice.h"
+#include "engine/pipeline/reconstruct_stage.h"
+#include "io/chunk_points.h"
+#include "io/glob.h"
+
+namespace orbweave {
+namespace {
+
+std::string work_dir_of(const Job& job) {
+  if (!job.run.work_dir.empty()) return job.run.work_dir;
+  if (job.output.mesh == "-") return "orbweave.work";
+  return std::filesystem::path(job.output.mesh).replace_extension(".work").string();
+}
+
+/// Finds out before the work whether its end can be written.
+void check_output(const Job& job) {
+  if (job.output.mesh == "-") return;
+  const std::filesystem::path target(job.output.mesh);
+  const std::filesystem::path directory =
+      target.has_parent_path() ? target.parent_path() : std::filesystem::path(".");
+  std::error_code ignored;
+  const bool is_directory = std::filesystem::is_directory(target, ignored);
+  if (!is_directory && access(directory.c_str(), W_OK) == 0) return;
+  throw_resource("the mesh cannot be written there",
+                 {.file = job.output.mesh,
+                  .place = {},
+                  .found = is_directory ? "a directory of that name" : std::strerror(errno),
+                  .expected = "a directory that exists and may be written",
+                  .advice = "Create " + directory.string() + " or choose another place"});
+}
+
+void describe_partition(RunReport& report, const Partition& partition,
+                        const std::vector<double>& radii) {
+  report.points_read = partition.points_read;
+  report.points_dropped = partition.dropped;
+  report.bounds = partition.bounds;
+  report.chunks = partition.octree.chunks().size();
+  report.halo_width = halo_width(radii);
+  report.largest_chunk_points = 0;
+  for (ChunkId c = 0; c < report.chunks; ++c) {
+    report.largest_chunk_points = std::max(report.largest_chunk_points, partition.points_in(c));
+  }
+}
+
+/// A surface full of holes: says so, and why where that can be told.
+void warn_of_holes(JobContext& context, const Partition& partition) {
+  const MeshFacts& mesh = context.report.mesh;
+  const bool riddled = mesh.boundary_edges * 5 > mesh.triangles;
+  const bool sparse = context.report.points_unused * 2 > partition.points();
+  if (!riddled && !sparse) return;
+  context.warn("the mesh is riddled with holes: " + std::to_string(mesh.boundary_edges) +
+               " boundary edges on " + std::to_string(mesh.triangles) + " triangles, " +
+               std::to_string(context.report.points_unused) + " points unused; " +
+               compare_with_spacing(context.report.radii, partition.spacing));
+}
+
+/// The pipeline: one line per stage.
+void run_stages(JobContext& context) {
+  const Partition partition = partition_points(context);
+  const std::vector<double> radii = radii_of_job(context, partition);
+  describe_partition(context.report, partition, radii);
+  reconstruct_chunks(context, partition, radii);
+  context.report.mesh = export_mesh(context, partition);
+  if (!context.job.output.picture.empty()) draw_picture(context, partition);
+  warn_of_holes(context, partition);
+}
+
+/// Runs the stages; a stored result that turns out to be damaged is dropped and made anew.
+void run_until_sound(JobContext& context) {
+  constexpr int kMostRepairs = 8;
+  for (int repairs = 0;; ++repairs) {
+    try {
+      return run_stages(context);
+    } catch (const CorruptResult& damage) {
+      if (repairs == kMostRepairs) throw;
+      context.warn(std::string(damage.what()) + "; computing it again");
+      context.report.stages.clear();
+      const bool of_mesh = damage.path().parent_path().filename() == kMeshStage;
+      context.store.finish_commits();
+      context.store.discard_stage(of_mesh ? kMeshStage : kPointsStage);
+    }
+  }
+}
+
+}  // namespace
+
+RunReport run_job(const Job& job, const std::vector<std::string>& command, Progress& progress,
+                  const StopToken& stop) {
+  RunReport report;
+  report.version = ORBWEAVE_VERSION;
+  report.command = command;
+  report.options = job;
+  report.options.run.work_dir = work_dir_of(job);
+  report.files = expand_globs(job.input.files);
+  check_output(job);
+  {
+    ChunkStore store(report.options.run.work_dir);
+    if (job.run.fresh) {
+      store.discard_stage(kPointsStage);
+      store.discard_stage(kMeshStage);
+    }
+    JobContext context{{job, report.files, progress, stop}, store, report};
+    run_until_sound(context);
+    report.peak_memory_bytes = peak_memory_bytes();
+    if (!job.output.report.empty()) write_report(job.output.report, report);
+    if (job.run.keep_work_dir) {
+      store.finish_commits();
+    } else {
+      store.remove_all();
+    }
+  }
+  return report;
+}
+
+}  // namespace orbweave

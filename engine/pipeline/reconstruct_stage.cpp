@@ -1,0 +1,133 @@
+#include "engine/pipeline/reconstruct_stage.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+#include "engine/ball_pivoting/ball_pivoting.h"
+#include "io/chunk_points.h"
+#include "partition/memory_plan.h"
+
+namespace orbweave {
+namespace {
+
+template <class T>
+ArrayView view(const char* name, ScalarType type, std::uint32_t columns, const std::vector<T>& v,
+               std::size_t values_per_item) {
+  return {name, type, columns, v.size() * values_per_item / columns, v.data()};
+}
+
+std::string exact(double value) {
+  std::array<char, 40> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
+}
+
+void append(ChunkPoints& to, const PointsInBox& from, std::uint64_t first_vertex, bool owned) {
+  to.positions.insert(to.positions.end(), from.points.positions.begin(),
+                      from.points.positions.end());
+  to.normals.insert(to.normals.end(), from.points.normals.begin(), from.points.normals.end());
+  for (const std::uint32_t row : from.rows) to.global.push_back(first_vertex + row);
+  to.owned.insert(to.owned.end(), from.rows.size(), owned ? 1 : 0);
+}
+
+}  // namespace
+
+void commit_chunk_mesh(ChunkStore& store, ChunkId chunk, const ChunkMesh& mesh) {
+  const std::vector<std::uint64_t> counts = {mesh.components, mesh.conflicts_lost,
+                                             mesh.isolated_dropped};
+  const std::vector<double> area = {mesh.area};
+  const ArrayView arrays[] = {
+      view("triangles", ScalarType::kUint64, 3, mesh.triangles, 3),
+      view("fans", ScalarType::kUint8, 1, mesh.fans, 1),
+      view("outer_vertices", ScalarType::kUint64, 1, mesh.outer_vertices, 1),
+      view("outer_positions", ScalarType::kFloat64, 3, mesh.outer_positions, 3),
+      view("boundary", ScalarType::kUint64, 3, mesh.boundary, 3),
+      view("seam", ScalarType::kUint64, 3, mesh.seam, 3),
+      view("counts", ScalarType::kUint64, 1, counts, 1),
+      view("area", ScalarType::kFloat64, 1, area, 1),
+  };
+  store.commit(kMeshStage, chunk, arrays);
+}
+
+ChunkMesh load_chunk_mesh(const ChunkStore& store, ChunkId chunk, bool summary_only) {
+  const auto stored = store.open(kMeshStage, chunk);
+  ChunkMesh mesh;
+  if (!summary_only) {
+    mesh.triangles = stored->read_all<Triangle64>("triangles");
+    mesh.outer_vertices = stored->read_all<std::uint64_t>("outer_vertices");
+    mesh.outer_positions = stored->read_all<Vec3>("outer_positions");
+  }
+  mesh.fans = stored->read_all<std::uint8_t>("fans");
+  mesh.boundary = stored->read_all<Triangle64>("boundary");
+  mesh.seam = stored->read_all<SeamNode>("seam");
+  const auto counts = stored->read_all<std::uint64_t>("counts");
+  mesh.components = counts.at(0);
+  mesh.conflicts_lost = counts.at(1);
+  mesh.isolated_dropped = counts.at(2);
+  mesh.area = stored->read_all<double>("area").at(0);
+  return mesh;
+}
+
+std::uint64_t stored_triangles(const ChunkStore& store, ChunkId chunk) {
+  return store.open(kMeshStage, chunk)->rows("triangles");
+}
+
+ChunkPoints load_chunk_with_halo(const ChunkStore& store, const Partition& partition, ChunkId chunk,
+                                 double halo) {
+  const Chunk& self = partition.octree.chunks()[chunk];
+  const Box reach = self.box.grown(halo);
+  std::vector<ChunkId> sources = partition.octree.neighbors(chunk, halo);
+  sources.push_back(chunk);
+  // Chunks in Morton order, points in canonical order within: the whole is in canonical order.
+  std::sort(sources.begin(), sources.end());
+  ChunkPoints points;
+  for (const ChunkId source : sources) {
+    const bool own = source == chunk;
+    if (own) points.owned_begin = static_cast<std::uint32_t>(points.positions.size());
+    append(points,
+           load_points_in_box(store, source, partition.schema,
+                              own ? partition.bounds.grown(halo) : reach),
+           partition.first_vertex[source], own);
+    if (own) points.owned_end = static_cast<std::uint32_t>(points.positions.size());
+  }
+  return points;
+}
+
+void reconstruct_chunks(JobContext& context, const Partition& partition,
+                        const std::vector<double>& radii) {
+  std::string key = partition_key(context.job, context.files) + "mesh 1\n";
+  for (const double ball_radius : radii) key += "ball_radius " + exact(ball_radius) + "\n";
+  context.store.begin_stage(kMeshStage, key);
+
+  const auto& chunks = partition.octree.chunks();
+  StageClock clock(context, "reconstruct", chunks.size(), "chunks");
+  std::vector<ChunkTask> tasks;
+  for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk) {
+    if (context.store.has(kMeshStage, chunk)) {
+      ++clock.facts().chunks_reused;
+      context.progress.advance(1);
+      continue;
+    }
+    tasks.push_back({chunk, partition.points_in(chunk) * MemoryCosts::kReconstructBytes});
+  }
+  const double halo = halo_width(radii);
+  const BallPivotingOptions options{radii, partition.octree.root().origin};
+  const MemoryPlan plan =
+      plan_memory(context.job.partition.memory_bytes, partition.points(), context.threads(),
+                  context.job.partition.chunk_points, partition.schema);
+  run_chunks(
+      tasks, {context.threads(), plan.chunks_in_flight_bytes, &context.stop}, [&](ChunkId chunk) {
+        const ChunkPoints points = load_chunk_with_halo(context.store, partition, chunk, halo);
+        const BallPivotingResult result =
+            ball_pivoting(points.positions, points.normals, points.owned, options);
+        commit_chunk_mesh(context.store, chunk,
+                          make_chunk_mesh(points, result, chunks[chunk].box, 2.0 * radii.back()));
+        context.progress.advance(1);
+        context.progress.add_points(partition.points_in(chunk));
+      });
+  clock.facts().chunks = chunks.size();
+  clock.facts().points = partition.points();
+}
+
+}  // namespace orbweave

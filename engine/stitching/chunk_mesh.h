@@ -1,0 +1,54 @@
+// A chunk's part of the mesh: its own triangles in global vertex numbers, and what the other
+// chunks need to know of its seams. Stitching is by ownership: a seam triangle is computed alike
+// by all chunks that see it and kept by the one that owns its first vertex in canonical order.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/ball_pivoting/ball_pivoting.h"
+#include "io/triangle_mesh.h"
+
+namespace orbweave {
+
+/// A vertex as a place where triangles hang together: the vertex itself or, where several fans
+/// meet, one of its fans (named by its smallest first neighbour).
+struct SeamNode {
+  static constexpr std::uint64_t kWhole = ~std::uint64_t{0};
+  std::uint64_t vertex = 0;     ///< global number
+  std::uint64_t fan = kWhole;   ///< global number, or kWhole
+  std::uint64_t component = 0;  ///< of the chunk's components
+  friend auto operator<=>(const SeamNode&, const SeamNode&) = default;
+};
+
+/// What a chunk contributes. Vertex numbers are ranks in the canonical order of the whole cloud.
+struct ChunkMesh {
+  std::vector<Triangle64> triangles;          ///< owned, smallest first, sorted
+  std::vector<std::uint8_t> fans;             ///< per owned point: number of fans, 0 when unused
+  std::vector<std::uint64_t> outer_vertices;  ///< vertices of `triangles` that others own, sorted
+  std::vector<Vec3> outer_positions;          ///< theirs
+  std::vector<Triangle64> boundary;           ///< (previous, vertex, next) at owned vertices
+  std::vector<SeamNode> seam;                 ///< nodes that other chunks may share, sorted
+  std::uint64_t components = 0;               ///< among the nodes of this chunk
+  std::uint64_t conflicts_lost = 0;
+  std::uint64_t isolated_dropped = 0;
+  double area = 0.0;  ///< of `triangles`
+};
+
+/// The points that a chunk was reconstructed from, in canonical order.
+struct ChunkPoints {
+  std::vector<Vec3> positions;
+  std::vector<Vec3> normals;
+  std::vector<std::uint64_t> global;  ///< global numbers, ascending
+  std::vector<std::uint8_t> owned;
+  std::uint32_t owned_begin = 0;  ///< owned points are contiguous
+  std::uint32_t owned_end = 0;
+};
+
+/// `seam_width`: no triangle has an edge longer than that. `box`: the chunk's cube.
+ChunkMesh make_chunk_mesh(const ChunkPoints& points, const BallPivotingResult& result,
+                          const Box& box, double seam_width);
+
+}  // namespace orbweave

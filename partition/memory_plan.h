@@ -1,0 +1,32 @@
+// How the memory budget is spent: chunk size, chunks in flight, buffers.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "io/point_cloud.h"
+
+namespace orbweave {
+
+/// Bytes a point costs at the peak of the stages, measured; docs/memory.md.
+struct MemoryCosts {
+  /// Reconstruction: positions, normals, cell grid, fans, triangles.
+  static constexpr std::size_t kReconstructBytes = 320;
+  /// Sorting a chunk: record as read, as sorted, keys.
+  static std::size_t sort_bytes(const PointSchema& schema);
+  /// The process before it holds any point: program, libraries, threads, count grid.
+  static constexpr std::size_t kBaseBytes = std::size_t{112} << 20;
+};
+
+struct MemoryPlan {
+  std::uint64_t chunk_points = 0;  ///< most points of a chunk
+  std::size_t chunks_in_flight_bytes = 0;
+  std::size_t bin_buffer_bytes = 0;
+};
+
+/// Chooses the chunk size (unless `wanted_chunk_points` gives it) and buffers. Throws Error
+/// (resource) where the budget is below what the program needs, and says how much that is.
+MemoryPlan plan_memory(std::uint64_t budget_bytes, std::uint64_t points, int threads,
+                       std::uint64_t wanted_chunk_points, const PointSchema& schema);
+
+}  // namespace orbweave
