@@ -1,0 +1,66 @@
+// Pictures of meshes and clouds: a small software rasteriser that takes triangles in any order.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "io/box.h"
+#include "io/vec3.h"
+
+namespace orbweave {
+
+class PictureSamples;
+
+enum class UpAxis { kAuto, kY, kZ };
+
+struct PictureOptions {
+  int width = 1200;           ///< pixels, 1 to 16384
+  int height = 900;           ///< pixels, 1 to 16384
+  UpAxis up = UpAxis::kAuto;  ///< kAuto: +z for what is flat in z (a terrain), else +y
+  double azimuth_deg = 30.0;  ///< the eye's angle about the up axis; 0 looks at the front
+  std::optional<double> elevation_deg = {};  ///< the eye's angle above the horizon; empty: 20, or
+                                             ///< 40 for what is flat in z
+  bool shade_creases = true;  ///< darken what lies behind its surroundings
+};
+
+/// Parallel projection of what `bounds` holds, fitted to the picture. Front faces
+/// (counter-clockwise) are light and warm, back faces red, faces of filled holes blue; so the
+/// red inside shows through a hole. Memory is 8 bytes per sample, 4 samples per pixel, whatever is
+/// drawn. The picture does not depend on the order of drawing.
+class MeshPicture {
+ public:
+  /// Throws std::invalid_argument for a size out of range.
+  explicit MeshPicture(const Box& bounds, const PictureOptions& options = {});
+  ~MeshPicture();
+  MeshPicture(MeshPicture&&) noexcept;
+  MeshPicture& operator=(MeshPicture&&) noexcept;
+
+  /// Draws triangles, world units. `hole` is empty or has one id per triangle (0: scanned
+  /// surface). May be called from several threads at a time.
+  void draw(std::span<const std::array<Vec3, 3>> triangles,
+            std::span<const std::int32_t> hole = {});
+  /// Draws points as dots of a pixel or two; `normals` is empty or has one per point and shades
+  /// them. May be called from several threads at a time.
+  void draw_points(std::span<const Vec3> points, std::span<const Vec3> normals = {});
+
+  int width() const { return options_.width; }
+  int height() const { return options_.height; }
+  /// 3 bytes (red, green, blue) per pixel, row by row from the top.
+  std::vector<std::uint8_t> pixels() const;
+  /// Writes a PNG, whole or not at all. Throws Error (resource) where it cannot be written.
+  void write_png(const std::filesystem::path& path) const;
+
+ private:
+  struct View;
+  class TrianglePainter;
+  PictureOptions options_;
+  std::unique_ptr<View> view_;
+  std::unique_ptr<PictureSamples> samples_;
+};
+
+}  // namespace orbweave

@@ -1,0 +1,271 @@
+#include "io/picture.h"
+
+#include <png.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <thread>
+
+#include "io/error.h"
+#include "tests/support/data.h"
+
+namespace orbweave {
+namespace {
+
+using Corners = std::array<Vec3, 3>;
+
+/// A sphere about `center`, outside counter-clockwise; triangles whose centre `keep` refuses are
+/// left out.
+template <class Keep>
+std::vector<Corners> sphere(Vec3 center, double radius, int rings, Keep keep) {
+  const auto vertex = [&](int ring, int spoke) {
+    const double polar = std::numbers::pi * ring / rings;
+    const double around = std::numbers::pi * spoke / rings;
+    const Vec3 direction{std::sin(polar) * std::cos(around), std::cos(polar),
+                         std::sin(polar) * std::sin(around)};
+    return center + radius * direction;
+  };
+  std::vector<Corners> triangles;
+  const auto add = [&](Vec3 a, Vec3 b, Vec3 c) {
+    const Vec3 middle = (a + b + c) / 3.0 - center;
+    if (squared_norm(cross(b - a, c - a)) > 1e-20 * radius && keep(middle))
+      triangles.push_back({a, b, c});
+  };
+  for (int ring = 0; ring < rings; ++ring) {
+    for (int spoke = 0; spoke < 2 * rings; ++spoke) {
+      const Vec3 a = vertex(ring, spoke), b = vertex(ring, spoke + 1),
+                 c = vertex(ring + 1, spoke + 1), d = vertex(ring + 1, spoke);
+      add(a, b, c);
+      add(a, c, d);
+    }
+  }
+  return triangles;
+}
+
+std::vector<Corners> sphere(int rings) {
+  return sphere({}, 1.0, rings, [](Vec3) { return true; });
+}
+
+Box bounds_of(const std::vector<Corners>& triangles) {
+  Box box;
+  for (const Corners& corners : triangles)
+    for (const Vec3 corner : corners) box.extend(corner);
+  return box;
+}
+
+struct Pixel {
+  int red, green, blue;
+};
+
+struct Image {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> bytes;
+  Pixel at(int x, int y) const {
+    const std::uint8_t* pixel = bytes.data() + 3 * (y * width + x);
+    return {pixel[0], pixel[1], pixel[2]};
+  }
+};
+
+Image decoded(const std::filesystem::path& path) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  REQUIRE(png_image_begin_read_from_file(&image, path.c_str()) != 0);
+  image.format = PNG_FORMAT_RGB;
+  Image result{static_cast<int>(image.width), static_cast<int>(image.height), {}};
+  result.bytes.resize(PNG_IMAGE_SIZE(image));
+  REQUIRE(png_image_finish_read(&image, nullptr, result.bytes.data(), 0, nullptr) != 0);
+  return result;
+}
+
+bool is_background(Pixel p) { return p.red > 245 && p.green > 245 && p.blue > 245; }
+bool is_front(Pixel p) { return !is_background(p) && p.red >= p.blue && p.red < p.blue + 40; }
+bool is_back(Pixel p) { return p.red > p.green + 40 && p.red > p.blue + 40; }
+bool is_hole(Pixel p) { return p.blue > p.red + 30; }
+
+constexpr PictureOptions kSmall{.width = 200, .height = 150};
+
+/// Towards the eye of the default view.
+const Vec3 kEye{std::sin(std::numbers::pi / 6.0) * std::cos(std::numbers::pi / 9.0),
+                std::sin(std::numbers::pi / 9.0),
+                std::cos(std::numbers::pi / 6.0) * std::cos(std::numbers::pi / 9.0)};
+
+TEST_CASE("AClosedSphereShowsItsFrontAndTheBackgroundAroundIt") {
+  const std::vector<Corners> triangles = sphere(24);
+  MeshPicture picture(bounds_of(triangles), kSmall);
+  picture.draw(triangles);
+  const test::ScratchDirectory scratch;
+  picture.write_png(scratch / "sphere.png");
+  const Image image = decoded(scratch / "sphere.png");
+  REQUIRE(image.width == 200);
+  REQUIRE(image.height == 150);
+  CHECK(is_front(image.at(100, 75)));
+  for (const int x : {0, 199})
+    for (const int y : {0, 149}) CHECK(is_background(image.at(x, y)));
+  for (int y = 0; y < 150; ++y)
+    for (int x = 0; x < 200; ++x) CHECK_FALSE(is_back(image.at(x, y)));
+}
+
+TEST_CASE("ThePictureIsFilledAndNotCut") {
+  const std::vector<Corners> triangles = sphere(24);
+  MeshPicture picture(bounds_of(triangles), kSmall);
+  picture.draw(triangles);
+  const Image image{200, 150, picture.pixels()};
+  int drawn = 0;
+  for (int y = 0; y < 150; ++y)
+    for (int x = 0; x < 200; ++x) {
+      const bool foreground = !is_background(image.at(x, y));
+      drawn += foreground;
+      if (x == 0 || y == 0 || x == 199 || y == 149) CHECK_FALSE(foreground);
+    }
+  // The box around a sphere is larger than the sphere, but not by that much.
+  CHECK(drawn > 200 * 150 / 8);
+}
+
+TEST_CASE("AHoleShowsTheBackOfTheSurfaceBehindIt") {
+  const auto open = sphere({}, 1.0, 48, [](Vec3 middle) { return dot(middle, kEye) < 0.9; });
+  MeshPicture picture(bounds_of(open), kSmall);
+  picture.draw(open);
+  const Image image{200, 150, picture.pixels()};
+  CHECK(is_back(image.at(100, 75)));
+  CHECK(is_front(image.at(100, 75 + 35)));
+}
+
+TEST_CASE("AFilledHoleIsTinted") {
+  const std::vector<Corners> triangles = sphere(24);
+  std::vector<std::int32_t> hole(triangles.size(), 0);
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    hole[i] = dot(triangles[i][0], kEye) > 0.8 ? 7 : 0;
+  MeshPicture picture(bounds_of(triangles), kSmall);
+  picture.draw(triangles, hole);
+  const Image image{200, 150, picture.pixels()};
+  CHECK(is_hole(image.at(100, 75)));
+  CHECK(is_front(image.at(100, 75 + 45)));
+}
+
+TEST_CASE("ThePictureDoesNotDependOnTheOrderNorOnTheThreadsThatDraw") {
+  // Two surfaces at the same depth, one of a filled hole: ties everywhere.
+  std::vector<Corners> triangles = sphere(24);
+  const std::size_t one = triangles.size();
+  triangles.insert(triangles.end(), triangles.begin(), triangles.begin() + one);
+  std::vector<std::int32_t> hole(2 * one, 0);
+  std::fill(hole.begin() + one, hole.end(), 1);
+  const auto drawn = [&](const std::vector<std::size_t>& order) {
+    MeshPicture picture(bounds_of(triangles), kSmall);
+    for (const std::size_t i : order) picture.draw({&triangles[i], 1}, {&hole[i], 1});
+    return picture.pixels();
+  };
+  std::vector<std::size_t> order(2 * one);
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  const auto forwards = drawn(order);
+  CHECK(drawn({order.rbegin(), order.rend()}) == forwards);
+  std::mt19937_64 random(5);
+  for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
+  CHECK(drawn(order) == forwards);
+
+  MeshPicture shared(bounds_of(triangles), kSmall);
+  const std::span<const Corners> all(triangles);
+  const std::span<const std::int32_t> holes(hole);
+  std::thread other([&] { shared.draw(all.first(one), holes.first(one)); });
+  shared.draw(all.last(one), holes.last(one));
+  other.join();
+  CHECK(shared.pixels() == forwards);
+}
+
+TEST_CASE("ThePictureFollowsTheShapeWhereverItIs") {
+  const std::vector<Corners> near = sphere(24);
+  const Vec3 utm{448'262.0, 5'411'932.0, 512.0};
+  const auto far = sphere(utm, 1.0, 24, [](Vec3) { return true; });
+  MeshPicture a(bounds_of(near), kSmall), b(bounds_of(far), kSmall);
+  a.draw(near);
+  b.draw(far);
+  const auto pixels_a = a.pixels(), pixels_b = b.pixels();
+  int different = 0;
+  for (std::size_t i = 0; i < pixels_a.size(); ++i)
+    different += std::abs(pixels_a[i] - pixels_b[i]) > 8;
+  CHECK(different < 60);
+}
+
+/// A square of side 2 in the plane z = 0, seen from +z counter-clockwise.
+std::vector<Corners> square(int cells) {
+  std::vector<Corners> triangles;
+  for (int j = 0; j < cells; ++j)
+    for (int i = 0; i < cells; ++i) {
+      const auto corner = [&](int x, int y) {
+        return Vec3{2.0 * x / cells - 1.0, 2.0 * y / cells - 1.0, 0.0};
+      };
+      triangles.push_back({corner(i, j), corner(i + 1, j), corner(i + 1, j + 1)});
+      triangles.push_back({corner(i, j), corner(i + 1, j + 1), corner(i, j + 1)});
+    }
+  return triangles;
+}
+
+TEST_CASE("TrianglesSmallerThanASampleLeaveNoGaps") {
+  PictureOptions options{.width = 64, .height = 64, .up = UpAxis::kY, .azimuth_deg = 0.0};
+  options.elevation_deg = 0.0;
+  for (const int cells : {1, 59, 118, 400}) {
+    CAPTURE(cells);
+    const auto triangles = square(cells);
+    MeshPicture picture(bounds_of(triangles), options);
+    picture.draw(triangles);
+    const Image image{64, 64, picture.pixels()};
+    for (int y = 4; y < 60; ++y)
+      for (int x = 4; x < 60; ++x) REQUIRE(is_front(image.at(x, y)));
+    CHECK(is_background(image.at(1, 32)));
+  }
+}
+
+TEST_CASE("WhatIsFlatInZIsSeenFromAbove") {
+  const auto sheet = square(4);
+  MeshPicture picture(bounds_of(sheet), kSmall);
+  picture.draw(sheet);
+  CHECK(is_front(Image{200, 150, picture.pixels()}.at(100, 75)));
+  MeshPicture below(bounds_of(sheet), {.width = 200, .height = 150, .elevation_deg = -40.0});
+  below.draw(sheet);
+  CHECK(is_back(Image{200, 150, below.pixels()}.at(100, 75)));
+}
+
+TEST_CASE("PointsAreDrawnAsDotsWithTheirOwnShading") {
+  MeshPicture picture({{-1, -1, -1}, {1, 1, 1}}, kSmall);
+  const std::vector<Vec3> center = {{0, 0, 0}};
+  picture.draw_points(center);
+  CHECK(is_front(Image{200, 150, picture.pixels()}.at(100, 75)));
+  MeshPicture turned_away({{-1, -1, -1}, {1, 1, 1}}, kSmall);
+  turned_away.draw_points(center, std::vector<Vec3>{-kEye});
+  CHECK(is_back(Image{200, 150, turned_away.pixels()}.at(100, 75)));
+}
+
+TEST_CASE("DegenerateInputIsDrawnAsNothing") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  const std::vector<Corners> odd = {{{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}},
+                                    {{{nan, 0, 0}, {1, 0, 0}, {0, 1, 0}}},
+                                    {{{0, 0, 0}, {inf, 0, 0}, {0, 1, 0}}},
+                                    {{{0, 0, 0}, {1e300, 0, 0}, {0, 1e300, 0}}},
+                                    {{{0, 0, 0}, {1, 1, 1}, {2, 2, 2}}}};
+  for (const Box& box : {Box{}, Box{{0, 0, 0}, {0, 0, 0}}, Box{{0, 0, 0}, {0, 1, 0}}}) {
+    MeshPicture picture(box, {.width = 20, .height = 10});
+    picture.draw(odd);
+    picture.draw_points(std::vector<Vec3>{{nan, 0, 0}, {inf, inf, 0}, {1e308, 1e308, 1e308}});
+    for (const std::uint8_t value : picture.pixels()) CHECK(value >= 250);
+  }
+  CHECK_THROWS_AS(MeshPicture(Box{}, PictureOptions{.width = 0}), std::invalid_argument);
+}
+
+TEST_CASE("APictureThatCannotBeWrittenIsAResourceError") {
+  const test::ScratchDirectory scratch;
+  const MeshPicture picture(Box{}, {.width = 2, .height = 2});
+  try {
+    picture.write_png(scratch / "no/such/folder.png");
+    FAIL("written");
+  } catch (const Error& error) {
+    CHECK(error.status() == ExitStatus::kResource);
+    CHECK_THAT(error.what(), Catch::Contains("folder.png"));
+  }
+}
+
+}  // namespace
+}  // namespace orbweave
