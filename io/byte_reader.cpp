@@ -8,8 +8,18 @@
 
 namespace orbweave {
 
-ByteReader::ByteReader(std::unique_ptr<ByteSource> source)
-    : source_(std::move(source)), buffer_(kBlockBytes) {}
+namespace {
+
+/// A stream of unknown length may be short: the buffer starts small and grows while it fills.
+constexpr std::size_t kFirstBytes = std::size_t{1} << 13;
+
+}  // namespace
+
+ByteReader::ByteReader(std::unique_ptr<ByteSource> source) : source_(std::move(source)) {
+  // A short stream is read whole, with one byte to spare so that its end shows.
+  const std::uint64_t length = source_->length().value_or(kFirstBytes);
+  buffer_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(length + 1, kBlockBytes)));
+}
 
 bool ByteReader::refill(std::size_t bytes) {
   if (source_ended_) return available() >= bytes;
@@ -18,7 +28,8 @@ bool ByteReader::refill(std::size_t bytes) {
     end_ -= begin_;
     begin_ = 0;
   }
-  if (buffer_.size() < bytes) buffer_.resize(bytes);
+  const std::size_t grown = loaded_ == 0 ? 0 : std::min(4 * buffer_.size(), kBlockBytes);
+  if (buffer_.size() < std::max(bytes, grown)) buffer_.resize(std::max(bytes, grown));
   const std::size_t room = buffer_.size() - end_;
   const std::size_t got = source_->read({buffer_.data() + end_, room});
   source_ended_ = got < room;

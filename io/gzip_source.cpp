@@ -18,8 +18,9 @@ constexpr int kGzipWindowBits = 15 + 16;
 
 class GzipSource final : public ByteSource {
  public:
-  explicit GzipSource(std::unique_ptr<ByteSource> compressed)
-      : compressed_(std::move(compressed)), input_(kInputBytes) {
+  explicit GzipSource(std::unique_ptr<ByteSource> compressed) : compressed_(std::move(compressed)) {
+    const std::uint64_t length = compressed_->length().value_or(kInputBytes);
+    input_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(length + 1, kInputBytes)));
     if (inflateInit2(&stream_, kGzipWindowBits) != Z_OK)
       throw_resource("cannot start the decompressor", {.file = name()});
   }

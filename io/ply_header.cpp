@@ -182,9 +182,7 @@ std::size_t PlyElement::scalar_bytes() const {
   return bytes;
 }
 
-std::size_t PlyElement::least_row_bytes(PlyFormat format) const {
-  // Text: a digit and a separator per value; the file's last separator may be missing.
-  if (format == PlyFormat::kAscii) return 2 * properties.size();
+std::size_t PlyElement::least_row_bytes() const {
   std::size_t bytes = 0;
   for (const PlyProperty& property : properties)
     bytes += size_of(property.is_list ? property.count_type : property.type);
@@ -202,17 +200,17 @@ PlyHeader read_ply_header(ByteReader& reader) { return HeaderParser(reader).pars
 
 void check_ply_length(const ByteReader& reader, const PlyHeader& header) {
   const std::optional<std::uint64_t> left = reader.bytes_left();
-  if (!left) return;
-  // The last line of a text may lack its end.
-  std::uint64_t room = *left + (header.format == PlyFormat::kAscii ? 1 : 0);
+  // Of text, the line that is wrong says more than the file's size.
+  if (!left || header.format == PlyFormat::kAscii) return;
+  std::uint64_t room = *left;
   for (const PlyElement& element : header.elements) {
-    const std::size_t row = element.least_row_bytes(header.format);
+    const std::size_t row = element.least_row_bytes();
     if (row == 0) continue;
     if (element.count > room / row)
       throw_bad_input("the file is shorter than its header says",
                       {.file = reader.name(),
                        .place = "element " + element.name,
-                       .found = "room for at most " + std::to_string(room / row) + " rows",
+                       .found = "room for " + std::to_string(room / row) + " rows",
                        .expected = std::to_string(element.count) + " rows",
                        .advice = "The file is truncated or its header's count is wrong."});
     room -= element.count * row;

@@ -28,8 +28,8 @@ struct PlyElement {
   bool has_lists() const;
   /// Bytes of a row's scalar values without padding; in binary files without lists, of a row.
   std::size_t scalar_bytes() const;
-  /// Fewest bytes that a row takes in a file of that format.
-  std::size_t least_row_bytes(PlyFormat format) const;
+  /// Fewest bytes that a row takes in a binary file.
+  std::size_t least_row_bytes() const;
 };
 
 struct PlyHeader {
@@ -43,8 +43,8 @@ struct PlyHeader {
 /// and line for anything that is no PLY header.
 PlyHeader read_ply_header(ByteReader& reader);
 
-/// Throws Error (bad input) when the file is too short for what its header promises, as far as
-/// the sizes tell; call it right after read_ply_header.
+/// Throws Error (bad input) when a binary file is too short for what its header promises, as far
+/// as its size tells; call it right after read_ply_header.
 void check_ply_length(const ByteReader& reader, const PlyHeader& header);
 
 /// The list of a face's corners: "vertex_indices" or "vertex_index"; its position among the

@@ -34,7 +34,7 @@ class PlySource final : public PointSource {
   bool read(PointCloud& batch, std::size_t capacity) override {
     if (!std::exchange(started_, true)) skip_to_vertices();
     if (vertices_.read(batch, capacity)) return true;
-    if (!std::exchange(ended_, true)) check_end();
+    if (capacity != 0 && !std::exchange(ended_, true)) check_end();
     return false;
   }
 

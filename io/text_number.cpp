@@ -69,6 +69,7 @@ const char* parse_any(const char* first, const char* last, T& value) {
 
 template <class T>
 ParseOutcome parse_as(std::string_view token, std::byte* out) {
+  if (token.empty()) return ParseOutcome::kNoNumber;
   const char* const last = token.data() + token.size();
   T value{};
   bool whole = false;
@@ -80,8 +81,7 @@ ParseOutcome parse_as(std::string_view token, std::byte* out) {
   }
   if (!whole) {
     double number = 0.0;
-    if (token.empty() || parse_number(token.data(), last, number) != last)
-      return ParseOutcome::kNoNumber;
+    if (parse_number(token.data(), last, number) != last) return ParseOutcome::kNoNumber;
     if constexpr (std::is_floating_point_v<T>) return ParseOutcome::kOutOfRange;
     // The upper bound of a 64-bit type is no double; the power of two above it is.
     constexpr double kEnd = 2.0 * static_cast<double>(std::numeric_limits<T>::max() / 2 + 1);

@@ -1,0 +1,43 @@
+// Job files from random bytes: read, or refused with a usage error. What is read is written and
+// read back as the same job. The first byte chooses between a whole file and one assignment.
+#include "io/job_file.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "io/error.h"
+
+namespace {
+
+void require(bool holds) {
+  if (!holds) std::abort();
+}
+
+void read_back(const orbweave::Job& job) {
+  const std::string text = orbweave::job_toml(job);
+  require(orbweave::job_toml(orbweave::parse_job(text, "job.toml")) == text);
+}
+
+orbweave::Job read(std::string_view text) {
+  orbweave::Job job;
+  if (!text.starts_with('=')) return orbweave::parse_job(text, "job.toml", "some/folder");
+  orbweave::set_job_key(job, text.substr(1));
+  return job;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  orbweave::Job job;
+  try {
+    job = read({reinterpret_cast<const char*>(data), size});
+  } catch (const orbweave::Error& error) {
+    require(error.status() == orbweave::ExitStatus::kUsage);
+    return 0;
+  }
+  read_back(job);
+  return 0;
+}

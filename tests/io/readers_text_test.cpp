@@ -1,0 +1,291 @@
+#include <bit>
+#include <catch2/catch.hpp>
+#include <charconv>
+#include <cmath>
+#include <random>
+
+#include "io/mesh_writer.h"
+#include "io/text_number.h"
+#include "tests/io/reading.h"
+#include "tests/support/data.h"
+
+namespace orbweave {
+namespace {
+
+using Catch::Contains;
+using test::read_cloud;
+using test::reading_error;
+using test::ScratchDirectory;
+using test::write_file;
+
+PointCloud read_text(const std::string& name, const std::string& content,
+                     const TextOptions& text = {}) {
+  const ScratchDirectory scratch;
+  write_file(scratch / name, content);
+  return read_cloud(scratch / name, {text});
+}
+
+Error text_error(const std::string& name, const std::string& content,
+                 const TextOptions& text = {}) {
+  const ScratchDirectory scratch;
+  write_file(scratch / name, content);
+  return reading_error(scratch / name, {text});
+}
+
+std::vector<std::string> attribute_names(const PointCloud& cloud) {
+  std::vector<std::string> names;
+  for (const AttributeField& field : cloud.schema.attributes) names.push_back(field.name);
+  return names;
+}
+
+using Names = std::vector<std::string>;
+
+template <class T>
+void check_like_from_chars(const std::string& text) {
+  const char* const last = text.data() + text.size();
+  T expected{};
+  const auto [end, error] = std::from_chars(text.data(), last, expected);
+  T value{};
+  const char* const found = parse_number(text.data(), last, value);
+  INFO(text);
+  if (error != std::errc{}) {
+    REQUIRE(found == nullptr);
+    return;
+  }
+  REQUIRE(found == end);
+  using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+  REQUIRE(std::bit_cast<Bits>(value) == std::bit_cast<Bits>(expected));
+}
+
+}  // namespace
+
+TEST_CASE("NumbersAreParsedBitForBitLikeFromChars") {
+  for (const char* text : {"0",
+                           "-0",
+                           "5.",
+                           ".5",
+                           "-.5",
+                           ".",
+                           "-",
+                           "",
+                           "1e5",
+                           "1e",
+                           "1.5e+",
+                           "1E-7",
+                           "nan",
+                           "-nan",
+                           "inf",
+                           "-infinity",
+                           "1e400",
+                           "1e-400",
+                           "0x10",
+                           "9007199254740993",
+                           "16777217",
+                           "16777216.5",
+                           "1.00000005960464477539062",
+                           "3.4028236e38",
+                           "1.1754943e-38",
+                           "0.000000000000000001",
+                           "123456789012345678",
+                           "1234567890123456789",
+                           "00000000000000000001.5",
+                           "1..2",
+                           "1-2"}) {
+    check_like_from_chars<double>(text);
+    check_like_from_chars<float>(text);
+  }
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 200000; ++i) {
+    std::string text = random() % 2 == 0 ? "-" : "";
+    text += std::to_string(random() >> (random() % 64));
+    text.insert(text.size() - random() % (text.size() - (text[0] == '-' ? 1 : 0)), ".");
+    if (random() % 8 == 0) text += "e" + std::to_string(static_cast<int>(random() % 60) - 30);
+    check_like_from_chars<double>(text);
+    check_like_from_chars<float>(text);
+  }
+}
+
+TEST_CASE("FloatsHalfWayBetweenNeighboursRoundOnce") {
+  // Decimals next to the midpoint of two floats: rounding to double first would decide wrongly.
+  std::mt19937_64 random(11);
+  for (int i = 0; i < 20000; ++i) {
+    const float low =
+        std::bit_cast<float>(static_cast<std::uint32_t>(0x3f000000U + (random() & 0x07ffffffU)));
+    const double middle =
+        0.5 * (static_cast<double>(low) + static_cast<double>(std::nextafter(low, 1e30f)));
+    char text[64];
+    const auto [end, error] = std::to_chars(text, text + sizeof text, middle);
+    const std::string decimal(text, end);
+    check_like_from_chars<float>(decimal);
+    check_like_from_chars<float>(decimal.find('.') == decimal.npos ? decimal + ".0000001"
+                                                                   : decimal + "0000001");
+  }
+}
+
+TEST_CASE("SeparatorsAreFound") {
+  const std::vector<Vec3> expected = {{1, 2, 3}, {4, 5, 6.5}};
+  CHECK(read_text("a.xyz", "1 2 3\n4   5\t6.5\n").positions == expected);
+  CHECK(read_text("a.txt", "1,2,3\n4, 5 ,6.5\n").positions == expected);
+  CHECK(read_text("a.csv", "1;2;3\r\n4;5;6.5\r\n").positions == expected);
+  CHECK(read_text("a.csv", "1\t2\t3\n4\t5\t6.5").positions == expected);
+  CHECK(read_text("a.xyz", "  1 2 3  \n\n# note\n// note\n4 5 6.5\n\n").positions == expected);
+  CHECK(read_text("a.csv", "1,2,3,\n4,5,6.5,\n").positions == expected);
+  CHECK(read_text("a.XYZ", "+1 2e0 3.\n4 .5e1 65e-1\n").positions == expected);
+  CHECK(read_text("a.xyz",
+                  "\xEF\xBB\xBF"
+                  "1 2 3\n4 5 6.5\n")
+            .positions == expected);
+}
+
+TEST_CASE("HeaderLinesNameTheColumns") {
+  const PointCloud cloud = read_text(
+      "a.csv", "\"Z\",NX,ny,nz,X,Y,R,G,B,Intensity,time stamp\n3,0,0,1,1,2,10,20,30,0.5,99\n");
+  CHECK(cloud.positions == std::vector<Vec3>{{1, 2, 3}});
+  CHECK(cloud.normals == std::vector<Vec3>{{0, 0, 1}});
+  CHECK(attribute_names(cloud) == Names{"red", "green", "blue", "intensity", "time stamp"});
+  CHECK(cloud.schema.attributes[0].type == ScalarType::kUint8);
+  CHECK(cloud.schema.attributes[3].type == ScalarType::kFloat64);
+  CHECK(attribute_value(cloud, 0, 4) == 99.0);
+  const PointCloud unit_colors = read_text("a.txt", "x y z r g b\n1 2 3 0.5 0 1\n");
+  CHECK(unit_colors.schema.attributes[0].type == ScalarType::kFloat64);
+  const PointCloud comment = read_text("a.xyz", "//X Y Z temperature\n1 2 3 4\n");
+  CHECK(attribute_names(comment) == Names{"temperature"});
+}
+
+TEST_CASE("ColumnsWithoutNamesAreToldByTheirValues") {
+  const PointCloud normals = read_text("a.xyz", "1 2 3 0 0 1\n4 5 6 0.6 -0.8 0\n");
+  CHECK(normals.schema.has_normals);
+  CHECK(normals.normals[1] == Vec3{0.6, -0.8, 0});
+  const PointCloud colors = read_text("a.xyz", "1 2 3 0 0 1\n4 5 6 255 128 0\n");
+  CHECK_FALSE(colors.schema.has_normals);
+  CHECK(attribute_names(colors) == Names{"red", "green", "blue"});
+  CHECK(attribute_value(colors, 1, 0) == 255.0);
+  const PointCloud other = read_text("a.xyz", "1 2 3 0 0 1\n4 5 6 256 128 0\n");
+  CHECK(attribute_names(other) == Names{"c4", "c5", "c6"});
+  CHECK(attribute_names(read_text("a.xyz", "1 2 3 4\n")) == Names{"c4"});
+  CHECK(attribute_names(read_text("a.pts", "1\n1 2 3 -7\n")) == Names{"intensity"});
+  CHECK(attribute_names(read_text("a.pts", "1 2 3 10 52 70 64\n")) ==
+        Names{"intensity", "red", "green", "blue"});
+}
+
+TEST_CASE("ColumnsMayBeGiven") {
+  TextOptions text;
+  text.columns = {"y", "-", "x", "z:float32", "class:uint8"};
+  const PointCloud cloud = read_text("a.txt", "2 word 1 0.1 7\n", text);
+  CHECK(cloud.positions == std::vector<Vec3>{{1, 2, static_cast<double>(0.1f)}});
+  CHECK(cloud.schema.attributes == std::vector<AttributeField>{{"class", ScalarType::kUint8}});
+  CHECK(text_error("a.txt", "2 word 1 0.1 300\n", text).status() == ExitStatus::kBadInput);
+  CHECK(read_text("a.txt", "a b c d e\n2 word 1 3 7\n", text).size() == 1);
+  text.columns = {"x", "y"};
+  CHECK(text_error("a.txt", "1 2\n", text).status() == ExitStatus::kUsage);
+  text.columns = {"x", "y", "z", "x"};
+  CHECK(text_error("a.txt", "1 2 3 4\n", text).status() == ExitStatus::kUsage);
+  text.columns = {"x", "y", "z", "t:int7"};
+  CHECK(text_error("a.txt", "1 2 3 4\n", text).status() == ExitStatus::kUsage);
+  text.columns = {};
+  text.separator = ';';
+  CHECK(read_text("a.txt", "1;2;3\n", text).size() == 1);
+  CHECK(text_error("a.txt", "1 2 3\n", text).status() == ExitStatus::kBadInput);
+}
+
+TEST_CASE("ALetterInLineSevenIsNamedByLineAndColumn") {
+  for (const char* separator : {" ", ",", ";", "\t"}) {
+    std::string content;
+    for (int line = 1; line <= 9; ++line)
+      content += "1" + std::string(separator) + (line == 7 ? "2O5" : "2.5") + separator + "3\n";
+    const Error error = text_error("a.txt", content);
+    INFO(error.what());
+    CHECK(error.status() == ExitStatus::kBadInput);
+    CHECK(error.parts().place == "line 7, column 2");
+    CHECK(error.parts().found == "\"2O5\"");
+    CHECK(error.parts().expected == "a number");
+    CHECK_THAT(error.what(), Contains("a.txt"));
+  }
+}
+
+TEST_CASE("LinesBeyondTheSampleAreCheckedToo") {
+  std::string content;
+  for (int line = 1; line <= 5000; ++line) content += "1 2 3 10 20 30\n";
+  CHECK(text_error("a.txt", content + "1 2 3 10 20\n").parts().place == "line 5001");
+  CHECK(text_error("a.txt", content + "1 2 3 10 20 30 40\n").parts().found == "7 columns");
+  const Error color = text_error("a.txt", content + "1 2 3 10 20 300\n");
+  CHECK(color.parts().place == "line 5001, column 6");
+  CHECK(color.parts().expected == "an integer from 0 to 255");
+  CHECK(text_error("a.txt", content + "1 2 3 , 20 30\n").parts().found == "\",\"");
+  CHECK(text_error("a.csv", "1,2,3\n1,,3\n").parts().place == "line 2, column 2");
+}
+
+TEST_CASE("TextThatIsNoCloudIsRefused") {
+  CHECK_THAT(text_error("a.xyz", "1 2\n3 4\n").what(), Contains("line 1") && Contains("2 columns"));
+  CHECK_THAT(text_error("a.xyz", "Dear reader,\n").what(), Contains("line 1, column 1"));
+  CHECK_THAT(text_error("a.xyz", "# nothing\n\n").what(), Contains("no points"));
+  CHECK_THAT(text_error("a.csv", "x,y,z,y\n1,2,3,4\n").what(), Contains("one name"));
+  CHECK_THAT(text_error("a.xyz", std::string(3'000'000, '7')).what(), Contains("more than"));
+}
+
+TEST_CASE("CountsOfPtsFilesAreAFloor") {
+  CHECK(read_text("a.pts", "2\n1 2 3\n4 5 6\n").size() == 2);
+  CHECK(read_text("a.pts", "1\n1 2 3\n4 5 6\n").size() == 2);
+  CHECK(read_text("a.pts", "1 2 3\n4 5 6\n").size() == 2);
+  const Error error = text_error("a.pts", "3\n1 2 3\n4 5 6\n");
+  CHECK(error.status() == ExitStatus::kBadInput);
+  CHECK(error.parts().found == "2 points");
+  CHECK(error.parts().expected == "3");
+}
+
+TEST_CASE("SampleTextFilesHaveTheirPoints") {
+  const auto sample = [](const std::string& name) {
+    return test::data_path("samples/ascii/" + name);
+  };
+  if (test::skipped_without(sample("ripple.pts"))) return;
+  const PointCloud ripple = read_cloud(sample("ripple.pts"));
+  CHECK(ripple.size() == 10201);
+  CHECK(ripple.bounds().min.x == -5.0);
+  CHECK(ripple.bounds().max.y == 5.0);
+  CHECK(attribute_names(ripple) == Names{"intensity", "red", "green", "blue"});
+  CHECK(read_cloud(sample("autzen.pts")).size() == 10);
+  CHECK(read_cloud(sample("test.pts")).size() == 19);
+  CHECK(read_cloud(sample("site_56_8.pts")).size() == 8);
+  CHECK(read_cloud(sample("bunny_8.pts")).size() == 9);  // one more than its first line says
+  const PointCloud text = read_cloud(sample("ripple.txt"));
+  CHECK(text.size() == 10201);
+  CHECK(text.schema.has_normals);
+  CHECK(attribute_names(text) == Names{"red", "green", "blue"});
+}
+
+TEST_CASE("SeveralFilesAreOneStream") {
+  const ScratchDirectory scratch;
+  write_file(scratch / "a.csv", "x,y,z,red,green,blue,time\n1,2,3,4,5,6,7\n");
+  write_file(scratch / "b.csv", "time,blue,x,y,z,extra,red,green\n70,60,10,20,30,1,40,50\n");
+  write_file(scratch / "c.ply",
+             "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+             "property float z\nproperty double time\nproperty int red\nend_header\n8 8 8 9 1\n");
+  std::vector<std::string> notes;
+  const auto two = open_point_sources({scratch / "a.csv", scratch / "b.csv"}, {}, &notes);
+  const PointCloud cloud = read_all(*two);
+  CHECK(cloud.positions == std::vector<Vec3>{{1, 2, 3}, {10, 20, 30}});
+  CHECK(attribute_names(cloud) == Names{"red", "green", "blue", "time"});
+  CHECK(attribute_value(cloud, 1, 0) == 40.0);
+  CHECK(attribute_value(cloud, 1, 2) == 60.0);
+  CHECK(attribute_value(cloud, 1, 3) == 70.0);
+  REQUIRE(notes.size() == 1);
+  CHECK_THAT(notes[0], Contains("extra"));
+  CHECK(two->bytes_read() == two->bytes_total());
+  const auto three =
+      open_point_sources({scratch / "a.csv", scratch / "b.csv", scratch / "c.ply"}, {}, &notes);
+  CHECK(attribute_names(read_all(*three)) == Names{"time"});
+  CHECK(three->schema().position_type == ScalarType::kFloat64);
+}
+
+TEST_CASE("FilesWithAndWithoutNormalsDoNotMix") {
+  const ScratchDirectory scratch;
+  write_file(scratch / "a.xyz", "1 2 3 0 0 1\n");
+  write_file(scratch / "b.xyz", "1 2 3\n");
+  for (const auto& [first, second] : {std::pair("a.xyz", "b.xyz"), std::pair("b.xyz", "a.xyz")}) {
+    CHECK_THROWS_WITH(open_point_sources({scratch / first, scratch / second}),
+                      Contains("b.xyz: ") && Contains("normals as in") && Contains("a.xyz"));
+  }
+  CHECK_THROWS_AS(open_point_sources({}), Error);
+}
+
+}  // namespace orbweave

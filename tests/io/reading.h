@@ -1,0 +1,66 @@
+// What the tests of readers and writers share: files made of strings, and clouds read back.
+#pragma once
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "io/byte_sink.h"
+#include "io/error.h"
+#include "io/point_source.h"
+
+namespace orbweave::test {
+
+inline void write_file(const std::filesystem::path& path, const std::string& content) {
+  std::ofstream(path, std::ios::binary) << content;
+}
+
+inline void gzip_file(const std::filesystem::path& path, const std::string& content) {
+  const auto sink = open_byte_sink(path);
+  sink->write(std::string_view(content));
+  sink->finish();
+}
+
+inline std::string read_file(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+inline PointCloud read_cloud(const std::filesystem::path& path,
+                             const PointSourceOptions& options = {}) {
+  return read_all(*open_point_source(path, options));
+}
+
+/// The Error that reading a cloud throws; status kDone where it throws none.
+inline Error reading_error(const std::filesystem::path& path,
+                           const PointSourceOptions& options = {}) {
+  try {
+    read_cloud(path, options);
+  } catch (const Error& error) {
+    return error;
+  }
+  return Error(ExitStatus::kDone, "");
+}
+
+/// Same schema, same bits (NaN included).
+inline bool same_bits(const PointCloud& a, const PointCloud& b) {
+  const auto equal = [](const std::vector<Vec3>& p, const std::vector<Vec3>& q) {
+    return p.size() == q.size() &&
+           (p.empty() || std::memcmp(p.data(), q.data(), p.size() * sizeof(Vec3)) == 0);
+  };
+  return a.schema == b.schema && equal(a.positions, b.positions) && equal(a.normals, b.normals) &&
+         a.attributes == b.attributes;
+}
+
+/// The bytes of a value, in the machine's order or turned around.
+template <class T>
+std::string raw(T value, bool turned = false) {
+  std::string bytes(sizeof value, '\0');
+  std::memcpy(bytes.data(), &value, sizeof value);
+  return turned ? std::string(bytes.rbegin(), bytes.rend()) : bytes;
+}
+
+}  // namespace orbweave::test

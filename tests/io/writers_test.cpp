@@ -1,0 +1,294 @@
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <stdexcept>
+
+#include "io/atomic_file.h"
+#include "io/mesh_reader.h"
+#include "io/mesh_writer.h"
+#include "tests/io/reading.h"
+#include "tests/support/data.h"
+
+namespace orbweave {
+namespace {
+
+using Catch::Contains;
+using test::read_file;
+using test::ScratchDirectory;
+
+TriangleMesh tetrahedron() {
+  TriangleMesh mesh;
+  mesh.vertices.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.1, 0.2, 1}};
+  mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  return mesh;
+}
+
+TriangleMesh dressed_tetrahedron() {
+  TriangleMesh mesh = tetrahedron();
+  mesh.vertices.schema.has_normals = true;
+  mesh.vertices.schema.attributes = {{"red", ScalarType::kUint8},
+                                     {"gps time", ScalarType::kFloat64}};
+  mesh.vertices.normals = {{0, 0, -1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  for (int i = 0; i < 4; ++i) {
+    mesh.vertices.attributes.push_back(static_cast<std::byte>(i));
+    for (const char c : test::raw(0.1 * i))
+      mesh.vertices.attributes.push_back(static_cast<std::byte>(c));
+  }
+  mesh.hole = {0, 0, 3, 3};
+  return mesh;
+}
+
+MeshHeader header_of(const TriangleMesh& mesh) {
+  MeshHeader header;
+  header.vertices = mesh.vertices.size();
+  header.triangles = mesh.triangles.size();
+  header.schema = mesh.vertices.schema;
+  header.has_hole = !mesh.hole.empty();
+  return header;
+}
+
+std::size_t files_in(const std::filesystem::path& directory) {
+  std::size_t count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(directory)) {
+    (void)entry;
+    ++count;
+  }
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("PlyMeshesReadBackWhole") {
+  const ScratchDirectory scratch;
+  const TriangleMesh mesh = dressed_tetrahedron();
+  for (const bool binary : {true, false}) {
+    MeshWriterOptions options;
+    options.binary = binary;
+    write_mesh(scratch / "a.ply", mesh, options);
+    const TriangleMesh back = read_mesh(scratch / "a.ply");
+    CHECK(back.vertices.positions == mesh.vertices.positions);
+    CHECK(back.vertices.normals == mesh.vertices.normals);
+    CHECK(back.vertices.attributes == mesh.vertices.attributes);
+    CHECK(back.vertices.schema.attributes[1].name == "gps_time");
+    CHECK(back.vertices.schema.position_type == ScalarType::kFloat64);
+    CHECK(back.triangles == mesh.triangles);
+    CHECK(back.hole == mesh.hole);
+  }
+}
+
+TEST_CASE("PlyBytesAreTheDocumentedOnes") {
+  const ScratchDirectory scratch;
+  TriangleMesh mesh = tetrahedron();
+  mesh.triangles.resize(1);
+  mesh.hole = {5};
+  MeshWriterOptions options;
+  options.float_positions = true;
+  options.comments = {"two\nlines"};
+  write_mesh(scratch / "a.ply", mesh, options);
+  std::string expected =
+      "ply\nformat binary_little_endian 1.0\ncomment two lines\nelement vertex 4\n"
+      "property float x\nproperty float y\nproperty float z\nelement face 1\n"
+      "property list uchar int vertex_indices\nproperty int hole\nend_header\n";
+  for (const Vec3& p : mesh.vertices.positions)
+    for (int axis = 0; axis < 3; ++axis) expected += test::raw(static_cast<float>(p[axis]));
+  expected += "\x03" + test::raw(0) + test::raw(2) + test::raw(1) + test::raw(5);
+  CHECK(read_file(scratch / "a.ply") == expected);
+}
+
+TEST_CASE("BatchesAndParallelEncodingDoNotChangeTheBytes") {
+  const ScratchDirectory scratch;
+  const TriangleMesh mesh = dressed_tetrahedron();
+  for (const std::string name : {"a.ply", "a.obj"}) {
+    write_mesh(scratch / ("whole-" + name), mesh);
+    const auto writer = open_mesh_writer(scratch / name, header_of(mesh));
+    REQUIRE(writer->encodes_independently());
+    std::vector<std::vector<std::byte>> encoded;
+    for (std::size_t i = 0; i < 4; ++i) {
+      PointCloud one;
+      one.schema = mesh.vertices.schema;
+      one.append(mesh.vertices, i);
+      encoded.push_back(writer->encode_vertices(one));
+    }
+    for (const auto& bytes : encoded) writer->write_encoded_vertices(bytes, 1);
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Triangle64 t = {mesh.triangles[i][0], mesh.triangles[i][1], mesh.triangles[i][2]};
+      writer->write_triangles(std::span(&t, 1), std::span(&mesh.hole[i], 1));
+    }
+    writer->finish();
+    CHECK(read_file(scratch / name) == read_file(scratch / ("whole-" + name)));
+    CHECK(writer->bytes_written() == std::filesystem::file_size(scratch / name));
+  }
+}
+
+TEST_CASE("ObjAndStlMeshesReadBack") {
+  const ScratchDirectory scratch;
+  const TriangleMesh mesh = dressed_tetrahedron();
+  write_mesh(scratch / "a.obj", mesh);
+  const TriangleMesh obj = read_mesh(scratch / "a.obj");
+  CHECK(obj.vertices.positions == mesh.vertices.positions);
+  CHECK(obj.vertices.normals == mesh.vertices.normals);
+  CHECK(obj.triangles == mesh.triangles);
+  CHECK(test::read_cloud(scratch / "a.obj").positions == mesh.vertices.positions);
+
+  MeshWriterOptions text;
+  text.binary = false;
+  write_mesh(scratch / "text.stl", mesh, text);
+  const TriangleMesh stl = read_mesh(scratch / "text.stl");
+  REQUIRE(stl.triangles.size() == 4);
+  CHECK(stl.vertices.size() == 4);
+  CHECK(stl.vertices.positions[1] == mesh.vertices.positions[2]);  // numbered as they appear
+  write_mesh(scratch / "binary.stl", mesh);
+  CHECK(std::filesystem::file_size(scratch / "binary.stl") == 84 + 4 * 50);
+  const TriangleMesh narrow = read_mesh(scratch / "binary.stl");
+  CHECK(narrow.triangles == stl.triangles);
+  CHECK(narrow.vertices.positions[3].x == static_cast<double>(0.1f));
+  CHECK(files_in(scratch.path()) == 3);
+}
+
+TEST_CASE("StlNormalsAreThoseOfTheTriangles") {
+  const ScratchDirectory scratch;
+  MeshWriterOptions text;
+  text.binary = false;
+  write_mesh(scratch / "a.stl", tetrahedron(), text);
+  CHECK_THAT(read_file(scratch / "a.stl"), Contains("facet normal 0 0 -1\n"));
+}
+
+TEST_CASE("TextCloudsReadBackExactly") {
+  const ScratchDirectory scratch;
+  PointCloud cloud;
+  cloud.schema.has_normals = true;
+  cloud.schema.normal_type = ScalarType::kFloat64;
+  cloud.schema.attributes = {{"red", ScalarType::kUint8},
+                             {"green", ScalarType::kUint8},
+                             {"blue", ScalarType::kUint8},
+                             {"t", ScalarType::kFloat64}};
+  for (int i = 0; i < 500; ++i) {
+    cloud.positions.push_back({1.0 / (i + 3), -1e-7 * i, 1e12 + 0.1 * i});
+    cloud.normals.push_back(normalized({1.0 * i, 1.0, -0.5}));
+    for (int c = 0; c < 3; ++c) cloud.attributes.push_back(static_cast<std::byte>(i + c));
+    for (const char c : test::raw(1.5 + i)) cloud.attributes.push_back(static_cast<std::byte>(c));
+  }
+  for (const std::string name : {"a.csv", "a.csv.gz", "a.xyz", "a.xyz.gz"}) {
+    INFO(name);
+    write_cloud(scratch / name, cloud);
+    PointCloud back = test::read_cloud(scratch / name);
+    CHECK(back.positions == cloud.positions);
+    CHECK(back.normals == cloud.normals);
+    CHECK(back.attributes == cloud.attributes);
+  }
+  CHECK_THAT(read_file(scratch / "a.csv"), Catch::StartsWith("x,y,z,nx,ny,nz,red,green,blue,t\n"));
+}
+
+TEST_CASE("SameContentSameBytes") {
+  const ScratchDirectory scratch;
+  const TriangleMesh mesh = dressed_tetrahedron();
+  for (const std::string name : {"a.ply", "a.ply.gz", "a.obj", "a.stl"}) {
+    write_mesh(scratch / name, mesh);
+    write_mesh(scratch / ("again-" + name), mesh);
+    CHECK(read_file(scratch / name) == read_file(scratch / ("again-" + name)));
+  }
+}
+
+TEST_CASE("AHalfWrittenFileNeverAppears") {
+  const ScratchDirectory scratch;
+  test::write_file(scratch / "a.ply", "old");
+  for (const std::string name : {"a.ply", "b.ply", "b.obj", "b.stl", "b.ply.gz"}) {
+    const TriangleMesh mesh = tetrahedron();
+    {
+      const auto writer = open_mesh_writer(scratch / name, header_of(mesh));
+      writer->write_vertices(mesh.vertices);
+      if (name != "a.ply") CHECK_FALSE(std::filesystem::exists(scratch / name));
+    }
+    CHECK(files_in(scratch.path()) == 1);
+  }
+  CHECK(read_file(scratch / "a.ply") == "old");
+}
+
+TEST_CASE("FinishedFilesReplaceOlderOnesAndAreReadable") {
+  const ScratchDirectory scratch;
+  test::write_file(scratch / "a.ply", "old");
+  write_mesh(scratch / "a.ply", tetrahedron());
+  CHECK(read_mesh(scratch / "a.ply").triangles.size() == 4);
+  CHECK(files_in(scratch.path()) == 1);
+  struct stat facts {};
+  REQUIRE(::stat((scratch / "a.ply").c_str(), &facts) == 0);
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  CHECK((facts.st_mode & 0777) == (0666 & ~mask));
+}
+
+TEST_CASE("CountsThatDoNotMatchTheHeaderAreADefect") {
+  const ScratchDirectory scratch;
+  const TriangleMesh mesh = tetrahedron();
+  const auto writer = open_mesh_writer(scratch / "a.ply", header_of(mesh));
+  CHECK_THROWS_AS(writer->finish(), std::logic_error);
+  const Triangle64 triangle = {0, 1, 2};
+  CHECK_THROWS_AS(writer->write_triangles(std::span(&triangle, 1)), std::logic_error);
+  writer->write_vertices(mesh.vertices);
+  CHECK_THROWS_AS(writer->write_vertices(mesh.vertices), std::logic_error);
+}
+
+TEST_CASE("PathsThatCannotBeWrittenAreAResourceErrorWithPathAndReason") {
+  const ScratchDirectory scratch;
+  std::filesystem::create_directory(scratch / "directory.ply");
+  for (const std::string name : {"missing/a.ply", "directory.ply"}) {
+    try {
+      write_mesh(scratch / name, tetrahedron());
+      FAIL("written");
+    } catch (const Error& error) {
+      CHECK(error.status() == ExitStatus::kResource);
+      CHECK(error.parts().file == (scratch / name).string());
+      CHECK_THAT(error.what(), Contains("directory"));  // the system's reason
+    }
+  }
+}
+
+TEST_CASE("AFullDiskIsAResourceErrorAndLeavesNothing") {
+  const ScratchDirectory scratch;
+  rlimit old{};
+  REQUIRE(::getrlimit(RLIMIT_FSIZE, &old) == 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit small = old;
+  small.rlim_cur = 1000;
+  REQUIRE(::setrlimit(RLIMIT_FSIZE, &small) == 0);
+  PointCloud cloud;
+  cloud.positions.resize(1000);
+  bool refused = false;
+  try {
+    write_cloud(scratch / "a.ply", cloud);
+  } catch (const Error& error) {
+    refused = error.status() == ExitStatus::kResource;
+  }
+  ::setrlimit(RLIMIT_FSIZE, &old);
+  std::signal(SIGXFSZ, handler);
+  CHECK(refused);
+  CHECK(files_in(scratch.path()) == 0);
+}
+
+TEST_CASE("ExtensionsNobodyWritesAreAUsageErrorBeforeAnyFile") {
+  const ScratchDirectory scratch;
+  for (const std::string name : {"a.foo", "a", "a.xyz", "a.obj.gz"}) {
+    try {
+      write_mesh(scratch / name, tetrahedron());
+      FAIL("written");
+    } catch (const Error& error) {
+      CHECK(error.status() == ExitStatus::kUsage);
+      CHECK_THAT(error.what(), Contains(".ply"));
+    }
+  }
+  CHECK_THROWS_AS(write_cloud(scratch / "a.stl", tetrahedron().vertices), Error);
+  CHECK(files_in(scratch.path()) == 0);
+}
+
+TEST_CASE("AtomicFilesWriteToDevicesDirectly") {
+  AtomicFile file("/dev/null");
+  file.write("gone");
+  CHECK(file.temporary().empty());
+  file.commit();
+  CHECK(std::filesystem::is_character_file("/dev/null"));
+}
+
+}  // namespace orbweave
