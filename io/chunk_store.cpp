@@ -151,7 +151,8 @@ FileDescriptor take_lock(const fs::path& directory) {
     }
     if (held.st_ino != named.st_ino || held.st_dev != named.st_dev) continue;
     const std::string pid = std::to_string(getpid()) + "\n";
-    if (ftruncate(file.get(), 0) != 0 || ::write(file.get(), pid.data(), pid.size()) < 0)
+    const auto size = static_cast<off_t>(pid.size());
+    if (pwrite(file.get(), pid.data(), pid.size(), 0) != size || ftruncate(file.get(), size) != 0)
       throw_directory_error(path, std::strerror(errno));
     return file;
   }

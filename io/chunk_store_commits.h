@@ -18,9 +18,9 @@
 namespace orbweave {
 
 /// A queue of written files that wait to be flushed to the device and renamed. One thread works
-/// it off in order of commit: it starts the writing of all waiting files at once, then waits for
-/// each, renames them and flushes their directory once. So a thousand small results cost some
-/// dozens of journal commits, not thousands.
+/// it off in order of commit: it takes all waiting files at once, flushes them together, renames
+/// them and flushes their directory once. So a thousand small results cost some dozens of device
+/// flushes, not thousands.
 class CommitQueue {
  public:
   CommitQueue() = default;
@@ -49,7 +49,8 @@ class CommitQueue {
   }
 
  private:
-  static constexpr std::size_t kLimit = 128;
+  static constexpr std::size_t kLimit = 256;
+  static constexpr std::size_t kFlushTogether = 3;
   struct Item {
     std::filesystem::path part, target;
     FileDescriptor file;

@@ -59,6 +59,12 @@ void spill(const fs::path& path, const std::string& bytes) {
       .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
+/// Overwrites one byte in place.
+void put(const fs::path& path, std::size_t at, int byte) {
+  std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+  file.seekp(static_cast<std::streamoff>(at)).put(static_cast<char>(byte));
+}
+
 ExitStatus status_of(const std::function<void()>& action, std::string* message = nullptr) {
   try {
     action();
@@ -263,11 +269,9 @@ TEST_CASE("AFlippedByteNeverGivesWrongData") {
   for (std::size_t at = 0; at < good.size(); at += static_cast<std::size_t>(step)) {
     // Every byte of HDF5's own structures (they lie at the ends), a sample of the data.
     step = at < 6000 || at + 3000 > good.size() ? 1 : 61;
-    std::string bad = good;
-    bad[at] = static_cast<char>(bad[at] ^ (1 << at % 8));
-    spill(path, bad);
-    const ChunkStore store(scratch / "work");
+    put(path, at, good[at] ^ (1 << at % 8));
     try {
+      const ChunkStore store(scratch / "work");
       const bool right = same(*store.open("points", 0), arrays);
       REQUIRE(right);
       ++harmless;
@@ -276,6 +280,7 @@ TEST_CASE("AFlippedByteNeverGivesWrongData") {
       REQUIRE(corrupt.status() == ExitStatus::kResource);
       ++detected;
     }
+    put(path, at, good[at]);
   }
   CHECK(detected > 1000);
   CHECK(harmless < 1500);  // padding between HDF5's structures
@@ -297,9 +302,8 @@ TEST_CASE("AFlippedByteInAnyArrayIsDetected") {
   REQUIRE(values_at != std::string::npos);
   REQUIRE(bytes_at != std::string::npos);
   const auto damaged = [&](std::size_t at) {
-    std::string bad = good;
-    bad[at] = static_cast<char>(bad[at] ^ 0x10);
-    spill(path, bad);
+    spill(path, good);
+    put(path, at, good[at] ^ 0x10);
     return store.open("points", 0);
   };
   for (std::size_t row = 0; row < 5000; row += 499) {
