@@ -1,0 +1,142 @@
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+#include "engine/ball_pivoting/automatic_radii.h"
+#include "partition/octree.h"
+
+namespace orbweave {
+namespace {
+
+constexpr std::uint64_t kMostLeaves = std::uint64_t{1} << 18;
+/// A site's box is larger than its core by this part of the core's side. Six neighbours of a point
+/// are rarely farther away, and surfaces that lie exactly on a face of the core are whole.
+constexpr double kMargin = 0.125;
+
+/// splitmix64 (Steele, Lea, Flood 2014).
+std::uint64_t mixed(std::uint64_t word) {
+  word += 0x9E3779B97F4A7C15u;
+  word = (word ^ (word >> 30)) * 0xBF58476D1CE4E5B9u;
+  word = (word ^ (word >> 27)) * 0x94D049BB133111EBu;
+  return word ^ (word >> 31);
+}
+
+/// The whole cloud as one site: nothing lies beyond.
+SpacingSite whole_cloud() {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  const Box everything{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
+  return {everything, everything, {}};
+}
+
+/// The leaves whose hashes come first. Leaves of few points, where a surface
+/// just touches a cube, say little about distances and are taken only if there is nothing else.
+std::vector<Chunk> chosen_leaves(const CountGrid& grid, const RootCube& root, std::size_t sites,
+                                 std::uint32_t points_per_site) {
+  const std::uint64_t limit =
+      std::max<std::uint64_t>(4 * std::uint64_t{points_per_site}, grid.points() / kMostLeaves);
+  std::vector<Chunk> leaves = cut_octree(grid, root, limit).chunks();
+  const auto has_few = [&](const Chunk& leaf) { return leaf.points < points_per_site / 8; };
+  if (!std::all_of(leaves.begin(), leaves.end(), has_few)) std::erase_if(leaves, has_few);
+  const auto comes_first = [](const Chunk& a, const Chunk& b) {
+    return mixed(a.code_begin) < mixed(b.code_begin);
+  };
+  std::sort(leaves.begin(), leaves.end(), comes_first);
+  leaves.resize(std::min(leaves.size(), sites));
+  return leaves;
+}
+
+/// Which sites a point may belong to: a coarse lattice over all of them, with a list per cell.
+class SiteLattice {
+ public:
+  explicit SiteLattice(const std::vector<SpacingSite>& sites) {
+    for (const SpacingSite& site : sites) bounds_.extend(site.box);
+    cells_per_unit_ = kCells / bounds_.largest_extent();
+    first_.assign(kCells * kCells * kCells + 1, 0);
+    // Counted, then filled: a counting sort of (cell, site).
+    for (const SpacingSite& site : sites)
+      for_cells(site.box, [&](std::size_t cell) { ++first_[cell + 1]; });
+    for (std::size_t cell = 1; cell < first_.size(); ++cell) first_[cell] += first_[cell - 1];
+    sites_.resize(first_.back());
+    std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+    for (std::uint32_t s = 0; s < sites.size(); ++s)
+      for_cells(sites[s].box, [&](std::size_t cell) { sites_[next[cell]++] = s; });
+  }
+  std::span<const std::uint32_t> near(Vec3 p) const {
+    if (!bounds_.contains(p)) return {};
+    const std::size_t cell = cell_at(index(p, 0), index(p, 1), index(p, 2));
+    return std::span(sites_).subspan(first_[cell], first_[cell + 1] - first_[cell]);
+  }
+  std::size_t memory_bytes() const { return 4 * (first_.capacity() + sites_.capacity()); }
+
+ private:
+  static constexpr int kCells = 64;
+
+  /// Monotone in the coordinate, so a point of a box is never outside the box's cells.
+  int index(Vec3 p, int axis) const {
+    return std::min(kCells - 1, static_cast<int>((p[axis] - bounds_.min[axis]) * cells_per_unit_));
+  }
+  static std::size_t cell_at(int x, int y, int z) {
+    return static_cast<std::size_t>((z * kCells + y) * kCells + x);
+  }
+  void for_cells(const Box& box, const auto& visit) const {
+    for (int z = index(box.min, 2); z <= index(box.max, 2); ++z)
+      for (int y = index(box.min, 1); y <= index(box.max, 1); ++y)
+        for (int x = index(box.min, 0); x <= index(box.max, 0); ++x) visit(cell_at(x, y, z));
+  }
+
+  Box bounds_;
+  double cells_per_unit_ = 1.0;
+  std::vector<std::uint32_t> first_;
+  std::vector<std::uint32_t> sites_;
+};
+
+}  // namespace
+
+struct SpacingSampler::State {
+  std::uint64_t points = 0;
+  std::vector<SpacingSite> sites;
+  std::optional<SiteLattice> lattice;  ///< none where the whole cloud is one site
+};
+
+SpacingSampler::SpacingSampler(const RootCube& root, const CountGrid& grid, std::size_t sites,
+                               std::uint32_t points_per_site)
+    : state_(std::make_unique<State>()) {
+  state_->points = grid.points();
+  if (grid.points() <= sites * std::uint64_t{points_per_site}) {
+    state_->sites.push_back(whole_cloud());
+    state_->sites.back().points.reserve(grid.points());
+    return;
+  }
+  for (const Chunk& leaf : chosen_leaves(grid, root, sites, points_per_site)) {
+    state_->sites.push_back({leaf.box, leaf.box.grown(kMargin * leaf.box.largest_extent()), {}});
+    state_->sites.back().points.reserve(leaf.points + leaf.points / 2);
+  }
+  state_->lattice.emplace(state_->sites);
+}
+SpacingSampler::~SpacingSampler() = default;
+SpacingSampler::SpacingSampler(SpacingSampler&&) noexcept = default;
+SpacingSampler& SpacingSampler::operator=(SpacingSampler&&) noexcept = default;
+
+void SpacingSampler::add(std::span<const Vec3> positions) {
+  if (!state_->lattice) {
+    auto& all = state_->sites.front().points;
+    all.insert(all.end(), positions.begin(), positions.end());
+    return;
+  }
+  for (const Vec3& p : positions)
+    for (const std::uint32_t s : state_->lattice->near(p))
+      if (state_->sites[s].box.contains(p)) state_->sites[s].points.push_back(p);
+}
+
+RadiiChoice SpacingSampler::choose(int levels) const {
+  return choose_radii(state_->sites, state_->points, levels);
+}
+
+std::size_t SpacingSampler::memory_bytes() const {
+  std::size_t bytes = state_->lattice ? state_->lattice->memory_bytes() : 0;
+  for (const SpacingSite& site : state_->sites)
+    bytes += sizeof site + site.points.capacity() * sizeof(Vec3);
+  return bytes;
+}
+
+}  // namespace orbweave

@@ -1,0 +1,169 @@
+#include "engine/ball_pivoting/automatic_radii.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include <catch2/catch.hpp>
+
+#include "engine/synthetic/synthetic_cloud.h"
+#include "io/point_source.h"
+#include "tests/support/data.h"
+
+namespace orbweave {
+namespace {
+
+std::vector<Vec3> positions_of(Shape shape, std::uint64_t points, bool density_varying = false,
+                               double noise = 0.0) {
+  SyntheticOptions options;
+  options.shape = shape;
+  options.points = points;
+  options.density_varying = density_varying;
+  options.noise = noise;
+  SyntheticCloud cloud(options);
+  return read_all(cloud).positions;
+}
+
+RadiiChoice choice_for(const std::vector<Vec3>& positions, int levels, std::size_t batch = 4096,
+                       std::size_t sites = 256, std::uint32_t points_per_site = 512) {
+  CountGrid grid;
+  const std::span<const Vec3> all = positions;
+  for (std::size_t i = 0; i < all.size(); i += batch)
+    grid.add(all.subspan(i, std::min(batch, all.size() - i)));
+  const RootCube root = root_cube(grid.bounds());
+  grid.settle(root.side);
+  SpacingSampler sampler(root, grid, sites, points_per_site);
+  for (std::size_t i = 0; i < all.size(); i += batch)
+    sampler.add(all.subspan(i, std::min(batch, all.size() - i)));
+  return sampler.choose(levels);
+}
+
+void shuffle(std::vector<Vec3>& points, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  for (std::size_t i = points.size(); i > 1; --i) std::swap(points[i - 1], points[random() % i]);
+}
+
+}  // namespace
+
+TEST_CASE("AutomaticRadiiDoNotDependOnTheOrderOfPoints") {
+  for (const bool varying : {false, true}) {
+    std::vector<Vec3> points = positions_of(Shape::kBumpyTorus, 60000, varying, 0.2);
+    // Few small sites, so that the choice of sites matters.
+    const RadiiChoice before = choice_for(points, 3, 4096, 16, 64);
+    std::reverse(points.begin(), points.end());
+    CHECK(choice_for(points, 3, 1000, 16, 64).radii == before.radii);
+    for (const std::uint64_t seed : {1u, 2u, 3u}) {
+      shuffle(points, seed);
+      const RadiiChoice after = choice_for(points, 3, 777, 16, 64);
+      CHECK(after.radii == before.radii);
+      CHECK(after.spacing == before.spacing);
+      CHECK(after.reason == before.reason);
+    }
+  }
+}
+
+TEST_CASE("AutomaticRadiiScaleWithTheCloud") {
+  const std::vector<Vec3> points = positions_of(Shape::kSphere, 30000, false, 0.1);
+  const RadiiChoice one = choice_for(points, 3, 4096, 16, 64);
+  for (const int exponent : {-20, 20}) {
+    std::vector<Vec3> scaled = points;
+    for (Vec3& p : scaled) p = std::ldexp(1.0, exponent) * p;
+    const RadiiChoice other = choice_for(scaled, 3, 4096, 16, 64);
+    REQUIRE(other.radii.size() == one.radii.size());
+    for (std::size_t level = 0; level < one.radii.size(); ++level)
+      CHECK(other.radii[level] == std::ldexp(one.radii[level], exponent));
+  }
+}
+
+TEST_CASE("SampledRadiiAreThoseOfTheWholeCloud") {
+  for (const Shape shape : {Shape::kSphere, Shape::kTorus, Shape::kPlane, Shape::kCube}) {
+    const std::vector<Vec3> points = positions_of(shape, 100000);
+    const RadiiChoice sampled = choice_for(points, 1, 4096, 32, 128);
+    const RadiiChoice whole = choice_for(points, 1, 4096, 256, 512);
+    REQUIRE(sampled.radii.size() == 1);
+    INFO(name_of(shape) << ": " << sampled.reason);
+    CHECK(sampled.spacing == Approx(whole.spacing).epsilon(0.03));
+    CHECK(sampled.radii[0] == Approx(whole.radii[0]).epsilon(0.03));
+  }
+}
+
+TEST_CASE("UniformCloudsGetABallALittleWiderThanTheirSpacing") {
+  for (const Shape shape : all_shapes()) {
+    SyntheticOptions options;
+    options.shape = shape;
+    options.points = 20000;
+    const RadiiChoice choice = choice_for(positions_of(shape, options.points), 1);
+    INFO(name_of(shape) << ": " << choice.reason);
+    CHECK(choice.radii[0] > 1.1 * spacing(options));
+    CHECK(choice.radii[0] < 1.45 * spacing(options));
+  }
+}
+
+TEST_CASE("RadiiGrowByHalfFromLevelToLevel") {
+  const RadiiChoice choice = choice_for(positions_of(Shape::kTorus, 5000), 4);
+  REQUIRE(choice.radii.size() == 4);
+  for (std::size_t level = 1; level < 4; ++level)
+    CHECK(choice.radii[level] == Approx(1.5 * choice.radii[level - 1]));
+}
+
+TEST_CASE("VaryingDensityIsServedByLevelsAndTheReasonSaysSo") {
+  const std::vector<Vec3> points = positions_of(Shape::kTorus, 20000, true);
+  const RadiiChoice one = choice_for(points, 1), three = choice_for(points, 3);
+  CHECK(three.radii.front() < one.radii.front());
+  CHECK(three.radii.back() > one.radii.front());
+  CHECK(three.reason.find("may need a larger radius") == std::string::npos);
+}
+
+TEST_CASE("ExactDuplicatesDoNotChangeAutomaticRadii") {
+  std::vector<Vec3> points = positions_of(Shape::kTorus, 5000);
+  const RadiiChoice before = choice_for(points, 2);
+  const std::vector<Vec3> copy = points;
+  for (int times = 0; times < 7; ++times) points.insert(points.end(), copy.begin(), copy.end());
+  CHECK(choice_for(points, 2).radii == before.radii);
+}
+
+TEST_CASE("TinyCloudsGetRadiiAndPointsAllEqualGetNone") {
+  CHECK(choice_for({{1, 2, 3}}, 1).radii.empty());
+  CHECK_FALSE(choice_for({{1, 2, 3}}, 1).reason.empty());
+  CHECK(choice_for(std::vector<Vec3>(1000, Vec3{4, 5, 6}), 3).radii.empty());
+  CHECK(choice_for(std::vector<Vec3>(1000, Vec3{4, 5, 6}), 3, 100, 4, 16).radii.empty());
+  const RadiiChoice two = choice_for({{0, 0, 0}, {0, 0, 2}}, 1);
+  REQUIRE(two.radii.size() == 1);
+  CHECK(two.radii[0] == Approx(2 * kRadiusPerSpacing));
+  // The ball through an equilateral triangle fits.
+  const RadiiChoice three = choice_for({{0, 0, 0}, {1, 0, 0}, {0.5, std::sqrt(0.75), 0}}, 1);
+  REQUIRE(three.radii.size() == 1);
+  CHECK(three.radii[0] > 1.0 / std::sqrt(3.0));
+}
+
+TEST_CASE("AFlyawayPointDoesNotSpoilAutomaticRadii") {
+  std::vector<Vec3> points = positions_of(Shape::kTorus, 60000);
+  const RadiiChoice before = choice_for(points, 1, 4096, 16, 64);
+  points.push_back({5000.0, -3000.0, 1000.0});
+  const RadiiChoice after = choice_for(points, 1, 4096, 16, 64);
+  REQUIRE(after.radii.size() == 1);
+  CHECK(after.radii[0] == Approx(before.radii[0]).epsilon(0.05));
+}
+
+TEST_CASE("AutomaticRadiiAreNearThoseChosenByHand") {
+  struct Scan {
+    const char* file;
+    double by_hand;
+  };
+  for (const Scan& scan : {Scan{"stanford/bun_zipper.ply", 0.0015},
+                           {"stanford/bun_zipper_res2.ply", 0.0028},
+                           {"stanford/dragon_vrip_res2.ply", 0.0011},
+                           {"stanford/dragon_vrip_res3.ply", 0.002},
+                           {"stanford/dragon_vrip.ply", 0.00069},
+                           {"points_normals/lion_takanawa_normals_rgb.ply", 0.012}}) {
+    const auto path = test::data_path(scan.file);
+    if (test::skipped_without(path)) return;
+    const RadiiChoice choice = choice_for(read_all(*open_point_source(path)).positions, 1);
+    INFO(scan.file << ": " << choice.reason);
+    REQUIRE(choice.radii.size() == 1);
+    CHECK(choice.radii[0] > 0.75 * scan.by_hand);
+    CHECK(choice.radii[0] < 1.6 * scan.by_hand);
+  }
+}
+
+}  // namespace orbweave
