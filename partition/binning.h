@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "io/point_cloud.h"
@@ -20,10 +21,12 @@ class Binner {
     std::size_t buffer_bytes = std::size_t{256} << 20;  ///< memory for all bins together
     std::filesystem::path spill_directory;              ///< where the spill file goes
   };
+  /// `octree` must outlive the object.
   Binner(const Octree& octree, PointSchema schema, Options options);
   ~Binner();
 
-  /// Sorts a batch into the bins. Positions must be finite. Not thread-safe.
+  /// Sorts a batch into the bins. Positions must be finite. Not thread-safe. Throws Error: bad
+  /// input when a point lies in no chunk, resource when the spill directory cannot take more.
   void add(const PointCloud& batch);
   /// The same with chunk ids computed elsewhere (in parallel): chunks[i] is the chunk of point i.
   void add(const PointCloud& batch, std::span<const ChunkId> chunks);

@@ -1,0 +1,345 @@
+#include "partition/binning.h"
+
+#include <fcntl.h>
+#include <limits.h>
+#include <sys/uio.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cerrno>
+#include <cstring>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+
+#include "io/error.h"
+
+namespace orbweave {
+namespace {
+
+constexpr std::size_t kLargestBlock = std::size_t{64} << 10;
+constexpr std::size_t kSmallestBlock = std::size_t{1} << 10;
+constexpr std::size_t kSlabBytes = std::size_t{1} << 20;
+
+/// A point as it lies in a block: position, normal, attributes, without padding.
+struct RecordLayout {
+  bool has_normals = false;
+  bool single_normals = false;
+  std::size_t normal_bytes = 0;
+  std::size_t attribute_bytes = 0;
+  std::size_t bytes = 0;
+
+  explicit RecordLayout(const PointSchema& schema)
+      : has_normals(schema.has_normals),
+        single_normals(schema.normal_type == ScalarType::kFloat32),
+        normal_bytes(has_normals ? 3 * size_of(schema.normal_type) : 0),
+        attribute_bytes(schema.attribute_bytes()),
+        bytes(sizeof(Vec3) + normal_bytes + attribute_bytes) {}
+
+  void pack(const PointCloud& cloud, std::size_t i, std::byte* to) const {
+    std::memcpy(to, &cloud.positions[i], sizeof(Vec3));
+    to += sizeof(Vec3);
+    if (has_normals) {
+      const Vec3& n = cloud.normals[i];
+      const float narrow[3] = {static_cast<float>(n.x), static_cast<float>(n.y),
+                               static_cast<float>(n.z)};
+      std::memcpy(to, single_normals ? static_cast<const void*>(narrow) : &n, normal_bytes);
+      to += normal_bytes;
+    }
+    if (attribute_bytes > 0)
+      std::memcpy(to, cloud.attributes.data() + i * attribute_bytes, attribute_bytes);
+  }
+
+  void unpack(std::span<const std::byte> records, PointCloud& cloud) const {
+    for (const std::byte* from = records.data(); from != records.data() + records.size();) {
+      std::memcpy(&cloud.positions.emplace_back(), from, sizeof(Vec3));
+      from += sizeof(Vec3);
+      if (has_normals) {
+        cloud.normals.push_back(unpack_normal(from));
+        from += normal_bytes;
+      }
+      cloud.attributes.insert(cloud.attributes.end(), from, from + attribute_bytes);
+      from += attribute_bytes;
+    }
+  }
+
+ private:
+  Vec3 unpack_normal(const std::byte* from) const {
+    Vec3 normal;
+    if (!single_normals) {
+      std::memcpy(&normal, from, sizeof normal);
+      return normal;
+    }
+    float narrow[3];
+    std::memcpy(narrow, from, sizeof narrow);
+    return {narrow[0], narrow[1], narrow[2]};
+  }
+};
+
+/// Memory cut into blocks of one size; grows up to its limit, block by block.
+class BlockPool {
+ public:
+  BlockPool(std::size_t limit_bytes, std::size_t block_bytes)
+      : block_bytes_(block_bytes), limit_(std::max<std::size_t>(limit_bytes / block_bytes, 2)) {}
+
+  std::size_t block_bytes() const { return block_bytes_; }
+  std::size_t limit() const { return limit_; }
+  /// Null when all blocks are in use.
+  std::byte* acquire() {
+    if (free_.empty()) grow();
+    if (free_.empty()) return nullptr;
+    std::byte* const block = free_.back();
+    free_.pop_back();
+    return block;
+  }
+  void release(std::byte* block) { free_.push_back(block); }
+
+ private:
+  void grow() {
+    const std::size_t blocks =
+        std::min(std::max<std::size_t>(kSlabBytes / block_bytes_, 1), limit_ - made_);
+    if (blocks == 0) return;
+    slabs_.push_back(std::make_unique_for_overwrite<std::byte[]>(blocks * block_bytes_));
+    for (std::size_t i = blocks; i-- > 0;) free_.push_back(slabs_.back().get() + i * block_bytes_);
+    made_ += blocks;
+  }
+
+  std::size_t block_bytes_;
+  std::size_t limit_;
+  std::size_t made_ = 0;
+  std::vector<std::unique_ptr<std::byte[]>> slabs_;
+  std::vector<std::byte*> free_;
+};
+
+/// The append-only file; made when first needed, gone with the object or the process.
+class SpillFile {
+ public:
+  explicit SpillFile(std::filesystem::path directory) : directory_(std::move(directory)) {}
+  ~SpillFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  SpillFile(const SpillFile&) = delete;
+  SpillFile& operator=(const SpillFile&) = delete;
+
+  std::uint64_t size() const { return size_; }
+
+  /// Appends all pieces, in order.
+  void append(std::vector<iovec>& pieces) {
+    open();
+    for (std::size_t first = 0; first < pieces.size();) {
+      const auto count = static_cast<int>(std::min<std::size_t>(pieces.size() - first, IOV_MAX));
+      const ssize_t written =
+          pwritev(descriptor_, &pieces[first], count, static_cast<off_t>(size_));
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) fail(written < 0 ? errno : ENOSPC);
+      size_ += static_cast<std::uint64_t>(written);
+      first += consume(std::span(pieces).subspan(first), static_cast<std::size_t>(written));
+    }
+  }
+
+  void read(std::uint64_t offset, std::span<std::byte> out) const {
+    while (!out.empty()) {
+      const ssize_t got = pread(descriptor_, out.data(), out.size(), static_cast<off_t>(offset));
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) fail(got < 0 ? errno : EIO);
+      out = out.subspan(static_cast<std::size_t>(got));
+      offset += static_cast<std::uint64_t>(got);
+    }
+  }
+
+ private:
+  void open() {
+    if (descriptor_ >= 0) return;
+    std::string name = (directory_ / "orbweave-spill-XXXXXX").string();
+    descriptor_ = mkostemp(name.data(), O_CLOEXEC);
+    if (descriptor_ < 0) fail(errno);
+    ::unlink(name.c_str());
+  }
+
+  [[noreturn]] void fail(int reason) const {
+    throw_resource("cannot spill points to disk",
+                   {.file = directory_.string(),
+                    .found = std::strerror(reason),
+                    .advice = "Free some space or name another work directory; the same command "
+                              "resumes what is done"});
+  }
+
+  /// Takes `bytes` off the front; returns how many pieces are gone.
+  static std::size_t consume(std::span<iovec> pieces, std::size_t bytes) {
+    std::size_t gone = 0;
+    while (gone < pieces.size() && bytes >= pieces[gone].iov_len) bytes -= pieces[gone++].iov_len;
+    if (bytes > 0) {
+      pieces[gone].iov_base = static_cast<char*>(pieces[gone].iov_base) + bytes;
+      pieces[gone].iov_len -= bytes;
+    }
+    return gone;
+  }
+
+  std::filesystem::path directory_;
+  int descriptor_ = -1;
+  std::uint64_t size_ = 0;
+};
+
+/// A piece of a bin in the spill file.
+struct Extent {
+  std::uint64_t offset = 0;
+  std::uint64_t bytes = 0;
+};
+
+/// One chunk's points: first what was spilled, then full blocks, then the one being filled.
+struct Bin {
+  std::byte* fill = nullptr;  ///< where the next record goes
+  std::byte* fill_end = nullptr;
+  std::uint64_t points = 0;
+  std::vector<std::byte*> blocks;  ///< all but the last are full
+  std::vector<Extent> extents;
+};
+
+/// So small that every bin can have a block and half of the memory is left for full ones.
+std::size_t block_bytes(std::size_t buffer_bytes, std::size_t bins, std::size_t record_bytes) {
+  const std::size_t share = buffer_bytes / (2 * std::max<std::size_t>(bins, 1));
+  const std::size_t block = std::clamp(std::bit_floor(share), kSmallestBlock, kLargestBlock);
+  const std::size_t records = std::max<std::size_t>(block / record_bytes, 1);
+  return records * record_bytes;
+}
+
+}  // namespace
+
+struct Binner::State {
+  const Octree& octree;
+  PointSchema schema;
+  RecordLayout layout;
+  std::vector<Bin> bins;
+  BlockPool pool;
+  SpillFile spill;
+  std::mutex mutex;  ///< guards the pool in take()
+
+  State(const Octree& tree, PointSchema point_schema, Options options)
+      : octree(tree),
+        schema(std::move(point_schema)),
+        layout(schema),
+        bins(tree.chunks().size()),
+        pool(options.buffer_bytes,
+             block_bytes(options.buffer_bytes, tree.chunks().size(), layout.bytes)),
+        spill(std::move(options.spill_directory)) {}
+
+  std::size_t bytes_in_memory(const Bin& bin) const {
+    if (bin.blocks.empty()) return 0;
+    return bin.blocks.size() * pool.block_bytes() -
+           static_cast<std::size_t>(bin.fill_end - bin.fill);
+  }
+  std::size_t used_bytes(const Bin& bin, std::size_t block) const {
+    const bool last = block + 1 == bin.blocks.size();
+    return last ? static_cast<std::size_t>(bin.fill - bin.blocks[block]) : pool.block_bytes();
+  }
+
+  void start_block(Bin& bin);
+  void make_room();
+  void release_blocks(Bin& bin);
+  void unpack_extent(Extent extent, PointCloud& cloud) const;
+};
+
+void Binner::State::start_block(Bin& bin) {
+  std::byte* block = pool.acquire();
+  if (block == nullptr) {
+    make_room();
+    block = pool.acquire();
+  }
+  bin.blocks.push_back(block);
+  bin.fill = block;
+  bin.fill_end = block + pool.block_bytes();
+}
+
+/// Spills the fullest bins, as a whole, until half of the memory is free.
+void Binner::State::make_room() {
+  std::vector<ChunkId> fullest;
+  for (ChunkId chunk = 0; chunk < bins.size(); ++chunk)
+    if (!bins[chunk].blocks.empty()) fullest.push_back(chunk);
+  std::sort(fullest.begin(), fullest.end(), [&](ChunkId a, ChunkId b) {
+    const std::size_t bytes_a = bytes_in_memory(bins[a]);
+    const std::size_t bytes_b = bytes_in_memory(bins[b]);
+    return bytes_a != bytes_b ? bytes_a > bytes_b : a < b;
+  });
+  std::vector<iovec> pieces;
+  std::size_t spilled_bins = 0;
+  std::uint64_t offset = spill.size();
+  for (const ChunkId chunk : fullest) {
+    if (2 * pieces.size() >= pool.limit()) break;
+    Bin& bin = bins[chunk];
+    for (std::size_t block = 0; block < bin.blocks.size(); ++block)
+      pieces.push_back({bin.blocks[block], used_bytes(bin, block)});
+    bin.extents.push_back({offset, bytes_in_memory(bin)});
+    offset += bytes_in_memory(bin);
+    ++spilled_bins;
+  }
+  spill.append(pieces);
+  for (std::size_t i = 0; i < spilled_bins; ++i) release_blocks(bins[fullest[i]]);
+}
+
+void Binner::State::release_blocks(Bin& bin) {
+  for (std::byte* block : bin.blocks) pool.release(block);
+  bin.blocks.clear();
+  bin.fill = bin.fill_end = nullptr;
+}
+
+void Binner::State::unpack_extent(Extent extent, PointCloud& cloud) const {
+  const std::size_t piece_bytes =
+      std::max<std::size_t>(kSlabBytes / layout.bytes, 1) * layout.bytes;
+  std::vector<std::byte> piece;
+  while (extent.bytes > 0) {
+    piece.resize(std::min<std::uint64_t>(piece_bytes, extent.bytes));
+    spill.read(extent.offset, piece);
+    layout.unpack(piece, cloud);
+    extent.offset += piece.size();
+    extent.bytes -= piece.size();
+  }
+}
+
+Binner::Binner(const Octree& octree, PointSchema schema, Options options)
+    : state_(std::make_unique<State>(octree, std::move(schema), std::move(options))) {}
+Binner::~Binner() = default;
+
+void Binner::add(const PointCloud& batch) {
+  std::vector<ChunkId> chunks;
+  chunks.reserve(batch.size());
+  for (const Vec3& p : batch.positions) chunks.push_back(state_->octree.chunk_of(p));
+  add(batch, chunks);
+}
+
+void Binner::add(const PointCloud& batch, std::span<const ChunkId> chunks) {
+  State& state = *state_;
+  if (chunks.size() != batch.size() || batch.schema.has_normals != state.schema.has_normals ||
+      batch.schema.attribute_bytes() != state.layout.attribute_bytes)
+    throw std::logic_error("Binner::add: a batch of another schema");
+  const RecordLayout layout = state.layout;
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    Bin& bin = state.bins[chunks[i]];
+    if (bin.fill == bin.fill_end) state.start_block(bin);
+    layout.pack(batch, i, bin.fill);
+    bin.fill += layout.bytes;
+    ++bin.points;
+  }
+}
+
+std::uint64_t Binner::points(ChunkId chunk) const { return state_->bins.at(chunk).points; }
+
+PointCloud Binner::take(ChunkId chunk) {
+  State& state = *state_;
+  Bin& bin = state.bins.at(chunk);
+  PointCloud cloud;
+  cloud.schema = state.schema;
+  cloud.reserve(bin.points);
+  for (const Extent& extent : bin.extents) state.unpack_extent(extent, cloud);
+  for (std::size_t block = 0; block < bin.blocks.size(); ++block)
+    state.layout.unpack({bin.blocks[block], state.used_bytes(bin, block)}, cloud);
+  const std::scoped_lock lock(state.mutex);
+  state.release_blocks(bin);
+  bin = Bin();
+  return cloud;
+}
+
+std::uint64_t Binner::spilled_bytes() const { return state_->spill.size(); }
+
+}  // namespace orbweave
