@@ -1,5 +1,6 @@
 #include "engine/pipeline/pipeline.h"
 
+#include <oneapi/tbb/global_control.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,12 +18,6 @@
 
 namespace orbweave {
 namespace {
-
-std::string work_dir_of(const Job& job) {
-  if (!job.run.work_dir.empty()) return job.run.work_dir;
-  if (job.output.mesh == "-") return "orbweave.work";
-  return std::filesystem::path(job.output.mesh).replace_extension(".work").string();
-}
 
 /// Finds out before the work whether its end can be written.
 void check_output(const Job& job) {
@@ -96,6 +91,12 @@ void run_until_sound(JobContext& context) {
 
 }  // namespace
 
+std::string work_dir_of(const Job& job) {
+  if (!job.run.work_dir.empty()) return job.run.work_dir;
+  if (job.output.mesh == "-") return "orbweave.work";
+  return std::filesystem::path(job.output.mesh).replace_extension(".work").string();
+}
+
 RunReport run_job(const Job& job, const std::vector<std::string>& command, Progress& progress,
                   const StopToken& stop) {
   RunReport report;
@@ -111,6 +112,10 @@ RunReport run_job(const Job& job, const std::vector<std::string>& command, Progr
       store.discard_stage(kPointsStage);
       store.discard_stage(kMeshStage);
     }
+    // More threads than cores are used when they are asked for.
+    const tbb::global_control threads(
+        tbb::global_control::max_allowed_parallelism,
+        static_cast<std::size_t>(std::max(job.run.threads, available_threads())));
     JobContext context{{job, report.files, progress, stop}, store, report};
     run_until_sound(context);
     report.peak_memory_bytes = peak_memory_bytes();

@@ -12,6 +12,9 @@
 
 namespace orbweave {
 
+/// The work directory of a job: as named, else beside the mesh with its name.
+std::string work_dir_of(const Job& job);
+
 /// Runs a job to its end: mesh, report and picture are written, the work directory is removed
 /// (unless kept). Throws Error; on interruption or failure everything committed stays in the
 /// work directory and the same call resumes.

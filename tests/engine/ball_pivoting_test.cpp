@@ -1,0 +1,292 @@
+// Order-free ball pivoting against an oracle that tries every triple, and against itself under
+// everything that must not matter.
+#include "engine/ball_pivoting/ball_pivoting.h"
+
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "engine/ball_pivoting/cell_grid.h"
+#include "engine/ball_pivoting/fan_table.h"
+#include "engine/ball_pivoting/perturbation.h"
+#include "engine/ball_pivoting/rivals.h"
+#include "io/error.h"
+#include "tests/support/clouds.h"
+
+namespace orbweave {
+namespace {
+
+using test::NamedCloud;
+
+std::vector<Vec3> perturbed(const NamedCloud& named) {
+  std::vector<Vec3> points;
+  for (const Vec3& p : named.cloud.positions) {
+    points.push_back(p + perturbation(p, kPerturbation * named.ball_radius));
+  }
+  return points;
+}
+
+/// Centre of the ball on the positive side of a, b, c, by linear algebra of its own.
+std::optional<Vec3> oracle_center(Vec3 a, Vec3 b, Vec3 c, double ball_radius) {
+  const Vec3 ab = b - a, ac = c - a, n = cross(ab, ac);
+  const double nn = squared_norm(n);
+  if (!(nn > 0.0)) return std::nullopt;
+  const Vec3 offset =
+      (squared_norm(ac) * cross(n, ab) + squared_norm(ab) * cross(ac, n)) / (2 * nn);
+  const double rest = ball_radius * ball_radius - squared_norm(offset);
+  if (rest < 0.0) return std::nullopt;
+  return a + offset + std::sqrt(rest / nn) * n;
+}
+
+bool oracle_accepts(const std::vector<Vec3>& p, const std::vector<Vec3>& normals, const Triangle& t,
+                    double ball_radius) {
+  const Vec3 n = cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
+  for (const std::uint32_t v : t) {
+    if (!(dot(n, normals[v]) > 0.0)) return false;
+  }
+  const auto center = oracle_center(p[t[0]], p[t[1]], p[t[2]], ball_radius);
+  if (!center) return false;
+  for (std::uint32_t k = 0; k < p.size(); ++k) {
+    if (k == t[0] || k == t[1] || k == t[2]) continue;
+    if (squared_norm(p[k] - *center) < ball_radius * ball_radius) return false;
+  }
+  return true;
+}
+
+/// All of T_rho, by trying every triple in both orientations.
+std::set<Triangle> oracle(const NamedCloud& named) {
+  const std::vector<Vec3> p = perturbed(named);
+  const auto n = static_cast<std::uint32_t>(p.size());
+  const double reach = 4.0 * named.ball_radius * named.ball_radius;
+  std::set<Triangle> found;
+  for (std::uint32_t a = 0; a < n; ++a) {
+    for (std::uint32_t b = a + 1; b < n; ++b) {
+      if (squared_norm(p[b] - p[a]) > reach) continue;
+      for (std::uint32_t c = b + 1; c < n; ++c) {
+        for (const Triangle& t : {Triangle{a, b, c}, Triangle{a, c, b}}) {
+          if (oracle_accepts(p, named.cloud.normals, t, named.ball_radius)) found.insert(t);
+        }
+      }
+    }
+  }
+  return found;
+}
+
+FanTable walk(const NamedCloud& named, VectorWidth width) {
+  const CellGrid grid(perturbed(named), named.cloud.normals,
+                      2.0 * named.ball_radius * (1.0 + 1e-9));
+  return walk_all(grid, named.ball_radius, {}, width);
+}
+
+std::set<Triangle> all_found(const FanTable& fans) {
+  std::set<Triangle> found;
+  for (std::uint32_t v = 0; v < fans.points(); ++v) {
+    for (const Corner c : fans.at(v)) {
+      found.insert(smallest_first(Triangle{v, first_of(c), second_of(c)}));
+    }
+  }
+  return found;
+}
+
+BallPivotingResult reconstruct(const NamedCloud& named, std::vector<double> factors = {1.0},
+                               VectorWidth width = widest_supported(), Vec3 origin = {}) {
+  for (double& factor : factors) factor *= named.ball_radius;
+  return ball_pivoting(named.cloud.positions, named.cloud.normals, {}, {factors, origin, width});
+}
+
+std::vector<VectorWidth> supported_widths() {
+  std::vector<VectorWidth> widths;
+  for (const VectorWidth w : {VectorWidth::kScalar, VectorWidth::kAvx2, VectorWidth::kAvx512}) {
+    if (w <= widest_supported()) widths.push_back(w);
+  }
+  return widths;
+}
+
+using Edge = std::pair<std::uint32_t, std::uint32_t>;
+
+std::map<Edge, int> directed_edges(const std::vector<Triangle>& triangles) {
+  std::map<Edge, int> edges;
+  for (const Triangle& t : triangles) {
+    for (int k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
+  }
+  return edges;
+}
+
+std::size_t boundary_edges(const std::vector<Triangle>& triangles) {
+  const auto edges = directed_edges(triangles);
+  std::size_t count = 0;
+  for (const auto& [edge, uses] : edges) count += edges.count({edge.second, edge.first}) == 0;
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("WalksInventNothing") {
+  for (const NamedCloud& named : test::clouds_for_oracle()) {
+    const std::set<Triangle> expected = oracle(named);
+    for (const Triangle& t : all_found(walk(named, widest_supported()))) {
+      INFO(named.name << ": " << t[0] << " " << t[1] << " " << t[2]);
+      REQUIRE(expected.count(t) == 1);
+    }
+  }
+}
+
+TEST_CASE("WalksFindEveryTriangleThatHasRoom") {
+  // A triangle may be missing only where each of its vertices has a closed fan without it: there
+  // it could only make all three vertices non-manifold (docs/ball-pivoting.md).
+  for (const NamedCloud& named : test::clouds_for_oracle()) {
+    const FanTable fans = walk(named, widest_supported());
+    const std::set<Triangle> found = all_found(fans);
+    const std::set<Triangle> expected = oracle(named);
+    REQUIRE(!expected.empty());
+    for (const Triangle& t : expected) {
+      if (found.count(t) == 1) continue;
+      INFO(named.name << ": " << t[0] << " " << t[1] << " " << t[2]);
+      REQUIRE((fans.closed(t[0]) && fans.closed(t[1]) && fans.closed(t[2])));
+    }
+  }
+}
+
+TEST_CASE("OnCleanSurfacesAllOfTheTargetSetIsFound") {
+  for (const NamedCloud& named : {test::noisy_torus(150, 0.0, 1), test::noisy_torus(150, 0.2, 2),
+                                  test::grid_sheet(10, 0.0)}) {
+    INFO(named.name);
+    REQUIRE(all_found(walk(named, widest_supported())) == oracle(named));
+  }
+}
+
+TEST_CASE("VectorWidthChangesNoDecision") {
+  std::vector<NamedCloud> clouds = test::clouds_for_oracle();
+  clouds.push_back(test::noisy_torus(5000, 0.4, 7));
+  for (const NamedCloud& named : clouds) {
+    const BallPivotingResult scalar = reconstruct(named, {1.0, 1.5, 2.25}, VectorWidth::kScalar);
+    for (const VectorWidth width : supported_widths()) {
+      INFO(named.name << ", width " << static_cast<int>(width));
+      REQUIRE(reconstruct(named, {1.0, 1.5, 2.25}, width).triangles == scalar.triangles);
+    }
+  }
+}
+
+TEST_CASE("ThreadsChangeNothing") {
+  const NamedCloud named = test::noisy_torus(20000, 0.4, 11);
+  const BallPivotingResult expected = reconstruct(named, {1.0, 1.5});
+  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 5);
+  for (const int threads : {1, 2, 5}) {
+    tbb::task_arena arena(threads);
+    arena.execute([&] {
+      const BallPivotingResult result = reconstruct(named, {1.0, 1.5});
+      REQUIRE(result.triangles == expected.triangles);
+      REQUIRE(result.fans == expected.fans);
+      REQUIRE(result.boundary == expected.boundary);
+    });
+  }
+}
+
+TEST_CASE("NoEdgeHasMoreThanTwoTrianglesNorIsUsedTwiceInOneDirection") {
+  for (const double noise : {0.0, 0.1, 0.3, 0.6, 1.2}) {
+    const NamedCloud named = test::noisy_torus(4000, noise, 3);
+    for (const auto& factors : {std::vector<double>{1.0}, std::vector<double>{1.0, 1.6, 2.5}}) {
+      const BallPivotingResult result = reconstruct(named, factors);
+      REQUIRE(!result.triangles.empty());
+      for (const auto& [edge, uses] : directed_edges(result.triangles)) REQUIRE(uses == 1);
+    }
+  }
+}
+
+TEST_CASE("NoTriangleStandsAlone") {
+  const NamedCloud named = test::noisy_torus(4000, 0.9, 5);
+  const BallPivotingResult result = reconstruct(named);
+  const auto edges = directed_edges(result.triangles);
+  REQUIRE(result.isolated_dropped > 0);
+  for (const Triangle& t : result.triangles) {
+    int neighbours = 0;
+    for (int k = 0; k < 3; ++k) neighbours += edges.count({t[(k + 1) % 3], t[k]}) != 0 ? 1 : 0;
+    REQUIRE(neighbours > 0);
+  }
+}
+
+TEST_CASE("CleanTorusIsClosedWithTwiceAsManyTrianglesAsVertices") {
+  for (const std::size_t points : {500u, 3000u, 20000u}) {
+    const NamedCloud named = test::noisy_torus(points, 0.0, 1);
+    const BallPivotingResult result = reconstruct(named);
+    REQUIRE(result.triangles.size() == 2 * named.cloud.size());
+    REQUIRE(boundary_edges(result.triangles) == 0);
+    REQUIRE(result.boundary.empty());
+    REQUIRE(std::all_of(result.fans.begin(), result.fans.end(), [](auto f) { return f == 1; }));
+  }
+}
+
+TEST_CASE("RegularGridIsOneSheetWithoutGaps") {
+  const NamedCloud named = test::grid_sheet(40, 0.0);
+  const BallPivotingResult result = reconstruct(named);
+  REQUIRE(result.triangles.size() == 2 * 39 * 39);
+  REQUIRE(boundary_edges(result.triangles) == 4 * 39);
+  REQUIRE(result.boundary.size() == 4 * 39);
+}
+
+TEST_CASE("BoundaryFansAreTheBoundaryEdges") {
+  for (const double noise : {0.3, 0.7}) {
+    const NamedCloud named = test::noisy_torus(3000, noise, 17);
+    const BallPivotingResult result = reconstruct(named, {1.0, 1.7});
+    const auto edges = directed_edges(result.triangles);
+    std::set<Edge> arriving, leaving, expected;
+    for (const BoundaryFan& fan : result.boundary) {
+      arriving.insert({fan.previous, fan.vertex});
+      leaving.insert({fan.vertex, fan.next});
+    }
+    for (const auto& [edge, uses] : edges) {
+      if (edges.count({edge.second, edge.first}) == 0) expected.insert(edge);
+    }
+    REQUIRE(arriving == expected);
+    REQUIRE(leaving == expected);
+    REQUIRE(result.boundary.size() == expected.size());
+  }
+}
+
+TEST_CASE("ScaleDoesNotMatter") {
+  const NamedCloud named = test::noisy_torus(2000, 0.35, 23);
+  const std::vector<Triangle> expected = reconstruct(named, {1.0, 1.5}).triangles;
+  for (const double scale : {1e-6, 1e6, 0x1p-60}) {
+    NamedCloud scaled = named;
+    scaled.ball_radius *= scale;
+    for (Vec3& p : scaled.cloud.positions) p = scale * p;
+    INFO(scale);
+    REQUIRE(reconstruct(scaled, {1.0, 1.5}).triangles == expected);
+  }
+}
+
+TEST_CASE("RigidMotionDoesNotMatter") {
+  const NamedCloud named = test::noisy_torus(2000, 0.35, 29);
+  const std::vector<Triangle> expected = reconstruct(named, {1.0, 1.5}).triangles;
+  const double c = std::cos(0.7), s = std::sin(0.7);
+  const auto turned = [&](Vec3 v) { return Vec3{c * v.x - s * v.z, v.y, s * v.x + c * v.z}; };
+  NamedCloud moved = named;
+  for (Vec3& p : moved.cloud.positions) p = turned(p) + Vec3{3.0, -2.0, 11.0};
+  for (Vec3& n : moved.cloud.normals) n = turned(n);
+  REQUIRE(reconstruct(moved, {1.0, 1.5}).triangles == expected);
+}
+
+TEST_CASE("UtmCoordinatesDoNotMatter") {
+  const NamedCloud named = test::noisy_torus(2000, 0.35, 31);
+  const Vec3 offset{432'100.0, 4'612'345.0, 812.0};
+  NamedCloud moved = named;
+  for (Vec3& p : moved.cloud.positions) p = p + offset;
+  REQUIRE(reconstruct(moved, {1.0}, widest_supported(), offset).triangles ==
+          reconstruct(named).triangles);
+}
+
+TEST_CASE("BadRadiiAreUsageErrors") {
+  const NamedCloud named = test::grid_sheet(4, 0.0);
+  for (const std::vector<double>& factors :
+       {std::vector<double>{}, {0.0}, {-1.0}, {2.0, 1.0}, {1.0, 1.0}, {std::nan("")}, {INFINITY}}) {
+    REQUIRE_THROWS_AS(reconstruct(named, factors), Error);
+  }
+}
+
+}  // namespace orbweave

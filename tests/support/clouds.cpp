@@ -1,0 +1,106 @@
+#include "tests/support/clouds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "partition/canonical_order.h"
+
+namespace orbweave::test {
+namespace {
+
+PointCloud oriented() {
+  PointCloud cloud;
+  cloud.schema.has_normals = true;
+  cloud.schema.normal_type = ScalarType::kFloat64;
+  return cloud;
+}
+
+void add(PointCloud& cloud, Vec3 p, Vec3 n) {
+  cloud.positions.push_back(p);
+  cloud.normals.push_back(n);
+}
+
+}  // namespace
+
+Vec3 Random::direction() {
+  for (;;) {
+    const Vec3 v{2.0 * uniform() - 1.0, 2.0 * uniform() - 1.0, 2.0 * uniform() - 1.0};
+    const double squared = squared_norm(v);
+    if (squared > 0.01 && squared <= 1.0) return v / std::sqrt(squared);
+  }
+}
+
+void put_in_order(PointCloud& cloud) { sort_canonically(cloud, root_cube(cloud.bounds())); }
+
+NamedCloud noisy_torus(std::size_t points, double noise, std::uint64_t seed) {
+  constexpr double kPi = std::numbers::pi, kMajor = 1.0, kMinor = 0.4;
+  const double spacing = std::sqrt(4.0 * kPi * kPi * kMajor * kMinor / static_cast<double>(points));
+  Random random(seed);
+  NamedCloud result{"torus, noise " + std::to_string(noise), oriented(), 1.3 * spacing};
+  const int rows = static_cast<int>(2.0 * kPi * kMinor / (spacing * 0.866) + 0.5);
+  for (int i = 0; i < rows; ++i) {
+    const double v = 2.0 * kPi * i / rows;
+    const double ring = kMajor + kMinor * std::cos(v);
+    const int columns = static_cast<int>(2.0 * kPi * ring / (spacing / 0.866) + 0.5);
+    for (int k = 0; k < columns; ++k) {
+      const double u = 2.0 * kPi * (k + 0.5 * (i % 2)) / columns;
+      const Vec3 n{std::cos(v) * std::cos(u), std::cos(v) * std::sin(u), std::sin(v)};
+      const Vec3 p{ring * std::cos(u), ring * std::sin(u), kMinor * std::sin(v)};
+      add(result.cloud, p + noise * spacing * Vec3{random.bell(), random.bell(), random.bell()}, n);
+    }
+  }
+  put_in_order(result.cloud);
+  return result;
+}
+
+NamedCloud random_sphere(std::size_t points, std::uint64_t seed) {
+  Random random(seed);
+  NamedCloud result{"random sphere", oriented(), 4.0 / std::sqrt(static_cast<double>(points))};
+  for (std::size_t i = 0; i < points; ++i) {
+    const Vec3 n = random.direction();
+    add(result.cloud, n, n);
+  }
+  put_in_order(result.cloud);
+  return result;
+}
+
+NamedCloud grid_sheet(int side, double gap) {
+  NamedCloud result{gap > 0.0 ? "double grid" : "grid", oriented(), 1.3};
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      const Vec3 p{static_cast<double>(x), static_cast<double>(y), 0.0};
+      add(result.cloud, p, {0, 0, 1});
+      if (gap > 0.0) add(result.cloud, p - Vec3{0, 0, gap}, {0, 0, -1});
+    }
+  }
+  put_in_order(result.cloud);
+  return result;
+}
+
+NamedCloud random_ball(std::size_t points, std::uint64_t seed) {
+  Random random(seed);
+  NamedCloud result{"random ball", oriented(), 0.5};
+  for (std::size_t i = 0; i < points; ++i) {
+    add(result.cloud, std::cbrt(random.uniform()) * random.direction(), random.direction());
+  }
+  put_in_order(result.cloud);
+  return result;
+}
+
+std::vector<NamedCloud> clouds_for_oracle() {
+  std::vector<NamedCloud> clouds;
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    clouds.push_back(noisy_torus(120, 0.0, seed));
+    clouds.push_back(noisy_torus(120, 0.3, seed));
+    clouds.push_back(noisy_torus(120, 0.8, seed));
+    clouds.push_back(random_sphere(100, seed));
+    clouds.push_back(random_ball(60, seed));
+  }
+  clouds.push_back(grid_sheet(9, 0.0));
+  clouds.push_back(grid_sheet(7, 0.5));
+  clouds.push_back(grid_sheet(7, 3.0));
+  return clouds;
+}
+
+}  // namespace orbweave::test
