@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <tuple>
@@ -14,14 +15,44 @@ namespace orbweave {
 namespace {
 
 constexpr std::size_t kNeighbors = 6;
+/// About so many points are measured at most; quantiles of more are no better.
+constexpr std::uint64_t kMeasuredPoints = 32768;
 
-/// Distinct points in an order of their own, so that sums do not depend on how they came.
-std::vector<Vec3> distinct_points(const SpacingSite& site) {
-  std::vector<Vec3> points = site.points;
+/// Which points are measured: those whose hash is at most `last`. Only signs and mantissas are
+/// hashed, so a cloud scaled by a power of two is measured at the same points.
+struct Selection {
+  std::uint64_t last = ~std::uint64_t{0};
+
+  bool takes(Vec3 p) const {
+    std::uint64_t hash = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto bits = std::bit_cast<std::uint64_t>(p[axis] == 0.0 ? 0.0 : p[axis]);
+      hash = (hash ^ (bits & 0x800FFFFFFFFFFFFFu)) * 0x9E3779B97F4A7C15u;
+      hash ^= hash >> 32;
+    }
+    return hash * 0xBF58476D1CE4E5B9u <= last;
+  }
+};
+
+/// Sorts, so that sums do not depend on how points came, and drops duplicates.
+void make_distinct(std::vector<Vec3>& points) {
   std::sort(points.begin(), points.end(),
             [](Vec3 a, Vec3 b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); });
   points.erase(std::unique(points.begin(), points.end()), points.end());
-  return points;
+}
+
+std::vector<SpacingSite> distinct_sites(std::span<const SpacingSite> sites) {
+  std::vector<SpacingSite> distinct(sites.begin(), sites.end());
+  tbb::parallel_for(std::size_t{0}, distinct.size(),
+                    [&](std::size_t i) { make_distinct(distinct[i].points); });
+  return distinct;
+}
+
+Selection selection_for(std::span<const SpacingSite> sites) {
+  std::uint64_t points = 0;
+  for (const SpacingSite& site : sites) points += site.points.size();
+  if (points <= kMeasuredPoints) return {};
+  return {~std::uint64_t{0} / points * kMeasuredPoints};
 }
 
 double distance_to_border(Vec3 p, const Box& box) {
@@ -31,17 +62,17 @@ double distance_to_border(Vec3 p, const Box& box) {
   return distance;
 }
 
-/// Mean distance to the nearest neighbours of the core's points; with `only_sure`, of those whose
-/// neighbours are all in the site for certain.
-std::vector<double> mean_distances(const SpacingSite& site, bool only_sure) {
-  const std::vector<Vec3> points = distinct_points(site);
+/// Mean distance to the nearest neighbours of the core's selected points; with `only_sure`, of
+/// those whose neighbours are all in the site for certain.
+std::vector<double> mean_distances(const SpacingSite& site, Selection selection, bool only_sure) {
+  const std::vector<Vec3>& points = site.points;
   std::vector<double> means;
   if (points.size() < 2) return means;
   const PointTree tree(points);
   std::vector<Neighbor> found;
   const std::size_t count = std::min(kNeighbors, points.size() - 1);
   for (const Vec3& p : points) {
-    if (!site.core.contains(p)) continue;
+    if (!site.core.contains(p) || !selection.takes(p)) continue;
     tree.nearest(p, count + 1, found);
     const double reach = std::sqrt(found.back().squared_distance);
     if (only_sure && reach > distance_to_border(p, site.box)) continue;
@@ -53,9 +84,11 @@ std::vector<double> mean_distances(const SpacingSite& site, bool only_sure) {
 }
 
 std::vector<double> all_mean_distances(std::span<const SpacingSite> sites, bool only_sure) {
+  const Selection selection = selection_for(sites);
   std::vector<std::vector<double>> of_site(sites.size());
-  tbb::parallel_for(std::size_t{0}, sites.size(),
-                    [&](std::size_t i) { of_site[i] = mean_distances(sites[i], only_sure); });
+  tbb::parallel_for(std::size_t{0}, sites.size(), [&](std::size_t i) {
+    of_site[i] = mean_distances(sites[i], selection, only_sure);
+  });
   std::vector<double> all;
   for (const auto& part : of_site) all.insert(all.end(), part.begin(), part.end());
   std::sort(all.begin(), all.end());
@@ -95,8 +128,9 @@ std::string reason_of(const RadiiChoice& choice, const std::vector<double>& mean
 
 RadiiChoice choose_radii(std::span<const SpacingSite> sites, std::uint64_t points, int levels) {
   RadiiChoice choice;
-  std::vector<double> means = all_mean_distances(sites, true);
-  if (means.empty()) means = all_mean_distances(sites, false);
+  const std::vector<SpacingSite> distinct = distinct_sites(sites);
+  std::vector<double> means = all_mean_distances(distinct, true);
+  if (means.empty()) means = all_mean_distances(distinct, false);
   if (means.empty()) {
     choice.reason = points < 2 ? "there are fewer than two points"
                                : "no two different points were found near one another";

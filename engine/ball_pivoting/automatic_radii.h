@@ -43,9 +43,9 @@ struct SpacingSite {
 /// Radii for `levels` >= 1 levels. What is measured is the mean distance to the six nearest
 /// neighbours (fewer in clouds of fewer points; exact duplicates are one point), at all points of
 /// a site's core that are farther from its box's border than from their sixth neighbour (at all
-/// of the core where there is none such). The spacing is the median of
-/// that. A lone radius has to serve the sparser parts too and is taken from the ninth decile;
-/// several begin at the median and grow into them. No radii where no two points differ.
+/// of the core where there is none such); of many points a sample by hash. The spacing is the
+/// median of that. A lone radius has to serve the sparser parts too and is taken from the ninth
+/// decile; several begin at the median and grow into them. No radii where no two points differ.
 /// `points` is the size of the whole cloud, for the reason. Runs on the calling TBB arena.
 RadiiChoice choose_radii(std::span<const SpacingSite> sites, std::uint64_t points, int levels);
 

@@ -47,12 +47,12 @@ void shuffle(std::vector<Vec3>& points, std::uint64_t seed) {
 
 TEST_CASE("AutomaticRadiiDoNotDependOnTheOrderOfPoints") {
   for (const bool varying : {false, true}) {
-    std::vector<Vec3> points = positions_of(Shape::kBumpyTorus, 60000, varying, 0.2);
+    std::vector<Vec3> points = positions_of(Shape::kBumpyTorus, 20000, varying, 0.2);
     // Few small sites, so that the choice of sites matters.
     const RadiiChoice before = choice_for(points, 3, 4096, 16, 64);
     std::reverse(points.begin(), points.end());
     CHECK(choice_for(points, 3, 1000, 16, 64).radii == before.radii);
-    for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    for (const std::uint64_t seed : {1u, 2u}) {
       shuffle(points, seed);
       const RadiiChoice after = choice_for(points, 3, 777, 16, 64);
       CHECK(after.radii == before.radii);
@@ -77,8 +77,8 @@ TEST_CASE("AutomaticRadiiScaleWithTheCloud") {
 
 TEST_CASE("SampledRadiiAreThoseOfTheWholeCloud") {
   for (const Shape shape : {Shape::kSphere, Shape::kTorus, Shape::kPlane, Shape::kCube}) {
-    const std::vector<Vec3> points = positions_of(shape, 100000);
-    const RadiiChoice sampled = choice_for(points, 1, 4096, 32, 128);
+    const std::vector<Vec3> points = positions_of(shape, 40000);
+    const RadiiChoice sampled = choice_for(points, 1, 4096, 32, 64);
     const RadiiChoice whole = choice_for(points, 1, 4096, 256, 512);
     REQUIRE(sampled.radii.size() == 1);
     INFO(name_of(shape) << ": " << sampled.reason);
