@@ -91,6 +91,10 @@ CommandAction parse_command_line(const std::vector<std::string>& arguments, cons
   CommandAction action;
   const CommandContext context{arguments, stop,
                                [&action](CommandAction chosen) { action = std::move(chosen); }};
+  add_run_command(program, context);
+  add_reconstruct_command(program, context);
+  add_plan_command(program, context);
+  add_status_command(program, context);
   add_convert_command(program, context);
   add_generate_command(program, context);
   for (CLI::App* command : program.get_subcommands(nullptr)) command->group("Commands");

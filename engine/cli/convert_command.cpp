@@ -7,6 +7,7 @@
 
 #include "engine/cli/commands.h"
 #include "engine/cli/output.h"
+#include "engine/normals/normals_from_faces.h"
 #include "io/error.h"
 #include "io/mesh_reader.h"
 #include "io/mesh_writer.h"
@@ -55,6 +56,17 @@ void convert_mesh(const ConvertOptions& options) {
   print_written(options, mesh.vertices.size(), mesh.triangles.size());
 }
 
+/// The vertices with everything they carry; normals that the file gave give way to the faces'.
+void convert_to_oriented_cloud(const ConvertOptions& options) {
+  TriangleMesh mesh = read_mesh(options.in);
+  if (mesh.triangles.empty())
+    throw_bad_input("the mesh has no faces to take normals from", {.file = options.in});
+  mesh.vertices.normals = normals_from_faces(mesh);
+  mesh.vertices.schema.has_normals = true;
+  write_cloud(options.out, mesh.vertices, writer_options(options));
+  print_written(options, mesh.vertices.size(), 0);
+}
+
 /// A header comes before the points, so a file that does not say how many it has is read twice.
 std::uint64_t count_points(const std::string& path, const StopToken& stop) {
   const auto source = open_point_source(path);
@@ -83,11 +95,15 @@ bool is_mesh(const std::string& name) {
 
 void convert(const ConvertOptions& options, const StopToken& stop) {
   const bool mesh = is_mesh(options.in);
-  if (!mesh && is_mesh_only_format(options.out))
+  if (options.normals_from_faces && !mesh)
+    throw_bad_input("is no mesh, so there are no faces to take normals from",
+                    {.file = options.in, .expected = "a .ply, .obj or .stl file with faces"});
+  if ((!mesh || options.normals_from_faces) && is_mesh_only_format(options.out))
     throw_usage("a cloud cannot become a mesh by conversion",
                 {.file = options.out,
                  .expected = "a .ply, .xyz or .csv name",
                  .advice = "'orbweave reconstruct' makes a mesh of a cloud."});
+  if (options.normals_from_faces) return convert_to_oriented_cloud(options);
   if (mesh && !is_cloud_only_format(options.out)) return convert_mesh(options);
   convert_cloud(options, stop);
 }

@@ -106,6 +106,32 @@ TEST_CASE("MeshStaysAMeshUnlessTheOutputIsACloud") {
   CHECK(read_all(*open_point_source(in / "m.xyz")).positions == mesh.vertices.positions);
 }
 
+TEST_CASE("NormalsFromFacesMakeAnOrientedCloudThatCarriesAttributes") {
+  const ScratchDirectory in;
+  write_text(in / "m.ply",
+             "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+             "property float z\nproperty uchar red\nelement face 1\n"
+             "property list uchar int vertex_indices\nend_header\n"
+             "0 0 5 10\n1 0 5 20\n0 1 5 30\n9 9 9 40\n3 0 1 2\n");
+  const auto result = run_in(in, {"convert", "m.ply", "c.ply", "--normals-from-faces"});
+  CHECK(result.status == 0);
+  const PointCloud cloud = read_all(*open_point_source(in / "c.ply"));
+  CHECK(cloud.positions == read_mesh(in / "m.ply").vertices.positions);
+  CHECK(cloud.normals == std::vector<Vec3>(4, Vec3{0, 0, 1}));  // the last one from its nearest
+  REQUIRE(cloud.schema.attributes.size() == 1);
+  CHECK(attribute_value(cloud, 3, 0) == 40.0);
+  CHECK(file_text(in / "c.ply").find("element face") == std::string::npos);
+}
+
+TEST_CASE("NormalsFromFacesOfACloudIsBadInput") {
+  const ScratchDirectory in;
+  write_text(in / "a.xyz", "0 0 0\n1 0 0\n0 1 0\n");
+  const auto result = run_in(in, {"convert", "a.xyz", "b.ply", "--normals-from-faces"});
+  CHECK(result.status == 3);
+  CHECK_THAT(result.err, Contains("a.xyz") && Contains("no faces"));
+  CHECK(entries(in) == 1);
+}
+
 TEST_CASE("FloatHalvesTheCoordinates") {
   const ScratchDirectory in;
   write_text(in / "a.xyz", "0.1 0.2 0.3\n0.4 0.5 0.6\n");

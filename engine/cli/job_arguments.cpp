@@ -1,0 +1,124 @@
+#include "engine/cli/job_arguments.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+
+#include "io/error.h"
+#include "io/job_file.h"
+
+namespace orbweave {
+namespace {
+
+/// Keys that `run` and `plan` have options for; --set reaches all others.
+constexpr std::array<std::string_view, 6> kRunKeys = {"partition.memory", "output.report",
+                                                      "output.picture",   "run.threads",
+                                                      "run.work_dir",     "run.keep_work_dir"};
+
+std::string value_name(JobKeyType type) {
+  switch (type) {
+    case JobKeyType::kTexts:
+      return "NAME,...";
+    case JobKeyType::kPath:
+      return "FILE";
+    case JobKeyType::kPaths:
+      return "FILE,...";
+    case JobKeyType::kNumbers:
+      return "R,R,...";
+    case JobKeyType::kBytes:
+      return "BYTES";
+    case JobKeyType::kInteger:
+      return "N";
+    default:
+      return "WORD";
+  }
+}
+
+std::string capitalised(std::string text) {
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z')
+    text[0] = static_cast<char>(text[0] - 'a' + 'A');
+  return text;
+}
+
+std::string unquoted(const std::string& text) {
+  std::string bare;
+  for (const char c : text)
+    if (c != '"') bare += c;
+  return bare;
+}
+
+std::string help_of(const JobKey& key) {
+  if (std::string_view(key.option_value) == "false") return std::string("Do not ") + key.help;
+  const std::string usual = unquoted(key.default_text());
+  const bool shown = *key.option_value == '\0' && !usual.empty() && usual != "[]";
+  return capitalised(key.help) + (shown ? " (" + usual + ")" : "");
+}
+
+void add_key_option(CLI::App& command, const JobKey& key, JobArguments& arguments) {
+  const std::string option =
+      std::string(key.name() == "output.mesh" ? "-o," : "") + "--" + key.option;
+  const auto set = [&arguments, name = key.name()](const std::string& text) {
+    arguments.settings.emplace_back(name, text);
+  };
+  if (*key.option_value != '\0') {
+    command.add_flag_function(
+        option, [set, text = std::string(key.option_value)](std::int64_t) { set(text); },
+        help_of(key));
+    return;
+  }
+  command.add_option_function<std::string>(option, set, help_of(key))
+      ->type_name(value_name(key.type))
+      ->required(key.name() == "output.mesh");
+}
+
+}  // namespace
+
+void add_job_file_options(CLI::App& command, JobArguments& arguments) {
+  command.add_option("JOB", arguments.job_file, "The job file (TOML)")->type_name("")->required();
+  command
+      .add_option("--set", arguments.assignments,
+                  "Set a key of the job file, overriding it; may be given many times")
+      ->type_name("SECTION.KEY=VALUE")
+      ->expected(1)
+      ->take_all();
+  for (const JobKey& key : job_keys())
+    if (std::find(kRunKeys.begin(), kRunKeys.end(), key.name()) != kRunKeys.end())
+      add_key_option(command, key, arguments);
+}
+
+void add_all_key_options(CLI::App& command, JobArguments& arguments) {
+  command.add_option("SCAN", arguments.scans, "Scans, as paths and patterns")
+      ->type_name("")
+      ->required();
+  for (const JobKey& key : job_keys())
+    if (*key.option != '\0') add_key_option(command, key, arguments);
+}
+
+void add_run_options(CLI::App& command, JobArguments& arguments) {
+  command.add_flag("--fresh", arguments.fresh,
+                   "Start over: drop what an interrupted run left in the work directory");
+  command
+      .add_option("--progress", arguments.progress,
+                  "auto (live on a terminal), plain (lines for a log) or none")
+      ->check(CLI::IsMember({"auto", "plain", "none"}))
+      ->type_name("WORD");
+}
+
+Job job_of(const JobArguments& arguments) {
+  Job job = arguments.job_file.empty() ? Job{} : read_job_file(arguments.job_file);
+  if (!arguments.scans.empty()) job.input.files = arguments.scans;
+  for (const std::string& assignment : arguments.assignments) set_job_key(job, assignment);
+  for (const auto& [key, text] : arguments.settings) set_job_key(job, key, text);
+  job.run.fresh = arguments.fresh;
+  if (job.input.files.empty())
+    throw_usage("names no scans",
+                {.file = arguments.job_file, .expected = "[input] files = [\"scan.ply\"]"});
+  return job;
+}
+
+ProgressStyle progress_style(const JobArguments& arguments) {
+  if (arguments.progress == "plain") return ProgressStyle::kPlain;
+  return arguments.progress == "none" ? ProgressStyle::kNone : ProgressStyle::kAuto;
+}
+
+}  // namespace orbweave

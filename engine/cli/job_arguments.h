@@ -1,0 +1,41 @@
+// Jobs on the command line: the options that set job-file keys, and the job they come to.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "io/job.h"
+#include "io/progress.h"
+
+namespace CLI {
+class App;
+}
+
+namespace orbweave {
+
+/// What was given. Settings are (key, text) pairs in the order they win over each other: a later
+/// one over an earlier one, all over the job file.
+struct JobArguments {
+  std::string job_file;                                       ///< empty: a job without a job file
+  std::vector<std::string> scans;                             ///< paths and patterns
+  std::vector<std::string> assignments;                       ///< "section.key=value"
+  std::vector<std::pair<std::string, std::string>> settings;  ///< after the assignments
+  bool fresh = false;
+  std::string progress = "auto";
+};
+
+/// JOB.toml, --set, and the options that a run is likely to need; `arguments` must outlive
+/// the parsing.
+void add_job_file_options(CLI::App& command, JobArguments& arguments);
+/// SCAN..., -o, and an option for every key of the job file that has one.
+void add_all_key_options(CLI::App& command, JobArguments& arguments);
+/// --fresh and --progress.
+void add_run_options(CLI::App& command, JobArguments& arguments);
+
+/// The job: file, assignments, settings. Throws Error (usage) where one of them is wrong or where
+/// no scan is named.
+Job job_of(const JobArguments& arguments);
+ProgressStyle progress_style(const JobArguments& arguments);
+
+}  // namespace orbweave

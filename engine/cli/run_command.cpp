@@ -1,0 +1,95 @@
+// orbweave run and orbweave reconstruct: a job, from a job file or from the command line.
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "engine/cli/commands.h"
+#include "engine/cli/job_arguments.h"
+#include "engine/cli/output.h"
+#include "engine/pipeline/pipeline.h"
+#include "io/error.h"
+#include "io/quantity.h"
+
+namespace orbweave {
+namespace {
+
+std::string mesh_text(const MeshFacts& mesh) {
+  const std::string border = mesh.watertight
+                                 ? "closed"
+                                 : format_count(mesh.boundary_edges) + " border edges in " +
+                                       format_count(mesh.boundary_loops) +
+                                       (mesh.boundary_loops == 1 ? " loop" : " loops");
+  return format_count(mesh.vertices) + " vertices, " + format_count(mesh.triangles) +
+         " triangles, " + border;
+}
+
+std::string summary(const RunReport& report) {
+  const OutputOptions& output = report.options.output;
+  Facts facts = {{"mesh", output.mesh}, {"", mesh_text(report.mesh)}};
+  if (!output.report.empty()) facts.emplace_back("report", output.report);
+  if (!output.picture.empty()) facts.emplace_back("picture", output.picture);
+  return facts_table(facts);
+}
+
+/// Says what remains of the work, where an interruption or a lack of something leaves any.
+[[noreturn]] void rethrow_with_work_dir(const Error& error, const std::string& work_dir) {
+  const bool interrupted = error.status() == ExitStatus::kInterrupted;
+  std::error_code ignored;
+  if (!(interrupted || error.status() == ExitStatus::kResource) ||
+      !std::filesystem::exists(work_dir, ignored))
+    throw;
+  throw Error(error.status(), interrupted ? "interrupted" : error.what(),
+              {.advice = "What is done is kept in " + work_dir + "; the same command resumes."});
+}
+
+void run(const JobArguments& arguments, const std::vector<std::string>& command,
+         const StopToken& stop) {
+  const Job job = job_of(arguments);
+  if (job.output.mesh.empty())
+    throw_usage("names no mesh to write",
+                {.file = arguments.job_file, .expected = "[output] mesh = \"mesh.ply\""});
+  const auto progress = make_progress(progress_style(arguments));
+  try {
+    const RunReport report = run_job(job, command, *progress, stop);
+    if (job.output.mesh != "-") std::cout << summary(report);
+  } catch (const Error& error) {
+    rethrow_with_work_dir(error, work_dir_of(job));
+  }
+}
+
+void run_when_asked(CLI::App& command, const std::shared_ptr<JobArguments>& arguments,
+                    const CommandContext& context) {
+  command.callback([arguments, context] {
+    context.then([arguments, words = context.arguments, &stop = context.stop] {
+      run(*arguments, words, stop);
+    });
+  });
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& program, const CommandContext& context) {
+  const auto arguments = std::make_shared<JobArguments>();
+  CLI::App* command = program.add_subcommand("run", "Run a job: scans in, one mesh out");
+  add_job_file_options(*command, *arguments);
+  add_run_options(*command, *arguments);
+  command->footer(
+      "An interrupted run resumes with the same command.\n\n"
+      "Example:\n  orbweave run job.toml --set reconstruct.levels=3 --memory 2GiB\n");
+  run_when_asked(*command, arguments, context);
+}
+
+void add_reconstruct_command(CLI::App& program, const CommandContext& context) {
+  const auto arguments = std::make_shared<JobArguments>();
+  CLI::App* command =
+      program.add_subcommand("reconstruct", "Make a mesh of scans: a job without a job file");
+  add_all_key_options(*command, *arguments);
+  add_run_options(*command, *arguments);
+  command->footer(
+      "An interrupted run resumes with the same command.\n\n"
+      "Example:\n  orbweave reconstruct scan.ply -o mesh.ply --radii 0.001,0.002 --memory 2GiB\n");
+  run_when_asked(*command, arguments, context);
+}
+
+}  // namespace orbweave
