@@ -1,9 +1,11 @@
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <csignal>
+#include <cstdio>
 #include <stdexcept>
 
 #include "io/atomic_file.h"
@@ -281,6 +283,29 @@ TEST_CASE("ExtensionsNobodyWritesAreAUsageErrorBeforeAnyFile") {
   }
   CHECK_THROWS_AS(write_cloud(scratch / "a.stl", tetrahedron().vertices), Error);
   CHECK(files_in(scratch.path()) == 0);
+}
+
+TEST_CASE("StandardStreamsCarryClouds") {
+  const ScratchDirectory scratch;
+  const PointCloud cloud = dressed_tetrahedron().vertices;
+  for (const std::string name : {"a.ply", "a.csv"}) {
+    write_cloud(scratch / name, cloud);
+    const int input = ::dup(STDIN_FILENO);
+    REQUIRE(std::freopen((scratch / name).c_str(), "rb", stdin) != nullptr);
+    const PointCloud back = test::read_cloud("-");
+    ::dup2(input, STDIN_FILENO);
+    ::close(input);
+    CHECK(back.positions == cloud.positions);
+  }
+  const int output = ::dup(STDOUT_FILENO);
+  std::fflush(stdout);
+  const int file = ::open((scratch / "out.ply").c_str(), O_WRONLY | O_CREAT, 0600);
+  ::dup2(file, STDOUT_FILENO);
+  write_cloud("-", cloud);
+  ::dup2(output, STDOUT_FILENO);
+  ::close(output);
+  ::close(file);
+  CHECK(read_file(scratch / "out.ply") == read_file(scratch / "a.ply"));
 }
 
 TEST_CASE("AtomicFilesWriteToDevicesDirectly") {
