@@ -121,24 +121,13 @@ Stitched stitch(JobContext& context, const Partition& partition) {
   return stitched;
 }
 
-[[noreturn]] void throw_empty(const JobContext& context, const Partition& partition) {
-  const std::string file = context.files.front();
-  if (partition.points() < 3) {
-    throw_bad_input("no triangle can be formed",
-                    {.file = file,
-                     .place = {},
-                     .found = std::to_string(partition.points()) +
-                              (partition.points() == 1 ? " distinct point" : " distinct points"),
-                     .expected = "at least three",
-                     .advice = {}});
-  }
-  std::string why = context.report.radii_reason;
+[[noreturn]] void throw_empty(const JobContext& context) {
   throw_bad_input(
       "no triangle can be formed: no ball touches three points without holding a "
       "fourth, on the side their normals point to",
-      {.file = file,
+      {.file = context.files.front(),
        .place = {},
-       .found = why,
+       .found = context.report.radii_reason,
        .expected = "points on a surface, normals that agree with it, and ball radii of "
                    "about the point spacing",
        .advice = "Points on one line carry no surface; try radii = \"auto\""});
@@ -240,7 +229,7 @@ MeshFacts export_mesh(JobContext& context, const Partition& partition) {
   MeshFacts facts = stitched.summary.facts();
   context.report.conflicts_lost = stitched.summary.conflicts_lost();
   context.report.points_unused = stitched.summary.unused_points();
-  if (facts.triangles == 0) throw_empty(context, partition);
+  if (facts.triangles == 0) throw_empty(context);
   warn_of_moved_vertices(context, partition);
 
   StageClock clock(context, "export", partition.points() + facts.triangles, "rows");

@@ -27,13 +27,27 @@ void check_output(const Job& job) {
       target.has_parent_path() ? target.parent_path() : std::filesystem::path(".");
   std::error_code ignored;
   const bool is_directory = std::filesystem::is_directory(target, ignored);
-  if (!is_directory && access(directory.c_str(), W_OK) == 0) return;
+  const bool in_directory = std::filesystem::is_directory(directory, ignored);
+  if (!is_directory && in_directory && access(directory.c_str(), W_OK) == 0) return;
   throw_resource("the mesh cannot be written there",
                  {.file = job.output.mesh,
                   .place = {},
-                  .found = is_directory ? "a directory of that name" : std::strerror(errno),
+                  .found = is_directory   ? "a directory of that name"
+                           : in_directory ? std::strerror(errno)
+                                          : directory.string() + ", which is no directory",
                   .expected = "a directory that exists and may be written",
                   .advice = "Create " + directory.string() + " or choose another place"});
+}
+
+void require_a_triangle(const JobContext& context, const Partition& partition) {
+  if (partition.points() >= 3) return;
+  throw_bad_input("no triangle can be formed",
+                  {.file = context.files.front(),
+                   .place = {},
+                   .found = std::to_string(partition.points()) +
+                            (partition.points() == 1 ? " distinct point" : " distinct points"),
+                   .expected = "at least three",
+                   .advice = {}});
 }
 
 void describe_partition(RunReport& report, const Partition& partition,
@@ -64,6 +78,7 @@ void warn_of_holes(JobContext& context, const Partition& partition) {
 /// The pipeline: one line per stage.
 void run_stages(JobContext& context) {
   const Partition partition = partition_points(context);
+  require_a_triangle(context, partition);
   const std::vector<double> radii = radii_of_job(context, partition);
   describe_partition(context.report, partition, radii);
   reconstruct_chunks(context, partition, radii);
