@@ -1,0 +1,214 @@
+// Everything that goes wrong with a scan or a job: the message names file, place and remedy, the
+// exit status is the contract's, and no output file is left, whole or in parts.
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "tests/support/data.h"
+#include "tests/support/program.h"
+
+using Catch::Matchers::Contains;
+using orbweave::test::file_text;
+using orbweave::test::ProgramResult;
+using orbweave::test::run_program;
+using orbweave::test::ScratchDirectory;
+using orbweave::test::write_text;
+
+namespace {
+
+/// "reconstruct SCAN -o mesh.ply MORE..." in the directory.
+ProgramResult reconstruct(const ScratchDirectory& in, const std::string& scan,
+                          const std::vector<std::string>& more = {}) {
+  std::vector<std::string> arguments = {"reconstruct", scan, "-o", "mesh.ply", "--threads", "2"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return run_program(arguments, {.directory = in.path()});
+}
+
+void generate(const ScratchDirectory& in, const std::string& shape, const std::string& points,
+              const std::string& name) {
+  const auto result = run_program({"generate", shape, "--points", points, "-o", name, "--float"},
+                                  {.directory = in.path()});
+  REQUIRE(result.status == 0);
+}
+
+void check_no_mesh(const ScratchDirectory& in) {
+  for (const auto& entry : std::filesystem::directory_iterator(in.path())) {
+    const std::string name = entry.path().filename().string();
+    CAPTURE(name);
+    CHECK(name.find("mesh.ply") == std::string::npos);
+    CHECK(name.find(".part") == std::string::npos);
+  }
+}
+
+/// A text cloud whose points all have the normal (0, 0, 1).
+std::string cloud_text(const std::vector<std::string>& positions) {
+  std::string text;
+  for (const std::string& position : positions) text += position + " 0 0 1\n";
+  return text;
+}
+
+ProgramResult reconstruct_text(const ScratchDirectory& in, const std::string& text,
+                               const std::vector<std::string>& more = {}) {
+  write_text(in / "scan.xyz", text);
+  return reconstruct(in, "scan.xyz", more);
+}
+
+}  // namespace
+
+TEST_CASE("MissingScanIsBadInput") {
+  const ScratchDirectory in;
+  const auto result = reconstruct(in, "missing.ply");
+  CHECK(result.status == 3);
+  CHECK_THAT(result.err, Contains("orbweave: error: missing.ply: "));
+  CHECK_THAT(result.err, Contains("no such file", Catch::CaseSensitive::No));
+  check_no_mesh(in);
+}
+
+TEST_CASE("DirectoryAsScanIsBadInput") {
+  const ScratchDirectory in;
+  std::filesystem::create_directory(in / "scan.ply");
+  const auto result = reconstruct(in, "scan.ply");
+  CHECK(result.status == 3);
+  CHECK_THAT(result.err, Contains("scan.ply: ") && Contains("directory"));
+  check_no_mesh(in);
+}
+
+TEST_CASE("TruncatedBinaryPlyIsBadInput") {
+  const ScratchDirectory in;
+  generate(in, "sphere", "1000", "whole.ply");
+  const std::string whole = file_text(in / "whole.ply");
+  write_text(in / "scan.ply", whole.substr(0, whole.size() / 2));
+  const auto result = reconstruct(in, "scan.ply");
+  CHECK(result.status == 3);
+  CHECK_THAT(result.err, Contains("scan.ply: ") && Contains("shorter than its header says") &&
+                             Contains("expected 1000 rows"));
+  check_no_mesh(in);
+}
+
+TEST_CASE("PlyHeaderThatLiesAboutItsCountIsBadInput") {
+  const ScratchDirectory in;
+  generate(in, "sphere", "1000", "whole.ply");
+  std::string text = file_text(in / "whole.ply");
+  const std::string claimed = GENERATE("9000", "900000000000000");
+  CAPTURE(claimed);
+  text.replace(text.find("element vertex 1000"), 19, "element vertex " + claimed);
+  write_text(in / "scan.ply", text);
+  const auto result = reconstruct(in, "scan.ply");
+  CHECK(result.status == 3);
+  CHECK_THAT(result.err, Contains("scan.ply: ") && Contains(claimed));
+  check_no_mesh(in);
+}
+
+TEST_CASE("LetterInLineSevenIsBadInputThatNamesTheLine") {
+  const ScratchDirectory in;
+  std::vector<std::string> positions(12, "0.5 0.25 0.125");
+  positions[6] = "0.5 0.2x5 0.125";
+  const auto result = reconstruct_text(in, cloud_text(positions));
+  CHECK(result.status == 3);
+  CHECK_THAT(result.err, Contains("scan.xyz: line 7") && Contains("0.2x5"));
+  check_no_mesh(in);
+}
+
+TEST_CASE("NothingButNanIsBadInput") {
+  const ScratchDirectory in;
+  const auto result = reconstruct_text(in, cloud_text(std::vector<std::string>(20, "nan nan nan")));
+  CHECK(result.status == 3);
+  CHECK_THAT(result.err, Contains("20 dropped: coordinate not finite"));
+  check_no_mesh(in);
+}
+
+TEST_CASE("CloudThatCannotFormATriangleIsBadInputThatSaysWhy") {
+  struct Case {
+    std::vector<std::string> positions;
+    const char* why;
+  };
+  std::vector<std::string> line;
+  for (int i = 0; i < 50; ++i)
+    line.push_back(std::to_string(i) + " " + std::to_string(2 * i) + " 1");
+  const Case given = GENERATE_COPY(
+      Case{{"1 2 3"}, "1 distinct point,"}, Case{{"1 2 3", "2 2 3"}, "2 distinct points,"},
+      Case{std::vector<std::string>(30, "1 2 3"), "1 distinct point,"}, Case{line, "on one line"});
+  CAPTURE(given.positions);
+  const std::vector<std::string> radii =
+      GENERATE(std::vector<std::string>{}, std::vector<std::string>{"--radii", "3"});
+  const ScratchDirectory in;
+  const auto result = reconstruct_text(in, cloud_text(given.positions), radii);
+  CHECK(result.status == 3);
+  CHECK_THAT(result.err, Contains("no triangle") && Contains(given.why));
+  check_no_mesh(in);
+}
+
+TEST_CASE("CoplanarPointsMakeAFlatSheet") {
+  const ScratchDirectory in;
+  generate(in, "plane", "400", "scan.ply");
+  CHECK(reconstruct(in, "scan.ply").status == 0);
+  CHECK(std::filesystem::exists(in / "mesh.ply"));
+}
+
+TEST_CASE("CloudWithoutNormalsIsBadInputThatSaysSo") {
+  const ScratchDirectory in;
+  const auto result = reconstruct_text(in, "0 0 0\n1 0 0\n0 1 0\n1 1 0\n");
+  CHECK(result.status == 3);
+  CHECK_THAT(result.err, Contains("scan.xyz") && Contains("normals"));
+  check_no_mesh(in);
+}
+
+TEST_CASE("UnknownKeyInTheJobFileGetsTheNearestOne") {
+  const ScratchDirectory in;
+  write_text(in / "job.toml",
+             "[input]\nfiles = [\"scan.ply\"]\n[reconstruct]\nball_radius = 1.0\n"
+             "[output]\nmesh = \"mesh.ply\"\n");
+  const auto result = run_program({"run", "job.toml"}, {.directory = in.path()});
+  CHECK(result.status == 2);
+  CHECK_THAT(result.err,
+             Contains("job.toml: line 4") && Contains("ball_radius") && Contains("ball_radii"));
+  check_no_mesh(in);
+}
+
+TEST_CASE("UnknownKeyOnTheCommandLineGetsTheNearestOne") {
+  const ScratchDirectory in;
+  write_text(in / "job.toml", "[input]\nfiles = [\"scan.ply\"]\n[output]\nmesh = \"mesh.ply\"\n");
+  const auto result = run_program({"run", "job.toml", "--set", "partition.chunkpoints=5"},
+                                  {.directory = in.path()});
+  CHECK(result.status == 2);
+  CHECK_THAT(result.err, Contains("chunkpoints") && Contains("chunk_points"));
+}
+
+TEST_CASE("RadiusFarTooSmallIsBadInputThatComparesItWithTheSpacing") {
+  const ScratchDirectory in;
+  generate(in, "torus", "2000", "scan.ply");  // about 0.089 apart
+  const auto result = reconstruct(in, "scan.ply", {"--radii", "0.0003"});
+  CHECK(result.status == 3);
+  CHECK_THAT(result.err, Contains("rho = 0.0003 is 0.003") && Contains("times the point spacing"));
+  check_no_mesh(in);
+}
+
+TEST_CASE("RadiusFarTooLargeIsWrongUsageThatComparesItWithTheSpacing") {
+  const ScratchDirectory in;
+  generate(in, "torus", "2000", "scan.ply");
+  const auto result = reconstruct(in, "scan.ply", {"--radii", "27"});
+  CHECK(result.status == 2);
+  CHECK_THAT(result.err, Contains("rho = 27 is 2") && Contains("times the point spacing"));
+  check_no_mesh(in);
+}
+
+TEST_CASE("RiddledMeshIsWrittenWithAWarningThatSaysWhy") {
+  const ScratchDirectory in;
+  generate(in, "torus", "2000", "scan.ply");
+  const auto result = reconstruct(in, "scan.ply", {"--radii", "0.06", "--report", "report.json"});
+  CHECK(result.status == 0);
+  CHECK_THAT(result.err, Contains("riddled with holes") && Contains("times the point spacing"));
+  CHECK_THAT(file_text(in / "report.json"), Contains("riddled with holes"));
+  CHECK(std::filesystem::exists(in / "mesh.ply"));
+}
+
+TEST_CASE("OutputThatCannotBeWrittenIsAResourceErrorBeforeAnyWork") {
+  const ScratchDirectory in;
+  generate(in, "sphere", "1000", "scan.ply");
+  write_text(in / "file", "");
+  const std::string out = GENERATE("nowhere/mesh.ply", "file/mesh.ply");
+  CAPTURE(out);
+  const auto result = run_program({"reconstruct", "scan.ply", "-o", out}, {.directory = in.path()});
+  CHECK(result.status == 4);
+  CHECK_THAT(result.err, Contains("orbweave: error: ") && Contains(out));
+  CHECK(!std::filesystem::exists(in / "nowhere"));
+}

@@ -1,0 +1,211 @@
+// Jobs as a user runs them: the same job from a file and from the command line, what is planned,
+// what an interruption leaves, and that the same command then finishes.
+#include <signal.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/support/data.h"
+#include "tests/support/program.h"
+
+using Catch::Matchers::Contains;
+using nlohmann::json;
+using orbweave::test::file_text;
+using orbweave::test::ProgramResult;
+using orbweave::test::run_program;
+using orbweave::test::RunningProgram;
+using orbweave::test::ScratchDirectory;
+using orbweave::test::write_text;
+
+namespace {
+
+ProgramResult run_in(const ScratchDirectory& in, const std::vector<std::string>& arguments) {
+  return run_program(arguments, {.directory = in.path()});
+}
+
+void generate(const ScratchDirectory& in, const std::string& points) {
+  REQUIRE(run_in(in, {"generate", "torus", "--points", points, "-o", "scan.ply"}).status == 0);
+}
+
+const char* const kJob =
+    "[input]\nfiles = [\"scan.ply\"]\n[partition]\nchunk_points = 1000\n"
+    "[output]\nmesh = \"mesh.ply\"\n[run]\nthreads = 1\n";
+
+/// Waits for something to appear; false after ten seconds.
+bool appears(const std::filesystem::path& path, RunningProgram& program) {
+  const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  while (!std::filesystem::exists(path)) {
+    if (!program.running() || std::chrono::steady_clock::now() > limit) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return true;
+}
+
+std::vector<std::string> names_in(const ScratchDirectory& in) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(in.path()))
+    names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace
+
+TEST_CASE("JobFileAndCommandLineMakeTheSameMesh") {
+  const ScratchDirectory in;
+  generate(in, "5000");
+  write_text(in / "job.toml", kJob);
+  const auto run = run_in(in, {"run", "job.toml", "--progress", "none"});
+  CHECK(run.status == 0);
+  CHECK(run.err.empty());
+  CHECK_THAT(run.out, Contains("mesh.ply") && Contains("10,000 triangles, closed"));
+  const std::string mesh = file_text(in / "mesh.ply");
+  CHECK(run_in(in, {"reconstruct", "scan.ply", "-o", "other.ply", "--threads", "2"}).status == 0);
+  CHECK(mesh == file_text(in / "other.ply"));
+  CHECK(names_in(in) == std::vector<std::string>{"job.toml", "mesh.ply", "other.ply", "scan.ply"});
+}
+
+TEST_CASE("CommandLineWinsOverTheJobFile") {
+  const ScratchDirectory in;
+  generate(in, "2000");
+  write_text(in / "job.toml", kJob);
+  const auto run =
+      run_in(in, {"run", "job.toml", "--set", "run.threads=3", "--set",
+                  "reconstruct.ball_radii=0.12,0.2", "--threads", "2", "--memory", "512MiB",
+                  "--work-dir", "here.work", "--keep-work-dir", "--report", "report.json"});
+  CHECK(run.status == 0);
+  const json options = json::parse(file_text(in / "report.json"))["options"];
+  CHECK(options["run"]["threads"] == 2);
+  CHECK(options["partition"]["memory"] == 512 << 20);
+  CHECK(options["partition"]["chunk_points"] == 1000);
+  CHECK(options["reconstruct"]["ball_radii"] == json({0.12, 0.2}));
+  CHECK(std::filesystem::exists(in / "here.work"));
+}
+
+TEST_CASE("EveryDocumentedOptionOfReconstructReachesTheJob") {
+  const ScratchDirectory in;
+  generate(in, "2000");
+  const auto run = run_in(in, {"reconstruct",
+                               "scan.ply",
+                               "-o",
+                               "mesh.ply",
+                               "--radii",
+                               "0.12,0.2",
+                               "--method",
+                               "ball_pivoting",
+                               "--no-fill",
+                               "--levels",
+                               "2",
+                               "--chunk-points",
+                               "500",
+                               "--memory",
+                               "1GiB",
+                               "--threads",
+                               "2",
+                               "--work-dir",
+                               "w",
+                               "--fresh",
+                               "--report",
+                               "report.json",
+                               "--picture",
+                               "mesh.png",
+                               "--precision",
+                               "float",
+                               "--format",
+                               "text",
+                               "--no-attributes",
+                               "--progress",
+                               "plain"});
+  CHECK(run.status == 0);
+  const json report = json::parse(file_text(in / "report.json"));
+  CHECK(report["options"]["reconstruct"]["levels"] == 2);
+  CHECK(report["options"]["partition"]["chunk_points"] == 500);
+  CHECK(report["partition"]["chunks"] > 1);
+  CHECK(report["command"][1] == "reconstruct");
+  CHECK_THAT(file_text(in / "mesh.ply"),
+             Contains("format ascii") && Contains("float x") && !Contains("property float nx"));
+  CHECK(file_text(in / "mesh.png").substr(1, 3) == "PNG");
+  CHECK(!std::filesystem::exists(in / "w"));
+}
+
+TEST_CASE("DashStreamsTheMeshToStandardOutput") {
+  const ScratchDirectory in;
+  generate(in, "2000");
+  REQUIRE(run_in(in, {"reconstruct", "scan.ply", "-o", "mesh.ply"}).status == 0);
+  const auto streamed = run_in(in, {"reconstruct", "scan.ply", "-o", "-"});
+  CHECK(streamed.status == 0);
+  CHECK(streamed.out == file_text(in / "mesh.ply"));
+  CHECK(names_in(in) == std::vector<std::string>{"mesh.ply", "scan.ply"});
+}
+
+TEST_CASE("PlanForetellsTheRunAndWritesNothing") {
+  const ScratchDirectory in;
+  generate(in, "5000");
+  write_text(in / "job.toml", kJob);
+  const auto before = names_in(in);
+  const auto plan = run_in(in, {"plan", "job.toml", "--json", "--progress", "none"});
+  CHECK(plan.status == 0);
+  CHECK(names_in(in) == before);
+  const json planned = json::parse(plan.out);
+  REQUIRE(run_in(in, {"run", "job.toml", "--report", "report.json"}).status == 0);
+  const json report = json::parse(file_text(in / "report.json"));
+  CHECK(planned["input"]["points"] == 5000);
+  CHECK(planned["partition"]["chunks"] == report["partition"]["chunks"]);
+  CHECK(planned["radii"]["values"] == report["radii"]["values"]);
+  CHECK_THAT(run_in(in, {"plan", "job.toml"}).out,
+             Contains("points       5,000\n") && Contains("peak memory  about "));
+}
+
+TEST_CASE("StatusOfWhatIsNoWorkDirectoryIsWrongUsage") {
+  const ScratchDirectory in;
+  const auto status = run_in(in, {"status", "nowhere"});
+  CHECK(status.status == 2);
+  CHECK_THAT(status.err, Contains("nowhere") && Contains("no work directory"));
+}
+
+TEST_CASE("StatusShowsTheStagesOfAKeptWorkDirectory") {
+  const ScratchDirectory in;
+  generate(in, "5000");
+  write_text(in / "job.toml", kJob);
+  REQUIRE(run_in(in, {"run", "job.toml", "--keep-work-dir"}).status == 0);
+  const auto status = run_in(in, {"status", "mesh.work"});
+  CHECK(status.status == 0);
+  CHECK_THAT(status.out, Contains("last touched") && Contains("points") && Contains("done"));
+  const json document = json::parse(run_in(in, {"status", "mesh.work", "--json"}).out);
+  CHECK(document["running"] == false);
+  for (const json& stage : document["stages"]) {
+    CHECK(stage["done"] == true);
+    CHECK(stage["chunks_done"] == stage["chunks_total"]);
+  }
+}
+
+TEST_CASE("InterruptedJobLeavesNoMeshAndTheSameCommandFinishesWithTheSameBytes") {
+  const ScratchDirectory in;
+  const ScratchDirectory undisturbed;
+  const int signal = GENERATE(SIGINT, SIGTERM);
+  generate(in, "200000");
+  std::filesystem::copy_file(in / "scan.ply", undisturbed / "scan.ply");
+  const std::vector<std::string> command = {
+      "reconstruct", "scan.ply",       "-o",   "mesh.ply", "--threads",
+      "1",           "--chunk-points", "5000", "--report", "report.json"};
+  RunningProgram program(command, {.directory = in.path()});
+  REQUIRE(appears(in / "mesh.work" / "points" / "partition.json", program));
+  program.send(signal);
+  const ProgramResult interrupted = program.wait();
+  CHECK(interrupted.status == 130);
+  CHECK_THAT(interrupted.err, Contains("orbweave: error: interrupted. What is done is kept in "
+                                       "mesh.work; the same command resumes"));
+  CHECK(names_in(in) == std::vector<std::string>{"mesh.work", "scan.ply"});
+  const json left = json::parse(run_in(in, {"status", "mesh.work", "--json"}).out);
+  CHECK(left["running"] == false);
+  CHECK(left["stages"][0]["done"] == true);
+
+  const ProgramResult resumed = run_in(in, command);
+  CHECK(resumed.status == 0);
+  CHECK_THAT(resumed.err, Contains("resuming"));
+  REQUIRE(run_in(undisturbed, command).status == 0);
+  CHECK(file_text(in / "mesh.ply") == file_text(undisturbed / "mesh.ply"));
+  CHECK(!std::filesystem::exists(in / "mesh.work"));
+}
