@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::size_t kLargestBlock = std::size_t{64} << 10;
 constexpr std::size_t kSmallestBlock = std::size_t{1} << 10;
+constexpr std::size_t kFewestBlocks = 64;
 constexpr std::size_t kSlabBytes = std::size_t{1} << 20;
 
 /// A point as it lies in a block: position, normal, attributes, without padding.
@@ -82,7 +83,7 @@ struct RecordLayout {
 class BlockPool {
  public:
   BlockPool(std::size_t limit_bytes, std::size_t block_bytes)
-      : block_bytes_(block_bytes), limit_(std::max<std::size_t>(limit_bytes / block_bytes, 2)) {}
+      : block_bytes_(block_bytes), limit_(std::max(limit_bytes / block_bytes, kFewestBlocks)) {}
 
   std::size_t block_bytes() const { return block_bytes_; }
   std::size_t limit() const { return limit_; }
@@ -197,9 +198,10 @@ struct Bin {
   std::vector<Extent> extents;
 };
 
-/// So small that every bin can have a block and half of the memory is left for full ones.
+/// So small that every bin can have a block and half of the memory is left for full ones, and
+/// that there are some blocks even for one bin.
 std::size_t block_bytes(std::size_t buffer_bytes, std::size_t bins, std::size_t record_bytes) {
-  const std::size_t share = buffer_bytes / (2 * std::max<std::size_t>(bins, 1));
+  const std::size_t share = buffer_bytes / std::max(2 * bins, kFewestBlocks);
   const std::size_t block = std::clamp(std::bit_floor(share), kSmallestBlock, kLargestBlock);
   const std::size_t records = std::max<std::size_t>(block / record_bytes, 1);
   return records * record_bytes;

@@ -34,26 +34,73 @@ constexpr std::size_t kLeafBytes = sizeof(Leaf) + Leaf::SIZE * sizeof(Count);
 constexpr double kFewestCells = 256.0;
 constexpr double kMostCells = 1 << kMortonDepth;
 
-using Cell = std::array<std::int64_t, 3>;  // index on the lattice anchored at the world's zero
+using Cell = std::array<std::int64_t, 3>;
 
 std::int64_t floor_to_int(double value) {
   const auto whole = static_cast<std::int64_t>(value);
   return whole - (value < static_cast<double>(whole) ? 1 : 0);
 }
 
-Cell cell_of(Vec3 p, double cells_per_unit) {
-  return {floor_to_int(p.x * cells_per_unit), floor_to_int(p.y * cells_per_unit),
-          floor_to_int(p.z * cells_per_unit)};
+/// Cells anchored at the world's zero, with indices relative to a cell below the cloud: these
+/// fit 32 bits even where the distance to zero in cells would overflow 64.
+struct Lattice {
+  double cell = 0.0;  ///< a power of two
+  double cells_per_unit = 0.0;
+  Vec3 anchor;  ///< where indices count from; a multiple of the tree's largest node
+  double reach = 0.0;
+  Vec3 shift, low;
+
+  Lattice() = default;
+  /// `side`: of the root cube of `bounds`.
+  Lattice(double cell_side, const Box& bounds, double side)
+      : cell(cell_side), cells_per_unit(1.0 / cell_side), reach(8.0 * side) {
+    // Multiples of the largest node: which cells share a node, and so the memory and the final
+    // cell, depend on the points alone and not on who came first.
+    const double node = std::ldexp(cell, kUpperLog2);
+    for (int axis = 0; axis < 3; ++axis) {
+      anchor[axis] = std::floor(bounds.min[axis] / node) * node;
+      // Both ways are exact, as in MortonFrame; the side of root cubes up to twice this large
+      // keeps p and anchor within a factor of two.
+      const bool far = is_far(axis);
+      shift[axis] = far ? anchor[axis] : 0.0;
+      low[axis] = far ? 0.0 : anchor[axis] * cells_per_unit;
+    }
+  }
+  bool is_far(int axis) const { return std::abs(anchor[axis]) >= reach; }
+  /// True when differences to the anchor stay exact within a root cube of that side.
+  bool suits(double side) const {
+    for (int axis = 0; axis < 3; ++axis)
+      if (is_far(axis) && std::abs(anchor[axis]) < 8.0 * side) return false;
+    return true;
+  }
+
+  int along(double value, int axis) const {
+    return static_cast<int>(floor_to_int((value - shift[axis]) * cells_per_unit) -
+                            static_cast<std::int64_t>(low[axis]));
+  }
+  Coord at(Vec3 p) const { return Coord(along(p.x, 0), along(p.y, 1), along(p.z, 2)); }
+  Vec3 corner(const Coord& at) const {
+    return {anchor.x + at.x() * cell, anchor.y + at.y() * cell, anchor.z + at.z() * cell};
+  }
+};
+
+/// The anchor's index modulo a power of two beyond all coarsening: lines indices up with zero.
+Cell anchor_phase(const Lattice& lattice) {
+  const double period = std::ldexp(lattice.cell, kMortonDepth + kUpperLog2);
+  Cell phase{};
+  for (int axis = 0; axis < 3; ++axis)
+    phase[axis] =
+        static_cast<std::int64_t>(std::fmod(lattice.anchor[axis], period) * lattice.cells_per_unit);
+  return phase;
 }
 
-Coord coord_of(const Cell& cell, const Cell& base) {
-  return Coord(static_cast<int>(cell[0] - base[0]), static_cast<int>(cell[1] - base[1]),
-               static_cast<int>(cell[2] - base[2]));
-}
-
-Vec3 corner_of(const Cell& cell, double side) {
-  return {static_cast<double>(cell[0]) * side, static_cast<double>(cell[1]) * side,
-          static_cast<double>(cell[2]) * side};
+/// Cells from the anchor of one lattice to that of a coarser one, in cells of the finer.
+Cell anchor_difference(const Lattice& fine, const Lattice& coarse) {
+  Cell difference{};
+  for (int axis = 0; axis < 3; ++axis)
+    difference[axis] =
+        static_cast<std::int64_t>((fine.anchor[axis] - coarse.anchor[axis]) * fine.cells_per_unit);
+  return difference;
 }
 
 void raise_count(Leaf& leaf, openvdb::Index offset, std::uint64_t by) {
@@ -92,52 +139,47 @@ struct CountGrid::State {
   std::uint64_t points = 0;
   Box bounds;
   // As long as all points are equal there is no scale: they are only counted. After that the
-  // lattice is `cell` wide and tree coordinates are relative to `base`.
+  // tree's coordinates are the lattice's indices.
   bool has_lattice = false;
-  double cell = 0.0;
-  double coarsest_cell = 0.0;  // beyond it cells would not nest in the root cube
-  Cell base{};
+  Lattice lattice;
+  double root_side = 0.0;
   Tree tree{0};
   std::size_t leaves = 0, lowers = 0, uppers = 0;
 
   std::size_t bytes() const { return nodes_bytes(leaves, lowers, uppers); }
-  bool must_coarsen() const { return bytes() > limit_bytes && cell < coarsest_cell; }
-  /// Cell that all-equal points are reported in.
-  double lone_cell() const { return root_cube(bounds).side / kMostCells; }
+  bool must_coarsen() const { return bytes() > limit_bytes && lattice.cell < coarsest_cell(); }
+  /// Beyond it cells would not nest in the root cube.
+  double coarsest_cell() const { return root_side / kFewestCells; }
+  /// The lattice that all-equal points are reported in.
+  Lattice lone_lattice() const {
+    const double side = root_cube(bounds).side;
+    return Lattice(side / kMostCells, bounds, side);
+  }
 
   void fit_lattice(Vec3 lone_point, std::uint64_t lone_points);
   std::size_t insert(std::span<const Vec3> positions);
   void raise(Accessor& accessor, const Coord& at, std::uint64_t by);
   Leaf* leaf_of(Accessor& accessor, const Coord& at);
-  void choose_base();
   void coarsen_to_limit();
   void coarsen(int levels);
 };
-
-void CountGrid::State::choose_base() {
-  base = cell_of(bounds.min, 1.0 / cell);
-  // Multiples of the tree's largest node: which cells share a node, and so the memory and the
-  // final cell, depend on the points alone and not on who came first.
-  for (std::int64_t& b : base) b = (b >> kUpperLog2) * (std::int64_t{1} << kUpperLog2);
-}
 
 /// Makes the lattice right for the bounds as they are now: its cells are no finer than the
 /// finest Morton cell of the root cube, so that indices stay small. `lone_points` points at
 /// `lone_point` came before there was a lattice.
 void CountGrid::State::fit_lattice(Vec3 lone_point, std::uint64_t lone_points) {
-  const double side = root_cube(bounds).side;
-  coarsest_cell = side / kFewestCells;
-  const double finest = side / kMostCells;
+  root_side = root_cube(bounds).side;
+  const double finest = root_side / kMostCells;
   if (has_lattice) {
-    if (cell < finest) coarsen(std::ilogb(finest) - std::ilogb(cell));
+    const int levels = std::max(0, std::ilogb(finest) - std::ilogb(lattice.cell));
+    if (levels > 0 || !lattice.suits(root_side)) coarsen(levels);
     return;
   }
   has_lattice = true;
-  cell = finest;
-  choose_base();
+  lattice = Lattice(finest, bounds, root_side);
   if (lone_points == 0) return;
   Accessor accessor(tree);
-  raise(accessor, coord_of(cell_of(lone_point, 1.0 / cell), base), lone_points);
+  raise(accessor, lattice.at(lone_point), lone_points);
 }
 
 /// The leaf of a cell, made when absent; keeps the books of memory.
@@ -156,19 +198,19 @@ void CountGrid::State::raise(Accessor& accessor, const Coord& at, std::uint64_t 
 /// Counts points until all are counted or the tree has outgrown its memory; returns how many.
 std::size_t CountGrid::State::insert(std::span<const Vec3> positions) {
   Accessor accessor(tree);
-  const double cells_per_unit = 1.0 / cell;
-  Cell run_cell = cell_of(positions.front(), cells_per_unit);
+  const Lattice cells = lattice;
+  Coord run_cell = cells.at(positions.front());
   std::size_t run_begin = 0;
   for (std::size_t i = 1; i < positions.size(); ++i) {
     // Scanned points come in runs of one cell; only the end of a run touches the tree.
-    const Cell at = cell_of(positions[i], cells_per_unit);
+    const Coord at = cells.at(positions[i]);
     if (at == run_cell) continue;
-    raise(accessor, coord_of(run_cell, base), i - run_begin);
+    raise(accessor, run_cell, i - run_begin);
     run_cell = at;
     run_begin = i;
     if (must_coarsen()) return i;
   }
-  raise(accessor, coord_of(run_cell, base), positions.size() - run_begin);
+  raise(accessor, run_cell, positions.size() - run_begin);
   return positions.size();
 }
 
@@ -176,20 +218,23 @@ std::size_t CountGrid::State::insert(std::span<const Vec3> positions) {
 /// is rebuilt once and ends where doubling step by step would end.
 void CountGrid::State::coarsen_to_limit() {
   if (!must_coarsen()) return;
+  // The tree's largest nodes line up with the lattice's anchor, but coarser ones line up with
+  // the world's zero. Without loss of exactness only the anchor's place among them counts.
   std::vector<Cell> nodes;
   nodes.reserve(leaves);
+  const Cell offset = anchor_phase(lattice);
   for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
     const Coord& origin = leaf->origin();
-    nodes.push_back({(origin.x() + base[0]) >> kLeafLog2, (origin.y() + base[1]) >> kLeafLog2,
-                     (origin.z() + base[2]) >> kLeafLog2});
+    nodes.push_back({(origin.x() + offset[0]) >> kLeafLog2, (origin.y() + offset[1]) >> kLeafLog2,
+                     (origin.z() + offset[2]) >> kLeafLog2});
   }
   int levels = 0;
-  double coarser = cell;
+  double coarser = lattice.cell;
   do {
     halve(nodes, 1);
     coarser *= 2.0;
     ++levels;
-  } while (coarser < coarsest_cell && tree_bytes(nodes) > limit_bytes);
+  } while (coarser < coarsest_cell() && tree_bytes(nodes) > limit_bytes);
   coarsen(levels);
 }
 
@@ -200,17 +245,18 @@ void CountGrid::State::coarsen(int levels) {
   tree.stealNodes(old_leaves);
   tree.clear();
   leaves = lowers = uppers = 0;
-  const Cell old_base = base;
-  cell = std::ldexp(cell, levels);
-  choose_base();
+  const Lattice coarse(std::ldexp(lattice.cell, levels), bounds, root_side);
+  const Cell offset = anchor_difference(lattice, coarse);
+  lattice = coarse;
   Accessor accessor(tree);
   for (Leaf* stolen : old_leaves) {
     const std::unique_ptr<Leaf> leaf(stolen);
     for (auto value = leaf->cbeginValueOn(); value; ++value) {
       const Coord at = value.getCoord();
-      const Cell coarse = {(at.x() + old_base[0]) >> levels, (at.y() + old_base[1]) >> levels,
-                           (at.z() + old_base[2]) >> levels};
-      raise(accessor, coord_of(coarse, base), value.getValue());
+      const Coord merged(static_cast<int>((at.x() + offset[0]) >> levels),
+                         static_cast<int>((at.y() + offset[1]) >> levels),
+                         static_cast<int>((at.z() + offset[2]) >> levels));
+      raise(accessor, merged, value.getValue());
     }
   }
 }
@@ -241,8 +287,9 @@ void CountGrid::settle(double root_side) {
   State& state = *state_;
   if (!state.has_lattice) return;
   const double finest = root_side / kMostCells;
-  if (state.cell < finest) state.coarsen(std::ilogb(finest) - std::ilogb(state.cell));
-  if (state.cell > root_side / kFewestCells)
+  if (state.lattice.cell < finest)
+    state.coarsen(std::ilogb(finest) - std::ilogb(state.lattice.cell));
+  if (state.lattice.cell > root_side / kFewestCells)
     throw std::logic_error("CountGrid::settle: the root cube is smaller than the cloud");
 }
 
@@ -252,22 +299,19 @@ std::size_t CountGrid::memory_bytes() const { return state_->bytes(); }
 
 double CountGrid::cell() const {
   if (state_->points == 0) return 1.0;
-  return state_->has_lattice ? state_->cell : state_->lone_cell();
+  return state_->has_lattice ? state_->lattice.cell : state_->lone_lattice().cell;
 }
 
 void CountGrid::for_each(const std::function<void(Vec3, std::uint64_t)>& visit) const {
   const State& state = *state_;
   if (state.points == 0) return;
   if (!state.has_lattice) {
-    const double cell = state.lone_cell();
-    return visit(corner_of(cell_of(state.bounds.min, 1.0 / cell), cell), state.points);
+    const Lattice lattice = state.lone_lattice();
+    return visit(lattice.corner(lattice.at(state.bounds.min)), state.points);
   }
   for (auto leaf = state.tree.cbeginLeaf(); leaf; ++leaf)
-    for (auto value = leaf->cbeginValueOn(); value; ++value) {
-      const Coord at = value.getCoord();
-      const Cell cell = {at.x() + state.base[0], at.y() + state.base[1], at.z() + state.base[2]};
-      visit(corner_of(cell, state.cell), value.getValue());
-    }
+    for (auto value = leaf->cbeginValueOn(); value; ++value)
+      visit(state.lattice.corner(value.getCoord()), value.getValue());
 }
 
 }  // namespace orbweave

@@ -32,7 +32,7 @@ Box node_box(const RootCube& root, std::uint64_t begin, int depth) {
 
 /// The grid's cells in Morton order, with sums of their counts.
 struct CodedCells {
-  std::vector<KeyIndex> cells;          ///< first code; index into counts
+  std::vector<KeyIndex> cells;            ///< first code; index into counts
   std::vector<std::uint64_t> sum_before;  ///< points before the i-th cell in Morton order
 };
 
@@ -80,9 +80,9 @@ class Cutter {
  private:
   std::size_t end_of(std::size_t first, std::size_t last, std::uint64_t code_end) const {
     const auto begin = coded_.cells.begin();
-    const auto end = std::lower_bound(
-        begin + first, begin + last, code_end,
-        [](const KeyIndex& cell, std::uint64_t code) { return cell.key < code; });
+    const auto end =
+        std::lower_bound(begin + first, begin + last, code_end,
+                         [](const KeyIndex& cell, std::uint64_t code) { return cell.key < code; });
     return static_cast<std::size_t>(end - begin);
   }
 

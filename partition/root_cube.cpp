@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "io/error.h"
+
 namespace orbweave {
 namespace {
 
@@ -20,6 +22,10 @@ RootCube root_cube(const Box& bounds) {
       magnitude = std::max(magnitude, std::abs(bounds.min[axis]));
     extent = magnitude * 1e-6;
   }
+  // Cells of side / 2^21 and their reciprocals must be doubles, and the far side of the cube.
+  if (!(extent < 0x1p1000))
+    throw_bad_input("the cloud is too large", {.found = "an extent beyond 1e301"});
+  extent = std::max(extent, 0x1p-900);
   RootCube root;
   root.side = std::exp2(std::ceil(std::log2(extent)));
   while (root.side < extent) root.side *= 2.0;

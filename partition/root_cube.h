@@ -21,7 +21,7 @@ struct RootCube {
 
 /// The cube around a cloud. Depends on the bounds alone, hence not on the order of points nor
 /// on the partition. A cloud without extent gets a cube of a size that its coordinates resolve.
-/// Precondition: finite, non-empty bounds.
+/// Precondition: finite, non-empty bounds. Throws Error (bad input) beyond an extent of 1e301.
 RootCube root_cube(const Box& bounds);
 
 }  // namespace orbweave

@@ -1,0 +1,139 @@
+// Binning gives back every point, in order, spilled or not.
+#include "partition/binning.h"
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <thread>
+
+#include "io/error.h"
+#include "tests/partition/clouds.h"
+#include "tests/support/data.h"
+
+namespace orbweave {
+namespace {
+
+Octree cut(const PointCloud& cloud, std::uint64_t chunk_points) {
+  CountGrid grid;
+  grid.add(cloud.positions);
+  const RootCube root = root_cube(grid.bounds());
+  grid.settle(root.side);
+  return cut_octree(grid, root, chunk_points);
+}
+
+void add_in_batches(Binner& binner, const PointCloud& cloud, std::size_t batch_points) {
+  for (std::size_t first = 0; first < cloud.size(); first += batch_points) {
+    PointCloud batch;
+    batch.schema = cloud.schema;
+    for (std::size_t i = first; i < std::min(first + batch_points, cloud.size()); ++i)
+      batch.append(cloud, i);
+    binner.add(batch);
+  }
+}
+
+std::vector<PointCloud> expected_bins(const Octree& octree, const PointCloud& cloud) {
+  std::vector<PointCloud> bins(octree.chunks().size());
+  for (PointCloud& bin : bins) bin.schema = cloud.schema;
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    bins[octree.chunk_of(cloud.positions[i])].append(cloud, i);
+  return bins;
+}
+
+}  // namespace
+
+TEST_CASE("BinsGiveBackEveryPointInOrder") {
+  const test::ScratchDirectory scratch;
+  const ScalarType normal_type = GENERATE(ScalarType::kFloat32, ScalarType::kFloat64);
+  const std::size_t buffer_bytes =
+      GENERATE(std::size_t{0}, std::size_t{300'000}, std::size_t{256} << 20);
+  PointCloud cloud = test::dressed(test::shell(20'000, {}, 1.0, 1), 2, normal_type);
+  const std::uint64_t chunk_points = GENERATE(20, 1000, 1'000'000);
+  const Octree octree = cut(cloud, chunk_points);
+  Binner binner(octree, cloud.schema, {buffer_bytes, scratch.path()});
+  add_in_batches(binner, cloud, 999);
+  const bool fits = buffer_bytes > std::size_t{100} << 20;
+  CHECK((binner.spilled_bytes() == 0) == fits);
+  const std::vector<PointCloud> expected = expected_bins(octree, cloud);
+  for (ChunkId chunk = 0; chunk < expected.size(); ++chunk) {
+    REQUIRE(binner.points(chunk) == expected[chunk].size());
+    REQUIRE(test::same_bits(binner.take(chunk), expected[chunk]));
+    REQUIRE(binner.points(chunk) == 0);
+  }
+  CHECK(std::filesystem::is_empty(scratch.path()));
+}
+
+TEST_CASE("CloudsOfBarePositionsAreBinned") {
+  const test::ScratchDirectory scratch;
+  PointCloud cloud;
+  cloud.positions = test::shell(5000, {}, 1.0, 1);
+  const Octree octree = cut(cloud, 100);
+  Binner binner(octree, cloud.schema, {4096, scratch.path()});
+  std::vector<ChunkId> chunks;
+  for (const Vec3& p : cloud.positions) chunks.push_back(octree.chunk_of(p));
+  binner.add(cloud, chunks);
+  const std::vector<PointCloud> expected = expected_bins(octree, cloud);
+  for (ChunkId chunk = 0; chunk < expected.size(); ++chunk)
+    REQUIRE(test::same_bits(binner.take(chunk), expected[chunk]));
+}
+
+TEST_CASE("BinsCanBeTakenByManyThreads") {
+  const test::ScratchDirectory scratch;
+  const PointCloud cloud = test::dressed(test::shell(40'000, {}, 1.0, 5), 2);
+  const Octree octree = cut(cloud, 100);
+  Binner binner(octree, cloud.schema, {std::size_t{1} << 20, scratch.path()});
+  add_in_batches(binner, cloud, 4096);
+  const std::vector<PointCloud> expected = expected_bins(octree, cloud);
+  std::atomic<ChunkId> next{0};
+  std::atomic<int> wrong{0};
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t)
+    threads.emplace_back([&] {
+      for (ChunkId chunk = next++; chunk < expected.size(); chunk = next++)
+        wrong += !test::same_bits(binner.take(chunk), expected[chunk]);
+    });
+  for (std::thread& thread : threads) thread.join();
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("ADiskThatCannotTakeTheSpillIsAResourceError") {
+  const PointCloud cloud = test::dressed(test::shell(5000, {}, 1.0, 5), 2);
+  const Octree octree = cut(cloud, 100);
+  Binner binner(octree, cloud.schema, {0, "/nowhere/at/all"});
+  try {
+    binner.add(cloud);
+    FAIL("spilled to nowhere");
+  } catch (const Error& error) {
+    CHECK(error.status() == ExitStatus::kResource);
+    CHECK(std::string(error.what()).find("/nowhere/at/all") != std::string::npos);
+    CHECK(std::string(error.what()).find("No such file or directory") != std::string::npos);
+  }
+}
+
+TEST_CASE("AFullDiskIsAResourceErrorWithTheSystemsReason") {
+  const test::ScratchDirectory scratch;
+  const PointCloud cloud = test::dressed(test::shell(20'000, {}, 1.0, 5), 2);
+  const Octree octree = cut(cloud, 1000);
+  const pid_t child = fork();
+  if (child == 0) {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit low{100'000, RLIM_INFINITY};
+    setrlimit(RLIMIT_FSIZE, &low);
+    try {
+      Binner binner(octree, cloud.schema, {0, scratch.path()});
+      binner.add(cloud);
+    } catch (const Error& error) {
+      const bool named = std::string(error.what()).find("File too large") != std::string::npos;
+      _exit(error.status() == ExitStatus::kResource && named ? 0 : 1);
+    }
+    _exit(2);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  CHECK(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 0);
+}
+
+}  // namespace orbweave

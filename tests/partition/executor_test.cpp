@@ -1,0 +1,179 @@
+// The executor keeps to threads and memory, and its failures are told once all is quiet.
+#include "partition/executor.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <mutex>
+#include <set>
+#include <stdexcept>
+#include <thread>
+
+namespace orbweave {
+namespace {
+
+std::vector<ChunkTask> make_tasks(std::size_t count, std::size_t bytes) {
+  std::vector<ChunkTask> tasks;
+  for (std::size_t i = 0; i < count; ++i) tasks.push_back({static_cast<ChunkId>(i), bytes});
+  return tasks;
+}
+
+/// Raises a maximum.
+void raise_to(std::atomic<std::size_t>& most, std::size_t value) {
+  std::size_t seen = most.load();
+  while (seen < value && !most.compare_exchange_weak(seen, value)) {
+  }
+}
+
+void nap(int microseconds = 200) {
+  std::this_thread::sleep_for(std::chrono::microseconds(microseconds));
+}
+
+}  // namespace
+
+TEST_CASE("EveryTaskRunsOnce") {
+  const int threads = GENERATE(0, 1, 2, 5, 16);
+  const std::size_t count = GENERATE(0, 1, 300);
+  std::mutex mutex;
+  std::multiset<ChunkId> seen;
+  ExecutorOptions options;
+  options.threads = threads;
+  run_chunks(make_tasks(count, 10), options, [&](ChunkId chunk) {
+    const std::scoped_lock lock(mutex);
+    seen.insert(chunk);
+  });
+  REQUIRE(seen.size() == count);
+  CHECK(std::set<ChunkId>(seen.begin(), seen.end()).size() == count);
+}
+
+TEST_CASE("MemoryInFlightKeepsToTheBudget") {
+  const int threads = GENERATE(1, 2, 6);
+  std::vector<ChunkTask> tasks;
+  for (ChunkId i = 0; i < 200; ++i) tasks.push_back({i, 10 + 37 * (i % 11)});
+  tasks[50].memory_bytes = 5000;  // larger than the budget: runs alone
+  constexpr std::size_t kBudget = 700;
+  std::atomic<std::size_t> in_flight{0}, running{0}, most{0}, most_running{0}, beside_large{0};
+  ExecutorOptions options;
+  options.threads = threads;
+  options.memory_bytes = kBudget;
+  run_chunks(tasks, options, [&](ChunkId chunk) {
+    const std::size_t bytes = tasks[chunk].memory_bytes;
+    const std::size_t now = in_flight += bytes;
+    raise_to(most_running, ++running);
+    if (chunk == 50)
+      beside_large = now - bytes;
+    else
+      raise_to(most, now);
+    nap();
+    in_flight -= bytes;
+    --running;
+  });
+  CHECK(most <= kBudget);
+  CHECK(beside_large == 0);
+  CHECK(most_running <= static_cast<std::size_t>(threads));
+  if (threads > 1) CHECK(most_running > 1);
+}
+
+TEST_CASE("TasksStartInOrder") {
+  ExecutorOptions options;
+  options.threads = 1;
+  std::vector<ChunkId> order;
+  run_chunks(make_tasks(100, 1), options, [&](ChunkId chunk) { order.push_back(chunk); });
+  CHECK(std::is_sorted(order.begin(), order.end()));
+}
+
+TEST_CASE("AnExceptionStopsTheRestAndIsRethrownWhenAllIsQuiet") {
+  const int threads = GENERATE(1, 2, 4);
+  ExecutorOptions options;
+  options.threads = threads;
+  std::atomic<int> running{0}, started{0};
+  const auto run = [&] {
+    run_chunks(make_tasks(1000, 1), options, [&](ChunkId chunk) {
+      ++running;
+      ++started;
+      nap();
+      --running;
+      if (chunk == 20) throw std::runtime_error("chunk 20");
+    });
+  };
+  CHECK_THROWS_WITH(run(), "chunk 20");
+  CHECK(running == 0);
+  CHECK(started < 100);
+}
+
+TEST_CASE("AStopRequestInterruptsBetweenTasks") {
+  const int threads = GENERATE(1, 3);
+  StopToken stop;
+  ExecutorOptions options;
+  options.threads = threads;
+  options.stop = &stop;
+  std::atomic<int> started{0};
+  const auto run = [&] {
+    run_chunks(make_tasks(1000, 1), options, [&](ChunkId) {
+      if (++started == 10) stop.request();
+      nap();
+    });
+  };
+  try {
+    run();
+    FAIL("not interrupted");
+  } catch (const Error& error) {
+    CHECK(error.status() == ExitStatus::kInterrupted);
+  }
+  CHECK(started >= 10);
+  CHECK(started < 30);
+}
+
+TEST_CASE("WorkInsideATaskIsSharedAndNeverStartsAnotherTask") {
+  const int threads = GENERATE(1, 2, 4);
+  ExecutorOptions options;
+  options.threads = threads;
+  static thread_local int depth = 0;
+  std::atomic<int> deepest{0};
+  std::atomic<long> sum{0};
+  run_chunks(make_tasks(50, 1), options, [&](ChunkId) {
+    ++depth;
+    if (depth > deepest) deepest = depth;
+    for (int round = 0; round < 5; ++round)
+      tbb::parallel_for(0, 200, [&](int i) {
+        nap(i % 50 == 0 ? 50 : 0);
+        sum += i;
+      });
+    --depth;
+  });
+  CHECK(sum == 50L * 5 * 199 * 100);
+  CHECK(deepest == 1);
+}
+
+TEST_CASE("OneLargeTaskUsesAllThreads") {
+  ExecutorOptions options;
+  options.threads = 3;
+  std::mutex mutex;
+  std::set<std::thread::id> helpers;
+  int arena_threads = 0;
+  run_chunks(make_tasks(1, 1), options, [&](ChunkId) {
+    arena_threads = tbb::this_task_arena::max_concurrency();
+    tbb::parallel_for(0, 300, [&](int) {
+      nap();
+      const std::scoped_lock lock(mutex);
+      helpers.insert(std::this_thread::get_id());
+    });
+  });
+  CHECK(arena_threads == 3);
+  CHECK(helpers.size() > 1);
+  CHECK(helpers.size() <= 3);
+}
+
+TEST_CASE("AStageMayRunInsideAnother") {
+  ExecutorOptions options;
+  options.threads = 2;
+  std::atomic<int> inner{0};
+  run_chunks(make_tasks(6, 1), options,
+             [&](ChunkId) { run_chunks(make_tasks(10, 1), options, [&](ChunkId) { ++inner; }); });
+  CHECK(inner == 60);
+}
+
+}  // namespace orbweave
