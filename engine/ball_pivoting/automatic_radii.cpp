@@ -64,13 +64,14 @@ double distance_to_border(Vec3 p, const Box& box) {
 
 /// Mean distance to the nearest neighbours of the core's selected points; with `only_sure`, of
 /// those whose neighbours are all in the site for certain.
-std::vector<double> mean_distances(const SpacingSite& site, Selection selection, bool only_sure) {
+std::vector<double> mean_distances(const SpacingSite& site, std::size_t neighbors,
+                                   Selection selection, bool only_sure) {
   const std::vector<Vec3>& points = site.points;
   std::vector<double> means;
   if (points.size() < 2) return means;
   const PointTree tree(points);
   std::vector<Neighbor> found;
-  const std::size_t count = std::min(kNeighbors, points.size() - 1);
+  const std::size_t count = std::min(neighbors, points.size() - 1);
   for (const Vec3& p : points) {
     if (!site.core.contains(p) || !selection.takes(p)) continue;
     tree.nearest(p, count + 1, found);
@@ -83,11 +84,12 @@ std::vector<double> mean_distances(const SpacingSite& site, Selection selection,
   return means;
 }
 
-std::vector<double> all_mean_distances(std::span<const SpacingSite> sites, bool only_sure) {
+std::vector<double> all_mean_distances(std::span<const SpacingSite> sites, std::size_t neighbors,
+                                       bool only_sure) {
   const Selection selection = selection_for(sites);
   std::vector<std::vector<double>> of_site(sites.size());
   tbb::parallel_for(std::size_t{0}, sites.size(), [&](std::size_t i) {
-    of_site[i] = mean_distances(sites[i], selection, only_sure);
+    of_site[i] = mean_distances(sites[i], neighbors, selection, only_sure);
   });
   std::vector<double> all;
   for (const auto& part : of_site) all.insert(all.end(), part.begin(), part.end());
@@ -126,11 +128,16 @@ std::string reason_of(const RadiiChoice& choice, const std::vector<double>& mean
 
 }  // namespace
 
+std::vector<double> neighbor_distances(std::span<const SpacingSite> sites, std::size_t neighbors) {
+  const std::vector<SpacingSite> distinct = distinct_sites(sites);
+  std::vector<double> means = all_mean_distances(distinct, neighbors, true);
+  if (means.empty()) means = all_mean_distances(distinct, neighbors, false);
+  return means;
+}
+
 RadiiChoice choose_radii(std::span<const SpacingSite> sites, std::uint64_t points, int levels) {
   RadiiChoice choice;
-  const std::vector<SpacingSite> distinct = distinct_sites(sites);
-  std::vector<double> means = all_mean_distances(distinct, true);
-  if (means.empty()) means = all_mean_distances(distinct, false);
+  const std::vector<double> means = neighbor_distances(sites, kNeighbors);
   if (means.empty()) {
     choice.reason = points < 2 ? "there are fewer than two points"
                                : "no two different points were found near one another";

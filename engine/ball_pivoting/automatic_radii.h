@@ -40,6 +40,10 @@ struct SpacingSite {
   std::vector<Vec3> points;
 };
 
+/// Mean distance to the `neighbors` nearest neighbours of every point measured (see choose_radii),
+/// ascending. Runs on the calling TBB arena.
+std::vector<double> neighbor_distances(std::span<const SpacingSite> sites, std::size_t neighbors);
+
 /// Radii for `levels` >= 1 levels. What is measured is the mean distance to the six nearest
 /// neighbours (fewer in clouds of fewer points; exact duplicates are one point), at all points of
 /// a site's core that are farther from its box's border than from their sixth neighbour (at all
@@ -64,6 +68,7 @@ class SpacingSampler {
   /// Finite points, in any order. Every point of the cloud is added once. Not thread-safe.
   void add(std::span<const Vec3> positions);
   RadiiChoice choose(int levels) const;
+  std::span<const SpacingSite> sites() const;
   std::size_t memory_bytes() const;
 
  private:

@@ -132,6 +132,8 @@ RadiiChoice SpacingSampler::choose(int levels) const {
   return choose_radii(state_->sites, state_->points, levels);
 }
 
+std::span<const SpacingSite> SpacingSampler::sites() const { return state_->sites; }
+
 std::size_t SpacingSampler::memory_bytes() const {
   std::size_t bytes = state_->lattice ? state_->lattice->memory_bytes() : 0;
   for (const SpacingSite& site : state_->sites)

@@ -1,0 +1,162 @@
+#include "engine/validation/compare.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <vector>
+
+#include "engine/validation/mesh_facts.h"
+#include "engine/validation/triangle_tree.h"
+#include "io/error.h"
+
+namespace orbweave {
+namespace {
+
+void check_indices(const TriangleMesh& mesh) {
+  for (const Triangle& t : mesh.triangles)
+    if (*std::max_element(t.begin(), t.end()) >= mesh.vertices.size())
+      throw_bad_input("a triangle has a vertex that does not exist");
+}
+
+/// The distances are sorted and then summed, so that the sum depends on nothing but them.
+DistanceSummary summarized(std::uint64_t points, std::vector<double> distances) {
+  DistanceSummary summary;
+  summary.points = points;
+  summary.measured = distances.size();
+  if (distances.empty()) return summary;
+  tbb::parallel_sort(distances.begin(), distances.end());
+  double sum = 0.0, squares = 0.0;
+  const double largest = distances.back();
+  for (const double d : distances) {
+    sum += d;
+    // Relative to the largest: squares of tiny distances must not underflow.
+    const double part = largest > 0.0 ? d / largest : 0.0;
+    squares += part * part;
+  }
+  const auto count = static_cast<double>(distances.size());
+  summary.mean = sum / count;
+  summary.rms = largest * std::sqrt(squares / count);
+  summary.percentile_95 = distances[(distances.size() - 1) * 95 / 100];
+  summary.max = largest;
+  return summary;
+}
+
+DistanceSummary distances(std::span<const Vec3> points, const TriangleTree& tree,
+                          const CompareOptions& options) {
+  if (tree.empty()) return summarized(points.size(), {});
+  const std::uint64_t samples = std::min<std::uint64_t>(points.size(), options.max_samples);
+  std::vector<double> found(samples);
+  tbb::parallel_for(std::uint64_t{0}, samples, [&](std::uint64_t i) {
+    // Evenly by index; 128 bits because the product may not fit 64.
+    const auto at = static_cast<std::size_t>(static_cast<__uint128_t>(i) * points.size() / samples);
+    found[i] = is_finite(points[at]) ? std::sqrt(tree.squared_distance(points[at])) : -1.0;
+  });
+  std::erase(found, -1.0);
+  return summarized(points.size(), std::move(found));
+}
+
+bool before(Vec3 a, Vec3 b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
+
+/// Triangles by rank of their corners' coordinates, sorted; and those coordinates.
+struct OrderFreeSurface {
+  std::vector<Vec3> corners;
+  std::vector<Triangle> triangles;
+  friend bool operator==(const OrderFreeSurface&, const OrderFreeSurface&) = default;
+};
+
+OrderFreeSurface order_free(const TriangleMesh& mesh) {
+  OrderFreeSurface surface;
+  surface.corners.reserve(3 * mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles)
+    for (const std::uint32_t v : t) surface.corners.push_back(mesh.vertices.positions[v]);
+  tbb::parallel_sort(surface.corners.begin(), surface.corners.end(), before);
+  surface.corners.erase(std::unique(surface.corners.begin(), surface.corners.end()),
+                        surface.corners.end());
+  surface.triangles.resize(mesh.triangles.size());
+  tbb::parallel_for(std::size_t{0}, mesh.triangles.size(), [&](std::size_t i) {
+    Triangle ranks;
+    for (int k = 0; k < 3; ++k)
+      ranks[k] = static_cast<std::uint32_t>(
+          std::lower_bound(surface.corners.begin(), surface.corners.end(),
+                           mesh.vertices.positions[mesh.triangles[i][k]], before) -
+          surface.corners.begin());
+    surface.triangles[i] = smallest_first(ranks);
+  });
+  tbb::parallel_sort(surface.triangles.begin(), surface.triangles.end());
+  return surface;
+}
+
+bool all_finite(const TriangleMesh& mesh) {
+  return std::all_of(mesh.vertices.positions.begin(), mesh.vertices.positions.end(), is_finite);
+}
+
+bool equal_in_some_order(const TriangleMesh& a, const TriangleMesh& b) {
+  if (a.triangles.size() != b.triangles.size() || !all_finite(a) || !all_finite(b)) return false;
+  if (!a.triangles.empty()) return order_free(a) == order_free(b);
+  std::vector<Vec3> of_a = a.vertices.positions, of_b = b.vertices.positions;
+  tbb::parallel_sort(of_a.begin(), of_a.end(), before);
+  tbb::parallel_sort(of_b.begin(), of_b.end(), before);
+  return of_a == of_b;
+}
+
+/// A tree needs finite vertices; triangles at others are left out.
+TriangleMesh finite_part(const TriangleMesh& mesh) {
+  TriangleMesh part;
+  const std::vector<Vec3>& positions = mesh.vertices.positions;
+  if (mesh.triangles.empty()) {
+    std::copy_if(positions.begin(), positions.end(), std::back_inserter(part.vertices.positions),
+                 is_finite);
+    return part;
+  }
+  part.vertices.positions = positions;
+  for (const Triangle& t : mesh.triangles)
+    if (is_finite(positions[t[0]]) && is_finite(positions[t[1]]) && is_finite(positions[t[2]]))
+      part.triangles.push_back(t);
+  // Without any triangle left the tree must not fall back to the vertices.
+  if (part.triangles.empty()) part.vertices.positions.clear();
+  return part;
+}
+
+DistanceSummary distances_to(std::span<const Vec3> points, const TriangleMesh& mesh,
+                             const CompareOptions& options) {
+  if (all_finite(mesh)) return distances(points, TriangleTree(mesh), options);
+  const TriangleMesh part = finite_part(mesh);
+  return distances(points, TriangleTree(part), options);
+}
+
+}  // namespace
+
+MeshComparison compare_meshes(const TriangleMesh& a, const TriangleMesh& b,
+                              const CompareOptions& options) {
+  check_indices(a);
+  check_indices(b);
+  MeshComparison result;
+  result.vertices_a = a.vertices.size();
+  result.vertices_b = b.vertices.size();
+  result.triangles_a = a.triangles.size();
+  result.triangles_b = b.triangles.size();
+  result.checksum_a = mesh_checksum(a.vertices.positions, a.triangles);
+  result.checksum_b = mesh_checksum(b.vertices.positions, b.triangles);
+  // Without triangles there is no surface: the vertices themselves are compared.
+  const bool clouds = a.triangles.empty() && b.triangles.empty();
+  result.identical = clouds ? a.vertices.positions == b.vertices.positions
+                            : result.checksum_a == result.checksum_b;
+  result.same_surface = result.identical || equal_in_some_order(a, b);
+  result.a_to_b = distances_to(a.vertices.positions, b, options);
+  result.b_to_a = distances_to(b.vertices.positions, a, options);
+  return result;
+}
+
+CloudDistances distances_to_cloud(const TriangleMesh& mesh, const PointCloud& cloud,
+                                  const CompareOptions& options) {
+  check_indices(mesh);
+  TriangleMesh points;
+  points.vertices.positions = cloud.positions;
+  return {distances_to(mesh.vertices.positions, points, options),
+          distances_to(cloud.positions, mesh, options)};
+}
+
+}  // namespace orbweave
