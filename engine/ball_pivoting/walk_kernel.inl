@@ -33,6 +33,8 @@ inline Direction outer(Direction a, Direction b) {
 constexpr std::uint32_t kNobody = 0xffffffffu;
 /// Pseudo-angles run over [0, 4); nothing lies there.
 constexpr double kBeyond = 8.0;
+/// Larger than -cot(t/2) of any crossing that is one.
+constexpr double kNever = 1e300;
 /// Arcs and gaps below this fraction of a circle are rounding, not geometry.
 constexpr double kSliver = 1e-14;
 
@@ -161,13 +163,17 @@ std::uint32_t Walker::deepest_cap(Direction u) const {
 }
 
 /// The first neighbour that the circle enters when t grows from 0; kNobody if none.
+///
+/// With s = sqrt(A^2 + B^2 - E^2), the rising root has -cot(t/2) = (s + B) / (A + E) =
+/// (A - E) / (s - B), which grows with t from minus to plus infinity: it is compared instead of t,
+/// in the form that does not cancel.
 std::uint32_t Walker::first_entered(const Circle& c, std::uint32_t self) const {
   const Lanes mx = Lanes::all(c.middle.x), my = Lanes::all(c.middle.y), mz = Lanes::all(c.middle.z);
   const Lanes ax = Lanes::all(c.a.x), ay = Lanes::all(c.a.y), az = Lanes::all(c.a.z);
   const Lanes bx = Lanes::all(c.b.x), by = Lanes::all(c.b.y), bz = Lanes::all(c.b.z);
   const Lanes own = Lanes::all(static_cast<double>(self));
   const Lanes zero = Lanes::all(0.0);
-  Lanes best = Lanes::all(kBeyond);
+  Lanes best = Lanes::all(kNever);
   Lanes best_index = Lanes::all(-1.0);
   for (std::uint32_t k = 0; k < n_; k += Lanes::kWidth) {
     const Lanes dx = Lanes::load(s_.dx + k), dy = Lanes::load(s_.dy + k),
@@ -175,12 +181,10 @@ std::uint32_t Walker::first_entered(const Circle& c, std::uint32_t self) const {
     const Lanes e = mx * dx + my * dy + mz * dz - Lanes::load(s_.cap_height + k);
     const Lanes a = ax * dx + ay * dy + az * dz;
     const Lanes b = bx * dx + by * dy + bz * dz;
-    const Lanes m = a * a + b * b;
-    const Lanes square = m - e * e;
-    const Lanes root = square_root(larger(square, zero));
-    const Lanes cosine = (root * b - e * a) / m;
-    const Lanes sine = zero - (root * a + e * b) / m;
-    const Lanes angle = pseudo_angle(cosine, sine);
+    const Lanes square = a * a + b * b - e * e;
+    const Lanes steep = square_root(larger(square, zero)) + larger(b, zero - b);
+    const auto falling = b < zero;
+    const Lanes angle = choose(falling, a - e, steep) / choose(falling, steep, a + e);
     const Lanes index = Lanes::counting_from(static_cast<double>(k));
     const auto nearer = but_not(both(zero < square, angle < best), index == own);
     best = choose(nearer, angle, best);
@@ -188,7 +192,7 @@ std::uint32_t Walker::first_entered(const Circle& c, std::uint32_t self) const {
   }
   // Equal angles: the neighbour that comes first wins, whatever the vector width.
   const double nearest = smallest(best);
-  if (!(nearest < kBeyond)) return kNobody;
+  if (!(nearest < kNever)) return kNobody;
   return static_cast<std::uint32_t>(smallest_of(best_index, best == Lanes::all(nearest)));
 }
 
@@ -265,7 +269,7 @@ bool Walker::roll(Direction top, Direction d, std::uint32_t& circle, Direction& 
   const Direction tangent = scaled(1.0 / std::sqrt(squared), along);
   circle = first_entered({{0, 0, 0}, top, tangent}, kNobody);
   if (circle == kNobody) return false;
-  // Where the great circle enters the cap: the same root as in first_entered.
+  // Where the great circle enters the cap: the rising root.
   const Direction dk = neighbour(circle);
   const double e = -s_.cap_height[circle], a = inner(top, dk), b = inner(tangent, dk);
   const double m = a * a + b * b, square = m - e * e;

@@ -114,13 +114,13 @@ TEST_CASE("ChunkedMeshEqualsWholeMesh") {
 }
 
 TEST_CASE("LessHaloIsTooLittle") {
-  // The width is a bound for the worst chain of influences; a sixth of it is less than even the
+  // The width is a bound for the worst chain of influences; a tenth of it is less than even the
   // walks at owned points see.
   const NamedCloud named = test::noisy_torus(4000, 0.7, 43);
   const std::vector<double> radii = radii_of(named, {1.0});
   const auto whole = ball_pivoting(named.cloud.positions, named.cloud.normals, {}, {radii, {}});
   const Stitched parts =
-      in_parts(named, radii, tiling(0.5, {0, 0, 0}), halo_width(radii) / 6.0, whole);
+      in_parts(named, radii, tiling(0.5, {0, 0, 0}), halo_width(radii) / 10.0, whole);
   REQUIRE_FALSE(parts == as_stitched(whole));
 }
 
