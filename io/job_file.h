@@ -29,7 +29,8 @@ void set_job_key(Job& job, std::string_view name, std::string_view text);
 /// Splits "section.key=value" at the first '=' and sets it. Throws Error (usage).
 void set_job_key(Job& job, std::string_view assignment);
 
-/// A job file with every key, which parse_job reads back as the same job.
+/// A job file with every key, which parse_job reads back as the same job where its texts are
+/// UTF-8 (TOML knows no other).
 std::string job_toml(const Job& job);
 
 }  // namespace orbweave

@@ -21,6 +21,40 @@ std::string shortened(std::string text) {
   return text.substr(0, kShownLength) + "...";
 }
 
+/// Bytes of the UTF-8 character at the front of the text, which is not empty; 0 where that is none
+/// (overlong forms and surrogates included) or where TOML has no such control character.
+std::size_t character_bytes(std::string_view text) {
+  const auto byte = [&](std::size_t i) {
+    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;
+  };
+  const unsigned first = byte(0);
+  if (first < 0x20) return first == '\t' || first == '\n' || first == '\r' ? 1 : 0;
+  if (first < 0x80) return first == 0x7f ? 0 : 1;
+  const std::size_t count = first < 0xc2 ? 0 : first < 0xe0 ? 2 : first < 0xf0 ? 3 : 4;
+  if (count == 0 || first > 0xf4) return 0;
+  for (std::size_t i = 1; i < count; ++i)
+    if ((byte(i) & 0xc0) != 0x80) return 0;
+  const bool is_overlong = (first == 0xe0 && byte(1) < 0xa0) || (first == 0xf0 && byte(1) < 0x90);
+  const bool is_no_character =
+      (first == 0xed && byte(1) >= 0xa0) || (first == 0xf4 && byte(1) >= 0x90);
+  return is_overlong || is_no_character ? 0 : count;
+}
+
+/// toml11 reads outside of the text when it reports such bytes in a string.
+void check_characters(std::string_view text, const std::string& name) {
+  std::size_t line = 1;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t bytes = character_bytes(text.substr(at, 4));
+    if (bytes == 0)
+      throw_usage("not valid TOML: a byte that is no UTF-8 text",
+                  {.file = name,
+                   .place = at_line(line),
+                   .found = "byte " + std::to_string(static_cast<unsigned char>(text[at]))});
+    if (text[at] == '\n') ++line;
+    at += bytes;
+  }
+}
+
 /// The parser recurses per bracket and per dot of a key, so both are counted before it runs.
 /// Strings are skipped as TOML defines them; where the text is no TOML the parser stops anyway.
 class NestingCheck {
@@ -205,6 +239,7 @@ std::vector<TomlEntry> read_toml(std::string_view text, const std::string& name)
                  .found = std::to_string(text.size()) + " bytes",
                  .expected = "at most " + std::to_string(kTomlLimitBytes) + " bytes",
                  .advice = "Name the scans by a pattern such as \"scans/*.ply\"."});
+  check_characters(text, name);
   NestingCheck(text, name).run();
   return entries_of(parse(text, name));
 }

@@ -18,26 +18,27 @@ void require(bool holds) {
 
 void read_back(const orbweave::Job& job) {
   const std::string text = orbweave::job_toml(job);
-  require(orbweave::job_toml(orbweave::parse_job(text, "job.toml")) == text);
-}
-
-orbweave::Job read(std::string_view text) {
-  orbweave::Job job;
-  if (!text.starts_with('=')) return orbweave::parse_job(text, "job.toml", "some/folder");
-  orbweave::set_job_key(job, text.substr(1));
-  return job;
+  try {
+    require(orbweave::job_toml(orbweave::parse_job(text, "job.toml")) == text);
+  } catch (const orbweave::Error&) {
+    std::abort();
+  }
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  orbweave::Job job;
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
   try {
-    job = read({reinterpret_cast<const char*>(data), size});
+    orbweave::Job job;
+    if (text.starts_with('=')) {
+      orbweave::set_job_key(job, text.substr(1));
+    } else {
+      job = orbweave::parse_job(text, "job.toml", "some/folder");
+      read_back(job);
+    }
   } catch (const orbweave::Error& error) {
     require(error.status() == orbweave::ExitStatus::kUsage);
-    return 0;
   }
-  read_back(job);
   return 0;
 }

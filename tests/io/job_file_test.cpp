@@ -203,6 +203,17 @@ TEST_CASE("BrokenTomlNamesFileAndLine") {
   CHECK_THAT(message_of("[run]\nthreads = 1\nthreads = 2\n"), Contains("line 3: not valid TOML"));
 }
 
+TEST_CASE("BytesThatAreNoUtf8TextAreAnError") {
+  for (const char* bytes : {"\x90", "\xc0\xaf", "\xe0\x80\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80",
+                            "\xff", "\xc3", "\xe2\x82", "\x01", "\x7f"}) {
+    for (const char* quote : {"\"", "'", "'''", "\"\"\""})
+      CHECK_THAT(message_of("[output]\nmesh = " + std::string(quote) + "a" + bytes + quote + "\n"),
+                 StartsWith("job.toml: line 2: not valid TOML: a byte that is no UTF-8 text"));
+  }
+  const std::string good = "\u00fc \u20ac \U0001f600";
+  CHECK(parse_job("[output]\nmesh = \"" + good + "\"\n", "").output.mesh == good);
+}
+
 TEST_CASE("DeepNestingIsAnErrorAndNoCrash") {
   CHECK_THAT(message_of("a = " + std::string(100000, '[')), Contains("nested too deeply"));
   std::string dotted = "a";
