@@ -39,7 +39,7 @@ def workloads(options, work):
             print(f"skipped, no such file: {scan}")
             continue
         cloud = harness.oriented(options.program, work, scan) if is_mesh else scan
-        yield name, cloud, ["--radii", repr(radius)] if radius else ["--set", "reconstruct.levels=3"]
+        yield name, cloud, ["--radii", repr(radius)] if radius else ["--levels", 3]
     for name, shape, points, noise in SHAPES:
         if options.only and options.only not in name:
             continue
@@ -56,7 +56,7 @@ def rows_of(cloud):
         for key, values in vertex.items():
             rows[key] = values
         return rows
-    return np.array(cloud.read_bytes().splitlines(keepends=True), dtype=object)
+    return np.array([line + b"\n" for line in cloud.read_bytes().splitlines() if line], dtype=object)
 
 
 def write_rows(path, rows):
