@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/stitching/disjoint_sets.h"
+#include "engine/validation/boundary_loops.h"
 
 namespace orbweave {
 
@@ -37,22 +38,26 @@ std::uint64_t MeshSummary::count_components() {
   return roots;
 }
 
-/// Every boundary edge arrives at one vertex and leaves it within the same fan: cycles.
+/// Every boundary edge leaves a fan at its tail and ends one at its head; the fan is its index.
 std::uint64_t MeshSummary::count_loops() {
   std::sort(boundary_.begin(), boundary_.end());  // by (previous, vertex): the arriving edge
-  std::vector<std::uint8_t> seen(boundary_.size(), 0);
-  std::uint64_t loops = 0;
-  for (std::size_t start = 0; start < boundary_.size(); ++start) {
-    if (seen[start] != 0) continue;
-    ++loops;
-    for (std::size_t at = start; at < boundary_.size() && seen[at] == 0;) {
-      seen[at] = 1;
-      const Triangle64 leaving{boundary_[at][1], boundary_[at][2], 0};
-      at = static_cast<std::size_t>(std::lower_bound(boundary_.begin(), boundary_.end(), leaving) -
-                                    boundary_.begin());
-    }
+  std::vector<std::uint64_t> vertices;
+  for (const Triangle64& fan : boundary_) vertices.push_back(fan[1]);
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  const auto number = [&](std::uint64_t vertex) {
+    return static_cast<std::uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), vertex) -
+                                      vertices.begin());
+  };
+  std::vector<BoundaryEdge> edges;
+  for (std::uint32_t fan = 0; fan < boundary_.size(); ++fan) {
+    const std::uint64_t vertex = boundary_[fan][1], next = boundary_[fan][2];
+    const Triangle64 leaving{vertex, next, 0};
+    const auto ended = std::lower_bound(boundary_.begin(), boundary_.end(), leaving);
+    edges.push_back({{number(vertex), number(next)},
+                     {fan, static_cast<std::uint32_t>(ended - boundary_.begin())}});
   }
-  return loops;
+  return count_boundary_loops(edges);
 }
 
 MeshFacts MeshSummary::facts() {

@@ -1,0 +1,376 @@
+// The whole pipeline on clouds that the tests make: the promises that users rely on.
+#include "engine/pipeline/pipeline.h"
+
+#include <algorithm>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <sstream>
+
+#include "engine/validation/mesh_facts.h"
+#include "io/error.h"
+#include "io/mesh_reader.h"
+#include "io/mesh_writer.h"
+#include "tests/support/clouds.h"
+#include "tests/support/data.h"
+
+namespace orbweave {
+namespace {
+
+using test::NamedCloud;
+using test::ScratchDirectory;
+
+/// Collects what a user would be told; calls back at every step.
+class RecordingProgress : public Progress {
+ public:
+  std::function<void()> at_step;
+  std::vector<std::string> lines;
+
+  void begin_stage(const std::string&, std::uint64_t, const std::string&) override { step(); }
+  void advance(std::uint64_t) override { step(); }
+  void add_points(std::uint64_t) override {}
+  void end_stage() override { step(); }
+  void note(const std::string& line) override { lines.push_back(line); }
+  void warn(const std::string& line) override { lines.push_back(line); }
+
+ private:
+  void step() {
+    if (at_step) at_step();
+  }
+};
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  REQUIRE(stream);
+  std::ostringstream all;
+  all << stream.rdbuf();
+  return all.str();
+}
+
+/// Colours that follow from the position, so that a mix-up of rows shows.
+void paint(PointCloud& cloud) {
+  cloud.schema.attributes = {{"red", ScalarType::kUint8}, {"intensity", ScalarType::kFloat32}};
+  for (const Vec3& p : cloud.positions) {
+    const auto red = static_cast<std::uint8_t>(std::abs(p.x) * 100.0);
+    const auto intensity = static_cast<float>(p.y + 2.0 * p.z);
+    const auto* bytes = reinterpret_cast<const std::byte*>(&intensity);
+    cloud.attributes.push_back(std::byte{red});
+    cloud.attributes.insert(cloud.attributes.end(), bytes, bytes + sizeof intensity);
+  }
+}
+
+void shuffle(PointCloud& cloud, std::uint64_t seed) {
+  test::Random random(seed);
+  std::vector<std::size_t> order(cloud.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
+  PointCloud shuffled;
+  shuffled.schema = cloud.schema;
+  for (const std::size_t i : order) shuffled.append(cloud, i);
+  cloud = std::move(shuffled);
+}
+
+Job job_for(const ScratchDirectory& scratch, const NamedCloud& named,
+            std::vector<std::string> files = {}) {
+  Job job;
+  if (files.empty()) {
+    files = {(scratch / "cloud.ply").string()};
+    write_cloud(files.front(), named.cloud);
+  }
+  job.input.files = std::move(files);
+  job.output.mesh = (scratch / "mesh.ply").string();
+  job.run.work_dir = (scratch / "work").string();
+  job.reconstruct.ball_radii = {named.ball_radius, 1.5 * named.ball_radius,
+                                2.25 * named.ball_radius};
+  return job;
+}
+
+RunReport run(const Job& job) {
+  RecordingProgress progress;
+  const StopToken stop;
+  return run_job(job, {"test"}, progress, stop);
+}
+
+std::string mesh_bytes(const Job& job) {
+  run(job);
+  return bytes_of(job.output.mesh);
+}
+
+NamedCloud painted_torus(std::size_t points, double noise, std::uint64_t seed) {
+  NamedCloud named = test::noisy_torus(points, noise, seed);
+  paint(named.cloud);
+  return named;
+}
+
+ExitStatus status_of(const Job& job) {
+  try {
+    run(job);
+  } catch (const Error& error) {
+    UNSCOPED_INFO(error.what());
+    return error.status();
+  }
+  return ExitStatus::kDone;
+}
+
+std::string message_of(const Job& job) {
+  try {
+    run(job);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("SameBytesForAnyChunkSizeAndThreadCount") {
+  const NamedCloud named = painted_torus(12000, 0.4, 3);
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  const std::string expected = mesh_bytes(job);
+  for (const std::uint64_t chunk_points : {500u, 3000u, 1'000'000'000u}) {
+    for (const int threads : {1, 2, 5}) {
+      job.partition.chunk_points = chunk_points;
+      job.run.threads = threads;
+      INFO("chunk_points " << chunk_points << ", threads " << threads);
+      REQUIRE((mesh_bytes(job) == expected));
+    }
+  }
+}
+
+TEST_CASE("SameBytesForAnyOrderAndAnySplitOfTheInput") {
+  NamedCloud named = painted_torus(8000, 0.4, 5);
+  ScratchDirectory scratch;
+  const std::string expected = mesh_bytes(job_for(scratch, named));
+  for (const std::uint64_t seed : {1u, 2u}) {
+    shuffle(named.cloud, seed);
+    REQUIRE((mesh_bytes(job_for(scratch, named)) == expected));
+  }
+  std::vector<std::string> files;
+  for (std::size_t part = 0; part < 3; ++part) {
+    PointCloud piece;
+    piece.schema = named.cloud.schema;
+    for (std::size_t i = part; i < named.cloud.size(); i += 3) piece.append(named.cloud, i);
+    files.push_back((scratch / ("part" + std::to_string(part) + ".ply")).string());
+    write_cloud(files.back(), piece);
+  }
+  REQUIRE((mesh_bytes(job_for(scratch, named, files)) == expected));
+}
+
+TEST_CASE("DuplicatesAndUnusablePointsAreCountedAndChangeNothing") {
+  NamedCloud named = painted_torus(4000, 0.2, 7);
+  ScratchDirectory scratch;
+  const std::string expected = mesh_bytes(job_for(scratch, named));
+  const std::size_t points = named.cloud.size();
+  for (std::size_t i = 0; i < points; i += 10) named.cloud.append(PointCloud(named.cloud), i);
+  const double nan = std::nan("");
+  named.cloud.append(PointCloud(named.cloud), 0);
+  named.cloud.positions.back().y = nan;
+  named.cloud.append(PointCloud(named.cloud), 1);
+  named.cloud.normals.back() = {};
+  named.cloud.append(PointCloud(named.cloud), 2);
+  named.cloud.normals.back().x = INFINITY;
+  const Job job = job_for(scratch, named);
+  const RunReport report = run(job);
+  REQUIRE((bytes_of(job.output.mesh) == expected));
+  REQUIRE(report.points_read == named.cloud.size());
+  REQUIRE(report.points_dropped.at("exact duplicate") == (points + 9) / 10);
+  REQUIRE(report.points_dropped.at("coordinate not finite") == 1);
+  REQUIRE(report.points_dropped.at("zero normal") == 1);
+  REQUIRE(report.points_dropped.at("normal not finite") == 1);
+}
+
+TEST_CASE("ReportedFactsAreThoseOfTheMeshFile") {
+  for (const double noise : {0.0, 0.5, 0.9}) {
+    const NamedCloud named = painted_torus(6000, noise, 9);
+    ScratchDirectory scratch;
+    Job job = job_for(scratch, named);
+    job.partition.chunk_points = 700;
+    const MeshFacts told = run(job).mesh;
+    const TriangleMesh mesh = read_mesh(job.output.mesh);
+    REQUIRE(validate_mesh(mesh).empty());
+    const MeshFacts measured = mesh_facts(mesh);
+    INFO("noise " << noise);
+    CHECK(told.vertices == measured.vertices);
+    CHECK(told.triangles == measured.triangles);
+    CHECK(told.components == measured.components);
+    CHECK(told.boundary_edges == measured.boundary_edges);
+    CHECK(told.boundary_loops == measured.boundary_loops);
+    CHECK(told.nonmanifold_edges == measured.nonmanifold_edges);
+    CHECK(told.nonmanifold_vertices == measured.nonmanifold_vertices);
+    CHECK(told.euler_characteristic == measured.euler_characteristic);
+    CHECK(told.watertight == measured.watertight);
+    CHECK(told.checksum == measured.checksum);
+    CHECK(told.bounds == measured.bounds);
+    CHECK(told.area == Approx(measured.area).epsilon(1e-9));
+    CHECK(measured.unreferenced_vertices == 0);
+    CHECK(told.watertight == (noise == 0.0));
+  }
+}
+
+TEST_CASE("AttributesArriveAtTheirOwnVertices") {
+  const NamedCloud named = painted_torus(3000, 0.1, 11);
+  ScratchDirectory scratch;
+  const Job job = job_for(scratch, named);
+  run(job);
+  PointCloud vertices = read_mesh(job.output.mesh).vertices;
+  REQUIRE(vertices.schema.attributes == named.cloud.schema.attributes);
+  PointCloud expected = vertices;
+  expected.attributes.clear();
+  paint(expected);
+  REQUIRE(vertices.attributes == expected.attributes);
+}
+
+TEST_CASE("InterruptedAnywhereAndResumedGivesTheSameBytes") {
+  const NamedCloud named = painted_torus(8000, 0.3, 13);
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.partition.chunk_points = 500;
+  const std::string expected = mesh_bytes(job);
+  std::filesystem::remove(job.output.mesh);
+  int interruptions = 0;
+  for (int stop_at = 1; interruptions < 60; stop_at += 7) {
+    StopToken stop;
+    std::atomic<int> steps{0};
+    RecordingProgress progress;
+    progress.at_step = [&] {
+      if (++steps == stop_at) stop.request();
+    };
+    try {
+      run_job(job, {"test"}, progress, stop);
+      break;
+    } catch (const Error& error) {
+      REQUIRE(error.status() == ExitStatus::kInterrupted);
+      REQUIRE_FALSE(std::filesystem::exists(job.output.mesh));
+      REQUIRE(std::filesystem::exists(job.run.work_dir));
+      ++interruptions;
+    }
+  }
+  REQUIRE(interruptions > 3);
+  REQUIRE((bytes_of(job.output.mesh) == expected));
+  REQUIRE_FALSE(std::filesystem::exists(job.run.work_dir));
+}
+
+TEST_CASE("DamagedResultsAreComputedAgain") {
+  const NamedCloud named = painted_torus(6000, 0.3, 17);
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.partition.chunk_points = 700;
+  const std::string expected = mesh_bytes(job);
+  job.run.keep_work_dir = true;
+  for (const char* stage : {"points", "mesh"}) {
+    run(job);
+    const auto victim = std::filesystem::path(job.run.work_dir) / stage / "000002.h5";
+    REQUIRE(std::filesystem::exists(victim));
+    {
+      std::fstream file(victim, std::ios::in | std::ios::out | std::ios::binary);
+      const auto middle = static_cast<std::streamoff>(std::filesystem::file_size(victim) / 2);
+      file.seekg(middle);
+      const int byte = file.get();
+      file.seekp(middle);
+      file.put(static_cast<char>(byte ^ 0x40));
+    }
+    INFO(stage);
+    REQUIRE((mesh_bytes(job) == expected));
+  }
+}
+
+TEST_CASE("ChangedRadiiComputeTheMeshAnewButNotThePartition") {
+  const NamedCloud named = painted_torus(6000, 0.2, 19);
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.run.keep_work_dir = true;
+  run(job);
+  const auto stages_of = [](const RunReport& report) {
+    std::vector<std::string> names;
+    for (const StageFacts& stage : report.stages) names.push_back(stage.name);
+    return names;
+  };
+  job.reconstruct.ball_radii = {named.ball_radius};
+  const RunReport changed = run(job);
+  const std::vector<std::string> names = stages_of(changed);
+  REQUIRE(std::find(names.begin(), names.end(), "count") == names.end());
+  REQUIRE(std::find(names.begin(), names.end(), "reconstruct") != names.end());
+  const std::string bytes = bytes_of(job.output.mesh);
+  job.run.fresh = true;
+  REQUIRE((mesh_bytes(job) == bytes));
+}
+
+TEST_CASE("ChangedInputIsNoticed") {
+  NamedCloud named = painted_torus(3000, 0.2, 21);
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.run.keep_work_dir = true;
+  run(job);
+  named.cloud.positions.resize(2000);
+  named.cloud.normals.resize(2000);
+  named.cloud.attributes.resize(2000 * named.cloud.schema.attribute_bytes());
+  write_cloud(job.input.files.front(), named.cloud);
+  REQUIRE(run(job).points_read == 2000);
+}
+
+TEST_CASE("AutomaticRadiiCloseACleanSurface") {
+  const NamedCloud named = painted_torus(10000, 0.05, 23);
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.reconstruct.ball_radii.clear();
+  const RunReport report = run(job);
+  REQUIRE(report.mesh.watertight);
+  REQUIRE(report.radii.size() == 1);
+  REQUIRE(report.radii_reason.size() > 20);
+}
+
+TEST_CASE("WhatCannotBeReconstructedIsBadInputAndLeavesNoFile") {
+  ScratchDirectory scratch;
+  NamedCloud named = test::grid_sheet(6, 0.0);
+  const auto with = [&](std::size_t n, const std::function<Vec3(std::size_t)>& place) {
+    named.cloud.positions.clear();
+    named.cloud.normals.assign(n, {0, 0, 1});
+    for (std::size_t i = 0; i < n; ++i) named.cloud.positions.push_back(place(i));
+    Job job = job_for(scratch, named);
+    CHECK(status_of(job) == ExitStatus::kBadInput);
+    job.reconstruct.ball_radii.clear();
+    CHECK(status_of(job) == ExitStatus::kBadInput);
+    CHECK_FALSE(std::filesystem::exists(job.output.mesh));
+  };
+  with(0, [](std::size_t) { return Vec3{}; });
+  with(1, [](std::size_t) { return Vec3{1, 2, 3}; });
+  with(2, [](std::size_t i) { return Vec3{double(i), 2, 3}; });
+  with(50, [](std::size_t) { return Vec3{1, 2, 3}; });
+  with(50, [](std::size_t i) { return Vec3{double(i), double(i), 3}; });
+  with(50, [](std::size_t) { return Vec3{std::nan(""), 0, 0}; });
+}
+
+TEST_CASE("RadiiFarFromTheSpacingSaySo") {
+  const NamedCloud named = painted_torus(4000, 0.0, 25);
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.reconstruct.ball_radii = {300.0 * named.ball_radius};
+  CHECK(status_of(job) == ExitStatus::kUsage);
+  CHECK(message_of(job).find("times the point spacing") != std::string::npos);
+  job.reconstruct.ball_radii = {named.ball_radius / 300.0};
+  CHECK(status_of(job) == ExitStatus::kBadInput);
+  CHECK(message_of(job).find("times the point spacing") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(job.output.mesh));
+}
+
+TEST_CASE("PlanWritesNothingAndAgreesWithTheRun") {
+  const NamedCloud named = painted_torus(9000, 0.1, 27);
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.partition.chunk_points = 1000;
+  RecordingProgress progress;
+  const StopToken stop;
+  const JobPlan plan = plan_job(job, progress, stop);
+  REQUIRE_FALSE(std::filesystem::exists(job.run.work_dir));
+  const RunReport report = run(job);
+  CHECK(plan.chunks == report.chunks);
+  CHECK(plan.halo_width == report.halo_width);
+  CHECK(plan.radii == report.radii);
+  CHECK(plan.points == report.points_read);
+  CHECK(plan.bounds == report.bounds);
+}
+
+}  // namespace orbweave
