@@ -25,7 +25,7 @@ struct PictureOptions {
   double azimuth_deg = 30.0;  ///< the eye's angle about the up axis; 0 looks at the front
   std::optional<double> elevation_deg = {};  ///< the eye's angle above the horizon; empty: 20, or
                                              ///< 40 for what is flat in z
-  bool shade_creases = true;  ///< darken what lies behind its surroundings
+  bool shade_creases = true;                 ///< darken what lies behind its surroundings
 };
 
 /// Parallel projection of what `bounds` holds, fitted to the picture. Front faces
