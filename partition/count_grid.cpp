@@ -5,73 +5,75 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <vector>
 
 #include "io/error.h"
+#include "partition/canonical_order.h"
+#include "partition/radix_sort.h"
 #include "partition/root_cube.h"
 
 namespace orbweave {
 namespace {
 
 using Count = std::uint32_t;
-// Inner nodes of 8^3 children rather than OpenVDB's 32^3 and 16^3: while few points lie far
-// apart in a cell lattice that is still too fine, a point costs 10 KiB instead of 300.
-using Tree = openvdb::tree::Tree4<Count, 3, 3, 3>::Type;
-using Leaf = Tree::LeafNodeType;
-using Lower = Tree::RootNodeType::ChildNodeType::ChildNodeType;
+// Nodes far smaller than OpenVDB's usual ones: a surface fills a quarter of a leaf of 4^3 cells,
+// an eighth of one of 8^3, and lone points cost 5 KiB instead of 300.
+using Tree = openvdb::tree::Tree4<Count, 3, 2, 2>::Type;
 using Upper = Tree::RootNodeType::ChildNodeType;
+using Lower = Upper::ChildNodeType;
+using Leaf = Tree::LeafNodeType;
 using Accessor = openvdb::tree::ValueAccessor<Tree>;
 using openvdb::Coord;
 
-constexpr int kLeafLog2 = 3;   // cells per leaf and axis, log2
-constexpr int kUpperLog2 = 9;  // cells per upper node and axis, log2
+constexpr int kLeafLog2 = Leaf::TOTAL;  // cells per node and axis, log2
+constexpr int kLowerLog2 = Lower::TOTAL;
+constexpr int kUpperLog2 = Upper::TOTAL;
 constexpr std::size_t kLeafBytes = sizeof(Leaf) + Leaf::SIZE * sizeof(Count);
-// Cells of the coarsest and of the finest grid that fit a root cube: its origin is a multiple of
-// side / 256, and Morton codes end at side / 2^21.
-constexpr double kFewestCells = 256.0;
-constexpr double kMostCells = 1 << kMortonDepth;
 
-using Cell = std::array<std::int64_t, 3>;
+// Cells along the root cube, log2: of the coarsest grid that nests in it (its origin is a
+// multiple of side / 256), and of the finest, whose indices fit a Morton code with room for an
+// anchor below the cube.
+constexpr int kCoarsestLog2 = 8;
+constexpr int kFinestLog2 = kMortonDepth - 1;
+
+// The first points are kept as they are: most clouds' scale is known when these are counted, and
+// small clouds get their grid in one go.
+constexpr std::size_t kEarlyPoints = std::size_t{1} << 18;
+// Memory of the grid of a cloud that is not larger than that.
+constexpr std::size_t kSmallCloudBytesPerPoint = 100;
+constexpr std::size_t kSmallCloudBytes = std::size_t{1} << 20;
 
 std::int64_t floor_to_int(double value) {
   const auto whole = static_cast<std::int64_t>(value);
   return whole - (value < static_cast<double>(whole) ? 1 : 0);
 }
 
-/// Cells anchored at the world's zero, with indices relative to a cell below the cloud: these
-/// fit 32 bits even where the distance to zero in cells would overflow 64.
+/// Cells anchored at the world's zero, their indices relative to the corner `anchor` below the
+/// cloud: these are small even where the distance to zero in cells would overflow an integer.
 struct Lattice {
-  double cell = 0.0;  ///< a power of two
-  double cells_per_unit = 0.0;
-  Vec3 anchor;  ///< where indices count from; a multiple of the tree's largest node
-  double reach = 0.0;
+  double cell = 0.0;            ///< a power of two
+  double cells_per_unit = 0.0;  ///< its reciprocal
+  Vec3 anchor;                  ///< a multiple of the root cube's side
   Vec3 shift, low;
 
   Lattice() = default;
-  /// `side`: of the root cube of `bounds`.
+  /// `side`: of the root cube of `bounds`. Indices of the cloud are 0 to 2 side / cell - 1.
   Lattice(double cell_side, const Box& bounds, double side)
-      : cell(cell_side), cells_per_unit(1.0 / cell_side), reach(8.0 * side) {
-    // Multiples of the largest node: which cells share a node, and so the memory and the final
-    // cell, depend on the points alone and not on who came first.
-    const double node = std::ldexp(cell, kUpperLog2);
+      : cell(cell_side), cells_per_unit(1.0 / cell_side), anchor(anchor_of(bounds, side)) {
     for (int axis = 0; axis < 3; ++axis) {
-      anchor[axis] = std::floor(bounds.min[axis] / node) * node;
-      // Both ways are exact, as in MortonFrame; the side of root cubes up to twice this large
-      // keeps p and anchor within a factor of two.
-      const bool far = is_far(axis);
+      // Both ways are exact, as in MortonFrame.
+      const bool far = std::abs(anchor[axis]) >= 4.0 * side;
       shift[axis] = far ? anchor[axis] : 0.0;
       low[axis] = far ? 0.0 : anchor[axis] * cells_per_unit;
     }
   }
-  bool is_far(int axis) const { return std::abs(anchor[axis]) >= reach; }
-  /// True when differences to the anchor stay exact within a root cube of that side.
-  bool suits(double side) const {
-    for (int axis = 0; axis < 3; ++axis)
-      if (is_far(axis) && std::abs(anchor[axis]) < 8.0 * side) return false;
-    return true;
+  static Vec3 anchor_of(const Box& bounds, double side) {
+    const auto down = [&](double value) { return std::floor(value / side) * side; };
+    return {down(bounds.min.x), down(bounds.min.y), down(bounds.min.z)};
   }
 
   int along(double value, int axis) const {
@@ -84,120 +86,193 @@ struct Lattice {
   }
 };
 
-/// The anchor's index modulo a power of two beyond all coarsening: lines indices up with zero.
-Cell anchor_phase(const Lattice& lattice) {
-  const double period = std::ldexp(lattice.cell, kMortonDepth + kUpperLog2);
-  Cell phase{};
-  for (int axis = 0; axis < 3; ++axis)
-    phase[axis] =
-        static_cast<std::int64_t>(std::fmod(lattice.anchor[axis], period) * lattice.cells_per_unit);
-  return phase;
-}
-
-/// Cells from the anchor of one lattice to that of a coarser one, in cells of the finer.
-Cell anchor_difference(const Lattice& fine, const Lattice& coarse) {
-  Cell difference{};
-  for (int axis = 0; axis < 3; ++axis)
-    difference[axis] =
-        static_cast<std::int64_t>((fine.anchor[axis] - coarse.anchor[axis]) * fine.cells_per_unit);
-  return difference;
-}
-
-void raise_count(Leaf& leaf, openvdb::Index offset, std::uint64_t by) {
-  Count& count = leaf.buffer().data()[offset];
-  if (by > std::numeric_limits<Count>::max() - count)
-    throw_resource("more than 4294967295 points lie in one cell of the count grid");
-  count += static_cast<Count>(by);
-  leaf.setActiveState(offset, true);
+std::uint64_t morton_of(const Coord& at, int log2) {
+  const auto along = [&](int axis) { return static_cast<std::uint32_t>(at[axis]) >> log2; };
+  return interleave(along(0), along(1), along(2));
 }
 
 std::size_t nodes_bytes(std::size_t leaves, std::size_t lowers, std::size_t uppers) {
   return leaves * kLeafBytes + lowers * sizeof(Lower) + uppers * sizeof(Upper);
 }
 
-/// Halves the coordinates of nodes and merges those that fall together.
-void halve(std::vector<Cell>& nodes, int times) {
-  for (Cell& node : nodes)
-    for (std::int64_t& c : node) c >>= times;
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+/// How often a grid's cells must double until the tree fits `limit_bytes`; at most `most`.
+/// `leaves`: the Morton codes of its leaves, ascending (equal ones count once).
+int doublings_to_fit(const std::vector<KeyIndex>& leaves, std::size_t limit_bytes, int most) {
+  // distinct[k]: nodes of 2^k leaves a side, from the highest bit in which neighbours differ.
+  std::array<std::size_t, kMortonDepth + kUpperLog2 + 1> distinct{};
+  for (std::size_t i = 1; i < leaves.size(); ++i)
+    if (const std::uint64_t differing = leaves[i].key ^ leaves[i - 1].key; differing != 0)
+      ++distinct[(static_cast<std::size_t>(std::bit_width(differing)) - 1) / 3];
+  for (std::size_t k = distinct.size() - 1; k-- > 0;) distinct[k] += distinct[k + 1];
+  for (std::size_t& nodes : distinct) ++nodes;
+  for (int levels = 0; levels < most; ++levels)
+    if (nodes_bytes(distinct[levels], distinct[levels + kLowerLog2 - kLeafLog2],
+                    distinct[levels + kUpperLog2 - kLeafLog2]) <= limit_bytes)
+      return levels;
+  return most;
 }
 
-/// Memory of the tree whose leaves are given (in units of leaves).
-std::size_t tree_bytes(const std::vector<Cell>& leaves) {
-  std::vector<Cell> lowers = leaves;
-  halve(lowers, kLeafLog2);
-  std::vector<Cell> uppers = lowers;
-  halve(uppers, kLeafLog2);
-  return nodes_bytes(leaves.size(), lowers.size(), uppers.size());
-}
+/// The tree with its books of memory, and a direct-mapped cache of where leaves are: points in
+/// random order would spend their time on the way down the tree.
+class CountTree {
+ public:
+  std::size_t bytes() const { return nodes_bytes(leaves_, lowers_, uppers_); }
+  std::size_t leaves() const { return leaves_; }
+  const Tree& tree() const { return tree_; }
+
+  /// Coordinates must not be negative.
+  void raise(const Coord& at, std::uint64_t by) {
+    const Place& place = find(at);
+    const openvdb::Index offset = Leaf::coordToOffset(at);
+    const Count count = place.counts[offset];
+    if (by > std::numeric_limits<Count>::max() - count)
+      throw_resource("more than 4294967295 points lie in one cell of the count grid");
+    place.counts[offset] = count + static_cast<Count>(by);
+    if (count == 0) place.leaf->setActiveState(offset, true);
+  }
+
+  /// Gives the leaves away, one after the other as they are visited, and is empty then.
+  template <class Visit>
+  void dissolve(const Visit& visit) {
+    std::vector<Leaf*> leaves;
+    leaves.reserve(leaves_);
+    accessor_.clear();
+    tree_.stealNodes(leaves);
+    tree_.clear();
+    leaves_ = lowers_ = uppers_ = 0;
+    std::fill(places_.begin(), places_.end(), Place());
+    for (Leaf* stolen : leaves) {
+      const std::unique_ptr<Leaf> leaf(stolen);
+      visit(*leaf);
+    }
+  }
+
+ private:
+  struct Place {
+    std::uint64_t key = ~std::uint64_t{0};
+    Count* counts = nullptr;
+    Leaf* leaf = nullptr;
+  };
+  static constexpr int kPlacesLog2 = 16;
+
+  const Place& find(const Coord& at) {
+    const auto along = [&](int axis) { return static_cast<std::uint64_t>(at[axis]) >> kLeafLog2; };
+    const std::uint64_t key = along(0) | along(1) << 21 | along(2) << 42;
+    Place& place = places_[key * 0x9e3779b97f4a7c15 >> (64 - kPlacesLog2)];
+    if (place.key != key) {
+      Leaf& leaf = touch(at);
+      place = {key, leaf.buffer().data(), &leaf};
+    }
+    return place;
+  }
+
+  Leaf& touch(const Coord& at) {
+    if (Leaf* leaf = accessor_.probeLeaf(at)) return *leaf;
+    lowers_ += accessor_.probeConstNode<Lower>(at) == nullptr;
+    uppers_ += accessor_.probeConstNode<Upper>(at) == nullptr;
+    ++leaves_;
+    return *accessor_.touchLeaf(at);
+  }
+
+  Tree tree_{0};
+  Accessor accessor_{tree_};
+  std::size_t leaves_ = 0, lowers_ = 0, uppers_ = 0;
+  std::vector<Place> places_ = std::vector<Place>(std::size_t{1} << kPlacesLog2);
+};
 
 }  // namespace
 
+// As long as all points are equal there is no scale: they are only counted (`lone_points`). After
+// that the first points are kept (`early`), and only then put into the tree.
 struct CountGrid::State {
   std::size_t limit_bytes = 0;
   std::uint64_t points = 0;
   Box bounds;
-  // As long as all points are equal there is no scale: they are only counted. After that the
-  // tree's coordinates are the lattice's indices.
-  bool has_lattice = false;
+  std::uint64_t lone_points = 0;
+  Vec3 lone_point;
+  std::vector<Vec3> early;
+  std::unique_ptr<CountTree> tree;
   Lattice lattice;
   double root_side = 0.0;
-  Tree tree{0};
-  std::size_t leaves = 0, lowers = 0, uppers = 0;
 
-  std::size_t bytes() const { return nodes_bytes(leaves, lowers, uppers); }
-  bool must_coarsen() const { return bytes() > limit_bytes && lattice.cell < coarsest_cell(); }
-  /// Beyond it cells would not nest in the root cube.
-  double coarsest_cell() const { return root_side / kFewestCells; }
-  /// The lattice that all-equal points are reported in.
-  Lattice lone_lattice() const {
-    const double side = root_cube(bounds).side;
-    return Lattice(side / kMostCells, bounds, side);
+  bool too_large() const { return tree->bytes() > limit_bytes && spare_doublings() > 0; }
+  /// Beyond these, cells would not nest in the root cube.
+  int spare_doublings() const {
+    return std::ilogb(root_side) - kCoarsestLog2 - std::ilogb(lattice.cell);
   }
+  bool has_scale() const { return bounds.largest_extent() > 0.0; }
 
-  void fit_lattice(Vec3 lone_point, std::uint64_t lone_points);
+  void keep(std::span<const Vec3> positions);
+  void build();
+  void count(std::span<const Vec3> positions);
+  void fit_lattice();
   std::size_t insert(std::span<const Vec3> positions);
-  void raise(Accessor& accessor, const Coord& at, std::uint64_t by);
-  Leaf* leaf_of(Accessor& accessor, const Coord& at);
   void coarsen_to_limit();
-  void coarsen(int levels);
+  void rebuild(int levels);
 };
 
-/// Makes the lattice right for the bounds as they are now: its cells are no finer than the
-/// finest Morton cell of the root cube, so that indices stay small. `lone_points` points at
-/// `lone_point` came before there was a lattice.
-void CountGrid::State::fit_lattice(Vec3 lone_point, std::uint64_t lone_points) {
-  root_side = root_cube(bounds).side;
-  const double finest = root_side / kMostCells;
-  if (has_lattice) {
-    const int levels = std::max(0, std::ilogb(finest) - std::ilogb(lattice.cell));
-    if (levels > 0 || !lattice.suits(root_side)) coarsen(levels);
+/// Puts points aside until there are enough to choose the cell well.
+void CountGrid::State::keep(std::span<const Vec3> positions) {
+  if (!has_scale()) {
+    lone_point = positions.front();
+    lone_points += positions.size();
     return;
   }
-  has_lattice = true;
-  lattice = Lattice(finest, bounds, root_side);
-  if (lone_points == 0) return;
-  Accessor accessor(tree);
-  raise(accessor, lattice.at(lone_point), lone_points);
+  const std::size_t room = std::min(positions.size(), kEarlyPoints - early.size());
+  early.insert(early.end(), positions.begin(), positions.begin() + room);
+  positions = positions.subspan(room);
+  if (positions.empty()) return;
+  build();
+  count(positions);
 }
 
-/// The leaf of a cell, made when absent; keeps the books of memory.
-Leaf* CountGrid::State::leaf_of(Accessor& accessor, const Coord& at) {
-  if (Leaf* leaf = accessor.probeLeaf(at)) return leaf;
-  lowers += accessor.probeConstNode<Lower>(at) == nullptr;
-  uppers += accessor.probeConstNode<Upper>(at) == nullptr;
-  ++leaves;
-  return accessor.touchLeaf(at);
+/// Makes the tree of what was kept, with the finest cells that its memory allows.
+void CountGrid::State::build() {
+  root_side = root_cube(bounds).side;
+  lattice = Lattice(std::ldexp(root_side, -kFinestLog2), bounds, root_side);
+  tree = std::make_unique<CountTree>();
+  std::vector<KeyIndex> leaves;
+  leaves.reserve(early.size() + 1);
+  for (const Vec3& p : early)
+    leaves.push_back(
+        {morton_of(lattice.at(p), kLeafLog2), static_cast<std::uint32_t>(leaves.size())});
+  if (lone_points > 0) {
+    leaves.push_back(
+        {morton_of(lattice.at(lone_point), kLeafLog2), static_cast<std::uint32_t>(leaves.size())});
+    early.push_back(lone_point);
+  }
+  radix_sort(leaves);
+  const bool small = points <= kEarlyPoints;
+  const std::size_t wanted = std::max(kSmallCloudBytes, points * kSmallCloudBytesPerPoint);
+  const int levels = doublings_to_fit(leaves, small ? std::min(wanted, limit_bytes) : limit_bytes,
+                                      spare_doublings());
+  lattice = Lattice(std::ldexp(lattice.cell, levels), bounds, root_side);
+  for (const KeyIndex& leaf : leaves) {
+    const bool lone = lone_points > 0 && leaf.index + 1 == early.size();
+    tree->raise(lattice.at(early[leaf.index]), lone ? lone_points : 1);
+  }
+  early = {};
 }
 
-void CountGrid::State::raise(Accessor& accessor, const Coord& at, std::uint64_t by) {
-  raise_count(*leaf_of(accessor, at), Leaf::coordToOffset(at), by);
+/// Counts points, all of which are within the bounds.
+void CountGrid::State::count(std::span<const Vec3> positions) {
+  fit_lattice();
+  while (!positions.empty()) {
+    positions = positions.subspan(insert(positions));
+    if (too_large()) coarsen_to_limit();
+  }
+}
+
+/// Makes the lattice right for the bounds as they are now.
+void CountGrid::State::fit_lattice() {
+  root_side = root_cube(bounds).side;
+  const int finest = std::ilogb(root_side) - kFinestLog2;
+  const int levels = std::max(0, finest - std::ilogb(lattice.cell));
+  if (levels > 0 || lattice.anchor != Lattice::anchor_of(bounds, root_side)) rebuild(levels);
 }
 
 /// Counts points until all are counted or the tree has outgrown its memory; returns how many.
 std::size_t CountGrid::State::insert(std::span<const Vec3> positions) {
-  Accessor accessor(tree);
   const Lattice cells = lattice;
   Coord run_cell = cells.at(positions.front());
   std::size_t run_begin = 0;
@@ -205,60 +280,44 @@ std::size_t CountGrid::State::insert(std::span<const Vec3> positions) {
     // Scanned points come in runs of one cell; only the end of a run touches the tree.
     const Coord at = cells.at(positions[i]);
     if (at == run_cell) continue;
-    raise(accessor, run_cell, i - run_begin);
+    tree->raise(run_cell, i - run_begin);
     run_cell = at;
     run_begin = i;
-    if (must_coarsen()) return i;
+    if (too_large()) return i;
   }
-  raise(accessor, run_cell, positions.size() - run_begin);
+  tree->raise(run_cell, positions.size() - run_begin);
   return positions.size();
 }
 
 /// Doubles the cell as often as it takes. How often is found from the leaves alone, so the tree
 /// is rebuilt once and ends where doubling step by step would end.
 void CountGrid::State::coarsen_to_limit() {
-  if (!must_coarsen()) return;
-  // The tree's largest nodes line up with the lattice's anchor, but coarser ones line up with
-  // the world's zero. Without loss of exactness only the anchor's place among them counts.
-  std::vector<Cell> nodes;
-  nodes.reserve(leaves);
-  const Cell offset = anchor_phase(lattice);
-  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
-    const Coord& origin = leaf->origin();
-    nodes.push_back({(origin.x() + offset[0]) >> kLeafLog2, (origin.y() + offset[1]) >> kLeafLog2,
-                     (origin.z() + offset[2]) >> kLeafLog2});
-  }
-  int levels = 0;
-  double coarser = lattice.cell;
-  do {
-    halve(nodes, 1);
-    coarser *= 2.0;
-    ++levels;
-  } while (coarser < coarsest_cell() && tree_bytes(nodes) > limit_bytes);
-  coarsen(levels);
+  std::vector<KeyIndex> leaves;
+  leaves.reserve(tree->leaves());
+  for (auto leaf = tree->tree().cbeginLeaf(); leaf; ++leaf)
+    leaves.push_back({morton_of(leaf->origin(), kLeafLog2), 0});
+  radix_sort(leaves);
+  rebuild(doublings_to_fit(leaves, limit_bytes, spare_doublings()));
 }
 
-/// Rebuilds the tree with cells 2^levels times as wide. Old leaves go as they are read.
-void CountGrid::State::coarsen(int levels) {
-  std::vector<Leaf*> old_leaves;
-  old_leaves.reserve(leaves);
-  tree.stealNodes(old_leaves);
-  tree.clear();
-  leaves = lowers = uppers = 0;
+/// Moves all counts to the lattice of the bounds as they are now, with cells 2^levels as wide.
+/// Old leaves go as they are read, so that there is never twice the memory.
+void CountGrid::State::rebuild(int levels) {
   const Lattice coarse(std::ldexp(lattice.cell, levels), bounds, root_side);
-  const Cell offset = anchor_difference(lattice, coarse);
+  const Vec3 offset = (lattice.anchor - coarse.anchor) * lattice.cells_per_unit;
+  const std::array<std::int64_t, 3> moved = {static_cast<std::int64_t>(offset.x),
+                                             static_cast<std::int64_t>(offset.y),
+                                             static_cast<std::int64_t>(offset.z)};
   lattice = coarse;
-  Accessor accessor(tree);
-  for (Leaf* stolen : old_leaves) {
-    const std::unique_ptr<Leaf> leaf(stolen);
-    for (auto value = leaf->cbeginValueOn(); value; ++value) {
+  tree->dissolve([&](const Leaf& leaf) {
+    for (auto value = leaf.cbeginValueOn(); value; ++value) {
       const Coord at = value.getCoord();
-      const Coord merged(static_cast<int>((at.x() + offset[0]) >> levels),
-                         static_cast<int>((at.y() + offset[1]) >> levels),
-                         static_cast<int>((at.z() + offset[2]) >> levels));
-      raise(accessor, merged, value.getValue());
+      tree->raise(Coord(static_cast<int>((at.x() + moved[0]) >> levels),
+                        static_cast<int>((at.y() + moved[1]) >> levels),
+                        static_cast<int>((at.z() + moved[2]) >> levels)),
+                  value.getValue());
     }
-  }
+  });
 }
 
 CountGrid::CountGrid(std::size_t limit_bytes) : state_(std::make_unique<State>()) {
@@ -270,46 +329,50 @@ CountGrid& CountGrid::operator=(CountGrid&&) noexcept = default;
 
 void CountGrid::add(std::span<const Vec3> positions) {
   if (positions.empty()) return;
-  State& state = *state_;
-  const Vec3 lone_point = state.points > 0 ? state.bounds.min : positions.front();
-  const std::uint64_t lone_points = state.has_lattice ? 0 : state.points;
-  for (const Vec3& p : positions) state.bounds.extend(p);
-  state.points += positions.size();
-  if (!(state.bounds.largest_extent() > 0.0)) return;
-  state.fit_lattice(lone_point, lone_points);
-  while (!positions.empty()) {
-    positions = positions.subspan(state.insert(positions));
-    state.coarsen_to_limit();
-  }
+  for (const Vec3& p : positions) state_->bounds.extend(p);
+  state_->points += positions.size();
+  if (state_->tree == nullptr)
+    state_->keep(positions);
+  else
+    state_->count(positions);
 }
 
 void CountGrid::settle(double root_side) {
   State& state = *state_;
-  if (!state.has_lattice) return;
-  const double finest = root_side / kMostCells;
+  if (!state.has_scale()) return;
+  if (state.tree == nullptr) state.build();
+  const double finest = std::ldexp(root_side, -kMortonDepth);
   if (state.lattice.cell < finest)
-    state.coarsen(std::ilogb(finest) - std::ilogb(state.lattice.cell));
-  if (state.lattice.cell > root_side / kFewestCells)
+    state.rebuild(std::ilogb(finest) - std::ilogb(state.lattice.cell));
+  if (state.lattice.cell > std::ldexp(root_side, -kCoarsestLog2))
     throw std::logic_error("CountGrid::settle: the root cube is smaller than the cloud");
 }
 
 std::uint64_t CountGrid::points() const { return state_->points; }
 const Box& CountGrid::bounds() const { return state_->bounds; }
-std::size_t CountGrid::memory_bytes() const { return state_->bytes(); }
+
+std::size_t CountGrid::memory_bytes() const {
+  return state_->early.capacity() * sizeof(Vec3) +
+         (state_->tree != nullptr ? state_->tree->bytes() : 0);
+}
 
 double CountGrid::cell() const {
-  if (state_->points == 0) return 1.0;
-  return state_->has_lattice ? state_->lattice.cell : state_->lone_lattice().cell;
+  State& state = *state_;
+  if (state.points == 0) return 1.0;
+  if (!state.has_scale()) return std::ldexp(root_cube(state.bounds).side, -kFinestLog2);
+  if (state.tree == nullptr) state.build();
+  return state.lattice.cell;
 }
 
 void CountGrid::for_each(const std::function<void(Vec3, std::uint64_t)>& visit) const {
-  const State& state = *state_;
+  State& state = *state_;
   if (state.points == 0) return;
-  if (!state.has_lattice) {
-    const Lattice lattice = state.lone_lattice();
+  if (!state.has_scale()) {
+    const Lattice lattice(cell(), state.bounds, root_cube(state.bounds).side);
     return visit(lattice.corner(lattice.at(state.bounds.min)), state.points);
   }
-  for (auto leaf = state.tree.cbeginLeaf(); leaf; ++leaf)
+  if (state.tree == nullptr) state.build();
+  for (auto leaf = state.tree->tree().cbeginLeaf(); leaf; ++leaf)
     for (auto value = leaf->cbeginValueOn(); value; ++value)
       visit(state.lattice.corner(value.getCoord()), value.getValue());
 }

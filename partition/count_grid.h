@@ -12,15 +12,14 @@
 namespace orbweave {
 
 /// Counts points in cubic cells of side 2^k, anchored at the world's zero. Neither bounds nor
-/// scale need be known beforehand: cells begin as fine as the finest Morton cell of the root cube
-/// of the points so far and double whenever the grid would exceed its memory. So they end as
-/// small as memory allows, wherever the points lie close together, and how small depends on the
-/// points alone and not on their order. Counts are exact.
+/// scale need be known beforehand: the first quarter of a million points are kept, then cells are
+/// made as fine as memory allows, and double whenever the grid would exceed it. How fine they end
+/// depends on the points alone and not on their order. Counts are exact.
 class CountGrid {
  public:
   /// `limit_bytes` bounds the grid's own memory, but for this: 256 cells along the side of the
-  /// root cube are always kept (75 MiB when points fill space densely, rare in scans).
-  explicit CountGrid(std::size_t limit_bytes = std::size_t{48} << 20);
+  /// root cube are always kept (100 MiB when points fill space densely, rare in scans).
+  explicit CountGrid(std::size_t limit_bytes = std::size_t{16} << 20);
   ~CountGrid();
   CountGrid(CountGrid&&) noexcept;
   CountGrid& operator=(CountGrid&&) noexcept;
@@ -33,9 +32,9 @@ class CountGrid {
   void settle(double root_side);
 
   std::uint64_t points() const;
-  const Box& bounds() const;  ///< exact bounds of all points added
-  double cell() const;        ///< side of a cell, a power of two
-  std::size_t memory_bytes() const;
+  const Box& bounds() const;         ///< exact bounds of all points added
+  double cell() const;               ///< side of a cell, a power of two
+  std::size_t memory_bytes() const;  ///< held at the moment
   /// Calls visit(min corner of the cell, count) for every non-empty cell.
   void for_each(const std::function<void(Vec3, std::uint64_t)>& visit) const;
 
