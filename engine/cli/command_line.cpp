@@ -95,6 +95,8 @@ CommandAction parse_command_line(const std::vector<std::string>& arguments, cons
   add_reconstruct_command(program, context);
   add_plan_command(program, context);
   add_status_command(program, context);
+  add_inspect_command(program, context);
+  add_compare_command(program, context);
   add_convert_command(program, context);
   add_generate_command(program, context);
   for (CLI::App* command : program.get_subcommands(nullptr)) command->group("Commands");

@@ -1,13 +1,17 @@
 // orbweave convert: a cloud or a mesh from one format to another.
 #include <CLI/CLI.hpp>
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "engine/cli/commands.h"
+#include "engine/cli/file_kind.h"
 #include "engine/cli/output.h"
+#include "engine/cli/signals.h"
 #include "engine/normals/normals_from_faces.h"
+#include "engine/validation/cloud_facts.h"
 #include "io/error.h"
 #include "io/mesh_reader.h"
 #include "io/mesh_writer.h"
@@ -26,18 +30,6 @@ struct ConvertOptions {
   bool float_positions = false;
 };
 
-bool ends_with_any(std::string name, std::initializer_list<const char*> extensions) {
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::any_of(extensions.begin(), extensions.end(),
-                     [&](const char* extension) { return name.ends_with(extension); });
-}
-
-bool is_mesh_only_format(const std::string& name) { return ends_with_any(name, {".obj", ".stl"}); }
-bool is_cloud_only_format(const std::string& name) {
-  return ends_with_any(name, {".xyz", ".csv", ".xyz.gz", ".csv.gz"});
-}
-
 MeshWriterOptions writer_options(const ConvertOptions& options) {
   return {.float_positions = options.float_positions, .comments = {}};
 }
@@ -50,9 +42,41 @@ void print_written(const ConvertOptions& options, std::uint64_t points, std::uin
   std::cout << "\n";
 }
 
+/// How far float coordinates move the points of what went by.
+class Shift {
+ public:
+  void add(const std::vector<Vec3>& positions) {
+    for (const Vec3& p : positions)
+      for (int axis = 0; axis < 3; ++axis)
+        if (std::isfinite(p[axis]))
+          largest_ = std::max(largest_,
+                              std::abs(p[axis] - static_cast<double>(static_cast<float>(p[axis]))));
+  }
+  /// Warns where points move by more than a thousandth of the spacing in the file `in`.
+  void warn(const std::string& in) const {
+    if (largest_ == 0.0 || in == "-") return;
+    const auto source = open_point_source(in);
+    const auto again = open_point_source(in);
+    const std::optional<double> spacing = cloud_facts(*source, again.get()).spacing;
+    if (spacing && largest_ > 1e-3 * *spacing)
+      print_warning("--float moves points by up to " + format_number(largest_) +
+                    ", more than a thousandth of their spacing " + format_number(*spacing));
+  }
+
+ private:
+  double largest_ = 0.0;
+};
+
+void warn_of_shift(const PointCloud& points, const ConvertOptions& options) {
+  Shift shift;
+  if (options.float_positions) shift.add(points.positions);
+  shift.warn(options.in);
+}
+
 void convert_mesh(const ConvertOptions& options) {
   const TriangleMesh mesh = read_mesh(options.in);
   write_mesh(options.out, mesh, writer_options(options));
+  warn_of_shift(mesh.vertices, options);
   print_written(options, mesh.vertices.size(), mesh.triangles.size());
 }
 
@@ -64,37 +88,47 @@ void convert_to_oriented_cloud(const ConvertOptions& options) {
   mesh.vertices.normals = normals_from_faces(mesh);
   mesh.vertices.schema.has_normals = true;
   write_cloud(options.out, mesh.vertices, writer_options(options));
+  warn_of_shift(mesh.vertices, options);
   print_written(options, mesh.vertices.size(), 0);
 }
 
-/// A header comes before the points, so a file that does not say how many it has is read twice.
+/// A header comes before the points. Where the format does not say how many there are, a file is
+/// read twice.
 std::uint64_t count_points(const std::string& path, const StopToken& stop) {
   const auto source = open_point_source(path);
-  if (source->declared_points()) return *source->declared_points();
   std::uint64_t points = 0;
-  for (PointCloud batch; source->read(batch, kBatchPoints); points += batch.size()) stop.check();
+  for (PointCloud batch; source->read(batch, kBatchPoints); points += batch.size())
+    check_interruption(stop);
   return points;
 }
 
+/// Points from standard input that come without their number are kept until it is known.
+void convert_stream(PointSource& source, const ConvertOptions& options) {
+  const PointCloud cloud = read_all(source);
+  write_cloud(options.out, cloud, writer_options(options));
+  print_written(options, cloud.size(), 0);
+}
+
 void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
-  const std::uint64_t points = count_points(options.in, stop);
   const auto source = open_point_source(options.in);
+  if (!source->declared_points() && options.in == "-") return convert_stream(*source, options);
+  const std::uint64_t points =
+      source->declared_points() ? *source->declared_points() : count_points(options.in, stop);
   const MeshHeader header{.vertices = points, .is_cloud = true, .schema = source->schema()};
   const auto writer = open_mesh_writer(options.out, header, writer_options(options));
+  Shift shift;
   for (PointCloud batch; source->read(batch, kBatchPoints);) {
-    stop.check();
+    check_interruption(stop);
+    if (options.float_positions) shift.add(batch.positions);
     writer->write_vertices(batch);
   }
   writer->finish();
+  shift.warn(options.in);
   print_written(options, points, 0);
 }
 
-bool is_mesh(const std::string& name) {
-  return ends_with_any(name, {".ply", ".ply.gz", ".obj", ".stl"}) && holds_faces(name);
-}
-
 void convert(const ConvertOptions& options, const StopToken& stop) {
-  const bool mesh = is_mesh(options.in);
+  const bool mesh = is_mesh_file(options.in);
   if (options.normals_from_faces && !mesh)
     throw_bad_input("is no mesh, so there are no faces to take normals from",
                     {.file = options.in, .expected = "a .ply, .obj or .stl file with faces"});
@@ -114,7 +148,9 @@ void add_convert_command(CLI::App& program, const CommandContext& context) {
   auto options = std::make_shared<ConvertOptions>();
   CLI::App* command = program.add_subcommand(
       "convert", "Convert a cloud or a mesh between the formats that are read and written");
-  command->add_option("IN", options->in, "The file to read")->type_name("")->required();
+  command->add_option("IN", options->in, "The file to read; - reads a cloud from standard input")
+      ->type_name("")
+      ->required();
   command->add_option("OUT", options->out, "The file to write; - writes PLY to standard output")
       ->type_name("")
       ->required();

@@ -8,6 +8,7 @@
 #include "engine/cli/commands.h"
 #include "engine/cli/numbers.h"
 #include "engine/cli/output.h"
+#include "engine/cli/signals.h"
 #include "engine/synthetic/synthetic_cloud.h"
 #include "io/error.h"
 #include "io/mesh_writer.h"
@@ -63,7 +64,7 @@ void generate(const GenerateOptions& given, const StopToken& stop) {
   const MeshHeader header{.vertices = options.points, .is_cloud = true, .schema = cloud.schema()};
   const auto writer = open_mesh_writer(given.out, header, format);
   for (PointCloud batch; cloud.read(batch, kBatchPoints);) {
-    stop.check();
+    check_interruption(stop);
     writer->write_vertices(batch);
   }
   if (!given.truth.empty())

@@ -3,6 +3,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
 #include <cstdlib>
 #include <iostream>
 
@@ -28,6 +31,13 @@ void print_labelled(const char* label, const char* colour, const std::string& wh
 std::string padded(const std::string& text, std::size_t width, bool left) {
   const std::string blanks(width > text.size() ? width - text.size() : 0, ' ');
   return left ? text + blanks : blanks + text;
+}
+
+std::string fixed(double value, int decimals) {
+  std::array<char, 400> text{};  // the largest double has 309 digits
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value,
+                                 std::chars_format::fixed, decimals);
+  return {text.data(), end.ptr};
 }
 
 }  // namespace
@@ -63,14 +73,33 @@ std::string table(const std::vector<std::vector<std::string>>& rows) {
   return text;
 }
 
+std::string distance_table(const std::vector<std::pair<std::string, DistanceSummary>>& rows) {
+  std::vector<std::vector<std::string>> cells = {
+      {"distances", "points", "measured", "mean", "rms", "95 %", "largest"}};
+  for (const auto& [name, d] : rows) {
+    cells.push_back({name, format_count(d.points), format_count(d.measured)});
+    for (const double value : {d.mean, d.rms, d.percentile_95, d.max})
+      cells.back().push_back(d.measured > 0 ? format_number(value) : "-");
+  }
+  return table(cells);
+}
+
 std::string show_box(const Box& box) {
   if (box.empty()) return "none";
-  const auto range = [&](int axis) {
-    return format_exact(box.min[axis]) + " .. " + format_exact(box.max[axis]);
-  };
   const Vec3 extent = box.extent();
-  return range(0) + ", " + range(1) + ", " + range(2) + " (" + format_number(extent.x) + " x " +
-         format_number(extent.y) + " x " + format_number(extent.z) + ")";
+  const double largest = box.largest_extent();
+  const int decimals =
+      largest > 0.0 ? std::clamp(5 - static_cast<int>(std::floor(std::log10(largest))), 0, 12) : 6;
+  std::string text;
+  for (int axis = 0; axis < 3; ++axis)
+    text += (axis == 0 ? "" : ", ") + fixed(box.min[axis], decimals) + " .. " +
+            fixed(box.max[axis], decimals);
+  return text + " (" + format_number(extent.x) + " x " + format_number(extent.y) + " x " +
+         format_number(extent.z) + ")";
+}
+
+std::string counted(std::uint64_t count, const char* one, const char* many) {
+  return format_count(count) + " " + (count == 1 ? one : many);
 }
 
 std::string show_list(const std::vector<double>& values) {

@@ -1,10 +1,12 @@
 // What the program prints for people: errors and aligned tables.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "engine/validation/compare.h"
 #include "io/box.h"
 
 namespace orbweave {
@@ -22,8 +24,14 @@ std::string facts_table(const Facts& facts);
 /// Rows of cells under headings: the first column flush left, the others flush right.
 std::string table(const std::vector<std::vector<std::string>>& rows);
 
-std::string show_box(const Box& box);  ///< "0 .. 1, -2 .. 2, 0 .. 3 (1 x 4 x 3)"
-std::string show_list(const std::vector<double>& values);  ///< "0.001, 0.002"
+/// Distances, one line each: how many were measured, mean, rms, 95th percentile, largest.
+std::string distance_table(const std::vector<std::pair<std::string, DistanceSummary>>& rows);
+
+/// "0.00000 .. 1.00000, -2.00000 .. 2.00000, 0.00000 .. 3.00000 (1 x 4 x 3)": as many decimals as a
+/// millionth of the largest extent takes.
+std::string show_box(const Box& box);
+std::string counted(std::uint64_t count, const char* one, const char* many);  ///< "3 loops"
+std::string show_list(const std::vector<double>& values);                     ///< "0.001, 0.002"
 
 std::string joined(const std::vector<std::string>& words);  ///< "a, b, c"
 

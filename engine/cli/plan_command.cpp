@@ -6,6 +6,7 @@
 
 #include "engine/cli/commands.h"
 #include "engine/cli/job_arguments.h"
+#include "engine/cli/json_text.h"
 #include "engine/cli/output.h"
 #include "engine/pipeline/pipeline.h"
 #include "io/quantity.h"
@@ -18,14 +19,10 @@ struct PlanOptions {
   bool json = false;
 };
 
-nlohmann::ordered_json json_of(Vec3 v) { return {v.x, v.y, v.z}; }
-
 std::string plan_json(const JobPlan& plan) {
   const nlohmann::ordered_json document = {
       {"input",
-       {{"files", plan.files},
-        {"points", plan.points},
-        {"bounds", {{"min", json_of(plan.bounds.min)}, {"max", json_of(plan.bounds.max)}}}}},
+       {{"files", plan.files}, {"points", plan.points}, {"bounds", box_json(plan.bounds)}}},
       {"partition",
        {{"chunks", plan.chunks},
         {"chunk_points", plan.chunk_points},
@@ -36,7 +33,7 @@ std::string plan_json(const JobPlan& plan) {
       {"peak_memory_bytes", plan.peak_memory_bytes},
       {"disk_bytes", plan.disk_bytes},
       {"seconds", plan.seconds}};
-  return document.dump(2) + "\n";
+  return json_text(document);
 }
 
 std::string plan_text(const JobPlan& plan) {

@@ -17,11 +17,10 @@ namespace {
 std::string mesh_text(const MeshFacts& mesh) {
   const std::string border = mesh.watertight
                                  ? "closed"
-                                 : format_count(mesh.boundary_edges) + " border edges in " +
-                                       format_count(mesh.boundary_loops) +
-                                       (mesh.boundary_loops == 1 ? " loop" : " loops");
-  return format_count(mesh.vertices) + " vertices, " + format_count(mesh.triangles) +
-         " triangles, " + border;
+                                 : counted(mesh.boundary_edges, "border edge", "border edges") +
+                                       " in " + counted(mesh.boundary_loops, "loop", "loops");
+  return counted(mesh.vertices, "vertex", "vertices") + ", " +
+         counted(mesh.triangles, "triangle", "triangles") + ", " + border;
 }
 
 std::string summary(const RunReport& report) {

@@ -38,4 +38,10 @@ void handle_signals(StopToken& stop) {
   install(SIGPIPE, SIG_IGN);
 }
 
+void end_at_once_on_signals() { token.store(nullptr); }
+
+void check_interruption(const StopToken& stop) {
+  if (stop.requested()) throw Error(ExitStatus::kInterrupted, "interrupted; nothing was written");
+}
+
 }  // namespace orbweave

@@ -10,4 +10,10 @@ namespace orbweave {
 /// pipe is an error that gets reported.
 void handle_signals(StopToken& stop);
 
+/// For commands that leave nothing to clean up: from now on the first signal ends the process.
+void end_at_once_on_signals();
+
+/// For commands that cannot resume: throws Error (interrupted) when `stop` is requested.
+void check_interruption(const StopToken& stop);
+
 }  // namespace orbweave

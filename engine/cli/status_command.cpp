@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/cli/commands.h"
+#include "engine/cli/json_text.h"
 #include "engine/cli/output.h"
 #include "engine/pipeline/pipeline.h"
 #include "io/quantity.h"
@@ -28,7 +29,7 @@ std::string status_json(const WorkStatus& status) {
   if (status.running) document["process_id"] = status.process_id;
   document["last_touched"] = status.last_touched;
   document["stages"] = stages;
-  return document.dump(2) + "\n";
+  return json_text(document);
 }
 
 std::string state_of(const StageStatus& stage) {

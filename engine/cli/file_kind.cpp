@@ -1,0 +1,33 @@
+#include "engine/cli/file_kind.h"
+
+#include <algorithm>
+#include <initializer_list>
+#include <string_view>
+
+#include "io/mesh_reader.h"
+
+namespace orbweave {
+namespace {
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+bool ends_with_any(std::string name, std::initializer_list<std::string_view> extensions) {
+  std::transform(name.begin(), name.end(), name.begin(), lower);
+  return std::any_of(extensions.begin(), extensions.end(),
+                     [&](std::string_view extension) { return name.ends_with(extension); });
+}
+
+}  // namespace
+
+bool is_mesh_file(const std::string& name) {
+  return ends_with_any(name, {".ply", ".ply.gz", ".obj", ".stl"}) && holds_faces(name);
+}
+
+bool is_mesh_only_format(const std::string& name) { return ends_with_any(name, {".obj", ".stl"}); }
+
+bool is_cloud_only_format(const std::string& name) {
+  return ends_with_any(
+      name, {".xyz", ".txt", ".csv", ".pts", ".xyz.gz", ".txt.gz", ".csv.gz", ".pts.gz"});
+}
+
+}  // namespace orbweave

@@ -1,0 +1,180 @@
+// orbweave inspect: the facts of a scan or a mesh.
+#include <CLI/CLI.hpp>
+#include <array>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "engine/cli/commands.h"
+#include "engine/cli/file_kind.h"
+#include "engine/cli/json_text.h"
+#include "engine/cli/output.h"
+#include "engine/cli/signals.h"
+#include "engine/validation/cloud_facts.h"
+#include "engine/validation/compare.h"
+#include "engine/validation/mesh_facts.h"
+#include "io/error.h"
+#include "io/mesh_reader.h"
+#include "io/picture.h"
+#include "io/quantity.h"
+
+namespace orbweave {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct InspectOptions {
+  std::string file;
+  std::string against;
+  std::string picture;
+  bool json = false;
+};
+
+/// A large cloud is read twice; standard input cannot be, so its spacing then stays unknown.
+CloudFacts facts_of_cloud(const std::string& file) {
+  const auto source = open_point_source(file);
+  if (file == "-") return cloud_facts(*source);
+  const auto again = open_point_source(file);
+  return cloud_facts(*source, again.get());
+}
+
+template <class T>
+Json json_or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json();
+}
+
+std::string cloud_json(const CloudFacts& facts) {
+  Json attributes = Json::array();
+  for (const AttributeField& field : facts.attributes)
+    attributes.push_back({{"name", field.name}, {"type", name_of(field.type)}});
+  return json_text({{"kind", "cloud"},
+                    {"points", facts.points},
+                    {"bounds", box_json(facts.bounds)},
+                    {"normals", facts.has_normals},
+                    {"position_type", name_of(facts.position_type)},
+                    {"attributes", attributes},
+                    {"spacing", json_or_null(facts.spacing)},
+                    {"spacing_of_six", json_or_null(facts.spacing_of_six)},
+                    {"duplicates", json_or_null(facts.duplicates)},
+                    {"not_finite", facts.not_finite},
+                    {"zero_normals", facts.zero_normals}});
+}
+
+std::string attribute_list(const CloudFacts& facts) {
+  std::vector<std::string> words;
+  for (const AttributeField& field : facts.attributes)
+    words.push_back(field.name + " (" + name_of(field.type) + ")");
+  return words.empty() ? "none" : joined(words);
+}
+
+std::string cloud_text(const CloudFacts& facts) {
+  Facts lines = {{"kind", "cloud"},
+                 {"points", format_count(facts.points)},
+                 {"bounds", show_box(facts.bounds)},
+                 {"coordinates", name_of(facts.position_type)},
+                 {"normals", facts.has_normals ? "yes" : "no"},
+                 {"attributes", attribute_list(facts)},
+                 {"spacing", facts.spacing ? format_number(*facts.spacing) : "unknown"}};
+  if (facts.duplicates.value_or(0) > 0)
+    lines.emplace_back("duplicates", format_count(*facts.duplicates));
+  if (facts.not_finite > 0) lines.emplace_back("not finite", format_count(facts.not_finite));
+  if (facts.zero_normals > 0) lines.emplace_back("zero normals", format_count(facts.zero_normals));
+  return facts_table(lines);
+}
+
+std::string mesh_text(const MeshFacts& facts) {
+  Facts lines = {{"kind", "mesh"},
+                 {"vertices", format_count(facts.vertices)},
+                 {"triangles", format_count(facts.triangles)},
+                 {"bounds", show_box(facts.bounds)},
+                 {"area", format_number(facts.area)},
+                 {"watertight", facts.watertight ? "yes" : "no"},
+                 {"components", format_count(facts.components)},
+                 {"boundary", counted(facts.boundary_edges, "edge", "edges") + ", " +
+                                  counted(facts.boundary_loops, "loop", "loops")},
+                 {"non-manifold", counted(facts.nonmanifold_edges, "edge", "edges") + ", " +
+                                      counted(facts.nonmanifold_vertices, "vertex", "vertices")},
+                 {"Euler characteristic", std::to_string(facts.euler_characteristic)},
+                 {"checksum", facts.checksum}};
+  const auto add_fault = [&](const char* name, std::uint64_t count) {
+    if (count > 0) lines.emplace_back(name, format_count(count));
+  };
+  add_fault("inconsistent edges", facts.inconsistent_edges);
+  add_fault("degenerate triangles", facts.degenerate_triangles);
+  add_fault("duplicate triangles", facts.duplicate_triangles);
+  add_fault("unreferenced vertices", facts.unreferenced_vertices);
+  return facts_table(lines);
+}
+
+void draw_mesh(const TriangleMesh& mesh, const Box& bounds, const std::string& path) {
+  std::vector<std::array<Vec3, 3>> corners;
+  corners.reserve(mesh.triangles.size());
+  const std::vector<Vec3>& at = mesh.vertices.positions;
+  for (const Triangle& t : mesh.triangles) corners.push_back({at[t[0]], at[t[1]], at[t[2]]});
+  MeshPicture picture(bounds);
+  picture.draw(corners, mesh.hole);
+  picture.write_png(path);
+}
+
+void draw_cloud(const std::string& file, const Box& bounds, const std::string& path) {
+  constexpr std::size_t kBatchPoints = std::size_t{1} << 16;
+  const auto source = open_point_source(file);
+  MeshPicture picture(bounds);
+  for (PointCloud batch; source->read(batch, kBatchPoints);)
+    picture.draw_points(batch.positions, batch.normals);
+  picture.write_png(path);
+}
+
+void inspect_mesh(const InspectOptions& options) {
+  const TriangleMesh mesh = read_mesh(options.file);
+  const MeshFacts facts = mesh_facts(mesh);
+  if (!options.picture.empty()) draw_mesh(mesh, facts.bounds, options.picture);
+  CloudDistances distances;
+  const bool against = !options.against.empty();
+  if (against) distances = distances_to_cloud(mesh, read_all(*open_point_source(options.against)));
+  if (options.json) {
+    Json json = Json::parse(mesh_facts_json(facts));
+    if (against)
+      json["against"] = {{"file", options.against},
+                         {"mesh_to_cloud", distance_json(distances.mesh_to_cloud)},
+                         {"cloud_to_mesh", distance_json(distances.cloud_to_mesh)}};
+    std::cout << json_text(json);
+    return;
+  }
+  std::cout << mesh_text(facts);
+  if (against)
+    std::cout << "\n"
+              << distance_table({{"mesh to cloud", distances.mesh_to_cloud},
+                                 {"cloud to mesh", distances.cloud_to_mesh}});
+}
+
+void inspect_cloud(const InspectOptions& options) {
+  if (!options.against.empty())
+    throw_bad_input("is no mesh, so it has no distances to a cloud",
+                    {.file = options.file, .expected = "a mesh before --against"});
+  const CloudFacts facts = facts_of_cloud(options.file);
+  if (!options.picture.empty()) draw_cloud(options.file, facts.bounds, options.picture);
+  std::cout << (options.json ? cloud_json(facts) : cloud_text(facts));
+}
+
+void inspect(const InspectOptions& options) {
+  end_at_once_on_signals();
+  is_mesh_file(options.file) ? inspect_mesh(options) : inspect_cloud(options);
+}
+
+}  // namespace
+
+void add_inspect_command(CLI::App& program, const CommandContext& context) {
+  auto options = std::make_shared<InspectOptions>();
+  CLI::App* command = program.add_subcommand(
+      "inspect", "Show the facts of a scan or a mesh, and how a mesh lies to a cloud");
+  command->add_option("FILE", options->file, "A scan or a mesh")->type_name("")->required();
+  command->add_flag("--json", options->json, "Print JSON");
+  command->add_option("--against", options->against, "Distances from the mesh to a cloud and back")
+      ->type_name("CLOUD");
+  command->add_option("--picture", options->picture, "Draw it (PNG)")->type_name("FILE");
+  command->footer("Example:\n  orbweave inspect mesh.ply --against scan.ply --picture mesh.png\n");
+  command->callback([options, context] { context.then([options] { inspect(*options); }); });
+}
+
+}  // namespace orbweave

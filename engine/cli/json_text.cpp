@@ -1,0 +1,27 @@
+#include "engine/cli/json_text.h"
+
+#include <nlohmann/json.hpp>
+
+namespace orbweave {
+
+using Json = nlohmann::ordered_json;
+
+Json box_json(const Box& box) {
+  if (box.empty()) return nullptr;
+  return {{"min", {box.min.x, box.min.y, box.min.z}}, {"max", {box.max.x, box.max.y, box.max.z}}};
+}
+
+Json distance_json(const DistanceSummary& distances) {
+  return {{"points", distances.points},
+          {"measured", distances.measured},
+          {"mean", distances.mean},
+          {"rms", distances.rms},
+          {"percentile_95", distances.percentile_95},
+          {"max", distances.max}};
+}
+
+std::string json_text(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace orbweave

@@ -1,0 +1,18 @@
+// JSON that the commands print: common pieces, and text from it.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "engine/validation/compare.h"
+#include "io/box.h"
+
+namespace orbweave {
+
+nlohmann::ordered_json box_json(const Box& box);  ///< {"min": [x, y, z], "max": ...}; null if empty
+nlohmann::ordered_json distance_json(const DistanceSummary& distances);
+
+/// Indented, with a newline at its end; bytes that are no UTF-8 (paths) are replaced.
+std::string json_text(const nlohmann::ordered_json& json);
+
+}  // namespace orbweave

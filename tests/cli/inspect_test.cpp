@@ -1,0 +1,152 @@
+// inspect and compare: facts that people read and scripts parse.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/data.h"
+#include "tests/support/program.h"
+
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+using nlohmann::json;
+using orbweave::test::file_text;
+using orbweave::test::ProgramResult;
+using orbweave::test::run_program;
+using orbweave::test::ScratchDirectory;
+using orbweave::test::write_text;
+
+namespace {
+
+ProgramResult run_in(const ScratchDirectory& in, const std::vector<std::string>& arguments) {
+  return run_program(arguments, {.directory = in.path()});
+}
+
+json json_of(const ProgramResult& result) {
+  CHECK(result.status == 0);
+  CHECK(result.err.empty());
+  return json::parse(result.out);
+}
+
+void generate(const ScratchDirectory& in, const std::string& shape) {
+  REQUIRE(
+      run_in(in, {"generate", shape, "--points", "2000", "-o", "cloud.ply", "--truth", "mesh.ply"})
+          .status == 0);
+}
+
+}  // namespace
+
+TEST_CASE("InspectTellsACloudsFacts") {
+  const ScratchDirectory in;
+  write_text(in / "c.csv", "x,y,z,red\n0,0,0,1\n1,0,0,2\n1,0,0,2\n0,1,0,3\nnan,0,0,4\n3,0,2.5,5\n");
+  const json facts = json_of(run_in(in, {"inspect", "c.csv", "--json"}));
+  CHECK(facts["kind"] == "cloud");
+  CHECK(facts["points"] == 6);
+  CHECK(facts["bounds"]["min"] == json({0.0, 0.0, 0.0}));
+  CHECK(facts["bounds"]["max"] == json({3.0, 1.0, 2.5}));
+  CHECK(facts["attributes"][0]["name"] == "red");
+  CHECK(facts["spacing"] == 1.0);
+  CHECK(facts["duplicates"] == 1);
+  CHECK(facts["not_finite"] == 1);
+  CHECK(facts["normals"] == false);
+  const auto text = run_in(in, {"inspect", "c.csv"});
+  CHECK_THAT(text.out, Contains("points       6\n") && Contains("duplicates   1\n") &&
+                           Contains("not finite   1\n") && Contains("(3 x 1 x 2.5)"));
+}
+
+TEST_CASE("InspectTellsAMeshsFactsWithTheReportsKeys") {
+  const ScratchDirectory in;
+  generate(in, "torus");
+  const json facts = json_of(run_in(in, {"inspect", "mesh.ply", "--json"}));
+  CHECK(facts["kind"] == "mesh");
+  CHECK(facts["watertight"] == true);
+  CHECK(facts["euler_characteristic"] == 0);
+  CHECK(facts["triangles"] == 2 * facts["vertices"].get<int>());
+  for (const char* key : {"components", "boundary_edges", "boundary_loops", "nonmanifold_edges",
+                          "nonmanifold_vertices", "area", "checksum"})
+    CHECK(facts.contains(key));
+  CHECK_THAT(run_in(in, {"inspect", "mesh.ply"}).out, Contains("watertight            yes\n"));
+}
+
+TEST_CASE("InspectOfAReconstructionAgreesWithItsReport") {
+  const ScratchDirectory in;
+  generate(in, "plane");
+  REQUIRE(run_in(in, {"reconstruct", "cloud.ply", "-o", "out.ply", "--report", "r.json",
+                      "--chunk-points", "300"})
+              .status == 0);
+  json facts = json_of(run_in(in, {"inspect", "out.ply", "--json"}));
+  const json report = json::parse(file_text(in / "r.json"));
+  facts.erase("kind");
+  CHECK(std::abs(facts["area"].get<double>() / report["mesh"]["area"].get<double>() - 1) < 1e-12);
+  json mesh = report["mesh"];
+  mesh.erase("area");
+  facts.erase("area");
+  CHECK(facts == mesh);
+}
+
+TEST_CASE("InspectMeasuresDistancesToACloud") {
+  const ScratchDirectory in;
+  generate(in, "sphere");
+  const json facts =
+      json_of(run_in(in, {"inspect", "mesh.ply", "--against", "cloud.ply", "--json"}));
+  const json& distances = facts["against"];
+  CHECK(distances["file"] == "cloud.ply");
+  CHECK(distances["cloud_to_mesh"]["points"] == 2000);
+  CHECK(distances["cloud_to_mesh"]["max"] > 0.0);
+  CHECK(distances["cloud_to_mesh"]["max"] < 0.01);  // sagitta of the truth mesh's facets
+  CHECK_THAT(run_in(in, {"inspect", "mesh.ply", "--against", "cloud.ply"}).out,
+             Contains("cloud to mesh") && Contains("largest"));
+  CHECK(run_in(in, {"inspect", "cloud.ply", "--against", "cloud.ply"}).status == 3);
+}
+
+TEST_CASE("InspectDrawsMeshesAndClouds") {
+  const ScratchDirectory in;
+  generate(in, "cube");
+  const std::string file = GENERATE("mesh.ply", "cloud.ply");
+  CHECK(run_in(in, {"inspect", file, "--picture", "p.png"}).status == 0);
+  CHECK(file_text(in / "p.png").substr(1, 3) == "PNG");
+}
+
+TEST_CASE("InspectOfDamagedFilesIsBadInput") {
+  const ScratchDirectory in;
+  write_text(in / "broken.ply", "ply\nformat ascii 1.0\nelement vertex many\nend_header\n");
+  const std::string file = GENERATE("broken.ply", "missing.ply", ".");
+  const auto result = run_in(in, {"inspect", file, "--json"});
+  CHECK(result.status == 3);
+  CHECK(result.out.empty());
+  CHECK_THAT(result.err, StartsWith("orbweave: error: " + file));
+}
+
+TEST_CASE("MeshIsTheSameAsItselfInAnyFormat") {
+  const ScratchDirectory in;
+  generate(in, "sphere");
+  REQUIRE(run_in(in, {"convert", "mesh.ply", "mesh.obj"}).status == 0);
+  const auto text = run_in(in, {"compare", "mesh.ply", "mesh.obj"});
+  CHECK(text.status == 0);
+  CHECK_THAT(text.out, StartsWith("same: "));
+  const json found = json_of(run_in(in, {"compare", "mesh.ply", "mesh.obj", "--json"}));
+  CHECK(found["identical"] == true);
+  CHECK(found["a"]["checksum"] == found["b"]["checksum"]);
+}
+
+TEST_CASE("DifferentMeshesExitZeroAndShowHowTheyDiffer") {
+  const ScratchDirectory in;
+  generate(in, "sphere");
+  REQUIRE(run_in(in, {"reconstruct", "cloud.ply", "-o", "out.ply"}).status == 0);
+  const auto text = run_in(in, {"compare", "out.ply", "mesh.ply"});
+  CHECK(text.status == 0);
+  CHECK_THAT(text.out, StartsWith("different\n") && Contains("2,000") && Contains("A to B"));
+  const json found = json_of(run_in(in, {"compare", "out.ply", "mesh.ply", "--json"}));
+  CHECK(found["identical"] == false);
+  CHECK(found["a"]["vertices"] == 2000);
+  CHECK(found["a_to_b"]["max"] > 0.0);
+  CHECK(found["b_to_a"]["measured"] == found["b"]["vertices"]);
+}
+
+TEST_CASE("FloatThatMovesPointsTooFarIsWarnedOf") {
+  const ScratchDirectory in;
+  write_text(in / "far.xyz", "1000000.123 0 0\n1000000.223 0 0\n1000000.323 0 0\n");
+  write_text(in / "near.xyz", "0.123 0 0\n0.223 0 0\n0.323 0 0\n");
+  const auto far = run_in(in, {"convert", "far.xyz", "far.ply", "--float"});
+  CHECK(far.status == 0);
+  CHECK_THAT(far.err, Contains("orbweave: warning: --float moves points"));
+  CHECK(run_in(in, {"convert", "near.xyz", "near.ply", "--float"}).err.empty());
+}

@@ -1,0 +1,63 @@
+// What a user meets before anything runs: help, versions, misspelt words.
+#include <catch2/catch.hpp>
+
+#include "tests/support/program.h"
+
+using Catch::Matchers::Contains;
+using orbweave::test::run_program;
+
+TEST_CASE("EveryCommandHelpsWithAnExample") {
+  const std::string command =
+      GENERATE("run", "reconstruct", "plan", "status", "inspect", "compare", "convert", "generate");
+  CAPTURE(command);
+  const auto result = run_program({command, "--help"});
+  CHECK(result.status == 0);
+  CHECK(result.err.empty());
+  CHECK_THAT(result.out, Contains("Usage: orbweave " + command));
+  CHECK_THAT(result.out, Contains("Example:") && Contains("  orbweave " + command + " "));
+}
+
+TEST_CASE("ProgramHelpListsEveryCommand") {
+  const auto result = run_program({"--help"});
+  CHECK(result.status == 0);
+  for (const char* command :
+       {"run", "reconstruct", "plan", "status", "inspect", "compare", "convert", "generate"})
+    CHECK_THAT(result.out, Contains(std::string("\n  ") + command + " "));
+}
+
+TEST_CASE("VersionIsNameAndNumber") {
+  const auto result = run_program({"--version"});
+  CHECK(result.status == 0);
+  CHECK_THAT(result.out, Catch::Matchers::Matches("orbweave [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+}
+
+TEST_CASE("NoCommandIsWrongUsageThatListsCommands") {
+  const auto result = run_program({});
+  CHECK(result.status == 2);
+  CHECK(result.out.empty());
+  CHECK_THAT(result.err, Contains("orbweave: error: no command given") && Contains("reconstruct"));
+}
+
+TEST_CASE("MisspeltCommandGetsTheNearestOne") {
+  const auto result = run_program({"recnstruct", "a.ply"});
+  CHECK(result.status == 2);
+  CHECK_THAT(result.err,
+             Contains("unknown command \"recnstruct\"") && Contains("Did you mean 'reconstruct'?"));
+}
+
+TEST_CASE("MisspeltOptionGetsTheNearestOne") {
+  const auto result = run_program({"convert", "a.ply", "b.ply", "--normals-from-face"});
+  CHECK(result.status == 2);
+  CHECK_THAT(result.err, Contains("unknown option --normals-from-face") &&
+                             Contains("Did you mean --normals-from-faces?"));
+}
+
+TEST_CASE("MissingArgumentIsWrongUsageThatPointsToHelp") {
+  const auto result = run_program({"convert", "a.ply"});
+  CHECK(result.status == 2);
+  CHECK_THAT(result.err, Contains("OUT") && Contains("See 'orbweave convert --help'"));
+}
+
+TEST_CASE("ErrorsCarryNoColourIntoALog") {
+  CHECK(run_program({"nonsense"}).err.find('\033') == std::string::npos);
+}
