@@ -70,8 +70,6 @@ class Walker {
 
   bool is_free(Direction u, std::uint32_t but) const;
   bool is_free_on_top_of(std::uint32_t i, Direction& u) const;
-  std::uint32_t deepest_cap(Direction u) const;
-  bool roll(Direction top, Direction d, std::uint32_t& circle, Direction& u) const;
   bool start(std::uint32_t& circle, Direction& u) const;
   Circle circle_at(std::uint32_t i, Direction u) const;
   Circle circle_from_top(std::uint32_t i) const;
@@ -81,6 +79,7 @@ class Walker {
   bool cover_arcs(const Circle& c, std::uint32_t self);
   void scan_circle(std::uint32_t i, const std::uint8_t* active);
   double furthest_cover(double from) const;
+  std::uint32_t longest_arc() const;
   std::uint32_t next_arc(double from, double& distance) const;
   void emit(std::uint32_t i, std::uint32_t j) {
     fan_.corners[fan_.count++] = make_corner(s_.id[i], s_.id[j]);
@@ -146,20 +145,6 @@ bool Walker::is_free(Direction u, std::uint32_t but) const {
     if (any(but_not(Lanes::load(s_.cap_height + k) < inside, index == touching))) return false;
   }
   return true;
-}
-
-/// The neighbour that lies deepest in the ball at u; kNobody when the ball is empty.
-std::uint32_t Walker::deepest_cap(Direction u) const {
-  std::uint32_t deepest = kNobody;
-  double depth = 0.0;
-  for (std::uint32_t k = 0; k < n_; ++k) {
-    const double inside = inner(u, neighbour(k)) - s_.cap_height[k];
-    if (inside > depth) {
-      depth = inside;
-      deepest = k;
-    }
-  }
-  return deepest;
 }
 
 /// The first neighbour that the circle enters when t grows from 0; kNobody if none.
@@ -247,11 +232,12 @@ bool Walker::start(std::uint32_t& circle, Direction& u) const {
     circle = nearest;
     return true;
   }
-  const double length = std::sqrt(inner(normal_, normal_));
-  const Direction top = scaled(1.0 / length, normal_);
-  circle = deepest_cap(top);
-  if (circle != kNobody) return is_free_on_top_of(circle, u);
-  return roll(top, neighbour(nearest), circle, u);
+  for (std::uint32_t k = 0; k < n_; ++k) {
+    if (!is_free_on_top_of(k, u)) continue;
+    circle = k;
+    return true;
+  }
+  return false;
 }
 
 /// Whether the ball that touches neighbour i closest to the normal is empty; u is that ball.
@@ -259,25 +245,6 @@ bool Walker::is_free_on_top_of(std::uint32_t i, Direction& u) const {
   const Circle c = circle_from_top(i);
   u = {c.middle.x + c.a.x, c.middle.y + c.a.y, c.middle.z + c.a.z};
   return is_free(u, i);
-}
-
-/// Rolls the empty ball at `top` towards the neighbour at `d`: who is touched first, and where.
-bool Walker::roll(Direction top, Direction d, std::uint32_t& circle, Direction& u) const {
-  const Direction along = d - scaled(inner(d, top), top);
-  const double squared = inner(along, along);
-  if (!(squared > 0.0)) return false;
-  const Direction tangent = scaled(1.0 / std::sqrt(squared), along);
-  circle = first_entered({{0, 0, 0}, top, tangent}, kNobody);
-  if (circle == kNobody) return false;
-  // Where the great circle enters the cap: the rising root.
-  const Direction dk = neighbour(circle);
-  const double e = -s_.cap_height[circle], a = inner(top, dk), b = inner(tangent, dk);
-  const double m = a * a + b * b, square = m - e * e;
-  const double root = std::sqrt(square > 0.0 ? square : 0.0);
-  const double cosine = (root * b - e * a) / m, sine = -(root * a + e * b) / m;
-  u = {cosine * top.x + sine * tangent.x, cosine * top.y + sine * tangent.y,
-       cosine * top.z + sine * tangent.z};
-  return true;
 }
 
 /// The three vertex normals must agree with the triangle's side.
@@ -343,8 +310,11 @@ bool Walker::cover_arcs(const Circle& c, std::uint32_t self) {
     const auto crossed = both(other, zero < square);
     if (any(but_not(both(other, zero < e), crossed))) return false;
     const Lanes root = square_root(larger(square, zero));
-    const Lanes in = pseudo_angle((root * b - e * a) / m, zero - (root * a + e * b) / m);
-    const Lanes out = pseudo_angle(zero - (root * b + e * a) / m, (root * a - e * b) / m);
+    const Lanes inverse = Lanes::all(1.0) / m;
+    const Lanes in =
+        pseudo_angle((root * b - e * a) * inverse, zero - (root * a + e * b) * inverse);
+    const Lanes out =
+        pseudo_angle(zero - (root * b + e * a) * inverse, (root * a - e * b) * inverse);
     Lanes length = out - in;
     length = choose(length < zero, length + Lanes::all(4.0), length);
     length = choose(crossed, length, Lanes::all(-1.0));
@@ -382,13 +352,24 @@ std::uint32_t Walker::next_arc(double from, double& distance) const {
   return next;
 }
 
+std::uint32_t Walker::longest_arc() const {
+  std::uint32_t longest = kNobody;
+  double length = kSliver;
+  for (std::uint32_t k = 0; k < n_; ++k) {
+    if (!(s_.arc_length[k] > length)) continue;
+    length = s_.arc_length[k];
+    longest = k;
+  }
+  return longest;
+}
+
 /// All corners on the circle of neighbour i: ends of its free arcs.
 void Walker::scan_circle(std::uint32_t i, const std::uint8_t* active) {
   if (!cover_arcs(circle_from_top(i), i)) return;
-  double distance = 0.0;
-  const std::uint32_t any_arc = next_arc(0.0, distance);
-  if (any_arc == kNobody) return;
-  double at = s_.arc_begin[any_arc];
+  // From the longest arc on, most circles turn out covered within a step or two.
+  const std::uint32_t longest = longest_arc();
+  if (longest == kNobody) return;
+  double at = s_.arc_begin[longest];
   double travelled = 0.0;
   // Every round passes one arc or one gap; each of the n arcs begins once.
   for (std::uint32_t round = 0; round < 4 * n_ + 8; ++round) {
