@@ -19,9 +19,11 @@ bool ends_with_any(std::string name, std::initializer_list<std::string_view> ext
 
 }  // namespace
 
-bool is_mesh_file(const std::string& name) {
-  return ends_with_any(name, {".ply", ".ply.gz", ".obj", ".stl"}) && holds_faces(name);
+bool is_mesh_format(const std::string& name) {
+  return ends_with_any(name, {".ply", ".ply.gz", ".obj", ".stl"});
 }
+
+bool is_mesh_file(const std::string& name) { return is_mesh_format(name) && holds_faces(name); }
 
 bool is_mesh_only_format(const std::string& name) { return ends_with_any(name, {".obj", ".stl"}); }
 

@@ -113,6 +113,9 @@ Job job_of(const JobArguments& arguments) {
   if (job.input.files.empty())
     throw_usage("names no scans",
                 {.file = arguments.job_file, .expected = "[input] files = [\"scan.ply\"]"});
+  if (std::ranges::find(job.input.files, "-") != job.input.files.end())
+    throw_usage("a job reads its scans twice, so they cannot come from standard input",
+                {.advice = "Write them to a file first: orbweave convert - scan.ply"});
   return job;
 }
 

@@ -104,7 +104,7 @@ std::string counted(std::uint64_t count, const char* one, const char* many) {
 
 std::string show_list(const std::vector<double>& values) {
   std::string text;
-  for (double value : values) text += (text.empty() ? "" : ", ") + format_exact(value);
+  for (double value : values) text += (text.empty() ? "" : ", ") + format_number(value);
   return text;
 }
 

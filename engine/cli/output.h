@@ -31,7 +31,7 @@ std::string distance_table(const std::vector<std::pair<std::string, DistanceSumm
 /// millionth of the largest extent takes.
 std::string show_box(const Box& box);
 std::string counted(std::uint64_t count, const char* one, const char* many);  ///< "3 loops"
-std::string show_list(const std::vector<double>& values);                     ///< "0.001, 0.002"
+std::string show_list(const std::vector<double>& values);  ///< "0.001, 0.002", six digits at most
 
 std::string joined(const std::vector<std::string>& words);  ///< "a, b, c"
 

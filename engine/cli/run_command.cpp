@@ -5,10 +5,12 @@
 #include <memory>
 
 #include "engine/cli/commands.h"
+#include "engine/cli/file_kind.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
 #include "engine/pipeline/pipeline.h"
 #include "io/error.h"
+#include "io/glob.h"
 #include "io/quantity.h"
 
 namespace orbweave {
@@ -42,12 +44,47 @@ std::string summary(const RunReport& report) {
               {.advice = "What is done is kept in " + work_dir + "; the same command resumes."});
 }
 
+void check_mesh_name(const JobArguments& arguments, const std::string& mesh) {
+  if (mesh.empty())
+    throw_usage("names no mesh to write",
+                {.file = arguments.job_file, .expected = "[output] mesh = \"mesh.ply\""});
+  if (mesh != "-" && !is_mesh_format(mesh))
+    throw_usage("nobody writes meshes of this name",
+                {.file = mesh, .expected = "a name that ends in .ply, .ply.gz, .obj or .stl"});
+}
+
+/// What a run writes at its end must not replace what it reads.
+void check_scans_are_kept(const Job& job) {
+  for (const std::string& scan : expand_globs(job.input.files))
+    for (const std::string& out : {job.output.mesh, job.output.report, job.output.picture}) {
+      std::error_code ignored;
+      if (out.empty() || out == "-" || !std::filesystem::equivalent(out, scan, ignored)) continue;
+      throw_usage("the output would replace a scan of the job",
+                  {.file = out, .advice = "Choose another name for the output."});
+    }
+}
+
+/// Found out before the work rather than after it; the mesh's folder is the pipeline's concern.
+void check_folder_of(const std::string& out) {
+  const std::filesystem::path folder = std::filesystem::path(out).parent_path();
+  std::error_code ignored;
+  if (folder.empty() || std::filesystem::is_directory(folder, ignored)) return;
+  throw_resource("cannot be written there", {.file = out,
+                                             .found = folder.string() + ", which is no directory",
+                                             .advice = "Create it or choose another place."});
+}
+
+void check_outputs(const JobArguments& arguments, const Job& job) {
+  check_mesh_name(arguments, job.output.mesh);
+  check_scans_are_kept(job);
+  check_folder_of(job.output.report);
+  check_folder_of(job.output.picture);
+}
+
 void run(const JobArguments& arguments, const std::vector<std::string>& command,
          const StopToken& stop) {
   const Job job = job_of(arguments);
-  if (job.output.mesh.empty())
-    throw_usage("names no mesh to write",
-                {.file = arguments.job_file, .expected = "[output] mesh = \"mesh.ply\""});
+  check_outputs(arguments, job);
   const auto progress = make_progress(progress_style(arguments));
   try {
     const RunReport report = run_job(job, command, *progress, stop);

@@ -212,3 +212,34 @@ TEST_CASE("OutputThatCannotBeWrittenIsAResourceErrorBeforeAnyWork") {
   CHECK_THAT(result.err, Contains("orbweave: error: ") && Contains(out));
   CHECK(!std::filesystem::exists(in / "nowhere"));
 }
+
+TEST_CASE("UnwritableKindsAndPlacesAreFoundBeforeAnyWork") {
+  struct Case {
+    std::vector<std::string> arguments;
+    int status;
+    const char* fragment;
+  };
+  const Case given = GENERATE(
+      values<Case>({{{"-o", "mesh.foo"}, 2, "mesh.foo: nobody writes meshes"},
+                    {{"-o", "mesh.ply", "--report", "no/r.json"}, 4, "no/r.json: cannot be"},
+                    {{"-o", "mesh.ply", "--picture", "no/p.png"}, 4, "no/p.png: cannot be"},
+                    {{"-o", "./scan.ply"}, 2, "would replace a scan"}}));
+  const ScratchDirectory in;
+  generate(in, "sphere", "1000", "scan.ply");
+  const std::string before = file_text(in / "scan.ply");
+  std::vector<std::string> arguments = {"reconstruct", "scan.ply"};
+  arguments.insert(arguments.end(), given.arguments.begin(), given.arguments.end());
+  const auto result = run_program(arguments, {.directory = in.path()});
+  CHECK(result.status == given.status);
+  CHECK_THAT(result.err, Contains(given.fragment) && !Contains("begins"));
+  CHECK(file_text(in / "scan.ply") == before);
+  check_no_mesh(in);
+}
+
+TEST_CASE("ScansFromStandardInputAreWrongUsageWithAWayOut") {
+  const ScratchDirectory in;
+  const auto result = reconstruct(in, "-");
+  CHECK(result.status == 2);
+  CHECK_THAT(result.err, Contains("standard input") && Contains("orbweave convert - scan.ply"));
+  check_no_mesh(in);
+}
