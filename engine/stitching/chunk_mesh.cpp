@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/stitching/disjoint_sets.h"
+#include "engine/validation/disjoint_sets.h"
 
 namespace orbweave {
 namespace {

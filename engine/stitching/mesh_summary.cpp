@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "engine/stitching/disjoint_sets.h"
 #include "engine/validation/boundary_loops.h"
+#include "engine/validation/disjoint_sets.h"
 
 namespace orbweave {
 

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "engine/validation/boundary_loops.h"
+#include "engine/validation/disjoint_sets.h"
 #include "engine/validation/edge_table.h"
-#include "engine/validation/union_find.h"
 #include "io/error.h"
 #include "io/mesh_checksum.h"
 
@@ -97,8 +97,8 @@ class Fans {
 
   /// Links the fans at both ends of an edge of exactly two triangles.
   void link(std::uint32_t lower, std::uint32_t upper, std::uint32_t t, std::uint32_t u) {
-    corners_.join(corner(t, lower), corner(u, lower));
-    corners_.join(corner(t, upper), corner(u, upper));
+    corners_.unite(corner(t, lower), corner(u, lower));
+    corners_.unite(corner(t, upper), corner(u, upper));
   }
   std::uint64_t vertices_of_several_fans(std::size_t vertices) {
     std::vector<std::uint8_t> fans(vertices, 0);
@@ -121,14 +121,14 @@ class Fans {
     return 3 * t + corner_of(triangles_[t], vertex);
   }
   std::span<const Triangle> triangles_;
-  UnionFind corners_;
+  DisjointSets corners_;
 };
 
 /// Everything that follows from which triangles meet at which edges.
 void add_topology(const TriangleMesh& mesh, MeshFacts& facts) {
   const std::span<const Triangle> triangles = mesh.triangles;
   const EdgeTable table(triangles, mesh.vertices.size());
-  UnionFind components(static_cast<std::uint32_t>(triangles.size()));
+  DisjointSets components(static_cast<std::uint32_t>(triangles.size()));
   Fans fans(triangles);
   std::vector<BoundaryEdge> boundary;
   std::vector<std::uint32_t> boundary_triangles;
@@ -137,7 +137,7 @@ void add_topology(const TriangleMesh& mesh, MeshFacts& facts) {
       [&](std::uint32_t lower, std::uint32_t upper, std::span<const EdgeTable::Use> uses) {
         ++edges;
         for (std::size_t i = 1; i < uses.size(); ++i)
-          components.join(uses[0].triangle, uses[i].triangle);
+          components.unite(uses[0].triangle, uses[i].triangle);
         if (uses.size() == 1) {
           boundary.push_back({{lower, upper}, {}});
           boundary_triangles.push_back(uses[0].triangle);
