@@ -39,18 +39,30 @@ class Handle {
   Closer close_;
 };
 
-/// HDF5 is not thread-safe: every call to it happens while this is held.
-std::unique_lock<std::mutex> lock_hdf5() {
-  static std::mutex mutex;
-  std::unique_lock<std::mutex> lock(mutex);
-  static const bool prepared = [] {
-    // A file whose disk is full cannot be closed; the library must not retry that at exit.
+/// The library's global state. It is closed at exit, but not when a file could not be closed (its
+/// disk is full): then the library would try again, and again, and complain.
+struct Library {
+  Library() {
     H5dont_atexit();
-    return H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;
-  }();
-  static_cast<void>(prepared);
-  return lock;
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  }
+  ~Library() {
+    if (all_files_closed) H5close();
+  }
+  Library(const Library&) = delete;
+  Library& operator=(const Library&) = delete;
+
+  std::mutex mutex;
+  bool all_files_closed = true;
+};
+
+Library& library() {
+  static Library library;
+  return library;
 }
+
+/// HDF5 is not thread-safe: every call to it happens while this is held.
+std::unique_lock<std::mutex> lock_hdf5() { return std::unique_lock(library().mutex); }
 
 hid_t native_type(ScalarType type) {
   switch (type) {
@@ -157,7 +169,10 @@ bool lay_out(const std::filesystem::path& path, ResultIndex& index) {
            create_dataset(file.get(), array.name + kChecksumSuffix, H5T_NATIVE_UINT64, blocks,
                           array.checksum_offset);
   }
-  return file.valid() && file.close() && done;
+  if (!file.valid()) return false;
+  const bool closed = file.close();
+  if (!closed) library().all_files_closed = false;
+  return closed && done;
 }
 
 void write_at(const std::filesystem::path& path, int file, const void* data, std::size_t bytes,
