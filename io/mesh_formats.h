@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstring>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "io/byte_sink.h"
@@ -41,6 +42,42 @@ class RowCounter {
  private:
   std::uint64_t vertices_left_ = 0;
   std::uint64_t triangles_left_ = 0;
+};
+
+/// A writer whose bytes do not depend on what came before: encoding is pure, writing is counting
+/// and appending.
+class IndependentWriter : public MeshWriter {
+ public:
+  IndependentWriter(std::unique_ptr<ByteSink> sink, const MeshHeader& header)
+      : sink_(std::move(sink)), counter_(header) {}
+  bool encodes_independently() const override { return true; }
+  void write_vertices(const PointCloud& batch) override {
+    write_encoded_vertices(encode_vertices(batch), batch.size());
+  }
+  void write_triangles(std::span<const Triangle64> batch,
+                       std::span<const std::int32_t> hole) override {
+    write_encoded_triangles(encode_triangles(batch, hole), batch.size());
+  }
+  void write_encoded_vertices(std::span<const std::byte> bytes, std::uint64_t vertices) override {
+    counter_.vertices(vertices);
+    sink_->write(bytes);
+  }
+  void write_encoded_triangles(std::span<const std::byte> bytes, std::uint64_t triangles) override {
+    counter_.triangles(triangles);
+    sink_->write(bytes);
+  }
+  void finish() override {
+    counter_.finish();
+    sink_->finish();
+  }
+  std::uint64_t bytes_written() const override { return sink_->bytes_written(); }
+
+ protected:
+  ByteSink& sink() { return *sink_; }
+
+ private:
+  std::unique_ptr<ByteSink> sink_;
+  RowCounter counter_;
 };
 
 /// Text put together in memory. Numbers are the shortest that read back as the same value.

@@ -6,12 +6,11 @@ namespace orbweave {
 namespace {
 
 /// Wavefront OBJ: positions, normals where there are any, triangles. Attributes have no place.
-class ObjWriter final : public MeshWriter {
+class ObjWriter final : public IndependentWriter {
  public:
   ObjWriter(std::unique_ptr<ByteSink> sink, const MeshHeader& header)
-      : sink_(std::move(sink)), has_normals_(header.schema.has_normals), counter_(header) {}
+      : IndependentWriter(std::move(sink), header), has_normals_(header.schema.has_normals) {}
 
-  bool encodes_independently() const override { return true; }
   std::vector<std::byte> encode_vertices(const PointCloud& batch) const override {
     constexpr std::size_t kTypicalLine = 64;
     TextBuilder text;
@@ -39,26 +38,6 @@ class ObjWriter final : public MeshWriter {
     }
     return text.take();
   }
-  void write_vertices(const PointCloud& batch) override {
-    write_encoded_vertices(encode_vertices(batch), batch.size());
-  }
-  void write_triangles(std::span<const Triangle64> batch,
-                       std::span<const std::int32_t> hole) override {
-    write_encoded_triangles(encode_triangles(batch, hole), batch.size());
-  }
-  void write_encoded_vertices(std::span<const std::byte> bytes, std::uint64_t vertices) override {
-    counter_.vertices(vertices);
-    sink_->write(bytes);
-  }
-  void write_encoded_triangles(std::span<const std::byte> bytes, std::uint64_t triangles) override {
-    counter_.triangles(triangles);
-    sink_->write(bytes);
-  }
-  void finish() override {
-    counter_.finish();
-    sink_->finish();
-  }
-  std::uint64_t bytes_written() const override { return sink_->bytes_written(); }
 
  private:
   static void add_vector(TextBuilder& text, std::string_view keyword, Vec3 v) {
@@ -70,9 +49,7 @@ class ObjWriter final : public MeshWriter {
     text.add('\n');
   }
 
-  std::unique_ptr<ByteSink> sink_;
   bool has_normals_;
-  RowCounter counter_;
 };
 
 }  // namespace

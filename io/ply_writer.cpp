@@ -56,16 +56,15 @@ void put_vectors(ScalarType type, const std::vector<Vec3>& vectors, std::size_t 
     put_vectors<double>(vectors, row_bytes, at);
 }
 
-class PlyWriter final : public MeshWriter {
+class PlyWriter final : public IndependentWriter {
  public:
   PlyWriter(std::unique_ptr<ByteSink> sink, const MeshHeader& header,
             const MeshWriterOptions& options)
-      : sink_(std::move(sink)),
+      : IndependentWriter(std::move(sink), header),
         header_(header),
         binary_(options.binary),
         position_type_(options.float_positions ? ScalarType::kFloat32 : ScalarType::kFloat64),
-        attribute_bytes_(header.schema.attribute_bytes()),
-        counter_(header) {
+        attribute_bytes_(header.schema.attribute_bytes()) {
     if (!header.is_cloud && header.vertices > std::uint64_t{1} << 32)
       throw_usage("PLY has no type for the indices of so many vertices",
                   {.found = std::to_string(header.vertices), .expected = "at most 4294967296"});
@@ -73,10 +72,9 @@ class PlyWriter final : public MeshWriter {
     wide_index_ = header.vertices > std::numeric_limits<std::int32_t>::max();
     vertex_bytes_ = 3 * size_of(position_type_) + attribute_bytes_ +
                     (header.schema.has_normals ? 3 * size_of(header.schema.normal_type) : 0);
-    sink_->write(header_text(options.comments));
+    this->sink().write(header_text(options.comments));
   }
 
-  bool encodes_independently() const override { return true; }
   std::vector<std::byte> encode_vertices(const PointCloud& batch) const override {
     check_schema(batch);
     return binary_ ? binary_vertices(batch) : text_vertices(batch);
@@ -89,26 +87,6 @@ class PlyWriter final : public MeshWriter {
       throw std::logic_error("one hole id per triangle, please");
     return binary_ ? binary_triangles(batch, hole) : text_triangles(batch, hole);
   }
-  void write_vertices(const PointCloud& batch) override {
-    write_encoded_vertices(encode_vertices(batch), batch.size());
-  }
-  void write_triangles(std::span<const Triangle64> batch,
-                       std::span<const std::int32_t> hole) override {
-    write_encoded_triangles(encode_triangles(batch, hole), batch.size());
-  }
-  void write_encoded_vertices(std::span<const std::byte> bytes, std::uint64_t vertices) override {
-    counter_.vertices(vertices);
-    sink_->write(bytes);
-  }
-  void write_encoded_triangles(std::span<const std::byte> bytes, std::uint64_t triangles) override {
-    counter_.triangles(triangles);
-    sink_->write(bytes);
-  }
-  void finish() override {
-    counter_.finish();
-    sink_->finish();
-  }
-  std::uint64_t bytes_written() const override { return sink_->bytes_written(); }
 
  private:
   std::string header_text(const std::vector<std::string>& comments) const {
@@ -221,12 +199,10 @@ class PlyWriter final : public MeshWriter {
     return text.take();
   }
 
-  std::unique_ptr<ByteSink> sink_;
   MeshHeader header_;
   bool binary_;
   ScalarType position_type_;
   std::size_t attribute_bytes_;
-  RowCounter counter_;
   bool wide_index_ = false;
   std::size_t vertex_bytes_ = 0;
 };
