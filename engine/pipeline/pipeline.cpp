@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <filesystem>
 
@@ -87,6 +88,18 @@ void run_stages(JobContext& context) {
   warn_of_holes(context, partition);
 }
 
+/// A chunk's mesh is made anew alone; points are bound to come out as they were only together.
+void drop_damaged(ChunkStore& store, const std::filesystem::path& file) {
+  const std::string name = file.stem().string();
+  ChunkId chunk = 0;
+  const auto parsed = std::from_chars(name.data(), name.data() + name.size(), chunk);
+  if (file.parent_path().filename() == kMeshStage && parsed.ec == std::errc()) {
+    store.discard(kMeshStage, chunk);
+  } else {
+    store.discard_stage(kPointsStage);
+  }
+}
+
 /// Runs the stages; a stored result that turns out to be damaged is dropped and made anew.
 void run_until_sound(JobContext& context) {
   constexpr int kMostRepairs = 8;
@@ -97,10 +110,20 @@ void run_until_sound(JobContext& context) {
       if (repairs == kMostRepairs) throw;
       context.warn(std::string(damage.what()) + "; computing it again");
       context.report.stages.clear();
-      const bool of_mesh = damage.path().parent_path().filename() == kMeshStage;
       context.store.finish_commits();
-      context.store.discard_stage(of_mesh ? kMeshStage : kPointsStage);
+      drop_damaged(context.store, damage.path());
     }
+  }
+}
+
+/// Work that ended in bad input is of no use to anybody; everything else can be resumed.
+void run_or_clean_up(JobContext& context) {
+  try {
+    run_until_sound(context);
+  } catch (const Error& error) {
+    const bool keep = context.job.run.keep_work_dir;
+    if (error.status() == ExitStatus::kBadInput && !keep) context.store.remove_all();
+    throw;
   }
 }
 
@@ -132,7 +155,7 @@ RunReport run_job(const Job& job, const std::vector<std::string>& command, Progr
         tbb::global_control::max_allowed_parallelism,
         static_cast<std::size_t>(std::max(job.run.threads, available_threads())));
     JobContext context{{job, report.files, progress, stop}, store, report};
-    run_until_sound(context);
+    run_or_clean_up(context);
     report.peak_memory_bytes = peak_memory_bytes();
     if (!job.output.report.empty()) write_report(job.output.report, report);
     if (job.run.keep_work_dir) {

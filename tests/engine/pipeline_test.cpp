@@ -334,6 +334,7 @@ TEST_CASE("WhatCannotBeReconstructedIsBadInputAndLeavesNoFile") {
     job.reconstruct.ball_radii.clear();
     CHECK(status_of(job) == ExitStatus::kBadInput);
     CHECK_FALSE(std::filesystem::exists(job.output.mesh));
+    CHECK_FALSE(std::filesystem::exists(job.run.work_dir));
   };
   with(0, [](std::size_t) { return Vec3{}; });
   with(1, [](std::size_t) { return Vec3{1, 2, 3}; });
