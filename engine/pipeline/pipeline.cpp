@@ -16,6 +16,7 @@
 #include "engine/pipeline/reconstruct_stage.h"
 #include "io/chunk_points.h"
 #include "io/glob.h"
+#include "io/logged_progress.h"
 
 namespace orbweave {
 namespace {
@@ -154,7 +155,8 @@ RunReport run_job(const Job& job, const std::vector<std::string>& command, Progr
     const tbb::global_control threads(
         tbb::global_control::max_allowed_parallelism,
         static_cast<std::size_t>(std::max(job.run.threads, available_threads())));
-    JobContext context{{job, report.files, progress, stop}, store, report};
+    const auto logged = make_logged_progress(progress, store.directory() / "orbweave.log");
+    JobContext context{{job, report.files, *logged, stop}, store, report};
     run_or_clean_up(context);
     report.peak_memory_bytes = peak_memory_bytes();
     if (!job.output.report.empty()) write_report(job.output.report, report);

@@ -298,6 +298,19 @@ TEST_CASE("ChangedRadiiComputeTheMeshAnewButNotThePartition") {
   REQUIRE((mesh_bytes(job) == bytes));
 }
 
+TEST_CASE("TheWorkDirectoryKeepsALogOfAllRuns") {
+  const NamedCloud named = painted_torus(3000, 0.2, 20);
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.run.keep_work_dir = true;
+  run(job);
+  run(job);
+  const std::string log = bytes_of(std::filesystem::path(job.run.work_dir) / "orbweave.log");
+  CHECK(log.find("reconstruct: begins") != std::string::npos);
+  CHECK(log.find("ball radii: ") != std::string::npos);
+  CHECK(log.find("resuming") != std::string::npos);
+}
+
 TEST_CASE("ChangedInputIsNoticed") {
   NamedCloud named = painted_torus(3000, 0.2, 21);
   ScratchDirectory scratch;
