@@ -174,7 +174,7 @@ struct ChunkStore::State {
   std::atomic<std::uint64_t> bytes_read{0};
 
   // What is known of files that were written or opened; spares HDF5 a look at them.
-  static constexpr std::size_t kKnownLimit = 4096;
+  static constexpr std::size_t kKnownLimit = 16384;
   mutable std::mutex mutex;
   std::unordered_map<std::string, std::shared_ptr<const ResultIndex>> known;
 

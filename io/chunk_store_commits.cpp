@@ -47,11 +47,21 @@ CommitQueue::~CommitQueue() {
   if (thread_.joinable()) thread_.join();
 }
 
+/// Waits in such a way that the queue does not linger.
+template <class Condition>
+void CommitQueue::wait_until(std::unique_lock<std::mutex>& lock, const Condition& condition) {
+  if (condition()) return;
+  ++hurried_;
+  changed_.notify_all();
+  changed_.wait(lock, condition);
+  --hurried_;
+}
+
 void CommitQueue::push(std::filesystem::path part, std::filesystem::path target,
                        FileDescriptor file) {
   std::unique_lock lock(mutex_);
   if (!thread_.joinable()) thread_ = std::thread([this] { work(); });
-  changed_.wait(lock, [&] { return queue_.size() < kLimit || failure_; });
+  if (queue_.size() >= kLimit) wait_until(lock, [&] { return queue_.size() < kLimit || failure_; });
   {
     const std::scoped_lock names(names_);
     unnamed_[target.native()] = part;
@@ -63,13 +73,13 @@ void CommitQueue::push(std::filesystem::path part, std::filesystem::path target,
 
 void CommitQueue::finish() {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return queue_.empty() && !busy_; });
+  wait_until(lock, [&] { return queue_.empty() && !busy_; });
   rethrow_failure(lock);
 }
 
 void CommitQueue::await(const std::filesystem::path& target) {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] {
+  wait_until(lock, [&] {
     const std::shared_lock names(names_);
     return !unnamed_.contains(target.native());
   });
@@ -88,6 +98,9 @@ void CommitQueue::work() {
   for (;;) {
     changed_.wait(lock, [&] { return stop_ || !queue_.empty(); });
     if (queue_.empty()) return;
+    changed_.wait_for(lock, kLinger,
+                      [&] { return stop_ || hurried_ > 0 || queue_.size() >= kLimit; });
+    if (queue_.empty()) continue;  // dropped meanwhile
     std::deque<Item> batch = std::exchange(queue_, {});
     busy_ = true;
     changed_.notify_all();  // there is room in the queue

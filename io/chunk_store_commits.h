@@ -1,6 +1,7 @@
 // Makes result files durable and visible, in the background and many at a time.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -51,11 +52,15 @@ class CommitQueue {
  private:
   static constexpr std::size_t kLimit = 256;
   static constexpr std::size_t kFlushTogether = 3;
+  // How long a result waits for others to be flushed with; nobody waits for it meanwhile.
+  static constexpr std::chrono::milliseconds kLinger{100};
   struct Item {
     std::filesystem::path part, target;
     FileDescriptor file;
   };
 
+  template <class Condition>
+  void wait_until(std::unique_lock<std::mutex>& lock, const Condition& condition);
   void work();
   void settle(std::deque<Item>& batch);
   void rename_all(std::span<Item> durable);
@@ -72,6 +77,7 @@ class CommitQueue {
   std::deque<Item> queue_;
   bool busy_ = false;
   bool stop_ = false;
+  int hurried_ = 0;  // callers that wait
   std::exception_ptr failure_;
   std::thread thread_;
 };
