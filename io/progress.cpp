@@ -84,6 +84,7 @@ void ProgressDisplay::begin_stage(const std::string& name, std::uint64_t total,
   begin_seconds_ = now();
   done_ = 0;
   points_ = 0;
+  line_seconds_ = begin_seconds_;
   // A stage that ends at once shows nothing but its end.
   next_seconds_ = begin_seconds_ + (options_.moving_line ? 0.0 : options_.silent_seconds);
   next_done_ = options_.moving_line ? kNever : next_tenth(0, total);
@@ -131,6 +132,8 @@ void ProgressDisplay::print_tenth() {
   const std::uint64_t done = done_.load(), total = total_.load();
   next_seconds_ = now() + options_.silent_seconds;
   next_done_ = next_tenth(done, total);
+  if (now() - line_seconds_ < options_.tenth_seconds) return;
+  line_seconds_ = now();
   if (total == 0 || done < total) print(moving_text());
 }
 
@@ -207,6 +210,7 @@ std::unique_ptr<Progress> make_progress(ProgressStyle style) {
   const bool terminal = style == ProgressStyle::kAuto && terminal_moves();
   ProgressDisplayOptions options;
   options.moving_line = terminal;
+  options.tenth_seconds = 1.0;  // short stages need no tenths in a log
   options.colour = terminal && !variable_is_set("NO_COLOR");
   return std::make_unique<ProgressDisplay>(std::cerr, options);
 }

@@ -26,8 +26,8 @@ class Progress {
 enum class ProgressStyle { kAuto, kPlain, kNone };
 
 /// kAuto: one line that moves on a terminal (stage, chunks, points/s, memory, time left), plain
-/// lines (one per stage and per tenth of it) otherwise; colour only on a terminal without
-/// NO_COLOR. Writes to standard error.
+/// lines (one per stage and per tenth of it, at most one a second) otherwise; colour only on a
+/// terminal without NO_COLOR. Writes to standard error.
 std::unique_ptr<Progress> make_progress(ProgressStyle style);
 
 }  // namespace orbweave

@@ -17,6 +17,7 @@ struct ProgressDisplayOptions {
   int columns = 0;               ///< width of the moving line; 0: asked from the terminal each time
   double redraw_seconds = 0.1;   ///< shortest time between two drawings of the moving line
   double silent_seconds = 10.0;  ///< a plain line at least that often where the total is unknown
+  double tenth_seconds = 0.0;    ///< shortest time between two plain lines of a stage
   /// Seconds from some fixed moment; empty: a steady clock. For tests.
   std::function<double()> clock;
 };
@@ -56,6 +57,7 @@ class ProgressDisplay : public Progress {
   std::string name_;  ///< empty between stages
   std::string unit_;
   double begin_seconds_ = 0.0;
+  double line_seconds_ = 0.0;  ///< when the last plain line of the stage was printed
   bool line_is_drawn_ = false;
   std::atomic<std::uint64_t> total_{0};
   std::atomic<std::uint64_t> done_{0};
