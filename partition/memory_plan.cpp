@@ -24,7 +24,8 @@ std::size_t MemoryCosts::sort_bytes(const PointSchema& schema) {
 }
 
 MemoryPlan plan_memory(std::uint64_t budget_bytes, std::uint64_t points, int threads,
-                       std::uint64_t wanted_chunk_points, const PointSchema& schema) {
+                       std::uint64_t wanted_chunk_points, const PointSchema& schema,
+                       std::uint64_t worthwhile_points) {
   if (budget_bytes < kLeastBudget) {
     throw_resource("the memory budget is too small",
                    {.file = {},
@@ -48,7 +49,7 @@ MemoryPlan plan_memory(std::uint64_t budget_bytes, std::uint64_t points, int thr
   // A margin for halos and for points that gather in few cells.
   const std::uint64_t affordable = spendable / (per_point * workers) * 4 / 5;
   // Enough chunks that the workers end together.
-  const std::uint64_t balanced = points / (4 * workers) + 1;
+  const std::uint64_t balanced = std::max(points / (4 * workers) + 1, worthwhile_points);
   plan.chunk_points =
       std::clamp(std::min(affordable, balanced), kLeastChunkPoints, kMostChunkPoints);
   return plan;

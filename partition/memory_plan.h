@@ -24,9 +24,11 @@ struct MemoryPlan {
   std::size_t bin_buffer_bytes = 0;
 };
 
-/// Chooses the chunk size (unless `wanted_chunk_points` gives it) and buffers. Throws Error
+/// Chooses the chunk size (unless `wanted_chunk_points` gives it) and buffers. Chunks get at least
+/// `worthwhile_points` where the budget allows: halos are computed twice. Throws Error
 /// (resource) where the budget is below what the program needs, and says how much that is.
 MemoryPlan plan_memory(std::uint64_t budget_bytes, std::uint64_t points, int threads,
-                       std::uint64_t wanted_chunk_points, const PointSchema& schema);
+                       std::uint64_t wanted_chunk_points, const PointSchema& schema,
+                       std::uint64_t worthwhile_points = 0);
 
 }  // namespace orbweave

@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "engine/ball_pivoting/automatic_radii.h"
+#include "engine/ball_pivoting/ball_pivoting.h"
 #include "io/chunk_points.h"
 #include "partition/binning.h"
 #include "partition/canonical_order.h"
@@ -38,6 +39,31 @@ std::string no_points_reason(const DroppedPoints& dropped) {
   for (const auto& [reason, count] : dropped)
     text += "; " + std::to_string(count) + " dropped: " + reason;
   return text;
+}
+
+/// A chunk whose side is eight halos computes about half as much again for its halo.
+constexpr double kHalosPerSide = 8.0;
+
+/// How many points a chunk needs so that its halo is not most of the work: the points of a piece
+/// of surface of that side. The surface is guessed from the cells that hold points.
+std::uint64_t worthwhile_chunk_points(const CountGrid& grid, const ReconstructOptions& options) {
+  std::vector<double> radii = options.ball_radii;
+  double points_per_area = 1.0;
+  if (radii.empty()) {
+    // Automatic radii are so many spacings; a spacing squared holds a point.
+    radii.push_back(kRadiusPerSpacing);
+    for (int level = 1; level < options.levels; ++level) {
+      radii.push_back(radii.back() * kRadiusGrowth);
+    }
+  } else {
+    std::uint64_t cells = 0;
+    grid.for_each([&](Vec3, std::uint64_t) { ++cells; });
+    points_per_area = static_cast<double>(grid.points()) /
+                      (static_cast<double>(cells) * grid.cell() * grid.cell());
+  }
+  const double side = kHalosPerSide * halo_width(radii);
+  const double wanted = side * side * points_per_area;
+  return static_cast<std::uint64_t>(std::min(wanted, static_cast<double>(grid.points())));
 }
 
 /// Second pass: every point goes to the bin of its chunk.
@@ -151,7 +177,8 @@ CountedCloud count_points(const InputContext& context) {
   const RootCube root = root_cube(cloud.grid.bounds());
   cloud.grid.settle(root.side);
   cloud.memory = plan_memory(context.job.partition.memory_bytes, cloud.points_used,
-                             context.threads(), context.job.partition.chunk_points, cloud.schema);
+                             context.threads(), context.job.partition.chunk_points, cloud.schema,
+                             worthwhile_chunk_points(cloud.grid, context.job.reconstruct));
   cloud.octree = cut_octree(cloud.grid, root, cloud.memory.chunk_points);
   return cloud;
 }

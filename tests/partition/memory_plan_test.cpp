@@ -1,0 +1,59 @@
+// How the memory budget becomes a chunk size.
+#include "partition/memory_plan.h"
+
+#include <catch2/catch.hpp>
+
+#include "io/error.h"
+
+namespace orbweave {
+namespace {
+
+constexpr std::uint64_t kGiB = std::uint64_t{1} << 30;
+
+PointSchema oriented() {
+  PointSchema schema;
+  schema.has_normals = true;
+  return schema;
+}
+
+}  // namespace
+
+TEST_CASE("ChunksInFlightFitTheBudget") {
+  for (const std::uint64_t budget : {kGiB / 4, kGiB, 4 * kGiB}) {
+    for (const int threads : {1, 2, 16}) {
+      const MemoryPlan plan = plan_memory(budget, 1'000'000'000, threads, 0, oriented());
+      INFO(budget << " bytes, " << threads << " threads");
+      REQUIRE(plan.chunks_in_flight_bytes + MemoryCosts::kBaseBytes <= budget);
+      REQUIRE(plan.bin_buffer_bytes + MemoryCosts::kBaseBytes <= budget);
+      if (plan.chunk_points == 20'000) continue;  // never smaller; then fewer are in flight
+      REQUIRE(plan.chunk_points * MemoryCosts::kReconstructBytes *
+                  static_cast<std::uint64_t>(threads) <=
+              plan.chunks_in_flight_bytes);
+    }
+  }
+}
+
+TEST_CASE("WideHalosMakeLargerChunksAsFarAsTheBudgetAllows") {
+  const auto chunk_points = [](std::uint64_t budget, std::uint64_t worthwhile) {
+    return plan_memory(budget, 400'000, 2, 0, oriented(), worthwhile).chunk_points;
+  };
+  REQUIRE(chunk_points(4 * kGiB, 0) == 50'001);
+  REQUIRE(chunk_points(4 * kGiB, 300'000) == 300'000);
+  REQUIRE(chunk_points(kGiB / 4, 300'000) < 300'000);
+}
+
+TEST_CASE("AGivenChunkSizeIsTaken") {
+  REQUIRE(plan_memory(kGiB, 1'000'000, 2, 1234, oriented(), 500'000).chunk_points == 1234);
+}
+
+TEST_CASE("ABudgetBelowWhatTheProgramNeedsSaysHowMuchThatIs") {
+  try {
+    plan_memory(kGiB / 16, 1000, 1, 0, oriented());
+    FAIL("no error");
+  } catch (const Error& error) {
+    CHECK(error.status() == ExitStatus::kResource);
+    CHECK(std::string(error.what()).find("at least 192 MiB") != std::string::npos);
+  }
+}
+
+}  // namespace orbweave
