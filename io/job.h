@@ -28,6 +28,20 @@ struct ReconstructOptions {
   int levels = 1;                  ///< number of automatic radii, 1 to 8
 };
 
+enum class FillKernel { kBiharmonic, kTriharmonic };
+
+struct FillOptions {
+  bool enabled = true;
+  FillKernel kernel = FillKernel::kBiharmonic;
+  /// Points within this many times the hole's radius of its centre shape the patch; at least 1.
+  double neighborhood = 2.0;
+  double max_diameter = std::numeric_limits<double>::infinity();   ///< world units
+  double max_perimeter = std::numeric_limits<double>::infinity();  ///< world units
+  std::uint64_t max_edges = 0;                                     ///< of a loop; 0: no limit
+  bool keep_outer_border = true;    ///< the outer border of an open sheet stays open
+  std::uint64_t min_triangles = 0;  ///< separate pieces of fewer triangles are removed; 0: none
+};
+
 struct OutputOptions {
   std::string mesh;  ///< path; format by extension
   bool binary = true;
@@ -48,6 +62,7 @@ struct Job {
   InputOptions input;
   PartitionOptions partition;
   ReconstructOptions reconstruct;
+  FillOptions fill;
   OutputOptions output;
   RunOptions run;
 };

@@ -44,6 +44,27 @@ struct StageFacts {
   std::uint64_t chunks_reused = 0;  ///< committed by an earlier run
 };
 
+/// A boundary loop of the stitched mesh and what became of it.
+struct HoleFacts {
+  std::int32_t id = 0;             ///< rank among all loops, from 1; the faces' `hole`
+  std::uint64_t first_vertex = 0;  ///< smallest vertex of the loop, in the output's numbers
+  std::uint64_t edges = 0;
+  double perimeter = 0.0;             ///< world units
+  double diameter = 0.0;              ///< of the ball around the loop's centre, world units
+  Vec3 center;                        ///< mean of the loop's vertices
+  std::vector<std::uint32_t> chunks;  ///< that the loop's vertices lie in, ascending
+  bool filled = false;
+  std::string method;       ///< "direct", "plane", "implicit"; empty where it stays open
+  std::string reason;       ///< why it stays open, or why the simpler method did not do
+  std::uint64_t sites = 0;  ///< of the interpolant
+  std::uint64_t points_added = 0;
+  std::uint64_t triangles_added = 0;
+  double residual = 0.0;          ///< largest distance of a neighbour from the interpolant
+  double condition = 0.0;         ///< of the linear system, estimated; 0: none was solved
+  double rim_dihedral_deg = 0.0;  ///< largest angle between a patch face and the face at the rim
+  double seconds = 0.0;
+};
+
 struct RunReport {
   std::string version;
   std::vector<std::string> command;
@@ -60,6 +81,7 @@ struct RunReport {
   std::string radii_reason;
   std::uint64_t conflicts_lost = 0;
   MeshFacts mesh;
+  std::vector<HoleFacts> holes;  ///< every boundary loop before the fill, in canonical order
   std::vector<StageFacts> stages;
   std::uint64_t peak_memory_bytes = 0;
   std::vector<std::string> notes;

@@ -1,0 +1,32 @@
+// The hole pass on a mesh in core: for meshes from elsewhere, tests and benchmarks. The pipeline
+// runs the same steps over the chunk store (engine/pipeline/hole_stage.h).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "io/job.h"
+#include "io/report.h"
+#include "io/triangle_mesh.h"
+
+namespace orbweave {
+
+struct FilledMesh {
+  TriangleMesh mesh;             ///< given vertices and triangles first, then the patches'
+  std::vector<HoleFacts> holes;  ///< every loop, in canonical order
+  std::uint64_t pieces_removed = 0;
+  std::uint64_t triangles_removed = 0;  ///< of them
+};
+
+/// Fills the holes of a mesh. Loops are numbered in the order of their vertices. Normals of new
+/// vertices are written where the mesh has normals, attributes are interpolated. The mesh must
+/// have no degenerate and no repeated triangles; loops that run into an edge of more than two
+/// triangles or of two in the same direction stay open. Runs on the calling TBB arena; the result
+/// does not depend on the number of threads.
+FilledMesh fill_mesh(const TriangleMesh& mesh, const FillOptions& options);
+
+/// The loops and what would become of them, nothing filled (`filled` is false for all; `reason`
+/// says why where one would stay open).
+std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const FillOptions& options);
+
+}  // namespace orbweave
