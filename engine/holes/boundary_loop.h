@@ -36,10 +36,11 @@ struct BoundaryLoop {
   double radius = 0.0;  ///< of the ball around `center`
   Vec3 center;          ///< mean of the loop's vertices
   Vec3 area_vector;     ///< half the sum of cross products of successive vertices about `center`
-  Vec3 mean_normal;     ///< sum of the vertex normals, in the order of the loop
-  /// The area vector of a hole agrees with the normals around it, that of an outer border opposes
-  /// them.
-  bool is_outer_border() const { return dot(area_vector, mean_normal) < 0.0; }
+  Vec3 mean_normal;  ///< mean of the unit vertex normals along the loop
+  /// Cosine between the area vector and the mean of the normals, times the latter's length: near
+  /// 1 for a hole in a smooth surface, near -1 for the outer border of a sheet, about 0 where the
+  /// surface ends like a tube.
+  double agreement() const { return dot(normalized(area_vector), mean_normal); }
 };
 
 /// Joins the fans to loops. Where several fans meet at a vertex and lie beside one another around

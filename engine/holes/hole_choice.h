@@ -1,0 +1,31 @@
+// Which boundary loops are holes, and why the others stay open.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/holes/boundary_loop.h"
+#include "io/box.h"
+#include "io/job.h"
+
+namespace orbweave {
+
+/// A connected piece of the mesh.
+struct Piece {
+  std::uint64_t triangles = 0;
+  Box box;
+};
+
+/// Per loop: empty where it is to be filled, else why it stays open.
+/// The loops' component labels are indices of `pieces`.
+///
+/// Outer borders (FillOptions::keep_outer_border) are loops whose area vector opposes the normals
+/// along them; a loop that does neither (the end of a tube, the rim of a hemisphere) counts as
+/// one where its diameter is at least half of that of its piece.
+std::vector<std::string> reasons_to_stay_open(std::span<const BoundaryLoop> loops,
+                                              std::span<const Piece> pieces,
+                                              const FillOptions& options);
+
+}  // namespace orbweave

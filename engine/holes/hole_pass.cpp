@@ -1,0 +1,131 @@
+#include "engine/holes/hole_pass.h"
+
+#include <algorithm>
+#include <chrono>
+#include <numbers>
+#include <utility>
+
+#include "engine/holes/fill_hole.h"
+#include "engine/holes/neighborhood.h"
+
+namespace orbweave {
+namespace {
+
+using Edge64 = std::array<std::uint64_t, 2>;
+
+/// A vertex that several corners of loops share.
+struct Visit {
+  std::uint64_t vertex = 0;
+  std::uint32_t loop = 0;
+  friend auto operator<=>(const Visit&, const Visit&) = default;
+};
+
+/// Visits of vertices that more than one loop visits, sorted.
+std::vector<Visit> shared_visits(std::span<const BoundaryLoop> loops) {
+  std::vector<Visit> visits;
+  for (std::uint32_t l = 0; l < loops.size(); ++l) {
+    for (const std::uint64_t vertex : loops[l].vertices) visits.push_back({vertex, l});
+  }
+  std::sort(visits.begin(), visits.end());
+  visits.erase(std::unique(visits.begin(), visits.end()), visits.end());
+  std::vector<Visit> shared;
+  for (std::size_t i = 0, end = 0; i < visits.size(); i = end) {
+    for (end = i; end < visits.size() && visits[end].vertex == visits[i].vertex;) ++end;
+    if (end - i > 1) shared.insert(shared.end(), visits.begin() + i, visits.begin() + end);
+  }
+  return shared;
+}
+
+Triangle64 in_mesh_numbers(const Triangle& t, std::span<const std::uint64_t> vertices) {
+  Triangle64 result;
+  for (int k = 0; k < 3; ++k) {
+    result[k] = t[k] < vertices.size() ? vertices[t[k]] : kNewVertex + (t[k] - vertices.size());
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<std::vector<Edge64>> shared_pairs(std::span<const BoundaryLoop> loops) {
+  const std::vector<Visit> visits = shared_visits(loops);
+  // (loop, other loop, vertex) for every vertex that the two have in common.
+  struct Common {
+    std::uint32_t loop, other;
+    std::uint64_t vertex;
+    auto operator<=>(const Common&) const = default;
+  };
+  std::vector<Common> common;
+  for (std::size_t i = 0, end = 0; i < visits.size(); i = end) {
+    for (end = i; end < visits.size() && visits[end].vertex == visits[i].vertex;) ++end;
+    for (std::size_t a = i; a < end; ++a) {
+      for (std::size_t b = i; b < end; ++b) {
+        if (a != b) common.push_back({visits[a].loop, visits[b].loop, visits[a].vertex});
+      }
+    }
+  }
+  std::sort(common.begin(), common.end());
+  std::vector<std::vector<Edge64>> pairs(loops.size());
+  for (std::size_t i = 0, end = 0; i < common.size(); i = end) {
+    for (end = i; end < common.size() && common[end].loop == common[i].loop &&
+                  common[end].other == common[i].other;) {
+      ++end;
+    }
+    for (std::size_t a = i; a < end; ++a) {
+      for (std::size_t b = a + 1; b < end; ++b) {
+        pairs[common[i].loop].push_back({common[a].vertex, common[b].vertex});
+      }
+    }
+  }
+  for (std::vector<Edge64>& list : pairs) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+  }
+  return pairs;
+}
+
+HoleFacts facts_of_loop(const BoundaryLoop& loop) {
+  HoleFacts facts;
+  facts.edges = loop.vertices.size();
+  facts.perimeter = loop.perimeter;
+  facts.diameter = 2.0 * loop.radius;
+  facts.center = loop.center;
+  return facts;
+}
+
+LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<const Edge64> taken,
+                    const FillOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  PatchOptions patch_options;
+  patch_options.kernel =
+      options.kernel == FillKernel::kBiharmonic ? RbfKernel::kBiharmonic : RbfKernel::kTriharmonic;
+  NeighborhoodOptions around;
+  around.radius_factor = options.neighborhood;
+  if (loop.vertices.size() <= patch_options.direct_edges) around.max_rings = 1;
+  const GatheredHole gathered = gather_hole(surface, loop, taken, around);
+  HolePatch patch = fill_hole(gathered.problem, patch_options);
+
+  LoopPatch result;
+  HoleFacts& facts = result.facts = facts_of_loop(loop);
+  facts.filled = patch.method != FillMethod::kNone;
+  facts.reason = std::move(patch.reason);
+  if (facts.filled) {
+    facts.method = name_of(patch.method);
+    facts.sites = patch.sites;
+    facts.points_added = patch.positions.size();
+    facts.triangles_added = patch.triangles.size();
+    facts.residual = patch.residual;
+    facts.condition = patch.condition;
+    facts.rim_dihedral_deg = patch.rim_dihedral_rad * 180.0 / std::numbers::pi;
+    result.triangles.reserve(patch.triangles.size());
+    for (const Triangle& t : patch.triangles) {
+      result.triangles.push_back(in_mesh_numbers(t, gathered.vertices));
+    }
+    result.positions = std::move(patch.positions);
+    result.normals = std::move(patch.normals);
+    result.values = std::move(patch.values);
+  }
+  facts.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return result;
+}
+
+}  // namespace orbweave
