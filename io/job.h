@@ -1,6 +1,7 @@
 // A job: everything that decides what a run does. Job files and command lines both end here.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -49,6 +50,8 @@ struct OutputOptions {
   bool attributes = true;        ///< carry normals and attributes to the vertices
   std::string report;            ///< path of the JSON report; empty: none
   std::string picture;           ///< path of a PNG of the mesh; empty: none
+  /// Red, green and blue of filled holes in the picture.
+  std::array<std::uint8_t, 3> patch_color = {0x80, 0xa8, 0xe2};
 };
 
 struct RunOptions {

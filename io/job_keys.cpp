@@ -14,6 +14,7 @@ constexpr std::int64_t kLargest = std::numeric_limits<std::int64_t>::max();
 constexpr std::uint64_t kLeastMemory = std::uint64_t{64} << 20;
 constexpr std::int64_t kMostLevels = 8;
 constexpr std::int64_t kMostThreads = 4096;
+constexpr double kLargestNumber = std::numeric_limits<double>::max();
 
 struct Separator {
   const char* name;
@@ -49,9 +50,18 @@ void set_normals_source(Job&, const WrittenValue& value) {
                           "\"auto\" or \"file\""};
 }
 
-void set_fill_enabled(Job&, const WrittenValue& value) {
-  if (flag_value(value))
-    throw UnsuitableValue{"the hole pass is not part of this version", "false"};
+std::uint64_t count_value(const WrittenValue& value) {
+  return static_cast<std::uint64_t>(integer_value(value, 0, kLargest));
+}
+
+std::string color_text(const std::array<std::uint8_t, 3>& color) {
+  constexpr const char* kHex = "0123456789abcdef";
+  std::string text = "#";
+  for (const std::uint8_t channel : color) {
+    text += kHex[channel >> 4];
+    text += kHex[channel & 15];
+  }
+  return text;
 }
 
 void set_radii(Job& job, const WrittenValue& value) {
@@ -118,10 +128,38 @@ constexpr JobKey kKeys[] = {
      [](Job& job, const W& value) { job.reconstruct.levels = static_cast<int>(integer_value(value, 1, kMostLevels)); },
      [](const Job& job) -> JobValue { return std::int64_t{job.reconstruct.levels}; }},
 
-    {"fill", "enabled", T::kFlag, "false",
-     "fill holes; this version leaves them open", "no-fill", "false",
-     set_fill_enabled,
-     [](const Job&) -> JobValue { return false; }},
+    {"fill", "enabled", T::kFlag, "true or false",
+     "fill holes", "no-fill", "false",
+     [](Job& job, const W& value) { job.fill.enabled = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.fill.enabled; }},
+    {"fill", "kernel", T::kChoice, "\"biharmonic\" or \"triharmonic\"",
+     "radial basis function that shapes the patches", "kernel", "",
+     [](Job& job, const W& value) { job.fill.kernel = static_cast<FillKernel>(choice_value(value, {"biharmonic", "triharmonic"})); },
+     [](const Job& job) -> JobValue { return std::string(job.fill.kernel == FillKernel::kBiharmonic ? "biharmonic" : "triharmonic"); }},
+    {"fill", "neighborhood", T::kNumber, "a number of at least 1",
+     "points within this many times a hole's radius shape its patch", "neighborhood", "",
+     [](Job& job, const W& value) { job.fill.neighborhood = number_value(value, 1.0, kLargestNumber); },
+     [](const Job& job) -> JobValue { return job.fill.neighborhood; }},
+    {"fill", "max_diameter", T::kNumber, "a positive number, or inf for no limit",
+     "wider holes stay open; in the scan's units", "max-diameter", "",
+     [](Job& job, const W& value) { job.fill.max_diameter = limit_value(value); },
+     [](const Job& job) -> JobValue { return job.fill.max_diameter; }},
+    {"fill", "max_perimeter", T::kNumber, "a positive number, or inf for no limit",
+     "holes with a longer rim stay open; in the scan's units", "max-perimeter", "",
+     [](Job& job, const W& value) { job.fill.max_perimeter = limit_value(value); },
+     [](const Job& job) -> JobValue { return job.fill.max_perimeter; }},
+    {"fill", "max_edges", T::kInteger, "an integer of at least 0",
+     "holes with more edges stay open; 0 is no limit", "max-edges", "",
+     [](Job& job, const W& value) { job.fill.max_edges = count_value(value); },
+     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.fill.max_edges); }},
+    {"fill", "keep_outer_border", T::kFlag, "true or false",
+     "leave the outer border of an open sheet open", "close-outer-border", "false",
+     [](Job& job, const W& value) { job.fill.keep_outer_border = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.fill.keep_outer_border; }},
+    {"fill", "min_triangles", T::kInteger, "an integer of at least 0",
+     "separate pieces of fewer triangles are removed; 0 removes none", "min-triangles", "",
+     [](Job& job, const W& value) { job.fill.min_triangles = count_value(value); },
+     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.fill.min_triangles); }},
 
     {"output", "mesh", T::kPath, "a path that ends in .ply, .obj or .stl",
      "the mesh to write", "output", "",
@@ -147,6 +185,10 @@ constexpr JobKey kKeys[] = {
      "a picture of the mesh to write (PNG)", "picture", "",
      [](Job& job, const W& value) { job.output.picture = path_value(value); },
      [](const Job& job) -> JobValue { return job.output.picture; }},
+    {"output", "patch_color", T::kColor, "a colour such as \"#4477cc\"",
+     "colour of filled holes in the picture", "patch-color", "",
+     [](Job& job, const W& value) { job.output.patch_color = color_value(value); },
+     [](const Job& job) -> JobValue { return color_text(job.output.patch_color); }},
 
     {"run", "threads", T::kInteger, "an integer from 0 (all) to 4096",
      "threads to compute with; 0 takes all the machine has", "threads", "",
@@ -230,8 +272,12 @@ const char* type_name(JobKeyType type) {
       return "integer";
     case JobKeyType::kBytes:
       return "bytes";
+    case JobKeyType::kNumber:
+      return "number";
     case JobKeyType::kNumbers:
       return "list of numbers";
+    case JobKeyType::kColor:
+      return "colour";
   }
   return "";
 }

@@ -35,7 +35,18 @@ struct UnsuitableValue {
   std::string expected;  ///< empty: the key's range
 };
 
-enum class JobKeyType { kTexts, kPath, kPaths, kFlag, kChoice, kInteger, kBytes, kNumbers };
+enum class JobKeyType {
+  kTexts,
+  kPath,
+  kPaths,
+  kFlag,
+  kChoice,
+  kInteger,
+  kBytes,
+  kNumber,
+  kNumbers,
+  kColor
+};
 
 /// One key. Texts are for people and in the key's own terms.
 struct JobKey {

@@ -1,7 +1,9 @@
 #include "io/job_values.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "io/glob.h"
 #include "io/quantity.h"
@@ -58,6 +60,18 @@ std::int64_t integer_value(const WrittenValue& value, std::int64_t least, std::i
   return *integer;
 }
 
+double number_value(const WrittenValue& value, double least, double most) {
+  if (value.shape != WrittenValue::Shape::kScalar || value.items.size() != 1) reject();
+  const double number = number_of(value.items.front());
+  if (!(number >= least && number <= most)) reject();
+  return number;
+}
+
+double limit_value(const WrittenValue& value) {
+  return number_value(value, std::numeric_limits<double>::denorm_min(),
+                      std::numeric_limits<double>::infinity());
+}
+
 std::size_t choice_value(const WrittenValue& value, const std::vector<std::string>& choices) {
   const std::string* text = scalar<std::string>(value);
   const auto chosen = text == nullptr ? choices.end() : std::ranges::find(choices, *text);
@@ -100,6 +114,17 @@ std::vector<double> ascending_value(const WrittenValue& value) {
     numbers.push_back(number);
   }
   return numbers;
+}
+
+std::array<std::uint8_t, 3> color_value(const WrittenValue& value) {
+  const std::string text = text_value(value);
+  if (text.size() != 7 || text.front() != '#') reject();
+  std::array<std::uint8_t, 3> color{};
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    const char* digits = text.data() + 1 + 2 * channel;
+    if (std::from_chars(digits, digits + 2, color[channel], 16).ptr != digits + 2) reject();
+  }
+  return color;
 }
 
 bool is_auto(const WrittenValue& value) {

@@ -1,6 +1,8 @@
 // Checks and conversions that the job file's keys share.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -13,12 +15,18 @@ bool flag_value(const WrittenValue& value);
 std::int64_t integer_value(const WrittenValue& value, std::int64_t least, std::int64_t most);
 /// One of the choices, by index.
 std::size_t choice_value(const WrittenValue& value, const std::vector<std::string>& choices);
+/// From `least` to `most`, which may be infinite.
+double number_value(const WrittenValue& value, double least, double most);
+/// Above 0; infinity is one.
+double limit_value(const WrittenValue& value);
 std::uint64_t bytes_value(const WrittenValue& value, std::uint64_t least);
 std::string text_value(const WrittenValue& value);
 /// A list, or one text that stands for a list of one.
 std::vector<std::string> texts_value(const WrittenValue& value);
 /// Positive and ascending, at least one; a single number stands for a list of one.
 std::vector<double> ascending_value(const WrittenValue& value);
+/// Red, green and blue of "#4477cc".
+std::array<std::uint8_t, 3> color_value(const WrittenValue& value);
 /// True for the text "auto".
 bool is_auto(const WrittenValue& value);
 

@@ -15,7 +15,6 @@ constexpr double kMargin = 0.04;  ///< of the picture, left free on every side
 
 constexpr Colour kFront{232.0, 224.0, 210.0};
 constexpr Colour kBack{196.0, 84.0, 66.0};
-constexpr Colour kHole{128.0, 168.0, 226.0};
 
 /// A value of 0 to 255 per channel, red highest.
 std::uint32_t packed(Colour colour, double light) {
@@ -135,7 +134,12 @@ using Corners = std::array<Vec3, 3>;
 /// Draws one triangle; its colour is found when its first sample shows.
 class MeshPicture::TrianglePainter {
  public:
-  TrianglePainter(const View& view, PictureSamples& samples) : view_(view), samples_(samples) {}
+  TrianglePainter(const View& view, PictureSamples& samples,
+                  const std::array<std::uint8_t, 3>& patch_color)
+      : view_(view),
+        samples_(samples),
+        patch_{static_cast<double>(patch_color[0]), static_cast<double>(patch_color[1]),
+               static_cast<double>(patch_color[2])} {}
 
   void draw(const Corners& corners, bool fills_hole) {
     const Projected a = view_.project(corners[0]), b = view_.project(corners[1]),
@@ -168,12 +172,13 @@ class MeshPicture::TrianglePainter {
  private:
   std::uint32_t shade(const Corners& corners, bool is_front, bool fills_hole) const {
     const Vec3 normal = normalized(cross(corners[1] - corners[0], corners[2] - corners[0]));
-    const Colour colour = !is_front ? kBack : fills_hole ? kHole : kFront;
+    const Colour colour = !is_front ? kBack : fills_hole ? patch_ : kFront;
     return packed(colour, view_.light(is_front ? normal : -normal));
   }
 
   const View& view_;
   PictureSamples& samples_;
+  Colour patch_;
 };
 
 MeshPicture::MeshPicture(const Box& bounds, const PictureOptions& options) : options_(options) {
@@ -190,7 +195,7 @@ MeshPicture::MeshPicture(MeshPicture&&) noexcept = default;
 MeshPicture& MeshPicture::operator=(MeshPicture&&) noexcept = default;
 
 void MeshPicture::draw(std::span<const Corners> triangles, std::span<const std::int32_t> hole) {
-  TrianglePainter painter(*view_, *samples_);
+  TrianglePainter painter(*view_, *samples_, options_.patch_color);
   for (std::size_t i = 0; i < triangles.size(); ++i)
     painter.draw(triangles[i], !hole.empty() && hole[i] > 0);
 }

@@ -26,12 +26,14 @@ struct PictureOptions {
   std::optional<double> elevation_deg = {};  ///< the eye's angle above the horizon; empty: 20, or
                                              ///< 40 for what is flat in z
   bool shade_creases = true;                 ///< darken what lies behind its surroundings
+  std::array<std::uint8_t, 3> patch_color = {0x80, 0xa8, 0xe2};  ///< of filled holes: red, green,
+                                                                 ///< blue
 };
 
 /// Parallel projection of what `bounds` holds, fitted to the picture. Front faces
-/// (counter-clockwise) are light and warm, back faces red, faces of filled holes blue; so the
-/// red inside shows through a hole. Memory is 8 bytes per sample, 4 samples per pixel, whatever is
-/// drawn. The picture does not depend on the order of drawing.
+/// (counter-clockwise) are light and warm, back faces red, faces of filled holes blue (or as asked
+/// for); so the red inside shows through a hole. Memory is 8 bytes per sample, 4 samples per pixel,
+/// whatever is drawn. The picture does not depend on the order of drawing.
 class MeshPicture {
  public:
   /// Throws std::invalid_argument for a size out of range.

@@ -1,6 +1,9 @@
 #include "io/report.h"
 
+#include <algorithm>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "io/atomic_file.h"
 #include "io/job_keys.h"
@@ -12,6 +15,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// Stands for the list of holes until the text is made: a list of a million of them would take
+/// kilobytes each as a document.
+constexpr const char* kHolesKey = "\"holes\": null";
+
 /// Paths need not be UTF-8; JSON must.
 std::string dumped(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -22,11 +29,13 @@ Json bounds_json(const Box& box) {
   return {{"min", {box.min.x, box.min.y, box.min.z}}, {"max", {box.max.x, box.max.y, box.max.z}}};
 }
 
-Json options_json(const Job& job) {
+/// Infinity becomes null, as JSON has it.
+Json options_json(const Job& job, std::initializer_list<std::string_view> sections = {}) {
   Json options = Json::object();
   for (const JobKey& key : job_keys())
-    options[key.section][key.key] =
-        std::visit([](const auto& value) { return Json(value); }, key.get(job));
+    if (sections.size() == 0 || std::ranges::find(sections, key.section) != sections.end())
+      options[key.section][key.key] =
+          std::visit([](const auto& value) { return Json(value); }, key.get(job));
   return options;
 }
 
@@ -56,6 +65,47 @@ Json mesh_json(const MeshFacts& facts) {
           {"watertight", facts.watertight},
           {"checksum", facts.checksum},
           {"bounds", bounds_json(facts.bounds)}};
+}
+
+Json text_or_null(const std::string& text) { return text.empty() ? Json() : Json(text); }
+
+Json hole_json(const HoleFacts& hole) {
+  return {{"id", hole.id},
+          {"first_vertex", hole.first_vertex},
+          {"edges", hole.edges},
+          {"perimeter", hole.perimeter},
+          {"diameter", hole.diameter},
+          {"center", {hole.center.x, hole.center.y, hole.center.z}},
+          {"chunks", hole.chunks},
+          {"filled", hole.filled},
+          {"method", text_or_null(hole.method)},
+          {"reason", text_or_null(hole.reason)},
+          {"sites", hole.sites},
+          {"points_added", hole.points_added},
+          {"triangles_added", hole.triangles_added},
+          {"residual", hole.residual},
+          {"condition", hole.condition},
+          {"rim_dihedral_deg", hole.rim_dihedral_deg},
+          {"seconds", hole.seconds}};
+}
+
+/// A line per hole, indented as members of a member of the document.
+std::string hole_lines(std::span<const HoleFacts> holes, const std::string& indent) {
+  std::string text = "[";
+  for (const HoleFacts& hole : holes) {
+    text += (text.size() == 1 ? "\n  " : ",\n  ") + indent;
+    text += hole_json(hole).dump(-1, ' ', false, Json::error_handler_t::replace);
+  }
+  return text + (holes.empty() ? "]" : "\n" + indent + "]");
+}
+
+/// The document's text with the holes where its member "holes" is null. No text inside the
+/// document looks like that member: its quotes would be escaped.
+std::string dumped_with_holes(const Json& json, std::span<const HoleFacts> holes) {
+  std::string text = dumped(json);
+  const std::string member(kHolesKey);
+  const std::size_t at = text.find("\n  " + member) + 3;
+  return text.replace(at, member.size(), "\"holes\": " + hole_lines(holes, "  "));
 }
 
 Json stage_json(const StageFacts& stage) {
@@ -105,18 +155,39 @@ std::string report_json(const RunReport& report) {
   json["points_unused"] = report.points_unused;
   json["conflicts_lost"] = report.conflicts_lost;
   json["mesh"] = mesh_json(report.mesh);
-  json["holes"] = Json::array();
+  json["holes"] = nullptr;
   json["stages"] = stages_json(report.stages);
   json["peak_memory_bytes"] = report.peak_memory_bytes;
   json["machine"] = machine_json();
   json["notes"] = report.notes;
-  return dumped(json);
+  return dumped_with_holes(json, report.holes);
 }
 
 std::string mesh_facts_json(const MeshFacts& facts) {
   Json json = {{"kind", "mesh"}};
   json.update(mesh_json(facts));
   return dumped(json);
+}
+
+std::string holes_json(std::span<const HoleFacts> holes) { return hole_lines(holes, "") + "\n"; }
+
+std::string fill_report_json(const FillReport& report) {
+  Json dropped = Json::object();
+  for (const auto& [reason, count] : report.triangles_dropped) dropped[reason] = count;
+  Json json;
+  json["version"] = report.version;
+  json["command"] = report.command;
+  json["options"] = options_json(report.options, {"fill", "output", "run"});
+  json["input"] = {{"file", report.file}, {"triangles_dropped", dropped}};
+  json["mesh_before"] = mesh_json(report.before);
+  json["mesh"] = mesh_json(report.after);
+  json["pieces_removed"] = report.pieces_removed;
+  json["triangles_removed"] = report.triangles_removed;
+  json["holes"] = nullptr;
+  json["seconds"] = report.seconds;
+  json["peak_memory_bytes"] = peak_memory_bytes();
+  json["machine"] = machine_json();
+  return dumped_with_holes(json, report.holes);
 }
 
 void write_report(const std::filesystem::path& path, const RunReport& report) {
@@ -127,6 +198,10 @@ void write_report(const std::filesystem::path& path, const RunReport& report) {
   const bool is_device =
       std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored);
   if (page != path && !is_device) write_text(page, report_html(report));
+}
+
+void write_fill_report(const std::filesystem::path& path, const FillReport& report) {
+  write_text(path, fill_report_json(report));
 }
 
 }  // namespace orbweave

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -87,11 +88,32 @@ struct RunReport {
   std::vector<std::string> notes;
 };
 
+/// What `orbweave fill` did.
+struct FillReport {
+  std::string version;
+  std::vector<std::string> command;
+  Job options;                                             ///< resolved
+  std::string file;                                        ///< the mesh that was read
+  std::map<std::string, std::uint64_t> triangles_dropped;  ///< before anything else, by reason
+  MeshFacts before;                                        ///< as read
+  MeshFacts after;                                         ///< as written
+  std::vector<HoleFacts> holes;                            ///< every boundary loop
+  std::uint64_t pieces_removed = 0;                        ///< smaller than fill.min_triangles
+  std::uint64_t triangles_removed = 0;                     ///< of them
+  double seconds = 0.0;
+};
+
 /// JSON text with the stable keys of the interface.
 std::string report_json(const RunReport& report);
 std::string mesh_facts_json(const MeshFacts& facts);
+/// A list, as the report has it: a line per hole. `method` and `reason` are null where empty.
+std::string holes_json(std::span<const HoleFacts> holes);
+/// `mesh` is the mesh as written, `mesh_before` as read, `holes` as in the report of a run.
+std::string fill_report_json(const FillReport& report);
 /// Writes PATH (JSON) and, beside it, the same as .html. Atomic.
 void write_report(const std::filesystem::path& path, const RunReport& report);
+/// Writes PATH (JSON). Atomic.
+void write_fill_report(const std::filesystem::path& path, const FillReport& report);
 
 /// Peak resident memory of this process, bytes.
 std::uint64_t peak_memory_bytes();

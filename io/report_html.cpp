@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/hole_summary.h"
 #include "io/job_keys.h"
 #include "io/machine.h"
 #include "io/quantity.h"
@@ -25,6 +26,9 @@ constexpr const char* kStyle =
 /// Pictures beyond that would make the page a burden; they are a file of their own anyway.
 constexpr std::size_t kPictureLimitBytes = std::size_t{16} << 20;
 
+constexpr std::size_t kHolesShown = 50;
+constexpr std::size_t kReasonsShown = 6;
+
 using Rows = std::vector<std::pair<std::string, std::string>>;
 
 std::string heading(const std::string& text) { return "<h2>" + html_text(text) + "</h2>\n"; }
@@ -36,11 +40,12 @@ std::string facts(const std::string& title, const Rows& rows) {
   return html + "</table>\n";
 }
 
-std::string row(const std::vector<std::string>& cells, const char* tag) {
+/// The first `texts` cells hold words, the others numbers.
+std::string row(const std::vector<std::string>& cells, const char* tag, std::size_t texts = 1) {
   std::string html = "<tr>";
   for (std::size_t i = 0; i < cells.size(); ++i)
-    html += std::string("<") + tag + (i == 0 ? ">" : " class=\"n\">") + html_text(cells[i]) + "</" +
-            tag + ">";
+    html += std::string("<") + tag + (i < texts ? ">" : " class=\"n\">") + html_text(cells[i]) +
+            "</" + tag + ">";
   return html + "</tr>\n";
 }
 
@@ -102,6 +107,43 @@ std::string work_table(const RunReport& report) {
                 {"ball radii", radii},
                 {"why these radii", report.radii_reason},
                 {"triangles that lost a conflict", format_count(report.conflicts_lost)}});
+}
+
+std::string holes_line(const HoleSummary& holes) {
+  std::string line = format_count(holes.loops) + (holes.loops == 1 ? " loop, " : " loops, ") +
+                     format_count(holes.filled) + " filled";
+  if (holes.filled > 0)
+    line += " (" + counted_list(holes.methods, holes.methods.size()) + "; " +
+            format_count(holes.points_added) + " points and " +
+            format_count(holes.triangles_added) + " triangles added)";
+  line += ", " + format_count(holes.open) + " left open";
+  if (holes.open > 0) line += " (" + counted_list(holes.reasons, kReasonsShown) + ")";
+  return line + ".";
+}
+
+std::string hole_row(const HoleFacts& hole) {
+  const bool solved = hole.sites > 0;
+  return row(
+      {std::to_string(hole.id), hole.filled ? hole.method : "open", hole.reason,
+       format_count(hole.edges), format_number(hole.diameter), format_number(hole.perimeter),
+       format_count(hole.chunks.size()), format_count(hole.points_added),
+       solved ? format_count(hole.sites) : "", solved ? format_number(hole.residual) : "",
+       hole.filled ? format_number(hole.rim_dihedral_deg) : "", format_duration(hole.seconds)},
+      "td", 3);
+}
+
+/// The widest; a page with all of ten thousand would help nobody.
+std::string holes_table(const std::vector<HoleFacts>& holes) {
+  if (holes.empty()) return "";
+  std::string html =
+      heading("Holes") + "<p>" + html_text(holes_line(hole_summary(holes))) + "</p>\n";
+  if (holes.size() > kHolesShown)
+    html += "<p>The " + std::to_string(kHolesShown) + " widest; the JSON report has all.</p>\n";
+  html += "<table>\n" + row({"hole", "method", "why", "edges", "diameter", "perimeter", "chunks",
+                             "points added", "sites", "residual", "angle at the rim (deg)", "time"},
+                            "th", 3);
+  for (const HoleFacts* hole : widest_holes(holes, kHolesShown)) html += hole_row(*hole);
+  return html + "</table>\n";
 }
 
 std::string stage_row(const StageFacts& stage) {
@@ -204,8 +246,9 @@ std::string report_html(const RunReport& report) {
          html_text(title) + "</h1>\n<p>orbweave " + html_text(report.version) + ": <code>" +
          html_text(joined(report.command, " ")) + "</code></p>\n" +
          picture(report.options.output.picture) + mesh_table(report.mesh) + input_table(report) +
-         work_table(report) + stages_table(report) + machine_table(report) +
-         notes_list(report.notes) + options_table(report.options) + "</body>\n</html>\n";
+         work_table(report) + holes_table(report.holes) + stages_table(report) +
+         machine_table(report) + notes_list(report.notes) + options_table(report.options) +
+         "</body>\n</html>\n";
 }
 
 }  // namespace orbweave

@@ -23,8 +23,12 @@ std::string value_name(JobKeyType type) {
       return "FILE";
     case JobKeyType::kPaths:
       return "FILE,...";
+    case JobKeyType::kNumber:
+      return "X";
     case JobKeyType::kNumbers:
       return "R,R,...";
+    case JobKeyType::kColor:
+      return "#RRGGBB";
     case JobKeyType::kBytes:
       return "BYTES";
     case JobKeyType::kInteger:

@@ -1,6 +1,8 @@
 #include "io/job_file.h"
 
+#include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <fstream>
 #include <locale>
 #include <set>
@@ -67,6 +69,13 @@ ball_radii = [0.0015, 1, +2.5e0]
 levels = 3
 [fill]
 enabled = false
+kernel = "triharmonic"
+neighborhood = 3
+max_diameter = 2.5
+max_perimeter = 1e3
+max_edges = 400
+keep_outer_border = false
+min_triangles = 20
 [output]
 mesh = "out mesh.ply"
 format = "text"
@@ -74,6 +83,7 @@ precision = "float"
 attributes = false
 report = "r.json"
 picture = "/tmp/p.png"
+patch_color = "#4477cC"
 [run]
 threads = 2
 work_dir = "w"
@@ -89,12 +99,21 @@ TEST_CASE("EveryKeyOfAJobFileReachesTheJob") {
   CHECK(job.partition.chunk_points == 20000);
   CHECK(job.reconstruct.ball_radii == std::vector<double>{0.0015, 1.0, 2.5});
   CHECK(job.reconstruct.levels == 3);
+  CHECK_FALSE(job.fill.enabled);
+  CHECK(job.fill.kernel == FillKernel::kTriharmonic);
+  CHECK(job.fill.neighborhood == 3.0);
+  CHECK(job.fill.max_diameter == 2.5);
+  CHECK(job.fill.max_perimeter == 1000.0);
+  CHECK(job.fill.max_edges == 400);
+  CHECK_FALSE(job.fill.keep_outer_border);
+  CHECK(job.fill.min_triangles == 20);
   CHECK(job.output.mesh == "out mesh.ply");
   CHECK_FALSE(job.output.binary);
   CHECK(job.output.float_positions);
   CHECK_FALSE(job.output.attributes);
   CHECK(job.output.report == "r.json");
   CHECK(job.output.picture == "/tmp/p.png");
+  CHECK(job.output.patch_color == std::array<std::uint8_t, 3>{0x44, 0x77, 0xcc});
   CHECK(job.run.threads == 2);
   CHECK(job.run.work_dir == "w");
   CHECK(job.run.keep_work_dir);
@@ -104,6 +123,29 @@ TEST_CASE("KeysLeftOutKeepTheirDefaults") {
   const Job job = parse_job("# nothing\n[reconstruct]\nball_radii = \"auto\"\n", "job.toml");
   CHECK(job_toml(job) == job_toml(Job{}));
   CHECK(job_toml(parse_job("", "job.toml")) == job_toml(Job{}));
+}
+
+TEST_CASE("HolesAreFilledWithoutLimitsUnlessSaidOtherwise") {
+  const FillOptions fill = parse_job("[fill]\n", "job.toml").fill;
+  CHECK(fill.enabled);
+  CHECK(fill.keep_outer_border);
+  CHECK(std::isinf(fill.max_diameter));
+  CHECK(std::isinf(fill.max_perimeter));
+  CHECK(fill.max_edges == 0);
+  CHECK(fill.min_triangles == 0);
+}
+
+TEST_CASE("ALimitOnHolesMayBeInfinite") {
+  for (const char* limit : {"inf", "+inf"}) {
+    Job job;
+    job.fill.max_diameter = job.fill.max_perimeter = 1.0;
+    set_job_key(job, "fill.max_diameter", limit);
+    set_job_key(job, std::string("fill.max_perimeter=") + limit);
+    CHECK(std::isinf(job.fill.max_diameter));
+    CHECK(std::isinf(job.fill.max_perimeter));
+  }
+  CHECK(std::isinf(parse_job("[fill]\nmax_diameter = inf\n", "job.toml").fill.max_diameter));
+  CHECK_THAT(job_toml(Job{}), Contains("\nmax_diameter = inf\n"));
 }
 
 TEST_CASE("AJobWrittenAsTomlReadsBackAsTheSameJob") {
@@ -126,6 +168,7 @@ TEST_CASE("AnUnknownKeyNamesFileLineAndTheNearestKnownKey") {
   CHECK_THAT(message_of("[run]\nmemory = 1\n"), Contains("Did you mean partition.memory?"));
   CHECK_THAT(message_of("threads = 1\n"), Contains("Did you mean run.threads?"));
   CHECK_THAT(message_of("[output]\nformat.x = 1\n"), Contains("output.format"));
+  CHECK_THAT(message_of("[fill]\nmax_diametre = 1\n"), Contains("Did you mean fill.max_diameter?"));
 }
 
 TEST_CASE("AnUnknownSectionNamesFileLineAndTheNearestKnownSection") {
@@ -171,12 +214,25 @@ TEST_CASE("ValuesOutsideTheirRangeAreRejected") {
       Unsuitable{"reconstruct", "ball_radii = [\"1\"]"},
       Unsuitable{"reconstruct", "ball_radii = \"many\""}, Unsuitable{"reconstruct", "levels = 0"},
       Unsuitable{"reconstruct", "levels = \"2\""}, Unsuitable{"fill", "enabled = 0"},
-      Unsuitable{"output", "mesh = 3"}, Unsuitable{"output", "mesh = \"a\\u0000b\""},
-      Unsuitable{"output", "format = \"ascii\""}, Unsuitable{"output", "precision = \"half\""},
-      Unsuitable{"output", "attributes = 1"}, Unsuitable{"output", "report = false"},
-      Unsuitable{"output", "picture = []"}, Unsuitable{"run", "threads = -1"},
-      Unsuitable{"run", "threads = 5000"}, Unsuitable{"run", "work_dir = 1979-05-27"},
-      Unsuitable{"run", "keep_work_dir = \"yes\""});
+      Unsuitable{"fill", "kernel = \"cubic\""}, Unsuitable{"fill", "kernel = 2"},
+      Unsuitable{"fill", "neighborhood = 0.99"}, Unsuitable{"fill", "neighborhood = inf"},
+      Unsuitable{"fill", "neighborhood = nan"}, Unsuitable{"fill", "neighborhood = [2.0]"},
+      Unsuitable{"fill", "max_diameter = 0"}, Unsuitable{"fill", "max_diameter = -inf"},
+      Unsuitable{"fill", "max_diameter = nan"}, Unsuitable{"fill", "max_diameter = \"1\""},
+      Unsuitable{"fill", "max_perimeter = -1.0"}, Unsuitable{"fill", "max_edges = -1"},
+      Unsuitable{"fill", "max_edges = 2.0"}, Unsuitable{"fill", "max_edges = inf"},
+      Unsuitable{"fill", "keep_outer_border = 1"}, Unsuitable{"fill", "min_triangles = -3"},
+      Unsuitable{"output", "patch_color = \"blue\""},
+      Unsuitable{"output", "patch_color = \"#4477c\""},
+      Unsuitable{"output", "patch_color = \"#4477cg\""},
+      Unsuitable{"output", "patch_color = \"#4477cc00\""},
+      Unsuitable{"output", "patch_color = \"#+4-7 c\""},
+      Unsuitable{"output", "patch_color = 4478668"}, Unsuitable{"output", "mesh = 3"},
+      Unsuitable{"output", "mesh = \"a\\u0000b\""}, Unsuitable{"output", "format = \"ascii\""},
+      Unsuitable{"output", "precision = \"half\""}, Unsuitable{"output", "attributes = 1"},
+      Unsuitable{"output", "report = false"}, Unsuitable{"output", "picture = []"},
+      Unsuitable{"run", "threads = -1"}, Unsuitable{"run", "threads = 5000"},
+      Unsuitable{"run", "work_dir = 1979-05-27"}, Unsuitable{"run", "keep_work_dir = \"yes\""});
   const std::string text(line);
   const std::string key = text.substr(0, text.find(' '));
   CAPTURE(section, line);
@@ -188,8 +244,6 @@ TEST_CASE("ValuesOutsideTheirRangeAreRejected") {
 TEST_CASE("WhatThisVersionDoesNotHaveIsSaid") {
   CHECK_THAT(message_of("[normals]\nsource = \"estimate\"\n"),
              Contains("line 2: normals.source: normals are taken from the file in this version"));
-  CHECK_THAT(message_of("[fill]\nenabled = true\n"),
-             Contains("the hole pass is not part of this version"));
   CHECK_THAT(message_of("[reconstruct]\nmethod = \"cocone\"\n"),
              Contains("found \"cocone\", expected \"ball_pivoting\""));
 }
@@ -288,6 +342,11 @@ TEST_CASE("SettingAKeyTakesTomlValuesAndBareWords") {
   CHECK(with("input.columns", "x,y,z").input.text.columns == Strings{"x", "y", "z"});
   CHECK(with("input.files", "[\"a.ply\", \"b.ply\"]").input.files == Strings{"a.ply", "b.ply"});
   CHECK(with("input.separator", ",").input.text.separator == ',');
+  CHECK(with("fill.kernel", "triharmonic").fill.kernel == FillKernel::kTriharmonic);
+  CHECK(with("fill.max_diameter", "0.25").fill.max_diameter == 0.25);
+  CHECK(with("fill.max_edges", "60").fill.max_edges == 60);
+  CHECK(with("output.patch_color", "#ff8000").output.patch_color ==
+        std::array<std::uint8_t, 3>{255, 128, 0});
 }
 
 TEST_CASE("AssignmentsSplitAtTheFirstEqualsSign") {
@@ -322,7 +381,7 @@ TEST_CASE("TheKeyTableIsCompleteAndItsDefaultsAreAccepted") {
     CHECK_NOTHROW(set_job_key(job, key.name(), key.default_text()));
     if (*key.option_value != '\0') CHECK_NOTHROW(set_job_key(job, key.name(), key.option_value));
   }
-  CHECK(names.size() == 19);
+  CHECK(names.size() == 27);
   CHECK(options.count("radii") == 1);
 }
 

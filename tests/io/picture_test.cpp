@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "io/error.h"
+#include "io/job.h"
 #include "tests/support/data.h"
 
 namespace orbweave {
@@ -144,6 +145,22 @@ TEST_CASE("AFilledHoleIsTinted") {
   const Image image{200, 150, picture.pixels()};
   CHECK(is_hole(image.at(100, 75)));
   CHECK(is_front(image.at(100, 75 + 45)));
+}
+
+TEST_CASE("FilledHolesHaveTheColourThatWasAskedFor") {
+  const std::vector<Corners> triangles = sphere(24);
+  const std::vector<std::int32_t> hole(triangles.size(), 1);
+  PictureOptions options = kSmall;
+  options.patch_color = {0, 200, 0};
+  MeshPicture picture(bounds_of(triangles), options);
+  picture.draw(triangles, hole);
+  const Pixel middle = Image{200, 150, picture.pixels()}.at(100, 75);
+  CHECK(middle.red == 0);
+  CHECK(middle.green > 60);
+  CHECK(middle.blue == 0);
+  PictureOptions usual = kSmall;
+  usual.patch_color = Job{}.output.patch_color;
+  CHECK(usual.patch_color == kSmall.patch_color);
 }
 
 TEST_CASE("ThePictureDoesNotDependOnTheOrderNorOnTheThreadsThatDraw") {

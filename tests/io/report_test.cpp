@@ -1,5 +1,6 @@
 #include "io/report.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <iterator>
@@ -7,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/error.h"
+#include "io/hole_summary.h"
 #include "io/job_file.h"
 #include "io/picture.h"
 #include "io/report_html.h"
@@ -17,6 +19,37 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using Catch::Contains;
+
+HoleFacts filled_hole() {
+  HoleFacts hole;
+  hole.id = 1;
+  hole.first_vertex = (std::uint64_t{1} << 53) + 1;
+  hole.edges = 24;
+  hole.perimeter = 2.0 / 3.0;
+  hole.diameter = 0.2;
+  hole.center = {1.0, -2.0, 448262.12345678901};
+  hole.chunks = {3, 17};
+  hole.filled = true;
+  hole.method = "implicit";
+  hole.reason = "the rim <overlaps> itself in its plane";
+  hole.sites = 96;
+  hole.points_added = 31;
+  hole.triangles_added = 84;
+  hole.residual = 1e-9;
+  hole.condition = 1e6;
+  hole.rim_dihedral_deg = 12.5;
+  hole.seconds = 0.25;
+  return hole;
+}
+
+HoleFacts open_loop() {
+  HoleFacts hole;
+  hole.id = 2;
+  hole.edges = 400;
+  hole.diameter = 7.0;
+  hole.reason = "the outer border of an open sheet (fill.keep_outer_border)";
+  return hole;
+}
 
 RunReport example() {
   RunReport report;
@@ -40,6 +73,7 @@ RunReport example() {
   report.mesh.area = 2.0 / 3.0;
   report.mesh.watertight = true;
   report.mesh.checksum = "0123456789abcdef";
+  report.holes = {filled_hole(), open_loop()};
   report.stages = {{"bin", 2.0, 3.5, 1'000'000, 100, 200, 64, 3}};
   report.peak_memory_bytes = 1 << 30;
   report.notes = {"<script>alert('x')</script>"};
@@ -76,7 +110,12 @@ TEST_CASE("TheReportHasItsStableKeys") {
                                            "points_per_second", "bytes_read", "bytes_written",
                                            "chunks", "chunks_reused"});
   CHECK(keys_of(json["machine"]) == Keys{"cores", "cpu_model", "memory_bytes"});
-  CHECK(json["holes"].is_array());
+  REQUIRE(json["holes"].is_array());
+  for (const Json& hole : json["holes"])
+    CHECK(keys_of(hole) == Keys{"id", "first_vertex", "edges", "perimeter", "diameter", "center",
+                                "chunks", "filled", "method", "reason", "sites", "points_added",
+                                "triangles_added", "residual", "condition", "rim_dihedral_deg",
+                                "seconds"});
 }
 
 TEST_CASE("TheReportsOptionsAreTheJobFilesKeysBySection") {
@@ -90,7 +129,10 @@ TEST_CASE("TheReportsOptionsAreTheJobFilesKeysBySection") {
   CHECK(options["partition"]["memory"] == std::uint64_t{4} << 30);
   CHECK(options["partition"]["chunk_points"] == "auto");
   CHECK(options["reconstruct"]["ball_radii"][1] == 1.0 / 3.0);
-  CHECK(options["fill"]["enabled"] == false);
+  CHECK(options["fill"]["enabled"] == true);
+  CHECK(options["fill"]["kernel"] == "biharmonic");
+  CHECK(options["fill"]["max_diameter"].is_null());  // no limit
+  CHECK(options["output"]["patch_color"] == "#80a8e2");
 }
 
 TEST_CASE("NumbersOfTheReportAreExact") {
@@ -121,6 +163,122 @@ TEST_CASE("TheFactsOfAMeshAreThoseOfTheReportWithItsKind") {
   CHECK(facts["kind"] == "mesh");
   for (const auto& item : expected.items()) CHECK(facts[item.key()] == item.value());
   CHECK(facts.size() == expected.size() + 1);
+}
+
+TEST_CASE("EveryHoleIsInTheReportWithItsExactNumbers") {
+  const Json holes = Json::parse(report_json(example()))["holes"];
+  REQUIRE(holes.size() == 2);
+  const HoleFacts hole = filled_hole();
+  CHECK(holes[0]["first_vertex"] == hole.first_vertex);
+  CHECK(holes[0]["perimeter"] == hole.perimeter);
+  CHECK(holes[0]["center"] == Json{hole.center.x, hole.center.y, hole.center.z});
+  CHECK(holes[0]["chunks"] == Json{3, 17});
+  CHECK(holes[0]["filled"] == true);
+  CHECK(holes[0]["method"] == "implicit");
+  CHECK(holes[0]["reason"] == hole.reason);
+  CHECK(holes[0]["residual"] == 1e-9);
+  CHECK(holes[1]["filled"] == false);
+  CHECK(holes[1]["method"].is_null());
+  CHECK(Json::parse(holes_json(example().holes)) == holes);
+  CHECK(Json::parse(holes_json({})) == Json::array());
+}
+
+TEST_CASE("TheListOfHolesCannotBeForgedByAText") {
+  RunReport report = example();
+  report.files = {"\n  \"holes\": null"};
+  report.notes = report.files;
+  const Json json = Json::parse(report_json(report));
+  CHECK(json["holes"].size() == 2);
+  CHECK(json["notes"][0] == report.files[0]);
+}
+
+TEST_CASE("ThePageSumsTheHolesUpAndShowsThem") {
+  const std::string page = report_html(example());
+  CHECK_THAT(page, Contains("2 loops, 1 filled (1 implicit; 31 points and 84 triangles added), "
+                            "1 left open (1 outer border of an open sheet "
+                            "(fill.keep_outer_border))."));
+  CHECK_THAT(page, Contains("the rim &lt;overlaps&gt; itself") && Contains(">12.5<"));
+  RunReport closed = example();
+  closed.holes.clear();
+  CHECK_THAT(report_html(closed), !Contains("Holes"));
+}
+
+TEST_CASE("ThePageOfTenThousandHolesIsSmallAndTheReportHasAll") {
+  RunReport report = example();
+  report.holes.clear();
+  for (std::int32_t i = 1; i <= 10'000; ++i) {
+    HoleFacts hole = filled_hole();
+    hole.id = i;
+    hole.edges = 3;
+    hole.diameter = 1.0 + 1e-4 * ((i * 7919) % 10'000);  // each diameter once
+    if (i % 10 == 0) {
+      hole.filled = false;
+      hole.reason = std::to_string(i) + " edges are more than fill.max_edges = 2";
+    }
+    report.holes.push_back(hole);
+  }
+  const std::string page = report_html(report);
+  CHECK(page.size() < 64 * 1024);
+  CHECK_THAT(page, Contains("10,000 loops, 9,000 filled (9,000 implicit;") &&
+                       Contains("1,000 left open (1,000 more edges than fill.max_edges)") &&
+                       Contains("The 50 widest"));
+  const auto widest = std::ranges::max_element(report.holes, {}, &HoleFacts::diameter);
+  const auto narrowest = std::ranges::min_element(report.holes, {}, &HoleFacts::diameter);
+  CHECK_THAT(page, Contains("<td>" + std::to_string(widest->id) + "</td>") &&
+                       !Contains("<td>" + std::to_string(narrowest->id) + "</td>"));
+  const std::string text = report_json(report);
+  CHECK(Json::parse(text)["holes"].size() == 10'000);
+  CHECK(text.size() < 10'000 * 512);
+}
+
+TEST_CASE("ReasonsThatDifferInNumbersOnlyAreOne") {
+  std::vector<HoleFacts> holes(5, open_loop());
+  holes[1].reason = "needs 3,000,000 points at a spacing of 1.5e-07";
+  holes[2].reason = "needs 12 points at a spacing of 0.25";
+  holes[3].reason = "needs 7 points at a spacing of 3";
+  holes[4].reason = "a diameter of 3.5 is more than fill.max_diameter = 2";
+  const HoleSummary summary = hole_summary(holes);
+  CHECK(summary.open == 5);
+  CHECK(summary.reasons == Counted{{"needs # points at a spacing of #", 3},
+                                   {"outer border of an open sheet (fill.keep_outer_border)", 1},
+                                   {"wider than fill.max_diameter", 1}});
+  CHECK(counted_list(summary.reasons, 1) == "3 needs # points at a spacing of #, 2 others");
+}
+
+TEST_CASE("WidestHolesComeInOrderAndTiesById") {
+  std::vector<HoleFacts> holes(4);
+  for (std::size_t i = 0; i < 4; ++i) holes[i].id = static_cast<std::int32_t>(4 - i);
+  holes[3].diameter = 2.0;
+  std::vector<std::int32_t> ids;
+  for (const HoleFacts* hole : widest_holes(holes, 3)) ids.push_back(hole->id);
+  CHECK(ids == std::vector<std::int32_t>{1, 2, 3});
+  CHECK(widest_holes(holes, 9).size() == 4);
+}
+
+TEST_CASE("TheReportOfAFillHasTheMeshBeforeAndAfter") {
+  FillReport report;
+  report.version = "0.1.0";
+  report.command = {"orbweave", "fill"};
+  report.file = "in.ply";
+  report.triangles_dropped = {{"repeated", 2}};
+  report.before.boundary_loops = 2;
+  report.after.boundary_loops = 1;
+  report.options.fill.max_edges = 7;
+  report.holes = {filled_hole(), open_loop()};
+  report.pieces_removed = 3;
+  const test::ScratchDirectory scratch;
+  write_fill_report(scratch / "fill.json", report);
+  const Json json = Json::parse(text_of(scratch / "fill.json"));
+  CHECK(keys_of(json) == Keys{"version", "command", "options", "input", "mesh_before", "mesh",
+                              "pieces_removed", "triangles_removed", "holes", "seconds",
+                              "peak_memory_bytes", "machine"});
+  CHECK(keys_of(json["options"]) == Keys{"fill", "output", "run"});
+  CHECK(json["options"]["fill"]["max_edges"] == 7);
+  CHECK(json["input"]["triangles_dropped"]["repeated"] == 2);
+  CHECK(json["mesh_before"]["boundary_loops"] == 2);
+  CHECK(json["mesh"]["boundary_loops"] == 1);
+  CHECK(json["holes"] == Json::parse(holes_json(report.holes)));
+  CHECK(keys_of(json["mesh"]) == keys_of(json["mesh_before"]));
 }
 
 TEST_CASE("TheReportIsWrittenWithAPageBesideIt") {
