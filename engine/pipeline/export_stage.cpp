@@ -9,8 +9,9 @@
 #include <cmath>
 #include <memory>
 
+#include "engine/holes/patch_vertices.h"
 #include "engine/pipeline/reconstruct_stage.h"
-#include "engine/pipeline/used_vertices.h"
+#include "engine/pipeline/stored_surface.h"
 #include "io/chunk_points.h"
 #include "io/mesh_checksum.h"
 #include "io/mesh_writer.h"
@@ -28,6 +29,7 @@ struct Piece {
   std::uint64_t rows = 0;
   PointCloud vertices;
   std::vector<Triangle64> triangles;
+  std::vector<std::int32_t> hole;
   std::vector<std::byte> encoded;
 };
 
@@ -95,30 +97,6 @@ void keep_used(PointCloud& points, const UsedVertices& used, std::uint64_t first
   points.positions.resize(kept);
   if (!points.normals.empty()) points.normals.resize(kept);
   points.attributes.resize(kept * bytes);
-}
-
-/// What one pass over the chunks' summaries gives.
-struct Stitched {
-  MeshSummary summary;
-  UsedVertices used;
-  std::vector<std::uint64_t> triangles;  // per chunk
-};
-
-Stitched stitch(JobContext& context, const Partition& partition) {
-  const std::size_t chunks = partition.octree.chunks().size();
-  StageClock clock(context, "stitch", chunks, "chunks");
-  Stitched stitched{{}, UsedVertices(partition.points()), {}};
-  for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
-    context.stop.check();
-    const ChunkMesh mesh = load_chunk_mesh(context.store, chunk, true);
-    stitched.triangles.push_back(stored_triangles(context.store, chunk));
-    stitched.summary.add(mesh, stitched.triangles.back());
-    stitched.used.mark(partition.first_vertex[chunk], mesh.fans);
-    context.progress.advance(1);
-  }
-  stitched.used.number();
-  clock.facts().chunks = chunks;
-  return stitched;
 }
 
 [[noreturn]] void throw_empty(const JobContext& context) {
@@ -198,57 +176,205 @@ void write_all_vertices(JobContext& context, const Partition& partition, const U
       [&](const Piece& piece) { writer.write(piece); });
 }
 
-void write_all_triangles(JobContext& context, const Stitched& stitched, MeshWriter& writer,
-                         MeshChecksum& checksum) {
-  const bool independent = writer.encodes_independently();
+/// The numbers of vertices in the file: used points, then the patches' vertices, then copies.
+class OutputNumbers {
+ public:
+  OutputNumbers(const UsedVertices& used, const FilledHoles& holes, std::uint64_t points)
+      : used_(used), holes_(holes), first_new_(used.count()), first_copy_(first_new_) {
+    for (const std::uint64_t vertices : holes.new_vertices) first_copy_ += vertices;
+    if (holes.splits.empty()) return;
+    split_.assign((points + 63) / 64, 0);
+    for (const std::uint64_t point : holes.copies) {
+      split_[point / 64] |= std::uint64_t{1} << (point % 64);
+    }
+  }
+
+  /// Of a triangle as it is stored; new vertices are counted over all batches.
+  Triangle64 of(const Triangle64& t) const {
+    Triangle64 result;
+    for (int k = 0; k < 3; ++k) result[k] = of_corner(t, t[k]);
+    return result;
+  }
+  bool is_removed(const Triangle64& t) const {
+    return std::binary_search(holes_.removed.begin(), holes_.removed.end(), t);
+  }
+  bool any_removed() const { return !holes_.removed.empty(); }
+
+ private:
+  bool is_split(std::uint64_t point) const {
+    return !split_.empty() && (split_[point / 64] >> (point % 64) & 1) != 0;
+  }
+  std::uint64_t of_corner(const Triangle64& t, std::uint64_t vertex) const {
+    if (vertex >= kNewVertex) return first_new_ + (vertex - kNewVertex);
+    if (is_split(vertex)) {
+      const SplitCorner* split = find_split(holes_, t, vertex);
+      if (split != nullptr) return first_copy_ + split->copy;
+    }
+    return used_.rank(vertex);
+  }
+
+  const UsedVertices& used_;
+  const FilledHoles& holes_;
+  std::uint64_t first_new_;
+  std::uint64_t first_copy_;
+  std::vector<std::uint64_t> split_;
+};
+
+/// Vertices of the patches, then copies of vertices where fans were taken apart.
+void write_new_vertices(JobContext& context, const Partition& partition, const FilledHoles& holes,
+                        VertexWriter writer) {
+  const auto write = [&](PointCloud&& vertices) {
+    Piece piece;
+    piece.vertices = std::move(vertices);
+    if (!context.job.output.attributes) {
+      piece.vertices.normals.clear();
+      piece.vertices.schema.has_normals = false;
+    }
+    writer.encode(piece);
+    writer.write(piece);
+  };
+  for (ChunkId batch = 0; batch < holes.new_vertices.size(); ++batch) {
+    context.stop.check();
+    const PatchBatch patches = load_patch_batch(context.store, batch);
+    write(patch_vertices(partition.schema, patches.positions, patches.normals, patches.values));
+  }
+  for (const std::uint64_t vertex : holes.copies) {
+    const ChunkId chunk = partition.chunk_of(vertex);
+    write(load_point_rows(context.store, chunk, partition.schema,
+                          vertex - partition.first_vertex[chunk], 1));
+  }
+}
+
+class TriangleWriter {
+ public:
+  TriangleWriter(MeshWriter& writer, MeshChecksum& checksum, bool with_holes)
+      : writer_(writer), checksum_(checksum), with_holes_(with_holes) {}
+  void encode(Piece& piece) const {
+    // The scanned surface has hole 0.
+    if (with_holes_) piece.hole.resize(piece.triangles.size(), 0);
+    if (writer_.encodes_independently()) {
+      piece.encoded = writer_.encode_triangles(piece.triangles, piece.hole);
+    }
+  }
+  void write(const Piece& piece) {
+    checksum_.add_triangles(piece.triangles);
+    if (writer_.encodes_independently()) {
+      writer_.write_encoded_triangles(piece.encoded, piece.triangles.size());
+    } else {
+      writer_.write_triangles(piece.triangles, piece.hole);
+    }
+  }
+
+ private:
+  MeshWriter& writer_;
+  MeshChecksum& checksum_;
+  bool with_holes_;
+};
+
+void write_patch_triangles(JobContext& context, const FilledHoles& holes,
+                           const OutputNumbers& numbers, TriangleWriter writer) {
+  std::uint64_t base = 0;
+  for (ChunkId batch = 0; batch < holes.new_triangles.size(); ++batch) {
+    context.stop.check();
+    PatchBatch patches = load_patch_batch(context.store, batch);
+    Piece piece;
+    for (Triangle64 t : patches.triangles) {
+      for (std::uint64_t& vertex : t) vertex += vertex >= kNewVertex ? base : 0;
+      piece.triangles.push_back(numbers.of(t));
+    }
+    piece.hole = std::move(patches.hole);
+    writer.encode(piece);
+    writer.write(piece);
+    base += holes.new_vertices[batch];
+  }
+}
+
+void write_all_triangles(JobContext& context, const Stitched& stitched,
+                         const OutputNumbers& numbers, TriangleWriter writer) {
   run_pieces(
       context, stitched.triangles,
       [&](Piece& piece) {
         piece.triangles.resize(piece.rows);
         context.store.open(kMeshStage, piece.chunk)
             ->read("triangles", piece.first, piece.rows, piece.triangles.data());
-        for (Triangle64& t : piece.triangles) {
-          for (std::uint64_t& vertex : t) vertex = stitched.used.rank(vertex);
+        if (numbers.any_removed()) {
+          std::erase_if(piece.triangles,
+                        [&](const Triangle64& t) { return numbers.is_removed(t); });
         }
-        if (independent) piece.encoded = writer.encode_triangles(piece.triangles, {});
+        for (Triangle64& t : piece.triangles) t = numbers.of(t);
+        writer.encode(piece);
       },
-      [&](const Piece& piece) {
-        checksum.add_triangles(piece.triangles);
-        if (independent) {
-          writer.write_encoded_triangles(piece.encoded, piece.rows);
-        } else {
-          writer.write_triangles(piece.triangles);
-        }
-      });
+      [&](const Piece& piece) { writer.write(piece); });
+}
+
+void draw_patches(JobContext& context, const Partition& partition, const FilledHoles& holes,
+                  MeshPicture& picture) {
+  constexpr std::size_t kCacheBytes = std::size_t{32} << 20;
+  const StoredSurface surface(context.store, partition, 0.0, kCacheBytes, false);
+  for (ChunkId batch = 0; batch < holes.new_triangles.size(); ++batch) {
+    const PatchBatch patches = load_patch_batch(context.store, batch);
+    const auto position = [&](std::uint64_t vertex) {
+      return vertex < kNewVertex ? surface.position(vertex)
+                                 : patches.positions[vertex - kNewVertex];
+    };
+    std::vector<std::array<Vec3, 3>> corners;
+    for (const Triangle64& t : patches.triangles) {
+      corners.push_back({position(t[0]), position(t[1]), position(t[2])});
+    }
+    picture.draw(corners, patches.hole);
+  }
 }
 
 }  // namespace
 
-MeshFacts export_mesh(JobContext& context, const Partition& partition) {
-  Stitched stitched = stitch(context, partition);
-  MeshFacts facts = stitched.summary.facts();
+Stitched stitch(JobContext& context, const Partition& partition) {
+  const std::size_t chunks = partition.octree.chunks().size();
+  StageClock clock(context, "stitch", chunks, "chunks");
+  Stitched stitched{{}, UsedVertices(partition.points()), {}};
+  for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
+    context.stop.check();
+    const ChunkMesh mesh = load_chunk_mesh(context.store, chunk, true);
+    stitched.triangles.push_back(stored_triangles(context.store, chunk));
+    stitched.summary.add(mesh, partition.first_vertex[chunk], stitched.triangles.back());
+    stitched.used.mark(partition.first_vertex[chunk], mesh.fans);
+    context.progress.advance(1);
+  }
+  stitched.summary.finish();
   context.report.conflicts_lost = stitched.summary.conflicts_lost();
   context.report.points_unused = stitched.summary.unused_points();
-  if (facts.triangles == 0) throw_empty(context);
+  clock.facts().chunks = chunks;
+  if (stitched.summary.facts().triangles == 0) throw_empty(context);
+  return stitched;
+}
+
+void export_mesh(JobContext& context, const Partition& partition, Stitched& stitched,
+                 const FilledHoles& holes, MeshFacts& facts) {
   warn_of_moved_vertices(context, partition);
+  for (const std::uint64_t point : holes.freed) stitched.used.unmark(point);
+  stitched.used.number();
+  const OutputNumbers numbers(stitched.used, holes, partition.points());
 
   StageClock clock(context, "export", partition.points() + facts.triangles, "rows");
   const OutputOptions& output = context.job.output;
-  const MeshHeader header{facts.vertices, facts.triangles, false, false,
+  const bool with_holes = context.job.fill.enabled;
+  const MeshHeader header{facts.vertices, facts.triangles, false, with_holes,
                           output_schema(partition, output)};
   const auto writer =
       open_mesh_writer(output.mesh, header, {output.binary, output.float_positions, {}});
   MeshChecksum checksum;
-  write_all_vertices(context, partition, stitched.used, {*writer, checksum, facts.bounds});
-  write_all_triangles(context, stitched, *writer, checksum);
+  const VertexWriter vertices(*writer, checksum, facts.bounds);
+  const TriangleWriter triangles(*writer, checksum, with_holes);
+  write_all_vertices(context, partition, stitched.used, vertices);
+  write_new_vertices(context, partition, holes, vertices);
+  write_all_triangles(context, stitched, numbers, triangles);
+  write_patch_triangles(context, holes, numbers, triangles);
   writer->finish();
   facts.checksum = checksum.hex();
   clock.facts().points = partition.points();
   clock.facts().bytes_written = writer->bytes_written();
-  return facts;
 }
 
-void draw_picture(JobContext& context, const Partition& partition) {
+void draw_picture(JobContext& context, const Partition& partition, const FilledHoles& holes) {
   const std::size_t chunks = partition.octree.chunks().size();
   StageClock clock(context, "picture", chunks, "chunks");
   MeshPicture picture(partition.bounds);
@@ -268,9 +394,19 @@ void draw_picture(JobContext& context, const Partition& partition) {
     for (const Triangle64& t : mesh.triangles) {
       corners.push_back({position(t[0]), position(t[1]), position(t[2])});
     }
+    if (!holes.removed.empty()) {
+      std::size_t kept = 0;
+      for (std::size_t i = 0; i < corners.size(); ++i) {
+        const bool removed =
+            std::binary_search(holes.removed.begin(), holes.removed.end(), mesh.triangles[i]);
+        if (!removed) corners[kept++] = corners[i];
+      }
+      corners.resize(kept);
+    }
     picture.draw(corners);
     context.progress.advance(1);
   }
+  draw_patches(context, partition, holes, picture);
   picture.write_png(context.job.output.picture);
 }
 

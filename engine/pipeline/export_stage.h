@@ -1,17 +1,34 @@
 // From the chunk store to the mesh file: vertices in canonical order, then triangles sorted by
-// their vertices, both streamed; and the picture.
+// their vertices, then the patches of holes in their order, all streamed; and the picture.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
+#include "engine/pipeline/hole_stage.h"
 #include "engine/pipeline/job_context.h"
 #include "engine/pipeline/partition_stage.h"
+#include "engine/pipeline/used_vertices.h"
 #include "engine/stitching/mesh_summary.h"
 
 namespace orbweave {
 
-/// Writes the mesh and returns its facts. Throws Error (bad input) where no triangle was found.
-MeshFacts export_mesh(JobContext& context, const Partition& partition);
+/// What one pass over the chunks' summaries gives.
+struct Stitched {
+  MeshSummary summary;
+  UsedVertices used;
+  std::vector<std::uint64_t> triangles;  ///< per chunk
+};
 
-/// Draws the stored mesh to a PNG.
-void draw_picture(JobContext& context, const Partition& partition);
+/// The stage that looks at all chunks' parts together. Throws Error (bad input) where no triangle
+/// was found.
+Stitched stitch(JobContext& context, const Partition& partition);
+
+/// Writes the mesh; `facts` gets its bounds and checksum.
+void export_mesh(JobContext& context, const Partition& partition, Stitched& stitched,
+                 const FilledHoles& holes, MeshFacts& facts);
+
+/// Draws the stored mesh to a PNG, patches in their own colour.
+void draw_picture(JobContext& context, const Partition& partition, const FilledHoles& holes);
 
 }  // namespace orbweave

@@ -1,4 +1,5 @@
 // The partition as a document in the chunk store.
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "engine/pipeline/partition_stage.h"
@@ -45,6 +46,11 @@ Json to_json(const Chunk& chunk) {
 Chunk chunk_from(const Json& j) { return {j.at(0), j.at(1), j.at(2), box_from(j.at(3)), j.at(4)}; }
 
 }  // namespace
+
+ChunkId Partition::chunk_of(std::uint64_t vertex) const {
+  const auto after = std::upper_bound(first_vertex.begin(), first_vertex.end(), vertex);
+  return static_cast<ChunkId>(after - first_vertex.begin() - 1);
+}
 
 std::string partition_to_json(const Partition& partition) {
   Json chunks = Json::array();

@@ -30,6 +30,8 @@ struct Partition {
   std::uint64_t points_in(ChunkId chunk) const {
     return first_vertex[chunk + 1] - first_vertex[chunk];
   }
+  /// The chunk that a point belongs to, by its global number.
+  ChunkId chunk_of(std::uint64_t vertex) const;
   std::uint64_t points() const { return first_vertex.back(); }
 };
 

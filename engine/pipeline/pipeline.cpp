@@ -11,6 +11,7 @@
 
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/pipeline/export_stage.h"
+#include "engine/pipeline/hole_stage.h"
 #include "engine/pipeline/partition_stage.h"
 #include "engine/pipeline/radii_choice.h"
 #include "engine/pipeline/reconstruct_stage.h"
@@ -77,6 +78,12 @@ void warn_of_holes(JobContext& context, const Partition& partition) {
                compare_with_spacing(context.report.radii, partition.spacing));
 }
 
+/// Loops with their first vertices as the mesh file numbers them.
+std::vector<HoleFacts> in_output_numbers(std::vector<HoleFacts> holes, const UsedVertices& used) {
+  for (HoleFacts& hole : holes) hole.first_vertex = used.rank(hole.first_vertex);
+  return holes;
+}
+
 /// The pipeline: one line per stage.
 void run_stages(JobContext& context) {
   const Partition partition = partition_points(context);
@@ -84,8 +91,17 @@ void run_stages(JobContext& context) {
   const std::vector<double> radii = radii_of_job(context, partition);
   describe_partition(context.report, partition, radii);
   reconstruct_chunks(context, partition, radii);
-  context.report.mesh = export_mesh(context, partition);
-  if (!context.job.output.picture.empty()) draw_picture(context, partition);
+  Stitched stitched = stitch(context, partition);
+  MeshFacts facts = stitched.summary.facts();
+  FilledHoles holes;
+  if (context.job.fill.enabled) {
+    holes = fill_holes(context, partition, radii, stitched.summary.boundary(), facts);
+  }
+  export_mesh(context, partition, stitched, holes, facts);
+  if (!context.job.output.picture.empty()) draw_picture(context, partition, holes);
+  context.report.points_unused += holes.freed.size();
+  context.report.mesh = facts;
+  context.report.holes = in_output_numbers(std::move(holes.holes), stitched.used);
   warn_of_holes(context, partition);
 }
 
@@ -94,8 +110,9 @@ void drop_damaged(ChunkStore& store, const std::filesystem::path& file) {
   const std::string name = file.stem().string();
   ChunkId chunk = 0;
   const auto parsed = std::from_chars(name.data(), name.data() + name.size(), chunk);
-  if (file.parent_path().filename() == kMeshStage && parsed.ec == std::errc()) {
-    store.discard(kMeshStage, chunk);
+  const std::string stage = file.parent_path().filename().string();
+  if ((stage == kMeshStage || stage == kHoleStage) && parsed.ec == std::errc()) {
+    store.discard(stage, chunk);
   } else {
     store.discard_stage(kPointsStage);
   }
@@ -150,6 +167,7 @@ RunReport run_job(const Job& job, const std::vector<std::string>& command, Progr
     if (job.run.fresh) {
       store.discard_stage(kPointsStage);
       store.discard_stage(kMeshStage);
+      store.discard_stage(kHoleStage);
     }
     // More threads than cores are used when they are asked for.
     const tbb::global_control threads(

@@ -33,16 +33,20 @@ void append(ChunkPoints& to, const PointsInBox& from, std::uint64_t first_vertex
 
 }  // namespace
 
+static_assert(sizeof(OpenFan) == 32 && sizeof(BoundaryVertex) == 56 && sizeof(ChunkPiece) == 80,
+              "stored as rows of 64-bit words");
+
 void commit_chunk_mesh(ChunkStore& store, ChunkId chunk, const ChunkMesh& mesh) {
-  const std::vector<std::uint64_t> counts = {mesh.components, mesh.conflicts_lost,
-                                             mesh.isolated_dropped};
+  const std::vector<std::uint64_t> counts = {mesh.conflicts_lost, mesh.isolated_dropped};
   const std::vector<double> area = {mesh.area};
   const ArrayView arrays[] = {
       view("triangles", ScalarType::kUint64, 3, mesh.triangles, 3),
       view("fans", ScalarType::kUint8, 1, mesh.fans, 1),
       view("outer_vertices", ScalarType::kUint64, 1, mesh.outer_vertices, 1),
       view("outer_positions", ScalarType::kFloat64, 3, mesh.outer_positions, 3),
-      view("boundary", ScalarType::kUint64, 3, mesh.boundary, 3),
+      view("boundary", ScalarType::kUint64, 4, mesh.boundary, 4),
+      view("boundary_vertices", ScalarType::kUint64, 7, mesh.boundary_vertices, 7),
+      view("pieces", ScalarType::kUint64, 10, mesh.pieces, 10),
       view("seam", ScalarType::kUint64, 3, mesh.seam, 3),
       view("counts", ScalarType::kUint64, 1, counts, 1),
       view("area", ScalarType::kFloat64, 1, area, 1),
@@ -59,12 +63,13 @@ ChunkMesh load_chunk_mesh(const ChunkStore& store, ChunkId chunk, bool summary_o
     mesh.outer_positions = stored->read_all<Vec3>("outer_positions");
   }
   mesh.fans = stored->read_all<std::uint8_t>("fans");
-  mesh.boundary = stored->read_all<Triangle64>("boundary");
+  mesh.boundary = stored->read_all<OpenFan>("boundary");
+  mesh.boundary_vertices = stored->read_all<BoundaryVertex>("boundary_vertices");
+  mesh.pieces = stored->read_all<ChunkPiece>("pieces");
   mesh.seam = stored->read_all<SeamNode>("seam");
   const auto counts = stored->read_all<std::uint64_t>("counts");
-  mesh.components = counts.at(0);
-  mesh.conflicts_lost = counts.at(1);
-  mesh.isolated_dropped = counts.at(2);
+  mesh.conflicts_lost = counts.at(0);
+  mesh.isolated_dropped = counts.at(1);
   mesh.area = stored->read_all<double>("area").at(0);
   return mesh;
 }
@@ -94,11 +99,15 @@ ChunkPoints load_chunk_with_halo(const ChunkStore& store, const Partition& parti
   return points;
 }
 
+std::string mesh_key(const JobContext& context, const std::vector<double>& radii) {
+  std::string key = partition_key(context.job, context.files) + "mesh 2\n";
+  for (const double ball_radius : radii) key += "ball_radius " + exact(ball_radius) + "\n";
+  return key;
+}
+
 void reconstruct_chunks(JobContext& context, const Partition& partition,
                         const std::vector<double>& radii) {
-  std::string key = partition_key(context.job, context.files) + "mesh 1\n";
-  for (const double ball_radius : radii) key += "ball_radius " + exact(ball_radius) + "\n";
-  context.store.begin_stage(kMeshStage, key);
+  context.store.begin_stage(kMeshStage, mesh_key(context, radii));
 
   const auto& chunks = partition.octree.chunks();
   StageClock clock(context, "reconstruct", chunks.size(), "chunks");

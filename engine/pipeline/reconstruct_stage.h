@@ -2,6 +2,7 @@
 // ownership. The result of every chunk ends in the chunk store.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "engine/pipeline/job_context.h"
@@ -21,6 +22,9 @@ std::uint64_t stored_triangles(const ChunkStore& store, ChunkId chunk);
 /// A chunk's points and those of its halo, in canonical order.
 ChunkPoints load_chunk_with_halo(const ChunkStore& store, const Partition& partition, ChunkId chunk,
                                  double halo);
+
+/// Everything that the stored meshes depend on, as one text.
+std::string mesh_key(const JobContext& context, const std::vector<double>& radii);
 
 /// The stage; chunks that the store holds already under the same radii are not computed again.
 void reconstruct_chunks(JobContext& context, const Partition& partition,

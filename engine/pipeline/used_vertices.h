@@ -20,6 +20,8 @@ class UsedVertices {
       if (fans[i] != 0) bits_[(first + i) / 64] |= std::uint64_t{1} << ((first + i) % 64);
     }
   }
+  /// The point is not used after all.
+  void unmark(std::uint64_t point) { bits_[point / 64] &= ~(std::uint64_t{1} << (point % 64)); }
   /// Call once, after the last mark.
   void number() {
     for (std::size_t word = 0; word < bits_.size(); ++word) {

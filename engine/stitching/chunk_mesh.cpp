@@ -89,6 +89,34 @@ std::vector<std::uint8_t> seam_points(const ChunkPoints& points, const ChunkMesh
   return on_seam;
 }
 
+void add_boundary(const ChunkPoints& points, const BallPivotingResult& result,
+                  const FanNodes& nodes, ComponentNumbers& numbers, ChunkMesh& mesh) {
+  for (const BoundaryFan& fan : result.boundary) {
+    if (points.owned[fan.vertex] == 0) continue;
+    mesh.boundary.push_back({points.global[fan.previous], points.global[fan.vertex],
+                             points.global[fan.next], numbers.of(nodes.at(fan.vertex, fan.next))});
+    mesh.boundary_vertices.push_back(
+        {points.global[fan.vertex], points.positions[fan.vertex], points.normals[fan.vertex]});
+  }
+  const auto by_vertex = [](const BoundaryVertex& a, const BoundaryVertex& b) {
+    return a.vertex < b.vertex;
+  };
+  const auto same_vertex = [](const BoundaryVertex& a, const BoundaryVertex& b) {
+    return a.vertex == b.vertex;
+  };
+  auto& list = mesh.boundary_vertices;
+  std::sort(list.begin(), list.end(), by_vertex);
+  list.erase(std::unique(list.begin(), list.end(), same_vertex), list.end());
+}
+
+void add_to_piece(const ChunkPoints& points, const Triangle& t, ChunkPiece& piece) {
+  // Triangles come in ascending order.
+  if (piece.triangles++ == 0) {
+    piece.first = {points.global[t[0]], points.global[t[1]], points.global[t[2]]};
+  }
+  for (const std::uint32_t vertex : t) piece.box.extend(points.positions[vertex]);
+}
+
 void find_components(const ChunkPoints& points, const BallPivotingResult& result, const Box& box,
                      double seam_width, ChunkMesh& mesh) {
   FanNodes nodes(result);
@@ -108,7 +136,11 @@ void find_components(const ChunkPoints& points, const BallPivotingResult& result
   }
   std::sort(mesh.seam.begin(), mesh.seam.end());
   mesh.seam.erase(std::unique(mesh.seam.begin(), mesh.seam.end()), mesh.seam.end());
-  mesh.components = numbers.count();
+  add_boundary(points, result, nodes, numbers, mesh);
+  mesh.pieces.resize(numbers.count());
+  for (const Triangle& t : result.triangles) {
+    add_to_piece(points, t, mesh.pieces[numbers.of(nodes.at(t[0], t[1]))]);
+  }
 }
 
 double area_of(const ChunkPoints& points, const Triangle& t) {
@@ -139,11 +171,6 @@ ChunkMesh make_chunk_mesh(const ChunkPoints& points, const BallPivotingResult& r
   for (std::uint64_t& vertex : mesh.outer_vertices) {
     mesh.outer_positions.push_back(points.positions[vertex]);
     vertex = points.global[vertex];
-  }
-  for (const BoundaryFan& fan : result.boundary) {
-    if (points.owned[fan.vertex] == 0) continue;
-    mesh.boundary.push_back(
-        {points.global[fan.previous], points.global[fan.vertex], points.global[fan.next]});
   }
   find_components(points, result, box, seam_width, mesh);
   return mesh;

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/holes/boundary_loop.h"
+#include "io/box.h"
 #include "io/triangle_mesh.h"
 
 namespace orbweave {
@@ -23,15 +25,23 @@ struct SeamNode {
   friend auto operator<=>(const SeamNode&, const SeamNode&) = default;
 };
 
+/// A connected piece of the mesh, or the part of one that a chunk owns.
+struct ChunkPiece {
+  std::uint64_t triangles = 0;
+  Triangle64 first{};  ///< the smallest of them; meaningless where there is none
+  Box box;             ///< of their vertices
+};
+
 /// What a chunk contributes. Vertex numbers are ranks in the canonical order of the whole cloud.
 struct ChunkMesh {
   std::vector<Triangle64> triangles;          ///< owned, smallest first, sorted
   std::vector<std::uint8_t> fans;             ///< per owned point: number of fans, 0 when unused
   std::vector<std::uint64_t> outer_vertices;  ///< vertices of `triangles` that others own, sorted
   std::vector<Vec3> outer_positions;          ///< theirs
-  std::vector<Triangle64> boundary;           ///< (previous, vertex, next) at owned vertices
-  std::vector<SeamNode> seam;                 ///< nodes that other chunks may share, sorted
-  std::uint64_t components = 0;               ///< among the nodes of this chunk
+  std::vector<OpenFan> boundary;              ///< at owned vertices; components are the chunk's
+  std::vector<BoundaryVertex> boundary_vertices;  ///< those of `boundary`, ascending
+  std::vector<SeamNode> seam;                     ///< nodes that other chunks may share, sorted
+  std::vector<ChunkPiece> pieces;                 ///< the chunk's components
   std::uint64_t conflicts_lost = 0;
   std::uint64_t isolated_dropped = 0;
   double area = 0.0;  ///< of `triangles`

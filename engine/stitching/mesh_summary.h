@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/stitching/chunk_mesh.h"
@@ -10,24 +11,40 @@
 
 namespace orbweave {
 
+/// The boundary of the stitched mesh and what it bounds.
+struct StitchedBoundary {
+  std::vector<OpenFan> fans;             ///< components are indices of `pieces`
+  std::vector<BoundaryVertex> vertices;  ///< ascending
+  std::vector<ChunkPiece> pieces;        ///< connected pieces of the whole mesh
+  std::vector<std::uint64_t> pinched;    ///< vertices with several fans, ascending
+};
+
+/// Number of boundary loops, as mesh_facts counts them (engine/validation/boundary_loops.h).
+std::uint64_t count_loops(std::span<const OpenFan> fans);
+
+/// Brings the counts that follow from others up to date: Euler characteristic, watertight.
+void derive_facts(MeshFacts& facts);
+
 class MeshSummary {
  public:
-  /// Adds a chunk; its triangles and positions may be left empty when `triangles` says how many
-  /// there were.
-  void add(const ChunkMesh& chunk, std::uint64_t triangles);
-  /// Counts of the stitched mesh (area included; bounds and checksum are the exporter's).
-  MeshFacts facts();
+  /// Adds a chunk, in canonical order; its triangles and outer vertices may be left empty when
+  /// `triangles` says how many there were. `first_vertex`: global number of its first point.
+  void add(const ChunkMesh& chunk, std::uint64_t first_vertex, std::uint64_t triangles);
+  /// After the last chunk: counts of the stitched mesh (area included; bounds and checksum are the
+  /// exporter's).
+  void finish();
+
+  const MeshFacts& facts() const { return facts_; }
+  const StitchedBoundary& boundary() const { return boundary_; }
   std::uint64_t conflicts_lost() const { return conflicts_lost_; }
   std::uint64_t unused_points() const { return unused_points_; }
 
  private:
-  std::uint64_t count_components();
-  std::uint64_t count_loops();
+  void join_pieces();
 
   MeshFacts facts_;
+  StitchedBoundary boundary_;
   std::vector<SeamNode> seam_;
-  std::vector<Triangle64> boundary_;
-  std::uint64_t components_ = 0;
   std::uint64_t conflicts_lost_ = 0;
   std::uint64_t unused_points_ = 0;
 };

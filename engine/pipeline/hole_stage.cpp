@@ -1,0 +1,405 @@
+#include "engine/pipeline/hole_stage.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <span>
+
+#include "engine/holes/hole_choice.h"
+#include "engine/holes/hole_pass.h"
+#include "engine/holes/split_vertices.h"
+#include "engine/pipeline/reconstruct_stage.h"
+#include "engine/pipeline/stored_surface.h"
+#include "engine/validation/disjoint_sets.h"
+#include "partition/memory_plan.h"
+
+namespace orbweave {
+namespace {
+
+constexpr const char* kDocument = "batches.json";
+/// A batch ends where it has that many loops, or that much work (edges squared).
+constexpr std::size_t kBatchLoops = 256;
+constexpr std::uint64_t kBatchWork = 100'000;
+/// What filling one hole may hold: a dense system of the largest size and its factors.
+constexpr std::size_t kHoleBytes = std::size_t{48} << 20;
+
+std::string exact(double value) {
+  std::array<char, 40> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+}
+
+std::string hole_key(const JobContext& context, const std::vector<double>& radii) {
+  const FillOptions& fill = context.job.fill;
+  return mesh_key(context, radii) + "holes 1\n" + "kernel " +
+         (fill.kernel == FillKernel::kBiharmonic ? "biharmonic" : "triharmonic") +
+         "\nneighborhood " + exact(fill.neighborhood) + "\nmax_diameter " +
+         exact(fill.max_diameter) + "\nmax_perimeter " + exact(fill.max_perimeter) +
+         "\nmax_edges " + std::to_string(fill.max_edges) + "\nkeep_outer_border " +
+         (fill.keep_outer_border ? "yes" : "no") + "\nmin_triangles " +
+         std::to_string(fill.min_triangles) + "\n";
+}
+
+double area_of(const Surface& surface, const LoopPatch& patch) {
+  const auto position = [&](std::uint64_t vertex) {
+    return vertex < kNewVertex ? surface.position(vertex) : patch.positions[vertex - kNewVertex];
+  };
+  double area = 0.0;
+  for (const Triangle64& t : patch.triangles) {
+    const Vec3 a = position(t[0]);
+    area += 0.5 * norm(cross(position(t[1]) - a, position(t[2]) - a));
+  }
+  return area;
+}
+
+/// The stage's steps share this.
+class HoleStage {
+ public:
+  HoleStage(JobContext& context, const Partition& partition, const std::vector<double>& radii,
+            const StitchedBoundary& boundary, MeshFacts& facts)
+      : context_(context),
+        partition_(partition),
+        boundary_(boundary),
+        facts_(facts),
+        plan_(plan_memory(context.job.partition.memory_bytes, partition.points(), context.threads(),
+                          context.job.partition.chunk_points, partition.schema)),
+        surface_(context.store, partition, 2.0 * radii.back(), plan_.chunks_in_flight_bytes / 2,
+                 true) {}
+
+  FilledHoles run(const std::string& key) {
+    remove_small_pieces();
+    trace();
+    cut_into_batches();
+    StageClock clock(context_, "holes", loops_.size(), "loops");
+    context_.store.begin_stage(kHoleStage, key);
+    context_.store.commit_document(kHoleStage, kDocument,
+                                   nlohmann::json{{"batches", batches_.size()}}.dump() + "\n");
+    fill(clock.facts());
+    collect();
+    split();
+    update_facts();
+    clock.facts().chunks = batches_.size();
+    return std::move(result_);
+  }
+
+ private:
+  struct Batch {
+    std::size_t first = 0;  // of filled_
+    std::size_t count = 0;
+  };
+
+  void remove_small_pieces();
+  void remove_piece(const ChunkPiece& piece);
+  void find_freed();
+  void trace();
+  void cut_into_batches();
+  void fill(StageFacts& clock);
+  void fill_batch(ChunkId batch);
+  void collect();
+  void split();
+  void split_at(std::uint64_t vertex, std::span<const Triangle64> patch_triangles);
+  void close_fans(std::span<const Triangle64> corners);
+  std::vector<OpenFan> in_split_numbers(std::vector<OpenFan> fans) const;
+  void update_facts();
+  bool is_removed(std::uint64_t piece) const {
+    return boundary_.pieces[piece].triangles < context_.job.fill.min_triangles;
+  }
+
+  JobContext& context_;
+  const Partition& partition_;
+  const StitchedBoundary& boundary_;
+  MeshFacts& facts_;
+  MemoryPlan plan_;
+  StoredSurface surface_;
+  FilledHoles result_;
+  std::vector<OpenFan> fans_;
+  std::vector<BoundaryLoop> loops_;
+  std::vector<std::vector<std::array<std::uint64_t, 2>>> taken_;
+  std::vector<std::uint32_t> filled_;  // loops to be filled
+  std::vector<Batch> batches_;
+  double patch_area_ = 0.0;
+  std::uint64_t pinched_left_ = 0;
+};
+
+void HoleStage::remove_small_pieces() {
+  for (std::uint64_t p = 0; p < boundary_.pieces.size(); ++p) {
+    if (is_removed(p)) remove_piece(boundary_.pieces[p]);
+  }
+  std::sort(result_.removed.begin(), result_.removed.end());
+  find_freed();
+  surface_.remove(result_.removed);
+  for (const OpenFan& fan : boundary_.fans) {
+    if (!is_removed(fan.component)) fans_.push_back(fan);
+  }
+}
+
+/// All triangles that hang together with the piece's first one.
+void HoleStage::remove_piece(const ChunkPiece& piece) {
+  std::set<Triangle64> seen = {piece.first};
+  std::vector<Triangle64> next = {piece.first};
+  std::vector<Triangle64> around;
+  while (!next.empty()) {
+    const Triangle64 t = next.back();
+    next.pop_back();
+    for (int k = 0; k < 3; ++k) {
+      const std::uint64_t tail = t[k], head = t[(k + 1) % 3];
+      around.clear();
+      surface_.triangles_at(tail, around);
+      for (const Triangle64& other : around) {
+        const bool opposite = (other[0] == head && other[1] == tail) ||
+                              (other[1] == head && other[2] == tail) ||
+                              (other[2] == head && other[0] == tail);
+        if (opposite && seen.insert(other).second) next.push_back(other);
+      }
+    }
+  }
+  for (const Triangle64& t : seen) {
+    const Vec3 a = surface_.position(t[0]);
+    facts_.area -= 0.5 * norm(cross(surface_.position(t[1]) - a, surface_.position(t[2]) - a));
+  }
+  result_.removed.insert(result_.removed.end(), seen.begin(), seen.end());
+}
+
+/// Vertices of removed triangles that no other triangle uses. The surface still has them all.
+void HoleStage::find_freed() {
+  std::vector<std::uint64_t> vertices;
+  for (const Triangle64& t : result_.removed) vertices.insert(vertices.end(), t.begin(), t.end());
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  std::vector<Triangle64> around;
+  for (const std::uint64_t vertex : vertices) {
+    around.clear();
+    surface_.triangles_at(vertex, around);
+    const bool all = std::all_of(around.begin(), around.end(), [&](const Triangle64& t) {
+      return std::binary_search(result_.removed.begin(), result_.removed.end(), t);
+    });
+    if (all) result_.freed.push_back(vertex);
+  }
+}
+
+void HoleStage::trace() {
+  loops_ = trace_loops(fans_, boundary_.vertices);
+  std::vector<Piece> pieces;
+  pieces.reserve(boundary_.pieces.size());
+  for (const ChunkPiece& piece : boundary_.pieces) pieces.push_back({piece.triangles, piece.box});
+  std::vector<std::string> reasons = reasons_to_stay_open(loops_, pieces, context_.job.fill);
+  taken_ = shared_pairs(loops_);
+  for (std::uint32_t l = 0; l < loops_.size(); ++l) {
+    HoleFacts facts = facts_of_loop(loops_[l]);
+    facts.id = static_cast<std::int32_t>(l + 1);
+    facts.first_vertex = loops_[l].vertices.front();
+    facts.reason = std::move(reasons[l]);
+    if (facts.reason.empty()) filled_.push_back(l);
+    result_.holes.push_back(std::move(facts));
+  }
+}
+
+void HoleStage::cut_into_batches() {
+  std::uint64_t work = 0;
+  for (std::size_t i = 0; i < filled_.size(); ++i) {
+    const std::uint64_t edges = loops_[filled_[i]].vertices.size();
+    if (batches_.empty() || batches_.back().count == kBatchLoops ||
+        work + edges * edges > kBatchWork) {
+      batches_.push_back({i, 0});
+      work = 0;
+    }
+    ++batches_.back().count;
+    work += edges * edges;
+  }
+}
+
+void HoleStage::fill(StageFacts& clock) {
+  std::vector<ChunkTask> tasks;
+  context_.progress.advance(loops_.size() - filled_.size());
+  for (ChunkId batch = 0; batch < batches_.size(); ++batch) {
+    if (context_.store.has(kHoleStage, batch)) {
+      ++clock.chunks_reused;
+      context_.progress.advance(batches_[batch].count);
+      continue;
+    }
+    tasks.push_back({batch, kHoleBytes});
+  }
+  run_chunks(tasks, {context_.threads(), plan_.chunks_in_flight_bytes / 2, &context_.stop},
+             [&](ChunkId batch) { fill_batch(batch); });
+}
+
+void HoleStage::fill_batch(ChunkId number) {
+  const Batch& batch = batches_[number];
+  PatchBatch patches;
+  for (std::size_t i = batch.first; i < batch.first + batch.count; ++i) {
+    context_.stop.check();
+    const std::uint32_t l = filled_[i];
+    LoopPatch patch = fill_loop(surface_, loops_[l], taken_[l], context_.job.fill);
+    patch.facts.id = result_.holes[l].id;
+    patch.facts.first_vertex = result_.holes[l].first_vertex;
+    const double area = area_of(surface_, patch);
+    append_patch(std::move(patch), area, patches);
+    context_.progress.advance(1);
+  }
+  commit_patch_batch(context_.store, number, patches);
+}
+
+void HoleStage::collect() {
+  for (ChunkId batch = 0; batch < batches_.size(); ++batch) {
+    PatchBatch patches = load_patch_facts(context_.store, batch);
+    std::uint64_t vertices = 0, triangles = 0;
+    for (std::size_t i = 0; i < patches.facts.size(); ++i) {
+      HoleFacts& facts = patches.facts[i];
+      vertices += facts.points_added;
+      triangles += facts.triangles_added;
+      patch_area_ += patches.areas[i];
+      result_.holes[filled_[batches_[batch].first + i]] = std::move(facts);
+    }
+    result_.new_vertices.push_back(vertices);
+    result_.new_triangles.push_back(triangles);
+  }
+  for (std::size_t l = 0; l < loops_.size(); ++l) {
+    std::vector<std::uint32_t>& chunks = result_.holes[l].chunks;
+    for (const std::uint64_t vertex : loops_[l].vertices) {
+      chunks.push_back(partition_.chunk_of(vertex));
+    }
+    std::sort(chunks.begin(), chunks.end());
+    chunks.erase(std::unique(chunks.begin(), chunks.end()), chunks.end());
+  }
+}
+
+/// Doubles what is still pinched after the fill.
+void HoleStage::split() {
+  if (boundary_.pinched.empty()) return;
+  std::map<std::uint64_t, std::vector<Triangle64>> patched;
+  std::uint64_t base = 0;
+  for (ChunkId batch = 0; batch < batches_.size(); ++batch) {
+    for (Triangle64 t : load_patch_batch(context_.store, batch).triangles) {
+      for (std::uint64_t& vertex : t) vertex += vertex >= kNewVertex ? base : 0;
+      for (const std::uint64_t vertex : t) {
+        if (std::binary_search(boundary_.pinched.begin(), boundary_.pinched.end(), vertex)) {
+          patched[vertex].push_back(t);
+        }
+      }
+    }
+    base += result_.new_vertices[batch];
+  }
+  for (const std::uint64_t vertex : boundary_.pinched) split_at(vertex, patched[vertex]);
+  std::sort(result_.splits.begin(), result_.splits.end());
+}
+
+void HoleStage::split_at(std::uint64_t vertex, std::span<const Triangle64> patch_triangles) {
+  std::vector<Triangle64> around;
+  surface_.triangles_at(vertex, around);
+  around.insert(around.end(), patch_triangles.begin(), patch_triangles.end());
+  const std::vector<std::uint32_t> group = fan_groups(around, vertex);
+  const std::uint64_t first_copy = result_.copies.size();
+  for (std::size_t i = 0; i < group.size(); ++i) {
+    if (group[i] == 0) continue;
+    const std::uint64_t copy = first_copy + group[i] - 1;
+    if (copy == result_.copies.size()) result_.copies.push_back(vertex);
+    result_.splits.push_back({around[i], vertex, copy});
+  }
+}
+
+/// Fans that are left. Where a patch fills the gap after a fan, it goes on with the next one.
+/// `corners`: of filled loops, (arriving from, vertex, leaving to), sorted.
+void HoleStage::close_fans(std::span<const Triangle64> corners) {
+  const auto filled_after = [&](std::uint64_t previous, std::uint64_t vertex) {
+    const auto at =
+        std::lower_bound(corners.begin(), corners.end(), Triangle64{previous, vertex, 0});
+    const bool found = at != corners.end() && (*at)[0] == previous && (*at)[1] == vertex;
+    return found ? &*at : nullptr;
+  };
+  std::map<std::array<std::uint64_t, 2>, std::uint64_t> previous_of;  // (vertex, next)
+  std::set<std::array<std::uint64_t, 2>> begun;  // (vertex, next) of fans after a filled gap
+  for (const Triangle64& corner : corners) begun.insert({corner[1], corner[2]});
+  for (const OpenFan& fan : fans_) {
+    if (begun.count({fan.vertex, fan.next}) > 0) {
+      previous_of[{fan.vertex, fan.next}] = fan.previous;
+    }
+  }
+  std::erase_if(fans_, [&](const OpenFan& fan) { return begun.count({fan.vertex, fan.next}) > 0; });
+  for (OpenFan& fan : fans_) {
+    while (const Triangle64* corner = filled_after(fan.previous, fan.vertex)) {
+      fan.previous = previous_of.at({fan.vertex, (*corner)[2]});
+    }
+  }
+}
+
+/// The fans with doubled vertices under their own numbers.
+std::vector<OpenFan> HoleStage::in_split_numbers(std::vector<OpenFan> fans) const {
+  std::map<Triangle64, std::uint64_t> number;  // (tail, head, one of the two)
+  constexpr std::uint64_t kCopies = std::uint64_t{1} << 62;
+  for (const SplitCorner& split : result_.splits) {
+    const Triangle64& t = split.triangle;
+    const int k = t[0] == split.vertex ? 0 : t[1] == split.vertex ? 1 : 2;
+    number[{t[k], t[(k + 1) % 3], split.vertex}] = kCopies + split.copy;
+    number[{t[(k + 2) % 3], t[k], split.vertex}] = kCopies + split.copy;
+  }
+  if (number.empty()) return fans;
+  const auto renamed = [&](std::uint64_t tail, std::uint64_t head, std::uint64_t vertex) {
+    const auto at = number.find({tail, head, vertex});
+    return at == number.end() ? vertex : at->second;
+  };
+  for (OpenFan& fan : fans) {
+    fan = {renamed(fan.previous, fan.vertex, fan.previous),
+           renamed(fan.vertex, fan.next, fan.vertex), renamed(fan.vertex, fan.next, fan.next),
+           fan.component};
+  }
+  return fans;
+}
+
+void HoleStage::update_facts() {
+  DisjointSets pieces(boundary_.pieces.size());
+  std::uint64_t removed_pieces = 0;
+  for (std::uint64_t p = 0; p < boundary_.pieces.size(); ++p) {
+    removed_pieces += is_removed(p) ? 1 : 0;
+  }
+  std::vector<Triangle64> corners;
+  for (std::size_t l = 0; l < loops_.size(); ++l) {
+    const HoleFacts& hole = result_.holes[l];
+    if (!hole.filled) continue;
+    const BoundaryLoop& loop = loops_[l];
+    for (const std::uint64_t piece : loop.components) {
+      pieces.unite(static_cast<std::uint32_t>(loop.components.front()),
+                   static_cast<std::uint32_t>(piece));
+    }
+    const std::size_t n = loop.vertices.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      // Against the loop: the direction of the fans.
+      corners.push_back({loop.vertices[(i + 2) % n], loop.vertices[(i + 1) % n], loop.vertices[i]});
+    }
+    facts_.vertices += hole.points_added;
+    facts_.triangles += hole.triangles_added;
+  }
+  std::sort(corners.begin(), corners.end());
+  close_fans(corners);
+  std::uint64_t roots = 0;
+  for (std::uint32_t p = 0; p < boundary_.pieces.size(); ++p) roots += pieces.find(p) == p ? 1 : 0;
+  facts_.components = roots - removed_pieces;
+  facts_.vertices += result_.copies.size();
+  facts_.vertices -= result_.freed.size();
+  facts_.triangles -= result_.removed.size();
+  facts_.nonmanifold_vertices = 0;
+  facts_.area += patch_area_;
+  facts_.boundary_edges = fans_.size();
+  facts_.boundary_loops = count_loops(in_split_numbers(fans_));
+  derive_facts(facts_);
+}
+
+}  // namespace
+
+FilledHoles fill_holes(JobContext& context, const Partition& partition,
+                       const std::vector<double>& radii, const StitchedBoundary& boundary,
+                       MeshFacts& facts) {
+  HoleStage stage(context, partition, radii, boundary, facts);
+  return stage.run(hole_key(context, radii));
+}
+
+const SplitCorner* find_split(const FilledHoles& holes, const Triangle64& triangle,
+                              std::uint64_t vertex) {
+  const auto at =
+      std::lower_bound(holes.splits.begin(), holes.splits.end(), SplitCorner{triangle, vertex, 0});
+  const bool found = at != holes.splits.end() && at->triangle == triangle && at->vertex == vertex;
+  return found ? &*at : nullptr;
+}
+
+}  // namespace orbweave
