@@ -93,6 +93,7 @@ CommandAction parse_command_line(const std::vector<std::string>& arguments, cons
                                [&action](CommandAction chosen) { action = std::move(chosen); }};
   add_run_command(program, context);
   add_reconstruct_command(program, context);
+  add_fill_command(program, context);
   add_plan_command(program, context);
   add_status_command(program, context);
   add_inspect_command(program, context);

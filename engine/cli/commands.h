@@ -23,6 +23,7 @@ struct CommandContext {
 /// Each throws nothing itself; the actions that they hand to `then` throw Error.
 void add_run_command(CLI::App& program, const CommandContext& context);
 void add_reconstruct_command(CLI::App& program, const CommandContext& context);
+void add_fill_command(CLI::App& program, const CommandContext& context);
 void add_plan_command(CLI::App& program, const CommandContext& context);
 void add_status_command(CLI::App& program, const CommandContext& context);
 void add_inspect_command(CLI::App& program, const CommandContext& context);

@@ -1,6 +1,5 @@
 // orbweave inspect: the facts of a scan or a mesh.
 #include <CLI/CLI.hpp>
-#include <array>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -8,12 +7,16 @@
 #include "engine/cli/commands.h"
 #include "engine/cli/file_kind.h"
 #include "engine/cli/json_text.h"
+#include "engine/cli/mesh_drawing.h"
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
+#include "engine/holes/fill_mesh.h"
 #include "engine/validation/cloud_facts.h"
 #include "engine/validation/compare.h"
 #include "engine/validation/mesh_facts.h"
+#include "engine/validation/usable_triangles.h"
 #include "io/error.h"
+#include "io/hole_summary.h"
 #include "io/mesh_reader.h"
 #include "io/picture.h"
 #include "io/quantity.h"
@@ -106,16 +109,6 @@ std::string mesh_text(const MeshFacts& facts) {
   return facts_table(lines);
 }
 
-void draw_mesh(const TriangleMesh& mesh, const Box& bounds, const std::string& path) {
-  std::vector<std::array<Vec3, 3>> corners;
-  corners.reserve(mesh.triangles.size());
-  const std::vector<Vec3>& at = mesh.vertices.positions;
-  for (const Triangle& t : mesh.triangles) corners.push_back({at[t[0]], at[t[1]], at[t[2]]});
-  MeshPicture picture(bounds);
-  picture.draw(corners, mesh.hole);
-  picture.write_png(path);
-}
-
 void draw_cloud(const std::string& file, const Box& bounds, const std::string& path) {
   constexpr std::size_t kBatchPoints = std::size_t{1} << 16;
   const auto source = open_point_source(file);
@@ -125,15 +118,39 @@ void draw_cloud(const std::string& file, const Box& bounds, const std::string& p
   picture.write_png(path);
 }
 
+/// What the hole pass would make of the loops, with its defaults.
+std::vector<HoleFacts> loops_of(TriangleMesh mesh, const MeshFacts& facts) {
+  if (facts.boundary_edges == 0) return {};
+  remove_unusable_triangles(mesh);
+  return list_holes(mesh, FillOptions{});
+}
+
+std::string loops_text(std::span<const HoleFacts> holes) {
+  constexpr std::size_t kShown = 8;
+  if (holes.empty()) return "";
+  std::vector<std::vector<std::string>> rows = {{holes.size() > kShown ? "widest loops" : "loops",
+                                                 "edges", "diameter", "perimeter", "at vertex"}};
+  for (const HoleFacts* hole : widest_holes(holes, kShown))
+    rows.push_back({hole->reason.empty() ? "a hole" : "no hole: " + hole->reason,
+                    format_count(hole->edges), format_number(hole->diameter),
+                    format_number(hole->perimeter), format_count(hole->first_vertex)});
+  std::string text = "\n" + table(rows);
+  if (holes.size() > kShown)
+    text += "and " + format_count(holes.size() - kShown) + " more; --json lists all\n";
+  return text;
+}
+
 void inspect_mesh(const InspectOptions& options) {
-  const TriangleMesh mesh = read_mesh(options.file);
+  TriangleMesh mesh = read_mesh(options.file);
   const MeshFacts facts = mesh_facts(mesh);
   if (!options.picture.empty()) draw_mesh(mesh, facts.bounds, options.picture);
   CloudDistances distances;
   const bool against = !options.against.empty();
   if (against) distances = distances_to_cloud(mesh, read_all(*open_point_source(options.against)));
+  const std::vector<HoleFacts> holes = loops_of(std::move(mesh), facts);
   if (options.json) {
     Json json = Json::parse(mesh_facts_json(facts));
+    json["holes"] = Json::parse(holes_json(holes));
     if (against)
       json["against"] = {{"file", options.against},
                          {"mesh_to_cloud", distance_json(distances.mesh_to_cloud)},
@@ -146,6 +163,7 @@ void inspect_mesh(const InspectOptions& options) {
     std::cout << "\n"
               << distance_table({{"mesh to cloud", distances.mesh_to_cloud},
                                  {"cloud to mesh", distances.cloud_to_mesh}});
+  std::cout << loops_text(holes);
 }
 
 void inspect_cloud(const InspectOptions& options) {

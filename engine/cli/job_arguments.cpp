@@ -85,9 +85,7 @@ void add_job_file_options(CLI::App& command, JobArguments& arguments) {
       ->type_name("SECTION.KEY=VALUE")
       ->expected(1)
       ->take_all();
-  for (const JobKey& key : job_keys())
-    if (std::find(kRunKeys.begin(), kRunKeys.end(), key.name()) != kRunKeys.end())
-      add_key_option(command, key, arguments);
+  add_key_options(command, kRunKeys, arguments);
 }
 
 void add_all_key_options(CLI::App& command, JobArguments& arguments) {
@@ -96,6 +94,13 @@ void add_all_key_options(CLI::App& command, JobArguments& arguments) {
       ->required();
   for (const JobKey& key : job_keys())
     if (*key.option != '\0') add_key_option(command, key, arguments);
+}
+
+void add_key_options(CLI::App& command, std::span<const std::string_view> names,
+                     JobArguments& arguments) {
+  for (const JobKey& key : job_keys())
+    if (std::ranges::find(names, key.name()) != names.end())
+      add_key_option(command, key, arguments);
 }
 
 void add_run_options(CLI::App& command, JobArguments& arguments) {
@@ -120,6 +125,12 @@ Job job_of(const JobArguments& arguments) {
   if (std::ranges::find(job.input.files, "-") != job.input.files.end())
     throw_usage("a job reads its scans twice, so they cannot come from standard input",
                 {.advice = "Write them to a file first: orbweave convert - scan.ply"});
+  return job;
+}
+
+Job settings_of(const JobArguments& arguments) {
+  Job job;
+  for (const auto& [key, text] : arguments.settings) set_job_key(job, key, text);
   return job;
 }
 

@@ -1,7 +1,9 @@
 // Jobs on the command line: the options that set job-file keys, and the job they come to.
 #pragma once
 
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -30,12 +32,17 @@ struct JobArguments {
 void add_job_file_options(CLI::App& command, JobArguments& arguments);
 /// SCAN..., -o, and an option for every key of the job file that has one.
 void add_all_key_options(CLI::App& command, JobArguments& arguments);
+/// Options for the keys of these names ("fill.kernel").
+void add_key_options(CLI::App& command, std::span<const std::string_view> names,
+                     JobArguments& arguments);
 /// --fresh and --progress.
 void add_run_options(CLI::App& command, JobArguments& arguments);
 
 /// The job: file, assignments, settings. Throws Error (usage) where one of them is wrong or where
 /// no scan is named.
 Job job_of(const JobArguments& arguments);
+/// The defaults with the settings alone, for commands that read no scans.
+Job settings_of(const JobArguments& arguments);
 ProgressStyle progress_style(const JobArguments& arguments);
 
 }  // namespace orbweave

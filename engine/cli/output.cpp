@@ -10,6 +10,7 @@
 #include <iostream>
 
 #include "io/error.h"
+#include "io/hole_summary.h"
 #include "io/quantity.h"
 
 namespace orbweave {
@@ -100,6 +101,33 @@ std::string show_box(const Box& box) {
 
 std::string counted(std::uint64_t count, const char* one, const char* many) {
   return format_count(count) + " " + (count == 1 ? one : many);
+}
+
+std::string show_mesh(const MeshFacts& mesh) {
+  const std::string border = mesh.watertight
+                                 ? "closed"
+                                 : counted(mesh.boundary_edges, "border edge", "border edges") +
+                                       " in " + counted(mesh.boundary_loops, "loop", "loops");
+  return counted(mesh.vertices, "vertex", "vertices") + ", " +
+         counted(mesh.triangles, "triangle", "triangles") + ", " + border;
+}
+
+void add_holes(Facts& facts, std::span<const HoleFacts> holes) {
+  constexpr std::size_t kReasons = 5;
+  if (holes.empty()) return;
+  const HoleSummary found = hole_summary(holes);
+  facts.emplace_back("loops", format_count(found.loops));
+  if (found.filled > 0)
+    facts.emplace_back("filled", format_count(found.filled) + " (" +
+                                     counted_list(found.methods, found.methods.size()) + "), " +
+                                     counted(found.points_added, "point", "points") + " and " +
+                                     counted(found.triangles_added, "triangle", "triangles") +
+                                     " added");
+  for (std::size_t i = 0; i < std::min(kReasons, found.reasons.size()); ++i)
+    facts.emplace_back(i == 0 ? "left open" : "",
+                       format_count(found.reasons[i].second) + ": " + found.reasons[i].first);
+  if (found.reasons.size() > kReasons)
+    facts.emplace_back("", "and others, for other reasons; the report has all");
 }
 
 std::string show_list(const std::vector<double>& values) {

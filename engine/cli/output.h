@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "engine/validation/compare.h"
 #include "io/box.h"
+#include "io/report.h"
 
 namespace orbweave {
 
@@ -31,6 +33,9 @@ std::string distance_table(const std::vector<std::pair<std::string, DistanceSumm
 /// millionth of the largest extent takes.
 std::string show_box(const Box& box);
 std::string counted(std::uint64_t count, const char* one, const char* many);  ///< "3 loops"
+std::string show_mesh(const MeshFacts& mesh);  ///< counts, and whether it is closed
+/// What became of the loops: how many, filled by what, open for what reason. Nothing for none.
+void add_holes(Facts& facts, std::span<const HoleFacts> holes);
 std::string show_list(const std::vector<double>& values);  ///< "0.001, 0.002", six digits at most
 
 std::string joined(const std::vector<std::string>& words);  ///< "a, b, c"

@@ -1,5 +1,6 @@
 // orbweave plan: what a run would do.
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -14,13 +15,45 @@
 namespace orbweave {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 struct PlanOptions {
   JobArguments job;
   bool json = false;
 };
 
-std::string plan_json(const JobPlan& plan) {
-  const nlohmann::ordered_json document = {
+/// What stays open by the options; which loops there are is known after the reconstruction.
+std::vector<std::string> left_open(const FillOptions& fill) {
+  std::vector<std::string> kinds;
+  if (fill.keep_outer_border) kinds.emplace_back("outer borders of open sheets");
+  if (fill.max_edges > 0)
+    kinds.push_back("holes of more than " + counted(fill.max_edges, "edge", "edges"));
+  if (std::isfinite(fill.max_diameter))
+    kinds.push_back("holes wider than " + format_number(fill.max_diameter));
+  if (std::isfinite(fill.max_perimeter))
+    kinds.push_back("holes with a rim longer than " + format_number(fill.max_perimeter));
+  return kinds;
+}
+
+Facts fill_plan(const FillOptions& fill) {
+  Facts facts;
+  if (!fill.enabled) {
+    facts.emplace_back("holes", "all stay open (fill.enabled = false)");
+  } else {
+    const char* kernel = fill.kernel == FillKernel::kBiharmonic ? "biharmonic" : "triharmonic";
+    const std::vector<std::string> kinds = left_open(fill);
+    facts.emplace_back("holes", std::string("filled (") + kernel + ", neighborhood " +
+                                    format_number(fill.neighborhood) + " times the radius)");
+    facts.emplace_back("left open", kinds.empty() ? "nothing" : joined(kinds));
+  }
+  if (fill.enabled && fill.min_triangles > 0)
+    facts.emplace_back("removed", "separate pieces of fewer than " +
+                                      counted(fill.min_triangles, "triangle", "triangles"));
+  return facts;
+}
+
+std::string plan_json(const JobPlan& plan, const FillOptions& fill) {
+  const Json document = {
       {"input",
        {{"files", plan.files}, {"points", plan.points}, {"bounds", box_json(plan.bounds)}}},
       {"partition",
@@ -30,32 +63,36 @@ std::string plan_json(const JobPlan& plan) {
         {"halo_width", plan.halo_width},
         {"chunks_in_flight", plan.chunks_in_flight}}},
       {"radii", {{"values", plan.radii}, {"reason", plan.radii_reason}}},
+      {"fill",
+       {{"enabled", fill.enabled}, {"left_open", fill.enabled ? Json(left_open(fill)) : Json()}}},
       {"peak_memory_bytes", plan.peak_memory_bytes},
       {"disk_bytes", plan.disk_bytes},
       {"seconds", plan.seconds}};
   return json_text(document);
 }
 
-std::string plan_text(const JobPlan& plan) {
-  return facts_table({{"files", joined(plan.files)},
-                      {"points", format_count(plan.points)},
-                      {"bounds", show_box(plan.bounds)},
-                      {"chunks", format_count(plan.chunks) + " of up to " +
-                                     format_count(plan.largest_chunk_points) + " points"},
-                      {"in flight", std::to_string(plan.chunks_in_flight)},
-                      {"halo width", format_number(plan.halo_width)},
-                      {"radii", show_list(plan.radii)},
-                      {"reason", plan.radii_reason},
-                      {"peak memory", "about " + format_bytes(plan.peak_memory_bytes)},
-                      {"disk", "about " + format_bytes(plan.disk_bytes)},
-                      {"time", "about " + format_duration(plan.seconds)}});
+std::string plan_text(const JobPlan& plan, const FillOptions& fill) {
+  Facts facts = {{"files", joined(plan.files)},
+                 {"points", format_count(plan.points)},
+                 {"bounds", show_box(plan.bounds)},
+                 {"chunks", format_count(plan.chunks) + " of up to " +
+                                format_count(plan.largest_chunk_points) + " points"},
+                 {"in flight", std::to_string(plan.chunks_in_flight)},
+                 {"halo width", format_number(plan.halo_width)},
+                 {"radii", show_list(plan.radii)},
+                 {"reason", plan.radii_reason}};
+  for (const auto& fact : fill_plan(fill)) facts.push_back(fact);
+  facts.insert(facts.end(), {{"peak memory", "about " + format_bytes(plan.peak_memory_bytes)},
+                             {"disk", "about " + format_bytes(plan.disk_bytes)},
+                             {"time", "about " + format_duration(plan.seconds)}});
+  return facts_table(facts);
 }
 
 void show_plan(const PlanOptions& options, const StopToken& stop) {
   const Job job = job_of(options.job);
   const auto progress = make_progress(progress_style(options.job));
   const JobPlan plan = plan_job(job, *progress, stop);
-  std::cout << (options.json ? plan_json(plan) : plan_text(plan));
+  std::cout << (options.json ? plan_json(plan, job.fill) : plan_text(plan, job.fill));
 }
 
 }  // namespace

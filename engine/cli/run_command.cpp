@@ -5,29 +5,20 @@
 #include <memory>
 
 #include "engine/cli/commands.h"
-#include "engine/cli/file_kind.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
+#include "engine/cli/output_checks.h"
 #include "engine/pipeline/pipeline.h"
 #include "io/error.h"
 #include "io/glob.h"
-#include "io/quantity.h"
 
 namespace orbweave {
 namespace {
 
-std::string mesh_text(const MeshFacts& mesh) {
-  const std::string border = mesh.watertight
-                                 ? "closed"
-                                 : counted(mesh.boundary_edges, "border edge", "border edges") +
-                                       " in " + counted(mesh.boundary_loops, "loop", "loops");
-  return counted(mesh.vertices, "vertex", "vertices") + ", " +
-         counted(mesh.triangles, "triangle", "triangles") + ", " + border;
-}
-
 std::string summary(const RunReport& report) {
   const OutputOptions& output = report.options.output;
-  Facts facts = {{"mesh", output.mesh}, {"", mesh_text(report.mesh)}};
+  Facts facts = {{"mesh", output.mesh}, {"", show_mesh(report.mesh)}};
+  add_holes(facts, report.holes);
   if (!output.report.empty()) facts.emplace_back("report", output.report);
   if (!output.picture.empty()) facts.emplace_back("picture", output.picture);
   return facts_table(facts);
@@ -44,41 +35,17 @@ std::string summary(const RunReport& report) {
               {.advice = "What is done is kept in " + work_dir + "; the same command resumes."});
 }
 
-void check_mesh_name(const JobArguments& arguments, const std::string& mesh) {
-  if (mesh.empty())
+/// The mesh's folder is the pipeline's concern.
+void check_outputs(const JobArguments& arguments, const Job& job) {
+  const OutputOptions& output = job.output;
+  if (output.mesh.empty())
     throw_usage("names no mesh to write",
                 {.file = arguments.job_file, .expected = "[output] mesh = \"mesh.ply\""});
-  if (mesh != "-" && !is_mesh_format(mesh))
-    throw_usage("nobody writes meshes of this name",
-                {.file = mesh, .expected = "a name that ends in .ply, .ply.gz, .obj or .stl"});
-}
-
-/// What a run writes at its end must not replace what it reads.
-void check_scans_are_kept(const Job& job) {
+  check_mesh_name(output.mesh);
   for (const std::string& scan : expand_globs(job.input.files))
-    for (const std::string& out : {job.output.mesh, job.output.report, job.output.picture}) {
-      std::error_code ignored;
-      if (out.empty() || out == "-" || !std::filesystem::equivalent(out, scan, ignored)) continue;
-      throw_usage("the output would replace a scan of the job",
-                  {.file = out, .advice = "Choose another name for the output."});
-    }
-}
-
-/// Found out before the work rather than after it; the mesh's folder is the pipeline's concern.
-void check_folder_of(const std::string& out) {
-  const std::filesystem::path folder = std::filesystem::path(out).parent_path();
-  std::error_code ignored;
-  if (folder.empty() || std::filesystem::is_directory(folder, ignored)) return;
-  throw_resource("cannot be written there", {.file = out,
-                                             .found = folder.string() + ", which is no directory",
-                                             .advice = "Create it or choose another place."});
-}
-
-void check_outputs(const JobArguments& arguments, const Job& job) {
-  check_mesh_name(arguments, job.output.mesh);
-  check_scans_are_kept(job);
-  check_folder_of(job.output.report);
-  check_folder_of(job.output.picture);
+    check_input_is_kept(scan, {output.mesh, output.report, output.picture}, "a scan of the job");
+  check_folder_of(output.report);
+  check_folder_of(output.picture);
 }
 
 void run(const JobArguments& arguments, const std::vector<std::string>& command,

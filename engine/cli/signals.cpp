@@ -40,6 +40,12 @@ void handle_signals(StopToken& stop) {
 
 void end_at_once_on_signals() { token.store(nullptr); }
 
+EndAtOnceOnSignals::EndAtOnceOnSignals() : stop_(token.exchange(nullptr)) {
+  // Nobody would look at a request that came before.
+  if (stop_ != nullptr && stop_->requested()) _exit(static_cast<int>(ExitStatus::kInterrupted));
+}
+EndAtOnceOnSignals::~EndAtOnceOnSignals() { token.store(stop_); }
+
 void check_interruption(const StopToken& stop) {
   if (stop.requested()) throw Error(ExitStatus::kInterrupted, "interrupted; nothing was written");
 }

@@ -13,6 +13,19 @@ void handle_signals(StopToken& stop);
 /// For commands that leave nothing to clean up: from now on the first signal ends the process.
 void end_at_once_on_signals();
 
+/// The same while it lives: for what can take long and leaves nothing behind. Then signals are
+/// requests to stop again.
+class EndAtOnceOnSignals {
+ public:
+  EndAtOnceOnSignals();
+  ~EndAtOnceOnSignals();
+  EndAtOnceOnSignals(const EndAtOnceOnSignals&) = delete;
+  EndAtOnceOnSignals& operator=(const EndAtOnceOnSignals&) = delete;
+
+ private:
+  StopToken* stop_;
+};
+
 /// For commands that cannot resume: throws Error (interrupted) when `stop` is requested.
 void check_interruption(const StopToken& stop);
 

@@ -96,6 +96,21 @@ TEST_CASE("EveryDocumentedOptionOfReconstructReachesTheJob") {
                                "--method",
                                "ball_pivoting",
                                "--no-fill",
+                               "--kernel",
+                               "triharmonic",
+                               "--neighborhood",
+                               "2.5",
+                               "--max-diameter",
+                               "1.5",
+                               "--max-perimeter",
+                               "4",
+                               "--max-edges",
+                               "99",
+                               "--close-outer-border",
+                               "--min-triangles",
+                               "3",
+                               "--patch-color",
+                               "#4477cc",
                                "--levels",
                                "2",
                                "--chunk-points",
@@ -121,6 +136,15 @@ TEST_CASE("EveryDocumentedOptionOfReconstructReachesTheJob") {
   CHECK(run.status == 0);
   const json report = json::parse(file_text(in / "report.json"));
   CHECK(report["options"]["reconstruct"]["levels"] == 2);
+  CHECK(report["options"]["fill"] == json({{"enabled", false},
+                                           {"kernel", "triharmonic"},
+                                           {"neighborhood", 2.5},
+                                           {"max_diameter", 1.5},
+                                           {"max_perimeter", 4.0},
+                                           {"max_edges", 99},
+                                           {"keep_outer_border", false},
+                                           {"min_triangles", 3}}));
+  CHECK(report["options"]["output"]["patch_color"] == "#4477cc");
   CHECK(report["options"]["partition"]["chunk_points"] == 500);
   CHECK(report["partition"]["chunks"] > 1);
   CHECK(report["command"][1] == "reconstruct");
@@ -156,6 +180,23 @@ TEST_CASE("PlanForetellsTheRunAndWritesNothing") {
   CHECK(planned["radii"]["values"] == report["radii"]["values"]);
   CHECK_THAT(run_in(in, {"plan", "job.toml"}).out,
              Contains("points       5,000\n") && Contains("peak memory  about "));
+}
+
+TEST_CASE("PlanSaysWhatTheOptionsDoToHoles") {
+  const ScratchDirectory in;
+  generate(in, "2000");
+  write_text(in / "job.toml", kJob);
+  CHECK_THAT(run_in(in, {"plan", "job.toml"}).out,
+             Contains("holes  filled (biharmonic, neighborhood 2 times the radius)\n") &&
+                 Contains("left open  outer borders of open sheets\n"));
+  CHECK_THAT(run_in(in, {"plan", "job.toml", "--set", "fill.keep_outer_border=false", "--set",
+                         "fill.max_edges=60", "--set", "fill.max_diameter=0.5", "--set",
+                         "fill.min_triangles=9"})
+                 .out,
+             Contains("left open  holes of more than 60 edges, holes wider than 0.5\n") &&
+                 Contains("removed  separate pieces of fewer than 9 triangles\n"));
+  const std::vector<std::string> no_fill = {"plan", "job.toml", "--set", "fill.enabled=false"};
+  CHECK_THAT(run_in(in, no_fill).out, Contains("holes  all stay open (fill.enabled = false)\n"));
 }
 
 TEST_CASE("StatusOfWhatIsNoWorkDirectoryIsWrongUsage") {

@@ -7,8 +7,8 @@ using Catch::Matchers::Contains;
 using orbweave::test::run_program;
 
 TEST_CASE("EveryCommandHelpsWithAnExample") {
-  const std::string command =
-      GENERATE("run", "reconstruct", "plan", "status", "inspect", "compare", "convert", "generate");
+  const std::string command = GENERATE("run", "reconstruct", "fill", "plan", "status", "inspect",
+                                       "compare", "convert", "generate");
   CAPTURE(command);
   const auto result = run_program({command, "--help"});
   CHECK(result.status == 0);
@@ -20,8 +20,8 @@ TEST_CASE("EveryCommandHelpsWithAnExample") {
 TEST_CASE("ProgramHelpListsEveryCommand") {
   const auto result = run_program({"--help"});
   CHECK(result.status == 0);
-  for (const char* command :
-       {"run", "reconstruct", "plan", "status", "inspect", "compare", "convert", "generate"})
+  for (const char* command : {"run", "reconstruct", "fill", "plan", "status", "inspect", "compare",
+                              "convert", "generate"})
     CHECK_THAT(result.out, Contains(std::string("\n  ") + command + " "));
 }
 

@@ -389,6 +389,11 @@ TEST_CASE("TheJobFilesThatUsersCopyAreRead") {
   const Job object = read_job_file(test::source_path("configs/object.toml"));
   CHECK(object.reconstruct.ball_radii.empty());
   CHECK(object.reconstruct.levels == 3);
+  CHECK(object.fill.enabled);
+  const Job terrain = read_job_file(test::source_path("configs/terrain.toml"));
+  CHECK(terrain.fill.enabled);
+  CHECK(terrain.fill.keep_outer_border);
+  CHECK_FALSE(terrain.output.float_positions);
   const Job large = read_job_file(test::source_path("configs/large-scan.toml"));
   CHECK(large.reconstruct.ball_radii.size() == 1);
   CHECK(large.partition.chunk_points > 0);

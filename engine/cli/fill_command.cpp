@@ -1,0 +1,175 @@
+// orbweave fill: the hole pass on a mesh from elsewhere.
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <iostream>
+#include <memory>
+
+#include "engine/cli/commands.h"
+#include "engine/cli/file_kind.h"
+#include "engine/cli/job_arguments.h"
+#include "engine/cli/mesh_drawing.h"
+#include "engine/cli/output.h"
+#include "engine/cli/output_checks.h"
+#include "engine/cli/signals.h"
+#include "engine/holes/fill_mesh.h"
+#include "engine/validation/mesh_facts.h"
+#include "engine/validation/usable_triangles.h"
+#include "io/error.h"
+#include "io/mesh_reader.h"
+#include "io/mesh_writer.h"
+
+namespace orbweave {
+namespace {
+
+/// Keys of a job file that are options here, too; --report is another one (JSON alone).
+constexpr std::array<std::string_view, 13> kKeys = {
+    "output.mesh",        "fill.kernel",      "fill.neighborhood",      "fill.max_diameter",
+    "fill.max_perimeter", "fill.max_edges",   "fill.keep_outer_border", "fill.min_triangles",
+    "output.format",      "output.precision", "output.picture",         "output.patch_color",
+    "run.threads"};
+
+struct FillArguments {
+  std::string file;
+  std::string report;
+  JobArguments job;
+};
+
+/// Everything that can be known to go wrong before the work.
+void check(const FillArguments& arguments, const OutputOptions& output) {
+  check_mesh_name(output.mesh);
+  check_input_is_kept(arguments.file, {output.mesh, output.report, output.picture},
+                      "the mesh that is read");
+  for (const std::string& out : {output.mesh, output.report, output.picture}) check_folder_of(out);
+  if (arguments.file == "-" || is_mesh_file(arguments.file)) return;
+  throw_bad_input("is no mesh, so it has no holes to fill",
+                  {.file = arguments.file,
+                   .expected = "a .ply, .obj or .stl file with faces",
+                   .advice = "'orbweave reconstruct' makes a mesh of a cloud."});
+}
+
+std::string left_out_text(const UnusableTriangles& left_out) {
+  std::vector<std::string> words;
+  const auto add = [&](std::uint64_t count, const char* one, const char* many) {
+    if (count > 0) words.push_back(counted(count, one, many));
+  };
+  add(left_out.degenerate, "triangle with two equal vertices", "triangles with two equal vertices");
+  add(left_out.repeated, "repeated triangle", "repeated triangles");
+  add(left_out.not_finite, "triangle with a coordinate that is not finite",
+      "triangles with a coordinate that is not finite");
+  return joined(words);
+}
+
+/// Takes out what is no surface, says so, and counts it in the report.
+void leave_out_unusable(TriangleMesh& mesh, FillReport& report) {
+  const UnusableTriangles left_out = remove_unusable_triangles(mesh);
+  if (left_out.all() > 0) print_warning(report.file + ": left out " + left_out_text(left_out));
+  if (left_out.degenerate > 0) report.triangles_dropped["degenerate"] = left_out.degenerate;
+  if (left_out.repeated > 0) report.triangles_dropped["repeated"] = left_out.repeated;
+  if (left_out.not_finite > 0) report.triangles_dropped["not finite"] = left_out.not_finite;
+  if (mesh.triangles.empty()) throw_bad_input("has no usable triangle", {.file = report.file});
+}
+
+/// Meshes whose holes are not what they look like.
+void warn_of_structure(const FillReport& report) {
+  const MeshFacts& mesh = report.before;
+  if (mesh.triangles > 1 && mesh.boundary_edges == 3 * mesh.triangles)
+    print_warning(report.file +
+                  ": no triangle shares an edge with another one: every triangle brings its own "
+                  "vertices. 'orbweave convert' to .stl and back joins equal ones");
+  if (mesh.nonmanifold_edges + mesh.inconsistent_edges > 0)
+    print_warning(report.file + ": " + counted(mesh.nonmanifold_edges, "edge", "edges") +
+                  " of more than two triangles and " +
+                  counted(mesh.inconsistent_edges, "edge", "edges") +
+                  " of two triangles that are oriented differently; loops that run into one of "
+                  "them stay open");
+}
+
+/// Reads, fills and measures; leaves nothing behind when it is ended.
+TriangleMesh filled_mesh(FillReport& report) {
+  const EndAtOnceOnSignals no_need_to_clean_up;
+  TriangleMesh mesh = read_mesh(report.file);
+  report.before = mesh_facts(mesh);
+  leave_out_unusable(mesh, report);
+  warn_of_structure(report);
+  FilledMesh filled = fill_mesh(mesh, report.options.fill);
+  report.holes = std::move(filled.holes);
+  report.pieces_removed = filled.pieces_removed;
+  report.triangles_removed = filled.triangles_removed;
+  report.after = mesh_facts(filled.mesh);
+  return std::move(filled.mesh);
+}
+
+std::string summary(const FillReport& report) {
+  const OutputOptions& output = report.options.output;
+  Facts facts = {{"mesh", output.mesh}, {"", show_mesh(report.after)}};
+  add_holes(facts, report.holes);
+  if (report.pieces_removed > 0)
+    facts.emplace_back("removed", counted(report.pieces_removed, "piece", "pieces") + " of " +
+                                      counted(report.triangles_removed, "triangle", "triangles"));
+  if (!output.report.empty()) facts.emplace_back("report", output.report);
+  if (!output.picture.empty()) facts.emplace_back("picture", output.picture);
+  return facts_table(facts);
+}
+
+/// The mesh last: where it is, all of it is.
+void write_outputs(const TriangleMesh& mesh, const FillReport& report) {
+  const OutputOptions& output = report.options.output;
+  if (!output.picture.empty())
+    draw_mesh(mesh, report.after.bounds, output.picture, {.patch_color = output.patch_color});
+  if (!output.report.empty()) write_fill_report(output.report, report);
+  write_mesh(output.mesh, mesh,
+             {.binary = output.binary, .float_positions = output.float_positions, .comments = {}});
+}
+
+void fill(const FillArguments& arguments, const std::vector<std::string>& command,
+          const StopToken& stop) {
+  FillReport report;
+  report.version = ORBWEAVE_VERSION;
+  report.command = command;
+  report.options = settings_of(arguments.job);
+  report.options.output.report = arguments.report;
+  report.file = arguments.file;
+  check(arguments, report.options.output);
+  const int threads =
+      report.options.run.threads > 0 ? report.options.run.threads : available_threads();
+  // More threads than cores are used when they are asked for.
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<std::size_t>(std::max(threads, available_threads())));
+  const auto begin = std::chrono::steady_clock::now();
+  const TriangleMesh mesh = tbb::task_arena(threads).execute([&] { return filled_mesh(report); });
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  check_interruption(stop);
+  write_outputs(mesh, report);
+  if (report.options.output.mesh != "-") std::cout << summary(report);
+}
+
+}  // namespace
+
+void add_fill_command(CLI::App& program, const CommandContext& context) {
+  const auto arguments = std::make_shared<FillArguments>();
+  CLI::App* command = program.add_subcommand("fill", "Fill the holes of a mesh from anywhere");
+  command
+      ->add_option("MESH", arguments->file,
+                   "The mesh to read: PLY, OBJ or STL; - reads PLY from standard input")
+      ->type_name("")
+      ->required();
+  add_key_options(*command, kKeys, arguments->job);
+  command->add_option("--report", arguments->report, "A report to write (JSON)")->type_name("FILE");
+  command->footer(
+      "The mesh's own vertices and triangles stay as they are; patches come after them. What\n"
+      "stays open is printed with the reason. 'orbweave inspect MESH' lists the loops "
+      "beforehand.\n\n"
+      "Example:\n  orbweave fill scan.stl -o closed.ply --max-edges 500 --report closed.json\n");
+  command->callback([arguments, context] {
+    context.then([arguments, words = context.arguments, &stop = context.stop] {
+      fill(*arguments, words, stop);
+    });
+  });
+}
+
+}  // namespace orbweave
