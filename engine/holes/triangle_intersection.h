@@ -1,0 +1,23 @@
+// Whether triangles of a mesh intersect, decided exactly.
+// Shewchuk: Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates,
+// Discrete & Computational Geometry 18, 1997 (expansions, error bounds); Guigue, Devillers: Fast
+// and Robust Triangle-Triangle Overlap Test Using Orientation Predicates, 2003.
+#pragma once
+
+#include <span>
+
+#include "io/triangle_mesh.h"
+#include "io/vec3.h"
+
+namespace orbweave {
+
+/// The sign of the volume of the tetrahedron: 1 when d lies on the side of abc from which a, b, c
+/// run clockwise, -1 on the other, 0 in their plane. Exact as long as nothing under- or overflows.
+int side_of_plane(Vec3 a, Vec3 b, Vec3 c, Vec3 d);
+
+/// True when two different triangles of a mesh have more in common than the vertices and the edge
+/// that they share by index: closed triangles that touch otherwise, and neighbours over an edge
+/// that are folded onto each other. Exact.
+bool triangles_intersect(std::span<const Vec3> positions, const Triangle& s, const Triangle& t);
+
+}  // namespace orbweave
