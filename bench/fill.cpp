@@ -29,7 +29,7 @@ void add_discs(CLI::App& app, bench::DiscWorkload& work) {
 void add_heights(CLI::App& app, bench::HeightWorkload& work) {
   CLI::App& command = *app.add_subcommand("heights", "height errors of removed points");
   command.add_option("MESH", work.mesh)->required();
-  command.add_option("--centers", work.centers, "vertices")->delimiter(',')->required();
+  command.add_option("--places", work.places, "x,y,z of each hole")->delimiter(',')->required();
   command.add_option("--radius", work.radius, "of the hole, world units");
   command.add_option("--neighborhoods", work.neighborhood_radii, "world units")->delimiter(',');
   command.add_option("--kernel", work.kernel);
@@ -56,7 +56,7 @@ int main(int argc, char** argv) try {
   bench::CostWorkload cost;
   std::size_t threads = 1;
   std::unique_ptr<tbb::global_control> limit;
-  app.add_option("--threads", threads, "1")->each([&](const std::string&) {});
+  app.add_option("--threads", threads, "1");
   app.parse_complete_callback([&] {
     limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
                                                   threads);

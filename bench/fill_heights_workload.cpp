@@ -129,6 +129,14 @@ Vec3 rim_center(const MeshIndex& index, const Disc& disc) {
   return sum / static_cast<double>(disc.rim.size());
 }
 
+std::uint32_t nearest_vertex(const TriangleMesh& mesh, Vec3 place) {
+  const std::vector<Vec3>& positions = mesh.vertices.positions;
+  const auto nearest = std::min_element(positions.begin(), positions.end(), [&](Vec3 a, Vec3 b) {
+    return squared_norm(a - place) < squared_norm(b - place);
+  });
+  return static_cast<std::uint32_t>(nearest - positions.begin());
+}
+
 /// Of the ball around the rim's centre, as the hole pass measures a hole.
 double rim_radius(const MeshIndex& index, const Disc& disc) {
   const Vec3 center = rim_center(index, disc);
@@ -189,10 +197,10 @@ void measure(const MeshIndex& index, const Disc& disc, double neighborhood_radiu
 void run_heights(const HeightWorkload& work) {
   const TriangleMesh mesh = read_mesh(work.mesh);
   const MeshIndex index(mesh);
-  for (const std::uint32_t center : work.centers) {
-    const std::optional<Disc> disc =
-        center < mesh.vertices.size() ? clean_disc(index, center, work.radius) : std::nullopt;
-    if (!disc) throw_usage("no clean disc at vertex " + std::to_string(center));
+  for (std::size_t i = 0; i + 2 < work.places.size(); i += 3) {
+    const Vec3 place{work.places[i], work.places[i + 1], work.places[i + 2]};
+    const std::optional<Disc> disc = clean_disc(index, nearest_vertex(mesh, place), work.radius);
+    if (!disc) throw_usage("no clean disc at place " + std::to_string(i / 3 + 1));
     for (const double radius : work.neighborhood_radii) measure(index, *disc, radius, work);
   }
 }

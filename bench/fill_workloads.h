@@ -21,11 +21,11 @@ struct DiscWorkload {
 };
 void run_discs(const DiscWorkload& work);
 
-/// A hole of a radius at each of some vertices, neighbourhoods of several radii; height errors of
-/// the removed points. One line per hole and neighbourhood.
+/// A hole of a radius at the vertex nearest to each of some places, neighbourhoods of several
+/// radii; height errors of the removed points. One line per hole and neighbourhood.
 struct HeightWorkload {
   std::string mesh;
-  std::vector<std::uint32_t> centers;
+  std::vector<double> places;  ///< x, y, z of each, world units
   double radius = 0.025;                                        ///< world units
   std::vector<double> neighborhood_radii = {0.03, 0.04, 0.05};  ///< world units
   std::string kernel = "biharmonic";
