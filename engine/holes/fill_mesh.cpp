@@ -9,6 +9,7 @@
 #include "engine/holes/hole_pass.h"
 #include "engine/holes/mesh_surface.h"
 #include "engine/holes/patch_vertices.h"
+#include "engine/holes/split_vertices.h"
 
 namespace orbweave {
 namespace {
@@ -115,6 +116,7 @@ FilledMesh fill_mesh(const TriangleMesh& mesh, const FillOptions& options) {
   for (std::size_t l = 0; l < patches.size(); ++l) {
     append(patches[l], filled.holes[l].id, filled.mesh);
   }
+  filled.vertices_doubled = split_vertices(filled.mesh, pinched_vertices(filled.mesh));
   return filled;
 }
 

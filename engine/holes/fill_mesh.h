@@ -12,10 +12,12 @@
 namespace orbweave {
 
 struct FilledMesh {
-  TriangleMesh mesh;             ///< given vertices and triangles first, then the patches'
+  TriangleMesh mesh;             ///< given vertices and triangles first, then the patches', then
+                                 ///< copies of vertices where several fans met
   std::vector<HoleFacts> holes;  ///< every loop, in canonical order
   std::uint64_t pieces_removed = 0;
   std::uint64_t triangles_removed = 0;  ///< of them
+  std::uint64_t vertices_doubled = 0;   ///< where several fans were left
 };
 
 /// Fills the holes of a mesh. Loops are numbered in the order of their vertices. Normals of new

@@ -1,5 +1,8 @@
 #include "engine/holes/split_vertices.h"
 
+#include <algorithm>
+#include <array>
+
 #include "engine/holes/mesh_surface.h"
 #include "engine/validation/disjoint_sets.h"
 
@@ -15,6 +18,28 @@ bool are_linked(const Triangle64& a, const Triangle64& b, std::uint64_t vertex) 
     return t[0] == vertex ? t[2] : t[1] == vertex ? t[0] : t[1];
   };
   return leaving(a) == arriving(b) || leaving(b) == arriving(a);
+}
+
+/// No directed edge at the vertex is used twice: otherwise its fans are not told apart by edges.
+bool has_sound_edges(std::span<const Triangle64> around, std::uint64_t vertex) {
+  std::vector<std::array<std::uint64_t, 2>> edges;
+  for (const Triangle64& t : around) {
+    const int k = t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2;
+    edges.push_back({vertex, t[(k + 1) % 3]});
+    edges.push_back({t[(k + 2) % 3], vertex});
+  }
+  std::sort(edges.begin(), edges.end());
+  return std::adjacent_find(edges.begin(), edges.end()) == edges.end();
+}
+
+std::vector<Triangle64> triangles_around(const TriangleMesh& mesh, const MeshSurface& surface,
+                                         std::uint32_t vertex) {
+  std::vector<Triangle64> around;
+  for (const std::uint32_t number : surface.at(vertex)) {
+    const Triangle& t = mesh.triangles[number];
+    around.push_back({t[0], t[1], t[2]});
+  }
+  return around;
 }
 
 }  // namespace
@@ -36,17 +61,27 @@ std::vector<std::uint32_t> fan_groups(std::span<const Triangle64> triangles, std
   return group;
 }
 
+std::vector<std::uint32_t> pinched_vertices(const TriangleMesh& mesh) {
+  const MeshSurface surface(mesh);
+  std::vector<std::uint32_t> pinched;
+  for (std::uint32_t vertex = 0; vertex < mesh.vertices.size(); ++vertex) {
+    const std::vector<Triangle64> around = triangles_around(mesh, surface, vertex);
+    if (around.empty() || !has_sound_edges(around, vertex)) continue;
+    const std::vector<std::uint32_t> group = fan_groups(around, vertex);
+    const bool several =
+        std::any_of(group.begin(), group.end(), [](std::uint32_t g) { return g > 0; });
+    if (several) pinched.push_back(vertex);
+  }
+  return pinched;
+}
+
 std::uint64_t split_vertices(TriangleMesh& mesh, std::span<const std::uint32_t> vertices) {
   const MeshSurface surface(mesh);
   PointCloud copies;
   copies.schema = mesh.vertices.schema;
   for (const std::uint32_t vertex : vertices) {
-    std::vector<Triangle64> around;
-    for (const std::uint32_t number : surface.at(vertex)) {
-      const Triangle& t = mesh.triangles[number];
-      around.push_back({t[0], t[1], t[2]});
-    }
-    const std::vector<std::uint32_t> group = fan_groups(around, vertex);
+    const std::vector<std::uint32_t> group =
+        fan_groups(triangles_around(mesh, surface, vertex), vertex);
     const auto first_copy = static_cast<std::uint32_t>(mesh.vertices.size() + copies.size());
     for (std::size_t i = 0; i < group.size(); ++i) {
       if (group[i] == 0) continue;

@@ -13,6 +13,10 @@ namespace orbweave {
 /// the order of their first triangles: one number per triangle. O(n^2) for n triangles.
 std::vector<std::uint32_t> fan_groups(std::span<const Triangle64> triangles, std::uint64_t vertex);
 
+/// Vertices with several fans, ascending; without those at an edge of more than two triangles or of
+/// two that run along it in the same direction.
+std::vector<std::uint32_t> pinched_vertices(const TriangleMesh& mesh);
+
 /// Doubles every vertex of the list with several fans: the first fan keeps it, each further one
 /// gets a copy (position, normal, attributes), appended in order. Returns how many were added.
 /// `vertices` ascending.

@@ -1,0 +1,301 @@
+// Holes that are hard, each with what has to come out.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "engine/holes/fill_mesh.h"
+#include "engine/validation/mesh_facts.h"
+#include "tests/support/meshes.h"
+
+namespace orbweave {
+namespace {
+
+using test::cut;
+using test::moved;
+
+/// Whatever the hole: the given part stays as it was, and what is added is sound.
+void require_sound(const TriangleMesh& before, const FilledMesh& filled) {
+  const TriangleMesh& mesh = filled.mesh;
+  REQUIRE(validate_mesh(mesh).empty());
+  REQUIRE(mesh.vertices.size() >= before.vertices.size());
+  REQUIRE(std::equal(before.vertices.positions.begin(), before.vertices.positions.end(),
+                     mesh.vertices.positions.begin()));
+  REQUIRE(mesh.triangles.size() >= before.triangles.size());
+  REQUIRE(std::equal(before.triangles.begin(), before.triangles.end(), mesh.triangles.begin()));
+  REQUIRE(mesh.hole.size() == mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    REQUIRE((mesh.hole[t] == 0) == (t < before.triangles.size()));
+  }
+  const MeshFacts facts = mesh_facts(mesh);
+  REQUIRE(facts.nonmanifold_edges == 0);
+  REQUIRE(facts.inconsistent_edges == 0);
+  REQUIRE(facts.nonmanifold_vertices == 0);
+}
+
+void require_closed(const TriangleMesh& before, const FilledMesh& filled) {
+  require_sound(before, filled);
+  const MeshFacts facts = mesh_facts(filled.mesh);
+  REQUIRE(facts.boundary_edges == 0);
+  REQUIRE(facts.watertight);
+}
+
+std::size_t count_filled(const FilledMesh& filled) {
+  return static_cast<std::size_t>(std::count_if(filled.holes.begin(), filled.holes.end(),
+                                                [](const HoleFacts& hole) { return hole.filled; }));
+}
+
+/// Largest |distance(new vertex)|.
+double farthest_new_vertex(const TriangleMesh& before, const FilledMesh& filled,
+                           const std::function<double(Vec3)>& distance) {
+  double farthest = 0.0;
+  for (std::size_t v = before.vertices.size(); v < filled.mesh.vertices.size(); ++v) {
+    farthest = std::max(farthest, std::abs(distance(filled.mesh.vertices.positions[v])));
+  }
+  return farthest;
+}
+
+double off_sphere(Vec3 p) { return norm(p) - 1.0; }
+
+TriangleMesh tube(double length) {
+  return test::grid_mesh(48, static_cast<std::size_t>(48.0 * length / 2.0 / std::numbers::pi) + 1,
+                         true, [&](double u, double v) {
+                           const double angle = 2.0 * std::numbers::pi * u;
+                           return Vec3{std::cos(angle), std::sin(angle), length * v};
+                         });
+}
+
+}  // namespace
+
+TEST_CASE("ThreeAndFourEdgeHolesAreClosedWithoutNewPoints") {
+  const TriangleMesh whole = test::torus_mesh(4000);
+  for (const std::size_t missing : {1u, 2u}) {
+    TriangleMesh mesh = whole;
+    mesh.triangles.resize(mesh.triangles.size() - missing);
+    const FilledMesh filled = fill_mesh(mesh, {});
+    require_closed(mesh, filled);
+    REQUIRE(filled.holes.size() == 1);
+    CHECK(filled.holes[0].edges == missing + 2);
+    CHECK(filled.mesh.vertices.size() == mesh.vertices.size());
+    CHECK(filled.mesh.triangles.size() == whole.triangles.size());
+  }
+}
+
+TEST_CASE("AHoleInASphereIsFilledOnTheSphere") {
+  TriangleMesh mesh = test::sphere_mesh(5);
+  const double spacing = norm(mesh.vertices.positions[mesh.triangles[0][0]] -
+                              mesh.vertices.positions[mesh.triangles[0][1]]);
+  cut(mesh, [](Vec3 p) { return norm(p - Vec3{0.6, 0.48, 0.64}) < 0.25; });
+  const FilledMesh filled = fill_mesh(mesh, {});
+  require_closed(mesh, filled);
+  CHECK(filled.holes.at(0).method == "plane");
+  CHECK(filled.mesh.vertices.size() > mesh.vertices.size() + 50);
+  CHECK(farthest_new_vertex(mesh, filled, off_sphere) < 0.1 * spacing);
+}
+
+TEST_CASE("TheBorderOfASheetStaysOpenAndItsHolesAreFilled") {
+  TriangleMesh mesh = moved(test::square_mesh(60), [](Vec3 p) {
+    return Vec3{p.x, p.y, 0.05 * std::sin(7.0 * p.x) * std::cos(5.0 * p.y)};
+  });
+  const Vec3 centers[] = {{0.3, 0.3, 0.0}, {0.7, 0.35, 0.0}, {0.5, 0.75, 0.0}};
+  cut(mesh, [&](Vec3 p) {
+    return std::any_of(std::begin(centers), std::end(centers), [&](Vec3 center) {
+      return std::hypot(p.x - center.x, p.y - center.y) < 0.1;
+    });
+  });
+  const FilledMesh filled = fill_mesh(mesh, {});
+  require_sound(mesh, filled);
+  REQUIRE(filled.holes.size() == 4);
+  CHECK(count_filled(filled) == 3);
+  const MeshFacts facts = mesh_facts(filled.mesh);
+  CHECK(facts.boundary_loops == 1);
+  CHECK(facts.boundary_edges == 240);
+  CHECK(farthest_new_vertex(mesh, filled, [](Vec3 p) {
+          return p.z - 0.05 * std::sin(7.0 * p.x) * std::cos(5.0 * p.y);
+        }) < 0.002);
+  FillOptions all;
+  all.keep_outer_border = false;
+  require_closed(mesh, fill_mesh(mesh, all));
+}
+
+TEST_CASE("TheEndsOfALongTubeAreClosed") {
+  const TriangleMesh mesh = tube(10.0);
+  const FilledMesh filled = fill_mesh(mesh, {});
+  require_closed(mesh, filled);
+  CHECK(count_filled(filled) == 2);
+  // A cap, not a spike nor a bubble.
+  CHECK(farthest_new_vertex(mesh, filled, [](Vec3 p) {
+          return std::max({0.0, -p.z, p.z - 10.0, std::hypot(p.x, p.y) - 1.0});
+        }) < 1.2);
+}
+
+TEST_CASE("ATunnelThroughADoubleWallIsClosedOnBothSides") {
+  constexpr double kGap = 0.05;
+  TriangleMesh lower = test::flipped(test::square_mesh(40));
+  const TriangleMesh upper = moved(test::square_mesh(40), [](Vec3 p) {
+    return p + Vec3{0, 0, kGap};
+  });
+  TriangleMesh mesh = test::joined(lower, upper);
+  cut(mesh, [](Vec3 p) { return std::hypot(p.x - 0.5, p.y - 0.5) < 0.2; });
+  const FilledMesh filled = fill_mesh(mesh, {});
+  require_sound(mesh, filled);
+  CHECK(count_filled(filled) == 2);
+  const MeshFacts facts = mesh_facts(filled.mesh);
+  CHECK(facts.boundary_loops == 2);  // the outer borders
+  CHECK(facts.components == 2);
+  CHECK(farthest_new_vertex(mesh, filled, [](Vec3 p) {
+          return std::min(std::abs(p.z), std::abs(p.z - kGap));
+        }) < 1e-9);
+}
+
+TEST_CASE("AHoleOverASharpEdgeIsClosed") {
+  TriangleMesh mesh = test::cube_mesh(24);
+  cut(mesh, [](Vec3 p) { return norm(p - Vec3{1.0, 0.5, 1.0}) < 0.25; });
+  const FilledMesh filled = fill_mesh(mesh, {});
+  require_closed(mesh, filled);
+  CHECK(farthest_new_vertex(mesh, filled, [](Vec3 p) {
+          return std::max({0.0, std::abs(p.x - 0.5) - 0.5, std::abs(p.y - 0.5) - 0.5,
+                           std::abs(p.z - 0.5) - 0.5});
+        }) < 0.1);
+}
+
+TEST_CASE("ACornerOfACubeIsClosed") {
+  TriangleMesh mesh = test::cube_mesh(24);
+  cut(mesh, [](Vec3 p) { return norm(p - Vec3{1.0, 1.0, 1.0}) < 0.3; });
+  require_closed(mesh, fill_mesh(mesh, {}));
+}
+
+TEST_CASE("AHemisphereStaysOpenUnlessAskedFor") {
+  TriangleMesh mesh = test::sphere_mesh(4);
+  cut(mesh, [](Vec3 p) { return p.z < 0.0; });
+  const FilledMesh open = fill_mesh(mesh, {});
+  CHECK(count_filled(open) == 0);
+  CHECK(open.holes.at(0).reason.find("keep_outer_border") != std::string::npos);
+  FillOptions all;
+  all.keep_outer_border = false;
+  const FilledMesh filled = fill_mesh(mesh, all);
+  require_closed(mesh, filled);
+  CHECK(mesh_facts(filled.mesh).euler_characteristic == 2);
+  // Somewhere between a flat lid and a little more than the other half.
+  CHECK(farthest_new_vertex(mesh, filled, [](Vec3 p) { return std::max(0.0, norm(p) - 1.0); }) <
+        0.3);
+}
+
+TEST_CASE("HolesThatTouchInAVertexAreTwoAndLeaveItSound") {
+  TriangleMesh mesh = test::square_mesh(40);
+  cut(mesh, [](Vec3 p) {
+    return std::max(std::abs(p.x - 0.4), std::abs(p.y - 0.4)) < 0.1 ||
+           std::max(std::abs(p.x - 0.6), std::abs(p.y - 0.6)) < 0.1;
+  });
+  REQUIRE(mesh_facts(mesh).nonmanifold_vertices == 1);
+  const FilledMesh filled = fill_mesh(mesh, {});
+  require_sound(mesh, filled);
+  CHECK(filled.holes.size() == 3);
+  CHECK(count_filled(filled) == 2);
+  CHECK(mesh_facts(filled.mesh).boundary_loops == 1);
+  // No vertex had to be doubled: the two patches join the two fans.
+  CHECK(mesh_facts(filled.mesh).euler_characteristic == 1);
+}
+
+TEST_CASE("AFigureEightLoopIsClosed") {
+  // A flake that hangs in the hole by one vertex: the loop visits it twice.
+  TriangleMesh mesh = test::square_mesh(40);
+  cut(mesh, [](Vec3 p) {
+    const bool in_hole = std::max(std::abs(p.x - 0.5), std::abs(p.y - 0.5)) < 0.2;
+    const bool in_flake = p.x > 0.3 && p.x < 0.4 && p.y > 0.3 && p.y < 0.4;
+    return in_hole && !(in_flake && p.x - 0.3 > 0.0);
+  });
+  // Cut the flake loose but for its corner.
+  cut(mesh, [](Vec3 p) {
+    const bool beside = (p.x < 0.325 && p.x > 0.3 && p.y > 0.325 && p.y < 0.4) ||
+                        (p.y < 0.325 && p.y > 0.3 && p.x > 0.325 && p.x < 0.4);
+    const bool corner = p.x > 0.3 && p.x < 0.325 && p.y > 0.3 && p.y < 0.325;
+    return beside || corner;
+  });
+  const FilledMesh filled = fill_mesh(mesh, {});
+  require_sound(mesh, filled);
+}
+
+TEST_CASE("AnotherSheetCloseBehindDoesNotBendThePatch") {
+  constexpr double kGap = 0.01;  // less than half an edge
+  const TriangleMesh behind = moved(test::flipped(test::square_mesh(40)), [](Vec3 p) {
+    return p - Vec3{0, 0, kGap};
+  });
+  TriangleMesh front = test::square_mesh(40);
+  cut(front, [](Vec3 p) { return std::hypot(p.x - 0.5, p.y - 0.5) < 0.15; });
+  const TriangleMesh mesh = test::joined(front, behind);
+  const FilledMesh filled = fill_mesh(mesh, {});
+  require_sound(mesh, filled);
+  CHECK(count_filled(filled) == 1);
+  CHECK(farthest_new_vertex(mesh, filled, [](Vec3 p) { return p.z; }) < 1e-9);
+}
+
+TEST_CASE("SmallAndLargeAndFarMeshesAreFilledAlike") {
+  TriangleMesh mesh = test::sphere_mesh(4);
+  cut(mesh, [](Vec3 p) { return norm(p - Vec3{0.0, 0.6, 0.8}) < 0.4; });
+  const FilledMesh expected = fill_mesh(mesh, {});
+  require_closed(mesh, expected);
+  const auto with = [&](double scale, Vec3 offset) {
+    const TriangleMesh other = moved(mesh, [&](Vec3 p) { return scale * p + offset; });
+    const FilledMesh filled = fill_mesh(other, {});
+    require_closed(other, filled);
+    CHECK(filled.holes.at(0).method == expected.holes.at(0).method);
+    CHECK(farthest_new_vertex(other, filled,
+                              [&](Vec3 p) { return off_sphere((p - offset) / scale); }) < 0.02);
+  };
+  with(1e-6, {});
+  with(1e6, {});
+  with(10.0, {500'000.0, 5'000'000.0, 300.0});
+}
+
+TEST_CASE("TheResultDoesNotDependOnTheOrderOfTriangles") {
+  TriangleMesh mesh = test::torus_mesh(4000);
+  cut(mesh, [](Vec3 p) { return norm(p - Vec3{1.0, 0.0, 0.4}) < 0.3; });
+  const FilledMesh expected = fill_mesh(mesh, {});
+  TriangleMesh turned = mesh;
+  std::reverse(turned.triangles.begin(), turned.triangles.end());
+  for (Triangle& t : turned.triangles) t = {t[1], t[2], t[0]};
+  const FilledMesh filled = fill_mesh(turned, {});
+  REQUIRE(filled.mesh.vertices.positions == expected.mesh.vertices.positions);
+  REQUIRE(std::equal(
+      filled.mesh.triangles.begin() + turned.triangles.size(), filled.mesh.triangles.end(),
+      expected.mesh.triangles.begin() + mesh.triangles.size(), expected.mesh.triangles.end()));
+}
+
+TEST_CASE("LimitsLeaveHolesOpenAndSayWhy") {
+  TriangleMesh mesh = test::torus_mesh(4000);
+  cut(mesh, [](Vec3 p) { return norm(p - Vec3{1.0, 0.0, 0.4}) < 0.3; });
+  const auto reason_with = [&](auto&& limit) {
+    FillOptions options;
+    limit(options);
+    const FilledMesh filled = fill_mesh(mesh, options);
+    REQUIRE(filled.holes.size() == 1);
+    CHECK_FALSE(filled.holes[0].filled);
+    CHECK(filled.mesh.triangles.size() == mesh.triangles.size());
+    CHECK(list_holes(mesh, options).at(0).reason == filled.holes[0].reason);
+    return filled.holes[0].reason;
+  };
+  CHECK(reason_with([](FillOptions& o) { o.max_edges = 5; }).find("fill.max_edges = 5") !=
+        std::string::npos);
+  CHECK(reason_with([](FillOptions& o) { o.max_diameter = 0.1; }).find("fill.max_diameter") !=
+        std::string::npos);
+  CHECK(reason_with([](FillOptions& o) { o.max_perimeter = 0.1; }).find("fill.max_perimeter") !=
+        std::string::npos);
+}
+
+TEST_CASE("SmallPiecesAreRemovedOnRequest") {
+  const TriangleMesh crumb = moved(test::square_mesh(2), [](Vec3 p) { return 0.1 * p; });
+  const TriangleMesh torus = test::torus_mesh(1000);
+  const TriangleMesh mesh = test::joined(crumb, torus);
+  const FilledMesh kept = fill_mesh(mesh, {});
+  CHECK(kept.pieces_removed == 0);
+  CHECK(mesh_facts(kept.mesh).components == 2);
+  FillOptions options;
+  options.min_triangles = 9;
+  const FilledMesh filled = fill_mesh(mesh, options);
+  CHECK(filled.pieces_removed == 1);
+  CHECK(filled.triangles_removed == 8);
+  CHECK(mesh_facts(filled.mesh).watertight);
+}
+
+}  // namespace orbweave
