@@ -64,25 +64,25 @@ std::string left_out_text(const UnusableTriangles& left_out) {
   return joined(words);
 }
 
-/// Takes out what is no surface, says so, and counts it in the report.
-void leave_out_unusable(TriangleMesh& mesh, FillReport& report) {
+/// Takes out what is no surface, says so, and counts it in the report. True where there was any.
+bool leave_out_unusable(TriangleMesh& mesh, FillReport& report) {
   const UnusableTriangles left_out = remove_unusable_triangles(mesh);
   if (left_out.all() > 0) print_warning(report.file + ": left out " + left_out_text(left_out));
   if (left_out.degenerate > 0) report.triangles_dropped["degenerate"] = left_out.degenerate;
   if (left_out.repeated > 0) report.triangles_dropped["repeated"] = left_out.repeated;
   if (left_out.not_finite > 0) report.triangles_dropped["not finite"] = left_out.not_finite;
   if (mesh.triangles.empty()) throw_bad_input("has no usable triangle", {.file = report.file});
+  return left_out.all() > 0;
 }
 
 /// Meshes whose holes are not what they look like.
-void warn_of_structure(const FillReport& report) {
-  const MeshFacts& mesh = report.before;
+void warn_of_structure(const std::string& file, const MeshFacts& mesh) {
   if (mesh.triangles > 1 && mesh.boundary_edges == 3 * mesh.triangles)
-    print_warning(report.file +
+    print_warning(file +
                   ": no triangle shares an edge with another one: every triangle brings its own "
                   "vertices. 'orbweave convert' to .stl and back joins equal ones");
   if (mesh.nonmanifold_edges + mesh.inconsistent_edges > 0)
-    print_warning(report.file + ": " + counted(mesh.nonmanifold_edges, "edge", "edges") +
+    print_warning(file + ": " + counted(mesh.nonmanifold_edges, "edge", "edges") +
                   " of more than two triangles and " +
                   counted(mesh.inconsistent_edges, "edge", "edges") +
                   " of two triangles that are oriented differently; loops that run into one of "
@@ -94,8 +94,8 @@ TriangleMesh filled_mesh(FillReport& report) {
   const EndAtOnceOnSignals no_need_to_clean_up;
   TriangleMesh mesh = read_mesh(report.file);
   report.before = mesh_facts(mesh);
-  leave_out_unusable(mesh, report);
-  warn_of_structure(report);
+  const bool changed = leave_out_unusable(mesh, report);
+  warn_of_structure(report.file, changed ? mesh_facts(mesh) : report.before);
   FilledMesh filled = fill_mesh(mesh, report.options.fill);
   report.holes = std::move(filled.holes);
   report.pieces_removed = filled.pieces_removed;

@@ -26,6 +26,14 @@ json report_in(const ScratchDirectory& in, const std::string& name) {
   return json::parse(file_text(in / name));
 }
 
+/// With single blanks: the width of a table's columns is nobody's concern.
+std::string squeezed(const std::string& text) {
+  std::string single;
+  for (const char c : text)
+    if (c != ' ' || !single.ends_with(' ')) single += c;
+  return single;
+}
+
 /// A sphere with a wide hole at the top and a triangle missing at the bottom.
 TriangleMesh holed_sphere(const ScratchDirectory& in) {
   TriangleMesh mesh = with_hole(shape_mesh(in, "sphere"), {0.0, 0.0, 1.0}, 0.3);
@@ -60,8 +68,9 @@ TEST_CASE("FillClosesTheHolesAndKeepsWhatWasThere") {
       run_in(in, {"fill", "in.ply", "-o", "out.ply", "--report", "r.json", "--picture", "out.png"});
   CHECK(run.status == 0);
   CHECK(run.err.empty());
-  CHECK_THAT(run.out, Contains("out.ply") && Contains("closed") && Contains("loops  2\n") &&
-                          Contains("filled  2 (1 direct, 1 ") && !Contains("left open"));
+  CHECK_THAT(squeezed(run.out), Contains("out.ply") && Contains("closed") &&
+                                    Contains("loops 2\n") && Contains("filled 2 (1 direct, 1 ") &&
+                                    !Contains("left open"));
   CHECK(names_in(in) == std::vector<std::string>{"in.ply", "out.ply", "out.png", "r.json"});
 
   const TriangleMesh filled = read_mesh(in / "out.ply");
@@ -154,8 +163,8 @@ TEST_CASE("OuterBorderOfASheetStaysOpenAndTheReasonIsPrinted") {
   write_mesh(in / "in.ply", holed_sheet(in));
   const auto run = run_in(in, {"fill", "in.ply", "-o", "out.ply"});
   CHECK(run.status == 0);
-  CHECK_THAT(run.out, Contains("loops  2\n") && Contains("filled  1 (") &&
-                          Contains("left open  1: outer border of an open sheet"));
+  CHECK_THAT(squeezed(run.out), Contains("loops 2\n") && Contains("filled 1 (") &&
+                                    Contains("left open 1: outer border of an open sheet"));
   const json facts = facts_of(in, "out.ply");
   CHECK(facts["boundary_loops"] == 1);
   CHECK(facts["bounds"]["max"][0] == 1.0);
@@ -177,8 +186,9 @@ TEST_CASE("LimitsOfTheCommandLineLeaveLargerHolesOpenAndSayWhy") {
   const auto run = run_in(
       in, {"fill", "in.ply", "-o", "out.ply", "--report", "r.json", limit.option, limit.value});
   CHECK(run.status == 0);
-  CHECK_THAT(run.out, Contains("filled  1 (1 direct)") && Contains(std::string("left open  1: ")) &&
-                          Contains(limit.reason));
+  CHECK_THAT(squeezed(run.out), Contains("filled 1 (1 direct)") &&
+                                    Contains(std::string("left open 1: ")) &&
+                                    Contains(limit.reason));
   const json report = report_in(in, "r.json");
   CHECK(report["mesh"]["boundary_loops"] == 1);
   const json& holes = report["holes"];
@@ -243,7 +253,7 @@ TEST_CASE("SmallPiecesAreRemovedWhenAskedFor") {
   write_mesh(in / "in.ply", mesh);
   const auto run = run_in(in, {"fill", "in.ply", "-o", "out.ply", "--min-triangles", "2"});
   CHECK(run.status == 0);
-  CHECK_THAT(run.out, Contains("removed  1 piece of 1 triangle"));
+  CHECK_THAT(squeezed(run.out), Contains("removed 1 piece of 1 triangle"));
   CHECK(facts_of(in, "out.ply")["components"] == 1);
 }
 
@@ -270,9 +280,10 @@ TEST_CASE("VerticesThatAreNotFiniteAreLeftOutWithTheirTriangles") {
              "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv nan 0 0\n"
              "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 2 5\n");
   const auto run = run_in(in, {"fill", "in.obj", "-o", "out.ply", "--close-outer-border"});
-  if (run.status == 3) return;  // a reader may refuse them altogether
   CHECK(run.status == 0);
-  CHECK_THAT(run.err, Contains("1 triangle with a coordinate that is not finite"));
+  CHECK(run.err ==
+        "orbweave: warning: in.obj: left out 1 triangle with a coordinate that is not finite\n");
+  CHECK(facts_of(in, "out.ply")["watertight"] == true);
 }
 
 TEST_CASE("MeshWhoseTrianglesShareNoVerticesIsWarnedOf") {
@@ -300,7 +311,7 @@ TEST_CASE("ClosedMeshIsWrittenAsItIs") {
   write_mesh(in / "in.ply", shape_mesh(in, "torus"));
   const auto run = run_in(in, {"fill", "in.ply", "-o", "out.ply"});
   CHECK(run.status == 0);
-  CHECK_THAT(run.out, Contains("closed") && !Contains("loops"));
+  CHECK_THAT(squeezed(run.out), Contains("closed") && !Contains("loops"));
   CHECK_THAT(run_in(in, {"compare", "in.ply", "out.ply"}).out, Catch::StartsWith("same: "));
 }
 

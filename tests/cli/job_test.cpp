@@ -187,16 +187,19 @@ TEST_CASE("PlanSaysWhatTheOptionsDoToHoles") {
   generate(in, "2000");
   write_text(in / "job.toml", kJob);
   CHECK_THAT(run_in(in, {"plan", "job.toml"}).out,
-             Contains("holes  filled (biharmonic, neighborhood 2 times the radius)\n") &&
-                 Contains("left open  outer borders of open sheets\n"));
+             Contains("holes        filled (biharmonic, neighborhood 2 times the radius)\n") &&
+                 Contains("left open    outer borders of open sheets\n"));
   CHECK_THAT(run_in(in, {"plan", "job.toml", "--set", "fill.keep_outer_border=false", "--set",
                          "fill.max_edges=60", "--set", "fill.max_diameter=0.5", "--set",
                          "fill.min_triangles=9"})
                  .out,
-             Contains("left open  holes of more than 60 edges, holes wider than 0.5\n") &&
-                 Contains("removed  separate pieces of fewer than 9 triangles\n"));
+             Contains("left open    holes of more than 60 edges, holes wider than 0.5\n") &&
+                 Contains("removed      separate pieces of fewer than 9 triangles\n"));
   const std::vector<std::string> no_fill = {"plan", "job.toml", "--set", "fill.enabled=false"};
-  CHECK_THAT(run_in(in, no_fill).out, Contains("holes  all stay open (fill.enabled = false)\n"));
+  CHECK_THAT(run_in(in, no_fill).out,
+             Contains("holes        all stay open (fill.enabled = false)\n"));
+  const json planned = json::parse(run_in(in, {"plan", "job.toml", "--json"}).out);
+  CHECK(planned["fill"]["left_open"] == json({"outer borders of open sheets"}));
 }
 
 TEST_CASE("StatusOfWhatIsNoWorkDirectoryIsWrongUsage") {
