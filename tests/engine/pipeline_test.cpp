@@ -15,94 +15,21 @@
 #include "io/mesh_writer.h"
 #include "tests/support/clouds.h"
 #include "tests/support/data.h"
+#include "tests/support/jobs.h"
 
 namespace orbweave {
 namespace {
 
+using test::bytes_of;
+using test::job_for;
+using test::mesh_bytes;
 using test::NamedCloud;
+using test::paint;
+using test::painted_torus;
+using test::RecordingProgress;
+using test::run;
 using test::ScratchDirectory;
-
-/// Collects what a user would be told; calls back at every step.
-class RecordingProgress : public Progress {
- public:
-  std::function<void()> at_step;
-  std::vector<std::string> lines;
-
-  void begin_stage(const std::string&, std::uint64_t, const std::string&) override { step(); }
-  void advance(std::uint64_t) override { step(); }
-  void add_points(std::uint64_t) override {}
-  void end_stage() override { step(); }
-  void note(const std::string& line) override { lines.push_back(line); }
-  void warn(const std::string& line) override { lines.push_back(line); }
-
- private:
-  void step() {
-    if (at_step) at_step();
-  }
-};
-
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  REQUIRE(stream);
-  std::ostringstream all;
-  all << stream.rdbuf();
-  return all.str();
-}
-
-/// Colours that follow from the position, so that a mix-up of rows shows.
-void paint(PointCloud& cloud) {
-  cloud.schema.attributes = {{"red", ScalarType::kUint8}, {"intensity", ScalarType::kFloat32}};
-  for (const Vec3& p : cloud.positions) {
-    const auto red = static_cast<std::uint8_t>(std::abs(p.x) * 100.0);
-    const auto intensity = static_cast<float>(p.y + 2.0 * p.z);
-    const auto* bytes = reinterpret_cast<const std::byte*>(&intensity);
-    cloud.attributes.push_back(std::byte{red});
-    cloud.attributes.insert(cloud.attributes.end(), bytes, bytes + sizeof intensity);
-  }
-}
-
-void shuffle(PointCloud& cloud, std::uint64_t seed) {
-  test::Random random(seed);
-  std::vector<std::size_t> order(cloud.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
-  PointCloud shuffled;
-  shuffled.schema = cloud.schema;
-  for (const std::size_t i : order) shuffled.append(cloud, i);
-  cloud = std::move(shuffled);
-}
-
-Job job_for(const ScratchDirectory& scratch, const NamedCloud& named,
-            std::vector<std::string> files = {}) {
-  Job job;
-  if (files.empty()) {
-    files = {(scratch / "cloud.ply").string()};
-    write_cloud(files.front(), named.cloud);
-  }
-  job.input.files = std::move(files);
-  job.output.mesh = (scratch / "mesh.ply").string();
-  job.run.work_dir = (scratch / "work").string();
-  job.reconstruct.ball_radii = {named.ball_radius, 1.5 * named.ball_radius,
-                                2.25 * named.ball_radius};
-  return job;
-}
-
-RunReport run(const Job& job) {
-  RecordingProgress progress;
-  const StopToken stop;
-  return run_job(job, {"test"}, progress, stop);
-}
-
-std::string mesh_bytes(const Job& job) {
-  run(job);
-  return bytes_of(job.output.mesh);
-}
-
-NamedCloud painted_torus(std::size_t points, double noise, std::uint64_t seed) {
-  NamedCloud named = test::noisy_torus(points, noise, seed);
-  paint(named.cloud);
-  return named;
-}
+using test::shuffle;
 
 ExitStatus status_of(const Job& job) {
   try {
@@ -188,6 +115,7 @@ TEST_CASE("ReportedFactsAreThoseOfTheMeshFile") {
     ScratchDirectory scratch;
     Job job = job_for(scratch, named);
     job.partition.chunk_points = 700;
+    job.fill.enabled = false;
     const MeshFacts told = run(job).mesh;
     const TriangleMesh mesh = read_mesh(job.output.mesh);
     REQUIRE(validate_mesh(mesh).empty());

@@ -1,0 +1,218 @@
+// The hole pass of a job: wherever the holes lie relative to the chunks.
+#include "engine/pipeline/hole_stage.h"
+
+#include <algorithm>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+#include <set>
+
+#include "engine/validation/mesh_facts.h"
+#include "io/error.h"
+#include "io/mesh_reader.h"
+#include "tests/support/jobs.h"
+
+namespace orbweave {
+namespace {
+
+using test::bytes_of;
+using test::job_for;
+using test::mesh_bytes;
+using test::NamedCloud;
+using test::run;
+using test::ScratchDirectory;
+
+void remove_ball(PointCloud& cloud, Vec3 center, double radius) {
+  PointCloud kept;
+  kept.schema = cloud.schema;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (norm(cloud.positions[i] - center) >= radius) kept.append(cloud, i);
+  }
+  cloud = std::move(kept);
+}
+
+/// A sphere with holes from a few edges to a fifth of the surface.
+NamedCloud punched_sphere() {
+  NamedCloud named = test::random_sphere(9000, 31);
+  named.ball_radius *= 1.3;
+  remove_ball(named.cloud, {1.0, 0.0, 0.0}, 0.25);
+  remove_ball(named.cloud, {0.0, 0.707, 0.707}, 0.2);
+  remove_ball(named.cloud, {-0.577, -0.577, 0.577}, 0.9);
+  remove_ball(named.cloud, {0.3, -0.3, -0.9}, 0.15);
+  test::paint(named.cloud);
+  return named;
+}
+
+}  // namespace
+
+TEST_CASE("SameBytesWithHolesAcrossTwoToEightChunks") {
+  const NamedCloud named = punched_sphere();
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.partition.chunk_points = 1'000'000'000;
+  const std::string expected = mesh_bytes(job);
+  std::set<std::size_t> chunks_of_a_hole;
+  for (const std::uint64_t chunk_points : {250u, 700u, 2000u, 4000u}) {
+    for (const int threads : {1, 2, 5}) {
+      job.partition.chunk_points = chunk_points;
+      job.run.threads = threads;
+      INFO("chunk_points " << chunk_points << ", threads " << threads);
+      const RunReport report = run(job);
+      REQUIRE((bytes_of(job.output.mesh) == expected));
+      for (const HoleFacts& hole : report.holes) chunks_of_a_hole.insert(hole.chunks.size());
+    }
+  }
+  for (const std::size_t chunks : {1u, 2u, 3u, 4u}) CHECK(chunks_of_a_hole.count(chunks) == 1);
+  CHECK(*chunks_of_a_hole.rbegin() >= 8);
+}
+
+TEST_CASE("FactsOfAFilledMeshAreThoseOfItsFile") {
+  for (const double noise : {0.0, 0.6, 0.9}) {
+    for (const bool keep_border : {true, false}) {
+      NamedCloud named = test::painted_torus(6000, noise, 33);
+      remove_ball(named.cloud, {1.0, 0.0, 0.4}, 0.3);
+      ScratchDirectory scratch;
+      Job job = job_for(scratch, named);
+      job.partition.chunk_points = 700;
+      job.fill.keep_outer_border = keep_border;
+      job.fill.min_triangles = noise > 0.8 ? 6 : 0;
+      const RunReport report = run(job);
+      const MeshFacts& told = report.mesh;
+      const TriangleMesh mesh = read_mesh(job.output.mesh);
+      INFO("noise " << noise << ", border " << keep_border);
+      REQUIRE(validate_mesh(mesh).empty());
+      const MeshFacts measured = mesh_facts(mesh);
+      CHECK(told.vertices == measured.vertices);
+      CHECK(told.triangles == measured.triangles);
+      CHECK(told.components == measured.components);
+      CHECK(told.boundary_edges == measured.boundary_edges);
+      CHECK(told.boundary_loops == measured.boundary_loops);
+      CHECK(measured.nonmanifold_edges == 0);
+      CHECK(measured.nonmanifold_vertices == 0);
+      CHECK(told.nonmanifold_vertices == 0);
+      CHECK(told.euler_characteristic == measured.euler_characteristic);
+      CHECK(told.watertight == measured.watertight);
+      CHECK(told.checksum == measured.checksum);
+      CHECK(told.area == Approx(measured.area).epsilon(1e-9));
+      CHECK(measured.unreferenced_vertices == 0);
+      std::uint64_t added = 0;
+      for (const HoleFacts& hole : report.holes) added += hole.triangles_added;
+      CHECK(std::count_if(mesh.hole.begin(), mesh.hole.end(), [](auto id) { return id != 0; }) ==
+            static_cast<std::ptrdiff_t>(added));
+    }
+  }
+}
+
+TEST_CASE("NewVerticesGetColoursFromAroundTheHole") {
+  NamedCloud named = test::painted_torus(6000, 0.0, 35);
+  remove_ball(named.cloud, {1.0, 0.0, 0.4}, 0.25);
+  ScratchDirectory scratch;
+  const Job job = job_for(scratch, named);
+  const RunReport report = run(job);
+  REQUIRE(report.mesh.watertight);
+  const TriangleMesh mesh = read_mesh(job.output.mesh);
+  REQUIRE(mesh.vertices.size() > named.cloud.size() + 20);
+  PointCloud expected = mesh.vertices;
+  expected.attributes.clear();
+  test::paint(expected);
+  for (std::size_t v = named.cloud.size(); v < mesh.vertices.size(); ++v) {
+    CHECK(attribute_value(mesh.vertices, v, 0) ==
+          Approx(attribute_value(expected, v, 0)).margin(3.0));
+    CHECK(attribute_value(mesh.vertices, v, 1) ==
+          Approx(attribute_value(expected, v, 1)).margin(0.02));
+    CHECK(norm(mesh.vertices.normals[v]) == Approx(1.0).margin(1e-5));
+  }
+}
+
+TEST_CASE("WithoutTheFillTheMeshHasNoPatches") {
+  const NamedCloud named = punched_sphere();
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.fill.enabled = false;
+  const RunReport report = run(job);
+  CHECK(report.holes.empty());
+  CHECK(report.mesh.boundary_loops >= 4);
+  const TriangleMesh mesh = read_mesh(job.output.mesh);
+  CHECK(mesh.hole.empty());
+  CHECK(mesh.vertices.size() <= named.cloud.size());
+}
+
+TEST_CASE("InterruptedInTheHolePassAndResumedGivesTheSameBytes") {
+  NamedCloud named = test::painted_torus(8000, 0.7, 37);
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.partition.chunk_points = 500;
+  const std::string expected = mesh_bytes(job);
+  std::filesystem::remove(job.output.mesh);
+  class StopInHoles : public test::RecordingProgress {
+   public:
+    StopToken* stop = nullptr;
+    int steps = 0;
+    std::atomic<int> seen{0};
+    std::atomic<bool> in_holes{false};
+    void begin_stage(const std::string& name, std::uint64_t, const std::string&) override {
+      in_holes = name == "holes";
+    }
+    void advance(std::uint64_t) override {
+      if (in_holes && ++seen == steps) stop->request();
+    }
+  };
+  int interruptions = 0;
+  for (int steps = 1; steps < 60; steps += 9) {
+    StopToken stop;
+    StopInHoles progress;
+    progress.stop = &stop;
+    progress.steps = steps;
+    try {
+      run_job(job, {"test"}, progress, stop);
+      break;
+    } catch (const Error& error) {
+      REQUIRE(error.status() == ExitStatus::kInterrupted);
+      ++interruptions;
+    }
+  }
+  CHECK(interruptions > 0);
+  if (!std::filesystem::exists(job.output.mesh)) run(job);
+  REQUIRE((bytes_of(job.output.mesh) == expected));
+}
+
+TEST_CASE("ADamagedPatchIsComputedAgain") {
+  const NamedCloud named = punched_sphere();
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.run.keep_work_dir = true;
+  const std::string expected = mesh_bytes(job);
+  const auto victim = std::filesystem::path(job.run.work_dir) / kHoleStage / "000000.h5";
+  REQUIRE(std::filesystem::exists(victim));
+  {
+    std::fstream file(victim, std::ios::in | std::ios::out | std::ios::binary);
+    const auto middle = static_cast<std::streamoff>(std::filesystem::file_size(victim) / 2);
+    file.seekg(middle);
+    const int byte = file.get();
+    file.seekp(middle);
+    file.put(static_cast<char>(byte ^ 0x40));
+  }
+  REQUIRE((mesh_bytes(job) == expected));
+}
+
+TEST_CASE("ChangedFillOptionsComputeThePatchesAnewButNotTheMesh") {
+  const NamedCloud named = punched_sphere();
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.run.keep_work_dir = true;
+  const RunReport first = run(job);
+  job.fill.max_edges = 20;
+  const RunReport second = run(job);
+  const auto stage = [](const RunReport& report, const std::string& name) {
+    const auto at = std::find_if(report.stages.begin(), report.stages.end(),
+                                 [&](const StageFacts& facts) { return facts.name == name; });
+    REQUIRE(at != report.stages.end());
+    return *at;
+  };
+  CHECK(stage(second, "reconstruct").chunks_reused == stage(first, "reconstruct").chunks);
+  CHECK(stage(second, "holes").chunks_reused == 0);
+  CHECK(second.mesh.boundary_loops > first.mesh.boundary_loops);
+}
+
+}  // namespace orbweave

@@ -1,0 +1,50 @@
+// Jobs on small clouds, for tests of the pipeline.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "engine/pipeline/pipeline.h"
+#include "tests/support/clouds.h"
+#include "tests/support/data.h"
+
+namespace orbweave::test {
+
+/// Collects what a user would be told; calls back at every step.
+class RecordingProgress : public Progress {
+ public:
+  std::function<void()> at_step;
+  std::vector<std::string> lines;
+
+  void begin_stage(const std::string&, std::uint64_t, const std::string&) override { step(); }
+  void advance(std::uint64_t) override { step(); }
+  void add_points(std::uint64_t) override {}
+  void end_stage() override { step(); }
+  void note(const std::string& line) override { lines.push_back(line); }
+  void warn(const std::string& line) override { lines.push_back(line); }
+
+ private:
+  void step() {
+    if (at_step) at_step();
+  }
+};
+
+std::string bytes_of(const std::filesystem::path& file);
+
+/// Colours that follow from the position, so that a mix-up of rows shows.
+void paint(PointCloud& cloud);
+void shuffle(PointCloud& cloud, std::uint64_t seed);
+NamedCloud painted_torus(std::size_t points, double noise, std::uint64_t seed);
+
+/// A job in the scratch directory at three radii; writes the cloud there unless files are given.
+Job job_for(const ScratchDirectory& scratch, const NamedCloud& named,
+            std::vector<std::string> files = {});
+RunReport run(const Job& job);
+/// Runs the job and returns the bytes of its mesh file.
+std::string mesh_bytes(const Job& job);
+
+}  // namespace orbweave::test
