@@ -377,7 +377,7 @@ void export_mesh(JobContext& context, const Partition& partition, Stitched& stit
 void draw_picture(JobContext& context, const Partition& partition, const FilledHoles& holes) {
   const std::size_t chunks = partition.octree.chunks().size();
   StageClock clock(context, "picture", chunks, "chunks");
-  MeshPicture picture(partition.bounds);
+  MeshPicture picture(partition.bounds, {.patch_color = context.job.output.patch_color});
   for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
     context.stop.check();
     const std::vector<Vec3> own = load_points(context.store, chunk, partition.schema).positions;

@@ -241,6 +241,24 @@ TEST_CASE("EveryKeyOfTheFillSectionIsAnOption") {
   CHECK_THAT(file_text(in / "out.ply"), Contains("format ascii") && Contains("property float x"));
 }
 
+TEST_CASE("PatchesHaveTheColourThatWasAskedForInThePicture") {
+  const ScratchDirectory in;
+  write_mesh(in / "in.ply", holed_sphere(in));
+  const std::vector<std::string> command = GENERATE(values<std::vector<std::string>>(
+      {{"fill", "in.ply", "-o", "out.ply", "--picture"},
+       {"reconstruct", "scan.ply", "-o", "out.ply", "--radii", "0.12", "--picture"}}));
+  REQUIRE(run_in(in, {"convert", "--normals-from-faces", "in.ply", "scan.ply"}).status == 0);
+  const auto draw = [&](const std::string& picture, const std::string& color) {
+    std::vector<std::string> arguments = command;
+    arguments.insert(arguments.end(), {picture, "--patch-color", color});
+    REQUIRE(run_in(in, arguments).status == 0);
+    return file_text(in / picture);
+  };
+  const std::string blue = draw("a.png", "#4477cc");
+  CHECK(draw("b.png", "#4477CC") == blue);
+  CHECK(draw("c.png", "#cc7744") != blue);
+}
+
 TEST_CASE("SmallPiecesAreRemovedWhenAskedFor") {
   const ScratchDirectory in;
   TriangleMesh mesh = holed_sphere(in);
