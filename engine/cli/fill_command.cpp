@@ -41,6 +41,7 @@ struct FillArguments {
 
 /// Everything that can be known to go wrong before the work.
 void check(const FillArguments& arguments, const OutputOptions& output) {
+  const EndAtOnceOnSignals even_where_a_pipe_has_no_writer;
   check_mesh_name(output.mesh);
   check_input_is_kept(arguments.file, {output.mesh, output.report, output.picture},
                       "the mesh that is read");

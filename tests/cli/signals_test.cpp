@@ -42,6 +42,28 @@ TEST_CASE("SecondSignalEndsTheProcessAtOnce") {
         }) == 130);
 }
 
+TEST_CASE("WhatLeavesNothingBehindIsEndedByTheFirstSignal") {
+  const int signal = GENERATE(SIGINT, SIGTERM);
+  CHECK(status_of_child([signal](orbweave::StopToken&) {
+          const orbweave::EndAtOnceOnSignals scope;
+          raise(signal);
+          return 1;
+        }) == 130);
+  CHECK(status_of_child([signal](orbweave::StopToken&) {
+          raise(signal);
+          const orbweave::EndAtOnceOnSignals scope;
+          return 1;
+        }) == 130);
+}
+
+TEST_CASE("AfterThatTheFirstSignalOnlyAsksToStopAgain") {
+  CHECK(status_of_child([](orbweave::StopToken& stop) {
+          { const orbweave::EndAtOnceOnSignals scope; }
+          raise(SIGINT);
+          return stop.requested() ? 0 : 1;
+        }) == 0);
+}
+
 TEST_CASE("ClosedPipeIsAnErrorOfTheWriteAndNoDeath") {
   CHECK(status_of_child([](orbweave::StopToken&) {
           int ends[2];
