@@ -1,0 +1,165 @@
+#include "engine/holes/plane_fill.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "engine/holes/hole_frame.h"
+#include "engine/holes/patch_mesh.h"
+#include "engine/holes/patch_values.h"
+#include "engine/holes/plane_grid.h"
+#include "engine/holes/plane_outline.h"
+#include "engine/holes/plane_sites.h"
+#include "engine/holes/rbf.h"
+#include "engine/holes/rim.h"
+
+namespace orbweave {
+namespace {
+
+// Gathered vertices per centre of the interpolant, at most: those further off along the sheet
+// would cost more than they tell.
+constexpr std::uint32_t kGatheredPerCenter = 5;
+
+HolePatch no_patch(std::string reason) {
+  HolePatch patch;
+  patch.reason = std::move(reason);
+  return patch;
+}
+
+RbfInterpolant fit_heights(const PlaneSites& sites, const Rim& rim, const PatchOptions& options) {
+  std::vector<double> heights;
+  for (const Vec3 place : sites.places) heights.push_back(place.z);
+  RbfOptions rbf;
+  rbf.dimension = 2;
+  rbf.kernel = options.kernel;
+  rbf.max_sites = options.max_sites;
+  rbf.tolerance = options.tolerance * rim.spacing;
+  return RbfInterpolant(sites.places, heights, 1, rbf);
+}
+
+// The triangulated disc over the plane: corners, then new points.
+struct PlaneDisc {
+  std::vector<Vec3> places;  // in the frame
+  std::vector<CornerTriangle> triangles;
+};
+
+PlaneDisc triangulate(const HoleProblem& problem, const Rim& rim, std::vector<Vec3> places) {
+  const auto corners = static_cast<std::uint32_t>(rim.corners.size());
+  const auto is_forbidden = [&](std::uint32_t a, std::uint32_t b) {
+    const auto [low, high] = std::minmax(problem.loop[a], problem.loop[b]);
+    return low == high || std::binary_search(problem.forbidden.begin(), problem.forbidden.end(),
+                                             std::array<std::uint32_t, 2>{low, high});
+  };
+  PlaneDisc disc;
+  disc.triangles = triangulate_polygon(snap_to_grid(places, rim.radius), corners, is_forbidden);
+  // Points that fell on an edge or outside go.
+  std::vector<std::uint32_t> number(places.size(), 0);
+  for (const CornerTriangle& t : disc.triangles) {
+    for (const std::uint32_t v : t) number[v] = 1;
+  }
+  for (std::uint32_t v = 0; v < places.size(); ++v) {
+    if (v >= corners && number[v] == 0) continue;
+    number[v] = static_cast<std::uint32_t>(disc.places.size());
+    disc.places.push_back(places[v]);
+  }
+  for (CornerTriangle& t : disc.triangles) {
+    for (std::uint32_t& v : t) v = number[v];
+  }
+  return disc;
+}
+
+// In space, on the interpolant, improved by flips.
+class PatchSurface {
+ public:
+  PatchSurface(const HoleProblem& problem, const Rim& rim, const HoleFrame& frame,
+               const RbfInterpolant& heights)
+      : problem_(problem), rim_(rim), frame_(frame), heights_(heights) {}
+
+  PatchMesh lift(const PlaneDisc& disc) const {
+    PatchMesh flipped = lifted(disc);
+    flipped.flip_to_delaunay();
+    // What is Delaunay in space may be folded over the plane.
+    PatchMesh mesh = is_height_field(flipped) ? std::move(flipped) : lifted(disc);
+    const std::uint32_t before = mesh.size();
+    mesh.split_forbidden_chords();
+    for (std::uint32_t v = before; v < mesh.size(); ++v) {
+      Vec3 place = frame_.to_frame(mesh.positions()[v]);
+      place.z = heights_.evaluate(place);
+      mesh.positions()[v] = frame_.to_space(place);
+    }
+    return mesh;
+  }
+
+  Vec3 normal_at(Vec3 position) const {
+    const Vec3 slope = heights_.evaluate_with_gradient(frame_.to_frame(position)).gradient;
+    return normalized(frame_.to_space({-slope.x, -slope.y, 1.0}));
+  }
+
+ private:
+  PatchMesh lifted(const PlaneDisc& disc) const {
+    std::vector<Vec3> positions = rim_.corners;
+    for (std::size_t v = positions.size(); v < disc.places.size(); ++v) {
+      positions.push_back(frame_.to_space(disc.places[v]));
+    }
+    return PatchMesh(std::move(positions), problem_.loop, disc.triangles, problem_.forbidden);
+  }
+
+  bool is_height_field(const PatchMesh& mesh) const {
+    const std::vector<CornerTriangle> triangles = mesh.triangles();
+    const std::vector<Vec3>& x = mesh.positions();
+    return std::all_of(triangles.begin(), triangles.end(), [&](const CornerTriangle& t) {
+      return dot(cross(x[t[1]] - x[t[0]], x[t[2]] - x[t[0]]), frame_.axis) > 0.0;
+    });
+  }
+
+  const HoleProblem& problem_;
+  const Rim& rim_;
+  const HoleFrame& frame_;
+  const RbfInterpolant& heights_;
+};
+
+}  // namespace
+
+HolePatch plane_fill(const HoleProblem& problem, const PatchOptions& options) {
+  if (problem.loop.size() < 3) return no_patch("the loop has no inside");
+  const Rim rim = find_rim(problem);
+  if (!(rim.spacing > 0.0 && std::isfinite(rim.radius))) return no_patch("the loop has no extent");
+  const FrameChoice choice = choose_frame(problem, rim);
+  if (!choice.frame) return no_patch(choice.reason);
+  const HoleFrame& frame = *choice.frame;
+
+  std::vector<Vec3> places;
+  for (const Vec3 corner : rim.corners) places.push_back(frame.to_frame(corner));
+  const PlaneOutline outline(places, grid_clearance(rim));
+  const PlaneSites sites =
+      plane_sites(problem, rim, frame, outline, kGatheredPerCenter * options.max_sites);
+  const RbfInterpolant heights = fit_heights(sites, rim, options);
+  if (!heights.valid()) return no_patch("the points around it determine no interpolant");
+
+  const auto grid = plane_grid(rim, outline, heights, options.max_new_points);
+  if (!grid) {
+    return no_patch("it takes more than " + std::to_string(options.max_new_points) + " points");
+  }
+  places.insert(places.end(), grid->begin(), grid->end());
+  const PlaneDisc disc = triangulate(problem, rim, std::move(places));
+  if (disc.triangles.empty()) return no_patch("the loop could not be triangulated in its plane");
+
+  const PatchSurface surface(problem, rim, frame, heights);
+  const PatchMesh mesh = surface.lift(disc);
+  HolePatch patch = patch_of_disc(problem, rim, mesh);
+  patch.method = FillMethod::kPlane;
+  for (std::size_t i = 0; i < patch.positions.size(); ++i) {
+    patch.normals[i] = surface.normal_at(patch.positions[i] - rim.center);
+  }
+  patch.values = values_from_sites(problem, sites.vertices, patch.positions, options);
+  patch.sites = heights.sites();
+  patch.residual = heights.residual();
+  patch.condition = heights.condition();
+  patch.rim_dihedral_rad = rim_dihedral(problem, patch);
+  return patch;
+}
+
+}  // namespace orbweave
