@@ -55,9 +55,10 @@ struct HoleFacts {
   Vec3 center;                        ///< mean of the loop's vertices
   std::vector<std::uint32_t> chunks;  ///< that the loop's vertices lie in, ascending
   bool filled = false;
-  std::string method;       ///< "direct", "plane", "implicit"; empty where it stays open
-  std::string reason;       ///< why it stays open, or why the simpler method did not do
-  std::uint64_t sites = 0;  ///< of the interpolant
+  std::int32_t joined_to = 0;  ///< of an island: the hole whose patch it bounds as well; 0: none
+  std::string method;          ///< "direct", "plane", "implicit"; empty where it stays open
+  std::string reason;          ///< why it stays open, or why the simpler method did not do
+  std::uint64_t sites = 0;     ///< of the interpolant
   std::uint64_t points_added = 0;
   std::uint64_t triangles_added = 0;
   double residual = 0.0;          ///< largest distance of a neighbour from the interpolant

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "engine/holes/hole_choice.h"
 #include "engine/holes/hole_pass.h"
 #include "engine/holes/mesh_surface.h"
 #include "engine/holes/patch_vertices.h"
@@ -14,12 +13,11 @@
 namespace orbweave {
 namespace {
 
-/// The loops of a mesh and what is to become of them.
+/// What is known before anything is filled.
 struct Survey {
   std::vector<std::uint8_t> keep;  // per triangle; empty: all
   std::uint64_t pieces_removed = 0;
-  std::vector<BoundaryLoop> loops;
-  std::vector<std::string> reasons;
+  HolePlan plan;
 };
 
 Survey survey_of(const TriangleMesh& mesh, const FillOptions& options) {
@@ -35,20 +33,13 @@ Survey survey_of(const TriangleMesh& mesh, const FillOptions& options) {
     }
   }
   MeshBoundary boundary = find_boundary(mesh, MeshSurface(mesh, survey.keep), pieces.of_triangle);
-  survey.loops = trace_loops(std::move(boundary.fans), boundary.vertices);
-  survey.reasons = reasons_to_stay_open(survey.loops, pieces.pieces, options);
-  return survey;
-}
-
-/// Ids go on after those that the mesh has already.
-void number(const TriangleMesh& mesh, std::span<const BoundaryLoop> loops,
-            std::vector<HoleFacts>& holes) {
+  survey.plan =
+      plan_holes(std::move(boundary.fans), std::move(boundary.vertices), pieces.pieces, options);
+  // Ids go on after those that the mesh has already.
   std::int32_t last = 0;
   for (const std::int32_t id : mesh.hole) last = std::max(last, id);
-  for (std::size_t l = 0; l < holes.size(); ++l) {
-    holes[l].id = last + static_cast<std::int32_t>(l + 1);
-    holes[l].first_vertex = loops[l].vertices.front();
-  }
+  for (HoleFacts& facts : survey.plan.facts) facts.id += last;
+  return survey;
 }
 
 void remove_triangles(std::span<const std::uint8_t> keep, FilledMesh& filled) {
@@ -83,39 +74,31 @@ void append(const LoopPatch& patch, std::int32_t id, TriangleMesh& mesh) {
 }  // namespace
 
 std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const FillOptions& options) {
-  Survey survey = survey_of(mesh, options);
-  std::vector<HoleFacts> holes;
-  for (std::size_t l = 0; l < survey.loops.size(); ++l) {
-    holes.push_back(facts_of_loop(survey.loops[l]));
-    holes.back().reason = std::move(survey.reasons[l]);
-  }
-  number(mesh, survey.loops, holes);
-  return holes;
+  return survey_of(mesh, options).plan.facts;
 }
 
 FilledMesh fill_mesh(const TriangleMesh& mesh, const FillOptions& options) {
-  Survey survey = survey_of(mesh, options);
+  const Survey survey = survey_of(mesh, options);
+  const HolePlan& plan = survey.plan;
   const MeshSurface surface(mesh, survey.keep);
-  const auto taken = shared_pairs(survey.loops);
-  std::vector<LoopPatch> patches(survey.loops.size());
-  tbb::parallel_for(std::size_t{0}, patches.size(), [&](std::size_t l) {
-    if (survey.reasons[l].empty()) {
-      patches[l] = fill_loop(surface, survey.loops[l], taken[l], options);
-    } else {
-      patches[l].facts = facts_of_loop(survey.loops[l]);
-      patches[l].facts.reason = std::move(survey.reasons[l]);
-    }
+  std::vector<LoopPatch> patches(plan.loops.size());
+  for (std::size_t l = 0; l < patches.size(); ++l) patches[l].facts = plan.facts[l];
+  tbb::parallel_for(std::size_t{0}, plan.groups.size(), [&](std::size_t g) {
+    std::vector<LoopPatch> group = fill_group(surface, plan, plan.groups[g], options);
+    const std::vector<std::uint32_t> loops = plan.loops_of(plan.groups[g]);
+    for (std::size_t i = 0; i < loops.size(); ++i) patches[loops[i]] = std::move(group[i]);
   });
   FilledMesh filled;
   filled.mesh = mesh;
   filled.pieces_removed = survey.pieces_removed;
   remove_triangles(survey.keep, filled);
   filled.mesh.hole.resize(filled.mesh.triangles.size(), 0);
-  for (LoopPatch& patch : patches) filled.holes.push_back(std::move(patch.facts));
-  number(mesh, survey.loops, filled.holes);
-  for (std::size_t l = 0; l < patches.size(); ++l) {
-    append(patches[l], filled.holes[l].id, filled.mesh);
+  for (const std::uint32_t group : plan.groups) {
+    for (const std::uint32_t l : plan.loops_of(group)) {
+      append(patches[l], patches[l].facts.id, filled.mesh);
+    }
   }
+  for (LoopPatch& patch : patches) filled.holes.push_back(std::move(patch.facts));
   filled.vertices_doubled = split_vertices(filled.mesh, pinched_vertices(filled.mesh));
   return filled;
 }

@@ -57,13 +57,14 @@ std::string reason_of(const BoundaryLoop& loop, std::span<const Piece> pieces,
 
 }  // namespace
 
-std::vector<std::string> reasons_to_stay_open(std::span<const BoundaryLoop> loops,
-                                              std::span<const Piece> pieces,
-                                              const FillOptions& options) {
-  std::vector<std::string> reasons;
-  reasons.reserve(loops.size());
-  for (const BoundaryLoop& loop : loops) reasons.push_back(reason_of(loop, pieces, options));
-  return reasons;
+std::vector<HoleChoice> choose_holes(std::span<const BoundaryLoop> loops,
+                                     std::span<const Piece> pieces, const FillOptions& options) {
+  std::vector<HoleChoice> choices;
+  choices.reserve(loops.size());
+  for (const BoundaryLoop& loop : loops) {
+    choices.push_back({reason_of(loop, pieces, options), loop.agreement() < kOpposes});
+  }
+  return choices;
 }
 
 }  // namespace orbweave

@@ -18,14 +18,19 @@ struct Piece {
   Box box;
 };
 
-/// Per loop: empty where it is to be filled, else why it stays open.
+/// The verdict on a loop.
+struct HoleChoice {
+  std::string reason;            ///< empty: to be filled
+  bool opposes_normals = false;  ///< certainly the border of a piece
+};
+
+/// What is to become of each loop.
 /// The loops' component labels are indices of `pieces`.
 ///
 /// Outer borders (FillOptions::keep_outer_border) are loops whose area vector opposes the normals
 /// along them; a loop that does neither (the end of a tube, the rim of a hemisphere) counts as
 /// one where its diameter is at least half of that of its piece.
-std::vector<std::string> reasons_to_stay_open(std::span<const BoundaryLoop> loops,
-                                              std::span<const Piece> pieces,
-                                              const FillOptions& options);
+std::vector<HoleChoice> choose_holes(std::span<const BoundaryLoop> loops,
+                                     std::span<const Piece> pieces, const FillOptions& options);
 
 }  // namespace orbweave

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/holes/fill_hole.h"
+#include "engine/holes/islands.h"
 #include "engine/holes/neighborhood.h"
 
 namespace orbweave {
@@ -83,17 +84,10 @@ std::vector<std::vector<Edge64>> shared_pairs(std::span<const BoundaryLoop> loop
   return pairs;
 }
 
-HoleFacts facts_of_loop(const BoundaryLoop& loop) {
-  HoleFacts facts;
-  facts.edges = loop.vertices.size();
-  facts.perimeter = loop.perimeter;
-  facts.diameter = 2.0 * loop.radius;
-  facts.center = loop.center;
-  return facts;
-}
+namespace {
 
 LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<const Edge64> taken,
-                    const FillOptions& options) {
+                    const HoleFacts& known, const FillOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   PatchOptions patch_options;
   patch_options.kernel =
@@ -105,7 +99,7 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
   HolePatch patch = fill_hole(gathered.problem, patch_options);
 
   LoopPatch result;
-  HoleFacts& facts = result.facts = facts_of_loop(loop);
+  HoleFacts& facts = result.facts = known;
   facts.filled = patch.method != FillMethod::kNone;
   facts.reason = std::move(patch.reason);
   if (facts.filled) {
@@ -126,6 +120,87 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
   }
   facts.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;
+}
+
+/// Everything that the loops of the group must not join.
+std::vector<Edge64> taken_by_others(const HolePlan& plan, std::span<const std::uint32_t> group) {
+  std::vector<Edge64> taken;
+  for (const std::uint32_t l : group) {
+    taken.insert(taken.end(), plan.taken[l].begin(), plan.taken[l].end());
+  }
+  std::sort(taken.begin(), taken.end());
+  taken.erase(std::unique(taken.begin(), taken.end()), taken.end());
+  return taken;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> HolePlan::loops_of(std::uint32_t hole) const {
+  std::vector<std::uint32_t> all = {hole};
+  all.insert(all.end(), islands[hole].begin(), islands[hole].end());
+  return all;
+}
+
+HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> vertices,
+                    std::span<const Piece> pieces, const FillOptions& options) {
+  HolePlan plan;
+  plan.vertices = std::move(vertices);
+  plan.loops = trace_loops(std::move(fans), plan.vertices);
+  std::vector<HoleChoice> choices = choose_holes(plan.loops, pieces, options);
+  std::vector<std::uint8_t> is_hole, may_be_island;
+  for (std::size_t l = 0; l < plan.loops.size(); ++l) {
+    const BoundaryLoop& loop = plan.loops[l];
+    HoleFacts& facts = plan.facts.emplace_back();
+    facts.id = static_cast<std::int32_t>(l + 1);
+    facts.first_vertex = loop.vertices.front();
+    facts.edges = loop.vertices.size();
+    facts.perimeter = loop.perimeter;
+    facts.diameter = 2.0 * loop.radius;
+    facts.center = loop.center;
+    facts.reason = std::move(choices[l].reason);
+    is_hole.push_back(facts.reason.empty() && !choices[l].opposes_normals ? 1 : 0);
+    may_be_island.push_back(choices[l].opposes_normals ? 1 : 0);
+  }
+  plan.islands = find_islands(plan.loops, is_hole, may_be_island, plan.vertices);
+  plan.taken = shared_pairs(plan.loops);
+  std::vector<std::uint8_t> is_island(plan.loops.size(), 0);
+  for (const auto& list : plan.islands) {
+    for (const std::uint32_t l : list) is_island[l] = 1;
+  }
+  for (std::uint32_t l = 0; l < plan.loops.size(); ++l) {
+    if (plan.facts[l].reason.empty() && is_island[l] == 0) plan.groups.push_back(l);
+  }
+  return plan;
+}
+
+std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, std::uint32_t hole,
+                                  const FillOptions& options) {
+  std::vector<LoopPatch> patches;
+  const std::vector<std::uint32_t>& islands = plan.islands[hole];
+  if (!islands.empty()) {
+    const BoundaryLoop joined = join_islands(plan.loops[hole], plan.loops, islands, plan.vertices);
+    patches.push_back(fill_loop(surface, joined, taken_by_others(plan, plan.loops_of(hole)),
+                                plan.facts[hole], options));
+    if (patches.front().facts.filled) {
+      for (const std::uint32_t l : islands) {
+        HoleFacts& facts = patches.emplace_back().facts = plan.facts[l];
+        facts.filled = true;
+        facts.method = patches.front().facts.method;
+        facts.reason.clear();
+        facts.joined_to = plan.facts[hole].id;
+      }
+      return patches;
+    }
+    patches.clear();
+  }
+  for (const std::uint32_t l : plan.loops_of(hole)) {
+    if (plan.facts[l].reason.empty()) {
+      patches.push_back(fill_loop(surface, plan.loops[l], plan.taken[l], plan.facts[l], options));
+    } else {
+      patches.emplace_back().facts = plan.facts[l];
+    }
+  }
+  return patches;
 }
 
 }  // namespace orbweave

@@ -9,6 +9,7 @@
 
 #include "engine/holes/boundary_loop.h"
 #include "engine/holes/hole.h"
+#include "engine/holes/hole_choice.h"
 #include "engine/holes/surface.h"
 #include "io/job.h"
 #include "io/report.h"
@@ -23,7 +24,7 @@ struct LoopPatch {
   std::vector<Vec3> normals;
   std::vector<double> values;  ///< new vertices x channels
   std::vector<Triangle64> triangles;
-  HoleFacts facts;  ///< all but id, first_vertex and chunks
+  HoleFacts facts;  ///< all but chunks
 };
 
 /// For every loop the pairs of its vertices that lie together on another loop: no patch may join
@@ -31,12 +32,25 @@ struct LoopPatch {
 std::vector<std::vector<std::array<std::uint64_t, 2>>> shared_pairs(
     std::span<const BoundaryLoop> loops);
 
-/// What is known of a loop before it is filled.
-HoleFacts facts_of_loop(const BoundaryLoop& loop);
+/// The loops of a mesh and what is to become of them.
+struct HolePlan {
+  std::vector<BoundaryVertex> vertices;  ///< of the loops, ascending
+  std::vector<BoundaryLoop> loops;
+  std::vector<HoleFacts> facts;  ///< per loop: measures, and the reason where it stays open
+  std::vector<std::vector<std::uint32_t>> islands;  ///< per loop: loops of islands in it
+  std::vector<std::vector<std::array<std::uint64_t, 2>>> taken;  ///< shared_pairs
+  std::vector<std::uint32_t> groups;  ///< loops to be filled, without islands of others
 
-/// Gathers the neighbourhood and fills the hole. The result depends on the mesh alone.
-LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop,
-                    std::span<const std::array<std::uint64_t, 2>> taken,
-                    const FillOptions& options);
+  /// A group's loops: the hole, then its islands.
+  std::vector<std::uint32_t> loops_of(std::uint32_t hole) const;
+};
+HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> vertices,
+                    std::span<const Piece> pieces, const FillOptions& options);
+
+/// Gathers the neighbourhood and fills the hole, joining its islands where that is possible. One
+/// result per loop of the group; a joined island's has no triangles of its own. The results depend
+/// on the mesh alone.
+std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, std::uint32_t hole,
+                                  const FillOptions& options);
 
 }  // namespace orbweave

@@ -72,7 +72,7 @@ class HoleStage {
     remove_small_pieces();
     trace();
     cut_into_batches();
-    StageClock clock(context_, "holes", loops_.size(), "loops");
+    StageClock clock(context_, "holes", holes_.loops.size(), "loops");
     context_.store.begin_stage(kHoleStage, key);
     context_.store.commit_document(kHoleStage, kDocument,
                                    nlohmann::json{{"batches", batches_.size()}}.dump() + "\n");
@@ -86,7 +86,7 @@ class HoleStage {
 
  private:
   struct Batch {
-    std::size_t first = 0;  // of filled_
+    std::size_t first = 0;  // of the groups
     std::size_t count = 0;
   };
 
@@ -115,9 +115,7 @@ class HoleStage {
   StoredSurface surface_;
   FilledHoles result_;
   std::vector<OpenFan> fans_;
-  std::vector<BoundaryLoop> loops_;
-  std::vector<std::vector<std::array<std::uint64_t, 2>>> taken_;
-  std::vector<std::uint32_t> filled_;  // loops to be filled
+  HolePlan holes_;
   std::vector<Batch> batches_;
   double patch_area_ = 0.0;
   std::uint64_t pinched_left_ = 0;
@@ -180,26 +178,20 @@ void HoleStage::find_freed() {
 }
 
 void HoleStage::trace() {
-  loops_ = trace_loops(fans_, boundary_.vertices);
   std::vector<Piece> pieces;
   pieces.reserve(boundary_.pieces.size());
   for (const ChunkPiece& piece : boundary_.pieces) pieces.push_back({piece.triangles, piece.box});
-  std::vector<std::string> reasons = reasons_to_stay_open(loops_, pieces, context_.job.fill);
-  taken_ = shared_pairs(loops_);
-  for (std::uint32_t l = 0; l < loops_.size(); ++l) {
-    HoleFacts facts = facts_of_loop(loops_[l]);
-    facts.id = static_cast<std::int32_t>(l + 1);
-    facts.first_vertex = loops_[l].vertices.front();
-    facts.reason = std::move(reasons[l]);
-    if (facts.reason.empty()) filled_.push_back(l);
-    result_.holes.push_back(std::move(facts));
-  }
+  holes_ = plan_holes(fans_, boundary_.vertices, pieces, context_.job.fill);
+  result_.holes = holes_.facts;
 }
 
 void HoleStage::cut_into_batches() {
   std::uint64_t work = 0;
-  for (std::size_t i = 0; i < filled_.size(); ++i) {
-    const std::uint64_t edges = loops_[filled_[i]].vertices.size();
+  for (std::size_t i = 0; i < holes_.groups.size(); ++i) {
+    std::uint64_t edges = 0;
+    for (const std::uint32_t l : holes_.loops_of(holes_.groups[i])) {
+      edges += holes_.loops[l].vertices.size();
+    }
     if (batches_.empty() || batches_.back().count == kBatchLoops ||
         work + edges * edges > kBatchWork) {
       batches_.push_back({i, 0});
@@ -212,7 +204,7 @@ void HoleStage::cut_into_batches() {
 
 void HoleStage::fill(StageFacts& clock) {
   std::vector<ChunkTask> tasks;
-  context_.progress.advance(loops_.size() - filled_.size());
+  context_.progress.advance(holes_.loops.size() - holes_.groups.size());
   for (ChunkId batch = 0; batch < batches_.size(); ++batch) {
     if (context_.store.has(kHoleStage, batch)) {
       ++clock.chunks_reused;
@@ -230,12 +222,10 @@ void HoleStage::fill_batch(ChunkId number) {
   PatchBatch patches;
   for (std::size_t i = batch.first; i < batch.first + batch.count; ++i) {
     context_.stop.check();
-    const std::uint32_t l = filled_[i];
-    LoopPatch patch = fill_loop(surface_, loops_[l], taken_[l], context_.job.fill);
-    patch.facts.id = result_.holes[l].id;
-    patch.facts.first_vertex = result_.holes[l].first_vertex;
-    const double area = area_of(surface_, patch);
-    append_patch(std::move(patch), area, patches);
+    for (LoopPatch& patch : fill_group(surface_, holes_, holes_.groups[i], context_.job.fill)) {
+      const double area = area_of(surface_, patch);
+      append_patch(std::move(patch), area, patches);
+    }
     context_.progress.advance(1);
   }
   commit_patch_batch(context_.store, number, patches);
@@ -246,18 +236,18 @@ void HoleStage::collect() {
     PatchBatch patches = load_patch_facts(context_.store, batch);
     std::uint64_t vertices = 0, triangles = 0;
     for (std::size_t i = 0; i < patches.facts.size(); ++i) {
-      HoleFacts& facts = patches.facts[i];
+      HoleFacts& facts = patches.facts[i];  // ids are ranks of loops, from 1
       vertices += facts.points_added;
       triangles += facts.triangles_added;
       patch_area_ += patches.areas[i];
-      result_.holes[filled_[batches_[batch].first + i]] = std::move(facts);
+      result_.holes[static_cast<std::size_t>(facts.id - 1)] = std::move(facts);
     }
     result_.new_vertices.push_back(vertices);
     result_.new_triangles.push_back(triangles);
   }
-  for (std::size_t l = 0; l < loops_.size(); ++l) {
+  for (std::size_t l = 0; l < holes_.loops.size(); ++l) {
     std::vector<std::uint32_t>& chunks = result_.holes[l].chunks;
-    for (const std::uint64_t vertex : loops_[l].vertices) {
+    for (const std::uint64_t vertex : holes_.loops[l].vertices) {
       chunks.push_back(partition_.chunk_of(vertex));
     }
     std::sort(chunks.begin(), chunks.end());
@@ -354,13 +344,18 @@ void HoleStage::update_facts() {
     removed_pieces += is_removed(p) ? 1 : 0;
   }
   std::vector<Triangle64> corners;
-  for (std::size_t l = 0; l < loops_.size(); ++l) {
+  for (std::size_t l = 0; l < holes_.loops.size(); ++l) {
     const HoleFacts& hole = result_.holes[l];
     if (!hole.filled) continue;
-    const BoundaryLoop& loop = loops_[l];
+    const BoundaryLoop& loop = holes_.loops[l];
     for (const std::uint64_t piece : loop.components) {
       pieces.unite(static_cast<std::uint32_t>(loop.components.front()),
                    static_cast<std::uint32_t>(piece));
+    }
+    if (hole.joined_to > 0) {
+      const BoundaryLoop& around = holes_.loops[static_cast<std::size_t>(hole.joined_to - 1)];
+      pieces.unite(static_cast<std::uint32_t>(loop.components.front()),
+                   static_cast<std::uint32_t>(around.components.front()));
     }
     const std::size_t n = loop.vertices.size();
     for (std::size_t i = 0; i < n; ++i) {

@@ -8,7 +8,7 @@
 namespace orbweave {
 namespace {
 
-constexpr std::uint32_t kFactColumns = 17;
+constexpr std::uint32_t kFactColumns = 18;
 using FactRow = std::array<double, kFactColumns>;
 
 /// Texts go to one array, their lengths to the rows. Counts are whole doubles.
@@ -30,6 +30,7 @@ FactRow row_of(const HoleFacts& f, double area, std::string& texts) {
           f.residual,
           f.condition,
           f.rim_dihedral_deg,
+          static_cast<double>(f.joined_to),
           area};
 }
 
@@ -56,6 +57,7 @@ HoleFacts facts_of(const FactRow& row, const std::vector<char>& texts, std::size
   f.residual = row[13];
   f.condition = row[14];
   f.rim_dihedral_deg = row[15];
+  f.joined_to = static_cast<std::int32_t>(row[16]);
   return f;
 }
 
