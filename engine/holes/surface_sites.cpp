@@ -1,0 +1,110 @@
+#include "engine/holes/surface_sites.h"
+
+#include <algorithm>
+#include <limits>
+#include <span>
+
+namespace orbweave {
+namespace {
+
+/// A vertex that may become a site.
+struct Candidate {
+  double from_rim = 0.0;  ///< distance to the nearest corner
+  std::uint32_t vertex = 0;
+  Vec3 position;  ///< relative to the rim's centre
+};
+
+std::vector<Candidate> candidates_by_distance(const HoleProblem& problem, const Rim& rim) {
+  std::vector<Candidate> candidates;
+  for (std::uint32_t v = 0; v < problem.positions.size(); ++v) {
+    if (!(squared_norm(problem.normals[v]) > 0.0)) continue;
+    const Vec3 p = problem.positions[v] - rim.center;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vec3 corner : rim.corners) nearest = std::min(nearest, squared_norm(p - corner));
+    candidates.push_back({std::sqrt(nearest), v, p});
+  }
+  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return a.from_rim != b.from_rim ? a.from_rim < b.from_rim : a.vertex < b.vertex;
+  });
+  return candidates;
+}
+
+/// Greedy: a candidate is kept when no kept one is nearer than `scale` times the spacing wished
+/// for at its distance from the rim. Ends when more than `most` are kept.
+std::vector<Candidate> thin(std::span<const Candidate> candidates, double scale, double spacing,
+                            std::size_t most) {
+  constexpr double kGrowth = 0.5;  // of the spacing, per distance from the rim
+  std::vector<Candidate> kept;
+  for (const Candidate& candidate : candidates) {
+    const double apart = scale * (spacing + kGrowth * candidate.from_rim);
+    const bool clear = std::none_of(kept.begin(), kept.end(), [&](const Candidate& other) {
+      return squared_norm(candidate.position - other.position) < apart * apart;
+    });
+    if (!clear) continue;
+    kept.push_back(candidate);
+    if (kept.size() > most) break;
+  }
+  return kept;
+}
+
+/// The largest fraction of `offset`, halved so often, at which the vertex is the nearest of all to
+/// the point off it; 0 where there is none.
+double clear_offset(const HoleProblem& problem, std::uint32_t vertex, Vec3 normal, double offset) {
+  constexpr int kHalvings = 4;
+  const Vec3 p = problem.positions[vertex];
+  for (int i = 0; i < kHalvings; ++i, offset *= 0.5) {
+    const Vec3 off = offset * normal;
+    const bool own = std::all_of(problem.positions.begin(), problem.positions.end(), [&](Vec3 q) {
+      return q == p || squared_norm((q - p) - off) > squared_norm(off);
+    });
+    if (own) return offset;
+  }
+  return 0.0;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> choose_sites(const HoleProblem& problem, const Rim& rim,
+                                        std::uint32_t most) {
+  std::vector<Candidate> kept = candidates_by_distance(problem, rim);
+  if (kept.size() > most) {
+    const std::vector<Candidate> all = std::move(kept);
+    constexpr int kSteps = 6;
+    double few = 1.0, many = 0.0;
+    while ((kept = thin(all, few, rim.spacing, most)).size() > most) {
+      many = few;
+      few *= 2.0;
+    }
+    for (int step = 0; step < kSteps; ++step) {
+      const double middle = 0.5 * (few + many);
+      std::vector<Candidate> closer = thin(all, middle, rim.spacing, most);
+      const bool fits = closer.size() <= most;
+      (fits ? few : many) = middle;
+      if (fits) kept = std::move(closer);
+    }
+  }
+  std::vector<std::uint32_t> sites;
+  for (const Candidate& candidate : kept) sites.push_back(candidate.vertex);
+  return sites;
+}
+
+SignedDistances signed_distances(const HoleProblem& problem, const Rim& rim,
+                                 const std::vector<std::uint32_t>& sites) {
+  SignedDistances distances;
+  for (const std::uint32_t v : sites) {
+    distances.points.push_back(problem.positions[v] - rim.center);
+    distances.values.push_back(0.0);
+  }
+  for (std::size_t i = 0; i < sites.size(); ++i) {
+    const Vec3 normal = problem.normals[sites[i]];
+    for (const double side : {1.0, -1.0}) {
+      const double offset = clear_offset(problem, sites[i], side * normal, rim.spacing);
+      if (offset == 0.0) continue;
+      distances.points.push_back(distances.points[i] + side * offset * normal);
+      distances.values.push_back(side * offset);
+    }
+  }
+  return distances;
+}
+
+}  // namespace orbweave

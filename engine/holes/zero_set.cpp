@@ -1,0 +1,127 @@
+#include "engine/holes/zero_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "engine/holes/patch_intersections.h"
+#include "engine/holes/rbf.h"
+#include "engine/holes/smooth_disc.h"
+
+namespace orbweave {
+namespace {
+
+/// s / |grad s|, the distance from the zero set to first order, and the direction away from it.
+struct Offset {
+  double distance = 0.0;
+  Vec3 direction;
+  double slope = 0.0;
+};
+
+Offset offset_from(const RbfInterpolant& rbf, Vec3 p) {
+  const RbfInterpolant::ValueGradient at = rbf.evaluate_with_gradient(p);
+  const double slope = norm(at.gradient);
+  if (!(slope > 0.0)) return {};
+  return {at.value / slope, at.gradient / slope, slope};
+}
+
+/// Newton steps along the gradient, none longer than `longest`. The distance left.
+double project(const RbfInterpolant& rbf, double longest, int steps, Vec3& p) {
+  double left = std::numeric_limits<double>::infinity();
+  for (int step = 0; step < steps; ++step) {
+    const Offset offset = offset_from(rbf, p);
+    if (offset.slope == 0.0) return std::numeric_limits<double>::infinity();
+    left = std::abs(offset.distance);
+    if (left <= 1e-6 * longest) break;
+    p = p - std::clamp(offset.distance, -longest, longest) * offset.direction;
+  }
+  return left;
+}
+
+/// Moves interior points towards their neighbours' mean, within the zero set.
+void relax(const RbfInterpolant& rbf, PatchMesh& disc) {
+  constexpr double kStep = 0.5;
+  const std::vector<std::vector<std::uint32_t>> neighbors = disc.neighbors();
+  const std::vector<Vec3> before = disc.positions();
+  for (std::uint32_t v = disc.corners(); v < disc.size(); ++v) {
+    if (neighbors[v].empty()) continue;
+    Vec3 mean;
+    for (const std::uint32_t other : neighbors[v]) mean = mean + before[other];
+    const Vec3 move = mean / static_cast<double>(neighbors[v].size()) - before[v];
+    const Vec3 normal = offset_from(rbf, before[v]).direction;
+    disc.positions()[v] = before[v] + kStep * (move - dot(move, normal) * normal);
+  }
+}
+
+/// Brings the disc onto the zero set and keeps its triangles well shaped meanwhile.
+void settle(const RbfInterpolant& rbf, const Rim& rim, const PatchOptions& options,
+            PatchMesh& disc) {
+  constexpr int kRounds = 6;
+  constexpr int kSteps = 3;
+  const double longest = std::max(0.5 * rim.spacing, 0.1 * rim.radius);
+  for (int round = 0; round < kRounds; ++round) {
+    for (std::uint32_t v = disc.corners(); v < disc.size(); ++v) {
+      project(rbf, longest, kSteps, disc.positions()[v]);
+    }
+    relax(rbf, disc);
+    disc.collapse_short_edges(kShortestEdge * rim.spacing);
+    const std::uint32_t points = disc.size() - disc.corners();
+    if (points < options.max_new_points) {
+      disc.split_long_edges(kLongestEdge * rim.spacing, options.max_new_points - points);
+    }
+    disc.flip_to_delaunay();
+  }
+  for (std::uint32_t v = disc.corners(); v < disc.size(); ++v) {
+    project(rbf, longest, 2 * kSteps, disc.positions()[v]);
+  }
+}
+
+/// What is wrong with a disc on the zero set; empty: nothing.
+std::string fault_of(const RbfInterpolant& rbf, const Rim& rim, const PatchMesh& disc) {
+  constexpr double kSlack = 0.05;       // of the rim's spacing, distance from the zero set
+  constexpr double kLeastSlope = 0.05;  // the data have slope 1
+  for (std::uint32_t v = disc.corners(); v < disc.size(); ++v) {
+    const Vec3 p = disc.positions()[v];
+    if (!is_finite(p) || norm(p) > 3.0 * rim.radius) return "the zero set runs away";
+    const Offset offset = offset_from(rbf, p);
+    if (!(offset.slope > kLeastSlope) || std::abs(offset.distance) > kSlack * rim.spacing) {
+      return "no zero set near";
+    }
+  }
+  for (const CornerTriangle& t : disc.triangles()) {
+    const Vec3 a = disc.positions()[t[0]], b = disc.positions()[t[1]], c = disc.positions()[t[2]];
+    const Vec3 direction = offset_from(rbf, (a + b + c) / 3.0).direction;
+    if (dot(cross(b - a, c - a), direction) < 0.0) return "the zero set folds";
+  }
+  return {};
+}
+
+}  // namespace
+
+ZeroSetPatch patch_on_zero_set(const HoleProblem& problem, const Rim& rim,
+                               const SignedDistances& distances, RbfKernel kernel, PatchMesh disc,
+                               const PatchOptions& options) {
+  RbfOptions rbf_options;
+  rbf_options.dimension = 3;
+  rbf_options.kernel = kernel;
+  rbf_options.max_sites = options.max_sites;
+  const RbfInterpolant rbf(distances.points, distances.values, 1, rbf_options);
+  if (!rbf.valid()) return {{}, "the system is singular"};
+  settle(rbf, rim, options, disc);
+  std::string fault = fault_of(rbf, rim, disc);
+  if (!fault.empty()) return {{}, std::move(fault)};
+  HolePatch patch = patch_of_disc(problem, rim, disc.positions(), disc.triangles());
+  patch.method = FillMethod::kImplicit;
+  for (std::size_t i = 0; i < patch.positions.size(); ++i) {
+    patch.normals[i] = offset_from(rbf, patch.positions[i] - rim.center).direction;
+  }
+  if (count_intersections(problem, patch, 1) > 0) return {{}, "the zero set meets the surface"};
+  patch.sites = rbf.sites();
+  patch.residual = rbf.residual();
+  patch.condition = rbf.condition();
+  return {std::move(patch), {}};
+}
+
+}  // namespace orbweave
