@@ -216,6 +216,43 @@ TEST_CASE("AFigureEightLoopIsClosed") {
   require_sound(mesh, filled);
 }
 
+TEST_CASE("AnIslandInAHoleIsJoinedToTheRest") {
+  const auto ground = [](Vec3 p) {
+    return Vec3{p.x, p.y, 0.03 * std::sin(6.0 * p.x) * std::cos(5.0 * p.y)};
+  };
+  TriangleMesh mesh = moved(test::square_mesh(60), ground);
+  const auto radius = [](Vec3 p, Vec3 center) {
+    return std::hypot(p.x - center.x, p.y - center.y);
+  };
+  cut(mesh, [&](Vec3 p) {
+    const bool in_hole = radius(p, {0.5, 0.5, 0}) < 0.3;
+    return in_hole && radius(p, {0.4, 0.5, 0}) > 0.08 && radius(p, {0.6, 0.45, 0}) > 0.06;
+  });
+  REQUIRE(mesh_facts(mesh).components == 3);
+  const FilledMesh filled = fill_mesh(mesh, {});
+  require_sound(mesh, filled);
+  const MeshFacts facts = mesh_facts(filled.mesh);
+  CHECK(facts.components == 1);
+  CHECK(facts.boundary_loops == 1);
+  CHECK(facts.euler_characteristic == 1);
+  CHECK(std::count_if(filled.holes.begin(), filled.holes.end(),
+                      [](const HoleFacts& hole) { return hole.joined_to != 0; }) == 2);
+  CHECK(farthest_new_vertex(mesh, filled, [&](Vec3 p) { return p.z - ground(p).z; }) < 0.003);
+}
+
+TEST_CASE("APieceThatFacesTheOtherWayIsNoIsland") {
+  TriangleMesh mesh = test::square_mesh(40);
+  cut(mesh, [](Vec3 p) { return std::hypot(p.x - 0.5, p.y - 0.5) < 0.3; });
+  const TriangleMesh piece = moved(test::flipped(test::square_mesh(6)), [](Vec3 p) {
+    return Vec3{0.45 + 0.1 * p.x, 0.45 + 0.1 * p.y, -0.1};
+  });
+  mesh = test::joined(mesh, piece);
+  const FilledMesh filled = fill_mesh(mesh, {});
+  require_sound(mesh, filled);
+  CHECK(mesh_facts(filled.mesh).components == 2);
+  CHECK(count_filled(filled) == 1);
+}
+
 TEST_CASE("AnotherSheetCloseBehindDoesNotBendThePatch") {
   constexpr double kGap = 0.01;  // less than half an edge
   const TriangleMesh behind = moved(test::flipped(test::square_mesh(40)), [](Vec3 p) {
