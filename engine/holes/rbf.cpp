@@ -5,11 +5,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <mutex>
 #include <numeric>
-#include <optional>
 
+#include "engine/holes/rbf_centers.h"
 #include "engine/holes/rbf_kernel.h"
 
 namespace orbweave {
@@ -60,63 +59,6 @@ double estimate_condition(const Eigen::Ref<const MatrixXd>& lower, double norm) 
   }
   return norm * inverse_norm;
 }
-
-// Sites without their duplicates, in the order of their first appearance.
-struct UniqueSites {
-  std::vector<Vec3> sites;          // scaled
-  std::vector<std::uint32_t> of;    // unique site of each given one
-  std::vector<std::uint8_t> exact;  // not smoothed
-  MatrixXd values;                  // unique sites x channels
-};
-
-bool before(Vec3 a, Vec3 b) {
-  if (a.x != b.x) return a.x < b.x;
-  if (a.y != b.y) return a.y < b.y;
-  return a.z < b.z;
-}
-
-// For each site the first one at the same place.
-std::vector<std::uint32_t> first_at_place(const std::vector<Vec3>& sites) {
-  std::vector<std::uint32_t> order(sites.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&sites](std::uint32_t a, std::uint32_t b) {
-    return before(sites[a], sites[b]) || (sites[a] == sites[b] && a < b);
-  });
-  std::vector<std::uint32_t> first(sites.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool same = i > 0 && sites[order[i]] == sites[order[i - 1]];
-    first[order[i]] = same ? first[order[i - 1]] : order[i];
-  }
-  return first;
-}
-
-UniqueSites merge_duplicates(const std::vector<Vec3>& sites, std::span<const double> values,
-                             std::uint32_t channels, std::uint32_t exact_sites) {
-  const std::vector<std::uint32_t> first = first_at_place(sites);
-  UniqueSites unique;
-  unique.of.resize(sites.size());
-  std::vector<double> count;
-  for (std::uint32_t i = 0; i < sites.size(); ++i) {
-    if (first[i] == i) {
-      unique.of[i] = static_cast<std::uint32_t>(unique.sites.size());
-      unique.sites.push_back(sites[i]);
-      unique.exact.push_back(i < exact_sites ? 1 : 0);
-      count.push_back(0.0);
-    } else {
-      unique.of[i] = unique.of[first[i]];  // first[i] < i
-    }
-    count[unique.of[i]] += 1.0;
-  }
-  unique.values = MatrixXd::Zero(static_cast<Index>(unique.sites.size()), channels);
-  for (std::size_t i = 0; i < sites.size(); ++i) {
-    for (std::uint32_t c = 0; c < channels; ++c) {
-      unique.values(unique.of[i], c) += values[i * channels + c] / count[unique.of[i]];
-    }
-  }
-  return unique;
-}
-
-double squared_distance(Vec3 a, Vec3 b) { return squared_norm(a - b); }
 
 // In four sums, so that additions need not wait for each other.
 double sum_of_products(std::span<const double> a, const double* b) {
@@ -240,8 +182,10 @@ class RbfInterpolant::Fit {
   Index others() const { return static_cast<Index>(centers_.size()) - terms_; }
 
   MatrixXd values_of(std::span<const std::uint32_t> which) const {
-    MatrixXd f(static_cast<Index>(which.size()), data_.values.cols());
-    for (Index i = 0; i < f.rows(); ++i) f.row(i) = data_.values.row(which[i]);
+    MatrixXd f(static_cast<Index>(which.size()), static_cast<Index>(data_.channels));
+    for (Index i = 0; i < f.rows(); ++i) {
+      for (Index c = 0; c < f.cols(); ++c) f(i, c) = data_.values[which[i] * f.cols() + c];
+    }
     return f;
   }
 
@@ -261,7 +205,7 @@ class RbfInterpolant::Fit {
       const Vec3 center = data_.sites[columns[j]];
       double* column = phi.col(j).data();
       for (Index i = 0; i < phi.rows(); ++i) {
-        column[i] = squared_distance(data_.sites[rows[i]], center);
+        column[i] = squared_norm(data_.sites[rows[i]] - center);
       }
       rbf_kernel(form_, {column, rows.size()});
       if (!(ridge_ > 0.0) || data_.exact[columns[j]] != 0) continue;
@@ -284,63 +228,6 @@ class RbfInterpolant::Fit {
   MatrixXd g_;            // phi(x, s_l) - sum_m p_m(x) phi(s_m, s_l) at them
   VectorXd column_sums_;  // of |K|
 };
-
-namespace {
-
-// Sites far from each other, the special ones first: each is the one furthest from those before.
-class FarthestPoints {
- public:
-  FarthestPoints(const std::vector<Vec3>& sites, std::span<const std::uint32_t> seeds)
-      : sites_(sites), squared_(sites.size(), std::numeric_limits<double>::infinity()) {
-    for (const std::uint32_t seed : seeds) cover(seed);
-  }
-
-  /// The next one; empty where only covered ones are left.
-  std::optional<std::uint32_t> next() {
-    const auto best = std::max_element(squared_.begin(), squared_.end());
-    if (best == squared_.end() || !(*best > 0.0)) return std::nullopt;
-    const auto which = static_cast<std::uint32_t>(best - squared_.begin());
-    cover(which);
-    return which;
-  }
-
-  double radius() const { return std::sqrt(*std::max_element(squared_.begin(), squared_.end())); }
-
- private:
-  void cover(std::uint32_t center) {
-    for (std::size_t i = 0; i < sites_.size(); ++i) {
-      squared_[i] = std::min(squared_[i], squared_distance(sites_[i], sites_[center]));
-    }
-  }
-
-  const std::vector<Vec3>& sites_;
-  std::vector<double> squared_;  // from the nearest one chosen
-};
-
-// The worst sites, at least `separation` apart, filled up with the next worst if these are few.
-std::vector<std::uint32_t> worst_sites(const std::vector<Vec3>& sites,
-                                       const std::vector<double>& residuals,
-                                       std::vector<std::uint32_t> candidates, std::size_t count,
-                                       double separation) {
-  std::sort(candidates.begin(), candidates.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return residuals[a] > residuals[b] || (residuals[a] == residuals[b] && a < b);
-  });
-  std::vector<std::uint32_t> chosen;
-  std::vector<std::uint32_t> passed;
-  for (const std::uint32_t site : candidates) {
-    if (chosen.size() == count) break;
-    const bool close = std::any_of(chosen.begin(), chosen.end(), [&](std::uint32_t other) {
-      return squared_distance(sites[site], sites[other]) < separation * separation;
-    });
-    (close ? passed : chosen).push_back(site);
-  }
-  for (std::size_t i = 0; i < passed.size() && chosen.size() < (count + 1) / 2; ++i) {
-    chosen.push_back(passed[i]);
-  }
-  return chosen;
-}
-
-}  // namespace
 
 RbfInterpolant::RbfInterpolant(std::span<const RbfSite> sites, std::span<const double> values,
                                std::uint32_t channels, const RbfOptions& options)
@@ -452,7 +339,7 @@ std::vector<double> RbfInterpolant::residuals_at(const Fit& fit) const {
   const UniqueSites& data = fit.data();
   std::vector<double> residuals = values_at(data.sites);
   for (std::size_t i = 0; i < residuals.size(); ++i) {
-    residuals[i] = std::abs(residuals[i] - data.values(static_cast<Index>(i), 0));
+    residuals[i] = std::abs(residuals[i] - data.values[i * data.channels]);
   }
   for (const std::uint32_t center : fit.centers()) residuals[center] = 0.0;
   return residuals;
