@@ -18,16 +18,11 @@ ConstrainedDelaunay::ConstrainedDelaunay(std::span<const PlanePoint> points, std
   mesh_.twin.reserve(6 * points_.size());
   corner_.reserve(6 * points_.size());
   side_.reserve(2 * points_.size());
-  const std::uint32_t h = add_triangle(n, n + 1, n + 2, Side::kUnknown);
-  const std::uint32_t g = add_triangle(n + 2, n + 3, n, Side::kUnknown);
+  const std::uint32_t h = mesh_.add(n, n + 1, n + 2);
+  const std::uint32_t g = mesh_.add(n + 2, n + 3, n);
+  side_.assign(2, Side::kUnknown);
+  corner_.assign(6, kNone32);
   mesh_.link(h + 2, g + 2);
-}
-
-std::uint32_t ConstrainedDelaunay::add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c,
-                                                Side side) {
-  corner_.insert(corner_.end(), {kNone32, kNone32, kNone32});
-  side_.push_back(side);
-  return mesh_.add(a, b, c);
 }
 
 // ---- Points --------------------------------------------------------------------------------
@@ -72,53 +67,22 @@ void ConstrainedDelaunay::insert(std::uint32_t vertex, const Location& where) {
 }
 
 void ConstrainedDelaunay::split_triangle(std::uint32_t h, std::uint32_t vertex) {
-  const std::uint32_t next = HalfEdges::next(h);
-  const std::uint32_t last = HalfEdges::prev(h);
-  const std::uint32_t a = mesh_.origin[h];
-  const std::uint32_t b = mesh_.origin[next];
-  const std::uint32_t c = mesh_.origin[last];
-  const std::uint32_t second = add_triangle(b, c, vertex, side_[h / 3]);
-  const std::uint32_t third = add_triangle(c, a, vertex, side_[h / 3]);
-  mesh_.link(second, mesh_.twin[next]);
-  mesh_.link(third, mesh_.twin[last]);
-  corner_[second] = std::exchange(corner_[next], kNone32);
-  corner_[third] = std::exchange(corner_[last], kNone32);
-  mesh_.origin[last] = vertex;
-  mesh_.from[a] = h;
-  mesh_.from[b] = second;
-  mesh_.from[c] = third;
-  mesh_.from[vertex] = last;
-  mesh_.link(next, second + 2);
-  mesh_.link(second + 1, third + 2);
-  mesh_.link(third + 1, last);
-  suspect_.insert(suspect_.end(), {h, second, third});
+  const std::uint32_t second = mesh_.split_triangle(h, vertex);
+  side_.insert(side_.end(), 2, side_[h / 3]);
+  corner_.insert(corner_.end(), 6, kNone32);
+  corner_[second] = std::exchange(corner_[HalfEdges::next(h)], kNone32);
+  corner_[second + 3] = std::exchange(corner_[HalfEdges::prev(h)], kNone32);
+  suspect_.insert(suspect_.end(), {h, second, second + 3});
 }
 
-// h from a to b, with apexes c and d; `vertex` m lies between a and b. Triangles a b c and b a d
-// become a m c, m b c, m a d and b m d.
 void ConstrainedDelaunay::split_edge(std::uint32_t h, std::uint32_t vertex) {
   const std::uint32_t g = mesh_.twin[h];
-  const std::uint32_t next_h = HalfEdges::next(h);
-  const std::uint32_t last_g = HalfEdges::prev(g);
-  const std::uint32_t b = mesh_.origin[g];
-  const std::uint32_t c = mesh_.apex(h);
-  const std::uint32_t d = mesh_.apex(g);
-  const std::uint32_t upper = add_triangle(vertex, b, c, side_[h / 3]);
-  const std::uint32_t lower = add_triangle(b, vertex, d, side_[g / 3]);
-  mesh_.link(upper + 1, mesh_.twin[next_h]);
-  mesh_.link(lower + 2, mesh_.twin[last_g]);
-  corner_[upper + 1] = std::exchange(corner_[next_h], kNone32);
-  corner_[lower + 2] = std::exchange(corner_[last_g], kNone32);
-  mesh_.origin[next_h] = vertex;
-  mesh_.origin[g] = vertex;
-  mesh_.from[vertex] = upper;
-  mesh_.from[b] = lower;
-  mesh_.from[c] = HalfEdges::prev(h);
-  mesh_.from[d] = last_g;
-  mesh_.link(upper, lower);
-  mesh_.link(upper + 2, next_h);
-  mesh_.link(lower + 1, last_g);
-  suspect_.insert(suspect_.end(), {HalfEdges::prev(h), upper + 1, HalfEdges::next(g), lower + 2});
+  const std::uint32_t upper = mesh_.split_edge(h, vertex);
+  side_.insert(side_.end(), {side_[h / 3], side_[g / 3]});
+  corner_.insert(corner_.end(), 6, kNone32);
+  corner_[upper + 1] = std::exchange(corner_[HalfEdges::next(h)], kNone32);
+  corner_[upper + 5] = std::exchange(corner_[HalfEdges::prev(g)], kNone32);
+  suspect_.insert(suspect_.end(), {HalfEdges::prev(h), upper + 1, HalfEdges::next(g), upper + 5});
 }
 
 void ConstrainedDelaunay::flip(std::uint32_t h) {

@@ -46,7 +46,6 @@ class ConstrainedDelaunay {
 
   Location locate(PlanePoint p);
   void insert(std::uint32_t vertex, const Location& where);
-  std::uint32_t add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, Side side);
   void split_triangle(std::uint32_t h, std::uint32_t vertex);
   void split_edge(std::uint32_t h, std::uint32_t vertex);
   void flip(std::uint32_t h);

@@ -50,6 +50,39 @@ void HalfEdges::flip(std::uint32_t h) {
   link(last_h, last_g);
 }
 
+std::uint32_t HalfEdges::split_triangle(std::uint32_t h, std::uint32_t vertex) {
+  const std::uint32_t middle = next(h);
+  const std::uint32_t last = prev(h);
+  const std::uint32_t a = origin[h];
+  const std::uint32_t second = add(origin[middle], origin[last], vertex);
+  const std::uint32_t third = add(origin[last], a, vertex);
+  link(second, twin[middle]);
+  link(third, twin[last]);
+  link(middle, second + 2);
+  link(second + 1, third + 2);
+  link(third + 1, last);
+  origin[last] = vertex;
+  from[a] = h;
+  return second;
+}
+
+std::uint32_t HalfEdges::split_edge(std::uint32_t h, std::uint32_t vertex) {
+  const std::uint32_t g = twin[h];
+  const std::uint32_t middle = next(h);
+  const std::uint32_t last = prev(g);
+  const std::uint32_t b = origin[g];
+  const std::uint32_t upper = add(vertex, b, origin[prev(h)]);
+  const std::uint32_t lower = add(b, vertex, origin[last]);
+  link(upper + 1, twin[middle]);
+  link(lower + 2, twin[last]);
+  link(upper, lower);
+  link(upper + 2, middle);
+  link(lower + 1, last);
+  origin[middle] = vertex;
+  origin[g] = vertex;
+  return upper;
+}
+
 bool HalfEdges::assign(std::span<const std::array<std::uint32_t, 3>> triangles,
                        std::uint32_t vertices) {
   origin.clear();
@@ -61,6 +94,7 @@ bool HalfEdges::assign(std::span<const std::array<std::uint32_t, 3>> triangles,
   std::vector<Edge> edges;
   edges.reserve(3 * triangles.size());
   for (const auto& t : triangles) {
+    if (std::max({t[0], t[1], t[2]}) >= vertices) return false;
     const std::uint32_t h = add(t[0], t[1], t[2]);
     for (std::uint32_t k = 0; k < 3; ++k) {
       const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);

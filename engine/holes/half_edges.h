@@ -41,7 +41,15 @@ struct HalfEdges {
   /// from c to a; the new edge is prev(h), from c to d.
   void flip(std::uint32_t h);
 
-  /// Links triangles by their edges. False where a directed edge occurs twice.
+  /// Puts a vertex into the triangle a b c of h, which becomes a b m; appends b c m and c a m and
+  /// returns the half-edge b-c of the former.
+  std::uint32_t split_triangle(std::uint32_t h, std::uint32_t vertex);
+  /// Puts a vertex m onto the edge a-b of h with apexes c and d. h then runs from a to m and its
+  /// twin back; appends m b c and b m d and returns the half-edge m-b.
+  std::uint32_t split_edge(std::uint32_t h, std::uint32_t vertex);
+
+  /// Links triangles by their edges. False where a directed edge occurs twice or a vertex is not
+  /// below `vertices`.
   bool assign(std::span<const std::array<std::uint32_t, 3>> triangles, std::uint32_t vertices);
 };
 

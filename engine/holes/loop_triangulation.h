@@ -11,19 +11,24 @@
 
 namespace orbweave {
 
-/// Triangulation of a loop in space without new points, of the least largest dihedral angle
-/// (rim included where `rim_normals`, one per edge, is not empty), then of the least area; O(n^3)
-/// up to `exact_corners` corners, larger loops are closed by cutting ears of the least angle.
-/// Chords in `forbidden` (pairs of corners as vertices) are not used. Empty where that is
-/// impossible.
-/// Barequet, Sharir: Filling Gaps in the Boundary of a Polyhedron, CAGD 1995; Liepa: Filling Holes
-/// in Meshes, SGP 2003.
 struct LoopInSpace {
   std::span<const Vec3> corners;            ///< positions along the loop
   std::span<const std::uint32_t> vertices;  ///< which mesh vertex each corner is
-  std::span<const Vec3> rim_normals;        ///< of the face behind edge (i, i + 1); or empty
+  /// Unit normal of the face behind edge (i, i + 1), zero where unknown; or empty.
+  std::span<const Vec3> rim_normals;
   std::span<const std::array<std::uint32_t, 2>> forbidden;  ///< mesh vertices, sorted
 };
+
+/// The triangulation of the loop of the least largest dihedral angle (rim included where there are
+/// normals), then of the least area, then of the shortest chords; triangles without area come
+/// last. Of a loop with more than `exact_corners` corners ears are cut first, those of the least
+/// dihedral and corner angle before others and those that would cover another corner last, until so
+/// many are left. O(n^3) up to there, about 15 ms for 160 corners; 1 us for four.
+/// n - 2 triangles. Chords are not used that are `forbidden` (pairs of mesh vertices), join corners
+/// of one vertex, or repeat a rim edge or another chord between the same vertices. Empty where that
+/// is impossible (or was not found, where vertices are visited several times).
+/// Barequet, Sharir: Filling Gaps in the Boundary of a Polyhedron, CAGD 1995; Liepa: Filling Holes
+/// in Meshes, SGP 2003, section 3.
 std::vector<CornerTriangle> triangulate_loop(const LoopInSpace& loop,
                                              std::uint32_t exact_corners = 160);
 
