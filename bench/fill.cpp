@@ -23,6 +23,7 @@ void add_discs(CLI::App& app, bench::DiscWorkload& work) {
   command.add_option("--cases", work.cases, "directory for meshes of the holes");
   command.add_option("--kernel", work.kernel);
   command.add_option("--neighborhood", work.neighborhood, "times the hole's radius");
+  command.add_option("--cgal-continuity", work.cgal_continuity, "of its fairing, 1");
   command.callback([&work] { bench::run_discs(work); });
 }
 

@@ -51,7 +51,8 @@ SurfaceMesh::Halfedge_index border_edge(const SurfaceMesh& mesh, std::uint32_t a
 
 }  // namespace
 
-Patch fill_by_cgal(const MeshIndex& index, const Disc& disc, const Cut& around) {
+Patch fill_by_cgal(const MeshIndex& index, const Disc& disc, const Cut& around,
+                   unsigned continuity) {
   Patch patch;
   patch.method = "cgal";
   SurfaceMesh mesh;
@@ -69,7 +70,8 @@ Patch fill_by_cgal(const MeshIndex& index, const Disc& disc, const Cut& around) 
   std::vector<SurfaceMesh::Vertex_index> vertices;
   const auto begin = std::chrono::steady_clock::now();
   const bool is_faired = std::get<0>(pmp::triangulate_refine_and_fair_hole(
-      mesh, border, std::back_inserter(faces), std::back_inserter(vertices)));
+      mesh, border, std::back_inserter(faces), std::back_inserter(vertices),
+      CGAL::parameters::fairing_continuity(continuity)));
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
   patch.seconds = spent.count();
   patch.filled = !faces.empty();

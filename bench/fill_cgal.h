@@ -10,9 +10,10 @@
 
 namespace orbweave::bench {
 
-/// Polygon_mesh_processing::triangulate_refine_and_fair_hole with its defaults: continuity 1 and
+/// Polygon_mesh_processing::triangulate_refine_and_fair_hole; its defaults are continuity 1 and
 /// density sqrt(2).
-Patch fill_by_cgal(const MeshIndex& index, const Disc& disc, const Cut& around);
+Patch fill_by_cgal(const MeshIndex& index, const Disc& disc, const Cut& around,
+                   unsigned continuity = 1);
 
 /// Pairs of faces that meet otherwise than in what they share, one at least of the patch; the
 /// largest number where the mesh with the patch is no manifold.

@@ -78,7 +78,7 @@ void refill(const MeshIndex& index, const Disc& disc, double radius_spacings,
   options.max_edges = disc.rim.size();  // the border of the part is longer
   options.keep_outer_border = false;
   const Patch ours = fill_by_engine(index, disc, around, options);
-  const Patch theirs = fill_by_cgal(index, disc, around);
+  const Patch theirs = fill_by_cgal(index, disc, around, work.cgal_continuity);
   const json line = {
       {"mesh", std::filesystem::path(work.mesh).filename().string()},
       {"spacing", index.spacing()},

@@ -18,6 +18,7 @@ struct DiscWorkload {
   std::string cases;                   ///< directory for meshes of the holes; empty: none
   std::string kernel = "biharmonic";
   double neighborhood = 2.0;
+  unsigned cgal_continuity = 1;  ///< its default
 };
 void run_discs(const DiscWorkload& work);
 
@@ -25,7 +26,7 @@ void run_discs(const DiscWorkload& work);
 /// radii; height errors of the removed points. One line per hole and neighbourhood.
 struct HeightWorkload {
   std::string mesh;
-  std::vector<double> places;  ///< x, y, z of each, world units
+  std::vector<double> places;                                   ///< x, y, z of each, world units
   double radius = 0.025;                                        ///< world units
   std::vector<double> neighborhood_radii = {0.03, 0.04, 0.05};  ///< world units
   std::string kernel = "biharmonic";
