@@ -15,7 +15,7 @@ namespace orbweave {
 namespace {
 
 HolePatch finished(const HoleProblem& problem, const Rim& rim, const PatchMesh& disc) {
-  HolePatch patch = patch_of_disc(problem, rim, disc.positions(), disc.triangles());
+  HolePatch patch = patch_of_disc(problem, rim, disc);
   patch.method = FillMethod::kImplicit;
   return patch;
 }

@@ -111,6 +111,10 @@ HolePatch patch_of_disc(const HoleProblem& problem, const Rim& rim, std::span<co
   return patch;
 }
 
+HolePatch patch_of_disc(const HoleProblem& problem, const Rim& rim, const PatchMesh& disc) {
+  return patch_of_disc(problem, rim, disc.positions(), disc.triangles());
+}
+
 std::vector<Vec3> normals_of_patch(const HoleProblem& problem, const HolePatch& patch) {
   const std::size_t given = problem.positions.size();
   const auto at = [&](std::uint32_t v) {

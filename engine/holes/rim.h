@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/holes/hole.h"
-#include "engine/holes/plane_triangulation.h"
+#include "engine/holes/patch_mesh.h"
 
 namespace orbweave {
 
@@ -31,6 +31,7 @@ Rim find_rim(const HoleProblem& problem);
 /// caller.
 HolePatch patch_of_disc(const HoleProblem& problem, const Rim& rim, std::span<const Vec3> positions,
                         std::span<const CornerTriangle> triangles);
+HolePatch patch_of_disc(const HoleProblem& problem, const Rim& rim, const PatchMesh& disc);
 
 /// The largest angle between a face behind the rim and the patch's face before it.
 double rim_dihedral(const HoleProblem& problem, const HolePatch& patch);

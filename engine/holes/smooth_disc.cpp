@@ -39,10 +39,13 @@ std::optional<PatchMesh> smooth_disc(const HoleProblem& problem, const Rim& rim,
     if (before > options.max_new_points) return std::nullopt;
     const std::uint32_t added =
         disc.split_long_edges(kLongestEdge * rim.spacing, options.max_new_points + 1 - before);
-    if (round > 0 && added == 0) break;
+    if (round > 1 && added == 0) break;
     disc.flip_to_delaunay();
-    // From the flat triangulation a membrane is a better start for the plate than nothing.
-    disc.smooth(round == 0 ? 1 : order, order == 2 ? rim.across : std::span<const Vec3>{});
+    // Triangles between corners far apart say little about where a plate would bend; a membrane
+    // evens them out first.
+    const bool is_plate = order == 2 && round > 0;
+    disc.smooth(is_plate ? 2 : 1, is_plate ? rim.across : std::span<const Vec3>{});
+    disc.collapse_short_edges(kShortestEdge * rim.spacing);
     disc.flip_to_delaunay();
   }
   if (disc.size() - disc.corners() > options.max_new_points) return std::nullopt;

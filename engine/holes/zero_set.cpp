@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -40,13 +41,25 @@ double project(const RbfInterpolant& rbf, double longest, int steps, Vec3& p) {
   return left;
 }
 
+/// The interior points that triangles use, ascending.
+std::vector<std::uint32_t> inner_points(const PatchMesh& disc) {
+  std::vector<std::uint32_t> points;
+  for (const CornerTriangle& t : disc.triangles()) {
+    for (const std::uint32_t v : t) {
+      if (v >= disc.corners()) points.push_back(v);
+    }
+  }
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  return points;
+}
+
 /// Moves interior points towards their neighbours' mean, within the zero set.
-void relax(const RbfInterpolant& rbf, PatchMesh& disc) {
+void relax(const RbfInterpolant& rbf, std::span<const std::uint32_t> points, PatchMesh& disc) {
   constexpr double kStep = 0.5;
   const std::vector<std::vector<std::uint32_t>> neighbors = disc.neighbors();
   const std::vector<Vec3> before = disc.positions();
-  for (std::uint32_t v = disc.corners(); v < disc.size(); ++v) {
-    if (neighbors[v].empty()) continue;
+  for (const std::uint32_t v : points) {
     Vec3 mean;
     for (const std::uint32_t other : neighbors[v]) mean = mean + before[other];
     const Vec3 move = mean / static_cast<double>(neighbors[v].size()) - before[v];
@@ -62,18 +75,17 @@ void settle(const RbfInterpolant& rbf, const Rim& rim, const PatchOptions& optio
   constexpr int kSteps = 3;
   const double longest = std::max(0.5 * rim.spacing, 0.1 * rim.radius);
   for (int round = 0; round < kRounds; ++round) {
-    for (std::uint32_t v = disc.corners(); v < disc.size(); ++v) {
-      project(rbf, longest, kSteps, disc.positions()[v]);
-    }
-    relax(rbf, disc);
+    const std::vector<std::uint32_t> points = inner_points(disc);
+    for (const std::uint32_t v : points) project(rbf, longest, kSteps, disc.positions()[v]);
+    relax(rbf, points, disc);
     disc.collapse_short_edges(kShortestEdge * rim.spacing);
-    const std::uint32_t points = disc.size() - disc.corners();
-    if (points < options.max_new_points) {
-      disc.split_long_edges(kLongestEdge * rim.spacing, options.max_new_points - points);
+    if (points.size() < options.max_new_points) {
+      disc.split_long_edges(kLongestEdge * rim.spacing,
+                            options.max_new_points - static_cast<std::uint32_t>(points.size()));
     }
     disc.flip_to_delaunay();
   }
-  for (std::uint32_t v = disc.corners(); v < disc.size(); ++v) {
+  for (const std::uint32_t v : inner_points(disc)) {
     project(rbf, longest, 2 * kSteps, disc.positions()[v]);
   }
 }
@@ -82,7 +94,7 @@ void settle(const RbfInterpolant& rbf, const Rim& rim, const PatchOptions& optio
 std::string fault_of(const RbfInterpolant& rbf, const Rim& rim, const PatchMesh& disc) {
   constexpr double kSlack = 0.05;       // of the rim's spacing, distance from the zero set
   constexpr double kLeastSlope = 0.05;  // the data have slope 1
-  for (std::uint32_t v = disc.corners(); v < disc.size(); ++v) {
+  for (const std::uint32_t v : inner_points(disc)) {
     const Vec3 p = disc.positions()[v];
     if (!is_finite(p) || norm(p) > 3.0 * rim.radius) return "the zero set runs away";
     const Offset offset = offset_from(rbf, p);
@@ -112,7 +124,7 @@ ZeroSetPatch patch_on_zero_set(const HoleProblem& problem, const Rim& rim,
   settle(rbf, rim, options, disc);
   std::string fault = fault_of(rbf, rim, disc);
   if (!fault.empty()) return {{}, std::move(fault)};
-  HolePatch patch = patch_of_disc(problem, rim, disc.positions(), disc.triangles());
+  HolePatch patch = patch_of_disc(problem, rim, disc);
   patch.method = FillMethod::kImplicit;
   for (std::size_t i = 0; i < patch.positions.size(); ++i) {
     patch.normals[i] = offset_from(rbf, patch.positions[i] - rim.center).direction;
