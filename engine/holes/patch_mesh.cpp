@@ -104,6 +104,12 @@ bool PatchMesh::is_long(std::uint32_t h, double longest) const {
   // The new vertex must not be joined to a vertex twice.
   if (identity(mesh_.origin[h]) == identity(mesh_.origin[g])) return false;
   if (identity(mesh_.apex(h)) == identity(mesh_.apex(g))) return false;
+  // Nor lie on a vertex: where a flat triangle's apex is the midpoint already, this never ended.
+  const Vec3 middle = 0.5 * (at(mesh_.origin[h]) + at(mesh_.target(h)));
+  constexpr double kOnApex = 1e-4;  // of the squared length
+  for (const std::uint32_t apex : {mesh_.apex(h), mesh_.apex(g)}) {
+    if (squared_norm(at(apex) - middle) < kOnApex * length) return false;
+  }
   const std::array<std::uint32_t, 4> around = {HalfEdges::next(h), HalfEdges::prev(h),
                                                HalfEdges::next(g), HalfEdges::prev(g)};
   return std::all_of(around.begin(), around.end(), [&](std::uint32_t e) {
