@@ -43,7 +43,8 @@ Facet facet(Vec3 a, Vec3 b, Vec3 c);
 
 /// The least cost triangulation of the corners `ring` of the loop, in its order; `behind[i]` is the
 /// normal behind the edge from ring[i] to the next. Appends to `out`; false where there is none.
-/// O(n^3) time, 64 n^2 bytes.
+/// O(n^3) time and 64 n^2 bytes; up to kLeastBendCorners corners O(n^4) and 64 n^3 bytes, and the
+/// largest bend is then the least possible.
 bool triangulate_exactly(const LoopInSpace& loop, const LoopChords& chords,
                          std::span<const std::uint32_t> ring, std::span<const Vec3> behind,
                          std::vector<CornerTriangle>& out);

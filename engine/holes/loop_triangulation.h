@@ -19,11 +19,15 @@ struct LoopInSpace {
   std::span<const std::array<std::uint32_t, 2>> forbidden;  ///< mesh vertices, sorted
 };
 
+/// Up to so many corners the largest dihedral angle is the least of all triangulations.
+inline constexpr std::uint32_t kLeastBendCorners = 24;
+
 /// The triangulation of the loop of the least largest dihedral angle (rim included where there are
-/// normals), then of the least area, then of the shortest chords; triangles without area come
-/// last. Of a loop with more than `exact_corners` corners ears are cut first, those of the least
-/// dihedral and corner angle before others and those that would cover another corner last, until so
-/// many are left. O(n^3) up to there, about 15 ms for 160 corners; 1 us for four.
+/// normals), then of the least area; triangles without area come last. Exactly so up to
+/// kLeastBendCorners corners; up to `exact_corners` as Liepa does it, O(n^3): the best triangle at
+/// an edge is chosen without the one across it. Of larger loops ears are cut first, those of the
+/// least dihedral and corner angle before others and those that would cover another corner last,
+/// until so many corners are left.
 /// n - 2 triangles. Chords are not used that are `forbidden` (pairs of mesh vertices), join corners
 /// of one vertex, or repeat a rim edge or another chord between the same vertices. Empty where that
 /// is impossible (or was not found, where vertices are visited several times).
