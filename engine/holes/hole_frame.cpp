@@ -48,6 +48,26 @@ double least_upright(const Rim& rim, Vec3 axis) {
   return least;
 }
 
+// The direction that makes the least cosine with a face largest: the centre of the smallest cap of
+// the sphere around all faces' normals, to about a degree.
+// Badoiu, Clarkson: Smaller Core-Sets for Balls, SODA 2003.
+Vec3 most_upright_axis(const Rim& rim, Vec3 start) {
+  constexpr int kSteps = 200;
+  Vec3 center = start;
+  for (int step = 1; step <= kSteps; ++step) {
+    Vec3 furthest = start;
+    double least = 2.0;
+    for (const Vec3 normal : rim.face_normals) {
+      const double cosine = dot(normal, center);
+      if (normal == Vec3{} || cosine >= least) continue;
+      least = cosine;
+      furthest = normal;
+    }
+    center = center + (furthest - center) / static_cast<double>(step + 1);
+  }
+  return normalized(center);
+}
+
 // The direction of least extent of the sheet near the rim (principal component analysis), up.
 Vec3 principal_axis(const HoleProblem& problem, const Rim& rim, Vec3 up) {
   constexpr double kNear = 1.5;  // radii from the centre
@@ -101,7 +121,8 @@ FrameChoice choose_frame(const HoleProblem& problem, const Rim& rim) {
     Vec3 axis;
   };
   std::vector<Candidate> candidates;
-  for (const Vec3 axis : {between, area, faces, principal_axis(problem, rim, between)}) {
+  for (const Vec3 axis : {most_upright_axis(rim, between), between, area, faces,
+                          principal_axis(problem, rim, between)}) {
     if (axis != Vec3{}) candidates.push_back({least_upright(rim, axis), axis});
   }
   std::stable_sort(candidates.begin(), candidates.end(),

@@ -11,17 +11,15 @@
 #include "engine/holes/patch_mesh.h"
 #include "engine/holes/patch_values.h"
 #include "engine/holes/plane_grid.h"
+#include "engine/holes/plane_heights.h"
 #include "engine/holes/plane_outline.h"
 #include "engine/holes/plane_sites.h"
 #include "engine/holes/rbf.h"
 #include "engine/holes/rim.h"
+#include "engine/holes/smooth_disc.h"
 
 namespace orbweave {
 namespace {
-
-// Gathered vertices per centre of the interpolant, at most: those further off along the sheet
-// would cost more than they tell.
-constexpr std::uint32_t kGatheredPerCenter = 5;
 
 HolePatch no_patch(std::string reason) {
   HolePatch patch;
@@ -29,15 +27,12 @@ HolePatch no_patch(std::string reason) {
   return patch;
 }
 
-RbfInterpolant fit_heights(const PlaneSites& sites, const Rim& rim, const PatchOptions& options) {
-  std::vector<double> heights;
-  for (const Vec3 place : sites.places) heights.push_back(place.z);
-  RbfOptions rbf;
-  rbf.dimension = 2;
-  rbf.kernel = options.kernel;
-  rbf.max_sites = options.max_sites;
-  rbf.tolerance = options.tolerance * rim.spacing;
-  return RbfInterpolant(sites.places, heights, 1, rbf);
+double largest_residual(const RbfInterpolant& heights, const std::vector<Vec3>& places) {
+  double largest = 0.0;
+  for (const Vec3 place : places) {
+    largest = std::max(largest, std::abs(heights.evaluate(place) - place.z));
+  }
+  return largest;
 }
 
 // The triangulated disc over the plane: corners, then new points.
@@ -134,29 +129,26 @@ HolePatch plane_fill(const HoleProblem& problem, const PatchOptions& options) {
   std::vector<Vec3> places;
   for (const Vec3 corner : rim.corners) places.push_back(frame.to_frame(corner));
   const PlaneOutline outline(places, grid_clearance(rim));
-  const PlaneSites sites =
-      plane_sites(problem, rim, frame, outline, kGatheredPerCenter * options.max_sites);
-  const RbfInterpolant heights = fit_heights(sites, rim, options);
+  const PlaneSites sites = plane_sites(problem, rim, frame, outline);
+  const RbfInterpolant heights = fit_heights(sites.places, rim.spacing, options);
   if (!heights.valid()) return no_patch("the points around it determine no interpolant");
 
   const auto grid = plane_grid(rim, outline, heights, options.max_new_points);
-  if (!grid) {
-    return no_patch("it takes more than " + std::to_string(options.max_new_points) + " points");
-  }
+  if (!grid) return no_patch(too_many_points(options));
   places.insert(places.end(), grid->begin(), grid->end());
   const PlaneDisc disc = triangulate(problem, rim, std::move(places));
-  if (disc.triangles.empty()) return no_patch("the loop could not be triangulated in its plane");
 
   const PatchSurface surface(problem, rim, frame, heights);
   const PatchMesh mesh = surface.lift(disc);
   HolePatch patch = patch_of_disc(problem, rim, mesh);
+  if (patch.triangles.empty()) return no_patch("the loop could not be triangulated in its plane");
   patch.method = FillMethod::kPlane;
   for (std::size_t i = 0; i < patch.positions.size(); ++i) {
     patch.normals[i] = surface.normal_at(patch.positions[i] - rim.center);
   }
   patch.values = values_from_sites(problem, sites.vertices, patch.positions, options);
   patch.sites = heights.sites();
-  patch.residual = heights.residual();
+  patch.residual = largest_residual(heights, sites.gathered);
   patch.condition = heights.condition();
   patch.rim_dihedral_rad = rim_dihedral(problem, patch);
   return patch;

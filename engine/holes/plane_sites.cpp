@@ -5,12 +5,19 @@
 #include <numeric>
 #include <span>
 
+#include "engine/holes/rbf_centers.h"
+
 namespace orbweave {
 namespace {
 
 // Two places steeper above one another than this are not on one height field: the slope of the
 // steepest faces allowed, and some more for what lies between.
 constexpr double kMostSlope = 5.0;
+
+// Sites are thinned so that at a distance d from the rim they lie this share of d apart, less what
+// is full density near the rim.
+constexpr double kSpread = 0.5;
+constexpr double kFullDensity = 2.0;  // spacings
 
 // Triangles of the sheet at each vertex.
 class Fans {
@@ -95,21 +102,26 @@ class Gathering {
         outline_(outline),
         fans_(problem),
         seen_(problem.positions.size(), 0),
+        reached_(problem.positions.size(), 0),
+        nearest_(problem.positions.size(), 0),
         cells_(rim.spacing) {}
 
-  PlaneSites gather(std::uint32_t most) {
+  PlaneSites gather() {
     std::vector<std::uint32_t> ring(problem_.loop);
     std::sort(ring.begin(), ring.end());
     ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
-    for (const std::uint32_t v : ring) take(v);
+    for (const std::uint32_t v : ring) {
+      nearest_[v] = v;
+      take(v);
+    }
     sites_.rim = static_cast<std::uint32_t>(ring.size());
     cells_.add(sites_.places, 0);
-    while (!ring.empty() && sites_.vertices.size() < most) {
+    while (!ring.empty()) {
       const auto first = static_cast<std::uint32_t>(sites_.vertices.size());
       ring = next_ring(ring);
       cells_.add(sites_.places, first);
     }
-    return std::move(sites_);
+    return thinned();
   }
 
  private:
@@ -136,7 +148,12 @@ class Gathering {
         const Triangle& t = problem_.sheet[face];
         if (!is_upright(t)) continue;
         for (const std::uint32_t w : t) {
-          if (seen_[w] == 0) beyond.push_back(w);
+          if (seen_[w] != 0) continue;
+          if (reached_[w] == 0 || from_rim(w, nearest_[v]) < from_rim(w, nearest_[w])) {
+            nearest_[w] = nearest_[v];
+          }
+          reached_[w] = 1;
+          beyond.push_back(w);
         }
       }
     }
@@ -149,7 +166,8 @@ class Gathering {
 
   // Against the sites of the rings before; those of one ring are too few to search for.
   bool fits(std::uint32_t v) const {
-    if (dot(problem_.normals[v], frame_.axis) < kLeastUpright) return false;
+    const Vec3 normal = problem_.normals[v];
+    if (normal != Vec3{} && dot(normal, frame_.axis) < kLeastUpright) return false;
     const Vec3 x = place(v);
     if (outline_.contains(x)) return false;
     bool free = true;
@@ -159,12 +177,41 @@ class Gathering {
     return free;
   }
 
+  // In the plane.
+  double from_rim(std::uint32_t v, std::uint32_t rim_vertex) const {
+    const Vec3 d = place(v) - place(rim_vertex);
+    return std::sqrt(d.x * d.x + d.y * d.y);
+  }
+
+  PlaneSites thinned() const {
+    PlaneSites kept;
+    kept.rim = sites_.rim;
+    for (std::size_t i = 0; i < sites_.places.size(); ++i) {
+      const std::uint32_t v = sites_.vertices[i];
+      const double apart = kSpread * (from_rim(v, nearest_[v]) - kFullDensity * rim_.spacing);
+      const Vec3 x = sites_.places[i];
+      const bool close =
+          apart > 0.0 && std::any_of(kept.places.begin(), kept.places.end(), [&](Vec3 other) {
+            const double dx = x.x - other.x;
+            const double dy = x.y - other.y;
+            return dx * dx + dy * dy < apart * apart;
+          });
+      if (close) continue;
+      kept.vertices.push_back(v);
+      kept.places.push_back(x);
+    }
+    kept.gathered = sites_.places;
+    return kept;
+  }
+
   const HoleProblem& problem_;
   const Rim& rim_;
   const HoleFrame& frame_;
   const PlaneOutline& outline_;
   Fans fans_;
-  std::vector<std::uint8_t> seen_;
+  std::vector<std::uint8_t> seen_;      // taken
+  std::vector<std::uint8_t> reached_;   // seen from the ring before
+  std::vector<std::uint32_t> nearest_;  // rim vertex, about
   PlaneCells cells_;
   PlaneSites sites_;
 };
@@ -172,8 +219,34 @@ class Gathering {
 }  // namespace
 
 PlaneSites plane_sites(const HoleProblem& problem, const Rim& rim, const HoleFrame& frame,
-                       const PlaneOutline& outline, std::uint32_t most) {
-  return Gathering(problem, rim, frame, outline).gather(most);
+                       const PlaneOutline& outline) {
+  return Gathering(problem, rim, frame, outline).gather();
+}
+
+std::vector<Vec3> mean_places(const std::vector<Vec3>& places, std::uint32_t most) {
+  std::vector<Vec3> flat = places;
+  for (Vec3& place : flat) place.z = 0.0;
+  std::vector<std::uint32_t> centers;
+  FarthestPoints spread(flat, {});
+  while (centers.size() < most) {
+    const auto next = spread.next();
+    if (!next) break;
+    centers.push_back(*next);
+  }
+  std::vector<Vec3> sums(centers.size());
+  std::vector<double> counts(centers.size(), 0.0);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    std::size_t best = 0;
+    for (std::size_t c = 1; c < centers.size(); ++c) {
+      if (squared_norm(flat[i] - flat[centers[c]]) < squared_norm(flat[i] - flat[centers[best]])) {
+        best = c;
+      }
+    }
+    sums[best] = sums[best] + places[i];
+    counts[best] += 1.0;
+  }
+  for (std::size_t c = 0; c < sums.size(); ++c) sums[c] = sums[c] / counts[c];
+  return sums;
 }
 
 }  // namespace orbweave

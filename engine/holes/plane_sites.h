@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "engine/holes/hole.h"
@@ -15,14 +14,18 @@ namespace orbweave {
 struct PlaneSites {
   std::vector<std::uint32_t> vertices;  ///< of the problem; the rim's first, each once
   std::vector<Vec3> places;             ///< in the frame: plane coordinates and height
+  std::vector<Vec3> gathered;           ///< these and those that were thinned out
   std::uint32_t rim = 0;                ///< so many of them are the rim's
-  std::string reason;                   ///< why there are none
 };
 
 /// The rim's vertices, and from there outward those that the sheet's faces reach without turning
-/// over: upright, outside of the loop, not above or below another one. `most`: of them, the
-/// nearest to the rim along the sheet.
+/// over: upright, outside of the loop, not above or below another one. Beyond a few spacings from
+/// the rim they are thinned, the more the further: what is left gives the same patch as all.
 PlaneSites plane_sites(const HoleProblem& problem, const Rim& rim, const HoleFrame& frame,
-                       const PlaneOutline& outline, std::uint32_t most);
+                       const PlaneOutline& outline);
+
+/// At most `most` sites that stand for all: means over the sites nearest to places that are spread
+/// evenly. For values with noise, which means have less of. O(n most).
+std::vector<Vec3> mean_places(const std::vector<Vec3>& places, std::uint32_t most);
 
 }  // namespace orbweave

@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <mutex>
 #include <numeric>
 
@@ -69,6 +70,15 @@ double sum_of_products(std::span<const double> a, const double* b) {
   }
   for (; i < a.size(); ++i) sums[0] += a[i] * b[i];
   return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
+// n log(y' K^-1 y / n) + log det K of values y with K = L L^T, from L^-1 y.
+double deviance_of(const Eigen::Ref<const MatrixXd>& lower, const VectorXd& solved) {
+  double log_determinant = 0.0;
+  for (Index i = 0; i < lower.rows(); ++i) log_determinant += 2.0 * rbf_log(lower(i, i));
+  const auto n = static_cast<double>(lower.rows());
+  const double mean = std::max(solved.squaredNorm() / n, std::numeric_limits<double>::min());
+  return n * rbf_log(mean) + log_determinant;
 }
 
 }  // namespace
@@ -161,6 +171,7 @@ class RbfInterpolant::Fit {
       const auto p = p_.topRows(m);
       MatrixXd x = f.bottomRows(m) - p * f.topRows(terms_);
       lower.triangularView<Eigen::Lower>().solveInPlace(x);
+      deviance = deviance_of(lower, x.col(0));
       lower.triangularView<Eigen::Lower>().transpose().solveInPlace(x);
       weights.bottomRows(m) = x;
       weights.topRows(terms_) = -(p.transpose() * x);
@@ -177,6 +188,7 @@ class RbfInterpolant::Fit {
   MatrixXd weights;     // centres x channels
   MatrixXd polynomial;  // terms x channels
   double condition = 0.0;
+  double deviance = 0.0;
 
  private:
   Index others() const { return static_cast<Index>(centers_.size()) - terms_; }
@@ -289,6 +301,7 @@ void RbfInterpolant::take(const Fit& fit) {
   weights_.assign(fit.weights.data(), fit.weights.data() + fit.weights.size());
   polynomial_.assign(fit.polynomial.data(), fit.polynomial.data() + fit.polynomial.size());
   condition_ = fit.condition;
+  deviance_ = fit.deviance;
 }
 
 bool RbfInterpolant::use_all(Fit& fit) {

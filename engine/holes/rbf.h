@@ -49,6 +49,12 @@ class RbfInterpolant {
   /// Estimate of the 1-norm condition number of the system that is left when the polynomial has
   /// been eliminated.
   double condition() const { return condition_; }
+  /// How badly the values of channel 0 agree with the kernel and its smoothing, up to a constant:
+  /// of several amounts of smoothing, that of the least deviance suits the noise in the values.
+  /// Only for comparing fits to the same sites.
+  /// Wahba: A Comparison of GCV and GML for Choosing the Smoothing Parameter in the Generalized
+  /// Spline Smoothing Problem, Annals of Statistics 1985.
+  double deviance() const { return deviance_; }
 
   /// s at x, one value per channel.
   void evaluate(RbfSite x, std::span<double> out) const;
@@ -81,6 +87,7 @@ class RbfInterpolant {
   std::vector<double> polynomial_;              ///< channels x terms
   double residual_ = 0.0;
   double condition_ = 0.0;
+  double deviance_ = 0.0;
   bool valid_ = false;
 };
 
