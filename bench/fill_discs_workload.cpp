@@ -46,18 +46,23 @@ double least_normal_cosine(const MeshIndex& index, const Disc& disc) {
   return least;
 }
 
-void write_case(const std::filesystem::path& stem, const MeshIndex& index, const Disc& disc,
-                const Cut& around, const Patch& ours, const Patch& theirs) {
-  std::filesystem::create_directories(stem.parent_path());
-  const auto write = [&](const char* suffix, const TriangleMesh& mesh) {
-    write_mesh(stem.string() + suffix, mesh);
-  };
-  write("-hole.ply", around.mesh);
-  write("-engine.ply", patch_mesh(index, ours));
-  write("-cgal.ply", patch_mesh(index, theirs));
+/// Where the meshes of a hole go; empty: nowhere.
+std::string case_stem(const DiscWorkload& work, const Disc& disc, double radius_spacings) {
+  if (work.cases.empty()) return {};
+  std::filesystem::create_directories(work.cases);
+  const std::string name = std::filesystem::path(work.mesh).stem().string() + "-" +
+                           std::to_string(static_cast<int>(radius_spacings)) + "-" +
+                           std::to_string(disc.center);
+  return (std::filesystem::path(work.cases) / name).string();
+}
+
+void write_patches(const std::string& stem, const MeshIndex& index, const Disc& disc,
+                   const Patch& ours, const Patch& theirs) {
+  write_mesh(stem + "-engine.ply", patch_mesh(index, ours));
+  write_mesh(stem + "-cgal.ply", patch_mesh(index, theirs));
   Patch removed;
   for (const std::uint32_t f : disc.faces) removed.triangles.push_back(index.mesh().triangles[f]);
-  write("-removed.ply", patch_mesh(index, removed));
+  write_mesh(stem + "-removed.ply", patch_mesh(index, removed));
 }
 
 /// The engine gathers within `neighborhood` radii of the rim's centre; a little more lies here, so
@@ -71,6 +76,8 @@ void refill(const MeshIndex& index, const Disc& disc, double radius_spacings,
             const DiscWorkload& work) {
   const double radius = radius_spacings * index.spacing();
   const Cut around = surroundings(index, disc, radius, work.neighborhood);
+  const std::string stem = case_stem(work, disc, radius_spacings);
+  if (!stem.empty()) write_mesh(stem + "-hole.ply", around.mesh);
   FillOptions options;
   options.kernel =
       work.kernel == "triharmonic" ? FillKernel::kTriharmonic : FillKernel::kBiharmonic;
@@ -93,11 +100,7 @@ void refill(const MeshIndex& index, const Disc& disc, double radius_spacings,
   };
   std::puts(line.dump().c_str());
   std::fflush(stdout);
-  if (work.cases.empty()) return;
-  const std::string name = std::filesystem::path(work.mesh).stem().string() + "-" +
-                           std::to_string(static_cast<int>(radius_spacings)) + "-" +
-                           std::to_string(disc.center);
-  write_case(std::filesystem::path(work.cases) / name, index, disc, around, ours, theirs);
+  if (!stem.empty()) write_patches(stem, index, disc, ours, theirs);
 }
 
 /// At least half of the disc must be scan, where an earlier fill has closed the scan's own holes.
