@@ -39,6 +39,9 @@ struct FillOptions {
   double max_diameter = std::numeric_limits<double>::infinity();   ///< world units
   double max_perimeter = std::numeric_limits<double>::infinity();  ///< world units
   std::uint64_t max_edges = 0;                                     ///< of a loop; 0: no limit
+  /// A hole that only a patch closes which meets the surface is closed by the one that does so
+  /// least; false: it stays open.
+  bool allow_intersections = true;
   bool keep_outer_border = true;    ///< the outer border of an open sheet stays open
   std::uint64_t min_triangles = 0;  ///< separate pieces of fewer triangles are removed; 0: none
 };

@@ -80,6 +80,7 @@ Json hole_json(const HoleFacts& hole) {
           {"filled", hole.filled},
           {"method", text_or_null(hole.method)},
           {"reason", text_or_null(hole.reason)},
+          {"joined_to", hole.joined_to},
           {"sites", hole.sites},
           {"points_added", hole.points_added},
           {"triangles_added", hole.triangles_added},

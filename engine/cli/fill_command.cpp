@@ -27,11 +27,11 @@ namespace orbweave {
 namespace {
 
 /// Keys of a job file that are options here, too; --report is another one (JSON alone).
-constexpr std::array<std::string_view, 13> kKeys = {
-    "output.mesh",        "fill.kernel",      "fill.neighborhood",      "fill.max_diameter",
-    "fill.max_perimeter", "fill.max_edges",   "fill.keep_outer_border", "fill.min_triangles",
-    "output.format",      "output.precision", "output.picture",         "output.patch_color",
-    "run.threads"};
+constexpr std::array<std::string_view, 14> kKeys = {
+    "output.mesh",        "fill.kernel",    "fill.neighborhood",      "fill.max_diameter",
+    "fill.max_perimeter", "fill.max_edges", "fill.keep_outer_border", "fill.allow_intersections",
+    "fill.min_triangles", "output.format",  "output.precision",       "output.picture",
+    "output.patch_color", "run.threads"};
 
 struct FillArguments {
   std::string file;

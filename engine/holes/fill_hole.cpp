@@ -86,7 +86,7 @@ class Attempts {
   }
 
   bool may_touch() const {
-    return problem_.loop.size() <= kTouchingEdges || count_rim_intersections(problem_, 1) > 0;
+    return options_.allow_intersections || problem_.loop.size() <= kTouchingEdges || count_rim_intersections(problem_, 1) > 0;
   }
 
   const HoleProblem& problem_;

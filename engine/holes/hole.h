@@ -25,6 +25,8 @@ struct PatchOptions {
   /// Greedy centre choice ends when no site is further from the surface than this, in rim
   /// spacings.
   double tolerance = 0.01;
+  /// Whether the patch that meets the surface least does where none is clear of it.
+  bool allow_intersections = true;
   /// Most new points of a hole; a larger one is reported and stays open.
   std::uint32_t max_new_points = 2'000'000;
 };

@@ -92,6 +92,7 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
   PatchOptions patch_options;
   patch_options.kernel =
       options.kernel == FillKernel::kBiharmonic ? RbfKernel::kBiharmonic : RbfKernel::kTriharmonic;
+  patch_options.allow_intersections = options.allow_intersections;
   NeighborhoodOptions around;
   around.radius_factor = options.neighborhood;
   if (loop.vertices.size() <= patch_options.direct_edges) around.max_rings = 1;

@@ -37,7 +37,7 @@ std::string hole_key(const JobContext& context, const std::vector<double>& radii
          (fill.kernel == FillKernel::kBiharmonic ? "biharmonic" : "triharmonic") +
          "\nneighborhood " + exact(fill.neighborhood) + "\nmax_diameter " +
          exact(fill.max_diameter) + "\nmax_perimeter " + exact(fill.max_perimeter) +
-         "\nmax_edges " + std::to_string(fill.max_edges) + "\nkeep_outer_border " +
+         "\nallow_intersections " + (fill.allow_intersections ? "yes" : "no") + "\nmax_edges " + std::to_string(fill.max_edges) + "\nkeep_outer_border " +
          (fill.keep_outer_border ? "yes" : "no") + "\nmin_triangles " +
          std::to_string(fill.min_triangles) + "\n";
 }

@@ -75,6 +75,7 @@ max_diameter = 2.5
 max_perimeter = 1e3
 max_edges = 400
 keep_outer_border = false
+allow_intersections = false
 min_triangles = 20
 [output]
 mesh = "out mesh.ply"
@@ -106,6 +107,7 @@ TEST_CASE("EveryKeyOfAJobFileReachesTheJob") {
   CHECK(job.fill.max_perimeter == 1000.0);
   CHECK(job.fill.max_edges == 400);
   CHECK_FALSE(job.fill.keep_outer_border);
+  CHECK_FALSE(job.fill.allow_intersections);
   CHECK(job.fill.min_triangles == 20);
   CHECK(job.output.mesh == "out mesh.ply");
   CHECK_FALSE(job.output.binary);
@@ -132,6 +134,7 @@ TEST_CASE("HolesAreFilledWithoutLimitsUnlessSaidOtherwise") {
   CHECK(std::isinf(fill.max_diameter));
   CHECK(std::isinf(fill.max_perimeter));
   CHECK(fill.max_edges == 0);
+  CHECK(fill.allow_intersections);
   CHECK(fill.min_triangles == 0);
 }
 
@@ -221,8 +224,8 @@ TEST_CASE("ValuesOutsideTheirRangeAreRejected") {
       Unsuitable{"fill", "max_diameter = nan"}, Unsuitable{"fill", "max_diameter = \"1\""},
       Unsuitable{"fill", "max_perimeter = -1.0"}, Unsuitable{"fill", "max_edges = -1"},
       Unsuitable{"fill", "max_edges = 2.0"}, Unsuitable{"fill", "max_edges = inf"},
-      Unsuitable{"fill", "keep_outer_border = 1"}, Unsuitable{"fill", "min_triangles = -3"},
-      Unsuitable{"output", "patch_color = \"blue\""},
+      Unsuitable{"fill", "keep_outer_border = 1"}, Unsuitable{"fill", "allow_intersections = 1"},
+      Unsuitable{"fill", "min_triangles = -3"}, Unsuitable{"output", "patch_color = \"blue\""},
       Unsuitable{"output", "patch_color = \"#4477c\""},
       Unsuitable{"output", "patch_color = \"#4477cg\""},
       Unsuitable{"output", "patch_color = \"#4477cc00\""},
