@@ -384,7 +384,7 @@ TEST_CASE("TheKeyTableIsCompleteAndItsDefaultsAreAccepted") {
     CHECK_NOTHROW(set_job_key(job, key.name(), key.default_text()));
     if (*key.option_value != '\0') CHECK_NOTHROW(set_job_key(job, key.name(), key.option_value));
   }
-  CHECK(names.size() == 27);
+  CHECK(names.size() == 28);
   CHECK(options.count("radii") == 1);
 }
 
