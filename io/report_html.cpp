@@ -1,5 +1,6 @@
 #include "io/report_html.h"
 
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <utility>
@@ -121,15 +122,16 @@ std::string holes_line(const HoleSummary& holes) {
   return line + ".";
 }
 
+std::string tenths(double value) { return format_number(std::round(10.0 * value) / 10.0); }
+
 std::string hole_row(const HoleFacts& hole) {
   const bool solved = hole.sites > 0;
-  return row(
-      {std::to_string(hole.id), hole.filled ? hole.method : "open", hole.reason,
-       format_count(hole.edges), format_number(hole.diameter), format_number(hole.perimeter),
-       format_count(hole.chunks.size()), format_count(hole.points_added),
-       solved ? format_count(hole.sites) : "", solved ? format_number(hole.residual) : "",
-       hole.filled ? format_number(hole.rim_dihedral_deg) : "", format_duration(hole.seconds)},
-      "td", 3);
+  return row({std::to_string(hole.id), hole.filled ? hole.method : "open", hole.reason,
+              format_count(hole.edges), format_number(hole.diameter), format_number(hole.perimeter),
+              format_count(hole.chunks.size()), format_count(hole.points_added),
+              solved ? format_count(hole.sites) : "", solved ? format_number(hole.residual) : "",
+              hole.filled ? tenths(hole.rim_dihedral_deg) : "", format_duration(hole.seconds)},
+             "td", 3);
 }
 
 /// The widest; a page with all of ten thousand would help nobody.

@@ -37,7 +37,7 @@ HoleFacts filled_hole() {
   hole.triangles_added = 84;
   hole.residual = 1e-9;
   hole.condition = 1e6;
-  hole.rim_dihedral_deg = 12.5;
+  hole.rim_dihedral_deg = 12.504;
   hole.seconds = 0.25;
   return hole;
 }
@@ -113,9 +113,9 @@ TEST_CASE("TheReportHasItsStableKeys") {
   REQUIRE(json["holes"].is_array());
   for (const Json& hole : json["holes"])
     CHECK(keys_of(hole) == Keys{"id", "first_vertex", "edges", "perimeter", "diameter", "center",
-                                "chunks", "filled", "method", "reason", "sites", "points_added",
-                                "triangles_added", "residual", "condition", "rim_dihedral_deg",
-                                "seconds"});
+                                "chunks", "filled", "method", "reason", "joined_to", "sites",
+                                "points_added", "triangles_added", "residual", "condition",
+                                "rim_dihedral_deg", "seconds"});
 }
 
 TEST_CASE("TheReportsOptionsAreTheJobFilesKeysBySection") {
