@@ -112,7 +112,7 @@ TEST_CASE("NewVerticesGetColoursFromAroundTheHole") {
   const RunReport report = run(job);
   REQUIRE(report.mesh.watertight);
   const TriangleMesh mesh = read_mesh(job.output.mesh);
-  REQUIRE(mesh.vertices.size() > named.cloud.size() + 20);
+  REQUIRE(mesh.vertices.size() > named.cloud.size() + 10);
   PointCloud expected = mesh.vertices;
   expected.attributes.clear();
   test::paint(expected);
