@@ -219,6 +219,7 @@ TEST_CASE("EveryKeyOfTheFillSectionIsAnOption") {
                       "--max-edges",
                       "400",
                       "--close-outer-border",
+                      "--no-intersections",
                       "--min-triangles",
                       "5",
                       "--format",
@@ -237,6 +238,7 @@ TEST_CASE("EveryKeyOfTheFillSectionIsAnOption") {
                                                             {"max_perimeter", nullptr},
                                                             {"max_edges", 400},
                                                             {"keep_outer_border", false},
+                                                            {"allow_intersections", false},
                                                             {"min_triangles", 5}}));
   CHECK_THAT(file_text(in / "out.ply"), Contains("format ascii") && Contains("property float x"));
 }

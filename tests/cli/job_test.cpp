@@ -107,6 +107,7 @@ TEST_CASE("EveryDocumentedOptionOfReconstructReachesTheJob") {
                                "--max-edges",
                                "99",
                                "--close-outer-border",
+                               "--no-intersections",
                                "--min-triangles",
                                "3",
                                "--patch-color",
@@ -143,6 +144,7 @@ TEST_CASE("EveryDocumentedOptionOfReconstructReachesTheJob") {
                                            {"max_perimeter", 4.0},
                                            {"max_edges", 99},
                                            {"keep_outer_border", false},
+                                           {"allow_intersections", false},
                                            {"min_triangles", 3}}));
   CHECK(report["options"]["output"]["patch_color"] == "#4477cc");
   CHECK(report["options"]["partition"]["chunk_points"] == 500);
