@@ -37,28 +37,30 @@ double largest_residual(const RbfInterpolant& heights, const std::vector<Vec3>& 
 
 // The triangulated disc over the plane: corners, then new points.
 struct PlaneDisc {
-  std::vector<Vec3> places;  // in the frame
+  std::vector<GridPoint> points;  // of corners the place alone
   std::vector<CornerTriangle> triangles;
 };
 
-PlaneDisc triangulate(const HoleProblem& problem, const Rim& rim, std::vector<Vec3> places) {
+PlaneDisc triangulate(const HoleProblem& problem, const Rim& rim, std::vector<GridPoint> points) {
   const auto corners = static_cast<std::uint32_t>(rim.corners.size());
   const auto is_forbidden = [&](std::uint32_t a, std::uint32_t b) {
     const auto [low, high] = std::minmax(problem.loop[a], problem.loop[b]);
     return low == high || std::binary_search(problem.forbidden.begin(), problem.forbidden.end(),
                                              std::array<std::uint32_t, 2>{low, high});
   };
+  std::vector<Vec3> places;
+  for (const GridPoint& point : points) places.push_back(point.place);
   PlaneDisc disc;
   disc.triangles = triangulate_polygon(snap_to_grid(places, rim.radius), corners, is_forbidden);
   // Points that fell on an edge or outside go.
-  std::vector<std::uint32_t> number(places.size(), 0);
+  std::vector<std::uint32_t> number(points.size(), 0);
   for (const CornerTriangle& t : disc.triangles) {
     for (const std::uint32_t v : t) number[v] = 1;
   }
-  for (std::uint32_t v = 0; v < places.size(); ++v) {
+  for (std::uint32_t v = 0; v < points.size(); ++v) {
     if (v >= corners && number[v] == 0) continue;
-    number[v] = static_cast<std::uint32_t>(disc.places.size());
-    disc.places.push_back(places[v]);
+    number[v] = static_cast<std::uint32_t>(disc.points.size());
+    disc.points.push_back(points[v]);
   }
   for (CornerTriangle& t : disc.triangles) {
     for (std::uint32_t& v : t) v = number[v];
@@ -66,40 +68,47 @@ PlaneDisc triangulate(const HoleProblem& problem, const Rim& rim, std::vector<Ve
   return disc;
 }
 
-// In space, on the interpolant, improved by flips.
+// A disc in space, on the interpolant.
 class PatchSurface {
  public:
   PatchSurface(const HoleProblem& problem, const Rim& rim, const HoleFrame& frame,
                const RbfInterpolant& heights)
       : problem_(problem), rim_(rim), frame_(frame), heights_(heights) {}
 
-  PatchMesh lift(const PlaneDisc& disc) const {
-    PatchMesh flipped = lifted(disc);
-    flipped.flip_to_delaunay();
-    // What is Delaunay in space may be folded over the plane.
-    PatchMesh mesh = is_height_field(flipped) ? std::move(flipped) : lifted(disc);
-    const std::uint32_t before = mesh.size();
-    mesh.split_forbidden_chords();
-    for (std::uint32_t v = before; v < mesh.size(); ++v) {
-      Vec3 place = frame_.to_frame(mesh.positions()[v]);
-      place.z = heights_.evaluate(place);
-      mesh.positions()[v] = frame_.to_space(place);
+  HolePatch patch_of(const PlaneDisc& disc) const {
+    PatchMesh mesh = flipped(disc);
+    std::vector<Vec3> normals;
+    for (std::size_t v = rim_.corners.size(); v < disc.points.size(); ++v) {
+      normals.push_back(normal_of(disc.points[v].slope));
     }
-    return mesh;
-  }
-
-  Vec3 normal_at(Vec3 position) const {
-    const Vec3 slope = heights_.evaluate_with_gradient(frame_.to_frame(position)).gradient;
-    return normalized(frame_.to_space({-slope.x, -slope.y, 1.0}));
+    mesh.split_forbidden_chords();
+    for (std::size_t v = disc.points.size(); v < mesh.size(); ++v) {
+      Vec3 place = frame_.to_frame(mesh.positions()[v]);
+      const auto [height, slope] = heights_.evaluate_with_gradient(place);
+      place.z = height;
+      mesh.positions()[v] = frame_.to_space(place);
+      normals.push_back(normal_of(slope));
+    }
+    HolePatch patch = patch_of_disc(problem_, rim_, mesh);
+    // All points are in use, so that they come in their order.
+    if (normals.size() == patch.normals.size()) patch.normals = std::move(normals);
+    return patch;
   }
 
  private:
   PatchMesh lifted(const PlaneDisc& disc) const {
     std::vector<Vec3> positions = rim_.corners;
-    for (std::size_t v = positions.size(); v < disc.places.size(); ++v) {
-      positions.push_back(frame_.to_space(disc.places[v]));
+    for (std::size_t v = positions.size(); v < disc.points.size(); ++v) {
+      positions.push_back(frame_.to_space(disc.points[v].place));
     }
     return PatchMesh(std::move(positions), problem_.loop, disc.triangles, problem_.forbidden);
+  }
+
+  // What is Delaunay in space may be folded over the plane: then as it is Delaunay there.
+  PatchMesh flipped(const PlaneDisc& disc) const {
+    PatchMesh mesh = lifted(disc);
+    mesh.flip_to_delaunay();
+    return is_height_field(mesh) ? mesh : lifted(disc);
   }
 
   bool is_height_field(const PatchMesh& mesh) const {
@@ -108,6 +117,10 @@ class PatchSurface {
     return std::all_of(triangles.begin(), triangles.end(), [&](const CornerTriangle& t) {
       return dot(cross(x[t[1]] - x[t[0]], x[t[2]] - x[t[0]]), frame_.axis) > 0.0;
     });
+  }
+
+  Vec3 normal_of(Vec3 slope) const {
+    return normalized(frame_.to_space({-slope.x, -slope.y, 1.0}));
   }
 
   const HoleProblem& problem_;
@@ -135,17 +148,14 @@ HolePatch plane_fill(const HoleProblem& problem, const PatchOptions& options) {
 
   const auto grid = plane_grid(rim, outline, heights, options.max_new_points);
   if (!grid) return no_patch(too_many_points(options));
-  places.insert(places.end(), grid->begin(), grid->end());
-  const PlaneDisc disc = triangulate(problem, rim, std::move(places));
+  std::vector<GridPoint> points;
+  for (const Vec3 place : places) points.push_back({place, {}});
+  points.insert(points.end(), grid->begin(), grid->end());
+  const PlaneDisc disc = triangulate(problem, rim, std::move(points));
 
-  const PatchSurface surface(problem, rim, frame, heights);
-  const PatchMesh mesh = surface.lift(disc);
-  HolePatch patch = patch_of_disc(problem, rim, mesh);
+  HolePatch patch = PatchSurface(problem, rim, frame, heights).patch_of(disc);
   if (patch.triangles.empty()) return no_patch("the loop could not be triangulated in its plane");
   patch.method = FillMethod::kPlane;
-  for (std::size_t i = 0; i < patch.positions.size(); ++i) {
-    patch.normals[i] = surface.normal_at(patch.positions[i] - rim.center);
-  }
   patch.values = values_from_sites(problem, sites.vertices, patch.positions, options);
   patch.sites = heights.sites();
   patch.residual = largest_residual(heights, sites.gathered);

@@ -70,7 +70,7 @@ class Lattice {
         heights_(heights),
         most_(most) {}
 
-  std::optional<std::vector<Vec3>> points() {
+  std::optional<std::vector<GridPoint>> points() {
     const double step = spacing_ * std::ldexp(1.0, kMostLevels);
     const double row = step * 0.5 * std::numbers::sqrt3;
     const Vec3 low = outline_.low();
@@ -92,17 +92,14 @@ class Lattice {
   bool visit(std::int64_t i, std::int64_t j, int level) {
     const double step = spacing_ * std::ldexp(1.0, level);
     const double row = step * 0.5 * std::numbers::sqrt3;
-    Vec3 x{(static_cast<double>(i) + 0.5 * static_cast<double>(j)) * step,
-           static_cast<double>(j) * row, 0.0};
+    const Vec3 x{(static_cast<double>(i) + 0.5 * static_cast<double>(j)) * step,
+                 static_cast<double>(j) * row, 0.0};
     if (is_outside(x, step, row)) return true;
     const bool inside = outline_.contains(x);
-    double slope = 0.0;
-    if (inside && level <= 0) {
-      const auto [height, gradient] = heights_.evaluate_with_gradient(x);
-      x.z = height;
-      slope = norm(gradient);
-    }
-    const double wanted = sizing_.at(x) / std::sqrt(std::sqrt(1.0 + slope * slope));
+    const bool evaluated = inside && level <= 0;
+    GridPoint point = evaluated ? lifted(x) : GridPoint{x, {}};
+    const double stretch = std::sqrt(1.0 + squared_norm(point.slope));
+    const double wanted = sizing_.at(x) / std::sqrt(stretch);
     const double enough = level > 0 ? kFinerBelowCoarse : kFinerBelow;
     if (level > -kMostLevels && wanted < enough * step) {
       for (int half = 0; half < 4; ++half) {
@@ -111,10 +108,14 @@ class Lattice {
       return true;
     }
     if (!inside || outline_.distance(x) < kClear * std::min(wanted, step)) return true;
-    if (level > 0) x.z = heights_.evaluate(x);
     if (points_.size() == most_) return false;
-    points_.push_back(x);
+    points_.push_back(evaluated ? point : lifted(x));
     return true;
+  }
+
+  GridPoint lifted(Vec3 x) const {
+    const auto [height, gradient] = heights_.evaluate_with_gradient(x);
+    return {{x.x, x.y, height}, gradient};
   }
 
   bool is_outside(Vec3 x, double step, double row) const {
@@ -127,13 +128,14 @@ class Lattice {
   const PlaneOutline& outline_;
   const RbfInterpolant& heights_;
   std::uint32_t most_;
-  std::vector<Vec3> points_;
+  std::vector<GridPoint> points_;
 };
 
 }  // namespace
 
-std::optional<std::vector<Vec3>> plane_grid(const Rim& rim, const PlaneOutline& outline,
-                                            const RbfInterpolant& heights, std::uint32_t most) {
+std::optional<std::vector<GridPoint>> plane_grid(const Rim& rim, const PlaneOutline& outline,
+                                                 const RbfInterpolant& heights,
+                                                 std::uint32_t most) {
   return Lattice(rim, outline, heights, most).points();
 }
 

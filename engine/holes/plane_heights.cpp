@@ -13,6 +13,8 @@ namespace {
 constexpr double kLengths[] = {0.2, 0.3, 0.45, 0.65, 1.0};
 // So many lengths in a row that are worse than the best end the search.
 constexpr int kPatience = 2;
+// Whether there is noise shows in a part: so many sites beside one another.
+constexpr std::size_t kSample = 200;
 
 RbfInterpolant fit(const std::vector<Vec3>& places, double spacing, double length,
                    const PatchOptions& options) {
@@ -67,17 +69,16 @@ std::vector<Vec3> sample_of(std::vector<Vec3> places, std::size_t count) {
 
 RbfInterpolant fit_heights(const std::vector<Vec3>& places, double spacing,
                            const PatchOptions& options) {
-  if (places.size() <= options.max_sites) {
-    return fit_least_deviance(places, spacing, options).heights;
+  const std::size_t sample = std::min<std::size_t>(kSample, options.max_sites);
+  if (places.size() <= sample) return fit_least_deviance(places, spacing, options).heights;
+  const SmoothedFit part = fit_least_deviance(sample_of(places, sample), spacing, options);
+  const double length = part.heights.valid() ? part.length : 0.0;
+  if (places.size() <= options.max_sites || length == 0.0) {
+    return fit(places, spacing, length, options);
   }
-  // Whether there is noise shows in a part as well.
-  constexpr std::size_t kSample = 300;
-  const std::size_t count = std::min<std::size_t>(kSample, options.max_sites);
-  const SmoothedFit part = fit_least_deviance(sample_of(places, count), spacing, options);
-  if (!part.heights.valid() || part.length == 0.0) return fit(places, spacing, 0.0, options);
   const std::vector<Vec3> means = mean_places(places, options.max_sites);
   const double ratio = static_cast<double>(places.size()) / static_cast<double>(means.size());
-  return fit_least_deviance(means, spacing * std::sqrt(ratio), options).heights;
+  return fit(means, spacing * std::sqrt(ratio), length, options);
 }
 
 }  // namespace orbweave

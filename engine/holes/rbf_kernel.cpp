@@ -50,24 +50,38 @@ void rbf_kernel(RbfForm form, std::span<double> squared) {
 }
 
 void rbf_kernel_slope(RbfForm form, std::span<double> squared, std::span<double> slope) {
-  for (std::size_t i = 0; i < squared.size(); ++i) {
-    const double q = squared[i];
-    switch (form) {
-      case RbfForm::kPlaneBiharmonic:
-        slope[i] = 0.5 * (log_squared(q) + 1.0);
-        break;
-      case RbfForm::kPlaneTriharmonic:
-        slope[i] = -q * (log_squared(q) + 0.5);
-        break;
-      case RbfForm::kSpaceBiharmonic:
-        slope[i] = q > 0.0 ? -0.5 / std::sqrt(q) : 0.0;
-        break;
-      case RbfForm::kSpaceTriharmonic:
-        slope[i] = 1.5 * std::sqrt(q);
-        break;
-    }
+  const std::size_t n = squared.size();
+  switch (form) {
+    case RbfForm::kPlaneBiharmonic:
+      for (std::size_t i = 0; i < n; ++i) {
+        const double half_log = 0.5 * log_squared(squared[i]);
+        squared[i] *= half_log;
+        slope[i] = half_log + 0.5;
+      }
+      break;
+    case RbfForm::kPlaneTriharmonic:
+      for (std::size_t i = 0; i < n; ++i) {
+        const double q = squared[i];
+        const double log = log_squared(q);
+        squared[i] = -0.5 * q * q * log;
+        slope[i] = -q * (log + 0.5);
+      }
+      break;
+    case RbfForm::kSpaceBiharmonic:
+      for (std::size_t i = 0; i < n; ++i) {
+        const double r = std::sqrt(squared[i]);
+        squared[i] = -r;
+        slope[i] = r > 0.0 ? -0.5 / r : 0.0;
+      }
+      break;
+    case RbfForm::kSpaceTriharmonic:
+      for (std::size_t i = 0; i < n; ++i) {
+        const double r = std::sqrt(squared[i]);
+        squared[i] *= r;
+        slope[i] = 1.5 * r;
+      }
+      break;
   }
-  rbf_kernel(form, squared);
 }
 
 // phi is a multiple c of the fundamental solution of (-Laplace)^p. Minimising
