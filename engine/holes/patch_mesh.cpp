@@ -110,12 +110,17 @@ bool PatchMesh::is_long(std::uint32_t h, double longest) const {
   for (const std::uint32_t apex : {mesh_.apex(h), mesh_.apex(g)}) {
     if (squared_norm(at(apex) - middle) < kOnApex * length) return false;
   }
-  const std::array<std::uint32_t, 4> around = {HalfEdges::next(h), HalfEdges::prev(h),
-                                               HalfEdges::next(g), HalfEdges::prev(g)};
-  return std::all_of(around.begin(), around.end(), [&](std::uint32_t e) {
-    return mesh_.twin[e] != kNone32 ||
-           squared_norm(at(mesh_.target(e)) - at(mesh_.origin[e])) < length;
-  });
+  // Nor close to a longer edge, which is one that stays (of the rim, or beside it): points would
+  // gather along it without end. Its distance is half the height of the triangle.
+  constexpr double kClearance = 0.25;
+  for (const std::uint32_t e :
+       {HalfEdges::next(h), HalfEdges::prev(h), HalfEdges::next(g), HalfEdges::prev(g)}) {
+    const Vec3 side = at(mesh_.target(e)) - at(mesh_.origin[e]);
+    const Vec3 other = at(mesh_.apex(e)) - at(mesh_.origin[e]);
+    const double clearance = 2.0 * kClearance * longest * norm(side);
+    if (squared_norm(side) > length && norm(cross(side, other)) < clearance) return false;
+  }
+  return true;
 }
 
 std::uint32_t PatchMesh::split_pass(double longest, std::uint32_t max_points) {
@@ -197,33 +202,40 @@ void PatchMesh::drop_unused(std::uint32_t first) {
   for (std::uint32_t& v : mesh_.origin) v = number[v];
 }
 
-/// Edges inside that patch_defect would object to, of each group of the same all but one.
+/// Edges inside that patch_defect would object to: those that join corners of one vertex; where
+/// there are none, the forbidden ones and of each group of the same all but one.
 std::vector<std::uint32_t> PatchMesh::edges_to_split() const {
   using Entry = std::tuple<VertexPair, int, std::uint32_t>;  // identities, inside, half-edge
   std::vector<Entry> edges;
+  std::vector<std::uint32_t> closed;
   for (std::uint32_t h = 0; h < mesh_.size(); ++h) {
     if (mesh_.twin[h] != kNone32 && mesh_.twin[h] < h) continue;
     const VertexPair pair = vertex_pair(identity(mesh_.origin[h]), identity(mesh_.target(h)));
     edges.emplace_back(pair, mesh_.twin[h] == kNone32 ? 0 : 1, h);
+    if (pair[0] == pair[1] && mesh_.twin[h] != kNone32) closed.push_back(h);
   }
+  if (!closed.empty()) return closed;
   std::sort(edges.begin(), edges.end());
   std::vector<std::uint32_t> bad;
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const auto& [pair, inside, h] = edges[i];
-    if (inside == 0) continue;
     const bool repeats = i > 0 && std::get<0>(edges[i - 1]) == pair;
-    if (repeats || pair[0] == pair[1] || is_forbidden(mesh_.origin[h], mesh_.target(h))) {
-      bad.push_back(h);
-    }
+    if (inside == 0) continue;
+    if (repeats || is_forbidden(mesh_.origin[h], mesh_.target(h))) bad.push_back(h);
   }
   return bad;
 }
 
+// This ends. No split makes an edge between corners of one vertex, so those go first. Then a new
+// vertex repeats an edge only where the two apexes are corners of one vertex; and splitting that
+// edge repeats none, for its apexes are the ends of the edge that was split before. (The bound is
+// for rims that have an edge from a vertex to itself, which cannot be mended.)
 std::uint32_t PatchMesh::split_forbidden_chords() {
-  // A new vertex may be joined to two corners of one vertex, and its edge be split in the next
-  // round; edges that were split are found again by their ends.
   std::uint32_t count = 0;
-  for (auto bad = edges_to_split(); !bad.empty(); bad = edges_to_split()) {
+  constexpr int kRounds = 64;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::vector<std::uint32_t> bad = edges_to_split();
+    if (bad.empty()) break;
     std::vector<VertexPair> ends;
     for (const std::uint32_t h : bad) ends.push_back({mesh_.origin[h], mesh_.target(h)});
     for (const auto& [a, b] : ends) {

@@ -15,6 +15,14 @@
 
 namespace orbweave {
 
+/// The sheet's triangles at the rim: corners by their numbers, other vertices of theirs from there
+/// on. `has_all`: corners all of whose triangles are there.
+struct RimSheet {
+  std::vector<Vec3> positions;
+  std::vector<CornerTriangle> triangles;
+  std::vector<char> has_all;
+};
+
 /// A triangulated disc in space, refined and relaxed. No operation makes an edge that the patch
 /// has already between the same mesh vertices, that is forbidden, or that joins corners of one
 /// vertex; none turns a face over. All are deterministic, with ties decided by vertex numbers.
@@ -34,8 +42,9 @@ class PatchMesh {
   std::vector<CornerTriangle> triangles() const;
 
   /// Splits edges inside that are longer than `longest` at their midpoints, longest first and with
-  /// flips in between, until there is none or `max_points` new ones were made. An edge beside a
-  /// longer edge of the rim stays: splitting it would never end. Returns how many.
+  /// flips in between, until there is none or `max_points` new ones were made. An edge stays where
+  /// the new point would come closer than a quarter of `longest` to a longer edge (beside long edges
+  /// of the rim). Returns how many.
   std::uint32_t split_long_edges(double longest, std::uint32_t max_points);
   /// Joins an interior point with its neighbour over edges shorter than `shortest` where the disc
   /// stays sound. Points that are joined keep their number, but no triangle uses them.
@@ -56,6 +65,7 @@ class PatchMesh {
   /// Desbrun, Meyer, Schroeder, Barr: Implicit Fairing, SIGGRAPH 1999, section 4; Liepa 2003,
   /// section 5.
   void smooth(int order, std::span<const Vec3> rim_ring = {});
+  void smooth_plate(const RimSheet& sheet);
   /// Neighbours of every vertex over edges of the patch, its rim among them, ascending.
   std::vector<std::vector<std::uint32_t>> neighbors() const;
   /// What is wrong with the disc: edges of other than two triangles inside or of one at the rim, a
@@ -63,6 +73,7 @@ class PatchMesh {
   std::string defect() const;
 
  private:
+  void smooth_strip(int order, std::vector<Vec3> at, std::vector<CornerTriangle> faces, std::vector<char> has_ring);
   Vec3 at(std::uint32_t vertex) const { return positions_[vertex]; }
   /// The same number for corners of the same mesh vertex, another for everything else.
   std::uint32_t identity(std::uint32_t vertex) const {
