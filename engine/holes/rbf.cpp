@@ -427,11 +427,17 @@ RbfInterpolant::ValueGradient RbfInterpolant::evaluate_with_gradient(RbfSite x) 
     const std::span<double> slope(slope_block.data(), phi.size());
     squared_distances(y, first, phi);
     rbf_kernel_slope(form, phi, slope);
-    for (std::size_t i = 0; i < phi.size(); ++i) {
-      const Vec3 center{centers_[0][first + i], centers_[1][first + i], centers_[2][first + i]};
-      const double weight = weights_[first + i];
-      result.value += weight * phi[i];
-      result.gradient = result.gradient + (2.0 * weight * slope[i]) * (y - center);
+    const double* weights = weights_.data() + first;
+    result.value += sum_of_products(phi, weights);
+    // The gradient of phi is 2 slope (y - center).
+    double sum = 0.0;
+    for (std::size_t i = 0; i < slope.size(); ++i) {
+      slope[i] *= weights[i];
+      sum += slope[i];
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      const double of_centers = sum_of_products(slope, centers_[axis].data() + first);
+      result.gradient[axis] += 2.0 * (sum * y[axis] - of_centers);
     }
   }
   result.gradient = result.gradient / scale_;

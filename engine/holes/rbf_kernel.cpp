@@ -1,6 +1,5 @@
 #include "engine/holes/rbf_kernel.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -8,11 +7,11 @@
 namespace orbweave {
 namespace {
 
-// Below it a distance counts as none: r^2 log r is 0 there.
+// Added to a distance it changes nothing but 0, which then has a finite logarithm and inverse to
+// be multiplied by 0. A comparison would keep the loops below from being vectorised.
 constexpr double kTiny = std::numeric_limits<double>::min();
 
-// log r^2, and something finite at 0, where it is multiplied by 0.
-double log_squared(double squared) { return rbf_log(std::max(squared, kTiny)); }
+double log_squared(double squared) { return rbf_log(squared + kTiny); }
 
 bool is_plane(RbfForm form) {
   return form == RbfForm::kPlaneBiharmonic || form == RbfForm::kPlaneTriharmonic;
@@ -71,7 +70,7 @@ void rbf_kernel_slope(RbfForm form, std::span<double> squared, std::span<double>
       for (std::size_t i = 0; i < n; ++i) {
         const double r = std::sqrt(squared[i]);
         squared[i] = -r;
-        slope[i] = r > 0.0 ? -0.5 / r : 0.0;
+        slope[i] = -0.5 / (r + kTiny);
       }
       break;
     case RbfForm::kSpaceTriharmonic:

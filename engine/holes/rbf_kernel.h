@@ -24,11 +24,12 @@ inline double rbf_log(double x) {
   const double m = std::bit_cast<double>((bits & 0x000fffffffffffff) + kRootHalf);
   const double s = (m - 1.0) / (m + 1.0);
   const double t = s * s;
-  double series = 1.0 / 21.0;
-  for (const double term :
-       {1.0 / 19, 1.0 / 17, 1.0 / 15, 1.0 / 13, 1.0 / 11, 1.0 / 9, 1.0 / 7, 1.0 / 5, 1.0 / 3}) {
-    series = series * t + term;
-  }
+  // Without a loop, which would keep loops around it from being vectorised.
+  double series = 1.0 / 19.0 + t * (1.0 / 21.0);
+  series = 1.0 / 15.0 + t * (1.0 / 17.0 + t * series);
+  series = 1.0 / 11.0 + t * (1.0 / 13.0 + t * series);
+  series = 1.0 / 7.0 + t * (1.0 / 9.0 + t * series);
+  series = 1.0 / 3.0 + t * (1.0 / 5.0 + t * series);
   return k * 0x1.62e42fefa39efp-1 + 2.0 * (s + s * (t * series));
 }
 
