@@ -158,7 +158,7 @@ HolePatch plane_fill(const HoleProblem& problem, const PatchOptions& options) {
   patch.method = FillMethod::kPlane;
   patch.values = values_from_sites(problem, sites.vertices, patch.positions, options);
   patch.sites = heights.sites();
-  patch.residual = largest_residual(heights, sites.gathered);
+  patch.residual = largest_residual(heights, sites.places);
   patch.condition = heights.condition();
   patch.rim_dihedral_rad = rim_dihedral(problem, patch);
   return patch;

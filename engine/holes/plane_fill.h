@@ -12,6 +12,8 @@ namespace orbweave {
 /// FillMethod::kPlane, or kNone with a reason where the loop overlaps itself seen along the hole's
 /// normal, the sheet around it is no height field, or the patch would take more than
 /// options.max_new_points. Never throws for what the hole is like.
+/// The residual is that of the sites: the rim, the sheet beside it, and fewer and fewer vertices
+/// further out (plane_sites.h).
 HolePatch plane_fill(const HoleProblem& problem, const PatchOptions& options);
 
 }  // namespace orbweave

@@ -200,7 +200,6 @@ class Gathering {
       kept.vertices.push_back(v);
       kept.places.push_back(x);
     }
-    kept.gathered = sites_.places;
     return kept;
   }
 

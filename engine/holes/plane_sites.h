@@ -14,7 +14,6 @@ namespace orbweave {
 struct PlaneSites {
   std::vector<std::uint32_t> vertices;  ///< of the problem; the rim's first, each once
   std::vector<Vec3> places;             ///< in the frame: plane coordinates and height
-  std::vector<Vec3> gathered;           ///< these and those that were thinned out
   std::uint32_t rim = 0;                ///< so many of them are the rim's
 };
 

@@ -430,11 +430,8 @@ RbfInterpolant::ValueGradient RbfInterpolant::evaluate_with_gradient(RbfSite x) 
     const double* weights = weights_.data() + first;
     result.value += sum_of_products(phi, weights);
     // The gradient of phi is 2 slope (y - center).
-    double sum = 0.0;
-    for (std::size_t i = 0; i < slope.size(); ++i) {
-      slope[i] *= weights[i];
-      sum += slope[i];
-    }
+    const double sum = sum_of_products(slope, weights);
+    for (std::size_t i = 0; i < slope.size(); ++i) slope[i] *= weights[i];
     for (int axis = 0; axis < 3; ++axis) {
       const double of_centers = sum_of_products(slope, centers_[axis].data() + first);
       result.gradient[axis] += 2.0 * (sum * y[axis] - of_centers);
