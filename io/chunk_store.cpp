@@ -243,11 +243,15 @@ ChunkStore::~ChunkStore() = default;
 
 const std::filesystem::path& ChunkStore::directory() const { return state_->directory; }
 
+bool ChunkStore::has_key(const std::string& stage, const std::string& key) const {
+  const nlohmann::json stored = parse_json(read_text(state_->directory / stage / kKeyFile));
+  return string_member(stored, "xxh3") == fingerprint(key);
+}
+
 bool ChunkStore::begin_stage(const std::string& stage, const std::string& key) {
+  if (has_key(stage, key)) return true;
   const fs::path folder = state_->directory / stage;
   const std::string print = fingerprint(key);
-  const nlohmann::json stored = parse_json(read_text(folder / kKeyFile));
-  if (string_member(stored, "xxh3") == print) return true;
   discard_stage(stage);
   make_directory(folder);
   flush_directory(state_->directory);

@@ -81,6 +81,8 @@ class ChunkStore {
   /// Declares what `stage` depends on. When the stored key differs, the stage's results are
   /// removed; returns true when results under the same key may be there.
   bool begin_stage(const std::string& stage, const std::string& key);
+  /// Whether the stage's results, where there are any, depend on just that; changes nothing.
+  bool has_key(const std::string& stage, const std::string& key) const;
   /// A small document that a stage leaves for later ones (JSON text), committed like a result.
   void commit_document(const std::string& stage, const std::string& name, const std::string& text);
   std::optional<std::string> document(const std::string& stage, const std::string& name) const;

@@ -4,12 +4,14 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "engine/cli/commands.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/json_text.h"
 #include "engine/cli/output.h"
 #include "engine/pipeline/pipeline.h"
+#include "io/hole_summary.h"
 #include "io/quantity.h"
 
 namespace orbweave {
@@ -52,6 +54,18 @@ Facts fill_plan(const FillOptions& fill) {
   return facts;
 }
 
+/// Loops of a mesh that is known from an earlier run: those without a reason are to be filled.
+void add_loops(Facts& facts, std::span<const HoleFacts> loops) {
+  std::vector<HoleFacts> open;
+  for (const HoleFacts& loop : loops) {
+    if (!loop.reason.empty()) open.push_back(loop);
+  }
+  facts.emplace_back("loops", format_count(loops.size()) + " in the mesh of the work directory, " +
+                                  format_count(loops.size() - open.size()) + " to be filled");
+  for (const auto& [reason, count] : hole_summary(open).reasons)
+    facts.emplace_back("", format_count(count) + " left open: " + reason);
+}
+
 std::string plan_json(const JobPlan& plan, const FillOptions& fill) {
   const Json document = {
       {"input",
@@ -65,6 +79,7 @@ std::string plan_json(const JobPlan& plan, const FillOptions& fill) {
       {"radii", {{"values", plan.radii}, {"reason", plan.radii_reason}}},
       {"fill",
        {{"enabled", fill.enabled}, {"left_open", fill.enabled ? Json(left_open(fill)) : Json()}}},
+      {"holes", plan.loops ? Json::parse(holes_json(*plan.loops)) : Json()},
       {"peak_memory_bytes", plan.peak_memory_bytes},
       {"disk_bytes", plan.disk_bytes},
       {"seconds", plan.seconds}};
@@ -82,6 +97,7 @@ std::string plan_text(const JobPlan& plan, const FillOptions& fill) {
                  {"radii", show_list(plan.radii)},
                  {"reason", plan.radii_reason}};
   for (const auto& fact : fill_plan(fill)) facts.push_back(fact);
+  if (plan.loops) add_loops(facts, *plan.loops);
   facts.insert(facts.end(), {{"peak memory", "about " + format_bytes(plan.peak_memory_bytes)},
                              {"disk", "about " + format_bytes(plan.disk_bytes)},
                              {"time", "about " + format_duration(plan.seconds)}});

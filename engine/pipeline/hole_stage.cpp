@@ -37,7 +37,8 @@ std::string hole_key(const JobContext& context, const std::vector<double>& radii
          (fill.kernel == FillKernel::kBiharmonic ? "biharmonic" : "triharmonic") +
          "\nneighborhood " + exact(fill.neighborhood) + "\nmax_diameter " +
          exact(fill.max_diameter) + "\nmax_perimeter " + exact(fill.max_perimeter) +
-         "\nallow_intersections " + (fill.allow_intersections ? "yes" : "no") + "\nmax_edges " + std::to_string(fill.max_edges) + "\nkeep_outer_border " +
+         "\nallow_intersections " + (fill.allow_intersections ? "yes" : "no") + "\nmax_edges " +
+         std::to_string(fill.max_edges) + "\nkeep_outer_border " +
          (fill.keep_outer_border ? "yes" : "no") + "\nmin_triangles " +
          std::to_string(fill.min_triangles) + "\n";
 }
@@ -52,6 +53,13 @@ double area_of(const Surface& surface, const LoopPatch& patch) {
     area += 0.5 * norm(cross(position(t[1]) - a, position(t[2]) - a));
   }
   return area;
+}
+
+std::vector<Piece> pieces_of(const StitchedBoundary& boundary) {
+  std::vector<Piece> pieces;
+  pieces.reserve(boundary.pieces.size());
+  for (const ChunkPiece& piece : boundary.pieces) pieces.push_back({piece.triangles, piece.box});
+  return pieces;
 }
 
 /// The stage's steps share this.
@@ -178,10 +186,7 @@ void HoleStage::find_freed() {
 }
 
 void HoleStage::trace() {
-  std::vector<Piece> pieces;
-  pieces.reserve(boundary_.pieces.size());
-  for (const ChunkPiece& piece : boundary_.pieces) pieces.push_back({piece.triangles, piece.box});
-  holes_ = plan_holes(fans_, boundary_.vertices, pieces, context_.job.fill);
+  holes_ = plan_holes(fans_, boundary_.vertices, pieces_of(boundary_), context_.job.fill);
   result_.holes = holes_.facts;
 }
 
@@ -387,6 +392,14 @@ FilledHoles fill_holes(JobContext& context, const Partition& partition,
                        MeshFacts& facts) {
   HoleStage stage(context, partition, radii, boundary, facts);
   return stage.run(hole_key(context, radii));
+}
+
+std::vector<HoleFacts> list_loops(const StitchedBoundary& boundary, const FillOptions& options) {
+  std::vector<OpenFan> fans;
+  for (const OpenFan& fan : boundary.fans) {
+    if (boundary.pieces[fan.component].triangles >= options.min_triangles) fans.push_back(fan);
+  }
+  return plan_holes(std::move(fans), boundary.vertices, pieces_of(boundary), options).facts;
 }
 
 const SplitCorner* find_split(const FilledHoles& holes, const Triangle64& triangle,

@@ -39,6 +39,9 @@ FilledHoles fill_holes(JobContext& context, const Partition& partition,
                        const std::vector<double>& radii, const StitchedBoundary& boundary,
                        MeshFacts& facts);
 
+/// The loops of a stitched mesh, nothing filled; `reason` says why where one would stay open.
+std::vector<HoleFacts> list_loops(const StitchedBoundary& boundary, const FillOptions& options);
+
 /// The split of this corner; null where there is none.
 const SplitCorner* find_split(const FilledHoles& holes, const Triangle64& triangle,
                               std::uint64_t vertex);

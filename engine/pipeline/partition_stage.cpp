@@ -196,11 +196,17 @@ std::string partition_key(const Job& job, const std::vector<std::string>& files)
   return key;
 }
 
+std::optional<Partition> stored_partition(const ChunkStore& store) {
+  const auto document = store.document(kPointsStage, kDocument);
+  if (!document) return std::nullopt;
+  return partition_from_json(*document);
+}
+
 Partition partition_points(JobContext& context) {
   if (context.store.begin_stage(kPointsStage, partition_key(context.job, context.files))) {
-    if (const auto document = context.store.document(kPointsStage, kDocument)) {
+    if (std::optional<Partition> partition = stored_partition(context.store)) {
       context.note("resuming: the points are partitioned already");
-      return partition_from_json(*document);
+      return std::move(*partition);
     }
   }
   CountedCloud cloud;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,9 @@ CountedCloud count_points(const InputContext& context);
 
 /// Everything that the points in the store depend on, as one text.
 std::string partition_key(const Job& job, const std::vector<std::string>& files);
+
+/// What an earlier run left; empty: nothing whole.
+std::optional<Partition> stored_partition(const ChunkStore& store);
 
 /// The stage; resumes from the store where it holds a finished partition under the same key.
 Partition partition_points(JobContext& context);

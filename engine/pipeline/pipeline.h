@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,9 @@ struct JobPlan {
   std::uint64_t peak_memory_bytes = 0;  ///< predicted
   std::uint64_t disk_bytes = 0;         ///< predicted: work directory and output
   double seconds = 0.0;                 ///< predicted, from typical rates per core
+  /// Boundary loops, where the work directory holds the meshes of all chunks of this very job
+  /// (`reason` says why where one would stay open); empty: not known before the reconstruction.
+  std::optional<std::vector<HoleFacts>> loops;
 };
 JobPlan plan_job(const Job& job, Progress& progress, const StopToken& stop);
 

@@ -1,11 +1,18 @@
 // What a run would do, from the counting pass, a sampling pass and typical rates.
 #include <algorithm>
+#include <filesystem>
+#include <optional>
 
 #include "engine/ball_pivoting/automatic_radii.h"
 #include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/pipeline/export_stage.h"
+#include "engine/pipeline/hole_stage.h"
 #include "engine/pipeline/partition_stage.h"
 #include "engine/pipeline/pipeline.h"
 #include "engine/pipeline/radii_choice.h"
+#include "engine/pipeline/reconstruct_stage.h"
+#include "io/chunk_points.h"
+#include "io/error.h"
 #include "io/glob.h"
 
 namespace orbweave {
@@ -33,6 +40,38 @@ RadiiChoice sample_radii(const InputContext& context, const CountedCloud& cloud)
   stream_points(*source, {.threads = context.threads(), .stop = &context.stop}, {},
                 [&](StreamBatch& batch) { sampler.add(batch.points.positions); });
   return sampler.choose(std::max(1, context.job.reconstruct.levels));
+}
+
+bool holds_a_mesh(const JobContext& context, const Partition& partition,
+                  const std::vector<double>& radii) {
+  if (!context.store.has_key(kMeshStage, mesh_key(context, radii))) return false;
+  for (ChunkId chunk = 0; chunk < partition.octree.chunks().size(); ++chunk) {
+    if (!context.store.has(kMeshStage, chunk)) return false;
+  }
+  return true;
+}
+
+/// The loops of the mesh that an earlier run of the same job left in its work directory.
+std::optional<std::vector<HoleFacts>> stored_loops(const InputContext& input) {
+  const std::filesystem::path directory = work_dir_of(input.job);
+  if (!std::filesystem::exists(directory / "orbweave-store.json")) return std::nullopt;
+  try {
+    ChunkStore store(directory);
+    RunReport report;
+    report.files = input.files;
+    JobContext context{input, store, report};
+    if (!store.has_key(kPointsStage, partition_key(input.job, input.files))) return std::nullopt;
+    const std::optional<Partition> partition = stored_partition(store);
+    if (!partition) return std::nullopt;
+    if (!holds_a_mesh(context, *partition, radii_of_job(context, *partition))) return std::nullopt;
+    Stitched stitched = stitch(context, *partition);
+    stitched.used.number();
+    std::vector<HoleFacts> loops = list_loops(stitched.summary.boundary(), input.job.fill);
+    for (HoleFacts& loop : loops) loop.first_vertex = stitched.used.rank(loop.first_vertex);
+    return loops;
+  } catch (const Error&) {
+    return std::nullopt;  // in use by a run, or damaged: a plan can do without
+  }
 }
 
 }  // namespace
@@ -72,6 +111,7 @@ JobPlan plan_job(const Job& job, Progress& progress, const StopToken& stop) {
   plan.disk_bytes = disk_bytes(cloud);
   const double levels = 1.0 + kFurtherRadius * static_cast<double>(plan.radii.size() - 1);
   plan.seconds = static_cast<double>(plan.points) * levels / (kPointsPerSecond * context.threads());
+  if (job.fill.enabled) plan.loops = stored_loops(context);
   return plan;
 }
 

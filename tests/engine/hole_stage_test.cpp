@@ -215,4 +215,27 @@ TEST_CASE("ChangedFillOptionsComputeThePatchesAnewButNotTheMesh") {
   CHECK(second.mesh.boundary_loops > first.mesh.boundary_loops);
 }
 
+TEST_CASE("PlanListsTheLoopsOfAMeshThatIsThereAlready") {
+  const NamedCloud named = punched_sphere();
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.run.keep_work_dir = true;
+  job.fill.max_edges = 20;
+  test::RecordingProgress progress;
+  const StopToken stop;
+  REQUIRE_FALSE(plan_job(job, progress, stop).loops.has_value());
+  const RunReport report = run(job);
+  const JobPlan plan = plan_job(job, progress, stop);
+  REQUIRE(plan.loops.has_value());
+  REQUIRE(plan.loops->size() == report.holes.size());
+  for (std::size_t l = 0; l < plan.loops->size(); ++l) {
+    const HoleFacts &planned = (*plan.loops)[l], &done = report.holes[l];
+    CHECK(planned.first_vertex == done.first_vertex);
+    CHECK(planned.edges == done.edges);
+    CHECK(planned.reason.empty() == done.filled);
+  }
+  job.reconstruct.ball_radii = {2.0 * named.ball_radius};
+  CHECK_FALSE(plan_job(job, progress, stop).loops.has_value());
+}
+
 }  // namespace orbweave
