@@ -49,13 +49,12 @@ class PlaneCells {
 
   template <class Visit>
   void for_each_near(Vec3 x, const Visit& visit) const {
+    const std::int64_t row = cell(x.y);
     for (int dx = -1; dx <= 1; ++dx) {
-      for (int dy = -1; dy <= 1; ++dy) {
-        const Entry key{cell(x.x) + dx, cell(x.y) + dy, 0};
-        for (auto e = std::lower_bound(sorted_.begin(), sorted_.end(), key);
-             e != sorted_.end() && e->x == key.x && e->y == key.y; ++e) {
-          visit(e->site);
-        }
+      const Entry key{cell(x.x) + dx, row - 1, 0};
+      for (auto e = std::lower_bound(sorted_.begin(), sorted_.end(), key);
+           e != sorted_.end() && e->x == key.x && e->y <= row + 1; ++e) {
+        visit(e->site);
       }
     }
   }
@@ -101,7 +100,6 @@ class Gathering {
         frame_(frame),
         outline_(outline),
         fans_(problem),
-        seen_(problem.positions.size(), 0),
         reached_(problem.positions.size(), 0),
         nearest_(problem.positions.size(), 0),
         cells_(rim.spacing) {}
@@ -111,6 +109,7 @@ class Gathering {
     std::sort(ring.begin(), ring.end());
     ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
     for (const std::uint32_t v : ring) {
+      reached_[v] = 1;
       nearest_[v] = v;
       take(v);
     }
@@ -128,7 +127,6 @@ class Gathering {
   Vec3 place(std::uint32_t v) const { return frame_.to_frame(problem_.positions[v] - rim_.center); }
 
   void take(std::uint32_t v) {
-    seen_[v] = 1;
     sites_.vertices.push_back(v);
     sites_.places.push_back(place(v));
   }
@@ -148,17 +146,15 @@ class Gathering {
         const Triangle& t = problem_.sheet[face];
         if (!is_upright(t)) continue;
         for (const std::uint32_t w : t) {
-          if (seen_[w] != 0) continue;
+          if (reached_[w] == 0) beyond.push_back(w);
           if (reached_[w] == 0 || from_rim(w, nearest_[v]) < from_rim(w, nearest_[w])) {
             nearest_[w] = nearest_[v];
           }
           reached_[w] = 1;
-          beyond.push_back(w);
         }
       }
     }
     std::sort(beyond.begin(), beyond.end());
-    beyond.erase(std::unique(beyond.begin(), beyond.end()), beyond.end());
     std::erase_if(beyond, [this](std::uint32_t v) { return !fits(v); });
     for (const std::uint32_t v : beyond) take(v);
     return beyond;
@@ -208,8 +204,7 @@ class Gathering {
   const HoleFrame& frame_;
   const PlaneOutline& outline_;
   Fans fans_;
-  std::vector<std::uint8_t> seen_;      // taken
-  std::vector<std::uint8_t> reached_;   // seen from the ring before
+  std::vector<std::uint8_t> reached_;   // from a ring; those refused then stay so
   std::vector<std::uint32_t> nearest_;  // rim vertex, about
   PlaneCells cells_;
   PlaneSites sites_;
