@@ -36,7 +36,7 @@ struct BoundaryLoop {
   double radius = 0.0;  ///< of the ball around `center`
   Vec3 center;          ///< mean of the loop's vertices
   Vec3 area_vector;     ///< half the sum of cross products of successive vertices about `center`
-  Vec3 mean_normal;  ///< mean of the unit vertex normals along the loop
+  Vec3 mean_normal;     ///< mean of the unit vertex normals along the loop
   /// Cosine between the area vector and the mean of the normals, times the latter's length: near
   /// 1 for a hole in a smooth surface, near -1 for the outer border of a sheet, about 0 where the
   /// surface ends like a tube.
