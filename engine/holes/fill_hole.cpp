@@ -12,13 +12,10 @@
 #include "engine/holes/patch_intersections.h"
 #include "engine/holes/plane_fill.h"
 #include "engine/holes/rim.h"
+#include "engine/holes/smooth_disc.h"
 
 namespace orbweave {
 namespace {
-
-/// Loops of at most this many edges are closed even by a patch that meets the surface: on a
-/// crumpled scan there is often no other, and what it adds is a few spacings wide.
-constexpr std::size_t kTouchingEdges = 16;
 
 /// The smallest rotation of a loop, the same wherever it began.
 std::vector<std::uint32_t> canonical_loop(const std::vector<std::uint32_t>& loop) {
@@ -51,6 +48,7 @@ class Attempts {
     HolePatch patch = method(problem_, options_);
     if (patch.method == FillMethod::kNone) {
       add_reason(name, patch.reason);
+      too_large_ = too_large_ || patch.reason == too_many_points(options_);
       return false;
     }
     if (const std::string defect = patch_defect(problem_, patch); !defect.empty()) {
@@ -66,9 +64,12 @@ class Attempts {
     return contacts == 0;
   }
 
+  /// A hole that calls for too many points is not closed by a few large triangles instead.
+  bool is_too_large() const { return too_large_ && best_.method == FillMethod::kNone; }
+
   HolePatch result() {
     if (best_.method == FillMethod::kNone) return left_open(reasons_);
-    if (fewest_contacts_ > 0 && !may_touch()) return left_open(reasons_);
+    if (fewest_contacts_ > 0 && !options_.allow_intersections) return left_open(reasons_);
     if (best_.reason.empty()) {
       best_.reason = std::move(reasons_);
     } else if (!reasons_.empty()) {
@@ -85,37 +86,41 @@ class Attempts {
     reasons_ += reason;
   }
 
-  bool may_touch() const {
-    return options_.allow_intersections || problem_.loop.size() <= kTouchingEdges || count_rim_intersections(problem_, 1) > 0;
-  }
-
   const HoleProblem& problem_;
   const PatchOptions& options_;
   HolePatch best_;
   std::uint64_t fewest_contacts_ = UINT64_MAX;
   std::string reasons_;
+  bool too_large_ = false;
 };
 
 HolePatch fill_directly(const HoleProblem& problem, const PatchOptions&) {
   return direct_fill(problem);
 }
 
-HolePatch fill_small(const HoleProblem& problem) {
+/// A few triangles meet what they meet whatever the method: looked for only where that matters.
+HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options) {
   HolePatch patch = direct_fill(problem);
   if (patch.method == FillMethod::kNone) return patch;
-  const std::string defect = patch_defect(problem, patch);
-  return defect.empty() ? patch : left_open(defect);
+  if (std::string defect = patch_defect(problem, patch); !defect.empty()) {
+    return left_open(std::move(defect));
+  }
+  if (!options.allow_intersections && count_intersections(problem, patch, 1) > 0) {
+    return left_open("direct: meets the surface");
+  }
+  return patch;
 }
 
 HolePatch fill_canonical(const HoleProblem& problem, const PatchOptions& options) {
   const bool has_extent = rim_spacing(problem) > 0.0;
-  if (problem.loop.size() <= options.direct_edges || !has_extent) return fill_small(problem);
-  Attempts attempts(problem, options);
-  if (attempts.try_method("plane", plane_fill) || attempts.try_method("implicit", implicit_fill) ||
-      attempts.try_method("membrane", membrane_fill)) {
-    return attempts.result();
+  if (problem.loop.size() <= options.direct_edges || !has_extent) {
+    return fill_small(problem, options);
   }
-  attempts.try_method("direct", fill_directly);
+  Attempts attempts(problem, options);
+  const bool is_done = attempts.try_method("plane", plane_fill) ||
+                       attempts.try_method("implicit", implicit_fill) || attempts.is_too_large() ||
+                       attempts.try_method("membrane", membrane_fill);
+  if (!is_done) attempts.try_method("direct", fill_directly);
   return attempts.result();
 }
 

@@ -122,14 +122,4 @@ std::uint64_t count_intersections(const HoleProblem& problem, const HolePatch& p
   return count_pairs(positions, patch.triangles, problem.sheet, limit);
 }
 
-std::uint64_t count_rim_intersections(const HoleProblem& problem, std::uint64_t limit) {
-  std::vector<std::uint8_t> on_rim(problem.positions.size(), 0);
-  for (const std::uint32_t v : problem.loop) on_rim[v] = 1;
-  std::vector<Triangle> at_rim;
-  for (const Triangle& t : problem.sheet) {
-    if (on_rim[t[0]] + on_rim[t[1]] + on_rim[t[2]] > 0) at_rim.push_back(t);
-  }
-  return count_pairs(problem.positions, at_rim, {}, limit);
-}
-
 }  // namespace orbweave

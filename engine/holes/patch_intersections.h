@@ -13,8 +13,4 @@ namespace orbweave {
 std::uint64_t count_intersections(const HoleProblem& problem, const HolePatch& patch,
                                   std::uint64_t limit = UINT64_MAX);
 
-/// Pairs of triangles of the sheet at the rim that intersect: such a rim cannot be closed without
-/// an intersection by any method. Counting ends at `limit`.
-std::uint64_t count_rim_intersections(const HoleProblem& problem, std::uint64_t limit = UINT64_MAX);
-
 }  // namespace orbweave

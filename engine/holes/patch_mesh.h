@@ -15,12 +15,12 @@
 
 namespace orbweave {
 
-/// The sheet's triangles at the rim: corners by their numbers, other vertices of theirs from there
-/// on. `has_all`: corners all of whose triangles are there.
+/// The sheet along the rim. Triangles refer to corners by their numbers, to other vertices from
+/// the number of corners on.
 struct RimSheet {
-  std::vector<Vec3> positions;
+  std::vector<Vec3> positions;  ///< of the other vertices
   std::vector<CornerTriangle> triangles;
-  std::vector<char> has_all;
+  std::vector<char> is_whole;  ///< per corner: all triangles of the sheet at it are there
 };
 
 /// A triangulated disc in space, refined and relaxed. No operation makes an edge that the patch
@@ -43,8 +43,8 @@ class PatchMesh {
 
   /// Splits edges inside that are longer than `longest` at their midpoints, longest first and with
   /// flips in between, until there is none or `max_points` new ones were made. An edge stays where
-  /// the new point would come closer than a quarter of `longest` to a longer edge (beside long edges
-  /// of the rim). Returns how many.
+  /// the new point would come closer than a quarter of `longest` to a longer edge (beside long
+  /// edges of the rim). Returns how many.
   std::uint32_t split_long_edges(double longest, std::uint32_t max_points);
   /// Joins an interior point with its neighbour over edges shorter than `shortest` where the disc
   /// stays sound. Points that are joined keep their number, but no triangle uses them.
@@ -60,12 +60,11 @@ class PatchMesh {
   std::uint32_t split_forbidden_chords();
   /// Moves interior points to where the energy of order 1 (membrane: squared gradient) or 2 (thin
   /// plate: squared Laplacian) is least, with cotangents of the patch as it is; the rim stays. With
-  /// order 2 `rim_ring`, one point per corner or empty, lies across the rim and makes the patch
-  /// tangent to the sheet. Where the system cannot be solved nothing moves.
+  /// order 2 the energy counts at corners where the sheet is whole too, and so makes the patch
+  /// tangent to it. Where the system cannot be solved nothing moves.
   /// Desbrun, Meyer, Schroeder, Barr: Implicit Fairing, SIGGRAPH 1999, section 4; Liepa 2003,
   /// section 5.
-  void smooth(int order, std::span<const Vec3> rim_ring = {});
-  void smooth_plate(const RimSheet& sheet);
+  void smooth(int order, const RimSheet& sheet = {});
   /// Neighbours of every vertex over edges of the patch, its rim among them, ascending.
   std::vector<std::vector<std::uint32_t>> neighbors() const;
   /// What is wrong with the disc: edges of other than two triangles inside or of one at the rim, a
@@ -73,7 +72,6 @@ class PatchMesh {
   std::string defect() const;
 
  private:
-  void smooth_strip(int order, std::vector<Vec3> at, std::vector<CornerTriangle> faces, std::vector<char> has_ring);
   Vec3 at(std::uint32_t vertex) const { return positions_[vertex]; }
   /// The same number for corners of the same mesh vertex, another for everything else.
   std::uint32_t identity(std::uint32_t vertex) const {

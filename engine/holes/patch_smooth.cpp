@@ -15,38 +15,12 @@ namespace {
 using Sparse = Eigen::SparseMatrix<double>;
 using Entry = Eigen::Triplet<double, int>;
 
-/// The patch with the strip across its rim: vertices of the patch, then one per corner.
+/// The patch with the sheet along its rim: vertices of the patch, then the sheet's others.
 struct Strip {
   std::vector<Vec3> positions;
   std::vector<CornerTriangle> triangles;
-  std::vector<char> has_ring;  ///< per corner: triangles on both sides of it
+  std::vector<char> is_whole;  ///< per corner: its triangles of the sheet are all there
 };
-
-bool has_area(Vec3 a, Vec3 b, Vec3 c) {
-  constexpr double kFlat = 1e-10;  // of the longest edge's square
-  const double longest = std::max({squared_norm(b - a), squared_norm(c - b), squared_norm(a - c)});
-  return norm(cross(b - a, c - a)) > kFlat * longest;
-}
-
-void add_ring(Strip& strip, std::uint32_t corners, std::span<const Vec3> ring) {
-  const auto first = static_cast<std::uint32_t>(strip.positions.size());
-  strip.positions.insert(strip.positions.end(), ring.begin(), ring.end());
-  std::vector<char> edge(corners, 0);
-  for (std::uint32_t i = 0; i < corners; ++i) {
-    const std::uint32_t next = (i + 1) % corners;
-    const auto& p = strip.positions;
-    if (!has_area(p[next], p[i], p[first + i]) ||
-        !has_area(p[next], p[first + i], p[first + next])) {
-      continue;
-    }
-    strip.triangles.push_back({next, i, first + i});
-    strip.triangles.push_back({next, first + i, first + next});
-    edge[i] = 1;
-  }
-  for (std::uint32_t i = 0; i < corners; ++i) {
-    strip.has_ring[i] = edge[i] != 0 && edge[(i + corners - 1) % corners] != 0 ? 1 : 0;
-  }
-}
 
 /// Half the cotangent of the angle at a, kept from vanishing and from taking over: the least
 /// energy is then unique and inside the rim's hull (order 1) whatever the triangles are like.
@@ -125,7 +99,7 @@ Sparse row_scale(const Strip& strip, const std::vector<int>& unknown) {
   const std::vector<double> area = areas(strip);
   std::vector<Entry> entries;
   for (std::size_t v = 0; v < unknown.size(); ++v) {
-    const bool rim = v < strip.has_ring.size() && strip.has_ring[v] != 0;
+    const bool rim = v < strip.is_whole.size() && strip.is_whole[v] != 0;
     if (unknown[v] < 0 && !rim) continue;
     entries.emplace_back(static_cast<int>(v), static_cast<int>(v), 1.0 / std::sqrt(area[v]));
   }
@@ -164,11 +138,16 @@ Eigen::MatrixXd least_energy(const Strip& strip, const std::vector<int>& unknown
 
 }  // namespace
 
-void PatchMesh::smooth(int order, std::span<const Vec3> rim_ring) {
+void PatchMesh::smooth(int order, const RimSheet& sheet) {
   if (corners_ == 0 || mesh_.size() == 0) return;
-  Strip strip{positions_, triangles(), std::vector<char>(corners_, 0)};
-  const bool has_ring = order >= 2 && rim_ring.size() == corners_;
-  if (has_ring) add_ring(strip, corners_, rim_ring);
+  Strip strip{positions_, triangles(), sheet.is_whole};
+  strip.is_whole.resize(corners_, 0);
+  const std::uint32_t first = size() - corners_;
+  strip.positions.insert(strip.positions.end(), sheet.positions.begin(), sheet.positions.end());
+  for (CornerTriangle t : sheet.triangles) {
+    for (std::uint32_t& v : t) v += v < corners_ ? 0 : first;
+    strip.triangles.push_back(t);
+  }
   const Vec3 center = positions_[0];  // so that coordinates far from the origin lose nothing
   for (Vec3& p : strip.positions) p = p - center;
   std::vector<int> unknown(strip.positions.size(), -1);

@@ -27,7 +27,7 @@ std::vector<RimEdge> sorted_rim_edges(const HoleProblem& problem) {
   return edges;
 }
 
-/// Calls visit(corner, triangle, k) where the triangle's edge k is the rim's edge after `corner`.
+/// Calls visit(corner, triangle) where an edge of the triangle is the rim's edge after `corner`.
 template <class Visit>
 void for_each_rim_face(const HoleProblem& problem, std::span<const Triangle> triangles,
                        bool of_patch, const Visit& visit) {
@@ -41,27 +41,17 @@ void for_each_rim_face(const HoleProblem& problem, std::span<const Triangle> tri
       if (!is_on_rim(edge[0]) || !is_on_rim(edge[1])) continue;
       if (of_patch) std::swap(edge[0], edge[1]);
       const auto at = std::lower_bound(edges.begin(), edges.end(), RimEdge{edge, 0});
-      if (at != edges.end() && at->in_sheet == edge) visit(at->corner, t, k);
+      if (at != edges.end() && at->in_sheet == edge) visit(at->corner, t);
     }
   }
 }
 
 void find_faces(const HoleProblem& problem, Rim& rim) {
-  const std::size_t n = rim.corners.size();
-  std::vector<Vec3> outward(n);  // of the corners, summed over their two faces
-  for_each_rim_face(problem, problem.sheet, false,
-                    [&](std::uint32_t i, const Triangle& t, std::uint32_t k) {
-                      const Vec3 from = problem.positions[t[k]];
-                      const Vec3 along = problem.positions[t[(k + 1) % 3]] - from;
-                      const Vec3 area = cross(along, problem.positions[t[(k + 2) % 3]] - from);
-                      rim.face_normals[i] = normalized(area);
-                      const Vec3 away = normalized(cross(area, along));
-                      outward[i] = outward[i] + away;
-                      outward[(i + 1) % n] = outward[(i + 1) % n] + away;
-                    });
-  for (std::size_t i = 0; i < n; ++i) {
-    rim.across[i] = rim.corners[i] + rim.spacing * normalized(outward[i]);
-  }
+  for_each_rim_face(problem, problem.sheet, false, [&](std::uint32_t i, const Triangle& t) {
+    const Vec3 a = problem.positions[t[0]];
+    rim.face_normals[i] =
+        normalized(cross(problem.positions[t[1]] - a, problem.positions[t[2]] - a));
+  });
 }
 
 }  // namespace
@@ -80,9 +70,35 @@ Rim find_rim(const HoleProblem& problem) {
     rim.radius = std::max(rim.radius, norm(rim.corners.back()));
   }
   rim.face_normals.resize(n);
-  rim.across.resize(n);
   find_faces(problem, rim);
   return rim;
+}
+
+RimSheet sheet_at_rim(const HoleProblem& problem, const Rim& rim) {
+  constexpr std::uint32_t kNone = UINT32_MAX;
+  const auto corners = static_cast<std::uint32_t>(problem.loop.size());
+  RimSheet sheet{{}, {}, std::vector<char>(corners, 1)};
+  std::vector<std::uint32_t> number(problem.positions.size(), kNone);
+  for (std::uint32_t i = 0; i < corners; ++i) {
+    const std::uint32_t v = problem.loop[i];
+    if (number[v] != kNone) sheet.is_whole[i] = sheet.is_whole[number[v]] = 0;
+    number[v] = i;
+  }
+  const std::vector<std::uint32_t> corner = number;
+  for (const Triangle& t : problem.sheet) {
+    if (corner[t[0]] == kNone && corner[t[1]] == kNone && corner[t[2]] == kNone) continue;
+    CornerTriangle moved{};
+    for (int k = 0; k < 3; ++k) {
+      std::uint32_t& v = number[t[k]];
+      if (v == kNone) {
+        v = corners + static_cast<std::uint32_t>(sheet.positions.size());
+        sheet.positions.push_back(problem.positions[t[k]] - rim.center);
+      }
+      moved[k] = v;
+    }
+    sheet.triangles.push_back(moved);
+  }
+  return sheet;
 }
 
 HolePatch patch_of_disc(const HoleProblem& problem, const Rim& rim, std::span<const Vec3> positions,
@@ -142,16 +158,14 @@ double rim_dihedral(const HoleProblem& problem, const HolePatch& patch) {
     return cross(at(t[1]) - a, at(t[2]) - a);
   };
   std::vector<Vec3> behind(problem.loop.size());
-  for_each_rim_face(
-      problem, problem.sheet, false,
-      [&](std::uint32_t i, const Triangle& t, std::uint32_t) { behind[i] = area_of(t); });
+  for_each_rim_face(problem, problem.sheet, false,
+                    [&](std::uint32_t i, const Triangle& t) { behind[i] = area_of(t); });
   double largest = 0.0;
-  for_each_rim_face(
-      problem, patch.triangles, true, [&](std::uint32_t i, const Triangle& t, std::uint32_t) {
-        const Vec3 area = area_of(t);
-        const double angle = std::atan2(norm(cross(area, behind[i])), dot(area, behind[i]));
-        largest = std::max(largest, angle);
-      });
+  for_each_rim_face(problem, patch.triangles, true, [&](std::uint32_t i, const Triangle& t) {
+    const Vec3 area = area_of(t);
+    const double angle = std::atan2(norm(cross(area, behind[i])), dot(area, behind[i]));
+    largest = std::max(largest, angle);
+  });
   return largest;
 }
 

@@ -20,11 +20,12 @@ struct Rim {
   /// Unit normals of the sheet's faces behind edges (i, i + 1); zero where there is none (an edge
   /// that the loop uses in both directions) or the face has no area.
   std::vector<Vec3> face_normals;
-  /// One spacing across the rim, in the sheet: from the corner along the mean of the directions
-  /// in the faces on both sides. The corner itself where there is no face.
-  std::vector<Vec3> across;
 };
 Rim find_rim(const HoleProblem& problem);
+
+/// The triangles of the sheet that have a corner. It is not whole at corners of a vertex that the
+/// loop visits several times: which triangles belong to which visit is not asked.
+RimSheet sheet_at_rim(const HoleProblem& problem, const Rim& rim);
 
 /// A patch from a disc whose corners are the loop's: triangles in the problem's numbers, the new
 /// vertices that they use, and the faces' normals at these. Method and reason are left to the

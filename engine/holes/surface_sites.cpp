@@ -7,6 +7,10 @@
 namespace orbweave {
 namespace {
 
+/// Least distance of points from one another, in rim spacings: nearer ones make the system as good
+/// as singular.
+constexpr double kLeastGap = 0.02;
+
 /// A vertex that may become a site.
 struct Candidate {
   double from_rim = 0.0;  ///< distance to the nearest corner
@@ -36,7 +40,8 @@ std::vector<Candidate> thin(std::span<const Candidate> candidates, double scale,
   constexpr double kGrowth = 0.5;  // of the spacing, per distance from the rim
   std::vector<Candidate> kept;
   for (const Candidate& candidate : candidates) {
-    const double apart = scale * (spacing + kGrowth * candidate.from_rim);
+    const double apart =
+        std::max(kLeastGap * spacing, scale * (spacing + kGrowth * candidate.from_rim));
     const bool clear = std::none_of(kept.begin(), kept.end(), [&](const Candidate& other) {
       return squared_norm(candidate.position - other.position) < apart * apart;
     });
@@ -62,26 +67,29 @@ double clear_offset(const HoleProblem& problem, std::uint32_t vertex, Vec3 norma
   return 0.0;
 }
 
+bool is_clear(std::span<const RbfSite> points, Vec3 place, double gap) {
+  return std::all_of(points.begin(), points.end(),
+                     [&](Vec3 other) { return squared_norm(other - place) > gap * gap; });
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> choose_sites(const HoleProblem& problem, const Rim& rim,
                                         std::uint32_t most) {
-  std::vector<Candidate> kept = candidates_by_distance(problem, rim);
-  if (kept.size() > most) {
-    const std::vector<Candidate> all = std::move(kept);
-    constexpr int kSteps = 6;
-    double few = 1.0, many = 0.0;
-    while ((kept = thin(all, few, rim.spacing, most)).size() > most) {
-      many = few;
-      few *= 2.0;
-    }
-    for (int step = 0; step < kSteps; ++step) {
-      const double middle = 0.5 * (few + many);
-      std::vector<Candidate> closer = thin(all, middle, rim.spacing, most);
-      const bool fits = closer.size() <= most;
-      (fits ? few : many) = middle;
-      if (fits) kept = std::move(closer);
-    }
+  const std::vector<Candidate> all = candidates_by_distance(problem, rim);
+  constexpr int kSteps = 6;
+  double few = 0.0, many = 0.0;  // scales that leave few enough sites and too many
+  std::vector<Candidate> kept;
+  while ((kept = thin(all, few, rim.spacing, most)).size() > most) {
+    many = few;
+    few = few == 0.0 ? 1.0 : 2.0 * few;
+  }
+  for (int step = 0; step < kSteps && few > 0.0; ++step) {
+    const double middle = 0.5 * (few + many);
+    std::vector<Candidate> closer = thin(all, middle, rim.spacing, most);
+    const bool fits = closer.size() <= most;
+    (fits ? few : many) = middle;
+    if (fits) kept = std::move(closer);
   }
   std::vector<std::uint32_t> sites;
   for (const Candidate& candidate : kept) sites.push_back(candidate.vertex);
@@ -95,13 +103,17 @@ SignedDistances signed_distances(const HoleProblem& problem, const Rim& rim,
     distances.points.push_back(problem.positions[v] - rim.center);
     distances.values.push_back(0.0);
   }
+  // Alternately to either side: as good as to both, and a third less to solve for.
   for (std::size_t i = 0; i < sites.size(); ++i) {
     const Vec3 normal = problem.normals[sites[i]];
-    for (const double side : {1.0, -1.0}) {
+    const double first = i % 2 == 0 ? 1.0 : -1.0;
+    for (const double side : {first, -first}) {
       const double offset = clear_offset(problem, sites[i], side * normal, rim.spacing);
-      if (offset == 0.0) continue;
-      distances.points.push_back(distances.points[i] + side * offset * normal);
+      const Vec3 place = distances.points[i] + side * offset * normal;
+      if (offset == 0.0 || !is_clear(distances.points, place, kLeastGap * rim.spacing)) continue;
+      distances.points.push_back(place);
       distances.values.push_back(side * offset);
+      break;
     }
   }
   return distances;

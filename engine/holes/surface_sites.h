@@ -18,7 +18,8 @@ std::vector<std::uint32_t> choose_sites(const HoleProblem& problem, const Rim& r
                                         std::uint32_t most);
 
 /// Signed distances for an interpolant in space, relative to the rim's centre: 0 at the sites, and
-/// as far along their normals to both sides as the nearest gathered vertex is still the site's own.
+/// for each one more point along its normal, to the outside for one, to the inside for the next; a
+/// spacing away, or nearer where another gathered vertex would be nearer to it than the site.
 struct SignedDistances {
   std::vector<RbfSite> points;  ///< first the sites
   std::vector<double> values;

@@ -16,7 +16,7 @@ namespace {
 
 /// s / |grad s|, the distance from the zero set to first order, and the direction away from it.
 struct Offset {
-  double distance = 0.0;
+  double distance = std::numeric_limits<double>::infinity();
   Vec3 direction;
   double slope = 0.0;
 };
@@ -28,17 +28,23 @@ Offset offset_from(const RbfInterpolant& rbf, Vec3 p) {
   return {at.value / slope, at.gradient / slope, slope};
 }
 
-/// Newton steps along the gradient, none longer than `longest`. The distance left.
-double project(const RbfInterpolant& rbf, double longest, int steps, Vec3& p) {
-  double left = std::numeric_limits<double>::infinity();
-  for (int step = 0; step < steps; ++step) {
-    const Offset offset = offset_from(rbf, p);
-    if (offset.slope == 0.0) return std::numeric_limits<double>::infinity();
-    left = std::abs(offset.distance);
-    if (left <= 1e-6 * longest) break;
-    p = p - std::clamp(offset.distance, -longest, longest) * offset.direction;
+/// How to reach the zero set: Newton steps along the gradient.
+struct Descent {
+  double longest = 0.0;  ///< of a step
+  double close = 0.0;    ///< distance at which the last step is taken
+  int steps = 0;
+};
+
+/// Moves p to the zero set; what was known before the last step.
+Offset project(const RbfInterpolant& rbf, const Descent& descent, Vec3& p) {
+  Offset offset;
+  for (int step = 0; step < descent.steps; ++step) {
+    offset = offset_from(rbf, p);
+    if (offset.slope == 0.0) break;
+    p = p - std::clamp(offset.distance, -descent.longest, descent.longest) * offset.direction;
+    if (std::abs(offset.distance) <= descent.close) break;
   }
-  return left;
+  return offset;
 }
 
 /// The interior points that triangles use, ascending.
@@ -54,17 +60,17 @@ std::vector<std::uint32_t> inner_points(const PatchMesh& disc) {
   return points;
 }
 
-/// Moves interior points towards their neighbours' mean, within the zero set.
-void relax(const RbfInterpolant& rbf, std::span<const std::uint32_t> points, PatchMesh& disc) {
+/// Moves interior points towards their neighbours' mean, along the zero set. `normals`: per point.
+void relax(std::span<const std::uint32_t> points, std::span<const Vec3> normals, PatchMesh& disc) {
   constexpr double kStep = 0.5;
   const std::vector<std::vector<std::uint32_t>> neighbors = disc.neighbors();
   const std::vector<Vec3> before = disc.positions();
-  for (const std::uint32_t v : points) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const std::uint32_t v = points[i];
     Vec3 mean;
     for (const std::uint32_t other : neighbors[v]) mean = mean + before[other];
     const Vec3 move = mean / static_cast<double>(neighbors[v].size()) - before[v];
-    const Vec3 normal = offset_from(rbf, before[v]).direction;
-    disc.positions()[v] = before[v] + kStep * (move - dot(move, normal) * normal);
+    disc.positions()[v] = before[v] + kStep * (move - dot(move, normals[i]) * normals[i]);
   }
 }
 
@@ -72,12 +78,15 @@ void relax(const RbfInterpolant& rbf, std::span<const std::uint32_t> points, Pat
 void settle(const RbfInterpolant& rbf, const Rim& rim, const PatchOptions& options,
             PatchMesh& disc) {
   constexpr int kRounds = 6;
-  constexpr int kSteps = 3;
   const double longest = std::max(0.5 * rim.spacing, 0.1 * rim.radius);
+  const Descent rough{longest, 0.05 * rim.spacing, 4};
   for (int round = 0; round < kRounds; ++round) {
     const std::vector<std::uint32_t> points = inner_points(disc);
-    for (const std::uint32_t v : points) project(rbf, longest, kSteps, disc.positions()[v]);
-    relax(rbf, points, disc);
+    std::vector<Vec3> normals;
+    for (const std::uint32_t v : points) {
+      normals.push_back(project(rbf, rough, disc.positions()[v]).direction);
+    }
+    relax(points, normals, disc);
     disc.collapse_short_edges(kShortestEdge * rim.spacing);
     if (points.size() < options.max_new_points) {
       disc.split_long_edges(kLongestEdge * rim.spacing,
@@ -85,9 +94,8 @@ void settle(const RbfInterpolant& rbf, const Rim& rim, const PatchOptions& optio
     }
     disc.flip_to_delaunay();
   }
-  for (const std::uint32_t v : inner_points(disc)) {
-    project(rbf, longest, 2 * kSteps, disc.positions()[v]);
-  }
+  const Descent fine{longest, 1e-3 * rim.spacing, 8};
+  for (const std::uint32_t v : inner_points(disc)) project(rbf, fine, disc.positions()[v]);
 }
 
 /// What is wrong with a disc on the zero set; empty: nothing.

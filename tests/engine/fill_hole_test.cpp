@@ -1,0 +1,378 @@
+#include "engine/holes/fill_hole.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <vector>
+
+#include "engine/holes/direct_fill.h"
+#include "engine/holes/patch_intersections.h"
+#include "engine/validation/mesh_facts.h"
+#include "tests/engine/hole_problems.h"
+#include "tests/support/clouds.h"
+#include "tests/support/meshes.h"
+
+using namespace orbweave;
+using namespace orbweave::test;
+
+namespace {
+
+void check_sound(const HoleProblem& problem, const HolePatch& patch) {
+  INFO(name_of(patch.method) << ": " << patch.reason);
+  REQUIRE(patch.method != FillMethod::kNone);
+  CHECK(patch_defect(problem, patch) == "");
+  for (const std::string& line : validate_mesh(pasted(problem, patch))) FAIL_CHECK(line);
+  REQUIRE(patch.normals.size() == patch.positions.size());
+  for (const Vec3 p : patch.positions) CHECK(is_finite(p));
+  for (const Vec3 normal : patch.normals) CHECK(norm(normal) == Approx(1.0));
+}
+
+/// Fills all holes of a closed shape from which something was taken; the result is closed again.
+std::vector<HolePatch> fill_all(const TriangleMesh& shape, const PatchOptions& options = {}) {
+  TriangleMesh mesh = shape;
+  std::vector<HolePatch> patches;
+  for (const HoleProblem& problem : problems_of(shape, 1e9)) {
+    const HolePatch patch = fill_hole(problem, options);
+    check_sound(problem, patch);
+    CHECK(count_intersections(problem, patch) == 0);
+    // The whole shape was gathered, so only vertices that no triangle uses are left out.
+    const auto base = static_cast<std::uint32_t>(mesh.vertices.positions.size());
+    std::vector<std::uint32_t> number;
+    for (const Vec3 p : problem.positions) {
+      const auto at =
+          std::find(shape.vertices.positions.begin(), shape.vertices.positions.end(), p);
+      number.push_back(static_cast<std::uint32_t>(at - shape.vertices.positions.begin()));
+    }
+    mesh.vertices.positions.insert(mesh.vertices.positions.end(), patch.positions.begin(),
+                                   patch.positions.end());
+    for (const Triangle& t : patch.triangles) {
+      Triangle moved;
+      for (int k = 0; k < 3; ++k) {
+        moved[k] = t[k] < number.size() ? number[t[k]]
+                                        : base + t[k] - static_cast<std::uint32_t>(number.size());
+      }
+      mesh.triangles.push_back(moved);
+    }
+    patches.push_back(patch);
+  }
+  CHECK(mesh_facts(mesh).watertight);
+  return patches;
+}
+
+/// A wavy height field, at any spacing.
+double waves(double x, double y) { return 0.1 * std::sin(3.0 * x) * std::cos(2.0 * y); }
+
+}  // namespace
+
+TEST_CASE("HolesOfThreeAndFourEdgesGetNoNewPoints") {
+  TriangleMesh shape = sphere_mesh(3);
+  const Triangle first = shape.triangles[100];
+  shape.triangles.erase(shape.triangles.begin() + 100);
+  SECTION("three edges") {}
+  SECTION("four edges") {
+    const auto shares_edge = [&](const Triangle& t) {
+      return std::count_if(t.begin(), t.end(), [&](std::uint32_t v) {
+               return std::count(first.begin(), first.end(), v) > 0;
+             }) == 2;
+    };
+    shape.triangles.erase(
+        std::find_if(shape.triangles.begin(), shape.triangles.end(), shares_edge));
+  }
+  const std::vector<HolePatch> patches = fill_all(shape);
+  REQUIRE(patches.size() == 1);
+  CHECK(patches[0].method == FillMethod::kDirect);
+  CHECK(patches[0].positions.empty());
+  CHECK(patches[0].rim_dihedral_rad < 0.3);
+}
+
+TEST_CASE("TriangleThatTheSheetHasAlreadyIsClosedAboutANewVertex") {
+  // One triangle alone: its border is its own three edges, the other way round.
+  TriangleMesh shape;
+  shape.vertices.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  shape.triangles = {{0, 1, 2}};
+  const HoleProblem problem = only_problem_of(shape);
+  const HolePatch patch = fill_hole(problem);
+  check_sound(problem, patch);
+  CHECK(patch.positions.size() == 1);
+  CHECK(mesh_facts(pasted(problem, patch)).watertight);
+}
+
+TEST_CASE("ForbiddenDiagonalsAreNotUsed") {
+  // A square hole whose diagonals other triangles have: a tent on either side of it.
+  HoleProblem problem;
+  problem.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  problem.normals.assign(4, {0, 0, 1});
+  problem.loop = {0, 1, 2, 3};
+  SECTION("one") {
+    problem.forbidden = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {2, 3}};
+    const HolePatch patch = fill_hole(problem);
+    CHECK(patch_defect(problem, patch) == "");
+    CHECK(patch.positions.empty());
+    REQUIRE(patch.triangles.size() == 2);
+    const std::set<std::uint32_t> first(patch.triangles[0].begin(), patch.triangles[0].end());
+    CHECK(first.count(1) == 1);
+    CHECK(first.count(3) == 1);
+  }
+  SECTION("both") {
+    problem.forbidden = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+    const HolePatch patch = fill_hole(problem);
+    CHECK(patch_defect(problem, patch) == "");
+    REQUIRE(patch.positions.size() == 1);
+    CHECK(patch.positions[0] == Vec3{0.5, 0.5, 0.0});
+    CHECK(patch.triangles.size() == 4);
+  }
+}
+
+TEST_CASE("LargeLoopWithAllChordsForbiddenIsClosedAllTheSame") {
+  HoleProblem problem = inner_problem_of(
+      without(height_field(20, waves), [](Vec3 p) { return std::hypot(p.x, p.y) < 0.5; }));
+  for (const std::uint32_t a : problem.loop) {
+    for (const std::uint32_t b : problem.loop) {
+      if (a < b) problem.forbidden.push_back({a, b});
+    }
+  }
+  std::sort(problem.forbidden.begin(), problem.forbidden.end());
+  problem.forbidden.erase(std::unique(problem.forbidden.begin(), problem.forbidden.end()),
+                          problem.forbidden.end());
+  check_sound(problem, fill_hole(problem));
+  check_sound(problem, direct_fill(problem));
+}
+
+TEST_CASE("FigureEightIsClosedAsOneLoop") {
+  // Two squares of a grid that meet in a vertex.
+  const TriangleMesh shape = without(height_field(16, waves), [](Vec3 p) {
+    return (p.x > 0.0 && p.x < 0.375 && p.y > 0.0 && p.y < 0.375) ||
+           (p.x < 0.0 && p.x > -0.375 && p.y < 0.0 && p.y > -0.375);
+  });
+  for (const HoleProblem& problem : problems_of(shape)) {
+    if (problem.loop.size() == 64) continue;  // the border
+    const HolePatch patch = fill_hole(problem);
+    check_sound(problem, patch);
+    CHECK(count_intersections(problem, patch) == 0);
+    const MeshFacts facts = mesh_facts(pasted(problem, patch));
+    CHECK(facts.nonmanifold_edges == 0);
+  }
+}
+
+TEST_CASE("LoopThatVisitsAVertexTwiceIsClosedByEveryMethod") {
+  // The pinched vertex 0 lies in the middle of one loop; no chord may use it twice over.
+  HoleProblem problem;
+  problem.positions = {{0, 0, 0},     {1, 0.2, 0}, {1, 1, 0},    {0.2, 1, 0},
+                       {-1, -0.2, 0}, {-1, -1, 0}, {-0.2, -1, 0}};
+  problem.normals.assign(7, {0, 0, 1});
+  problem.loop = {0, 1, 2, 3, 0, 4, 5, 6};
+  for (std::size_t i = 0; i < 8; ++i) {
+    const std::uint32_t a = problem.loop[i], b = problem.loop[(i + 1) % 8];
+    problem.forbidden.push_back({std::min(a, b), std::max(a, b)});
+  }
+  std::sort(problem.forbidden.begin(), problem.forbidden.end());
+  const auto close = [&](const HolePatch& patch) {
+    REQUIRE(patch.method != FillMethod::kNone);
+    CHECK(patch_defect(problem, patch) == "");
+  };
+  close(fill_hole(problem));
+  close(direct_fill(problem));
+  const PatchOptions all_direct{.direct_edges = 100};
+  close(fill_hole(problem, all_direct));
+}
+
+TEST_CASE("MonkeySaddleIsFilledInItsPlane") {
+  const auto height = [](double x, double y) { return 0.5 * (x * x * x - 3.0 * x * y * y); };
+  const HoleProblem problem = inner_problem_of(
+      without(height_field(32, height), [](Vec3 p) { return std::hypot(p.x, p.y) < 0.4; }));
+  const HolePatch patch = fill_hole(problem);
+  check_sound(problem, patch);
+  CHECK(patch.method == FillMethod::kPlane);
+  for (const Vec3 p : patch.positions) CHECK(p.z == Approx(height(p.x, p.y)).margin(0.01));
+}
+
+TEST_CASE("SheetCloseBehindIsNotTouched") {
+  // A thin wall: both sides are one piece, the hole is on one of them.
+  const double gap = 0.3;
+  const TriangleMesh shape = moved(cube_mesh(24), [&](Vec3 p) {
+    return Vec3{2.0 * p.x - 1.0, 2.0 * p.y - 1.0, gap * (p.z - 0.5)};
+  });
+  const TriangleMesh open =
+      without(shape, [&](Vec3 p) { return p.z > 0.49 * gap && std::hypot(p.x, p.y) < 0.6; });
+  const std::vector<HolePatch> patches = fill_all(open);
+  REQUIRE(patches.size() == 1);
+  for (const Vec3 p : patches[0].positions) CHECK(p.z == Approx(0.5 * gap).margin(0.01));
+}
+
+TEST_CASE("TunnelThroughAWallIsClosedByTwoPatches") {
+  const TriangleMesh shape = moved(cube_mesh(24), [](Vec3 p) {
+    return Vec3{2.0 * p.x - 1.0, 2.0 * p.y - 1.0, 0.4 * (p.z - 0.5)};
+  });
+  const TriangleMesh open =
+      without(shape, [&](Vec3 p) { return std::abs(p.z) > 0.199 && std::hypot(p.x, p.y) < 0.5; });
+  CHECK(fill_all(open).size() == 2);
+}
+
+TEST_CASE("EndsOfTubesAndRimsOfHemispheresClose") {
+  SECTION("tube") {
+    const std::vector<HolePatch> patches = fill_all(open_tube(32, 12));
+    REQUIRE(patches.size() == 1);
+    CHECK(patches[0].method == FillMethod::kImplicit);
+    CHECK(patches[0].rim_dihedral_rad < 1.0);
+    CHECK(!patches[0].reason.empty());
+  }
+  SECTION("hemisphere") {
+    const std::vector<HolePatch> patches =
+        fill_all(without(sphere_mesh(4), [](Vec3 p) { return p.z > 0.0; }));
+    REQUIRE(patches.size() == 1);
+    for (const Vec3 p : patches[0].positions) CHECK(norm(p) == Approx(1.0).margin(0.03));
+    CHECK(patches[0].rim_dihedral_rad < 0.35);
+  }
+}
+
+TEST_CASE("HoleOverAnEdgeCloses") {
+  const std::vector<HolePatch> patches = fill_all(without(cube_mesh(20), [](Vec3 p) {
+    return norm(p - Vec3{1.0, 1.0, 0.5}) < 0.2;
+  }));
+  REQUIRE(patches.size() == 1);
+  const std::vector<HolePatch> corner = fill_all(without(cube_mesh(20), [](Vec3 p) {
+    return norm(p - Vec3{1.0, 1.0, 1.0}) < 0.25;
+  }));
+  REQUIRE(corner.size() == 1);
+}
+
+TEST_CASE("HalfATorusCloses") {
+  const TriangleMesh whole = torus_mesh(1600);
+  SECTION("cut across: two ends of a tube") {
+    CHECK(fill_all(without(whole, [](Vec3 p) { return p.y > 0.0; })).size() == 2);
+  }
+  SECTION("a disc of three eighths of it") {
+    const TriangleMesh open = without(
+        whole, [](Vec3 p) { return p.y > 0.0 && !(p.z < 0.0 && std::hypot(p.x, p.y) < 1.0); });
+    const std::vector<HolePatch> patches = fill_all(open);
+    REQUIRE(patches.size() == 1);
+    for (const Vec3 p : patches[0].positions) CHECK(norm(p) < 2.0);
+  }
+}
+
+TEST_CASE("PatchDoesNotDependOnWhereTheLoopBegins") {
+  const std::vector<TriangleMesh> shapes = {
+      open_tube(16, 6),
+      without(sphere_mesh(3), [](Vec3 p) { return p.z > 0.5; }),
+      without(cube_mesh(12),
+              [](Vec3 p) {
+                return norm(p - Vec3{1.0, 1.0, 0.5}) < 0.2;
+              }),
+  };
+  for (const TriangleMesh& shape : shapes) {
+    HoleProblem problem = only_problem_of(shape);
+    const HolePatch expected = fill_hole(problem);
+    for (int turn = 0; turn < 3; ++turn) {
+      std::rotate(problem.loop.begin(), problem.loop.begin() + 1, problem.loop.end());
+      const HolePatch patch = fill_hole(problem);
+      CHECK(patch.positions == expected.positions);
+      CHECK(patch.triangles == expected.triangles);
+      CHECK(patch.normals == expected.normals);
+      CHECK(patch.rim_dihedral_rad == expected.rim_dihedral_rad);
+    }
+  }
+}
+
+TEST_CASE("UnitsAndPlaceDoNotMatter") {
+  const std::vector<TriangleMesh> shapes = {
+      open_tube(16, 6),
+      without(sphere_mesh(3), [](Vec3 p) { return p.z > 0.5; }),
+      without(cube_mesh(12),
+              [](Vec3 p) {
+                return norm(p - Vec3{1.0, 1.0, 0.5}) < 0.2;
+              }),
+      without(height_field(24, waves), [](Vec3 p) { return std::hypot(p.x, p.y) < 0.3; }),
+  };
+  for (const TriangleMesh& shape : shapes) {
+    const std::size_t holes = problems_of(shape).size();
+    const HolePatch expected = fill_hole(problems_of(shape)[holes - 1]);
+    const auto check = [&](double scale, Vec3 offset) {
+      const std::vector<HoleProblem> problems = problems_of(transformed(shape, scale, offset));
+      REQUIRE(problems.size() == holes);
+      const HolePatch patch = fill_hole(problems[holes - 1]);
+      check_sound(problems[holes - 1], patch);
+      CHECK(patch.method == expected.method);
+      CHECK(patch.rim_dihedral_rad == Approx(expected.rim_dihedral_rad).margin(0.2));
+    };
+    check(1e-6, {});
+    check(1e6, {});
+    check(0x1p-4, {500000.0, 5400000.0, 300.0});
+  }
+}
+
+TEST_CASE("RandomClosedPolygonsAreClosedSoundlyOrLeftOpenWithAReason") {
+  Random random(11);
+  for (int round = 0; round < 300; ++round) {
+    HoleProblem problem;
+    const std::size_t n = 3 + random.below(20);
+    for (std::size_t i = 0; i < n; ++i) {
+      problem.positions.push_back(random.direction());
+      problem.normals.push_back(round % 2 == 0 ? random.direction() : Vec3{});
+      problem.loop.push_back(static_cast<std::uint32_t>(i));
+      const auto next = static_cast<std::uint32_t>((i + 1) % n);
+      problem.forbidden.push_back(
+          {std::min(problem.loop.back(), next), std::max(problem.loop.back(), next)});
+    }
+    // Some vertices are visited again.
+    if (n > 8 && round % 3 == 0) problem.loop[5] = problem.loop[1];
+    std::sort(problem.forbidden.begin(), problem.forbidden.end());
+    const HolePatch patch = fill_hole(problem);
+    if (patch.method == FillMethod::kNone) {
+      CHECK(!patch.reason.empty());
+      CHECK(patch.triangles.empty());
+    } else {
+      CHECK(patch_defect(problem, patch) == "");
+    }
+    const HolePatch direct = direct_fill(problem);
+    REQUIRE(direct.method == FillMethod::kDirect);
+    CHECK(patch_defect(problem, direct) == "");
+  }
+}
+
+TEST_CASE("WhatIsNoLoopIsLeftOpenWithAReason") {
+  HoleProblem problem;
+  problem.positions = {{0, 0, 0}, {1, 0, 0}, {0, std::nan(""), 0}};
+  problem.normals.assign(3, {});
+  for (const std::vector<std::uint32_t>& loop :
+       {std::vector<std::uint32_t>{}, {0}, {0, 1}, {0, 1, 2}, {0, 1, 7}}) {
+    problem.loop = loop;
+    const HolePatch patch = fill_hole(problem);
+    CHECK(patch.method == FillMethod::kNone);
+    CHECK(!patch.reason.empty());
+  }
+}
+
+TEST_CASE("LoopInOnePlaceIsStillClosed") {
+  HoleProblem problem;
+  problem.positions.assign(6, {1.0, 2.0, 3.0});
+  problem.normals.assign(6, {});
+  problem.loop = {0, 1, 2, 3, 4, 5};
+  const HolePatch patch = fill_hole(problem);
+  CHECK(patch.method == FillMethod::kDirect);
+  CHECK(patch_defect(problem, patch) == "");
+}
+
+TEST_CASE("TooManyNewPointsLeaveAHoleOpen") {
+  const HoleProblem problem = inner_problem_of(
+      without(height_field(40, waves), [](Vec3 p) { return std::hypot(p.x, p.y) < 0.6; }));
+  PatchOptions options;
+  options.max_new_points = 50;
+  const HolePatch patch = fill_hole(problem, options);
+  CHECK(patch.method == FillMethod::kNone);
+  CHECK(patch.reason.find("50 new points") != std::string::npos);
+}
+
+TEST_CASE("SmallHolesTakeMicroseconds") {
+  TriangleMesh shape = sphere_mesh(3);
+  shape.triangles.erase(shape.triangles.begin() + 100);
+  const HoleProblem problem = only_problem_of(shape);
+  const auto begin = std::chrono::steady_clock::now();
+  std::size_t triangles = 0;
+  for (int i = 0; i < 1000; ++i) triangles += fill_hole(problem).triangles.size();
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
+  CHECK(triangles == 1000);
+  CHECK(elapsed.count() < 0.5);  // generous: sanitizers and busy machines
+}
