@@ -5,7 +5,6 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <fstream>
 #include <set>
 
 #include "engine/validation/mesh_facts.h"
@@ -185,14 +184,7 @@ TEST_CASE("ADamagedPatchIsComputedAgain") {
   const std::string expected = mesh_bytes(job);
   const auto victim = std::filesystem::path(job.run.work_dir) / kHoleStage / "000000.h5";
   REQUIRE(std::filesystem::exists(victim));
-  {
-    std::fstream file(victim, std::ios::in | std::ios::out | std::ios::binary);
-    const auto middle = static_cast<std::streamoff>(std::filesystem::file_size(victim) / 2);
-    file.seekg(middle);
-    const int byte = file.get();
-    file.seekp(middle);
-    file.put(static_cast<char>(byte ^ 0x40));
-  }
+  test::damage(victim);
   REQUIRE((mesh_bytes(job) == expected));
 }
 

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <sstream>
 
@@ -192,14 +191,7 @@ TEST_CASE("DamagedResultsAreComputedAgain") {
     run(job);
     const auto victim = std::filesystem::path(job.run.work_dir) / stage / "000002.h5";
     REQUIRE(std::filesystem::exists(victim));
-    {
-      std::fstream file(victim, std::ios::in | std::ios::out | std::ios::binary);
-      const auto middle = static_cast<std::streamoff>(std::filesystem::file_size(victim) / 2);
-      file.seekg(middle);
-      const int byte = file.get();
-      file.seekp(middle);
-      file.put(static_cast<char>(byte ^ 0x40));
-    }
+    test::damage(victim);
     INFO(stage);
     REQUIRE((mesh_bytes(job) == expected));
   }

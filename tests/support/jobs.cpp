@@ -18,6 +18,15 @@ std::string bytes_of(const std::filesystem::path& file) {
   return all.str();
 }
 
+void damage(const std::filesystem::path& victim) {
+  std::fstream file(victim, std::ios::in | std::ios::out | std::ios::binary);
+  const auto middle = static_cast<std::streamoff>(std::filesystem::file_size(victim) / 2);
+  file.seekg(middle);
+  const int byte = file.get();
+  file.seekp(middle);
+  file.put(static_cast<char>(byte ^ 0x40));
+}
+
 void paint(PointCloud& cloud) {
   cloud.schema.attributes = {{"red", ScalarType::kUint8}, {"intensity", ScalarType::kFloat32}};
   for (const Vec3& p : cloud.positions) {

@@ -34,6 +34,8 @@ class RecordingProgress : public Progress {
 };
 
 std::string bytes_of(const std::filesystem::path& file);
+/// Flips a bit in the middle of the file.
+void damage(const std::filesystem::path& file);
 
 /// Colours that follow from the position, so that a mix-up of rows shows.
 void paint(PointCloud& cloud);
