@@ -83,7 +83,8 @@ std::string index_defect(const HoleProblem& problem, const HolePatch& patch) {
   return "";
 }
 
-/// Rim edges once and in the loop's direction, edges inside once in each.
+/// Rim edges once and in the loop's direction, edges inside once in each, and so those that the
+/// loop runs along both ways.
 std::string edge_defect(const HoleProblem& problem, const std::vector<Edge>& edges,
                         const std::vector<Edge>& rim) {
   std::vector<Edge> sheet = edges_of(problem.sheet);
@@ -95,7 +96,8 @@ std::string edge_defect(const HoleProblem& problem, const std::vector<Edge>& edg
     const bool on_reverse = contains(rim, reverse);
     const bool inside = contains(edges, reverse);
     if (on_reverse && !on_rim) return text_of(edge) + " runs against the loop";
-    if (!on_rim && !inside) return text_of(edge) + " is a boundary that is not the loop's";
+    if (!inside && (!on_rim || on_reverse))
+      return text_of(edge) + " is a boundary that is not the loop's";
     if (on_rim) continue;
     if (std::binary_search(problem.forbidden.begin(), problem.forbidden.end(), undirected(edge))) {
       return text_of(edge) + " is forbidden";
@@ -105,6 +107,8 @@ std::string edge_defect(const HoleProblem& problem, const std::vector<Edge>& edg
     }
   }
   for (const Edge& edge : rim) {
+    // What the loop runs along both ways is no boundary: it may have been cut.
+    if (contains(rim, {edge[1], edge[0]})) continue;
     if (!contains(edges, edge)) return "rim " + text_of(edge) + " stays open";
   }
   return "";

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/holes/bridges.h"
 #include "engine/holes/hole_frame.h"
 #include "engine/holes/patch_mesh.h"
 #include "engine/holes/patch_values.h"
@@ -129,6 +130,58 @@ class PatchSurface {
   const RbfInterpolant& heights_;
 };
 
+// The rim with its corners relative to `origin`, as the frame and the heights are.
+Rim rim_about(const HoleProblem& problem, Vec3 origin) {
+  Rim rim = find_rim(problem);
+  const Vec3 shift = rim.center - origin;
+  for (Vec3& corner : rim.corners) corner = corner + shift;
+  rim.center = origin;
+  return rim;
+}
+
+// The patch over the plane with these heights; none where the loop cannot be triangulated or takes
+// too many points.
+HolePatch patch_over_plane(const HoleProblem& problem, const HoleFrame& frame, Vec3 origin,
+                           const RbfInterpolant& heights, const PatchOptions& options) {
+  const Rim rim = rim_about(problem, origin);
+  std::vector<GridPoint> points;
+  std::vector<Vec3> places;
+  for (const Vec3 corner : rim.corners) {
+    places.push_back(frame.to_frame(corner));
+    points.push_back({places.back(), {}});
+  }
+  const PlaneOutline outline(std::move(places), grid_clearance(rim));
+  const auto grid = plane_grid(rim, outline, heights, options.max_new_points);
+  if (!grid) return no_patch(too_many_points(options));
+  points.insert(points.end(), grid->begin(), grid->end());
+  const PlaneDisc disc = triangulate(problem, rim, std::move(points));
+  HolePatch patch = PatchSurface(problem, rim, frame, heights).patch_of(disc);
+  if (patch.triangles.empty()) return no_patch("the loop could not be triangulated in its plane");
+  patch.method = FillMethod::kPlane;
+  return patch;
+}
+
+// The same with bridges to islands cut into edges like the rim's, on the interpolant as well.
+HolePatch patch_with_bridges(const HoleProblem& problem, const Rim& rim, const HoleFrame& frame,
+                             const RbfInterpolant& heights, const PatchOptions& options) {
+  const auto on_patch = [&](std::uint32_t a, std::uint32_t b, double share) {
+    const Vec3 from = frame.to_frame(problem.positions[a] - rim.center);
+    Vec3 place = from + share * (frame.to_frame(problem.positions[b] - rim.center) - from);
+    place.z = heights.evaluate(place);
+    return rim.center + frame.to_space(place);
+  };
+  const BridgedProblem bridged = cut_bridges(problem, rim.spacing, on_patch);
+  HolePatch patch = patch_over_plane(bridged.problem, frame, rim.center, heights, options);
+  if (patch.method == FillMethod::kNone) return patch;
+  give_bridge_points(bridged, patch);
+  for (std::uint32_t v = 0; v < bridged.points; ++v) {
+    const Vec3 place = frame.to_frame(patch.positions[v] - rim.center);
+    const Vec3 slope = heights.evaluate_with_gradient(place).gradient;
+    patch.normals[v] = normalized(frame.to_space({-slope.x, -slope.y, 1.0}));
+  }
+  return patch;
+}
+
 }  // namespace
 
 HolePatch plane_fill(const HoleProblem& problem, const PatchOptions& options) {
@@ -146,16 +199,10 @@ HolePatch plane_fill(const HoleProblem& problem, const PatchOptions& options) {
   const RbfInterpolant heights = fit_heights(sites.places, rim.spacing, options);
   if (!heights.valid()) return no_patch("the points around it determine no interpolant");
 
-  const auto grid = plane_grid(rim, outline, heights, options.max_new_points);
-  if (!grid) return no_patch(too_many_points(options));
-  std::vector<GridPoint> points;
-  for (const Vec3 place : places) points.push_back({place, {}});
-  points.insert(points.end(), grid->begin(), grid->end());
-  const PlaneDisc disc = triangulate(problem, rim, std::move(points));
-
-  HolePatch patch = PatchSurface(problem, rim, frame, heights).patch_of(disc);
-  if (patch.triangles.empty()) return no_patch("the loop could not be triangulated in its plane");
-  patch.method = FillMethod::kPlane;
+  HolePatch patch = has_bridges(problem)
+                        ? patch_with_bridges(problem, rim, frame, heights, options)
+                        : patch_over_plane(problem, frame, rim.center, heights, options);
+  if (patch.method == FillMethod::kNone) return patch;
   patch.values = values_from_sites(problem, sites.vertices, patch.positions, options);
   patch.sites = heights.sites();
   patch.residual = largest_residual(heights, sites.places);

@@ -243,6 +243,16 @@ TEST_CASE("AnIslandInAHoleIsJoinedToTheRest") {
   CHECK(std::count_if(filled.holes.begin(), filled.holes.end(),
                       [](const HoleFacts& hole) { return hole.joined_to != 0; }) == 2);
   CHECK(farthest_new_vertex(mesh, filled, [&](Vec3 p) { return p.z - ground(p).z; }) < 0.003);
+  // The way over to the island is as fine as the rest.
+  double longest = 0.0;
+  for (std::size_t t = mesh.triangles.size(); t < filled.mesh.triangles.size(); ++t) {
+    const Triangle& corners = filled.mesh.triangles[t];
+    const std::vector<Vec3>& at = filled.mesh.vertices.positions;
+    for (int k = 0; k < 3; ++k) {
+      longest = std::max(longest, norm(at[corners[k]] - at[corners[(k + 1) % 3]]));
+    }
+  }
+  CHECK(longest < 4.0 / 60.0);
 }
 
 TEST_CASE("APieceThatFacesTheOtherWayIsNoIsland") {
