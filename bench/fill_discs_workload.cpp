@@ -46,6 +46,23 @@ double least_normal_cosine(const MeshIndex& index, const Disc& disc) {
   return least;
 }
 
+/// What was cut out, as a patch.
+Patch removed_patch(const MeshIndex& index, const Disc& disc) {
+  const std::vector<Vec3>& positions = index.mesh().vertices.positions;
+  Patch patch;
+  for (const std::uint32_t v : disc.removed) patch.positions.push_back(positions[v]);
+  for (const std::uint32_t f : disc.faces) {
+    Triangle t = index.mesh().triangles[f];
+    for (std::uint32_t& v : t) {
+      const auto at = std::lower_bound(disc.removed.begin(), disc.removed.end(), v);
+      if (at == disc.removed.end() || *at != v) continue;
+      v = static_cast<std::uint32_t>(positions.size() + (at - disc.removed.begin()));
+    }
+    patch.triangles.push_back(t);
+  }
+  return patch;
+}
+
 /// Where the meshes of a hole go; empty: nowhere.
 std::string case_stem(const DiscWorkload& work, const Disc& disc, double radius_spacings) {
   if (work.cases.empty()) return {};
@@ -60,9 +77,7 @@ void write_patches(const std::string& stem, const MeshIndex& index, const Disc& 
                    const Patch& ours, const Patch& theirs) {
   write_mesh(stem + "-engine.ply", patch_mesh(index, ours));
   write_mesh(stem + "-cgal.ply", patch_mesh(index, theirs));
-  Patch removed;
-  for (const std::uint32_t f : disc.faces) removed.triangles.push_back(index.mesh().triangles[f]);
-  write_mesh(stem + "-removed.ply", patch_mesh(index, removed));
+  write_mesh(stem + "-removed.ply", patch_mesh(index, removed_patch(index, disc)));
 }
 
 /// The engine gathers within `neighborhood` radii of the rim's centre; a little more lies here, so
@@ -95,6 +110,8 @@ void refill(const MeshIndex& index, const Disc& disc, double radius_spacings,
       {"measured_points", measured_points(index, disc).size()},
       {"rim_edges", disc.rim.size()},
       {"least_normal_cosine", least_normal_cosine(index, disc)},
+      {"removed_intersections",
+       quality_of(index, disc, removed_patch(index, disc)).self_intersections},
       {"engine", facts_of(ours, quality_of(index, disc, ours), index.spacing())},
       {"cgal", facts_of(theirs, quality_of(index, disc, theirs), index.spacing())},
   };
