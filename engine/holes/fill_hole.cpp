@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "engine/holes/direct_fill.h"
 #include "engine/holes/implicit_fill.h"
+#include "engine/holes/loop_parts.h"
 #include "engine/holes/patch_intersections.h"
 #include "engine/holes/plane_fill.h"
 #include "engine/holes/rim.h"
@@ -36,61 +38,66 @@ HolePatch left_open(std::string reason) {
   return patch;
 }
 
+/// a; b
+std::string joined(std::string a, std::string_view b) {
+  if (!a.empty() && !b.empty()) a += "; ";
+  return a += b;
+}
+
 /// Tries methods until one does.
 class Attempts {
  public:
   Attempts(const HoleProblem& problem, const PatchOptions& options)
       : problem_(problem), options_(options) {}
 
-  using Method = HolePatch (*)(const HoleProblem&, const PatchOptions&);
+  using Method = std::function<HolePatch(const HoleProblem&, const PatchOptions&)>;
   /// True when the method's patch is sound and meets nothing.
-  bool try_method(std::string_view name, Method method) {
+  bool try_method(const Method& method) {
     HolePatch patch = method(problem_, options_);
-    if (patch.method == FillMethod::kNone) {
-      add_reason(name, patch.reason);
-      too_large_ = too_large_ || patch.reason == too_many_points(options_);
-      return false;
-    }
+    if (patch.method == FillMethod::kNone) return fails(patch.reason);
     if (const std::string defect = patch_defect(problem_, patch); !defect.empty()) {
-      add_reason(name, defect);
-      return false;
+      return fails(defect);
     }
     const std::uint64_t contacts = count_intersections(problem_, patch, fewest_contacts_);
-    if (contacts > 0) add_reason(name, "meets the surface");
     if (contacts < fewest_contacts_) {
       best_ = std::move(patch);
       fewest_contacts_ = contacts;
     }
-    return contacts == 0;
+    if (contacts > 0) return fails("the patch meets the surface");
+    return true;
   }
 
   /// A hole that calls for too many points is not closed by a few large triangles instead.
   bool is_too_large() const { return too_large_ && best_.method == FillMethod::kNone; }
 
   HolePatch result() {
-    if (best_.method == FillMethod::kNone) return left_open(reasons_);
-    if (fewest_contacts_ > 0 && !options_.allow_intersections) return left_open(reasons_);
-    if (best_.reason.empty()) {
-      best_.reason = std::move(reasons_);
-    } else if (!reasons_.empty()) {
-      best_.reason = reasons_ + "; " + best_.reason;
+    if (best_.method == FillMethod::kNone) {
+      return left_open(last_fault_ == first_fault_ ? first_fault_
+                                                   : joined(first_fault_, last_fault_));
     }
+    if (fewest_contacts_ == 0) {
+      best_.reason = joined(first_fault_, best_.reason);
+      return std::move(best_);
+    }
+    if (!options_.allow_intersections) return left_open("every patch meets the surface");
+    best_.reason = joined(best_.reason, "every patch meets the surface, this one " +
+                                            std::to_string(fewest_contacts_) + " times");
     return std::move(best_);
   }
 
  private:
-  void add_reason(std::string_view name, std::string_view reason) {
-    if (!reasons_.empty()) reasons_ += "; ";
-    reasons_ += name;
-    reasons_ += ": ";
-    reasons_ += reason;
+  bool fails(const std::string& fault) {
+    (first_fault_.empty() ? first_fault_ : last_fault_) = fault;
+    too_large_ = too_large_ || fault == too_many_points(options_);
+    return false;
   }
 
   const HoleProblem& problem_;
   const PatchOptions& options_;
   HolePatch best_;
   std::uint64_t fewest_contacts_ = UINT64_MAX;
-  std::string reasons_;
+  std::string first_fault_;  ///< of the simplest method
+  std::string last_fault_;
   bool too_large_ = false;
 };
 
@@ -106,21 +113,38 @@ HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options) {
     return left_open(std::move(defect));
   }
   if (!options.allow_intersections && count_intersections(problem, patch, 1) > 0) {
-    return left_open("direct: meets the surface");
+    return left_open("every patch meets the surface");
   }
   return patch;
 }
 
-HolePatch fill_canonical(const HoleProblem& problem, const PatchOptions& options) {
+/// A loop whose corners are all different.
+HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
   const bool has_extent = rim_spacing(problem) > 0.0;
   if (problem.loop.size() <= options.direct_edges || !has_extent) {
     return fill_small(problem, options);
   }
   Attempts attempts(problem, options);
-  const bool is_done = attempts.try_method("plane", plane_fill) ||
-                       attempts.try_method("implicit", implicit_fill) || attempts.is_too_large() ||
-                       attempts.try_method("membrane", membrane_fill);
-  if (!is_done) attempts.try_method("direct", fill_directly);
+  const bool is_done = attempts.try_method(plane_fill) || attempts.try_method(implicit_fill) ||
+                       attempts.is_too_large() || attempts.try_method(membrane_fill);
+  if (!is_done) attempts.try_method(fill_directly);
+  return attempts.result();
+}
+
+HolePatch fill_parts(const HoleProblem& problem, const PatchOptions& options) {
+  HolePatch patch =
+      fill_by_parts(problem, [&](const HoleProblem& part) { return fill_simple(part, options); });
+  if (patch.method != FillMethod::kNone) patch.reason = "taken apart where the loop touches itself";
+  return patch;
+}
+
+HolePatch fill_canonical(const HoleProblem& problem, const PatchOptions& options) {
+  if (simple_parts(problem.loop).empty()) return fill_simple(problem, options);
+  Attempts attempts(problem, options);
+  const bool is_done = attempts.try_method(plane_fill) || attempts.try_method(implicit_fill) ||
+                       attempts.is_too_large() || attempts.try_method(fill_parts) ||
+                       attempts.try_method(membrane_fill);
+  if (!is_done) attempts.try_method(fill_directly);
   return attempts.result();
 }
 

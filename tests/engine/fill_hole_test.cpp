@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/holes/direct_fill.h"
+#include "engine/holes/loop_parts.h"
 #include "engine/holes/patch_intersections.h"
 #include "engine/validation/mesh_facts.h"
 #include "tests/engine/hole_problems.h"
@@ -177,6 +178,66 @@ TEST_CASE("LoopThatVisitsAVertexTwiceIsClosedByEveryMethod") {
   close(direct_fill(problem));
   const PatchOptions all_direct{.direct_edges = 100};
   close(fill_hole(problem, all_direct));
+}
+
+TEST_CASE("LoopsAreTakenApartWhereTheyTouchThemselves") {
+  using Loops = std::vector<std::vector<std::uint32_t>>;
+  CHECK(simple_parts({0, 1, 2, 3}).empty());
+  CHECK(simple_parts({0, 1, 2, 0, 3, 4, 5}) == Loops{{0, 1, 2}, {0, 3, 4, 5}});
+  CHECK(simple_parts({0, 1, 2, 3, 4, 2, 5}) == Loops{{2, 3, 4}, {0, 1, 2, 5}});
+  CHECK(simple_parts({0, 1, 2, 0, 3, 4, 0, 5, 6}) == Loops{{0, 1, 2}, {0, 3, 4}, {0, 5, 6}});
+  // A bridge from 1 to 4 is no place to cut.
+  CHECK(simple_parts({0, 1, 4, 5, 6, 4, 1, 2}).empty());
+}
+
+TEST_CASE("LoopWhoseDiscWouldMeetTheSheetIsTakenApart") {
+  // Two square holes that touch in vertex 0, and walls of the sheet between them.
+  HoleProblem problem;
+  problem.positions = {{0, 0, 0},   {1, -1, 0}, {2, 0, 0}, {1, 1, 0},   {-1, 1, 0}, {-2, 0, 0},
+                       {-1, -1, 0}, {0, 3, -3}, {0, 3, 3}, {0, -3, -3}, {0, -3, 3}};
+  problem.normals.assign(11, {0, 0, 1});
+  problem.loop = {0, 1, 2, 3, 0, 4, 5, 6};
+  problem.sheet = {{0, 7, 8}, {0, 9, 10}};
+  for (std::size_t i = 0; i < 8; ++i) {
+    const std::uint32_t a = problem.loop[i], b = problem.loop[(i + 1) % 8];
+    problem.forbidden.push_back({std::min(a, b), std::max(a, b)});
+  }
+  std::sort(problem.forbidden.begin(), problem.forbidden.end());
+  const HolePatch patch = fill_hole(problem);
+  REQUIRE(patch.method != FillMethod::kNone);
+  CHECK(patch.reason.find("taken apart") != std::string::npos);
+  CHECK(patch_defect(problem, patch) == "");
+  CHECK(count_intersections(problem, patch) == 0);
+}
+
+TEST_CASE("WhereEveryPatchMeetsTheSurfaceTheOptionDecides") {
+  // A hexagon with a blade through it.
+  HoleProblem problem;
+  for (int i = 0; i < 6; ++i) {
+    const double angle = i * std::numbers::pi / 3.0;
+    problem.positions.push_back({std::cos(angle), std::sin(angle), 0.0});
+    problem.loop.push_back(static_cast<std::uint32_t>(i));
+  }
+  problem.positions.insert(problem.positions.end(), {{0, -0.3, -9}, {0.01, 0.3, -9}, {0, 0, 9}});
+  problem.normals.assign(9, {0, 0, 1});
+  problem.sheet = {{6, 7, 8}};
+  const HolePatch closed = fill_hole(problem);
+  CHECK(closed.method != FillMethod::kNone);
+  CHECK(patch_defect(problem, closed) == "");
+  CHECK(count_intersections(problem, closed) > 0);
+  CHECK(closed.reason.find("every patch meets the surface, this one") != std::string::npos);
+  PatchOptions options;
+  options.allow_intersections = false;
+  const HolePatch open = fill_hole(problem, options);
+  CHECK(open.method == FillMethod::kNone);
+  CHECK(open.triangles.empty());
+  CHECK(open.reason == "every patch meets the surface");
+  SECTION("small loops too") {
+    options.direct_edges = 6;
+    CHECK(fill_hole(problem, options).method == FillMethod::kNone);
+    options.allow_intersections = true;
+    CHECK(fill_hole(problem, options).method == FillMethod::kDirect);
+  }
 }
 
 TEST_CASE("MonkeySaddleIsFilledInItsPlane") {
