@@ -9,7 +9,11 @@
 #include <vector>
 
 #include "engine/holes/fill_hole.h"
+#include "engine/holes/hole_frame.h"
 #include "engine/holes/patch_intersections.h"
+#include "engine/holes/plane_grid.h"
+#include "engine/holes/plane_outline.h"
+#include "engine/holes/plane_sites.h"
 #include "engine/holes/rim.h"
 #include "engine/validation/mesh_facts.h"
 #include "tests/engine/hole_problems.h"
@@ -249,20 +253,42 @@ TEST_CASE("LargeHolesStayWithinTheirSites") {
   }
 }
 
-TEST_CASE("SheetThatFoldsOverTheHoleShapesNothing") {
-  // A ramp that ends in a wave breaking over the hole.
+// A ramp that ends in a wave breaking over the hole.
+HoleProblem breaking_wave() {
   const auto place = [](double u, double v) {
     const double s = 4.0 * u - 2.0;
     if (s < 1.0) return Vec3{s, 4.0 * v - 2.0, 0.0};
-    const double angle = std::min(2.0 * (s - 1.0), 2.0);  // up, and back over the hole
-    return Vec3{1.0 + 0.5 * std::sin(1.6 * angle), 4.0 * v - 2.0,
-                0.5 * (1.0 - std::cos(1.6 * angle))};
+    const double angle = 3.2 * std::min(s - 1.0, 1.0);  // up, and back over the hole
+    return Vec3{1.0 + 0.5 * std::sin(angle), 4.0 * v - 2.0, 0.5 * (1.0 - std::cos(angle))};
   };
-  const TriangleMesh shape = test::grid_mesh(80, 80, false, place);
-  const HoleProblem problem = inner_problem_of(without(shape, near({0.4, 0, 0}, 0.5)));
+  return inner_problem_of(without(test::grid_mesh(80, 80, false, place), near({0.4, 0, 0}, 0.5)));
+}
+
+TEST_CASE("SheetThatFoldsOverTheHoleShapesNothing") {
+  const HoleProblem problem = breaking_wave();
   const HolePatch patch = plane_fill(problem, {});
   check_sound(problem, patch);
   CHECK(worst_distance(problem, patch, [](Vec3 p) { return p.z; }) < 0.5);
+}
+
+TEST_CASE("SitesEndWhereTheSheetTurnsOver") {
+  const HoleProblem problem = breaking_wave();
+  REQUIRE(std::any_of(problem.normals.begin(), problem.normals.end(),
+                      [](Vec3 n) { return n.z < -0.5; }));
+  const Rim rim = find_rim(problem);
+  const FrameChoice choice = choose_frame(problem, rim);
+  REQUIRE(choice.frame);
+  std::vector<Vec3> places;
+  for (const Vec3 corner : rim.corners) places.push_back(choice.frame->to_frame(corner));
+  const PlaneOutline outline(places, grid_clearance(rim));
+  const PlaneSites sites = plane_sites(problem, rim, *choice.frame, outline);
+  CHECK(sites.rim == problem.loop.size());
+  CHECK(sites.vertices.size() > 2 * problem.loop.size());
+  CHECK(sites.vertices.size() < problem.positions.size() / 3);
+  for (std::size_t i = 0; i < sites.vertices.size(); ++i) {
+    CHECK(problem.normals[sites.vertices[i]].z > 0.2);
+    CHECK((i < sites.rim || !outline.contains(sites.places[i])));
+  }
 }
 
 TEST_CASE("EndOfATubeIsNoHeightField") {
