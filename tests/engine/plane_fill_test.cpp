@@ -261,7 +261,12 @@ HoleProblem breaking_wave() {
     const double angle = 3.2 * std::min(s - 1.0, 1.0);  // up, and back over the hole
     return Vec3{1.0 + 0.5 * std::sin(angle), 4.0 * v - 2.0, 0.5 * (1.0 - std::cos(angle))};
   };
-  return inner_problem_of(without(test::grid_mesh(80, 80, false, place), near({0.4, 0, 0}, 0.5)));
+  const TriangleMesh shape = test::grid_mesh(80, 80, false, place);
+  std::vector<HoleProblem> problems =
+      test::problems_of(without(shape, near({0.4, 0, 0}, 0.5)), 4.0);
+  REQUIRE(problems.size() == 2);
+  const bool second = problems[1].loop.size() < problems[0].loop.size();
+  return problems[second ? 1 : 0];
 }
 
 TEST_CASE("SheetThatFoldsOverTheHoleShapesNothing") {
