@@ -77,7 +77,7 @@ def run(options, work):
     draw(options, rows)
     clean = clean_job(options, work)
     print(f"\nclean job of {clean['points']:,} points: the fill takes {clean['fill_seconds']:.2f} s, "
-          f"{100 * clean['fill_share']:.1f}% of its stages; whole jobs with it take "
+          f"{100 * clean['fill_share']:.1f}% of its stages; whole jobs take with it, noise included, "
           f"{100 * clean['wall_share']:.1f}% longer")
     harness.write_results(options, "fill_cost", rows, {"clean_job": clean})
     left_open = [row for row in rows if row["filled"] < row["holes"]]
