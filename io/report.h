@@ -61,7 +61,7 @@ struct HoleFacts {
   std::uint64_t sites = 0;     ///< of the interpolant
   std::uint64_t points_added = 0;
   std::uint64_t triangles_added = 0;
-  double residual = 0.0;          ///< largest distance of a neighbour from the interpolant
+  double residual = 0.0;          ///< largest distance of a site from the interpolant
   double condition = 0.0;         ///< of the linear system, estimated; 0: none was solved
   double rim_dihedral_deg = 0.0;  ///< largest angle between a patch face and the face at the rim
   double seconds = 0.0;

@@ -61,7 +61,7 @@ struct HolePatch {
   std::vector<double> values;       ///< new vertices x channels
   std::vector<Triangle> triangles;  ///< oriented like the sheet
   std::uint32_t sites = 0;          ///< of the interpolant; 0: none was needed
-  double residual = 0.0;            ///< largest distance of a gathered point from it, world units
+  double residual = 0.0;            ///< largest distance of a site from it, world units
   double condition = 0.0;           ///< estimate for the linear system; 0: none
   double rim_dihedral_rad = 0.0;    ///< largest angle between a rim face and its patch face
 };

@@ -77,10 +77,10 @@ class HoleStage {
                  true) {}
 
   FilledHoles run(const std::string& key) {
+    StageClock clock(context_, "holes", boundary_.fans.size(), "edges");
     remove_small_pieces();
     trace();
     cut_into_batches();
-    StageClock clock(context_, "holes", holes_.loops.size(), "loops");
     context_.store.begin_stage(kHoleStage, key);
     context_.store.commit_document(kHoleStage, kDocument,
                                    nlohmann::json{{"batches", batches_.size()}}.dump() + "\n");
@@ -103,6 +103,7 @@ class HoleStage {
   void find_freed();
   void trace();
   void cut_into_batches();
+  std::uint64_t edges_of_group(std::size_t group) const;
   void fill(StageFacts& clock);
   void fill_batch(ChunkId batch);
   void collect();
@@ -193,10 +194,7 @@ void HoleStage::trace() {
 void HoleStage::cut_into_batches() {
   std::uint64_t work = 0;
   for (std::size_t i = 0; i < holes_.groups.size(); ++i) {
-    std::uint64_t edges = 0;
-    for (const std::uint32_t l : holes_.loops_of(holes_.groups[i])) {
-      edges += holes_.loops[l].vertices.size();
-    }
+    const std::uint64_t edges = edges_of_group(i);
     if (batches_.empty() || batches_.back().count == kBatchLoops ||
         work + edges * edges > kBatchWork) {
       batches_.push_back({i, 0});
@@ -207,13 +205,25 @@ void HoleStage::cut_into_batches() {
   }
 }
 
+std::uint64_t HoleStage::edges_of_group(std::size_t group) const {
+  std::uint64_t edges = 0;
+  for (const std::uint32_t l : holes_.loops_of(holes_.groups[group])) {
+    edges += holes_.loops[l].vertices.size();
+  }
+  return edges;
+}
+
 void HoleStage::fill(StageFacts& clock) {
   std::vector<ChunkTask> tasks;
-  context_.progress.advance(holes_.loops.size() - holes_.groups.size());
+  std::uint64_t to_be_filled = 0;
+  for (std::size_t g = 0; g < holes_.groups.size(); ++g) to_be_filled += edges_of_group(g);
+  context_.progress.advance(boundary_.fans.size() - to_be_filled);
   for (ChunkId batch = 0; batch < batches_.size(); ++batch) {
     if (context_.store.has(kHoleStage, batch)) {
       ++clock.chunks_reused;
-      context_.progress.advance(batches_[batch].count);
+      for (std::size_t i = 0; i < batches_[batch].count; ++i) {
+        context_.progress.advance(edges_of_group(batches_[batch].first + i));
+      }
       continue;
     }
     tasks.push_back({batch, kHoleBytes});
@@ -231,7 +241,7 @@ void HoleStage::fill_batch(ChunkId number) {
       const double area = area_of(surface_, patch);
       append_patch(std::move(patch), area, patches);
     }
-    context_.progress.advance(1);
+    context_.progress.advance(edges_of_group(i));
   }
   commit_patch_batch(context_.store, number, patches);
 }
