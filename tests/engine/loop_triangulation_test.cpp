@@ -227,6 +227,19 @@ TEST_CASE("LargeLoopsAreClosedByEarsFirst") {
   }
 }
 
+TEST_CASE("EarsThatCoverAnotherCornerAreCutLast") {
+  // A narrow triangle with a spike from below that almost reaches its tip.
+  Loop loop;
+  loop.corners = {{0, 0, 0}, {3.9, 0, 0}, {4, 18, 0}, {4.1, 0, 0}, {8, 0, 0}, {4, 20, 0}};
+  loop.vertices = {0, 1, 2, 3, 4, 5};
+  for (const std::vector<Vec3>& normals : {std::vector<Vec3>{}, std::vector<Vec3>(6, {0, 0, 1})}) {
+    loop.rim_normals = normals;
+    const auto triangles = triangulate_loop(loop.view(), 3);
+    require_sound(loop, triangles);
+    CHECK(orbweave::test::area_of(loop.corners, triangles) == Approx(80.0 - 1.8));
+  }
+}
+
 TEST_CASE("EarsComeBeforeTheExactWayAtTheGivenSize") {
   const Loop loop = wavy_circle(40, 0.2);
   for (const std::uint32_t exact : {0U, 3U, 10U, 39U, 40U}) {

@@ -290,14 +290,28 @@ TEST_CASE("FlipsKeepOffForbiddenAndExistingEdges") {
   CHECK(same.flip_to_delaunay() == 0);
 }
 
-TEST_CASE("FlipsDoNotTurnFacesOver") {
-  // A flat arrowhead: its other diagonal lies outside.
-  Loop loop;
-  loop.corners = {{0, 0, 0}, {4, 1, 0}, {1, 1, 0}, {1, 4, 0}};
-  loop.vertices = {0, 1, 2, 3};
-  PatchMesh mesh(loop.corners, loop.vertices, std::vector<CornerTriangle>{{0, 1, 2}, {0, 2, 3}},
-                 {});
-  CHECK(mesh.flip_to_delaunay() == 0);
+TEST_CASE("FlipsDoNotTurnFacesOverOrSharpenCreases") {
+  Random random(7);
+  int flips = 0;
+  for (int round = 0; round < 20000; ++round) {
+    Loop loop;
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      loop.corners.push_back({random.uniform(), random.uniform(), random.uniform()});
+      loop.vertices.push_back(i);
+    }
+    PatchMesh mesh(loop.corners, loop.vertices, std::vector<CornerTriangle>{{0, 1, 2}, {0, 2, 3}},
+                   {});
+    if (mesh.flip_to_delaunay() == 0) continue;
+    ++flips;
+    const auto& p = loop.corners;
+    const Vec3 a = cross(p[1] - p[0], p[2] - p[0]), b = cross(p[2] - p[0], p[3] - p[0]);
+    const Vec3 c = cross(p[1] - p[0], p[3] - p[0]), d = cross(p[2] - p[1], p[3] - p[1]);
+    CHECK(dot(c, a + b) > 0.0);
+    CHECK(dot(d, a + b) > 0.0);
+    const double before = dot(normalized(a), normalized(b));
+    CHECK(dot(normalized(c), normalized(d)) > std::min(before, 0.5) - 1e-9);
+  }
+  CHECK(flips > 1000);
 }
 
 TEST_CASE("ShortEdgesAreCollapsed") {
