@@ -15,6 +15,7 @@
 #include "engine/holes/plane_fill.h"
 #include "engine/holes/rim.h"
 #include "engine/holes/smooth_disc.h"
+#include "engine/holes/untangle.h"
 
 namespace orbweave {
 namespace {
@@ -58,7 +59,7 @@ class Attempts {
     if (const std::string defect = patch_defect(problem_, patch); !defect.empty()) {
       return fails(defect);
     }
-    const std::uint64_t contacts = count_intersections(problem_, patch, fewest_contacts_);
+    const std::uint64_t contacts = untangle(problem_, patch);
     if (contacts < fewest_contacts_) {
       best_ = std::move(patch);
       fewest_contacts_ = contacts;

@@ -89,37 +89,39 @@ Box box_of(std::span<const Vec3> positions, const Triangle& t) {
   return box;
 }
 
-/// Pairs among the first triangles, and of one of them with one of the others.
-std::uint64_t count_pairs(std::span<const Vec3> positions, std::span<const Triangle> first,
-                          std::span<const Triangle> others, std::uint64_t limit) {
-  if (first.empty() || limit == 0) return 0;
-  const BoxTree tree(positions, first);
-  std::uint64_t count = 0;
-  const auto test = [&](const Triangle& a, const Triangle& b) {
-    count += triangles_intersect(positions, a, b);
-    return count < limit;
-  };
-  for (std::uint32_t i = 0; i < first.size(); ++i) {
-    const bool more = tree.for_each(box_of(positions, first[i]), [&](std::uint32_t k) {
-      return k <= i || test(first[i], first[k]);
-    });
-    if (!more) return count;
-  }
-  for (const Triangle& t : others) {
-    const Box box = box_of(positions, t);
-    if (!box.intersects(tree.box())) continue;
-    if (!tree.for_each(box, [&](std::uint32_t k) { return test(first[k], t); })) return count;
-  }
-  return count;
-}
-
 }  // namespace
+
+std::vector<Contact> find_contacts(const HoleProblem& problem, const HolePatch& patch,
+                                   std::uint64_t limit) {
+  std::vector<Contact> contacts;
+  if (patch.triangles.empty() || limit == 0) return contacts;
+  std::vector<Vec3> positions = problem.positions;
+  positions.insert(positions.end(), patch.positions.begin(), patch.positions.end());
+  const std::vector<Triangle>& own = patch.triangles;
+  const BoxTree tree(positions, own);
+  const auto test = [&](std::uint32_t a, std::uint32_t number, const Triangle& other) {
+    if (triangles_intersect(positions, own[a], other)) contacts.push_back({a, number});
+    return contacts.size() < limit;
+  };
+  for (std::uint32_t i = 0; i < own.size(); ++i) {
+    const bool more = tree.for_each(box_of(positions, own[i]),
+                                    [&](std::uint32_t k) { return k <= i || test(k, i, own[i]); });
+    if (!more) return contacts;
+  }
+  auto number = static_cast<std::uint32_t>(own.size());
+  for (const Triangle& t : problem.sheet) {
+    const Box box = box_of(positions, t);
+    const bool more = !box.intersects(tree.box()) ||
+                      tree.for_each(box, [&](std::uint32_t k) { return test(k, number, t); });
+    if (!more) return contacts;
+    ++number;
+  }
+  return contacts;
+}
 
 std::uint64_t count_intersections(const HoleProblem& problem, const HolePatch& patch,
                                   std::uint64_t limit) {
-  std::vector<Vec3> positions = problem.positions;
-  positions.insert(positions.end(), patch.positions.begin(), patch.positions.end());
-  return count_pairs(positions, patch.triangles, problem.sheet, limit);
+  return find_contacts(problem, patch, limit).size();
 }
 
 }  // namespace orbweave

@@ -1,17 +1,13 @@
 #include "engine/holes/smooth_disc.h"
 
 #include <cmath>
-#include <limits>
-#include <span>
+#include <utility>
 
 #include "engine/holes/bending_energy.h"
 #include "engine/holes/direct_fill.h"
 
 namespace orbweave {
 namespace {
-
-/// Energy of a round relative to the one before from which on no other is worthwhile.
-constexpr double kLeastGain = 0.97;
 
 double area_of(const PatchMesh& disc) {
   double area = 0.0;
@@ -30,17 +26,38 @@ bool fits(double area, double spacing, const PatchOptions& options) {
 
 /// One round: edges split to the rim's spacing, then at rest. False where too many points would be
 /// needed.
-bool refine(const Rim& rim, const RimSheet& sheet, bool is_plate, const PatchOptions& options,
-            PatchMesh& disc) {
+bool refine(const Rim& rim, const RimSheet& sheet, const PatchOptions& options, PatchMesh& disc) {
   const std::uint32_t before = disc.size() - disc.corners();
   if (before > options.max_new_points) return false;
   disc.split_long_edges(kLongestEdge * rim.spacing, options.max_new_points + 1 - before);
   if (disc.size() - disc.corners() > options.max_new_points) return false;
   disc.flip_to_delaunay();
-  disc.smooth(is_plate ? 2 : 1, is_plate ? sheet : RimSheet{});
+  disc.smooth(sheet.triangles.empty() ? 1 : 2, sheet);
   disc.collapse_short_edges(kShortestEdge * rim.spacing);
   disc.flip_to_delaunay();
   return true;
+}
+
+struct FairDisc {
+  PatchMesh disc;
+  double energy = 0.0;
+};
+
+/// Rounds until the energy falls no more. A plate that has grown is another plate: its triangles,
+/// by which it is measured, have too; on a ragged rim that need not come to an end. Without a
+/// sheet it is a membrane. Empty where it would need too many points.
+std::optional<FairDisc> fairest(const HoleProblem& problem, const Rim& rim, const RimSheet& sheet,
+                                PatchMesh disc, const PatchOptions& options) {
+  constexpr int kRounds = 6;
+  constexpr double kLeastGain = 0.97;  // energy of a round by that of the one before
+  std::optional<FairDisc> best;
+  for (int round = 0; round < kRounds; ++round) {
+    if (!refine(rim, sheet, options, disc)) return best;
+    const double energy = bending_energy(problem, patch_of_disc(problem, rim, disc));
+    if (best && !(energy < kLeastGain * best->energy)) break;
+    best = {disc, energy};
+  }
+  return best;
 }
 
 }  // namespace
@@ -51,24 +68,17 @@ std::string too_many_points(const PatchOptions& options) {
 
 std::optional<PatchMesh> smooth_disc(const HoleProblem& problem, const Rim& rim, int order,
                                      const PatchOptions& options) {
-  constexpr int kRounds = 6;
-  PatchMesh disc = disc_of_loop(problem, rim);
-  const RimSheet sheet = order == 2 ? sheet_at_rim(problem, rim) : RimSheet{};
-  if (!fits(area_of(disc), rim.spacing, options)) return std::nullopt;
-  std::optional<PatchMesh> best;
-  double least_energy = std::numeric_limits<double>::infinity();
-  for (int round = 0; round < kRounds; ++round) {
-    const bool is_plate = order == 2 && round > 0;
-    if (!refine(rim, sheet, is_plate, options, disc)) return best;
-    if (order == 2 && round == 0) continue;
-    // A plate that has grown is another plate: its triangles, by which it is measured, have too.
-    // On a ragged rim that need not come to an end.
-    const double energy = bending_energy(problem, patch_of_disc(problem, rim, disc));
-    if (!(energy < kLeastGain * least_energy)) break;
-    least_energy = energy;
-    best = disc;
-  }
-  return best;
+  const PatchMesh start = disc_of_loop(problem, rim);
+  if (!fits(area_of(start), rim.spacing, options)) return std::nullopt;
+  std::optional<FairDisc> membrane = fairest(problem, rim, {}, start, options);
+  if (!membrane) return std::nullopt;
+  if (order < 2) return std::move(membrane->disc);
+  const RimSheet sheet = sheet_at_rim(problem, rim);
+  std::optional<FairDisc> plate = fairest(problem, rim, sheet, start, options);
+  std::optional<FairDisc> other = fairest(problem, rim, sheet, membrane->disc, options);
+  if (!plate || (other && other->energy < plate->energy)) plate = std::move(other);
+  if (!plate) return std::nullopt;
+  return std::move(plate->disc);
 }
 
 }  // namespace orbweave

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "engine/holes/patch_intersections.h"
 #include "engine/holes/rbf.h"
 #include "engine/holes/smooth_disc.h"
 
@@ -98,6 +97,19 @@ void settle(const RbfInterpolant& rbf, const Rim& rim, const PatchOptions& optio
   for (const std::uint32_t v : inner_points(disc)) project(rbf, fine, disc.positions()[v]);
 }
 
+/// Whether the disc lies on the zero set in folds. A few faces that look the wrong way are none:
+/// beside a ragged rim they cannot help it.
+bool is_folded(const RbfInterpolant& rbf, const PatchMesh& disc) {
+  const std::vector<CornerTriangle> triangles = disc.triangles();
+  std::size_t turned = 0;
+  for (const CornerTriangle& t : triangles) {
+    const Vec3 a = disc.positions()[t[0]], b = disc.positions()[t[1]], c = disc.positions()[t[2]];
+    const Vec3 direction = offset_from(rbf, (a + b + c) / 3.0).direction;
+    turned += dot(cross(b - a, c - a), direction) < 0.0 ? 1 : 0;
+  }
+  return turned > 2 + triangles.size() / 50;
+}
+
 /// What is wrong with a disc on the zero set; empty: nothing.
 std::string fault_of(const RbfInterpolant& rbf, const Rim& rim, const PatchMesh& disc) {
   constexpr double kSlack = 0.05;       // of the rim's spacing, distance from the zero set
@@ -110,11 +122,7 @@ std::string fault_of(const RbfInterpolant& rbf, const Rim& rim, const PatchMesh&
       return "no zero set near";
     }
   }
-  for (const CornerTriangle& t : disc.triangles()) {
-    const Vec3 a = disc.positions()[t[0]], b = disc.positions()[t[1]], c = disc.positions()[t[2]];
-    const Vec3 direction = offset_from(rbf, (a + b + c) / 3.0).direction;
-    if (dot(cross(b - a, c - a), direction) < 0.0) return "the zero set folds";
-  }
+  if (is_folded(rbf, disc)) return "the zero set folds";
   return {};
 }
 
@@ -137,7 +145,6 @@ ZeroSetPatch patch_on_zero_set(const HoleProblem& problem, const Rim& rim,
   for (std::size_t i = 0; i < patch.positions.size(); ++i) {
     patch.normals[i] = offset_from(rbf, patch.positions[i] - rim.center).direction;
   }
-  if (count_intersections(problem, patch, 1) > 0) return {{}, "the zero set meets the surface"};
   patch.sites = rbf.sites();
   patch.residual = rbf.residual();
   patch.condition = rbf.condition();

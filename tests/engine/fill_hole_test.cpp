@@ -11,6 +11,8 @@
 #include "engine/holes/direct_fill.h"
 #include "engine/holes/loop_parts.h"
 #include "engine/holes/patch_intersections.h"
+#include "engine/holes/plane_fill.h"
+#include "engine/holes/untangle.h"
 #include "engine/validation/mesh_facts.h"
 #include "tests/engine/hole_problems.h"
 #include "tests/support/clouds.h"
@@ -191,13 +193,13 @@ TEST_CASE("LoopsAreTakenApartWhereTheyTouchThemselves") {
 }
 
 TEST_CASE("LoopWhoseDiscWouldMeetTheSheetIsTakenApart") {
-  // Two square holes that touch in vertex 0, and walls of the sheet between them.
+  // Two square holes that touch in vertex 0, and a wall of the sheet between them.
   HoleProblem problem;
   problem.positions = {{0, 0, 0},   {1, -1, 0}, {2, 0, 0}, {1, 1, 0},   {-1, 1, 0}, {-2, 0, 0},
                        {-1, -1, 0}, {0, 3, -3}, {0, 3, 3}, {0, -3, -3}, {0, -3, 3}};
   problem.normals.assign(11, {0, 0, 1});
   problem.loop = {0, 1, 2, 3, 0, 4, 5, 6};
-  problem.sheet = {{0, 7, 8}, {0, 9, 10}};
+  problem.sheet = {{0, 7, 8}, {0, 8, 10}, {0, 10, 9}, {0, 9, 7}};
   for (std::size_t i = 0; i < 8; ++i) {
     const std::uint32_t a = problem.loop[i], b = problem.loop[(i + 1) % 8];
     problem.forbidden.push_back({std::min(a, b), std::max(a, b)});
@@ -208,6 +210,33 @@ TEST_CASE("LoopWhoseDiscWouldMeetTheSheetIsTakenApart") {
   CHECK(patch.reason.find("taken apart") != std::string::npos);
   CHECK(patch_defect(problem, patch) == "");
   CHECK(count_intersections(problem, patch) == 0);
+}
+
+TEST_CASE("PatchMovesOutOfTheWayOfWhatSticksOut") {
+  // A spike of the sheet leans over the hole from its rim, through where the patch would be.
+  const TriangleMesh shape =
+      without(height_field(20, waves), [](Vec3 p) { return std::hypot(p.x, p.y) < 0.45; });
+  HoleProblem problem = inner_problem_of(shape);
+  const std::uint32_t foot = problem.loop[3];
+  const Vec3 inward = -0.15 * normalized(problem.positions[foot]);
+  const auto tip = static_cast<std::uint32_t>(problem.positions.size());
+  const Vec3 low{0.0, 0.0, -0.05}, high{0.0, 0.0, 0.05};
+  const Vec3 across = 0.02 * cross(inward, Vec3{0.0, 0.0, 1.0});
+  for (const Vec3 offset : {inward + high, inward + low + across, inward + low - across}) {
+    problem.positions.push_back(problem.positions[foot] + offset);
+    problem.normals.push_back({});
+  }
+  problem.sheet.push_back({tip, tip + 1, tip + 2});
+  HolePatch patch = plane_fill(problem, {});
+  REQUIRE(patch.method == FillMethod::kPlane);
+  const std::uint64_t before = count_intersections(problem, patch);
+  REQUIRE(before > 0);
+  CHECK(untangle(problem, patch) == 0);
+  CHECK(count_intersections(problem, patch) == 0);
+  check_sound(problem, patch);
+  const HolePatch filled = fill_hole(problem);
+  CHECK(filled.method == FillMethod::kPlane);
+  CHECK(count_intersections(problem, filled) == 0);
 }
 
 TEST_CASE("WhereEveryPatchMeetsTheSurfaceTheOptionDecides") {
