@@ -127,7 +127,6 @@ class HoleStage {
   HolePlan holes_;
   std::vector<Batch> batches_;
   double patch_area_ = 0.0;
-  std::uint64_t pinched_left_ = 0;
 };
 
 void HoleStage::remove_small_pieces() {
