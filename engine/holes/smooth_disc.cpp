@@ -18,10 +18,9 @@ double area_of(const PatchMesh& disc) {
   return area;
 }
 
-/// Whether a patch of this area at the rim's spacing has about as many points as allowed.
-bool fits(double area, double spacing, const PatchOptions& options) {
-  const double points = area / (std::sqrt(0.75) * spacing * spacing);
-  return points <= 1.5 * options.max_new_points + 16.0;
+/// About how many points a patch takes that starts with this disc.
+double expected_points(const PatchMesh& disc, double spacing) {
+  return area_of(disc) / (std::sqrt(0.75) * spacing * spacing);
 }
 
 /// One round: edges split to the rim's spacing, then at rest. False where too many points would be
@@ -60,6 +59,20 @@ std::optional<FairDisc> fairest(const HoleProblem& problem, const Rim& rim, cons
   return best;
 }
 
+/// Which disc a plate starts from decides what it comes to: the fairer one of two, where it is
+/// small enough for that.
+std::optional<FairDisc> fairest_plate(const HoleProblem& problem, const Rim& rim,
+                                      const PatchMesh& start, double points,
+                                      const PatchOptions& options) {
+  constexpr double kSmall = 2000.0;
+  const RimSheet sheet = sheet_at_rim(problem, rim);
+  std::optional<FairDisc> best = fairest(problem, rim, sheet, start, options);
+  if (points > kSmall) return best;
+  std::optional<FairDisc> other = fairest(problem, rim, {}, start, options);
+  if (other) other = fairest(problem, rim, sheet, std::move(other->disc), options);
+  return best && !(other && other->energy < best->energy) ? std::move(best) : std::move(other);
+}
+
 }  // namespace
 
 std::string too_many_points(const PatchOptions& options) {
@@ -69,16 +82,12 @@ std::string too_many_points(const PatchOptions& options) {
 std::optional<PatchMesh> smooth_disc(const HoleProblem& problem, const Rim& rim, int order,
                                      const PatchOptions& options) {
   const PatchMesh start = disc_of_loop(problem, rim);
-  if (!fits(area_of(start), rim.spacing, options)) return std::nullopt;
-  std::optional<FairDisc> membrane = fairest(problem, rim, {}, start, options);
-  if (!membrane) return std::nullopt;
-  if (order < 2) return std::move(membrane->disc);
-  const RimSheet sheet = sheet_at_rim(problem, rim);
-  std::optional<FairDisc> plate = fairest(problem, rim, sheet, start, options);
-  std::optional<FairDisc> other = fairest(problem, rim, sheet, membrane->disc, options);
-  if (!plate || (other && other->energy < plate->energy)) plate = std::move(other);
-  if (!plate) return std::nullopt;
-  return std::move(plate->disc);
+  const double points = expected_points(start, rim.spacing);
+  if (points > 1.5 * options.max_new_points + 16.0) return std::nullopt;
+  std::optional<FairDisc> best = order < 2 ? fairest(problem, rim, {}, start, options)
+                                           : fairest_plate(problem, rim, start, points, options);
+  if (!best) return std::nullopt;
+  return std::move(best->disc);
 }
 
 }  // namespace orbweave

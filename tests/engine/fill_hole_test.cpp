@@ -395,7 +395,7 @@ TEST_CASE("UnitsAndPlaceDoNotMatter") {
 
 TEST_CASE("RandomClosedPolygonsAreClosedSoundlyOrLeftOpenWithAReason") {
   Random random(11);
-  for (int round = 0; round < 300; ++round) {
+  for (int round = 0; round < 80; ++round) {
     HoleProblem problem;
     const std::size_t n = 3 + random.below(20);
     for (std::size_t i = 0; i < n; ++i) {
