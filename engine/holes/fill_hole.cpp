@@ -154,7 +154,9 @@ std::string fault_of(const HoleProblem& problem) {
   if (problem.loop.size() < 3) return "fewer than three edges";
   for (const std::uint32_t v : problem.loop) {
     if (v >= problem.positions.size()) return "a corner is not among the vertices";
-    if (!is_finite(problem.positions[v])) return "a corner is not finite";
+  }
+  if (!std::all_of(problem.positions.begin(), problem.positions.end(), is_finite)) {
+    return "a vertex is not finite";
   }
   return {};
 }
