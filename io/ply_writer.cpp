@@ -120,6 +120,7 @@ class PlyWriter final : public IndependentWriter {
 
   std::vector<std::byte> binary_vertices(const PointCloud& batch) const {
     std::vector<std::byte> bytes(batch.size() * vertex_bytes_);
+    if (bytes.empty()) return bytes;
     std::byte* at = bytes.data();
     put_vectors(position_type_, batch.positions, vertex_bytes_, at);
     at += 3 * size_of(position_type_);
