@@ -4,16 +4,51 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "io/point_source.h"
+#include "io/scan_pose.h"
 
 namespace orbweave {
+
+/// Which returns of a laser pulse are wanted.
+enum class ReturnFilter { kAll, kFirst, kLast, kOnly };
 
 struct InputOptions {
   std::vector<std::string> files;  ///< paths and globs, relative to the job file
   TextOptions text;                ///< columns and separator of text clouds
+  std::string poses;               ///< path of a Stanford .conf with a pose per scan; empty: none
+  std::vector<ScanPose> pose;      ///< poses written in the job file itself, by scan
+  /// Where the scanner stood, or in which direction it lies, in each scan's own coordinates before
+  /// its pose; empty: what the file says, and otherwise what its pose implies.
+  std::optional<ScannerPlace> scanner;
+  std::vector<int> las_classes;  ///< point classes wanted, 0 to 255; empty: all
+  ReturnFilter returns = ReturnFilter::kAll;
+};
+
+/// Optional clean-up, in this order; off by default.
+struct PrepareOptions {
+  bool automatic = false;  ///< choose all of the below by measuring the scans
+  /// A point is an outlier when it lies so many deviations farther from its neighbours than they
+  /// lie from theirs; 0: off.
+  double outlier_sigma = 0.0;
+  double merge_tolerance = 0.0;  ///< points closer than that become one; world units; 0: off
+  double smooth_radius = 0.0;    ///< of the moving least squares; world units; 0: off
+  int smooth_passes = 2;         ///< projections, 1 to 8
+  double thin_to_spacing = 0.0;  ///< world units; 0: off
+};
+
+enum class NormalSource { kAuto, kFile, kEstimate };
+enum class Orientation { kAuto, kScanner, kViewpoint, kUp, kPropagate, kNone };
+
+struct NormalOptions {
+  NormalSource source = NormalSource::kAuto;  ///< kAuto: the file's, estimated where it has none
+  int neighbors = 16;                         ///< points that a normal is estimated from, 3 to 256
+  Orientation orientation = Orientation::kAuto;
+  std::optional<Vec3> viewpoint;  ///< world coordinates; normals point towards it
+  std::optional<Vec3> up;         ///< a direction; normals point to its side
 };
 
 struct PartitionOptions {
@@ -26,7 +61,7 @@ enum class ReconstructionMethod { kBallPivoting };
 struct ReconstructOptions {
   ReconstructionMethod method = ReconstructionMethod::kBallPivoting;
   std::vector<double> ball_radii;  ///< ascending, world units; empty: "auto"
-  int levels = 1;                  ///< number of automatic radii, 1 to 8
+  int levels = 0;                  ///< number of automatic radii, 1 to 8; 0: from the density
 };
 
 enum class FillKernel { kBiharmonic, kTriharmonic };
@@ -67,6 +102,8 @@ struct RunOptions {
 struct Job {
   InputOptions input;
   PartitionOptions partition;
+  PrepareOptions prepare;
+  NormalOptions normals;
   ReconstructOptions reconstruct;
   FillOptions fill;
   OutputOptions output;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +12,16 @@
 #include "io/point_cloud.h"
 
 namespace orbweave {
+
+/// Where a scanner stood, or, for one so far away that only its direction matters, where it lies.
+struct ScannerPlace {
+  Vec3 vector;                ///< a place, or the direction from the points to the scanner
+  bool is_direction = false;  ///< `vector` is a direction
+  friend bool operator==(const ScannerPlace&, const ScannerPlace&) = default;
+};
+
+/// Points left out, by reason.
+using DroppedPoints = std::map<std::string, std::uint64_t>;
 
 /// A cloud read once, front to back, in bounded memory.
 class PointSource {
@@ -27,6 +38,13 @@ class PointSource {
   /// Progress: bytes of the file consumed so far (compressed bytes for .gz), and its size.
   virtual std::uint64_t bytes_read() const = 0;
   virtual std::uint64_t bytes_total() const = 0;
+  /// Where the points of the last batch were seen from, in their coordinates, where the file says;
+  /// no batch mixes scans that were taken from different places.
+  virtual std::optional<ScannerPlace> scanner() const { return std::nullopt; }
+  /// Rows of the file that hold no point (a laser pulse without return), so far, by reason.
+  virtual DroppedPoints left_out() const { return {}; }
+  /// Coordinate reference system: WKT, or "EPSG:26912"; empty where the file does not say.
+  virtual std::string coordinate_system() const { return {}; }
 };
 
 /// How a text cloud's columns are to be understood; everything has a detected default.

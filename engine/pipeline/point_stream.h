@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -13,9 +12,6 @@
 #include "partition/executor.h"
 
 namespace orbweave {
-
-/// Points left out, by reason.
-using DroppedPoints = std::map<std::string, std::uint64_t>;
 
 /// Removes points with a coordinate that is not finite and, where there are normals, points whose
 /// normal is not finite or zero; keeps the order of the rest.

@@ -1,0 +1,44 @@
+// Fewer points: a subset in which no two are closer than a spacing and every point left out is
+// close to one that was kept, found without regard to the order of points.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "io/vec3.h"
+
+namespace orbweave {
+
+struct ThinningOptions {
+  double spacing = 0.0;  ///< world units, positive
+  /// Points whose normals differ by more than the angle of this cosine lie on different sheets and
+  /// do not replace one another; not used without normals. -1: never.
+  double min_cosine = 0.0;
+};
+
+/// Margin that a chunk needs around its points.
+double thinning_halo(const ThinningOptions& options);
+
+/// 1 for each of positions [begin, end) that is kept. A point's rank follows from the bits of its
+/// coordinates; a point is kept when no point of lower rank within the spacing is kept, decided in
+/// a fixed number of rounds so that the halo is finite (docs/cleaning.md says what becomes of
+/// points that are undecided then). `normals` may be empty. Positions must be distinct, finite and
+/// in canonical order and reach as far as the halo. Runs on the calling TBB arena.
+std::vector<std::uint8_t> thin_points(std::span<const Vec3> positions,
+                                      std::span<const Vec3> normals, std::uint32_t begin,
+                                      std::uint32_t end, const ThinningOptions& options);
+
+/// Merging: the points kept at `spacing` = tolerance, each moved to the mean of the points that are
+/// closer to it than to any other kept one. `normals` (may be empty) are averaged likewise and
+/// normalised.
+struct MergedPoints {
+  std::vector<std::uint8_t> kept;  ///< of points [begin, end)
+  std::vector<Vec3> positions;     ///< of points [begin, end); of the kept ones the new position
+  std::vector<Vec3> normals;       ///< likewise; empty without normals
+};
+double merging_halo(const ThinningOptions& options);
+MergedPoints merge_points(std::span<const Vec3> positions, std::span<const Vec3> normals,
+                          std::uint32_t begin, std::uint32_t end, const ThinningOptions& options);
+
+}  // namespace orbweave
