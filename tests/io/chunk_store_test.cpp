@@ -17,9 +17,6 @@
 
 #include "tests/support/data.h"
 
-// HDF5 1.10 loses some hundred bytes whenever it refuses a damaged file; not ours to mend.
-extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5\n"; }
-
 namespace orbweave {
 namespace {
 
