@@ -9,18 +9,16 @@
 #include <vector>
 
 #include "io/point_source.h"
-#include "io/scan_pose.h"
+#include "io/scan_source.h"
 
 namespace orbweave {
-
-/// Which returns of a laser pulse are wanted.
-enum class ReturnFilter { kAll, kFirst, kLast, kOnly };
 
 struct InputOptions {
   std::vector<std::string> files;  ///< paths and globs, relative to the job file
   TextOptions text;                ///< columns and separator of text clouds
   std::string poses;               ///< path of a Stanford .conf with a pose per scan; empty: none
   std::vector<ScanPose> pose;      ///< poses written in the job file itself, by scan
+  std::vector<std::string> pose_lines;  ///< the same as written
   /// Where the scanner stood, or in which direction it lies, in each scan's own coordinates before
   /// its pose; empty: what the file says, and otherwise what its pose implies.
   std::optional<ScannerPlace> scanner;

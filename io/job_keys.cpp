@@ -1,7 +1,9 @@
 #include "io/job_keys.h"
 
 #include <array>
+#include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "io/job_values.h"
 #include "io/quantity.h"
@@ -44,10 +46,77 @@ void set_method(Job& job, const WrittenValue& value) {
   job.reconstruct.method = ReconstructionMethod::kBallPivoting;
 }
 
-void set_normals_source(Job&, const WrittenValue& value) {
-  if (choice_value(value, {"auto", "file", "estimate"}) == 2)
-    throw UnsuitableValue{"normals are taken from the file in this version; they are not estimated",
-                          "\"auto\" or \"file\""};
+/// Three numbers, or nothing for "auto".
+std::optional<Vec3> optional_vector(const WrittenValue& value) {
+  if (is_auto(value)) return std::nullopt;
+  return vector_value(value);
+}
+
+JobValue auto_or(const std::optional<Vec3>& vector) {
+  if (!vector) return std::string("auto");
+  return std::vector<double>{vector->x, vector->y, vector->z};
+}
+
+void set_direction(std::optional<Vec3>& direction, const WrittenValue& value) {
+  direction = optional_vector(value);
+  if (direction && squared_norm(*direction) == 0.0)
+    throw UnsuitableValue{"a direction has a length", ""};
+}
+
+/// [x, y, z] is a place, [x, y, z, 0] a direction: homogeneous coordinates.
+void set_scanner(Job& job, const WrittenValue& value) {
+  job.input.scanner.reset();
+  if (is_auto(value)) return;
+  const std::vector<double> numbers = numbers_value(value);
+  const bool direction = numbers.size() == 4 && numbers[3] == 0.0;
+  if (numbers.size() != 3 && !direction) throw UnsuitableValue{};
+  const Vec3 vector{numbers[0], numbers[1], numbers[2]};
+  if (direction && squared_norm(vector) == 0.0)
+    throw UnsuitableValue{"a direction has a length", ""};
+  job.input.scanner = ScannerPlace{vector, direction};
+}
+
+JobValue scanner_value(const Job& job) {
+  if (!job.input.scanner) return std::string("auto");
+  const Vec3 v = job.input.scanner->vector;
+  std::vector<double> numbers = {v.x, v.y, v.z};
+  if (job.input.scanner->is_direction) numbers.push_back(0.0);
+  return numbers;
+}
+
+void set_pose(Job& job, const WrittenValue& value) {
+  job.input.pose.clear();
+  job.input.pose_lines.clear();
+  for (const std::string& line : texts_value(value)) {
+    try {
+      job.input.pose.push_back(parse_pose(line));
+      job.input.pose_lines.push_back(line);
+    } catch (const std::invalid_argument& problem) {
+      throw UnsuitableValue{problem.what(), ""};
+    }
+  }
+}
+
+void set_las_classes(Job& job, const WrittenValue& value) {
+  job.input.las_classes.clear();
+  for (const double number : numbers_value(value)) {
+    if (number < 0.0 || number > 255.0 || number != std::floor(number)) throw UnsuitableValue{};
+    job.input.las_classes.push_back(static_cast<int>(number));
+  }
+}
+
+JobValue las_classes_value(const Job& job) {
+  return std::vector<double>(job.input.las_classes.begin(), job.input.las_classes.end());
+}
+
+/// A choice's names in the order of its enumerators.
+const std::vector<std::string> kReturns = {"all", "first", "last", "only"};
+const std::vector<std::string> kSources = {"auto", "file", "estimate"};
+const std::vector<std::string> kOrientations = {"auto", "scanner", "viewpoint", "up", "propagate", "none"};
+
+template <class Enum>
+std::string name_in(const std::vector<std::string>& names, Enum value) {
+  return names[static_cast<std::size_t>(value)];
 }
 
 std::uint64_t count_value(const WrittenValue& value) {
@@ -101,6 +170,25 @@ constexpr JobKey kKeys[] = {
      [](Job& job, const W& value) { job.input.text.separator = separator_value(value); },
      [](const Job& job) -> JobValue { return separator_text(job.input.text.separator); }},
 
+    {"input", "poses", T::kPath, "the path of a Stanford .conf, or \"\" for none",
+     "a file with a pose per scan", "poses", "",
+     [](Job& job, const W& value) { job.input.poses = path_value(value); },
+     [](const Job& job) -> JobValue { return job.input.poses; }},
+    {"input", "pose", T::kTexts, "a list of texts \"FILE tx ty tz qx qy qz qw\", or \"FILE\" and the 16 numbers of a matrix",
+     "poses of scans: world = pose * point", "", "",
+     set_pose,
+     [](const Job& job) -> JobValue { return job.input.pose_lines; }},
+    {"input", "scanner", T::kNumbers, "\"auto\", a place [x, y, z] or a direction [x, y, z, 0]",
+     "where the scanner is, in each scan's own coordinates", "scanner", "",
+     set_scanner, scanner_value},
+    {"input", "las_classes", T::kNumbers, "a list of integers from 0 to 255; [] for all",
+     "classes of LAS points that are wanted", "las-classes", "",
+     set_las_classes, las_classes_value},
+    {"input", "returns", T::kChoice, "\"all\", \"first\", \"last\" or \"only\"",
+     "returns of a laser pulse that are wanted", "returns", "",
+     [](Job& job, const W& value) { job.input.returns = static_cast<ReturnFilter>(choice_value(value, kReturns)); },
+     [](const Job& job) -> JobValue { return name_in(kReturns, job.input.returns); }},
+
     {"partition", "memory", T::kBytes, "a quantity such as \"4GiB\", or a number of bytes, at least 64MiB",
      "memory budget of the whole run", "memory", "",
      [](Job& job, const W& value) { job.partition.memory_bytes = bytes_value(value, kLeastMemory); },
@@ -110,10 +198,51 @@ constexpr JobKey kKeys[] = {
      set_chunk_points,
      [](const Job& job) -> JobValue { return auto_or(job.partition.chunk_points); }},
 
-    {"normals", "source", T::kChoice, "\"auto\" or \"file\"",
-     "where normals come from; this version takes them from the file", "normals", "",
-     set_normals_source,
-     [](const Job&) -> JobValue { return std::string("file"); }},
+    {"prepare", "auto", T::kFlag, "true or false",
+     "choose the clean-up by measuring how thick the scanned layers are", "clean", "true",
+     [](Job& job, const W& value) { job.prepare.automatic = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.prepare.automatic; }},
+    {"prepare", "outlier_sigma", T::kNumber, "a number of at least 0; 0 is off",
+     "drop points that lie so many deviations farther from their neighbours than those", "outlier-sigma", "",
+     [](Job& job, const W& value) { job.prepare.outlier_sigma = number_value(value, 0.0, kLargestNumber); },
+     [](const Job& job) -> JobValue { return job.prepare.outlier_sigma; }},
+    {"prepare", "merge_tolerance", T::kNumber, "a number of at least 0, in the scan's units; 0 is off",
+     "points closer than that become one", "merge-tolerance", "",
+     [](Job& job, const W& value) { job.prepare.merge_tolerance = number_value(value, 0.0, kLargestNumber); },
+     [](const Job& job) -> JobValue { return job.prepare.merge_tolerance; }},
+    {"prepare", "smooth_radius", T::kNumber, "a number of at least 0, in the scan's units; 0 is off",
+     "points move onto the surface that those within this radius suggest", "smooth-radius", "",
+     [](Job& job, const W& value) { job.prepare.smooth_radius = number_value(value, 0.0, kLargestNumber); },
+     [](const Job& job) -> JobValue { return job.prepare.smooth_radius; }},
+    {"prepare", "smooth_passes", T::kInteger, "an integer from 1 to 8",
+     "how often they move", "smooth-passes", "",
+     [](Job& job, const W& value) { job.prepare.smooth_passes = static_cast<int>(integer_value(value, 1, kMostLevels)); },
+     [](const Job& job) -> JobValue { return std::int64_t{job.prepare.smooth_passes}; }},
+    {"prepare", "thin_to_spacing", T::kNumber, "a number of at least 0, in the scan's units; 0 is off",
+     "keep points that far apart", "thin-to-spacing", "",
+     [](Job& job, const W& value) { job.prepare.thin_to_spacing = number_value(value, 0.0, kLargestNumber); },
+     [](const Job& job) -> JobValue { return job.prepare.thin_to_spacing; }},
+
+    {"normals", "source", T::kChoice, "\"auto\", \"file\" or \"estimate\"",
+     "where normals come from; auto estimates them where the scans have none", "normals", "",
+     [](Job& job, const W& value) { job.normals.source = static_cast<NormalSource>(choice_value(value, kSources)); },
+     [](const Job& job) -> JobValue { return name_in(kSources, job.normals.source); }},
+    {"normals", "neighbors", T::kInteger, "an integer from 3 to 256",
+     "points that a normal is estimated from", "neighbors", "",
+     [](Job& job, const W& value) { job.normals.neighbors = static_cast<int>(integer_value(value, 3, 256)); },
+     [](const Job& job) -> JobValue { return std::int64_t{job.normals.neighbors}; }},
+    {"normals", "orientation", T::kChoice, "\"auto\", \"scanner\", \"viewpoint\", \"up\", \"propagate\" or \"none\"",
+     "what decides the side of estimated normals; auto takes the first that is known", "orientation", "",
+     [](Job& job, const W& value) { job.normals.orientation = static_cast<Orientation>(choice_value(value, kOrientations)); },
+     [](const Job& job) -> JobValue { return name_in(kOrientations, job.normals.orientation); }},
+    {"normals", "viewpoint", T::kNumbers, "\"auto\" or three numbers [x, y, z]",
+     "normals point towards this place", "viewpoint", "",
+     [](Job& job, const W& value) { job.normals.viewpoint = optional_vector(value); },
+     [](const Job& job) -> JobValue { return auto_or(job.normals.viewpoint); }},
+    {"normals", "up", T::kNumbers, "\"auto\" or three numbers [x, y, z]",
+     "normals point to the side of this direction", "up", "",
+     [](Job& job, const W& value) { set_direction(job.normals.up, value); },
+     [](const Job& job) -> JobValue { return auto_or(job.normals.up); }},
 
     {"reconstruct", "method", T::kChoice, "\"ball_pivoting\"",
      "how the surface is found", "method", "",
@@ -123,10 +252,10 @@ constexpr JobKey kKeys[] = {
      "ball radii in the scan's units", "radii", "",
      set_radii,
      [](const Job& job) -> JobValue { return auto_or(job.reconstruct.ball_radii); }},
-    {"reconstruct", "levels", T::kInteger, "an integer from 1 to 8",
-     "how many radii are chosen when they are automatic", "levels", "",
-     [](Job& job, const W& value) { job.reconstruct.levels = static_cast<int>(integer_value(value, 1, kMostLevels)); },
-     [](const Job& job) -> JobValue { return std::int64_t{job.reconstruct.levels}; }},
+    {"reconstruct", "levels", T::kInteger, "\"auto\" or an integer from 1 to 8",
+     "how many radii are chosen when they are automatic; auto follows from the density", "levels", "",
+     [](Job& job, const W& value) { job.reconstruct.levels = is_auto(value) ? 0 : static_cast<int>(integer_value(value, 1, kMostLevels)); },
+     [](const Job& job) -> JobValue { return auto_or(static_cast<std::uint64_t>(job.reconstruct.levels)); }},
 
     {"fill", "enabled", T::kFlag, "true or false",
      "fill holes", "no-fill", "false",

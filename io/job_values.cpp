@@ -116,6 +116,22 @@ std::vector<double> ascending_value(const WrittenValue& value) {
   return numbers;
 }
 
+std::vector<double> numbers_value(const WrittenValue& value) {
+  if (value.shape == WrittenValue::Shape::kOther) reject();
+  std::vector<double> numbers;
+  for (const auto& item : value.items) {
+    numbers.push_back(number_of(item));
+    if (!std::isfinite(numbers.back())) reject();
+  }
+  return numbers;
+}
+
+Vec3 vector_value(const WrittenValue& value) {
+  const std::vector<double> numbers = numbers_value(value);
+  if (numbers.size() != 3) reject();
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
 std::array<std::uint8_t, 3> color_value(const WrittenValue& value) {
   const std::string text = text_value(value);
   if (text.size() != 7 || text.front() != '#') reject();

@@ -25,6 +25,10 @@ std::string text_value(const WrittenValue& value);
 std::vector<std::string> texts_value(const WrittenValue& value);
 /// Positive and ascending, at least one; a single number stands for a list of one.
 std::vector<double> ascending_value(const WrittenValue& value);
+/// Finite numbers; a single one stands for a list of one.
+std::vector<double> numbers_value(const WrittenValue& value);
+/// Three finite numbers.
+Vec3 vector_value(const WrittenValue& value);
 /// Red, green and blue of "#4477cc".
 std::array<std::uint8_t, 3> color_value(const WrittenValue& value);
 /// True for the text "auto".

@@ -84,16 +84,19 @@ void note_left_out(const std::vector<ListedFile>& files, const PointSchema& comm
 
 class PointSourceList final : public PointSource {
  public:
-  PointSourceList(const std::vector<std::filesystem::path>& paths, PointSourceOptions options)
-      : options_(std::move(options)) {
+  PointSourceList(const std::vector<std::filesystem::path>& paths, PointSourceOpener opener)
+      : opener_(std::move(opener)) {
+    if (!opener_)
+      opener_ = [](const std::filesystem::path& path) { return open_point_source(path); };
     declared_ = 0;
     for (const std::filesystem::path& path : paths) {
       // Opened for its header only: thousands of scans would not fit the open-file limit.
-      const auto source = open_point_source(path, options_);
+      const auto source = opener_(path);
       files_.push_back({path, source->schema(), source->bytes_total()});
       const std::optional<std::uint64_t> declared = source->declared_points();
       declared_ = declared_ && declared ? std::optional(*declared_ + *declared) : std::nullopt;
       bytes_total_ += source->bytes_total();
+      add_coordinate_system(source->coordinate_system(), path);
     }
     schema_ = common_schema(files_);
   }
@@ -104,7 +107,19 @@ class PointSourceList final : public PointSource {
     return bytes_done_ + (source_ ? source_->bytes_read() : 0);
   }
   std::uint64_t bytes_total() const override { return bytes_total_; }
-  void note(std::vector<std::string>& notes) const { note_left_out(files_, schema_, notes); }
+  std::optional<ScannerPlace> scanner() const override {
+    return source_ ? source_->scanner() : std::nullopt;
+  }
+  DroppedPoints left_out() const override {
+    DroppedPoints all = left_out_;
+    if (source_) add_left_out(all);
+    return all;
+  }
+  std::string coordinate_system() const override { return coordinate_system_; }
+  void note(std::vector<std::string>& notes) const {
+    note_left_out(files_, schema_, notes);
+    notes.insert(notes.end(), disagreements_.begin(), disagreements_.end());
+  }
 
   bool read(PointCloud& batch, std::size_t capacity) override {
     while (source_ || open_next()) {
@@ -115,6 +130,7 @@ class PointSourceList final : public PointSource {
         return true;
       }
       bytes_done_ += files_[next_ - 1].bytes;
+      add_left_out(left_out_);
       source_.reset();
     }
     batch.clear();
@@ -126,12 +142,25 @@ class PointSourceList final : public PointSource {
   bool open_next() {
     if (next_ == files_.size()) return false;
     const ListedFile& file = files_[next_++];
-    source_ = open_point_source(file.path, options_);
+    source_ = opener_(file.path);
     if (source_->schema() != file.schema)
       throw_bad_input("the file's columns changed while the job ran", {.file = file.path.string()});
     same_attributes_ = file.schema.attributes == schema_.attributes;
     runs_ = kept_runs(file.schema, schema_);
     return true;
+  }
+
+  void add_left_out(DroppedPoints& all) const {
+    for (const auto& [reason, count] : source_->left_out()) all[reason] += count;
+  }
+
+  /// The first that any file names counts; points are never converted.
+  void add_coordinate_system(const std::string& name, const std::filesystem::path& path) {
+    if (name.empty()) return;
+    if (coordinate_system_.empty()) coordinate_system_ = name;
+    if (name != coordinate_system_)
+      disagreements_.push_back("the coordinate system of " + path.string() +
+                               " differs from that of other files; points are taken as they are");
   }
 
   void keep_common(PointCloud& batch) {
@@ -150,7 +179,7 @@ class PointSourceList final : public PointSource {
     }
   }
 
-  PointSourceOptions options_;
+  PointSourceOpener opener_;
   std::vector<ListedFile> files_;
   PointSchema schema_;
   std::optional<std::uint64_t> declared_;
@@ -161,15 +190,18 @@ class PointSourceList final : public PointSource {
   bool same_attributes_ = true;
   PointCloud whole_;  ///< a batch before attributes are left out
   std::vector<KeptRun> runs_;
+  DroppedPoints left_out_;  ///< of the files that were read to their ends
+  std::string coordinate_system_;
+  std::vector<std::string> disagreements_;
 };
 
 }  // namespace
 
 std::unique_ptr<PointSource> open_point_sources(const std::vector<std::filesystem::path>& paths,
-                                                const PointSourceOptions& options,
+                                                const PointSourceOpener& opener,
                                                 std::vector<std::string>* notes) {
   if (paths.empty()) throw_usage("no input file", {.expected = "at least one scan"});
-  auto list = std::make_unique<PointSourceList>(paths, options);
+  auto list = std::make_unique<PointSourceList>(paths, opener);
   if (notes != nullptr) list->note(*notes);
   return list;
 }

@@ -135,6 +135,30 @@ Json machine_json() {
           {"memory_bytes", machine.memory_bytes}};
 }
 
+Json prepare_json(const PrepareFacts& facts) {
+  return {{"thickness", facts.thickness},
+          {"spacing", facts.spacing},
+          {"outlier_sigma", facts.options.outlier_sigma},
+          {"merge_tolerance", facts.options.merge_tolerance},
+          {"smooth_radius", facts.options.smooth_radius},
+          {"smooth_passes", facts.options.smooth_radius > 0.0 ? facts.options.smooth_passes : 0},
+          {"thin_to_spacing", facts.options.thin_to_spacing},
+          {"reason", text_or_null(facts.reason)},
+          {"points_moved", facts.points_moved},
+          {"mean_move", facts.mean_move}};
+}
+
+Json normals_json(const NormalFacts& facts) {
+  return {{"source", facts.source},
+          {"orientation", text_or_null(facts.orientation)},
+          {"neighbors", facts.neighbors},
+          {"max_radius", facts.max_radius},
+          {"patches", facts.patches},
+          {"components", facts.components},
+          {"contested_patches", facts.contested},
+          {"votes_satisfied", facts.satisfied}};
+}
+
 void write_text(const std::filesystem::path& path, const std::string& text) {
   AtomicFile file(path);
   file.write(text);
@@ -149,6 +173,9 @@ std::string report_json(const RunReport& report) {
   json["command"] = report.command;
   json["options"] = options_json(report.options);
   json["input"] = input_json(report);
+  json["coordinate_system"] = text_or_null(report.coordinate_system);
+  json["prepare"] = prepare_json(report.prepare);
+  json["normals"] = normals_json(report.normals);
   json["partition"] = {{"chunks", report.chunks},
                        {"halo_width", report.halo_width},
                        {"largest_chunk_points", report.largest_chunk_points}};

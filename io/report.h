@@ -67,6 +67,29 @@ struct HoleFacts {
   double seconds = 0.0;
 };
 
+/// Where the normals of a run come from.
+struct NormalFacts {
+  std::string source;            ///< "file" or "estimated"
+  std::string orientation;       ///< "scanner", "viewpoint", "up", "propagate", "none"; empty
+                                 ///< for the file's
+  std::uint64_t neighbors = 0;   ///< that a normal was estimated from
+  double max_radius = 0.0;       ///< no neighbour was farther away; world units
+  std::uint64_t patches = 0;     ///< of the propagation
+  std::uint64_t components = 0;  ///< of the patches, that no vote connects
+  std::uint64_t contested = 0;   ///< patches whose votes for their sign are not 3 to 1
+  double satisfied = 1.0;        ///< share of all votes that agree with the result
+};
+
+/// What the clean-up did, or would have done.
+struct PrepareFacts {
+  double thickness = 0.0;  ///< of the scanned layers; world units; 0: not measured
+  double spacing = 0.0;    ///< of the raw points
+  PrepareOptions options;  ///< what was applied
+  std::string reason;      ///< why, where it was chosen; what would have been chosen
+  std::uint64_t points_moved = 0;
+  double mean_move = 0.0;  ///< of the points moved, over all passes; world units
+};
+
 struct RunReport {
   std::string version;
   std::vector<std::string> command;
@@ -75,6 +98,9 @@ struct RunReport {
   std::uint64_t points_read = 0;
   std::map<std::string, std::uint64_t> points_dropped;  ///< by reason
   std::uint64_t points_unused = 0;                      ///< kept, but no triangle uses them
+  PrepareFacts prepare;
+  NormalFacts normals;
+  std::string coordinate_system;  ///< of the input, where it says; written beside the mesh
   Box bounds;
   std::uint64_t chunks = 0;
   double halo_width = 0.0;

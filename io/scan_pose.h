@@ -36,6 +36,10 @@ RigidMotion motion_of_quaternion(const std::array<double, 4>& quaternion, Vec3 t
 /// std::invalid_argument, saying why, where it is no rigid motion (to 1e-4 of its scale).
 RigidMotion motion_of_matrix(const std::array<double, 16>& matrix);
 
+/// "FILE tx ty tz qx qy qz qw" or "FILE" and the sixteen numbers of a matrix, as for the functions
+/// above. Throws std::invalid_argument, saying why.
+ScanPose parse_pose(std::string_view text);
+
 /// Reads the `bmesh FILE tx ty tz qx qy qz qw` lines of a Stanford .conf. Its quaternions turn row
 /// vectors: world = conjugate rotation + translation. Throws Error (bad input) with file and line.
 std::vector<ScanPose> read_stanford_poses(const std::filesystem::path& path);

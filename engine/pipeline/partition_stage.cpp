@@ -142,7 +142,10 @@ std::string file_stamp(const std::string& file) {
 std::unique_ptr<PointSource> open_input(const InputContext& context,
                                         std::vector<std::string>* notes) {
   std::vector<std::filesystem::path> paths(context.files.begin(), context.files.end());
-  auto source = open_point_sources(paths, {context.job.input.text}, notes);
+  const auto opener = [&options = context.job.input](const std::filesystem::path& path) {
+    return open_point_source(path, {options.text});
+  };
+  auto source = open_point_sources(paths, opener, notes);
   if (!source->schema().has_normals) {
     throw_bad_input("the cloud has no normals",
                     {.file = context.files.front(),
