@@ -7,6 +7,7 @@
 #include "io/error.h"
 #include "io/mesh_parsers.h"
 #include "io/ply_source.h"
+#include "io/ptx_source.h"
 #include "io/text_source.h"
 
 namespace orbweave {
@@ -41,6 +42,11 @@ bool is_text_extension(const std::string& extension) {
   return extension == ".xyz" || extension == ".txt" || extension == ".csv" || extension == ".pts";
 }
 
+std::unique_ptr<PointSource> open_ptx_file(const std::filesystem::path& path, ByteReader reader) {
+  if (path == "-") return open_ptx_source(std::move(reader));
+  return open_ptx_source(std::move(reader), [&] { return ByteReader(open_byte_source(path)); });
+}
+
 }  // namespace
 
 std::string format_extension(const std::filesystem::path& path) {
@@ -60,8 +66,10 @@ std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path
   const std::string extension = format_extension(path);
   const bool is_stream = path == "-";
   if (extension == ".ply") return open_ply_source(std::move(reader));
+  if (extension == ".ptx") return open_ptx_file(path, std::move(reader));
   if (is_stream || is_text_extension(extension)) {
     if (looks_like_ply(reader)) return open_ply_source(std::move(reader));
+    if (looks_like_ptx(reader)) return open_ptx_file(path, std::move(reader));
     return open_text_source(std::move(reader), options.text, extension == ".pts");
   }
   if (extension == ".obj")
@@ -71,7 +79,7 @@ std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path
   throw_usage("no reader for this extension",
               {.file = path.string(),
                .found = extension.empty() ? "none" : extension,
-               .expected = ".ply, .xyz, .txt, .csv, .pts, .obj or .stl, each also with .gz"});
+               .expected = ".ply, .xyz, .txt, .csv, .pts, .ptx, .obj or .stl, each also with .gz"});
 }
 
 PointCloud read_all(PointSource& source) {
