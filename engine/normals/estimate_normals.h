@@ -31,7 +31,8 @@ struct EstimatedNormals {
 /// and hold everything within max_radius of the points asked for; the result then does not depend,
 /// to the last bit, on what else they hold. Neighbours are summed in canonical order; equally
 /// distant ones come in canonical order. A neighbourhood that is nearly a line (a single scan row)
-/// is enlarged, up to the radius, until it is none. Runs on the calling TBB arena. O(n log n).
+/// is doubled, up to 16 times within the radius, until it is none. Runs on the calling TBB arena.
+/// O(n log n).
 EstimatedNormals estimate_normals(std::span<const Vec3> positions, std::uint32_t begin,
                                   std::uint32_t end, const NormalEstimateOptions& options);
 
