@@ -5,9 +5,11 @@
 
 #include "io/byte_source.h"
 #include "io/error.h"
+#include "io/las/las_source.h"
 #include "io/mesh_parsers.h"
 #include "io/ply_source.h"
 #include "io/ptx_source.h"
+#include "io/random_access.h"
 #include "io/text_source.h"
 
 namespace orbweave {
@@ -61,9 +63,10 @@ std::string format_extension(const std::filesystem::path& path) {
 
 std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path,
                                                const PointSourceOptions& options) {
+  const std::string extension = format_extension(path);
+  if (extension == ".las" || extension == ".laz") return open_las_source(open_random_access(path));
   // Opened first: a file that is missing or a directory should be told as that.
   ByteReader reader(open_byte_source(path));
-  const std::string extension = format_extension(path);
   const bool is_stream = path == "-";
   if (extension == ".ply") return open_ply_source(std::move(reader));
   if (extension == ".ptx") return open_ptx_file(path, std::move(reader));
@@ -76,10 +79,12 @@ std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path
     return std::make_unique<MeshVertices>(std::move(reader), MeshFormat::kObj);
   if (extension == ".stl")
     return std::make_unique<MeshVertices>(std::move(reader), MeshFormat::kStl);
-  throw_usage("no reader for this extension",
-              {.file = path.string(),
-               .found = extension.empty() ? "none" : extension,
-               .expected = ".ply, .xyz, .txt, .csv, .pts, .ptx, .obj or .stl, each also with .gz"});
+  throw_usage(
+      "no reader for this extension",
+      {.file = path.string(),
+       .found = extension.empty() ? "none" : extension,
+       .expected = ".ply, .xyz, .txt, .csv, .pts, .ptx, .obj or .stl, each also with .gz; .las or "
+                   ".laz"});
 }
 
 PointCloud read_all(PointSource& source) {
