@@ -1,0 +1,200 @@
+#include "engine/cleaning/thinning.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <limits>
+#include <tuple>
+
+#include "engine/cleaning/neighbor_grid.h"
+
+namespace orbweave {
+namespace {
+
+/// Cells of one colour are a cell apart and can be decided at the same time. The colour is made of
+/// the parities of the cell's numbers (x the lowest bit), and colours are decided in the order of a
+/// Gray code: x changes parity at most four times on the way, so that a decision depends on cells
+/// that are at most four away.
+constexpr std::array<int, 8> kOrderOfColors = {0, 1, 3, 2, 6, 7, 5, 4};
+constexpr double kCellsOfHalo = 5.0;
+
+int color_of(const LatticeCell& cell) {
+  return static_cast<int>((cell.x & 1) | ((cell.y & 1) << 1) | ((cell.z & 1) << 2));
+}
+
+/// Rank within a cell, from signs and mantissas: a cloud scaled by a power of two keeps its ranks.
+std::uint64_t rank_of(Vec3 p) {
+  std::uint64_t hash = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto bits = std::bit_cast<std::uint64_t>(p[axis] == 0.0 ? 0.0 : p[axis]);
+    hash = (hash ^ (bits & 0x800FFFFFFFFFFFFFu)) * 0x9E3779B97F4A7C15u;
+    hash ^= hash >> 32;
+    hash *= 0xBF58476D1CE4E5B9u;
+    hash ^= hash >> 29;
+  }
+  return hash;
+}
+
+/// The points and when two of them are so close that one of them is enough.
+struct Cloud {
+  std::span<const Vec3> positions;
+  std::span<const Vec3> normals;
+  double squared_spacing;
+  double min_cosine;
+
+  Cloud(std::span<const Vec3> all_positions, std::span<const Vec3> all_normals,
+        const ThinningOptions& options)
+      : positions(all_positions),
+        normals(options.min_cosine > -1.0 ? all_normals : std::span<const Vec3>()),
+        squared_spacing(options.spacing * options.spacing),
+        min_cosine(options.min_cosine) {}
+  bool same_sheet(std::uint32_t a, std::uint32_t b) const {
+    return normals.empty() || dot(normals[a], normals[b]) >= min_cosine;
+  }
+  double squared_distance(std::uint32_t a, std::uint32_t b) const {
+    return squared_norm(positions[a] - positions[b]);
+  }
+  bool replaces(std::uint32_t a, std::uint32_t b) const {
+    return squared_distance(a, b) < squared_spacing && same_sheet(a, b);
+  }
+};
+
+/// Points of a cell in the order in which they are decided.
+std::vector<std::uint32_t> ranked(std::span<const std::uint32_t> members,
+                                  std::span<const Vec3> positions) {
+  std::vector<std::uint32_t> order(members.begin(), members.end());
+  const auto key = [&](std::uint32_t i) { return std::tuple(rank_of(positions[i]), i); };
+  std::sort(order.begin(), order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  return order;
+}
+
+/// Decides cell after cell; `kept_of_cell` grows as it goes.
+class Thinning {
+ public:
+  Thinning(const Cloud& cloud, const NeighborGrid& grid)
+      : cloud_(cloud), grid_(grid), kept_of_cell_(grid.cells()) {}
+
+  std::vector<std::vector<std::uint32_t>> run() {
+    std::array<std::vector<std::uint32_t>, 8> of_color;
+    for (std::uint32_t cell = 0; cell < grid_.cells(); ++cell)
+      of_color[color_of(grid_.lattice_cell(cell))].push_back(cell);
+    for (const int color : kOrderOfColors) {
+      tbb::parallel_for(std::size_t{0}, of_color[color].size(),
+                        [&](std::size_t i) { decide(of_color[color][i]); });
+    }
+    return std::move(kept_of_cell_);
+  }
+
+ private:
+  /// Cells of the same colour are not among those around a cell, and those of later colours have
+  /// kept nothing yet.
+  void decide(std::uint32_t cell) {
+    std::vector<std::uint32_t> cells, rivals;
+    grid_.around(cell, cells);
+    for (const std::uint32_t near : cells)
+      rivals.insert(rivals.end(), kept_of_cell_[near].begin(), kept_of_cell_[near].end());
+    for (const std::uint32_t point : ranked(grid_.members(cell), cloud_.positions)) {
+      const auto is_near = [&](std::uint32_t rival) { return cloud_.replaces(point, rival); };
+      if (std::any_of(rivals.begin(), rivals.end(), is_near)) continue;
+      rivals.push_back(point);
+      kept_of_cell_[cell].push_back(point);
+    }
+  }
+
+  const Cloud& cloud_;
+  const NeighborGrid& grid_;
+  std::vector<std::vector<std::uint32_t>> kept_of_cell_;
+};
+
+/// The nearest kept point that replaces a point (of equally near ones the first); the point itself
+/// where it is kept.
+std::uint32_t representative(std::uint32_t point, const std::vector<std::uint32_t>& cells,
+                             const std::vector<std::vector<std::uint32_t>>& kept_of_cell,
+                             const Cloud& cloud) {
+  auto best = std::tuple(std::numeric_limits<double>::infinity(), point);
+  for (const std::uint32_t near : cells) {
+    for (const std::uint32_t kept : kept_of_cell[near]) {
+      if (kept == point) return point;
+      if (cloud.replaces(point, kept))
+        best = std::min(best, std::tuple(cloud.squared_distance(point, kept), kept));
+    }
+  }
+  return std::get<1>(best);
+}
+
+/// Pairs (kept point, point that it stands for), sorted.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> groups_of(
+    const Cloud& cloud, const NeighborGrid& grid,
+    const std::vector<std::vector<std::uint32_t>>& kept_of_cell) {
+  std::vector<std::uint32_t> of_point(cloud.positions.size());
+  tbb::parallel_for(std::uint32_t{0}, grid.cells(), [&](std::uint32_t cell) {
+    std::vector<std::uint32_t> cells;
+    grid.around(cell, cells);
+    for (const std::uint32_t point : grid.members(cell))
+      of_point[point] = representative(point, cells, kept_of_cell, cloud);
+  });
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> groups(of_point.size());
+  for (std::uint32_t i = 0; i < of_point.size(); ++i) groups[i] = {of_point[i], i};
+  std::sort(groups.begin(), groups.end());
+  return groups;
+}
+
+std::vector<std::uint8_t> flags_of(const std::vector<std::vector<std::uint32_t>>& kept_of_cell,
+                                   std::uint32_t begin, std::uint32_t end) {
+  std::vector<std::uint8_t> kept(end - begin, 0);
+  for (const auto& points : kept_of_cell) {
+    for (const std::uint32_t point : points)
+      if (point >= begin && point < end) kept[point - begin] = 1;
+  }
+  return kept;
+}
+
+}  // namespace
+
+double thinning_halo(const ThinningOptions& options) {
+  return kCellsOfHalo * NeighborGrid::cell_side(options.spacing);
+}
+
+std::vector<std::uint8_t> thin_points(std::span<const Vec3> positions,
+                                      std::span<const Vec3> normals, std::uint32_t begin,
+                                      std::uint32_t end, const ThinningOptions& options) {
+  const Cloud cloud(positions, normals, options);
+  const NeighborGrid grid(positions, options.spacing);
+  return flags_of(Thinning(cloud, grid).run(), begin, end);
+}
+
+double merging_halo(const ThinningOptions& options) {
+  // Points up to a spacing away join a kept one, unless another kept one, up to a spacing from
+  // them, is nearer.
+  return thinning_halo(options) + 2.0 * options.spacing;
+}
+
+MergedPoints merge_points(std::span<const Vec3> positions, std::span<const Vec3> normals,
+                          std::uint32_t begin, std::uint32_t end, const ThinningOptions& options) {
+  const Cloud cloud(positions, normals, options);
+  const NeighborGrid grid(positions, options.spacing);
+  const auto kept_of_cell = Thinning(cloud, grid).run();
+  MergedPoints merged;
+  merged.kept = flags_of(kept_of_cell, begin, end);
+  merged.positions.assign(positions.begin() + begin, positions.begin() + end);
+  if (!normals.empty()) merged.normals.assign(normals.begin() + begin, normals.begin() + end);
+  const auto groups = groups_of(cloud, grid, kept_of_cell);
+  for (std::size_t first = 0, last = 0; first < groups.size(); first = last) {
+    const std::uint32_t kept = groups[first].first;
+    Vec3 shift, normal;
+    for (; last < groups.size() && groups[last].first == kept; ++last) {
+      shift = shift + (positions[groups[last].second] - positions[kept]);
+      if (!normals.empty()) normal = normal + normals[groups[last].second];
+    }
+    if (kept < begin || kept >= end || last - first < 2) continue;
+    merged.positions[kept - begin] = positions[kept] + shift / static_cast<double>(last - first);
+    if (!normals.empty() && squared_norm(normal) > 0.0)
+      merged.normals[kept - begin] = normalized(normal);
+  }
+  return merged;
+}
+
+}  // namespace orbweave
