@@ -65,6 +65,14 @@ inline std::uint64_t mixed(std::uint64_t word) {
 /// 53 random bits as a fraction in [0, 1).
 inline double fraction(std::uint64_t word) { return static_cast<double>(word >> 11) * 0x1p-53; }
 
+/// Not inlined: where GCC 12 vectorises the way to float and back, it drops the rounding.
+[[gnu::noinline]] inline double rounded_to_float(double value) {
+  return static_cast<double>(static_cast<float>(value));
+}
+inline Vec3 rounded_to_float(Vec3 v) {
+  return {rounded_to_float(v.x), rounded_to_float(v.y), rounded_to_float(v.z)};
+}
+
 /// Three independent, nearly Gaussian numbers of mean 0 and standard deviation 1: each the sum of
 /// 12 uniforms (Irwin-Hall; kurtosis 2.9 instead of 3, never beyond 6). A pure function of
 /// (seed, index).

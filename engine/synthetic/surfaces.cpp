@@ -44,7 +44,58 @@ SurfacePoint tube_point(SineCosine a, SineCosine b, const Tube& tube) {
   return point;
 }
 
+/// A place in the coordinates of the tube, angles as their sines and cosines.
+struct TubePlace {
+  double from_axis, from_center;  ///< the latter from the centre line of the tube
+  SineCosine u, v;
+  Vec3 out;  ///< away from the centre line
+};
+
+TubePlace tube_place(Vec3 p) {
+  TubePlace place;
+  place.from_axis = std::sqrt(p.x * p.x + p.y * p.y);
+  const double across = place.from_axis - kMajorRadius;
+  place.from_center = std::sqrt(across * across + p.z * p.z);
+  place.u = {p.y / place.from_axis, p.x / place.from_axis};
+  place.v = {p.z / place.from_center, across / place.from_center};
+  place.out = {place.v.cosine * place.u.cosine, place.v.cosine * place.u.sine, place.v.sine};
+  return place;
+}
+
+SineCosine sum_of_angles(SineCosine a, SineCosine b) {
+  return {a.sine * b.cosine + a.cosine * b.sine, a.cosine * b.cosine - a.sine * b.sine};
+}
+
+/// The wave of a bump without its angles: multiples of an angle follow from its sine and cosine.
+SineCosine wave_at(const Bump& bump, const TubePlace& place) {
+  SineCosine wave = sine_cosine(bump.phase);
+  for (int k = 0; k < static_cast<int>(bump.m); ++k) wave = sum_of_angles(wave, place.u);
+  for (int k = 0; k < static_cast<int>(bump.n); ++k) wave = sum_of_angles(wave, place.v);
+  return wave;
+}
+
 }  // namespace
+
+TubeField torus_field(Vec3 position) {
+  const TubePlace place = tube_place(position);
+  return {place.from_center - kTubeRadius, place.out};
+}
+
+TubeField bumpy_torus_field(Vec3 position) {
+  const TubePlace place = tube_place(position);
+  const Vec3 by_u = Vec3{-place.u.sine, place.u.cosine, 0.0} / place.from_axis;
+  const Vec3 by_v =
+      Vec3{-place.v.sine * place.u.cosine, -place.v.sine * place.u.sine, place.v.cosine} /
+      place.from_center;
+  TubeField field{place.from_center - kTubeRadius, place.out};
+  for (const Bump& bump : kBumps) {
+    const SineCosine wave = wave_at(bump, place);
+    field.value -= kTubeRadius * bump.amplitude * wave.sine;
+    field.gradient = field.gradient -
+                     kTubeRadius * bump.amplitude * wave.cosine * (bump.m * by_u + bump.n * by_v);
+  }
+  return field;
+}
 
 SurfacePoint torus_point(double u, SineCosine v) {
   const SineCosine a = sine_cosine(u);

@@ -25,18 +25,6 @@ constexpr std::array<Shape, 6> kShapes = {Shape::kSphere, Shape::kTorus,      Sh
 constexpr std::array<std::string_view, 6> kShapeNames = {"sphere", "torus",       "bumpy-torus",
                                                          "plane",  "double-wall", "cube"};
 
-void check(const SyntheticOptions& options) {
-  if (options.points == 0) throw_usage("a synthetic cloud needs at least one point");
-  if (!(options.noise >= 0.0) || !std::isfinite(options.noise))
-    throw_usage("noise must be a finite number of spacings, not negative");
-  if (options.precision != ScalarType::kFloat64 && options.precision != ScalarType::kFloat32)
-    throw_usage("positions are float32 or float64", {.file = {},
-                                                     .place = {},
-                                                     .found = name_of(options.precision),
-                                                     .expected = {},
-                                                     .advice = {}});
-}
-
 /// The midpoint rule, which converges geometrically for a periodic analytic integrand.
 double bumpy_torus_area() {
   constexpr int kSteps = 256;
@@ -79,11 +67,6 @@ SurfacePoint face_or_edge_point(const Row& row, double u, bool density_varying) 
   return {position, synthetic::cube_normal(position)};
 }
 
-/// Not inlined: where GCC 12 vectorises the way to float and back, it drops the rounding.
-[[gnu::noinline]] float to_float(double value) { return static_cast<float>(value); }
-
-Vec3 rounded_to_float(Vec3 v) { return {to_float(v.x), to_float(v.y), to_float(v.z)}; }
-
 }  // namespace
 
 std::string_view name_of(Shape shape) { return kShapeNames[static_cast<std::size_t>(shape)]; }
@@ -95,6 +78,18 @@ std::optional<Shape> shape_named(std::string_view name) {
 }
 
 std::span<const Shape> all_shapes() { return kShapes; }
+
+void check_options(const SyntheticOptions& options) {
+  if (options.points == 0) throw_usage("a synthetic cloud needs at least one point");
+  if (!(options.noise >= 0.0) || !std::isfinite(options.noise))
+    throw_usage("noise must be a finite number of spacings, not negative");
+  if (options.precision != ScalarType::kFloat64 && options.precision != ScalarType::kFloat32)
+    throw_usage("positions are float32 or float64", {.file = {},
+                                                     .place = {},
+                                                     .found = name_of(options.precision),
+                                                     .expected = {},
+                                                     .advice = {}});
+}
 
 double surface_area(Shape shape) {
   switch (shape) {
@@ -157,8 +152,8 @@ void SyntheticCloud::State::store(PointCloud& batch, std::size_t slot, std::uint
   if (noise > 0.0)
     point.position = point.position + noise * portable::gaussian(options.seed, index);
   if (options.precision == ScalarType::kFloat32) {
-    point.position = rounded_to_float(point.position);
-    point.normal = rounded_to_float(point.normal);
+    point.position = portable::rounded_to_float(point.position);
+    point.normal = portable::rounded_to_float(point.normal);
   }
   batch.positions[slot] = point.position;
   batch.normals[slot] = point.normal;
@@ -186,7 +181,7 @@ void SyntheticCloud::State::fill(PointCloud& batch, std::uint64_t first, std::si
 
 SyntheticCloud::SyntheticCloud(const SyntheticOptions& options)
     : state_(std::make_unique<State>()) {
-  check(options);
+  check_options(options);
   state_->options = options;
   state_->schema.has_normals = true;
   state_->schema.position_type = options.precision;

@@ -44,6 +44,10 @@ struct SyntheticOptions {
   ScalarType precision = ScalarType::kFloat64;  ///< of positions and normals; or kFloat32
 };
 
+/// Throws Error (usage) for zero points, a noise that is negative or not finite, and a precision
+/// other than float.
+void check_options(const SyntheticOptions& options);
+
 /// Nominal distance between neighbours, world units: sqrt(area / points). Without noise and with
 /// uniform density, nearest neighbours are 0.85 to 1.2 spacings apart (bumpy torus: from 0.65) and
 /// no point of the surface is farther than 0.9 spacings from the cloud (from 1,000 points on). With
@@ -59,8 +63,7 @@ double surface_area(Shape shape);
 /// the normalised mean of their faces' normals. Runs on the calling TBB arena.
 class SyntheticCloud : public PointSource {
  public:
-  /// Throws Error (usage) for zero points, a noise that is negative or not finite, and a
-  /// precision other than float.
+  /// Throws like check_options().
   explicit SyntheticCloud(const SyntheticOptions& options);
   ~SyntheticCloud() override;
 
