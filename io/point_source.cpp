@@ -7,6 +7,7 @@
 #include "io/error.h"
 #include "io/las/las_source.h"
 #include "io/mesh_parsers.h"
+#include "io/pcd_source.h"
 #include "io/ply_source.h"
 #include "io/ptx_source.h"
 #include "io/random_access.h"
@@ -45,7 +46,8 @@ bool is_text_extension(const std::string& extension) {
 }
 
 std::unique_ptr<PointSource> open_ptx_file(const std::filesystem::path& path, ByteReader reader) {
-  if (path == "-") return open_ptx_source(std::move(reader));
+  // A pipe can be read only once.
+  if (!std::filesystem::is_regular_file(path)) return open_ptx_source(std::move(reader));
   return open_ptx_source(std::move(reader), [&] { return ByteReader(open_byte_source(path)); });
 }
 
@@ -69,9 +71,11 @@ std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path
   ByteReader reader(open_byte_source(path));
   const bool is_stream = path == "-";
   if (extension == ".ply") return open_ply_source(std::move(reader));
+  if (extension == ".pcd") return open_pcd_source(std::move(reader));
   if (extension == ".ptx") return open_ptx_file(path, std::move(reader));
   if (is_stream || is_text_extension(extension)) {
     if (looks_like_ply(reader)) return open_ply_source(std::move(reader));
+    if (looks_like_pcd(reader)) return open_pcd_source(std::move(reader));
     if (looks_like_ptx(reader)) return open_ptx_file(path, std::move(reader));
     return open_text_source(std::move(reader), options.text, extension == ".pts");
   }
@@ -83,8 +87,9 @@ std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path
       "no reader for this extension",
       {.file = path.string(),
        .found = extension.empty() ? "none" : extension,
-       .expected = ".ply, .xyz, .txt, .csv, .pts, .ptx, .obj or .stl, each also with .gz; .las or "
-                   ".laz"});
+       .expected =
+           ".ply, .xyz, .txt, .csv, .pts, .ptx, .pcd, .obj or .stl, each also with .gz; .las or "
+           ".laz"});
 }
 
 PointCloud read_all(PointSource& source) {
