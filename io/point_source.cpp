@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "io/byte_source.h"
+#include "io/e57/e57_source.h"
 #include "io/error.h"
 #include "io/las/las_source.h"
 #include "io/mesh_parsers.h"
@@ -67,6 +68,7 @@ std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path
                                                const PointSourceOptions& options) {
   const std::string extension = format_extension(path);
   if (extension == ".las" || extension == ".laz") return open_las_source(open_random_access(path));
+  if (extension == ".e57") return open_e57_source(open_random_access(path));
   // Opened first: a file that is missing or a directory should be told as that.
   ByteReader reader(open_byte_source(path));
   const bool is_stream = path == "-";

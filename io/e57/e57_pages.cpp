@@ -1,0 +1,161 @@
+#include "io/e57/e57_pages.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <string_view>
+#include <utility>
+
+#include "io/byte_reader.h"
+#include "io/e57/crc32c.h"
+#include "io/error.h"
+
+namespace orbweave {
+namespace {
+
+constexpr std::size_t kHeaderBytes = 48;
+constexpr std::size_t kChecksumBytes = 4;
+constexpr std::string_view kSignature = "ASTM-E57";
+// The standard writes 1024. Larger pages are read up to a bound that keeps a window small.
+constexpr std::uint64_t kSmallestPage = 64;
+constexpr std::uint64_t kLargestPage = std::uint64_t{1} << 20;
+constexpr std::uint64_t kWindowBytes = std::uint64_t{1} << 18;
+
+using HeaderBytes = std::array<std::byte, kHeaderBytes>;
+
+void check_signature(const HeaderBytes& bytes, const std::string& name) {
+  const std::string_view signature(reinterpret_cast<const char*>(bytes.data()), kSignature.size());
+  if (signature != kSignature)
+    throw_bad_input("this is no E57 file", {.file = name,
+                                            .place = "byte 0",
+                                            .found = excerpt(signature),
+                                            .expected = "the signature \"ASTM-E57\""});
+  const std::uint64_t major = e57_integer(std::span(bytes).subspan(8, 4));
+  if (major != 1)
+    throw_bad_input("unknown version of E57", {.file = name,
+                                               .place = "byte 8",
+                                               .found = "version " + std::to_string(major),
+                                               .expected = "version 1"});
+}
+
+void check_sizes(const E57Header& header, const RandomAccess& file) {
+  const std::uint64_t page = header.page_bytes;
+  if (page < kSmallestPage || page > kLargestPage || page % 4 != 0)
+    throw_bad_input("the E57 header has an impossible page size",
+                    {.file = file.name(),
+                     .place = "byte 40",
+                     .found = std::to_string(page) + " bytes",
+                     .expected = "1024 bytes"});
+  if (header.physical_bytes > file.size())
+    throw_bad_input("the file is shorter than its E57 header says",
+                    {.file = file.name(),
+                     .place = "byte 16",
+                     .found = std::to_string(file.size()) + " bytes",
+                     .expected = std::to_string(header.physical_bytes) + " bytes",
+                     .advice = "Copy or download the file again."});
+  if (header.physical_bytes == 0 || header.physical_bytes % page != 0)
+    throw_bad_input("the length in the E57 header is no whole number of pages",
+                    {.file = file.name(),
+                     .place = "byte 16",
+                     .found = std::to_string(header.physical_bytes) + " bytes",
+                     .expected = "a multiple of " + std::to_string(page)});
+}
+
+}  // namespace
+
+std::uint64_t e57_integer(std::span<const std::byte> bytes) {
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    value |= static_cast<std::uint64_t>(bytes[i]) << (8 * i);
+  return value;
+}
+
+E57Pages::E57Pages(std::unique_ptr<RandomAccess> file) : file_(std::move(file)) {
+  HeaderBytes bytes;
+  if (file_->size() < kHeaderBytes)
+    throw_bad_input("the file is too short for an E57 header",
+                    {.file = name(),
+                     .found = std::to_string(file_->size()) + " bytes",
+                     .expected = std::to_string(kHeaderBytes) + " bytes or more"});
+  file_->read(0, bytes);
+  check_signature(bytes, name());
+  const auto field = [&](std::size_t at) { return e57_integer(std::span(bytes).subspan(at, 8)); };
+  header_ = {.physical_bytes = field(16),
+             .xml_offset = field(24),
+             .xml_bytes = field(32),
+             .page_bytes = field(40)};
+  check_sizes(header_, *file_);
+  payload_ = header_.page_bytes - kChecksumBytes;
+  pages_ = header_.physical_bytes / header_.page_bytes;
+  load_window(0);  // what the header says is believed only once its page is checked
+}
+
+std::uint64_t E57Pages::to_logical(std::uint64_t physical, const std::string& what) const {
+  const std::uint64_t in_page = physical % header_.page_bytes;
+  const bool is_inside = physical >= kHeaderBytes && physical < header_.physical_bytes;
+  if (!is_inside || in_page >= payload_)
+    throw_bad_input("the offset of " + what +
+                        (is_inside ? " points into a checksum" : " points outside of the data"),
+                    {.file = name(),
+                     .found = "byte " + std::to_string(physical),
+                     .expected = "a byte from " + std::to_string(kHeaderBytes) + " to " +
+                                 std::to_string(header_.physical_bytes - kChecksumBytes - 1)});
+  return physical / header_.page_bytes * payload_ + in_page;
+}
+
+std::string E57Pages::place(std::uint64_t logical) const {
+  return "byte " + std::to_string(to_physical(logical));
+}
+
+void E57Pages::read(std::uint64_t logical, std::span<std::byte> out) {
+  if (logical > logical_bytes() || out.size() > logical_bytes() - logical)
+    throw_bad_input("the E57 file ends too early",
+                    {.file = name(),
+                     .place = "byte " + std::to_string(to_physical(logical)),
+                     .found = "its end at byte " + std::to_string(header_.physical_bytes),
+                     .expected = std::to_string(out.size()) + " bytes of data more"});
+  while (!out.empty()) {
+    if (logical < window_begin_ || logical >= window_begin_ + window_.size())
+      load_window(logical / payload_);
+    const std::size_t skipped = static_cast<std::size_t>(logical - window_begin_);
+    const std::size_t count = std::min(out.size(), window_.size() - skipped);
+    std::memcpy(out.data(), window_.data() + skipped, count);
+    out = out.subspan(count);
+    logical += count;
+  }
+}
+
+void E57Pages::load_window(std::uint64_t page) {
+  const std::uint64_t wanted = std::max<std::uint64_t>(kWindowBytes / header_.page_bytes, 1);
+  const std::uint64_t count = std::min(wanted, pages_ - page);
+  window_.clear();  // nothing unchecked is left behind when a check below throws
+  raw_.resize(static_cast<std::size_t>(count * header_.page_bytes));
+  file_->read(page * header_.page_bytes, raw_);
+  window_begin_ = page * payload_;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const auto bytes =
+        std::span<const std::byte>(raw_).subspan(i * header_.page_bytes, header_.page_bytes);
+    check_page(page + i, bytes);
+    window_.insert(window_.end(), bytes.begin(), bytes.end() - kChecksumBytes);
+  }
+}
+
+void E57Pages::check_page(std::uint64_t page, std::span<const std::byte> bytes) const {
+  const std::uint32_t computed = crc32c(bytes.first(bytes.size() - kChecksumBytes));
+  // Alone among the integers of the format, the checksum is stored most significant byte first.
+  std::uint32_t stored = 0;
+  for (const std::byte byte : bytes.last(kChecksumBytes))
+    stored = stored << 8 | static_cast<std::uint32_t>(byte);
+  if (stored == computed) return;
+  const std::uint64_t begin = page * header_.page_bytes;
+  throw_bad_input("the file is damaged: the checksum of page " + std::to_string(page) + " (bytes " +
+                      std::to_string(begin) + " to " +
+                      std::to_string(begin + header_.page_bytes - 1) + ") is wrong",
+                  {.file = name(),
+                   .place = "byte " + std::to_string(begin),
+                   .found = "CRC-32C " + std::to_string(computed),
+                   .expected = std::to_string(stored),
+                   .advice = "Copy or download the file again."});
+}
+
+}  // namespace orbweave
