@@ -90,8 +90,8 @@ std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path
       {.file = path.string(),
        .found = extension.empty() ? "none" : extension,
        .expected =
-           ".ply, .xyz, .txt, .csv, .pts, .ptx, .pcd, .obj or .stl, each also with .gz; .las or "
-           ".laz"});
+           ".ply, .xyz, .txt, .csv, .pts, .ptx, .pcd, .obj or .stl, each also with .gz; .las, "
+           ".laz or .e57"});
 }
 
 PointCloud read_all(PointSource& source) {
