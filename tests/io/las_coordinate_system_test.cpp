@@ -1,0 +1,98 @@
+// Where the coordinate reference system of a LAS file is found.
+#include <catch2/catch.hpp>
+
+#include "tests/io/las_files.h"
+
+namespace orbweave {
+namespace {
+
+using test::LasFile;
+using test::raw;
+using test::variable_record;
+
+struct GeoKey {
+  unsigned id, place, count, value;
+};
+
+std::string keys_record(const std::vector<GeoKey>& keys) {
+  const auto u16 = [](std::size_t v) { return raw(static_cast<std::uint16_t>(v)); };
+  std::string payload = u16(1) + u16(1) + u16(0) + u16(keys.size());
+  for (const GeoKey& key : keys)
+    payload += u16(key.id) + u16(key.place) + u16(key.count) + u16(key.value);
+  return variable_record("LASF_Projection", 34735, payload);
+}
+
+std::string ascii_record(const std::string& text) {
+  return variable_record("LASF_Projection", 34737, text);
+}
+std::string wkt_record(const std::string& text, bool is_extended = false) {
+  return variable_record("LASF_Projection", 2112, text, is_extended);
+}
+
+const std::string kWkt = "PROJCS[\"somewhere\",UNIT[\"metre\",1]]";
+constexpr std::uint16_t kWktBit = 16;
+
+std::string system_of(const std::vector<std::string>& records, std::uint16_t encoding = 0,
+                      const std::vector<std::string>& extended = {}) {
+  LasFile file;
+  file.minor = 4;
+  file.format = 6;
+  file.add({});
+  file.variable_records = records;
+  file.extended_records = extended;
+  file.global_encoding = encoding;
+  const std::string bytes = file.bytes();
+  return test::las_source(bytes)->coordinate_system();
+}
+
+TEST_CASE("ACodeOfGeoTiffKeysIsTheCoordinateSystem") {
+  CHECK(system_of({keys_record({{1024, 0, 1, 1}, {3072, 0, 1, 26912}})}) == "EPSG:26912");
+  CHECK(system_of({keys_record({{1024, 0, 1, 2}, {2048, 0, 1, 4326}})}) == "EPSG:4326");
+  CHECK(system_of({keys_record({{2048, 0, 1, 4269}, {3072, 0, 1, 26912}})}) == "EPSG:26912");
+}
+
+TEST_CASE("WhatAProjectionIsBasedOnIsNotTakenForTheProjection") {
+  CHECK(system_of({keys_record({{1024, 0, 1, 1}, {2048, 0, 1, 4326}})}).empty());
+  CHECK(system_of({keys_record({{2048, 0, 1, 4326}, {3072, 0, 1, 32767}})}).empty());
+}
+
+TEST_CASE("AUserDefinedSystemIsToldInItsOwnWords") {
+  const std::string ascii = ascii_record(std::string("My grid, zone 3||WGS 84|\0\0", 26));
+  CHECK(system_of({keys_record({{3072, 0, 1, 32767}, {1026, 34737, 17, 0}}), ascii}) ==
+        "My grid, zone 3");
+  CHECK(system_of({keys_record({{3072, 0, 1, 32767}, {1026, 34737, 17, 0}, {3073, 34737, 7, 17}}),
+                   ascii}) == "WGS 84");
+  CHECK(system_of({keys_record({{1024, 0, 1, 2}, {2048, 0, 1, 32767}, {2049, 34737, 7, 17}}),
+                   ascii}) == "WGS 84");
+  CHECK(system_of({keys_record({{3072, 0, 1, 32767}, {1026, 34737, 60000, 3}}), ascii}) ==
+        "grid, zone 3||WGS 84");
+  CHECK(system_of({keys_record({{3072, 0, 1, 32767}, {1026, 34737, 5, 26}}), ascii}).empty());
+}
+
+TEST_CASE("WktIsTakenWhereTheHeaderSaysSoOrKeysNameNoCode") {
+  const std::string keys = keys_record({{3072, 0, 1, 26912}});
+  CHECK(system_of({wkt_record(kWkt)}, kWktBit) == kWkt);
+  CHECK(system_of({wkt_record(kWkt + std::string(4, '\0'))}) == kWkt);
+  CHECK(system_of({keys, wkt_record(kWkt)}, kWktBit) == kWkt);
+  CHECK(system_of({keys, wkt_record(kWkt)}) == "EPSG:26912");
+  CHECK(system_of({keys_record({{3072, 0, 1, 32767}}), wkt_record(kWkt)}) == kWkt);
+  CHECK(system_of({keys}, kWktBit) == "EPSG:26912");
+}
+
+TEST_CASE("WktIsFoundBehindThePointsToo") {
+  CHECK(system_of({}, kWktBit,
+                  {variable_record("someone", 9, "abc", true), wkt_record(kWkt, true)}) == kWkt);
+}
+
+TEST_CASE("WhatIsNoCoordinateSystemIsNotPassedOn") {
+  CHECK(system_of({}).empty());
+  for (const char* text : {"", "''", "[", "\"quoted\"", "PROJCS", "4326", "unknown  "})
+    CHECK(system_of({wkt_record(text)}, kWktBit).empty());
+  for (const unsigned code : {0u, 1023u, 32767u, 40000u})
+    CHECK(system_of({keys_record({{2048, 0, 1, code}})}).empty());
+  CHECK(system_of({variable_record("LASF_Projection", 34735, "odd")}).empty());
+  CHECK(system_of({variable_record("someone else", 2112, kWkt)}, kWktBit).empty());
+}
+
+}  // namespace
+}  // namespace orbweave
