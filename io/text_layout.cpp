@@ -158,7 +158,8 @@ std::vector<TextColumn> guess_columns(const TextSample& sample, char separator) 
   bool has_color = false;
   std::vector<TextColumn> columns;
   add_three(columns, {"x", "y", "z"}, ScalarType::kFloat64);
-  if (sample.is_pts && (count == 4 || count == 7)) columns.push_back({"intensity"});
+  if (sample.is_pts && (count == 4 || count == 7))
+    columns.push_back({"intensity", ScalarType::kFloat32});
   while (columns.size() < count) {
     const std::size_t at = columns.size();
     const bool three_left = at + 3 <= count;

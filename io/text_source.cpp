@@ -24,8 +24,8 @@ inline const char* skip_blanks(const char* at, const char* last) {
 class TextSource final : public PointSource {
  public:
   TextSource(ByteReader reader, const TextOptions& options, bool is_pts)
-      : reader_(std::move(reader)) {
-    TextSample sample = take_sample(is_pts);
+      : reader_(std::move(reader)), is_pts_(is_pts) {
+    const TextSample sample = take_sample();
     layout_ = find_text_layout(sample, options);
     if (layout_.has_header_line) pending_.erase(pending_.begin());
     make_rows_layout();
@@ -44,8 +44,7 @@ class TextSource final : public PointSource {
       if (count == 0) break;
       rows_layout_.append(rows_.data(), count, batch);
     }
-    points_read_ += batch.size();
-    if (batch.empty() && capacity != 0) check_count();
+    if (batch.empty() && capacity != 0) check_count(reader_.line_number());
     return !batch.empty();
   }
 
@@ -68,14 +67,19 @@ class TextSource final : public PointSource {
   }
 
   /// Reads the first lines, to be looked at now and parsed later.
-  TextSample take_sample(bool is_pts) {
+  TextSample take_sample() {
     skip_byte_order_mark();
     TextSample sample;
     std::string_view line;
     while (pending_.size() < kSampleLines && next_line(line)) {
-      if (is_pts && pending_.empty() && !declared_ && take_count(line)) continue;
+      const std::optional<std::uint64_t> count = parse_count(line);
+      if (count && pending_.empty()) {
+        begin_scan(*count, reader_.line_number());
+        declared_ = *count;
+        continue;
+      }
       pending_.push_back({std::string(line), reader_.line_number()});
-      sample.lines.emplace_back(line);
+      if (!count) sample.lines.emplace_back(line);
     }
     if (sample.lines.empty())
       throw_bad_input("the file holds no points",
@@ -83,7 +87,7 @@ class TextSource final : public PointSource {
     sample.comment = comment_;
     sample.file = reader_.name();
     sample.first_line = pending_.front().number;
-    sample.is_pts = is_pts;
+    sample.is_pts = is_pts_;
     return sample;
   }
 
@@ -94,15 +98,21 @@ class TextSource final : public PointSource {
       reader_.consume(kMark.size());
   }
 
-  bool take_count(std::string_view line) {
-    const auto field = take_field(line, ' ');
-    if (!field || line.find_first_not_of(" \t\r") != line.npos) return false;
+  /// The number of points of the scan that follows, where a .pts line is that.
+  std::optional<std::uint64_t> parse_count(std::string_view line) const {
+    if (!is_pts_) return std::nullopt;
+    const char* const last = line.data() + line.size();
     std::uint64_t count = 0;
-    const char* const last = field->data() + field->size();
-    const auto [end, error] = std::from_chars(field->data(), last, count);
-    if (error != std::errc{} || end != last) return false;
-    declared_ = count;
-    return true;
+    const auto [end, error] = std::from_chars(skip_blanks(line.data(), last), last, count);
+    if (error != std::errc{} || skip_blanks(end, last) != last) return std::nullopt;
+    return count;
+  }
+
+  void begin_scan(std::uint64_t count, std::uint64_t line_number) {
+    check_count(line_number);
+    ++scan_;
+    scan_count_ = count;
+    scan_points_ = 0;
   }
 
   void make_rows_layout() {
@@ -121,13 +131,16 @@ class TextSource final : public PointSource {
     rows_.resize(kRowsPerBlock * row_bytes_);
     std::byte* out = rows_.data();
     std::size_t count = 0;
-    for (; count < limit && next_pending_ < pending_.size(); ++count, ++next_pending_) {
-      const Line& line = pending_[next_pending_];
-      out = parse_row(line.text, line.number, out);
-    }
+    const auto take = [&](std::string_view text, std::uint64_t number) {
+      if (const auto points = parse_count(text)) return begin_scan(*points, number);
+      out = parse_row(text, number, out);
+      ++count;
+      ++scan_points_;
+    };
+    for (; count < limit && next_pending_ < pending_.size(); ++next_pending_)
+      take(pending_[next_pending_].text, pending_[next_pending_].number);
     std::string_view line;
-    for (; count < limit && next_line(line); ++count)
-      out = parse_row(line, reader_.line_number(), out);
+    while (count < limit && next_line(line)) take(line, reader_.line_number());
     return count;
   }
 
@@ -138,8 +151,10 @@ class TextSource final : public PointSource {
     for (std::size_t i = 0; i < layout_.columns.size(); ++i) {
       const TextColumn& column = layout_.columns[i];
       const char* next = nullptr;
-      if (plain_numbers_ && column.type == ScalarType::kFloat64 && !column.name.empty())
-        next = parse_plain_number(at, last, out);
+      if (plain_numbers_ && !column.name.empty()) {
+        if (column.type == ScalarType::kFloat64) next = parse_plain_number<double>(at, last, out);
+        if (column.type == ScalarType::kFloat32) next = parse_plain_number<float>(at, last, out);
+      }
       if (next == nullptr) next = parse_field(at, last, i, line, number, out);
       at = next;
       if (!column.name.empty()) out += size_of(column.type);
@@ -148,9 +163,10 @@ class TextSource final : public PointSource {
     return out;
   }
 
-  /// The common case, fast: a double and the separator behind it. nullptr for anything else.
+  /// The common case, fast: a number and the separator behind it. nullptr for anything else.
+  template <class T>
   const char* parse_plain_number(const char* at, const char* last, std::byte* out) const {
-    double value = 0.0;
+    T value{};
     const char* end = parse_number(skip_blanks(at, last), last, value);
     if (end == nullptr) return nullptr;
     const char* const behind = skip_blanks(end, last);
@@ -199,19 +215,22 @@ class TextSource final : public PointSource {
                      .expected = std::to_string(layout_.columns.size())});
   }
 
-  /// The count in the first line of a .pts file is kept by hand too often to refuse a file that
-  /// has more points; one that has fewer has lost some.
-  void check_count() const {
-    if (!declared_ || points_read_ >= *declared_) return;
-    throw_bad_input("the file has fewer points than its first line says",
+  /// The counts in a .pts file, one before each scan, are kept by hand too often to refuse a scan
+  /// that has more points; one that has fewer has lost some.
+  void check_count(std::uint64_t line_number) const {
+    if (scan_points_ >= scan_count_) return;
+    throw_bad_input(scan_ == 1 ? "the file has fewer points than its first line says"
+                               : "scan " + std::to_string(scan_) +
+                                     " of the file has fewer points than the line before it says",
                     {.file = reader_.name(),
-                     .place = reader_.line_place(),
-                     .found = std::to_string(points_read_) + " points",
-                     .expected = std::to_string(*declared_),
+                     .place = "line " + std::to_string(line_number),
+                     .found = std::to_string(scan_points_) + " points",
+                     .expected = std::to_string(scan_count_),
                      .advice = "The file may be truncated."});
   }
 
   ByteReader reader_;
+  bool is_pts_;
   std::vector<Line> pending_;  ///< the sample, read but not parsed
   std::size_t next_pending_ = 0;
   std::string comment_;
@@ -221,7 +240,9 @@ class TextSource final : public PointSource {
   PointRowLayout rows_layout_;
   std::size_t row_bytes_ = 0;
   std::vector<std::byte> rows_;
-  std::uint64_t points_read_ = 0;
+  std::uint64_t scan_ = 0;         ///< of a .pts file, from 1; 0 before the first count
+  std::uint64_t scan_count_ = 0;   ///< points that the scan should have at least
+  std::uint64_t scan_points_ = 0;  ///< points of the scan so far
 };
 
 }  // namespace

@@ -8,8 +8,10 @@
 
 namespace orbweave {
 
-/// Opens a text cloud. `is_pts`: its first line may be the number of points. Lines that are blank
-/// or begin with # or // are skipped. Throws Error as open_point_source does.
+/// Opens a text cloud. Lines that are blank or begin with # or // are skipped. `is_pts`: a line
+/// that is one whole number announces as many points, one such line before each scan; a scan may
+/// have more points, one with fewer is an error. declared_points() is the first scan's count.
+/// Throws Error as open_point_source does.
 std::unique_ptr<PointSource> open_text_source(ByteReader reader, const TextOptions& options,
                                               bool is_pts);
 
