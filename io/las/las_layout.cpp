@@ -215,6 +215,17 @@ void Layout::append_column(const Column& column, const std::byte* records, std::
   });
 }
 
+void Layout::append_normals(const std::byte* records, std::size_t count, Vec3* to) const {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const StoredValue& value = normal_[axis];
+    with_type(value.type, [&](auto kind) {
+      const std::byte* from = records;
+      for (std::size_t i = 0; i < count; ++i, from += record_bytes_)
+        to[i][static_cast<int>(axis)] = meaning<decltype(kind)>(value, from);
+    });
+  }
+}
+
 void Layout::append(const std::byte* records, std::size_t count, PointCloud& cloud) const {
   if (count == 0) return;
   const std::size_t first = cloud.positions.size();
@@ -222,14 +233,7 @@ void Layout::append(const std::byte* records, std::size_t count, PointCloud& clo
   append_positions(records, count, cloud.positions.data() + first);
   if (schema_.has_normals) {
     cloud.normals.resize(first + count);
-    for (int axis = 0; axis < 3; ++axis) {
-      const StoredValue& value = normal_[static_cast<std::size_t>(axis)];
-      with_type(value.type, [&](auto kind) {
-        for (std::size_t i = 0; i < count; ++i)
-          cloud.normals[first + i][axis] =
-              meaning<decltype(kind)>(value, records + i * record_bytes_);
-      });
-    }
+    append_normals(records, count, cloud.normals.data() + first);
   }
   const std::size_t row_bytes = schema_.attribute_bytes();
   cloud.attributes.resize((first + count) * row_bytes);

@@ -44,6 +44,7 @@ class Layout {
   void take_normals(std::vector<StoredValue>& extra);
   void name_apart(std::vector<StoredValue>& extra) const;
   void append_positions(const std::byte* records, std::size_t count, Vec3* to) const;
+  void append_normals(const std::byte* records, std::size_t count, Vec3* to) const;
   void append_column(const Column& column, const std::byte* records, std::size_t count,
                      std::byte* to, std::size_t to_stride) const;
 

@@ -31,6 +31,7 @@ inline void drain(PointSource& source, std::size_t capacity) {
     if (!whole) throw std::logic_error("a batch breaks the invariant of PointCloud");
     points += batch.size();
   }
+  for (const auto& [reason, rows] : source.left_out()) points += rows;
   if (source.declared_points().value_or(0) > points)
     throw std::logic_error("fewer points than declared, and no error");
 }
