@@ -1,0 +1,15 @@
+// The first 30 bytes of point formats 6 to 10, in nine layers.
+//
+// Source: LAZ specification 1.4, item POINT14.
+#pragma once
+
+#include <memory>
+
+#include "io/laz/layered_items.h"
+
+namespace orbweave::laz {
+
+/// Versions 3 and 4 are the same for this item.
+std::unique_ptr<LayeredItem> make_point14();
+
+}  // namespace orbweave::laz
