@@ -11,9 +11,14 @@
 #include "engine/normals/point_tree.h"
 #include "engine/synthetic/portable_math.h"
 #include "io/error.h"
+#include "tests/engine/analytic_shapes.h"
 
 namespace orbweave {
 namespace {
+
+using test::fingerprint;
+using test::implicit;
+using test::implicit_gradient;
 
 PointCloud cloud_of(const SyntheticOptions& options, std::size_t batch_points = 4096) {
   SyntheticCloud source(options);
@@ -29,58 +34,6 @@ SyntheticOptions shape_options(Shape shape, std::uint64_t points, bool density_v
   options.points = points;
   options.density_varying = density_varying;
   return options;
-}
-
-/// An implicit function of the surface, zero on it and growing outward.
-double implicit(Shape shape, double gap, Vec3 p) {
-  const double from_axis = std::hypot(p.x, p.y);
-  switch (shape) {
-    case Shape::kSphere:
-      return norm(p) - 1.0;
-    case Shape::kTorus:
-      return std::hypot(from_axis - 1.0, p.z) - 0.4;
-    case Shape::kBumpyTorus: {
-      const double u = std::atan2(p.y, p.x);
-      const double v = std::atan2(p.z, from_axis - 1.0);
-      const double turn = 2.0 * portable::kPi;
-      return std::hypot(from_axis - 1.0, p.z) -
-             0.4 * (1.0 + 0.10 * std::sin(5 * u) + 0.06 * std::sin(4 * v + 0.1 * turn) +
-                    0.05 * std::sin(8 * u + 3 * v + 0.3 * turn));
-    }
-    case Shape::kPlane:
-      return p.z;
-    case Shape::kDoubleWall:
-      return std::abs(p.z - 0.5 * gap) - 0.5 * gap;
-    case Shape::kCube:
-      return std::max({std::abs(p.x - 0.5), std::abs(p.y - 0.5), std::abs(p.z - 0.5)}) - 0.5;
-  }
-  return 0.0;
-}
-
-Vec3 implicit_gradient(Shape shape, double gap, Vec3 p) {
-  constexpr double kStep = 1e-5;
-  Vec3 gradient;
-  for (int axis = 0; axis < 3; ++axis) {
-    Vec3 ahead = p, behind = p;
-    ahead[axis] += kStep;
-    behind[axis] -= kStep;
-    gradient[axis] = implicit(shape, gap, ahead) - implicit(shape, gap, behind);
-  }
-  return normalized(gradient);
-}
-
-std::uint64_t fingerprint(const PointCloud& cloud) {
-  std::uint64_t hash = 14695981039346656037u;  // FNV-1a over the bits, low byte first
-  const auto add = [&](double value) {
-    const auto bits = std::bit_cast<std::uint64_t>(value);
-    for (int i = 0; i < 8; ++i) hash = (hash ^ ((bits >> (8 * i)) & 255)) * 1099511628211u;
-  };
-  for (std::size_t i = 0; i < cloud.size(); ++i)
-    for (int axis = 0; axis < 3; ++axis) {
-      add(cloud.positions[i][axis]);
-      add(cloud.normals[i][axis]);
-    }
-  return hash;
 }
 
 struct Spread {

@@ -1,0 +1,83 @@
+// Raw scans of a virtual scanner, as a user makes them.
+#include <catch2/catch.hpp>
+
+#include "io/point_source.h"
+#include "io/scan_pose.h"
+#include "tests/support/data.h"
+#include "tests/support/program.h"
+
+using Catch::Matchers::Contains;
+using namespace orbweave;
+using namespace orbweave::test;
+
+namespace {
+
+ProgramResult generate_scans(const ScratchDirectory& in, const std::vector<std::string>& more) {
+  std::vector<std::string> words = {"generate", "torus",   "--points",          "3000", "--scans",
+                                    "6",        "--noise", "--misregistration", "0.5"};
+  words.insert(words.begin() + 7, "0.2");
+  words.insert(words.end(), more.begin(), more.end());
+  return run_program(words, {.directory = in.path()});
+}
+
+}  // namespace
+
+TEST_CASE("RawScansAreTheSameBytesEveryTimeAndHaveNoNormals") {
+  const ScratchDirectory in;
+  for (const char* name : {"a.ply", "b.ply"}) REQUIRE(generate_scans(in, {"-o", name}).status == 0);
+  CHECK(file_text(in / "a.ply") == file_text(in / "b.ply"));
+  CHECK(generate_scans(in, {"-o", "-"}).out == file_text(in / "a.ply"));
+  const PointCloud cloud = read_all(*open_point_source(in / "a.ply"));
+  CHECK(cloud.size() > 2700);
+  CHECK(cloud.size() < 3300);
+  CHECK_FALSE(cloud.schema.has_normals);
+  CHECK(cloud.schema.attributes == std::vector<AttributeField>{{"scan", ScalarType::kUint8}});
+  REQUIRE(generate_scans(in, {"--seed", "2", "-o", "b.ply"}).status == 0);
+  CHECK(file_text(in / "a.ply") != file_text(in / "b.ply"));
+}
+
+TEST_CASE("SeparateScansWithTheirPosesAreTheMergedCloud") {
+  const ScratchDirectory in;
+  REQUIRE(generate_scans(in, {"-o", "merged.ply"}).status == 0);
+  const auto separate = generate_scans(in, {"--separate", "-o", "scans.ply"});
+  REQUIRE(separate.status == 0);
+  CHECK_THAT(separate.out, Contains("scans_5.ply: ") && Contains("scans.conf: poses"));
+  const std::vector<ScanPose> poses = read_stanford_poses(in / "scans.conf");
+  REQUIRE(poses.size() == 6);
+  std::vector<Vec3> world;
+  for (int scan = 0; scan < 6; ++scan) {
+    const auto path = in / ("scans_" + std::to_string(scan) + ".ply");
+    const RigidMotion pose = pose_of_scan(poses, path);
+    for (const Vec3& p : read_all(*open_point_source(path)).positions)
+      world.push_back(pose.point(p));
+  }
+  CHECK(world == read_all(*open_point_source(in / "merged.ply")).positions);
+}
+
+TEST_CASE("NamesOfSeparateScansKeepTheWholeExtension") {
+  const ScratchDirectory in;
+  const auto result = run_program(
+      {"generate", "plane", "--points", "100", "--scans", "6", "--separate", "-o", "flat.ply.gz"},
+      {.directory = in.path()});
+  REQUIRE(result.status == 0);
+  CHECK(read_all(*open_point_source(in / "flat_0.ply.gz")).size() > 80);
+  // The other five look at its edge or its back.
+  CHECK_FALSE(std::filesystem::exists(in / "flat_1.ply.gz"));
+  CHECK_THAT(result.out, Contains("flat_1.ply.gz: not written"));
+  CHECK(read_stanford_poses(in / "flat.conf").size() == 1);
+}
+
+TEST_CASE("OptionsOfScansWithoutScansAreUsageErrors") {
+  const ScratchDirectory in;
+  const auto status = [&](std::vector<std::string> more) {
+    std::vector<std::string> words = {"generate", "sphere", "--points", "100"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_program(words, {.directory = in.path()}).status;
+  };
+  CHECK(status({"--misregistration", "1", "-o", "a.ply"}) == 2);
+  CHECK(status({"--separate", "-o", "a.ply"}) == 2);
+  CHECK(status({"--scans", "6", "--separate", "-o", "-"}) == 2);
+  CHECK(status({"--scans", "256", "-o", "a.ply"}) == 2);
+  CHECK(status({"--scans", "6", "--density", "varying", "-o", "a.ply"}) == 2);
+  CHECK(std::filesystem::is_empty(in.path()));
+}
