@@ -131,7 +131,8 @@ class BoxQuery {
 
 }  // namespace
 
-void commit_points(ChunkStore& store, ChunkId chunk, const PointCloud& points) {
+void commit_points(ChunkStore& store, ChunkId chunk, const PointCloud& points,
+                   const std::string& stage) {
   const std::uint64_t rows = points.size();
   const std::vector<Box> boxes = block_bounds(points.positions);
   std::vector<ArrayView> arrays = {
@@ -147,17 +148,21 @@ void commit_points(ChunkStore& store, ChunkId chunk, const PointCloud& points) {
   if (const std::size_t width = points.schema.attribute_bytes(); width > 0)
     arrays.push_back({kAttributes, ScalarType::kUint8, static_cast<std::uint32_t>(width), rows,
                       points.attributes.data()});
-  store.commit(kPointsStage, chunk, arrays, false);
+  store.commit(stage, chunk, arrays, false);
 }
 
-PointCloud load_points(const ChunkStore& store, ChunkId chunk, const PointSchema& schema) {
-  const std::uint64_t rows = store.open(kPointsStage, chunk)->rows(kPositions);
-  return load_point_rows(store, chunk, schema, 0, rows);
+std::uint64_t stored_points(const ChunkStore& store, ChunkId chunk, const std::string& stage) {
+  return store.open(stage, chunk)->rows(kPositions);
+}
+
+PointCloud load_points(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
+                       const std::string& stage) {
+  return load_point_rows(store, chunk, schema, 0, stored_points(store, chunk, stage), stage);
 }
 
 PointCloud load_point_rows(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
-                           std::uint64_t first, std::uint64_t count) {
-  const auto stored = store.open(kPointsStage, chunk);
+                           std::uint64_t first, std::uint64_t count, const std::string& stage) {
+  const auto stored = store.open(stage, chunk);
   expect_schema(*stored, schema);
   PointCloud points;
   points.schema = schema;
@@ -175,8 +180,8 @@ PointCloud load_point_rows(const ChunkStore& store, ChunkId chunk, const PointSc
 }
 
 PointsInBox load_points_in_box(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
-                               const Box& box, PointParts parts) {
-  const auto stored = store.open(kPointsStage, chunk);
+                               const Box& box, PointParts parts, const std::string& stage) {
+  const auto stored = store.open(stage, chunk);
   expect_schema(*stored, schema);
   std::vector<Box> blocks(stored->rows(kBlockBounds));
   stored->read(kBlockBounds, 0, blocks.size(), blocks.data());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "io/chunk_store.h"
@@ -10,19 +11,29 @@ namespace orbweave {
 
 inline constexpr const char* kPointsStage = "points";
 
+// Every function below takes the stage that the points belong to: kPointsStage, or one of those
+// that raw scans pass through before (docs/chunk-store.md).
+
 /// Rows per block of the index that the box query uses.
 inline constexpr std::uint32_t kPointBlockRows = 1024;
 
 /// Commits a chunk's points, in the order given, with a bounding box per kPointBlockRows rows.
 /// Normals are stored at schema.normal_type, attributes as packed rows.
-void commit_points(ChunkStore& store, ChunkId chunk, const PointCloud& points);
+void commit_points(ChunkStore& store, ChunkId chunk, const PointCloud& points,
+                   const std::string& stage = kPointsStage);
 
 /// Reads all points of a chunk.
-PointCloud load_points(const ChunkStore& store, ChunkId chunk, const PointSchema& schema);
+PointCloud load_points(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
+                       const std::string& stage = kPointsStage);
+
+/// Number of points of a chunk.
+std::uint64_t stored_points(const ChunkStore& store, ChunkId chunk,
+                            const std::string& stage = kPointsStage);
 
 /// Reads rows [first, first + count) of a chunk's points.
 PointCloud load_point_rows(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
-                           std::uint64_t first, std::uint64_t count);
+                           std::uint64_t first, std::uint64_t count,
+                           const std::string& stage = kPointsStage);
 
 /// What is read besides positions.
 struct PointParts {
@@ -37,6 +48,7 @@ struct PointsInBox {
   std::vector<std::uint32_t> rows;
 };
 PointsInBox load_points_in_box(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
-                               const Box& box, PointParts parts = {});
+                               const Box& box, PointParts parts = {},
+                               const std::string& stage = kPointsStage);
 
 }  // namespace orbweave

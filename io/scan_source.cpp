@@ -55,6 +55,7 @@ class ScanSource final : public PointSource {
     moves_ = options.motion != RigidMotion{};
     if (moves_) schema_.position_type = ScalarType::kFloat64;
     if (options.without_normals) schema_.has_normals = false;
+    if (options.without_attributes) schema_.attributes.clear();
     if (options.with_view)
       schema_.attributes.insert(schema_.attributes.end(), view_fields().begin(),
                                 view_fields().end());
@@ -93,6 +94,7 @@ class ScanSource final : public PointSource {
       if (filters_) filter(batch);
     } while (batch.empty());
     if (options_.without_normals) batch.normals.clear();
+    if (options_.without_attributes) batch.attributes.clear();
     if (moves_) move(batch);
     if (options_.with_view) add_view(batch);
     batch.schema = schema_;

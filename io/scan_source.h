@@ -22,6 +22,7 @@ struct ScanOptions {
   std::optional<ScannerPlace> usual_scanner;  ///< likewise, where the file does not say
   bool with_view = false;                     ///< adds the attributes of view_fields()
   bool without_normals = false;               ///< normals of the file are of no interest
+  bool without_attributes = false;            ///< nor are its attributes, once they have filtered
   std::vector<int> classes;                   ///< values of `classification` wanted; empty: all
   ReturnFilter returns = ReturnFilter::kAll;  ///< by `return_number` and `number_of_returns`
 };

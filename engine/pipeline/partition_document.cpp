@@ -38,6 +38,43 @@ PointSchema schema_from(const Json& j) {
   return schema;
 }
 
+Json to_json(const PrepareFacts& facts) {
+  const PrepareOptions& o = facts.options;
+  return {{"thickness", facts.thickness},
+          {"spacing", facts.spacing},
+          {"options",
+           {o.automatic, o.outlier_sigma, o.merge_tolerance, o.smooth_radius, o.smooth_passes,
+            o.thin_to_spacing}},
+          {"reason", facts.reason},
+          {"points_moved", facts.points_moved},
+          {"mean_move", facts.mean_move}};
+}
+
+PrepareFacts prepare_from(const Json& j) {
+  const Json& o = j.at("options");
+  return {j.at("thickness"),
+          j.at("spacing"),
+          {o.at(0), o.at(1), o.at(2), o.at(3), o.at(4), o.at(5)},
+          j.at("reason"),
+          j.at("points_moved"),
+          j.at("mean_move")};
+}
+
+Json to_json(const NormalFacts& facts) {
+  return Json::array({facts.source, facts.orientation, facts.neighbors, facts.max_radius,
+                      facts.patches, facts.components, facts.contested, facts.satisfied});
+}
+
+NormalFacts normals_from(const Json& j) {
+  return {j.at(0), j.at(1), j.at(2), j.at(3), j.at(4), j.at(5), j.at(6), j.at(7)};
+}
+
+Json to_json(const LayerThickness& layers) {
+  return Json::array({layers.thickness, layers.spacing, layers.radius, layers.measured});
+}
+
+LayerThickness layers_from(const Json& j) { return {j.at(0), j.at(1), j.at(2), j.at(3)}; }
+
 Json to_json(const Chunk& chunk) {
   return Json::array(
       {chunk.code_begin, chunk.code_end, chunk.depth, to_json(chunk.box), chunk.points});
@@ -67,6 +104,12 @@ std::string partition_to_json(const Partition& partition) {
       {"spacing", partition.spacing},
       {"automatic_radii", partition.automatic_radii},
       {"radii_reason", partition.radii_reason},
+      {"layers", to_json(partition.layers)},
+      {"normal_radius", partition.normal_radius},
+      {"points_without_view", partition.points_without_view},
+      {"prepare", to_json(partition.prepare)},
+      {"normals", to_json(partition.normals)},
+      {"coordinate_system", partition.coordinate_system},
   };
   return document.dump();
 }
@@ -88,6 +131,12 @@ Partition partition_from_json(const std::string& text) {
   partition.spacing = document.at("spacing");
   partition.automatic_radii = document.at("automatic_radii").get<std::vector<double>>();
   partition.radii_reason = document.at("radii_reason");
+  partition.layers = layers_from(document.at("layers"));
+  partition.normal_radius = document.at("normal_radius");
+  partition.points_without_view = document.at("points_without_view");
+  partition.prepare = prepare_from(document.at("prepare"));
+  partition.normals = normals_from(document.at("normals"));
+  partition.coordinate_system = document.at("coordinate_system");
   return partition;
 }
 

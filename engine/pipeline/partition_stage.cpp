@@ -1,13 +1,17 @@
 #include "engine/pipeline/partition_stage.h"
 
 #include <algorithm>
-#include <chrono>
+#include <atomic>
+#include <cstring>
 #include <filesystem>
-#include <mutex>
 
 #include "engine/ball_pivoting/automatic_radii.h"
 #include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/pipeline/prepare_stage.h"
 #include "io/chunk_points.h"
+#include "io/error.h"
+#include "io/job_keys.h"
+#include "io/scan_source.h"
 #include "partition/binning.h"
 #include "partition/canonical_order.h"
 #include "partition/count_grid.h"
@@ -18,20 +22,26 @@ namespace {
 
 constexpr const char* kDocument = "partition";
 
+/// Rows of the files that held no wanted point were read as well.
+void add_left_out(const PointSource& source, std::uint64_t& points_read) {
+  for (const auto& [reason, count] : source.left_out()) points_read += count;
+}
+
 void add_counts(DroppedPoints& to, const DroppedPoints& from) {
   for (const auto& [reason, count] : from) to[reason] += count;
 }
 
-/// Attributes that nobody will write are not carried.
-void strip(PointCloud& points, const OutputOptions& output) {
-  if (output.attributes || points.schema.attributes.empty()) return;
-  points.schema.attributes.clear();
-  points.attributes.clear();
-}
-
-PointSchema carried(PointSchema schema, const OutputOptions& output) {
-  if (!output.attributes) schema.attributes.clear();
-  return schema;
+/// Points whose scanner is not known.
+std::uint64_t count_without_view(const PointCloud& points) {
+  const std::optional<std::size_t> offset = view_offset(points.schema);
+  if (!offset) return points.size();
+  std::uint64_t count = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    ViewCode code;
+    std::memcpy(&code, points.attribute_row(i).data() + *offset, sizeof code);
+    count += code.known() ? 0 : 1;
+  }
+  return count;
 }
 
 std::string no_points_reason(const DroppedPoints& dropped) {
@@ -44,6 +54,9 @@ std::string no_points_reason(const DroppedPoints& dropped) {
 /// A chunk whose side is eight halos computes about half as much again for its halo.
 constexpr double kHalosPerSide = 8.0;
 
+/// Where the levels follow from the density, chunks are cut before that is known.
+constexpr int kUsualLevels = 2;
+
 /// How many points a chunk needs so that its halo is not most of the work: the points of a piece
 /// of surface of that side. The surface is guessed from the cells that hold points.
 std::uint64_t worthwhile_chunk_points(const CountGrid& grid, const ReconstructOptions& options) {
@@ -52,7 +65,7 @@ std::uint64_t worthwhile_chunk_points(const CountGrid& grid, const ReconstructOp
   if (radii.empty()) {
     // Automatic radii are so many spacings; a spacing squared holds a point.
     radii.push_back(kRadiusPerSpacing);
-    for (int level = 1; level < options.levels; ++level) {
+    for (int level = 1; level < std::max(options.levels, kUsualLevels); ++level) {
       radii.push_back(radii.back() * kRadiusGrowth);
     }
   } else {
@@ -67,15 +80,14 @@ std::uint64_t worthwhile_chunk_points(const CountGrid& grid, const ReconstructOp
 }
 
 /// Second pass: every point goes to the bin of its chunk.
-void bin_points(JobContext& context, const CountedCloud& cloud, Binner& binner,
-                SpacingSampler& sampler) {
-  const auto source = open_input(context);
-  StageClock clock(context, "bin", cloud.points_read, "points");
+void bin_points(JobContext& context, const CloudInput& input, const CountedCloud& cloud,
+                Binner& binner, SpacingSampler& sampler) {
+  const auto source = input.open(nullptr);
+  StageClock clock(context, input.prefix + "bin", cloud.points_read, "points");
   std::uint64_t points_read = 0;
   stream_points(
       *source, {.threads = context.threads(), .stop = &context.stop},
       [&](StreamBatch& batch) {
-        strip(batch.points, context.job.output);
         batch.chunks.resize(batch.points.size());
         for (std::size_t i = 0; i < batch.points.size(); ++i) {
           batch.chunks[i] = cloud.octree.chunk_of(batch.points.positions[i]);
@@ -88,6 +100,7 @@ void bin_points(JobContext& context, const CountedCloud& cloud, Binner& binner,
         context.progress.advance(batch.points_read);
         context.progress.add_points(batch.points_read);
       });
+  add_left_out(*source, points_read);
   if (points_read != cloud.points_read) {
     throw_bad_input("the input changed while it was read",
                     {.file = context.files.front(),
@@ -102,10 +115,10 @@ void bin_points(JobContext& context, const CountedCloud& cloud, Binner& binner,
 }
 
 /// Sorts every bin canonically and commits it.
-void sort_chunks(JobContext& context, const CountedCloud& cloud, Binner& binner,
-                 Partition& partition) {
+void sort_chunks(JobContext& context, const CloudInput& input, const CountedCloud& cloud,
+                 Binner& binner, Partition& partition) {
   const auto& chunks = cloud.octree.chunks();
-  StageClock clock(context, "sort", chunks.size(), "chunks");
+  StageClock clock(context, input.prefix + "sort", chunks.size(), "chunks");
   std::vector<ChunkTask> tasks;
   for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk) {
     tasks.push_back({chunk, binner.points(chunk) * MemoryCosts::sort_bytes(cloud.schema)});
@@ -117,7 +130,7 @@ void sort_chunks(JobContext& context, const CountedCloud& cloud, Binner& binner,
                PointCloud points = binner.take(chunk);
                merged += sort_canonically(points, cloud.octree.root());
                kept[chunk] = points.size();
-               commit_points(context.store, chunk, points);
+               commit_points(context.store, chunk, points, input.stage);
                context.progress.advance(1);
                context.progress.add_points(points.size());
              });
@@ -137,41 +150,53 @@ std::string file_stamp(const std::string& file) {
   return file + "|" + std::to_string(size) + "|" + std::to_string(time);
 }
 
-}  // namespace
-
-std::unique_ptr<PointSource> open_input(const InputContext& context,
-                                        std::vector<std::string>* notes) {
-  std::vector<std::filesystem::path> paths(context.files.begin(), context.files.end());
-  const auto opener = [&options = context.job.input](const std::filesystem::path& path) {
-    return open_point_source(path, {options.text});
-  };
-  auto source = open_point_sources(paths, opener, notes);
-  if (!source->schema().has_normals) {
-    throw_bad_input("the cloud has no normals",
-                    {.file = context.files.front(),
-                     .place = {},
-                     .found = "points without nx, ny, nz",
-                     .expected = "a normal per point",
-                     .advice = "This version does not estimate normals; make an oriented cloud of "
-                               "a mesh with: orbweave convert --normals-from-faces MESH CLOUD"});
-  }
-  return source;
+/// The neighbours for a normal: half as far again as they are where points are sparse. (The mean
+/// distance to the k nearest of a disc's points is two thirds of that to the farthest.)
+double normal_radius(const SpacingSampler& sampler, std::size_t neighbors) {
+  constexpr double kFarthestPerMean = 1.5;
+  constexpr double kMargin = 1.5;
+  constexpr double kMostPerMedian = 16.0;
+  const std::vector<double> means = neighbor_distances(sampler.sites(), neighbors);
+  if (means.empty()) return 0.0;
+  const double median = means[means.size() / 2];
+  const double sparse = means[(means.size() - 1) * 99 / 100];
+  return kFarthestPerMean * kMargin * std::min(sparse, kMostPerMedian * median);
 }
 
-CountedCloud count_points(const InputContext& context) {
+void measure(const JobContext& context, const CloudInput& input, const SpacingSampler& sampler,
+             Partition& partition) {
+  const RadiiChoice choice = sampler.choose(context.job.reconstruct.levels);
+  partition.spacing = choice.spacing;
+  partition.automatic_radii = choice.radii;
+  partition.radii_reason = choice.reason;
+  if (!input.are_scans) return;
+  partition.layers = measure_layers(sampler.sites());
+  partition.normal_radius =
+      normal_radius(sampler, static_cast<std::size_t>(context.job.normals.neighbors));
+}
+
+}  // namespace
+
+CountedCloud count_points(const InputContext& context, const CloudInput& input) {
   CountedCloud cloud;
-  const auto source = open_input(context, &cloud.notes);
-  cloud.schema = carried(source->schema(), context.job.output);
+  const auto source = input.open(&cloud.notes);
+  cloud.schema = source->schema();
+  cloud.coordinate_system = source->coordinate_system();
+  const bool has_view = view_offset(cloud.schema).has_value();
   stream_points(*source, {.threads = context.threads(), .stop = &context.stop}, {},
                 [&](StreamBatch& batch) {
                   cloud.grid.add(batch.points.positions);
                   cloud.points_read += batch.points_read;
+                  if (has_view) cloud.points_without_view += count_without_view(batch.points);
                   add_counts(cloud.dropped, batch.dropped);
                   context.progress.advance(batch.points_read);
                   context.progress.add_points(batch.points_read);
                 });
+  add_left_out(*source, cloud.points_read);
+  add_counts(cloud.dropped, source->left_out());
   cloud.bytes_read = source->bytes_total();
   cloud.points_used = cloud.grid.points();
+  if (!has_view) cloud.points_without_view = cloud.points_used;
   if (cloud.points_used == 0) {
     throw_bad_input(
         cloud.points_read == 0 ? "the cloud holds no points" : no_points_reason(cloud.dropped),
@@ -187,35 +212,39 @@ CountedCloud count_points(const InputContext& context) {
 }
 
 std::string partition_key(const Job& job, const std::vector<std::string>& files) {
-  std::string key = "orbweave points 1\n";
+  std::string key = "orbweave points 2\n";
   for (const std::string& file : files) key += file_stamp(file) + "\n";
-  for (const std::string& column : job.input.text.columns) key += "column " + column + "\n";
-  key += "separator " + std::to_string(job.input.text.separator) + "\n";
+  if (!job.input.poses.empty()) key += file_stamp(job.input.poses) + "\n";
+  for (const JobKey& known : job_keys()) {
+    const std::string_view section(known.section);
+    if (section != "input" && section != "prepare" && section != "normals") continue;
+    if (std::string_view(known.key) == "files") continue;
+    key += known.name() + " = " + value_text(known.get(job), known.type) + "\n";
+  }
   key += "memory " + std::to_string(job.partition.memory_bytes) + "\n";
   key += "chunk_points " + std::to_string(job.partition.chunk_points) + "\n";
   key += "attributes " + std::to_string(job.output.attributes) + "\n";
   const bool automatic = job.reconstruct.ball_radii.empty();
-  key += "levels " + std::to_string(automatic ? job.reconstruct.levels : 0) + "\n";
+  key += "levels " + std::to_string(automatic ? job.reconstruct.levels : -1) + "\n";
   return key;
 }
 
-std::optional<Partition> stored_partition(const ChunkStore& store) {
-  const auto document = store.document(kPointsStage, kDocument);
+std::optional<Partition> stored_partition(const ChunkStore& store, const std::string& stage) {
+  const auto document = store.document(stage, kDocument);
   if (!document) return std::nullopt;
   return partition_from_json(*document);
 }
 
-Partition partition_points(JobContext& context) {
-  if (context.store.begin_stage(kPointsStage, partition_key(context.job, context.files))) {
-    if (std::optional<Partition> partition = stored_partition(context.store)) {
-      context.note("resuming: the points are partitioned already");
-      return std::move(*partition);
-    }
-  }
+void commit_partition(ChunkStore& store, const std::string& stage, const Partition& partition) {
+  store.finish_commits();
+  store.commit_document(stage, kDocument, partition_to_json(partition));
+}
+
+Partition cut_and_sort(JobContext& context, const CloudInput& input) {
   CountedCloud cloud;
   {
-    StageClock clock(context, "count", 0, "points");
-    cloud = count_points(context);
+    StageClock clock(context, input.prefix + "count", 0, "points");
+    cloud = count_points(context, input);
     clock.facts().points = cloud.points_read;
     clock.facts().bytes_read = cloud.bytes_read;
   }
@@ -226,18 +255,28 @@ Partition partition_points(JobContext& context) {
   cloud.grid = CountGrid();
   Binner binner(cloud.octree, cloud.schema,
                 {cloud.memory.bin_buffer_bytes, context.store.directory()});
-  bin_points(context, cloud, binner, sampler);
-  const RadiiChoice choice = sampler.choose(std::max(1, context.job.reconstruct.levels));
-  partition.spacing = choice.spacing;
-  partition.automatic_radii = choice.radii;
-  partition.radii_reason = choice.reason;
+  bin_points(context, input, cloud, binner, sampler);
+  measure(context, input, sampler, partition);
   partition.schema = cloud.schema;
   partition.points_read = cloud.points_read;
   partition.dropped = cloud.dropped;
+  partition.points_without_view = cloud.points_without_view;
+  partition.coordinate_system = cloud.coordinate_system;
   partition.octree = cloud.octree;
-  sort_chunks(context, cloud, binner, partition);
-  context.store.finish_commits();
-  context.store.commit_document(kPointsStage, kDocument, partition_to_json(partition));
+  sort_chunks(context, input, cloud, binner, partition);
+  return partition;
+}
+
+Partition partition_points(JobContext& context) {
+  if (context.store.begin_stage(kPointsStage, partition_key(context.job, context.files))) {
+    if (std::optional<Partition> partition = stored_partition(context.store)) {
+      context.note("resuming: the points are partitioned already");
+      return std::move(*partition);
+    }
+  }
+  Partition partition = prepared_partition(context);
+  commit_partition(context.store, kPointsStage, partition);
+  discard_raw_stages(context.store);
   return partition;
 }
 

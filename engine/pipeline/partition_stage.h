@@ -1,15 +1,18 @@
-// From scan files to chunks: count, cut, bin, sort. The points of every chunk end in the chunk
-// store, in canonical order.
+// From points to chunks: count, cut, bin, sort. The points of every chunk end in the chunk store,
+// in canonical order.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/cleaning/layer_thickness.h"
 #include "engine/pipeline/job_context.h"
 #include "engine/pipeline/point_stream.h"
+#include "io/chunk_points.h"
 #include "partition/count_grid.h"
 #include "partition/memory_plan.h"
 #include "partition/octree.h"
@@ -27,6 +30,12 @@ struct Partition {
   double spacing = 0.0;  ///< robust nearest-neighbour spacing; 0: unknown
   std::vector<double> automatic_radii;
   std::string radii_reason;
+  LayerThickness layers;       ///< of the scans as they came; not measured elsewhere
+  double normal_radius = 0.0;  ///< within which the neighbours for a normal are found; likewise
+  std::uint64_t points_without_view = 0;  ///< points whose scanner is not known
+  PrepareFacts prepare;
+  NormalFacts normals;
+  std::string coordinate_system;
 
   std::uint64_t points_in(ChunkId chunk) const {
     return first_vertex[chunk + 1] - first_vertex[chunk];
@@ -46,25 +55,41 @@ struct CountedCloud {
   std::uint64_t points_used = 0;
   std::uint64_t bytes_read = 0;
   DroppedPoints dropped;
+  std::uint64_t points_without_view = 0;
+  std::string coordinate_system;
   CountGrid grid;
   Octree octree;
   MemoryPlan memory;
   std::vector<std::string> notes;
 };
 
-/// Opens the job's files as one stream. Throws Error (bad input) where they have no normals.
-std::unique_ptr<PointSource> open_input(const InputContext& context,
-                                        std::vector<std::string>* notes = nullptr);
-/// First pass: how many points lie where, and how they are cut into chunks.
-CountedCloud count_points(const InputContext& context);
+/// Points to be cut into chunks, and where they go.
+struct CloudInput {
+  /// Opens the points as one stream, the same at every call.
+  std::function<std::unique_ptr<PointSource>(std::vector<std::string>* notes)> open;
+  std::string stage;      ///< of the store
+  std::string prefix;     ///< of the stages' names in the report
+  bool are_scans = true;  ///< points as they came, which have not been measured yet
+};
+
+/// First pass: how many points lie where, and how they are cut into chunks. Throws Error (bad
+/// input) where there is no usable point.
+CountedCloud count_points(const InputContext& context, const CloudInput& input);
+
+/// All passes: count, bin, sort. The points are in the store then; the partition is not committed
+/// yet.
+Partition cut_and_sort(JobContext& context, const CloudInput& input);
 
 /// Everything that the points in the store depend on, as one text.
 std::string partition_key(const Job& job, const std::vector<std::string>& files);
 
 /// What an earlier run left; empty: nothing whole.
-std::optional<Partition> stored_partition(const ChunkStore& store);
+std::optional<Partition> stored_partition(const ChunkStore& store,
+                                          const std::string& stage = kPointsStage);
+void commit_partition(ChunkStore& store, const std::string& stage, const Partition& partition);
 
-/// The stage; resumes from the store where it holds a finished partition under the same key.
+/// The stage: scans, prepared where the job or the lack of normals asks for it, as chunks of
+/// oriented points. Resumes from the store where it holds a finished partition under the same key.
 Partition partition_points(JobContext& context);
 
 }  // namespace orbweave

@@ -13,6 +13,7 @@
 #include "engine/pipeline/export_stage.h"
 #include "engine/pipeline/hole_stage.h"
 #include "engine/pipeline/partition_stage.h"
+#include "engine/pipeline/prepare_stage.h"
 #include "engine/pipeline/radii_choice.h"
 #include "engine/pipeline/reconstruct_stage.h"
 #include "io/chunk_points.h"
@@ -57,6 +58,9 @@ void describe_partition(RunReport& report, const Partition& partition,
                         const std::vector<double>& radii) {
   report.points_read = partition.points_read;
   report.points_dropped = partition.dropped;
+  report.prepare = partition.prepare;
+  report.normals = partition.normals;
+  report.coordinate_system = partition.coordinate_system;
   report.bounds = partition.bounds;
   report.chunks = partition.octree.chunks().size();
   report.halo_width = halo_width(radii);
@@ -114,7 +118,7 @@ void drop_damaged(ChunkStore& store, const std::filesystem::path& file) {
   if ((stage == kMeshStage || stage == kHoleStage) && parsed.ec == std::errc()) {
     store.discard(stage, chunk);
   } else {
-    store.discard_stage(kPointsStage);
+    store.discard_stage(stage.empty() ? kPointsStage : stage);
   }
 }
 
@@ -165,6 +169,7 @@ RunReport run_job(const Job& job, const std::vector<std::string>& command, Progr
   {
     ChunkStore store(report.options.run.work_dir);
     if (job.run.fresh) {
+      discard_raw_stages(store);
       store.discard_stage(kPointsStage);
       store.discard_stage(kMeshStage);
       store.discard_stage(kHoleStage);

@@ -9,6 +9,7 @@
 #include "engine/pipeline/hole_stage.h"
 #include "engine/pipeline/partition_stage.h"
 #include "engine/pipeline/pipeline.h"
+#include "engine/pipeline/prepare_stage.h"
 #include "engine/pipeline/radii_choice.h"
 #include "engine/pipeline/reconstruct_stage.h"
 #include "io/chunk_points.h"
@@ -34,12 +35,13 @@ std::uint64_t disk_bytes(const CountedCloud& cloud) {
 }
 
 /// The second pass of a run, for the radii alone.
-RadiiChoice sample_radii(const InputContext& context, const CountedCloud& cloud) {
+RadiiChoice sample_radii(const InputContext& context, const CloudInput& input,
+                         const CountedCloud& cloud) {
   SpacingSampler sampler(cloud.octree.root(), cloud.grid);
-  const auto source = open_input(context);
+  const auto source = input.open(nullptr);
   stream_points(*source, {.threads = context.threads(), .stop = &context.stop}, {},
                 [&](StreamBatch& batch) { sampler.add(batch.points.positions); });
-  return sampler.choose(std::max(1, context.job.reconstruct.levels));
+  return sampler.choose(context.job.reconstruct.levels);
 }
 
 bool holds_a_mesh(const JobContext& context, const Partition& partition,
@@ -81,10 +83,11 @@ JobPlan plan_job(const Job& job, Progress& progress, const StopToken& stop) {
   plan.files = expand_globs(job.input.files);
   const InputContext context{job, plan.files, progress, stop};
   progress.begin_stage("count", 0, "points");
-  const CountedCloud cloud = count_points(context);
+  const CloudInput input = scans_as_input(context, kPointsStage, "");
+  const CountedCloud cloud = count_points(context, input);
   progress.end_stage();
   progress.begin_stage("sample", 0, "points");
-  const RadiiChoice choice = sample_radii(context, cloud);
+  const RadiiChoice choice = sample_radii(context, input, cloud);
   progress.end_stage();
   const bool given = !job.reconstruct.ball_radii.empty();
   plan.radii = given ? job.reconstruct.ball_radii : choice.radii;

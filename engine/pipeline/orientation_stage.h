@@ -1,0 +1,22 @@
+// Orientation where nobody knows the scanner: patches chunk by chunk, then one graph of them all.
+#pragma once
+
+#include <memory>
+
+#include "engine/normals/orientation.h"
+#include "engine/pipeline/raw_passes.h"
+
+namespace orbweave {
+
+/// Stage of the patches; their points are those of the cloud's stage, row by row.
+inline constexpr const char* kPatchStage = "raw_patches";
+
+/// Computes patches and their signs. `spacing` is that of the points as they are now.
+PatchOrientation orient_cloud(JobContext& context, const RawCloud& cloud, double spacing,
+                              double max_radius);
+
+/// 1 for each of a chunk's points whose normal has to be turned.
+std::vector<std::uint8_t> turns_of_chunk(const ChunkStore& store, ChunkId chunk,
+                                         const PatchOrientation& orientation);
+
+}  // namespace orbweave

@@ -1,0 +1,380 @@
+#include "engine/pipeline/prepare_stage.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+#include "engine/cleaning/outliers.h"
+#include "engine/cleaning/projection.h"
+#include "engine/cleaning/thinning.h"
+#include "engine/normals/estimate_normals.h"
+#include "engine/pipeline/orientation_stage.h"
+#include "engine/pipeline/prepared_source.h"
+#include "engine/pipeline/raw_passes.h"
+#include "engine/pipeline/scan_input.h"
+#include "io/chunk_points.h"
+#include "io/error.h"
+#include "io/quantity.h"
+#include "io/scan_source.h"
+
+namespace orbweave {
+namespace {
+
+constexpr const char* kRawStage = "raw";
+/// Smoothed layers are wider than spacings: the plane of a normal has to span them.
+constexpr std::size_t kNeighborsAcrossLayers = 48;
+/// Points on different sheets do not replace one another: normals less than 60 degrees apart do.
+constexpr double kSameSheetCosine = 0.5;
+
+bool cleans(const PrepareOptions& options) {
+  return options.outlier_sigma > 0.0 || options.merge_tolerance > 0.0 ||
+         options.smooth_radius > 0.0 || options.thin_to_spacing > 0.0;
+}
+
+/// What the job asks for; an automatic choice gives way to the numbers that the job has.
+PrepareOptions resolve(const PrepareOptions& wanted, const PrepareOptions& chosen) {
+  if (!wanted.automatic) return wanted;
+  PrepareOptions options = chosen;
+  options.automatic = true;
+  if (wanted.outlier_sigma > 0.0) options.outlier_sigma = wanted.outlier_sigma;
+  if (wanted.merge_tolerance > 0.0) options.merge_tolerance = wanted.merge_tolerance;
+  if (wanted.smooth_radius > 0.0) options.smooth_radius = wanted.smooth_radius;
+  if (wanted.smooth_passes != PrepareOptions{}.smooth_passes)
+    options.smooth_passes = wanted.smooth_passes;
+  if (wanted.thin_to_spacing > 0.0) options.thin_to_spacing = wanted.thin_to_spacing;
+  return options;
+}
+
+/// What was measured, and what follows from it or would have followed.
+PrepareFacts describe_layers(JobContext& context, const Partition& scans) {
+  PrepareFacts facts;
+  facts.thickness = scans.layers.thickness;
+  facts.spacing = scans.spacing;
+  const PrepareChoice choice = choose_preparation(scans.layers);
+  facts.options = resolve(context.job.prepare, choice.options);
+  facts.reason = choice.reason;
+  if (context.job.prepare.automatic) {
+    context.note("clean-up: " + choice.reason);
+  } else if (!cleans(context.job.prepare) && cleans(choice.options)) {
+    context.warn(
+        "the scanned layers are thick and are taken as they are; prepare.auto = true would "
+        "clean them up: " +
+        choice.reason);
+  }
+  return facts;
+}
+
+PointCloud kept_points(const PointCloud& points, const std::vector<std::uint8_t>& kept) {
+  PointCloud result;
+  result.schema = points.schema;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (kept[i] != 0) result.append(points, i);
+  return result;
+}
+
+RawPass outlier_pass(const PrepareOptions& options, const RawCloud& cloud) {
+  const OutlierOptions outliers{.sigma = options.outlier_sigma,
+                                .max_radius = cloud.partition.normal_radius};
+  return {.stage = "raw_outliers",
+          .options = format_exact(outliers.sigma) + " " + format_exact(outliers.max_radius),
+          .halo = outlier_halo(outliers),
+          .dropped_reason = "outlier",
+          .work = [outliers](PassPoints&& points) {
+            auto kept = find_outliers(points.positions, points.begin, points.end, outliers);
+            for (std::uint8_t& flag : kept) flag ^= 1;
+            return kept_points(points.own, kept);
+          }};
+}
+
+RawPass merge_pass(const PrepareOptions& options) {
+  const ThinningOptions merging{options.merge_tolerance, kSameSheetCosine};
+  return {.stage = "raw_merged",
+          .options = format_exact(merging.spacing),
+          .halo = merging_halo(merging),
+          .drift = merging.spacing,
+          .dropped_reason = "merged with another point",
+          .work = [merging](PassPoints&& points) {
+            MergedPoints merged =
+                merge_points(points.positions, points.normals, points.begin, points.end, merging);
+            points.own.positions = std::move(merged.positions);
+            if (!merged.normals.empty()) points.own.normals = std::move(merged.normals);
+            return kept_points(points.own, merged.kept);
+          }};
+}
+
+/// What decides the side of estimated normals.
+struct SideRule {
+  Orientation by = Orientation::kNone;
+  Vec3 vector;  ///< viewpoint or direction
+
+  /// Direction that the normal of point i should agree with; zero: no matter.
+  Vec3 wanted(const PointCloud& points, std::size_t i, std::optional<std::size_t> view) const {
+    if (by == Orientation::kUp) return vector;
+    if (by == Orientation::kViewpoint) return vector - points.positions[i];
+    if (by != Orientation::kScanner || !view) return {};
+    ViewCode code;
+    std::memcpy(&code, points.attribute_row(i).data() + *view, sizeof code);
+    return code.known() ? decode_view(code) : Vec3{};
+  }
+};
+
+std::string text_of(const SideRule& rule) {
+  return std::to_string(static_cast<int>(rule.by)) + " " + format_exact(rule.vector.x) + " " +
+         format_exact(rule.vector.y) + " " + format_exact(rule.vector.z);
+}
+
+const char* name_of(Orientation orientation) {
+  constexpr std::array<const char*, 6> kNames = {"auto", "scanner",   "viewpoint",
+                                                 "up",   "propagate", "none"};
+  return kNames[static_cast<std::size_t>(orientation)];
+}
+
+/// The first that applies: scanner, viewpoint, up, propagation.
+SideRule side_rule(const JobContext& context, const RawCloud& cloud) {
+  const NormalOptions& options = context.job.normals;
+  SideRule rule{options.orientation, {}};
+  const bool views = cloud.partition.points_without_view == 0;
+  if (rule.by == Orientation::kAuto) {
+    rule.by = views               ? Orientation::kScanner
+              : options.viewpoint ? Orientation::kViewpoint
+              : options.up        ? Orientation::kUp
+                                  : Orientation::kPropagate;
+  }
+  if (rule.by == Orientation::kScanner && !views)
+    throw_bad_input(
+        "it is not known where some points were scanned from",
+        {.file = context.files.front(),
+         .found = std::to_string(cloud.partition.points_without_view) + " points without a scanner",
+         .expected = "poses, input.scanner, or files that say where the scanner was",
+         .advice = "Or choose another normals.orientation, such as \"propagate\"."});
+  if (rule.by == Orientation::kViewpoint) {
+    if (!options.viewpoint)
+      throw_usage("normals.orientation = \"viewpoint\" needs normals.viewpoint", {});
+    rule.vector = *options.viewpoint;
+  }
+  if (rule.by == Orientation::kUp) rule.vector = options.up.value_or(Vec3{0.0, 0.0, 1.0});
+  return rule;
+}
+
+PointCloud with_normals(PassPoints&& points, const NormalEstimateOptions& options,
+                        const SideRule& rule) {
+  EstimatedNormals estimated =
+      estimate_normals(points.positions, points.begin, points.end, options);
+  const std::optional<std::size_t> view = view_offset(points.own.schema);
+  std::vector<std::uint8_t> kept(points.own.size());
+  for (std::size_t i = 0; i < points.own.size(); ++i) {
+    Vec3& normal = estimated.normals[i];
+    kept[i] = normal == Vec3{} ? 0 : 1;
+    if (dot(normal, rule.wanted(points.own, i, view)) < 0.0) normal = -normal;
+  }
+  points.own.normals = std::move(estimated.normals);
+  return kept_points(points.own, kept);
+}
+
+RawPass normal_pass(const NormalEstimateOptions& options, const SideRule& rule) {
+  return {.stage = "raw_normals",
+          .options = std::to_string(options.neighbors) + " " + format_exact(options.max_radius) +
+                     " " + text_of(rule),
+          .halo = options.max_radius,
+          .adds_normals = true,
+          .dropped_reason = "too few neighbours for a normal",
+          .work = [options, rule](PassPoints&& points) {
+            return with_normals(std::move(points), options, rule);
+          }};
+}
+
+void normalize_all(std::vector<Vec3>& normals) {
+  for (Vec3& normal : normals) normal = normalized(normal);
+}
+
+RawPass smooth_pass(const PrepareOptions& options, bool oriented, int pass) {
+  const ProjectionOptions projection{options.smooth_radius, oriented};
+  return {.stage = "raw_smooth_" + std::to_string(pass + 1),
+          .options = format_exact(projection.radius) + (oriented ? " oriented" : ""),
+          .halo = projection.radius,
+          .drift = projection.radius,
+          .dropped_reason = "",
+          .work = [projection](PassPoints&& points) {
+            normalize_all(points.normals);
+            ProjectedPoints projected = project_points(points.positions, points.normals,
+                                                       points.begin, points.end, projection);
+            points.own.positions = std::move(projected.positions);
+            points.own.normals = std::move(projected.normals);
+            return std::move(points.own);
+          }};
+}
+
+RawPass thin_pass(const PrepareOptions& options, bool oriented) {
+  const ThinningOptions thinning{options.thin_to_spacing, kSameSheetCosine};
+  return {.stage = "raw_thinned",
+          .options = format_exact(thinning.spacing) + (oriented ? " oriented" : ""),
+          .halo = thinning_halo(thinning),
+          .dropped_reason = "thinned",
+          .work = [thinning, oriented](PassPoints&& points) {
+            if (!oriented) points.normals.clear();
+            normalize_all(points.normals);
+            return kept_points(points.own, thin_points(points.positions, points.normals,
+                                                       points.begin, points.end, thinning));
+          }};
+}
+
+/// The raw points in chunks; resumes from the store where it holds them whole.
+Partition raw_partition(JobContext& context) {
+  if (context.store.begin_stage(kRawStage, partition_key(context.job, context.files)))
+    if (std::optional<Partition> stored = stored_partition(context.store, kRawStage))
+      return std::move(*stored);
+  Partition raw = cut_and_sort(context, scans_as_input(context, kRawStage, "raw "));
+  commit_partition(context.store, kRawStage, raw);
+  return raw;
+}
+
+/// Mean distance between the points of two stages that hold the same points.
+void measure_moves(JobContext& context, const RawCloud& cloud, const std::string& before,
+                   PrepareFacts& facts) {
+  double sum = 0.0;
+  std::uint64_t moved = 0;
+  for (ChunkId chunk = 0; chunk < cloud.partition.octree.chunks().size(); ++chunk) {
+    const PointCloud from = load_points(context.store, chunk, cloud.schema, before);
+    const PointCloud to = load_points(context.store, chunk, cloud.schema, cloud.stage);
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      if (from.positions[i] == to.positions[i]) continue;
+      sum += norm(to.positions[i] - from.positions[i]);
+      ++moved;
+    }
+  }
+  facts.points_moved = moved;
+  facts.mean_move = moved == 0 ? 0.0 : sum / static_cast<double>(moved);
+}
+
+NormalEstimateOptions estimate_options(const JobContext& context, const RawCloud& cloud,
+                                       const PrepareOptions& clean_up) {
+  NormalEstimateOptions options;
+  options.neighbors = static_cast<std::size_t>(context.job.normals.neighbors);
+  options.max_radius = cloud.partition.normal_radius;
+  if (clean_up.smooth_radius > 0.0) {
+    options.neighbors = std::max(options.neighbors, kNeighborsAcrossLayers);
+    options.max_radius = std::max(options.max_radius, clean_up.smooth_radius);
+  }
+  return options;
+}
+
+/// The passes in their order.
+class Preparation {
+ public:
+  Preparation(JobContext& context, RawCloud& cloud, PrepareFacts& facts)
+      : context_(context), cloud_(cloud), facts_(facts) {}
+
+  void drop_and_merge() {
+    if (facts_.options.outlier_sigma > 0.0)
+      run_pass(context_, outlier_pass(facts_.options, cloud_), cloud_);
+    if (facts_.options.merge_tolerance > 0.0)
+      run_pass(context_, merge_pass(facts_.options), cloud_);
+  }
+  void estimate(NormalFacts& normals) {
+    const SideRule rule = side_rule(context_, cloud_);
+    const NormalEstimateOptions options = estimate_options(context_, cloud_, facts_.options);
+    run_pass(context_, normal_pass(options, rule), cloud_);
+    oriented_ = rule.by != Orientation::kPropagate && rule.by != Orientation::kNone;
+    normals.source = "estimated";
+    normals.orientation = name_of(rule.by);
+    normals.neighbors = options.neighbors;
+    normals.max_radius = options.max_radius;
+  }
+  void smooth_and_thin() {
+    if (facts_.options.smooth_radius > 0.0) {
+      const std::string before = cloud_.stage;
+      for (int pass = 0; pass < facts_.options.smooth_passes; ++pass)
+        run_pass(context_, smooth_pass(facts_.options, oriented_, pass), cloud_);
+      measure_moves(context_, cloud_, before, facts_);
+    }
+    if (facts_.options.thin_to_spacing > 0.0)
+      run_pass(context_, thin_pass(facts_.options, oriented_), cloud_);
+  }
+
+ private:
+  JobContext& context_;
+  RawCloud& cloud_;
+  PrepareFacts& facts_;
+  bool oriented_ = true;
+};
+
+std::optional<PatchOrientation> propagate(JobContext& context, const RawCloud& cloud,
+                                          const PrepareFacts& facts, NormalFacts& normals) {
+  if (normals.orientation != name_of(Orientation::kPropagate)) return std::nullopt;
+  const double thinned = facts.options.thin_to_spacing;
+  constexpr double kReach = 3.0;
+  PatchOrientation orientation =
+      orient_cloud(context, cloud, std::max(cloud.partition.spacing, thinned),
+                   std::max(cloud.partition.normal_radius, kReach * thinned));
+  normals.patches = orientation.patches.size();
+  normals.components = orientation.components;
+  normals.contested = orientation.contested;
+  normals.satisfied = orientation.satisfied;
+  return orientation;
+}
+
+/// The raw points' numbers that the final partition is to report.
+void take_over(const RawCloud& cloud, Partition& partition) {
+  partition.points_read = cloud.partition.points_read;
+  for (const auto& [reason, count] : cloud.partition.dropped) partition.dropped[reason] += count;
+  for (const auto& [reason, count] : cloud.dropped) partition.dropped[reason] += count;
+  partition.layers = cloud.partition.layers;
+  partition.coordinate_system = cloud.partition.coordinate_system;
+}
+
+Partition partition_prepared(JobContext& context, bool estimates) {
+  RawCloud cloud;
+  cloud.partition = raw_partition(context);
+  cloud.stage = kRawStage;
+  cloud.key = partition_key(context.job, context.files);
+  cloud.schema = cloud.partition.schema;
+  PrepareFacts facts = describe_layers(context, cloud.partition);
+  NormalFacts normals;
+  normals.source = "file";
+  Preparation preparation(context, cloud, facts);
+  preparation.drop_and_merge();
+  if (estimates) preparation.estimate(normals);
+  preparation.smooth_and_thin();
+  const auto orientation = propagate(context, cloud, facts, normals);
+  const PatchOrientation* turns = orientation ? &*orientation : nullptr;
+  Partition partition = cut_and_sort(
+      context, {.open = [&](auto*) { return open_prepared(context.store, cloud, turns); },
+                .stage = kPointsStage,
+                .prefix = "",
+                .are_scans = false});
+  take_over(cloud, partition);
+  partition.prepare = facts;
+  partition.normals = normals;
+  return partition;
+}
+
+}  // namespace
+
+CloudInput scans_as_input(const InputContext& context, const std::string& stage,
+                          const std::string& prefix) {
+  return {.open = [&context](auto* notes) { return open_scans(context, notes); },
+          .stage = stage,
+          .prefix = prefix,
+          .are_scans = true};
+}
+
+Partition prepared_partition(JobContext& context) {
+  const bool estimates = estimates_normals(context);
+  if (estimates || context.job.prepare.automatic || cleans(context.job.prepare))
+    return partition_prepared(context, estimates);
+  Partition partition = cut_and_sort(context, scans_as_input(context, kPointsStage, ""));
+  partition.prepare = describe_layers(context, partition);
+  partition.normals.source = "file";
+  return partition;
+}
+
+void discard_raw_stages(ChunkStore& store) {
+  for (const char* stage :
+       {kRawStage, "raw_outliers", "raw_merged", "raw_normals", "raw_thinned", kPatchStage})
+    store.discard_stage(stage);
+  for (int pass = 1; pass <= 8; ++pass) store.discard_stage("raw_smooth_" + std::to_string(pass));
+}
+
+}  // namespace orbweave

@@ -1,0 +1,21 @@
+// From raw scans to oriented points: clean-up, normals, orientation. Each pass works on chunks with
+// their halo and leaves its points in the store, in the order of the raw points; the last are
+// streamed into a partition of their own, as scans with normals are from their files.
+#pragma once
+
+#include "engine/pipeline/partition_stage.h"
+
+namespace orbweave {
+
+/// The job's points, prepared as the job asks for, cut and sorted into kPointsStage (and not yet
+/// committed). Without anything to prepare that is cut_and_sort of the scans.
+Partition prepared_partition(JobContext& context);
+
+/// Removes what the passes left in the store.
+void discard_raw_stages(ChunkStore& store);
+
+/// The scans as they come, for cut_and_sort; `prefix` for the report.
+CloudInput scans_as_input(const InputContext& context, const std::string& stage,
+                          const std::string& prefix);
+
+}  // namespace orbweave

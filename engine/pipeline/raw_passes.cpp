@@ -1,0 +1,107 @@
+#include "engine/pipeline/raw_passes.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "io/chunk_points.h"
+#include "partition/memory_plan.h"
+
+namespace orbweave {
+namespace {
+
+void append(PassPoints& to, const PointCloud& points) {
+  to.positions.insert(to.positions.end(), points.positions.begin(), points.positions.end());
+  to.normals.insert(to.normals.end(), points.normals.begin(), points.normals.end());
+}
+
+/// Numbers that rise with the raw order; no more is asked of them.
+std::uint64_t first_number(const RawCloud& cloud, ChunkId chunk) {
+  return cloud.partition.first_vertex[chunk];
+}
+
+PassPoints load_pass_points(const JobContext& context, const RawCloud& cloud, ChunkId chunk,
+                            double halo) {
+  PassPoints points;
+  points.own = load_points(context.store, chunk, cloud.schema, cloud.stage);
+  if (points.own.empty()) return points;
+  const Box reach = points.own.bounds().grown(halo);
+  // The cubes say where points were before they were moved: by up to `drift`, both here and there.
+  std::vector<ChunkId> sources = cloud.partition.octree.neighbors(chunk, halo + 2.0 * cloud.drift);
+  sources.insert(std::upper_bound(sources.begin(), sources.end(), chunk), chunk);
+  for (const ChunkId source : sources) {
+    const std::uint64_t first = first_number(cloud, source);
+    if (source == chunk) {
+      points.begin = static_cast<std::uint32_t>(points.positions.size());
+      append(points, points.own);
+      points.end = static_cast<std::uint32_t>(points.positions.size());
+      for (std::uint64_t i = 0; i < points.own.size(); ++i) points.global.push_back(first + i);
+      continue;
+    }
+    const PointsInBox found =
+        load_points_in_box(context.store, source, cloud.schema, reach, {}, cloud.stage);
+    append(points, found.points);
+    for (const std::uint32_t row : found.rows) points.global.push_back(first + row);
+  }
+  return points;
+}
+
+std::uint64_t points_of_stage(const JobContext& context, const RawCloud& cloud) {
+  std::uint64_t points = 0;
+  for (ChunkId chunk = 0; chunk < cloud.partition.octree.chunks().size(); ++chunk)
+    points += stored_points(context.store, chunk, cloud.stage);
+  return points;
+}
+
+}  // namespace
+
+void visit_chunks(JobContext& context, const RawCloud& cloud, const std::string& stage, double halo,
+                  const std::function<void(ChunkId, PassPoints&&)>& visit) {
+  const auto chunks = static_cast<ChunkId>(cloud.partition.octree.chunks().size());
+  StageClock clock(context, stage, chunks, "chunks");
+  std::vector<ChunkTask> tasks;
+  for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
+    if (context.store.has(stage, chunk)) {
+      ++clock.facts().chunks_reused;
+      context.progress.advance(1);
+      continue;
+    }
+    tasks.push_back({chunk, cloud.partition.points_in(chunk) * MemoryCosts::kReconstructBytes});
+  }
+  const MemoryPlan plan =
+      plan_memory(context.job.partition.memory_bytes, cloud.partition.points(), context.threads(),
+                  context.job.partition.chunk_points, cloud.schema);
+  run_chunks(tasks, {context.threads(), plan.chunks_in_flight_bytes, &context.stop},
+             [&](ChunkId chunk) {
+               visit(chunk, load_pass_points(context, cloud, chunk, halo));
+               context.progress.advance(1);
+               context.progress.add_points(cloud.partition.points_in(chunk));
+             });
+  context.store.finish_commits();
+  clock.facts().chunks = chunks;
+  clock.facts().points = cloud.partition.points();
+}
+
+void run_pass(JobContext& context, const RawPass& pass, RawCloud& cloud) {
+  cloud.key += pass.stage + " " + pass.options + "\n";
+  context.store.begin_stage(pass.stage, cloud.key);
+  PointSchema schema = cloud.schema;
+  if (pass.adds_normals) {
+    schema.has_normals = true;
+    schema.normal_type = ScalarType::kFloat32;
+  }
+  const std::uint64_t before = points_of_stage(context, cloud);
+  visit_chunks(context, cloud, pass.stage, pass.halo, [&](ChunkId chunk, PassPoints&& points) {
+    PointCloud result = points.own.empty() ? std::move(points.own) : pass.work(std::move(points));
+    result.schema = schema;
+    commit_points(context.store, chunk, result, pass.stage);
+  });
+  context.store.finish_commits();
+  cloud.stage = pass.stage;
+  cloud.schema = schema;
+  cloud.drift += pass.drift;
+  const std::uint64_t after = points_of_stage(context, cloud);
+  if (after != before) cloud.dropped[pass.dropped_reason] += before - after;
+}
+
+}  // namespace orbweave
