@@ -21,7 +21,9 @@ bool nearer(const Neighbor& a, const Neighbor& b) {
 /// How far apart two intervals are. Rounding keeps the order: never more than the computed
 /// distance of two members.
 double gap(double low_a, double high_a, double low_b, double high_b) {
-  return std::max(std::max(low_a - high_b, low_b - high_a), 0.0);
+  const double above = low_a - high_b, below = low_b - high_a;
+  const double apart = above > below ? above : below;
+  return apart > 0.0 ? apart : 0.0;
 }
 
 double squared_gap(Vec3 low_a, Vec3 high_a, Vec3 low_b, Vec3 high_b) {
@@ -97,10 +99,16 @@ void NeighborSearch::Query::scan(const NeighborSearch& search, std::uint32_t blo
         const double dz = search.z_[first + j] - z;
         squared[j] = dx * dx + dy * dy + dz * dz;
       }
-      for (std::uint32_t j = first; j < last; ++j) {
-        const Neighbor candidate{squared[j - first], j};
-        if (candidate.squared_distance <= worst(row) && j != i &&
-            nearer(candidate, found_[row * stride_ + stride_ - 1]))
+      // Those that may enter are listed without a branch: which do is hard to predict.
+      const double limit = worst(row);
+      std::uint32_t listed[kBlock], count = 0;
+      for (std::uint32_t j = 0; j < kBlock; ++j) {
+        listed[count] = first + j;
+        count += squared[j] <= limit;
+      }
+      for (std::uint32_t l = 0; l < count && listed[l] < last; ++l) {
+        const Neighbor candidate{squared[listed[l] - first], listed[l]};
+        if (listed[l] != i && nearer(candidate, found_[row * stride_ + stride_ - 1]))
           enter(row, candidate);
       }
     }

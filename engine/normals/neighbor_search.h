@@ -18,7 +18,7 @@ namespace orbweave {
 /// Positions must be finite; fewer than 2^32. Safe for queries from many threads. O(n) to build.
 class NeighborSearch {
  public:
-  static constexpr std::uint32_t kBlock = 16;  ///< points; queries of one block share their work
+  static constexpr std::uint32_t kBlock = 32;  ///< points; queries of one block share their work
 
   explicit NeighborSearch(std::span<const Vec3> positions);
   std::uint32_t size() const { return size_; }

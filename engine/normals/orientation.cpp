@@ -1,0 +1,96 @@
+// The signs of all patches, from their votes and from what they enclose.
+#include "engine/normals/orientation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "engine/normals/orientation_graph.h"
+
+namespace orbweave {
+namespace {
+
+/// Votes for a patch's sign should be at least this to one against it.
+constexpr double kClear = 3.0;
+
+std::uint32_t row_of(const std::vector<PatchSum>& sums, PatchId patch) {
+  const auto at = std::lower_bound(sums.begin(), sums.end(), patch,
+                                   [](const PatchSum& s, PatchId id) { return s.patch < id; });
+  if (at == sums.end() || at->patch != patch) return static_cast<std::uint32_t>(sums.size());
+  return static_cast<std::uint32_t>(at - sums.begin());
+}
+
+std::vector<SignedEdge> edges_of(const std::vector<PatchSum>& sums, std::vector<PatchVote> votes) {
+  std::sort(votes.begin(), votes.end(), [](const PatchVote& a, const PatchVote& b) {
+    return std::tie(a.from, a.to, a.votes, a.weight) < std::tie(b.from, b.to, b.votes, b.weight);
+  });
+  std::vector<SignedEdge> edges;
+  edges.reserve(votes.size());
+  for (const PatchVote& v : votes) {
+    const std::uint32_t a = row_of(sums, v.from), b = row_of(sums, v.to);
+    if (a < sums.size() && b < sums.size()) edges.push_back({a, b, v.votes, v.weight});
+  }
+  return edges;
+}
+
+struct Enclosed {
+  Vec3 lowest, highest;
+  Vec3 area_normal;
+  double flux = 0.0;
+  double area = 0.0;
+};
+
+/// Turns whole parts so that they enclose a positive volume.
+void turn_outward(const std::vector<PatchSum>& sums, SignedParts& parts) {
+  std::vector<Enclosed> of(sums.size());
+  for (std::uint32_t v = 0; v < sums.size(); ++v) {
+    Enclosed& e = of[parts.part[v]];
+    if (parts.part[v] == v) e = {sums[v].lowest, sums[v].highest, {}, 0.0, 0.0};
+    for (int axis = 0; axis < 3; ++axis) {
+      e.lowest[axis] = std::min(e.lowest[axis], sums[v].lowest[axis]);
+      e.highest[axis] = std::max(e.highest[axis], sums[v].highest[axis]);
+    }
+  }
+  for (std::uint32_t v = 0; v < sums.size(); ++v) {
+    Enclosed& e = of[parts.part[v]];
+    const double sign = parts.turn[v] ? -1.0 : 1.0;
+    const Vec3 center = e.lowest + 0.5 * (e.highest - e.lowest);
+    e.area_normal = e.area_normal + sign * sums[v].area_normal;
+    e.flux += sign * (sums[v].flux + dot(sums[v].area_normal, sums[v].flux_origin - center));
+  }
+  for (std::uint32_t v = 0; v < sums.size(); ++v)
+    if (of[parts.part[v]].flux < 0.0) parts.turn[v] ^= 1;
+}
+
+}  // namespace
+
+PatchOrientation orient_patch_graph(std::vector<PatchSum> sums, std::vector<PatchVote> votes) {
+  std::sort(sums.begin(), sums.end(),
+            [](const PatchSum& a, const PatchSum& b) { return a.patch < b.patch; });
+  const std::vector<SignedEdge> edges = edges_of(sums, std::move(votes));
+  SignedParts parts = join_by_votes(static_cast<std::uint32_t>(sums.size()), edges);
+  turn_outward(sums, parts);
+  PatchOrientation result;
+  std::vector<double> pro(sums.size()), contra(sums.size());
+  double satisfied = 0.0, total = 0.0;
+  for (const SignedEdge& e : edges) {
+    const double votes_for = parts.turn[e.a] == parts.turn[e.b] ? e.votes : -e.votes;
+    const double agree = 0.5 * (e.weight + votes_for), against = 0.5 * (e.weight - votes_for);
+    for (const std::uint32_t v : {e.a, e.b}) {
+      pro[v] += agree;
+      contra[v] += against;
+    }
+    satisfied += agree;
+    total += e.weight;
+  }
+  for (std::uint32_t v = 0; v < sums.size(); ++v) {
+    result.patches.push_back(sums[v].patch);
+    if (parts.part[v] == v) ++result.components;
+    if (pro[v] < kClear * contra[v]) ++result.contested;
+  }
+  result.turn = std::move(parts.turn);
+  if (total > 0.0) result.satisfied = satisfied / total;
+  return result;
+}
+
+}  // namespace orbweave

@@ -1,0 +1,32 @@
+// Signs of the nodes of a graph whose edges carry signed votes.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace orbweave {
+
+struct SignedEdge {
+  std::uint32_t a = 0;
+  std::uint32_t b = 0;
+  double votes = 0.0;   ///< > 0: a and b are to have the same sign
+  double weight = 0.0;  ///< at least |votes|; both relative to other edges only
+};
+
+/// A node's part and whether it is turned against the part's first node.
+struct SignedParts {
+  std::vector<std::uint32_t> part;  ///< the smallest node that edges connect it with
+  std::vector<std::uint8_t> turn;   ///< 0 for the part's smallest node
+};
+
+/// Joins the pair of parts with the largest |sum of votes| (of equal ones the pair with the
+/// smallest nodes), adds up the votes that become parallel, and repeats: greedy agglomeration as
+/// in Keuper, Levinkov, Bonneel, Lavoué, Brox, Andres: Efficient Decomposition of Image and Mesh
+/// Graphs by Lifted Multicuts, 2015, section 4, with signs that turn instead of cuts. Then parts of
+/// the hierarchy whose votes turned negative meanwhile are turned. Pairs whose sum is 0, or less
+/// than `least_share` of its weight, are not joined. Edges in any order, parallel ones allowed; the
+/// result is a function of the edges' sorted list. O(e log^2 e).
+SignedParts join_by_votes(std::uint32_t nodes, std::vector<SignedEdge> edges,
+                          double least_share = 0.0);
+
+}  // namespace orbweave

@@ -1,0 +1,318 @@
+// Patches of points: what a cell of the lattice holds of one sheet, and their votes.
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/enumerable_thread_specific.h>
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <tuple>
+
+#include "engine/normals/neighbor_search.h"
+#include "engine/normals/orientation.h"
+#include "engine/normals/orientation_vote.h"
+
+namespace orbweave {
+namespace {
+
+constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kBlock = NeighborSearch::kBlock;
+/// Edges within a cell whose agreement is at least this join their points in one patch.
+constexpr double kConfident = 0.8;
+
+bool is_zero(Vec3 v) { return v == Vec3{}; }
+
+/// Points of one cell of the lattice: rows [begin, end) of `members`, ascending.
+struct Cell {
+  Vec3 corner;  // in cells
+  std::uint32_t begin = 0, end = 0;
+};
+
+/// Points grouped by cell. In canonical order the points of a cell follow each other, unless cells
+/// are finer than the order; hence runs are sorted, not points.
+struct Cells {
+  std::vector<Cell> cells;
+  std::vector<std::uint32_t> members;
+  std::vector<std::uint32_t> cell_of;
+
+  Cells(std::span<const Vec3> positions, double side) {
+    struct Run {
+      Vec3 corner;
+      std::uint32_t begin, end;
+    };
+    std::vector<Run> runs;
+    for (std::uint32_t i = 0; i < positions.size(); ++i) {
+      const Vec3 p = positions[i];
+      const Vec3 corner{std::floor(p.x / side), std::floor(p.y / side), std::floor(p.z / side)};
+      if (!runs.empty() && runs.back().corner == corner) {
+        runs.back().end = i + 1;
+      } else {
+        runs.push_back({corner, i, i + 1});
+      }
+    }
+    std::sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) {
+      return std::tie(a.corner.x, a.corner.y, a.corner.z, a.begin) <
+             std::tie(b.corner.x, b.corner.y, b.corner.z, b.begin);
+    });
+    cell_of.resize(positions.size());
+    members.reserve(positions.size());
+    for (const Run& run : runs) {
+      const auto at = static_cast<std::uint32_t>(members.size());
+      if (cells.empty() || !(cells.back().corner == run.corner))
+        cells.push_back({run.corner, at, at});
+      for (std::uint32_t i = run.begin; i < run.end; ++i) {
+        members.push_back(i);
+        cell_of[i] = static_cast<std::uint32_t>(cells.size() - 1);
+      }
+      cells.back().end = static_cast<std::uint32_t>(members.size());
+    }
+  }
+};
+
+struct Edge {
+  double strength = 0.0;
+  std::uint32_t a = 0, b = 0;  // positions in the cell, a < b
+  bool opposite = false;
+};
+
+/// Union-find that knows whether a member is turned against its root.
+class Signs {
+ public:
+  void reset(std::uint32_t size) {
+    parent_.resize(size);
+    std::iota(parent_.begin(), parent_.end(), 0u);
+    turn_.assign(size, 0);
+  }
+  std::pair<std::uint32_t, std::uint8_t> find(std::uint32_t x) const {
+    std::uint8_t turn = 0;
+    for (; parent_[x] != x; x = parent_[x]) turn ^= turn_[x];
+    return {x, turn};
+  }
+  /// The smaller root stays.
+  void join(std::uint32_t a, std::uint32_t b, bool opposite) {
+    auto [root_a, turn_a] = find(a);
+    auto [root_b, turn_b] = find(b);
+    if (root_a == root_b) return;
+    if (root_b < root_a) std::swap(root_a, root_b);
+    parent_[root_b] = root_a;
+    turn_[root_b] = turn_a ^ turn_b ^ (opposite ? 1 : 0);
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+  std::vector<std::uint8_t> turn_;
+};
+
+class Patches {
+ public:
+  Patches(std::span<const Vec3> positions, std::span<const Vec3> normals,
+          std::span<const std::uint64_t> global, std::uint32_t begin, std::uint32_t end,
+          const OrientationOptions& options)
+      : positions_(positions),
+        normals_(normals),
+        global_(global),
+        begin_(begin),
+        end_(end),
+        options_(options),
+        cells_(positions, options.cell),
+        search_(positions),
+        state_(cells_.cells.size(), kUnknown),
+        neighbors_(positions.size() * options.neighbors, kNobody),
+        radius_(positions.size(), 0.0),
+        first_(positions.size(), kNobody),
+        turn_(positions.size(), 0) {}
+
+  OrientedPatches run() {
+    for (std::uint32_t i = begin_; i < end_; ++i) state_[cells_.cell_of[i]] = kAsked;
+    find_neighbors();
+    const std::vector<std::uint8_t> own = state_;
+    for (std::uint32_t i = 0; i < positions_.size(); ++i) {
+      if (own[cells_.cell_of[i]] != kDone) continue;
+      for (const std::uint32_t q : neighbors(i))
+        if (state_[cells_.cell_of[q]] == kUnknown) state_[cells_.cell_of[q]] = kAsked;
+    }
+    find_neighbors();
+    form_patches();
+    return result(own);
+  }
+
+ private:
+  enum State : std::uint8_t { kUnknown, kAsked, kDone };
+
+  std::span<const std::uint32_t> neighbors(std::uint32_t i) const {
+    const std::uint32_t* row = neighbors_.data() + i * options_.neighbors;
+    std::size_t count = 0;
+    while (count < options_.neighbors && row[count] != kNobody) ++count;
+    return {row, count};
+  }
+
+  bool asked(std::uint32_t i) const {
+    return state_[cells_.cell_of[i]] == kAsked && !is_zero(normals_[i]);
+  }
+
+  /// Of the points of all cells asked for, which are then done.
+  void find_neighbors() {
+    const auto blocks = static_cast<std::uint32_t>((positions_.size() + kBlock - 1) / kBlock);
+    tbb::enumerable_thread_specific<NeighborSearch::Query> queries;
+    using Range = tbb::blocked_range<std::uint32_t>;
+    tbb::parallel_for(Range(0, blocks, 32), [&](const Range& range) {
+      NeighborSearch::Query& query = queries.local();
+      for (std::uint32_t b = range.begin(); b < range.end(); ++b) neighbors_of_block(b, query);
+    });
+    for (std::uint8_t& state : state_)
+      if (state == kAsked) state = kDone;
+  }
+
+  void neighbors_of_block(std::uint32_t block, NeighborSearch::Query& query) {
+    std::uint32_t first = block * kBlock;
+    std::uint32_t last = std::min(first + kBlock, search_.size());
+    while (first < last && !asked(first)) ++first;
+    while (first < last && !asked(last - 1)) --last;
+    if (first == last) return;
+    query.find(search_, first, last, options_.neighbors, options_.max_radius * options_.max_radius);
+    for (std::uint32_t i = first; i < last; ++i) {
+      if (!asked(i)) continue;
+      std::size_t at = i * options_.neighbors;
+      for (const Neighbor& n : query.of(i)) {
+        radius_[i] = std::sqrt(n.squared_distance);
+        if (!is_zero(normals_[n.index])) neighbors_[at++] = n.index;
+      }
+    }
+  }
+
+  void form_patches() {
+    struct Scratch {
+      std::vector<Edge> edges;
+      Signs signs;
+    };
+    tbb::enumerable_thread_specific<Scratch> scratches;
+    tbb::parallel_for(std::size_t{0}, cells_.cells.size(), [&](std::size_t c) {
+      if (state_[c] != kDone) return;
+      Scratch& scratch = scratches.local();
+      form_patches(static_cast<std::uint32_t>(c), scratch.edges, scratch.signs);
+    });
+  }
+
+  /// Maximum spanning forest of the confident edges: Kruskal 1956.
+  void form_patches(std::uint32_t c, std::vector<Edge>& edges, Signs& signs) {
+    const Cell& cell = cells_.cells[c];
+    const std::span members = std::span(cells_.members).subspan(cell.begin, cell.end - cell.begin);
+    edges.clear();
+    for (std::uint32_t a = 0; a < members.size(); ++a) {
+      const std::uint32_t p = members[a];
+      for (const std::uint32_t q : neighbors(p)) {
+        if (cells_.cell_of[q] != c) continue;
+        const double agree = agreement(normals_[p], normals_[q], positions_[q] - positions_[p]);
+        if (std::abs(agree) < kConfident) continue;
+        const auto b = static_cast<std::uint32_t>(
+            std::lower_bound(members.begin(), members.end(), q) - members.begin());
+        edges.push_back({std::abs(agree), std::min(a, b), std::max(a, b), agree < 0.0});
+      }
+    }
+    std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
+      if (x.strength != y.strength) return x.strength > y.strength;
+      return std::tie(x.a, x.b) < std::tie(y.a, y.b);
+    });
+    signs.reset(static_cast<std::uint32_t>(members.size()));
+    for (const Edge& e : edges) signs.join(e.a, e.b, e.opposite);
+    for (std::uint32_t a = 0; a < members.size(); ++a) {
+      const auto [root, turn] = signs.find(a);
+      first_[members[a]] = members[root];
+      turn_[members[a]] = turn;
+    }
+  }
+
+  Vec3 turned_normal(std::uint32_t i) const { return turn_[i] ? -normals_[i] : normals_[i]; }
+
+  /// The disc that holds as many points as there are neighbours, shared among them.
+  double area(std::uint32_t i) const {
+    const std::size_t count = neighbors(i).size();
+    return count == 0 ? 0.0
+                      : std::numbers::pi * radius_[i] * radius_[i] / static_cast<double>(count);
+  }
+
+  OrientedPatches result(const std::vector<std::uint8_t>& own) const {
+    OrientedPatches out;
+    for (std::uint32_t i = begin_; i < end_; ++i) {
+      const bool none = is_zero(normals_[i]);
+      out.patch_of.push_back(none ? global_[i] : global_[first_[i]]);
+      out.turn.push_back(none ? 0 : turn_[i]);
+    }
+    // Rows of `sums` by the patch's first point; points come in ascending order.
+    std::vector<std::uint32_t> row_of(end_ - begin_, kNobody);
+    std::vector<std::map<PatchId, PatchVote>> votes;
+    for (std::uint32_t i = begin_; i < positions_.size(); ++i) {
+      if (own[cells_.cell_of[i]] != kDone || is_zero(normals_[i])) continue;
+      const std::uint32_t first = first_[i];
+      if (first < begin_ || first >= end_) continue;
+      std::uint32_t& row = row_of[first - begin_];
+      if (row == kNobody) {
+        row = static_cast<std::uint32_t>(out.sums.size());
+        PatchSum sum;
+        sum.patch = global_[first];
+        sum.lowest = sum.highest = positions_[i];
+        sum.flux_origin = options_.cell * cells_.cells[cells_.cell_of[i]].corner;
+        out.sums.push_back(sum);
+        votes.emplace_back();
+      }
+      add(out.sums[row], i);
+      for (const std::uint32_t q : neighbors(i))
+        if (first_[q] != first) add(votes[row], out.sums[row].patch, i, q);
+    }
+    for (const auto& of_patch : votes)
+      for (const auto& [to, vote] : of_patch) out.votes.push_back(vote);
+    return out;
+  }
+
+  void add(PatchSum& sum, std::uint32_t i) const {
+    const Vec3 p = positions_[i];
+    const Vec3 n = area(i) * turned_normal(i);
+    ++sum.points;
+    for (int axis = 0; axis < 3; ++axis) {
+      sum.lowest[axis] = std::min(sum.lowest[axis], p[axis]);
+      sum.highest[axis] = std::max(sum.highest[axis], p[axis]);
+    }
+    sum.area_normal = sum.area_normal + n;
+    sum.flux += dot(n, p - sum.flux_origin);
+  }
+
+  void add(std::map<PatchId, PatchVote>& votes, PatchId from, std::uint32_t p,
+           std::uint32_t q) const {
+    const double v = vote(turned_normal(p), turned_normal(q), positions_[q] - positions_[p]);
+    PatchVote& sum = votes[global_[first_[q]]];
+    sum.from = from;
+    sum.to = global_[first_[q]];
+    sum.votes += v;
+    sum.weight += std::abs(v);
+  }
+
+  std::span<const Vec3> positions_, normals_;
+  std::span<const std::uint64_t> global_;
+  std::uint32_t begin_, end_;
+  OrientationOptions options_;
+  Cells cells_;
+  NeighborSearch search_;
+  std::vector<std::uint8_t> state_;       // of cells
+  std::vector<std::uint32_t> neighbors_;  // options.neighbors per point, then kNobody
+  std::vector<double> radius_;            // distance of the farthest
+  std::vector<std::uint32_t> first_;      // first point of a point's patch
+  std::vector<std::uint8_t> turn_;
+};
+
+}  // namespace
+
+double orientation_halo(const OrientationOptions& options) {
+  // An owned point's cell, the reach of its votes, the cell voted for, the reach of its points.
+  return 2.0 * (options.cell + options.max_radius);
+}
+
+OrientedPatches orient_patches(std::span<const Vec3> positions, std::span<const Vec3> normals,
+                               std::span<const std::uint64_t> global, std::uint32_t begin,
+                               std::uint32_t end, const OrientationOptions& options) {
+  return Patches(positions, normals, global, begin, end, options).run();
+}
+
+}  // namespace orbweave
