@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "io/error.h"
+#include "io/laz/laz_reader.h"
 
 namespace orbweave::las {
 namespace {
@@ -33,14 +34,31 @@ class PlainRecords final : public Records {
   std::size_t record_bytes_;
 };
 
+class CompressedRecords final : public Records {
+ public:
+  CompressedRecords(const RandomAccess& file, const Header& header,
+                    std::span<const std::byte> laszip)
+      : reader_(file, laszip, header.point_data_offset, header.points, header.point_format,
+                header.record_bytes) {}
+  std::size_t read(std::span<std::byte> records) override { return reader_.read(records); }
+  std::uint64_t bytes_read() const override { return reader_.bytes_read(); }
+
+ private:
+  LazReader reader_;
+};
+
 }  // namespace
 
 std::unique_ptr<Records> open_records(const RandomAccess& file, const Header& header,
-                                      const VariableRecords&) {
-  if (header.is_compressed)
-    throw_usage("this program was built without the decoder of LAZ files",
-                {.file = file.name(), .advice = "Convert the file to LAS."});
-  return std::make_unique<PlainRecords>(file, header);
+                                      const VariableRecords& records) {
+  if (!header.is_compressed) return std::make_unique<PlainRecords>(file, header);
+  if (!records.laszip)
+    throw_bad_input("the points are compressed, but nothing says how",
+                    {.file = file.name(),
+                     .place = "variable length records",
+                     .found = "none of \"laszip encoded\"",
+                     .expected = "its record 22204"});
+  return std::make_unique<CompressedRecords>(file, header, read_payload(file, records.laszip));
 }
 
 }  // namespace orbweave::las
