@@ -15,8 +15,9 @@ namespace orbweave {
 namespace {
 
 constexpr std::string_view kNormalsPrefix = "nor:";
-/// What the address of the surface normals extension has in it, whatever prefix a file gives it.
+// What the addresses of extensions have in them, whatever prefix a file gives them.
 constexpr std::string_view kNormalsAddress = "surface_normals";
+constexpr std::string_view kLasAddress = "-las-v1";
 constexpr int kDeepestPrototype = 8;
 
 std::string_view trimmed(std::string_view text) {
@@ -201,15 +202,16 @@ E57Scan read_scan(const XmlReader& xml, pugi::xml_node node, pugi::xml_node poin
   return scan;
 }
 
-std::string find_normals_prefix(pugi::xml_node root) {
+/// The prefix, with its colon, of the extension that has `part` in its address.
+std::optional<std::string> find_prefix(pugi::xml_node root, std::string_view part) {
   constexpr std::string_view kDeclaration = "xmlns:";
   for (const pugi::xml_attribute attribute : root.attributes()) {
     const std::string_view name = attribute.name();
     if (name.starts_with(kDeclaration) &&
-        std::string_view(attribute.value()).find(kNormalsAddress) != std::string_view::npos)
+        std::string_view(attribute.value()).find(part) != std::string_view::npos)
       return std::string(name.substr(kDeclaration.size())) + ":";
   }
-  return std::string(kNormalsPrefix);
+  return std::nullopt;
 }
 
 std::vector<char> read_section(E57Pages& pages, std::uint64_t begin) {
@@ -254,13 +256,19 @@ E57Document read_e57_document(E57Pages& pages) {
 
   E57Document document;
   document.coordinate_system = trimmed(root.child("coordinateMetadata").text().get());
-  const std::string normals_prefix = find_normals_prefix(root);
+  const std::string normals_prefix =
+      find_prefix(root, kNormalsAddress).value_or(std::string(kNormalsPrefix));
+  // The standard counts returns from 0. Converters from LAS, which leave its extension behind, copy
+  // its numbers, and those count from 1.
+  const int first_return = find_prefix(root, kLasAddress) ? 1 : 0;
   std::size_t number = 0;
   for (const pugi::xml_node node : root.child("data3D").children()) {
     if (node.type() != pugi::node_element) continue;
     ++number;
-    if (const pugi::xml_node points = node.child("points"))
-      document.scans.push_back(read_scan(xml, node, points, normals_prefix, number));
+    const pugi::xml_node points = node.child("points");
+    if (!points) continue;
+    document.scans.push_back(read_scan(xml, node, points, normals_prefix, number));
+    document.scans.back().first_return = first_return;
   }
   return document;
 }

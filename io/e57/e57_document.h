@@ -44,6 +44,7 @@ struct E57Scan {
   std::optional<RigidMotion> pose;   ///< from the scan's coordinates to the file's
   std::array<std::optional<E57Limits>, 3> color_limits;  ///< red, green, blue
   double start_seconds = 0.0;  ///< GPS time that time stamps count from; 0: not given
+  int first_return = 0;        ///< returnIndex of a pulse's first return
 
   /// Index of a field, or nothing.
   std::optional<std::size_t> find(std::string_view name) const;

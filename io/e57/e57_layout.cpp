@@ -14,14 +14,13 @@ constexpr FieldNames kCartesian = {"cartesianX", "cartesianY", "cartesianZ"};
 constexpr FieldNames kSpherical = {"sphericalRange", "sphericalAzimuth", "sphericalElevation"};
 constexpr FieldNames kNormal = {"nor:normalX", "nor:normalY", "nor:normalZ"};
 
-enum class Role { kNumber, kCounted, kColor, kTime };
+enum class Role { kNumber, kReturn, kReturns, kColor, kTime };
 
 /// A field of the standard, and the attribute it becomes.
 struct Meaning {
   const char* field;
   const char* attribute;
   Role role;
-  double added = 0.0;  ///< to a counted field
 };
 constexpr std::array<Meaning, 9> kMeanings = {{{"intensity", "intensity", Role::kNumber},
                                                {"colorRed", "red", Role::kColor},
@@ -29,8 +28,8 @@ constexpr std::array<Meaning, 9> kMeanings = {{{"intensity", "intensity", Role::
                                                {"colorBlue", "blue", Role::kColor},
                                                {"rowIndex", "row_index", Role::kNumber},
                                                {"columnIndex", "column_index", Role::kNumber},
-                                               {"returnIndex", "return_number", Role::kCounted, 1},
-                                               {"returnCount", "number_of_returns", Role::kCounted},
+                                               {"returnIndex", "return_number", Role::kReturn},
+                                               {"returnCount", "number_of_returns", Role::kReturns},
                                                {"timeStamp", "gps_time", Role::kTime}}};
 
 std::optional<std::array<std::size_t, 3>> find_all(const E57Scan& scan, const FieldNames& names) {
@@ -175,18 +174,31 @@ class Planner {
       fields.push_back(&all_[i].fields[*index]);
     }
     if (fields.empty()) return;
-    const ScalarType type = meaning.role == Role::kColor     ? color
-                            : meaning.role == Role::kCounted ? ScalarType::kUint8
-                            : meaning.role == Role::kTime    ? ScalarType::kFloat64
-                                                             : number_type(fields);
+    const ScalarType type = attribute_type(meaning.role, color, fields);
     layout_.schema.attributes.push_back({meaning.attribute, type});
     for (const std::size_t i : counted_)
       layout_.scans[i].attributes.push_back(attribute_of(all_[i], meaning, type));
   }
 
+  static ScalarType attribute_type(Role role, ScalarType color,
+                                   const std::vector<const E57Field*>& fields) {
+    switch (role) {
+      case Role::kColor:
+        return color;
+      case Role::kReturn:
+      case Role::kReturns:
+        return ScalarType::kUint8;
+      case Role::kTime:
+        return ScalarType::kFloat64;
+      case Role::kNumber:
+        break;
+    }
+    return number_type(fields);
+  }
+
   static E57Attribute attribute_of(const E57Scan& scan, const Meaning& meaning, ScalarType type) {
     E57Attribute attribute{.field = *scan.find(meaning.field), .type = type};
-    if (meaning.role == Role::kCounted) attribute.to = meaning.added;
+    if (meaning.role == Role::kReturn) attribute.to = 1.0 - scan.first_return;
     if (meaning.role == Role::kTime) attribute.to = scan.start_seconds;
     if (meaning.role == Role::kColor) scale_color(scan, meaning, attribute);
     return attribute;

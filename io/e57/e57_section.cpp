@@ -41,19 +41,20 @@ std::int64_t to_integer(double value) {
   return static_cast<std::int64_t>(value);
 }
 
+/// Refuses a count that lies before anything is made of it.
 void check_room(const E57Pages& pages, const E57Scan& scan, const E57Section& section) {
-  const std::uint64_t room = 8 * (section.end - section.data);
-  // At least one bit per point, so that a count that lies is never more than the file could hold.
   std::uint64_t bits = 0;
   for (const E57Field& field : scan.fields)
     if (field.kind != E57Kind::kString) bits += field.bits;
-  bits = std::max<std::uint64_t>(bits, 1);
-  if (scan.records > room / bits)
+  // Points of no bits cost nothing to claim; they too are bounded by the file's size.
+  const std::uint64_t room = 8 * (section.end - (bits == 0 ? section.begin : section.data));
+  const std::uint64_t most = room / std::max<std::uint64_t>(bits, 1);
+  if (scan.records > most)
     throw_bad_input(scan.label + " claims more points than its section can hold",
                     {.file = pages.name(),
                      .place = pages.place(section.begin),
                      .found = std::to_string(scan.records) + " points",
-                     .expected = "at most " + std::to_string(room / bits)});
+                     .expected = "at most " + std::to_string(most)});
 }
 
 }  // namespace
@@ -83,10 +84,10 @@ E57Section read_e57_section(E57Pages& pages, const E57Scan& scan) {
   section.end = section.begin + bytes;
   if (scan.records == 0) return section;
   section.data = pages.to_logical(field(16), "the packets of " + scan.label);
-  if (section.data < section.begin + kSectionHeaderBytes || section.data >= section.end)
+  if (section.data < section.begin + kSectionHeaderBytes || section.data > section.end)
     refuse("the packets of " + scan.label + " begin outside of its section", field(16),
-           "a byte after " + std::to_string(pages.to_physical(section.begin)) + " and before " +
-               std::to_string(pages.to_physical(section.end)));
+           "a byte from " + std::to_string(pages.to_physical(section.begin + kSectionHeaderBytes)) +
+               " to " + std::to_string(pages.to_physical(section.end)));
   check_room(pages, scan, section);
   return section;
 }
