@@ -3,10 +3,10 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 
-#include "engine/normals/point_tree.h"
-#include "io/box.h"
+#include "engine/normals/neighbor_search.h"
 
 namespace orbweave {
 namespace {
@@ -17,61 +17,37 @@ constexpr std::size_t kFewest = 3;
 /// the points of its border (whose mean distance is about 1.3 times that of the inner ones) would
 /// lie any number of deviations off.
 constexpr double kLeastDeviation = 0.15;
-constexpr std::size_t kGrain = 512;
+constexpr std::size_t kGrain = 32;  // blocks
 
-using Range = tbb::blocked_range<std::size_t>;
-
-/// Nearest neighbours within the radius, without the point itself.
-class Neighborhoods {
- public:
-  Neighborhoods(std::span<const Vec3> positions, const OutlierOptions& options)
-      : positions_(positions),
-        options_(options),
-        squared_radius_(options.max_radius * options.max_radius),
-        tree_(positions) {}
-
-  void around(std::size_t point, std::vector<Neighbor>& found) const {
-    tree_.nearest(positions_[point], options_.neighbors + 1, found);
-    std::erase_if(found, [&](const Neighbor& neighbor) {
-      return neighbor.index == point || neighbor.squared_distance > squared_radius_;
-    });
-    if (found.size() > options_.neighbors) found.pop_back();
-  }
-
-  /// Neighbours that are missing are at least as far away as the radius.
-  double mean_distance(const std::vector<Neighbor>& found) const {
-    double sum = static_cast<double>(options_.neighbors - found.size()) * options_.max_radius;
-    for (const Neighbor& neighbor : found) sum += std::sqrt(neighbor.squared_distance);
-    return sum / static_cast<double>(options_.neighbors);
-  }
-
- private:
-  std::span<const Vec3> positions_;
-  OutlierOptions options_;
-  double squared_radius_;
-  PointTree tree_;
-};
-
-/// Mean distances of all points that can be neighbours of points [begin, end); 0 elsewhere.
-std::vector<double> mean_distances(std::span<const Vec3> positions, std::uint32_t begin,
-                                   std::uint32_t end, const Neighborhoods& neighborhoods,
-                                   double max_radius) {
-  Box reach;
-  for (const Vec3& p : positions.subspan(begin, end - begin)) reach.extend(p);
-  reach = reach.grown(1.01 * max_radius);
-  std::vector<double> means(positions.size(), 0.0);
-  tbb::parallel_for(Range(0, positions.size(), kGrain), [&](const Range& range) {
-    std::vector<Neighbor> found;
-    for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      if (!reach.contains(positions[i])) continue;
-      neighborhoods.around(i, found);
-      means[i] = neighborhoods.mean_distance(found);
-    }
-  });
-  return means;
+/// Calls visit(i, neighbours) for points [begin, end); neighbours come by distance.
+template <class Visit>
+void for_neighborhoods(const NeighborSearch& search, std::uint32_t begin, std::uint32_t end,
+                       const OutlierOptions& options, const Visit& visit) {
+  constexpr std::uint32_t kBlock = NeighborSearch::kBlock;
+  const double max_squared = options.max_radius * options.max_radius;
+  tbb::parallel_for(
+      tbb::blocked_range<std::uint32_t>(begin / kBlock, (end - 1) / kBlock + 1, kGrain),
+      [&](const auto& range) {
+        NeighborSearch::Query query;
+        for (std::uint64_t block = range.begin(); block < range.end(); ++block) {
+          const auto first =
+              static_cast<std::uint32_t>(std::max<std::uint64_t>(begin, block * kBlock));
+          const auto last =
+              static_cast<std::uint32_t>(std::min<std::uint64_t>(end, (block + 1) * kBlock));
+          query.find(search, first, last, options.neighbors, max_squared);
+          for (std::uint32_t i = first; i < last; ++i) visit(i, query.of(i));
+        }
+      });
 }
 
-bool lies_alone(double own, const std::vector<Neighbor>& found, const std::vector<double>& means,
+/// Neighbours that are missing are at least as far away as the radius.
+double mean_distance(std::span<const Neighbor> found, const OutlierOptions& options) {
+  double sum = static_cast<double>(options.neighbors - found.size()) * options.max_radius;
+  for (const Neighbor& neighbor : found) sum += std::sqrt(neighbor.squared_distance);
+  return sum / static_cast<double>(options.neighbors);
+}
+
+bool lies_alone(double own, std::span<const Neighbor> found, const std::vector<double>& means,
                 double sigma) {
   if (found.size() < kFewest) return true;
   const auto count = static_cast<double>(found.size());
@@ -92,16 +68,16 @@ std::vector<std::uint8_t> find_outliers(std::span<const Vec3> positions, std::ui
                                         std::uint32_t end, const OutlierOptions& options) {
   std::vector<std::uint8_t> outliers(end - begin, 0);
   if (begin == end) return outliers;
-  const Neighborhoods neighborhoods(positions, options);
-  const std::vector<double> means =
-      mean_distances(positions, begin, end, neighborhoods, options.max_radius);
-  tbb::parallel_for(Range(begin, end, kGrain), [&](const Range& range) {
-    std::vector<Neighbor> found;
-    for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      neighborhoods.around(i, found);
-      outliers[i - begin] = lies_alone(means[i], found, means, options.sigma) ? 1 : 0;
-    }
+  const NeighborSearch search(positions);
+  std::vector<double> means(positions.size());
+  const auto all = static_cast<std::uint32_t>(positions.size());
+  for_neighborhoods(search, 0, all, options, [&](std::uint32_t i, std::span<const Neighbor> found) {
+    means[i] = mean_distance(found, options);
   });
+  for_neighborhoods(search, begin, end, options,
+                    [&](std::uint32_t i, std::span<const Neighbor> found) {
+                      outliers[i - begin] = lies_alone(means[i], found, means, options.sigma);
+                    });
   return outliers;
 }
 

@@ -1,134 +1,104 @@
 #include "engine/cleaning/projection.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
+#include "engine/cleaning/local_surface.h"
 #include "engine/cleaning/neighbor_grid.h"
 
 namespace orbweave {
 namespace {
 
-/// exp(-4 t), t the squared distance in radii, but zero at the radius and of the same bits on every
-/// machine.
-double bell(double t) {
-  const double square = (1.0 - t) * (1.0 - t);
-  return square * square;
-}
+/// Normals of which the mean is at least this long are of one sheet, and a point whose own differs
+/// from them all has a wrong one. On a sheet thinner than the radius the two sides cancel, and each
+/// point's own normal tells which side it is on.
+constexpr double kOneSheet = 0.4;
+/// Means of normals around the reference normal; it settles fast.
+constexpr int kMeans = 2;
 
-/// A quadratic surface has six numbers; it needs clearly more neighbours than that.
-constexpr double kFewestForPlane = 3;
-constexpr double kFewestForQuadric = 12;
+/// A bell in the squared distance in radii: much like exp(-2 t), but zero at the radius, and of the
+/// same bits on every machine.
+double bell(double t) { return (1.0 - t) * (1.0 - t); }
 
-struct Sample {
-  Vec3 offset;  ///< from the point projected, in radii
-  double weight = 0.0;
-};
-
-struct Foot {
-  Vec3 offset;  ///< of the foot on the local surface, in radii
-  Vec3 normal;
-};
-
-Eigen::Vector3d eigen(Vec3 v) { return {v.x, v.y, v.z}; }
-Vec3 vec3(const Eigen::Vector3d& v) { return {v[0], v[1], v[2]}; }
-
-/// Axes of the samples' weighted plane: two in it and its normal.
-struct Plane {
-  Vec3 center;
-  Vec3 u, v, normal;
-};
-
-std::optional<Plane> plane_of(const std::vector<Sample>& samples, Vec3 side) {
-  double weight = 0.0;
-  Vec3 center;
-  for (const Sample& sample : samples) {
-    weight += sample.weight;
-    center = center + sample.weight * sample.offset;
-  }
-  if (!(weight > 0.0)) return std::nullopt;
-  center = center / weight;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (const Sample& sample : samples) {
-    const Eigen::Vector3d d = eigen(sample.offset - center);
-    covariance += sample.weight * d * d.transpose();
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
-  const auto& values = solver.eigenvalues();
-  // All on a line: any plane through it would do.
-  if (!(values[1] > 1e-6 * values[2])) return std::nullopt;
-  Plane plane{center, vec3(solver.eigenvectors().col(2)), vec3(solver.eigenvectors().col(1)),
-              vec3(solver.eigenvectors().col(0))};
-  if (dot(plane.normal, side) < 0.0) plane.normal = -plane.normal;
-  return plane;
-}
-
-Foot foot_on_plane(const Plane& plane) {
-  return {dot(plane.center, plane.normal) * plane.normal, plane.normal};
-}
-
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
-/// Height over the plane at the point and its gradient there: the first three coefficients of the
-/// weighted quadratic height field.
-std::optional<Foot> foot_on_quadric(const Plane& plane, const std::vector<Sample>& samples) {
-  Matrix6 normal_matrix = Matrix6::Zero();
-  Vector6 right = Vector6::Zero();
-  for (const Sample& sample : samples) {
-    const double x = dot(sample.offset, plane.u), y = dot(sample.offset, plane.v);
-    Vector6 row;
-    row << 1.0, x, y, x * x, x * y, y * y;
-    normal_matrix.noalias() += sample.weight * row * row.transpose();
-    right += sample.weight * dot(sample.offset, plane.normal) * row;
-  }
-  const Eigen::LDLT<Matrix6> factors(normal_matrix);
-  if (factors.info() != Eigen::Success || !(factors.rcond() > 1e-7)) return std::nullopt;
-  const Vector6 c = factors.solve(right);
-  return Foot{c[0] * plane.normal, normalized(plane.normal - c[1] * plane.u - c[2] * plane.v)};
-}
-
-/// One cell's candidates and the samples around one of its points.
+/// Projects the points of one cell of the grid after the other.
 class Projector {
  public:
   Projector(std::span<const Vec3> positions, std::span<const Vec3> normals,
-            const ProjectionOptions& options)
-      : positions_(positions), normals_(normals), options_(options) {}
+            const ProjectionOptions& options, const NeighborGrid& grid)
+      : positions_(positions), normals_(normals), options_(options), grid_(grid) {}
 
-  std::optional<Foot> project(std::uint32_t point, const std::vector<std::uint32_t>& candidates,
-                              std::vector<Sample>& samples) const {
-    collect(point, candidates, samples);
-    if (static_cast<double>(samples.size()) <= kFewestForPlane) return std::nullopt;
-    const auto plane = plane_of(samples, normals_[point]);
-    if (!plane) return std::nullopt;
-    std::optional<Foot> foot;
-    if (static_cast<double>(samples.size()) >= kFewestForQuadric)
-      foot = foot_on_quadric(*plane, samples);
-    return foot ? foot : foot_on_plane(*plane);
+  void enter(std::uint32_t cell) { grid_.gather(cell, cells_, candidates_); }
+
+  /// The local surface around a point of the cell.
+  std::optional<LocalSurface> surface_at(std::uint32_t point) {
+    find_near(point);
+    const Vec3 reference = reference_normal(normals_[point]);
+    samples_.clear();
+    for (const Near& near : near_) {
+      const double agreement = agreement_of(near, reference);
+      if (agreement == 0.0) continue;
+      // Distance along the surface: a point far above it is not drawn to what lies near itself.
+      const double along = dot(near.offset, reference);
+      const double weight = agreement * agreement * bell(near.squared - along * along);
+      if (weight > 0.0) samples_.push_back({near.offset, weight});
+    }
+    return fit_surface(samples_, reference);
   }
 
  private:
-  void collect(std::uint32_t point, const std::vector<std::uint32_t>& candidates,
-               std::vector<Sample>& samples) const {
-    samples.clear();
+  struct Near {
+    Vec3 offset;  ///< in radii
+    double squared = 0.0;
+    Vec3 normal;
+  };
+
+  void find_near(std::uint32_t point) {
+    near_.clear();
     const double scale = 1.0 / options_.radius;
-    for (const std::uint32_t other : candidates) {
+    for (const std::uint32_t other : candidates_) {
       const Vec3 offset = scale * (positions_[other] - positions_[point]);
       const double squared = squared_norm(offset);
-      if (squared > 1.0) continue;
-      const double agreement = dot(normals_[other], normals_[point]);
-      if (options_.oriented && agreement <= 0.0) continue;
-      samples.push_back({offset, agreement * agreement * bell(squared)});
+      if (squared <= 1.0) near_.push_back({offset, squared, normals_[other]});
     }
+  }
+
+  double agreement_of(const Near& near, Vec3 reference) const {
+    const double cosine = dot(near.normal, reference);
+    return options_.oriented ? std::max(0.0, cosine) : std::abs(cosine);
+  }
+
+  /// The normal that those around suggest. One estimated in the thick of layers may point anywhere.
+  Vec3 reference_normal(Vec3 own) const {
+    Vec3 reference = options_.oriented ? majority(own) : own;
+    for (int mean = 0; mean < kMeans; ++mean) {
+      Vec3 sum;
+      for (const Near& near : near_) {
+        const double sign = dot(near.normal, reference) < 0.0 ? -1.0 : 1.0;
+        sum = sum + sign * bell(near.squared) * agreement_of(near, reference) * near.normal;
+      }
+      if (squared_norm(sum) > 0.0) reference = normalized(sum);
+    }
+    return reference;
+  }
+
+  Vec3 majority(Vec3 own) const {
+    Vec3 sum;
+    double weight = 0.0;
+    for (const Near& near : near_) {
+      sum = sum + bell(near.squared) * near.normal;
+      weight += bell(near.squared);
+    }
+    return norm(sum) > kOneSheet * weight ? normalized(sum) : own;
   }
 
   std::span<const Vec3> positions_, normals_;
   ProjectionOptions options_;
+  const NeighborGrid& grid_;
+  std::vector<std::uint32_t> cells_, candidates_;
+  std::vector<Near> near_;
+  std::vector<SurfaceSample> samples_;
 };
 
 }  // namespace
@@ -141,21 +111,19 @@ ProjectedPoints project_points(std::span<const Vec3> positions, std::span<const 
   result.normals.assign(normals.begin() + begin, normals.begin() + end);
   result.moved.assign(end - begin, 0);
   const NeighborGrid grid(positions, options.radius);
-  const Projector projector(positions, normals, options);
   tbb::parallel_for(std::uint32_t{0}, grid.cells(), [&](std::uint32_t cell) {
     const auto members = grid.members(cell);
     const auto first = std::lower_bound(members.begin(), members.end(), begin);
     const auto last = std::lower_bound(first, members.end(), end);
     if (first == last) return;
-    std::vector<std::uint32_t> cells, candidates;
-    std::vector<Sample> samples;
-    grid.gather(cell, cells, candidates);
+    Projector projector(positions, normals, options, grid);
+    projector.enter(cell);
     for (auto it = first; it != last; ++it) {
       if (normals[*it] == Vec3{}) continue;
-      const auto foot = projector.project(*it, candidates, samples);
-      if (!foot) continue;
-      result.positions[*it - begin] = positions[*it] + options.radius * foot->offset;
-      result.normals[*it - begin] = foot->normal;
+      const auto surface = projector.surface_at(*it);
+      if (!surface) continue;
+      result.positions[*it - begin] = positions[*it] + options.radius * surface->foot();
+      result.normals[*it - begin] = surface->normal_at_foot();
       result.moved[*it - begin] = 1;
     }
   });
