@@ -65,8 +65,9 @@ class HeaderParser {
                          .expected = "VERSION, FIELDS, SIZE, TYPE, COUNT, WIDTH, HEIGHT, "
                                      "VIEWPOINT, POINTS or DATA"});
       HeaderLine& entry = lines_[std::string(name)];
-      if (!entry.place.empty()) refuse(entry, "the header has two lines " + std::string(name), "");
+      const bool is_second = !entry.place.empty();
       entry.place = reader_.line_place();
+      if (is_second) refuse(entry, "the header has two lines " + std::string(name), "");
       while (const auto value = take_field(line, ' ')) entry.values.emplace_back(*value);
       if (entry.values.empty()) refuse(entry, std::string(name) + " has no value", "");
       if (name == "DATA") return;

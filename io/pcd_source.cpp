@@ -66,12 +66,6 @@ class PcdRows {
                " bytes",
            "The file may be truncated.");
   }
-  /// Refuses, before any point is read, a file that cannot hold its points.
-  void check_room(std::uint64_t least_row_bytes) const {
-    const auto left = reader_.bytes_left();
-    if (left && header_.points > *left / least_row_bytes)
-      refuse_short(std::to_string(*left) + " bytes");
-  }
 
   ByteReader& reader_;
   const PcdHeader& header_;
@@ -80,7 +74,9 @@ class PcdRows {
 class BinaryRows final : public PcdRows {
  public:
   BinaryRows(ByteReader& reader, const PcdHeader& header) : PcdRows(reader, header) {
-    check_room(header.row_bytes);
+    const auto left = reader.bytes_left();
+    if (left && header.points > *left / header.row_bytes)
+      refuse_short(std::to_string(*left) + " bytes");
   }
   const std::byte* rows() const override { return rows_; }
 
@@ -103,7 +99,7 @@ class AsciiRows final : public PcdRows {
     // A digit and a separator per value; the last line may lack its end.
     const auto left = reader.bytes_left();
     if (left && header.points > (*left + 1) / (2 * header.row_values))
-      refuse_short(std::to_string(*left) + " bytes");
+      refuse_end(std::to_string(*left) + " bytes");
   }
   const std::byte* rows() const override { return rows_.data(); }
 
@@ -113,10 +109,12 @@ class AsciiRows final : public PcdRows {
     for (std::size_t i = 0; i < count; ++i) {
       std::string_view line;
       do {
-        if (!reader_.next_line(line)) refuse_short("the end of the text");
+        if (!reader_.next_line(line)) refuse_end(std::to_string(rows_read_) + " points");
       } while (line.find_first_not_of(" \t\r") == line.npos);
+      // Grown row by row: a line that is there justifies its row.
       rows_.resize(rows_.size() + header_.row_bytes);
       parse_row(line, rows_.data() + rows_.size() - header_.row_bytes);
+      ++rows_read_;
     }
     return count;
   }
@@ -140,6 +138,15 @@ class AsciiRows final : public PcdRows {
     if (take_field(rest, ' ')) refuse_line(line);
   }
 
+  [[noreturn]] void refuse_end(const std::string& found) const {
+    throw_bad_input("the file is shorter than its header says",
+                    {.file = reader_.name(),
+                     .place = reader_.line_place(),
+                     .found = found,
+                     .expected = std::to_string(header_.points) + " points",
+                     .advice = "The file may be truncated."});
+  }
+
   [[noreturn]] void refuse_line(std::string_view line) const {
     std::size_t found = 0;
     while (take_field(line, ' ')) ++found;
@@ -161,6 +168,7 @@ class AsciiRows final : public PcdRows {
   }
 
   std::vector<std::byte> rows_;
+  std::uint64_t rows_read_ = 0;
 };
 
 class CompressedRows final : public PcdRows {
