@@ -140,8 +140,20 @@ TEST_CASE("CompressedFilesThatEndEarlyOrLieAboutTheirCountAreRefused") {
     CHECK(test::las_error(bytes.substr(0, length)).status() == ExitStatus::kBadInput);
   }
   std::string more = bytes;
-  more.replace(107, 4, test::raw(0xffffffffu));
-  CHECK(test::las_error(more).status() == ExitStatus::kBadInput);
+  for (const std::uint32_t count : {1066u, 0xffffffffu}) {
+    more.replace(107, 4, test::raw(count));
+    CHECK(test::las_error(more).status() == ExitStatus::kBadInput);
+  }
+}
+
+TEST_CASE("ACountThatNoCompressedFileHoldsIsRefused") {
+  const auto file = data_path("samples/laz/1_4_w_evlr.laz");
+  if (test::skipped_without(file)) return;
+  std::string bytes = test::read_file(file);
+  bytes.replace(247, 8, test::raw(std::uint64_t{1} << 63));
+  const Error error = test::las_error(bytes);
+  CHECK(error.status() == ExitStatus::kBadInput);
+  CHECK(std::string(error.what()).find("9223372036854775808") != std::string::npos);
 }
 
 TEST_CASE("CorruptCompressedSamplesAreRefusedByName") {
