@@ -3,12 +3,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
-#include <bit>
-#include <charconv>
 #include <cmath>
-#include <tuple>
 
+#include "engine/ball_pivoting/site_points.h"
 #include "engine/normals/point_tree.h"
 
 namespace orbweave {
@@ -18,54 +15,10 @@ constexpr std::size_t kNeighbors = 6;
 /// About so many points are measured at most; quantiles of more are no better.
 constexpr std::uint64_t kMeasuredPoints = 32768;
 
-/// Which points are measured: those whose hash is at most `last`. Only signs and mantissas are
-/// hashed, so a cloud scaled by a power of two is measured at the same points.
-struct Selection {
-  std::uint64_t last = ~std::uint64_t{0};
-
-  bool takes(Vec3 p) const {
-    std::uint64_t hash = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto bits = std::bit_cast<std::uint64_t>(p[axis] == 0.0 ? 0.0 : p[axis]);
-      hash = (hash ^ (bits & 0x800FFFFFFFFFFFFFu)) * 0x9E3779B97F4A7C15u;
-      hash ^= hash >> 32;
-    }
-    return hash * 0xBF58476D1CE4E5B9u <= last;
-  }
-};
-
-/// Sorts, so that sums do not depend on how points came, and drops duplicates.
-void make_distinct(std::vector<Vec3>& points) {
-  std::sort(points.begin(), points.end(),
-            [](Vec3 a, Vec3 b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); });
-  points.erase(std::unique(points.begin(), points.end()), points.end());
-}
-
-std::vector<SpacingSite> distinct_sites(std::span<const SpacingSite> sites) {
-  std::vector<SpacingSite> distinct(sites.begin(), sites.end());
-  tbb::parallel_for(std::size_t{0}, distinct.size(),
-                    [&](std::size_t i) { make_distinct(distinct[i].points); });
-  return distinct;
-}
-
-Selection selection_for(std::span<const SpacingSite> sites) {
-  std::uint64_t points = 0;
-  for (const SpacingSite& site : sites) points += site.points.size();
-  if (points <= kMeasuredPoints) return {};
-  return {~std::uint64_t{0} / points * kMeasuredPoints};
-}
-
-double distance_to_border(Vec3 p, const Box& box) {
-  double distance = p.x - box.min.x;
-  for (int axis = 0; axis < 3; ++axis)
-    distance = std::min({distance, p[axis] - box.min[axis], box.max[axis] - p[axis]});
-  return distance;
-}
-
 /// Mean distance to the nearest neighbours of the core's selected points; with `only_sure`, of
 /// those whose neighbours are all in the site for certain.
 std::vector<double> mean_distances(const SpacingSite& site, std::size_t neighbors,
-                                   Selection selection, bool only_sure) {
+                                   PointSelection selection, bool only_sure) {
   const std::vector<Vec3>& points = site.points;
   std::vector<double> means;
   if (points.size() < 2) return means;
@@ -86,7 +39,7 @@ std::vector<double> mean_distances(const SpacingSite& site, std::size_t neighbor
 
 std::vector<double> all_mean_distances(std::span<const SpacingSite> sites, std::size_t neighbors,
                                        bool only_sure) {
-  const Selection selection = selection_for(sites);
+  const PointSelection selection = select_points(sites, kMeasuredPoints);
   std::vector<std::vector<double>> of_site(sites.size());
   tbb::parallel_for(std::size_t{0}, sites.size(), [&](std::size_t i) {
     of_site[i] = mean_distances(sites[i], neighbors, selection, only_sure);
@@ -95,14 +48,6 @@ std::vector<double> all_mean_distances(std::span<const SpacingSite> sites, std::
   for (const auto& part : of_site) all.insert(all.end(), part.begin(), part.end());
   std::sort(all.begin(), all.end());
   return all;
-}
-
-/// Four significant digits, whatever the locale.
-std::string short_text(double value) {
-  std::array<char, 32> text;
-  const auto end =
-      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 4);
-  return std::string(text.data(), end.ptr);
 }
 
 double quantile(const std::vector<double>& sorted, std::size_t percent) {

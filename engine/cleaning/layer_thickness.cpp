@@ -1,6 +1,131 @@
 #include "engine/cleaning/layer_thickness.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "engine/ball_pivoting/site_points.h"
+#include "engine/cleaning/local_surface.h"
+#include "engine/normals/point_tree.h"
+
 namespace orbweave {
-bool LayerThickness::is_thick() const { return thickness > 0.5 * spacing; }
-LayerThickness measure_layers(std::span<const SpacingSite>) { return {}; }
+namespace {
+
+constexpr std::uint64_t kMeasuredPoints = 4096;
+constexpr std::size_t kSpacingNeighbors = 6;
+/// Points of the first neighbourhood; each further one has twice as many, which is 1.4 times the
+/// radius on a surface.
+constexpr std::size_t kFirstNeighborhood = 24;
+constexpr std::size_t kLargestNeighborhood = 1536;
+/// A neighbourhood is wide when its radius is so many times the deviation in it. (A ball filled
+/// evenly has 2.2.)
+constexpr double kWide = 6.0;
+/// Numbers of a quadratic surface and of its plane that are fitted.
+constexpr double kFitted = 6.0;
+
+struct Measured {
+  double spacing = 0.0;
+  double deviation = 0.0;
+  double radius = 0.0;
+};
+
+/// Root of the mean squared distance of the samples from their local surface, in radii.
+std::optional<double> deviation_of(const std::vector<SurfaceSample>& samples) {
+  const auto surface = fit_surface(samples, {});
+  if (!surface) return std::nullopt;
+  double sum = 0.0;
+  for (const SurfaceSample& sample : samples) {
+    const double off = surface->distance_above(sample.offset);
+    sum += off * off;
+  }
+  return std::sqrt(sum / (static_cast<double>(samples.size()) - kFitted));
+}
+
+/// Measures around the points of one site.
+class SiteMeasure {
+ public:
+  explicit SiteMeasure(const SpacingSite& site) : site_(site), tree_(site.points) {}
+
+  /// With `only_sure`: nothing where a neighbourhood could reach out of the site before it is wide.
+  std::optional<Measured> at(Vec3 p, bool only_sure) {
+    const double border = distance_to_border(p, site_.box);
+    std::optional<Measured> measured;
+    for (std::size_t count = kFirstNeighborhood; count <= kLargestNeighborhood; count *= 2) {
+      tree_.nearest(p, count + 1, found_);
+      const double radius = std::sqrt(found_.back().squared_distance);
+      if (found_.size() <= count || (only_sure && radius > border)) break;
+      collect(p, radius);
+      const auto deviation = deviation_of(samples_);
+      if (!deviation) continue;
+      measured = {spacing(), *deviation * radius, radius};
+      if (*deviation * kWide <= 1.0) break;
+    }
+    return measured;
+  }
+
+ private:
+  void collect(Vec3 p, double radius) {
+    samples_.clear();
+    for (const Neighbor& neighbor : found_)
+      samples_.push_back({(site_.points[neighbor.index] - p) / radius, 1.0});
+  }
+  double spacing() const {
+    double sum = 0.0;
+    for (std::size_t i = 1; i <= kSpacingNeighbors; ++i)
+      sum += std::sqrt(found_[i].squared_distance);
+    return sum / static_cast<double>(kSpacingNeighbors);
+  }
+
+  const SpacingSite& site_;
+  PointTree tree_;
+  std::vector<Neighbor> found_;
+  std::vector<SurfaceSample> samples_;
+};
+
+std::vector<Measured> measure_all(std::span<const SpacingSite> sites, bool only_sure) {
+  const PointSelection selection = select_points(sites, kMeasuredPoints);
+  std::vector<std::vector<Measured>> of_site(sites.size());
+  tbb::parallel_for(std::size_t{0}, sites.size(), [&](std::size_t i) {
+    const SpacingSite& site = sites[i];
+    if (site.points.size() <= kFirstNeighborhood) return;
+    SiteMeasure measure(site);
+    for (const Vec3& p : site.points) {
+      if (!site.core.contains(p) || !selection.takes(p)) continue;
+      if (const auto measured = measure.at(p, only_sure)) of_site[i].push_back(*measured);
+    }
+  });
+  std::vector<Measured> all;
+  for (const auto& part : of_site) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+double median(const std::vector<Measured>& all, double Measured::*member) {
+  std::vector<double> values;
+  for (const Measured& one : all) values.push_back(one.*member);
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+bool LayerThickness::is_thick() const { return thickness > 0.1 * spacing; }
+
+LayerThickness measure_layers(std::span<const SpacingSite> sites) {
+  const std::vector<SpacingSite> distinct = distinct_sites(sites);
+  std::vector<Measured> all = measure_all(distinct, true);
+  if (all.empty()) all = measure_all(distinct, false);
+  LayerThickness layers;
+  layers.measured = all.size();
+  if (all.empty()) return layers;
+  layers.thickness = median(all, &Measured::deviation);
+  layers.spacing = median(all, &Measured::spacing);
+  layers.radius = median(all, &Measured::radius);
+  return layers;
+}
+
 PrepareChoice choose_preparation(const LayerThickness&) { return {}; }
+
 }  // namespace orbweave
