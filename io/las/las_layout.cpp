@@ -33,6 +33,15 @@ constexpr std::array<OptionalFields, 11> kOptionalFields = {{{0, 0, 0},
                                                              {22, 30, 36}}};
 constexpr std::size_t kIntensity = 12;
 constexpr std::size_t kReturns = 14;
+constexpr std::size_t kFlags = 15;  ///< with the class in formats 0 to 5
+/// The first of the formats that LAS 1.4 brought, with more room for what there is more of.
+constexpr std::uint8_t kFirstLongFormat = 6;
+
+std::byte withheld_bit(const Header& header) {
+  if (header.point_format >= kFirstLongFormat) return std::byte{1u << 2};
+  // LAS 1.0 gives the upper bits of the class no meaning.
+  return header.version_minor == 0 ? std::byte{0} : std::byte{1u << 7};
+}
 
 template <class Visitor>
 void with_type(ScalarType type, const Visitor& visit) {
@@ -97,7 +106,10 @@ std::string plain_name(std::string name) {
 }  // namespace
 
 Layout::Layout(const Header& header, std::vector<StoredValue> extra)
-    : record_bytes_(header.record_bytes), scale_(header.scale), offset_(header.offset) {
+    : record_bytes_(header.record_bytes),
+      scale_(header.scale),
+      offset_(header.offset),
+      withheld_(withheld_bit(header)) {
   add_format_columns(header);
   take_normals(extra);
   name_apart(extra);
@@ -117,26 +129,10 @@ void Layout::add_bits(const char* name, std::size_t offset, unsigned shift, unsi
 void Layout::add_format_columns(const Header& header) {
   using S = ScalarType;
   add_field("intensity", S::kUint16, kIntensity);
-  if (header.point_format < 6) {
-    add_bits("return_number", kReturns, 0, 7);
-    add_bits("number_of_returns", kReturns, 3, 7);
-    add_bits("classification", 15, 0, 31);
-    add_field("scan_angle_rank", S::kInt8, 16);
-    add_field("user_data", S::kUint8, 17);
-    add_field("point_source_id", S::kUint16, 18);
-    flags_offset_ = 15;
-    // LAS 1.0 gives the upper bits of the class no meaning.
-    withheld_ = header.version_minor == 0 ? std::byte{0} : std::byte{1u << 7};
-  } else {
-    add_bits("return_number", kReturns, 0, 15);
-    add_bits("number_of_returns", kReturns, 4, 15);
-    add_field("classification", S::kUint8, 16);
-    add_field("user_data", S::kUint8, 17);
-    add_field("scan_angle", S::kInt16, 18);
-    add_field("point_source_id", S::kUint16, 20);
-    flags_offset_ = 15;
-    withheld_ = std::byte{1u << 2};
-  }
+  if (header.point_format < kFirstLongFormat)
+    add_short_fields();
+  else
+    add_long_fields();
   const OptionalFields fields = kOptionalFields.at(header.point_format);
   if (fields.gps_time != 0) add_field("gps_time", S::kFloat64, fields.gps_time);
   if (fields.red != 0) {
@@ -145,6 +141,26 @@ void Layout::add_format_columns(const Header& header) {
     add_field("blue", S::kUint16, fields.red + 4u);
   }
   if (fields.nir != 0) add_field("nir", S::kUint16, fields.nir);
+}
+
+/// Formats 0 to 5.
+void Layout::add_short_fields() {
+  add_bits("return_number", kReturns, 0, 7);
+  add_bits("number_of_returns", kReturns, 3, 7);
+  add_bits("classification", kFlags, 0, 31);
+  add_field("scan_angle_rank", ScalarType::kInt8, 16);
+  add_field("user_data", ScalarType::kUint8, 17);
+  add_field("point_source_id", ScalarType::kUint16, 18);
+}
+
+/// Formats 6 to 10.
+void Layout::add_long_fields() {
+  add_bits("return_number", kReturns, 0, 15);
+  add_bits("number_of_returns", kReturns, 4, 15);
+  add_field("classification", ScalarType::kUint8, 16);
+  add_field("user_data", ScalarType::kUint8, 17);
+  add_field("scan_angle", ScalarType::kInt16, 18);
+  add_field("point_source_id", ScalarType::kUint16, 20);
 }
 
 /// Moves the components of the normal, where all three are there, from the extra values.
@@ -179,6 +195,10 @@ void Layout::name_apart(std::vector<StoredValue>& extra) const {
     for (int copy = 2; !taken.insert(value.name).second; ++copy)
       value.name = base + "_" + std::to_string(copy);
   }
+}
+
+bool Layout::is_withheld(const std::byte* record) const {
+  return (record[kFlags] & withheld_) != std::byte{0};
 }
 
 void Layout::append_positions(const std::byte* records, std::size_t count, Vec3* to) const {

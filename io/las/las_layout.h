@@ -24,9 +24,7 @@ class Layout {
   const PointSchema& schema() const { return schema_; }
   std::size_t record_bytes() const { return record_bytes_; }
   /// The writer marked the point as one not to be used.
-  bool is_withheld(const std::byte* record) const {
-    return (record[flags_offset_] & withheld_) != std::byte{0};
-  }
+  bool is_withheld(const std::byte* record) const;
   /// Appends `count` points to a cloud of this schema.
   void append(const std::byte* records, std::size_t count, PointCloud& cloud) const;
 
@@ -39,6 +37,8 @@ class Layout {
   };
 
   void add_format_columns(const Header& header);
+  void add_short_fields();
+  void add_long_fields();
   void add_field(const char* name, ScalarType type, std::size_t offset);
   void add_bits(const char* name, std::size_t offset, unsigned shift, unsigned mask);
   void take_normals(std::vector<StoredValue>& extra);
@@ -54,7 +54,6 @@ class Layout {
   Vec3 offset_;
   std::vector<Column> columns_;
   std::array<StoredValue, 3> normal_;
-  std::size_t flags_offset_ = 0;
   std::byte withheld_{0};
 };
 
