@@ -53,8 +53,9 @@ def _read_ascii_rows(stream, count, properties):
     return names
 
 
-def read_ply(path):
-    """{element: {property: array}}; list properties are triangles, shape (n, 3)."""
+def read_ply(path, last=None):
+    """{element: {property: array}}; list properties are triangles, shape (n, 3). Nothing behind the element
+    `last` is read."""
     opened = gzip.open if str(path).endswith(".gz") else open
     result = {}
     with opened(path, "rb") as stream:
@@ -62,6 +63,8 @@ def read_ply(path):
         for name, count, properties in elements:
             if layout == "ascii":
                 result[name] = _read_ascii_rows(stream, count, properties)
+                if name == last:
+                    break
                 continue
             row = _row_type(properties, "<" if "little" in layout else ">", 3)
             data = np.frombuffer(stream.read(row.itemsize * count), dtype=row, count=count)
@@ -69,6 +72,8 @@ def read_ply(path):
                 if words[0] == "list" and (data[words[3] + " count"] != 3).any():
                     raise ValueError(f"{path}: faces that are no triangles")
             result[name] = {key: data[key] for key in row.names if not key.endswith(" count")}
+            if name == last:
+                break
     return result
 
 
