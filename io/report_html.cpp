@@ -94,7 +94,39 @@ std::string input_table(const RunReport& report) {
     rows.emplace_back("dropped: " + reason, format_count(count));
   rows.emplace_back("points that no triangle uses", format_count(report.points_unused));
   rows.emplace_back("bounds", box_text(report.bounds));
+  if (!report.coordinate_system.empty())
+    rows.emplace_back("coordinate system", report.coordinate_system);
   return facts("Input", rows);
+}
+
+std::string prepare_table(const RunReport& report) {
+  const PrepareFacts& clean_up = report.prepare;
+  Rows rows = {{"spacing of the raw points", format_number(clean_up.spacing)},
+               {"thickness of the layers", format_number(clean_up.thickness)}};
+  if (!clean_up.reason.empty()) rows.emplace_back("what follows", clean_up.reason);
+  if (clean_up.options.outlier_sigma > 0.0)
+    rows.emplace_back("outliers beyond", format_number(clean_up.options.outlier_sigma) + " sigma");
+  if (clean_up.options.merge_tolerance > 0.0)
+    rows.emplace_back("merged within", format_number(clean_up.options.merge_tolerance));
+  if (clean_up.options.smooth_radius > 0.0) {
+    rows.emplace_back("smoothed within", format_number(clean_up.options.smooth_radius) + ", " +
+                                             std::to_string(clean_up.options.smooth_passes) +
+                                             " passes");
+    rows.emplace_back("points moved", format_count(clean_up.points_moved) + ", by " +
+                                          format_number(clean_up.mean_move) + " on average");
+  }
+  if (clean_up.options.thin_to_spacing > 0.0)
+    rows.emplace_back("thinned to", format_number(clean_up.options.thin_to_spacing));
+  const NormalFacts& normals = report.normals;
+  rows.emplace_back("normals", normals.orientation.empty()
+                                   ? normals.source
+                                   : normals.source + ", side by " + normals.orientation);
+  if (normals.patches > 0) {
+    rows.emplace_back("patches", format_count(normals.patches));
+    rows.emplace_back("contested patches", format_count(normals.contested));
+    rows.emplace_back("share of votes that agree", format_number(normals.satisfied));
+  }
+  return facts("Clean-up and normals", rows);
 }
 
 std::string work_table(const RunReport& report) {
@@ -248,9 +280,9 @@ std::string report_html(const RunReport& report) {
          html_text(title) + "</h1>\n<p>orbweave " + html_text(report.version) + ": <code>" +
          html_text(joined(report.command, " ")) + "</code></p>\n" +
          picture(report.options.output.picture) + mesh_table(report.mesh) + input_table(report) +
-         work_table(report) + holes_table(report.holes) + stages_table(report) +
-         machine_table(report) + notes_list(report.notes) + options_table(report.options) +
-         "</body>\n</html>\n";
+         prepare_table(report) + work_table(report) + holes_table(report.holes) +
+         stages_table(report) + machine_table(report) + notes_list(report.notes) +
+         options_table(report.options) + "</body>\n</html>\n";
 }
 
 }  // namespace orbweave

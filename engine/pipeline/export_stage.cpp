@@ -12,6 +12,7 @@
 #include "engine/holes/patch_vertices.h"
 #include "engine/pipeline/reconstruct_stage.h"
 #include "engine/pipeline/stored_surface.h"
+#include "io/atomic_file.h"
 #include "io/chunk_points.h"
 #include "io/mesh_checksum.h"
 #include "io/mesh_writer.h"
@@ -325,6 +326,14 @@ void draw_patches(JobContext& context, const Partition& partition, const FilledH
   }
 }
 
+/// The coordinate reference system lies beside the mesh, where other programs look for it.
+void write_coordinate_system(const std::string& mesh, const std::string& coordinate_system) {
+  if (coordinate_system.empty() || mesh == "-") return;
+  AtomicFile file(std::filesystem::path(mesh).replace_extension(".prj"));
+  file.write(coordinate_system + "\n");
+  file.commit();
+}
+
 }  // namespace
 
 Stitched stitch(JobContext& context, const Partition& partition) {
@@ -369,6 +378,7 @@ void export_mesh(JobContext& context, const Partition& partition, Stitched& stit
   write_all_triangles(context, stitched, numbers, triangles);
   write_patch_triangles(context, holes, numbers, triangles);
   writer->finish();
+  write_coordinate_system(output.mesh, partition.coordinate_system);
   facts.checksum = checksum.hex();
   clock.facts().points = partition.points();
   clock.facts().bytes_written = writer->bytes_written();

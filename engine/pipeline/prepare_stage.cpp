@@ -25,6 +25,7 @@ namespace {
 constexpr const char* kRawStage = "raw";
 /// Smoothed layers are wider than spacings: the plane of a normal has to span them.
 constexpr std::size_t kNeighborsAcrossLayers = 48;
+constexpr int kMostSmoothPasses = 8;
 /// Points on different sheets do not replace one another: normals less than 60 degrees apart do.
 constexpr double kSameSheetCosine = 0.5;
 
@@ -324,6 +325,16 @@ void take_over(const RawCloud& cloud, Partition& partition) {
   partition.coordinate_system = cloud.partition.coordinate_system;
 }
 
+std::string describe(const NormalFacts& normals) {
+  std::string line = "normals: estimated from up to " + std::to_string(normals.neighbors) +
+                     " neighbours within " + format_number(normals.max_radius) + ", side by " +
+                     normals.orientation;
+  if (normals.patches > 0)
+    line += "; " + format_count(normals.patches) + " patches, " + format_count(normals.contested) +
+            " of them contested";
+  return line;
+}
+
 Partition partition_prepared(JobContext& context, bool estimates) {
   RawCloud cloud;
   cloud.partition = raw_partition(context);
@@ -347,6 +358,7 @@ Partition partition_prepared(JobContext& context, bool estimates) {
   take_over(cloud, partition);
   partition.prepare = facts;
   partition.normals = normals;
+  if (estimates) context.note(describe(normals));
   return partition;
 }
 
@@ -370,11 +382,19 @@ Partition prepared_partition(JobContext& context) {
   return partition;
 }
 
+const std::vector<std::string>& raw_stages() {
+  static const std::vector<std::string> stages = [] {
+    std::vector<std::string> names = {kRawStage, "raw_outliers", "raw_merged", "raw_normals"};
+    for (int pass = 1; pass <= kMostSmoothPasses; ++pass)
+      names.push_back("raw_smooth_" + std::to_string(pass));
+    names.insert(names.end(), {"raw_thinned", kPatchStage});
+    return names;
+  }();
+  return stages;
+}
+
 void discard_raw_stages(ChunkStore& store) {
-  for (const char* stage :
-       {kRawStage, "raw_outliers", "raw_merged", "raw_normals", "raw_thinned", kPatchStage})
-    store.discard_stage(stage);
-  for (int pass = 1; pass <= 8; ++pass) store.discard_stage("raw_smooth_" + std::to_string(pass));
+  for (const std::string& stage : raw_stages()) store.discard_stage(stage);
 }
 
 }  // namespace orbweave

@@ -11,6 +11,9 @@ namespace orbweave {
 /// committed). Without anything to prepare that is cut_and_sort of the scans.
 Partition prepared_partition(JobContext& context);
 
+/// The stages of the store that the passes use, in their order; the first holds the raw points.
+const std::vector<std::string>& raw_stages();
+
 /// Removes what the passes left in the store.
 void discard_raw_stages(ChunkStore& store);
 

@@ -11,6 +11,7 @@
 
 #include "engine/pipeline/partition_stage.h"
 #include "engine/pipeline/pipeline.h"
+#include "engine/pipeline/prepare_stage.h"
 #include "engine/pipeline/reconstruct_stage.h"
 #include "io/chunk_points.h"
 #include "io/error.h"
@@ -66,6 +67,11 @@ std::uint64_t chunks_of(const fs::path& document) {
   return text.empty() ? 0 : partition_from_json(text).octree.chunks().size();
 }
 
+StageStatus stage_status(const fs::path& work_dir, const std::string& stage, std::uint64_t total) {
+  const std::uint64_t done = committed_chunks(work_dir / stage);
+  return {stage, done, total, total > 0 && done == total};
+}
+
 }  // namespace
 
 WorkStatus work_status(const fs::path& work_dir) {
@@ -80,14 +86,13 @@ WorkStatus work_status(const fs::path& work_dir) {
   WorkStatus status;
   const fs::path document = work_dir / kPointsStage / "partition.json";
   const std::uint64_t total = chunks_of(document);
-  for (const char* stage : {kPointsStage, kMeshStage}) {
-    StageStatus facts;
-    facts.name = stage;
-    facts.chunks_done = committed_chunks(work_dir / stage);
-    facts.chunks_total = total;
-    facts.done = total > 0 && facts.chunks_done == total;
-    status.stages.push_back(facts);
-  }
+  // Passes over raw points are gone once the points are cut into chunks for good.
+  const std::uint64_t raw_total = chunks_of(work_dir / raw_stages().front() / "partition.json");
+  for (const std::string& stage : raw_stages())
+    if (total == 0 && fs::exists(work_dir / stage))
+      status.stages.push_back(stage_status(work_dir, stage, raw_total));
+  for (const char* stage : {kPointsStage, kMeshStage})
+    status.stages.push_back(stage_status(work_dir, stage, total));
   status.running = is_locked(work_dir / "lock");
   if (status.running) std::ifstream(work_dir / "lock") >> status.process_id;
   status.last_touched = last_touched(work_dir);

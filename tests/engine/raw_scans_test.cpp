@@ -1,0 +1,293 @@
+// Raw scans through the pipeline: poses, estimated normals, their orientation, clean-up.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+
+#include "io/error.h"
+#include "io/mesh_reader.h"
+#include "io/mesh_writer.h"
+#include "tests/support/raw_scans.h"
+
+using Catch::Matchers::Contains;
+using namespace orbweave;
+using namespace orbweave::test;
+
+namespace {
+
+/// Every clean-up stage on, at sizes that fit scans of that spacing.
+void clean_everything(Job& job, double spacing) {
+  job.prepare.outlier_sigma = 4.0;
+  job.prepare.merge_tolerance = 0.2 * spacing;
+  job.prepare.smooth_radius = 2.5 * spacing;
+  job.prepare.smooth_passes = 2;
+  job.prepare.thin_to_spacing = 0.8 * spacing;
+}
+
+/// How far the torus of the tests (radii 1 and 0.4 about z) is from a point.
+double distance_to_torus(Vec3 p) {
+  return std::abs(std::hypot(std::hypot(p.x, p.y) - 1.0, p.z) - 0.4);
+}
+
+/// Share of triangles that face away from the torus's inside.
+double outward_share(const TriangleMesh& mesh) {
+  std::size_t outward = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 a = mesh.vertices.positions[t[0]];
+    const Vec3 normal = cross(mesh.vertices.positions[t[1]] - a, mesh.vertices.positions[t[2]] - a);
+    const Vec3 ring = normalized(Vec3{a.x, a.y, 0.0});
+    outward += dot(normal, a - ring) > 0.0 ? 1 : 0;
+  }
+  return static_cast<double>(outward) / static_cast<double>(mesh.triangles.size());
+}
+
+double mean_distance(const TriangleMesh& mesh) {
+  double sum = 0.0;
+  for (const Vec3& p : mesh.vertices.positions) sum += distance_to_torus(p);
+  return sum / static_cast<double>(mesh.vertices.size());
+}
+
+NamedCloud torus_without_normals(std::size_t points) {
+  NamedCloud named = painted_torus(points, 0.1, 11);
+  named.cloud.normals.clear();
+  named.cloud.schema.has_normals = false;
+  return named;
+}
+
+std::uint64_t dropped_in_all(const RunReport& report) {
+  std::uint64_t sum = 0;
+  for (const auto& [reason, count] : report.points_dropped) sum += count;
+  return sum;
+}
+
+std::string message_of(const Job& job, ExitStatus status) {
+  try {
+    run(job);
+  } catch (const Error& error) {
+    CHECK(error.status() == status);
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("RawScansWithEveryCleanUpGiveTheSameBytesForAnyPartition") {
+  ScratchDirectory scratch;
+  const RawScans scans = scan_torus(scratch, 4000, 0.3, 0.3);
+  Job job = job_for(scratch, scans);
+  clean_everything(job, scans.spacing);
+  const std::string expected = mesh_bytes(job);
+  REQUIRE(expected.size() > 20'000);
+  for (const std::uint64_t chunk_points : {300u, 1500u, 1'000'000'000u}) {
+    for (const int threads : {1, 5}) {
+      job.partition.chunk_points = chunk_points;
+      job.run.threads = threads;
+      INFO("chunk_points " << chunk_points << ", threads " << threads);
+      REQUIRE((mesh_bytes(job) == expected));
+    }
+  }
+  std::reverse(job.input.files.begin(), job.input.files.end());
+  REQUIRE((mesh_bytes(job) == expected));
+}
+
+TEST_CASE("PropagatedNormalsGiveTheSameBytesForAnyPartitionAndOrder") {
+  ScratchDirectory scratch;
+  NamedCloud named = torus_without_normals(4000);
+  Job job = job_for(scratch, named);
+  job.normals.orientation = Orientation::kPropagate;
+  job.prepare.outlier_sigma = 4.0;
+  job.prepare.smooth_radius = 3.0 * named.ball_radius;
+  job.prepare.thin_to_spacing = 0.5 * named.ball_radius;
+  const std::string expected = mesh_bytes(job);
+  for (const std::uint64_t chunk_points : {300u, 2000u, 1'000'000'000u}) {
+    job.partition.chunk_points = chunk_points;
+    job.run.threads = chunk_points == 2000u ? 5 : 1;
+    INFO("chunk_points " << chunk_points);
+    REQUIRE((mesh_bytes(job) == expected));
+  }
+  shuffle(named.cloud, 3);
+  write_cloud(job.input.files.front(), named.cloud);
+  REQUIRE((mesh_bytes(job) == expected));
+}
+
+TEST_CASE("ScansWithPosesMakeOneSurfaceThatFacesTheScanners") {
+  ScratchDirectory scratch;
+  const RawScans scans = scan_torus(scratch, 20'000, 0.0, 0.0);
+  Job job = job_for(scratch, scans);
+  job.fill.enabled = false;  // what no scan saw is of no interest here
+  const RunReport report = run(job);
+  CHECK(report.normals.source == "estimated");
+  CHECK(report.normals.orientation == "scanner");
+  CHECK(report.points_read == dropped_in_all(report) + report.mesh.vertices + report.points_unused);
+  const TriangleMesh mesh = read_mesh((scratch / "mesh.ply").string());
+  CHECK(outward_share(mesh) > 0.995);
+  CHECK(mean_distance(mesh) < 0.05 * scans.spacing);
+  CHECK(report.mesh.nonmanifold_edges == 0);
+}
+
+TEST_CASE("WithoutAScannerPropagationEndsOutward") {
+  ScratchDirectory scratch;
+  const RunReport report = run(job_for(scratch, torus_without_normals(6000)));
+  CHECK(report.normals.orientation == "propagate");
+  CHECK(report.normals.patches > 4);
+  CHECK(report.normals.components == 1);
+  CHECK(report.mesh.watertight);
+  CHECK(report.mesh.euler_characteristic == 0);
+  CHECK(outward_share(read_mesh((scratch / "mesh.ply").string())) == 1.0);
+}
+
+TEST_CASE("AViewpointAndAnUpDirectionDecideTheSide") {
+  ScratchDirectory scratch;
+  NamedCloud sheet = grid_sheet(40, 0.0);
+  sheet.cloud.normals.clear();
+  sheet.cloud.schema.has_normals = false;
+  Job job = job_for(scratch, sheet);
+  const auto mean_z = [&] {
+    run(job);
+    const TriangleMesh mesh = read_mesh((scratch / "mesh.ply").string());
+    double sum = 0.0;
+    for (const Vec3& n : mesh.vertices.normals) sum += n.z;
+    return sum / static_cast<double>(mesh.vertices.size());
+  };
+  for (const double side : {1.0, -1.0}) {
+    job.normals = {};
+    job.normals.up = Vec3{0.0, 0.0, side};
+    CHECK(mean_z() == Approx(side));
+    job.normals = {};
+    job.normals.viewpoint = Vec3{0.3, 0.2, 1000.0 * side};
+    CHECK(mean_z() == Approx(side));
+  }
+}
+
+TEST_CASE("ThickLayersAreCleanedOnlyOnRequestAndSaidSo") {
+  ScratchDirectory scratch;
+  const RawScans scans = scan_torus(scratch, 30'000, 0.8, 1.0);
+  Job job = job_for(scratch, scans);
+  RecordingProgress progress;
+  const StopToken stop;
+  const RunReport raw = run_job(job, {"test"}, progress, stop);
+  CHECK(std::any_of(progress.lines.begin(), progress.lines.end(), [](const std::string& line) {
+    return line.find("prepare.auto = true") != std::string::npos;
+  }));
+  CHECK(raw.prepare.points_moved == 0);
+  const double raw_distance = mean_distance(read_mesh(job.output.mesh));
+  job.prepare.automatic = true;
+  const RunReport clean = run(job);
+  CHECK(clean.prepare.thickness > 0.2 * clean.prepare.spacing);
+  CHECK(clean.prepare.options.smooth_radius > 0.0);
+  CHECK(clean.prepare.points_moved > 20'000);
+  CHECK(clean.mesh.boundary_edges * 5 < raw.mesh.boundary_edges + 5);
+  CHECK(mean_distance(read_mesh(job.output.mesh)) < 0.7 * raw_distance);
+}
+
+TEST_CASE("CleanScansStayAsTheyAreWhenTheCleanUpIsAutomatic") {
+  ScratchDirectory scratch;
+  const NamedCloud named = painted_torus(6000, 0.0, 2);
+  Job job = job_for(scratch, named);
+  const std::string expected = mesh_bytes(job);
+  job.prepare.automatic = true;
+  CHECK((mesh_bytes(job) == expected));
+}
+
+TEST_CASE("InterruptedRawScansResumeWithTheSameBytes") {
+  ScratchDirectory scratch;
+  const RawScans scans = scan_torus(scratch, 4000, 0.3, 0.3);
+  Job job = job_for(scratch, scans);
+  clean_everything(job, scans.spacing);
+  job.partition.chunk_points = 800;
+  const std::string expected = mesh_bytes(job);
+  std::filesystem::remove(job.output.mesh);
+  int interruptions = 0;
+  for (int stop_at = 5;; stop_at += 15) {
+    StopToken stop;
+    RecordingProgress progress;
+    int steps = 0;
+    progress.at_step = [&] {
+      if (++steps == stop_at) stop.request();
+    };
+    try {
+      run_job(job, {"test"}, progress, stop);
+      break;
+    } catch (const Error& error) {
+      REQUIRE(error.status() == ExitStatus::kInterrupted);
+      REQUIRE(!std::filesystem::exists(job.output.mesh));
+      ++interruptions;
+    }
+  }
+  CHECK(interruptions > 4);
+  CHECK((bytes_of(job.output.mesh) == expected));
+  CHECK(!std::filesystem::exists(job.run.work_dir));
+}
+
+TEST_CASE("MapCoordinatesStayExact") {
+  ScratchDirectory scratch;
+  NamedCloud named = torus_without_normals(4000);
+  const Vec3 place{448'262.25, 5'411'934.5, 212.125};
+  for (Vec3& p : named.cloud.positions) {
+    // Multiples of 2^-20, so that the sum below is exact.
+    for (int axis = 0; axis < 3; ++axis)
+      p[axis] = std::ldexp(std::rint(std::ldexp(p[axis], 20)), -20);
+  }
+  const Job job = job_for(scratch, named);
+  run(job);
+  TriangleMesh here = read_mesh(job.output.mesh);
+  for (Vec3& p : named.cloud.positions) p = p + place;
+  write_cloud(job.input.files.front(), named.cloud);
+  run(job);
+  const TriangleMesh there = read_mesh(job.output.mesh);
+  auto expected = named.cloud.positions;
+  std::size_t found = 0;
+  const auto before = [](Vec3 a, Vec3 b) {
+    return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
+  };
+  std::sort(expected.begin(), expected.end(), before);
+  for (const Vec3& p : there.vertices.positions)
+    found += std::binary_search(expected.begin(), expected.end(), p, before) ? 1 : 0;
+  CHECK(found == expected.size());
+  CHECK(there.vertices.size() == here.vertices.size());
+  CHECK(there.triangles.size() == here.triangles.size());
+}
+
+TEST_CASE("ClassesAndReturnsFilterAndAreCounted") {
+  ScratchDirectory scratch;
+  NamedCloud named = painted_torus(4000, 0.0, 3);
+  named.cloud.schema.attributes = {{"classification", ScalarType::kUint8},
+                                   {"return_number", ScalarType::kUint8},
+                                   {"number_of_returns", ScalarType::kUint8}};
+  named.cloud.attributes.clear();
+  for (std::size_t i = 0; i < named.cloud.size(); ++i)
+    for (const int value : {i % 4 == 0 ? 7 : 2, i % 10 == 1 ? 1 : 2, 2})
+      named.cloud.attributes.push_back(static_cast<std::byte>(value));
+  Job job = job_for(scratch, named);
+  job.input.las_classes = {2, 6};
+  job.input.returns = ReturnFilter::kLast;
+  const RunReport report = run(job);
+  CHECK(report.points_read == named.cloud.size());
+  CHECK(report.points_dropped.at("class not wanted") == (named.cloud.size() + 3) / 4);
+  CHECK(report.points_dropped.at("not a last return") > 0);
+  job.input.files = {(scratch / "plain.ply").string()};
+  write_cloud(job.input.files.front(), painted_torus(1000, 0.0, 3).cloud);
+  CHECK_THAT(message_of(job, ExitStatus::kBadInput),
+             Contains("plain.ply") && Contains("no classification"));
+}
+
+TEST_CASE("WhatIsMissingForRawScansIsSaid") {
+  ScratchDirectory scratch;
+  const NamedCloud named = torus_without_normals(500);
+  Job job = job_for(scratch, named);
+  job.normals.source = NormalSource::kFile;
+  CHECK_THAT(message_of(job, ExitStatus::kBadInput), Contains("the cloud has no normals"));
+  job.normals.source = NormalSource::kAuto;
+  job.normals.orientation = Orientation::kScanner;
+  CHECK_THAT(message_of(job, ExitStatus::kBadInput),
+             Contains(std::to_string(named.cloud.size()) + " points without a scanner"));
+  job.normals.orientation = Orientation::kViewpoint;
+  CHECK_THAT(message_of(job, ExitStatus::kUsage), Contains("needs normals.viewpoint"));
+  job.normals = {};
+  job.input.poses = (scratch / "none.conf").string();
+  CHECK_THAT(message_of(job, ExitStatus::kBadInput), Contains("cannot open the file of poses"));
+  std::ofstream(job.input.poses) << "bmesh other.ply 0 0 0 0 0 0 1\n";
+  CHECK_THAT(message_of(job, ExitStatus::kBadInput),
+             Contains("no pose for this scan") && Contains("cloud.ply"));
+}

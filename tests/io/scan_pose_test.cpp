@@ -1,0 +1,79 @@
+// Poses: their notations, and what they do to points.
+#include "io/scan_pose.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <stdexcept>
+
+#include "io/error.h"
+#include "io/scan_source.h"
+#include "tests/support/clouds.h"
+
+using Catch::Matchers::Contains;
+using namespace orbweave;
+
+namespace {
+
+void check_near(Vec3 a, Vec3 b) {
+  INFO(a.x << " " << a.y << " " << a.z);
+  CHECK(norm(a - b) < 1e-12 * (1.0 + norm(b)));
+}
+
+const double kHalf = std::sqrt(0.5);
+
+}  // namespace
+
+TEST_CASE("AQuaternionTurnsColumnVectorsAndAStanfordOneRowVectors") {
+  // A quarter turn about z takes x to y.
+  const ScanPose plain =
+      parse_pose("a.ply 1 2 3 0 0 " + std::to_string(kHalf) + " " + std::to_string(kHalf));
+  CHECK(plain.file == "a.ply");
+  CHECK(norm(plain.motion.point({1, 0, 0}) - Vec3{1, 3, 3}) < 1e-6);
+  const auto stanford = parse_stanford_poses(
+      "camera 0 0 0 0 0 0 1\nbmesh a.ply 1 2 3 0 0 1 1\nmesh whole.ply\n", "x.conf");
+  REQUIRE(stanford.size() == 1);
+  check_near(stanford[0].motion.point({1, 0, 0}), {1, 1, 3});
+}
+
+TEST_CASE("AMatrixIsAppliedToColumnVectors") {
+  const ScanPose pose = parse_pose("s.ptx 0 -1 0 10  1 0 0 20  0 0 1 30  0 0 0 1");
+  check_near(pose.motion.point({1, 2, 3}), {8, 21, 33});
+  check_near(pose.motion.direction({1, 0, 0}), {0, 1, 0});
+}
+
+TEST_CASE("WhatIsNoRigidMotionIsRefusedWithTheReason") {
+  CHECK_THROWS_WITH(parse_pose("a 2 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"), Contains("length one"));
+  CHECK_THROWS_WITH(parse_pose("a -1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"), Contains("mirrors"));
+  CHECK_THROWS_WITH(parse_pose("a 1 0 0 0 0 1 0 0 0 0 1 0 0 0 1 1"), Contains("last row"));
+  CHECK_THROWS_WITH(parse_pose("a 0 0 0 0 0 0 0"), Contains("quaternion"));
+  CHECK_THROWS_WITH(parse_pose("a 0 0 0 0 0 0 x"), Contains("\"x\" is no number"));
+  CHECK_THROWS_WITH(parse_pose("a 0 0 0"), Contains("4 words"));
+  CHECK_THROWS_WITH(parse_stanford_poses("\nbmesh a.ply 0 0 0 0 0 0 inf\n", "p.conf"),
+                    Contains("p.conf: line 2"));
+  CHECK_THROWS_WITH(parse_stanford_poses("camera 1\n", "p.conf"), Contains("no pose of any scan"));
+}
+
+TEST_CASE("APoseIsFoundByPathThenByNameAndHasToBeThere") {
+  const RigidMotion one = parse_pose("x 1 0 0 0 0 0 1").motion;
+  const RigidMotion two = parse_pose("x 2 0 0 0 0 0 1").motion;
+  const std::vector<ScanPose> poses = {{"a/s.ply", one}, {"b/s.ply", two}, {"t.ply", two}};
+  CHECK(pose_of_scan(poses, "a/s.ply") == one);
+  CHECK(pose_of_scan(poses, "b/s.ply") == two);
+  CHECK(pose_of_scan(poses, "deep/t.ply") == two);
+  CHECK(pose_of_scan({}, "any.ply") == RigidMotion{});
+  CHECK_THROWS_WITH(pose_of_scan(poses, "c/s.ply"), Contains("two poses for one scan"));
+  CHECK_THROWS_WITH(pose_of_scan(poses, "u.ply"), Contains("no pose for this scan"));
+}
+
+TEST_CASE("AViewKeepsItsDirection") {
+  test::Random random(5);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 d = random.direction();
+    const ViewCode code = encode_view((0.001 + 1e6 * random.uniform()) * d);
+    REQUIRE(code.known());
+    CHECK(norm(decode_view(code) - d) < 1e-4);
+  }
+  for (const Vec3 axis : {Vec3{0, 0, 1}, Vec3{0, 0, -1}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}})
+    CHECK(decode_view(encode_view(axis)) == axis);
+  CHECK(!encode_view({}).known());
+}
