@@ -41,15 +41,23 @@ void write_as_two_scans(const ScratchDirectory& in, const PointCloud& cloud) {
   write_cloud(in / "scan-2.ply", scans[1]);
 }
 
-/// Runs a job file on scan-*.ply of the directory and returns its report.
-json report_of_config(const ScratchDirectory& in, const std::string& name) {
+/// Runs a job file on scan-*.ply of the directory, with further assignments, and returns its
+/// report.
+json report_of_config(const ScratchDirectory& in, const std::string& name,
+                      const std::vector<std::string>& assignments = {}) {
   const auto path = [&](const char* file) { return (in / file).string(); };
-  const auto run = run_program(
-      {"run", source_path("configs/" + name).string(), "--set", "input.files=" + path("scan-*.ply"),
-       "--set", "output.mesh=" + path("mesh.ply"), "--set", "output.report=" + path("report.json"),
-       "--set", "output.picture=" + path("mesh.png"), "--set", "run.work_dir=" + path("work"),
-       "--progress", "none"},
-      {.directory = in.path()});
+  std::vector<std::string> words = {"run",        source_path("configs/" + name).string(),
+                                    "--set",      "input.files=" + path("scan-*.ply"),
+                                    "--set",      "output.mesh=" + path("mesh.ply"),
+                                    "--set",      "output.report=" + path("report.json"),
+                                    "--set",      "output.picture=" + path("mesh.png"),
+                                    "--set",      "run.work_dir=" + path("work"),
+                                    "--progress", "none"};
+  for (const std::string& assignment : assignments) {
+    words.emplace_back("--set");
+    words.push_back(assignment);
+  }
+  const auto run = run_program(words, {.directory = in.path()});
   CAPTURE(run.err);
   REQUIRE(run.status == 0);
   CHECK(run.err.empty());
@@ -115,10 +123,66 @@ TEST_CASE("TheJobFileForALargeScanRunsOnASmallOne") {
   CHECK(filled_in(report) == 1);
 }
 
+TEST_CASE("TheJobFileForRawScansMakesOneObjectOfScansWithPoses") {
+  const ScratchDirectory in;
+  const auto made =
+      run_program({"generate", "sphere", "--points", "30000", "--scans", "14", "--noise", "0.4",
+                   "--misregistration", "0.6", "--separate", "-o", "scan.ply"},
+                  {.directory = in.path()});
+  REQUIRE(made.status == 0);
+  const json report = report_of_config(in, "raw-scans.toml",
+                                       {"input.files=" + (in / "scan_*.ply").string(),
+                                        "input.poses=" + (in / "scan.conf").string()});
+  CHECK(report["input"]["files"].size() == 14);
+  CHECK(report["normals"]["orientation"] == "scanner");
+  CHECK(report["prepare"]["smooth_radius"] > 0.0);
+  CHECK(report["mesh"]["components"] == 1);
+  CHECK(report["mesh"]["watertight"] == true);
+  CHECK(report["mesh"]["euler_characteristic"] == 2);
+}
+
+TEST_CASE("TheJobFileForAirborneLidarLooksUpAndKeepsMapCoordinates") {
+  const ScratchDirectory in;
+  PointCloud cloud = shape_cloud(in, "plane", 8'000);
+  cloud.schema.has_normals = false;
+  cloud.normals.clear();
+  for (Vec3& p : cloud.positions) {
+    p.z = 0.05 * std::sin(5.0 * p.x) * std::cos(4.0 * p.y);
+    p = p + Vec3{448'262.0, 5'411'934.0, 212.0};
+  }
+  const Vec3 bird = cloud.positions.front() + Vec3{0.3, 0.3, 0.6};
+  cloud.append(PointCloud(cloud), 0);
+  cloud.positions.back() = bird;
+  write_as_two_scans(in, cloud);
+  const json report = report_of_config(in, "airborne-lidar.toml");
+  CHECK(report["normals"]["orientation"] == "up");
+  CHECK(report["input"]["points_dropped"]["outlier"] >= 1);
+  CHECK(report["input"]["points_dropped"]["outlier"] < 20);
+  CHECK(report["mesh"]["components"] == 1);
+  CHECK(report["mesh"]["boundary_loops"] == 1);
+  const PointCloud mesh = read_all(*open_point_source(in / "mesh.ply"));
+  CHECK(std::all_of(mesh.normals.begin(), mesh.normals.end(), [](Vec3 n) { return n.z > 0.0; }));
+}
+
+TEST_CASE("TheJobFileForATerrestrialScanOrientsByPropagation") {
+  const ScratchDirectory in;
+  PointCloud cloud = shape_cloud(in, "bumpy-torus", 12'000);
+  cloud.schema.has_normals = false;
+  cloud.normals.clear();
+  write_as_two_scans(in, cloud);
+  const json report = report_of_config(in, "terrestrial-scan.toml");
+  CHECK(report["normals"]["orientation"] == "propagate");
+  CHECK(report["normals"]["components"] == 1);
+  CHECK(report["mesh"]["watertight"] == true);
+  CHECK(report["mesh"]["euler_characteristic"] == 0);
+}
+
 TEST_CASE("EveryJobFileOfConfigsIsTestedHere") {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(source_path("configs")))
     names.push_back(entry.path().filename().string());
   std::ranges::sort(names);
-  CHECK(names == std::vector<std::string>{"large-scan.toml", "object.toml", "terrain.toml"});
+  CHECK(names == std::vector<std::string>{"airborne-lidar.toml", "large-scan.toml", "object.toml",
+                                          "raw-scans.toml", "terrain.toml",
+                                          "terrestrial-scan.toml"});
 }

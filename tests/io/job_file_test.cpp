@@ -58,11 +58,27 @@ constexpr const char* kWholeJob = R"(
 files = ["scans/*.ply", "one.xyz"]
 columns = ["x", "y", "z"]
 separator = "tab"
+poses = "scans/scans.conf"
+pose = ["a.ply 1 2 3 0 0 0 1", "b.ply 1 0 0 4 0 1 0 5 0 0 1 6 0 0 0 1"]
+scanner = [0, 0, 1, 0]
+las_classes = [2, 6]
+returns = "last"
+[prepare]
+auto = true
+outlier_sigma = 3.5
+merge_tolerance = 1e-4
+smooth_radius = 0.25
+smooth_passes = 3
+thin_to_spacing = 0.125
 [partition]
 memory = "512 MiB"
 chunk_points = 20_000
 [normals]
-source = "file"
+source = "estimate"
+neighbors = 24
+orientation = "viewpoint"
+viewpoint = [1, -2.5, 3]
+up = [0, 0, 2]
 [reconstruct]
 method = "ball_pivoting"
 ball_radii = [0.0015, 1, +2.5e0]
@@ -96,6 +112,25 @@ TEST_CASE("EveryKeyOfAJobFileReachesTheJob") {
   CHECK(job.input.files == Strings{"scans/*.ply", "one.xyz"});
   CHECK(job.input.text.columns == Strings{"x", "y", "z"});
   CHECK(job.input.text.separator == '\t');
+  CHECK(job.input.poses == "scans/scans.conf");
+  REQUIRE(job.input.pose.size() == 2);
+  CHECK(job.input.pose[0].file == "a.ply");
+  CHECK(job.input.pose[0].motion.point({}) == Vec3{1, 2, 3});
+  CHECK(job.input.pose[1].motion.point({1, 1, 1}) == Vec3{5, 6, 7});
+  CHECK(job.input.scanner == ScannerPlace{{0, 0, 1}, true});
+  CHECK(job.input.las_classes == std::vector<int>{2, 6});
+  CHECK(job.input.returns == ReturnFilter::kLast);
+  CHECK(job.prepare.automatic);
+  CHECK(job.prepare.outlier_sigma == 3.5);
+  CHECK(job.prepare.merge_tolerance == 1e-4);
+  CHECK(job.prepare.smooth_radius == 0.25);
+  CHECK(job.prepare.smooth_passes == 3);
+  CHECK(job.prepare.thin_to_spacing == 0.125);
+  CHECK(job.normals.source == NormalSource::kEstimate);
+  CHECK(job.normals.neighbors == 24);
+  CHECK(job.normals.orientation == Orientation::kViewpoint);
+  CHECK(job.normals.viewpoint == Vec3{1, -2.5, 3});
+  CHECK(job.normals.up == Vec3{0, 0, 2});
   CHECK(job.partition.memory_bytes == std::uint64_t{512} << 20);
   CHECK(job.partition.chunk_points == 20000);
   CHECK(job.reconstruct.ball_radii == std::vector<double>{0.0015, 1.0, 2.5});
@@ -187,8 +222,8 @@ TEST_CASE("TheFirstMistakeOfSeveralIsReported") {
 
 TEST_CASE("AnUnsuitableValueNamesFileLineValueAndRange") {
   CHECK(message_of("[reconstruct]\nlevels = 9 # many\n") ==
-        "job.toml: line 2: reconstruct.levels has an unsuitable value; found 9, expected an "
-        "integer from 1 to 8");
+        "job.toml: line 2: reconstruct.levels has an unsuitable value; found 9, expected "
+        "\"auto\" or an integer from 1 to 8");
 }
 
 struct Unsuitable {
@@ -215,6 +250,17 @@ TEST_CASE("ValuesOutsideTheirRangeAreRejected") {
       Unsuitable{"reconstruct", "ball_radii = [1, inf]"},
       Unsuitable{"reconstruct", "ball_radii = [1e999]"},
       Unsuitable{"reconstruct", "ball_radii = [\"1\"]"},
+      Unsuitable{"input", "pose = [\"a.ply 1 2\"]"},
+      Unsuitable{"input", "pose = [\"a.ply 0 0 0 0 0 0 0\"]"},
+      Unsuitable{"input", "scanner = [1, 2]"}, Unsuitable{"input", "scanner = [0, 0, 0, 0]"},
+      Unsuitable{"input", "scanner = [1, 2, 3, 1]"}, Unsuitable{"input", "las_classes = [256]"},
+      Unsuitable{"input", "las_classes = [2.5]"}, Unsuitable{"input", "returns = \"second\""},
+      Unsuitable{"prepare", "auto = 1"}, Unsuitable{"prepare", "outlier_sigma = -1"},
+      Unsuitable{"prepare", "merge_tolerance = inf"},
+      Unsuitable{"prepare", "smooth_radius = \"1\""}, Unsuitable{"prepare", "smooth_passes = 9"},
+      Unsuitable{"prepare", "thin_to_spacing = nan"}, Unsuitable{"normals", "source = \"guess\""},
+      Unsuitable{"normals", "neighbors = 2"}, Unsuitable{"normals", "orientation = \"down\""},
+      Unsuitable{"normals", "viewpoint = [1, 2]"}, Unsuitable{"normals", "up = [0, 0, 0]"},
       Unsuitable{"reconstruct", "ball_radii = \"many\""}, Unsuitable{"reconstruct", "levels = 0"},
       Unsuitable{"reconstruct", "levels = \"2\""}, Unsuitable{"fill", "enabled = 0"},
       Unsuitable{"fill", "kernel = \"cubic\""}, Unsuitable{"fill", "kernel = 2"},
@@ -245,8 +291,6 @@ TEST_CASE("ValuesOutsideTheirRangeAreRejected") {
 }
 
 TEST_CASE("WhatThisVersionDoesNotHaveIsSaid") {
-  CHECK_THAT(message_of("[normals]\nsource = \"estimate\"\n"),
-             Contains("line 2: normals.source: normals are taken from the file in this version"));
   CHECK_THAT(message_of("[reconstruct]\nmethod = \"cocone\"\n"),
              Contains("found \"cocone\", expected \"ball_pivoting\""));
 }
@@ -364,7 +408,8 @@ TEST_CASE("SettingAKeyReportsTheSameMistakes") {
   CHECK(message_of_setting("reconstruct.ball_radi=1") ==
         "unknown key reconstruct.ball_radi. Did you mean reconstruct.ball_radii?");
   CHECK(message_of_setting("reconstruct.levels=9") ==
-        "reconstruct.levels has an unsuitable value; found 9, expected an integer from 1 to 8");
+        "reconstruct.levels has an unsuitable value; found 9, expected \"auto\" or an integer from "
+        "1 to 8");
   CHECK_THAT(message_of_setting("reconstruct.ball_radii=0.5,x"), Contains("ascending order"));
   CHECK_THAT(message_of_setting("run.threads=two"), Contains("found \"two\""));
   CHECK_THAT(message_of_setting("run.threads=1\nlevels = 2"), Contains("run.threads"));
@@ -384,7 +429,7 @@ TEST_CASE("TheKeyTableIsCompleteAndItsDefaultsAreAccepted") {
     CHECK_NOTHROW(set_job_key(job, key.name(), key.default_text()));
     if (*key.option_value != '\0') CHECK_NOTHROW(set_job_key(job, key.name(), key.option_value));
   }
-  CHECK(names.size() == 28);
+  CHECK(names.size() == 43);
   CHECK(options.count("radii") == 1);
 }
 
