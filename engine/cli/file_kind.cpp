@@ -28,8 +28,8 @@ bool is_mesh_file(const std::string& name) { return is_mesh_format(name) && hold
 bool is_mesh_only_format(const std::string& name) { return ends_with_any(name, {".obj", ".stl"}); }
 
 bool is_cloud_only_format(const std::string& name) {
-  return ends_with_any(
-      name, {".xyz", ".txt", ".csv", ".pts", ".xyz.gz", ".txt.gz", ".csv.gz", ".pts.gz"});
+  return ends_with_any(name, {".xyz", ".txt", ".csv", ".pts", ".ptx", ".pcd", ".xyz.gz", ".txt.gz",
+                              ".csv.gz", ".pts.gz", ".ptx.gz", ".pcd.gz", ".las", ".laz", ".e57"});
 }
 
 }  // namespace orbweave

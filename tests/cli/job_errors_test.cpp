@@ -144,9 +144,11 @@ TEST_CASE("CoplanarPointsMakeAFlatSheet") {
   CHECK(std::filesystem::exists(in / "mesh.ply"));
 }
 
-TEST_CASE("CloudWithoutNormalsIsBadInputThatSaysSo") {
+TEST_CASE("CloudWithoutNormalsIsBadInputWhereTheyAreToComeFromTheFile") {
   const ScratchDirectory in;
-  const auto result = reconstruct_text(in, "0 0 0\n1 0 0\n0 1 0\n1 1 0\n");
+  write_text(in / "scan.xyz", "0 0 0\n1 0 0\n0 1 0\n1 1 0\n");
+  const auto result = run_program(
+      {"reconstruct", "scan.xyz", "-o", "mesh.ply", "--normals", "file"}, {.directory = in.path()});
   CHECK(result.status == 3);
   CHECK_THAT(result.err, Contains("scan.xyz") && Contains("normals"));
   check_no_mesh(in);
