@@ -124,12 +124,31 @@ def spacing(shape, points):
 def reconstruct(program, cloud, mesh, arguments=()):
     """A whole job; the report's content is in "report"."""
     clouds = cloud if isinstance(cloud, (list, tuple)) else [cloud]
-    report = pathlib.Path(str(mesh) + ".report.json")
-    work_dir = pathlib.Path(str(mesh) + ".work")
-    shutil.rmtree(work_dir, ignore_errors=True)
-    measured = run([program, "reconstruct", *clouds, "-o", mesh, "--report", report, "--work-dir",
-                    work_dir, "--progress", "none", *arguments])
-    measured["report"] = json.loads(report.read_text(encoding="utf-8"))
+    return _job([program, "reconstruct", *clouds, "-o", mesh, "--report", _report(mesh), "--work-dir", _work(mesh),
+                 "--progress", "none", *arguments], mesh)
+
+
+def run_job(program, job_file, clouds, mesh, settings=()):
+    """The same for a job file, with other clouds and another mesh; settings: section.key=value."""
+    own = {"input.files": json.dumps([str(pathlib.Path(cloud).resolve()) for cloud in clouds]),
+           "output.mesh": mesh, "output.report": _report(mesh), "output.picture": "", "run.work_dir": _work(mesh)}
+    words = [f"{key}={value}" for key, value in own.items()] + list(settings)
+    return _job([program, "run", job_file, "--progress", "none"] +
+                [word for setting in words for word in ("--set", setting)], mesh)
+
+
+def _report(mesh):
+    return pathlib.Path(str(mesh) + ".report.json")
+
+
+def _work(mesh):
+    return pathlib.Path(str(mesh) + ".work")
+
+
+def _job(words, mesh):
+    shutil.rmtree(_work(mesh), ignore_errors=True)
+    measured = run(words)
+    measured["report"] = json.loads(_report(mesh).read_text(encoding="utf-8"))
     return measured
 
 
