@@ -29,7 +29,6 @@ constexpr std::array<const char*, kHeaderLines> kHeaderMeaning = {
     "row 3 of a 4x4 matrix",
     "row 4 of a 4x4 matrix"};
 constexpr const char* kNoReturn = "no return";
-constexpr const char* kMissing = "promised by the header, not in the file";
 
 struct PtxScan {
   std::uint64_t columns = 0;
@@ -287,7 +286,6 @@ class PtxRows {
   DroppedPoints left_out() const {
     DroppedPoints reasons;
     if (no_return_ != 0) reasons[kNoReturn] = no_return_;
-    if (missing_ != 0) reasons[kMissing] = missing_;
     return reasons;
   }
 
@@ -303,7 +301,6 @@ class PtxRows {
 
   void end_early() {
     if (scan_.is_genuine) lines_.refuse_end(scan_, rows_read_);
-    missing_ += scan_.pulses() - rows_read_;
     scan_ = {};
     rows_read_ = 0;
   }
@@ -313,7 +310,6 @@ class PtxRows {
   std::uint64_t scan_number_ = 0;
   std::uint64_t rows_read_ = 0;  ///< of the scan
   std::uint64_t no_return_ = 0;
-  std::uint64_t missing_ = 0;
   bool has_color_ = false;
 };
 

@@ -210,8 +210,7 @@ TEST_CASE("AConvertersHeaderIsNotBelieved") {
   const auto source = open_point_source(sample("ripple.ptx"));
   CHECK(read_all(*source).size() == 10201);
   CHECK_FALSE(source->scanner());
-  CHECK(source->left_out() ==
-        DroppedPoints{{"promised by the header, not in the file", 4444 * 10014 - 10201}});
+  CHECK(source->left_out().empty());  // what is not there is no row
 }
 
 TEST_CASE("TheSameSurfaceInFiveFormatsIsTheSamePoints") {
