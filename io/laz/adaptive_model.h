@@ -137,7 +137,8 @@ class ModelBank {
  public:
   explicit ModelBank(std::size_t models) : models_(models) {}
   AdaptiveModel<kSymbols>& operator[](std::size_t index) {
-    if (!models_[index]) models_[index] = std::make_unique<AdaptiveModel<kSymbols>>();
+    if (!models_[index]) [[unlikely]]
+      models_[index] = std::make_unique<AdaptiveModel<kSymbols>>();
     return *models_[index];
   }
   void reset() {

@@ -20,7 +20,7 @@ class DifferenceDecoder {
   void reset() {
     zero_or_one_.reset();
     reset_all(width1_, width2_, width3_, width4_, width5_, width6_, width7_);
-    for (auto& model : wide_) model.reset();
+    wide_.reset();
   }
 
   /// Two's complement.
@@ -69,7 +69,7 @@ class DifferenceDecoder {
   AdaptiveModel<32> width5_;
   AdaptiveModel<64> width6_;
   AdaptiveModel<128> width7_;
-  std::array<AdaptiveModel<256>, kBits - 7> wide_;  ///< widths 8 to kBits
+  ModelBank<256> wide_{kBits - 7};  ///< widths 8 to kBits; most data uses few of them
 };
 
 /// Integers of kBits bits; the width of their difference has one model per context.
