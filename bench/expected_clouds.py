@@ -41,8 +41,8 @@ def _pts(lines):
 
 
 def _ptx(lines):
-    """Scans of columns x rows points, each behind ten lines; the last four are a matrix for row vectors. A pulse without
-    return is a row of zeros."""
+    """Scans of columns x rows points, each behind ten lines; the last four are a matrix for row vectors. A pulse
+    without return is a row of zeros."""
     pieces, at, empty = [], 0, 0
     while at < len(lines) and lines[at].strip():
         count = int(lines[at]) * int(lines[at + 1])
@@ -84,8 +84,9 @@ def _e57(data):
 
 
 def expected(path):
-    """{"points", "box": (min, max) or None, "note"}, with "rounding" where the box is exact only to that part
-    of its coordinates and "within" where it merely holds all points, to so much; None for what is no cloud in space. Fails in its own ways on damaged files."""
+    """{"points", "box": (min, max) or None, "note"}, with "rounding" where the box is exact only to that part of its
+    coordinates and "within" where it merely holds all points, to so much; None for what is no cloud in space. Fails in
+    its own ways on damaged files."""
     path = pathlib.Path(path)
     kind = path.suffix
     if kind == ".ply":
@@ -97,5 +98,6 @@ def expected(path):
     if kind in (".pts", ".ptx", ".txt"):
         lines = path.read_text(encoding="latin1").splitlines()
         return _ptx(lines) if kind == ".ptx" else _pts(lines)
-    readers = {".las": lambda data: _las(data, False), ".laz": lambda data: _las(data, True), ".pcd": _pcd, ".e57": _e57}
+    readers = {".las": lambda data: _las(data, False), ".laz": lambda data: _las(data, True), ".pcd": _pcd,
+               ".e57": _e57}
     return readers[kind](path.read_bytes())

@@ -2,9 +2,9 @@
 """Noise and misregistration against the truth: what a virtual scanner sees of a shape from six sides.
 
 For every pair of a noise (along the rays) and a misregistration, both in distances between rays: the program with
-and without its clean-up, before and after the fill, Open3D's ball pivoting, and its Poisson reconstruction, trimmed where
-few points support it. Distances to the true surface are in the same unit. Poses and scans go to the
-program as a Stanford .conf; Open3D gets the merged cloud with normals turned towards the scanners.
+and without its clean-up, before and after the fill, Open3D's ball pivoting, and its Poisson reconstruction, trimmed
+where few points support it. Distances to the true surface are in the same unit. The program gets the scans with their
+poses as a Stanford .conf, Open3D the merged cloud with normals turned towards the scanners.
 
 usage: bench/scans_noise.py [--shapes S,S] [--points N] [--noise S,S,...] [--misregistration S,S,...]
 """
@@ -46,8 +46,9 @@ def own_rows(options, mesh, files, conf, truth, unit):
 
 
 def open3d_rows(options, mesh, cloud, truth, unit, spacing):
+    poisson = ["--method", "poisson", "--depth", options.depth, "--trim", scans.TRIM]
     for name, arguments in (("Open3D ball pivoting", ["--method", "bpa", "--radii", scans.ball_radii(spacing)]),
-                            ("Open3D Poisson, trimmed", ["--method", "poisson", "--depth", options.depth, "--trim", scans.TRIM])):
+                            ("Open3D Poisson, trimmed", poisson)):
         row = scans.open3d_row(options, cloud, mesh, *arguments, surface=name)
         yield {**row, **surface_distance.between(read_mesh(mesh), truth, unit)}
 
@@ -111,8 +112,8 @@ def main():
                 print(".", end="", flush=True)
         draw(options, shape, [row for row in rows if row["shape"] == shape])
     print("\n" + harness.table(rows, COLUMNS))
-    print("\nmean, p95: distance of the surface to the true one; back_p95: of the true one to the surface; in distances "
-          "between rays")
+    print("\nmean, p95: distance of the surface to the true one; back_p95: of the true one to the surface; in "
+          "distances between rays")
     harness.write_results(options, "scans_noise", rows)
     return 0
 
