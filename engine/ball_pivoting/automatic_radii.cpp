@@ -14,6 +14,9 @@ namespace {
 constexpr std::size_t kNeighbors = 6;
 /// About so many points are measured at most; quantiles of more are no better.
 constexpr std::uint64_t kMeasuredPoints = 32768;
+constexpr int kMostAutomaticLevels = 8;
+/// Farther from their neighbours than that, points are strays and not a sparse part.
+constexpr double kFarthestPerMedian = 16.0;
 
 /// Mean distance to the nearest neighbours of the core's selected points; with `only_sure`, of
 /// those whose neighbours are all in the site for certain.
@@ -54,6 +57,41 @@ double quantile(const std::vector<double>& sorted, std::size_t percent) {
   return sorted[(sorted.size() - 1) * percent / 100];
 }
 
+/// What the largest ball must span: all but a fiftieth of the points and all but a tenth of the
+/// surface. (A part a hundred times sparser than the rest holds hardly any points.)
+double sparse_spacing(const std::vector<double>& means) {
+  const double far = kFarthestPerMedian * quantile(means, 50);
+  double area = 0.0, below = 0.0;
+  for (const double mean : means)
+    if (mean <= far) area += mean * mean;
+  double by_area = quantile(means, 50);
+  for (const double mean : means) {
+    below += mean * mean;
+    if (mean > far || below > 0.9 * area) break;
+    by_area = mean;
+  }
+  return std::max(by_area, std::min(far, quantile(means, 98)));
+}
+
+/// One where a step of growth would reach the sparse parts, else as many as lead there.
+int levels_for(double spacing, double sparse) {
+  if (sparse <= kRadiusGrowth * spacing) return 1;
+  int levels = 1;
+  for (double reach = spacing; reach < sparse && levels < kMostAutomaticLevels; ++levels)
+    reach *= kRadiusGrowth;
+  return levels;
+}
+
+std::string density_reason(const std::vector<double>& means, int levels) {
+  const double sparse = sparse_spacing(means);
+  const std::string times = short_text(sparse / quantile(means, 50)) + " times the median";
+  if (levels == 1)
+    return "; the sparser parts have " + short_text(sparse) + ", " + times +
+           ", which one radius serves";
+  return "; the sparser parts have " + short_text(sparse) + ", " + times + ", to which " +
+         std::to_string(levels) + " levels lead";
+}
+
 std::string reason_of(const RadiiChoice& choice, const std::vector<double>& means,
                       std::uint64_t points) {
   const bool lone = choice.radii.size() == 1;
@@ -89,12 +127,15 @@ RadiiChoice choose_radii(std::span<const SpacingSite> sites, std::uint64_t point
     return choice;
   }
   choice.spacing = quantile(means, 50);
+  const bool by_density = levels == 0;
+  if (by_density) levels = levels_for(choice.spacing, sparse_spacing(means));
   double ball_radius = kRadiusPerSpacing * (levels == 1 ? quantile(means, 90) : choice.spacing);
   for (int level = 0; level < levels; ++level) {
     choice.radii.push_back(ball_radius);
     ball_radius *= kRadiusGrowth;
   }
   choice.reason = reason_of(choice, means, points);
+  if (by_density) choice.reason += density_reason(means, levels);
   return choice;
 }
 

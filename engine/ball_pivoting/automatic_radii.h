@@ -44,13 +44,17 @@ struct SpacingSite {
 /// ascending. Runs on the calling TBB arena.
 std::vector<double> neighbor_distances(std::span<const SpacingSite> sites, std::size_t neighbors);
 
-/// Radii for `levels` >= 1 levels. What is measured is the mean distance to the six nearest
-/// neighbours (fewer in clouds of fewer points; exact duplicates are one point), at all points of
-/// a site's core that are farther from its box's border than from their sixth neighbour (at all
-/// of the core where there is none such); of many points a sample by hash. The spacing is the
-/// median of that. A lone radius has to serve the sparser parts too and is taken from the ninth
-/// decile; several begin at the median and grow into them. No radii where no two points differ.
-/// `points` is the size of the whole cloud, for the reason. Runs on the calling TBB arena.
+/// Radii for `levels` levels; 0: as many as the density asks for. What is measured is the mean
+/// distance to the six nearest neighbours (fewer in clouds of fewer points; exact duplicates are
+/// one point), at all points of a site's core that are farther from its box's border than from
+/// their sixth neighbour (at all of the core where there is none such); of many points a sample by
+/// hash. The spacing is the median of that. A lone radius has to serve the sparser parts too and is
+/// taken from the ninth decile; several begin at the median and grow into them. From the density
+/// follows one level where a step of growth reaches from the median to the sparse parts (the 98th
+/// percentile of the points or, where that is more, the 90th of the surface, a point counting as
+/// the square of its distance; points beyond 16 medians are strays), else as many as lead there, at
+/// most 8. No radii where no two points differ. `points` is the size of the whole cloud, for the
+/// reason. Runs on the calling TBB arena.
 RadiiChoice choose_radii(std::span<const SpacingSite> sites, std::uint64_t points, int levels);
 
 /// Collects the sites' points while the cloud streams by.
