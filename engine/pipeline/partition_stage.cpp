@@ -165,7 +165,7 @@ double normal_radius(const SpacingSampler& sampler, std::size_t neighbors) {
 
 void measure(const JobContext& context, const CloudInput& input, const SpacingSampler& sampler,
              Partition& partition) {
-  const RadiiChoice choice = sampler.choose(std::max(1, context.job.reconstruct.levels));
+  const RadiiChoice choice = sampler.choose(context.job.reconstruct.levels);
   partition.spacing = choice.spacing;
   partition.automatic_radii = choice.radii;
   partition.radii_reason = choice.reason;

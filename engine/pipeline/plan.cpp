@@ -41,7 +41,7 @@ RadiiChoice sample_radii(const InputContext& context, const CloudInput& input,
   const auto source = input.open(nullptr);
   stream_points(*source, {.threads = context.threads(), .stop = &context.stop}, {},
                 [&](StreamBatch& batch) { sampler.add(batch.points.positions); });
-  return sampler.choose(std::max(1, context.job.reconstruct.levels));
+  return sampler.choose(context.job.reconstruct.levels);
 }
 
 bool holds_a_mesh(const JobContext& context, const Partition& partition,
