@@ -54,7 +54,7 @@ class HeaderParser {
     std::string_view line;
     while (reader_.next_line(line)) {
       const auto key = take_field(line, ' ');
-      if (!key || key->front() == '#') continue;
+      if (!key || key->substr(0, 1) == "#") continue;
       // The oldest files say COLUMNS.
       const std::string_view name = *key == "COLUMNS" ? "FIELDS" : *key;
       if (std::find(kKeys.begin(), kKeys.end(), name) == kKeys.end())

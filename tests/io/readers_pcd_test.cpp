@@ -371,6 +371,7 @@ TEST_CASE("AViewpointIsWhereTheScannerStood") {
 
 TEST_CASE("DamagedPcdHeadersNameTheirLine") {
   check_refused("1 2 3\n4 5 6\n", {"line 1", "no line of a PCD header", "\"1\"", "FIELDS"});
+  check_refused("\"\" x y z\n", {"line 1", "no line of a PCD header"});
   check_refused("VERSION 0.9\nFIELDS x y z\nPOINTS 1\nDATA ascii\n1 2 3\n", {"line 1", "\"0.9\""});
   check_refused("FIELDS x y z\nPOINTS 1\n", {"header has no end", "DATA"});
   check_refused("POINTS 1\nDATA ascii\n1 2 3\n", {"no line FIELDS"});
