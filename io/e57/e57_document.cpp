@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <pugixml.hpp>
 #include <stdexcept>
@@ -113,6 +114,9 @@ E57Field read_field(const XmlReader& xml, pugi::xml_node node, const std::string
   if (field.kind == E57Kind::kScaledInteger) {
     field.scale = xml.real(node, node.attribute("scale").value(), 1.0);
     field.offset = xml.real(node, node.attribute("offset").value(), 0.0);
+    if (!std::isfinite(field.scale) || field.scale == 0.0 || !std::isfinite(field.offset))
+      xml.refuse(node, "a field has an impossible scale or offset", node.name(),
+                 "a scale that is not 0");
   }
   return field;
 }

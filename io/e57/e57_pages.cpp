@@ -19,7 +19,8 @@ constexpr std::string_view kSignature = "ASTM-E57";
 // The standard writes 1024. Larger pages are read up to a bound that keeps a window small.
 constexpr std::uint64_t kSmallestPage = 64;
 constexpr std::uint64_t kLargestPage = std::uint64_t{1} << 20;
-constexpr std::uint64_t kWindowBytes = std::uint64_t{1} << 18;
+constexpr std::uint64_t kWindowBytes = std::uint64_t{1} << 16;
+constexpr std::size_t kWindows = 16;
 
 using HeaderBytes = std::array<std::byte, kHeaderBytes>;
 
@@ -87,7 +88,7 @@ E57Pages::E57Pages(std::unique_ptr<RandomAccess> file) : file_(std::move(file)) 
   check_sizes(header_, *file_);
   payload_ = header_.page_bytes - kChecksumBytes;
   pages_ = header_.physical_bytes / header_.page_bytes;
-  load_window(0);  // what the header says is believed only once its page is checked
+  window_at(0);  // what the header says is believed only once its page is checked
 }
 
 std::uint64_t E57Pages::to_logical(std::uint64_t physical, const std::string& what) const {
@@ -115,28 +116,44 @@ void E57Pages::read(std::uint64_t logical, std::span<std::byte> out) {
                      .found = "its end at byte " + std::to_string(header_.physical_bytes),
                      .expected = std::to_string(out.size()) + " bytes of data more"});
   while (!out.empty()) {
-    if (logical < window_begin_ || logical >= window_begin_ + window_.size())
-      load_window(logical / payload_);
-    const std::size_t skipped = static_cast<std::size_t>(logical - window_begin_);
-    const std::size_t count = std::min(out.size(), window_.size() - skipped);
-    std::memcpy(out.data(), window_.data() + skipped, count);
+    const Window& window = window_at(logical);
+    const auto skipped = static_cast<std::size_t>(logical - window.begin);
+    const std::size_t count = std::min(out.size(), window.bytes.size() - skipped);
+    std::memcpy(out.data(), window.bytes.data() + skipped, count);
     out = out.subspan(count);
     logical += count;
   }
 }
 
-void E57Pages::load_window(std::uint64_t page) {
-  const std::uint64_t wanted = std::max<std::uint64_t>(kWindowBytes / header_.page_bytes, 1);
-  const std::uint64_t count = std::min(wanted, pages_ - page);
-  window_.clear();  // nothing unchecked is left behind when a check below throws
+/// The window that holds a byte of the file; where none does, in place of the one that has not been
+/// used for longest.
+const E57Pages::Window& E57Pages::window_at(std::uint64_t logical) {
+  for (Window& window : windows_)
+    if (logical >= window.begin && logical - window.begin < window.bytes.size()) {
+      window.last_use = ++uses_;
+      return window;
+    }
+  if (windows_.size() < kWindows) windows_.emplace_back();
+  const auto used_before = [](const Window& a, const Window& b) { return a.last_use < b.last_use; };
+  Window& oldest = *std::min_element(windows_.begin(), windows_.end(), used_before);
+  load(logical / payload_, oldest);
+  oldest.last_use = ++uses_;
+  return oldest;
+}
+
+void E57Pages::load(std::uint64_t page, Window& window) {
+  const std::uint64_t per_window = std::max<std::uint64_t>(kWindowBytes / header_.page_bytes, 1);
+  page = page / per_window * per_window;  // windows never overlap
+  const std::uint64_t count = std::min(per_window, pages_ - page);
+  window.bytes.clear();  // nothing unchecked is left behind when a check below throws
+  window.begin = page * payload_;
   raw_.resize(static_cast<std::size_t>(count * header_.page_bytes));
   file_->read(page * header_.page_bytes, raw_);
-  window_begin_ = page * payload_;
   for (std::uint64_t i = 0; i < count; ++i) {
     const auto bytes =
         std::span<const std::byte>(raw_).subspan(i * header_.page_bytes, header_.page_bytes);
     check_page(page + i, bytes);
-    window_.insert(window_.end(), bytes.begin(), bytes.end() - kChecksumBytes);
+    window.bytes.insert(window.bytes.end(), bytes.begin(), bytes.end() - kChecksumBytes);
   }
 }
 

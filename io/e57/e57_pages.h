@@ -21,8 +21,8 @@ struct E57Header {
   std::uint64_t page_bytes = 0;      ///< checksum included
 };
 
-/// The logical bytes of a file. Checks every page that it reads; holds one window of pages. Not
-/// for several threads at once.
+/// The logical bytes of a file. Checks every page that it reads; holds up to sixteen windows of
+/// pages, for fields whose packets lie apart. Not for several threads at once.
 class E57Pages {
  public:
   /// Reads and checks the header. Throws Error (bad input) for what is no E57 file of version 1,
@@ -48,16 +48,24 @@ class E57Pages {
   void read(std::uint64_t logical, std::span<std::byte> out);
 
  private:
-  void load_window(std::uint64_t page);
+  /// Some pages that follow each other, without their checksums.
+  struct Window {
+    std::uint64_t begin = 0;  ///< logical offset
+    std::uint64_t last_use = 0;
+    std::vector<std::byte> bytes;
+  };
+
+  const Window& window_at(std::uint64_t logical);
+  void load(std::uint64_t page, Window& window);
   void check_page(std::uint64_t page, std::span<const std::byte> bytes) const;
 
   std::unique_ptr<RandomAccess> file_;
   E57Header header_;
   std::uint64_t payload_ = 0;  ///< bytes of a page without its checksum
   std::uint64_t pages_ = 0;
-  std::uint64_t window_begin_ = 0;  ///< logical offset of the window
+  std::uint64_t uses_ = 0;
+  std::vector<Window> windows_;
   std::vector<std::byte> raw_;
-  std::vector<std::byte> window_;
 };
 
 /// Integers of the file are little-endian, whatever the machine.

@@ -198,6 +198,17 @@ TEST_CASE("E57DamagedXmlIsRefusedWithItsPlace") {
   CHECK_THAT(message_with_xml("cartesianX", "cartesianQ"), Contains("have no position"));
 }
 
+TEST_CASE("E57ImpossibleScalesAreRefused") {
+  const auto message = [](double scale, double offset) {
+    E57File3D file = small_file();
+    file.scans[0].columns[1] = scaled("cartesianY", 0, 9, scale, offset, {1, 2, 3});
+    return message_of(make_e57(file));
+  };
+  CHECK_THAT(message(0, 0), Contains("impossible scale") && Contains("cartesianY"));
+  CHECK_THAT(message(NAN, 0), Contains("impossible scale"));
+  CHECK_THAT(message(1, INFINITY), Contains("impossible scale"));
+}
+
 TEST_CASE("E57UnknownCodecsAreRefused") {
   E57File3D file = small_file();
   file.scans[0].codecs = "<vectorChild><inputs/><bitPackCodec/></vectorChild>";
