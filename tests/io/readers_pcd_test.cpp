@@ -165,6 +165,29 @@ TEST_CASE("UpperCaseFieldsOfAMapProjectionComeOutExactly") {
   CHECK(attribute_value(cloud, 1, 12) == 68.0);
 }
 
+TEST_CASE("APcdCloudHasTheAttributesOfItsLasTwin") {
+  // The same points in another projection.
+  const auto path = test::data_path("samples/las/1.2-with-color.las");
+  if (test::skipped_without(path)) return;
+  const PointCloud las = read_cloud(path);
+  const PointCloud pcd = read_cloud(test::data_path("samples/pcd/autzen-utm.pcd"));
+  REQUIRE(pcd.size() == las.size());
+  const auto field = [](const PointCloud& cloud, const std::string& name) {
+    const Names names = attribute_names(cloud);
+    return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+  };
+  for (const auto& [pcd_name, las_name] :
+       {std::pair("intensity", "intensity"), std::pair("red", "red"), std::pair("green", "green"),
+        std::pair("blue", "blue"), std::pair("GpsTime", "gps_time"),
+        std::pair("Classification", "classification")}) {
+    INFO(las_name);
+    const std::size_t pcd_field = field(pcd, pcd_name);
+    const std::size_t las_field = field(las, las_name);
+    for (std::size_t i = 0; i < pcd.size(); ++i)
+      REQUIRE(attribute_value(pcd, i, pcd_field) == attribute_value(las, i, las_field));
+  }
+}
+
 TEST_CASE("AsciiBinaryAndCompressedGiveTheSameBits") {
   // x y z, a normal, packed colours, three values of one field, padding, a double.
   const std::string fields = "x y z _ normal_x normal_y normal_z rgba shape time";
