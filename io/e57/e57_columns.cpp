@@ -47,38 +47,40 @@ T nearest(std::int64_t value) {
   }
 }
 
-/// One attribute of `values.size()` rows; `out` is the attribute's place in the first.
+/// One attribute of `values.size()` rows of `row_bytes`; `place` is the first one's.
 template <class T, class Value>
-void store_as(std::span<const Value> values, std::byte* out, std::size_t row_bytes) {
+void store_as(std::span<const Value> values, std::span<std::byte> rows, std::size_t place,
+              std::size_t row_bytes) {
   for (const Value value : values) {
     const T stored = nearest<T>(value);
-    std::memcpy(out, &stored, sizeof stored);
-    out += row_bytes;
+    std::memcpy(rows.data() + place, &stored, sizeof stored);
+    place += row_bytes;
   }
 }
 
 template <class Value>
-void store(ScalarType type, std::span<const Value> values, std::byte* out, std::size_t row_bytes) {
+void store(ScalarType type, std::span<const Value> values, std::span<std::byte> rows,
+           std::size_t place, std::size_t row_bytes) {
   switch (type) {
     case ScalarType::kInt8:
-      return store_as<std::int8_t>(values, out, row_bytes);
+      return store_as<std::int8_t>(values, rows, place, row_bytes);
     case ScalarType::kUint8:
-      return store_as<std::uint8_t>(values, out, row_bytes);
+      return store_as<std::uint8_t>(values, rows, place, row_bytes);
     case ScalarType::kInt16:
-      return store_as<std::int16_t>(values, out, row_bytes);
+      return store_as<std::int16_t>(values, rows, place, row_bytes);
     case ScalarType::kUint16:
-      return store_as<std::uint16_t>(values, out, row_bytes);
+      return store_as<std::uint16_t>(values, rows, place, row_bytes);
     case ScalarType::kInt32:
-      return store_as<std::int32_t>(values, out, row_bytes);
+      return store_as<std::int32_t>(values, rows, place, row_bytes);
     case ScalarType::kUint32:
-      return store_as<std::uint32_t>(values, out, row_bytes);
+      return store_as<std::uint32_t>(values, rows, place, row_bytes);
     case ScalarType::kInt64:
     case ScalarType::kUint64:
-      return store_as<std::int64_t>(values, out, row_bytes);
+      return store_as<std::int64_t>(values, rows, place, row_bytes);
     case ScalarType::kFloat32:
-      return store_as<float>(values, out, row_bytes);
+      return store_as<float>(values, rows, place, row_bytes);
     case ScalarType::kFloat64:
-      return store_as<double>(values, out, row_bytes);
+      return store_as<double>(values, rows, place, row_bytes);
   }
 }
 
@@ -200,19 +202,19 @@ void E57ScanReader::append_normals(PointCloud& batch, std::size_t count) {
 void E57ScanReader::append_attributes(PointCloud& batch, std::size_t count) {
   const std::size_t row_bytes = schema_.attribute_bytes();
   const std::size_t points = all_kept_ ? count : kept_.size();
-  const std::size_t begin = batch.attributes.size();
-  batch.attributes.resize(begin + points * row_bytes);
-  std::byte* out = batch.attributes.data() + begin;
+  std::size_t place = batch.attributes.size();
+  batch.attributes.resize(place + points * row_bytes);
+  const std::span<std::byte> rows = batch.attributes;
   for (const E57Attribute& attribute : layout_.attributes) {
     if (attribute.is_plain() && scan_.fields[attribute.field].kind == E57Kind::kInteger) {
-      store(attribute.type, std::span<const std::int64_t>(decode(count, integers_)), out,
-            row_bytes);
+      const std::span<const std::int64_t> values = decode(count, integers_);
+      store(attribute.type, values, rows, place, row_bytes);
     } else {
       const std::span<double> values = decode(count, reals_[0]);
       for (double& v : values) v = (v - attribute.from) * attribute.scale + attribute.to;
-      store(attribute.type, std::span<const double>(values), out, row_bytes);
+      store(attribute.type, std::span<const double>(values), rows, place, row_bytes);
     }
-    out += size_of(attribute.type);
+    place += size_of(attribute.type);
   }
 }
 
