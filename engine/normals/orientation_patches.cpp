@@ -13,6 +13,7 @@
 
 #include "engine/normals/neighbor_search.h"
 #include "engine/normals/orientation.h"
+#include "engine/normals/orientation_graph.h"
 #include "engine/normals/orientation_vote.h"
 
 namespace orbweave {
@@ -20,8 +21,11 @@ namespace {
 
 constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
 constexpr std::uint32_t kBlock = NeighborSearch::kBlock;
-/// Edges within a cell whose agreement is at least this join their points in one patch.
-constexpr double kConfident = 0.8;
+/// Edges within a cell with votes of at least this size join their points at once.
+constexpr double kConfident = 0.97;
+/// What these leave is joined in the order of its votes, as long as they are this unanimous; the
+/// rest is left to the graph of all patches.
+constexpr double kUnanimous = 0.8;
 
 bool is_zero(Vec3 v) { return v == Vec3{}; }
 
@@ -72,10 +76,10 @@ struct Cells {
   }
 };
 
+/// Between two positions in a cell, a < b.
 struct Edge {
-  double strength = 0.0;
-  std::uint32_t a = 0, b = 0;  // positions in the cell, a < b
-  bool opposite = false;
+  std::uint32_t a = 0, b = 0;
+  double votes = 0.0;
 };
 
 /// Union-find that knows whether a member is turned against its root.
@@ -192,36 +196,75 @@ class Patches {
     tbb::parallel_for(std::size_t{0}, cells_.cells.size(), [&](std::size_t c) {
       if (state_[c] != kDone) return;
       Scratch& scratch = scratches.local();
-      form_patches(static_cast<std::uint32_t>(c), scratch.edges, scratch.signs);
+      list_edges(static_cast<std::uint32_t>(c), scratch.edges);
+      join_confident(cells_.cells[c], scratch.edges, scratch.signs);
+      join_unanimous(cells_.cells[c], scratch.edges, scratch.signs);
     });
   }
 
-  /// Maximum spanning forest of the confident edges: Kruskal 1956.
-  void form_patches(std::uint32_t c, std::vector<Edge>& edges, Signs& signs) {
-    const Cell& cell = cells_.cells[c];
-    const std::span members = std::span(cells_.members).subspan(cell.begin, cell.end - cell.begin);
+  std::span<const std::uint32_t> members(const Cell& cell) const {
+    return std::span(cells_.members).subspan(cell.begin, cell.end - cell.begin);
+  }
+
+  /// Votes among the points of a cell, the strongest first.
+  void list_edges(std::uint32_t c, std::vector<Edge>& edges) const {
+    const std::span<const std::uint32_t> points = members(cells_.cells[c]);
     edges.clear();
-    for (std::uint32_t a = 0; a < members.size(); ++a) {
-      const std::uint32_t p = members[a];
+    for (std::uint32_t a = 0; a < points.size(); ++a) {
+      const std::uint32_t p = points[a];
       for (const std::uint32_t q : neighbors(p)) {
         if (cells_.cell_of[q] != c) continue;
-        const double agree = agreement(normals_[p], normals_[q], positions_[q] - positions_[p]);
-        if (std::abs(agree) < kConfident) continue;
         const auto b = static_cast<std::uint32_t>(
-            std::lower_bound(members.begin(), members.end(), q) - members.begin());
-        edges.push_back({std::abs(agree), std::min(a, b), std::max(a, b), agree < 0.0});
+            std::lower_bound(points.begin(), points.end(), q) - points.begin());
+        const double votes = vote(normals_[p], normals_[q], positions_[q] - positions_[p]);
+        edges.push_back({std::min(a, b), std::max(a, b), votes});
       }
     }
     std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
-      if (x.strength != y.strength) return x.strength > y.strength;
-      return std::tie(x.a, x.b) < std::tie(y.a, y.b);
+      if (std::abs(x.votes) != std::abs(y.votes)) return std::abs(x.votes) > std::abs(y.votes);
+      return std::tie(x.a, x.b, x.votes) < std::tie(y.a, y.b, y.votes);
     });
-    signs.reset(static_cast<std::uint32_t>(members.size()));
-    for (const Edge& e : edges) signs.join(e.a, e.b, e.opposite);
-    for (std::uint32_t a = 0; a < members.size(); ++a) {
+  }
+
+  /// Maximum spanning forest of the confident edges: Kruskal, On the Shortest Spanning Subtree of a
+  /// Graph, 1956.
+  void join_confident(const Cell& cell, const std::vector<Edge>& edges, Signs& signs) {
+    const std::span<const std::uint32_t> points = members(cell);
+    signs.reset(static_cast<std::uint32_t>(points.size()));
+    for (const Edge& e : edges) {
+      if (std::abs(e.votes) < kConfident) break;
+      signs.join(e.a, e.b, e.votes < 0.0);
+    }
+    for (std::uint32_t a = 0; a < points.size(); ++a) {
       const auto [root, turn] = signs.find(a);
-      first_[members[a]] = members[root];
-      turn_[members[a]] = turn;
+      first_[points[a]] = points[root];
+      turn_[points[a]] = turn;
+    }
+  }
+
+  void join_unanimous(const Cell& cell, const std::vector<Edge>& edges, const Signs& signs) {
+    const std::span<const std::uint32_t> points = members(cell);
+    std::vector<std::uint32_t> row(points.size()), roots;
+    for (std::uint32_t a = 0; a < points.size(); ++a) {
+      if (first_[points[a]] != points[a]) continue;
+      row[a] = static_cast<std::uint32_t>(roots.size());
+      roots.push_back(a);
+    }
+    if (roots.size() == 1) return;
+    std::vector<SignedEdge> between;
+    for (const Edge& e : edges) {
+      const auto [root_a, turn_a] = signs.find(e.a);
+      const auto [root_b, turn_b] = signs.find(e.b);
+      if (root_a == root_b) continue;
+      const double votes = turn_a == turn_b ? e.votes : -e.votes;
+      between.push_back({row[root_a], row[root_b], votes, std::abs(votes)});
+    }
+    const SignedParts parts =
+        join_by_votes(static_cast<std::uint32_t>(roots.size()), std::move(between), kUnanimous);
+    for (std::uint32_t a = 0; a < points.size(); ++a) {
+      const std::uint32_t piece = row[signs.find(a).first];
+      first_[points[a]] = points[roots[parts.part[piece]]];
+      turn_[points[a]] ^= parts.turn[piece];
     }
   }
 
