@@ -84,7 +84,7 @@ void store(ScalarType type, std::span<const Value> values, std::span<std::byte> 
   }
 }
 
-/// ASTM E2807, section 8.4.4: azimuth about z from x, elevation from the x-y plane; radians.
+/// ASTM E2807: azimuth about z from x, elevation from the x-y plane; radians.
 Vec3 from_spherical(double range, double azimuth, double elevation) {
   const double level = range * std::cos(elevation);
   return {level * std::cos(azimuth), level * std::sin(azimuth), range * std::sin(elevation)};

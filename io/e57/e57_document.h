@@ -1,4 +1,4 @@
-// The XML section of E57 (ASTM E2807, sections 7 and 8): which scans a file holds, what each of
+// The XML section of E57 (ASTM E2807): which scans a file holds, what each of
 // their points carries, and where.
 #pragma once
 

@@ -1,4 +1,4 @@
-// The lowest layer of E57 (ASTM E2807, section 6): a header of 48 bytes, and pages that each end
+// The lowest layer of E57 (ASTM E2807): a header of 48 bytes, and pages that each end
 // with a checksum. Offsets in the file are physical; what lies between the checksums is logical.
 #pragma once
 

@@ -1,4 +1,4 @@
-// The points of one scan in E57 (ASTM E2807, section 9: compressed vector binary sections): a
+// The points of one scan in E57 (ASTM E2807, compressed vector binary sections): a
 // section header, packets, and in them one stream of bits per field.
 #pragma once
 
