@@ -33,19 +33,36 @@ std::vector<SignedEdge> edges_of(const std::vector<PatchSum>& sums, std::vector<
   return edges;
 }
 
+/// Of a part of the cloud, as its votes orient it.
 struct Enclosed {
   Vec3 lowest, highest;
   Vec3 area_normal;
-  double flux = 0.0;
-  double area = 0.0;
+  double flux = 0.0;  // through the part, of the vectors from the centre of its bounds
 };
 
-/// Turns whole parts so that they enclose a positive volume.
-void turn_outward(const std::vector<PatchSum>& sums, SignedParts& parts) {
+/// A sheet whose area vector is this many times its flux per diagonal of the bounds is no shell:
+/// which side bulges says little.
+constexpr double kSheet = 20.0;
+
+/// Upward, or to the back, or to the right where a sheet stands upright.
+bool points_down(Vec3 area_normal) {
+  for (const double component : {area_normal.z, area_normal.y, area_normal.x})
+    if (std::abs(component) > 0.1 * norm(area_normal)) return component < 0.0;
+  return false;
+}
+
+bool points_inward(const Enclosed& e) {
+  const double bulge = std::abs(e.flux), open = norm(e.area_normal);
+  const double diagonal = norm(e.highest - e.lowest);
+  if (open * diagonal > kSheet * bulge) return points_down(e.area_normal);
+  return e.flux < 0.0;
+}
+
+std::vector<Enclosed> enclosed(const std::vector<PatchSum>& sums, const SignedParts& parts) {
   std::vector<Enclosed> of(sums.size());
   for (std::uint32_t v = 0; v < sums.size(); ++v) {
     Enclosed& e = of[parts.part[v]];
-    if (parts.part[v] == v) e = {sums[v].lowest, sums[v].highest, {}, 0.0, 0.0};
+    if (parts.part[v] == v) e = {sums[v].lowest, sums[v].highest, {}, 0.0};
     for (int axis = 0; axis < 3; ++axis) {
       e.lowest[axis] = std::min(e.lowest[axis], sums[v].lowest[axis]);
       e.highest[axis] = std::max(e.highest[axis], sums[v].highest[axis]);
@@ -58,8 +75,33 @@ void turn_outward(const std::vector<PatchSum>& sums, SignedParts& parts) {
     e.area_normal = e.area_normal + sign * sums[v].area_normal;
     e.flux += sign * (sums[v].flux + dot(sums[v].area_normal, sums[v].flux_origin - center));
   }
+  return of;
+}
+
+void turn_outward(const std::vector<PatchSum>& sums, SignedParts& parts) {
+  const std::vector<Enclosed> of = enclosed(sums, parts);
   for (std::uint32_t v = 0; v < sums.size(); ++v)
-    if (of[parts.part[v]].flux < 0.0) parts.turn[v] ^= 1;
+    if (points_inward(of[parts.part[v]])) parts.turn[v] ^= 1;
+}
+
+/// How far the votes are satisfied, in all and by patch.
+void count_votes(const std::vector<SignedEdge>& edges, const std::vector<std::uint8_t>& turn,
+                 PatchOrientation& result) {
+  std::vector<double> pro(turn.size()), contra(turn.size());
+  double satisfied = 0.0, total = 0.0;
+  for (const SignedEdge& e : edges) {
+    const double votes = turn[e.a] == turn[e.b] ? e.votes : -e.votes;
+    const double agree = 0.5 * (e.weight + votes), against = 0.5 * (e.weight - votes);
+    for (const std::uint32_t v : {e.a, e.b}) {
+      pro[v] += agree;
+      contra[v] += against;
+    }
+    satisfied += agree;
+    total += e.weight;
+  }
+  for (std::size_t v = 0; v < turn.size(); ++v)
+    if (pro[v] < kClear * contra[v]) ++result.contested;
+  if (total > 0.0) result.satisfied = satisfied / total;
 }
 
 }  // namespace
@@ -71,25 +113,12 @@ PatchOrientation orient_patch_graph(std::vector<PatchSum> sums, std::vector<Patc
   SignedParts parts = join_by_votes(static_cast<std::uint32_t>(sums.size()), edges);
   turn_outward(sums, parts);
   PatchOrientation result;
-  std::vector<double> pro(sums.size()), contra(sums.size());
-  double satisfied = 0.0, total = 0.0;
-  for (const SignedEdge& e : edges) {
-    const double votes_for = parts.turn[e.a] == parts.turn[e.b] ? e.votes : -e.votes;
-    const double agree = 0.5 * (e.weight + votes_for), against = 0.5 * (e.weight - votes_for);
-    for (const std::uint32_t v : {e.a, e.b}) {
-      pro[v] += agree;
-      contra[v] += against;
-    }
-    satisfied += agree;
-    total += e.weight;
-  }
   for (std::uint32_t v = 0; v < sums.size(); ++v) {
     result.patches.push_back(sums[v].patch);
     if (parts.part[v] == v) ++result.components;
-    if (pro[v] < kClear * contra[v]) ++result.contested;
   }
+  count_votes(edges, parts.turn, result);
   result.turn = std::move(parts.turn);
-  if (total > 0.0) result.satisfied = satisfied / total;
   return result;
 }
 

@@ -52,7 +52,7 @@ struct OrientedPatches {
   std::vector<PatchVote> votes;    ///< of those patches, by (from, to)
 };
 
-/// Margin that a chunk needs around its owned points.
+/// Margin that a chunk needs around its owned points, along each axis.
 double orientation_halo(const OrientationOptions& options);
 
 /// Positions as for estimate_normals, in canonical order, with unit normals of either sign, zero
@@ -71,7 +71,8 @@ struct PatchOrientation {
 };
 
 /// One sign per patch: pairs of patches are joined in the order of how strong their votes are, the
-/// votes of joined patches add up, and every component ends outward (positive enclosed volume).
+/// votes of joined patches add up, and every component ends outward (positive enclosed volume; a
+/// sheet that encloses nothing, upward).
 /// The result does not depend on the order of the arguments' rows. O(n log n); holds all patches.
 PatchOrientation orient_patch_graph(std::vector<PatchSum> sums, std::vector<PatchVote> votes);
 

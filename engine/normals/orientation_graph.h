@@ -22,10 +22,9 @@ struct SignedParts {
 /// Joins the pair of parts with the largest |sum of votes| (of equal ones the pair with the
 /// smallest nodes), adds up the votes that become parallel, and repeats: greedy agglomeration as
 /// in Keuper, Levinkov, Bonneel, Lavoué, Brox, Andres: Efficient Decomposition of Image and Mesh
-/// Graphs by Lifted Multicuts, 2015, section 4, with signs that turn instead of cuts. Then parts of
-/// the hierarchy whose votes turned negative meanwhile are turned. Pairs whose sum is 0, or less
-/// than `least_share` of its weight, are not joined. Edges in any order, parallel ones allowed; the
-/// result is a function of the edges' sorted list. O(e log^2 e).
+/// Graphs by Lifted Multicuts, 2015, section 4, with signs that turn instead of cuts. Pairs whose
+/// sum is 0, or less than `least_share` of its weight, are not joined. Edges in any order, parallel
+/// ones allowed; the result is a function of the edges' sorted list. O(e log^2 e).
 SignedParts join_by_votes(std::uint32_t nodes, std::vector<SignedEdge> edges,
                           double least_share = 0.0);
 

@@ -1,0 +1,305 @@
+#include "engine/normals/orientation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <vector>
+
+#include <catch2/catch.hpp>
+
+#include "engine/normals/estimate_normals.h"
+#include "engine/normals/normals_from_faces.h"
+#include "engine/normals/orientation_graph.h"
+#include "io/mesh_reader.h"
+#include "tests/support/clouds.h"
+#include "tests/support/data.h"
+
+namespace orbweave {
+namespace {
+
+struct Unoriented {
+  std::vector<Vec3> positions, normals;
+  std::vector<std::uint64_t> global;
+};
+
+Unoriented unoriented(const PointCloud& cloud, double radius) {
+  const auto size = static_cast<std::uint32_t>(cloud.size());
+  Unoriented out{cloud.positions, {}, {}};
+  out.normals = estimate_normals(cloud.positions, 0, size, {16, radius}).normals;
+  for (std::uint32_t i = 0; i < size; ++i) out.global.push_back(i);
+  return out;
+}
+
+OrientedPatches patches_of(const Unoriented& cloud, const OrientationOptions& options) {
+  return orient_patches(cloud.positions, cloud.normals, cloud.global, 0,
+                        static_cast<std::uint32_t>(cloud.positions.size()), options);
+}
+
+std::vector<Vec3> oriented_normals(const Unoriented& cloud, const OrientationOptions& options,
+                                   PatchOrientation* summary = nullptr) {
+  const OrientedPatches patches = patches_of(cloud, options);
+  const PatchOrientation found = orient_patch_graph(patches.sums, patches.votes);
+  std::vector<Vec3> normals = cloud.normals;
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    const auto at =
+        std::lower_bound(found.patches.begin(), found.patches.end(), patches.patch_of[i]);
+    if (at == found.patches.end() || *at != patches.patch_of[i]) continue;
+    if (patches.turn[i] ^ found.turn[at - found.patches.begin()]) normals[i] = -normals[i];
+  }
+  if (summary != nullptr) *summary = found;
+  return normals;
+}
+
+double agreeing(const std::vector<Vec3>& normals, const std::vector<Vec3>& truth) {
+  std::size_t agree = 0;
+  for (std::size_t i = 0; i < normals.size(); ++i) agree += dot(normals[i], truth[i]) > 0.0;
+  return static_cast<double>(agree) / static_cast<double>(normals.size());
+}
+
+/// Cells of about 200 points for points at distances of `spacing`.
+OrientationOptions options_for(double spacing) {
+  return {std::exp2(std::round(std::log2(14.0 * spacing))), 10, 6.0 * spacing};
+}
+
+/// Points in the box of [begin, end), widened by the halo, and where the owned ones begin.
+struct Part {
+  Unoriented cloud;
+  std::uint32_t begin = 0;
+};
+
+Part part_of(const Unoriented& whole, std::uint32_t begin, std::uint32_t end, double halo) {
+  Vec3 low = whole.positions[begin], high = low;
+  for (std::uint32_t i = begin; i < end; ++i)
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], whole.positions[i][axis]);
+      high[axis] = std::max(high[axis], whole.positions[i][axis]);
+    }
+  Part part;
+  for (std::uint32_t i = 0; i < whole.positions.size(); ++i) {
+    const Vec3 p = whole.positions[i];
+    bool inside = true;
+    for (int axis = 0; axis < 3; ++axis)
+      inside = inside && p[axis] >= low[axis] - halo && p[axis] <= high[axis] + halo;
+    if (i == begin) part.begin = static_cast<std::uint32_t>(part.cloud.positions.size());
+    if (!inside) continue;
+    part.cloud.positions.push_back(p);
+    part.cloud.normals.push_back(whole.normals[i]);
+    part.cloud.global.push_back(whole.global[i]);
+  }
+  return part;
+}
+
+bool same(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+bool same(Vec3 a, Vec3 b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+void require_same(const OrientedPatches& a, const OrientedPatches& b) {
+  REQUIRE(a.patch_of == b.patch_of);
+  REQUIRE(a.turn == b.turn);
+  REQUIRE(a.sums.size() == b.sums.size());
+  for (std::size_t i = 0; i < a.sums.size(); ++i) {
+    const PatchSum &s = a.sums[i], &t = b.sums[i];
+    REQUIRE(s.patch == t.patch);
+    REQUIRE(s.points == t.points);
+    REQUIRE((same(s.lowest, t.lowest) && same(s.highest, t.highest)));
+    REQUIRE((same(s.area_normal, t.area_normal) && same(s.flux, t.flux)));
+    REQUIRE(same(s.flux_origin, t.flux_origin));
+  }
+  REQUIRE(a.votes.size() == b.votes.size());
+  for (std::size_t i = 0; i < a.votes.size(); ++i) {
+    REQUIRE((a.votes[i].from == b.votes[i].from && a.votes[i].to == b.votes[i].to));
+    REQUIRE(
+        (same(a.votes[i].votes, b.votes[i].votes) && same(a.votes[i].weight, b.votes[i].weight)));
+  }
+}
+
+OrientedPatches in_parts(const Unoriented& whole, const OrientationOptions& options,
+                         std::uint32_t parts) {
+  OrientedPatches out;
+  const auto size = static_cast<std::uint32_t>(whole.positions.size());
+  for (std::uint32_t k = 0; k < parts; ++k) {
+    const auto begin = static_cast<std::uint32_t>(std::uint64_t{k} * size / parts);
+    const auto end = static_cast<std::uint32_t>((std::uint64_t{k} + 1) * size / parts);
+    const Part part = part_of(whole, begin, end, orientation_halo(options));
+    const OrientedPatches found =
+        orient_patches(part.cloud.positions, part.cloud.normals, part.cloud.global, part.begin,
+                       part.begin + (end - begin), options);
+    out.patch_of.insert(out.patch_of.end(), found.patch_of.begin(), found.patch_of.end());
+    out.turn.insert(out.turn.end(), found.turn.begin(), found.turn.end());
+    out.sums.insert(out.sums.end(), found.sums.begin(), found.sums.end());
+    out.votes.insert(out.votes.end(), found.votes.begin(), found.votes.end());
+  }
+  const auto by_ids = [](const PatchVote& a, const PatchVote& b) {
+    return a.from != b.from ? a.from < b.from : a.to < b.to;
+  };
+  std::stable_sort(out.votes.begin(), out.votes.end(), by_ids);
+  std::stable_sort(out.sums.begin(), out.sums.end(),
+                   [](const PatchSum& a, const PatchSum& b) { return a.patch < b.patch; });
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("ClosedSurfacesEndOutward") {
+  const test::NamedCloud torus = test::noisy_torus(20000, 0.2, 1);
+  const test::NamedCloud sphere = test::random_sphere(8000, 2);
+  for (const test::NamedCloud& named : {torus, sphere}) {
+    const double spacing = named.ball_radius / 1.5;
+    const Unoriented cloud = unoriented(named.cloud, 6.0 * spacing);
+    PatchOrientation summary;
+    const auto normals = oriented_normals(cloud, options_for(spacing), &summary);
+    CAPTURE(named.name);
+    CHECK(agreeing(normals, named.cloud.normals) == 1.0);
+    CHECK(summary.components == 1);
+    CHECK(summary.contested == 0);
+    CHECK(summary.satisfied > 0.99);
+  }
+}
+
+TEST_CASE("BothSidesOfAThinWallEndOutward") {
+  // A box of 40 x 40 x 1 spacings but for its rim's corners: sheets back to back.
+  PointCloud cloud;
+  for (int i = 0; i <= 40; ++i)
+    for (int j = 0; j <= 40; ++j)
+      for (const double side : {-1.0, 1.0}) {
+        const double x = i + 0.02 * ((i * 7 + j * 3) % 5), y = j + 0.02 * ((i * 5 + j) % 7);
+        cloud.positions.push_back({x, y, side});
+        cloud.normals.push_back({0, 0, side});
+      }
+  test::put_in_order(cloud);
+  const Unoriented unknown = unoriented(cloud, 1.9);
+  CHECK(agreeing(oriented_normals(unknown, {16.0, 16, 4.0}), cloud.normals) == 1.0);
+}
+
+TEST_CASE("PatchesOfPartsAreThoseOfTheWholeToTheLastBit") {
+  const test::NamedCloud torus = test::noisy_torus(12000, 0.5, 7);
+  const double spacing = torus.ball_radius / 1.5;
+  Unoriented cloud = unoriented(torus.cloud, 6.0 * spacing);
+  for (std::size_t i = 0; i < cloud.normals.size(); i += 97) cloud.normals[i] = {};
+  for (const double cells : {0.25, 1.0}) {
+    OrientationOptions options = options_for(spacing);
+    options.cell *= cells;
+    const OrientedPatches whole = patches_of(cloud, options);
+    for (const std::uint32_t parts : {3u, 17u, 64u})
+      require_same(in_parts(cloud, options, parts), whole);
+  }
+}
+
+TEST_CASE("PointsWithoutANormalTakeNoPart") {
+  const test::NamedCloud torus = test::noisy_torus(3000, 0.1, 3);
+  const double spacing = torus.ball_radius / 1.5;
+  Unoriented cloud = unoriented(torus.cloud, 6.0 * spacing);
+  cloud.normals[5] = cloud.normals[700] = {};
+  const OrientedPatches patches = patches_of(cloud, options_for(spacing));
+  for (const std::uint32_t i : {5u, 700u}) {
+    CHECK(patches.patch_of[i] == i);
+    CHECK(patches.turn[i] == 0);
+    for (const PatchSum& s : patches.sums) CHECK(s.patch != i);
+  }
+  std::uint64_t points = 0;
+  for (const PatchSum& s : patches.sums) points += s.points;
+  CHECK(points == cloud.positions.size() - 2);
+}
+
+TEST_CASE("TheInputsSignsDoNotMatter") {
+  const test::NamedCloud torus = test::noisy_torus(6000, 0.3, 3);
+  const double spacing = torus.ball_radius / 1.5;
+  Unoriented cloud = unoriented(torus.cloud, 6.0 * spacing);
+  const auto before = oriented_normals(cloud, options_for(spacing));
+  test::Random random(8);
+  for (Vec3& n : cloud.normals)
+    if (random.below(2) == 1) n = -n;
+  CHECK(oriented_normals(cloud, options_for(spacing)) == before);
+}
+
+TEST_CASE("ScaleAndOffsetDoNotChangeTheSigns") {
+  test::NamedCloud torus = test::noisy_torus(5000, 0.2, 6);
+  const double spacing = torus.ball_radius / 1.5;
+  for (Vec3& p : torus.cloud.positions)
+    for (int axis = 0; axis < 3; ++axis) p[axis] = std::round(p[axis] * 0x1p20) * 0x1p-20;
+  for (const double scale : {1e-6, 1.0, 1e6}) {
+    PointCloud moved = torus.cloud;
+    for (Vec3& p : moved.positions) p = scale * (p + Vec3{691000.0, 5334000.0, 512.0});
+    const Unoriented cloud = unoriented(moved, 6.0 * scale * spacing);
+    const auto normals = oriented_normals(cloud, options_for(scale * spacing));
+    CHECK(agreeing(normals, torus.cloud.normals) == 1.0);
+  }
+}
+
+TEST_CASE("SeparateComponentsEachEndOutward") {
+  const test::NamedCloud sphere = test::random_sphere(4000, 2);
+  PointCloud both = sphere.cloud;
+  for (std::size_t i = 0; i < sphere.cloud.size(); ++i) {
+    both.positions.push_back(sphere.cloud.positions[i] + Vec3{50.0, 3.0, -7.0});
+    both.normals.push_back(sphere.cloud.normals[i]);
+  }
+  test::put_in_order(both);
+  const double spacing = sphere.ball_radius / 1.5;
+  const Unoriented cloud = unoriented(both, 6.0 * spacing);
+  PatchOrientation summary;
+  CHECK(agreeing(oriented_normals(cloud, options_for(spacing), &summary), both.normals) == 1.0);
+  CHECK(summary.components == 2);
+}
+
+TEST_CASE("AFlatSheetHasOneSignAndItPointsUp") {
+  const test::NamedCloud sheet = test::grid_sheet(50, 0.0);
+  const double spacing = norm(sheet.cloud.positions[1] - sheet.cloud.positions[0]);
+  const Unoriented cloud = unoriented(sheet.cloud, 6.0 * spacing);
+  const auto normals = oriented_normals(cloud, options_for(spacing));
+  for (const Vec3& n : normals) REQUIRE(n.z > 0.0);
+}
+
+TEST_CASE("VotesAreJoinedFromTheSurestDown") {
+  // 0 and 1 agree strongly, 1 and 2 oppose; the weak vote of 0 and 2 is overruled.
+  const std::vector<SignedEdge> edges = {{0, 1, 9, 9}, {2, 1, -5, 5}, {0, 2, 3, 3}};
+  const SignedParts parts = join_by_votes(4, edges);
+  CHECK(parts.part == std::vector<std::uint32_t>{0, 0, 0, 3});
+  CHECK(parts.turn == std::vector<std::uint8_t>{0, 0, 1, 0});
+  // Together they overrule it: 0 and 1 join first, then their votes on 2 add up.
+  const SignedParts sum = join_by_votes(3, {{0, 1, 9, 9}, {1, 2, -5, 5}, {0, 2, 6, 6}});
+  CHECK(sum.turn == std::vector<std::uint8_t>{0, 0, 0});
+  const SignedParts cautious = join_by_votes(3, {{0, 1, 9, 9}, {1, 2, -5, 5}, {0, 2, 6, 6}}, 0.5);
+  CHECK(cautious.part == std::vector<std::uint32_t>{0, 0, 2});
+}
+
+TEST_CASE("TheOrderOfRowsDoesNotMatter") {
+  const test::NamedCloud torus = test::noisy_torus(6000, 0.8, 5);
+  const double spacing = torus.ball_radius / 1.5;
+  OrientationOptions options = options_for(spacing);
+  options.cell *= 0.25;
+  const OrientedPatches patches = patches_of(unoriented(torus.cloud, 6.0 * spacing), options);
+  const PatchOrientation once = orient_patch_graph(patches.sums, patches.votes);
+  std::vector<PatchSum> sums(patches.sums.rbegin(), patches.sums.rend());
+  std::vector<PatchVote> votes(patches.votes.rbegin(), patches.votes.rend());
+  const PatchOrientation again = orient_patch_graph(sums, votes);
+  CHECK(again.patches == once.patches);
+  CHECK(again.turn == once.turn);
+  CHECK(same(again.satisfied, once.satisfied));
+  CHECK(again.contested == once.contested);
+}
+
+TEST_CASE("ContradictingVotesAreReported") {
+  std::vector<PatchSum> sums(3);
+  for (std::uint64_t i = 0; i < 3; ++i) sums[i].patch = 10 * i;
+  const PatchOrientation found =
+      orient_patch_graph(sums, {{0, 10, 4, 4}, {10, 20, 3, 3}, {20, 0, -2, 2}});
+  CHECK(found.components == 1);
+  CHECK(found.contested == 2);
+  CHECK(found.satisfied == Approx(7.0 / 9.0));
+  CHECK(orient_patch_graph({}, {}).patches.empty());
+}
+
+TEST_CASE("TheBunnysNormalsEndOutward") {
+  const auto path = test::data_path("stanford/bun_zipper.ply");
+  if (test::skipped_without(path)) return;
+  TriangleMesh mesh = read_mesh(path);
+  PointCloud cloud;
+  cloud.positions = mesh.vertices.positions;
+  cloud.normals = normals_from_faces(mesh);
+  test::put_in_order(cloud);
+  const double spacing = 0.00115;
+  const Unoriented unknown = unoriented(cloud, 6.0 * spacing);
+  CHECK(agreeing(oriented_normals(unknown, options_for(spacing)), cloud.normals) > 0.999);
+}
+
+}  // namespace orbweave
