@@ -92,6 +92,42 @@ class Cutter {
   int depth_limit_;
 };
 
+/// Puts chunks together, as Cutter takes cells apart.
+class Merger {
+ public:
+  Merger(const Octree& octree, std::uint64_t chunk_points)
+      : octree_(octree), chunk_points_(chunk_points) {}
+
+  /// Merges below the node whose chunks are [first, last).
+  void merge(std::size_t first, std::size_t last, std::uint64_t begin, int depth) {
+    const std::vector<Chunk>& fine = octree_.chunks();
+    if (first == last) return;
+    if (last - first == 1) return chunks.push_back(fine[first]);
+    std::uint64_t points = 0;
+    for (std::size_t i = first; i < last; ++i) points += fine[i].points;
+    if (points <= chunk_points_) {
+      chunks.push_back(
+          {begin, begin + span_of(depth), depth, node_box(octree_.root(), begin, depth), points});
+      return;
+    }
+    const std::uint64_t child_span = span_of(depth + 1);
+    for (std::uint64_t child = 0; child < 8; ++child) {
+      const std::uint64_t child_begin = begin + child * child_span;
+      std::size_t child_last = first;
+      while (child_last < last && fine[child_last].code_begin < child_begin + child_span)
+        ++child_last;
+      merge(first, child_last, child_begin, depth + 1);
+      first = child_last;
+    }
+  }
+
+  std::vector<Chunk> chunks;
+
+ private:
+  const Octree& octree_;
+  std::uint64_t chunk_points_;
+};
+
 }  // namespace
 
 /// A node on the way down to the neighbours, with the chunks inside it.
@@ -171,6 +207,12 @@ Octree cut_octree(const CountGrid& grid, const RootCube& root, std::uint64_t chu
   Cutter cutter(coded, root, chunk_points, depth_limit);
   cutter.cut(0, coded.cells.size(), 0, 0);
   return Octree(root, std::move(cutter.chunks));
+}
+
+Octree coarsened(const Octree& octree, std::uint64_t chunk_points) {
+  Merger merger(octree, chunk_points);
+  merger.merge(0, octree.chunks().size(), 0, 0);
+  return Octree(octree.root(), std::move(merger.chunks));
 }
 
 }  // namespace orbweave

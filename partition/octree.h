@@ -55,4 +55,8 @@ class Octree {
 /// resolves.
 Octree cut_octree(const CountGrid& grid, const RootCube& root, std::uint64_t chunk_points);
 
+/// The same points in fewer chunks: siblings are put together as long as they hold at most
+/// `chunk_points` points. Every chunk of `octree` lies in one of the result's.
+Octree coarsened(const Octree& octree, std::uint64_t chunk_points);
+
 }  // namespace orbweave

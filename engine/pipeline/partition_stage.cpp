@@ -54,29 +54,30 @@ std::string no_points_reason(const DroppedPoints& dropped) {
 /// A chunk whose side is eight halos computes about half as much again for its halo.
 constexpr double kHalosPerSide = 8.0;
 
-/// Where the levels follow from the density, chunks are cut before that is known.
-constexpr int kUsualLevels = 2;
+/// A side of so many halos.
+std::uint64_t worthwhile_points(const std::vector<double>& radii, double points_per_area,
+                                std::uint64_t points) {
+  const double side = kHalosPerSide * halo_width(radii);
+  return static_cast<std::uint64_t>(
+      std::min(side * side * points_per_area, static_cast<double>(points)));
+}
 
 /// How many points a chunk needs so that its halo is not most of the work: the points of a piece
 /// of surface of that side. The surface is guessed from the cells that hold points.
 std::uint64_t worthwhile_chunk_points(const CountGrid& grid, const ReconstructOptions& options) {
-  std::vector<double> radii = options.ball_radii;
-  double points_per_area = 1.0;
-  if (radii.empty()) {
-    // Automatic radii are so many spacings; a spacing squared holds a point.
-    radii.push_back(kRadiusPerSpacing);
-    for (int level = 1; level < std::max(options.levels, kUsualLevels); ++level) {
+  if (options.ball_radii.empty()) {
+    // Automatic radii are so many spacings; a spacing squared holds a point. Where their number
+    // follows from the density, too, chunks are put together once that is known.
+    std::vector<double> radii = {kRadiusPerSpacing};
+    for (int level = 1; level < options.levels; ++level)
       radii.push_back(radii.back() * kRadiusGrowth);
-    }
-  } else {
-    std::uint64_t cells = 0;
-    grid.for_each([&](Vec3, std::uint64_t) { ++cells; });
-    points_per_area = static_cast<double>(grid.points()) /
-                      (static_cast<double>(cells) * grid.cell() * grid.cell());
+    return worthwhile_points(radii, 1.0, grid.points());
   }
-  const double side = kHalosPerSide * halo_width(radii);
-  const double wanted = side * side * points_per_area;
-  return static_cast<std::uint64_t>(std::min(wanted, static_cast<double>(grid.points())));
+  std::uint64_t cells = 0;
+  grid.for_each([&](Vec3, std::uint64_t) { ++cells; });
+  const double points_per_area =
+      static_cast<double>(grid.points()) / (static_cast<double>(cells) * grid.cell() * grid.cell());
+  return worthwhile_points(options.ball_radii, points_per_area, grid.points());
 }
 
 /// Second pass: every point goes to the bin of its chunk.
@@ -114,20 +115,38 @@ void bin_points(JobContext& context, const CloudInput& input, const CountedCloud
   clock.facts().bytes_written = binner.spilled_bytes();
 }
 
-/// Sorts every bin canonically and commits it.
+/// The points of all bins that lie in a chunk of the final partition.
+PointCloud take_bins(Binner& binner, const Octree& bins, const Chunk& chunk) {
+  PointCloud points;
+  const std::vector<Chunk>& fine = bins.chunks();
+  auto bin = static_cast<ChunkId>(
+      std::lower_bound(fine.begin(), fine.end(), chunk.code_begin,
+                       [](const Chunk& a, std::uint64_t code) { return a.code_begin < code; }) -
+      fine.begin());
+  for (; bin < fine.size() && fine[bin].code_begin < chunk.code_end; ++bin) {
+    PointCloud part = binner.take(bin);
+    if (points.empty())
+      points = std::move(part);
+    else
+      points.append(part);
+  }
+  return points;
+}
+
+/// Sorts every chunk canonically and commits it.
 void sort_chunks(JobContext& context, const CloudInput& input, const CountedCloud& cloud,
                  Binner& binner, Partition& partition) {
-  const auto& chunks = cloud.octree.chunks();
+  const auto& chunks = partition.octree.chunks();
   StageClock clock(context, input.prefix + "sort", chunks.size(), "chunks");
   std::vector<ChunkTask> tasks;
   for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk) {
-    tasks.push_back({chunk, binner.points(chunk) * MemoryCosts::sort_bytes(cloud.schema)});
+    tasks.push_back({chunk, chunks[chunk].points * MemoryCosts::sort_bytes(cloud.schema)});
   }
   std::vector<std::uint64_t> kept(chunks.size(), 0);
   std::atomic<std::uint64_t> merged{0};
   run_chunks(tasks, {context.threads(), cloud.memory.chunks_in_flight_bytes / 2, &context.stop},
              [&](ChunkId chunk) {
-               PointCloud points = binner.take(chunk);
+               PointCloud points = take_bins(binner, cloud.octree, chunks[chunk]);
                merged += sort_canonically(points, cloud.octree.root());
                kept[chunk] = points.size();
                commit_points(context.store, chunk, points, input.stage);
@@ -173,6 +192,21 @@ void measure(const JobContext& context, const CloudInput& input, const SpacingSa
   partition.layers = measure_layers(sampler.sites());
   partition.normal_radius =
       normal_radius(sampler, static_cast<std::size_t>(context.job.normals.neighbors));
+}
+
+/// Chunks as large as the radii that were found ask for, where those are not the ones expected.
+Octree final_octree(const JobContext& context, const CountedCloud& cloud,
+                    const Partition& partition) {
+  const Job& job = context.job;
+  const bool expected = !job.reconstruct.ball_radii.empty() || job.reconstruct.levels != 0;
+  if (expected || partition.automatic_radii.empty()) return cloud.octree;
+  const double points_per_area = 1.0 / (partition.spacing * partition.spacing);
+  const MemoryPlan plan =
+      plan_memory(job.partition.memory_bytes, cloud.points_used, context.threads(),
+                  job.partition.chunk_points, cloud.schema,
+                  worthwhile_points(partition.automatic_radii, points_per_area, cloud.points_used));
+  if (plan.chunk_points <= cloud.memory.chunk_points) return cloud.octree;
+  return coarsened(cloud.octree, plan.chunk_points);
 }
 
 }  // namespace
@@ -262,7 +296,7 @@ Partition cut_and_sort(JobContext& context, const CloudInput& input) {
   partition.dropped = cloud.dropped;
   partition.points_without_view = cloud.points_without_view;
   partition.coordinate_system = cloud.coordinate_system;
-  partition.octree = cloud.octree;
+  partition.octree = final_octree(context, cloud, partition);
   sort_chunks(context, input, cloud, binner, partition);
   return partition;
 }

@@ -236,6 +236,36 @@ TEST_CASE("ChunksKeepToTheirPointsAndAreNoSmallerThanNeeded") {
   for (const auto& [code, count] : parents) CHECK(count > chunk_points);
 }
 
+TEST_CASE("CoarserChunksAreThoseOfACoarserCutAndHoldWholeChunks") {
+  for (const NamedCloud& cloud : adversarial_clouds()) {
+    INFO(cloud.name);
+    const Octree fine = cut(cloud.points, 60);
+    for (const std::uint64_t limit :
+         {std::uint64_t{60}, std::uint64_t{500}, std::uint64_t{1} << 40}) {
+      const Octree coarse = coarsened(fine, limit);
+      std::uint64_t points = 0;
+      std::size_t next = 0;
+      for (const Chunk& chunk : coarse.chunks()) {
+        std::uint64_t inside = 0;
+        const std::size_t first = next;
+        for (; next < fine.chunks().size() && fine.chunks()[next].code_end <= chunk.code_end;
+             ++next)
+          inside += fine.chunks()[next].points;
+        CHECK(inside == chunk.points);
+        CHECK((chunk.points <= limit || next - first == 1));
+        points += inside;
+      }
+      CHECK(points == cloud.points.size());
+      for (const Vec3& p : cloud.points) {
+        const Chunk& chunk = coarse.chunks()[coarse.chunk_of(p)];
+        const Chunk& part = fine.chunks()[fine.chunk_of(p)];
+        REQUIRE((chunk.code_begin <= part.code_begin && part.code_end <= chunk.code_end));
+      }
+    }
+    CHECK(coarsened(fine, std::uint64_t{1} << 40).chunks().size() == 1);
+  }
+}
+
 TEST_CASE("ManyPointsInOneCellStayTogether") {
   std::vector<Vec3> points(3000, Vec3{0.25, 0.25, 0.25});
   points.push_back({1.0, 1.0, 1.0});
