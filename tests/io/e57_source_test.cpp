@@ -412,6 +412,14 @@ TEST_CASE("E57PacketsOfOtherKindsAreSteppedOver") {
   CHECK(read_scan(scan).positions == some_points(500));
 }
 
+TEST_CASE("E57StreamsMayLieMegabytesApart") {
+  E57Scan3D scan = scan_of(some_points(60000));
+  scan.packet_bytes = {40000, 1000, 8000};
+  const std::string file = make_e57({.scans = {scan}});
+  REQUIRE(file.size() > (std::size_t{1} << 20));
+  CHECK(read_e57(file).positions == some_points(60000));
+}
+
 TEST_CASE("E57PagesOfAnySizeAreRead") {
   for (const std::size_t page_bytes : {64, 1000, 1024, 65536}) {
     const std::string file =
