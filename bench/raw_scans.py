@@ -55,30 +55,20 @@ def before_and_after(options, row, mesh, truth):
 
 def own_bunny(options, work, conf, files, truth):
     rows = []
-    for name, arguments in (("cleaned", ["--clean"]), ("as scanned", [])):
+    for name, automatic in (("cleaned", "true"), ("as scanned", "false")):
         mesh = work / f"raw-bunny-{name.replace(' ', '-')}.ply"
-        result = harness.reconstruct(options.program, files, mesh, ["--poses", conf, *arguments])
+        result = harness.run_job(options.program, harness.ROOT / "configs/raw-scans.toml", files, mesh,
+                                 [f"input.poses={conf.resolve()}", f"prepare.auto={automatic}"])
         scans.picture(options, mesh, f"raw_bunny_{name.replace(' ', '_')}")
         rows += before_and_after(options, scans.own_row(result, surface=f"orbweave, {name}"), mesh, truth)
     return rows
 
 
-def open3d_peers(spacing):
-    """(name, arguments)"""
-    yield "Open3D ball pivoting", ["--method", "bpa", "--radii", scans.ball_radii(spacing)]
-    for depth in (9, 10):
-        for trim in (0.0, scans.TRIM):
-            yield (f"Open3D Poisson {depth}" + (", trimmed" if trim else ""),
-                   ["--method", "poisson", "--depth", depth, "--trim", trim])
-
-
 def open3d_bunny(options, work, cloud, spacing, truth):
     rows = []
-    for rank, (name, arguments) in enumerate(open3d_peers(spacing)):
-        mesh = work / f"raw-bunny-open3d-{rank}.ply"
-        row = scans.open3d_row(options, cloud, mesh, *arguments, surface=name)
-        scans.picture(options, mesh, "raw_bunny_" + name.lower().replace(",", "").replace(" ", "_"))
-        rows.append({**row, **surface_distance.between(read_mesh(mesh), truth)})
+    for row in scans.open3d_rows(options, cloud, work / "raw-bunny", spacing, options.depths):
+        scans.picture(options, row["mesh"], "raw_bunny_" + row["surface"].lower().replace(",", "").replace(" ", "_"))
+        rows.append({**row, **surface_distance.between(read_mesh(row["mesh"]), truth)})
     return rows
 
 
@@ -94,7 +84,7 @@ def part_bunny(options, work):
     print(harness.table(own + peers, BUNNY_COLUMNS))
     print("\nmean, p95: distance of the surface to bun_zipper.ply; back_: of bun_zipper.ply to the surface; "
           "in the scans' unit, " f"{spacing:.4g} apart within a scan")
-    show_choices(own)
+    show_choices(own[::2])
     cleaned, peer = own[0], peers[0]
     missed = [f"{key} {cleaned[key]:.4g} against {peer[key]:.4g}"
               for key in ("mean", "p95", "boundary_edges") if not cleaned[key] < peer[key]]
@@ -104,9 +94,9 @@ def part_bunny(options, work):
 def show_choices(rows):
     """What each job said about its own choices."""
     for row in rows:
-        prepared = row.get("prepare") or {}
-        print(f"\n{row['surface']}: radii {', '.join(f'{r:.4g}' for r in row['radii'])}: {row['radii_reason']}"
-              f"\n  dropped {row['dropped']}; normals {row.get('normals')}\n  clean-up {prepared}")
+        dropped = ", ".join(f"{count:,} {reason}" for reason, count in row["dropped"].items()) or "nothing"
+        print(f"\n{row['surface']}:\n  radii: {', '.join(f'{radius:.4g}' for radius in row['radii'])}"
+              f"\n  dropped: {dropped}")
         for note in row["notes"]:
             print(f"  {note}")
 
@@ -154,6 +144,8 @@ def main():
     parser.add_argument("data", help="directory of real scans, with stanford/, lidar/ and points_normals/")
     parser.add_argument("parts", nargs="*", help=f"of {', '.join(PARTS)}; none: all")
     parser.add_argument("--only", help="clouds of `lidar` whose name contains this")
+    parser.add_argument("--depths", type=lambda text: [int(word) for word in text.split(",") if word], default=[9, 10],
+                        help="of Open3D's Poisson reconstruction of the bunny")
     harness.add_common_options(parser)
     options = parser.parse_intermixed_args()
     if unknown := set(options.parts) - set(PARTS):

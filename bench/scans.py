@@ -8,8 +8,6 @@ import harness
 from meshes import read_mesh, read_ply, write_cloud
 
 FACTS = ["triangles", "components", "boundary_edges", "boundary_loops", "nonmanifold_edges"]
-# Density quantile below which Poisson's surface is cut off, as in Open3D's own tutorial, doubled.
-TRIM = 0.02
 
 
 def positions_of(path):
@@ -97,16 +95,28 @@ def own_row(result, **more):
     return row
 
 
-def open3d_row(options, cloud, mesh, *arguments, **more):
-    """A row of Open3D on a cloud of merged()."""
-    words = [harness.PYTHON, harness.PEERS / "open3d_scans.py", cloud, "--mesh", mesh, *arguments]
+def _open3d(cloud, *arguments):
+    words = [harness.PYTHON, harness.PEERS / "open3d_scans.py", cloud, *arguments]
     told = json.loads(harness.run(words)["stdout"].splitlines()[-1])
-    found = facts(options.program, mesh)
-    row = {**more, "points": told["points"], "kept": told["points"], **{key: found[key] for key in FACTS},
-           "seconds": told["seconds"], "peak_mib": told["peak_memory_bytes"] / (1 << 20)}
-    if "bpa" in arguments:
-        row["used_share"] = (found["vertices"] - found["unreferenced_vertices"]) / told["points"]
-    return row
+    return {"points": told["points"], "kept": told["points"], "seconds": told["seconds"],
+            "peak_mib": told["peak_memory_bytes"] / (1 << 20)}
+
+
+def open3d_rows(options, cloud, stem, spacing, depths):
+    """Rows of Open3D on a cloud of merged(): ball pivoting, and Poisson of each depth as it is and trimmed; each with
+    the mesh's path under "mesh"."""
+    meshes = [("Open3D ball pivoting", f"{stem}-bpa.ply",
+               _open3d(cloud, "--method", "bpa", "--radii", ball_radii(spacing), "--mesh", f"{stem}-bpa.ply"))]
+    for depth in depths:
+        whole, trimmed = f"{stem}-poisson-{depth}.ply", f"{stem}-poisson-{depth}-trimmed.ply"
+        told = _open3d(cloud, "--method", "poisson", "--depth", depth, "--mesh", whole, "--trimmed", trimmed)
+        meshes += [(f"Open3D Poisson {depth}", whole, told), (f"Open3D Poisson {depth}, trimmed", trimmed, told)]
+    for name, mesh, told in meshes:
+        found = facts(options.program, mesh)
+        row = {"surface": name, "mesh": mesh, **told, **{key: found[key] for key in FACTS}}
+        if mesh.endswith("-bpa.ply"):
+            row["used_share"] = (found["vertices"] - found["unreferenced_vertices"]) / told["points"]
+        yield row
 
 
 def ball_radii(spacing):

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
 """Noise and misregistration against the truth: what a virtual scanner sees of a shape from six sides.
 
-For every pair of a noise (along the rays) and a misregistration, both in distances between rays: the program with
-and without its clean-up, before and after the fill, Open3D's ball pivoting, and its Poisson reconstruction, trimmed
-where few points support it. Distances to the true surface are in the same unit. The program gets the scans with their
-poses as a Stanford .conf, Open3D the merged cloud with normals turned towards the scanners.
+For every pair of a noise (along the rays) and a misregistration, both in distances between rays: the program with and
+without its clean-up, before and after the fill, Open3D's ball pivoting, and its Poisson reconstruction, as it is and
+trimmed where few points support it. Distances to the true surface are in the same unit. The program gets the scans
+with their poses as a Stanford .conf, Open3D the merged cloud with normals turned towards the scanners.
 
 usage: bench/scans_noise.py [--shapes S,S] [--points N] [--noise S,S,...] [--misregistration S,S,...]
 """
@@ -45,14 +45,6 @@ def own_rows(options, mesh, files, conf, truth, unit):
                **surface_distance.between(read_mesh(mesh), truth, unit)}
 
 
-def open3d_rows(options, mesh, cloud, truth, unit, spacing):
-    poisson = ["--method", "poisson", "--depth", options.depth, "--trim", scans.TRIM]
-    for name, arguments in (("Open3D ball pivoting", ["--method", "bpa", "--radii", scans.ball_radii(spacing)]),
-                            ("Open3D Poisson, trimmed", poisson)):
-        row = scans.open3d_row(options, cloud, mesh, *arguments, surface=name)
-        yield {**row, **surface_distance.between(read_mesh(mesh), truth, unit)}
-
-
 def rows_of(options, work, shape, noise, misregistration):
     conf, truth_path = generated_scans(options, work, shape, noise, misregistration)
     merged = work / "scans-merged.ply"
@@ -62,8 +54,8 @@ def rows_of(options, work, shape, noise, misregistration):
     facts = {"shape": shape, "noise": noise, "misregistration": misregistration, "unit": unit}
     for row in own_rows(options, mesh, files, conf, truth, unit):
         yield {**facts, **row}
-    for row in open3d_rows(options, mesh, merged, truth, unit, spacing):
-        yield {**facts, **row}
+    for row in scans.open3d_rows(options, merged, work / "scans-noise", spacing, [options.depth]):
+        yield {**facts, **row, **surface_distance.between(read_mesh(row["mesh"]), truth, unit)}
 
 
 def ray_distance(files):

@@ -2,7 +2,7 @@
 """Open3D on merged raw scans, whose points say where their scanner lies; prints one JSON object.
 
 Normals are estimated from 16 neighbours and turned towards the scanners. Then ball pivoting, or screened Poisson
-reconstruction, whose mesh can be trimmed where few points support it.
+reconstruction, whose mesh is written a second time, trimmed where few points support it.
 """
 import argparse
 import json
@@ -31,15 +31,19 @@ def oriented_cloud(path):
 
 
 def reconstruct(cloud, options):
-    if options.method == "bpa":
-        radii = [float(text) for text in options.radii.split(",")]
-        return open3d.geometry.TriangleMesh.create_from_point_cloud_ball_pivoting(
-            cloud, open3d.utility.DoubleVector(radii))
-    mesh, density = open3d.geometry.TriangleMesh.create_from_point_cloud_poisson(cloud, depth=options.depth)
-    if options.trim > 0.0:
-        density = np.asarray(density)
-        mesh.remove_vertices_by_mask(density < np.quantile(density, options.trim))
-    return mesh
+    """(mesh, density of the points at its vertices or None)"""
+    if options.method == "poisson":
+        mesh, density = open3d.geometry.TriangleMesh.create_from_point_cloud_poisson(cloud, depth=options.depth)
+        return mesh, np.asarray(density)
+    radii = [float(text) for text in options.radii.split(",")]
+    return open3d.geometry.TriangleMesh.create_from_point_cloud_ball_pivoting(
+        cloud, open3d.utility.DoubleVector(radii)), None
+
+
+def write(path, mesh):
+    """Double coordinates without normals: what distances are measured with."""
+    mesh.vertex_normals = open3d.utility.Vector3dVector()
+    open3d.io.write_triangle_mesh(path, mesh, write_vertex_normals=False)
 
 
 def main():
@@ -48,16 +52,18 @@ def main():
     parser.add_argument("--method", choices=["bpa", "poisson"], required=True)
     parser.add_argument("--radii", help="R,R,... of ball pivoting")
     parser.add_argument("--depth", type=int, default=9, help="of Poisson's octree")
-    parser.add_argument("--trim", type=float, default=0.0, help="part of Poisson's vertices with the least density")
     parser.add_argument("--mesh", required=True, help="write the mesh there (PLY)")
+    parser.add_argument("--trimmed", help="write Poisson's mesh there, too, less --trim of its vertices")
+    parser.add_argument("--trim", type=float, default=0.02, help="the part of the vertices with the least density")
     options = parser.parse_args()
     cloud, load_seconds, normal_seconds = oriented_cloud(options.cloud)
     begin = time.perf_counter()
-    mesh = reconstruct(cloud, options)
+    mesh, density = reconstruct(cloud, options)
     kernel_seconds = time.perf_counter() - begin
-    # Double coordinates without normals: what distances are measured with.
-    mesh.vertex_normals = open3d.utility.Vector3dVector()
-    open3d.io.write_triangle_mesh(options.mesh, mesh, write_vertex_normals=False)
+    write(options.mesh, mesh)
+    if options.trimmed:
+        mesh.remove_vertices_by_mask(density < np.quantile(density, options.trim))
+        write(options.trimmed, mesh)
     print(json.dumps({"program": f"Open3D {open3d.__version__}", "points": len(cloud.points),
                       "load_seconds": load_seconds, "normal_seconds": normal_seconds,
                       "kernel_seconds": kernel_seconds,
