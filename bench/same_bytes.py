@@ -2,8 +2,9 @@
 """One SHA-256 of the output however the work is cut.
 
 Every cloud is reconstructed with chunks of 1,000 points, of 20,000 and with everything in one, with one, two
-and five threads, with its points shuffled, and with its points dealt to several files. The exit status is 1
-when two outputs of a cloud differ.
+and five threads, with its points shuffled, and with its points dealt to several files. Raw scans go through
+every clean-up stage, with estimated normals that the scanners or propagation orient. The exit status is 1 when
+two outputs of a cloud differ.
 
 usage: bench/same_bytes.py DATA_DIR [--only NAME] [--full]
 """
@@ -27,10 +28,36 @@ SCANS = [("bun_zipper", "stanford/bun_zipper.ply", True, 0.0015),
 # (name, shape, points, noise in spacings)
 SHAPES = [("torus 2M", "torus", 2_000_000, 0.0), ("torus 200k noise 0.3", "torus", 200_000, 0.3),
           ("double wall", "double-wall", 100_000, 0.0)]
+CLEAN_UP = ["--clean", "--outlier-sigma", 4, "--merge-tolerance"]
+
+
+def raw_workloads(options, work):
+    """The same for scans without normals; a list of files is scans with poses."""
+    raw = [("raw bunny scans", "stanford/bunny_scans", 5e-5),
+           ("lion without normals", "points_normals/lion_takanawa_normals_rgb.ply", 1e-3)]
+    for name, path, tolerance in raw:
+        scan = pathlib.Path(options.data) / path
+        if options.only and options.only not in name:
+            continue
+        if not scan.exists():
+            print(f"skipped, no such file: {scan}")
+            continue
+        arguments = ["--normals", "estimate", *CLEAN_UP, tolerance, "--no-fill", "--levels", 2]
+        if scan.is_dir():
+            yield name, sorted(scan.glob("*.ply")), ["--poses", scan / "bun.conf", *arguments]
+        else:
+            yield name, scan, [*arguments, "--orientation", "propagate"]
+    name = "raw torus, propagated"
+    if not options.only or options.only in name:
+        cloud = work / "raw_torus.ply"
+        harness.run([options.program, "generate", "bumpy-torus", "--points", 60_000, "--scans", 6, "--noise", 0.3,
+                     "--misregistration", 0.5, "-o", cloud])
+        yield name, cloud, [*CLEAN_UP, 1e-3, "--orientation", "propagate"]
 
 
 def workloads(options, work):
     """(name, cloud, arguments); absent files are skipped by name."""
+    yield from raw_workloads(options, work)
     for name, path, is_mesh, radius in SCANS:
         scan = pathlib.Path(options.data) / path
         if options.only and options.only not in name:
@@ -82,12 +109,16 @@ def rearranged(cloud, work):
 
 def variants(cloud, work, full):
     """(what is varied, clouds, chunk points, threads); `full` crosses chunks with threads."""
-    shuffled, parts = rearranged(cloud, work)
+    one = isinstance(cloud, pathlib.Path)
     chunks, threads = (1_000, 20_000, EVERYTHING), (1, 2, 5)
     pairs = [(c, t) for c in chunks for t in threads if full or t == 2 or c == 20_000]
     for chunk_points, count in pairs:
         limit = "everything" if chunk_points == EVERYTHING else f"{chunk_points:,}"
-        yield f"chunks of {limit}, {count} threads", [cloud], chunk_points, count
+        yield f"chunks of {limit}, {count} threads", [cloud] if one else cloud, chunk_points, count
+    if not one:
+        yield "files in another order", cloud[::-1], 20_000, 2
+        return
+    shuffled, parts = rearranged(cloud, work)
     yield "shuffled", [shuffled], 20_000, 2
     yield "three files", parts, 20_000, 2
     yield "three files, one chunk, 5 threads", parts, EVERYTHING, 5
