@@ -6,8 +6,10 @@
 
 #include <catch2/catch.hpp>
 
+#include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/synthetic/synthetic_cloud.h"
 #include "io/point_source.h"
+#include "tests/support/clouds.h"
 #include "tests/support/data.h"
 
 namespace orbweave {
@@ -43,7 +45,74 @@ void shuffle(std::vector<Vec3>& points, std::uint64_t seed) {
   for (std::size_t i = points.size(); i > 1; --i) std::swap(points[i - 1], points[random() % i]);
 }
 
+/// A smooth sheet over the square of side 1 that is a hundred times as dense at one side as at the
+/// other, sampled by a jittered quasi-random sequence so that the spacing is even where the density
+/// is.
+PointCloud sheet_with_density_of_one_to_a_hundred(std::size_t points) {
+  PointCloud cloud;
+  cloud.schema.has_normals = true;
+  for (std::size_t i = 0; i < points; ++i) {
+    // Density 100^-x: its distribution's inverse.
+    const double t = std::fmod(0.5 + 0.7548776662466927 * static_cast<double>(i), 1.0);
+    const double x = -std::log(1.0 - 0.99 * t) / std::log(100.0);
+    const double y = std::fmod(0.5 + 0.5698402909980532 * static_cast<double>(i), 1.0);
+    cloud.positions.push_back({x, y, 0.05 * x * x + 0.03 * y * y});
+    cloud.normals.push_back(normalized({-0.1 * x, -0.06 * y, 1.0}));
+  }
+  test::put_in_order(cloud);
+  return cloud;
+}
+
+struct Quality {
+  double used = 0.0;     ///< share of the points
+  double covered = 0.0;  ///< area of the triangles' projections, of the square's
+};
+
+Quality quality_with(const PointCloud& cloud, const std::vector<double>& radii) {
+  const auto result = ball_pivoting(cloud.positions, cloud.normals, {}, {radii, {}});
+  std::vector<std::uint8_t> used(cloud.size(), 0);
+  Quality quality;
+  for (const Triangle& t : result.triangles) {
+    for (const std::uint32_t v : t) used[v] = 1;
+    const Vec3 a = cloud.positions[t[0]], b = cloud.positions[t[1]], c = cloud.positions[t[2]];
+    quality.covered += 0.5 * std::abs(cross(b - a, c - a).z);
+  }
+  for (const std::uint8_t flag : used) quality.used += flag / static_cast<double>(cloud.size());
+  return quality;
+}
+
 }  // namespace
+
+TEST_CASE("DensitiesOfOneToAHundredAreClosedByRadiiFromTheDensity") {
+  const PointCloud cloud = sheet_with_density_of_one_to_a_hundred(60000);
+  const RadiiChoice choice = choice_for(cloud.positions, 0);
+  const Quality closed = quality_with(cloud, choice.radii);
+  INFO(choice.reason);
+  CHECK(choice.radii.size() >= 4);
+  CHECK(closed.used > 0.99);
+  CHECK(closed.covered > 0.97);
+  CHECK(choice.reason.find("levels lead") != std::string::npos);
+  // One radius leaves the sparse side open.
+  CHECK(quality_with(cloud, choice_for(cloud.positions, 1).radii).covered < 0.8);
+}
+
+TEST_CASE("UniformCloudsGetOneRadiusFromTheirDensity") {
+  for (const Shape shape : all_shapes()) {
+    for (const double noise : {0.0, 0.2}) {
+      const std::vector<Vec3> points = positions_of(shape, 20000, false, noise);
+      const RadiiChoice choice = choice_for(points, 0);
+      INFO(name_of(shape) << ": " << choice.reason);
+      CHECK(choice.radii == choice_for(points, 1).radii);
+      CHECK(choice.reason.find("which one radius serves") != std::string::npos);
+    }
+  }
+}
+
+TEST_CASE("AFewStraysAddNoRadii") {
+  std::vector<Vec3> points = positions_of(Shape::kTorus, 20000);
+  for (int i = 0; i < 10; ++i) points.push_back({0.1 * i, 50.0 + 7.0 * i, 0.0});
+  CHECK(choice_for(points, 0).radii.size() == 1);
+}
 
 TEST_CASE("AutomaticRadiiDoNotDependOnTheOrderOfPoints") {
   for (const bool varying : {false, true}) {
