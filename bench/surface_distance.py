@@ -2,8 +2,8 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-SAMPLES = 100_000  # of each surface, to measure from
-PLACES = 400_000  # on the other surface, beside one in each triangle, by which the nearest triangles are found
+SAMPLES = 50_000  # of each surface, to measure from
+PLACES = 200_000  # on the other surface, beside one in each triangle, by which the nearest triangles are found
 TRIED = 8  # of them per measured point
 
 
