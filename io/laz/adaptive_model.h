@@ -1,8 +1,8 @@
 // Probabilities of symbols that follow the data, for the range coder of LAZ files.
 //
-// Source: Amir Said, FastAC: fast adaptive binary and data arithmetic coding, HP Labs report
-// HPL-2004-76, sections 3 and 4; the constants are those of the LAZ specification 1.4. The format
-// fixes when a model is refreshed and to which probabilities; how a symbol is found is ours.
+// Source: Amir Said, Introduction to Arithmetic Coding, HPL-2004-76, with the constants of LASzip
+// (docs/laz.md). The format fixes when a model is refreshed and to which probabilities; how a
+// symbol is found is ours.
 #pragma once
 
 #include <array>

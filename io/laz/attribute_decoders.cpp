@@ -43,10 +43,13 @@ void GpsTimeDecoder::reset(std::uint64_t first_time) {
 }
 
 std::uint64_t GpsTimeDecoder::decode(RangeDecoder& in) {
-  // An encoder changes the sequence at most once a point; damaged data runs out of bytes.
-  while (!(sequences_[current_].step == 0 ? first_step(in) : next_step(in))) {
-  }
-  return sequences_[current_].time;
+  // An encoder changes to the sequence it continues, so once a point; with four there is never a
+  // reason for more than this.
+  constexpr int kMostChanges = 4;
+  for (int changes = 0; changes <= kMostChanges; ++changes)
+    if (sequences_[current_].step == 0 ? first_step(in) : next_step(in))
+      return sequences_[current_].time;
+  in.throw_damaged();
 }
 
 bool GpsTimeDecoder::first_step(RangeDecoder& in) {

@@ -1,7 +1,8 @@
 // GPS times, colours and wave packets of LAZ points. Point formats 0 to 5 and 6 to 10 code them
 // alike, up to what is named here.
 //
-// Source: LAZ specification 1.4, items GPSTIME11, RGB12, WAVEPACKET13 and their successors.
+// Source: format of LASzip (docs/laz.md), items GPSTIME11, RGB12, WAVEPACKET13 and their
+// successors.
 #pragma once
 
 #include <array>

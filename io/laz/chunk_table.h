@@ -1,6 +1,6 @@
 // Where the chunks of a LAZ file lie and how many points each one holds.
 //
-// Source: LAZ specification 1.4, "Chunk table".
+// Source: format of LASzip (docs/laz.md).
 #pragma once
 
 #include <cstddef>

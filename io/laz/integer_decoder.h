@@ -1,6 +1,6 @@
 // Integers that are coded as their difference from a prediction.
 //
-// Source: Isenburg, LASzip (2013), section "Compressing integers"; LAZ specification 1.4. First
+// Source: Isenburg, LASzip (2013); format of LASzip (docs/laz.md). First
 // comes the width k of the difference c: k = 0 for 0 and 1, else -2^k < c <= -2^(k-1) or
 // 2^(k-1) < c <= 2^k. Then the place of c in that set; only its upper 8 bits have a model.
 #pragma once

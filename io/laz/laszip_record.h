@@ -1,6 +1,6 @@
 // The record "laszip encoded", 22204, which says how a LAZ file's points are compressed.
 //
-// Source: LAZ specification 1.4, "The LASzip VLR".
+// Source: format of LASzip (docs/laz.md).
 #pragma once
 
 #include <cstddef>

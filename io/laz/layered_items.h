@@ -1,8 +1,8 @@
 // The parts of a point record in files of compressor 3: every attribute has a coded stream of its
 // own, a layer, and every scanner channel its own statistics.
 //
-// Source: LAZ specification 1.4, items POINT14, RGB14, RGBNIR14, WAVEPACKET14 and BYTE14, versions
-// 3 and 4.
+// Source: format of LASzip (docs/laz.md), items POINT14, RGB14, RGBNIR14, WAVEPACKET14 and BYTE14,
+// versions 3 and 4.
 #pragma once
 
 #include <cstddef>

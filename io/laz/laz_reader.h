@@ -1,7 +1,7 @@
 // Point records of a LAZ file, as the uncompressed LAS file would hold them.
 //
 // Format: Martin Isenburg, LASzip: lossless compression of LiDAR data, Photogrammetric Engineering
-// and Remote Sensing 79(2), 2013, and the LAZ specification 1.4 (see docs/laz.md).
+// and Remote Sensing 79(2), 2013, and what LASzip writes (docs/laz.md).
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 // The first 30 bytes of point formats 6 to 10, in nine layers.
 //
-// Source: LAZ specification 1.4, item POINT14.
+// Source: format of LASzip (docs/laz.md), item POINT14.
 #pragma once
 
 #include <memory>

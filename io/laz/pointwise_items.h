@@ -1,8 +1,8 @@
 // The parts of a point record in files of compressors 1 and 2: all parts of a point follow one
 // another in one coded stream.
 //
-// Source: LAZ specification 1.4, items POINT10, GPSTIME11, RGB12 and BYTE, version 2, and
-// WAVEPACKET13, version 1.
+// Source: format of LASzip (docs/laz.md), items POINT10, GPSTIME11, RGB12 and BYTE, version 2,
+// and WAVEPACKET13, version 1.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,7 @@
 // The range decoder of LAZ files: symbols, bits and plain words from a part of a file.
 //
-// Source: Amir Said, FastAC (HPL-2004-76), section 3; LAZ specification 1.4, entropy coding.
+// Source: Amir Said, Introduction to Arithmetic Coding, HPL-2004-76, with the widths of LASzip
+// (docs/laz.md).
 #pragma once
 
 #include <cstddef>
@@ -59,6 +60,9 @@ class RangeDecoder {
     return static_cast<std::uint64_t>(word()) << 32 | low;
   }
 
+  /// Throws Error (bad input) for symbols that make no sense, with the place.
+  [[noreturn]] void throw_damaged() const;
+
  private:
   static constexpr std::uint32_t kShortest = 1U << 24;
 
@@ -85,7 +89,6 @@ class RangeDecoder {
     return *next_++;
   }
   void refill();
-  [[noreturn]] void throw_damaged() const;
 
   std::uint32_t value_ = 0;
   std::uint32_t length_ = 0xffffffffU;

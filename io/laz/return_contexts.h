@@ -1,7 +1,7 @@
 // Contexts that depend on a point's return number and its pulse's number of returns, and the
 // running median that predicts coordinates.
 //
-// Source: Isenburg, LASzip (2013), "Compressing points"; tables of the LAZ specification 1.4.
+// Source: Isenburg, LASzip (2013); the tables are those of the format (docs/laz.md).
 #pragma once
 
 #include <algorithm>

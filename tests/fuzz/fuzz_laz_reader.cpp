@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 12;
 // Few bytes can stand for millions of points that are all alike.
-constexpr std::size_t kMostPoints = 5000;
+constexpr std::size_t kMostPoints = 1000;
 
 void read(std::span<const std::byte> bytes) {
   using orbweave::laz::load;

@@ -1,4 +1,4 @@
-// LAZ files of tests: an encoder of all point formats, as the LAZ specification has it. Slow, and
+// LAZ files of tests: an encoder of all point formats, as the format has it. Slow, and
 // for records of any bytes.
 #pragma once
 
