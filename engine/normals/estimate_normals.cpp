@@ -74,16 +74,13 @@ class Estimator {
     }
   }
 
-  /// Of the point and its neighbours about their mean, summed in canonical order.
+  /// Of the point and its neighbours about their mean, summed nearest first.
   SymmetricEigen spread_of(std::uint32_t i, std::span<const Neighbor> found) {
     if (found.size() < 3) return {};
-    order_.clear();
-    for (const Neighbor& n : found) order_.push_back(n.index);
-    std::sort(order_.begin(), order_.end());
     differences_.clear();
     Vec3 mean;
-    for (const std::uint32_t index : order_) {
-      differences_.push_back(positions_[index] - positions_[i]);
+    for (const Neighbor& n : found) {
+      differences_.push_back(positions_[n.index] - positions_[i]);
       mean = mean + differences_.back();
     }
     mean = mean / static_cast<double>(found.size() + 1);
@@ -97,7 +94,6 @@ class Estimator {
   std::size_t neighbors_;
   double max_squared_;
   NeighborSearch::Query query_, more_;
-  std::vector<std::uint32_t> order_;
   std::vector<Vec3> differences_;
 };
 

@@ -4,6 +4,7 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace orbweave {
@@ -11,6 +12,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
+/// More than rounding adds to a squared sum of two distances.
+constexpr double kRoundingMargin = 1e-12;
 using Range = tbb::blocked_range<std::size_t>;
 
 bool nearer(const Neighbor& a, const Neighbor& b) {
@@ -72,15 +75,23 @@ NeighborSearch::NeighborSearch(std::span<const Vec3> positions)
 
 void NeighborSearch::Query::enter(std::size_t row, Neighbor candidate) {
   Neighbor* first = found_.data() + row * stride_;
-  std::size_t at = found_count_[row];
-  if (at == stride_) {
-    --at;
-  } else {
-    ++found_count_[row];
-    // The last slot holds the limit until it is taken by a neighbour.
-  }
+  // The last slot holds the limit until a neighbour takes it, or is the one to be pushed out.
+  std::size_t& count = found_count_[row];
+  std::size_t at = count == stride_ ? count - 1 : count++;
   for (; at > 0 && nearer(candidate, first[at - 1]); --at) first[at] = first[at - 1];
   first[at] = candidate;
+}
+
+/// As many points as asked for lie within the previous point's limit of it: no farther from this
+/// point than that and the distance of both. Saves most of the entries that others push out again.
+void NeighborSearch::Query::bound_by_previous(const NeighborSearch& search, std::uint32_t i) {
+  const std::size_t row = i - begin_;
+  if (found_count_[row - 1] < stride_) return;
+  const Vec3 step{search.x_[i] - search.x_[i - 1], search.y_[i] - search.y_[i - 1],
+                  search.z_[i] - search.z_[i - 1]};
+  const double reach = std::sqrt(worst(row - 1)) + norm(step);
+  const double limit = reach * reach * (1.0 + kRoundingMargin);
+  if (limit < worst(row)) found_[row * stride_ + stride_ - 1] = {limit, kNobody};
 }
 
 void NeighborSearch::Query::scan(const NeighborSearch& search, std::uint32_t block) {
@@ -92,6 +103,7 @@ void NeighborSearch::Query::scan(const NeighborSearch& search, std::uint32_t blo
   for (std::uint32_t i = begin_; i < end_; ++i) {
     const std::size_t row = i - begin_;
     const double x = search.x_[i], y = search.y_[i], z = search.z_[i];
+    if (!bounded_ && row > 0) bound_by_previous(search, i);
     if (squared_gap(box.low, box.high, {x, y, z}, {x, y, z}) <= worst(row)) {
       for (std::uint32_t j = 0; j < kBlock; ++j) {
         const double dx = search.x_[first + j] - x;
@@ -148,6 +160,7 @@ void NeighborSearch::Query::find(const NeighborSearch& search, std::uint32_t beg
   stride_ = std::min<std::size_t>(count, search.size_);
   found_.assign((end - begin) * stride_, {max_squared, kNobody});
   found_count_.assign(end - begin, 0);
+  bounded_ = false;
   if (stride_ == 0 || begin == end) return;
   low_ = {kInfinity, kInfinity, kInfinity};
   high_ = -low_;
@@ -157,6 +170,7 @@ void NeighborSearch::Query::find(const NeighborSearch& search, std::uint32_t beg
     high_ = upper(high_, p);
   }
   scan(search, begin / kBlock);
+  bounded_ = true;
   descend(search, search.levels_.size() - 1, 0);
 }
 

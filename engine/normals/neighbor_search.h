@@ -44,10 +44,12 @@ class NeighborSearch {
       return found_[row * stride_ + stride_ - 1].squared_distance;
     }
     void enter(std::size_t row, Neighbor candidate);
+    void bound_by_previous(const NeighborSearch& search, std::uint32_t i);
     void scan(const NeighborSearch& search, std::uint32_t block);
     void descend(const NeighborSearch& search, std::size_t level, std::uint32_t node);
 
     std::uint32_t begin_ = 0, end_ = 0;
+    bool bounded_ = false;  // the queries' own block is done
     std::size_t stride_ = 0;
     std::vector<Neighbor> found_;
     std::vector<std::size_t> found_count_;

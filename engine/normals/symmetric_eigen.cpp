@@ -45,7 +45,7 @@ SymmetricEigen eigen_of(const SymmetricMatrix& m) {
   // Converges quadratically: three to five sweeps. The limit is for values that are no numbers.
   for (int sweep = 0; sweep < 30; ++sweep) {
     const double left = std::abs(a.beside[0]) + std::abs(a.beside[1]) + std::abs(a.beside[2]);
-    if (!(left > std::numeric_limits<double>::epsilon() / 16)) break;
+    if (!(left > std::numeric_limits<double>::epsilon())) break;
     a.rotate(0, 1, 2);
     a.rotate(0, 2, 1);
     a.rotate(1, 2, 0);
