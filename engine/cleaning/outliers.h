@@ -20,10 +20,11 @@ struct OutlierOptions {
 double outlier_halo(const OutlierOptions& options);
 
 /// 1 for each of positions [begin, end) whose mean distance to its neighbours exceeds the mean of
-/// the same figure over these neighbours by more than sigma of its deviations, or that has fewer
-/// than three neighbours. Positions must be distinct, finite and in canonical order and reach as
-/// far as the halo; the result then does not depend on what else they hold. Runs on the calling
-/// TBB arena.
+/// the same figure over these neighbours by more than sigma of its deviations (taken as at least
+/// 0.15 of the mean), or that has fewer than three neighbours. A neighbour that is missing within
+/// the radius counts as lying at it. Positions must be distinct, finite and in canonical order and
+/// reach as far as the halo; the result then does not depend on what else they hold. Runs on the
+/// calling TBB arena.
 std::vector<std::uint8_t> find_outliers(std::span<const Vec3> positions, std::uint32_t begin,
                                         std::uint32_t end, const OutlierOptions& options);
 

@@ -11,9 +11,12 @@
 namespace orbweave {
 namespace {
 
-/// Normals of which the mean is at least this long are of one sheet, and a point whose own differs
-/// from them all has a wrong one. On a sheet thinner than the radius the two sides cancel, and each
-/// point's own normal tells which side it is on.
+/// A neighbour supports a normal when the cosine between the two is more than that,
+constexpr double kSupports = 0.7;
+/// and a normal counts as right when it has that share of the neighbours' weight: half of them do
+/// at an edge or on a thin wall.
+constexpr double kSupport = 0.5;
+/// Normals of which the mean is shorter are of two sheets, and it tells nothing.
 constexpr double kOneSheet = 0.4;
 /// Means of normals around the reference normal; it settles fast.
 constexpr int kMeans = 2;
@@ -69,9 +72,10 @@ class Projector {
     return options_.oriented ? std::max(0.0, cosine) : std::abs(cosine);
   }
 
-  /// The normal that those around suggest. One estimated in the thick of layers may point anywhere.
+  /// The point's own normal, or what those around suggest where they do not support it: one
+  /// estimated in the thick of layers may point anywhere.
   Vec3 reference_normal(Vec3 own) const {
-    Vec3 reference = options_.oriented ? majority(own) : own;
+    Vec3 reference = is_supported(own) ? own : mean_normal(own);
     for (int mean = 0; mean < kMeans; ++mean) {
       Vec3 sum;
       for (const Near& near : near_) {
@@ -83,7 +87,19 @@ class Projector {
     return reference;
   }
 
-  Vec3 majority(Vec3 own) const {
+  /// Normals of either sign have no mean: there, the own one has to do.
+  bool is_supported(Vec3 own) const {
+    if (!options_.oriented) return true;
+    double support = 0.0, weight = 0.0;
+    for (const Near& near : near_) {
+      const double bell_weight = bell(near.squared);
+      if (agreement_of(near, own) > kSupports) support += bell_weight;
+      weight += bell_weight;
+    }
+    return support >= kSupport * weight;
+  }
+
+  Vec3 mean_normal(Vec3 own) const {
     Vec3 sum;
     double weight = 0.0;
     for (const Near& near : near_) {

@@ -12,19 +12,22 @@
 namespace orbweave {
 
 struct ProjectionOptions {
-  double radius = 0.0;  ///< neighbours within it count, with Gaussian weights; world units
+  double radius = 0.0;  ///< neighbours within it count, the nearer the more; world units
   /// Normals are oriented: neighbours count by how far theirs agree. Otherwise both signs agree.
   bool oriented = true;
 };
 
 struct ProjectedPoints {
-  std::vector<Vec3> positions;      ///< of points [begin, end)
-  std::vector<Vec3> normals;        ///< unit; on the side of the given ones
+  std::vector<Vec3> positions;  ///< of points [begin, end)
+  /// Unit, on the side of the given ones but where most neighbours' differ from those.
+  std::vector<Vec3> normals;
   std::vector<std::uint8_t> moved;  ///< 0 where there were too few neighbours: as given
 };
 
-/// One projection of positions [begin, end); the halo is options.radius. Normals are unit, zero
-/// where unknown (such a point stays). Positions must be finite and in the same order for every
+/// One projection of positions [begin, end) onto the plane or, where there are enough neighbours,
+/// the quadratic height field that fits those around best; the halo is options.radius. No point
+/// moves farther than that. Normals are unit, zero where unknown (such a point stays, and counts
+/// for no other). Positions must be finite and in the same order for every
 /// partition; sums run in that order. Positions need not be distinct. Runs on the calling TBB
 /// arena.
 ProjectedPoints project_points(std::span<const Vec3> positions, std::span<const Vec3> normals,

@@ -20,11 +20,12 @@ struct ThinningOptions {
 /// Margin that a chunk needs around its points.
 double thinning_halo(const ThinningOptions& options);
 
-/// 1 for each of positions [begin, end) that is kept. A point's rank follows from the bits of its
-/// coordinates; a point is kept when no point of lower rank within the spacing is kept, decided in
-/// a fixed number of rounds so that the halo is finite (docs/cleaning.md says what becomes of
-/// points that are undecided then). `normals` may be empty. Positions must be distinct, finite and
-/// in canonical order and reach as far as the halo. Runs on the calling TBB arena.
+/// 1 for each of positions [begin, end) that is kept: any two kept points are at least the spacing
+/// apart (or on different sheets), and each point left out is closer than that to a kept one. What
+/// comes first follows from the cell of a lattice that a point lies in and the bits of its
+/// coordinates, such that the halo is finite (docs/cleaning.md). `normals` may be empty. Positions
+/// must be distinct and finite and reach as far as the halo; the result then depends neither on
+/// their order nor on what else they hold. Runs on the calling TBB arena. O(n log n).
 std::vector<std::uint8_t> thin_points(std::span<const Vec3> positions,
                                       std::span<const Vec3> normals, std::uint32_t begin,
                                       std::uint32_t end, const ThinningOptions& options);

@@ -100,6 +100,30 @@ TEST_CASE("TheTwoSidesOfAThinWallStayApart") {
   CHECK(worst < 0.15);
 }
 
+TEST_CASE("FacesKeepTheirPlaceAndNormalUpToTheirEdge") {
+  // Two faces of a cube: z = 0 for x >= 0 and x = 0 for z < 0.
+  PointCloud cloud = test::grid_sheet(24, 0.0).cloud;
+  const std::size_t top = cloud.size();
+  for (std::size_t i = 0; i < top; ++i) {
+    const Vec3 p = cloud.positions[i];
+    cloud.positions.push_back({0.0, p.y, -p.x - 1.0});
+    cloud.normals.push_back({-1.0, 0.0, 0.0});
+  }
+  const double radius = 4.0;
+  const auto n = static_cast<std::uint32_t>(cloud.size());
+  const auto result = project_points(cloud.positions, cloud.normals, 0, n, {radius, true});
+  double worst_move = 0.0, worst_cosine = 1.0;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const Vec3 p = cloud.positions[i];
+    if (std::max(p.x, -p.z) < 0.5 * radius) continue;
+    worst_move = std::max(worst_move, norm(result.positions[i] - p));
+    worst_cosine = std::min(worst_cosine, dot(result.normals[i], cloud.normals[i]));
+  }
+  INFO("move " << worst_move << ", cosine " << worst_cosine);
+  CHECK(worst_move < 0.01 * radius);
+  CHECK(worst_cosine > 0.99);
+}
+
 TEST_CASE("PointsWithoutNormalOrNeighborsStay") {
   PointCloud cloud = noisy_sphere(5000, 0.005, 2);
   cloud.normals[17] = {};
