@@ -54,6 +54,29 @@ Facts fill_plan(const FillOptions& fill) {
   return facts;
 }
 
+/// Where normals come from, and what is cleaned up before.
+Facts preparation_plan(const JobPlan& plan) {
+  Facts facts;
+  facts.emplace_back("normals", plan.normals.orientation.empty()
+                                    ? "those of the file"
+                                    : "estimated, side by " + plan.normals.orientation);
+  const PrepareOptions& options = plan.prepare.options;
+  std::vector<std::string> stages;
+  if (options.outlier_sigma > 0.0)
+    stages.push_back("outliers beyond " + format_number(options.outlier_sigma) + " deviations go");
+  if (options.merge_tolerance > 0.0)
+    stages.push_back("points within " + format_number(options.merge_tolerance) + " become one");
+  if (options.smooth_radius > 0.0)
+    stages.push_back("smoothed within " + format_number(options.smooth_radius) + " (" +
+                     counted(static_cast<std::uint64_t>(options.smooth_passes), "pass", "passes") +
+                     ")");
+  if (options.thin_to_spacing > 0.0)
+    stages.push_back("thinned to " + format_number(options.thin_to_spacing));
+  facts.emplace_back("clean-up", stages.empty() ? "none" : joined(stages));
+  facts.emplace_back("layers", plan.prepare.reason);
+  return facts;
+}
+
 /// Loops of a mesh that is known from an earlier run: those without a reason are to be filled.
 void add_loops(Facts& facts, std::span<const HoleFacts> loops) {
   std::vector<HoleFacts> open;
@@ -77,6 +100,17 @@ std::string plan_json(const JobPlan& plan, const FillOptions& fill) {
         {"halo_width", plan.halo_width},
         {"chunks_in_flight", plan.chunks_in_flight}}},
       {"radii", {{"values", plan.radii}, {"reason", plan.radii_reason}}},
+      {"normals",
+       {{"source", plan.normals.source},
+        {"orientation",
+         plan.normals.orientation.empty() ? Json() : Json(plan.normals.orientation)}}},
+      {"prepare",
+       {{"thickness", plan.prepare.thickness},
+        {"outlier_sigma", plan.prepare.options.outlier_sigma},
+        {"merge_tolerance", plan.prepare.options.merge_tolerance},
+        {"smooth_radius", plan.prepare.options.smooth_radius},
+        {"thin_to_spacing", plan.prepare.options.thin_to_spacing},
+        {"reason", plan.prepare.reason}}},
       {"fill",
        {{"enabled", fill.enabled}, {"left_open", fill.enabled ? Json(left_open(fill)) : Json()}}},
       {"holes", plan.loops ? Json::parse(holes_json(*plan.loops)) : Json()},
@@ -96,6 +130,7 @@ std::string plan_text(const JobPlan& plan, const FillOptions& fill) {
                  {"halo width", format_number(plan.halo_width)},
                  {"radii", show_list(plan.radii)},
                  {"reason", plan.radii_reason}};
+  for (const auto& fact : preparation_plan(plan)) facts.push_back(fact);
   for (const auto& fact : fill_plan(fill)) facts.push_back(fact);
   if (plan.loops) add_loops(facts, *plan.loops);
   facts.insert(facts.end(), {{"peak memory", "about " + format_bytes(plan.peak_memory_bytes)},

@@ -182,18 +182,6 @@ double normal_radius(const SpacingSampler& sampler, std::size_t neighbors) {
   return kFarthestPerMean * kMargin * std::min(sparse, kMostPerMedian * median);
 }
 
-void measure(const JobContext& context, const CloudInput& input, const SpacingSampler& sampler,
-             Partition& partition) {
-  const RadiiChoice choice = sampler.choose(context.job.reconstruct.levels);
-  partition.spacing = choice.spacing;
-  partition.automatic_radii = choice.radii;
-  partition.radii_reason = choice.reason;
-  if (!input.are_scans) return;
-  partition.layers = measure_layers(sampler.sites());
-  partition.normal_radius =
-      normal_radius(sampler, static_cast<std::size_t>(context.job.normals.neighbors));
-}
-
 /// Chunks as large as the radii that were found ask for, where those are not the ones expected.
 Octree final_octree(const JobContext& context, const CountedCloud& cloud,
                     const Partition& partition) {
@@ -210,6 +198,18 @@ Octree final_octree(const JobContext& context, const CountedCloud& cloud,
 }
 
 }  // namespace
+
+void measure(const InputContext& context, const CloudInput& input, const SpacingSampler& sampler,
+             Partition& partition) {
+  const RadiiChoice choice = sampler.choose(context.job.reconstruct.levels);
+  partition.spacing = choice.spacing;
+  partition.automatic_radii = choice.radii;
+  partition.radii_reason = choice.reason;
+  if (!input.are_scans) return;
+  partition.layers = measure_layers(sampler.sites());
+  partition.normal_radius =
+      normal_radius(sampler, static_cast<std::size_t>(context.job.normals.neighbors));
+}
 
 CountedCloud count_points(const InputContext& context, const CloudInput& input) {
   CountedCloud cloud;

@@ -76,6 +76,10 @@ struct CloudInput {
 /// input) where there is no usable point.
 CountedCloud count_points(const InputContext& context, const CloudInput& input);
 
+/// What the second pass measures: spacing, radii and, of scans, thickness and reach of normals.
+void measure(const InputContext& context, const CloudInput& input, const SpacingSampler& sampler,
+             Partition& partition);
+
 /// All passes: count, bin, sort. The points are in the store then; the partition is not committed
 /// yet.
 Partition cut_and_sort(JobContext& context, const CloudInput& input);

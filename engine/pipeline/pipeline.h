@@ -32,7 +32,9 @@ struct JobPlan {
   std::uint64_t largest_chunk_points = 0;
   double halo_width = 0.0;
   std::vector<double> radii;
-  std::string radii_reason;
+  std::string radii_reason;  ///< radii are those of the raw points where these are cleaned up
+  PrepareFacts prepare;      ///< the clean-up; all options 0: none
+  NormalFacts normals;       ///< source and orientation
   int chunks_in_flight = 0;
   std::uint64_t peak_memory_bytes = 0;  ///< predicted
   std::uint64_t disk_bytes = 0;         ///< predicted: work directory and output

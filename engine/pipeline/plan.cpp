@@ -12,6 +12,7 @@
 #include "engine/pipeline/prepare_stage.h"
 #include "engine/pipeline/radii_choice.h"
 #include "engine/pipeline/reconstruct_stage.h"
+#include "engine/pipeline/scan_input.h"
 #include "io/chunk_points.h"
 #include "io/error.h"
 #include "io/glob.h"
@@ -23,6 +24,10 @@ namespace {
 /// orientation only; every further radius costs about a quarter more.
 constexpr double kPointsPerSecond = 400'000.0;
 constexpr double kFurtherRadius = 0.25;
+/// Likewise of the passes over raw points.
+constexpr double kNormalsPerSecond = 300'000.0;
+constexpr double kPropagatedPerSecond = 250'000.0;
+constexpr double kSmoothedPerSecond = 100'000.0;
 
 std::uint64_t disk_bytes(const CountedCloud& cloud) {
   const std::uint64_t normal = 3 * size_of(cloud.schema.normal_type);
@@ -34,14 +39,28 @@ std::uint64_t disk_bytes(const CountedCloud& cloud) {
   return spill + cloud.points_used * (point + triangles + 1 + output);
 }
 
-/// The second pass of a run, for the radii alone.
-RadiiChoice sample_radii(const InputContext& context, const CloudInput& input,
-                         const CountedCloud& cloud) {
+/// The second pass of a run, for what it measures alone.
+Partition sample(const InputContext& context, const CloudInput& input, const CountedCloud& cloud) {
   SpacingSampler sampler(cloud.octree.root(), cloud.grid);
   const auto source = input.open(nullptr);
   stream_points(*source, {.threads = context.threads(), .stop = &context.stop}, {},
                 [&](StreamBatch& batch) { sampler.add(batch.points.positions); });
-  return sampler.choose(context.job.reconstruct.levels);
+  Partition measured;
+  measure(context, input, sampler, measured);
+  return measured;
+}
+
+/// Seconds that the passes over raw points take.
+double preparation_seconds(const InputContext& context, const JobPlan& plan) {
+  double seconds = 0.0;
+  const double points = static_cast<double>(plan.points);
+  if (plan.normals.source == "estimated") seconds += points / kNormalsPerSecond;
+  if (plan.normals.orientation == name_of(Orientation::kPropagate))
+    seconds += points / kPropagatedPerSecond;
+  const PrepareOptions& clean_up = plan.prepare.options;
+  if (clean_up.outlier_sigma > 0.0) seconds += points / kNormalsPerSecond;
+  if (clean_up.smooth_radius > 0.0) seconds += points * clean_up.smooth_passes / kSmoothedPerSecond;
+  return seconds / context.threads();
 }
 
 bool holds_a_mesh(const JobContext& context, const Partition& partition,
@@ -87,12 +106,19 @@ JobPlan plan_job(const Job& job, Progress& progress, const StopToken& stop) {
   const CountedCloud cloud = count_points(context, input);
   progress.end_stage();
   progress.begin_stage("sample", 0, "points");
-  const RadiiChoice choice = sample_radii(context, input, cloud);
+  const Partition measured = sample(context, input, cloud);
   progress.end_stage();
   const bool given = !job.reconstruct.ball_radii.empty();
-  plan.radii = given ? job.reconstruct.ball_radii : choice.radii;
-  plan.radii_reason = given ? compare_with_spacing(plan.radii, choice.spacing) : choice.reason;
+  plan.radii = given ? job.reconstruct.ball_radii : measured.automatic_radii;
+  plan.radii_reason =
+      given ? compare_with_spacing(plan.radii, measured.spacing) : measured.radii_reason;
   if (!plan.radii.empty()) plan.halo_width = halo_width(plan.radii);
+  plan.prepare = clean_up_for(job.prepare, measured);
+  plan.normals.source = "file";
+  if (estimates_normals(context)) {
+    plan.normals.source = "estimated";
+    plan.normals.orientation = name_of(side_of_normals(job.normals, cloud.points_without_view));
+  }
   plan.points = cloud.points_used;
   plan.bounds = cloud.grid.bounds();
   plan.chunks = cloud.octree.chunks().size();
@@ -114,6 +140,7 @@ JobPlan plan_job(const Job& job, Progress& progress, const StopToken& stop) {
   plan.disk_bytes = disk_bytes(cloud);
   const double levels = 1.0 + kFurtherRadius * static_cast<double>(plan.radii.size() - 1);
   plan.seconds = static_cast<double>(plan.points) * levels / (kPointsPerSecond * context.threads());
+  plan.seconds += preparation_seconds(context, plan);
   if (job.fill.enabled) plan.loops = stored_loops(context);
   return plan;
 }

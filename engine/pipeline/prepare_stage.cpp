@@ -29,11 +29,6 @@ constexpr int kMostSmoothPasses = 8;
 /// Points on different sheets do not replace one another: normals less than 60 degrees apart do.
 constexpr double kSameSheetCosine = 0.5;
 
-bool cleans(const PrepareOptions& options) {
-  return options.outlier_sigma > 0.0 || options.merge_tolerance > 0.0 ||
-         options.smooth_radius > 0.0 || options.thin_to_spacing > 0.0;
-}
-
 /// What the job asks for; an automatic choice gives way to the numbers that the job has.
 PrepareOptions resolve(const PrepareOptions& wanted, const PrepareOptions& chosen) {
   if (!wanted.automatic) return wanted;
@@ -48,21 +43,16 @@ PrepareOptions resolve(const PrepareOptions& wanted, const PrepareOptions& chose
   return options;
 }
 
-/// What was measured, and what follows from it or would have followed.
+/// Says what was measured, and what follows from it or would have followed.
 PrepareFacts describe_layers(JobContext& context, const Partition& scans) {
-  PrepareFacts facts;
-  facts.thickness = scans.layers.thickness;
-  facts.spacing = scans.spacing;
-  const PrepareChoice choice = choose_preparation(scans.layers);
-  facts.options = resolve(context.job.prepare, choice.options);
-  facts.reason = choice.reason;
+  PrepareFacts facts = clean_up_for(context.job.prepare, scans);
   if (context.job.prepare.automatic) {
-    context.note("clean-up: " + choice.reason);
-  } else if (!cleans(context.job.prepare) && cleans(choice.options)) {
+    context.note("clean-up: " + facts.reason);
+  } else if (!cleans(context.job.prepare) && scans.layers.is_thick()) {
     context.warn(
-        "the scanned layers are thick and are taken as they are; prepare.auto = true would "
-        "clean them up: " +
-        choice.reason);
+        "the scanned layers are thick and are taken as they are; prepare.auto = true would clean "
+        "them up: " +
+        facts.reason);
   }
   return facts;
 }
@@ -126,23 +116,11 @@ std::string text_of(const SideRule& rule) {
          format_exact(rule.vector.y) + " " + format_exact(rule.vector.z);
 }
 
-const char* name_of(Orientation orientation) {
-  constexpr std::array<const char*, 6> kNames = {"auto", "scanner",   "viewpoint",
-                                                 "up",   "propagate", "none"};
-  return kNames[static_cast<std::size_t>(orientation)];
-}
-
 /// The first that applies: scanner, viewpoint, up, propagation.
 SideRule side_rule(const JobContext& context, const RawCloud& cloud) {
   const NormalOptions& options = context.job.normals;
-  SideRule rule{options.orientation, {}};
   const bool views = cloud.partition.points_without_view == 0;
-  if (rule.by == Orientation::kAuto) {
-    rule.by = views               ? Orientation::kScanner
-              : options.viewpoint ? Orientation::kViewpoint
-              : options.up        ? Orientation::kUp
-                                  : Orientation::kPropagate;
-  }
+  SideRule rule{side_of_normals(options, cloud.partition.points_without_view), {}};
   if (rule.by == Orientation::kScanner && !views)
     throw_bad_input(
         "it is not known where some points were scanned from",
@@ -363,6 +341,34 @@ Partition partition_prepared(JobContext& context, bool estimates) {
 }
 
 }  // namespace
+
+bool cleans(const PrepareOptions& options) {
+  return options.outlier_sigma > 0.0 || options.merge_tolerance > 0.0 ||
+         options.smooth_radius > 0.0 || options.thin_to_spacing > 0.0;
+}
+
+PrepareFacts clean_up_for(const PrepareOptions& wanted, const Partition& scans) {
+  PrepareFacts facts;
+  facts.thickness = scans.layers.thickness;
+  facts.spacing = scans.spacing;
+  const PrepareChoice choice = choose_preparation(scans.layers);
+  facts.options = resolve(wanted, choice.options);
+  facts.reason = choice.reason;
+  return facts;
+}
+
+Orientation side_of_normals(const NormalOptions& options, std::uint64_t points_without_view) {
+  if (options.orientation != Orientation::kAuto) return options.orientation;
+  if (points_without_view == 0) return Orientation::kScanner;
+  if (options.viewpoint) return Orientation::kViewpoint;
+  return options.up ? Orientation::kUp : Orientation::kPropagate;
+}
+
+const char* name_of(Orientation orientation) {
+  constexpr std::array<const char*, 6> kNames = {"auto", "scanner",   "viewpoint",
+                                                 "up",   "propagate", "none"};
+  return kNames[static_cast<std::size_t>(orientation)];
+}
 
 CloudInput scans_as_input(const InputContext& context, const std::string& stage,
                           const std::string& prefix) {

@@ -11,6 +11,15 @@ namespace orbweave {
 /// committed). Without anything to prepare that is cut_and_sort of the scans.
 Partition prepared_partition(JobContext& context);
 
+/// What was measured of the scans, and what clean-up follows from it: with prepare.auto what is
+/// applied, otherwise (in `reason`) what would have been.
+PrepareFacts clean_up_for(const PrepareOptions& wanted, const Partition& scans);
+/// Whether any stage of the clean-up is on.
+bool cleans(const PrepareOptions& options);
+/// What decides the side of estimated normals: the first that applies.
+Orientation side_of_normals(const NormalOptions& options, std::uint64_t points_without_view);
+const char* name_of(Orientation orientation);
+
 /// The stages of the store that the passes use, in their order; the first holds the raw points.
 const std::vector<std::string>& raw_stages();
 
