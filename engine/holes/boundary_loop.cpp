@@ -5,6 +5,8 @@
 #include <optional>
 #include <tuple>
 
+#include "engine/holes/plane_axes.h"
+
 namespace orbweave {
 namespace {
 
@@ -23,18 +25,8 @@ double turned_by(double from, double to) {
 }
 
 /// Any two directions that make a right-handed frame with the normal.
-struct TangentFrame {
-  Vec3 u, v;
-  explicit TangentFrame(Vec3 normal) {
-    int least = 0;
-    for (int axis = 1; axis < 3; ++axis) {
-      if (std::abs(normal[axis]) < std::abs(normal[least])) least = axis;
-    }
-    Vec3 other;
-    other[least] = 1.0;
-    u = normalized(cross(normal, other));
-    v = cross(normal, u);
-  }
+struct TangentFrame : PlaneAxes {
+  explicit TangentFrame(Vec3 normal) : PlaneAxes(plane_axes(normal)) {}
   double angle(Vec3 direction) const { return pseudo_angle(dot(direction, u), dot(direction, v)); }
 };
 

@@ -5,23 +5,14 @@
 #include <cmath>
 
 #include "engine/holes/patch_mesh.h"
+#include "engine/holes/plane_axes.h"
 
 namespace orbweave {
 namespace {
 
 HoleFrame frame_about(Vec3 axis) {
-  const Vec3 size{std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)};
-  Vec3 other;
-  // The coordinate axis that lies flattest; the first of equals.
-  if (size.x <= size.y && size.x <= size.z) {
-    other = {1.0, 0.0, 0.0};
-  } else if (size.y <= size.z) {
-    other = {0.0, 1.0, 0.0};
-  } else {
-    other = {0.0, 0.0, 1.0};
-  }
-  const Vec3 u = normalized(other - dot(other, axis) * axis);
-  return {u, cross(axis, u), axis};
+  const PlaneAxes axes = plane_axes(axis);
+  return {axes.u, axes.v, axis};
 }
 
 Vec3 area_vector(const Rim& rim) {

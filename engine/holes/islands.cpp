@@ -7,6 +7,8 @@
 #include <limits>
 #include <map>
 
+#include "engine/holes/plane_axes.h"
+
 namespace orbweave {
 namespace {
 
@@ -77,15 +79,7 @@ class HoleGrid {
 class PlaneLoop {
  public:
   PlaneLoop(const BoundaryLoop& loop, const Positions& positions)
-      : center_(loop.center), normal_(normalized(loop.area_vector)) {
-    int least = 0;
-    for (int axis = 1; axis < 3; ++axis) {
-      if (std::abs(normal_[axis]) < std::abs(normal_[least])) least = axis;
-    }
-    Vec3 other;
-    other[least] = 1.0;
-    u_ = normalized(cross(normal_, other));
-    v_ = cross(normal_, u_);
+      : center_(loop.center), normal_(normalized(loop.area_vector)), axes_(plane_axes(normal_)) {
     for (const std::uint64_t vertex : loop.vertices) corners_.push_back(seen(positions.of(vertex)));
   }
 
@@ -104,9 +98,12 @@ class PlaneLoop {
   }
 
  private:
-  std::array<double, 2> seen(Vec3 p) const { return {dot(p - center_, u_), dot(p - center_, v_)}; }
+  std::array<double, 2> seen(Vec3 p) const {
+    return {dot(p - center_, axes_.u), dot(p - center_, axes_.v)};
+  }
 
-  Vec3 center_, normal_, u_, v_;
+  Vec3 center_, normal_;
+  PlaneAxes axes_;
   std::vector<std::array<double, 2>> corners_;
 };
 
