@@ -95,9 +95,16 @@ using Keys = std::vector<std::string>;
 
 TEST_CASE("TheReportHasItsStableKeys") {
   const Json json = Json::parse(report_json(example()));
-  CHECK(keys_of(json) == Keys{"version", "command", "options", "input", "partition", "radii",
-                              "points_unused", "conflicts_lost", "mesh", "holes", "stages",
-                              "peak_memory_bytes", "machine", "notes"});
+  CHECK(keys_of(json) == Keys{"version", "command", "options", "input", "coordinate_system",
+                              "prepare", "normals", "partition", "radii", "points_unused",
+                              "conflicts_lost", "mesh", "holes", "stages", "peak_memory_bytes",
+                              "machine", "notes"});
+  CHECK(keys_of(json["prepare"]) == Keys{"thickness", "spacing", "outlier_sigma", "merge_tolerance",
+                                         "smooth_radius", "smooth_passes", "thin_to_spacing",
+                                         "reason", "points_moved", "mean_move"});
+  CHECK(keys_of(json["normals"]) == Keys{"source", "orientation", "neighbors", "max_radius",
+                                         "patches", "components", "contested_patches",
+                                         "votes_satisfied"});
   CHECK(keys_of(json["input"]) == Keys{"files", "points_read", "points_dropped", "bounds"});
   CHECK(keys_of(json["partition"]) == Keys{"chunks", "halo_width", "largest_chunk_points"});
   CHECK(keys_of(json["radii"]) == Keys{"values", "reason"});
