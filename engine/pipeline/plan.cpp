@@ -50,6 +50,20 @@ Partition sample(const InputContext& context, const CloudInput& input, const Cou
   return measured;
 }
 
+/// Bytes that the passes over raw points leave in the store until the last has ended.
+std::uint64_t preparation_bytes(const CountedCloud& cloud, const JobPlan& plan) {
+  const PrepareOptions& clean_up = plan.prepare.options;
+  const bool estimates = plan.normals.source == "estimated";
+  if (!estimates && !cleans(clean_up)) return 0;
+  const std::uint64_t passes =
+      1 + (clean_up.outlier_sigma > 0.0 ? 1 : 0) + (clean_up.merge_tolerance > 0.0 ? 1 : 0) +
+      (estimates ? 1 : 0) +
+      (clean_up.smooth_radius > 0.0 ? static_cast<std::uint64_t>(clean_up.smooth_passes) : 0) +
+      (clean_up.thin_to_spacing > 0.0 ? 1 : 0);
+  const std::uint64_t point = sizeof(Vec3) + 3 * sizeof(float) + cloud.schema.attribute_bytes();
+  return passes * point * cloud.points_used;
+}
+
 /// Seconds that the passes over raw points take.
 double preparation_seconds(const InputContext& context, const JobPlan& plan) {
   double seconds = 0.0;
@@ -137,7 +151,7 @@ JobPlan plan_job(const Job& job, Progress& progress, const StopToken& stop) {
   const std::size_t bins = std::min<std::size_t>(
       cloud.memory.bin_buffer_bytes, plan.points * MemoryCosts::sort_bytes(cloud.schema));
   plan.peak_memory_bytes = MemoryCosts::kBaseBytes + std::max(in_flight, bins);
-  plan.disk_bytes = disk_bytes(cloud);
+  plan.disk_bytes = disk_bytes(cloud) + preparation_bytes(cloud, plan);
   const double levels = 1.0 + kFurtherRadius * static_cast<double>(plan.radii.size() - 1);
   plan.seconds = static_cast<double>(plan.points) * levels / (kPointsPerSecond * context.threads());
   plan.seconds += preparation_seconds(context, plan);
