@@ -37,12 +37,17 @@ std::vector<SignedEdge> edges_of(const std::vector<PatchSum>& sums, std::vector<
 struct Enclosed {
   Vec3 lowest, highest;
   Vec3 area_normal;
+  double area = 0.0;  // summed without regard to directions, patch by patch
   double flux = 0.0;  // through the part, of the vectors from the centre of its bounds
 };
 
 /// A sheet whose area vector is this many times its flux per diagonal of the bounds is no shell:
 /// which side bulges says little.
 constexpr double kSheet = 20.0;
+/// So much of a landscape's area adds up to an area vector, and that stands so upright; whatever
+/// grows on it encloses next to nothing. A closed surface's adds up to nothing.
+constexpr double kOpen = 0.15;
+constexpr double kUpright = 0.7;
 
 /// Upward, or to the back, or to the right where a sheet stands upright.
 bool points_down(Vec3 area_normal) {
@@ -53,6 +58,8 @@ bool points_down(Vec3 area_normal) {
 
 bool points_inward(const Enclosed& e) {
   const double bulge = std::abs(e.flux), open = norm(e.area_normal);
+  if (open > kOpen * e.area && std::abs(e.area_normal.z) > kUpright * open)
+    return e.area_normal.z < 0.0;
   const double diagonal = norm(e.highest - e.lowest);
   if (open * diagonal > kSheet * bulge) return points_down(e.area_normal);
   return e.flux < 0.0;
@@ -62,7 +69,7 @@ std::vector<Enclosed> enclosed(const std::vector<PatchSum>& sums, const SignedPa
   std::vector<Enclosed> of(sums.size());
   for (std::uint32_t v = 0; v < sums.size(); ++v) {
     Enclosed& e = of[parts.part[v]];
-    if (parts.part[v] == v) e = {sums[v].lowest, sums[v].highest, {}, 0.0};
+    if (parts.part[v] == v) e = {sums[v].lowest, sums[v].highest, {}, 0.0, 0.0};
     for (int axis = 0; axis < 3; ++axis) {
       e.lowest[axis] = std::min(e.lowest[axis], sums[v].lowest[axis]);
       e.highest[axis] = std::max(e.highest[axis], sums[v].highest[axis]);
@@ -73,6 +80,7 @@ std::vector<Enclosed> enclosed(const std::vector<PatchSum>& sums, const SignedPa
     const double sign = parts.turn[v] ? -1.0 : 1.0;
     const Vec3 center = e.lowest + 0.5 * (e.highest - e.lowest);
     e.area_normal = e.area_normal + sign * sums[v].area_normal;
+    e.area += norm(sums[v].area_normal);
     e.flux += sign * (sums[v].flux + dot(sums[v].area_normal, sums[v].flux_origin - center));
   }
   return of;

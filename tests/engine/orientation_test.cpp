@@ -249,6 +249,20 @@ TEST_CASE("AFlatSheetHasOneSignAndItPointsUp") {
   for (const Vec3& n : normals) REQUIRE(n.z > 0.0);
 }
 
+TEST_CASE("AValleyPointsUpThoughItsNormalsMeetInside") {
+  test::NamedCloud sheet = test::grid_sheet(60, 0.0);
+  const double spacing = norm(sheet.cloud.positions[1] - sheet.cloud.positions[0]);
+  const Vec3 center =
+      sheet.cloud.bounds().min + 0.5 * (sheet.cloud.bounds().max - sheet.cloud.bounds().min);
+  const double side = sheet.cloud.bounds().largest_extent();
+  for (Vec3& p : sheet.cloud.positions) {
+    const double across = (p.x - center.x) / side, along = (p.y - center.y) / side;
+    p.z = 0.8 * side * (across * across + along * along);
+  }
+  const Unoriented cloud = unoriented(sheet.cloud, 6.0 * spacing);
+  for (const Vec3& n : oriented_normals(cloud, options_for(spacing))) REQUIRE(n.z > 0.0);
+}
+
 TEST_CASE("VotesAreJoinedFromTheSurestDown") {
   // 0 and 1 agree strongly, 1 and 2 oppose; the weak vote of 0 and 2 is overruled.
   const std::vector<SignedEdge> edges = {{0, 1, 9, 9}, {2, 1, -5, 5}, {0, 2, 3, 3}};
