@@ -27,6 +27,7 @@ using test::paint;
 using test::painted_torus;
 using test::RecordingProgress;
 using test::run;
+using test::run_with_interruptions;
 using test::ScratchDirectory;
 using test::shuffle;
 
@@ -157,25 +158,7 @@ TEST_CASE("InterruptedAnywhereAndResumedGivesTheSameBytes") {
   job.partition.chunk_points = 500;
   const std::string expected = mesh_bytes(job);
   std::filesystem::remove(job.output.mesh);
-  int interruptions = 0;
-  for (int stop_at = 1; interruptions < 60; stop_at += 7) {
-    StopToken stop;
-    std::atomic<int> steps{0};
-    RecordingProgress progress;
-    progress.at_step = [&] {
-      if (++steps == stop_at) stop.request();
-    };
-    try {
-      run_job(job, {"test"}, progress, stop);
-      break;
-    } catch (const Error& error) {
-      REQUIRE(error.status() == ExitStatus::kInterrupted);
-      REQUIRE_FALSE(std::filesystem::exists(job.output.mesh));
-      REQUIRE(std::filesystem::exists(job.run.work_dir));
-      ++interruptions;
-    }
-  }
-  REQUIRE(interruptions > 3);
+  REQUIRE(run_with_interruptions(job, 1, 7) > 3);
   REQUIRE((bytes_of(job.output.mesh) == expected));
   REQUIRE_FALSE(std::filesystem::exists(job.run.work_dir));
 }

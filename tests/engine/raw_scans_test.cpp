@@ -198,24 +198,7 @@ TEST_CASE("InterruptedRawScansResumeWithTheSameBytes") {
   job.partition.chunk_points = 800;
   const std::string expected = mesh_bytes(job);
   std::filesystem::remove(job.output.mesh);
-  int interruptions = 0;
-  for (int stop_at = 5;; stop_at += 15) {
-    StopToken stop;
-    RecordingProgress progress;
-    int steps = 0;
-    progress.at_step = [&] {
-      if (++steps == stop_at) stop.request();
-    };
-    try {
-      run_job(job, {"test"}, progress, stop);
-      break;
-    } catch (const Error& error) {
-      REQUIRE(error.status() == ExitStatus::kInterrupted);
-      REQUIRE(!std::filesystem::exists(job.output.mesh));
-      ++interruptions;
-    }
-  }
-  CHECK(interruptions > 4);
+  CHECK(run_with_interruptions(job, 5, 15) > 4);
   CHECK((bytes_of(job.output.mesh) == expected));
   CHECK(!std::filesystem::exists(job.run.work_dir));
 }

@@ -1,11 +1,13 @@
 #include "tests/support/jobs.h"
 
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
 #include <sstream>
 #include <utility>
 
+#include "io/error.h"
 #include "io/mesh_writer.h"
 
 namespace orbweave::test {
@@ -73,6 +75,28 @@ RunReport run(const Job& job) {
 std::string mesh_bytes(const Job& job) {
   run(job);
   return bytes_of(job.output.mesh);
+}
+
+int run_with_interruptions(const Job& job, int first_step, int step) {
+  constexpr int kMost = 200;
+  for (int interruptions = 0; interruptions < kMost; ++interruptions) {
+    StopToken stop;
+    std::atomic<int> steps{0};
+    RecordingProgress progress;
+    progress.at_step = [&] {
+      if (++steps == first_step + interruptions * step) stop.request();
+    };
+    try {
+      run_job(job, {"test"}, progress, stop);
+      return interruptions;
+    } catch (const Error& error) {
+      REQUIRE(error.status() == ExitStatus::kInterrupted);
+    }
+    REQUIRE_FALSE(std::filesystem::exists(job.output.mesh));
+    REQUIRE(std::filesystem::exists(job.run.work_dir));
+  }
+  FAIL("interrupted runs do not get on");
+  return kMost;
 }
 
 NamedCloud painted_torus(std::size_t points, double noise, std::uint64_t seed) {

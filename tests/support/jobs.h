@@ -49,4 +49,9 @@ RunReport run(const Job& job);
 /// Runs the job and returns the bytes of its mesh file.
 std::string mesh_bytes(const Job& job);
 
+/// Runs the job again and again, each time interrupted some steps later, until it ends. Returns how
+/// often it was interrupted; every interrupted run has to keep its work directory and leave no
+/// mesh.
+int run_with_interruptions(const Job& job, int first_step, int step);
+
 }  // namespace orbweave::test
