@@ -7,6 +7,7 @@
 #include "io/error.h"
 #include "io/mesh_formats.h"
 #include "io/mesh_parsers.h"
+#include "io/scalar_types.h"
 
 namespace orbweave {
 namespace {
@@ -71,28 +72,7 @@ void RowCounter::finish() const {
 }
 
 void TextBuilder::add_value(ScalarType type, const std::byte* from) {
-  switch (type) {
-    case ScalarType::kInt8:
-      return add_as<std::int8_t>(*this, from);
-    case ScalarType::kUint8:
-      return add_as<std::uint8_t>(*this, from);
-    case ScalarType::kInt16:
-      return add_as<std::int16_t>(*this, from);
-    case ScalarType::kUint16:
-      return add_as<std::uint16_t>(*this, from);
-    case ScalarType::kInt32:
-      return add_as<std::int32_t>(*this, from);
-    case ScalarType::kUint32:
-      return add_as<std::uint32_t>(*this, from);
-    case ScalarType::kInt64:
-      return add_as<std::int64_t>(*this, from);
-    case ScalarType::kUint64:
-      return add_as<std::uint64_t>(*this, from);
-    case ScalarType::kFloat32:
-      return add_as<float>(*this, from);
-    case ScalarType::kFloat64:
-      return add_as<double>(*this, from);
-  }
+  visit_scalar(type, [&](auto kind) { add_as<decltype(kind)>(*this, from); });
 }
 
 std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "io/error.h"
+#include "io/lower_case.h"
 #include "io/text_layout.h"
 #include "io/text_number.h"
 
@@ -24,12 +25,6 @@ struct HeaderLine {
   std::vector<std::string> values;
   std::string place;
 };
-
-std::string lower_case(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
-}
 
 class HeaderParser {
  public:

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "io/error.h"
+#include "io/little_endian.h"
 #include "io/lzf.h"
 #include "io/pcd_header.h"
 #include "io/text_layout.h"
@@ -18,12 +19,6 @@ namespace orbweave {
 namespace {
 
 constexpr std::size_t kRowsPerBlock = 2048;
-
-std::uint32_t little_endian(const std::byte* at) {
-  std::uint32_t value = 0;
-  for (int i = 3; i >= 0; --i) value = value << 8 | std::to_integer<std::uint32_t>(at[i]);
-  return value;
-}
 
 /// Delivers the rows of a PCD file, packed as its header says.
 class PcdRows {
@@ -201,8 +196,8 @@ class CompressedRows final : public PcdRows {
   void decompress() {
     constexpr std::size_t kSizesBytes = 8;
     if (!reader_.ensure(kSizesBytes)) refuse_short("no sizes of the compressed points");
-    const std::uint64_t compressed = little_endian(reader_.data());
-    const std::uint64_t whole = little_endian(reader_.data() + 4);
+    const std::uint64_t compressed = load_little<std::uint32_t>(reader_.data());
+    const std::uint64_t whole = load_little<std::uint32_t>(reader_.data() + 4);
     check_whole(whole);
     if (whole / kLzfMostBytesPerByte > compressed)
       refuse("the compressed size cannot be true",

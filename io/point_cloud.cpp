@@ -3,6 +3,8 @@
 #include <array>
 #include <cstring>
 
+#include "io/scalar_types.h"
+
 namespace orbweave {
 namespace {
 
@@ -68,29 +70,10 @@ double attribute_value(const PointCloud& cloud, std::size_t point, std::size_t f
   std::size_t offset = 0;
   for (std::size_t f = 0; f < field; ++f) offset += size_of(cloud.schema.attributes[f].type);
   const std::byte* at = cloud.attribute_row(point).data() + offset;
-  switch (cloud.schema.attributes[field].type) {
-    case ScalarType::kInt8:
-      return as_double<std::int8_t>(at);
-    case ScalarType::kUint8:
-      return as_double<std::uint8_t>(at);
-    case ScalarType::kInt16:
-      return as_double<std::int16_t>(at);
-    case ScalarType::kUint16:
-      return as_double<std::uint16_t>(at);
-    case ScalarType::kInt32:
-      return as_double<std::int32_t>(at);
-    case ScalarType::kUint32:
-      return as_double<std::uint32_t>(at);
-    case ScalarType::kInt64:
-      return as_double<std::int64_t>(at);
-    case ScalarType::kUint64:
-      return as_double<std::uint64_t>(at);
-    case ScalarType::kFloat32:
-      return as_double<float>(at);
-    case ScalarType::kFloat64:
-      return as_double<double>(at);
-  }
-  return 0.0;
+  double value = 0.0;
+  visit_scalar(cloud.schema.attributes[field].type,
+               [&](auto kind) { value = as_double<decltype(kind)>(at); });
+  return value;
 }
 
 }  // namespace orbweave

@@ -6,6 +6,8 @@
 #include <initializer_list>
 #include <iterator>
 
+#include "io/scalar_types.h"
+
 namespace orbweave {
 namespace {
 
@@ -35,28 +37,9 @@ template <bool kSwap>
 void gather(const std::byte* rows, std::size_t row_bytes, const RowColumn& column,
             std::size_t count, double Vec3::*axis, Vec3* to) {
   const std::byte* from = rows + column.offset;
-  switch (column.type) {
-    case ScalarType::kInt8:
-      return gather_as<std::int8_t, kSwap>(from, row_bytes, count, axis, to);
-    case ScalarType::kUint8:
-      return gather_as<std::uint8_t, kSwap>(from, row_bytes, count, axis, to);
-    case ScalarType::kInt16:
-      return gather_as<std::int16_t, kSwap>(from, row_bytes, count, axis, to);
-    case ScalarType::kUint16:
-      return gather_as<std::uint16_t, kSwap>(from, row_bytes, count, axis, to);
-    case ScalarType::kInt32:
-      return gather_as<std::int32_t, kSwap>(from, row_bytes, count, axis, to);
-    case ScalarType::kUint32:
-      return gather_as<std::uint32_t, kSwap>(from, row_bytes, count, axis, to);
-    case ScalarType::kInt64:
-      return gather_as<std::int64_t, kSwap>(from, row_bytes, count, axis, to);
-    case ScalarType::kUint64:
-      return gather_as<std::uint64_t, kSwap>(from, row_bytes, count, axis, to);
-    case ScalarType::kFloat32:
-      return gather_as<float, kSwap>(from, row_bytes, count, axis, to);
-    case ScalarType::kFloat64:
-      return gather_as<double, kSwap>(from, row_bytes, count, axis, to);
-  }
+  visit_scalar(column.type, [&](auto kind) {
+    gather_as<decltype(kind), kSwap>(from, row_bytes, count, axis, to);
+  });
 }
 
 template <std::size_t kBytes, bool kSwap>

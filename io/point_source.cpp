@@ -7,6 +7,7 @@
 #include "io/e57/e57_source.h"
 #include "io/error.h"
 #include "io/las/las_source.h"
+#include "io/lower_case.h"
 #include "io/mesh_parsers.h"
 #include "io/pcd_source.h"
 #include "io/ply_source.h"
@@ -55,13 +56,8 @@ std::unique_ptr<PointSource> open_ptx_file(const std::filesystem::path& path, By
 }  // namespace
 
 std::string format_extension(const std::filesystem::path& path) {
-  const auto lower = [](std::string text) {
-    for (char& c : text)
-      if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-    return text;
-  };
-  const std::string extension = lower(path.extension().string());
-  return extension == ".gz" ? lower(path.stem().extension().string()) : extension;
+  const std::string extension = lower_case(path.extension().string());
+  return extension == ".gz" ? lower_case(path.stem().extension().string()) : extension;
 }
 
 std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path,

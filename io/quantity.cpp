@@ -5,20 +5,16 @@
 #include <charconv>
 #include <cmath>
 
+#include "io/lower_case.h"
+
 namespace orbweave {
 namespace {
 
 constexpr std::array<const char*, 4> kBinaryUnits = {"KiB", "MiB", "GiB", "TiB"};
 
-std::string lower_case(std::string_view text) {
-  std::string lower;
-  for (const char c : text) lower += (c >= 'A' && c <= 'Z') ? static_cast<char>(c - 'A' + 'a') : c;
-  return lower;
-}
-
 /// Bytes of one unit; 0 for an unknown one.
 double unit_bytes(std::string_view written) {
-  const std::string unit = lower_case(written);
+  const std::string unit = lower_case(std::string(written));
   if (unit.empty() || unit == "b") return 1.0;
   constexpr std::string_view kPrefixes = "kmgt";
   const std::size_t power = kPrefixes.find(unit[0]);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "io/error.h"
+#include "io/little_endian.h"
 #include "io/mesh_parsers.h"
 #include "io/text_layout.h"
 #include "io/text_number.h"
@@ -59,15 +60,9 @@ class VertexJoiner {
   std::unordered_map<PositionKey, std::uint32_t, PositionKeyHash> indices_;
 };
 
-std::uint32_t little_endian_32(const std::byte* bytes) {
-  std::uint32_t value = 0;
-  for (std::size_t b = 4; b-- > 0;) value = value << 8 | std::to_integer<std::uint32_t>(bytes[b]);
-  return value;
-}
-
 Vec3 float_vector(const std::byte* bytes) {
   const auto value = [&](std::size_t i) {
-    return static_cast<double>(std::bit_cast<float>(little_endian_32(bytes + i * sizeof(float))));
+    return static_cast<double>(load_little<float>(bytes + i * sizeof(float)));
   };
   return {value(0), value(1), value(2)};
 }
@@ -84,7 +79,7 @@ TriangleMesh read_binary(ByteReader& reader) {
     throw_bad_input("this is no STL file", {.file = reader.name(),
                                             .found = "too few bytes for a header",
                                             .expected = "\"solid\" or 84 bytes of header"});
-  const std::uint32_t count = little_endian_32(reader.data() + kTitleBytes);
+  const std::uint32_t count = load_little<std::uint32_t>(reader.data() + kTitleBytes);
   reader.consume(kHeaderBytes);
   const std::optional<std::uint64_t> left = reader.bytes_left();
   if (left && *left / kFacetBytes < count) truncated(reader, *left / kFacetBytes, count);
@@ -178,7 +173,7 @@ bool is_text(ByteReader& reader) {
     return false;
   const std::optional<std::uint64_t> length = reader.bytes_left();
   if (!length || !reader.ensure(kHeaderBytes)) return true;
-  const std::uint64_t count = little_endian_32(reader.data() + kTitleBytes);
+  const std::uint64_t count = load_little<std::uint32_t>(reader.data() + kTitleBytes);
   return *length != kHeaderBytes + count * kFacetBytes;
 }
 

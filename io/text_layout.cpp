@@ -7,6 +7,7 @@
 
 #include "io/byte_reader.h"
 #include "io/error.h"
+#include "io/lower_case.h"
 #include "io/text_number.h"
 
 namespace orbweave {
@@ -44,9 +45,7 @@ char find_separator(std::string_view line) {
 
 /// The name that roles go by; any other name as it stands.
 std::string canonical_name(std::string_view name) {
-  std::string lower(name);
-  for (char& c : lower)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  const std::string lower = lower_case(std::string(name));
   constexpr std::array<std::pair<std::string_view, const char*>, 21> kSynonyms = {
       {{"x", "x"},         {"y", "y"},         {"z", "z"},
        {"nx", "nx"},       {"ny", "ny"},       {"nz", "nz"},

@@ -4,17 +4,16 @@
 #include <initializer_list>
 #include <string_view>
 
+#include "io/lower_case.h"
 #include "io/mesh_reader.h"
 
 namespace orbweave {
 namespace {
 
-char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-
-bool ends_with_any(std::string name, std::initializer_list<std::string_view> extensions) {
-  std::transform(name.begin(), name.end(), name.begin(), lower);
+bool ends_with_any(const std::string& name, std::initializer_list<std::string_view> extensions) {
+  const std::string lower = lower_case(name);
   return std::any_of(extensions.begin(), extensions.end(),
-                     [&](std::string_view extension) { return name.ends_with(extension); });
+                     [&](std::string_view extension) { return lower.ends_with(extension); });
 }
 
 }  // namespace

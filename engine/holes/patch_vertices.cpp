@@ -6,6 +6,8 @@
 #include <limits>
 #include <type_traits>
 
+#include "io/scalar_types.h"
+
 namespace orbweave {
 namespace {
 
@@ -27,28 +29,7 @@ void put(double value, std::byte* out) {
 }
 
 void put_as(ScalarType type, double value, std::byte* out) {
-  switch (type) {
-    case ScalarType::kInt8:
-      return put<std::int8_t>(value, out);
-    case ScalarType::kUint8:
-      return put<std::uint8_t>(value, out);
-    case ScalarType::kInt16:
-      return put<std::int16_t>(value, out);
-    case ScalarType::kUint16:
-      return put<std::uint16_t>(value, out);
-    case ScalarType::kInt32:
-      return put<std::int32_t>(value, out);
-    case ScalarType::kUint32:
-      return put<std::uint32_t>(value, out);
-    case ScalarType::kInt64:
-      return put<std::int64_t>(value, out);
-    case ScalarType::kUint64:
-      return put<std::uint64_t>(value, out);
-    case ScalarType::kFloat32:
-      return put<float>(value, out);
-    case ScalarType::kFloat64:
-      return put<double>(value, out);
-  }
+  visit_scalar(type, [&](auto kind) { put<decltype(kind)>(value, out); });
 }
 
 }  // namespace

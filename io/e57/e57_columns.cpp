@@ -6,8 +6,10 @@
 #include <limits>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 #include "io/error.h"
+#include "io/scalar_types.h"
 
 namespace orbweave {
 namespace {
@@ -41,9 +43,8 @@ T nearest(std::int64_t value) {
   if constexpr (std::is_floating_point_v<T>) {
     return static_cast<T>(value);
   } else {
-    return static_cast<T>(std::clamp(value,
-                                     static_cast<std::int64_t>(std::numeric_limits<T>::min()),
-                                     static_cast<std::int64_t>(std::numeric_limits<T>::max())));
+    if (std::in_range<T>(value)) return static_cast<T>(value);
+    return value < 0 ? std::numeric_limits<T>::min() : std::numeric_limits<T>::max();
   }
 }
 
@@ -61,27 +62,7 @@ void store_as(std::span<const Value> values, std::span<std::byte> rows, std::siz
 template <class Value>
 void store(ScalarType type, std::span<const Value> values, std::span<std::byte> rows,
            std::size_t place, std::size_t row_bytes) {
-  switch (type) {
-    case ScalarType::kInt8:
-      return store_as<std::int8_t>(values, rows, place, row_bytes);
-    case ScalarType::kUint8:
-      return store_as<std::uint8_t>(values, rows, place, row_bytes);
-    case ScalarType::kInt16:
-      return store_as<std::int16_t>(values, rows, place, row_bytes);
-    case ScalarType::kUint16:
-      return store_as<std::uint16_t>(values, rows, place, row_bytes);
-    case ScalarType::kInt32:
-      return store_as<std::int32_t>(values, rows, place, row_bytes);
-    case ScalarType::kUint32:
-      return store_as<std::uint32_t>(values, rows, place, row_bytes);
-    case ScalarType::kInt64:
-    case ScalarType::kUint64:
-      return store_as<std::int64_t>(values, rows, place, row_bytes);
-    case ScalarType::kFloat32:
-      return store_as<float>(values, rows, place, row_bytes);
-    case ScalarType::kFloat64:
-      return store_as<double>(values, rows, place, row_bytes);
-  }
+  visit_scalar(type, [&](auto kind) { store_as<decltype(kind)>(values, rows, place, row_bytes); });
 }
 
 /// ASTM E2807: azimuth about z from x, elevation from the x-y plane; radians.

@@ -9,6 +9,7 @@
 #include "io/byte_reader.h"
 #include "io/e57/crc32c.h"
 #include "io/error.h"
+#include "io/little_endian.h"
 
 namespace orbweave {
 namespace {
@@ -31,7 +32,7 @@ void check_signature(const HeaderBytes& bytes, const std::string& name) {
                                             .place = "byte 0",
                                             .found = excerpt(signature),
                                             .expected = "the signature \"ASTM-E57\""});
-  const std::uint64_t major = e57_integer(std::span(bytes).subspan(8, 4));
+  const auto major = load_little<std::uint32_t>(bytes.data() + 8);
   if (major != 1)
     throw_bad_input("unknown version of E57", {.file = name,
                                                .place = "byte 8",
@@ -64,13 +65,6 @@ void check_sizes(const E57Header& header, const RandomAccess& file) {
 
 }  // namespace
 
-std::uint64_t e57_integer(std::span<const std::byte> bytes) {
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < bytes.size(); ++i)
-    value |= static_cast<std::uint64_t>(bytes[i]) << (8 * i);
-  return value;
-}
-
 E57Pages::E57Pages(std::unique_ptr<RandomAccess> file) : file_(std::move(file)) {
   HeaderBytes bytes;
   if (file_->size() < kHeaderBytes)
@@ -80,7 +74,7 @@ E57Pages::E57Pages(std::unique_ptr<RandomAccess> file) : file_(std::move(file)) 
                      .expected = std::to_string(kHeaderBytes) + " bytes or more"});
   file_->read(0, bytes);
   check_signature(bytes, name());
-  const auto field = [&](std::size_t at) { return e57_integer(std::span(bytes).subspan(at, 8)); };
+  const auto field = [&](std::size_t at) { return load_little<std::uint64_t>(bytes.data() + at); };
   header_ = {.physical_bytes = field(16),
              .xml_offset = field(24),
              .xml_bytes = field(32),

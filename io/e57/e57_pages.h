@@ -68,7 +68,4 @@ class E57Pages {
   std::vector<std::byte> raw_;
 };
 
-/// Integers of the file are little-endian, whatever the machine.
-std::uint64_t e57_integer(std::span<const std::byte> bytes);
-
 }  // namespace orbweave

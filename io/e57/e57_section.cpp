@@ -9,6 +9,7 @@
 #include <string>
 
 #include "io/error.h"
+#include "io/little_endian.h"
 
 namespace orbweave {
 namespace {
@@ -21,15 +22,6 @@ constexpr std::size_t kLoadBytes = 8;
 constexpr std::size_t kPadding = 2 * kLoadBytes;
 
 enum class PacketType : unsigned { kIndex = 0, kData = 1, kEmpty = 2 };
-
-std::uint64_t load_word(const std::byte* from) {
-  std::uint64_t word;
-  std::memcpy(&word, from, sizeof word);
-  if constexpr (std::endian::native == std::endian::big) {
-    std::reverse(reinterpret_cast<std::byte*>(&word), reinterpret_cast<std::byte*>(&word + 1));
-  }
-  return word;
-}
 
 /// Out of range and "not a number" become the nearest there is and zero.
 std::int64_t to_integer(double value) {
@@ -71,7 +63,7 @@ E57Section read_e57_section(E57Pages& pages, const E57Scan& scan) {
   };
   std::array<std::byte, kSectionHeaderBytes> header;
   pages.read(section.begin, header);
-  const auto field = [&](std::size_t at) { return e57_integer(std::span(header).subspan(at, 8)); };
+  const auto field = [&](std::size_t at) { return load_little<std::uint64_t>(header.data() + at); };
   const auto id = static_cast<std::uint64_t>(header[0]);
   if (id != kSectionId)
     refuse("the section of " + scan.label + " holds no compressed points: its id is wrong", id,
@@ -104,7 +96,7 @@ bool E57Packets::next(std::uint64_t& at) {
     std::array<std::byte, kPacketHeaderBytes> header;
     pages_.read(at, header);
     const auto type = static_cast<unsigned>(header[0]);
-    const std::uint64_t length_less_one = e57_integer(std::span(header).subspan(2));
+    const std::uint64_t length_less_one = load_little<std::uint16_t>(header.data() + 2);
     if (type == 0 && length_less_one == 0) return false;  // zeros that fill up the section
     check_packet(at, type, length_less_one + 1);
     if (static_cast<PacketType>(type) == PacketType::kData)
@@ -136,7 +128,7 @@ void E57Packets::load(std::uint64_t at, std::uint64_t length) {
   begin_ = 0;
   bytes_.resize(static_cast<std::size_t>(length));
   pages_.read(at, bytes_);
-  const std::uint64_t count = e57_integer(std::span(bytes_).subspan(kPacketHeaderBytes, 2));
+  const auto count = load_little<std::uint16_t>(bytes_.data() + kPacketHeaderBytes);
   if (count != streams_)
     throw_bad_input("a packet of points does not hold the fields that its scan declares",
                     {.file = pages_.name(),
@@ -147,7 +139,7 @@ void E57Packets::load(std::uint64_t at, std::uint64_t length) {
   std::size_t end = lengths_end;
   bounds_.assign(1, end);
   for (std::size_t i = 0; i < streams_ && lengths_end <= bytes_.size(); ++i) {
-    end += e57_integer(std::span(bytes_).subspan(kDataPacketHeaderBytes + 2 * i, 2));
+    end += load_little<std::uint16_t>(bytes_.data() + kDataPacketHeaderBytes + 2 * i);
     bounds_.push_back(end);
   }
   if (end > bytes_.size())
@@ -195,14 +187,15 @@ void E57FieldStream::unpack(std::span<Output> out, Convert convert) {
   std::uint64_t bit = bit_;
   if (bits <= 64 - 7) {
     for (Output& value : out) {
-      value = convert(load_word(bytes + bit / 8) >> bit % 8 & mask);
+      value = convert(load_little<std::uint64_t>(bytes + bit / 8) >> bit % 8 & mask);
       bit += bits;
     }
   } else {
     for (Output& value : out) {
-      const std::uint64_t low = load_word(bytes + bit / 8) >> bit % 8;
+      const std::uint64_t low = load_little<std::uint64_t>(bytes + bit / 8) >> bit % 8;
       // Shifted in two steps: a shift by 64 would not be defined.
-      const std::uint64_t high = load_word(bytes + bit / 8 + kLoadBytes) << 1 << (63 - bit % 8);
+      const std::uint64_t high = load_little<std::uint64_t>(bytes + bit / 8 + kLoadBytes)
+                                 << 1 << (63 - bit % 8);
       value = convert((low | high) & mask);
       bit += bits;
     }

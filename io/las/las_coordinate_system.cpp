@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-#include "io/las/little_endian.h"
+#include "io/little_endian.h"
 
 namespace orbweave::las {
 namespace {
@@ -56,17 +56,17 @@ class GeoKeys {
   /// The value of a key that holds a short itself.
   std::optional<std::uint16_t> code(std::uint16_t id) const {
     const std::byte* key = find(id);
-    if (key == nullptr || load<std::uint16_t>(key + 2) != 0) return {};
-    return load<std::uint16_t>(key + 6);
+    if (key == nullptr || load_little<std::uint16_t>(key + 2) != 0) return {};
+    return load_little<std::uint16_t>(key + 6);
   }
 
   /// The text of a key that points into the ascii record; its end is marked by '|'.
   std::string text(std::uint16_t id) const {
     const std::byte* key = find(id);
-    if (key == nullptr || load<std::uint16_t>(key + 2) != kAsciiKeys) return {};
-    const std::size_t first = load<std::uint16_t>(key + 6);
+    if (key == nullptr || load_little<std::uint16_t>(key + 2) != kAsciiKeys) return {};
+    const std::size_t first = load_little<std::uint16_t>(key + 6);
     if (first >= ascii_.size()) return {};
-    std::string_view part = ascii_.substr(first, load<std::uint16_t>(key + 4));
+    std::string_view part = ascii_.substr(first, load_little<std::uint16_t>(key + 4));
     while (!part.empty() && (is_blank(part.back()) || part.back() == '|')) part.remove_suffix(1);
     std::string words(trimmed(part));
     std::replace_if(words.begin(), words.end(), is_blank, ' ');
@@ -79,7 +79,7 @@ class GeoKeys {
   /// Four shorts: id, where the value is, its count, and the value or its place.
   const std::byte* find(std::uint16_t id) const {
     for (std::size_t at = kEntryBytes; at + kEntryBytes <= directory_.size(); at += kEntryBytes)
-      if (load<std::uint16_t>(directory_.data() + at) == id) return directory_.data() + at;
+      if (load_little<std::uint16_t>(directory_.data() + at) == id) return directory_.data() + at;
     return nullptr;
   }
 

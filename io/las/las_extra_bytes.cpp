@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "io/las/little_endian.h"
+#include "io/little_endian.h"
 
 namespace orbweave::las {
 namespace {
@@ -31,8 +31,8 @@ constexpr std::array<ScalarType, 10> kTypes = {
 struct Descriptor {
   const std::byte* bytes;
 
-  unsigned type() const { return load<std::uint8_t>(bytes + kDataType); }
-  unsigned options() const { return load<std::uint8_t>(bytes + kOptions); }
+  unsigned type() const { return load_little<std::uint8_t>(bytes + kDataType); }
+  unsigned options() const { return load_little<std::uint8_t>(bytes + kOptions); }
   bool is_known() const { return type() <= 3 * kTypes.size(); }
   bool is_undocumented() const { return type() == 0; }
   ScalarType scalar() const { return kTypes[(type() - 1) % kTypes.size()]; }
@@ -52,9 +52,9 @@ StoredValue component_of(const Descriptor& descriptor, std::size_t component, st
   if (descriptor.components() > 1) value.name += "_" + std::to_string(component);
   const std::size_t skip = component * sizeof(double);
   if ((descriptor.options() & kScaleBit) != 0)
-    value.scale = load<double>(descriptor.bytes + kScale + skip);
+    value.scale = load_little<double>(descriptor.bytes + kScale + skip);
   if ((descriptor.options() & kOffsetBit) != 0)
-    value.shift = load<double>(descriptor.bytes + kOffset + skip);
+    value.shift = load_little<double>(descriptor.bytes + kOffset + skip);
   // Numbers that would leave nothing of the value are taken for unset.
   const bool is_sound =
       std::isfinite(value.scale) && value.scale != 0.0 && std::isfinite(value.shift);

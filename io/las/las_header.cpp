@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "io/error.h"
-#include "io/las/little_endian.h"
+#include "io/little_endian.h"
 
 namespace orbweave::las {
 namespace {
@@ -55,7 +55,7 @@ class HeaderReader {
  private:
   template <class T>
   T at(std::size_t byte) const {
-    return load<T>(bytes_.data() + byte);
+    return load_little<T>(bytes_.data() + byte);
   }
 
   [[noreturn]] void fail(const std::string& problem, std::size_t byte, const std::string& found,

@@ -8,7 +8,9 @@
 #include <string_view>
 #include <utility>
 
-#include "io/las/little_endian.h"
+#include "io/little_endian.h"
+#include "io/lower_case.h"
+#include "io/scalar_types.h"
 
 namespace orbweave::las {
 namespace {
@@ -43,36 +45,10 @@ std::byte withheld_bit(const Header& header) {
   return header.version_minor == 0 ? std::byte{0} : std::byte{1u << 7};
 }
 
-template <class Visitor>
-void with_type(ScalarType type, const Visitor& visit) {
-  switch (type) {
-    case ScalarType::kInt8:
-      return visit(std::int8_t{});
-    case ScalarType::kUint8:
-      return visit(std::uint8_t{});
-    case ScalarType::kInt16:
-      return visit(std::int16_t{});
-    case ScalarType::kUint16:
-      return visit(std::uint16_t{});
-    case ScalarType::kInt32:
-      return visit(std::int32_t{});
-    case ScalarType::kUint32:
-      return visit(std::uint32_t{});
-    case ScalarType::kInt64:
-      return visit(std::int64_t{});
-    case ScalarType::kUint64:
-      return visit(std::uint64_t{});
-    case ScalarType::kFloat32:
-      return visit(float{});
-    case ScalarType::kFloat64:
-      return visit(double{});
-  }
-}
-
 /// What a stored value means, as a double.
 template <class T>
 double meaning(const StoredValue& value, const std::byte* record) {
-  const double stored = static_cast<double>(load<T>(record + value.offset));
+  const double stored = static_cast<double>(load_little<T>(record + value.offset));
   return value.is_scaled ? stored * value.scale + value.shift : stored;
 }
 
@@ -80,17 +56,11 @@ ScalarType cloud_type(const StoredValue& value) {
   return value.is_scaled ? ScalarType::kFloat64 : value.type;
 }
 
-std::string lower(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
-}
-
 /// 0, 1, 2 for a component of a normal; 3 for anything else.
 std::size_t normal_axis(const std::string& name) {
   constexpr std::array<std::array<std::string_view, 2>, 3> kNames = {
       {{"normalx", "nx"}, {"normaly", "ny"}, {"normalz", "nz"}}};
-  const std::string plain = lower(name);
+  const std::string plain = lower_case(name);
   std::size_t axis = 0;
   while (axis < 3 && kNames[axis][0] != plain && kNames[axis][1] != plain) ++axis;
   return axis;
@@ -206,9 +176,9 @@ void Layout::append_positions(const std::byte* records, std::size_t count, Vec3*
   const Vec3 offset = offset_;
   const std::size_t stride = record_bytes_;
   for (std::size_t i = 0; i < count; ++i, records += stride) {
-    to[i].x = load<std::int32_t>(records) * scale.x + offset.x;
-    to[i].y = load<std::int32_t>(records + 4) * scale.y + offset.y;
-    to[i].z = load<std::int32_t>(records + 8) * scale.z + offset.z;
+    to[i].x = load_little<std::int32_t>(records) * scale.x + offset.x;
+    to[i].y = load_little<std::int32_t>(records + 4) * scale.y + offset.y;
+    to[i].z = load_little<std::int32_t>(records + 8) * scale.z + offset.z;
   }
 }
 
@@ -221,14 +191,14 @@ void Layout::append_column(const Column& column, const std::byte* records, std::
       *to = (*from >> column.shift) & static_cast<std::byte>(column.mask);
     return;
   }
-  with_type(column.value.type, [&](auto kind) {
+  visit_scalar(column.value.type, [&](auto kind) {
     using T = decltype(kind);
     for (std::size_t i = 0; i < count; ++i, from += stride, to += to_stride) {
       if (column.value.is_scaled) {
         const double value = meaning<T>(column.value, from - column.value.offset);
         std::memcpy(to, &value, sizeof value);
       } else {
-        const auto bits = load<Bits<sizeof(T)>>(from);
+        const auto bits = load_little<Bits<sizeof(T)>>(from);
         std::memcpy(to, &bits, sizeof bits);
       }
     }
@@ -238,7 +208,7 @@ void Layout::append_column(const Column& column, const std::byte* records, std::
 void Layout::append_normals(const std::byte* records, std::size_t count, Vec3* to) const {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const StoredValue& value = normal_[axis];
-    with_type(value.type, [&](auto kind) {
+    visit_scalar(value.type, [&](auto kind) {
       const std::byte* from = records;
       for (std::size_t i = 0; i < count; ++i, from += record_bytes_)
         to[i][static_cast<int>(axis)] = meaning<decltype(kind)>(value, from);

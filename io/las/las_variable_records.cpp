@@ -4,7 +4,7 @@
 #include <array>
 #include <string_view>
 
-#include "io/las/little_endian.h"
+#include "io/little_endian.h"
 
 namespace orbweave::las {
 namespace {
@@ -40,7 +40,7 @@ std::optional<FileRange>* slot_of(VariableRecords& records, std::string_view use
 void keep(VariableRecords& records, const std::byte* header, FileRange payload) {
   const std::string_view padded(reinterpret_cast<const char*>(header + kUserId), kUserIdBytes);
   auto* slot = slot_of(records, padded.substr(0, padded.find('\0')),
-                       load<std::uint16_t>(header + kRecordId));
+                       load_little<std::uint16_t>(header + kRecordId));
   if (slot != nullptr && !slot->has_value()) *slot = payload;
 }
 
@@ -54,7 +54,7 @@ void walk(const RandomAccess& file, std::uint64_t begin, std::uint64_t end, std:
   for (; count != 0 && begin <= end && end - begin >= kHeaderBytes; --count) {
     file.read(begin, header);
     begin += kHeaderBytes;
-    const std::uint64_t bytes = load<Length>(header.data() + kPayloadLength);
+    const std::uint64_t bytes = load_little<Length>(header.data() + kPayloadLength);
     if (bytes > end - begin) return;
     keep(records, header.data(), {begin, bytes});
     begin += bytes;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "io/laz/record_bytes.h"
+#include "io/little_endian.h"
 
 namespace orbweave::laz {
 namespace {
@@ -192,8 +192,8 @@ void WavePacketDecoder::decode(RangeDecoder& in, Packet& last) {
   // Index 0, offset 1, size 9, return point 13, direction 17, 21 and 25.
   std::byte* at = last.data();
   at[0] = static_cast<std::byte>(in.symbol(index_));
-  auto offset = load<std::uint64_t>(at + 1);
-  const auto size = load<std::uint32_t>(at + 9);
+  auto offset = load_little<std::uint64_t>(at + 1);
+  const auto size = load_little<std::uint32_t>(at + 9);
   last_kind_ = in.symbol(offset_kind_[last_kind_]);
   if (last_kind_ == 1) {
     offset += size;
@@ -204,11 +204,12 @@ void WavePacketDecoder::decode(RangeDecoder& in, Packet& last) {
   } else if (last_kind_ == 3) {
     offset = in.long_word();
   }
-  store(at + 1, offset);
-  store(at + 9, size_.decode(in, size));
-  store(at + 13, return_point_.decode(in, load<std::uint32_t>(at + 13)));
+  store_little(at + 1, offset);
+  store_little(at + 9, size_.decode(in, size));
+  store_little(at + 13, return_point_.decode(in, load_little<std::uint32_t>(at + 13)));
   for (unsigned axis = 0; axis < 3; ++axis)
-    store(at + 17 + 4 * axis, direction_.decode(in, load<std::uint32_t>(at + 17 + 4 * axis), axis));
+    store_little(at + 17 + 4 * axis,
+                 direction_.decode(in, load_little<std::uint32_t>(at + 17 + 4 * axis), axis));
 }
 
 }  // namespace orbweave::laz

@@ -9,7 +9,7 @@
 #include "io/laz/layered_items.h"
 #include "io/laz/pointwise_items.h"
 #include "io/laz/range_decoder.h"
-#include "io/laz/record_bytes.h"
+#include "io/little_endian.h"
 
 namespace orbweave::laz {
 namespace {
@@ -143,7 +143,7 @@ void LayeredDecoder::open_layers(const Chunk& rest) {
   file().read(rest.begin, lengths);
   end_ = rest.begin + lengths.size();
   for (std::size_t i = 0; i < layers_.size(); ++i) {
-    const auto bytes = load<std::uint32_t>(lengths.data() + 4 + 4 * i);
+    const auto bytes = load_little<std::uint32_t>(lengths.data() + 4 + 4 * i);
     if (bytes > rest.end - end_)
       refuse_short(file(), rest.end,
                    "layer " + std::to_string(i) + " of " + std::to_string(bytes) +

@@ -7,7 +7,7 @@
 #include "io/error.h"
 #include "io/laz/integer_decoder.h"
 #include "io/laz/range_decoder.h"
-#include "io/laz/record_bytes.h"
+#include "io/little_endian.h"
 
 namespace orbweave::laz {
 namespace {
@@ -20,7 +20,7 @@ template <class T>
 T load_from(const RandomAccess& file, std::uint64_t offset) {
   std::array<std::byte, sizeof(T)> bytes;
   file.read(offset, bytes);
-  return load<T>(bytes.data());
+  return load_little<T>(bytes.data());
 }
 
 [[noreturn]] void refuse(const RandomAccess& file, std::uint64_t byte, std::string found,

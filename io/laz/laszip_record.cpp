@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "io/error.h"
-#include "io/laz/record_bytes.h"
+#include "io/little_endian.h"
 
 namespace orbweave::laz {
 namespace {
@@ -81,9 +81,9 @@ Arrangement arrangement_of(unsigned compressor, const std::string& file) {
 }
 
 ItemLayout parse_item(const std::byte* at, const std::string& file) {
-  const auto type = load<std::uint16_t>(at);
-  const auto bytes = load<std::uint16_t>(at + 2);
-  const auto version = load<std::uint16_t>(at + 4);
+  const auto type = load_little<std::uint16_t>(at);
+  const auto bytes = load_little<std::uint16_t>(at + 2);
+  const auto version = load_little<std::uint16_t>(at + 4);
   const auto kind = std::find_if(kItemKinds.begin(), kItemKinds.end(), [&](const ItemKind& known) {
     return static_cast<unsigned>(known.type) == type;
   });
@@ -136,13 +136,13 @@ LaszipRecord parse_laszip_record(std::span<const std::byte> payload, unsigned po
                    "at least " + std::to_string(kFixedBytes));
   const std::byte* at = payload.data();
   LaszipRecord record;
-  record.arrangement = arrangement_of(load<std::uint16_t>(at), file);
-  if (const auto coder = load<std::uint16_t>(at + 2); coder != 0)
+  record.arrangement = arrangement_of(load_little<std::uint16_t>(at), file);
+  if (const auto coder = load_little<std::uint16_t>(at + 2); coder != 0)
     refuse_unknown(file, "coder " + std::to_string(coder), "0 (arithmetic)");
-  const auto chunk_points = load<std::uint32_t>(at + 12);
+  const auto chunk_points = load_little<std::uint32_t>(at + 12);
   if (record.arrangement != Arrangement::kOneStream && chunk_points != kChunksOfAnySize)
     record.chunk_points = chunk_points;
-  const std::size_t items = load<std::uint16_t>(at + 32);
+  const std::size_t items = load_little<std::uint16_t>(at + 32);
   if ((payload.size() - kFixedBytes) / kItemBytes < items)
     refuse_damaged(file, std::to_string(payload.size()) + " bytes",
                    std::to_string(items) + " items of " + std::to_string(kItemBytes) +

@@ -7,7 +7,7 @@
 #include "io/laz/adaptive_model.h"
 #include "io/laz/attribute_decoders.h"
 #include "io/laz/point14.h"
-#include "io/laz/record_bytes.h"
+#include "io/little_endian.h"
 
 namespace orbweave::laz {
 namespace {
@@ -89,18 +89,18 @@ class Colours14 final : public LayeredItem {
   void start(const std::byte* first, std::span<Layer> layers, unsigned& channel) override {
     layers_ = layers;
     auto& last = channels_.start(channel).last;
-    for (std::size_t i = 0; i < 3; ++i) last.colour[i] = load<std::uint16_t>(first + 2 * i);
-    if (has_infrared_) last.infrared = load<std::uint16_t>(first + 6);
+    for (std::size_t i = 0; i < 3; ++i) last.colour[i] = load_little<std::uint16_t>(first + 2 * i);
+    if (has_infrared_) last.infrared = load_little<std::uint16_t>(first + 6);
   }
 
   void decode(std::byte* out, unsigned& channel) override {
     const auto turn = channels_.turn(channel);
     auto& last = turn.last.last;
     if (layers_[0].present) turn.models.colours.decode(layers_[0].in, last.colour);
-    for (std::size_t i = 0; i < 3; ++i) store(out + 2 * i, last.colour[i]);
+    for (std::size_t i = 0; i < 3; ++i) store_little(out + 2 * i, last.colour[i]);
     if (!has_infrared_) return;
     if (layers_[1].present) turn.models.infrared.decode(layers_[1].in, last.infrared);
-    store(out + 6, last.infrared);
+    store_little(out + 6, last.infrared);
   }
 
  private:

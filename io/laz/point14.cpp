@@ -5,8 +5,8 @@
 #include "io/laz/adaptive_model.h"
 #include "io/laz/attribute_decoders.h"
 #include "io/laz/integer_decoder.h"
-#include "io/laz/record_bytes.h"
 #include "io/laz/return_contexts.h"
+#include "io/little_endian.h"
 
 namespace orbweave::laz {
 namespace {
@@ -55,35 +55,36 @@ struct Fields {
 };
 
 void Fields::read(const std::byte* from) {
-  x = load<std::uint32_t>(from);
-  y = load<std::uint32_t>(from + 4);
-  z = load<std::uint32_t>(from + 8);
-  intensity = load<std::uint16_t>(from + 12);
-  const unsigned return_bits = load<std::uint8_t>(from + 14);
+  x = load_little<std::uint32_t>(from);
+  y = load_little<std::uint32_t>(from + 4);
+  z = load_little<std::uint32_t>(from + 8);
+  intensity = load_little<std::uint16_t>(from + 12);
+  const unsigned return_bits = load_little<std::uint8_t>(from + 14);
   return_number = return_bits & 15U;
   returns = return_bits >> 4;
-  const unsigned flag_bits = load<std::uint8_t>(from + 15);
+  const unsigned flag_bits = load_little<std::uint8_t>(from + 15);
   channel = flag_bits >> 4 & 3U;
   flags = (flag_bits & 15U) | (flag_bits >> 2 & 48U);
-  point_class = load<std::uint8_t>(from + 16);
-  user = load<std::uint8_t>(from + 17);
-  angle = load<std::uint16_t>(from + 18);
-  source = load<std::uint16_t>(from + 20);
-  time = load<std::uint64_t>(from + 22);
+  point_class = load_little<std::uint8_t>(from + 16);
+  user = load_little<std::uint8_t>(from + 17);
+  angle = load_little<std::uint16_t>(from + 18);
+  source = load_little<std::uint16_t>(from + 20);
+  time = load_little<std::uint64_t>(from + 22);
 }
 
 void Fields::write(std::byte* out) const {
-  store(out, x);
-  store(out + 4, y);
-  store(out + 8, z);
-  store(out + 12, intensity);
-  store(out + 14, static_cast<std::uint8_t>(return_number | returns << 4));
-  store(out + 15, static_cast<std::uint8_t>((flags & 15U) | channel << 4 | (flags & 48U) << 2));
-  store(out + 16, point_class);
-  store(out + 17, user);
-  store(out + 18, angle);
-  store(out + 20, source);
-  store(out + 22, time);
+  store_little(out, x);
+  store_little(out + 4, y);
+  store_little(out + 8, z);
+  store_little(out + 12, intensity);
+  store_little(out + 14, static_cast<std::uint8_t>(return_number | returns << 4));
+  store_little(out + 15,
+               static_cast<std::uint8_t>((flags & 15U) | channel << 4 | (flags & 48U) << 2));
+  store_little(out + 16, point_class);
+  store_little(out + 17, user);
+  store_little(out + 18, angle);
+  store_little(out + 20, source);
+  store_little(out + 22, time);
 }
 
 /// Statistics and last point of one scanner channel.

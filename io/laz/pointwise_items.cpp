@@ -7,8 +7,8 @@
 #include "io/laz/adaptive_model.h"
 #include "io/laz/attribute_decoders.h"
 #include "io/laz/integer_decoder.h"
-#include "io/laz/record_bytes.h"
 #include "io/laz/return_contexts.h"
+#include "io/little_endian.h"
 
 namespace orbweave::laz {
 namespace {
@@ -59,15 +59,15 @@ class Point10 final : public PointwiseItem {
 };
 
 void Point10::start(const std::byte* first) {
-  x_ = load<std::uint32_t>(first);
-  y_ = load<std::uint32_t>(first + 4);
-  z_ = load<std::uint32_t>(first + 8);
+  x_ = load_little<std::uint32_t>(first);
+  y_ = load_little<std::uint32_t>(first + 4);
+  z_ = load_little<std::uint32_t>(first + 8);
   intensity_ = 0;  // as the format has it, whatever the first point's is
-  flags_ = load<std::uint8_t>(first + 14);
-  class_ = load<std::uint8_t>(first + 15);
-  angle_ = load<std::uint8_t>(first + 16);
-  user_ = load<std::uint8_t>(first + 17);
-  source_ = load<std::uint16_t>(first + 18);
+  flags_ = load_little<std::uint8_t>(first + 14);
+  class_ = load_little<std::uint8_t>(first + 15);
+  angle_ = load_little<std::uint8_t>(first + 16);
+  user_ = load_little<std::uint8_t>(first + 17);
+  source_ = load_little<std::uint16_t>(first + 18);
   x_steps_ = y_steps_ = {};
   intensities_ = {};
   heights_ = {};
@@ -125,21 +125,21 @@ void Point10::decode_place(RangeDecoder& in) {
 }
 
 void Point10::write(std::byte* out) const {
-  store(out, x_);
-  store(out + 4, y_);
-  store(out + 8, z_);
-  store(out + 12, intensity_);
-  store(out + 14, flags_);
-  store(out + 15, class_);
-  store(out + 16, angle_);
-  store(out + 17, user_);
-  store(out + 18, source_);
+  store_little(out, x_);
+  store_little(out + 4, y_);
+  store_little(out + 8, z_);
+  store_little(out + 12, intensity_);
+  store_little(out + 14, flags_);
+  store_little(out + 15, class_);
+  store_little(out + 16, angle_);
+  store_little(out + 17, user_);
+  store_little(out + 18, source_);
 }
 
 class GpsTime11 final : public PointwiseItem {
  public:
-  void start(const std::byte* first) override { times_.reset(load<std::uint64_t>(first)); }
-  void decode(RangeDecoder& in, std::byte* out) override { store(out, times_.decode(in)); }
+  void start(const std::byte* first) override { times_.reset(load_little<std::uint64_t>(first)); }
+  void decode(RangeDecoder& in, std::byte* out) override { store_little(out, times_.decode(in)); }
 
  private:
   GpsTimeDecoder times_{true};
@@ -148,12 +148,12 @@ class GpsTime11 final : public PointwiseItem {
 class Rgb12 final : public PointwiseItem {
  public:
   void start(const std::byte* first) override {
-    for (std::size_t i = 0; i < 3; ++i) last_[i] = load<std::uint16_t>(first + 2 * i);
+    for (std::size_t i = 0; i < 3; ++i) last_[i] = load_little<std::uint16_t>(first + 2 * i);
     colours_.reset();
   }
   void decode(RangeDecoder& in, std::byte* out) override {
     colours_.decode(in, last_);
-    for (std::size_t i = 0; i < 3; ++i) store(out + 2 * i, last_[i]);
+    for (std::size_t i = 0; i < 3; ++i) store_little(out + 2 * i, last_[i]);
   }
 
  private:

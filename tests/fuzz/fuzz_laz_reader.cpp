@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "io/laz/laz_reader.h"
-#include "io/laz/record_bytes.h"
+#include "io/little_endian.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {
@@ -16,11 +16,10 @@ constexpr std::size_t kHeaderBytes = 12;
 constexpr std::size_t kMostPoints = 1000;
 
 void read(std::span<const std::byte> bytes) {
-  using orbweave::laz::load;
-  const auto point_format = load<std::uint8_t>(bytes.data());
-  const auto record_bytes = load<std::uint16_t>(bytes.data() + 1);
-  const auto points = load<std::uint64_t>(bytes.data() + 3);
-  const std::size_t described = load<std::uint8_t>(bytes.data() + 11);
+  const auto point_format = orbweave::load_little<std::uint8_t>(bytes.data());
+  const auto record_bytes = orbweave::load_little<std::uint16_t>(bytes.data() + 1);
+  const auto points = orbweave::load_little<std::uint64_t>(bytes.data() + 3);
+  const std::size_t described = orbweave::load_little<std::uint8_t>(bytes.data() + 11);
   bytes = bytes.subspan(kHeaderBytes);
   if (bytes.size() < described) return;
   const auto file = orbweave::memory_random_access(bytes.subspan(described), "input");

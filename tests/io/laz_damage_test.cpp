@@ -12,7 +12,7 @@
 
 #include "io/error.h"
 #include "io/laz/laz_reader.h"
-#include "io/laz/record_bytes.h"
+#include "io/little_endian.h"
 #include "tests/io/laz_encoder.h"
 #include "tests/io/laz_reading.h"
 #include "tests/io/laz_records.h"
@@ -139,13 +139,13 @@ TEST_CASE("HugeCountsTakeNoMemory") {
 }
 
 void set32(LazFile& file, std::size_t at, std::uint32_t value) {
-  laz::store(file.bytes.data() + at, value);
+  store_little(file.bytes.data() + at, value);
 }
 
 TEST_CASE("ATableThatDoesNotFitTheFileIsRefused") {
   const LazOptions options{.point_format = 0, .compressor = 2};
   const LazFile file = encode_laz(options, scan_records(options, 1000, 5));
-  const auto table = laz::load<std::uint64_t>(&file.bytes[file.data_offset]);
+  const auto table = load_little<std::uint64_t>(&file.bytes[file.data_offset]);
 
   LazFile changed = file;
   set32(changed, table, 1);
@@ -159,7 +159,7 @@ TEST_CASE("ATableThatDoesNotFitTheFileIsRefused") {
   CHECK_THAT(message_of(changed), Contains("found chunks for 900 points, expected 1000"));
   for (const std::uint64_t place : {std::uint64_t{3}, std::uint64_t{1} << 63, table + 1000}) {
     changed = file;
-    laz::store(&changed.bytes[file.data_offset], place);
+    store_little(&changed.bytes[file.data_offset], place);
     CHECK_THAT(message_of(changed), Contains("its place, byte " + std::to_string(place)));
   }
 }
@@ -187,7 +187,7 @@ TEST_CASE("PointsWithoutTheirFirstLayerAreRefused") {
 
 LazFile with_description(unsigned at, std::uint16_t value) {
   LazFile file = encode_laz({.point_format = 3, .extra_bytes = 4}, {});
-  laz::store(file.vlr.data() + at, value);
+  store_little(file.vlr.data() + at, value);
   return file;
 }
 

@@ -8,24 +8,23 @@
 
 #include "io/error.h"
 #include "io/laz/laz_reader.h"
-#include "io/laz/record_bytes.h"
+#include "io/little_endian.h"
 #include "tests/support/data.h"
 
 namespace orbweave::test {
 namespace {
-
-using laz::load;
 
 /// What a LAS header says of the points, at the places the LAS 1.4 specification gives.
 struct Header {
   explicit Header(const std::filesystem::path& path) : file(open_random_access(path)) {
     bytes.resize(std::min<std::uint64_t>(375, file->size()));
     file->read(0, bytes);
-    point_data = load<std::uint32_t>(&bytes[96]);
-    point_format = load<std::uint8_t>(&bytes[104]) & 63;
-    record_bytes = load<std::uint16_t>(&bytes[105]);
-    const bool large_counts = load<std::uint8_t>(&bytes[25]) >= 4;
-    points = large_counts ? load<std::uint64_t>(&bytes[247]) : load<std::uint32_t>(&bytes[107]);
+    point_data = load_little<std::uint32_t>(&bytes[96]);
+    point_format = load_little<std::uint8_t>(&bytes[104]) & 63;
+    record_bytes = load_little<std::uint16_t>(&bytes[105]);
+    const bool large_counts = load_little<std::uint8_t>(&bytes[25]) >= 4;
+    points = large_counts ? load_little<std::uint64_t>(&bytes[247])
+                          : load_little<std::uint32_t>(&bytes[107]);
     find_laszip_record();
   }
 
@@ -38,13 +37,13 @@ struct Header {
 
  private:
   void find_laszip_record() {
-    std::uint64_t at = load<std::uint16_t>(&bytes[94]);
-    for (auto records = load<std::uint32_t>(&bytes[100]); records > 0; --records) {
+    std::uint64_t at = load_little<std::uint16_t>(&bytes[94]);
+    for (auto records = load_little<std::uint32_t>(&bytes[100]); records > 0; --records) {
       std::array<std::byte, 54> head;
       file->read(at, head);
-      const auto size = load<std::uint16_t>(&head[20]);
+      const auto size = load_little<std::uint16_t>(&head[20]);
       at += head.size();
-      if (load<std::uint16_t>(&head[18]) == 22204) {
+      if (load_little<std::uint16_t>(&head[18]) == 22204) {
         laszip_record.resize(size);
         file->read(at, laszip_record);
       }
@@ -101,17 +100,17 @@ void check_bounds(const std::string& laz) {
   const auto records = records_of(header);
   REQUIRE(records.size() == header.points * header.record_bytes);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto scale = load<double>(&header.bytes[131 + 8 * axis]);
-    const auto offset = load<double>(&header.bytes[155 + 8 * axis]);
-    std::int32_t low = load<std::int32_t>(&records[4 * axis]);
+    const auto scale = load_little<double>(&header.bytes[131 + 8 * axis]);
+    const auto offset = load_little<double>(&header.bytes[155 + 8 * axis]);
+    std::int32_t low = load_little<std::int32_t>(&records[4 * axis]);
     std::int32_t high = low;
     for (std::size_t at = 4 * axis; at < records.size(); at += header.record_bytes) {
-      low = std::min(low, load<std::int32_t>(&records[at]));
-      high = std::max(high, load<std::int32_t>(&records[at]));
+      low = std::min(low, load_little<std::int32_t>(&records[at]));
+      high = std::max(high, load_little<std::int32_t>(&records[at]));
     }
-    CHECK(std::abs(high * scale + offset - load<double>(&header.bytes[179 + 16 * axis])) <=
+    CHECK(std::abs(high * scale + offset - load_little<double>(&header.bytes[179 + 16 * axis])) <=
           scale / 2);
-    CHECK(std::abs(low * scale + offset - load<double>(&header.bytes[187 + 16 * axis])) <=
+    CHECK(std::abs(low * scale + offset - load_little<double>(&header.bytes[187 + 16 * axis])) <=
           scale / 2);
   }
 }
@@ -128,14 +127,14 @@ PointValues values_of(const Header& header, const std::byte* point) {
   const bool layered = header.point_format == 7;
   PointValues values{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto scale = load<double>(&header.bytes[131 + 8 * axis]);
-    const auto offset = load<double>(&header.bytes[155 + 8 * axis]);
-    values[axis] = load<std::int32_t>(point + 4 * axis) + std::llround(offset / scale);
-    values[3 + axis] = load<std::uint16_t>(point + (layered ? 30 : 28) + 2 * axis);
+    const auto scale = load_little<double>(&header.bytes[131 + 8 * axis]);
+    const auto offset = load_little<double>(&header.bytes[155 + 8 * axis]);
+    values[axis] = load_little<std::int32_t>(point + 4 * axis) + std::llround(offset / scale);
+    values[3 + axis] = load_little<std::uint16_t>(point + (layered ? 30 : 28) + 2 * axis);
   }
-  values[6] = load<std::uint16_t>(point + 12);
-  values[7] = load<std::int64_t>(point + (layered ? 22 : 20));
-  values[8] = load<std::uint16_t>(point + (layered ? 20 : 18));
+  values[6] = load_little<std::uint16_t>(point + 12);
+  values[7] = load_little<std::int64_t>(point + (layered ? 22 : 20));
+  values[8] = load_little<std::uint16_t>(point + (layered ? 20 : 18));
   return values;
 }
 
