@@ -7,6 +7,7 @@
 #include "io/error.h"
 #include "io/mesh_reader.h"
 #include "io/mesh_writer.h"
+#include "tests/io/las_files.h"
 #include "tests/support/raw_scans.h"
 
 using Catch::Matchers::Contains;
@@ -230,6 +231,47 @@ TEST_CASE("MapCoordinatesStayExact") {
   CHECK(found == expected.size());
   CHECK(there.vertices.size() == here.vertices.size());
   CHECK(there.triangles.size() == here.triangles.size());
+}
+
+TEST_CASE("ALasTileKeepsItsDigitsAndItsCoordinateSystem") {
+  ScratchDirectory scratch;
+  const std::string system = "PROJCS[\"somewhere\"]";
+  LasFile tile{.minor = 4, .format = 6};
+  tile.global_encoding = 16;  // the coordinate system is WKT
+  tile.variable_records = {variable_record("LASF_Projection", 2112, system)};
+  tile.scale = {0.001, 0.001, 0.001};
+  tile.offset = {448'000.0, 5'411'000.0, 200.0};
+  Random random(8);
+  for (int i = 0; i < 900; ++i) {
+    LasPoint point;
+    point.xyz = {1000 * (i % 30) + static_cast<int>(random.below(200)),
+                 1000 * (i / 30) + static_cast<int>(random.below(200)),
+                 static_cast<int>(random.below(300))};
+    point.return_number = point.number_of_returns = 1;
+    point.classification = 2;
+    tile.add(point);
+  }
+  std::ofstream(scratch / "tile.las", std::ios::binary) << tile.bytes();
+  Job job;
+  job.input.files = {(scratch / "tile.las").string()};
+  job.input.las_classes = {2};
+  job.normals.up = Vec3{0.0, 0.0, 1.0};
+  job.output.mesh = (scratch / "terrain.ply").string();
+  const RunReport report = run(job);
+  CHECK(report.coordinate_system == system);
+  CHECK(bytes_of(scratch / "terrain.prj") == system + "\n");
+  CHECK(report.normals.orientation == "up");
+  const PointCloud points = read_all(*open_point_source(scratch / "tile.las"));
+  const PointCloud vertices = read_all(*open_point_source(job.output.mesh));
+  CHECK(vertices.size() == 900);
+  CHECK(vertices.schema.attributes == points.schema.attributes);
+  std::size_t found = 0;
+  for (const Vec3& v : vertices.positions)
+    found +=
+        std::find(points.positions.begin(), points.positions.end(), v) != points.positions.end()
+            ? 1
+            : 0;
+  CHECK(found == 900);
 }
 
 TEST_CASE("ClassesAndReturnsFilterAndAreCounted") {
