@@ -24,7 +24,7 @@ template <class Visit>
 void for_neighborhoods(const NeighborSearch& search, std::uint32_t begin, std::uint32_t end,
                        const OutlierOptions& options, const Visit& visit) {
   constexpr std::uint32_t kBlock = NeighborSearch::kBlock;
-  const double max_squared = options.max_radius * options.max_radius;
+  const double max_squared = squared_reach(options.max_radius);
   tbb::parallel_for(
       tbb::blocked_range<std::uint32_t>(begin / kBlock, (end - 1) / kBlock + 1, kGrain),
       [&](const auto& range) {

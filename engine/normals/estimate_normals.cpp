@@ -35,7 +35,7 @@ class Estimator {
       : positions_(positions),
         search_(search),
         neighbors_(std::max<std::size_t>(options.neighbors, 3)),
-        max_squared_(options.max_radius * options.max_radius) {}
+        max_squared_(squared_reach(options.max_radius)) {}
 
   /// Points [begin, end) of one block.
   void block(std::uint32_t begin, std::uint32_t end, Plane* planes) {

@@ -11,11 +11,19 @@
 
 namespace orbweave {
 
+/// Largest squared distance that counts as within `radius`: a hair below its square. The sum of a
+/// coordinate and the radius is rounded where a chunk's halo is cut; what that may leave out,
+/// points at the very radius, is no neighbour in the uncut cloud either.
+inline double squared_reach(double radius) { return radius * radius * (1.0 - 1e-12); }
+
 /// Positions in blocks of consecutive points with a hierarchy of their boxes. No sorting: points
 /// in canonical order lie close to each other already; in any other order results are the same,
 /// only slower. Results are exact: bounds of boxes are computed by the same operations as
 /// distances, rounding is monotonous, so no point is missed, not even among equally distant ones.
 /// Positions must be finite; fewer than 2^32. Safe for queries from many threads. O(n) to build.
+///
+/// Beside it there are PointTree, for positions in any order and queries that are none of them, and
+/// NeighborGrid, for all within a fixed radius, in the order of the points.
 class NeighborSearch {
  public:
   static constexpr std::uint32_t kBlock = 32;  ///< points; queries of one block share their work

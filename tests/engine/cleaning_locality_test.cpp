@@ -5,6 +5,7 @@
 #include "engine/cleaning/outliers.h"
 #include "engine/cleaning/projection.h"
 #include "engine/cleaning/thinning.h"
+#include "engine/normals/estimate_normals.h"
 #include "tests/engine/cleaning_parts.h"
 #include "tests/support/clouds.h"
 
@@ -52,6 +53,33 @@ TEST_CASE("OutliersOfPartsAreThoseOfTheWhole") {
   check_locality(outlier_halo(options), [&](const CloudPart& part) {
     return find_outliers(part.positions, part.begin, part.end, options);
   });
+}
+
+TEST_CASE("PointsExactlyAtTheRadiusDoNotDependOnTheCut") {
+  // Rows whose distances and halos round differently.
+  for (const double step : {0.1, 0.3, 0.7}) {
+    for (const Vec3 corner : {Vec3{}, Vec3{-1.3, -0.7, 0.1}, Vec3{500000.1, 4200000.3, 0.0}}) {
+      PointCloud grid;
+      for (int k = 0; k < 1600; ++k) {
+        const int i = k / 40, j = k % 40;
+        const double height = 0.1 * step * ((i + 2 * j) % 3);
+        grid.positions.push_back(Vec3{i * step, j * step, height} + corner);
+        grid.normals.push_back({0, 0, 1});
+      }
+      test::sort_by_boxes(grid, 7.0 * step);
+      const double radius = 3.0 * step;
+      const auto normals = [&](const CloudPart& part) {
+        return estimate_normals(part.positions, part.begin, part.end, {60, radius}).normals;
+      };
+      const auto projected = [&](const CloudPart& part) {
+        return project_points(part.positions, part.normals, part.begin, part.end, {radius, true})
+            .positions;
+      };
+      CHECK(test::in_parts(grid, 7.0 * step, radius, normals) == test::in_one_part(grid, normals));
+      CHECK(test::in_parts(grid, 7.0 * step, radius, projected) ==
+            test::in_one_part(grid, projected));
+    }
+  }
 }
 
 TEST_CASE("ThinnedPartsAreTheThinnedWhole") {
