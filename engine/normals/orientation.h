@@ -55,9 +55,11 @@ struct OrientedPatches {
 /// Margin that a chunk needs around its owned points, along each axis.
 double orientation_halo(const OrientationOptions& options);
 
-/// Positions as for estimate_normals, in canonical order, with unit normals of either sign, zero
-/// where there is none (such a point gets patch_of = its own number and takes no part). `global`:
-/// the points' numbers in the whole cloud, ascending. Runs on the calling TBB arena.
+/// Finite positions that reach as far as the halo, in the same order for every partition: about the
+/// canonical one, for speed (points that were moved since they were sorted do little harm). They
+/// need not be distinct: points at the same place do not vote on each other. Unit normals of either
+/// sign, zero where there is none (such a point gets patch_of = its own number and takes no part).
+/// `global`: the points' numbers in the whole cloud, ascending. Runs on the calling TBB arena.
 OrientedPatches orient_patches(std::span<const Vec3> positions, std::span<const Vec3> normals,
                                std::span<const std::uint64_t> global, std::uint32_t begin,
                                std::uint32_t end, const OrientationOptions& options);

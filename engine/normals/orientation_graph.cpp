@@ -109,15 +109,28 @@ class Agglomeration {
     links_[a] = {};
   }
 
+  /// Makes the root the parent of v and of all nodes on the way, which may be very long.
+  void link_to_root(std::uint32_t v) {
+    std::uint32_t root = v;
+    std::uint8_t turn = 0;
+    for (; parent_[root] != root; root = parent_[root]) turn ^= turn_[root];
+    while (parent_[v] != root && v != root) {
+      const std::uint32_t next = parent_[v];
+      const std::uint8_t own = turn_[v];
+      parent_[v] = root;
+      turn_[v] = turn;
+      turn ^= own;
+      v = next;
+    }
+  }
+
   SignedParts parts() {
     const auto nodes = static_cast<std::uint32_t>(parent_.size());
     SignedParts result{std::vector<std::uint32_t>(nodes), std::vector<std::uint8_t>(nodes)};
     for (std::uint32_t v = 0; v < nodes; ++v) {
-      std::uint32_t root = v;
-      std::uint8_t turn = 0;
-      for (; parent_[root] != root; root = parent_[root]) turn ^= turn_[root];
-      result.part[v] = first_[root];
-      result.turn[v] = turn;
+      link_to_root(v);
+      result.part[v] = first_[parent_[v]];
+      result.turn[v] = turn_[v];
     }
     for (std::uint32_t v = nodes; v-- > 0;)
       if (result.part[v] != v) result.turn[v] ^= result.turn[result.part[v]];

@@ -90,9 +90,16 @@ class Signs {
     std::iota(parent_.begin(), parent_.end(), 0u);
     turn_.assign(size, 0);
   }
-  std::pair<std::uint32_t, std::uint8_t> find(std::uint32_t x) const {
+  /// Root of x, and whether x is turned against it. Halves the way there.
+  std::pair<std::uint32_t, std::uint8_t> find(std::uint32_t x) {
     std::uint8_t turn = 0;
-    for (; parent_[x] != x; x = parent_[x]) turn ^= turn_[x];
+    while (parent_[x] != x) {
+      const std::uint32_t next = parent_[x];
+      turn_[x] ^= turn_[next];  // a root's is 0
+      parent_[x] = parent_[next];
+      turn ^= turn_[x];
+      x = parent_[x];
+    }
     return {x, turn};
   }
   /// The smaller root stays.
@@ -176,7 +183,7 @@ class Patches {
     while (first < last && !asked(first)) ++first;
     while (first < last && !asked(last - 1)) --last;
     if (first == last) return;
-    query.find(search_, first, last, options_.neighbors, options_.max_radius * options_.max_radius);
+    query.find(search_, first, last, options_.neighbors, squared_reach(options_.max_radius));
     for (std::uint32_t i = first; i < last; ++i) {
       if (!asked(i)) continue;
       std::size_t at = i * options_.neighbors;
@@ -242,7 +249,7 @@ class Patches {
     }
   }
 
-  void join_unanimous(const Cell& cell, const std::vector<Edge>& edges, const Signs& signs) {
+  void join_unanimous(const Cell& cell, const std::vector<Edge>& edges, Signs& signs) {
     const std::span<const std::uint32_t> points = members(cell);
     std::vector<std::uint32_t> row(points.size()), roots;
     for (std::uint32_t a = 0; a < points.size(); ++a) {

@@ -185,6 +185,22 @@ TEST_CASE("PatchesOfPartsAreThoseOfTheWholeToTheLastBit") {
   }
 }
 
+TEST_CASE("MovedAndCoincidingPointsHaveThePatchesOfTheWhole") {
+  // As smoothing leaves them: no longer where their order has them, some at the same place.
+  const test::NamedCloud torus = test::noisy_torus(8000, 0.3, 7);
+  const double spacing = torus.ball_radius / 1.5;
+  Unoriented cloud = unoriented(torus.cloud, 6.0 * spacing);
+  test::Random random(3);
+  for (std::size_t i = 0; i < cloud.positions.size(); ++i) {
+    const double far = i % 20 == 0 ? 5.0 : 0.3;
+    cloud.positions[i] = cloud.positions[i] + far * spacing * random.direction();
+    if (i % 31 == 0 && i > 0) cloud.positions[i] = cloud.positions[i - 1];
+  }
+  const OrientationOptions options = options_for(spacing);
+  const OrientedPatches whole = patches_of(cloud, options);
+  for (const std::uint32_t parts : {3u, 17u}) require_same(in_parts(cloud, options, parts), whole);
+}
+
 TEST_CASE("PointsWithoutANormalTakeNoPart") {
   const test::NamedCloud torus = test::noisy_torus(3000, 0.1, 3);
   const double spacing = torus.ball_radius / 1.5;
@@ -274,6 +290,23 @@ TEST_CASE("VotesAreJoinedFromTheSurestDown") {
   CHECK(sum.turn == std::vector<std::uint8_t>{0, 0, 0});
   const SignedParts cautious = join_by_votes(3, {{0, 1, 9, 9}, {1, 2, -5, 5}, {0, 2, 6, 6}}, 0.5);
   CHECK(cautious.part == std::vector<std::uint32_t>{0, 0, 2});
+}
+
+TEST_CASE("LongChainsOfPatchesAreSignedAlongTheirWholeLength") {
+  // A corridor of patches, joined from one end to the other: every third link turns.
+  constexpr std::uint32_t kNodes = 300000;
+  for (const bool rising : {false, true}) {
+    std::vector<SignedEdge> edges;
+    std::vector<std::uint8_t> turn(1, 0);
+    for (std::uint32_t i = 0; i + 1 < kNodes; ++i) {
+      const double size = kNodes + (rising ? i : kNodes - i);
+      edges.push_back({i, i + 1, i % 3 == 0 ? -size : size, size});
+      turn.push_back(turn.back() ^ (i % 3 == 0 ? 1 : 0));
+    }
+    const SignedParts parts = join_by_votes(kNodes, std::move(edges));
+    CHECK(parts.part == std::vector<std::uint32_t>(kNodes, 0));
+    CHECK(parts.turn == turn);
+  }
 }
 
 TEST_CASE("TheOrderOfRowsDoesNotMatter") {
