@@ -139,7 +139,6 @@ LayerThickness measure_layers(std::span<const SpacingSite> sites) {
   layers.thickness = median(all, &Measured::deviation);
   layers.spacing = median(all, &Measured::spacing);
   layers.radius = median(all, &Measured::radius);
-
   return layers;
 }
 

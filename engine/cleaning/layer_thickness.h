@@ -1,6 +1,7 @@
 // How thick a scanned surface is: noise and misregistration against the spacing of points.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 

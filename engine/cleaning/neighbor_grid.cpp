@@ -36,10 +36,17 @@ NeighborGrid::NeighborGrid(std::span<const Vec3> positions, double radius) {
         }
       });
   tbb::parallel_sort(sorted.begin(), sorted.end());
+  const auto opens_cell = [&](std::size_t i) {
+    return i == 0 || sorted[i].cell != sorted[i - 1].cell;
+  };
+  std::size_t cells = 0;
+  for (std::size_t i = 0; i < sorted.size(); ++i) cells += opens_cell(i);
+  cells_.reserve(cells);
+  begins_.reserve(cells + 1);
   order_.resize(sorted.size());
   for (std::size_t i = 0; i < sorted.size(); ++i) {
     order_[i] = sorted[i].point;
-    if (i != 0 && sorted[i].cell == sorted[i - 1].cell) continue;
+    if (!opens_cell(i)) continue;
     cells_.push_back(sorted[i].cell);
     begins_.push_back(static_cast<std::uint32_t>(i));
   }

@@ -30,6 +30,8 @@ class NeighborGrid {
 
   std::uint32_t cells() const { return static_cast<std::uint32_t>(cells_.size()); }
   LatticeCell lattice_cell(std::uint32_t cell) const { return cells_[cell]; }
+  /// Where a cell's points begin among those of all cells in a row.
+  std::uint32_t begin(std::uint32_t cell) const { return begins_[cell]; }
   /// Points of a cell, ascending.
   std::span<const std::uint32_t> members(std::uint32_t cell) const;
   /// Replaces `found` by the occupied cells among the 27 around (and with) a cell.

@@ -1,12 +1,15 @@
 #include "engine/cleaning/projection.h"
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "engine/cleaning/local_surface.h"
 #include "engine/cleaning/neighbor_grid.h"
+#include "io/error.h"
 
 namespace orbweave {
 namespace {
@@ -20,6 +23,11 @@ constexpr double kSupport = 0.5;
 constexpr double kOneSheet = 0.4;
 /// Means of normals around the reference normal; it settles fast.
 constexpr int kMeans = 2;
+/// Points in a cube of the radius as side, where a projection takes a millisecond per point.
+constexpr double kMostInACell = 10000.0;
+
+/// Squared distance in radii that still counts: a hair less than the halo that chunks are cut with.
+constexpr double kReach = 1.0 - 1e-12;
 
 /// A bell in the squared distance in radii: much like exp(-2 t), but zero at the radius, and of the
 /// same bits on every machine.
@@ -63,7 +71,7 @@ class Projector {
     for (const std::uint32_t other : candidates_) {
       const Vec3 offset = scale * (positions_[other] - positions_[point]);
       const double squared = squared_norm(offset);
-      if (squared <= 1.0) near_.push_back({offset, squared, normals_[other]});
+      if (squared <= kReach) near_.push_back({offset, squared, normals_[other]});
     }
   }
 
@@ -117,6 +125,26 @@ class Projector {
   std::vector<SurfaceSample> samples_;
 };
 
+/// A point's time is that of its neighbours, of which there are some three times as many as points
+/// in its cell.
+void refuse_too_many(const NeighborGrid& grid, std::size_t points) {
+  double pairs = 0.0;
+  for (std::uint32_t cell = 0; cell < grid.cells(); ++cell) {
+    const auto members = static_cast<double>(grid.members(cell).size());
+    pairs += members * members;
+  }
+  const double mean = pairs / static_cast<double>(points);
+  if (!(mean > kMostInACell)) return;
+  throw_usage(
+      "the radius of smoothing is far wider than the points are apart",
+      {.place = "prepare.smooth_radius",
+       .found = std::to_string(std::llround(mean)) + " points in an average cube of that side",
+       .expected =
+           "at most " + std::to_string(std::llround(kMostInACell)) + " (some 15 are the rule)",
+       .advice = "Choose a smaller radius: about four times the distance between "
+                 "neighbouring points."});
+}
+
 }  // namespace
 
 ProjectedPoints project_points(std::span<const Vec3> positions, std::span<const Vec3> normals,
@@ -127,12 +155,15 @@ ProjectedPoints project_points(std::span<const Vec3> positions, std::span<const 
   result.normals.assign(normals.begin() + begin, normals.begin() + end);
   result.moved.assign(end - begin, 0);
   const NeighborGrid grid(positions, options.radius);
+  refuse_too_many(grid, positions.size());
+  tbb::enumerable_thread_specific<Projector> projectors(
+      [&] { return Projector(positions, normals, options, grid); });
   tbb::parallel_for(std::uint32_t{0}, grid.cells(), [&](std::uint32_t cell) {
     const auto members = grid.members(cell);
     const auto first = std::lower_bound(members.begin(), members.end(), begin);
     const auto last = std::lower_bound(first, members.end(), end);
     if (first == last) return;
-    Projector projector(positions, normals, options, grid);
+    Projector& projector = projectors.local();
     projector.enter(cell);
     for (auto it = first; it != last; ++it) {
       if (normals[*it] == Vec3{}) continue;

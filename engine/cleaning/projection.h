@@ -12,7 +12,7 @@
 namespace orbweave {
 
 struct ProjectionOptions {
-  double radius = 0.0;  ///< neighbours within it count, the nearer the more; world units
+  double radius = 0.0;  ///< neighbours within it count, the nearer the more; positive, world units
   /// Normals are oriented: neighbours count by how far theirs agree. Otherwise both signs agree.
   bool oriented = true;
 };
@@ -28,8 +28,8 @@ struct ProjectedPoints {
 /// the quadratic height field that fits those around best; the halo is options.radius. No point
 /// moves farther than that. Normals are unit, zero where unknown (such a point stays, and counts
 /// for no other). Positions must be finite and in the same order for every
-/// partition; sums run in that order. Positions need not be distinct. Runs on the calling TBB
-/// arena.
+/// partition; sums run in that order. Positions need not be distinct. Throws Error (usage) for a
+/// radius that makes neighbours of tens of thousands of points. Runs on the calling TBB arena.
 ProjectedPoints project_points(std::span<const Vec3> positions, std::span<const Vec3> normals,
                                std::uint32_t begin, std::uint32_t end,
                                const ProjectionOptions& options);

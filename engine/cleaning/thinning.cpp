@@ -61,23 +61,39 @@ struct Cloud {
   }
 };
 
-/// Points of a cell in the order in which they are decided.
-std::vector<std::uint32_t> ranked(std::span<const std::uint32_t> members,
-                                  std::span<const Vec3> positions) {
-  std::vector<std::uint32_t> order(members.begin(), members.end());
-  const auto key = [&](std::uint32_t i) { return std::tuple(rank_of(positions[i]), i); };
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+/// Points of a cell, with their ranks, in the order in which they are decided.
+std::vector<std::pair<std::uint64_t, std::uint32_t>> ranked(std::span<const std::uint32_t> members,
+                                                            std::span<const Vec3> positions) {
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
+  for (const std::uint32_t i : members) order.emplace_back(rank_of(positions[i]), i);
+  std::sort(order.begin(), order.end());
   return order;
 }
 
-/// Decides cell after cell; `kept_of_cell` grows as it goes.
+/// The kept points of every cell, which has room for all of its own.
+class KeptPoints {
+ public:
+  KeptPoints(const NeighborGrid& grid, std::size_t points)
+      : grid_(&grid), points_(points), counts_(grid.cells(), 0) {}
+  void add(std::uint32_t cell, std::uint32_t point) {
+    points_[grid_->begin(cell) + counts_[cell]++] = point;
+  }
+  std::span<const std::uint32_t> of(std::uint32_t cell) const {
+    return std::span(points_).subspan(grid_->begin(cell), counts_[cell]);
+  }
+
+ private:
+  const NeighborGrid* grid_;
+  std::vector<std::uint32_t> points_, counts_;
+};
+
+/// Decides cell after cell; the kept points become more as it goes.
 class Thinning {
  public:
   Thinning(const Cloud& cloud, const NeighborGrid& grid)
-      : cloud_(cloud), grid_(grid), kept_of_cell_(grid.cells()) {}
+      : cloud_(cloud), grid_(grid), kept_(grid, cloud.positions.size()) {}
 
-  std::vector<std::vector<std::uint32_t>> run() {
+  KeptPoints run() {
     std::array<std::vector<std::uint32_t>, 8> of_color;
     for (std::uint32_t cell = 0; cell < grid_.cells(); ++cell)
       of_color[color_of(grid_.lattice_cell(cell))].push_back(cell);
@@ -85,7 +101,7 @@ class Thinning {
       tbb::parallel_for(std::size_t{0}, of_color[color].size(),
                         [&](std::size_t i) { decide(of_color[color][i]); });
     }
-    return std::move(kept_of_cell_);
+    return std::move(kept_);
   }
 
  private:
@@ -94,29 +110,31 @@ class Thinning {
   void decide(std::uint32_t cell) {
     std::vector<std::uint32_t> cells, rivals;
     grid_.around(cell, cells);
-    for (const std::uint32_t near : cells)
-      rivals.insert(rivals.end(), kept_of_cell_[near].begin(), kept_of_cell_[near].end());
-    for (const std::uint32_t point : ranked(grid_.members(cell), cloud_.positions)) {
+    for (const std::uint32_t near : cells) {
+      const auto kept = kept_.of(near);
+      rivals.insert(rivals.end(), kept.begin(), kept.end());
+    }
+    for (const auto& ranked_point : ranked(grid_.members(cell), cloud_.positions)) {
+      const std::uint32_t point = ranked_point.second;
       const auto is_near = [&](std::uint32_t rival) { return cloud_.replaces(point, rival); };
       if (std::any_of(rivals.begin(), rivals.end(), is_near)) continue;
       rivals.push_back(point);
-      kept_of_cell_[cell].push_back(point);
+      kept_.add(cell, point);
     }
   }
 
   const Cloud& cloud_;
   const NeighborGrid& grid_;
-  std::vector<std::vector<std::uint32_t>> kept_of_cell_;
+  KeptPoints kept_;
 };
 
 /// The nearest kept point that replaces a point (of equally near ones the first); the point itself
 /// where it is kept.
 std::uint32_t representative(std::uint32_t point, const std::vector<std::uint32_t>& cells,
-                             const std::vector<std::vector<std::uint32_t>>& kept_of_cell,
-                             const Cloud& cloud) {
+                             const KeptPoints& kept_points, const Cloud& cloud) {
   auto best = std::tuple(std::numeric_limits<double>::infinity(), point);
   for (const std::uint32_t near : cells) {
-    for (const std::uint32_t kept : kept_of_cell[near]) {
+    for (const std::uint32_t kept : kept_points.of(near)) {
       if (kept == point) return point;
       if (cloud.replaces(point, kept))
         best = std::min(best, std::tuple(cloud.squared_distance(point, kept), kept));
@@ -126,30 +144,28 @@ std::uint32_t representative(std::uint32_t point, const std::vector<std::uint32_
 }
 
 /// Pairs (kept point, point that it stands for), sorted.
-std::vector<std::pair<std::uint32_t, std::uint32_t>> groups_of(
-    const Cloud& cloud, const NeighborGrid& grid,
-    const std::vector<std::vector<std::uint32_t>>& kept_of_cell) {
-  std::vector<std::uint32_t> of_point(cloud.positions.size());
+std::vector<std::pair<std::uint32_t, std::uint32_t>> groups_of(const Cloud& cloud,
+                                                               const NeighborGrid& grid,
+                                                               const KeptPoints& kept) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> groups(cloud.positions.size());
   tbb::parallel_for(std::uint32_t{0}, grid.cells(), [&](std::uint32_t cell) {
     std::vector<std::uint32_t> cells;
     grid.around(cell, cells);
     for (const std::uint32_t point : grid.members(cell))
-      of_point[point] = representative(point, cells, kept_of_cell, cloud);
+      groups[point] = {representative(point, cells, kept, cloud), point};
   });
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> groups(of_point.size());
-  for (std::uint32_t i = 0; i < of_point.size(); ++i) groups[i] = {of_point[i], i};
   std::sort(groups.begin(), groups.end());
   return groups;
 }
 
-std::vector<std::uint8_t> flags_of(const std::vector<std::vector<std::uint32_t>>& kept_of_cell,
+std::vector<std::uint8_t> flags_of(const KeptPoints& kept, const NeighborGrid& grid,
                                    std::uint32_t begin, std::uint32_t end) {
-  std::vector<std::uint8_t> kept(end - begin, 0);
-  for (const auto& points : kept_of_cell) {
-    for (const std::uint32_t point : points)
-      if (point >= begin && point < end) kept[point - begin] = 1;
+  std::vector<std::uint8_t> flags(end - begin, 0);
+  for (std::uint32_t cell = 0; cell < grid.cells(); ++cell) {
+    for (const std::uint32_t point : kept.of(cell))
+      if (point >= begin && point < end) flags[point - begin] = 1;
   }
-  return kept;
+  return flags;
 }
 
 }  // namespace
@@ -163,7 +179,7 @@ std::vector<std::uint8_t> thin_points(std::span<const Vec3> positions,
                                       std::uint32_t end, const ThinningOptions& options) {
   const Cloud cloud(positions, normals, options);
   const NeighborGrid grid(positions, options.spacing);
-  return flags_of(Thinning(cloud, grid).run(), begin, end);
+  return flags_of(Thinning(cloud, grid).run(), grid, begin, end);
 }
 
 double merging_halo(const ThinningOptions& options) {
@@ -176,12 +192,12 @@ MergedPoints merge_points(std::span<const Vec3> positions, std::span<const Vec3>
                           std::uint32_t begin, std::uint32_t end, const ThinningOptions& options) {
   const Cloud cloud(positions, normals, options);
   const NeighborGrid grid(positions, options.spacing);
-  const auto kept_of_cell = Thinning(cloud, grid).run();
+  const KeptPoints kept_points = Thinning(cloud, grid).run();
   MergedPoints merged;
-  merged.kept = flags_of(kept_of_cell, begin, end);
+  merged.kept = flags_of(kept_points, grid, begin, end);
   merged.positions.assign(positions.begin() + begin, positions.begin() + end);
   if (!normals.empty()) merged.normals.assign(normals.begin() + begin, normals.begin() + end);
-  const auto groups = groups_of(cloud, grid, kept_of_cell);
+  const auto groups = groups_of(cloud, grid, kept_points);
   for (std::size_t first = 0, last = 0; first < groups.size(); first = last) {
     const std::uint32_t kept = groups[first].first;
     Vec3 shift, normal;

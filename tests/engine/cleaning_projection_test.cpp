@@ -153,6 +153,16 @@ TEST_CASE("NothingMovesFartherThanTheRadius") {
   }
 }
 
+TEST_CASE("RadiiThatReachTensOfThousandsOfPointsAreRefused") {
+  const PointCloud cloud = test::random_sphere(100000, 5).cloud;
+  const auto n = static_cast<std::uint32_t>(cloud.size());
+  const auto project = [&](double radius) {
+    return project_points(cloud.positions, cloud.normals, 0, n, {radius, true});
+  };
+  CHECK_THROWS_WITH(project(1000.0), Catch::Contains("prepare.smooth_radius"));
+  CHECK_NOTHROW(project(0.05));
+}
+
 TEST_CASE("ProjectionScalesWithTheCloudAndWorksFarFromTheOrigin") {
   const PointCloud cloud = noisy_sphere(5000, 0.01, 12);
   const PointCloud one = projected(cloud, 0.2, 1);
