@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 #include "io/error.h"
@@ -93,8 +94,7 @@ class PointSourceList final : public PointSource {
       // Opened for its header only: thousands of scans would not fit the open-file limit.
       const auto source = opener_(path);
       files_.push_back({path, source->schema(), source->bytes_total()});
-      const std::optional<std::uint64_t> declared = source->declared_points();
-      declared_ = declared_ && declared ? std::optional(*declared_ + *declared) : std::nullopt;
+      add_declared(source->declared_points());
       bytes_total_ += source->bytes_total();
       add_coordinate_system(source->coordinate_system(), path);
     }
@@ -148,6 +148,13 @@ class PointSourceList final : public PointSource {
     same_attributes_ = file.schema.attributes == schema_.attributes;
     runs_ = kept_runs(file.schema, schema_);
     return true;
+  }
+
+  /// Nothing once a file does not say, or says what no sum holds.
+  void add_declared(std::optional<std::uint64_t> points) {
+    if (!declared_) return;
+    const std::uint64_t most = std::numeric_limits<std::uint64_t>::max() - *declared_;
+    declared_ = points && *points <= most ? std::optional(*declared_ + *points) : std::nullopt;
   }
 
   void add_left_out(DroppedPoints& all) const {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "io/error.h"
+#include "io/quantity.h"
 #include "io/text_layout.h"
 #include "io/text_number.h"
 
@@ -173,7 +174,7 @@ class PtxLines {
       const std::array<double, 4>& from = values[kMatrix + row];
       if (from[3] != (row == 3 ? 1.0 : 0.0))
         refuse("the matrix of a scan is not affine",
-               std::to_string(from[3]) + " in row " + std::to_string(row + 1),
+               format_exact(from[3]) + " in row " + std::to_string(row + 1),
                "a last column of 0 0 0 1",
                "PTX matrices have the translation in their last row; this one may be turned over.");
       std::copy_n(from.begin(), 3, scan.matrix[row].begin());

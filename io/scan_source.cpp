@@ -5,9 +5,12 @@
 #include <bitset>
 #include <cmath>
 #include <cstring>
+#include <string>
 #include <utility>
 
 #include "io/error.h"
+#include "io/lower_case.h"
+#include "io/scalar_types.h"
 
 namespace orbweave {
 namespace {
@@ -16,14 +19,23 @@ constexpr double kViewScale = 32767.0;
 
 double sign_of(double value) { return value < 0.0 ? -1.0 : 1.0; }
 
-/// An attribute of small integers, as one filter needs it.
-class SmallAttribute {
+/// What names of an attribute have in common, from format to format: "ReturnNumber" of PCD is
+/// "return_number" of LAS.
+std::string common_name(const std::string& name) {
+  std::string common = lower_case(name);
+  std::erase(common, '_');
+  return common;
+}
+
+/// An attribute that a filter goes by.
+class FilterAttribute {
  public:
-  SmallAttribute() = default;
-  SmallAttribute(const PointSchema& schema, const char* name, const char* wanted_by,
-                 const std::string& file) {
+  FilterAttribute() = default;
+  FilterAttribute(const PointSchema& schema, const char* name, const char* wanted_by,
+                  const std::string& file) {
     for (const AttributeField& field : schema.attributes) {
-      if (field.name == name && size_of(field.type) == 1) return;
+      type_ = field.type;
+      if (common_name(field.name) == common_name(name)) return;
       offset_ += size_of(field.type);
     }
     throw_bad_input(std::string("the points have no ") + name,
@@ -31,12 +43,18 @@ class SmallAttribute {
                      .expected = std::string("the attribute that ") + wanted_by + " asks for",
                      .advice = "Leave that key out, or the file."});
   }
-  std::uint8_t operator()(std::span<const std::byte> row) const {
-    return static_cast<std::uint8_t>(row[offset_]);
+  double operator()(std::span<const std::byte> row) const {
+    double number = 0.0;
+    visit_scalar(type_, [&](auto value) {
+      std::memcpy(&value, row.data() + offset_, sizeof value);
+      number = static_cast<double>(value);
+    });
+    return number;
   }
 
  private:
   std::size_t offset_ = 0;
+  ScalarType type_ = ScalarType::kUint8;
 };
 
 class ScanSource final : public PointSource {
@@ -45,11 +63,11 @@ class ScanSource final : public PointSource {
              const std::string& file)
       : source_(std::move(source)), options_(options), schema_(source_->schema()) {
     if (!options.classes.empty())
-      class_ = SmallAttribute(schema_, "classification", "input.las_classes", file);
+      class_ = FilterAttribute(schema_, "classification", "input.las_classes", file);
     for (const int wanted : options.classes) classes_.set(static_cast<std::size_t>(wanted));
     if (options.returns != ReturnFilter::kAll) {
-      number_ = SmallAttribute(schema_, "return_number", "input.returns", file);
-      count_ = SmallAttribute(schema_, "number_of_returns", "input.returns", file);
+      number_ = FilterAttribute(schema_, "return_number", "input.returns", file);
+      count_ = FilterAttribute(schema_, "number_of_returns", "input.returns", file);
     }
     filters_ = !options.classes.empty() || options.returns != ReturnFilter::kAll;
     moves_ = options.motion != RigidMotion{};
@@ -102,8 +120,13 @@ class ScanSource final : public PointSource {
   }
 
  private:
+  bool is_wanted(double point_class) const {
+    return point_class >= 0.0 && point_class < static_cast<double>(classes_.size()) &&
+           classes_.test(static_cast<std::size_t>(point_class));
+  }
+
   const char* objection(std::span<const std::byte> row) const {
-    if (!options_.classes.empty() && !classes_.test(class_(row))) return "class not wanted";
+    if (!options_.classes.empty() && !is_wanted(class_(row))) return "class not wanted";
     const auto number = [&] { return number_(row); };
     const auto count = [&] { return count_(row); };
     switch (options_.returns) {
@@ -155,7 +178,7 @@ class ScanSource final : public PointSource {
   std::unique_ptr<PointSource> source_;
   ScanOptions options_;
   PointSchema schema_;
-  SmallAttribute class_, number_, count_;
+  FilterAttribute class_, number_, count_;
   std::bitset<256> classes_;
   bool filters_ = false;
   bool moves_ = false;

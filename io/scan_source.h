@@ -16,19 +16,20 @@ namespace orbweave {
 enum class ReturnFilter { kAll, kFirst, kLast, kOnly };
 
 struct ScanOptions {
-  RigidMotion motion;  ///< from the scan's own coordinates to the world
+  RigidMotion motion{};  ///< from the scan's own coordinates to the world
   /// Where the scanner is, in the scan's own coordinates, whatever the file says.
-  std::optional<ScannerPlace> scanner;
-  std::optional<ScannerPlace> usual_scanner;  ///< likewise, where the file does not say
-  bool with_view = false;                     ///< adds the attributes of view_fields()
-  bool without_normals = false;               ///< normals of the file are of no interest
-  bool without_attributes = false;            ///< nor are its attributes, once they have filtered
-  std::vector<int> classes;                   ///< values of `classification` wanted; empty: all
+  std::optional<ScannerPlace> scanner{};
+  std::optional<ScannerPlace> usual_scanner{};  ///< likewise, where the file does not say
+  bool with_view = false;                       ///< adds the attributes of view_fields()
+  bool without_normals = false;                 ///< normals of the file are of no interest
+  bool without_attributes = false;              ///< nor are its attributes, once they have filtered
+  std::vector<int> classes{};  ///< values of `classification` wanted, 0 to 255; empty: all
   ReturnFilter returns = ReturnFilter::kAll;  ///< by `return_number` and `number_of_returns`
 };
 
-/// Wraps a scan. What is filtered out counts as left out, by reason. Throws Error (bad input) where
-/// the file lacks the attribute that a filter needs; `file` is for messages.
+/// Wraps a scan. What is filtered out counts as left out, by reason. The attributes that filters go
+/// by may have any type and be written in any case, with or without '_'. Throws Error (bad input)
+/// where the file lacks one; `file` is for messages.
 std::unique_ptr<PointSource> open_scan_source(std::unique_ptr<PointSource> source,
                                               const ScanOptions& options, const std::string& file);
 

@@ -9,6 +9,7 @@
 
 #include "io/error.h"
 #include "io/little_endian.h"
+#include "io/quantity.h"
 
 namespace orbweave::las {
 namespace {
@@ -162,10 +163,10 @@ class HeaderReader {
       if (header_.points == 0) continue;
       if (!std::isfinite(header_.scale[axis]) || header_.scale[axis] == 0.0)
         fail("the scale of " + name + " gives no coordinates", kScale + skip,
-             std::to_string(header_.scale[axis]), "a number other than 0");
+             format_exact(header_.scale[axis]), "a number other than 0");
       if (!std::isfinite(header_.offset[axis]))
         fail("the offset of " + name + " gives no coordinates", kOffset + skip,
-             std::to_string(header_.offset[axis]), "a number");
+             format_exact(header_.offset[axis]), "a number");
     }
   }
 

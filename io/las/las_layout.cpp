@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <map>
 #include <set>
 #include <string>
 #include <string_view>
@@ -159,11 +160,12 @@ void Layout::take_normals(std::vector<StoredValue>& extra) {
 void Layout::name_apart(std::vector<StoredValue>& extra) const {
   std::set<std::string> taken = {"x", "y", "z", "nx", "ny", "nz"};
   for (const Column& column : columns_) taken.insert(column.value.name);
+  std::map<std::string, int> copies;  // a record has room for 65,000 values of one name
   for (StoredValue& value : extra) {
     const std::string base = plain_name(value.name);
     value.name = base;
-    for (int copy = 2; !taken.insert(value.name).second; ++copy)
-      value.name = base + "_" + std::to_string(copy);
+    while (!taken.insert(value.name).second)
+      value.name = base + "_" + std::to_string(++copies.try_emplace(base, 1).first->second);
   }
 }
 

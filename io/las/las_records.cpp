@@ -38,12 +38,13 @@ class CompressedRecords final : public Records {
  public:
   CompressedRecords(const RandomAccess& file, const Header& header,
                     std::span<const std::byte> laszip)
-      : reader_(file, laszip, header.point_data_offset, header.points, header.point_format,
-                header.record_bytes) {}
+      : begin_(header.point_data_offset),
+        reader_(file, laszip, begin_, header.points, header.point_format, header.record_bytes) {}
   std::size_t read(std::span<std::byte> records) override { return reader_.read(records); }
-  std::uint64_t bytes_read() const override { return reader_.bytes_read(); }
+  std::uint64_t bytes_read() const override { return begin_ + reader_.bytes_read(); }
 
  private:
+  std::uint64_t begin_;
   LazReader reader_;
 };
 
