@@ -1,6 +1,8 @@
 #include "io/point_source.h"
 
 #include <algorithm>
+#include <cstring>
+#include <string_view>
 #include <utility>
 
 #include "io/byte_source.h"
@@ -47,6 +49,17 @@ bool is_text_extension(const std::string& extension) {
   return extension == ".xyz" || extension == ".txt" || extension == ".csv" || extension == ".pts";
 }
 
+/// A scan whose format takes its name, or a file that can be read in any order, to be known.
+void refuse_binary_scan(ByteReader& reader) {
+  for (const auto& [front, names] : {std::pair(std::string_view("LASF"), ".las or .laz"),
+                                     std::pair(std::string_view("ASTM-E57"), ".e57")})
+    if (reader.ensure(front.size()) && std::memcmp(reader.data(), front.data(), front.size()) == 0)
+      throw_bad_input("this format cannot be read from standard input or under this name",
+                      {.file = reader.name(),
+                       .found = "\"" + std::string(front) + "\"",
+                       .expected = std::string("a file named ") + names});
+}
+
 std::unique_ptr<PointSource> open_ptx_file(const std::filesystem::path& path, ByteReader reader) {
   // A pipe can be read only once.
   if (!std::filesystem::is_regular_file(path)) return open_ptx_source(std::move(reader));
@@ -72,6 +85,7 @@ std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path
   if (extension == ".pcd") return open_pcd_source(std::move(reader));
   if (extension == ".ptx") return open_ptx_file(path, std::move(reader));
   if (is_stream || is_text_extension(extension)) {
+    refuse_binary_scan(reader);
     if (looks_like_ply(reader)) return open_ply_source(std::move(reader));
     if (looks_like_pcd(reader)) return open_pcd_source(std::move(reader));
     if (looks_like_ptx(reader)) return open_ptx_file(path, std::move(reader));

@@ -147,7 +147,9 @@ TEST_CASE("UnknownExtensionsAreAUsageErrorThatListsTheKnown") {
 
 TEST_CASE("ContentThatBeliesTheExtensionIsTold") {
   check_refused("a.ply", "1 2 3\n4 5 6\n", {"no PLY file", "\"ply\""});
-  check_refused("a.xyz", std::string("LASF\0\0\1\2\3", 9), {"line 1", "LASF"});
+  check_refused("a.xyz", std::string("LASF\0\0\1\2\3", 9), {"LASF", "named .las or .laz"});
+  check_refused("a.txt", std::string("ASTM-E57\1\0\0\0", 12), {"ASTM-E57", "named .e57"});
+  check_refused("a.xyz", std::string("\x89PNG\r\n\x1a\n", 8), {"line 1"});
   check_refused("a.xyz.gz", "1 2 3\n", {"damaged", "gzip"});
   const ScratchDirectory scratch;
   write_file(scratch / "ply.txt", ascii_ply("1", "1 2 3\n"));
