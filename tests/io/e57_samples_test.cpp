@@ -34,19 +34,6 @@ void check_sample(const Sample& sample) {
   }
 }
 
-double sum_of(const PointCloud& cloud, std::size_t field) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < cloud.size(); ++i) sum += attribute_value(cloud, i, field);
-  return sum;
-}
-
-std::vector<std::string> names_of(const PointCloud& cloud) {
-  std::vector<std::string> names;
-  for (const AttributeField& field : cloud.schema.attributes)
-    names.push_back(field.name + " " + name_of(field.type));
-  return names;
-}
-
 }  // namespace
 
 TEST_CASE("E57SamplesHaveTheirCountsAndBounds") {
@@ -92,7 +79,8 @@ TEST_CASE("E57CubeOfFloatsIsTheCubeOfDoubles") {
   const PointCloud floats = read_cloud(sample_path("ColouredCubeFloat.e57"));
   CHECK(doubles.schema.position_type == ScalarType::kFloat64);
   CHECK(floats.schema.position_type == ScalarType::kFloat32);
-  CHECK(names_of(floats) == std::vector<std::string>{"red uint8", "green uint8", "blue uint8"});
+  CHECK(typed_names(floats.schema) ==
+        std::vector<std::string>{"red uint8", "green uint8", "blue uint8"});
   CHECK(doubles.attributes == floats.attributes);
   REQUIRE(doubles.size() == floats.size());
   for (std::size_t i = 0; i < doubles.size(); ++i)
@@ -104,15 +92,15 @@ TEST_CASE("E57CubeOfFloatsIsTheCubeOfDoubles") {
 TEST_CASE("E57SampleOfLasToolsHasItsColoursAndReturns") {
   if (skipped_without(sample_path("ColourRepresentation.e57"))) return;
   const PointCloud cloud = read_cloud(sample_path("ColourRepresentation.e57"));
-  CHECK(names_of(cloud) == std::vector<std::string>{"red uint16", "green uint16", "blue uint16",
-                                                    "return_number uint8",
-                                                    "number_of_returns uint8"});
-  CHECK(sum_of(cloud, 0) == 3264000);
-  CHECK(sum_of(cloud, 1) == 3394560);
-  CHECK(sum_of(cloud, 2) == 3329280);
+  CHECK(typed_names(cloud.schema) == std::vector<std::string>{"red uint16", "green uint16",
+                                                              "blue uint16", "return_number uint8",
+                                                              "number_of_returns uint8"});
+  CHECK(sum_of(cloud, "red") == 3264000);
+  CHECK(sum_of(cloud, "green") == 3394560);
+  CHECK(sum_of(cloud, "blue") == 3329280);
   // Every return is the first of one.
-  CHECK(sum_of(cloud, 3) == 153);
-  CHECK(sum_of(cloud, 4) == 153);
+  CHECK(sum_of(cloud, "return_number") == 153);
+  CHECK(sum_of(cloud, "number_of_returns") == 153);
 }
 
 TEST_CASE("E57SampleWithNormalsHasThem") {

@@ -53,10 +53,8 @@ LasFile file_with(const std::vector<Described>& described, const std::string& fi
 
 /// Names and types of the attributes behind those of format 0.
 std::vector<std::string> extra_names(const PointCloud& cloud) {
-  std::vector<std::string> names;
-  for (std::size_t f = 7; f < cloud.schema.attributes.size(); ++f)
-    names.push_back(cloud.schema.attributes[f].name + " " +
-                    name_of(cloud.schema.attributes[f].type));
+  std::vector<std::string> names = test::typed_names(cloud.schema);
+  names.erase(names.begin(), names.begin() + 7);
   return names;
 }
 using Names = std::vector<std::string>;

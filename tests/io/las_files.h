@@ -169,15 +169,4 @@ inline Error las_error(const std::string& bytes) {
   return Error(ExitStatus::kDone, "");
 }
 
-/// Place of an attribute; the number of attributes where there is none of this name.
-inline std::size_t field_of(const PointSchema& schema, const std::string& name) {
-  const auto at = std::find_if(schema.attributes.begin(), schema.attributes.end(),
-                               [&](const AttributeField& field) { return field.name == name; });
-  return static_cast<std::size_t>(at - schema.attributes.begin());
-}
-
-inline double value_of(const PointCloud& cloud, std::size_t point, const std::string& name) {
-  return attribute_value(cloud, point, field_of(cloud.schema, name));
-}
-
 }  // namespace orbweave::test

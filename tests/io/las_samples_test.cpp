@@ -58,13 +58,6 @@ const Sample kSamples[] = {
 };
 // clang-format on
 
-double sum_of(const PointCloud& cloud, const std::string& name) {
-  double sum = 0.0;
-  const std::size_t field = test::field_of(cloud.schema, name);
-  for (std::size_t i = 0; i < cloud.size(); ++i) sum += attribute_value(cloud, i, field);
-  return sum;
-}
-
 void check_sample(const Sample& sample) {
   CAPTURE(sample.file);
   if (test::skipped_without(data_path(sample.file))) return;
@@ -74,7 +67,7 @@ void check_sample(const Sample& sample) {
   CHECK(source->declared_points() == sample.points + sample.withheld);
   CHECK(source->left_out() ==
         (sample.withheld == 0 ? DroppedPoints{} : DroppedPoints{{"withheld", sample.withheld}}));
-  CHECK(sum_of(cloud, "intensity") == sample.intensities);
+  CHECK(test::sum_of(cloud, "intensity") == sample.intensities);
   if (cloud.empty()) return;
   CHECK(cloud.bounds().min == sample.min);
   CHECK(cloud.bounds().max == sample.max);

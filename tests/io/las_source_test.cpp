@@ -16,16 +16,10 @@ using test::las_source;
 using test::LasFile;
 using test::LasPoint;
 using test::read_las;
+using test::typed_names;
 using test::value_of;
 
 using Names = std::vector<std::string>;
-
-Names names_of(const PointSchema& schema) {
-  Names names;
-  for (const AttributeField& field : schema.attributes)
-    names.push_back(field.name + " " + name_of(field.type));
-  return names;
-}
 
 /// Any point that the format can hold, not withheld.
 LasPoint any_point(std::mt19937_64& random, int format) {
@@ -111,7 +105,7 @@ TEST_CASE("EveryPointFormatOfEveryVersionComesBackWhole") {
       file.gap = std::string(2, '\xdd');  // LAS 1.0 puts a signature there
       const PointCloud cloud = read_las(file.bytes());
       REQUIRE(cloud.size() == points.size());
-      CHECK(names_of(cloud.schema) == expected_names(format));
+      CHECK(typed_names(cloud.schema) == expected_names(format));
       CHECK_FALSE(cloud.schema.has_normals);
       for (std::size_t i = 0; i < points.size(); ++i) {
         check_attributes(cloud, i, format, points[i]);
@@ -351,6 +345,9 @@ TEST_CASE("OpeningByNameTellsWhatCannotBe") {
   const std::string unknown = test::reading_error(scratch / "cloud.abc").what();
   CHECK(unknown.find(".las") != std::string::npos);
   CHECK(unknown.find(".laz") != std::string::npos);
+  test::write_file(scratch / "cloud.txt", bytes);
+  const std::string text = test::reading_error(scratch / "cloud.txt").what();
+  CHECK(text.find("a file named .las or .laz") != std::string::npos);
 }
 
 }  // namespace

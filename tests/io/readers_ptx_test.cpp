@@ -13,6 +13,7 @@ namespace orbweave {
 namespace {
 
 using Catch::Contains;
+using test::attribute_names;
 using test::read_cloud;
 using test::reading_error;
 using test::ScratchDirectory;
@@ -32,12 +33,6 @@ std::filesystem::path sample(const std::string& name) {
 
 ByteReader memory_reader(const std::string& content) {
   return ByteReader(memory_byte_source(std::as_bytes(std::span(content)), "pipe"));
-}
-
-std::vector<std::string> attribute_names(const PointSchema& schema) {
-  std::vector<std::string> names;
-  for (const AttributeField& field : schema.attributes) names.push_back(field.name);
-  return names;
 }
 
 using Names = std::vector<std::string>;
@@ -253,7 +248,7 @@ TEST_CASE("DamagedPtxHeadersNameTheirLine") {
   check_refused("2\n2\n0 0 0\n1 0 0\n0 one 0\n", {"line 5", "second axis"});
   check_refused("2\n2\n0 0 0\n" + kAxes, {"ends inside the header of scan 1", "row 1"});
   check_refused("1\n1\n0 0 0\n" + kAxes + "1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n1 2 3 4\n",
-                {"line 10", "5.0", "row 1", "last column of 0 0 0 1"});
+                {"line 10", "found 5 in row 1", "last column of 0 0 0 1"});
   check_refused("1\n1\n0 0 0\n" + kAxes + "1 0 0 0\n0 1 0 0\n0 nan 1 0\n0 0 0 1\n1 2 3 4\n",
                 {"line 9", "row 3"});
   check_refused("1\n1\n0 0 0\n" + kAxes + "1 0 0 0\n0 1 0 0\n0 2 0 0\n0 0 0 1\n1 2 3 4\n",

@@ -13,6 +13,7 @@ namespace orbweave {
 namespace {
 
 using Catch::Contains;
+using test::attribute_names;
 using test::read_cloud;
 using test::reading_error;
 using test::ScratchDirectory;
@@ -30,12 +31,6 @@ Error text_error(const std::string& name, const std::string& content,
   const ScratchDirectory scratch;
   write_file(scratch / name, content);
   return reading_error(scratch / name, {text});
-}
-
-std::vector<std::string> attribute_names(const PointCloud& cloud) {
-  std::vector<std::string> names;
-  for (const AttributeField& field : cloud.schema.attributes) names.push_back(field.name);
-  return names;
 }
 
 using Names = std::vector<std::string>;
@@ -142,14 +137,14 @@ TEST_CASE("HeaderLinesNameTheColumns") {
       "a.csv", "\"Z\",NX,ny,nz,X,Y,R,G,B,Intensity,time stamp\n3,0,0,1,1,2,10,20,30,0.5,99\n");
   CHECK(cloud.positions == std::vector<Vec3>{{1, 2, 3}});
   CHECK(cloud.normals == std::vector<Vec3>{{0, 0, 1}});
-  CHECK(attribute_names(cloud) == Names{"red", "green", "blue", "intensity", "time stamp"});
+  CHECK(attribute_names(cloud.schema) == Names{"red", "green", "blue", "intensity", "time stamp"});
   CHECK(cloud.schema.attributes[0].type == ScalarType::kUint8);
   CHECK(cloud.schema.attributes[3].type == ScalarType::kFloat64);
   CHECK(attribute_value(cloud, 0, 4) == 99.0);
   const PointCloud unit_colors = read_text("a.txt", "x y z r g b\n1 2 3 0.5 0 1\n");
   CHECK(unit_colors.schema.attributes[0].type == ScalarType::kFloat64);
   const PointCloud comment = read_text("a.xyz", "//X Y Z temperature\n1 2 3 4\n");
-  CHECK(attribute_names(comment) == Names{"temperature"});
+  CHECK(attribute_names(comment.schema) == Names{"temperature"});
 }
 
 TEST_CASE("ColumnsWithoutNamesAreToldByTheirValues") {
@@ -158,13 +153,13 @@ TEST_CASE("ColumnsWithoutNamesAreToldByTheirValues") {
   CHECK(normals.normals[1] == Vec3{0.6, -0.8, 0});
   const PointCloud colors = read_text("a.xyz", "1 2 3 0 0 1\n4 5 6 255 128 0\n");
   CHECK_FALSE(colors.schema.has_normals);
-  CHECK(attribute_names(colors) == Names{"red", "green", "blue"});
+  CHECK(attribute_names(colors.schema) == Names{"red", "green", "blue"});
   CHECK(attribute_value(colors, 1, 0) == 255.0);
   const PointCloud other = read_text("a.xyz", "1 2 3 0 0 1\n4 5 6 256 128 0\n");
-  CHECK(attribute_names(other) == Names{"c4", "c5", "c6"});
-  CHECK(attribute_names(read_text("a.xyz", "1 2 3 4\n")) == Names{"c4"});
-  CHECK(attribute_names(read_text("a.pts", "1\n1 2 3 -7\n")) == Names{"intensity"});
-  CHECK(attribute_names(read_text("a.pts", "1 2 3 10 52 70 64\n")) ==
+  CHECK(attribute_names(other.schema) == Names{"c4", "c5", "c6"});
+  CHECK(attribute_names(read_text("a.xyz", "1 2 3 4\n").schema) == Names{"c4"});
+  CHECK(attribute_names(read_text("a.pts", "1\n1 2 3 -7\n").schema) == Names{"intensity"});
+  CHECK(attribute_names(read_text("a.pts", "1 2 3 10 52 70 64\n").schema) ==
         Names{"intensity", "red", "green", "blue"});
 }
 
@@ -242,7 +237,7 @@ TEST_CASE("SampleTextFilesHaveTheirPoints") {
   CHECK(ripple.size() == 10201);
   CHECK(ripple.bounds().min.x == -5.0);
   CHECK(ripple.bounds().max.y == 5.0);
-  CHECK(attribute_names(ripple) == Names{"intensity", "red", "green", "blue"});
+  CHECK(attribute_names(ripple.schema) == Names{"intensity", "red", "green", "blue"});
   CHECK(read_cloud(sample("autzen.pts")).size() == 10);
   CHECK(read_cloud(sample("test.pts")).size() == 19);
   CHECK(read_cloud(sample("site_56_8.pts")).size() == 8);
@@ -250,7 +245,7 @@ TEST_CASE("SampleTextFilesHaveTheirPoints") {
   const PointCloud text = read_cloud(sample("ripple.txt"));
   CHECK(text.size() == 10201);
   CHECK(text.schema.has_normals);
-  CHECK(attribute_names(text) == Names{"red", "green", "blue"});
+  CHECK(attribute_names(text.schema) == Names{"red", "green", "blue"});
 }
 
 TEST_CASE("SeveralFilesAreOneStream") {
@@ -264,7 +259,7 @@ TEST_CASE("SeveralFilesAreOneStream") {
   const auto two = open_point_sources({scratch / "a.csv", scratch / "b.csv"}, {}, &notes);
   const PointCloud cloud = read_all(*two);
   CHECK(cloud.positions == std::vector<Vec3>{{1, 2, 3}, {10, 20, 30}});
-  CHECK(attribute_names(cloud) == Names{"red", "green", "blue", "time"});
+  CHECK(attribute_names(cloud.schema) == Names{"red", "green", "blue", "time"});
   CHECK(attribute_value(cloud, 1, 0) == 40.0);
   CHECK(attribute_value(cloud, 1, 2) == 60.0);
   CHECK(attribute_value(cloud, 1, 3) == 70.0);
@@ -273,7 +268,7 @@ TEST_CASE("SeveralFilesAreOneStream") {
   CHECK(two->bytes_read() == two->bytes_total());
   const auto three =
       open_point_sources({scratch / "a.csv", scratch / "b.csv", scratch / "c.ply"}, {}, &notes);
-  CHECK(attribute_names(read_all(*three)) == Names{"time"});
+  CHECK(attribute_names(read_all(*three).schema) == Names{"time"});
   CHECK(three->schema().position_type == ScalarType::kFloat64);
 }
 

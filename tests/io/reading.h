@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,39 @@ inline bool same_bits(const PointCloud& a, const PointCloud& b) {
   };
   return a.schema == b.schema && equal(a.positions, b.positions) && equal(a.normals, b.normals) &&
          a.attributes == b.attributes;
+}
+
+/// "intensity", "red", ...
+inline std::vector<std::string> attribute_names(const PointSchema& schema) {
+  std::vector<std::string> names;
+  for (const AttributeField& field : schema.attributes) names.push_back(field.name);
+  return names;
+}
+
+/// "intensity uint16", "red uint8", ...
+inline std::vector<std::string> typed_names(const PointSchema& schema) {
+  std::vector<std::string> names;
+  for (const AttributeField& field : schema.attributes)
+    names.push_back(field.name + " " + name_of(field.type));
+  return names;
+}
+
+/// Place of an attribute. Throws where there is none of this name.
+inline std::size_t field_of(const PointSchema& schema, const std::string& name) {
+  for (std::size_t i = 0; i < schema.attributes.size(); ++i)
+    if (schema.attributes[i].name == name) return i;
+  throw std::out_of_range("no attribute " + name);
+}
+
+inline double value_of(const PointCloud& cloud, std::size_t point, const std::string& name) {
+  return attribute_value(cloud, point, field_of(cloud.schema, name));
+}
+
+inline double sum_of(const PointCloud& cloud, const std::string& name) {
+  const std::size_t field = field_of(cloud.schema, name);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < cloud.size(); ++i) sum += attribute_value(cloud, i, field);
+  return sum;
 }
 
 /// The bytes of a value, in the machine's order or turned around.
