@@ -7,6 +7,7 @@
 #include <limits>
 #include <pugixml.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "io/byte_reader.h"
 #include "io/error.h"
@@ -19,6 +20,7 @@ constexpr std::string_view kNormalsPrefix = "nor:";
 // What the addresses of extensions have in them, whatever prefix a file gives them.
 constexpr std::string_view kNormalsAddress = "surface_normals";
 constexpr std::string_view kLasAddress = "-las-v1";
+constexpr std::string_view kLasPrefix = "las:";
 constexpr int kDeepestPrototype = 8;
 
 std::string_view trimmed(std::string_view text) {
@@ -121,22 +123,35 @@ E57Field read_field(const XmlReader& xml, pugi::xml_node node, const std::string
   return field;
 }
 
+/// What a file calls its extensions, with the colon.
+struct Prefixes {
+  std::string normals;
+  std::string las;
+};
+
+/// The name of a field with the usual prefix of its extension.
+std::string usual_name(const std::string& name, const Prefixes& prefixes) {
+  for (const auto& [given, usual] : {std::pair(std::string_view(prefixes.normals), kNormalsPrefix),
+                                     std::pair(std::string_view(prefixes.las), kLasPrefix)})
+    if (name.starts_with(given)) return std::string(usual) + name.substr(given.size());
+  return name;
+}
+
 /// Leaves in document order: that is the order of the byte streams.
-void add_fields(const XmlReader& xml, pugi::xml_node parent, const std::string& normals_prefix,
-                int depth, std::vector<E57Field>& fields) {
+void add_fields(const XmlReader& xml, pugi::xml_node parent, const Prefixes& prefixes, int depth,
+                std::vector<E57Field>& fields) {
   if (depth > kDeepestPrototype) xml.refuse(parent, "the prototype of a point is nested too deep");
   for (const pugi::xml_node node : parent.children()) {
     if (node.type() != pugi::node_element) continue;
     const std::string_view type = node.attribute("type").value();
     if (type == "Structure" || type == "Vector") {
-      add_fields(xml, node, normals_prefix, depth + 1, fields);
+      add_fields(xml, node, prefixes, depth + 1, fields);
       continue;
     }
     std::string name = node.name();
     // What lies deeper belongs to an extension, whatever its name.
     if (depth > 0) name.insert(0, "/");
-    if (name.starts_with(normals_prefix)) name.replace(0, normals_prefix.size(), kNormalsPrefix);
-    fields.push_back(read_field(xml, node, name));
+    fields.push_back(read_field(xml, node, usual_name(name, prefixes)));
   }
 }
 
@@ -176,7 +191,7 @@ std::optional<E57Limits> read_limits(const XmlReader& xml, pugi::xml_node limits
   return E57Limits{xml.value(low), xml.value(high)};
 }
 
-void read_points(const XmlReader& xml, pugi::xml_node points, const std::string& normals_prefix,
+void read_points(const XmlReader& xml, pugi::xml_node points, const Prefixes& prefixes,
                  E57Scan& scan) {
   if (std::string_view(points.attribute("type").value()) != "CompressedVector")
     xml.refuse(points, "the points of a scan have an impossible type",
@@ -187,16 +202,16 @@ void read_points(const XmlReader& xml, pugi::xml_node points, const std::string&
   scan.section_offset = xml.integer<std::uint64_t>(points, "fileOffset", 0);
   scan.records = xml.integer<std::uint64_t>(points, "recordCount", 0);
   check_codecs(xml, points.child("codecs"));
-  add_fields(xml, points.child("prototype"), normals_prefix, 0, scan.fields);
+  add_fields(xml, points.child("prototype"), prefixes, 0, scan.fields);
 }
 
 E57Scan read_scan(const XmlReader& xml, pugi::xml_node node, pugi::xml_node points,
-                  const std::string& normals_prefix, std::size_t number) {
+                  const Prefixes& prefixes, std::size_t number) {
   E57Scan scan;
   scan.label = "scan " + std::to_string(number);
   const std::string_view name = node.child("name").text().get();
   if (!name.empty()) scan.label += " " + excerpt(name);
-  read_points(xml, points, normals_prefix, scan);
+  read_points(xml, points, prefixes, scan);
   if (const pugi::xml_node pose = node.child("pose")) scan.pose = read_pose(xml, pose);
   const pugi::xml_node colors = node.child("colorLimits");
   scan.color_limits = {read_limits(xml, colors, "colorRed"), read_limits(xml, colors, "colorGreen"),
@@ -260,18 +275,20 @@ E57Document read_e57_document(E57Pages& pages) {
 
   E57Document document;
   document.coordinate_system = trimmed(root.child("coordinateMetadata").text().get());
-  const std::string normals_prefix =
-      find_prefix(root, kNormalsAddress).value_or(std::string(kNormalsPrefix));
+  const auto las_prefix = find_prefix(root, kLasAddress);
+  const Prefixes prefixes = {
+      find_prefix(root, kNormalsAddress).value_or(std::string(kNormalsPrefix)),
+      las_prefix.value_or(std::string(kLasPrefix))};
   // The standard counts returns from 0. Converters from LAS, which leave its extension behind, copy
   // its numbers, and those count from 1.
-  const int first_return = find_prefix(root, kLasAddress) ? 1 : 0;
+  const int first_return = las_prefix ? 1 : 0;
   std::size_t number = 0;
   for (const pugi::xml_node node : root.child("data3D").children()) {
     if (node.type() != pugi::node_element) continue;
     ++number;
     const pugi::xml_node points = node.child("points");
     if (!points) continue;
-    document.scans.push_back(read_scan(xml, node, points, normals_prefix, number));
+    document.scans.push_back(read_scan(xml, node, points, prefixes, number));
     document.scans.back().first_return = first_return;
   }
   return document;

@@ -19,7 +19,7 @@ enum class E57Kind { kInteger, kScaledInteger, kFloat32, kFloat64, kString };
 
 /// One leaf of a scan's prototype: one byte stream of its packets.
 struct E57Field {
-  std::string name;  ///< with the prefix "nor:" for the surface normals extension, else as given
+  std::string name;  ///< as given, but for the prefixes "nor:" (surface normals) and "las:"
   E57Kind kind = E57Kind::kFloat64;
   std::int64_t minimum = 0;  ///< of integers, before scaling
   std::int64_t maximum = 0;

@@ -14,7 +14,7 @@ constexpr FieldNames kCartesian = {"cartesianX", "cartesianY", "cartesianZ"};
 constexpr FieldNames kSpherical = {"sphericalRange", "sphericalAzimuth", "sphericalElevation"};
 constexpr FieldNames kNormal = {"nor:normalX", "nor:normalY", "nor:normalZ"};
 
-enum class Role { kNumber, kReturn, kReturns, kColor, kTime };
+enum class Role { kNumber, kSmall, kReturn, kColor, kTime };
 
 /// A field of the standard, and the attribute it becomes.
 struct Meaning {
@@ -22,15 +22,17 @@ struct Meaning {
   const char* attribute;
   Role role;
 };
-constexpr std::array<Meaning, 9> kMeanings = {{{"intensity", "intensity", Role::kNumber},
-                                               {"colorRed", "red", Role::kColor},
-                                               {"colorGreen", "green", Role::kColor},
-                                               {"colorBlue", "blue", Role::kColor},
-                                               {"rowIndex", "row_index", Role::kNumber},
-                                               {"columnIndex", "column_index", Role::kNumber},
-                                               {"returnIndex", "return_number", Role::kReturn},
-                                               {"returnCount", "number_of_returns", Role::kReturns},
-                                               {"timeStamp", "gps_time", Role::kTime}}};
+constexpr std::array<Meaning, 10> kMeanings = {
+    {{"intensity", "intensity", Role::kNumber},
+     {"colorRed", "red", Role::kColor},
+     {"colorGreen", "green", Role::kColor},
+     {"colorBlue", "blue", Role::kColor},
+     {"rowIndex", "row_index", Role::kNumber},
+     {"columnIndex", "column_index", Role::kNumber},
+     {"returnIndex", "return_number", Role::kReturn},
+     {"returnCount", "number_of_returns", Role::kSmall},
+     {"timeStamp", "gps_time", Role::kTime},
+     {"las:classification", "classification", Role::kSmall}}};
 
 std::optional<std::array<std::size_t, 3>> find_all(const E57Scan& scan, const FieldNames& names) {
   std::array<std::size_t, 3> found{};
@@ -186,7 +188,7 @@ class Planner {
       case Role::kColor:
         return color;
       case Role::kReturn:
-      case Role::kReturns:
+      case Role::kSmall:
         return ScalarType::kUint8;
       case Role::kTime:
         return ScalarType::kFloat64;

@@ -59,14 +59,6 @@ PointCloud read_scan(const E57Scan3D& scan, const std::string& root_attributes =
   return read_e57(make_e57({.scans = {scan}, .root_attributes = root_attributes}));
 }
 
-/// Value of attribute `name`; the test fails where the cloud has none.
-double value_of(const PointCloud& cloud, std::size_t point, const std::string& name) {
-  for (std::size_t i = 0; i < cloud.schema.attributes.size(); ++i)
-    if (cloud.schema.attributes[i].name == name) return attribute_value(cloud, point, i);
-  FAIL("no attribute " << name);
-  return 0.0;
-}
-
 bool has(const PointCloud& cloud, const std::string& name, ScalarType type) {
   const auto& fields = cloud.schema.attributes;
   return std::find(fields.begin(), fields.end(), AttributeField{name, type}) != fields.end();
@@ -380,6 +372,18 @@ TEST_CASE("E57ReturnsOfFilesConvertedFromLasCountFromOneAlready") {
       read_scan(scan, "xmlns:las=\"http://www.astm.org/COMMIT/E57/2010-las-v1.0\"");
   CHECK(value_of(cloud, 0, "return_number") == 1);
   CHECK(value_of(cloud, 1, "return_number") == 3);
+}
+
+TEST_CASE("E57ClassesOfTheLasExtensionAreFoundWhateverItsPrefix") {
+  for (const std::string prefix : {"las", "l"}) {
+    E57Scan3D scan = scan_of(some_points(2));
+    scan.columns.push_back(integers(prefix + ":classification", 0, 1000, {2, 6}));
+    const PointCloud cloud =
+        read_scan(scan, "xmlns:" + prefix + "=\"http://www.astm.org/COMMIT/E57/2010-las-v1.0\"");
+    CHECK(typed_names(cloud.schema) == std::vector<std::string>{"classification uint8"});
+    CHECK(value_of(cloud, 0, "classification") == 2);
+    CHECK(value_of(cloud, 1, "classification") == 6);
+  }
 }
 
 TEST_CASE("E57IntensityKeepsItsPrecision") {
