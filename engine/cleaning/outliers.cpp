@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "engine/normals/neighbor_search.h"
 
@@ -18,47 +19,79 @@ constexpr std::size_t kFewest = 3;
 /// lie any number of deviations off.
 constexpr double kLeastDeviation = 0.15;
 constexpr std::size_t kGrain = 32;  // blocks
+constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
 
-/// Calls visit(i, neighbours) for points [begin, end); neighbours come by distance.
-template <class Visit>
-void for_neighborhoods(const NeighborSearch& search, std::uint32_t begin, std::uint32_t end,
-                       const OutlierOptions& options, const Visit& visit) {
-  constexpr std::uint32_t kBlock = NeighborSearch::kBlock;
-  const double max_squared = squared_reach(options.max_radius);
-  tbb::parallel_for(
-      tbb::blocked_range<std::uint32_t>(begin / kBlock, (end - 1) / kBlock + 1, kGrain),
-      [&](const auto& range) {
-        NeighborSearch::Query query;
-        for (std::uint64_t block = range.begin(); block < range.end(); ++block) {
-          const auto first =
-              static_cast<std::uint32_t>(std::max<std::uint64_t>(begin, block * kBlock));
-          const auto last =
-              static_cast<std::uint32_t>(std::min<std::uint64_t>(end, (block + 1) * kBlock));
-          query.find(search, first, last, options.neighbors, max_squared);
-          for (std::uint32_t i = first; i < last; ++i) visit(i, query.of(i));
-        }
-      });
-}
-
-/// Neighbours that are missing are at least as far away as the radius.
-double mean_distance(std::span<const Neighbor> found, const OutlierOptions& options) {
-  double sum = static_cast<double>(options.neighbors - found.size()) * options.max_radius;
-  for (const Neighbor& neighbor : found) sum += std::sqrt(neighbor.squared_distance);
-  return sum / static_cast<double>(options.neighbors);
-}
-
-bool lies_alone(double own, std::span<const Neighbor> found, const std::vector<double>& means,
-                double sigma) {
-  if (found.size() < kFewest) return true;
-  const auto count = static_cast<double>(found.size());
-  double mean = 0.0, variance = 0.0;
-  for (const Neighbor& neighbor : found) mean += means[neighbor.index] / count;
-  for (const Neighbor& neighbor : found) {
-    const double off = means[neighbor.index] - mean;
-    variance += off * off / count;
+/// Mean distances of all points to their neighbours, and who these are for points [begin, end).
+class Neighborhoods {
+ public:
+  Neighborhoods(std::span<const Vec3> positions, std::uint32_t begin, std::uint32_t end,
+                const OutlierOptions& options)
+      : begin_(begin),
+        end_(end),
+        options_(options),
+        row_(std::min(options.neighbors, positions.size())),
+        means_(positions.size()),
+        neighbors_((end - begin) * row_, kNobody) {
+    const NeighborSearch search(positions);
+    const std::uint32_t blocks = (search.size() - 1) / NeighborSearch::kBlock + 1;
+    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, blocks, kGrain), [&](const auto& range) {
+      NeighborSearch::Query query;
+      for (std::uint32_t block = range.begin(); block < range.end(); ++block)
+        measure_block(search, block, query);
+    });
   }
-  return own > mean + sigma * std::max(std::sqrt(variance), kLeastDeviation * mean);
-}
+
+  /// Whether a point of [begin, end) is an outlier.
+  bool lies_alone(std::uint32_t point) const {
+    const std::span<const std::uint32_t> found = neighbors(point);
+    if (found.size() < kFewest) return true;
+    const auto count = static_cast<double>(found.size());
+    double mean = 0.0, variance = 0.0;
+    for (const std::uint32_t neighbor : found) mean += means_[neighbor] / count;
+    for (const std::uint32_t neighbor : found) {
+      const double off = means_[neighbor] - mean;
+      variance += off * off / count;
+    }
+    const double deviation = std::max(std::sqrt(variance), kLeastDeviation * mean);
+    return means_[point] > mean + options_.sigma * deviation;
+  }
+
+ private:
+  void measure_block(const NeighborSearch& search, std::uint32_t block,
+                     NeighborSearch::Query& query) {
+    const std::uint32_t first = block * NeighborSearch::kBlock;
+    const std::uint32_t last = first + std::min(NeighborSearch::kBlock, search.size() - first);
+    query.find(search, first, last, options_.neighbors, squared_reach(options_.max_radius));
+    for (std::uint32_t i = first; i < last; ++i) {
+      const std::span<const Neighbor> found = query.of(i);
+      means_[i] = mean_distance(found);
+      if (i < begin_ || i >= end_) continue;
+      std::transform(found.begin(), found.end(), neighbors_.begin() + row_begin(i),
+                     [](const Neighbor& neighbor) { return neighbor.index; });
+    }
+  }
+
+  /// Neighbours that are missing are at least as far away as the radius.
+  double mean_distance(std::span<const Neighbor> found) const {
+    double sum = static_cast<double>(options_.neighbors - found.size()) * options_.max_radius;
+    for (const Neighbor& neighbor : found) sum += std::sqrt(neighbor.squared_distance);
+    return sum / static_cast<double>(options_.neighbors);
+  }
+
+  std::ptrdiff_t row_begin(std::uint32_t point) const {
+    return static_cast<std::ptrdiff_t>((point - begin_) * row_);
+  }
+  std::span<const std::uint32_t> neighbors(std::uint32_t point) const {
+    const auto first = neighbors_.begin() + row_begin(point);
+    return {first, std::find(first, first + static_cast<std::ptrdiff_t>(row_), kNobody)};
+  }
+
+  std::uint32_t begin_, end_;
+  OutlierOptions options_;
+  std::size_t row_;
+  std::vector<double> means_;
+  std::vector<std::uint32_t> neighbors_;  // nearest first, then kNobody
+};
 
 }  // namespace
 
@@ -68,16 +101,11 @@ std::vector<std::uint8_t> find_outliers(std::span<const Vec3> positions, std::ui
                                         std::uint32_t end, const OutlierOptions& options) {
   std::vector<std::uint8_t> outliers(end - begin, 0);
   if (begin == end) return outliers;
-  const NeighborSearch search(positions);
-  std::vector<double> means(positions.size());
-  const auto all = static_cast<std::uint32_t>(positions.size());
-  for_neighborhoods(search, 0, all, options, [&](std::uint32_t i, std::span<const Neighbor> found) {
-    means[i] = mean_distance(found, options);
+  const Neighborhoods neighborhoods(positions, begin, end, options);
+  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(begin, end, 4096), [&](const auto& range) {
+    for (std::uint32_t i = range.begin(); i < range.end(); ++i)
+      outliers[i - begin] = neighborhoods.lies_alone(i) ? 1 : 0;
   });
-  for_neighborhoods(search, begin, end, options,
-                    [&](std::uint32_t i, std::span<const Neighbor> found) {
-                      outliers[i - begin] = lies_alone(means[i], found, means, options.sigma);
-                    });
   return outliers;
 }
 
