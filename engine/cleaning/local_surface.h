@@ -30,8 +30,9 @@ struct LocalSurface {
 
 /// Least squares, summed in the order of the samples. A plane where twelve samples or their spread
 /// do not suffice for more; nothing where they are fewer than three or lie on a line. `normal` is
-/// on the side of `side`. Additions, multiplications, divisions and roots alone, so that the bits
-/// are those of any machine.
+/// on the side of `side`. Additions, multiplications, divisions and roots alone: the same bits on
+/// every machine that runs the same build (a build for other vector instructions may add up the
+/// factors of the quadric in another order).
 std::optional<LocalSurface> fit_surface(std::span<const SurfaceSample> samples, Vec3 side);
 
 }  // namespace orbweave
