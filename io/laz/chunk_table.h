@@ -27,7 +27,7 @@ struct ChunkTable {
 };
 
 /// Reads the table of a file whose `points` > 0 points begin at `point_data_offset`. A file without
-/// chunks is one chunk. Memory is less than the file's size, whatever the table claims.
+/// chunks is one chunk. Memory is in proportion to the file, whatever the table claims.
 /// Throws Error (bad input) for a table that is damaged, does not fit the file or does not hold
 /// all points, and for a missing one that cannot be done without.
 ChunkTable read_chunk_table(const RandomAccess& file, const LaszipRecord& record,

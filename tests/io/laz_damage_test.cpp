@@ -13,6 +13,7 @@
 #include "io/error.h"
 #include "io/laz/laz_reader.h"
 #include "io/little_endian.h"
+#include "io/report.h"
 #include "tests/io/laz_encoder.h"
 #include "tests/io/laz_reading.h"
 #include "tests/io/laz_records.h"
@@ -131,10 +132,12 @@ TEST_CASE("ReadingOnAfterDamageIsRefusedAgain") {
 TEST_CASE("HugeCountsTakeNoMemory") {
   for (const LazOptions& options : some_layouts()) {
     LazFile file = encode_laz(options, scan_records(options, 150, 4));
+    const std::uint64_t before = peak_memory_bytes();
     file.points = std::uint64_t{1} << 63;
     CHECK_THAT(message_of(file), Contains("byte "));
     file.points = ~std::uint64_t{0};
     CHECK_THAT(message_of(file), Contains("byte "));
+    CHECK(peak_memory_bytes() - before < 50'000'000);
   }
 }
 

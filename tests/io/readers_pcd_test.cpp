@@ -167,19 +167,13 @@ TEST_CASE("APcdCloudHasTheAttributesOfItsLasTwin") {
   const PointCloud las = read_cloud(path);
   const PointCloud pcd = read_cloud(test::data_path("samples/pcd/autzen-utm.pcd"));
   REQUIRE(pcd.size() == las.size());
-  const auto field = [](const PointCloud& cloud, const std::string& name) {
-    const Names names = attribute_names(cloud.schema);
-    return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
-  };
   for (const auto& [pcd_name, las_name] :
        {std::pair("intensity", "intensity"), std::pair("red", "red"), std::pair("green", "green"),
         std::pair("blue", "blue"), std::pair("GpsTime", "gps_time"),
         std::pair("Classification", "classification")}) {
     INFO(las_name);
-    const std::size_t pcd_field = field(pcd, pcd_name);
-    const std::size_t las_field = field(las, las_name);
     for (std::size_t i = 0; i < pcd.size(); ++i)
-      REQUIRE(attribute_value(pcd, i, pcd_field) == attribute_value(las, i, las_field));
+      REQUIRE(test::value_of(pcd, i, pcd_name) == test::value_of(las, i, las_name));
   }
 }
 

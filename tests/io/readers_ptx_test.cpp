@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdint>
@@ -17,6 +16,7 @@ using test::attribute_names;
 using test::read_cloud;
 using test::reading_error;
 using test::ScratchDirectory;
+using test::value_of;
 using test::write_file;
 
 const std::string kAxes = "1 0 0\n0 1 0\n0 0 1\n";
@@ -77,16 +77,9 @@ TEST_CASE("APtxScanHasThePointsOfItsLasTwin") {
   REQUIRE(ptx.size() == las.size());
   for (std::size_t i = 0; i < ptx.size(); ++i)
     REQUIRE(is_close(ptx.positions[i], las.positions[i]));
-  const Names names = attribute_names(las.schema);
-  for (const char* color : {"red", "green", "blue"}) {
-    const auto field =
-        static_cast<std::size_t>(std::find(names.begin(), names.end(), color) - names.begin());
-    const Names own = attribute_names(ptx.schema);
-    const auto own_field =
-        static_cast<std::size_t>(std::find(own.begin(), own.end(), color) - own.begin());
+  for (const char* color : {"red", "green", "blue"})
     for (std::size_t i = 0; i < ptx.size(); ++i)
-      REQUIRE(attribute_value(ptx, i, own_field) == attribute_value(las, i, field));
-  }
+      REQUIRE(value_of(ptx, i, color) == value_of(las, i, color));
 }
 
 TEST_CASE("MatricesTurnRowVectors") {
