@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <tuple>
 
@@ -51,7 +52,10 @@ struct Cloud {
         squared_spacing(options.spacing * options.spacing),
         min_cosine(options.min_cosine) {}
   bool same_sheet(std::uint32_t a, std::uint32_t b) const {
-    return normals.empty() || dot(normals[a], normals[b]) >= min_cosine;
+    if (normals.empty()) return true;
+    // Normals of files are not always of unit length.
+    const double lengths = std::sqrt(squared_norm(normals[a]) * squared_norm(normals[b]));
+    return lengths > 0.0 && dot(normals[a], normals[b]) >= min_cosine * lengths;
   }
   double squared_distance(std::uint32_t a, std::uint32_t b) const {
     return squared_norm(positions[a] - positions[b]);

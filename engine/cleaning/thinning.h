@@ -23,9 +23,10 @@ double thinning_halo(const ThinningOptions& options);
 /// 1 for each of positions [begin, end) that is kept: any two kept points are at least the spacing
 /// apart (or on different sheets), and each point left out is closer than that to a kept one. What
 /// comes first follows from the cell of a lattice that a point lies in and the bits of its
-/// coordinates, such that the halo is finite (docs/cleaning.md). `normals` may be empty. Positions
-/// must be distinct and finite and reach as far as the halo; the result then depends neither on
-/// their order nor on what else they hold. Runs on the calling TBB arena. O(n log n).
+/// coordinates, such that the halo is finite (docs/cleaning.md). `normals` may be empty, else of
+/// any length; a point whose normal is zero is on a sheet of its own. Positions must be distinct
+/// and finite and reach as far as the halo; the result then depends neither on their order nor on
+/// what else they hold. Runs on the calling TBB arena. O(n log n).
 std::vector<std::uint8_t> thin_points(std::span<const Vec3> positions,
                                       std::span<const Vec3> normals, std::uint32_t begin,
                                       std::uint32_t end, const ThinningOptions& options);

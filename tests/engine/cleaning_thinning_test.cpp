@@ -88,6 +88,22 @@ TEST_CASE("ThinningDoesNotDependOnTheOrderOfPointsNorOnScale") {
   }
 }
 
+TEST_CASE("TheLengthOfNormalsDoesNotMatter") {
+  const PointCloud cloud = test::noisy_torus(3000, 0.5, 9).cloud;
+  const auto n = static_cast<std::uint32_t>(cloud.size());
+  const ThinningOptions options{0.12, 0.5};
+  const MergedPoints before = merge_points(cloud.positions, cloud.normals, 0, n, options);
+  PointCloud scaled = cloud;
+  for (std::uint32_t i = 0; i < n; ++i)
+    scaled.normals[i] = (i % 2 ? 0.125 : 8.0) * cloud.normals[i];
+  CHECK(thin(scaled, options) == before.kept);
+  CHECK(merge_points(scaled.positions, scaled.normals, 0, n, options).positions ==
+        before.positions);
+  // Without a normal a point stands for no other, and no other for it.
+  scaled.normals.assign(n, Vec3{});
+  CHECK(indices_of(thin(scaled, options)).size() == n);
+}
+
 TEST_CASE("ThinningWorksFarFromTheOriginAndWithStraysFarAway") {
   PointCloud cloud = test::noisy_torus(4000, 0.4, 9).cloud;
   const std::size_t here = indices_of(thin(cloud, {0.1, 0.5})).size();
