@@ -58,10 +58,10 @@ struct PointSourceOptions {
   TextOptions text;
 };
 
-/// Opens any supported cloud by extension (.ply .xyz .txt .csv .pts, each also with .gz) and by
-/// content. A mesh file is read as the cloud of its vertices. Throws Error: usage for an
-/// extension nobody reads (message lists those that are), bad input for missing, unreadable
-/// and damaged files.
+/// Opens any supported cloud by extension (.ply .xyz .txt .csv .pts .ptx .pcd, each also with .gz;
+/// .las .laz .e57) and by content; docs/formats.md says what each reader takes. A mesh file is read
+/// as the cloud of its vertices. Throws Error: usage for an extension nobody reads (message lists
+/// those that are), bad input for missing, unreadable and damaged files.
 std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path,
                                                const PointSourceOptions& options = {});
 

@@ -16,6 +16,13 @@ constexpr double kCellPerSpacing = 12.0;
 static_assert(sizeof(PatchSum) == 15 * 8 && sizeof(PatchVote) == 4 * 8,
               "stored as rows of 64-bit words");
 
+/// The least power of two that is not below; the same on every machine, as logarithms are not.
+double power_of_two_above(double value) {
+  int exponent = 0;
+  const double mantissa = std::frexp(value, &exponent);
+  return std::ldexp(1.0, mantissa == 0.5 ? exponent - 1 : exponent);
+}
+
 void commit_patches(ChunkStore& store, ChunkId chunk, const OrientedPatches& patches) {
   const std::array<ArrayView, 4> arrays = {
       ArrayView{"patch_of", ScalarType::kUint64, 1, patches.patch_of.size(),
@@ -37,7 +44,7 @@ void append_all(const StoredResult& stored, const char* array, std::vector<T>& t
 PatchOrientation orient_cloud(JobContext& context, const RawCloud& cloud, double spacing,
                               double max_radius) {
   OrientationOptions options;
-  options.cell = std::exp2(std::ceil(std::log2(kCellPerSpacing * spacing)));
+  options.cell = power_of_two_above(kCellPerSpacing * spacing);
   options.max_radius = max_radius;
   context.store.begin_stage(kPatchStage, cloud.key + "patches 1 " + format_exact(options.cell) +
                                              " " + format_exact(options.max_radius) + "\n");

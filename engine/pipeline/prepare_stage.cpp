@@ -227,6 +227,19 @@ void measure_moves(JobContext& context, const RawCloud& cloud, const std::string
   facts.mean_move = moved == 0 ? 0.0 : sum / static_cast<double>(moved);
 }
 
+/// A radius beyond that flattens everything, and its halo holds it all; somebody mistook the unit.
+void check_radius(const PrepareFacts& facts) {
+  constexpr double kMostSpacings = 64.0;
+  if (!(facts.spacing > 0.0) || facts.options.smooth_radius <= kMostSpacings * facts.spacing)
+    return;
+  throw_usage("prepare.smooth_radius is far too large for these points",
+              {.found = format_number(facts.options.smooth_radius) + ", " +
+                        format_number(facts.options.smooth_radius / facts.spacing) +
+                        " times their spacing " + format_number(facts.spacing),
+               .expected = "at most " + format_number(kMostSpacings) + " spacings, usually 4",
+               .advice = "prepare.auto = true chooses it."});
+}
+
 NormalEstimateOptions estimate_options(const JobContext& context, const RawCloud& cloud,
                                        const PrepareOptions& clean_up) {
   NormalEstimateOptions options;
@@ -320,6 +333,7 @@ Partition partition_prepared(JobContext& context, bool estimates) {
   cloud.key = partition_key(context.job, context.files);
   cloud.schema = cloud.partition.schema;
   PrepareFacts facts = describe_layers(context, cloud.partition);
+  check_radius(facts);
   NormalFacts normals;
   normals.source = "file";
   Preparation preparation(context, cloud, facts);

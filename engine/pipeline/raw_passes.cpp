@@ -46,6 +46,14 @@ PassPoints load_pass_points(const JobContext& context, const RawCloud& cloud, Ch
   return points;
 }
 
+/// Points of a chunk and its halo, about: those of a surface grow with the square of its side.
+std::uint64_t points_with_halo(const RawCloud& cloud, ChunkId chunk, double halo) {
+  const double side = cloud.partition.octree.chunks()[chunk].box.largest_extent();
+  const double grown = (side + 2.0 * halo) / side;
+  const double points = static_cast<double>(cloud.partition.points_in(chunk)) * grown * grown;
+  return std::min(cloud.partition.points(), static_cast<std::uint64_t>(points));
+}
+
 std::uint64_t points_of_stage(const JobContext& context, const RawCloud& cloud) {
   std::uint64_t points = 0;
   for (ChunkId chunk = 0; chunk < cloud.partition.octree.chunks().size(); ++chunk)
@@ -66,7 +74,7 @@ void visit_chunks(JobContext& context, const RawCloud& cloud, const std::string&
       context.progress.advance(1);
       continue;
     }
-    tasks.push_back({chunk, cloud.partition.points_in(chunk) * MemoryCosts::kReconstructBytes});
+    tasks.push_back({chunk, points_with_halo(cloud, chunk, halo) * MemoryCosts::kReconstructBytes});
   }
   const MemoryPlan plan =
       plan_memory(context.job.partition.memory_bytes, cloud.partition.points(), context.threads(),

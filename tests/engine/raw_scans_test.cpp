@@ -310,6 +310,9 @@ TEST_CASE("WhatIsMissingForRawScansIsSaid") {
   job.normals.orientation = Orientation::kViewpoint;
   CHECK_THAT(message_of(job, ExitStatus::kUsage), Contains("needs normals.viewpoint"));
   job.normals = {};
+  job.prepare.smooth_radius = 100.0;
+  CHECK_THAT(message_of(job, ExitStatus::kUsage), Contains("smooth_radius is far too large"));
+  job.prepare = {};
   job.input.poses = (scratch / "none.conf").string();
   CHECK_THAT(message_of(job, ExitStatus::kBadInput), Contains("cannot open the file of poses"));
   std::ofstream(job.input.poses) << "bmesh other.ply 0 0 0 0 0 0 1\n";
