@@ -112,7 +112,8 @@ JobValue las_classes_value(const Job& job) {
 /// A choice's names in the order of its enumerators.
 const std::vector<std::string> kReturns = {"all", "first", "last", "only"};
 const std::vector<std::string> kSources = {"auto", "file", "estimate"};
-const std::vector<std::string> kOrientations = {"auto", "scanner", "viewpoint", "up", "propagate", "none"};
+const std::vector<std::string> kOrientations = {"auto", "scanner",   "viewpoint",
+                                                "up",   "propagate", "none"};
 
 template <class Enum>
 std::string name_in(const std::vector<std::string>& names, Enum value) {
