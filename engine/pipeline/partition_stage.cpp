@@ -207,6 +207,7 @@ void measure(const InputContext& context, const CloudInput& input, const Spacing
   partition.radii_reason = choice.reason;
   if (!input.are_scans) return;
   partition.layers = measure_layers(sampler.sites());
+  if (!needs_preparation(context)) return;
   partition.normal_radius =
       normal_radius(sampler, static_cast<std::size_t>(context.job.normals.neighbors));
 }
@@ -290,7 +291,10 @@ Partition cut_and_sort(JobContext& context, const CloudInput& input) {
   Binner binner(cloud.octree, cloud.schema,
                 {cloud.memory.bin_buffer_bytes, context.store.directory()});
   bin_points(context, input, cloud, binner, sampler);
-  measure(context, input, sampler, partition);
+  {
+    const StageClock clock(context, input.prefix + "measure", 0, "places");
+    measure(context, input, sampler, partition);
+  }
   partition.schema = cloud.schema;
   partition.points_read = cloud.points_read;
   partition.dropped = cloud.dropped;

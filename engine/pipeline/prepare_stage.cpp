@@ -361,6 +361,11 @@ bool cleans(const PrepareOptions& options) {
          options.smooth_radius > 0.0 || options.thin_to_spacing > 0.0;
 }
 
+bool needs_preparation(const InputContext& context) {
+  const PrepareOptions& wanted = context.job.prepare;
+  return wanted.automatic || cleans(wanted) || estimates_normals(context);
+}
+
 PrepareFacts clean_up_for(const PrepareOptions& wanted, const Partition& scans) {
   PrepareFacts facts;
   facts.thickness = scans.layers.thickness;
@@ -393,9 +398,7 @@ CloudInput scans_as_input(const InputContext& context, const std::string& stage,
 }
 
 Partition prepared_partition(JobContext& context) {
-  const bool estimates = estimates_normals(context);
-  if (estimates || context.job.prepare.automatic || cleans(context.job.prepare))
-    return partition_prepared(context, estimates);
+  if (needs_preparation(context)) return partition_prepared(context, estimates_normals(context));
   Partition partition = cut_and_sort(context, scans_as_input(context, kPointsStage, ""));
   partition.prepare = describe_layers(context, partition);
   partition.normals.source = "file";

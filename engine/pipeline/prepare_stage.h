@@ -11,6 +11,9 @@ namespace orbweave {
 /// committed). Without anything to prepare that is cut_and_sort of the scans.
 Partition prepared_partition(JobContext& context);
 
+/// Whether the job asks for clean-up, or its scans for normals.
+bool needs_preparation(const InputContext& context);
+
 /// What was measured of the scans, and what clean-up follows from it: with prepare.auto what is
 /// applied, otherwise (in `reason`) what would have been.
 PrepareFacts clean_up_for(const PrepareOptions& wanted, const Partition& scans);
