@@ -31,16 +31,24 @@ SHAPES = [("torus 2M", "torus", 2_000_000, 0.0), ("torus 200k noise 0.3", "torus
 CLEAN_UP = ["--clean", "--outlier-sigma", 4, "--merge-tolerance"]
 
 
+def wanted_scan(options, name, path):
+    """The scan's path; None where it is not asked for or, said so, absent."""
+    scan = pathlib.Path(options.data) / path
+    if options.only and options.only not in name:
+        return None
+    if not scan.exists():
+        print(f"skipped, no such file: {scan}")
+        return None
+    return scan
+
+
 def raw_workloads(options, work):
     """The same for scans without normals; a list of files is scans with poses."""
     raw = [("raw bunny scans", "stanford/bunny_scans", 5e-5),
            ("lion without normals", "points_normals/lion_takanawa_normals_rgb.ply", 1e-3)]
     for name, path, tolerance in raw:
-        scan = pathlib.Path(options.data) / path
-        if options.only and options.only not in name:
-            continue
-        if not scan.exists():
-            print(f"skipped, no such file: {scan}")
+        scan = wanted_scan(options, name, path)
+        if scan is None:
             continue
         arguments = ["--normals", "estimate", *CLEAN_UP, tolerance, "--no-fill", "--levels", 2]
         if scan.is_dir():
@@ -59,11 +67,8 @@ def workloads(options, work):
     """(name, cloud, arguments); absent files are skipped by name."""
     yield from raw_workloads(options, work)
     for name, path, is_mesh, radius in SCANS:
-        scan = pathlib.Path(options.data) / path
-        if options.only and options.only not in name:
-            continue
-        if not scan.exists():
-            print(f"skipped, no such file: {scan}")
+        scan = wanted_scan(options, name, path)
+        if scan is None:
             continue
         cloud = harness.oriented(options.program, work, scan) if is_mesh else scan
         yield name, cloud, ["--radii", repr(radius)] if radius else ["--levels", 3]
