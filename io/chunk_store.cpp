@@ -239,6 +239,19 @@ ChunkStore::ChunkStore(std::filesystem::path directory) : state_(std::make_uniqu
   write_text(state_->directory / kStoreFile, json.dump(2) + "\n");
 }
 
+ChunkStore::ChunkStore() : state_(std::make_unique<State>()) {}
+
+std::unique_ptr<ChunkStore> ChunkStore::join(fs::path directory) {
+  std::unique_ptr<ChunkStore> store(new ChunkStore);
+  store->state_->directory = std::move(directory);
+  const fs::path& path = store->state_->directory;
+  if (!fs::exists(path / kStoreFile))
+    throw_directory_error(path,
+                          "not there for every process; it has to be on a shared file system");
+  check_identity(path);
+  return store;
+}
+
 ChunkStore::~ChunkStore() = default;
 
 const std::filesystem::path& ChunkStore::directory() const { return state_->directory; }

@@ -72,6 +72,9 @@ class ChunkStore {
   /// be created or written or when another process holds it (says which process id), usage when
   /// the directory holds something that is no chunk store.
   explicit ChunkStore(std::filesystem::path directory);
+  /// Opens a directory that another process of the same job holds the lock of. Throws Error
+  /// (resource) where there is none.
+  static std::unique_ptr<ChunkStore> join(std::filesystem::path directory);
   ~ChunkStore();
   ChunkStore(const ChunkStore&) = delete;
   ChunkStore& operator=(const ChunkStore&) = delete;
@@ -106,6 +109,7 @@ class ChunkStore {
 
  private:
   struct State;
+  ChunkStore();
   std::unique_ptr<State> state_;
 };
 

@@ -24,6 +24,7 @@ struct InputOptions {
   std::optional<ScannerPlace> scanner;
   std::vector<int> las_classes;  ///< point classes wanted, 0 to 255; empty: all
   ReturnFilter returns = ReturnFilter::kAll;
+  double units_per_meter = 1.0;  ///< for sanity checks and reports only
 };
 
 /// Optional clean-up, in this order; off by default.
@@ -84,6 +85,7 @@ struct OutputOptions {
   bool binary = true;
   bool float_positions = false;  ///< "float" coordinates instead of double
   bool attributes = true;        ///< carry normals and attributes to the vertices
+  bool tiles = false;            ///< one mesh per chunk instead of one mesh
   std::string report;            ///< path of the JSON report; empty: none
   std::string picture;           ///< path of a PNG of the mesh; empty: none
   /// Red, green and blue of filled holes in the picture.
@@ -94,6 +96,7 @@ struct RunOptions {
   int threads = 0;       ///< 0: all
   std::string work_dir;  ///< empty: "<mesh without extension>.work"
   bool keep_work_dir = false;
+  bool compress = false;  ///< what the work directory holds; takes time, saves space
   bool fresh = false;  ///< drop what an earlier run left (command line only)
 };
 

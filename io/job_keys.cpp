@@ -46,6 +46,13 @@ void set_method(Job& job, const WrittenValue& value) {
   job.reconstruct.method = ReconstructionMethod::kBallPivoting;
 }
 
+/// A positive finite number.
+double finite_limit(const WrittenValue& value) {
+  const double number = limit_value(value);
+  if (number > kLargestNumber) throw UnsuitableValue{};
+  return number;
+}
+
 /// Three numbers, or nothing for "auto".
 std::optional<Vec3> optional_vector(const WrittenValue& value) {
   if (is_auto(value)) return std::nullopt;
@@ -190,6 +197,11 @@ constexpr JobKey kKeys[] = {
      [](Job& job, const W& value) { job.input.returns = static_cast<ReturnFilter>(choice_value(value, kReturns)); },
      [](const Job& job) -> JobValue { return name_in(kReturns, job.input.returns); }},
 
+    {"input", "units_per_meter", T::kNumber, "a positive number",
+     "units of the scans in a metre; for sanity checks and reports only", "units-per-meter", "",
+     [](Job& job, const W& value) { job.input.units_per_meter = finite_limit(value); },
+     [](const Job& job) -> JobValue { return job.input.units_per_meter; }},
+
     {"partition", "memory", T::kBytes, "a quantity such as \"4GiB\", or a number of bytes, at least 64MiB",
      "memory budget of the whole run", "memory", "",
      [](Job& job, const W& value) { job.partition.memory_bytes = bytes_value(value, kLeastMemory); },
@@ -311,6 +323,10 @@ constexpr JobKey kKeys[] = {
      "carry normals, colours and other values to the mesh", "no-attributes", "false",
      [](Job& job, const W& value) { job.output.attributes = flag_value(value); },
      [](const Job& job) -> JobValue { return job.output.attributes; }},
+    {"output", "tiles", T::kFlag, "true or false",
+     "write a mesh per chunk, with shared border vertices, instead of one", "tiles", "true",
+     [](Job& job, const W& value) { job.output.tiles = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.output.tiles; }},
     {"output", "report", T::kPath, "a path, or \"\" for none",
      "a report to write (JSON), with a page for reading beside it", "report", "",
      [](Job& job, const W& value) { job.output.report = path_value(value); },
@@ -336,6 +352,10 @@ constexpr JobKey kKeys[] = {
      "keep that folder after the run", "keep-work-dir", "true",
      [](Job& job, const W& value) { job.run.keep_work_dir = flag_value(value); },
      [](const Job& job) -> JobValue { return job.run.keep_work_dir; }},
+    {"run", "compress", T::kFlag, "true or false",
+     "compress what that folder holds: less space, more time", "compress", "true",
+     [](Job& job, const W& value) { job.run.compress = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.run.compress; }},
 };
 // clang-format on
 

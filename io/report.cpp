@@ -119,13 +119,21 @@ Json stage_json(const StageFacts& stage) {
           {"bytes_read", stage.bytes_read},
           {"bytes_written", stage.bytes_written},
           {"chunks", stage.chunks},
-          {"chunks_reused", stage.chunks_reused}};
+          {"chunks_reused", stage.chunks_reused},
+          {"peak_memory_bytes", stage.peak_memory_bytes},
+          {"chunk_seconds", stage.chunk_seconds}};
 }
 
 Json stages_json(const std::vector<StageFacts>& stages) {
   Json list = Json::array();
   for (const StageFacts& stage : stages) list.push_back(stage_json(stage));
   return list;
+}
+
+Json resources_json(const ResourceFacts& facts) {
+  return {{"peak_memory_bytes", facts.peak_memory_bytes},
+          {"disk_bytes", facts.disk_bytes},
+          {"seconds", facts.seconds}};
 }
 
 Json machine_json() {
@@ -186,6 +194,9 @@ std::string report_json(const RunReport& report) {
   json["holes"] = nullptr;
   json["stages"] = stages_json(report.stages);
   json["peak_memory_bytes"] = report.peak_memory_bytes;
+  json["predicted"] = resources_json(report.predicted);
+  json["measured"] = resources_json(report.measured);
+  json["ranks"] = report.ranks;
   json["machine"] = machine_json();
   json["notes"] = report.notes;
   return dumped_with_holes(json, report.holes);

@@ -42,7 +42,17 @@ struct StageFacts {
   std::uint64_t bytes_read = 0;
   std::uint64_t bytes_written = 0;
   std::uint64_t chunks = 0;
-  std::uint64_t chunks_reused = 0;  ///< committed by an earlier run
+  std::uint64_t chunks_reused = 0;      ///< committed by an earlier run
+  std::uint64_t peak_memory_bytes = 0;  ///< resident, as sampled while the stage ran
+  /// Wall time of each chunk that this process computed, in the order they ended.
+  std::vector<double> chunk_seconds;
+};
+
+/// What a run takes, as predicted before it or as measured.
+struct ResourceFacts {
+  std::uint64_t peak_memory_bytes = 0;
+  std::uint64_t disk_bytes = 0;  ///< most that work directory and output hold at one time
+  double seconds = 0.0;          ///< 0: unknown
 };
 
 /// A boundary loop of the stitched mesh and what became of it.
@@ -112,6 +122,9 @@ struct RunReport {
   std::vector<HoleFacts> holes;  ///< every boundary loop before the fill, in canonical order
   std::vector<StageFacts> stages;
   std::uint64_t peak_memory_bytes = 0;
+  ResourceFacts predicted;  ///< from the counting pass
+  ResourceFacts measured;
+  int ranks = 1;  ///< processes that worked on it
   std::vector<std::string> notes;
 };
 

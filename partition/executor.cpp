@@ -31,7 +31,6 @@ class Dispatcher {
  private:
   bool fits(const ChunkTask& task) const {
     if (in_flight_ == 0) return true;
-    if (in_flight_ >= threads_) return false;
     // Never overflows: each summand was admitted below the budget, or runs alone.
     return options_.memory_bytes == 0 || (memory_ <= options_.memory_bytes &&
                                           task.memory_bytes <= options_.memory_bytes - memory_);
@@ -39,13 +38,24 @@ class Dispatcher {
 
   void start_tasks() {
     const std::scoped_lock lock(mutex_);
-    while (!failure_ && next_ < tasks_.size() && fits(tasks_[next_])) {
+    while (!failure_ && in_flight_ < threads_ && has_next() && fits(tasks_[next_])) {
       ++in_flight_;
       memory_ += tasks_[next_].memory_bytes;
-      ready_.push_back(next_++);
+      ready_.push_back(next_);
+      taken_ = false;
       // The scheduler may run these in any order; which task it is, the queue decides.
       group_.run([this] { run_one(); });
     }
+  }
+
+  /// Makes next_ the task to start next. Whoever takes a number from the team keeps it until its
+  /// task fits.
+  bool has_next() {
+    if (!taken_ && next_ < tasks_.size()) {
+      next_ = options_.team == nullptr ? alone_++ : options_.team->take_next();
+      taken_ = true;
+    }
+    return next_ < tasks_.size();
   }
 
   void run_one() {
@@ -88,7 +98,9 @@ class Dispatcher {
   const std::function<void(ChunkId)>& work_;
 
   std::mutex mutex_;
-  std::size_t next_ = 0;
+  std::size_t next_ = 0;   // the task that was taken, where taken_; at the end: past the last
+  std::size_t alone_ = 0;  // counts tasks where no team does
+  bool taken_ = false;
   std::deque<std::size_t> ready_;  // admitted, not yet picked up by a thread
   int in_flight_ = 0;              // admitted, not yet ended
   std::size_t memory_ = 0;         // of those

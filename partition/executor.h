@@ -9,6 +9,7 @@
 #include <span>
 
 #include "io/chunk_store.h"
+#include "partition/team.h"
 
 namespace orbweave {
 
@@ -28,6 +29,9 @@ struct ExecutorOptions {
   int threads = 0;               ///< worker threads; 0: all the machine has
   std::size_t memory_bytes = 0;  ///< budget of all chunks in flight; 0: no limit
   const StopToken* stop = nullptr;
+  /// Shares the tasks with the other members, who were given the same ones in the same order and
+  /// called start_counting() before; null: all tasks are this process's.
+  Team* team = nullptr;
 };
 
 /// One chunk's work on its way through a stage.

@@ -77,14 +77,20 @@ class HoleStage {
                  true) {}
 
   FilledHoles run(const std::string& key) {
-    StageClock clock(context_, "holes", boundary_.fans.size(), "edges");
-    remove_small_pieces();
-    trace();
-    cut_into_batches();
-    context_.store.begin_stage(kHoleStage, key);
-    context_.store.commit_document(kHoleStage, kDocument,
-                                   nlohmann::json{{"batches", batches_.size()}}.dump() + "\n");
-    fill(clock.facts());
+    {
+      const StageClock clock(context_, "trace", 0, "edges");
+      remove_small_pieces();
+      trace();
+      cut_into_batches();
+    }
+    StageClock clock(context_, "holes", batches_.size(), "batches");
+    by_leader(context_, [&] {
+      context_.store.begin_stage(kHoleStage, key);
+      context_.store.commit_document(kHoleStage, kDocument,
+                                     nlohmann::json{{"batches", batches_.size()}}.dump() + "\n");
+    });
+    fill(clock);
+    if (!context_.team.leads()) return {};
     collect();
     split();
     update_facts();
@@ -104,7 +110,7 @@ class HoleStage {
   void trace();
   void cut_into_batches();
   std::uint64_t edges_of_group(std::size_t group) const;
-  void fill(StageFacts& clock);
+  void fill(StageClock& clock);
   void fill_batch(ChunkId batch);
   void collect();
   void split();
@@ -212,23 +218,18 @@ std::uint64_t HoleStage::edges_of_group(std::size_t group) const {
   return edges;
 }
 
-void HoleStage::fill(StageFacts& clock) {
-  std::vector<ChunkTask> tasks;
-  std::uint64_t to_be_filled = 0;
-  for (std::size_t g = 0; g < holes_.groups.size(); ++g) to_be_filled += edges_of_group(g);
-  context_.progress.advance(boundary_.fans.size() - to_be_filled);
+void HoleStage::fill(StageClock& clock) {
+  std::vector<ChunkWork> tasks;
   for (ChunkId batch = 0; batch < batches_.size(); ++batch) {
-    if (context_.store.has(kHoleStage, batch)) {
-      ++clock.chunks_reused;
-      for (std::size_t i = 0; i < batches_[batch].count; ++i) {
-        context_.progress.advance(edges_of_group(batches_[batch].first + i));
-      }
-      continue;
+    std::uint64_t work = 0;
+    for (std::size_t i = 0; i < batches_[batch].count; ++i) {
+      const std::uint64_t edges = edges_of_group(batches_[batch].first + i);
+      work += edges * edges;
     }
-    tasks.push_back({batch, kHoleBytes});
+    tasks.push_back({batch, kHoleBytes, work, 0});
   }
-  run_chunks(tasks, {context_.threads(), plan_.chunks_in_flight_bytes / 2, &context_.stop},
-             [&](ChunkId batch) { fill_batch(batch); });
+  share_chunks(context_, clock, kHoleStage, std::move(tasks), plan_.chunks_in_flight_bytes / 2,
+               [&](ChunkId batch) { fill_batch(batch); });
 }
 
 void HoleStage::fill_batch(ChunkId number) {
@@ -240,7 +241,6 @@ void HoleStage::fill_batch(ChunkId number) {
       const double area = area_of(surface_, patch);
       append_patch(std::move(patch), area, patches);
     }
-    context_.progress.advance(edges_of_group(i));
   }
   commit_patch_batch(context_.store, number, patches);
 }

@@ -46,14 +46,17 @@ PatchOrientation orient_cloud(JobContext& context, const RawCloud& cloud, double
   OrientationOptions options;
   options.cell = power_of_two_above(kCellPerSpacing * spacing);
   options.max_radius = max_radius;
-  context.store.begin_stage(kPatchStage, cloud.key + "patches 1 " + format_exact(options.cell) +
-                                             " " + format_exact(options.max_radius) + "\n");
+  by_leader(context, [&] {
+    context.store.begin_stage(kPatchStage, cloud.key + "patches 1 " + format_exact(options.cell) +
+                                               " " + format_exact(options.max_radius) + "\n");
+  });
   visit_chunks(context, cloud, kPatchStage, orientation_halo(options),
                [&](ChunkId chunk, PassPoints&& points) {
                  commit_patches(context.store, chunk,
                                 orient_patches(points.positions, points.normals, points.global,
                                                points.begin, points.end, options));
                });
+  if (!context.team.leads()) return {};
   StageClock clock(context, "orient", 0, "patches");
   std::vector<PatchSum> sums;
   std::vector<PatchVote> votes;

@@ -12,6 +12,7 @@ namespace orbweave {
 inline constexpr const char* kPatchStage = "raw_patches";
 
 /// Computes patches and their signs. `spacing` is that of the points as they are now.
+/// The leader gets the result, others an empty one.
 PatchOrientation orient_cloud(JobContext& context, const RawCloud& cloud, double spacing,
                               double max_radius);
 

@@ -305,16 +305,32 @@ Partition cut_and_sort(JobContext& context, const CloudInput& input) {
   return partition;
 }
 
+std::optional<Partition> begin_partition(JobContext& context, const std::string& stage) {
+  by_leader(context,
+            [&] { context.store.begin_stage(stage, partition_key(context.job, context.files)); });
+  std::optional<Partition> stored = stored_partition(context.store, stage);
+  context.team.meet(context.stop);  // what is there changes only when all have seen it
+  return stored;
+}
+
+Partition partition_by_leader(JobContext& context, const std::string& stage,
+                              const std::function<Partition()>& make) {
+  Partition partition;
+  by_leader(context, [&] {
+    partition = make();
+    commit_partition(context.store, stage, partition);
+  });
+  if (context.team.leads()) return partition;
+  return stored_partition(context.store, stage).value();
+}
+
 Partition partition_points(JobContext& context) {
-  if (context.store.begin_stage(kPointsStage, partition_key(context.job, context.files))) {
-    if (std::optional<Partition> partition = stored_partition(context.store)) {
-      context.note("resuming: the points are partitioned already");
-      return std::move(*partition);
-    }
+  if (std::optional<Partition> stored = begin_partition(context, kPointsStage)) {
+    context.note("resuming: the points are partitioned already");
+    return std::move(*stored);
   }
   Partition partition = prepared_partition(context);
-  commit_partition(context.store, kPointsStage, partition);
-  discard_raw_stages(context.store);
+  if (context.team.leads()) discard_raw_stages(context.store);
   return partition;
 }
 

@@ -92,6 +92,12 @@ std::optional<Partition> stored_partition(const ChunkStore& store,
                                           const std::string& stage = kPointsStage);
 void commit_partition(ChunkStore& store, const std::string& stage, const Partition& partition);
 
+/// Declares what the points of `stage` depend on; returns what an earlier run left of them.
+std::optional<Partition> begin_partition(JobContext& context, const std::string& stage);
+/// The leader makes and commits it, everybody gets it.
+Partition partition_by_leader(JobContext& context, const std::string& stage,
+                              const std::function<Partition()>& make);
+
 /// The stage: scans, prepared where the job or the lack of normals asks for it, as chunks of
 /// oriented points. Resumes from the store where it holds a finished partition under the same key.
 Partition partition_points(JobContext& context);

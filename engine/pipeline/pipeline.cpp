@@ -8,6 +8,7 @@
 #include <charconv>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/pipeline/export_stage.h"
@@ -95,12 +96,14 @@ void run_stages(JobContext& context) {
   const std::vector<double> radii = radii_of_job(context, partition);
   describe_partition(context.report, partition, radii);
   reconstruct_chunks(context, partition, radii);
+  if (!context.team.leads() && !context.job.fill.enabled) return;
   Stitched stitched = stitch(context, partition);
   MeshFacts facts = stitched.summary.facts();
   FilledHoles holes;
   if (context.job.fill.enabled) {
     holes = fill_holes(context, partition, radii, stitched.summary.boundary(), facts);
   }
+  if (!context.team.leads()) return;
   export_mesh(context, partition, stitched, holes, facts);
   if (!context.job.output.picture.empty()) draw_picture(context, partition, holes);
   context.report.points_unused += holes.freed.size();
@@ -129,6 +132,11 @@ void run_until_sound(JobContext& context) {
     try {
       return run_stages(context);
     } catch (const CorruptResult& damage) {
+      if (context.team.size() > 1) {
+        // The others are somewhere else in the job.
+        drop_damaged(context.store, damage.path());
+        throw;
+      }
       if (repairs == kMostRepairs) throw;
       context.warn(std::string(damage.what()) + "; computing it again");
       context.report.stages.clear();
@@ -149,6 +157,24 @@ void run_or_clean_up(JobContext& context) {
   }
 }
 
+/// The leader's store, and where that is ready, the others'.
+std::unique_ptr<ChunkStore> open_store(const RunOptions& run, Team& team, const StopToken& stop) {
+  std::unique_ptr<ChunkStore> store;
+  if (team.leads()) {
+    store = std::make_unique<ChunkStore>(run.work_dir);
+    if (run.fresh) {
+      discard_raw_stages(*store);
+      for (const char* stage : {kPointsStage, kMeshStage, kHoleStage}) store->discard_stage(stage);
+    }
+  }
+  team.meet(stop);
+  return team.leads() ? std::move(store) : ChunkStore::join(run.work_dir);
+}
+
+std::string log_name(const Team& team) {
+  return team.leads() ? "orbweave.log" : "orbweave.rank" + std::to_string(team.rank()) + ".log";
+}
+
 }  // namespace
 
 std::string work_dir_of(const Job& job) {
@@ -159,35 +185,36 @@ std::string work_dir_of(const Job& job) {
 
 RunReport run_job(const Job& job, const std::vector<std::string>& command, Progress& progress,
                   const StopToken& stop) {
+  Team alone;
+  return run_job(job, command, progress, stop, alone);
+}
+
+RunReport run_job(const Job& job, const std::vector<std::string>& command, Progress& progress,
+                  const StopToken& stop, Team& team) {
   RunReport report;
   report.version = ORBWEAVE_VERSION;
   report.command = command;
   report.options = job;
   report.options.run.work_dir = work_dir_of(job);
   report.files = expand_globs(job.input.files);
-  check_output(job);
-  {
-    ChunkStore store(report.options.run.work_dir);
-    if (job.run.fresh) {
-      discard_raw_stages(store);
-      store.discard_stage(kPointsStage);
-      store.discard_stage(kMeshStage);
-      store.discard_stage(kHoleStage);
-    }
-    // More threads than cores are used when they are asked for.
-    const tbb::global_control threads(
-        tbb::global_control::max_allowed_parallelism,
-        static_cast<std::size_t>(std::max(job.run.threads, available_threads())));
-    const auto logged = make_logged_progress(progress, store.directory() / "orbweave.log");
-    JobContext context{{job, report.files, *logged, stop}, store, report};
-    run_or_clean_up(context);
-    report.peak_memory_bytes = peak_memory_bytes();
-    if (!job.output.report.empty()) write_report(job.output.report, report);
-    if (job.run.keep_work_dir) {
-      store.finish_commits();
-    } else {
-      store.remove_all();
-    }
+  report.ranks = team.size();
+  if (team.leads()) check_output(job);
+  const std::unique_ptr<ChunkStore> store = open_store(report.options.run, team, stop);
+  // More threads than cores are used when they are asked for.
+  const tbb::global_control threads(
+      tbb::global_control::max_allowed_parallelism,
+      static_cast<std::size_t>(std::max(job.run.threads, available_threads())));
+  const auto logged = make_logged_progress(progress, store->directory() / log_name(team));
+  JobContext context{{job, report.files, *logged, stop}, *store, report, team};
+  run_or_clean_up(context);
+  team.meet(stop);
+  if (!team.leads()) return report;
+  report.peak_memory_bytes = peak_memory_bytes();
+  if (!job.output.report.empty()) write_report(job.output.report, report);
+  if (job.run.keep_work_dir) {
+    store->finish_commits();
+  } else {
+    store->remove_all();
   }
   return report;
 }

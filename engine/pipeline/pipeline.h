@@ -22,6 +22,11 @@ std::string work_dir_of(const Job& job);
 RunReport run_job(const Job& job, const std::vector<std::string>& command, Progress& progress,
                   const StopToken& stop);
 
+/// The same by several processes, each of which calls it with the same job; `memory` and `threads`
+/// count for each. The leader's report is that of the job.
+RunReport run_job(const Job& job, const std::vector<std::string>& command, Progress& progress,
+                  const StopToken& stop, Team& team);
+
 /// What a run would do. Writes nothing.
 struct JobPlan {
   std::vector<std::string> files;

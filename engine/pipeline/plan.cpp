@@ -94,7 +94,8 @@ std::optional<std::vector<HoleFacts>> stored_loops(const InputContext& input) {
     ChunkStore store(directory);
     RunReport report;
     report.files = input.files;
-    JobContext context{input, store, report};
+    Team alone;
+    JobContext context{input, store, report, alone};
     if (!store.has_key(kPointsStage, partition_key(input.job, input.files))) return std::nullopt;
     const std::optional<Partition> partition = stored_partition(store);
     if (!partition) return std::nullopt;

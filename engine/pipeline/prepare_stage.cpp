@@ -201,12 +201,11 @@ RawPass thin_pass(const PrepareOptions& options, bool oriented) {
 
 /// The raw points in chunks; resumes from the store where it holds them whole.
 Partition raw_partition(JobContext& context) {
-  if (context.store.begin_stage(kRawStage, partition_key(context.job, context.files)))
-    if (std::optional<Partition> stored = stored_partition(context.store, kRawStage))
-      return std::move(*stored);
-  Partition raw = cut_and_sort(context, scans_as_input(context, kRawStage, "raw "));
-  commit_partition(context.store, kRawStage, raw);
-  return raw;
+  if (std::optional<Partition> stored = begin_partition(context, kRawStage))
+    return std::move(*stored);
+  return partition_by_leader(context, kRawStage, [&] {
+    return cut_and_sort(context, scans_as_input(context, kRawStage, "raw "));
+  });
 }
 
 /// Mean distance between the points of two stages that hold the same points.
@@ -279,7 +278,7 @@ class Preparation {
       const std::string before = cloud_.stage;
       for (int pass = 0; pass < facts_.options.smooth_passes; ++pass)
         run_pass(context_, smooth_pass(facts_.options, oriented_, pass), cloud_);
-      measure_moves(context_, cloud_, before, facts_);
+      if (context_.team.leads()) measure_moves(context_, cloud_, before, facts_);
     }
     if (facts_.options.thin_to_spacing > 0.0)
       run_pass(context_, thin_pass(facts_.options, oriented_), cloud_);
@@ -342,16 +341,18 @@ Partition partition_prepared(JobContext& context, bool estimates) {
   preparation.smooth_and_thin();
   const auto orientation = propagate(context, cloud, facts, normals);
   const PatchOrientation* turns = orientation ? &*orientation : nullptr;
-  Partition partition = cut_and_sort(
-      context, {.open = [&](auto*) { return open_prepared(context.store, cloud, turns); },
-                .stage = kPointsStage,
-                .prefix = "",
-                .are_scans = false});
-  take_over(cloud, partition);
-  partition.prepare = facts;
-  partition.normals = normals;
-  if (estimates) context.note(describe(normals));
-  return partition;
+  return partition_by_leader(context, kPointsStage, [&] {
+    Partition partition = cut_and_sort(
+        context, {.open = [&](auto*) { return open_prepared(context.store, cloud, turns); },
+                  .stage = kPointsStage,
+                  .prefix = "",
+                  .are_scans = false});
+    take_over(cloud, partition);
+    partition.prepare = facts;
+    partition.normals = normals;
+    if (estimates) context.note(describe(normals));
+    return partition;
+  });
 }
 
 }  // namespace
@@ -399,10 +400,12 @@ CloudInput scans_as_input(const InputContext& context, const std::string& stage,
 
 Partition prepared_partition(JobContext& context) {
   if (needs_preparation(context)) return partition_prepared(context, estimates_normals(context));
-  Partition partition = cut_and_sort(context, scans_as_input(context, kPointsStage, ""));
-  partition.prepare = describe_layers(context, partition);
-  partition.normals.source = "file";
-  return partition;
+  return partition_by_leader(context, kPointsStage, [&] {
+    Partition partition = cut_and_sort(context, scans_as_input(context, kPointsStage, ""));
+    partition.prepare = describe_layers(context, partition);
+    partition.normals.source = "file";
+    return partition;
+  });
 }
 
 const std::vector<std::string>& raw_stages() {

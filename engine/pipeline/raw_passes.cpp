@@ -67,32 +67,23 @@ void visit_chunks(JobContext& context, const RawCloud& cloud, const std::string&
                   const std::function<void(ChunkId, PassPoints&&)>& visit) {
   const auto chunks = static_cast<ChunkId>(cloud.partition.octree.chunks().size());
   StageClock clock(context, stage, chunks, "chunks");
-  std::vector<ChunkTask> tasks;
+  std::vector<ChunkWork> tasks;
   for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
-    if (context.store.has(stage, chunk)) {
-      ++clock.facts().chunks_reused;
-      context.progress.advance(1);
-      continue;
-    }
-    tasks.push_back({chunk, points_with_halo(cloud, chunk, halo) * MemoryCosts::kReconstructBytes});
+    const std::uint64_t points = points_with_halo(cloud, chunk, halo);
+    tasks.push_back(
+        {chunk, points * MemoryCosts::kReconstructBytes, points, cloud.partition.points_in(chunk)});
   }
   const MemoryPlan plan =
       plan_memory(context.job.partition.memory_bytes, cloud.partition.points(), context.threads(),
                   context.job.partition.chunk_points, cloud.schema);
-  run_chunks(tasks, {context.threads(), plan.chunks_in_flight_bytes, &context.stop},
-             [&](ChunkId chunk) {
-               visit(chunk, load_pass_points(context, cloud, chunk, halo));
-               context.progress.advance(1);
-               context.progress.add_points(cloud.partition.points_in(chunk));
-             });
-  context.store.finish_commits();
-  clock.facts().chunks = chunks;
+  share_chunks(context, clock, stage, std::move(tasks), plan.chunks_in_flight_bytes,
+               [&](ChunkId chunk) { visit(chunk, load_pass_points(context, cloud, chunk, halo)); });
   clock.facts().points = cloud.partition.points();
 }
 
 void run_pass(JobContext& context, const RawPass& pass, RawCloud& cloud) {
   cloud.key += pass.stage + " " + pass.options + "\n";
-  context.store.begin_stage(pass.stage, cloud.key);
+  by_leader(context, [&] { context.store.begin_stage(pass.stage, cloud.key); });
   PointSchema schema = cloud.schema;
   if (pass.adds_normals) {
     schema.has_normals = true;
@@ -104,7 +95,6 @@ void run_pass(JobContext& context, const RawPass& pass, RawCloud& cloud) {
     result.schema = schema;
     commit_points(context.store, chunk, result, pass.stage);
   });
-  context.store.finish_commits();
   cloud.stage = pass.stage;
   cloud.schema = schema;
   cloud.drift += pass.drift;

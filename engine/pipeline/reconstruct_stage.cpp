@@ -107,35 +107,29 @@ std::string mesh_key(const JobContext& context, const std::vector<double>& radii
 
 void reconstruct_chunks(JobContext& context, const Partition& partition,
                         const std::vector<double>& radii) {
-  context.store.begin_stage(kMeshStage, mesh_key(context, radii));
+  by_leader(context, [&] { context.store.begin_stage(kMeshStage, mesh_key(context, radii)); });
 
   const auto& chunks = partition.octree.chunks();
   StageClock clock(context, "reconstruct", chunks.size(), "chunks");
-  std::vector<ChunkTask> tasks;
+  std::vector<ChunkWork> tasks;
   for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk) {
-    if (context.store.has(kMeshStage, chunk)) {
-      ++clock.facts().chunks_reused;
-      context.progress.advance(1);
-      continue;
-    }
-    tasks.push_back({chunk, partition.points_in(chunk) * MemoryCosts::kReconstructBytes});
+    const std::uint64_t points = partition.points_in(chunk);
+    tasks.push_back({chunk, points * MemoryCosts::kReconstructBytes, points, points});
   }
   const double halo = halo_width(radii);
   const BallPivotingOptions options{radii, partition.octree.root().origin};
   const MemoryPlan plan =
       plan_memory(context.job.partition.memory_bytes, partition.points(), context.threads(),
                   context.job.partition.chunk_points, partition.schema);
-  run_chunks(
-      tasks, {context.threads(), plan.chunks_in_flight_bytes, &context.stop}, [&](ChunkId chunk) {
+  share_chunks(
+      context, clock, kMeshStage, std::move(tasks), plan.chunks_in_flight_bytes,
+      [&](ChunkId chunk) {
         const ChunkPoints points = load_chunk_with_halo(context.store, partition, chunk, halo);
         const BallPivotingResult result =
             ball_pivoting(points.positions, points.normals, points.owned, options);
         commit_chunk_mesh(context.store, chunk,
                           make_chunk_mesh(points, result, chunks[chunk].box, 2.0 * radii.back()));
-        context.progress.advance(1);
-        context.progress.add_points(partition.points_in(chunk));
       });
-  clock.facts().chunks = chunks.size();
   clock.facts().points = partition.points();
 }
 
