@@ -97,7 +97,7 @@ struct RunOptions {
   std::string work_dir;  ///< empty: "<mesh without extension>.work"
   bool keep_work_dir = false;
   bool compress = false;  ///< what the work directory holds; takes time, saves space
-  bool fresh = false;  ///< drop what an earlier run left (command line only)
+  bool fresh = false;     ///< drop what an earlier run left (command line only)
 };
 
 struct Job {

@@ -45,7 +45,7 @@ struct StageFacts {
   std::uint64_t chunks_reused = 0;      ///< committed by an earlier run
   std::uint64_t peak_memory_bytes = 0;  ///< resident, as sampled while the stage ran
   /// Wall time of each chunk that this process computed, in the order they ended.
-  std::vector<double> chunk_seconds;
+  std::vector<double> chunk_seconds = {};
 };
 
 /// What a run takes, as predicted before it or as measured.
