@@ -98,7 +98,7 @@ TEST_CASE("TheReportHasItsStableKeys") {
   CHECK(keys_of(json) == Keys{"version", "command", "options", "input", "coordinate_system",
                               "prepare", "normals", "partition", "radii", "points_unused",
                               "conflicts_lost", "mesh", "holes", "stages", "peak_memory_bytes",
-                              "machine", "notes"});
+                              "predicted", "measured", "ranks", "machine", "notes"});
   CHECK(keys_of(json["prepare"]) == Keys{"thickness", "spacing", "outlier_sigma", "merge_tolerance",
                                          "smooth_radius", "smooth_passes", "thin_to_spacing",
                                          "reason", "points_moved", "mean_move"});
@@ -115,7 +115,8 @@ TEST_CASE("TheReportHasItsStableKeys") {
              "euler_characteristic", "area", "watertight", "checksum", "bounds"});
   CHECK(keys_of(json["stages"][0]) == Keys{"name", "seconds", "cpu_seconds", "points",
                                            "points_per_second", "bytes_read", "bytes_written",
-                                           "chunks", "chunks_reused"});
+                                           "chunks", "chunks_reused", "peak_memory_bytes",
+                                           "chunk_seconds"});
   CHECK(keys_of(json["machine"]) == Keys{"cores", "cpu_model", "memory_bytes"});
   REQUIRE(json["holes"].is_array());
   for (const Json& hole : json["holes"])
