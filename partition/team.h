@@ -21,6 +21,9 @@ class Team {
   virtual int rank() const { return 0; }
   virtual int size() const { return 1; }
   bool leads() const { return rank() == 0; }
+  /// Threads that a member takes where the job leaves that open, so that members on one machine
+  /// do not compete for its cores; 0: all it has.
+  virtual int threads() const { return 0; }
 
   /// Returns when every member has called it. Throws Error (interrupted) when `stop` is requested
   /// meanwhile.
