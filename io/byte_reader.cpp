@@ -39,13 +39,12 @@ bool ByteReader::refill(std::size_t bytes) {
 }
 
 std::uint64_t ByteReader::skip(std::uint64_t bytes) {
-  std::uint64_t left = bytes;
-  while (left > 0 && ensure(1)) {
-    const auto step = static_cast<std::size_t>(std::min<std::uint64_t>(left, available()));
-    consume(step);
-    left -= step;
-  }
-  return bytes - left;
+  const auto at_hand = static_cast<std::size_t>(std::min<std::uint64_t>(bytes, available()));
+  consume(at_hand);
+  if (bytes == at_hand) return bytes;
+  const std::uint64_t beyond = source_->skip(bytes - at_hand);
+  loaded_ += beyond;
+  return at_hand + beyond;
 }
 
 bool ByteReader::next_line(std::string_view& line) {

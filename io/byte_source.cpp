@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <utility>
+#include <vector>
 
 #include "io/error.h"
 #include "io/file_descriptor.h"
@@ -38,6 +39,14 @@ class FileSource final : public ByteSource {
       bytes_read_ += static_cast<std::uint64_t>(got);
     }
     return done;
+  }
+  std::uint64_t skip(std::uint64_t bytes) override {
+    if (!size_) return ByteSource::skip(bytes);
+    const std::uint64_t step = std::min(bytes, *size_ - std::min(*size_, bytes_read_));
+    if (::lseek(descriptor_, static_cast<off_t>(bytes_read_ + step), SEEK_SET) < 0)
+      return ByteSource::skip(bytes);
+    bytes_read_ += step;
+    return step;
   }
   std::uint64_t bytes_read() const override { return bytes_read_; }
   std::uint64_t bytes_total() const override { return size_.value_or(0); }
@@ -74,6 +83,19 @@ class MemorySource final : public ByteSource {
 };
 
 }  // namespace
+
+std::uint64_t ByteSource::skip(std::uint64_t bytes) {
+  std::vector<std::byte> dropped(
+      static_cast<std::size_t>(std::min<std::uint64_t>(bytes, std::uint64_t{1} << 18)));
+  std::uint64_t left = bytes;
+  while (left > 0) {
+    const auto wanted = static_cast<std::size_t>(std::min<std::uint64_t>(left, dropped.size()));
+    const std::size_t got = read(std::span(dropped).first(wanted));
+    left -= got;
+    if (got < wanted) break;
+  }
+  return bytes - left;
+}
 
 std::unique_ptr<ByteSource> open_byte_source(const std::filesystem::path& path) {
   if (path == "-") return std::make_unique<FileSource>(STDIN_FILENO, "standard input");

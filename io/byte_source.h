@@ -18,6 +18,9 @@ class ByteSource {
   /// Fills `out` from its front and returns the number of bytes: less than asked only at the
   /// end. Throws Error (bad input) where the stream cannot be read.
   virtual std::size_t read(std::span<std::byte> out) = 0;
+  /// Drops bytes; returns how many there were to drop. Where the stream is a file, without reading
+  /// them.
+  virtual std::uint64_t skip(std::uint64_t bytes);
   /// Bytes of the underlying file consumed so far (compressed ones of a compressed file).
   virtual std::uint64_t bytes_read() const = 0;
   /// Size of the underlying file; 0 where it has none (a pipe).

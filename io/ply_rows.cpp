@@ -136,6 +136,14 @@ void PlyRowReader::skip() {
   }
 }
 
+bool PlyRowReader::restrict(std::uint64_t first, std::uint64_t count) {
+  if (!fixed_ || row_bytes_ == 0 || first > rows_left_) return false;
+  const std::uint64_t bytes = first * row_bytes_;
+  if (reader_.skip(bytes) != bytes) truncated();
+  rows_left_ = std::min(rows_left_ - first, count);
+  return true;
+}
+
 void PlyRowReader::add_packed(ScalarType type) {
   const std::size_t bytes = size_of(type);
   if (!reader_.ensure(bytes)) truncated();

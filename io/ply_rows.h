@@ -38,6 +38,9 @@ class PlyRowReader {
 
   /// Reads to the element's end.
   void skip();
+  /// Before the first row is read: goes to row `first` and ends `count` rows later. Returns false,
+  /// and does nothing, where rows have no fixed place.
+  bool restrict(std::uint64_t first, std::uint64_t count);
 
  private:
   std::size_t next_fixed(std::size_t limit);

@@ -31,6 +31,14 @@ class PlySource final : public PointSource {
   std::uint64_t bytes_read() const override { return reader_.source().bytes_read(); }
   std::uint64_t bytes_total() const override { return reader_.source().bytes_total(); }
 
+  bool restrict_rows(std::uint64_t first, std::uint64_t count) override {
+    if (!reader_.source().length()) return false;  // decompressed on the way
+    if (!std::exchange(started_, true)) skip_to_vertices();
+    if (!vertices_.restrict(first, count)) return false;
+    ended_ = first + count < element_.count;  // what follows is another's to check
+    return true;
+  }
+
   bool read(PointCloud& batch, std::size_t capacity) override {
     if (!std::exchange(started_, true)) skip_to_vertices();
     if (vertices_.read(batch, capacity)) return true;

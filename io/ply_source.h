@@ -28,6 +28,8 @@ class PlyVertexReader {
   PlyVertexReader(ByteReader& reader, const PlyHeader& header, const PlyElement& vertices);
   const PointSchema& schema() const { return layout_.schema(); }
   bool read(PointCloud& batch, std::size_t capacity);
+  /// See PlyRowReader.
+  bool restrict(std::uint64_t first, std::uint64_t count) { return rows_.restrict(first, count); }
   std::uint64_t rows_left() const { return rows_.rows_left(); }
   /// Leaves the reader behind the element.
   void skip() { rows_.skip(); }

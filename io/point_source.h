@@ -36,6 +36,10 @@ class PointSource {
   /// unfiltered (NaN included). Returns false, with an empty batch, at the end.
   /// Throws Error (bad input) with file and place where the file is damaged.
   virtual bool read(PointCloud& batch, std::size_t capacity) = 0;
+  /// Before the first read(): leaves rows [first, first + count) of those declared and no others,
+  /// so that several processes can share a file. Returns false, and changes nothing, where the
+  /// format has no way to get there without reading what comes before.
+  virtual bool restrict_rows(std::uint64_t /*first*/, std::uint64_t /*count*/) { return false; }
   /// Progress: bytes of the file consumed so far (compressed bytes for .gz), and its size.
   virtual std::uint64_t bytes_read() const = 0;
   virtual std::uint64_t bytes_total() const = 0;

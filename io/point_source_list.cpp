@@ -14,6 +14,7 @@ struct ListedFile {
   std::filesystem::path path;
   PointSchema schema;
   std::uint64_t bytes = 0;
+  std::uint64_t points = 0;  ///< declared
 };
 
 /// Bytes of a row that the common schema keeps.
@@ -93,7 +94,8 @@ class PointSourceList final : public PointSource {
     for (const std::filesystem::path& path : paths) {
       // Opened for its header only: thousands of scans would not fit the open-file limit.
       const auto source = opener_(path);
-      files_.push_back({path, source->schema(), source->bytes_total()});
+      files_.push_back(
+          {path, source->schema(), source->bytes_total(), source->declared_points().value_or(0)});
       add_declared(source->declared_points());
       bytes_total_ += source->bytes_total();
       add_coordinate_system(source->coordinate_system(), path);
@@ -121,6 +123,14 @@ class PointSourceList final : public PointSource {
     notes.insert(notes.end(), disagreements_.begin(), disagreements_.end());
   }
 
+  /// Files that cannot be shared go to whoever has their first row.
+  bool restrict_rows(std::uint64_t first, std::uint64_t count) override {
+    if (!declared_) return false;
+    first_row_ = first;
+    end_row_ = first + count;
+    return true;
+  }
+
   bool read(PointCloud& batch, std::size_t capacity) override {
     while (source_ || open_next()) {
       PointCloud& target = same_attributes_ ? batch : whole_;
@@ -140,14 +150,36 @@ class PointSourceList final : public PointSource {
 
  private:
   bool open_next() {
-    if (next_ == files_.size()) return false;
-    const ListedFile& file = files_[next_++];
-    source_ = opener_(file.path);
+    while (next_ < files_.size()) {
+      const ListedFile& file = files_[next_++];
+      source_ = open_share(file);
+      if (source_) {
+        check_opened(file);
+        return true;
+      }
+      bytes_done_ += file.bytes;
+    }
+    return false;
+  }
+
+  /// The file, or the rows of it that are wanted; null where that is none.
+  std::unique_ptr<PointSource> open_share(const ListedFile& file) {
+    const std::uint64_t begin = rows_passed_;
+    rows_passed_ += file.points;
+    const std::uint64_t from = std::max(begin, first_row_);
+    const std::uint64_t to = std::min(rows_passed_, end_row_);
+    const bool whole = from == begin && to == rows_passed_;
+    if (!whole && from >= to) return nullptr;
+    auto source = opener_(file.path);
+    if (whole || source->restrict_rows(from - begin, to - from)) return source;
+    return from == begin ? std::move(source) : nullptr;
+  }
+
+  void check_opened(const ListedFile& file) {
     if (source_->schema() != file.schema)
       throw_bad_input("the file's columns changed while the job ran", {.file = file.path.string()});
     same_attributes_ = file.schema.attributes == schema_.attributes;
     runs_ = kept_runs(file.schema, schema_);
-    return true;
   }
 
   /// Nothing once a file does not say, or says what no sum holds.
@@ -193,6 +225,9 @@ class PointSourceList final : public PointSource {
   std::uint64_t bytes_total_ = 0;
   std::uint64_t bytes_done_ = 0;
   std::size_t next_ = 0;
+  std::uint64_t rows_passed_ = 0;  ///< of files opened or passed over
+  std::uint64_t first_row_ = 0;
+  std::uint64_t end_row_ = std::numeric_limits<std::uint64_t>::max();
   std::unique_ptr<PointSource> source_;
   bool same_attributes_ = true;
   PointCloud whole_;  ///< a batch before attributes are left out

@@ -83,6 +83,9 @@ class ScanSource final : public PointSource {
   std::optional<std::uint64_t> declared_points() const override {
     return source_->declared_points();
   }
+  bool restrict_rows(std::uint64_t first, std::uint64_t count) override {
+    return source_->restrict_rows(first, count);
+  }
   std::uint64_t bytes_read() const override { return source_->bytes_read(); }
   std::uint64_t bytes_total() const override { return source_->bytes_total(); }
   std::string coordinate_system() const override { return source_->coordinate_system(); }

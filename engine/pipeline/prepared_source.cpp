@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -29,6 +30,12 @@ class PreparedSource final : public PointSource {
   std::uint64_t bytes_total() const override { return points_ * row_bytes(); }
   std::string coordinate_system() const override { return cloud_.partition.coordinate_system; }
 
+  bool restrict_rows(std::uint64_t first, std::uint64_t count) override {
+    first_row_ = first;
+    end_row_ = first + count;
+    return true;
+  }
+
   bool read(PointCloud& batch, std::size_t capacity) override {
     while (row_ == rows_) {
       if (next_ == chunks()) {
@@ -55,8 +62,15 @@ class PreparedSource final : public PointSource {
   }
 
   void enter(ChunkId chunk) {
-    row_ = 0;
-    rows_ = stored_points(store_, chunk, cloud_.stage);
+    const std::uint64_t begin = rows_passed_;
+    const std::uint64_t points = stored_points(store_, chunk, cloud_.stage);
+    rows_passed_ += points;
+    const std::uint64_t from = std::max(begin, first_row_);
+    const std::uint64_t to = std::min(rows_passed_, end_row_);
+    row_ = rows_ = 0;
+    if (from >= to) return;
+    row_ = from - begin;
+    rows_ = to - begin;
     if (orientation_ != nullptr && rows_ > 0) turns_ = turns_of_chunk(store_, chunk, *orientation_);
   }
 
@@ -82,9 +96,12 @@ class PreparedSource final : public PointSource {
   PointSchema schema_;
   std::uint64_t points_ = 0;
   std::uint64_t delivered_ = 0;
-  ChunkId next_ = 0;  ///< chunk after the one being read
-  std::uint64_t row_ = 0;
-  std::uint64_t rows_ = 0;
+  ChunkId next_ = 0;        ///< chunk after the one being read
+  std::uint64_t row_ = 0;   ///< of the chunk being read
+  std::uint64_t rows_ = 0;  ///< where its wanted rows end
+  std::uint64_t rows_passed_ = 0;
+  std::uint64_t first_row_ = 0;
+  std::uint64_t end_row_ = std::numeric_limits<std::uint64_t>::max();
   std::vector<std::uint8_t> turns_;
 };
 

@@ -25,6 +25,12 @@ class PlainRecords final : public Records {
     left_ -= count;
     return count;
   }
+  bool restrict(std::uint64_t first, std::uint64_t count) override {
+    if (first > left_) return false;
+    next_ += first * record_bytes_;
+    left_ = std::min(left_ - first, count);
+    return true;
+  }
   std::uint64_t bytes_read() const override { return next_; }
 
  private:

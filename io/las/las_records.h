@@ -19,6 +19,9 @@ class Records {
   /// Fills `records` with the next whole records; returns how many, 0 only at the end or when
   /// `records` holds less than one. Throws Error (bad input) where the data is damaged.
   virtual std::size_t read(std::span<std::byte> records) = 0;
+  /// Before the first read: leaves records [first, first + count). False where they have no fixed
+  /// place.
+  virtual bool restrict(std::uint64_t /*first*/, std::uint64_t /*count*/) { return false; }
   /// Bytes of the file behind what was handed out so far.
   virtual std::uint64_t bytes_read() const = 0;
 };

@@ -37,6 +37,9 @@ class LasSource final : public PointSource {
 
   const PointSchema& schema() const override { return layout_.schema(); }
   std::optional<std::uint64_t> declared_points() const override { return header_.points; }
+  bool restrict_rows(std::uint64_t first, std::uint64_t count) override {
+    return records_->restrict(first, count);
+  }
   std::uint64_t bytes_read() const override { return records_->bytes_read(); }
   std::uint64_t bytes_total() const override { return file_->size(); }
 

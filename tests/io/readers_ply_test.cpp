@@ -146,6 +146,63 @@ TEST_CASE("BatchesOfAnyCapacityGiveTheSameCloud") {
   }
 }
 
+PointCloud thousand_points() {
+  PointCloud cloud;
+  cloud.schema.has_normals = true;
+  for (int i = 0; i < 1000; ++i) {
+    cloud.positions.push_back({0.5 * i, 1.0 / (i + 1), -i});
+    cloud.normals.push_back({0.0, 0.0, i % 2 == 0 ? 1.0 : -1.0});
+  }
+  return cloud;
+}
+
+/// What `shares` readers get together, one after the other.
+PointCloud read_in_shares(const std::vector<std::filesystem::path>& paths, std::uint64_t shares) {
+  PointCloud together;
+  for (std::uint64_t share = 0; share < shares; ++share) {
+    const auto source = open_point_sources(paths);
+    const std::uint64_t points = source->declared_points().value();
+    const std::uint64_t first = points * share / shares;
+    REQUIRE(source->restrict_rows(first, points * (share + 1) / shares - first));
+    const PointCloud part = read_all(*source);
+    if (together.empty())
+      together = part;
+    else
+      together.append(part);
+  }
+  return together;
+}
+
+TEST_CASE("SharesOfFilesAreTheWholeFiles") {
+  const ScratchDirectory scratch;
+  const PointCloud cloud = thousand_points();
+  MeshWriterOptions text;
+  text.binary = false;
+  write_cloud(scratch / "a.ply", cloud);
+  write_cloud(scratch / "b.ply", cloud, text);  // no row has a fixed place
+  write_cloud(scratch / "c.ply.gz", cloud);     // nor here
+  const std::vector<std::filesystem::path> alone = {scratch / "a.ply"};
+  const std::vector<std::filesystem::path> all = {scratch / "b.ply", scratch / "a.ply",
+                                                  scratch / "c.ply.gz"};
+  for (const std::uint64_t shares : {1, 2, 3, 7, 1001}) {
+    CHECK(same_bits(read_in_shares(alone, shares), cloud));
+    PointCloud thrice = cloud;
+    thrice.append(cloud);
+    thrice.append(cloud);
+    CHECK(same_bits(read_in_shares(all, shares), thrice));
+  }
+}
+
+TEST_CASE("RowsWithoutAFixedPlaceAreNotRestricted") {
+  const ScratchDirectory scratch;
+  MeshWriterOptions text;
+  text.binary = false;
+  write_cloud(scratch / "text.ply", thousand_points(), text);
+  const auto source = open_point_source(scratch / "text.ply");
+  CHECK_FALSE(source->restrict_rows(10, 10));
+  CHECK(read_all(*source).size() == 1000);
+}
+
 TEST_CASE("ListsAndOtherElementsAroundTheVerticesAreParsedAndDropped") {
   const ScratchDirectory scratch;
   const std::string elements =
