@@ -6,6 +6,7 @@
 #include <unistd.h>
 #include <xxhash.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
@@ -30,6 +31,7 @@ namespace fs = std::filesystem;
 constexpr const char* kStoreFile = "orbweave-store.json";
 constexpr const char* kLockFile = "lock";
 constexpr const char* kKeyFile = "key.json";
+constexpr const char* kEndedFile = "ended.json";
 constexpr const char* kFormat = "orbweave chunk store";
 
 [[noreturn]] void throw_directory_error(const fs::path& path, const std::string& reason) {
@@ -90,11 +92,14 @@ void remove_leftovers(const fs::path& directory) {
   for (const fs::path& path : leftovers) fs::remove(path, ignored);
 }
 
-/// A directory may become a store when it has nothing in it but what an interrupted start left.
+/// A directory may become a store when it has nothing in it but what an interrupted start or an
+/// interrupted removal left.
 bool is_vacant(const fs::path& directory) {
   std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(directory, error))
-    if (entry.path().filename() != kLockFile && !is_leftover(entry.path())) return false;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory, error)) {
+    const fs::path name = entry.path().filename();
+    if (name != kLockFile && name != kEndedFile && !is_leftover(name)) return false;
+  }
   if (error) throw_directory_error(directory, error.message());
   return true;
 }
@@ -158,6 +163,11 @@ FileDescriptor take_lock(const fs::path& directory) {
   }
 }
 
+std::uint64_t room_of_open_file(int file) {
+  struct stat facts {};
+  return fstat(file, &facts) == 0 ? room_of_file(static_cast<std::uint64_t>(facts.st_size)) : 0;
+}
+
 }  // namespace
 
 CorruptResult::CorruptResult(std::filesystem::path path, const std::string& what_was_found)
@@ -172,6 +182,7 @@ struct ChunkStore::State {
   FileDescriptor lock;
   std::atomic<std::uint64_t> bytes_written{0};
   std::atomic<std::uint64_t> bytes_read{0};
+  DiskUsage disk;
 
   // What is known of files that were written or opened; spares HDF5 a look at them.
   static constexpr std::size_t kKnownLimit = 16384;
@@ -234,6 +245,7 @@ ChunkStore::ChunkStore(std::filesystem::path directory) : state_(std::make_uniqu
   check_identity(state_->directory);
   state_->lock = take_lock(state_->directory);
   remove_leftovers(state_->directory);
+  state_->disk.add(room_of_directory(state_->directory));
   if (fs::exists(state_->directory / kStoreFile)) return;
   const nlohmann::json json = {{"format", kFormat}, {"layout_version", kLayoutVersion}};
   write_text(state_->directory / kStoreFile, json.dump(2) + "\n");
@@ -261,6 +273,12 @@ bool ChunkStore::has_key(const std::string& stage, const std::string& key) const
   return string_member(stored, "xxh3") == fingerprint(key);
 }
 
+std::optional<std::string> ChunkStore::key(const std::string& stage) const {
+  const nlohmann::json stored = parse_json(read_text(state_->directory / stage / kKeyFile));
+  std::string key = string_member(stored, "key");
+  return key.empty() ? std::nullopt : std::optional(std::move(key));
+}
+
 bool ChunkStore::begin_stage(const std::string& stage, const std::string& key) {
   if (has_key(stage, key)) return true;
   const fs::path folder = state_->directory / stage;
@@ -283,6 +301,7 @@ void ChunkStore::commit_document(const std::string& stage, const std::string& na
   write_text(folder / (name + ".json"), text);
   write_text(folder / (name + ".json.xxh3"), fingerprint(text) + "\n");
   state_->bytes_written += text.size();
+  state_->disk.add(room_of_file(text.size()) + room_of_file(1));
 }
 
 std::optional<std::string> ChunkStore::document(const std::string& stage,
@@ -310,6 +329,7 @@ void ChunkStore::commit(const std::string& stage, ChunkId chunk, std::span<const
   state_->commits.await(target);
   WrittenResult written = state_->write(part, arrays);
   state_->bytes_written += written.index->file_bytes;
+  state_->disk.add(room_of_open_file(written.file.get()));
   state_->set_known(target, written.index);
   state_->commits.push(std::move(part), target, std::move(written.file));
   if (wait) finish_commits();
@@ -335,6 +355,9 @@ void ChunkStore::discard(const std::string& stage, ChunkId chunk) {
   const fs::path target = state_->target(stage, chunk);
   state_->commits.await(target);
   state_->forget(target);
+  std::error_code absent;
+  const std::uint64_t bytes = fs::file_size(target, absent);
+  if (!absent) state_->disk.remove(room_of_file(bytes));
   if (::unlink(target.c_str()) != 0 && errno != ENOENT)
     throw_directory_error(target, std::strerror(errno));
 }
@@ -345,6 +368,7 @@ void ChunkStore::discard_stage(const std::string& stage) {
   const fs::path folder = state_->directory / stage;
   std::error_code error;
   if (!fs::exists(folder, error)) return;
+  state_->disk.remove(room_of_directory(folder));
   // The key goes first and for good: a key that outlived some of its results would be harmless,
   // results that came back after a crash under a new key would not.
   fs::remove(folder / kKeyFile, error);
@@ -353,16 +377,64 @@ void ChunkStore::discard_stage(const std::string& stage) {
   flush_directory(state_->directory);
 }
 
+void ChunkStore::discard_results(const std::string& stage) {
+  state_->commits.finish();
+  state_->forget_all();
+  const fs::path folder = state_->directory / stage;
+  std::error_code error;
+  std::vector<fs::path> results;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
+    if (entry.path().extension() == ".h5") results.push_back(entry.path());
+  if (error == std::errc::no_such_file_or_directory) return;
+  const std::uint64_t held = room_of_directory(folder);
+  for (std::size_t i = 0; i < results.size() && !error; ++i) fs::remove(results[i], error);
+  state_->disk.remove(held - std::min(held, room_of_directory(folder)));
+  if (error) throw_directory_error(folder, error.message());
+}
+
+// Results whose key is gone are never used, and what is left at every moment is a store or vacant.
 void ChunkStore::remove_all() {
   state_->commits.drop();
   state_->forget_all();
   std::error_code error;
-  fs::remove_all(state_->directory, error);
+  const fs::path& directory = state_->directory;
+  std::vector<fs::path> entries;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory, error))
+    entries.push_back(entry.path());
+  for (const fs::path& entry : entries) {
+    const fs::path name = entry.filename();
+    if (name == kStoreFile || name == kLockFile || name == kEndedFile) continue;
+    std::error_code ignored;
+    fs::remove(entry / kKeyFile, ignored);
+    if (!error) fs::remove_all(entry, error);
+  }
+  for (const char* last : {kStoreFile, kLockFile, kEndedFile})
+    if (!error) fs::remove(directory / last, error);
+  if (!error || error == std::errc::no_such_file_or_directory) fs::remove_all(directory, error);
   state_->lock = FileDescriptor();
-  if (error) throw_directory_error(state_->directory, error.message());
+  if (error) throw_directory_error(directory, error.message());
+}
+
+void ChunkStore::set_ended(const std::string& how) {
+  const nlohmann::json json = {{"how", how}, {"xxh3", fingerprint(how)}};
+  constexpr auto kReplace = nlohmann::json::error_handler_t::replace;
+  write_text(state_->directory / kEndedFile, json.dump(2, ' ', false, kReplace) + "\n");
+}
+
+bool ChunkStore::has_ended(const std::string& how) const {
+  const nlohmann::json stored = parse_json(read_text(state_->directory / kEndedFile));
+  return string_member(stored, "xxh3") == fingerprint(how);
+}
+
+void ChunkStore::clear_ended() {
+  std::error_code error;
+  const fs::path path = state_->directory / kEndedFile;
+  fs::remove(path, error);
+  if (error) throw_directory_error(path, error.message());
 }
 
 std::uint64_t ChunkStore::bytes_written() const { return state_->bytes_written; }
 std::uint64_t ChunkStore::bytes_read() const { return state_->bytes_read; }
+DiskUsage& ChunkStore::disk() const { return state_->disk; }
 
 }  // namespace orbweave

@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "io/disk_space.h"
 #include "io/error.h"
 #include "io/point_cloud.h"
 
@@ -84,6 +85,8 @@ class ChunkStore {
   /// Declares what `stage` depends on. When the stored key differs, the stage's results are
   /// removed; returns true when results under the same key may be there.
   bool begin_stage(const std::string& stage, const std::string& key);
+  /// What the stage's results depend on; empty: there is no such stage.
+  std::optional<std::string> key(const std::string& stage) const;
   /// Whether the stage's results, where there are any, depend on just that; changes nothing.
   bool has_key(const std::string& stage, const std::string& key) const;
   /// A small document that a stage leaves for later ones (JSON text), committed like a result.
@@ -101,11 +104,21 @@ class ChunkStore {
   /// Removes a result (corrupt, or no longer needed).
   void discard(const std::string& stage, ChunkId chunk);
   void discard_stage(const std::string& stage);
+  /// Removes a stage's results; its key and its documents stay.
+  void discard_results(const std::string& stage);
   /// Drops pending flushes, unlocks and removes the whole directory: the job is done.
   void remove_all();
 
+  /// Leaves word that the job's outputs are all written, `how` saying which; goes last when the
+  /// directory is removed, so that a removal that is cut short does not start the job again.
+  void set_ended(const std::string& how);
+  bool has_ended(const std::string& how) const;
+  void clear_ended();
+
   std::uint64_t bytes_written() const;
   std::uint64_t bytes_read() const;
+  /// What the directory holds, and whatever else of the job is told to it.
+  DiskUsage& disk() const;
 
  private:
   struct State;

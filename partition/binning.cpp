@@ -4,13 +4,16 @@
 #include <limits.h>
 #include <sys/uio.h>
 #include <unistd.h>
+#include <xxhash.h>
 
 #include <algorithm>
 #include <atomic>
 #include <bit>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <mutex>
+#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -114,12 +117,35 @@ class BlockPool {
   std::vector<std::byte*> free_;
 };
 
+/// A piece of a bin in the spill file.
+struct Extent {
+  std::uint64_t offset = 0;
+  std::uint64_t bytes = 0;
+  std::uint64_t checksum = 0;  ///< XXH3-64
+};
+
+/// XXH3-64 of bytes that come piece by piece.
+class RunningChecksum {
+ public:
+  RunningChecksum() : state_(XXH3_createState(), XXH3_freeState) {
+    if (state_ == nullptr) throw std::bad_alloc();
+    XXH3_64bits_reset(state_.get());
+  }
+  void add(const void* data, std::size_t bytes) { XXH3_64bits_update(state_.get(), data, bytes); }
+  std::uint64_t value() const { return XXH3_64bits_digest(state_.get()); }
+
+ private:
+  std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state_;
+};
+
 /// The append-only file; made when first needed, gone with the object or the process.
 class SpillFile {
  public:
-  explicit SpillFile(std::filesystem::path directory) : directory_(std::move(directory)) {}
+  SpillFile(std::filesystem::path directory, DiskUsage* disk)
+      : directory_(std::move(directory)), disk_(disk) {}
   ~SpillFile() {
     if (descriptor_ >= 0) ::close(descriptor_);
+    if (disk_ != nullptr) disk_->remove(held_);
   }
   SpillFile(const SpillFile&) = delete;
   SpillFile& operator=(const SpillFile&) = delete;
@@ -136,6 +162,8 @@ class SpillFile {
       if (written < 0 && errno == EINTR) continue;
       if (written <= 0) fail(written < 0 ? errno : ENOSPC);
       size_ += static_cast<std::uint64_t>(written);
+      held_ += static_cast<std::uint64_t>(written);
+      if (disk_ != nullptr) disk_->add(static_cast<std::uint64_t>(written));
       first += consume(std::span(pieces).subspan(first), static_cast<std::size_t>(written));
     }
   }
@@ -148,6 +176,29 @@ class SpillFile {
       out = out.subspan(static_cast<std::size_t>(got));
       offset += static_cast<std::uint64_t>(got);
     }
+  }
+
+  /// Gives back the room of what nobody reads again; where the file system cannot, it stays taken.
+  void free([[maybe_unused]] const Extent& extent) {
+#ifdef __linux__
+    constexpr std::uint64_t kFileBlock = 4096;
+    const std::uint64_t begin = (extent.offset + kFileBlock - 1) / kFileBlock * kFileBlock;
+    const std::uint64_t end = (extent.offset + extent.bytes) / kFileBlock * kFileBlock;
+    if (begin >= end) return;
+    if (fallocate(descriptor_, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE,
+                  static_cast<off_t>(begin), static_cast<off_t>(end - begin)) != 0)
+      return;
+    held_ -= end - begin;
+    if (disk_ != nullptr) disk_->remove(end - begin);
+#endif
+  }
+
+  [[noreturn]] void fail_checksum() const {
+    throw_resource("points that were spilled to disk came back changed",
+                   {.file = directory_.string(),
+                    .found = "a wrong checksum",
+                    .advice = "The disk or the memory is at fault; the same command starts over "
+                              "from what is done"});
   }
 
  private:
@@ -179,14 +230,10 @@ class SpillFile {
   }
 
   std::filesystem::path directory_;
+  DiskUsage* disk_;
   int descriptor_ = -1;
   std::uint64_t size_ = 0;
-};
-
-/// A piece of a bin in the spill file.
-struct Extent {
-  std::uint64_t offset = 0;
-  std::uint64_t bytes = 0;
+  std::atomic<std::uint64_t> held_{0};  ///< bytes that have not been given back
 };
 
 /// One chunk's points: first what was spilled, then full blocks, then the one being filled.
@@ -210,6 +257,7 @@ std::size_t block_bytes(std::size_t buffer_bytes, std::size_t bins, std::size_t 
 }  // namespace
 
 struct Binner::State {
+  using RecordVisitor = std::function<void(std::span<const std::byte>)>;
   const Octree& octree;
   PointSchema schema;
   RecordLayout layout;
@@ -225,7 +273,7 @@ struct Binner::State {
         bins(tree.chunks().size()),
         pool(options.buffer_bytes,
              block_bytes(options.buffer_bytes, tree.chunks().size(), layout.bytes)),
-        spill(std::move(options.spill_directory)) {}
+        spill(std::move(options.spill_directory), options.disk) {}
 
   std::size_t bytes_in_memory(const Bin& bin) const {
     if (bin.blocks.empty()) return 0;
@@ -240,7 +288,9 @@ struct Binner::State {
   void start_block(Bin& bin);
   void make_room();
   void release_blocks(Bin& bin);
-  void unpack_extent(Extent extent, PointCloud& cloud) const;
+  /// The records of a piece of the spill file, some at a time.
+  void read_extent(Extent extent, const RecordVisitor& visit) const;
+  void visit_records(const Bin& bin, const RecordVisitor& visit);
 };
 
 void Binner::State::start_block(Bin& bin) {
@@ -270,9 +320,12 @@ void Binner::State::make_room() {
   for (const ChunkId chunk : fullest) {
     if (2 * pieces.size() >= pool.limit()) break;
     Bin& bin = bins[chunk];
-    for (std::size_t block = 0; block < bin.blocks.size(); ++block)
+    RunningChecksum checksum;
+    for (std::size_t block = 0; block < bin.blocks.size(); ++block) {
       pieces.push_back({bin.blocks[block], used_bytes(bin, block)});
-    bin.extents.push_back({offset, bytes_in_memory(bin)});
+      checksum.add(pieces.back().iov_base, pieces.back().iov_len);
+    }
+    bin.extents.push_back({offset, bytes_in_memory(bin), checksum.value()});
     offset += bytes_in_memory(bin);
     ++spilled_bins;
   }
@@ -286,17 +339,30 @@ void Binner::State::release_blocks(Bin& bin) {
   bin.fill = bin.fill_end = nullptr;
 }
 
-void Binner::State::unpack_extent(Extent extent, PointCloud& cloud) const {
+void Binner::State::read_extent(Extent extent, const RecordVisitor& visit) const {
   const std::size_t piece_bytes =
       std::max<std::size_t>(kSlabBytes / layout.bytes, 1) * layout.bytes;
   std::vector<std::byte> piece;
+  RunningChecksum checksum;
   while (extent.bytes > 0) {
     piece.resize(std::min<std::uint64_t>(piece_bytes, extent.bytes));
     spill.read(extent.offset, piece);
-    layout.unpack(piece, cloud);
+    checksum.add(piece.data(), piece.size());
+    visit(piece);
     extent.offset += piece.size();
     extent.bytes -= piece.size();
   }
+  if (checksum.value() != extent.checksum) spill.fail_checksum();
+}
+
+/// All records of a bin, in arrival order; what is read from the disk is given back.
+void Binner::State::visit_records(const Bin& bin, const RecordVisitor& visit) {
+  for (const Extent& extent : bin.extents) {
+    read_extent(extent, visit);
+    spill.free(extent);
+  }
+  for (std::size_t block = 0; block < bin.blocks.size(); ++block)
+    visit({bin.blocks[block], used_bytes(bin, block)});
 }
 
 Binner::Binner(const Octree& octree, PointSchema schema, Options options)
@@ -328,18 +394,35 @@ void Binner::add(const PointCloud& batch, std::span<const ChunkId> chunks) {
 std::uint64_t Binner::points(ChunkId chunk) const { return state_->bins.at(chunk).points; }
 
 PointCloud Binner::take(ChunkId chunk) {
+  PointCloud cloud;
+  take(chunk, std::numeric_limits<std::size_t>::max(),
+       [&](PointCloud&& points) { cloud = std::move(points); });
+  return cloud;
+}
+
+void Binner::take(ChunkId chunk, std::size_t piece_points,
+                  const std::function<void(PointCloud&&)>& use) {
   State& state = *state_;
   Bin& bin = state.bins.at(chunk);
+  std::uint64_t left = bin.points;
   PointCloud cloud;
-  cloud.schema = state.schema;
-  cloud.reserve(bin.points);
-  for (const Extent& extent : bin.extents) state.unpack_extent(extent, cloud);
-  for (std::size_t block = 0; block < bin.blocks.size(); ++block)
-    state.layout.unpack({bin.blocks[block], state.used_bytes(bin, block)}, cloud);
+  const auto begin_piece = [&] {
+    cloud = PointCloud();
+    cloud.schema = state.schema;
+    cloud.reserve(std::min<std::uint64_t>(left, piece_points));
+  };
+  begin_piece();
+  state.visit_records(bin, [&](std::span<const std::byte> records) {
+    state.layout.unpack(records, cloud);
+    if (cloud.size() < piece_points) return;
+    left -= cloud.size();
+    use(std::move(cloud));
+    begin_piece();
+  });
+  use(std::move(cloud));
   const std::scoped_lock lock(state.mutex);
   state.release_blocks(bin);
   bin = Bin();
-  return cloud;
 }
 
 std::uint64_t Binner::spilled_bytes() const { return state_->spill.size(); }

@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "io/disk_space.h"
 #include "io/point_cloud.h"
 #include "partition/octree.h"
 
@@ -14,12 +16,14 @@ namespace orbweave {
 
 /// Bins that live in memory as long as they fit and spill to one append-only file beyond that:
 /// writes are large and sequential. A spill that is interrupted leaves nothing behind (the file
-/// is unlinked while open). Not resumable by design: binning starts over.
+/// is unlinked while open). Not resumable by design: binning starts over. What is taken gives its
+/// room on the disk back, where the file system can do that.
 class Binner {
  public:
   struct Options {
     std::size_t buffer_bytes = std::size_t{256} << 20;  ///< memory for all bins together
     std::filesystem::path spill_directory;              ///< where the spill file goes
+    DiskUsage* disk = nullptr;                          ///< is told what the spill file holds
   };
   /// `octree` must outlive the object.
   Binner(const Octree& octree, PointSchema schema, Options options);
@@ -32,8 +36,11 @@ class Binner {
   void add(const PointCloud& batch, std::span<const ChunkId> chunks);
   std::uint64_t points(ChunkId chunk) const;
   /// All points of a bin, in arrival order; the bin is emptied. Throws Error (resource) on a
-  /// failing disk. May be called from several threads for different chunks.
+  /// failing disk, also where the bytes that come back are not those that were spilled. May be
+  /// called from several threads for different chunks.
   PointCloud take(ChunkId chunk);
+  /// The same in pieces of about `piece_points` points, at least one.
+  void take(ChunkId chunk, std::size_t piece_points, const std::function<void(PointCloud&&)>& use);
   std::uint64_t spilled_bytes() const;
 
  private:
