@@ -2,7 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <iostream>
+#include <span>
 
 #include "engine/cli/commands.h"
 #include "engine/cli/output.h"
@@ -12,7 +14,7 @@
 namespace orbweave {
 namespace {
 
-constexpr const char* kVersion = "orbweave " ORBWEAVE_VERSION;
+constexpr const char* kVersion = " " ORBWEAVE_VERSION;
 
 std::vector<std::string> command_names(CLI::App& program) {
   std::vector<std::string> names;
@@ -32,8 +34,8 @@ std::vector<std::string> option_names(CLI::App& command) {
 void check_command(CLI::App& program, const std::vector<std::string>& arguments) {
   const std::vector<std::string> names = command_names(program);
   if (arguments.size() < 2)
-    throw_usage("no command given",
-                {.expected = "one of " + joined(names), .advice = "See 'orbweave --help'."});
+    throw_usage("no command given", {.expected = "one of " + joined(names),
+                                     .advice = "See '" + program.get_name() + " --help'."});
   const std::string& word = arguments[1];
   if (word.starts_with("-") || std::find(names.begin(), names.end(), word) != names.end()) return;
   throw_usage("unknown command \"" + word + "\"",
@@ -43,7 +45,8 @@ void check_command(CLI::App& program, const std::vector<std::string>& arguments)
 
 std::string help_advice(const CLI::App& program) {
   const auto chosen = program.get_subcommands();
-  return "See 'orbweave " + (chosen.empty() ? "" : chosen.front()->get_name() + " ") + "--help'.";
+  return "See '" + program.get_name() + " " +
+         (chosen.empty() ? "" : chosen.front()->get_name() + " ") + "--help'.";
 }
 
 /// An unknown option explains more than what is missing because of it.
@@ -65,46 +68,68 @@ std::string help_advice(const CLI::App& program) {
 }
 
 /// Runs the parser over the arguments; what they ask for goes to `action`.
-void parse(CLI::App& program, const std::vector<std::string>& arguments, CommandAction& action) {
+void parse(CLI::App& program, const CommandContext& context) {
+  const std::vector<std::string>& arguments = context.arguments;
   std::vector<std::string> reversed(arguments.rbegin(), arguments.rend() - 1);
+  const auto show = [&context](const std::string& text) {
+    context.then([text, leads = context.team.leads()] {
+      if (leads) std::cout << text;
+    });
+  };
   try {
     program.parse(reversed);
   } catch (const CLI::CallForHelp&) {
-    action = [help = program.help()] { std::cout << help; };
+    show(program.help());
   } catch (const CLI::CallForVersion&) {
-    action = [] { std::cout << kVersion << "\n"; };
+    show(program.get_name() + kVersion + "\n");
   } catch (const CLI::ParseError& error) {
     if (!program.remaining(true).empty()) reject_extras(program);
     reject(program, error.what());
   }
 }
 
-}  // namespace
+using AddCommand = void (*)(CLI::App&, const CommandContext&);
 
-CommandAction parse_command_line(const std::vector<std::string>& arguments, const StopToken& stop) {
-  CLI::App program("Turns point clouds of any size into one seamless triangle mesh.", "orbweave");
-  program.set_version_flag("--version", kVersion, "Print the version and exit");
+/// The action that `program` comes to with these commands.
+CommandAction action_of(CLI::App& program, std::span<const AddCommand> commands,
+                        const std::vector<std::string>& arguments, const StopToken& stop,
+                        Team& team) {
+  program.set_version_flag("--version", program.get_name() + kVersion,
+                           "Print the version and exit");
   program.get_formatter()->column_width(34);
   program.get_formatter()->label("SUBCOMMAND", "COMMAND");
   program.get_formatter()->label("REQUIRED", "(required)");
-  program.footer("Example:\n  orbweave reconstruct scan.ply -o mesh.ply\n");
   CommandAction action;
-  const CommandContext context{arguments, stop,
+  const CommandContext context{arguments, stop, team,
                                [&action](CommandAction chosen) { action = std::move(chosen); }};
-  add_run_command(program, context);
-  add_reconstruct_command(program, context);
-  add_fill_command(program, context);
-  add_plan_command(program, context);
-  add_status_command(program, context);
-  add_inspect_command(program, context);
-  add_compare_command(program, context);
-  add_convert_command(program, context);
-  add_generate_command(program, context);
+  for (const AddCommand add : commands) add(program, context);
   for (CLI::App* command : program.get_subcommands(nullptr)) command->group("Commands");
   program.require_subcommand(1);
   check_command(program, arguments);
-  parse(program, arguments, action);
+  parse(program, context);
   return action;
+}
+
+}  // namespace
+
+CommandAction parse_command_line(const std::vector<std::string>& arguments, const StopToken& stop) {
+  static Team alone;
+  constexpr std::array<AddCommand, 9> kCommands = {
+      add_run_command,     add_reconstruct_command, add_fill_command,
+      add_plan_command,    add_status_command,      add_inspect_command,
+      add_compare_command, add_convert_command,     add_generate_command};
+  CLI::App program("Turns point clouds of any size into one seamless triangle mesh.", "orbweave");
+  program.footer("Example:\n  orbweave reconstruct scan.ply -o mesh.ply\n");
+  return action_of(program, kCommands, arguments, stop, alone);
+}
+
+CommandAction parse_team_command_line(const std::vector<std::string>& arguments,
+                                      const StopToken& stop, Team& team) {
+  constexpr std::array<AddCommand, 2> kCommands = {add_run_command, add_reconstruct_command};
+  CLI::App program("orbweave by several processes, on one machine or many: the same mesh, sooner.",
+                   "orbweave-mpi");
+  program.footer("Example:\n  mpirun -n 8 orbweave-mpi run job.toml\n");
+  return action_of(program, kCommands, arguments, stop, team);
 }
 
 }  // namespace orbweave

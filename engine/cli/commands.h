@@ -17,6 +17,7 @@ namespace orbweave {
 struct CommandContext {
   std::vector<std::string> arguments;       ///< as given, the program's name first
   const StopToken& stop;                    ///< set by a signal; long loops look at it
+  Team& team;                               ///< the processes that were given this command
   std::function<void(CommandAction)> then;  ///< called when this command was asked for
 };
 

@@ -48,14 +48,15 @@ void check_outputs(const JobArguments& arguments, const Job& job) {
   check_folder_of(output.picture);
 }
 
-void run(const JobArguments& arguments, const std::vector<std::string>& command,
-         const StopToken& stop) {
+/// Members that do not lead are silent.
+void run(const JobArguments& arguments, const CommandContext& context) {
   const Job job = job_of(arguments);
   check_outputs(arguments, job);
-  const auto progress = make_progress(progress_style(arguments));
+  const bool leads = context.team.leads();
+  const auto progress = make_progress(leads ? progress_style(arguments) : ProgressStyle::kNone);
   try {
-    const RunReport report = run_job(job, command, *progress, stop);
-    if (job.output.mesh != "-") std::cout << summary(report);
+    const RunReport report = run_job(job, context.arguments, *progress, context.stop, context.team);
+    if (leads && job.output.mesh != "-") std::cout << summary(report);
   } catch (const Error& error) {
     rethrow_with_work_dir(error, work_dir_of(job));
   }
@@ -63,11 +64,8 @@ void run(const JobArguments& arguments, const std::vector<std::string>& command,
 
 void run_when_asked(CLI::App& command, const std::shared_ptr<JobArguments>& arguments,
                     const CommandContext& context) {
-  command.callback([arguments, context] {
-    context.then([arguments, words = context.arguments, &stop = context.stop] {
-      run(*arguments, words, stop);
-    });
-  });
+  command.callback(
+      [arguments, context] { context.then([arguments, context] { run(*arguments, context); }); });
 }
 
 }  // namespace

@@ -189,13 +189,15 @@ RunReport run_job(const Job& job, const std::vector<std::string>& command, Progr
   return run_job(job, command, progress, stop, alone);
 }
 
-RunReport run_job(const Job& job, const std::vector<std::string>& command, Progress& progress,
+RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Progress& progress,
                   const StopToken& stop, Team& team) {
   RunReport report;
   report.version = ORBWEAVE_VERSION;
   report.command = command;
-  report.options = job;
-  report.options.run.work_dir = work_dir_of(job);
+  report.options = wanted;
+  report.options.run.work_dir = work_dir_of(wanted);
+  if (wanted.run.threads == 0) report.options.run.threads = team.threads();
+  const Job job = report.options;
   report.files = expand_globs(job.input.files);
   report.ranks = team.size();
   if (team.leads()) check_output(job);

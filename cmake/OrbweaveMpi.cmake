@@ -1,0 +1,15 @@
+# Finds MPI as ORBWEAVE_MPI says; where target MPI::MPI_CXX exists afterwards, orbweave-mpi is built.
+# Only MPI's C functions are called.
+if(ORBWEAVE_MPI)
+  set(MPI_CXX_SKIP_MPICXX TRUE)
+  if(ORBWEAVE_MPI STREQUAL "AUTO")
+    find_package(MPI QUIET COMPONENTS CXX)
+  else()
+    find_package(MPI REQUIRED COMPONENTS CXX)
+  endif()
+  if(MPI_CXX_FOUND)
+    message(STATUS "orbweave-mpi: built with MPI ${MPI_CXX_VERSION}")
+  else()
+    message(STATUS "orbweave-mpi: not built, MPI was not found")
+  endif()
+endif()

@@ -1,0 +1,33 @@
+#include "engine/cli/failure.h"
+
+#include <exception>
+#include <new>
+
+namespace orbweave {
+namespace {
+
+Failure defect(const std::string& what) {
+  return {ExitStatus::kDefect, "a defect in orbweave: " + what +
+                                   "; please report it with the command line and the version "
+                                   "(orbweave --version)"};
+}
+
+}  // namespace
+
+Failure current_failure() {
+  try {
+    throw;
+  } catch (const Error& error) {
+    return {error.status(), error.what()};
+  } catch (const std::bad_alloc&) {
+    return {ExitStatus::kResource,
+            "out of memory; give a smaller --memory or --chunk-points, or fewer --threads. "
+            "What is done is kept, the same command resumes"};
+  } catch (const std::exception& error) {
+    return defect(error.what());
+  } catch (...) {
+    return defect("an unknown exception");
+  }
+}
+
+}  // namespace orbweave

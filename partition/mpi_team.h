@@ -1,0 +1,49 @@
+// The processes that mpirun started, as a team. Chunks are dealt out by a counter that lies in an
+// MPI window of the leader and is counted up from outside (one-sided: the leader does not take
+// part), so nobody is a server and nobody waits for one. docs/cluster.md has the whole.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "partition/team.h"
+
+namespace orbweave {
+
+/// One object per process, alive as long as MPI is. Any thread may call any method. What goes
+/// wrong inside MPI ends the job, as is MPI's own way.
+class MpiTeam : public Team {
+ public:
+  /// Joins the others: returns when all are there. Throws Error (resource) where the MPI library
+  /// was built without threads.
+  MpiTeam();
+  /// Leaves MPI. Every member has to get here, after leave().
+  ~MpiTeam() override;
+
+  int rank() const override;
+  int size() const override;
+  /// Cores that this process may run on, shared evenly with the members that may run there too;
+  /// at least 1.
+  int threads() const override;
+  void meet(const StopToken& stop) override;
+  void start_counting(const StopToken& stop) override;
+  std::uint64_t take_next() override;
+  void add_done(std::uint64_t units, std::uint64_t points) override;
+  Done done_by_others() override;
+
+  /// The end of a job in order: waits for all without using the processor.
+  void leave(const StopToken& stop) { meet(stop); }
+
+  /// The end of a job that failed here: ends it everywhere with `status`. One member of those that
+  /// failed calls `print`, with `problem` where all of them failed with the same, otherwise with
+  /// "rank 3 (host): " before it.
+  [[noreturn]] void fail(int status, const std::string& problem,
+                         const std::function<void(const std::string&)>& print);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace orbweave
