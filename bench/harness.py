@@ -121,10 +121,10 @@ def spacing(shape, points):
     return math.sqrt(AREAS[shape] / points)
 
 
-def reconstruct(program, cloud, mesh, arguments=()):
-    """A whole job; the report's content is in "report"."""
+def reconstruct(program, cloud, mesh, arguments=(), launcher=()):
+    """A whole job; the report's content is in "report". launcher: what starts the program, mpirun with its options."""
     clouds = cloud if isinstance(cloud, (list, tuple)) else [cloud]
-    return _job([program, "reconstruct", *clouds, "-o", mesh, "--report", _report(mesh), "--work-dir", _work(mesh),
+    return _job([*launcher, program, "reconstruct", *clouds, "-o", mesh, "--report", _report(mesh), "--work-dir", _work(mesh),
                  "--progress", "none", *arguments], mesh)
 
 
