@@ -150,7 +150,7 @@ PointCloud thousand_points() {
   PointCloud cloud;
   cloud.schema.has_normals = true;
   for (int i = 0; i < 1000; ++i) {
-    cloud.positions.push_back({0.5 * i, 1.0 / (i + 1), -i});
+    cloud.positions.push_back({0.5 * i, 1.0 / (i + 1), -1.0 * i});
     cloud.normals.push_back({0.0, 0.0, i % 2 == 0 ? 1.0 : -1.0});
   }
   return cloud;
