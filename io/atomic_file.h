@@ -12,6 +12,7 @@ namespace orbweave {
 /// Writes beside the target (".<name>.<random>.part" in the same directory) and renames on
 /// commit, after flushing to the device. Destroyed without commit, it removes what it wrote.
 /// A target that exists and is no regular file (a pipe, a device) is written to directly.
+/// The temporary is locked (flock) as long as it is written, so that remove_abandoned() can tell.
 /// Every failure is an Error (resource) that names the target and the system's reason.
 class AtomicFile {
  public:
@@ -40,5 +41,9 @@ class AtomicFile {
   std::uint64_t bytes_written_ = 0;
   std::uint64_t bytes_flushing_ = 0;  ///< handed to the device already
 };
+
+/// Removes what writers that were killed left beside `target` or files that share its name but for
+/// the extension. Temporaries that a process holds are left alone; so is what cannot be removed.
+void remove_abandoned(const std::filesystem::path& target);
 
 }  // namespace orbweave

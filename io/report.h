@@ -125,6 +125,9 @@ struct RunReport {
   ResourceFacts predicted;  ///< from the counting pass
   ResourceFacts measured;
   int ranks = 1;  ///< processes that worked on it
+  /// An earlier run had written all outputs and was killed while it removed its work directory;
+  /// nothing else is told then.
+  bool ended_before = false;
   std::vector<std::string> notes;
 };
 

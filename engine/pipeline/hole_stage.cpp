@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -11,7 +10,7 @@
 #include "engine/holes/hole_choice.h"
 #include "engine/holes/hole_pass.h"
 #include "engine/holes/split_vertices.h"
-#include "engine/pipeline/reconstruct_stage.h"
+#include "engine/pipeline/stage_keys.h"
 #include "engine/pipeline/stored_surface.h"
 #include "engine/validation/disjoint_sets.h"
 #include "partition/memory_plan.h"
@@ -25,23 +24,6 @@ constexpr std::size_t kBatchLoops = 256;
 constexpr std::uint64_t kBatchWork = 100'000;
 /// What filling one hole may hold: a dense system of the largest size and its factors.
 constexpr std::size_t kHoleBytes = std::size_t{48} << 20;
-
-std::string exact(double value) {
-  std::array<char, 40> text{};
-  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
-}
-
-std::string hole_key(const JobContext& context, const std::vector<double>& radii) {
-  const FillOptions& fill = context.job.fill;
-  return mesh_key(context, radii) + "holes 1\n" + "kernel " +
-         (fill.kernel == FillKernel::kBiharmonic ? "biharmonic" : "triharmonic") +
-         "\nneighborhood " + exact(fill.neighborhood) + "\nmax_diameter " +
-         exact(fill.max_diameter) + "\nmax_perimeter " + exact(fill.max_perimeter) +
-         "\nallow_intersections " + (fill.allow_intersections ? "yes" : "no") + "\nmax_edges " +
-         std::to_string(fill.max_edges) + "\nkeep_outer_border " +
-         (fill.keep_outer_border ? "yes" : "no") + "\nmin_triangles " +
-         std::to_string(fill.min_triangles) + "\n";
-}
 
 double area_of(const Surface& surface, const LoopPatch& patch) {
   const auto position = [&](std::uint64_t vertex) {
@@ -85,7 +67,7 @@ class HoleStage {
     }
     StageClock clock(context_, "holes", batches_.size(), "batches");
     by_leader(context_, [&] {
-      context_.store.begin_stage(kHoleStage, key);
+      begin_stage(context_, kHoleStage, key);
       context_.store.commit_document(kHoleStage, kDocument,
                                      nlohmann::json{{"batches", batches_.size()}}.dump() + "\n");
     });
@@ -400,7 +382,7 @@ FilledHoles fill_holes(JobContext& context, const Partition& partition,
                        const std::vector<double>& radii, const StitchedBoundary& boundary,
                        MeshFacts& facts) {
   HoleStage stage(context, partition, radii, boundary, facts);
-  return stage.run(hole_key(context, radii));
+  return stage.run(hole_key(context, partition, radii));
 }
 
 std::vector<HoleFacts> list_loops(const StitchedBoundary& boundary, const FillOptions& options) {

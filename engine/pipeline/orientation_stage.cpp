@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/pipeline/stage_keys.h"
 #include "io/job_values.h"
 #include "io/quantity.h"
 
@@ -47,8 +48,10 @@ PatchOrientation orient_cloud(JobContext& context, const RawCloud& cloud, double
   options.cell = power_of_two_above(kCellPerSpacing * spacing);
   options.max_radius = max_radius;
   by_leader(context, [&] {
-    context.store.begin_stage(kPatchStage, cloud.key + "patches 1 " + format_exact(options.cell) +
-                                               " " + format_exact(options.max_radius) + "\n");
+    begin_stage(context, kPatchStage,
+                cloud.key + key_line("layout of patches", "1") +
+                    key_line("cell of patches", format_exact(options.cell)) +
+                    key_line("reach of patches", format_exact(options.max_radius)));
   });
   visit_chunks(context, cloud, kPatchStage, orientation_halo(options),
                [&](ChunkId chunk, PassPoints&& points) {

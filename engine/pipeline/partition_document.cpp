@@ -99,6 +99,7 @@ std::string partition_to_json(const Partition& partition) {
       {"root", {{"origin", to_json(root.origin)}, {"side", root.side}}},
       {"chunks", chunks},
       {"first_vertex", partition.first_vertex},
+      {"memory_bytes", partition.memory_bytes},
       {"points_read", partition.points_read},
       {"dropped", partition.dropped},
       {"spacing", partition.spacing},
@@ -126,6 +127,7 @@ Partition partition_from_json(const std::string& text) {
   for (const Json& chunk : document.at("chunks")) chunks.push_back(chunk_from(chunk));
   partition.octree = Octree(root, std::move(chunks));
   partition.first_vertex = document.at("first_vertex").get<std::vector<std::uint64_t>>();
+  partition.memory_bytes = document.at("memory_bytes");
   partition.points_read = document.at("points_read");
   partition.dropped = document.at("dropped").get<DroppedPoints>();
   partition.spacing = document.at("spacing");

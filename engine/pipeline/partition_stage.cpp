@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cstring>
-#include <filesystem>
 
 #include "engine/ball_pivoting/automatic_radii.h"
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/pipeline/prepare_stage.h"
+#include "engine/pipeline/stage_keys.h"
 #include "io/chunk_points.h"
 #include "io/error.h"
-#include "io/job_keys.h"
 #include "io/scan_source.h"
 #include "partition/binning.h"
 #include "partition/canonical_order.h"
@@ -162,13 +161,6 @@ void sort_chunks(JobContext& context, const CloudInput& input, const CountedClou
   clock.facts().chunks = chunks.size();
 }
 
-std::string file_stamp(const std::string& file) {
-  std::error_code ignored;
-  const auto size = std::filesystem::file_size(file, ignored);
-  const auto time = std::filesystem::last_write_time(file, ignored).time_since_epoch().count();
-  return file + "|" + std::to_string(size) + "|" + std::to_string(time);
-}
-
 /// The neighbours for a normal: half as far again as they are where points are sparse. (The mean
 /// distance to the k nearest of a disc's points is two thirds of that to the farthest.)
 double normal_radius(const SpacingSampler& sampler, std::size_t neighbors) {
@@ -246,24 +238,6 @@ CountedCloud count_points(const InputContext& context, const CloudInput& input) 
   return cloud;
 }
 
-std::string partition_key(const Job& job, const std::vector<std::string>& files) {
-  std::string key = "orbweave points 2\n";
-  for (const std::string& file : files) key += file_stamp(file) + "\n";
-  if (!job.input.poses.empty()) key += file_stamp(job.input.poses) + "\n";
-  for (const JobKey& known : job_keys()) {
-    const std::string_view section(known.section);
-    if (section != "input" && section != "prepare" && section != "normals") continue;
-    if (std::string_view(known.key) == "files") continue;
-    key += known.name() + " = " + value_text(known.get(job), known.type) + "\n";
-  }
-  key += "memory " + std::to_string(job.partition.memory_bytes) + "\n";
-  key += "chunk_points " + std::to_string(job.partition.chunk_points) + "\n";
-  key += "attributes " + std::to_string(job.output.attributes) + "\n";
-  const bool automatic = job.reconstruct.ball_radii.empty();
-  key += "levels " + std::to_string(automatic ? job.reconstruct.levels : -1) + "\n";
-  return key;
-}
-
 std::optional<Partition> stored_partition(const ChunkStore& store, const std::string& stage) {
   const auto document = store.document(stage, kDocument);
   if (!document) return std::nullopt;
@@ -291,10 +265,12 @@ Partition cut_and_sort(JobContext& context, const CloudInput& input) {
   Binner binner(cloud.octree, cloud.schema,
                 {cloud.memory.bin_buffer_bytes, context.store.directory()});
   bin_points(context, input, cloud, binner, sampler);
+  if (input.are_scans) check_unchanged(context, input.stage);
   {
     const StageClock clock(context, input.prefix + "measure", 0, "places");
     measure(context, input, sampler, partition);
   }
+  partition.memory_bytes = context.job.partition.memory_bytes;
   partition.schema = cloud.schema;
   partition.points_read = cloud.points_read;
   partition.dropped = cloud.dropped;
@@ -305,9 +281,12 @@ Partition cut_and_sort(JobContext& context, const CloudInput& input) {
   return partition;
 }
 
-std::optional<Partition> begin_partition(JobContext& context, const std::string& stage) {
-  by_leader(context,
-            [&] { context.store.begin_stage(stage, partition_key(context.job, context.files)); });
+std::optional<Partition> begin_partition(JobContext& context, const std::string& stage,
+                                         const std::string& key) {
+  by_leader(context, [&] {
+    begin_stage(context, stage, key);
+    drop_what_does_not_fit(context, stage, key);
+  });
   std::optional<Partition> stored = stored_partition(context.store, stage);
   context.team.meet(context.stop);  // what is there changes only when all have seen it
   return stored;
@@ -325,8 +304,10 @@ Partition partition_by_leader(JobContext& context, const std::string& stage,
 }
 
 Partition partition_points(JobContext& context) {
-  if (std::optional<Partition> stored = begin_partition(context, kPointsStage)) {
+  if (std::optional<Partition> stored =
+          begin_partition(context, kPointsStage, points_key(context))) {
     context.note("resuming: the points are partitioned already");
+    if (context.team.leads()) discard_raw_stages(context.store);
     return std::move(*stored);
   }
   Partition partition = prepared_partition(context);

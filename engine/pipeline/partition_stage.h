@@ -25,6 +25,7 @@ struct Partition {
   Box bounds;
   Octree octree;
   std::vector<std::uint64_t> first_vertex;  ///< global number of each chunk's first point; + total
+  std::uint64_t memory_bytes = 0;           ///< budget that the chunks were made for
   std::uint64_t points_read = 0;
   DroppedPoints dropped;
   double spacing = 0.0;  ///< robust nearest-neighbour spacing; 0: unknown
@@ -84,16 +85,14 @@ void measure(const InputContext& context, const CloudInput& input, const Spacing
 /// yet.
 Partition cut_and_sort(JobContext& context, const CloudInput& input);
 
-/// Everything that the points in the store depend on, as one text.
-std::string partition_key(const Job& job, const std::vector<std::string>& files);
-
 /// What an earlier run left; empty: nothing whole.
 std::optional<Partition> stored_partition(const ChunkStore& store,
                                           const std::string& stage = kPointsStage);
 void commit_partition(ChunkStore& store, const std::string& stage, const Partition& partition);
 
 /// Declares what the points of `stage` depend on; returns what an earlier run left of them.
-std::optional<Partition> begin_partition(JobContext& context, const std::string& stage);
+std::optional<Partition> begin_partition(JobContext& context, const std::string& stage,
+                                         const std::string& key);
 /// The leader makes and commits it, everybody gets it.
 Partition partition_by_leader(JobContext& context, const std::string& stage,
                               const std::function<Partition()>& make);

@@ -17,6 +17,8 @@
 #include "engine/pipeline/prepare_stage.h"
 #include "engine/pipeline/radii_choice.h"
 #include "engine/pipeline/reconstruct_stage.h"
+#include "engine/pipeline/stage_keys.h"
+#include "io/atomic_file.h"
 #include "io/chunk_points.h"
 #include "io/glob.h"
 #include "io/logged_progress.h"
@@ -120,6 +122,8 @@ void drop_damaged(ChunkStore& store, const std::filesystem::path& file) {
   const std::string stage = file.parent_path().filename().string();
   if ((stage == kMeshStage || stage == kHoleStage) && parsed.ec == std::errc()) {
     store.discard(stage, chunk);
+  } else if (stage.starts_with("raw")) {
+    discard_raw_stages(store);  // what a pass was made from is removed when it is complete
   } else {
     store.discard_stage(stage.empty() ? kPointsStage : stage);
   }
@@ -155,6 +159,32 @@ void run_or_clean_up(JobContext& context) {
     if (error.status() == ExitStatus::kBadInput && !keep) context.store.remove_all();
     throw;
   }
+}
+
+/// What a run that was killed left beside the outputs.
+void remove_abandoned_outputs(const OutputOptions& output) {
+  for (const std::string& file : {output.mesh, output.report, output.picture})
+    if (!file.empty() && file != "-") remove_abandoned(file);
+}
+
+/// Whether an earlier run of this very job wrote all outputs, and only its work directory was left;
+/// removes it then.
+bool was_ended_before(JobContext& context) {
+  const bool ended =
+      !context.job.run.keep_work_dir && context.store.has_ended(outputs_key(context));
+  context.team.meet(context.stop);  // what is there changes only when all have seen it
+  if (!context.team.leads()) return ended;
+  if (ended)
+    context.store.remove_all();
+  else
+    context.store.clear_ended();
+  return ended;
+}
+
+/// The work directory goes, and whoever is killed meanwhile finds that nothing is left to do.
+void remove_work_dir(const JobContext& context) {
+  if (context.job.output.mesh != "-") context.store.set_ended(outputs_key(context));
+  context.store.remove_all();
 }
 
 /// The leader's store, and where that is ready, the others'.
@@ -208,6 +238,9 @@ RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Pr
       static_cast<std::size_t>(std::max(job.run.threads, available_threads())));
   const auto logged = make_logged_progress(progress, store->directory() / log_name(team));
   JobContext context{{job, report.files, *logged, stop}, *store, report, team};
+  report.ended_before = was_ended_before(context);
+  if (report.ended_before) return report;
+  if (team.leads()) remove_abandoned_outputs(job.output);
   run_or_clean_up(context);
   team.meet(stop);
   if (!team.leads()) return report;
@@ -216,7 +249,7 @@ RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Pr
   if (job.run.keep_work_dir) {
     store->finish_commits();
   } else {
-    store->remove_all();
+    remove_work_dir(context);
   }
   return report;
 }

@@ -13,6 +13,7 @@
 #include "engine/pipeline/radii_choice.h"
 #include "engine/pipeline/reconstruct_stage.h"
 #include "engine/pipeline/scan_input.h"
+#include "engine/pipeline/stage_keys.h"
 #include "io/chunk_points.h"
 #include "io/error.h"
 #include "io/glob.h"
@@ -79,7 +80,7 @@ double preparation_seconds(const InputContext& context, const JobPlan& plan) {
 
 bool holds_a_mesh(const JobContext& context, const Partition& partition,
                   const std::vector<double>& radii) {
-  if (!context.store.has_key(kMeshStage, mesh_key(context, radii))) return false;
+  if (!context.store.has_key(kMeshStage, mesh_key(context, partition, radii))) return false;
   for (ChunkId chunk = 0; chunk < partition.octree.chunks().size(); ++chunk) {
     if (!context.store.has(kMeshStage, chunk)) return false;
   }
@@ -96,7 +97,7 @@ std::optional<std::vector<HoleFacts>> stored_loops(const InputContext& input) {
     report.files = input.files;
     Team alone;
     JobContext context{input, store, report, alone};
-    if (!store.has_key(kPointsStage, partition_key(input.job, input.files))) return std::nullopt;
+    if (!store.has_key(kPointsStage, points_key(input))) return std::nullopt;
     const std::optional<Partition> partition = stored_partition(store);
     if (!partition) return std::nullopt;
     if (!holds_a_mesh(context, *partition, radii_of_job(context, *partition))) return std::nullopt;

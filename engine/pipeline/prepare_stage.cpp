@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
@@ -14,6 +15,7 @@
 #include "engine/pipeline/prepared_source.h"
 #include "engine/pipeline/raw_passes.h"
 #include "engine/pipeline/scan_input.h"
+#include "engine/pipeline/stage_keys.h"
 #include "io/chunk_points.h"
 #include "io/error.h"
 #include "io/quantity.h"
@@ -69,7 +71,8 @@ RawPass outlier_pass(const PrepareOptions& options, const RawCloud& cloud) {
   const OutlierOptions outliers{.sigma = options.outlier_sigma,
                                 .max_radius = cloud.partition.normal_radius};
   return {.stage = "raw_outliers",
-          .options = format_exact(outliers.sigma) + " " + format_exact(outliers.max_radius),
+          .options = key_line("prepare.outlier_sigma", format_exact(outliers.sigma)) +
+                     key_line("reach of outliers", format_exact(outliers.max_radius)),
           .halo = outlier_halo(outliers),
           .dropped_reason = "outlier",
           .work = [outliers](PassPoints&& points) {
@@ -82,7 +85,7 @@ RawPass outlier_pass(const PrepareOptions& options, const RawCloud& cloud) {
 RawPass merge_pass(const PrepareOptions& options) {
   const ThinningOptions merging{options.merge_tolerance, kSameSheetCosine};
   return {.stage = "raw_merged",
-          .options = format_exact(merging.spacing),
+          .options = key_line("prepare.merge_tolerance", format_exact(merging.spacing)),
           .halo = merging_halo(merging),
           .drift = merging.spacing,
           .dropped_reason = "merged with another point",
@@ -112,7 +115,7 @@ struct SideRule {
 };
 
 std::string text_of(const SideRule& rule) {
-  return std::to_string(static_cast<int>(rule.by)) + " " + format_exact(rule.vector.x) + " " +
+  return std::string(name_of(rule.by)) + " " + format_exact(rule.vector.x) + " " +
          format_exact(rule.vector.y) + " " + format_exact(rule.vector.z);
 }
 
@@ -154,8 +157,9 @@ PointCloud with_normals(PassPoints&& points, const NormalEstimateOptions& option
 
 RawPass normal_pass(const NormalEstimateOptions& options, const SideRule& rule) {
   return {.stage = "raw_normals",
-          .options = std::to_string(options.neighbors) + " " + format_exact(options.max_radius) +
-                     " " + text_of(rule),
+          .options = key_line("normals.neighbors", std::to_string(options.neighbors)) +
+                     key_line("reach of normals", format_exact(options.max_radius)) +
+                     key_line("normals.orientation", text_of(rule)),
           .halo = options.max_radius,
           .adds_normals = true,
           .dropped_reason = "too few neighbours for a normal",
@@ -171,7 +175,8 @@ void normalize_all(std::vector<Vec3>& normals) {
 RawPass smooth_pass(const PrepareOptions& options, bool oriented, int pass) {
   const ProjectionOptions projection{options.smooth_radius, oriented};
   return {.stage = "raw_smooth_" + std::to_string(pass + 1),
-          .options = format_exact(projection.radius) + (oriented ? " oriented" : ""),
+          .options = key_line("prepare.smooth_radius", format_exact(projection.radius)) +
+                     key_line("oriented", oriented ? "yes" : "no"),
           .halo = projection.radius,
           .drift = projection.radius,
           .dropped_reason = "",
@@ -188,7 +193,8 @@ RawPass smooth_pass(const PrepareOptions& options, bool oriented, int pass) {
 RawPass thin_pass(const PrepareOptions& options, bool oriented) {
   const ThinningOptions thinning{options.thin_to_spacing, kSameSheetCosine};
   return {.stage = "raw_thinned",
-          .options = format_exact(thinning.spacing) + (oriented ? " oriented" : ""),
+          .options = key_line("prepare.thin_to_spacing", format_exact(thinning.spacing)) +
+                     key_line("oriented", oriented ? "yes" : "no"),
           .halo = thinning_halo(thinning),
           .dropped_reason = "thinned",
           .work = [thinning, oriented](PassPoints&& points) {
@@ -201,7 +207,8 @@ RawPass thin_pass(const PrepareOptions& options, bool oriented) {
 
 /// The raw points in chunks; resumes from the store where it holds them whole.
 Partition raw_partition(JobContext& context) {
-  if (std::optional<Partition> stored = begin_partition(context, kRawStage))
+  if (std::optional<Partition> stored =
+          begin_partition(context, kRawStage, raw_points_key(context)))
     return std::move(*stored);
   return partition_by_leader(context, kRawStage, [&] {
     return cut_and_sort(context, scans_as_input(context, kRawStage, "raw "));
@@ -224,6 +231,21 @@ void measure_moves(JobContext& context, const RawCloud& cloud, const std::string
   }
   facts.points_moved = moved;
   facts.mean_move = moved == 0 ? 0.0 : sum / static_cast<double>(moved);
+}
+
+/// The same, from what an earlier run left of it where it did.
+void take_moves(JobContext& context, const RawCloud& cloud, const std::string& before,
+                PrepareFacts& facts) {
+  constexpr const char* kMoves = "moves";
+  if (const auto stored = context.store.document(cloud.stage, kMoves)) {
+    const nlohmann::json moves = nlohmann::json::parse(*stored);
+    facts.points_moved = moves.at(0);
+    facts.mean_move = moves.at(1);
+    return;
+  }
+  measure_moves(context, cloud, before, facts);
+  context.store.commit_document(
+      cloud.stage, kMoves, nlohmann::json::array({facts.points_moved, facts.mean_move}).dump());
 }
 
 /// A radius beyond that flattens everything, and its halo holds it all; somebody mistook the unit.
@@ -276,9 +298,14 @@ class Preparation {
   void smooth_and_thin() {
     if (facts_.options.smooth_radius > 0.0) {
       const std::string before = cloud_.stage;
+      cloud_.kept_stage = before;
       for (int pass = 0; pass < facts_.options.smooth_passes; ++pass)
         run_pass(context_, smooth_pass(facts_.options, oriented_, pass), cloud_);
-      if (context_.team.leads()) measure_moves(context_, cloud_, before, facts_);
+      cloud_.kept_stage.clear();
+      if (context_.team.leads()) {
+        take_moves(context_, cloud_, before, facts_);
+        context_.store.discard_results(before);
+      }
     }
     if (facts_.options.thin_to_spacing > 0.0)
       run_pass(context_, thin_pass(facts_.options, oriented_), cloud_);
@@ -329,7 +356,8 @@ Partition partition_prepared(JobContext& context, bool estimates) {
   RawCloud cloud;
   cloud.partition = raw_partition(context);
   cloud.stage = kRawStage;
-  cloud.key = partition_key(context.job, context.files);
+  cloud.key = raw_points_key(context) + chunks_line(cloud.partition);
+  cloud.points = cloud.partition.points();
   cloud.schema = cloud.partition.schema;
   PrepareFacts facts = describe_layers(context, cloud.partition);
   check_radius(facts);
@@ -399,7 +427,16 @@ CloudInput scans_as_input(const InputContext& context, const std::string& stage,
 }
 
 Partition prepared_partition(JobContext& context) {
-  if (needs_preparation(context)) return partition_prepared(context, estimates_normals(context));
+  if (needs_preparation(context)) {
+    const bool estimates = estimates_normals(context);
+    try {
+      return partition_prepared(context, estimates);
+    } catch (const RawPointsGone&) {
+      context.note("the raw points are read again for that");
+      by_leader(context, [&] { discard_raw_stages(context.store); });
+      return partition_prepared(context, estimates);
+    }
+  }
   return partition_by_leader(context, kPointsStage, [&] {
     Partition partition = cut_and_sort(context, scans_as_input(context, kPointsStage, ""));
     partition.prepare = describe_layers(context, partition);

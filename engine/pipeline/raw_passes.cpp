@@ -2,13 +2,17 @@
 
 #include <algorithm>
 #include <iterator>
+#include <optional>
 #include <utility>
 
+#include "engine/pipeline/stage_keys.h"
 #include "io/chunk_points.h"
 #include "partition/memory_plan.h"
 
 namespace orbweave {
 namespace {
+
+constexpr const char* kEnded = "ended";
 
 void append(PassPoints& to, const PointCloud& points) {
   to.positions.insert(to.positions.end(), points.positions.begin(), points.positions.end());
@@ -61,6 +65,19 @@ std::uint64_t points_of_stage(const JobContext& context, const RawCloud& cloud) 
   return points;
 }
 
+/// A pass that is complete says how many points it left; they may have gone since.
+std::optional<std::uint64_t> points_of_ended_pass(const JobContext& context,
+                                                  const std::string& stage) {
+  const std::optional<std::string> document = context.store.document(stage, kEnded);
+  if (!document) return std::nullopt;
+  return std::stoull(*document);
+}
+
+void require_points(const JobContext& context, const RawCloud& cloud) {
+  for (ChunkId chunk = 0; chunk < cloud.partition.octree.chunks().size(); ++chunk)
+    if (!context.store.has(cloud.stage, chunk)) throw RawPointsGone();
+}
+
 }  // namespace
 
 void visit_chunks(JobContext& context, const RawCloud& cloud, const std::string& stage, double halo,
@@ -82,24 +99,33 @@ void visit_chunks(JobContext& context, const RawCloud& cloud, const std::string&
 }
 
 void run_pass(JobContext& context, const RawPass& pass, RawCloud& cloud) {
-  cloud.key += pass.stage + " " + pass.options + "\n";
-  by_leader(context, [&] { context.store.begin_stage(pass.stage, cloud.key); });
+  cloud.key += key_line("pass", pass.stage) + pass.options;
+  by_leader(context, [&] { begin_stage(context, pass.stage, cloud.key); });
   PointSchema schema = cloud.schema;
   if (pass.adds_normals) {
     schema.has_normals = true;
     schema.normal_type = ScalarType::kFloat32;
   }
-  const std::uint64_t before = points_of_stage(context, cloud);
-  visit_chunks(context, cloud, pass.stage, pass.halo, [&](ChunkId chunk, PassPoints&& points) {
-    PointCloud result = points.own.empty() ? std::move(points.own) : pass.work(std::move(points));
-    result.schema = schema;
-    commit_points(context.store, chunk, result, pass.stage);
-  });
-  cloud.stage = pass.stage;
+  const std::optional<std::uint64_t> ended = points_of_ended_pass(context, pass.stage);
+  context.team.meet(context.stop);  // what is there changes only when all have seen it
+  if (!ended) {
+    require_points(context, cloud);
+    visit_chunks(context, cloud, pass.stage, pass.halo, [&](ChunkId chunk, PassPoints&& points) {
+      PointCloud result = points.own.empty() ? std::move(points.own) : pass.work(std::move(points));
+      result.schema = schema;
+      commit_points(context.store, chunk, result, pass.stage);
+    });
+  }
+  const std::string before = std::exchange(cloud.stage, pass.stage);
   cloud.schema = schema;
   cloud.drift += pass.drift;
-  const std::uint64_t after = points_of_stage(context, cloud);
-  if (after != before) cloud.dropped[pass.dropped_reason] += before - after;
+  const std::uint64_t points = ended ? *ended : points_of_stage(context, cloud);
+  if (points != cloud.points) cloud.dropped[pass.dropped_reason] += cloud.points - points;
+  cloud.points = points;
+  if (context.team.leads()) {
+    if (!ended) context.store.commit_document(pass.stage, kEnded, std::to_string(points));
+    if (before != cloud.kept_stage) context.store.discard_results(before);
+  }
 }
 
 }  // namespace orbweave

@@ -20,7 +20,9 @@ struct RawCloud {
   std::string key;      ///< everything that they depend on
   PointSchema schema;   ///< of the points now
   double drift = 0.0;   ///< how far a point may have left the cube of its chunk
+  std::uint64_t points = 0;
   DroppedPoints dropped;
+  std::string kept_stage = {};  ///< whose points are still needed; others go when they were used
 };
 
 /// A chunk's points with those of its halo, in raw order.
@@ -35,7 +37,7 @@ struct PassPoints {
 
 struct RawPass {
   std::string stage;           ///< for its points
-  std::string options;         ///< what it depends on beside the points, as text
+  std::string options;         ///< what it depends on beside the points, as lines of a key
   double halo = 0.0;           ///< world units
   double drift = 0.0;          ///< farthest that it moves a point
   bool adds_normals = false;   ///< (of 32 bits)
@@ -47,7 +49,11 @@ struct RawPass {
 void visit_chunks(JobContext& context, const RawCloud& cloud, const std::string& stage, double halo,
                   const std::function<void(ChunkId, PassPoints&&)>& visit);
 
-/// Runs a pass, or takes what an earlier run left of it.
+/// Thrown where a pass has to be run again and the points that it was made from have been removed.
+struct RawPointsGone {};
+
+/// Runs a pass, or takes what an earlier run left of it. When it is complete, the points that it
+/// was made from are removed. Throws RawPointsGone.
 void run_pass(JobContext& context, const RawPass& pass, RawCloud& cloud);
 
 }  // namespace orbweave

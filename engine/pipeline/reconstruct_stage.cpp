@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/pipeline/stage_keys.h"
 #include "io/chunk_points.h"
 #include "partition/memory_plan.h"
 
@@ -15,12 +15,6 @@ template <class T>
 ArrayView view(const char* name, ScalarType type, std::uint32_t columns, const std::vector<T>& v,
                std::size_t values_per_item) {
   return {name, type, columns, v.size() * values_per_item / columns, v.data()};
-}
-
-std::string exact(double value) {
-  std::array<char, 40> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
 }
 
 void append(ChunkPoints& to, const PointsInBox& from, std::uint64_t first_vertex, bool owned) {
@@ -99,15 +93,10 @@ ChunkPoints load_chunk_with_halo(const ChunkStore& store, const Partition& parti
   return points;
 }
 
-std::string mesh_key(const JobContext& context, const std::vector<double>& radii) {
-  std::string key = partition_key(context.job, context.files) + "mesh 2\n";
-  for (const double ball_radius : radii) key += "ball_radius " + exact(ball_radius) + "\n";
-  return key;
-}
-
 void reconstruct_chunks(JobContext& context, const Partition& partition,
                         const std::vector<double>& radii) {
-  by_leader(context, [&] { context.store.begin_stage(kMeshStage, mesh_key(context, radii)); });
+  by_leader(context,
+            [&] { begin_stage(context, kMeshStage, mesh_key(context, partition, radii)); });
 
   const auto& chunks = partition.octree.chunks();
   StageClock clock(context, "reconstruct", chunks.size(), "chunks");

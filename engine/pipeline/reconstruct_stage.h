@@ -23,9 +23,6 @@ std::uint64_t stored_triangles(const ChunkStore& store, ChunkId chunk);
 ChunkPoints load_chunk_with_halo(const ChunkStore& store, const Partition& partition, ChunkId chunk,
                                  double halo);
 
-/// Everything that the stored meshes depend on, as one text.
-std::string mesh_key(const JobContext& context, const std::vector<double>& radii);
-
 /// The stage; chunks that the store holds already under the same radii are not computed again.
 void reconstruct_chunks(JobContext& context, const Partition& partition,
                         const std::vector<double>& radii);
