@@ -185,14 +185,14 @@ std::string stage_row(const StageFacts& stage) {
   return row({stage.name, format_duration(stage.seconds), format_duration(stage.cpu_seconds),
               stage.points > 0 ? format_rate(rate) : "", format_bytes(stage.bytes_read),
               format_bytes(stage.bytes_written), format_count(stage.chunks),
-              format_count(stage.chunks_reused)},
+              format_count(stage.chunks_reused), format_bytes(stage.peak_memory_bytes)},
              "td");
 }
 
 std::string stages_table(const RunReport& report) {
   std::string html = heading("Stages") + "<table>\n" +
                      row({"stage", "time", "CPU time", "points/s", "read", "written", "chunks",
-                          "of an earlier run"},
+                          "of an earlier run", "peak memory"},
                          "th");
   for (const StageFacts& stage : report.stages) html += stage_row(stage);
   return html + "</table>\n";
@@ -205,10 +205,20 @@ std::string options_table(const Job& job) {
   return facts("Options", rows);
 }
 
-std::string machine_table(const RunReport& report) {
+/// Zero stands for what nobody knows.
+std::string bytes_or_unknown(std::uint64_t bytes) {
+  return bytes > 0 ? format_bytes(bytes) : "not known";
+}
+
+std::string memory_table(const RunReport& report) {
+  return facts("Memory", {{"budget", format_bytes(report.options.partition.memory_bytes)},
+                          {"peak, predicted", bytes_or_unknown(report.predicted.peak_memory_bytes)},
+                          {"peak, measured", bytes_or_unknown(report.peak_memory_bytes)}});
+}
+
+std::string machine_table() {
   const MachineFacts machine = machine_facts();
-  return facts("Machine", {{"peak memory", format_bytes(report.peak_memory_bytes)},
-                           {"cores", std::to_string(machine.cores)},
+  return facts("Machine", {{"cores", std::to_string(machine.cores)},
                            {"processor", machine.cpu_model},
                            {"memory", format_bytes(machine.memory_bytes)}});
 }
@@ -281,7 +291,7 @@ std::string report_html(const RunReport& report) {
          html_text(joined(report.command, " ")) + "</code></p>\n" +
          picture(report.options.output.picture) + mesh_table(report.mesh) + input_table(report) +
          prepare_table(report) + work_table(report) + holes_table(report.holes) +
-         stages_table(report) + machine_table(report) + notes_list(report.notes) +
+         stages_table(report) + memory_table(report) + machine_table() + notes_list(report.notes) +
          options_table(report.options) + "</body>\n</html>\n";
 }
 

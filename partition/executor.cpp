@@ -5,20 +5,75 @@
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
 
+#include <algorithm>
 #include <deque>
 #include <exception>
 #include <mutex>
 #include <optional>
 
+#include "io/memory_watch.h"
+
 namespace orbweave {
 namespace {
+
+/// Compares what chunks hold with what was planned for them. Decides when they start, never what
+/// comes of them.
+class MemoryGate {
+ public:
+  explicit MemoryGate(const ExecutorOptions& options)
+      : limit_(options.process_bytes), resident_(options.resident) {
+    if (limit_ == 0) return;
+    if (!resident_) watch_.emplace();
+    base_ = resident();
+  }
+
+  /// Whether another chunk may start beside some that hold `planned` bytes between them.
+  bool admits(std::size_t planned, std::size_t next) {
+    if (limit_ == 0) return true;
+    learn();
+    if (exceeds(base_, planned + next)) return false;
+    if (!exceeds(resident(), next)) return true;
+    // What the allocator keeps of ended chunks counts as held, though the next may have it.
+    release_freed_memory();
+    return !exceeds(resident(), next);
+  }
+  void started(std::size_t planned) { most_planned_ = std::max(most_planned_, planned); }
+  void ended() {
+    if (limit_ != 0) learn();
+  }
+
+ private:
+  std::uint64_t resident() const { return resident_ ? resident_() : resident_bytes(); }
+  bool exceeds(std::uint64_t held, std::size_t more) const {
+    return static_cast<double>(held) + cost_ * static_cast<double>(more) >
+           static_cast<double>(limit_);
+  }
+  /// The most that was held over the most that was planned at one time: memory that is kept for
+  /// later does not make a chunk look costly.
+  void learn() {
+    // Less than that says more about the allocator than about chunks.
+    constexpr std::size_t kTelling = std::size_t{32} << 20;
+    peak_ = std::max(peak_, watch_ ? watch_->peak_bytes() : resident());
+    if (most_planned_ < kTelling || peak_ < base_) return;
+    cost_ =
+        std::max(cost_, static_cast<double>(peak_ - base_) / static_cast<double>(most_planned_));
+  }
+
+  std::uint64_t limit_;
+  std::function<std::uint64_t()> resident_;
+  std::optional<MemoryWatch> watch_;
+  std::uint64_t base_ = 0;  // before the first chunk
+  std::uint64_t peak_ = 0;
+  std::size_t most_planned_ = 0;
+  double cost_ = 1.0;  // bytes held per byte planned, never less than 1
+};
 
 /// Hands tasks out in order as memory allows; one object per run_chunks.
 class Dispatcher {
  public:
   Dispatcher(std::span<const ChunkTask> tasks, const ExecutorOptions& options, int threads,
              const std::function<void(ChunkId)>& work)
-      : tasks_(tasks), options_(options), threads_(threads), work_(work) {}
+      : tasks_(tasks), options_(options), threads_(threads), work_(work), gate_(options) {}
 
   /// Returns when every task that was started has ended; rethrows the failure of the first
   /// failed task in task order.
@@ -29,11 +84,13 @@ class Dispatcher {
   }
 
  private:
-  bool fits(const ChunkTask& task) const {
+  bool fits(const ChunkTask& task) {
     if (in_flight_ == 0) return true;
     // Never overflows: each summand was admitted below the budget, or runs alone.
-    return options_.memory_bytes == 0 || (memory_ <= options_.memory_bytes &&
-                                          task.memory_bytes <= options_.memory_bytes - memory_);
+    const bool planned =
+        options_.memory_bytes == 0 ||
+        (memory_ <= options_.memory_bytes && task.memory_bytes <= options_.memory_bytes - memory_);
+    return planned && gate_.admits(memory_, task.memory_bytes);
   }
 
   void start_tasks() {
@@ -41,6 +98,7 @@ class Dispatcher {
     while (!failure_ && in_flight_ < threads_ && has_next() && fits(tasks_[next_])) {
       ++in_flight_;
       memory_ += tasks_[next_].memory_bytes;
+      gate_.started(memory_);
       ready_.push_back(next_);
       taken_ = false;
       // The scheduler may run these in any order; which task it is, the queue decides.
@@ -70,6 +128,7 @@ class Dispatcher {
     }
     {
       const std::scoped_lock lock(mutex_);
+      gate_.ended();
       --in_flight_;
       memory_ -= tasks_[*index].memory_bytes;
     }
@@ -98,6 +157,7 @@ class Dispatcher {
   const std::function<void(ChunkId)>& work_;
 
   std::mutex mutex_;
+  MemoryGate gate_;
   std::size_t next_ = 0;   // the task that was taken, where taken_; at the end: past the last
   std::size_t alone_ = 0;  // counts tasks where no team does
   bool taken_ = false;

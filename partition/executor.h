@@ -32,6 +32,11 @@ struct ExecutorOptions {
   /// Shares the tasks with the other members, who were given the same ones in the same order and
   /// called start_counting() before; null: all tasks are this process's.
   Team* team = nullptr;
+  /// What the whole process may hold; 0: not watched. Chunks that hold more than was planned make
+  /// the plan of the following ones larger, and none starts while memory is short.
+  std::uint64_t process_bytes = 0;
+  /// What the process holds; empty: as the system says.
+  std::function<std::uint64_t()> resident = {};
 };
 
 /// One chunk's work on its way through a stage.

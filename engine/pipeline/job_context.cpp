@@ -47,7 +47,9 @@ void share_chunks(JobContext& context, StageClock& clock, const std::string& sta
   }
   std::mutex mutex;
   context.team.start_counting(context.stop);
-  run_chunks(tasks, {context.threads(), memory_bytes, &context.stop, &context.team},
+  run_chunks(tasks,
+             {context.threads(), memory_bytes, &context.stop, &context.team,
+              context.job.partition.memory_bytes},
              [&](ChunkId task) {
                const ChunkWork& chunk = chunks[task];
                const bool reused = context.store.has(stage, chunk.chunk);
@@ -90,6 +92,7 @@ StageClock::StageClock(JobContext& context, const std::string& name, std::uint64
 StageClock::~StageClock() {
   facts_.seconds = wall_seconds() - wall_begin_;
   facts_.cpu_seconds = cpu_seconds() - cpu_begin_;
+  facts_.peak_memory_bytes = memory_.peak_bytes();
   facts_.bytes_read += context_.store.bytes_read() - read_begin_;
   facts_.bytes_written += context_.store.bytes_written() - written_begin_;
   context_.report.stages.push_back(facts_);

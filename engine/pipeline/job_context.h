@@ -7,6 +7,7 @@
 
 #include "io/chunk_store.h"
 #include "io/job.h"
+#include "io/memory_watch.h"
 #include "io/progress.h"
 #include "io/report.h"
 #include "partition/executor.h"
@@ -73,6 +74,7 @@ class StageClock {
  private:
   JobContext& context_;
   StageFacts facts_;
+  MemoryWatch memory_;
   double wall_begin_;
   double cpu_begin_;
   std::uint64_t read_begin_;

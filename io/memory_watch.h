@@ -1,0 +1,42 @@
+// Resident memory of this process: now, and the most while something was watched.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <thread>
+
+namespace orbweave {
+
+/// Resident memory of this process, bytes; 0 where the system does not say. Takes microseconds.
+std::uint64_t resident_bytes();
+
+/// Gives memory that was freed back to the system, as far as the allocator can; resident_bytes()
+/// falls by what it kept for later. Takes milliseconds per gigabyte held.
+void release_freed_memory();
+
+/// Samples resident memory from its construction to its end, every few milliseconds, on a thread
+/// of its own. What is larger for a shorter time may go unseen.
+class MemoryWatch {
+ public:
+  MemoryWatch();
+  ~MemoryWatch();
+  MemoryWatch(const MemoryWatch&) = delete;
+  MemoryWatch& operator=(const MemoryWatch&) = delete;
+
+  /// The most so far, this moment included.
+  std::uint64_t peak_bytes();
+
+ private:
+  void sample();
+  void run();
+
+  std::atomic<std::uint64_t> peak_{0};
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool ended_ = false;
+  std::thread thread_;
+};
+
+}  // namespace orbweave
