@@ -6,6 +6,7 @@
 
 #include "engine/ball_pivoting/automatic_radii.h"
 #include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/pipeline/disk_plan.h"
 #include "engine/pipeline/prepare_stage.h"
 #include "engine/pipeline/stage_keys.h"
 #include "io/chunk_points.h"
@@ -262,8 +263,10 @@ Partition cut_and_sort(JobContext& context, const CloudInput& input) {
   partition.bounds = cloud.grid.bounds();
   SpacingSampler sampler(cloud.octree.root(), cloud.grid);
   cloud.grid = CountGrid();
-  Binner binner(cloud.octree, cloud.schema,
-                {cloud.memory.bin_buffer_bytes, context.store.directory()});
+  check_room(context, input, cloud);
+  Binner binner(
+      cloud.octree, cloud.schema,
+      {cloud.memory.bin_buffer_bytes, context.store.directory(), &context.store.disk()});
   bin_points(context, input, cloud, binner, sampler);
   if (input.are_scans) check_unchanged(context, input.stage);
   {

@@ -107,6 +107,8 @@ void run_stages(JobContext& context) {
   }
   if (!context.team.leads()) return;
   export_mesh(context, partition, stitched, holes, facts);
+  if (context.job.output.mesh != "-")
+    context.store.disk().add(context.report.stages.back().bytes_written);
   if (!context.job.output.picture.empty()) draw_picture(context, partition, holes);
   context.report.points_unused += holes.freed.size();
   context.report.mesh = facts;
@@ -245,6 +247,7 @@ RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Pr
   team.meet(stop);
   if (!team.leads()) return report;
   report.peak_memory_bytes = peak_memory_bytes();
+  report.measured.disk_bytes = store->disk().most();
   if (!job.output.report.empty()) write_report(job.output.report, report);
   if (job.run.keep_work_dir) {
     store->finish_commits();

@@ -5,6 +5,7 @@
 
 #include "engine/ball_pivoting/automatic_radii.h"
 #include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/pipeline/disk_plan.h"
 #include "engine/pipeline/export_stage.h"
 #include "engine/pipeline/hole_stage.h"
 #include "engine/pipeline/partition_stage.h"
@@ -30,16 +31,6 @@ constexpr double kNormalsPerSecond = 300'000.0;
 constexpr double kPropagatedPerSecond = 250'000.0;
 constexpr double kSmoothedPerSecond = 100'000.0;
 
-std::uint64_t disk_bytes(const CountedCloud& cloud) {
-  const std::uint64_t normal = 3 * size_of(cloud.schema.normal_type);
-  const std::uint64_t point = sizeof(Vec3) + normal + cloud.schema.attribute_bytes();
-  const std::uint64_t triangles = 2 * (3 * sizeof(std::uint64_t));
-  const std::uint64_t output = point + 2 * (1 + 3 * sizeof(std::uint32_t));
-  const std::uint64_t all = point * cloud.points_used;
-  const std::uint64_t spill = all > cloud.memory.bin_buffer_bytes ? all : 0;
-  return spill + cloud.points_used * (point + triangles + 1 + output);
-}
-
 /// The second pass of a run, for what it measures alone.
 Partition sample(const InputContext& context, const CloudInput& input, const CountedCloud& cloud) {
   SpacingSampler sampler(cloud.octree.root(), cloud.grid);
@@ -51,18 +42,11 @@ Partition sample(const InputContext& context, const CloudInput& input, const Cou
   return measured;
 }
 
-/// Bytes that the passes over raw points leave in the store until the last has ended.
-std::uint64_t preparation_bytes(const CountedCloud& cloud, const JobPlan& plan) {
-  const PrepareOptions& clean_up = plan.prepare.options;
+/// The passes over raw points, as far as the plan has found them out.
+RawWork raw_work_of(const JobPlan& plan) {
   const bool estimates = plan.normals.source == "estimated";
-  if (!estimates && !cleans(clean_up)) return 0;
-  const std::uint64_t passes =
-      1 + (clean_up.outlier_sigma > 0.0 ? 1 : 0) + (clean_up.merge_tolerance > 0.0 ? 1 : 0) +
-      (estimates ? 1 : 0) +
-      (clean_up.smooth_radius > 0.0 ? static_cast<std::uint64_t>(clean_up.smooth_passes) : 0) +
-      (clean_up.thin_to_spacing > 0.0 ? 1 : 0);
-  const std::uint64_t point = sizeof(Vec3) + 3 * sizeof(float) + cloud.schema.attribute_bytes();
-  return passes * point * cloud.points_used;
+  const bool propagates = plan.normals.orientation == name_of(Orientation::kPropagate);
+  return {plan.prepare.options, estimates, estimates && propagates};
 }
 
 /// Seconds that the passes over raw points take.
@@ -153,7 +137,7 @@ JobPlan plan_job(const Job& job, Progress& progress, const StopToken& stop) {
   const std::size_t bins = std::min<std::size_t>(
       cloud.memory.bin_buffer_bytes, plan.points * MemoryCosts::sort_bytes(cloud.schema));
   plan.peak_memory_bytes = MemoryCosts::kBaseBytes + std::max(in_flight, bins);
-  plan.disk_bytes = disk_bytes(cloud) + preparation_bytes(cloud, plan);
+  plan.disk_bytes = plan_disk(job, cloud, raw_work_of(plan)).most_bytes;
   const double levels = 1.0 + kFurtherRadius * static_cast<double>(plan.radii.size() - 1);
   plan.seconds = static_cast<double>(plan.points) * levels / (kPointsPerSecond * context.threads());
   plan.seconds += preparation_seconds(context, plan);
