@@ -36,6 +36,7 @@ void handle_signals(StopToken& stop) {
   install(SIGINT, on_signal);
   install(SIGTERM, on_signal);
   install(SIGPIPE, SIG_IGN);
+  install(SIGXFSZ, SIG_IGN);  // a file beyond the limit of its size fails as on a full disk
 }
 
 void end_at_once_on_signals() { token.store(nullptr); }
