@@ -67,6 +67,7 @@ def measured(options, work, samples, clouds, sizes):
     """sizes: {variant: (points, threads)}"""
     memory = options.memory or "2GiB"
     runs = {}
+    # Chunks of one size for all: the automatic one follows from the number of threads.
     for name, (points, threads) in sizes.items():
         job = whole_jobs.job(options, work, clouds.torus(points), points, "--threads", threads, "--memory", memory,
                              "--chunk-points", max(points // 40, 5_000))

@@ -1,0 +1,174 @@
+"""How long a job takes on a cluster, from the chunk times of one measured job: event-driven list scheduling.
+
+Every thread of every worker takes the longest task that is left from the common counter, reads its bytes, computes,
+writes its bytes, and takes the next; a stage ends with its last task, the next begins when all have met. Transfers
+under way share the bandwidth of the storage evenly, each limited to its thread's share of its worker's. What the
+leader does alone, everybody waits for. The bound of such a schedule: Graham, 1969, Bounds on Multiprocessing Timing
+Anomalies, section 2 (longest first: at most 4/3 of the best)."""
+import dataclasses
+import heapq
+import math
+
+import stage_kinds
+
+PIECE_BYTES = 64 << 20  # what is shared without chunks is cut into pieces of so many bytes
+
+ASSUMPTIONS = (
+    "chunk times are those of one thread with the machine to itself, input and store in the page cache: what they "
+    "contain of reading and writing counts as computing, and the transfer from the storage comes on top",
+    "a thread does not compute while it transfers; the other threads do; a chunk's share of its stage's bytes is its "
+    "share of the stage's seconds",
+    "transfers under way share the storage's bandwidth evenly, each at most its worker's bandwidth over its threads; "
+    "reading again what another worker has just read costs the same as the first time",
+    "a job of more points has more chunks of the same size with the same spread of times; a stage's seconds and bytes "
+    "grow with the points, or not at all, as bench/stage_kinds.py says",
+    "longest first is exact: the program orders chunks by their points, to within a factor of two",
+    "all workers are alike and live to the end; the counter is never congested",
+    "memory does not limit how many threads of a worker are at work",
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class Cluster:
+    workers: int
+    threads: int = 1                  # of a worker
+    storage_bandwidth: float = math.inf  # bytes per second, of all together
+    worker_bandwidth: float = math.inf   # bytes per second, of one
+    task_seconds: float = 0.002       # counter, opening files, per task
+    stage_seconds: float = 0.02       # meeting, per stage
+    slowdown: float = 0.0             # of every thread of a worker, per further thread beside it
+    cores: float = math.inf           # that all workers have together, where they share a machine
+
+    def slots(self):
+        return self.workers * self.threads
+
+    def pace(self):
+        """How much longer a task takes than with the machine to itself."""
+        return 1.0 + self.slowdown * (self.threads - 1)
+
+
+class _Shared:
+    """What all that are in it get an even share of: `capacity` a second, each at most `most`."""
+
+    def __init__(self, capacity, most):
+        self.capacity, self.most = capacity, most
+        self.served, self.now, self.waiting = 0.0, 0.0, []  # served: to each that has been in it all along
+
+    def rate(self):
+        return min(self.most, self.capacity / len(self.waiting))
+
+    def advance(self, now):
+        if self.waiting and not math.isinf(self.rate()):
+            self.served += (now - self.now) * self.rate()
+        self.now = now
+
+    def enter(self, amount, task):
+        heapq.heappush(self.waiting, (self.served + amount, task))
+
+    def next_end(self):
+        if not self.waiting:
+            return math.inf
+        return self.now + max(0.0, (self.waiting[0][0] - self.served) / self.rate())
+
+
+@dataclasses.dataclass(frozen=True)
+class Task:
+    seconds: float
+    bytes_read: float
+    bytes_written: float
+
+
+def makespan(tasks, cluster):
+    """Seconds until the last task of a shared stage ends."""
+    queue = sorted(tasks, key=lambda task: task.seconds, reverse=True)
+    steps = [(task.bytes_read, task.seconds * cluster.pace(), task.bytes_written) for task in queue]
+    wire = _Shared(cluster.storage_bandwidth, cluster.worker_bandwidth / cluster.threads)
+    chips = _Shared(cluster.cores, 1.0)
+    opening, step, now = [], [0] * len(queue), 0.0
+    taken = min(len(queue), cluster.slots())
+    for rank in range(taken):
+        heapq.heappush(opening, (cluster.task_seconds, rank))
+    while opening or wire.waiting or chips.waiting:
+        ends = (opening[0][0] if opening else math.inf, wire.next_end(), chips.next_end())
+        now = min(ends)
+        wire.advance(now)
+        chips.advance(now)
+        rank = heapq.heappop((opening, wire.waiting, chips.waiting)[ends.index(now)])[1]
+        if step[rank] < 3:
+            (chips if step[rank] == 1 else wire).enter(steps[rank][step[rank]], rank)
+            step[rank] += 1
+        elif taken < len(queue):
+            heapq.heappush(opening, (now + cluster.task_seconds, taken))
+            taken += 1
+    return now
+
+
+@dataclasses.dataclass(frozen=True)
+class Stage:
+    name: str
+    kind: stage_kinds.Kind
+    seconds: float                # of one thread, without those of the chunks
+    chunk_seconds: tuple = ()
+    bytes_read: float = 0.0
+    bytes_written: float = 0.0
+
+    def grown(self, factor):
+        """Of a job of so many times the points."""
+        if self.kind.grows == "constant":
+            return self
+        return dataclasses.replace(
+            self, seconds=self.seconds * factor, bytes_read=self.bytes_read * factor,
+            bytes_written=self.bytes_written * factor, chunk_seconds=_more_of(self.chunk_seconds, factor))
+
+
+def _more_of(values, factor):
+    """So many times as many values with the same spread: quantiles of theirs."""
+    wanted = max(1, round(len(values) * factor)) if values else 0
+    ordered = sorted(values)
+    more = [ordered[int((i + 0.5) / wanted * len(ordered))] for i in range(wanted)]
+    scale = sum(values) * factor / sum(more) if sum(more) > 0 else 1.0
+    return tuple(value * scale for value in more)
+
+
+def stages_of(report, outside_seconds=0.0, overrides=None):
+    """The stages of a report that was made with one thread; outside_seconds: wall time that no stage accounts for."""
+    stages = []
+    for facts in report["stages"]:
+        kind = stage_kinds.kind_of(facts["name"], facts, overrides)
+        chunks = tuple(facts.get("chunk_seconds") or ()) if kind.work == "shared" else ()
+        alone = max(0.0, facts["seconds"] - sum(chunks))
+        stages.append(Stage(facts["name"], kind, alone, chunks, facts["bytes_read"], facts["bytes_written"]))
+    return stages + [Stage(stage_kinds.OUTSIDE, stage_kinds.UNKNOWN, max(0.0, outside_seconds))]
+
+
+def _alone(stage, cluster, seconds, bytes_moved):
+    """What one process does, with its threads as far as they help it."""
+    threads = min(cluster.threads, cluster.cores)
+    divided = seconds * (1.0 - stage.kind.threads + stage.kind.threads / threads)
+    return divided + bytes_moved / min(cluster.worker_bandwidth, cluster.storage_bandwidth)
+
+
+def _pieces(stage, cluster):
+    """Of a stage that is shared without chunks."""
+    moved = stage.bytes_read + stage.bytes_written
+    count = max(1, math.ceil(moved / PIECE_BYTES))
+    return [Task(stage.seconds / count, stage.bytes_read / count, stage.bytes_written / count)] * count
+
+
+def stage_seconds(stage, cluster):
+    moved = stage.bytes_read + stage.bytes_written
+    if stage.kind.work == "redundant":
+        everybody = moved * cluster.workers / cluster.storage_bandwidth
+        return cluster.stage_seconds + max(_alone(stage, cluster, stage.seconds, moved), stage.seconds + everybody)
+    if stage.kind.work == "leader":
+        return cluster.stage_seconds + _alone(stage, cluster, stage.seconds, moved)
+    if not stage.chunk_seconds:
+        return cluster.stage_seconds + makespan(_pieces(stage, cluster), cluster)
+    total = sum(stage.chunk_seconds)
+    tasks = [Task(s, stage.bytes_read * s / total, stage.bytes_written * s / total) for s in stage.chunk_seconds]
+    return cluster.stage_seconds + stage.seconds + makespan(tasks, cluster)
+
+
+def job_seconds(stages, cluster):
+    """{stage: seconds}"""
+    return {stage.name: stage_seconds(stage, cluster) for stage in stages}
