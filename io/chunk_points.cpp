@@ -162,21 +162,31 @@ PointCloud load_points(const ChunkStore& store, ChunkId chunk, const PointSchema
 
 PointCloud load_point_rows(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
                            std::uint64_t first, std::uint64_t count, const std::string& stage) {
+  PointCloud points;
+  load_point_rows(store, chunk, schema, first, count, points, stage);
+  return points;
+}
+
+void load_point_rows(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
+                     std::uint64_t first, std::uint64_t count, PointCloud& points,
+                     const std::string& stage) {
   const auto stored = store.open(stage, chunk);
   expect_schema(*stored, schema);
-  PointCloud points;
   points.schema = schema;
   points.positions.resize(count);
   stored->read(kPositions, first, count, points.positions.data());
   if (schema.has_normals) {
     points.normals.resize(count);
     read_normals(*stored, schema.normal_type, first, count, points.normals.data());
+  } else {
+    points.normals.clear();
   }
   if (const std::size_t width = schema.attribute_bytes(); width > 0) {
     points.attributes.resize(count * width);
     stored->read(kAttributes, first, count, points.attributes.data());
+  } else {
+    points.attributes.clear();
   }
-  return points;
 }
 
 PointsInBox load_points_in_box(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,

@@ -34,6 +34,10 @@ std::uint64_t stored_points(const ChunkStore& store, ChunkId chunk,
 PointCloud load_point_rows(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
                            std::uint64_t first, std::uint64_t count,
                            const std::string& stage = kPointsStage);
+/// The same to a cloud whose memory is used again.
+void load_point_rows(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
+                     std::uint64_t first, std::uint64_t count, PointCloud& points,
+                     const std::string& stage = kPointsStage);
 
 /// What is read besides positions.
 struct PointParts {

@@ -16,6 +16,8 @@ namespace orbweave {
 std::unique_ptr<MeshWriter> make_ply_writer(std::unique_ptr<ByteSink> sink,
                                             const MeshHeader& header,
                                             const MeshWriterOptions& options);
+/// The rows of a binary PLY file.
+std::unique_ptr<MeshRows> make_ply_rows(const MeshHeader& header, const MeshWriterOptions& options);
 std::unique_ptr<MeshWriter> make_obj_writer(std::unique_ptr<ByteSink> sink,
                                             const MeshHeader& header);
 /// `directory`: where the vertices wait, in an unlinked file, until the triangles need them.

@@ -94,6 +94,13 @@ std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
   refuse_extension(path, header.is_cloud);
 }
 
+std::unique_ptr<MeshRows> mesh_rows(const std::filesystem::path& path, const MeshHeader& header,
+                                    const MeshWriterOptions& options) {
+  const bool is_plain_ply =
+      path != "-" && path.extension() != ".gz" && format_extension(path) == ".ply";
+  return is_plain_ply && options.binary ? make_ply_rows(header, options) : nullptr;
+}
+
 void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
                 const MeshWriterOptions& options) {
   MeshHeader header;

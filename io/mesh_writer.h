@@ -27,6 +27,25 @@ struct MeshHeader {
   PointSchema schema;     ///< what the vertices carry
 };
 
+/// A format that is a front and rows of the same width, so that the place of every row is known
+/// before anything is written. Thread-safe; nothing in it changes.
+class MeshRows {
+ public:
+  virtual ~MeshRows() = default;
+  virtual std::string front() const = 0;
+  virtual std::size_t vertex_bytes() const = 0;
+  virtual std::size_t triangle_bytes() const = 0;
+  /// Write one row each, the batch one after another. The batch has the header's columns.
+  virtual void put_vertices(const PointCloud& batch, std::byte* out) const = 0;
+  virtual void put_triangles(std::span<const Triangle64> batch, std::span<const std::int32_t> hole,
+                             std::byte* out) const = 0;
+};
+
+/// The format of a file of that name as rows; null where it has none (text, compressed files, OBJ,
+/// STL, standard output).
+std::unique_ptr<MeshRows> mesh_rows(const std::filesystem::path& path, const MeshHeader& header,
+                                    const MeshWriterOptions& options = {});
+
 /// Writes one file: header, then all vertices, then all triangles, then finish(). The file
 /// appears under its name only in finish(); destroyed earlier, nothing stays behind.
 /// Throws Error (resource) where it cannot be written, with path and the system's reason.

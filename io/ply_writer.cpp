@@ -5,7 +5,6 @@
 #include <string>
 #include <utility>
 
-#include "io/error.h"
 #include "io/mesh_formats.h"
 
 namespace orbweave {
@@ -56,44 +55,32 @@ void put_vectors(ScalarType type, const std::vector<Vec3>& vectors, std::size_t 
     put_vectors<double>(vectors, row_bytes, at);
 }
 
-class PlyWriter final : public IndependentWriter {
+/// Type of a face's corners. Readers take `int` for granted and most know `uint`; beyond that only
+/// 64 bits will do.
+ScalarType index_type(std::uint64_t vertices) {
+  if (vertices <= std::numeric_limits<std::int32_t>::max()) return ScalarType::kInt32;
+  return vertices <= std::uint64_t{1} << 32 ? ScalarType::kUint32 : ScalarType::kInt64;
+}
+
+/// What a mesh looks like as PLY.
+class PlyLayout {
  public:
-  PlyWriter(std::unique_ptr<ByteSink> sink, const MeshHeader& header,
-            const MeshWriterOptions& options)
-      : IndependentWriter(std::move(sink), header),
-        header_(header),
-        binary_(options.binary),
+  PlyLayout(const MeshHeader& header, const MeshWriterOptions& options)
+      : header_(header),
+        options_(options),
         position_type_(options.float_positions ? ScalarType::kFloat32 : ScalarType::kFloat64),
-        attribute_bytes_(header.schema.attribute_bytes()) {
-    if (!header.is_cloud && header.vertices > std::uint64_t{1} << 32)
-      throw_usage("PLY has no type for the indices of so many vertices",
-                  {.found = std::to_string(header.vertices), .expected = "at most 4294967296"});
-    // Readers take `int` for granted; beyond its range only `uint` will do.
-    wide_index_ = header.vertices > std::numeric_limits<std::int32_t>::max();
-    vertex_bytes_ = 3 * size_of(position_type_) + attribute_bytes_ +
-                    (header.schema.has_normals ? 3 * size_of(header.schema.normal_type) : 0);
-    this->sink().write(header_text(options.comments));
-  }
+        index_type_(index_type(header.vertices)),
+        attribute_bytes_(header.schema.attribute_bytes()),
+        vertex_bytes_(3 * size_of(position_type_) + attribute_bytes_ +
+                      (header.schema.has_normals ? 3 * size_of(header.schema.normal_type) : 0)) {}
 
-  std::vector<std::byte> encode_vertices(const PointCloud& batch) const override {
-    check_schema(batch);
-    return binary_ ? binary_vertices(batch) : text_vertices(batch);
-  }
-  std::vector<std::byte> encode_triangles(std::span<const Triangle64> batch,
-                                          std::span<const std::int32_t> hole) const override {
-    if (header_.has_hole != !hole.empty() && !batch.empty())
-      throw std::logic_error("hole ids do not fit the mesh header");
-    if (!hole.empty() && hole.size() != batch.size())
-      throw std::logic_error("one hole id per triangle, please");
-    return binary_ ? binary_triangles(batch, hole) : text_triangles(batch, hole);
-  }
-
- private:
-  std::string header_text(const std::vector<std::string>& comments) const {
+  std::string front() const {
     std::string text = "ply\nformat ";
-    text += binary_ ? "binary_little_endian" : "ascii";
+    text += options_.binary ? "binary_little_endian" : "ascii";
     text += " 1.0\n";
-    for (const std::string& comment : comments) text += "comment " + one_line(comment) + "\n";
+    for (const std::string& comment : options_.comments) {
+      text += "comment " + one_line(comment) + "\n";
+    }
     text += "element vertex " + std::to_string(header_.vertices) + "\n";
     const auto add_properties = [&](ScalarType type, std::initializer_list<const char*> names) {
       for (const char* name : names)
@@ -105,61 +92,50 @@ class PlyWriter final : public IndependentWriter {
       add_properties(field.type, {one_word(field.name).c_str()});
     if (!header_.is_cloud) {
       text += "element face " + std::to_string(header_.triangles) + "\n";
-      text += std::string("property list uchar ") + (wide_index_ ? "uint" : "int") +
-              " vertex_indices\n";
+      text += std::string("property list uchar ") + ply_type(index_type_) + " vertex_indices\n";
       if (header_.has_hole) text += "property int hole\n";
     }
     return text + "end_header\n";
   }
 
-  void check_schema(const PointCloud& batch) const {
+  void check_vertices(const PointCloud& batch) const {
     if (batch.schema.attributes != header_.schema.attributes ||
         (header_.schema.has_normals && batch.normals.size() != batch.size()))
       throw std::logic_error("a batch does not have the mesh header's columns");
   }
+  void check_triangles(std::size_t triangles, std::size_t holes) const {
+    if (header_.has_hole != (holes != 0) && triangles != 0)
+      throw std::logic_error("hole ids do not fit the mesh header");
+    if (holes != 0 && holes != triangles)
+      throw std::logic_error("one hole id per triangle, please");
+  }
 
-  std::vector<std::byte> binary_vertices(const PointCloud& batch) const {
-    std::vector<std::byte> bytes(batch.size() * vertex_bytes_);
-    if (bytes.empty()) return bytes;
-    std::byte* at = bytes.data();
+  std::size_t vertex_bytes() const { return vertex_bytes_; }
+  std::size_t triangle_bytes() const {
+    return 1 + 3 * size_of(index_type_) + (header_.has_hole ? sizeof(std::int32_t) : 0);
+  }
+
+  void put_vertices(const PointCloud& batch, std::byte* at) const {
     put_vectors(position_type_, batch.positions, vertex_bytes_, at);
     at += 3 * size_of(position_type_);
     if (header_.schema.has_normals) {
       put_vectors(header_.schema.normal_type, batch.normals, vertex_bytes_, at);
       at += 3 * size_of(header_.schema.normal_type);
     }
-    if (attribute_bytes_ == 0) return bytes;
+    if (attribute_bytes_ == 0) return;
     const std::byte* from = batch.attributes.data();
     for (std::size_t i = 0; i < batch.size(); ++i) {
       std::memcpy(at, from, attribute_bytes_);
       at += vertex_bytes_;
       from += attribute_bytes_;
     }
-    return bytes;
   }
-
-  std::vector<std::byte> binary_triangles(std::span<const Triangle64> batch,
-                                          std::span<const std::int32_t> hole) const {
-    constexpr std::size_t kFaceBytes = 1 + 3 * sizeof(std::uint32_t);
-    const std::size_t row = kFaceBytes + (hole.empty() ? 0 : sizeof(std::int32_t));
-    std::vector<std::byte> bytes(batch.size() * row);
-    std::byte* at = bytes.data();
-    for (std::size_t i = 0; i < batch.size(); ++i) {
-      at = put(at, std::uint8_t{3});
-      for (const std::uint64_t corner : batch[i]) at = put(at, static_cast<std::uint32_t>(corner));
-      if (!hole.empty()) at = put(at, hole[i]);
-    }
-    return bytes;
-  }
-
-  static void add_vector(TextBuilder& text, ScalarType type, Vec3 v) {
-    for (int axis = 0; axis < 3; ++axis) {
-      if (axis != 0) text.add(' ');
-      if (type == ScalarType::kFloat32)
-        text.add_number(static_cast<float>(v[axis]));
-      else
-        text.add_number(v[axis]);
-    }
+  void put_triangles(std::span<const Triangle64> batch, std::span<const std::int32_t> hole,
+                     std::byte* at) const {
+    if (index_type_ == ScalarType::kInt64)
+      put_faces<std::uint64_t>(batch, hole, at);
+    else
+      put_faces<std::uint32_t>(batch, hole, at);
   }
 
   std::vector<std::byte> text_vertices(const PointCloud& batch) const {
@@ -200,12 +176,84 @@ class PlyWriter final : public IndependentWriter {
     return text.take();
   }
 
+ private:
+  template <class Index>
+  static void put_faces(std::span<const Triangle64> batch, std::span<const std::int32_t> hole,
+                        std::byte* at) {
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      at = put(at, std::uint8_t{3});
+      for (const std::uint64_t corner : batch[i]) at = put(at, static_cast<Index>(corner));
+      if (!hole.empty()) at = put(at, hole[i]);
+    }
+  }
+
+  static void add_vector(TextBuilder& text, ScalarType type, Vec3 v) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (axis != 0) text.add(' ');
+      if (type == ScalarType::kFloat32)
+        text.add_number(static_cast<float>(v[axis]));
+      else
+        text.add_number(v[axis]);
+    }
+  }
+
   MeshHeader header_;
-  bool binary_;
+  MeshWriterOptions options_;
   ScalarType position_type_;
+  ScalarType index_type_;
   std::size_t attribute_bytes_;
-  bool wide_index_ = false;
-  std::size_t vertex_bytes_ = 0;
+  std::size_t vertex_bytes_;
+};
+
+class PlyRows final : public MeshRows {
+ public:
+  PlyRows(const MeshHeader& header, const MeshWriterOptions& options) : layout_(header, options) {}
+  std::string front() const override { return layout_.front(); }
+  std::size_t vertex_bytes() const override { return layout_.vertex_bytes(); }
+  std::size_t triangle_bytes() const override { return layout_.triangle_bytes(); }
+  void put_vertices(const PointCloud& batch, std::byte* out) const override {
+    layout_.check_vertices(batch);
+    layout_.put_vertices(batch, out);
+  }
+  void put_triangles(std::span<const Triangle64> batch, std::span<const std::int32_t> hole,
+                     std::byte* out) const override {
+    layout_.check_triangles(batch.size(), hole.size());
+    layout_.put_triangles(batch, hole, out);
+  }
+
+ private:
+  PlyLayout layout_;
+};
+
+class PlyWriter final : public IndependentWriter {
+ public:
+  PlyWriter(std::unique_ptr<ByteSink> sink, const MeshHeader& header,
+            const MeshWriterOptions& options)
+      : IndependentWriter(std::move(sink), header),
+        binary_(options.binary),
+        layout_(header, options) {
+    this->sink().write(layout_.front());
+  }
+
+  std::vector<std::byte> encode_vertices(const PointCloud& batch) const override {
+    layout_.check_vertices(batch);
+    if (!binary_) return layout_.text_vertices(batch);
+    std::vector<std::byte> bytes(batch.size() * layout_.vertex_bytes());
+    if (!bytes.empty()) layout_.put_vertices(batch, bytes.data());
+    return bytes;
+  }
+  std::vector<std::byte> encode_triangles(std::span<const Triangle64> batch,
+                                          std::span<const std::int32_t> hole) const override {
+    layout_.check_triangles(batch.size(), hole.size());
+    if (!binary_) return PlyLayout::text_triangles(batch, hole);
+    std::vector<std::byte> bytes(batch.size() * layout_.triangle_bytes());
+    layout_.put_triangles(batch, hole, bytes.data());
+    return bytes;
+  }
+
+ private:
+  bool binary_;
+  PlyLayout layout_;
 };
 
 }  // namespace
@@ -214,6 +262,11 @@ std::unique_ptr<MeshWriter> make_ply_writer(std::unique_ptr<ByteSink> sink,
                                             const MeshHeader& header,
                                             const MeshWriterOptions& options) {
   return std::make_unique<PlyWriter>(std::move(sink), header, options);
+}
+
+std::unique_ptr<MeshRows> make_ply_rows(const MeshHeader& header,
+                                        const MeshWriterOptions& options) {
+  return std::make_unique<PlyRows>(header, options);
 }
 
 }  // namespace orbweave
