@@ -12,7 +12,7 @@ namespace orbweave {
 class UsedVertices {
  public:
   explicit UsedVertices(std::uint64_t points)
-      : bits_((points + 63) / 64, 0), before_(bits_.size() + 1, 0) {}
+      : bits_(points / 64 + 1, 0), before_(bits_.size() + 1, 0) {}
 
   /// Points `first`, first + 1, ... are used where fans is not 0.
   void mark(std::uint64_t first, std::span<const std::uint8_t> fans) {
@@ -30,7 +30,7 @@ class UsedVertices {
   }
   bool used(std::uint64_t point) const { return (bits_[point / 64] >> (point % 64) & 1) != 0; }
   std::uint64_t count() const { return before_.back(); }
-  /// How many used points come before this one.
+  /// How many used points come before this one; `point` may be one past the last.
   std::uint64_t rank(std::uint64_t point) const {
     const std::uint64_t below = (std::uint64_t{1} << (point % 64)) - 1;
     const std::uint64_t word = bits_[point / 64] & below;

@@ -1,0 +1,196 @@
+#include "engine/pipeline/placed_export.h"
+
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "io/atomic_file.h"
+#include "io/placed_file.h"
+
+namespace orbweave {
+namespace {
+
+constexpr const char* kExportStage = "export";
+constexpr const char* kPartDocument = "part";
+
+MeshWriterOptions writer_options(const OutputOptions& output) {
+  return {output.binary, output.float_positions, {}};
+}
+
+bool is_regular_or_absent(const std::filesystem::path& target) {
+  std::error_code absent;
+  const auto status = std::filesystem::status(target, absent);
+  return !std::filesystem::exists(status) || std::filesystem::is_regular_file(status);
+}
+
+/// Where the rows of a mesh lie in its file.
+class FileLayout {
+ public:
+  FileLayout(const MeshRows& rows, const MeshHeader& header)
+      : rows_(rows), header_(header), front_(rows.front()) {}
+
+  const std::string& front() const { return front_; }
+  std::uint64_t bytes() const {
+    return front_.size() + header_.vertices * rows_.vertex_bytes() +
+           header_.triangles * rows_.triangle_bytes();
+  }
+  /// Puts a piece into the buffer as it will be in the file.
+  void encode(const MeshPiece& piece, const PieceRows& rows, PlacedBuffer& buffer) const {
+    if (piece.has_vertices()) {
+      const std::uint64_t offset = front_.size() + piece.row * rows_.vertex_bytes();
+      rows_.put_vertices(rows.vertices, buffer.place(offset, piece.rows * rows_.vertex_bytes()));
+      return;
+    }
+    const std::uint64_t offset = front_.size() + header_.vertices * rows_.vertex_bytes() +
+                                 piece.row * rows_.triangle_bytes();
+    const std::span<const std::int32_t> hole(rows.hole);
+    rows_.put_triangles(rows.triangles, header_.has_hole ? hole : hole.first(0),
+                        buffer.place(offset, piece.rows * rows_.triangle_bytes()));
+  }
+
+ private:
+  const MeshRows& rows_;
+  const MeshHeader& header_;
+  std::string front_;
+};
+
+/// The file on its way.
+class PlacedExport {
+ public:
+  PlacedExport(JobContext& context, const MeshPieces& pieces, const MeshHeader& header,
+               const MeshRows& rows, SurfaceDigest& digest)
+      : context_(context),
+        pieces_(pieces),
+        header_(header),
+        layout_(rows, header),
+        digest_(digest),
+        in_flight_(pieces_in_flight(context, header.schema)) {}
+
+  std::uint64_t bytes() const { return layout_.bytes(); }
+
+  void run_alone() {
+    AtomicFile target(context_.job.output.mesh);
+    PlacedFile file(target.temporary(), context_.job.output.mesh);
+    begin(file);
+    WriteBehind writer(file, in_flight_ + 2);
+    run_in_order(
+        context_, pieces_.all(), in_flight_,
+        [&](const MeshPiece& piece, PieceRows& rows) {
+          pieces_.load(piece, header_.schema, rows);
+          rows.placed = writer.take();
+          layout_.encode(piece, rows, *rows.placed);
+        },
+        [&](const MeshPiece& piece, PieceRows& rows) {
+          digest_.add(piece, rows);
+          writer.give(std::move(rows.placed));
+          context_.progress.advance(piece.stored);
+        });
+    writer.finish();
+    target.commit();
+  }
+
+  bool run_in_team() {
+    std::optional<AtomicFile> target;
+    if (context_.team.leads()) {
+      const bool placed = is_regular_or_absent(context_.job.output.mesh);
+      if (placed) target.emplace(context_.job.output.mesh);
+      context_.store.commit_document(kExportStage, kPartDocument,
+                                     placed ? target->temporary().string() : "");
+    }
+    context_.team.meet(context_.stop);
+    const std::string part = context_.store.document(kExportStage, kPartDocument).value_or("");
+    if (part.empty()) return false;
+    PlacedFile file(part, context_.job.output.mesh);
+    if (context_.team.leads()) begin(file);
+    context_.team.start_counting(context_.stop);
+    if (context_.team.leads()) digest_all();
+    share_pieces(file);
+    file.flush();
+    context_.team.meet(context_.stop);
+    if (target) target->commit();
+    return true;
+  }
+
+ private:
+  void begin(PlacedFile& file) const {
+    file.reserve(layout_.bytes());
+    file.write(0, std::as_bytes(std::span(layout_.front())));
+  }
+
+  /// The checksum takes the mesh from front to back, so that is one member's; the others write
+  /// meanwhile.
+  void digest_all() {
+    run_in_order(
+        context_, pieces_.all(), in_flight_,
+        [&](const MeshPiece& piece, PieceRows& rows) { pieces_.load(piece, {}, rows); },
+        [&](const MeshPiece& piece, PieceRows& rows) { digest_.add(piece, rows); });
+  }
+
+  void share_pieces(PlacedFile& file) {
+    std::vector<ChunkTask> tasks;
+    for (std::size_t i = 0; i < pieces_.all().size(); ++i) {
+      tasks.push_back({static_cast<ChunkId>(i), 1});
+    }
+    WriteBehind writer(file, in_flight_ + 2);
+    // A "byte" of the budget is a piece.
+    run_chunks(tasks, {context_.threads(), in_flight_, &context_.stop, &context_.team},
+               [&](ChunkId task) {
+                 const MeshPiece& piece = pieces_.all()[task];
+                 std::unique_ptr<PieceRows> rows = take_rows();
+                 pieces_.load(piece, header_.schema, *rows);
+                 auto buffer = writer.take();
+                 layout_.encode(piece, *rows, *buffer);
+                 writer.give(std::move(buffer));
+                 give_rows(std::move(rows), piece.stored);
+               });
+    writer.finish();
+  }
+
+  std::unique_ptr<PieceRows> take_rows() {
+    const std::scoped_lock lock(mutex_);
+    if (free_.empty()) return std::make_unique<PieceRows>();
+    std::unique_ptr<PieceRows> rows = std::move(free_.back());
+    free_.pop_back();
+    return rows;
+  }
+  void give_rows(std::unique_ptr<PieceRows> rows, std::uint64_t done) {
+    context_.team.add_done(done, 0);
+    context_.progress.advance(done);
+    const std::scoped_lock lock(mutex_);
+    free_.push_back(std::move(rows));
+    if (context_.team.leads()) context_.progress.advance(context_.team.done_by_others().units);
+  }
+
+  JobContext& context_;
+  const MeshPieces& pieces_;
+  const MeshHeader& header_;
+  FileLayout layout_;
+  SurfaceDigest& digest_;
+  std::size_t in_flight_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<PieceRows>> free_;
+};
+
+}  // namespace
+
+bool is_placed(const JobContext& context, const MeshHeader& header) {
+  const OutputOptions& output = context.job.output;
+  return mesh_rows(output.mesh, header, writer_options(output)) != nullptr;
+}
+
+bool export_placed(JobContext& context, const MeshPieces& pieces, const MeshHeader& header,
+                   SurfaceDigest& digest, std::uint64_t& bytes_written) {
+  const OutputOptions& output = context.job.output;
+  const auto rows = mesh_rows(output.mesh, header, writer_options(output));
+  if (rows == nullptr) throw std::logic_error("rows of no fixed width have no place");
+  PlacedExport placed(context, pieces, header, *rows, digest);
+  bytes_written = placed.bytes();
+  if (context.team.size() > 1) return placed.run_in_team();
+  if (!is_regular_or_absent(output.mesh)) return false;
+  placed.run_alone();
+  return true;
+}
+
+}  // namespace orbweave
