@@ -4,7 +4,6 @@
 #include <limits.h>
 #include <sys/uio.h>
 #include <unistd.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <atomic>
@@ -18,6 +17,7 @@
 #include <string>
 
 #include "io/error.h"
+#include "partition/bin_records.h"
 
 namespace orbweave {
 namespace {
@@ -26,61 +26,6 @@ constexpr std::size_t kLargestBlock = std::size_t{64} << 10;
 constexpr std::size_t kSmallestBlock = std::size_t{1} << 10;
 constexpr std::size_t kFewestBlocks = 64;
 constexpr std::size_t kSlabBytes = std::size_t{1} << 20;
-
-/// A point as it lies in a block: position, normal, attributes, without padding.
-struct RecordLayout {
-  bool has_normals = false;
-  bool single_normals = false;
-  std::size_t normal_bytes = 0;
-  std::size_t attribute_bytes = 0;
-  std::size_t bytes = 0;
-
-  explicit RecordLayout(const PointSchema& schema)
-      : has_normals(schema.has_normals),
-        single_normals(schema.normal_type == ScalarType::kFloat32),
-        normal_bytes(has_normals ? 3 * size_of(schema.normal_type) : 0),
-        attribute_bytes(schema.attribute_bytes()),
-        bytes(sizeof(Vec3) + normal_bytes + attribute_bytes) {}
-
-  void pack(const PointCloud& cloud, std::size_t i, std::byte* to) const {
-    std::memcpy(to, &cloud.positions[i], sizeof(Vec3));
-    to += sizeof(Vec3);
-    if (has_normals) {
-      const Vec3& n = cloud.normals[i];
-      const float narrow[3] = {static_cast<float>(n.x), static_cast<float>(n.y),
-                               static_cast<float>(n.z)};
-      std::memcpy(to, single_normals ? static_cast<const void*>(narrow) : &n, normal_bytes);
-      to += normal_bytes;
-    }
-    if (attribute_bytes > 0)
-      std::memcpy(to, cloud.attributes.data() + i * attribute_bytes, attribute_bytes);
-  }
-
-  void unpack(std::span<const std::byte> records, PointCloud& cloud) const {
-    for (const std::byte* from = records.data(); from != records.data() + records.size();) {
-      std::memcpy(&cloud.positions.emplace_back(), from, sizeof(Vec3));
-      from += sizeof(Vec3);
-      if (has_normals) {
-        cloud.normals.push_back(unpack_normal(from));
-        from += normal_bytes;
-      }
-      cloud.attributes.insert(cloud.attributes.end(), from, from + attribute_bytes);
-      from += attribute_bytes;
-    }
-  }
-
- private:
-  Vec3 unpack_normal(const std::byte* from) const {
-    Vec3 normal;
-    if (!single_normals) {
-      std::memcpy(&normal, from, sizeof normal);
-      return normal;
-    }
-    float narrow[3];
-    std::memcpy(narrow, from, sizeof narrow);
-    return {narrow[0], narrow[1], narrow[2]};
-  }
-};
 
 /// Memory cut into blocks of one size; grows up to its limit, block by block.
 class BlockPool {
@@ -117,32 +62,11 @@ class BlockPool {
   std::vector<std::byte*> free_;
 };
 
-/// A piece of a bin in the spill file.
-struct Extent {
-  std::uint64_t offset = 0;
-  std::uint64_t bytes = 0;
-  std::uint64_t checksum = 0;  ///< XXH3-64
-};
-
-/// XXH3-64 of bytes that come piece by piece.
-class RunningChecksum {
- public:
-  RunningChecksum() : state_(XXH3_createState(), XXH3_freeState) {
-    if (state_ == nullptr) throw std::bad_alloc();
-    XXH3_64bits_reset(state_.get());
-  }
-  void add(const void* data, std::size_t bytes) { XXH3_64bits_update(state_.get(), data, bytes); }
-  std::uint64_t value() const { return XXH3_64bits_digest(state_.get()); }
-
- private:
-  std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state_;
-};
-
 /// The append-only file; made when first needed, gone with the object or the process.
 class SpillFile {
  public:
-  SpillFile(std::filesystem::path directory, DiskUsage* disk)
-      : directory_(std::move(directory)), disk_(disk) {}
+  SpillFile(std::filesystem::path directory, std::string name, DiskUsage* disk)
+      : directory_(std::move(directory)), name_(std::move(name)), disk_(disk) {}
   ~SpillFile() {
     if (descriptor_ >= 0) ::close(descriptor_);
     if (disk_ != nullptr) disk_->remove(held_);
@@ -151,6 +75,7 @@ class SpillFile {
   SpillFile& operator=(const SpillFile&) = delete;
 
   std::uint64_t size() const { return size_; }
+  bool is_named() const { return !name_.empty(); }
 
   /// Appends all pieces, in order.
   void append(std::vector<iovec>& pieces) {
@@ -179,7 +104,7 @@ class SpillFile {
   }
 
   /// Gives back the room of what nobody reads again; where the file system cannot, it stays taken.
-  void free([[maybe_unused]] const Extent& extent) {
+  void free([[maybe_unused]] const BinExtent& extent) {
 #ifdef __linux__
     constexpr std::uint64_t kFileBlock = 4096;
     const std::uint64_t begin = (extent.offset + kFileBlock - 1) / kFileBlock * kFileBlock;
@@ -204,6 +129,12 @@ class SpillFile {
  private:
   void open() {
     if (descriptor_ >= 0) return;
+    if (!name_.empty()) {
+      descriptor_ =
+          ::open((directory_ / name_).c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+      if (descriptor_ < 0) fail(errno);
+      return;
+    }
     std::string name = (directory_ / "orbweave-spill-XXXXXX").string();
     descriptor_ = mkostemp(name.data(), O_CLOEXEC);
     if (descriptor_ < 0) fail(errno);
@@ -230,6 +161,7 @@ class SpillFile {
   }
 
   std::filesystem::path directory_;
+  std::string name_;
   DiskUsage* disk_;
   int descriptor_ = -1;
   std::uint64_t size_ = 0;
@@ -242,7 +174,7 @@ struct Bin {
   std::byte* fill_end = nullptr;
   std::uint64_t points = 0;
   std::vector<std::byte*> blocks;  ///< all but the last are full
-  std::vector<Extent> extents;
+  std::vector<BinExtent> extents;
 };
 
 /// So small that every bin can have a block and half of the memory is left for full ones, and
@@ -273,7 +205,7 @@ struct Binner::State {
         bins(tree.chunks().size()),
         pool(options.buffer_bytes,
              block_bytes(options.buffer_bytes, tree.chunks().size(), layout.bytes)),
-        spill(std::move(options.spill_directory), options.disk) {}
+        spill(std::move(options.spill_directory), std::move(options.spill_name), options.disk) {}
 
   std::size_t bytes_in_memory(const Bin& bin) const {
     if (bin.blocks.empty()) return 0;
@@ -287,9 +219,10 @@ struct Binner::State {
 
   void start_block(Bin& bin);
   void make_room();
+  void spill_bins(std::size_t blocks);
   void release_blocks(Bin& bin);
   /// The records of a piece of the spill file, some at a time.
-  void read_extent(Extent extent, const RecordVisitor& visit) const;
+  void read_extent(BinExtent extent, const RecordVisitor& visit) const;
   void visit_records(const Bin& bin, const RecordVisitor& visit);
 };
 
@@ -305,7 +238,10 @@ void Binner::State::start_block(Bin& bin) {
 }
 
 /// Spills the fullest bins, as a whole, until half of the memory is free.
-void Binner::State::make_room() {
+void Binner::State::make_room() { spill_bins(pool.limit() / 2); }
+
+/// Spills the fullest bins, as a whole, until so many blocks are written or none is left.
+void Binner::State::spill_bins(std::size_t blocks) {
   std::vector<ChunkId> fullest;
   for (ChunkId chunk = 0; chunk < bins.size(); ++chunk)
     if (!bins[chunk].blocks.empty()) fullest.push_back(chunk);
@@ -318,14 +254,14 @@ void Binner::State::make_room() {
   std::size_t spilled_bins = 0;
   std::uint64_t offset = spill.size();
   for (const ChunkId chunk : fullest) {
-    if (2 * pieces.size() >= pool.limit()) break;
+    if (pieces.size() >= blocks) break;
     Bin& bin = bins[chunk];
     RunningChecksum checksum;
     for (std::size_t block = 0; block < bin.blocks.size(); ++block) {
       pieces.push_back({bin.blocks[block], used_bytes(bin, block)});
       checksum.add(pieces.back().iov_base, pieces.back().iov_len);
     }
-    bin.extents.push_back({offset, bytes_in_memory(bin), checksum.value()});
+    bin.extents.push_back({chunk, offset, bytes_in_memory(bin), checksum.value()});
     offset += bytes_in_memory(bin);
     ++spilled_bins;
   }
@@ -339,7 +275,7 @@ void Binner::State::release_blocks(Bin& bin) {
   bin.fill = bin.fill_end = nullptr;
 }
 
-void Binner::State::read_extent(Extent extent, const RecordVisitor& visit) const {
+void Binner::State::read_extent(BinExtent extent, const RecordVisitor& visit) const {
   const std::size_t piece_bytes =
       std::max<std::size_t>(kSlabBytes / layout.bytes, 1) * layout.bytes;
   std::vector<std::byte> piece;
@@ -357,7 +293,7 @@ void Binner::State::read_extent(Extent extent, const RecordVisitor& visit) const
 
 /// All records of a bin, in arrival order; what is read from the disk is given back.
 void Binner::State::visit_records(const Bin& bin, const RecordVisitor& visit) {
-  for (const Extent& extent : bin.extents) {
+  for (const BinExtent& extent : bin.extents) {
     read_extent(extent, visit);
     spill.free(extent);
   }
@@ -426,5 +362,17 @@ void Binner::take(ChunkId chunk, std::size_t piece_points,
 }
 
 std::uint64_t Binner::spilled_bytes() const { return state_->spill.size(); }
+
+std::vector<BinExtent> Binner::publish() {
+  State& state = *state_;
+  if (!state.spill.is_named()) throw std::logic_error("Binner::publish: the file has no name");
+  state.spill_bins(std::numeric_limits<std::size_t>::max());
+  std::vector<BinExtent> extents;
+  for (Bin& bin : state.bins) {
+    extents.insert(extents.end(), bin.extents.begin(), bin.extents.end());
+    bin = Bin();
+  }
+  return extents;
+}
 
 }  // namespace orbweave

@@ -209,6 +209,7 @@ struct CountGrid::State {
   std::size_t insert(std::span<const Vec3> positions);
   void coarsen_to_limit();
   void rebuild(int levels);
+  void count_cells(const Part& part);
 };
 
 /// Puts points aside until there are enough to choose the cell well.
@@ -375,6 +376,75 @@ void CountGrid::for_each(const std::function<void(Vec3, std::uint64_t)>& visit) 
   for (auto leaf = state.tree->tree().cbeginLeaf(); leaf; ++leaf)
     for (auto value = leaf->cbeginValueOn(); value; ++value)
       visit(state.lattice.corner(value.getCoord()), value.getValue());
+}
+
+CountGrid::Part CountGrid::part() const {
+  const State& state = *state_;
+  Part part;
+  part.bounds = state.bounds;
+  if (state.tree == nullptr) {
+    part.corners = state.early;
+    part.counts.assign(part.corners.size(), 1);
+    if (state.lone_points > 0) {
+      part.corners.push_back(state.lone_point);
+      part.counts.push_back(state.lone_points);
+    }
+    return part;
+  }
+  part.cell = cell();
+  for_each([&](Vec3 corner, std::uint64_t count) {
+    part.corners.push_back(corner);
+    part.counts.push_back(count);
+  });
+  return part;
+}
+
+CountGrid CountGrid::of_parts(std::span<const Part> parts, std::size_t limit_bytes) {
+  CountGrid grid(limit_bytes);
+  State& state = *grid.state_;
+  double coarsest = 0.0;
+  std::uint64_t points = 0;
+  Box bounds;
+  for (const Part& part : parts) {
+    bounds.extend(part.bounds);
+    coarsest = std::max(coarsest, part.cell);
+    for (const std::uint64_t count : part.counts) points += count;
+  }
+  if (points <= kEarlyPoints || !(bounds.largest_extent() > 0.0)) {
+    for (const Part& part : parts) grid.add_points_of(part);
+    return grid;
+  }
+  state.bounds = bounds;
+  state.points = points;
+  state.root_side = root_cube(bounds).side;
+  // No part's cells are finer than those of the whole.
+  coarsest = std::max(coarsest, std::ldexp(state.root_side, -kFinestLog2));
+  state.lattice = Lattice(coarsest, bounds, state.root_side);
+  state.tree = std::make_unique<CountTree>();
+  for (const Part& part : parts) state.count_cells(part);
+  return grid;
+}
+
+/// Few points, or all of them in one place.
+void CountGrid::add_points_of(const Part& part) {
+  for (std::size_t i = 0; i < part.corners.size(); ++i) {
+    add({&part.corners[i], 1});
+    if (!state_->has_scale()) {
+      state_->points += part.counts[i] - 1;
+      state_->lone_points += part.counts[i] - 1;
+      continue;
+    }
+    for (std::uint64_t n = 1; n < part.counts[i]; ++n) add({&part.corners[i], 1});
+  }
+}
+
+void CountGrid::State::count_cells(const Part& part) {
+  // The middle of a cell lies in the same larger cell on any lattice.
+  const double half = part.cell / 2.0;
+  for (std::size_t i = 0; i < part.corners.size(); ++i) {
+    tree->raise(lattice.at(part.corners[i] + Vec3{half, half, half}), part.counts[i]);
+    if (too_large()) coarsen_to_limit();
+  }
 }
 
 }  // namespace orbweave

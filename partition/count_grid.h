@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "io/box.h"
 
@@ -17,9 +18,11 @@ namespace orbweave {
 /// depends on the points alone and not on their order. Counts are exact.
 class CountGrid {
  public:
+  static constexpr std::size_t kUsualLimitBytes = std::size_t{16} << 20;
+
   /// `limit_bytes` bounds the grid's own memory, but for this: 256 cells along the side of the
   /// root cube are always kept (100 MiB when points fill space densely, rare in scans).
-  explicit CountGrid(std::size_t limit_bytes = std::size_t{16} << 20);
+  explicit CountGrid(std::size_t limit_bytes = kUsualLimitBytes);
   ~CountGrid();
   CountGrid(CountGrid&&) noexcept;
   CountGrid& operator=(CountGrid&&) noexcept;
@@ -31,6 +34,18 @@ class CountGrid {
   /// are then at most root_side / 256 wide.
   void settle(double root_side);
 
+  /// What a grid has counted, to be handed to another process.
+  struct Part {
+    double cell = 0.0;  ///< 0: `corners` are the points themselves
+    Box bounds;
+    std::vector<Vec3> corners;          ///< of the cells
+    std::vector<std::uint64_t> counts;  ///< per cell, or per point
+  };
+  Part part() const;
+  /// The grid of all parts' points: the same as if these had been added to one grid.
+  static CountGrid of_parts(std::span<const Part> parts,
+                            std::size_t limit_bytes = kUsualLimitBytes);
+
   std::uint64_t points() const;
   const Box& bounds() const;         ///< exact bounds of all points added
   double cell() const;               ///< side of a cell, a power of two
@@ -40,6 +55,7 @@ class CountGrid {
 
  private:
   struct State;
+  void add_points_of(const Part& part);
   std::unique_ptr<State> state_;
 };
 

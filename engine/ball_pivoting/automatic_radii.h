@@ -71,6 +71,8 @@ class SpacingSampler {
 
   /// Finite points, in any order. Every point of the cloud is added once. Not thread-safe.
   void add(std::span<const Vec3> positions);
+  /// Adds points that another sampler, with the same sites, collected at one of them.
+  void add_at_site(std::size_t site, std::span<const Vec3> positions);
   RadiiChoice choose(int levels) const;
   std::span<const SpacingSite> sites() const;
   std::size_t memory_bytes() const;

@@ -128,6 +128,11 @@ void SpacingSampler::add(std::span<const Vec3> positions) {
       if (state_->sites[s].box.contains(p)) state_->sites[s].points.push_back(p);
 }
 
+void SpacingSampler::add_at_site(std::size_t site, std::span<const Vec3> positions) {
+  auto& points = state_->sites.at(site).points;
+  points.insert(points.end(), positions.begin(), positions.end());
+}
+
 RadiiChoice SpacingSampler::choose(int levels) const {
   return choose_radii(state_->sites, state_->points, levels);
 }

@@ -7,9 +7,11 @@
 
 #include <catch2/catch.hpp>
 #include <csignal>
+#include <fstream>
 #include <thread>
 
 #include "io/error.h"
+#include "partition/published_bins.h"
 #include "tests/partition/clouds.h"
 #include "tests/support/data.h"
 
@@ -77,6 +79,45 @@ TEST_CASE("CloudsOfBarePositionsAreBinned") {
   const std::vector<PointCloud> expected = expected_bins(octree, cloud);
   for (ChunkId chunk = 0; chunk < expected.size(); ++chunk)
     REQUIRE(test::same_bits(binner.take(chunk), expected[chunk]));
+}
+
+TEST_CASE("PublishedBinsOfSeveralMembersHoldEveryPoint") {
+  const test::ScratchDirectory scratch;
+  const std::size_t buffer_bytes = GENERATE(std::size_t{0}, std::size_t{256} << 20);
+  const PointCloud cloud = test::dressed(test::shell(20'000, {}, 1.0, 1), 2);
+  const Octree octree = cut(cloud, 500);
+  std::vector<PublishedBins::File> files;
+  std::vector<PointCloud> expected(octree.chunks().size());
+  for (PointCloud& bin : expected) bin.schema = cloud.schema;
+  for (std::size_t member = 0; member < 3; ++member) {
+    PointCloud share;
+    share.schema = cloud.schema;
+    for (std::size_t i = member * 10'000;
+         i < std::min<std::size_t>((member + 1) * 10'000, cloud.size()); ++i)
+      share.append(cloud, i);
+    const std::string name = "bins." + std::to_string(member);
+    Binner binner(octree, cloud.schema, {buffer_bytes, scratch.path(), nullptr, name});
+    add_in_batches(binner, share, 999);
+    files.push_back({scratch.path() / name, binner.publish()});
+    const std::vector<PointCloud> bins = expected_bins(octree, share);
+    for (ChunkId chunk = 0; chunk < bins.size(); ++chunk) expected[chunk].append(bins[chunk]);
+  }
+  PublishedBins published(cloud.schema, files);
+  const std::size_t piece_points = GENERATE(std::size_t{100}, std::size_t{1'000'000});
+  for (ChunkId chunk = 0; chunk < expected.size(); ++chunk) {
+    PointCloud taken;
+    taken.schema = cloud.schema;
+    published.take(chunk, piece_points, [&](PointCloud&& piece) { taken.append(piece); });
+    REQUIRE(test::same_bits(taken, expected[chunk]));
+  }
+  SECTION("a changed byte is noticed") {
+    std::fstream file(files[0].path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(static_cast<std::streamoff>(files[0].extents[0].offset) + 5);
+    file.put('\x5a');
+    file.close();
+    const auto chunk = static_cast<ChunkId>(files[0].extents[0].chunk);
+    CHECK_THROWS_AS(published.take(chunk, 1000, [](PointCloud&&) {}), Error);
+  }
 }
 
 TEST_CASE("BinsCanBeTakenByManyThreads") {

@@ -158,6 +158,36 @@ TEST_CASE("TheGridDoesNotDependOnTheOrderOfPoints") {
   }
 }
 
+CountGrid in_parts(std::span<const Vec3> points, std::size_t parts, std::size_t limit) {
+  std::vector<CountGrid::Part> counts;
+  for (std::size_t part = 0; part < parts; ++part) {
+    const std::size_t first = points.size() * part / parts;
+    const std::size_t last = points.size() * (part + 1) / parts;
+    counts.push_back(counted(points.subspan(first, last - first), 1000, limit).part());
+  }
+  return CountGrid::of_parts(counts, limit);
+}
+
+TEST_CASE("GridsOfPartsMakeTheGridOfTheWhole") {
+  const std::size_t limit = GENERATE(std::size_t{300} << 10, std::size_t{16} << 20);
+  auto clouds = adversarial_clouds();
+  std::vector<Vec3> large = test::shell(300'000, {5.0, 0.0, -2.0}, 1.0, 4);
+  large.insert(large.end(), 300'000, Vec3{0.125, -7.0, 3.0});  // a part of one point alone
+  clouds.push_back({"large", large});
+  clouds.push_back({"all equal", std::vector<Vec3>(10'000, Vec3{1.0, 2.0, 3.0})});
+  for (const auto& [name, points] : clouds) {
+    INFO(name);
+    const CountGrid whole = counted(points, 1000, limit);
+    for (const std::size_t parts : {1, 2, 5, 8}) {
+      const CountGrid together = in_parts(points, parts, limit);
+      CHECK(together.points() == whole.points());
+      CHECK(together.bounds() == whole.bounds());
+      CHECK(together.cell() == whole.cell());
+      CHECK(counts_of(together) == counts_of(whole));
+    }
+  }
+}
+
 TEST_CASE("TheGridKeepsToItsMemory") {
   constexpr std::size_t kLimit = std::size_t{16} << 20;
   CountGrid grid(kLimit);

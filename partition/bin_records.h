@@ -1,0 +1,85 @@
+// How points lie in bins and spill files.
+#pragma once
+
+#include <xxhash.h>
+
+#include <cstddef>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <span>
+
+#include "io/point_cloud.h"
+
+namespace orbweave {
+
+/// A point as it lies in a block: position, normal, attributes, without padding.
+struct RecordLayout {
+  bool has_normals = false;
+  bool single_normals = false;
+  std::size_t normal_bytes = 0;
+  std::size_t attribute_bytes = 0;
+  std::size_t bytes = 0;
+
+  explicit RecordLayout(const PointSchema& schema)
+      : has_normals(schema.has_normals),
+        single_normals(schema.normal_type == ScalarType::kFloat32),
+        normal_bytes(has_normals ? 3 * size_of(schema.normal_type) : 0),
+        attribute_bytes(schema.attribute_bytes()),
+        bytes(sizeof(Vec3) + normal_bytes + attribute_bytes) {}
+
+  void pack(const PointCloud& cloud, std::size_t i, std::byte* to) const {
+    std::memcpy(to, &cloud.positions[i], sizeof(Vec3));
+    to += sizeof(Vec3);
+    if (has_normals) {
+      const Vec3& n = cloud.normals[i];
+      const float narrow[3] = {static_cast<float>(n.x), static_cast<float>(n.y),
+                               static_cast<float>(n.z)};
+      std::memcpy(to, single_normals ? static_cast<const void*>(narrow) : &n, normal_bytes);
+      to += normal_bytes;
+    }
+    if (attribute_bytes > 0)
+      std::memcpy(to, cloud.attributes.data() + i * attribute_bytes, attribute_bytes);
+  }
+
+  void unpack(std::span<const std::byte> records, PointCloud& cloud) const {
+    for (const std::byte* from = records.data(); from != records.data() + records.size();) {
+      std::memcpy(&cloud.positions.emplace_back(), from, sizeof(Vec3));
+      from += sizeof(Vec3);
+      if (has_normals) {
+        cloud.normals.push_back(unpack_normal(from));
+        from += normal_bytes;
+      }
+      cloud.attributes.insert(cloud.attributes.end(), from, from + attribute_bytes);
+      from += attribute_bytes;
+    }
+  }
+
+ private:
+  Vec3 unpack_normal(const std::byte* from) const {
+    Vec3 normal;
+    if (!single_normals) {
+      std::memcpy(&normal, from, sizeof normal);
+      return normal;
+    }
+    float narrow[3];
+    std::memcpy(narrow, from, sizeof narrow);
+    return {narrow[0], narrow[1], narrow[2]};
+  }
+};
+
+/// XXH3-64 of bytes that come piece by piece.
+class RunningChecksum {
+ public:
+  RunningChecksum() : state_(XXH3_createState(), XXH3_freeState) {
+    if (state_ == nullptr) throw std::bad_alloc();
+    XXH3_64bits_reset(state_.get());
+  }
+  void add(const void* data, std::size_t bytes) { XXH3_64bits_update(state_.get(), data, bytes); }
+  std::uint64_t value() const { return XXH3_64bits_digest(state_.get()); }
+
+ private:
+  std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state_;
+};
+
+}  // namespace orbweave

@@ -1,0 +1,34 @@
+// Bins that several processes filled, each with its share of the points, in the files that they
+// published (Binner::publish).
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "partition/binning.h"
+
+namespace orbweave {
+
+class PublishedBins final : public BinSource {
+ public:
+  struct File {
+    std::filesystem::path path;
+    std::vector<BinExtent> extents;
+  };
+  /// Throws Error (resource) where a file cannot be opened.
+  PublishedBins(PointSchema schema, std::vector<File> files);
+  ~PublishedBins() override;
+
+  /// File by file, in the order given. A bin can be taken more than once.
+  void take(ChunkId chunk, std::size_t piece_points,
+            const std::function<void(PointCloud&&)>& use) override;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace orbweave
