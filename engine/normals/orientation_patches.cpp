@@ -82,6 +82,14 @@ struct Edge {
   double votes = 0.0;
 };
 
+/// The strongest first; no two different edges are equal.
+void sort_by_votes(std::vector<Edge>& edges) {
+  std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
+    if (std::abs(x.votes) != std::abs(y.votes)) return std::abs(x.votes) > std::abs(y.votes);
+    return std::tie(x.a, x.b, x.votes) < std::tie(y.a, y.b, y.votes);
+  });
+}
+
 /// Union-find that knows whether a member is turned against its root.
 class Signs {
  public:
@@ -102,14 +110,17 @@ class Signs {
     }
     return {x, turn};
   }
-  /// The smaller root stays.
-  void join(std::uint32_t a, std::uint32_t b, bool opposite) {
+  /// The smaller root stays. Whether a and b are now to each other as asked for: not so if they
+  /// were joined the other way before.
+  bool join(std::uint32_t a, std::uint32_t b, bool opposite) {
     auto [root_a, turn_a] = find(a);
     auto [root_b, turn_b] = find(b);
-    if (root_a == root_b) return;
+    const std::uint8_t turn = turn_a ^ turn_b ^ (opposite ? 1 : 0);
+    if (root_a == root_b) return turn == 0;
     if (root_b < root_a) std::swap(root_a, root_b);
     parent_[root_b] = root_a;
-    turn_[root_b] = turn_a ^ turn_b ^ (opposite ? 1 : 0);
+    turn_[root_b] = turn;
+    return true;
   }
 
  private:
@@ -194,18 +205,20 @@ class Patches {
     }
   }
 
+  /// Of one cell: its edges, and what they join.
+  struct Joining {
+    std::vector<Edge> confident, weak;
+    Signs signs;
+  };
+
   void form_patches() {
-    struct Scratch {
-      std::vector<Edge> edges;
-      Signs signs;
-    };
-    tbb::enumerable_thread_specific<Scratch> scratches;
+    tbb::enumerable_thread_specific<Joining> of_thread;
     tbb::parallel_for(std::size_t{0}, cells_.cells.size(), [&](std::size_t c) {
       if (state_[c] != kDone) return;
-      Scratch& scratch = scratches.local();
-      list_edges(static_cast<std::uint32_t>(c), scratch.edges);
-      join_confident(cells_.cells[c], scratch.edges, scratch.signs);
-      join_unanimous(cells_.cells[c], scratch.edges, scratch.signs);
+      Joining& joining = of_thread.local();
+      list_edges(static_cast<std::uint32_t>(c), joining);
+      join_confident(cells_.cells[c], joining);
+      join_unanimous(cells_.cells[c], joining);
     });
   }
 
@@ -213,34 +226,43 @@ class Patches {
     return std::span(cells_.members).subspan(cell.begin, cell.end - cell.begin);
   }
 
-  /// Votes among the points of a cell, the strongest first.
-  void list_edges(std::uint32_t c, std::vector<Edge>& edges) const {
+  /// Votes among the points of a cell, in no order.
+  void list_edges(std::uint32_t c, Joining& joining) const {
     const std::span<const std::uint32_t> points = members(cells_.cells[c]);
-    edges.clear();
+    // Cells that are not finer than the canonical order hold a run of points.
+    const bool run = points.back() - points.front() + 1 == points.size();
+    joining.confident.clear();
+    joining.weak.clear();
     for (std::uint32_t a = 0; a < points.size(); ++a) {
       const std::uint32_t p = points[a];
       for (const std::uint32_t q : neighbors(p)) {
         if (cells_.cell_of[q] != c) continue;
-        const auto b = static_cast<std::uint32_t>(
-            std::lower_bound(points.begin(), points.end(), q) - points.begin());
+        const auto b =
+            run ? q - points.front()
+                : static_cast<std::uint32_t>(std::lower_bound(points.begin(), points.end(), q) -
+                                             points.begin());
         const double votes = vote(normals_[p], normals_[q], positions_[q] - positions_[p]);
+        std::vector<Edge>& edges = std::abs(votes) < kConfident ? joining.weak : joining.confident;
         edges.push_back({std::min(a, b), std::max(a, b), votes});
       }
     }
-    std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
-      if (std::abs(x.votes) != std::abs(y.votes)) return std::abs(x.votes) > std::abs(y.votes);
-      return std::tie(x.a, x.b, x.votes) < std::tie(y.a, y.b, y.votes);
-    });
   }
 
   /// Maximum spanning forest of the confident edges: Kruskal, On the Shortest Spanning Subtree of a
-  /// Graph, 1956.
-  void join_confident(const Cell& cell, const std::vector<Edge>& edges, Signs& signs) {
+  /// Graph, 1956. Where these agree with one another, as nearly everywhere, all forests turn the
+  /// points alike, and the edges need not be sorted.
+  void join_confident(const Cell& cell, Joining& joining) {
     const std::span<const std::uint32_t> points = members(cell);
-    signs.reset(static_cast<std::uint32_t>(points.size()));
-    for (const Edge& e : edges) {
-      if (std::abs(e.votes) < kConfident) break;
-      signs.join(e.a, e.b, e.votes < 0.0);
+    Signs& signs = joining.signs;
+    const auto join_all = [&] {
+      signs.reset(static_cast<std::uint32_t>(points.size()));
+      bool agree = true;
+      for (const Edge& e : joining.confident) agree &= signs.join(e.a, e.b, e.votes < 0.0);
+      return agree;
+    };
+    if (!join_all()) {
+      sort_by_votes(joining.confident);
+      join_all();
     }
     for (std::uint32_t a = 0; a < points.size(); ++a) {
       const auto [root, turn] = signs.find(a);
@@ -249,8 +271,9 @@ class Patches {
     }
   }
 
-  void join_unanimous(const Cell& cell, const std::vector<Edge>& edges, Signs& signs) {
+  void join_unanimous(const Cell& cell, Joining& joining) {
     const std::span<const std::uint32_t> points = members(cell);
+    Signs& signs = joining.signs;
     std::vector<std::uint32_t> row(points.size()), roots;
     for (std::uint32_t a = 0; a < points.size(); ++a) {
       if (first_[points[a]] != points[a]) continue;
@@ -258,11 +281,14 @@ class Patches {
       roots.push_back(a);
     }
     if (roots.size() == 1) return;
+    // The ends of confident edges are joined already.
+    std::erase_if(joining.weak,
+                  [&](const Edge& e) { return signs.find(e.a).first == signs.find(e.b).first; });
+    sort_by_votes(joining.weak);
     std::vector<SignedEdge> between;
-    for (const Edge& e : edges) {
+    for (const Edge& e : joining.weak) {
       const auto [root_a, turn_a] = signs.find(e.a);
       const auto [root_b, turn_b] = signs.find(e.b);
-      if (root_a == root_b) continue;
       const double votes = turn_a == turn_b ? e.votes : -e.votes;
       between.push_back({row[root_a], row[root_b], votes, std::abs(votes)});
     }
