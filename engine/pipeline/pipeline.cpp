@@ -98,15 +98,14 @@ void run_stages(JobContext& context) {
   const std::vector<double> radii = radii_of_job(context, partition);
   describe_partition(context.report, partition, radii);
   reconstruct_chunks(context, partition, radii);
-  if (!context.team.leads() && !context.job.fill.enabled) return;
   Stitched stitched = stitch(context, partition);
   MeshFacts facts = stitched.summary.facts();
   FilledHoles holes;
   if (context.job.fill.enabled) {
     holes = fill_holes(context, partition, radii, stitched.summary.boundary(), facts);
   }
-  if (!context.team.leads()) return;
   export_mesh(context, partition, stitched, holes, facts);
+  if (!context.team.leads()) return;
   if (context.job.output.mesh != "-")
     context.store.disk().add(context.report.stages.back().bytes_written);
   if (!context.job.output.picture.empty()) draw_picture(context, partition, holes);
