@@ -75,9 +75,17 @@ class Cutter {
     }
   }
 
+  /// Cuts a node that is a chunk already.
+  void cut(const Chunk& chunk) {
+    const std::size_t cells = coded_.cells.size();
+    const std::size_t first = end_of(0, cells, chunk.code_begin);
+    cut(first, end_of(first, cells, chunk.code_end), chunk.code_begin, chunk.depth);
+  }
+
   std::vector<Chunk> chunks;
 
  private:
+  /// The first cell from `first` on that does not begin before that code.
   std::size_t end_of(std::size_t first, std::size_t last, std::uint64_t code_end) const {
     const auto begin = coded_.cells.begin();
     const auto end =
@@ -197,15 +205,42 @@ void Octree::collect(const Node& node, const Box& reach, ChunkId self,
   }
 }
 
+namespace {
+
+/// Depth of the nodes that are a cell wide.
+int depth_of_cells(const CountGrid& grid, const RootCube& root) {
+  // Powers of two: the quotient is exact.
+  const int depth = std::ilogb(root.side / grid.cell());
+  if (depth < 8 || depth > kMortonDepth)
+    throw std::logic_error("octree: the count grid is not settled for this root cube");
+  return depth;
+}
+
+}  // namespace
+
 Octree cut_octree(const CountGrid& grid, const RootCube& root, std::uint64_t chunk_points) {
   if (grid.points() == 0) return Octree(root, {});
-  // Powers of two: the quotient is exact.
-  const int depth_limit = std::ilogb(root.side / grid.cell());
-  if (depth_limit < 8 || depth_limit > kMortonDepth)
-    throw std::logic_error("cut_octree: the count grid is not settled for this root cube");
+  const int depth_limit = depth_of_cells(grid, root);
   const CodedCells coded = code_cells(grid, root);
   Cutter cutter(coded, root, chunk_points, depth_limit);
   cutter.cut(0, coded.cells.size(), 0, 0);
+  return Octree(root, std::move(cutter.chunks));
+}
+
+Octree refined(const Octree& octree, std::span<const ChunkId> dense, const CountGrid& grid,
+               std::uint64_t chunk_points) {
+  const RootCube& root = octree.root();
+  const int depth_limit = depth_of_cells(grid, root);
+  const CodedCells coded = code_cells(grid, root);
+  Cutter cutter(coded, root, chunk_points, depth_limit);
+  for (ChunkId chunk = 0; chunk < octree.chunks().size(); ++chunk) {
+    const bool finer = std::binary_search(dense.begin(), dense.end(), chunk) &&
+                       octree.chunks()[chunk].depth < depth_limit;
+    if (finer)
+      cutter.cut(octree.chunks()[chunk]);
+    else
+      cutter.chunks.push_back(octree.chunks()[chunk]);
+  }
   return Octree(root, std::move(cutter.chunks));
 }
 

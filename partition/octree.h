@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "io/box.h"
@@ -54,6 +55,11 @@ class Octree {
 /// Splits every node that holds more than `chunk_points` points, as far as the count grid
 /// resolves.
 Octree cut_octree(const CountGrid& grid, const RootCube& root, std::uint64_t chunk_points);
+
+/// The same points in more chunks: splits the chunks numbered `dense` (ascending) that hold more
+/// than `chunk_points` points, as far as `grid` resolves, which counts their points and no others.
+Octree refined(const Octree& octree, std::span<const ChunkId> dense, const CountGrid& grid,
+               std::uint64_t chunk_points);
 
 /// The same points in fewer chunks: siblings are put together as long as they hold at most
 /// `chunk_points` points. Every chunk of `octree` lies in one of the result's.
