@@ -8,6 +8,7 @@
 #include <array>
 #include <chrono>
 #include <condition_variable>
+#include <cstdlib>
 #include <mutex>
 #include <string_view>
 #include <thread>
@@ -25,8 +26,9 @@ using std::chrono::milliseconds;
 constexpr MPI_Aint kNext = 0;         ///< the counter
 constexpr MPI_Aint kDoneUnits = 1;    ///< by the others
 constexpr MPI_Aint kDonePoints = 2;   ///< by the others
-constexpr MPI_Aint kFailures = 3;     ///< members that failed
-constexpr MPI_Aint kSameFailure = 4;  ///< members that failed, by a hash of what they say
+constexpr MPI_Aint kLeadersWord = 3;  ///< what the leader tells everybody
+constexpr MPI_Aint kFailures = 4;     ///< members that failed
+constexpr MPI_Aint kSameFailure = 5;  ///< members that failed, by a hash of what they say
 constexpr std::uint64_t kHashes = 61;
 constexpr MPI_Aint kWords = kSameFailure + static_cast<MPI_Aint>(kHashes);
 
@@ -84,6 +86,34 @@ int share_of_cores() {
   return std::max(1, static_cast<int>(share + 0.5));
 }
 
+/// Over TCP, Open MPI 4 has one-sided operations by its component pt2pt alone, which Debian's
+/// configuration leaves out because it is slow. It is fast enough to count. A choice of the user's
+/// goes before.
+void allow_one_sided_by_messages() {
+#if defined(OMPI_MAJOR_VERSION) && OMPI_MAJOR_VERSION < 5
+  setenv("OMPI_MCA_osc", "^ucx", 0);
+#endif
+}
+
+/// Collective: the leader's words, all 0, open to everybody.
+MPI_Win make_window(bool leads) {
+  constexpr auto kWord = static_cast<int>(sizeof(std::uint64_t));
+  std::uint64_t* words = nullptr;
+  MPI_Win window = MPI_WIN_NULL;
+  MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_RETURN);
+  if (MPI_Win_allocate(leads ? kWords * kWord : 0, kWord, MPI_INFO_NULL, MPI_COMM_WORLD, &words,
+                       &window) != MPI_SUCCESS)
+    throw_resource("MPI has no one-sided operations between these processes",
+                   {.advice = "With Open MPI, leave the MCA parameter osc alone, or set it to "
+                              "\"^ucx\""});
+  MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_ARE_FATAL);
+  MPI_Win_lock_all(MPI_MODE_NOCHECK, window);
+  if (leads) std::fill(words, words + kWords, std::uint64_t{0});
+  MPI_Win_sync(window);
+  MPI_Barrier(MPI_COMM_WORLD);
+  return window;
+}
+
 }  // namespace
 
 struct MpiTeam::State {
@@ -104,7 +134,7 @@ struct MpiTeam::State {
   /// Adds to a word of the leader's window; returns what it was.
   std::uint64_t add(MPI_Aint word, std::uint64_t amount);
   std::uint64_t look(MPI_Aint word);
-  void reset(MPI_Aint word);
+  void set(MPI_Aint word, std::uint64_t value);
   bool has_come(MPI_Request& request);
   void make_progress();
 };
@@ -126,11 +156,10 @@ std::uint64_t MpiTeam::State::look(MPI_Aint word) {
 }
 
 /// Nobody may add to the word meanwhile: different operations at one time are not atomic.
-void MpiTeam::State::reset(MPI_Aint word) {
-  const std::uint64_t zero = 0;
+void MpiTeam::State::set(MPI_Aint word, std::uint64_t value) {
   std::uint64_t before = 0;
   const std::scoped_lock lock(calls);
-  MPI_Fetch_and_op(&zero, &before, MPI_UINT64_T, 0, word, MPI_REPLACE, window);
+  MPI_Fetch_and_op(&value, &before, MPI_UINT64_T, 0, word, MPI_REPLACE, window);
   MPI_Win_flush(0, window);
 }
 
@@ -154,6 +183,7 @@ void MpiTeam::State::make_progress() {
 }
 
 MpiTeam::MpiTeam() : state_(std::make_unique<State>()) {
+  allow_one_sided_by_messages();
   int provided = MPI_THREAD_SINGLE;
   MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
   if (provided < MPI_THREAD_SERIALIZED)
@@ -162,14 +192,7 @@ MpiTeam::MpiTeam() : state_(std::make_unique<State>()) {
   MPI_Comm_rank(MPI_COMM_WORLD, &state_->rank);
   MPI_Comm_size(MPI_COMM_WORLD, &state_->size);
   state_->threads = share_of_cores();
-  constexpr auto kWord = static_cast<int>(sizeof(std::uint64_t));
-  std::uint64_t* words = nullptr;
-  const MPI_Aint bytes = leads() ? kWords * kWord : 0;
-  MPI_Win_allocate(bytes, kWord, MPI_INFO_NULL, MPI_COMM_WORLD, &words, &state_->window);
-  MPI_Win_lock_all(MPI_MODE_NOCHECK, state_->window);
-  if (leads()) std::fill(words, words + kWords, std::uint64_t{0});
-  MPI_Win_sync(state_->window);
-  MPI_Barrier(MPI_COMM_WORLD);
+  state_->window = make_window(leads());
   if (leads() && size() > 1)
     state_->progress = std::thread([state = state_.get()] { state->make_progress(); });
 }
@@ -203,10 +226,17 @@ void MpiTeam::meet(const StopToken& stop) {
   }
 }
 
+std::uint64_t MpiTeam::leaders_word(std::uint64_t word, const StopToken& stop) {
+  meet(stop);  // everybody knows the last one
+  if (leads()) state_->set(kLeadersWord, word);
+  meet(stop);
+  return state_->look(kLeadersWord);
+}
+
 void MpiTeam::start_counting(const StopToken& stop) {
   meet(stop);
   if (leads()) {
-    for (const MPI_Aint word : {kNext, kDoneUnits, kDonePoints}) state_->reset(word);
+    for (const MPI_Aint word : {kNext, kDoneUnits, kDonePoints}) state_->set(word, 0);
     state_->told = {};
   }
   meet(stop);

@@ -27,6 +27,7 @@ class MpiTeam : public Team {
   /// at least 1.
   int threads() const override;
   void meet(const StopToken& stop) override;
+  std::uint64_t leaders_word(std::uint64_t word, const StopToken& stop) override;
   void start_counting(const StopToken& stop) override;
   std::uint64_t take_next() override;
   void add_done(std::uint64_t units, std::uint64_t points) override;

@@ -29,6 +29,9 @@ class Team {
   /// meanwhile.
   virtual void meet(const StopToken& /*stop*/) {}
 
+  /// Returns the leader's `word` to everybody; includes a meeting.
+  virtual std::uint64_t leaders_word(std::uint64_t word, const StopToken& /*stop*/) { return word; }
+
   /// Sets the common counter to 0 for everybody; includes a meeting.
   virtual void start_counting(const StopToken& /*stop*/) { counter_ = 0; }
   /// The counter's value, which then rises by one: every number goes to one member alone.

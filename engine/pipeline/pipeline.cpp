@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <memory>
+#include <thread>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/pipeline/export_stage.h"
@@ -151,12 +154,13 @@ void run_until_sound(JobContext& context) {
   }
 }
 
-/// Work that ended in bad input is of no use to anybody; everything else can be resumed.
+/// Work that ended in bad input is of no use to anybody; everything else can be resumed. Where
+/// others may still be at work it stays: they would fail first, for want of it.
 void run_or_clean_up(JobContext& context) {
   try {
     run_until_sound(context);
   } catch (const Error& error) {
-    const bool keep = context.job.run.keep_work_dir;
+    const bool keep = context.job.run.keep_work_dir || context.team.size() > 1;
     if (error.status() == ExitStatus::kBadInput && !keep) context.store.remove_all();
     throw;
   }
@@ -182,10 +186,48 @@ bool was_ended_before(JobContext& context) {
   return ended;
 }
 
-/// The work directory goes, and whoever is killed meanwhile finds that nothing is left to do.
-void remove_work_dir(const JobContext& context) {
+/// All outputs are written: the work directory goes, unless it is wanted. Whoever is killed
+/// meanwhile finds that nothing is left to do.
+void end_job(const JobContext& context) {
+  context.store.finish_commits();
   if (context.job.output.mesh != "-") context.store.set_ended(outputs_key(context));
-  context.store.remove_all();
+  if (!context.job.run.keep_work_dir) context.store.remove_all();
+}
+
+/// What tells the work directory of this run from others of that name.
+std::uint64_t mark_of_run() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return static_cast<std::uint64_t>(now.count()) * 4194304 + static_cast<std::uint64_t>(getpid());
+}
+
+/// Returns whether the file holds `text`, or does some seconds later: file systems over a network
+/// remember for a while what was there before.
+bool will_hold(const std::filesystem::path& file, const std::string& text, const StopToken& stop) {
+  constexpr int kTries = 50;
+  for (int i = 0; i < kTries; ++i) {
+    std::string found;
+    if (std::getline(std::ifstream(file), found) && found == text) return true;
+    stop.check();
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  return false;
+}
+
+/// Every member has to see the leader's own directory. Throws Error (resource) where it does not.
+void check_shared(const std::filesystem::path& directory, Team& team, const StopToken& stop) {
+  if (team.size() == 1) return;
+  const std::filesystem::path file = directory / "team";
+  const std::uint64_t mine = mark_of_run();
+  if (team.leads()) {
+    AtomicFile mark(file);
+    mark.write(std::to_string(mine) + "\n");
+    mark.commit();
+  }
+  if (will_hold(file, std::to_string(team.leaders_word(mine, stop)), stop)) return;
+  throw_resource("the work directory is not the one that the leader of the job uses",
+                 {.file = directory.string(),
+                  .expected = "a directory that all processes share",
+                  .advice = "Name one on a shared file system with run.work_dir or --work-dir"});
 }
 
 /// The leader's store, and where that is ready, the others'.
@@ -194,16 +236,26 @@ std::unique_ptr<ChunkStore> open_store(const RunOptions& run, Team& team, const 
   if (team.leads()) {
     store = std::make_unique<ChunkStore>(run.work_dir);
     if (run.fresh) {
+      store->clear_ended();
       discard_raw_stages(*store);
       for (const char* stage : {kPointsStage, kMeshStage, kHoleStage}) store->discard_stage(stage);
     }
   }
-  team.meet(stop);
+  check_shared(run.work_dir, team, stop);
   return team.leads() ? std::move(store) : ChunkStore::join(run.work_dir);
 }
 
 std::string log_name(const Team& team) {
   return team.leads() ? "orbweave.log" : "orbweave.rank" + std::to_string(team.rank()) + ".log";
+}
+
+void note_share(JobContext& context, bool chosen_here) {
+  const Team& team = context.team;
+  if (team.size() == 1) return;
+  const int threads = context.threads();
+  context.note("rank " + std::to_string(team.rank()) + " of " + std::to_string(team.size()) + ": " +
+               std::to_string(threads) + (threads == 1 ? " thread" : " threads") +
+               (chosen_here ? ", its share of the cores that it may run on" : ""));
 }
 
 }  // namespace
@@ -241,6 +293,7 @@ RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Pr
   JobContext context{{job, report.files, *logged, stop}, *store, report, team};
   report.ended_before = was_ended_before(context);
   if (report.ended_before) return report;
+  note_share(context, wanted.run.threads == 0);
   if (team.leads()) remove_abandoned_outputs(job.output);
   run_or_clean_up(context);
   team.meet(stop);
@@ -248,11 +301,7 @@ RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Pr
   report.peak_memory_bytes = peak_memory_bytes();
   report.measured.disk_bytes = store->disk().most();
   if (!job.output.report.empty()) write_report(job.output.report, report);
-  if (job.run.keep_work_dir) {
-    store->finish_commits();
-  } else {
-    remove_work_dir(context);
-  }
+  end_job(context);
   return report;
 }
 
