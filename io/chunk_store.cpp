@@ -10,6 +10,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
@@ -17,6 +18,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <system_error>
+#include <thread>
 #include <unordered_map>
 
 #include "io/atomic_file.h"
@@ -135,12 +137,19 @@ void check_identity(const fs::path& directory) {
 /// Takes the directory for this process; the lock ends with the descriptor.
 FileDescriptor take_lock(const fs::path& directory) {
   const fs::path path = directory / kLockFile;
-  for (;;) {
+  constexpr int kTries = 5;
+  constexpr std::chrono::milliseconds kPause{10};
+  for (int tries = 0;;) {
     FileDescriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
     if (!file.valid()) throw_directory_error(path, std::strerror(errno));
     if (flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
       if (errno == EINTR) continue;
       if (errno != EWOULDBLOCK) throw_directory_error(path, std::strerror(errno));
+      // Who asks for the state of a work directory holds the lock for a moment.
+      if (tries++ < kTries) {
+        std::this_thread::sleep_for(kPause);
+        continue;
+      }
       std::string holder = read_text(path).value_or("");
       while (!holder.empty() && holder.back() == '\n') holder.pop_back();
       throw_resource("the work directory is in use by process " + holder,

@@ -17,6 +17,10 @@ namespace {
 
 std::string summary(const RunReport& report) {
   const OutputOptions& output = report.options.output;
+  if (report.ended_before)
+    return facts_table(
+        {{"mesh", output.mesh},
+         {"", "whole: the run before was killed only when it cleared away its work"}});
   Facts facts = {{"mesh", output.mesh}, {"", show_mesh(report.mesh)}};
   add_holes(facts, report.holes);
   if (!output.report.empty()) facts.emplace_back("report", output.report);

@@ -23,10 +23,13 @@ std::string status_json(const WorkStatus& status) {
   for (const StageStatus& stage : status.stages)
     stages.push_back({{"name", stage.name},
                       {"chunks_done", stage.chunks_done},
+                      {"chunks_in_flight", stage.chunks_in_flight},
                       {"chunks_total", stage.chunks_total},
                       {"done", stage.done}});
   nlohmann::ordered_json document = {{"running", status.running}};
-  if (status.running) document["process_id"] = status.process_id;
+  if (status.process_id != 0) document["process_id"] = status.process_id;
+  document["step"] = status.step;
+  document["ended"] = status.ended;
   document["last_touched"] = status.last_touched;
   document["stages"] = stages;
   return json_text(document);
@@ -34,20 +37,32 @@ std::string status_json(const WorkStatus& status) {
 
 std::string state_of(const StageStatus& stage) {
   if (stage.done) return "done";
-  return stage.chunks_done > 0 ? "begun" : "not begun";
+  return stage.chunks_done + stage.chunks_in_flight > 0 ? "begun" : "not begun";
+}
+
+std::string use_of(const WorkStatus& status) {
+  const std::string process = "process " + std::to_string(status.process_id);
+  if (status.running) return "in use by " + process;
+  return status.process_id == 0 ? "not in use" : "not in use; last by " + process;
 }
 
 std::string status_text(const WorkStatus& status) {
-  std::vector<std::vector<std::string>> rows = {{"stage", "state", "chunks done", "chunks left"}};
+  std::vector<std::vector<std::string>> rows = {
+      {"stage", "state", "chunks done", "in flight", "left"}};
   for (const StageStatus& stage : status.stages) {
-    const bool known = stage.chunks_total >= stage.chunks_done && stage.chunks_total > 0;
+    const std::uint64_t begun = stage.chunks_done + stage.chunks_in_flight;
+    const bool known = stage.chunks_total >= begun && stage.chunks_total > 0;
     rows.push_back({stage.name, state_of(stage), format_count(stage.chunks_done),
-                    known ? format_count(stage.chunks_total - stage.chunks_done) : "?"});
+                    format_count(stage.chunks_in_flight),
+                    known ? format_count(stage.chunks_total - begun) : "?"});
   }
-  const std::string run =
-      status.running ? "in use by process " + std::to_string(status.process_id) : "not in use";
-  return facts_table({{"work directory", run}, {"last touched", status.last_touched}}) + "\n" +
-         table(rows);
+  Facts facts = {{"work directory", use_of(status)}};
+  if (status.ended)
+    facts.emplace_back("job", "ended; all outputs are written");
+  else if (!status.step.empty())
+    facts.emplace_back(status.running ? "at" : "was at", status.step);
+  facts.emplace_back("last touched", status.last_touched);
+  return facts_table(facts) + "\n" + table(rows);
 }
 
 void show_status(const StatusOptions& options) {

@@ -53,14 +53,17 @@ JobPlan plan_job(const Job& job, Progress& progress, const StopToken& stop);
 /// What a work directory says about the run that uses or used it.
 struct StageStatus {
   std::string name;
-  std::uint64_t chunks_done = 0;
-  std::uint64_t chunks_total = 0;  ///< 0: not known yet
+  std::uint64_t chunks_done = 0;       ///< committed
+  std::uint64_t chunks_in_flight = 0;  ///< written, and not yet committed
+  std::uint64_t chunks_total = 0;      ///< 0: not known yet
   bool done = false;
 };
 struct WorkStatus {
   std::vector<StageStatus> stages;
   bool running = false;      ///< a process holds the lock
-  int process_id = 0;        ///< of that process
+  int process_id = 0;        ///< that holds the lock, or held it last; 0: not known
+  std::string step;          ///< what the run is at, or was at last, as in its log: "sort"
+  bool ended = false;        ///< all outputs are written
   std::string last_touched;  ///< ISO 8601, UTC
 };
 /// Throws Error (usage) where the directory is no work directory.

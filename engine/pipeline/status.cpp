@@ -5,11 +5,17 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <chrono>
 #include <ctime>
 #include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string_view>
 
+#include "engine/pipeline/orientation_stage.h"
 #include "engine/pipeline/partition_stage.h"
+#include "engine/pipeline/patch_batch.h"
 #include "engine/pipeline/pipeline.h"
 #include "engine/pipeline/prepare_stage.h"
 #include "engine/pipeline/reconstruct_stage.h"
@@ -21,14 +27,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::uint64_t committed_chunks(const fs::path& stage) {
-  std::uint64_t count = 0;
+/// Results of a stage: whole ones, and those that are written and have no name yet.
+struct Results {
+  std::uint64_t committed = 0;
+  std::uint64_t in_flight = 0;
+};
+
+Results results_of(const fs::path& stage) {
+  Results results;
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(stage, ignored)) {
     const std::string name = entry.path().filename().string();
-    count += name.ends_with(".h5") && !name.starts_with(".") ? 1 : 0;
+    if (name.ends_with(".h5.part")) ++results.in_flight;
+    if (name.ends_with(".h5") && !name.starts_with(".")) ++results.committed;
   }
-  return count;
+  return results;
+}
+
+std::string text_of(const fs::path& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 /// Whether some process holds the lock.
@@ -61,15 +79,74 @@ std::string last_touched(const fs::path& directory) {
   return iso_time(latest);
 }
 
+/// Chunks of a partition; 0: not cut yet.
 std::uint64_t chunks_of(const fs::path& document) {
-  std::ifstream file(document);
-  const std::string text((std::istreambuf_iterator<char>(file)), {});
-  return text.empty() ? 0 : partition_from_json(text).octree.chunks().size();
+  const std::string text = text_of(document);
+  if (text.empty()) return 0;
+  try {
+    return partition_from_json(text).octree.chunks().size();
+  } catch (const std::exception&) {
+    return 0;  // damaged, or of another version: no partition
+  }
+}
+
+/// Batches of holes; 0: not known yet.
+std::uint64_t batches_of(const fs::path& document) {
+  const auto json = nlohmann::json::parse(text_of(document), nullptr, false);
+  return json.is_object() ? json.value("batches", std::uint64_t{0}) : 0;
+}
+
+/// What the log says of the last run.
+struct LoggedSteps {
+  std::string last;                             ///< begun last
+  std::map<std::string, std::uint64_t> totals;  ///< of the steps that told
+};
+
+LoggedSteps logged_steps(const fs::path& log) {
+  constexpr std::string_view kInfo = " info ";
+  constexpr std::string_view kBegins = ": begins";
+  LoggedSteps steps;
+  std::ifstream file(log);
+  for (std::string line; std::getline(file, line);) {
+    const std::size_t begins = line.find(kBegins);
+    const std::size_t info = line.find(kInfo);
+    if (begins == std::string::npos || info == std::string::npos || info > begins) continue;
+    steps.last = line.substr(info + kInfo.size(), begins - info - kInfo.size());
+    std::uint64_t total = 0;
+    const std::size_t at = begins + kBegins.size() + 2;  // ", "
+    if (at < line.size()) std::from_chars(line.data() + at, line.data() + line.size(), total);
+    steps.totals[steps.last] = total;
+  }
+  return steps;
 }
 
 StageStatus stage_status(const fs::path& work_dir, const std::string& stage, std::uint64_t total) {
-  const std::uint64_t done = committed_chunks(work_dir / stage);
-  return {stage, done, total, total > 0 && done == total};
+  const Results results = results_of(work_dir / stage);
+  return {stage, results.committed, results.in_flight, total,
+          total > 0 && results.committed == total};
+}
+
+/// A stage that is done when its document is there; its results may have gone since.
+StageStatus documented_stage(const fs::path& work_dir, const std::string& stage,
+                             const char* document, std::uint64_t total) {
+  StageStatus status = stage_status(work_dir, stage, total);
+  status.done = total > 0 && fs::exists(work_dir / stage / document);
+  if (status.done) status.chunks_done = total;
+  return status;
+}
+
+/// Passes over raw points; gone once the points are cut into chunks for good.
+void add_raw_stages(const fs::path& work_dir, const LoggedSteps& steps, WorkStatus& status) {
+  std::uint64_t total = chunks_of(work_dir / raw_stages().front() / "partition.json");
+  if (total == 0 && steps.last == "raw sort") total = steps.totals.at("raw sort");
+  for (const std::string& stage : raw_stages()) {
+    if (!fs::exists(work_dir / stage)) continue;
+    const bool first = stage == raw_stages().front();
+    status.stages.push_back(
+        stage == kPatchStage
+            ? stage_status(work_dir, stage, total)
+            : documented_stage(work_dir, stage, first ? "partition.json" : "ended.json", total));
+  }
 }
 
 }  // namespace
@@ -84,17 +161,22 @@ WorkStatus work_status(const fs::path& work_dir) {
                  .advice = {}});
   }
   WorkStatus status;
-  const fs::path document = work_dir / kPointsStage / "partition.json";
-  const std::uint64_t total = chunks_of(document);
-  // Passes over raw points are gone once the points are cut into chunks for good.
-  const std::uint64_t raw_total = chunks_of(work_dir / raw_stages().front() / "partition.json");
-  for (const std::string& stage : raw_stages())
-    if (total == 0 && fs::exists(work_dir / stage))
-      status.stages.push_back(stage_status(work_dir, stage, raw_total));
-  for (const char* stage : {kPointsStage, kMeshStage})
-    status.stages.push_back(stage_status(work_dir, stage, total));
   status.running = is_locked(work_dir / "lock");
-  if (status.running) std::ifstream(work_dir / "lock") >> status.process_id;
+  std::ifstream(work_dir / "lock") >> status.process_id;
+  status.ended = fs::exists(work_dir / "ended.json");
+  const LoggedSteps steps = logged_steps(work_dir / "orbweave.log");
+  status.step = steps.last;
+  std::uint64_t total = chunks_of(work_dir / kPointsStage / "partition.json");
+  if (total == 0) add_raw_stages(work_dir, steps, status);
+  if (total == 0 && steps.last == "sort") total = steps.totals.at("sort");
+  status.stages.push_back(documented_stage(work_dir, kPointsStage, "partition.json", total));
+  status.stages.push_back(stage_status(work_dir, kMeshStage, total));
+  const fs::path holes = work_dir / kHoleStage;
+  if (fs::exists(holes)) {
+    const std::uint64_t batches = batches_of(holes / "batches.json.json");
+    status.stages.push_back(stage_status(work_dir, kHoleStage, batches));
+    if (batches == 0 && status.ended) status.stages.back().done = true;  // there was none to fill
+  }
   status.last_touched = last_touched(work_dir);
   return status;
 }
