@@ -257,24 +257,28 @@ Team::Done MpiTeam::done_by_others() {
   return news;
 }
 
-void MpiTeam::fail(int status, const std::string& problem,
+void MpiTeam::fail(ExitStatus status, const std::string& problem,
                    const std::function<void(const std::string&)>& print) {
   const MPI_Aint same = kSameFailure + static_cast<MPI_Aint>(hash_of(problem));
   const auto all = static_cast<std::uint64_t>(size());
   state_->add(same, 1);
   if (state_->add(kFailures, 1) > 0) {
     std::this_thread::sleep_for(kWaitForEnd);
-    _exit(status);
+    _exit(static_cast<int>(status));
   }
+  // Who interrupts a job does not wait long, and it does not matter which member he met.
+  const bool interrupted = status == ExitStatus::kInterrupted;
+  if (interrupted) print(problem);
   const auto give_up = std::chrono::steady_clock::now() + kFailureGrace;
-  while (state_->look(same) < all && std::chrono::steady_clock::now() < give_up)
+  bool by_all = state_->look(same) == all;
+  while (!by_all && std::chrono::steady_clock::now() < give_up) {
     std::this_thread::sleep_for(kLongestNap);
-  print((state_->look(same) == all
-             ? ""
-             : "rank " + std::to_string(rank()) + " (" + host_name() + "): ") +
-        problem);
-  MPI_Abort(MPI_COMM_WORLD, status);
-  _exit(status);
+    by_all = state_->look(same) == all;
+  }
+  const std::string who = "rank " + std::to_string(rank()) + " (" + host_name() + "): ";
+  if (!interrupted) print((by_all ? "" : who) + problem);
+  MPI_Abort(MPI_COMM_WORLD, static_cast<int>(status));
+  _exit(static_cast<int>(status));
 }
 
 }  // namespace orbweave

@@ -11,6 +11,8 @@
 
 namespace orbweave {
 
+enum class ExitStatus : int;
+
 /// One object per process, alive as long as MPI is. Any thread may call any method. What goes
 /// wrong inside MPI ends the job, as is MPI's own way.
 class MpiTeam : public Team {
@@ -37,9 +39,9 @@ class MpiTeam : public Team {
   void leave(const StopToken& stop) { meet(stop); }
 
   /// The end of a job that failed here: ends it everywhere with `status`. One member of those that
-  /// failed calls `print`, with `problem` where all of them failed with the same, otherwise with
-  /// "rank 3 (host): " before it.
-  [[noreturn]] void fail(int status, const std::string& problem,
+  /// failed calls `print`: with `problem` where all members failed with the same or were
+  /// interrupted, otherwise with "rank 3 (host): " before it.
+  [[noreturn]] void fail(ExitStatus status, const std::string& problem,
                          const std::function<void(const std::string&)>& print);
 
  private:

@@ -10,15 +10,23 @@ namespace {
 
 orbweave::StopToken stop;
 
+void work(const std::vector<std::string>& arguments, orbweave::MpiTeam& team) {
+  // mpirun kills what has not ended a second after the signal, and chunks may take longer.
+  const orbweave::StopNotice notice(stop, [leads = team.leads()] {
+    if (leads) orbweave::print_warning("stopping; what is done is kept, the same command resumes");
+  });
+  orbweave::parse_team_command_line(arguments, stop, team)();
+  orbweave::flush_output();
+  team.leave(stop);
+}
+
 void run(const std::vector<std::string>& arguments, orbweave::MpiTeam& team) {
   try {
     orbweave::handle_signals(stop);
-    orbweave::parse_team_command_line(arguments, stop, team)();
-    orbweave::flush_output();
-    team.leave(stop);
+    work(arguments, team);
   } catch (...) {
     const orbweave::Failure failure = orbweave::current_failure();
-    team.fail(static_cast<int>(failure.status), failure.what, orbweave::print_error);
+    team.fail(failure.status, failure.what, orbweave::print_error);
   }
 }
 

@@ -29,13 +29,17 @@ std::string summary(const RunReport& report) {
 }
 
 /// Says what remains of the work, where an interruption or a lack of something leaves any.
-[[noreturn]] void rethrow_with_work_dir(const Error& error, const std::string& work_dir) {
+[[noreturn]] void rethrow_with_work_dir(const Error& error, const std::string& work_dir,
+                                        const Team& team) {
   const bool interrupted = error.status() == ExitStatus::kInterrupted;
   std::error_code ignored;
   if (!(interrupted || error.status() == ExitStatus::kResource) ||
       !std::filesystem::exists(work_dir, ignored))
     throw;
-  throw Error(error.status(), interrupted ? "interrupted" : error.what(),
+  // mpirun ends the others of a job by the signal that users interrupt it with.
+  const char* const interruption =
+      team.size() == 1 ? "interrupted" : "interrupted, by a signal or by the end of another rank";
+  throw Error(error.status(), interrupted ? interruption : error.what(),
               {.advice = "What is done is kept in " + work_dir + "; the same command resumes."});
 }
 
@@ -62,7 +66,7 @@ void run(const JobArguments& arguments, const CommandContext& context) {
     const RunReport report = run_job(job, context.arguments, *progress, context.stop, context.team);
     if (leads && job.output.mesh != "-") std::cout << summary(report);
   } catch (const Error& error) {
-    rethrow_with_work_dir(error, work_dir_of(job));
+    rethrow_with_work_dir(error, work_dir_of(job), context.team);
   }
 }
 
@@ -72,6 +76,12 @@ void run_when_asked(CLI::App& command, const std::shared_ptr<JobArguments>& argu
       [arguments, context] { context.then([arguments, context] { run(*arguments, context); }); });
 }
 
+std::string example(const CLI::App& program, const std::string& arguments) {
+  const std::string& name = program.get_name();
+  return "An interrupted run resumes with the same command.\n\nExample:\n  " +
+         (name == "orbweave" ? name : "mpirun -n 8 " + name) + " " + arguments + "\n";
+}
+
 }  // namespace
 
 void add_run_command(CLI::App& program, const CommandContext& context) {
@@ -79,9 +89,7 @@ void add_run_command(CLI::App& program, const CommandContext& context) {
   CLI::App* command = program.add_subcommand("run", "Run a job: scans in, one mesh out");
   add_job_file_options(*command, *arguments);
   add_run_options(*command, *arguments);
-  command->footer(
-      "An interrupted run resumes with the same command.\n\n"
-      "Example:\n  orbweave run job.toml --set reconstruct.levels=3 --memory 2GiB\n");
+  command->footer(example(program, "run job.toml --set reconstruct.levels=3 --memory 2GiB"));
   run_when_asked(*command, arguments, context);
 }
 
@@ -92,8 +100,7 @@ void add_reconstruct_command(CLI::App& program, const CommandContext& context) {
   add_all_key_options(*command, *arguments);
   add_run_options(*command, *arguments);
   command->footer(
-      "An interrupted run resumes with the same command.\n\n"
-      "Example:\n  orbweave reconstruct scan.ply -o mesh.ply --radii 0.001,0.002 --memory 2GiB\n");
+      example(program, "reconstruct scan.ply -o mesh.ply --radii 0.001,0.002 --memory 2GiB"));
   run_when_asked(*command, arguments, context);
 }
 

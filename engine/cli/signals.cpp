@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
+#include <utility>
 
 #include "io/error.h"
 
@@ -46,6 +48,26 @@ EndAtOnceOnSignals::EndAtOnceOnSignals() : stop_(token.exchange(nullptr)) {
   if (stop_ != nullptr && stop_->requested()) _exit(static_cast<int>(ExitStatus::kInterrupted));
 }
 EndAtOnceOnSignals::~EndAtOnceOnSignals() { token.store(stop_); }
+
+StopNotice::StopNotice(const StopToken& stop, std::function<void()> say)
+    : watch_([this, &stop, say = std::move(say)] {
+        constexpr std::chrono::milliseconds kInterval{50};
+        constexpr int kPatience = 6;  // intervals
+        std::unique_lock lock(mutex_);
+        for (int asked = 0; asked < kPatience; asked += stop.requested() ? 1 : 0) {
+          if (end_signal_.wait_for(lock, kInterval, [this] { return ended_; })) return;
+        }
+        say();
+      }) {}
+
+StopNotice::~StopNotice() {
+  {
+    const std::scoped_lock lock(mutex_);
+    ended_ = true;
+  }
+  end_signal_.notify_all();
+  watch_.join();
+}
 
 void check_interruption(const StopToken& stop) {
   if (stop.requested()) throw Error(ExitStatus::kInterrupted, "interrupted; nothing was written");

@@ -1,6 +1,11 @@
 // SIGINT and SIGTERM become a request to stop; nothing else happens in a handler.
 #pragma once
 
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <thread>
+
 #include "partition/executor.h"
 
 namespace orbweave {
@@ -24,6 +29,22 @@ class EndAtOnceOnSignals {
 
  private:
   StopToken* stop_;
+};
+
+/// Calls `say` once, on a thread of its own, where the process still has not ended some moments
+/// after `stop` was requested: what is in flight is finished first. Says nothing after its end.
+class StopNotice {
+ public:
+  StopNotice(const StopToken& stop, std::function<void()> say);
+  ~StopNotice();
+  StopNotice(const StopNotice&) = delete;
+  StopNotice& operator=(const StopNotice&) = delete;
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable end_signal_;
+  bool ended_ = false;
+  std::thread watch_;
 };
 
 /// For commands that cannot resume: throws Error (interrupted) when `stop` is requested.

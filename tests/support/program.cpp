@@ -73,7 +73,8 @@ pid_t spawn(std::vector<std::string> arguments, const ProgramSetting& setting, i
 RunningProgram::RunningProgram(const std::vector<std::string>& arguments,
                                const ProgramSetting& setting)
     : out_(unnamed_file()), err_(unnamed_file()) {
-  std::vector<std::string> all = {program_path().string()};
+  const std::filesystem::path& program = setting.program;
+  std::vector<std::string> all = {(program.empty() ? program_path() : program).string()};
   all.insert(all.end(), arguments.begin(), arguments.end());
   process_ = spawn(std::move(all), setting, out_, err_);
 }

@@ -18,7 +18,8 @@ struct ProgramResult {
 struct ProgramSetting {
   std::filesystem::path directory = {};       ///< to run in; empty: the current one
   std::vector<std::string> environment = {};  ///< "NAME=value", beside the inherited ones
-  std::filesystem::path out_to = {};  ///< standard output goes to this device; empty: captured
+  std::filesystem::path out_to = {};   ///< standard output goes to this device; empty: captured
+  std::filesystem::path program = {};  ///< that is run; empty: orbweave of this build
 };
 
 /// A program that runs; its output goes to files that nobody else sees. Destroyed while it
@@ -32,6 +33,7 @@ class RunningProgram {
   RunningProgram& operator=(const RunningProgram&) = delete;
 
   void send(int signal);
+  pid_t process() const { return process_; }
   bool running();
   /// Waits for its end.
   ProgramResult wait();

@@ -1,0 +1,110 @@
+// What ends a job of several processes is told once, with the status that one process has.
+#include <signal.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <thread>
+
+#include "tests/mpi/mpi_jobs.h"
+
+using Catch::Matchers::Contains;
+using namespace orbweave::test;
+
+namespace {
+
+using Job = std::vector<std::string>;
+
+bool appears(const std::filesystem::path& path, RunningProgram& program) {
+  while (!std::filesystem::exists(path)) {
+    if (!program.running()) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return program.running();
+}
+
+}  // namespace
+
+TEST_CASE("WhatAllRanksFindWrongIsToldOnceAsByOneProcess") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  const Job job = {"reconstruct", "absent.ply", "-o", "mesh.ply"};
+  const ProgramResult one = run_program(job, {.directory = in.path()});
+  const ProgramResult three = run_by_ranks(3, job, in.path());
+  CHECK(one.status > 0);
+  CHECK(three.status == one.status);
+  CHECK(count_of(three.err, "orbweave: error: ") == 1);
+  CHECK_THAT(three.err, Contains(one.err));
+}
+
+TEST_CASE("UnknownCommandIsToldOnceWithTheCommandsThatATeamHas") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  const ProgramResult result = run_by_ranks(3, {"inspect"}, in.path());
+  CHECK(result.status == 2);
+  CHECK(count_of(result.err, "orbweave: error: ") == 1);
+  CHECK_THAT(result.err, Contains("run, reconstruct"));
+}
+
+TEST_CASE("WhatOneRankFindsWrongNamesItAndEndsTheJob") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  const Job job = oriented_job(in, 3000);
+  const auto size = std::filesystem::file_size(in / "cloud.ply");
+  std::filesystem::resize_file(in / "cloud.ply", size - 5);
+  const ProgramResult result = run_by_ranks(3, job, in.path());
+  CHECK(result.status == 3);
+  CHECK(count_of(result.err, "orbweave: error: ") == 1);
+  CHECK_THAT(result.err, Contains("rank ") && Contains("cloud.ply"));
+  CHECK_FALSE(std::filesystem::exists(in / "mesh.ply"));
+}
+
+TEST_CASE("WorkDirectoryThatIsNotSharedIsNoticed") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  Job job = oriented_job(in, 3000);
+  const bool of_an_earlier_run = GENERATE(false, true);
+  // A relative name means another directory to the second rank, as a local disk would.
+  job = job + Job{"--work-dir", "work"};
+  job[1] = (in / "cloud.ply").string();
+  std::filesystem::create_directory(in / "elsewhere");
+  if (of_an_earlier_run) {
+    const ProgramSetting there = mpi_setting(in / "elsewhere");
+    REQUIRE(run_by_ranks(2, job + Job{"--keep-work-dir"}, in / "elsewhere").status == 0);
+  }
+  const Job first = by_ranks(1, job);
+  Job second = by_ranks(1, job);
+  second.insert(second.begin(), {"--wdir", (in / "elsewhere").string()});
+  const ProgramResult result = run_program(first + Job{":"} + second, mpi_setting(in.path()));
+  INFO(result.err);
+  CHECK(result.status == 4);
+  CHECK(count_of(result.err, "orbweave: error: ") == 1);
+  CHECK_THAT(result.err, Contains("rank 1 (") && Contains("shared file system"));
+}
+
+TEST_CASE("InterruptedJobOfSeveralRanksSaysOnceThatItResumesAndDoes") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  const Job job = oriented_job(in, 40000);
+  const std::string expected = mesh_of_one(in, job);
+  {
+    RunningProgram mpirun(by_ranks(2, job), mpi_setting(in.path()));
+    REQUIRE(appears(in / "mesh.work" / "points", mpirun));
+    mpirun.send(GENERATE(SIGINT, SIGTERM));
+    const ProgramResult result = mpirun.wait();
+    CHECK(result.status != 0);  // which one is mpirun's choice
+    CHECK(count_of(result.err, "orbweave: error: ") == 1);
+    CHECK_THAT(result.err, Contains("mesh.work") && Contains("the same command resumes"));
+  }
+  CHECK_FALSE(std::filesystem::exists(in / "mesh.ply"));
+  REQUIRE(run_by_ranks(2, job, in.path()).status == 0);
+  CHECK(take_mesh(in) == expected);
+}
+
+TEST_CASE("RanksSpeakOfHelpAndVersionOnce") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  const ProgramResult help = run_by_ranks(3, {"--help"}, in.path());
+  CHECK(help.status == 0);
+  CHECK(count_of(help.out, "mpirun -n 8 orbweave-mpi run job.toml") == 1);
+  CHECK(count_of(run_by_ranks(2, {"--version"}, in.path()).out, "orbweave-mpi ") == 1);
+}

@@ -1,0 +1,134 @@
+// A job comes out the same by any number of processes, however the job ended before.
+#include <signal.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/mpi/mpi_jobs.h"
+#include "tests/support/clouds.h"
+
+using namespace orbweave::test;
+
+namespace {
+
+using Job = std::vector<std::string>;
+
+void expect_same_bytes(const ScratchDirectory& in, const Job& job) {
+  const std::string expected = mesh_of_one(in, job);
+  for (const int ranks : {1, 2, 4}) {
+    for (const char* threads : {"1", "2"}) {
+      INFO(ranks << " ranks, " << threads << " threads");
+      const ProgramResult result = run_by_ranks(ranks, job + Job{"--threads", threads}, in.path());
+      INFO(result.err);
+      REQUIRE(result.status == 0);
+      CHECK(count_of(result.out, "triangles") > 0);
+      CHECK(count_of(result.out, "mesh.ply") == 1);  // only the leader speaks
+      CHECK(take_mesh(in) == expected);
+      CHECK_FALSE(std::filesystem::exists(in / "mesh.work"));
+    }
+  }
+}
+
+std::size_t results_in(const std::filesystem::path& work) {
+  std::size_t files = 0;
+  std::error_code ignored;
+  for (std::filesystem::recursive_directory_iterator at(work, ignored), end; at != end;
+       at.increment(ignored)) {
+    if (ignored) break;
+    files += at->path().extension() == ".h5" ? 1 : 0;
+  }
+  return files;
+}
+
+/// Waits until a work directory holds so many results; false where the job ends before.
+bool holds(const std::filesystem::path& work, std::size_t results, RunningProgram& program) {
+  while (results_in(work) < results) {
+    if (!program.running()) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return program.running();
+}
+
+/// Runs the job with a rank killed when so many results are there; returns whether it was.
+bool run_and_kill(const ScratchDirectory& in, const Job& job, std::size_t results, Random& random) {
+  RunningProgram mpirun(by_ranks(3, job), mpi_setting(in.path()));
+  if (!holds(in / "mesh.work", results, mpirun)) return false;
+  const std::vector<pid_t> ranks = ranks_of(mpirun);
+  if (ranks.empty()) return false;
+  kill(ranks[random.below(ranks.size())], SIGKILL);
+  const ProgramResult result = mpirun.wait();
+  if (result.status == 0) return false;  // the rank had done its part
+  CHECK_FALSE(std::filesystem::exists(in / "mesh.ply"));
+  return true;
+}
+
+void expect_same_bytes_after_kills(const ScratchDirectory& in, const Job& job) {
+  const std::string expected = mesh_of_one(in, job);
+  Random random(7);
+  int kills = 0;
+  for (std::size_t results = 1 + random.below(8); results < 60; results += 8 + random.below(8)) {
+    if (!run_and_kill(in, job, results, random)) break;
+    ++kills;
+  }
+  CHECK(kills >= 2);
+  const ProgramResult result = run_by_ranks(2, job, in.path());
+  INFO(result.err);
+  REQUIRE(result.status == 0);
+  CHECK(take_mesh(in) == expected);
+  CHECK_FALSE(std::filesystem::exists(in / "mesh.work"));
+}
+
+}  // namespace
+
+TEST_CASE("AnyNumberOfProcessesMakesTheSameMeshOfAnOrientedCloud") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  expect_same_bytes(in, oriented_job(in, 6000));
+}
+
+TEST_CASE("AnyNumberOfProcessesMakesTheSameMeshOfRawScans") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  expect_same_bytes(in, raw_job(in, 6000));
+}
+
+TEST_CASE("WhereMemoryCannotBeReachedFromOutsideTheMeshIsTheSame") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  const Job job = oriented_job(in, 6000);
+  const std::string expected = mesh_of_one(in, job);
+  // What several machines on Ethernet have.
+  const ProgramResult result =
+      run_by_ranks(3, job, in.path(), {"OMPI_MCA_btl=self,tcp", "OMPI_MCA_osc=pt2pt"});
+  INFO(result.err);
+  REQUIRE(result.status == 0);
+  CHECK(take_mesh(in) == expected);
+}
+
+TEST_CASE("JobWithARankKilledResumesToTheSameMeshOfAnOrientedCloud") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  expect_same_bytes_after_kills(in, oriented_job(in, 20000));
+}
+
+TEST_CASE("JobWithARankKilledResumesToTheSameMeshOfRawScans") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  expect_same_bytes_after_kills(in, raw_job(in, 20000));
+}
+
+TEST_CASE("EveryRankHasItsLogAndTheReportCountsThem") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  const Job job = oriented_job(in, 6000);
+  const Job kept = job + Job{"--keep-work-dir", "--report", "report.json"};
+  const ProgramResult result = run_by_ranks(3, kept, in.path());
+  INFO(result.err);
+  REQUIRE(result.status == 0);
+  CHECK(count_of(file_text(in / "mesh.work" / "orbweave.log"), "rank 0 of 3") == 1);
+  CHECK(count_of(file_text(in / "mesh.work" / "orbweave.rank1.log"), "rank 1 of 3") == 1);
+  CHECK(count_of(file_text(in / "mesh.work" / "orbweave.rank2.log"), "rank 2 of 3") == 1);
+  CHECK(nlohmann::json::parse(file_text(in / "report.json"))["ranks"] == 3);
+}
