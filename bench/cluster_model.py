@@ -11,8 +11,6 @@ import math
 
 import stage_kinds
 
-PIECE_BYTES = 64 << 20  # what is shared without chunks is cut into pieces of so many bytes
-
 ASSUMPTIONS = (
     "chunk times are those of one thread with the machine to itself, input and store in the page cache: what they "
     "contain of reading and writing counts as computing, and the transfer from the storage comes on top",
@@ -22,6 +20,9 @@ ASSUMPTIONS = (
     "reading again what another worker has just read costs the same as the first time",
     "a job of more points has more chunks of the same size with the same spread of times; a stage's seconds and bytes "
     "grow with the points, or not at all, as bench/stage_kinds.py says",
+    "what is shared without chunks is cut into equal parts, one a worker, whose threads help as far as bench/stage_kinds.py "
+    "says; the input is of a format whose rows can be shared (not text, not compressed)",
+    "bins of a team pass through the storage, though those of one process may stay in memory",
     "longest first is exact: the program orders chunks by their points, to within a factor of two",
     "all workers are alike and live to the end; the counter is never congested",
     "memory does not limit how many threads of a worker are at work",
@@ -130,43 +131,66 @@ def _more_of(values, factor):
     return tuple(value * scale for value in more)
 
 
-def stages_of(report, outside_seconds=0.0, overrides=None):
-    """The stages of a report that was made with one thread; outside_seconds: wall time that no stage accounts for."""
+def unhindered(report):
+    """The report with CPU seconds for wall seconds, chunks in proportion: of a machine that was busy otherwise.
+    Waiting for the disk is lost with it."""
+    stages = []
+    for facts in report["stages"]:
+        scale = facts["cpu_seconds"] / facts["seconds"] if facts["seconds"] > 0.0 else 1.0
+        stages.append({**facts, "seconds": facts["cpu_seconds"],
+                       "chunk_seconds": [seconds * scale for seconds in facts.get("chunk_seconds") or ()]})
+    return {**report, "stages": stages}
+
+
+def stages_of(report, outside_seconds=0.0, constant_seconds=0.0, overrides=None):
+    """The stages of a report that was made with one thread, and the wall time that no stage accounts for: what grows
+    with the points, and what any job takes."""
     stages = []
     for facts in report["stages"]:
         kind = stage_kinds.kind_of(facts["name"], facts, overrides)
         chunks = tuple(facts.get("chunk_seconds") or ()) if kind.work == "shared" else ()
         alone = max(0.0, facts["seconds"] - sum(chunks))
         stages.append(Stage(facts["name"], kind, alone, chunks, facts["bytes_read"], facts["bytes_written"]))
-    return stages + [Stage(stage_kinds.OUTSIDE, stage_kinds.UNKNOWN, max(0.0, outside_seconds))]
+    return stages + [Stage(stage_kinds.OUTSIDE, stage_kinds.UNKNOWN, max(0.0, outside_seconds)),
+                     Stage("any job", stage_kinds.Kind("leader", grows="constant"), max(0.0, constant_seconds))]
 
 
 def _alone(stage, cluster, seconds, bytes_moved):
     """What one process does, with its threads as far as they help it."""
-    threads = min(cluster.threads, cluster.cores)
+    threads = max(1.0, min(cluster.threads, cluster.cores / cluster.workers))
     divided = seconds * (1.0 - stage.kind.threads + stage.kind.threads / threads)
-    return divided + bytes_moved / min(cluster.worker_bandwidth, cluster.storage_bandwidth)
+    return divided * cluster.pace() + bytes_moved / min(cluster.worker_bandwidth, cluster.storage_bandwidth)
 
 
-def _pieces(stage, cluster):
-    """Of a stage that is shared without chunks."""
+def _even_share(stage, cluster, bytes_moved):
+    """Of a stage that all processes share without chunks, each an equal part; but no sooner than the leader, who does
+    its own part first."""
+    one = dataclasses.replace(cluster, storage_bandwidth=cluster.storage_bandwidth / cluster.workers)
+    even = _alone(stage, one, stage.seconds / min(cluster.workers, cluster.cores), bytes_moved / cluster.workers)
+    leader = dataclasses.replace(cluster, workers=1)
+    return max(even, _alone(stage, leader, stage.seconds * stage.kind.leader, stage.bytes_read * stage.kind.leader))
+
+
+def _bytes_moved(stage, cluster):
     moved = stage.bytes_read + stage.bytes_written
-    count = max(1, math.ceil(moved / PIECE_BYTES))
-    return [Task(stage.seconds / count, stage.bytes_read / count, stage.bytes_written / count)] * count
+    return moved * (1.0 + stage.kind.team_io) if cluster.workers > 1 else moved
 
 
 def stage_seconds(stage, cluster):
-    moved = stage.bytes_read + stage.bytes_written
+    moved = _bytes_moved(stage, cluster)
+    once = cluster.stage_seconds + (stage.kind.per_worker * cluster.workers if cluster.workers > 1 else 0.0)
     if stage.kind.work == "redundant":
-        everybody = moved * cluster.workers / cluster.storage_bandwidth
-        return cluster.stage_seconds + max(_alone(stage, cluster, stage.seconds, moved), stage.seconds + everybody)
+        one = dataclasses.replace(cluster, storage_bandwidth=cluster.storage_bandwidth / cluster.workers)
+        crowd = max(1.0, cluster.workers / cluster.cores)
+        return once + _alone(stage, one, stage.seconds * crowd, moved)
     if stage.kind.work == "leader":
-        return cluster.stage_seconds + _alone(stage, cluster, stage.seconds, moved)
+        return once + _alone(stage, dataclasses.replace(cluster, workers=1), stage.seconds, moved)
     if not stage.chunk_seconds:
-        return cluster.stage_seconds + makespan(_pieces(stage, cluster), cluster)
+        return once + _even_share(stage, cluster, moved)
     total = sum(stage.chunk_seconds)
-    tasks = [Task(s, stage.bytes_read * s / total, stage.bytes_written * s / total) for s in stage.chunk_seconds]
-    return cluster.stage_seconds + stage.seconds + makespan(tasks, cluster)
+    written = stage.bytes_written
+    tasks = [Task(s, (moved - written) * s / total, written * s / total) for s in stage.chunk_seconds]
+    return once + stage.seconds + makespan(tasks, cluster)
 
 
 def job_seconds(stages, cluster):

@@ -18,6 +18,7 @@ usage: bench/job.py [sizes|open3d|budget]... [--points N,N] [--memory 2GiB,512Mi
 import argparse
 import json
 import pathlib
+import subprocess
 import sys
 
 import harness
@@ -149,6 +150,10 @@ def open3d_job(work, cloud, radius):
 
 
 def part_open3d(bench, options):
+    there = subprocess.run([harness.PYTHON, "-c", "import open3d"], capture_output=True, check=False)
+    if there.returncode != 0:
+        print("\nopen3d: not installed (python3-open3d), not measured")
+        return [], {}
     points = (options.points or [1_000_000])[0]
     print(f"\nopen3d: {points:,} points", flush=True)
     cloud = bench.clouds.torus(points)

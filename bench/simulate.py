@@ -27,21 +27,21 @@ import stage_kinds
 import whole_jobs
 
 WORKERS = (1, 2, 4, 8, 16, 32, 64, 100, 200, 500, 1000)
+LEAST_POINTS = 10_000  # a job that is all start and end
 COLUMNS = ["workers", "seconds", "points_per_second", "speed_up", "efficiency", "shared_seconds", "alone_seconds",
            "least_for_transfer", "longest_stage"]
 CHECK_COLUMNS = ["variant", "workers", "measured_seconds", "predicted_seconds", "error_percent", "counts"]
 
 
-def measure(options, work, samples, clouds, ranks_and_threads):
-    """{(ranks, threads): median result}, alternating; ranks 0: orbweave itself. All with the same chunks."""
-    points = options.measured
-    cloud = clouds.torus(points)
+def measure(options, work, samples, clouds, variants):
+    """{(ranks, threads, points): median result}, alternating; ranks 0: orbweave itself. All with the same chunks."""
+    limit = options.chunk_points or max(options.measured // 40, 5_000)
     runs = {}
-    for team, threads in ranks_and_threads:
-        call = ranks.team_job(options, work, cloud, points, team, threads, "--memory", options.memory or "2GiB",
-                              "--chunk-points", options.chunk_points or max(points // 40, 5_000))
-        name = f"{team} ranks, {threads} threads"
-        runs[(team, threads)] = samples.kept(f"{name}, {points} points, {options.memory}, {options.chunk_points}", call)
+    for team, threads, points in variants:
+        call = ranks.team_job(options, work, clouds.torus(points), points, team, threads,
+                              "--memory", options.memory or "2GiB", "--chunk-points", limit)
+        name = f"{team} ranks, {threads} threads, {points} points"
+        runs[(team, threads, points)] = samples.kept(f"{name}, {limit} per chunk, {options.memory}", call)
     results = whole_jobs.alternate(runs, {name: options.repeats for name in runs})
     return {name: sorted(taken, key=lambda r: r["wall_seconds"])[(len(taken) - 1) // 2]
             for name, taken in results.items()}
@@ -119,7 +119,7 @@ def check_rows(options, stages, taken):
     """What the model says of the measured runs; the storage is the page cache, which their times contain."""
     cores = os.cpu_count() or 1
     rows = []
-    for (team, threads), result in taken.items():
+    for (team, threads, _), result in taken.items():
         cluster = cluster_model.Cluster(workers=max(team, 1), threads=threads, slowdown=options.slowdown, cores=cores,
                                         task_seconds=options.check_task_ms * 1e-3 if team > 0 else 0.0,
                                         stage_seconds=0.0)
@@ -172,6 +172,8 @@ def parsed():
                         "memory bandwidth they share; 0.05: a twentieth; default 0")
     parser.add_argument("--stage", action="append", default=[], metavar="NAME=WORK",
                         help="shared, leader or redundant, instead of what bench/stage_kinds.py says")
+    parser.add_argument("--cpu-seconds", action="store_true", help="take the report's CPU seconds for its wall seconds: "
+                        "it was made on a machine that was busy with something else")
     parser.add_argument("--check", action="store_true", help="measure 1, 2 and 4 workers, compare")
     parser.add_argument("--check-task-ms", type=float, default=0.0, help="--task-ms of the ranks that are measured")
     parser.add_argument("--tolerance", type=float, default=15.0, help="of the check, percent; default 15")
@@ -182,6 +184,8 @@ def parsed():
         parser.error(f"--stage: no such work: {', '.join(sorted(bad))}")
     if unknown := set(options.overrides) - set(stage_kinds.KINDS):
         parser.error(f"--stage: no such stage: {', '.join(sorted(unknown))}")
+    if options.cpu_seconds and not options.report:
+        parser.error("--cpu-seconds is for a --report")
     if options.report and options.check:
         parser.error("--check measures jobs of its own, a --report is of another")
     options.measured = options.measured or (10_000_000 if options.full else 300_000)
@@ -192,15 +196,20 @@ def measured_stages(options, work, samples):
     """The stages of the job with one thread, its points, and all runs of --check."""
     if options.report:
         report = given_report(options.report)
-        return cluster_model.stages_of(report, 0.0, options.overrides), report["input"]["points_read"], {}
-    variants = [(0, 1)]
+        if options.cpu_seconds:
+            report = cluster_model.unhindered(report)
+        return cluster_model.stages_of(report, overrides=options.overrides), report["input"]["points_read"], {}
+    alone, least = (0, 1, options.measured), (0, 1, LEAST_POINTS)
+    variants = [alone, least]
     if options.check:
-        variants += [(0, 2)] + ([(n, 1) for n in ranks.RANKS] if ranks.mpi_program(options) else [])
+        teams = ranks.RANKS if ranks.mpi_program(options) else ()
+        variants += [(0, 2, options.measured)] + [(n, 1, options.measured) for n in teams]
     with whole_jobs.Clouds(options, work) as clouds:
         taken = measure(options, work, samples, clouds, variants)
-    alone = taken[(0, 1)]
-    stages = cluster_model.stages_of(alone["report"], whole_jobs.outside_seconds(alone), options.overrides)
-    return stages, options.measured, taken
+    constant = whole_jobs.outside_seconds(taken.pop(least))
+    growing = whole_jobs.outside_seconds(taken[alone]) - constant
+    return (cluster_model.stages_of(taken[alone]["report"], growing, constant, options.overrides), options.measured,
+            taken)
 
 
 def main():

@@ -6,17 +6,20 @@ import dataclasses
 
 @dataclasses.dataclass(frozen=True)
 class Kind:
-    work: str               # "shared": dealt out to all workers; "leader": one process, the others wait; "redundant"
-    threads: float = 0.0    # share of its seconds that the threads of one process divide among them
-    grows: str = "points"   # its seconds grow with the points, or are "constant"
-    computes: bool = False  # the targets of threads hold for it
+    work: str                # "shared": dealt out to all workers; "leader": one process, the others wait; "redundant"
+    threads: float = 0.0     # share of its seconds that the threads of one process divide among them
+    grows: str = "points"    # its seconds grow with the points, or are "constant"
+    computes: bool = False   # the targets of threads hold for it
+    leader: float = 0.0      # share of its seconds, of a shared one, that the leader does alone beside the others
+    per_worker: float = 0.0  # seconds of the leader for every worker, to put together what they have
+    team_io: float = 0.0     # times its other bytes that only a team moves, through the storage
 
 
 KINDS = {
-    "count": Kind("leader", threads=0.7),
-    "bin": Kind("leader", threads=0.6),
+    "count": Kind("shared", threads=0.7, per_worker=0.02),  # grids of cells, put together
+    "bin": Kind("shared", threads=0.6, team_io=1.0),        # bins of a team lie in files
     "measure": Kind("leader", threads=0.9, grows="constant"),
-    "sort": Kind("leader", threads=0.95),
+    "sort": Kind("shared", threads=0.95, team_io=1.0),
     "normals": Kind("shared", threads=1.0, computes=True),
     "outliers": Kind("shared", threads=1.0, computes=True),
     "smooth": Kind("shared", threads=1.0, computes=True),
@@ -25,7 +28,7 @@ KINDS = {
     "stitch": Kind("redundant"),
     "trace": Kind("redundant"),
     "holes": Kind("shared", threads=1.0),
-    "export": Kind("leader", threads=0.5),
+    "export": Kind("shared", threads=0.5, leader=0.4),  # the checksum takes the mesh from front to back
     "picture": Kind("leader", threads=0.5, grows="constant"),
 }
 UNKNOWN = Kind("leader")

@@ -43,8 +43,9 @@ def add_options(parser, repeats=3):
     parser.add_argument("--repeats", type=int, default=repeats)
     parser.add_argument("--memory", help="budget of the jobs, e.g. 2GiB")
     parser.add_argument("--full", action="store_true", help="the sizes that the targets are given for")
-    parser.add_argument("--clouds", type=pathlib.Path, help="directory with ready clouds t<points>.ply, as written by "
-                        "\"orbweave generate torus\"; others are generated, and removed at the end")
+    parser.add_argument("--clouds", type=pathlib.Path, default=os.environ.get("ORBWEAVE_CLOUD_DIR"),
+                        help="directory with ready clouds t<points>.ply, as written by \"orbweave generate torus\" "
+                        "(default: ORBWEAVE_CLOUD_DIR); others are generated, and removed at the end")
     parser.add_argument("--keep-clouds", action="store_true", help="those that were generated stay in --work")
     parser.add_argument("--fresh", action="store_true", help="forget the samples of an interrupted measurement")
     harness.add_common_options(parser)
