@@ -14,8 +14,8 @@ No work is repeated beyond what was in flight: results and documents that are co
 same files (the same inodes) when the next one is killed or ends, unless a later stage was complete by then and they
 were removed as no longer needed. So what a kill costs are the results that were written and not yet named (part files,
 counted), and at most one per thread that was being computed; `repeated_at_most` adds these up over all kills, beside the
-chunks that one run needs. Counting, binning and sorting of points start over when they are killed, and so do mesh file
-and picture.
+chunks that one run needs. Counting and binning of points start over when they are killed, and so do mesh file and
+picture.
 
 The exit status is 1 when one of these does not hold.
 
@@ -66,7 +66,7 @@ work_dir = "work"
 """
 RAW_STAGES = ["raw", "raw_outliers", "raw_merged", "raw_normals", "raw_smooth_1", "raw_smooth_2", "raw_thinned",
               "raw_patches"]
-DOCUMENTS = {"partition.json", "ended.json", "moves.json"}
+DOCUMENTS = {"partition.json.xxh3", "ended.json.xxh3", "moves.json.xxh3"}  # written last
 START, REMOVAL = "start", "removal"
 KILLS_PER_ROUND = 6
 LOG_STAGE = re.compile(r" info (.+): (begins|ends)\b")
