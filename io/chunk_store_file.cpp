@@ -44,7 +44,6 @@ class Handle {
 struct Library {
   Library() {
     H5dont_atexit();
-    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   }
   ~Library() {
     if (all_files_closed) H5close();
@@ -62,7 +61,13 @@ Library& library() {
 }
 
 /// HDF5 is not thread-safe: every call to it happens while this is held.
-std::unique_lock<std::mutex> lock_hdf5() { return std::unique_lock(library().mutex); }
+std::unique_lock<std::mutex> lock_hdf5() {
+  std::unique_lock lock(library().mutex);
+  // Its own complaints on standard error are switched off; each thread has a switch where HDF5 was
+  // built for several.
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  return lock;
+}
 
 hid_t native_type(ScalarType type) {
   switch (type) {

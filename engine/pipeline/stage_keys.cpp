@@ -198,17 +198,19 @@ std::string points_key(const InputContext& context) {
   return key;
 }
 
-std::string mesh_key(const InputContext& context, const Partition& partition,
+std::string mesh_key(const JobContext& context, const Partition& partition,
                      const std::vector<double>& radii) {
   std::string values;
   for (const double radius : radii) values += (values.empty() ? "" : ", ") + format_exact(radius);
-  return points_key(context) + chunks_line(partition) + key_line("layout of the mesh", "3") +
+  // The scans may have changed, or gone, since the points were read: these are what counts.
+  const std::string points = context.store.key(kPointsStage).value_or(std::string());
+  return points + chunks_line(partition) + key_line("layout of the mesh", "3") +
          key_line("reconstruct.method",
                   std::to_string(static_cast<int>(context.job.reconstruct.method))) +
          key_line("reconstruct.ball_radii", "[" + values + "]");
 }
 
-std::string hole_key(const InputContext& context, const Partition& partition,
+std::string hole_key(const JobContext& context, const Partition& partition,
                      const std::vector<double>& radii) {
   constexpr std::array<std::string_view, 1> kNotTheirs = {"enabled"};
   return mesh_key(context, partition, radii) + key_line("layout of holes", "2") +
@@ -288,6 +290,13 @@ void drop_what_does_not_fit(JobContext& context, const std::string& stage, const
 void check_unchanged(const JobContext& context, const std::string& stage) {
   const std::string now = stage == kPointsStage ? points_key(context) : raw_points_key(context);
   if (context.store.has_key(stage, now)) return;
+  if (!context.store.key(stage))
+    throw_resource("the work directory is gone, or cannot be read",
+                   {.file = (context.store.directory() / stage).string(),
+                    .place = {},
+                    .found = "nothing of what this run left there",
+                    .expected = "a directory that nobody else touches",
+                    .advice = "The same command starts over"});
   throw_bad_input("a scan changed while it was read",
                   {.file = context.files.front(),
                    .place = {},

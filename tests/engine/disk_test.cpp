@@ -1,0 +1,462 @@
+// Disks that are full, read-only, damaged or gone, in every stage of a job: what the user is told,
+// what is kept, and that the same command then ends with the same bytes.
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <optional>
+#include <set>
+
+#include "engine/pipeline/disk_plan.h"
+#include "io/error.h"
+#include "io/mesh_writer.h"
+#include "partition/binning.h"
+#include "partition/root_cube.h"
+#include "tests/support/jobs.h"
+#include "tests/support/raw_scans.h"
+
+using Catch::Matchers::Contains;
+using namespace orbweave;
+using namespace orbweave::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The jobs below flush some thousand files: in memory, where there is such a place.
+const bool in_memory = access("/dev/shm", W_OK) == 0 && setenv("TMPDIR", "/dev/shm", 0) == 0;
+
+/// Files of this process cannot grow beyond a size: what is written there fails as on a full disk,
+/// wherever tests run.
+class FullDisk {
+ public:
+  explicit FullDisk(std::uint64_t bytes) {
+    signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit low{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &low);
+  }
+  ~FullDisk() { setrlimit(RLIMIT_FSIZE, &before_); }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+/// Root may write everywhere: until the object dies, it is somebody else.
+class NotRoot {
+ public:
+  NotRoot() : root_(geteuid() == 0) {
+    constexpr uid_t kNobody = 65534;
+    if (root_ && setresuid(kNobody, kNobody, 0) != 0) FAIL("root cannot become somebody else");
+  }
+  ~NotRoot() {
+    if (root_ && setresuid(0, 0, 0) != 0) std::terminate();
+  }
+  NotRoot(const NotRoot&) = delete;
+  NotRoot& operator=(const NotRoot&) = delete;
+
+ private:
+  bool root_;
+};
+
+/// Calls back when a stage begins, and when the last one has ended.
+class StageWatch : public RecordingProgress {
+ public:
+  std::function<void(const std::string&)> at_stage;
+  std::vector<std::string> stages;
+  void begin_stage(const std::string& name, std::uint64_t, const std::string&) override {
+    stages.push_back(name);
+    if (at_stage) at_stage(name);
+  }
+};
+
+struct Outcome {
+  std::optional<ExitStatus> status;  ///< nothing: it ended well
+  std::string message;
+  std::vector<std::string> stages;
+  std::vector<std::string> lines;
+  RunReport report;
+  bool ran(const std::string& stage) const {
+    return std::find(stages.begin(), stages.end(), stage) != stages.end();
+  }
+};
+
+Outcome attempt(const Job& job, const std::function<void(const std::string&)>& at_stage = {}) {
+  StageWatch progress;
+  progress.at_stage = at_stage;
+  const StopToken stop;
+  Outcome outcome;
+  try {
+    outcome.report = run_job(job, {"test"}, progress, stop);
+  } catch (const Error& error) {
+    outcome.status = error.status();
+    outcome.message = error.what();
+  }
+  outcome.stages = progress.stages;
+  outcome.lines = progress.lines;
+  return outcome;
+}
+
+/// A job of every stage on points with normals, holes and report included.
+Job oriented_job(const ScratchDirectory& scratch) {
+  Job job = job_for(scratch, painted_torus(1500, 0.5, 3));
+  job.partition.chunk_points = 500;
+  job.run.threads = 2;
+  job.output.report = (scratch / "report.json").string();
+  return job;
+}
+
+/// A job of every pass over raw points.
+Job raw_job(const ScratchDirectory& scratch) {
+  NamedCloud named = painted_torus(1200, 0.1, 11);
+  named.cloud.normals.clear();
+  named.cloud.schema.has_normals = false;
+  Job job = job_for(scratch, named);
+  job.partition.chunk_points = 800;
+  job.run.threads = 2;
+  job.normals.orientation = Orientation::kPropagate;
+  job.prepare.outlier_sigma = 4.0;
+  job.prepare.merge_tolerance = 0.05 * named.ball_radius;
+  job.prepare.smooth_radius = 2.0 * named.ball_radius;
+  job.prepare.thin_to_spacing = 0.3 * named.ball_radius;
+  return job;
+}
+
+struct Expected {
+  std::string bytes;
+  std::vector<std::string> stages;
+};
+Expected expected_of(const Job& job) {
+  const Outcome whole = attempt(job);
+  REQUIRE_FALSE(whole.status);
+  Expected expected{bytes_of(job.output.mesh), whole.stages};
+  for (const std::string& output : {job.output.mesh, job.output.picture, job.output.report})
+    fs::remove(output);
+  return expected;
+}
+
+void check_resumes(const Job& job, const Expected& expected) {
+  const Outcome again = attempt(job);
+  INFO("the same command again: " << again.message);
+  REQUIRE_FALSE(again.status);
+  REQUIRE((bytes_of(job.output.mesh) == expected.bytes));
+  CHECK_FALSE(fs::exists(job.run.work_dir));
+  for (const std::string& output : {job.output.mesh, job.output.picture, job.output.report})
+    fs::remove(output);
+}
+
+/// Whether any file in a directory is something that was not finished.
+bool has_leftovers(const fs::path& directory) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory))
+    if (entry.path().extension() == ".part") return true;
+  return false;
+}
+
+void check_full_disk_in_every_stage(const Job& job, std::uint64_t limit) {
+  const Expected expected = expected_of(job);
+  for (const std::string& stage : expected.stages) {
+    INFO("full from stage " << stage << ", limit " << limit);
+    std::optional<FullDisk> full;
+    const Outcome outcome = attempt(job, [&](const std::string& name) {
+      if (name == stage && !full) full.emplace(limit);
+    });
+    full.reset();
+    INFO(outcome.message);
+    REQUIRE(outcome.status == ExitStatus::kResource);
+    CHECK_THAT(outcome.message, Contains(fs::path(job.run.work_dir).parent_path().string()));
+    CHECK_THAT(outcome.message, Contains("File too large"));
+    CHECK(fs::exists(fs::path(job.run.work_dir) / "orbweave-store.json"));
+    CHECK_FALSE(has_leftovers(fs::path(job.output.mesh).parent_path()));
+    check_resumes(job, expected);
+  }
+}
+
+/// Something happens when a stage begins; the job ends in status 4 and names `named`, or did not
+/// notice; then the same command ends with the same bytes.
+void check_mishap_in_every_stage(const Job& job, const std::function<void()>& mishap,
+                                 const std::function<void()>& repair, const std::string& named,
+                                 const std::set<std::string>& notices) {
+  const Expected expected = expected_of(job);
+  for (const std::string& stage : expected.stages) {
+    INFO("from stage " << stage);
+    bool happened = false;
+    const Outcome outcome = attempt(job, [&](const std::string& name) {
+      if (name == stage && !std::exchange(happened, true)) mishap();
+    });
+    repair();
+    INFO(outcome.message);
+    if (outcome.status || notices.contains(stage)) {
+      REQUIRE(outcome.status == ExitStatus::kResource);
+      CHECK_THAT(outcome.message, Contains(named));
+    }
+    check_resumes(job, expected);
+  }
+}
+
+std::vector<fs::path> stored_results(const fs::path& work_dir) {
+  std::vector<fs::path> results;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(work_dir))
+    if (entry.path().extension() == ".h5") results.push_back(entry.path());
+  std::sort(results.begin(), results.end());
+  return results;
+}
+
+/// Flips a bit in one result of every stage that is there, and that was not damaged before.
+void damage_every_stage(const fs::path& work_dir, std::set<fs::path>& damaged) {
+  for (const fs::path& result : stored_results(work_dir)) {
+    if (fs::file_size(result) < 4096 || !damaged.insert(result.parent_path()).second) continue;
+    damage(result);
+  }
+}
+
+void check_damage_in_every_stage(const Job& job) {
+  const Expected expected = expected_of(job);
+  for (const std::string& stage : expected.stages) {
+    INFO("damaged before stage " << stage);
+    std::set<fs::path> damaged;
+    const Outcome outcome = attempt(job, [&](const std::string& name) {
+      if (name == stage && damaged.empty()) damage_every_stage(job.run.work_dir, damaged);
+    });
+    INFO(outcome.message);
+    REQUIRE_FALSE(outcome.status);
+    REQUIRE((bytes_of(job.output.mesh) == expected.bytes));
+    for (const std::string& output : {job.output.mesh, job.output.picture, job.output.report})
+      fs::remove(output);
+  }
+}
+
+/// The open spill file, which has no name.
+int spill_file_of_this_process() {
+  for (const fs::directory_entry& entry : fs::directory_iterator("/proc/self/fd")) {
+    std::error_code gone;
+    const fs::path target = fs::read_symlink(entry.path(), gone);
+    if (!gone && target.string().find("orbweave-spill-") != std::string::npos)
+      return ::open(entry.path().c_str(), O_RDWR | O_CLOEXEC);
+  }
+  return -1;
+}
+
+Octree octree_of(const PointCloud& cloud, std::uint64_t chunk_points) {
+  CountGrid grid;
+  grid.add(cloud.positions);
+  const RootCube root = root_cube(grid.bounds());
+  grid.settle(root.side);
+  return cut_octree(grid, root, chunk_points);
+}
+
+}  // namespace
+
+TEST_CASE("AFullDiskInAnyStageEndsInStatus4AndTheSameCommandResumes") {
+  ScratchDirectory scratch;
+  Job job = oriented_job(scratch);
+  job.output.picture = (scratch / "picture.png").string();
+  check_full_disk_in_every_stage(job, 30'000);
+}
+
+TEST_CASE("AFullDiskInAnyPassOverRawPointsEndsInStatus4AndTheSameCommandResumes") {
+  ScratchDirectory scratch;
+  check_full_disk_in_every_stage(raw_job(scratch), 1);
+}
+
+TEST_CASE("WhatWasDoneBeforeTheDiskWasFullIsNotDoneAgain") {
+  ScratchDirectory scratch;
+  const Job job = oriented_job(scratch);
+  std::optional<FullDisk> full;
+  attempt(job, [&](const std::string& name) {
+    if (name == "export") full.emplace(1);
+  });
+  full.reset();
+  CHECK_FALSE(fs::exists(job.output.mesh));
+  const Outcome again = attempt(job);
+  REQUIRE_FALSE(again.status);
+  CHECK_FALSE(again.ran("bin"));
+  CHECK_FALSE(again.ran("sort"));
+  for (const StageFacts& stage : again.report.stages)
+    if (stage.name == "reconstruct") CHECK(stage.chunks_reused == stage.chunks);
+}
+
+TEST_CASE("AWorkDirectoryThatIsRemovedUnderTheJobEndsInStatus4") {
+  ScratchDirectory scratch;
+  const Job job = oriented_job(scratch);
+  check_mishap_in_every_stage(
+      job, [&] { fs::remove_all(job.run.work_dir); }, [] {}, job.run.work_dir,
+      {"sort", "stitch", "export"});
+}
+
+TEST_CASE("AWorkDirectoryThatIsRemovedUnderAnyPassOverRawPointsEndsInStatus4") {
+  ScratchDirectory scratch;
+  const Job job = raw_job(scratch);
+  check_mishap_in_every_stage(
+      job, [&] { fs::remove_all(job.run.work_dir); }, [] {}, job.run.work_dir,
+      {"raw_outliers", "raw_normals", "raw_smooth_1", "raw_thinned", "raw_patches", "sort"});
+}
+
+TEST_CASE("AnOutputDirectoryThatVanishesEndsInStatus4AndKeepsTheWork") {
+  ScratchDirectory scratch;
+  Job job = oriented_job(scratch);
+  const fs::path out = scratch / "out";
+  fs::create_directory(out);
+  job.output.mesh = (out / "mesh.ply").string();
+  job.output.picture = (out / "mesh.png").string();
+  job.output.report = (out / "mesh.json").string();
+  check_mishap_in_every_stage(
+      job, [&] { fs::remove_all(out); }, [&] { fs::create_directory(out); }, out.string(),
+      {"count", "sort", "reconstruct", "holes", "export", "picture"});
+}
+
+TEST_CASE("ReadOnlyDirectoriesEndInStatus4AndSaySo") {
+  ScratchDirectory scratch;
+  fs::permissions(scratch.path(), fs::perms(0755));
+  Job job = oriented_job(scratch);
+  const fs::path out = scratch / "out";
+  fs::create_directory(out);
+  job.output.mesh = (out / "mesh.ply").string();
+  job.output.picture.clear();
+  job.output.report.clear();
+  job.run.work_dir = (out / "work").string();
+  fs::permissions(out, fs::perms(0555));
+  {
+    const NotRoot somebody;
+    const Outcome outcome = attempt(job);
+    CHECK(outcome.status == ExitStatus::kResource);
+    CHECK_THAT(outcome.message, Contains(job.output.mesh) && Contains("Permission denied"));
+  }
+  const fs::path elsewhere = scratch / "elsewhere";
+  fs::create_directory(elsewhere);
+  fs::permissions(elsewhere, fs::perms(0777));
+  job.output.mesh = (elsewhere / "mesh.ply").string();
+  {
+    const NotRoot somebody;
+    const Outcome outcome = attempt(job);
+    CHECK(outcome.status == ExitStatus::kResource);
+    CHECK_THAT(outcome.message, Contains(job.run.work_dir) && Contains("ermission denied"));
+  }
+  job.run.work_dir = (elsewhere / "work").string();
+  {
+    const NotRoot somebody;
+    const Expected expected = expected_of(job);
+    for (const char* stage : {"sort", "reconstruct", "holes"}) {
+      INFO("read-only from stage " << stage);
+      const fs::path work = job.run.work_dir;
+      const Outcome outcome = attempt(job, [&](const std::string& name) {
+        if (name != stage) return;
+        for (const fs::directory_entry& entry : fs::directory_iterator(work))
+          if (entry.is_directory()) fs::permissions(entry.path(), fs::perms(0555));
+        fs::permissions(work, fs::perms(0555));
+      });
+      fs::permissions(work, fs::perms(0755));
+      for (const fs::directory_entry& entry : fs::directory_iterator(work))
+        if (entry.is_directory()) fs::permissions(entry.path(), fs::perms(0755));
+      INFO(outcome.message);
+      REQUIRE(outcome.status == ExitStatus::kResource);
+      CHECK_THAT(outcome.message, Contains(job.run.work_dir) && Contains("ermission denied"));
+      check_resumes(job, expected);
+    }
+  }
+}
+
+TEST_CASE("DamagedResultsOfAnyStageAreNoticedAndComputedAgain") {
+  ScratchDirectory scratch;
+  check_damage_in_every_stage(oriented_job(scratch));
+}
+
+TEST_CASE("DamagedResultsOfAnyPassOverRawPointsAreNoticedAndComputedAgain") {
+  ScratchDirectory scratch;
+  check_damage_in_every_stage(raw_job(scratch));
+}
+
+TEST_CASE("SpilledPointsThatComeBackChangedAreNoticed") {
+  ScratchDirectory scratch;
+  const PointCloud cloud = painted_torus(20'000, 0.1, 7).cloud;
+  const Octree octree = octree_of(cloud, 1000);
+  DiskUsage disk;
+  Binner binner(octree, cloud.schema, {0, scratch.path(), &disk});
+  binner.add(cloud);
+  REQUIRE(binner.spilled_bytes() > 100'000);
+  const int file = spill_file_of_this_process();
+  if (file < 0) {
+    WARN("SKIPPED: /proc/self/fd is not here");
+    return;
+  }
+  char byte = 0;
+  REQUIRE(pread(file, &byte, 1, 5000) == 1);
+  byte = static_cast<char>(byte ^ 1);
+  REQUIRE(pwrite(file, &byte, 1, 5000) == 1);
+  ::close(file);
+  int changed = 0;
+  for (ChunkId chunk = 0; chunk < octree.chunks().size(); ++chunk) {
+    try {
+      binner.take(chunk);
+    } catch (const Error& error) {
+      ++changed;
+      CHECK(error.status() == ExitStatus::kResource);
+      CHECK_THAT(error.what(), Contains(scratch.path().string()) && Contains("checksum"));
+    }
+  }
+  CHECK(changed == 1);
+}
+
+TEST_CASE("WhatIsTakenFromTheSpillFileGivesItsRoomBack") {
+  ScratchDirectory scratch;
+  const PointCloud cloud = painted_torus(60'000, 0.1, 7).cloud;
+  const Octree octree = octree_of(cloud, 5000);
+  DiskUsage disk;
+  {
+    Binner binner(octree, cloud.schema, {std::size_t{1} << 20, scratch.path(), &disk});
+    binner.add(cloud);
+    REQUIRE(disk.now() == binner.spilled_bytes());
+    REQUIRE(disk.now() > 1'000'000);
+    const std::uint64_t spilled = disk.now();
+    for (ChunkId chunk = 0; chunk < octree.chunks().size(); ++chunk) binner.take(chunk);
+    if (disk.now() == spilled) WARN("the file system cannot punch holes");
+    CHECK((disk.now() < spilled / 3 || disk.now() == spilled));
+    CHECK(disk.most() == spilled);
+  }
+  CHECK(disk.now() == 0);
+}
+
+TEST_CASE("PredictedRoomIsNotBelowWhatIsUsedAndAtMostAQuarterAbove") {
+  ScratchDirectory scratch;
+  NamedCloud named = noisy_torus(60'000, 0.0, 3);
+  const bool raw = GENERATE(false, true);
+  if (raw) {
+    named.cloud.normals.clear();
+    named.cloud.schema.has_normals = false;
+  }
+  Job job = job_for(scratch, named);
+  job.reconstruct.ball_radii = {named.ball_radius};
+  job.partition.chunk_points = GENERATE(5'000u, 60'000u);
+  const JobPlan plan = [&] {
+    RecordingProgress progress;
+    return plan_job(job, progress, StopToken());
+  }();
+  const RunReport report = run(job);
+  INFO((raw ? "raw" : "oriented") << ", chunks of " << job.partition.chunk_points);
+  CHECK(plan.disk_bytes == report.predicted.disk_bytes);
+  CHECK(report.predicted.disk_bytes >= report.measured.disk_bytes);
+  CHECK(static_cast<double>(report.predicted.disk_bytes) <=
+        1.25 * static_cast<double>(report.measured.disk_bytes));
+  CHECK(report.measured.disk_bytes > fs::file_size(job.output.mesh));
+}
+
+TEST_CASE("TooLittleRoomIsSaidBeforeTheWork") {
+  ScratchDirectory scratch;
+  const std::string mesh = (scratch / "mesh.ply").string();
+  const std::uint64_t huge = std::uint64_t{1} << 60;
+  const DiskPlan plan{
+      .prepare_bytes = 0, .work_bytes = huge, .output_bytes = 1, .most_bytes = huge};
+  try {
+    require_room(scratch / "not/yet/there", mesh, plan, 0);
+    FAIL("an exbibyte is free");
+  } catch (const Error& error) {
+    CHECK(error.status() == ExitStatus::kResource);
+    CHECK_THAT(error.what(), Contains((scratch / "not/yet/there").string()) && Contains("free") &&
+                                 Contains("at least") && Contains("--work-dir"));
+  }
+  // What the directory holds already is part of what was predicted.
+  CHECK_NOTHROW(require_room(scratch.path(), mesh, plan, huge));
+}
