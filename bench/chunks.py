@@ -79,8 +79,8 @@ def main():
               for stage in rows[0]["stage_seconds"]]
     print("\nseconds\n" + harness.table(stages, list(stages[0])))
     plots.line_plot(pathlib.Path(options.out) / "chunks.svg", f"One thread, {points:,} points, by chunks", "chunks",
-                    "times the seconds of one chunk", {"whole job": [(r["chunks"], r["times_one_chunk"]) for r in rows]},
-                    log_x=True)
+                    "times the seconds of one chunk",
+                    {"whole job": [(row["chunks"], row["times_one_chunk"]) for row in rows]}, log_x=True)
     times, one, same = rows[1]["times_one_chunk"], rows[0]["chunks"] == 1, whole_jobs.one_digest(rows)
     targets = {f"{rows[1]['chunks']} chunks over {rows[0]['chunks']}": (times, times <= MOST_TIMES, "at most 1.15"),
                f"{rows[2]['chunks']} chunks over {rows[0]['chunks']}": (rows[2]["times_one_chunk"], True, "reported"),

@@ -20,11 +20,11 @@ ASSUMPTIONS = (
     "reading again what another worker has just read costs the same as the first time",
     "a job of more points has more chunks of the same size with the same spread of times; a stage's seconds and bytes "
     "grow with the points, or not at all, as bench/stage_kinds.py says",
-    "what is shared without chunks is cut into equal parts, one a worker, whose threads help as far as bench/stage_kinds.py "
-    "says; the input is of a format whose rows can be shared (not text, not compressed)",
+    "what is shared without chunks is cut into equal parts, one a worker, whose threads help as far as "
+    "bench/stage_kinds.py says; the input is of a format whose rows can be shared (not text, not compressed)",
     "bins of a team pass through the storage, though those of one process may stay in memory",
     "longest first is exact: the program orders chunks by their points, to within a factor of two",
-    "all workers are alike and live to the end; the counter is never congested",
+    "all workers are alike and live to the end; one process alone needs no counter",
     "memory does not limit how many threads of a worker are at work",
 )
 
@@ -35,7 +35,8 @@ class Cluster:
     threads: int = 1                  # of a worker
     storage_bandwidth: float = math.inf  # bytes per second, of all together
     worker_bandwidth: float = math.inf   # bytes per second, of one
-    task_seconds: float = 0.002       # counter, opening files, per task
+    task_seconds: float = 0.002       # opening files, per task
+    counter_seconds: float = 0.0      # that the common counter is busy with giving out one
     stage_seconds: float = 0.02       # meeting, per stage
     slowdown: float = 0.0             # of every thread of a worker, per further thread beside it
     cores: float = math.inf           # that all workers have together, where they share a machine
@@ -82,13 +83,15 @@ class Task:
 def makespan(tasks, cluster):
     """Seconds until the last task of a shared stage ends."""
     queue = sorted(tasks, key=lambda task: task.seconds, reverse=True)
+    counting = cluster.counter_seconds if cluster.workers > 1 else 0.0
     steps = [(task.bytes_read, task.seconds * cluster.pace(), task.bytes_written) for task in queue]
     wire = _Shared(cluster.storage_bandwidth, cluster.worker_bandwidth / cluster.threads)
     chips = _Shared(cluster.cores, 1.0)
     opening, step, now = [], [0] * len(queue), 0.0
-    taken = min(len(queue), cluster.slots())
+    counter_free, taken = 0.0, min(len(queue), cluster.slots())
     for rank in range(taken):
-        heapq.heappush(opening, (cluster.task_seconds, rank))
+        counter_free += counting
+        heapq.heappush(opening, (counter_free + cluster.task_seconds, rank))
     while opening or wire.waiting or chips.waiting:
         ends = (opening[0][0] if opening else math.inf, wire.next_end(), chips.next_end())
         now = min(ends)
@@ -99,7 +102,8 @@ def makespan(tasks, cluster):
             (chips if step[rank] == 1 else wire).enter(steps[rank][step[rank]], rank)
             step[rank] += 1
         elif taken < len(queue):
-            heapq.heappush(opening, (now + cluster.task_seconds, taken))
+            counter_free = max(counter_free, now) + counting
+            heapq.heappush(opening, (counter_free + cluster.task_seconds, taken))
             taken += 1
     return now
 
@@ -174,6 +178,13 @@ def _even_share(stage, cluster, bytes_moved):
 def _bytes_moved(stage, cluster):
     moved = stage.bytes_read + stage.bytes_written
     return moved * (1.0 + stage.kind.team_io) if cluster.workers > 1 else moved
+
+
+def transfer_seconds(stages, cluster):
+    """Least that the storage takes for all bytes that a job moves: no number of workers is faster."""
+    moved = sum(_bytes_moved(stage, cluster) * (cluster.workers if stage.kind.work == "redundant" else 1)
+                for stage in stages)
+    return moved / cluster.storage_bandwidth
 
 
 def stage_seconds(stage, cluster):

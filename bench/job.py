@@ -188,7 +188,8 @@ def part_budget(bench, options):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("parts", nargs="*", help=f"of {', '.join(PARTS)}; none: all")
-    parser.add_argument("--order", default="ordered", help="of the points in the file: ordered, shuffled or ordered,shuffled")
+    parser.add_argument("--order", default="ordered", help="of the points in the file: ordered, shuffled or both by "
+                        "ordered,shuffled")
     whole_jobs.add_options(parser)
     options = parser.parse_args()
     if unknown := set(options.parts) - set(PARTS):

@@ -61,7 +61,6 @@ def given_report(path):
 def curve(options, stages, points, own):
     """A row per number of workers; own: the points of the measured job."""
     grown = [stage.grown(points / own) for stage in stages]
-    moved = sum(stage.bytes_read + stage.bytes_written for stage in grown)
     rows = []
     for workers in WORKERS:
         cluster = cluster_of(options, workers)
@@ -72,7 +71,7 @@ def curve(options, stages, points, own):
         rows.append({"points": points, "workers": workers, "threads": cluster.threads, "seconds": total,
                      "points_per_second": points / total, "speed_up": first / total,
                      "efficiency": first / total / workers, "shared_seconds": shared, "alone_seconds": total - shared,
-                     "least_for_transfer": moved / cluster.storage_bandwidth,
+                     "least_for_transfer": cluster_model.transfer_seconds(grown, cluster),
                      "longest_stage": max(seconds, key=seconds.get), "stage_seconds": seconds})
     return rows
 
@@ -80,7 +79,8 @@ def curve(options, stages, points, own):
 def cluster_of(options, workers):
     return cluster_model.Cluster(workers=workers, threads=options.threads, storage_bandwidth=options.storage * 1e9,
                                  worker_bandwidth=options.worker * 1e9, task_seconds=options.task_ms * 1e-3,
-                                 stage_seconds=options.stage_ms * 1e-3, slowdown=options.slowdown)
+                                 counter_seconds=options.counter_ms * 1e-3, stage_seconds=options.stage_ms * 1e-3,
+                                 slowdown=options.slowdown)
 
 
 def advice(rows):
@@ -88,9 +88,9 @@ def advice(rows):
     half = [row for row in rows if row["efficiency"] >= 0.5][-1]
     best = min(rows, key=lambda row: row["seconds"])
     enough = next(row for row in rows if row["seconds"] <= 1.1 * best["seconds"])
-    return (f"{rows[0]['points']:,} points: {half['workers']:,} workers of {half['threads']} threads are used at least by "
-            f"half ({half['seconds']:,.0f} s); more than {enough['workers']:,} gain less than a tenth "
-            f"({enough['seconds']:,.0f} s, of which {enough['alone_seconds']:,.0f} s are the leader's or everybody's own)")
+    return (f"{rows[0]['points']:,} points: {half['workers']:,} workers of {half['threads']} threads are used at "
+            f"least by half ({half['seconds']:,.0f} s); more than {enough['workers']:,} gain less than a tenth "
+            f"({enough['seconds']:,.0f} s, {enough['alone_seconds']:,.0f} of them the leader's or everybody's own)")
 
 
 def draw(options, curves):
@@ -166,14 +166,16 @@ def parsed():
     parser.add_argument("--threads", type=int, default=1, help="of a worker; default 1")
     parser.add_argument("--storage", type=float, default=10.0, help="GB/s of the file system; default 10")
     parser.add_argument("--worker", type=float, default=2.0, help="GB/s of a worker to it; default 2")
-    parser.add_argument("--task-ms", type=float, default=2.0, help="per chunk, for counter and files; default 2")
+    parser.add_argument("--task-ms", type=float, default=2.0, help="per chunk, for opening files; default 2")
+    parser.add_argument("--counter-ms", type=float, default=5.0, help="between two chunks that the common counter "
+                        "gives out; default 5, over TCP; next to nothing with an RDMA network")
     parser.add_argument("--stage-ms", type=float, default=20.0, help="per stage, to meet; default 20")
     parser.add_argument("--slowdown", type=float, default=0.0, help="of a thread per further one beside it, for the "
                         "memory bandwidth they share; 0.05: a twentieth; default 0")
     parser.add_argument("--stage", action="append", default=[], metavar="NAME=WORK",
                         help="shared, leader or redundant, instead of what bench/stage_kinds.py says")
-    parser.add_argument("--cpu-seconds", action="store_true", help="take the report's CPU seconds for its wall seconds: "
-                        "it was made on a machine that was busy with something else")
+    parser.add_argument("--cpu-seconds", action="store_true", help="take the report's CPU seconds for its wall "
+                        "seconds: it was made on a machine that was busy with something else")
     parser.add_argument("--check", action="store_true", help="measure 1, 2 and 4 workers, compare")
     parser.add_argument("--check-task-ms", type=float, default=0.0, help="--task-ms of the ranks that are measured")
     parser.add_argument("--tolerance", type=float, default=15.0, help="of the check, percent; default 15")

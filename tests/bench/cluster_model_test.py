@@ -1,0 +1,79 @@
+"""Tests of bench/cluster_model.py: schedules and transfers whose seconds can be worked out by hand."""
+import pathlib
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent.parent / "bench"))
+from cluster_model import Cluster, Task, job_seconds, makespan, stages_of  # noqa: E402
+
+
+def computing(*seconds):
+    return [Task(s, 0.0, 0.0) for s in seconds]
+
+
+def at_once(workers, **more):
+    return Cluster(workers=workers, task_seconds=0.0, stage_seconds=0.0, **more)
+
+
+def report(stages):
+    return {"stages": [{"name": name, "seconds": seconds, "chunk_seconds": chunks, "bytes_read": 0, "bytes_written": 0}
+                       for name, seconds, chunks in stages]}
+
+
+class ClusterModel(unittest.TestCase):
+    def test_longest_tasks_start_first(self):
+        self.assertAlmostEqual(makespan(computing(1, 2, 2, 3), at_once(2)), 4.0)
+        self.assertAlmostEqual(makespan(computing(1, 1, 1, 1, 4), at_once(2)), 4.0)
+
+    def test_more_workers_than_tasks_gain_nothing(self):
+        self.assertAlmostEqual(makespan(computing(1, 2), at_once(1000)), 2.0)
+
+    def test_threads_are_workers_that_slow_each_other_down(self):
+        self.assertAlmostEqual(makespan(computing(1, 1, 1, 1), at_once(2, threads=2, slowdown=0.1)), 1.1)
+
+    def test_workers_of_one_machine_share_its_cores(self):
+        self.assertAlmostEqual(makespan(computing(1, 1, 1, 1), at_once(4, cores=2)), 2.0)
+
+    def test_transfers_share_the_storage(self):
+        tasks = [Task(0.0, 10.0, 0.0), Task(0.0, 20.0, 0.0)]
+        self.assertAlmostEqual(makespan(tasks, at_once(2, storage_bandwidth=10.0)), 3.0)
+
+    def test_a_worker_is_no_faster_than_its_own_link(self):
+        tasks = [Task(0.0, 10.0, 0.0)] * 2
+        self.assertAlmostEqual(makespan(tasks, at_once(2, storage_bandwidth=1000.0, worker_bandwidth=5.0)), 2.0)
+
+    def test_reading_computing_and_writing_follow_each_other(self):
+        self.assertAlmostEqual(makespan([Task(1.0, 10.0, 20.0)], at_once(1, storage_bandwidth=10.0)), 4.0)
+
+    def test_every_task_pays_for_the_counter(self):
+        self.assertAlmostEqual(makespan(computing(1, 1), Cluster(workers=1, task_seconds=0.5)), 3.0)
+
+    def test_the_counter_gives_out_one_task_at_a_time(self):
+        cluster = Cluster(workers=4, task_seconds=0.0, counter_seconds=0.25)
+        self.assertAlmostEqual(makespan(computing(1, 1, 1, 1), cluster), 2.0)
+
+    def test_one_worker_takes_what_was_measured(self):
+        measured = report([("count", 2.0, []), ("reconstruct", 7.0, [1.0, 2.0, 3.0]), ("stitch", 1.0, [])])
+        stages = stages_of(measured, outside_seconds=0.5)
+        self.assertAlmostEqual(sum(job_seconds(stages, at_once(1)).values()), 10.5)
+
+    def test_what_the_leader_does_is_not_divided(self):
+        stages = stages_of(report([("orient", 5.0, []), ("reconstruct", 8.0, [1.0] * 8)]))
+        seconds = job_seconds(stages, at_once(8))
+        self.assertAlmostEqual(seconds["orient"], 5.0)
+        self.assertAlmostEqual(seconds["reconstruct"], 1.0)
+
+    def test_a_grown_job_has_as_much_more_work(self):
+        stages = stages_of(report([("reconstruct", 6.0, [1.0, 2.0, 3.0])]))
+        self.assertAlmostEqual(sum(job_seconds([stages[0].grown(2.5)], at_once(1)).values()), 15.0)
+        self.assertEqual(len(stages[0].grown(10).chunk_seconds), 30)
+
+    def test_kinds_of_stages_can_be_told(self):
+        measured = report([("stitch", 4.0, [])])
+        shared = stages_of(measured, overrides={"stitch": "shared"})
+        self.assertAlmostEqual(job_seconds(stages_of(measured), at_once(4))["stitch"], 4.0)
+        self.assertAlmostEqual(job_seconds(shared, at_once(4))["stitch"], 1.0)
+
+
+if __name__ == "__main__":
+    unittest.main()
