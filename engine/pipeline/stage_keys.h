@@ -20,9 +20,9 @@ std::string chunks_line(const Partition& partition);
 std::string raw_points_key(const InputContext& context);
 /// The points that are reconstructed: also the clean-up and the normals.
 std::string points_key(const InputContext& context);
-std::string mesh_key(const InputContext& context, const Partition& partition,
+std::string mesh_key(const JobContext& context, const Partition& partition,
                      const std::vector<double>& radii);
-std::string hole_key(const InputContext& context, const Partition& partition,
+std::string hole_key(const JobContext& context, const Partition& partition,
                      const std::vector<double>& radii);
 /// Everything that a job's outputs depend on, and the outputs as they lie there now.
 std::string outputs_key(const InputContext& context);

@@ -1,0 +1,412 @@
+// What a second run of a job takes over from the first, what it computes again, and what it says.
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "engine/pipeline/pipeline.h"
+#include "io/error.h"
+#include "io/mesh_writer.h"
+#include "tests/support/clouds.h"
+#include "tests/support/data.h"
+#include "tests/support/jobs.h"
+#include "tests/support/raw_scans.h"
+
+namespace orbweave {
+namespace {
+
+namespace fs = std::filesystem;
+using test::bytes_of;
+using test::job_for;
+using test::mesh_bytes;
+using test::painted_torus;
+using test::ScratchDirectory;
+
+/// What a run was told about, and a call at the beginning of every stage.
+class StageProgress : public Progress {
+ public:
+  std::function<void(const std::string&)> at_stage;
+  std::vector<std::string> lines;
+
+  void begin_stage(const std::string& name, std::uint64_t, const std::string&) override {
+    if (at_stage) at_stage(name);
+  }
+  void advance(std::uint64_t) override {}
+  void add_points(std::uint64_t) override {}
+  void end_stage() override {}
+  void note(const std::string& line) override { lines.push_back(line); }
+  void warn(const std::string& line) override { lines.push_back(line); }
+};
+
+struct Told {
+  RunReport report;
+  std::vector<std::string> lines;
+
+  const StageFacts* stage(const std::string& name) const {
+    for (const StageFacts& facts : report.stages)
+      if (facts.name == name) return &facts;
+    return nullptr;
+  }
+  /// The lines that say what is computed again.
+  std::string again() const {
+    std::string text;
+    for (const std::string& line : lines)
+      if (line.find("computed again") != std::string::npos) text += line + "\n";
+    return text;
+  }
+};
+
+Told run_told(const Job& job) {
+  StageProgress progress;
+  const StopToken stop;
+  Told told;
+  told.report = run_job(job, {"test"}, progress, stop);
+  told.lines = progress.lines;
+  return told;
+}
+
+/// Runs the job until a stage begins, and stops it there.
+void run_until(const Job& job, const std::string& stage) {
+  StageProgress progress;
+  StopToken stop;
+  progress.at_stage = [&](const std::string& name) {
+    if (name == stage) stop.request();
+  };
+  try {
+    run_job(job, {"test"}, progress, stop);
+  } catch (const Error& error) {
+    REQUIRE(error.status() == ExitStatus::kInterrupted);
+    return;
+  }
+  FAIL("there was no stage " << stage);
+}
+
+std::size_t results_in(const fs::path& stage) {
+  std::size_t count = 0;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(stage, ignored))
+    count += entry.path().extension() == ".h5" ? 1 : 0;
+  return count;
+}
+
+/// A job that has run and whose work directory is kept.
+Job kept_job(const ScratchDirectory& scratch, std::size_t points = 6000) {
+  Job job = job_for(scratch, painted_torus(points, 0.3, 31));
+  job.partition.chunk_points = 700;
+  job.run.keep_work_dir = true;
+  test::run(job);
+  return job;
+}
+
+/// Raw scans with everything that is done to raw points.
+Job cleaning_job(const ScratchDirectory& scratch) {
+  const test::RawScans scans = test::scan_torus(scratch, 6000, 0.2, 0.3);
+  Job job = job_for(scratch, scans);
+  job.partition.chunk_points = 700;
+  job.prepare.automatic = false;
+  job.prepare.outlier_sigma = 6.0;
+  job.prepare.smooth_radius = 2.5 * scans.spacing;
+  job.prepare.thin_to_spacing = 0.5 * scans.spacing;
+  job.normals.orientation = Orientation::kPropagate;
+  return job;
+}
+
+std::string without_work(const Job& job) {
+  Job alone = job;
+  alone.run.work_dir += ".alone";
+  alone.output.mesh += ".alone.ply";
+  return mesh_bytes(alone);
+}
+
+}  // namespace
+
+TEST_CASE("AChangedChunkSizeIsNamedAndEverythingIsComputedAgain") {
+  const ScratchDirectory scratch;
+  Job job = kept_job(scratch);
+  const std::string expected = bytes_of(job.output.mesh);
+  job.partition.chunk_points = 900;
+  const Told told = run_told(job);
+  CHECK(told.again() ==
+        "partition.chunk_points changed from 700 to 900: points, mesh and holes are computed "
+        "again\n");
+  CHECK(told.stage("count") != nullptr);
+  CHECK((bytes_of(job.output.mesh) == expected));
+}
+
+TEST_CASE("ChangedRadiiAreNamedAndThePointsStay") {
+  const ScratchDirectory scratch;
+  Job job = kept_job(scratch);
+  job.reconstruct.ball_radii.pop_back();
+  const Told told = run_told(job);
+  CHECK(told.again().find("reconstruct.ball_radii changed from [") == 0);
+  CHECK(told.again().find(": mesh and holes are computed again") != std::string::npos);
+  CHECK(told.stage("count") == nullptr);
+  CHECK(told.stage("reconstruct")->chunks_reused == 0);
+  CHECK((bytes_of(job.output.mesh) == without_work(job)));
+}
+
+TEST_CASE("AChangedOptionOfTheFillComputesHolesAlone") {
+  const ScratchDirectory scratch;
+  Job job = kept_job(scratch);
+  job.fill.max_edges = 3;
+  const Told told = run_told(job);
+  CHECK(told.again().find("fill.max_edges changed from") == 0);
+  CHECK(told.again().find(": holes are computed again") != std::string::npos);
+  CHECK(told.stage("count") == nullptr);
+  CHECK(told.stage("reconstruct")->chunks_reused == told.stage("reconstruct")->chunks);
+  CHECK((bytes_of(job.output.mesh) == without_work(job)));
+}
+
+TEST_CASE("WhatNoResultDependsOnComputesNothingAgain") {
+  const ScratchDirectory scratch;
+  const Job first = kept_job(scratch);
+  const auto check = [](const char* what, const Job& job) {
+    INFO(what);
+    const Told told = run_told(job);
+    CHECK(told.again().empty());
+    CHECK(told.stage("count") == nullptr);
+    CHECK(told.stage("reconstruct")->chunks_reused == told.stage("reconstruct")->chunks);
+  };
+  Job job = first;
+  job.output.binary = false;
+  check("output.format", job);
+  job = first;
+  job.output.report = (scratch / "report.json").string();
+  job.output.picture = (scratch / "mesh.png").string();
+  check("output.report and output.picture", job);
+  job = first;
+  job.run.threads = 1;
+  check("run.threads", job);
+  job = first;
+  job.input.units_per_meter = 1000.0;
+  check("input.units_per_meter", job);
+  job = first;
+  job.reconstruct.levels = 3;
+  check("reconstruct.levels, with radii given", job);
+  job = first;
+  job.normals.neighbors = 20;
+  check("normals.neighbors, with normals from the file", job);
+  job = first;
+  job.partition.memory_bytes *= 2;
+  check("more memory", job);
+  job.partition.memory_bytes /= 8;
+  check("less memory, which the chunks fit", job);
+}
+
+TEST_CASE("ASmallerBudgetKeepsChunksThatFitIt") {
+  const ScratchDirectory scratch;
+  Job job = job_for(scratch, painted_torus(6000, 0.3, 31));
+  job.run.keep_work_dir = true;
+  test::run(job);
+  const std::string expected = bytes_of(job.output.mesh);
+  job.partition.memory_bytes /= 8;
+  const Told told = run_told(job);
+  CHECK(told.again().empty());
+  CHECK(told.stage("count") == nullptr);
+  CHECK((bytes_of(job.output.mesh) == expected));
+}
+
+TEST_CASE("AChangedScanIsNamedWithWhatItWasAndWhatItIs") {
+  const ScratchDirectory scratch;
+  const Job job = kept_job(scratch);
+  const auto size = std::to_string(fs::file_size(job.input.files.front()));
+  write_cloud(job.input.files.front(), painted_torus(2500, 0.3, 31).cloud);
+  const Told told = run_told(job);
+  CHECK(told.again().find(job.input.files.front() + " changed from " + size + " bytes of ") == 0);
+  CHECK(told.again().find(": points, mesh and holes are computed again") != std::string::npos);
+  CHECK((bytes_of(job.output.mesh) == without_work(job)));
+}
+
+TEST_CASE("AScanThatChangesWhileItIsReadIsBadInputAndLeavesNothing") {
+  for (const char* stage : {"count", "bin"}) {
+    INFO(stage);
+    const ScratchDirectory scratch;
+    const Job job = job_for(scratch, painted_torus(6000, 0.3, 31));
+    const fs::path scan = job.input.files.front();
+    StageProgress progress;
+    const StopToken stop;
+    progress.at_stage = [&](const std::string& name) {
+      if (name == stage)
+        fs::last_write_time(scan, fs::last_write_time(scan) + std::chrono::hours(1));
+    };
+    try {
+      run_job(job, {"test"}, progress, stop);
+      FAIL("nobody noticed");
+    } catch (const Error& error) {
+      CHECK(error.status() == ExitStatus::kBadInput);
+      CHECK(std::string(error.what()).find(scan.string()) != std::string::npos);
+      CHECK(std::string(error.what()).find("changed") != std::string::npos);
+    }
+    CHECK_FALSE(fs::exists(job.output.mesh));
+    CHECK_FALSE(fs::exists(job.run.work_dir));
+  }
+}
+
+TEST_CASE("RawPointsGoAsSoonAsTheNextPassIsCompleteAndResumingTakesTheLatest") {
+  const ScratchDirectory scratch;
+  const Job job = cleaning_job(scratch);
+  const std::string expected = without_work(job);
+  const fs::path work = job.run.work_dir;
+  run_until(job, "raw_normals");
+  CHECK(results_in(work / "raw") == 0);
+  CHECK(results_in(work / "raw_outliers") > 3);
+  run_until(job, "raw_thinned");
+  CHECK(results_in(work / "raw_outliers") == 0);
+  CHECK(results_in(work / "raw_normals") == 0);
+  CHECK(results_in(work / "raw_smooth_1") == 0);
+  CHECK(results_in(work / "raw_smooth_2") > 3);
+  const Told told = run_told(job);
+  for (const char* stage : {"raw count", "raw_outliers", "raw_normals", "raw_smooth_2"}) {
+    INFO(stage);
+    CHECK(told.stage(stage) == nullptr);
+  }
+  CHECK(told.stage("raw_thinned") != nullptr);
+  CHECK(told.again().empty());
+  CHECK(told.report.prepare.points_moved > 0);
+  CHECK(told.report.points_dropped.contains("thinned"));
+  CHECK((bytes_of(job.output.mesh) == expected));
+}
+
+TEST_CASE("KilledBetweenTheEndOfAPassAndTheRemovalOfItsSourceMakesNoDifference") {
+  const ScratchDirectory scratch;
+  const Job job = cleaning_job(scratch);
+  const std::string expected = without_work(job);
+  const fs::path work = job.run.work_dir;
+  run_until(job, "raw_outliers");
+  fs::copy(work / "raw", scratch / "raw");
+  run_until(job, "raw_normals");
+  REQUIRE(results_in(work / "raw") == 0);
+  fs::remove_all(work / "raw");
+  fs::copy(scratch / "raw", work / "raw");
+  run_until(job, "raw_smooth_1");
+  CHECK(results_in(work / "raw") == 0);
+  CHECK((mesh_bytes(job) == expected));
+}
+
+TEST_CASE("AChangedPassIsRunAgainOnWhatIsThereAndOtherwiseFromTheScans") {
+  const ScratchDirectory scratch;
+  const Job first = cleaning_job(scratch);
+  run_until(first, "raw_patches");  // the thinned points are complete
+  Job job = first;
+  job.prepare.thin_to_spacing *= 1.5;
+  const Told told = run_told(job);
+  CHECK(told.again().find("prepare.thin_to_spacing changed from") == 0);
+  CHECK(told.again().find("thinned points") != std::string::npos);
+  CHECK(told.stage("raw count") != nullptr);  // what thinning was made from had gone
+  CHECK((bytes_of(job.output.mesh) == without_work(job)));
+
+  run_until(first, "raw_thinned");
+  const Told kept = run_told(job);
+  CHECK(kept.stage("raw count") == nullptr);
+  CHECK((bytes_of(job.output.mesh) == without_work(job)));
+}
+
+TEST_CASE("WhatAPowerCutLeavesResumesToTheSameBytes") {
+  const ScratchDirectory scratch;
+  const Job job = [&] {
+    Job made = kept_job(scratch);
+    made.run.keep_work_dir = false;
+    return made;
+  }();
+  const std::string expected = bytes_of(job.output.mesh);
+  const fs::path work = job.run.work_dir;
+  fs::copy(work, scratch / "whole", fs::copy_options::recursive);
+  const auto cut = [&](const fs::path& file, double share) {
+    fs::resize_file(file, static_cast<std::uintmax_t>(share * double(fs::file_size(file))));
+  };
+  const auto unnamed = [](const fs::path& file) {
+    fs::rename(file, file.parent_path() / ("." + file.filename().string() + ".part"));
+  };
+  const std::vector<std::pair<const char*, std::function<void()>>> cuts = {
+      {"results without their bytes",
+       [&] {
+         for (const char* c : {"000001", "000004"})
+           cut(work / "mesh" / (c + std::string(".h5")), 0.0);
+       }},
+      {"half a result", [&] { cut(work / "mesh" / "000002.h5", 0.5); }},
+      {"names that are gone", [&] { fs::remove(work / "mesh" / "000003.h5"); }},
+      {"renames that are gone", [&] { unnamed(work / "mesh" / "000003.h5"); }},
+      {"a key without its bytes", [&] { cut(work / "mesh" / "key.json", 0.0); }},
+      {"half a key", [&] { cut(work / "points" / "key.json", 0.5); }},
+      {"half a partition", [&] { cut(work / "points" / "partition.json", 0.5); }},
+      {"a partition without its checksum",
+       [&] { fs::remove(work / "points" / "partition.json.xxh3"); }},
+      {"points without their bytes", [&] { cut(work / "points" / "000002.h5", 0.0); }},
+      {"a stage that is gone", [&] { fs::remove_all(work / "mesh"); }},
+      {"half the word that the job has ended", [&] { cut(work / "ended.json", 0.5); }},
+  };
+  for (const auto& [what, damage] : cuts) {
+    INFO(what);
+    fs::remove_all(work);
+    fs::copy(scratch / "whole", work, fs::copy_options::recursive);
+    damage();
+    fs::remove(job.output.mesh);  // what has ended would be left alone
+    REQUIRE((mesh_bytes(job) == expected));
+    CHECK_FALSE(fs::exists(work));
+  }
+}
+
+TEST_CASE("ARemovalThatWasCutShortIsFinishedAndTheJobIsNotRunAgain") {
+  const ScratchDirectory scratch;
+  Job job = kept_job(scratch, 3000);
+  const auto written = fs::last_write_time(job.output.mesh);
+  const fs::path work = job.run.work_dir;
+  job.run.keep_work_dir = false;
+  SECTION("with results left") { fs::remove_all(work / "points"); }
+  SECTION("with little left") {
+    for (const char* name : {"points", "mesh", "holes", "orbweave.log", "orbweave-store.json"})
+      fs::remove_all(work / name);
+  }
+  const RunReport report = test::run(job);
+  CHECK(report.ended_before);
+  CHECK_FALSE(fs::exists(work));
+  CHECK(fs::last_write_time(job.output.mesh) == written);
+  // From here on it is a new job.
+  CHECK_FALSE(test::run(job).ended_before);
+}
+
+TEST_CASE("AJobThatHasEndedIsRunAgainWhereItsOutputOrItsOptionsChanged") {
+  const ScratchDirectory scratch;
+  Job job = kept_job(scratch, 3000);
+  const std::string expected = bytes_of(job.output.mesh);
+  job.run.keep_work_dir = false;
+  SECTION("the mesh is gone") { fs::remove(job.output.mesh); }
+  SECTION("the mesh is another") { std::ofstream(job.output.mesh) << "ply\n"; }
+  SECTION("an option changed") { job.fill.max_edges = 3; }
+  CHECK_FALSE(test::run(job).ended_before);
+  if (job.fill.max_edges == 0) CHECK((bytes_of(job.output.mesh) == expected));
+}
+
+TEST_CASE("WhatAKilledWriterLeftBesideTheOutputsGoesAndWhatOthersWriteStays") {
+  const ScratchDirectory scratch;
+  const Job job = job_for(scratch, painted_torus(3000, 0.2, 33));
+  const fs::path left = scratch / ".mesh.ply.0123456789abcdef.part";
+  const fs::path written = scratch / ".mesh.ply.fedcba9876543210.part";
+  const fs::path other = scratch / ".mesh-of-mine.ply.0123456789abcdef.part";
+  for (const fs::path& path : {left, written, other}) std::ofstream(path) << "half a mesh";
+  const int held = open(written.c_str(), O_RDWR | O_CLOEXEC);
+  REQUIRE(flock(held, LOCK_EX | LOCK_NB) == 0);
+  test::run(job);
+  close(held);
+  CHECK_FALSE(fs::exists(left));
+  CHECK(fs::exists(written));
+  CHECK(fs::exists(other));
+}
+
+TEST_CASE("FreshTakesNothingOver") {
+  const ScratchDirectory scratch;
+  Job job = kept_job(scratch, 3000);
+  job.run.fresh = true;
+  const Told told = run_told(job);
+  CHECK(told.stage("count") != nullptr);
+  CHECK(told.stage("reconstruct")->chunks_reused == 0);
+}
+
+}  // namespace orbweave
