@@ -155,6 +155,11 @@ std::uint64_t stored_points(const ChunkStore& store, ChunkId chunk, const std::s
   return store.open(stage, chunk)->rows(kPositions);
 }
 
+std::vector<Box> stored_block_bounds(const ChunkStore& store, ChunkId chunk,
+                                     const std::string& stage) {
+  return store.open(stage, chunk)->read_all<Box>(kBlockBounds);
+}
+
 PointCloud load_points(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
                        const std::string& stage) {
   return load_point_rows(store, chunk, schema, 0, stored_points(store, chunk, stage), stage);

@@ -30,6 +30,10 @@ PointCloud load_points(const ChunkStore& store, ChunkId chunk, const PointSchema
 std::uint64_t stored_points(const ChunkStore& store, ChunkId chunk,
                             const std::string& stage = kPointsStage);
 
+/// Bounds of every kPointBlockRows rows of a chunk's points, in their order.
+std::vector<Box> stored_block_bounds(const ChunkStore& store, ChunkId chunk,
+                                     const std::string& stage = kPointsStage);
+
 /// Reads rows [first, first + count) of a chunk's points.
 PointCloud load_point_rows(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
                            std::uint64_t first, std::uint64_t count,

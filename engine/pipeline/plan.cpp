@@ -8,6 +8,7 @@
 #include "engine/pipeline/disk_plan.h"
 #include "engine/pipeline/export_stage.h"
 #include "engine/pipeline/hole_stage.h"
+#include "engine/pipeline/memory_forecast.h"
 #include "engine/pipeline/partition_stage.h"
 #include "engine/pipeline/pipeline.h"
 #include "engine/pipeline/prepare_stage.h"
@@ -106,7 +107,7 @@ JobPlan plan_job(const Job& job, Progress& progress, const StopToken& stop) {
   const CountedCloud cloud = count_points(context, input);
   progress.end_stage();
   progress.begin_stage("sample", 0, "points");
-  const Partition measured = sample(context, input, cloud);
+  Partition measured = sample(context, input, cloud);
   progress.end_stage();
   const bool given = !job.reconstruct.ball_radii.empty();
   plan.radii = given ? job.reconstruct.ball_radii : measured.automatic_radii;
@@ -131,12 +132,9 @@ JobPlan plan_job(const Job& job, Progress& progress, const StopToken& stop) {
   const auto affordable = cloud.memory.chunks_in_flight_bytes / chunk_bytes;
   plan.chunks_in_flight = static_cast<int>(
       std::clamp<std::size_t>(affordable, 1, static_cast<std::size_t>(context.threads()) + 1));
-  const std::size_t in_flight =
-      std::min<std::size_t>(static_cast<std::size_t>(plan.chunks_in_flight) * chunk_bytes,
-                            plan.points * MemoryCosts::kReconstructBytes);
-  const std::size_t bins = std::min<std::size_t>(
-      cloud.memory.bin_buffer_bytes, plan.points * MemoryCosts::sort_bytes(cloud.schema));
-  plan.peak_memory_bytes = MemoryCosts::kBaseBytes + std::max(in_flight, bins);
+  measured.schema = cloud.schema;
+  measured.octree = cloud.octree;
+  plan.peak_memory_bytes = predicted_peak_bytes(context, measured, plan.radii);
   plan.disk_bytes = plan_disk(job, cloud, raw_work_of(plan)).most_bytes;
   const double levels = 1.0 + kFurtherRadius * static_cast<double>(plan.radii.size() - 1);
   plan.seconds = static_cast<double>(plan.points) * levels / (kPointsPerSecond * context.threads());

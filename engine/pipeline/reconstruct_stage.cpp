@@ -4,6 +4,7 @@
 #include <array>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/pipeline/memory_forecast.h"
 #include "engine/pipeline/stage_keys.h"
 #include "io/chunk_points.h"
 #include "partition/memory_plan.h"
@@ -100,12 +101,15 @@ void reconstruct_chunks(JobContext& context, const Partition& partition,
 
   const auto& chunks = partition.octree.chunks();
   StageClock clock(context, "reconstruct", chunks.size(), "chunks");
+  const double halo = halo_width(radii);
+  const auto points_in_reach = points_with_halos(context.store, partition, halo);
+  require_memory_for_largest(context, partition, points_in_reach, radii);
   std::vector<ChunkWork> tasks;
   for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk) {
-    const std::uint64_t points = partition.points_in(chunk);
-    tasks.push_back({chunk, points * MemoryCosts::kReconstructBytes, points, points});
+    const std::uint64_t points = points_in_reach[chunk];
+    tasks.push_back(
+        {chunk, points * MemoryCosts::kReconstructBytes, points, partition.points_in(chunk)});
   }
-  const double halo = halo_width(radii);
   const BallPivotingOptions options{radii, partition.octree.root().origin};
   const MemoryPlan plan =
       plan_memory(context.job.partition.memory_bytes, partition.points(), context.threads(),

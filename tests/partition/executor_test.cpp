@@ -176,4 +176,46 @@ TEST_CASE("AStageMayRunInsideAnother") {
   CHECK(inner == 60);
 }
 
+TEST_CASE("NoChunkStartsBesideOthersWhileMemoryIsShort") {
+  // The process holds more than was planned: whatever runs, runs alone, and all of it runs.
+  std::atomic<int> running{0}, most_running{0}, done{0};
+  ExecutorOptions options;
+  options.threads = 4;
+  options.process_bytes = 1000;
+  options.resident = [] { return std::uint64_t{995}; };
+  run_chunks(make_tasks(40, 10), options, [&](ChunkId) {
+    const int now = ++running;
+    int seen = most_running.load();
+    while (seen < now && !most_running.compare_exchange_weak(seen, now)) {
+    }
+    nap();
+    --running;
+    ++done;
+  });
+  CHECK(most_running == 1);
+  CHECK(done == 40);
+}
+
+TEST_CASE("ChunksThatHoldMoreThanPlannedMakeLaterOnesCostMore") {
+  constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
+  // The first chunks hold at least twice what was planned: a budget for four has room for two.
+  std::atomic<std::size_t> started{0}, running{0}, most_later{0};
+  ExecutorOptions options;
+  options.threads = 8;
+  options.process_bytes = 400 * kMiB;
+  options.resident = [&] {
+    const bool holds = started > 0 && started < 10;
+    return holds ? 800 * kMiB : 0;
+  };
+  run_chunks(make_tasks(60, 100 * kMiB), options, [&](ChunkId) {
+    const std::size_t number = ++started;
+    const std::size_t now = ++running;
+    if (number > 20) raise_to(most_later, now);
+    nap(2000);
+    --running;
+  });
+  CHECK(started == 60);
+  CHECK(most_later <= 2);
+}
+
 }  // namespace orbweave

@@ -8,6 +8,7 @@
 namespace orbweave {
 namespace {
 
+constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
 constexpr std::uint64_t kGiB = std::uint64_t{1} << 30;
 
 PointSchema oriented() {
@@ -46,13 +47,37 @@ TEST_CASE("AGivenChunkSizeIsTaken") {
   REQUIRE(plan_memory(kGiB, 1'000'000, 2, 1234, oriented(), 500'000).chunk_points == 1234);
 }
 
+TEST_CASE("AGivenChunkSizeIsCappedWhereTheBudgetHasNoRoomForOneChunk") {
+  const MemoryPlan plan = plan_memory(kGiB / 4, 1'000'000'000, 2, 1'000'000'000, oriented());
+  REQUIRE(plan.chunk_points > 20'000);
+  REQUIRE(plan.chunk_points * MemoryCosts::kReconstructBytes <= plan.chunks_in_flight_bytes);
+  REQUIRE(plan.chunk_points * MemoryCosts::sort_bytes(oriented()) <=
+          plan.chunks_in_flight_bytes / 2);
+}
+
+TEST_CASE("TheLeastBudgetIsTakenAndOneByteLessIsNot") {
+  PointSchema wide = oriented();
+  for (int i = 0; i < 40; ++i) wide.attributes.push_back({"a", ScalarType::kFloat64});
+  for (const PointSchema& schema : {oriented(), wide}) {
+    for (const int threads : {1, 2, 64}) {
+      const std::uint64_t least = least_budget_bytes(schema, threads);
+      CHECK_NOTHROW(plan_memory(least, 1'000'000, threads, 0, schema));
+      CHECK_THROWS_AS(plan_memory(least - 1, 1'000'000, threads, 0, schema), Error);
+    }
+  }
+  CHECK(least_budget_bytes(oriented(), 64) > least_budget_bytes(oriented(), 1));
+  CHECK(least_budget_bytes(wide, 2) > least_budget_bytes(oriented(), 2));
+}
+
 TEST_CASE("ABudgetBelowWhatTheProgramNeedsSaysHowMuchThatIs") {
   try {
     plan_memory(kGiB / 16, 1000, 1, 0, oriented());
     FAIL("no error");
   } catch (const Error& error) {
     CHECK(error.status() == ExitStatus::kResource);
-    CHECK(std::string(error.what()).find("at least 192 MiB") != std::string::npos);
+    const std::uint64_t least = least_budget_bytes(oriented(), 1);
+    const std::string expected = "at least " + std::to_string((least + kMiB - 1) / kMiB) + " MiB";
+    CHECK(std::string(error.what()).find(expected) != std::string::npos);
   }
 }
 

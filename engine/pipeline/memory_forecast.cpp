@@ -1,0 +1,147 @@
+#include "engine/pipeline/memory_forecast.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+#include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/pipeline/prepare_stage.h"
+#include "io/chunk_points.h"
+#include "io/error.h"
+#include "io/quantity.h"
+#include "partition/memory_plan.h"
+
+namespace orbweave {
+namespace {
+
+/// Of the process while it reads and bins, and afterwards, beside the points; measured.
+constexpr std::uint64_t kReadingBytes = std::uint64_t{78} << 20;
+constexpr std::uint64_t kWorkingBytes = std::uint64_t{64} << 20;
+/// As measured: a point of a chunk that is sorted.
+constexpr std::uint64_t kSortedPerRecord = 2;
+constexpr double kMargin = 1.1;
+/// Vertices that are used, block bounds, checksums, pieces in the last stages: per 64 points.
+constexpr std::uint64_t kWholeCloudBytesPer64 = 48;
+
+std::uint64_t record_bytes(const PointSchema& schema) {
+  return sizeof(Vec3) + schema.attribute_bytes() +
+         (schema.has_normals ? 3 * size_of(schema.normal_type) : 0);
+}
+
+std::uint64_t counted_points(const Partition& partition) {
+  std::uint64_t points = 0;
+  for (const Chunk& chunk : partition.octree.chunks()) points += chunk.points;
+  return points;
+}
+
+/// What chunks in flight take: the longest first, as the executor starts them.
+std::uint64_t in_flight_bytes(std::vector<std::uint64_t> points, int threads,
+                              std::uint64_t limit_bytes, std::uint64_t planned_per_point,
+                              std::uint64_t used_per_point) {
+  std::sort(points.begin(), points.end(), std::greater<>());
+  std::uint64_t sum = 0;
+  for (int i = 0; i < threads && static_cast<std::size_t>(i) < points.size(); ++i) {
+    const std::uint64_t next = sum + points[static_cast<std::size_t>(i)];
+    if (i > 0 && next * planned_per_point > limit_bytes) break;
+    sum = next;
+  }
+  return std::min(sum * used_per_point,
+                  std::max(limit_bytes, points.empty() ? 0 : points[0] * used_per_point));
+}
+
+/// The finest chunks hold one place: their duplicates are merged before anything else.
+std::uint64_t distinct_points(const Chunk& chunk) {
+  return chunk.depth == kMortonDepth ? 1 : chunk.points;
+}
+
+std::uint64_t partition_peak(const InputContext& context, const Partition& partition,
+                             const MemoryPlan& plan) {
+  const std::uint64_t record = record_bytes(partition.schema);
+  const std::uint64_t bins =
+      std::min<std::uint64_t>(plan.bin_buffer_bytes, counted_points(partition) * record);
+  const std::uint64_t base =
+      kReadingBytes + MemoryCosts::stream_bytes(partition.schema, context.threads());
+  std::vector<std::uint64_t> points;
+  for (const Chunk& chunk : partition.octree.chunks()) points.push_back(chunk.points);
+  const std::uint64_t sorting =
+      in_flight_bytes(std::move(points), context.threads(), plan.chunks_in_flight_bytes / 2,
+                      MemoryCosts::sort_bytes(partition.schema), kSortedPerRecord * record);
+  return base + bins + sorting;
+}
+
+}  // namespace
+
+std::vector<std::uint64_t> points_with_halos(const ChunkStore& store, const Partition& partition,
+                                             double halo_width) {
+  const std::vector<Chunk>& chunks = partition.octree.chunks();
+  std::vector<std::vector<Box>> blocks;
+  for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk)
+    blocks.push_back(stored_block_bounds(store, chunk));
+  std::vector<std::uint64_t> points;
+  for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk) {
+    const Box reach = chunks[chunk].box.grown(halo_width);
+    points.push_back(partition.points_in(chunk));
+    for (const ChunkId other : partition.octree.neighbors(chunk, halo_width)) {
+      const auto met = std::count_if(blocks[other].begin(), blocks[other].end(),
+                                     [&](const Box& box) { return box.intersects(reach); });
+      points.back() +=
+          std::min(partition.points_in(other), static_cast<std::uint64_t>(met) * kPointBlockRows);
+    }
+  }
+  return points;
+}
+
+std::vector<std::uint64_t> expected_points_with_halos(const Partition& partition,
+                                                      double halo_width) {
+  const double halo =
+      partition.spacing > 0.0 ? halo_width / partition.spacing : 0.0;  // in spacings
+  const auto all = static_cast<double>(counted_points(partition));
+  std::vector<std::uint64_t> points;
+  for (const Chunk& chunk : partition.octree.chunks()) {
+    const double side = std::sqrt(static_cast<double>(distinct_points(chunk))) + 2.0 * halo;
+    points.push_back(static_cast<std::uint64_t>(std::min(side * side, all)));
+  }
+  return points;
+}
+
+std::uint64_t predicted_peak_bytes(const InputContext& context, const Partition& partition,
+                                   std::span<const double> radii) {
+  const Job& job = context.job;
+  const std::uint64_t points = counted_points(partition);
+  const MemoryPlan plan = plan_memory(job.partition.memory_bytes, points, context.threads(),
+                                      job.partition.chunk_points, partition.schema);
+  double reach = radii.empty() ? 0.0 : halo_width(radii);
+  if (needs_preparation(context)) reach = std::max(reach, partition.normal_radius);
+  const std::uint64_t in_flight = in_flight_bytes(
+      expected_points_with_halos(partition, reach), context.threads(), plan.chunks_in_flight_bytes,
+      MemoryCosts::kReconstructBytes, MemoryCosts::kUsualReconstructBytes);
+  const std::uint64_t whole = points * kWholeCloudBytesPer64 / 64;
+  const std::uint64_t peak =
+      std::max(partition_peak(context, partition, plan), kWorkingBytes + in_flight + whole);
+  return std::min(static_cast<std::uint64_t>(kMargin * static_cast<double>(peak)),
+                  std::max(job.partition.memory_bytes, peak));
+}
+
+void require_memory_for_largest(const JobContext& context, const Partition& partition,
+                                std::span<const std::uint64_t> points,
+                                std::span<const double> radii) {
+  const auto largest = std::max_element(points.begin(), points.end());
+  if (largest == points.end()) return;
+  const std::uint64_t needed = kWorkingBytes + *largest * MemoryCosts::kUsualReconstructBytes;
+  const std::uint64_t budget = context.job.partition.memory_bytes;
+  if (needed <= budget) return;
+  const auto chunk = static_cast<ChunkId>(largest - points.begin());
+  throw_resource(
+      "the memory budget is too small for the points within the reach of a ball",
+      {.file = {},
+       .place = "partition.memory",
+       .found = format_bytes(budget) + "; around chunk " + std::to_string(chunk) + " with its " +
+                format_count(partition.points_in(chunk)) + " points, " + format_count(*largest) +
+                " lie within the halo of " + format_number(halo_width(radii)),
+       .expected = "at least " + std::to_string((needed >> 20) + 1) + " MiB",
+       .advice = "Or smaller ball radii, which the dense part of the cloud asks for, or "
+                 "prepare.thin_to_spacing"});
+}
+
+}  // namespace orbweave

@@ -1,0 +1,33 @@
+// How much memory a job takes: of chunks with their halos, and of the job at its fullest.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/pipeline/partition_stage.h"
+
+namespace orbweave {
+
+/// Points of every chunk and its halo, at least, and at most a block of rows more for every block
+/// at the border. Reads the bounds of all blocks (48 bytes per 1024 points) from the store.
+std::vector<std::uint64_t> points_with_halos(const ChunkStore& store, const Partition& partition,
+                                             double halo_width);
+
+/// The same of points that nobody has sorted yet: as if those of a chunk lay on a surface, as far
+/// apart as they do elsewhere.
+std::vector<std::uint64_t> expected_points_with_halos(const Partition& partition,
+                                                      double halo_width);
+
+/// Peak of the process. `partition` needs schema, octree, spacing, normal_radius, `radii` those of
+/// the job. Holes that are filled may take more, up to the budget.
+std::uint64_t predicted_peak_bytes(const InputContext& context, const Partition& partition,
+                                   std::span<const double> radii);
+
+/// Throws Error (resource) where a chunk with its halo alone takes more than the budget, and says
+/// how much that is.
+void require_memory_for_largest(const JobContext& context, const Partition& partition,
+                                std::span<const std::uint64_t> points,
+                                std::span<const double> radii);
+
+}  // namespace orbweave
