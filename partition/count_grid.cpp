@@ -131,6 +131,15 @@ class CountTree {
     if (count == 0) place.leaf->setActiveState(offset, true);
   }
 
+  /// Asks for the memory that a later raise() goes to; the second finds its way where the first
+  /// was a while ago. Points in random order would wait for each.
+  void fetch_place(const Coord& at) const { __builtin_prefetch(&places_[slot(key_of(at))]); }
+  void fetch_count(const Coord& at) const {
+    const std::uint64_t key = key_of(at);
+    const Place& place = places_[slot(key)];
+    if (place.key == key) __builtin_prefetch(place.counts + Leaf::coordToOffset(at), 1);
+  }
+
   /// Gives the leaves away, one after the other as they are visited, and is empty then.
   template <class Visit>
   void dissolve(const Visit& visit) {
@@ -155,10 +164,17 @@ class CountTree {
   };
   static constexpr int kPlacesLog2 = 16;
 
-  const Place& find(const Coord& at) {
+  static std::uint64_t key_of(const Coord& at) {
     const auto along = [&](int axis) { return static_cast<std::uint64_t>(at[axis]) >> kLeafLog2; };
-    const std::uint64_t key = along(0) | along(1) << 21 | along(2) << 42;
-    Place& place = places_[key * 0x9e3779b97f4a7c15 >> (64 - kPlacesLog2)];
+    return along(0) | along(1) << 21 | along(2) << 42;
+  }
+  static std::size_t slot(std::uint64_t key) {
+    return key * 0x9e3779b97f4a7c15 >> (64 - kPlacesLog2);
+  }
+
+  const Place& find(const Coord& at) {
+    const std::uint64_t key = key_of(at);
+    Place& place = places_[slot(key)];
     if (place.key != key) {
       Leaf& leaf = touch(at);
       place = {key, leaf.buffer().data(), &leaf};
@@ -274,19 +290,33 @@ void CountGrid::State::fit_lattice() {
 
 /// Counts points until all are counted or the tree has outgrown its memory; returns how many.
 std::size_t CountGrid::State::insert(std::span<const Vec3> positions) {
+  // Scanned points come in runs of one cell; only a run's end touches the tree.
+  struct Run {
+    Coord at;
+    std::size_t end;
+  };
+  std::array<Run, 128> runs;
+  constexpr std::size_t kPlaceAhead = 24, kCountAhead = 12;  // runs
   const Lattice cells = lattice;
-  Coord run_cell = cells.at(positions.front());
-  std::size_t run_begin = 0;
-  for (std::size_t i = 1; i < positions.size(); ++i) {
-    // Scanned points come in runs of one cell; only the end of a run touches the tree.
-    const Coord at = cells.at(positions[i]);
-    if (at == run_cell) continue;
-    tree->raise(run_cell, i - run_begin);
-    run_cell = at;
-    run_begin = i;
-    if (too_large()) return i;
+  std::size_t done = 0, next = 0;
+  while (next < positions.size()) {
+    std::size_t count = 0;
+    for (; next < positions.size(); ++next) {
+      const Coord at = cells.at(positions[next]);
+      if (count == 0 || !(at == runs[count - 1].at)) {
+        if (count == runs.size()) break;
+        runs[count++].at = at;
+      }
+      runs[count - 1].end = next + 1;
+    }
+    for (std::size_t r = 0; r < std::min(count, kPlaceAhead); ++r) tree->fetch_place(runs[r].at);
+    for (std::size_t r = 0; r < count; done = runs[r++].end) {
+      if (r + kPlaceAhead < count) tree->fetch_place(runs[r + kPlaceAhead].at);
+      if (r + kCountAhead < count) tree->fetch_count(runs[r + kCountAhead].at);
+      tree->raise(runs[r].at, runs[r].end - done);
+      if (too_large()) return runs[r].end;
+    }
   }
-  tree->raise(run_cell, positions.size() - run_begin);
   return positions.size();
 }
 
