@@ -40,6 +40,38 @@ void append_all(const StoredResult& stored, const char* array, std::vector<T>& t
   to.insert(to.end(), rows.begin(), rows.end());
 }
 
+/// The patches of all chunks in one graph.
+PatchOrientation orient_graph(JobContext& context, const RawCloud& cloud) {
+  StageClock clock(context, "orient", 0, "patches");
+  std::vector<PatchSum> sums;
+  std::vector<PatchVote> votes;
+  for (ChunkId chunk = 0; chunk < cloud.partition.octree.chunks().size(); ++chunk) {
+    const auto stored = context.store.open(kPatchStage, chunk);
+    append_all(*stored, "sums", sums);
+    append_all(*stored, "votes", votes);
+  }
+  return orient_patch_graph(std::move(sums), std::move(votes));
+}
+
+/// For the members that are to turn normals as well.
+void commit_turns(ChunkStore& store, const PatchOrientation& orientation) {
+  const std::array<ArrayView, 2> arrays = {
+      ArrayView{"patches", ScalarType::kUint64, 1, orientation.patches.size(),
+                orientation.patches.data()},
+      ArrayView{"turn", ScalarType::kUint8, 1, orientation.turn.size(), orientation.turn.data()}};
+  store.discard_stage(kTurnStage);
+  store.commit(kTurnStage, 0, arrays);
+  store.finish_commits();
+}
+
+PatchOrientation load_turns(const ChunkStore& store) {
+  const auto stored = store.open(kTurnStage, 0);
+  PatchOrientation orientation;
+  orientation.patches = stored->read_all<PatchId>("patches");
+  orientation.turn = stored->read_all<std::uint8_t>("turn");
+  return orientation;
+}
+
 }  // namespace
 
 PatchOrientation orient_cloud(JobContext& context, const RawCloud& cloud, double spacing,
@@ -59,16 +91,13 @@ PatchOrientation orient_cloud(JobContext& context, const RawCloud& cloud, double
                                 orient_patches(points.positions, points.normals, points.global,
                                                points.begin, points.end, options));
                });
-  if (!context.team.leads()) return {};
-  StageClock clock(context, "orient", 0, "patches");
-  std::vector<PatchSum> sums;
-  std::vector<PatchVote> votes;
-  for (ChunkId chunk = 0; chunk < cloud.partition.octree.chunks().size(); ++chunk) {
-    const auto stored = context.store.open(kPatchStage, chunk);
-    append_all(*stored, "sums", sums);
-    append_all(*stored, "votes", votes);
-  }
-  return orient_patch_graph(std::move(sums), std::move(votes));
+  PatchOrientation orientation;
+  by_leader(context, [&] {
+    orientation = orient_graph(context, cloud);
+    if (context.team.size() > 1) commit_turns(context.store, orientation);
+  });
+  if (!context.team.leads()) orientation = load_turns(context.store);
+  return orientation;
 }
 
 std::vector<std::uint8_t> turns_of_chunk(const ChunkStore& store, ChunkId chunk,

@@ -10,9 +10,11 @@ namespace orbweave {
 
 /// Stage of the patches; their points are those of the cloud's stage, row by row.
 inline constexpr const char* kPatchStage = "raw_patches";
+/// Which patches are turned, where several processes have to know.
+inline constexpr const char* kTurnStage = "raw_turns";
 
 /// Computes patches and their signs. `spacing` is that of the points as they are now.
-/// The leader gets the result, others an empty one.
+/// Members other than the leader get patches and their turns alone.
 PatchOrientation orient_cloud(JobContext& context, const RawCloud& cloud, double spacing,
                               double max_radius);
 

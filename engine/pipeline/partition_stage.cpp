@@ -1,11 +1,12 @@
 #include "engine/pipeline/partition_stage.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cstring>
 
 #include "engine/ball_pivoting/automatic_radii.h"
 #include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/pipeline/cut_exchange.h"
+#include "engine/pipeline/dense_chunks.h"
 #include "engine/pipeline/disk_plan.h"
 #include "engine/pipeline/prepare_stage.h"
 #include "engine/pipeline/stage_keys.h"
@@ -21,6 +22,8 @@ namespace orbweave {
 namespace {
 
 constexpr const char* kDocument = "partition";
+/// How the points are cut, while they are being sorted.
+constexpr const char* kCutDocument = "cut";
 
 /// Rows of the files that held no wanted point were read as well.
 void add_left_out(const PointSource& source, std::uint64_t& points_read) {
@@ -80,11 +83,11 @@ std::uint64_t worthwhile_chunk_points(const CountGrid& grid, const ReconstructOp
   return worthwhile_points(options.ball_radii, points_per_area, grid.points());
 }
 
-/// Second pass: every point goes to the bin of its chunk.
+/// Second pass: every point of the member's share goes to the bin of its chunk.
 void bin_points(JobContext& context, const CloudInput& input, const CountedCloud& cloud,
-                Binner& binner, SpacingSampler& sampler) {
-  const auto source = input.open(nullptr);
-  StageClock clock(context, input.prefix + "bin", cloud.points_read, "points");
+                std::uint64_t share, Binner& binner, SpacingSampler& sampler) {
+  const auto source = own_share(input.open(nullptr), context.team);
+  StageClock clock(context, input.prefix + "bin", share, "points");
   std::uint64_t points_read = 0;
   stream_points(
       *source, {.threads = context.threads(), .stop = &context.stop},
@@ -102,12 +105,12 @@ void bin_points(JobContext& context, const CloudInput& input, const CountedCloud
         context.progress.add_points(batch.points_read);
       });
   add_left_out(*source, points_read);
-  if (points_read != cloud.points_read) {
+  if (points_read != share) {
     throw_bad_input("the input changed while it was read",
                     {.file = context.files.front(),
                      .place = {},
                      .found = std::to_string(points_read) + " points",
-                     .expected = std::to_string(cloud.points_read),
+                     .expected = std::to_string(share),
                      .advice = "Run the same command again"});
   }
   clock.facts().points = points_read;
@@ -115,51 +118,50 @@ void bin_points(JobContext& context, const CloudInput& input, const CountedCloud
   clock.facts().bytes_written = binner.spilled_bytes();
 }
 
-/// The points of all bins that lie in a chunk of the final partition.
-PointCloud take_bins(Binner& binner, const Octree& bins, const Chunk& chunk) {
-  PointCloud points;
-  const std::vector<Chunk>& fine = bins.chunks();
-  auto bin = static_cast<ChunkId>(
-      std::lower_bound(fine.begin(), fine.end(), chunk.code_begin,
-                       [](const Chunk& a, std::uint64_t code) { return a.code_begin < code; }) -
-      fine.begin());
-  for (; bin < fine.size() && fine[bin].code_begin < chunk.code_end; ++bin) {
-    PointCloud part = binner.take(bin);
-    if (points.empty())
-      points = std::move(part);
-    else
-      points.append(part);
-  }
-  return points;
+/// Chunks that an earlier run sorted are taken where it had cut the points in the same way.
+void keep_what_is_sorted(JobContext& context, const std::string& stage,
+                         const Partition& partition) {
+  Partition cut;
+  cut.schema = partition.schema;
+  cut.octree = partition.octree;
+  const std::string text = partition_to_json(cut);
+  if (context.store.document(stage, kCutDocument) == text) return;
+  context.store.discard_results(stage);
+  context.store.commit_document(stage, kCutDocument, text);
 }
 
 /// Sorts every chunk canonically and commits it.
 void sort_chunks(JobContext& context, const CloudInput& input, const CountedCloud& cloud,
-                 Binner& binner, Partition& partition) {
+                 BinSource& bins, const Partition& partition) {
   const auto& chunks = partition.octree.chunks();
+  by_leader(context, [&] { keep_what_is_sorted(context, input.stage, partition); });
   StageClock clock(context, input.prefix + "sort", chunks.size(), "chunks");
-  std::vector<ChunkTask> tasks;
+  std::vector<ChunkWork> tasks;
+  const std::uint64_t most = most_sorted_points(cloud.memory, cloud.schema);
   for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk) {
-    tasks.push_back({chunk, chunks[chunk].points * MemoryCosts::sort_bytes(cloud.schema)});
+    const std::uint64_t points = std::min(chunks[chunk].points, 2 * most);
+    tasks.push_back({chunk, points * MemoryCosts::sort_bytes(cloud.schema), chunks[chunk].points,
+                     chunks[chunk].points});
   }
-  std::vector<std::uint64_t> kept(chunks.size(), 0);
-  std::atomic<std::uint64_t> merged{0};
-  run_chunks(tasks, {context.threads(), cloud.memory.chunks_in_flight_bytes / 2, &context.stop},
-             [&](ChunkId chunk) {
-               PointCloud points = take_bins(binner, cloud.octree, chunks[chunk]);
-               merged += sort_canonically(points, cloud.octree.root());
-               kept[chunk] = points.size();
-               commit_points(context.store, chunk, points, input.stage);
-               context.progress.advance(1);
-               context.progress.add_points(points.size());
-             });
-  partition.first_vertex.assign(1, 0);
-  for (const std::uint64_t count : kept) {
-    partition.first_vertex.push_back(partition.first_vertex.back() + count);
-  }
-  if (merged > 0) partition.dropped["exact duplicate"] += merged;
+  share_chunks(context, clock, input.stage, std::move(tasks),
+               cloud.memory.chunks_in_flight_bytes / 2, [&](ChunkId chunk) {
+                 commit_points(context.store, chunk,
+                               take_sorted(bins, cloud.octree, chunks[chunk], most).points,
+                               input.stage);
+               });
   clock.facts().points = cloud.points_used;
-  clock.facts().chunks = chunks.size();
+}
+
+/// Numbers the points that are left once duplicates are merged.
+void number_points(JobContext& context, const std::string& stage, const CountedCloud& cloud,
+                   Partition& partition) {
+  partition.first_vertex.assign(1, 0);
+  for (ChunkId chunk = 0; chunk < partition.octree.chunks().size(); ++chunk) {
+    partition.first_vertex.push_back(partition.first_vertex.back() +
+                                     stored_points(context.store, chunk, stage));
+  }
+  const std::uint64_t merged = cloud.points_used - partition.points();
+  if (merged > 0) partition.dropped["exact duplicate"] += merged;
 }
 
 /// The neighbours for a normal: half as far again as they are where points are sparse. (The mean
@@ -205,9 +207,12 @@ void measure(const InputContext& context, const CloudInput& input, const Spacing
       normal_radius(sampler, static_cast<std::size_t>(context.job.normals.neighbors));
 }
 
-CountedCloud count_points(const InputContext& context, const CloudInput& input) {
+namespace {
+
+/// First pass over the rows of one member.
+CountedCloud count_share(const InputContext& context, const CloudInput& input, const Team& team) {
   CountedCloud cloud;
-  const auto source = input.open(&cloud.notes);
+  const auto source = own_share(input.open(&cloud.notes), team);
   cloud.schema = source->schema();
   cloud.coordinate_system = source->coordinate_system();
   const bool has_view = view_offset(cloud.schema).has_value();
@@ -222,20 +227,43 @@ CountedCloud count_points(const InputContext& context, const CloudInput& input) 
                 });
   add_left_out(*source, cloud.points_read);
   add_counts(cloud.dropped, source->left_out());
-  cloud.bytes_read = source->bytes_total();
+  cloud.bytes_read = source->bytes_read();
+  if (!has_view) cloud.points_without_view = cloud.grid.points();
+  return cloud;
+}
+
+/// Every process is to have several chunks.
+void plan_cut(const InputContext& context, CountedCloud& cloud, int processes) {
   cloud.points_used = cloud.grid.points();
-  if (!has_view) cloud.points_without_view = cloud.points_used;
   if (cloud.points_used == 0) {
     throw_bad_input(
         cloud.points_read == 0 ? "the cloud holds no points" : no_points_reason(cloud.dropped),
         {.file = context.files.front()});
   }
-  const RootCube root = root_cube(cloud.grid.bounds());
-  cloud.grid.settle(root.side);
-  cloud.memory = plan_memory(context.job.partition.memory_bytes, cloud.points_used,
+  cloud.grid.settle(root_cube(cloud.grid.bounds()).side);
+  cloud.memory = plan_memory(context.job.partition.memory_bytes,
+                             cloud.points_used / static_cast<std::uint64_t>(processes),
                              context.threads(), context.job.partition.chunk_points, cloud.schema,
                              worthwhile_chunk_points(cloud.grid, context.job.reconstruct));
-  cloud.octree = cut_octree(cloud.grid, root, cloud.memory.chunk_points);
+  const std::uint64_t wanted = context.job.partition.chunk_points;
+  if (cloud.memory.chunk_points < wanted) {
+    cloud.notes.push_back("partition.chunk_points = " + std::to_string(wanted) +
+                          " is more than the memory budget has room for; chunks get " +
+                          std::to_string(cloud.memory.chunk_points) + " points");
+  }
+}
+
+void cut(const InputContext& context, const CloudInput& input, CountedCloud& cloud) {
+  cloud.octree = cut_octree(cloud.grid, root_cube(cloud.grid.bounds()), cloud.memory.chunk_points);
+  split_dense_chunks(context, input, cloud);
+}
+
+}  // namespace
+
+CountedCloud count_points(const InputContext& context, const CloudInput& input) {
+  CountedCloud cloud = count_share(context, input, Team());
+  plan_cut(context, cloud, 1);
+  cut(context, input, cloud);
   return cloud;
 }
 
@@ -250,29 +278,32 @@ void commit_partition(ChunkStore& store, const std::string& stage, const Partiti
   store.commit_document(stage, kDocument, partition_to_json(partition));
 }
 
-Partition cut_and_sort(JobContext& context, const CloudInput& input) {
-  CountedCloud cloud;
-  {
-    StageClock clock(context, input.prefix + "count", 0, "points");
-    cloud = count_points(context, input);
-    clock.facts().points = cloud.points_read;
-    clock.facts().bytes_read = cloud.bytes_read;
-  }
-  for (const std::string& line : cloud.notes) context.note(line);
+namespace {
+
+/// First pass, by the whole team; `share` is what this member has read of it.
+CountedCloud count_by_team(JobContext& context, const CloudInput& input, CutExchange& exchange,
+                           std::uint64_t& share) {
+  StageClock clock(context, input.prefix + "count", 0, "points");
+  CountedCloud counted = count_share(context, input, context.team);
+  share = counted.points_read;
+  CountedCloud cloud = exchange.whole_cloud(std::move(counted));
+  plan_cut(context, cloud, context.team.size());
+  if (context.team.leads()) cut(context, input, cloud);
+  cloud.octree = exchange.agreed_octree(cloud.octree);
+  clock.facts().points = cloud.points_read;
+  clock.facts().bytes_read = cloud.bytes_read;
+  return cloud;
+}
+
+/// What the leader knows of the points once they are binned.
+Partition describe_points(JobContext& context, const CloudInput& input, const CountedCloud& cloud,
+                          const SpacingSampler& sampler) {
   Partition partition;
-  partition.bounds = cloud.grid.bounds();
-  SpacingSampler sampler(cloud.octree.root(), cloud.grid);
-  cloud.grid = CountGrid();
-  check_room(context, input, cloud);
-  Binner binner(
-      cloud.octree, cloud.schema,
-      {cloud.memory.bin_buffer_bytes, context.store.directory(), &context.store.disk()});
-  bin_points(context, input, cloud, binner, sampler);
-  if (input.are_scans) check_unchanged(context, input.stage);
   {
     const StageClock clock(context, input.prefix + "measure", 0, "places");
     measure(context, input, sampler, partition);
   }
+  partition.bounds = cloud.bounds;
   partition.memory_bytes = context.job.partition.memory_bytes;
   partition.schema = cloud.schema;
   partition.points_read = cloud.points_read;
@@ -280,7 +311,34 @@ Partition cut_and_sort(JobContext& context, const CloudInput& input) {
   partition.points_without_view = cloud.points_without_view;
   partition.coordinate_system = cloud.coordinate_system;
   partition.octree = final_octree(context, cloud, partition);
-  sort_chunks(context, input, cloud, binner, partition);
+  return partition;
+}
+
+}  // namespace
+
+Partition cut_and_sort(JobContext& context, const CloudInput& input) {
+  CutExchange exchange(context, input.stage);
+  std::uint64_t share = 0;
+  CountedCloud cloud = count_by_team(context, input, exchange, share);
+  for (const std::string& line : cloud.notes) context.note(line);
+  SpacingSampler sampler(cloud.octree.root(), cloud.grid);
+  cloud.bounds = cloud.grid.bounds();
+  cloud.grid = CountGrid();
+  if (context.team.leads()) check_room(context, input, cloud);
+  Binner binner(cloud.octree, cloud.schema,
+                {cloud.memory.bin_buffer_bytes, exchange.spill_directory(), &context.store.disk(),
+                 exchange.spill_name()});
+  bin_points(context, input, cloud, share, binner, sampler);
+  if (input.are_scans) check_unchanged(context, input.stage);
+  exchange.gather_samples(sampler);
+  Partition partition;
+  if (context.team.leads()) partition = describe_points(context, input, cloud, sampler);
+  partition = exchange.agreed_partition(partition);
+  const auto published = exchange.all_bins(binner, cloud.schema);
+  sort_chunks(context, input, cloud, published ? *published : static_cast<BinSource&>(binner),
+              partition);
+  exchange.end();
+  number_points(context, input.stage, cloud, partition);
   return partition;
 }
 
@@ -295,13 +353,10 @@ std::optional<Partition> begin_partition(JobContext& context, const std::string&
   return stored;
 }
 
-Partition partition_by_leader(JobContext& context, const std::string& stage,
-                              const std::function<Partition()>& make) {
-  Partition partition;
-  by_leader(context, [&] {
-    partition = make();
-    commit_partition(context.store, stage, partition);
-  });
+Partition partition_by_team(JobContext& context, const std::string& stage,
+                            const std::function<Partition()>& make) {
+  Partition partition = make();
+  by_leader(context, [&] { commit_partition(context.store, stage, partition); });
   if (context.team.leads()) return partition;
   return stored_partition(context.store, stage).value();
 }

@@ -59,6 +59,7 @@ struct CountedCloud {
   std::uint64_t points_without_view = 0;
   std::string coordinate_system;
   CountGrid grid;
+  Box bounds;  ///< once the grid is gone
   Octree octree;
   MemoryPlan memory;
   std::vector<std::string> notes;
@@ -93,9 +94,9 @@ void commit_partition(ChunkStore& store, const std::string& stage, const Partiti
 /// Declares what the points of `stage` depend on; returns what an earlier run left of them.
 std::optional<Partition> begin_partition(JobContext& context, const std::string& stage,
                                          const std::string& key);
-/// The leader makes and commits it, everybody gets it.
-Partition partition_by_leader(JobContext& context, const std::string& stage,
-                              const std::function<Partition()>& make);
+/// All members make it together; the leader's is committed, and everybody gets that.
+Partition partition_by_team(JobContext& context, const std::string& stage,
+                            const std::function<Partition()>& make);
 
 /// The stage: scans, prepared where the job or the lack of normals asks for it, as chunks of
 /// oriented points. Resumes from the store where it holds a finished partition under the same key.

@@ -210,7 +210,7 @@ Partition raw_partition(JobContext& context) {
   if (std::optional<Partition> stored =
           begin_partition(context, kRawStage, raw_points_key(context)))
     return std::move(*stored);
-  return partition_by_leader(context, kRawStage, [&] {
+  return partition_by_team(context, kRawStage, [&] {
     return cut_and_sort(context, scans_as_input(context, kRawStage, "raw "));
   });
 }
@@ -369,7 +369,7 @@ Partition partition_prepared(JobContext& context, bool estimates) {
   preparation.smooth_and_thin();
   const auto orientation = propagate(context, cloud, facts, normals);
   const PatchOrientation* turns = orientation ? &*orientation : nullptr;
-  return partition_by_leader(context, kPointsStage, [&] {
+  return partition_by_team(context, kPointsStage, [&] {
     Partition partition = cut_and_sort(
         context, {.open = [&](auto*) { return open_prepared(context.store, cloud, turns); },
                   .stage = kPointsStage,
@@ -437,7 +437,7 @@ Partition prepared_partition(JobContext& context) {
       return partition_prepared(context, estimates);
     }
   }
-  return partition_by_leader(context, kPointsStage, [&] {
+  return partition_by_team(context, kPointsStage, [&] {
     Partition partition = cut_and_sort(context, scans_as_input(context, kPointsStage, ""));
     partition.prepare = describe_layers(context, partition);
     partition.normals.source = "file";
@@ -450,7 +450,7 @@ const std::vector<std::string>& raw_stages() {
     std::vector<std::string> names = {kRawStage, "raw_outliers", "raw_merged", "raw_normals"};
     for (int pass = 1; pass <= kMostSmoothPasses; ++pass)
       names.push_back("raw_smooth_" + std::to_string(pass));
-    names.insert(names.end(), {"raw_thinned", kPatchStage});
+    names.insert(names.end(), {"raw_thinned", kPatchStage, kTurnStage});
     return names;
   }();
   return stages;
