@@ -39,13 +39,21 @@ Json options_json(const Job& job, std::initializer_list<std::string_view> sectio
   return options;
 }
 
+Json extent_json(const RunReport& report) {
+  if (report.bounds.empty()) return nullptr;
+  const Vec3 extent =
+      (report.bounds.max - report.bounds.min) * (1.0 / report.options.input.units_per_meter);
+  return {extent.x, extent.y, extent.z};
+}
+
 Json input_json(const RunReport& report) {
   Json dropped = Json::object();
   for (const auto& [reason, count] : report.points_dropped) dropped[reason] = count;
   return {{"files", report.files},
           {"points_read", report.points_read},
           {"points_dropped", dropped},
-          {"bounds", bounds_json(report.bounds)}};
+          {"bounds", bounds_json(report.bounds)},
+          {"extent_meters", extent_json(report)}};
 }
 
 Json mesh_json(const MeshFacts& facts) {

@@ -95,17 +95,19 @@ using Keys = std::vector<std::string>;
 
 TEST_CASE("TheReportHasItsStableKeys") {
   const Json json = Json::parse(report_json(example()));
-  CHECK(keys_of(json) == Keys{"version", "command", "options", "input", "coordinate_system",
-                              "prepare", "normals", "partition", "radii", "points_unused",
-                              "conflicts_lost", "mesh", "holes", "stages", "peak_memory_bytes",
-                              "predicted", "measured", "ranks", "machine", "notes"});
+  CHECK(keys_of(json) ==
+        Keys{"version",        "command",  "options",   "input",   "coordinate_system",
+             "prepare",        "normals",  "partition", "radii",   "points_unused",
+             "conflicts_lost", "mesh",     "holes",     "stages",  "peak_memory_bytes",
+             "predicted",      "measured", "ranks",     "machine", "notes"});
   CHECK(keys_of(json["prepare"]) == Keys{"thickness", "spacing", "outlier_sigma", "merge_tolerance",
                                          "smooth_radius", "smooth_passes", "thin_to_spacing",
                                          "reason", "points_moved", "mean_move"});
   CHECK(keys_of(json["normals"]) == Keys{"source", "orientation", "neighbors", "max_radius",
                                          "patches", "components", "contested_patches",
                                          "votes_satisfied"});
-  CHECK(keys_of(json["input"]) == Keys{"files", "points_read", "points_dropped", "bounds"});
+  CHECK(keys_of(json["input"]) ==
+        Keys{"files", "points_read", "points_dropped", "bounds", "extent_meters"});
   CHECK(keys_of(json["partition"]) == Keys{"chunks", "halo_width", "largest_chunk_points"});
   CHECK(keys_of(json["radii"]) == Keys{"values", "reason"});
   CHECK(keys_of(json["mesh"]) ==
@@ -113,10 +115,9 @@ TEST_CASE("TheReportHasItsStableKeys") {
              "nonmanifold_edges", "nonmanifold_vertices", "inconsistent_edges",
              "degenerate_triangles", "duplicate_triangles", "unreferenced_vertices",
              "euler_characteristic", "area", "watertight", "checksum", "bounds"});
-  CHECK(keys_of(json["stages"][0]) == Keys{"name", "seconds", "cpu_seconds", "points",
-                                           "points_per_second", "bytes_read", "bytes_written",
-                                           "chunks", "chunks_reused", "peak_memory_bytes",
-                                           "chunk_seconds"});
+  CHECK(keys_of(json["stages"][0]) ==
+        Keys{"name", "seconds", "cpu_seconds", "points", "points_per_second", "bytes_read",
+             "bytes_written", "chunks", "chunks_reused", "peak_memory_bytes", "chunk_seconds"});
   CHECK(keys_of(json["machine"]) == Keys{"cores", "cpu_model", "memory_bytes"});
   REQUIRE(json["holes"].is_array());
   for (const Json& hole : json["holes"])
@@ -148,6 +149,9 @@ TEST_CASE("NumbersOfTheReportAreExact") {
   const Json json = Json::parse(report_json(report));
   CHECK(json["input"]["points_read"] == report.points_read);
   CHECK(json["input"]["bounds"]["min"][2] == report.bounds.min.z);
+  RunReport in_millimeters = report;
+  in_millimeters.options.input.units_per_meter = 1000.0;
+  CHECK(Json::parse(report_json(in_millimeters))["input"]["extent_meters"][1] == 0.004);
   CHECK(json["input"]["points_dropped"] == Json{{"duplicate", 7}, {"not finite", 3}});
   CHECK(json["mesh"]["area"] == report.mesh.area);
   CHECK(json["mesh"]["euler_characteristic"] == -46);
