@@ -190,7 +190,11 @@ bool was_ended_before(JobContext& context) {
 /// meanwhile finds that nothing is left to do.
 void end_job(const JobContext& context) {
   context.store.finish_commits();
-  if (context.job.output.mesh != "-") context.store.set_ended(outputs_key(context));
+  try {
+    if (context.job.output.mesh != "-") context.store.set_ended(outputs_key(context));
+  } catch (const Error&) {
+    // A full disk may have no room for it; what follows makes room.
+  }
   if (!context.job.run.keep_work_dir) context.store.remove_all();
 }
 
