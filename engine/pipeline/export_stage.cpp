@@ -9,6 +9,7 @@
 #include "engine/pipeline/placed_export.h"
 #include "engine/pipeline/reconstruct_stage.h"
 #include "engine/pipeline/stored_surface.h"
+#include "engine/pipeline/tile_export.h"
 #include "io/atomic_file.h"
 #include "io/chunk_points.h"
 #include "io/mesh_writer.h"
@@ -126,7 +127,7 @@ void write_coordinate_system(const std::string& mesh, const std::string& coordin
 Stitched stitch(JobContext& context, const Partition& partition) {
   const std::size_t chunks = partition.octree.chunks().size();
   StageClock clock(context, "stitch", chunks, "chunks");
-  Stitched stitched{{}, UsedVertices(partition.points()), {}};
+  Stitched stitched{MeshSummary(context.job.fill.enabled), UsedVertices(partition.points()), {}};
   for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
     context.stop.check();
     const ChunkMesh mesh = load_chunk_mesh(context.store, chunk, true);
@@ -152,12 +153,16 @@ void export_mesh(JobContext& context, const Partition& partition, Stitched& stit
   if (pieces.vertices() != facts.vertices || pieces.triangles() != facts.triangles)
     throw std::logic_error("the mesh has other counts than its summary says");
 
-  StageClock clock(context, "export", partition.points() + facts.triangles, "rows");
   const OutputOptions& output = context.job.output;
+  const std::uint64_t rows = partition.points() + facts.triangles;
+  StageClock clock(context, "export", output.tiles ? partition.octree.chunks().size() : rows,
+                   output.tiles ? "chunks" : "rows");
   const MeshHeader header{facts.vertices, facts.triangles, false, context.job.fill.enabled,
                           output_schema(partition, output)};
   SurfaceDigest digest;
-  clock.facts().bytes_written = export_one_file(context, pieces, header, digest);
+  const TileInput tiles{partition, stitched.used, holes, pieces, header};
+  clock.facts().bytes_written = output.tiles ? export_tiles(context, clock, tiles, digest)
+                                             : export_one_file(context, pieces, header, digest);
   clock.facts().points = partition.points();
   if (!context.team.leads()) return;
   write_coordinate_system(output.mesh, partition.coordinate_system);

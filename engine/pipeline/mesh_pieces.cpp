@@ -17,7 +17,8 @@ namespace {
 
 constexpr std::uint64_t kPieceRows = std::uint64_t{1} << 16;
 
-/// Keeps the points that the mesh uses.
+}  // namespace
+
 void keep_used(PointCloud& points, const UsedVertices& used, std::uint64_t first_vertex) {
   std::size_t kept = 0;
   const std::size_t bytes = points.schema.attribute_bytes();
@@ -35,8 +36,6 @@ void keep_used(PointCloud& points, const UsedVertices& used, std::uint64_t first
   if (!points.normals.empty()) points.normals.resize(kept);
   points.attributes.resize(kept * bytes);
 }
-
-}  // namespace
 
 MeshPieces::MeshPieces(const JobContext& context, const Partition& partition,
                        const UsedVertices& used, const FilledHoles& holes,
@@ -222,6 +221,13 @@ void run_in_order(JobContext& context, const std::vector<MeshPiece>& pieces, std
             tbb::make_filter<std::size_t, std::size_t>(tbb::filter_mode::parallel, prepare_one) &
             tbb::make_filter<std::size_t, void>(tbb::filter_mode::serial_in_order, put_one));
   });
+}
+
+void digest_pieces(JobContext& context, const MeshPieces& pieces, SurfaceDigest& digest) {
+  run_in_order(
+      context, pieces.all(), pieces_in_flight(context, {}),
+      [&](const MeshPiece& piece, PieceRows& rows) { pieces.load(piece, {}, rows); },
+      [&](const MeshPiece& piece, PieceRows& rows) { digest.add(piece, rows); });
 }
 
 }  // namespace orbweave

@@ -76,6 +76,9 @@ class MeshPieces {
   std::uint64_t triangles_ = 0;
 };
 
+/// Keeps the points that are used; the first of the cloud is number `first_vertex` of `used`.
+void keep_used(PointCloud& points, const UsedVertices& used, std::uint64_t first_vertex);
+
 /// Checksum and bounds of the mesh that passes by, piece by piece in the file's order.
 class SurfaceDigest {
  public:
@@ -96,5 +99,8 @@ std::size_t pieces_in_flight(const JobContext& context, const PointSchema& schem
 void run_in_order(JobContext& context, const std::vector<MeshPiece>& pieces, std::size_t in_flight,
                   const std::function<void(const MeshPiece&, PieceRows&)>& prepare,
                   const std::function<void(const MeshPiece&, PieceRows&)>& put);
+
+/// Checksum and bounds alone.
+void digest_pieces(JobContext& context, const MeshPieces& pieces, SurfaceDigest& digest);
 
 }  // namespace orbweave

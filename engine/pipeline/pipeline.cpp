@@ -21,6 +21,7 @@
 #include "engine/pipeline/radii_choice.h"
 #include "engine/pipeline/reconstruct_stage.h"
 #include "engine/pipeline/stage_keys.h"
+#include "engine/pipeline/tile_export.h"
 #include "io/atomic_file.h"
 #include "io/chunk_points.h"
 #include "io/glob.h"
@@ -31,6 +32,7 @@ namespace {
 
 /// Finds out before the work whether its end can be written.
 void check_output(const Job& job) {
+  if (job.output.tiles) check_tiles(job.output);
   if (job.output.mesh == "-") return;
   const std::filesystem::path target(job.output.mesh);
   const std::filesystem::path directory =

@@ -105,7 +105,9 @@ class PlacedExport {
     PlacedFile file(part, context_.job.output.mesh);
     if (context_.team.leads()) begin(file);
     context_.team.start_counting(context_.stop);
-    if (context_.team.leads()) digest_all();
+    // The checksum takes the mesh from front to back, so that is one member's; the others write
+    // meanwhile.
+    if (context_.team.leads()) digest_pieces(context_, pieces_, digest_);
     share_pieces(file);
     file.flush();
     context_.team.meet(context_.stop);
@@ -117,15 +119,6 @@ class PlacedExport {
   void begin(PlacedFile& file) const {
     file.reserve(layout_.bytes());
     file.write(0, std::as_bytes(std::span(layout_.front())));
-  }
-
-  /// The checksum takes the mesh from front to back, so that is one member's; the others write
-  /// meanwhile.
-  void digest_all() {
-    run_in_order(
-        context_, pieces_.all(), in_flight_,
-        [&](const MeshPiece& piece, PieceRows& rows) { pieces_.load(piece, {}, rows); },
-        [&](const MeshPiece& piece, PieceRows& rows) { digest_.add(piece, rows); });
   }
 
   void share_pieces(PlacedFile& file) {

@@ -1,0 +1,428 @@
+// The mesh file: written by several threads and processes at once, in pieces, as tiles; of any
+// size.
+#include "engine/pipeline/export_stage.h"
+
+#include <algorithm>
+#include <atomic>
+#include <barrier>
+#include <catch2/catch.hpp>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "io/error.h"
+#include "io/mesh_reader.h"
+#include "partition/team.h"
+#include "tests/support/jobs.h"
+
+namespace orbweave {
+namespace {
+
+namespace fs = std::filesystem;
+using test::bytes_of;
+using test::job_for;
+using test::mesh_bytes;
+using test::NamedCloud;
+using test::run;
+using test::ScratchDirectory;
+
+/// Members of a team that are threads of the test.
+class ThreadTeam : public Team {
+ public:
+  struct Shared {
+    explicit Shared(int members) : size(members), meeting(members) {}
+    int size;
+    std::barrier<> meeting;
+    std::atomic<std::uint64_t> next{0};
+    std::atomic<std::uint64_t> word{0};
+  };
+  ThreadTeam(Shared& shared, int rank) : shared_(shared), rank_(rank) {}
+  int rank() const override { return rank_; }
+  int size() const override { return shared_.size; }
+  void meet(const StopToken&) override { shared_.meeting.arrive_and_wait(); }
+  std::uint64_t leaders_word(std::uint64_t word, const StopToken&) override {
+    if (leads()) shared_.word = word;
+    shared_.meeting.arrive_and_wait();
+    const std::uint64_t told = shared_.word;
+    shared_.meeting.arrive_and_wait();
+    return told;
+  }
+  void start_counting(const StopToken&) override {
+    shared_.meeting.arrive_and_wait();
+    if (rank_ == 0) shared_.next = 0;
+    shared_.meeting.arrive_and_wait();
+  }
+  std::uint64_t take_next() override { return shared_.next++; }
+
+ private:
+  Shared& shared_;
+  int rank_;
+};
+
+/// Runs the job by so many members; returns the leader's report.
+RunReport run_by_team(const Job& job, int members) {
+  ThreadTeam::Shared shared(members);
+  std::vector<RunReport> reports(static_cast<std::size_t>(members));
+  std::vector<std::exception_ptr> failures(reports.size());
+  std::vector<std::thread> threads;
+  for (int rank = 0; rank < members; ++rank) {
+    threads.emplace_back([&, rank] {
+      const auto at = static_cast<std::size_t>(rank);
+      try {
+        ThreadTeam team(shared, rank);
+        test::RecordingProgress progress;
+        const StopToken stop;
+        reports[at] = run_job(job, {"test"}, progress, stop, team);
+      } catch (...) {
+        failures[at] = std::current_exception();
+        shared.meeting.arrive_and_drop();
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const std::exception_ptr& failure : failures) {
+    if (failure) std::rethrow_exception(failure);
+  }
+  return reports.front();
+}
+
+void remove_ball(PointCloud& cloud, Vec3 center, double radius) {
+  PointCloud kept;
+  kept.schema = cloud.schema;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (norm(cloud.positions[i] - center) >= radius) kept.append(cloud, i);
+  }
+  cloud = std::move(kept);
+}
+
+/// Rough enough that pieces are removed, vertices split and many holes filled; one hole is large.
+NamedCloud rough_torus(std::size_t points = 7000) {
+  NamedCloud named = test::painted_torus(points, 0.9, 33);
+  remove_ball(named.cloud, {1.0, 0.0, 0.4}, 0.3);
+  return named;
+}
+
+Job rough_job(const ScratchDirectory& scratch, const NamedCloud& named) {
+  Job job = job_for(scratch, named);
+  job.partition.chunk_points = 700;
+  job.fill.min_triangles = 6;
+  return job;
+}
+
+std::size_t entries_in(const fs::path& directory) {
+  const fs::directory_iterator all(directory);
+  return static_cast<std::size_t>(std::distance(begin(all), end(all)));
+}
+
+/// The tiles of a mesh put together by their vertices' numbers and the index's runs.
+struct JoinedTiles {
+  TriangleMesh mesh;
+  std::size_t files = 0;
+  std::size_t shared = 0;  ///< vertices that more than one tile has
+};
+
+/// One tile into the whole; what several tiles have must be the same.
+void join(const TriangleMesh& tile, const nlohmann::json& facts, JoinedTiles& joined,
+          std::vector<bool>& seen) {
+  const std::size_t columns = tile.vertices.schema.attributes.size() - 1;
+  const std::size_t width = joined.mesh.vertices.schema.attribute_bytes();
+  REQUIRE(tile.vertices.schema.attributes.back().name == "vertex_id");
+  std::vector<std::uint32_t> ids;
+  for (std::size_t i = 0; i < tile.vertices.size(); ++i) {
+    ids.push_back(static_cast<std::uint32_t>(attribute_value(tile.vertices, i, columns)));
+    PointCloud& all = joined.mesh.vertices;
+    const std::size_t id = ids.back();
+    REQUIRE(id < all.size());
+    const auto* row = tile.vertices.attributes.data() + i * tile.vertices.schema.attribute_bytes();
+    if (seen[id]) {
+      ++joined.shared;
+      REQUIRE(all.positions[id] == tile.vertices.positions[i]);
+      REQUIRE(all.normals[id] == tile.vertices.normals[i]);
+      REQUIRE(std::equal(row, row + width, all.attributes.data() + id * width));
+    }
+    seen[id] = true;
+    all.positions[id] = tile.vertices.positions[i];
+    all.normals[id] = tile.vertices.normals[i];
+    std::copy(row, row + width, all.attributes.data() + id * width);
+  }
+  REQUIRE(std::is_sorted(ids.begin(), ids.end()));
+  std::size_t row = 0;
+  for (const auto& run : facts.at("runs")) {
+    REQUIRE(run.at(0) == row);
+    const std::size_t first = run.at(1), rows = run.at(2);
+    for (std::size_t i = 0; i < rows; ++i, ++row) {
+      const Triangle& t = tile.triangles.at(row);
+      joined.mesh.triangles.at(first + i) = {ids[t[0]], ids[t[1]], ids[t[2]]};
+      if (!tile.hole.empty()) joined.mesh.hole.at(first + i) = tile.hole.at(row);
+    }
+  }
+  REQUIRE(row == tile.triangles.size());
+}
+
+JoinedTiles join_tiles(const fs::path& directory, const TriangleMesh& like) {
+  const auto index = nlohmann::json::parse(bytes_of(directory / "tiles.json"));
+  JoinedTiles joined;
+  joined.mesh.vertices.schema = like.vertices.schema;
+  joined.mesh.vertices.positions.resize(index.at("vertices"));
+  joined.mesh.vertices.normals.resize(index.at("vertices"));
+  joined.mesh.vertices.attributes.resize(joined.mesh.vertices.size() *
+                                         like.vertices.schema.attribute_bytes());
+  joined.mesh.triangles.resize(index.at("triangles"));
+  if (!like.hole.empty()) joined.mesh.hole.resize(index.at("triangles"));
+  std::vector<bool> seen(joined.mesh.vertices.size(), false);
+  for (const auto& facts : index.at("tiles")) {
+    const TriangleMesh tile = read_mesh(directory / facts.at("file").get<std::string>());
+    CHECK(tile.vertices.size() == facts.at("vertices"));
+    CHECK(tile.triangles.size() == facts.at("triangles"));
+    const Box bounds = tile.vertices.bounds();
+    CHECK(facts.at("bounds") == nlohmann::json({{bounds.min.x, bounds.min.y, bounds.min.z},
+                                                {bounds.max.x, bounds.max.y, bounds.max.z}}));
+    join(tile, facts, joined, seen);
+    ++joined.files;
+  }
+  CHECK(std::all_of(seen.begin(), seen.end(), [](bool one) { return one; }));
+  return joined;
+}
+
+void require_same_mesh(const TriangleMesh& a, const TriangleMesh& b) {
+  REQUIRE((a.vertices.positions == b.vertices.positions));
+  REQUIRE((a.vertices.normals == b.vertices.normals));
+  REQUIRE((a.vertices.attributes == b.vertices.attributes));
+  REQUIRE((a.triangles == b.triangles));
+  REQUIRE((a.hole == b.hole));
+}
+
+}  // namespace
+
+TEST_CASE("ATeamWritesTheSameFileAsOneProcess") {
+  const NamedCloud named = rough_torus();
+  ScratchDirectory scratch;
+  for (const bool fill : {true, false}) {
+    Job job = rough_job(scratch, named);
+    job.fill.enabled = fill;
+    const RunReport alone = run(job);
+    const std::string expected = bytes_of(job.output.mesh);
+    for (const int members : {2, 3}) {
+      fs::remove(job.output.mesh);
+      const RunReport report = run_by_team(job, members);
+      INFO("fill " << fill << ", members " << members);
+      REQUIRE((bytes_of(job.output.mesh) == expected));
+      CHECK(report.mesh.checksum == alone.mesh.checksum);
+      CHECK(report.mesh.bounds == alone.mesh.bounds);
+      CHECK(report.holes.size() == alone.holes.size());
+    }
+  }
+  CHECK(entries_in(scratch.path()) == 2);  // the cloud and the mesh: no temporary is left
+}
+
+TEST_CASE("ATeamWritesFormatsWithoutFixedRowsAsWell") {
+  const NamedCloud named = rough_torus(3000);
+  ScratchDirectory scratch;
+  for (const char* mesh : {"mesh.obj", "mesh.stl", "mesh.ply.gz"}) {
+    Job job = rough_job(scratch, named);
+    job.output.mesh = (scratch / mesh).string();
+    const std::string expected = mesh_bytes(job);
+    fs::remove(job.output.mesh);
+    run_by_team(job, 2);
+    INFO(mesh);
+    REQUIRE((bytes_of(job.output.mesh) == expected));
+  }
+}
+
+TEST_CASE("PlacedRowsAreThoseOfTheStreamingWriter") {
+  const NamedCloud named = rough_torus();
+  ScratchDirectory scratch;
+  for (const bool narrow : {true, false}) {
+    Job job = rough_job(scratch, named);
+    job.output.float_positions = narrow;
+    const std::string placed = mesh_bytes(job);
+    // Compressed files have no places: they go through the writer that streams.
+    job.output.mesh = (scratch / "streamed.ply.gz").string();
+    run(job);
+    const TriangleMesh streamed = read_mesh(job.output.mesh);
+    const TriangleMesh mesh = read_mesh(scratch / "mesh.ply");
+    CHECK(mesh.vertices.positions == streamed.vertices.positions);
+    CHECK(mesh.vertices.normals == streamed.vertices.normals);
+    CHECK(mesh.vertices.attributes == streamed.vertices.attributes);
+    CHECK(mesh.triangles == streamed.triangles);
+    CHECK(mesh.hole == streamed.hole);
+  }
+}
+
+TEST_CASE("ADeviceGetsTheMeshDirectly") {
+  const NamedCloud named = rough_torus(3000);
+  ScratchDirectory scratch;
+  Job job = rough_job(scratch, named);
+  const RunReport expected = run(job);
+  job.output.mesh = "/dev/null";
+  CHECK_THROWS_AS(run(job), Error);  // no extension tells the format
+  fs::create_symlink("/dev/null", scratch / "null.ply");
+  job.output.mesh = (scratch / "null.ply").string();
+  CHECK(run(job).mesh.checksum == expected.mesh.checksum);
+  CHECK(run_by_team(job, 2).mesh.checksum == expected.mesh.checksum);
+  CHECK(fs::is_character_file("/dev/null"));
+}
+
+TEST_CASE("JoinedTilesAreTheOneMesh") {
+  const NamedCloud named = rough_torus();
+  ScratchDirectory scratch;
+  for (const bool fill : {true, false}) {
+    for (const std::uint64_t chunk_points : {250u, 1500u, 1'000'000u}) {
+      INFO("fill " << fill << ", chunk_points " << chunk_points);
+      Job job = rough_job(scratch, named);
+      job.fill.enabled = fill;
+      job.partition.chunk_points = chunk_points;
+      job.output.tiles = false;
+      const RunReport whole = run(job);
+      const TriangleMesh mesh = read_mesh(job.output.mesh);
+      fs::remove(job.output.mesh);
+      job.output.tiles = true;
+      const RunReport report = run(job);
+      CHECK_FALSE(fs::exists(job.output.mesh));
+      const JoinedTiles joined = join_tiles(scratch / "mesh.tiles", mesh);
+      require_same_mesh(joined.mesh, mesh);
+      CHECK(report.mesh.checksum == whole.mesh.checksum);
+      CHECK(report.mesh.bounds == whole.mesh.bounds);
+      CHECK((joined.files > 1) == (chunk_points < 1'000'000u));
+      CHECK((joined.shared > 0) == (joined.files > 1));
+    }
+  }
+  CHECK(entries_in(scratch.path()) == 2);  // the cloud and the tiles of the last run
+}
+
+TEST_CASE("TilesAreTheSameForAnyThreadsAndProcesses") {
+  const NamedCloud named = rough_torus();
+  ScratchDirectory scratch;
+  Job job = rough_job(scratch, named);
+  job.output.tiles = true;
+  const auto files = [&] {
+    std::map<std::string, std::string> bytes;
+    for (const auto& entry : fs::directory_iterator(scratch / "mesh.tiles")) {
+      bytes[entry.path().filename().string()] = bytes_of(entry.path());
+    }
+    return bytes;
+  };
+  run(job);
+  const auto expected = files();
+  REQUIRE(expected.size() > 4);
+  for (const int threads : {1, 5}) {
+    job.run.threads = threads;
+    run(job);
+    CHECK((files() == expected));
+  }
+  for (const int members : {2, 3}) {
+    run_by_team(job, members);
+    CHECK((files() == expected));
+  }
+}
+
+TEST_CASE("TilesCanBeCompressedText") {
+  const NamedCloud named = rough_torus(3000);
+  ScratchDirectory scratch;
+  Job job = rough_job(scratch, named);
+  run(job);
+  const TriangleMesh mesh = read_mesh(job.output.mesh);
+  job.output.mesh = (scratch / "text.ply.gz").string();
+  job.output.binary = false;
+  job.output.tiles = true;
+  run(job);
+  require_same_mesh(join_tiles(scratch / "text.tiles", mesh).mesh, mesh);
+}
+
+TEST_CASE("InterruptedTilesLeaveNothingAndResume") {
+  const NamedCloud named = rough_torus(3000);
+  ScratchDirectory scratch;
+  Job job = rough_job(scratch, named);
+  run(job);
+  const TriangleMesh mesh = read_mesh(job.output.mesh);
+  fs::remove(job.output.mesh);
+  job.output.tiles = true;
+  job.run.keep_work_dir = true;
+  run(job);
+  fs::rename(scratch / "mesh.tiles", scratch / "finished");
+  class StopInExport : public test::RecordingProgress {
+   public:
+    StopToken* stop = nullptr;
+    void begin_stage(const std::string& name, std::uint64_t, const std::string&) override {
+      in_export_ = name == "export";
+    }
+    void advance(std::uint64_t) override {
+      if (in_export_) stop->request();
+    }
+
+   private:
+    bool in_export_ = false;
+  };
+  StopToken stop;
+  StopInExport progress;
+  progress.stop = &stop;
+  CHECK_THROWS_AS(run_job(job, {"test"}, progress, stop), Error);
+  CHECK(entries_in(scratch.path()) == 3);  // the cloud, the finished tiles, the work directory
+  run(job);
+  require_same_mesh(join_tiles(scratch / "mesh.tiles", mesh).mesh, mesh);
+}
+
+TEST_CASE("TilesReplaceTilesAndNothingElse") {
+  const NamedCloud named = rough_torus(3000);
+  ScratchDirectory scratch;
+  Job job = rough_job(scratch, named);
+  job.output.tiles = true;
+  job.partition.chunk_points = 250;
+  run(job);
+  const std::size_t many = entries_in(scratch / "mesh.tiles");
+  job.partition.chunk_points = 1'000'000;
+  // What a process that was killed left.
+  const fs::path abandoned = scratch / ".mesh.tiles.0123456789abcdef.part";
+  fs::copy(scratch / "mesh.tiles", abandoned);
+  run(job);
+  CHECK(entries_in(scratch / "mesh.tiles") == 2);
+  CHECK(many > 2);
+  CHECK_FALSE(fs::exists(abandoned));
+  std::ofstream(scratch / "mesh.tiles" / "notes.txt") << "mine";
+  try {
+    run(job);
+    FAIL("replaced");
+  } catch (const Error& error) {
+    CHECK(error.status() == ExitStatus::kUsage);
+    CHECK_THAT(error.what(), Catch::Contains("notes.txt"));
+  }
+  CHECK(bytes_of(scratch / "mesh.tiles" / "notes.txt") == "mine");
+}
+
+TEST_CASE("WhatCannotBeTilesIsRefusedBeforeTheWork") {
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, rough_torus(300));
+  job.output.tiles = true;
+  for (const std::string& mesh :
+       {std::string("-"), (scratch / "mesh.obj").string(), (scratch / "mesh.stl").string()}) {
+    job.output.mesh = mesh;
+    try {
+      run(job);
+      FAIL("written");
+    } catch (const Error& error) {
+      CHECK(error.status() == ExitStatus::kUsage);
+    }
+    CHECK_FALSE(fs::exists(job.run.work_dir));
+  }
+}
+
+TEST_CASE("AScansOwnVertexIdsAreKept") {
+  NamedCloud named = rough_torus(3000);
+  named.cloud.schema.attributes.front().name = "vertex_id";
+  ScratchDirectory scratch;
+  Job job = rough_job(scratch, named);
+  job.output.tiles = true;
+  run(job);
+  const auto tile = read_mesh(scratch / "mesh.tiles" / "000000.ply").vertices;
+  REQUIRE(tile.schema.attributes.size() == 3);
+  CHECK(tile.schema.attributes[0].name == "scan_vertex_id");
+  CHECK(tile.schema.attributes[2].name == "vertex_id");
+}
+
+}  // namespace orbweave
