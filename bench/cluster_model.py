@@ -156,7 +156,7 @@ def stages_of(report, outside_seconds=0.0, constant_seconds=0.0, overrides=None)
         alone = max(0.0, facts["seconds"] - sum(chunks))
         stages.append(Stage(facts["name"], kind, alone, chunks, facts["bytes_read"], facts["bytes_written"]))
     return stages + [Stage(stage_kinds.OUTSIDE, stage_kinds.UNKNOWN, max(0.0, outside_seconds)),
-                     Stage("any job", stage_kinds.Kind("leader", grows="constant"), max(0.0, constant_seconds))]
+                     Stage(stage_kinds.ANY_JOB, stage_kinds.Kind("leader", grows="constant"), max(0.0, constant_seconds))]
 
 
 def _alone(stage, cluster, seconds, bytes_moved):

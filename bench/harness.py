@@ -9,10 +9,12 @@ import pathlib
 import platform
 import re
 import shutil
+import signal
 import statistics
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PEERS = ROOT / "bench" / "peers"
@@ -28,14 +30,39 @@ def run(command):
     output. Ends the script, with the program's own words, where the program fails."""
     with tempfile.NamedTemporaryFile("r", suffix=".time") as measured:
         words = ["/usr/bin/time", "-q", "-f", "%e %U %S %M", "-o", measured.name]
-        done = subprocess.run(words + [str(word) for word in command], stdin=subprocess.DEVNULL,
-                              capture_output=True, text=True, check=False)
-        if done.returncode != 0:
+        status, output, errors = _finished(words + [str(word) for word in command])
+        if status != 0:
             shown = " ".join(str(word) for word in command)
-            sys.exit(f"exit status {done.returncode} from: {shown}\n{done.stderr[-2000:]}")
+            sys.exit(f"exit status {status} from: {shown}\n{errors[-2000:]}")
         wall, user, system, peak_kib = measured.read().split()[-4:]
     return {"wall_seconds": float(wall), "user_seconds": float(user), "system_seconds": float(system),
-            "peak_memory_bytes": int(peak_kib) * 1024, "stdout": done.stdout}
+            "peak_memory_bytes": int(peak_kib) * 1024, "stdout": output}
+
+
+def _finished(words):
+    """Exit status, standard output and error. Where the script is interrupted, so is all that runs for it."""
+    with subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                          start_new_session=True) as process:
+        try:
+            output, errors = process.communicate()
+        except BaseException:
+            os.killpg(process.pid, signal.SIGTERM)
+            process.wait()
+            _wait_for_group(process.pid)
+            raise
+        return process.returncode, output, errors
+
+
+def _wait_for_group(group, seconds=60.0):
+    """`time` ends at once, what it started when it has cleaned up."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.05)
+    os.killpg(group, signal.SIGKILL)
 
 
 def spread(samples):
@@ -124,8 +151,8 @@ def spacing(shape, points):
 def reconstruct(program, cloud, mesh, arguments=(), launcher=()):
     """A whole job; the report's content is in "report". launcher: what starts the program, mpirun with its options."""
     clouds = cloud if isinstance(cloud, (list, tuple)) else [cloud]
-    return _job([*launcher, program, "reconstruct", *clouds, "-o", mesh, "--report", _report(mesh), "--work-dir", _work(mesh),
-                 "--progress", "none", *arguments], mesh)
+    return _job([*launcher, program, "reconstruct", *clouds, "-o", mesh, "--report", _report(mesh), "--work-dir",
+                 _work(mesh), "--progress", "none", *arguments], mesh)
 
 
 def run_job(program, job_file, clouds, mesh, settings=()):

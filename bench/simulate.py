@@ -116,22 +116,24 @@ def stage_table(stages):
 
 
 def check_rows(options, stages, taken):
-    """What the model says of the measured runs; the storage is the page cache, which their times contain."""
+    """What the model says of the measured runs; the storage is the page cache, which their times contain. The start
+    of mpirun is measured, not predicted."""
     cores = os.cpu_count() or 1
     rows = []
     for (team, threads, _), result in taken.items():
         cluster = cluster_model.Cluster(workers=max(team, 1), threads=threads, slowdown=options.slowdown, cores=cores,
                                         task_seconds=options.check_task_ms * 1e-3 if team > 0 else 0.0,
                                         stage_seconds=0.0)
-        predicted = sum(cluster_model.job_seconds(stages, cluster).values())
-        measured = result["wall_seconds"]
+        by_stage = cluster_model.job_seconds(stages, cluster)
+        by_stage[stage_kinds.OUTSIDE] += by_stage.pop(stage_kinds.ANY_JOB) + ranks.start_seconds(options, team)
+        predicted, measured = sum(by_stage.values()), result["wall_seconds"]
         fits = cluster.slots() <= cores
         rows.append({"variant": f"{team} ranks" if team else f"{threads} threads", "workers": cluster.slots(),
                      "measured_seconds": measured, "predicted_seconds": predicted,
                      "error_percent": 100.0 * (predicted / measured - 1.0),
                      "counts": "yes" if fits else f"no, {cores} cores", "fits": fits,
                      "measured_stages": whole_jobs.stage_medians([result]),
-                     "predicted_stages": cluster_model.job_seconds(stages, cluster)})
+                     "predicted_stages": by_stage})
     return rows
 
 

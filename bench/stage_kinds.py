@@ -32,7 +32,8 @@ KINDS = {
     "picture": Kind("leader", threads=0.5, grows="constant"),
 }
 UNKNOWN = Kind("leader")
-OUTSIDE = "between the stages"  # start, keys, meetings, removal of the work directory
+OUTSIDE = "between the stages"  # keys, meetings, removal of the work directory
+ANY_JOB = "any job"             # start and end, whatever the points
 
 
 def kind_of(stage, facts=None, overrides=None):
