@@ -223,7 +223,7 @@ def round_of(job, rng, options, reference, moments, books, counts):
     for moment in [*moments, None]:
         how = signal.SIGKILL if not options.gentle else rng.choice([signal.SIGTERM, signal.SIGINT])
         status, text = attempt(job, moment, rng.random(), durations.get(moment, 0.0), how)
-        killed = status == (130 if options.gentle else -signal.SIGKILL)
+        killed = status == -how or (options.gentle and status == 130)  # -how: before it listens to signals
         books.note_run(job, killed)
         if not killed:
             break
