@@ -15,6 +15,7 @@
 #include "io/job_keys.h"
 #include "io/job_values.h"
 #include "io/quantity.h"
+#include "io/tile_directory.h"
 #include "partition/memory_plan.h"
 
 namespace orbweave {
@@ -226,7 +227,9 @@ std::string outputs_key(const InputContext& context) {
   for (const char* section : {"prepare", "normals", "reconstruct", "fill", "output"})
     key += section_lines(context.job, section, {});
   const OutputOptions& output = context.job.output;
-  for (const std::string& file : {output.mesh, output.report, output.picture})
+  const std::string mesh =
+      output.tiles ? (tile_directory_of(output.mesh) / kTileIndex).string() : output.mesh;
+  for (const std::string& file : {mesh, output.report, output.picture})
     if (!file.empty()) key += key_line(file, stamp(file));
   return key;
 }
