@@ -48,13 +48,12 @@ TEST_CASE("UnknownCommandIsToldOnceWithTheCommandsThatATeamHas") {
 TEST_CASE("WhatOneRankFindsWrongNamesItAndEndsTheJob") {
   if (skipped_without_mpi()) return;
   const ScratchDirectory in;
-  const Job job = oriented_job(in, 3000);
-  const auto size = std::filesystem::file_size(in / "cloud.ply");
-  std::filesystem::resize_file(in / "cloud.ply", size - 5);
+  write_text(in / "cloud.xyz", "0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 x 0 0 1\n");
+  const Job job = {"reconstruct", "cloud.xyz", "-o", "mesh.ply", "--progress", "none"};
   const ProgramResult result = run_by_ranks(3, job, in.path());
   CHECK(result.status == 3);
   CHECK(count_of(result.err, "orbweave: error: ") == 1);
-  CHECK_THAT(result.err, Contains("rank ") && Contains("cloud.ply"));
+  CHECK_THAT(result.err, Contains("orbweave: error: rank ") && Contains("cloud.xyz: line 3"));
   CHECK_FALSE(std::filesystem::exists(in / "mesh.ply"));
 }
 
@@ -68,7 +67,6 @@ TEST_CASE("WorkDirectoryThatIsNotSharedIsNoticed") {
   job[1] = (in / "cloud.ply").string();
   std::filesystem::create_directory(in / "elsewhere");
   if (of_an_earlier_run) {
-    const ProgramSetting there = mpi_setting(in / "elsewhere");
     REQUIRE(run_by_ranks(2, job + Job{"--keep-work-dir"}, in / "elsewhere").status == 0);
   }
   const Job first = by_ranks(1, job);
