@@ -18,6 +18,7 @@ import whole_jobs
 WANTED = (1, 64, 512)
 LEAST_POINTS = 500  # a chunk of fewer is mostly halo, in any job
 MOST_TIMES = 1.15
+CLOSE = 0.05  # of the wanted number of chunks: no other is looked for
 COLUMNS = ["variant", "points", "chunks", "chunk_points", "seconds", "relative_half_range", "cpu_seconds",
            "reconstruct_seconds", "times_one_chunk", "peak_memory_mib"]
 
@@ -28,7 +29,7 @@ def chunks_with(options, job_file, chunk_points):
 
 
 def chunk_points_for(options, work, cloud, points, wanted):
-    """The limit whose number of chunks is closest to `wanted`, found by planning with ten of them. The octree halves
+    """The limit whose number of chunks is closest to `wanted`, found by planning with at most ten. The octree halves
     its boxes, so the number jumps."""
     if wanted == 1:
         return points
@@ -40,7 +41,7 @@ def chunk_points_for(options, work, cloud, points, wanted):
     for _ in range(10):
         middle = int((low * high) ** 0.5)
         found[middle] = chunks_with(options, job_file, middle)
-        if found[middle] == wanted:
+        if abs(found[middle] - wanted) <= CLOSE * wanted:
             break
         low, high = (middle, high) if found[middle] > wanted else (low, middle)
     job_file.unlink()

@@ -89,7 +89,7 @@ def size_rows(bench, options):
 
 
 def stage_table(rows):
-    """A row per stage, a column per job; millions of points a second, seconds for what does not grow."""
+    """A row per stage, a column per job: seconds, millions of points a second, peak memory."""
     names = list(dict.fromkeys(stage for row in rows for stage in row["stage_seconds"]))
     label = {id(row): f"{row['points'] / 1e6:g}M {row['variant']}" for row in rows}
     table = []
@@ -99,7 +99,8 @@ def stage_table(rows):
             seconds = row["stage_seconds"].get(name)
             if seconds is not None:
                 rate = f", {row['points'] / seconds / 1e6:.3g} M/s" if seconds >= 0.01 else ""
-                line[label[id(row)]] = f"{seconds:.2f} s{rate}"
+                peak = row["stage_peak_mib"].get(name, 0.0)
+                line[label[id(row)]] = f"{seconds:.2f} s{rate}" + (f", {peak:,.0f} MiB" if peak else "")
         table.append(line)
     return harness.table(table, ["stage", *label.values()])
 
