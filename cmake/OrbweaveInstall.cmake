@@ -13,7 +13,7 @@ function(orbweave_install_library target)
   install(TARGETS ${target} EXPORT orbweaveTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
           LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
   install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/orbweave/${name}
-          FILES_MATCHING PATTERN "*.h" PATTERN cli EXCLUDE)
+          FILES_MATCHING PATTERN "*.h" PATTERN cli EXCLUDE PATTERN mpi_team.h EXCLUDE)
 endfunction()
 
 # The package files; called once, after all libraries.
