@@ -48,10 +48,10 @@ std::vector<Piece> pieces_of(const StitchedBoundary& boundary) {
 class HoleStage {
  public:
   HoleStage(JobContext& context, const Partition& partition, const std::vector<double>& radii,
-            const StitchedBoundary& boundary, MeshFacts& facts)
+            StitchedBoundary boundary, MeshFacts& facts)
       : context_(context),
         partition_(partition),
-        boundary_(boundary),
+        boundary_(std::move(boundary)),
         facts_(facts),
         plan_(plan_memory(context.job.partition.memory_bytes, partition.points(), context.threads(),
                           context.job.partition.chunk_points, partition.schema)),
@@ -105,7 +105,7 @@ class HoleStage {
 
   JobContext& context_;
   const Partition& partition_;
-  const StitchedBoundary& boundary_;
+  StitchedBoundary boundary_;  ///< its fans are fans_, its vertices those of holes_ in the end
   MeshFacts& facts_;
   MemoryPlan plan_;
   StoredSurface surface_;
@@ -123,9 +123,8 @@ void HoleStage::remove_small_pieces() {
   std::sort(result_.removed.begin(), result_.removed.end());
   find_freed();
   surface_.remove(result_.removed);
-  for (const OpenFan& fan : boundary_.fans) {
-    if (!is_removed(fan.component)) fans_.push_back(fan);
-  }
+  fans_ = std::move(boundary_.fans);
+  std::erase_if(fans_, [&](const OpenFan& fan) { return is_removed(fan.component); });
 }
 
 /// All triangles that hang together with the piece's first one.
@@ -173,7 +172,8 @@ void HoleStage::find_freed() {
 }
 
 void HoleStage::trace() {
-  holes_ = plan_holes(fans_, boundary_.vertices, pieces_of(boundary_), context_.job.fill);
+  holes_ =
+      plan_holes(fans_, std::move(boundary_.vertices), pieces_of(boundary_), context_.job.fill);
   result_.holes = holes_.facts;
 }
 
@@ -293,18 +293,25 @@ void HoleStage::close_fans(std::span<const Triangle64> corners) {
     const bool found = at != corners.end() && (*at)[0] == previous && (*at)[1] == vertex;
     return found ? &*at : nullptr;
   };
-  std::map<std::array<std::uint64_t, 2>, std::uint64_t> previous_of;  // (vertex, next)
-  std::set<std::array<std::uint64_t, 2>> begun;  // (vertex, next) of fans after a filled gap
-  for (const Triangle64& corner : corners) begun.insert({corner[1], corner[2]});
-  for (const OpenFan& fan : fans_) {
-    if (begun.count({fan.vertex, fan.next}) > 0) {
-      previous_of[{fan.vertex, fan.next}] = fan.previous;
-    }
-  }
-  std::erase_if(fans_, [&](const OpenFan& fan) { return begun.count({fan.vertex, fan.next}) > 0; });
+  using Edge = std::array<std::uint64_t, 2>;
+  std::vector<Edge> begun;  // (vertex, next) of fans after a filled gap
+  begun.reserve(corners.size());
+  for (const Triangle64& corner : corners) begun.push_back({corner[1], corner[2]});
+  std::sort(begun.begin(), begun.end());
+  const auto is_begun = [&](const OpenFan& fan) {
+    return std::binary_search(begun.begin(), begun.end(), Edge{fan.vertex, fan.next});
+  };
+  std::vector<Triangle64> gone;  // (vertex, next, previous) of those fans
+  gone.reserve(begun.size());
+  for (const OpenFan& fan : fans_)
+    if (is_begun(fan)) gone.push_back({fan.vertex, fan.next, fan.previous});
+  std::sort(gone.begin(), gone.end());
+  std::erase_if(fans_, is_begun);
   for (OpenFan& fan : fans_) {
     while (const Triangle64* corner = filled_after(fan.previous, fan.vertex)) {
-      fan.previous = previous_of.at({fan.vertex, (*corner)[2]});
+      const Triangle64 wanted{fan.vertex, (*corner)[2], 0};
+      const auto at = std::lower_bound(gone.begin(), gone.end(), wanted);
+      fan.previous = gone.at(static_cast<std::size_t>(at - gone.begin()))[2];
     }
   }
 }
@@ -378,9 +385,9 @@ void HoleStage::update_facts() {
 }  // namespace
 
 FilledHoles fill_holes(JobContext& context, const Partition& partition,
-                       const std::vector<double>& radii, const StitchedBoundary& boundary,
+                       const std::vector<double>& radii, StitchedBoundary boundary,
                        MeshFacts& facts) {
-  HoleStage stage(context, partition, radii, boundary, facts);
+  HoleStage stage(context, partition, radii, std::move(boundary), facts);
   return stage.run(hole_key(context, partition, radii));
 }
 

@@ -36,7 +36,7 @@ struct FilledHoles {
 /// The stage. Brings `facts` up to date with the mesh that comes out. Batches that the store holds
 /// under the same options are not computed again.
 FilledHoles fill_holes(JobContext& context, const Partition& partition,
-                       const std::vector<double>& radii, const StitchedBoundary& boundary,
+                       const std::vector<double>& radii, StitchedBoundary boundary,
                        MeshFacts& facts);
 
 /// The loops of a stitched mesh, nothing filled; `reason` says why where one would stay open.

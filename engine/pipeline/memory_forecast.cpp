@@ -20,7 +20,7 @@ constexpr std::uint64_t kReadingBytes = std::uint64_t{78} << 20;
 constexpr std::uint64_t kWorkingBytes = std::uint64_t{64} << 20;
 /// As measured: a point of a chunk that is sorted.
 constexpr std::uint64_t kSortedPerRecord = 2;
-constexpr double kMargin = 1.1;
+constexpr double kMargin = 1.06;
 /// Vertices that are used, block bounds, checksums, pieces in the last stages: per 64 points.
 constexpr std::uint64_t kWholeCloudBytesPer64 = 48;
 

@@ -16,6 +16,7 @@
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/pipeline/export_stage.h"
 #include "engine/pipeline/hole_stage.h"
+#include "engine/pipeline/memory_forecast.h"
 #include "engine/pipeline/partition_stage.h"
 #include "engine/pipeline/prepare_stage.h"
 #include "engine/pipeline/radii_choice.h"
@@ -102,12 +103,15 @@ void run_stages(JobContext& context) {
   require_a_triangle(context, partition);
   const std::vector<double> radii = radii_of_job(context, partition);
   describe_partition(context.report, partition, radii);
+  context.report.predicted.peak_memory_bytes = predicted_peak_bytes(context, partition, radii);
   reconstruct_chunks(context, partition, radii);
   Stitched stitched = stitch(context, partition);
   MeshFacts facts = stitched.summary.facts();
   FilledHoles holes;
   if (context.job.fill.enabled) {
-    holes = fill_holes(context, partition, radii, stitched.summary.boundary(), facts);
+    holes = fill_holes(context, partition, radii, stitched.summary.take_boundary(), facts);
+  } else {
+    stitched.summary.take_boundary();
   }
   export_mesh(context, partition, stitched, holes, facts);
   if (!context.team.leads()) return;
@@ -305,6 +309,7 @@ RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Pr
   team.meet(stop);
   if (!team.leads()) return report;
   report.peak_memory_bytes = peak_memory_bytes();
+  report.measured.peak_memory_bytes = report.peak_memory_bytes;
   report.measured.disk_bytes = store->disk().most();
   if (!job.output.report.empty()) write_report(job.output.report, report);
   end_job(context);

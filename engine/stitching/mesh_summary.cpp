@@ -1,34 +1,100 @@
 #include "engine/stitching/mesh_summary.h"
 
 #include <algorithm>
+#include <numeric>
+#include <tuple>
+#include <unordered_map>
 
-#include "engine/validation/boundary_loops.h"
 #include "engine/validation/disjoint_sets.h"
 
 namespace orbweave {
 
-/// Every boundary edge leaves a fan at its tail and ends one at its head; the fan is its index.
-std::uint64_t count_loops(std::span<const OpenFan> fans) {
-  std::vector<OpenFan> arriving(fans.begin(), fans.end());
-  std::sort(arriving.begin(), arriving.end());  // by (previous, vertex): the arriving edge
-  std::vector<std::uint64_t> vertices;
-  for (const OpenFan& fan : arriving) vertices.push_back(fan.vertex);
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-  const auto number = [&](std::uint64_t vertex) {
-    return static_cast<std::uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), vertex) -
-                                      vertices.begin());
-  };
-  std::vector<BoundaryEdge> edges;
-  for (std::uint32_t fan = 0; fan < arriving.size(); ++fan) {
-    const std::uint64_t vertex = arriving[fan].vertex, next = arriving[fan].next;
-    const auto ended =
-        std::lower_bound(arriving.begin(), arriving.end(), OpenFan{vertex, next, 0, 0});
-    edges.push_back({{number(vertex), number(next)},
-                     {fan, static_cast<std::uint32_t>(ended - arriving.begin())}});
+namespace {
+
+/// The walks along the boundary. Every boundary edge leaves a fan at its tail and ends one at its
+/// head: an edge is the fan at its tail. Beside the fans this takes 9 bytes per edge, and what the
+/// longest walk takes.
+class LoopWalks {
+ public:
+  explicit LoopWalks(std::span<const OpenFan> fans)
+      : fans_(fans), arriving_(fans.size()), done_(fans.size(), false) {
+    std::iota(arriving_.begin(), arriving_.end(), 0u);
+    std::sort(arriving_.begin(), arriving_.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return fans[a] < fans[b]; });
   }
-  return count_boundary_loops(edges);
+
+  std::uint64_t count() {
+    for (std::uint32_t edge = 0; edge < arriving_.size(); ++edge)
+      if (!done_[edge]) walk(edge);
+    return loops_;
+  }
+
+ private:
+  const OpenFan& fan(std::uint32_t edge) const { return fans_[arriving_[edge]]; }
+
+  /// The edge that leaves the fan which `edge` ends; the number of edges where there is none.
+  std::uint32_t next(std::uint32_t edge) const {
+    const std::uint64_t tail = fan(edge).vertex, head = fan(edge).next;
+    const auto at = std::partition_point(arriving_.begin(), arriving_.end(), [&](std::uint32_t i) {
+      return std::tie(fans_[i].previous, fans_[i].vertex) < std::tie(tail, head);
+    });
+    const bool found =
+        at != arriving_.end() && fans_[*at].previous == tail && fans_[*at].vertex == head;
+    return static_cast<std::uint32_t>((found ? at : arriving_.end()) - arriving_.begin());
+  }
+
+  void walk(std::uint32_t edge) {
+    path_.assign(1, fan(edge).vertex);
+    place_.clear();
+    place_[path_[0]] = 0;
+    while (edge < arriving_.size() && !done_[edge]) {
+      done_[edge] = true;
+      arrive(fan(edge).next);
+      edge = next(edge);
+    }
+    if (path_.size() > 1) ++loops_;
+  }
+
+  /// A walk that comes to a vertex again closes a loop there: every loop is simple.
+  void arrive(std::uint64_t at) {
+    const auto [entry, is_new] = place_.try_emplace(at, path_.size());
+    if (is_new) {
+      path_.push_back(at);
+      return;
+    }
+    ++loops_;
+    const std::size_t keep = entry->second + 1;
+    for (std::size_t i = keep; i < path_.size(); ++i) place_.erase(path_[i]);
+    path_.resize(keep);
+  }
+
+  std::span<const OpenFan> fans_;
+  std::vector<std::uint32_t> arriving_;  // by (previous, vertex): the arriving edge
+  std::vector<bool> done_;
+  std::vector<std::uint64_t> path_;
+  std::unordered_map<std::uint64_t, std::size_t> place_;  // in path_
+  std::uint64_t loops_ = 0;
+};
+
+/// Puts the parts together, each of which goes as soon as it has been copied: there is never twice
+/// the whole.
+template <class T>
+std::vector<T> joined(std::vector<std::vector<T>>& parts) {
+  std::size_t size = 0;
+  for (const std::vector<T>& part : parts) size += part.size();
+  std::vector<T> all;
+  all.reserve(size);
+  for (std::vector<T>& part : parts) {
+    all.insert(all.end(), part.begin(), part.end());
+    part = {};
+  }
+  parts = {};
+  return all;
 }
+
+}  // namespace
+
+std::uint64_t count_loops(std::span<const OpenFan> fans) { return LoopWalks(fans).count(); }
 
 void derive_facts(MeshFacts& facts) {
   const std::uint64_t edges = (3 * facts.triangles + facts.boundary_edges) / 2;
@@ -49,29 +115,23 @@ void MeshSummary::add(const ChunkMesh& chunk, std::uint64_t first_vertex, std::u
     if (chunk.fans[i] > 1) boundary_.pinched.push_back(first_vertex + i);
   }
   const std::uint64_t before = boundary_.pieces.size();
-  for (OpenFan fan : chunk.boundary) {
-    fan.component += before;
-    boundary_.fans.push_back(fan);
-  }
-  for (SeamNode node : chunk.seam) {
-    node.component += before;
-    seam_.push_back(node);
-  }
-  boundary_.vertices.insert(boundary_.vertices.end(), chunk.boundary_vertices.begin(),
-                            chunk.boundary_vertices.end());
+  for (OpenFan& fan : fans_.emplace_back(chunk.boundary)) fan.component += before;
+  for (SeamNode& node : seams_.emplace_back(chunk.seam)) node.component += before;
+  if (keeps_vertices_) vertices_.push_back(chunk.boundary_vertices);
   boundary_.pieces.insert(boundary_.pieces.end(), chunk.pieces.begin(), chunk.pieces.end());
 }
 
 /// Pieces of different chunks are one where they share a node.
 void MeshSummary::join_pieces() {
-  std::sort(seam_.begin(), seam_.end());
+  std::vector<SeamNode> seam = joined(seams_);
+  std::sort(seam.begin(), seam.end());
   DisjointSets sets(boundary_.pieces.size());
-  for (std::size_t i = 1; i < seam_.size(); ++i) {
-    const SeamNode &a = seam_[i - 1], &b = seam_[i];
+  for (std::size_t i = 1; i < seam.size(); ++i) {
+    const SeamNode &a = seam[i - 1], &b = seam[i];
     if (a.vertex != b.vertex || a.fan != b.fan) continue;
     sets.unite(static_cast<std::uint32_t>(a.component), static_cast<std::uint32_t>(b.component));
   }
-  seam_ = {};
+  seam = {};
   std::vector<ChunkPiece> joined;
   std::vector<std::uint64_t> number(boundary_.pieces.size());
   for (std::uint32_t p = 0; p < boundary_.pieces.size(); ++p) {
@@ -93,6 +153,8 @@ void MeshSummary::join_pieces() {
 }
 
 void MeshSummary::finish() {
+  boundary_.fans = joined(fans_);
+  boundary_.vertices = joined(vertices_);
   join_pieces();
   facts_.boundary_edges = boundary_.fans.size();
   facts_.boundary_loops = count_loops(boundary_.fans);

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/stitching/chunk_mesh.h"
@@ -27,6 +28,8 @@ void derive_facts(MeshFacts& facts);
 
 class MeshSummary {
  public:
+  /// Positions and normals of boundary vertices are kept where holes are to be looked at.
+  explicit MeshSummary(bool keeps_vertices = true) : keeps_vertices_(keeps_vertices) {}
   /// Adds a chunk, in canonical order; its triangles and outer vertices may be left empty when
   /// `triangles` says how many there were. `first_vertex`: global number of its first point.
   void add(const ChunkMesh& chunk, std::uint64_t first_vertex, std::uint64_t triangles);
@@ -36,6 +39,8 @@ class MeshSummary {
 
   const MeshFacts& facts() const { return facts_; }
   const StitchedBoundary& boundary() const { return boundary_; }
+  /// Gives the boundary away.
+  StitchedBoundary take_boundary() { return std::move(boundary_); }
   std::uint64_t conflicts_lost() const { return conflicts_lost_; }
   std::uint64_t unused_points() const { return unused_points_; }
 
@@ -43,8 +48,12 @@ class MeshSummary {
   void join_pieces();
 
   MeshFacts facts_;
+  bool keeps_vertices_;
   StitchedBoundary boundary_;
-  std::vector<SeamNode> seam_;
+  // Of the chunks, until the last has come.
+  std::vector<std::vector<OpenFan>> fans_;
+  std::vector<std::vector<BoundaryVertex>> vertices_;
+  std::vector<std::vector<SeamNode>> seams_;
   std::uint64_t conflicts_lost_ = 0;
   std::uint64_t unused_points_ = 0;
 };
