@@ -192,6 +192,7 @@ struct ChunkStore::State {
   std::atomic<std::uint64_t> bytes_written{0};
   std::atomic<std::uint64_t> bytes_read{0};
   DiskUsage disk;
+  std::atomic<bool> packs{false};
 
   // What is known of files that were written or opened; spares HDF5 a look at them.
   static constexpr std::size_t kKnownLimit = 16384;
@@ -245,7 +246,7 @@ WrittenResult ChunkStore::State::write(const fs::path& part,
   } else if (errno != EEXIST) {
     throw_directory_error(stage, std::strerror(errno));
   }
-  return write_result_file(part, arrays);
+  return write_result_file(part, arrays, packs);
 }
 
 ChunkStore::ChunkStore(std::filesystem::path directory) : state_(std::make_unique<State>()) {
@@ -276,6 +277,7 @@ std::unique_ptr<ChunkStore> ChunkStore::join(fs::path directory) {
 ChunkStore::~ChunkStore() = default;
 
 const std::filesystem::path& ChunkStore::directory() const { return state_->directory; }
+void ChunkStore::set_compression(bool on) { state_->packs = on; }
 
 bool ChunkStore::has_key(const std::string& stage, const std::string& key) const {
   const nlohmann::json stored = parse_json(read_text(state_->directory / stage / kKeyFile));

@@ -67,7 +67,7 @@ class StoredResult {
 /// What a job directory is for: the store refuses to mix results of different layouts.
 class ChunkStore {
  public:
-  static constexpr int kLayoutVersion = 1;
+  static constexpr int kLayoutVersion = 2;
 
   /// Opens or creates the directory and locks it (flock). Throws Error: resource when it cannot
   /// be created or written or when another process holds it (says which process id), usage when
@@ -81,6 +81,8 @@ class ChunkStore {
   ChunkStore& operator=(const ChunkStore&) = delete;
 
   const std::filesystem::path& directory() const;
+  /// Whether results are compressed from now on. What is there is read either way.
+  void set_compression(bool on);
 
   /// Declares what `stage` depends on. When the stored key differs, the stage's results are
   /// removed; returns true when results under the same key may be there.

@@ -4,7 +4,6 @@
 #include <hdf5.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <array>
@@ -12,6 +11,8 @@
 #include <cstring>
 #include <mutex>
 #include <stdexcept>
+
+#include "io/packed_blocks.h"
 
 namespace orbweave {
 namespace {
@@ -42,9 +43,7 @@ class Handle {
 /// The library's global state. It is closed at exit, but not when a file could not be closed (its
 /// disk is full): then the library would try again, and again, and complain.
 struct Library {
-  Library() {
-    H5dont_atexit();
-  }
+  Library() { H5dont_atexit(); }
   ~Library() {
     if (all_files_closed) H5close();
   }
@@ -109,11 +108,21 @@ std::uint64_t block_count(std::uint64_t rows) {
   return (rows + kRowsPerChecksum - 1) / kRowsPerChecksum;
 }
 
-/// Blocks of equal content at other places, or of other arrays, have other checksums.
-std::uint64_t block_checksum(const StoredArray& array, std::uint64_t block, const void* data,
-                             std::size_t bytes) {
-  const std::uint64_t seed = XXH3_64bits(array.name.data(), array.name.size()) + block;
-  return XXH3_64bits_withSeed(data, bytes, seed);
+/// Where the blocks of a packed array are. False where it is not as the store writes it.
+bool find_blocks(hid_t dataset, StoredArray& array) {
+  array.blocks.resize(block_count(array.rows));
+  for (std::size_t block = 0; block < array.blocks.size(); ++block) {
+    const std::array<hsize_t, 2> at = {block * kRowsPerChecksum, 0};
+    unsigned skipped_filters = 0;
+    haddr_t address = HADDR_UNDEF;
+    hsize_t bytes = 0;
+    if (H5Dget_chunk_info_by_coord(dataset, at.data(), &skipped_filters, &address, &bytes) < 0 ||
+        address == HADDR_UNDEF || skipped_filters != 0 ||
+        bytes > most_packed_bytes(array.block_bytes()))
+      return false;
+    array.blocks[block] = {address, bytes};
+  }
+  return true;
 }
 
 // ---------------------------------------------------------------- writing
@@ -147,6 +156,31 @@ bool create_dataset(hid_t file, const std::string& name, hid_t type, std::span<c
   return !has_bytes || address != HADDR_UNDEF;
 }
 
+using PackedArray = std::vector<std::vector<std::byte>>;  ///< its blocks; none: it is not packed
+
+/// Creates the dataset of a packed array and writes its blocks. False on failure.
+bool write_packed(hid_t file, StoredArray& array, const PackedArray& packed) {
+  const std::array<hsize_t, 2> shape = {array.rows, array.columns};
+  const std::array<hsize_t, 2> chunk = {kRowsPerChecksum, array.columns};
+  const Handle space(H5Screate_simple(2, shape.data(), nullptr), H5Sclose);
+  const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_chunk(creation.get(), 2, chunk.data());
+  H5Pset_shuffle(creation.get());
+  H5Pset_deflate(creation.get(), 1);
+  H5Pset_fill_time(creation.get(), H5D_FILL_TIME_NEVER);
+  H5Pset_obj_track_times(creation.get(), false);
+  const Handle dataset(H5Dcreate2(file, array.name.c_str(), native_type(array.type), space.get(),
+                                  H5P_DEFAULT, creation.get(), H5P_DEFAULT),
+                       H5Dclose);
+  bool done = dataset.valid();
+  for (std::size_t block = 0; done && block < packed.size(); ++block) {
+    const std::array<hsize_t, 2> at = {block * kRowsPerChecksum, 0};
+    done = H5Dwrite_chunk(dataset.get(), H5P_DEFAULT, 0, at.data(), packed[block].size(),
+                          packed[block].data()) >= 0;
+  }
+  return done && find_blocks(dataset.get(), array);
+}
+
 bool write_version(hid_t file) {
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
   const Handle attribute(
@@ -157,7 +191,8 @@ bool write_version(hid_t file) {
 }
 
 /// Writes everything but the arrays' bytes, and notes where these belong. False on failure.
-bool lay_out(const std::filesystem::path& path, ResultIndex& index) {
+bool lay_out(const std::filesystem::path& path, ResultIndex& index,
+             std::span<const PackedArray> packed) {
   const auto lock = lock_hdf5();
   errno = 0;
   const Handle access = file_access();
@@ -166,11 +201,14 @@ bool lay_out(const std::filesystem::path& path, ResultIndex& index) {
   H5Pset_obj_track_times(creation.get(), false);
   Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose);
   bool done = file.valid() && write_version(file.get());
-  for (StoredArray& array : index.arrays) {
+  for (std::size_t i = 0; i < index.arrays.size(); ++i) {
+    StoredArray& array = index.arrays[i];
     const std::array<hsize_t, 2> shape = {array.rows, array.columns};
     const std::array<hsize_t, 1> blocks = {block_count(array.rows)};
     done = done &&
-           create_dataset(file.get(), array.name, native_type(array.type), shape, array.offset) &&
+           (packed[i].empty() ? create_dataset(file.get(), array.name, native_type(array.type),
+                                               shape, array.offset)
+                              : write_packed(file.get(), array, packed[i])) &&
            create_dataset(file.get(), array.name + kChecksumSuffix, H5T_NATIVE_UINT64, blocks,
                           array.checksum_offset);
   }
@@ -194,7 +232,7 @@ void write_at(const std::filesystem::path& path, int file, const void* data, std
 }
 
 StoredArray describe(const ArrayView& view) {
-  StoredArray array{view.name, view.type, view.columns, view.rows, 0, 0, {}};
+  StoredArray array{view.name, view.type, view.columns, view.rows, 0, 0, {}, {}};
   const std::size_t row_bytes = array.row_bytes();
   const char* data = static_cast<const char*>(view.data);
   for (std::uint64_t block = 0; block < block_count(view.rows); ++block) {
@@ -206,42 +244,46 @@ StoredArray describe(const ArrayView& view) {
   return array;
 }
 
+/// The blocks of an array that is worth it.
+PackedArray pack(const ArrayView& view, const StoredArray& array) {
+  PackedArray packed;
+  if (array.rows < kRowsPerChecksum) return packed;
+  const std::size_t whole = array.block_bytes();
+  const std::span data(static_cast<const std::byte*>(view.data), array.rows * array.row_bytes());
+  for (std::size_t first = 0; first < data.size(); first += whole) {
+    const auto rows = data.subspan(first, std::min(whole, data.size() - first));
+    packed.push_back(pack_block(rows, size_of(array.type), whole));
+  }
+  return packed;
+}
+
+std::uint64_t data_bytes(const StoredArray& array) {
+  if (array.blocks.empty()) return array.rows * array.row_bytes();
+  std::uint64_t bytes = 0;
+  for (const StoredBlock& block : array.blocks) bytes += block.bytes;
+  return bytes;
+}
+
 FileDescriptor write_all(const std::filesystem::path& path, std::span<const ArrayView> arrays,
-                         ResultIndex& index) {
-  if (!lay_out(path, index)) throw_write_error(path, errno);
+                         ResultIndex& index, bool packed) {
+  std::vector<PackedArray> blocks(arrays.size());
+  for (std::size_t i = 0; packed && i < arrays.size(); ++i)
+    blocks[i] = pack(arrays[i], index.arrays[i]);
+  if (!lay_out(path, index, blocks)) throw_write_error(path, errno);
   FileDescriptor file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
   if (!file.valid()) throw_write_error(path, errno);
   for (std::size_t i = 0; i < arrays.size(); ++i) {
     const StoredArray& array = index.arrays[i];
-    const std::size_t bytes = array.rows * array.row_bytes();
     const std::size_t checksum_bytes = array.checksums.size() * sizeof(std::uint64_t);
-    write_at(path, file.get(), arrays[i].data, bytes, array.offset);
+    if (array.blocks.empty())
+      write_at(path, file.get(), arrays[i].data, data_bytes(array), array.offset);
     write_at(path, file.get(), array.checksums.data(), checksum_bytes, array.checksum_offset);
-    index.file_bytes += bytes + checksum_bytes;
+    index.file_bytes += data_bytes(array) + checksum_bytes;
   }
   return file;
 }
 
 // ---------------------------------------------------------------- reading
-
-[[noreturn]] void throw_read_error(const std::filesystem::path& path, int reason) {
-  throw_resource("cannot read from the work directory",
-                 {.file = path.string(), .found = std::strerror(reason)});
-}
-
-void read_at(const std::filesystem::path& path, int file, void* data, std::size_t bytes,
-             std::uint64_t offset) {
-  char* to = static_cast<char*>(data);
-  while (bytes > 0) {
-    const ssize_t got = pread(file, to, bytes, static_cast<off_t>(offset));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0 && errno != EIO) throw_read_error(path, errno);
-    if (got <= 0) throw CorruptResult(path, got < 0 ? std::strerror(errno) : "a truncated file");
-    to += got;
-    bytes -= static_cast<std::size_t>(got);
-    offset += static_cast<std::uint64_t>(got);
-  }
-}
 
 struct Dataset {
   hid_t id;
@@ -273,13 +315,23 @@ bool scalar_type(hid_t dataset, ScalarType& type) {
   return false;
 }
 
+/// Whether the dataset lies in blocks of the store's size.
+bool is_chunked(hid_t dataset, std::uint32_t columns) {
+  const Handle creation(H5Dget_create_plist(dataset), H5Pclose);
+  std::array<hsize_t, 2> chunk{};
+  return creation.valid() && H5Pget_layout(creation.get()) == H5D_CHUNKED &&
+         H5Pget_chunk(creation.get(), 2, chunk.data()) == 2 && chunk[0] == kRowsPerChecksum &&
+         chunk[1] == columns;
+}
+
 /// Reads the description of one array; false when it is not as the store writes it.
 bool read_array(hid_t file, StoredArray& array) {
   const bool data = with_dataset(file, array.name, 2, [&](const Dataset& dataset) {
     array.rows = dataset.shape[0];
     array.columns = static_cast<std::uint32_t>(dataset.shape[1]);
     array.offset = dataset.offset;
-    return scalar_type(dataset.id, array.type);
+    return scalar_type(dataset.id, array.type) &&
+           (!is_chunked(dataset.id, array.columns) || find_blocks(dataset.id, array));
   });
   return data && with_dataset(file, array.name + kChecksumSuffix, 1, [&](const Dataset& dataset) {
            if (dataset.shape[0] != block_count(array.rows)) return false;
@@ -317,7 +369,7 @@ std::string read_layout(const std::filesystem::path& path, ResultIndex& index) {
   const Handle access = file_access();
   const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose);
   if (!file.valid()) return "a file that HDF5 cannot open";
-  if (!version_matches(file.get())) return "no result of layout version 1";
+  if (!version_matches(file.get())) return "no result of this layout version";
   for (const std::string& name : array_names(file.get())) {
     StoredArray array;
     array.name = name;
@@ -331,114 +383,14 @@ bool lies_within(std::uint64_t offset, std::uint64_t bytes, std::uint64_t file_b
   return offset <= file_bytes && bytes <= file_bytes - offset;
 }
 
-class FileResult : public StoredResult {
- public:
-  FileResult(std::filesystem::path path, FileDescriptor file,
-             std::shared_ptr<const ResultIndex> index, std::atomic<std::uint64_t>& bytes_read)
-      : path_(std::move(path)),
-        file_(std::move(file)),
-        index_(std::move(index)),
-        bytes_read_(bytes_read) {}
-
-  std::uint64_t rows(const std::string& array) const override { return find(array).rows; }
-  bool has(const std::string& array) const override { return search(array) != nullptr; }
-  std::size_t row_bytes(const std::string& array) const override { return find(array).row_bytes(); }
-
-  void read(const std::string& name, std::uint64_t first, std::uint64_t count,
-            void* out) const override {
-    const StoredArray& array = find(name);
-    if (first > array.rows || count > array.rows - first)
-      throw std::out_of_range("chunk store: rows outside of array '" + name + "'");
-    char* to = static_cast<char*>(out);
-    const std::uint64_t last = first + count;
-    while (first < last) {
-      const std::uint64_t block = first / kRowsPerChecksum;
-      const std::uint64_t begin = block * kRowsPerChecksum;
-      std::uint64_t end = std::min(begin + kRowsPerChecksum, array.rows);
-      if (first > begin || last < end) {
-        end = std::min(end, last);
-        read_part(array, block, first, end, to);
-      } else {
-        // Whole blocks go straight to their place; the last block of an array is whole as well.
-        end = last == array.rows ? last : last / kRowsPerChecksum * kRowsPerChecksum;
-        read_blocks(array, begin, end, to);
-      }
-      to += (end - first) * array.row_bytes();
-      first = end;
-    }
-  }
-
- private:
-  const StoredArray* search(const std::string& name) const {
-    for (const StoredArray& array : index_->arrays)
-      if (array.name == name) return &array;
-    return nullptr;
-  }
-  const StoredArray& find(const std::string& name) const {
-    if (const StoredArray* array = search(name)) return *array;
-    throw CorruptResult(path_, "no array '" + name + "'");
-  }
-
-  /// Rows [first, last) of one block.
-  void read_part(const StoredArray& array, std::uint64_t block, std::uint64_t first,
-                 std::uint64_t last, char* out) const {
-    const std::uint64_t begin = block * kRowsPerChecksum;
-    const std::uint64_t end = std::min(begin + kRowsPerChecksum, array.rows);
-    std::vector<char> rows((end - begin) * array.row_bytes());
-    read_blocks(array, begin, end, rows.data());
-    std::memcpy(out, rows.data() + (first - begin) * array.row_bytes(),
-                (last - first) * array.row_bytes());
-  }
-
-  /// Whole blocks, rows [first, last), read and checked in pieces that stay in the cache.
-  void read_blocks(const StoredArray& array, std::uint64_t first, std::uint64_t last,
-                   char* out) const {
-    constexpr std::uint64_t kPieceRows = 32 * kRowsPerChecksum;
-    const std::size_t row_bytes = array.row_bytes();
-    for (std::uint64_t piece = first; piece < last; piece += kPieceRows) {
-      const std::uint64_t piece_end = std::min(piece + kPieceRows, last);
-      const std::size_t bytes = (piece_end - piece) * row_bytes;
-      read_at(path_, file_.get(), out, bytes, array.offset + piece * row_bytes);
-      bytes_read_ += bytes;
-      for (std::uint64_t row = piece; row < piece_end; row += kRowsPerChecksum) {
-        const std::size_t block_bytes =
-            (std::min(row + kRowsPerChecksum, piece_end) - row) * row_bytes;
-        verify(array, row / kRowsPerChecksum, out, block_bytes);
-        out += block_bytes;
-      }
-    }
-  }
-
-  void verify(const StoredArray& array, std::uint64_t block, const char* data,
-              std::size_t bytes) const {
-    if (block_checksum(array, block, data, bytes) != array.checksums[block])
-      throw CorruptResult(path_, "a wrong checksum in block " + std::to_string(block) +
-                                     " of array '" + array.name + "'");
-  }
-
-  std::filesystem::path path_;
-  FileDescriptor file_;
-  std::shared_ptr<const ResultIndex> index_;
-  std::atomic<std::uint64_t>& bytes_read_;
-};
-
 }  // namespace
 
-FileDescriptor::~FileDescriptor() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
-FileDescriptor& FileDescriptor::operator=(FileDescriptor&& other) noexcept {
-  std::swap(descriptor_, other.descriptor_);
-  return *this;
-}
-
 WrittenResult write_result_file(const std::filesystem::path& path,
-                                std::span<const ArrayView> arrays) {
+                                std::span<const ArrayView> arrays, bool packed) {
   const auto index = std::make_shared<ResultIndex>();
   for (const ArrayView& array : arrays) index->arrays.push_back(describe(array));
   try {
-    FileDescriptor file = write_all(path, arrays, *index);
+    FileDescriptor file = write_all(path, arrays, *index, packed);
     return {std::move(file), index};
   } catch (...) {
     ::unlink(path.c_str());
@@ -455,20 +407,18 @@ std::shared_ptr<const ResultIndex> read_result_index(const std::filesystem::path
   if (!problem.empty()) throw CorruptResult(path, problem);
   for (StoredArray& array : index->arrays) {
     const std::uint64_t checksum_bytes = array.checksums.size() * sizeof(std::uint64_t);
-    if (!lies_within(array.offset, array.rows * array.row_bytes(), file_bytes) ||
-        !lies_within(array.checksum_offset, checksum_bytes, file_bytes))
+    const bool inside =
+        array.blocks.empty()
+            ? lies_within(array.offset, array.rows * array.row_bytes(), file_bytes)
+            : std::all_of(array.blocks.begin(), array.blocks.end(), [&](const StoredBlock& block) {
+                return lies_within(block.offset, block.bytes, file_bytes);
+              });
+    if (!inside || !lies_within(array.checksum_offset, checksum_bytes, file_bytes))
       throw CorruptResult(path, "a truncated file");
     read_at(path, file, array.checksums.data(), checksum_bytes, array.checksum_offset);
-    index->file_bytes += array.rows * array.row_bytes() + checksum_bytes;
+    index->file_bytes += data_bytes(array) + checksum_bytes;
   }
   return index;
-}
-
-std::unique_ptr<StoredResult> make_file_result(std::filesystem::path path, FileDescriptor file,
-                                               std::shared_ptr<const ResultIndex> index,
-                                               std::atomic<std::uint64_t>& bytes_read) {
-  return std::make_unique<FileResult>(std::move(path), std::move(file), std::move(index),
-                                      bytes_read);
 }
 
 }  // namespace orbweave

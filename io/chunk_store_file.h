@@ -30,19 +30,32 @@ class FileDescriptor {
   int descriptor_;
 };
 
+inline constexpr std::uint64_t kRowsPerChecksum = 1024;
+
+/// Where a packed block of rows is.
+struct StoredBlock {
+  std::uint64_t offset = 0;  ///< first byte in the file
+  std::uint64_t bytes = 0;
+};
+
 /// An array's shape, its place in the file and its checksums.
 struct StoredArray {
   std::string name;
   ScalarType type = ScalarType::kUint8;
   std::uint32_t columns = 1;
   std::uint64_t rows = 0;
-  std::uint64_t offset = 0;              ///< first byte in the file
+  std::uint64_t offset = 0;              ///< first byte in the file; of no meaning with blocks
   std::uint64_t checksum_offset = 0;     ///< first byte of the stored checksums in the file
   std::vector<std::uint64_t> checksums;  ///< one per kRowsPerChecksum rows
+  std::vector<StoredBlock> blocks;       ///< likewise, of a compressed array; empty otherwise
 
   std::size_t row_bytes() const { return columns * size_of(type); }
+  std::size_t block_bytes() const { return kRowsPerChecksum * row_bytes(); }
 };
-inline constexpr std::uint64_t kRowsPerChecksum = 1024;
+
+/// Of a block of rows, given by its number.
+std::uint64_t block_checksum(const StoredArray& array, std::uint64_t block, const void* data,
+                             std::size_t bytes);
 
 /// What is in a result file.
 struct ResultIndex {
@@ -55,9 +68,15 @@ struct WrittenResult {
   FileDescriptor file;
   std::shared_ptr<const ResultIndex> index;
 };
-/// Writes a result file. On failure (Error, resource) no file is left.
+/// Writes a result file, its larger arrays packed where that is wanted. On failure (Error,
+/// resource) no file is left.
 WrittenResult write_result_file(const std::filesystem::path& path,
-                                std::span<const ArrayView> arrays);
+                                std::span<const ArrayView> arrays, bool packed);
+
+[[noreturn]] void throw_read_error(const std::filesystem::path& path, int reason);
+/// Throws CorruptResult where the file is too short or unreadable, Error (resource) otherwise.
+void read_at(const std::filesystem::path& path, int file, void* data, std::size_t bytes,
+             std::uint64_t offset);
 
 /// Reads what a result file holds. Throws CorruptResult.
 std::shared_ptr<const ResultIndex> read_result_index(const std::filesystem::path& path, int file);

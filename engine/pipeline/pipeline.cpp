@@ -295,6 +295,7 @@ RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Pr
   report.ranks = team.size();
   if (team.leads()) check_output(job);
   const std::unique_ptr<ChunkStore> store = open_store(report.options.run, team, stop);
+  store->set_compression(job.run.compress);
   // More threads than cores are used when they are asked for.
   const tbb::global_control threads(
       tbb::global_control::max_allowed_parallelism,
