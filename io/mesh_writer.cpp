@@ -1,6 +1,7 @@
 #include "io/mesh_writer.h"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -81,7 +82,8 @@ std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
   if (path == "-") return make_ply_writer(open_byte_sink(path), header, options);
   const bool compressed = path.extension() == ".gz";
   const std::string extension = format_extension(path);
-  // The extension is judged before a file is touched.
+  // The extension and the size are judged before a file is touched.
+  check_mesh_size(path, header.triangles, options);
   if (extension == ".ply") return make_ply_writer(open_byte_sink(path), header, options);
   if (header.is_cloud && extension == ".xyz")
     return make_text_writer(open_byte_sink(path), header, ' ');
@@ -92,6 +94,17 @@ std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
   if (!header.is_cloud && extension == ".stl" && !compressed)
     return make_stl_writer(open_byte_sink(path), header, options, path.parent_path());
   refuse_extension(path, header.is_cloud);
+}
+
+void check_mesh_size(const std::filesystem::path& path, std::uint64_t triangles,
+                     const MeshWriterOptions& options) {
+  constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
+  if (format_extension(path) != ".stl" || !options.binary || triangles <= kMost) return;
+  throw_usage("binary STL has no room for so many triangles",
+              {.file = path.string(),
+               .found = std::to_string(triangles),
+               .expected = "at most " + std::to_string(kMost),
+               .advice = "Name a .ply file, or write text with output.format = \"text\""});
 }
 
 std::unique_ptr<MeshRows> mesh_rows(const std::filesystem::path& path, const MeshHeader& header,

@@ -77,6 +77,10 @@ std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
                                              const MeshHeader& header,
                                              const MeshWriterOptions& options = {});
 
+/// Throws Error (usage) where the format has no room for so many triangles.
+void check_mesh_size(const std::filesystem::path& path, std::uint64_t triangles,
+                     const MeshWriterOptions& options);
+
 /// Writes a whole mesh or cloud in one call.
 void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
                 const MeshWriterOptions& options = {});

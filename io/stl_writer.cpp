@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <limits>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -48,6 +47,11 @@ class PositionFile {
     if (mapped_ == nullptr) map();
     return static_cast<const Vec3*>(mapped_)[i];
   }
+  /// Pages that were looked at count as the process's memory until they are let go; they stay in
+  /// the page cache.
+  void let_go() {
+    if (mapped_ != nullptr) ::madvise(mapped_, count_ * sizeof(Vec3), MADV_DONTNEED);
+  }
 
  private:
   void map() {
@@ -72,9 +76,6 @@ class StlWriter final : public MeshWriter {
   StlWriter(std::unique_ptr<ByteSink> sink, const MeshHeader& header, bool binary,
             const std::filesystem::path& directory)
       : sink_(std::move(sink)), binary_(binary), counter_(header), positions_(directory) {
-    if (binary && header.triangles > std::numeric_limits<std::uint32_t>::max())
-      throw_usage("binary STL has no room for so many triangles",
-                  {.found = std::to_string(header.triangles), .expected = "at most 4294967295"});
     if (binary)
       write_binary_header(static_cast<std::uint32_t>(header.triangles));
     else
@@ -91,6 +92,7 @@ class StlWriter final : public MeshWriter {
       write_binary(batch);
     else
       write_text(batch);
+    positions_.let_go();
   }
   void finish() override {
     counter_.finish();

@@ -144,6 +144,10 @@ Stitched stitch(JobContext& context, const Partition& partition) {
   return stitched;
 }
 
+void check_format_holds(const OutputOptions& output, std::uint64_t points) {
+  check_mesh_size(output.mesh, 2 * points, {output.binary, output.float_positions, {}});
+}
+
 void export_mesh(JobContext& context, const Partition& partition, Stitched& stitched,
                  const FilledHoles& holes, MeshFacts& facts) {
   if (context.team.leads()) warn_of_moved_vertices(context, partition);

@@ -24,6 +24,10 @@ struct Stitched {
 /// was found.
 Stitched stitch(JobContext& context, const Partition& partition);
 
+/// Throws Error (usage) where the mesh of so many points is bound to be too large for its format; a
+/// closed surface has twice as many triangles as vertices.
+void check_format_holds(const OutputOptions& output, std::uint64_t points);
+
 /// Writes the mesh; `facts` gets its bounds and checksum.
 void export_mesh(JobContext& context, const Partition& partition, Stitched& stitched,
                  const FilledHoles& holes, MeshFacts& facts);

@@ -101,6 +101,7 @@ std::vector<HoleFacts> in_output_numbers(std::vector<HoleFacts> holes, const Use
 void run_stages(JobContext& context) {
   const Partition partition = partition_points(context);
   require_a_triangle(context, partition);
+  check_format_holds(context.job.output, partition.points());
   const std::vector<double> radii = radii_of_job(context, partition);
   describe_partition(context.report, partition, radii);
   context.report.predicted.peak_memory_bytes = predicted_peak_bytes(context, partition, radii);

@@ -425,4 +425,13 @@ TEST_CASE("AScansOwnVertexIdsAreKept") {
   CHECK(tile.schema.attributes[2].name == "vertex_id");
 }
 
+TEST_CASE("PointsTooManyForTheFormatAreRefusedOnceTheyAreCounted") {
+  OutputOptions output;
+  output.mesh = "mesh.stl";
+  CHECK_NOTHROW(check_format_holds(output, 2'000'000'000));
+  CHECK_THROWS_AS(check_format_holds(output, 3'000'000'000), Error);
+  output.mesh = "mesh.ply";
+  CHECK_NOTHROW(check_format_holds(output, 3'000'000'000'000));
+}
+
 }  // namespace orbweave

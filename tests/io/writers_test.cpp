@@ -6,11 +6,16 @@
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
+#include <fstream>
 #include <stdexcept>
 
 #include "io/atomic_file.h"
+#include "io/byte_source.h"
 #include "io/mesh_reader.h"
 #include "io/mesh_writer.h"
+#include "io/placed_file.h"
+#include "io/ply_rows.h"
 #include "tests/io/reading.h"
 #include "tests/support/data.h"
 
@@ -314,6 +319,169 @@ TEST_CASE("AtomicFilesWriteToDevicesDirectly") {
   CHECK(file.temporary().empty());
   file.commit();
   CHECK(std::filesystem::is_character_file("/dev/null"));
+}
+
+TEST_CASE("IndicesAreAsWideAsTheVerticesNeed") {
+  struct Case {
+    std::uint64_t vertices;
+    std::string type;
+    std::size_t row_bytes;
+  };
+  for (const Case& c : {Case{1'000'000, "int", 13}, Case{2'147'483'647, "int", 13},
+                        Case{3'000'000'000, "uint", 13}, Case{4'294'967'296, "uint", 13},
+                        Case{4'294'967'297, "int64", 25}, Case{5'000'000'000'000, "int64", 25}}) {
+    MeshHeader header;
+    header.vertices = c.vertices;
+    header.triangles = 2 * c.vertices;
+    const auto rows = mesh_rows("a.ply", header);
+    REQUIRE(rows != nullptr);
+    INFO(c.vertices);
+    CHECK_THAT(rows->front(), Contains("element vertex " + std::to_string(c.vertices) + "\n"));
+    CHECK_THAT(rows->front(), Contains("element face " + std::to_string(2 * c.vertices) + "\n"));
+    CHECK_THAT(rows->front(), Contains("property list uchar " + c.type + " vertex_indices\n"));
+    CHECK(rows->vertex_bytes() == 24);
+    CHECK(rows->triangle_bytes() == c.row_bytes);
+  }
+}
+
+/// Rows of a mesh of that many vertices, put where they belong in a sparse file, and read back.
+void require_rows_read_back(std::uint64_t vertices) {
+  const ScratchDirectory scratch;
+  MeshHeader header;
+  header.vertices = vertices;
+  header.triangles = 2 * vertices;
+  header.has_hole = true;
+  const auto rows = mesh_rows(scratch / "a.ply", header);
+  const std::vector<Triangle64> triangles = {{vertices - 1, 0, vertices / 2},
+                                             {7, vertices - 2, vertices - 1}};
+  const std::vector<std::int32_t> hole = {0, 41};
+  const std::uint64_t offset = rows->front().size() + vertices * rows->vertex_bytes();
+  test::write_file(scratch / "a.ply", rows->front());
+  {
+    PlacedFile file(scratch / "a.ply", scratch / "a.ply");
+    PlacedBuffer buffer;
+    rows->put_triangles(triangles, hole, buffer.place(offset, 2 * rows->triangle_bytes()));
+    file.write(buffer);
+    file.flush();
+  }
+  CHECK(std::filesystem::file_size(scratch / "a.ply") == offset + 2 * rows->triangle_bytes());
+
+  ByteReader front(open_byte_source(scratch / "a.ply"));
+  const PlyHeader read = read_ply_header(front);
+  CHECK(read.find("vertex")->count == vertices);
+  PlyElement faces = *read.find("face");
+  CHECK(faces.count == 2 * vertices);
+  faces.count = 2;
+  std::ifstream stream(scratch / "a.ply", std::ios::binary);
+  stream.seekg(static_cast<std::streamoff>(offset));
+  std::string bytes(2 * rows->triangle_bytes(), ' ');
+  REQUIRE(stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size())));
+  test::write_file(scratch / "rows", bytes);
+  ByteReader reader(open_byte_source(scratch / "rows"));
+  PlyRowReader parser(reader, read, faces, find_corner_list(faces));
+  std::vector<std::uint64_t> corners;
+  while (parser.next(10) != 0) {
+    for (const std::int64_t corner : parser.list_values())
+      corners.push_back(static_cast<std::uint64_t>(corner));
+  }
+  CHECK(corners ==
+        std::vector<std::uint64_t>{vertices - 1, 0, vertices / 2, 7, vertices - 2, vertices - 1});
+}
+
+TEST_CASE("MeshesBeyond32BitReadBack") {
+  require_rows_read_back(1'000);
+  require_rows_read_back(3'000'000'000);  // rows beyond 64 GiB
+  require_rows_read_back(5'000'000'000);
+}
+
+TEST_CASE("PlacedPiecesMakeTheWholeFile") {
+  const ScratchDirectory scratch;
+  // Long enough for whole pages to go past the page cache, and cut anywhere.
+  std::string expected;
+  for (std::size_t i = 0; i < 3'000'000; ++i)
+    expected += static_cast<char>((i * 2654435761u) >> 13);
+  const std::vector<std::size_t> cuts = {0,         1,         4096,      70'001,
+                                         1'000'000, 1'004'096, 2'999'999, expected.size()};
+  test::write_file(scratch / "a", "");
+  {
+    PlacedFile file(scratch / "a", "a");
+    file.reserve(expected.size());
+    CHECK(std::filesystem::file_size(scratch / "a") == expected.size());
+    WriteBehind writer(file, 3);
+    for (std::size_t i = cuts.size() - 1; i-- > 0;) {
+      auto buffer = writer.take();
+      const std::size_t bytes = cuts[i + 1] - cuts[i];
+      std::memcpy(buffer->place(cuts[i], bytes), expected.data() + cuts[i], bytes);
+      writer.give(std::move(buffer));
+    }
+    writer.finish();
+    file.flush();
+  }
+  CHECK((read_file(scratch / "a") == expected));
+}
+
+TEST_CASE("AFailingWriteReachesWhoeverWaitsForIt") {
+  const ScratchDirectory scratch;
+  test::write_file(scratch / "a", "");
+  PlacedFile file(scratch / "a", "mesh.ply");
+  rlimit old{};
+  REQUIRE(::getrlimit(RLIMIT_FSIZE, &old) == 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit small = old;
+  small.rlim_cur = 100'000;
+  REQUIRE(::setrlimit(RLIMIT_FSIZE, &small) == 0);
+  std::string message;
+  ExitStatus status = ExitStatus::kDone;
+  try {
+    WriteBehind writer(file, 2);
+    for (std::uint64_t i = 0; i < 10; ++i) {
+      auto buffer = writer.take();
+      std::memset(buffer->place(i * 100'000, 100'000), 1, 100'000);
+      writer.give(std::move(buffer));
+    }
+    writer.finish();
+  } catch (const Error& error) {
+    status = error.status();
+    message = error.what();
+  }
+  ::setrlimit(RLIMIT_FSIZE, &old);
+  std::signal(SIGXFSZ, handler);
+  CHECK(status == ExitStatus::kResource);
+  CHECK_THAT(message, Contains("mesh.ply"));
+}
+
+TEST_CASE("BinaryStlBeyondItsLimitIsAUsageErrorBeforeAnyFile") {
+  const ScratchDirectory scratch;
+  MeshHeader header;
+  header.vertices = 2'200'000'000;
+  header.triangles = 4'294'967'296;
+  try {
+    open_mesh_writer(scratch / "a.stl", header);
+    FAIL("opened");
+  } catch (const Error& error) {
+    CHECK(error.status() == ExitStatus::kUsage);
+    CHECK_THAT(error.what(), Contains("4294967296"));
+  }
+  CHECK(files_in(scratch.path()) == 0);
+  CHECK_THROWS_AS(check_mesh_size(scratch / "a.stl", 4'294'967'296, {}), Error);
+  CHECK_NOTHROW(check_mesh_size(scratch / "a.stl", 4'294'967'295, {}));
+  MeshWriterOptions text;
+  text.binary = false;
+  CHECK_NOTHROW(check_mesh_size(scratch / "a.stl", 1ull << 40, text));
+  CHECK_NOTHROW(check_mesh_size(scratch / "a.ply", 1ull << 40, {}));
+  CHECK_NOTHROW(check_mesh_size(scratch / "a.obj", 1ull << 40, {}));
+}
+
+TEST_CASE("ObjNamesVerticesBeyond32Bit") {
+  const ScratchDirectory scratch;
+  MeshHeader header;
+  header.vertices = 5'000'000'000;
+  header.triangles = 1;
+  const auto writer = open_mesh_writer(scratch / "a.obj", header);
+  const Triangle64 triangle = {4'999'999'999, 4'294'967'296, 0};
+  const auto bytes = writer->encode_triangles(std::span(&triangle, 1), {});
+  const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  CHECK(text == "f 5000000000 4294967297 1\n");
 }
 
 }  // namespace orbweave
