@@ -1,24 +1,23 @@
 #!/usr/bin/env bash
 # Measures the release build side by side with the peers, and how it scales; results go to build/bench/*.json, *.csv
 # and *.svg.
-# usage: bench/run.sh [--full] [NAME]... ; no name: all. --full: job, threads, chunks, ranks and simulate at the sizes
-# that their targets are given for (up to 100 million points: docs/scaling.md).
+# usage: bench/run.sh [--full] [NAME]... ; no name: all. --full: job, threads, chunks, ranks, simulate, memory and kills
+# at the sizes that their targets are given for (up to 100 million points: docs/scaling.md).
 # ORBWEAVE_DATA_DIR names the directory of real scans; without it only generated clouds are measured.
 # ORBWEAVE_CLOUD_DIR may name one of ready clouds t<points>.ply.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 of_scans=(kernel right_surface same_bytes fill formats orientation raw_scans)
-of_scale=(job threads chunks ranks simulate)
-of_budget=()
-for name in memory kills compression; do [ -x "bench/$name.py" ] && of_budget+=("$name"); done
+of_scale=(job threads chunks ranks simulate memory kills)
 others=(scans_noise)
+[ -x bench/compression.py ] && others+=(compression)
 
 data=${ORBWEAVE_DATA_DIR:-../shared/data}
 [ -d "$data/stanford" ] || echo "no real scans in $data (ORBWEAVE_DATA_DIR): generated clouds only"
 full=()
 if [ "${1:-}" = --full ]; then full=(--full); shift; fi
-[ $# -gt 0 ] || set -- "${of_scans[@]}" "${of_scale[@]}" "${of_budget[@]}" "${others[@]}"
+[ $# -gt 0 ] || set -- "${of_scans[@]}" "${of_scale[@]}" "${others[@]}"
 
 is_of() { local name=$1 each; shift; for each in "$@"; do [ "$each" = "$name" ] && return 0; done; return 1; }
 
@@ -28,9 +27,9 @@ measure() {
   [ "$name" = simulate ] && check=(--check)
   if is_of "$name" "${of_scans[@]}"; then "bench/$name.py" "$data" || status=$?
   elif is_of "$name" "${of_scale[@]}"; then "bench/$name.py" "${check[@]}" "${full[@]}" || status=$?
-  elif is_of "$name" "${of_budget[@]}" "${others[@]}"; then "bench/$name.py" || status=$?
+  elif is_of "$name" "${others[@]}"; then "bench/$name.py" || status=$?
   else
-    echo "bench/run.sh: no benchmark \"$name\"; there are ${of_scans[*]} ${of_scale[*]} ${of_budget[*]} ${others[*]}" >&2
+    echo "bench/run.sh: no benchmark \"$name\"; there are ${of_scans[*]} ${of_scale[*]} ${others[*]}" >&2
     exit 2
   fi
   [ "$name" = ranks ] && [ "$status" -eq 2 ] && status=0
