@@ -16,10 +16,13 @@ namespace orbweave {
 namespace {
 
 /// Of the process while it reads and bins, and afterwards, beside the points; measured.
-constexpr std::uint64_t kReadingBytes = std::uint64_t{78} << 20;
+constexpr std::uint64_t kReadingBytes = std::uint64_t{74} << 20;
 constexpr std::uint64_t kWorkingBytes = std::uint64_t{64} << 20;
-/// As measured: a point of a chunk that is sorted.
-constexpr std::uint64_t kSortedPerRecord = 2;
+/// Count grid and sample of the points, which grow with them up to a limit; measured.
+constexpr std::uint64_t kSampleBytesPerPoint = 2;
+constexpr std::uint64_t kMostSampleBytes = std::uint64_t{16} << 20;
+/// As measured: a point of a chunk that is sorted, in records.
+constexpr std::uint64_t kRecordsPerSorted = 2;
 constexpr double kMargin = 1.06;
 /// Vertices that are used, block bounds, checksums, pieces in the last stages: per 64 points.
 constexpr std::uint64_t kWholeCloudBytesPer64 = 48;
@@ -66,8 +69,10 @@ std::uint64_t partition_peak(const InputContext& context, const Partition& parti
   for (const Chunk& chunk : partition.octree.chunks()) points.push_back(chunk.points);
   const std::uint64_t sorting =
       in_flight_bytes(std::move(points), context.threads(), plan.chunks_in_flight_bytes / 2,
-                      MemoryCosts::sort_bytes(partition.schema), kSortedPerRecord * record);
-  return base + bins + sorting;
+                      MemoryCosts::sort_bytes(partition.schema), kRecordsPerSorted * record);
+  const std::uint64_t sample =
+      std::min(counted_points(partition) * kSampleBytesPerPoint, kMostSampleBytes);
+  return base + sample + bins + sorting;
 }
 
 }  // namespace
