@@ -69,6 +69,10 @@ void share_chunks(JobContext& context, StageClock& clock, const std::string& sta
              });
   context.store.finish_commits();
   context.team.meet(context.stop);
+  if (context.team.leads() && context.team.size() > 1) {
+    // The others' results are not among what this process wrote.
+    context.store.disk().set(room_of_directory(context.store.directory()));
+  }
   show_done_by_others(context);
   clock.facts().chunks = chunks.size();
 }
