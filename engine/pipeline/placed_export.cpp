@@ -95,7 +95,14 @@ class PlacedExport {
     std::optional<AtomicFile> target;
     if (context_.team.leads()) {
       const bool placed = is_regular_or_absent(context_.job.output.mesh);
-      if (placed) target.emplace(context_.job.output.mesh);
+      if (placed) {
+        // At its full size before anybody else opens it: an NFS client fills the last page of what
+        // it takes for the whole file with zeros, over what others write there.
+        target.emplace(context_.job.output.mesh);
+        PlacedFile file(target->temporary(), context_.job.output.mesh);
+        begin(file);
+        file.flush();
+      }
       context_.store.commit_document(kExportStage, kPartDocument,
                                      placed ? target->temporary().string() : "");
     }
@@ -103,7 +110,6 @@ class PlacedExport {
     const std::string part = context_.store.document(kExportStage, kPartDocument).value_or("");
     if (part.empty()) return false;
     PlacedFile file(part, context_.job.output.mesh);
-    if (context_.team.leads()) begin(file);
     context_.team.start_counting(context_.stop);
     // The checksum takes the mesh from front to back, so that is one member's; the others write
     // meanwhile.
