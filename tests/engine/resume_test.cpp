@@ -213,6 +213,30 @@ TEST_CASE("ASmallerBudgetKeepsChunksThatFitIt") {
   CHECK((bytes_of(job.output.mesh) == expected));
 }
 
+TEST_CASE("ChunksThatASmallerBudgetHasNoRoomForAreCutAgainAndItSaysSo") {
+  const ScratchDirectory scratch;
+  Job job = job_for(scratch, painted_torus(6000, 0.3, 31));
+  job.run.keep_work_dir = true;
+  test::run(job);
+  const std::string expected = bytes_of(job.output.mesh);
+  {
+    // As if the last chunk had been cut for a budget that had room for a thousand million points.
+    ChunkStore store(job.run.work_dir);
+    std::string text = store.document("points", "partition").value();
+    const std::size_t end = text.find(']', text.find("\"first_vertex\":["));
+    const std::size_t last = text.rfind(',', end) + 1;
+    text.replace(last, end - last, "1000000000");
+    store.commit_document("points", "partition", text);
+  }
+  job.partition.memory_bytes /= 4;
+  const Told told = run_told(job);
+  CHECK(told.again().find("partition.memory changed from \"4GiB\" to \"1GiB\", which chunks of ") ==
+        0);
+  CHECK(told.again().find("points do not fit: points, mesh and holes are computed again") !=
+        std::string::npos);
+  CHECK((bytes_of(job.output.mesh) == expected));
+}
+
 TEST_CASE("AChangedScanIsNamedWithWhatItWasAndWhatItIs") {
   const ScratchDirectory scratch;
   const Job job = kept_job(scratch);
