@@ -13,6 +13,7 @@
 #include "engine/pipeline/stage_keys.h"
 #include "engine/pipeline/stored_surface.h"
 #include "engine/validation/disjoint_sets.h"
+#include "io/memory_watch.h"
 #include "partition/memory_plan.h"
 
 namespace orbweave {
@@ -64,6 +65,7 @@ class HoleStage {
       remove_small_pieces();
       trace();
       cut_into_batches();
+      release_freed_memory();
     }
     StageClock clock(context_, "holes", batches_.size(), "batches");
     by_leader(context_, [&] {
@@ -174,7 +176,6 @@ void HoleStage::find_freed() {
 void HoleStage::trace() {
   holes_ =
       plan_holes(fans_, std::move(boundary_.vertices), pieces_of(boundary_), context_.job.fill);
-  result_.holes = holes_.facts;
 }
 
 void HoleStage::cut_into_batches() {
@@ -227,6 +228,7 @@ void HoleStage::fill_batch(ChunkId number) {
 }
 
 void HoleStage::collect() {
+  result_.holes = std::move(holes_.facts);
   for (ChunkId batch = 0; batch < batches_.size(); ++batch) {
     PatchBatch patches = load_patch_facts(context_.store, batch);
     std::uint64_t vertices = 0, triangles = 0;
@@ -387,6 +389,7 @@ void HoleStage::update_facts() {
 FilledHoles fill_holes(JobContext& context, const Partition& partition,
                        const std::vector<double>& radii, StitchedBoundary boundary,
                        MeshFacts& facts) {
+  release_freed_memory();  // what the chunks' parts of the boundary were
   HoleStage stage(context, partition, radii, std::move(boundary), facts);
   return stage.run(hole_key(context, partition, radii));
 }
