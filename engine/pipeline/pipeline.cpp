@@ -27,6 +27,7 @@
 #include "io/chunk_points.h"
 #include "io/glob.h"
 #include "io/logged_progress.h"
+#include "io/quantity.h"
 
 namespace orbweave {
 namespace {
@@ -79,6 +80,17 @@ void describe_partition(RunReport& report, const Partition& partition,
   }
 }
 
+/// Nobody scans atoms or continents: then the unit is another one.
+void warn_of_units(JobContext& context, const Partition& partition) {
+  constexpr double kLeastMeters = 1e-7;
+  constexpr double kMostMeters = 1e3;
+  const double units_per_meter = context.job.input.units_per_meter;
+  const double meters = partition.spacing / units_per_meter;
+  if (!(partition.spacing > 0.0) || (meters >= kLeastMeters && meters <= kMostMeters)) return;
+  context.warn("the points lie " + format_number(meters) + " m apart, as input.units_per_meter = " +
+               format_number(units_per_meter) + " has it; that is hardly meant");
+}
+
 /// A surface full of holes: says so, and why where that can be told.
 void warn_of_holes(JobContext& context, const Partition& partition) {
   const MeshFacts& mesh = context.report.mesh;
@@ -105,6 +117,7 @@ void run_stages(JobContext& context) {
   const std::vector<double> radii = radii_of_job(context, partition);
   describe_partition(context.report, partition, radii);
   context.report.predicted.peak_memory_bytes = predicted_peak_bytes(context, partition, radii);
+  warn_of_units(context, partition);
   reconstruct_chunks(context, partition, radii);
   Stitched stitched = stitch(context, partition);
   MeshFacts facts = stitched.summary.facts();
