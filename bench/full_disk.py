@@ -8,7 +8,7 @@ directory is enlarged, and the same command has to end with the same bytes, with
 
 Needs the right to mount. The exit status is 1 where a run ends otherwise, 77 where mounting is not allowed.
 
-usage: bench/full_disk.py [--points N] [--raw] [--steps N] [--program P] [--output DIR]
+usage: bench/full_disk.py [--points N] [--raw] [--steps N]
 """
 import argparse
 import json
@@ -130,10 +130,9 @@ def main():
     parser.add_argument("--points", type=int, default=300_000)
     parser.add_argument("--raw", action="store_true", help="normals are estimated: passes over raw points, too")
     parser.add_argument("--steps", type=int, default=18)
-    parser.add_argument("--program", default=str(harness.ROOT / "build/release/bin/orbweave"))
-    parser.add_argument("--output", default=".")
+    harness.add_common_options(parser)
     options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as work:
+    with tempfile.TemporaryDirectory(prefix="full-disk-", dir=harness.prepare(options)) as work:
         cloud = pathlib.Path(work) / "cloud.ply"
         harness.run([options.program, "generate", "torus", "--points", options.points, "-o", cloud])
         place = pathlib.Path(work) / "room"
@@ -143,12 +142,10 @@ def main():
             rows, facts, failed = sweep(options, cloud, room, 1.3 * harness.spacing("torus", options.points))
         finally:
             room.remove()
-    name = "full_disk_raw.json" if options.raw else "full_disk.json"
-    result = {"workload": "full_disk", "points": options.points, "raw": options.raw, "machine": harness.machine(),
-              **facts, "runs": rows}
-    (pathlib.Path(options.output) / name).write_text(json.dumps(result, indent=2) + "\n")
-    sys.exit(1 if failed else 0)
+    harness.write_results(options, "full_disk_raw" if options.raw else "full_disk", rows,
+                          {"points": options.points, **facts})
+    return 1 if failed else 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -1,5 +1,5 @@
-"""What the workloads of whole jobs share (job, threads, chunks, ranks, simulate): clouds of any size, jobs with their
-disk watched, samples that outlive an interruption, targets. A measurement that was interrupted goes on with the
+"""What the workloads of whole jobs share (job, threads, chunks, ranks, simulate, memory, compression): clouds of any size,
+jobs with their disk watched, samples that outlive an interruption, targets. A measurement that was interrupted goes on with the
 samples it has; --fresh measures all of them anew."""
 import hashlib
 import itertools
