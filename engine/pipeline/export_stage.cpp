@@ -124,10 +124,31 @@ void write_coordinate_system(const std::string& mesh, const std::string& coordin
 
 }  // namespace
 
+namespace {
+
+/// For every chunk, the last one whose triangles may use its vertices: none has an edge longer than
+/// two radii, and a bit for points that were decided on as if they lay a little elsewhere.
+std::vector<ChunkId> last_users(const Partition& partition, double radius) {
+  constexpr double kReach = 2.001;
+  std::vector<ChunkId> last;
+  for (ChunkId chunk = 0; chunk < partition.octree.chunks().size(); ++chunk) {
+    const std::vector<ChunkId> near = partition.octree.neighbors(chunk, kReach * radius);
+    last.push_back(near.empty() ? chunk : std::max(chunk, near.back()));
+  }
+  return last;
+}
+
+}  // namespace
+
 Stitched stitch(JobContext& context, const Partition& partition) {
   const std::size_t chunks = partition.octree.chunks().size();
   StageClock clock(context, "stitch", chunks, "chunks");
-  Stitched stitched{MeshSummary(context.job.fill.enabled), UsedVertices(partition.points()), {}};
+  const std::vector<ChunkId> last = last_users(partition, context.report.radii.back());
+  const auto last_use = [&](std::uint64_t vertex) -> std::uint64_t {
+    return last[partition.chunk_of(vertex)];
+  };
+  Stitched stitched{
+      MeshSummary(context.job.fill.enabled, last_use), UsedVertices(partition.points()), {}};
   for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
     context.stop.check();
     const ChunkMesh mesh = load_chunk_mesh(context.store, chunk, true);

@@ -5,8 +5,6 @@
 #include <tuple>
 #include <unordered_map>
 
-#include "engine/validation/disjoint_sets.h"
-
 namespace orbweave {
 
 namespace {
@@ -116,26 +114,43 @@ void MeshSummary::add(const ChunkMesh& chunk, std::uint64_t first_vertex, std::u
   }
   const std::uint64_t before = boundary_.pieces.size();
   for (OpenFan& fan : fans_.emplace_back(chunk.boundary)) fan.component += before;
-  for (SeamNode& node : seams_.emplace_back(chunk.seam)) node.component += before;
+  for (const SeamNode& node : chunk.seam)
+    seam_.push_back({node.vertex, node.fan, node.component + before});
   if (keeps_vertices_) vertices_.push_back(chunk.boundary_vertices);
   boundary_.pieces.insert(boundary_.pieces.end(), chunk.pieces.begin(), chunk.pieces.end());
+  while (sets_.size() < boundary_.pieces.size()) sets_.add();
+  ++chunks_;
+  if (seam_.size() > settle_at_) settle_seams();
 }
 
-/// Pieces of different chunks are one where they share a node.
-void MeshSummary::join_pieces() {
-  std::vector<SeamNode> seam = joined(seams_);
-  std::sort(seam.begin(), seam.end());
-  DisjointSets sets(boundary_.pieces.size());
-  for (std::size_t i = 1; i < seam.size(); ++i) {
-    const SeamNode &a = seam[i - 1], &b = seam[i];
-    if (a.vertex != b.vertex || a.fan != b.fan) continue;
-    sets.unite(static_cast<std::uint32_t>(a.component), static_cast<std::uint32_t>(b.component));
+/// Pieces of different chunks are one where they share a node; what no later chunk can share goes.
+void MeshSummary::settle_seams() {
+  constexpr std::size_t kLeastNodes = std::size_t{1} << 16;
+  std::sort(seam_.begin(), seam_.end());
+  std::size_t kept = 0;
+  for (const SeamNode& node : seam_) {
+    const SeamNode* last = kept == 0 ? nullptr : &seam_[kept - 1];
+    if (last != nullptr && last->vertex == node.vertex && last->fan == node.fan) {
+      sets_.unite(static_cast<std::uint32_t>(last->component),
+                  static_cast<std::uint32_t>(node.component));
+    } else {
+      seam_[kept++] = node;
+    }
   }
-  seam = {};
+  seam_.resize(kept);
+  if (last_use_)
+    std::erase_if(seam_, [&](const SeamNode& node) { return last_use_(node.vertex) < chunks_; });
+  settle_at_ = std::max(kLeastNodes, 2 * seam_.size());
+}
+
+void MeshSummary::join_pieces() {
+  settle_seams();
+  seam_ = {};
+  last_use_ = {};
   std::vector<ChunkPiece> joined;
   std::vector<std::uint64_t> number(boundary_.pieces.size());
   for (std::uint32_t p = 0; p < boundary_.pieces.size(); ++p) {
-    const std::uint32_t root = sets.find(p);  // the first of its set
+    const std::uint32_t root = sets_.find(p);  // the first of its set
     if (root == p) {
       number[p] = joined.size();
       joined.emplace_back();

@@ -2,12 +2,15 @@
 // boundaries.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "engine/stitching/chunk_mesh.h"
+#include "engine/validation/disjoint_sets.h"
 #include "io/report.h"
 
 namespace orbweave {
@@ -28,8 +31,13 @@ void derive_facts(MeshFacts& facts);
 
 class MeshSummary {
  public:
-  /// Positions and normals of boundary vertices are kept where holes are to be looked at.
-  explicit MeshSummary(bool keeps_vertices = true) : keeps_vertices_(keeps_vertices) {}
+  /// Number of the last chunk, in canonical order, whose triangles may use a vertex.
+  using LastUse = std::function<std::uint64_t(std::uint64_t vertex)>;
+
+  /// Positions and normals of boundary vertices are kept where holes are to be looked at. Seams
+  /// are forgotten once they are complete, where `last_use` says when that is; else at the end.
+  explicit MeshSummary(bool keeps_vertices = true, LastUse last_use = {})
+      : keeps_vertices_(keeps_vertices), last_use_(std::move(last_use)) {}
   /// Adds a chunk, in canonical order; its triangles and outer vertices may be left empty when
   /// `triangles` says how many there were. `first_vertex`: global number of its first point.
   void add(const ChunkMesh& chunk, std::uint64_t first_vertex, std::uint64_t triangles);
@@ -45,15 +53,20 @@ class MeshSummary {
   std::uint64_t unused_points() const { return unused_points_; }
 
  private:
+  void settle_seams();
   void join_pieces();
 
   MeshFacts facts_;
   bool keeps_vertices_;
+  LastUse last_use_;
   StitchedBoundary boundary_;
   // Of the chunks, until the last has come.
   std::vector<std::vector<OpenFan>> fans_;
   std::vector<std::vector<BoundaryVertex>> vertices_;
-  std::vector<std::vector<SeamNode>> seams_;
+  std::vector<SeamNode> seam_;
+  std::size_t settle_at_ = 0;  ///< nodes
+  std::uint64_t chunks_ = 0;
+  DisjointSets sets_{0};  ///< of pieces
   std::uint64_t conflicts_lost_ = 0;
   std::uint64_t unused_points_ = 0;
 };
