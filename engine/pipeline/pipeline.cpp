@@ -23,6 +23,7 @@
 #include "engine/pipeline/reconstruct_stage.h"
 #include "engine/pipeline/stage_keys.h"
 #include "engine/pipeline/tile_export.h"
+#include "engine/pipeline/time_forecast.h"
 #include "io/atomic_file.h"
 #include "io/chunk_points.h"
 #include "io/glob.h"
@@ -117,6 +118,7 @@ void run_stages(JobContext& context) {
   const std::vector<double> radii = radii_of_job(context, partition);
   describe_partition(context.report, partition, radii);
   context.report.predicted.peak_memory_bytes = predicted_peak_bytes(context, partition, radii);
+  context.report.predicted.seconds = predicted_seconds(context, partition, radii);
   warn_of_units(context, partition);
   reconstruct_chunks(context, partition, radii);
   Stitched stitched = stitch(context, partition);
@@ -298,6 +300,7 @@ RunReport run_job(const Job& job, const std::vector<std::string>& command, Progr
 
 RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Progress& progress,
                   const StopToken& stop, Team& team) {
+  const auto begin = std::chrono::steady_clock::now();
   RunReport report;
   report.version = ORBWEAVE_VERSION;
   report.command = command;
@@ -326,6 +329,8 @@ RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Pr
   report.peak_memory_bytes = peak_memory_bytes();
   report.measured.peak_memory_bytes = report.peak_memory_bytes;
   report.measured.disk_bytes = store->disk().most();
+  report.measured.seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (!job.output.report.empty()) write_report(job.output.report, report);
   end_job(context);
   return report;

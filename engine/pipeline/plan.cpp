@@ -1,4 +1,4 @@
-// What a run would do, from the counting pass, a sampling pass and typical rates.
+// What a run would do, from the counting pass and a sampling pass.
 #include <algorithm>
 #include <filesystem>
 #include <optional>
@@ -16,21 +16,13 @@
 #include "engine/pipeline/reconstruct_stage.h"
 #include "engine/pipeline/scan_input.h"
 #include "engine/pipeline/stage_keys.h"
+#include "engine/pipeline/time_forecast.h"
 #include "io/chunk_points.h"
 #include "io/error.h"
 #include "io/glob.h"
 
 namespace orbweave {
 namespace {
-
-/// Points per second and core of the whole pipeline on a clean surface with one radius, for
-/// orientation only; every further radius costs about a quarter more.
-constexpr double kPointsPerSecond = 400'000.0;
-constexpr double kFurtherRadius = 0.25;
-/// Likewise of the passes over raw points.
-constexpr double kNormalsPerSecond = 300'000.0;
-constexpr double kPropagatedPerSecond = 250'000.0;
-constexpr double kSmoothedPerSecond = 100'000.0;
 
 /// The second pass of a run, for what it measures alone.
 Partition sample(const InputContext& context, const CloudInput& input, const CountedCloud& cloud) {
@@ -48,19 +40,6 @@ RawWork raw_work_of(const JobPlan& plan) {
   const bool estimates = plan.normals.source == "estimated";
   const bool propagates = plan.normals.orientation == name_of(Orientation::kPropagate);
   return {plan.prepare.options, estimates, estimates && propagates};
-}
-
-/// Seconds that the passes over raw points take.
-double preparation_seconds(const InputContext& context, const JobPlan& plan) {
-  double seconds = 0.0;
-  const double points = static_cast<double>(plan.points);
-  if (plan.normals.source == "estimated") seconds += points / kNormalsPerSecond;
-  if (plan.normals.orientation == name_of(Orientation::kPropagate))
-    seconds += points / kPropagatedPerSecond;
-  const PrepareOptions& clean_up = plan.prepare.options;
-  if (clean_up.outlier_sigma > 0.0) seconds += points / kNormalsPerSecond;
-  if (clean_up.smooth_radius > 0.0) seconds += points * clean_up.smooth_passes / kSmoothedPerSecond;
-  return seconds / context.threads();
 }
 
 bool holds_a_mesh(const JobContext& context, const Partition& partition,
@@ -136,9 +115,8 @@ JobPlan plan_job(const Job& job, Progress& progress, const StopToken& stop) {
   measured.octree = cloud.octree;
   plan.peak_memory_bytes = predicted_peak_bytes(context, measured, plan.radii);
   plan.disk_bytes = plan_disk(job, cloud, raw_work_of(plan)).most_bytes;
-  const double levels = 1.0 + kFurtherRadius * static_cast<double>(plan.radii.size() - 1);
-  plan.seconds = static_cast<double>(plan.points) * levels / (kPointsPerSecond * context.threads());
-  plan.seconds += preparation_seconds(context, plan);
+  plan.seconds =
+      predicted_seconds(context, plan.points, plan.radii, plan.normals, plan.prepare.options);
   if (job.fill.enabled) plan.loops = stored_loops(context);
   return plan;
 }

@@ -288,6 +288,27 @@ TEST_CASE("PlanWritesNothingAndAgreesWithTheRun") {
   CHECK(plan.radii == report.radii);
   CHECK(plan.points == report.points_read);
   CHECK(plan.bounds == report.bounds);
+  CHECK(plan.seconds > 0.0);
+  CHECK(report.predicted.seconds == plan.seconds);
+  for (const StageFacts& stage : report.stages) CHECK(report.measured.seconds > stage.seconds);
+}
+
+TEST_CASE("PlanAndRunPredictTheSameTimeWhateverTheRunDrops") {
+  NamedCloud named = painted_torus(4000, 0.3, 28);
+  const PointCloud once = named.cloud;
+  for (std::size_t i = 0; i < 500; ++i) named.cloud.append(once, i);
+  named.cloud.positions[7] = {0.0, 0.0, 0.9};
+  named.cloud.normals.clear();
+  named.cloud.schema.has_normals = false;
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.prepare.outlier_sigma = 4.0;
+  job.prepare.thin_to_spacing = 0.8 * named.ball_radius;
+  RecordingProgress progress;
+  const JobPlan plan = plan_job(job, progress, StopToken());
+  const RunReport report = run(job);
+  CHECK(report.points_dropped.size() == 3);
+  CHECK(report.predicted.seconds == Approx(plan.seconds));
 }
 
 }  // namespace orbweave
