@@ -172,6 +172,21 @@ FileDescriptor take_lock(const fs::path& directory) {
   }
 }
 
+/// Tells a file from the one that had its name before.
+struct FileVersion {
+  ino_t node = 0;
+  off_t bytes = 0;
+  time_t seconds = 0;
+  long nanoseconds = 0;
+  friend bool operator==(const FileVersion&, const FileVersion&) = default;
+};
+
+FileVersion version_of(int file) {
+  struct stat facts {};
+  if (fstat(file, &facts) != 0) return {};
+  return {facts.st_ino, facts.st_size, facts.st_mtim.tv_sec, facts.st_mtim.tv_nsec};
+}
+
 std::uint64_t room_of_open_file(int file) {
   struct stat facts {};
   return fstat(file, &facts) == 0 ? room_of_file(static_cast<std::uint64_t>(facts.st_size)) : 0;
@@ -194,10 +209,15 @@ struct ChunkStore::State {
   DiskUsage disk;
   std::atomic<bool> packs{false};
 
-  // What is known of files that were written or opened; spares HDF5 a look at them.
+  // What is known of files that were written or opened; spares HDF5 a look at them. Another member
+  // of the team may have replaced them since.
+  struct Known {
+    FileVersion version;
+    std::shared_ptr<const ResultIndex> index;
+  };
   static constexpr std::size_t kKnownLimit = 16384;
   mutable std::mutex mutex;
-  std::unordered_map<std::string, std::shared_ptr<const ResultIndex>> known;
+  std::unordered_map<std::string, Known> known;
 
   CommitQueue commits;  // ends first: its thread refers to nothing above, but its files do
 
@@ -207,15 +227,18 @@ struct ChunkStore::State {
     return directory / stage / name.data();
   }
 
-  std::shared_ptr<const ResultIndex> find_known(const fs::path& path) const {
+  /// `file`: the path's, open.
+  std::shared_ptr<const ResultIndex> find_known(const fs::path& path, int file) const {
+    const FileVersion version = version_of(file);
     const std::scoped_lock guard(mutex);
     const auto found = known.find(path.native());
-    return found == known.end() ? nullptr : found->second;
+    return found != known.end() && found->second.version == version ? found->second.index : nullptr;
   }
-  void set_known(const fs::path& path, std::shared_ptr<const ResultIndex> index) {
+  void set_known(const fs::path& path, int file, std::shared_ptr<const ResultIndex> index) {
+    const FileVersion version = version_of(file);
     const std::scoped_lock guard(mutex);
     if (known.size() >= kKnownLimit) known.clear();
-    known[path.native()] = std::move(index);
+    known[path.native()] = {version, std::move(index)};
   }
   void forget(const fs::path& path) {
     const std::scoped_lock guard(mutex);
@@ -233,8 +256,7 @@ struct ChunkStore::State {
 void ChunkStore::State::throw_absent(const fs::path& path, int reason) const {
   std::error_code ignored;
   if (reason == ENOENT && fs::exists(directory, ignored)) throw CorruptResult(path, "no such file");
-  throw_resource("cannot read from the work directory",
-                 {.file = path.string(), .found = std::strerror(reason)});
+  throw_read_error(path, reason);
 }
 
 /// Writes a part file; makes the stage's directory when this is its first result.
@@ -325,6 +347,12 @@ std::optional<std::string> ChunkStore::document(const std::string& stage,
   return text;
 }
 
+std::string ChunkStore::expected_document(const std::string& stage, const std::string& name) const {
+  std::optional<std::string> text = document(stage, name);
+  if (!text) throw CorruptResult(state_->directory / stage / (name + ".json"), "no such document");
+  return std::move(*text);
+}
+
 bool ChunkStore::has(const std::string& stage, ChunkId chunk) const {
   return state_->commits.with_current_name(state_->target(stage, chunk), [](const fs::path& path) {
     return ::access(path.c_str(), F_OK) == 0;
@@ -341,7 +369,7 @@ void ChunkStore::commit(const std::string& stage, ChunkId chunk, std::span<const
   WrittenResult written = state_->write(part, arrays);
   state_->bytes_written += written.index->file_bytes;
   state_->disk.add(room_of_open_file(written.file.get()));
-  state_->set_known(target, written.index);
+  state_->set_known(target, written.file.get(), written.index);
   state_->commits.push(std::move(part), target, std::move(written.file));
   if (wait) finish_commits();
 }
@@ -353,10 +381,10 @@ std::unique_ptr<StoredResult> ChunkStore::open(const std::string& stage, ChunkId
   return state_->commits.with_current_name(target, [&](const fs::path& path) {
     FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
     if (!file.valid()) state_->throw_absent(path, errno);
-    std::shared_ptr<const ResultIndex> index = state_->find_known(target);
+    std::shared_ptr<const ResultIndex> index = state_->find_known(target, file.get());
     if (index == nullptr) {
       index = read_result_index(path, file.get());
-      state_->set_known(target, index);
+      state_->set_known(target, file.get(), index);
     }
     return make_file_result(target, std::move(file), std::move(index), state_->bytes_read);
   });
@@ -421,9 +449,13 @@ void ChunkStore::remove_all() {
   }
   for (const char* last : {kStoreFile, kLockFile, kEndedFile})
     if (!error) fs::remove(directory / last, error);
-  if (!error || error == std::errc::no_such_file_or_directory) fs::remove_all(directory, error);
+  // A file system over a network keeps the name of what is open.
   state_->lock = FileDescriptor();
-  if (error) throw_directory_error(directory, error.message());
+  if (!error) fs::remove(directory, error);
+  // By now another job may have begun there; and a log that is still open may be left.
+  const bool gone = !error || error == std::errc::no_such_file_or_directory ||
+                    error == std::errc::directory_not_empty;
+  if (!gone) throw_directory_error(directory, error.message());
 }
 
 void ChunkStore::set_ended(const std::string& how) {

@@ -64,7 +64,8 @@ class StoredResult {
   virtual std::size_t row_bytes(const std::string& array) const = 0;
 };
 
-/// What a job directory is for: the store refuses to mix results of different layouts.
+/// What lies in a job's work directory. A store that joined sees what others commit, replace and
+/// remove; that nobody reads what another removes is up to the callers.
 class ChunkStore {
  public:
   static constexpr int kLayoutVersion = 2;
@@ -93,7 +94,10 @@ class ChunkStore {
   bool has_key(const std::string& stage, const std::string& key) const;
   /// A small document that a stage leaves for later ones (JSON text), committed like a result.
   void commit_document(const std::string& stage, const std::string& name, const std::string& text);
+  /// Empty: it was never committed, or is damaged.
   std::optional<std::string> document(const std::string& stage, const std::string& name) const;
+  /// The same of a document that has to be there. Throws CorruptResult where it is not.
+  std::string expected_document(const std::string& stage, const std::string& name) const;
 
   bool has(const std::string& stage, ChunkId chunk) const;
   /// Writes aside, then makes the result durable and visible. With `wait` false the flush to the

@@ -144,7 +144,9 @@ std::uint64_t block_checksum(const StoredArray& array, std::uint64_t block, cons
 
 void throw_read_error(const std::filesystem::path& path, int reason) {
   throw_resource("cannot read from the work directory",
-                 {.file = path.string(), .found = std::strerror(reason)});
+                 {.file = path.string(),
+                  .found = std::strerror(reason),
+                  .advice = "The same command resumes what is done"});
 }
 
 void read_at(const std::filesystem::path& path, int file, void* data, std::size_t bytes,

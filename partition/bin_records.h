@@ -1,15 +1,21 @@
 // How points lie in bins and spill files.
 #pragma once
 
+#include <unistd.h>
 #include <xxhash.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <memory>
 #include <new>
 #include <span>
+#include <vector>
 
 #include "io/point_cloud.h"
+#include "partition/binning.h"
 
 namespace orbweave {
 
@@ -81,5 +87,38 @@ class RunningChecksum {
  private:
   std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state_;
 };
+
+/// Fills `out` with what lies at `offset` bytes of an open file. Returns 0, or the system's number
+/// for what went wrong; EIO where the file ends before.
+inline int read_whole(int descriptor, std::uint64_t offset, std::span<std::byte> out) {
+  while (!out.empty()) {
+    const ssize_t got = pread(descriptor, out.data(), out.size(), static_cast<off_t>(offset));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return got < 0 ? errno : EIO;
+    out = out.subspan(static_cast<std::size_t>(got));
+    offset += static_cast<std::uint64_t>(got);
+  }
+  return 0;
+}
+
+/// The records of a piece of a spill file, about a mebibyte at a time: read(offset, out) fills
+/// `out`, visit(records) gets it. False where the checksum is another one in the end.
+template <class Read, class Visit>
+bool visit_extent(const BinExtent& extent, std::size_t record_bytes, const Read& read,
+                  const Visit& visit) {
+  constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
+  const std::size_t piece_bytes =
+      std::max<std::size_t>(kPieceBytes / record_bytes, 1) * record_bytes;
+  std::vector<std::byte> piece;
+  RunningChecksum checksum;
+  for (std::uint64_t done = 0; done < extent.bytes; done += piece.size()) {
+    piece.resize(
+        static_cast<std::size_t>(std::min<std::uint64_t>(piece_bytes, extent.bytes - done)));
+    read(extent.offset + done, std::span(piece));
+    checksum.add(piece.data(), piece.size());
+    visit(std::span<const std::byte>(piece));
+  }
+  return checksum.value() == extent.checksum;
+}
 
 }  // namespace orbweave

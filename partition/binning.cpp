@@ -15,6 +15,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "io/error.h"
 #include "partition/bin_records.h"
@@ -94,13 +95,14 @@ class SpillFile {
   }
 
   void read(std::uint64_t offset, std::span<std::byte> out) const {
-    while (!out.empty()) {
-      const ssize_t got = pread(descriptor_, out.data(), out.size(), static_cast<off_t>(offset));
-      if (got < 0 && errno == EINTR) continue;
-      if (got <= 0) fail(got < 0 ? errno : EIO);
-      out = out.subspan(static_cast<std::size_t>(got));
-      offset += static_cast<std::uint64_t>(got);
-    }
+    if (const int error = read_whole(descriptor_, offset, out)) fail(error);
+  }
+
+  /// Leaves the file, if anything was written, to others and to whoever removes its directory. File
+  /// systems over a network show others what was written before a file was closed, not more.
+  void hand_over() {
+    if (descriptor_ >= 0 && ::close(std::exchange(descriptor_, -1)) != 0) fail(errno);
+    held_ = 0;
   }
 
   /// Gives back the room of what nobody reads again; where the file system cannot, it stays taken.
@@ -222,7 +224,7 @@ struct Binner::State {
   void spill_bins(std::size_t blocks);
   void release_blocks(Bin& bin);
   /// The records of a piece of the spill file, some at a time.
-  void read_extent(BinExtent extent, const RecordVisitor& visit) const;
+  void read_extent(const BinExtent& extent, const RecordVisitor& visit) const;
   void visit_records(const Bin& bin, const RecordVisitor& visit);
 };
 
@@ -275,20 +277,11 @@ void Binner::State::release_blocks(Bin& bin) {
   bin.fill = bin.fill_end = nullptr;
 }
 
-void Binner::State::read_extent(BinExtent extent, const RecordVisitor& visit) const {
-  const std::size_t piece_bytes =
-      std::max<std::size_t>(kSlabBytes / layout.bytes, 1) * layout.bytes;
-  std::vector<std::byte> piece;
-  RunningChecksum checksum;
-  while (extent.bytes > 0) {
-    piece.resize(std::min<std::uint64_t>(piece_bytes, extent.bytes));
-    spill.read(extent.offset, piece);
-    checksum.add(piece.data(), piece.size());
-    visit(piece);
-    extent.offset += piece.size();
-    extent.bytes -= piece.size();
-  }
-  if (checksum.value() != extent.checksum) spill.fail_checksum();
+void Binner::State::read_extent(const BinExtent& extent, const RecordVisitor& visit) const {
+  const auto read = [&](std::uint64_t offset, std::span<std::byte> out) {
+    spill.read(offset, out);
+  };
+  if (!visit_extent(extent, layout.bytes, read, visit)) spill.fail_checksum();
 }
 
 /// All records of a bin, in arrival order; what is read from the disk is given back.
@@ -367,6 +360,7 @@ std::vector<BinExtent> Binner::publish() {
   State& state = *state_;
   if (!state.spill.is_named()) throw std::logic_error("Binner::publish: the file has no name");
   state.spill_bins(std::numeric_limits<std::size_t>::max());
+  state.spill.hand_over();
   std::vector<BinExtent> extents;
   for (Bin& bin : state.bins) {
     extents.insert(extents.end(), bin.extents.begin(), bin.extents.end());

@@ -61,9 +61,11 @@ class Binner final : public BinSource {
   PointCloud take(ChunkId chunk);
   void take(ChunkId chunk, std::size_t piece_points,
             const std::function<void(PointCloud&&)>& use) override;
+  /// Written to the spill file so far.
   std::uint64_t spilled_bytes() const;
   /// Writes what is still in memory to the spill file as well, which needs a name, and says where
-  /// everything lies. The bins are empty then.
+  /// everything lies. The bins are empty then, and the file is no longer this object's: it stays
+  /// when the object goes. Throws Error (resource) when the spill directory cannot take more.
   std::vector<BinExtent> publish();
 
  private:

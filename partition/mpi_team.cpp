@@ -213,7 +213,7 @@ int MpiTeam::rank() const { return state_->rank; }
 int MpiTeam::size() const { return state_->size; }
 int MpiTeam::threads() const { return state_->threads; }
 
-void MpiTeam::meet(const StopToken& stop) {
+void MpiTeam::meet(const StopToken& stop, const std::function<void()>& while_waiting) {
   MPI_Request all_here = MPI_REQUEST_NULL;
   {
     const std::scoped_lock lock(state_->calls);
@@ -222,6 +222,7 @@ void MpiTeam::meet(const StopToken& stop) {
   for (milliseconds nap = kShortestNap; !state_->has_come(all_here);
        nap = std::min(2 * nap, kLongestNap)) {
     stop.check();
+    while_waiting();
     std::this_thread::sleep_for(nap);
   }
 }

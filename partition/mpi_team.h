@@ -28,7 +28,8 @@ class MpiTeam : public Team {
   /// Cores that this process may run on, shared evenly with the members that may run there too;
   /// at least 1.
   int threads() const override;
-  void meet(const StopToken& stop) override;
+  using Team::meet;
+  void meet(const StopToken& stop, const std::function<void()>& while_waiting) override;
   std::uint64_t leaders_word(std::uint64_t word, const StopToken& stop) override;
   void start_counting(const StopToken& stop) override;
   std::uint64_t take_next() override;

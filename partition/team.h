@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 
 namespace orbweave {
 
@@ -27,7 +28,11 @@ class Team {
 
   /// Returns when every member has called it. Throws Error (interrupted) when `stop` is requested
   /// meanwhile.
-  virtual void meet(const StopToken& /*stop*/) {}
+  void meet(const StopToken& stop) {
+    meet(stop, [] {});
+  }
+  /// The same; calls `while_waiting` many times a second meanwhile, by the calling thread.
+  virtual void meet(const StopToken& /*stop*/, const std::function<void()>& /*while_waiting*/) {}
 
   /// Returns the leader's `word` to everybody; includes a meeting.
   virtual std::uint64_t leaders_word(std::uint64_t word, const StopToken& /*stop*/) { return word; }

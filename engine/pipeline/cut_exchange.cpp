@@ -132,10 +132,9 @@ std::unique_ptr<PointSource> own_share(std::unique_ptr<PointSource> source, cons
 
 CutExchange::CutExchange(JobContext& context, const std::string& stage)
     : context_(context), stage_(stage + "_cut") {
-  if (alone()) return;
   by_leader(context_, [&] {
     context_.store.discard_stage(stage_);
-    context_.store.begin_stage(stage_, "for the members of this run");
+    if (!alone()) context_.store.begin_stage(stage_, "for the members of this run");
   });
 }
 
@@ -196,7 +195,7 @@ Partition CutExchange::agreed_partition(const Partition& partition) {
 Partition CutExchange::agreed(const char* name, const Partition& partition) {
   by_leader(context_,
             [&] { context_.store.commit_document(stage_, name, partition_to_json(partition)); });
-  return partition_from_json(context_.store.document(stage_, name).value());
+  return partition_from_json(context_.store.expected_document(stage_, name));
 }
 
 std::unique_ptr<PublishedBins> CutExchange::all_bins(Binner& own, const PointSchema& schema) {
@@ -226,6 +225,7 @@ std::string CutExchange::spill_name() const {
 
 void CutExchange::end() {
   if (alone()) return;
+  context_.team.meet(context_.stop);
   by_leader(context_, [&] { context_.store.discard_stage(stage_); });
 }
 

@@ -20,7 +20,8 @@ std::unique_ptr<PointSource> own_share(std::unique_ptr<PointSource> source, cons
 /// in this order; each includes a meeting. A team of one tells nobody anything.
 class CutExchange {
  public:
-  /// `stage`: of the points; what is told lies in a stage of its own beside it.
+  /// `stage`: of the points; what is told lies in a stage of its own beside it. Removes what a
+  /// team that was killed left there.
   CutExchange(JobContext& context, const std::string& stage);
 
   /// Shares as counted, in; the whole cloud, out.
@@ -36,7 +37,7 @@ class CutExchange {
   /// Where this member's bins spill to, and under which name.
   std::filesystem::path spill_directory() const;
   std::string spill_name() const;
-  /// Removes all of it.
+  /// Removes all of it, when nobody has any of it open.
   void end();
 
  private:

@@ -68,7 +68,7 @@ void share_chunks(JobContext& context, StageClock& clock, const std::string& sta
                show_done_by_others(context);
              });
   context.store.finish_commits();
-  context.team.meet(context.stop);
+  context.team.meet(context.stop, [&] { show_done_by_others(context); });
   if (context.team.leads() && context.team.size() > 1) {
     // The others' results are not among what this process wrote.
     context.store.disk().set(room_of_directory(context.store.directory()));

@@ -280,6 +280,10 @@ void commit_partition(ChunkStore& store, const std::string& stage, const Partiti
 
 namespace {
 
+Partition expected_partition(const ChunkStore& store, const std::string& stage) {
+  return partition_from_json(store.expected_document(stage, kDocument));
+}
+
 /// First pass, by the whole team; `share` is what this member has read of it.
 CountedCloud count_by_team(JobContext& context, const CloudInput& input, CutExchange& exchange,
                            std::uint64_t& share) {
@@ -334,9 +338,11 @@ Partition cut_and_sort(JobContext& context, const CloudInput& input) {
   Partition partition;
   if (context.team.leads()) partition = describe_points(context, input, cloud, sampler);
   partition = exchange.agreed_partition(partition);
-  const auto published = exchange.all_bins(binner, cloud.schema);
+  auto published = exchange.all_bins(binner, cloud.schema);
   sort_chunks(context, input, cloud, published ? *published : static_cast<BinSource&>(binner),
               partition);
+  // File systems over a network keep what is removed while somebody has it open.
+  published.reset();
   exchange.end();
   number_points(context, input.stage, cloud, partition);
   return partition;
@@ -348,7 +354,10 @@ std::optional<Partition> begin_partition(JobContext& context, const std::string&
     begin_stage(context, stage, key);
     drop_what_does_not_fit(context, stage, key);
   });
-  std::optional<Partition> stored = stored_partition(context.store, stage);
+  const bool is_there = context.team.leads() && stored_partition(context.store, stage).has_value();
+  // The leader's word: a member may see the directory as it was a moment ago.
+  if (context.team.leaders_word(is_there ? 1 : 0, context.stop) == 0) return std::nullopt;
+  std::optional<Partition> stored = expected_partition(context.store, stage);
   context.team.meet(context.stop);  // what is there changes only when all have seen it
   return stored;
 }
@@ -358,7 +367,7 @@ Partition partition_by_team(JobContext& context, const std::string& stage,
   Partition partition = make();
   by_leader(context, [&] { commit_partition(context.store, stage, partition); });
   if (context.team.leads()) return partition;
-  return stored_partition(context.store, stage).value();
+  return expected_partition(context.store, stage);
 }
 
 Partition partition_points(JobContext& context) {

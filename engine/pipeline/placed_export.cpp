@@ -107,7 +107,7 @@ class PlacedExport {
                                      placed ? target->temporary().string() : "");
     }
     context_.team.meet(context_.stop);
-    const std::string part = context_.store.document(kExportStage, kPartDocument).value_or("");
+    const std::string part = context_.store.expected_document(kExportStage, kPartDocument);
     if (part.empty()) return false;
     PlacedFile file(part, context_.job.output.mesh);
     context_.team.start_counting(context_.stop);
@@ -116,7 +116,7 @@ class PlacedExport {
     if (context_.team.leads()) digest_pieces(context_, pieces_, digest_);
     share_pieces(file);
     file.flush();
-    context_.team.meet(context_.stop);
+    context_.team.meet(context_.stop, [&] { show_done_by_others(); });
     if (target) target->commit();
     return true;
   }
@@ -159,6 +159,9 @@ class PlacedExport {
     context_.progress.advance(done);
     const std::scoped_lock lock(mutex_);
     free_.push_back(std::move(rows));
+    show_done_by_others();
+  }
+  void show_done_by_others() {
     if (context_.team.leads()) context_.progress.advance(context_.team.done_by_others().units);
   }
 

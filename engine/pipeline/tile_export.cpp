@@ -161,7 +161,7 @@ std::uint64_t export_tiles(JobContext& context, StageClock& clock, const TileInp
     target.emplace(tile_directory_of(context.job.output.mesh));
     context.store.commit_document(kTileStage, kPartDocument, target->temporary().string());
   });
-  const std::string part = context.store.document(kTileStage, kPartDocument).value_or("");
+  const std::string part = context.store.expected_document(kTileStage, kPartDocument);
   const TileExport tiles(context, input, part);
 
   const MemoryPlan plan =

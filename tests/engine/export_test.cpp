@@ -45,7 +45,10 @@ class ThreadTeam : public Team {
   ThreadTeam(Shared& shared, int rank) : shared_(shared), rank_(rank) {}
   int rank() const override { return rank_; }
   int size() const override { return shared_.size; }
-  void meet(const StopToken&) override { shared_.meeting.arrive_and_wait(); }
+  using Team::meet;
+  void meet(const StopToken&, const std::function<void()>&) override {
+    shared_.meeting.arrive_and_wait();
+  }
   std::uint64_t leaders_word(std::uint64_t word, const StopToken&) override {
     if (leads()) shared_.word = word;
     shared_.meeting.arrive_and_wait();

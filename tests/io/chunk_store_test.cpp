@@ -477,6 +477,26 @@ TEST_CASE("RemoveAllLeavesNothing") {
   CHECK_FALSE(fs::exists(scratch / "work"));
 }
 
+TEST_CASE("AMemberReadsWhatAnotherHasPutInAResultsPlace") {
+  const test::ScratchDirectory scratch;
+  ChunkStore leader(scratch / "work");
+  leader.commit("mesh", 0, make_arrays(3000, 1).views(), true);
+  const auto member = ChunkStore::join(scratch / "work");
+  REQUIRE(same(*member->open("mesh", 0), make_arrays(3000, 1)));
+  leader.discard_stage("mesh");
+  leader.commit("mesh", 0, make_arrays(2000, 2).views(), true);
+  CHECK(same(*member->open("mesh", 0), make_arrays(2000, 2)));
+}
+
+TEST_CASE("ADocumentThatHasToBeThereIsADamagedResultWhereItIsNot") {
+  const test::ScratchDirectory scratch;
+  ChunkStore store(scratch / "work");
+  store.begin_stage("points", "key");
+  CHECK_THROWS_AS(store.expected_document("points", "partition"), CorruptResult);
+  store.commit_document("points", "partition", "{}");
+  CHECK(store.expected_document("points", "partition") == "{}");
+}
+
 TEST_CASE("DiscardedResultsLeaveKeyAndDocuments") {
   const test::ScratchDirectory scratch;
   ChunkStore store(scratch / "work");
