@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "engine/pipeline/prepare_stage.h"
@@ -215,6 +216,16 @@ void require_room(const std::filesystem::path& work_dir, const std::string& mesh
   require({"the work directory and the mesh", work_dir, beyond(plan.most_bytes), kOtherWork},
           {std::min(at_work.bytes, at_mesh.bytes), at_work.device,
            at_work.limited_by_quota || at_mesh.limited_by_quota});
+}
+
+void predict_room(JobContext& context, const Partition& partition) {
+  if (context.report.predicted.disk_bytes != 0) return;
+  CountedCloud cloud;
+  cloud.schema = partition.schema;
+  cloud.points_used = partition.points();
+  cloud.octree = partition.octree;
+  cloud.memory.bin_buffer_bytes = std::numeric_limits<std::size_t>::max();  // nothing is spilled
+  context.report.predicted.disk_bytes = plan_disk(context.job, cloud, {}).most_bytes;
 }
 
 void check_room(JobContext& context, const CloudInput& input, const CountedCloud& cloud) {

@@ -37,6 +37,10 @@ DiskPlan plan_disk(const Job& job, const CountedCloud& cloud, const RawWork& raw
 void require_room(const std::filesystem::path& work_dir, const std::string& mesh,
                   const DiskPlan& plan, std::uint64_t held_bytes);
 
+/// Predicts for the report what a job holds that found its points cut already; a prediction that is
+/// there stays.
+void predict_room(JobContext& context, const Partition& partition);
+
 /// The check before the points of `input` are binned; the first prediction goes to the report.
 void check_room(JobContext& context, const CloudInput& input, const CountedCloud& cloud);
 

@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/pipeline/disk_plan.h"
 #include "engine/pipeline/export_stage.h"
 #include "engine/pipeline/hole_stage.h"
 #include "engine/pipeline/memory_forecast.h"
@@ -119,6 +120,7 @@ void run_stages(JobContext& context) {
   describe_partition(context.report, partition, radii);
   context.report.predicted.peak_memory_bytes = predicted_peak_bytes(context, partition, radii);
   context.report.predicted.seconds = predicted_seconds(context, partition, radii);
+  predict_room(context, partition);
   warn_of_units(context, partition);
   reconstruct_chunks(context, partition, radii);
   Stitched stitched = stitch(context, partition);
@@ -163,7 +165,8 @@ void run_until_sound(JobContext& context) {
       return run_stages(context);
     } catch (const CorruptResult& damage) {
       if (context.team.size() > 1) {
-        // The others are somewhere else in the job.
+        // The others are somewhere else in the job, which ends for all of them; the next run makes
+        // it anew.
         drop_damaged(context.store, damage.path());
         throw;
       }
@@ -176,6 +179,15 @@ void run_until_sound(JobContext& context) {
   }
 }
 
+/// For want of better: what else went wrong is what the user has to know.
+void remove_if_possible(ChunkStore& store) {
+  try {
+    store.remove_all();
+  } catch (const Error&) {
+    // The next run with this work directory says what is wrong with it.
+  }
+}
+
 /// Work that ended in bad input is of no use to anybody; everything else can be resumed. Where
 /// others may still be at work it stays: they would fail first, for want of it.
 void run_or_clean_up(JobContext& context) {
@@ -183,7 +195,7 @@ void run_or_clean_up(JobContext& context) {
     run_until_sound(context);
   } catch (const Error& error) {
     const bool keep = context.job.run.keep_work_dir || context.team.size() > 1;
-    if (error.status() == ExitStatus::kBadInput && !keep) context.store.remove_all();
+    if (error.status() == ExitStatus::kBadInput && !keep) remove_if_possible(context.store);
     throw;
   }
 }
@@ -197,9 +209,10 @@ void remove_abandoned_outputs(const OutputOptions& output) {
 /// Whether an earlier run of this very job wrote all outputs, and only its work directory was left;
 /// removes it then.
 bool was_ended_before(JobContext& context) {
-  const bool ended =
-      !context.job.run.keep_work_dir && context.store.has_ended(outputs_key(context));
-  context.team.meet(context.stop);  // what is there changes only when all have seen it
+  const bool is_told = context.team.leads() && !context.job.run.keep_work_dir &&
+                       context.store.has_ended(outputs_key(context));
+  // The leader's word: a member may see files as they were a moment ago.
+  const bool ended = context.team.leaders_word(is_told ? 1 : 0, context.stop) != 0;
   if (!context.team.leads()) return ended;
   if (ended)
     context.store.remove_all();
