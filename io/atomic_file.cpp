@@ -142,7 +142,8 @@ void AtomicFile::commit() {
 
 void AtomicFile::fail(const char* problem) const {
   const std::string reason = std::system_category().message(errno);
-  throw_resource(problem + (": " + reason), {.file = target_.string()});
+  throw_resource(problem + (": " + reason),
+                 {.file = target_.string(), .advice = "Make room there, or write it elsewhere"});
 }
 
 void remove_abandoned(const std::filesystem::path& target) {
@@ -153,7 +154,8 @@ void remove_abandoned(const std::filesystem::path& target) {
     if (is_temporary_of(entry.path().filename().string(), stem)) found.push_back(entry.path());
   }
   for (const std::filesystem::path& path : found) {
-    const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+    // For writing: over a network the lock asks for that.
+    const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW);
     if (descriptor < 0) continue;
     if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(path.c_str());
     ::close(descriptor);

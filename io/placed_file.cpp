@@ -105,7 +105,8 @@ void PlacedFile::write_to(int file, std::uint64_t offset, std::span<const std::b
   while (!bytes.empty()) {
     const ssize_t wrote = ::pwrite(file, bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (wrote < 0 && errno == EINTR) continue;
-    if (wrote < 0) fail("cannot write the file");
+    if (wrote == 0) errno = ENOSPC;
+    if (wrote <= 0) fail("cannot write the file");
     offset += static_cast<std::uint64_t>(wrote);
     bytes = bytes.subspan(static_cast<std::size_t>(wrote));
   }
@@ -117,10 +118,12 @@ void PlacedFile::flush() {
 
 void PlacedFile::fail(const char* problem) const {
   const std::string reason = std::system_category().message(errno);
-  throw_resource(problem + (": " + reason), {.file = name_.string()});
+  throw_resource(problem + (": " + reason),
+                 {.file = name_.string(), .advice = "Make room there, or write it elsewhere"});
 }
 
-WriteBehind::WriteBehind(PlacedFile& file, std::size_t buffers) : file_(file) {
+// Where the second thread cannot be started the destructor ends the first.
+WriteBehind::WriteBehind(PlacedFile& file, std::size_t buffers) : WriteBehind(file) {
   for (std::size_t i = 0; i < buffers; ++i) free_.push_back(std::make_unique<PlacedBuffer>());
   for (int i = 0; i < kWriters; ++i) threads_.emplace_back([this] { run(); });
 }

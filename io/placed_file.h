@@ -82,6 +82,7 @@ class WriteBehind {
   void finish();
 
  private:
+  explicit WriteBehind(PlacedFile& file) : file_(file) {}
   void run();
 
   PlacedFile& file_;

@@ -138,6 +138,8 @@ void PlyRowReader::skip() {
 
 bool PlyRowReader::restrict(std::uint64_t first, std::uint64_t count) {
   if (!fixed_ || row_bytes_ == 0 || first > rows_left_) return false;
+  // A damaged header may declare more rows than any file has bytes.
+  if (first > std::numeric_limits<std::uint64_t>::max() / row_bytes_) truncated();
   const std::uint64_t bytes = first * row_bytes_;
   if (reader_.skip(bytes) != bytes) truncated();
   rows_left_ = std::min(rows_left_ - first, count);

@@ -35,7 +35,7 @@ class PlySource final : public PointSource {
     if (!reader_.source().length()) return false;  // decompressed on the way
     if (!std::exchange(started_, true)) skip_to_vertices();
     if (!vertices_.restrict(first, count)) return false;
-    ended_ = first + count < element_.count;  // what follows is another's to check
+    ended_ = count < element_.count - first;  // what follows is another's to check
     return true;
   }
 

@@ -26,6 +26,18 @@ constexpr std::string_view kDigits = "0123456789abcdef";
 constexpr std::size_t kRandomDigits = 16;
 constexpr std::string_view kSuffix = ".part";
 
+[[noreturn]] void fail(const fs::path& target, const std::error_code& reason) {
+  throw_resource("cannot write the tiles", {.file = target.string(),
+                                            .place = {},
+                                            .found = reason.message(),
+                                            .expected = {},
+                                            .advice = "Make room there, or name another mesh"});
+}
+
+[[noreturn]] void fail_of_system(const fs::path& target) {
+  fail(target, std::error_code(errno, std::system_category()));
+}
+
 fs::path directory_of(const fs::path& target) {
   return target.has_parent_path() ? target.parent_path() : fs::path(".");
 }
@@ -39,7 +51,8 @@ bool is_tile(std::string_view name) {
 /// A tile, the index, or either on its way.
 bool is_ours(const fs::directory_entry& entry) {
   const std::string name = entry.path().filename().string();
-  if (!entry.is_regular_file()) return false;
+  std::error_code unreadable;
+  if (!entry.is_regular_file(unreadable)) return false;
   return is_tile(name) || name == kTileIndex || (name.starts_with('.') && name.ends_with(kSuffix));
 }
 
@@ -82,6 +95,14 @@ void flush_directory(const fs::path& directory) {
   if (held.valid()) ::fsync(held.get());
 }
 
+/// Locks a new directory. False where somebody took it for abandoned just before.
+bool keep_for_us(int directory) {
+  // Where locks do not work nobody can take it for abandoned.
+  if (::flock(directory, LOCK_EX) != 0) return true;
+  struct stat facts {};
+  return ::fstat(directory, &facts) != 0 || facts.st_nlink > 0;
+}
+
 /// Both names change their meaning at once where the system can do that.
 bool exchange(const fs::path& a, const fs::path& b) {
 #ifdef RENAME_EXCHANGE
@@ -111,7 +132,9 @@ void check_tile_directory(const fs::path& directory) {
   if (!fs::exists(status)) return;
   std::string found = "no directory";
   if (fs::is_directory(status)) {
-    const auto all = fs::directory_iterator(directory);
+    std::error_code error;
+    const auto all = fs::directory_iterator(directory, error);
+    if (error) fail(directory, error);
     const auto foreign =
         std::find_if(begin(all), end(all), [](const auto& entry) { return !is_ours(entry); });
     if (foreign == end(all)) return;
@@ -133,10 +156,11 @@ TileDirectory::TileDirectory(fs::path target) : target_(std::move(target)) {
   std::string name = ".";
   name.append(target_.filename().string()).append(".").append(random).append(kSuffix);
   temporary_ = directory_of(target_) / name;
-  if (::mkdir(temporary_.c_str(), 0777) != 0) fail();
-  lock_ = FileDescriptor(::open(temporary_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!lock_.valid()) fail();
-  ::flock(lock_.get(), LOCK_EX);  // where locks do not work nobody takes it for abandoned
+  do {
+    if (::mkdir(temporary_.c_str(), 0777) != 0 && errno != EEXIST) fail_of_system(target_);
+    lock_ = FileDescriptor(::open(temporary_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (!lock_.valid() && errno != ENOENT) fail_of_system(target_);
+  } while (!lock_.valid() || !keep_for_us(lock_.get()));
 }
 
 TileDirectory::~TileDirectory() {
@@ -144,26 +168,21 @@ TileDirectory::~TileDirectory() {
 }
 
 void TileDirectory::commit() {
-  ::fsync(lock_.get());
+  ::fsync(lock_.get());  // some file systems refuse; the files are whole all the same
   std::error_code absent;
   if (!fs::exists(target_, absent)) {
-    if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail();
+    if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail_of_system(target_);
     temporary_.clear();
   } else {
     check_tile_directory(target_);
     if (!exchange(temporary_, target_)) {
       remove_tiles(target_);
-      if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail();
+      if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail_of_system(target_);
       temporary_.clear();
     }
   }
   flush_directory(directory_of(target_));
   if (!temporary_.empty()) remove_tiles(std::exchange(temporary_, fs::path()));  // the old ones
-}
-
-void TileDirectory::fail() const {
-  const std::string reason = std::system_category().message(errno);
-  throw_resource("cannot write the tiles: " + reason, {.file = target_.string()});
 }
 
 }  // namespace orbweave

@@ -16,8 +16,8 @@ std::filesystem::path tile_directory_of(const std::filesystem::path& mesh);
 /// "000012.ply" of "bunny.ply" and 12; ".ply.gz" likewise.
 std::string tile_name(const std::filesystem::path& mesh, std::uint32_t number);
 
-/// Throws Error (usage) where `directory` is there and holds anything but tiles and their index:
-/// it would be replaced.
+/// Throws Error where `directory` is there: usage where it holds anything but tiles and their
+/// index, for it would be replaced; resource where it cannot be read.
 void check_tile_directory(const std::filesystem::path& directory);
 
 /// Files are made in a directory beside the target, which takes its place in commit(). Destroyed
@@ -35,8 +35,6 @@ class TileDirectory {
   void commit();
 
  private:
-  [[noreturn]] void fail() const;
-
   std::filesystem::path target_;
   std::filesystem::path temporary_;
   FileDescriptor lock_;  // tells that somebody is at work

@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <new>
+#include <system_error>
 
 namespace orbweave {
 namespace {
@@ -23,6 +24,9 @@ Failure current_failure() {
     return {ExitStatus::kResource,
             "out of memory; give a smaller --memory or --chunk-points, or fewer --threads. "
             "What is done is kept, the same command resumes"};
+  } catch (const std::system_error& error) {
+    return {ExitStatus::kResource, std::string("the system refused: ") + error.what() +
+                                       ". What is done is kept, the same command resumes"};
   } catch (const std::exception& error) {
     return defect(error.what());
   } catch (...) {

@@ -12,8 +12,8 @@ struct Failure {
   std::string what;
 };
 
-/// Of the exception that is being handled; called in a catch block. What is no Error and no lack of
-/// memory is a defect, and says how to report it.
+/// Of the exception that is being handled; called in a catch block. What is no Error, no lack of
+/// memory and no refusal of the system is a defect, and says how to report it.
 Failure current_failure();
 
 }  // namespace orbweave

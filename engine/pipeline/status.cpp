@@ -93,7 +93,8 @@ std::uint64_t chunks_of(const fs::path& document) {
 /// Batches of holes; 0: not known yet.
 std::uint64_t batches_of(const fs::path& document) {
   const auto json = nlohmann::json::parse(text_of(document), nullptr, false);
-  return json.is_object() ? json.value("batches", std::uint64_t{0}) : 0;
+  if (!json.is_object() || !json.contains("batches")) return 0;
+  return json["batches"].is_number_unsigned() ? json["batches"].get<std::uint64_t>() : 0;
 }
 
 /// What the log says of the last run.
