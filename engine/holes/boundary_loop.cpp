@@ -129,6 +129,7 @@ class LoopTracer {
     std::sort(loop.components.begin(), loop.components.end());
     loop.components.erase(std::unique(loop.components.begin(), loop.components.end()),
                           loop.components.end());
+    loop.components.shrink_to_fit();
     measure(loop);
     return loop;
   }

@@ -38,7 +38,7 @@ Survey survey_of(const TriangleMesh& mesh, const FillOptions& options) {
   // Ids go on after those that the mesh has already.
   std::int32_t last = 0;
   for (const std::int32_t id : mesh.hole) last = std::max(last, id);
-  for (HoleFacts& facts : survey.plan.facts) facts.id += last;
+  survey.plan.first_id += last;
   return survey;
 }
 
@@ -74,7 +74,7 @@ void append(const LoopPatch& patch, std::int32_t id, TriangleMesh& mesh) {
 }  // namespace
 
 std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const FillOptions& options) {
-  return survey_of(mesh, options).plan.facts;
+  return survey_of(mesh, options).plan.all_facts();
 }
 
 FilledMesh fill_mesh(const TriangleMesh& mesh, const FillOptions& options) {
@@ -82,7 +82,7 @@ FilledMesh fill_mesh(const TriangleMesh& mesh, const FillOptions& options) {
   const HolePlan& plan = survey.plan;
   const MeshSurface surface(mesh, survey.keep);
   std::vector<LoopPatch> patches(plan.loops.size());
-  for (std::size_t l = 0; l < patches.size(); ++l) patches[l].facts = plan.facts[l];
+  for (std::size_t l = 0; l < patches.size(); ++l) patches[l].facts = plan.facts_of(l);
   tbb::parallel_for(std::size_t{0}, plan.groups.size(), [&](std::size_t g) {
     std::vector<LoopPatch> group = fill_group(surface, plan, plan.groups[g], options);
     const std::vector<std::uint32_t> loops = plan.loops_of(plan.groups[g]);

@@ -142,6 +142,55 @@ std::vector<std::uint32_t> HolePlan::loops_of(std::uint32_t hole) const {
   return all;
 }
 
+HoleFacts HolePlan::facts_of(std::size_t l) const {
+  const BoundaryLoop& loop = loops[l];
+  HoleFacts facts;
+  facts.id = first_id + static_cast<std::int32_t>(l);
+  facts.first_vertex = loop.vertices.front();
+  facts.edges = loop.vertices.size();
+  facts.perimeter = loop.perimeter;
+  facts.diameter = 2.0 * loop.radius;
+  facts.center = loop.center;
+  facts.reason = reasons[l];
+  return facts;
+}
+
+std::vector<HoleFacts> HolePlan::all_facts() const {
+  std::vector<HoleFacts> facts;
+  facts.reserve(loops.size());
+  for (std::size_t l = 0; l < loops.size(); ++l) facts.push_back(facts_of(l));
+  return facts;
+}
+
+namespace {
+
+/// Positions are asked for only where islands are joined to the hole around them; of a boundary
+/// that is a third of all edges they would be most of what the plan holds.
+std::vector<BoundaryVertex> vertices_around_islands(const HolePlan& plan) {
+  std::vector<std::uint64_t> wanted;
+  for (std::uint32_t hole = 0; hole < plan.loops.size(); ++hole) {
+    if (plan.islands[hole].empty()) continue;
+    for (const std::uint32_t l : plan.loops_of(hole)) {
+      const std::vector<std::uint64_t>& vertices = plan.loops[l].vertices;
+      wanted.insert(wanted.end(), vertices.begin(), vertices.end());
+    }
+  }
+  std::sort(wanted.begin(), wanted.end());
+  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  std::vector<BoundaryVertex> found;
+  found.reserve(wanted.size());
+  auto at = plan.vertices.begin();
+  for (const std::uint64_t vertex : wanted) {
+    at = std::lower_bound(
+        at, plan.vertices.end(), vertex,
+        [](const BoundaryVertex& known, std::uint64_t number) { return known.vertex < number; });
+    found.push_back(*at);
+  }
+  return found;
+}
+
+}  // namespace
+
 HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> vertices,
                     std::span<const Piece> pieces, const FillOptions& options) {
   HolePlan plan;
@@ -150,26 +199,20 @@ HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> verti
   std::vector<HoleChoice> choices = choose_holes(plan.loops, pieces, options);
   std::vector<std::uint8_t> is_hole, may_be_island;
   for (std::size_t l = 0; l < plan.loops.size(); ++l) {
-    const BoundaryLoop& loop = plan.loops[l];
-    HoleFacts& facts = plan.facts.emplace_back();
-    facts.id = static_cast<std::int32_t>(l + 1);
-    facts.first_vertex = loop.vertices.front();
-    facts.edges = loop.vertices.size();
-    facts.perimeter = loop.perimeter;
-    facts.diameter = 2.0 * loop.radius;
-    facts.center = loop.center;
-    facts.reason = std::move(choices[l].reason);
-    is_hole.push_back(facts.reason.empty() && !choices[l].opposes_normals ? 1 : 0);
+    plan.reasons.push_back(std::move(choices[l].reason));
+    is_hole.push_back(plan.reasons[l].empty() && !choices[l].opposes_normals ? 1 : 0);
     may_be_island.push_back(choices[l].opposes_normals ? 1 : 0);
   }
+  choices = {};
   plan.islands = find_islands(plan.loops, is_hole, may_be_island, plan.vertices);
+  plan.vertices = vertices_around_islands(plan);
   plan.taken = shared_pairs(plan.loops);
   std::vector<std::uint8_t> is_island(plan.loops.size(), 0);
   for (const auto& list : plan.islands) {
     for (const std::uint32_t l : list) is_island[l] = 1;
   }
   for (std::uint32_t l = 0; l < plan.loops.size(); ++l) {
-    if (plan.facts[l].reason.empty() && is_island[l] == 0) plan.groups.push_back(l);
+    if (plan.reasons[l].empty() && is_island[l] == 0) plan.groups.push_back(l);
   }
   return plan;
 }
@@ -181,24 +224,25 @@ std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, 
   if (!islands.empty()) {
     const BoundaryLoop joined = join_islands(plan.loops[hole], plan.loops, islands, plan.vertices);
     patches.push_back(fill_loop(surface, joined, taken_by_others(plan, plan.loops_of(hole)),
-                                plan.facts[hole], options));
+                                plan.facts_of(hole), options));
     if (patches.front().facts.filled) {
       for (const std::uint32_t l : islands) {
-        HoleFacts& facts = patches.emplace_back().facts = plan.facts[l];
+        HoleFacts& facts = patches.emplace_back().facts = plan.facts_of(l);
         facts.filled = true;
         facts.method = patches.front().facts.method;
         facts.reason.clear();
-        facts.joined_to = plan.facts[hole].id;
+        facts.joined_to = plan.facts_of(hole).id;
       }
       return patches;
     }
     patches.clear();
   }
   for (const std::uint32_t l : plan.loops_of(hole)) {
-    if (plan.facts[l].reason.empty()) {
-      patches.push_back(fill_loop(surface, plan.loops[l], plan.taken[l], plan.facts[l], options));
+    if (plan.reasons[l].empty()) {
+      patches.push_back(
+          fill_loop(surface, plan.loops[l], plan.taken[l], plan.facts_of(l), options));
     } else {
-      patches.emplace_back().facts = plan.facts[l];
+      patches.emplace_back().facts = plan.facts_of(l);
     }
   }
   return patches;

@@ -34,15 +34,20 @@ std::vector<std::vector<std::array<std::uint64_t, 2>>> shared_pairs(
 
 /// The loops of a mesh and what is to become of them.
 struct HolePlan {
-  std::vector<BoundaryVertex> vertices;  ///< of the loops, ascending
+  std::vector<BoundaryVertex> vertices;  ///< of holes with islands and of these, ascending
   std::vector<BoundaryLoop> loops;
-  std::vector<HoleFacts> facts;  ///< per loop: measures, and the reason where it stays open
+  std::vector<std::string> reasons;  ///< per loop: why it stays open; empty: it is to be filled
+  std::int32_t first_id = 1;         ///< of the first loop
   std::vector<std::vector<std::uint32_t>> islands;  ///< per loop: loops of islands in it
   std::vector<std::vector<std::array<std::uint64_t, 2>>> taken;  ///< shared_pairs
   std::vector<std::uint32_t> groups;  ///< loops to be filled, without islands of others
 
   /// A group's loops: the hole, then its islands.
   std::vector<std::uint32_t> loops_of(std::uint32_t hole) const;
+  /// A loop's measures, and the reason where it stays open.
+  HoleFacts facts_of(std::size_t loop) const;
+  /// Those of all loops.
+  std::vector<HoleFacts> all_facts() const;
 };
 HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> vertices,
                     std::span<const Piece> pieces, const FillOptions& options);

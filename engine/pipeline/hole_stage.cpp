@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <span>
@@ -10,6 +9,7 @@
 #include "engine/holes/hole_choice.h"
 #include "engine/holes/hole_pass.h"
 #include "engine/holes/split_vertices.h"
+#include "engine/pipeline/memory_forecast.h"
 #include "engine/pipeline/stage_keys.h"
 #include "engine/pipeline/stored_surface.h"
 #include "engine/validation/disjoint_sets.h"
@@ -25,6 +25,15 @@ constexpr std::size_t kBatchLoops = 256;
 constexpr std::uint64_t kBatchWork = 100'000;
 /// What filling one hole may hold: a dense system of the largest size and its factors.
 constexpr std::size_t kHoleBytes = std::size_t{48} << 20;
+/// A batch of holes of a few edges, patches and texts included.
+constexpr std::size_t kBatchBytes = std::size_t{4} << 20;
+
+/// As many sites as the square of its edges are around a hole; its system has the square of that.
+std::size_t bytes_to_fill(std::uint64_t edges) {
+  const std::size_t sites =
+      std::min<std::uint64_t>(edges, 100) * std::min<std::uint64_t>(edges, 100);
+  return std::min(kHoleBytes, kBatchBytes + 3 * sizeof(double) * sites * sites);
+}
 
 double area_of(const Surface& surface, const LoopPatch& patch) {
   const auto position = [&](std::uint64_t vertex) {
@@ -56,17 +65,18 @@ class HoleStage {
         facts_(facts),
         plan_(plan_memory(context.job.partition.memory_bytes, partition.points(), context.threads(),
                           context.job.partition.chunk_points, partition.schema)),
-        surface_(context.store, partition, 2.0 * radii.back(), plan_.chunks_in_flight_bytes / 2,
-                 true) {}
+        surface_(context.store, partition, 2.0 * radii.back(), bytes_for_chunks(), true) {}
 
   FilledHoles run(const std::string& key) {
     {
       const StageClock clock(context_, "trace", 0, "edges");
       remove_small_pieces();
+      surface_.limit_memory(0);
       trace();
       cut_into_batches();
       release_freed_memory();
     }
+    plan_for_holes();
     StageClock clock(context_, "holes", batches_.size(), "batches");
     by_leader(context_, [&] {
       begin_stage(context_, kHoleStage, key);
@@ -74,8 +84,13 @@ class HoleStage {
                                      nlohmann::json{{"batches", batches_.size()}}.dump() + "\n");
     });
     fill(clock);
-    collect();
+    holes_.vertices = {};
+    holes_.islands = {};
+    holes_.taken = {};
     split();
+    surface_.limit_memory(0);
+    release_freed_memory();
+    collect();
     update_facts();
     clock.facts().chunks = batches_.size();
     return std::move(result_);
@@ -92,6 +107,9 @@ class HoleStage {
   void find_freed();
   void trace();
   void cut_into_batches();
+  std::size_t bytes_for_chunks() const;
+  void plan_for_holes();
+  ChunkWork work_of(ChunkId batch) const;
   std::uint64_t edges_of_group(std::size_t group) const;
   void fill(StageClock& clock);
   void fill_batch(ChunkId batch);
@@ -200,17 +218,44 @@ std::uint64_t HoleStage::edges_of_group(std::size_t group) const {
   return edges;
 }
 
+/// Half of what is left, but no more than of what is spent where no boundary is in the way. Which
+/// chunks are kept decides how often they are read, never what comes of them.
+std::size_t HoleStage::bytes_for_chunks() const {
+  const std::uint64_t budget = context_.job.partition.memory_bytes;
+  const std::uint64_t left = budget - std::min(budget, resident_bytes());
+  return std::min<std::size_t>(plan_.chunks_in_flight_bytes, left) / 2;
+}
+
+/// What the boundary takes is known by now: the prediction rises by it, chunks get what it leaves.
+void HoleStage::plan_for_holes() {
+  std::uint64_t chunk = 0, batch = 0;
+  for (ChunkId c = 0; c < partition_.octree.chunks().size(); ++c) {
+    chunk = std::max<std::uint64_t>(chunk, surface_.chunk_bytes(c));
+  }
+  for (ChunkId b = 0; b < batches_.size(); ++b) {
+    batch = std::max<std::uint64_t>(batch, work_of(b).memory_bytes);
+  }
+  const HoleLoad load{fans_.size(), holes_.loops.size(), batches_.empty() ? 0 : chunk, batch};
+  require_memory_for_holes(context_, partition_, load);
+  std::uint64_t& predicted = context_.report.predicted.peak_memory_bytes;
+  predicted = std::max(predicted, predicted_hole_bytes(context_, partition_, load));
+  surface_.limit_memory(bytes_for_chunks());
+}
+
+ChunkWork HoleStage::work_of(ChunkId batch) const {
+  std::uint64_t work = 0, most = 0;
+  for (std::size_t i = 0; i < batches_[batch].count; ++i) {
+    const std::uint64_t edges = edges_of_group(batches_[batch].first + i);
+    work += edges * edges;
+    most = std::max(most, edges);
+  }
+  return {batch, bytes_to_fill(most), work, 0};
+}
+
 void HoleStage::fill(StageClock& clock) {
   std::vector<ChunkWork> tasks;
-  for (ChunkId batch = 0; batch < batches_.size(); ++batch) {
-    std::uint64_t work = 0;
-    for (std::size_t i = 0; i < batches_[batch].count; ++i) {
-      const std::uint64_t edges = edges_of_group(batches_[batch].first + i);
-      work += edges * edges;
-    }
-    tasks.push_back({batch, kHoleBytes, work, 0});
-  }
-  share_chunks(context_, clock, kHoleStage, std::move(tasks), plan_.chunks_in_flight_bytes / 2,
+  for (ChunkId batch = 0; batch < batches_.size(); ++batch) tasks.push_back(work_of(batch));
+  share_chunks(context_, clock, kHoleStage, std::move(tasks), bytes_for_chunks(),
                [&](ChunkId batch) { fill_batch(batch); });
 }
 
@@ -228,7 +273,8 @@ void HoleStage::fill_batch(ChunkId number) {
 }
 
 void HoleStage::collect() {
-  result_.holes = std::move(holes_.facts);
+  result_.holes = holes_.all_facts();
+  holes_.reasons = {};
   for (ChunkId batch = 0; batch < batches_.size(); ++batch) {
     PatchBatch patches = load_patch_facts(context_.store, batch);
     std::uint64_t vertices = 0, triangles = 0;
@@ -249,26 +295,40 @@ void HoleStage::collect() {
     }
     std::sort(chunks.begin(), chunks.end());
     chunks.erase(std::unique(chunks.begin(), chunks.end()), chunks.end());
+    chunks.shrink_to_fit();
   }
 }
 
 /// Doubles what is still pinched after the fill.
 void HoleStage::split() {
   if (boundary_.pinched.empty()) return;
-  std::map<std::uint64_t, std::vector<Triangle64>> patched;
+  struct AtVertex {
+    std::uint64_t vertex;
+    Triangle64 triangle;
+  };
+  std::vector<AtVertex> patched;
   std::uint64_t base = 0;
   for (ChunkId batch = 0; batch < batches_.size(); ++batch) {
-    for (Triangle64 t : load_patch_batch(context_.store, batch).triangles) {
+    const PatchBatch patches = load_patch_batch(context_.store, batch);
+    for (Triangle64 t : patches.triangles) {
       for (std::uint64_t& vertex : t) vertex += vertex >= kNewVertex ? base : 0;
       for (const std::uint64_t vertex : t) {
         if (std::binary_search(boundary_.pinched.begin(), boundary_.pinched.end(), vertex)) {
-          patched[vertex].push_back(t);
+          patched.push_back({vertex, t});
         }
       }
     }
-    base += result_.new_vertices[batch];
+    base += patches.positions.size();
   }
-  for (const std::uint64_t vertex : boundary_.pinched) split_at(vertex, patched[vertex]);
+  std::stable_sort(patched.begin(), patched.end(),
+                   [](const AtVertex& a, const AtVertex& b) { return a.vertex < b.vertex; });
+  std::vector<Triangle64> here;
+  auto at = patched.begin();
+  for (const std::uint64_t vertex : boundary_.pinched) {
+    here.clear();
+    for (; at != patched.end() && at->vertex == vertex; ++at) here.push_back(at->triangle);
+    split_at(vertex, here);
+  }
   std::sort(result_.splits.begin(), result_.splits.end());
 }
 
@@ -320,18 +380,28 @@ void HoleStage::close_fans(std::span<const Triangle64> corners) {
 
 /// The fans with doubled vertices under their own numbers.
 std::vector<OpenFan> HoleStage::in_split_numbers(std::vector<OpenFan> fans) const {
-  std::map<Triangle64, std::uint64_t> number;  // (tail, head, one of the two)
+  struct Renamed {
+    Triangle64 end;  // (tail, head, one of the two)
+    std::uint64_t number;
+  };
+  std::vector<Renamed> numbers;
+  numbers.reserve(2 * result_.splits.size());
   constexpr std::uint64_t kCopies = std::uint64_t{1} << 62;
   for (const SplitCorner& split : result_.splits) {
     const Triangle64& t = split.triangle;
     const int k = t[0] == split.vertex ? 0 : t[1] == split.vertex ? 1 : 2;
-    number[{t[k], t[(k + 1) % 3], split.vertex}] = kCopies + split.copy;
-    number[{t[(k + 2) % 3], t[k], split.vertex}] = kCopies + split.copy;
+    numbers.push_back({{t[k], t[(k + 1) % 3], split.vertex}, kCopies + split.copy});
+    numbers.push_back({{t[(k + 2) % 3], t[k], split.vertex}, kCopies + split.copy});
   }
-  if (number.empty()) return fans;
+  if (numbers.empty()) return fans;
+  std::sort(numbers.begin(), numbers.end(),
+            [](const Renamed& a, const Renamed& b) { return a.end < b.end; });
   const auto renamed = [&](std::uint64_t tail, std::uint64_t head, std::uint64_t vertex) {
-    const auto at = number.find({tail, head, vertex});
-    return at == number.end() ? vertex : at->second;
+    const Triangle64 end{tail, head, vertex};
+    const auto at =
+        std::lower_bound(numbers.begin(), numbers.end(), end,
+                         [](const Renamed& known, const Triangle64& e) { return known.end < e; });
+    return at != numbers.end() && at->end == end ? at->number : vertex;
   };
   for (OpenFan& fan : fans) {
     fan = {renamed(fan.previous, fan.vertex, fan.previous),
@@ -369,8 +439,10 @@ void HoleStage::update_facts() {
     facts_.vertices += hole.points_added;
     facts_.triangles += hole.triangles_added;
   }
+  holes_.loops = {};
   std::sort(corners.begin(), corners.end());
   close_fans(corners);
+  corners = {};
   std::uint64_t roots = 0;
   for (std::uint32_t p = 0; p < boundary_.pieces.size(); ++p) roots += pieces.find(p) == p ? 1 : 0;
   facts_.components = roots - removed_pieces;
@@ -380,7 +452,7 @@ void HoleStage::update_facts() {
   facts_.nonmanifold_vertices = 0;
   facts_.area += patch_area_;
   facts_.boundary_edges = fans_.size();
-  facts_.boundary_loops = count_loops(in_split_numbers(fans_));
+  facts_.boundary_loops = count_loops(in_split_numbers(std::move(fans_)));
   derive_facts(facts_);
 }
 
@@ -399,7 +471,7 @@ std::vector<HoleFacts> list_loops(const StitchedBoundary& boundary, const FillOp
   for (const OpenFan& fan : boundary.fans) {
     if (boundary.pieces[fan.component].triangles >= options.min_triangles) fans.push_back(fan);
   }
-  return plan_holes(std::move(fans), boundary.vertices, pieces_of(boundary), options).facts;
+  return plan_holes(std::move(fans), boundary.vertices, pieces_of(boundary), options).all_facts();
 }
 
 const SplitCorner* find_split(const FilledHoles& holes, const Triangle64& triangle,

@@ -26,6 +26,11 @@ constexpr std::uint64_t kRecordsPerSorted = 2;
 constexpr double kMargin = 1.06;
 /// Vertices that are used, block bounds, checksums, pieces in the last stages: per 64 points.
 constexpr std::uint64_t kWholeCloudBytesPer64 = 48;
+/// As measured: the boundary while loops are traced, and while holes are filled.
+constexpr std::uint64_t kTracedEdgeBytes = 140;
+constexpr std::uint64_t kTracedLoopBytes = 280;
+constexpr std::uint64_t kFilledEdgeBytes = 56;
+constexpr std::uint64_t kFilledLoopBytes = 340;
 
 std::uint64_t record_bytes(const PointSchema& schema) {
   return sizeof(Vec3) + schema.attribute_bytes() +
@@ -126,6 +131,61 @@ std::uint64_t predicted_peak_bytes(const InputContext& context, const Partition&
       std::max(partition_peak(context, partition, plan), kWorkingBytes + in_flight + whole);
   return std::min(static_cast<std::uint64_t>(kMargin * static_cast<double>(peak)),
                   std::max(job.partition.memory_bytes, peak));
+}
+
+namespace {
+
+std::uint64_t whole_cloud_bytes(const Partition& partition) {
+  return kWorkingBytes + counted_points(partition) * kWholeCloudBytesPer64 / 64;
+}
+
+/// While loops are traced, which no chunk is held beside.
+std::uint64_t traced_bytes(const HoleLoad& load) {
+  return load.edges * kTracedEdgeBytes + load.loops * kTracedLoopBytes;
+}
+
+std::uint64_t filled_bytes(const HoleLoad& load) {
+  return load.edges * kFilledEdgeBytes + load.loops * kFilledLoopBytes;
+}
+
+/// With as little beside the boundary as does.
+std::uint64_t least_hole_bytes(const Partition& partition, const HoleLoad& load) {
+  return whole_cloud_bytes(partition) +
+         std::max(traced_bytes(load), filled_bytes(load) + load.chunk_bytes + load.batch_bytes);
+}
+
+}  // namespace
+
+std::uint64_t predicted_hole_bytes(const InputContext& context, const Partition& partition,
+                                   const HoleLoad& load) {
+  const Job& job = context.job;
+  const MemoryPlan plan =
+      plan_memory(job.partition.memory_bytes, counted_points(partition), context.threads(),
+                  job.partition.chunk_points, partition.schema);
+  const auto threads = static_cast<std::uint64_t>(context.threads());
+  const std::uint64_t half = plan.chunks_in_flight_bytes / 2;
+  // Those that are kept, and one in use that no longer is.
+  const std::uint64_t chunks =
+      load.chunk_bytes + std::min(half, load.chunk_bytes * partition.octree.chunks().size());
+  const std::uint64_t batches = std::min(half, threads * load.batch_bytes);
+  const std::uint64_t peak = whole_cloud_bytes(partition) +
+                             std::max(traced_bytes(load), filled_bytes(load) + chunks + batches);
+  return std::min(peak, std::max(job.partition.memory_bytes, least_hole_bytes(partition, load)));
+}
+
+void require_memory_for_holes(const InputContext& context, const Partition& partition,
+                              const HoleLoad& load) {
+  const std::uint64_t needed = least_hole_bytes(partition, load);
+  const std::uint64_t budget = context.job.partition.memory_bytes;
+  if (needed <= budget) return;
+  throw_resource("the memory budget is too small for the boundary whose holes are to be filled",
+                 {.file = {},
+                  .place = "partition.memory",
+                  .found = format_bytes(budget) + "; " + format_count(load.edges) +
+                           " boundary edges in " + format_count(load.loops) + " loops",
+                  .expected = "at least " + std::to_string((needed >> 20) + 1) + " MiB",
+                  .advice = "Or fill.enabled = false (--no-fill); larger ball radii leave fewer "
+                            "holes"});
 }
 
 void require_memory_for_largest(const JobContext& context, const Partition& partition,

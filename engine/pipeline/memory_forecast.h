@@ -20,9 +20,26 @@ std::vector<std::uint64_t> expected_points_with_halos(const Partition& partition
                                                       double halo_width);
 
 /// Peak of the process. `partition` needs schema, octree, spacing, normal_radius, `radii` those of
-/// the job. Holes that are filled may take more, up to the budget.
+/// the job. Holes that are filled may take more: predicted_hole_bytes.
 std::uint64_t predicted_peak_bytes(const InputContext& context, const Partition& partition,
                                    std::span<const double> radii);
+
+/// What the stage of the holes has to hold, known when the boundary is.
+struct HoleLoad {
+  std::uint64_t edges = 0;  ///< of the boundary
+  std::uint64_t loops = 0;
+  std::uint64_t chunk_bytes = 0;  ///< of the largest chunk that is looked at
+  std::uint64_t batch_bytes = 0;  ///< of the largest batch of holes
+};
+
+/// Peak of the process in the stage of the holes.
+std::uint64_t predicted_hole_bytes(const InputContext& context, const Partition& partition,
+                                   const HoleLoad& load);
+
+/// Throws Error (resource) where the boundary, one chunk and one batch of holes take more than the
+/// budget, and says how much that is.
+void require_memory_for_holes(const InputContext& context, const Partition& partition,
+                              const HoleLoad& load);
 
 /// Throws Error (resource) where a chunk with its halo alone takes more than the budget, and says
 /// how much that is.

@@ -22,7 +22,7 @@ struct StoredSurface::LoadedChunk {
   std::vector<ChunkId> neighbors;  // that may own triangles at own points
 
   std::size_t bytes() const {
-    return points.size() * (2 * sizeof(Vec3) + points.schema.attribute_bytes()) +
+    return points.size() * (sizeof(Vec3) + points.schema.attribute_bytes()) +
            triangles.size() * sizeof(Triangle64) + outer_vertices.size() * 8 +
            (first.size() + at.size()) * 4;
   }
@@ -76,27 +76,41 @@ class StoredSurface::Cache {
       return entry->second;
     }
     lock.unlock();
-    // Two threads may load the same chunk side by side; one of the two is kept.
-    auto loaded = load(chunk);
+    // One after the other: what is being read is held beside what is kept.
+    const std::scoped_lock one_reads(reading_);
     lock.lock();
     for (const auto& entry : entries_) {
       if (entry.first == chunk) return entry.second;
     }
+    shrink_to(memory_bytes_ - std::min(memory_bytes_, surface_.chunk_bytes(chunk)));
+    lock.unlock();
+    auto loaded = load(chunk);
+    lock.lock();
     held_bytes_ += loaded->bytes();
     entries_.emplace_front(chunk, loaded);
-    while (held_bytes_ > memory_bytes_ && entries_.size() > 1) {
-      held_bytes_ -= entries_.back().second->bytes();
-      entries_.pop_back();
-    }
     return loaded;
   }
 
+  void limit(std::size_t memory_bytes) {
+    const std::scoped_lock lock(mutex_);
+    memory_bytes_ = memory_bytes;
+    shrink_to(memory_bytes_);
+  }
+
  private:
+  /// Drops the least recently used.
+  void shrink_to(std::size_t bytes) {
+    while (held_bytes_ > bytes && !entries_.empty()) {
+      held_bytes_ -= entries_.back().second->bytes();
+      entries_.pop_back();
+    }
+  }
   std::shared_ptr<const LoadedChunk> load(ChunkId chunk) const;
 
   const StoredSurface& surface_;
   std::size_t memory_bytes_;
   std::mutex mutex_;
+  std::mutex reading_;
   std::list<std::pair<ChunkId, std::shared_ptr<const LoadedChunk>>> entries_;
   std::size_t held_bytes_ = 0;
 };
@@ -139,6 +153,15 @@ StoredSurface::StoredSurface(const ChunkStore& store, const Partition& partition
       cache_(std::make_unique<Cache>(*this, memory_bytes)) {}
 
 StoredSurface::~StoredSurface() = default;
+
+void StoredSurface::limit_memory(std::size_t memory_bytes) { cache_->limit(memory_bytes); }
+
+std::size_t StoredSurface::chunk_bytes(ChunkId chunk) const {
+  // Two triangles per point, each at three of the vertices.
+  constexpr std::size_t kPerPoint = sizeof(Vec3) + 2 * sizeof(Triangle64) + 7 * 4;
+  const std::size_t attributes = with_values_ ? partition_.schema.attribute_bytes() : 0;
+  return partition_.points_in(chunk) * (kPerPoint + attributes);
+}
 
 Vec3 StoredSurface::position(std::uint64_t vertex) const {
   const ChunkId chunk = partition_.chunk_of(vertex);

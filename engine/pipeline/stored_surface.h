@@ -16,7 +16,7 @@ namespace orbweave {
 class StoredSurface : public Surface {
  public:
   /// `reach`: no triangle has an edge longer than that. `memory_bytes`: what the chunks kept may
-  /// hold; those in use are kept beyond it. `removed`: triangles that no longer count, sorted.
+  /// hold, one that is being read included; those in use (two per thread) are held beyond it.
   /// `with_values`: whether the vertices' attributes are wanted.
   StoredSurface(const ChunkStore& store, const Partition& partition, double reach,
                 std::size_t memory_bytes, bool with_values);
@@ -25,6 +25,11 @@ class StoredSurface : public Surface {
   /// Triangles that no longer count, sorted. Not while others ask.
   void remove(std::vector<Triangle64> triangles) { removed_ = std::move(triangles); }
   const std::vector<Triangle64>& removed() const { return removed_; }
+
+  /// From now on the chunks kept may hold that much. Not while others ask.
+  void limit_memory(std::size_t memory_bytes);
+  /// What a chunk takes of that.
+  std::size_t chunk_bytes(ChunkId chunk) const;
 
   Vec3 position(std::uint64_t vertex) const override;
   void triangles_at(std::uint64_t vertex, std::vector<Triangle64>& out) const override;
