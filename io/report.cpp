@@ -99,13 +99,18 @@ Json hole_json(const HoleFacts& hole) {
 }
 
 /// A line per hole, indented as members of a member of the document.
-std::string hole_lines(std::span<const HoleFacts> holes, const std::string& indent) {
-  std::string text = "[";
+void append_hole_lines(std::span<const HoleFacts> holes, const std::string& indent,
+                       std::string& text) {
+  constexpr std::size_t kUsualLine = 420;
+  text.reserve(text.size() + kUsualLine * holes.size());
+  text += "[";
+  const char* separator = "\n  ";
   for (const HoleFacts& hole : holes) {
-    text += (text.size() == 1 ? "\n  " : ",\n  ") + indent;
+    text += separator + indent;
     text += hole_json(hole).dump(-1, ' ', false, Json::error_handler_t::replace);
+    separator = ",\n  ";
   }
-  return text + (holes.empty() ? "]" : "\n" + indent + "]");
+  text += holes.empty() ? "]" : "\n" + indent + "]";
 }
 
 /// The document's text with the holes where its member "holes" is null. No text inside the
@@ -114,7 +119,11 @@ std::string dumped_with_holes(const Json& json, std::span<const HoleFacts> holes
   std::string text = dumped(json);
   const std::string member(kHolesKey);
   const std::size_t at = text.find("\n  " + member) + 3;
-  return text.replace(at, member.size(), "\"holes\": " + hole_lines(holes, "  "));
+  const std::string rest = text.substr(at + member.size());
+  text.resize(at);
+  text += "\"holes\": ";
+  append_hole_lines(holes, "  ", text);  // in place: of a million holes it is hundreds of megabytes
+  return text += rest;
 }
 
 Json stage_json(const StageFacts& stage) {
@@ -216,7 +225,11 @@ std::string mesh_facts_json(const MeshFacts& facts) {
   return dumped(json);
 }
 
-std::string holes_json(std::span<const HoleFacts> holes) { return hole_lines(holes, "") + "\n"; }
+std::string holes_json(std::span<const HoleFacts> holes) {
+  std::string text;
+  append_hole_lines(holes, "", text);
+  return text += "\n";
+}
 
 std::string fill_report_json(const FillReport& report) {
   Json dropped = Json::object();
