@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <random>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "io/error.h"
+#include "io/temporary_name.h"
 
 namespace orbweave {
 namespace {
@@ -21,40 +21,6 @@ namespace {
 // Write-back starts this early, so that the flush at the end finds little left to do.
 constexpr std::uint64_t kFlushBytes = std::uint64_t{16} << 20;
 constexpr mode_t kFileMode = 0666;  // the process's umask applies
-constexpr std::size_t kRandomDigits = 16;
-constexpr std::string_view kDigits = "0123456789abcdef";
-constexpr std::string_view kSuffix = ".part";
-
-std::string random_name() {
-  std::random_device device;
-  std::string name;
-  while (name.size() < kRandomDigits) name += kDigits[device() % kDigits.size()];
-  return name;
-}
-
-std::filesystem::path directory_of(const std::filesystem::path& target) {
-  return target.has_parent_path() ? target.parent_path() : std::filesystem::path(".");
-}
-
-/// Whether a file of that name is the temporary of a target "<stem>.<anything>".
-bool is_temporary_of(std::string_view name, const std::string& stem) {
-  const std::string prefix = "." + stem + ".";
-  if (!name.starts_with(prefix) || !name.ends_with(kSuffix)) return false;
-  name.remove_suffix(kSuffix.size());
-  if (name.size() < prefix.size() + kRandomDigits) return false;
-  const std::string_view random = name.substr(name.size() - kRandomDigits);
-  return name[name.size() - kRandomDigits - 1] == '.' &&
-         random.find_first_not_of(kDigits) == std::string_view::npos;
-}
-
-/// Locks a new temporary. False where somebody took it for abandoned just before.
-bool keep_for_us(int descriptor) {
-  // Where locks do not work nobody can take it for abandoned. Who does holds the lock for a moment.
-  while (::flock(descriptor, LOCK_EX) != 0)
-    if (errno != EINTR) return true;
-  struct stat facts {};
-  return ::fstat(descriptor, &facts) != 0 || facts.st_nlink > 0;
-}
 
 }  // namespace
 
@@ -84,16 +50,11 @@ void AtomicFile::open_target_itself() {
 
 void AtomicFile::open_temporary() {
   for (;;) {
-    std::string name = ".";
-    name += target_.filename().string();
-    name += '.';
-    name += random_name();
-    name += kSuffix;
-    temporary_ = directory_of(target_) / name;
+    temporary_ = temporary_beside(target_);
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kFileMode);
     if (descriptor_ < 0 && errno == EEXIST) continue;
     if (descriptor_ < 0) fail("cannot write the file");
-    if (keep_for_us(descriptor_)) return;
+    if (keep_temporary(descriptor_)) return;
     ::close(std::exchange(descriptor_, -1));
   }
 }

@@ -9,22 +9,18 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
-#include <random>
 #include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
 
 #include "io/error.h"
+#include "io/temporary_name.h"
 
 namespace orbweave {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::string_view kDigits = "0123456789abcdef";
-constexpr std::size_t kRandomDigits = 16;
-constexpr std::string_view kSuffix = ".part";
 
 [[noreturn]] void fail(const fs::path& target, const std::error_code& reason) {
   throw_resource("cannot write the tiles", {.file = target.string(),
@@ -38,10 +34,6 @@ constexpr std::string_view kSuffix = ".part";
   fail(target, std::error_code(errno, std::system_category()));
 }
 
-fs::path directory_of(const fs::path& target) {
-  return target.has_parent_path() ? target.parent_path() : fs::path(".");
-}
-
 bool is_tile(std::string_view name) {
   const std::size_t digits = std::min(name.find_first_not_of("0123456789"), name.size());
   name.remove_prefix(digits);
@@ -53,7 +45,7 @@ bool is_ours(const fs::directory_entry& entry) {
   const std::string name = entry.path().filename().string();
   std::error_code unreadable;
   if (!entry.is_regular_file(unreadable)) return false;
-  return is_tile(name) || name == kTileIndex || (name.starts_with('.') && name.ends_with(kSuffix));
+  return is_tile(name) || name == kTileIndex || (name.starts_with('.') && name.ends_with(".part"));
 }
 
 /// Removes a directory of tiles; anything else in it stays, and so does the directory then.
@@ -67,20 +59,13 @@ void remove_tiles(const fs::path& directory) {
   fs::remove(directory, ignored);
 }
 
-bool is_temporary_of(std::string_view name, const fs::path& target) {
-  const std::string prefix = "." + target.filename().string() + ".";
-  return name.size() == prefix.size() + kRandomDigits + kSuffix.size() &&
-         name.starts_with(prefix) && name.ends_with(kSuffix) &&
-         name.substr(prefix.size(), kRandomDigits).find_first_not_of(kDigits) ==
-             std::string_view::npos;
-}
-
 /// What killed processes left.
 void remove_abandoned_tiles(const fs::path& target) {
   std::error_code ignored;
   std::vector<fs::path> found;
   for (const auto& entry : fs::directory_iterator(directory_of(target), ignored)) {
-    if (is_temporary_of(entry.path().filename().string(), target)) found.push_back(entry.path());
+    if (is_temporary_of(entry.path().filename().string(), target.filename().string()))
+      found.push_back(entry.path());
   }
   for (const fs::path& path : found) {
     const FileDescriptor held(
@@ -93,14 +78,6 @@ void flush_directory(const fs::path& directory) {
   const FileDescriptor held(::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   // Some file systems refuse; the files are whole all the same.
   if (held.valid()) ::fsync(held.get());
-}
-
-/// Locks a new directory. False where somebody took it for abandoned just before.
-bool keep_for_us(int directory) {
-  // Where locks do not work nobody can take it for abandoned.
-  if (::flock(directory, LOCK_EX) != 0) return true;
-  struct stat facts {};
-  return ::fstat(directory, &facts) != 0 || facts.st_nlink > 0;
 }
 
 /// Both names change their meaning at once where the system can do that.
@@ -150,17 +127,12 @@ void check_tile_directory(const fs::path& directory) {
 
 TileDirectory::TileDirectory(fs::path target) : target_(std::move(target)) {
   remove_abandoned_tiles(target_);
-  std::random_device device;
-  std::string random;
-  while (random.size() < kRandomDigits) random += kDigits[device() % kDigits.size()];
-  std::string name = ".";
-  name.append(target_.filename().string()).append(".").append(random).append(kSuffix);
-  temporary_ = directory_of(target_) / name;
+  temporary_ = temporary_beside(target_);
   do {
     if (::mkdir(temporary_.c_str(), 0777) != 0 && errno != EEXIST) fail_of_system(target_);
     lock_ = FileDescriptor(::open(temporary_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (!lock_.valid() && errno != ENOENT) fail_of_system(target_);
-  } while (!lock_.valid() || !keep_for_us(lock_.get()));
+  } while (!lock_.valid() || !keep_temporary(lock_.get()));
 }
 
 TileDirectory::~TileDirectory() {
