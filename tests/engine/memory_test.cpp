@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "engine/pipeline/memory_forecast.h"
+#include "io/error.h"
 #include "io/mesh_writer.h"
 #include "tests/support/clouds.h"
 #include "tests/support/data.h"
@@ -66,8 +68,8 @@ std::string write(const ScratchDirectory& scratch, PointCloud cloud) {
 
 ProgramResult reconstruct(const ScratchDirectory& scratch, const std::string& cloud,
                           const std::string& mesh, double radius, const std::string& memory,
-                          const std::vector<std::string>& more = {}) {
-  std::vector<std::string> words = {"reconstruct", cloud, "--no-fill"};
+                          const std::vector<std::string>& more = {"--no-fill"}) {
+  std::vector<std::string> words = {"reconstruct", cloud};
   const std::string path = (scratch / mesh).string();
   for (const auto& [option, value] : {std::pair<std::string, std::string>{"-o", path},
                                       {"--report", path + ".json"},
@@ -141,12 +143,34 @@ TEST_CASE("AChunkSizeBeyondTheBudgetIsCappedWithAWarning") {
     add_scattered(900'000, random, cloud);
     file = write(scratch, std::move(cloud));
   }
-  const ProgramResult result =
-      reconstruct(scratch, file, "mesh.ply", 0.01, "208MiB", {"--chunk-points", "10000000"});
+  const ProgramResult result = reconstruct(scratch, file, "mesh.ply", 0.01, "208MiB",
+                                           {"--no-fill", "--chunk-points", "10000000"});
   INFO(result.err);
   REQUIRE(result.status == 0);
   CHECK(result.err.find("more than the memory budget has room for") != std::string::npos);
   CHECK(peak_of(scratch, "mesh.ply") < kSmallBudget);
+}
+
+TEST_CASE("ManyHolesAreFilledInsideTheBudgetToTheSameBytes") {
+  const ScratchDirectory scratch;
+  std::string file;
+  {
+    Random random(6);
+    PointCloud cloud = oriented_cloud();
+    add_scattered(1'000'000, random, cloud);
+    file = write(scratch, std::move(cloud));
+  }
+  // Balls that hardly bridge the mean spacing: a third of all edges are boundary.
+  const double radius = 0.0042;
+  const ProgramResult small = reconstruct(scratch, file, "small.ply", radius, "208MiB", {});
+  INFO(small.err);
+  REQUIRE(small.status == 0);
+  const Json report = Json::parse(test::file_text(scratch / "small.ply.json"));
+  CHECK(report.at("holes").size() > 30'000);
+  CHECK(peak_of(scratch, "small.ply") < kSmallBudget);
+  CHECK(report.at("predicted").at("peak_memory_bytes").get<std::uint64_t>() <= kSmallBudget);
+  REQUIRE(reconstruct(scratch, file, "large.ply", radius, "8GiB", {}).status == 0);
+  CHECK(bytes_of(scratch / "small.ply") == bytes_of(scratch / "large.ply"));
 }
 
 TEST_CASE("ABallThatReachesMorePointsThanTheBudgetHoldsSaysTheLeast") {
@@ -165,6 +189,28 @@ TEST_CASE("ABallThatReachesMorePointsThanTheBudgetHoldsSaysTheLeast") {
   CHECK(result.status == 4);
   CHECK(result.err.find("at least") != std::string::npos);
   CHECK(result.err.find("partition.memory") != std::string::npos);
+}
+
+TEST_CASE("ABoundaryThatTheBudgetCannotHoldSaysTheLeast") {
+  test::RecordingProgress progress;
+  const StopToken stop;
+  const std::vector<std::string> files;
+  Job job;
+  job.partition.memory_bytes = 512 * kMiB;
+  const InputContext context{job, files, progress, stop};
+  const HoleLoad fits{1'400'000, 200'000, 32 * kMiB, 4 * kMiB};
+  CHECK_NOTHROW(require_memory_for_holes(context, Partition(), fits));
+  CHECK(predicted_hole_bytes(context, Partition(), fits) <= job.partition.memory_bytes);
+  const HoleLoad large{14'000'000, 2'000'000, 32 * kMiB, 4 * kMiB};
+  try {
+    require_memory_for_holes(context, Partition(), large);
+    FAIL("a boundary of gigabytes was taken");
+  } catch (const Error& error) {
+    CHECK(error.status() == ExitStatus::kResource);
+    const std::string text = error.what();
+    CHECK(text.find("at least") != std::string::npos);
+    CHECK(text.find("partition.memory") != std::string::npos);
+  }
 }
 
 }  // namespace orbweave
