@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tests/support/data.h"
+#include "tests/support/jobs.h"
 #include "tests/support/program.h"
 
 namespace orbweave {
@@ -29,12 +30,12 @@ ProgramResult run_in(const ScratchDirectory& in, const std::vector<std::string>&
   return run_program(arguments, {.directory = in.path()});
 }
 
-/// A job of a second or more, in some hundred chunks.
+/// A job of some hundred chunks.
 const std::vector<std::string> kCommand = {
     "reconstruct", "scan.ply", "-o", "mesh.ply", "--threads", "1", "--chunk-points", "1500"};
 
 void make_scan(const ScratchDirectory& in) {
-  REQUIRE(run_in(in, {"generate", "torus", "--points", "150000", "-o", "scan.ply"}).status == 0);
+  REQUIRE(run_in(in, {"generate", "torus", "--points", "100000", "-o", "scan.ply"}).status == 0);
 }
 
 json status_of(const ScratchDirectory& in) {
@@ -50,32 +51,52 @@ json stage_of(const json& status, const std::string& name) {
   return json::object();
 }
 
-/// Looks at the job until `enough` of its status, and checks each.
-template <class Enough>
-json watch(const ScratchDirectory& in, RunningProgram& program, const Enough& enough) {
-  std::map<std::string, std::uint64_t> done;
-  json status;
-  while (program.running()) {
-    status = status_of(in);
-    if (!status.is_object()) continue;
+/// No stage has more chunks than there are, or fewer than it had.
+class Growth {
+ public:
+  void check(const json& status) {
+    if (!status.is_object()) return;
     for (const json& stage : status["stages"]) {
       const std::string name = stage["name"];
       INFO(name);
       const std::uint64_t total = stage["chunks_total"];
       const std::uint64_t committed = stage["chunks_done"];
       if (total > 0) CHECK(committed <= total);
-      CHECK(committed >= done[name]);
-      done[name] = committed;
+      CHECK(committed >= done_[name]);
+      done_[name] = committed;
     }
-    if (enough(status)) break;
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
-  return status;
-}
+
+ private:
+  std::map<std::string, std::uint64_t> done_;
+};
 
 bool in_the_middle_of_the_mesh(const json& status) {
   const json mesh = stage_of(status, "mesh");
   return mesh.value("chunks_done", 0) > 2 && !mesh.value("done", true);
+}
+
+/// Whether the work directory of a job that has ended is being removed, or was: the word that it
+/// has ended is written first and goes last.
+bool removal_has_begun(const std::filesystem::path& work) {
+  return std::filesystem::exists(work / "ended.json") ||
+         !std::filesystem::exists(work / "orbweave-store.json");
+}
+
+/// Lets the job run for a few milliseconds at a time, however slow everything else is, until some
+/// chunks have their meshes; it is stopped (SIGSTOP) then. Returns its status.
+json stopped_in_the_middle(const ScratchDirectory& in, RunningProgram& program, Growth& growth) {
+  while (program.running()) {
+    program.send(SIGSTOP);
+    if (test::results_in(in / "mesh.work" / "mesh") > 2) {
+      const json status = status_of(in);
+      growth.check(status);
+      if (in_the_middle_of_the_mesh(status)) return status;
+    }
+    program.send(SIGCONT);
+    std::this_thread::sleep_for(std::chrono::milliseconds(3));
+  }
+  return {};
 }
 
 }  // namespace
@@ -84,7 +105,8 @@ TEST_CASE("StatusOfARunningJobSaysWhatItIsAtAndWhoRunsIt") {
   const ScratchDirectory in;
   make_scan(in);
   RunningProgram program(kCommand, {.directory = in.path()});
-  const json status = watch(in, program, in_the_middle_of_the_mesh);
+  Growth growth;
+  const json status = stopped_in_the_middle(in, program, growth);
   REQUIRE(in_the_middle_of_the_mesh(status));
   CHECK(status["running"] == true);
   CHECK(status["ended"] == false);
@@ -124,7 +146,8 @@ TEST_CASE("ASecondProcessIsRefusedAndTheFirstGoesOnUnharmed") {
   make_scan(in);
   std::filesystem::copy_file(in / "scan.ply", undisturbed / "scan.ply");
   RunningProgram first(kCommand, {.directory = in.path()});
-  REQUIRE(in_the_middle_of_the_mesh(watch(in, first, in_the_middle_of_the_mesh)));
+  Growth growth;
+  REQUIRE(in_the_middle_of_the_mesh(stopped_in_the_middle(in, first, growth)));
   const std::string process = file_text(in / "mesh.work" / "lock");
   for (const char* fresh : {"", "--fresh"}) {
     std::vector<std::string> command = kCommand;
@@ -132,6 +155,11 @@ TEST_CASE("ASecondProcessIsRefusedAndTheFirstGoesOnUnharmed") {
     const ProgramResult second = run_in(in, command);
     CHECK(second.status == 4);
     CHECK_THAT(second.err, Contains("in use by process " + process.substr(0, process.size() - 1)));
+  }
+  first.send(SIGCONT);
+  while (first.running()) {
+    const json status = status_of(in);
+    if (!removal_has_begun(in / "mesh.work")) growth.check(status);
   }
   const ProgramResult ended = first.wait();
   INFO(ended.err);

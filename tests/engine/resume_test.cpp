@@ -27,23 +27,11 @@ using test::bytes_of;
 using test::job_for;
 using test::mesh_bytes;
 using test::painted_torus;
+using test::RecordingProgress;
+using test::results_in;
 using test::ScratchDirectory;
 
-/// What a run was told about, and a call at the beginning of every stage.
-class StageProgress : public Progress {
- public:
-  std::function<void(const std::string&)> at_stage;
-  std::vector<std::string> lines;
-
-  void begin_stage(const std::string& name, std::uint64_t, const std::string&) override {
-    if (at_stage) at_stage(name);
-  }
-  void advance(std::uint64_t) override {}
-  void add_points(std::uint64_t) override {}
-  void end_stage() override {}
-  void note(const std::string& line) override { lines.push_back(line); }
-  void warn(const std::string& line) override { lines.push_back(line); }
-};
+[[maybe_unused]] const bool in_memory = test::scratch_in_memory();
 
 struct Told {
   RunReport report;
@@ -64,7 +52,7 @@ struct Told {
 };
 
 Told run_told(const Job& job) {
-  StageProgress progress;
+  RecordingProgress progress;
   const StopToken stop;
   Told told;
   told.report = run_job(job, {"test"}, progress, stop);
@@ -74,7 +62,7 @@ Told run_told(const Job& job) {
 
 /// Runs the job until a stage begins, and stops it there.
 void run_until(const Job& job, const std::string& stage) {
-  StageProgress progress;
+  RecordingProgress progress;
   StopToken stop;
   progress.at_stage = [&](const std::string& name) {
     if (name == stage) stop.request();
@@ -88,18 +76,10 @@ void run_until(const Job& job, const std::string& stage) {
   FAIL("there was no stage " << stage);
 }
 
-std::size_t results_in(const fs::path& stage) {
-  std::size_t count = 0;
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(stage, ignored))
-    count += entry.path().extension() == ".h5" ? 1 : 0;
-  return count;
-}
-
 /// A job that has run and whose work directory is kept.
-Job kept_job(const ScratchDirectory& scratch, std::size_t points = 6000) {
-  Job job = job_for(scratch, painted_torus(points, 0.3, 31));
-  job.partition.chunk_points = 700;
+Job kept_job(const ScratchDirectory& scratch) {
+  Job job = job_for(scratch, painted_torus(3000, 0.3, 31));
+  job.partition.chunk_points = 400;
   job.run.keep_work_dir = true;
   test::run(job);
   return job;
@@ -107,9 +87,9 @@ Job kept_job(const ScratchDirectory& scratch, std::size_t points = 6000) {
 
 /// Raw scans with everything that is done to raw points.
 Job cleaning_job(const ScratchDirectory& scratch) {
-  const test::RawScans scans = test::scan_torus(scratch, 6000, 0.2, 0.3);
+  const test::RawScans scans = test::scan_torus(scratch, 2500, 0.2, 0.3);
   Job job = job_for(scratch, scans);
-  job.partition.chunk_points = 700;
+  job.partition.chunk_points = 500;
   job.prepare.automatic = false;
   job.prepare.outlier_sigma = 6.0;
   job.prepare.smooth_radius = 2.5 * scans.spacing;
@@ -131,10 +111,10 @@ TEST_CASE("AChangedChunkSizeIsNamedAndEverythingIsComputedAgain") {
   const ScratchDirectory scratch;
   Job job = kept_job(scratch);
   const std::string expected = bytes_of(job.output.mesh);
-  job.partition.chunk_points = 900;
+  job.partition.chunk_points = 600;
   const Told told = run_told(job);
   CHECK(told.again() ==
-        "partition.chunk_points changed from 700 to 900: points, mesh and holes are computed "
+        "partition.chunk_points changed from 400 to 600: points, mesh and holes are computed "
         "again\n");
   CHECK(told.stage("count") != nullptr);
   CHECK((bytes_of(job.output.mesh) == expected));
@@ -202,7 +182,7 @@ TEST_CASE("WhatNoResultDependsOnComputesNothingAgain") {
 
 TEST_CASE("ASmallerBudgetKeepsChunksThatFitIt") {
   const ScratchDirectory scratch;
-  Job job = job_for(scratch, painted_torus(6000, 0.3, 31));
+  Job job = job_for(scratch, painted_torus(3000, 0.3, 31));
   job.run.keep_work_dir = true;
   test::run(job);
   const std::string expected = bytes_of(job.output.mesh);
@@ -215,7 +195,7 @@ TEST_CASE("ASmallerBudgetKeepsChunksThatFitIt") {
 
 TEST_CASE("ChunksThatASmallerBudgetHasNoRoomForAreCutAgainAndItSaysSo") {
   const ScratchDirectory scratch;
-  Job job = job_for(scratch, painted_torus(6000, 0.3, 31));
+  Job job = job_for(scratch, painted_torus(3000, 0.3, 31));
   job.run.keep_work_dir = true;
   test::run(job);
   const std::string expected = bytes_of(job.output.mesh);
@@ -252,9 +232,9 @@ TEST_CASE("AScanThatChangesWhileItIsReadIsBadInputAndLeavesNothing") {
   for (const char* stage : {"count", "bin"}) {
     INFO(stage);
     const ScratchDirectory scratch;
-    const Job job = job_for(scratch, painted_torus(6000, 0.3, 31));
+    const Job job = job_for(scratch, painted_torus(3000, 0.3, 31));
     const fs::path scan = job.input.files.front();
-    StageProgress progress;
+    RecordingProgress progress;
     const StopToken stop;
     progress.at_stage = [&](const std::string& name) {
       if (name == stage)
@@ -379,7 +359,7 @@ TEST_CASE("WhatAPowerCutLeavesResumesToTheSameBytes") {
 
 TEST_CASE("ARemovalThatWasCutShortIsFinishedAndTheJobIsNotRunAgain") {
   const ScratchDirectory scratch;
-  Job job = kept_job(scratch, 3000);
+  Job job = kept_job(scratch);
   const auto written = fs::last_write_time(job.output.mesh);
   const fs::path work = job.run.work_dir;
   job.run.keep_work_dir = false;
@@ -398,7 +378,7 @@ TEST_CASE("ARemovalThatWasCutShortIsFinishedAndTheJobIsNotRunAgain") {
 
 TEST_CASE("AJobThatHasEndedIsRunAgainWhereItsOutputOrItsOptionsChanged") {
   const ScratchDirectory scratch;
-  Job job = kept_job(scratch, 3000);
+  Job job = kept_job(scratch);
   const std::string expected = bytes_of(job.output.mesh);
   job.run.keep_work_dir = false;
   SECTION("the mesh is gone") { fs::remove(job.output.mesh); }
@@ -426,7 +406,7 @@ TEST_CASE("WhatAKilledWriterLeftBesideTheOutputsGoesAndWhatOthersWriteStays") {
 
 TEST_CASE("FreshTakesNothingOver") {
   const ScratchDirectory scratch;
-  Job job = kept_job(scratch, 3000);
+  Job job = kept_job(scratch);
   job.run.fresh = true;
   const Told told = run_told(job);
   CHECK(told.stage("count") != nullptr);

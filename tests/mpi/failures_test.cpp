@@ -82,18 +82,22 @@ TEST_CASE("WorkDirectoryThatIsNotSharedIsNoticed") {
 TEST_CASE("InterruptedJobOfSeveralRanksSaysOnceThatItResumesAndDoes") {
   if (skipped_without_mpi()) return;
   const ScratchDirectory in;
-  const Job job = oriented_job(in, 40000);
+  const Job job = oriented_job(in, 20000);
   const std::string expected = mesh_of_one(in, job);
-  {
+  const int signal = GENERATE(SIGINT, SIGTERM);
+  ProgramResult result{.status = 0, .out = {}, .err = {}};
+  // On a busy machine the job may end, or have its mesh written, before it is told to stop.
+  const auto too_late = [&] { return std::filesystem::exists(in / "mesh.ply"); };
+  for (int runs = 0; (result.status == 0 || too_late()) && runs < 8; ++runs) {
+    std::filesystem::remove(in / "mesh.ply");
     RunningProgram mpirun(by_ranks(2, job), mpi_setting(in.path()));
-    REQUIRE(appears(in / "mesh.work" / "points", mpirun));
-    mpirun.send(GENERATE(SIGINT, SIGTERM));
-    const ProgramResult result = mpirun.wait();
-    CHECK(result.status != 0);  // which one is mpirun's choice
-    CHECK(count_of(result.err, "orbweave: error: ") == 1);
-    CHECK_THAT(result.err, Contains("mesh.work") && Contains("the same command resumes"));
+    if (appears(in / "mesh.work" / "points", mpirun)) mpirun.send(signal);
+    result = mpirun.wait();
   }
-  CHECK_FALSE(std::filesystem::exists(in / "mesh.ply"));
+  REQUIRE(result.status != 0);  // which one is mpirun's choice
+  CHECK(count_of(result.err, "orbweave: error: ") == 1);
+  CHECK_THAT(result.err, Contains("mesh.work") && Contains("the same command resumes"));
+  CHECK_FALSE(too_late());
   REQUIRE(run_by_ranks(2, job, in.path()).status == 0);
   CHECK(take_mesh(in) == expected);
 }

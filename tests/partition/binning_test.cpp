@@ -1,6 +1,7 @@
 // Binning gives back every point, in order, spilled or not.
 #include "partition/binning.h"
 
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -10,6 +11,7 @@
 #include <fstream>
 #include <thread>
 
+#include "io/disk_space.h"
 #include "io/error.h"
 #include "partition/published_bins.h"
 #include "tests/partition/clouds.h"
@@ -42,6 +44,17 @@ std::vector<PointCloud> expected_bins(const Octree& octree, const PointCloud& cl
   for (std::size_t i = 0; i < cloud.size(); ++i)
     bins[octree.chunk_of(cloud.positions[i])].append(cloud, i);
   return bins;
+}
+
+/// The open spill file, which has no name; -1 where the system does not show it.
+int spill_file_of_this_process() {
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd", none)) {
+    const auto target = std::filesystem::read_symlink(entry.path(), none);
+    if (!none && target.string().find("orbweave-spill-") != std::string::npos)
+      return ::open(entry.path().c_str(), O_RDWR | O_CLOEXEC);
+  }
+  return -1;
 }
 
 }  // namespace
@@ -118,6 +131,57 @@ TEST_CASE("PublishedBinsOfSeveralMembersHoldEveryPoint") {
     const auto chunk = static_cast<ChunkId>(files[0].extents[0].chunk);
     CHECK_THROWS_AS(published.take(chunk, 1000, [](PointCloud&&) {}), Error);
   }
+}
+
+TEST_CASE("SpilledPointsThatComeBackChangedAreNoticed") {
+  const test::ScratchDirectory scratch;
+  const PointCloud cloud = test::dressed(test::shell(20'000, {}, 1.0, 7), 2);
+  const Octree octree = cut(cloud, 1000);
+  Binner binner(octree, cloud.schema, {0, scratch.path()});
+  binner.add(cloud);
+  REQUIRE(binner.spilled_bytes() > 100'000);
+  const int file = spill_file_of_this_process();
+  if (file < 0) {
+    WARN("SKIPPED: /proc/self/fd");
+    return;
+  }
+  char byte = 0;
+  REQUIRE(pread(file, &byte, 1, 5000) == 1);
+  byte = static_cast<char>(byte ^ 1);
+  REQUIRE(pwrite(file, &byte, 1, 5000) == 1);
+  ::close(file);
+  int changed = 0;
+  for (ChunkId chunk = 0; chunk < octree.chunks().size(); ++chunk) {
+    try {
+      binner.take(chunk);
+    } catch (const Error& error) {
+      ++changed;
+      const std::string words = error.what();
+      CHECK(error.status() == ExitStatus::kResource);
+      CHECK(words.find(scratch.path().string()) != std::string::npos);
+      CHECK(words.find("checksum") != std::string::npos);
+    }
+  }
+  CHECK(changed == 1);
+}
+
+TEST_CASE("WhatIsTakenFromTheSpillFileGivesItsRoomBack") {
+  const test::ScratchDirectory scratch;
+  const PointCloud cloud = test::dressed(test::shell(60'000, {}, 1.0, 7), 2);
+  const Octree octree = cut(cloud, 5000);
+  DiskUsage disk;
+  {
+    Binner binner(octree, cloud.schema, {std::size_t{1} << 20, scratch.path(), &disk});
+    binner.add(cloud);
+    REQUIRE(disk.now() == binner.spilled_bytes());
+    REQUIRE(disk.now() > 1'000'000);
+    const std::uint64_t spilled = disk.now();
+    for (ChunkId chunk = 0; chunk < octree.chunks().size(); ++chunk) binner.take(chunk);
+    if (disk.now() == spilled) WARN("the file system cannot punch holes");
+    CHECK((disk.now() < spilled / 3 || disk.now() == spilled));
+    CHECK(disk.most() == spilled);
+  }
+  CHECK(disk.now() == 0);
 }
 
 TEST_CASE("BinsCanBeTakenByManyThreads") {

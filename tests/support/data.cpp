@@ -1,6 +1,7 @@
 #include "tests/support/data.h"
 
 #include <stdlib.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <iostream>
@@ -23,6 +24,15 @@ bool skipped_without(const std::filesystem::path& file) {
   if (std::filesystem::exists(file)) return false;
   std::cout << "SKIPPED: " << file.string() << " is not here\n";
   return true;
+}
+
+bool scratch_in_memory() {
+  constexpr const char* kMemory = "/dev/shm";
+  constexpr std::uintmax_t kRoom = std::uintmax_t{256} << 20;
+  std::error_code failed;
+  if (access(kMemory, W_OK) != 0) return false;
+  if (std::filesystem::space(kMemory, failed).available < kRoom || failed) return false;
+  return setenv("TMPDIR", kMemory, 0) == 0;
 }
 
 ScratchDirectory::ScratchDirectory() {

@@ -17,6 +17,10 @@ std::filesystem::path program_path();
 /// True, after printing "SKIPPED: <file>", when the file is absent; the test then returns.
 bool skipped_without(const std::filesystem::path& file);
 
+/// Scratch directories lie in memory from here on, where there is such a place and TMPDIR names no
+/// other: for tests that flush thousands of files. Returns whether they do.
+bool scratch_in_memory();
+
 /// A fresh directory that is removed with the object.
 class ScratchDirectory {
  public:

@@ -29,6 +29,15 @@ void damage(const std::filesystem::path& victim) {
   file.put(static_cast<char>(byte ^ 0x40));
 }
 
+std::size_t results_in(const std::filesystem::path& directory) {
+  std::size_t files = 0;
+  std::error_code ignored;  // a job at work removes what the walk is about to see
+  for (std::filesystem::recursive_directory_iterator at(directory, ignored), end;
+       !ignored && at != end; at.increment(ignored))
+    files += at->path().extension() == ".h5" ? 1 : 0;
+  return files;
+}
+
 void paint(PointCloud& cloud) {
   cloud.schema.attributes = {{"red", ScalarType::kUint8}, {"intensity", ScalarType::kFloat32}};
   for (const Vec3& p : cloud.positions) {

@@ -14,13 +14,19 @@
 
 namespace orbweave::test {
 
-/// Collects what a user would be told; calls back at every step.
+/// Collects what a user would be told; calls back when a stage begins, and at every step.
 class RecordingProgress : public Progress {
  public:
+  std::function<void(const std::string& stage)> at_stage;
   std::function<void()> at_step;
+  std::vector<std::string> stages;
   std::vector<std::string> lines;
 
-  void begin_stage(const std::string&, std::uint64_t, const std::string&) override { step(); }
+  void begin_stage(const std::string& name, std::uint64_t, const std::string&) override {
+    stages.push_back(name);
+    if (at_stage) at_stage(name);
+    step();
+  }
   void advance(std::uint64_t) override { step(); }
   void add_points(std::uint64_t) override {}
   void end_stage() override { step(); }
@@ -36,6 +42,8 @@ class RecordingProgress : public Progress {
 std::string bytes_of(const std::filesystem::path& file);
 /// Flips a bit in the middle of the file.
 void damage(const std::filesystem::path& file);
+/// Results that are committed in a work directory, or in a stage of it; 0 where there is none.
+std::size_t results_in(const std::filesystem::path& directory);
 
 /// Colours that follow from the position, so that a mix-up of rows shows.
 void paint(PointCloud& cloud);
