@@ -26,8 +26,8 @@ constexpr std::uint64_t kRecordsPerSorted = 2;
 constexpr double kMargin = 1.06;
 /// Vertices that are used, block bounds, checksums, pieces in the last stages: per 64 points.
 constexpr std::uint64_t kWholeCloudBytesPer64 = 48;
-/// As measured: the boundary while loops are traced, and while holes are filled.
-constexpr std::uint64_t kTracedEdgeBytes = 140;
+/// As measured: the boundary while it is stitched and traced, and while holes are filled.
+constexpr std::uint64_t kTracedEdgeBytes = 165;
 constexpr std::uint64_t kTracedLoopBytes = 280;
 constexpr std::uint64_t kFilledEdgeBytes = 56;
 constexpr std::uint64_t kFilledLoopBytes = 340;
