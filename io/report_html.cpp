@@ -216,6 +216,16 @@ std::string memory_table(const RunReport& report) {
                           {"peak, measured", bytes_or_unknown(report.peak_memory_bytes)}});
 }
 
+std::string forecast_table(const RunReport& report) {
+  const auto shown = [](double seconds) {
+    return seconds > 0.0 ? format_duration(seconds) : std::string("not known");
+  };
+  return facts("Disk and time", {{"disk, predicted", bytes_or_unknown(report.predicted.disk_bytes)},
+                                 {"disk, measured", bytes_or_unknown(report.measured.disk_bytes)},
+                                 {"time, predicted", shown(report.predicted.seconds)},
+                                 {"time, measured", shown(report.measured.seconds)}});
+}
+
 std::string machine_table() {
   const MachineFacts machine = machine_facts();
   return facts("Machine", {{"cores", std::to_string(machine.cores)},
@@ -291,8 +301,8 @@ std::string report_html(const RunReport& report) {
          html_text(joined(report.command, " ")) + "</code></p>\n" +
          picture(report.options.output.picture) + mesh_table(report.mesh) + input_table(report) +
          prepare_table(report) + work_table(report) + holes_table(report.holes) +
-         stages_table(report) + memory_table(report) + machine_table() + notes_list(report.notes) +
-         options_table(report.options) + "</body>\n</html>\n";
+         stages_table(report) + memory_table(report) + forecast_table(report) + machine_table() +
+         notes_list(report.notes) + options_table(report.options) + "</body>\n</html>\n";
 }
 
 }  // namespace orbweave

@@ -11,6 +11,7 @@
 #include "io/hole_summary.h"
 #include "io/job_file.h"
 #include "io/picture.h"
+#include "io/quantity.h"
 #include "io/report_html.h"
 #include "tests/support/data.h"
 
@@ -92,6 +93,16 @@ std::string text_of(const std::filesystem::path& path) {
 }
 
 using Keys = std::vector<std::string>;
+
+TEST_CASE("ThePageHasWhatWasPredictedBesideWhatWasMeasured") {
+  RunReport report = example();
+  report.predicted = {.peak_memory_bytes = 3 << 20, .disk_bytes = 5 << 20, .seconds = 125.0};
+  report.measured = {.peak_memory_bytes = 2 << 20, .disk_bytes = 7 << 20, .seconds = 61.0};
+  const std::string page = report_html(report);
+  for (const std::uint64_t bytes : {3 << 20, 5 << 20, 7 << 20})
+    CHECK_THAT(page, Contains(format_bytes(bytes)));
+  for (const double seconds : {125.0, 61.0}) CHECK_THAT(page, Contains(format_duration(seconds)));
+}
 
 TEST_CASE("TheReportHasItsStableKeys") {
   const Json json = Json::parse(report_json(example()));
