@@ -228,14 +228,18 @@ std::size_t HoleStage::bytes_for_chunks() const {
 
 /// What the boundary takes is known by now: the prediction rises by it, chunks get what it leaves.
 void HoleStage::plan_for_holes() {
-  std::uint64_t chunk = 0, batch = 0;
-  for (ChunkId c = 0; c < partition_.octree.chunks().size(); ++c) {
+  std::vector<std::uint8_t> is_seen(partition_.octree.chunks().size(), 0);
+  for (const OpenFan& fan : fans_) is_seen[partition_.chunk_of(fan.vertex)] = 1;
+  std::uint64_t chunk = 0, chunks = 0, batch = 0;
+  for (ChunkId c = 0; c < is_seen.size(); ++c) {
+    if (is_seen[c] == 0 || batches_.empty()) continue;
     chunk = std::max<std::uint64_t>(chunk, surface_.chunk_bytes(c));
+    chunks += surface_.chunk_bytes(c);
   }
   for (ChunkId b = 0; b < batches_.size(); ++b) {
     batch = std::max<std::uint64_t>(batch, work_of(b).memory_bytes);
   }
-  const HoleLoad load{fans_.size(), holes_.loops.size(), batches_.empty() ? 0 : chunk, batch};
+  const HoleLoad load{fans_.size(), holes_.loops.size(), chunk, batch, chunks};
   require_memory_for_holes(context_, partition_, load);
   std::uint64_t& predicted = context_.report.predicted.peak_memory_bytes;
   predicted = std::max(predicted, predicted_hole_bytes(context_, partition_, load));

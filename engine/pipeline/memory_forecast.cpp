@@ -165,8 +165,7 @@ std::uint64_t predicted_hole_bytes(const InputContext& context, const Partition&
   const auto threads = static_cast<std::uint64_t>(context.threads());
   const std::uint64_t half = plan.chunks_in_flight_bytes / 2;
   // Those that are kept, and one in use that no longer is.
-  const std::uint64_t chunks =
-      load.chunk_bytes + std::min(half, load.chunk_bytes * partition.octree.chunks().size());
+  const std::uint64_t chunks = load.chunk_bytes + std::min(half, load.all_chunk_bytes);
   const std::uint64_t batches = std::min(half, threads * load.batch_bytes);
   const std::uint64_t peak = whole_cloud_bytes(partition) +
                              std::max(traced_bytes(load), filled_bytes(load) + chunks + batches);

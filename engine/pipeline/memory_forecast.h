@@ -28,8 +28,9 @@ std::uint64_t predicted_peak_bytes(const InputContext& context, const Partition&
 struct HoleLoad {
   std::uint64_t edges = 0;  ///< of the boundary
   std::uint64_t loops = 0;
-  std::uint64_t chunk_bytes = 0;  ///< of the largest chunk that is looked at
-  std::uint64_t batch_bytes = 0;  ///< of the largest batch of holes
+  std::uint64_t chunk_bytes = 0;      ///< of the largest chunk that is looked at
+  std::uint64_t batch_bytes = 0;      ///< of the largest batch of holes
+  std::uint64_t all_chunk_bytes = 0;  ///< of all chunks with a boundary
 };
 
 /// Peak of the process in the stage of the holes.

@@ -198,10 +198,10 @@ TEST_CASE("ABoundaryThatTheBudgetCannotHoldSaysTheLeast") {
   Job job;
   job.partition.memory_bytes = 512 * kMiB;
   const InputContext context{job, files, progress, stop};
-  const HoleLoad fits{1'400'000, 200'000, 32 * kMiB, 4 * kMiB};
+  const HoleLoad fits{1'400'000, 200'000, 32 * kMiB, 4 * kMiB, 400 * kMiB};
   CHECK_NOTHROW(require_memory_for_holes(context, Partition(), fits));
   CHECK(predicted_hole_bytes(context, Partition(), fits) <= job.partition.memory_bytes);
-  const HoleLoad large{14'000'000, 2'000'000, 32 * kMiB, 4 * kMiB};
+  const HoleLoad large{14'000'000, 2'000'000, 32 * kMiB, 4 * kMiB, 4000 * kMiB};
   try {
     require_memory_for_holes(context, Partition(), large);
     FAIL("a boundary of gigabytes was taken");
