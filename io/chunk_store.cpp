@@ -375,6 +375,9 @@ void ChunkStore::commit(const std::string& stage, ChunkId chunk, std::span<const
 }
 
 void ChunkStore::finish_commits() { state_->commits.finish(); }
+std::uint64_t ChunkStore::commits_begun() const { return state_->commits.pushed(); }
+std::uint64_t ChunkStore::commits_durable() const { return state_->commits.settled(); }
+void ChunkStore::await_durable(std::uint64_t commits) { state_->commits.await_settled(commits); }
 
 std::unique_ptr<StoredResult> ChunkStore::open(const std::string& stage, ChunkId chunk) const {
   const fs::path target = state_->target(stage, chunk);

@@ -106,6 +106,12 @@ class ChunkStore {
   void commit(const std::string& stage, ChunkId chunk, std::span<const ArrayView> arrays,
               bool wait = false);
   void finish_commits();
+  /// Commits begun so far, and how many of these, the first ones, are durable for certain: what
+  /// their results were made from may go.
+  std::uint64_t commits_begun() const;
+  std::uint64_t commits_durable() const;
+  /// Waits until so many are.
+  void await_durable(std::uint64_t commits);
   std::unique_ptr<StoredResult> open(const std::string& stage, ChunkId chunk) const;
   /// Removes a result (corrupt, or no longer needed).
   void discard(const std::string& stage, ChunkId chunk);

@@ -67,6 +67,7 @@ void CommitQueue::push(std::filesystem::path part, std::filesystem::path target,
     unnamed_[target.native()] = part;
   }
   queue_.push_back({std::move(part), std::move(target), std::move(file)});
+  ++pushed_;
   changed_.notify_all();
   rethrow_failure(lock);
 }
@@ -74,6 +75,22 @@ void CommitQueue::push(std::filesystem::path part, std::filesystem::path target,
 void CommitQueue::finish() {
   std::unique_lock lock(mutex_);
   wait_until(lock, [&] { return queue_.empty() && !busy_; });
+  rethrow_failure(lock);
+}
+
+std::uint64_t CommitQueue::pushed() const {
+  const std::scoped_lock lock(mutex_);
+  return pushed_;
+}
+
+std::uint64_t CommitQueue::settled() const {
+  const std::scoped_lock lock(mutex_);
+  return settled_;
+}
+
+void CommitQueue::await_settled(std::uint64_t files) {
+  std::unique_lock lock(mutex_);
+  wait_until(lock, [&] { return settled_ >= files || failed_; });
   rethrow_failure(lock);
 }
 
@@ -102,6 +119,7 @@ void CommitQueue::work() {
                       [&] { return stop_ || hurried_ > 0 || queue_.size() >= kLimit; });
     if (queue_.empty()) continue;  // dropped meanwhile
     std::deque<Item> batch = std::exchange(queue_, {});
+    const std::uint64_t pushed = pushed_;
     busy_ = true;
     changed_.notify_all();  // there is room in the queue
     lock.unlock();
@@ -109,6 +127,7 @@ void CommitQueue::work() {
     batch.clear();
     lock.lock();
     busy_ = false;
+    if (!failed_) settled_ = pushed;
     changed_.notify_all();
   }
 }
@@ -163,6 +182,7 @@ void CommitQueue::forget(const Item& item) {
 
 void CommitQueue::fail(std::exception_ptr failure) {
   const std::scoped_lock lock(mutex_);
+  failed_ = true;
   if (!failure_) failure_ = std::move(failure);
 }
 

@@ -35,6 +35,12 @@ class CommitQueue {
   void push(std::filesystem::path part, std::filesystem::path target, FileDescriptor file);
   /// Waits until everything queued is done; rethrows what went wrong.
   void finish();
+  /// Files pushed so far, and how many of these, the first ones, are durable with their names.
+  /// Stays where it is once something went wrong.
+  std::uint64_t pushed() const;
+  std::uint64_t settled() const;
+  /// Waits until so many are; rethrows what went wrong.
+  void await_settled(std::uint64_t files);
   /// Waits until `target` is not in the queue.
   void await(const std::filesystem::path& target);
   /// Forgets what is queued; the part files stay for the caller to remove.
@@ -72,9 +78,12 @@ class CommitQueue {
   mutable std::shared_mutex names_;
   std::unordered_map<std::string, std::filesystem::path> unnamed_;  // target -> part
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Item> queue_;
+  std::uint64_t pushed_ = 0;
+  std::uint64_t settled_ = 0;
+  bool failed_ = false;  // at any time
   bool busy_ = false;
   bool stop_ = false;
   int hurried_ = 0;  // callers that wait

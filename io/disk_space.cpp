@@ -88,6 +88,20 @@ std::uint64_t room_of_file(std::uint64_t bytes) {
   return (bytes + kBlockBytes - 1) / kBlockBytes * kBlockBytes;
 }
 
+namespace {
+
+/// What was given back inside of a large file is no longer taken.
+std::uint64_t room_of_entry(const std::filesystem::path& path, std::uint64_t bytes) {
+  constexpr std::uint64_t kLarge = std::uint64_t{1} << 20;
+  constexpr std::uint64_t kStatBlock = 512;
+  const std::uint64_t room = room_of_file(bytes);
+  struct stat facts {};
+  if (bytes < kLarge || stat(path.c_str(), &facts) != 0) return room;
+  return std::min(room, static_cast<std::uint64_t>(facts.st_blocks) * kStatBlock);
+}
+
+}  // namespace
+
 std::uint64_t room_of_directory(const std::filesystem::path& directory) {
   namespace fs = std::filesystem;
   std::uint64_t bytes = 0;
@@ -97,7 +111,7 @@ std::uint64_t room_of_directory(const std::filesystem::path& directory) {
        !error && entry != end; entry.increment(error)) {
     std::error_code gone;  // files may be renamed or removed meanwhile
     const std::uint64_t size = entry->is_regular_file(gone) ? entry->file_size(gone) : 0;
-    if (!gone) bytes += room_of_file(size);
+    if (!gone) bytes += room_of_entry(entry->path(), size);
   }
   return bytes;
 }
