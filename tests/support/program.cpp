@@ -4,12 +4,15 @@
 #include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <thread>
 
 #include "tests/support/data.h"
 
@@ -68,6 +71,14 @@ pid_t spawn(std::vector<std::string> arguments, const ProgramSetting& setting, i
   return process;
 }
 
+/// Processor time of all threads of a process; 0 where nobody tells.
+std::chrono::nanoseconds own_time(pid_t process) {
+  clockid_t clock = 0;
+  timespec time{};
+  if (clock_getcpuclockid(process, &clock) != 0 || clock_gettime(clock, &time) != 0) return {};
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
+
 }  // namespace
 
 RunningProgram::RunningProgram(const std::vector<std::string>& arguments,
@@ -100,9 +111,42 @@ ProgramResult RunningProgram::wait() {
   return {status_, content_of(out_), content_of(err_)};
 }
 
+bool RunningProgram::hold() {
+  if (!ended_ && !held_) {
+    send(SIGSTOP);
+    collect(WUNTRACED);
+    held_ = !ended_;
+  }
+  return held_;
+}
+
+void RunningProgram::release() {
+  if (!ended_) send(SIGCONT);
+  held_ = false;
+}
+
+void RunningProgram::run_a_moment() {
+  constexpr std::chrono::milliseconds kMoment{1};
+  constexpr std::chrono::microseconds kLook{200};
+  constexpr int kLooks = 20;  // it may be waiting for a disk
+  const auto begin = own_time(process_);
+  release();
+  for (int look = 0; look < kLooks && own_time(process_) - begin < kMoment; ++look)
+    std::this_thread::sleep_for(kLook);
+}
+
+bool RunningProgram::hold_when(const std::function<bool()>& reached, int pause_ms) {
+  while (hold()) {
+    if (reached()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(pause_ms));
+    run_a_moment();
+  }
+  return false;
+}
+
 void RunningProgram::collect(int options) {
   int state = 0;
-  if (waitpid(process_, &state, options) != process_) return;
+  if (waitpid(process_, &state, options) != process_ || WIFSTOPPED(state)) return;
   ended_ = true;
   status_ = WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
 }

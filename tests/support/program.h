@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -38,11 +39,23 @@ class RunningProgram {
   /// Waits for its end.
   ProgramResult wait();
 
+  /// Stops it (SIGSTOP): all of it stands still on return. False where it has ended.
+  bool hold();
+  /// Lets it go on; what was sent meanwhile reaches it first.
+  void release();
+  /// Releases it until it has used a millisecond of processor time, or had time enough for that.
+  void run_a_moment();
+  /// Runs it a moment at a time, whatever the machine's speed and load, until `reached`: it is held
+  /// then. False where it ended before; on a busy machine a moment may be a long one, so that
+  /// tests try again. `pause_ms`: how long it is held between two moments.
+  bool hold_when(const std::function<bool()>& reached, int pause_ms = 0);
+
  private:
   void collect(int options);
 
   pid_t process_ = -1;
   bool ended_ = false;
+  bool held_ = false;
   int status_ = -1;
   int out_ = -1;  ///< unlinked files that standard output and error go to
   int err_ = -1;
