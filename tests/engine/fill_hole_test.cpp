@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -455,14 +454,16 @@ TEST_CASE("TooManyNewPointsLeaveAHoleOpen") {
   CHECK(patch.reason.find("50 new points") != std::string::npos);
 }
 
-TEST_CASE("SmallHolesTakeMicroseconds") {
-  TriangleMesh shape = sphere_mesh(3);
-  shape.triangles.erase(shape.triangles.begin() + 100);
-  const HoleProblem problem = only_problem_of(shape);
-  const auto begin = std::chrono::steady_clock::now();
-  std::size_t triangles = 0;
-  for (int i = 0; i < 1000; ++i) triangles += fill_hole(problem).triangles.size();
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
-  CHECK(triangles == 1000);
-  CHECK(elapsed.count() < 0.5);  // generous: sanitizers and busy machines
+TEST_CASE("SmallHolesOnACurvedSurfaceNeedNoInterpolant") {
+  // An interpolant costs a thousand times as much, and most holes are small.
+  const TriangleMesh whole = sphere_mesh(3);
+  for (std::size_t t = 0; t < whole.triangles.size(); t += 7) {
+    TriangleMesh shape = whole;
+    shape.triangles.erase(shape.triangles.begin() + static_cast<std::ptrdiff_t>(t));
+    const HolePatch patch = fill_hole(only_problem_of(shape));
+    REQUIRE(patch.method == FillMethod::kDirect);
+    REQUIRE(patch.triangles.size() == 1);
+    REQUIRE(patch.positions.empty());
+    REQUIRE(patch.sites == 0);
+  }
 }

@@ -1,8 +1,12 @@
 #include "tests/mpi/mpi_jobs.h"
 
+#include <signal.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <fstream>
+#include <thread>
 
 #include "io/mesh_writer.h"
 #include "io/quantity.h"
@@ -20,6 +24,21 @@ std::string list_of(const std::vector<double>& values) {
   std::string text;
   for (const double value : values) text += (text.empty() ? "" : ",") + format_exact(value);
   return text;
+}
+
+/// The state of a thread, the word after its name; 'X' where it is gone.
+char state_of(const std::filesystem::path& thread) {
+  const std::string text = file_text(thread / "stat");
+  const std::size_t name_ends = text.rfind(')');
+  return name_ends + 2 < text.size() ? text[name_ends + 2] : 'X';
+}
+
+bool stands_still(pid_t process) {
+  std::error_code ignored;
+  const std::filesystem::path tasks = "/proc/" + std::to_string(process) + "/task";
+  for (const auto& task : std::filesystem::directory_iterator(tasks, ignored))
+    if (std::string("TtZX").find(state_of(task.path())) == std::string::npos) return false;
+  return true;
 }
 
 }  // namespace
@@ -63,6 +82,25 @@ std::vector<pid_t> ranks_of(const RunningProgram& mpirun) {
     for (pid_t child = 0; children >> child;) ranks.push_back(child);
   }
   return ranks;
+}
+
+void signal_all(const std::vector<pid_t>& processes, int signal) {
+  for (const pid_t process : processes) kill(process, signal);
+}
+
+std::vector<pid_t> hold_ranks_when(RunningProgram& mpirun, std::size_t ranks,
+                                   const std::function<bool()>& reached) {
+  constexpr std::chrono::milliseconds kMoment{1};
+  while (mpirun.running()) {
+    std::vector<pid_t> processes = ranks_of(mpirun);
+    signal_all(processes, SIGSTOP);
+    while (!std::all_of(processes.begin(), processes.end(), stands_still))
+      std::this_thread::sleep_for(kMoment / 10.0);
+    if (processes.size() == ranks && reached()) return processes;
+    signal_all(processes, SIGCONT);
+    std::this_thread::sleep_for(kMoment);
+  }
+  return {};
 }
 
 std::size_t count_of(const std::string& text, const std::string& part) {

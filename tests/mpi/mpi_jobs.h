@@ -2,6 +2,7 @@
 // it has.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,13 @@ ProgramResult run_by_ranks(int ranks, const std::vector<std::string>& arguments,
 
 /// The processes that mpirun started and that still run.
 std::vector<pid_t> ranks_of(const RunningProgram& mpirun);
+
+void signal_all(const std::vector<pid_t>& processes, int signal);
+
+/// Runs the job a moment at a time, whatever the machine's speed and load, until `reached`: its
+/// ranks are returned, and stand still (SIGSTOP). Nothing where the job ended before.
+std::vector<pid_t> hold_ranks_when(RunningProgram& mpirun, std::size_t ranks,
+                                   const std::function<bool()>& reached);
 
 std::size_t count_of(const std::string& text, const std::string& part);
 

@@ -2,9 +2,7 @@
 #include <signal.h>
 
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "tests/mpi/mpi_jobs.h"
 #include "tests/support/clouds.h"
@@ -32,25 +30,16 @@ void expect_same_bytes(const ScratchDirectory& in, const Job& job) {
   }
 }
 
-/// Waits until a work directory holds so many results; false where the job ends before.
-bool holds(const std::filesystem::path& work, std::size_t results, RunningProgram& program) {
-  while (results_in(work) < results) {
-    if (!program.running()) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return program.running();
-}
-
 /// Runs the job with a rank killed when some more results are there; returns whether it was.
 bool run_and_kill(const ScratchDirectory& in, const Job& job, Random& random) {
-  const std::size_t results = results_in(in / "mesh.work") + 1 + random.below(8);
-  RunningProgram mpirun(by_ranks(3, job), mpi_setting(in.path()));
-  if (!holds(in / "mesh.work", results, mpirun)) return false;
-  const std::vector<pid_t> ranks = ranks_of(mpirun);
-  if (ranks.empty()) return false;
-  kill(ranks[random.below(ranks.size())], SIGKILL);
-  const ProgramResult result = mpirun.wait();
-  return result.status != 0;  // 0: the rank had done its part
+  constexpr std::size_t kRanks = 3;
+  const std::filesystem::path work = in / "mesh.work";
+  const std::size_t results = results_in(work) + 1 + random.below(8);
+  RunningProgram mpirun(by_ranks(kRanks, job), mpi_setting(in.path()));
+  const auto ranks = hold_ranks_when(mpirun, kRanks, [&] { return results_in(work) >= results; });
+  if (!ranks.empty()) kill(ranks[random.below(ranks.size())], SIGKILL);
+  signal_all(ranks, SIGCONT);
+  return mpirun.wait().status != 0;  // 0: the rank had done its part
 }
 
 void expect_same_bytes_after_kills(const ScratchDirectory& in, const Job& job) {
