@@ -1,43 +1,19 @@
+// What a job file and the command line say, as the job they make.
 #include "io/job_file.h"
 
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <fstream>
 #include <locale>
 #include <set>
 
 #include "io/error.h"
 #include "io/glob.h"
-#include "io/nearest_name.h"
-#include "io/quantity.h"
-#include "io/toml_document.h"
 #include "tests/support/data.h"
+#include "tests/support/program.h"
 
 namespace orbweave {
 namespace {
-
-/// The message of the usage error that `text` leads to as a job file called job.toml.
-std::string message_of(const std::string& text) {
-  try {
-    parse_job(text, "job.toml");
-  } catch (const Error& error) {
-    CHECK(error.status() == ExitStatus::kUsage);
-    return error.what();
-  }
-  return "accepted";
-}
-
-std::string message_of_setting(const std::string& assignment) {
-  Job job;
-  try {
-    set_job_key(job, assignment);
-  } catch (const Error& error) {
-    CHECK(error.status() == ExitStatus::kUsage);
-    return error.what();
-  }
-  return "accepted";
-}
 
 Job with(const std::string& name, const std::string& text) {
   Job job;
@@ -45,12 +21,8 @@ Job with(const std::string& name, const std::string& text) {
   return job;
 }
 
-void write_text(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream(path) << text;
-}
-
 using Catch::Contains;
-using Catch::StartsWith;
+using test::write_text;
 using Strings = std::vector<std::string>;
 
 constexpr const char* kWholeJob = R"(
@@ -198,138 +170,6 @@ TEST_CASE("AJobWrittenAsTomlReadsBackAsTheSameJob") {
   CHECK(back.partition.memory_bytes == 1000000001);
 }
 
-TEST_CASE("AnUnknownKeyNamesFileLineAndTheNearestKnownKey") {
-  CHECK(message_of("[reconstruct]\n\nball_radi = [1.0]\n") ==
-        "job.toml: line 3: unknown key reconstruct.ball_radi. "
-        "Did you mean reconstruct.ball_radii?");
-  // The right key in the wrong section, and outside of every section.
-  CHECK_THAT(message_of("[run]\nmemory = 1\n"), Contains("Did you mean partition.memory?"));
-  CHECK_THAT(message_of("threads = 1\n"), Contains("Did you mean run.threads?"));
-  CHECK_THAT(message_of("[output]\nformat.x = 1\n"), Contains("output.format"));
-  CHECK_THAT(message_of("[fill]\nmax_diametre = 1\n"), Contains("Did you mean fill.max_diameter?"));
-}
-
-TEST_CASE("AnUnknownSectionNamesFileLineAndTheNearestKnownSection") {
-  CHECK(message_of("[input]\n[partitions]\n") ==
-        "job.toml: line 2: unknown section [partitions]. Did you mean [partition]?");
-  CHECK_THAT(message_of("reconstruct = 3\n"), Contains("unknown key reconstruct"));
-  CHECK_THAT(message_of("[[input]]\nfiles = []\n"), Contains("line 1: unknown key input"));
-}
-
-TEST_CASE("TheFirstMistakeOfSeveralIsReported") {
-  CHECK_THAT(message_of("[run]\nzeta = 1\nalpha = 2\n[aaa]\n"), StartsWith("job.toml: line 2: "));
-}
-
-TEST_CASE("AnUnsuitableValueNamesFileLineValueAndRange") {
-  CHECK(message_of("[reconstruct]\nlevels = 9 # many\n") ==
-        "job.toml: line 2: reconstruct.levels has an unsuitable value; found 9, expected "
-        "\"auto\" or an integer from 1 to 8");
-}
-
-struct Unsuitable {
-  const char* section;
-  const char* line;
-};
-
-TEST_CASE("ValuesOutsideTheirRangeAreRejected") {
-  const auto [section, line] = GENERATE(
-      Unsuitable{"input", "files = 3"}, Unsuitable{"input", "files = [\"a\", 3]"},
-      Unsuitable{"input", "files = [\"\"]"}, Unsuitable{"input", "files = [[\"a\"]]"},
-      Unsuitable{"input", "columns = true"}, Unsuitable{"input", "separator = \"x\""},
-      Unsuitable{"partition", "memory = \"4 GoB\""}, Unsuitable{"partition", "memory = 4"},
-      Unsuitable{"partition", "memory = -1"}, Unsuitable{"partition", "memory = \"\""},
-      Unsuitable{"partition", "memory = 99999999999999999999"},
-      Unsuitable{"partition", "chunk_points = 0"}, Unsuitable{"partition", "chunk_points = 1.5"},
-      Unsuitable{"partition", "chunk_points = \"all\""}, Unsuitable{"normals", "source = \"x\""},
-      Unsuitable{"reconstruct", "method = 1"}, Unsuitable{"reconstruct", "ball_radii = []"},
-      Unsuitable{"reconstruct", "ball_radii = [0.0]"},
-      Unsuitable{"reconstruct", "ball_radii = [-1.0]"},
-      Unsuitable{"reconstruct", "ball_radii = [2, 1]"},
-      Unsuitable{"reconstruct", "ball_radii = [1, 1]"},
-      Unsuitable{"reconstruct", "ball_radii = [nan]"},
-      Unsuitable{"reconstruct", "ball_radii = [1, inf]"},
-      Unsuitable{"reconstruct", "ball_radii = [1e999]"},
-      Unsuitable{"reconstruct", "ball_radii = [\"1\"]"},
-      Unsuitable{"input", "pose = [\"a.ply 1 2\"]"},
-      Unsuitable{"input", "pose = [\"a.ply 0 0 0 0 0 0 0\"]"},
-      Unsuitable{"input", "scanner = [1, 2]"}, Unsuitable{"input", "scanner = [0, 0, 0, 0]"},
-      Unsuitable{"input", "scanner = [1, 2, 3, 1]"}, Unsuitable{"input", "las_classes = [256]"},
-      Unsuitable{"input", "las_classes = [2.5]"}, Unsuitable{"input", "returns = \"second\""},
-      Unsuitable{"prepare", "auto = 1"}, Unsuitable{"prepare", "outlier_sigma = -1"},
-      Unsuitable{"prepare", "merge_tolerance = inf"},
-      Unsuitable{"prepare", "smooth_radius = \"1\""}, Unsuitable{"prepare", "smooth_passes = 9"},
-      Unsuitable{"prepare", "thin_to_spacing = nan"}, Unsuitable{"normals", "source = \"guess\""},
-      Unsuitable{"normals", "neighbors = 2"}, Unsuitable{"normals", "orientation = \"down\""},
-      Unsuitable{"normals", "viewpoint = [1, 2]"}, Unsuitable{"normals", "up = [0, 0, 0]"},
-      Unsuitable{"reconstruct", "ball_radii = \"many\""}, Unsuitable{"reconstruct", "levels = 0"},
-      Unsuitable{"reconstruct", "levels = \"2\""}, Unsuitable{"fill", "enabled = 0"},
-      Unsuitable{"fill", "kernel = \"cubic\""}, Unsuitable{"fill", "kernel = 2"},
-      Unsuitable{"fill", "neighborhood = 0.99"}, Unsuitable{"fill", "neighborhood = inf"},
-      Unsuitable{"fill", "neighborhood = nan"}, Unsuitable{"fill", "neighborhood = [2.0]"},
-      Unsuitable{"fill", "max_diameter = 0"}, Unsuitable{"fill", "max_diameter = -inf"},
-      Unsuitable{"fill", "max_diameter = nan"}, Unsuitable{"fill", "max_diameter = \"1\""},
-      Unsuitable{"fill", "max_perimeter = -1.0"}, Unsuitable{"fill", "max_edges = -1"},
-      Unsuitable{"fill", "max_edges = 2.0"}, Unsuitable{"fill", "max_edges = inf"},
-      Unsuitable{"fill", "keep_outer_border = 1"}, Unsuitable{"fill", "allow_intersections = 1"},
-      Unsuitable{"fill", "min_triangles = -3"}, Unsuitable{"output", "patch_color = \"blue\""},
-      Unsuitable{"output", "patch_color = \"#4477c\""},
-      Unsuitable{"output", "patch_color = \"#4477cg\""},
-      Unsuitable{"output", "patch_color = \"#4477cc00\""},
-      Unsuitable{"output", "patch_color = \"#+4-7 c\""},
-      Unsuitable{"output", "patch_color = 4478668"}, Unsuitable{"output", "mesh = 3"},
-      Unsuitable{"output", "mesh = \"a\\u0000b\""}, Unsuitable{"output", "format = \"ascii\""},
-      Unsuitable{"output", "precision = \"half\""}, Unsuitable{"output", "attributes = 1"},
-      Unsuitable{"output", "report = false"}, Unsuitable{"output", "picture = []"},
-      Unsuitable{"run", "threads = -1"}, Unsuitable{"run", "threads = 5000"},
-      Unsuitable{"run", "work_dir = 1979-05-27"}, Unsuitable{"run", "keep_work_dir = \"yes\""});
-  const std::string text(line);
-  const std::string key = text.substr(0, text.find(' '));
-  CAPTURE(section, line);
-  CHECK_THAT(message_of("[" + std::string(section) + "]\n\n" + line + "\n"),
-             StartsWith("job.toml: line 3: " + std::string(section) + "." + key) &&
-                 Contains("; found ") && Contains(", expected "));
-}
-
-TEST_CASE("WhatThisVersionDoesNotHaveIsSaid") {
-  CHECK_THAT(message_of("[reconstruct]\nmethod = \"cocone\"\n"),
-             Contains("found \"cocone\", expected \"ball_pivoting\""));
-}
-
-TEST_CASE("BrokenTomlNamesFileAndLine") {
-  CHECK(message_of("[input]\nfiles = \n") ==
-        "job.toml: line 2: not valid TOML: missing value after key-value separator '='; found "
-        "'files = '");
-  CHECK_THAT(message_of("[input\n"), Contains("line 1: not valid TOML"));
-  CHECK_THAT(message_of("\n\nfoo bar\n"), Contains("line 3: not valid TOML"));
-  CHECK_THAT(message_of("[run]\nthreads = 1\nthreads = 2\n"), Contains("line 3: not valid TOML"));
-}
-
-TEST_CASE("BytesThatAreNoUtf8TextAreAnError") {
-  for (const char* bytes : {"\x90", "\xc0\xaf", "\xe0\x80\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80",
-                            "\xff", "\xc3", "\xe2\x82", "\x01", "\x7f"}) {
-    for (const char* quote : {"\"", "'", "'''", "\"\"\""})
-      CHECK_THAT(message_of("[output]\nmesh = " + std::string(quote) + "a" + bytes + quote + "\n"),
-                 StartsWith("job.toml: line 2: not valid TOML: a byte that is no UTF-8 text"));
-  }
-  const std::string good = "\u00fc \u20ac \U0001f600";
-  CHECK(parse_job("[output]\nmesh = \"" + good + "\"\n", "").output.mesh == good);
-}
-
-TEST_CASE("DeepNestingIsAnErrorAndNoCrash") {
-  CHECK_THAT(message_of("a = " + std::string(60000, '[')), Contains("nested too deeply"));
-  std::string dotted = "a";
-  for (int i = 0; i < 30000; ++i) dotted += ".a";
-  CHECK_THAT(message_of("\n" + dotted + " = 1\n"), Contains("line 2: nested too deeply"));
-  CHECK_THAT(message_of("[" + dotted + "]\n"), Contains("nested too deeply"));
-  CHECK_THAT(message_of("# " + std::string(kTomlLimitBytes, '.')), Contains("too long"));
-  // Brackets and dots in names are no nesting.
-  const std::string name(100, '[');
-  CHECK(parse_job("[output]\nmesh = \"" + name + ".\\\"" + name + "\"\n", "").output.mesh.size() ==
-        202);
-  CHECK(parse_job("[output]\nmesh = '''" + name + "'" + name + "'''\n", "").output.mesh.size() ==
-        201);
-}
-
 TEST_CASE("RelativePathsOfAJobFileAreRelativeToItsFolder") {
   const Job job = parse_job(
       "[input]\nfiles = [\"a/*.ply\", \"b.ply\", \"/c.ply\"]\n[output]\nmesh = \"m.ply\"\n"
@@ -352,19 +192,6 @@ TEST_CASE("AJobFileInAnotherFolderFindsItsScansByPattern") {
   CHECK(expand_globs(job.input.files) == Strings{(folder / "C.ply").string(),
                                                  (folder / "a.ply").string(),
                                                  (folder / "b.ply").string()});
-}
-
-TEST_CASE("AMissingJobFileIsAUsageError") {
-  const test::ScratchDirectory scratch;
-  for (const auto& path : {scratch / "none.toml", scratch.path()}) {
-    try {
-      read_job_file(path);
-      FAIL("accepted " << path);
-    } catch (const Error& error) {
-      CHECK(error.status() == ExitStatus::kUsage);
-      CHECK_THAT(error.what(), StartsWith(path.string() + ": cannot "));
-    }
-  }
 }
 
 TEST_CASE("SettingAKeyTakesTomlValuesAndBareWords") {
@@ -394,25 +221,6 @@ TEST_CASE("SettingAKeyTakesTomlValuesAndBareWords") {
   CHECK(with("fill.max_edges", "60").fill.max_edges == 60);
   CHECK(with("output.patch_color", "#ff8000").output.patch_color ==
         std::array<std::uint8_t, 3>{255, 128, 0});
-}
-
-TEST_CASE("AssignmentsSplitAtTheFirstEqualsSign") {
-  Job job;
-  set_job_key(job, "output.mesh=a=b.ply");
-  CHECK(job.output.mesh == "a=b.ply");
-  CHECK(message_of_setting("output.mesh") ==
-        "no value given for a key; found \"output.mesh\", expected section.key=value");
-}
-
-TEST_CASE("SettingAKeyReportsTheSameMistakes") {
-  CHECK(message_of_setting("reconstruct.ball_radi=1") ==
-        "unknown key reconstruct.ball_radi. Did you mean reconstruct.ball_radii?");
-  CHECK(message_of_setting("reconstruct.levels=9") ==
-        "reconstruct.levels has an unsuitable value; found 9, expected \"auto\" or an integer from "
-        "1 to 8");
-  CHECK_THAT(message_of_setting("reconstruct.ball_radii=0.5,x"), Contains("ascending order"));
-  CHECK_THAT(message_of_setting("run.threads=two"), Contains("found \"two\""));
-  CHECK_THAT(message_of_setting("run.threads=1\nlevels = 2"), Contains("run.threads"));
 }
 
 TEST_CASE("TheKeyTableIsCompleteAndItsDefaultsAreAccepted") {
@@ -462,40 +270,6 @@ TEST_CASE("PatternsExpandToSortedFilesOncePerFile") {
                     Contains(path("*.las") + ": no file matches this pattern"));
 }
 
-TEST_CASE("QuantitiesOfMemoryAreUnderstood") {
-  CHECK(parse_bytes("2GiB") == std::uint64_t{2} << 30);
-  CHECK(parse_bytes(" 512 MiB ") == std::uint64_t{512} << 20);
-  CHECK(parse_bytes("1.5GB") == 1500000000);
-  CHECK(parse_bytes("1000000") == 1000000);
-  CHECK(parse_bytes("3g") == std::uint64_t{3} << 30);
-  CHECK(parse_bytes("7 B") == 7);
-  CHECK(parse_bytes("1.5kb") == 1500);
-  CHECK(parse_bytes("9223372036854775807") == 9223372036854775807U);
-  for (const char* text : {"", "GiB", "-1", "1 GiBs", "1 2", "nan", "inf", "1e30", "99999999TiB",
-                           "9223372036854775808", "0x10", "1,5GB"}) {
-    CAPTURE(text);
-    CHECK_FALSE(parse_bytes(text).has_value());
-  }
-}
-
-TEST_CASE("QuantitiesAreWrittenForPeople") {
-  CHECK(format_bytes(0) == "0 B");
-  CHECK(format_bytes(1536) == "1.5 KiB");
-  CHECK(format_bytes((std::uint64_t{1} << 30) - 1) == "1.0 GiB");
-  CHECK(exact_bytes(std::uint64_t{4} << 30) == "4GiB");
-  CHECK(exact_bytes(1025) == "1025");
-  CHECK(format_count(0) == "0");
-  CHECK(format_count(437645) == "437,645");
-  CHECK(format_count(1000000000) == "1,000,000,000");
-  CHECK(format_rate(0.4) == "0");
-  CHECK(format_rate(730.0) == "730");
-  CHECK(format_rate(1250000.0) == "1.25M");
-  CHECK(format_rate(999600.0) == "1.00M");
-  CHECK(format_duration(0.44) == "0.4 s");
-  CHECK(format_duration(200.0) == "3 min 20 s");
-  CHECK(format_duration(7500.0) == "2 h 5 min");
-}
-
 TEST_CASE("ANumberIsTheSameInEveryLocale") {
   struct Comma : std::numpunct<char> {
     char do_decimal_point() const override { return ','; }
@@ -509,14 +283,6 @@ TEST_CASE("ANumberIsTheSameInEveryLocale") {
   CHECK(job.reconstruct.ball_radii == std::vector<double>{1.25});
   CHECK(job.run.threads == 1234);
   CHECK(text == job_toml(job));
-}
-
-TEST_CASE("TheNearestNameIsTheOneWithTheFewestEdits") {
-  CHECK(edit_distance("kitten", "sitting") == 3);
-  CHECK(edit_distance("memroy", "memory") == 1);
-  CHECK(edit_distance("", "abc") == 3);
-  CHECK(nearest_name("recontsruct", {"run", "reconstruct", "inspect"}) == "reconstruct");
-  CHECK(nearest_name("x", {}).empty());
 }
 
 }  // namespace
