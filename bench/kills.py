@@ -14,8 +14,8 @@ No work is repeated beyond what was in flight: results and documents that are co
 same files (the same inodes) when the next one is killed or ends, unless a later stage was complete by then and they
 were removed as no longer needed. So what a kill costs are the results that were written and not yet named (part files,
 counted), and at most one per thread that was being computed; `repeated_at_most` adds these up over all kills, beside the
-chunks that one run needs. Counting and binning of points start over when they are killed, and so do mesh file and
-picture.
+chunks that one run needs. Mesh file and picture start over when they are killed, and so do counting and binning of
+points that fit in memory (as they do here).
 
 The exit status is 1 when one of these does not hold.
 
@@ -129,6 +129,8 @@ class Job:
         """Whether results of the stage are no longer needed: a later one is complete."""
         if not self.work.is_dir() or (self.work / "ended.json").exists():
             return True
+        if stage.endswith("_cut"):  # counts and bins, until the points are sorted
+            return any((self.work / name / "partition.json").exists() for name in (stage[:-len("_cut")], "points"))
         if not stage.startswith("raw"):
             return False
         later = RAW_STAGES[RAW_STAGES.index(stage) + 1:]

@@ -89,12 +89,12 @@ class RunningChecksum {
 };
 
 /// Fills `out` with what lies at `offset` bytes of an open file. Returns 0, or the system's number
-/// for what went wrong; EIO where the file ends before.
+/// for what went wrong; ENODATA where the file ends before.
 inline int read_whole(int descriptor, std::uint64_t offset, std::span<std::byte> out) {
   while (!out.empty()) {
     const ssize_t got = pread(descriptor, out.data(), out.size(), static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return got < 0 ? errno : EIO;
+    if (got <= 0) return got < 0 ? errno : ENODATA;
     out = out.subspan(static_cast<std::size_t>(got));
     offset += static_cast<std::uint64_t>(got);
   }

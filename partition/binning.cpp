@@ -2,11 +2,11 @@
 
 #include <fcntl.h>
 #include <limits.h>
+#include <sys/stat.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cerrno>
 #include <cstring>
@@ -14,7 +14,6 @@
 #include <mutex>
 #include <new>
 #include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "io/error.h"
@@ -63,89 +62,58 @@ class BlockPool {
   std::vector<std::byte*> free_;
 };
 
-/// The append-only file; made when first needed, gone with the object or the process.
+/// The append-only file; opened when first needed.
 class SpillFile {
  public:
-  SpillFile(std::filesystem::path directory, std::string name, DiskUsage* disk)
-      : directory_(std::move(directory)), name_(std::move(name)), disk_(disk) {}
+  explicit SpillFile(Binner::Options options)
+      : path_(std::move(options.spill_file)),
+        disk_(options.disk),
+        before_(std::move(options.before_spilling)),
+        kept_(options.kept_bytes),
+        size_(kept_) {}
   ~SpillFile() {
     if (descriptor_ >= 0) ::close(descriptor_);
-    if (disk_ != nullptr) disk_->remove(held_);
   }
   SpillFile(const SpillFile&) = delete;
   SpillFile& operator=(const SpillFile&) = delete;
 
   std::uint64_t size() const { return size_; }
-  bool is_named() const { return !name_.empty(); }
+  std::uint64_t written() const { return size_ - kept_; }
 
   /// Appends all pieces, in order.
   void append(std::vector<iovec>& pieces) {
     open();
     for (std::size_t first = 0; first < pieces.size();) {
       const auto count = static_cast<int>(std::min<std::size_t>(pieces.size() - first, IOV_MAX));
-      const ssize_t written =
-          pwritev(descriptor_, &pieces[first], count, static_cast<off_t>(size_));
-      if (written < 0 && errno == EINTR) continue;
-      if (written <= 0) fail(written < 0 ? errno : ENOSPC);
-      size_ += static_cast<std::uint64_t>(written);
-      held_ += static_cast<std::uint64_t>(written);
-      if (disk_ != nullptr) disk_->add(static_cast<std::uint64_t>(written));
-      first += consume(std::span(pieces).subspan(first), static_cast<std::size_t>(written));
+      const ssize_t done = pwritev(descriptor_, &pieces[first], count, static_cast<off_t>(size_));
+      if (done < 0 && errno == EINTR) continue;
+      if (done <= 0) fail(done < 0 ? errno : ENOSPC);
+      size_ += static_cast<std::uint64_t>(done);
+      if (disk_ != nullptr) disk_->add(static_cast<std::uint64_t>(done));
+      first += consume(std::span(pieces).subspan(first), static_cast<std::size_t>(done));
     }
   }
 
-  void read(std::uint64_t offset, std::span<std::byte> out) const {
-    if (const int error = read_whole(descriptor_, offset, out)) fail(error);
-  }
-
-  /// Leaves the file, if anything was written, to others and to whoever removes its directory. File
-  /// systems over a network show others what was written before a file was closed, not more.
-  void hand_over() {
+  /// File systems over a network show others what was written before a file was closed, not more.
+  void close() {
     if (descriptor_ >= 0 && ::close(std::exchange(descriptor_, -1)) != 0) fail(errno);
-    held_ = 0;
-  }
-
-  /// Gives back the room of what nobody reads again; where the file system cannot, it stays taken.
-  void free([[maybe_unused]] const BinExtent& extent) {
-#ifdef __linux__
-    constexpr std::uint64_t kFileBlock = 4096;
-    const std::uint64_t begin = (extent.offset + kFileBlock - 1) / kFileBlock * kFileBlock;
-    const std::uint64_t end = (extent.offset + extent.bytes) / kFileBlock * kFileBlock;
-    if (begin >= end) return;
-    if (fallocate(descriptor_, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE,
-                  static_cast<off_t>(begin), static_cast<off_t>(end - begin)) != 0)
-      return;
-    held_ -= end - begin;
-    if (disk_ != nullptr) disk_->remove(end - begin);
-#endif
-  }
-
-  [[noreturn]] void fail_checksum() const {
-    throw_resource("points that were spilled to disk came back changed",
-                   {.file = directory_.string(),
-                    .found = "a wrong checksum",
-                    .advice = "The disk or the memory is at fault; the same command starts over "
-                              "from what is done"});
   }
 
  private:
   void open() {
     if (descriptor_ >= 0) return;
-    if (!name_.empty()) {
-      descriptor_ =
-          ::open((directory_ / name_).c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-      if (descriptor_ < 0) fail(errno);
-      return;
-    }
-    std::string name = (directory_ / "orbweave-spill-XXXXXX").string();
-    descriptor_ = mkostemp(name.data(), O_CLOEXEC);
-    if (descriptor_ < 0) fail(errno);
-    ::unlink(name.c_str());
+    if (before_) before_();
+    descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    struct stat facts {};
+    if (descriptor_ < 0 || fstat(descriptor_, &facts) != 0) fail(errno);
+    const auto found = static_cast<std::uint64_t>(facts.st_size);
+    if (ftruncate(descriptor_, static_cast<off_t>(kept_)) != 0) fail(errno);
+    if (disk_ != nullptr) disk_->remove(found - std::min(found, kept_));
   }
 
   [[noreturn]] void fail(int reason) const {
     throw_resource("cannot spill points to disk",
-                   {.file = directory_.string(),
+                   {.file = path_.string(),
                     .found = std::strerror(reason),
                     .advice = "Free some space or name another work directory; the same command "
                               "resumes what is done"});
@@ -162,21 +130,20 @@ class SpillFile {
     return gone;
   }
 
-  std::filesystem::path directory_;
-  std::string name_;
+  std::filesystem::path path_;
   DiskUsage* disk_;
+  std::function<void()> before_;
+  std::uint64_t kept_;
   int descriptor_ = -1;
-  std::uint64_t size_ = 0;
-  std::atomic<std::uint64_t> held_{0};  ///< bytes that have not been given back
+  std::uint64_t size_;
 };
 
-/// One chunk's points: first what was spilled, then full blocks, then the one being filled.
+/// What a chunk's bin has in memory: full blocks, then the one being filled.
 struct Bin {
   std::byte* fill = nullptr;  ///< where the next record goes
   std::byte* fill_end = nullptr;
   std::uint64_t points = 0;
   std::vector<std::byte*> blocks;  ///< all but the last are full
-  std::vector<BinExtent> extents;
 };
 
 /// So small that every bin can have a block and half of the memory is left for full ones, and
@@ -198,7 +165,8 @@ struct Binner::State {
   std::vector<Bin> bins;
   BlockPool pool;
   SpillFile spill;
-  std::mutex mutex;  ///< guards the pool in take()
+  std::vector<BinExtent> extents;  ///< written, and not told yet
+  std::mutex mutex;                ///< guards the pool in take()
 
   State(const Octree& tree, PointSchema point_schema, Options options)
       : octree(tree),
@@ -207,7 +175,7 @@ struct Binner::State {
         bins(tree.chunks().size()),
         pool(options.buffer_bytes,
              block_bytes(options.buffer_bytes, tree.chunks().size(), layout.bytes)),
-        spill(std::move(options.spill_directory), std::move(options.spill_name), options.disk) {}
+        spill(std::move(options)) {}
 
   std::size_t bytes_in_memory(const Bin& bin) const {
     if (bin.blocks.empty()) return 0;
@@ -223,8 +191,6 @@ struct Binner::State {
   void make_room();
   void spill_bins(std::size_t blocks);
   void release_blocks(Bin& bin);
-  /// The records of a piece of the spill file, some at a time.
-  void read_extent(const BinExtent& extent, const RecordVisitor& visit) const;
   void visit_records(const Bin& bin, const RecordVisitor& visit);
 };
 
@@ -253,7 +219,7 @@ void Binner::State::spill_bins(std::size_t blocks) {
     return bytes_a != bytes_b ? bytes_a > bytes_b : a < b;
   });
   std::vector<iovec> pieces;
-  std::size_t spilled_bins = 0;
+  std::vector<BinExtent> written;
   std::uint64_t offset = spill.size();
   for (const ChunkId chunk : fullest) {
     if (pieces.size() >= blocks) break;
@@ -263,12 +229,13 @@ void Binner::State::spill_bins(std::size_t blocks) {
       pieces.push_back({bin.blocks[block], used_bytes(bin, block)});
       checksum.add(pieces.back().iov_base, pieces.back().iov_len);
     }
-    bin.extents.push_back({chunk, offset, bytes_in_memory(bin), checksum.value()});
+    written.push_back({chunk, offset, bytes_in_memory(bin), checksum.value()});
     offset += bytes_in_memory(bin);
-    ++spilled_bins;
   }
+  if (written.empty()) return;
   spill.append(pieces);
-  for (std::size_t i = 0; i < spilled_bins; ++i) release_blocks(bins[fullest[i]]);
+  for (const BinExtent& extent : written) release_blocks(bins[extent.chunk]);
+  extents.insert(extents.end(), written.begin(), written.end());
 }
 
 void Binner::State::release_blocks(Bin& bin) {
@@ -277,19 +244,7 @@ void Binner::State::release_blocks(Bin& bin) {
   bin.fill = bin.fill_end = nullptr;
 }
 
-void Binner::State::read_extent(const BinExtent& extent, const RecordVisitor& visit) const {
-  const auto read = [&](std::uint64_t offset, std::span<std::byte> out) {
-    spill.read(offset, out);
-  };
-  if (!visit_extent(extent, layout.bytes, read, visit)) spill.fail_checksum();
-}
-
-/// All records of a bin, in arrival order; what is read from the disk is given back.
 void Binner::State::visit_records(const Bin& bin, const RecordVisitor& visit) {
-  for (const BinExtent& extent : bin.extents) {
-    read_extent(extent, visit);
-    spill.free(extent);
-  }
   for (std::size_t block = 0; block < bin.blocks.size(); ++block)
     visit({bin.blocks[block], used_bytes(bin, block)});
 }
@@ -332,6 +287,7 @@ PointCloud Binner::take(ChunkId chunk) {
 void Binner::take(ChunkId chunk, std::size_t piece_points,
                   const std::function<void(PointCloud&&)>& use) {
   State& state = *state_;
+  if (state.spill.written() > 0) throw std::logic_error("Binner::take: bins have spilled");
   Bin& bin = state.bins.at(chunk);
   std::uint64_t left = bin.points;
   PointCloud cloud;
@@ -354,18 +310,19 @@ void Binner::take(ChunkId chunk, std::size_t piece_points,
   bin = Bin();
 }
 
-std::uint64_t Binner::spilled_bytes() const { return state_->spill.size(); }
+std::uint64_t Binner::spilled_bytes() const { return state_->spill.written(); }
+
+std::vector<BinExtent> Binner::write_out() {
+  state_->spill_bins(std::numeric_limits<std::size_t>::max());
+  return std::exchange(state_->extents, {});
+}
 
 std::vector<BinExtent> Binner::publish() {
   State& state = *state_;
-  if (!state.spill.is_named()) throw std::logic_error("Binner::publish: the file has no name");
-  state.spill_bins(std::numeric_limits<std::size_t>::max());
-  state.spill.hand_over();
-  std::vector<BinExtent> extents;
-  for (Bin& bin : state.bins) {
-    extents.insert(extents.end(), bin.extents.begin(), bin.extents.end());
-    bin = Bin();
-  }
+  std::vector<BinExtent> extents = write_out();
+  state.spill.close();
+  state.bins = {};
+  state.pool = BlockPool(0, state.pool.block_bytes());
   return extents;
 }
 

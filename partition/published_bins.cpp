@@ -19,18 +19,37 @@ namespace {
 /// Files that stay open. A team may have more members than a process may have files.
 constexpr std::size_t kMostOpen = 128;
 
-[[noreturn]] void fail(const std::filesystem::path& path, const std::string& reason) {
-  throw_resource("cannot read the points that another process has binned",
+[[noreturn]] void fail(const std::filesystem::path& path, int reason) {
+  std::error_code ignored;
+  const bool gone = reason == ENOENT && std::filesystem::exists(path.parent_path(), ignored);
+  if (gone || reason == ENODATA) throw CorruptResult(path, std::strerror(reason));
+  throw_resource("cannot read the points that were binned",
                  {.file = path.string(),
-                  .found = reason,
+                  .found = std::strerror(reason),
                   .advice = "The work directory has to be on a file system that all processes "
                             "share; the same command starts over from what is done"});
 }
 
+/// To be read, and where that is allowed, to have room given back.
 FileDescriptor open_bins(const std::filesystem::path& path) {
-  FileDescriptor descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!descriptor.valid()) fail(path, std::strerror(errno));
+  FileDescriptor descriptor(::open(path.c_str(), O_RDWR | O_CLOEXEC));
+  if (!descriptor.valid()) descriptor = FileDescriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!descriptor.valid()) fail(path, errno);
   return descriptor;
+}
+
+/// Gives back the room of what nobody reads again; where the file system cannot, it stays taken.
+/// Returns how much that was.
+std::uint64_t punch([[maybe_unused]] int descriptor, [[maybe_unused]] const BinExtent& extent) {
+#ifdef __linux__
+  constexpr std::uint64_t kFileBlock = 4096;
+  const std::uint64_t begin = (extent.offset + kFileBlock - 1) / kFileBlock * kFileBlock;
+  const std::uint64_t end = (extent.offset + extent.bytes) / kFileBlock * kFileBlock;
+  if (begin < end && fallocate(descriptor, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE,
+                               static_cast<off_t>(begin), static_cast<off_t>(end - begin)) == 0)
+    return end - begin;
+#endif
+  return 0;
 }
 
 }  // namespace
@@ -44,13 +63,15 @@ struct PublishedBins::State {
   PointSchema schema;
   RecordLayout layout;
   std::vector<BinFile> files;
+  DiskUsage* disk;
 
-  explicit State(PointSchema point_schema) : schema(std::move(point_schema)), layout(schema) {}
+  State(PointSchema point_schema, DiskUsage* usage)
+      : schema(std::move(point_schema)), layout(schema), disk(usage) {}
 
   void add(File&& file);
-  /// Visits the records of a chunk that lie in the file.
+  /// Calls visit(file, open file, extent) for what lies of a chunk anywhere.
   template <class Visit>
-  void visit_file(const BinFile& file, ChunkId chunk, const Visit& visit) const;
+  void for_extents(ChunkId chunk, const Visit& visit) const;
 };
 
 void PublishedBins::State::add(File&& file) {
@@ -64,26 +85,22 @@ void PublishedBins::State::add(File&& file) {
 }
 
 template <class Visit>
-void PublishedBins::State::visit_file(const BinFile& file, ChunkId chunk,
-                                      const Visit& visit) const {
-  auto extent =
-      std::lower_bound(file.extents.begin(), file.extents.end(), chunk,
-                       [](const BinExtent& a, ChunkId wanted) { return a.chunk < wanted; });
-  if (extent == file.extents.end() || extent->chunk != chunk) return;
-  FileDescriptor opened;
-  if (!file.descriptor.valid()) opened = open_bins(file.path);
-  const int descriptor = opened.valid() ? opened.get() : file.descriptor.get();
-  const auto read = [&](std::uint64_t offset, std::span<std::byte> out) {
-    if (const int error = read_whole(descriptor, offset, out))
-      fail(file.path, std::strerror(error));
-  };
-  for (; extent != file.extents.end() && extent->chunk == chunk; ++extent) {
-    if (!visit_extent(*extent, layout.bytes, read, visit)) fail(file.path, "a wrong checksum");
+void PublishedBins::State::for_extents(ChunkId chunk, const Visit& visit) const {
+  for (const BinFile& file : files) {
+    auto extent =
+        std::lower_bound(file.extents.begin(), file.extents.end(), chunk,
+                         [](const BinExtent& a, ChunkId wanted) { return a.chunk < wanted; });
+    if (extent == file.extents.end() || extent->chunk != chunk) continue;
+    FileDescriptor opened;
+    if (!file.descriptor.valid()) opened = open_bins(file.path);
+    const int descriptor = opened.valid() ? opened.get() : file.descriptor.get();
+    for (; extent != file.extents.end() && extent->chunk == chunk; ++extent)
+      visit(file, descriptor, *extent);
   }
 }
 
-PublishedBins::PublishedBins(PointSchema schema, std::vector<File> files)
-    : state_(std::make_unique<State>(std::move(schema))) {
+PublishedBins::PublishedBins(PointSchema schema, std::vector<File> files, DiskUsage* disk)
+    : state_(std::make_unique<State>(std::move(schema), disk)) {
   for (File& file : files) state_->add(std::move(file));
 }
 PublishedBins::~PublishedBins() = default;
@@ -93,16 +110,31 @@ void PublishedBins::take(ChunkId chunk, std::size_t piece_points,
   const State& state = *state_;
   PointCloud cloud;
   cloud.schema = state.schema;
-  for (const State::BinFile& file : state.files) {
-    state.visit_file(file, chunk, [&](std::span<const std::byte> records) {
-      state.layout.unpack(records, cloud);
-      if (cloud.size() < piece_points) return;
-      use(std::move(cloud));
-      cloud = PointCloud();
-      cloud.schema = state.schema;
-    });
-  }
+  const auto add = [&](std::span<const std::byte> records) {
+    state.layout.unpack(records, cloud);
+    if (cloud.size() < piece_points) return;
+    use(std::move(cloud));
+    cloud = PointCloud();
+    cloud.schema = state.schema;
+  };
+  state.for_extents(chunk,
+                    [&](const State::BinFile& file, int descriptor, const BinExtent& extent) {
+                      const auto read = [&](std::uint64_t offset, std::span<std::byte> out) {
+                        if (const int error = read_whole(descriptor, offset, out))
+                          fail(file.path, error);
+                      };
+                      if (!visit_extent(extent, state.layout.bytes, read, add))
+                        throw CorruptResult(file.path, "a wrong checksum");
+                    });
   use(std::move(cloud));
+}
+
+void PublishedBins::give_back(ChunkId chunk) {
+  std::uint64_t freed = 0;
+  state_->for_extents(chunk, [&](const State::BinFile&, int descriptor, const BinExtent& extent) {
+    freed += punch(descriptor, extent);
+  });
+  if (state_->disk != nullptr) state_->disk->remove(freed);
 }
 
 }  // namespace orbweave

@@ -1,5 +1,5 @@
-// Bins that several processes filled, each with its share of the points, in the files that they
-// published (Binner::publish).
+// Bins that one or several processes filled, each with its share of the points, in the files that
+// they published (Binner::publish).
 #pragma once
 
 #include <cstddef>
@@ -18,13 +18,15 @@ class PublishedBins final : public BinSource {
     std::filesystem::path path;
     std::vector<BinExtent> extents;
   };
-  /// Throws Error (resource) where a file cannot be opened.
-  PublishedBins(PointSchema schema, std::vector<File> files);
+  /// `disk` is told what is given back. Throws CorruptResult where a file is not there, Error
+  /// (resource) where it cannot be opened.
+  PublishedBins(PointSchema schema, std::vector<File> files, DiskUsage* disk = nullptr);
   ~PublishedBins() override;
 
-  /// File by file, in the order given. A bin can be taken more than once.
+  /// File by file, in the order given. A bin can be taken more than once, until it is given back.
   void take(ChunkId chunk, std::size_t piece_points,
             const std::function<void(PointCloud&&)>& use) override;
+  void give_back(ChunkId chunk) override;
 
  private:
   struct State;

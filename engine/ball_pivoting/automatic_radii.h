@@ -65,6 +65,9 @@ class SpacingSampler {
   /// points_per_site points are taken, as far as the grid resolves them.
   SpacingSampler(const RootCube& root, const CountGrid& grid, std::size_t sites = 256,
                  std::uint32_t points_per_site = 512);
+  /// Goes on with the sites of another sampler, with or without the points that it collected, of a
+  /// cloud of so many points.
+  SpacingSampler(std::vector<SpacingSite> sites, std::uint64_t cloud_points);
   ~SpacingSampler();
   SpacingSampler(SpacingSampler&&) noexcept;
   SpacingSampler& operator=(SpacingSampler&&) noexcept;

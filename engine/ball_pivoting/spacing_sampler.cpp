@@ -1,6 +1,8 @@
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "engine/ball_pivoting/automatic_radii.h"
 #include "partition/octree.h"
@@ -113,6 +115,15 @@ SpacingSampler::SpacingSampler(const RootCube& root, const CountGrid& grid, std:
   }
   state_->lattice.emplace(state_->sites);
 }
+
+SpacingSampler::SpacingSampler(std::vector<SpacingSite> sites, std::uint64_t cloud_points)
+    : state_(std::make_unique<State>()) {
+  state_->points = cloud_points;
+  state_->sites = std::move(sites);
+  const bool whole = state_->sites.size() == 1 && !std::isfinite(state_->sites[0].box.max.x);
+  if (!whole) state_->lattice.emplace(state_->sites);
+}
+
 SpacingSampler::~SpacingSampler() = default;
 SpacingSampler::SpacingSampler(SpacingSampler&&) noexcept = default;
 SpacingSampler& SpacingSampler::operator=(SpacingSampler&&) noexcept = default;

@@ -63,17 +63,24 @@ std::uint64_t most_sorted_points(const MemoryPlan& plan, const PointSchema& sche
                                  plan.chunks_in_flight_bytes / 4 / MemoryCosts::sort_bytes(schema));
 }
 
+std::pair<ChunkId, ChunkId> bins_in(const Octree& bins, const Chunk& chunk) {
+  const std::vector<Chunk>& fine = bins.chunks();
+  const auto at = [&](std::uint64_t code) {
+    const auto found =
+        std::lower_bound(fine.begin(), fine.end(), code,
+                         [](const Chunk& a, std::uint64_t b) { return a.code_begin < b; });
+    return static_cast<ChunkId>(found - fine.begin());
+  };
+  return {at(chunk.code_begin), at(chunk.code_end)};
+}
+
 SortedChunk take_sorted(BinSource& source, const Octree& bins, const Chunk& chunk,
                         std::uint64_t most_points) {
   SortedChunk sorted;
   std::uint64_t limit = most_points;
   const auto sort = [&] { sorted.merged += sort_canonically(sorted.points, bins.root()); };
-  const std::vector<Chunk>& fine = bins.chunks();
-  auto bin = static_cast<ChunkId>(
-      std::lower_bound(fine.begin(), fine.end(), chunk.code_begin,
-                       [](const Chunk& a, std::uint64_t code) { return a.code_begin < code; }) -
-      fine.begin());
-  for (; bin < fine.size() && fine[bin].code_begin < chunk.code_end; ++bin) {
+  const auto [first, last] = bins_in(bins, chunk);
+  for (ChunkId bin = first; bin < last; ++bin) {
     source.take(bin, most_points, [&](PointCloud&& part) {
       if (sorted.points.empty())
         sorted.points = std::move(part);

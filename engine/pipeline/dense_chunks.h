@@ -3,6 +3,8 @@
 // merged piece by piece.
 #pragma once
 
+#include <utility>
+
 #include "engine/pipeline/partition_stage.h"
 #include "partition/binning.h"
 
@@ -15,6 +17,9 @@ void split_dense_chunks(const InputContext& context, const CloudInput& input, Co
 /// Most points of a chunk that are sorted together; where there are more, they are mostly
 /// duplicates.
 std::uint64_t most_sorted_points(const MemoryPlan& plan, const PointSchema& schema);
+
+/// The bins [first, second) that lie in a chunk of the final partition.
+std::pair<ChunkId, ChunkId> bins_in(const Octree& bins, const Chunk& chunk);
 
 /// The points of a chunk of the final partition, from the bins that lie in it, in canonical order
 /// and without duplicates. Holds little more than `most_sorted_points` at one time, or twice the

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "engine/pipeline/cut_exchange.h"
 #include "engine/pipeline/prepare_stage.h"
 #include "engine/pipeline/scan_input.h"
 #include "io/disk_space.h"
@@ -20,10 +21,10 @@ namespace {
 constexpr double kBlockBounds = 48.0 / 1024;
 constexpr double kChecksums = 5 * 8.0 / 1024;
 /// Two triangles and a fan.
-constexpr double kMesh = 2 * 24.0 + 1.0;
-/// Its share that is left when it is compressed: numbers of 64 bits that differ by little. What is
-/// left of positions and normals depends on the scanner; nothing is taken for granted.
-constexpr double kPackedMesh = 0.3;
+constexpr double kMesh = 2 * 12.0 + 1.0;
+/// Its share that is left when it is compressed: numbers that differ by little. What is left of
+/// positions and normals depends on the scanner; nothing is taken for granted.
+constexpr double kPackedMesh = 0.5;
 /// Patch and turn of a point, and its share of sums and votes.
 constexpr double kPatches = 9.0 + 3.0;
 /// Numbers as text: the shortest that reads back the same.
@@ -87,6 +88,28 @@ double passes_bytes(const CountedCloud& cloud, const RawWork& raw) {
 double prepared_bytes(const CountedCloud& cloud, const RawWork& raw) {
   const PointSchema schema = raw.estimates ? with_normals(cloud.schema) : cloud.schema;
   return stored_bytes(schema) + (raw.propagates ? kPatches : 0.0);
+}
+
+/// Bins that are sorted but not durable yet, chunks per thread; no fewer are waited for.
+constexpr std::uint64_t kChunksInFlight = 2;
+
+std::uint64_t in_flight_bytes(const Job& job, const CountedCloud& cloud,
+                              const PointSchema& schema) {
+  const int threads = job.run.threads > 0 ? job.run.threads : available_threads();
+  const std::uint64_t points =
+      std::min(cloud.points_used,
+               kChunksInFlight * static_cast<std::uint64_t>(threads) * cloud.memory.chunk_points);
+  return static_cast<std::uint64_t>(static_cast<double>(points) * record_bytes(schema));
+}
+
+/// Most that bins and sorted points take together: a bin's room is given back when its points are
+/// durable.
+double cut_bytes(const Job& job, const CountedCloud& cloud, const PointSchema& schema) {
+  const auto points = static_cast<double>(cloud.points_used);
+  const double sorted = points * stored_bytes(schema);
+  const double binned = points * record_bytes(schema);
+  if (binned <= static_cast<double>(cloud.memory.bin_buffer_bytes)) return sorted;
+  return sorted + static_cast<double>(in_flight_bytes(job, cloud, schema));
 }
 
 bool prepares(const RawWork& raw) { return raw.estimates || cleans(raw.clean_up); }
@@ -169,25 +192,20 @@ DiskPlan plan_disk(const Job& job, const CountedCloud& cloud, const RawWork& raw
   const auto points = static_cast<double>(cloud.points_used);
   const auto chunks = static_cast<double>(cloud.octree.chunks().size());
   const PointSchema schema = final_schema(cloud, raw);
-  const double spilled =
-      points * record_bytes(schema) > static_cast<double>(cloud.memory.bin_buffer_bytes)
-          ? record_bytes(schema)
-          : 0.0;
-  // What is read from the spill file is given back: it shrinks as the sorted points grow.
-  const double cut = std::max(spilled, stored_bytes(schema));
+  const double cut = cut_bytes(job, cloud, schema);
   const double borders = chunks * kBorderBytes * std::sqrt(points / chunks);
   const double files = kDocuments + chunks * kFileBytes;
   DiskPlan plan;
   if (prepares(raw)) {
-    plan.prepare_bytes = whole(
-        kMargin * points * std::max(passes_bytes(cloud, raw), prepared_bytes(cloud, raw) + cut) +
-        3.0 * files);
+    plan.prepare_bytes = whole(kMargin * std::max(points * passes_bytes(cloud, raw),
+                                                  points * prepared_bytes(cloud, raw) + cut) +
+                               3.0 * files);
   }
   const auto held = static_cast<double>(raw.held_bytes);
   const double mesh = job.run.compress ? kPackedMesh * kMesh : kMesh;
-  const double work = std::max(held + kMargin * points * cut,
-                               kMargin * (points * (stored_bytes(schema) + mesh) + borders)) +
-                      2.0 * files;
+  const double work =
+      std::max(held + kMargin * cut, kMargin * (points * (stored_bytes(schema) + mesh) + borders)) +
+      2.0 * files;
   const RowBytes rows = output_rows(job, schema);
   const double output = job.output.mesh == "-"
                             ? 0.0
@@ -228,12 +246,23 @@ void predict_room(JobContext& context, const Partition& partition) {
   context.report.predicted.disk_bytes = plan_disk(context.job, cloud, {}).most_bytes;
 }
 
-void check_room(JobContext& context, const CloudInput& input, const CountedCloud& cloud) {
+bool bins_will_spill(const CountedCloud& cloud) {
+  return static_cast<double>(cloud.points_used) * record_bytes(cloud.schema) >
+         static_cast<double>(cloud.memory.bin_buffer_bytes);
+}
+
+std::uint64_t check_room(JobContext& context, const CloudInput& input, const CountedCloud& cloud) {
+  const std::uint64_t in_flight = in_flight_bytes(context.job, cloud, cloud.schema);
+  if (!context.team.leads()) return in_flight;
   RawWork raw;
   if (input.are_scans) raw = raw_work(context, cloud);
   const bool first_of_two = prepares(raw);
   const std::uint64_t held = context.store.disk().now();
-  if (!input.are_scans) raw.held_bytes = held;
+  // What an earlier run binned and sorted of these points is part of what they take.
+  std::uint64_t of_points = 0;
+  for (const std::string& stage : {input.stage, cut_stage_of(input.stage)})
+    of_points += room_of_directory(context.store.directory() / stage);
+  if (!input.are_scans) raw.held_bytes = held - std::min(held, of_points);
   DiskPlan plan = plan_disk(context.job, cloud, raw);
   if (context.report.predicted.disk_bytes == 0)
     context.report.predicted.disk_bytes = plan.most_bytes;
@@ -243,6 +272,9 @@ void check_room(JobContext& context, const CloudInput& input, const CountedCloud
     plan.output_bytes = 0;
   }
   require_room(context.store.directory(), context.job.output.mesh, plan, held);
+  const double cut = cut_bytes(context.job, cloud, cloud.schema);
+  const std::uint64_t least = held - std::min(held, of_points) + whole(cut);
+  return in_flight + plan.work_bytes - std::min(plan.work_bytes, least);
 }
 
 }  // namespace orbweave

@@ -41,7 +41,12 @@ void require_room(const std::filesystem::path& work_dir, const std::string& mesh
 /// there stays.
 void predict_room(JobContext& context, const Partition& partition);
 
-/// The check before the points of `input` are binned; the first prediction goes to the report.
-void check_room(JobContext& context, const CloudInput& input, const CountedCloud& cloud);
+/// Whether the bins of the points take more than their buffers.
+bool bins_will_spill(const CountedCloud& cloud);
+
+/// The check before the points of `input` are binned, or where an earlier run has binned them; the
+/// first prediction goes to the report. Only the leader checks. Returns how many bytes of bins may
+/// be there beside what they became: as much as the work directory takes later in any case.
+std::uint64_t check_room(JobContext& context, const CloudInput& input, const CountedCloud& cloud);
 
 }  // namespace orbweave

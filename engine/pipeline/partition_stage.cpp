@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cstring>
+#include <deque>
+#include <limits>
+#include <mutex>
+#include <utility>
 
 #include "engine/ball_pivoting/automatic_radii.h"
 #include "engine/ball_pivoting/ball_pivoting.h"
@@ -13,6 +17,7 @@
 #include "io/chunk_points.h"
 #include "io/error.h"
 #include "io/scan_source.h"
+#include "partition/bin_records.h"
 #include "partition/binning.h"
 #include "partition/canonical_order.h"
 #include "partition/count_grid.h"
@@ -24,11 +29,6 @@ namespace {
 constexpr const char* kDocument = "partition";
 /// How the points are cut, while they are being sorted.
 constexpr const char* kCutDocument = "cut";
-
-/// Rows of the files that held no wanted point were read as well.
-void add_left_out(const PointSource& source, std::uint64_t& points_read) {
-  for (const auto& [reason, count] : source.left_out()) points_read += count;
-}
 
 void add_counts(DroppedPoints& to, const DroppedPoints& from) {
   for (const auto& [reason, count] : from) to[reason] += count;
@@ -83,12 +83,20 @@ std::uint64_t worthwhile_chunk_points(const CountGrid& grid, const ReconstructOp
   return worthwhile_points(options.ball_radii, points_per_area, grid.points());
 }
 
-/// Second pass: every point of the member's share goes to the bin of its chunk.
-void bin_points(JobContext& context, const CloudInput& input, const CountedCloud& cloud,
-                std::uint64_t share, Binner& binner, SpacingSampler& sampler) {
-  const auto source = own_share(input.open(nullptr), context.team);
-  StageClock clock(context, input.prefix + "bin", share, "points");
-  std::uint64_t points_read = 0;
+/// A member that is killed while it bins repeats no more than such a part of its share, or what
+/// fits the buffers.
+constexpr std::uint64_t kPartsOfShare = 16;
+
+/// Second pass: every point of the member's share that an earlier run has not binned goes to the
+/// bin of its chunk. Returns the points of the share.
+std::uint64_t bin_points(JobContext& context, const CloudInput& input, const CountedCloud& cloud,
+                         Binner& binner, SpacingSampler& sampler, BinLog& log,
+                         std::uint64_t points_before) {
+  const auto source =
+      own_share(input.open(nullptr), context.team, points_before, cloud.rows_left_out == 0);
+  StageClock clock(context, input.prefix + "bin", cloud.own_share, "points");
+  context.progress.advance(points_before);
+  std::uint64_t points_read = points_before, points_kept = points_before, bytes_kept = 0;
   stream_points(
       *source, {.threads = context.threads(), .stop = &context.stop},
       [&](StreamBatch& batch) {
@@ -103,19 +111,17 @@ void bin_points(JobContext& context, const CloudInput& input, const CountedCloud
         points_read += batch.points_read;
         context.progress.advance(batch.points_read);
         context.progress.add_points(batch.points_read);
+        if (binner.spilled_bytes() == bytes_kept ||
+            points_read - points_kept < cloud.own_share / kPartsOfShare)
+          return;
+        log.append(points_read, binner.write_out(), sampler, false);
+        points_kept = points_read;
+        bytes_kept = binner.spilled_bytes();
       });
-  add_left_out(*source, points_read);
-  if (points_read != share) {
-    throw_bad_input("the input changed while it was read",
-                    {.file = context.files.front(),
-                     .place = {},
-                     .found = std::to_string(points_read) + " points",
-                     .expected = std::to_string(share),
-                     .advice = "Run the same command again"});
-  }
-  clock.facts().points = points_read;
+  clock.facts().points = points_read - points_before;
   clock.facts().bytes_read = source->bytes_total();
   clock.facts().bytes_written = binner.spilled_bytes();
+  return points_read;
 }
 
 /// Chunks that an earlier run sorted are taken where it had cut the points in the same way.
@@ -130,9 +136,63 @@ void keep_what_is_sorted(JobContext& context, const std::string& stage,
   context.store.commit_document(stage, kCutDocument, text);
 }
 
-/// Sorts every chunk canonically and commits it.
+/// Gives the room of bins back when their points are sorted and durable, and lets nobody sort on
+/// while too many are not.
+class BinRoom {
+ public:
+  BinRoom(ChunkStore& store, BinSource& bins, std::uint64_t most_waiting_bytes)
+      : store_(store), bins_(bins), most_waiting_bytes_(most_waiting_bytes) {}
+
+  /// The points of bins [first, last) were committed. Thread-safe.
+  void committed(ChunkId first, ChunkId last, std::uint64_t bytes) {
+    std::uint64_t awaited = 0;
+    {
+      const std::scoped_lock lock(mutex_);
+      waiting_.push_back({store_.commits_begun(), first, last, bytes});
+      waiting_bytes_ += bytes;
+      std::uint64_t beyond = waiting_bytes_ - std::min(waiting_bytes_, most_waiting_bytes_);
+      for (auto bin = waiting_.begin(); beyond > 0 && bin != waiting_.end(); ++bin) {
+        awaited = bin->commits;
+        beyond -= std::min(beyond, bin->bytes);
+      }
+    }
+    if (awaited > 0) store_.await_durable(awaited);
+    give_back();
+  }
+
+ private:
+  struct Waiting {
+    std::uint64_t commits = 0;  ///< durable when so many are
+    ChunkId first = 0, last = 0;
+    std::uint64_t bytes = 0;
+  };
+
+  void give_back() {
+    std::vector<Waiting> durable;
+    {
+      const std::scoped_lock lock(mutex_);
+      const std::uint64_t commits = store_.commits_durable();
+      for (; !waiting_.empty() && waiting_.front().commits <= commits; waiting_.pop_front()) {
+        waiting_bytes_ -= waiting_.front().bytes;
+        durable.push_back(waiting_.front());
+      }
+    }
+    for (const Waiting& bins : durable)
+      for (ChunkId bin = bins.first; bin < bins.last; ++bin) bins_.give_back(bin);
+  }
+
+  ChunkStore& store_;
+  BinSource& bins_;
+  const std::uint64_t most_waiting_bytes_;
+  std::mutex mutex_;
+  std::deque<Waiting> waiting_;
+  std::uint64_t waiting_bytes_ = 0;
+};
+
+/// Sorts every chunk canonically and commits it; `room_bytes`: what the bins may take beside what
+/// they became.
 void sort_chunks(JobContext& context, const CloudInput& input, const CountedCloud& cloud,
-                 BinSource& bins, const Partition& partition) {
+                 BinSource& bins, const Partition& partition, std::uint64_t room_bytes) {
   const auto& chunks = partition.octree.chunks();
   by_leader(context, [&] { keep_what_is_sorted(context, input.stage, partition); });
   StageClock clock(context, input.prefix + "sort", chunks.size(), "chunks");
@@ -143,12 +203,15 @@ void sort_chunks(JobContext& context, const CloudInput& input, const CountedClou
     tasks.push_back({chunk, points * MemoryCosts::sort_bytes(cloud.schema), chunks[chunk].points,
                      chunks[chunk].points});
   }
-  share_chunks(context, clock, input.stage, std::move(tasks),
-               cloud.memory.chunks_in_flight_bytes / 2, [&](ChunkId chunk) {
-                 commit_points(context.store, chunk,
-                               take_sorted(bins, cloud.octree, chunks[chunk], most).points,
-                               input.stage);
-               });
+  BinRoom room(context.store, bins, room_bytes);
+  share_chunks(
+      context, clock, input.stage, std::move(tasks), cloud.memory.chunks_in_flight_bytes / 2,
+      [&](ChunkId chunk) {
+        commit_points(context.store, chunk,
+                      take_sorted(bins, cloud.octree, chunks[chunk], most).points, input.stage);
+        const auto [first, last] = bins_in(cloud.octree, chunks[chunk]);
+        room.committed(first, last, chunks[chunk].points * RecordLayout(cloud.schema).bytes);
+      });
   clock.facts().points = cloud.points_used;
 }
 
@@ -225,7 +288,9 @@ CountedCloud count_share(const InputContext& context, const CloudInput& input, c
                   context.progress.advance(batch.points_read);
                   context.progress.add_points(batch.points_read);
                 });
-  add_left_out(*source, cloud.points_read);
+  for (const auto& [reason, count] : source->left_out()) cloud.rows_left_out += count;
+  cloud.points_read += cloud.rows_left_out;
+  cloud.own_share = cloud.points_read;
   add_counts(cloud.dropped, source->left_out());
   cloud.bytes_read = source->bytes_read();
   if (!has_view) cloud.points_without_view = cloud.grid.points();
@@ -284,19 +349,25 @@ Partition expected_partition(const ChunkStore& store, const std::string& stage) 
   return partition_from_json(store.expected_document(stage, kDocument));
 }
 
-/// First pass, by the whole team; `share` is what this member has read of it.
-CountedCloud count_by_team(JobContext& context, const CloudInput& input, CutExchange& exchange,
-                           std::uint64_t& share) {
+/// First pass, by the whole team.
+CountedCloud count_by_team(JobContext& context, const CloudInput& input, CutExchange& exchange) {
   StageClock clock(context, input.prefix + "count", 0, "points");
-  CountedCloud counted = count_share(context, input, context.team);
-  share = counted.points_read;
-  CountedCloud cloud = exchange.whole_cloud(std::move(counted));
+  CountedCloud cloud = exchange.whole_cloud(count_share(context, input, context.team));
   plan_cut(context, cloud, context.team.size());
   if (context.team.leads()) cut(context, input, cloud);
-  cloud.octree = exchange.agreed_octree(cloud.octree);
+  cloud.bounds = cloud.grid.bounds();
   clock.facts().points = cloud.points_read;
   clock.facts().bytes_read = cloud.bytes_read;
   return cloud;
+}
+
+/// Where distances are measured; the count is over then. It is kept where that spares more than it
+/// costs: bins that fit in memory are quickly made again.
+SpacingSampler sampler_of(JobContext& context, CutExchange& exchange, CountedCloud& cloud) {
+  SpacingSampler sampler(root_cube(cloud.bounds), cloud.grid);
+  cloud.grid = CountGrid();
+  if (context.team.size() > 1 || bins_will_spill(cloud)) exchange.keep_count(cloud, sampler);
+  return sampler;
 }
 
 /// What the leader knows of the points once they are binned.
@@ -320,30 +391,66 @@ Partition describe_points(JobContext& context, const CloudInput& input, const Co
 
 }  // namespace
 
-Partition cut_and_sort(JobContext& context, const CloudInput& input) {
-  CutExchange exchange(context, input.stage);
-  std::uint64_t share = 0;
-  CountedCloud cloud = count_by_team(context, input, exchange, share);
-  for (const std::string& line : cloud.notes) context.note(line);
-  SpacingSampler sampler(cloud.octree.root(), cloud.grid);
-  cloud.bounds = cloud.grid.bounds();
-  cloud.grid = CountGrid();
-  if (context.team.leads()) check_room(context, input, cloud);
-  Binner binner(cloud.octree, cloud.schema,
-                {cloud.memory.bin_buffer_bytes, exchange.spill_directory(), &context.store.disk(),
-                 exchange.spill_name()});
-  bin_points(context, input, cloud, share, binner, sampler);
+namespace {
+
+/// Second pass, and what is measured on the way. `bins` are all members' afterwards.
+Partition bin_by_team(JobContext& context, const CloudInput& input, CutExchange& exchange,
+                      CountedCloud& cloud, SpacingSampler& sampler,
+                      std::unique_ptr<BinSource>& bins) {
+  BinLog log = exchange.own_log();
+  BinnedSoFar before;
+  if (exchange.found() == CutExchange::Found::kCounted) before = log.load(sampler);
+  Binner::Options options{cloud.memory.bin_buffer_bytes, log.spill_file(), &context.store.disk()};
+  options.before_spilling = [&] { exchange.keep_count(cloud, sampler); };
+  options.kept_bytes = before.file_bytes;
+  auto own = std::make_unique<Binner>(cloud.octree, cloud.schema, std::move(options));
+  std::uint64_t points_read = before.points_read;
+  if (!before.complete)
+    points_read = bin_points(context, input, cloud, *own, sampler, log, before.points_read);
   if (input.are_scans) check_unchanged(context, input.stage);
+  if (exchange.keeps() && !before.complete) log.append(points_read, own->publish(), sampler, true);
+  exchange.await_bins(cloud, points_read);
   exchange.gather_samples(sampler);
   Partition partition;
   if (context.team.leads()) partition = describe_points(context, input, cloud, sampler);
   partition = exchange.agreed_partition(partition);
-  auto published = exchange.all_bins(binner, cloud.schema);
-  sort_chunks(context, input, cloud, published ? *published : static_cast<BinSource&>(binner),
-              partition);
+  if (exchange.keeps()) {
+    own.reset();
+    bins = exchange.all_bins(cloud.schema);
+  } else {
+    bins = std::move(own);
+  }
+  return partition;
+}
+
+}  // namespace
+
+Partition cut_and_sort(JobContext& context, const CloudInput& input) {
+  CutExchange exchange(context, input);
+  const bool is_counted = exchange.found() != CutExchange::Found::kNothing;
+  const bool is_binned = exchange.found() == CutExchange::Found::kBinned;
+  CountedCloud cloud = is_counted ? exchange.counted() : count_by_team(context, input, exchange);
+  for (const std::string& line : cloud.notes) context.note(line);
+  if (is_counted)
+    context.note(std::string("resuming: the points are counted ") +
+                 (is_binned ? "and binned " : "") + "already");
+  std::unique_ptr<BinSource> bins;
+  Partition partition;
+  std::uint64_t room_bytes = 0;
+  if (is_binned) {
+    room_bytes = check_room(context, input, cloud);
+    partition = exchange.measured();
+    bins = exchange.all_bins(cloud.schema);
+  } else {
+    SpacingSampler sampler = is_counted ? exchange.sampler() : sampler_of(context, exchange, cloud);
+    room_bytes = check_room(context, input, cloud);
+    partition = bin_by_team(context, input, exchange, cloud, sampler, bins);
+  }
+  if (!exchange.keeps()) room_bytes = std::numeric_limits<std::uint64_t>::max();
+  sort_chunks(context, input, cloud, *bins, partition, room_bytes);
   // File systems over a network keep what is removed while somebody has it open.
-  published.reset();
-  exchange.end();
+  bins.reset();
+  context.team.meet(context.stop);
   number_points(context, input.stage, cloud, partition);
   return partition;
 }
@@ -357,6 +464,7 @@ std::optional<Partition> begin_partition(JobContext& context, const std::string&
   const bool is_there = context.team.leads() && stored_partition(context.store, stage).has_value();
   // The leader's word: a member may see the directory as it was a moment ago.
   if (context.team.leaders_word(is_there ? 1 : 0, context.stop) == 0) return std::nullopt;
+  if (context.team.leads()) context.store.discard_stage(cut_stage_of(stage));
   std::optional<Partition> stored = expected_partition(context.store, stage);
   context.team.meet(context.stop);  // what is there changes only when all have seen it
   return stored;
@@ -365,7 +473,10 @@ std::optional<Partition> begin_partition(JobContext& context, const std::string&
 Partition partition_by_team(JobContext& context, const std::string& stage,
                             const std::function<Partition()>& make) {
   Partition partition = make();
-  by_leader(context, [&] { commit_partition(context.store, stage, partition); });
+  by_leader(context, [&] {
+    commit_partition(context.store, stage, partition);
+    context.store.discard_stage(cut_stage_of(stage));
+  });
   if (context.team.leads()) return partition;
   return expected_partition(context.store, stage);
 }

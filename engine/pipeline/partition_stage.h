@@ -54,6 +54,8 @@ struct CountedCloud {
   PointSchema schema;
   std::uint64_t points_read = 0;
   std::uint64_t points_used = 0;
+  std::uint64_t own_share = 0;      ///< of points_read, that this member of the team has read
+  std::uint64_t rows_left_out = 0;  ///< of points_read, that hold no wanted point
   std::uint64_t bytes_read = 0;
   DroppedPoints dropped;
   std::uint64_t points_without_view = 0;
@@ -72,6 +74,8 @@ struct CloudInput {
   std::string stage;      ///< of the store
   std::string prefix;     ///< of the stages' names in the report
   bool are_scans = true;  ///< points as they came, which have not been measured yet
+  /// What the order of the points depends on beside the key of the stage, as lines of a key.
+  std::string order = {};
 };
 
 /// First pass: how many points lie where, and how they are cut into chunks. Throws Error (bad
@@ -94,7 +98,8 @@ void commit_partition(ChunkStore& store, const std::string& stage, const Partiti
 /// Declares what the points of `stage` depend on; returns what an earlier run left of them.
 std::optional<Partition> begin_partition(JobContext& context, const std::string& stage,
                                          const std::string& key);
-/// All members make it together; the leader's is committed, and everybody gets that.
+/// All members make it together; the leader's is committed, and everybody gets that. What it was
+/// cut from goes.
 Partition partition_by_team(JobContext& context, const std::string& stage,
                             const std::function<Partition()>& make);
 

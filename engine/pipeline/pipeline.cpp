@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/pipeline/cut_exchange.h"
 #include "engine/pipeline/disk_plan.h"
 #include "engine/pipeline/export_stage.h"
 #include "engine/pipeline/hole_stage.h"
@@ -150,6 +151,8 @@ void drop_damaged(ChunkStore& store, const std::filesystem::path& file) {
   const std::string stage = file.parent_path().filename().string();
   if ((stage == kMeshStage || stage == kHoleStage) && parsed.ec == std::errc()) {
     store.discard(stage, chunk);
+  } else if (stage.ends_with(cut_stage_of(""))) {
+    store.discard_stage(stage);  // bins are made again; what was sorted of them stays
   } else if (stage.starts_with("raw")) {
     discard_raw_stages(store);  // what a pass was made from is removed when it is complete
   } else {
@@ -278,6 +281,7 @@ std::unique_ptr<ChunkStore> open_store(const RunOptions& run, Team& team, const 
       store->clear_ended();
       discard_raw_stages(*store);
       for (const char* stage : {kPointsStage, kMeshStage, kHoleStage}) store->discard_stage(stage);
+    store->discard_stage(cut_stage_of(kPointsStage));
     }
   }
   check_shared(run.work_dir, team, stop);

@@ -11,6 +11,7 @@
 #include "engine/cleaning/projection.h"
 #include "engine/cleaning/thinning.h"
 #include "engine/normals/estimate_normals.h"
+#include "engine/pipeline/cut_exchange.h"
 #include "engine/pipeline/orientation_stage.h"
 #include "engine/pipeline/prepared_source.h"
 #include "engine/pipeline/raw_passes.h"
@@ -374,7 +375,8 @@ Partition partition_prepared(JobContext& context, bool estimates) {
         context, {.open = [&](auto*) { return open_prepared(context.store, cloud, turns); },
                   .stage = kPointsStage,
                   .prefix = "",
-                  .are_scans = false});
+                  .are_scans = false,
+                  .order = chunks_line(cloud.partition)});
     take_over(cloud, partition);
     partition.prepare = facts;
     partition.normals = normals;
@@ -423,7 +425,8 @@ CloudInput scans_as_input(const InputContext& context, const std::string& stage,
   return {.open = [&context](auto* notes) { return open_scans(context, notes); },
           .stage = stage,
           .prefix = prefix,
-          .are_scans = true};
+          .are_scans = true,
+          .order = {}};
 }
 
 Partition prepared_partition(JobContext& context) {
@@ -458,6 +461,7 @@ const std::vector<std::string>& raw_stages() {
 
 void discard_raw_stages(ChunkStore& store) {
   for (const std::string& stage : raw_stages()) store.discard_stage(stage);
+  store.discard_stage(cut_stage_of(kRawStage));
 }
 
 }  // namespace orbweave

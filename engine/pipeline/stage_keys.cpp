@@ -11,6 +11,7 @@
 #include "engine/pipeline/prepare_stage.h"
 #include "engine/pipeline/reconstruct_stage.h"
 #include "engine/pipeline/scan_input.h"
+#include "engine/pipeline/stitch_stage.h"
 #include "io/chunk_points.h"
 #include "io/job_keys.h"
 #include "io/job_values.h"
@@ -102,6 +103,7 @@ std::string name_of_results(const std::string& stage) {
                                                            {"raw_normals", "normals"},
                                                            {"raw_thinned", "thinned points"},
                                                            {"raw_patches", "orientation"},
+                                                           {kStitchStage, kMeshStage},
                                                            {kHoleStage, "holes"}};
   if (stage.starts_with("raw_smooth")) return "smoothed points";
   const auto found = names.find(stage);
@@ -111,7 +113,7 @@ std::string name_of_results(const std::string& stage) {
 /// The stage and all after it.
 std::vector<std::string> stages_from(const std::string& stage) {
   // The points' own key tells whether they can stay when raw points are made anew.
-  std::vector<std::string> all = {kPointsStage, kMeshStage, kHoleStage};
+  std::vector<std::string> all = {kPointsStage, kMeshStage, kStitchStage, kHoleStage};
   if (stage.starts_with("raw")) all = raw_stages();
   all.erase(all.begin(), std::find(all.begin(), all.end(), stage));
   return all;
@@ -211,6 +213,12 @@ std::string mesh_key(const JobContext& context, const Partition& partition,
          key_line("reconstruct.ball_radii", "[" + values + "]");
 }
 
+std::string stitch_key(const JobContext& context, const Partition& partition,
+                       const std::vector<double>& radii) {
+  return mesh_key(context, partition, radii) + key_line("layout of the stitch", "1") +
+         key_line("boundary", context.job.fill.enabled ? "kept" : "counted");
+}
+
 std::string hole_key(const JobContext& context, const Partition& partition,
                      const std::vector<double>& radii) {
   constexpr std::array<std::string_view, 1> kNotTheirs = {"enabled"};
@@ -273,21 +281,28 @@ void begin_stage(JobContext& context, const std::string& stage, const std::strin
   begin_anew(context, stage, key, before ? key_changes(*before, key) : std::string());
 }
 
-void drop_what_does_not_fit(JobContext& context, const std::string& stage, const std::string& key) {
+std::string reason_not_to_fit(const InputContext& context, std::uint64_t made_for,
+                              std::uint64_t largest, std::uint64_t points,
+                              const PointSchema& schema) {
   const std::uint64_t budget = context.job.partition.memory_bytes;
+  if (budget >= made_for || context.job.partition.chunk_points != 0) return {};
+  const MemoryPlan plan = plan_memory(budget, points, context.threads(), 0, schema);
+  if (largest * MemoryCosts::kReconstructBytes <= plan.chunks_in_flight_bytes) return {};
+  return "partition.memory changed from " +
+         value_text(static_cast<std::int64_t>(made_for), JobKeyType::kBytes) + " to " +
+         value_text(static_cast<std::int64_t>(budget), JobKeyType::kBytes) + ", which chunks of " +
+         format_count(largest) + " points do not fit";
+}
+
+void drop_what_does_not_fit(JobContext& context, const std::string& stage, const std::string& key) {
   const std::optional<Partition> stored = stored_partition(context.store, stage);
-  if (!stored || budget >= stored->memory_bytes || context.job.partition.chunk_points != 0) return;
+  if (!stored) return;
   std::uint64_t largest = 0;
   for (ChunkId chunk = 0; chunk < stored->octree.chunks().size(); ++chunk)
     largest = std::max(largest, stored->points_in(chunk));
-  const MemoryPlan plan =
-      plan_memory(budget, stored->points(), context.threads(), 0, stored->schema);
-  if (largest * MemoryCosts::kReconstructBytes <= plan.chunks_in_flight_bytes) return;
-  begin_anew(context, stage, key,
-             "partition.memory changed from " +
-                 value_text(static_cast<std::int64_t>(stored->memory_bytes), JobKeyType::kBytes) +
-                 " to " + value_text(static_cast<std::int64_t>(budget), JobKeyType::kBytes) +
-                 ", which chunks of " + format_count(largest) + " points do not fit");
+  const std::string reason =
+      reason_not_to_fit(context, stored->memory_bytes, largest, stored->points(), stored->schema);
+  if (!reason.empty()) begin_anew(context, stage, key, reason);
 }
 
 void check_unchanged(const JobContext& context, const std::string& stage) {

@@ -22,6 +22,9 @@ std::string raw_points_key(const InputContext& context);
 std::string points_key(const InputContext& context);
 std::string mesh_key(const JobContext& context, const Partition& partition,
                      const std::vector<double>& radii);
+/// Holes to be filled need the boundary of the whole mesh.
+std::string stitch_key(const JobContext& context, const Partition& partition,
+                       const std::vector<double>& radii);
 std::string hole_key(const JobContext& context, const Partition& partition,
                      const std::vector<double>& radii);
 /// Everything that a job's outputs depend on, and the outputs as they lie there now.
@@ -37,6 +40,12 @@ void begin_stage(JobContext& context, const std::string& stage, const std::strin
 /// The same for what has to be made anew for another reason, which the note gives.
 void begin_anew(JobContext& context, const std::string& stage, const std::string& key,
                 const std::string& reason);
+
+/// Why chunks of up to `largest` of so many points, which were cut for a budget of `made_for`
+/// bytes, are too large for the job's budget; empty where they are not.
+std::string reason_not_to_fit(const InputContext& context, std::uint64_t made_for,
+                              std::uint64_t largest, std::uint64_t points,
+                              const PointSchema& schema);
 
 /// Removes stored points whose chunks are too large for a budget that has become smaller, and says
 /// so. Only the leader calls it.

@@ -32,7 +32,7 @@ TEST_CASE("AResumedRunPredictsTheDiskThatItTakes") {
   CHECK(resumed.predicted.disk_bytes <= 2 * resumed.measured.disk_bytes);
 }
 
-TEST_CASE("BinsThatAKilledTeamLeftGoWithTheNextRun") {
+TEST_CASE("BinsThatAreOfNoUseGoWithTheNextRun") {
   const ScratchDirectory scratch;
   Job job = job_for(scratch, painted_torus(1000, 0.0, 1));
   job.run.keep_work_dir = true;
@@ -40,7 +40,7 @@ TEST_CASE("BinsThatAKilledTeamLeftGoWithTheNextRun") {
   const fs::path left = scratch / "work/points_cut";
   {
     ChunkStore store(job.run.work_dir);
-    store.begin_stage("points_cut", "for the members of this run");
+    store.begin_stage("points_cut", "of other points");
     std::ofstream(left / "bins.1") << "points";
   }
   run(job);

@@ -1,14 +1,16 @@
 // Binning gives back every point, in order, spilled or not.
 #include "partition/binning.h"
 
-#include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <fstream>
+#include <memory>
 #include <thread>
 
 #include "io/disk_space.h"
@@ -46,15 +48,20 @@ std::vector<PointCloud> expected_bins(const Octree& octree, const PointCloud& cl
   return bins;
 }
 
-/// The open spill file, which has no name; -1 where the system does not show it.
-int spill_file_of_this_process() {
-  std::error_code none;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd", none)) {
-    const auto target = std::filesystem::read_symlink(entry.path(), none);
-    if (!none && target.string().find("orbweave-spill-") != std::string::npos)
-      return ::open(entry.path().c_str(), O_RDWR | O_CLOEXEC);
-  }
-  return -1;
+/// The bins of a cloud that was added in batches, from memory or, where they spilled, from the
+/// file.
+std::unique_ptr<BinSource> published(std::unique_ptr<Binner> binner, const PointSchema& schema,
+                                     const std::filesystem::path& file, DiskUsage* disk = nullptr) {
+  if (binner->spilled_bytes() == 0) return binner;
+  return std::make_unique<PublishedBins>(
+      schema, std::vector<PublishedBins::File>{{file, binner->publish()}}, disk);
+}
+
+PointCloud take(BinSource& bins, ChunkId chunk, const PointSchema& schema) {
+  PointCloud taken;
+  taken.schema = schema;
+  bins.take(chunk, 1000, [&](PointCloud&& piece) { taken.append(piece); });
+  return taken;
 }
 
 }  // namespace
@@ -67,17 +74,18 @@ TEST_CASE("BinsGiveBackEveryPointInOrder") {
   PointCloud cloud = test::dressed(test::shell(20'000, {}, 1.0, 1), 2, normal_type);
   const std::uint64_t chunk_points = GENERATE(20, 1000, 1'000'000);
   const Octree octree = cut(cloud, chunk_points);
-  Binner binner(octree, cloud.schema, {buffer_bytes, scratch.path()});
-  add_in_batches(binner, cloud, 999);
+  const std::filesystem::path file = scratch / "bins";
+  auto binner = std::make_unique<Binner>(octree, cloud.schema, Binner::Options{buffer_bytes, file});
+  add_in_batches(*binner, cloud, 999);
   const bool fits = buffer_bytes > std::size_t{100} << 20;
-  CHECK((binner.spilled_bytes() == 0) == fits);
+  CHECK((binner->spilled_bytes() == 0) == fits);
+  CHECK(std::filesystem::exists(file) == !fits);
   const std::vector<PointCloud> expected = expected_bins(octree, cloud);
-  for (ChunkId chunk = 0; chunk < expected.size(); ++chunk) {
-    REQUIRE(binner.points(chunk) == expected[chunk].size());
-    REQUIRE(test::same_bits(binner.take(chunk), expected[chunk]));
-    REQUIRE(binner.points(chunk) == 0);
-  }
-  CHECK(std::filesystem::is_empty(scratch.path()));
+  for (ChunkId chunk = 0; chunk < expected.size(); ++chunk)
+    REQUIRE(binner->points(chunk) == expected[chunk].size());
+  const auto bins = published(std::move(binner), cloud.schema, file);
+  for (ChunkId chunk = 0; chunk < expected.size(); ++chunk)
+    REQUIRE(test::same_bits(take(*bins, chunk, cloud.schema), expected[chunk]));
 }
 
 TEST_CASE("CloudsOfBarePositionsAreBinned") {
@@ -85,13 +93,15 @@ TEST_CASE("CloudsOfBarePositionsAreBinned") {
   PointCloud cloud;
   cloud.positions = test::shell(5000, {}, 1.0, 1);
   const Octree octree = cut(cloud, 100);
-  Binner binner(octree, cloud.schema, {4096, scratch.path()});
+  auto binner =
+      std::make_unique<Binner>(octree, cloud.schema, Binner::Options{4096, scratch / "bins"});
   std::vector<ChunkId> chunks;
   for (const Vec3& p : cloud.positions) chunks.push_back(octree.chunk_of(p));
-  binner.add(cloud, chunks);
+  binner->add(cloud, chunks);
   const std::vector<PointCloud> expected = expected_bins(octree, cloud);
+  const auto bins = published(std::move(binner), cloud.schema, scratch / "bins");
   for (ChunkId chunk = 0; chunk < expected.size(); ++chunk)
-    REQUIRE(test::same_bits(binner.take(chunk), expected[chunk]));
+    REQUIRE(test::same_bits(take(*bins, chunk, cloud.schema), expected[chunk]));
 }
 
 TEST_CASE("PublishedBinsOfSeveralMembersHoldEveryPoint") {
@@ -108,10 +118,10 @@ TEST_CASE("PublishedBinsOfSeveralMembersHoldEveryPoint") {
     for (std::size_t i = member * 10'000;
          i < std::min<std::size_t>((member + 1) * 10'000, cloud.size()); ++i)
       share.append(cloud, i);
-    const std::string name = "bins." + std::to_string(member);
-    Binner binner(octree, cloud.schema, {buffer_bytes, scratch.path(), nullptr, name});
+    const auto file = scratch / ("bins." + std::to_string(member));
+    Binner binner(octree, cloud.schema, {buffer_bytes, file});
     add_in_batches(binner, share, 999);
-    files.push_back({scratch.path() / name, binner.publish()});
+    files.push_back({file, binner.publish()});
     const std::vector<PointCloud> bins = expected_bins(octree, share);
     for (ChunkId chunk = 0; chunk < bins.size(); ++chunk) expected[chunk].append(bins[chunk]);
   }
@@ -129,75 +139,103 @@ TEST_CASE("PublishedBinsOfSeveralMembersHoldEveryPoint") {
     file.put('\x5a');
     file.close();
     const auto chunk = static_cast<ChunkId>(files[0].extents[0].chunk);
-    CHECK_THROWS_AS(published.take(chunk, 1000, [](PointCloud&&) {}), Error);
+    CHECK_THROWS_AS(published.take(chunk, 1000, [](PointCloud&&) {}), CorruptResult);
+  }
+  SECTION("a lost end is noticed") {
+    std::filesystem::resize_file(files[1].path, std::filesystem::file_size(files[1].path) - 1);
+    const auto last = std::max_element(
+        files[1].extents.begin(), files[1].extents.end(),
+        [](const BinExtent& a, const BinExtent& b) { return a.offset < b.offset; });
+    const auto chunk = static_cast<ChunkId>(last->chunk);
+    CHECK_THROWS_AS(published.take(chunk, 1000, [](PointCloud&&) {}), CorruptResult);
+  }
+  SECTION("a file that is gone is noticed") {
+    std::filesystem::remove(files[1].path);
+    CHECK_THROWS_AS(PublishedBins(cloud.schema, files), CorruptResult);
   }
 }
 
-TEST_CASE("SpilledPointsThatComeBackChangedAreNoticed") {
+TEST_CASE("ABinnerGoesOnWhereAnEarlierOneHadWrittenEverything") {
   const test::ScratchDirectory scratch;
-  const PointCloud cloud = test::dressed(test::shell(20'000, {}, 1.0, 7), 2);
-  const Octree octree = cut(cloud, 1000);
-  Binner binner(octree, cloud.schema, {0, scratch.path()});
-  binner.add(cloud);
-  REQUIRE(binner.spilled_bytes() > 100'000);
-  const int file = spill_file_of_this_process();
-  if (file < 0) {
-    WARN("SKIPPED: /proc/self/fd");
-    return;
+  const std::filesystem::path file = scratch / "bins";
+  const PointCloud cloud = test::dressed(test::shell(20'000, {}, 1.0, 1), 2);
+  const Octree octree = cut(cloud, 500);
+  const auto rows = [&](std::size_t first, std::size_t last) {
+    PointCloud part;
+    part.schema = cloud.schema;
+    for (std::size_t i = first; i < last; ++i) part.append(cloud, i);
+    return part;
+  };
+  DiskUsage disk;
+  std::vector<BinExtent> extents;
+  std::uint64_t kept = 0;
+  {
+    Binner killed(octree, cloud.schema, {0, file, &disk});
+    killed.add(rows(0, 9'000));
+    extents = killed.write_out();
+    kept = killed.spilled_bytes();
+    killed.add(rows(9'000, 15'000));  // not told to anybody
+    CHECK(killed.spilled_bytes() > kept);
   }
-  char byte = 0;
-  REQUIRE(pread(file, &byte, 1, 5000) == 1);
-  byte = static_cast<char>(byte ^ 1);
-  REQUIRE(pwrite(file, &byte, 1, 5000) == 1);
-  ::close(file);
-  int changed = 0;
-  for (ChunkId chunk = 0; chunk < octree.chunks().size(); ++chunk) {
-    try {
-      binner.take(chunk);
-    } catch (const Error& error) {
-      ++changed;
-      const std::string words = error.what();
-      CHECK(error.status() == ExitStatus::kResource);
-      CHECK(words.find(scratch.path().string()) != std::string::npos);
-      CHECK(words.find("checksum") != std::string::npos);
-    }
-  }
-  CHECK(changed == 1);
+  int before = 0;
+  Binner next(octree, cloud.schema, {0, file, &disk, [&] { ++before; }, kept});
+  CHECK(before == 0);
+  next.add(rows(9'000, 20'000));
+  CHECK(before == 1);
+  for (const BinExtent& extent : next.publish()) extents.push_back(extent);
+  CHECK(disk.now() == std::filesystem::file_size(file));
+  PublishedBins bins(cloud.schema, {{file, extents}});
+  const std::vector<PointCloud> expected = expected_bins(octree, cloud);
+  for (ChunkId chunk = 0; chunk < expected.size(); ++chunk)
+    REQUIRE(test::same_bits(take(bins, chunk, cloud.schema), expected[chunk]));
 }
 
-TEST_CASE("WhatIsTakenFromTheSpillFileGivesItsRoomBack") {
+TEST_CASE("ABinThatIsGivenBackTakesNoRoomAndTheOthersAreWhole") {
   const test::ScratchDirectory scratch;
+  const std::filesystem::path file = scratch / "bins";
   const PointCloud cloud = test::dressed(test::shell(60'000, {}, 1.0, 7), 2);
   const Octree octree = cut(cloud, 5000);
   DiskUsage disk;
-  {
-    Binner binner(octree, cloud.schema, {std::size_t{1} << 20, scratch.path(), &disk});
-    binner.add(cloud);
-    REQUIRE(disk.now() == binner.spilled_bytes());
-    REQUIRE(disk.now() > 1'000'000);
-    const std::uint64_t spilled = disk.now();
-    for (ChunkId chunk = 0; chunk < octree.chunks().size(); ++chunk) binner.take(chunk);
-    if (disk.now() == spilled) WARN("the file system cannot punch holes");
-    CHECK((disk.now() < spilled / 3 || disk.now() == spilled));
-    CHECK(disk.most() == spilled);
-  }
-  CHECK(disk.now() == 0);
+  auto binner = std::make_unique<Binner>(octree, cloud.schema,
+                                         Binner::Options{std::size_t{1} << 20, file, &disk});
+  binner->add(cloud);
+  const auto bins = published(std::move(binner), cloud.schema, file, &disk);
+  const std::uint64_t spilled = disk.now();
+  REQUIRE(spilled == std::filesystem::file_size(file));
+  REQUIRE(spilled > 1'000'000);
+  const std::vector<PointCloud> expected = expected_bins(octree, cloud);
+  for (ChunkId chunk = 1; chunk < expected.size(); chunk += 2) bins->give_back(chunk);
+  for (ChunkId chunk = 0; chunk < expected.size(); chunk += 2)
+    REQUIRE(test::same_bits(take(*bins, chunk, cloud.schema), expected[chunk]));
+  if (disk.now() == spilled) WARN("the file system cannot punch holes");
+  CHECK((disk.now() < spilled * 3 / 4 || disk.now() == spilled));
+  CHECK(disk.most() == spilled);
+  // What was given back is nobody's any more.
+  if (disk.now() < spilled) CHECK_THROWS_AS(take(*bins, 1, cloud.schema), CorruptResult);
+  for (ChunkId chunk = 0; chunk < expected.size(); chunk += 2) bins->give_back(chunk);
+  CHECK((disk.now() < spilled / 3 || disk.now() == spilled));
+  CHECK((room_of_directory(scratch.path()) < spilled / 2 || disk.now() == spilled));
 }
 
 TEST_CASE("BinsCanBeTakenByManyThreads") {
   const test::ScratchDirectory scratch;
   const PointCloud cloud = test::dressed(test::shell(40'000, {}, 1.0, 5), 2);
   const Octree octree = cut(cloud, 100);
-  Binner binner(octree, cloud.schema, {std::size_t{1} << 20, scratch.path()});
-  add_in_batches(binner, cloud, 4096);
+  const std::size_t buffer_bytes = GENERATE(std::size_t{1} << 20, std::size_t{64} << 20);
+  auto binner = std::make_unique<Binner>(octree, cloud.schema,
+                                         Binner::Options{buffer_bytes, scratch / "bins"});
+  add_in_batches(*binner, cloud, 4096);
+  const auto bins = published(std::move(binner), cloud.schema, scratch / "bins");
   const std::vector<PointCloud> expected = expected_bins(octree, cloud);
   std::atomic<ChunkId> next{0};
   std::atomic<int> wrong{0};
   std::vector<std::thread> threads;
   for (int t = 0; t < 4; ++t)
     threads.emplace_back([&] {
-      for (ChunkId chunk = next++; chunk < expected.size(); chunk = next++)
-        wrong += !test::same_bits(binner.take(chunk), expected[chunk]);
+      for (ChunkId chunk = next++; chunk < expected.size(); chunk = next++) {
+        wrong += !test::same_bits(take(*bins, chunk, cloud.schema), expected[chunk]);
+        bins->give_back(chunk);
+      }
     });
   for (std::thread& thread : threads) thread.join();
   CHECK(wrong == 0);
@@ -227,7 +265,7 @@ TEST_CASE("AFullDiskIsAResourceErrorWithTheSystemsReason") {
     const rlimit low{100'000, RLIM_INFINITY};
     setrlimit(RLIMIT_FSIZE, &low);
     try {
-      Binner binner(octree, cloud.schema, {0, scratch.path()});
+      Binner binner(octree, cloud.schema, {0, scratch / "bins"});
       binner.add(cloud);
     } catch (const Error& error) {
       const bool named = std::string(error.what()).find("File too large") != std::string::npos;

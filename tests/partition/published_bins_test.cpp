@@ -34,10 +34,10 @@ TEST_CASE("BinsOfAManyHeadedTeamAreReadWithFewFilesOpen") {
     PointCloud share;
     share.schema = cloud.schema;
     for (std::size_t i = 3 * member; i < 3 * member + 3; ++i) share.append(cloud, i);
-    const std::string name = "bins." + std::to_string(member);
-    Binner binner(octree, cloud.schema, {std::size_t{1} << 20, scratch.path(), nullptr, name});
+    const auto file = scratch / ("bins." + std::to_string(member));
+    Binner binner(octree, cloud.schema, {std::size_t{1} << 20, file});
     binner.add(share);
-    files.push_back({scratch.path() / name, binner.publish()});
+    files.push_back({file, binner.publish()});
   }
   const std::size_t before = open_files();
   PublishedBins published(cloud.schema, files);
