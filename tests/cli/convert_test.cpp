@@ -15,10 +15,6 @@ using namespace orbweave::test;
 
 namespace {
 
-ProgramResult run_in(const ScratchDirectory& in, const std::vector<std::string>& arguments) {
-  return run_program(arguments, {.directory = in.path()});
-}
-
 ProgramResult run_into(const ScratchDirectory& in, const std::vector<std::string>& arguments,
                        const std::filesystem::path& device) {
   return run_program(arguments, {.directory = in.path(), .out_to = device});

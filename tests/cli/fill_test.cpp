@@ -12,10 +12,6 @@ using namespace orbweave::test;
 
 namespace {
 
-ProgramResult run_in(const ScratchDirectory& in, const std::vector<std::string>& arguments) {
-  return run_program(arguments, {.directory = in.path()});
-}
-
 json facts_of(const ScratchDirectory& in, const std::string& mesh) {
   const ProgramResult inspected = run_in(in, {"inspect", mesh, "--json"});
   REQUIRE(inspected.status == 0);
@@ -48,14 +44,6 @@ TriangleMesh holed_sphere(const ScratchDirectory& in) {
 /// A unit square sheet with a round hole.
 TriangleMesh holed_sheet(const ScratchDirectory& in) {
   return with_hole(shape_mesh(in, "plane"), {0.5, 0.4, 0.0}, 0.1);
-}
-
-std::vector<std::string> names_in(const ScratchDirectory& in) {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(in.path()))
-    names.push_back(entry.path().filename().string());
-  std::ranges::sort(names);
-  return names;
 }
 
 }  // namespace

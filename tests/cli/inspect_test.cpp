@@ -10,15 +10,12 @@ using Catch::Matchers::StartsWith;
 using nlohmann::json;
 using orbweave::test::file_text;
 using orbweave::test::ProgramResult;
+using orbweave::test::run_in;
 using orbweave::test::run_program;
 using orbweave::test::ScratchDirectory;
 using orbweave::test::write_text;
 
 namespace {
-
-ProgramResult run_in(const ScratchDirectory& in, const std::vector<std::string>& arguments) {
-  return run_program(arguments, {.directory = in.path()});
-}
 
 json json_of(const ProgramResult& result) {
   CHECK(result.status == 0);

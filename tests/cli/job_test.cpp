@@ -11,17 +11,15 @@
 using Catch::Matchers::Contains;
 using nlohmann::json;
 using orbweave::test::file_text;
+using orbweave::test::names_in;
 using orbweave::test::ProgramResult;
+using orbweave::test::run_in;
 using orbweave::test::run_program;
 using orbweave::test::RunningProgram;
 using orbweave::test::ScratchDirectory;
 using orbweave::test::write_text;
 
 namespace {
-
-ProgramResult run_in(const ScratchDirectory& in, const std::vector<std::string>& arguments) {
-  return run_program(arguments, {.directory = in.path()});
-}
 
 void generate(const ScratchDirectory& in, const std::string& points) {
   REQUIRE(run_in(in, {"generate", "torus", "--points", points, "-o", "scan.ply"}).status == 0);
@@ -50,14 +48,6 @@ ProgramResult interrupted_run(const ScratchDirectory& in, const std::vector<std:
   }
   FAIL("the job ends before it can be interrupted");
   return {};
-}
-
-std::vector<std::string> names_in(const ScratchDirectory& in) {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(in.path()))
-    names.push_back(entry.path().filename().string());
-  std::sort(names.begin(), names.end());
-  return names;
 }
 
 }  // namespace

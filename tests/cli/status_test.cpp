@@ -3,11 +3,13 @@
 #include <signal.h>
 
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/support/data.h"
@@ -21,15 +23,12 @@ using Catch::Matchers::Contains;
 using nlohmann::json;
 using test::file_text;
 using test::ProgramResult;
+using test::run_in;
 using test::run_program;
 using test::RunningProgram;
 using test::ScratchDirectory;
 
 [[maybe_unused]] const bool in_memory = test::scratch_in_memory();
-
-ProgramResult run_in(const ScratchDirectory& in, const std::vector<std::string>& arguments) {
-  return run_program(arguments, {.directory = in.path()});
-}
 
 /// A job of some hundred chunks.
 const std::vector<std::string> kCommand = {
@@ -171,9 +170,11 @@ TEST_CASE("ASecondProcessIsRefusedAndTheFirstGoesOnUnharmed") {
     CHECK_THAT(second.err, Contains("in use by process " + process.substr(0, process.size() - 1)));
   }
   first.release();
+  constexpr std::chrono::milliseconds kBetweenLooks{20};
   while (first.running()) {
     const json status = status_of(in);
     if (!removal_has_begun(in / "mesh.work")) growth.check(status);
+    std::this_thread::sleep_for(kBetweenLooks);
   }
   const ProgramResult ended = first.wait();
   INFO(ended.err);

@@ -55,6 +55,7 @@ TEST_CASE("TenThousandSmallHolesInTwoMillionPointsAreClosed") {
   Job job = test::job_for(scratch, named);
   job.reconstruct.ball_radii = {named.ball_radius};
   job.partition.chunk_points = 200'000;
+  job.run.threads = 2;
   job.partition.memory_bytes = std::uint64_t{1} << 30;
   const RunReport report = test::run(job);
   REQUIRE(report.holes.size() >= kHoles);

@@ -53,11 +53,11 @@ std::string message_of(const Job& job) {
 }  // namespace
 
 TEST_CASE("SameBytesForAnyChunkSizeAndThreadCount") {
-  const NamedCloud named = painted_torus(12000, 0.4, 3);
+  const NamedCloud named = painted_torus(6000, 0.4, 3);
   ScratchDirectory scratch;
   Job job = job_for(scratch, named);
   const std::string expected = mesh_bytes(job);
-  for (const std::uint64_t chunk_points : {500u, 3000u, 1'000'000'000u}) {
+  for (const std::uint64_t chunk_points : {300u, 1500u, 1'000'000'000u}) {
     for (const int threads : {1, 2, 5}) {
       job.partition.chunk_points = chunk_points;
       job.run.threads = threads;
@@ -111,10 +111,10 @@ TEST_CASE("DuplicatesAndUnusablePointsAreCountedAndChangeNothing") {
 
 TEST_CASE("ReportedFactsAreThoseOfTheMeshFile") {
   for (const double noise : {0.0, 0.5, 0.9}) {
-    const NamedCloud named = painted_torus(6000, noise, 9);
+    const NamedCloud named = painted_torus(3000, noise, 9);
     ScratchDirectory scratch;
     Job job = job_for(scratch, named);
-    job.partition.chunk_points = 700;
+    job.partition.chunk_points = 500;
     job.fill.enabled = false;
     const MeshFacts told = run(job).mesh;
     const TriangleMesh mesh = read_mesh(job.output.mesh);
@@ -152,10 +152,11 @@ TEST_CASE("AttributesArriveAtTheirOwnVertices") {
 }
 
 TEST_CASE("InterruptedAnywhereAndResumedGivesTheSameBytes") {
-  const NamedCloud named = painted_torus(8000, 0.3, 13);
+  const NamedCloud named = painted_torus(4000, 0.3, 13);
   ScratchDirectory scratch;
   Job job = job_for(scratch, named);
-  job.partition.chunk_points = 500;
+  job.partition.chunk_points = 300;
+  job.run.threads = 2;
   const std::string expected = mesh_bytes(job);
   std::filesystem::remove(job.output.mesh);
   REQUIRE(run_with_interruptions(job, 1, 7) > 3);
@@ -164,10 +165,10 @@ TEST_CASE("InterruptedAnywhereAndResumedGivesTheSameBytes") {
 }
 
 TEST_CASE("DamagedResultsAreComputedAgain") {
-  const NamedCloud named = painted_torus(6000, 0.3, 17);
+  const NamedCloud named = painted_torus(3000, 0.3, 17);
   ScratchDirectory scratch;
   Job job = job_for(scratch, named);
-  job.partition.chunk_points = 700;
+  job.partition.chunk_points = 500;
   const std::string expected = mesh_bytes(job);
   job.run.keep_work_dir = true;
   for (const char* stage : {"points", "mesh"}) {

@@ -163,7 +163,7 @@ TEST_CASE("AViewpointAndAnUpDirectionDecideTheSide") {
 
 TEST_CASE("ThickLayersAreCleanedOnlyOnRequestAndSaidSo") {
   ScratchDirectory scratch;
-  const RawScans scans = scan_torus(scratch, 30'000, 0.8, 1.0);
+  const RawScans scans = scan_torus(scratch, 20'000, 0.8, 1.0);
   Job job = job_for(scratch, scans);
   RecordingProgress progress;
   const StopToken stop;
@@ -177,7 +177,7 @@ TEST_CASE("ThickLayersAreCleanedOnlyOnRequestAndSaidSo") {
   const RunReport clean = run(job);
   CHECK(clean.prepare.thickness > 0.2 * clean.prepare.spacing);
   CHECK(clean.prepare.options.smooth_radius > 0.0);
-  CHECK(clean.prepare.points_moved > 20'000);
+  CHECK(clean.prepare.points_moved > 14'000);
   CHECK(clean.mesh.boundary_edges * 5 < raw.mesh.boundary_edges + 5);
   CHECK(mean_distance(read_mesh(job.output.mesh)) < 0.7 * raw_distance);
 }
@@ -197,6 +197,7 @@ TEST_CASE("InterruptedRawScansResumeWithTheSameBytes") {
   Job job = job_for(scratch, scans);
   clean_everything(job, scans.spacing);
   job.partition.chunk_points = 800;
+  job.run.threads = 2;
   const std::string expected = mesh_bytes(job);
   std::filesystem::remove(job.output.mesh);
   CHECK(run_with_interruptions(job, 5, 15) > 4);

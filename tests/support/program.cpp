@@ -7,14 +7,13 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
 #include <thread>
-
-#include "tests/support/data.h"
 
 extern char** environ;
 
@@ -154,6 +153,18 @@ void RunningProgram::collect(int options) {
 ProgramResult run_program(const std::vector<std::string>& arguments,
                           const ProgramSetting& setting) {
   return RunningProgram(arguments, setting).wait();
+}
+
+ProgramResult run_in(const ScratchDirectory& in, const std::vector<std::string>& arguments) {
+  return run_program(arguments, {.directory = in.path()});
+}
+
+std::vector<std::string> names_in(const ScratchDirectory& in) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(in.path()))
+    names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 std::string file_text(const std::filesystem::path& path) {

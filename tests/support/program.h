@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/data.h"
+
 namespace orbweave::test {
 
 struct ProgramResult {
@@ -64,6 +66,11 @@ class RunningProgram {
 /// Runs orbweave to its end.
 ProgramResult run_program(const std::vector<std::string>& arguments,
                           const ProgramSetting& setting = {});
+/// The same in a scratch directory.
+ProgramResult run_in(const ScratchDirectory& in, const std::vector<std::string>& arguments);
+
+/// Names of what a scratch directory holds, sorted.
+std::vector<std::string> names_in(const ScratchDirectory& in);
 
 /// The whole content of a file; empty where it cannot be read.
 std::string file_text(const std::filesystem::path& path);
