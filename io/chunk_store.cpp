@@ -1,7 +1,6 @@
 #include "io/chunk_store.h"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <xxhash.h>
@@ -24,6 +23,7 @@
 #include "io/atomic_file.h"
 #include "io/chunk_store_commits.h"
 #include "io/chunk_store_file.h"
+#include "io/store_lock.h"
 
 namespace orbweave {
 namespace {
@@ -31,7 +31,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kStoreFile = "orbweave-store.json";
-constexpr const char* kLockFile = "lock";
 constexpr const char* kKeyFile = "key.json";
 constexpr const char* kEndedFile = "ended.json";
 constexpr const char* kFormat = "orbweave chunk store";
@@ -100,7 +99,9 @@ bool is_vacant(const fs::path& directory) {
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(directory, error)) {
     const fs::path name = entry.path().filename();
-    if (name != kLockFile && name != kEndedFile && !is_leftover(name)) return false;
+    // NFS keeps what is removed and still open under a name of its own.
+    const bool is_ghost = name.native().starts_with(".nfs");
+    if (!is_lock_file(name) && name != kEndedFile && !is_leftover(name) && !is_ghost) return false;
   }
   if (error) throw_directory_error(directory, error.message());
   return true;
@@ -132,44 +133,6 @@ void check_identity(const fs::path& directory) {
               {.file = path.string(),
                .expected = "layout version " + std::to_string(ChunkStore::kLayoutVersion),
                .advice = "Remove the directory, or name another with run.work_dir or --work-dir"});
-}
-
-/// Takes the directory for this process; the lock ends with the descriptor.
-FileDescriptor take_lock(const fs::path& directory) {
-  const fs::path path = directory / kLockFile;
-  constexpr int kTries = 5;
-  constexpr std::chrono::milliseconds kPause{10};
-  for (int tries = 0;;) {
-    FileDescriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
-    if (!file.valid()) throw_directory_error(path, std::strerror(errno));
-    if (flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
-      if (errno == EINTR) continue;
-      if (errno != EWOULDBLOCK) throw_directory_error(path, std::strerror(errno));
-      // Who asks for the state of a work directory holds the lock for a moment.
-      if (tries++ < kTries) {
-        std::this_thread::sleep_for(kPause);
-        continue;
-      }
-      std::string holder = read_text(path).value_or("");
-      while (!holder.empty() && holder.back() == '\n') holder.pop_back();
-      throw_resource("the work directory is in use by process " + holder,
-                     {.file = directory.string(),
-                      .advice = "Wait for it, or name another with run.work_dir or --work-dir"});
-    }
-    // Whoever held it before may have removed the file just now: then the lock is on nothing.
-    struct stat held {
-    }, named{};
-    if (fstat(file.get(), &held) != 0 || ::stat(path.c_str(), &named) != 0) {
-      if (errno != ENOENT) throw_directory_error(path, std::strerror(errno));
-      continue;
-    }
-    if (held.st_ino != named.st_ino || held.st_dev != named.st_dev) continue;
-    const std::string pid = std::to_string(getpid()) + "\n";
-    const auto size = static_cast<off_t>(pid.size());
-    if (pwrite(file.get(), pid.data(), pid.size(), 0) != size || ftruncate(file.get(), size) != 0)
-      throw_directory_error(path, std::strerror(errno));
-    return file;
-  }
 }
 
 /// Tells a file from the one that had its name before.
@@ -275,7 +238,7 @@ ChunkStore::ChunkStore(std::filesystem::path directory) : state_(std::make_uniqu
   state_->directory = std::move(directory);
   make_directory(state_->directory);
   check_identity(state_->directory);
-  state_->lock = take_lock(state_->directory);
+  state_->lock = lock_as_owner(state_->directory);
   remove_leftovers(state_->directory);
   state_->disk.add(room_of_directory(state_->directory));
   if (fs::exists(state_->directory / kStoreFile)) return;
@@ -285,7 +248,7 @@ ChunkStore::ChunkStore(std::filesystem::path directory) : state_(std::make_uniqu
 
 ChunkStore::ChunkStore() : state_(std::make_unique<State>()) {}
 
-std::unique_ptr<ChunkStore> ChunkStore::join(fs::path directory) {
+std::unique_ptr<ChunkStore> ChunkStore::join(fs::path directory, int rank) {
   std::unique_ptr<ChunkStore> store(new ChunkStore);
   store->state_->directory = std::move(directory);
   const fs::path& path = store->state_->directory;
@@ -293,6 +256,7 @@ std::unique_ptr<ChunkStore> ChunkStore::join(fs::path directory) {
     throw_directory_error(path,
                           "not there for every process; it has to be on a shared file system");
   check_identity(path);
+  store->state_->lock = lock_as_member(path, rank);
   return store;
 }
 
@@ -445,12 +409,12 @@ void ChunkStore::remove_all() {
     entries.push_back(entry.path());
   for (const fs::path& entry : entries) {
     const fs::path name = entry.filename();
-    if (name == kStoreFile || name == kLockFile || name == kEndedFile) continue;
+    if (name == kStoreFile || name == kOwnerLock || name == kEndedFile) continue;
     std::error_code ignored;
     fs::remove(entry / kKeyFile, ignored);
     if (!error) fs::remove_all(entry, error);
   }
-  for (const char* last : {kStoreFile, kLockFile, kEndedFile})
+  for (const char* last : {kStoreFile, kOwnerLock, kEndedFile})
     if (!error) fs::remove(directory / last, error);
   // A file system over a network keeps the name of what is open.
   state_->lock = FileDescriptor();

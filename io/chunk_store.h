@@ -71,12 +71,13 @@ class ChunkStore {
   static constexpr int kLayoutVersion = 2;
 
   /// Opens or creates the directory and locks it (flock). Throws Error: resource when it cannot
-  /// be created or written or when another process holds it (says which process id), usage when
-  /// the directory holds something that is no chunk store.
+  /// be created or written or when another process holds it (says which process id) or members of
+  /// an earlier holder's team still run, usage when the directory holds something that is no chunk
+  /// store.
   explicit ChunkStore(std::filesystem::path directory);
-  /// Opens a directory that another process of the same job holds the lock of. Throws Error
-  /// (resource) where there is none.
-  static std::unique_ptr<ChunkStore> join(std::filesystem::path directory);
+  /// Opens a directory that another process of the same job holds the lock of, and until its end
+  /// keeps it from the next holder (io/store_lock.h). Throws Error (resource) where there is none.
+  static std::unique_ptr<ChunkStore> join(std::filesystem::path directory, int rank);
   ~ChunkStore();
   ChunkStore(const ChunkStore&) = delete;
   ChunkStore& operator=(const ChunkStore&) = delete;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdlib>
@@ -20,23 +21,31 @@
 namespace orbweave {
 namespace {
 
+using std::chrono::microseconds;
 using std::chrono::milliseconds;
+using std::chrono::steady_clock;
 
-/// Words of the leader's window.
-constexpr MPI_Aint kNext = 0;         ///< the counter
-constexpr MPI_Aint kDoneUnits = 1;    ///< by the others
-constexpr MPI_Aint kDonePoints = 2;   ///< by the others
-constexpr MPI_Aint kLeadersWord = 3;  ///< what the leader tells everybody
-constexpr MPI_Aint kFailures = 4;     ///< members that failed
-constexpr MPI_Aint kSameFailure = 5;  ///< members that failed, by a hash of what they say
+/// Words of the leader's window. What is used again and again is there twice, so that the next
+/// turn's can be set while somebody still looks at this one's.
+constexpr MPI_Aint kNext = 0;         ///< the counter; what the others have done lies behind it
+constexpr MPI_Aint kDoneUnits = 1;    ///< behind kNext
+constexpr MPI_Aint kDonePoints = 2;   ///< behind kNext
+constexpr MPI_Aint kCountWords = 3;   ///< of one turn
+constexpr MPI_Aint kLeadersWord = 6;  ///< what the leader tells everybody
+constexpr MPI_Aint kFailures = 8;     ///< members that failed
+constexpr MPI_Aint kSameFailure = 9;  ///< members that failed, by a hash of what they say
 constexpr std::uint64_t kHashes = 61;
 constexpr MPI_Aint kWords = kSameFailure + static_cast<MPI_Aint>(kHashes);
 
 /// How often the leader looks after what comes in from outside.
 constexpr milliseconds kProgressInterval{1};
-/// Who waits for others looks ever more rarely, so that waiting costs nothing.
-constexpr milliseconds kShortestNap{1};
-constexpr milliseconds kLongestNap{20};
+/// Who waits for others looks ever more rarely, so that waiting costs next to nothing, and nobody
+/// waits for him much longer than he did.
+constexpr microseconds kShortestNap{50};
+constexpr microseconds kLongestNap{2000};
+constexpr int kNapsPerWait = 8;
+/// How often who waits does something else meanwhile, and whoever failed asks for the others.
+constexpr milliseconds kLookInterval{20};
 /// A member that failed waits so long for others to say the same, and for their last results to
 /// become durable.
 constexpr milliseconds kFailureGrace{1000};
@@ -65,25 +74,35 @@ std::vector<unsigned char> own_cores() {
   return cores;
 }
 
+/// How many cores member `position` gets where each is dealt to one of those who may run on it, in
+/// turns. `all`: a byte per core, member by member.
+int dealt_cores(const std::vector<unsigned char>& all, std::size_t cores, int position) {
+  int dealt = 0;
+  std::size_t turn = 0;
+  for (std::size_t c = 0; c < cores; ++c) {
+    std::vector<int> users;
+    for (std::size_t m = 0; m * cores < all.size(); ++m)
+      if (all[m * cores + c] != 0) users.push_back(static_cast<int>(m));
+    if (!users.empty() && users[turn++ % users.size()] == position) ++dealt;
+  }
+  return dealt;
+}
+
 /// Collective: this member's share of the cores that it may run on.
 int share_of_cores() {
   MPI_Comm machine;
   MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
   int members = 1;
+  int position = 0;
   MPI_Comm_size(machine, &members);
+  MPI_Comm_rank(machine, &position);
   const std::vector<unsigned char> own = own_cores();
   std::vector<unsigned char> all(own.size() * static_cast<std::size_t>(members));
   const int cores = static_cast<int>(own.size());
   MPI_Allgather(own.data(), cores, MPI_UNSIGNED_CHAR, all.data(), cores, MPI_UNSIGNED_CHAR,
                 machine);
   MPI_Comm_free(&machine);
-  double share = 0.0;
-  for (std::size_t c = 0; c < own.size(); ++c) {
-    int users = 0;
-    for (std::size_t m = c; m < all.size(); m += own.size()) users += all[m];
-    if (own[c] != 0) share += 1.0 / users;
-  }
-  return std::max(1, static_cast<int>(share + 0.5));
+  return std::max(1, dealt_cores(all, own.size(), position));
 }
 
 /// Over TCP, Open MPI 4 has one-sided operations by its component pt2pt alone, which Debian's
@@ -124,7 +143,11 @@ struct MpiTeam::State {
   int size = 1;
   int threads = 1;
   MPI_Win window = MPI_WIN_NULL;
-  Team::Done told;  // the leader's reader, of what the others did
+  Team::Done told;                       // the leader's reader, of what the others did
+  MPI_Aint words_told = 0;               // the leader's, so far
+  MPI_Aint counts = 0;                   // times that counting began
+  std::atomic<MPI_Aint> count_words{0};  // of this turn
+  std::atomic<bool> owes{false};         // what it did may not be with the leader yet
 
   std::mutex end_mutex;
   std::condition_variable end_signal;
@@ -135,6 +158,8 @@ struct MpiTeam::State {
   std::uint64_t add(MPI_Aint word, std::uint64_t amount);
   std::uint64_t look(MPI_Aint word);
   void set(MPI_Aint word, std::uint64_t value);
+  void add_later(MPI_Aint first_word, std::array<std::uint64_t, 2> amounts);
+  void settle();
   bool has_come(MPI_Request& request);
   void make_progress();
 };
@@ -160,6 +185,20 @@ void MpiTeam::State::set(MPI_Aint word, std::uint64_t value) {
   std::uint64_t before = 0;
   const std::scoped_lock lock(calls);
   MPI_Fetch_and_op(&value, &before, MPI_UINT64_T, 0, word, MPI_REPLACE, window);
+  MPI_Win_flush(0, window);
+}
+
+/// Adds to two words, before settle() returns at the latest.
+void MpiTeam::State::add_later(MPI_Aint first_word, std::array<std::uint64_t, 2> amounts) {
+  const std::scoped_lock lock(calls);
+  MPI_Accumulate(amounts.data(), 2, MPI_UINT64_T, 0, first_word, 2, MPI_UINT64_T, MPI_SUM, window);
+  MPI_Win_flush_local(0, window);
+  owes = true;
+}
+
+void MpiTeam::State::settle() {
+  if (!owes.exchange(false)) return;
+  const std::scoped_lock lock(calls);
   MPI_Win_flush(0, window);
 }
 
@@ -214,45 +253,55 @@ int MpiTeam::size() const { return state_->size; }
 int MpiTeam::threads() const { return state_->threads; }
 
 void MpiTeam::meet(const StopToken& stop, const std::function<void()>& while_waiting) {
+  state_->settle();
   MPI_Request all_here = MPI_REQUEST_NULL;
   {
     const std::scoped_lock lock(state_->calls);
     MPI_Ibarrier(MPI_COMM_WORLD, &all_here);
   }
-  for (milliseconds nap = kShortestNap; !state_->has_come(all_here);
-       nap = std::min(2 * nap, kLongestNap)) {
+  const auto begin = steady_clock::now();
+  auto next_look = begin;
+  while (!state_->has_come(all_here)) {
     stop.check();
-    while_waiting();
-    std::this_thread::sleep_for(nap);
+    const auto now = steady_clock::now();
+    if (now >= next_look) {
+      while_waiting();
+      next_look = now + kLookInterval;
+    }
+    const auto waited = std::chrono::duration_cast<microseconds>(now - begin);
+    std::this_thread::sleep_for(std::clamp(waited / kNapsPerWait, kShortestNap, kLongestNap));
   }
 }
 
 std::uint64_t MpiTeam::leaders_word(std::uint64_t word, const StopToken& stop) {
-  meet(stop);  // everybody knows the last one
-  if (leads()) state_->set(kLeadersWord, word);
+  // Whoever gets to the next meeting has seen this word: then its place is free for the one after
+  // the next.
+  const MPI_Aint place = kLeadersWord + state_->words_told++ % 2;
+  if (leads()) state_->set(place, word);
   meet(stop);
-  return state_->look(kLeadersWord);
+  return state_->look(place);
 }
 
 void MpiTeam::start_counting(const StopToken& stop) {
   meet(stop);
-  if (leads()) {
-    for (const MPI_Aint word : {kNext, kDoneUnits, kDonePoints}) state_->set(word, 0);
-    state_->told = {};
-  }
-  meet(stop);
+  const MPI_Aint place = state_->counts++ % 2;
+  state_->count_words = kCountWords * place;
+  if (!leads()) return;
+  // Nobody counts there before the next meeting, and nobody is still at it from the last turn.
+  for (const MPI_Aint word : {kNext, kDoneUnits, kDonePoints})
+    state_->set(kCountWords * (1 - place) + word, 0);
+  state_->told = {};
 }
 
-std::uint64_t MpiTeam::take_next() { return state_->add(kNext, 1); }
+std::uint64_t MpiTeam::take_next() { return state_->add(state_->count_words + kNext, 1); }
 
 void MpiTeam::add_done(std::uint64_t units, std::uint64_t points) {
-  if (leads()) return;
-  state_->add(kDoneUnits, units);
-  if (points > 0) state_->add(kDonePoints, points);
+  if (!leads()) state_->add_later(state_->count_words + kDoneUnits, {units, points});
 }
 
 Team::Done MpiTeam::done_by_others() {
-  const Done done{state_->look(kDoneUnits), state_->look(kDonePoints)};
+  const MPI_Aint words = state_->count_words;
+  const Done done{state_->look(words + kDoneUnits), state_->look(words + kDonePoints)};
   const Done news{done.units - state_->told.units, done.points - state_->told.points};
   state_->told = done;
   return news;
@@ -270,10 +319,10 @@ void MpiTeam::fail(ExitStatus status, const std::string& problem,
   // Who interrupts a job does not wait long, and it does not matter which member he met.
   const bool interrupted = status == ExitStatus::kInterrupted;
   if (interrupted) print(problem);
-  const auto give_up = std::chrono::steady_clock::now() + kFailureGrace;
+  const auto give_up = steady_clock::now() + kFailureGrace;
   bool by_all = state_->look(same) == all;
-  while (!by_all && std::chrono::steady_clock::now() < give_up) {
-    std::this_thread::sleep_for(kLongestNap);
+  while (!by_all && steady_clock::now() < give_up) {
+    std::this_thread::sleep_for(kLookInterval);
     by_all = state_->look(same) == all;
   }
   const std::string who = "rank " + std::to_string(rank()) + " (" + host_name() + "): ";

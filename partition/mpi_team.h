@@ -25,8 +25,8 @@ class MpiTeam : public Team {
 
   int rank() const override;
   int size() const override;
-  /// Cores that this process may run on, shared evenly with the members that may run there too;
-  /// at least 1.
+  /// Cores that this process may run on, dealt out among the members that may run there too, so
+  /// that no core is two members'; at least 1.
   int threads() const override;
   using Team::meet;
   void meet(const StopToken& stop, const std::function<void()>& while_waiting) override;

@@ -31,7 +31,7 @@ class Team {
   void meet(const StopToken& stop) {
     meet(stop, [] {});
   }
-  /// The same; calls `while_waiting` many times a second meanwhile, by the calling thread.
+  /// The same; calls `while_waiting` some times a second meanwhile, by the calling thread.
   virtual void meet(const StopToken& /*stop*/, const std::function<void()>& /*while_waiting*/) {}
 
   /// Returns the leader's `word` to everybody; includes a meeting.

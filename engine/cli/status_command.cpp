@@ -28,6 +28,7 @@ std::string status_json(const WorkStatus& status) {
                       {"done", stage.done}});
   nlohmann::ordered_json document = {{"running", status.running}};
   if (status.process_id != 0) document["process_id"] = status.process_id;
+  if (!status.members.empty()) document["members"] = status.members;
   document["step"] = status.step;
   document["ended"] = status.ended;
   document["last_touched"] = status.last_touched;
@@ -57,6 +58,8 @@ std::string status_text(const WorkStatus& status) {
                     known ? format_count(stage.chunks_total - begun) : "?"});
   }
   Facts facts = {{"work directory", use_of(status)}};
+  if (!status.members.empty())
+    facts.emplace_back(status.running ? "with" : "still at work", joined(status.members));
   if (status.ended)
     facts.emplace_back("job", "ended; all outputs are written");
   else if (!status.step.empty())

@@ -31,6 +31,7 @@
 #include "io/glob.h"
 #include "io/logged_progress.h"
 #include "io/quantity.h"
+#include "io/store_lock.h"
 
 namespace orbweave {
 namespace {
@@ -255,37 +256,45 @@ bool will_hold(const std::filesystem::path& file, const std::string& text, const
   return false;
 }
 
-/// Every member has to see the leader's own directory. Throws Error (resource) where it does not.
-void check_shared(const std::filesystem::path& directory, Team& team, const StopToken& stop) {
-  if (team.size() == 1) return;
-  const std::filesystem::path file = directory / "team";
-  const std::uint64_t mine = mark_of_run();
-  if (team.leads()) {
-    AtomicFile mark(file);
-    mark.write(std::to_string(mine) + "\n");
-    mark.commit();
-  }
-  if (will_hold(file, std::to_string(team.leaders_word(mine, stop)), stop)) return;
+[[noreturn]] void throw_not_shared(const std::filesystem::path& directory) {
   throw_resource("the work directory is not the one that the leader of the job uses",
                  {.file = directory.string(),
                   .expected = "a directory that all processes share",
                   .advice = "Name one on a shared file system with run.work_dir or --work-dir"});
 }
 
+/// A member's store, where the directory is the leader's own.
+std::unique_ptr<ChunkStore> join_leader(const std::filesystem::path& directory, Team& team,
+                                        const StopToken& stop) {
+  const std::string mark = std::to_string(team.leaders_word(0, stop));
+  if (!will_hold(directory / kTeamMark, mark, stop)) throw_not_shared(directory);
+  auto store = ChunkStore::join(directory, team.rank());
+  // The leader may have died by now, and another run be at work.
+  if (!will_hold(directory / kTeamMark, mark, stop)) throw_not_shared(directory);
+  return store;
+}
+
+std::unique_ptr<ChunkStore> open_as_leader(const RunOptions& run, Team& team,
+                                           const StopToken& stop) {
+  auto store = std::make_unique<ChunkStore>(run.work_dir);
+  if (run.fresh) {
+    store->clear_ended();
+    discard_raw_stages(*store);
+    for (const char* stage : {kPointsStage, kMeshStage, kHoleStage}) store->discard_stage(stage);
+    store->discard_stage(cut_stage_of(kPointsStage));
+  }
+  if (team.size() == 1) return store;
+  const std::uint64_t mine = mark_of_run();
+  AtomicFile mark(store->directory() / kTeamMark);
+  mark.write(std::to_string(mine) + "\n");
+  mark.commit();
+  team.leaders_word(mine, stop);
+  return store;
+}
+
 /// The leader's store, and where that is ready, the others'.
 std::unique_ptr<ChunkStore> open_store(const RunOptions& run, Team& team, const StopToken& stop) {
-  std::unique_ptr<ChunkStore> store;
-  if (team.leads()) {
-    store = std::make_unique<ChunkStore>(run.work_dir);
-    if (run.fresh) {
-      store->clear_ended();
-      discard_raw_stages(*store);
-      for (const char* stage : {kPointsStage, kMeshStage, kHoleStage}) store->discard_stage(stage);
-    store->discard_stage(cut_stage_of(kPointsStage));
-    }
-  }
-  check_shared(run.work_dir, team, stop);
-  return team.leads() ? std::move(store) : ChunkStore::join(run.work_dir);
+  return team.leads() ? open_as_leader(run, team, stop) : join_leader(run.work_dir, team, stop);
 }
 
 std::string log_name(const Team& team) {
@@ -328,19 +337,24 @@ RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Pr
   report.files = expand_globs(job.input.files);
   report.ranks = team.size();
   if (team.leads()) check_output(job);
-  const std::unique_ptr<ChunkStore> store = open_store(report.options.run, team, stop);
+  std::unique_ptr<ChunkStore> store = open_store(report.options.run, team, stop);
   store->set_compression(job.run.compress);
   // More threads than cores are used when they are asked for.
   const tbb::global_control threads(
       tbb::global_control::max_allowed_parallelism,
       static_cast<std::size_t>(std::max(job.run.threads, available_threads())));
-  const auto logged = make_logged_progress(progress, store->directory() / log_name(team));
+  auto logged = make_logged_progress(progress, store->directory() / log_name(team));
   JobContext context{{job, report.files, *logged, stop}, *store, report, team};
   report.ended_before = was_ended_before(context);
   if (report.ended_before) return report;
   note_share(context, wanted.run.threads == 0);
   if (team.leads()) remove_abandoned_outputs(job.output);
   run_or_clean_up(context);
+  if (!team.leads()) {
+    // File systems over a network keep what is removed while somebody has it open.
+    logged.reset();
+    store.reset();
+  }
   team.meet(stop);
   if (!team.leads()) return report;
   report.peak_memory_bytes = peak_memory_bytes();

@@ -60,8 +60,10 @@ struct StageStatus {
 };
 struct WorkStatus {
   std::vector<StageStatus> stages;
-  bool running = false;      ///< a process holds the lock
-  int process_id = 0;        ///< that holds the lock, or held it last; 0: not known
+  bool running = false;  ///< a process holds the lock
+  int process_id = 0;    ///< that holds the lock, or held it last; 0: not known
+  /// Of the team of the run, or of the last one where they outlived it: "rank 1 (process 7 on x)".
+  std::vector<std::string> members;
   std::string step;          ///< what the run is at, or was at last, as in its log: "sort"
   bool ended = false;        ///< all outputs are written
   std::string last_touched;  ///< ISO 8601, UTC

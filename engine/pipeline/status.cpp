@@ -21,6 +21,7 @@
 #include "engine/pipeline/reconstruct_stage.h"
 #include "io/chunk_points.h"
 #include "io/error.h"
+#include "io/store_lock.h"
 
 namespace orbweave {
 namespace {
@@ -162,8 +163,9 @@ WorkStatus work_status(const fs::path& work_dir) {
                  .advice = {}});
   }
   WorkStatus status;
-  status.running = is_locked(work_dir / "lock");
-  std::ifstream(work_dir / "lock") >> status.process_id;
+  status.running = is_locked(work_dir / kOwnerLock);
+  std::ifstream(work_dir / kOwnerLock) >> status.process_id;
+  status.members = members_at_work(work_dir);
   status.ended = fs::exists(work_dir / "ended.json");
   const LoggedSteps steps = logged_steps(work_dir / "orbweave.log");
   status.step = steps.last;
