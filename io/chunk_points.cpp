@@ -194,6 +194,17 @@ void load_point_rows(const ChunkStore& store, ChunkId chunk, const PointSchema& 
   }
 }
 
+void load_oriented_points(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
+                          std::span<Vec3> positions, std::span<Vec3> normals,
+                          const std::string& stage) {
+  const auto stored = store.open(stage, chunk);
+  expect_schema(*stored, schema);
+  if (stored->rows(kPositions) != positions.size() || normals.size() != positions.size())
+    throw std::logic_error("room for another number of points than the chunk has");
+  stored->read(kPositions, 0, positions.size(), positions.data());
+  read_normals(*stored, schema.normal_type, 0, normals.size(), normals.data());
+}
+
 PointsInBox load_points_in_box(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
                                const Box& box, PointParts parts, const std::string& stage) {
   const auto stored = store.open(stage, chunk);

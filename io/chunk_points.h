@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,11 @@ PointCloud load_point_rows(const ChunkStore& store, ChunkId chunk, const PointSc
 void load_point_rows(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
                      std::uint64_t first, std::uint64_t count, PointCloud& points,
                      const std::string& stage = kPointsStage);
+
+/// Positions and normals of all points of a chunk, to where they are wanted: as many as it has.
+void load_oriented_points(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
+                          std::span<Vec3> positions, std::span<Vec3> normals,
+                          const std::string& stage = kPointsStage);
 
 /// What is read besides positions.
 struct PointParts {

@@ -19,11 +19,11 @@ constexpr std::uint64_t kPieceRows = std::uint64_t{1} << 16;
 
 }  // namespace
 
-void keep_used(PointCloud& points, const UsedVertices& used, std::uint64_t first_vertex) {
+void keep_used(PointCloud& points, const RankedPoints& used, std::uint64_t first) {
   std::size_t kept = 0;
   const std::size_t bytes = points.schema.attribute_bytes();
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!used.used(first_vertex + i)) continue;
+    if (!used.used(first + i)) continue;
     if (kept != i) {
       points.positions[kept] = points.positions[i];
       if (!points.normals.empty()) points.normals[kept] = points.normals[i];
@@ -44,7 +44,8 @@ MeshPieces::MeshPieces(const JobContext& context, const Partition& partition,
       partition_(partition),
       used_(used),
       holes_(holes),
-      numbers_(used, holes, partition.points()) {
+      numbers_(used, holes),
+      of_chunks_(context.store, partition, numbers_) {
   list_vertices();
   list_triangles(triangles);
 }
@@ -60,11 +61,9 @@ void MeshPieces::list_vertices() {
   using Kind = MeshPiece::Kind;
   for (ChunkId chunk = 0; chunk + 1 < partition_.first_vertex.size(); ++chunk) {
     const std::uint64_t points = partition_.points_in(chunk);
-    for (std::uint64_t first = 0; first < points; first += kPieceRows) {
-      const std::uint64_t stored = std::min(kPieceRows, points - first);
-      const std::uint64_t vertex = partition_.first_vertex[chunk] + first;
-      add({Kind::kPoints, chunk, first, stored, 0,
-           used_.rank(vertex + stored) - used_.rank(vertex)});
+    for (std::uint64_t first = 0; first < points; first += kUsedBlockPoints) {
+      const std::uint64_t stored = std::min(kUsedBlockPoints, points - first);
+      add({Kind::kPoints, chunk, first, stored, 0, used_.used_in_block(chunk, first)});
     }
   }
   for (ChunkId batch = 0; batch < holes_.new_vertices.size(); ++batch) {
@@ -105,9 +104,9 @@ std::uint64_t MeshPieces::removed_before(ChunkId chunk, std::uint64_t row,
   const std::uint64_t end = before({partition_.first_vertex[chunk + 1], 0, 0});
   if (row == 0 || begin == end) return begin;
   if (row == stored) return end;
-  Triangle64 t{};
-  store_.open(kMeshStage, chunk)->read("triangles", row, 1, &t);
-  return before(t);
+  Triangle t{};
+  store_.open(kMeshStage, chunk)->read(kStoredTriangles, row, 1, &t);
+  return before(of_chunks_.of(chunk)->local().global(t));
 }
 
 void MeshPieces::load(const MeshPiece& piece, const PointSchema& schema, PieceRows& rows) const {
@@ -137,7 +136,7 @@ void MeshPieces::load_points(const MeshPiece& piece, const PointSchema& schema,
                              PieceRows& rows) const {
   load_point_rows(store_, piece.part, schema, piece.first, piece.stored, rows.vertices);
   if (piece.rows == piece.stored) return;
-  keep_used(rows.vertices, used_, partition_.first_vertex[piece.part] + piece.first);
+  keep_used(rows.vertices, *used_.block(piece.part, piece.first).ranks, 0);
 }
 
 void MeshPieces::load_new_vertices(const MeshPiece& piece, const PointSchema& schema,
@@ -160,20 +159,29 @@ void MeshPieces::load_copies(const MeshPiece& piece, const PointSchema& schema,
 }
 
 void MeshPieces::load_triangles(const MeshPiece& piece, PieceRows& rows) const {
-  rows.triangles.resize(piece.stored);
+  rows.stored.resize(piece.stored);
   store_.open(kMeshStage, piece.part)
-      ->read("triangles", piece.first, piece.stored, rows.triangles.data());
+      ->read(kStoredTriangles, piece.first, piece.stored, rows.stored.data());
+  const std::shared_ptr<const ChunkNumbers> numbers = of_chunks_.of(piece.part);
   if (piece.rows != piece.stored) {
-    std::erase_if(rows.triangles, [&](const Triangle64& t) { return numbers_.is_removed(t); });
+    std::erase_if(rows.stored, [&](const Triangle& t) {
+      return numbers_.is_removed(numbers->local().global(t));
+    });
   }
-  for (Triangle64& t : rows.triangles) t = numbers_.of(t);
+  VertexRanks ranks(used_);
+  rows.triangles.resize(rows.stored.size());
+  std::transform(rows.stored.begin(), rows.stored.end(), rows.triangles.begin(),
+                 [&](const Triangle& t) { return numbers->of(t, ranks); });
   rows.hole.assign(rows.triangles.size(), 0);  // the scanned surface
 }
 
 void MeshPieces::load_patches(const MeshPiece& piece, PieceRows& rows) const {
   PatchBatch patches = load_patch_batch(store_, piece.part);
   rows.triangles = std::move(patches.triangles);
-  for (Triangle64& t : rows.triangles) t = numbers_.of(numbers_.over_all_batches(t, piece.part));
+  VertexRanks ranks(used_);
+  for (Triangle64& t : rows.triangles) {
+    t = numbers_.of(numbers_.over_all_batches(t, piece.part), ranks);
+  }
   rows.hole = std::move(patches.hole);
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/pipeline/chunk_numbers.h"
 #include "engine/pipeline/job_context.h"
 #include "engine/pipeline/output_numbers.h"
 #include "engine/pipeline/partition_stage.h"
@@ -33,6 +34,7 @@ struct MeshPiece {
 /// A piece in memory, and what becomes of it. Used again for piece after piece.
 struct PieceRows {
   PointCloud vertices;
+  std::vector<Triangle> stored;  ///< triangles as they were read
   std::vector<Triangle64> triangles;
   std::vector<std::int32_t> hole;
   Box bounds;                            ///< of the vertices
@@ -71,13 +73,14 @@ class MeshPieces {
   const UsedVertices& used_;
   const FilledHoles& holes_;
   OutputNumbers numbers_;
+  mutable RecentChunkNumbers of_chunks_;
   std::vector<MeshPiece> pieces_;
   std::uint64_t vertices_ = 0;
   std::uint64_t triangles_ = 0;
 };
 
-/// Keeps the points that are used; the first of the cloud is number `first_vertex` of `used`.
-void keep_used(PointCloud& points, const UsedVertices& used, std::uint64_t first_vertex);
+/// Keeps the points that are used; the first of the cloud is number `first` of `used`.
+void keep_used(PointCloud& points, const RankedPoints& used, std::uint64_t first);
 
 /// Checksum and bounds of the mesh that passes by, piece by piece in the file's order.
 class SurfaceDigest {

@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
+#include <span>
+#include <utility>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/pipeline/memory_forecast.h"
 #include "engine/pipeline/stage_keys.h"
+#include "engine/pipeline/stitch_stage.h"
 #include "io/chunk_points.h"
 #include "partition/memory_plan.h"
 
@@ -18,12 +22,29 @@ ArrayView view(const char* name, ScalarType type, std::uint32_t columns, const s
   return {name, type, columns, v.size() * values_per_item / columns, v.data()};
 }
 
-void append(ChunkPoints& to, const PointsInBox& from, std::uint64_t first_vertex, bool owned) {
-  to.positions.insert(to.positions.end(), from.points.positions.begin(),
-                      from.points.positions.end());
-  to.normals.insert(to.normals.end(), from.points.normals.begin(), from.points.normals.end());
-  for (const std::uint32_t row : from.rows) to.global.push_back(first_vertex + row);
-  to.owned.insert(to.owned.end(), from.rows.size(), owned ? 1 : 0);
+/// Puts a neighbour's points in their place, from `at` on; returns where they end.
+std::size_t put(const PointsInBox& from, std::uint64_t first_vertex, std::size_t at,
+                ChunkPoints& to) {
+  const auto place = static_cast<std::ptrdiff_t>(at);
+  std::copy(from.points.positions.begin(), from.points.positions.end(),
+            to.positions.begin() + place);
+  std::copy(from.points.normals.begin(), from.points.normals.end(), to.normals.begin() + place);
+  for (const std::uint32_t row : from.rows) to.global[at++] = first_vertex + row;
+  return at;
+}
+
+/// The same of the chunk's own, read straight to it.
+std::size_t put_own(const ChunkStore& store, const Partition& partition, ChunkId chunk,
+                    std::size_t at, ChunkPoints& to) {
+  const std::size_t count = partition.points_in(chunk);
+  load_oriented_points(store, chunk, partition.schema, std::span(to.positions).subspan(at, count),
+                       std::span(to.normals).subspan(at, count));
+  const auto first = to.global.begin() + static_cast<std::ptrdiff_t>(at);
+  std::iota(first, first + static_cast<std::ptrdiff_t>(count), partition.first_vertex[chunk]);
+  std::fill_n(to.owned.begin() + static_cast<std::ptrdiff_t>(at), count, std::uint8_t{1});
+  to.owned_begin = static_cast<std::uint32_t>(at);
+  to.owned_end = static_cast<std::uint32_t>(at + count);
+  return at + count;
 }
 
 }  // namespace
@@ -35,9 +56,9 @@ void commit_chunk_mesh(ChunkStore& store, ChunkId chunk, const ChunkMesh& mesh) 
   const std::vector<std::uint64_t> counts = {mesh.conflicts_lost, mesh.isolated_dropped};
   const std::vector<double> area = {mesh.area};
   const ArrayView arrays[] = {
-      view("triangles", ScalarType::kUint64, 3, mesh.triangles, 3),
+      view(kStoredTriangles, ScalarType::kUint32, 3, mesh.triangles, 3),
       view("fans", ScalarType::kUint8, 1, mesh.fans, 1),
-      view("outer_vertices", ScalarType::kUint64, 1, mesh.outer_vertices, 1),
+      view(kStoredOuter, ScalarType::kUint64, 1, mesh.outer_vertices, 1),
       view("outer_positions", ScalarType::kFloat64, 3, mesh.outer_positions, 3),
       view("boundary", ScalarType::kUint64, 4, mesh.boundary, 4),
       view("boundary_vertices", ScalarType::kUint64, 7, mesh.boundary_vertices, 7),
@@ -53,8 +74,8 @@ ChunkMesh load_chunk_mesh(const ChunkStore& store, ChunkId chunk, bool summary_o
   const auto stored = store.open(kMeshStage, chunk);
   ChunkMesh mesh;
   if (!summary_only) {
-    mesh.triangles = stored->read_all<Triangle64>("triangles");
-    mesh.outer_vertices = stored->read_all<std::uint64_t>("outer_vertices");
+    mesh.triangles = stored->read_all<Triangle>(kStoredTriangles);
+    mesh.outer_vertices = stored->read_all<std::uint64_t>(kStoredOuter);
     mesh.outer_positions = stored->read_all<Vec3>("outer_positions");
   }
   mesh.fans = stored->read_all<std::uint8_t>("fans");
@@ -70,7 +91,7 @@ ChunkMesh load_chunk_mesh(const ChunkStore& store, ChunkId chunk, bool summary_o
 }
 
 std::uint64_t stored_triangles(const ChunkStore& store, ChunkId chunk) {
-  return store.open(kMeshStage, chunk)->rows("triangles");
+  return store.open(kMeshStage, chunk)->rows(kStoredTriangles);
 }
 
 ChunkPoints load_chunk_with_halo(const ChunkStore& store, const Partition& partition, ChunkId chunk,
@@ -81,23 +102,33 @@ ChunkPoints load_chunk_with_halo(const ChunkStore& store, const Partition& parti
   sources.push_back(chunk);
   // Chunks in Morton order, points in canonical order within: the whole is in canonical order.
   std::sort(sources.begin(), sources.end());
-  ChunkPoints points;
+  std::vector<PointsInBox> parts;
+  std::size_t count = partition.points_in(chunk);
   for (const ChunkId source : sources) {
-    const bool own = source == chunk;
-    if (own) points.owned_begin = static_cast<std::uint32_t>(points.positions.size());
-    append(points,
-           load_points_in_box(store, source, partition.schema,
-                              own ? partition.bounds.grown(halo) : reach),
-           partition.first_vertex[source], own);
-    if (own) points.owned_end = static_cast<std::uint32_t>(points.positions.size());
+    parts.push_back(source == chunk ? PointsInBox{}
+                                    : load_points_in_box(store, source, partition.schema, reach));
+    count += parts.back().rows.size();
+  }
+  ChunkPoints points;
+  points.positions.resize(count);
+  points.normals.resize(count);
+  points.global.resize(count);
+  points.owned.resize(count, 0);
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    at = sources[i] == chunk ? put_own(store, partition, chunk, at, points)
+                             : put(parts[i], partition.first_vertex[sources[i]], at, points);
+    parts[i] = {};
   }
   return points;
 }
 
 void reconstruct_chunks(JobContext& context, const Partition& partition,
                         const std::vector<double>& radii) {
-  by_leader(context,
-            [&] { begin_stage(context, kMeshStage, mesh_key(context, partition, radii)); });
+  by_leader(context, [&] {
+    begin_stage(context, kMeshStage, mesh_key(context, partition, radii));
+    drop_stitch_of_unfinished_mesh(context, partition);
+  });
 
   const auto& chunks = partition.octree.chunks();
   StageClock clock(context, "reconstruct", chunks.size(), "chunks");
@@ -118,10 +149,11 @@ void reconstruct_chunks(JobContext& context, const Partition& partition,
       context, clock, kMeshStage, std::move(tasks), plan.chunks_in_flight_bytes,
       [&](ChunkId chunk) {
         const ChunkPoints points = load_chunk_with_halo(context.store, partition, chunk, halo);
-        const BallPivotingResult result =
+        BallPivotingResult result =
             ball_pivoting(points.positions, points.normals, points.owned, options);
-        commit_chunk_mesh(context.store, chunk,
-                          make_chunk_mesh(points, result, chunks[chunk].box, 2.0 * radii.back()));
+        commit_chunk_mesh(
+            context.store, chunk,
+            make_chunk_mesh(points, std::move(result), chunks[chunk].box, 2.0 * radii.back()));
       });
   clock.facts().points = partition.points();
 }

@@ -12,6 +12,10 @@
 namespace orbweave {
 
 inline constexpr const char* kMeshStage = "mesh";
+/// Arrays of its results: Triangle in the chunk's own numbers (local_numbers.h), in the order of
+/// the mesh; the vertices among them that others own.
+inline constexpr const char* kStoredTriangles = "triangles";
+inline constexpr const char* kStoredOuter = "outer_vertices";
 
 void commit_chunk_mesh(ChunkStore& store, ChunkId chunk, const ChunkMesh& mesh);
 /// Everything but triangles and outer vertices when `summary_only`.

@@ -7,6 +7,7 @@
 
 #include "engine/holes/patch_vertices.h"
 #include "engine/pipeline/reconstruct_stage.h"
+#include "engine/stitching/local_numbers.h"
 #include "io/chunk_points.h"
 
 namespace orbweave {
@@ -14,43 +15,31 @@ namespace orbweave {
 /// A chunk's points, the triangles it owns, and which of them meet at each vertex.
 struct StoredSurface::LoadedChunk {
   PointCloud points;
-  std::vector<Triangle64> triangles;
+  std::uint64_t first_vertex = 0;
+  std::vector<Triangle> triangles;            // in the chunk's own numbers
   std::vector<std::uint64_t> outer_vertices;  // sorted
-  // Triangles at own points, then at outer vertices: numbers into `triangles`.
+  // Triangles at vertices by their own numbers: numbers into `triangles`.
   std::vector<std::uint32_t> first;
   std::vector<std::uint32_t> at;
   std::vector<ChunkId> neighbors;  // that may own triangles at own points
 
   std::size_t bytes() const {
     return points.size() * (sizeof(Vec3) + points.schema.attribute_bytes()) +
-           triangles.size() * sizeof(Triangle64) + outer_vertices.size() * 8 +
+           triangles.size() * sizeof(Triangle) + outer_vertices.size() * 8 +
            (first.size() + at.size()) * 4;
   }
-  void add_triangles(std::size_t slot, std::vector<Triangle64>& out) const {
-    for (std::uint32_t i = first[slot]; i < first[slot + 1]; ++i) out.push_back(triangles[at[i]]);
+  LocalNumbers numbers() const { return {first_vertex, points.size(), outer_vertices}; }
+  /// Nothing where the chunk does not know the vertex.
+  void add_triangles(std::uint64_t vertex, std::vector<Triangle64>& out) const {
+    const LocalNumbers known = numbers();
+    const std::uint64_t slot = known.local(vertex);
+    if (slot == known.count()) return;
+    for (std::uint32_t i = first[slot]; i < first[slot + 1]; ++i)
+      out.push_back(known.global(triangles[at[i]]));
   }
 };
 
 namespace {
-
-/// Slots of a chunk's vertices: own points, then outer vertices.
-class Slots {
- public:
-  Slots(std::uint64_t first_vertex, std::size_t own, std::span<const std::uint64_t> outer)
-      : first_(first_vertex), own_(own), outer_(outer) {}
-  std::size_t count() const { return own_ + outer_.size(); }
-  std::size_t of(std::uint64_t vertex) const {
-    if (vertex >= first_ && vertex - first_ < own_) return vertex - first_;
-    const auto at = std::lower_bound(outer_.begin(), outer_.end(), vertex);
-    const bool found = at != outer_.end() && *at == vertex;
-    return found ? own_ + static_cast<std::size_t>(at - outer_.begin()) : count();
-  }
-
- private:
-  std::uint64_t first_;
-  std::size_t own_;
-  std::span<const std::uint64_t> outer_;
-};
 
 double distance_to(const Box& box, Vec3 p) {
   double most = 0.0;
@@ -123,23 +112,21 @@ std::shared_ptr<const StoredSurface::LoadedChunk> StoredSurface::Cache::load(Chu
   if (!surface_.with_values_) schema.attributes.clear();
   loaded->points = load_points(surface_.store_, chunk, schema);
   const auto stored = surface_.store_.open(kMeshStage, chunk);
-  loaded->triangles = stored->read_all<Triangle64>("triangles");
-  loaded->outer_vertices = stored->read_all<std::uint64_t>("outer_vertices");
+  loaded->first_vertex = partition.first_vertex[chunk];
+  loaded->triangles = stored->read_all<Triangle>(kStoredTriangles);
+  loaded->outer_vertices = stored->read_all<std::uint64_t>(kStoredOuter);
   loaded->neighbors = partition.octree.neighbors(chunk, surface_.reach_);
 
-  const Slots slots(partition.first_vertex[chunk], loaded->points.size(), loaded->outer_vertices);
   std::vector<std::uint32_t>& first = loaded->first;
-  first.assign(slots.count() + 1, 0);
-  for (const Triangle64& t : loaded->triangles) {
-    for (const std::uint64_t vertex : t) ++first[slots.of(vertex) + 1];
+  first.assign(loaded->numbers().count() + 1, 0);
+  for (const Triangle& t : loaded->triangles) {
+    for (const std::uint32_t vertex : t) ++first[vertex + 1];
   }
   for (std::size_t slot = 1; slot < first.size(); ++slot) first[slot] += first[slot - 1];
   loaded->at.resize(first.back());
   std::vector<std::uint32_t> place(first.begin(), first.end() - 1);
   for (std::uint32_t t = 0; t < loaded->triangles.size(); ++t) {
-    for (const std::uint64_t vertex : loaded->triangles[t]) {
-      loaded->at[place[slots.of(vertex)]++] = t;
-    }
+    for (const std::uint32_t vertex : loaded->triangles[t]) loaded->at[place[vertex]++] = t;
   }
   return loaded;
 }
@@ -158,7 +145,7 @@ void StoredSurface::limit_memory(std::size_t memory_bytes) { cache_->limit(memor
 
 std::size_t StoredSurface::chunk_bytes(ChunkId chunk) const {
   // Two triangles per point, each at three of the vertices.
-  constexpr std::size_t kPerPoint = sizeof(Vec3) + 2 * sizeof(Triangle64) + 7 * 4;
+  constexpr std::size_t kPerPoint = sizeof(Vec3) + 2 * sizeof(Triangle) + 7 * 4;
   const std::size_t attributes = with_values_ ? partition_.schema.attribute_bytes() : 0;
   return partition_.points_in(chunk) * (kPerPoint + attributes);
 }
@@ -172,16 +159,11 @@ void StoredSurface::triangles_at(std::uint64_t vertex, std::vector<Triangle64>& 
   const auto begin = static_cast<std::ptrdiff_t>(out.size());
   const ChunkId chunk = partition_.chunk_of(vertex);
   const auto own = cache_->get(chunk);
-  const std::size_t row = vertex - partition_.first_vertex[chunk];
-  own->add_triangles(row, out);
-  const Vec3 position = own->points.positions[row];
+  own->add_triangles(vertex, out);
+  const Vec3 position = own->points.positions[vertex - own->first_vertex];
   for (const ChunkId other : own->neighbors) {
     if (distance_to(partition_.octree.chunks()[other].box, position) > reach_) continue;
-    const auto loaded = cache_->get(other);
-    const Slots slots(partition_.first_vertex[other], loaded->points.size(),
-                      loaded->outer_vertices);
-    const std::size_t slot = slots.of(vertex);
-    if (slot < slots.count()) loaded->add_triangles(slot, out);
+    cache_->get(other)->add_triangles(vertex, out);
   }
   std::sort(out.begin() + begin, out.end());
   if (removed_.empty()) return;

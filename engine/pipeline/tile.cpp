@@ -6,6 +6,7 @@
 
 #include "engine/holes/patch_vertices.h"
 #include "engine/pipeline/reconstruct_stage.h"
+#include "engine/stitching/local_numbers.h"
 #include "io/chunk_points.h"
 
 namespace orbweave {
@@ -66,6 +67,7 @@ Tile::Tile(const ChunkStore& store, const TileInput& input, ChunkId chunk,
       chunk_(chunk),
       first_(input.partition.first_vertex[chunk]),
       points_(input.partition.points_in(chunk)),
+      ranks_(input.used),
       own_(points_) {
   load_scanned();
   add_run(first_rows.of_chunk[chunk], triangles_.size());
@@ -76,7 +78,17 @@ Tile::Tile(const ChunkStore& store, const TileInput& input, ChunkId chunk,
 }
 
 void Tile::load_scanned() {
-  triangles_ = store_.open(kMeshStage, chunk_)->read_all<Triangle64>("triangles");
+  const auto stored = store_.open(kMeshStage, chunk_);
+  const auto outer = stored->read_all<std::uint64_t>(kStoredOuter);
+  const LocalNumbers local(first_, points_, outer);
+  const std::uint64_t count = stored->rows(kStoredTriangles);
+  triangles_.reserve(count);
+  std::vector<Triangle> rows;
+  for (std::uint64_t first = 0; first < count; first += rows.size()) {
+    rows.resize(std::min(kBatchRows, count - first));
+    stored->read(kStoredTriangles, first, rows.size(), rows.data());
+    for (const Triangle& t : rows) triangles_.push_back(local.global(t));
+  }
   const OutputNumbers& numbers = input_.pieces.numbers();
   if (!numbers.any_removed()) return;
   std::erase_if(triangles_, [&](const Triangle64& t) { return numbers.is_removed(t); });
@@ -115,7 +127,7 @@ void Tile::find_vertices() {
   std::vector<std::uint8_t> used(points_, 0);
   for (const Triangle64& t : triangles_) {
     for (int k = 0; k < 3; ++k) {
-      const std::uint64_t id = numbers.of_corner(t, k);
+      const std::uint64_t id = numbers.of_corner(t, k, ranks_);
       if (is_own(t[k], id)) {
         used[t[k] - first_] = 1;
       } else {
@@ -123,19 +135,19 @@ void Tile::find_vertices() {
       }
     }
   }
-  own_.mark(0, used);
+  own_.mark(used);
   own_.number();
   std::sort(outer_.begin(), outer_.end());
   outer_.erase(std::unique(outer_.begin(), outer_.end()), outer_.end());
-  const Outer own_begin = {input_.used.rank(first_), 0};
+  const Outer own_begin = {input_.used.before_chunk(chunk_), 0};
   outer_below_ = static_cast<std::size_t>(
       std::lower_bound(outer_.begin(), outer_.end(), own_begin) - outer_.begin());
 }
 
-Triangle64 Tile::in_tile_numbers(const Triangle64& t) const {
+Triangle64 Tile::in_tile_numbers(const Triangle64& t) {
   Triangle64 result;
   for (int k = 0; k < 3; ++k) {
-    const std::uint64_t id = input_.pieces.numbers().of_corner(t, k);
+    const std::uint64_t id = input_.pieces.numbers().of_corner(t, k, ranks_);
     if (is_own(t[k], id)) {
       result[k] = outer_below_ + own_.rank(t[k] - first_);
       continue;
@@ -165,7 +177,7 @@ void Tile::write(MeshWriter& writer, Box& bounds) {
   }
 }
 
-void Tile::write_own(MeshWriter& writer, Box& bounds) const {
+void Tile::write_own(MeshWriter& writer, Box& bounds) {
   PointCloud cloud;
   std::vector<std::uint64_t> ids;
   for (std::uint64_t first = 0; first < points_; first += kBatchRows) {
@@ -174,7 +186,7 @@ void Tile::write_own(MeshWriter& writer, Box& bounds) const {
     keep_used(cloud, own_, first);
     ids.clear();
     for (std::uint64_t row = first; row < first + rows; ++row) {
-      if (own_.used(row)) ids.push_back(input_.used.rank(first_ + row));
+      if (own_.used(row)) ids.push_back(ranks_.of(first_ + row));
     }
     write_batch(writer, cloud, ids, bounds);
   }

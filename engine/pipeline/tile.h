@@ -62,8 +62,8 @@ class Tile {
   void add_run(std::uint64_t first, std::uint64_t rows);
   void find_vertices();
   bool is_own(std::uint64_t source, std::uint64_t id) const;
-  Triangle64 in_tile_numbers(const Triangle64& t) const;
-  void write_own(MeshWriter& writer, Box& bounds) const;
+  Triangle64 in_tile_numbers(const Triangle64& t);
+  void write_own(MeshWriter& writer, Box& bounds);
   void write_outer(MeshWriter& writer, std::span<const Outer> vertices, Box& bounds) const;
   std::size_t append_points(std::span<const Outer> vertices, PointCloud& cloud) const;
   std::size_t append_new(std::span<const Outer> vertices, PointCloud& cloud) const;
@@ -78,7 +78,8 @@ class Tile {
   std::vector<Triangle64> triangles_;
   std::vector<std::int32_t> hole_;
   std::vector<TriangleRun> runs_;
-  UsedVertices own_;          // the chunk's points that the tile uses
+  VertexRanks ranks_;
+  RankedPoints own_;          // the chunk's points that the tile uses
   std::vector<Outer> outer_;  // by number
   std::size_t outer_below_ = 0;
 };

@@ -1,6 +1,8 @@
 #include "engine/stitching/chunk_mesh.h"
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 #include "engine/validation/disjoint_sets.h"
 
@@ -74,19 +76,24 @@ bool near_border(Vec3 p, const Box& box, double width) {
   return false;
 }
 
-/// Points whose nodes other chunks may share: owned ones near the border, and those of others.
-std::vector<std::uint8_t> seam_points(const ChunkPoints& points, const ChunkMesh& mesh,
-                                      const Box& box, double seam_width) {
-  std::vector<std::uint8_t> on_seam(points.positions.size(), 0);
+/// Which points of other chunks the triangles use: one flag per point.
+std::vector<std::uint8_t> outer_points(const ChunkPoints& points,
+                                       std::span<const Triangle> triangles) {
+  std::vector<std::uint8_t> is_outer(points.positions.size(), 0);
+  for (const Triangle& t : triangles) {
+    for (const std::uint32_t vertex : t) is_outer[vertex] = points.is_owned(vertex) ? 0 : 1;
+  }
+  return is_outer;
+}
+
+/// Adds the points whose nodes other chunks may share to those of others: owned ones near the
+/// border.
+void add_seam_points(const ChunkPoints& points, const ChunkMesh& mesh, const Box& box,
+                     double seam_width, std::vector<std::uint8_t>& on_seam) {
   for (std::uint32_t i = points.owned_begin; i < points.owned_end; ++i) {
     on_seam[i] =
         mesh.fans[i - points.owned_begin] != 0 && near_border(points.positions[i], box, seam_width);
   }
-  for (const std::uint64_t vertex : mesh.outer_vertices) {
-    const auto at = std::lower_bound(points.global.begin(), points.global.end(), vertex);
-    on_seam[static_cast<std::size_t>(at - points.global.begin())] = 1;
-  }
-  return on_seam;
 }
 
 void add_boundary(const ChunkPoints& points, const BallPivotingResult& result,
@@ -109,21 +116,33 @@ void add_boundary(const ChunkPoints& points, const BallPivotingResult& result,
   list.erase(std::unique(list.begin(), list.end(), same_vertex), list.end());
 }
 
-void add_to_piece(const ChunkPoints& points, const Triangle& t, ChunkPiece& piece) {
-  // Triangles come in ascending order.
-  if (piece.triangles++ == 0) {
-    piece.first = {points.global[t[0]], points.global[t[1]], points.global[t[2]]};
+/// The components that the chunk owns triangles of, numbered by their first triangles.
+void add_pieces(const ChunkPoints& points, const BallPivotingResult& result, const FanNodes& nodes,
+                ComponentNumbers& numbers, ChunkMesh& mesh) {
+  // A vertex of one fan is of one piece: once is enough.
+  std::vector<std::uint8_t> in_box(points.positions.size(), 0);
+  for (const Triangle& t : result.triangles) {  // ascending
+    const std::uint64_t number = numbers.of(nodes.at(t[0], t[1]));
+    if (number == mesh.pieces.size()) {
+      mesh.pieces.emplace_back().first = {points.global[t[0]], points.global[t[1]],
+                                          points.global[t[2]]};
+    }
+    ChunkPiece& piece = mesh.pieces[number];
+    ++piece.triangles;
+    for (const std::uint32_t vertex : t) {
+      if (in_box[vertex] != 0) continue;
+      in_box[vertex] = result.fans[vertex] == 1 ? 1 : 0;
+      piece.box.extend(points.positions[vertex]);
+    }
   }
-  for (const std::uint32_t vertex : t) piece.box.extend(points.positions[vertex]);
 }
 
-void find_components(const ChunkPoints& points, const BallPivotingResult& result, const Box& box,
-                     double seam_width, ChunkMesh& mesh) {
+void find_components(const ChunkPoints& points, const BallPivotingResult& result,
+                     std::span<const std::uint8_t> on_seam, ChunkMesh& mesh) {
   FanNodes nodes(result);
   for (const Triangle& t : result.triangles) nodes.join(t);
   ComponentNumbers numbers(nodes);
-  for (const Triangle& t : result.triangles) numbers.of(nodes.at(t[0], t[1]));
-  const std::vector<std::uint8_t> on_seam = seam_points(points, mesh, box, seam_width);
+  add_pieces(points, result, nodes, numbers, mesh);
   for (std::uint32_t i = 0; i < on_seam.size(); ++i) {
     if (on_seam[i] == 0 || result.fans[i] > 1) continue;
     mesh.seam.push_back({points.global[i], SeamNode::kWhole, numbers.of(i)});
@@ -138,9 +157,6 @@ void find_components(const ChunkPoints& points, const BallPivotingResult& result
   mesh.seam.erase(std::unique(mesh.seam.begin(), mesh.seam.end()), mesh.seam.end());
   add_boundary(points, result, nodes, numbers, mesh);
   mesh.pieces.resize(numbers.count());
-  for (const Triangle& t : result.triangles) {
-    add_to_piece(points, t, mesh.pieces[numbers.of(nodes.at(t[0], t[1]))]);
-  }
 }
 
 double area_of(const ChunkPoints& points, const Triangle& t) {
@@ -148,31 +164,38 @@ double area_of(const ChunkPoints& points, const Triangle& t) {
   return 0.5 * norm(cross(points.positions[t[1]] - a, points.positions[t[2]] - a));
 }
 
+/// Lists the points of others and numbers all points as the chunk does; meaningless where neither
+/// it owns a point nor its triangles use it.
+std::vector<std::uint32_t> number_points(const ChunkPoints& points,
+                                         std::span<const std::uint8_t> is_outer, ChunkMesh& mesh) {
+  std::vector<std::uint32_t> local(points.positions.size(), 0);
+  const std::uint32_t own = points.owned_end - points.owned_begin;
+  std::iota(local.begin() + points.owned_begin, local.begin() + points.owned_end, 0u);
+  for (std::size_t i = 0; i < is_outer.size(); ++i) {
+    if (is_outer[i] == 0) continue;
+    local[i] = own + static_cast<std::uint32_t>(mesh.outer_vertices.size());
+    mesh.outer_vertices.push_back(points.global[i]);
+    mesh.outer_positions.push_back(points.positions[i]);
+  }
+  return local;
+}
+
 }  // namespace
 
-ChunkMesh make_chunk_mesh(const ChunkPoints& points, const BallPivotingResult& result,
-                          const Box& box, double seam_width) {
+ChunkMesh make_chunk_mesh(const ChunkPoints& points, BallPivotingResult result, const Box& box,
+                          double seam_width) {
   ChunkMesh mesh;
   mesh.conflicts_lost = result.conflicts_lost;
   mesh.isolated_dropped = result.isolated_dropped;
   mesh.fans.assign(result.fans.begin() + points.owned_begin,
                    result.fans.begin() + points.owned_end);
-  mesh.triangles.reserve(result.triangles.size());
-  for (const Triangle& t : result.triangles) {
-    mesh.triangles.push_back({points.global[t[0]], points.global[t[1]], points.global[t[2]]});
-    mesh.area += area_of(points, t);
-    for (const std::uint32_t vertex : t) {
-      if (points.owned[vertex] == 0) mesh.outer_vertices.push_back(vertex);
-    }
-  }
-  std::sort(mesh.outer_vertices.begin(), mesh.outer_vertices.end());
-  mesh.outer_vertices.erase(std::unique(mesh.outer_vertices.begin(), mesh.outer_vertices.end()),
-                            mesh.outer_vertices.end());
-  for (std::uint64_t& vertex : mesh.outer_vertices) {
-    mesh.outer_positions.push_back(points.positions[vertex]);
-    vertex = points.global[vertex];
-  }
-  find_components(points, result, box, seam_width, mesh);
+  for (const Triangle& t : result.triangles) mesh.area += area_of(points, t);
+  std::vector<std::uint8_t> flags = outer_points(points, result.triangles);
+  const std::vector<std::uint32_t> local = number_points(points, flags, mesh);
+  add_seam_points(points, mesh, box, seam_width, flags);
+  find_components(points, result, flags, mesh);
+  mesh.triangles = std::move(result.triangles);
+  for (Triangle& t : mesh.triangles) t = {local[t[0]], local[t[1]], local[t[2]]};
   return mesh;
 }
 

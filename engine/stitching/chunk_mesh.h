@@ -1,5 +1,5 @@
-// A chunk's part of the mesh: its own triangles in global vertex numbers, and what the other
-// chunks need to know of its seams. Stitching is by ownership: a seam triangle is computed alike
+// A chunk's part of the mesh: its own triangles, and what the other chunks need to know of its
+// seams. Stitching is by ownership: a seam triangle is computed alike
 // by all chunks that see it and kept by the one that owns its first vertex in canonical order.
 #pragma once
 
@@ -32,9 +32,10 @@ struct ChunkPiece {
   Box box;             ///< of their vertices
 };
 
-/// What a chunk contributes. Vertex numbers are ranks in the canonical order of the whole cloud.
+/// What a chunk contributes. Vertex numbers are ranks in the canonical order of the whole cloud,
+/// but for those of `triangles`, which are the chunk's own (local_numbers.h).
 struct ChunkMesh {
-  std::vector<Triangle64> triangles;          ///< owned, smallest first, sorted
+  std::vector<Triangle> triangles;            ///< owned, smallest first, sorted, as the mesh has it
   std::vector<std::uint8_t> fans;             ///< per owned point: number of fans, 0 when unused
   std::vector<std::uint64_t> outer_vertices;  ///< vertices of `triangles` that others own, sorted
   std::vector<Vec3> outer_positions;          ///< theirs
@@ -55,10 +56,12 @@ struct ChunkPoints {
   std::vector<std::uint8_t> owned;
   std::uint32_t owned_begin = 0;  ///< owned points are contiguous
   std::uint32_t owned_end = 0;
+
+  bool is_owned(std::uint32_t point) const { return point >= owned_begin && point < owned_end; }
 };
 
 /// `seam_width`: no triangle has an edge longer than that. `box`: the chunk's cube.
-ChunkMesh make_chunk_mesh(const ChunkPoints& points, const BallPivotingResult& result,
-                          const Box& box, double seam_width);
+ChunkMesh make_chunk_mesh(const ChunkPoints& points, BallPivotingResult result, const Box& box,
+                          double seam_width);
 
 }  // namespace orbweave
