@@ -68,7 +68,7 @@ class StoredResult {
 /// remove; that nobody reads what another removes is up to the callers.
 class ChunkStore {
  public:
-  static constexpr int kLayoutVersion = 2;
+  static constexpr int kLayoutVersion = 3;
 
   /// Opens or creates the directory and locks it (flock). Throws Error: resource when it cannot
   /// be created or written or when another process holds it (says which process id) or members of
