@@ -25,7 +25,7 @@ KINDS = {
     "smooth": Kind("shared", threads=1.0, computes=True),
     "orient": Kind("leader"),
     "reconstruct": Kind("shared", threads=1.0, computes=True),
-    "stitch": Kind("redundant"),
+    "stitch": Kind("leader"),
     "trace": Kind("redundant"),
     "holes": Kind("shared", threads=1.0),
     "export": Kind("shared", threads=0.5, leader=0.4),  # the checksum takes the mesh from front to back

@@ -10,6 +10,7 @@
 #include "engine/pipeline/reconstruct_stage.h"
 #include "engine/pipeline/stored_surface.h"
 #include "engine/pipeline/tile_export.h"
+#include "engine/stitching/local_numbers.h"
 #include "io/atomic_file.h"
 #include "io/chunk_points.h"
 #include "io/mesh_writer.h"
@@ -17,18 +18,6 @@
 
 namespace orbweave {
 namespace {
-
-[[noreturn]] void throw_empty(const JobContext& context) {
-  throw_bad_input(
-      "no triangle can be formed: no ball touches three points without holding a "
-      "fourth, on the side their normals point to",
-      {.file = context.files.front(),
-       .place = {},
-       .found = context.report.radii_reason,
-       .expected = "points on a surface, normals that agree with it, and ball radii of "
-                   "about the point spacing",
-       .advice = "Points on one line carry no surface; try radii = \"auto\""});
-}
 
 void warn_of_moved_vertices(JobContext& context, const Partition& partition) {
   if (!context.job.output.float_positions || !(partition.spacing > 0.0)) return;
@@ -124,57 +113,15 @@ void write_coordinate_system(const std::string& mesh, const std::string& coordin
 
 }  // namespace
 
-namespace {
-
-/// For every chunk, the last one whose triangles may use its vertices: none has an edge longer than
-/// two radii, and a bit for points that were decided on as if they lay a little elsewhere.
-std::vector<ChunkId> last_users(const Partition& partition, double radius) {
-  constexpr double kReach = 2.001;
-  std::vector<ChunkId> last;
-  for (ChunkId chunk = 0; chunk < partition.octree.chunks().size(); ++chunk) {
-    const std::vector<ChunkId> near = partition.octree.neighbors(chunk, kReach * radius);
-    last.push_back(near.empty() ? chunk : std::max(chunk, near.back()));
-  }
-  return last;
-}
-
-}  // namespace
-
-Stitched stitch(JobContext& context, const Partition& partition) {
-  const std::size_t chunks = partition.octree.chunks().size();
-  StageClock clock(context, "stitch", chunks, "chunks");
-  const std::vector<ChunkId> last = last_users(partition, context.report.radii.back());
-  const auto last_use = [&](std::uint64_t vertex) -> std::uint64_t {
-    return last[partition.chunk_of(vertex)];
-  };
-  Stitched stitched{
-      MeshSummary(context.job.fill.enabled, last_use), UsedVertices(partition.points()), {}};
-  for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
-    context.stop.check();
-    const ChunkMesh mesh = load_chunk_mesh(context.store, chunk, true);
-    stitched.triangles.push_back(stored_triangles(context.store, chunk));
-    stitched.summary.add(mesh, partition.first_vertex[chunk], stitched.triangles.back());
-    stitched.used.mark(partition.first_vertex[chunk], mesh.fans);
-    context.progress.advance(1);
-  }
-  stitched.summary.finish();
-  context.report.conflicts_lost = stitched.summary.conflicts_lost();
-  context.report.points_unused = stitched.summary.unused_points();
-  clock.facts().chunks = chunks;
-  if (stitched.summary.facts().triangles == 0) throw_empty(context);
-  return stitched;
-}
-
 void check_format_holds(const OutputOptions& output, std::uint64_t points) {
   check_mesh_size(output.mesh, 2 * points, {output.binary, output.float_positions, {}});
 }
 
-void export_mesh(JobContext& context, const Partition& partition, Stitched& stitched,
+void export_mesh(JobContext& context, const Partition& partition,
+                 const std::vector<std::uint64_t>& triangles, const UsedVertices& used,
                  const FilledHoles& holes, MeshFacts& facts) {
   if (context.team.leads()) warn_of_moved_vertices(context, partition);
-  for (const std::uint64_t point : holes.freed) stitched.used.unmark(point);
-  stitched.used.number();
-  const MeshPieces pieces(context, partition, stitched.used, holes, stitched.triangles);
+  const MeshPieces pieces(context, partition, used, holes, triangles);
   if (pieces.vertices() != facts.vertices || pieces.triangles() != facts.triangles)
     throw std::logic_error("the mesh has other counts than its summary says");
 
@@ -185,7 +132,7 @@ void export_mesh(JobContext& context, const Partition& partition, Stitched& stit
   const MeshHeader header{facts.vertices, facts.triangles, false, context.job.fill.enabled,
                           output_schema(partition, output)};
   SurfaceDigest digest;
-  const TileInput tiles{partition, stitched.used, holes, pieces, header};
+  const TileInput tiles{partition, used, holes, pieces, header};
   clock.facts().bytes_written = output.tiles ? export_tiles(context, clock, tiles, digest)
                                              : export_one_file(context, pieces, header, digest);
   clock.facts().points = partition.points();
@@ -203,23 +150,20 @@ void draw_picture(JobContext& context, const Partition& partition, const FilledH
     context.stop.check();
     const std::vector<Vec3> own = load_points(context.store, chunk, partition.schema).positions;
     const ChunkMesh mesh = load_chunk_mesh(context.store, chunk, false);
-    const std::uint64_t first = partition.first_vertex[chunk];
-    const auto position = [&](std::uint64_t vertex) {
-      if (vertex >= first && vertex - first < own.size()) return own[vertex - first];
-      const auto at =
-          std::lower_bound(mesh.outer_vertices.begin(), mesh.outer_vertices.end(), vertex);
-      return mesh.outer_positions[static_cast<std::size_t>(at - mesh.outer_vertices.begin())];
+    const LocalNumbers numbers(partition.first_vertex[chunk], own.size(), mesh.outer_vertices);
+    const auto position = [&](std::uint32_t vertex) {
+      return vertex < own.size() ? own[vertex] : mesh.outer_positions[vertex - own.size()];
     };
     std::vector<std::array<Vec3, 3>> corners;
     corners.reserve(mesh.triangles.size());
-    for (const Triangle64& t : mesh.triangles) {
+    for (const Triangle& t : mesh.triangles) {
       corners.push_back({position(t[0]), position(t[1]), position(t[2])});
     }
     if (!holes.removed.empty()) {
       std::size_t kept = 0;
       for (std::size_t i = 0; i < corners.size(); ++i) {
-        const bool removed =
-            std::binary_search(holes.removed.begin(), holes.removed.end(), mesh.triangles[i]);
+        const bool removed = std::binary_search(holes.removed.begin(), holes.removed.end(),
+                                                numbers.global(mesh.triangles[i]));
         if (!removed) corners[kept++] = corners[i];
       }
       corners.resize(kept);

@@ -9,27 +9,17 @@
 #include "engine/pipeline/job_context.h"
 #include "engine/pipeline/partition_stage.h"
 #include "engine/pipeline/used_vertices.h"
-#include "engine/stitching/mesh_summary.h"
 
 namespace orbweave {
-
-/// What one pass over the chunks' summaries gives.
-struct Stitched {
-  MeshSummary summary;
-  UsedVertices used;
-  std::vector<std::uint64_t> triangles;  ///< per chunk
-};
-
-/// The stage that looks at all chunks' parts together. Throws Error (bad input) where no triangle
-/// was found.
-Stitched stitch(JobContext& context, const Partition& partition);
 
 /// Throws Error (usage) where the mesh of so many points is bound to be too large for its format; a
 /// closed surface has twice as many triangles as vertices.
 void check_format_holds(const OutputOptions& output, std::uint64_t points);
 
-/// Writes the mesh; `facts` gets its bounds and checksum.
-void export_mesh(JobContext& context, const Partition& partition, Stitched& stitched,
+/// Writes the mesh; `triangles`: those that are stored, per chunk. `facts` gets bounds and
+/// checksum.
+void export_mesh(JobContext& context, const Partition& partition,
+                 const std::vector<std::uint64_t>& triangles, const UsedVertices& used,
                  const FilledHoles& holes, MeshFacts& facts);
 
 /// Draws the stored mesh to a PNG, patches in their own colour.

@@ -24,13 +24,18 @@ constexpr std::uint64_t kMostSampleBytes = std::uint64_t{16} << 20;
 /// As measured: a point of a chunk that is sorted, in records.
 constexpr std::uint64_t kRecordsPerSorted = 2;
 constexpr double kMargin = 1.06;
-/// Vertices that are used, block bounds, checksums, pieces in the last stages: per 64 points.
-constexpr std::uint64_t kWholeCloudBytesPer64 = 48;
+/// Block bounds, checksums, shapes, chunks: per 64 points.
+constexpr std::uint64_t kWholeCloudBytesPer64 = 16;
 /// As measured: the boundary while it is stitched and traced, and while holes are filled.
 constexpr std::uint64_t kTracedEdgeBytes = 165;
 constexpr std::uint64_t kTracedLoopBytes = 280;
 constexpr std::uint64_t kFilledEdgeBytes = 56;
 constexpr std::uint64_t kFilledLoopBytes = 340;
+/// Where no holes are filled: fans, and what counting loops takes beside them.
+constexpr std::uint64_t kCountedEdgeBytes = 40;
+/// A piece, its number and its place among those it hangs together with; a copy while loops are
+/// traced.
+constexpr std::uint64_t kPieceBytes = 144;
 
 std::uint64_t record_bytes(const PointSchema& schema) {
   return sizeof(Vec3) + schema.attribute_bytes() +
@@ -141,7 +146,7 @@ std::uint64_t whole_cloud_bytes(const Partition& partition) {
 
 /// While loops are traced, which no chunk is held beside.
 std::uint64_t traced_bytes(const HoleLoad& load) {
-  return load.edges * kTracedEdgeBytes + load.loops * kTracedLoopBytes;
+  return load.edges * kTracedEdgeBytes + load.loops * kTracedLoopBytes + load.pieces * kPieceBytes;
 }
 
 std::uint64_t filled_bytes(const HoleLoad& load) {
@@ -152,6 +157,22 @@ std::uint64_t filled_bytes(const HoleLoad& load) {
 std::uint64_t least_hole_bytes(const Partition& partition, const HoleLoad& load) {
   return whole_cloud_bytes(partition) +
          std::max(traced_bytes(load), filled_bytes(load) + load.chunk_bytes + load.batch_bytes);
+}
+
+void require_memory(const InputContext& context, const HoleLoad& load, std::uint64_t needed) {
+  const std::uint64_t budget = context.job.partition.memory_bytes;
+  if (needed <= budget || load.edges == 0) return;
+  const std::string more = "larger ball radii leave fewer holes";
+  const bool fills = context.job.fill.enabled;
+  throw_resource(fills ? "the memory budget is too small for the boundary whose holes are to be "
+                         "filled"
+                       : "the memory budget is too small for the boundary of the mesh",
+                 {.file = {},
+                  .place = "partition.memory",
+                  .found = format_bytes(budget) + "; " + format_count(load.edges) +
+                           " boundary edges in " + format_count(load.loops) + " loops",
+                  .expected = "at least " + std::to_string((needed >> 20) + 1) + " MiB",
+                  .advice = fills ? "Or fill.enabled = false (--no-fill); " + more : more});
 }
 
 }  // namespace
@@ -174,17 +195,18 @@ std::uint64_t predicted_hole_bytes(const InputContext& context, const Partition&
 
 void require_memory_for_holes(const InputContext& context, const Partition& partition,
                               const HoleLoad& load) {
-  const std::uint64_t needed = least_hole_bytes(partition, load);
-  const std::uint64_t budget = context.job.partition.memory_bytes;
-  if (needed <= budget) return;
-  throw_resource("the memory budget is too small for the boundary whose holes are to be filled",
-                 {.file = {},
-                  .place = "partition.memory",
-                  .found = format_bytes(budget) + "; " + format_count(load.edges) +
-                           " boundary edges in " + format_count(load.loops) + " loops",
-                  .expected = "at least " + std::to_string((needed >> 20) + 1) + " MiB",
-                  .advice = "Or fill.enabled = false (--no-fill); larger ball radii leave fewer "
-                            "holes"});
+  require_memory(context, load, least_hole_bytes(partition, load));
+}
+
+std::uint64_t boundary_bytes(const InputContext& context, const Partition& partition,
+                             const HoleLoad& load) {
+  if (context.job.fill.enabled) return least_hole_bytes(partition, load);
+  return whole_cloud_bytes(partition) + load.edges * kCountedEdgeBytes + load.pieces * kPieceBytes;
+}
+
+void require_memory_for_boundary(const InputContext& context, const Partition& partition,
+                                 const HoleLoad& load) {
+  require_memory(context, load, boundary_bytes(context, partition, load));
 }
 
 void require_memory_for_largest(const JobContext& context, const Partition& partition,

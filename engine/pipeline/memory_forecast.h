@@ -31,6 +31,7 @@ struct HoleLoad {
   std::uint64_t chunk_bytes = 0;      ///< of the largest chunk that is looked at
   std::uint64_t batch_bytes = 0;      ///< of the largest batch of holes
   std::uint64_t all_chunk_bytes = 0;  ///< of all chunks with a boundary
+  std::uint64_t pieces = 0;           ///< connected ones, of the mesh or of all chunks' meshes
 };
 
 /// Peak of the process in the stage of the holes.
@@ -41,6 +42,14 @@ std::uint64_t predicted_hole_bytes(const InputContext& context, const Partition&
 /// budget, and says how much that is.
 void require_memory_for_holes(const InputContext& context, const Partition& partition,
                               const HoleLoad& load);
+
+/// Peak of the process while so much boundary is stitched and, where holes are filled, traced.
+std::uint64_t boundary_bytes(const InputContext& context, const Partition& partition,
+                             const HoleLoad& load);
+
+/// Throws Error (resource) where that is more than the budget, and says how much it is.
+void require_memory_for_boundary(const InputContext& context, const Partition& partition,
+                                 const HoleLoad& load);
 
 /// Throws Error (resource) where a chunk with its halo alone takes more than the budget, and says
 /// how much that is.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -12,34 +13,32 @@ namespace orbweave {
 
 class OutputNumbers {
  public:
-  /// Both must outlive the object; `used` is numbered.
-  OutputNumbers(const UsedVertices& used, const FilledHoles& holes, std::uint64_t points)
+  /// Both must outlive the object.
+  OutputNumbers(const UsedVertices& used, const FilledHoles& holes)
       : used_(used), holes_(holes), first_new_(used.count()), first_copy_(first_new_) {
     for (const std::uint64_t vertices : holes.new_vertices) {
       first_of_batch_.push_back(first_copy_);
       first_copy_ += vertices;
     }
     if (holes.splits.empty()) return;
-    split_.assign((points + 63) / 64, 0);
+    maybe_split_.assign(std::bit_ceil(holes.copies.size()), 0);
     for (const std::uint64_t point : holes.copies) {
-      split_[point / 64] |= std::uint64_t{1} << (point % 64);
+      maybe_split_[word_of(point)] |= bit_of(point);
     }
   }
 
-  /// Of a triangle as it is stored; new vertices are counted over all batches.
-  Triangle64 of(const Triangle64& t) const {
+  /// Of a triangle of points and new vertices, these counted over all batches. `ranks`: those of
+  /// used(), at hand for what comes next.
+  Triangle64 of(const Triangle64& t, VertexRanks& ranks) const {
     Triangle64 result;
-    for (int k = 0; k < 3; ++k) result[k] = of_corner(t, k);
+    for (int k = 0; k < 3; ++k) result[k] = of_corner(t, k, ranks);
     return result;
   }
-  std::uint64_t of_corner(const Triangle64& t, int k) const {
+  std::uint64_t of_corner(const Triangle64& t, int k, VertexRanks& ranks) const {
     const std::uint64_t vertex = t[k];
     if (vertex >= kNewVertex) return first_new_ + (vertex - kNewVertex);
-    if (is_split(vertex)) {
-      const SplitCorner* split = find_split(holes_, t, vertex);
-      if (split != nullptr) return first_copy_ + split->copy;
-    }
-    return used_.rank(vertex);
+    const SplitCorner* split = split_of(t, vertex);
+    return split != nullptr ? of_copy(*split) : ranks.of(vertex);
   }
   /// A triangle of a batch with its new vertices counted over all batches.
   Triangle64 over_all_batches(Triangle64 t, std::size_t batch) const {
@@ -49,6 +48,7 @@ class OutputNumbers {
     return t;
   }
 
+  const UsedVertices& used() const { return used_; }
   std::uint64_t first_of_batch(std::size_t batch) const { return first_of_batch_[batch]; }
   std::uint64_t first_copy() const { return first_copy_; }
   std::uint64_t vertices() const { return first_copy_ + holes_.copies.size(); }
@@ -57,10 +57,21 @@ class OutputNumbers {
     return std::binary_search(holes_.removed.begin(), holes_.removed.end(), t);
   }
   bool any_removed() const { return !holes_.removed.empty(); }
+  bool any_split() const { return !maybe_split_.empty(); }
+  /// The split of a triangle's corner; null where there is none.
+  const SplitCorner* split_of(const Triangle64& t, std::uint64_t vertex) const {
+    const bool maybe = any_split() && (maybe_split_[word_of(vertex)] & bit_of(vertex)) != 0;
+    return maybe ? find_split(holes_, t, vertex) : nullptr;
+  }
+  std::uint64_t of_copy(const SplitCorner& split) const { return first_copy_ + split.copy; }
 
  private:
-  bool is_split(std::uint64_t point) const {
-    return !split_.empty() && (split_[point / 64] >> (point % 64) & 1) != 0;
+  static std::uint64_t mixed(std::uint64_t point) { return point * 0x9e3779b97f4a7c15u; }
+  std::size_t word_of(std::uint64_t point) const {
+    return (mixed(point) >> 16) & (maybe_split_.size() - 1);
+  }
+  static std::uint64_t bit_of(std::uint64_t point) {
+    return std::uint64_t{1} << (mixed(point) >> 58);
   }
 
   const UsedVertices& used_;
@@ -68,7 +79,7 @@ class OutputNumbers {
   std::uint64_t first_new_;
   std::uint64_t first_copy_;
   std::vector<std::uint64_t> first_of_batch_;
-  std::vector<std::uint64_t> split_;
+  std::vector<std::uint64_t> maybe_split_;  // 64 bits per copy, set by the mixed numbers
 };
 
 }  // namespace orbweave

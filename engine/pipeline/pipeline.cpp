@@ -24,8 +24,10 @@
 #include "engine/pipeline/radii_choice.h"
 #include "engine/pipeline/reconstruct_stage.h"
 #include "engine/pipeline/stage_keys.h"
+#include "engine/pipeline/stitch_stage.h"
 #include "engine/pipeline/tile_export.h"
 #include "engine/pipeline/time_forecast.h"
+#include "engine/pipeline/used_vertices.h"
 #include "io/atomic_file.h"
 #include "io/chunk_points.h"
 #include "io/glob.h"
@@ -109,7 +111,8 @@ void warn_of_holes(JobContext& context, const Partition& partition) {
 
 /// Loops with their first vertices as the mesh file numbers them.
 std::vector<HoleFacts> in_output_numbers(std::vector<HoleFacts> holes, const UsedVertices& used) {
-  for (HoleFacts& hole : holes) hole.first_vertex = used.rank(hole.first_vertex);
+  VertexRanks ranks(used);
+  for (HoleFacts& hole : holes) hole.first_vertex = ranks.of(hole.first_vertex);
   return holes;
 }
 
@@ -125,22 +128,21 @@ void run_stages(JobContext& context) {
   predict_room(context, partition);
   warn_of_units(context, partition);
   reconstruct_chunks(context, partition, radii);
-  Stitched stitched = stitch(context, partition);
-  MeshFacts facts = stitched.summary.facts();
+  Stitched stitched = stitch(context, partition, radii);
+  MeshFacts facts = stitched.facts;
   FilledHoles holes;
   if (context.job.fill.enabled) {
-    holes = fill_holes(context, partition, radii, stitched.summary.take_boundary(), facts);
-  } else {
-    stitched.summary.take_boundary();
+    holes = fill_holes(context, partition, radii, std::move(stitched.boundary), facts);
   }
-  export_mesh(context, partition, stitched, holes, facts);
+  const UsedVertices used(context.store, partition, stitched.used, holes.freed);
+  export_mesh(context, partition, stitched.triangles, used, holes, facts);
   if (!context.team.leads()) return;
   if (context.job.output.mesh != "-")
     context.store.disk().add(context.report.stages.back().bytes_written);
   if (!context.job.output.picture.empty()) draw_picture(context, partition, holes);
   context.report.points_unused += holes.freed.size();
   context.report.mesh = facts;
-  context.report.holes = in_output_numbers(std::move(holes.holes), stitched.used);
+  context.report.holes = in_output_numbers(std::move(holes.holes), used);
   warn_of_holes(context, partition);
 }
 
@@ -280,7 +282,9 @@ std::unique_ptr<ChunkStore> open_as_leader(const RunOptions& run, Team& team,
   if (run.fresh) {
     store->clear_ended();
     discard_raw_stages(*store);
-    for (const char* stage : {kPointsStage, kMeshStage, kHoleStage}) store->discard_stage(stage);
+    for (const char* stage : {kPointsStage, kMeshStage, kStitchStage, kHoleStage}) {
+      store->discard_stage(stage);
+    }
     store->discard_stage(cut_stage_of(kPointsStage));
   }
   if (team.size() == 1) return store;

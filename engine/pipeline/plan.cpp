@@ -6,7 +6,6 @@
 #include "engine/ball_pivoting/automatic_radii.h"
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/pipeline/disk_plan.h"
-#include "engine/pipeline/export_stage.h"
 #include "engine/pipeline/hole_stage.h"
 #include "engine/pipeline/memory_forecast.h"
 #include "engine/pipeline/partition_stage.h"
@@ -16,7 +15,9 @@
 #include "engine/pipeline/reconstruct_stage.h"
 #include "engine/pipeline/scan_input.h"
 #include "engine/pipeline/stage_keys.h"
+#include "engine/pipeline/stitch_stage.h"
 #include "engine/pipeline/time_forecast.h"
+#include "engine/pipeline/used_vertices.h"
 #include "io/chunk_points.h"
 #include "io/error.h"
 #include "io/glob.h"
@@ -64,11 +65,14 @@ std::optional<std::vector<HoleFacts>> stored_loops(const InputContext& input) {
     if (!store.has_key(kPointsStage, points_key(input))) return std::nullopt;
     const std::optional<Partition> partition = stored_partition(store);
     if (!partition) return std::nullopt;
-    if (!holds_a_mesh(context, *partition, radii_of_job(context, *partition))) return std::nullopt;
-    Stitched stitched = stitch(context, *partition);
-    stitched.used.number();
-    std::vector<HoleFacts> loops = list_loops(stitched.summary.boundary(), input.job.fill);
-    for (HoleFacts& loop : loops) loop.first_vertex = stitched.used.rank(loop.first_vertex);
+    const std::vector<double> radii = radii_of_job(context, *partition);
+    if (!holds_a_mesh(context, *partition, radii)) return std::nullopt;
+    std::optional<Stitched> stored = stored_stitch(context, *partition, radii);
+    const Stitched stitched = stored ? std::move(*stored) : stitch_chunks(context, *partition);
+    const UsedVertices used(store, *partition, stitched.used, {});
+    VertexRanks ranks(used);
+    std::vector<HoleFacts> loops = list_loops(stitched.boundary, input.job.fill);
+    for (HoleFacts& loop : loops) loop.first_vertex = ranks.of(loop.first_vertex);
     return loops;
   } catch (const Error&) {
     return std::nullopt;  // in use by a run, or damaged: a plan can do without

@@ -105,8 +105,8 @@ class TileExport {
     for (ChunkId chunk = 0; chunk < input_.partition.octree.chunks().size(); ++chunk) {
       const StoredTile tile = load_tile(context_.store, chunk);
       if (tile.triangles == 0) continue;
-      const std::uint64_t first = input_.used.rank(input_.partition.first_vertex[chunk]);
-      const std::uint64_t last = input_.used.rank(input_.partition.first_vertex[chunk + 1]);
+      const std::uint64_t first = input_.used.before_chunk(chunk);
+      const std::uint64_t last = input_.used.before_chunk(chunk + 1);
       tiles.push_back(
           to_json(tile, tile_name(context_.job.output.mesh, chunk), first, last - first));
       bytes += tile.bytes;

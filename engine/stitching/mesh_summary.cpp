@@ -74,22 +74,6 @@ class LoopWalks {
   std::uint64_t loops_ = 0;
 };
 
-/// Puts the parts together, each of which goes as soon as it has been copied: there is never twice
-/// the whole.
-template <class T>
-std::vector<T> joined(std::vector<std::vector<T>>& parts) {
-  std::size_t size = 0;
-  for (const std::vector<T>& part : parts) size += part.size();
-  std::vector<T> all;
-  all.reserve(size);
-  for (std::vector<T>& part : parts) {
-    all.insert(all.end(), part.begin(), part.end());
-    part = {};
-  }
-  parts = {};
-  return all;
-}
-
 }  // namespace
 
 std::uint64_t count_loops(std::span<const OpenFan> fans) { return LoopWalks(fans).count(); }
@@ -103,6 +87,12 @@ void derive_facts(MeshFacts& facts) {
       facts.triangles > 0 && facts.boundary_edges == 0 && facts.nonmanifold_vertices == 0;
 }
 
+void MeshSummary::reserve(std::uint64_t fans, std::uint64_t vertices, std::uint64_t pieces) {
+  boundary_.fans.reserve(fans);
+  if (keeps_vertices_) boundary_.vertices.reserve(vertices);
+  boundary_.pieces.reserve(pieces);
+}
+
 void MeshSummary::add(const ChunkMesh& chunk, std::uint64_t first_vertex, std::uint64_t triangles) {
   facts_.triangles += triangles;
   facts_.area += chunk.area;
@@ -113,10 +103,16 @@ void MeshSummary::add(const ChunkMesh& chunk, std::uint64_t first_vertex, std::u
     if (chunk.fans[i] > 1) boundary_.pinched.push_back(first_vertex + i);
   }
   const std::uint64_t before = boundary_.pieces.size();
-  for (OpenFan& fan : fans_.emplace_back(chunk.boundary)) fan.component += before;
+  for (OpenFan fan : chunk.boundary) {
+    fan.component += before;
+    boundary_.fans.push_back(fan);
+  }
   for (const SeamNode& node : chunk.seam)
     seam_.push_back({node.vertex, node.fan, node.component + before});
-  if (keeps_vertices_) vertices_.push_back(chunk.boundary_vertices);
+  if (keeps_vertices_) {
+    boundary_.vertices.insert(boundary_.vertices.end(), chunk.boundary_vertices.begin(),
+                              chunk.boundary_vertices.end());
+  }
   boundary_.pieces.insert(boundary_.pieces.end(), chunk.pieces.begin(), chunk.pieces.end());
   while (sets_.size() < boundary_.pieces.size()) sets_.add();
   ++chunks_;
@@ -147,29 +143,27 @@ void MeshSummary::join_pieces() {
   settle_seams();
   seam_ = {};
   last_use_ = {};
-  std::vector<ChunkPiece> joined;
-  std::vector<std::uint64_t> number(boundary_.pieces.size());
-  for (std::uint32_t p = 0; p < boundary_.pieces.size(); ++p) {
+  // In place: a whole's number is never above that of its first part.
+  std::vector<ChunkPiece>& pieces = boundary_.pieces;
+  std::vector<std::uint32_t> number(pieces.size());
+  std::uint32_t wholes = 0;
+  for (std::uint32_t p = 0; p < pieces.size(); ++p) {
+    const ChunkPiece part = pieces[p];
     const std::uint32_t root = sets_.find(p);  // the first of its set
-    if (root == p) {
-      number[p] = joined.size();
-      joined.emplace_back();
-    }
-    number[p] = number[root];
-    const ChunkPiece& part = boundary_.pieces[p];
-    ChunkPiece& whole = joined[number[p]];
+    number[p] = root == p ? wholes++ : number[root];
+    ChunkPiece& whole = pieces[number[p]];
+    if (root == p) whole = ChunkPiece();
     // Chunks come in canonical order: the first part that has a triangle has the smallest.
     if (whole.triangles == 0) whole.first = part.first;
     whole.triangles += part.triangles;
     whole.box.extend(part.box);
   }
-  boundary_.pieces = std::move(joined);
+  pieces.resize(wholes);
+  sets_ = DisjointSets(0);
   for (OpenFan& fan : boundary_.fans) fan.component = number[fan.component];
 }
 
 void MeshSummary::finish() {
-  boundary_.fans = joined(fans_);
-  boundary_.vertices = joined(vertices_);
   join_pieces();
   facts_.boundary_edges = boundary_.fans.size();
   facts_.boundary_loops = count_loops(boundary_.fans);

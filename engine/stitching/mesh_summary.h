@@ -38,6 +38,8 @@ class MeshSummary {
   /// are forgotten once they are complete, where `last_use` says when that is; else at the end.
   explicit MeshSummary(bool keeps_vertices = true, LastUse last_use = {})
       : keeps_vertices_(keeps_vertices), last_use_(std::move(last_use)) {}
+  /// Makes room for all that the chunks will have, so that nothing is copied when it grows.
+  void reserve(std::uint64_t fans, std::uint64_t vertices, std::uint64_t pieces);
   /// Adds a chunk, in canonical order; its triangles and outer vertices may be left empty when
   /// `triangles` says how many there were. `first_vertex`: global number of its first point.
   void add(const ChunkMesh& chunk, std::uint64_t first_vertex, std::uint64_t triangles);
@@ -60,11 +62,8 @@ class MeshSummary {
   bool keeps_vertices_;
   LastUse last_use_;
   StitchedBoundary boundary_;
-  // Of the chunks, until the last has come.
-  std::vector<std::vector<OpenFan>> fans_;
-  std::vector<std::vector<BoundaryVertex>> vertices_;
-  std::vector<SeamNode> seam_;
-  std::size_t settle_at_ = 0;  ///< nodes
+  std::vector<SeamNode> seam_;  // of the chunks, until the last has come
+  std::size_t settle_at_ = 0;   ///< nodes
   std::uint64_t chunks_ = 0;
   DisjointSets sets_{0};  ///< of pieces
   std::uint64_t conflicts_lost_ = 0;

@@ -365,7 +365,8 @@ TEST_CASE("ARemovalThatWasCutShortIsFinishedAndTheJobIsNotRunAgain") {
   job.run.keep_work_dir = false;
   SECTION("with results left") { fs::remove_all(work / "points"); }
   SECTION("with little left") {
-    for (const char* name : {"points", "mesh", "holes", "orbweave.log", "orbweave-store.json"})
+    for (const char* name :
+         {"points", "mesh", "stitch", "holes", "orbweave.log", "orbweave-store.json"})
       fs::remove_all(work / name);
   }
   const RunReport report = test::run(job);
