@@ -99,11 +99,18 @@ fs::path stitch_file(const Job& job) {
   return fs::path(job.run.work_dir) / kStitchStage / "000000.h5";
 }
 
-/// A job with open holes that has run; its work directory is kept.
-Job kept_job(const ScratchDirectory& scratch) {
-  Job job = job_for(scratch, painted_torus(3000, 0.3, 31));
+/// A surface full of holes; the work directory is kept.
+Job holey_job(const ScratchDirectory& scratch) {
+  Job job = job_for(scratch, painted_torus(3000, 0.6, 31));
+  job.reconstruct.ball_radii.resize(1);
   job.partition.chunk_points = 400;
   job.run.keep_work_dir = true;
+  return job;
+}
+
+/// One that has run.
+Job kept_job(const ScratchDirectory& scratch) {
+  const Job job = holey_job(scratch);
   test::run(job);
   return job;
 }
@@ -182,11 +189,11 @@ TEST_CASE("AStitchedMeshIsReadBackWhereTheChunksAreTheSame") {
 
 TEST_CASE("FactsOfAMeshThatIsReadBackAreThoseOfTheFirstRun") {
   const ScratchDirectory scratch;
-  Job job = job_for(scratch, painted_torus(3000, 0.3, 31));
-  job.partition.chunk_points = 400;
-  job.run.keep_work_dir = true;
+  Job job = holey_job(scratch);
   job.fill.enabled = GENERATE(true, false);
   const RunReport first = test::run(job);
+  REQUIRE((job.fill.enabled ? first.holes.size() : first.mesh.boundary_edges) > 0);
+  REQUIRE(first.points_unused > 0);
   const RunReport again = test::run(job);
   CHECK(again.mesh.vertices == first.mesh.vertices);
   CHECK(again.mesh.triangles == first.mesh.triangles);
