@@ -23,21 +23,18 @@ bool appears(const std::filesystem::path& path, RunningProgram& program) {
   return program.running();
 }
 
-/// Signals both ranks in the middle of the job, as a batch system does. The ranks are held still
-/// meanwhile: nobody can finish. Nothing where they were too fast to be held.
+/// Signals both ranks before any hole is looked at, as a batch system does. The ranks are held
+/// still meanwhile: nobody can finish. Nothing where they were too fast to be held.
 std::optional<ProgramResult> run_and_signal_ranks(const ScratchDirectory& in, const Job& job,
                                                   int signal) {
+  const std::filesystem::path work = in / "mesh.work";
   RunningProgram mpirun(by_ranks(2, job), mpi_setting(in.path()));
-  const bool began = appears(in / "mesh.work" / "points", mpirun);
-  const std::vector<pid_t> ranks = ranks_of(mpirun);
-  for (const pid_t rank : ranks) kill(rank, SIGSTOP);
-  const bool in_time = began && ranks.size() == 2 && !std::filesystem::exists(in / "mesh.ply");
-  for (const pid_t rank : ranks) {
-    if (in_time) kill(rank, signal);
-    kill(rank, SIGCONT);
-  }
+  const std::vector<pid_t> ranks = hold_ranks_when(
+      mpirun, 2, [&] { return exists(work / "points") && !exists(work / "holes"); });
+  signal_all(ranks, signal);
+  signal_all(ranks, SIGCONT);
   const ProgramResult result = mpirun.wait();
-  if (in_time) return result;
+  if (!ranks.empty()) return result;
   std::filesystem::remove(in / "mesh.ply");
   return std::nullopt;
 }
