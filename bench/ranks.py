@@ -36,16 +36,6 @@ def mpi_program(options):
     return program if shutil.which("mpirun") and os.access(program, os.X_OK) else None
 
 
-def start_seconds(options, ranks):
-    """What mpirun adds to the start and the end of a job: median of three that do nothing."""
-    if ranks == 0:
-        return 0.0
-    alone = harness.spread([harness.run([options.program, "--version"])["wall_seconds"] for _ in range(3)])
-    words = [*launcher(ranks), mpi_program(options), "--version"]
-    team = harness.spread([harness.run(words)["wall_seconds"] for _ in range(3)])
-    return team["median"] - alone["median"]
-
-
 def team_job(options, work, cloud, points, ranks, threads, *arguments):
     """Of `ranks` processes; 0: of orbweave itself."""
     words = ["--threads", threads, *arguments]

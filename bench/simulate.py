@@ -6,9 +6,10 @@ The measured job is one of orbweave with one thread: the report of your own (--r
 and run here (--measured points). It is predicted as it is and scaled to --points. bench/cluster_model.py is the model
 and states its assumptions; bench/stage_kinds.py says which stages are shared.
 
---check runs the measured job with 2 threads and, where orbweave-mpi is there, by 1, 2 and 4 ranks, and compares the
-model, told how many cores there are, with them. Exit status 1 where it is off by more than --tolerance on as many
-workers as there are cores, or fewer.
+--check runs the measured job with 2 threads and, where orbweave-mpi is there, by 1, 2 and 4 ranks, in turns, and
+compares the model, told how many cores there are, with their medians. What a team costs any job (its start, its
+meetings, its flushes) is measured on a tiny one and added. Exit status 1 where it is off by more than --tolerance on as
+many workers as there are cores, or fewer. A machine that does something else meanwhile spoils it.
 
 usage: bench/simulate.py [--report JOB.report.json] [--points 1G] [--threads 16] [--storage 10] [--worker 2] [--check]
 """
@@ -30,11 +31,11 @@ WORKERS = (1, 2, 4, 8, 16, 32, 64, 100, 200, 500, 1000)
 LEAST_POINTS = 10_000  # a job that is all start and end
 COLUMNS = ["workers", "seconds", "points_per_second", "speed_up", "efficiency", "shared_seconds", "alone_seconds",
            "least_for_transfer", "longest_stage"]
-CHECK_COLUMNS = ["variant", "workers", "measured_seconds", "predicted_seconds", "error_percent", "counts"]
+CHECK_COLUMNS = ["variant", "workers", "measured_seconds", "predicted_seconds", "error_percent", "of_a_team", "counts"]
 
 
 def measure(options, work, samples, clouds, variants):
-    """{(ranks, threads, points): median result}, alternating; ranks 0: orbweave itself. All with the same chunks."""
+    """{(ranks, threads, points): results}, alternating; ranks 0: orbweave itself. All with the same chunks."""
     limit = options.chunk_points or max(options.measured // 40, 5_000)
     runs = {}
     for team, threads, points in variants:
@@ -42,9 +43,15 @@ def measure(options, work, samples, clouds, variants):
                               "--memory", options.memory or "2GiB", "--chunk-points", limit)
         name = f"{team} ranks, {threads} threads, {points} points"
         runs[(team, threads, points)] = samples.kept(f"{name}, {limit} per chunk, {options.memory}", call)
-    results = whole_jobs.alternate(runs, {name: options.repeats for name in runs})
-    return {name: sorted(taken, key=lambda r: r["wall_seconds"])[(len(taken) - 1) // 2]
-            for name, taken in results.items()}
+    return whole_jobs.alternate(runs, {name: options.repeats for name in runs})
+
+
+def median_result(results):
+    return sorted(results, key=lambda result: result["wall_seconds"])[(len(results) - 1) // 2]
+
+
+def median_wall(results):
+    return harness.spread([result["wall_seconds"] for result in results])["median"]
 
 
 def given_report(path):
@@ -115,25 +122,23 @@ def stage_table(stages):
     return harness.table(rows, list(rows[0]))
 
 
-def check_rows(options, stages, taken):
-    """What the model says of the measured runs; the storage is the page cache, which their times contain. The start
-    of mpirun is measured, not predicted."""
+def check_rows(options, stages, taken, team_seconds):
+    """What the model says of the measured runs; the storage is the page cache, which their times contain."""
     cores = os.cpu_count() or 1
     rows = []
-    for (team, threads, _), result in taken.items():
+    for (team, threads, _), results in taken.items():
         cluster = cluster_model.Cluster(workers=max(team, 1), threads=threads, slowdown=options.slowdown, cores=cores,
                                         task_seconds=options.check_task_ms * 1e-3 if team > 0 else 0.0,
                                         stage_seconds=0.0)
         by_stage = cluster_model.job_seconds(stages, cluster)
-        by_stage[stage_kinds.OUTSIDE] += by_stage.pop(stage_kinds.ANY_JOB) + ranks.start_seconds(options, team)
-        predicted, measured = sum(by_stage.values()), result["wall_seconds"]
+        by_stage[stage_kinds.OUTSIDE] += by_stage.pop(stage_kinds.ANY_JOB) + team_seconds.get(team, 0.0)
+        predicted, measured = sum(by_stage.values()), median_wall(results)
         fits = cluster.slots() <= cores
         rows.append({"variant": f"{team} ranks" if team else f"{threads} threads", "workers": cluster.slots(),
                      "measured_seconds": measured, "predicted_seconds": predicted,
-                     "error_percent": 100.0 * (predicted / measured - 1.0),
+                     "error_percent": 100.0 * (predicted / measured - 1.0), "of_a_team": team_seconds.get(team, 0.0),
                      "counts": "yes" if fits else f"no, {cores} cores", "fits": fits,
-                     "measured_stages": whole_jobs.stage_medians([result]),
-                     "predicted_stages": by_stage})
+                     "measured_stages": whole_jobs.stage_medians(results), "predicted_stages": by_stage})
     return rows
 
 
@@ -146,7 +151,7 @@ def show_check(rows):
 
 
 def same_bytes(taken):
-    return len({result["sha256"] for result in taken.values()}) == 1
+    return len({result["sha256"] for results in taken.values() for result in results}) == 1
 
 
 def targets_of(options, checks, taken):
@@ -163,7 +168,8 @@ def parsed():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--report", type=pathlib.Path, help="of a job with --threads 1 --fresh")
     parser.add_argument("--measured", type=lambda text: whole_jobs.numbers(text)[0],
-                        help="points of the job that is measured here (default: 300,000; with --full 10 million)")
+                        help="points of the job that is measured here (default: 300,000, with --check 3 million, with --full 10 "
+                        "million)")
     parser.add_argument("--chunk-points", type=int, help="of the job that is measured here (default: a 40th of them)")
     parser.add_argument("--threads", type=int, default=1, help="of a worker; default 1")
     parser.add_argument("--storage", type=float, default=10.0, help="GB/s of the file system; default 10")
@@ -192,35 +198,38 @@ def parsed():
         parser.error("--cpu-seconds is for a --report")
     if options.report and options.check:
         parser.error("--check measures jobs of its own, a --report is of another")
-    options.measured = options.measured or (10_000_000 if options.full else 300_000)
+    usual = 3_000_000 if options.check else 300_000
+    options.measured = options.measured or (10_000_000 if options.full else usual)
     return options
 
 
 def measured_stages(options, work, samples):
-    """The stages of the job with one thread, its points, and all runs of --check."""
+    """The stages of the job with one thread, its points, all runs of --check, and what teams cost any job."""
     if options.report:
         report = given_report(options.report)
         if options.cpu_seconds:
             report = cluster_model.unhindered(report)
-        return cluster_model.stages_of(report, overrides=options.overrides), report["input"]["points_read"], {}
+        return cluster_model.stages_of(report, overrides=options.overrides), report["input"]["points_read"], {}, {}
     alone, least = (0, 1, options.measured), (0, 1, LEAST_POINTS)
-    variants = [alone, least]
-    if options.check:
-        teams = ranks.RANKS if ranks.mpi_program(options) else ()
-        variants += [(0, 2, options.measured)] + [(n, 1, options.measured) for n in teams]
+    teams = ranks.RANKS if options.check and ranks.mpi_program(options) else ()
+    variants = [alone] + ([(0, 2, options.measured)] if options.check else [])
+    variants += [(n, 1, options.measured) for n in teams] + [least] + [(n, 1, LEAST_POINTS) for n in teams]
     with whole_jobs.Clouds(options, work) as clouds:
         taken = measure(options, work, samples, clouds, variants)
-    constant = whole_jobs.outside_seconds(taken.pop(least))
-    growing = whole_jobs.outside_seconds(taken[alone]) - constant
-    return (cluster_model.stages_of(taken[alone]["report"], growing, constant, options.overrides), options.measured,
-            taken)
+    tiny = {team: taken.pop((team, 1, LEAST_POINTS)) for team in (0, *teams)}
+    team_seconds = {team: max(0.0, median_wall(tiny[team]) - median_wall(tiny[0])) for team in teams}
+    one = median_result(taken[alone])
+    constant = whole_jobs.outside_seconds(median_result(tiny[0]))
+    growing = whole_jobs.outside_seconds(one) - constant
+    return (cluster_model.stages_of(one["report"], growing, constant, options.overrides), options.measured, taken,
+            team_seconds)
 
 
 def main():
     options = parsed()
     work = whole_jobs.prepared(options)
     samples = whole_jobs.Samples(options, "simulate")
-    stages, own, taken = measured_stages(options, work, samples)
+    stages, own, taken, team_seconds = measured_stages(options, work, samples)
     print(f"\nthe measured job, {own:,} points, one thread\n" + stage_table(stages))
     curves = {points: curve(options, stages, points, own)
               for points in dict.fromkeys([own, *(options.points or [1_000_000_000])])}
@@ -229,7 +238,7 @@ def main():
     print("\n" + "\n".join(advice(rows) for rows in curves.values()))
     print("\nassumptions\n" + "\n".join(f"- {line}" for line in cluster_model.ASSUMPTIONS))
     draw(options, curves)
-    checks = check_rows(options, stages, taken) if options.check else []
+    checks = check_rows(options, stages, taken, team_seconds) if options.check else []
     if checks:
         show_check(checks)
     extra = {"assumptions": cluster_model.ASSUMPTIONS, "checks": checks, "measured_points": own,
