@@ -76,24 +76,16 @@ bool near_border(Vec3 p, const Box& box, double width) {
   return false;
 }
 
-/// Which points of other chunks the triangles use: one flag per point.
-std::vector<std::uint8_t> outer_points(const ChunkPoints& points,
-                                       std::span<const Triangle> triangles) {
-  std::vector<std::uint8_t> is_outer(points.positions.size(), 0);
-  for (const Triangle& t : triangles) {
-    for (const std::uint32_t vertex : t) is_outer[vertex] = points.is_owned(vertex) ? 0 : 1;
-  }
-  return is_outer;
-}
-
-/// Adds the points whose nodes other chunks may share to those of others: owned ones near the
-/// border.
-void add_seam_points(const ChunkPoints& points, const ChunkMesh& mesh, const Box& box,
-                     double seam_width, std::vector<std::uint8_t>& on_seam) {
+/// Flags of the points that other chunks may share nodes of: owned ones near the border, and those
+/// of others that are used.
+std::vector<std::uint8_t> seam_points(const ChunkPoints& points, const ChunkMesh& mesh,
+                                      const Box& box, double seam_width,
+                                      std::vector<std::uint8_t> used) {
   for (std::uint32_t i = points.owned_begin; i < points.owned_end; ++i) {
-    on_seam[i] =
+    used[i] =
         mesh.fans[i - points.owned_begin] != 0 && near_border(points.positions[i], box, seam_width);
   }
+  return used;
 }
 
 void add_boundary(const ChunkPoints& points, const BallPivotingResult& result,
@@ -117,32 +109,35 @@ void add_boundary(const ChunkPoints& points, const BallPivotingResult& result,
 }
 
 /// The components that the chunk owns triangles of, numbered by their first triangles.
-void add_pieces(const ChunkPoints& points, const BallPivotingResult& result, const FanNodes& nodes,
+void add_pieces(const ChunkPoints& points, const BallPivotingResult& result,
+                std::span<const std::uint8_t> used, const FanNodes& nodes,
                 ComponentNumbers& numbers, ChunkMesh& mesh) {
-  // A vertex of one fan is of one piece: once is enough.
-  std::vector<std::uint8_t> in_box(points.positions.size(), 0);
   for (const Triangle& t : result.triangles) {  // ascending
     const std::uint64_t number = numbers.of(nodes.at(t[0], t[1]));
     if (number == mesh.pieces.size()) {
       mesh.pieces.emplace_back().first = {points.global[t[0]], points.global[t[1]],
                                           points.global[t[2]]};
     }
-    ChunkPiece& piece = mesh.pieces[number];
-    ++piece.triangles;
+    ++mesh.pieces[number].triangles;
+    if (result.fan_members.empty()) continue;
     for (const std::uint32_t vertex : t) {
-      if (in_box[vertex] != 0) continue;
-      in_box[vertex] = result.fans[vertex] == 1 ? 1 : 0;
-      piece.box.extend(points.positions[vertex]);
+      if (result.fans[vertex] > 1) mesh.pieces[number].box.extend(points.positions[vertex]);
     }
+  }
+  // All other vertices are of one piece each, and in the order of memory.
+  for (std::uint32_t vertex = 0; vertex < used.size(); ++vertex) {
+    if (used[vertex] == 0 || result.fans[vertex] > 1) continue;
+    mesh.pieces[numbers.of(vertex)].box.extend(points.positions[vertex]);
   }
 }
 
 void find_components(const ChunkPoints& points, const BallPivotingResult& result,
-                     std::span<const std::uint8_t> on_seam, ChunkMesh& mesh) {
+                     std::span<const std::uint8_t> used, std::span<const std::uint8_t> on_seam,
+                     ChunkMesh& mesh) {
   FanNodes nodes(result);
   for (const Triangle& t : result.triangles) nodes.join(t);
   ComponentNumbers numbers(nodes);
-  add_pieces(points, result, nodes, numbers, mesh);
+  add_pieces(points, result, used, nodes, numbers, mesh);
   for (std::uint32_t i = 0; i < on_seam.size(); ++i) {
     if (on_seam[i] == 0 || result.fans[i] > 1) continue;
     mesh.seam.push_back({points.global[i], SeamNode::kWhole, numbers.of(i)});
@@ -164,15 +159,26 @@ double area_of(const ChunkPoints& points, const Triangle& t) {
   return 0.5 * norm(cross(points.positions[t[1]] - a, points.positions[t[2]] - a));
 }
 
+/// Flags of the points that the triangles use; their area as well, which takes the same corners.
+std::vector<std::uint8_t> used_points(const ChunkPoints& points,
+                                      std::span<const Triangle> triangles, double& area) {
+  std::vector<std::uint8_t> used(points.positions.size(), 0);
+  for (const Triangle& t : triangles) {
+    area += area_of(points, t);
+    for (const std::uint32_t vertex : t) used[vertex] = 1;
+  }
+  return used;
+}
+
 /// Lists the points of others and numbers all points as the chunk does; meaningless where neither
 /// it owns a point nor its triangles use it.
 std::vector<std::uint32_t> number_points(const ChunkPoints& points,
-                                         std::span<const std::uint8_t> is_outer, ChunkMesh& mesh) {
+                                         std::span<const std::uint8_t> used, ChunkMesh& mesh) {
   std::vector<std::uint32_t> local(points.positions.size(), 0);
   const std::uint32_t own = points.owned_end - points.owned_begin;
   std::iota(local.begin() + points.owned_begin, local.begin() + points.owned_end, 0u);
-  for (std::size_t i = 0; i < is_outer.size(); ++i) {
-    if (is_outer[i] == 0) continue;
+  for (std::uint32_t i = 0; i < used.size(); ++i) {
+    if (used[i] == 0 || points.is_owned(i)) continue;
     local[i] = own + static_cast<std::uint32_t>(mesh.outer_vertices.size());
     mesh.outer_vertices.push_back(points.global[i]);
     mesh.outer_positions.push_back(points.positions[i]);
@@ -189,11 +195,9 @@ ChunkMesh make_chunk_mesh(const ChunkPoints& points, BallPivotingResult result, 
   mesh.isolated_dropped = result.isolated_dropped;
   mesh.fans.assign(result.fans.begin() + points.owned_begin,
                    result.fans.begin() + points.owned_end);
-  for (const Triangle& t : result.triangles) mesh.area += area_of(points, t);
-  std::vector<std::uint8_t> flags = outer_points(points, result.triangles);
-  const std::vector<std::uint32_t> local = number_points(points, flags, mesh);
-  add_seam_points(points, mesh, box, seam_width, flags);
-  find_components(points, result, flags, mesh);
+  const std::vector<std::uint8_t> used = used_points(points, result.triangles, mesh.area);
+  const std::vector<std::uint32_t> local = number_points(points, used, mesh);
+  find_components(points, result, used, seam_points(points, mesh, box, seam_width, used), mesh);
   mesh.triangles = std::move(result.triangles);
   for (Triangle& t : mesh.triangles) t = {local[t[0]], local[t[1]], local[t[2]]};
   return mesh;
