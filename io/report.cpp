@@ -101,7 +101,7 @@ Json hole_json(const HoleFacts& hole) {
 /// A line per hole, indented as members of a member of the document.
 void append_hole_lines(std::span<const HoleFacts> holes, const std::string& indent,
                        std::string& text) {
-  constexpr std::size_t kUsualLine = 420;
+  constexpr std::size_t kUsualLine = 512;  // bytes; more would be copied when it grows
   text.reserve(text.size() + kUsualLine * holes.size());
   text += "[";
   const char* separator = "\n  ";
