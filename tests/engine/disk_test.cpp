@@ -2,10 +2,12 @@
 // what is kept, and that the same command then ends with the same bytes.
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <iostream>
 #include <optional>
 #include <set>
 
@@ -46,8 +48,16 @@ class FullDisk {
 class NotRoot {
  public:
   NotRoot() : root_(geteuid() == 0) {
-    constexpr uid_t kNobody = 65534;
-    if (root_ && setresuid(kNobody, kNobody, 0) != 0) FAIL("root cannot become somebody else");
+    if (root_ && !become_nobody()) FAIL("root cannot become somebody else");
+  }
+  /// True, after saying so, where there is nobody else: in a container that has root alone.
+  static bool skipped() {
+    const pid_t child = fork();
+    if (child == 0) _exit(geteuid() != 0 || become_nobody() ? 0 : 1);
+    int status = 0;
+    waitpid(child, &status, 0);
+    if (status != 0) std::cout << "SKIPPED: there is no user but root\n";
+    return status != 0;
   }
   ~NotRoot() {
     if (root_ && setresuid(0, 0, 0) != 0) std::terminate();
@@ -56,6 +66,10 @@ class NotRoot {
   NotRoot& operator=(const NotRoot&) = delete;
 
  private:
+  static bool become_nobody() {
+    constexpr uid_t kNobody = 65534;
+    return setresuid(kNobody, kNobody, 0) == 0;
+  }
   bool root_;
 };
 
@@ -282,6 +296,7 @@ TEST_CASE("AnOutputDirectoryThatVanishesEndsInStatus4AndKeepsTheWork") {
 }
 
 TEST_CASE("ReadOnlyDirectoriesEndInStatus4AndSaySo") {
+  if (NotRoot::skipped()) return;
   ScratchDirectory scratch;
   fs::permissions(scratch.path(), fs::perms(0755));
   Job job = oriented_job(scratch);

@@ -44,9 +44,9 @@ pid_t orphan_a_member(const ScratchDirectory& in, const Job& job) {
 /// session, and the system would not leave it held: it hangs up on held orphans.
 void adopt_orphans() { REQUIRE(prctl(PR_SET_CHILD_SUBREAPER, 1) == 0); }
 
-/// Waits for an adopted process, a minute at the most.
+/// Waits for an adopted process, five minutes at the most.
 bool ends_by_itself(pid_t process) {
-  for (int tries = 0; tries < 600; ++tries) {
+  for (int tries = 0; tries < 3000; ++tries) {
     if (waitpid(process, nullptr, WNOHANG) == process) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <iostream>
 #include <stdexcept>
+#include <thread>
 
 namespace orbweave::test {
 
@@ -28,10 +29,12 @@ bool skipped_without(const std::filesystem::path& file) {
 
 bool scratch_in_memory() {
   constexpr const char* kMemory = "/dev/shm";
-  constexpr std::uintmax_t kRoom = std::uintmax_t{256} << 20;
+  // As many tests as there are cores may write there at once, some of them 200 MB.
+  constexpr std::uintmax_t kLeast = std::uintmax_t{1} << 30, kPerCore = std::uintmax_t{128} << 20;
+  const auto room = kLeast + kPerCore * std::thread::hardware_concurrency();
   std::error_code failed;
   if (access(kMemory, W_OK) != 0) return false;
-  if (std::filesystem::space(kMemory, failed).available < kRoom || failed) return false;
+  if (std::filesystem::space(kMemory, failed).available < room || failed) return false;
   return setenv("TMPDIR", kMemory, 0) == 0;
 }
 
