@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -113,12 +114,14 @@ void BinLog::append(std::uint64_t points_read, const std::vector<BinExtent>& ext
   file_bytes_ = facts.file_bytes;
   sampled_.resize(sampler.sites().size());
   std::vector<std::uint64_t> counts;
+  for (std::size_t i = 0; i < sampled_.size(); ++i)
+    counts.push_back(sampler.sites()[i].points.size() - sampled_[i]);
   std::vector<Vec3> points;
+  points.reserve(std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}));
   for (std::size_t i = 0; i < sampled_.size(); ++i) {
     const std::vector<Vec3>& all = sampler.sites()[i].points;
-    const std::uint64_t before = std::exchange(sampled_[i], all.size());
-    counts.push_back(all.size() - before);
-    points.insert(points.end(), all.begin() + static_cast<std::ptrdiff_t>(before), all.end());
+    points.insert(points.end(), all.begin() + static_cast<std::ptrdiff_t>(sampled_[i]), all.end());
+    sampled_[i] = all.size();
   }
   const std::array<ArrayView, 4> arrays = {
       ArrayView{"facts", ScalarType::kUint64, kFactWords, 1, &facts},
