@@ -205,7 +205,7 @@ TEST_CASE("KilledWhileItBinsARunCountsNothingAgainAndBinsTheRest") {
   SECTION("as it was killed") {
     const Told told = check_resumes(job, expected);
     CHECK_FALSE(told.ran("count"));
-    CHECK(told.points.at("bin") <= kPoints * 8 / kFiles);
+    CHECK(told.points.at("bin") <= kPoints / 2);
   }
   SECTION("and the last bytes were lost") {
     const fs::path bins = cut_stage(job) / "bins.0";
