@@ -12,8 +12,9 @@ constexpr std::uint32_t kBlockPoints = 4096;
 /// Working arrays of the walks that go on at once; they grow to the largest neighbourhood met.
 class ScratchSpace {
  public:
-  void reserve(std::uint32_t candidates) {
-    if (candidates <= capacity_) return;
+  bool is_too_small(std::uint32_t candidates) const { return candidates > capacity_; }
+  /// What the arrays hold is lost.
+  void grow(std::uint32_t candidates) {
     capacity_ = candidates + candidates / 2 + 64;
     const std::size_t room = capacity_ + kLanePadding;
     doubles_.assign(kWalksAtOnce * 7 * room, 0.0);
@@ -22,16 +23,17 @@ class ScratchSpace {
     double* at = doubles_.data();
     for (std::uint32_t w = 0; w < kWalksAtOnce; ++w) {
       WalkScratch& s = scratch_[w];
-      for (double** array :
-           {&s.dx, &s.dy, &s.dz, &s.cap_height, &s.inverse_length, &s.arc_begin, &s.arc_length}) {
+      Neighbours& list = s.neighbours;
+      for (double** array : {&list.dx, &list.dy, &list.dz, &list.cap_height, &list.inverse_length,
+                             &s.arc_begin, &s.arc_length}) {
         *array = at;
         at += room;
       }
-      s.id = ids_.data() + w * room;
+      list.id = ids_.data() + w * room;
       fans_[w].corners = corners_.data() + w * std::size_t{corner_bound(capacity_)};
     }
   }
-  const WalkScratch* arrays() const { return scratch_; }
+  WalkScratch* arrays() { return scratch_; }
   Fan* fans() { return fans_; }
 
  private:
@@ -69,8 +71,8 @@ std::vector<std::uint8_t> sorted_activity(const CellGrid& grid,
 /// Walks at the points of one block of cells; fans come out in sorted order.
 class BlockWalk {
  public:
-  BlockWalk(const CellGrid& grid, double ball_radius, const std::uint8_t* active, WalkFunction walk)
-      : grid_(grid), ball_radius_(ball_radius), active_(active), walk_(walk) {}
+  BlockWalk(const CellGrid& grid, double ball_radius, const std::uint8_t* active, WalkKernel kernel)
+      : grid_(grid), ball_radius_(ball_radius), active_(active), kernel_(kernel) {}
 
   /// take(sorted index, fan) is called for every point of cells [first, last) that was walked at.
   template <class Take>
@@ -81,13 +83,19 @@ class BlockWalk {
       const std::uint32_t begin = grid_.cell_begin(cell), end = grid_.cell_end(cell);
       if (!wanted(begin, end)) continue;
       const CandidateRanges candidates = cursor.around(cell);
-      space_.reserve(candidates.size());
-      for (std::uint32_t i = begin; i < end; i += kWalksAtOnce) {
-        const std::uint32_t count = std::min(end - i, kWalksAtOnce);
-        walk_(arrays, candidates, i, count, ball_radius_, active_, space_.arrays(), space_.fans());
-        for (std::uint32_t w = 0; w < count; ++w) take(i + w, space_.fans()[w]);
+      if (space_.is_too_small(candidates.size())) {
+        walk_at_gathered(take);
+        space_.grow(candidates.size());
+      }
+      for (std::uint32_t i = begin; i < end; ++i) {
+        if (active_ != nullptr && active_[i] == 0) continue;
+        WalkScratch& scratch = space_.arrays()[gathered_++];
+        scratch.point = i;
+        kernel_.gather(arrays, candidates, ball_radius_, scratch);
+        if (gathered_ == kWalksAtOnce) walk_at_gathered(take);
       }
     }
+    walk_at_gathered(take);
   }
 
  private:
@@ -95,12 +103,21 @@ class BlockWalk {
     return active_ == nullptr ||
            std::any_of(active_ + begin, active_ + end, [](std::uint8_t a) { return a != 0; });
   }
+  template <class Take>
+  void walk_at_gathered(const Take& take) {
+    kernel_.walk(grid_.arrays(), space_.arrays(), gathered_, active_, space_.fans());
+    for (std::uint32_t w = 0; w < gathered_; ++w) {
+      take(space_.arrays()[w].point, space_.fans()[w]);
+    }
+    gathered_ = 0;
+  }
 
   const CellGrid& grid_;
   const double ball_radius_;
   const std::uint8_t* active_;
-  const WalkFunction walk_;
+  const WalkKernel kernel_;
   ScratchSpace space_;
+  std::uint32_t gathered_ = 0;  // points of the next call
 };
 
 }  // namespace
@@ -120,7 +137,7 @@ FanTable walk_all(const CellGrid& grid, double ball_radius, std::span<const std:
     const std::uint32_t end = grid.cell_begin(firsts[block + 1]);
     if (activity == nullptr) corners.reserve(std::size_t{7} * (end - begin));
     std::vector<std::size_t> starts(end - begin, 0);
-    BlockWalk walk(grid, ball_radius, activity, walk_function(width));
+    BlockWalk walk(grid, ball_radius, activity, walk_kernel(width));
     walk.run(firsts[block], firsts[block + 1], [&](std::uint32_t i, const Fan& fan) {
       const std::uint32_t point = grid.original(i);
       starts[i - begin] = corners.size();

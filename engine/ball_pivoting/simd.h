@@ -67,6 +67,7 @@ inline void compress_store_indices(std::uint32_t* p, std::uint32_t first, Lanes:
 inline Lanes::Mask first_lanes(std::uint32_t n) {
   return static_cast<Lanes::Mask>(n >= 8 ? 0xff : (1u << n) - 1u);
 }
+inline Lanes::Mask lane_mask(std::uint32_t lane) { return static_cast<Lanes::Mask>(1u << lane); }
 
 #elif defined(ORBWEAVE_SIMD_AVX2)
 
@@ -127,6 +128,7 @@ inline void compress_store_indices(std::uint32_t* p, std::uint32_t first, Lanes:
   }
 }
 inline Lanes::Mask first_lanes(std::uint32_t n) { return n >= 4 ? 0xf : (1 << n) - 1; }
+inline Lanes::Mask lane_mask(std::uint32_t lane) { return 1 << lane; }
 
 #else
 
@@ -163,6 +165,7 @@ inline void compress_store_indices(std::uint32_t* p, std::uint32_t first, Lanes:
   if (m) *p = first;
 }
 inline Lanes::Mask first_lanes(std::uint32_t n) { return n > 0; }
+inline Lanes::Mask lane_mask(std::uint32_t) { return true; }
 
 #endif
 

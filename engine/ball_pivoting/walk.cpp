@@ -13,13 +13,13 @@ VectorWidth widest_supported() {
   return VectorWidth::kScalar;
 }
 
-WalkFunction walk_function(VectorWidth width) {
+WalkKernel walk_kernel(VectorWidth width) {
 #if defined(ORBWEAVE_X86)
-  if (width == VectorWidth::kAvx512) return walk_avx512;
-  if (width == VectorWidth::kAvx2) return walk_avx2;
+  if (width == VectorWidth::kAvx512) return walk_kernel_avx512();
+  if (width == VectorWidth::kAvx2) return walk_kernel_avx2();
 #endif
   (void)width;
-  return walk_generic;
+  return walk_kernel_generic();
 }
 
 }  // namespace orbweave

@@ -32,16 +32,23 @@ struct CandidateRanges {
   }
 };
 
-/// Working arrays, each with room for every candidate plus kLanePadding.
-struct WalkScratch {
+/// The neighbours of a point, with room for every candidate plus kLanePadding.
+struct Neighbours {
   double* dx = nullptr;  ///< neighbour minus point, in ball radii
   double* dy = nullptr;
   double* dz = nullptr;
   double* cap_height = nullptr;  ///< |d|^2 / 2: the ball contains the neighbour when u.d exceeds it
   double* inverse_length = nullptr;
+  std::uint32_t* id = nullptr;  ///< index into PointArrays
+};
+
+/// Working arrays of one walk.
+struct WalkScratch {
+  std::uint32_t point = 0;  ///< index into PointArrays
+  std::uint32_t count = 0;  ///< of its neighbours
+  Neighbours neighbours;
   double* arc_begin = nullptr;  ///< covered arcs of a circle, as pseudo-angles in [0, 4)
   double* arc_length = nullptr;
-  std::uint32_t* id = nullptr;  ///< index into PointArrays
 };
 
 /// Two neighbours i, j of a triangle (p, i, j), as i << 32 | j (indices into PointArrays).
@@ -64,26 +71,30 @@ struct Fan {
 constexpr std::uint32_t corner_bound(std::uint32_t neighbours) { return 6 * neighbours + 8; }
 
 /// Most points of one call of a walk function.
-inline constexpr std::uint32_t kWalksAtOnce = 4;
+inline constexpr std::uint32_t kWalksAtOnce = 8;
 
-/// Finds the triangles at points first .. first + count - 1, all within reach of the candidates,
-/// count <= kWalksAtOnce; scratch[w] and fans[w] serve point first + w. With `active` null: if the
-/// walk around a point's normal closes, its fan; otherwise all triangles of T_rho at the point.
-/// With `active` given (by index): all triangles of T_rho whose three vertices are active.
-using WalkFunction = void (*)(const PointArrays& points, const CandidateRanges& candidates,
-                              std::uint32_t first, std::uint32_t count, double ball_radius,
-                              const std::uint8_t* active, const WalkScratch* scratch, Fan* fans);
+/// Collects the neighbours of scratch.point, all of whom are among the candidates.
+using GatherFunction = void (*)(const PointArrays& points, const CandidateRanges& candidates,
+                                double ball_radius, WalkScratch& scratch);
 
-void walk_generic(const PointArrays&, const CandidateRanges&, std::uint32_t, std::uint32_t, double,
-                  const std::uint8_t*, const WalkScratch*, Fan*);
-void walk_avx2(const PointArrays&, const CandidateRanges&, std::uint32_t, std::uint32_t, double,
-               const std::uint8_t*, const WalkScratch*, Fan*);
-void walk_avx512(const PointArrays&, const CandidateRanges&, std::uint32_t, std::uint32_t, double,
-                 const std::uint8_t*, const WalkScratch*, Fan*);
+/// Finds the triangles at `count` points, at most kWalksAtOnce, whose neighbours are gathered. With
+/// `active` null: if the walk around a point's normal closes, its fan; otherwise all triangles of
+/// T_rho at the point. With `active` given (by index): all triangles of T_rho whose three vertices
+/// are active.
+using WalkFunction = void (*)(const PointArrays& points, const WalkScratch* scratch,
+                              std::uint32_t count, const std::uint8_t* active, Fan* fans);
+
+struct WalkKernel {
+  GatherFunction gather = nullptr;
+  WalkFunction walk = nullptr;
+};
+WalkKernel walk_kernel_generic();
+WalkKernel walk_kernel_avx2();
+WalkKernel walk_kernel_avx512();
 
 enum class VectorWidth { kScalar, kAvx2, kAvx512 };
 /// The widest form this machine runs, or nullptr-free lookup of a given one.
 VectorWidth widest_supported();
-WalkFunction walk_function(VectorWidth width);
+WalkKernel walk_kernel(VectorWidth width);
 
 }  // namespace orbweave

@@ -20,15 +20,7 @@
 namespace orbweave {
 namespace {
 
-struct Direction {
-  double x, y, z;
-};
-inline Direction operator-(Direction a, Direction b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline Direction scaled(double s, Direction a) { return {s * a.x, s * a.y, s * a.z}; }
-inline double inner(Direction a, Direction b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline Direction outer(Direction a, Direction b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
+#include "engine/ball_pivoting/walk_geometry.inl"
 
 constexpr std::uint32_t kNobody = 0xffffffffu;
 /// Pseudo-angles run over [0, 4); nothing lies there.
@@ -43,22 +35,65 @@ inline Lanes pseudo_angle(Lanes cosine, Lanes sine) {
   return choose(sine < Lanes::all(0.0), Lanes::all(3.0) + cosine, Lanes::all(1.0) - cosine);
 }
 
-/// A circle of centres u(t) = middle + cos(t) a + sin(t) b of balls that touch p and neighbour i.
-struct Circle {
-  Direction middle, a, b;
-};
+/// Collects the neighbours closer than two ball radii, in the order of the arrays.
+void gather(const PointArrays& points, const CandidateRanges& candidates, double ball_radius,
+            WalkScratch& scratch) {
+  const Lanes px = Lanes::all(points.x[scratch.point]);
+  const Lanes py = Lanes::all(points.y[scratch.point]);
+  const Lanes pz = Lanes::all(points.z[scratch.point]);
+  const Lanes inverse = Lanes::all(1.0 / ball_radius);
+  const Lanes four = Lanes::all(4.0);
+  const Lanes zero = Lanes::all(0.0);
+  const Neighbours to = scratch.neighbours;
+  std::uint32_t n = 0;
+  for (int r = 0; r < candidates.count; ++r) {
+    const std::uint32_t end = candidates.end[r];
+    for (std::uint32_t k = candidates.begin[r]; k < end; k += Lanes::kWidth) {
+      const Lanes dx = (Lanes::load(points.x + k) - px) * inverse;
+      const Lanes dy = (Lanes::load(points.y + k) - py) * inverse;
+      const Lanes dz = (Lanes::load(points.z + k) - pz) * inverse;
+      const Lanes squared = dx * dx + dy * dy + dz * dz;
+      const auto near = both(both(squared < four, zero < squared), first_lanes(end - k));
+      if (!any(near)) continue;
+      compress_store(to.dx + n, dx, near);
+      compress_store(to.dy + n, dy, near);
+      compress_store(to.dz + n, dz, near);
+      compress_store(to.cap_height + n, squared * Lanes::all(0.5), near);
+      compress_store_indices(to.id + n, k, near);
+      n += count(near);
+    }
+  }
+  // Lanes behind the last neighbour hold one that no ball ever reaches.
+  for (std::uint32_t k = n; k < n + Lanes::kWidth; ++k) {
+    to.dx[k] = to.dy[k] = to.dz[k] = 0.0;
+    to.cap_height[k] = 1.0;
+  }
+  scratch.count = n;
+}
+
+/// Reciprocal lengths of all neighbours, for walks among all of them.
+void invert_lengths(const WalkScratch& scratch) {
+  const Neighbours& list = scratch.neighbours;
+  for (std::uint32_t k = 0; k < scratch.count; k += Lanes::kWidth) {
+    const Lanes length = square_root(Lanes::load(list.cap_height + k) * Lanes::all(2.0));
+    (Lanes::all(1.0) / length).store(list.inverse_length + k);
+  }
+}
 
 class Walker {
  public:
-  Walker(const PointArrays& points, std::uint32_t point, const WalkScratch& scratch, Fan& fan)
-      : points_(points), point_(point), s_(scratch), fan_(fan), normal_(normal_of(point)) {}
+  Walker(const PointArrays& points, const WalkScratch& scratch, Fan& fan)
+      : points_(points),
+        scratch_(scratch),
+        s_(scratch.neighbours),
+        n_(scratch.count),
+        fan_(fan),
+        normal_(normal_of(scratch.point)) {}
 
-  void gather(const CandidateRanges& candidates, double ball_radius);
   void begin_walk();
   bool walking() const { return state_ == State::kWalking; }
   void step();
-  bool closed_simply() const;
-  void scan_all(const std::uint8_t* active);
+  void close_or_scan(const std::uint8_t* active);
 
  private:
   enum class State { kFailed, kWalking, kClosed };
@@ -71,11 +106,14 @@ class Walker {
   bool is_free(Direction u, std::uint32_t but) const;
   bool is_free_on_top_of(std::uint32_t i, Direction& u) const;
   bool start(std::uint32_t& circle, Direction& u) const;
-  Circle circle_at(std::uint32_t i, Direction u) const;
+  Circle circle_through(std::uint32_t i, Direction u) const {
+    return circle_at(neighbour(i), s_.inverse_length[i], u);
+  }
   Circle circle_from_top(std::uint32_t i) const;
   std::uint32_t first_entered(const Circle& c, std::uint32_t self) const;
-  Direction ball_at(std::uint32_t i, std::uint32_t j) const;
   bool accepted(std::uint32_t i, std::uint32_t j) const;
+  bool closed_simply() const;
+  void scan_all(const std::uint8_t* active);
   bool cover_arcs(const Circle& c, std::uint32_t self);
   void scan_circle(std::uint32_t i, const std::uint8_t* active);
   double furthest_cover(double from) const;
@@ -86,53 +124,16 @@ class Walker {
   }
 
   const PointArrays& points_;
-  const std::uint32_t point_;
-  const WalkScratch& s_;
+  const WalkScratch& scratch_;
+  const Neighbours& s_;
+  const std::uint32_t n_;
   Fan& fan_;
   const Direction normal_;
-  std::uint32_t n_ = 0;
   State state_ = State::kFailed;
-  std::uint32_t i_ = kNobody, j_ = kNobody;  // the corner that the walk stands at
+  std::uint32_t i_ = kNobody,
+                j_ = kNobody;  // the corner that the walk stands at
   std::uint32_t first_i_ = kNobody, first_j_ = kNobody;
 };
-
-/// Collects the neighbours closer than two ball radii, in the order of the arrays.
-void Walker::gather(const CandidateRanges& candidates, double ball_radius) {
-  const Lanes px = Lanes::all(points_.x[point_]);
-  const Lanes py = Lanes::all(points_.y[point_]);
-  const Lanes pz = Lanes::all(points_.z[point_]);
-  const Lanes inverse = Lanes::all(1.0 / ball_radius);
-  const Lanes four = Lanes::all(4.0);
-  const Lanes zero = Lanes::all(0.0);
-  std::uint32_t n = 0;
-  for (int r = 0; r < candidates.count; ++r) {
-    const std::uint32_t end = candidates.end[r];
-    for (std::uint32_t k = candidates.begin[r]; k < end; k += Lanes::kWidth) {
-      const Lanes dx = (Lanes::load(points_.x + k) - px) * inverse;
-      const Lanes dy = (Lanes::load(points_.y + k) - py) * inverse;
-      const Lanes dz = (Lanes::load(points_.z + k) - pz) * inverse;
-      const Lanes squared = dx * dx + dy * dy + dz * dz;
-      const auto near = both(both(squared < four, zero < squared), first_lanes(end - k));
-      if (!any(near)) continue;
-      compress_store(s_.dx + n, dx, near);
-      compress_store(s_.dy + n, dy, near);
-      compress_store(s_.dz + n, dz, near);
-      compress_store(s_.cap_height + n, squared * Lanes::all(0.5), near);
-      compress_store_indices(s_.id + n, k, near);
-      n += count(near);
-    }
-  }
-  // Lanes behind the last neighbour hold one that no ball ever reaches.
-  for (std::uint32_t k = n; k < n + Lanes::kWidth; ++k) {
-    s_.dx[k] = s_.dy[k] = s_.dz[k] = 0.0;
-    s_.cap_height[k] = 1.0;
-  }
-  for (std::uint32_t k = 0; k < n; k += Lanes::kWidth) {
-    const Lanes length = square_root(Lanes::load(s_.cap_height + k) * Lanes::all(2.0));
-    (Lanes::all(1.0) / length).store(s_.inverse_length + k);
-  }
-  n_ = n;
-}
 
 /// Whether the ball at u contains nobody; `but` touches it and does not count.
 bool Walker::is_free(Direction u, std::uint32_t but) const {
@@ -179,29 +180,6 @@ std::uint32_t Walker::first_entered(const Circle& c, std::uint32_t self) const {
   const double nearest = smallest(best);
   if (!(nearest < kNever)) return kNobody;
   return static_cast<std::uint32_t>(smallest_of(best_index, best == Lanes::all(nearest)));
-}
-
-/// Centre of the ball that touches p, i and j on the positive side of the triangle (p, i, j).
-Direction Walker::ball_at(std::uint32_t i, std::uint32_t j) const {
-  const Direction di = neighbour(i), dj = neighbour(j);
-  const Direction normal = outer(di, dj);
-  const double squared = inner(normal, normal);
-  const Direction u1 = outer(dj, normal), u2 = outer(normal, di);
-  const double hi = s_.cap_height[i], hj = s_.cap_height[j];
-  const double inverse = 1.0 / squared;
-  const Direction centre = {(hi * u1.x + hj * u2.x) * inverse, (hi * u1.y + hj * u2.y) * inverse,
-                            (hi * u1.z + hj * u2.z) * inverse};
-  const double rest = 1.0 - inner(centre, centre);
-  const double height = std::sqrt((rest > 0.0 ? rest : 0.0) * inverse);
-  return {centre.x + height * normal.x, centre.y + height * normal.y, centre.z + height * normal.z};
-}
-
-/// The circle of neighbour i, t = 0 at the point u of it.
-Circle Walker::circle_at(std::uint32_t i, Direction u) const {
-  const Direction d = neighbour(i);
-  const Direction middle = scaled(0.5, d);
-  const Direction a = u - middle;
-  return {middle, a, outer(a, scaled(s_.inverse_length[i], d))};
 }
 
 /// The circle of neighbour i, t = 0 where it comes closest to the normal of p.
@@ -259,7 +237,7 @@ void Walker::begin_walk() {
   state_ = State::kFailed;
   Direction u{};
   if (n_ < 3 || !start(i_, u)) return;
-  j_ = first_entered(circle_at(i_, u), i_);
+  j_ = first_entered(circle_through(i_, u), i_);
   if (j_ == kNobody) return;
   first_i_ = i_;
   first_j_ = j_;
@@ -268,7 +246,8 @@ void Walker::begin_walk() {
 
 /// One pivot: takes the triangle (p, i, j) and goes on to the next corner.
 void Walker::step() {
-  const std::uint32_t next = first_entered(circle_at(j_, ball_at(i_, j_)), j_);
+  const Direction u = ball_at(neighbour(i_), s_.cap_height[i_], neighbour(j_), s_.cap_height[j_]);
+  const std::uint32_t next = first_entered(circle_through(j_, u), j_);
   if (!accepted(i_, j_) || fan_.count >= n_ || next == kNobody) {
     state_ = State::kFailed;
     return;
@@ -318,8 +297,8 @@ bool Walker::cover_arcs(const Circle& c, std::uint32_t self) {
     Lanes length = out - in;
     length = choose(length < zero, length + Lanes::all(4.0), length);
     length = choose(crossed, length, Lanes::all(-1.0));
-    choose(crossed, in, zero).store(s_.arc_begin + k);
-    length.store(s_.arc_length + k);
+    choose(crossed, in, zero).store(scratch_.arc_begin + k);
+    length.store(scratch_.arc_length + k);
   }
   return true;
 }
@@ -329,9 +308,9 @@ double Walker::furthest_cover(double from) const {
   const Lanes at = Lanes::all(from), zero = Lanes::all(0.0), turn = Lanes::all(4.0);
   Lanes reach = Lanes::all(-1.0);
   for (std::uint32_t k = 0; k < n_; k += Lanes::kWidth) {
-    Lanes offset = at - Lanes::load(s_.arc_begin + k);
+    Lanes offset = at - Lanes::load(scratch_.arc_begin + k);
     offset = choose(offset < zero, offset + turn, offset);
-    reach = larger(reach, Lanes::load(s_.arc_length + k) - offset);
+    reach = larger(reach, Lanes::load(scratch_.arc_length + k) - offset);
   }
   return largest(reach);
 }
@@ -341,8 +320,8 @@ std::uint32_t Walker::next_arc(double from, double& distance) const {
   std::uint32_t next = kNobody;
   distance = kBeyond;
   for (std::uint32_t k = 0; k < n_; ++k) {
-    if (!(s_.arc_length[k] > kSliver)) continue;
-    double ahead = s_.arc_begin[k] - from;
+    if (!(scratch_.arc_length[k] > kSliver)) continue;
+    double ahead = scratch_.arc_begin[k] - from;
     if (ahead < 0.0) ahead += 4.0;
     if (ahead < distance) {
       distance = ahead;
@@ -356,8 +335,8 @@ std::uint32_t Walker::longest_arc() const {
   std::uint32_t longest = kNobody;
   double length = kSliver;
   for (std::uint32_t k = 0; k < n_; ++k) {
-    if (!(s_.arc_length[k] > length)) continue;
-    length = s_.arc_length[k];
+    if (!(scratch_.arc_length[k] > length)) continue;
+    length = scratch_.arc_length[k];
     longest = k;
   }
   return longest;
@@ -369,7 +348,7 @@ void Walker::scan_circle(std::uint32_t i, const std::uint8_t* active) {
   // From the longest arc on, most circles turn out covered within a step or two.
   const std::uint32_t longest = longest_arc();
   if (longest == kNobody) return;
-  double at = s_.arc_begin[longest];
+  double at = scratch_.arc_begin[longest];
   double travelled = 0.0;
   // Every round passes one arc or one gap; each of the n arcs begins once.
   for (std::uint32_t round = 0; round < 4 * n_ + 8; ++round) {
@@ -383,7 +362,7 @@ void Walker::scan_circle(std::uint32_t i, const std::uint8_t* active) {
       at += step;
       if (at >= 4.0) at -= 4.0;
     } else {
-      at = s_.arc_begin[entered];
+      at = scratch_.arc_begin[entered];
       const bool wanted = active == nullptr || active[s_.id[entered]] != 0;
       if (wanted && accepted(i, entered)) emit(i, entered);
     }
@@ -400,35 +379,17 @@ void Walker::scan_all(const std::uint8_t* active) {
   }
 }
 
-void scan_point(const PointArrays& points, const CandidateRanges& candidates, std::uint32_t point,
-                double ball_radius, const std::uint8_t* active, const WalkScratch& scratch,
-                Fan& fan) {
-  fan.count = 0;
-  fan.closed = false;
-  if (active[point] == 0) return;
-  Walker walker(points, point, scratch, fan);
-  walker.gather(candidates, ball_radius);
-  walker.scan_all(active);
+/// The fan that the walk closed, or else all triangles.
+void Walker::close_or_scan(const std::uint8_t* active) {
+  fan_.closed = closed_simply();
+  if (!fan_.closed) scan_all(active);
 }
 
-/// Walks at several points in turns, one pivot each: every pivot is a long chain of dependent
-/// operations, and independent chains fill each other's waiting times.
-void walk(const PointArrays& points, const CandidateRanges& candidates, std::uint32_t first,
-          std::uint32_t count, double ball_radius, const std::uint8_t* active,
-          const WalkScratch* scratch, Fan* fans) {
-  if (active != nullptr) {
-    for (std::uint32_t w = 0; w < count; ++w) {
-      scan_point(points, candidates, first + w, ball_radius, active, scratch[w], fans[w]);
-    }
-    return;
-  }
-  alignas(Walker) unsigned char room[kWalksAtOnce * sizeof(Walker)];
-  Walker* walkers = reinterpret_cast<Walker*>(room);
-  for (std::uint32_t w = 0; w < count; ++w) {
-    fans[w].count = 0;
-    new (walkers + w) Walker(points, first + w, scratch[w], fans[w]);
-    walkers[w].gather(candidates, ball_radius);
-  }
+#include "engine/ball_pivoting/walk_lockstep.inl"
+
+/// Takes one pivot each in turns: every pivot is a long chain of dependent operations, and
+/// independent chains fill each other's waiting times.
+void walk_in_turns(Walker* walkers, std::uint32_t count) {
   for (std::uint32_t w = 0; w < count; ++w) walkers[w].begin_walk();
   for (bool any_left = true; any_left;) {
     any_left = false;
@@ -438,10 +399,35 @@ void walk(const PointArrays& points, const CandidateRanges& candidates, std::uin
       any_left = true;
     }
   }
-  for (std::uint32_t w = 0; w < count; ++w) {
-    fans[w].closed = walkers[w].closed_simply();
-    if (!fans[w].closed) walkers[w].scan_all(nullptr);
+}
+
+/// Walks among the nearest neighbours. Fans that are not sure to be those among all stay open.
+void walk_among_near(const PointArrays& points, const WalkScratch* scratch, std::uint32_t count,
+                     Fan* fans) {
+  for (std::uint32_t w = 0; w < count; w += Lanes::kWidth) {
+    LockstepWalk lockstep(points, scratch + w, count - w);
+    lockstep.run();
+    for (std::uint32_t lane = 0; lane < Lanes::kWidth && w + lane < count; ++lane) {
+      lockstep.take(lane, fans[w + lane]);
+    }
   }
+}
+
+void walk(const PointArrays& points, const WalkScratch* scratch, std::uint32_t count,
+          const std::uint8_t* active, Fan* fans) {
+  for (std::uint32_t w = 0; w < count; ++w) fans[w].closed = false;
+  if (active == nullptr) walk_among_near(points, scratch, count, fans);
+  alignas(Walker) unsigned char room[kWalksAtOnce * sizeof(Walker)];
+  Walker* walkers = reinterpret_cast<Walker*>(room);
+  std::uint32_t left = 0;
+  for (std::uint32_t w = 0; w < count; ++w) {
+    if (fans[w].closed) continue;
+    fans[w].count = 0;
+    invert_lengths(scratch[w]);
+    new (walkers + left++) Walker(points, scratch[w], fans[w]);
+  }
+  if (active == nullptr) walk_in_turns(walkers, left);
+  for (std::uint32_t w = 0; w < left; ++w) walkers[w].close_or_scan(active);
 }
 
 }  // namespace
