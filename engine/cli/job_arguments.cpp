@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "engine/cli/file_kind.h"
 #include "io/error.h"
 #include "io/job_file.h"
 
@@ -14,6 +15,8 @@ namespace {
 constexpr std::array<std::string_view, 6> kRunKeys = {"partition.memory", "output.report",
                                                       "output.picture",   "run.threads",
                                                       "run.work_dir",     "run.keep_work_dir"};
+
+constexpr std::string_view kMeshKey = "output.mesh";
 
 std::string value_name(JobKeyType type) {
   switch (type) {
@@ -58,34 +61,62 @@ std::string help_of(const JobKey& key) {
   return capitalised(key.help) + (shown ? " (" + usual + ")" : "");
 }
 
-void add_key_option(CLI::App& command, const JobKey& key, JobArguments& arguments) {
-  const std::string option =
-      std::string(key.name() == "output.mesh" ? "-o," : "") + "--" + key.option;
+CLI::Option* add_key_option(CLI::App& command, const JobKey& key, JobArguments& arguments) {
+  const std::string option = std::string(key.name() == kMeshKey ? "-o," : "") + "--" + key.option;
   const auto set = [&arguments, name = key.name()](const std::string& text) {
     arguments.settings.emplace_back(name, text);
   };
   if (*key.option_value != '\0') {
-    command.add_flag_function(
+    return command.add_flag_function(
         option, [set, text = std::string(key.option_value)](std::int64_t) { set(text); },
         help_of(key));
-    return;
   }
-  command.add_option_function<std::string>(option, set, help_of(key))
-      ->type_name(value_name(key.type))
-      ->required(key.name() == "output.mesh");
+  return command.add_option_function<std::string>(option, set, help_of(key))
+      ->type_name(value_name(key.type));
 }
 
-}  // namespace
-
-void add_job_file_options(CLI::App& command, JobArguments& arguments) {
-  command.add_option("JOB", arguments.job_file, "The job file (TOML)")->type_name("")->required();
+void add_assignments(CLI::App& command, JobArguments& arguments) {
   command
       .add_option("--set", arguments.assignments,
                   "Set a key of the job file, overriding it; may be given many times")
       ->type_name("SECTION.KEY=VALUE")
       ->expected(1)
       ->take_all();
+}
+
+/// By its name: what is read as a cloud, and patterns, which job files have no use for.
+bool is_scan_name(const std::string& name) {
+  return is_mesh_format(name) || is_cloud_only_format(name) ||
+         name.find_first_of("*?[") != std::string::npos;
+}
+
+}  // namespace
+
+void add_job_file_options(CLI::App& command, JobArguments& arguments) {
+  command.add_option("JOB", arguments.job_file, "The job file (TOML)")->type_name("")->required();
+  add_assignments(command, arguments);
   add_key_options(command, kRunKeys, arguments);
+}
+
+void add_job_or_scan_options(CLI::App& command, JobArguments& arguments) {
+  command.add_option("JOB|SCAN", arguments.scans, "The job file (TOML), or scans without one")
+      ->type_name("")
+      ->required();
+  add_assignments(command, arguments);
+  for (const JobKey& key : job_keys())
+    if (*key.option != '\0') add_key_option(command, key, arguments);
+}
+
+void sort_out_scans(JobArguments& arguments) {
+  std::vector<std::string>& names = arguments.scans;
+  const auto job_file = std::find_if_not(names.begin(), names.end(), is_scan_name);
+  if (job_file == names.end()) return;
+  if (names.size() > 1)
+    throw_usage("a job file or scans, not both", {.file = *job_file,
+                                                  .found = std::to_string(names.size()) + " names",
+                                                  .expected = "JOB.toml, or SCAN..."});
+  arguments.job_file = *job_file;
+  names.clear();
 }
 
 void add_all_key_options(CLI::App& command, JobArguments& arguments) {
@@ -93,7 +124,8 @@ void add_all_key_options(CLI::App& command, JobArguments& arguments) {
       ->type_name("")
       ->required();
   for (const JobKey& key : job_keys())
-    if (*key.option != '\0') add_key_option(command, key, arguments);
+    if (*key.option != '\0')
+      add_key_option(command, key, arguments)->required(key.name() == kMeshKey);
 }
 
 void add_key_options(CLI::App& command, std::span<const std::string_view> names,
@@ -114,6 +146,11 @@ void add_run_options(CLI::App& command, JobArguments& arguments) {
 }
 
 Job job_of(const JobArguments& arguments) {
+  if (is_scan_name(arguments.job_file))
+    throw_usage("is a scan, where a job file is wanted",
+                {.file = arguments.job_file,
+                 .expected = "JOB.toml",
+                 .advice = "Scans without a job file: orbweave reconstruct SCAN... -o mesh.ply"});
   Job job = arguments.job_file.empty() ? Job{} : read_job_file(arguments.job_file);
   if (!arguments.scans.empty()) job.input.files = arguments.scans;
   for (const std::string& assignment : arguments.assignments) set_job_key(job, assignment);

@@ -30,6 +30,12 @@ struct JobArguments {
 /// JOB.toml, --set, and the options that a run is likely to need; `arguments` must outlive
 /// the parsing.
 void add_job_file_options(CLI::App& command, JobArguments& arguments);
+/// JOB.toml or SCAN..., --set, and an option for every key of the job file that has one, none of
+/// them needed. After the parsing sort_out_scans() tells job file and scans apart.
+void add_job_or_scan_options(CLI::App& command, JobArguments& arguments);
+/// Scans go by their extension or a pattern; anything else is a job file. Throws Error (usage)
+/// where both are given.
+void sort_out_scans(JobArguments& arguments);
 /// SCAN..., -o, and an option for every key of the job file that has one.
 void add_all_key_options(CLI::App& command, JobArguments& arguments);
 /// Options for the keys of these names ("fill.kernel").
@@ -38,8 +44,8 @@ void add_key_options(CLI::App& command, std::span<const std::string_view> names,
 /// --fresh and --progress.
 void add_run_options(CLI::App& command, JobArguments& arguments);
 
-/// The job: file, assignments, settings. Throws Error (usage) where one of them is wrong or where
-/// no scan is named.
+/// The job: file, assignments, settings. Throws Error (usage) where one of them is wrong, where
+/// no scan is named, and for a scan in the place of a job file.
 Job job_of(const JobArguments& arguments);
 /// The defaults with the settings alone, for commands that read no scans.
 Job settings_of(const JobArguments& arguments);

@@ -140,7 +140,9 @@ std::string plan_text(const JobPlan& plan, const FillOptions& fill) {
 }
 
 void show_plan(const PlanOptions& options, const StopToken& stop) {
-  const Job job = job_of(options.job);
+  JobArguments arguments = options.job;
+  sort_out_scans(arguments);
+  const Job job = job_of(arguments);
   const auto progress = make_progress(progress_style(options.job));
   const JobPlan plan = plan_job(job, *progress, stop);
   std::cout << (options.json ? plan_json(plan, job.fill) : plan_text(plan, job.fill));
@@ -152,10 +154,11 @@ void add_plan_command(CLI::App& program, const CommandContext& context) {
   auto options = std::make_shared<PlanOptions>();
   CLI::App* command =
       program.add_subcommand("plan", "Show what a run would do and need; writes nothing");
-  add_job_file_options(*command, options->job);
+  add_job_or_scan_options(*command, options->job);
   add_run_options(*command, options->job);
   command->add_flag("--json", options->json, "Print JSON");
-  command->footer("Example:\n  orbweave plan job.toml --memory 2GiB\n");
+  command->footer(
+      "Example:\n  orbweave plan job.toml --memory 2GiB\n  orbweave plan scan.ply --radii 0.001\n");
   command->callback([options, context] {
     context.then([options, &stop = context.stop] { show_plan(*options, stop); });
   });
