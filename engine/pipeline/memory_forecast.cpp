@@ -24,6 +24,9 @@ constexpr std::uint64_t kMostSampleBytes = std::uint64_t{16} << 20;
 /// As measured: a point of a chunk that is sorted, in records.
 constexpr std::uint64_t kRecordsPerSorted = 2;
 constexpr double kMargin = 1.06;
+/// What passes over raw points leave behind, with the graph of their patches; measured.
+constexpr std::uint64_t kPassBytes = std::uint64_t{8} << 20;
+constexpr std::uint64_t kPassBytesPerPoint = 2;
 /// Block bounds, checksums, shapes, chunks: per 64 points.
 constexpr std::uint64_t kWholeCloudBytesPer64 = 16;
 /// As measured: the boundary while it is stitched and traced, and while holes are filled.
@@ -68,21 +71,33 @@ std::uint64_t distinct_points(const Chunk& chunk) {
   return chunk.depth == kMortonDepth ? 1 : chunk.points;
 }
 
+/// While points with that schema are cut into chunks.
 std::uint64_t partition_peak(const InputContext& context, const Partition& partition,
-                             const MemoryPlan& plan) {
-  const std::uint64_t record = record_bytes(partition.schema);
+                             const PointSchema& schema, const MemoryPlan& plan) {
+  const std::uint64_t record = record_bytes(schema);
   const std::uint64_t bins =
       std::min<std::uint64_t>(plan.bin_buffer_bytes, counted_points(partition) * record);
-  const std::uint64_t base =
-      kReadingBytes + MemoryCosts::stream_bytes(partition.schema, context.threads());
+  const std::uint64_t base = kReadingBytes + MemoryCosts::stream_bytes(schema, context.threads());
   std::vector<std::uint64_t> points;
   for (const Chunk& chunk : partition.octree.chunks()) points.push_back(chunk.points);
   const std::uint64_t sorting =
       in_flight_bytes(std::move(points), context.threads(), plan.chunks_in_flight_bytes / 2,
-                      MemoryCosts::sort_bytes(partition.schema), kRecordsPerSorted * record);
+                      MemoryCosts::sort_bytes(schema), kRecordsPerSorted * record);
   const std::uint64_t sample =
       std::min(counted_points(partition) * kSampleBytesPerPoint, kMostSampleBytes);
   return base + sample + bins + sorting;
+}
+
+/// The same of points that went through the passes over raw points, all of which may be left: they
+/// have normals by then.
+std::uint64_t prepared_peak(const InputContext& context, const Partition& partition,
+                            const MemoryPlan& plan) {
+  if (!needs_preparation(context)) return 0;
+  PointSchema schema = partition.schema;
+  if (!schema.has_normals) schema.normal_type = ScalarType::kFloat32;
+  schema.has_normals = true;
+  return partition_peak(context, partition, schema, plan) + kPassBytes +
+         kPassBytesPerPoint * counted_points(partition);
 }
 
 }  // namespace
@@ -133,7 +148,8 @@ std::uint64_t predicted_peak_bytes(const InputContext& context, const Partition&
       MemoryCosts::kReconstructBytes, MemoryCosts::kUsualReconstructBytes);
   const std::uint64_t whole = points * kWholeCloudBytesPer64 / 64;
   const std::uint64_t peak =
-      std::max(partition_peak(context, partition, plan), kWorkingBytes + in_flight + whole);
+      std::max({partition_peak(context, partition, partition.schema, plan),
+                prepared_peak(context, partition, plan), kWorkingBytes + in_flight + whole});
   return std::min(static_cast<std::uint64_t>(kMargin * static_cast<double>(peak)),
                   std::max(job.partition.memory_bytes, peak));
 }

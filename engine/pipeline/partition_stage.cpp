@@ -240,8 +240,9 @@ double normal_radius(const SpacingSampler& sampler, std::size_t neighbors) {
   return kFarthestPerMean * kMargin * std::min(sparse, kMostPerMedian * median);
 }
 
-/// Chunks as large as the radii that were found ask for, where those are not the ones expected.
-Octree final_octree(const JobContext& context, const CountedCloud& cloud,
+}  // namespace
+
+Octree final_octree(const InputContext& context, const CountedCloud& cloud,
                     const Partition& partition) {
   const Job& job = context.job;
   const bool expected = !job.reconstruct.ball_radii.empty() || job.reconstruct.levels != 0;
@@ -254,8 +255,6 @@ Octree final_octree(const JobContext& context, const CountedCloud& cloud,
   if (plan.chunk_points <= cloud.memory.chunk_points) return cloud.octree;
   return coarsened(cloud.octree, plan.chunk_points);
 }
-
-}  // namespace
 
 void measure(const InputContext& context, const CloudInput& input, const SpacingSampler& sampler,
              Partition& partition) {

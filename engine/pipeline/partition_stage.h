@@ -86,6 +86,10 @@ CountedCloud count_points(const InputContext& context, const CloudInput& input);
 void measure(const InputContext& context, const CloudInput& input, const SpacingSampler& sampler,
              Partition& partition);
 
+/// Chunks as large as the radii that were found ask for, where those are not the ones expected.
+Octree final_octree(const InputContext& context, const CountedCloud& cloud,
+                    const Partition& measured);
+
 /// All passes: count, bin, sort. The points are in the store then; the partition is not committed
 /// yet.
 Partition cut_and_sort(JobContext& context, const CloudInput& input);

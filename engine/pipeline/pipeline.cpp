@@ -116,6 +116,14 @@ std::vector<HoleFacts> in_output_numbers(std::vector<HoleFacts> holes, const Use
   return holes;
 }
 
+/// What is still to come, and what it took until the points were cut.
+void predict_memory(JobContext& context, const Partition& partition,
+                    const std::vector<double>& radii) {
+  const std::uint64_t so_far = std::min(peak_memory_bytes(), context.job.partition.memory_bytes);
+  context.report.predicted.peak_memory_bytes =
+      std::max(predicted_peak_bytes(context, partition, radii), so_far);
+}
+
 /// The pipeline: one line per stage.
 void run_stages(JobContext& context) {
   const Partition partition = partition_points(context);
@@ -123,7 +131,7 @@ void run_stages(JobContext& context) {
   check_format_holds(context.job.output, partition.points());
   const std::vector<double> radii = radii_of_job(context, partition);
   describe_partition(context.report, partition, radii);
-  context.report.predicted.peak_memory_bytes = predicted_peak_bytes(context, partition, radii);
+  predict_memory(context, partition, radii);
   context.report.predicted.seconds = predicted_seconds(context, partition, radii);
   predict_room(context, partition);
   warn_of_units(context, partition);

@@ -105,9 +105,10 @@ JobPlan plan_job(const Job& job, Progress& progress, const StopToken& stop) {
   }
   plan.points = cloud.points_used;
   plan.bounds = cloud.grid.bounds();
-  plan.chunks = cloud.octree.chunks().size();
+  measured.octree = final_octree(context, cloud, measured);
+  plan.chunks = measured.octree.chunks().size();
   plan.chunk_points = cloud.memory.chunk_points;
-  for (const Chunk& chunk : cloud.octree.chunks()) {
+  for (const Chunk& chunk : measured.octree.chunks()) {
     plan.largest_chunk_points = std::max(plan.largest_chunk_points, chunk.points);
   }
   const std::size_t chunk_bytes =
@@ -116,7 +117,6 @@ JobPlan plan_job(const Job& job, Progress& progress, const StopToken& stop) {
   plan.chunks_in_flight = static_cast<int>(
       std::clamp<std::size_t>(affordable, 1, static_cast<std::size_t>(context.threads()) + 1));
   measured.schema = cloud.schema;
-  measured.octree = cloud.octree;
   plan.peak_memory_bytes = predicted_peak_bytes(context, measured, plan.radii);
   plan.disk_bytes = plan_disk(job, cloud, raw_work_of(plan)).most_bytes;
   plan.seconds =
