@@ -1,8 +1,10 @@
 // A job comes out the same by any number of processes, however the job ended before.
 #include <signal.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "tests/mpi/mpi_jobs.h"
 #include "tests/support/clouds.h"
@@ -111,4 +113,27 @@ TEST_CASE("EveryRankHasItsLogAndTheReportCountsThem") {
   CHECK(count_of(file_text(in / "mesh.work" / "orbweave.rank1.log"), "rank 1 of 3") == 1);
   CHECK(count_of(file_text(in / "mesh.work" / "orbweave.rank2.log"), "rank 2 of 3") == 1);
   CHECK(nlohmann::json::parse(file_text(in / "report.json"))["ranks"] == 3);
+}
+
+TEST_CASE("NoCoreIsTwoRanksAndEveryRankHasAThread") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  const Job job = oriented_job(in, 3000) + Job{"--keep-work-dir"};
+  const int ranks = GENERATE(2, 3);
+  const ProgramResult result = run_by_ranks(ranks, job, in.path());
+  INFO(result.err);
+  REQUIRE(result.status == 0);
+  int threads = 0;
+  for (int rank = 0; rank < ranks; ++rank) {
+    const std::string name = rank == 0 ? "" : ".rank" + std::to_string(rank);
+    const std::string log = file_text(in / "mesh.work" / ("orbweave" + name + ".log"));
+    const std::string words =
+        "rank " + std::to_string(rank) + " of " + std::to_string(ranks) + ": ";
+    const std::size_t at = log.find(words);
+    REQUIRE(at != std::string::npos);
+    const int own = std::stoi(log.substr(at + words.size()));
+    CHECK(own >= 1);
+    threads += own;
+  }
+  CHECK(threads <= std::max(ranks, static_cast<int>(std::thread::hardware_concurrency())));
 }
