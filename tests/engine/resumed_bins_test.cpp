@@ -13,9 +13,11 @@
 #include <string>
 #include <vector>
 
+#include "engine/pipeline/cut_exchange.h"
 #include "engine/pipeline/pipeline.h"
 #include "io/error.h"
 #include "io/mesh_writer.h"
+#include "io/point_source.h"
 #include "partition/memory_plan.h"
 #include "tests/support/clouds.h"
 #include "tests/support/data.h"
@@ -293,6 +295,28 @@ TEST_CASE("ADiskThatIsFullWhileBinsAreWrittenEndsInStatus4AndTheCountIsKept") {
   const Told told = check_resumes(job, expected);
   CHECK_FALSE(told.ran("count"));
   CHECK(told.ran("bin"));
+}
+
+TEST_CASE("AShareThatWasPartlyReadGoesOnWithTheNextPoint") {
+  const ScratchDirectory scratch;
+  const PointCloud cloud = test::painted_torus(1000, 0.1, 3).cloud;  // of 993
+  const std::string name = GENERATE("cloud.ply", "cloud.ply.gz", "cloud.xyz");
+  const fs::path file = scratch / name;
+  write_cloud(file.string(), cloud);
+  const bool rows_are_points = GENERATE(true, false);
+  const std::uint64_t before = GENERATE(0u, 1u, 317u, 993u);
+  const std::size_t capacity = GENERATE(100u, 5000u);
+  INFO(name << ", " << before << " points before, " << capacity << " at a time");
+  const PointCloud all = read_all(*open_point_source(file));
+  REQUIRE(all.size() == cloud.size());
+  const auto source = own_share(open_point_source(file), Team(), before, rows_are_points);
+  std::vector<Vec3> rest;
+  for (PointCloud batch; source->read(batch, capacity);) {
+    CHECK(batch.normals.size() == batch.size());
+    rest.insert(rest.end(), batch.positions.begin(), batch.positions.end());
+  }
+  CHECK((rest == std::vector<Vec3>(all.positions.begin() + static_cast<std::ptrdiff_t>(before),
+                                   all.positions.end())));
 }
 
 TEST_CASE("BinsThatFitInMemoryAreNotWritten") {
