@@ -127,10 +127,11 @@ void RunningProgram::release() {
 void RunningProgram::run_a_moment() {
   constexpr std::chrono::milliseconds kMoment{1};
   constexpr std::chrono::microseconds kLook{200};
-  constexpr int kLooks = 20;  // it may be waiting for a disk
   const auto begin = own_time(process_);
+  // It may be waiting for a disk, or for its turn: on a busy machine that takes a while.
+  const int looks = begin.count() > 0 ? 1000 : 5;
   release();
-  for (int look = 0; look < kLooks && own_time(process_) - begin < kMoment; ++look)
+  for (int look = 0; look < looks && own_time(process_) - begin < kMoment; ++look)
     std::this_thread::sleep_for(kLook);
 }
 
