@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <utility>
 
 #include "engine/pipeline/memory_forecast.h"
@@ -98,9 +99,20 @@ void commit_stitched(ChunkStore& store, const Stitched& stitched) {
   store.commit(kStitchStage, 0, arrays, true);
 }
 
-Stitched load_stitched(const ChunkStore& store) {
-  const auto stored = store.open(kStitchStage, 0);
+/// It may have been stitched under a larger budget.
+void require_memory_for_stored(const JobContext& context, const Partition& partition,
+                               const StoredResult& stored, std::span<const std::uint64_t> counts) {
+  HoleLoad load;
+  load.edges = stored.rows("fans");
+  load.loops = counts[4];
+  load.pieces = stored.rows("pieces");
+  require_memory_for_boundary(context, partition, load);
+}
+
+Stitched load_stitched(const JobContext& context, const Partition& partition) {
+  const auto stored = context.store.open(kStitchStage, 0);
   const auto counts = stored->read_all<std::uint64_t>("counts");
+  require_memory_for_stored(context, partition, *stored, counts);
   Stitched stitched;
   MeshFacts& facts = stitched.facts;
   facts.vertices = counts.at(0);
@@ -121,9 +133,11 @@ Stitched load_stitched(const ChunkStore& store) {
   return stitched;
 }
 
-std::optional<Stitched> stored_under(const ChunkStore& store, const std::string& key) {
+std::optional<Stitched> stored_under(const JobContext& context, const Partition& partition,
+                                     const std::string& key) {
+  const ChunkStore& store = context.store;
   if (!store.has_key(kStitchStage, key) || !store.has(kStitchStage, 0)) return std::nullopt;
-  return load_stitched(store);
+  return load_stitched(context, partition);
 }
 
 }  // namespace
@@ -162,7 +176,7 @@ Stitched stitch_chunks(JobContext& context, const Partition& partition) {
 
 std::optional<Stitched> stored_stitch(const JobContext& context, const Partition& partition,
                                       const std::vector<double>& radii) {
-  return stored_under(context.store, stitch_key(context, partition, radii));
+  return stored_under(context, partition, stitch_key(context, partition, radii));
 }
 
 Stitched stitch(JobContext& context, const Partition& partition, const std::vector<double>& radii) {
@@ -171,7 +185,7 @@ Stitched stitch(JobContext& context, const Partition& partition, const std::vect
   std::optional<Stitched> stitched;
   by_leader(context, [&] {
     const std::string key = stitch_key(context, partition, radii);
-    stitched = stored_under(context.store, key);
+    stitched = stored_under(context, partition, key);
     if (stitched) {
       clock.facts().chunks_reused = chunks;
       context.progress.advance(chunks);
@@ -181,7 +195,7 @@ Stitched stitch(JobContext& context, const Partition& partition, const std::vect
     context.store.begin_stage(kStitchStage, key);
     commit_stitched(context.store, *stitched);
   });
-  if (!stitched) stitched = load_stitched(context.store);
+  if (!stitched) stitched = load_stitched(context, partition);
   context.report.conflicts_lost = stitched->conflicts_lost;
   context.report.points_unused = stitched->unused_points;
   clock.facts().chunks = chunks;

@@ -31,7 +31,8 @@ Stitched stitch_chunks(JobContext& context, const Partition& partition);
 /// The stage. Throws as stitch_chunks, and Error (bad input) where no triangle was found.
 Stitched stitch(JobContext& context, const Partition& partition, const std::vector<double>& radii);
 
-/// What an earlier run left of the same mesh.
+/// What an earlier run left of the same mesh. Throws as stitch_chunks where it does not fit the
+/// budget, before the boundary is read.
 std::optional<Stitched> stored_stitch(const JobContext& context, const Partition& partition,
                                       const std::vector<double>& radii);
 

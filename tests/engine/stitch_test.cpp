@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -115,8 +116,9 @@ Job kept_job(const ScratchDirectory& scratch) {
   return job;
 }
 
-/// The stitch of what a job left, under a budget.
-std::optional<Error> stitch_error(Job job, std::uint64_t budget) {
+/// Of looking, under a budget, at what a job left.
+std::optional<Error> error_of(Job job, std::uint64_t budget,
+                              void (*look)(JobContext&, const Partition&)) {
   job.partition.memory_bytes = budget;
   RecordingProgress progress;
   const StopToken stop;
@@ -126,11 +128,17 @@ std::optional<Error> stitch_error(Job job, std::uint64_t budget) {
   Team alone;
   JobContext context{{job, job.input.files, progress, stop}, store, report, alone};
   try {
-    stitch_chunks(context, stored_partition(store).value());
+    look(context, stored_partition(store).value());
   } catch (const Error& error) {
     return error;
   }
   return std::nullopt;
+}
+
+std::optional<Error> stitch_error(const Job& job, std::uint64_t budget) {
+  return error_of(job, budget, [](JobContext& context, const Partition& partition) {
+    stitch_chunks(context, partition);
+  });
 }
 
 }  // namespace
@@ -242,6 +250,19 @@ TEST_CASE("ABoundaryBeyondTheBudgetIsRefusedBeforeItIsRead") {
   CHECK(text.find("boundary edges in ") != std::string::npos);
   CHECK(text.find("at least 65 MiB") != std::string::npos);
   CHECK((text.find("--no-fill") != std::string::npos) == job.fill.enabled);
+}
+
+TEST_CASE("AStoredBoundaryIsRefusedWhereTheBudgetIsSmallerNow") {
+  const ScratchDirectory scratch;
+  const Job job = kept_job(scratch);
+  const auto read = [](JobContext& context, const Partition& partition) {
+    if (!stored_stitch(context, partition, context.report.radii))
+      throw std::logic_error("nothing is stored");
+  };
+  CHECK_FALSE(error_of(job, std::uint64_t{1} << 30, read));
+  const auto error = error_of(job, std::uint64_t{64} << 20, read);
+  REQUIRE(error);
+  CHECK(error->status() == ExitStatus::kResource);
 }
 
 TEST_CASE("TheBoundaryCostsLessWhereNoHolesAreFilled") {
