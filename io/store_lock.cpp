@@ -62,7 +62,10 @@ std::optional<FileDescriptor> try_lock(const fs::path& path, milliseconds patien
   const auto give_up = steady_clock::now() + patience;
   for (;;) {
     FileDescriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
-    if (!file.valid()) throw_lock_error(path, errno);
+    if (!file.valid()) {
+      if (errno == EINTR) continue;
+      throw_lock_error(path, errno);
+    }
     if (flock(file.get(), LOCK_EX | LOCK_NB) == 0) {
       if (has_name(file, path)) return file;
       continue;
@@ -129,21 +132,25 @@ void await_members(const fs::path& directory, milliseconds patience) {
 
 FileDescriptor lock_as_owner(const fs::path& directory, milliseconds patience) {
   const fs::path path = directory / kOwnerLock;
+  const fs::path mark = directory / kTeamMark;
   std::optional<FileDescriptor> lock = try_lock(path, kMoment);
+  std::error_code ignored;
+  // The leader of a team ends no faster than its members where mpirun has to kill it.
+  if (!lock && fs::exists(mark, ignored)) lock = try_lock(path, patience);
   if (!lock)
     throw_resource("the work directory is in use by process " + first_line(path),
                    {.file = directory.string(),
                     .advice = "Wait for it, or name another with run.work_dir or --work-dir"});
   write_line(*lock, path, std::to_string(getpid()));
   // A member locks first and looks for the mark afterwards: it is seen here, or does not join.
-  ::unlink((directory / kTeamMark).c_str());
+  ::unlink(mark.c_str());
   await_members(directory, patience);
   return std::move(*lock);
 }
 
-FileDescriptor lock_as_member(const fs::path& directory, int rank) {
+FileDescriptor lock_as_member(const fs::path& directory, int rank, milliseconds patience) {
   const fs::path path = directory / (std::string(kMemberLock) + std::to_string(rank));
-  std::optional<FileDescriptor> lock = try_lock(path, kMoment);
+  std::optional<FileDescriptor> lock = try_lock(path, std::max(patience, kMoment));
   if (!lock)
     throw_resource(
         "another process has this one's place in the work directory: " + member_name(path),

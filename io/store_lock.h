@@ -18,14 +18,17 @@ inline constexpr const char* kTeamMark = "team";
 /// mpirun kills what has not ended a second after it was told to.
 inline constexpr std::chrono::milliseconds kDyingTime{5000};
 
-/// Takes the directory for this process. Members of an earlier owner's team may have outlived it:
-/// waits `patience` for them to end, and as the mark of their run goes none can join any more.
+/// Takes the directory for this process. An earlier owner that leads a team may be ending, and
+/// members may outlive it: waits `patience` for it and again for them, and as the mark of their run
+/// goes none can join any more.
 /// Throws Error (resource) that names who works there.
 FileDescriptor lock_as_owner(const std::filesystem::path& directory,
                              std::chrono::milliseconds patience = kDyingTime);
 
-/// For a member, beside the owner's lock; `rank` tells it from others of its team.
-FileDescriptor lock_as_member(const std::filesystem::path& directory, int rank);
+/// For a member, beside the owner's lock; `rank` tells it from others of its team. Waits `patience`
+/// for a late member of an earlier run, which leaves when it finds that the mark is not its own.
+FileDescriptor lock_as_member(const std::filesystem::path& directory, int rank,
+                              std::chrono::milliseconds patience = kDyingTime);
 
 /// Whether a file in a work directory is the lock of an owner or a member.
 bool is_lock_file(const std::filesystem::path& name);

@@ -253,13 +253,18 @@ std::uint64_t mark_of_run() {
   return static_cast<std::uint64_t>(now.count()) * 4194304 + static_cast<std::uint64_t>(getpid());
 }
 
+bool holds(const std::filesystem::path& file, const std::string& text) {
+  std::ifstream stream(file);
+  std::string found;
+  return std::getline(stream, found) && found == text;
+}
+
 /// Returns whether the file holds `text`, or does some seconds later: file systems over a network
 /// remember for a while what was there before.
 bool will_hold(const std::filesystem::path& file, const std::string& text, const StopToken& stop) {
   constexpr int kTries = 50;
   for (int i = 0; i < kTries; ++i) {
-    std::string found;
-    if (std::getline(std::ifstream(file), found) && found == text) return true;
+    if (holds(file, text)) return true;
     stop.check();
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
@@ -279,8 +284,8 @@ std::unique_ptr<ChunkStore> join_leader(const std::filesystem::path& directory, 
   const std::string mark = std::to_string(team.leaders_word(0, stop));
   if (!will_hold(directory / kTeamMark, mark, stop)) throw_not_shared(directory);
   auto store = ChunkStore::join(directory, team.rank());
-  // The leader may have died by now, and another run be at work.
-  if (!will_hold(directory / kTeamMark, mark, stop)) throw_not_shared(directory);
+  // The leader may have died by now, and another run be at work, whose member wants this place.
+  if (!holds(directory / kTeamMark, mark)) throw_not_shared(directory);
   return store;
 }
 

@@ -33,6 +33,14 @@ std::string refusal(const std::filesystem::path& directory) {
   return {};
 }
 
+/// Ends when the lock is gone, a while after the moment that nobody is refused for.
+std::thread soon_released(std::optional<FileDescriptor>& lock) {
+  return std::thread([&lock] {
+    std::this_thread::sleep_for(milliseconds(200));
+    lock.reset();
+  });
+}
+
 }  // namespace
 
 TEST_CASE("ASecondOwnerIsToldTheFirst") {
@@ -58,11 +66,25 @@ TEST_CASE("MembersThatOutliveTheirOwnerKeepOutTheNextAndAreNamed") {
 TEST_CASE("AnOwnerWaitsForMembersThatAreEnding") {
   const test::ScratchDirectory scratch;
   std::optional<FileDescriptor> member = lock_as_member(scratch.path(), 1);
-  std::thread end([&] {
-    std::this_thread::sleep_for(milliseconds(100));
-    member.reset();
-  });
+  std::thread end = soon_released(member);
   CHECK(lock_as_owner(scratch.path(), kAsLongAsItTakes).valid());
+  end.join();
+}
+
+TEST_CASE("AnOwnerWaitsForTheLeaderOfATeamThatIsEnding") {
+  const test::ScratchDirectory scratch;
+  std::optional<FileDescriptor> leader = lock_as_owner(scratch.path());
+  test::write_text(scratch / kTeamMark, "1\n");
+  std::thread end = soon_released(leader);
+  CHECK_NOTHROW(lock_as_owner(scratch.path(), kAsLongAsItTakes));
+  end.join();
+}
+
+TEST_CASE("AMemberWaitsForALateOneOfAnEarlierRun") {
+  const test::ScratchDirectory scratch;
+  std::optional<FileDescriptor> late = lock_as_member(scratch.path(), 1);
+  std::thread end = soon_released(late);
+  CHECK_NOTHROW(lock_as_member(scratch.path(), 1, kAsLongAsItTakes));
   end.join();
 }
 
@@ -72,7 +94,7 @@ TEST_CASE("AnOwnersMembersJoinAfterThoseOfAnotherRunHaveEnded") {
   const FileDescriptor owner = lock_as_owner(scratch.path(), kNotAtAll);
   const FileDescriptor member = lock_as_member(scratch.path(), 1);
   CHECK(members_at_work(scratch.path()).size() == 1);
-  CHECK_THROWS_AS(lock_as_member(scratch.path(), 1), Error);
+  CHECK_THROWS_AS(lock_as_member(scratch.path(), 1, kNotAtAll), Error);
 }
 
 TEST_CASE("ANewOwnerTakesAwayTheMarkThatMembersJoinBy") {
