@@ -33,13 +33,17 @@ char state_of(const std::filesystem::path& thread) {
   return name_ends + 2 < text.size() ? text[name_ends + 2] : 'X';
 }
 
-bool stands_still(pid_t process) {
+/// Whether all threads that are left of a process are in one of these states.
+bool is_wholly(pid_t process, const std::string& states) {
   std::error_code ignored;
   const std::filesystem::path tasks = "/proc/" + std::to_string(process) + "/task";
   for (const auto& task : std::filesystem::directory_iterator(tasks, ignored))
-    if (std::string("TtZX").find(state_of(task.path())) == std::string::npos) return false;
+    if (states.find(state_of(task.path())) == std::string::npos) return false;
   return true;
 }
+
+bool stands_still(pid_t process) { return is_wholly(process, "TtZX"); }
+bool is_gone(pid_t process) { return is_wholly(process, "ZX"); }
 
 }  // namespace
 
@@ -86,6 +90,12 @@ std::vector<pid_t> ranks_of(const RunningProgram& mpirun) {
 
 void signal_all(const std::vector<pid_t>& processes, int signal) {
   for (const pid_t process : processes) kill(process, signal);
+}
+
+void kill_all(const std::vector<pid_t>& processes) {
+  signal_all(processes, SIGKILL);
+  while (!std::all_of(processes.begin(), processes.end(), is_gone))
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 std::vector<pid_t> hold_ranks_when(RunningProgram& mpirun, std::size_t ranks,

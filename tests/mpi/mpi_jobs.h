@@ -27,6 +27,9 @@ ProgramResult run_by_ranks(int ranks, const std::vector<std::string>& arguments,
 std::vector<pid_t> ranks_of(const RunningProgram& mpirun);
 
 void signal_all(const std::vector<pid_t>& processes, int signal);
+/// Kills them (SIGKILL) and returns when they are gone, whoever inherits what is left of them: on a
+/// busy machine mpirun is sooner gone than its ranks, and their locks.
+void kill_all(const std::vector<pid_t>& processes);
 
 /// Runs the job a moment at a time, whatever the machine's speed and load, until `reached`: its
 /// ranks are returned, and stand still (SIGSTOP). Nothing where the job ended before.

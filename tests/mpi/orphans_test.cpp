@@ -8,6 +8,7 @@
 #include <fstream>
 #include <thread>
 
+#include "io/store_lock.h"
 #include "tests/mpi/mpi_jobs.h"
 
 using Catch::Matchers::Contains;
@@ -15,10 +16,11 @@ using namespace orbweave::test;
 
 namespace {
 
+namespace fs = std::filesystem;
 using Job = std::vector<std::string>;
 
 /// The process that wrote its number into the file; 0: none has yet.
-pid_t process_in(const std::filesystem::path& lock) {
+pid_t process_in(const fs::path& lock) {
   pid_t process = 0;
   std::ifstream(lock) >> process;
   return process;
@@ -27,16 +29,18 @@ pid_t process_in(const std::filesystem::path& lock) {
 /// Holds a job of two ranks still while both are at work and kills all of it but rank 1, which
 /// is returned, still held; 0 where the job was over before.
 pid_t orphan_a_member(const ScratchDirectory& in, const Job& job) {
-  const std::filesystem::path work = in / "mesh.work";
+  const fs::path work = in / "mesh.work";
   RunningProgram mpirun(by_ranks(2, job), mpi_setting(in.path()));
-  const std::vector<pid_t> ranks =
-      hold_ranks_when(mpirun, 2, [&] { return process_in(work / "member.1") != 0; });
-  if (ranks.empty()) return 0;
-  const pid_t member = process_in(work / "member.1");
-  kill(mpirun.process(), SIGKILL);
-  for (const pid_t rank : ranks)
-    if (rank != member) kill(rank, SIGKILL);
+  const fs::path lock = work / "member.1";
+  // The number stays in the file when the member has done its part.
+  std::vector<pid_t> others = hold_ranks_when(
+      mpirun, 2, [&] { return process_in(lock) != 0 && !orbweave::members_at_work(work).empty(); });
+  if (others.empty()) return 0;
+  const pid_t member = process_in(lock);
+  std::erase(others, member);
+  mpirun.send(SIGKILL);
   mpirun.wait();
+  kill_all(others);
   return member;
 }
 

@@ -27,8 +27,12 @@ bool kill_between(const ScratchDirectory& in, const Job& job, const std::string&
   };
   const std::vector<pid_t> ranks = hold_ranks_when(mpirun, 3, is_between);
   const bool met = !ranks.empty() && is_between();
-  if (met) kill(mpirun.process(), SIGKILL);
-  for (const pid_t rank : ranks) kill(rank, met ? SIGKILL : SIGCONT);
+  if (met) {
+    mpirun.send(SIGKILL);
+    kill_all(ranks);
+  } else {
+    signal_all(ranks, SIGCONT);
+  }
   mpirun.wait();
   if (!met) take_mesh(in);
   return met;
