@@ -20,8 +20,8 @@ import stage_kinds
 
 RADIUS_PER_SPACING = 1.3
 CLOUD_BYTES = 48  # position and normal in double
-# Most of a job's disk per point: points and chunk meshes in the work directory, what spills, the mesh.
-JOB_BYTES = 240
+# Most of a job's disk per point: points and chunk meshes in the work directory, the mesh (docs/disk.md).
+JOB_BYTES = 170
 UNITS = {"": 1, "KiB": 1 << 10, "MiB": 1 << 20, "GiB": 1 << 30, "TiB": 1 << 40}
 
 
