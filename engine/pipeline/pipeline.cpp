@@ -167,7 +167,9 @@ void drop_damaged(ChunkStore& store, const std::filesystem::path& file) {
   } else if (stage.starts_with("raw")) {
     discard_raw_stages(store);  // what a pass was made from is removed when it is complete
   } else {
-    store.discard_stage(stage.empty() ? kPointsStage : stage);
+    const std::string points = stage.empty() ? kPointsStage : stage;
+    store.discard_stage(points);
+    store.discard_stage(cut_stage_of(points));  // bins go as chunks are sorted
   }
 }
 
