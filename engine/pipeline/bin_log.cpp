@@ -102,6 +102,8 @@ BinnedSoFar BinLog::load(SpacingSampler& sampler) {
   });
   points_read_ = so_far.points_read;
   file_bytes_ = so_far.file_bytes;
+  // Should the file grow again, a part that does not count now would seem to.
+  if (!so_far.complete) store_.discard(stage_, number_of(parts_));
   sampled_.clear();
   for (const SpacingSite& site : sampler.sites()) sampled_.push_back(site.points.size());
   return so_far;
