@@ -40,6 +40,9 @@ class PointSource {
   /// so that several processes can share a file. Returns false, and changes nothing, where the
   /// format has no way to get there without reading what comes before.
   virtual bool restrict_rows(std::uint64_t /*first*/, std::uint64_t /*count*/) { return false; }
+  /// Whether restrict_rows() leaves exactly the rows asked for, whichever these are. A list of
+  /// files does not where it has one that is read as a whole or not at all.
+  virtual bool has_row_access() const { return false; }
   /// Progress: bytes of the file consumed so far (compressed bytes for .gz), and its size.
   virtual std::uint64_t bytes_read() const = 0;
   virtual std::uint64_t bytes_total() const = 0;

@@ -130,6 +130,11 @@ class PointSourceList final : public PointSource {
     end_row_ = first + count;
     return true;
   }
+  bool has_row_access() const override {
+    return declared_ && std::all_of(files_.begin(), files_.end(), [&](const ListedFile& file) {
+             return opener_(file.path)->restrict_rows(0, file.points);
+           });
+  }
 
   bool read(PointCloud& batch, std::size_t capacity) override {
     while (source_ || open_next()) {

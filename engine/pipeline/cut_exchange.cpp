@@ -19,6 +19,8 @@ using Json = nlohmann::json;
 constexpr const char* kCounted = "counted";
 /// What is known of them once they are binned.
 constexpr const char* kMeasured = "measured";
+/// What is found where a log that was complete no longer is.
+constexpr const char* kIncomplete = "damage to the file, or to the log of what lies in it";
 /// Shares whose cells are held at one time while they are put together.
 constexpr std::size_t kPartsAtOnce = 8;
 
@@ -170,21 +172,24 @@ std::string cut_stage_of(const std::string& stage) { return stage + "_cut"; }
 
 std::unique_ptr<PointSource> own_share(std::unique_ptr<PointSource> source, const Team& team,
                                        std::uint64_t read_before, bool rows_are_points) {
-  if (team.size() == 1 && read_before == 0) return source;
-  const auto rows = source->declared_points();
-  const auto size = static_cast<std::uint64_t>(team.size());
-  const auto rank = static_cast<std::uint64_t>(team.rank());
-  // Whole multiples first: the product of all rows and a rank might overflow.
-  const auto begin_of = [&](std::uint64_t r) { return *rows / size * r + *rows % size * r / size; };
-  const std::uint64_t leap = rows_are_points ? read_before : 0;
-  if (rows) {
-    const std::uint64_t share = begin_of(rank + 1) - begin_of(rank);
-    if (source->restrict_rows(begin_of(rank) + leap, share - std::min(leap, share))) {
-      if (leap == read_before) return source;
-      return std::make_unique<RestOfPoints>(std::move(source), read_before);
-    }
+  const bool leaps = read_before > 0 && rows_are_points && source->has_row_access();
+  const std::uint64_t leap = leaps ? read_before : 0;
+  if (team.size() > 1 || leaps) {
+    const auto rows = source->declared_points();
+    const auto size = static_cast<std::uint64_t>(team.size());
+    const auto rank = static_cast<std::uint64_t>(team.rank());
+    // Whole multiples first: the product of all rows and a rank might overflow.
+    const auto begin_of = [&](std::uint64_t r) {
+      return *rows / size * r + *rows % size * r / size;
+    };
+    const auto restrict = [&] {
+      const std::uint64_t share = begin_of(rank + 1) - begin_of(rank);
+      return source->restrict_rows(begin_of(rank) + leap, share - std::min(leap, share));
+    };
+    const bool shared = rows&& restrict();
+    if (leaps && shared) return source;
+    if (!shared && !team.leads()) return std::make_unique<NoPoints>(*source);
   }
-  if (!team.leads()) return std::make_unique<NoPoints>(*source);
   if (read_before == 0) return source;
   return std::make_unique<RestOfPoints>(std::move(source), read_before);
 }
@@ -340,11 +345,16 @@ void CutExchange::await_bins(const CountedCloud& cloud, std::uint64_t points_rea
     context_.team.meet(context_.stop);
     if (!context_.team.leads()) return;
     points_read = 0;
-    for (int rank = 0; rank < members_; ++rank)
-      points_read += log_of(rank).load_extents().points_read;
+    for (int rank = 0; rank < members_; ++rank) {
+      const BinLog log = log_of(rank);
+      const BinnedSoFar binned = log.load_extents();
+      if (!binned.complete) throw CorruptResult(log.spill_file(), kIncomplete);
+      points_read += binned.points_read;
+    }
   }
   const std::uint64_t expected = cloud.points_read - cloud.rows_left_out;
   if (points_read == expected) return;
+  if (kept_) context_.store.discard_stage(stage_);
   throw_bad_input("the input changed while it was read",
                   {.file = context_.files.front(),
                    .place = {},
@@ -355,7 +365,10 @@ void CutExchange::await_bins(const CountedCloud& cloud, std::uint64_t points_rea
 
 void CutExchange::gather_samples(SpacingSampler& sampler) const {
   if (!context_.team.leads()) return;
-  for (int other = 1; other < context_.team.size(); ++other) log_of(other).load(sampler);
+  for (int other = 1; other < context_.team.size(); ++other) {
+    BinLog log = log_of(other);
+    if (!log.load(sampler).complete) throw CorruptResult(log.spill_file(), kIncomplete);
+  }
 }
 
 Partition CutExchange::agreed_partition(const Partition& partition) {

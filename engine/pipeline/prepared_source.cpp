@@ -35,6 +35,7 @@ class PreparedSource final : public PointSource {
     end_row_ = first + count;
     return true;
   }
+  bool has_row_access() const override { return true; }
 
   bool read(PointCloud& batch, std::size_t capacity) override {
     while (row_ == rows_) {

@@ -216,6 +216,16 @@ TEST_CASE("KilledWhileItBinsARunCountsNothingAgainAndBinsTheRest") {
     CHECK_FALSE(told.ran("count"));
     CHECK(told.points.at("bin") == kPoints);
   }
+  SECTION("and the last bytes were lost, and it was killed again when others had come") {
+    const fs::path bins = cut_stage(job) / "bins.0";
+    const auto bytes = fs::file_size(bins);
+    fs::resize_file(bins, bytes / 2);
+    REQUIRE(run_until(job, "bin", 2).status == ExitStatus::kInterrupted);
+    fs::resize_file(bins, bytes);
+    const Told told = check_resumes(job, expected);
+    CHECK_FALSE(told.ran("count"));
+    CHECK(told.points.at("bin") == kPoints);
+  }
 }
 
 TEST_CASE("KilledWhenItHasCountedARunCountsNothingAgain") {
@@ -258,6 +268,21 @@ TEST_CASE("BinsThatAreDamagedOrGoneAreMadeAgainAndItSaysSo") {
   CHECK(told.ran("bin"));
   CHECK(told.points.at("sort") < kPoints);
   CHECK(told.lines.find(says) != std::string::npos);
+}
+
+TEST_CASE("ASortedChunkThatIsDamagedWhenItsBinIsGoneIsNotLookedForInTheBins") {
+  const ScratchDirectory scratch;
+  const Job job = wide_job(scratch);
+  const auto& expected = expected_points(job);
+  REQUIRE(run_until(job, "sort", 8).status == ExitStatus::kInterrupted);
+  std::string damaged;
+  for (const auto& [name, content] : points_of(job)) damaged = name;
+  const fs::path result = fs::path(job.run.work_dir) / "points" / damaged;
+  fs::resize_file(result, 100);
+  const Told told = check_resumes(job, expected);
+  CHECK(told.ran("count"));
+  CHECK(told.lines.find(result.string()) != std::string::npos);
+  CHECK(told.lines.find("bins.0") == std::string::npos);
 }
 
 TEST_CASE("BinsOfOtherScansAreNotUsed") {
@@ -317,6 +342,31 @@ TEST_CASE("AShareThatWasPartlyReadGoesOnWithTheNextPoint") {
   }
   CHECK((rest == std::vector<Vec3>(all.positions.begin() + static_cast<std::ptrdiff_t>(before),
                                    all.positions.end())));
+}
+
+TEST_CASE("AShareOfAListGoesOnWithTheNextPointWhereFilesAreReadAsAWholeOnly") {
+  const ScratchDirectory scratch;
+  const PointCloud cloud = test::painted_torus(1000, 0.1, 3).cloud;  // of 993
+  const std::vector<std::string> names =
+      GENERATE(values<std::vector<std::string>>({{"one.ply", "two.ply"},
+                                                 {"one.ply.gz"},
+                                                 {"one.ply.gz", "two.ply"},
+                                                 {"one.ply", "two.ply.gz"},
+                                                 {"one.xyz", "two.ply"}}));
+  std::vector<fs::path> files;
+  for (const std::string& name : names) {
+    files.push_back(scratch / name);
+    write_cloud(files.back().string(), cloud);
+  }
+  const std::uint64_t before = GENERATE(1u, 317u, 993u, 1310u);
+  INFO(names.front() << ", " << names.size() << " files, " << before << " points before");
+  const std::vector<Vec3> all = read_all(*open_point_sources(files)).positions;
+  REQUIRE(all.size() == cloud.size() * files.size());
+  const auto source = own_share(open_point_sources(files), Team(), before, true);
+  CHECK((read_all(*source).positions ==
+         std::vector<Vec3>(
+             all.begin() + static_cast<std::ptrdiff_t>(std::min<std::uint64_t>(before, all.size())),
+             all.end())));
 }
 
 TEST_CASE("BinsThatFitInMemoryAreNotWritten") {
