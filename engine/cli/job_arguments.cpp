@@ -132,7 +132,7 @@ void add_key_options(CLI::App& command, std::span<const std::string_view> names,
                      JobArguments& arguments) {
   for (const JobKey& key : job_keys())
     if (std::ranges::find(names, key.name()) != names.end())
-      add_key_option(command, key, arguments);
+      add_key_option(command, key, arguments)->required(key.name() == kMeshKey);
 }
 
 void add_run_options(CLI::App& command, JobArguments& arguments) {

@@ -28,7 +28,8 @@ std::string list_of(const std::vector<double>& values) {
 
 /// The state of a thread, the word after its name; 'X' where it is gone.
 char state_of(const std::filesystem::path& thread) {
-  const std::string text = file_text(thread / "stat");
+  std::string text;
+  std::getline(std::ifstream(thread / "stat"), text);  // nothing where it has ended meanwhile
   const std::size_t name_ends = text.rfind(')');
   return name_ends + 2 < text.size() ? text[name_ends + 2] : 'X';
 }
