@@ -80,9 +80,11 @@ using GatherFunction = void (*)(const PointArrays& points, const CandidateRanges
 /// Finds the triangles at `count` points, at most kWalksAtOnce, whose neighbours are gathered. With
 /// `active` null: if the walk around a point's normal closes, its fan; otherwise all triangles of
 /// T_rho at the point. With `active` given (by index): all triangles of T_rho whose three vertices
-/// are active.
-using WalkFunction = void (*)(const PointArrays& points, const WalkScratch* scratch,
-                              std::uint32_t count, const std::uint8_t* active, Fan* fans);
+/// are active. Walks with nobody `active` may go among the nearest neighbours first; that saves
+/// time or costs some, and changes nothing else. Returns how many fans were settled there.
+using WalkFunction = std::uint32_t (*)(const PointArrays& points, const WalkScratch* scratch,
+                                       std::uint32_t count, const std::uint8_t* active,
+                                       bool nearest_first, Fan* fans);
 
 struct WalkKernel {
   GatherFunction gather = nullptr;

@@ -413,10 +413,10 @@ void walk_among_near(const PointArrays& points, const WalkScratch* scratch, std:
   }
 }
 
-void walk(const PointArrays& points, const WalkScratch* scratch, std::uint32_t count,
-          const std::uint8_t* active, Fan* fans) {
+std::uint32_t walk(const PointArrays& points, const WalkScratch* scratch, std::uint32_t count,
+                   const std::uint8_t* active, bool nearest_first, Fan* fans) {
   for (std::uint32_t w = 0; w < count; ++w) fans[w].closed = false;
-  if (active == nullptr) walk_among_near(points, scratch, count, fans);
+  if (nearest_first && active == nullptr) walk_among_near(points, scratch, count, fans);
   alignas(Walker) unsigned char room[kWalksAtOnce * sizeof(Walker)];
   Walker* walkers = reinterpret_cast<Walker*>(room);
   std::uint32_t left = 0;
@@ -428,6 +428,7 @@ void walk(const PointArrays& points, const WalkScratch* scratch, std::uint32_t c
   }
   if (active == nullptr) walk_in_turns(walkers, left);
   for (std::uint32_t w = 0; w < left; ++w) walkers[w].close_or_scan(active);
+  return count - left;
 }
 
 }  // namespace
