@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <filesystem>
+#include <system_error>
 
 #include "engine/cli/file_kind.h"
 #include "io/error.h"
@@ -84,10 +86,12 @@ void add_assignments(CLI::App& command, JobArguments& arguments) {
       ->take_all();
 }
 
-/// By its name: what is read as a cloud, and patterns, which job files have no use for.
+/// By its name: what is read as a cloud, and patterns, which job files have no use for. A file may
+/// lie in a folder whose name looks like one.
 bool is_scan_name(const std::string& name) {
-  return is_mesh_format(name) || is_cloud_only_format(name) ||
-         name.find_first_of("*?[") != std::string::npos;
+  if (is_mesh_format(name) || is_cloud_only_format(name)) return true;
+  std::error_code ignored;
+  return name.find_first_of("*?[") != std::string::npos && !std::filesystem::exists(name, ignored);
 }
 
 }  // namespace

@@ -52,6 +52,18 @@ TEST_CASE("PlanTakesAJobFileOrScansButNotBoth") {
   CHECK_THAT(result.err, Contains("job.toml") && Contains("a job file or scans, not both"));
 }
 
+TEST_CASE("JobFileMayLieInAFolderWhoseNameLooksLikeAPattern") {
+  const ScratchDirectory in;
+  write_scan_and_job(in);
+  std::filesystem::create_directory(in / "torus [1]");
+  const std::string job = "torus [1]/job.toml";
+  std::filesystem::rename(in / "job.toml", in / job);
+  const std::string command = GENERATE("plan", "run");
+  const auto result = run_in(in, {command, job, "--progress", "none"});
+  INFO(result.err);
+  CHECK(result.status == 0);
+}
+
 TEST_CASE("RunSaysThatAScanIsNoJobFile") {
   const ScratchDirectory in;
   write_scan_and_job(in);
