@@ -57,7 +57,8 @@ TEST_CASE("JobFileMayLieInAFolderWhoseNameLooksLikeAPattern") {
   write_scan_and_job(in);
   std::filesystem::create_directory(in / "torus [1]");
   const std::string job = "torus [1]/job.toml";
-  std::filesystem::rename(in / "job.toml", in / job);
+  for (const char* file : {"job.toml", "scan.ply"})
+    std::filesystem::rename(in / file, in / "torus [1]" / file);
   const std::string command = GENERATE("plan", "run");
   const auto result = run_in(in, {command, job, "--progress", "none"});
   INFO(result.err);
