@@ -1,5 +1,5 @@
 """What the benchmark scripts share: running programs with time and memory measured, medians, the machine,
-JSON and CSV results. Needs Debian's python3-numpy and time."""
+JSON and CSV results. Needs Debian's time."""
 import csv
 import datetime
 import json
@@ -16,13 +16,18 @@ import sys
 import tempfile
 import time
 
+import interpreter
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PEERS = ROOT / "bench" / "peers"
-PYTHON = "/usr/bin/python3"
 # Square world units of the generated shapes: radii 1 and 0.4 of the torus, unit squares, unit cube.
 AREAS = {"sphere": 4 * math.pi, "torus": 4 * math.pi ** 2 * 0.4, "plane": 1.0, "double-wall": 2.0,
          "cube": 6.0}
-sys.path.insert(0, str(PEERS))
+
+
+def peer_python():
+    """The interpreter that Open3D is installed for."""
+    return interpreter.with_packages("open3d") or sys.exit("no Python here has open3d: install python3-open3d")
 
 
 def run(command):

@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """Open3D's ball pivoting on an oriented PLY cloud; prints one JSON object.
 
 Seconds are those of loading, of the reconstruction alone ("kernel") and of writing; neither the start of
@@ -11,10 +11,13 @@ import resource
 import sys
 import time
 
-import numpy as np
-import open3d
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import interpreter  # noqa: E402
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+interpreter.need("numpy", "open3d")
+
+import numpy as np  # noqa: E402
+import open3d  # noqa: E402
 from meshes import edge_facts  # noqa: E402
 
 

@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """Open3D on merged raw scans, whose points say where their scanner lies; prints one JSON object.
 
 Normals are estimated from 16 neighbours and turned towards the scanners. Then ball pivoting, or screened Poisson
@@ -6,13 +6,19 @@ reconstruction, whose mesh is written a second time, trimmed where few points su
 """
 import argparse
 import json
+import pathlib
 import resource
+import sys
 import time
 
-import numpy as np
-import open3d
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import interpreter  # noqa: E402
 
-from meshes import read_ply
+interpreter.need("numpy", "open3d")
+
+import numpy as np  # noqa: E402
+import open3d  # noqa: E402
+from meshes import read_ply  # noqa: E402
 
 
 def oriented_cloud(path):
