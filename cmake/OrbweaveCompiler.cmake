@@ -1,5 +1,5 @@
 # Flags every target shares. FP contraction is off everywhere: the same decision must fall on
-# every machine, whatever its vector width (docs/canonical-order.md).
+# every machine, whatever its vector width (docs/dev/canonical-order.md).
 function(orbweave_target target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
@@ -12,5 +12,5 @@ function(orbweave_target target)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
   target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
-                             $<INSTALL_INTERFACE:include/orbweave>)
+                             $<INSTALL_INTERFACE:include>)
 endfunction()

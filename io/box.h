@@ -41,6 +41,8 @@ struct Box {
   }
   Vec3 extent() const { return empty() ? Vec3{} : max - min; }
   double largest_extent() const { return std::max({extent().x, extent().y, extent().z}); }
+  /// Precondition: not empty.
+  Vec3 center() const { return min + 0.5 * (max - min); }
   double diagonal() const { return norm(extent()); }
   friend bool operator==(const Box&, const Box&) = default;
 };

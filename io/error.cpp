@@ -1,5 +1,7 @@
 #include "io/error.h"
 
+#include "io/shown_text.h"
+
 namespace orbweave {
 namespace {
 
@@ -12,22 +14,22 @@ std::string compose(const std::string& problem, const ErrorParts& parts) {
   if (!parts.expected.empty())
     text += (parts.found.empty() ? "; expected " : ", expected ") + parts.expected;
   if (!parts.advice.empty()) text += ". " + parts.advice;
-  return text;
+  return shown(text);
 }
 
 }  // namespace
 
-Error::Error(ExitStatus status, const std::string& problem, ErrorParts parts)
-    : std::runtime_error(compose(problem, parts)), status_(status), parts_(std::move(parts)) {}
+Error::Error(ErrorKind kind, const std::string& problem, ErrorParts parts)
+    : std::runtime_error(compose(problem, parts)), kind_(kind), parts_(std::move(parts)) {}
 
 void throw_usage(const std::string& problem, ErrorParts parts) {
-  throw Error(ExitStatus::kUsage, problem, std::move(parts));
+  throw Error(ErrorKind::kUsage, problem, std::move(parts));
 }
 void throw_bad_input(const std::string& problem, ErrorParts parts) {
-  throw Error(ExitStatus::kBadInput, problem, std::move(parts));
+  throw Error(ErrorKind::kBadInput, problem, std::move(parts));
 }
 void throw_resource(const std::string& problem, ErrorParts parts) {
-  throw Error(ExitStatus::kResource, problem, std::move(parts));
+  throw Error(ErrorKind::kResource, problem, std::move(parts));
 }
 
 }  // namespace orbweave

@@ -1,4 +1,4 @@
-// Errors that a user can act on, and the exit status each one leads to.
+// Errors that a user can act on.
 #pragma once
 
 #include <stdexcept>
@@ -7,14 +7,14 @@
 
 namespace orbweave {
 
-/// The program's exit statuses; part of the contract with users and scripts.
-enum class ExitStatus : int {
-  kDone = 0,
-  kDefect = 1,        ///< a defect in the program
-  kUsage = 2,         ///< wrong usage or job file
-  kBadInput = 3,      ///< bad input data
-  kResource = 4,      ///< out of memory budget, disk or another resource; work done is kept
-  kInterrupted = 130  ///< SIGINT or SIGTERM; work done is kept
+/// What kind of failure an Error is. engine/cli/exit_status.h maps kinds to exit statuses.
+enum class ErrorKind {
+  kNone,        ///< no error; no Error has this kind
+  kDefect,      ///< a defect in the program
+  kUsage,       ///< wrong usage or job file
+  kBadInput,    ///< bad input data
+  kResource,    ///< out of memory budget, disk or another resource; work done is kept
+  kInterrupted  ///< a request to stop; work done is kept
 };
 
 /// What went wrong, in the parts a user needs. Empty parts are left out of the message.
@@ -27,15 +27,16 @@ struct ErrorParts {
 };
 
 /// Every failure that is not a defect is thrown as an Error.
-/// what() reads "<file>: <place>: <problem>; found <found>, expected <expected>. <advice>".
+/// what() reads "<file>: <place>: <problem>; found <found>, expected <expected>. <advice>", one
+/// line that is safe to print whatever names from files it holds (io/shown_text.h).
 class Error : public std::runtime_error {
  public:
-  Error(ExitStatus status, const std::string& problem, ErrorParts parts = {});
-  ExitStatus status() const { return status_; }
+  Error(ErrorKind kind, const std::string& problem, ErrorParts parts = {});
+  ErrorKind kind() const { return kind_; }
   const ErrorParts& parts() const { return parts_; }
 
  private:
-  ExitStatus status_;
+  ErrorKind kind_;
   ErrorParts parts_;
 };
 

@@ -10,24 +10,10 @@
 #include <vector>
 
 #include "io/box.h"
+#include "io/scalar_types.h"
 #include "io/vec3.h"
 
 namespace orbweave {
-
-enum class ScalarType : std::uint8_t {
-  kInt8,
-  kUint8,
-  kInt16,
-  kUint16,
-  kInt32,
-  kUint32,
-  kInt64,
-  kUint64,
-  kFloat32,
-  kFloat64
-};
-std::size_t size_of(ScalarType type);  ///< bytes
-const char* name_of(ScalarType type);  ///< "int8", "uint8", ... "float32", "float64"
 
 /// One per-point attribute besides position and normal (colour channel, intensity, time, ...).
 struct AttributeField {

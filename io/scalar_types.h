@@ -1,11 +1,25 @@
-// From the type of a value, as a schema names it, to the type that holds it.
+// The types of stored values, and the C++ types that hold them.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
-#include "io/point_cloud.h"
-
 namespace orbweave {
+
+enum class ScalarType : std::uint8_t {
+  kInt8,
+  kUint8,
+  kInt16,
+  kUint16,
+  kInt32,
+  kUint32,
+  kInt64,
+  kUint64,
+  kFloat32,
+  kFloat64
+};
+std::size_t size_of(ScalarType type);  ///< bytes
+const char* name_of(ScalarType type);  ///< "int8", "uint8", ... "float32", "float64"
 
 /// Calls `visit` with a value of the C++ type that `type` stands for.
 template <class Visitor>

@@ -11,7 +11,7 @@ namespace orbweave {
 
 /// Three vertex indices, counter-clockwise seen from outside.
 using Triangle = std::array<std::uint32_t, 3>;
-/// The same with indices into a mesh of any size.
+/// Indices into a mesh of any size.
 using Triangle64 = std::array<std::uint64_t, 3>;
 
 /// A mesh in core. `vertices` carries positions, normals and attributes.

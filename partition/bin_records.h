@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "io/point_cloud.h"
-#include "partition/binning.h"
+#include "partition/bin_extent.h"
 
 namespace orbweave {
 

@@ -17,6 +17,8 @@
 #include <utility>
 
 #include "io/error.h"
+#include "io/system/file_calls.h"
+#include "io/system/system_advice.h"
 #include "partition/bin_records.h"
 
 namespace orbweave {
@@ -85,7 +87,8 @@ class SpillFile {
     open();
     for (std::size_t first = 0; first < pieces.size();) {
       const auto count = static_cast<int>(std::min<std::size_t>(pieces.size() - first, IOV_MAX));
-      const ssize_t done = pwritev(descriptor_, &pieces[first], count, static_cast<off_t>(size_));
+      const ssize_t done =
+          file_calls.pwritev(descriptor_, &pieces[first], count, static_cast<off_t>(size_));
       if (done < 0 && errno == EINTR) continue;
       if (done <= 0) fail(done < 0 ? errno : ENOSPC);
       size_ += static_cast<std::uint64_t>(done);
@@ -107,16 +110,14 @@ class SpillFile {
     struct stat facts {};
     if (descriptor_ < 0 || fstat(descriptor_, &facts) != 0) fail(errno);
     const auto found = static_cast<std::uint64_t>(facts.st_size);
-    if (ftruncate(descriptor_, static_cast<off_t>(kept_)) != 0) fail(errno);
+    if (file_calls.ftruncate(descriptor_, static_cast<off_t>(kept_)) != 0) fail(errno);
     if (disk_ != nullptr) disk_->remove(found - std::min(found, kept_));
   }
 
   [[noreturn]] void fail(int reason) const {
-    throw_resource("cannot spill points to disk",
-                   {.file = path_.string(),
-                    .found = std::strerror(reason),
-                    .advice = "Free some space or name another work directory; the same command "
-                              "resumes what is done"});
+    throw_resource("cannot spill points to disk", {.file = path_.string(),
+                                                   .found = std::strerror(reason),
+                                                   .advice = advice_on_work_directory(reason)});
   }
 
   /// Takes `bytes` off the front; returns how many pieces are gone.
@@ -208,7 +209,8 @@ void Binner::State::start_block(Bin& bin) {
 /// Spills the fullest bins, as a whole, until half of the memory is free.
 void Binner::State::make_room() { spill_bins(pool.limit() / 2); }
 
-/// Spills the fullest bins, as a whole, until so many blocks are written or none is left.
+/// Spills the fullest bins, each as a whole, until this number of blocks is written or no bin is
+/// left.
 void Binner::State::spill_bins(std::size_t blocks) {
   std::vector<ChunkId> fullest;
   for (ChunkId chunk = 0; chunk < bins.size(); ++chunk)

@@ -8,19 +8,12 @@
 #include <span>
 #include <vector>
 
-#include "io/disk_space.h"
 #include "io/point_cloud.h"
+#include "io/system/disk_space.h"
+#include "partition/bin_extent.h"
 #include "partition/octree.h"
 
 namespace orbweave {
-
-/// A piece of a bin in a spill file.
-struct BinExtent {
-  std::uint64_t chunk = 0;
-  std::uint64_t offset = 0;
-  std::uint64_t bytes = 0;
-  std::uint64_t checksum = 0;  ///< XXH3-64
-};
 
 /// Where the points of bins are taken from. May be called from several threads for different
 /// chunks.
@@ -39,7 +32,7 @@ class BinSource {
 
 /// Bins that live in memory as long as they fit and spill to one append-only file beyond that:
 /// writes are large and sequential. What has spilled is read by PublishedBins, once all is
-/// published. The file stays when the object goes: whoever knows where everything lies in it can go
+/// published. The file outlives the object: a process that knows where everything lies in it can go
 /// on from there.
 class Binner final : public BinSource {
  public:
@@ -59,7 +52,8 @@ class Binner final : public BinSource {
   /// Sorts a batch into the bins. Positions must be finite. Not thread-safe. Throws Error: bad
   /// input when a point lies in no chunk, resource when the spill file cannot take more.
   void add(const PointCloud& batch);
-  /// The same with chunk ids computed elsewhere (in parallel): chunks[i] is the chunk of point i.
+  /// Adds points whose chunks were computed elsewhere, in parallel: chunks[i] is the chunk of point
+  /// i.
   void add(const PointCloud& batch, std::span<const ChunkId> chunks);
   /// Points of a bin that were added to this object, spilled or not.
   std::uint64_t points(ChunkId chunk) const;

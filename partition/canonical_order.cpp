@@ -54,16 +54,15 @@ int compare_coordinates(Vec3 a, Vec3 b) {
 /// Order of points of one Morton code; total up to bitwise equal points.
 class TieOrder {
  public:
-  explicit TieOrder(const PointCloud& cloud)
-      : cloud_(cloud), attribute_bytes_(cloud.schema.attribute_bytes()) {}
+  explicit TieOrder(const PointColumns& columns) : cloud_(columns) {}
 
   bool operator()(const KeyIndex& a, const KeyIndex& b) const {
     int order = compare_coordinates(cloud_.positions[a.index], cloud_.positions[b.index]);
     if (order == 0 && !cloud_.normals.empty())
       order = std::memcmp(&cloud_.normals[a.index], &cloud_.normals[b.index], sizeof(Vec3));
-    if (order == 0 && attribute_bytes_ > 0)
-      order = std::memcmp(cloud_.attributes.data() + a.index * attribute_bytes_,
-                          cloud_.attributes.data() + b.index * attribute_bytes_, attribute_bytes_);
+    if (const std::size_t bytes = cloud_.attribute_bytes; order == 0 && bytes > 0)
+      order = std::memcmp(cloud_.attributes.data() + a.index * bytes,
+                          cloud_.attributes.data() + b.index * bytes, bytes);
     // Tells -0 from 0, so that which of them survives does not depend on the input's order.
     if (order == 0)
       order = std::memcmp(&cloud_.positions[a.index], &cloud_.positions[b.index], sizeof(Vec3));
@@ -71,23 +70,22 @@ class TieOrder {
   }
 
  private:
-  const PointCloud& cloud_;
-  std::size_t attribute_bytes_;
+  const PointColumns cloud_;
 };
 
-std::vector<KeyIndex> coded_points(const PointCloud& cloud, const RootCube& root) {
+std::vector<KeyIndex> coded_points(std::span<const Vec3> positions, const RootCube& root) {
   const MortonFrame frame(root);
-  std::vector<KeyIndex> items(cloud.size());
+  std::vector<KeyIndex> items(positions.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, items.size(), kGrain),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t i = range.begin(); i < range.end(); ++i)
-                        items[i] = {frame.code(cloud.positions[i]), static_cast<std::uint32_t>(i)};
+                        items[i] = {frame.code(positions[i]), static_cast<std::uint32_t>(i)};
                     });
   return items;
 }
 
 /// Sorts the runs of equal code and returns the rows to keep, in order.
-std::vector<std::uint32_t> resolve_ties(const PointCloud& cloud, std::vector<KeyIndex>& items) {
+std::vector<std::uint32_t> resolve_ties(const PointColumns& cloud, std::vector<KeyIndex>& items) {
   std::vector<std::uint32_t> kept;
   kept.reserve(items.size());
   const TieOrder before(cloud);
@@ -161,16 +159,22 @@ std::uint32_t deinterleave(std::uint64_t code, int axis) {
 
 std::uint64_t morton_code(Vec3 p, const RootCube& root) { return MortonFrame(root).code(p); }
 
-std::uint64_t sort_canonically(PointCloud& cloud, const RootCube& root) {
-  if (cloud.size() > UINT32_MAX)
-    throw_resource("a chunk of " + std::to_string(cloud.size()) + " points is too large to sort",
+PointColumns columns_of(const PointCloud& cloud) {
+  return {cloud.positions, cloud.normals, cloud.attributes, cloud.schema.attribute_bytes()};
+}
+
+std::vector<std::uint32_t> canonical_rows(const PointColumns& columns, const RootCube& root) {
+  const std::size_t points = columns.positions.size();
+  if (points > UINT32_MAX)
+    throw_resource("a chunk of " + std::to_string(points) + " points is too large to sort",
                    {.advice = "Set partition.chunk_points below 4294967296"});
-  std::vector<std::uint32_t> order;
-  {
-    std::vector<KeyIndex> items = coded_points(cloud, root);
-    radix_sort(items);
-    order = resolve_ties(cloud, items);
-  }
+  std::vector<KeyIndex> items = coded_points(columns.positions, root);
+  radix_sort(items);
+  return resolve_ties(columns, items);
+}
+
+std::uint64_t sort_canonically(PointCloud& cloud, const RootCube& root) {
+  const std::vector<std::uint32_t> order = canonical_rows(columns_of(cloud), root);
   const std::uint64_t merged = cloud.size() - order.size();
   if (is_identity(order, cloud.size())) return 0;
   select_rows(cloud.positions, 1, order);

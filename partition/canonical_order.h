@@ -1,8 +1,11 @@
 // The canonical order: one total order on points that depends on nothing but the points and
-// the cloud's bounds. docs/canonical-order.md.
+// the cloud's bounds. docs/dev/canonical-order.md.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "io/point_cloud.h"
 #include "partition/root_cube.h"
@@ -34,6 +37,18 @@ std::uint64_t morton_code(Vec3 p, const RootCube& root);
 std::uint64_t interleave(std::uint32_t x, std::uint32_t y, std::uint32_t z);
 /// Undoes `interleave` for one axis (0: x, 1: y, 2: z).
 std::uint32_t deinterleave(std::uint64_t code, int axis);
+
+/// The columns of a cloud that decide its order.
+struct PointColumns {
+  std::span<const Vec3> positions;
+  std::span<const Vec3> normals;          ///< empty: none
+  std::span<const std::byte> attributes;  ///< rows of attribute_bytes
+  std::size_t attribute_bytes = 0;
+};
+PointColumns columns_of(const PointCloud& cloud);
+
+/// The rows of a cloud in the order of sort_canonically, duplicates left out.
+std::vector<std::uint32_t> canonical_rows(const PointColumns& columns, const RootCube& root);
 
 /// Sorts a cloud canonically: by Morton code, then x, y, z, then the bytes of normal,
 /// attributes and position; then collapses exact duplicates (equal x, y, z; -0 equals 0) to the

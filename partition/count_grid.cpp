@@ -13,6 +13,7 @@
 
 #include "io/error.h"
 #include "partition/canonical_order.h"
+#include "partition/count_lattice.h"
 #include "partition/radix_sort.h"
 #include "partition/root_cube.h"
 
@@ -29,94 +30,23 @@ using Leaf = Tree::LeafNodeType;
 using Accessor = openvdb::tree::ValueAccessor<Tree>;
 using openvdb::Coord;
 
-constexpr int kLeafLog2 = Leaf::TOTAL;  // cells per node and axis, log2
-constexpr int kLowerLog2 = Lower::TOTAL;
-constexpr int kUpperLog2 = Upper::TOTAL;
-constexpr std::size_t kLeafBytes = sizeof(Leaf) + Leaf::SIZE * sizeof(Count);
+static_assert(Leaf::TOTAL == kLeafLog2 && Lower::TOTAL == kLowerLog2 && Upper::TOTAL == kUpperLog2);
 
-// Cells along the root cube, log2: of the coarsest grid that nests in it (its origin is a
-// multiple of side / 256), and of the finest, whose indices fit a Morton code with room for an
-// anchor below the cube.
-constexpr int kCoarsestLog2 = 8;
-constexpr int kFinestLog2 = kMortonDepth - 1;
+using Lattice = CountLattice;
 
-// The first points are kept as they are: most clouds' scale is known when these are counted, and
-// small clouds get their grid in one go.
-constexpr std::size_t kEarlyPoints = std::size_t{1} << 18;
-// Memory of the grid of a cloud that is not larger than that.
-constexpr std::size_t kSmallCloudBytesPerPoint = 100;
-constexpr std::size_t kSmallCloudBytes = std::size_t{1} << 20;
-
-std::int64_t floor_to_int(double value) {
-  const auto whole = static_cast<std::int64_t>(value);
-  return whole - (value < static_cast<double>(whole) ? 1 : 0);
-}
-
-/// Cells anchored at the world's zero, their indices relative to the corner `anchor` below the
-/// cloud: these are small even where the distance to zero in cells would overflow an integer.
-struct Lattice {
-  double cell = 0.0;            ///< a power of two
-  double cells_per_unit = 0.0;  ///< its reciprocal
-  Vec3 anchor;                  ///< a multiple of the root cube's side
-  Vec3 shift, low;
-
-  Lattice() = default;
-  /// `side`: of the root cube of `bounds`. Indices of the cloud are 0 to 2 side / cell - 1.
-  Lattice(double cell_side, const Box& bounds, double side)
-      : cell(cell_side), cells_per_unit(1.0 / cell_side), anchor(anchor_of(bounds, side)) {
-    for (int axis = 0; axis < 3; ++axis) {
-      // Both ways are exact, as in MortonFrame.
-      const bool far = std::abs(anchor[axis]) >= 4.0 * side;
-      shift[axis] = far ? anchor[axis] : 0.0;
-      low[axis] = far ? 0.0 : anchor[axis] * cells_per_unit;
-    }
-  }
-  static Vec3 anchor_of(const Box& bounds, double side) {
-    const auto down = [&](double value) { return std::floor(value / side) * side; };
-    return {down(bounds.min.x), down(bounds.min.y), down(bounds.min.z)};
-  }
-
-  int along(double value, int axis) const {
-    return static_cast<int>(floor_to_int((value - shift[axis]) * cells_per_unit) -
-                            static_cast<std::int64_t>(low[axis]));
-  }
-  Coord at(Vec3 p) const { return Coord(along(p.x, 0), along(p.y, 1), along(p.z, 2)); }
-  Vec3 corner(const Coord& at) const {
-    return {anchor.x + at.x() * cell, anchor.y + at.y() * cell, anchor.z + at.z() * cell};
-  }
-};
+Coord coord_of(CellIndex at) { return Coord(at.x, at.y, at.z); }
+CellIndex index_of(const Coord& at) { return {at.x(), at.y(), at.z()}; }
 
 std::uint64_t morton_of(const Coord& at, int log2) {
   const auto along = [&](int axis) { return static_cast<std::uint32_t>(at[axis]) >> log2; };
   return interleave(along(0), along(1), along(2));
 }
 
-std::size_t nodes_bytes(std::size_t leaves, std::size_t lowers, std::size_t uppers) {
-  return leaves * kLeafBytes + lowers * sizeof(Lower) + uppers * sizeof(Upper);
-}
-
-/// How often a grid's cells must double until the tree fits `limit_bytes`; at most `most`.
-/// `leaves`: the Morton codes of its leaves, ascending (equal ones count once).
-int doublings_to_fit(const std::vector<KeyIndex>& leaves, std::size_t limit_bytes, int most) {
-  // distinct[k]: nodes of 2^k leaves a side, from the highest bit in which neighbours differ.
-  std::array<std::size_t, kMortonDepth + kUpperLog2 + 1> distinct{};
-  for (std::size_t i = 1; i < leaves.size(); ++i)
-    if (const std::uint64_t differing = leaves[i].key ^ leaves[i - 1].key; differing != 0)
-      ++distinct[(static_cast<std::size_t>(std::bit_width(differing)) - 1) / 3];
-  for (std::size_t k = distinct.size() - 1; k-- > 0;) distinct[k] += distinct[k + 1];
-  for (std::size_t& nodes : distinct) ++nodes;
-  for (int levels = 0; levels < most; ++levels)
-    if (nodes_bytes(distinct[levels], distinct[levels + kLowerLog2 - kLeafLog2],
-                    distinct[levels + kUpperLog2 - kLeafLog2]) <= limit_bytes)
-      return levels;
-  return most;
-}
-
 /// The tree with its books of memory, and a direct-mapped cache of where leaves are: points in
 /// random order would spend their time on the way down the tree.
 class CountTree {
  public:
-  std::size_t bytes() const { return nodes_bytes(leaves_, lowers_, uppers_); }
+  std::size_t bytes() const { return tree_bytes(leaves_, lowers_, uppers_); }
   std::size_t leaves() const { return leaves_; }
   const Tree& tree() const { return tree_; }
 
@@ -199,9 +129,11 @@ class CountTree {
 }  // namespace
 
 // As long as all points are equal there is no scale: they are only counted (`lone_points`). After
-// that the first points are kept (`early`), and only then put into the tree.
+// that the first points are kept (`early`), and only then put into the tree: as soon as there are
+// more than kEarlyPoints of both.
 struct CountGrid::State {
   std::size_t limit_bytes = 0;
+  double finest_cell = 0.0;  ///< a power of two; 0: as fine as memory allows
   std::uint64_t points = 0;
   Box bounds;
   std::uint64_t lone_points = 0;
@@ -214,8 +146,10 @@ struct CountGrid::State {
   bool too_large() const { return tree->bytes() > limit_bytes && spare_doublings() > 0; }
   /// Beyond these, cells would not nest in the root cube.
   int spare_doublings() const {
-    return std::ilogb(root_side) - kCoarsestLog2 - std::ilogb(lattice.cell);
+    return std::max(0, std::ilogb(root_side) - kCoarsestLog2 - std::ilogb(lattice.cell));
   }
+  /// Side of the cells that the memory of the grid is not spent on making smaller.
+  double finest() const { return std::max(std::ldexp(root_side, -kFinestLog2), finest_cell); }
   bool has_scale() const { return bounds.largest_extent() > 0.0; }
 
   void keep(std::span<const Vec3> positions);
@@ -238,7 +172,7 @@ void CountGrid::State::keep(std::span<const Vec3> positions) {
   const std::size_t room = std::min(positions.size(), kEarlyPoints - early.size());
   early.insert(early.end(), positions.begin(), positions.begin() + room);
   positions = positions.subspan(room);
-  if (positions.empty()) return;
+  if (points <= kEarlyPoints) return;
   build();
   count(positions);
 }
@@ -246,27 +180,25 @@ void CountGrid::State::keep(std::span<const Vec3> positions) {
 /// Makes the tree of what was kept, with the finest cells that its memory allows.
 void CountGrid::State::build() {
   root_side = root_cube(bounds).side;
-  lattice = Lattice(std::ldexp(root_side, -kFinestLog2), bounds, root_side);
+  lattice = Lattice(finest(), bounds, root_side);
   tree = std::make_unique<CountTree>();
   std::vector<KeyIndex> leaves;
   leaves.reserve(early.size() + 1);
   for (const Vec3& p : early)
     leaves.push_back(
-        {morton_of(lattice.at(p), kLeafLog2), static_cast<std::uint32_t>(leaves.size())});
+        {morton_of(coord_of(lattice.at(p)), kLeafLog2), static_cast<std::uint32_t>(leaves.size())});
   if (lone_points > 0) {
-    leaves.push_back(
-        {morton_of(lattice.at(lone_point), kLeafLog2), static_cast<std::uint32_t>(leaves.size())});
+    leaves.push_back({morton_of(coord_of(lattice.at(lone_point)), kLeafLog2),
+                      static_cast<std::uint32_t>(leaves.size())});
     early.push_back(lone_point);
   }
   radix_sort(leaves);
-  const bool small = points <= kEarlyPoints;
-  const std::size_t wanted = std::max(kSmallCloudBytes, points * kSmallCloudBytesPerPoint);
-  const int levels = doublings_to_fit(leaves, small ? std::min(wanted, limit_bytes) : limit_bytes,
-                                      spare_doublings());
+  const int levels =
+      doublings_to_fit(leaves, cells_limit_bytes(points, limit_bytes), spare_doublings());
   lattice = Lattice(std::ldexp(lattice.cell, levels), bounds, root_side);
   for (const KeyIndex& leaf : leaves) {
     const bool lone = lone_points > 0 && leaf.index + 1 == early.size();
-    tree->raise(lattice.at(early[leaf.index]), lone ? lone_points : 1);
+    tree->raise(coord_of(lattice.at(early[leaf.index])), lone ? lone_points : 1);
   }
   early = {};
 }
@@ -283,9 +215,9 @@ void CountGrid::State::count(std::span<const Vec3> positions) {
 /// Makes the lattice right for the bounds as they are now.
 void CountGrid::State::fit_lattice() {
   root_side = root_cube(bounds).side;
-  const int finest = std::ilogb(root_side) - kFinestLog2;
-  const int levels = std::max(0, finest - std::ilogb(lattice.cell));
-  if (levels > 0 || lattice.anchor != Lattice::anchor_of(bounds, root_side)) rebuild(levels);
+  const int levels = std::max(0, std::ilogb(finest()) - std::ilogb(lattice.cell));
+  const Vec3 anchor = Lattice::anchor_of(bounds, std::max(root_side, finest()));
+  if (levels > 0 || lattice.anchor != anchor) rebuild(levels);
 }
 
 /// Counts points until all are counted or the tree has outgrown its memory; returns how many.
@@ -302,7 +234,7 @@ std::size_t CountGrid::State::insert(std::span<const Vec3> positions) {
   while (next < positions.size()) {
     std::size_t count = 0;
     for (; next < positions.size(); ++next) {
-      const Coord at = cells.at(positions[next]);
+      const Coord at = coord_of(cells.at(positions[next]));
       if (count == 0 || !(at == runs[count - 1].at)) {
         if (count == runs.size()) break;
         runs[count++].at = at;
@@ -351,8 +283,10 @@ void CountGrid::State::rebuild(int levels) {
   });
 }
 
-CountGrid::CountGrid(std::size_t limit_bytes) : state_(std::make_unique<State>()) {
+CountGrid::CountGrid(std::size_t limit_bytes, double finest_cell)
+    : state_(std::make_unique<State>()) {
   state_->limit_bytes = limit_bytes;
+  state_->finest_cell = finest_cell;
 }
 CountGrid::~CountGrid() = default;
 CountGrid::CountGrid(CountGrid&&) noexcept = default;
@@ -390,7 +324,8 @@ std::size_t CountGrid::memory_bytes() const {
 double CountGrid::cell() const {
   State& state = *state_;
   if (state.points == 0) return 1.0;
-  if (!state.has_scale()) return std::ldexp(root_cube(state.bounds).side, -kFinestLog2);
+  if (!state.has_scale())
+    return std::max(std::ldexp(root_cube(state.bounds).side, -kFinestLog2), state.finest_cell);
   if (state.tree == nullptr) state.build();
   return state.lattice.cell;
 }
@@ -405,7 +340,16 @@ void CountGrid::for_each(const std::function<void(Vec3, std::uint64_t)>& visit) 
   if (state.tree == nullptr) state.build();
   for (auto leaf = state.tree->tree().cbeginLeaf(); leaf; ++leaf)
     for (auto value = leaf->cbeginValueOn(); value; ++value)
-      visit(state.lattice.corner(value.getCoord()), value.getValue());
+      visit(state.lattice.corner(index_of(value.getCoord())), value.getValue());
+}
+
+void CountGrid::for_each_place(
+    const std::function<void(Vec3, double, std::uint64_t)>& visit) const {
+  const State& state = *state_;
+  if (state.tree != nullptr)
+    return for_each([&](Vec3 corner, std::uint64_t count) { visit(corner, cell(), count); });
+  for (const Vec3& p : state.early) visit(p, 0.0, 1);
+  if (state.lone_points > 0) visit(state.lone_point, 0.0, state.lone_points);
 }
 
 CountGrid::Part CountGrid::part() const {
@@ -472,7 +416,7 @@ void CountGrid::State::count_cells(const Part& part) {
   // The middle of a cell lies in the same larger cell on any lattice.
   const double half = part.cell / 2.0;
   for (std::size_t i = 0; i < part.corners.size(); ++i) {
-    tree->raise(lattice.at(part.corners[i] + Vec3{half, half, half}), part.counts[i]);
+    tree->raise(coord_of(lattice.at(part.corners[i] + Vec3{half, half, half})), part.counts[i]);
     if (too_large()) coarsen_to_limit();
   }
 }

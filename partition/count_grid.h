@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/box.h"
+#include "partition/point_counts.h"
 
 namespace orbweave {
 
@@ -16,14 +17,15 @@ namespace orbweave {
 /// scale need be known beforehand: the first quarter of a million points are kept, then cells are
 /// made as fine as memory allows, and double whenever the grid would exceed it. How fine they end
 /// depends on the points alone and not on their order. Counts are exact.
-class CountGrid {
+class CountGrid final : public PointCounts {
  public:
   static constexpr std::size_t kUsualLimitBytes = std::size_t{16} << 20;
 
   /// `limit_bytes` bounds the grid's own memory, but for this: 256 cells along the side of the
   /// root cube are always kept (100 MiB when points fill space densely, rare in scans).
-  explicit CountGrid(std::size_t limit_bytes = kUsualLimitBytes);
-  ~CountGrid();
+  /// `finest_cell`, a power of two: cells are no smaller.
+  explicit CountGrid(std::size_t limit_bytes = kUsualLimitBytes, double finest_cell = 0.0);
+  ~CountGrid() override;
   CountGrid(CountGrid&&) noexcept;
   CountGrid& operator=(CountGrid&&) noexcept;
 
@@ -46,12 +48,14 @@ class CountGrid {
   static CountGrid of_parts(std::span<const Part> parts,
                             std::size_t limit_bytes = kUsualLimitBytes);
 
-  std::uint64_t points() const;
-  const Box& bounds() const;         ///< exact bounds of all points added
-  double cell() const;               ///< side of a cell, a power of two
+  std::uint64_t points() const override;
+  const Box& bounds() const override;
+  double cell() const override;
   std::size_t memory_bytes() const;  ///< held at the moment
-  /// Calls visit(min corner of the cell, count) for every non-empty cell.
-  void for_each(const std::function<void(Vec3, std::uint64_t)>& visit) const;
+  void for_each(const std::function<void(Vec3, std::uint64_t)>& visit) const override;
+  /// Visits the points themselves as long as no cells were made of them, which for_each() and
+  /// cell() do.
+  void for_each_place(const std::function<void(Vec3, double, std::uint64_t)>& visit) const override;
 
  private:
   struct State;

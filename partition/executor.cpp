@@ -1,6 +1,5 @@
 #include "partition/executor.h"
 
-#include <tbb/global_control.h>
 #include <tbb/info.h>
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
@@ -11,7 +10,8 @@
 #include <mutex>
 #include <optional>
 
-#include "io/memory_watch.h"
+#include "io/system/memory_watch.h"
+#include "partition/allowed_threads.h"
 
 namespace orbweave {
 namespace {
@@ -106,11 +106,11 @@ class Dispatcher {
     }
   }
 
-  /// Makes next_ the task to start next. Whoever takes a number from the team keeps it until its
-  /// task fits.
+  /// Makes next_ the task to start next. A process that takes a number from the counter keeps the
+  /// number until the task fits.
   bool has_next() {
     if (!taken_ && next_ < tasks_.size()) {
-      next_ = options_.team == nullptr ? alone_++ : options_.team->take_next();
+      next_ = options_.communicator == nullptr ? alone_++ : options_.communicator->fetch_next();
       taken_ = true;
     }
     return next_ < tasks_.size();
@@ -171,22 +171,12 @@ class Dispatcher {
 
 }  // namespace
 
-void StopToken::check() const {
-  if (requested())
-    throw Error(ExitStatus::kInterrupted, "interrupted; what is done is kept",
-                {.advice = "The same command resumes"});
-}
-
 int available_threads() { return tbb::info::default_concurrency(); }
 
 void run_chunks(std::span<const ChunkTask> tasks, const ExecutorOptions& options,
                 const std::function<void(ChunkId)>& work) {
   const int threads = options.threads > 0 ? options.threads : available_threads();
-  // TBB caps an arena at the number of cores; who asks for more threads shall have them.
-  std::optional<tbb::global_control> more_threads;
-  if (threads > available_threads())
-    more_threads.emplace(tbb::global_control::max_allowed_parallelism, threads);
-  tbb::task_arena arena(threads);
+  tbb::task_arena arena(allowed_threads(threads));
   arena.execute([&] { Dispatcher(tasks, options, threads, work).run(); });
 }
 

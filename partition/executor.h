@@ -2,36 +2,24 @@
 // as the memory budget allows, and no result depends on who finished first.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
 
-#include "io/chunk_store.h"
-#include "partition/team.h"
+#include "io/stop_token.h"
+#include "io/store/chunk_store.h"
+#include "partition/communicator.h"
 
 namespace orbweave {
-
-/// Set by a signal handler, polled by loops. Interrupted work throws Interrupted.
-class StopToken {
- public:
-  void request() { stop_.store(true, std::memory_order_relaxed); }
-  bool requested() const { return stop_.load(std::memory_order_relaxed); }
-  /// Throws Error with ExitStatus::kInterrupted when requested.
-  void check() const;
-
- private:
-  std::atomic<bool> stop_{false};
-};
 
 struct ExecutorOptions {
   int threads = 0;               ///< worker threads; 0: all the machine has
   std::size_t memory_bytes = 0;  ///< budget of all chunks in flight; 0: no limit
   const StopToken* stop = nullptr;
   /// Shares the tasks with the other members, who were given the same ones in the same order and
-  /// called start_counting() before; null: all tasks are this process's.
-  Team* team = nullptr;
+  /// called reset_counter() before; null: all tasks are this process's.
+  Communicator* communicator = nullptr;
   /// What the whole process may hold; 0: not watched. Chunks that hold more than was planned make
   /// the plan of the following ones larger, and none starts while memory is short.
   std::uint64_t process_bytes = 0;

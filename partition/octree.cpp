@@ -36,7 +36,7 @@ struct CodedCells {
   std::vector<std::uint64_t> sum_before;  ///< points before the i-th cell in Morton order
 };
 
-CodedCells code_cells(const CountGrid& grid, const RootCube& root) {
+CodedCells code_cells(const PointCounts& grid, const RootCube& root) {
   const MortonFrame frame(root);
   CodedCells coded;
   std::vector<std::uint64_t> counts;
@@ -160,6 +160,12 @@ Octree::Octree(RootCube root, std::vector<Chunk> chunks)
   }
 }
 
+std::uint64_t Octree::points() const {
+  std::uint64_t points = 0;
+  for (const Chunk& chunk : chunks_) points += chunk.points;
+  return points;
+}
+
 ChunkId Octree::chunk_of(Vec3 p) const { return chunk_of_code(frame_.code(p)); }
 
 ChunkId Octree::chunk_of_code(std::uint64_t code) const {
@@ -208,7 +214,7 @@ void Octree::collect(const Node& node, const Box& reach, ChunkId self,
 namespace {
 
 /// Depth of the nodes that are a cell wide.
-int depth_of_cells(const CountGrid& grid, const RootCube& root) {
+int depth_of_cells(const PointCounts& grid, const RootCube& root) {
   // Powers of two: the quotient is exact.
   const int depth = std::ilogb(root.side / grid.cell());
   if (depth < 8 || depth > kMortonDepth)
@@ -218,7 +224,7 @@ int depth_of_cells(const CountGrid& grid, const RootCube& root) {
 
 }  // namespace
 
-Octree cut_octree(const CountGrid& grid, const RootCube& root, std::uint64_t chunk_points) {
+Octree cut_octree(const PointCounts& grid, const RootCube& root, std::uint64_t chunk_points) {
   if (grid.points() == 0) return Octree(root, {});
   const int depth_limit = depth_of_cells(grid, root);
   const CodedCells coded = code_cells(grid, root);
@@ -227,7 +233,7 @@ Octree cut_octree(const CountGrid& grid, const RootCube& root, std::uint64_t chu
   return Octree(root, std::move(cutter.chunks));
 }
 
-Octree refined(const Octree& octree, std::span<const ChunkId> dense, const CountGrid& grid,
+Octree refined(const Octree& octree, std::span<const ChunkId> dense, const PointCounts& grid,
                std::uint64_t chunk_points) {
   const RootCube& root = octree.root();
   const int depth_limit = depth_of_cells(grid, root);

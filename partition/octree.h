@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "io/box.h"
-#include "io/chunk_store.h"
+#include "io/store/chunk_store.h"
 #include "partition/canonical_order.h"
-#include "partition/count_grid.h"
+#include "partition/point_counts.h"
 #include "partition/root_cube.h"
 
 namespace orbweave {
@@ -29,6 +29,8 @@ class Octree {
   Octree(RootCube root, std::vector<Chunk> chunks);
   const RootCube& root() const { return root_; }
   const std::vector<Chunk>& chunks() const { return chunks_; }
+  /// Of all chunks, as counted.
+  std::uint64_t points() const;
   /// The chunk that owns a point. Precondition: some chunk does (throws Error bad input if the
   /// cloud changed between the passes).
   ChunkId chunk_of(Vec3 p) const;
@@ -54,11 +56,11 @@ class Octree {
 
 /// Splits every node that holds more than `chunk_points` points, as far as the count grid
 /// resolves.
-Octree cut_octree(const CountGrid& grid, const RootCube& root, std::uint64_t chunk_points);
+Octree cut_octree(const PointCounts& grid, const RootCube& root, std::uint64_t chunk_points);
 
 /// The same points in more chunks: splits the chunks numbered `dense` (ascending) that hold more
 /// than `chunk_points` points, as far as `grid` resolves, which counts their points and no others.
-Octree refined(const Octree& octree, std::span<const ChunkId> dense, const CountGrid& grid,
+Octree refined(const Octree& octree, std::span<const ChunkId> dense, const PointCounts& grid,
                std::uint64_t chunk_points);
 
 /// The same points in fewer chunks: siblings are put together as long as they hold at most

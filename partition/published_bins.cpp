@@ -9,8 +9,9 @@
 #include <string>
 #include <utility>
 
-#include "io/chunk_store_file.h"
 #include "io/error.h"
+#include "io/store/chunk_store_file.h"
+#include "io/system/file_descriptor.h"
 #include "partition/bin_records.h"
 
 namespace orbweave {
@@ -38,7 +39,7 @@ FileDescriptor open_bins(const std::filesystem::path& path) {
   return descriptor;
 }
 
-/// Gives back the room of what nobody reads again; where the file system cannot, it stays taken.
+/// Gives back the room of bins that were read for the last time, where the file system can.
 /// Returns how much that was.
 std::uint64_t punch([[maybe_unused]] int descriptor, [[maybe_unused]] const BinExtent& extent) {
 #ifdef __linux__

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/box.h"
+#include "io/bounds.h"
 #include "io/error.h"
 #include "partition/radix_sort.h"
 
@@ -15,48 +15,69 @@ namespace {
 
 using Range = tbb::blocked_range<std::size_t>;
 
+/// Cells are wider than two radii by more than rounding, so that neighbours are never two apart.
+constexpr double kCellMargin = 1.0 + 1e-9;
+
+/// Cells along an axis, at most; numbers of three axes fit into a key.
+constexpr std::int64_t kMostCells = 1 << 20;
+
 /// Key of a point's cell: x fastest, rows and layers padded so that neighbours never wrap.
 struct CellKeys {
-  Vec3 low;  // cell coordinates of the box's low corner
+  const CellSpace& space;
+  std::int64_t low[3] = {};  // cell of the box's low corner
   std::uint64_t row = 0;
   std::uint64_t layer = 0;
-  double cell_side = 1.0;
 
-  CellKeys(const Box& box, double side) : cell_side(side) {
-    std::uint64_t cells[3];
+  CellKeys(const Box& box, const CellSpace& cells) : space(cells) {
+    std::uint64_t counts[3];
     for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::floor(box.min[axis] / side);
-      const double count = std::floor(box.max[axis] / side) - low[axis] + 1.0;
-      if (!(count < 0x1p20)) {
-        throw_usage("the ball radius is too small for the cloud's size",
-                    {.file = {},
-                     .place = {},
-                     .found = "more than a million ball diameters along an axis",
-                     .expected = "a ball radius of about the point spacing",
-                     .advice = "Use radii = \"auto\" or a larger radius"});
-      }
-      cells[axis] = static_cast<std::uint64_t>(count);
+      low[axis] = space.along(box.min[axis], axis);
+      const std::int64_t count = space.along(box.max[axis], axis) - low[axis] + 1;
+      if (count >= kMostCells)
+        throw_usage("points to be worked on at once lie a million ball diameters apart");
+      counts[axis] = static_cast<std::uint64_t>(count);
     }
-    row = cells[0] + 2;
-    layer = row * (cells[1] + 2);
+    row = counts[0] + 2;
+    layer = row * (counts[1] + 2);
   }
   std::uint64_t operator()(Vec3 p) const {
     const auto along = [&](int axis) {
-      return static_cast<std::uint64_t>(std::floor(p[axis] / cell_side) - low[axis]) + 1;
+      return static_cast<std::uint64_t>(space.along(p[axis], axis) - low[axis]) + 1;
     };
     return along(2) * layer + along(1) * row + along(0);
   }
 };
 
-Box bounds_of(std::span<const Vec3> points) {
-  Box box;
-  for (const Vec3& p : points) box.extend(p);
-  return box;
-}
-
 }  // namespace
 
-CellGrid::CellGrid(std::span<const Vec3> local, std::span<const Vec3> normals, double cell_side) {
+double largest_extent_in_cells(double ball_radius) {
+  // Some cells for those that are begun at both ends, and for the perturbation.
+  constexpr std::int64_t kSpare = 16;
+  return static_cast<double>(kMostCells - kSpare) * 2.0 * ball_radius;
+}
+
+CellSpace::CellSpace(double ball_radius, double step, Vec3 origin) : steps_per_unit_(1.0 / step) {
+  const double side = std::ceil(2.0 * ball_radius * kCellMargin * steps_per_unit_);
+  side_ = static_cast<std::int64_t>(side);
+  cells_per_step_ = 1.0 / side;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double beyond = std::fmod(origin[axis] * steps_per_unit_, side);  // exact
+    shift_[axis] = static_cast<std::int64_t>(beyond < 0.0 ? beyond + side : beyond);
+  }
+}
+
+std::int64_t CellSpace::along(double local, int axis) const {
+  const std::int64_t steps = static_cast<std::int64_t>(local * steps_per_unit_) + shift_[axis];
+  // The quotient may be rounded across the border of a cell; the remainder is exact.
+  auto cell = static_cast<std::int64_t>(static_cast<double>(steps) * cells_per_step_);
+  std::int64_t rest = steps - cell * side_;
+  for (; rest < 0; rest += side_) --cell;
+  for (; rest >= side_; rest -= side_) ++cell;
+  return cell;
+}
+
+CellGrid::CellGrid(std::span<const Vec3> local, std::span<const Vec3> normals,
+                   const CellSpace& space) {
   const std::size_t n = local.size();
   original_.resize(n);
   x_.assign(n + kLanePadding, 0.0);
@@ -65,7 +86,7 @@ CellGrid::CellGrid(std::span<const Vec3> local, std::span<const Vec3> normals, d
   normals_.resize(n);
   begins_.assign(1, 0);
   if (n == 0) return;
-  const CellKeys key_of(bounds_of(local), cell_side);
+  const CellKeys key_of(bounds_of(local), space);
   row_ = key_of.row;
   layer_ = key_of.layer;
   std::vector<KeyIndex> order(n);

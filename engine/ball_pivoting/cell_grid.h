@@ -2,6 +2,7 @@
 // lies in nine contiguous runs of the sorted arrays.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -10,12 +11,32 @@
 
 namespace orbweave {
 
-/// The sorted arrays and where each cell begins. Cells are anchored at the common origin, hence
-/// the relative order of two points does not depend on which other points are present.
+/// Cells fixed in space by the ball radius: which cell a point lies in, relative to that of another
+/// point, does not depend on the origin that their coordinates refer to. Exact.
+class CellSpace {
+ public:
+  /// Cells of two radii and a little more, rounded up to whole steps of the lattice (see
+  /// general_position.h). `origin` lies on the lattice.
+  CellSpace(double ball_radius, double step, Vec3 origin);
+  /// Number of the cell along one axis; `local` lies on the lattice, within 2^53 steps of zero.
+  std::int64_t along(double local, int axis) const;
+
+ private:
+  double steps_per_unit_ = 1.0;
+  double cells_per_step_ = 1.0;
+  std::int64_t side_ = 1;                   // in steps
+  std::array<std::int64_t, 3> shift_ = {};  // of the origin from the corner of its cell, in steps
+};
+
+/// Points whose box has at most this extent lie in few enough cells of a grid for that radius.
+double largest_extent_in_cells(double ball_radius);
+
+/// The sorted arrays and where each cell begins.
 class CellGrid {
  public:
-  /// `local`: positions relative to the common origin. O(n); parallel on the calling arena.
-  CellGrid(std::span<const Vec3> local, std::span<const Vec3> normals, double cell_side);
+  /// `local`: positions relative to the origin of `space`. O(n); parallel on the calling arena.
+  /// Throws Error (usage) beyond a million cells along an axis, see largest_extent_in_cells().
+  CellGrid(std::span<const Vec3> local, std::span<const Vec3> normals, const CellSpace& space);
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(original_.size()); }
   PointArrays arrays() const { return {x_.data(), y_.data(), z_.data(), normals_.data()}; }

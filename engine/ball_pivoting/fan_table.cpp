@@ -4,46 +4,15 @@
 
 #include <algorithm>
 
+#include "engine/ball_pivoting/scratch_space.h"
+
 namespace orbweave {
 namespace {
 
 constexpr std::uint32_t kBlockPoints = 4096;
-
-/// Working arrays of the walks that go on at once; they grow to the largest neighbourhood met.
-class ScratchSpace {
- public:
-  bool is_too_small(std::uint32_t candidates) const { return candidates > capacity_; }
-  /// What the arrays hold is lost.
-  void grow(std::uint32_t candidates) {
-    capacity_ = candidates + candidates / 2 + 64;
-    const std::size_t room = capacity_ + kLanePadding;
-    doubles_.assign(kWalksAtOnce * 7 * room, 0.0);
-    ids_.assign(kWalksAtOnce * room, 0);
-    corners_.assign(kWalksAtOnce * std::size_t{corner_bound(capacity_)}, 0);
-    double* at = doubles_.data();
-    for (std::uint32_t w = 0; w < kWalksAtOnce; ++w) {
-      WalkScratch& s = scratch_[w];
-      Neighbours& list = s.neighbours;
-      for (double** array : {&list.dx, &list.dy, &list.dz, &list.cap_height, &list.inverse_length,
-                             &s.arc_begin, &s.arc_length}) {
-        *array = at;
-        at += room;
-      }
-      list.id = ids_.data() + w * room;
-      fans_[w].corners = corners_.data() + w * std::size_t{corner_bound(capacity_)};
-    }
-  }
-  WalkScratch* arrays() { return scratch_; }
-  Fan* fans() { return fans_; }
-
- private:
-  std::uint32_t capacity_ = 0;
-  std::vector<double> doubles_;
-  std::vector<std::uint32_t> ids_;
-  std::vector<Corner> corners_;
-  WalkScratch scratch_[kWalksAtOnce];
-  Fan fans_[kWalksAtOnce];
-};
+/// Candidates between two looks at the request to stop: a thousand points of a usual cloud, a few
+/// of a spot that is far denser than the balls are wide.
+constexpr std::uint64_t kLookEvery = std::uint64_t{1} << 16;
 
 /// First cells of blocks of about kBlockPoints points, and the end.
 std::vector<std::uint32_t> cut_into_blocks(const CellGrid& grid) {
@@ -90,8 +59,9 @@ class NearestFirst {
 /// Walks at the points of one block of cells; fans come out in sorted order.
 class BlockWalk {
  public:
-  BlockWalk(const CellGrid& grid, double ball_radius, const std::uint8_t* active, WalkKernel kernel)
-      : grid_(grid), ball_radius_(ball_radius), active_(active), kernel_(kernel) {}
+  BlockWalk(const CellGrid& grid, double ball_radius, const std::uint8_t* active, WalkKernel kernel,
+            const StopToken* stop)
+      : grid_(grid), ball_radius_(ball_radius), active_(active), kernel_(kernel), stop_(stop) {}
 
   /// take(sorted index, fan) is called for every point of cells [first, last) that was walked at.
   template <class Take>
@@ -108,6 +78,7 @@ class BlockWalk {
       }
       for (std::uint32_t i = begin; i < end; ++i) {
         if (active_ != nullptr && active_[i] == 0) continue;
+        look_at_stop(candidates.size());
         WalkScratch& scratch = space_.arrays()[gathered_++];
         scratch.point = i;
         kernel_.gather(arrays, candidates, ball_radius_, scratch);
@@ -121,6 +92,12 @@ class BlockWalk {
   bool wanted(std::uint32_t begin, std::uint32_t end) const {
     return active_ == nullptr ||
            std::any_of(active_ + begin, active_ + end, [](std::uint8_t a) { return a != 0; });
+  }
+  void look_at_stop(std::uint32_t candidates) {
+    unlooked_ += candidates;
+    if (unlooked_ < kLookEvery) return;
+    unlooked_ = 0;
+    check_stop(stop_);
   }
   template <class Take>
   void walk_at_gathered(const Take& take) {
@@ -138,6 +115,8 @@ class BlockWalk {
   const double ball_radius_;
   const std::uint8_t* active_;
   const WalkKernel kernel_;
+  const StopToken* const stop_;
+  std::uint64_t unlooked_ = kLookEvery;  // candidates since the last look
   ScratchSpace space_;
   NearestFirst nearest_first_;
   std::uint32_t gathered_ = 0;  // points of the next call
@@ -146,7 +125,7 @@ class BlockWalk {
 }  // namespace
 
 FanTable walk_all(const CellGrid& grid, double ball_radius, std::span<const std::uint8_t> active,
-                  VectorWidth width) {
+                  VectorWidth width, const StopToken* stop) {
   FanTable table(grid.size());
   table.closed_.assign(grid.size(), 0);
   const std::vector<std::uint8_t> sorted_active = sorted_activity(grid, active);
@@ -160,7 +139,7 @@ FanTable walk_all(const CellGrid& grid, double ball_radius, std::span<const std:
     const std::uint32_t end = grid.cell_begin(firsts[block + 1]);
     if (activity == nullptr) corners.reserve(std::size_t{7} * (end - begin));
     std::vector<std::size_t> starts(end - begin, 0);
-    BlockWalk walk(grid, ball_radius, activity, walk_kernel(width));
+    BlockWalk walk(grid, ball_radius, activity, walk_kernel(width), stop);
     walk.run(firsts[block], firsts[block + 1], [&](std::uint32_t i, const Fan& fan) {
       const std::uint32_t point = grid.original(i);
       starts[i - begin] = corners.size();

@@ -7,6 +7,7 @@
 
 #include "engine/ball_pivoting/cell_grid.h"
 #include "engine/ball_pivoting/walk.h"
+#include "io/stop_token.h"
 
 namespace orbweave {
 
@@ -27,7 +28,8 @@ class FanTable {
   std::size_t points() const { return begin_.size(); }
 
  private:
-  friend FanTable walk_all(const CellGrid&, double, std::span<const std::uint8_t>, VectorWidth);
+  friend FanTable walk_all(const CellGrid&, double, std::span<const std::uint8_t>, VectorWidth,
+                           const StopToken*);
   std::vector<const Corner*> begin_;
   std::vector<std::uint32_t> count_;
   std::vector<std::uint8_t> closed_;
@@ -38,6 +40,6 @@ class FanTable {
 /// and only triangles of active points are kept. Parallel on the calling arena; the result does
 /// not depend on the number of threads nor on the vector width.
 FanTable walk_all(const CellGrid& grid, double ball_radius, std::span<const std::uint8_t> active,
-                  VectorWidth width);
+                  VectorWidth width, const StopToken* stop = nullptr);
 
 }  // namespace orbweave

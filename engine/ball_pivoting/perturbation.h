@@ -9,7 +9,8 @@
 
 namespace orbweave {
 
-/// Fraction of the smallest ball radius by which points are moved along each axis, at most.
+/// Fraction of the smallest ball radius by which points are moved along each axis, at most (where
+/// the radii differ by less than a factor of some thousands; docs/dev/halo.md).
 inline constexpr double kPerturbation = 1e-6;
 
 /// A finaliser of good avalanche (Stafford's variant 13 of MurmurHash3's mix, 2011).

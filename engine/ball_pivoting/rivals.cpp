@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 
 namespace orbweave {
 namespace {
@@ -12,6 +13,29 @@ struct DirectedEdge {
   std::uint32_t triangle = 0;
   friend auto operator<=>(const DirectedEdge&, const DirectedEdge&) = default;
 };
+
+/// Order of two vertices by their coordinates: the same wherever coordinates are counted from.
+bool lies_before(const RivalContext& context, std::uint32_t a, std::uint32_t b) {
+  const Vec3 p = context.local[a], q = context.local[b];
+  return std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z);
+}
+
+/// The triangle, turned so that the vertex of the smallest coordinates is the first.
+Triangle from_first_position(const RivalContext& context, Triangle t) {
+  while (lies_before(context, t[1], t[0]) || lies_before(context, t[2], t[0]))
+    t = {t[1], t[2], t[0]};
+  return t;
+}
+
+/// A total order of triangles that depends on their coordinates alone.
+bool comes_first(const RivalContext& context, const Triangle& a, const Triangle& b) {
+  const Triangle p = from_first_position(context, a), q = from_first_position(context, b);
+  for (int k = 0; k < 3; ++k) {
+    if (lies_before(context, p[k], q[k])) return true;
+    if (lies_before(context, q[k], p[k])) return false;
+  }
+  return false;
+}
 
 std::vector<DirectedEdge> sorted_edges(std::span<const Triangle> triangles) {
   std::vector<DirectedEdge> edges;
@@ -28,8 +52,9 @@ std::vector<DirectedEdge> sorted_edges(std::span<const Triangle> triangles) {
 }  // namespace
 
 double agreement(const RivalContext& context, const Triangle& t) {
-  const Vec3 a = context.local[t[0]];
-  const Vec3 normal = normalized(cross(context.local[t[1]] - a, context.local[t[2]] - a));
+  const Triangle from = from_first_position(context, t);
+  const Vec3 a = context.local[from[0]];
+  const Vec3 normal = normalized(cross(context.local[from[1]] - a, context.local[from[2]] - a));
   double least = std::numeric_limits<double>::infinity();
   for (const std::uint32_t vertex : t) {
     least = std::min(least, dot(normal, normalized(context.normals[vertex])));
@@ -42,7 +67,8 @@ std::size_t best_rival(const RivalContext& context, std::span<const Triangle> ri
   double best_score = agreement(context, rivals[0]);
   for (std::size_t r = 1; r < rivals.size(); ++r) {
     const double score = agreement(context, rivals[r]);
-    if (score > best_score || (score == best_score && rivals[r] < rivals[best])) {
+    if (score > best_score ||
+        (score == best_score && comes_first(context, rivals[r], rivals[best]))) {
       best = r;
       best_score = score;
     }

@@ -20,9 +20,10 @@ std::uint32_t blocks_of(std::size_t points) {
 
 /// Runs visit(vertex, out) over all points in blocks and returns the outputs in order.
 template <class T, class Visit>
-std::vector<T> gather_over_points(std::size_t points, const Visit& visit) {
+std::vector<T> gather_over_points(std::size_t points, const StopToken* stop, const Visit& visit) {
   std::vector<std::vector<T>> parts(blocks_of(points));
   tbb::parallel_for(std::uint32_t{0}, blocks_of(points), [&](std::uint32_t block) {
+    check_stop(stop);
     const std::uint32_t begin = block * kBlockPoints;
     const auto end = static_cast<std::uint32_t>(
         std::min<std::size_t>(points, std::size_t{begin} + kBlockPoints));
@@ -90,7 +91,7 @@ FanShape fan_shape(std::span<const VertexCorner> corners) {
     for (const std::size_t member : members) shape.label[member] = label;
     return members.back();
   };
-  // Open fans begin at a corner that nobody leads to; what is left over are cycles.
+  // Open fans begin at a corner that no other corner leads to; the remaining fans are cycles.
   std::vector<std::uint8_t> led_to(n, 0);
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t k = follower(i);
@@ -109,16 +110,18 @@ FanShape fan_shape(std::span<const VertexCorner> corners) {
   return shape;
 }
 
-SurfaceState::SurfaceState(RivalContext context, std::span<const std::uint8_t> owned)
+SurfaceState::SurfaceState(RivalContext context, std::span<const std::uint8_t> owned,
+                           const StopToken* stop)
     : context_(context),
       owned_(owned),
+      stop_(stop),
       open_(context.local.size(), 1),
       fan_counts_(context.local.size(), 0) {}
 
 /// Triangles that a walk at another of their vertices found, but the walk here did not.
 std::vector<VertexCorner> SurfaceState::corners_found_elsewhere(const FanTable& fans) const {
   auto list = gather_over_points<VertexCorner>(
-      fans.points(), [&](std::uint32_t vertex, std::vector<VertexCorner>& out) {
+      fans.points(), stop_, [&](std::uint32_t vertex, std::vector<VertexCorner>& out) {
         for (const Corner c : fans.at(vertex)) {
           const std::uint32_t i = first_of(c), j = second_of(c);
           const Corner at_i = make_corner(j, vertex), at_j = make_corner(vertex, i);
@@ -135,7 +138,7 @@ std::vector<VertexCorner> SurfaceState::corners_found_elsewhere(const FanTable& 
 std::vector<Triangle> SurfaceState::first_level_losers(
     const FanTable& fans, std::span<const VertexCorner> elsewhere) const {
   auto losers = gather_over_points<Triangle>(
-      fans.points(), [&](std::uint32_t vertex, std::vector<Triangle>& out) {
+      fans.points(), stop_, [&](std::uint32_t vertex, std::vector<Triangle>& out) {
         const auto added = corners_at(elsewhere, vertex);
         if (added.empty() && fans.closed(vertex)) return;
         std::vector<Corner> all(fans.at(vertex).begin(), fans.at(vertex).end());
@@ -175,7 +178,7 @@ void SurfaceState::close_or_keep(std::span<const VertexCorner> corners) {
 void SurfaceState::emit_first_level(const FanTable& fans, std::span<const VertexCorner> elsewhere,
                                     std::span<const Triangle> losers) {
   triangles_ = gather_over_points<Triangle>(
-      fans.points(), [&](std::uint32_t vertex, std::vector<Triangle>& out) {
+      fans.points(), stop_, [&](std::uint32_t vertex, std::vector<Triangle>& out) {
         if (!is_owned(vertex)) return;
         const std::size_t first = out.size();
         const auto take = [&](Corner c) {
@@ -209,7 +212,7 @@ void SurfaceState::take_first_level(const FanTable& fans) {
   for (const VertexCorner& c : elsewhere) touched[c.vertex] = 1;
   for (const Triangle& t : losers) touched[t[0]] = touched[t[1]] = touched[t[2]] = 1;
   const auto corners = gather_over_points<VertexCorner>(
-      fans.points(), [&](std::uint32_t vertex, std::vector<VertexCorner>& out) {
+      fans.points(), stop_, [&](std::uint32_t vertex, std::vector<VertexCorner>& out) {
         if (fans.closed(vertex) && touched[vertex] == 0) {
           open_[vertex] = 0;
           fan_counts_[vertex] = 1;
@@ -239,7 +242,7 @@ bool SurfaceState::edge_taken(std::uint32_t tail, std::uint32_t head) const {
 
 void SurfaceState::take_level(const FanTable& fans) {
   auto found = gather_over_points<Triangle>(
-      fans.points(), [&](std::uint32_t vertex, std::vector<Triangle>& out) {
+      fans.points(), stop_, [&](std::uint32_t vertex, std::vector<Triangle>& out) {
         for (const Corner c : fans.at(vertex)) {
           const std::uint32_t i = first_of(c), j = second_of(c);
           if (edge_taken(vertex, i) || edge_taken(i, j) || edge_taken(j, vertex)) continue;

@@ -6,9 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/ball_pivoting/fan_table.h"
+#include "engine/ball_pivoting/pivoting_result.h"
 #include "engine/ball_pivoting/rivals.h"
+#include "io/stop_token.h"
 
 namespace orbweave {
 
@@ -31,7 +32,8 @@ FanShape fan_shape(std::span<const VertexCorner> corners);
 
 class SurfaceState {
  public:
-  SurfaceState(RivalContext context, std::span<const std::uint8_t> owned);
+  SurfaceState(RivalContext context, std::span<const std::uint8_t> owned,
+               const StopToken* stop = nullptr);
 
   /// The first level, from the fans of all points.
   void take_first_level(const FanTable& fans);
@@ -68,6 +70,7 @@ class SurfaceState {
 
   RivalContext context_;
   std::span<const std::uint8_t> owned_;
+  const StopToken* stop_;
   std::vector<std::uint8_t> open_;
   std::vector<std::uint8_t> fan_counts_;
   std::vector<VertexCorner> open_corners_;     // at open points, sorted

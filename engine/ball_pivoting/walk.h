@@ -1,5 +1,6 @@
 // The walk at one point: all triangles with an empty ball that have the point as a vertex.
-// docs/ball-pivoting.md gives the geometry; the code is in walk_kernel.inl, once per vector width.
+// docs/dev/ball-pivoting.md gives the geometry; the code is in walk_kernel.inl, once per vector
+// width.
 #pragma once
 
 #include <cstdint>
@@ -66,7 +67,7 @@ struct Fan {
   bool closed = false;  ///< one cycle of accepted triangles, no neighbour twice
 };
 
-/// A bound on the corners at a point with that many neighbours: every edge of its Voronoi cell
+/// A bound on the corners at a point with this number of neighbours: every edge of its Voronoi cell
 /// (at most 3k - 6) meets the sphere at most twice.
 constexpr std::uint32_t corner_bound(std::uint32_t neighbours) { return 6 * neighbours + 8; }
 
@@ -80,7 +81,7 @@ using GatherFunction = void (*)(const PointArrays& points, const CandidateRanges
 /// Finds the triangles at `count` points, at most kWalksAtOnce, whose neighbours are gathered. With
 /// `active` null: if the walk around a point's normal closes, its fan; otherwise all triangles of
 /// T_rho at the point. With `active` given (by index): all triangles of T_rho whose three vertices
-/// are active. Walks with nobody `active` may go among the nearest neighbours first; that saves
+/// are active. Walks with no point `active` may go among the nearest neighbours first; that saves
 /// time or costs some, and changes nothing else. Returns how many fans were settled there.
 using WalkFunction = std::uint32_t (*)(const PointArrays& points, const WalkScratch* scratch,
                                        std::uint32_t count, const std::uint8_t* active,

@@ -135,7 +135,7 @@ class Walker {
   std::uint32_t first_i_ = kNobody, first_j_ = kNobody;
 };
 
-/// Whether the ball at u contains nobody; `but` touches it and does not count.
+/// Whether the ball at u is empty; `but` touches the ball and does not count.
 bool Walker::is_free(Direction u, std::uint32_t but) const {
   const Lanes ux = Lanes::all(u.x), uy = Lanes::all(u.y), uz = Lanes::all(u.z);
   const Lanes touching = Lanes::all(static_cast<double>(but));

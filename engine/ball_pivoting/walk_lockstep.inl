@@ -231,7 +231,7 @@ inline Lanes::Mask same_ball(DirectionOf<Lanes> a, DirectionOf<Lanes> b) {
   return inner(apart, apart) < Lanes::all(kSameBall * kSameBall);
 }
 
-/// Walks of these lanes came round after that many triangles.
+/// Walks of these lanes came round after this number of triangles.
 void LockstepWalk::close(Mask lanes, std::uint32_t steps) {
   if (!any(lanes)) return;
   for (std::uint32_t lane = 0; lane < walks_; ++lane) {

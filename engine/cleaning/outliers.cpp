@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/normals/neighbor_search.h"
+#include "engine/geometry/neighbor_search.h"
 
 namespace orbweave {
 namespace {
@@ -59,6 +59,7 @@ class Neighborhoods {
  private:
   void measure_block(const NeighborSearch& search, std::uint32_t block,
                      NeighborSearch::Query& query) {
+    if (block % (kStopBlock / NeighborSearch::kBlock) == 0) check_stop(options_.stop);
     const std::uint32_t first = block * NeighborSearch::kBlock;
     const std::uint32_t last = first + std::min(NeighborSearch::kBlock, search.size() - first);
     query.find(search, first, last, options_.neighbors, squared_reach(options_.max_radius));

@@ -6,14 +6,16 @@
 #include <span>
 #include <vector>
 
+#include "io/stop_token.h"
 #include "io/vec3.h"
 
 namespace orbweave {
 
 struct OutlierOptions {
-  double sigma = 3.0;          ///< deviations that are still tolerated, positive
-  std::size_t neighbors = 16;  ///< the point itself not counted
-  double max_radius = 0.0;     ///< neighbours farther away do not count; world units
+  double sigma = 3.0;               ///< deviations that are still tolerated, positive
+  std::size_t neighbors = 16;       ///< the point itself not counted
+  double max_radius = 0.0;          ///< neighbours farther away do not count; world units
+  const StopToken* stop = nullptr;  ///< looked at every few thousand points; may be null
 };
 
 /// Margin that a chunk needs around its points.

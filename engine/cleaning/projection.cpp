@@ -7,8 +7,8 @@
 #include <cmath>
 #include <string>
 
-#include "engine/cleaning/local_surface.h"
-#include "engine/cleaning/neighbor_grid.h"
+#include "engine/geometry/local_surface.h"
+#include "engine/geometry/neighbor_grid.h"
 #include "io/error.h"
 
 namespace orbweave {
@@ -25,6 +25,8 @@ constexpr double kOneSheet = 0.4;
 constexpr int kMeans = 2;
 /// Points in a cube of the radius as side, where a projection takes a millisecond per point.
 constexpr double kMostInACell = 10000.0;
+/// Points between two looks at the request to stop.
+constexpr std::ptrdiff_t kLookEvery = 64;
 
 /// Squared distance in radii that still counts: a hair less than the halo that chunks are cut with.
 constexpr double kReach = 1.0 - 1e-12;
@@ -127,7 +129,7 @@ class Projector {
 
 /// A point's time is that of its neighbours, of which there are some three times as many as points
 /// in its cell.
-void refuse_too_many(const NeighborGrid& grid, std::size_t points) {
+void refuse_too_many(const NeighborGrid& grid, std::size_t points, const char* radius_name) {
   double pairs = 0.0;
   for (std::uint32_t cell = 0; cell < grid.cells(); ++cell) {
     const auto members = static_cast<double>(grid.members(cell).size());
@@ -137,7 +139,7 @@ void refuse_too_many(const NeighborGrid& grid, std::size_t points) {
   if (!(mean > kMostInACell)) return;
   throw_usage(
       "the radius of smoothing is far wider than the points are apart",
-      {.place = "prepare.smooth_radius",
+      {.place = radius_name,
        .found = std::to_string(std::llround(mean)) + " points in an average cube of that side",
        .expected =
            "at most " + std::to_string(std::llround(kMostInACell)) + " (some 15 are the rule)",
@@ -155,7 +157,7 @@ ProjectedPoints project_points(std::span<const Vec3> positions, std::span<const 
   result.normals.assign(normals.begin() + begin, normals.begin() + end);
   result.moved.assign(end - begin, 0);
   const NeighborGrid grid(positions, options.radius);
-  refuse_too_many(grid, positions.size());
+  refuse_too_many(grid, positions.size(), options.radius_name);
   tbb::enumerable_thread_specific<Projector> projectors(
       [&] { return Projector(positions, normals, options, grid); });
   tbb::parallel_for(std::uint32_t{0}, grid.cells(), [&](std::uint32_t cell) {
@@ -166,6 +168,7 @@ ProjectedPoints project_points(std::span<const Vec3> positions, std::span<const 
     Projector& projector = projectors.local();
     projector.enter(cell);
     for (auto it = first; it != last; ++it) {
+      if ((it - first) % kLookEvery == 0) check_stop(options.stop);
       if (normals[*it] == Vec3{}) continue;
       const auto surface = projector.surface_at(*it);
       if (!surface) continue;

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "io/stop_token.h"
 #include "io/vec3.h"
 
 namespace orbweave {
@@ -15,6 +16,8 @@ struct ProjectionOptions {
   double radius = 0.0;  ///< neighbours within it count, the nearer the more; positive, world units
   /// Normals are oriented: neighbours count by how far theirs agree. Otherwise both signs agree.
   bool oriented = true;
+  const StopToken* stop = nullptr;     ///< looked at every few dozen points; may be null
+  const char* radius_name = "radius";  ///< what a message about the radius calls it
 };
 
 struct ProjectedPoints {

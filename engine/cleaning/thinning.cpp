@@ -9,7 +9,7 @@
 #include <limits>
 #include <tuple>
 
-#include "engine/cleaning/neighbor_grid.h"
+#include "engine/geometry/neighbor_grid.h"
 
 namespace orbweave {
 namespace {
@@ -20,6 +20,9 @@ namespace {
 /// that are at most four away.
 constexpr std::array<int, 8> kOrderOfColors = {0, 1, 3, 2, 6, 7, 5, 4};
 constexpr double kCellsOfHalo = 5.0;
+/// Cells, and points of one cell, between two looks at the request to stop. A cell of points that
+/// all lie on sheets of their own takes long.
+constexpr std::size_t kLookEvery = 512;
 
 int color_of(const LatticeCell& cell) {
   return static_cast<int>((cell.x & 1) | ((cell.y & 1) << 1) | ((cell.z & 1) << 2));
@@ -44,13 +47,15 @@ struct Cloud {
   std::span<const Vec3> normals;
   double squared_spacing;
   double min_cosine;
+  const StopToken* stop;
 
   Cloud(std::span<const Vec3> all_positions, std::span<const Vec3> all_normals,
         const ThinningOptions& options)
       : positions(all_positions),
         normals(options.min_cosine > -1.0 ? all_normals : std::span<const Vec3>()),
         squared_spacing(options.spacing * options.spacing),
-        min_cosine(options.min_cosine) {}
+        min_cosine(options.min_cosine),
+        stop(options.stop) {}
   bool same_sheet(std::uint32_t a, std::uint32_t b) const {
     if (normals.empty()) return true;
     // Normals of files are not always of unit length.
@@ -118,7 +123,9 @@ class Thinning {
       const auto kept = kept_.of(near);
       rivals.insert(rivals.end(), kept.begin(), kept.end());
     }
+    std::size_t decided = cell;  // looks of small cells are spread
     for (const auto& ranked_point : ranked(grid_.members(cell), cloud_.positions)) {
+      if (decided++ % kLookEvery == 0) check_stop(cloud_.stop);
       const std::uint32_t point = ranked_point.second;
       const auto is_near = [&](std::uint32_t rival) { return cloud_.replaces(point, rival); };
       if (std::any_of(rivals.begin(), rivals.end(), is_near)) continue;
@@ -155,8 +162,11 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> groups_of(const Cloud& clou
   tbb::parallel_for(std::uint32_t{0}, grid.cells(), [&](std::uint32_t cell) {
     std::vector<std::uint32_t> cells;
     grid.around(cell, cells);
-    for (const std::uint32_t point : grid.members(cell))
+    std::size_t grouped = cell;
+    for (const std::uint32_t point : grid.members(cell)) {
+      if (grouped++ % kLookEvery == 0) check_stop(cloud.stop);
       groups[point] = {representative(point, cells, kept, cloud), point};
+    }
   });
   std::sort(groups.begin(), groups.end());
   return groups;

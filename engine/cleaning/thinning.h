@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "io/stop_token.h"
 #include "io/vec3.h"
 
 namespace orbweave {
@@ -15,6 +16,7 @@ struct ThinningOptions {
   /// Points whose normals differ by more than the angle of this cosine lie on different sheets and
   /// do not replace one another; not used without normals. -1: never.
   double min_cosine = 0.0;
+  const StopToken* stop = nullptr;  ///< looked at every few thousand points; may be null
 };
 
 /// Margin that a chunk needs around its points.

@@ -9,7 +9,7 @@
 #include "engine/cli/commands.h"
 #include "engine/cli/output.h"
 #include "io/error.h"
-#include "io/nearest_name.h"
+#include "io/text/nearest_name.h"
 
 namespace orbweave {
 namespace {
@@ -64,6 +64,7 @@ std::string help_advice(const CLI::App& program) {
 
 [[noreturn]] void reject(const CLI::App& program, std::string problem) {
   while (problem.ends_with('\n') || problem.ends_with('.')) problem.pop_back();
+  std::ranges::replace(problem, '\n', ' ');
   throw_usage(problem, {.advice = help_advice(program)});
 }
 
@@ -72,7 +73,7 @@ void parse(CLI::App& program, const CommandContext& context) {
   const std::vector<std::string>& arguments = context.arguments;
   std::vector<std::string> reversed(arguments.rbegin(), arguments.rend() - 1);
   const auto show = [&context](const std::string& text) {
-    context.then([text, leads = context.team.leads()] {
+    context.then([text, leads = context.communicator.is_root()] {
       if (leads) std::cout << text;
     });
   };
@@ -93,14 +94,14 @@ using AddCommand = void (*)(CLI::App&, const CommandContext&);
 /// The action that `program` comes to with these commands.
 CommandAction action_of(CLI::App& program, std::span<const AddCommand> commands,
                         const std::vector<std::string>& arguments, const StopToken& stop,
-                        Team& team) {
+                        Communicator& communicator) {
   program.set_version_flag("--version", program.get_name() + kVersion,
                            "Print the version and exit");
   program.get_formatter()->column_width(34);
   program.get_formatter()->label("SUBCOMMAND", "COMMAND");
   program.get_formatter()->label("REQUIRED", "(required)");
   CommandAction action;
-  const CommandContext context{arguments, stop, team,
+  const CommandContext context{arguments, stop, communicator,
                                [&action](CommandAction chosen) { action = std::move(chosen); }};
   for (const AddCommand add : commands) add(program, context);
   for (CLI::App* command : program.get_subcommands(nullptr)) command->group("Commands");
@@ -113,7 +114,7 @@ CommandAction action_of(CLI::App& program, std::span<const AddCommand> commands,
 }  // namespace
 
 CommandAction parse_command_line(const std::vector<std::string>& arguments, const StopToken& stop) {
-  static Team alone;
+  static Communicator alone;
   constexpr std::array<AddCommand, 9> kCommands = {
       add_run_command,     add_reconstruct_command, add_fill_command,
       add_plan_command,    add_status_command,      add_inspect_command,
@@ -124,12 +125,12 @@ CommandAction parse_command_line(const std::vector<std::string>& arguments, cons
 }
 
 CommandAction parse_team_command_line(const std::vector<std::string>& arguments,
-                                      const StopToken& stop, Team& team) {
+                                      const StopToken& stop, Communicator& communicator) {
   constexpr std::array<AddCommand, 2> kCommands = {add_run_command, add_reconstruct_command};
   CLI::App program("orbweave by several processes, on one machine or many: the same mesh, sooner.",
                    "orbweave-mpi");
   program.footer("Example:\n  mpirun -n 8 orbweave-mpi run job.toml\n");
-  return action_of(program, kCommands, arguments, stop, team);
+  return action_of(program, kCommands, arguments, stop, communicator);
 }
 
 }  // namespace orbweave

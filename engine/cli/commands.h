@@ -5,7 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/cli/command_line.h"
+#include "engine/cli/command_action.h"
+#include "partition/executor.h"
 
 namespace CLI {
 class App;
@@ -17,7 +18,7 @@ namespace orbweave {
 struct CommandContext {
   std::vector<std::string> arguments;       ///< as given, the program's name first
   const StopToken& stop;                    ///< set by a signal; long loops look at it
-  Team& team;                               ///< the processes that were given this command
+  Communicator& communicator;               ///< the processes that were given this command
   std::function<void(CommandAction)> then;  ///< called when this command was asked for
 };
 

@@ -9,8 +9,8 @@
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
 #include "engine/validation/compare.h"
-#include "io/mesh_reader.h"
-#include "io/quantity.h"
+#include "io/meshes/mesh_reader.h"
+#include "io/text/quantity.h"
 
 namespace orbweave {
 namespace {

@@ -12,11 +12,14 @@
 #include "engine/cli/signals.h"
 #include "engine/normals/normals_from_faces.h"
 #include "engine/validation/cloud_facts.h"
+#include "io/clouds/open_point_source.h"
 #include "io/error.h"
-#include "io/mesh_reader.h"
-#include "io/mesh_writer.h"
-#include "io/point_source.h"
-#include "io/quantity.h"
+#include "io/meshes/mesh_reader.h"
+#include "io/meshes/mesh_writer.h"
+#include "io/points/point_source.h"
+#include "io/shown_text.h"
+#include "io/system/path_roles.h"
+#include "io/text/quantity.h"
 
 namespace orbweave {
 namespace {
@@ -36,11 +39,32 @@ MeshWriterOptions writer_options(const ConvertOptions& options) {
 
 void print_written(const ConvertOptions& options, std::uint64_t points, std::uint64_t triangles) {
   if (options.out == "-") return;
-  std::cout << options.out << ": " << format_count(points)
+  std::cout << shown(options.out) << ": " << format_count(points)
             << (triangles > 0 ? " vertices" : " points");
   if (triangles > 0) std::cout << ", " << format_count(triangles) << " triangles";
   std::cout << "\n";
 }
+
+/// A source that a request to stop ends.
+class StoppableSource : public PointSource {
+ public:
+  StoppableSource(const std::string& path, const StopToken& stop)
+      : source_(open_point_source(path)), stop_(stop) {}
+  const PointSchema& schema() const override { return source_->schema(); }
+  std::optional<std::uint64_t> declared_points() const override {
+    return source_->declared_points();
+  }
+  bool read(PointCloud& batch, std::size_t capacity) override {
+    check_interruption(stop_);
+    return source_->read(batch, capacity);
+  }
+  std::uint64_t bytes_read() const override { return source_->bytes_read(); }
+  std::uint64_t bytes_total() const override { return source_->bytes_total(); }
+
+ private:
+  std::unique_ptr<PointSource> source_;
+  const StopToken& stop_;
+};
 
 /// How far float coordinates move the points of what went by.
 class Shift {
@@ -53,11 +77,11 @@ class Shift {
                               std::abs(p[axis] - static_cast<double>(static_cast<float>(p[axis]))));
   }
   /// Warns where points move by more than a thousandth of the spacing in the file `in`.
-  void warn(const std::string& in) const {
+  void warn(const std::string& in, const StopToken& stop) const {
     if (largest_ == 0.0 || in == "-") return;
-    const auto source = open_point_source(in);
-    const auto again = open_point_source(in);
-    const std::optional<double> spacing = cloud_facts(*source, again.get()).spacing;
+    StoppableSource source(in, stop);
+    StoppableSource again(in, stop);
+    const std::optional<double> spacing = cloud_facts(source, &again).spacing;
     if (spacing && largest_ > 1e-3 * *spacing)
       print_warning("--float moves points by up to " + format_number(largest_) +
                     ", more than a thousandth of their spacing " + format_number(*spacing));
@@ -67,33 +91,35 @@ class Shift {
   double largest_ = 0.0;
 };
 
-void warn_of_shift(const PointCloud& points, const ConvertOptions& options) {
+void warn_of_shift(const PointCloud& points, const ConvertOptions& options, const StopToken& stop) {
   Shift shift;
   if (options.float_positions) shift.add(points.positions);
-  shift.warn(options.in);
+  shift.warn(options.in, stop);
 }
 
-void convert_mesh(const ConvertOptions& options) {
+void convert_mesh(const ConvertOptions& options, const StopToken& stop) {
   const TriangleMesh mesh = read_mesh(options.in);
   write_mesh(options.out, mesh, writer_options(options));
-  warn_of_shift(mesh.vertices, options);
+  note_written(options.out);
+  warn_of_shift(mesh.vertices, options, stop);
   print_written(options, mesh.vertices.size(), mesh.triangles.size());
 }
 
 /// The vertices with everything they carry; normals that the file gave give way to the faces'.
-void convert_to_oriented_cloud(const ConvertOptions& options) {
+void convert_to_oriented_cloud(const ConvertOptions& options, const StopToken& stop) {
   TriangleMesh mesh = read_mesh(options.in);
   if (mesh.triangles.empty())
     throw_bad_input("the mesh has no faces to take normals from", {.file = options.in});
   mesh.vertices.normals = normals_from_faces(mesh);
   mesh.vertices.schema.has_normals = true;
   write_cloud(options.out, mesh.vertices, writer_options(options));
-  warn_of_shift(mesh.vertices, options);
+  note_written(options.out);
+  warn_of_shift(mesh.vertices, options, stop);
   print_written(options, mesh.vertices.size(), 0);
 }
 
-/// A header comes before the points. Where the format does not say how many there are, a file is
-/// read twice.
+/// A header comes before the points. Where it is not certain how many there are, a file is read
+/// twice.
 std::uint64_t count_points(const std::string& path, const StopToken& stop) {
   const auto source = open_point_source(path);
   std::uint64_t points = 0;
@@ -106,14 +132,16 @@ std::uint64_t count_points(const std::string& path, const StopToken& stop) {
 void convert_stream(PointSource& source, const ConvertOptions& options) {
   const PointCloud cloud = read_all(source);
   write_cloud(options.out, cloud, writer_options(options));
+  note_written(options.out);
   print_written(options, cloud.size(), 0);
 }
 
 void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
   const auto source = open_point_source(options.in);
-  if (!source->declared_points() && options.in == "-") return convert_stream(*source, options);
+  const bool is_known = source->keeps_declared_points();
+  if (!is_known && options.in == "-") return convert_stream(*source, options);
   const std::uint64_t points =
-      source->declared_points() ? *source->declared_points() : count_points(options.in, stop);
+      is_known ? source->declared_points().value_or(0) : count_points(options.in, stop);
   const MeshHeader header{.vertices = points, .is_cloud = true, .schema = source->schema()};
   const auto writer = open_mesh_writer(options.out, header, writer_options(options));
   Shift shift;
@@ -123,11 +151,19 @@ void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
     writer->write_vertices(batch);
   }
   writer->finish();
-  shift.warn(options.in);
+  note_written(options.out);
+  shift.warn(options.in, stop);
   print_written(options, points, 0);
 }
 
+void check_places(const ConvertOptions& options) {
+  const std::vector<PathRole> paths = {{"the file that is read", options.in, PathUse::kReadFile},
+                                       {"the file", options.out, PathUse::kWrittenFile}};
+  check_paths(paths);
+}
+
 void convert(const ConvertOptions& options, const StopToken& stop) {
+  check_places(options);
   const bool mesh = is_mesh_file(options.in);
   if (options.normals_from_faces && !mesh)
     throw_bad_input("is no mesh, so there are no faces to take normals from",
@@ -137,8 +173,8 @@ void convert(const ConvertOptions& options, const StopToken& stop) {
                 {.file = options.out,
                  .expected = "a .ply, .xyz or .csv name",
                  .advice = "'orbweave reconstruct' makes a mesh of a cloud."});
-  if (options.normals_from_faces) return convert_to_oriented_cloud(options);
-  if (mesh && !is_cloud_only_format(options.out)) return convert_mesh(options);
+  if (options.normals_from_faces) return convert_to_oriented_cloud(options, stop);
+  if (mesh && !is_cloud_only_format(options.out)) return convert_mesh(options, stop);
   convert_cloud(options, stop);
 }
 

@@ -1,4 +1,5 @@
-// What a file is, by its name and, where that leaves it open, by its header.
+// What a file is, by its name (io/text/file_format.h) and, where that leaves it open, by its
+// header.
 #pragma once
 
 #include <string>
@@ -6,8 +7,9 @@
 namespace orbweave {
 
 bool is_mesh_file(const std::string& name);          ///< holds faces; reads the header
-bool is_mesh_format(const std::string& name);        ///< .ply (also .gz), .obj, .stl
-bool is_mesh_only_format(const std::string& name);   ///< .obj, .stl
-bool is_cloud_only_format(const std::string& name);  ///< .xyz .txt .csv .pts, each also with .gz
+bool writes_mesh_of_name(const std::string& name);   ///< a mesh can be written under the name
+bool is_mesh_only_format(const std::string& name);   ///< holds faces and is not written as a cloud
+bool is_cloud_only_format(const std::string& name);  ///< never holds faces
+bool is_scan_format(const std::string& name);        ///< is read as a cloud
 
 }  // namespace orbweave

@@ -17,11 +17,13 @@
 #include "engine/cli/output_checks.h"
 #include "engine/cli/signals.h"
 #include "engine/holes/fill_mesh.h"
+#include "engine/options/hole_options.h"
 #include "engine/validation/mesh_facts.h"
 #include "engine/validation/usable_triangles.h"
 #include "io/error.h"
-#include "io/mesh_reader.h"
-#include "io/mesh_writer.h"
+#include "io/meshes/mesh_reader.h"
+#include "io/meshes/mesh_writer.h"
+#include "io/system/path_roles.h"
 
 namespace orbweave {
 namespace {
@@ -42,10 +44,13 @@ struct FillArguments {
 /// Everything that can be known to go wrong before the work.
 void check(const FillArguments& arguments, const OutputOptions& output) {
   const EndAtOnceOnSignals even_where_a_pipe_has_no_writer;
-  check_mesh_name(output.mesh);
-  check_input_is_kept(arguments.file, {output.mesh, output.report, output.picture},
-                      "the mesh that is read");
-  for (const std::string& out : {output.mesh, output.report, output.picture}) check_folder_of(out);
+  check_mesh_name(output);
+  const std::vector<PathRole> paths = {
+      {"the mesh that is read", arguments.file, PathUse::kReadFile},
+      {"the mesh", output.mesh, PathUse::kWrittenFile},
+      {"the report", output.report, PathUse::kWrittenFile},
+      {"the picture", output.picture, PathUse::kWrittenFile}};
+  check_paths(paths);
   if (arguments.file == "-" || is_mesh_file(arguments.file)) return;
   throw_bad_input("is no mesh, so it has no holes to fill",
                   {.file = arguments.file,
@@ -97,7 +102,7 @@ TriangleMesh filled_mesh(FillReport& report) {
   report.before = mesh_facts(mesh);
   const bool changed = leave_out_unusable(mesh, report);
   warn_of_structure(report.file, changed ? mesh_facts(mesh) : report.before);
-  FilledMesh filled = fill_mesh(mesh, report.options.fill);
+  FilledMesh filled = fill_mesh(mesh, hole_options(report.options.fill));
   report.holes = std::move(filled.holes);
   report.pieces_removed = filled.pieces_removed;
   report.triangles_removed = filled.triangles_removed;
@@ -120,11 +125,17 @@ std::string summary(const FillReport& report) {
 /// The mesh last: where it is, all of it is.
 void write_outputs(const TriangleMesh& mesh, const FillReport& report) {
   const OutputOptions& output = report.options.output;
-  if (!output.picture.empty())
+  if (!output.picture.empty()) {
     draw_mesh(mesh, report.after.bounds, output.picture, {.patch_color = output.patch_color});
-  if (!output.report.empty()) write_fill_report(output.report, report);
+    note_written(output.picture);
+  }
+  if (!output.report.empty()) {
+    write_fill_report(output.report, report);
+    note_written(output.report);
+  }
   write_mesh(output.mesh, mesh,
              {.binary = output.binary, .float_positions = output.float_positions, .comments = {}});
+  note_written(output.mesh);
 }
 
 void fill(const FillArguments& arguments, const std::vector<std::string>& command,

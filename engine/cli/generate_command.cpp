@@ -12,16 +12,19 @@
 #include "engine/cli/signals.h"
 #include "engine/synthetic/synthetic_cloud.h"
 #include "engine/synthetic/virtual_scanner.h"
-#include "io/atomic_file.h"
 #include "io/error.h"
-#include "io/mesh_writer.h"
-#include "io/nearest_name.h"
-#include "io/quantity.h"
+#include "io/meshes/mesh_writer.h"
+#include "io/shown_text.h"
+#include "io/system/atomic_file.h"
+#include "io/system/path_roles.h"
+#include "io/text/nearest_name.h"
+#include "io/text/quantity.h"
 
 namespace orbweave {
 namespace {
 
 constexpr std::size_t kBatchPoints = std::size_t{1} << 18;
+constexpr int kMostScans = 255;
 
 struct GenerateOptions {
   std::string shape;
@@ -74,12 +77,13 @@ void write_points(PointSource& source, const std::string& path, const MeshWriter
     writer->write_vertices(batch);
   }
   writer->finish();
+  note_written(path);
 }
 
 void say(const std::string& path, std::uint64_t points, double distance) {
   if (path != "-")
-    std::cout << path << ": " << format_count(points) << " points, " << format_number(distance)
-              << " apart\n";
+    std::cout << shown(path) << ": " << format_count(points) << " points, "
+              << format_number(distance) << " apart\n";
 }
 
 VirtualScannerOptions scanner_options(const GenerateOptions& given) {
@@ -103,6 +107,12 @@ std::string beside(const std::string& path, const std::string& ending, bool keep
   return stem.string() + ending + (keep_extension ? extension : "");
 }
 
+std::string scan_file(const std::string& out, int scan) {
+  return beside(out, "_" + std::to_string(scan), true);
+}
+
+std::string poses_file(const std::string& out) { return beside(out, ".conf", false); }
+
 std::string pose_line(const std::string& path, const ScannerPose& pose) {
   std::string line = "bmesh " + std::filesystem::path(path).filename().string();
   for (int axis = 0; axis < 3; ++axis) line += " " + format_exact(pose.translation[axis]);
@@ -114,20 +124,21 @@ void write_separate_scans(const VirtualScanner& scanner, const std::string& out,
                           const MeshWriterOptions& format, const StopToken& stop) {
   std::string poses;
   for (int scan = 0; scan < scanner.scans(); ++scan) {
-    const std::string path = beside(out, "_" + std::to_string(scan), true);
+    const std::string path = scan_file(out, scan);
     if (scanner.points(scan) == 0) {
-      std::cout << path << ": not written, the scanner sees nothing from there\n";
+      std::cout << shown(path) << ": not written, the scanner sees nothing from there\n";
       continue;
     }
     write_points(*scanner.scan(scan), path, format, stop);
     say(path, scanner.points(scan), scanner.ray_distance());
     poses += pose_line(path, scanner.pose(scan));
   }
-  const std::string path = beside(out, ".conf", false);
+  const std::string path = poses_file(out);
   AtomicFile file(path);
   file.write(poses);
   file.commit();
-  std::cout << path << ": poses\n";
+  note_written(path);
+  std::cout << shown(path) << ": poses\n";
 }
 
 void generate_scans(const GenerateOptions& given, const MeshWriterOptions& format,
@@ -154,12 +165,28 @@ void generate_cloud(const GenerateOptions& given, const MeshWriterOptions& forma
   say(given.out, options.points, spacing(options));
 }
 
+/// Every file that is going to be written.
+void check_places(const GenerateOptions& given) {
+  std::vector<PathRole> paths = {{"the true surface", given.truth, PathUse::kWrittenFile}};
+  if (!given.separate) paths.push_back({"the cloud", given.out, PathUse::kWrittenFile});
+  const int scans = given.separate && given.out != "-" ? scanner_options(given).scans : 0;
+  for (int scan = 0; scan < std::min(scans, kMostScans); ++scan)
+    paths.push_back(
+        {"scan " + std::to_string(scan), scan_file(given.out, scan), PathUse::kWrittenFile});
+  if (scans > 0)
+    paths.push_back({"the file of poses", poses_file(given.out), PathUse::kWrittenFile});
+  check_paths(paths);
+}
+
 void generate(const GenerateOptions& given, const StopToken& stop) {
   const SyntheticOptions options = synthetic_options(given);
   check_options(options);
+  check_places(given);
   const MeshWriterOptions format{.float_positions = given.float_positions, .comments = {}};
-  if (!given.truth.empty())
+  if (!given.truth.empty()) {
     write_mesh(given.truth, truth_mesh(options, truth_resolution(options.points)), format);
+    note_written(given.truth);
+  }
   count_argument("--scans", given.scans) > 0 ? generate_scans(given, format, stop)
                                              : generate_cloud(given, format, stop);
 }

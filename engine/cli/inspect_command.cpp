@@ -15,11 +15,14 @@
 #include "engine/validation/compare.h"
 #include "engine/validation/mesh_facts.h"
 #include "engine/validation/usable_triangles.h"
+#include "io/clouds/open_point_source.h"
 #include "io/error.h"
-#include "io/hole_summary.h"
-#include "io/mesh_reader.h"
-#include "io/picture.h"
-#include "io/quantity.h"
+#include "io/meshes/mesh_reader.h"
+#include "io/report/hole_summary.h"
+#include "io/report/picture.h"
+#include "io/shown_text.h"
+#include "io/system/path_roles.h"
+#include "io/text/quantity.h"
 
 namespace orbweave {
 namespace {
@@ -27,7 +30,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct InspectOptions {
-  std::string file;
+  std::vector<std::string> files;
   std::string against;
   std::string picture;
   bool json = false;
@@ -46,21 +49,21 @@ Json json_or_null(const std::optional<T>& value) {
   return value ? Json(*value) : Json();
 }
 
-std::string cloud_json(const CloudFacts& facts) {
+Json cloud_json(const CloudFacts& facts) {
   Json attributes = Json::array();
   for (const AttributeField& field : facts.attributes)
     attributes.push_back({{"name", field.name}, {"type", name_of(field.type)}});
-  return json_text({{"kind", "cloud"},
-                    {"points", facts.points},
-                    {"bounds", box_json(facts.bounds)},
-                    {"normals", facts.has_normals},
-                    {"position_type", name_of(facts.position_type)},
-                    {"attributes", attributes},
-                    {"spacing", json_or_null(facts.spacing)},
-                    {"spacing_of_six", json_or_null(facts.spacing_of_six)},
-                    {"duplicates", json_or_null(facts.duplicates)},
-                    {"not_finite", facts.not_finite},
-                    {"zero_normals", facts.zero_normals}});
+  return {{"kind", "cloud"},
+          {"points", facts.points},
+          {"bounds", box_json(facts.bounds)},
+          {"normals", facts.has_normals},
+          {"position_type", name_of(facts.position_type)},
+          {"attributes", attributes},
+          {"spacing", json_or_null(facts.spacing)},
+          {"spacing_of_six", json_or_null(facts.spacing_of_six)},
+          {"duplicates", json_or_null(facts.duplicates)},
+          {"not_finite", facts.not_finite},
+          {"zero_normals", facts.zero_normals}};
 }
 
 std::string attribute_list(const CloudFacts& facts) {
@@ -122,7 +125,7 @@ void draw_cloud(const std::string& file, const Box& bounds, const std::string& p
 std::vector<HoleFacts> loops_of(TriangleMesh mesh, const MeshFacts& facts) {
   if (facts.boundary_edges == 0) return {};
   remove_unusable_triangles(mesh);
-  return list_holes(mesh, FillOptions{});
+  return list_holes(mesh, HoleOptions{});
 }
 
 std::string loops_text(std::span<const HoleFacts> holes) {
@@ -140,44 +143,81 @@ std::string loops_text(std::span<const HoleFacts> holes) {
   return text;
 }
 
-void inspect_mesh(const InspectOptions& options) {
-  TriangleMesh mesh = read_mesh(options.file);
+/// What is printed of a file: JSON or text.
+struct Inspected {
+  Json json;
+  std::string text;
+};
+
+Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
+  TriangleMesh mesh = read_mesh(file);
   const MeshFacts facts = mesh_facts(mesh);
   if (!options.picture.empty()) draw_mesh(mesh, facts.bounds, options.picture);
   CloudDistances distances;
   const bool against = !options.against.empty();
   if (against) distances = distances_to_cloud(mesh, read_all(*open_point_source(options.against)));
   const std::vector<HoleFacts> holes = loops_of(std::move(mesh), facts);
-  if (options.json) {
-    Json json = Json::parse(mesh_facts_json(facts));
-    json["holes"] = Json::parse(holes_json(holes));
-    if (against)
-      json["against"] = {{"file", options.against},
-                         {"mesh_to_cloud", distance_json(distances.mesh_to_cloud)},
-                         {"cloud_to_mesh", distance_json(distances.cloud_to_mesh)}};
-    std::cout << json_text(json);
-    return;
+  if (!options.json) {
+    const std::string table =
+        against ? "\n" + distance_table({{"mesh to cloud", distances.mesh_to_cloud},
+                                         {"cloud to mesh", distances.cloud_to_mesh}})
+                : "";
+    return {{}, mesh_text(facts) + table + loops_text(holes)};
   }
-  std::cout << mesh_text(facts);
+  Json json = Json::parse(mesh_facts_json(facts));
+  json["holes"] = Json::parse(holes_json(holes));
   if (against)
-    std::cout << "\n"
-              << distance_table({{"mesh to cloud", distances.mesh_to_cloud},
-                                 {"cloud to mesh", distances.cloud_to_mesh}});
-  std::cout << loops_text(holes);
+    json["against"] = {{"file", options.against},
+                       {"mesh_to_cloud", distance_json(distances.mesh_to_cloud)},
+                       {"cloud_to_mesh", distance_json(distances.cloud_to_mesh)}};
+  return {std::move(json), {}};
 }
 
-void inspect_cloud(const InspectOptions& options) {
+Inspected inspect_cloud(const std::string& file, const InspectOptions& options) {
   if (!options.against.empty())
-    throw_bad_input("is no mesh, so it has no distances to a cloud",
-                    {.file = options.file, .expected = "a mesh before --against"});
-  const CloudFacts facts = facts_of_cloud(options.file);
-  if (!options.picture.empty()) draw_cloud(options.file, facts.bounds, options.picture);
-  std::cout << (options.json ? cloud_json(facts) : cloud_text(facts));
+    throw_bad_input("a cloud has no distances to another cloud",
+                    {.file = file, .expected = "a mesh before --against"});
+  const CloudFacts facts = facts_of_cloud(file);
+  if (!options.picture.empty()) draw_cloud(file, facts.bounds, options.picture);
+  return options.json ? Inspected{cloud_json(facts), {}} : Inspected{{}, cloud_text(facts)};
 }
 
+Inspected inspect_file(const std::string& file, const InspectOptions& options) {
+  return is_mesh_file(file) ? inspect_mesh(file, options) : inspect_cloud(file, options);
+}
+
+void check_places(const InspectOptions& options) {
+  std::vector<PathRole> paths = {{"the scan to compare with", options.against, PathUse::kReadFile},
+                                 {"the picture", options.picture, PathUse::kWrittenFile}};
+  for (const std::string& file : options.files)
+    paths.push_back({"the file that is read", file, PathUse::kReadFile});
+  check_paths(paths);
+  if (options.files.size() > 1 && !options.picture.empty())
+    throw_usage("--picture draws one file",
+                {.found = std::to_string(options.files.size()) + " files",
+                 .advice = "Inspect each file by a command of its own."});
+}
+
+/// One file: its facts. Several: a list of them, each with the name of its file.
 void inspect(const InspectOptions& options) {
   end_at_once_on_signals();
-  is_mesh_file(options.file) ? inspect_mesh(options) : inspect_cloud(options);
+  check_places(options);
+  Json list = Json::array();
+  for (const std::string& file : options.files) {
+    Inspected inspected = inspect_file(file, options);
+    if (options.files.size() == 1) {
+      std::cout << (options.json ? json_text(inspected.json) : inspected.text);
+      return;
+    }
+    if (options.json) {
+      inspected.json["file"] = file;
+      list.push_back(std::move(inspected.json));
+    } else {
+      std::cout << (file == options.files.front() ? "" : "\n") << shown(file) << "\n"
+                << inspected.text << std::flush;
+    }
+  }
+  if (options.json) std::cout << json_text(list);
 }
 
 }  // namespace
@@ -185,8 +225,8 @@ void inspect(const InspectOptions& options) {
 void add_inspect_command(CLI::App& program, const CommandContext& context) {
   auto options = std::make_shared<InspectOptions>();
   CLI::App* command = program.add_subcommand(
-      "inspect", "Show the facts of a scan or a mesh, and how a mesh lies to a cloud");
-  command->add_option("FILE", options->file, "A scan or a mesh")->type_name("")->required();
+      "inspect", "Show the facts of scans or meshes, and how a mesh lies to a cloud");
+  command->add_option("FILE", options->files, "Scans or meshes")->type_name("")->required();
   command->add_flag("--json", options->json, "Print JSON");
   command->add_option("--against", options->against, "Distances from the mesh to a cloud and back")
       ->type_name("CLOUD");

@@ -8,7 +8,7 @@
 
 #include "engine/cli/file_kind.h"
 #include "io/error.h"
-#include "io/job_file.h"
+#include "io/job/job_file.h"
 
 namespace orbweave {
 namespace {
@@ -20,8 +20,13 @@ constexpr std::array<std::string_view, 6> kRunKeys = {"partition.memory", "outpu
 
 constexpr std::string_view kMeshKey = "output.mesh";
 
-std::string value_name(JobKeyType type) {
-  switch (type) {
+/// What an option takes, as help shows it: the values of a choice, a word for other types.
+std::string value_name(const JobKey& key) {
+  std::string names;
+  for (const char* const choice : key.choices)
+    names += std::string(names.empty() ? "{" : ",") + choice;
+  if (!names.empty()) return names + "}";
+  switch (key.type) {
     case JobKeyType::kTexts:
       return "NAME,...";
     case JobKeyType::kPath:
@@ -31,7 +36,7 @@ std::string value_name(JobKeyType type) {
     case JobKeyType::kNumber:
       return "X";
     case JobKeyType::kNumbers:
-      return "R,R,...";
+      return "X,X,...";
     case JobKeyType::kColor:
       return "#RRGGBB";
     case JobKeyType::kBytes:
@@ -56,15 +61,34 @@ std::string unquoted(const std::string& text) {
   return bare;
 }
 
+/// Options that switch a key off and say more plainly what happens then.
+struct NegatedOption {
+  std::string_view option;
+  std::string_view help;
+};
+constexpr std::array<NegatedOption, 2> kNegatedOptions = {
+    {{"close-outer-border", "Fill the outer border of an open sheet, too"},
+     {"no-intersections", "Leave a hole open where every patch intersects the surface"}}};
+
 std::string help_of(const JobKey& key) {
+  for (const NegatedOption& known : kNegatedOptions)
+    if (known.option == key.option) return std::string(known.help);
   if (std::string_view(key.option_value) == "false") return std::string("Do not ") + key.help;
   const std::string usual = unquoted(key.default_text());
   const bool shown = *key.option_value == '\0' && !usual.empty() && usual != "[]";
-  return capitalised(key.help) + (shown ? " (" + usual + ")" : "");
+  return capitalised(key.help) + (shown ? " [" + usual + "]" : "");
 }
 
-CLI::Option* add_key_option(CLI::App& command, const JobKey& key, JobArguments& arguments) {
-  const std::string option = std::string(key.name() == kMeshKey ? "-o," : "") + "--" + key.option;
+/// Former names of options. Scripts may use them; help does not show them.
+struct FormerOption {
+  std::string_view former;
+  std::string_view option;
+};
+constexpr std::array<FormerOption, 2> kFormerOptions = {
+    {{"radii", "ball-radii"}, {"clean", "cleaning"}}};
+
+CLI::Option* add_key_option(CLI::App& command, const JobKey& key, const std::string& option,
+                            JobArguments& arguments) {
   const auto set = [&arguments, name = key.name()](const std::string& text) {
     arguments.settings.emplace_back(name, text);
   };
@@ -74,7 +98,15 @@ CLI::Option* add_key_option(CLI::App& command, const JobKey& key, JobArguments& 
         help_of(key));
   }
   return command.add_option_function<std::string>(option, set, help_of(key))
-      ->type_name(value_name(key.type));
+      ->type_name(value_name(key));
+}
+
+CLI::Option* add_key_option(CLI::App& command, const JobKey& key, JobArguments& arguments) {
+  for (const FormerOption& known : kFormerOptions)
+    if (known.option == key.option)
+      add_key_option(command, key, "--" + std::string(known.former), arguments)->group("");
+  const std::string short_option = key.name() == kMeshKey ? "-o," : "";
+  return add_key_option(command, key, short_option + "--" + key.option, arguments);
 }
 
 void add_assignments(CLI::App& command, JobArguments& arguments) {
@@ -89,7 +121,7 @@ void add_assignments(CLI::App& command, JobArguments& arguments) {
 /// By its name: what is read as a cloud, and patterns, which job files have no use for. A file may
 /// lie in a folder whose name looks like one.
 bool is_scan_name(const std::string& name) {
-  if (is_mesh_format(name) || is_cloud_only_format(name)) return true;
+  if (is_scan_format(name)) return true;
   std::error_code ignored;
   return name.find_first_of("*?[") != std::string::npos && !std::filesystem::exists(name, ignored);
 }
@@ -144,7 +176,7 @@ void add_run_options(CLI::App& command, JobArguments& arguments) {
                    "Start over: drop what an interrupted run left in the work directory");
   command
       .add_option("--progress", arguments.progress,
-                  "auto (live on a terminal), plain (lines for a log) or none")
+                  "auto (live on a terminal), plain (lines for a log) or none (warnings alone)")
       ->check(CLI::IsMember({"auto", "plain", "none"}))
       ->type_name("WORD");
 }
@@ -165,7 +197,11 @@ Job job_of(const JobArguments& arguments) {
                 {.file = arguments.job_file, .expected = "[input] files = [\"scan.ply\"]"});
   if (std::ranges::find(job.input.files, "-") != job.input.files.end())
     throw_usage("a job reads its scans twice, so they cannot come from standard input",
-                {.advice = "Write them to a file first: orbweave convert - scan.ply"});
+                {.file = arguments.job_file,
+                 .place = "input.files",
+                 .found = "\"-\"",
+                 .expected = "names of files",
+                 .advice = "Write them to a file first: orbweave convert - scan.ply"});
   return job;
 }
 

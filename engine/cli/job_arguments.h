@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "io/job.h"
-#include "io/progress.h"
+#include "io/job/job.h"
+#include "io/report/progress.h"
 
 namespace CLI {
 class App;

@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "io/text/json_dump.h"
+
 namespace orbweave {
 
 using Json = nlohmann::ordered_json;
@@ -20,8 +22,6 @@ Json distance_json(const DistanceSummary& distances) {
           {"max", distances.max}};
 }
 
-std::string json_text(const Json& json) {
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
+std::string json_text(const Json& json) { return json_dump(json, 2) + "\n"; }
 
 }  // namespace orbweave

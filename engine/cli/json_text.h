@@ -12,7 +12,7 @@ namespace orbweave {
 nlohmann::ordered_json box_json(const Box& box);  ///< {"min": [x, y, z], "max": ...}; null if empty
 nlohmann::ordered_json distance_json(const DistanceSummary& distances);
 
-/// Indented, with a newline at its end; bytes that are no UTF-8 (paths) are replaced.
+/// Indented, with a newline at its end; bytes that are no UTF-8 (of names, paths) become \xNN.
 std::string json_text(const nlohmann::ordered_json& json);
 
 }  // namespace orbweave

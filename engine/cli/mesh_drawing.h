@@ -4,7 +4,7 @@
 #include <string>
 
 #include "io/box.h"
-#include "io/picture.h"
+#include "io/report/picture.h"
 #include "io/triangle_mesh.h"
 
 namespace orbweave {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "io/error.h"
-#include "io/text_number.h"
+#include "io/text/text_number.h"
 
 namespace orbweave {
 namespace {

@@ -10,8 +10,9 @@
 #include <iostream>
 
 #include "io/error.h"
-#include "io/hole_summary.h"
-#include "io/quantity.h"
+#include "io/report/hole_summary.h"
+#include "io/shown_text.h"
+#include "io/text/quantity.h"
 
 namespace orbweave {
 namespace {
@@ -25,7 +26,7 @@ void print_labelled(const char* label, const char* colour, const std::string& wh
   std::cout.flush();
   std::string line = "orbweave: ";
   line += colour_on_stderr() ? colour + std::string(label) + "\033[0m" : label;
-  line += what + "\n";
+  line += shown(what) + "\n";
   std::cerr << line << std::flush;
 }
 
@@ -55,13 +56,15 @@ std::string facts_table(const Facts& facts) {
   std::size_t width = 0;
   for (const auto& fact : facts) width = std::max(width, fact.first.size());
   std::string text;
-  for (const auto& [name, value] : facts) text += padded(name, width + 2, true) + value + "\n";
+  for (const auto& [name, value] : facts)
+    text += padded(name, width + 2, true) + shown(value) + "\n";
   return text;
 }
 
-std::string table(const std::vector<std::vector<std::string>>& rows) {
+std::string table(std::vector<std::vector<std::string>> rows) {
   std::vector<std::size_t> widths;
-  for (const auto& row : rows) {
+  for (auto& row : rows) {
+    for (std::string& cell : row) cell = shown(cell);
     widths.resize(std::max(widths.size(), row.size()), 0);
     for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
   }

@@ -9,7 +9,7 @@
 
 #include "engine/validation/compare.h"
 #include "io/box.h"
-#include "io/report.h"
+#include "io/report/report.h"
 
 namespace orbweave {
 
@@ -24,7 +24,7 @@ void flush_output();
 using Facts = std::vector<std::pair<std::string, std::string>>;
 std::string facts_table(const Facts& facts);
 /// Rows of cells under headings: the first column flush left, the others flush right.
-std::string table(const std::vector<std::vector<std::string>>& rows);
+std::string table(std::vector<std::vector<std::string>> rows);
 
 /// Distances, one line each: how many were measured, mean, rms, 95th percentile, largest.
 std::string distance_table(const std::vector<std::pair<std::string, DistanceSummary>>& rows);

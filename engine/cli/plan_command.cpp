@@ -10,9 +10,12 @@
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/json_text.h"
 #include "engine/cli/output.h"
+#include "engine/pipeline/job_paths.h"
 #include "engine/pipeline/pipeline.h"
-#include "io/hole_summary.h"
-#include "io/quantity.h"
+#include "io/report/hole_summary.h"
+#include "io/report/reasons.h"
+#include "io/system/glob.h"
+#include "io/text/quantity.h"
 
 namespace orbweave {
 namespace {
@@ -38,28 +41,25 @@ std::vector<std::string> left_open(const FillOptions& fill) {
 }
 
 Facts fill_plan(const FillOptions& fill) {
-  Facts facts;
-  if (!fill.enabled) {
-    facts.emplace_back("holes", "all stay open (fill.enabled = false)");
-  } else {
-    const char* kernel = fill.kernel == FillKernel::kBiharmonic ? "biharmonic" : "triharmonic";
-    const std::vector<std::string> kinds = left_open(fill);
-    facts.emplace_back("holes", std::string("filled (") + kernel + ", neighborhood " +
-                                    format_number(fill.neighborhood) + " times the radius)");
-    facts.emplace_back("left open", kinds.empty() ? "nothing" : joined(kinds));
-  }
-  if (fill.enabled && fill.min_triangles > 0)
+  if (!fill.enabled) return {{"holes", "all stay open (fill.enabled = false)"}};
+  const char* kernel = fill.kernel == FillKernel::kBiharmonic ? "biharmonic" : "triharmonic";
+  const std::vector<std::string> kinds = left_open(fill);
+  Facts facts = {{"holes", std::string("filled (") + kernel + ", neighborhood " +
+                               format_number(fill.neighborhood) + " times the radius)"},
+                 {"left open", kinds.empty() ? "nothing" : joined(kinds)}};
+  if (fill.min_triangles > 0)
     facts.emplace_back("removed", "separate pieces of fewer than " +
                                       counted(fill.min_triangles, "triangle", "triangles"));
   return facts;
 }
 
-/// Where normals come from, and what is cleaned up before.
+/// Where normals come from, and the cleaning before.
 Facts preparation_plan(const JobPlan& plan) {
   Facts facts;
-  facts.emplace_back("normals", plan.normals.orientation.empty()
-                                    ? "those of the file"
-                                    : "estimated, side by " + plan.normals.orientation);
+  facts.emplace_back("normals",
+                     plan.normals.orientation == Orientation::kAuto
+                         ? "those of the file"
+                         : std::string("estimated, side by ") + text_of(plan.normals.orientation));
   const PrepareOptions& options = plan.prepare.options;
   std::vector<std::string> stages;
   if (options.outlier_sigma > 0.0)
@@ -72,7 +72,7 @@ Facts preparation_plan(const JobPlan& plan) {
                      ")");
   if (options.thin_to_spacing > 0.0)
     stages.push_back("thinned to " + format_number(options.thin_to_spacing));
-  facts.emplace_back("clean-up", stages.empty() ? "none" : joined(stages));
+  facts.emplace_back("cleaning", stages.empty() ? "none" : joined(stages));
   facts.emplace_back("layers", plan.prepare.reason);
   return facts;
 }
@@ -101,9 +101,10 @@ std::string plan_json(const JobPlan& plan, const FillOptions& fill) {
         {"chunks_in_flight", plan.chunks_in_flight}}},
       {"radii", {{"values", plan.radii}, {"reason", plan.radii_reason}}},
       {"normals",
-       {{"source", plan.normals.source},
-        {"orientation",
-         plan.normals.orientation.empty() ? Json() : Json(plan.normals.orientation)}}},
+       {{"source", text_of(plan.normals.source)},
+        {"orientation", plan.normals.orientation == Orientation::kAuto
+                            ? Json()
+                            : Json(text_of(plan.normals.orientation))}}},
       {"prepare",
        {{"thickness", plan.prepare.thickness},
         {"outlier_sigma", plan.prepare.options.outlier_sigma},
@@ -139,10 +140,18 @@ std::string plan_text(const JobPlan& plan, const FillOptions& fill) {
   return facts_table(facts);
 }
 
+/// Where a run would go no further.
+void check_places(const Job& job, const std::string& job_file) {
+  if (job.output.mesh.empty()) return;
+  const std::vector<PathRole> paths = job_paths(job, expand_globs(job.input.files), job_file);
+  check_collisions(paths);
+}
+
 void show_plan(const PlanOptions& options, const StopToken& stop) {
   JobArguments arguments = options.job;
   sort_out_scans(arguments);
   const Job job = job_of(arguments);
+  check_places(job, arguments.job_file);
   const auto progress = make_progress(progress_style(options.job));
   const JobPlan plan = plan_job(job, *progress, stop);
   std::cout << (options.json ? plan_json(plan, job.fill) : plan_text(plan, job.fill));
@@ -158,7 +167,8 @@ void add_plan_command(CLI::App& program, const CommandContext& context) {
   add_run_options(*command, options->job);
   command->add_flag("--json", options->json, "Print JSON");
   command->footer(
-      "Example:\n  orbweave plan job.toml --memory 2GiB\n  orbweave plan scan.ply --radii 0.001\n");
+      "Example:\n  orbweave plan job.toml --memory 2GiB\n  orbweave plan scan.ply --ball-radii "
+      "0.001\n");
   command->callback([options, context] {
     context.then([options, &stop = context.stop] { show_plan(*options, stop); });
   });

@@ -1,5 +1,8 @@
 // orbweave run and orbweave reconstruct: a job, from a job file or from the command line.
+#include <oneapi/tbb/global_control.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -8,9 +11,14 @@
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
 #include "engine/cli/output_checks.h"
+#include "engine/cli/signals.h"
+#include "engine/pipeline/job_paths.h"
 #include "engine/pipeline/pipeline.h"
 #include "io/error.h"
-#include "io/glob.h"
+#include "io/meshes/tile_directory.h"
+#include "io/shown_text.h"
+#include "io/system/glob.h"
+#include "partition/executor.h"
 
 namespace orbweave {
 namespace {
@@ -21,7 +29,11 @@ std::string summary(const RunReport& report) {
     return facts_table(
         {{"mesh", output.mesh},
          {"", "whole: the run before was killed only when it cleared away its work"}});
-  Facts facts = {{"mesh", output.mesh}, {"", show_mesh(report.mesh)}};
+  const std::string written = output.tiles ? tile_directory_of(output.mesh).string() : output.mesh;
+  Facts facts = {{output.tiles ? "tiles" : "mesh", written}, {"", show_mesh(report.mesh)}};
+  std::error_code ignored;
+  if (output.tiles && std::filesystem::exists(output.mesh, ignored))
+    facts.emplace_back("", output.mesh + " is not of this run");
   add_holes(facts, report.holes);
   if (!output.report.empty()) facts.emplace_back("report", output.report);
   if (!output.picture.empty()) facts.emplace_back("picture", output.picture);
@@ -30,43 +42,65 @@ std::string summary(const RunReport& report) {
 
 /// Says what remains of the work, where an interruption or a lack of something leaves any.
 [[noreturn]] void rethrow_with_work_dir(const Error& error, const std::string& work_dir,
-                                        const Team& team) {
-  const bool interrupted = error.status() == ExitStatus::kInterrupted;
+                                        const RunWatch& watch, const Communicator& communicator) {
+  const bool interrupted = error.kind() == ErrorKind::kInterrupted;
   std::error_code ignored;
-  if (!(interrupted || error.status() == ExitStatus::kResource) ||
-      !std::filesystem::exists(work_dir, ignored))
-    throw;
+  if (!std::filesystem::exists(work_dir, ignored)) throw;
+  // One process removes it; of several, others may still be at work there.
+  if (error.kind() == ErrorKind::kBadInput && communicator.size() > 1 && watch.work_dir_is_opened)
+    throw Error(
+        error.kind(), error.what(),
+        {.advice = watch.work_dir_is_made ? "The work directory " + work_dir + " stays; remove it."
+                                          : "What the job wrote in " + work_dir + " stays."});
+  if (!interrupted && error.kind() != ErrorKind::kResource) throw;
   // mpirun ends the others of a job by the signal that users interrupt it with.
-  const char* const interruption =
-      team.size() == 1 ? "interrupted" : "interrupted, by a signal or by the end of another rank";
-  throw Error(error.status(), interrupted ? interruption : error.what(),
+  const char* const interruption = communicator.size() == 1
+                                       ? "interrupted"
+                                       : "interrupted, by a signal or by the end of another rank";
+  throw Error(error.kind(), interrupted ? interruption : error.what(),
               {.advice = "What is done is kept in " + work_dir + "; the same command resumes."});
 }
 
-/// The mesh's folder is the pipeline's concern.
+/// All that can be known to go wrong before the work.
 void check_outputs(const JobArguments& arguments, const Job& job) {
   const OutputOptions& output = job.output;
   if (output.mesh.empty())
     throw_usage("names no mesh to write",
                 {.file = arguments.job_file, .expected = "[output] mesh = \"mesh.ply\""});
-  check_mesh_name(output.mesh);
-  for (const std::string& scan : expand_globs(job.input.files))
-    check_input_is_kept(scan, {output.mesh, output.report, output.picture}, "a scan of the job");
-  check_folder_of(output.report);
-  check_folder_of(output.picture);
+  check_mesh_name(output);
+  check_paths(job_paths(job, expand_globs(job.input.files), arguments.job_file));
+}
+
+/// TBB takes no more threads than there are cores; more are used when they are asked for.
+tbb::global_control allow_threads(const Job& job) {
+  return {tbb::global_control::max_allowed_parallelism,
+          static_cast<std::size_t>(std::max(job.run.threads, available_threads()))};
 }
 
 /// Members that do not lead are silent.
 void run(const JobArguments& arguments, const CommandContext& context) {
   const Job job = job_of(arguments);
   check_outputs(arguments, job);
-  const bool leads = context.team.leads();
-  const auto progress = make_progress(leads ? progress_style(arguments) : ProgressStyle::kNone);
+  const tbb::global_control threads = allow_threads(job);
+  const bool leads = context.communicator.is_root();
+  const std::string work_dir = work_dir_of(job);
+  // All that a member has to say its leader says.
+  set_last_word(leads ? "interrupted. What is done is kept in " + shown(work_dir) +
+                            "; the same command resumes."
+                      : "");
+  RunWatch watch;
+  watch.at_outputs_written = [&] {
+    set_last_word(leads ? "interrupted when all outputs were written. The same command removes " +
+                              shown(work_dir) + "."
+                        : "");
+  };
+  const auto progress = make_progress(leads ? progress_style(arguments) : ProgressStyle::kSilent);
   try {
-    const RunReport report = run_job(job, context.arguments, *progress, context.stop, context.team);
+    const RunReport report =
+        run_job(job, context.arguments, *progress, context.stop, context.communicator, &watch);
     if (leads && job.output.mesh != "-") std::cout << summary(report);
   } catch (const Error& error) {
-    rethrow_with_work_dir(error, work_dir_of(job), context.team);
+    rethrow_with_work_dir(error, work_dir, watch, context.communicator);
   }
 }
 
@@ -100,7 +134,7 @@ void add_reconstruct_command(CLI::App& program, const CommandContext& context) {
   add_all_key_options(*command, *arguments);
   add_run_options(*command, *arguments);
   command->footer(
-      example(program, "reconstruct scan.ply -o mesh.ply --radii 0.001,0.002 --memory 2GiB"));
+      example(program, "reconstruct scan.ply -o mesh.ply --ball-radii 0.001,0.002 --memory 2GiB"));
   run_when_asked(*command, arguments, context);
 }
 

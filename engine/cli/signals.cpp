@@ -3,11 +3,17 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
+#include <mutex>
 #include <utility>
 
+#include "engine/cli/exit_status.h"
 #include "io/error.h"
+#include "io/shown_text.h"
+#include "io/system/temporary_name.h"
 
 namespace orbweave {
 namespace {
@@ -17,10 +23,46 @@ static_assert(std::atomic<StopToken*>::is_always_lock_free &&
                   std::atomic<bool>::is_always_lock_free,
               "the handler may touch lock-free atomics only");
 
+/// How long what is in flight may take to end in order after the first signal.
+constexpr unsigned kPatienceSeconds = 1;
+
+/// Read by the handler alone, once it is complete: written before `last_word_bytes` is.
+std::array<char, 8192> last_word{};
+std::atomic<std::size_t> last_word_bytes{0};
+
+struct Written {
+  std::mutex mutex;
+  std::string names;
+};
+
+Written& written() {
+  static Written all;
+  return all;
+}
+
+std::string interruption() {
+  const std::scoped_lock lock(written().mutex);
+  const std::string& names = written().names;
+  return "interrupted; " + (names.empty() ? "nothing was written" : "written so far: " + names);
+}
+
+[[noreturn]] void leave_at_once() {
+  remove_temporaries_at_risk();
+  _exit(static_cast<int>(ExitStatus::kInterrupted));
+}
+
 void on_signal(int) {
   StopToken* stop = token.load();
-  if (stop == nullptr || stop->requested()) _exit(static_cast<int>(ExitStatus::kInterrupted));
+  if (stop == nullptr || stop->requested()) leave_at_once();
   stop->request();
+  alarm(kPatienceSeconds);
+}
+
+/// The second is over. Every stage's results are made for a kill, so nothing is lost by leaving.
+void on_end_of_patience(int) {
+  const ssize_t ignored = write(STDERR_FILENO, last_word.data(), last_word_bytes.load());
+  static_cast<void>(ignored);
+  leave_at_once();
 }
 
 void install(int signal, void (*handler)(int)) {
@@ -35,17 +77,45 @@ void install(int signal, void (*handler)(int)) {
 
 void handle_signals(StopToken& stop) {
   token.store(&stop);
+  set_last_word(interruption());
   install(SIGINT, on_signal);
   install(SIGTERM, on_signal);
+  install(SIGALRM, on_end_of_patience);
   install(SIGPIPE, SIG_IGN);
   install(SIGXFSZ, SIG_IGN);  // a file beyond the limit of its size fails as on a full disk
+}
+
+void set_last_word(const std::string& what) {
+  last_word_bytes.store(0);
+  if (what.empty()) return;
+  // A line that shows progress is written over.
+  const std::string line =
+      (isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "") + ("orbweave: error: " + what) + "\n";
+  if (line.size() > last_word.size()) return;
+  std::copy(line.begin(), line.end(), last_word.begin());
+  last_word_bytes.store(line.size());
+}
+
+void note_written(const std::string& path) {
+  {
+    const std::scoped_lock lock(written().mutex);
+    std::string& names = written().names;
+    names += (names.empty() ? "" : ", ") + shown(path);
+  }
+  set_last_word(interruption());
+}
+
+void end_interruptible_work() {
+  set_last_word("");
+  install(SIGALRM, SIG_IGN);
+  alarm(0);
 }
 
 void end_at_once_on_signals() { token.store(nullptr); }
 
 EndAtOnceOnSignals::EndAtOnceOnSignals() : stop_(token.exchange(nullptr)) {
-  // Nobody would look at a request that came before.
-  if (stop_ != nullptr && stop_->requested()) _exit(static_cast<int>(ExitStatus::kInterrupted));
+  // A request that came before would not be looked at.
+  if (stop_ != nullptr && stop_->requested()) leave_at_once();
 }
 EndAtOnceOnSignals::~EndAtOnceOnSignals() { token.store(stop_); }
 
@@ -70,7 +140,7 @@ StopNotice::~StopNotice() {
 }
 
 void check_interruption(const StopToken& stop) {
-  if (stop.requested()) throw Error(ExitStatus::kInterrupted, "interrupted; nothing was written");
+  if (stop.requested()) throw Error(ErrorKind::kInterrupted, interruption());
 }
 
 }  // namespace orbweave

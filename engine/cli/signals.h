@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <functional>
 #include <mutex>
+#include <string>
 #include <thread>
 
 #include "partition/executor.h"
@@ -11,11 +12,25 @@
 namespace orbweave {
 
 /// From now on SIGINT and SIGTERM set `stop`, which must outlive the process's main(); a second
-/// one ends the process at once with status 130. SIGPIPE is ignored, so that writing to a closed
-/// pipe is an error that gets reported.
+/// one ends the process at once with status 130. So does a second's wait: work that has not ended
+/// by then is left as it is, as a kill would leave it, temporaries of outputs are removed, and the
+/// last word is said. SIGPIPE is ignored, so that writing to a closed pipe is an error that gets
+/// reported.
 void handle_signals(StopToken& stop);
 
-/// For commands that leave nothing to clean up: from now on the first signal ends the process.
+/// What a process says that leaves a second after the first signal; as an error is shown, without
+/// colour. Empty: nothing.
+void set_last_word(const std::string& what);
+
+/// For commands that cannot resume: a file has its name and stays, whatever comes. From now on an
+/// interruption says so.
+void note_written(const std::string& path);
+
+/// The work is over, well or not: what is said from now on is the result, and no alarm of a signal
+/// that came before ends the process.
+void end_interruptible_work();
+
+/// For commands that leave nothing behind: from now on the first signal ends the process.
 void end_at_once_on_signals();
 
 /// The same while it lives: for what can take long and leaves nothing behind. Then signals are
@@ -47,7 +62,8 @@ class StopNotice {
   std::thread watch_;
 };
 
-/// For commands that cannot resume: throws Error (interrupted) when `stop` is requested.
+/// For commands that cannot resume: throws Error (interrupted) when `stop` is requested, which says
+/// what was written.
 void check_interruption(const StopToken& stop);
 
 }  // namespace orbweave

@@ -8,7 +8,9 @@
 #include "engine/cli/json_text.h"
 #include "engine/cli/output.h"
 #include "engine/pipeline/pipeline.h"
-#include "io/quantity.h"
+#include "engine/pipeline/stage/stages.h"
+#include "io/error.h"
+#include "io/text/quantity.h"
 
 namespace orbweave {
 namespace {
@@ -16,7 +18,54 @@ namespace {
 struct StatusOptions {
   std::string work_dir;
   bool json = false;
+  bool stages = false;  ///< the table of stages, of no work directory
 };
+
+const char* name_of(StageWork work) {
+  switch (work) {
+    case StageWork::kShared:
+      return "shared";
+    case StageWork::kLeader:
+      return "leader";
+    case StageWork::kRedundant:
+      break;
+  }
+  return "redundant";
+}
+
+nlohmann::ordered_json scaling_json(const StageScaling& scaling) {
+  return {{"work", name_of(scaling.work)},
+          {"threads", scaling.threads},
+          {"grows", scaling.constant ? "constant" : "points"},
+          {"computes", scaling.computes},
+          {"leader", scaling.leader_share},
+          {"per_worker", scaling.worker_seconds},
+          {"team_io", scaling.team_io}};
+}
+
+/// A line per stage.
+std::string stages_json() {
+  std::string lines;
+  for (const StageInfo& info : kStages) {
+    const nlohmann::ordered_json line = {{"name", info.name},
+                                         {"directory", info.directory},
+                                         {"results", info.results},
+                                         {"repeats", info.repeats},
+                                         {"dropped_by_fresh", info.dropped_by_fresh},
+                                         {"scaling", scaling_json(info.scaling)}};
+    lines += (lines.empty() ? "  " : ",\n  ") + line.dump();
+  }
+  return "{\"stages\": [\n" + lines + "\n]}\n";
+}
+
+std::string stages_text() {
+  std::vector<std::vector<std::string>> rows = {
+      {"stage", "results", "directory", "work", "dropped by --fresh"}};
+  for (const StageInfo& info : kStages)
+    rows.push_back({info.name, info.results, info.directory, name_of(info.scaling.work),
+                    info.dropped_by_fresh ? "yes" : "no"});
+  return table(rows);
+}
 
 std::string status_json(const WorkStatus& status) {
   nlohmann::ordered_json stages = nlohmann::ordered_json::array();
@@ -68,7 +117,12 @@ std::string status_text(const WorkStatus& status) {
   return facts_table(facts) + "\n" + table(rows);
 }
 
+void show_stages(bool json) { std::cout << (json ? stages_json() : stages_text()); }
+
 void show_status(const StatusOptions& options) {
+  if (options.stages) return show_stages(options.json);
+  if (options.work_dir.empty())
+    throw_usage("names no work directory", {.expected = "orbweave status WORK_DIR"});
   const WorkStatus status = work_status(options.work_dir);
   std::cout << (options.json ? status_json(status) : status_text(status));
 }
@@ -79,10 +133,10 @@ void add_status_command(CLI::App& program, const CommandContext& context) {
   auto options = std::make_shared<StatusOptions>();
   CLI::App* command = program.add_subcommand(
       "status", "Show which stages and chunks of a run are done, from its work directory");
-  command->add_option("WORK_DIR", options->work_dir, "The run's work directory")
-      ->type_name("")
-      ->required();
+  command->add_option("WORK_DIR", options->work_dir, "The run's work directory")->type_name("");
   command->add_flag("--json", options->json, "Print JSON");
+  command->add_flag("--stages", options->stages,
+                    "Show the table of all stages instead, of no work directory");
   command->footer("Example:\n  orbweave status mesh.work\n");
   command->callback([options, context] { context.then([options] { show_status(*options); }); });
 }

@@ -1,4 +1,5 @@
 #include "engine/holes/fill_hole.h"
+#include "engine/holes/patch/patch_defect.h"
 
 #include <algorithm>
 #include <array>
@@ -8,14 +9,14 @@
 #include <string_view>
 #include <utility>
 
-#include "engine/holes/direct_fill.h"
-#include "engine/holes/implicit_fill.h"
-#include "engine/holes/loop_parts.h"
-#include "engine/holes/patch_intersections.h"
-#include "engine/holes/plane_fill.h"
-#include "engine/holes/rim.h"
-#include "engine/holes/smooth_disc.h"
-#include "engine/holes/untangle.h"
+#include "engine/holes/implicit/implicit_fill.h"
+#include "engine/holes/loops/loop_parts.h"
+#include "engine/holes/patch/direct_fill.h"
+#include "engine/holes/patch/patch_intersections.h"
+#include "engine/holes/patch/rim.h"
+#include "engine/holes/patch/smooth_disc.h"
+#include "engine/holes/patch/untangle.h"
+#include "engine/holes/plane/plane_fill.h"
 
 namespace orbweave {
 namespace {
@@ -33,8 +34,9 @@ std::vector<std::uint32_t> canonical_loop(const std::vector<std::uint32_t>& loop
   return best;
 }
 
-HolePatch left_open(std::string reason) {
+HolePatch left_open(std::string reason, OpenReason open = OpenReason::kOther) {
   HolePatch patch;
+  patch.open = open;
   patch.reason = std::move(reason);
   return patch;
 }
@@ -55,7 +57,7 @@ class Attempts {
   /// True when the method's patch is sound and meets nothing.
   bool try_method(const Method& method) {
     HolePatch patch = method(problem_, options_);
-    if (patch.method == FillMethod::kNone) return fails(patch.reason);
+    if (patch.method == FillMethod::kNone) return fails(patch.reason, patch.open);
     if (const std::string defect = patch_defect(problem_, patch); !defect.empty()) {
       return fails(defect);
     }
@@ -87,9 +89,9 @@ class Attempts {
   }
 
  private:
-  bool fails(const std::string& fault) {
+  bool fails(const std::string& fault, OpenReason open = OpenReason::kOther) {
     (first_fault_.empty() ? first_fault_ : last_fault_) = fault;
-    too_large_ = too_large_ || fault == too_many_points(options_);
+    too_large_ = too_large_ || open == OpenReason::kTooManyPoints;
     return false;
   }
 

@@ -3,7 +3,7 @@
 // of Points, GVIP 2005, section 3. docs/holes.md says what is done otherwise, and why.
 #pragma once
 
-#include "engine/holes/hole.h"
+#include "engine/holes/problem/hole.h"
 
 namespace orbweave {
 
@@ -21,8 +21,5 @@ namespace orbweave {
 /// sheet's direction; no edge inside is in `forbidden` or used by more than two triangles of the
 /// patch; given vertices are used by index only.
 HolePatch fill_hole(const HoleProblem& problem, const PatchOptions& options = {});
-
-/// What a patch violates of these guarantees; empty: nothing.
-std::string patch_defect(const HoleProblem& problem, const HolePatch& patch);
 
 }  // namespace orbweave

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "engine/holes/hole_pass.h"
-#include "engine/holes/mesh_surface.h"
-#include "engine/holes/patch_vertices.h"
-#include "engine/holes/split_vertices.h"
+#include "engine/holes/loops/mesh_surface.h"
+#include "engine/holes/loops/split_vertices.h"
+#include "engine/holes/patch/patch_vertices.h"
 
 namespace orbweave {
 namespace {
@@ -20,21 +20,26 @@ struct Survey {
   HolePlan plan;
 };
 
-Survey survey_of(const TriangleMesh& mesh, const FillOptions& options) {
+Survey survey_of(const TriangleMesh& mesh, const HoleOptions& options,
+                 bool has_point_normals = false) {
   const MeshSurface surface(mesh);
-  const MeshPieces pieces = find_pieces(mesh, surface);
+  const MeshComponents components = find_components(mesh, surface);
   Survey survey;
-  for (const Piece& piece : pieces.pieces) {
+  for (const Piece& piece : components.pieces) {
     survey.pieces_removed += piece.triangles < options.min_triangles ? 1 : 0;
   }
   if (survey.pieces_removed > 0) {
-    for (const std::uint32_t piece : pieces.of_triangle) {
-      survey.keep.push_back(pieces.pieces[piece].triangles < options.min_triangles ? 0 : 1);
+    for (const std::uint32_t piece : components.of_triangle) {
+      survey.keep.push_back(components.pieces[piece].triangles < options.min_triangles ? 0 : 1);
     }
   }
-  MeshBoundary boundary = find_boundary(mesh, MeshSurface(mesh, survey.keep), pieces.of_triangle);
-  survey.plan =
-      plan_holes(std::move(boundary.fans), std::move(boundary.vertices), pieces.pieces, options);
+  MeshBoundary boundary =
+      find_boundary(mesh, MeshSurface(mesh, survey.keep), components.of_triangle);
+  if (has_point_normals)
+    for (BoundaryVertex& known : boundary.vertices)
+      known.normal = mesh.vertices.normals[known.vertex];
+  survey.plan = plan_holes(std::move(boundary.fans), std::move(boundary.vertices),
+                           components.pieces, options);
   // Ids go on after those that the mesh has already.
   std::int32_t last = 0;
   for (const std::int32_t id : mesh.hole) last = std::max(last, id);
@@ -73,23 +78,25 @@ void append(const LoopPatch& patch, std::int32_t id, TriangleMesh& mesh) {
 
 }  // namespace
 
-std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const FillOptions& options) {
+std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const HoleOptions& options) {
   return survey_of(mesh, options).plan.all_facts();
 }
 
-FilledMesh fill_mesh(const TriangleMesh& mesh, const FillOptions& options) {
-  const Survey survey = survey_of(mesh, options);
+FilledMesh fill_mesh(TriangleMesh mesh, const HoleOptions& options, const StopToken* stop,
+                     bool has_point_normals) {
+  const Survey survey = survey_of(mesh, options, has_point_normals);
   const HolePlan& plan = survey.plan;
   const MeshSurface surface(mesh, survey.keep);
   std::vector<LoopPatch> patches(plan.loops.size());
   for (std::size_t l = 0; l < patches.size(); ++l) patches[l].facts = plan.facts_of(l);
   tbb::parallel_for(std::size_t{0}, plan.groups.size(), [&](std::size_t g) {
+    check_stop(stop);
     std::vector<LoopPatch> group = fill_group(surface, plan, plan.groups[g], options);
     const std::vector<std::uint32_t> loops = plan.loops_of(plan.groups[g]);
     for (std::size_t i = 0; i < loops.size(); ++i) patches[loops[i]] = std::move(group[i]);
   });
   FilledMesh filled;
-  filled.mesh = mesh;
+  filled.mesh = std::move(mesh);
   filled.pieces_removed = survey.pieces_removed;
   remove_triangles(survey.keep, filled);
   filled.mesh.hole.resize(filled.mesh.triangles.size(), 0);

@@ -1,12 +1,13 @@
 // The hole pass on a mesh in core: for meshes from elsewhere, tests and benchmarks. The pipeline
-// runs the same steps over the chunk store (engine/pipeline/hole_stage.h).
+// runs the same steps over the chunk store (engine/pipeline/surface/hole_stage.h).
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
-#include "io/job.h"
-#include "io/report.h"
+#include "engine/holes/problem/hole_options.h"
+#include "io/hole_facts.h"
+#include "io/stop_token.h"
 #include "io/triangle_mesh.h"
 
 namespace orbweave {
@@ -24,11 +25,14 @@ struct FilledMesh {
 /// vertices are written where the mesh has normals, attributes are interpolated. The mesh must
 /// have no degenerate and no repeated triangles; loops that run into an edge of more than two
 /// triangles or of two in the same direction stay open. Runs on the calling TBB arena; the result
-/// does not depend on the number of threads.
-FilledMesh fill_mesh(const TriangleMesh& mesh, const FillOptions& options);
+/// does not depend on the number of threads. `stop` is looked at before every hole; may be null.
+/// `has_point_normals`: the vertices' normals are those of scanned points and say where outside is,
+/// as in a job; else the triangles' normals do.
+FilledMesh fill_mesh(TriangleMesh mesh, const HoleOptions& options, const StopToken* stop = nullptr,
+                     bool has_point_normals = false);
 
 /// The loops and what would become of them, nothing filled (`filled` is false for all; `reason`
 /// says why where one would stay open).
-std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const FillOptions& options);
+std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const HoleOptions& options);
 
 }  // namespace orbweave

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "engine/holes/fill_hole.h"
-#include "engine/holes/islands.h"
-#include "engine/holes/neighborhood.h"
+#include "engine/holes/loops/islands.h"
+#include "engine/holes/loops/neighborhood.h"
 
 namespace orbweave {
 namespace {
@@ -87,11 +87,10 @@ std::vector<std::vector<Edge64>> shared_pairs(std::span<const BoundaryLoop> loop
 namespace {
 
 LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<const Edge64> taken,
-                    const HoleFacts& known, const FillOptions& options) {
+                    const HoleFacts& known, const HoleOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   PatchOptions patch_options;
-  patch_options.kernel =
-      options.kernel == FillKernel::kBiharmonic ? RbfKernel::kBiharmonic : RbfKernel::kTriharmonic;
+  patch_options.kernel = options.kernel;
   patch_options.allow_intersections = options.allow_intersections;
   NeighborhoodOptions around;
   around.radius_factor = options.neighborhood;
@@ -103,6 +102,7 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
   HoleFacts& facts = result.facts = known;
   facts.filled = patch.method != FillMethod::kNone;
   facts.reason = std::move(patch.reason);
+  facts.open = patch.open;
   if (facts.filled) {
     facts.method = name_of(patch.method);
     facts.sites = patch.sites;
@@ -152,6 +152,7 @@ HoleFacts HolePlan::facts_of(std::size_t l) const {
   facts.diameter = 2.0 * loop.radius;
   facts.center = loop.center;
   facts.reason = reasons[l];
+  facts.open = open[l];
   return facts;
 }
 
@@ -192,7 +193,7 @@ std::vector<BoundaryVertex> vertices_around_islands(const HolePlan& plan) {
 }  // namespace
 
 HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> vertices,
-                    std::span<const Piece> pieces, const FillOptions& options) {
+                    std::span<const Piece> pieces, const HoleOptions& options) {
   HolePlan plan;
   plan.vertices = std::move(vertices);
   plan.loops = trace_loops(std::move(fans), plan.vertices);
@@ -200,6 +201,7 @@ HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> verti
   std::vector<std::uint8_t> is_hole, may_be_island;
   for (std::size_t l = 0; l < plan.loops.size(); ++l) {
     plan.reasons.push_back(std::move(choices[l].reason));
+    plan.open.push_back(choices[l].open);
     is_hole.push_back(plan.reasons[l].empty() && !choices[l].opposes_normals ? 1 : 0);
     may_be_island.push_back(choices[l].opposes_normals ? 1 : 0);
   }
@@ -218,7 +220,7 @@ HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> verti
 }
 
 std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, std::uint32_t hole,
-                                  const FillOptions& options) {
+                                  const HoleOptions& options) {
   std::vector<LoopPatch> patches;
   const std::vector<std::uint32_t>& islands = plan.islands[hole];
   if (!islands.empty()) {
@@ -231,6 +233,7 @@ std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, 
         facts.filled = true;
         facts.method = patches.front().facts.method;
         facts.reason.clear();
+        facts.open = OpenReason::kNone;
         facts.joined_to = plan.facts_of(hole).id;
       }
       return patches;

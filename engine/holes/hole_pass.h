@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "engine/holes/boundary_loop.h"
-#include "engine/holes/hole.h"
-#include "engine/holes/hole_choice.h"
-#include "engine/holes/surface.h"
-#include "io/job.h"
-#include "io/report.h"
+#include "engine/holes/loops/hole_choice.h"
+#include "engine/holes/problem/boundary_loop.h"
+#include "engine/holes/problem/hole.h"
+#include "engine/holes/problem/hole_options.h"
+#include "engine/holes/problem/surface.h"
+#include "io/hole_facts.h"
 
 namespace orbweave {
 
@@ -37,6 +37,7 @@ struct HolePlan {
   std::vector<BoundaryVertex> vertices;  ///< of holes with islands and of these, ascending
   std::vector<BoundaryLoop> loops;
   std::vector<std::string> reasons;  ///< per loop: why it stays open; empty: it is to be filled
+  std::vector<OpenReason> open;      ///< per loop: the option that decided
   std::int32_t first_id = 1;         ///< of the first loop
   std::vector<std::vector<std::uint32_t>> islands;  ///< per loop: loops of islands in it
   std::vector<std::vector<std::array<std::uint64_t, 2>>> taken;  ///< shared_pairs
@@ -50,12 +51,12 @@ struct HolePlan {
   std::vector<HoleFacts> all_facts() const;
 };
 HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> vertices,
-                    std::span<const Piece> pieces, const FillOptions& options);
+                    std::span<const Piece> pieces, const HoleOptions& options);
 
 /// Gathers the neighbourhood and fills the hole, joining its islands where that is possible. One
 /// result per loop of the group; a joined island's has no triangles of its own. The results depend
 /// on the mesh alone.
 std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, std::uint32_t hole,
-                                  const FillOptions& options);
+                                  const HoleOptions& options);
 
 }  // namespace orbweave

@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/normals/neighbor_search.h"
-#include "engine/normals/symmetric_eigen.h"
+#include "engine/geometry/neighbor_search.h"
+#include "engine/geometry/symmetric_eigen.h"
 #include "io/error.h"
 
 namespace orbweave {
@@ -18,7 +18,7 @@ namespace {
 /// Variance across a row of points over that along it, below which the row tells no plane and
 /// more neighbours are asked for: deviations of 1:10.
 constexpr double kNearlyALine = 1e-2;
-/// The same where there are no more neighbours: below this, what deviates is noise.
+/// The limit where there are no more neighbours: a smaller deviation is noise.
 constexpr double kALine = 1e-6;
 /// A row that is nothing but a row at this many times the neighbours asked for stays one.
 constexpr std::size_t kMostEnlarged = 16;
@@ -114,6 +114,7 @@ EstimatedNormals estimate_normals(std::span<const Vec3> positions, std::uint32_t
     Estimator& estimator = estimators.local();
     Plane planes[kBlock];
     for (std::uint32_t block = range.begin(); block < range.end(); ++block) {
+      if (block % (kStopBlock / kBlock) == 0) check_stop(options.stop);
       const std::uint32_t first = std::max(begin, block * kBlock);
       const std::uint32_t last =
           static_cast<std::uint32_t>(std::min<std::uint64_t>(end, (block + 1ull) * kBlock));

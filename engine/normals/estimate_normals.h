@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "io/stop_token.h"
 #include "io/vec3.h"
 
 namespace orbweave {
@@ -16,6 +17,7 @@ struct NormalEstimateOptions {
   std::size_t neighbors = 16;  ///< the point itself not counted, at least 3
   /// Neighbours farther away do not count; world units. Also the halo that a chunk needs.
   double max_radius = 0.0;
+  const StopToken* stop = nullptr;  ///< looked at every few thousand points; may be null
 };
 
 struct EstimatedNormals {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "engine/normals/point_tree.h"
+#include "engine/geometry/point_tree.h"
 #include "io/error.h"
 
 namespace orbweave {

@@ -114,11 +114,12 @@ void count_votes(const std::vector<SignedEdge>& edges, const std::vector<std::ui
 
 }  // namespace
 
-PatchOrientation orient_patch_graph(std::vector<PatchSum> sums, std::vector<PatchVote> votes) {
+PatchOrientation orient_patch_graph(std::vector<PatchSum> sums, std::vector<PatchVote> votes,
+                                    const StopToken* stop) {
   std::sort(sums.begin(), sums.end(),
             [](const PatchSum& a, const PatchSum& b) { return a.patch < b.patch; });
   const std::vector<SignedEdge> edges = edges_of(sums, std::move(votes));
-  SignedParts parts = join_by_votes(static_cast<std::uint32_t>(sums.size()), edges);
+  SignedParts parts = join_by_votes(static_cast<std::uint32_t>(sums.size()), edges, 0.0, stop);
   turn_outward(sums, parts);
   PatchOrientation result;
   for (std::uint32_t v = 0; v < sums.size(); ++v) {
@@ -128,6 +129,18 @@ PatchOrientation orient_patch_graph(std::vector<PatchSum> sums, std::vector<Patc
   count_votes(edges, parts.turn, result);
   result.turn = std::move(parts.turn);
   return result;
+}
+
+std::vector<std::uint8_t> whole_turns(std::span<const PatchId> patch_of,
+                                      std::vector<std::uint8_t> turn,
+                                      const PatchOrientation& orientation) {
+  for (std::size_t i = 0; i < turn.size(); ++i) {
+    const auto at =
+        std::lower_bound(orientation.patches.begin(), orientation.patches.end(), patch_of[i]);
+    if (at == orientation.patches.end() || *at != patch_of[i]) continue;
+    turn[i] ^= orientation.turn[static_cast<std::size_t>(at - orientation.patches.begin())];
+  }
+  return turn;
 }
 
 }  // namespace orbweave

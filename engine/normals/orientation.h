@@ -1,4 +1,4 @@
-// Which of its two directions a normal takes, where nobody knows where the scanner stood: votes
+// Which of its two directions a normal takes, where the position of the scanner is unknown: votes
 // between neighbours, first within small patches, then between the patches of the whole cloud.
 // The idea of propagation is Hoppe et al. 1992, section 3.3; the vote across an edge follows
 // König, Gumhold: Consistent Propagation of Normal Orientations in Point Clouds, 2009.
@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "io/stop_token.h"
 #include "io/vec3.h"
 
 namespace orbweave {
@@ -21,9 +22,10 @@ namespace orbweave {
 using PatchId = std::uint64_t;
 
 struct OrientationOptions {
-  double cell = 0.0;           ///< side of a lattice cell, a power of two, world units
-  std::size_t neighbors = 10;  ///< of a point that vote
-  double max_radius = 0.0;     ///< neighbours farther away do not vote; world units
+  double cell = 0.0;                ///< side of a lattice cell, a power of two, world units
+  std::size_t neighbors = 10;       ///< of a point that vote
+  double max_radius = 0.0;          ///< neighbours farther away do not vote; world units
+  const StopToken* stop = nullptr;  ///< looked at every few thousand points; may be null
 };
 
 /// Votes of one patch's points on how another patch's normals relate to its own.
@@ -76,6 +78,13 @@ struct PatchOrientation {
 /// votes of joined patches add up, and every component ends outward (positive enclosed volume; a
 /// sheet that encloses nothing, upward).
 /// The result does not depend on the order of the arguments' rows. O(n log n); holds all patches.
-PatchOrientation orient_patch_graph(std::vector<PatchSum> sums, std::vector<PatchVote> votes);
+PatchOrientation orient_patch_graph(std::vector<PatchSum> sums, std::vector<PatchVote> votes,
+                                    const StopToken* stop = nullptr);
+
+/// Which of some points' normals are turned in the end: `turn` within their patches (see
+/// OrientedPatches), and by the sign of their patch in the whole cloud.
+std::vector<std::uint8_t> whole_turns(std::span<const PatchId> patch_of,
+                                      std::vector<std::uint8_t> turn,
+                                      const PatchOrientation& orientation);
 
 }  // namespace orbweave

@@ -54,8 +54,9 @@ class Agglomeration {
     }
   }
 
-  SignedParts run() {
-    while (!offers_.empty()) {
+  SignedParts run(const StopToken* stop) {
+    for (std::size_t taken = 0; !offers_.empty(); ++taken) {
+      if (taken % kStopBlock == 0) check_stop(stop);
       const Offer offer = offers_.top();
       offers_.pop();
       if (is_current(offer)) join(offer.a, offer.b);
@@ -150,9 +151,10 @@ class Agglomeration {
 
 }  // namespace
 
-SignedParts join_by_votes(std::uint32_t nodes, std::vector<SignedEdge> edges, double least_share) {
+SignedParts join_by_votes(std::uint32_t nodes, std::vector<SignedEdge> edges, double least_share,
+                          const StopToken* stop) {
   normalize(edges);
-  return Agglomeration(nodes, edges, least_share).run();
+  return Agglomeration(nodes, edges, least_share).run(stop);
 }
 
 }  // namespace orbweave

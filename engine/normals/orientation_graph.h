@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "io/stop_token.h"
+
 namespace orbweave {
 
 struct SignedEdge {
@@ -26,6 +28,6 @@ struct SignedParts {
 /// sum is 0, or less than `least_share` of its weight, are not joined. Edges in any order, parallel
 /// ones allowed; the result is a function of the edges' sorted list. O(e log^2 e).
 SignedParts join_by_votes(std::uint32_t nodes, std::vector<SignedEdge> edges,
-                          double least_share = 0.0);
+                          double least_share = 0.0, const StopToken* stop = nullptr);
 
 }  // namespace orbweave

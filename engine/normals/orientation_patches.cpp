@@ -11,7 +11,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "engine/normals/neighbor_search.h"
+#include "engine/geometry/neighbor_search.h"
 #include "engine/normals/orientation.h"
 #include "engine/normals/orientation_graph.h"
 #include "engine/normals/orientation_vote.h"
@@ -189,6 +189,7 @@ class Patches {
   }
 
   void neighbors_of_block(std::uint32_t block, NeighborSearch::Query& query) {
+    if (block % (kStopBlock / kBlock) == 0) check_stop(options_.stop);
     std::uint32_t first = block * kBlock;
     std::uint32_t last = std::min(first + kBlock, search_.size());
     while (first < last && !asked(first)) ++first;
@@ -214,6 +215,8 @@ class Patches {
   void form_patches() {
     tbb::enumerable_thread_specific<Joining> of_thread;
     tbb::parallel_for(std::size_t{0}, cells_.cells.size(), [&](std::size_t c) {
+      // A cell holds hundreds of points.
+      check_stop(options_.stop);
       if (state_[c] != kDone) return;
       Joining& joining = of_thread.local();
       list_edges(static_cast<std::uint32_t>(c), joining);
@@ -321,6 +324,7 @@ class Patches {
     std::vector<std::uint32_t> row_of(end_ - begin_, kNobody);
     std::vector<std::map<PatchId, PatchVote>> votes;
     for (std::uint32_t i = begin_; i < positions_.size(); ++i) {
+      if (i % kStopBlock == 0) check_stop(options_.stop);
       if (own[cells_.cell_of[i]] != kDone || is_zero(normals_[i])) continue;
       const std::uint32_t first = first_[i];
       if (first < begin_ || first >= end_) continue;

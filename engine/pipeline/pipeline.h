@@ -2,19 +2,18 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "io/job.h"
-#include "io/progress.h"
-#include "io/report.h"
+#include "engine/pipeline/stage/resolved_job.h"
+#include "io/job/job.h"
+#include "io/report/progress.h"
+#include "io/report/report.h"
 #include "partition/executor.h"
 
 namespace orbweave {
-
-/// The work directory of a job: as named, else beside the mesh with its name.
-std::string work_dir_of(const Job& job);
 
 /// Runs a job to its end: mesh, report and picture are written, the work directory is removed
 /// (unless kept). Throws Error; on interruption or failure everything committed stays in the
@@ -22,10 +21,17 @@ std::string work_dir_of(const Job& job);
 RunReport run_job(const Job& job, const std::vector<std::string>& command, Progress& progress,
                   const StopToken& stop);
 
+/// What a caller learns of a run that is going on, also where it ends by an error.
+struct RunWatch {
+  bool work_dir_is_opened = false;
+  bool work_dir_is_made = false;                  ///< by the program, in this run or an earlier one
+  std::function<void()> at_outputs_written = {};  ///< the work directory is about to go
+};
+
 /// The same by several processes, each of which calls it with the same job; `memory` and `threads`
 /// count for each. The leader's report is that of the job.
 RunReport run_job(const Job& job, const std::vector<std::string>& command, Progress& progress,
-                  const StopToken& stop, Team& team);
+                  const StopToken& stop, Communicator& communicator, RunWatch* watch = nullptr);
 
 /// What a run would do. Writes nothing.
 struct JobPlan {
@@ -37,8 +43,8 @@ struct JobPlan {
   std::uint64_t largest_chunk_points = 0;
   double halo_width = 0.0;
   std::vector<double> radii;
-  std::string radii_reason;  ///< radii are those of the raw points where these are cleaned up
-  PrepareFacts prepare;      ///< the clean-up; all options 0: none
+  std::string radii_reason;  ///< radii are those of the raw points where these are cleaned
+  PrepareFacts prepare;      ///< the cleaning; all options 0: none
   NormalFacts normals;       ///< source and orientation
   int chunks_in_flight = 0;
   std::uint64_t peak_memory_bytes = 0;  ///< predicted
@@ -64,7 +70,7 @@ struct WorkStatus {
   int process_id = 0;    ///< that holds the lock, or held it last; 0: not known
   /// Of the team of the run, or of the last one where they outlived it: "rank 1 (process 7 on x)".
   std::vector<std::string> members;
-  std::string step;          ///< what the run is at, or was at last, as in its log: "sort"
+  std::string step;          ///< what the run is at, or was at last: "sort"
   bool ended = false;        ///< all outputs are written
   std::string last_touched;  ///< ISO 8601, UTC
 };

@@ -5,23 +5,18 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <chrono>
 #include <ctime>
 #include <fstream>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <string_view>
 
-#include "engine/pipeline/orientation_stage.h"
-#include "engine/pipeline/partition_stage.h"
-#include "engine/pipeline/patch_batch.h"
 #include "engine/pipeline/pipeline.h"
-#include "engine/pipeline/prepare_stage.h"
-#include "engine/pipeline/reconstruct_stage.h"
-#include "io/chunk_points.h"
+#include "engine/pipeline/run_steps.h"
+#include "engine/pipeline/stage/partition.h"
+#include "engine/pipeline/stage/stages.h"
 #include "io/error.h"
-#include "io/store_lock.h"
+#include "io/store/chunk_points.h"
+#include "io/store/store_lock.h"
 
 namespace orbweave {
 namespace {
@@ -98,30 +93,6 @@ std::uint64_t batches_of(const fs::path& document) {
   return json["batches"].is_number_unsigned() ? json["batches"].get<std::uint64_t>() : 0;
 }
 
-/// What the log says of the last run.
-struct LoggedSteps {
-  std::string last;                             ///< begun last
-  std::map<std::string, std::uint64_t> totals;  ///< of the steps that told
-};
-
-LoggedSteps logged_steps(const fs::path& log) {
-  constexpr std::string_view kInfo = " info ";
-  constexpr std::string_view kBegins = ": begins";
-  LoggedSteps steps;
-  std::ifstream file(log);
-  for (std::string line; std::getline(file, line);) {
-    const std::size_t begins = line.find(kBegins);
-    const std::size_t info = line.find(kInfo);
-    if (begins == std::string::npos || info == std::string::npos || info > begins) continue;
-    steps.last = line.substr(info + kInfo.size(), begins - info - kInfo.size());
-    std::uint64_t total = 0;
-    const std::size_t at = begins + kBegins.size() + 2;  // ", "
-    if (at < line.size()) std::from_chars(line.data() + at, line.data() + line.size(), total);
-    steps.totals[steps.last] = total;
-  }
-  return steps;
-}
-
 StageStatus stage_status(const fs::path& work_dir, const std::string& stage, std::uint64_t total) {
   const Results results = results_of(work_dir / stage);
   return {stage, results.committed, results.in_flight, total,
@@ -137,49 +108,65 @@ StageStatus documented_stage(const fs::path& work_dir, const std::string& stage,
   return status;
 }
 
+StageStatus status_of(const fs::path& work_dir, const StageInfo& info, const std::string& directory,
+                      std::uint64_t total) {
+  if (*info.completed_by == '\0') return stage_status(work_dir, directory, total);
+  return documented_stage(work_dir, directory, info.completed_by, total);
+}
+
+/// Chunks of a cloud that is cut, or of one that is being sorted; 0: not known yet.
+std::uint64_t chunks_of(const fs::path& work_dir, const CutStages& stages, const RunStep& step) {
+  const std::uint64_t chunks =
+      chunks_of(work_dir / stages.points() / info_of(stages.sort).completed_by);
+  return chunks == 0 && step.name == name_of(stages.sort) ? step.total : chunks;
+}
+
 /// Passes over raw points; gone once the points are cut into chunks for good.
-void add_raw_stages(const fs::path& work_dir, const LoggedSteps& steps, WorkStatus& status) {
-  std::uint64_t total = chunks_of(work_dir / raw_stages().front() / "partition.json");
-  if (total == 0 && steps.last == "raw sort") total = steps.totals.at("raw sort");
-  for (const std::string& stage : raw_stages()) {
-    if (!fs::exists(work_dir / stage)) continue;
-    const bool first = stage == raw_stages().front();
-    status.stages.push_back(
-        stage == kPatchStage
-            ? stage_status(work_dir, stage, total)
-            : documented_stage(work_dir, stage, first ? "partition.json" : "ended.json", total));
+void add_raw_stages(const fs::path& work_dir, const RunStep& step, WorkStatus& status) {
+  const std::uint64_t total = chunks_of(work_dir, kRawCut, step);
+  for (const std::string& directory : directories_of(StageLine::kRaw)) {
+    const StageInfo* info = stage_in(directory);
+    if (info == nullptr || !info->shown_by_status || !fs::exists(work_dir / directory)) continue;
+    status.stages.push_back(status_of(work_dir, *info, directory, total));
   }
+}
+
+/// Batches take the place of chunks.
+void add_holes(const fs::path& work_dir, WorkStatus& status) {
+  const fs::path holes = work_dir / kHoleStage;
+  if (!fs::exists(holes)) return;
+  const std::uint64_t batches = batches_of(holes / "batches.json.json");
+  status.stages.push_back(stage_status(work_dir, kHoleStage, batches));
+  if (batches == 0 && status.ended) status.stages.back().done = true;  // there was none to fill
+}
+
+void require_work_dir(const fs::path& work_dir) {
+  if (fs::exists(work_dir / "orbweave-store.json")) return;
+  throw_usage("is no work directory of orbweave",
+              {.file = work_dir.string(),
+               .place = {},
+               .found = fs::exists(work_dir) ? "no orbweave-store.json in it" : "nothing there",
+               .expected = "the work_dir of a job",
+               .advice = {}});
 }
 
 }  // namespace
 
 WorkStatus work_status(const fs::path& work_dir) {
-  if (!fs::exists(work_dir / "orbweave-store.json")) {
-    throw_usage("is no work directory of orbweave",
-                {.file = work_dir.string(),
-                 .place = {},
-                 .found = fs::exists(work_dir) ? "no orbweave-store.json in it" : "nothing there",
-                 .expected = "the work_dir of a job",
-                 .advice = {}});
-  }
+  require_work_dir(work_dir);
   WorkStatus status;
   status.running = is_locked(work_dir / kOwnerLock);
   std::ifstream(work_dir / kOwnerLock) >> status.process_id;
   status.members = members_at_work(work_dir);
   status.ended = fs::exists(work_dir / "ended.json");
-  const LoggedSteps steps = logged_steps(work_dir / "orbweave.log");
-  status.step = steps.last;
-  std::uint64_t total = chunks_of(work_dir / kPointsStage / "partition.json");
-  if (total == 0) add_raw_stages(work_dir, steps, status);
-  if (total == 0 && steps.last == "sort") total = steps.totals.at("sort");
-  status.stages.push_back(documented_stage(work_dir, kPointsStage, "partition.json", total));
-  status.stages.push_back(stage_status(work_dir, kMeshStage, total));
-  const fs::path holes = work_dir / kHoleStage;
-  if (fs::exists(holes)) {
-    const std::uint64_t batches = batches_of(holes / "batches.json.json");
-    status.stages.push_back(stage_status(work_dir, kHoleStage, batches));
-    if (batches == 0 && status.ended) status.stages.back().done = true;  // there was none to fill
-  }
+  const RunStep step = last_step(work_dir / kStepsName).value_or(RunStep{});
+  status.step = step.name;
+  const std::uint64_t total = chunks_of(work_dir, kFinalCut, step);
+  const bool is_cut = chunks_of(work_dir / kPointsStage / "partition.json") != 0;
+  if (!is_cut) add_raw_stages(work_dir, step, status);
+  for (const Stage stage : {Stage::kSort, Stage::kReconstruct})
+    status.stages.push_back(status_of(work_dir, info_of(stage), directory_of(stage), total));
+  add_holes(work_dir, status);
   status.last_touched = last_touched(work_dir);
   return status;
 }

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <utility>
 
-#include "engine/validation/disjoint_sets.h"
+#include "engine/geometry/disjoint_sets.h"
 
 namespace orbweave {
 namespace {
@@ -133,11 +133,15 @@ void add_pieces(const ChunkPoints& points, const BallPivotingResult& result,
 
 void find_components(const ChunkPoints& points, const BallPivotingResult& result,
                      std::span<const std::uint8_t> used, std::span<const std::uint8_t> on_seam,
-                     ChunkMesh& mesh) {
+                     ChunkMesh& mesh, const StopToken* stop) {
   FanNodes nodes(result);
-  for (const Triangle& t : result.triangles) nodes.join(t);
+  for (std::size_t t = 0; t < result.triangles.size(); ++t) {
+    if (t % kStopBlock == 0) check_stop(stop);
+    nodes.join(result.triangles[t]);
+  }
   ComponentNumbers numbers(nodes);
   add_pieces(points, result, used, nodes, numbers, mesh);
+  check_stop(stop);
   for (std::uint32_t i = 0; i < on_seam.size(); ++i) {
     if (on_seam[i] == 0 || result.fans[i] > 1) continue;
     mesh.seam.push_back({points.global[i], SeamNode::kWhole, numbers.of(i)});
@@ -189,15 +193,17 @@ std::vector<std::uint32_t> number_points(const ChunkPoints& points,
 }  // namespace
 
 ChunkMesh make_chunk_mesh(const ChunkPoints& points, BallPivotingResult result, const Box& box,
-                          double seam_width) {
+                          double seam_width, const StopToken* stop) {
   ChunkMesh mesh;
   mesh.conflicts_lost = result.conflicts_lost;
   mesh.isolated_dropped = result.isolated_dropped;
   mesh.fans.assign(result.fans.begin() + points.owned_begin,
                    result.fans.begin() + points.owned_end);
   const std::vector<std::uint8_t> used = used_points(points, result.triangles, mesh.area);
+  check_stop(stop);
   const std::vector<std::uint32_t> local = number_points(points, used, mesh);
-  find_components(points, result, used, seam_points(points, mesh, box, seam_width, used), mesh);
+  find_components(points, result, used, seam_points(points, mesh, box, seam_width, used), mesh,
+                  stop);
   mesh.triangles = std::move(result.triangles);
   for (Triangle& t : mesh.triangles) t = {local[t[0]], local[t[1]], local[t[2]]};
   return mesh;

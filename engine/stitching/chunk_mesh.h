@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
-#include "engine/holes/boundary_loop.h"
+#include "engine/holes/problem/boundary_loop.h"
 #include "io/box.h"
 #include "io/triangle_mesh.h"
 
@@ -61,7 +61,8 @@ struct ChunkPoints {
 };
 
 /// `seam_width`: no triangle has an edge longer than that. `box`: the chunk's cube.
+/// `stop` is looked at between its passes over points and triangles.
 ChunkMesh make_chunk_mesh(const ChunkPoints& points, BallPivotingResult result, const Box& box,
-                          double seam_width);
+                          double seam_width, const StopToken* stop = nullptr);
 
 }  // namespace orbweave

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "engine/geometry/disjoint_sets.h"
 #include "engine/stitching/chunk_mesh.h"
-#include "engine/validation/disjoint_sets.h"
-#include "io/report.h"
+#include "io/mesh_facts.h"
 
 namespace orbweave {
 

@@ -16,7 +16,7 @@ using portable::sine_cosine;
 
 constexpr double kRowDistance = 0.86602540378443864676;    // sqrt(3)/2, in spacings
 constexpr double kPointDistance = 1.15470053837925152902;  // 2/sqrt(3), in spacings
-constexpr double kRampSteps = 4.0;    // a stagger builds up over so many points
+constexpr double kRampSteps = 4.0;                         // points over which a stagger builds up
 constexpr double kEdgeMargin = 0.85;  // of a cube's face from its edges, in local spacings
 
 /// Gives rows their counts, in proportion to `weights`, so that exactly `points` are spent:

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/synthetic/synthetic_cloud.h"
+#include "engine/synthetic/synthetic_options.h"
 
 namespace orbweave::synthetic {
 

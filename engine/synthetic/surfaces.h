@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/synthetic/portable_math.h"
-#include "engine/synthetic/synthetic_cloud.h"
+#include "engine/synthetic/synthetic_options.h"
 
 namespace orbweave::synthetic {
 

@@ -11,38 +11,16 @@
 #include <string_view>
 #include <vector>
 
-#include "io/point_source.h"
+#include "engine/synthetic/synthetic_options.h"
+#include "io/points/point_source.h"
 #include "io/triangle_mesh.h"
 
 namespace orbweave {
 
-/// World units; every surface is about 1 to 3 units large.
-enum class Shape {
-  kSphere,      ///< radius 1 around the origin
-  kTorus,       ///< around the z axis, radii 1 and 0.4
-  kBumpyTorus,  ///< the torus, its tube radius modulated by three sines (together at most 21 %)
-  kPlane,       ///< unit square in z = 0, normals up, straight border
-  kDoubleWall,  ///< two unit squares three spacings apart, normals outward, open at the sides
-  kCube         ///< [0, 1]^3 with points on edges and corners
-};
 /// "sphere", "torus", "bumpy-torus", "plane", "double-wall", "cube".
 std::string_view name_of(Shape shape);
 std::optional<Shape> shape_named(std::string_view name);
 std::span<const Shape> all_shapes();
-
-struct SyntheticOptions {
-  Shape shape = Shape::kSphere;
-  std::uint64_t points = 10'000;  ///< exactly so many; at least 1
-  /// Standard deviation of each coordinate's noise, in units of spacing(); >= 0. Isotropic and
-  /// nearly Gaussian; normals stay those of the undisturbed surface.
-  double noise = 0.0;
-  /// Density varies 1:16 from one end of the shape to the other: growing with z (sphere, cube),
-  /// with y (plane, double wall), from the inner to the outer equator (tori). Locally the points
-  /// stay near-uniform.
-  bool density_varying = false;
-  std::uint64_t seed = 1;                       ///< of the noise
-  ScalarType precision = ScalarType::kFloat64;  ///< of positions and normals; or kFloat32
-};
 
 /// Throws Error (usage) for zero points, a noise that is negative or not finite, and a precision
 /// other than float.

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "engine/synthetic/synthetic_cloud.h"
-#include "io/point_source.h"
-#include "io/scan_pose.h"
+#include "io/points/point_source.h"
+#include "io/points/scan_pose.h"
 
 namespace orbweave {
 

@@ -6,7 +6,7 @@
 #include <bit>
 #include <limits>
 
-#include "engine/ball_pivoting/automatic_radii.h"
+#include "engine/spacing/automatic_radii.h"
 #include "partition/count_grid.h"
 #include "partition/root_cube.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "io/box.h"
-#include "io/point_source.h"
+#include "io/points/point_source.h"
 
 namespace orbweave {
 
@@ -26,15 +26,16 @@ struct CloudFacts {
 };
 
 struct CloudFactsOptions {
-  /// Clouds of at most so many points are kept whole while their spacing is measured.
+  /// Clouds of at most this number of points are kept whole while their spacing is measured.
   std::uint64_t whole_spacing_points = 2'000'000;
-  /// Duplicates are counted up to so many points (8 bytes each), by 64-bit hashes of coordinates.
+  /// Duplicates are counted in clouds of at most this number of points (8 bytes each), by 64-bit
+  /// hashes of coordinates.
   std::uint64_t duplicate_points = 20'000'000;
 };
 
 /// Reads the source to its end, in bounded memory (at most about 300 MB). Up to
 /// whole_spacing_points points, neighbours are searched in the whole cloud. For larger clouds they
-/// are searched in small cubes from all over it (engine/ball_pivoting/automatic_radii.h), for which
+/// are searched in small cubes from all over it (engine/spacing/automatic_radii.h), for which
 /// the cloud is read a second time from `again`; without it they have no spacing. Distances are
 /// measured at up to 32,768 points chosen by hash; facts do not depend on the order of points.
 CloudFacts cloud_facts(PointSource& source, PointSource* again = nullptr,

@@ -8,8 +8,8 @@
 #include <tuple>
 #include <vector>
 
+#include "engine/geometry/triangle_tree.h"
 #include "engine/validation/mesh_facts.h"
-#include "engine/validation/triangle_tree.h"
 #include "io/error.h"
 
 namespace orbweave {

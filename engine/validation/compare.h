@@ -9,7 +9,8 @@
 namespace orbweave {
 
 struct CompareOptions {
-  /// At most so many points are measured on each side; of more, evenly many by index.
+  /// Maximum number of points measured on each side; of more points, a sample evenly spaced by
+  /// index.
   std::uint64_t max_samples = 2'000'000;
 };
 

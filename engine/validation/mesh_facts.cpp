@@ -4,11 +4,11 @@
 #include <limits>
 #include <utility>
 
+#include "engine/geometry/disjoint_sets.h"
 #include "engine/validation/boundary_loops.h"
-#include "engine/validation/disjoint_sets.h"
 #include "engine/validation/edge_table.h"
 #include "io/error.h"
-#include "io/mesh_checksum.h"
+#include "io/meshes/mesh_checksum.h"
 
 namespace orbweave {
 namespace {

@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "io/report.h"
+#include "io/mesh_facts.h"
 #include "io/triangle_mesh.h"
 
 namespace orbweave {
 
 /// Counts the facts of a mesh in core. O(n) time for bounded vertex degrees, about 60 bytes per
-/// triangle, on the calling TBB arena. How the counts are meant, beyond io/report.h:
+/// triangle, on the calling TBB arena. How the counts are meant, beyond io/mesh_facts.h:
 /// - Degenerate triangles (two equal indices) are counted and otherwise ignored, except by area
 ///   and checksum.
 /// - A fan is a maximal set of triangles at a vertex, linked over edges of exactly two triangles.

@@ -1,9 +1,9 @@
-"""Tests of bench/cluster_model.py: schedules and transfers whose seconds can be worked out by hand."""
+"""Tests of bench/models/cluster_model.py: schedules and transfers whose seconds can be worked out by hand."""
 import pathlib
 import sys
 import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent.parent / "bench"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "bench" / "models"))
 from cluster_model import Cluster, Task, job_seconds, makespan, stages_of  # noqa: E402
 
 

@@ -3,7 +3,8 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "io/point_source.h"
+#include "io/clouds/open_point_source.h"
+#include "io/points/point_source.h"
 #include "tests/cli/holed_meshes.h"
 
 using Catch::Matchers::Contains;

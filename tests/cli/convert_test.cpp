@@ -3,9 +3,11 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "io/mesh_reader.h"
-#include "io/mesh_writer.h"
-#include "io/point_source.h"
+#include "io/clouds/open_point_source.h"
+#include "io/meshes/mesh_reader.h"
+#include "io/meshes/mesh_writer.h"
+#include "io/points/point_source.h"
+#include "tests/io/las_files.h"
 #include "tests/support/data.h"
 #include "tests/support/program.h"
 
@@ -85,6 +87,29 @@ TEST_CASE("CloudSurvivesEveryFormatAndComesBackTheSame") {
   CHECK(back.status == 0);
   CHECK_THAT(back.out, Contains("c.ply: 1,000 points"));
   CHECK(file_text(in / "a.ply") == file_text(in / "c.ply"));
+}
+
+TEST_CASE("PointsAreConvertedWhereTheHeaderSaysAnotherNumber") {
+  const ScratchDirectory in;
+  LasFile las;
+  for (std::int32_t i = 0; i < 100; ++i) {
+    LasPoint point;
+    point.xyz = {i, i * i, 7};
+    point.withheld = i % 3 == 0;
+    las.add(point);
+  }
+  write_text(in / "withheld.las", las.bytes());
+  write_text(in / "two_scans.pts", "3\n0 0 0\n1 0 0\n0 1 0\n2\n5 5 5\n6 6 6\n");
+  const std::string to = GENERATE("to.ply", "to.xyz", "to.csv", "to.ply.gz");
+  for (const auto& [from, points] :
+       {std::pair("withheld.las", std::size_t{66}), {"two_scans.pts", 5}}) {
+    CAPTURE(from, to);
+    const auto result = run_in(in, {"convert", from, to});
+    CHECK(result.status == 0);
+    CHECK(result.err.empty());
+    CHECK(read_all(*open_point_source(in / to)).size() == points);
+  }
+  CHECK(entries(in) == 3);
 }
 
 TEST_CASE("MeshStaysAMeshUnlessTheOutputIsACloud") {

@@ -346,11 +346,13 @@ TEST_CASE("WrongOptionsAndOutputsOfFillAreFoundBeforeAnyWork") {
     const char* fragment;
   };
   const Case given = GENERATE(values<Case>(
-      {{{"-o", "out.xyz"}, 2, "out.xyz: nobody writes meshes"},
+      {{{"-o", "out.xyz"}, 2, "out.xyz: cannot write .xyz meshes"},
        {{"-o", "./in.ply"}, 2, "would replace the mesh that is read"},
        {{"-o", "out.ply", "--report", "in.ply"}, 2, "would replace the mesh that is read"},
-       {{"-o", "no/out.ply"}, 4, "no/out.ply: cannot be written"},
-       {{"-o", "out.ply", "--picture", "no/p.png"}, 4, "no/p.png: cannot be written"},
+       {{"-o", "no/out.ply"}, 4, "no/out.ply: the mesh cannot be written there"},
+       {{"-o", "out.ply", "--picture", "no/p.png"},
+        4,
+        "no/p.png: the picture cannot be written there"},
        {{"-o", "out.ply", "--max-edge", "5"}, 2, "Did you mean --max-edges?"},
        {{"-o", "out.ply", "--max-edges", "-5"}, 2, "an integer of at least 0"},
        {{"-o", "out.ply", "--kernel", "cubic"}, 2, "\"biharmonic\" or \"triharmonic\""},

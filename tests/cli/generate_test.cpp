@@ -1,8 +1,9 @@
 // Raw scans of a virtual scanner, as a user makes them.
 #include <catch2/catch.hpp>
 
-#include "io/point_source.h"
-#include "io/scan_pose.h"
+#include "io/clouds/open_point_source.h"
+#include "io/points/point_source.h"
+#include "io/points/scan_pose.h"
 #include "tests/support/data.h"
 #include "tests/support/program.h"
 

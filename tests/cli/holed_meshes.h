@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "io/mesh_reader.h"
-#include "io/mesh_writer.h"
+#include "io/meshes/mesh_reader.h"
+#include "io/meshes/mesh_writer.h"
 #include "tests/support/data.h"
 #include "tests/support/program.h"
 

@@ -148,3 +148,19 @@ TEST_CASE("FloatThatMovesPointsTooFarIsWarnedOf") {
   CHECK_THAT(far.err, Contains("orbweave: warning: --float moves points"));
   CHECK(run_in(in, {"convert", "near.xyz", "near.ply", "--float"}).err.empty());
 }
+
+TEST_CASE("InspectOfSeveralFilesNamesEachOfThem") {
+  const ScratchDirectory in;
+  generate(in, "torus");
+  const json list = json_of(run_in(in, {"inspect", "cloud.ply", "mesh.ply", "--json"}));
+  REQUIRE(list.size() == 2);
+  CHECK(list[0]["file"] == "cloud.ply");
+  CHECK(list[0]["kind"] == "cloud");
+  CHECK(list[1]["file"] == "mesh.ply");
+  CHECK(list[1]["kind"] == "mesh");
+  const auto text = run_in(in, {"inspect", "cloud.ply", "mesh.ply"});
+  CHECK_THAT(text.out, StartsWith("cloud.ply\n") && Contains("\n\nmesh.ply\n"));
+  const auto drawn = run_in(in, {"inspect", "cloud.ply", "mesh.ply", "--picture", "p.png"});
+  CHECK(drawn.status == 2);
+  CHECK_FALSE(std::filesystem::exists(in / "p.png"));
+}

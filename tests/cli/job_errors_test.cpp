@@ -8,6 +8,8 @@
 
 using Catch::Matchers::Contains;
 using orbweave::test::file_text;
+using orbweave::test::names_in;
+using orbweave::test::program_path;
 using orbweave::test::ProgramResult;
 using orbweave::test::run_program;
 using orbweave::test::ScratchDirectory;
@@ -222,11 +224,16 @@ TEST_CASE("UnwritableKindsAndPlacesAreFoundBeforeAnyWork") {
     int status;
     const char* fragment;
   };
-  const Case given = GENERATE(
-      values<Case>({{{"-o", "mesh.foo"}, 2, "mesh.foo: nobody writes meshes"},
-                    {{"-o", "mesh.ply", "--report", "no/r.json"}, 4, "no/r.json: cannot be"},
-                    {{"-o", "mesh.ply", "--picture", "no/p.png"}, 4, "no/p.png: cannot be"},
-                    {{"-o", "./scan.ply"}, 2, "would replace a scan"}}));
+  const Case given = GENERATE(values<Case>(
+      {{{"-o", "mesh.foo"}, 2, "mesh.foo: cannot write .foo meshes"},
+       {{"-o", "mesh.obj", "--format", "binary"}, 2, "mesh.obj: OBJ has no binary encoding"},
+       {{"-o", "mesh.ply", "--report", "no/r.json"},
+        4,
+        "no/r.json: the report cannot be written there"},
+       {{"-o", "mesh.ply", "--picture", "no/p.png"},
+        4,
+        "no/p.png: the picture cannot be written there"},
+       {{"-o", "./scan.ply"}, 2, "would replace a scan"}}));
   const ScratchDirectory in;
   generate(in, "sphere", "1000", "scan.ply");
   const std::string before = file_text(in / "scan.ply");
@@ -245,4 +252,15 @@ TEST_CASE("ScansFromStandardInputAreWrongUsageWithAWayOut") {
   CHECK(result.status == 2);
   CHECK_THAT(result.err, Contains("standard input") && Contains("orbweave convert - scan.ply"));
   check_no_mesh(in);
+}
+
+TEST_CASE("AReaderThatClosesThePipeLeavesNoWorkDirectory") {
+  const ScratchDirectory in;
+  generate(in, "sphere", "20000", "scan.ply");
+  const auto result =
+      run_program({"-c", "\"$0\" reconstruct scan.ply -o - --progress none | head -c 10 > ten",
+                   program_path().string()},
+                  {.directory = in.path(), .program = "/bin/sh"});
+  CHECK_THAT(result.err, Contains("standard output: the reader has closed the pipe"));
+  CHECK(names_in(in) == std::vector<std::string>{"scan.ply", "ten"});
 }

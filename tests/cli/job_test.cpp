@@ -251,3 +251,27 @@ TEST_CASE("InterruptedJobLeavesNoMeshAndTheSameCommandFinishesWithTheSameBytes")
   CHECK(file_text(in / "mesh.ply") == file_text(undisturbed / "mesh.ply"));
   CHECK(!std::filesystem::exists(in / "mesh.work"));
 }
+
+TEST_CASE("EveryStageSaysHowMuchItHasDone") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "plane", "--points", "3000", "-o", "scan.ply"}).status == 0);
+  const auto result = run_in(in, {"reconstruct", "scan.ply", "-o", "mesh.ply", "--normals",
+                                  "estimate", "--progress", "plain"});
+  CHECK(result.status == 0);
+  for (const char* stage : {"measure: done", "orient: done", "trace: done"})
+    CHECK_THAT(result.err, Contains(stage));
+  for (const char* nothing : {", 0 places", ", 0 patches", ", 0 edges"})
+    CHECK_THAT(result.err, !Contains(nothing));
+}
+
+TEST_CASE("TilesAreNamedInTheSummaryAndAnOlderMeshIsNotTakenForTheirs") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "sphere", "--points", "2000", "-o", "scan.ply"}).status == 0);
+  const std::vector<std::string> job = {"reconstruct", "scan.ply", "-o", "mesh.ply", "--tiles"};
+  const auto alone = run_in(in, job);
+  CHECK_THAT(alone.out, Contains("tiles") && Contains("mesh.tiles") && !Contains("mesh.ply"));
+  write_text(in / "mesh.ply", "an older mesh");
+  const auto beside = run_in(in, job);
+  CHECK_THAT(beside.out, Contains("mesh.ply is not of this run"));
+  CHECK(file_text(in / "mesh.ply") == "an older mesh");
+}

@@ -1,12 +1,23 @@
 // What a signal does to the process that asked for it.
+#include <fcntl.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <functional>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <system_error>
 
+#include "engine/cli/failure.h"
 #include "engine/cli/signals.h"
+#include "io/error.h"
+#include "io/system/atomic_file.h"
+#include "tests/support/data.h"
+#include "tests/support/program.h"
 
 namespace {
 
@@ -22,6 +33,8 @@ int status_of_child(const std::function<int(orbweave::StopToken&)>& body) {
   REQUIRE(waitpid(child, &state, 0) == child);
   return WIFEXITED(state) ? WEXITSTATUS(state) : -1;
 }
+
+void without_catching(const std::function<void()>& work) noexcept { work(); }
 
 }  // namespace
 
@@ -71,4 +84,107 @@ TEST_CASE("ClosedPipeIsAnErrorOfTheWriteAndNoDeath") {
           close(ends[0]);
           return write(ends[1], "x", 1) == -1 ? 0 : 2;
         }) == 0);
+}
+
+TEST_CASE("WorkThatGoesOnAfterASignalIsLeftBehind") {
+  const int signal = GENERATE(SIGINT, SIGTERM);
+  const orbweave::test::ScratchDirectory in;
+  CHECK(status_of_child([signal, &in](orbweave::StopToken&) {
+          orbweave::AtomicFile file(in / "out.ply");
+          file.write(std::string("half"));
+          raise(signal);
+          for (int i = 0; i < 300; ++i) usleep(100'000);
+          return 1;
+        }) == 130);
+  CHECK(orbweave::test::names_in(in).empty());
+}
+
+namespace {
+
+/// What a process says that leaves a second after a signal.
+std::string last_word_of(const std::function<void()>& work) {
+  const orbweave::test::ScratchDirectory in;
+  CHECK(status_of_child([&](orbweave::StopToken&) {
+          const int file = open((in / "said").c_str(), O_WRONLY | O_CREAT, 0600);
+          dup2(file, STDERR_FILENO);
+          work();
+          raise(SIGTERM);
+          for (int i = 0; i < 300; ++i) usleep(100'000);
+          return 1;
+        }) == 130);
+  return orbweave::test::file_text(in / "said");
+}
+
+}  // namespace
+
+TEST_CASE("TheLastWordSaysWhatWasWritten") {
+  CHECK(last_word_of([] {}) == "orbweave: error: interrupted; nothing was written\n");
+  CHECK(last_word_of([] {
+          orbweave::note_written("truth.ply");
+          orbweave::note_written("w\x1b[2J.ply");
+        }) == "orbweave: error: interrupted; written so far: truth.ply, w\\x1b[2J.ply\n");
+}
+
+TEST_CASE("AnInterruptionSaysWhatWasWritten") {
+  CHECK(status_of_child([](orbweave::StopToken& stop) {
+          orbweave::note_written("truth.ply");
+          raise(SIGINT);
+          try {
+            orbweave::check_interruption(stop);
+          } catch (const orbweave::Error& error) {
+            return std::string(error.what()) == "interrupted; written so far: truth.ply" ? 0 : 2;
+          }
+          return 1;
+        }) == 0);
+}
+
+TEST_CASE("NoAlarmEndsAProcessWhoseWorkIsOver") {
+  CHECK(status_of_child([](orbweave::StopToken&) {
+          raise(SIGTERM);
+          orbweave::end_interruptible_work();
+          for (int i = 0; i < 15; ++i) usleep(100'000);
+          return 0;
+        }) == 0);
+  CHECK(status_of_child([](orbweave::StopToken&) {
+          orbweave::end_interruptible_work();
+          raise(SIGTERM);
+          for (int i = 0; i < 15; ++i) usleep(100'000);
+          return 0;
+        }) == 0);
+}
+
+TEST_CASE("AnUncaughtRefusalOfTheSystemNamesItsCause") {
+  const auto said_of = [](const std::function<void()>& work) {
+    const orbweave::test::ScratchDirectory in;
+    CHECK(status_of_child([&](orbweave::StopToken&) {
+            const int file = open((in / "said").c_str(), O_WRONLY | O_CREAT, 0600);
+            dup2(file, STDERR_FILENO);
+            orbweave::end_plainly_when_nothing_catches();
+            without_catching(work);
+            return 1;
+          }) == 4);
+    return orbweave::test::file_text(in / "said");
+  };
+  const auto busy = std::make_error_code(std::errc::resource_unavailable_try_again);
+  CHECK(said_of([&] { throw std::system_error(busy); }).find("no more threads") !=
+        std::string::npos);
+  const std::string files =
+      said_of([&] { throw std::filesystem::filesystem_error("cannot list", "/some/place", busy); });
+  CHECK(files.find("/some/place") != std::string::npos);
+  CHECK(files.find("threads") == std::string::npos);
+  const auto full = std::make_error_code(std::errc::no_space_on_device);
+  CHECK(said_of([&] { throw std::system_error(full); }).find("threads") == std::string::npos);
+}
+
+TEST_CASE("AnUncaughtLackOfMemoryEndsPlainly") {
+  CHECK(status_of_child([](orbweave::StopToken&) {
+          orbweave::end_plainly_when_nothing_catches();
+          without_catching([] { throw std::bad_alloc(); });
+          return 1;
+        }) == 4);
+  CHECK(status_of_child([](orbweave::StopToken&) {
+          orbweave::end_plainly_when_nothing_catches();
+          without_catching([] { throw std::logic_error("wrong"); });
+          return 0;
+        }) == 1);
 }

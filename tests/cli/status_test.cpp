@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -123,8 +124,8 @@ TEST_CASE("StatusOfARunningJobSaysWhatItIsAtAndWhoRunsIt") {
   const auto [program, status] = held_in_the_middle(in, growth);
   CHECK(status["running"] == true);
   CHECK(status["ended"] == false);
-  CHECK(std::to_string(status["process_id"].get<int>()) + "\n" ==
-        file_text(in / "mesh.work" / "lock"));
+  CHECK_THAT(file_text(in / "mesh.work" / "lock"),
+             Catch::StartsWith(std::to_string(status["process_id"].get<int>()) + " (orbweave "));
   CHECK(status["step"] == "reconstruct");
   CHECK(stage_of(status, "points")["done"] == true);
   const std::uint64_t before = stage_of(status, "mesh")["chunks_done"];
@@ -167,7 +168,7 @@ TEST_CASE("ASecondProcessIsRefusedAndTheFirstGoesOnUnharmed") {
     if (*fresh != '\0') command.push_back(fresh);
     const ProgramResult second = run_in(in, command);
     CHECK(second.status == 4);
-    CHECK_THAT(second.err, Contains("in use by process " + process.substr(0, process.size() - 1)));
+    CHECK_THAT(second.err, Contains("in use by process " + process.substr(0, process.find(' '))));
   }
   first.release();
   constexpr std::chrono::milliseconds kBetweenLooks{20};
@@ -182,6 +183,37 @@ TEST_CASE("ASecondProcessIsRefusedAndTheFirstGoesOnUnharmed") {
   REQUIRE(run_in(undisturbed, kCommand).status == 0);
   CHECK((file_text(in / "mesh.ply") == file_text(undisturbed / "mesh.ply")));
   CHECK(!std::filesystem::exists(in / "mesh.work"));
+}
+
+TEST_CASE("TheBenchmarksReadTheProgramsTableOfStages") {
+  const ScratchDirectory in;
+  const ProgramResult result = run_in(in, {"status", "--stages", "--json"});
+  CHECK(result.status == 0);
+  CHECK(result.out == file_text(test::source_path("bench/models/stages.json")));
+  const json stages = json::parse(result.out)["stages"];
+  CHECK(stages.size() == 23);
+  CHECK_THAT(run_in(in, {"status", "--stages"}).out, Contains("reconstruct") && Contains("holes"));
+}
+
+TEST_CASE("StatusOfNoWorkDirectoryIsRefused") {
+  const ScratchDirectory in;
+  const ProgramResult result = run_in(in, {"status"});
+  CHECK(result.status == 2);
+  CHECK_THAT(result.err, Contains("names no work directory") && Contains("WORK_DIR"));
+}
+
+TEST_CASE("StatusReadsWhatTheRunIsAtFromTheLastWholeLineOfItsSteps") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "torus", "--points", "5000", "-o", "scan.ply"}).status == 0);
+  REQUIRE(run_in(in, {"reconstruct", "scan.ply", "-o", "mesh.ply", "--keep-work-dir"}).status == 0);
+  const std::filesystem::path steps = in / "mesh.work" / "orbweave-steps.jsonl";
+  CHECK(status_of(in)["step"] == "export");
+  // A log that says otherwise, or is gone, is nothing to go by.
+  std::filesystem::remove(in / "mesh.work" / "orbweave.log");
+  std::ofstream(steps, std::ios::app) << "{\"step\": \"picture\", \"total\": 3}\n{\"step\": \"ho";
+  CHECK(status_of(in)["step"] == "picture");
+  std::filesystem::remove(steps);
+  CHECK(status_of(in)["step"] == "");
 }
 
 }  // namespace orbweave

@@ -1,4 +1,4 @@
-#include "engine/ball_pivoting/automatic_radii.h"
+#include "engine/spacing/automatic_radii.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,11 @@
 
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/synthetic/synthetic_cloud.h"
-#include "io/point_source.h"
+#include "io/bounds.h"
+#include "io/clouds/open_point_source.h"
+#include "io/error.h"
+#include "io/points/point_source.h"
+#include "partition/count_grid.h"
 #include "tests/support/clouds.h"
 #include "tests/support/data.h"
 
@@ -129,6 +133,43 @@ TEST_CASE("AutomaticRadiiDoNotDependOnTheOrderOfPoints") {
       CHECK(after.reason == before.reason);
     }
   }
+}
+
+TEST_CASE("OfASiteWithMillionsOfPointsAPartIsMeasuredLikeTheWhole") {
+  // One place, as a stray that is kept makes of a cloud: far more points than a tree is built of
+  // within the time that a request to stop may take.
+  constexpr std::size_t kPoints = SpacingSampler::kMostPointsOfSite + 300'000;
+  std::vector<Vec3> points = positions_of(Shape::kBumpyTorus, kPoints);
+  const Box box = bounds_of(points);
+  const RadiiChoice whole = choose_radii(std::vector<SpacingSite>{{box, box, points}}, kPoints, 1);
+  const auto choice_of = [&](const std::vector<Vec3>& in_order) {
+    SpacingSampler sampler(std::vector<SpacingSite>{{box, box, in_order}}, kPoints);
+    const StopToken stop;
+    sampler.merge_duplicates(&stop);
+    CHECK(stop.checks() > 20);
+    CHECK(sampler.sites()[0].points.size() <= SpacingSampler::kMostPointsOfSite);
+    CHECK(sampler.sites()[0].points.size() > SpacingSampler::kMostPointsOfSite / 4);
+    return sampler.choose(1);
+  };
+  StopToken stop;
+  stop.request();
+  SpacingSampler stopped(std::vector<SpacingSite>{{box, box, points}}, kPoints);
+  CHECK_THROWS_AS(stopped.merge_duplicates(&stop), Error);
+  const RadiiChoice part = choice_of(points);
+  REQUIRE(part.radii.size() == 1);
+  CHECK(part.spacing == Approx(whole.spacing).epsilon(0.05));
+  CHECK(part.radii[0] == Approx(whole.radii[0]).epsilon(0.05));
+  shuffle(points, 3);
+  CHECK(choice_of(points).radii == part.radii);
+}
+
+TEST_CASE("ASiteOfFewerPointsIsMeasuredWhole") {
+  const std::vector<Vec3> points = positions_of(Shape::kBumpyTorus, 200'000);
+  const Box box = bounds_of(points);
+  SpacingSampler sampler(std::vector<SpacingSite>{{box, box, points}}, points.size());
+  sampler.merge_duplicates();
+  CHECK(sampler.sites()[0].points.size() == points.size());
+  CHECK(sampler.sites()[0].core == box);
 }
 
 TEST_CASE("AutomaticRadiiScaleWithTheCloud") {

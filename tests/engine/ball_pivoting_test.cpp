@@ -14,9 +14,11 @@
 
 #include "engine/ball_pivoting/cell_grid.h"
 #include "engine/ball_pivoting/fan_table.h"
-#include "engine/ball_pivoting/perturbation.h"
+#include "engine/ball_pivoting/general_position.h"
+#include "engine/ball_pivoting/parts.h"
 #include "engine/ball_pivoting/rivals.h"
 #include "io/error.h"
+#include "io/report/report.h"
 #include "tests/support/clouds.h"
 
 namespace orbweave {
@@ -25,11 +27,7 @@ namespace {
 using test::NamedCloud;
 
 std::vector<Vec3> perturbed(const NamedCloud& named) {
-  std::vector<Vec3> points;
-  for (const Vec3& p : named.cloud.positions) {
-    points.push_back(p + perturbation(p, kPerturbation * named.ball_radius));
-  }
-  return points;
+  return general_position(named.cloud.positions, {}, lattice_step({{named.ball_radius}}));
 }
 
 /// Centre of the ball on the positive side of a, b, c, by linear algebra of its own.
@@ -79,8 +77,8 @@ std::set<Triangle> oracle(const NamedCloud& named) {
 }
 
 FanTable walk(const NamedCloud& named, VectorWidth width) {
-  const CellGrid grid(perturbed(named), named.cloud.normals,
-                      2.0 * named.ball_radius * (1.0 + 1e-9));
+  const CellSpace space(named.ball_radius, lattice_step({{named.ball_radius}}), {});
+  const CellGrid grid(perturbed(named), named.cloud.normals, space);
   return walk_all(grid, named.ball_radius, {}, width);
 }
 
@@ -95,9 +93,9 @@ std::set<Triangle> all_found(const FanTable& fans) {
 }
 
 BallPivotingResult reconstruct(const NamedCloud& named, std::vector<double> factors = {1.0},
-                               VectorWidth width = widest_supported(), Vec3 origin = {}) {
+                               VectorWidth width = widest_supported()) {
   for (double& factor : factors) factor *= named.ball_radius;
-  return ball_pivoting(named.cloud.positions, named.cloud.normals, {}, {factors, origin, width});
+  return ball_pivoting(named.cloud.positions, named.cloud.normals, {}, {factors, width});
 }
 
 std::vector<VectorWidth> supported_widths() {
@@ -139,7 +137,7 @@ TEST_CASE("WalksInventNothing") {
 
 TEST_CASE("WalksFindEveryTriangleThatHasRoom") {
   // A triangle may be missing only where each of its vertices has a closed fan without it: there
-  // it could only make all three vertices non-manifold (docs/ball-pivoting.md).
+  // it could only make all three vertices non-manifold (docs/dev/ball-pivoting.md).
   for (const NamedCloud& named : test::clouds_for_oracle()) {
     const FanTable fans = walk(named, widest_supported());
     const std::set<Triangle> found = all_found(fans);
@@ -277,14 +275,157 @@ TEST_CASE("UtmCoordinatesDoNotMatter") {
   const Vec3 offset{432'100.0, 4'612'345.0, 812.0};
   NamedCloud moved = named;
   for (Vec3& p : moved.cloud.positions) p = p + offset;
-  REQUIRE(reconstruct(moved, {1.0}, widest_supported(), offset).triangles ==
-          reconstruct(named).triangles);
+  REQUIRE(reconstruct(moved).triangles == reconstruct(named).triangles);
+}
+
+TEST_CASE("DifferencesOfPositionsDoNotDependOnTheOrigin") {
+  const NamedCloud named = test::noisy_torus(500, 0.35, 37);
+  const double step = lattice_step({{named.ball_radius}});
+  const auto near = general_position(named.cloud.positions, {}, step);
+  for (const Vec3 place : {Vec3{0.1, 0.2, 0.3}, Vec3{-5.0, 7.0, 11.0}}) {
+    const Vec3 origin = on_lattice(place, step);
+    const CellSpace at_zero(named.ball_radius, step, {}),
+        at_origin(named.ball_radius, step, origin);
+    const auto far = general_position(named.cloud.positions, origin, step);
+    for (std::size_t i = 1; i < near.size(); ++i) {
+      REQUIRE(far[i] - far[0] == near[i] - near[0]);
+      for (int axis = 0; axis < 3; ++axis)
+        REQUIRE(at_origin.along(far[i][axis], axis) - at_origin.along(far[0][axis], axis) ==
+                at_zero.along(near[i][axis], axis) - at_zero.along(near[0][axis], axis));
+    }
+  }
+}
+
+namespace {
+
+void check_same(const BallPivotingResult& result, const BallPivotingResult& expected) {
+  CHECK(result.triangles == expected.triangles);
+  CHECK(result.fans == expected.fans);
+  CHECK(result.boundary == expected.boundary);
+  CHECK(result.fan_members == expected.fan_members);
+  CHECK(result.conflicts_lost == expected.conflicts_lost);
+  CHECK(result.isolated_dropped == expected.isolated_dropped);
+}
+
+}  // namespace
+
+TEST_CASE("PartsMakeTheWhole") {
+  for (const double noise : {0.3, 0.7}) {
+    const NamedCloud named = test::noisy_torus(30'000, noise, 41);
+    const std::vector<double> radii = {named.ball_radius, 1.3 * named.ball_radius};
+    const BallPivotingOptions options{radii};
+    const PivotInput input{named.cloud.positions, named.cloud.normals, {}};
+    const BallPivotingResult expected = reconstruct(named, {1.0, 1.3});
+    for (const double most_radii : {60.0, 40.0}) {
+      std::size_t parts = 0;
+      const auto result =
+          pivot_in_parts(input, halo_width(radii), most_radii * named.ball_radius,
+                         [&](const PivotInput& part, const Box& box) {
+                           ++parts;
+                           CHECK(box.largest_extent() <= most_radii * named.ball_radius);
+                           return ball_pivoting(part.positions, part.normals, part.owned, options);
+                         });
+      INFO(parts << " parts");
+      CHECK(parts > 4);
+      check_same(result, expected);
+    }
+  }
+}
+
+TEST_CASE("PartsOfAWallAndPointsFarFromItTakeMemoryForTheWholeAlone") {
+  // More than half of the points have the smallest coordinate.
+  std::vector<Vec3> positions, normals;
+  constexpr std::size_t kWall = 15'000, kLone = 12'000;
+  for (std::size_t i = 0; i < kWall; ++i)
+    positions.push_back({0.0, static_cast<double>(i % 120), static_cast<double>(i / 120)});
+  for (std::size_t i = 1; i <= kLone; ++i)
+    positions.push_back({20.0 * static_cast<double>(i), 0.0, 0.0});
+  normals.assign(positions.size(), Vec3{1, 0, 0});
+  const std::uint64_t before = peak_memory_bytes();
+  std::size_t parts = 0, owned = 0;
+  const auto result =
+      pivot_in_parts({positions, normals, {}}, 8.0, 100.0, [&](const PivotInput& part, const Box&) {
+        ++parts;
+        owned += static_cast<std::size_t>(std::count(part.owned.begin(), part.owned.end(), 1));
+        BallPivotingResult none;
+        none.fans.assign(part.positions.size(), 0);
+        return none;
+      });
+  CHECK(owned == positions.size());
+  CHECK(parts < positions.size());
+  CHECK(peak_memory_bytes() - before < 30'000'000);
+}
+
+TEST_CASE("RadiiAsFarApartAsMayBeAreReconstructedWhateverTheExtent") {
+  // The small balls close nothing; the cells of their grid are what is many.
+  const NamedCloud named = test::noisy_torus(1000, 0.0, 1);
+  const auto triangles_with = [&](double ratio) {
+    const BallPivotingOptions options{{named.ball_radius / ratio, named.ball_radius}};
+    return ball_pivoting(named.cloud.positions, named.cloud.normals, {}, options).triangles;
+  };
+  const std::vector<Triangle> expected = triangles_with(1000.0);
+  CHECK(expected.size() == 2 * named.cloud.size());
+  for (const double ratio : {20'000.0, 27'000.0, 52'000.0, 65'536.0}) {
+    INFO(ratio);
+    CHECK(triangles_with(ratio) == expected);
+  }
+  // The widest halo that radii may have fits into a part.
+  NamedCloud far = named;
+  far.cloud.positions.push_back({1e7, 1e3, 0.0});
+  far.cloud.normals.push_back({0, 0, 1});
+  const double r = named.ball_radius / 65'536.0;
+  const BallPivotingOptions widest{{r, 65'000.0 * r, named.ball_radius}};
+  CHECK(!ball_pivoting(far.cloud.positions, far.cloud.normals, {}, widest).triangles.empty());
+}
+
+TEST_CASE("NoPointsAreNoTriangles") {
+  const BallPivotingResult result = ball_pivoting({}, {}, {}, {.ball_radii = {1.0}});
+  CHECK(result.triangles.empty());
+  CHECK(result.fans.empty());
+  CHECK(result.boundary.empty());
+}
+
+TEST_CASE("RadiiThatCannotBeComputedWithAreRefused") {
+  const NamedCloud named = test::noisy_torus(100, 0.0, 1);
+  for (const std::vector<double>& radii : {std::vector<double>{},
+                                           {0.0},
+                                           {2.0, 1.0},
+                                           {1e-300},
+                                           {1e-320},
+                                           {1e-76, 1.0},
+                                           {1e76},
+                                           {1.0, 65'537.0},
+                                           {1.0, 65'534.0, 65'535.0, 65'536.0}})
+    CHECK_THROWS_AS(ball_pivoting(named.cloud.positions, named.cloud.normals, {}, {radii}), Error);
+}
+
+TEST_CASE("CloudsFarApartAreReconstructedAsIfAlone") {
+  const NamedCloud alone = test::noisy_torus(1000, 0.35, 43);
+  const auto n = static_cast<std::uint32_t>(alone.cloud.positions.size());
+  const std::vector<Triangle> triangles = reconstruct(alone, {1.0, 1.5}).triangles;
+  REQUIRE(!triangles.empty());
+  for (const double away : {1e4, 1e9}) {
+    NamedCloud both = alone;
+    for (const Vec3& p : alone.cloud.positions)
+      both.cloud.positions.push_back(p + Vec3{away, 0.0, 0.0});
+    both.cloud.normals.insert(both.cloud.normals.end(), alone.cloud.normals.begin(),
+                              alone.cloud.normals.end());
+    std::vector<Triangle> expected = triangles;
+    for (const Triangle& t : triangles) expected.push_back({t[0] + n, t[1] + n, t[2] + n});
+    CHECK(reconstruct(both, {1.0, 1.5}).triangles == expected);
+  }
 }
 
 TEST_CASE("BadRadiiAreUsageErrors") {
   const NamedCloud named = test::grid_sheet(4, 0.0);
-  for (const std::vector<double>& factors :
-       {std::vector<double>{}, {0.0}, {-1.0}, {2.0, 1.0}, {1.0, 1.0}, {std::nan("")}, {INFINITY}}) {
+  for (const std::vector<double>& factors : {std::vector<double>{},
+                                             {0.0},
+                                             {-1.0},
+                                             {2.0, 1.0},
+                                             {1.0, 1.0},
+                                             {1.0, 1e6},
+                                             {std::nan("")},
+                                             {INFINITY}}) {
     REQUIRE_THROWS_AS(reconstruct(named, factors), Error);
   }
 }

@@ -1,10 +1,10 @@
-#include "engine/holes/boundary_loop.h"
+#include "engine/holes/problem/boundary_loop.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "engine/holes/mesh_surface.h"
+#include "engine/holes/loops/mesh_surface.h"
 #include "tests/support/meshes.h"
 
 namespace orbweave {
@@ -14,8 +14,8 @@ using test::cut;
 
 std::vector<BoundaryLoop> loops_of(const TriangleMesh& mesh) {
   const MeshSurface surface(mesh);
-  const MeshPieces pieces = find_pieces(mesh, surface);
-  MeshBoundary boundary = find_boundary(mesh, surface, pieces.of_triangle);
+  const MeshComponents components = find_components(mesh, surface);
+  MeshBoundary boundary = find_boundary(mesh, surface, components.of_triangle);
   return trace_loops(std::move(boundary.fans), boundary.vertices);
 }
 

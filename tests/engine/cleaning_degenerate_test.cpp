@@ -2,12 +2,12 @@
 #include <catch2/catch.hpp>
 #include <numeric>
 
-#include "engine/cleaning/layer_thickness.h"
 #include "engine/cleaning/outliers.h"
 #include "engine/cleaning/projection.h"
 #include "engine/cleaning/thinning.h"
 #include "engine/normals/estimate_normals.h"
 #include "engine/normals/orientation.h"
+#include "engine/spacing/layer_thickness.h"
 #include "tests/support/clouds.h"
 
 namespace orbweave {

@@ -3,13 +3,15 @@
 #include <map>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
-#include "engine/cleaning/layer_thickness.h"
 #include "engine/cleaning/outliers.h"
 #include "engine/cleaning/projection.h"
 #include "engine/cleaning/thinning.h"
 #include "engine/normals/estimate_normals.h"
-#include "io/point_source.h"
-#include "io/scan_pose.h"
+#include "engine/spacing/layer_thickness.h"
+#include "io/clouds/open_point_source.h"
+#include "io/points/point_source.h"
+#include "io/points/scan_pose.h"
+#include "partition/count_grid.h"
 #include "tests/support/clouds.h"
 #include "tests/support/data.h"
 
@@ -37,7 +39,7 @@ void keep(PointCloud& cloud, const std::vector<std::uint8_t>& kept) {
 std::uint32_t size_of(const PointCloud& cloud) { return static_cast<std::uint32_t>(cloud.size()); }
 
 /// The stages as chosen for the cloud, whose normals are oriented.
-void clean(PointCloud& cloud, const PrepareOptions& options, double spacing) {
+void clean(PointCloud& cloud, const CleaningChoice& options, double spacing) {
   auto flags = find_outliers(cloud.positions, 0, size_of(cloud),
                              {.sigma = options.outlier_sigma, .max_radius = 16.0 * spacing});
   for (std::uint8_t& flag : flags) flag ^= 1;
@@ -98,7 +100,7 @@ TEST_CASE("TheTenBunnyScansBecomeOneSurface") {
     const Vec3 normal = estimated.normals[i];
     cloud.normals[i] = dot(normal, cloud.normals[i]) < 0.0 ? -normal : normal;
   }
-  clean(cloud, choose_preparation(measure_layers(sampler.sites())).options, spacing);
+  clean(cloud, choose_cleaning(measure_layers(sampler.sites())), spacing);
   const Surface surface = surface_of(cloud);
   CHECK(cloud.size() > 130000);
   CHECK(surface.used > 0.998);
@@ -112,9 +114,9 @@ TEST_CASE("TheCleanedLionLosesMostOfItsBoundary") {
   test::put_in_order(cloud);
   for (Vec3& normal : cloud.normals) normal = normalized(normal);
   const SpacingSampler sampler = sampler_of(cloud.positions);
-  const PrepareChoice choice = choose_preparation(measure_layers(sampler.sites()));
-  REQUIRE(choice.options.smooth_radius > 0.0);
-  clean(cloud, choice.options, sampler.choose(1).spacing);
+  const CleaningChoice choice = choose_cleaning(measure_layers(sampler.sites()));
+  REQUIRE(choice.smooth_radius > 0.0);
+  clean(cloud, choice, sampler.choose(1).spacing);
   const Surface surface = surface_of(cloud);
   CHECK(cloud.size() > 120000);
   CHECK(surface.used > 0.985);

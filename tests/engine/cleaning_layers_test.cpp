@@ -2,10 +2,12 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "engine/cleaning/layer_thickness.h"
+#include "engine/spacing/layer_thickness.h"
 #include "engine/synthetic/synthetic_cloud.h"
-#include "io/point_source.h"
-#include "io/scan_pose.h"
+#include "io/clouds/open_point_source.h"
+#include "io/points/point_source.h"
+#include "io/points/scan_pose.h"
+#include "partition/count_grid.h"
 #include "tests/support/clouds.h"
 #include "tests/support/data.h"
 
@@ -31,9 +33,9 @@ std::vector<Vec3> generated(Shape shape, double noise) {
   return read_all(cloud).positions;
 }
 
-bool does_nothing(const PrepareChoice& choice) {
-  return choice.options.outlier_sigma == 0.0 && choice.options.smooth_radius == 0.0 &&
-         choice.options.thin_to_spacing == 0.0 && choice.options.merge_tolerance == 0.0;
+bool does_nothing(const CleaningChoice& choice) {
+  return choice.outlier_sigma == 0.0 && choice.smooth_radius == 0.0 &&
+         choice.thin_to_spacing == 0.0;
 }
 
 }  // namespace
@@ -41,11 +43,11 @@ bool does_nothing(const PrepareChoice& choice) {
 TEST_CASE("CleanCloudsNeedNoCleanUp") {
   for (const Shape shape : all_shapes()) {
     const LayerThickness layers = layers_of(generated(shape, 0.0));
-    const PrepareChoice choice = choose_preparation(layers);
+    const CleaningChoice choice = choose_cleaning(layers);
     INFO(name_of(shape) << ": " << choice.reason);
     CHECK_FALSE(layers.is_thick());
     CHECK(does_nothing(choice));
-    CHECK(choice.reason.find("thin") != std::string::npos);
+    CHECK(choice.reason.find("no cleaning needed") != std::string::npos);
   }
 }
 
@@ -56,13 +58,13 @@ TEST_CASE("NoiseIsMeasuredWhateverTheShape") {
       options.shape = shape;
       options.points = 30000;
       const LayerThickness layers = layers_of(generated(shape, noise));
-      const PrepareChoice choice = choose_preparation(layers);
+      const CleaningChoice choice = choose_cleaning(layers);
       INFO(name_of(shape) << ": " << choice.reason);
       CHECK(layers.thickness == Approx(noise * spacing(options)).epsilon(0.2));
       CHECK(layers.is_thick());
-      CHECK(choice.options.smooth_radius > 3.0 * layers.spacing);
-      CHECK(choice.options.thin_to_spacing < 0.5 * choice.options.smooth_radius);
-      CHECK(choice.options.outlier_sigma > 0.0);
+      CHECK(choice.smooth_radius > 3.0 * layers.spacing);
+      CHECK(choice.thin_to_spacing < 0.5 * choice.smooth_radius);
+      CHECK(choice.outlier_sigma > 0.0);
     }
   }
 }
@@ -76,7 +78,7 @@ TEST_CASE("LayersMuchThickerThanTheirSpacingAreMeasuredInWideNeighborhoods") {
   // Evenly filled: the deviation is 1 / sqrt(12) of the thickness.
   CHECK(layers.thickness == Approx(0.06 / std::sqrt(12.0)).epsilon(0.25));
   CHECK(layers.radius > 0.06);
-  CHECK(choose_preparation(layers).options.smooth_radius > 0.12);
+  CHECK(choose_cleaning(layers).smooth_radius > 0.12);
 }
 
 TEST_CASE("MeasuredLayersDoNotDependOnOrderAndScaleWithTheCloud") {
@@ -86,7 +88,7 @@ TEST_CASE("MeasuredLayersDoNotDependOnOrderAndScaleWithTheCloud") {
   const LayerThickness other = layers_of(points);
   CHECK(other.thickness == one.thickness);
   CHECK(other.spacing == one.spacing);
-  CHECK(choose_preparation(other).reason == choose_preparation(one).reason);
+  CHECK(choose_cleaning(other).reason == choose_cleaning(one).reason);
   for (const int exponent : {-20, 20}) {
     std::vector<Vec3> scaled = points;
     for (Vec3& p : scaled) p = std::ldexp(1.0, exponent) * p;
@@ -98,7 +100,7 @@ TEST_CASE("MeasuredLayersDoNotDependOnOrderAndScaleWithTheCloud") {
 
 TEST_CASE("TinyCloudsAreLeftAlone") {
   for (const std::size_t n : {0u, 1u, 5u}) {
-    const PrepareChoice choice = choose_preparation(measure_layers(std::vector{SpacingSite{
+    const CleaningChoice choice = choose_cleaning(measure_layers(std::vector{SpacingSite{
         {{0, 0, 0}, {9, 9, 9}}, {{0, 0, 0}, {9, 9, 9}}, std::vector<Vec3>(n, Vec3{1, 2, 3})}}));
     CHECK(does_nothing(choice));
     CHECK_FALSE(choice.reason.empty());
@@ -113,8 +115,8 @@ TEST_CASE("VerticesOfCleanModelsNeedNoCleanUp") {
         "points_normals/kitten.xyz", "points_normals/oni.xyz"}) {
     const auto path = test::data_path(file);
     if (test::skipped_without(path)) return;
-    const PrepareChoice choice =
-        choose_preparation(layers_of(read_all(*open_point_source(path)).positions));
+    const CleaningChoice choice =
+        choose_cleaning(layers_of(read_all(*open_point_source(path)).positions));
     INFO(file << ": " << choice.reason);
     CHECK(does_nothing(choice));
   }
@@ -128,11 +130,11 @@ TEST_CASE("TheTenBunnyScansAreSmoothedWithinAMillimetreAndAHalf") {
     const auto source = open_point_source(conf.parent_path() / pose.file);
     for (const Vec3& p : read_all(*source).positions) points.push_back(pose.motion.point(p));
   }
-  const PrepareChoice choice = choose_preparation(layers_of(points));
+  const CleaningChoice choice = choose_cleaning(layers_of(points));
   INFO(choice.reason);
   // A search by hand ended at 0.0016 and 0.0004.
-  CHECK(choice.options.smooth_radius == Approx(0.0016).epsilon(0.15));
-  CHECK(choice.options.thin_to_spacing == Approx(0.0004).epsilon(0.15));
+  CHECK(choice.smooth_radius == Approx(0.0016).epsilon(0.15));
+  CHECK(choice.thin_to_spacing == Approx(0.0004).epsilon(0.15));
 }
 
 TEST_CASE("TheLionIsThick") {

@@ -157,9 +157,10 @@ TEST_CASE("RadiiThatReachTensOfThousandsOfPointsAreRefused") {
   const PointCloud cloud = test::random_sphere(100000, 5).cloud;
   const auto n = static_cast<std::uint32_t>(cloud.size());
   const auto project = [&](double radius) {
-    return project_points(cloud.positions, cloud.normals, 0, n, {radius, true});
+    return project_points(cloud.positions, cloud.normals, 0, n,
+                          {radius, true, nullptr, "clean.radius"});
   };
-  CHECK_THROWS_WITH(project(1000.0), Catch::Contains("prepare.smooth_radius"));
+  CHECK_THROWS_WITH(project(1000.0), Catch::Contains("clean.radius"));
   CHECK_NOTHROW(project(0.05));
 }
 

@@ -7,9 +7,9 @@
 
 #include <catch2/catch.hpp>
 
+#include "engine/geometry/triangle_tree.h"
 #include "engine/synthetic/synthetic_cloud.h"
 #include "engine/validation/cloud_facts.h"
-#include "engine/validation/triangle_tree.h"
 
 namespace orbweave {
 namespace {

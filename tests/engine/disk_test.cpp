@@ -11,9 +11,9 @@
 #include <optional>
 #include <set>
 
-#include "engine/pipeline/disk_plan.h"
+#include "engine/pipeline/budget/disk_plan.h"
 #include "io/error.h"
-#include "io/mesh_writer.h"
+#include "io/meshes/mesh_writer.h"
 #include "tests/support/jobs.h"
 #include "tests/support/raw_scans.h"
 
@@ -74,7 +74,7 @@ class NotRoot {
 };
 
 struct Outcome {
-  std::optional<ExitStatus> status;  ///< nothing: it ended well
+  std::optional<ErrorKind> status;  ///< nothing: it ended well
   std::string message;
   std::vector<std::string> stages;
   std::vector<std::string> lines;
@@ -92,7 +92,7 @@ Outcome attempt(const Job& job, const std::function<void(const std::string&)>& a
   try {
     outcome.report = run_job(job, {"test"}, progress, stop);
   } catch (const Error& error) {
-    outcome.status = error.status();
+    outcome.status = error.kind();
     outcome.message = error.what();
   }
   outcome.stages = progress.stages;
@@ -169,7 +169,7 @@ void check_full_disk(const Job& job, std::uint64_t limit, const Stages& only = {
     });
     full.reset();
     INFO(outcome.message);
-    REQUIRE(outcome.status == ExitStatus::kResource);
+    REQUIRE(outcome.status == ErrorKind::kResource);
     CHECK_THAT(outcome.message, Contains(fs::path(job.run.work_dir).parent_path().string()));
     CHECK_THAT(outcome.message, Contains("File too large"));
     CHECK(fs::exists(fs::path(job.run.work_dir) / "orbweave-store.json"));
@@ -193,7 +193,7 @@ void check_mishap(const Job& job, const std::function<void()>& mishap,
     repair();
     INFO(outcome.message);
     if (outcome.status || notices.contains(stage)) {
-      REQUIRE(outcome.status == ExitStatus::kResource);
+      REQUIRE(outcome.status == ErrorKind::kResource);
       CHECK_THAT(outcome.message, Contains(named));
     }
     check_resumes(job, expected);
@@ -310,7 +310,7 @@ TEST_CASE("ReadOnlyDirectoriesEndInStatus4AndSaySo") {
   {
     const NotRoot somebody;
     const Outcome outcome = attempt(job);
-    CHECK(outcome.status == ExitStatus::kResource);
+    CHECK(outcome.status == ErrorKind::kResource);
     CHECK_THAT(outcome.message, Contains(job.output.mesh) && Contains("Permission denied"));
   }
   const fs::path elsewhere = scratch / "elsewhere";
@@ -320,7 +320,7 @@ TEST_CASE("ReadOnlyDirectoriesEndInStatus4AndSaySo") {
   {
     const NotRoot somebody;
     const Outcome outcome = attempt(job);
-    CHECK(outcome.status == ExitStatus::kResource);
+    CHECK(outcome.status == ErrorKind::kResource);
     CHECK_THAT(outcome.message, Contains(job.run.work_dir) && Contains("ermission denied"));
   }
   job.run.work_dir = (elsewhere / "work").string();
@@ -340,7 +340,7 @@ TEST_CASE("ReadOnlyDirectoriesEndInStatus4AndSaySo") {
       for (const fs::directory_entry& entry : fs::directory_iterator(work))
         if (entry.is_directory()) fs::permissions(entry.path(), fs::perms(0755));
       INFO(outcome.message);
-      REQUIRE(outcome.status == ExitStatus::kResource);
+      REQUIRE(outcome.status == ErrorKind::kResource);
       CHECK_THAT(outcome.message, Contains(job.run.work_dir) && Contains("ermission denied"));
       check_resumes(job, expected);
     }
@@ -371,7 +371,7 @@ TEST_CASE("CompressedResultsGiveTheSameBytesAlsoWhereSomeAreNot") {
       if (name == "export") full.emplace(1);
     });
     full.reset();
-    REQUIRE(outcome.status == ExitStatus::kResource);
+    REQUIRE(outcome.status == ErrorKind::kResource);
     job.run.compress = !first;
     const Outcome again = attempt(job);
     INFO(again.message);
@@ -422,7 +422,7 @@ TEST_CASE("TooLittleRoomIsSaidBeforeTheWork") {
     require_room(scratch / "not/yet/there", mesh, plan, 0);
     FAIL("an exbibyte is free");
   } catch (const Error& error) {
-    CHECK(error.status() == ExitStatus::kResource);
+    CHECK(error.kind() == ErrorKind::kResource);
     CHECK_THAT(error.what(), Contains((scratch / "not/yet/there").string()) && Contains("free") &&
                                  Contains("at least") && Contains("--work-dir"));
   }

@@ -8,8 +8,8 @@
 
 #include <catch2/catch.hpp>
 
-#include "engine/normals/neighbor_search.h"
-#include "engine/normals/symmetric_eigen.h"
+#include "engine/geometry/neighbor_search.h"
+#include "engine/geometry/symmetric_eigen.h"
 #include "tests/support/clouds.h"
 
 namespace orbweave {

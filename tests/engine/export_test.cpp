@@ -1,6 +1,6 @@
 // The mesh file: written by several threads and processes at once, in pieces, as tiles; of any
 // size.
-#include "engine/pipeline/export_stage.h"
+#include "engine/pipeline/output/export_stage.h"
 
 #include <algorithm>
 #include <atomic>
@@ -17,8 +17,11 @@
 #include <vector>
 
 #include "io/error.h"
-#include "io/mesh_reader.h"
-#include "partition/team.h"
+#include "io/meshes/mesh_reader.h"
+#include "io/store/chunk_store.h"
+#include "io/store/chunk_store_file.h"
+#include "io/system/owned_files.h"
+#include "partition/communicator.h"
 #include "tests/support/jobs.h"
 
 namespace orbweave {
@@ -33,7 +36,7 @@ using test::run;
 using test::ScratchDirectory;
 
 /// Members of a team that are threads of the test.
-class ThreadTeam : public Team {
+class ThreadTeam : public Communicator {
  public:
   struct Shared {
     explicit Shared(int members) : size(members), meeting(members) {}
@@ -45,23 +48,23 @@ class ThreadTeam : public Team {
   ThreadTeam(Shared& shared, int rank) : shared_(shared), rank_(rank) {}
   int rank() const override { return rank_; }
   int size() const override { return shared_.size; }
-  using Team::meet;
-  void meet(const StopToken&, const std::function<void()>&) override {
+  using Communicator::barrier;
+  void barrier(const StopToken&, const std::function<void()>&) override {
     shared_.meeting.arrive_and_wait();
   }
-  std::uint64_t leaders_word(std::uint64_t word, const StopToken&) override {
-    if (leads()) shared_.word = word;
+  std::uint64_t broadcast(std::uint64_t word, const StopToken&) override {
+    if (is_root()) shared_.word = word;
     shared_.meeting.arrive_and_wait();
     const std::uint64_t told = shared_.word;
     shared_.meeting.arrive_and_wait();
     return told;
   }
-  void start_counting(const StopToken&) override {
+  void reset_counter(const StopToken&) override {
     shared_.meeting.arrive_and_wait();
     if (rank_ == 0) shared_.next = 0;
     shared_.meeting.arrive_and_wait();
   }
-  std::uint64_t take_next() override { return shared_.next++; }
+  std::uint64_t fetch_next() override { return shared_.next++; }
 
  private:
   Shared& shared_;
@@ -78,10 +81,10 @@ RunReport run_by_team(const Job& job, int members) {
     threads.emplace_back([&, rank] {
       const auto at = static_cast<std::size_t>(rank);
       try {
-        ThreadTeam team(shared, rank);
+        ThreadTeam communicator(shared, rank);
         test::RecordingProgress progress;
         const StopToken stop;
-        reports[at] = run_job(job, {"test"}, progress, stop, team);
+        reports[at] = run_job(job, {"test"}, progress, stop, communicator);
       } catch (...) {
         failures[at] = std::current_exception();
         shared.meeting.arrive_and_drop();
@@ -386,17 +389,27 @@ TEST_CASE("TilesReplaceTilesAndNothingElse") {
   job.partition.chunk_points = 1'000'000;
   // What a process that was killed left.
   const fs::path abandoned = scratch / ".mesh.tiles.0123456789abcdef.part";
-  fs::copy(scratch / "mesh.tiles", abandoned);
+  const fs::path foreign = scratch / ".mesh.tiles.fedcba9876543210.part";
+  {
+    ChunkStore store(job.run.work_dir);
+    REQUIRE(store.record()->make_directory(abandoned));
+    for (const char* name : {"000000.ply", ".000001.ply.0123456789abcdef.part"}) {
+      REQUIRE(store.record()->try_create(abandoned / name).valid());
+      std::ofstream(abandoned / name) << "half a tile";
+    }
+  }
+  fs::copy(scratch / "mesh.tiles", foreign);
   run(job);
   CHECK(entries_in(scratch / "mesh.tiles") == 2);
   CHECK(many > 2);
   CHECK_FALSE(fs::exists(abandoned));
+  CHECK(entries_in(foreign) == many);
   std::ofstream(scratch / "mesh.tiles" / "notes.txt") << "mine";
   try {
     run(job);
     FAIL("replaced");
   } catch (const Error& error) {
-    CHECK(error.status() == ExitStatus::kUsage);
+    CHECK(error.kind() == ErrorKind::kUsage);
     CHECK_THAT(error.what(), Catch::Contains("notes.txt"));
   }
   CHECK(bytes_of(scratch / "mesh.tiles" / "notes.txt") == "mine");
@@ -413,7 +426,7 @@ TEST_CASE("WhatCannotBeTilesIsRefusedBeforeTheWork") {
       run(job);
       FAIL("written");
     } catch (const Error& error) {
-      CHECK(error.status() == ExitStatus::kUsage);
+      CHECK(error.kind() == ErrorKind::kUsage);
     }
     CHECK_FALSE(fs::exists(job.run.work_dir));
   }

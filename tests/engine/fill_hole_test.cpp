@@ -1,4 +1,5 @@
 #include "engine/holes/fill_hole.h"
+#include "engine/holes/patch/patch_defect.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -7,11 +8,11 @@
 #include <set>
 #include <vector>
 
-#include "engine/holes/direct_fill.h"
-#include "engine/holes/loop_parts.h"
-#include "engine/holes/patch_intersections.h"
-#include "engine/holes/plane_fill.h"
-#include "engine/holes/untangle.h"
+#include "engine/holes/loops/loop_parts.h"
+#include "engine/holes/patch/direct_fill.h"
+#include "engine/holes/patch/patch_intersections.h"
+#include "engine/holes/patch/untangle.h"
+#include "engine/holes/plane/plane_fill.h"
 #include "engine/validation/mesh_facts.h"
 #include "tests/engine/hole_problems.h"
 #include "tests/support/clouds.h"

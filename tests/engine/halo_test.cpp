@@ -1,4 +1,4 @@
-// A chunk with its halo computes what the uncut cloud computes; docs/halo.md derives the width.
+// A chunk with its halo computes what the uncut cloud computes; docs/dev/halo.md derives the width.
 #include <algorithm>
 #include <catch2/catch.hpp>
 

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "engine/holes/hole_pass.h"
-#include "engine/holes/mesh_surface.h"
-#include "engine/holes/neighborhood.h"
+#include "engine/holes/loops/mesh_surface.h"
+#include "engine/holes/loops/neighborhood.h"
 #include "tests/support/meshes.h"
 
 namespace orbweave::test {
@@ -46,8 +46,8 @@ TriangleMesh height_field(std::size_t side, const std::function<double(double, d
 
 std::vector<HoleProblem> problems_of(const TriangleMesh& mesh, double radius_factor) {
   const MeshSurface surface(mesh);
-  const MeshPieces pieces = find_pieces(mesh, surface);
-  MeshBoundary boundary = find_boundary(mesh, surface, pieces.of_triangle);
+  const MeshComponents components = find_components(mesh, surface);
+  MeshBoundary boundary = find_boundary(mesh, surface, components.of_triangle);
   const std::vector<BoundaryLoop> loops = trace_loops(std::move(boundary.fans), boundary.vertices);
   const auto taken = shared_pairs(loops);
   NeighborhoodOptions options;

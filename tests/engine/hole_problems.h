@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "engine/holes/hole.h"
+#include "engine/holes/problem/hole.h"
 #include "io/triangle_mesh.h"
 
 namespace orbweave::test {

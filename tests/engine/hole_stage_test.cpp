@@ -1,5 +1,5 @@
 // The hole pass of a job: wherever the holes lie relative to the chunks.
-#include "engine/pipeline/hole_stage.h"
+#include "engine/pipeline/surface/hole_stage.h"
 
 #include <algorithm>
 #include <atomic>
@@ -10,7 +10,7 @@
 
 #include "engine/validation/mesh_facts.h"
 #include "io/error.h"
-#include "io/mesh_reader.h"
+#include "io/meshes/mesh_reader.h"
 #include "tests/support/jobs.h"
 
 namespace orbweave {
@@ -169,7 +169,7 @@ TEST_CASE("InterruptedInTheHolePassAndResumedGivesTheSameBytes") {
       run_job(job, {"test"}, progress, stop);
       break;
     } catch (const Error& error) {
-      REQUIRE(error.status() == ExitStatus::kInterrupted);
+      REQUIRE(error.kind() == ErrorKind::kInterrupted);
       ++interruptions;
     }
   }

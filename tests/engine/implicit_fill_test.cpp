@@ -1,4 +1,5 @@
-#include "engine/holes/implicit_fill.h"
+#include "engine/holes/implicit/implicit_fill.h"
+#include "engine/holes/patch/patch_defect.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -7,7 +8,7 @@
 #include <vector>
 
 #include "engine/holes/fill_hole.h"
-#include "engine/holes/patch_intersections.h"
+#include "engine/holes/patch/patch_intersections.h"
 #include "engine/validation/mesh_facts.h"
 #include "tests/engine/hole_problems.h"
 #include "tests/support/meshes.h"

@@ -1,4 +1,4 @@
-#include "engine/holes/loop_triangulation.h"
+#include "engine/holes/triangulation/loop_triangulation.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -6,8 +6,8 @@
 #include <functional>
 #include <map>
 
-#include "engine/holes/loop_chords.h"
-#include "engine/holes/patch_mesh.h"
+#include "engine/holes/patch/patch_mesh.h"
+#include "engine/holes/triangulation/loop_chords.h"
 #include "tests/engine/loops_in_space.h"
 
 using orbweave::CornerTriangle;

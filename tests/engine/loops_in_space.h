@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/holes/loop_triangulation.h"
+#include "engine/holes/triangulation/loop_triangulation.h"
 #include "tests/support/clouds.h"
 
 namespace orbweave::test {

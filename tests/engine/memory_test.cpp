@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "engine/pipeline/memory_forecast.h"
+#include "engine/pipeline/budget/memory_forecast.h"
 #include "io/error.h"
-#include "io/mesh_writer.h"
+#include "io/meshes/mesh_writer.h"
 #include "tests/support/clouds.h"
 #include "tests/support/data.h"
 #include "tests/support/jobs.h"
@@ -192,21 +192,17 @@ TEST_CASE("ABallThatReachesMorePointsThanTheBudgetHoldsSaysTheLeast") {
 }
 
 TEST_CASE("ABoundaryThatTheBudgetCannotHoldSaysTheLeast") {
-  test::RecordingProgress progress;
-  const StopToken stop;
-  const std::vector<std::string> files;
-  Job job;
+  ResolvedJob job;
   job.partition.memory_bytes = 512 * kMiB;
-  const InputContext context{job, files, progress, stop};
   const HoleLoad fits{1'400'000, 200'000, 32 * kMiB, 4 * kMiB, 400 * kMiB};
-  CHECK_NOTHROW(require_memory_for_holes(context, Partition(), fits));
-  CHECK(predicted_hole_bytes(context, Partition(), fits) <= job.partition.memory_bytes);
+  CHECK_NOTHROW(require_memory_for_holes(job, Partition(), fits));
+  CHECK(predicted_hole_bytes(job, Partition(), fits) <= job.partition.memory_bytes);
   const HoleLoad large{14'000'000, 2'000'000, 32 * kMiB, 4 * kMiB, 4000 * kMiB};
   try {
-    require_memory_for_holes(context, Partition(), large);
+    require_memory_for_holes(job, Partition(), large);
     FAIL("a boundary of gigabytes was taken");
   } catch (const Error& error) {
-    CHECK(error.status() == ExitStatus::kResource);
+    CHECK(error.kind() == ErrorKind::kResource);
     const std::string text = error.what();
     CHECK(text.find("at least") != std::string::npos);
     CHECK(text.find("partition.memory") != std::string::npos);

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <string>
 
-#include "engine/ball_pivoting/walk.h"
+#include "engine/ball_pivoting/scratch_space.h"
 #include "tests/support/clouds.h"
 
 namespace orbweave {
@@ -32,16 +32,16 @@ class Fans {
     everybody.end[0] = n;
     everybody.count = 1;
     const WalkKernel kernel = walk_kernel(width);
-    make_room(n);
+    space_.grow(n);
     for (std::uint32_t first = 0; first < n; first += kWalksAtOnce) {
       const std::uint32_t count = std::min(kWalksAtOnce, n - first);
       for (std::uint32_t w = 0; w < count; ++w) {
-        scratch_[w].point = first + w;
-        kernel.gather(points, everybody, named.ball_radius, scratch_[w]);
+        space_.arrays()[w].point = first + w;
+        kernel.gather(points, everybody, named.ball_radius, space_.arrays()[w]);
       }
-      settled += kernel.walk(points, scratch_, count, nullptr, nearest_first, fans_);
+      settled += kernel.walk(points, space_.arrays(), count, nullptr, nearest_first, space_.fans());
       for (std::uint32_t w = 0; w < count; ++w) {
-        const Fan& fan = fans_[w];
+        const Fan& fan = space_.fans()[w];
         text.push_back(fan.closed ? 1 : 0);
         text.push_back(fan.count);
         text.insert(text.end(), fan.corners, fan.corners + fan.count);
@@ -52,29 +52,8 @@ class Fans {
   std::size_t settled = 0;
 
  private:
-  void make_room(std::uint32_t n) {
-    const std::size_t room = n + kLanePadding;
-    doubles_.assign(kWalksAtOnce * 7 * room, 0.0);
-    ids_.assign(kWalksAtOnce * room, 0);
-    corners_.assign(kWalksAtOnce * std::size_t{corner_bound(n)}, 0);
-    double* at = doubles_.data();
-    for (std::uint32_t w = 0; w < kWalksAtOnce; ++w) {
-      WalkScratch& s = scratch_[w];
-      Neighbours& list = s.neighbours;
-      for (double** array : {&list.dx, &list.dy, &list.dz, &list.cap_height, &list.inverse_length,
-                             &s.arc_begin, &s.arc_length}) {
-        *array = at;
-        at += room;
-      }
-      list.id = ids_.data() + w * room;
-      fans_[w].corners = corners_.data() + w * std::size_t{corner_bound(n)};
-    }
-  }
-  std::vector<double> coordinates_[3], doubles_;
-  std::vector<std::uint32_t> ids_;
-  std::vector<Corner> corners_;
-  WalkScratch scratch_[kWalksAtOnce];
-  Fan fans_[kWalksAtOnce];
+  std::vector<double> coordinates_[3];
+  ScratchSpace space_;
 };
 
 std::vector<VectorWidth> supported_widths() {

@@ -6,10 +6,10 @@
 
 #include <catch2/catch.hpp>
 
-#include "engine/normals/point_tree.h"
+#include "engine/geometry/point_tree.h"
 #include "engine/synthetic/synthetic_cloud.h"
 #include "io/error.h"
-#include "io/mesh_reader.h"
+#include "io/meshes/mesh_reader.h"
 #include "tests/support/data.h"
 
 namespace orbweave {

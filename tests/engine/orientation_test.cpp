@@ -11,7 +11,7 @@
 #include "engine/normals/estimate_normals.h"
 #include "engine/normals/normals_from_faces.h"
 #include "engine/normals/orientation_graph.h"
-#include "io/mesh_reader.h"
+#include "io/meshes/mesh_reader.h"
 #include "tests/support/clouds.h"
 #include "tests/support/data.h"
 

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "engine/holes/fill_hole.h"
+#include "engine/holes/patch/patch_defect.h"
 
 using orbweave::FillMethod;
 using orbweave::HolePatch;

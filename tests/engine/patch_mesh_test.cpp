@@ -1,11 +1,12 @@
-#include "engine/holes/patch_mesh.h"
+#include "engine/holes/patch/patch_mesh.h"
+#include "engine/holes/patch/patch_defect.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "engine/holes/fill_hole.h"
-#include "engine/holes/loop_chords.h"
+#include "engine/holes/triangulation/loop_chords.h"
 #include "tests/engine/loops_in_space.h"
 
 using orbweave::CornerTriangle;

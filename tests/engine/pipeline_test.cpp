@@ -10,8 +10,8 @@
 
 #include "engine/validation/mesh_facts.h"
 #include "io/error.h"
-#include "io/mesh_reader.h"
-#include "io/mesh_writer.h"
+#include "io/meshes/mesh_reader.h"
+#include "io/meshes/mesh_writer.h"
 #include "tests/support/clouds.h"
 #include "tests/support/data.h"
 #include "tests/support/jobs.h"
@@ -31,14 +31,14 @@ using test::run_with_interruptions;
 using test::ScratchDirectory;
 using test::shuffle;
 
-ExitStatus status_of(const Job& job) {
+ErrorKind status_of(const Job& job) {
   try {
     run(job);
   } catch (const Error& error) {
     UNSCOPED_INFO(error.what());
-    return error.status();
+    return error.kind();
   }
-  return ExitStatus::kDone;
+  return ErrorKind::kNone;
 }
 
 std::string message_of(const Job& job) {
@@ -247,9 +247,9 @@ TEST_CASE("WhatCannotBeReconstructedIsBadInputAndLeavesNoFile") {
     named.cloud.normals.assign(n, {0, 0, 1});
     for (std::size_t i = 0; i < n; ++i) named.cloud.positions.push_back(place(i));
     Job job = job_for(scratch, named);
-    CHECK(status_of(job) == ExitStatus::kBadInput);
+    CHECK(status_of(job) == ErrorKind::kBadInput);
     job.reconstruct.ball_radii.clear();
-    CHECK(status_of(job) == ExitStatus::kBadInput);
+    CHECK(status_of(job) == ErrorKind::kBadInput);
     CHECK_FALSE(std::filesystem::exists(job.output.mesh));
     CHECK_FALSE(std::filesystem::exists(job.run.work_dir));
   };
@@ -266,10 +266,10 @@ TEST_CASE("RadiiFarFromTheSpacingSaySo") {
   ScratchDirectory scratch;
   Job job = job_for(scratch, named);
   job.reconstruct.ball_radii = {300.0 * named.ball_radius};
-  CHECK(status_of(job) == ExitStatus::kUsage);
+  CHECK(status_of(job) == ErrorKind::kUsage);
   CHECK(message_of(job).find("times the point spacing") != std::string::npos);
   job.reconstruct.ball_radii = {named.ball_radius / 300.0};
-  CHECK(status_of(job) == ExitStatus::kBadInput);
+  CHECK(status_of(job) == ErrorKind::kBadInput);
   CHECK(message_of(job).find("times the point spacing") != std::string::npos);
   CHECK_FALSE(std::filesystem::exists(job.output.mesh));
 }

@@ -1,4 +1,5 @@
-#include "engine/holes/plane_fill.h"
+#include "engine/holes/plane/plane_fill.h"
+#include "engine/holes/patch/patch_defect.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -9,12 +10,12 @@
 #include <vector>
 
 #include "engine/holes/fill_hole.h"
-#include "engine/holes/hole_frame.h"
-#include "engine/holes/patch_intersections.h"
-#include "engine/holes/plane_grid.h"
-#include "engine/holes/plane_outline.h"
-#include "engine/holes/plane_sites.h"
-#include "engine/holes/rim.h"
+#include "engine/holes/patch/patch_intersections.h"
+#include "engine/holes/patch/rim.h"
+#include "engine/holes/plane/hole_frame.h"
+#include "engine/holes/plane/plane_grid.h"
+#include "engine/holes/plane/plane_outline.h"
+#include "engine/holes/plane/plane_sites.h"
 #include "engine/validation/mesh_facts.h"
 #include "tests/engine/hole_problems.h"
 #include "tests/support/clouds.h"

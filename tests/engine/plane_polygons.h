@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/holes/plane_point.h"
+#include "engine/holes/triangulation/plane_point.h"
 #include "tests/support/clouds.h"
 
 namespace orbweave::test {

@@ -1,11 +1,11 @@
-#include "engine/holes/plane_triangulation.h"
+#include "engine/holes/triangulation/plane_triangulation.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
 
-#include "engine/holes/patch_mesh.h"
+#include "engine/holes/patch/patch_mesh.h"
 #include "tests/engine/plane_polygons.h"
 
 using orbweave::CornerTriangle;

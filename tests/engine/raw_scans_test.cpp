@@ -4,9 +4,15 @@
 #include <cmath>
 #include <fstream>
 
+#include "engine/pipeline/budget/memory_forecast.h"
+#include "engine/pipeline/points/prepare_stage.h"
+#include "engine/pipeline/stage/cleaning_rule.h"
+#include "io/clouds/open_point_source.h"
 #include "io/error.h"
-#include "io/mesh_reader.h"
-#include "io/mesh_writer.h"
+#include "io/meshes/mesh_reader.h"
+#include "io/meshes/mesh_writer.h"
+#include "io/report/progress.h"
+#include "partition/octree.h"
 #include "tests/io/las_files.h"
 #include "tests/support/raw_scans.h"
 
@@ -61,11 +67,11 @@ std::uint64_t dropped_in_all(const RunReport& report) {
   return sum;
 }
 
-std::string message_of(const Job& job, ExitStatus status) {
+std::string message_of(const Job& job, ErrorKind status) {
   try {
     run(job);
   } catch (const Error& error) {
-    CHECK(error.status() == status);
+    CHECK(error.kind() == status);
     return error.what();
   }
   return {};
@@ -118,8 +124,8 @@ TEST_CASE("ScansWithPosesMakeOneSurfaceThatFacesTheScanners") {
   Job job = job_for(scratch, scans);
   job.fill.enabled = false;  // what no scan saw is of no interest here
   const RunReport report = run(job);
-  CHECK(report.normals.source == "estimated");
-  CHECK(report.normals.orientation == "scanner");
+  CHECK(report.normals.source == NormalSource::kEstimate);
+  CHECK(report.normals.orientation == Orientation::kScanner);
   CHECK(report.points_read == dropped_in_all(report) + report.mesh.vertices + report.points_unused);
   const TriangleMesh mesh = read_mesh((scratch / "mesh.ply").string());
   CHECK(outward_share(mesh) > 0.995);
@@ -130,7 +136,7 @@ TEST_CASE("ScansWithPosesMakeOneSurfaceThatFacesTheScanners") {
 TEST_CASE("WithoutAScannerPropagationEndsOutward") {
   ScratchDirectory scratch;
   const RunReport report = run(job_for(scratch, torus_without_normals(6000)));
-  CHECK(report.normals.orientation == "propagate");
+  CHECK(report.normals.orientation == Orientation::kPropagate);
   CHECK(report.normals.patches > 4);
   CHECK(report.normals.components == 1);
   CHECK(report.mesh.watertight);
@@ -261,7 +267,7 @@ TEST_CASE("ALasTileKeepsItsDigitsAndItsCoordinateSystem") {
   const RunReport report = run(job);
   CHECK(report.coordinate_system == system);
   CHECK(bytes_of(scratch / "terrain.prj") == system + "\n");
-  CHECK(report.normals.orientation == "up");
+  CHECK(report.normals.orientation == Orientation::kUp);
   const PointCloud points = read_all(*open_point_source(scratch / "tile.las"));
   const PointCloud vertices = read_all(*open_point_source(job.output.mesh));
   CHECK(vertices.size() == 900);
@@ -290,12 +296,36 @@ TEST_CASE("ClassesAndReturnsFilterAndAreCounted") {
   job.input.returns = ReturnFilter::kLast;
   const RunReport report = run(job);
   CHECK(report.points_read == named.cloud.size());
-  CHECK(report.points_dropped.at("class not wanted") == (named.cloud.size() + 3) / 4);
+  CHECK(report.points_dropped.at("class 7 (low point) not selected") ==
+        (named.cloud.size() + 3) / 4);
   CHECK(report.points_dropped.at("not a last return") > 0);
   job.input.files = {(scratch / "plain.ply").string()};
   write_cloud(job.input.files.front(), painted_torus(1000, 0.0, 3).cloud);
-  CHECK_THAT(message_of(job, ExitStatus::kBadInput),
+  CHECK_THAT(message_of(job, ErrorKind::kBadInput),
              Contains("plain.ply") && Contains("no classification"));
+}
+
+TEST_CASE("TheForecastKnowsHowFarNormalsOfMergedPointsReach") {
+  const NamedCloud named = torus_without_normals(200'000);
+  CountGrid grid;
+  grid.add(named.cloud.positions);
+  const RootCube root = root_cube(grid.bounds());
+  grid.settle(root.side);
+  Partition scans;
+  scans.octree = cut_octree(grid, root, 20'000);
+  scans.spacing = 0.01;
+  scans.normal_radius = 0.04;
+  ResolvedJob job;
+  job.run.threads = 2;
+  job.estimates_normals = true;
+  const std::vector<double> radii = {0.012};
+  CHECK(reach_of_preparation(job, scans) == 0.04);
+  const std::uint64_t alone = predicted_peak_bytes(job, scans, radii);
+  job.prepare.merge_tolerance = 0.3;
+  CHECK(reach_of_preparation(job, scans) == Approx(1.5 * 1.2 * 0.3 * std::sqrt(16.0 / 3.14159265)));
+  CHECK(predicted_peak_bytes(job, scans, radii) > alone + alone / 10);
+  job.estimates_normals = false;
+  CHECK(reach_of_preparation(job, scans) == 0.04);
 }
 
 TEST_CASE("WhatIsMissingForRawScansIsSaid") {
@@ -303,20 +333,20 @@ TEST_CASE("WhatIsMissingForRawScansIsSaid") {
   const NamedCloud named = torus_without_normals(500);
   Job job = job_for(scratch, named);
   job.normals.source = NormalSource::kFile;
-  CHECK_THAT(message_of(job, ExitStatus::kBadInput), Contains("the cloud has no normals"));
+  CHECK_THAT(message_of(job, ErrorKind::kBadInput), Contains("the cloud has no normals"));
   job.normals.source = NormalSource::kAuto;
   job.normals.orientation = Orientation::kScanner;
-  CHECK_THAT(message_of(job, ExitStatus::kBadInput),
+  CHECK_THAT(message_of(job, ErrorKind::kBadInput),
              Contains(std::to_string(named.cloud.size()) + " points without a scanner"));
   job.normals.orientation = Orientation::kViewpoint;
-  CHECK_THAT(message_of(job, ExitStatus::kUsage), Contains("needs normals.viewpoint"));
+  CHECK_THAT(message_of(job, ErrorKind::kUsage), Contains("needs normals.viewpoint"));
   job.normals = {};
   job.prepare.smooth_radius = 100.0;
-  CHECK_THAT(message_of(job, ExitStatus::kUsage), Contains("smooth_radius is far too large"));
+  CHECK_THAT(message_of(job, ErrorKind::kUsage), Contains("smooth_radius is far too large"));
   job.prepare = {};
   job.input.poses = (scratch / "none.conf").string();
-  CHECK_THAT(message_of(job, ExitStatus::kBadInput), Contains("cannot open the file of poses"));
+  CHECK_THAT(message_of(job, ErrorKind::kBadInput), Contains("cannot open the file of poses"));
   std::ofstream(job.input.poses) << "bmesh other.ply 0 0 0 0 0 0 1\n";
-  CHECK_THAT(message_of(job, ExitStatus::kBadInput),
+  CHECK_THAT(message_of(job, ErrorKind::kBadInput),
              Contains("no pose for this scan") && Contains("cloud.ply"));
 }

@@ -1,4 +1,4 @@
-#include "engine/holes/rbf.h"
+#include "engine/holes/rbf/rbf.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/holes/rbf_kernel.h"
+#include "engine/holes/rbf/rbf_kernel.h"
 #include "tests/support/clouds.h"
 
 namespace orbweave {

@@ -1,6 +1,4 @@
 // What a second run of a job takes over from the first, what it computes again, and what it says.
-#include <fcntl.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,7 +11,11 @@
 
 #include "engine/pipeline/pipeline.h"
 #include "io/error.h"
-#include "io/mesh_writer.h"
+#include "io/meshes/mesh_writer.h"
+#include "io/store/chunk_store.h"
+#include "io/store/chunk_store_file.h"
+#include "io/system/file_descriptor.h"
+#include "io/system/owned_files.h"
 #include "tests/support/clouds.h"
 #include "tests/support/data.h"
 #include "tests/support/jobs.h"
@@ -70,7 +72,7 @@ void run_until(const Job& job, const std::string& stage) {
   try {
     run_job(job, {"test"}, progress, stop);
   } catch (const Error& error) {
-    REQUIRE(error.status() == ExitStatus::kInterrupted);
+    REQUIRE(error.kind() == ErrorKind::kInterrupted);
     return;
   }
   FAIL("there was no stage " << stage);
@@ -82,19 +84,6 @@ Job kept_job(const ScratchDirectory& scratch) {
   job.partition.chunk_points = 400;
   job.run.keep_work_dir = true;
   test::run(job);
-  return job;
-}
-
-/// Raw scans with everything that is done to raw points.
-Job cleaning_job(const ScratchDirectory& scratch) {
-  const test::RawScans scans = test::scan_torus(scratch, 2500, 0.2, 0.3);
-  Job job = job_for(scratch, scans);
-  job.partition.chunk_points = 500;
-  job.prepare.automatic = false;
-  job.prepare.outlier_sigma = 6.0;
-  job.prepare.smooth_radius = 2.5 * scans.spacing;
-  job.prepare.thin_to_spacing = 0.5 * scans.spacing;
-  job.normals.orientation = Orientation::kPropagate;
   return job;
 }
 
@@ -244,7 +233,7 @@ TEST_CASE("AScanThatChangesWhileItIsReadIsBadInputAndLeavesNothing") {
       run_job(job, {"test"}, progress, stop);
       FAIL("nobody noticed");
     } catch (const Error& error) {
-      CHECK(error.status() == ExitStatus::kBadInput);
+      CHECK(error.kind() == ErrorKind::kBadInput);
       CHECK(std::string(error.what()).find(scan.string()) != std::string::npos);
       CHECK(std::string(error.what()).find("changed") != std::string::npos);
     }
@@ -255,7 +244,7 @@ TEST_CASE("AScanThatChangesWhileItIsReadIsBadInputAndLeavesNothing") {
 
 TEST_CASE("RawPointsGoAsSoonAsTheNextPassIsCompleteAndResumingTakesTheLatest") {
   const ScratchDirectory scratch;
-  const Job job = cleaning_job(scratch);
+  const Job job = test::cleaning_job(scratch, 2500);
   const std::string expected = without_work(job);
   const fs::path work = job.run.work_dir;
   run_until(job, "raw_normals");
@@ -280,7 +269,7 @@ TEST_CASE("RawPointsGoAsSoonAsTheNextPassIsCompleteAndResumingTakesTheLatest") {
 
 TEST_CASE("KilledBetweenTheEndOfAPassAndTheRemovalOfItsSourceMakesNoDifference") {
   const ScratchDirectory scratch;
-  const Job job = cleaning_job(scratch);
+  const Job job = test::cleaning_job(scratch, 2500);
   const std::string expected = without_work(job);
   const fs::path work = job.run.work_dir;
   run_until(job, "raw_outliers");
@@ -296,7 +285,7 @@ TEST_CASE("KilledBetweenTheEndOfAPassAndTheRemovalOfItsSourceMakesNoDifference")
 
 TEST_CASE("AChangedPassIsRunAgainOnWhatIsThereAndOtherwiseFromTheScans") {
   const ScratchDirectory scratch;
-  const Job first = cleaning_job(scratch);
+  const Job first = test::cleaning_job(scratch, 2500);
   run_until(first, "raw_patches");  // the thinned points are complete
   Job job = first;
   job.prepare.thin_to_spacing *= 1.5;
@@ -357,6 +346,92 @@ TEST_CASE("WhatAPowerCutLeavesResumesToTheSameBytes") {
   }
 }
 
+namespace {
+
+/// Another cloud in the place of a job's scan: of equal size, and with the time of the one before.
+void replace_unseen(const Job& job, std::uint64_t seed) {
+  const fs::path file = job.input.files.front();
+  const auto time = fs::last_write_time(file);
+  const auto bytes = fs::file_size(file);
+  write_cloud(file, painted_torus(3000, 0.3, seed).cloud);
+  REQUIRE(fs::file_size(file) == bytes);
+  fs::last_write_time(file, time);
+}
+
+}  // namespace
+
+TEST_CASE("AScanThatIsReplacedByOneOfEqualSizeAndTimeIsNoticed") {
+  const ScratchDirectory scratch;
+  const Job job = kept_job(scratch);
+  const std::string before = bytes_of(job.output.mesh);
+  CHECK(run_told(job).again().empty());
+  replace_unseen(job, 32);
+  const Told told = run_told(job);
+  CHECK(told.again().find(job.input.files.front() + " changed from ") == 0);
+  CHECK(told.again().find(", sample ") != std::string::npos);
+  CHECK(told.again().find(": points, mesh and holes are computed again") != std::string::npos);
+  CHECK(told.stage("count") != nullptr);
+  CHECK((bytes_of(job.output.mesh) != before));
+  CHECK((bytes_of(job.output.mesh) == without_work(job)));
+  const Told unchanged = run_told(job);
+  CHECK(unchanged.again().empty());
+  CHECK(unchanged.stage("count") == nullptr);
+}
+
+TEST_CASE("AMeshOfAScanThatWasReplacedSinceIsNotTakenForTheJobsEnd") {
+  const ScratchDirectory scratch;
+  Job job = kept_job(scratch);
+  const std::string before = bytes_of(job.output.mesh);
+  job.run.keep_work_dir = false;
+  bool is_scan = true;
+  SECTION("the scan") { replace_unseen(job, 33); }
+  SECTION("the mesh itself") {
+    is_scan = false;
+    const auto time = fs::last_write_time(job.output.mesh);
+    test::damage(job.output.mesh);
+    fs::last_write_time(job.output.mesh, time);
+  }
+  const Told told = run_told(job);
+  CHECK_FALSE(told.report.ended_before);
+  CHECK((bytes_of(job.output.mesh) == before) == !is_scan);
+}
+
+TEST_CASE("AScanThatIsReplacedUnseenWhileItIsReadEndsTheRun") {
+  const ScratchDirectory scratch;
+  const Job job = job_for(scratch, painted_torus(3000, 0.3, 31));
+  RecordingProgress progress;
+  const StopToken stop;
+  progress.at_stage = [&](const std::string& stage) {
+    if (stage == "bin") replace_unseen(job, 34);
+  };
+  try {
+    run_job(job, {"test"}, progress, stop);
+    FAIL("nothing was noticed");
+  } catch (const Error& error) {
+    CHECK(error.kind() == ErrorKind::kBadInput);
+    const std::string message = error.what();
+    CHECK(message.find("a scan changed while it was read; found ") != std::string::npos);
+    CHECK(message.find(job.input.files.front() + " changed from ") != std::string::npos);
+  }
+  CHECK_FALSE(fs::exists(job.output.mesh));
+  CHECK_FALSE(fs::exists(job.run.work_dir));
+}
+
+TEST_CASE("TheReportSaysWhatOfTheInputIsTrusted") {
+  const ScratchDirectory scratch;
+  const Job job = job_for(scratch, test::scan_torus(scratch, 2500, 0.2, 0.3));
+  const RunReport report = test::run(job);
+  REQUIRE(report.trusted.size() == job.input.files.size() + 1);  // and the poses
+  for (std::size_t i = 0; i < report.trusted.size(); ++i) {
+    const TrustedFile& file = report.trusted[i];
+    CHECK(file.file == (i < job.input.files.size() ? job.input.files[i] : job.input.poses));
+    CHECK(file.bytes == fs::file_size(file.file));
+    CHECK(file.bytes_hashed == std::min<std::uint64_t>(file.bytes, 262144));
+    CHECK(file.modified.starts_with("20"));
+  }
+  CHECK(report_json(report).find("\"trusted\": [") != std::string::npos);
+}
+
 TEST_CASE("ARemovalThatWasCutShortIsFinishedAndTheJobIsNotRunAgain") {
   const ScratchDirectory scratch;
   Job job = kept_job(scratch);
@@ -365,8 +440,8 @@ TEST_CASE("ARemovalThatWasCutShortIsFinishedAndTheJobIsNotRunAgain") {
   job.run.keep_work_dir = false;
   SECTION("with results left") { fs::remove_all(work / "points"); }
   SECTION("with little left") {
-    for (const char* name :
-         {"points", "mesh", "stitch", "holes", "orbweave.log", "orbweave-store.json"})
+    for (const char* name : {"points", "mesh", "stitch", "holes", "orbweave.log",
+                             "orbweave-steps.jsonl", "orbweave-store.json"})
       fs::remove_all(work / name);
   }
   const RunReport report = test::run(job);
@@ -389,20 +464,27 @@ TEST_CASE("AJobThatHasEndedIsRunAgainWhereItsOutputOrItsOptionsChanged") {
   if (job.fill.max_edges == 0) CHECK((bytes_of(job.output.mesh) == expected));
 }
 
-TEST_CASE("WhatAKilledWriterLeftBesideTheOutputsGoesAndWhatOthersWriteStays") {
+TEST_CASE("WhatAKilledWriterLeftBesideTheOutputsGoesByItsRecordAndWhatOthersWriteStays") {
   const ScratchDirectory scratch;
   const Job job = job_for(scratch, painted_torus(3000, 0.2, 33));
   const fs::path left = scratch / ".mesh.ply.0123456789abcdef.part";
+  const fs::path replaced = scratch / ".mesh.ply.1123456789abcdef.part";
   const fs::path written = scratch / ".mesh.ply.fedcba9876543210.part";
   const fs::path other = scratch / ".mesh-of-mine.ply.0123456789abcdef.part";
-  for (const fs::path& path : {left, written, other}) std::ofstream(path) << "half a mesh";
-  const int held = open(written.c_str(), O_RDWR | O_CLOEXEC);
-  REQUIRE(flock(held, LOCK_EX | LOCK_NB) == 0);
+  {
+    ChunkStore store(job.run.work_dir);
+    const FileDescriptor kept_open = store.record()->try_create(replaced);
+    REQUIRE(kept_open.valid());
+    REQUIRE(store.record()->try_create(left).valid());
+    fs::rename(replaced, scratch / "elsewhere");  // its inode is not given away again
+  }
+  for (const fs::path& path : {left, replaced, written, other})
+    std::ofstream(path) << "half a mesh";
   test::run(job);
-  close(held);
   CHECK_FALSE(fs::exists(left));
-  CHECK(fs::exists(written));
-  CHECK(fs::exists(other));
+  CHECK(bytes_of(replaced) == "half a mesh");  // another file of that name
+  CHECK(bytes_of(written) == "half a mesh");
+  CHECK(bytes_of(other) == "half a mesh");
 }
 
 TEST_CASE("FreshTakesNothingOver") {

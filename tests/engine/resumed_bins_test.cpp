@@ -10,18 +10,22 @@
 #include <fstream>
 #include <functional>
 #include <map>
+#include <random>
 #include <string>
 #include <vector>
 
-#include "engine/pipeline/cut_exchange.h"
 #include "engine/pipeline/pipeline.h"
+#include "engine/pipeline/points/own_share.h"
+#include "io/clouds/open_point_source.h"
+#include "io/clouds/point_source_list.h"
 #include "io/error.h"
-#include "io/mesh_writer.h"
-#include "io/point_source.h"
+#include "io/meshes/mesh_writer.h"
+#include "io/points/point_source.h"
 #include "partition/memory_plan.h"
 #include "tests/support/clouds.h"
 #include "tests/support/data.h"
 #include "tests/support/jobs.h"
+#include "tests/support/stored_damage.h"
 
 namespace orbweave {
 namespace {
@@ -79,7 +83,7 @@ struct Told {
   std::vector<std::string> stages;
   std::map<std::string, std::uint64_t> points;  ///< by stage
   std::string lines;
-  ExitStatus status = ExitStatus::kDone;
+  ErrorKind status = ErrorKind::kNone;
   std::string message;
 
   bool ran(const std::string& stage) const {
@@ -104,7 +108,7 @@ Told run_until(const Job& job, const std::string& stage, int steps = 0,
   try {
     run_job(job, {"test"}, progress, stop);
   } catch (const Error& error) {
-    told.status = error.status();
+    told.status = error.kind();
     told.message = error.what();
   }
   told.stages = progress.stages;
@@ -113,12 +117,20 @@ Told run_until(const Job& job, const std::string& stage, int steps = 0,
   return told;
 }
 
-/// The points as they are stored, in their files.
+/// The points as they are stored: the arrays of every file. (Files of two work directories differ
+/// in whose they are.)
 std::map<std::string, std::string> points_of(const Job& job) {
+  const ChunkStore store(job.run.work_dir);
   std::map<std::string, std::string> files;
-  for (const auto& entry : fs::directory_iterator(fs::path(job.run.work_dir) / "points"))
-    if (entry.path().extension() == ".h5")
-      files[entry.path().filename().string()] = test::bytes_of(entry.path());
+  for (const auto& entry : fs::directory_iterator(fs::path(job.run.work_dir) / "points")) {
+    if (entry.path().extension() != ".h5") continue;
+    const std::string name = entry.path().filename().string();
+    const auto stored = store.open("points", static_cast<ChunkId>(std::stoul(name)));
+    for (const char* array : {"positions", "block_bounds", "normals", "attributes"}) {
+      const auto bytes = stored->read_all<char>(array);
+      files[name].append(bytes.begin(), bytes.end());
+    }
+  }
   return files;
 }
 
@@ -167,7 +179,7 @@ TEST_CASE("KilledWhileItSortsARunCountsAndBinsNothingAgain") {
   Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
   const Told killed = run_until(job, "sort", 8);
-  REQUIRE(killed.status == ExitStatus::kInterrupted);
+  REQUIRE(killed.status == ErrorKind::kInterrupted);
   REQUIRE(fs::exists(cut_stage(job) / "bins.0"));
   REQUIRE(test::results_in(fs::path(job.run.work_dir) / "points") > 0);
   SECTION("with the same options") {}
@@ -190,7 +202,7 @@ TEST_CASE("KilledWhileItMeasuresARunBinsNothingAgain") {
   const ScratchDirectory scratch;
   const Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
-  REQUIRE(run_until(job, "measure").status == ExitStatus::kInterrupted);
+  REQUIRE(run_until(job, "measure").status == ErrorKind::kInterrupted);
   fs::remove(cut_stage(job) / "measured.json.xxh3");
   const Told told = check_resumes(job, expected);
   CHECK_FALSE(told.ran("count"));
@@ -203,7 +215,7 @@ TEST_CASE("KilledWhileItBinsARunCountsNothingAgainAndBinsTheRest") {
   const Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
   // The beginning, what was done before, twenty batches of points; few are read ahead.
-  REQUIRE(run_until(job, "bin", 21).status == ExitStatus::kInterrupted);
+  REQUIRE(run_until(job, "bin", 21).status == ErrorKind::kInterrupted);
   SECTION("as it was killed") {
     const Told told = check_resumes(job, expected);
     CHECK_FALSE(told.ran("count"));
@@ -220,7 +232,7 @@ TEST_CASE("KilledWhileItBinsARunCountsNothingAgainAndBinsTheRest") {
     const fs::path bins = cut_stage(job) / "bins.0";
     const auto bytes = fs::file_size(bins);
     fs::resize_file(bins, bytes / 2);
-    REQUIRE(run_until(job, "bin", 2).status == ExitStatus::kInterrupted);
+    REQUIRE(run_until(job, "bin", 2).status == ErrorKind::kInterrupted);
     fs::resize_file(bins, bytes);
     const Told told = check_resumes(job, expected);
     CHECK_FALSE(told.ran("count"));
@@ -232,7 +244,7 @@ TEST_CASE("KilledWhenItHasCountedARunCountsNothingAgain") {
   const ScratchDirectory scratch;
   Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
-  REQUIRE(run_until(job, "bin").status == ExitStatus::kInterrupted);
+  REQUIRE(run_until(job, "bin").status == ErrorKind::kInterrupted);
   const bool changed = GENERATE(false, true);
   if (changed) {
     const fs::path scan = job.input.files.front();
@@ -247,7 +259,7 @@ TEST_CASE("BinsThatAreDamagedOrGoneAreMadeAgainAndItSaysSo") {
   const ScratchDirectory scratch;
   Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
-  REQUIRE(run_until(job, "sort", 8).status == ExitStatus::kInterrupted);
+  REQUIRE(run_until(job, "sort", 8).status == ErrorKind::kInterrupted);
   const fs::path bins = cut_stage(job) / "bins.0";
   bool counts = false;
   std::string says = "points that were binned are damaged or gone";
@@ -274,7 +286,7 @@ TEST_CASE("ASortedChunkThatIsDamagedWhenItsBinIsGoneIsNotLookedForInTheBins") {
   const ScratchDirectory scratch;
   const Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
-  REQUIRE(run_until(job, "sort", 8).status == ExitStatus::kInterrupted);
+  REQUIRE(run_until(job, "sort", 8).status == ErrorKind::kInterrupted);
   std::string damaged;
   for (const auto& [name, content] : points_of(job)) damaged = name;
   const fs::path result = fs::path(job.run.work_dir) / "points" / damaged;
@@ -285,10 +297,49 @@ TEST_CASE("ASortedChunkThatIsDamagedWhenItsBinIsGoneIsNotLookedForInTheBins") {
   CHECK(told.lines.find("bins.0") == std::string::npos);
 }
 
+TEST_CASE("WhateverTakesThePlaceOfStoredBinsAndTheirLogThePointsAreTheSame", "[slow]") {
+  const ScratchDirectory scratch;
+  const Job job = wide_job(scratch);
+  const auto& expected = expected_points(job);
+  const test::StoredDirectories directories = {job.run.work_dir, scratch / "older",
+                                               scratch / "other"};
+  const auto keep = [](const fs::path& from, const fs::path& to) {
+    fs::remove_all(to);
+    fs::copy(from, to, fs::copy_options::recursive);
+  };
+  std::mt19937_64 random(23);
+  const auto stop_in_sort = [](const Job& stopped) {
+    REQUIRE(run_until(stopped, "sort", 8).status == ErrorKind::kInterrupted);
+  };
+  Job before = job;
+  before.partition.chunk_points += 500;
+  stop_in_sort(before);
+  keep(job.run.work_dir, directories.older);
+  stop_in_sort(job);
+  Job other = job;
+  other.run.work_dir = directories.other.string();
+  stop_in_sort(other);
+  keep(job.run.work_dir, scratch / "whole");
+  const std::vector<fs::path> files = test::stored_files(scratch / "whole");
+  int done = 0;
+  for (std::size_t trial = 0; done < 12; ++trial) {
+    const auto damage = test::kStoredDamages[trial % (test::kStoredDamages.size() - 1)];
+    std::vector<fs::path> cut;
+    for (const fs::path& file : files)
+      if (file.parent_path() == "points_cut" || trial % 3 == 0) cut.push_back(file);
+    const fs::path& file = cut[random() % cut.size()];
+    keep(scratch / "whole", job.run.work_dir);
+    if (!test::apply(damage, file, directories, random)) continue;
+    INFO(test::name_of(damage) << " " << file);
+    check_resumes(job, expected);
+    ++done;
+  }
+}
+
 TEST_CASE("BinsOfOtherScansAreNotUsed") {
   const ScratchDirectory scratch;
   Job job = wide_job(scratch);
-  REQUIRE(run_until(job, "sort", 8).status == ExitStatus::kInterrupted);
+  REQUIRE(run_until(job, "sort", 8).status == ErrorKind::kInterrupted);
   SECTION("another scan") {
     const fs::path scan = job.input.files.front();
     fs::last_write_time(scan, fs::last_write_time(scan) + std::chrono::hours(1));
@@ -314,7 +365,7 @@ TEST_CASE("ADiskThatIsFullWhileBinsAreWrittenEndsInStatus4AndTheCountIsKept") {
   });
   setrlimit(RLIMIT_FSIZE, &before);
   INFO(full.message);
-  CHECK(full.status == ExitStatus::kResource);
+  CHECK(full.status == ErrorKind::kResource);
   CHECK(full.message.find("bins.0") != std::string::npos);
   CHECK(full.message.find("File too large") != std::string::npos);
   const Told told = check_resumes(job, expected);
@@ -334,7 +385,7 @@ TEST_CASE("AShareThatWasPartlyReadGoesOnWithTheNextPoint") {
   INFO(name << ", " << before << " points before, " << capacity << " at a time");
   const PointCloud all = read_all(*open_point_source(file));
   REQUIRE(all.size() == cloud.size());
-  const auto source = own_share(open_point_source(file), Team(), before, rows_are_points);
+  const auto source = own_share(open_point_source(file), Communicator(), before, rows_are_points);
   std::vector<Vec3> rest;
   for (PointCloud batch; source->read(batch, capacity);) {
     CHECK(batch.normals.size() == batch.size());
@@ -362,7 +413,7 @@ TEST_CASE("AShareOfAListGoesOnWithTheNextPointWhereFilesAreReadAsAWholeOnly") {
   INFO(names.front() << ", " << names.size() << " files, " << before << " points before");
   const std::vector<Vec3> all = read_all(*open_point_sources(files)).positions;
   REQUIRE(all.size() == cloud.size() * files.size());
-  const auto source = own_share(open_point_sources(files), Team(), before, true);
+  const auto source = own_share(open_point_sources(files), Communicator(), before, true);
   CHECK((read_all(*source).positions ==
          std::vector<Vec3>(
              all.begin() + static_cast<std::ptrdiff_t>(std::min<std::uint64_t>(before, all.size())),
@@ -373,7 +424,7 @@ TEST_CASE("BinsThatFitInMemoryAreNotWritten") {
   const ScratchDirectory scratch;
   Job job = wide_job(scratch);
   job.partition.memory_bytes = std::uint64_t{2} << 30;
-  REQUIRE(run_until(job, "sort", 8).status == ExitStatus::kInterrupted);
+  REQUIRE(run_until(job, "sort", 8).status == ErrorKind::kInterrupted);
   CHECK_FALSE(fs::exists(cut_stage(job)));
 }
 

@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "engine/pipeline/pipeline.h"
-#include "io/chunk_store.h"
+#include "io/store/chunk_store.h"
 #include "tests/support/clouds.h"
 #include "tests/support/data.h"
 #include "tests/support/jobs.h"
@@ -41,6 +41,7 @@ TEST_CASE("BinsThatAreOfNoUseGoWithTheNextRun") {
   {
     ChunkStore store(job.run.work_dir);
     store.begin_stage("points_cut", "of other points");
+    REQUIRE(store.claim(left / "bins.1"));
     std::ofstream(left / "bins.1") << "points";
   }
   run(job);

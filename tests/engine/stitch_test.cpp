@@ -10,12 +10,12 @@
 #include <string>
 #include <vector>
 
-#include "engine/pipeline/memory_forecast.h"
-#include "engine/pipeline/reconstruct_stage.h"
-#include "engine/pipeline/stitch_stage.h"
-#include "engine/pipeline/used_vertices.h"
-#include "io/chunk_points.h"
+#include "engine/pipeline/budget/memory_forecast.h"
+#include "engine/pipeline/surface/stitch_stage.h"
+#include "engine/pipeline/surface/stored_mesh.h"
+#include "engine/pipeline/surface/used_vertices.h"
 #include "io/error.h"
+#include "io/store/chunk_points.h"
 #include "tests/support/clouds.h"
 #include "tests/support/data.h"
 #include "tests/support/jobs.h"
@@ -75,8 +75,8 @@ void check_ranks(const ChunkStore& store, const FlaggedCloud& cloud,
   // Up and down in turn, so that blocks are left and come back to.
   for (std::uint64_t i = 0; i < cloud.fans.size(); i += step) {
     const std::uint64_t mirrored = cloud.fans.size() - 1 - i;
-    wrong += ranks.of(i) != expected[i] ? 1 : 0;
-    wrong += ranks.of(mirrored) != expected[mirrored] ? 1 : 0;
+    wrong += value_of(ranks.of(i)) != expected[i] ? 1 : 0;
+    wrong += value_of(ranks.of(mirrored)) != expected[mirrored] ? 1 : 0;
   }
   CHECK(wrong == 0);
 }
@@ -116,19 +116,16 @@ Job kept_job(const ScratchDirectory& scratch) {
   return job;
 }
 
+using Look = void (*)(const SurfaceInputs&, const ResolvedJob&, const ChunkStore&);
+
 /// Of looking, under a budget, at what a job left.
-std::optional<Error> error_of(Job job, std::uint64_t budget,
-                              void (*look)(JobContext&, const Partition&)) {
+std::optional<Error> error_of(Job job, std::uint64_t budget, Look look) {
   job.partition.memory_bytes = budget;
-  RecordingProgress progress;
-  const StopToken stop;
-  ChunkStore store(job.run.work_dir);
-  RunReport report;
-  report.radii = job.reconstruct.ball_radii;
-  Team alone;
-  JobContext context{{job, job.input.files, progress, stop}, store, report, alone};
+  const ChunkStore store(job.run.work_dir);
+  const Partition partition = stored_partition(store).value();
+  const BallRadii radii{job.reconstruct.ball_radii, ""};
   try {
-    look(context, stored_partition(store).value());
+    look({partition, radii}, resolve(job, job.input.files), store);
   } catch (const Error& error) {
     return error;
   }
@@ -136,9 +133,9 @@ std::optional<Error> error_of(Job job, std::uint64_t budget,
 }
 
 std::optional<Error> stitch_error(const Job& job, std::uint64_t budget) {
-  return error_of(job, budget, [](JobContext& context, const Partition& partition) {
-    stitch_chunks(context, partition);
-  });
+  return error_of(job, budget,
+                  [](const SurfaceInputs& inputs, const ResolvedJob& resolved,
+                     const ChunkStore& store) { stitch_chunks(inputs, resolved, store, {}); });
 }
 
 }  // namespace
@@ -177,7 +174,7 @@ TEST_CASE("PointsThatAreAllUsedAreNumberedWithoutReadingThem") {
   // One of them is freed: now somebody has to look, and there is nothing.
   const std::vector<std::uint64_t> freed = {65'600};
   const UsedVertices used(store, cloud.partition, cloud.counts, freed);
-  CHECK(VertexRanks(used).of(65'535) == 65'535);
+  CHECK(value_of(VertexRanks(used).of(65'535)) == 65'535);
   CHECK_THROWS_AS(VertexRanks(used).of(69'999), CorruptResult);
 }
 
@@ -244,7 +241,7 @@ TEST_CASE("ABoundaryBeyondTheBudgetIsRefusedBeforeItIsRead") {
   // What the process takes before it holds a point, by memory_forecast.cpp.
   const auto error = stitch_error(job, std::uint64_t{64} << 20);
   REQUIRE(error);
-  CHECK(error->status() == ExitStatus::kResource);
+  CHECK(error->kind() == ErrorKind::kResource);
   const std::string text = error->what();
   INFO(text);
   CHECK(text.find("boundary edges in ") != std::string::npos);
@@ -255,31 +252,27 @@ TEST_CASE("ABoundaryBeyondTheBudgetIsRefusedBeforeItIsRead") {
 TEST_CASE("AStoredBoundaryIsRefusedWhereTheBudgetIsSmallerNow") {
   const ScratchDirectory scratch;
   const Job job = kept_job(scratch);
-  const auto read = [](JobContext& context, const Partition& partition) {
-    if (!stored_stitch(context, partition, context.report.radii))
-      throw std::logic_error("nothing is stored");
+  const auto read = [](const SurfaceInputs& inputs, const ResolvedJob& resolved,
+                       const ChunkStore& store) {
+    if (!stored_stitch(inputs, resolved, store)) throw std::logic_error("nothing is stored");
   };
   CHECK_FALSE(error_of(job, std::uint64_t{1} << 30, read));
   const auto error = error_of(job, std::uint64_t{64} << 20, read);
   REQUIRE(error);
-  CHECK(error->status() == ExitStatus::kResource);
+  CHECK(error->kind() == ErrorKind::kResource);
 }
 
 TEST_CASE("TheBoundaryCostsLessWhereNoHolesAreFilled") {
-  RecordingProgress progress;
-  const StopToken stop;
-  const std::vector<std::string> files;
-  Job job;
+  ResolvedJob job;
   job.partition.memory_bytes = std::uint64_t{200} << 20;
-  const InputContext context{job, files, progress, stop};
   HoleLoad load;
   load.edges = 1'400'000;
   load.loops = 200'000;
-  CHECK_THROWS_AS(require_memory_for_boundary(context, Partition(), load), Error);
+  CHECK_THROWS_AS(require_memory_for_boundary(job, Partition(), load), Error);
   job.fill.enabled = false;
-  CHECK_NOTHROW(require_memory_for_boundary(context, Partition(), load));
+  CHECK_NOTHROW(require_memory_for_boundary(job, Partition(), load));
   load.edges *= 10;
-  CHECK_THROWS_AS(require_memory_for_boundary(context, Partition(), load), Error);
+  CHECK_THROWS_AS(require_memory_for_boundary(job, Partition(), load), Error);
 }
 
 }  // namespace orbweave

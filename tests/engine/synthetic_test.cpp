@@ -8,7 +8,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "engine/normals/point_tree.h"
+#include "engine/geometry/point_tree.h"
 #include "engine/synthetic/portable_math.h"
 #include "io/error.h"
 #include "tests/engine/analytic_shapes.h"

@@ -1,10 +1,10 @@
-#include "engine/holes/triangle_intersection.h"
+#include "engine/geometry/triangle_intersection.h"
 
 #include <array>
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "engine/holes/patch_intersections.h"
+#include "engine/holes/patch/patch_intersections.h"
 #include "tests/support/clouds.h"
 
 using namespace orbweave;

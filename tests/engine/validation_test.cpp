@@ -8,7 +8,7 @@
 #include "engine/synthetic/synthetic_cloud.h"
 #include "engine/validation/mesh_facts.h"
 #include "io/error.h"
-#include "io/mesh_checksum.h"
+#include "io/meshes/mesh_checksum.h"
 
 namespace orbweave {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-#include "engine/normals/point_tree.h"
+#include "engine/geometry/point_tree.h"
 #include "engine/synthetic/portable_math.h"
 #include "io/error.h"
 #include "tests/engine/analytic_shapes.h"

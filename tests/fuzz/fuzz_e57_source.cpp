@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "io/e57/crc32c.h"
-#include "io/e57/e57_source.h"
+#include "io/clouds/e57/crc32c.h"
+#include "io/clouds/e57/e57_source.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {

@@ -1,6 +1,6 @@
 // Any bytes as gzip data, and what comes out as a text cloud.
-#include "io/gzip_source.h"
-#include "io/text_source.h"
+#include "io/clouds/text_source.h"
+#include "io/streams/gzip_source.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

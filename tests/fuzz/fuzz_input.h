@@ -6,9 +6,9 @@
 #include <span>
 #include <stdexcept>
 
-#include "io/byte_reader.h"
 #include "io/error.h"
-#include "io/point_source.h"
+#include "io/points/point_source.h"
+#include "io/streams/byte_reader.h"
 
 namespace orbweave::fuzz {
 

@@ -1,6 +1,6 @@
 // Job files from random bytes: read, or refused with a usage error. What is read is written and
 // read back as the same job. The first byte chooses between a whole file and one assignment.
-#include "io/job_file.h"
+#include "io/job/job_file.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -38,7 +38,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       read_back(job);
     }
   } catch (const orbweave::Error& error) {
-    require(error.status() == orbweave::ExitStatus::kUsage);
+    require(error.kind() == orbweave::ErrorKind::kUsage);
   }
   return 0;
 }

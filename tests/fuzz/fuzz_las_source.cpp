@@ -1,5 +1,5 @@
 // Any bytes as a LAS file: either points or an Error, nothing else.
-#include "io/las/las_source.h"
+#include "io/clouds/las/las_source.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -5,8 +5,8 @@
 
 #include <vector>
 
-#include "io/laz/laz_reader.h"
-#include "io/little_endian.h"
+#include "io/clouds/laz/laz_reader.h"
+#include "io/text/little_endian.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {

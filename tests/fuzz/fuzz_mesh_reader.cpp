@@ -1,5 +1,5 @@
 // Any bytes as a mesh. The first byte chooses the format.
-#include "io/mesh_parsers.h"
+#include "io/meshes/mesh_parsers.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -6,8 +6,8 @@
 #include <map>
 #include <vector>
 
-#include "engine/holes/loop_chords.h"
-#include "engine/holes/patch_mesh.h"
+#include "engine/holes/patch/patch_mesh.h"
+#include "engine/holes/triangulation/loop_chords.h"
 
 namespace {
 

@@ -1,5 +1,5 @@
 // Any bytes as a PCD cloud.
-#include "io/pcd_source.h"
+#include "io/clouds/pcd_source.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,5 +1,5 @@
 // Any bytes as a PLY cloud: either points or an Error, nothing else.
-#include "io/ply_source.h"
+#include "io/clouds/ply_source.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

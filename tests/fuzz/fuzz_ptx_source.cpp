@@ -1,5 +1,5 @@
 // Any bytes as PTX scans. The first byte chooses whether the source may look ahead.
-#include "io/ptx_source.h"
+#include "io/clouds/ptx_source.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,5 +1,6 @@
 // Any bytes as a text cloud. The first byte chooses the options.
-#include "io/text_source.h"
+#include "io/clouds/text_layout.h"
+#include "io/clouds/text_source.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {

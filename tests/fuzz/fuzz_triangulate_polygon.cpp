@@ -6,7 +6,7 @@
 #include <set>
 #include <vector>
 
-#include "engine/holes/patch_mesh.h"
+#include "engine/holes/patch/patch_mesh.h"
 #include "tests/engine/plane_polygons.h"
 
 namespace {

@@ -1,5 +1,5 @@
 // Points of chunks: whole, and the part of them in a box.
-#include "io/chunk_points.h"
+#include "io/store/chunk_points.h"
 
 #include <catch2/catch.hpp>
 #include <random>

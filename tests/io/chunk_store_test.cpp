@@ -1,6 +1,8 @@
 // What jobs rely on: a committed result comes back as it was.
-#include "io/chunk_store.h"
+#include "io/store/chunk_store.h"
 
+#include <signal.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -8,6 +10,8 @@
 #include <random>
 #include <thread>
 
+#include "io/store/store_identity.h"
+#include "io/store/work_directory.h"
 #include "tests/io/stored_arrays.h"
 #include "tests/support/data.h"
 #include "tests/support/program.h"
@@ -20,6 +24,7 @@ using test::Arrays;
 using test::count_files;
 using test::file_text;
 using test::make_arrays;
+using test::names_in;
 using test::same;
 using test::status_of;
 using test::write_text;
@@ -163,10 +168,10 @@ TEST_CASE("ASecondOpenerIsRefusedAndToldWhoHoldsIt") {
   std::string message;
   {
     const ChunkStore store(scratch / "work");
-    CHECK(status_of([&] { ChunkStore(scratch / "work"); }, &message) == ExitStatus::kResource);
+    CHECK(status_of([&] { ChunkStore(scratch / "work"); }, &message) == ErrorKind::kResource);
     CHECK(message.find("process " + std::to_string(getpid())) != std::string::npos);
   }
-  CHECK(status_of([&] { ChunkStore(scratch / "work"); }) == ExitStatus::kDone);
+  CHECK(status_of([&] { ChunkStore(scratch / "work"); }) == ErrorKind::kNone);
 }
 
 TEST_CASE("ManyThreadsCommitAndReadAtOnce") {
@@ -194,6 +199,21 @@ TEST_CASE("ManyThreadsCommitAndReadAtOnce") {
   CHECK(count_files(scratch / "work", ".h5") == kChunks);
 }
 
+TEST_CASE("ALogThatAKillLeftEmptyIsTheProgramsOnceItIsWritten") {
+  const test::ScratchDirectory scratch;
+  const fs::path log = scratch / "work" / "orbweave.log";
+  {
+    const ChunkStore store(scratch / "work");
+    store.record()->announce(log);
+    write_text(log, "");
+  }
+  ChunkStore store(scratch / "work");
+  REQUIRE(store.claim(log));
+  write_text(log, "begins");
+  CHECK(store.remove_all().empty());
+  CHECK_FALSE(fs::exists(scratch / "work"));
+}
+
 TEST_CASE("RemoveAllLeavesNothing") {
   const test::ScratchDirectory scratch;
   ChunkStore store(scratch / "work");
@@ -201,6 +221,84 @@ TEST_CASE("RemoveAllLeavesNothing") {
     store.commit("points", chunk, make_arrays(500, chunk).views());
   store.remove_all();
   CHECK_FALSE(fs::exists(scratch / "work"));
+}
+
+TEST_CASE("AnEmptyDirectoryIsTheUsersWhateverItsPermissions") {
+  const test::ScratchDirectory scratch;
+  const fs::path work = scratch / "work";
+  fs::create_directory(work);
+  const fs::perms given = GENERATE(fs::perms::owner_all, fs::perms::all | fs::perms::sticky_bit,
+                                   fs::perms::owner_all | fs::perms::sticky_bit);
+  fs::permissions(work, given);
+  ChunkStore(work).remove_all();
+  CHECK(fs::is_directory(work));
+  CHECK(fs::status(work).permissions() == given);
+}
+
+TEST_CASE("AWorkDirectoryThatIsMadeHasItsIdentityFromItsFirstMoment") {
+  const test::ScratchDirectory scratch;
+  const fs::path work = scratch / "above" / "work";
+  const std::vector<MadeDirectory> made = make_work_directory(work);
+  REQUIRE(made.size() == 2);
+  CHECK(made[1].path == fs::canonical(work));
+  const StoreIdentity identity = identify_store(work);
+  CHECK(identity.state == StoreIdentity::State::kSound);
+  CHECK(identity.made.size() == 2);
+  ChunkStore(work).remove_all();
+  CHECK(fs::is_empty(scratch.path()));
+}
+
+TEST_CASE("AKillWhileADirectoryIsMadeOrGoesLeavesNothingForGood") {
+  const test::ScratchDirectory scratch;
+  const fs::path work = scratch / "work";
+  int beside = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const pid_t child = fork();
+    if (child == 0)
+      for (;;) ChunkStore(work).remove_all();
+    usleep(static_cast<useconds_t>(1000 + trial * 97));
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    for (const auto& entry : fs::directory_iterator(scratch.path()))
+      beside += entry.path().filename() != "work" ? 1 : 0;
+    ChunkStore(work).remove_all();
+    CHECK_FALSE(fs::exists(work));
+  }
+  CAPTURE(beside);
+  make_work_directory(work);
+  CHECK(names_in(scratch) == std::vector<std::string>{"work"});
+}
+
+TEST_CASE("OnlyWhatWasPutAsideForThePlaceIsRemovedBesideIt") {
+  const test::ScratchDirectory scratch;
+  const fs::path work = scratch / "work";
+  const fs::path other = scratch / "other";
+  make_work_directory(work);
+  make_work_directory(other);
+  const fs::path aside = put_aside(work);
+  const fs::path full = put_aside(other);
+  REQUIRE(fs::exists(aside));
+  write_text(full / "notes.txt", "mine");
+  const fs::path named = scratch / ".orbweave.0123456789abcdef.part";
+  fs::create_directory(named);
+  make_work_directory(work);
+  make_work_directory(other);
+  CHECK_FALSE(fs::exists(aside));
+  CHECK(file_text(full / "notes.txt") == "mine");
+  CHECK(fs::exists(full / "orbweave-store.json"));
+  CHECK(fs::exists(named));
+}
+
+TEST_CASE("ADirectoryThatStaysForAStrangersSakeHasItsPermissions") {
+  const test::ScratchDirectory scratch;
+  const fs::path work = scratch / "work";
+  ChunkStore store(work);
+  const fs::perms before = fs::status(work).permissions();
+  fs::remove(work / "lock");
+  write_text(work / "lock", "the user's own");
+  CHECK(store.remove_all() == std::vector<std::string>{"lock"});
+  CHECK(fs::status(work).permissions() == before);
+  CHECK((before & fs::perms::sticky_bit) == fs::perms::none);
 }
 
 TEST_CASE("AMemberReadsWhatAnotherHasPutInAResultsPlace") {
@@ -250,12 +348,14 @@ TEST_CASE("FilesAreBitwiseReproducible") {
   const test::ScratchDirectory scratch;
   const Arrays arrays = make_arrays(1500, 1);
   const bool packed = GENERATE(false, true);
-  for (const char* name : {"a", "b"}) {
-    ChunkStore store(scratch / name);
-    store.set_compression(packed);
-    store.commit("points", 0, arrays.views());
-  }
-  CHECK(file_text(scratch / "a/points/000000.h5") == file_text(scratch / "b/points/000000.h5"));
+  ChunkStore store(scratch / "work");
+  store.set_compression(packed);
+  store.begin_stage("points", "key");
+  store.commit("points", 0, arrays.views(), true);
+  const std::string once = file_text(scratch / "work/points/000000.h5");
+  store.discard("points", 0);
+  store.commit("points", 0, arrays.views(), true);
+  CHECK(file_text(scratch / "work/points/000000.h5") == once);
 }
 
 }  // namespace orbweave

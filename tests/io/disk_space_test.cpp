@@ -1,4 +1,4 @@
-#include "io/disk_space.h"
+#include "io/system/disk_space.h"
 
 #include <catch2/catch.hpp>
 #include <fstream>

@@ -8,19 +8,19 @@
 namespace orbweave::test {
 namespace {
 
-/// Status kDone where reading throws nothing.
+/// Kind kNone where reading throws nothing.
 Error error_of(const std::string& bytes) {
   try {
     read_e57(bytes);
   } catch (const Error& error) {
     return error;
   }
-  return Error(ExitStatus::kDone, "");
+  return Error(ErrorKind::kNone, "");
 }
 
 std::string message_of(const std::string& bytes) {
   const Error error = error_of(bytes);
-  CHECK(error.status() == ExitStatus::kBadInput);
+  CHECK(error.kind() == ErrorKind::kBadInput);
   return error.what();
 }
 
@@ -73,7 +73,7 @@ TEST_CASE("E57EveryFlippedByteIsFound") {
   for (std::size_t i = 0; i < whole.size(); ++i) {
     std::string damaged = whole;
     damaged[i] = static_cast<char>(damaged[i] ^ 1 << i % 8);
-    if (error_of(damaged).status() != ExitStatus::kBadInput) FAIL("byte " << i);
+    if (error_of(damaged).kind() != ErrorKind::kBadInput) FAIL("byte " << i);
   }
 }
 
@@ -89,7 +89,7 @@ TEST_CASE("E57WrongChecksumNamesPageAndByte") {
 TEST_CASE("E57EveryTruncationIsFound") {
   const std::string whole = make_e57(small_file());
   for (std::size_t size = 0; size < whole.size(); ++size)
-    if (error_of(whole.substr(0, size)).status() != ExitStatus::kBadInput) FAIL("size " << size);
+    if (error_of(whole.substr(0, size)).kind() != ErrorKind::kBadInput) FAIL("size " << size);
   CHECK_THAT(message_of(""), Contains("too short for an E57 header"));
   CHECK_THAT(message_of(whole.substr(0, 1024)), Contains("shorter than its E57 header says"));
 }
@@ -212,7 +212,7 @@ TEST_CASE("E57ImpossibleScalesAreRefused") {
 TEST_CASE("E57UnknownCodecsAreRefused") {
   E57File3D file = small_file();
   file.scans[0].codecs = "<vectorChild><inputs/><bitPackCodec/></vectorChild>";
-  CHECK(error_of(make_e57(file)).status() == ExitStatus::kDone);
+  CHECK(error_of(make_e57(file)).kind() == ErrorKind::kNone);
   file.scans[0].codecs = "<vectorChild><inputs/><zip:deflate/></vectorChild>";
   CHECK_THAT(message_of(make_e57(file)), Contains("unknown codec") && Contains("zip:deflate"));
 }
@@ -244,6 +244,18 @@ TEST_CASE("E57DeepPrototypesAreRefused") {
   const auto nest =
       replacing("<prototype type=\"Structure\">", "<prototype type=\"Structure\">" + deep);
   CHECK_THAT(message_of(make_e57(small_file(), nest)), Contains("nested too deep"));
+}
+
+TEST_CASE("AnXmlSectionOfTooManyElementsIsRefusedUnparsed") {
+  const auto with_elements = [](std::size_t count) {
+    E57File3D file = small_file();
+    for (std::size_t i = 0; i < count; ++i) file.xml += "<a/>";
+    return make_e57(file);
+  };
+  CHECK_THAT(message_of(with_elements(600'000)),
+             Contains("byte 24: the XML section of the E57 file is too large") &&
+                 Contains("whose elements take 3") && Contains("at most 32 MiB"));
+  CHECK(error_of(with_elements(100'000)).kind() == ErrorKind::kNone);
 }
 
 }  // namespace orbweave::test

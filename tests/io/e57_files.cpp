@@ -4,8 +4,8 @@
 #include <bit>
 #include <charconv>
 
-#include "io/e57/e57_source.h"
-#include "io/random_access.h"
+#include "io/clouds/e57/e57_source.h"
+#include "io/streams/random_access.h"
 #include "tests/io/reading.h"
 
 namespace orbweave::test {

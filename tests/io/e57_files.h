@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "io/point_source.h"
+#include "io/points/point_source.h"
 
 namespace orbweave::test {
 

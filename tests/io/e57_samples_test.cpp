@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "io/clouds/open_point_source.h"
 #include "tests/io/reading.h"
 #include "tests/support/data.h"
 
@@ -125,7 +126,7 @@ TEST_CASE("E57CorruptSamplesAreRefusedWithTheirDefect") {
     const std::filesystem::path path = data_path("samples/corrupt/" + name);
     if (skipped_without(path)) return;
     const Error error = reading_error(path);
-    CHECK(error.status() == ExitStatus::kBadInput);
+    CHECK(error.kind() == ErrorKind::kBadInput);
     CHECK_THAT(error.what(), Catch::Matchers::Contains(defect));
   };
   check("InvalidCVHeader.e57", "byte 48: the section of scan 1 holds no compressed points");

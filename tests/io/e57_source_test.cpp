@@ -1,5 +1,5 @@
 // E57 clouds whose every value is known, encoded here.
-#include "io/e57/e57_source.h"
+#include "io/clouds/e57/e57_source.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-#include "io/e57/crc32c.h"
+#include "io/clouds/e57/crc32c.h"
 #include "tests/io/e57_files.h"
 #include "tests/io/reading.h"
 #include "tests/support/data.h"
@@ -212,6 +212,21 @@ TEST_CASE("E57PosesMovePointsNormalsAndTheScanner") {
   CHECK(distance(cloud.normals[0], {0, 1, 0}) < rounding);
   CHECK(distance(cloud.normals[1], {0, 0, 1}) < rounding);
   CHECK(source->scanner() == ScannerPlace{.vector = {10, 20, 30}});
+}
+
+TEST_CASE("E57PosesMoveNoPointThatHoldsANoDataValue") {
+  const double none = -std::numeric_limits<float>::max();
+  E57Scan3D scan = scan_of({{1, 2, 3}, {1, 2, none}, {none, none, none}});
+  scan.xml = kQuarterTurn;
+  const PointCloud cloud = read_scan(scan);
+  REQUIRE(cloud.size() == 3);
+  CHECK(distance(cloud.positions[0], {8, 21, 33}) < 1e-14);
+  CHECK(cloud.positions[1] == Vec3{1, 2, none});
+  CHECK(cloud.positions[2] == Vec3{none, none, none});
+  E57Scan3D spherical;
+  spherical.columns = {doubles("sphericalRange", {none}), doubles("sphericalAzimuth", {1}),
+                       doubles("sphericalElevation", {1})};
+  CHECK(read_scan(spherical).positions.at(0).x == none);
 }
 
 TEST_CASE("E57NormalsAreFoundWhateverTheirPrefix") {

@@ -2,9 +2,9 @@
 #include <catch2/catch.hpp>
 
 #include "io/error.h"
-#include "io/job_file.h"
-#include "io/nearest_name.h"
-#include "io/toml_document.h"
+#include "io/job/job_file.h"
+#include "io/job/toml_document.h"
+#include "io/text/nearest_name.h"
 #include "tests/support/data.h"
 
 namespace orbweave {
@@ -15,7 +15,7 @@ std::string message_of(const std::string& text) {
   try {
     parse_job(text, "job.toml");
   } catch (const Error& error) {
-    CHECK(error.status() == ExitStatus::kUsage);
+    CHECK(error.kind() == ErrorKind::kUsage);
     return error.what();
   }
   return "accepted";
@@ -26,7 +26,7 @@ std::string message_of_setting(const std::string& assignment) {
   try {
     set_job_key(job, assignment);
   } catch (const Error& error) {
-    CHECK(error.status() == ExitStatus::kUsage);
+    CHECK(error.kind() == ErrorKind::kUsage);
     return error.what();
   }
   return "accepted";
@@ -87,6 +87,11 @@ TEST_CASE("ValuesOutsideTheirRangeAreRejected") {
       Unsuitable{"reconstruct", "ball_radii = [1, inf]"},
       Unsuitable{"reconstruct", "ball_radii = [1e999]"},
       Unsuitable{"reconstruct", "ball_radii = [\"1\"]"},
+      Unsuitable{"reconstruct", "ball_radii = [1e-300]"},
+      Unsuitable{"reconstruct", "ball_radii = [9e-76, 1]"},
+      Unsuitable{"reconstruct", "ball_radii = [1, 1.1e75]"},
+      Unsuitable{"reconstruct", "ball_radii = [1, 65537]"},
+      Unsuitable{"reconstruct", "ball_radii = [1, 65530, 65531, 65532]"},
       Unsuitable{"input", "pose = [\"a.ply 1 2\"]"},
       Unsuitable{"input", "pose = [\"a.ply 0 0 0 0 0 0 0\"]"},
       Unsuitable{"input", "scanner = [1, 2]"}, Unsuitable{"input", "scanner = [0, 0, 0, 0]"},
@@ -125,6 +130,23 @@ TEST_CASE("ValuesOutsideTheirRangeAreRejected") {
   CHECK_THAT(message_of("[" + std::string(section) + "]\n\n" + line + "\n"),
              StartsWith("job.toml: line 3: " + std::string(section) + "." + key) &&
                  Contains("; found ") && Contains(", expected "));
+}
+
+TEST_CASE("BallRadiiThatCannotBeComputedWithAreRefusedBeforeTheScanIsRead") {
+  const auto message = [](const std::string& radii) {
+    return message_of("[reconstruct]\nball_radii = " + radii + "\n");
+  };
+  CHECK(message("[1e-300]") ==
+        "job.toml: line 2: reconstruct.ball_radii: a ball radius cannot be computed with; found "
+        "[1e-300], expected radii from 1e-75 to 1e75");
+  CHECK(
+      message("[1, 65537]") ==
+      "job.toml: line 2: reconstruct.ball_radii: the largest ball radius is more than 65536 times "
+      "the smallest; found [1, 65537], expected radii that differ by a factor of at most 65536");
+  CHECK_THAT(message("[1, 60000, 65000, 65536]"),
+             Contains("together are more than 131072 times") && Contains("expected fewer"));
+  for (const std::string radii : {"[1e-75]", "[1e75]", "[1, 65536]", "[1, 2, 60000, 65536]"})
+    CHECK_NOTHROW(parse_job("[reconstruct]\nball_radii = " + radii + "\n", "job.toml"));
 }
 
 TEST_CASE("WhatThisVersionDoesNotHaveIsSaid") {
@@ -174,7 +196,7 @@ TEST_CASE("AMissingJobFileIsAUsageError") {
       read_job_file(path);
       FAIL("accepted " << path);
     } catch (const Error& error) {
-      CHECK(error.status() == ExitStatus::kUsage);
+      CHECK(error.kind() == ErrorKind::kUsage);
       CHECK_THAT(error.what(), StartsWith(path.string() + ": cannot "));
     }
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <thread>
 
+#include "io/clouds/open_point_source.h"
 #include "tests/io/las_files.h"
 #include "tests/support/data.h"
 
@@ -126,7 +127,7 @@ TEST_CASE("CompressedPointsWithoutTheirDescriptionAreRefused") {
   file.add({});
   file.stored_format = 128;
   const Error error = test::las_error(file.bytes());
-  CHECK(error.status() == ExitStatus::kBadInput);
+  CHECK(error.kind() == ErrorKind::kBadInput);
   CHECK(std::string(error.what()).find("\"laszip encoded\"") != std::string::npos);
 }
 
@@ -137,12 +138,12 @@ TEST_CASE("CompressedFilesThatEndEarlyOrLieAboutTheirCountAreRefused") {
   REQUIRE(test::read_las(bytes).size() == 1065);
   for (std::size_t length = 0; length < bytes.size(); length += 97) {
     CAPTURE(length);
-    CHECK(test::las_error(bytes.substr(0, length)).status() == ExitStatus::kBadInput);
+    CHECK(test::las_error(bytes.substr(0, length)).kind() == ErrorKind::kBadInput);
   }
   std::string more = bytes;
   for (const std::uint32_t count : {1066u, 0xffffffffu}) {
     more.replace(107, 4, test::raw(count));
-    CHECK(test::las_error(more).status() == ExitStatus::kBadInput);
+    CHECK(test::las_error(more).kind() == ErrorKind::kBadInput);
   }
 }
 
@@ -152,7 +153,7 @@ TEST_CASE("ACountThatNoCompressedFileHoldsIsRefused") {
   std::string bytes = test::read_file(file);
   bytes.replace(247, 8, test::raw(std::uint64_t{1} << 63));
   const Error error = test::las_error(bytes);
-  CHECK(error.status() == ExitStatus::kBadInput);
+  CHECK(error.kind() == ErrorKind::kBadInput);
   CHECK(std::string(error.what()).find("9223372036854775808") != std::string::npos);
 }
 
@@ -166,7 +167,7 @@ TEST_CASE("CorruptCompressedSamplesAreRefusedByName") {
     CAPTURE(name);
     if (test::skipped_without(data_path(name))) continue;
     const Error error = test::reading_error(data_path(name));
-    CHECK(error.status() == ExitStatus::kBadInput);
+    CHECK(error.kind() == ErrorKind::kBadInput);
     CHECK(std::string(error.what()).find(word) != std::string::npos);
   }
 }

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "io/las/las_source.h"
+#include "io/clouds/las/las_source.h"
 #include "tests/io/reading.h"
 
 namespace orbweave::test {
@@ -159,14 +159,14 @@ inline std::unique_ptr<PointSource> las_source(const std::string& bytes) {
 
 inline PointCloud read_las(const std::string& bytes) { return read_all(*las_source(bytes)); }
 
-/// What reading these bytes throws; status kDone where it throws nothing.
+/// What reading these bytes throws; kind kNone where it throws nothing.
 inline Error las_error(const std::string& bytes) {
   try {
     read_las(bytes);
   } catch (const Error& error) {
     return error;
   }
-  return Error(ExitStatus::kDone, "");
+  return Error(ErrorKind::kNone, "");
 }
 
 }  // namespace orbweave::test

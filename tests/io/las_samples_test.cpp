@@ -1,6 +1,7 @@
 // Real LAS files: counts, bounds and attributes as another program (numpy) finds them.
 #include <catch2/catch.hpp>
 
+#include "io/clouds/open_point_source.h"
 #include "tests/io/las_files.h"
 #include "tests/support/data.h"
 
@@ -86,7 +87,7 @@ TEST_CASE("CorruptSamplesAreRefusedByName") {
     CAPTURE(file);
     if (test::skipped_without(data_path(file))) return;
     const Error error = reading_error(data_path(file));
-    CHECK(error.status() == ExitStatus::kBadInput);
+    CHECK(error.kind() == ErrorKind::kBadInput);
     const std::string message = error.what();
     CAPTURE(message);
     for (const std::string& word : words) CHECK(message.find(word) != std::string::npos);

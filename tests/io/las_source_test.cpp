@@ -243,7 +243,7 @@ TEST_CASE("AHeaderAloneIsAnEmptyCloud") {
 /// The message must hold all of these.
 void check_refused(const std::string& bytes, const Names& words) {
   const Error error = las_error(bytes);
-  CHECK(error.status() == ExitStatus::kBadInput);
+  CHECK(error.kind() == ErrorKind::kBadInput);
   CHECK(error.parts().file == "test.las");
   const std::string message = error.what();
   CAPTURE(message);
@@ -253,11 +253,11 @@ void check_refused(const std::string& bytes, const Names& words) {
 TEST_CASE("AFileCutAnywhereIsRefused") {
   for (const int minor : {2, 4}) {
     const std::string bytes = small_file(minor, 0, 2).bytes();
-    REQUIRE(las_error(bytes).status() == ExitStatus::kDone);
+    REQUIRE(las_error(bytes).kind() == ErrorKind::kNone);
     for (std::size_t length = 0; length < bytes.size(); ++length) {
       CAPTURE(minor, length);
       const Error error = las_error(bytes.substr(0, length));
-      CHECK(error.status() == ExitStatus::kBadInput);
+      CHECK(error.kind() == ErrorKind::kBadInput);
       CHECK_FALSE(error.parts().place.empty());
     }
   }
@@ -336,11 +336,11 @@ TEST_CASE("OpeningByNameTellsWhatCannotBe") {
   const test::ScratchDirectory scratch;
   const std::string bytes = small_file().bytes();
   test::write_file(scratch / "empty.las", "");
-  CHECK(test::reading_error(scratch / "empty.las").status() == ExitStatus::kBadInput);
+  CHECK(test::reading_error(scratch / "empty.las").kind() == ErrorKind::kBadInput);
   test::gzip_file(scratch / "packed.las.gz", bytes);
   const std::string packed = test::reading_error(scratch / "packed.las.gz").what();
   CHECK(packed.find("gunzip") != std::string::npos);
-  CHECK(test::reading_error(scratch / "absent.las").status() == ExitStatus::kBadInput);
+  CHECK(test::reading_error(scratch / "absent.las").kind() == ErrorKind::kBadInput);
   test::write_file(scratch / "cloud.abc", bytes);
   const std::string unknown = test::reading_error(scratch / "cloud.abc").what();
   CHECK(unknown.find(".las") != std::string::npos);

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
+#include "io/clouds/laz/laz_reader.h"
 #include "io/error.h"
-#include "io/laz/laz_reader.h"
-#include "io/little_endian.h"
-#include "io/report.h"
+#include "io/report/report.h"
+#include "io/text/little_endian.h"
 #include "tests/io/laz_encoder.h"
 #include "tests/io/laz_reading.h"
 #include "tests/io/laz_records.h"
@@ -30,7 +30,7 @@ std::optional<Error> error_of(const LazFile& file, std::vector<std::uint8_t>& re
     tbb::task_arena arena(threads);
     arena.execute([&] { read_laz(file, records); });
   } catch (const Error& error) {
-    CHECK(error.status() == ExitStatus::kBadInput);
+    CHECK(error.kind() == ErrorKind::kBadInput);
     CHECK(error.parts().file == "points.laz");
     CHECK_FALSE(error.parts().place.empty());
     return error;

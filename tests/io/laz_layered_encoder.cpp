@@ -2,7 +2,7 @@
 #include <functional>
 #include <map>
 
-#include "io/laz/return_contexts.h"
+#include "io/clouds/laz/return_contexts.h"
 #include "tests/io/laz_encoder.h"
 #include "tests/io/laz_item_encoders.h"
 
@@ -158,7 +158,7 @@ class OtherItem {
     const bool fresh = !states_.contains(channel);
     State& now = states_[channel];
     if (fresh) now.last = before.last;
-    // What version 3 does on a return to a channel (io/laz/layered_items.cpp).
+    // What version 3 does on a return to a channel (io/clouds/laz/layered_items.cpp).
     Value& last = version_ == 3 && !fresh ? before.last : now.last;
     current_ = channel;
     encode_(layers, now.models, last, value);

@@ -1,7 +1,7 @@
 #include <array>
 #include <functional>
 
-#include "io/laz/return_contexts.h"
+#include "io/clouds/laz/return_contexts.h"
 #include "tests/io/laz_encoder.h"
 #include "tests/io/laz_item_encoders.h"
 

@@ -1,4 +1,4 @@
-// The other side of io/laz/range_decoder.h, written for clarity from the same sources and
+// The other side of io/clouds/laz/range_decoder.h, written for clarity from the same sources and
 // without sharing its models, so that the two check each other.
 #pragma once
 

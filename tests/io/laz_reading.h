@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "io/laz/laz_reader.h"
+#include "io/clouds/laz/laz_reader.h"
 #include "tests/io/laz_encoder.h"
 
 namespace orbweave::test {

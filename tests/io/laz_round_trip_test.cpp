@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "io/laz/laz_reader.h"
-#include "io/laz/return_contexts.h"
+#include "io/clouds/laz/laz_reader.h"
+#include "io/clouds/laz/return_contexts.h"
 #include "tests/io/laz_encoder.h"
 #include "tests/io/laz_reading.h"
 #include "tests/io/laz_records.h"

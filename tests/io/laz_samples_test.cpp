@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "io/clouds/laz/laz_reader.h"
 #include "io/error.h"
-#include "io/laz/laz_reader.h"
-#include "io/little_endian.h"
+#include "io/text/little_endian.h"
 #include "tests/support/data.h"
 
 namespace orbweave::test {

@@ -1,4 +1,4 @@
-#include "io/picture.h"
+#include "io/report/picture.h"
 
 #include <png.h>
 
@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "io/error.h"
-#include "io/job.h"
+#include "io/job/job.h"
 #include "tests/support/data.h"
 
 namespace orbweave {
@@ -279,7 +279,7 @@ TEST_CASE("APictureThatCannotBeWrittenIsAResourceError") {
     picture.write_png(scratch / "no/such/folder.png");
     FAIL("written");
   } catch (const Error& error) {
-    CHECK(error.status() == ExitStatus::kResource);
+    CHECK(error.kind() == ErrorKind::kResource);
     CHECK_THAT(error.what(), Catch::Contains("folder.png"));
   }
 }

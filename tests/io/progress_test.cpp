@@ -1,12 +1,13 @@
-#include "io/progress.h"
+#include "io/report/progress.h"
 
 #include <catch2/catch.hpp>
+#include <iostream>
 #include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "io/progress_display.h"
+#include "io/report/progress_display.h"
 
 namespace orbweave {
 namespace {
@@ -206,15 +207,23 @@ TEST_CASE("ProgressFromManyThreadsAddsUp") {
 }
 
 TEST_CASE("EveryStyleMakesADisplay") {
-  for (const ProgressStyle style : {ProgressStyle::kAuto, ProgressStyle::kNone}) {
-    const auto progress = make_progress(style);
-    REQUIRE(progress != nullptr);
-    if (style == ProgressStyle::kNone) {
-      progress->begin_stage("a", 1, "points");
-      progress->warn("must not be seen");
-      progress->end_stage();
-    }
-  }
+  for (const ProgressStyle style :
+       {ProgressStyle::kAuto, ProgressStyle::kPlain, ProgressStyle::kNone, ProgressStyle::kSilent})
+    CHECK(make_progress(style) != nullptr);
+}
+
+TEST_CASE("WithoutProgressWarningsAreSeenAndNothingElse") {
+  const ProgressStyle style = GENERATE(ProgressStyle::kNone, ProgressStyle::kSilent);
+  std::ostringstream seen;
+  std::streambuf* const before = std::cerr.rdbuf(seen.rdbuf());
+  const auto progress = make_progress(style);
+  progress->begin_stage("a", 1, "points");
+  progress->advance(1);
+  progress->note("must not be seen");
+  progress->warn("work stays");
+  progress->end_stage();
+  std::cerr.rdbuf(before);
+  CHECK(seen.str() == (style == ProgressStyle::kNone ? "orbweave: warning: work stays\n" : ""));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "io/quantity.h"
+#include "io/text/quantity.h"
 
 #include <catch2/catch.hpp>
 #include <cstdint>

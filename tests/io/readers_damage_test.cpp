@@ -4,9 +4,9 @@
 
 #include <catch2/catch.hpp>
 
-#include "io/mesh_reader.h"
-#include "io/mesh_writer.h"
-#include "io/report.h"
+#include "io/meshes/mesh_reader.h"
+#include "io/meshes/mesh_writer.h"
+#include "io/report/report.h"
 #include "tests/io/reading.h"
 #include "tests/support/data.h"
 
@@ -34,7 +34,7 @@ void check_refused(const std::string& name, const std::string& content,
   write_file(scratch / name, content);
   const Error error = reading_error(scratch / name);
   INFO(name << ": " << error.what());
-  CHECK(error.status() == ExitStatus::kBadInput);
+  CHECK(error.kind() == ErrorKind::kBadInput);
   CHECK_THAT(error.what(), Contains((scratch / name).string()));
   for (const std::string& word : words) CHECK_THAT(error.what(), Contains(word));
 }
@@ -85,7 +85,7 @@ TEST_CASE("ACompressedFileThatEndsEarlyIsRefusedWithoutAllocating") {
                   "property uchar x\nproperty uchar y\nproperty uchar z\nend_header\nabcdef");
   const std::uint64_t before = peak_memory_bytes();
   const Error error = reading_error(scratch / "b.ply.gz");
-  CHECK(error.status() == ExitStatus::kBadInput);
+  CHECK(error.kind() == ErrorKind::kBadInput);
   CHECK_THAT(error.what(), Contains("2 whole rows"));
   CHECK(peak_memory_bytes() - before < 50'000'000);
 }
@@ -125,9 +125,9 @@ TEST_CASE("DamagedPlyHeadersNameTheirLine") {
 TEST_CASE("MissingDirectoryUnreadableAndEmptyFilesAreTold") {
   const ScratchDirectory scratch;
   CHECK_THAT(reading_error(scratch / "none.ply").what(), Contains("no such file"));
-  CHECK(reading_error(scratch / "none.ply").status() == ExitStatus::kBadInput);
+  CHECK(reading_error(scratch / "none.ply").kind() == ErrorKind::kBadInput);
   CHECK_THAT(reading_error(scratch.path()).what(), Contains("is a directory"));
-  CHECK(reading_error(scratch.path()).status() == ExitStatus::kBadInput);
+  CHECK(reading_error(scratch.path()).kind() == ErrorKind::kBadInput);
   check_refused("empty.ply", "", {"empty"});
   check_refused("empty.xyz", "", {"empty"});
   if (::geteuid() == 0) return;  // root may read anything
@@ -140,7 +140,7 @@ TEST_CASE("UnknownExtensionsAreAUsageErrorThatListsTheKnown") {
   const ScratchDirectory scratch;
   write_file(scratch / "a.foo", "1 2 3\n");
   const Error error = reading_error(scratch / "a.foo");
-  CHECK(error.status() == ExitStatus::kUsage);
+  CHECK(error.kind() == ErrorKind::kUsage);
   for (const char* known : {".ply", ".xyz", ".txt", ".csv", ".pts", ".ptx", ".pcd", ".gz"})
     CHECK_THAT(error.what(), Contains(known));
 }

@@ -7,9 +7,9 @@
 #include <random>
 #include <string_view>
 
-#include "io/lzf.h"
-#include "io/pcd_source.h"
-#include "io/report.h"
+#include "io/clouds/pcd_source.h"
+#include "io/report/report.h"
+#include "io/streams/lzf.h"
 #include "tests/io/reading.h"
 #include "tests/support/data.h"
 
@@ -112,7 +112,7 @@ void check_refused(const std::string& content, std::initializer_list<std::string
   const std::uint64_t before = peak_memory_bytes();
   const Error error = reading_error(scratch / "a.pcd");
   INFO(error.what());
-  CHECK(error.status() == ExitStatus::kBadInput);
+  CHECK(error.kind() == ErrorKind::kBadInput);
   CHECK_THAT(error.what(), Contains("a.pcd"));
   for (const std::string& phrase : phrases) CHECK_THAT(error.what(), Contains(phrase));
   CHECK(peak_memory_bytes() - before < 50'000'000);

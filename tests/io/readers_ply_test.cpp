@@ -2,8 +2,10 @@
 #include <cmath>
 #include <limits>
 
-#include "io/mesh_reader.h"
-#include "io/mesh_writer.h"
+#include "io/clouds/open_point_source.h"
+#include "io/clouds/point_source_list.h"
+#include "io/meshes/mesh_reader.h"
+#include "io/meshes/mesh_writer.h"
 #include "tests/io/reading.h"
 #include "tests/support/data.h"
 
@@ -328,11 +330,11 @@ TEST_CASE("PlyWithoutAPositionIsRefusedByName") {
     const auto path = test::data_path(std::string("samples/ply/") + name);
     if (test::skipped_without(path)) return;
     const Error error = reading_error(path);
-    CHECK(error.status() == ExitStatus::kBadInput);
+    CHECK(error.kind() == ErrorKind::kBadInput);
     CHECK_THAT(error.what(), Catch::Contains("no property z"));
   }
   const auto none = test::data_path("samples/corrupt/no_vertex.ply");
-  CHECK(reading_error(none).status() == ExitStatus::kBadInput);
+  CHECK(reading_error(none).kind() == ErrorKind::kBadInput);
   CHECK_THAT(reading_error(none).what(), Catch::Contains("no vertices"));
 }
 

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "io/clouds/open_point_source.h"
 #include "tests/io/reading.h"
 #include "tests/support/data.h"
 
@@ -102,13 +103,13 @@ TEST_CASE("EachScanOfAPtsFileMayHaveItsCount") {
 
 TEST_CASE("AScanShorterThanItsCountIsNamed") {
   const Error first = pts_error("3\n1 2 3\n4 5 6\n1\n7 8 9\n");
-  CHECK(first.status() == ExitStatus::kBadInput);
+  CHECK(first.kind() == ErrorKind::kBadInput);
   CHECK(first.parts().place == "line 4");
   CHECK(first.parts().found == "2 points");
   const Error second = pts_error("1\n1 2 3\n9\n7 8 9\n");
   CHECK_THAT(second.what(), Contains("scan 2 of the file has fewer points"));
   CHECK(second.parts().expected == "9");
-  CHECK(pts_error("1\n1 2 3\n9223372036854775808\n7 8 9\n").status() == ExitStatus::kBadInput);
+  CHECK(pts_error("1\n1 2 3\n9223372036854775808\n7 8 9\n").kind() == ErrorKind::kBadInput);
   CHECK(pts_error("9223372036854775808\n7 8 9\n").parts().expected == "9223372036854775808");
   CHECK_THAT(pts_error("5\n").what(), Contains("no points"));
   CHECK_THAT(pts_error("2\n1 2 3 4\n5 6 7\n").what(), Contains("line 3") && Contains("3 columns"));

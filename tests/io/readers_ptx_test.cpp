@@ -3,8 +3,9 @@
 #include <cstdint>
 #include <initializer_list>
 
-#include "io/ptx_source.h"
-#include "io/report.h"
+#include "io/clouds/open_point_source.h"
+#include "io/clouds/ptx_source.h"
+#include "io/report/report.h"
 #include "tests/io/reading.h"
 #include "tests/support/data.h"
 
@@ -46,7 +47,7 @@ void check_refused(const std::string& content, std::initializer_list<const char*
   const std::uint64_t before = peak_memory_bytes();
   const Error error = reading_error(scratch / "a.ptx");
   INFO(error.what());
-  CHECK(error.status() == ExitStatus::kBadInput);
+  CHECK(error.kind() == ErrorKind::kBadInput);
   CHECK_THAT(error.what(), Contains("a.ptx"));
   for (const char* phrase : phrases) CHECK_THAT(error.what(), Contains(phrase));
   CHECK(peak_memory_bytes() - before < 50'000'000);
@@ -98,6 +99,17 @@ TEST_CASE("MatricesTurnRowVectors") {
   CHECK(source->scanner() == ScannerPlace{{-3.028748, -3.819741, -1.384333}});
   CHECK(attribute_value(cloud, 0, 0) == static_cast<double>(0.494911f));
   CHECK(attribute_value(cloud, 3, 1) == 31.0);
+}
+
+TEST_CASE("MatricesMoveNoPointThatHoldsANoDataValue") {
+  const std::string turned = "0.6 0.8 0 0\n-0.8 0.6 0 0\n0 0 1 0\n7 8 9 1\n";
+  const std::string content =
+      "1\n2\n0 0 0\n" + kAxes + turned + "1 0 0 0.5\n-3.4028e38 -3.4028e38 -3.4028e38 0.5\n";
+  const auto source = open_ptx_source(memory_reader(content));
+  const PointCloud cloud = read_all(*source);
+  REQUIRE(cloud.size() == 2);
+  CHECK(is_close(cloud.positions[0], {7.6, 8.8, 9}));
+  CHECK(cloud.positions[1] == Vec3{-3.4028e38, -3.4028e38, -3.4028e38});
 }
 
 TEST_CASE("ABatchHoldsOneScanAndKnowsItsScanner") {

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <random>
 
-#include "io/mesh_writer.h"
-#include "io/text_number.h"
+#include "io/clouds/point_source_list.h"
+#include "io/clouds/text_layout.h"
+#include "io/meshes/mesh_writer.h"
+#include "io/text/text_number.h"
 #include "tests/io/reading.h"
 #include "tests/support/data.h"
 
@@ -169,18 +171,18 @@ TEST_CASE("ColumnsMayBeGiven") {
   const PointCloud cloud = read_text("a.txt", "2 word 1 0.1 7\n", text);
   CHECK(cloud.positions == std::vector<Vec3>{{1, 2, static_cast<double>(0.1f)}});
   CHECK(cloud.schema.attributes == std::vector<AttributeField>{{"class", ScalarType::kUint8}});
-  CHECK(text_error("a.txt", "2 word 1 0.1 300\n", text).status() == ExitStatus::kBadInput);
+  CHECK(text_error("a.txt", "2 word 1 0.1 300\n", text).kind() == ErrorKind::kBadInput);
   CHECK(read_text("a.txt", "a b c d e\n2 word 1 3 7\n", text).size() == 1);
   text.columns = {"x", "y"};
-  CHECK(text_error("a.txt", "1 2\n", text).status() == ExitStatus::kUsage);
+  CHECK(text_error("a.txt", "1 2\n", text).kind() == ErrorKind::kUsage);
   text.columns = {"x", "y", "z", "x"};
-  CHECK(text_error("a.txt", "1 2 3 4\n", text).status() == ExitStatus::kUsage);
+  CHECK(text_error("a.txt", "1 2 3 4\n", text).kind() == ErrorKind::kUsage);
   text.columns = {"x", "y", "z", "t:int7"};
-  CHECK(text_error("a.txt", "1 2 3 4\n", text).status() == ExitStatus::kUsage);
+  CHECK(text_error("a.txt", "1 2 3 4\n", text).kind() == ErrorKind::kUsage);
   text.columns = {};
   text.separator = ';';
   CHECK(read_text("a.txt", "1;2;3\n", text).size() == 1);
-  CHECK(text_error("a.txt", "1 2 3\n", text).status() == ExitStatus::kBadInput);
+  CHECK(text_error("a.txt", "1 2 3\n", text).kind() == ErrorKind::kBadInput);
 }
 
 TEST_CASE("ALetterInLineSevenIsNamedByLineAndColumn") {
@@ -190,7 +192,7 @@ TEST_CASE("ALetterInLineSevenIsNamedByLineAndColumn") {
       content += "1" + std::string(separator) + (line == 7 ? "2O5" : "2.5") + separator + "3\n";
     const Error error = text_error("a.txt", content);
     INFO(error.what());
-    CHECK(error.status() == ExitStatus::kBadInput);
+    CHECK(error.kind() == ErrorKind::kBadInput);
     CHECK(error.parts().place == "line 7, column 2");
     CHECK(error.parts().found == "\"2O5\"");
     CHECK(error.parts().expected == "a number");
@@ -223,7 +225,7 @@ TEST_CASE("CountsOfPtsFilesAreAFloor") {
   CHECK(read_text("a.pts", "1\n1 2 3\n4 5 6\n").size() == 2);
   CHECK(read_text("a.pts", "1 2 3\n4 5 6\n").size() == 2);
   const Error error = text_error("a.pts", "3\n1 2 3\n4 5 6\n");
-  CHECK(error.status() == ExitStatus::kBadInput);
+  CHECK(error.kind() == ErrorKind::kBadInput);
   CHECK(error.parts().found == "2 points");
   CHECK(error.parts().expected == "3");
 }

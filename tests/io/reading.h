@@ -9,9 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "io/byte_sink.h"
+#include "io/clouds/open_point_source.h"
 #include "io/error.h"
-#include "io/point_source.h"
+#include "io/points/point_source.h"
+#include "io/streams/byte_sink.h"
 
 namespace orbweave::test {
 
@@ -35,7 +36,7 @@ inline PointCloud read_cloud(const std::filesystem::path& path,
   return read_all(*open_point_source(path, options));
 }
 
-/// The Error that reading a cloud throws; status kDone where it throws none.
+/// The Error that reading a cloud throws; kind kNone where it throws none.
 inline Error reading_error(const std::filesystem::path& path,
                            const PointSourceOptions& options = {}) {
   try {
@@ -43,7 +44,7 @@ inline Error reading_error(const std::filesystem::path& path,
   } catch (const Error& error) {
     return error;
   }
-  return Error(ExitStatus::kDone, "");
+  return Error(ErrorKind::kNone, "");
 }
 
 /// Same schema, same bits (NaN included).

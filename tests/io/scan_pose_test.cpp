@@ -1,12 +1,12 @@
 // Poses: their notations, and what they do to points.
-#include "io/scan_pose.h"
+#include "io/points/scan_pose.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <stdexcept>
 
+#include "io/clouds/scan_source.h"
 #include "io/error.h"
-#include "io/scan_source.h"
 #include "tests/support/clouds.h"
 
 using Catch::Matchers::Contains;

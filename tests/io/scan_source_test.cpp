@@ -1,10 +1,10 @@
 // What a job makes of a scan: filters, poses and the direction to the scanner.
-#include "io/scan_source.h"
+#include "io/clouds/scan_source.h"
 
 #include <catch2/catch.hpp>
 #include <cstring>
 
-#include "io/pcd_source.h"
+#include "io/clouds/pcd_source.h"
 #include "tests/io/reading.h"
 
 namespace orbweave::test {
@@ -57,7 +57,9 @@ TEST_CASE("ClassesThatAreNotWantedAreLeftOutAndCounted") {
   const std::string content = classified_pcd(kLasNames, "U U U", "1 1 1");
   const auto source = open_scan(content, {.classes = {2, 255}});
   CHECK(kept_of(*source) == std::vector<int>{0, 2, 4, 5});
-  CHECK(source->left_out() == DroppedPoints{{"class not wanted", 3}});
+  CHECK(source->left_out() == DroppedPoints{{"class 0 (never classified) not selected", 1},
+                                            {"class 6 (building) not selected", 1},
+                                            {"class 7 (low point) not selected", 1}});
 }
 
 TEST_CASE("ReturnsThatAreNotWantedAreLeftOutAndCounted") {
@@ -88,7 +90,25 @@ TEST_CASE("FiltersGoByAttributesOfAnyTypeAndSpelling") {
   // What is no class at all is none that is wanted.
   const std::string odd =
       "FIELDS x y z classification\nWIDTH 4\nDATA ascii\n0 0 0 nan\n1 0 0 -1\n2 0 0 1e9\n3 0 0 2\n";
-  CHECK(kept_of(*open_scan(odd, {.classes = {0, 2}})) == std::vector<int>{3});
+  const auto source = open_scan(odd, {.classes = {0, 2}});
+  CHECK(kept_of(*source) == std::vector<int>{3});
+  CHECK(source->left_out() == DroppedPoints{{"no class from 0 to 255", 3}});
+}
+
+TEST_CASE("APoseMovesNoPointThatHoldsANoDataValue") {
+  const RigidMotion motion = motion_of_quaternion({0.1, 0.2, 0.3, 1}, {1e6, 0, 0});
+  const double none = -3.4028e38;
+  const std::string content =
+      "FIELDS x y z\nWIDTH 3\nDATA ascii\n1 2 3\n1 -3.4028e38 3\n"
+      "-3.4028e38 -3.4028e38 -3.4028e38\n";
+  const auto source = open_scan(content, {.motion = motion});
+  PointCloud batch;
+  REQUIRE(source->read(batch, 10));
+  REQUIRE(batch.size() == 3);
+  CHECK(batch.positions[0] == motion.point({1, 2, 3}));
+  for (const int axis : {0, 2}) CHECK(batch.positions[1][axis] == axis + 1.0);
+  CHECK(batch.positions[1].y == Approx(none).epsilon(1e-6));
+  for (const int axis : {0, 1, 2}) CHECK(batch.positions[2][axis] == Approx(none).epsilon(1e-6));
 }
 
 TEST_CASE("AFilterWithoutItsAttributeNamesFileAndKey") {

@@ -5,9 +5,10 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <functional>
 #include <random>
 
-#include "io/chunk_store.h"
+#include "io/store/chunk_store.h"
 #include "tests/io/stored_arrays.h"
 #include "tests/support/data.h"
 #include "tests/support/jobs.h"
@@ -37,8 +38,9 @@ TEST_CASE("UncommittedResultsAreInvisible") {
     ChunkStore store(scratch / "work");
     store.begin_stage("points", "key");
     store.commit("points", 1, arrays.views(), true);
-    write_text(scratch / "work/points/.000002.h5.part",
-               file_text(scratch / "work/points/000001.h5"));
+    const fs::path part = scratch / "work/points/.000002.h5.part";
+    store.record()->create(part);
+    write_text(part, file_text(scratch / "work/points/000001.h5"));
     return true;
   }));
   ChunkStore store(scratch / "work");
@@ -76,7 +78,7 @@ TEST_CASE("ResultsOfAKilledProcessAreWholeOrAbsent") {
   }
 }
 
-TEST_CASE("AFlippedByteNeverGivesWrongData") {
+TEST_CASE("AFlippedByteNeverGivesWrongData", "[slow]") {
   const test::ScratchDirectory scratch;
   const Arrays arrays = make_arrays(1500, 9);
   const bool packed = GENERATE(false, true);
@@ -101,7 +103,7 @@ TEST_CASE("AFlippedByteNeverGivesWrongData") {
       ++harmless;
     } catch (const CorruptResult& corrupt) {
       REQUIRE(corrupt.path() == path);
-      REQUIRE(corrupt.status() == ExitStatus::kResource);
+      REQUIRE(corrupt.kind() == ErrorKind::kResource);
       ++detected;
     }
     put(path, at, good[at]);
@@ -170,7 +172,7 @@ TEST_CASE("ATruncatedFileIsDetected") {
 TEST_CASE("ADirectoryOfOtherThingsIsLeftAlone") {
   const test::ScratchDirectory scratch;
   write_text(scratch / "photo.jpg", "precious");
-  CHECK(status_of([&] { ChunkStore(scratch.path()); }) == ExitStatus::kUsage);
+  CHECK(status_of([&] { ChunkStore(scratch.path()); }) == ErrorKind::kUsage);
   CHECK(file_text(scratch / "photo.jpg") == "precious");
   CHECK(count_files(scratch.path(), "") == 1);
 }
@@ -180,19 +182,18 @@ TEST_CASE("AnotherLayoutVersionIsRefused") {
   { const ChunkStore store(scratch / "work"); }
   const fs::path path = scratch / "work/orbweave-store.json";
   write_text(path, "{\"format\": \"orbweave chunk store\", \"layout_version\": 1}");
-  CHECK(status_of([&] { ChunkStore(scratch / "work"); }) == ExitStatus::kUsage);
-  write_text(path, "{\"format\": \"orbw");
-  CHECK(status_of([&] { ChunkStore(scratch / "work"); }) == ExitStatus::kUsage);
+  CHECK(status_of([&] { ChunkStore(scratch / "work"); }) == ErrorKind::kUsage);
+  CHECK(file_text(path) == "{\"format\": \"orbweave chunk store\", \"layout_version\": 1}");
 }
 
 TEST_CASE("AnUnusableDirectoryIsAResourceError") {
   const test::ScratchDirectory scratch;
   write_text(scratch / "file", "");
   std::string message;
-  CHECK(status_of([&] { ChunkStore(scratch / "file/work"); }, &message) == ExitStatus::kResource);
+  CHECK(status_of([&] { ChunkStore(scratch / "file/work"); }, &message) == ErrorKind::kResource);
   CHECK(message.find("file/work") != std::string::npos);
-  CHECK(status_of([&] { ChunkStore(scratch / "file"); }) == ExitStatus::kResource);
-  CHECK(status_of([&] { ChunkStore("/proc/orbweave.work"); }) == ExitStatus::kResource);
+  CHECK(status_of([&] { ChunkStore(scratch / "file"); }) == ErrorKind::kResource);
+  CHECK(status_of([&] { ChunkStore("/proc/orbweave.work"); }) == ErrorKind::kResource);
 }
 
 TEST_CASE("AVanishedDirectoryIsAResourceError") {
@@ -202,9 +203,9 @@ TEST_CASE("AVanishedDirectoryIsAResourceError") {
   store.begin_stage("points", "key");
   store.commit("points", 0, arrays.views(), true);
   fs::remove_all(scratch / "work");
-  CHECK(status_of([&] { store.open("points", 0); }) == ExitStatus::kResource);
+  CHECK(status_of([&] { store.open("points", 0); }) == ErrorKind::kResource);
   CHECK(status_of([&] { store.commit("points", 1, arrays.views(), true); }) ==
-        ExitStatus::kResource);
+        ErrorKind::kResource);
 }
 
 TEST_CASE("AFullDiskIsAResourceErrorThatLeavesNoPart") {
@@ -221,7 +222,7 @@ TEST_CASE("AFullDiskIsAResourceErrorThatLeavesNoPart") {
       setrlimit(RLIMIT_FSIZE, &low);
       std::string message;
       const bool refused = status_of([&] { store.commit("points", 1, arrays.views(), true); },
-                                     &message) == ExitStatus::kResource;
+                                     &message) == ErrorKind::kResource;
       const rlimit high{RLIM_INFINITY, RLIM_INFINITY};
       setrlimit(RLIMIT_FSIZE, &high);
       const bool named = message.find("File too large") != std::string::npos;
@@ -234,6 +235,45 @@ TEST_CASE("AFullDiskIsAResourceErrorThatLeavesNoPart") {
     CHECK(good);
     CHECK(count_files(scratch.path(), ".part") == 0);
   }
+}
+
+TEST_CASE("TooManyOpenFilesIsNoWordOnWhatIsStored") {
+  const test::ScratchDirectory scratch;
+  const Arrays arrays = make_arrays(3000, 9);
+  {
+    ChunkStore store(scratch / "work");
+    store.begin_stage("points", "key");
+    store.commit("points", 0, arrays.views(), true);
+  }
+  ChunkStore store(scratch / "work");
+  rlimit before{};
+  REQUIRE(getrlimit(RLIMIT_NOFILE, &before) == 0);
+  const int next = dup(0);  // the lowest descriptor that is free
+  REQUIRE(next >= 0);
+  close(next);
+  // None is free for the key; one is for the result, and none for HDF5.
+  const auto status_with = [&](int free, const std::function<void()>& use) {
+    const rlimit few{static_cast<rlim_t>(next + free), before.rlim_max};
+    REQUIRE(setrlimit(RLIMIT_NOFILE, &few) == 0);
+    ErrorKind status = ErrorKind::kNone;
+    bool is_damage = false;
+    try {
+      use();
+    } catch (const CorruptResult&) {
+      is_damage = true;
+    } catch (const Error& error) {
+      status = error.kind();
+    }
+    REQUIRE(setrlimit(RLIMIT_NOFILE, &before) == 0);
+    CHECK_FALSE(is_damage);
+    return status;
+  };
+  CHECK(status_with(0, [&] { store.has_key("points", "key"); }) == ErrorKind::kResource);
+  CHECK(status_with(0, [&] { store.commit("points", 1, arrays.views(), true); }) ==
+        ErrorKind::kResource);
+  CHECK(status_with(1, [&] { store.open("points", 0); }) == ErrorKind::kResource);
+  CHECK(store.begin_stage("points", "key"));
+  CHECK(same(*store.open("points", 0), arrays));
 }
 
 TEST_CASE("ADocumentThatHasToBeThereIsADamagedResultWhereItIsNot") {

@@ -34,14 +34,14 @@ void put(const std::filesystem::path& path, std::size_t at, int byte) {
   file.seekp(static_cast<std::streamoff>(at)).put(static_cast<char>(byte));
 }
 
-ExitStatus status_of(const std::function<void()>& action, std::string* message) {
+ErrorKind status_of(const std::function<void()>& action, std::string* message) {
   try {
     action();
   } catch (const Error& error) {
     if (message != nullptr) *message = error.what();
-    return error.status();
+    return error.kind();
   }
-  return ExitStatus::kDone;
+  return ErrorKind::kNone;
 }
 
 int count_files(const std::filesystem::path& directory, const std::string& ending) {

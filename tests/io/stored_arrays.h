@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "io/chunk_store.h"
 #include "io/error.h"
+#include "io/store/chunk_store.h"
 
 namespace orbweave::test {
 
@@ -26,7 +26,7 @@ bool same(const StoredResult& stored, const Arrays& arrays);
 void put(const std::filesystem::path& path, std::size_t at, int byte);
 
 /// How the action ends, and with what message.
-ExitStatus status_of(const std::function<void()>& action, std::string* message = nullptr);
+ErrorKind status_of(const std::function<void()>& action, std::string* message = nullptr);
 
 /// Files that end like this, anywhere below.
 int count_files(const std::filesystem::path& directory, const std::string& ending);

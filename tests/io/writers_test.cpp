@@ -10,12 +10,12 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "io/atomic_file.h"
-#include "io/byte_source.h"
-#include "io/mesh_reader.h"
-#include "io/mesh_writer.h"
-#include "io/placed_file.h"
-#include "io/ply_rows.h"
+#include "io/meshes/mesh_reader.h"
+#include "io/meshes/mesh_writer.h"
+#include "io/ply/ply_rows.h"
+#include "io/streams/byte_source.h"
+#include "io/system/atomic_file.h"
+#include "io/system/placed_file.h"
 #include "tests/io/reading.h"
 #include "tests/support/data.h"
 
@@ -246,7 +246,7 @@ TEST_CASE("PathsThatCannotBeWrittenAreAResourceErrorWithPathAndReason") {
       write_mesh(scratch / name, tetrahedron());
       FAIL("written");
     } catch (const Error& error) {
-      CHECK(error.status() == ExitStatus::kResource);
+      CHECK(error.kind() == ErrorKind::kResource);
       CHECK(error.parts().file == (scratch / name).string());
       CHECK_THAT(error.what(), Contains("directory"));  // the system's reason
     }
@@ -267,7 +267,7 @@ TEST_CASE("AFullDiskIsAResourceErrorAndLeavesNothing") {
   try {
     write_cloud(scratch / "a.ply", cloud);
   } catch (const Error& error) {
-    refused = error.status() == ExitStatus::kResource;
+    refused = error.kind() == ErrorKind::kResource;
   }
   ::setrlimit(RLIMIT_FSIZE, &old);
   std::signal(SIGXFSZ, handler);
@@ -282,7 +282,7 @@ TEST_CASE("ExtensionsNobodyWritesAreAUsageErrorBeforeAnyFile") {
       write_mesh(scratch / name, tetrahedron());
       FAIL("written");
     } catch (const Error& error) {
-      CHECK(error.status() == ExitStatus::kUsage);
+      CHECK(error.kind() == ErrorKind::kUsage);
       CHECK_THAT(error.what(), Contains(".ply"));
     }
   }
@@ -431,7 +431,7 @@ TEST_CASE("AFailingWriteReachesWhoeverWaitsForIt") {
   small.rlim_cur = 100'000;
   REQUIRE(::setrlimit(RLIMIT_FSIZE, &small) == 0);
   std::string message;
-  ExitStatus status = ExitStatus::kDone;
+  ErrorKind status = ErrorKind::kNone;
   try {
     WriteBehind writer(file, 2);
     for (std::uint64_t i = 0; i < 10; ++i) {
@@ -441,12 +441,12 @@ TEST_CASE("AFailingWriteReachesWhoeverWaitsForIt") {
     }
     writer.finish();
   } catch (const Error& error) {
-    status = error.status();
+    status = error.kind();
     message = error.what();
   }
   ::setrlimit(RLIMIT_FSIZE, &old);
   std::signal(SIGXFSZ, handler);
-  CHECK(status == ExitStatus::kResource);
+  CHECK(status == ErrorKind::kResource);
   CHECK_THAT(message, Contains("mesh.ply"));
 }
 
@@ -459,7 +459,7 @@ TEST_CASE("BinaryStlBeyondItsLimitIsAUsageErrorBeforeAnyFile") {
     open_mesh_writer(scratch / "a.stl", header);
     FAIL("opened");
   } catch (const Error& error) {
-    CHECK(error.status() == ExitStatus::kUsage);
+    CHECK(error.kind() == ErrorKind::kUsage);
     CHECK_THAT(error.what(), Contains("4294967296"));
   }
   CHECK(files_in(scratch.path()) == 0);

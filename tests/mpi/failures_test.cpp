@@ -53,6 +53,22 @@ TEST_CASE("WhatAllRanksFindWrongIsToldOnceAsByOneProcess") {
   CHECK_THAT(three.err, Contains(one.err));
 }
 
+TEST_CASE("NobodyIsToldToRemoveADirectoryOfTheUsers") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  std::filesystem::create_directory(in / "mine");
+  write_text(in / "broken.ply",
+             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+             "property float y\nproperty float z\nend_header\n1 2\n");
+  const char* scan = GENERATE("absent.ply", "broken.ply");
+  const ProgramResult result =
+      run_by_ranks(2, {"reconstruct", scan, "-o", "mesh.ply", "--work-dir", "mine"}, in.path());
+  CAPTURE(result.err);
+  CHECK(result.status == 3);
+  CHECK_THAT(result.err, !Contains("remove it"));
+  CHECK(std::filesystem::is_directory(in / "mine"));
+}
+
 TEST_CASE("UnknownCommandIsToldOnceWithTheCommandsThatATeamHas") {
   if (skipped_without_mpi()) return;
   const ScratchDirectory in;
@@ -71,7 +87,22 @@ TEST_CASE("WhatOneRankFindsWrongNamesItAndEndsTheJob") {
   CHECK(result.status == 3);
   CHECK(count_of(result.err, "orbweave: error: ") == 1);
   CHECK_THAT(result.err, Contains("orbweave: error: rank ") && Contains("cloud.xyz: line 3"));
-  CHECK_FALSE(std::filesystem::exists(in / "mesh.ply"));
+  CHECK_THAT(result.err, Contains("The work directory mesh.work stays; remove it."));
+  CHECK(names_in(in) == std::vector<std::string>{"cloud.xyz", "mesh.work"});
+}
+
+TEST_CASE("WhatSeveralRanksFindWrongIsToldOnce") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  oriented_job(in, 3000);
+  const Job job = {"reconstruct", "cloud.ply", "-o", "mesh.ply", "--radii", "1e6"};
+  for (int runs = 0; runs < 4; ++runs) {
+    const ProgramResult result = run_by_ranks(3, job, in.path());
+    INFO(result.err);
+    CHECK(result.status == 2);
+    CHECK(count_of(result.err, "orbweave: error: ") == 1);
+    CHECK_THAT(result.err, Contains("the ball radius is too large") && !Contains("interrupted"));
+  }
 }
 
 TEST_CASE("WorkDirectoryThatIsNotSharedIsNoticed") {

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <thread>
 
-#include "io/mesh_writer.h"
-#include "io/quantity.h"
+#include "io/meshes/mesh_writer.h"
+#include "io/text/quantity.h"
 #include "tests/support/jobs.h"
 #include "tests/support/raw_scans.h"
 

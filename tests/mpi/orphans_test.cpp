@@ -8,7 +8,7 @@
 #include <fstream>
 #include <thread>
 
-#include "io/store_lock.h"
+#include "io/store/store_lock.h"
 #include "tests/mpi/mpi_jobs.h"
 
 using Catch::Matchers::Contains;

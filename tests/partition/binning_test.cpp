@@ -13,8 +13,9 @@
 #include <memory>
 #include <thread>
 
-#include "io/disk_space.h"
 #include "io/error.h"
+#include "io/system/disk_space.h"
+#include "partition/count_grid.h"
 #include "partition/published_bins.h"
 #include "tests/partition/clouds.h"
 #include "tests/support/data.h"
@@ -249,7 +250,7 @@ TEST_CASE("ADiskThatCannotTakeTheSpillIsAResourceError") {
     binner.add(cloud);
     FAIL("spilled to nowhere");
   } catch (const Error& error) {
-    CHECK(error.status() == ExitStatus::kResource);
+    CHECK(error.kind() == ErrorKind::kResource);
     CHECK(std::string(error.what()).find("/nowhere/at/all") != std::string::npos);
     CHECK(std::string(error.what()).find("No such file or directory") != std::string::npos);
   }
@@ -269,7 +270,7 @@ TEST_CASE("AFullDiskIsAResourceErrorWithTheSystemsReason") {
       binner.add(cloud);
     } catch (const Error& error) {
       const bool named = std::string(error.what()).find("File too large") != std::string::npos;
-      _exit(error.status() == ExitStatus::kResource && named ? 0 : 1);
+      _exit(error.kind() == ErrorKind::kResource && named ? 0 : 1);
     }
     _exit(2);
   }

@@ -74,7 +74,7 @@ TEST_CASE("ABudgetBelowWhatTheProgramNeedsSaysHowMuchThatIs") {
     plan_memory(kGiB / 16, 1000, 1, 0, oriented());
     FAIL("no error");
   } catch (const Error& error) {
-    CHECK(error.status() == ExitStatus::kResource);
+    CHECK(error.kind() == ErrorKind::kResource);
     const std::uint64_t least = least_budget_bytes(oriented(), 1);
     const std::string expected = "at least " + std::to_string((least + kMiB - 1) / kMiB) + " MiB";
     CHECK(std::string(error.what()).find(expected) != std::string::npos);

@@ -1,5 +1,6 @@
 // Root cube, count grid and octree: every point has one chunk, whatever the cloud looks like.
 #include "partition/octree.h"
+#include "partition/count_grid.h"
 
 #include <algorithm>
 #include <array>
@@ -336,7 +337,7 @@ TEST_CASE("APointWhereNoneWasCountedIsBadInput") {
     octree.chunk_of({1.5, 0.1, 0.9});
     FAIL("a chunk was found");
   } catch (const Error& error) {
-    CHECK(error.status() == ExitStatus::kBadInput);
+    CHECK(error.kind() == ErrorKind::kBadInput);
   }
   CHECK_THROWS_AS(Octree().chunk_of_code(0), Error);
 }

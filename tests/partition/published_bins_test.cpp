@@ -1,5 +1,6 @@
 // Bins of teams with more members than a process may have files open.
 #include "partition/published_bins.h"
+#include "partition/count_grid.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -10,6 +11,8 @@
 
 namespace orbweave {
 namespace {
+
+[[maybe_unused]] const bool in_memory = test::scratch_in_memory();
 
 constexpr std::size_t kMembers = 300;
 

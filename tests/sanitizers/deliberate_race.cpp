@@ -4,12 +4,16 @@
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
+#include <tbb/partitioner.h>
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
 
+#include <atomic>
+#include <chrono>
 #include <cstdio>
 #include <functional>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 namespace {
@@ -35,9 +39,21 @@ long long clean_sum() {
   return tbb::parallel_reduce(tbb::blocked_range<int>(0, kNumbers), sum, add, std::plus<>());
 }
 
+/// Each of two tasks waits for the other one to begin, so that two threads add to the sum however
+/// busy the machine is. The counter is relaxed and puts the additions in no order.
 long long racy_sum() {
+  constexpr auto kPatience = std::chrono::seconds(20);
+  const auto begin = std::chrono::steady_clock::now();
   long long sum = 0;
-  tbb::parallel_for(0, kNumbers, [&](int i) { sum += i; });
+  std::atomic<int> begun = 0;
+  const auto task = [&](int i) {
+    begun.fetch_add(1, std::memory_order_relaxed);
+    while (begun.load(std::memory_order_relaxed) < 2 &&
+           std::chrono::steady_clock::now() - begin < kPatience)
+      std::this_thread::yield();
+    sum += i;
+  };
+  tbb::parallel_for(0, 2, task, tbb::simple_partitioner());
   return sum;
 }
 

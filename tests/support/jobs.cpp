@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "io/error.h"
-#include "io/mesh_writer.h"
+#include "io/meshes/mesh_writer.h"
 
 namespace orbweave::test {
 
@@ -99,7 +99,7 @@ int run_with_interruptions(const Job& job, int first_step, int step) {
       run_job(job, {"test"}, progress, stop);
       return interruptions;
     } catch (const Error& error) {
-      REQUIRE(error.status() == ExitStatus::kInterrupted);
+      REQUIRE(error.kind() == ErrorKind::kInterrupted);
     }
     REQUIRE_FALSE(std::filesystem::exists(job.output.mesh));
     REQUIRE(std::filesystem::exists(job.run.work_dir));

@@ -160,6 +160,13 @@ ProgramResult run_in(const ScratchDirectory& in, const std::vector<std::string>&
   return run_program(arguments, {.directory = in.path()});
 }
 
+ProgramResult run_limited(const ScratchDirectory& in, const std::string& limit,
+                          const std::vector<std::string>& arguments) {
+  std::vector<std::string> all = {"-c", limit + " && exec \"$0\" \"$@\"", program_path().string()};
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  return run_program(all, {.directory = in.path(), .program = "/bin/sh"});
+}
+
 std::vector<std::string> names_in(const ScratchDirectory& in) {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(in.path()))

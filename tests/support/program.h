@@ -69,6 +69,10 @@ ProgramResult run_program(const std::vector<std::string>& arguments,
 /// The same in a scratch directory.
 ProgramResult run_in(const ScratchDirectory& in, const std::vector<std::string>& arguments);
 
+/// The same after a limit of the shell, such as "ulimit -n 12".
+ProgramResult run_limited(const ScratchDirectory& in, const std::string& limit,
+                          const std::vector<std::string>& arguments);
+
 /// Names of what a scratch directory holds, sorted.
 std::vector<std::string> names_in(const ScratchDirectory& in);
 

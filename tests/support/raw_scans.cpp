@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "io/mesh_writer.h"
-#include "io/quantity.h"
+#include "io/meshes/mesh_writer.h"
+#include "io/text/quantity.h"
 
 namespace orbweave::test {
 
@@ -39,6 +39,18 @@ Job job_for(const ScratchDirectory& scratch, const RawScans& scans) {
   job.output.mesh = (scratch / "mesh.ply").string();
   job.run.work_dir = (scratch / "work").string();
   job.reconstruct.levels = 2;
+  return job;
+}
+
+Job cleaning_job(const ScratchDirectory& scratch, std::uint64_t points) {
+  const RawScans scans = scan_torus(scratch, points, 0.2, 0.3);
+  Job job = job_for(scratch, scans);
+  job.partition.chunk_points = 500;
+  job.prepare.automatic = false;
+  job.prepare.outlier_sigma = 6.0;
+  job.prepare.smooth_radius = 2.5 * scans.spacing;
+  job.prepare.thin_to_spacing = 0.5 * scans.spacing;
+  job.normals.orientation = Orientation::kPropagate;
   return job;
 }
 

@@ -22,4 +22,7 @@ RawScans scan_torus(const ScratchDirectory& scratch, std::uint64_t points, doubl
 /// A job on them: estimated normals towards the scanners, automatic radii.
 Job job_for(const ScratchDirectory& scratch, const RawScans& scans);
 
+/// The same with everything that is done to raw points, in small chunks.
+Job cleaning_job(const ScratchDirectory& scratch, std::uint64_t points);
+
 }  // namespace orbweave::test

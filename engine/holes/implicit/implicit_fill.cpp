@@ -1,0 +1,92 @@
+#include "engine/holes/implicit/implicit_fill.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/holes/implicit/surface_sites.h"
+#include "engine/holes/implicit/zero_set.h"
+#include "engine/holes/patch/patch_values.h"
+#include "engine/holes/patch/rim.h"
+#include "engine/holes/patch/smooth_disc.h"
+#include "engine/holes/rbf/bending_energy.h"
+
+namespace orbweave {
+namespace {
+
+HolePatch finished(const HoleProblem& problem, const Rim& rim, const PatchMesh& disc) {
+  HolePatch patch = patch_of_disc(problem, rim, disc);
+  patch.method = FillMethod::kImplicit;
+  return patch;
+}
+
+HolePatch none_because(std::string reason, OpenReason open = OpenReason::kOther) {
+  HolePatch patch;
+  patch.open = open;
+  patch.reason = std::move(reason);
+  return patch;
+}
+
+/// Sites enough for the loop and what is near; more add little to a small hole.
+std::uint32_t most_sites(const Rim& rim, const PatchOptions& options) {
+  const std::size_t useful = 100 + 3 * rim.corners.size();
+  return static_cast<std::uint32_t>(std::min<std::size_t>(useful, options.max_sites / 2));
+}
+
+struct Candidate {
+  HolePatch patch;
+  double energy = std::numeric_limits<double>::infinity();
+};
+
+/// The triharmonic zero set carries the curvature around the hole into it and is the better guess
+/// (the least error on scans), but from the end of a tube it runs away. Where it bends this much
+/// more than a thin plate, the biharmonic one may be fairer.
+constexpr double kMostBending = 1.5;
+
+}  // namespace
+
+HolePatch implicit_fill(const HoleProblem& problem, const PatchOptions& options) {
+  if (problem.loop.size() < 3) return none_because("fewer than three edges");
+  const Rim rim = find_rim(problem);
+  std::optional<PatchMesh> disc = smooth_disc(problem, rim, 2, options);
+  if (!disc) return none_because(too_many_points(options), OpenReason::kTooManyPoints);
+  const std::vector<std::uint32_t> sites = choose_sites(problem, rim, most_sites(rim, options));
+  const SignedDistances distances = signed_distances(problem, rim, sites);
+  const HolePatch plate = finished(problem, rim, *disc);
+  const double usual_energy = kMostBending * bending_energy(problem, plate);
+  Candidate best;
+  std::string fault;
+  for (const RbfKernel kernel : {RbfKernel::kTriharmonic, RbfKernel::kBiharmonic}) {
+    ZeroSetPatch zero = patch_on_zero_set(problem, rim, distances, kernel, *disc, options);
+    if (!zero.patch) {
+      fault = std::move(zero.fault);
+      continue;
+    }
+    const double energy = bending_energy(problem, *zero.patch);
+    if (energy < best.energy) best = {std::move(*zero.patch), energy};
+    if (best.energy <= usual_energy) break;
+  }
+  if (best.energy > 2.0 * usual_energy) {
+    if (fault.empty()) fault = "the zero set is rough";
+    best.patch = plate;
+    best.patch.reason = "thin plate: " + fault;
+  }
+  best.patch.values = values_from_sites(problem, sites, best.patch.positions, options);
+  return best.patch;
+}
+
+HolePatch membrane_fill(const HoleProblem& problem, const PatchOptions& options) {
+  if (problem.loop.size() < 3) return none_because("fewer than three edges");
+  const Rim rim = find_rim(problem);
+  const std::optional<PatchMesh> disc = smooth_disc(problem, rim, 1, options);
+  if (!disc) return none_because(too_many_points(options), OpenReason::kTooManyPoints);
+  HolePatch patch = finished(problem, rim, *disc);
+  patch.method = FillMethod::kDirect;
+  patch.values = values_from_corners(problem, patch.positions);
+  return patch;
+}
+
+}  // namespace orbweave

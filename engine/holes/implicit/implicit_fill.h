@@ -1,0 +1,22 @@
+// Patches for holes that no plane can hold: ends of tubes, rims of hemispheres, holes over edges.
+// The signed distance around the hole is interpolated in space, and a disc that spans the loop is
+// moved onto its zero set. Carr, Beatson, Cherrie, Mitchell, Fright, McCallum, Evans:
+// Reconstruction and Representation of 3D Objects with Radial Basis Functions, SIGGRAPH 2001.
+#pragma once
+
+#include "engine/holes/problem/hole.h"
+
+namespace orbweave {
+
+/// Patch of the topology of a disc. It starts as a thin plate, refined at the rim's spacing and
+/// tangent to the sheet, and is then moved onto the zero set of the interpolant. Where that has no
+/// usable zero set near (no normals, no convergence, folded or intersecting patch) the thin plate
+/// stands; `reason` says so and `sites` is 0. FillMethod::kNone where more new points than allowed
+/// would be needed.
+HolePatch implicit_fill(const HoleProblem& problem, const PatchOptions& options = {});
+
+/// The membrane over the loop: refined like the others, but as flat as can be. It stays within
+/// the loop's convex hull, and so out of the way of sheets that a rounder patch would meet.
+HolePatch membrane_fill(const HoleProblem& problem, const PatchOptions& options = {});
+
+}  // namespace orbweave

@@ -1,0 +1,122 @@
+#include "engine/holes/implicit/surface_sites.h"
+
+#include <algorithm>
+#include <limits>
+#include <span>
+
+namespace orbweave {
+namespace {
+
+/// Least distance of points from one another, in rim spacings: nearer ones make the system as good
+/// as singular.
+constexpr double kLeastGap = 0.02;
+
+/// A vertex that may become a site.
+struct Candidate {
+  double from_rim = 0.0;  ///< distance to the nearest corner
+  std::uint32_t vertex = 0;
+  Vec3 position;  ///< relative to the rim's centre
+};
+
+std::vector<Candidate> candidates_by_distance(const HoleProblem& problem, const Rim& rim) {
+  std::vector<Candidate> candidates;
+  for (std::uint32_t v = 0; v < problem.positions.size(); ++v) {
+    if (!(squared_norm(problem.normals[v]) > 0.0)) continue;
+    const Vec3 p = problem.positions[v] - rim.center;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vec3 corner : rim.corners) nearest = std::min(nearest, squared_norm(p - corner));
+    candidates.push_back({std::sqrt(nearest), v, p});
+  }
+  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return a.from_rim != b.from_rim ? a.from_rim < b.from_rim : a.vertex < b.vertex;
+  });
+  return candidates;
+}
+
+/// Greedy: a candidate is kept when no kept one is nearer than `scale` times the spacing wished
+/// for at its distance from the rim. Ends when more than `most` are kept.
+std::vector<Candidate> thin(std::span<const Candidate> candidates, double scale, double spacing,
+                            std::size_t most) {
+  constexpr double kGrowth = 0.5;  // of the spacing, per distance from the rim
+  std::vector<Candidate> kept;
+  for (const Candidate& candidate : candidates) {
+    const double apart =
+        std::max(kLeastGap * spacing, scale * (spacing + kGrowth * candidate.from_rim));
+    const bool clear = std::none_of(kept.begin(), kept.end(), [&](const Candidate& other) {
+      return squared_norm(candidate.position - other.position) < apart * apart;
+    });
+    if (!clear) continue;
+    kept.push_back(candidate);
+    if (kept.size() > most) break;
+  }
+  return kept;
+}
+
+/// The largest fraction of `offset`, halved so often, at which the vertex is the nearest of all to
+/// the point off it; 0 where there is none.
+double clear_offset(const HoleProblem& problem, std::uint32_t vertex, Vec3 normal, double offset) {
+  constexpr int kHalvings = 4;
+  const Vec3 p = problem.positions[vertex];
+  for (int i = 0; i < kHalvings; ++i, offset *= 0.5) {
+    const Vec3 off = offset * normal;
+    const bool own = std::all_of(problem.positions.begin(), problem.positions.end(), [&](Vec3 q) {
+      return q == p || squared_norm((q - p) - off) > squared_norm(off);
+    });
+    if (own) return offset;
+  }
+  return 0.0;
+}
+
+bool is_clear(std::span<const RbfSite> points, Vec3 place, double gap) {
+  return std::all_of(points.begin(), points.end(),
+                     [&](Vec3 other) { return squared_norm(other - place) > gap * gap; });
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> choose_sites(const HoleProblem& problem, const Rim& rim,
+                                        std::uint32_t most) {
+  const std::vector<Candidate> all = candidates_by_distance(problem, rim);
+  constexpr int kSteps = 6;
+  double few = 0.0, many = 0.0;  // scales that leave few enough sites and too many
+  std::vector<Candidate> kept;
+  while ((kept = thin(all, few, rim.spacing, most)).size() > most) {
+    many = few;
+    few = few == 0.0 ? 1.0 : 2.0 * few;
+  }
+  for (int step = 0; step < kSteps && few > 0.0; ++step) {
+    const double middle = 0.5 * (few + many);
+    std::vector<Candidate> closer = thin(all, middle, rim.spacing, most);
+    const bool fits = closer.size() <= most;
+    (fits ? few : many) = middle;
+    if (fits) kept = std::move(closer);
+  }
+  std::vector<std::uint32_t> sites;
+  for (const Candidate& candidate : kept) sites.push_back(candidate.vertex);
+  return sites;
+}
+
+SignedDistances signed_distances(const HoleProblem& problem, const Rim& rim,
+                                 const std::vector<std::uint32_t>& sites) {
+  SignedDistances distances;
+  for (const std::uint32_t v : sites) {
+    distances.points.push_back(problem.positions[v] - rim.center);
+    distances.values.push_back(0.0);
+  }
+  // Alternately to either side: as good as to both, and a third less to solve for.
+  for (std::size_t i = 0; i < sites.size(); ++i) {
+    const Vec3 normal = problem.normals[sites[i]];
+    const double first = i % 2 == 0 ? 1.0 : -1.0;
+    for (const double side : {first, -first}) {
+      const double offset = clear_offset(problem, sites[i], side * normal, rim.spacing);
+      const Vec3 place = distances.points[i] + side * offset * normal;
+      if (offset == 0.0 || !is_clear(distances.points, place, kLeastGap * rim.spacing)) continue;
+      distances.points.push_back(place);
+      distances.values.push_back(side * offset);
+      break;
+    }
+  }
+  return distances;
+}
+
+}  // namespace orbweave

@@ -1,0 +1,74 @@
+#include "engine/holes/loops/hole_choice.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+namespace orbweave {
+namespace {
+
+/// Loops in a surface agree by nearly 1, borders of a sheet by nearly -1.
+constexpr double kOpposes = -0.5;
+constexpr double kAgrees = 0.25;
+constexpr double kLargeInPiece = 0.5;
+
+std::string shown(double value) {
+  std::array<char, 40> text{};
+  const auto end =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 6)
+          .ptr;
+  return {text.data(), end};
+}
+
+double diagonal_of_pieces(const BoundaryLoop& loop, std::span<const Piece> pieces) {
+  double largest = 0.0;
+  for (const std::uint64_t piece : loop.components) {
+    largest = std::max(largest, pieces[piece].box.diagonal());
+  }
+  return largest;
+}
+
+bool is_outer_border(const BoundaryLoop& loop, std::span<const Piece> pieces) {
+  const double agreement = loop.agreement();
+  if (agreement < kOpposes) return true;
+  if (agreement > kAgrees) return false;
+  return 2.0 * loop.radius >= kLargeInPiece * diagonal_of_pieces(loop, pieces);
+}
+
+HoleChoice choice_of(const BoundaryLoop& loop, std::span<const Piece> pieces,
+                     const HoleOptions& options) {
+  if (options.max_edges > 0 && loop.vertices.size() > options.max_edges) {
+    return {OpenReason::kMaxEdges,
+            std::to_string(loop.vertices.size()) +
+                " edges are more than fill.max_edges = " + std::to_string(options.max_edges)};
+  }
+  if (2.0 * loop.radius > options.max_diameter) {
+    return {OpenReason::kMaxDiameter,
+            "a diameter of " + shown(2.0 * loop.radius) +
+                " is more than fill.max_diameter = " + shown(options.max_diameter)};
+  }
+  if (loop.perimeter > options.max_perimeter) {
+    return {OpenReason::kMaxPerimeter,
+            "a perimeter of " + shown(loop.perimeter) +
+                " is more than fill.max_perimeter = " + shown(options.max_perimeter)};
+  }
+  if (options.keep_outer_border && is_outer_border(loop, pieces)) {
+    return {OpenReason::kOuterBorder, "the outer border of an open sheet (fill.keep_outer_border)"};
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<HoleChoice> choose_holes(std::span<const BoundaryLoop> loops,
+                                     std::span<const Piece> pieces, const HoleOptions& options) {
+  std::vector<HoleChoice> choices;
+  choices.reserve(loops.size());
+  for (const BoundaryLoop& loop : loops) {
+    choices.push_back(choice_of(loop, pieces, options));
+    choices.back().opposes_normals = loop.agreement() < kOpposes;
+  }
+  return choices;
+}
+
+}  // namespace orbweave

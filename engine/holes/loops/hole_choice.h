@@ -1,0 +1,38 @@
+// Which boundary loops are holes, and why the others stay open.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/holes/problem/boundary_loop.h"
+#include "engine/holes/problem/hole_options.h"
+#include "io/box.h"
+#include "io/open_reason.h"
+
+namespace orbweave {
+
+/// A connected piece of the mesh.
+struct Piece {
+  std::uint64_t triangles = 0;
+  Box box;
+};
+
+/// The verdict on a loop.
+struct HoleChoice {
+  OpenReason open = OpenReason::kNone;  ///< kNone: to be filled
+  std::string reason;                   ///< the same with numbers; empty: to be filled
+  bool opposes_normals = false;         ///< certainly the border of a piece
+};
+
+/// What is to become of each loop.
+/// The loops' component labels are indices of `pieces`.
+///
+/// Outer borders (HoleOptions::keep_outer_border) are loops whose area vector opposes the normals
+/// along them; a loop that does neither (the end of a tube, the rim of a hemisphere) counts as
+/// one where its diameter is at least half of that of its piece.
+std::vector<HoleChoice> choose_holes(std::span<const BoundaryLoop> loops,
+                                     std::span<const Piece> pieces, const HoleOptions& options);
+
+}  // namespace orbweave

@@ -1,0 +1,23 @@
+// Loops that touch themselves, taken apart.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "engine/holes/problem/hole.h"
+
+namespace orbweave {
+
+/// The loop cut at vertices that it visits several times into loops that visit each of theirs
+/// once, innermost first. Empty where it is such a loop already, or where a part would have fewer
+/// than three edges (a bridge, which the loop runs along both ways).
+std::vector<std::vector<std::uint32_t>> simple_parts(const std::vector<std::uint32_t>& loop);
+
+/// One patch from those that `fill` makes for the parts. No part uses an edge that another one
+/// might. FillMethod::kNone where a part stays open or there is no cut. The vertices at which the
+/// loop is cut keep several fans.
+HolePatch fill_by_parts(const HoleProblem& problem,
+                        const std::function<HolePatch(const HoleProblem&)>& fill);
+
+}  // namespace orbweave

@@ -1,0 +1,52 @@
+// A mesh in core as the hole pass sees it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/holes/loops/hole_choice.h"
+#include "engine/holes/problem/boundary_loop.h"
+#include "engine/holes/problem/surface.h"
+#include "io/triangle_mesh.h"
+
+namespace orbweave {
+
+class MeshSurface : public Surface {
+ public:
+  /// The mesh has to outlive the surface. `keep` is empty or says per triangle whether it counts.
+  explicit MeshSurface(const TriangleMesh& mesh, std::span<const std::uint8_t> keep = {});
+
+  Vec3 position(std::uint64_t vertex) const override { return mesh_.vertices.positions[vertex]; }
+  void triangles_at(std::uint64_t vertex, std::vector<Triangle64>& out) const override;
+  std::uint32_t channels() const override;
+  std::vector<double> values(std::span<const std::uint64_t> vertices) const override;
+
+  /// Numbers of the triangles at a vertex.
+  std::span<const std::uint32_t> at(std::uint64_t vertex) const {
+    return {triangles_.data() + first_[vertex], triangles_.data() + first_[vertex + 1]};
+  }
+
+ private:
+  const TriangleMesh& mesh_;
+  std::vector<std::uint64_t> first_;  // per vertex, and one past the last
+  std::vector<std::uint32_t> triangles_;
+};
+
+/// Connected pieces (over edges of two triangles), in the order of their first triangles.
+struct MeshComponents {
+  std::vector<Piece> pieces;
+  std::vector<std::uint32_t> of_triangle;
+};
+MeshComponents find_components(const TriangleMesh& mesh, const MeshSurface& surface);
+
+/// The open fans, and the vertices they lie at. Fans that end at an edge of more than two
+/// triangles, or of two that run along it in the same direction, are left out.
+struct MeshBoundary {
+  std::vector<OpenFan> fans;
+  std::vector<BoundaryVertex> vertices;
+};
+MeshBoundary find_boundary(const TriangleMesh& mesh, const MeshSurface& surface,
+                           std::span<const std::uint32_t> piece_of_triangle);
+
+}  // namespace orbweave

@@ -1,0 +1,25 @@
+// Where a patch crosses itself or the sheet that it closes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "engine/holes/problem/hole.h"
+
+namespace orbweave {
+
+/// Two triangles that intersect (engine/geometry/triangle_intersection.h): one of the patch by its
+/// number there, and another of the patch or, from patch.triangles.size() on, of the sheet.
+using Contact = std::array<std::uint32_t, 2>;
+
+/// At most `limit` contacts of a patch with itself and with the gathered sheet. O(n log n) where
+/// few boxes overlap.
+std::vector<Contact> find_contacts(const HoleProblem& problem, const HolePatch& patch,
+                                   std::uint64_t limit = UINT64_MAX);
+
+/// Their number.
+std::uint64_t count_intersections(const HoleProblem& problem, const HolePatch& patch,
+                                  std::uint64_t limit = UINT64_MAX);
+
+}  // namespace orbweave

@@ -1,0 +1,168 @@
+// Where the interior points of a patch come to rest: membrane and thin plate.
+// Desbrun, Meyer, Schroeder, Barr: Implicit Fairing of Irregular Meshes using Diffusion and
+// Curvature Flow, SIGGRAPH 1999, section 4 (cotangents).
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "engine/holes/patch/patch_mesh.h"
+
+namespace orbweave {
+namespace {
+
+using Sparse = Eigen::SparseMatrix<double>;
+using Entry = Eigen::Triplet<double, int>;
+
+/// The patch with the sheet along its rim: vertices of the patch, then the sheet's others.
+struct Strip {
+  std::vector<Vec3> positions;
+  std::vector<CornerTriangle> triangles;
+  std::vector<char> is_whole;  ///< per corner: its triangles of the sheet are all there
+};
+
+/// Half the cotangent of the angle at a, kept from vanishing and from taking over: the least
+/// energy is then unique and inside the rim's hull (order 1) whatever the triangles are like.
+double half_cotangent(Vec3 a, Vec3 b, Vec3 c) {
+  constexpr double kLeast = 0.02;
+  constexpr double kMost = 20.0;
+  const double sine = norm(cross(b - a, c - a));
+  const double cosine = dot(b - a, c - a);
+  const double cotangent = sine > 0.0 ? cosine / sine : kMost;
+  return 0.5 * std::clamp(cotangent, kLeast, kMost);
+}
+
+/// Sum over the neighbours of weight x (neighbour - vertex), for every vertex of the strip.
+Sparse laplacian(const Strip& strip) {
+  std::vector<Entry> entries;
+  entries.reserve(12 * strip.triangles.size());
+  for (const CornerTriangle& t : strip.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const auto a = static_cast<int>(t[(k + 1) % 3]);
+      const auto b = static_cast<int>(t[(k + 2) % 3]);
+      const double weight =
+          half_cotangent(strip.positions[t[k]], strip.positions[a], strip.positions[b]);
+      entries.insert(entries.end(),
+                     {{a, b, weight}, {b, a, weight}, {a, a, -weight}, {b, b, -weight}});
+    }
+  }
+  const auto n = static_cast<Eigen::Index>(strip.positions.size());
+  Sparse matrix(n, n);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+/// A third of the area around each vertex, no less than a thousandth of the mean.
+std::vector<double> areas(const Strip& strip) {
+  std::vector<double> areas(strip.positions.size(), 0.0);
+  double total = 0.0;
+  for (const CornerTriangle& t : strip.triangles) {
+    const auto& p = strip.positions;
+    const double area = norm(cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]])) / 6.0;
+    for (const std::uint32_t v : t) areas[v] += area;
+    total += 3.0 * area;
+  }
+  const double least = 1e-3 * total / static_cast<double>(std::max<std::size_t>(areas.size(), 1));
+  for (double& area : areas) area = std::max(area, least);
+  return areas;
+}
+
+/// Columns of the vertices that move, and of the others times where they are.
+struct Split {
+  Sparse moving;
+  Eigen::MatrixXd fixed;  ///< rows x 3
+};
+
+Split split_columns(const Sparse& matrix, const Strip& strip, const std::vector<int>& unknown,
+                    int unknowns) {
+  Split split;
+  split.fixed = Eigen::MatrixXd::Zero(matrix.rows(), 3);
+  std::vector<Entry> entries;
+  for (Eigen::Index column = 0; column < matrix.outerSize(); ++column) {
+    const Vec3 p = strip.positions[column];
+    for (Sparse::InnerIterator it(matrix, column); it; ++it) {
+      if (unknown[column] >= 0) {
+        entries.emplace_back(static_cast<int>(it.row()), unknown[column], it.value());
+      } else {
+        split.fixed.row(it.row()) += it.value() * Eigen::RowVector3d(p.x, p.y, p.z);
+      }
+    }
+  }
+  split.moving.resize(matrix.rows(), unknowns);
+  split.moving.setFromTriplets(entries.begin(), entries.end());
+  return split;
+}
+
+/// Rows that count, divided by the square root of the area, the others zero.
+Sparse row_scale(const Strip& strip, const std::vector<int>& unknown) {
+  const std::vector<double> area = areas(strip);
+  std::vector<Entry> entries;
+  for (std::size_t v = 0; v < unknown.size(); ++v) {
+    const bool rim = v < strip.is_whole.size() && strip.is_whole[v] != 0;
+    if (unknown[v] < 0 && !rim) continue;
+    entries.emplace_back(static_cast<int>(v), static_cast<int>(v), 1.0 / std::sqrt(area[v]));
+  }
+  const auto n = static_cast<Eigen::Index>(strip.positions.size());
+  Sparse scale(n, n);
+  scale.setFromTriplets(entries.begin(), entries.end());
+  return scale;
+}
+
+/// Places of the unknowns; empty where the system is singular.
+Eigen::MatrixXd least_energy(const Strip& strip, const std::vector<int>& unknown, int unknowns,
+                             int order) {
+  Sparse rows = laplacian(strip);
+  if (order >= 2) rows = (row_scale(strip, unknown) * rows).eval();
+  const Split split = split_columns(rows, strip, unknown, unknowns);
+  Sparse matrix;
+  Eigen::MatrixXd right;
+  if (order >= 2) {
+    matrix = split.moving.transpose() * split.moving;
+    right = -(split.moving.transpose() * split.fixed);
+  } else {
+    Sparse choose(unknowns, rows.rows());
+    std::vector<Entry> entries;
+    for (std::size_t v = 0; v < unknown.size(); ++v) {
+      if (unknown[v] >= 0) entries.emplace_back(unknown[v], static_cast<int>(v), -1.0);
+    }
+    choose.setFromTriplets(entries.begin(), entries.end());
+    matrix = choose * split.moving;
+    right = -(choose * split.fixed);
+  }
+  const Eigen::SimplicialLDLT<Sparse> solver(matrix);
+  if (solver.info() != Eigen::Success) return {};
+  Eigen::MatrixXd places = solver.solve(right);
+  return places.allFinite() ? places : Eigen::MatrixXd{};
+}
+
+}  // namespace
+
+void PatchMesh::smooth(int order, const RimSheet& sheet) {
+  if (corners_ == 0 || mesh_.size() == 0) return;
+  Strip strip{positions_, triangles(), sheet.is_whole};
+  strip.is_whole.resize(corners_, 0);
+  const std::uint32_t first = size() - corners_;
+  strip.positions.insert(strip.positions.end(), sheet.positions.begin(), sheet.positions.end());
+  for (CornerTriangle t : sheet.triangles) {
+    for (std::uint32_t& v : t) v += v < corners_ ? 0 : first;
+    strip.triangles.push_back(t);
+  }
+  const Vec3 center = positions_[0];  // so that coordinates far from the origin lose nothing
+  for (Vec3& p : strip.positions) p = p - center;
+  std::vector<int> unknown(strip.positions.size(), -1);
+  int unknowns = 0;
+  for (std::uint32_t v = corners_; v < size(); ++v) {
+    if (mesh_.from[v] != kNone32) unknown[v] = unknowns++;
+  }
+  if (unknowns == 0) return;
+  const Eigen::MatrixXd places = least_energy(strip, unknown, unknowns, order);
+  if (places.rows() == 0) return;
+  for (std::uint32_t v = corners_; v < size(); ++v) {
+    if (unknown[v] < 0) continue;
+    const auto row = places.row(unknown[v]);
+    positions_[v] = center + Vec3{row[0], row[1], row[2]};
+  }
+}
+
+}  // namespace orbweave

@@ -1,0 +1,98 @@
+#include "engine/holes/patch/patch_values.h"
+
+#include <algorithm>
+
+#include "engine/holes/rbf/rbf.h"
+
+namespace orbweave {
+namespace {
+
+std::span<const double> values_of(const HoleProblem& problem, std::uint32_t vertex) {
+  return std::span(problem.values)
+      .subspan(std::size_t{vertex} * problem.channels, problem.channels);
+}
+
+void add_scaled(std::span<const double> row, double weight, std::span<double> sum) {
+  for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += weight * row[c];
+}
+
+/// Keeps a row within the range of the sites' values.
+class Range {
+ public:
+  Range(const HoleProblem& problem, std::span<const std::uint32_t> sites) {
+    const std::span<const double> first = values_of(problem, sites[0]);
+    low_.assign(first.begin(), first.end());
+    high_ = low_;
+    for (const std::uint32_t site : sites) {
+      const std::span<const double> row = values_of(problem, site);
+      for (std::size_t c = 0; c < row.size(); ++c) {
+        low_[c] = std::min(low_[c], row[c]);
+        high_[c] = std::max(high_[c], row[c]);
+      }
+    }
+  }
+  void clamp(std::span<double> row) const {
+    for (std::size_t c = 0; c < row.size(); ++c) row[c] = std::clamp(row[c], low_[c], high_[c]);
+  }
+
+ private:
+  std::vector<double> low_, high_;
+};
+
+}  // namespace
+
+std::vector<double> values_from_corners(const HoleProblem& problem, std::span<const Vec3> points) {
+  const std::size_t channels = problem.channels;
+  std::vector<double> values(points.size() * channels, 0.0);
+  if (channels == 0) return values;
+  const Range range(problem, problem.loop);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const std::span<double> row = std::span(values).subspan(i * channels, channels);
+    double nearest = squared_norm(points[i] - problem.positions[problem.loop[0]]);
+    for (const std::uint32_t v : problem.loop) {
+      nearest = std::min(nearest, squared_norm(points[i] - problem.positions[v]));
+    }
+    double sum = 0.0;
+    for (const std::uint32_t v : problem.loop) {
+      // Relative to the nearest corner, so that no weight over- or underflows.
+      const double squared = squared_norm(points[i] - problem.positions[v]);
+      const double weight = squared > 0.0 ? nearest / squared : 1.0;
+      add_scaled(values_of(problem, v), weight, row);
+      sum += weight;
+    }
+    for (double& value : row) value /= sum;
+    range.clamp(row);
+  }
+  return values;
+}
+
+std::vector<double> values_from_sites(const HoleProblem& problem,
+                                      std::span<const std::uint32_t> sites,
+                                      std::span<const Vec3> points, const PatchOptions& options) {
+  const std::size_t channels = problem.channels;
+  if (channels == 0 || points.empty()) return {};
+  if (sites.empty()) return values_from_corners(problem, points);
+  std::vector<RbfSite> at;
+  std::vector<double> known;
+  for (const std::uint32_t site : sites) {
+    const std::span<const double> row = values_of(problem, site);
+    at.push_back(problem.positions[site]);
+    known.insert(known.end(), row.begin(), row.end());
+  }
+  RbfOptions rbf_options;
+  rbf_options.dimension = 3;
+  rbf_options.kernel = RbfKernel::kBiharmonic;
+  rbf_options.max_sites = options.max_sites;
+  const RbfInterpolant rbf(at, known, problem.channels, rbf_options);
+  if (!rbf.valid()) return values_from_corners(problem, points);
+  const Range range(problem, sites);
+  std::vector<double> values(points.size() * channels);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const std::span<double> row = std::span(values).subspan(i * channels, channels);
+    rbf.evaluate(points[i], row);
+    range.clamp(row);
+  }
+  return values;
+}
+
+}  // namespace orbweave

@@ -1,0 +1,93 @@
+#include "engine/holes/patch/smooth_disc.h"
+
+#include <cmath>
+#include <utility>
+
+#include "engine/holes/patch/direct_fill.h"
+#include "engine/holes/rbf/bending_energy.h"
+
+namespace orbweave {
+namespace {
+
+double area_of(const PatchMesh& disc) {
+  double area = 0.0;
+  for (const CornerTriangle& t : disc.triangles()) {
+    const Vec3 a = disc.positions()[t[0]];
+    area += 0.5 * norm(cross(disc.positions()[t[1]] - a, disc.positions()[t[2]] - a));
+  }
+  return area;
+}
+
+/// About how many points a patch takes that starts with this disc.
+double expected_points(const PatchMesh& disc, double spacing) {
+  return area_of(disc) / (std::sqrt(0.75) * spacing * spacing);
+}
+
+/// One round: edges split to the rim's spacing, then at rest. False where too many points would be
+/// needed.
+bool refine(const Rim& rim, const RimSheet& sheet, const PatchOptions& options, PatchMesh& disc) {
+  const std::uint32_t before = disc.size() - disc.corners();
+  if (before > options.max_new_points) return false;
+  disc.split_long_edges(kLongestEdge * rim.spacing, options.max_new_points + 1 - before);
+  if (disc.size() - disc.corners() > options.max_new_points) return false;
+  disc.flip_to_delaunay();
+  disc.smooth(sheet.triangles.empty() ? 1 : 2, sheet);
+  disc.collapse_short_edges(kShortestEdge * rim.spacing);
+  disc.flip_to_delaunay();
+  return true;
+}
+
+struct FairDisc {
+  PatchMesh disc;
+  double energy = 0.0;
+};
+
+/// Rounds until the energy falls no more. A plate that has grown is another plate: its triangles,
+/// by which it is measured, have too; on a ragged rim that need not come to an end. Without a
+/// sheet it is a membrane. Empty where it would need too many points.
+std::optional<FairDisc> fairest(const HoleProblem& problem, const Rim& rim, const RimSheet& sheet,
+                                PatchMesh disc, const PatchOptions& options) {
+  constexpr int kRounds = 6;
+  constexpr double kLeastGain = 0.97;  // energy of a round by that of the one before
+  std::optional<FairDisc> best;
+  for (int round = 0; round < kRounds; ++round) {
+    if (!refine(rim, sheet, options, disc)) return best;
+    const double energy = bending_energy(problem, patch_of_disc(problem, rim, disc));
+    if (best && !(energy < kLeastGain * best->energy)) break;
+    best = {disc, energy};
+  }
+  return best;
+}
+
+/// Which disc a plate starts from decides what it comes to: the fairer one of two, where it is
+/// small enough for that.
+std::optional<FairDisc> fairest_plate(const HoleProblem& problem, const Rim& rim,
+                                      const PatchMesh& start, double points,
+                                      const PatchOptions& options) {
+  constexpr double kSmall = 2000.0;
+  const RimSheet sheet = sheet_at_rim(problem, rim);
+  std::optional<FairDisc> best = fairest(problem, rim, sheet, start, options);
+  if (points > kSmall) return best;
+  std::optional<FairDisc> other = fairest(problem, rim, {}, start, options);
+  if (other) other = fairest(problem, rim, sheet, std::move(other->disc), options);
+  return best && !(other && other->energy < best->energy) ? std::move(best) : std::move(other);
+}
+
+}  // namespace
+
+std::string too_many_points(const PatchOptions& options) {
+  return "needs more than " + std::to_string(options.max_new_points) + " new points";
+}
+
+std::optional<PatchMesh> smooth_disc(const HoleProblem& problem, const Rim& rim, int order,
+                                     const PatchOptions& options) {
+  const PatchMesh start = disc_of_loop(problem, rim);
+  const double points = expected_points(start, rim.spacing);
+  if (points > 1.5 * options.max_new_points + 16.0) return std::nullopt;
+  std::optional<FairDisc> best = order < 2 ? fairest(problem, rim, {}, start, options)
+                                           : fairest_plate(problem, rim, start, points, options);
+  if (!best) return std::nullopt;
+  return std::move(best->disc);
+}
+
+}  // namespace orbweave

@@ -1,0 +1,151 @@
+#include "engine/holes/plane/plane_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace orbweave {
+namespace {
+
+// New points keep this many spacings from the rim's edges: the height of an equilateral triangle
+// would be 0.87, and less makes flat triangles at the rim, more makes large ones.
+constexpr double kClear = 0.6;
+// Nested lattices either way of the mean spacing.
+constexpr int kMostLevels = 6;
+// A lattice is replaced by the next finer one where the spacing wanted is less than this many of
+// its own: the mean spacing serves from 0.62 to 1.62 times itself.
+constexpr double kFinerBelow = 0.62;
+constexpr double kFinerBelowCoarse = 0.81;
+
+// Lengths of the rim's edges: means over a few dozen arcs of it.
+class RimSizing {
+ public:
+  explicit RimSizing(const Rim& rim, const std::vector<Vec3>& places) {
+    constexpr std::size_t kMostArcs = 64;
+    constexpr std::size_t kArcEdges = 6;
+    const std::size_t n = rim.corners.size();
+    const std::size_t arcs = std::clamp<std::size_t>(n / kArcEdges, 1, kMostArcs);
+    for (std::size_t arc = 0; arc < arcs; ++arc) {
+      Arc mean;
+      const std::size_t first = arc * n / arcs;
+      const std::size_t last = (arc + 1) * n / arcs;
+      for (std::size_t i = first; i < last; ++i) {
+        mean.place = mean.place + places[i];
+        mean.length += norm(rim.corners[(i + 1) % n] - rim.corners[i]);
+      }
+      const auto count = static_cast<double>(last - first);
+      arcs_.push_back({mean.place / count, mean.length / count});
+    }
+  }
+
+  // Weighted by the inverse squares of distances.
+  double at(Vec3 x) const {
+    double sum = 0.0;
+    double weights = 0.0;
+    for (const Arc& arc : arcs_) {
+      const double dx = x.x - arc.place.x;
+      const double dy = x.y - arc.place.y;
+      const double weight = 1.0 / (dx * dx + dy * dy + arc.length * arc.length);
+      sum += weight * arc.length;
+      weights += weight;
+    }
+    return sum / weights;
+  }
+
+ private:
+  struct Arc {
+    Vec3 place;
+    double length = 0.0;
+  };
+  std::vector<Arc> arcs_;
+};
+
+class Lattice {
+ public:
+  Lattice(const Rim& rim, const PlaneOutline& outline, const RbfInterpolant& heights,
+          std::uint32_t most)
+      : spacing_(rim.spacing),
+        sizing_(rim, outline.polygon()),
+        outline_(outline),
+        heights_(heights),
+        most_(most) {}
+
+  std::optional<std::vector<GridPoint>> points() {
+    const double step = spacing_ * std::ldexp(1.0, kMostLevels);
+    const double row = step * 0.5 * std::numbers::sqrt3;
+    const Vec3 low = outline_.low();
+    const Vec3 high = outline_.high();
+    const auto index = [](double x) { return static_cast<std::int64_t>(std::floor(x)); };
+    for (std::int64_t j = index(low.y / row) - 1; j <= index(high.y / row); ++j) {
+      const double shift = 0.5 * static_cast<double>(j);
+      // A cell reaches from its corner a step and a half along the row.
+      for (std::int64_t i = index(low.x / step - shift) - 2; i <= index(high.x / step - shift);
+           ++i) {
+        if (!visit(i, j, kMostLevels)) return std::nullopt;
+      }
+    }
+    return std::move(points_);
+  }
+
+ private:
+  // Corner (i, j) of the lattice of 2^level spacings, for its cell. False: too many points.
+  bool visit(std::int64_t i, std::int64_t j, int level) {
+    const double step = spacing_ * std::ldexp(1.0, level);
+    const double row = step * 0.5 * std::numbers::sqrt3;
+    const Vec3 x{(static_cast<double>(i) + 0.5 * static_cast<double>(j)) * step,
+                 static_cast<double>(j) * row, 0.0};
+    if (is_outside(x, step, row)) return true;
+    const bool inside = outline_.contains(x);
+    const bool evaluated = inside && level <= 0;
+    GridPoint point = evaluated ? lifted(x) : GridPoint{x, {}};
+    const double stretch = std::sqrt(1.0 + squared_norm(point.slope));
+    const double wanted = sizing_.at(x) / std::sqrt(stretch);
+    const double enough = level > 0 ? kFinerBelowCoarse : kFinerBelow;
+    if (level > -kMostLevels && wanted < enough * step) {
+      for (int half = 0; half < 4; ++half) {
+        if (!visit(2 * i + half % 2, 2 * j + half / 2, level - 1)) return false;
+      }
+      return true;
+    }
+    if (!inside || outline_.distance(x) < kClear * std::min(wanted, step)) return true;
+    if (points_.size() == most_) return false;
+    points_.push_back(evaluated ? point : lifted(x));
+    return true;
+  }
+
+  GridPoint lifted(Vec3 x) const {
+    const auto [height, gradient] = heights_.evaluate_with_gradient(x);
+    return {{x.x, x.y, height}, gradient};
+  }
+
+  bool is_outside(Vec3 x, double step, double row) const {
+    return x.x > outline_.high().x || x.y > outline_.high().y ||
+           x.x + 1.5 * step < outline_.low().x || x.y + row < outline_.low().y;
+  }
+
+  double spacing_;
+  RimSizing sizing_;
+  const PlaneOutline& outline_;
+  const RbfInterpolant& heights_;
+  std::uint32_t most_;
+  std::vector<GridPoint> points_;
+};
+
+}  // namespace
+
+std::optional<std::vector<GridPoint>> plane_grid(const Rim& rim, const PlaneOutline& outline,
+                                                 const RbfInterpolant& heights,
+                                                 std::uint32_t most) {
+  return Lattice(rim, outline, heights, most).points();
+}
+
+double grid_clearance(const Rim& rim) {
+  constexpr double kMost = 4.0;  // spacings; long edges among short ones may have points closer
+  double longest = rim.spacing;
+  for (std::size_t i = 0; i < rim.corners.size(); ++i) {
+    longest = std::max(longest, norm(rim.corners[(i + 1) % rim.corners.size()] - rim.corners[i]));
+  }
+  return kClear * std::min(longest, kMost * rim.spacing);
+}
+
+}  // namespace orbweave

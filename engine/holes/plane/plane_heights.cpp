@@ -1,0 +1,84 @@
+#include "engine/holes/plane/plane_heights.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "engine/holes/plane/plane_sites.h"
+
+namespace orbweave {
+namespace {
+
+// Smoothing lengths that are tried, in spacings. Real scans ask for 0.2 to 0.6.
+constexpr double kLengths[] = {0.2, 0.3, 0.45, 0.65, 1.0};
+// Number of lengths in a row, each worse than the best, that ends the search.
+constexpr int kPatience = 2;
+// A part shows whether there is noise: this number of adjacent sites.
+constexpr std::size_t kSample = 200;
+
+RbfInterpolant fit(const std::vector<Vec3>& places, double spacing, double length,
+                   const PatchOptions& options) {
+  std::vector<double> heights;
+  heights.reserve(places.size());
+  for (const Vec3 place : places) heights.push_back(place.z);
+  RbfOptions rbf;
+  rbf.dimension = 2;
+  rbf.kernel = options.kernel;
+  rbf.max_sites = options.max_sites;
+  rbf.tolerance = options.tolerance * spacing;
+  rbf.smoothing_length = length * spacing;
+  rbf.site_spacing = spacing;
+  return RbfInterpolant(places, heights, 1, rbf);
+}
+
+struct SmoothedFit {
+  RbfInterpolant heights;
+  double length = 0.0;  // spacings
+};
+
+// For as many sites as are solved for at once.
+SmoothedFit fit_least_deviance(const std::vector<Vec3>& places, double spacing,
+                               const PatchOptions& options) {
+  SmoothedFit best{fit(places, spacing, 0.0, options), 0.0};
+  int worse = 0;
+  for (const double length : kLengths) {
+    RbfInterpolant heights = fit(places, spacing, length, options);
+    const bool better =
+        heights.valid() && (!best.heights.valid() || heights.deviance() < best.heights.deviance());
+    if (better) best = {std::move(heights), length};
+    worse = better ? 0 : worse + 1;
+    if (worse == kPatience) break;
+  }
+  return best;
+}
+
+// The sites nearest to the first one.
+std::vector<Vec3> sample_of(std::vector<Vec3> places, std::size_t count) {
+  const auto from_first = [first = places[0]](Vec3 x) {
+    const double dx = x.x - first.x;
+    const double dy = x.y - first.y;
+    return dx * dx + dy * dy;
+  };
+  std::stable_sort(places.begin(), places.end(),
+                   [&](Vec3 a, Vec3 b) { return from_first(a) < from_first(b); });
+  places.resize(std::min(places.size(), count));
+  return places;
+}
+
+}  // namespace
+
+RbfInterpolant fit_heights(const std::vector<Vec3>& places, double spacing,
+                           const PatchOptions& options) {
+  const std::size_t sample = std::min<std::size_t>(kSample, options.max_sites);
+  if (places.size() <= sample) return fit_least_deviance(places, spacing, options).heights;
+  const SmoothedFit part = fit_least_deviance(sample_of(places, sample), spacing, options);
+  const double length = part.heights.valid() ? part.length : 0.0;
+  if (places.size() <= options.max_sites || length == 0.0) {
+    return fit(places, spacing, length, options);
+  }
+  const std::vector<Vec3> means = mean_places(places, options.max_sites);
+  const double ratio = static_cast<double>(places.size()) / static_cast<double>(means.size());
+  return fit(means, spacing * std::sqrt(ratio), length, options);
+}
+
+}  // namespace orbweave

@@ -1,0 +1,74 @@
+// What the hole pass is about: a loop to close, what is known around it, and the patch that
+// closes it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "io/open_reason.h"
+#include "io/triangle_mesh.h"
+#include "io/vec3.h"
+
+namespace orbweave {
+
+enum class RbfKernel { kBiharmonic, kTriharmonic };
+
+/// How a hole is filled. World units where not said otherwise.
+struct PatchOptions {
+  RbfKernel kernel = RbfKernel::kBiharmonic;
+  /// Loops of at most this many edges are closed without an interpolant.
+  std::uint32_t direct_edges = 4;
+  /// Most sites of a dense solve; above it centres are chosen greedily.
+  std::uint32_t max_sites = 1200;
+  /// Greedy centre choice ends when no site is further from the surface than this, in rim
+  /// spacings.
+  double tolerance = 0.01;
+  /// Whether the patch that meets the surface least does where none is clear of it.
+  bool allow_intersections = true;
+  /// Most new points of a hole; a larger one is reported and stays open.
+  std::uint32_t max_new_points = 2'000'000;
+};
+
+/// A loop and its neighbourhood. Vertices are numbered from 0 in canonical order, so that the
+/// patch does not depend on how the neighbourhood was gathered.
+struct HoleProblem {
+  std::vector<Vec3> positions;  ///< rim and neighbourhood on the same sheet
+  std::vector<Vec3> normals;    ///< unit, from the faces; zero where there is none
+  std::vector<Triangle> sheet;  ///< triangles among them; all of those at rim vertices
+  /// The rim in the direction in which patch triangles use its edges (against that of the
+  /// triangles of the sheet); begins at the smallest corner. May visit a vertex several times.
+  std::vector<std::uint32_t> loop;
+  /// Edges (smaller vertex first, sorted) that a patch must not use inside, because the mesh has
+  /// them already or another hole may use them.
+  std::vector<std::array<std::uint32_t, 2>> forbidden;
+  /// Values to be interpolated to the new vertices: positions.size() rows of `channels`.
+  std::vector<double> values;
+  std::uint32_t channels = 0;
+};
+
+enum class FillMethod : std::uint8_t { kNone, kDirect, kPlane, kImplicit };
+const char* name_of(FillMethod method);  ///< "none", "direct", "plane", "implicit"
+
+/// What closes a loop. Triangles use indices below problem.positions.size() for given vertices,
+/// and from there on new ones.
+struct HolePatch {
+  FillMethod method = FillMethod::kNone;
+  std::string reason;                   ///< why it stays open (kNone) or why not the simpler method
+  OpenReason open = OpenReason::kNone;  ///< what keeps it open (kNone)
+  std::vector<Vec3> positions;          ///< new vertices
+  std::vector<Vec3> normals;            ///< unit, theirs
+  std::vector<double> values;           ///< new vertices x channels
+  std::vector<Triangle> triangles;      ///< oriented like the sheet
+  std::uint32_t sites = 0;              ///< of the interpolant; 0: none was needed
+  double residual = 0.0;                ///< largest distance of a site from it, world units
+  double condition = 0.0;               ///< estimate for the linear system; 0: none
+  double rim_dihedral_rad = 0.0;        ///< largest angle between a rim face and its patch face
+};
+
+/// The mean length of the loop's edges, world units.
+double rim_spacing(const HoleProblem& problem);
+
+}  // namespace orbweave

@@ -1,0 +1,274 @@
+#include "engine/pipeline/budget/disk_plan.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "io/clouds/scan_source.h"
+#include "io/error.h"
+#include "io/system/disk_space.h"
+#include "io/text/quantity.h"
+
+namespace orbweave {
+namespace {
+
+// Bytes per point where nothing else is said; docs/disk.md has how they were measured.
+constexpr double kBlockBounds = 48.0 / 1024;
+constexpr double kChecksums = 5 * 8.0 / 1024;
+/// Two triangles and a fan.
+constexpr double kMesh = 2 * 12.0 + 1.0;
+/// Its share that is left when it is compressed: numbers that differ by little. What is left of
+/// positions and normals depends on the scanner; nothing is taken for granted.
+constexpr double kPackedMesh = 0.5;
+/// Patch and turn of a point, and its share of sums and votes.
+constexpr double kPatches = 9.0 + 3.0;
+/// Numbers as text: the shortest that reads back the same.
+constexpr double kDoubleText = 20.0;
+constexpr double kFloatText = 12.0;
+constexpr double kIndexText = 10.0;
+/// Rows of a chunk's border, per row along it: seams and the vertices of neighbours.
+constexpr double kBorderBytes = 8 * 64.0;
+/// What a file takes beyond its rows: HDF5's own structures, the rest of its last block.
+constexpr double kFileBytes = 8192.0;
+constexpr double kDocuments = 256.0 * 1024;
+/// Surfaces that are rougher than those which were measured.
+constexpr double kMargin = 1.05;
+
+double normal_bytes(const PointSchema& schema) {
+  return schema.has_normals ? 3.0 * static_cast<double>(size_of(schema.normal_type)) : 0.0;
+}
+
+double record_bytes(const PointSchema& schema) {
+  return static_cast<double>(sizeof(Vec3)) + normal_bytes(schema) +
+         static_cast<double>(schema.attribute_bytes());
+}
+
+double stored_bytes(const PointSchema& schema) {
+  return record_bytes(schema) + kBlockBounds + kChecksums;
+}
+
+PointSchema with_normals(PointSchema schema) {
+  if (schema.has_normals) return schema;
+  schema.has_normals = true;
+  schema.normal_type = ScalarType::kFloat32;
+  return schema;
+}
+
+/// The schema of the points that are reconstructed.
+PointSchema final_schema(const CloudSize& cloud, const RawWork& raw) {
+  const PointSchema schema = view_offset(cloud.schema) ? without_view(cloud.schema) : cloud.schema;
+  return raw.estimates ? with_normals(schema) : schema;
+}
+
+/// Most that the passes over raw points hold: each needs what the one before left, and the moves
+/// of the smoothing are measured against its beginning.
+double passes_bytes(const CloudSize& cloud, const RawWork& raw) {
+  const PrepareOptions& clean_up = raw.clean_up;
+  const double bare = stored_bytes(cloud.schema);
+  std::vector<double> stages = {bare};
+  if (clean_up.outlier_sigma > 0.0) stages.push_back(bare);
+  if (clean_up.merge_tolerance > 0.0) stages.push_back(bare);
+  const double full = raw.estimates ? stored_bytes(with_normals(cloud.schema)) : bare;
+  if (raw.estimates) stages.push_back(full);
+  double most = 0.0;
+  for (std::size_t i = 1; i < stages.size(); ++i) most = std::max(most, stages[i - 1] + stages[i]);
+  if (clean_up.smooth_radius > 0.0)
+    most = std::max(most, (clean_up.smooth_passes > 1 ? 3.0 : 2.0) * full);
+  if (clean_up.thin_to_spacing > 0.0) most = std::max(most, 2.0 * full);
+  if (raw.propagates) most = std::max(most, full + kPatches);
+  return most;
+}
+
+/// What is left of the passes while the points are cut for good.
+double prepared_bytes(const CloudSize& cloud, const RawWork& raw) {
+  const PointSchema schema = raw.estimates ? with_normals(cloud.schema) : cloud.schema;
+  return stored_bytes(schema) + (raw.propagates ? kPatches : 0.0);
+}
+
+/// Bins that are sorted but not durable yet, chunks per thread; no fewer are waited for.
+constexpr std::uint64_t kChunksInFlight = 2;
+
+std::uint64_t in_flight_bytes(const ResolvedJob& job, const CloudSize& cloud,
+                              const PointSchema& schema) {
+  const std::uint64_t points =
+      std::min(cloud.points, kChunksInFlight * static_cast<std::uint64_t>(job.threads()) *
+                                 cloud.memory.chunk_points);
+  return static_cast<std::uint64_t>(static_cast<double>(points) * record_bytes(schema));
+}
+
+/// Most that bins and sorted points take together: a bin's room is given back when its points are
+/// durable.
+double cut_bytes(const ResolvedJob& job, const CloudSize& cloud, const PointSchema& schema) {
+  const auto points = static_cast<double>(cloud.points);
+  const double sorted = points * stored_bytes(schema);
+  const double binned = points * record_bytes(schema);
+  if (binned <= static_cast<double>(cloud.memory.bin_buffer_bytes)) return sorted;
+  return sorted + static_cast<double>(in_flight_bytes(job, cloud, schema));
+}
+
+bool prepares(const RawWork& raw) { return raw.estimates || cleans(raw.clean_up); }
+
+struct RowBytes {
+  double vertex = 0.0;
+  double triangle = 0.0;
+};
+
+RowBytes text_rows(const PointSchema& schema, double coordinate, double indices) {
+  const bool single = schema.normal_type == ScalarType::kFloat32;
+  double vertex = 3.0 * coordinate;
+  if (schema.has_normals) vertex += 3.0 * (single ? kFloatText : kDoubleText);
+  for (const AttributeField& field : schema.attributes)
+    vertex += 2.0 + 2.2 * static_cast<double>(size_of(field.type));
+  return {vertex, 2.0 + indices * kIndexText};
+}
+
+/// Bytes of the mesh file per vertex and triangle, by its format; compressed ones as if they were
+/// not.
+RowBytes output_rows(const ResolvedJob& job, PointSchema schema) {
+  schema.has_normals = schema.has_normals && job.output.attributes;
+  std::filesystem::path name(job.output.mesh);
+  if (name.extension() == ".gz") name = name.stem();
+  const double coordinate = job.output.float_positions ? kFloatText : kDoubleText;
+  if (name.extension() == ".stl") {
+    constexpr double kFacetText = 90.0;
+    return {0.0, job.output.binary ? 50.0 : kFacetText + 12.0 * kFloatText};
+  }
+  if (name.extension() == ".obj") {
+    schema.attributes.clear();
+    RowBytes rows = text_rows(schema, coordinate, schema.has_normals ? 6.0 : 3.0);
+    rows.vertex += schema.has_normals ? 7.0 : 3.0;
+    return rows;
+  }
+  if (!job.output.binary) return text_rows(schema, coordinate, job.fill.enabled ? 3.2 : 3.0);
+  const double position = job.output.float_positions ? 12.0 : 24.0;
+  return {position + normal_bytes(schema) + static_cast<double>(schema.attribute_bytes()),
+          13.0 + (job.fill.enabled ? 4.0 : 0.0)};
+}
+
+std::uint64_t whole(double bytes) { return static_cast<std::uint64_t>(std::ceil(bytes)); }
+
+/// What a file system has to take.
+struct Demand {
+  std::string what;
+  std::filesystem::path place;
+  std::uint64_t bytes = 0;
+  const char* advice = "";
+};
+
+void require(const Demand& demand, const FreeSpace& free) {
+  if (demand.bytes <= free.bytes) return;
+  throw_resource("there is not enough room on the disk for " + demand.what,
+                 {.file = demand.place.string(),
+                  .place = {},
+                  .found = format_bytes(free.bytes) + " free" +
+                           (free.limited_by_quota ? " within the quota" : ""),
+                  .expected = "at least " + format_bytes(demand.bytes),
+                  .advice = demand.advice});
+}
+
+}  // namespace
+
+RawWork raw_work(const ResolvedJob& job, const CloudSize& scans) {
+  RawWork raw;
+  raw.clean_up = job.prepare;
+  if (raw.clean_up.automatic) {
+    // Sizes do not matter here, only that something is done.
+    raw.clean_up.outlier_sigma = raw.clean_up.smooth_radius = raw.clean_up.thin_to_spacing = 1.0;
+  }
+  raw.estimates = job.estimates_normals;
+  raw.propagates =
+      raw.estimates && job.orientation_rule(scans.points_without_view) == Orientation::kPropagate;
+  return raw;
+}
+
+DiskPlan plan_disk(const ResolvedJob& job, const CloudSize& cloud, const RawWork& raw) {
+  const auto points = static_cast<double>(cloud.points);
+  const auto chunks = static_cast<double>(cloud.chunks);
+  const PointSchema schema = final_schema(cloud, raw);
+  const double cut = cut_bytes(job, cloud, schema);
+  const double borders = chunks * kBorderBytes * std::sqrt(points / chunks);
+  const double files = kDocuments + chunks * kFileBytes;
+  DiskPlan plan;
+  if (prepares(raw)) {
+    plan.prepare_bytes = whole(kMargin * std::max(points * passes_bytes(cloud, raw),
+                                                  points * prepared_bytes(cloud, raw) + cut) +
+                               3.0 * files);
+  }
+  const auto held = static_cast<double>(raw.held_bytes);
+  const double mesh = job.run.compress ? kPackedMesh * kMesh : kMesh;
+  const double work =
+      std::max(held + kMargin * cut, kMargin * (points * (stored_bytes(schema) + mesh) + borders)) +
+      2.0 * files;
+  const RowBytes rows = output_rows(job, schema);
+  const double output = job.output.mesh == "-"
+                            ? 0.0
+                            : kMargin * points * (rows.vertex + 2.0 * rows.triangle) + kFileBytes;
+  plan.output_bytes = whole(output);
+  plan.work_bytes = std::max(plan.prepare_bytes, whole(work));
+  plan.most_bytes = std::max(plan.prepare_bytes, whole(work + output));
+  return plan;
+}
+
+void require_room(const std::filesystem::path& work_dir, const std::string& mesh,
+                  const DiskPlan& plan, std::uint64_t held_bytes) {
+  constexpr const char* kOtherWork =
+      "Free some, or name another place with run.work_dir or --work-dir";
+  constexpr const char* kOtherMesh = "Free some, or write the mesh elsewhere";
+  const auto beyond = [&](std::uint64_t bytes) { return bytes - std::min(bytes, held_bytes); };
+  const FreeSpace at_work = free_space(work_dir);
+  const std::filesystem::path target(mesh);
+  const FreeSpace at_mesh = free_space(target.has_parent_path() ? target.parent_path() : ".");
+  if (plan.output_bytes == 0 || at_work.device != at_mesh.device) {
+    require({"the work directory", work_dir, beyond(plan.work_bytes), kOtherWork}, at_work);
+    if (plan.output_bytes > 0)
+      require({"the mesh", target, plan.output_bytes, kOtherMesh}, at_mesh);
+    return;
+  }
+  require({"the work directory and the mesh", work_dir, beyond(plan.most_bytes), kOtherWork},
+          {std::min(at_work.bytes, at_mesh.bytes), at_work.device,
+           at_work.limited_by_quota || at_mesh.limited_by_quota});
+}
+
+std::uint64_t predicted_disk_bytes(const ResolvedJob& job, const Partition& partition) {
+  CloudSize cloud;
+  cloud.schema = partition.schema;
+  cloud.points = partition.points();
+  cloud.chunks = partition.octree.chunks().size();
+  cloud.memory.bin_buffer_bytes = std::numeric_limits<std::size_t>::max();  // nothing is spilled
+  return plan_disk(job, cloud, {}).most_bytes;
+}
+
+bool bins_will_spill(const CloudSize& cloud) {
+  return static_cast<double>(cloud.points) * record_bytes(cloud.schema) >
+         static_cast<double>(cloud.memory.bin_buffer_bytes);
+}
+
+RoomPlan check_room(StageRunner& runner, const CutStages& stages, bool are_scans,
+                    const CloudSize& cloud) {
+  const std::uint64_t in_flight = in_flight_bytes(runner.job, cloud, cloud.schema);
+  if (!runner.communicator.is_root()) return {in_flight, 0};
+  RawWork raw;
+  if (are_scans) raw = raw_work(runner.job, cloud);
+  const bool first_of_two = prepares(raw);
+  const std::uint64_t held = runner.store.disk().now();
+  // What an earlier run binned and sorted of these points is part of what they take.
+  std::uint64_t of_points = 0;
+  for (const char* stage : {stages.points(), stages.cut()})
+    of_points += room_of_directory(runner.store.directory() / stage);
+  if (!are_scans) raw.held_bytes = held - std::min(held, of_points);
+  DiskPlan plan = plan_disk(runner.job, cloud, raw);
+  const std::uint64_t predicted = plan.most_bytes;
+  if (first_of_two) {
+    // The number of points that cleaning leaves shows later; this much is needed in any case.
+    plan.work_bytes = plan.most_bytes = plan.prepare_bytes;
+    plan.output_bytes = 0;
+  }
+  require_room(runner.store.directory(), runner.job.output.mesh, plan, held);
+  const double cut = cut_bytes(runner.job, cloud, cloud.schema);
+  const std::uint64_t least = held - std::min(held, of_points) + whole(cut);
+  return {in_flight + plan.work_bytes - std::min(plan.work_bytes, least), predicted};
+}
+
+}  // namespace orbweave

@@ -1,0 +1,48 @@
+#include "engine/pipeline/job_paths.h"
+
+#include <filesystem>
+
+#include "engine/pipeline/output/export_stage.h"
+#include "engine/pipeline/run_steps.h"
+#include "engine/pipeline/stage/resolved_job.h"
+#include "io/meshes/tile_directory.h"
+#include "io/report/report.h"
+
+namespace orbweave {
+namespace {
+
+namespace fs = std::filesystem;
+
+void add_outputs(const OutputOptions& output, std::vector<PathRole>& paths) {
+  const bool to_stream = output.mesh.empty() || output.mesh == "-";
+  const std::string system = coordinate_system_file(output.mesh).string();
+  paths.push_back({"the mesh", output.mesh, PathUse::kWrittenFile});
+  if (!to_stream && output.tiles)
+    paths.push_back(
+        {"the directory of the tiles", tile_directory_of(output.mesh), PathUse::kWrittenDirectory});
+  paths.push_back(
+      {"the coordinate system beside the mesh", system, PathUse::kWrittenFile, false, false});
+  paths.push_back({"the report", output.report, PathUse::kWrittenFile});
+  paths.push_back({"the report's page", report_page(output.report), PathUse::kWrittenFile});
+  paths.push_back({"the picture", output.picture, PathUse::kWrittenFile});
+}
+
+}  // namespace
+
+std::vector<PathRole> job_paths(const Job& job, const std::vector<std::string>& files,
+                                const std::string& job_file) {
+  std::vector<PathRole> paths;
+  const fs::path work_dir = work_dir_of(job);
+  add_outputs(job.output, paths);
+  paths.push_back({"the work directory", work_dir, PathUse::kWorkDirectory});
+  paths.push_back({"the log", work_dir / kLogName, PathUse::kWrittenFile, true});
+  paths.push_back({"the steps of the run", work_dir / kStepsName, PathUse::kWrittenFile, true});
+  paths.push_back({"the current directory", fs::path("."), PathUse::kReadDirectory});
+  paths.push_back({"the job file", job_file, PathUse::kReadFile});
+  paths.push_back({"the file of poses", job.input.poses, PathUse::kReadFile});
+  for (const std::string& file : files)
+    paths.push_back({"a scan of the job", file, PathUse::kReadFile});
+  return paths;
+}
+
+}  // namespace orbweave

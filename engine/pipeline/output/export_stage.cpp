@@ -1,0 +1,193 @@
+#include "engine/pipeline/output/export_stage.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "engine/pipeline/output/mesh_pieces.h"
+#include "engine/pipeline/output/placed_export.h"
+#include "engine/pipeline/output/tile_export.h"
+#include "engine/pipeline/surface/patch_batch.h"
+#include "engine/pipeline/surface/stored_mesh.h"
+#include "engine/pipeline/surface/stored_surface.h"
+#include "engine/stitching/local_numbers.h"
+#include "io/meshes/mesh_writer.h"
+#include "io/report/picture.h"
+#include "io/store/chunk_points.h"
+#include "io/system/atomic_file.h"
+
+namespace orbweave {
+namespace {
+
+void warn_of_moved_vertices(StageRunner& runner, const Partition& partition) {
+  if (!runner.job.output.float_positions || !(partition.spacing > 0.0)) return;
+  double largest = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    largest = std::max(
+        {largest, std::abs(partition.bounds.min[axis]), std::abs(partition.bounds.max[axis])});
+  }
+  const double step = std::ldexp(largest, -24);
+  if (step > partition.spacing * 1e-3) {
+    runner.warn("float coordinates move vertices by up to " +
+                std::to_string(step / partition.spacing) +
+                " of the point spacing; output.precision = \"double\" keeps them");
+  }
+}
+
+PointSchema output_schema(const Partition& partition, const OutputOptions& output) {
+  PointSchema schema = partition.schema;
+  schema.has_normals = schema.has_normals && output.attributes;
+  return schema;
+}
+
+/// Through one writer, front to back.
+std::uint64_t export_in_order(StageRunner& runner, const MeshPieces& pieces,
+                              const MeshHeader& header, SurfaceDigest& digest) {
+  const OutputOptions& output = runner.job.output;
+  const auto writer =
+      open_mesh_writer(output.mesh, header, {output.binary, output.float_positions, {}});
+  const auto hole = [&](const PieceRows& rows) {
+    return header.has_hole ? std::span<const std::int32_t>(rows.hole)
+                           : std::span<const std::int32_t>();
+  };
+  const bool independently = writer->encodes_independently();
+  const auto encode = [&](const MeshPiece& piece, PieceRows& rows) {
+    pieces.load(piece, header.schema, rows);
+    if (!independently) return;
+    rows.encoded = piece.has_vertices() ? writer->encode_vertices(rows.vertices)
+                                        : writer->encode_triangles(rows.triangles, hole(rows));
+  };
+  const auto write = [&](const MeshPiece& piece, PieceRows& rows) {
+    digest.add(piece, rows);
+    if (independently && piece.has_vertices()) {
+      writer->write_encoded_vertices(rows.encoded, piece.rows);
+    } else if (independently) {
+      writer->write_encoded_triangles(rows.encoded, piece.rows);
+    } else if (piece.has_vertices()) {
+      writer->write_vertices(rows.vertices);
+    } else {
+      writer->write_triangles(rows.triangles, hole(rows));
+    }
+    runner.progress.advance(piece.stored);
+  };
+  run_in_order(runner, pieces.all(), pieces_in_flight(runner.job, header.schema), encode, write);
+  writer->finish();
+  return writer->bytes_written();
+}
+
+/// Returns the bytes of the file.
+std::uint64_t export_one_file(StageRunner& runner, const MeshPieces& pieces,
+                              const MeshHeader& header, SurfaceDigest& digest) {
+  std::uint64_t bytes = 0;
+  if (is_placed(runner.job.output, header) &&
+      export_placed(runner, pieces, header, digest, bytes)) {
+    return bytes;
+  }
+  return runner.communicator.is_root() ? export_in_order(runner, pieces, header, digest) : 0;
+}
+
+void draw_patches(StageRunner& runner, const Partition& partition, const FilledHoles& holes,
+                  MeshPicture& picture) {
+  constexpr std::size_t kCacheBytes = std::size_t{32} << 20;
+  const StoredSurface surface(runner.store, partition, 0.0, kCacheBytes, false);
+  for (ChunkId batch = 0; batch < holes.new_triangles.size(); ++batch) {
+    runner.stop.check();
+    const PatchBatch patches = load_patch_batch(runner.store, batch);
+    const auto position = [&](std::uint64_t vertex) {
+      return vertex < kNewVertex ? surface.position(vertex)
+                                 : patches.positions[vertex - kNewVertex];
+    };
+    std::vector<std::array<Vec3, 3>> corners;
+    for (const Triangle64& t : patches.triangles) {
+      corners.push_back({position(t[0]), position(t[1]), position(t[2])});
+    }
+    picture.draw(corners, patches.hole);
+  }
+}
+
+/// The coordinate reference system lies beside the mesh, where other programs look for it.
+void write_coordinate_system(const std::string& mesh, const std::string& coordinate_system) {
+  const std::filesystem::path path = coordinate_system_file(mesh);
+  if (coordinate_system.empty() || path.empty()) return;
+  AtomicFile file(path);
+  file.write(coordinate_system + "\n");
+  file.commit();
+}
+
+}  // namespace
+
+std::filesystem::path coordinate_system_file(const std::string& mesh) {
+  std::error_code ignored;
+  const auto status = std::filesystem::status(mesh, ignored);
+  const bool is_device = std::filesystem::exists(status) && std::filesystem::is_other(status);
+  if (mesh.empty() || mesh == "-" || is_device) return {};
+  return std::filesystem::path(mesh).replace_extension(".prj");
+}
+
+void check_format_holds(const OutputOptions& output, std::uint64_t points) {
+  check_mesh_size(output.mesh, 2 * points, {output.binary, output.float_positions, {}});
+}
+
+ExportResult export_mesh(const ExportInputs& inputs, StageRunner& runner) {
+  const Partition& partition = inputs.partition;
+  const MeshFacts& facts = inputs.facts;
+  if (runner.communicator.is_root()) warn_of_moved_vertices(runner, partition);
+  const MeshPieces pieces(runner.store, partition, inputs.used, inputs.holes, inputs.triangles);
+  if (pieces.vertices() != facts.vertices || pieces.triangles() != facts.triangles)
+    throw std::logic_error("the mesh has other counts than its summary says");
+
+  const OutputOptions& output = runner.job.output;
+  const std::uint64_t rows = partition.points() + facts.triangles;
+  StageClock clock(runner, output.tiles ? Stage::kTiles : Stage::kExport,
+                   output.tiles ? partition.octree.chunks().size() : rows,
+                   output.tiles ? "chunks" : "rows");
+  const MeshHeader header{facts.vertices, facts.triangles, false, runner.job.fill.enabled,
+                          output_schema(partition, output)};
+  SurfaceDigest digest;
+  const TileInput tiles{partition, inputs.used, inputs.holes, pieces, header, runner.stop};
+  const std::uint64_t bytes = output.tiles ? export_tiles(runner, clock, tiles, digest)
+                                           : export_one_file(runner, pieces, header, digest);
+  clock.facts().bytes_written = bytes;
+  clock.facts().points = partition.points();
+  if (!runner.communicator.is_root()) return {};
+  write_coordinate_system(output.mesh, partition.coordinate_system);
+  return {digest.checksum(), digest.bounds(), bytes};
+}
+
+void draw_picture(const ExportInputs& inputs, StageRunner& runner) {
+  const Partition& partition = inputs.partition;
+  const FilledHoles& holes = inputs.holes;
+  const std::size_t chunks = partition.octree.chunks().size();
+  StageClock clock(runner, Stage::kPicture, chunks, "chunks");
+  MeshPicture picture(partition.bounds, {.patch_color = runner.job.output.patch_color});
+  for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
+    runner.stop.check();
+    const std::vector<Vec3> own = load_points(runner.store, chunk, partition.schema).positions;
+    const ChunkMesh mesh = load_chunk_mesh(runner.store, chunk, false);
+    const LocalNumbers numbers(partition.first_vertex[chunk], own.size(), mesh.outer_vertices);
+    const auto position = [&](std::uint32_t vertex) {
+      return vertex < own.size() ? own[vertex] : mesh.outer_positions[vertex - own.size()];
+    };
+    std::vector<std::array<Vec3, 3>> corners;
+    corners.reserve(mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles) {
+      corners.push_back({position(t[0]), position(t[1]), position(t[2])});
+    }
+    if (!holes.removed.empty()) {
+      std::size_t kept = 0;
+      for (std::size_t i = 0; i < corners.size(); ++i) {
+        const bool removed = std::binary_search(holes.removed.begin(), holes.removed.end(),
+                                                numbers.global(mesh.triangles[i]));
+        if (!removed) corners[kept++] = corners[i];
+      }
+      corners.resize(kept);
+    }
+    picture.draw(corners);
+    runner.progress.advance(1);
+  }
+  draw_patches(runner, partition, holes, picture);
+  picture.write_png(runner.job.output.picture);
+}
+
+}  // namespace orbweave

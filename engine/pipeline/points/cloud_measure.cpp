@@ -1,0 +1,36 @@
+#include "engine/pipeline/points/cloud_measure.h"
+#include "engine/spacing/normal_radius.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "engine/pipeline/points/count_stage.h"
+
+namespace orbweave {
+Octree final_octree(const ResolvedJob& job, const CountedCloud& cloud, const Partition& partition) {
+  const bool expected = !job.reconstruct.ball_radii.empty() || job.reconstruct.levels != 0;
+  if (expected || partition.automatic_radii.empty()) return cloud.octree;
+  const double points_per_area = 1.0 / (partition.spacing * partition.spacing);
+  const MemoryPlan plan = job.memory_plan(
+      cloud.points_used, cloud.schema,
+      worthwhile_points(partition.automatic_radii, points_per_area, cloud.points_used));
+  if (plan.chunk_points <= cloud.memory.chunk_points) return cloud.octree;
+  return coarsened(cloud.octree, plan.chunk_points);
+}
+
+Partition measure(const CloudInput& input, SpacingSampler& sampler, const RunControl& control) {
+  sampler.merge_duplicates(&control.stop);
+  const RadiiChoice choice = sampler.choose(control.job.reconstruct.levels, &control.stop);
+  Partition measured;
+  measured.spacing = choice.spacing;
+  measured.automatic_radii = choice.radii;
+  measured.radii_reason = choice.reason;
+  if (!input.are_scans) return measured;
+  measured.layers = measure_layers(sampler.sites(), &control.stop);
+  if (!control.job.needs_preparation()) return measured;
+  const auto neighbors = static_cast<std::size_t>(control.job.normals.neighbors);
+  measured.normal_radius = normal_radius(sampler, neighbors, &control.stop);
+  return measured;
+}
+
+}  // namespace orbweave

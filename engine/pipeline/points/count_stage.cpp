@@ -1,0 +1,173 @@
+#include "engine/pipeline/points/count_stage.h"
+
+#include <algorithm>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/pipeline/points/dense_chunks.h"
+#include "engine/pipeline/points/own_share.h"
+#include "engine/pipeline/points/stray_search.h"
+#include "engine/spacing/automatic_radii.h"
+#include "io/clouds/scan_source.h"
+#include "io/error.h"
+#include "io/text/quantity.h"
+
+namespace orbweave {
+namespace {
+
+void add_counts(DroppedPoints& to, const DroppedPoints& from) {
+  for (const auto& [reason, count] : from) to[reason] += count;
+}
+
+/// Points whose scanner is not known.
+std::uint64_t count_without_view(const PointCloud& points) {
+  const std::optional<std::size_t> offset = view_offset(points.schema);
+  if (!offset) return points.size();
+  std::uint64_t count = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    ViewCode code;
+    std::memcpy(&code, points.attribute_row(i).data() + *offset, sizeof code);
+    count += code.known() ? 0 : 1;
+  }
+  return count;
+}
+
+/// A chunk whose side is eight halos computes about half as much again for its halo.
+constexpr double kHalosPerSide = 8.0;
+
+/// How many points a chunk needs so that its halo is not most of the work: the points of a piece
+/// of surface of that side. The surface is guessed from the cells that hold points.
+std::uint64_t worthwhile_chunk_points(const CountGrid& grid, const ReconstructOptions& options) {
+  if (options.ball_radii.empty()) {
+    // Automatic radii are so many spacings; a spacing squared holds a point. Where their number
+    // follows from the density, too, chunks are put together once that is known.
+    std::vector<double> radii = {kRadiusPerSpacing};
+    for (int level = 1; level < options.levels; ++level)
+      radii.push_back(radii.back() * kRadiusGrowth);
+    return worthwhile_points(radii, 1.0, grid.points());
+  }
+  std::uint64_t cells = 0;
+  grid.for_each([&](Vec3, std::uint64_t) { ++cells; });
+  const double points_per_area =
+      static_cast<double>(grid.points()) / (static_cast<double>(cells) * grid.cell() * grid.cell());
+  return worthwhile_points(options.ball_radii, points_per_area, grid.points());
+}
+
+/// The least budget of all stages that the job will run, before any of them: estimated normals make
+/// points larger than they are read.
+void require_budget(const ResolvedJob& job, PointSchema scans) {
+  scans.has_normals = scans.has_normals || job.needs_preparation();
+  job.memory_plan(0, scans);
+}
+
+using Share = std::function<std::unique_ptr<PointSource>(std::unique_ptr<PointSource>)>;
+
+/// First pass over the rows that `share` leaves.
+CountedCloud count_share(const RunControl& control, const CloudInput& input, const Share& share,
+                         const PointFilter& filter) {
+  CountedCloud cloud;
+  cloud.filter = filter;
+  const auto source = share(input.open(&cloud.notes));
+  cloud.schema = source->schema();
+  if (input.are_scans) require_budget(control.job, cloud.schema);
+  cloud.coordinate_system = source->coordinate_system();
+  const bool has_view = view_offset(cloud.schema).has_value();
+  stream_points(*source, {.threads = control.threads(), .stop = &control.stop, .filter = &filter},
+                {}, [&](StreamBatch& batch) {
+                  cloud.grid.add(batch.points.positions);
+                  cloud.points_read += batch.points_read;
+                  add_origin_counts(cloud.at_scan_origins, batch.at_scan_origins);
+                  if (has_view) cloud.points_without_view += count_without_view(batch.points);
+                  add_counts(cloud.dropped, batch.dropped);
+                  control.progress.advance(batch.points_read);
+                  control.progress.add_points(batch.points_read);
+                });
+  for (const auto& [reason, count] : source->left_out()) cloud.rows_left_out += count;
+  cloud.points_read += cloud.rows_left_out;
+  cloud.own_share = cloud.points_read;
+  add_counts(cloud.dropped, source->left_out());
+  cloud.bytes_read = source->bytes_read();
+  if (!has_view) cloud.points_without_view = cloud.grid.points();
+  return cloud;
+}
+
+/// Squares of squares of lengths have to be numbers.
+void require_usable_scale(const ResolvedJob& job, const Box& bounds) {
+  constexpr double kLeastExtent = 1e-75;
+  const double extent = bounds.largest_extent();
+  if (!(extent > 0.0) || extent >= kLeastExtent) return;
+  throw_bad_input("the cloud is too small to be computed with",
+                  {.file = job.files.front(),
+                   .found = "an extent of " + format_number(extent),
+                   .expected = "an extent from 1e-75 to 1e75",
+                   .advice = "Scale the coordinates to a larger unit."});
+}
+
+/// Every process is to have several chunks.
+void plan_cut(const ResolvedJob& job, CountedCloud& cloud, int processes) {
+  cloud.points_used = cloud.grid.points();
+  if (cloud.points_used == 0) {
+    throw_bad_input(
+        cloud.points_read == 0 ? "the cloud holds no points" : "the cloud holds no usable point",
+        {.file = job.files.front(),
+         .found =
+             cloud.points_read == 0 ? "" : describe_dropped(cloud.points_read, cloud.dropped)});
+  }
+  require_usable_scale(job, cloud.grid.bounds());
+  cloud.grid.settle(root_cube(cloud.grid.bounds()).side);
+  cloud.memory =
+      job.memory_plan(cloud.points_used / static_cast<std::uint64_t>(processes), cloud.schema,
+                      worthwhile_chunk_points(cloud.grid, job.reconstruct));
+  const std::uint64_t wanted = job.partition.chunk_points;
+  if (cloud.memory.chunk_points < wanted) {
+    cloud.notes.push_back("partition.chunk_points = " + std::to_string(wanted) +
+                          " is more than the memory budget has room for; chunks get " +
+                          std::to_string(cloud.memory.chunk_points) + " points");
+  }
+}
+
+void cut_chunks(const RunControl& control, const CloudInput& input, CountedCloud& cloud) {
+  cloud.octree = cut_octree(cloud.grid, root_cube(cloud.grid.bounds()), cloud.memory.chunk_points);
+  split_dense_chunks(control, input, cloud);
+}
+
+}  // namespace
+
+std::uint64_t worthwhile_points(const std::vector<double>& radii, double points_per_area,
+                                std::uint64_t points) {
+  const double side = kHalosPerSide * halo_width(radii);
+  return static_cast<std::uint64_t>(
+      std::min(side * side * points_per_area, static_cast<double>(points)));
+}
+
+CountedCloud count_points(const RunControl& control, const CloudInput& input) {
+  const Share all = [](std::unique_ptr<PointSource> source) { return source; };
+  CountedCloud cloud = count_without_strays(
+      input, [&](const PointFilter& filter) { return count_share(control, input, all, filter); });
+  plan_cut(control.job, cloud, 1);
+  cut_chunks(control, input, cloud);
+  return cloud;
+}
+
+CountedCloud count_by_team(const CloudInput& input, const CutExchange& cut, StageRunner& runner) {
+  StageClock clock(runner, input.stages.count, 0, "points");
+  const Share own = [&](std::unique_ptr<PointSource> source) {
+    return own_share(std::move(source), runner.communicator);
+  };
+  CountedCloud cloud = count_without_strays(input, [&](const PointFilter& filter) {
+    return whole_cloud(count_share(runner, input, own, filter), cut, runner);
+  });
+  plan_cut(runner.job, cloud, runner.communicator.size());
+  if (runner.communicator.is_root()) cut_chunks(runner, input, cloud);
+  cloud.bounds = cloud.grid.bounds();
+  clock.facts().points = cloud.points_read;
+  clock.facts().bytes_read = cloud.bytes_read;
+  return cloud;
+}
+
+}  // namespace orbweave

@@ -1,0 +1,411 @@
+#include "engine/pipeline/points/prepare_stage.h"
+#include "engine/pipeline/stage/cleaning_rule.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "engine/cleaning/outliers.h"
+#include "engine/cleaning/projection.h"
+#include "engine/cleaning/thinning.h"
+#include "engine/normals/estimate_normals.h"
+#include "engine/pipeline/points/orientation_stage.h"
+#include "engine/pipeline/points/prepared_source.h"
+#include "engine/pipeline/points/raw_passes.h"
+#include "engine/pipeline/points/scan_input.h"
+#include "engine/pipeline/stage/stage_keys.h"
+#include "engine/spacing/layer_thickness.h"
+#include "io/clouds/scan_source.h"
+#include "io/error.h"
+#include "io/report/reasons.h"
+#include "io/store/chunk_points.h"
+#include "io/text/quantity.h"
+
+namespace orbweave {
+namespace {
+
+/// Smoothed layers are wider than spacings: the plane of a normal has to span them.
+constexpr std::size_t kNeighborsAcrossLayers = 48;
+/// Points on different sheets do not replace one another: normals less than 60 degrees apart do.
+constexpr double kSameSheetCosine = 0.5;
+
+/// Says what was measured, and what follows from it or would have followed.
+PrepareFacts describe_layers(StageRunner& runner, const Partition& scans) {
+  PrepareFacts facts = cleaning_for(runner.job.prepare, scans);
+  if (runner.job.prepare.automatic) {
+    runner.note("cleaning: " + facts.reason);
+  } else if (!runner.job.cleans() && scans.layers.is_thick()) {
+    runner.warn(
+        "the scanned layers are thick and are taken as they are; prepare.auto = true would clean "
+        "them up: " +
+        facts.reason);
+  }
+  return facts;
+}
+
+PointCloud kept_points(const PointCloud& points, const std::vector<std::uint8_t>& kept) {
+  PointCloud result;
+  result.schema = points.schema;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (kept[i] != 0) result.append(points, i);
+  return result;
+}
+
+RawPass outlier_pass(const StageRunner& runner, const PrepareOptions& options,
+                     const RawCloud& cloud) {
+  const OutlierOptions outliers{.sigma = options.outlier_sigma,
+                                .max_radius = cloud.partition.normal_radius,
+                                .stop = &runner.stop};
+  return {.stage = directory_of(Stage::kOutliers),
+          .options = key_line("prepare.outlier_sigma", format_exact(outliers.sigma)) +
+                     key_line("reach of outliers", format_exact(outliers.max_radius)),
+          .halo = outlier_halo(outliers),
+          .dropped_reason = DropReason::kOutlier,
+          .work = [outliers](PassPoints&& points) {
+            auto kept = find_outliers(points.positions, points.begin, points.end, outliers);
+            for (std::uint8_t& flag : kept) flag ^= 1;
+            return kept_points(points.own, kept);
+          }};
+}
+
+RawPass merge_pass(const StageRunner& runner, const PrepareOptions& options) {
+  const ThinningOptions merging{options.merge_tolerance, kSameSheetCosine, &runner.stop};
+  return {.stage = directory_of(Stage::kMerging),
+          .options = key_line("prepare.merge_tolerance", format_exact(merging.spacing)),
+          .halo = merging_halo(merging),
+          .drift = merging.spacing,
+          .dropped_reason = DropReason::kMerged,
+          .work = [merging](PassPoints&& points) {
+            MergedPoints merged =
+                merge_points(points.positions, points.normals, points.begin, points.end, merging);
+            points.own.positions = std::move(merged.positions);
+            if (!merged.normals.empty()) points.own.normals = std::move(merged.normals);
+            return kept_points(points.own, merged.kept);
+          }};
+}
+
+/// What decides the side of estimated normals.
+struct SideRule {
+  Orientation by = Orientation::kNone;
+  Vec3 vector;  ///< viewpoint or direction
+
+  /// Direction that the normal of point i should agree with; zero: no matter.
+  Vec3 wanted(const PointCloud& points, std::size_t i, std::optional<std::size_t> view) const {
+    if (by == Orientation::kUp) return vector;
+    if (by == Orientation::kViewpoint) return vector - points.positions[i];
+    if (by != Orientation::kScanner || !view) return {};
+    ViewCode code;
+    std::memcpy(&code, points.attribute_row(i).data() + *view, sizeof code);
+    return code.known() ? decode_view(code) : Vec3{};
+  }
+};
+
+std::string text_of(const SideRule& rule) {
+  return std::string(text_of(rule.by)) + " " + format_exact(rule.vector.x) + " " +
+         format_exact(rule.vector.y) + " " + format_exact(rule.vector.z);
+}
+
+/// The first that applies: scanner, viewpoint, up, propagation.
+SideRule side_rule(const StageRunner& runner, const RawCloud& cloud) {
+  const NormalOptions& options = runner.job.normals;
+  const bool views = cloud.partition.points_without_view == 0;
+  SideRule rule{runner.job.orientation_rule(cloud.partition.points_without_view), {}};
+  if (rule.by == Orientation::kScanner && !views)
+    throw_bad_input(
+        "it is not known where some points were scanned from",
+        {.file = runner.job.files.front(),
+         .found = std::to_string(cloud.partition.points_without_view) + " points without a scanner",
+         .expected = "poses, input.scanner, or files that say where the scanner was",
+         .advice = "Or choose another normals.orientation, such as \"propagate\"."});
+  if (rule.by == Orientation::kViewpoint) {
+    if (!options.viewpoint)
+      throw_usage("normals.orientation = \"viewpoint\" needs normals.viewpoint", {});
+    rule.vector = *options.viewpoint;
+  }
+  if (rule.by == Orientation::kUp) rule.vector = options.up.value_or(Vec3{0.0, 0.0, 1.0});
+  return rule;
+}
+
+PointCloud with_normals(PassPoints&& points, const NormalEstimateOptions& options,
+                        const SideRule& rule) {
+  EstimatedNormals estimated =
+      estimate_normals(points.positions, points.begin, points.end, options);
+  const std::optional<std::size_t> view = view_offset(points.own.schema);
+  std::vector<std::uint8_t> kept(points.own.size());
+  for (std::size_t i = 0; i < points.own.size(); ++i) {
+    Vec3& normal = estimated.normals[i];
+    kept[i] = normal == Vec3{} ? 0 : 1;
+    if (dot(normal, rule.wanted(points.own, i, view)) < 0.0) normal = -normal;
+  }
+  points.own.normals = std::move(estimated.normals);
+  return kept_points(points.own, kept);
+}
+
+RawPass normal_pass(const NormalEstimateOptions& options, const SideRule& rule) {
+  return {.stage = directory_of(Stage::kNormals),
+          .options = key_line("normals.neighbors", std::to_string(options.neighbors)) +
+                     key_line("reach of normals", format_exact(options.max_radius)) +
+                     key_line("normals.orientation", text_of(rule)),
+          .halo = options.max_radius,
+          .adds_normals = true,
+          .dropped_reason = DropReason::kTooFewNeighbors,
+          .work = [options, rule](PassPoints&& points) {
+            return with_normals(std::move(points), options, rule);
+          }};
+}
+
+void normalize_all(std::vector<Vec3>& normals) {
+  for (Vec3& normal : normals) normal = normalized(normal);
+}
+
+RawPass smooth_pass(const StageRunner& runner, const PrepareOptions& options, bool oriented,
+                    int pass) {
+  const ProjectionOptions projection{options.smooth_radius, oriented, &runner.stop,
+                                     "prepare.smooth_radius"};
+  return {.stage = directory_of(Stage::kSmoothing, pass + 1),
+          .options = key_line("prepare.smooth_radius", format_exact(projection.radius)) +
+                     key_line("oriented", oriented ? "yes" : "no"),
+          .halo = projection.radius,
+          .drift = projection.radius,
+          .work = [projection](PassPoints&& points) {
+            normalize_all(points.normals);
+            ProjectedPoints projected = project_points(points.positions, points.normals,
+                                                       points.begin, points.end, projection);
+            points.own.positions = std::move(projected.positions);
+            points.own.normals = std::move(projected.normals);
+            return std::move(points.own);
+          }};
+}
+
+RawPass thin_pass(const StageRunner& runner, const PrepareOptions& options, bool oriented) {
+  const ThinningOptions thinning{options.thin_to_spacing, kSameSheetCosine, &runner.stop};
+  return {.stage = directory_of(Stage::kThinning),
+          .options = key_line("prepare.thin_to_spacing", format_exact(thinning.spacing)) +
+                     key_line("oriented", oriented ? "yes" : "no"),
+          .halo = thinning_halo(thinning),
+          .dropped_reason = DropReason::kThinned,
+          .work = [thinning, oriented](PassPoints&& points) {
+            if (!oriented) points.normals.clear();
+            normalize_all(points.normals);
+            return kept_points(points.own, thin_points(points.positions, points.normals,
+                                                       points.begin, points.end, thinning));
+          }};
+}
+
+/// The raw points in chunks; resumes from the store where it holds them whole.
+CutPoints raw_points(StageRunner& runner) {
+  if (std::optional<Partition> stored =
+          begin_partition(runner, kRawCut, raw_points_key(runner.job)))
+    return {std::move(*stored), 0};
+  return partition_by_team(
+      runner, kRawCut, [&] { return cut_and_sort(scans_as_input(runner.job, kRawCut), runner); });
+}
+
+/// Mean distance between the points of two stages that hold the same points.
+void measure_moves(StageRunner& runner, const RawCloud& cloud, const std::string& before,
+                   PrepareFacts& facts) {
+  double sum = 0.0;
+  std::uint64_t moved = 0;
+  for (ChunkId chunk = 0; chunk < cloud.partition.octree.chunks().size(); ++chunk) {
+    runner.stop.check();
+    const PointCloud from = load_points(runner.store, chunk, cloud.schema, before);
+    const PointCloud to = load_points(runner.store, chunk, cloud.schema, cloud.stage);
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      if (from.positions[i] == to.positions[i]) continue;
+      sum += norm(to.positions[i] - from.positions[i]);
+      ++moved;
+    }
+  }
+  facts.points_moved = moved;
+  facts.mean_move = moved == 0 ? 0.0 : sum / static_cast<double>(moved);
+}
+
+/// The same, from what an earlier run left of it where it did.
+void take_moves(StageRunner& runner, const RawCloud& cloud, const std::string& before,
+                PrepareFacts& facts) {
+  constexpr const char* kMoves = "moves";
+  if (const auto stored = runner.store.document(cloud.stage, kMoves)) {
+    const nlohmann::json moves = nlohmann::json::parse(*stored);
+    facts.points_moved = moves.at(0);
+    facts.mean_move = moves.at(1);
+    return;
+  }
+  measure_moves(runner, cloud, before, facts);
+  runner.store.commit_document(cloud.stage, kMoves,
+                               nlohmann::json::array({facts.points_moved, facts.mean_move}).dump());
+}
+
+/// A radius beyond that flattens everything, and its halo holds it all; the unit was mistaken.
+void check_radius(const PrepareFacts& facts) {
+  constexpr double kMostSpacings = 64.0;
+  if (!(facts.spacing > 0.0) || facts.options.smooth_radius <= kMostSpacings * facts.spacing)
+    return;
+  throw_usage("prepare.smooth_radius is far too large for these points",
+              {.found = format_number(facts.options.smooth_radius) + ", " +
+                        format_number(facts.options.smooth_radius / facts.spacing) +
+                        " times their spacing " + format_number(facts.spacing),
+               .expected = "at most " + format_number(kMostSpacings) + " spacings, usually 4",
+               .advice = "prepare.auto = true chooses it."});
+}
+
+NormalEstimateOptions estimate_options(const StageRunner& runner, const RawCloud& cloud,
+                                       const PrepareOptions& clean_up) {
+  NormalEstimateOptions options;
+  options.stop = &runner.stop;
+  options.neighbors = static_cast<std::size_t>(runner.job.normals.neighbors);
+  options.max_radius = reach_of_normals(runner.job, cloud.partition, clean_up);
+  if (clean_up.smooth_radius > 0.0) {
+    options.neighbors = std::max(options.neighbors, kNeighborsAcrossLayers);
+    options.max_radius = std::max(options.max_radius, clean_up.smooth_radius);
+  }
+  return options;
+}
+
+void drop_and_merge(StageRunner& runner, const PrepareOptions& clean_up, RawCloud& cloud) {
+  if (clean_up.outlier_sigma > 0.0) run_pass(runner, outlier_pass(runner, clean_up, cloud), cloud);
+  if (clean_up.merge_tolerance > 0.0) run_pass(runner, merge_pass(runner, clean_up), cloud);
+}
+
+NormalFacts estimate(StageRunner& runner, const PrepareOptions& clean_up, RawCloud& cloud) {
+  const SideRule rule = side_rule(runner, cloud);
+  const NormalEstimateOptions options = estimate_options(runner, cloud, clean_up);
+  run_pass(runner, normal_pass(options, rule), cloud);
+  NormalFacts normals;
+  normals.source = NormalSource::kEstimate;
+  normals.orientation = rule.by;
+  normals.neighbors = options.neighbors;
+  normals.max_radius = options.max_radius;
+  return normals;
+}
+
+/// Whether normals point to the right side before patches are oriented.
+bool are_oriented(const NormalFacts& normals) {
+  return normals.orientation != Orientation::kPropagate &&
+         normals.orientation != Orientation::kNone;
+}
+
+void smooth(StageRunner& runner, bool oriented, RawCloud& cloud, PrepareFacts& facts) {
+  const std::string before = cloud.stage;
+  cloud.kept_stage = before;
+  for (int pass = 0; pass < facts.options.smooth_passes; ++pass)
+    run_pass(runner, smooth_pass(runner, facts.options, oriented, pass), cloud);
+  cloud.kept_stage.clear();
+  if (!runner.communicator.is_root()) return;
+  take_moves(runner, cloud, before, facts);
+  runner.store.discard_results(before);
+}
+
+std::optional<PatchOrientation> propagate(StageRunner& runner, const RawCloud& cloud,
+                                          const PrepareFacts& facts, NormalFacts& normals) {
+  if (normals.orientation != Orientation::kPropagate) return std::nullopt;
+  const double thinned = facts.options.thin_to_spacing;
+  constexpr double kReach = 3.0;
+  PatchOrientation orientation = orient_cloud(
+      runner, cloud, std::max({cloud.partition.spacing, thinned, merged_spacing(facts.options)}),
+      std::max(reach_of_normals(runner.job, cloud.partition, facts.options), kReach * thinned));
+  normals.patches = orientation.patches.size();
+  normals.components = orientation.components;
+  normals.contested = orientation.contested;
+  normals.satisfied = orientation.satisfied;
+  return orientation;
+}
+
+/// The raw points' numbers that the final partition is to report.
+void take_over(const RawCloud& cloud, Partition& partition) {
+  partition.points_read = cloud.partition.points_read;
+  for (const auto& [reason, count] : cloud.partition.dropped) partition.dropped[reason] += count;
+  for (const auto& [reason, count] : cloud.dropped) partition.dropped[reason] += count;
+  partition.layers = cloud.partition.layers;
+  partition.coordinate_system = cloud.partition.coordinate_system;
+}
+
+std::string describe(const NormalFacts& normals) {
+  std::string line = "normals: estimated from up to " + std::to_string(normals.neighbors) +
+                     " neighbours within " + format_number(normals.max_radius) + ", side by " +
+                     text_of(normals.orientation);
+  if (normals.patches > 0)
+    line += "; " + format_count(normals.patches) + " patches, " + format_count(normals.contested) +
+            " of them contested";
+  return line;
+}
+
+/// The raw points, and what the passes start from.
+RawCloud raw_cloud(StageRunner& runner, Partition partition) {
+  RawCloud cloud;
+  cloud.partition = std::move(partition);
+  cloud.stage = kRawCut.points();
+  cloud.key = raw_points_key(runner.job) + chunks_line(cloud.partition);
+  cloud.points = cloud.partition.points();
+  cloud.schema = cloud.partition.schema;
+  return cloud;
+}
+
+CutPoints partition_prepared(StageRunner& runner) {
+  CutPoints raw = raw_points(runner);
+  RawCloud cloud = raw_cloud(runner, std::move(raw.partition));
+  PrepareFacts facts = describe_layers(runner, cloud.partition);
+  check_radius(facts);
+  NormalFacts normals;
+  normals.source = NormalSource::kFile;
+  drop_and_merge(runner, facts.options, cloud);
+  if (runner.job.estimates_normals) normals = estimate(runner, facts.options, cloud);
+  const bool oriented = are_oriented(normals);
+  if (facts.options.smooth_radius > 0.0) smooth(runner, oriented, cloud, facts);
+  if (facts.options.thin_to_spacing > 0.0)
+    run_pass(runner, thin_pass(runner, facts.options, oriented), cloud);
+  const auto orientation = propagate(runner, cloud, facts, normals);
+  const PatchOrientation* turns = orientation ? &*orientation : nullptr;
+  CutPoints points = partition_by_team(runner, kFinalCut, [&] {
+    CutPoints cut =
+        cut_and_sort({.open = [&](auto*) { return open_prepared(runner.store, cloud, turns); },
+                      .stages = kFinalCut,
+                      .are_scans = false,
+                      .order = chunks_line(cloud.partition)},
+                     runner);
+    take_over(cloud, cut.partition);
+    cut.partition.prepare = facts;
+    cut.partition.normals = normals;
+    if (runner.job.estimates_normals) runner.note(describe(normals));
+    return cut;
+  });
+  // The first prediction counts.
+  if (raw.predicted_disk_bytes != 0) points.predicted_disk_bytes = raw.predicted_disk_bytes;
+  return points;
+}
+
+/// The scans' own points, cut and sorted.
+CutPoints partition_scans(StageRunner& runner) {
+  return partition_by_team(runner, kFinalCut, [&] {
+    CutPoints cut = cut_and_sort(scans_as_input(runner.job, kFinalCut), runner);
+    cut.partition.prepare = describe_layers(runner, cut.partition);
+    cut.partition.normals.source = NormalSource::kFile;
+    return cut;
+  });
+}
+
+CutPoints make_points(StageRunner& runner) {
+  if (!runner.job.needs_preparation()) return partition_scans(runner);
+  try {
+    return partition_prepared(runner);
+  } catch (const RawPointsGone&) {
+    runner.note("the raw points are read again for that");
+    by_root(runner, [&] { discard_raw_stages(runner.store); });
+    return partition_prepared(runner);
+  }
+}
+
+}  // namespace
+
+CutPoints partition_points(const ResolvedJob& job, StageRunner& runner) {
+  std::optional<Partition> stored = begin_partition(runner, kFinalCut, points_key(job));
+  if (stored) runner.note("resuming: the points are partitioned already");
+  CutPoints points = stored ? CutPoints{std::move(*stored), 0} : make_points(runner);
+  if (runner.communicator.is_root()) discard_raw_stages(runner.store);
+  return points;
+}
+
+}  // namespace orbweave

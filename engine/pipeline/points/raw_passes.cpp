@@ -1,0 +1,147 @@
+#include "engine/pipeline/points/raw_passes.h"
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "engine/pipeline/stage/stage_begin.h"
+#include "engine/pipeline/stage/stage_keys.h"
+#include "io/error.h"
+#include "io/store/chunk_points.h"
+#include "partition/memory_plan.h"
+
+namespace orbweave {
+namespace {
+
+constexpr const char* kEnded = "ended";
+
+void append(PassPoints& to, const PointCloud& points) {
+  to.positions.insert(to.positions.end(), points.positions.begin(), points.positions.end());
+  to.normals.insert(to.normals.end(), points.normals.begin(), points.normals.end());
+}
+
+/// Numbers that rise with the raw order; no more is asked of them.
+std::uint64_t first_number(const RawCloud& cloud, ChunkId chunk) {
+  return cloud.partition.first_vertex[chunk];
+}
+
+PassPoints load_pass_points(const StageRunner& runner, const RawCloud& cloud, ChunkId chunk,
+                            double halo) {
+  PassPoints points;
+  points.own = load_points(runner.store, chunk, cloud.schema, cloud.stage);
+  if (points.own.empty()) return points;
+  const Box reach = points.own.bounds().grown(halo);
+  // The cubes say where points were before they were moved: by up to `drift`, both here and there.
+  std::vector<ChunkId> sources = cloud.partition.octree.neighbors(chunk, halo + 2.0 * cloud.drift);
+  sources.insert(std::upper_bound(sources.begin(), sources.end(), chunk), chunk);
+  for (const ChunkId source : sources) {
+    runner.stop.check();
+    const std::uint64_t first = first_number(cloud, source);
+    if (source == chunk) {
+      points.begin = static_cast<std::uint32_t>(points.positions.size());
+      append(points, points.own);
+      points.end = static_cast<std::uint32_t>(points.positions.size());
+      for (std::uint64_t i = 0; i < points.own.size(); ++i) points.global.push_back(first + i);
+      continue;
+    }
+    const PointsInBox found =
+        load_points_in_box(runner.store, source, cloud.schema, reach, {}, cloud.stage);
+    append(points, found.points);
+    for (const std::uint32_t row : found.rows) points.global.push_back(first + row);
+  }
+  return points;
+}
+
+/// Points of a chunk and its halo, about: those of a surface grow with the square of its side.
+std::uint64_t points_with_halo(const RawCloud& cloud, ChunkId chunk, double halo) {
+  const double side = cloud.partition.octree.chunks()[chunk].box.largest_extent();
+  const double grown = (side + 2.0 * halo) / side;
+  const double points = static_cast<double>(cloud.partition.points_in(chunk)) * grown * grown;
+  return std::min(cloud.partition.points(), static_cast<std::uint64_t>(points));
+}
+
+std::uint64_t points_of_stage(const StageRunner& runner, const RawCloud& cloud) {
+  std::uint64_t points = 0;
+  for (ChunkId chunk = 0; chunk < cloud.partition.octree.chunks().size(); ++chunk)
+    points += stored_points(runner.store, chunk, cloud.stage);
+  return points;
+}
+
+/// A pass that is complete says how many points it left; they may have gone since.
+std::optional<std::uint64_t> points_of_ended_pass(const StageRunner& runner,
+                                                  const std::string& stage) {
+  const std::optional<std::string> document = runner.store.document(stage, kEnded);
+  if (!document) return std::nullopt;
+  return std::stoull(*document);
+}
+
+[[noreturn]] void throw_no_points(const StageRunner& runner, const RawCloud& cloud) {
+  DroppedPoints dropped = cloud.partition.dropped;
+  for (const auto& [reason, count] : cloud.dropped) dropped[reason] += count;
+  throw_bad_input(
+      "no point is left to make a mesh of",
+      {.file = runner.job.files.front(),
+       .found = describe_dropped(cloud.partition.points_read, dropped),
+       .expected = "points that lie close to each other on a surface",
+       .advice = cloud.dropped.contains(text_of(DropReason::kTooFewNeighbors))
+                     ? "Points that bring their normals (normals.source = \"file\") need "
+                       "no neighbours for one"
+                     : "Reduce the cleaning: the options under prepare"});
+}
+
+void require_points(const StageRunner& runner, const RawCloud& cloud) {
+  for (ChunkId chunk = 0; chunk < cloud.partition.octree.chunks().size(); ++chunk)
+    if (!runner.store.has(cloud.stage, chunk)) throw RawPointsGone();
+}
+
+}  // namespace
+
+void visit_chunks(StageRunner& runner, const RawCloud& cloud, const std::string& stage, double halo,
+                  const std::function<void(ChunkId, PassPoints&&)>& visit) {
+  const auto chunks = static_cast<ChunkId>(cloud.partition.octree.chunks().size());
+  StageClock clock(runner, stage, chunks, "chunks");
+  std::vector<ChunkWork> tasks;
+  for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
+    const std::uint64_t points = points_with_halo(cloud, chunk, halo);
+    tasks.push_back(
+        {chunk, points * MemoryCosts::kReconstructBytes, points, cloud.partition.points_in(chunk)});
+  }
+  const MemoryPlan plan = runner.job.memory_plan(cloud.partition.points(), cloud.schema);
+  share_chunks(runner, clock, stage, std::move(tasks), plan.chunks_in_flight_bytes,
+               [&](ChunkId chunk) { visit(chunk, load_pass_points(runner, cloud, chunk, halo)); });
+  clock.facts().points = cloud.partition.points();
+}
+
+void run_pass(StageRunner& runner, const RawPass& pass, RawCloud& cloud) {
+  cloud.key += key_line("pass", pass.stage) + pass.options;
+  by_root(runner, [&] { begin_stage(runner, pass.stage, cloud.key); });
+  PointSchema schema = cloud.schema;
+  if (pass.adds_normals) {
+    schema.has_normals = true;
+    schema.normal_type = ScalarType::kFloat32;
+  }
+  const std::optional<std::uint64_t> ended = points_of_ended_pass(runner, pass.stage);
+  runner.communicator.barrier(runner.stop);  // what is there changes only when all have seen it
+  if (!ended) {
+    require_points(runner, cloud);
+    visit_chunks(runner, cloud, pass.stage, pass.halo, [&](ChunkId chunk, PassPoints&& points) {
+      PointCloud result = points.own.empty() ? std::move(points.own) : pass.work(std::move(points));
+      result.schema = schema;
+      commit_points(runner.store, chunk, result, pass.stage);
+    });
+  }
+  const std::string before = std::exchange(cloud.stage, pass.stage);
+  cloud.schema = schema;
+  cloud.drift += pass.drift;
+  const std::uint64_t points = ended ? *ended : points_of_stage(runner, cloud);
+  if (points != cloud.points) cloud.dropped[text_of(pass.dropped_reason)] += cloud.points - points;
+  cloud.points = points;
+  if (points == 0) throw_no_points(runner, cloud);
+  if (runner.communicator.is_root()) {
+    if (!ended) runner.store.commit_document(pass.stage, kEnded, std::to_string(points));
+    if (before != cloud.kept_stage) runner.store.discard_results(before);
+  }
+}
+
+}  // namespace orbweave

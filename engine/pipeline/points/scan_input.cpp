@@ -1,0 +1,84 @@
+#include "engine/pipeline/points/scan_input.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <tuple>
+
+#include "io/clouds/open_point_source.h"
+#include "io/clouds/point_source_list.h"
+#include "io/clouds/scan_source.h"
+#include "io/error.h"
+
+namespace orbweave {
+namespace {
+
+/// Range scans of the Stanford repository are taken along their -z axis from far away.
+constexpr ScannerPlace kStanfordScanner{{0.0, 0.0, 1.0}, true};
+/// Everybody else has the scanner at the origin of its own coordinates.
+constexpr ScannerPlace kOriginScanner{{0.0, 0.0, 0.0}, false};
+
+/// What all scans of the job have in common, and their poses.
+class ScanOpener {
+ public:
+  explicit ScanOpener(const ResolvedJob& job) : job_(job) {
+    common_.scanner = job.input.scanner;
+    common_.with_view = job.wants_view();
+    common_.without_normals = job.estimates_normals;
+    common_.without_attributes = !job.output.attributes;
+    common_.classes = job.input.las_classes;
+    common_.returns = job.input.returns;
+    if (!job.input.pose.empty()) common_.usual_scanner = kOriginScanner;
+    if (!job.input.poses.empty()) common_.usual_scanner = kStanfordScanner;
+  }
+
+  std::unique_ptr<PointSource> operator()(const std::filesystem::path& path) const {
+    ScanOptions options = common_;
+    options.motion = pose_of_scan(job_.poses, path);
+    return open_scan_source(open_point_source(path, {job_.input.text}), options, path.string());
+  }
+
+ private:
+  const ResolvedJob& job_;
+  ScanOptions common_;
+};
+
+void require_normals(const PointSource& source, const ResolvedJob& job) {
+  if (source.schema().has_normals) return;
+  throw_bad_input("the cloud has no normals",
+                  {.file = job.files.front(),
+                   .place = {},
+                   .found = "points without nx, ny, nz",
+                   .expected = "a normal per point, as normals.source = \"file\" asks for",
+                   .advice = "Have them estimated: normals.source = \"estimate\"."});
+}
+
+/// Where the points lie that are (0, 0, 0) in their scans' own coordinates; ascending by x.
+std::vector<Vec3> origins_of_scans(const ResolvedJob& job) {
+  std::vector<Vec3> origins;
+  for (const std::string& file : job.files)
+    origins.push_back(pose_of_scan(job.poses, file).point(Vec3{}));
+  std::sort(origins.begin(), origins.end(),
+            [](Vec3 a, Vec3 b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); });
+  origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
+  return origins;
+}
+
+}  // namespace
+
+std::unique_ptr<PointSource> open_scans(const ResolvedJob& job, std::vector<std::string>* notes) {
+  const std::vector<std::filesystem::path> paths(job.files.begin(), job.files.end());
+  auto source = open_point_sources(paths, ScanOpener(job), notes);
+  if (!job.estimates_normals) require_normals(*source, job);
+  return source;
+}
+
+CloudInput scans_as_input(const ResolvedJob& job, const CutStages& stages) {
+  return {.open = [&job](auto* notes) { return open_scans(job, notes); },
+          .stages = stages,
+          .are_scans = true,
+          .order = {},
+          .leaves_out_strays = !job.input.keep_strays,
+          .scan_origins = origins_of_scans(job)};
+}
+
+}  // namespace orbweave

@@ -1,0 +1,32 @@
+// The results of a run's stages, and the report that is made from them at the end.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "engine/pipeline/stage/partition.h"
+#include "engine/pipeline/stage/stage_runner.h"
+#include "engine/pipeline/surface/surface_inputs.h"
+
+namespace orbweave {
+
+struct RunResults {
+  Partition partition;
+  BallRadii radii;
+  std::uint64_t conflicts_lost = 0;
+  std::uint64_t points_unused = 0;  ///< kept, but no triangle uses them
+  MeshFacts mesh;
+  std::vector<HoleFacts> holes;  ///< first vertices in the output's numbers
+  ResourceFacts predicted;
+};
+
+/// The report of a run, from what its runner measured and said and from the stages' results.
+RunReport report_of(const StageRunner& runner, const std::vector<std::string>& command,
+                    RunResults results, const ResourceFacts& measured);
+
+/// The job alone, for a run with nothing else to tell.
+RunReport report_of_job(const ResolvedJob& job, const std::vector<std::string>& command,
+                        int processes);
+
+}  // namespace orbweave

@@ -1,0 +1,54 @@
+#include "engine/pipeline/stage/cleaning_rule.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "engine/pipeline/stage/algorithm_options.h"
+
+namespace orbweave {
+namespace {
+
+/// What the job asks for; an automatic choice gives way to the numbers that the job has.
+PrepareOptions applied_options(const PrepareOptions& wanted, const PrepareOptions& chosen) {
+  if (!wanted.automatic) return wanted;
+  PrepareOptions options = chosen;
+  options.automatic = true;
+  if (wanted.outlier_sigma > 0.0) options.outlier_sigma = wanted.outlier_sigma;
+  if (wanted.merge_tolerance > 0.0) options.merge_tolerance = wanted.merge_tolerance;
+  if (wanted.smooth_radius > 0.0) options.smooth_radius = wanted.smooth_radius;
+  if (wanted.smooth_passes != PrepareOptions{}.smooth_passes)
+    options.smooth_passes = wanted.smooth_passes;
+  if (wanted.thin_to_spacing > 0.0) options.thin_to_spacing = wanted.thin_to_spacing;
+  return options;
+}
+
+}  // namespace
+
+PrepareFacts cleaning_for(const PrepareOptions& wanted, const Partition& scans) {
+  PrepareFacts facts;
+  facts.thickness = scans.layers.thickness;
+  facts.spacing = scans.spacing;
+  const CleaningChoice choice = choose_cleaning(scans.layers);
+  facts.options = applied_options(wanted, prepare_options(choice));
+  facts.reason = choice.reason;
+  return facts;
+}
+
+double merged_spacing(const PrepareOptions& cleaning) { return 1.2 * cleaning.merge_tolerance; }
+
+double reach_of_normals(const ResolvedJob& job, const Partition& scans,
+                        const PrepareOptions& cleaning) {
+  constexpr double kMargin = 1.5;
+  const double farthest = std::sqrt(static_cast<double>(job.normals.neighbors) / std::numbers::pi);
+  return std::max(scans.normal_radius, kMargin * farthest * merged_spacing(cleaning));
+}
+
+double reach_of_preparation(const ResolvedJob& job, const Partition& scans) {
+  if (!job.needs_preparation() || !(scans.normal_radius > 0.0)) return 0.0;
+  const PrepareOptions options = cleaning_for(job.prepare, scans).options;
+  const double reach = std::max(scans.normal_radius, options.smooth_radius);
+  return job.estimates_normals ? std::max(reach, reach_of_normals(job, scans, options)) : reach;
+}
+
+}  // namespace orbweave

@@ -1,0 +1,182 @@
+#include "engine/pipeline/stage/partition.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "io/report/reasons.h"
+#include "io/text/json_dump.h"
+
+namespace orbweave {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr const char* kDocument = "partition";
+
+// nlohmann prints doubles so that they read back exactly; the boxes here are never empty.
+Json to_json(Vec3 v) { return Json::array({v.x, v.y, v.z}); }
+Vec3 vec3_from(const Json& j) { return {j.at(0), j.at(1), j.at(2)}; }
+Json to_json(const Box& box) { return Json::array({to_json(box.min), to_json(box.max)}); }
+Box box_from(const Json& j) { return {vec3_from(j.at(0)), vec3_from(j.at(1))}; }
+
+Json to_json(const PointSchema& schema) {
+  Json attributes = Json::array();
+  for (const AttributeField& field : schema.attributes) {
+    attributes.push_back({{"name", field.name}, {"type", static_cast<int>(field.type)}});
+  }
+  return {{"has_normals", schema.has_normals},
+          {"position_type", static_cast<int>(schema.position_type)},
+          {"normal_type", static_cast<int>(schema.normal_type)},
+          {"attributes", attributes}};
+}
+
+PointSchema schema_from(const Json& j) {
+  PointSchema schema;
+  schema.has_normals = j.at("has_normals");
+  schema.position_type = static_cast<ScalarType>(j.at("position_type").get<int>());
+  schema.normal_type = static_cast<ScalarType>(j.at("normal_type").get<int>());
+  for (const Json& field : j.at("attributes")) {
+    schema.attributes.push_back(
+        {field.at("name"), static_cast<ScalarType>(field.at("type").get<int>())});
+  }
+  return schema;
+}
+
+Json to_json(const PrepareFacts& facts) {
+  const PrepareOptions& o = facts.options;
+  return {{"thickness", facts.thickness},
+          {"spacing", facts.spacing},
+          {"options",
+           {o.automatic, o.outlier_sigma, o.merge_tolerance, o.smooth_radius, o.smooth_passes,
+            o.thin_to_spacing}},
+          {"reason", facts.reason},
+          {"points_moved", facts.points_moved},
+          {"mean_move", facts.mean_move}};
+}
+
+PrepareFacts prepare_from(const Json& j) {
+  const Json& o = j.at("options");
+  return {j.at("thickness"),
+          j.at("spacing"),
+          {o.at(0), o.at(1), o.at(2), o.at(3), o.at(4), o.at(5)},
+          j.at("reason"),
+          j.at("points_moved"),
+          j.at("mean_move")};
+}
+
+Json to_json(const NormalFacts& facts) {
+  return Json::array({text_of(facts.source), text_of(facts.orientation), facts.neighbors,
+                      facts.max_radius, facts.patches, facts.components, facts.contested,
+                      facts.satisfied});
+}
+
+NormalFacts normals_from(const Json& j) {
+  return {normal_source_from(j.at(0).get<std::string>()),
+          orientation_from(j.at(1).get<std::string>()),
+          j.at(2),
+          j.at(3),
+          j.at(4),
+          j.at(5),
+          j.at(6),
+          j.at(7)};
+}
+
+Json to_json(const LayerThickness& layers) {
+  return Json::array({layers.thickness, layers.spacing, layers.radius, layers.measured});
+}
+
+LayerThickness layers_from(const Json& j) { return {j.at(0), j.at(1), j.at(2), j.at(3)}; }
+
+Json to_json(const Chunk& chunk) {
+  return Json::array(
+      {chunk.code_begin, chunk.code_end, chunk.depth, to_json(chunk.box), chunk.points});
+}
+
+Chunk chunk_from(const Json& j) { return {j.at(0), j.at(1), j.at(2), box_from(j.at(3)), j.at(4)}; }
+
+}  // namespace
+
+ChunkId Partition::chunk_of(std::uint64_t vertex) const {
+  const auto after = std::upper_bound(first_vertex.begin(), first_vertex.end(), vertex);
+  return static_cast<ChunkId>(after - first_vertex.begin() - 1);
+}
+
+std::string partition_to_json(const Partition& partition) {
+  Json chunks = Json::array();
+  for (const Chunk& chunk : partition.octree.chunks()) chunks.push_back(to_json(chunk));
+  const RootCube& root = partition.octree.root();
+  const Json document = {
+      {"schema", to_json(partition.schema)},
+      {"bounds", to_json(partition.bounds)},
+      {"root", {{"origin", to_json(root.origin)}, {"side", root.side}}},
+      {"chunks", chunks},
+      {"first_vertex", partition.first_vertex},
+      {"memory_bytes", partition.memory_bytes},
+      {"points_read", partition.points_read},
+      {"dropped", partition.dropped},
+      {"spacing", partition.spacing},
+      {"automatic_radii", partition.automatic_radii},
+      {"radii_reason", partition.radii_reason},
+      {"layers", to_json(partition.layers)},
+      {"normal_radius", partition.normal_radius},
+      {"points_without_view", partition.points_without_view},
+      {"prepare", to_json(partition.prepare)},
+      {"normals", to_json(partition.normals)},
+      {"coordinate_system", partition.coordinate_system},
+  };
+  return document_text(document);
+}
+
+Partition partition_from_json(const std::string& text) {
+  const Json document = document_from(text);
+  Partition partition;
+  partition.schema = schema_from(document.at("schema"));
+  partition.bounds = box_from(document.at("bounds"));
+  RootCube root;
+  root.origin = vec3_from(document.at("root").at("origin"));
+  root.side = document.at("root").at("side");
+  std::vector<Chunk> chunks;
+  for (const Json& chunk : document.at("chunks")) chunks.push_back(chunk_from(chunk));
+  partition.octree = Octree(root, std::move(chunks));
+  partition.first_vertex = document.at("first_vertex").get<std::vector<std::uint64_t>>();
+  partition.memory_bytes = document.at("memory_bytes");
+  partition.points_read = document.at("points_read");
+  partition.dropped = document.at("dropped").get<DroppedPoints>();
+  partition.spacing = document.at("spacing");
+  partition.automatic_radii = document.at("automatic_radii").get<std::vector<double>>();
+  partition.radii_reason = document.at("radii_reason");
+  partition.layers = layers_from(document.at("layers"));
+  partition.normal_radius = document.at("normal_radius");
+  partition.points_without_view = document.at("points_without_view");
+  partition.prepare = prepare_from(document.at("prepare"));
+  partition.normals = normals_from(document.at("normals"));
+  partition.coordinate_system = document.at("coordinate_system");
+  return partition;
+}
+
+std::optional<Partition> stored_partition(const ChunkStore& store, const std::string& stage) {
+  const auto document = store.document(stage, kDocument);
+  if (!document) return std::nullopt;
+  return partition_from_json(*document);
+}
+
+Partition expected_partition(const ChunkStore& store, const std::string& stage) {
+  return partition_from_json(store.expected_document(stage, kDocument));
+}
+
+void commit_partition(ChunkStore& store, const std::string& stage, const Partition& partition) {
+  store.finish_commits();
+  store.commit_document(stage, kDocument, partition_to_json(partition));
+}
+
+std::string describe_dropped(std::uint64_t read, const DroppedPoints& dropped) {
+  std::string text = std::to_string(read) + (read == 1 ? " point read" : " points read");
+  const char* separator = "; ";
+  for (const auto& [reason, count] : dropped) {
+    text += separator + std::to_string(count) + " dropped: " + reason;
+    separator = ", ";
+  }
+  return text;
+}
+
+}  // namespace orbweave

@@ -1,0 +1,138 @@
+#include "engine/pipeline/stage/resolved_job.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <ctime>
+#include <filesystem>
+#include <utility>
+
+#include "engine/normals/normal_side.h"
+#include "io/clouds/open_point_source.h"
+#include "io/system/file_sample.h"
+#include "partition/executor.h"
+
+namespace orbweave {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string time_text(fs::file_time_type time) {
+  const auto system = std::chrono::file_clock::to_sys(time);
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(system);
+  const std::time_t whole = std::chrono::system_clock::to_time_t(
+      std::chrono::time_point_cast<std::chrono::system_clock::duration>(seconds));
+  std::tm utc{};
+  gmtime_r(&whole, &utc);
+  std::array<char, 40> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%S", &utc);
+  const auto rest = std::chrono::duration_cast<std::chrono::nanoseconds>(system - seconds).count();
+  std::string digits = std::to_string(rest);
+  digits.insert(0, 9 - std::min<std::size_t>(9, digits.size()), '0');
+  return text.data() + ("." + digits) + "Z";
+}
+
+bool will_estimate_normals(const Job& job, const std::vector<std::string>& files) {
+  switch (job.normals.source) {
+    case NormalSource::kFile:
+      return false;
+    case NormalSource::kEstimate:
+      return true;
+    case NormalSource::kAuto:
+      break;
+  }
+  return !open_point_source(files.front(), {job.input.text})->schema().has_normals;
+}
+
+std::vector<InputStamp> stamps(const Job& job, std::vector<std::string> files) {
+  if (!job.input.poses.empty()) files.push_back(job.input.poses);
+  std::vector<InputStamp> all;
+  for (const std::string& file : files)
+    all.push_back(stamp_of(file, sample_blocks_of(files.size())));
+  return all;
+}
+
+}  // namespace
+
+std::string InputStamp::text() const {
+  const std::string known = problem.empty() ? std::to_string(bytes) + " bytes" +
+                                                  (modified.empty() ? "" : " of " + modified)
+                                            : problem;
+  return known + (sample ? ", sample " + *sample : std::string());
+}
+
+InputStamp stamp_of(const std::string& file, std::size_t blocks) {
+  InputStamp stamp;
+  stamp.file = file;
+  std::error_code error;
+  stamp.bytes = fs::file_size(file, error);
+  if (error) {
+    stamp.bytes = 0;
+    stamp.problem = error.message();
+  } else {
+    const auto time = fs::last_write_time(file, error);
+    if (!error) stamp.modified = time_text(time);
+  }
+  // A tool may give a file the time of another.
+  if (std::optional<FileSample> sample = sample_file(file, blocks)) {
+    stamp.sample = std::move(sample->fingerprint);
+    stamp.bytes_hashed = sample->bytes_hashed;
+  }
+  return stamp;
+}
+
+int ResolvedJob::threads() const { return run.threads > 0 ? run.threads : available_threads(); }
+
+bool ResolvedJob::cleans() const { return orbweave::cleans(prepare); }
+
+bool ResolvedJob::needs_preparation() const {
+  return prepare.automatic || cleans() || estimates_normals;
+}
+
+bool ResolvedJob::wants_view() const {
+  const Orientation rule = normals.orientation;
+  return estimates_normals && (rule == Orientation::kAuto || rule == Orientation::kScanner);
+}
+
+Orientation ResolvedJob::orientation_rule(std::uint64_t points_without_view) const {
+  return side_of_normals(normals, points_without_view);
+}
+
+MemoryPlan ResolvedJob::memory_plan(std::uint64_t points, const PointSchema& schema,
+                                    std::uint64_t worthwhile_points) const {
+  return plan_memory(partition.memory_bytes, points, threads(), partition.chunk_points, schema,
+                     worthwhile_points);
+}
+
+ResolvedJob resolve(const Job& job, std::vector<std::string> files) {
+  ResolvedJob resolved{job, std::move(files), {}, false, job.input.pose};
+  resolved.inputs = stamps(job, resolved.files);
+  resolved.estimates_normals = will_estimate_normals(job, resolved.files);
+  if (job.input.poses.empty()) return resolved;
+  for (ScanPose& pose : read_stanford_poses(job.input.poses))
+    resolved.poses.push_back(std::move(pose));
+  return resolved;
+}
+
+std::vector<InputStamp> stamps_of_inputs(const ResolvedJob& job) { return stamps(job, job.files); }
+
+std::vector<TrustedFile> trusted_files(const ResolvedJob& job) {
+  std::vector<TrustedFile> trusted;
+  for (const InputStamp& input : job.inputs)
+    if (input.problem.empty())
+      trusted.push_back({input.file, input.bytes, input.modified, input.bytes_hashed});
+  return trusted;
+}
+
+bool cleans(const PrepareOptions& options) {
+  return options.outlier_sigma > 0.0 || options.merge_tolerance > 0.0 ||
+         options.smooth_radius > 0.0 || options.thin_to_spacing > 0.0;
+}
+
+std::string work_dir_of(const Job& job) {
+  if (!job.run.work_dir.empty()) return job.run.work_dir;
+  if (job.output.mesh == "-") return "orbweave.work";
+  return fs::path(job.output.mesh).replace_extension(".work").string();
+}
+
+}  // namespace orbweave

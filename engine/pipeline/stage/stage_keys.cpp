@@ -1,0 +1,165 @@
+#include "engine/pipeline/stage/stage_keys.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "io/job/job_keys.h"
+#include "io/job/job_values.h"
+#include "io/shown_text.h"
+#include "io/text/quantity.h"
+
+namespace orbweave {
+namespace {
+
+std::string line_of(const JobKey& known, const Job& job) {
+  return key_line(known.name(), value_text(known.get(job), known.type));
+}
+
+/// All keys of a section but some.
+std::string section_lines(const Job& job, std::string_view section,
+                          std::span<const std::string_view> but) {
+  std::string lines;
+  for (const JobKey& known : job_keys()) {
+    if (section != known.section || std::find(but.begin(), but.end(), known.key) != but.end())
+      continue;
+    lines += line_of(known, job);
+  }
+  return lines;
+}
+
+std::string option_line(const Job& job, std::string_view name) {
+  for (const JobKey& known : job_keys())
+    if (known.name() == name) return line_of(known, job);
+  return {};
+}
+
+std::string stamp_lines(std::span<const InputStamp> stamps) {
+  std::string lines;
+  for (const InputStamp& stamp : stamps) lines += key_line(shown(stamp.file), stamp.text());
+  return lines;
+}
+
+/// What reading the scans and cutting them into chunks depends on.
+std::string scan_lines(const ResolvedJob& job) {
+  constexpr std::array<std::string_view, 2> kNotTheirs = {"files", "units_per_meter"};
+  std::string lines = stamp_lines(job.inputs) + section_lines(job, "input", kNotTheirs);
+  lines += option_line(job, "partition.chunk_points") + option_line(job, "output.attributes");
+  // Automatic radii are measured with the points.
+  const bool automatic = job.reconstruct.ball_radii.empty();
+  lines += automatic ? option_line(job, "reconstruct.levels")
+                     : key_line("reconstruct.levels", "not used");
+  return lines;
+}
+
+std::string normal_lines(const Job& job) {
+  return option_line(job, "normals.source") + option_line(job, "normals.neighbors");
+}
+
+using Lines = std::map<std::string, std::string, std::less<>>;
+
+Lines lines_of(std::string_view key) {
+  Lines lines;
+  constexpr std::string_view kIs = " = ";
+  while (!key.empty()) {
+    const std::string_view text = key.substr(0, key.find('\n'));
+    key.remove_prefix(std::min(key.size(), text.size() + 1));
+    const std::size_t is = text.find(kIs);
+    if (is == std::string_view::npos)
+      lines.emplace(text, "");
+    else
+      lines.emplace(text.substr(0, is), text.substr(is + kIs.size()));
+  }
+  return lines;
+}
+
+/// A change of one line; a line is there or it is not.
+std::string change(const std::string& name, const std::string* before, const std::string* after) {
+  if (before == nullptr) return name + " is new" + (after->empty() ? "" : " (" + *after + ")");
+  if (after == nullptr) return name + " is no longer there";
+  return name + " changed from " + *before + " to " + *after;
+}
+
+}  // namespace
+
+std::string key_line(const std::string& name, const std::string& value) {
+  return name + " = " + value + "\n";
+}
+
+std::string chunks_line(const Partition& partition) {
+  std::uint64_t mixed = 0;
+  for (const std::uint64_t first : partition.first_vertex)
+    mixed = (mixed ^ first) * 0x9e3779b97f4a7c15u;
+  return key_line("chunks", std::to_string(partition.octree.chunks().size()) + " (" +
+                                std::to_string(mixed) + ")");
+}
+
+std::string raw_points_key(const ResolvedJob& job) {
+  const Orientation side = job.normals.orientation;
+  const bool views = side == Orientation::kAuto || side == Orientation::kScanner;
+  return key_line("layout of raw points", "3") + scan_lines(job) + normal_lines(job) +
+         key_line("scanners needed", views ? "yes" : "no");
+}
+
+std::string points_key(const ResolvedJob& job) {
+  std::string key = key_line("layout of points", "3") + scan_lines(job);
+  key += job.needs_preparation()
+             ? section_lines(job, "prepare", {}) + section_lines(job, "normals", {})
+             : option_line(job, "normals.source");
+  return key;
+}
+
+std::string mesh_key(const ResolvedJob& job, const std::string& points_key,
+                     const Partition& partition, std::span<const double> radii) {
+  std::string values;
+  for (const double radius : radii) values += (values.empty() ? "" : ", ") + format_exact(radius);
+  return points_key + chunks_line(partition) + key_line("layout of the mesh", "3") +
+         key_line("reconstruct.method", std::to_string(static_cast<int>(job.reconstruct.method))) +
+         key_line("reconstruct.ball_radii", "[" + values + "]");
+}
+
+std::string stitch_key(const ResolvedJob& job, const std::string& mesh_key) {
+  return mesh_key + key_line("layout of the stitch", "1") +
+         key_line("boundary", job.fill.enabled ? "kept" : "counted");
+}
+
+std::string hole_key(const ResolvedJob& job, const std::string& mesh_key) {
+  constexpr std::array<std::string_view, 1> kNotTheirs = {"enabled"};
+  return mesh_key + key_line("layout of holes", "2") + section_lines(job, "fill", kNotTheirs);
+}
+
+std::string outputs_key(const ResolvedJob& job, std::span<const InputStamp> outputs) {
+  std::string key = stamp_lines(job.inputs);
+  constexpr std::array<std::string_view, 1> kFiles = {"files"};
+  constexpr std::array<std::string_view, 1> kBudget = {"memory"};
+  key += section_lines(job, "input", kFiles);
+  key += section_lines(job, "partition", kBudget);
+  for (const char* section : {"prepare", "normals", "reconstruct", "fill", "output"})
+    key += section_lines(job, section, {});
+  return key + stamp_lines(outputs);
+}
+
+std::string key_changes(std::string_view before, std::string_view after) {
+  const Lines from = lines_of(before);
+  const Lines to = lines_of(after);
+  std::vector<std::string> changes;
+  for (const auto& [name, value] : from) {
+    const auto now = to.find(name);
+    if (now == to.end())
+      changes.push_back(change(name, &value, nullptr));
+    else if (now->second != value)
+      changes.push_back(change(name, &value, &now->second));
+  }
+  for (const auto& [name, value] : to)
+    if (!from.contains(name)) changes.push_back(change(name, nullptr, &value));
+  if (changes.empty()) return "the scans are in another order";
+  constexpr std::size_t kMost = 5;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(changes.size(), kMost); ++i)
+    text += (i == 0 ? "" : "; ") + changes[i];
+  if (changes.size() > kMost)
+    text += "; and " + std::to_string(changes.size() - kMost) + " more changes";
+  return text;
+}
+
+}  // namespace orbweave

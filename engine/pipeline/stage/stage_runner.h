@@ -1,0 +1,89 @@
+// What runs the stages of a job: communicator, store, clock and progress, and what the run said and
+// measured so far.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "engine/pipeline/stage/resolved_job.h"
+#include "engine/pipeline/stage/stages.h"
+#include "io/report/progress.h"
+#include "io/report/report.h"
+#include "io/store/chunk_store.h"
+#include "io/system/memory_watch.h"
+#include "partition/executor.h"
+
+namespace orbweave {
+
+/// What a pass over the input takes: the job, who watches it, who may stop it.
+struct RunControl {
+  const ResolvedJob& job;
+  Progress& progress;
+  const StopToken& stop;
+
+  int threads() const { return job.threads(); }
+};
+
+/// Every stage is a function `Result stage(const Inputs&, StageRunner&)`.
+struct StageRunner : RunControl {
+  ChunkStore& store;
+  Communicator& communicator;
+  std::vector<std::string> notes = {};    ///< everything said so far
+  std::vector<StageFacts> measured = {};  ///< of the stages that ended
+
+  void note(const std::string& line) {
+    notes.push_back(line);
+    progress.note(line);
+  }
+  void warn(const std::string& line) {
+    notes.push_back(line);
+    progress.warn(line);
+  }
+};
+
+/// A chunk's work in a stage.
+struct ChunkWork {
+  ChunkId chunk = 0;
+  std::size_t memory_bytes = 0;  ///< held at its peak
+  std::uint64_t length = 0;      ///< how long it takes, compared with the others
+  std::uint64_t points = 0;      ///< counted for the rate
+};
+
+class StageClock;
+
+/// Runs `work` for every chunk that `stage` lacks, by the whole team, the longest first, with at
+/// most `memory_bytes` in flight in each process. Every member calls it with the same chunks;
+/// when it returns, all results are durable and everybody sees them.
+void share_chunks(StageRunner& runner, StageClock& clock, const std::string& stage,
+                  std::vector<ChunkWork> chunks, std::size_t memory_bytes,
+                  const std::function<void(ChunkId)>& work);
+
+/// The leader does the work, the others wait. Everybody sees afterwards what the leader left in the
+/// store.
+void by_root(StageRunner& runner, const std::function<void()>& work);
+
+/// Measures one stage and tells the progress display about it. The facts go to the runner when the
+/// object dies.
+class StageClock {
+ public:
+  StageClock(StageRunner& runner, Stage stage, std::uint64_t total, const std::string& unit);
+  /// Of a stage that runs several times, under the name of its directory.
+  StageClock(StageRunner& runner, const std::string& name, std::uint64_t total,
+             const std::string& unit);
+  ~StageClock();
+  StageClock(const StageClock&) = delete;
+  StageClock& operator=(const StageClock&) = delete;
+  StageFacts& facts() { return facts_; }
+
+ private:
+  StageRunner& runner_;
+  StageFacts facts_;
+  MemoryWatch memory_;
+  double wall_begin_;
+  double cpu_begin_;
+  std::uint64_t read_begin_;
+  std::uint64_t written_begin_;
+};
+
+}  // namespace orbweave

@@ -1,0 +1,26 @@
+// The boundary that is left when holes are filled, and the facts of the mesh that follow.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/holes/problem/boundary_loop.h"
+#include "engine/pipeline/surface/filled_holes.h"
+#include "engine/stitching/chunk_mesh.h"
+
+namespace orbweave {
+
+/// The mesh before the fill, as far as its facts depend on it.
+struct UnfilledMesh {
+  std::vector<OpenFan> fans;           ///< of pieces that are kept
+  std::span<const ChunkPiece> pieces;  ///< all of the stitched mesh
+  std::uint64_t min_triangles = 0;     ///< pieces of fewer are removed
+};
+
+/// The facts of the filled mesh. `facts`: of the stitched mesh, its area already without the pieces
+/// that are removed. `loops`: by the ids of `filled.holes`. `patch_area`: of all patches.
+MeshFacts facts_after_fill(MeshFacts facts, UnfilledMesh mesh, std::vector<BoundaryLoop> loops,
+                           const FilledHoles& filled, double patch_area);
+
+}  // namespace orbweave

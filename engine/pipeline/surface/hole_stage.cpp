@@ -1,0 +1,273 @@
+#include "engine/pipeline/surface/hole_stage.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <utility>
+
+#include "engine/holes/hole_pass.h"
+#include "engine/holes/loops/hole_choice.h"
+#include "engine/options/hole_options.h"
+#include "engine/pipeline/budget/memory_forecast.h"
+#include "engine/pipeline/surface/filled_boundary.h"
+#include "engine/pipeline/surface/patch_batch.h"
+#include "engine/pipeline/surface/pinched_vertices.h"
+#include "engine/pipeline/surface/small_pieces.h"
+#include "engine/pipeline/surface/stored_surface.h"
+#include "io/system/memory_watch.h"
+
+namespace orbweave {
+namespace {
+
+constexpr const char* kDocument = "batches.json";
+/// A batch ends where it has that many loops, or that much work (edges squared).
+constexpr std::size_t kBatchLoops = 256;
+constexpr std::uint64_t kBatchWork = 100'000;
+/// What filling one hole may hold: a dense system of the largest size and its factors.
+constexpr std::size_t kHoleBytes = std::size_t{48} << 20;
+/// A batch of holes of a few edges, patches and texts included.
+constexpr std::size_t kBatchBytes = std::size_t{4} << 20;
+
+/// As many sites as the square of its edges are around a hole; its system has the square of that.
+std::size_t bytes_to_fill(std::uint64_t edges) {
+  const std::size_t sites =
+      std::min<std::uint64_t>(edges, 100) * std::min<std::uint64_t>(edges, 100);
+  return std::min(kHoleBytes, kBatchBytes + 3 * sizeof(double) * sites * sites);
+}
+
+double area_of(const Surface& surface, const LoopPatch& patch) {
+  const auto position = [&](std::uint64_t vertex) {
+    return vertex < kNewVertex ? surface.position(vertex) : patch.positions[vertex - kNewVertex];
+  };
+  double area = 0.0;
+  for (const Triangle64& t : patch.triangles) {
+    const Vec3 a = position(t[0]);
+    area += 0.5 * norm(cross(position(t[1]) - a, position(t[2]) - a));
+  }
+  return area;
+}
+
+std::vector<Piece> pieces_of(const StitchedBoundary& boundary) {
+  std::vector<Piece> pieces;
+  pieces.reserve(boundary.pieces.size());
+  for (const ChunkPiece& piece : boundary.pieces) pieces.push_back({piece.triangles, piece.box});
+  return pieces;
+}
+
+/// The fans of pieces that are kept.
+std::vector<OpenFan> kept_fans(std::vector<OpenFan> fans, std::span<const ChunkPiece> pieces,
+                               std::uint64_t min_triangles) {
+  std::erase_if(
+      fans, [&](const OpenFan& fan) { return is_removed(pieces[fan.component], min_triangles); });
+  return fans;
+}
+
+/// Groups of loops that are filled and stored together.
+struct Batch {
+  std::size_t first = 0;  ///< of the groups
+  std::size_t count = 0;
+};
+
+/// The loops to be filled, and what bounds them.
+struct TracedHoles {
+  HolePlan plan;
+  std::vector<OpenFan> fans;
+  std::vector<Batch> batches;
+};
+
+std::uint64_t edges_of_group(const HolePlan& plan, std::size_t group) {
+  std::uint64_t edges = 0;
+  for (const std::uint32_t l : plan.loops_of(plan.groups[group]))
+    edges += plan.loops[l].vertices.size();
+  return edges;
+}
+
+std::vector<Batch> cut_into_batches(const HolePlan& plan) {
+  std::vector<Batch> batches;
+  std::uint64_t work = 0;
+  for (std::size_t i = 0; i < plan.groups.size(); ++i) {
+    const std::uint64_t edges = edges_of_group(plan, i);
+    if (batches.empty() || batches.back().count == kBatchLoops ||
+        work + edges * edges > kBatchWork) {
+      batches.push_back({i, 0});
+      work = 0;
+    }
+    ++batches.back().count;
+    work += edges * edges;
+  }
+  return batches;
+}
+
+ChunkWork work_of(const TracedHoles& holes, ChunkId batch) {
+  std::uint64_t work = 0, most = 0;
+  for (std::size_t i = 0; i < holes.batches[batch].count; ++i) {
+    const std::uint64_t edges = edges_of_group(holes.plan, holes.batches[batch].first + i);
+    work += edges * edges;
+    most = std::max(most, edges);
+  }
+  return {batch, bytes_to_fill(most), work, 0};
+}
+
+/// Half of what is left, but no more than of what is spent where no boundary is in the way. Which
+/// chunks are kept decides how often they are read, never what comes of them.
+std::size_t bytes_for_chunks(const ResolvedJob& job, const Partition& partition) {
+  const MemoryPlan plan = job.memory_plan(partition.points(), partition.schema);
+  const std::uint64_t budget = job.partition.memory_bytes;
+  const std::uint64_t left = budget - std::min(budget, resident_bytes());
+  return std::min<std::size_t>(plan.chunks_in_flight_bytes, left) / 2;
+}
+
+/// What the stage has to hold, once the boundary is traced.
+HoleLoad load_of(const TracedHoles& holes, const Partition& partition,
+                 const StoredSurface& surface) {
+  std::vector<std::uint8_t> is_seen(partition.octree.chunks().size(), 0);
+  for (const OpenFan& fan : holes.fans) is_seen[partition.chunk_of(fan.vertex)] = 1;
+  std::uint64_t chunk = 0, chunks = 0, batch = 0;
+  for (ChunkId c = 0; c < is_seen.size(); ++c) {
+    if (is_seen[c] == 0 || holes.batches.empty()) continue;
+    chunk = std::max<std::uint64_t>(chunk, surface.chunk_bytes(c));
+    chunks += surface.chunk_bytes(c);
+  }
+  for (ChunkId b = 0; b < holes.batches.size(); ++b)
+    batch = std::max<std::uint64_t>(batch, work_of(holes, b).memory_bytes);
+  return {holes.fans.size(), holes.plan.loops.size(), chunk, batch, chunks};
+}
+
+void fill_batch(const TracedHoles& holes, ChunkId number, const Surface& surface,
+                StageRunner& runner) {
+  const Batch& batch = holes.batches[number];
+  PatchBatch patches;
+  for (std::size_t i = batch.first; i < batch.first + batch.count; ++i) {
+    runner.stop.check();
+    for (LoopPatch& patch :
+         fill_group(surface, holes.plan, holes.plan.groups[i], hole_options(runner.job.fill))) {
+      const double area = area_of(surface, patch);
+      append_patch(std::move(patch), area, patches);
+    }
+  }
+  commit_patch_batch(runner.store, number, patches);
+}
+
+void begin_holes(const SurfaceInputs& inputs, std::size_t batches, StageRunner& runner) {
+  by_root(runner, [&] {
+    begin_stage(runner, kHoleStage,
+                hole_key(runner.job, stored_mesh_key(runner.job, runner.store, inputs)));
+    runner.store.commit_document(kHoleStage, kDocument,
+                                 nlohmann::json{{"batches", batches}}.dump() + "\n");
+  });
+}
+
+void fill_batches(const TracedHoles& holes, const Partition& partition, const Surface& surface,
+                  StageClock& clock, StageRunner& runner) {
+  std::vector<ChunkWork> tasks;
+  for (ChunkId batch = 0; batch < holes.batches.size(); ++batch)
+    tasks.push_back(work_of(holes, batch));
+  share_chunks(runner, clock, kHoleStage, std::move(tasks), bytes_for_chunks(runner.job, partition),
+               [&](ChunkId batch) { fill_batch(holes, batch, surface, runner); });
+}
+
+/// The chunks that a loop lies in, ascending.
+std::vector<std::uint32_t> chunks_of(const BoundaryLoop& loop, const Partition& partition) {
+  std::vector<std::uint32_t> chunks;
+  for (const std::uint64_t vertex : loop.vertices) chunks.push_back(partition.chunk_of(vertex));
+  std::sort(chunks.begin(), chunks.end());
+  chunks.erase(std::unique(chunks.begin(), chunks.end()), chunks.end());
+  chunks.shrink_to_fit();
+  return chunks;
+}
+
+/// Takes the facts of all loops to `filled`, as far as batches were stored. Returns the area of
+/// the patches.
+double collect_patches(TracedHoles& holes, const Partition& partition, StageRunner& runner,
+                       FilledHoles& filled) {
+  double area = 0.0;
+  filled.holes = holes.plan.all_facts();
+  holes.plan.reasons = {};
+  for (ChunkId batch = 0; batch < holes.batches.size(); ++batch) {
+    runner.stop.check();
+    PatchBatch patches = load_patch_facts(runner.store, batch);
+    std::uint64_t vertices = 0, triangles = 0;
+    for (std::size_t i = 0; i < patches.facts.size(); ++i) {
+      HoleFacts& facts = patches.facts[i];  // ids are ranks of loops, from 1
+      vertices += facts.points_added;
+      triangles += facts.triangles_added;
+      area += patches.areas[i];
+      HoleFacts& hole = filled.holes[static_cast<std::size_t>(facts.id - 1)];
+      // The option that decided is the plan's to say: a batch holds the text alone.
+      if (!facts.filled) facts.open = hole.open;
+      hole = std::move(facts);
+    }
+    filled.new_vertices.push_back(vertices);
+    filled.new_triangles.push_back(triangles);
+  }
+  for (std::size_t l = 0; l < holes.plan.loops.size(); ++l)
+    filled.holes[l].chunks = chunks_of(holes.plan.loops[l], partition);
+  return area;
+}
+
+/// Traces the loops. `inputs` ends without fans and vertices of the boundary, and with the area of
+/// the mesh without small pieces; `filled` gets these.
+TracedHoles trace_holes(HoleInputs& inputs, StoredSurface& surface, StageRunner& runner,
+                        FilledHoles& filled) {
+  const StageClock clock(runner, Stage::kTrace, 0, "edges");
+  const FillOptions& options = runner.job.fill;
+  StitchedBoundary& boundary = inputs.boundary;
+  RemovedPieces removed =
+      find_small_pieces(boundary.pieces, options.min_triangles, surface, inputs.facts.area);
+  inputs.facts.area = removed.area_left;
+  filled.removed = std::move(removed.triangles);
+  filled.freed = std::move(removed.freed);
+  surface.remove(filled.removed);
+  TracedHoles holes;
+  holes.fans = kept_fans(std::move(boundary.fans), boundary.pieces, options.min_triangles);
+  runner.progress.advance(holes.fans.size());
+  surface.limit_memory(0);
+  holes.plan = plan_holes(holes.fans, std::move(boundary.vertices), pieces_of(boundary),
+                          hole_options(options));
+  holes.batches = cut_into_batches(holes.plan);
+  release_freed_memory();
+  return holes;
+}
+
+}  // namespace
+
+HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
+  release_freed_memory();  // what the chunks' parts of the boundary were
+  const Partition& partition = inputs.surface.partition;
+  StoredSurface surface(runner.store, partition, 2.0 * inputs.surface.radii.values.back(),
+                        bytes_for_chunks(runner.job, partition), true);
+  HoleResult result;
+  TracedHoles holes = trace_holes(inputs, surface, runner, result.filled);
+  // What the boundary takes is known by now: the prediction rises by it, chunks get what it leaves.
+  const HoleLoad load = load_of(holes, partition, surface);
+  require_memory_for_holes(runner.job, partition, load);
+  result.predicted_peak_bytes = predicted_hole_bytes(runner.job, partition, load);
+  surface.limit_memory(bytes_for_chunks(runner.job, partition));
+  StageClock clock(runner, Stage::kHoles, holes.batches.size(), "batches");
+  begin_holes(inputs.surface, holes.batches.size(), runner);
+  fill_batches(holes, partition, surface, clock, runner);
+  holes.plan.vertices = {};
+  holes.plan.islands = {};
+  holes.plan.taken = {};
+  SplitVertices split = split_pinched(inputs.boundary.pinched, surface, runner.store,
+                                      static_cast<ChunkId>(holes.batches.size()), runner.stop);
+  result.filled.splits = std::move(split.splits);
+  result.filled.copies = std::move(split.copies);
+  surface.limit_memory(0);
+  release_freed_memory();
+  const double patch_area = collect_patches(holes, partition, runner, result.filled);
+  result.facts = facts_after_fill(
+      std::move(inputs.facts),
+      {std::move(holes.fans), inputs.boundary.pieces, runner.job.fill.min_triangles},
+      std::move(holes.plan.loops), result.filled, patch_area);
+  clock.facts().chunks = holes.batches.size();
+  return result;
+}
+
+std::vector<HoleFacts> list_loops(const StitchedBoundary& boundary, const FillOptions& options) {
+  return plan_holes(kept_fans(boundary.fans, boundary.pieces, options.min_triangles),
+                    boundary.vertices, pieces_of(boundary), hole_options(options))
+      .all_facts();
+}
+
+}  // namespace orbweave

@@ -1,0 +1,131 @@
+#include "engine/pipeline/surface/patch_batch.h"
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <utility>
+
+namespace orbweave {
+namespace {
+
+constexpr std::uint32_t kFactColumns = 18;
+using FactRow = std::array<double, kFactColumns>;
+
+/// Texts go to one array, their lengths to the rows. Counts are whole doubles.
+FactRow row_of(const HoleFacts& f, double area, std::string& texts) {
+  texts += f.method + f.reason;
+  return {static_cast<double>(f.id),
+          static_cast<double>(f.first_vertex),
+          static_cast<double>(f.edges),
+          f.perimeter,
+          f.diameter,
+          f.center.x,
+          f.center.y,
+          f.center.z,
+          static_cast<double>(f.method.size()),
+          static_cast<double>(f.reason.size()),
+          static_cast<double>(f.sites),
+          static_cast<double>(f.points_added),
+          static_cast<double>(f.triangles_added),
+          f.residual,
+          f.condition,
+          f.rim_dihedral_deg,
+          static_cast<double>(f.joined_to),
+          area};
+}
+
+HoleFacts facts_of(const FactRow& row, const std::vector<char>& texts, std::size_t& place) {
+  const auto take = [&](double length) {
+    const auto begin = texts.begin() + static_cast<std::ptrdiff_t>(place);
+    place += static_cast<std::size_t>(length);
+    return std::string(begin, texts.begin() + static_cast<std::ptrdiff_t>(place));
+  };
+  const auto count = [](double value) { return static_cast<std::uint64_t>(value); };
+  HoleFacts f;
+  f.id = static_cast<std::int32_t>(row[0]);
+  f.first_vertex = count(row[1]);
+  f.edges = count(row[2]);
+  f.perimeter = row[3];
+  f.diameter = row[4];
+  f.center = {row[5], row[6], row[7]};
+  f.method = take(row[8]);
+  f.reason = take(row[9]);
+  f.filled = !f.method.empty();
+  f.sites = count(row[10]);
+  f.points_added = count(row[11]);
+  f.triangles_added = count(row[12]);
+  f.residual = row[13];
+  f.condition = row[14];
+  f.rim_dihedral_deg = row[15];
+  f.joined_to = static_cast<std::int32_t>(row[16]);
+  return f;
+}
+
+void read_facts(const StoredResult& stored, PatchBatch& batch) {
+  const auto rows = stored.read_all<FactRow>("facts");
+  const auto seconds = stored.read_all<double>("seconds");
+  const auto texts = stored.read_all<char>("texts");
+  std::size_t place = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    batch.facts.push_back(facts_of(rows[i], texts, place));
+    batch.facts.back().seconds = seconds[i];
+    batch.areas.push_back(rows[i].back());
+  }
+}
+
+}  // namespace
+
+void append_patch(LoopPatch&& patch, double area, PatchBatch& batch) {
+  const std::uint64_t base = batch.positions.size();
+  for (Triangle64 t : patch.triangles) {
+    for (std::uint64_t& vertex : t) vertex += vertex >= kNewVertex ? base : 0;
+    batch.triangles.push_back(t);
+    batch.hole.push_back(patch.facts.id);
+  }
+  batch.positions.insert(batch.positions.end(), patch.positions.begin(), patch.positions.end());
+  batch.normals.insert(batch.normals.end(), patch.normals.begin(), patch.normals.end());
+  batch.values.insert(batch.values.end(), patch.values.begin(), patch.values.end());
+  batch.areas.push_back(area);
+  batch.facts.push_back(std::move(patch.facts));
+}
+
+void commit_patch_batch(ChunkStore& store, ChunkId batch, const PatchBatch& patches) {
+  std::vector<FactRow> rows;
+  std::vector<double> seconds;
+  std::string texts;
+  for (std::size_t i = 0; i < patches.facts.size(); ++i) {
+    rows.push_back(row_of(patches.facts[i], patches.areas[i], texts));
+    seconds.push_back(patches.facts[i].seconds);
+  }
+  const ArrayView arrays[] = {
+      {"positions", ScalarType::kFloat64, 3, patches.positions.size(), patches.positions.data()},
+      {"normals", ScalarType::kFloat64, 3, patches.normals.size(), patches.normals.data()},
+      {"values", ScalarType::kFloat64, 1, patches.values.size(), patches.values.data()},
+      {"triangles", ScalarType::kUint64, 3, patches.triangles.size(), patches.triangles.data()},
+      {"hole", ScalarType::kInt32, 1, patches.hole.size(), patches.hole.data()},
+      {"facts", ScalarType::kFloat64, kFactColumns, rows.size(), rows.data()},
+      {"seconds", ScalarType::kFloat64, 1, seconds.size(), seconds.data()},
+      {"texts", ScalarType::kUint8, 1, texts.size(), texts.data()},
+  };
+  store.commit(kHoleStage, batch, arrays);
+}
+
+PatchBatch load_patch_facts(const ChunkStore& store, ChunkId batch) {
+  PatchBatch patches;
+  read_facts(*store.open(kHoleStage, batch), patches);
+  return patches;
+}
+
+PatchBatch load_patch_batch(const ChunkStore& store, ChunkId batch) {
+  const auto stored = store.open(kHoleStage, batch);
+  PatchBatch patches;
+  patches.positions = stored->read_all<Vec3>("positions");
+  patches.normals = stored->read_all<Vec3>("normals");
+  patches.values = stored->read_all<double>("values");
+  patches.triangles = stored->read_all<Triangle64>("triangles");
+  patches.hole = stored->read_all<std::int32_t>("hole");
+  read_facts(*stored, patches);
+  return patches;
+}
+
+}  // namespace orbweave

@@ -1,0 +1,34 @@
+// Patches in the chunk store, several loops to a batch.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/holes/hole_pass.h"
+#include "engine/pipeline/stage/stages.h"
+#include "io/report/report.h"
+#include "io/store/chunk_store.h"
+
+namespace orbweave {
+
+/// New vertices and triangles of a batch of patches; new vertices are kNewVertex + index in the
+/// batch.
+struct PatchBatch {
+  std::vector<Vec3> positions;
+  std::vector<Vec3> normals;
+  std::vector<double> values;  ///< vertices x attributes
+  std::vector<Triangle64> triangles;
+  std::vector<std::int32_t> hole;  ///< per triangle
+  std::vector<double> areas;       ///< per loop, square world units
+  std::vector<HoleFacts> facts;    ///< per loop
+};
+
+/// Adds a loop's patch.
+void append_patch(LoopPatch&& patch, double area, PatchBatch& batch);
+
+void commit_patch_batch(ChunkStore& store, ChunkId batch, const PatchBatch& patches);
+PatchBatch load_patch_batch(const ChunkStore& store, ChunkId batch);
+/// Facts and areas only.
+PatchBatch load_patch_facts(const ChunkStore& store, ChunkId batch);
+
+}  // namespace orbweave

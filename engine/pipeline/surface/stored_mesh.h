@@ -1,0 +1,27 @@
+// The chunks' parts of the mesh in the chunk store.
+#pragma once
+
+#include <cstdint>
+
+#include "engine/pipeline/stage/partition.h"
+#include "engine/pipeline/stage/stages.h"
+#include "engine/stitching/chunk_mesh.h"
+
+namespace orbweave {
+
+/// Arrays of the results: Triangle in the chunk's own numbers (local_numbers.h), in the order of
+/// the mesh; the vertices among them that others own.
+inline constexpr const char* kStoredTriangles = "triangles";
+inline constexpr const char* kStoredOuter = "outer_vertices";
+
+void commit_chunk_mesh(ChunkStore& store, ChunkId chunk, const ChunkMesh& mesh);
+/// Everything but triangles and outer vertices when `summary_only`.
+ChunkMesh load_chunk_mesh(const ChunkStore& store, ChunkId chunk, bool summary_only);
+/// Number of triangles of a stored chunk.
+std::uint64_t stored_triangles(const ChunkStore& store, ChunkId chunk);
+
+/// Removes the stitched mesh where the mesh of some chunk is about to be made anew. Only the leader
+/// calls it.
+void drop_stitch_of_unfinished_mesh(ChunkStore& store, const Partition& partition);
+
+}  // namespace orbweave

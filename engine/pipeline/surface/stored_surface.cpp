@@ -1,0 +1,197 @@
+#include "engine/pipeline/surface/stored_surface.h"
+
+#include <algorithm>
+#include <list>
+#include <mutex>
+#include <utility>
+
+#include "engine/holes/patch/patch_vertices.h"
+#include "engine/pipeline/surface/stored_mesh.h"
+#include "engine/stitching/local_numbers.h"
+#include "io/store/chunk_points.h"
+
+namespace orbweave {
+
+/// A chunk's points, the triangles it owns, and which of them meet at each vertex.
+struct StoredSurface::LoadedChunk {
+  PointCloud points;
+  std::uint64_t first_vertex = 0;
+  std::vector<Triangle> triangles;            // in the chunk's own numbers
+  std::vector<std::uint64_t> outer_vertices;  // sorted
+  // Triangles at vertices by their own numbers: numbers into `triangles`.
+  std::vector<std::uint32_t> first;
+  std::vector<std::uint32_t> at;
+  std::vector<ChunkId> neighbors;  // that may own triangles at own points
+
+  std::size_t bytes() const {
+    return points.size() * (sizeof(Vec3) + points.schema.attribute_bytes()) +
+           triangles.size() * sizeof(Triangle) + outer_vertices.size() * 8 +
+           (first.size() + at.size()) * 4;
+  }
+  LocalNumbers numbers() const { return {first_vertex, points.size(), outer_vertices}; }
+  /// Nothing where the chunk does not know the vertex.
+  void add_triangles(std::uint64_t vertex, std::vector<Triangle64>& out) const {
+    const LocalNumbers known = numbers();
+    const std::uint64_t slot = known.local(vertex);
+    if (slot == known.count()) return;
+    for (std::uint32_t i = first[slot]; i < first[slot + 1]; ++i)
+      out.push_back(known.global(triangles[at[i]]));
+  }
+};
+
+namespace {
+
+double distance_to(const Box& box, Vec3 p) {
+  double most = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    most = std::max({most, box.min[axis] - p[axis], p[axis] - box.max[axis]});
+  }
+  return most;
+}
+
+}  // namespace
+
+/// The chunks read last, the least recently used dropped first.
+class StoredSurface::Cache {
+ public:
+  Cache(const StoredSurface& surface, std::size_t memory_bytes)
+      : surface_(surface), memory_bytes_(memory_bytes) {}
+
+  std::shared_ptr<const LoadedChunk> get(ChunkId chunk) {
+    std::unique_lock lock(mutex_);
+    for (auto entry = entries_.begin(); entry != entries_.end(); ++entry) {
+      if (entry->first != chunk) continue;
+      if (entry != entries_.begin()) entries_.splice(entries_.begin(), entries_, entry);
+      return entry->second;
+    }
+    lock.unlock();
+    // One after the other: what is being read is held beside what is kept.
+    const std::scoped_lock one_reads(reading_);
+    lock.lock();
+    for (const auto& entry : entries_) {
+      if (entry.first == chunk) return entry.second;
+    }
+    shrink_to(memory_bytes_ - std::min(memory_bytes_, surface_.chunk_bytes(chunk)));
+    lock.unlock();
+    auto loaded = load(chunk);
+    lock.lock();
+    held_bytes_ += loaded->bytes();
+    entries_.emplace_front(chunk, loaded);
+    return loaded;
+  }
+
+  void limit(std::size_t memory_bytes) {
+    const std::scoped_lock lock(mutex_);
+    memory_bytes_ = memory_bytes;
+    shrink_to(memory_bytes_);
+  }
+
+ private:
+  /// Drops the least recently used.
+  void shrink_to(std::size_t bytes) {
+    while (held_bytes_ > bytes && !entries_.empty()) {
+      held_bytes_ -= entries_.back().second->bytes();
+      entries_.pop_back();
+    }
+  }
+  std::shared_ptr<const LoadedChunk> load(ChunkId chunk) const;
+
+  const StoredSurface& surface_;
+  std::size_t memory_bytes_;
+  std::mutex mutex_;
+  std::mutex reading_;
+  std::list<std::pair<ChunkId, std::shared_ptr<const LoadedChunk>>> entries_;
+  std::size_t held_bytes_ = 0;
+};
+
+std::shared_ptr<const StoredSurface::LoadedChunk> StoredSurface::Cache::load(ChunkId chunk) const {
+  auto loaded = std::make_shared<LoadedChunk>();
+  const Partition& partition = surface_.partition_;
+  PointSchema schema = partition.schema;
+  schema.has_normals = false;
+  if (!surface_.with_values_) schema.attributes.clear();
+  loaded->points = load_points(surface_.store_, chunk, schema);
+  const auto stored = surface_.store_.open(kMeshStage, chunk);
+  loaded->first_vertex = partition.first_vertex[chunk];
+  loaded->triangles = stored->read_all<Triangle>(kStoredTriangles);
+  loaded->outer_vertices = stored->read_all<std::uint64_t>(kStoredOuter);
+  loaded->neighbors = partition.octree.neighbors(chunk, surface_.reach_);
+
+  std::vector<std::uint32_t>& first = loaded->first;
+  first.assign(loaded->numbers().count() + 1, 0);
+  for (const Triangle& t : loaded->triangles) {
+    for (const std::uint32_t vertex : t) ++first[vertex + 1];
+  }
+  for (std::size_t slot = 1; slot < first.size(); ++slot) first[slot] += first[slot - 1];
+  loaded->at.resize(first.back());
+  std::vector<std::uint32_t> place(first.begin(), first.end() - 1);
+  for (std::uint32_t t = 0; t < loaded->triangles.size(); ++t) {
+    for (const std::uint32_t vertex : loaded->triangles[t]) loaded->at[place[vertex]++] = t;
+  }
+  return loaded;
+}
+
+StoredSurface::StoredSurface(const ChunkStore& store, const Partition& partition, double reach,
+                             std::size_t memory_bytes, bool with_values)
+    : store_(store),
+      partition_(partition),
+      reach_(reach),
+      with_values_(with_values && !partition.schema.attributes.empty()),
+      cache_(std::make_unique<Cache>(*this, memory_bytes)) {}
+
+StoredSurface::~StoredSurface() = default;
+
+void StoredSurface::limit_memory(std::size_t memory_bytes) { cache_->limit(memory_bytes); }
+
+std::size_t StoredSurface::chunk_bytes(ChunkId chunk) const {
+  // Two triangles per point, each at three of the vertices.
+  constexpr std::size_t kPerPoint = sizeof(Vec3) + 2 * sizeof(Triangle) + 7 * 4;
+  const std::size_t attributes = with_values_ ? partition_.schema.attribute_bytes() : 0;
+  return partition_.points_in(chunk) * (kPerPoint + attributes);
+}
+
+Vec3 StoredSurface::position(std::uint64_t vertex) const {
+  const ChunkId chunk = partition_.chunk_of(vertex);
+  return cache_->get(chunk)->points.positions[vertex - partition_.first_vertex[chunk]];
+}
+
+void StoredSurface::triangles_at(std::uint64_t vertex, std::vector<Triangle64>& out) const {
+  const auto begin = static_cast<std::ptrdiff_t>(out.size());
+  const ChunkId chunk = partition_.chunk_of(vertex);
+  const auto own = cache_->get(chunk);
+  own->add_triangles(vertex, out);
+  const Vec3 position = own->points.positions[vertex - own->first_vertex];
+  for (const ChunkId other : own->neighbors) {
+    if (distance_to(partition_.octree.chunks()[other].box, position) > reach_) continue;
+    cache_->get(other)->add_triangles(vertex, out);
+  }
+  std::sort(out.begin() + begin, out.end());
+  if (removed_.empty()) return;
+  out.erase(std::remove_if(out.begin() + begin, out.end(),
+                           [&](const Triangle64& t) {
+                             return std::binary_search(removed_.begin(), removed_.end(), t);
+                           }),
+            out.end());
+}
+
+std::uint32_t StoredSurface::channels() const {
+  return with_values_ ? static_cast<std::uint32_t>(partition_.schema.attributes.size()) : 0;
+}
+
+std::vector<double> StoredSurface::values(std::span<const std::uint64_t> vertices) const {
+  std::vector<double> values;
+  values.reserve(vertices.size() * channels());
+  for (std::size_t i = 0, end = 0; i < vertices.size(); i = end) {
+    const ChunkId chunk = partition_.chunk_of(vertices[i]);
+    std::vector<std::uint64_t> rows;
+    for (end = i; end < vertices.size() && vertices[end] < partition_.first_vertex[chunk + 1];
+         ++end) {
+      rows.push_back(vertices[end] - partition_.first_vertex[chunk]);
+    }
+    const std::vector<double> part = attribute_values(cache_->get(chunk)->points, rows);
+    values.insert(values.end(), part.begin(), part.end());
+  }
+  return values;
+}
+
+}  // namespace orbweave

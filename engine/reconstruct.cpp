@@ -1,0 +1,407 @@
+#include "engine/reconstruct.h"
+
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/holes/fill_mesh.h"
+#include "engine/holes/loops/mesh_surface.h"
+#include "engine/normals/estimate_normals.h"
+#include "engine/normals/normal_side.h"
+#include "engine/normals/orientation.h"
+#include "engine/options/hole_options.h"
+#include "engine/spacing/automatic_radii.h"
+#include "engine/spacing/normal_radius.h"
+#include "engine/spacing/orientation_cell.h"
+#include "partition/allowed_threads.h"
+#include "partition/canonical_order.h"
+#include "partition/cloud_counts.h"
+#include "partition/point_filter.h"
+
+namespace orbweave {
+namespace {
+
+constexpr int kMostLevels = 8;
+constexpr int kLeastNeighbors = 3;
+constexpr int kMostNeighbors = 256;
+
+void require_range(const char* name, int value, int least, int most) {
+  if (value >= least && value <= most) return;
+  throw_usage(std::string(name) + " is out of range",
+              {.found = std::to_string(value),
+               .expected = std::to_string(least) + " to " + std::to_string(most)});
+}
+
+void check_options(const ReconstructionOptions& options) {
+  require_range("levels", options.levels, 0, kMostLevels);
+  require_range("normals.neighbors", options.normals.neighbors, kLeastNeighbors, kMostNeighbors);
+  if (options.threads < 0) throw_usage("threads is negative");
+  if (options.normals.orientation == Orientation::kScanner)
+    throw_usage("points in memory do not say where they were scanned from",
+                {.advice = "Use Orientation::kViewpoint, or leave it to Orientation::kAuto."});
+  if (options.normals.orientation == Orientation::kViewpoint && !options.normals.viewpoint)
+    throw_usage("Orientation::kViewpoint needs normals.viewpoint");
+}
+
+/// Tells the caller which stage begins, and stops where that is wanted.
+class Stages {
+ public:
+  Stages(const ReconstructionOptions& options, int count) : options_(options), count_(count) {}
+
+  void begin(std::string_view name) {
+    check_stop(options_.stop);
+    if (options_.progress)
+      options_.progress(name, static_cast<double>(begun_) / static_cast<double>(count_));
+    ++begun_;
+  }
+
+ private:
+  const ReconstructionOptions& options_;
+  int count_;
+  int begun_ = 0;
+};
+
+/// What follows from the distances between points.
+struct Spacing {
+  RadiiChoice choice;
+  double normal_radius = 0.0;
+};
+
+Spacing measure(std::span<const Vec3> positions, const PointCounts& counts, bool for_normals,
+                const ReconstructionOptions& options) {
+  SpacingSampler sampler(root_cube(counts.bounds()), counts);
+  sampler.add(positions);
+  sampler.merge_duplicates();
+  Spacing spacing;
+  spacing.choice = sampler.choose(options.levels, options.stop);
+  if (!for_normals) return spacing;
+  spacing.normal_radius =
+      normal_radius(sampler, static_cast<std::size_t>(options.normals.neighbors), options.stop);
+  return spacing;
+}
+
+/// The whole count of dropped points as text: "2 dropped: zero normal".
+std::string describe(const DroppedPoints& dropped) {
+  std::string text;
+  for (const auto& [reason, count] : dropped)
+    text += (text.empty() ? "" : ", ") + std::to_string(count) + " dropped: " + reason;
+  return text;
+}
+
+void require_points(std::size_t points, const DroppedPoints& dropped) {
+  if (points == 0) throw_bad_input("the cloud holds no usable point", {.found = describe(dropped)});
+}
+
+PointFilter first_filter(const ReconstructionOptions& options) {
+  return options.keep_strays ? PointFilter() : measurement_filter({Vec3{}});
+}
+
+/// The filter that leaves out what the counted points bring to light; the same one: nothing more.
+PointFilter next_filter(const PointFilter& filter, std::span<const std::uint64_t> at_scan_origins,
+                        const PointCounts& counts, const ReconstructionOptions& options) {
+  return options.keep_strays ? filter : narrowed(filter, at_scan_origins, counts);
+}
+
+/// Leaves out what is no measurement. The counts are of the points that stay.
+CloudCounts count_measurements(PointCloud& cloud, const ReconstructionOptions& options,
+                               DroppedPoints& dropped) {
+  PointFilter filter = first_filter(options);
+  for (;;) {
+    const FilteredPoints filtered = drop_unusable(cloud, filter);
+    for (const auto& [reason, count] : filtered.dropped) dropped[reason] += count;
+    require_points(cloud.size(), dropped);
+    CloudCounts counts(cloud.positions);
+    PointFilter next = next_filter(filter, filtered.at_scan_origins, counts, options);
+    if (next == filter) return counts;
+    filter = std::move(next);
+    check_stop(options.stop);
+  }
+}
+
+void note_duplicates(std::uint64_t merged, DroppedPoints& dropped) {
+  if (merged > 0) dropped[text_of(DropReason::kDuplicate)] += merged;
+}
+
+/// Normals as a file of that type holds them.
+void round_normals(std::vector<Vec3>& normals, ScalarType type) {
+  if (type != ScalarType::kFloat32) return;
+  for (Vec3& normal : normals)
+    for (int axis = 0; axis < 3; ++axis)
+      normal[axis] = static_cast<double>(static_cast<float>(normal[axis]));
+}
+
+/// The direction that a point's normal should agree with; zero: the orientation decides later.
+Vec3 wanted_side(Orientation side, const NormalOptions& options, Vec3 position) {
+  if (side == Orientation::kUp) return options.up.value_or(Vec3{0.0, 0.0, 1.0});
+  if (side == Orientation::kViewpoint) return *options.viewpoint - position;
+  return {};
+}
+
+/// Keeps the rows whose flag is not 0.
+void keep_rows(PointCloud& cloud, std::span<const std::uint8_t> kept) {
+  const std::size_t bytes = cloud.schema.attribute_bytes();
+  std::size_t end = 0;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (kept[i] == 0) continue;
+    if (end != i) {
+      cloud.positions[end] = cloud.positions[i];
+      if (!cloud.normals.empty()) cloud.normals[end] = cloud.normals[i];
+      if (bytes != 0)
+        std::memcpy(cloud.attributes.data() + end * bytes, cloud.attributes.data() + i * bytes,
+                    bytes);
+    }
+    ++end;
+  }
+  cloud.positions.resize(end);
+  if (!cloud.normals.empty()) cloud.normals.resize(end);
+  cloud.attributes.resize(end * bytes);
+}
+
+/// Gives every point a normal; points that have too few neighbours for one are left out.
+void estimate(PointCloud& cloud, double radius, Orientation side,
+              const ReconstructionOptions& options, DroppedPoints& dropped) {
+  const auto count = static_cast<std::uint32_t>(cloud.size());
+  cloud.normals =
+      estimate_normals(cloud.positions, 0, count,
+                       {.neighbors = static_cast<std::size_t>(options.normals.neighbors),
+                        .max_radius = radius,
+                        .stop = options.stop})
+          .normals;
+  cloud.schema.has_normals = true;
+  cloud.schema.normal_type = ScalarType::kFloat32;
+  std::vector<std::uint8_t> kept(cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    Vec3& normal = cloud.normals[i];
+    kept[i] = normal == Vec3{} ? 0 : 1;
+    if (dot(normal, wanted_side(side, options.normals, cloud.positions[i])) < 0.0) normal = -normal;
+  }
+  keep_rows(cloud, kept);
+  if (cloud.size() != count) dropped[text_of(DropReason::kTooFewNeighbors)] += count - cloud.size();
+  require_points(cloud.size(), dropped);
+  round_normals(cloud.normals, cloud.schema.normal_type);
+}
+
+/// Turns the normals to one side by propagation.
+void orient(PointCloud& cloud, const Spacing& spacing, const ReconstructionOptions& options) {
+  const OrientationOptions wanted{.cell = orientation_cell(spacing.choice.spacing),
+                                  .max_radius = spacing.normal_radius,
+                                  .stop = options.stop};
+  std::vector<std::uint64_t> numbers(cloud.size());
+  std::iota(numbers.begin(), numbers.end(), std::uint64_t{0});
+  OrientedPatches patches = orient_patches(cloud.positions, cloud.normals, numbers, 0,
+                                           static_cast<std::uint32_t>(cloud.size()), wanted);
+  const PatchOrientation orientation =
+      orient_patch_graph(std::move(patches.sums), std::move(patches.votes), options.stop);
+  const std::vector<std::uint8_t> turns =
+      whole_turns(patches.patch_of, std::move(patches.turn), orientation);
+  for (std::size_t i = 0; i < turns.size(); ++i)
+    if (turns[i] != 0) cloud.normals[i] = -cloud.normals[i];
+}
+
+/// From a sorted cloud without normals to a sorted cloud with normals, and its radii.
+RadiiChoice give_normals(PointCloud& cloud, const Spacing& spacing, Stages& stages,
+                         const ReconstructionOptions& options, DroppedPoints& dropped) {
+  const Orientation side = side_of_normals(options.normals, cloud.size());
+  stages.begin("normals");
+  estimate(cloud, spacing.normal_radius, side, options, dropped);
+  stages.begin("orient");
+  if (side == Orientation::kPropagate) orient(cloud, spacing, options);
+  // Points that were left out may have changed the bounds, and with them the order.
+  const CloudCounts counts(cloud.positions);
+  RadiiChoice choice = measure(cloud.positions, counts, false, options).choice;
+  sort_canonically(cloud, root_cube(counts.bounds()));
+  return choice;
+}
+
+std::vector<double> usable_radii(const RadiiChoice& choice, const ReconstructionOptions& options) {
+  if (options.ball_radii.empty()) {
+    if (choice.radii.empty())
+      throw_bad_input("no triangle can be formed: no ball radius can be chosen",
+                      {.found = choice.reason});
+    return choice.radii;
+  }
+  const double most = kMostSpacingsPerRadius * choice.spacing;
+  if (choice.spacing > 0.0 && options.ball_radii.back() > most)
+    throw_usage("the ball radius is too large",
+                {.found = std::to_string(options.ball_radii.back()),
+                 .expected = "at most " + std::to_string(most),
+                 .advice = "Radii of one to five spacings close a surface."});
+  return options.ball_radii;
+}
+
+/// The vertices that triangles use, and these triangles in their numbers.
+TriangleMesh used_part(PointCloud points, std::vector<Triangle> triangles) {
+  std::vector<std::uint8_t> used(points.size(), 0);
+  for (const Triangle& t : triangles)
+    for (const std::uint32_t vertex : t) used[vertex] = 1;
+  std::vector<std::uint32_t> number(points.size());
+  std::uint32_t count = 0;
+  for (std::size_t i = 0; i < used.size(); ++i) number[i] = used[i] != 0 ? count++ : 0;
+  for (Triangle& t : triangles)
+    for (std::uint32_t& vertex : t) vertex = number[vertex];
+  keep_rows(points, used);
+  return {std::move(points), std::move(triangles), {}};
+}
+
+/// Removes separate pieces of fewer triangles, and the vertices that only they used.
+TriangleMesh without_small_pieces(TriangleMesh mesh, std::uint64_t min_triangles) {
+  const MeshComponents components = find_components(mesh, MeshSurface(mesh));
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (components.pieces[components.of_triangle[t]].triangles >= min_triangles)
+      mesh.triangles[kept++] = mesh.triangles[t];
+  mesh.triangles.resize(kept);
+  return used_part(std::move(mesh.vertices), std::move(mesh.triangles));
+}
+
+/// The mesh of a sorted cloud with normals.
+Reconstruction surface_of(PointCloud cloud, const RadiiChoice& choice, Stages& stages,
+                          const ReconstructionOptions& options, DroppedPoints dropped) {
+  Reconstruction result;
+  result.dropped = std::move(dropped);
+  result.ball_radii = usable_radii(choice, options);
+  stages.begin("reconstruct");
+  BallPivotingResult surface = ball_pivoting(
+      cloud.positions, cloud.normals, {}, {.ball_radii = result.ball_radii, .stop = options.stop});
+  if (surface.triangles.empty())
+    throw_bad_input(
+        "no triangle can be formed: no ball touches three points without holding a fourth, on the "
+        "side their normals point to",
+        {.found = choice.reason,
+         .expected = "points on a surface, and normals that agree with it"});
+  result.mesh = used_part(std::move(cloud), std::move(surface.triangles));
+  if (!options.fill.enabled) return result;
+  stages.begin("fill");
+  if (options.fill.min_triangles > 0)
+    result.mesh = without_small_pieces(std::move(result.mesh), options.fill.min_triangles);
+  FilledMesh filled =
+      fill_mesh(std::move(result.mesh), hole_options(options.fill), options.stop, true);
+  check_stop(options.stop);
+  result.mesh = std::move(filled.mesh);
+  result.holes = std::move(filled.holes);
+  return result;
+}
+
+bool wants_estimate(bool has_normals, const NormalOptions& options) {
+  if (options.source == NormalSource::kFile && !has_normals)
+    throw_bad_input("the cloud has no normals",
+                    {.expected = "a normal per point",
+                     .advice = "NormalSource::kAuto or kEstimate estimates them."});
+  return options.source == NormalSource::kEstimate || !has_normals;
+}
+
+Stages stages_of(bool estimates, const ReconstructionOptions& options) {
+  return Stages(options, 3 + (estimates ? 2 : 0) + (options.fill.enabled ? 1 : 0));
+}
+
+/// From a sorted cloud to the result.
+Reconstruction finish(PointCloud cloud, const Spacing& spacing, bool estimates, Stages& stages,
+                      const ReconstructionOptions& options, DroppedPoints dropped) {
+  RadiiChoice choice = spacing.choice;
+  if (estimates) choice = give_normals(cloud, spacing, stages, options, dropped);
+  round_normals(cloud.normals, cloud.schema.normal_type);
+  return surface_of(std::move(cloud), choice, stages, options, std::move(dropped));
+}
+
+Reconstruction reconstruct_cloud(PointCloud cloud, const ReconstructionOptions& options) {
+  const bool estimates = wants_estimate(!cloud.normals.empty(), options.normals);
+  if (estimates) cloud.normals = {};
+  cloud.schema.has_normals = !cloud.normals.empty();
+  Stages stages = stages_of(estimates, options);
+  stages.begin("measure");
+  DroppedPoints dropped;
+  Spacing spacing;
+  RootCube root;
+  {
+    const CloudCounts counts = count_measurements(cloud, options, dropped);
+    spacing = measure(cloud.positions, counts, estimates, options);
+    root = root_cube(counts.bounds());
+  }
+  stages.begin("sort");
+  note_duplicates(sort_canonically(cloud, root), dropped);
+  return finish(std::move(cloud), spacing, estimates, stages, options, std::move(dropped));
+}
+
+PointCloud copy_of(const PointColumns& columns) {
+  PointCloud cloud;
+  cloud.schema.has_normals = !columns.normals.empty();
+  cloud.schema.normal_type = ScalarType::kFloat64;
+  cloud.positions.assign(columns.positions.begin(), columns.positions.end());
+  cloud.normals.assign(columns.normals.begin(), columns.normals.end());
+  return cloud;
+}
+
+PointCloud rows_of(const PointColumns& columns, std::span<const std::uint32_t> rows) {
+  PointCloud cloud;
+  cloud.schema.has_normals = !columns.normals.empty();
+  cloud.schema.normal_type = ScalarType::kFloat64;
+  cloud.positions.reserve(rows.size());
+  for (const std::uint32_t row : rows) cloud.positions.push_back(columns.positions[row]);
+  if (!cloud.schema.has_normals) return cloud;
+  cloud.normals.reserve(rows.size());
+  for (const std::uint32_t row : rows) cloud.normals.push_back(columns.normals[row]);
+  return cloud;
+}
+
+/// Counts where no point is to be left out; nothing otherwise.
+std::optional<CloudCounts> counts_of_all(const PointColumns& columns,
+                                         const ReconstructionOptions& options) {
+  const PointFilter filter = first_filter(options);
+  const FilteredPoints found = find_unusable(columns, filter);
+  if (!found.dropped.empty() || columns.positions.empty()) return std::nullopt;
+  std::optional<CloudCounts> counts(columns.positions);
+  if (next_filter(filter, found.at_scan_origins, *counts, options) != filter) counts.reset();
+  return counts;
+}
+
+Reconstruction reconstruct_columns(PointColumns columns, const ReconstructionOptions& options) {
+  const bool estimates = wants_estimate(!columns.normals.empty(), options.normals);
+  if (estimates) columns.normals = {};
+  std::optional<CloudCounts> counts = counts_of_all(columns, options);
+  if (!counts) return reconstruct_cloud(copy_of(columns), options);
+  Stages stages = stages_of(estimates, options);
+  stages.begin("measure");
+  const Spacing spacing = measure(columns.positions, *counts, estimates, options);
+  const RootCube root = root_cube(counts->bounds());
+  counts.reset();
+  stages.begin("sort");
+  PointCloud cloud = rows_of(columns, canonical_rows(columns, root));
+  DroppedPoints dropped;
+  note_duplicates(columns.positions.size() - cloud.size(), dropped);
+  return finish(std::move(cloud), spacing, estimates, stages, options, std::move(dropped));
+}
+
+/// Runs on as many threads as the options say.
+template <class Work>
+Reconstruction on_threads(int threads, const Work& work) {
+  if (threads == 0) return work();
+  tbb::task_arena arena(allowed_threads(threads));
+  return arena.execute(work);
+}
+
+}  // namespace
+
+Reconstruction reconstruct(PointCloud cloud, const ReconstructionOptions& options) {
+  check_options(options);
+  return on_threads(options.threads, [&] { return reconstruct_cloud(std::move(cloud), options); });
+}
+
+Reconstruction reconstruct(std::span<const Vec3> positions, std::span<const Vec3> normals,
+                           const ReconstructionOptions& options) {
+  check_options(options);
+  if (!normals.empty() && normals.size() != positions.size())
+    throw_usage("there are not as many normals as positions",
+                {.found = std::to_string(normals.size()) + " normals for " +
+                          std::to_string(positions.size()) + " positions"});
+  return on_threads(options.threads, [&] {
+    return reconstruct_columns({positions, normals, {}, 0}, options);
+  });
+}
+
+}  // namespace orbweave

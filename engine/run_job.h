@@ -1,0 +1,26 @@
+// A job from a program: scan files in, a mesh file out, resumable, in bounded memory.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "io/error.h"
+#include "io/job/job.h"
+#include "io/report/progress.h"
+#include "io/report/report.h"
+#include "io/stop_token.h"
+
+namespace orbweave {
+
+struct RunJobOptions {
+  Progress* progress = nullptr;      ///< is told what goes on; may be null
+  const StopToken* stop = nullptr;   ///< requested: the run ends with an Error (interrupted)
+  std::vector<std::string> command;  ///< for the report: how the run was called
+};
+
+/// Runs a job to its end, as `orbweave run` does: the mesh, the report and the picture are written,
+/// the work directory is removed (unless it is to be kept). Throws Error; after an interruption or
+/// a full disk the same call resumes from the work directory.
+RunReport run_job(const Job& job, const RunJobOptions& options = {});
+
+}  // namespace orbweave

@@ -1,0 +1,118 @@
+#include "engine/spacing/site_points.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <limits>
+#include <tuple>
+
+#include "io/bounds.h"
+
+namespace orbweave {
+
+bool PointSelection::takes(Vec3 p) const {
+  std::uint64_t hash = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto bits = std::bit_cast<std::uint64_t>(p[axis] == 0.0 ? 0.0 : p[axis]);
+    hash = (hash ^ (bits & 0x800FFFFFFFFFFFFFu)) * 0x9E3779B97F4A7C15u;
+    hash ^= hash >> 32;
+  }
+  return hash * 0xBF58476D1CE4E5B9u <= last;
+}
+
+PointSelection select_points(std::span<const SpacingSite> sites, std::uint64_t wanted) {
+  std::uint64_t points = 0;
+  for (const SpacingSite& site : sites) points += site.points.size();
+  if (points <= wanted) return {};
+  return {~std::uint64_t{0} / points * wanted};
+}
+
+namespace {
+
+bool comes_before(Vec3 a, Vec3 b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
+
+bool are_distinct(const SpacingSite& site) {
+  const auto& points = site.points;
+  return std::adjacent_find(points.begin(), points.end(),
+                            [](Vec3 a, Vec3 b) { return !comes_before(a, b); }) == points.end();
+}
+
+/// As std::sort, with looks at the request to stop.
+void sort_points(std::span<Vec3> points, const StopToken* stop) {
+  constexpr std::size_t kBlock = std::size_t{1} << 16;
+  check_stop(stop);
+  if (points.size() <= kBlock) return std::sort(points.begin(), points.end(), comes_before);
+  const std::size_t half = points.size() / 2;
+  sort_points(points.first(half), stop);
+  sort_points(points.subspan(half), stop);
+  std::inplace_merge(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(half),
+                     points.end(), comes_before);
+}
+
+/// A value of an axis, along which points differ, that leaves about half of them below it.
+double middle_of(std::span<const Vec3> points, int axis) {
+  std::vector<double> values;
+  values.reserve(points.size());
+  for (const Vec3& p : points) values.push_back(p[axis]);
+  const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), half, values.end());
+  const double least = *std::min_element(values.begin(), values.end());
+  if (*half > least) return *half;
+  double next = std::numeric_limits<double>::infinity();
+  for (const double value : values)
+    if (value > least) next = std::min(next, value);
+  return next;
+}
+
+}  // namespace
+
+void keep_part(SpacingSite& site, std::size_t most, const StopToken* stop) {
+  if (site.points.size() <= std::max<std::size_t>(most, 1)) return;
+  while (site.points.size() > std::max<std::size_t>(most, 1)) {
+    check_stop(stop);
+    const Vec3 extent = bounds_of(site.points).extent();
+    const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0
+                     : extent.y >= extent.z                       ? 1
+                                                                  : 2;
+    const double middle = middle_of(site.points, axis);
+    const bool upper = PointSelection{~std::uint64_t{0} / 2}.takes({middle, middle, middle});
+    std::erase_if(site.points, [&](Vec3 p) { return (p[axis] < middle) == upper; });
+    (upper ? site.box.min : site.box.max)[axis] = middle;
+  }
+  site.core = site.box;
+}
+
+void merge_duplicates(std::span<SpacingSite> sites, const StopToken* stop) {
+  tbb::parallel_for(std::size_t{0}, sites.size(), [&](std::size_t i) {
+    std::vector<Vec3>& points = sites[i].points;
+    sort_points(points, stop);
+    points.erase(std::unique(points.begin(), points.end()), points.end());
+  });
+}
+
+DistinctSites::DistinctSites(std::span<const SpacingSite> sites, const StopToken* stop)
+    : sites_(sites) {
+  if (std::all_of(sites.begin(), sites.end(), are_distinct)) return;
+  copies_.assign(sites.begin(), sites.end());
+  merge_duplicates(copies_, stop);
+  sites_ = copies_;
+}
+
+double distance_to_border(Vec3 p, const Box& box) {
+  double distance = p.x - box.min.x;
+  for (int axis = 0; axis < 3; ++axis)
+    distance = std::min({distance, p[axis] - box.min[axis], box.max[axis] - p[axis]});
+  return distance;
+}
+
+std::string short_text(double value) {
+  std::array<char, 32> text;
+  const auto end =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 4);
+  return std::string(text.data(), end.ptr);
+}
+
+}  // namespace orbweave

@@ -1,0 +1,123 @@
+#include "io/clouds/las/las_coordinate_system.h"
+
+#include <algorithm>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "io/text/little_endian.h"
+
+namespace orbweave::las {
+namespace {
+
+constexpr std::uint16_t kAsciiKeys = 34737;
+constexpr std::uint16_t kModelType = 1024;
+constexpr std::uint16_t kCitation = 1026;
+constexpr std::uint16_t kGeographic = 2048;
+constexpr std::uint16_t kGeographicCitation = 2049;
+constexpr std::uint16_t kProjected = 3072;
+constexpr std::uint16_t kProjectedCitation = 3073;
+constexpr std::uint16_t kModelProjected = 1;
+/// Codes below are obsolete or reserved, above it user-defined and private.
+constexpr std::uint16_t kFirstEpsgCode = 1024;
+constexpr std::uint16_t kLastEpsgCode = 32766;
+
+bool is_blank(char c) { return static_cast<unsigned char>(c) <= ' '; }
+
+/// Up to the first NUL, without the blanks around.
+std::string_view trimmed(std::string_view text) {
+  text = text.substr(0, text.find('\0'));
+  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  return text;
+}
+
+std::string_view text_of(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// WKT begins with a keyword and an opening bracket; some files hold a placeholder instead.
+std::string wkt_text(std::span<const std::byte> payload) {
+  const std::string_view text = trimmed(text_of(payload));
+  const std::size_t keyword =
+      text.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_");
+  if (keyword == 0 || keyword == std::string_view::npos) return {};
+  const std::string_view rest = trimmed(text.substr(keyword));
+  if (rest.empty() || (rest.front() != '[' && rest.front() != '(')) return {};
+  return std::string(text);
+}
+
+/// The GeoTIFF keys of a file.
+class GeoKeys {
+ public:
+  GeoKeys(std::span<const std::byte> directory, std::span<const std::byte> ascii)
+      : directory_(directory), ascii_(text_of(ascii)) {}
+
+  /// The value of a key that holds a short itself.
+  std::optional<std::uint16_t> code(std::uint16_t id) const {
+    const std::byte* key = find(id);
+    if (key == nullptr || load_little<std::uint16_t>(key + 2) != 0) return {};
+    return load_little<std::uint16_t>(key + 6);
+  }
+
+  /// The text of a key that points into the ascii record; its end is marked by '|'.
+  std::string text(std::uint16_t id) const {
+    const std::byte* key = find(id);
+    if (key == nullptr || load_little<std::uint16_t>(key + 2) != kAsciiKeys) return {};
+    const std::size_t first = load_little<std::uint16_t>(key + 6);
+    if (first >= ascii_.size()) return {};
+    std::string_view part = ascii_.substr(first, load_little<std::uint16_t>(key + 4));
+    while (!part.empty() && (is_blank(part.back()) || part.back() == '|')) part.remove_suffix(1);
+    std::string words(trimmed(part));
+    std::replace_if(words.begin(), words.end(), is_blank, ' ');
+    return words;
+  }
+
+ private:
+  static constexpr std::size_t kEntryBytes = 8;
+
+  /// Four shorts: id, where the value is, its count, and the value or its place.
+  const std::byte* find(std::uint16_t id) const {
+    for (std::size_t at = kEntryBytes; at + kEntryBytes <= directory_.size(); at += kEntryBytes)
+      if (load_little<std::uint16_t>(directory_.data() + at) == id) return directory_.data() + at;
+    return nullptr;
+  }
+
+  std::span<const std::byte> directory_;
+  std::string_view ascii_;
+};
+
+std::string epsg_name(std::optional<std::uint16_t> code) {
+  if (!code || *code < kFirstEpsgCode || *code > kLastEpsgCode) return {};
+  return "EPSG:" + std::to_string(*code);
+}
+
+bool is_projected(const GeoKeys& keys) {
+  return keys.code(kProjected).has_value() || keys.code(kModelType) == kModelProjected;
+}
+
+/// The code of the coordinates' own system: what a projection is based on does not count.
+std::string epsg_of(const GeoKeys& keys) {
+  return epsg_name(keys.code(is_projected(keys) ? kProjected : kGeographic));
+}
+
+std::string citation_of(const GeoKeys& keys) {
+  std::string words = keys.text(is_projected(keys) ? kProjectedCitation : kGeographicCitation);
+  return words.empty() ? keys.text(kCitation) : words;
+}
+
+}  // namespace
+
+std::string coordinate_system(const RandomAccess& file, const VariableRecords& records,
+                              bool says_wkt) {
+  std::string wkt = wkt_text(read_payload(file, records.wkt));
+  if (says_wkt && !wkt.empty()) return wkt;
+  const std::vector<std::byte> directory = read_payload(file, records.geo_keys);
+  const std::vector<std::byte> ascii = read_payload(file, records.geo_ascii);
+  const GeoKeys keys(directory, ascii);
+  std::string epsg = epsg_of(keys);
+  if (!epsg.empty()) return epsg;
+  return wkt.empty() ? citation_of(keys) : wkt;
+}
+
+}  // namespace orbweave::las

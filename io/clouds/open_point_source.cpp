@@ -1,0 +1,111 @@
+#include "io/clouds/open_point_source.h"
+
+#include <algorithm>
+#include <cstring>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "io/clouds/e57/e57_source.h"
+#include "io/clouds/las/las_source.h"
+#include "io/clouds/pcd_source.h"
+#include "io/clouds/ply_source.h"
+#include "io/clouds/ptx_source.h"
+#include "io/clouds/text_source.h"
+#include "io/error.h"
+#include "io/meshes/mesh_parsers.h"
+#include "io/ply/ply_vertices.h"
+#include "io/streams/byte_source.h"
+#include "io/streams/random_access.h"
+#include "io/text/file_format.h"
+
+namespace orbweave {
+namespace {
+
+/// The vertices of a mesh whose format does not list them plainly (OBJ, STL): read in core.
+class MeshVertices final : public PointSource {
+ public:
+  MeshVertices(ByteReader reader, MeshFormat format)
+      : bytes_total_(reader.source().bytes_total()),
+        vertices_(read_mesh(std::move(reader), format).vertices) {}
+  const PointSchema& schema() const override { return vertices_.schema; }
+  std::optional<std::uint64_t> declared_points() const override { return vertices_.size(); }
+  std::uint64_t bytes_read() const override { return bytes_total_; }
+  std::uint64_t bytes_total() const override { return bytes_total_; }
+
+  bool read(PointCloud& batch, std::size_t capacity) override {
+    batch.clear();
+    batch.schema = vertices_.schema;
+    const std::size_t end = next_ + std::min(capacity, vertices_.size() - next_);
+    for (; next_ < end; ++next_) batch.append(vertices_, next_);
+    return !batch.empty();
+  }
+
+ private:
+  std::uint64_t bytes_total_;
+  PointCloud vertices_;
+  std::size_t next_ = 0;
+};
+
+/// A scan whose format takes its name, or a file that can be read in any order, to be known.
+void refuse_binary_scan(ByteReader& reader) {
+  for (const auto& [front, names] : {std::pair(std::string_view("LASF"), ".las or .laz"),
+                                     std::pair(std::string_view("ASTM-E57"), ".e57")})
+    if (reader.ensure(front.size()) && std::memcmp(reader.data(), front.data(), front.size()) == 0)
+      throw_bad_input("this format cannot be read from standard input or under this name",
+                      {.file = reader.name(),
+                       .found = "\"" + std::string(front) + "\"",
+                       .expected = std::string("a file named ") + names});
+}
+
+[[noreturn]] void throw_unknown_extension(const std::filesystem::path& path) {
+  throw_usage("cannot read " + files_of_name(path, "clouds"),
+              {.file = path.string(), .expected = extensions_of_read_clouds()});
+}
+
+std::unique_ptr<PointSource> open_ptx_file(const std::filesystem::path& path, ByteReader reader) {
+  // A pipe can be read only once.
+  if (!std::filesystem::is_regular_file(path)) return open_ptx_source(std::move(reader));
+  return open_ptx_source(std::move(reader), [&] { return ByteReader(open_byte_source(path)); });
+}
+
+}  // namespace
+
+void check_scan_name(const std::filesystem::path& path) {
+  if (!format_of_name(path)) throw_unknown_extension(path);
+}
+
+std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path,
+                                               const PointSourceOptions& options) {
+  const bool is_stream = path == "-";
+  const std::optional<NamedFormat> named = format_of_name(path);
+  const FileFormat format = named ? named->facts.format : FileFormat::kTxt;
+  if (format == FileFormat::kLas || format == FileFormat::kLaz)
+    return open_las_source(open_random_access(path));
+  if (format == FileFormat::kE57) return open_e57_source(open_random_access(path));
+  // Opened first: a file that is missing or a directory should be told as that.
+  ByteReader reader(open_byte_source(path));
+  if (!named && !is_stream) throw_unknown_extension(path);
+  switch (format) {
+    case FileFormat::kPly:
+      return open_ply_source(std::move(reader));
+    case FileFormat::kPcd:
+      return open_pcd_source(std::move(reader));
+    case FileFormat::kPtx:
+      return open_ptx_file(path, std::move(reader));
+    case FileFormat::kObj:
+      return std::make_unique<MeshVertices>(std::move(reader), MeshFormat::kObj);
+    case FileFormat::kStl:
+      return std::make_unique<MeshVertices>(std::move(reader), MeshFormat::kStl);
+    default:
+      break;
+  }
+  // A text cloud, or what its content says.
+  refuse_binary_scan(reader);
+  if (looks_like_ply(reader)) return open_ply_source(std::move(reader));
+  if (looks_like_pcd(reader)) return open_pcd_source(std::move(reader));
+  if (looks_like_ptx(reader)) return open_ptx_file(path, std::move(reader));
+  return open_text_source(std::move(reader), options.text, format == FileFormat::kPts);
+}
+
+}  // namespace orbweave

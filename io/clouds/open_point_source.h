@@ -1,0 +1,26 @@
+// A point source from a file of any supported format.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "io/clouds/text_layout.h"
+#include "io/points/point_source.h"
+
+namespace orbweave {
+
+struct PointSourceOptions {
+  TextOptions text;
+};
+
+/// Opens any supported cloud by extension (.ply .xyz .txt .csv .pts .ptx .pcd, each also with .gz;
+/// .las .laz .e57) and by content; docs/formats.md says what each reader takes. A mesh file is read
+/// as the cloud of its vertices. Throws Error: usage for an unsupported extension (the message
+/// lists those that are), bad input for missing, unreadable and damaged files.
+std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path,
+                                               const PointSourceOptions& options = {});
+
+/// Throws Error (usage) where no reader takes a file of this name.
+void check_scan_name(const std::filesystem::path& path);
+
+}  // namespace orbweave

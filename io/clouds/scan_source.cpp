@@ -1,0 +1,270 @@
+#include "io/clouds/scan_source.h"
+
+#include <algorithm>
+#include <array>
+#include <bitset>
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "io/error.h"
+#include "io/points/no_data.h"
+#include "io/scalar_types.h"
+#include "io/text/lower_case.h"
+
+namespace orbweave {
+namespace {
+
+constexpr double kViewScale = 32767.0;
+
+double sign_of(double value) { return value < 0.0 ? -1.0 : 1.0; }
+
+/// What names of an attribute have in common, from format to format: "ReturnNumber" of PCD is
+/// "return_number" of LAS.
+std::string common_name(const std::string& name) {
+  std::string common = lower_case(name);
+  std::erase(common, '_');
+  return common;
+}
+
+/// Names of the standard classes (ASPRS LAS 1.4 R15, table 17).
+constexpr std::array<const char*, 19> kClassNames = {
+    "never classified",  "unclassified",    "ground",         "low vegetation",
+    "medium vegetation", "high vegetation", "building",       "low point",
+    "model key point",   "water",           "rail",           "road",
+    "overlap",           "wire guard",      "wire conductor", "transmission tower",
+    "wire connector",    "bridge deck",     "high noise"};
+
+/// Why a point of a class is left out: "class 3 (low vegetation) not selected".
+std::string reason_of_class(std::size_t number) {
+  const std::string name =
+      number < kClassNames.size() ? std::string(" (") + kClassNames[number] + ")" : "";
+  return "class " + std::to_string(number) + name + " not selected";
+}
+
+/// An attribute that a filter goes by.
+class FilterAttribute {
+ public:
+  FilterAttribute() = default;
+  FilterAttribute(const PointSchema& schema, const char* name, const char* wanted_by,
+                  const std::string& file) {
+    for (const AttributeField& field : schema.attributes) {
+      type_ = field.type;
+      if (common_name(field.name) == common_name(name)) return;
+      offset_ += size_of(field.type);
+    }
+    throw_bad_input(std::string("the points have no ") + name,
+                    {.file = file,
+                     .expected = std::string("the attribute that ") + wanted_by + " asks for",
+                     .advice = "Leave that key out, or the file."});
+  }
+  double operator()(std::span<const std::byte> row) const {
+    double number = 0.0;
+    visit_scalar(type_, [&](auto value) {
+      std::memcpy(&value, row.data() + offset_, sizeof value);
+      number = static_cast<double>(value);
+    });
+    return number;
+  }
+
+ private:
+  std::size_t offset_ = 0;
+  ScalarType type_ = ScalarType::kUint8;
+};
+
+class ScanSource final : public PointSource {
+ public:
+  ScanSource(std::unique_ptr<PointSource> source, const ScanOptions& options,
+             const std::string& file)
+      : source_(std::move(source)), options_(options), schema_(source_->schema()) {
+    if (!options.classes.empty())
+      class_ = FilterAttribute(schema_, "classification", "input.las_classes", file);
+    for (const int wanted : options.classes) classes_.set(static_cast<std::size_t>(wanted));
+    if (!options.classes.empty())
+      for (std::size_t number = 0; number < classes_.size(); ++number)
+        class_reasons_.push_back(reason_of_class(number));
+    if (options.returns != ReturnFilter::kAll) {
+      number_ = FilterAttribute(schema_, "return_number", "input.returns", file);
+      count_ = FilterAttribute(schema_, "number_of_returns", "input.returns", file);
+    }
+    filters_ = !options.classes.empty() || options.returns != ReturnFilter::kAll;
+    moves_ = options.motion != RigidMotion{};
+    if (moves_) schema_.position_type = ScalarType::kFloat64;
+    if (options.without_normals) schema_.has_normals = false;
+    if (options.without_attributes) schema_.attributes.clear();
+    if (options.with_view)
+      schema_.attributes.insert(schema_.attributes.end(), view_fields().begin(),
+                                view_fields().end());
+  }
+
+  const PointSchema& schema() const override { return schema_; }
+  std::optional<std::uint64_t> declared_points() const override {
+    return source_->declared_points();
+  }
+  bool restrict_rows(std::uint64_t first, std::uint64_t count) override {
+    return source_->restrict_rows(first, count);
+  }
+  std::uint64_t bytes_read() const override { return source_->bytes_read(); }
+  std::uint64_t bytes_total() const override { return source_->bytes_total(); }
+  std::string coordinate_system() const override { return source_->coordinate_system(); }
+
+  std::optional<ScannerPlace> scanner() const override {
+    std::optional<ScannerPlace> place = options_.scanner;
+    if (!place) place = source_->scanner();
+    if (!place) place = options_.usual_scanner;
+    if (!place) return std::nullopt;
+    return ScannerPlace{place->is_direction ? options_.motion.direction(place->vector)
+                                            : options_.motion.point(place->vector),
+                        place->is_direction};
+  }
+
+  DroppedPoints left_out() const override {
+    DroppedPoints all = source_->left_out();
+    for (const auto& [reason, count] : filtered_) all[reason] += count;
+    return all;
+  }
+
+  bool read(PointCloud& batch, std::size_t capacity) override {
+    do {
+      if (!source_->read(batch, capacity)) {
+        batch.schema = schema_;
+        return false;
+      }
+      if (filters_) filter(batch);
+    } while (batch.empty());
+    if (options_.without_normals) batch.normals.clear();
+    if (options_.without_attributes) batch.attributes.clear();
+    if (moves_) move(batch);
+    if (options_.with_view) add_view(batch);
+    batch.schema = schema_;
+    return true;
+  }
+
+ private:
+  /// Why a point of that class is left out; null: the class is selected.
+  const char* objection_to_class(double point_class) const {
+    if (!(point_class >= 0.0 && point_class < static_cast<double>(classes_.size())))
+      return "no class from 0 to 255";
+    const auto number = static_cast<std::size_t>(point_class);
+    return classes_.test(number) ? nullptr : class_reasons_[number].c_str();
+  }
+
+  const char* objection(std::span<const std::byte> row) const {
+    if (!options_.classes.empty())
+      if (const char* const reason = objection_to_class(class_(row))) return reason;
+    const auto number = [&] { return number_(row); };
+    const auto count = [&] { return count_(row); };
+    switch (options_.returns) {
+      case ReturnFilter::kAll:
+        return nullptr;
+      case ReturnFilter::kFirst:
+        return number() <= 1 ? nullptr : "not a first return";
+      case ReturnFilter::kLast:
+        return number() >= count() ? nullptr : "not a last return";
+      case ReturnFilter::kOnly:
+        return count() <= 1 ? nullptr : "not an only return";
+    }
+    return nullptr;
+  }
+
+  void filter(PointCloud& batch) {
+    kept_.clear();
+    kept_.schema = batch.schema;
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      if (const char* reason = objection(batch.attribute_row(i)))
+        ++filtered_[reason];
+      else
+        kept_.append(batch, i);
+    }
+    std::swap(kept_, batch);
+  }
+
+  void move(PointCloud& batch) const {
+    for (Vec3& p : batch.positions)
+      if (!holds_no_data_value(p)) p = options_.motion.point(p);
+    for (Vec3& n : batch.normals) n = options_.motion.direction(n);
+  }
+
+  void add_view(PointCloud& batch) {
+    const std::optional<ScannerPlace> place = scanner();
+    const std::size_t from_bytes = schema_.attribute_bytes() - sizeof(ViewCode);
+    rows_.resize(batch.size() * schema_.attribute_bytes());
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      ViewCode code;
+      if (place && is_finite(batch.positions[i]))
+        code =
+            encode_view(place->is_direction ? place->vector : place->vector - batch.positions[i]);
+      std::byte* row = rows_.data() + i * schema_.attribute_bytes();
+      if (from_bytes != 0) std::memcpy(row, batch.attributes.data() + i * from_bytes, from_bytes);
+      std::memcpy(row + from_bytes, &code, sizeof code);
+    }
+    std::swap(rows_, batch.attributes);
+  }
+
+  std::unique_ptr<PointSource> source_;
+  ScanOptions options_;
+  PointSchema schema_;
+  FilterAttribute class_, number_, count_;
+  std::bitset<256> classes_;
+  std::vector<std::string> class_reasons_;  ///< by class; empty: all are selected
+  bool filters_ = false;
+  bool moves_ = false;
+  DroppedPoints filtered_;
+  PointCloud kept_;
+  std::vector<std::byte> rows_;
+};
+
+}  // namespace
+
+std::unique_ptr<PointSource> open_scan_source(std::unique_ptr<PointSource> source,
+                                              const ScanOptions& options, const std::string& file) {
+  return std::make_unique<ScanSource>(std::move(source), options, file);
+}
+
+const std::vector<AttributeField>& view_fields() {
+  static const std::vector<AttributeField> fields = {{"orbweave view u", ScalarType::kInt16},
+                                                     {"orbweave view v", ScalarType::kInt16}};
+  return fields;
+}
+
+ViewCode encode_view(Vec3 d) {
+  const double sum = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
+  if (!(sum > 0.0) || !std::isfinite(sum)) return {};
+  double u = d.x / sum;
+  double v = d.y / sum;
+  if (d.z < 0.0) {
+    const double folded = (1.0 - std::abs(v)) * sign_of(u);
+    v = (1.0 - std::abs(u)) * sign_of(v);
+    u = folded;
+  }
+  const auto code = [](double value) {
+    return static_cast<std::int16_t>(std::lround(value * kViewScale));
+  };
+  return {code(u), code(v)};
+}
+
+Vec3 decode_view(ViewCode code) {
+  Vec3 d{code.u / kViewScale, code.v / kViewScale, 0.0};
+  d.z = 1.0 - std::abs(d.x) - std::abs(d.y);
+  if (d.z < 0.0) {
+    const double x = (1.0 - std::abs(d.y)) * sign_of(d.x);
+    d.y = (1.0 - std::abs(d.x)) * sign_of(d.y);
+    d.x = x;
+  }
+  return normalized(d);
+}
+
+std::optional<std::size_t> view_offset(const PointSchema& schema) {
+  const std::size_t count = schema.attributes.size();
+  if (count < 2 || schema.attributes[count - 2] != view_fields()[0]) return std::nullopt;
+  return schema.attribute_bytes() - sizeof(ViewCode);
+}
+
+PointSchema without_view(PointSchema schema) {
+  if (view_offset(schema)) schema.attributes.resize(schema.attributes.size() - 2);
+  return schema;
+}
+
+}  // namespace orbweave

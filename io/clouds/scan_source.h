@@ -1,0 +1,53 @@
+// One scan of a job: a file's points in world coordinates, without the points that are not wanted
+// and, on request, with the direction to the scanner.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "io/points/point_source.h"
+#include "io/points/scan_pose.h"
+
+namespace orbweave {
+
+/// Which returns of a laser pulse are wanted.
+enum class ReturnFilter { kAll, kFirst, kLast, kOnly };
+
+struct ScanOptions {
+  RigidMotion motion{};  ///< from the scan's own coordinates to the world
+  /// Where the scanner is, in the scan's own coordinates, whatever the file says.
+  std::optional<ScannerPlace> scanner{};
+  std::optional<ScannerPlace> usual_scanner{};  ///< likewise, where the file does not say
+  bool with_view = false;                       ///< adds the attributes of view_fields()
+  bool without_normals = false;                 ///< normals of the file are of no interest
+  bool without_attributes = false;              ///< nor are its attributes, once they have filtered
+  std::vector<int> classes{};  ///< values of `classification` wanted, 0 to 255; empty: all
+  ReturnFilter returns = ReturnFilter::kAll;  ///< by `return_number` and `number_of_returns`
+};
+
+/// Wraps a scan. What is filtered out counts as left out, by reason. The attributes that filters go
+/// by may have any type and be written in any case, with or without '_'. Throws Error (bad input)
+/// where the file lacks one; `file` is for messages.
+std::unique_ptr<PointSource> open_scan_source(std::unique_ptr<PointSource> source,
+                                              const ScanOptions& options, const std::string& file);
+
+/// The direction to the scanner takes two attributes of 16 bits, which never leave the program.
+/// Cigolle et al.: A Survey of Efficient Representations for Independent Unit Vectors, 2014.
+struct ViewCode {
+  std::int16_t u = kUnknown;
+  std::int16_t v = kUnknown;
+  static constexpr std::int16_t kUnknown = -32768;
+  bool known() const { return u != kUnknown; }
+};
+const std::vector<AttributeField>& view_fields();
+ViewCode encode_view(Vec3 direction);
+/// Within 1e-4 of the unit vector encoded. Precondition: known.
+Vec3 decode_view(ViewCode code);
+/// Byte offset of the view in an attribute row; nothing where the schema has none.
+std::optional<std::size_t> view_offset(const PointSchema& schema);
+/// The schema without the view, which its last two attributes hold.
+PointSchema without_view(PointSchema schema);
+
+}  // namespace orbweave

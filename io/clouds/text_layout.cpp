@@ -1,0 +1,261 @@
+#include "io/clouds/text_layout.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "io/error.h"
+#include "io/streams/byte_reader.h"
+#include "io/text/lower_case.h"
+#include "io/text/text_fields.h"
+#include "io/text/text_number.h"
+
+namespace orbweave {
+namespace {
+
+std::vector<std::string_view> fields_of(std::string_view line, char separator) {
+  std::vector<std::string_view> fields;
+  while (const auto field = take_field(line, separator)) fields.push_back(*field);
+  return fields;
+}
+
+bool to_number(std::string_view field, double& value) {
+  const char* const last = field.data() + field.size();
+  return !field.empty() && parse_number(field.data(), last, value) == last;
+}
+
+char find_separator(std::string_view line) {
+  for (const char c : {';', ','})
+    if (line.find(c) != line.npos) return c;
+  // Tabs count as blanks, unless they set off names that have blanks inside.
+  const auto tabbed = fields_of(line, '\t');
+  const bool blank_inside = std::any_of(tabbed.begin(), tabbed.end(), [](std::string_view field) {
+    return field.find(' ') != field.npos;
+  });
+  return tabbed.size() >= 3 && blank_inside ? '\t' : ' ';
+}
+
+/// The name that roles go by; any other name as it stands.
+std::string canonical_name(std::string_view name) {
+  const std::string lower = lower_case(std::string(name));
+  constexpr std::array<std::pair<std::string_view, const char*>, 21> kSynonyms = {
+      {{"x", "x"},         {"y", "y"},         {"z", "z"},
+       {"nx", "nx"},       {"ny", "ny"},       {"nz", "nz"},
+       {"normal_x", "nx"}, {"normal_y", "ny"}, {"normal_z", "nz"},
+       {"normalx", "nx"},  {"normaly", "ny"},  {"normalz", "nz"},
+       {"r", "red"},       {"g", "green"},     {"b", "blue"},
+       {"red", "red"},     {"green", "green"}, {"blue", "blue"},
+       {"a", "alpha"},     {"alpha", "alpha"}, {"intensity", "intensity"}}};
+  for (const auto& [synonym, canonical] : kSynonyms)
+    if (lower == synonym) return canonical;
+  return std::string(name);
+}
+
+bool names_position(const std::vector<TextColumn>& columns) {
+  for (const char* name : {"x", "y", "z"})
+    if (std::none_of(columns.begin(), columns.end(),
+                     [&](const TextColumn& column) { return column.name == name; }))
+      return false;
+  return true;
+}
+
+std::string place_name(std::size_t column) {
+  return std::string("c").append(std::to_string(column + 1));
+}
+
+std::vector<TextColumn> named_columns(const std::vector<std::string_view>& names) {
+  std::vector<TextColumn> columns;
+  for (const std::string_view name : names)
+    columns.push_back({name.empty() ? place_name(columns.size()) : canonical_name(name)});
+  return columns;
+}
+
+const std::string* find_twice(const std::vector<TextColumn>& columns) {
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (!columns[i].name.empty() && columns[i].name == columns[j].name) return &columns[i].name;
+  return nullptr;
+}
+
+/// "name", "name:type" or "-".
+TextColumn parse_column(const std::string& text) {
+  if (text == "-") return {};
+  const std::size_t colon = text.find(':');
+  TextColumn column{canonical_name(text.substr(0, colon))};
+  if (column.name.empty()) throw_usage("a column has no name", {.found = excerpt(text)});
+  if (colon == text.npos) return column;
+  const std::string type = text.substr(colon + 1);
+  for (int i = 0; i <= static_cast<int>(ScalarType::kFloat64); ++i) {
+    column.type = static_cast<ScalarType>(i);
+    if (type == name_of(column.type)) return column;
+  }
+  throw_usage("a column has an unknown type",
+              {.found = excerpt(text), .expected = "int8, uint8, ... float32 or float64"});
+}
+
+/// The sample's values, column by column, to guess meanings from.
+class SampleValues {
+ public:
+  SampleValues(const TextSample& sample, std::size_t first, char separator) {
+    for (std::size_t i = first; i < sample.lines.size(); ++i)
+      rows_.push_back(fields_of(sample.lines[i], separator));
+  }
+  bool empty() const { return rows_.empty(); }
+
+  /// Integers from 0 to 255 without decimal point.
+  bool is_byte(std::size_t column) const {
+    return std::all_of(rows_.begin(), rows_.end(), [&](const auto& row) {
+      std::array<std::byte, 1> value;
+      return column < row.size() && row[column].find('.') == std::string_view::npos &&
+             parse_value(row[column], ScalarType::kUint8, value.data()) == ParseOutcome::kNumber;
+    });
+  }
+  bool are_bytes(std::size_t column) const {
+    return is_byte(column) && is_byte(column + 1) && is_byte(column + 2);
+  }
+  /// Three columns whose vectors have length one (zero vectors, for "no normal", apart).
+  bool are_unit_vectors(std::size_t column) const {
+    constexpr double kTolerance = 0.02;  // of the length: normals are often given with few digits
+    std::size_t units = 0;
+    for (const auto& row : rows_) {
+      Vec3 v;
+      for (int axis = 0; axis < 3; ++axis) {
+        const std::size_t at = column + static_cast<std::size_t>(axis);
+        if (at >= row.size() || !to_number(row[at], v[axis])) return false;
+      }
+      if (v == Vec3{} || !is_finite(v)) continue;
+      if (std::fabs(norm(v) - 1.0) > kTolerance) return false;
+      ++units;
+    }
+    return units != 0;
+  }
+
+ private:
+  std::vector<std::vector<std::string_view>> rows_;
+};
+
+void add_three(std::vector<TextColumn>& columns, const std::array<const char*, 3>& names,
+               ScalarType type) {
+  for (const char* name : names) columns.push_back({name, type});
+}
+
+constexpr std::array<const char*, 3> kNormal = {"nx", "ny", "nz"};
+constexpr std::array<const char*, 3> kColor = {"red", "green", "blue"};
+
+std::vector<TextColumn> guess_columns(const TextSample& sample, char separator) {
+  const std::size_t count = fields_of(sample.lines[0], separator).size();
+  const SampleValues values(sample, 0, separator);
+  bool has_normal = false;
+  bool has_color = false;
+  std::vector<TextColumn> columns;
+  add_three(columns, {"x", "y", "z"}, ScalarType::kFloat64);
+  if (sample.is_pts && (count == 4 || count == 7))
+    columns.push_back({"intensity", ScalarType::kFloat32});
+  while (columns.size() < count) {
+    const std::size_t at = columns.size();
+    const bool three_left = at + 3 <= count;
+    if (three_left && !has_normal && values.are_unit_vectors(at)) {
+      add_three(columns, kNormal, ScalarType::kFloat64);
+      has_normal = true;
+    } else if (three_left && !has_color && values.are_bytes(at)) {
+      add_three(columns, kColor, ScalarType::kUint8);
+      has_color = true;
+    } else {
+      columns.push_back({place_name(at)});
+    }
+  }
+  return columns;
+}
+
+/// Named colours are bytes where they look like bytes; colours from 0 to 1 stay as they are.
+void narrow_colors(const TextSample& sample, TextLayout& layout) {
+  const SampleValues values(sample, layout.has_header_line ? 1 : 0, layout.separator);
+  if (values.empty()) return;
+  std::vector<std::size_t> colors;
+  for (std::size_t i = 0; i < layout.columns.size(); ++i)
+    for (const char* name : {"red", "green", "blue", "alpha"})
+      if (layout.columns[i].name == name) colors.push_back(i);
+  if (std::all_of(colors.begin(), colors.end(), [&](std::size_t i) { return values.is_byte(i); }))
+    for (const std::size_t i : colors) layout.columns[i].type = ScalarType::kUint8;
+}
+
+/// Position of the first field that is no number; the field count where all are.
+std::size_t first_word(const std::vector<std::string_view>& fields) {
+  double ignored = 0.0;
+  const auto at = std::find_if(fields.begin(), fields.end(),
+                               [&](std::string_view field) { return !to_number(field, ignored); });
+  return static_cast<std::size_t>(at - fields.begin());
+}
+
+std::vector<TextColumn> chosen_columns(const TextOptions& options) {
+  std::vector<TextColumn> columns;
+  for (const std::string& text : options.columns) columns.push_back(parse_column(text));
+  if (!names_position(columns)) throw_usage("the columns of a text cloud must name x, y and z");
+  if (const std::string* name = find_twice(columns))
+    throw_usage("two columns of a text cloud have one name", {.found = excerpt(*name)});
+  return columns;
+}
+
+bool only_words(const std::vector<std::string_view>& fields) {
+  double ignored = 0.0;
+  return std::none_of(fields.begin(), fields.end(),
+                      [&](std::string_view field) { return to_number(field, ignored); });
+}
+
+std::string line_place(const TextSample& sample) {
+  return "line " + std::to_string(sample.first_line);
+}
+
+std::vector<TextColumn> header_columns(const TextSample& sample,
+                                       const std::vector<std::string_view>& fields) {
+  std::vector<TextColumn> columns = named_columns(fields);
+  if (!names_position(columns)) {
+    const std::size_t at = first_word(fields);
+    throw_bad_input("this is neither a point nor a header",
+                    {.file = sample.file,
+                     .place = line_place(sample) + ", column " + std::to_string(at + 1),
+                     .found = excerpt(fields[at]),
+                     .expected = "a number, or names of columns with x, y and z"});
+  }
+  if (const std::string* name = find_twice(columns))
+    throw_bad_input("two columns have one name",
+                    {.file = sample.file, .place = line_place(sample), .found = excerpt(*name)});
+  return columns;
+}
+
+}  // namespace
+
+TextLayout find_text_layout(const TextSample& sample, const TextOptions& options) {
+  TextLayout layout;
+  const std::string_view first = sample.lines[0];
+  layout.separator = options.separator != '\0' ? options.separator : find_separator(first);
+  const auto fields = fields_of(first, layout.separator);
+  if (!options.columns.empty()) {
+    layout.columns = chosen_columns(options);
+    layout.has_header_line = only_words(fields);
+    return layout;
+  }
+  if (first_word(fields) != fields.size()) {
+    layout.columns = header_columns(sample, fields);
+    layout.has_header_line = true;
+    narrow_colors(sample, layout);
+    return layout;
+  }
+  const auto hinted = named_columns(fields_of(sample.comment, layout.separator));
+  if (hinted.size() == fields.size() && names_position(hinted) && find_twice(hinted) == nullptr) {
+    layout.columns = hinted;
+    narrow_colors(sample, layout);
+    return layout;
+  }
+  if (fields.size() < 3)
+    throw_bad_input("too few columns for a point",
+                    {.file = sample.file,
+                     .place = line_place(sample),
+                     .found = std::to_string(fields.size()) + " columns",
+                     .expected = "at least 3"});
+  layout.columns = guess_columns(sample, layout.separator);
+  return layout;
+}
+
+}  // namespace orbweave

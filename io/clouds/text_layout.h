@@ -1,0 +1,46 @@
+// What the columns of a text cloud mean.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "io/point_cloud.h"
+
+namespace orbweave {
+
+/// How a text cloud's columns are to be understood; everything has a detected default.
+struct TextOptions {
+  std::vector<std::string> columns;  ///< e.g. {"x","y","z","nx","ny","nz"}; empty: detect
+  char separator = '\0';             ///< '\0': detect (comma, semicolon, tab, blanks)
+};
+
+struct TextColumn {
+  std::string name;  ///< empty: the column is skipped
+  ScalarType type = ScalarType::kFloat64;
+};
+
+struct TextLayout {
+  char separator = ' ';  ///< ' ': any run of blanks and tabs
+  std::vector<TextColumn> columns;
+  bool has_header_line = false;  ///< the sample's first line names the columns
+};
+
+/// The first lines of a text cloud, comments and blank lines left out.
+struct TextSample {
+  std::vector<std::string> lines;  ///< not empty
+  std::string comment;             ///< text of a comment right before the first line
+  std::string file;                ///< for messages
+  std::size_t first_line = 1;      ///< number of lines[0] in the file
+  bool is_pts = false;             ///< columns without names are those of .pts
+};
+
+/// Columns as the options say, else as the header line (or a comment in its place) says, else by
+/// their number and values: x y z; then three columns of unit vectors are normals, three of
+/// integers from 0 to 255 are red, green and blue; .pts has intensity (float32: its integers from
+/// -2048 to 2047, and the fractions that some write) before its colours; any other column is an
+/// attribute "c4" (by its place). Throws Error: usage for options that make no sense, bad input
+/// where x, y and z cannot be found.
+TextLayout find_text_layout(const TextSample& sample, const TextOptions& options);
+
+}  // namespace orbweave

@@ -1,0 +1,257 @@
+#include "io/clouds/text_source.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <utility>
+
+#include "io/clouds/text_layout.h"
+#include "io/error.h"
+#include "io/points/point_rows.h"
+#include "io/text/text_fields.h"
+#include "io/text/text_number.h"
+
+namespace orbweave {
+namespace {
+
+constexpr std::size_t kSampleLines = 100;
+constexpr std::size_t kRowsPerBlock = 2048;
+
+inline const char* skip_blanks(const char* at, const char* last) {
+  while (at != last && (*at == ' ' || *at == '\t' || *at == '\r')) ++at;
+  return at;
+}
+
+class TextSource final : public PointSource {
+ public:
+  TextSource(ByteReader reader, const TextOptions& options, bool is_pts)
+      : reader_(std::move(reader)), is_pts_(is_pts) {
+    const TextSample sample = take_sample();
+    layout_ = find_text_layout(sample, options);
+    if (layout_.has_header_line) pending_.erase(pending_.begin());
+    make_rows_layout();
+  }
+
+  const PointSchema& schema() const override { return rows_layout_.schema(); }
+  std::optional<std::uint64_t> declared_points() const override { return declared_; }
+  bool keeps_declared_points() const override { return false; }
+  std::uint64_t bytes_read() const override { return reader_.source().bytes_read(); }
+  std::uint64_t bytes_total() const override { return reader_.source().bytes_total(); }
+
+  bool read(PointCloud& batch, std::size_t capacity) override {
+    batch.clear();
+    batch.schema = schema();
+    while (batch.size() < capacity) {
+      const std::size_t count = read_rows(std::min(kRowsPerBlock, capacity - batch.size()));
+      if (count == 0) break;
+      rows_layout_.append(rows_.data(), count, batch);
+    }
+    if (batch.empty() && capacity != 0) check_count(reader_.line_number());
+    return !batch.empty();
+  }
+
+ private:
+  struct Line {
+    std::string text;
+    std::uint64_t number = 0;
+  };
+
+  /// The next line that is neither blank nor a comment.
+  bool next_line(std::string_view& line) {
+    while (reader_.next_line(line)) {
+      const std::size_t begin = line.find_first_not_of(" \t\r");
+      if (begin == line.npos) continue;
+      const std::string_view front = line.substr(begin);
+      if (front[0] != '#' && front.substr(0, 2) != "//") return true;
+      if (pending_.empty()) comment_ = front.substr(front[0] == '#' ? 1 : 2);
+    }
+    return false;
+  }
+
+  /// Reads the first lines, to be looked at now and parsed later.
+  TextSample take_sample() {
+    skip_byte_order_mark();
+    TextSample sample;
+    std::string_view line;
+    while (pending_.size() < kSampleLines && next_line(line)) {
+      const std::optional<std::uint64_t> count = parse_count(line);
+      if (count && pending_.empty()) {
+        begin_scan(*count, reader_.line_number());
+        declared_ = *count;
+        continue;
+      }
+      pending_.push_back({std::string(line), reader_.line_number()});
+      if (!count) sample.lines.emplace_back(line);
+    }
+    if (sample.lines.empty())
+      throw_bad_input("the file holds no points",
+                      {.file = reader_.name(), .expected = "lines of numbers"});
+    sample.comment = comment_;
+    sample.file = reader_.name();
+    sample.first_line = pending_.front().number;
+    sample.is_pts = is_pts_;
+    return sample;
+  }
+
+  void skip_byte_order_mark() {
+    constexpr std::string_view kMark = "\xEF\xBB\xBF";
+    if (reader_.ensure(kMark.size()) &&
+        std::memcmp(reader_.data(), kMark.data(), kMark.size()) == 0)
+      reader_.consume(kMark.size());
+  }
+
+  /// The number of points of the scan that follows, where a .pts line is that.
+  std::optional<std::uint64_t> parse_count(std::string_view line) const {
+    if (!is_pts_) return std::nullopt;
+    const char* const last = line.data() + line.size();
+    std::uint64_t count = 0;
+    const auto [end, error] = std::from_chars(skip_blanks(line.data(), last), last, count);
+    if (error != std::errc{} || skip_blanks(end, last) != last) return std::nullopt;
+    return count;
+  }
+
+  void begin_scan(std::uint64_t count, std::uint64_t line_number) {
+    check_count(line_number);
+    ++scan_;
+    scan_count_ = count;
+    scan_points_ = 0;
+  }
+
+  void make_rows_layout() {
+    std::vector<RowColumn> columns;
+    for (const TextColumn& column : layout_.columns) {
+      if (column.name.empty()) continue;
+      columns.push_back({column.name, column.type, row_bytes_});
+      row_bytes_ += size_of(column.type);
+    }
+    rows_layout_ = PointRowLayout(columns, row_bytes_, false);
+    // Where tabs separate, an empty field must not pass for a blank.
+    plain_numbers_ = layout_.separator != '\t';
+  }
+
+  std::size_t read_rows(std::size_t limit) {
+    rows_.resize(kRowsPerBlock * row_bytes_);
+    std::byte* out = rows_.data();
+    std::size_t count = 0;
+    const auto take = [&](std::string_view text, std::uint64_t number) {
+      if (const auto points = parse_count(text)) return begin_scan(*points, number);
+      out = parse_row(text, number, out);
+      ++count;
+      ++scan_points_;
+    };
+    for (; count < limit && next_pending_ < pending_.size(); ++next_pending_)
+      take(pending_[next_pending_].text, pending_[next_pending_].number);
+    std::string_view line;
+    while (count < limit && next_line(line)) take(line, reader_.line_number());
+    return count;
+  }
+
+  /// Parses a line into a packed row; returns the end of the row.
+  std::byte* parse_row(std::string_view line, std::uint64_t number, std::byte* out) const {
+    const char* at = line.data();
+    const char* const last = at + line.size();
+    for (std::size_t i = 0; i < layout_.columns.size(); ++i) {
+      const TextColumn& column = layout_.columns[i];
+      const char* next = nullptr;
+      if (plain_numbers_ && !column.name.empty()) {
+        if (column.type == ScalarType::kFloat64) next = parse_plain_number<double>(at, last, out);
+        if (column.type == ScalarType::kFloat32) next = parse_plain_number<float>(at, last, out);
+      }
+      if (next == nullptr) next = parse_field(at, last, i, line, number, out);
+      at = next;
+      if (!column.name.empty()) out += size_of(column.type);
+    }
+    if (skip_blanks(at, last) != last) refuse_row(line, number);
+    return out;
+  }
+
+  /// The common case, fast: a number and the separator behind it. nullptr for anything else.
+  template <class T>
+  const char* parse_plain_number(const char* at, const char* last, std::byte* out) const {
+    T value{};
+    const char* end = parse_number(skip_blanks(at, last), last, value);
+    if (end == nullptr) return nullptr;
+    const char* const behind = skip_blanks(end, last);
+    const bool ends = behind == last;
+    if (!ends && (layout_.separator == ' ' ? behind == end : *behind != layout_.separator))
+      return nullptr;
+    std::memcpy(out, &value, sizeof value);
+    return ends || layout_.separator == ' ' ? behind : behind + 1;
+  }
+
+  const char* parse_field(const char* at, const char* last, std::size_t index,
+                          std::string_view line, std::uint64_t number, std::byte* out) const {
+    std::string_view rest(at, static_cast<std::size_t>(last - at));
+    const auto field = take_field(rest, layout_.separator);
+    if (!field) refuse_row(line, number);
+    const TextColumn& column = layout_.columns[index];
+    if (!column.name.empty()) {
+      const ParseOutcome outcome = parse_value(*field, column.type, out);
+      if (outcome != ParseOutcome::kNumber) refuse_value(*field, column, index, number, outcome);
+    }
+    return rest.data();
+  }
+
+  [[noreturn]] void refuse_value(std::string_view field, const TextColumn& column,
+                                 std::size_t index, std::uint64_t number,
+                                 ParseOutcome outcome) const {
+    const bool guessed_byte = column.type == ScalarType::kUint8;
+    throw_bad_input(
+        outcome == ParseOutcome::kNoNumber ? "this is no number" : "the number is out of range",
+        {.file = reader_.name(),
+         .place = "line " + std::to_string(number) + ", column " + std::to_string(index + 1),
+         .found = excerpt(field),
+         .expected = expected_value(column.type),
+         .advice = guessed_byte ? "Name the columns, with types, if " + column.name +
+                                      " is no value from 0 to 255."
+                                : ""});
+  }
+
+  [[noreturn]] void refuse_row(std::string_view line, std::uint64_t number) const {
+    std::size_t found = 0;
+    while (take_field(line, layout_.separator)) ++found;
+    throw_bad_input("the line has another number of columns than the first",
+                    {.file = reader_.name(),
+                     .place = "line " + std::to_string(number),
+                     .found = std::to_string(found) + " columns",
+                     .expected = std::to_string(layout_.columns.size())});
+  }
+
+  /// The counts in a .pts file, one before each scan, are kept by hand too often to refuse a scan
+  /// that has more points; one that has fewer has lost some.
+  void check_count(std::uint64_t line_number) const {
+    if (scan_points_ >= scan_count_) return;
+    throw_bad_input(scan_ == 1 ? "the file has fewer points than its first line says"
+                               : "scan " + std::to_string(scan_) +
+                                     " of the file has fewer points than the line before it says",
+                    {.file = reader_.name(),
+                     .place = "line " + std::to_string(line_number),
+                     .found = std::to_string(scan_points_) + " points",
+                     .expected = std::to_string(scan_count_),
+                     .advice = "The file may be truncated."});
+  }
+
+  ByteReader reader_;
+  bool is_pts_;
+  std::vector<Line> pending_;  ///< the sample, read but not parsed
+  std::size_t next_pending_ = 0;
+  std::string comment_;
+  std::optional<std::uint64_t> declared_;
+  TextLayout layout_;
+  bool plain_numbers_ = true;
+  PointRowLayout rows_layout_;
+  std::size_t row_bytes_ = 0;
+  std::vector<std::byte> rows_;
+  std::uint64_t scan_ = 0;         ///< of a .pts file, from 1; 0 before the first count
+  std::uint64_t scan_count_ = 0;   ///< points that the scan should have at least
+  std::uint64_t scan_points_ = 0;  ///< points of the scan so far
+};
+
+}  // namespace
+
+std::unique_ptr<PointSource> open_text_source(ByteReader reader, const TextOptions& options,
+                                              bool is_pts) {
+  return std::make_unique<TextSource>(std::move(reader), options, is_pts);
+}
+
+}  // namespace orbweave

@@ -1,0 +1,90 @@
+// A job: all options of a run. Job files and command lines are both parsed into a Job.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/clouds/scan_source.h"
+#include "io/clouds/text_layout.h"
+#include "io/points/point_source.h"
+#include "io/surface_options.h"
+
+namespace orbweave {
+
+struct InputOptions {
+  std::vector<std::string> files;  ///< paths and globs, relative to the job file
+  TextOptions text;                ///< columns and separator of text clouds
+  std::string poses;               ///< path of a Stanford .conf with a pose per scan; empty: none
+  std::vector<ScanPose> pose;      ///< poses written in the job file itself, by scan
+  std::vector<std::string> pose_lines;  ///< the same as written
+  /// Position of the scanner, or direction towards the scanner, in the coordinates of each scan
+  /// before its pose. Empty: what the file says, else what the pose implies.
+  std::optional<ScannerPlace> scanner;
+  std::vector<int> las_classes;  ///< point classes to keep, 0 to 255; empty: all
+  ReturnFilter returns = ReturnFilter::kAll;
+  /// Keeps no-data values, missing returns at (0, 0, 0) and strays.
+  bool keep_strays = false;
+  double units_per_meter = 1.0;  ///< for sanity checks and reports only
+};
+
+/// Optional cleaning, in this order; off by default.
+struct PrepareOptions {
+  bool automatic = false;  ///< derives the options below from the measured noise
+  /// Outlier threshold in standard deviations: drops a point whose mean neighbour distance exceeds
+  /// the mean of its neighbours by more than this. 0 disables it.
+  double outlier_sigma = 0.0;
+  double merge_tolerance = 0.0;  ///< points closer than this are merged; world units; 0: off
+  double smooth_radius = 0.0;    ///< of the moving least squares; world units; 0: off
+  int smooth_passes = 2;         ///< projections, 1 to 8
+  double thin_to_spacing = 0.0;  ///< world units; 0: off
+};
+
+struct PartitionOptions {
+  std::uint64_t memory_bytes = std::uint64_t{4} << 30;  ///< budget of the whole process
+  std::uint64_t chunk_points = 0;                       ///< 0: from the budget ("auto")
+};
+
+enum class ReconstructionMethod { kBallPivoting };
+
+struct ReconstructOptions {
+  ReconstructionMethod method = ReconstructionMethod::kBallPivoting;
+  std::vector<double> ball_radii;  ///< ascending, world units; empty: "auto"
+  int levels = 0;                  ///< number of automatic radii, 1 to 8; 0: from the density
+};
+
+struct OutputOptions {
+  std::string mesh;              ///< path; format by extension
+  bool binary = true;            ///< where the format has a binary encoding
+  bool requires_binary = false;  ///< refuses a format without one
+  bool float_positions = false;  ///< "float" coordinates instead of double
+  bool attributes = true;        ///< carries normals and attributes to the vertices
+  bool tiles = false;            ///< one mesh per chunk instead of one mesh
+  std::string report;            ///< path of the JSON report; empty: none
+  std::string picture;           ///< path of a PNG of the mesh; empty: none
+  /// Red, green and blue of filled holes in the picture.
+  std::array<std::uint8_t, 3> patch_color = {0x80, 0xa8, 0xe2};
+};
+
+struct RunOptions {
+  int threads = 0;       ///< 0: all
+  std::string work_dir;  ///< empty: "<mesh without extension>.work"
+  bool keep_work_dir = false;
+  bool compress = false;  ///< compresses the work directory: less space, more time
+  bool fresh = false;     ///< drops what an earlier run left (command line only)
+};
+
+struct Job {
+  InputOptions input;
+  PartitionOptions partition;
+  PrepareOptions prepare;
+  NormalOptions normals;
+  ReconstructOptions reconstruct;
+  FillOptions fill;
+  OutputOptions output;
+  RunOptions run;
+};
+
+}  // namespace orbweave

@@ -1,0 +1,184 @@
+#include "io/job/job_file.h"
+
+#include <algorithm>
+#include <fstream>
+#include <optional>
+
+#include "io/error.h"
+#include "io/job/toml_document.h"
+#include "io/text/nearest_name.h"
+
+namespace orbweave {
+namespace {
+
+const JobKey* find_key(std::string_view section, std::string_view key) {
+  for (const JobKey& known : job_keys())
+    if (section == known.section && key == known.key) return &known;
+  return nullptr;
+}
+
+std::vector<std::string> section_names() {
+  std::vector<std::string> names;
+  for (const JobKey& known : job_keys())
+    if (names.empty() || names.back() != known.section) names.emplace_back(known.section);
+  return names;
+}
+
+/// A key in the wrong section is likelier than a word that is misspelt altogether.
+std::string nearest_key(const std::string& section, const std::string& key) {
+  const JobKey* nearest = nullptr;
+  std::size_t smallest = 0;
+  for (const JobKey& known : job_keys()) {
+    const std::size_t distance =
+        2 * edit_distance(key, known.key) + (section == known.section ? 0 : 1);
+    if (nearest != nullptr && distance >= smallest) continue;
+    nearest = &known;
+    smallest = distance;
+  }
+  return nearest->name();
+}
+
+[[noreturn]] void throw_unknown_section(const std::string& section, ErrorParts where) {
+  where.advice = "Did you mean [" + nearest_name(section, section_names()) + "]?";
+  throw_usage("unknown section [" + section + "]", where);
+}
+
+[[noreturn]] void throw_unknown_key(const std::string& section, const std::string& key,
+                                    ErrorParts where) {
+  where.advice = "Did you mean " + nearest_key(section, key) + "?";
+  throw_usage("unknown key " + (section.empty() ? "" : section + ".") + key, where);
+}
+
+void apply(Job& job, const JobKey& key, const WrittenValue& value, ErrorParts where) {
+  try {
+    key.set(job, value);
+  } catch (const UnsuitableValue& unsuitable) {
+    where.found = value.text;
+    where.expected = unsuitable.expected.empty() ? key.expected() : unsuitable.expected;
+    throw_usage(key.name() + (unsuitable.problem.empty() ? " has an unsuitable value"
+                                                         : ": " + unsuitable.problem),
+                where);
+  }
+}
+
+/// A section's own line, which may say [a.b] or [[a]], or be no section at all.
+void check_section(const TomlEntry& entry, const ErrorParts& where) {
+  const std::vector<std::string> known = section_names();
+  if (std::ranges::find(known, entry.section) == known.end())
+    throw_unknown_section(entry.section, where);
+}
+
+void apply(Job& job, const TomlEntry& entry, const std::string& name,
+           const std::filesystem::path& base_directory) {
+  const ErrorParts where{.file = name, .place = "line " + std::to_string(entry.line)};
+  if (entry.key.empty()) return check_section(entry, where);
+  const JobKey* key = find_key(entry.section, entry.key);
+  if (key == nullptr) throw_unknown_key(entry.section, entry.key, where);
+  WrittenValue value = entry.value;
+  value.base_directory = base_directory;
+  apply(job, *key, value, where);
+}
+
+std::string file_text(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::error_code ignored;
+  if (!file || std::filesystem::is_directory(path, ignored))
+    throw_usage("cannot open the job file", {.file = path.string()});
+  std::string text(kTomlLimitBytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (file.bad()) throw_usage("cannot read the job file", {.file = path.string()});
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  return text;
+}
+
+/// Keys whose values are words rather than TOML, where they come from a command line.
+bool takes_words(JobKeyType type) {
+  return type == JobKeyType::kPath || type == JobKeyType::kPaths || type == JobKeyType::kTexts ||
+         type == JobKeyType::kChoice || type == JobKeyType::kColor;
+}
+
+bool is_list(JobKeyType type) {
+  return type == JobKeyType::kPaths || type == JobKeyType::kTexts || type == JobKeyType::kNumbers;
+}
+
+/// The text as one TOML value; nothing where it is none.
+std::optional<WrittenValue> toml_value(const std::string& text) {
+  if (text.find_first_of("\r\n") != std::string::npos) return std::nullopt;
+  try {
+    const std::vector<TomlEntry> entries = read_toml("value = " + text, "value");
+    if (entries.size() == 1 && entries[0].section.empty()) return entries[0].value;
+  } catch (const Error&) {
+    // A bare word then.
+  }
+  return std::nullopt;
+}
+
+WrittenValue bare_words(const std::string& text, JobKeyType type) {
+  WrittenValue value{.text = "\"" + text + "\""};
+  if (!is_list(type) || text.find(',') == std::string::npos) {
+    value.items.emplace_back(text);
+    return value;
+  }
+  value.shape = WrittenValue::Shape::kList;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t comma = std::min(text.find(',', begin), text.size());
+    value.items.emplace_back(text.substr(begin, comma - begin));
+    begin = comma + 1;
+  }
+  return value;
+}
+
+WrittenValue command_line_value(const std::string& text, JobKeyType type) {
+  const bool quoted = text.starts_with('"') || text.starts_with('\'');
+  if (takes_words(type) && !quoted && !(is_list(type) && text.starts_with('[')))
+    return bare_words(text, type);
+  if (type == JobKeyType::kNumbers && text.find(',') != std::string::npos)
+    if (auto list = toml_value("[" + text + "]"); list && !text.starts_with('[')) return *list;
+  const std::optional<WrittenValue> value = toml_value(text);
+  return value ? *value : bare_words(text, type);
+}
+
+}  // namespace
+
+Job parse_job(std::string_view text, const std::string& name,
+              const std::filesystem::path& base_directory) {
+  Job job;
+  for (const TomlEntry& entry : read_toml(text, name)) apply(job, entry, name, base_directory);
+  return job;
+}
+
+Job read_job_file(const std::filesystem::path& path) {
+  return parse_job(file_text(path), path.string(), path.parent_path());
+}
+
+void set_job_key(Job& job, std::string_view name, std::string_view text) {
+  const std::size_t dot = std::min(name.find('.'), name.size());
+  const bool has_section = dot < name.size();
+  const std::string section(has_section ? name.substr(0, dot) : "");
+  const std::string key(has_section ? name.substr(dot + 1) : name);
+  const JobKey* known = find_key(section, key);
+  if (known == nullptr) throw_unknown_key(section, key, {});
+  apply(job, *known, command_line_value(std::string(text), known->type), {});
+}
+
+void set_job_key(Job& job, std::string_view assignment) {
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string_view::npos)
+    throw_usage("no value given for a key",
+                {.found = "\"" + std::string(assignment) + "\"", .expected = "section.key=value"});
+  set_job_key(job, assignment.substr(0, equals), assignment.substr(equals + 1));
+}
+
+std::string job_toml(const Job& job) {
+  std::string text;
+  const char* section = "";
+  for (const JobKey& key : job_keys()) {
+    if (std::string_view(section) != key.section)
+      text += (text.empty() ? "[" : "\n[") + std::string(key.section) + "]\n";
+    section = key.section;
+    text += std::string(key.key) + " = " + value_text(key.get(job), key.type) + "\n";
+  }
+  return text;
+}
+
+}  // namespace orbweave

@@ -1,0 +1,469 @@
+#include "io/job/job_keys.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "io/ball_radii.h"
+#include "io/job/job_values.h"
+#include "io/text/quantity.h"
+
+namespace orbweave {
+namespace {
+
+constexpr std::int64_t kLargest = std::numeric_limits<std::int64_t>::max();
+/// Below that the program itself, its libraries and one chunk do not fit.
+constexpr std::uint64_t kLeastMemory = std::uint64_t{64} << 20;
+constexpr std::int64_t kMostLevels = 8;
+constexpr std::int64_t kMostThreads = 4096;
+constexpr double kLargestNumber = std::numeric_limits<double>::max();
+
+constexpr std::array kSeparatorNames = {"auto", "comma", "semicolon", "tab", "blank"};
+constexpr std::array kSeparators = {'\0', ',', ';', '\t', ' '};
+
+char separator_value(const WrittenValue& value) {
+  const std::string text = text_value(value);
+  for (std::size_t i = 0; i < kSeparators.size(); ++i)
+    if (text == kSeparatorNames[i] || text == std::string(1, kSeparators[i])) return kSeparators[i];
+  throw UnsuitableValue{};
+}
+
+std::string separator_text(char character) {
+  for (std::size_t i = 0; i < kSeparators.size(); ++i)
+    if (kSeparators[i] == character) return kSeparatorNames[i];
+  return {1, character};
+}
+
+void set_method(Job& job, const WrittenValue& value) {
+  const std::string method = text_value(value);
+  if (method != "ball_pivoting")
+    throw UnsuitableValue{"no such reconstruction method in this version", "\"ball_pivoting\""};
+  job.reconstruct.method = ReconstructionMethod::kBallPivoting;
+}
+
+/// A positive finite number.
+double finite_limit(const WrittenValue& value) {
+  const double number = limit_value(value);
+  if (number > kLargestNumber) throw UnsuitableValue{};
+  return number;
+}
+
+/// Three numbers, or nothing for "auto".
+std::optional<Vec3> optional_vector(const WrittenValue& value) {
+  if (is_auto(value)) return std::nullopt;
+  return vector_value(value);
+}
+
+JobValue auto_or(const std::optional<Vec3>& vector) {
+  if (!vector) return std::string("auto");
+  return std::vector<double>{vector->x, vector->y, vector->z};
+}
+
+void set_direction(std::optional<Vec3>& direction, const WrittenValue& value) {
+  direction = optional_vector(value);
+  if (direction && squared_norm(*direction) == 0.0)
+    throw UnsuitableValue{"a direction has a length", ""};
+}
+
+/// [x, y, z] is a place, [x, y, z, 0] a direction: homogeneous coordinates.
+void set_scanner(Job& job, const WrittenValue& value) {
+  job.input.scanner.reset();
+  if (is_auto(value)) return;
+  const std::vector<double> numbers = numbers_value(value);
+  const bool direction = numbers.size() == 4 && numbers[3] == 0.0;
+  if (numbers.size() != 3 && !direction) throw UnsuitableValue{};
+  const Vec3 vector{numbers[0], numbers[1], numbers[2]};
+  if (direction && squared_norm(vector) == 0.0)
+    throw UnsuitableValue{"a direction has a length", ""};
+  job.input.scanner = ScannerPlace{vector, direction};
+}
+
+JobValue scanner_value(const Job& job) {
+  if (!job.input.scanner) return std::string("auto");
+  const Vec3 v = job.input.scanner->vector;
+  std::vector<double> numbers = {v.x, v.y, v.z};
+  if (job.input.scanner->is_direction) numbers.push_back(0.0);
+  return numbers;
+}
+
+void set_pose(Job& job, const WrittenValue& value) {
+  job.input.pose.clear();
+  job.input.pose_lines.clear();
+  for (const std::string& line : texts_value(value)) {
+    try {
+      job.input.pose.push_back(parse_pose(line));
+      job.input.pose_lines.push_back(line);
+    } catch (const std::invalid_argument& problem) {
+      throw UnsuitableValue{problem.what(), ""};
+    }
+  }
+}
+
+void set_las_classes(Job& job, const WrittenValue& value) {
+  job.input.las_classes.clear();
+  for (const double number : numbers_value(value)) {
+    if (number < 0.0 || number > 255.0 || number != std::floor(number)) throw UnsuitableValue{};
+    job.input.las_classes.push_back(static_cast<int>(number));
+  }
+}
+
+JobValue las_classes_value(const Job& job) {
+  return std::vector<double>(job.input.las_classes.begin(), job.input.las_classes.end());
+}
+
+/// A choice's names in the order of its enumerators.
+constexpr std::array kReturns = {"all", "first", "last", "only"};
+constexpr std::array kSources = {"auto", "file", "estimate"};
+constexpr std::array kOrientations = {"auto", "scanner", "viewpoint", "up", "propagate", "none"};
+constexpr std::array kMethods = {"ball_pivoting"};
+constexpr std::array kKernels = {"biharmonic", "triharmonic"};
+constexpr std::array kFormats = {"auto", "binary", "text"};
+constexpr std::array kPrecisions = {"double", "float"};
+
+template <class Enum>
+std::string name_in(Choices names, Enum value) {
+  return names[static_cast<std::size_t>(value)];
+}
+
+std::uint64_t count_value(const WrittenValue& value) {
+  return static_cast<std::uint64_t>(integer_value(value, 0, kLargest));
+}
+
+std::string color_text(const std::array<std::uint8_t, 3>& color) {
+  constexpr const char* kHex = "0123456789abcdef";
+  std::string text = "#";
+  for (const std::uint8_t channel : color) {
+    text += kHex[channel >> 4];
+    text += kHex[channel & 15];
+  }
+  return text;
+}
+
+void set_format(Job& job, const WrittenValue& value) {
+  const std::size_t choice = choice_value(value, kFormats);
+  job.output.requires_binary = choice == 1;
+  job.output.binary = choice != 2;
+}
+
+std::string format_text(const OutputOptions& output) {
+  return kFormats[output.requires_binary ? 1 : output.binary ? 0 : 2];
+}
+
+void set_radii(Job& job, const WrittenValue& value) {
+  job.reconstruct.ball_radii = is_auto(value) ? std::vector<double>{} : ascending_value(value);
+  if (job.reconstruct.ball_radii.empty()) return;
+  if (const auto objection = objection_to_radii(job.reconstruct.ball_radii))
+    throw UnsuitableValue{objection->problem, objection->expected};
+}
+
+void set_chunk_points(Job& job, const WrittenValue& value) {
+  job.partition.chunk_points =
+      is_auto(value) ? 0 : static_cast<std::uint64_t>(integer_value(value, 1, kLargest));
+}
+
+JobValue auto_or(std::uint64_t number) {
+  if (number == 0) return std::string("auto");
+  return static_cast<std::int64_t>(number);
+}
+
+JobValue auto_or(const std::vector<double>& numbers) {
+  if (numbers.empty()) return std::string("auto");
+  return numbers;
+}
+
+using W = WrittenValue;
+using T = JobKeyType;
+
+// clang-format off
+constexpr JobKey kKeys[] = {
+    {"input", "files", T::kPaths, "a list of paths and patterns such as [\"scans/*.ply\"]", {},
+     "scans to read, as paths and patterns", "", "",
+     [](Job& job, const W& value) { job.input.files = patterns_value(value); },
+     [](const Job& job) -> JobValue { return job.input.files; }},
+    {"input", "columns", T::kTexts, "a list of names such as [\"x\", \"y\", \"z\", \"nx\", \"ny\", \"nz\"]; [] to detect them", {},
+     "names of the columns of a text cloud, such as x,y,z,nx,ny,nz; the default detects the columns", "columns", "",
+     [](Job& job, const W& value) { job.input.text.columns = texts_value(value); },
+     [](const Job& job) -> JobValue { return job.input.text.columns; }},
+    {"input", "separator", T::kChoice, "", kSeparatorNames,
+     "separator between the columns of a text cloud", "separator", "",
+     [](Job& job, const W& value) { job.input.text.separator = separator_value(value); },
+     [](const Job& job) -> JobValue { return separator_text(job.input.text.separator); }},
+
+    {"input", "poses", T::kPath, "the path of a Stanford .conf, or \"\" for none", {},
+     "file with a pose per scan (Stanford .conf)", "poses", "",
+     [](Job& job, const W& value) { job.input.poses = path_value(value); },
+     [](const Job& job) -> JobValue { return job.input.poses; }},
+    {"input", "pose", T::kTexts, "a list of texts \"FILE tx ty tz qx qy qz qw\", or \"FILE\" and the 16 numbers of a matrix", {},
+     "poses of scans: world = pose * point", "", "",
+     set_pose,
+     [](const Job& job) -> JobValue { return job.input.pose_lines; }},
+    {"input", "scanner", T::kNumbers, "\"auto\", a place [x, y, z] or a direction [x, y, z, 0]", {},
+     "position x,y,z of the scanner, or direction x,y,z,0 towards the scanner, in each scan's own coordinates", "scanner", "",
+     set_scanner, scanner_value},
+    {"input", "las_classes", T::kNumbers, "a list of integers from 0 to 255; [] for all", {},
+     "LAS point classes to keep, such as 2,6 (ground, building); the default keeps all", "las-classes", "",
+     set_las_classes, las_classes_value},
+    {"input", "returns", T::kChoice, "", kReturns,
+     "returns of a laser pulse to keep", "returns", "",
+     [](Job& job, const W& value) { job.input.returns = static_cast<ReturnFilter>(choice_value(value, kReturns)); },
+     [](const Job& job) -> JobValue { return name_in(kReturns, job.input.returns); }},
+
+    {"input", "keep_strays", T::kFlag, "true or false", {},
+     "keep points that are no measurements: no-data values, missing returns at (0, 0, 0), strays far from all other points", "keep-strays", "true",
+     [](Job& job, const W& value) { job.input.keep_strays = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.input.keep_strays; }},
+    {"input", "units_per_meter", T::kNumber, "a positive number", {},
+     "units of the scan in one metre, such as 1000 for millimetres; used by checks and reports only", "units-per-meter", "",
+     [](Job& job, const W& value) { job.input.units_per_meter = finite_limit(value); },
+     [](const Job& job) -> JobValue { return job.input.units_per_meter; }},
+
+    {"partition", "memory", T::kBytes, "a quantity such as \"4GiB\", or a number of bytes, at least 64MiB", {},
+     "memory budget of the whole process, such as 4GiB; at least 64MiB", "memory", "",
+     [](Job& job, const W& value) { job.partition.memory_bytes = bytes_value(value, kLeastMemory); },
+     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.partition.memory_bytes); }},
+    {"partition", "chunk_points", T::kInteger, "\"auto\" or an integer of at least 1", {},
+     "maximum number of points of a chunk; auto derives the number from the memory budget", "chunk-points", "",
+     set_chunk_points,
+     [](const Job& job) -> JobValue { return auto_or(job.partition.chunk_points); }},
+
+    {"prepare", "auto", T::kFlag, "true or false", {},
+     "cleaning chosen by measuring the noise of the scan: outliers, smoothing and thinning where the noise exceeds 9 % of the point spacing", "cleaning", "true",
+     [](Job& job, const W& value) { job.prepare.automatic = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.prepare.automatic; }},
+    {"prepare", "outlier_sigma", T::kNumber, "a number of at least 0; 0 is off", {},
+     "outlier threshold in standard deviations: drops a point whose mean neighbour distance exceeds its neighbours' mean by more than this; 0 disables it, 4 is typical", "outlier-sigma", "",
+     [](Job& job, const W& value) { job.prepare.outlier_sigma = number_value(value, 0.0, kLargestNumber); },
+     [](const Job& job) -> JobValue { return job.prepare.outlier_sigma; }},
+    {"prepare", "merge_tolerance", T::kNumber, "a number of at least 0, in the scan's units; 0 is off", {},
+     "distance below which points are merged into one, in scan units; 0 disables merging", "merge-tolerance", "",
+     [](Job& job, const W& value) { job.prepare.merge_tolerance = number_value(value, 0.0, kLargestNumber); },
+     [](const Job& job) -> JobValue { return job.prepare.merge_tolerance; }},
+    {"prepare", "smooth_radius", T::kNumber, "a number of at least 0, in the scan's units; 0 is off", {},
+     "radius of the moving least squares smoothing, in scan units; 0 disables smoothing, four point spacings are typical", "smooth-radius", "",
+     [](Job& job, const W& value) { job.prepare.smooth_radius = number_value(value, 0.0, kLargestNumber); },
+     [](const Job& job) -> JobValue { return job.prepare.smooth_radius; }},
+    {"prepare", "smooth_passes", T::kInteger, "an integer from 1 to 8", {},
+     "number of smoothing passes", "smooth-passes", "",
+     [](Job& job, const W& value) { job.prepare.smooth_passes = static_cast<int>(integer_value(value, 1, kMostLevels)); },
+     [](const Job& job) -> JobValue { return std::int64_t{job.prepare.smooth_passes}; }},
+    {"prepare", "thin_to_spacing", T::kNumber, "a number of at least 0, in the scan's units; 0 is off", {},
+     "minimum distance between the points that thinning keeps, in scan units; 0 disables thinning", "thin-to-spacing", "",
+     [](Job& job, const W& value) { job.prepare.thin_to_spacing = number_value(value, 0.0, kLargestNumber); },
+     [](const Job& job) -> JobValue { return job.prepare.thin_to_spacing; }},
+
+    {"normals", "source", T::kChoice, "", kSources,
+     "source of the normals; auto estimates normals where the scans have none", "normals", "",
+     [](Job& job, const W& value) { job.normals.source = static_cast<NormalSource>(choice_value(value, kSources)); },
+     [](const Job& job) -> JobValue { return name_in(kSources, job.normals.source); }},
+    {"normals", "neighbors", T::kInteger, "an integer from 3 to 256", {},
+     "number of neighbours that a normal is estimated from", "neighbors", "",
+     [](Job& job, const W& value) { job.normals.neighbors = static_cast<int>(integer_value(value, 3, 256)); },
+     [](const Job& job) -> JobValue { return std::int64_t{job.normals.neighbors}; }},
+    {"normals", "orientation", T::kChoice, "", kOrientations,
+     "rule that orients estimated normals; auto takes scanner, viewpoint, up or propagate, the first that is known", "orientation", "",
+     [](Job& job, const W& value) { job.normals.orientation = static_cast<Orientation>(choice_value(value, kOrientations)); },
+     [](const Job& job) -> JobValue { return name_in(kOrientations, job.normals.orientation); }},
+    {"normals", "viewpoint", T::kNumbers, "\"auto\" or three numbers [x, y, z]", {},
+     "position x,y,z that normals point towards", "viewpoint", "",
+     [](Job& job, const W& value) { job.normals.viewpoint = optional_vector(value); },
+     [](const Job& job) -> JobValue { return auto_or(job.normals.viewpoint); }},
+    {"normals", "up", T::kNumbers, "\"auto\" or three numbers [x, y, z]", {},
+     "direction x,y,z on whose side normals point", "up", "",
+     [](Job& job, const W& value) { set_direction(job.normals.up, value); },
+     [](const Job& job) -> JobValue { return auto_or(job.normals.up); }},
+
+    {"reconstruct", "method", T::kChoice, "", kMethods,
+     "reconstruction method", "method", "",
+     set_method,
+     [](const Job&) -> JobValue { return std::string("ball_pivoting"); }},
+    {"reconstruct", "ball_radii", T::kNumbers, "\"auto\" or positive numbers in ascending order such as [0.0015, 0.003]", {},
+     "ball radii in ascending order, in scan units, such as 0.0015,0.003; auto measures the point spacing", "ball-radii", "",
+     set_radii,
+     [](const Job& job) -> JobValue { return auto_or(job.reconstruct.ball_radii); }},
+    {"reconstruct", "levels", T::kInteger, "\"auto\" or an integer from 1 to 8", {},
+     "number of automatic ball radii, 1 to 8; auto derives the number from the density", "levels", "",
+     [](Job& job, const W& value) { job.reconstruct.levels = is_auto(value) ? 0 : static_cast<int>(integer_value(value, 1, kMostLevels)); },
+     [](const Job& job) -> JobValue { return auto_or(static_cast<std::uint64_t>(job.reconstruct.levels)); }},
+
+    {"fill", "enabled", T::kFlag, "true or false", {},
+     "fill holes", "no-fill", "false",
+     [](Job& job, const W& value) { job.fill.enabled = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.fill.enabled; }},
+    {"fill", "kernel", T::kChoice, "", kKernels,
+     "radial basis function of the patches", "kernel", "",
+     [](Job& job, const W& value) { job.fill.kernel = static_cast<FillKernel>(choice_value(value, kKernels)); },
+     [](const Job& job) -> JobValue { return name_in(kKernels, job.fill.kernel); }},
+    {"fill", "neighborhood", T::kNumber, "a number of at least 1", {},
+     "radius of the neighbourhood that shapes a patch, in radii of the hole", "neighborhood", "",
+     [](Job& job, const W& value) { job.fill.neighborhood = number_value(value, 1.0, kLargestNumber); },
+     [](const Job& job) -> JobValue { return job.fill.neighborhood; }},
+    {"fill", "max_diameter", T::kNumber, "a positive number, or inf for no limit", {},
+     "maximum diameter of a hole to fill, in scan units; inf sets no limit", "max-diameter", "",
+     [](Job& job, const W& value) { job.fill.max_diameter = limit_value(value); },
+     [](const Job& job) -> JobValue { return job.fill.max_diameter; }},
+    {"fill", "max_perimeter", T::kNumber, "a positive number, or inf for no limit", {},
+     "maximum perimeter of a hole to fill, in scan units; inf sets no limit", "max-perimeter", "",
+     [](Job& job, const W& value) { job.fill.max_perimeter = limit_value(value); },
+     [](const Job& job) -> JobValue { return job.fill.max_perimeter; }},
+    {"fill", "max_edges", T::kInteger, "an integer of at least 0", {},
+     "maximum number of edges of a hole to fill; 0 sets no limit", "max-edges", "",
+     [](Job& job, const W& value) { job.fill.max_edges = count_value(value); },
+     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.fill.max_edges); }},
+    {"fill", "keep_outer_border", T::kFlag, "true or false", {},
+     "leave the outer border of an open sheet open", "close-outer-border", "false",
+     [](Job& job, const W& value) { job.fill.keep_outer_border = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.fill.keep_outer_border; }},
+    {"fill", "allow_intersections", T::kFlag, "true or false", {},
+     "use a patch that intersects the surface where no other patch exists", "no-intersections", "false",
+     [](Job& job, const W& value) { job.fill.allow_intersections = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.fill.allow_intersections; }},
+    {"fill", "min_triangles", T::kInteger, "an integer of at least 0", {},
+     "minimum number of triangles of a component; smaller components are removed; 0 removes none", "min-triangles", "",
+     [](Job& job, const W& value) { job.fill.min_triangles = count_value(value); },
+     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.fill.min_triangles); }},
+
+    {"output", "mesh", T::kPath, "a path that ends in .ply, .obj or .stl", {},
+     "mesh to write: .ply, .obj or .stl, each also with .gz", "output", "",
+     [](Job& job, const W& value) { job.output.mesh = path_value(value); },
+     [](const Job& job) -> JobValue { return job.output.mesh; }},
+    {"output", "format", T::kChoice, "", kFormats,
+     "encoding of the mesh; auto is binary where the format has a binary encoding", "format", "",
+     set_format,
+     [](const Job& job) -> JobValue { return format_text(job.output); }},
+    {"output", "precision", T::kChoice, "", kPrecisions,
+     "type of the coordinates in the mesh", "precision", "",
+     [](Job& job, const W& value) { job.output.float_positions = choice_value(value, kPrecisions) == 1; },
+     [](const Job& job) -> JobValue { return std::string(job.output.float_positions ? "float" : "double"); }},
+    {"output", "attributes", T::kFlag, "true or false", {},
+     "carry normals, colours and other attributes to the vertices", "no-attributes", "false",
+     [](Job& job, const W& value) { job.output.attributes = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.output.attributes; }},
+    {"output", "tiles", T::kFlag, "true or false", {},
+     "write one mesh per chunk, with shared border vertices, instead of one mesh", "tiles", "true",
+     [](Job& job, const W& value) { job.output.tiles = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.output.tiles; }},
+    {"output", "report", T::kPath, "a path, or \"\" for none", {},
+     "report to write (JSON); a page for reading (HTML) is written beside it", "report", "",
+     [](Job& job, const W& value) { job.output.report = path_value(value); },
+     [](const Job& job) -> JobValue { return job.output.report; }},
+    {"output", "picture", T::kPath, "a path, or \"\" for none", {},
+     "picture of the mesh to write (PNG)", "picture", "",
+     [](Job& job, const W& value) { job.output.picture = path_value(value); },
+     [](const Job& job) -> JobValue { return job.output.picture; }},
+    {"output", "patch_color", T::kColor, "a colour such as \"#4477cc\"", {},
+     "colour of filled holes in the picture", "patch-color", "",
+     [](Job& job, const W& value) { job.output.patch_color = color_value(value); },
+     [](const Job& job) -> JobValue { return color_text(job.output.patch_color); }},
+
+    {"run", "threads", T::kInteger, "an integer from 0 (all) to 4096", {},
+     "number of threads; 0 uses all cores", "threads", "",
+     [](Job& job, const W& value) { job.run.threads = static_cast<int>(integer_value(value, 0, kMostThreads)); },
+     [](const Job& job) -> JobValue { return std::int64_t{job.run.threads}; }},
+    {"run", "work_dir", T::kPath, "a path, or \"\" for the mesh's name with .work", {},
+     "work directory that an interrupted run resumes from; the default is the name of the mesh with .work", "work-dir", "",
+     [](Job& job, const W& value) { job.run.work_dir = path_value(value); },
+     [](const Job& job) -> JobValue { return job.run.work_dir; }},
+    {"run", "keep_work_dir", T::kFlag, "true or false", {},
+     "keep the work directory after the run", "keep-work-dir", "true",
+     [](Job& job, const W& value) { job.run.keep_work_dir = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.run.keep_work_dir; }},
+    {"run", "compress", T::kFlag, "true or false", {},
+     "compress the work directory: less space, more time", "compress", "true",
+     [](Job& job, const W& value) { job.run.compress = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.run.compress; }},
+};
+// clang-format on
+
+/// A TOML basic string.
+std::string quoted(const std::string& text) {
+  constexpr const char* kHex = "0123456789ABCDEF";
+  std::string quoted_text = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      quoted_text += std::string("\\") + c;
+    } else if (byte < 0x20 || byte == 0x7f) {
+      quoted_text += std::string("\\u00") + kHex[byte >> 4] + kHex[byte & 15];
+    } else {
+      quoted_text += c;
+    }
+  }
+  return quoted_text + "\"";
+}
+
+/// TOML tells numbers from integers by the point.
+std::string number_text(double value) {
+  const std::string text = format_exact(value);
+  return text.find_first_of(".eni") == std::string::npos ? text + ".0" : text;
+}
+
+struct TextOf {
+  JobKeyType type;
+  std::string operator()(bool flag) const { return flag ? "true" : "false"; }
+  std::string operator()(std::int64_t integer) const {
+    if (type != JobKeyType::kBytes) return std::to_string(integer);
+    const std::string text = exact_bytes(static_cast<std::uint64_t>(integer));
+    return text.ends_with("B") ? quoted(text) : text;
+  }
+  std::string operator()(double number) const { return number_text(number); }
+  std::string operator()(const std::string& text) const { return quoted(text); }
+  std::string operator()(const std::vector<double>& numbers) const {
+    std::string text;
+    for (const double number : numbers) text += (text.empty() ? "" : ", ") + number_text(number);
+    return "[" + text + "]";
+  }
+  std::string operator()(const std::vector<std::string>& texts) const {
+    std::string joined;
+    for (const std::string& text : texts) joined += (joined.empty() ? "" : ", ") + quoted(text);
+    return "[" + joined + "]";
+  }
+};
+
+}  // namespace
+
+std::span<const JobKey> job_keys() { return kKeys; }
+
+std::string JobKey::expected() const {
+  std::string text;
+  for (std::size_t i = 0; i < choices.size(); ++i)
+    text += std::string(i == 0                    ? "\""
+                        : i + 1 == choices.size() ? " or \""
+                                                  : ", \"") +
+            choices[i] + "\"";
+  return choices.empty() ? range : text;
+}
+
+std::string JobKey::default_text() const { return value_text(get(Job{}), type); }
+
+const char* type_name(JobKeyType type) {
+  switch (type) {
+    case JobKeyType::kTexts:
+      return "list of texts";
+    case JobKeyType::kPath:
+      return "path";
+    case JobKeyType::kPaths:
+      return "list of paths";
+    case JobKeyType::kFlag:
+      return "true or false";
+    case JobKeyType::kChoice:
+      return "name";
+    case JobKeyType::kInteger:
+      return "integer";
+    case JobKeyType::kBytes:
+      return "bytes";
+    case JobKeyType::kNumber:
+      return "number";
+    case JobKeyType::kNumbers:
+      return "list of numbers";
+    case JobKeyType::kColor:
+      return "colour";
+  }
+  return "";
+}
+
+std::string value_text(const JobValue& value, JobKeyType type) {
+  return std::visit(TextOf{type}, value);
+}
+
+}  // namespace orbweave

@@ -1,0 +1,62 @@
+// The job file's keys: one table that parsing, help texts, command line options and the report
+// all come from.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "io/job/job.h"
+#include "io/job/written_value.h"
+
+namespace orbweave {
+
+/// A key's value in a Job.
+using JobValue = std::variant<bool, std::int64_t, double, std::string, std::vector<double>,
+                              std::vector<std::string>>;
+
+enum class JobKeyType {
+  kTexts,
+  kPath,
+  kPaths,
+  kFlag,
+  kChoice,
+  kInteger,
+  kBytes,
+  kNumber,
+  kNumbers,
+  kColor
+};
+
+/// One key. Texts are for people and in the key's own terms.
+struct JobKey {
+  const char* section;
+  const char* key;
+  JobKeyType type;
+  const char* range;         ///< what is accepted: "an integer from 1 to 8"; "" of a choice
+  Choices choices;           ///< the values of a choice; empty of other types
+  const char* help;          ///< one line, without the range
+  const char* option;        ///< of `reconstruct`, without dashes; "" where it has none
+  const char* option_value;  ///< what the bare option stands for; "" where it takes a value
+  void (*set)(Job&, const WrittenValue&);  ///< throws UnsuitableValue
+  JobValue (*get)(const Job&);
+
+  std::string name() const { return std::string(section) + "." + key; }
+  /// What is accepted, for messages.
+  std::string expected() const;
+  /// The default as it would be written in a job file.
+  std::string default_text() const;
+};
+
+/// All keys, those of a section side by side, in the order of the documentation.
+std::span<const JobKey> job_keys();
+
+/// "true or false", "text", "list of numbers", ...
+const char* type_name(JobKeyType type);
+
+/// The value as it is written in a job file; bytes get their unit.
+std::string value_text(const JobValue& value, JobKeyType type);
+
+}  // namespace orbweave

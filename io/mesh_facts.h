@@ -1,0 +1,31 @@
+// Facts of a mesh.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "io/box.h"
+
+namespace orbweave {
+
+/// Facts of a mesh; also what `inspect --json` prints for one.
+struct MeshFacts {
+  std::uint64_t vertices = 0;  ///< vertices in the file
+  std::uint64_t triangles = 0;
+  std::uint64_t components = 0;      ///< connected over shared edges
+  std::uint64_t boundary_edges = 0;  ///< edges of one triangle
+  std::uint64_t boundary_loops = 0;
+  std::uint64_t nonmanifold_edges = 0;     ///< edges of more than two triangles
+  std::uint64_t nonmanifold_vertices = 0;  ///< vertices with more than one fan
+  std::uint64_t inconsistent_edges = 0;    ///< directed edges used twice
+  std::uint64_t degenerate_triangles = 0;  ///< two equal vertices
+  std::uint64_t duplicate_triangles = 0;
+  std::uint64_t unreferenced_vertices = 0;
+  std::int64_t euler_characteristic = 0;  ///< of the referenced vertices
+  double area = 0.0;                      ///< square world units
+  bool watertight = false;                ///< closed, manifold, consistently oriented
+  std::string checksum;                   ///< of coordinates and oriented triangles only
+  Box bounds;
+};
+
+}  // namespace orbweave

@@ -1,0 +1,17 @@
+// The readers behind read_mesh, one per format; PLY's is in io/meshes/ply_mesh.h.
+#pragma once
+
+#include "io/streams/byte_reader.h"
+#include "io/triangle_mesh.h"
+
+namespace orbweave {
+
+enum class MeshFormat { kPly, kObj, kStl };
+
+/// As read_mesh, from any stream.
+TriangleMesh read_mesh(ByteReader reader, MeshFormat format);
+
+TriangleMesh read_obj_mesh(ByteReader reader);
+TriangleMesh read_stl_mesh(ByteReader reader);
+
+}  // namespace orbweave

@@ -1,0 +1,57 @@
+#include "io/meshes/mesh_reader.h"
+
+#include <optional>
+#include <utility>
+
+#include "io/error.h"
+#include "io/meshes/mesh_parsers.h"
+#include "io/meshes/ply_mesh.h"
+#include "io/ply/ply_vertices.h"
+#include "io/streams/byte_source.h"
+#include "io/text/file_format.h"
+
+namespace orbweave {
+namespace {
+
+/// Opens first: a file that is missing or a directory should be told as that.
+ByteReader open_reader(const std::filesystem::path& path) {
+  return ByteReader(open_byte_source(path));
+}
+
+MeshFormat format_of(const std::filesystem::path& path) {
+  if (path == "-") return MeshFormat::kPly;
+  const std::optional<NamedFormat> named = format_of_name(path);
+  if (named && named->facts.format == FileFormat::kPly) return MeshFormat::kPly;
+  if (named && named->facts.format == FileFormat::kObj) return MeshFormat::kObj;
+  if (named && named->facts.format == FileFormat::kStl) return MeshFormat::kStl;
+  throw_usage("cannot read " + files_of_name(path, "meshes"),
+              {.file = path.string(), .expected = extensions_of_read_meshes()});
+}
+
+}  // namespace
+
+bool holds_faces(const std::filesystem::path& path) {
+  ByteReader reader = open_reader(path);
+  if (looks_like_ply(reader)) return ply_holds_faces(std::move(reader));
+  const std::optional<NamedFormat> named = format_of_name(path);
+  return named && named->facts.holds_faces && named->facts.format != FileFormat::kPly;
+}
+
+TriangleMesh read_mesh(ByteReader reader, MeshFormat format) {
+  switch (format) {
+    case MeshFormat::kPly:
+      return read_ply_mesh(std::move(reader));
+    case MeshFormat::kObj:
+      return read_obj_mesh(std::move(reader));
+    case MeshFormat::kStl:
+      return read_stl_mesh(std::move(reader));
+  }
+  return {};
+}
+
+TriangleMesh read_mesh(const std::filesystem::path& path) {
+  ByteReader reader = open_reader(path);
+  return read_mesh(std::move(reader), format_of(path));
+}
+
+}  // namespace orbweave

@@ -1,0 +1,166 @@
+#include "io/meshes/mesh_writer.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "io/error.h"
+#include "io/meshes/mesh_formats.h"
+#include "io/scalar_types.h"
+#include "io/text/file_format.h"
+
+namespace orbweave {
+namespace {
+
+constexpr std::size_t kBatchRows = std::size_t{1} << 16;
+
+[[noreturn]] void refuse_extension(const std::filesystem::path& path, bool is_cloud) {
+  throw_usage(
+      "cannot write " + files_of_name(path, is_cloud ? "clouds" : "meshes"),
+      {.file = path.string(),
+       .expected = is_cloud ? extensions_of_written_clouds() : extensions_of_written_meshes()});
+}
+
+/// The format to write; throws Error (usage) where the name stands for none.
+FileFormat written_format(const std::filesystem::path& path, bool is_cloud) {
+  if (path == "-") return FileFormat::kPly;
+  const std::optional<NamedFormat> named = format_of_name(path);
+  const bool is_written = named &&
+                          (is_cloud ? named->facts.writes_cloud : named->facts.writes_mesh) &&
+                          (!named->is_gzipped || named->facts.writes_gzip);
+  if (!is_written) refuse_extension(path, is_cloud);
+  return named->facts.format;
+}
+
+bool is_format(const std::filesystem::path& path, FileFormat format) {
+  const std::optional<NamedFormat> named = format_of_name(path);
+  return named && named->facts.format == format;
+}
+
+template <class T>
+void add_as(TextBuilder& text, const std::byte* from) {
+  T value;
+  std::memcpy(&value, from, sizeof value);
+  text.add_number(value);
+}
+
+/// Copies points [first, first + count).
+PointCloud slice(const PointCloud& cloud, std::size_t first, std::size_t count) {
+  PointCloud part;
+  part.schema = cloud.schema;
+  const auto range = [&](const auto& values, std::size_t width) {
+    return std::pair(values.begin() + static_cast<std::ptrdiff_t>(first * width),
+                     values.begin() + static_cast<std::ptrdiff_t>((first + count) * width));
+  };
+  const auto [p, p_end] = range(cloud.positions, 1);
+  part.positions.assign(p, p_end);
+  if (cloud.schema.has_normals) {
+    const auto [n, n_end] = range(cloud.normals, 1);
+    part.normals.assign(n, n_end);
+  }
+  const auto [a, a_end] = range(cloud.attributes, cloud.schema.attribute_bytes());
+  part.attributes.assign(a, a_end);
+  return part;
+}
+
+void write_all_vertices(MeshWriter& writer, const PointCloud& vertices) {
+  for (std::size_t first = 0; first < vertices.size(); first += kBatchRows)
+    writer.write_vertices(slice(vertices, first, std::min(kBatchRows, vertices.size() - first)));
+}
+
+}  // namespace
+
+void RowCounter::vertices(std::uint64_t count) {
+  if (count > vertices_left_) throw std::logic_error("more vertices than the mesh header says");
+  vertices_left_ -= count;
+}
+
+void RowCounter::triangles(std::uint64_t count) {
+  if (vertices_left_ != 0) throw std::logic_error("triangles before the last vertex");
+  if (count > triangles_left_) throw std::logic_error("more triangles than the mesh header says");
+  triangles_left_ -= count;
+}
+
+void RowCounter::finish() const {
+  if (vertices_left_ != 0 || triangles_left_ != 0)
+    throw std::logic_error("fewer vertices or triangles than the mesh header says");
+}
+
+void TextBuilder::add_value(ScalarType type, const std::byte* from) {
+  visit_scalar(type, [&](auto kind) { add_as<decltype(kind)>(*this, from); });
+}
+
+std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
+                                             const MeshHeader& header,
+                                             const MeshWriterOptions& options) {
+  // The extension and the size are judged before a file is touched.
+  const FileFormat format = written_format(path, header.is_cloud);
+  check_mesh_size(path, header.triangles, options);
+  switch (format) {
+    case FileFormat::kXyz:
+      return make_text_writer(open_byte_sink(path), header, ' ');
+    case FileFormat::kCsv:
+      return make_text_writer(open_byte_sink(path), header, ',');
+    case FileFormat::kObj:
+      return make_obj_writer(open_byte_sink(path), header);
+    case FileFormat::kStl:
+      return make_stl_writer(open_byte_sink(path), header, options, path.parent_path());
+    default:
+      return make_ply_writer(open_byte_sink(path), header, options);
+  }
+}
+
+void check_mesh_size(const std::filesystem::path& path, std::uint64_t triangles,
+                     const MeshWriterOptions& options) {
+  constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
+  if (!is_format(path, FileFormat::kStl) || !options.binary || triangles <= kMost) return;
+  throw_usage("too many triangles for binary STL",
+              {.file = path.string(),
+               .found = std::to_string(triangles),
+               .expected = "at most " + std::to_string(kMost),
+               .advice = "Name a .ply file, or write text with output.format = \"text\""});
+}
+
+std::unique_ptr<MeshRows> mesh_rows(const std::filesystem::path& path, const MeshHeader& header,
+                                    const MeshWriterOptions& options) {
+  const bool is_plain_ply =
+      path != "-" && path.extension() != ".gz" && is_format(path, FileFormat::kPly);
+  return is_plain_ply && options.binary ? make_ply_rows(header, options) : nullptr;
+}
+
+void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
+                const MeshWriterOptions& options) {
+  MeshHeader header;
+  header.vertices = mesh.vertices.size();
+  header.triangles = mesh.triangles.size();
+  header.has_hole = !mesh.hole.empty();
+  header.schema = mesh.vertices.schema;
+  const auto writer = open_mesh_writer(path, header, options);
+  write_all_vertices(*writer, mesh.vertices);
+  std::vector<Triangle64> batch;
+  for (std::size_t first = 0; first < mesh.triangles.size(); first += kBatchRows) {
+    const std::size_t count = std::min(kBatchRows, mesh.triangles.size() - first);
+    batch.clear();
+    for (std::size_t i = first; i < first + count; ++i) {
+      const Triangle& t = mesh.triangles[i];
+      batch.push_back({t[0], t[1], t[2]});
+    }
+    const std::span<const std::int32_t> hole(mesh.hole);
+    writer->write_triangles(batch, hole.empty() ? hole : hole.subspan(first, count));
+  }
+  writer->finish();
+}
+
+void write_cloud(const std::filesystem::path& path, const PointCloud& cloud,
+                 const MeshWriterOptions& options) {
+  MeshHeader header;
+  header.vertices = cloud.size();
+  header.is_cloud = true;
+  header.schema = cloud.schema;
+  const auto writer = open_mesh_writer(path, header, options);
+  write_all_vertices(*writer, cloud);
+  writer->finish();
+}
+
+}  // namespace orbweave

@@ -1,0 +1,90 @@
+// Meshes and clouds to files, streaming, in bounded memory, never half-written.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/triangle_mesh.h"
+
+namespace orbweave {
+
+struct MeshWriterOptions {
+  bool binary = true;                 ///< PLY and STL: binary or text
+  bool float_positions = false;       ///< PLY: float instead of double coordinates
+  std::vector<std::string> comments;  ///< PLY header comments
+};
+
+/// What a writer needs to know before the first byte.
+struct MeshHeader {
+  std::uint64_t vertices = 0;
+  std::uint64_t triangles = 0;
+  bool is_cloud = false;  ///< no face element at all
+  bool has_hole = false;  ///< per-face int `hole`
+  PointSchema schema;     ///< what the vertices carry
+};
+
+/// A format that is a front and rows of the same width, so that the place of every row is known
+/// before anything is written. Thread-safe; nothing in it changes.
+class MeshRows {
+ public:
+  virtual ~MeshRows() = default;
+  virtual std::string front() const = 0;
+  virtual std::size_t vertex_bytes() const = 0;
+  virtual std::size_t triangle_bytes() const = 0;
+  /// Write one row each, the batch one after another. The batch has the header's columns.
+  virtual void put_vertices(const PointCloud& batch, std::byte* out) const = 0;
+  virtual void put_triangles(std::span<const Triangle64> batch, std::span<const std::int32_t> hole,
+                             std::byte* out) const = 0;
+};
+
+/// The format of a file of that name as rows; null where it has none (text, compressed files, OBJ,
+/// STL, standard output).
+std::unique_ptr<MeshRows> mesh_rows(const std::filesystem::path& path, const MeshHeader& header,
+                                    const MeshWriterOptions& options = {});
+
+/// Writes one file: header, then all vertices, then all triangles, then finish(). The file
+/// appears under its name only in finish(); destroyed earlier, nothing stays behind.
+/// Throws Error (resource) where it cannot be written, with path and the system's reason.
+class MeshWriter {
+ public:
+  virtual ~MeshWriter() = default;
+  /// Batches may have any size; their sum must equal the header's counts. Serialising is a pure
+  /// function of the batch, so callers may prepare bytes in parallel with encode_* and pass
+  /// them, in order, to write_encoded.
+  virtual void write_vertices(const PointCloud& batch) = 0;
+  virtual void write_triangles(std::span<const Triangle64> batch,
+                               std::span<const std::int32_t> hole = {}) = 0;
+  /// For formats whose bytes do not depend on what came before (PLY, OBJ); empty otherwise.
+  virtual bool encodes_independently() const { return false; }
+  virtual std::vector<std::byte> encode_vertices(const PointCloud&) const { return {}; }
+  virtual std::vector<std::byte> encode_triangles(std::span<const Triangle64>,
+                                                  std::span<const std::int32_t>) const {
+    return {};
+  }
+  virtual void write_encoded_vertices(std::span<const std::byte>, std::uint64_t /*vertices*/) {}
+  virtual void write_encoded_triangles(std::span<const std::byte>, std::uint64_t /*triangles*/) {}
+  virtual void finish() = 0;
+  virtual std::uint64_t bytes_written() const = 0;
+};
+
+/// Writer by extension: .ply .obj .stl for meshes; .ply .xyz .csv for clouds, each cloud format
+/// also with .gz. "-" writes PLY to standard output. Usage error for anything else.
+std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
+                                             const MeshHeader& header,
+                                             const MeshWriterOptions& options = {});
+
+/// Throws Error (usage) where the format cannot hold this number of triangles.
+void check_mesh_size(const std::filesystem::path& path, std::uint64_t triangles,
+                     const MeshWriterOptions& options);
+
+/// Writes a whole mesh or cloud in one call.
+void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
+                const MeshWriterOptions& options = {});
+void write_cloud(const std::filesystem::path& path, const PointCloud& cloud,
+                 const MeshWriterOptions& options = {});
+
+}  // namespace orbweave

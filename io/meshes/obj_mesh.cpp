@@ -1,0 +1,145 @@
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <limits>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "io/error.h"
+#include "io/meshes/mesh_parsers.h"
+#include "io/text/text_fields.h"
+#include "io/text/text_number.h"
+
+namespace orbweave {
+namespace {
+
+constexpr std::uint32_t kNoNormal = std::numeric_limits<std::uint32_t>::max();
+
+/// Wavefront OBJ: positions (v), normals (vn) and faces (f); everything else is passed over.
+class ObjParser {
+ public:
+  explicit ObjParser(ByteReader reader) : reader_(std::move(reader)) {
+    mesh_.vertices.schema.normal_type = ScalarType::kFloat64;
+  }
+
+  TriangleMesh parse() {
+    std::string_view line;
+    while (reader_.next_line(line)) {
+      const auto keyword = take_field(line, ' ');
+      if (!keyword) continue;
+      if (*keyword == "v") mesh_.vertices.positions.push_back(parse_vector(line));
+      if (*keyword == "vn") normals_.push_back(parse_vector(line));
+      if (*keyword == "f") parse_face(line);
+    }
+    if (mesh_.vertices.empty())
+      throw_bad_input("the OBJ file has no vertices", {.file = reader_.name()});
+    check_corners();
+    assign_normals();
+    return std::move(mesh_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& problem, std::string found,
+                         std::string expected) const {
+    throw_bad_input(problem, {.file = reader_.name(),
+                              .place = reader_.line_place(),
+                              .found = std::move(found),
+                              .expected = std::move(expected)});
+  }
+
+  Vec3 parse_vector(std::string_view line) const {
+    Vec3 v;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto field = take_field(line, ' ');
+      const std::string_view text = field.value_or("");
+      const char* const last = text.data() + text.size();
+      if (text.empty() || parse_number(text.data(), last, v[axis]) != last)
+        fail("a coordinate is no number", excerpt(text), "three numbers");
+    }
+    return v;
+  }
+
+  /// One index of a corner, from zero; OBJ counts from one, or backwards from the last.
+  std::uint32_t parse_index(std::string_view text, std::size_t count) const {
+    std::array<std::byte, 8> bytes{};
+    if (parse_value(text, ScalarType::kInt64, bytes.data()) != ParseOutcome::kNumber)
+      fail("a face's corner is no index", excerpt(text), "an integer");
+    std::int64_t index = 0;
+    std::memcpy(&index, bytes.data(), sizeof index);
+    if (index < 0 && -(index + 1) < static_cast<std::int64_t>(count))
+      index += static_cast<std::int64_t>(count) + 1;
+    if (index <= 0 || index >= std::int64_t{kNoNormal})
+      fail("a face names a vertex that is not there", excerpt(text), "indices from 1");
+    return static_cast<std::uint32_t>(index - 1);
+  }
+
+  /// "7", "7/2", "7//3" or "7/2/3": vertex, texture, normal.
+  void parse_face(std::string_view line) {
+    polygon_.clear();
+    while (const auto field = take_field(line, ' ')) {
+      const std::size_t slash = std::min(field->find('/'), field->size());
+      const std::uint32_t vertex =
+          parse_index(field->substr(0, slash), mesh_.vertices.positions.size());
+      const std::size_t second = field->find('/', std::min(slash + 1, field->size()));
+      const std::uint32_t normal = second == field->npos
+                                       ? kNoNormal
+                                       : parse_index(field->substr(second + 1), normals_.size());
+      polygon_.push_back(vertex);
+      if (normal != kNoNormal) uses_.push_back({vertex, normal});
+    }
+    if (polygon_.size() < 3)
+      fail("a face has fewer than three corners", std::to_string(polygon_.size()), "3 or more");
+    for (std::size_t i = 2; i < polygon_.size(); ++i)
+      mesh_.triangles.push_back({polygon_[0], polygon_[i - 1], polygon_[i]});
+    // Faces may come before the vertices they name, so this is judged at the end.
+    const std::uint32_t largest = *std::max_element(polygon_.begin(), polygon_.end());
+    if (largest >= largest_corner_) {
+      largest_corner_ = largest;
+      largest_line_ = reader_.line_number();
+    }
+  }
+
+  void check_corners() const {
+    if (mesh_.triangles.empty() || largest_corner_ < mesh_.vertices.size()) return;
+    throw_bad_input("a face names a vertex that is not there",
+                    {.file = reader_.name(),
+                     .place = "line " + std::to_string(largest_line_),
+                     .found = std::to_string(std::uint64_t{largest_corner_} + 1),
+                     .expected = "1 to " + std::to_string(mesh_.vertices.size())});
+  }
+
+  /// A vertex takes the normal of the first corner that names one; without corners that do,
+  /// normals and vertices that are equal in number go together. All vertices or none.
+  void assign_normals() {
+    PointCloud& cloud = mesh_.vertices;
+    std::vector<std::uint32_t> normal_of(cloud.size(), kNoNormal);
+    for (const auto& [vertex, normal] : uses_)
+      if (normal < normals_.size() && normal_of[vertex] == kNoNormal) normal_of[vertex] = normal;
+    if (uses_.empty() && normals_.size() == cloud.size())
+      for (std::size_t i = 0; i < normal_of.size(); ++i)
+        normal_of[i] = static_cast<std::uint32_t>(i);
+    if (std::find(normal_of.begin(), normal_of.end(), kNoNormal) != normal_of.end()) return;
+    cloud.schema.has_normals = true;
+    for (const std::uint32_t i : normal_of) cloud.normals.push_back(normals_[i]);
+  }
+
+  struct NormalUse {
+    std::uint32_t vertex;
+    std::uint32_t normal;
+  };
+
+  ByteReader reader_;
+  TriangleMesh mesh_;
+  std::vector<Vec3> normals_;
+  std::vector<NormalUse> uses_;
+  std::vector<std::uint32_t> polygon_;
+  std::uint32_t largest_corner_ = 0;
+  std::uint64_t largest_line_ = 0;
+};
+
+}  // namespace
+
+TriangleMesh read_obj_mesh(ByteReader reader) { return ObjParser(std::move(reader)).parse(); }
+
+}  // namespace orbweave

@@ -1,0 +1,95 @@
+#include <utility>
+
+#include "io/meshes/mesh_formats.h"
+
+namespace orbweave {
+namespace {
+
+/// A cloud, one line per point: position, normal, attributes.
+class TextCloudWriter final : public MeshWriter {
+ public:
+  TextCloudWriter(std::unique_ptr<ByteSink> sink, const MeshHeader& header, char separator)
+      : sink_(std::move(sink)), header_(header), separator_(separator), counter_(header) {
+    if (separator == ',') sink_->write(names());
+  }
+
+  bool encodes_independently() const override { return true; }
+  std::vector<std::byte> encode_vertices(const PointCloud& batch) const override {
+    constexpr std::size_t kTypicalLine = 64;
+    TextBuilder text;
+    text.reserve(batch.size() * kTypicalLine);
+    const std::size_t attribute_bytes = header_.schema.attribute_bytes();
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      add_vector(text, batch.positions[i]);
+      if (header_.schema.has_normals) {
+        text.add(separator_);
+        add_normal(text, batch.normals[i]);
+      }
+      const std::byte* from = batch.attributes.data() + i * attribute_bytes;
+      for (const AttributeField& field : header_.schema.attributes) {
+        text.add(separator_);
+        text.add_value(field.type, from);
+        from += size_of(field.type);
+      }
+      text.add('\n');
+    }
+    return text.take();
+  }
+  void write_vertices(const PointCloud& batch) override {
+    write_encoded_vertices(encode_vertices(batch), batch.size());
+  }
+  void write_encoded_vertices(std::span<const std::byte> bytes, std::uint64_t vertices) override {
+    counter_.vertices(vertices);
+    sink_->write(bytes);
+  }
+  void write_triangles(std::span<const Triangle64> batch, std::span<const std::int32_t>) override {
+    counter_.triangles(batch.size());
+  }
+  void finish() override {
+    counter_.finish();
+    sink_->finish();
+  }
+  std::uint64_t bytes_written() const override { return sink_->bytes_written(); }
+
+ private:
+  std::string names() const {
+    std::string line = "x,y,z";
+    if (header_.schema.has_normals) line += ",nx,ny,nz";
+    for (const AttributeField& field : header_.schema.attributes) {
+      line += separator_;
+      for (const char c : field.name)
+        line += c == separator_ || static_cast<unsigned char>(c) < ' ' ? '_' : c;
+    }
+    return line + "\n";
+  }
+  void add_vector(TextBuilder& text, Vec3 v) const {
+    text.add_number(v.x);
+    text.add(separator_);
+    text.add_number(v.y);
+    text.add(separator_);
+    text.add_number(v.z);
+  }
+  /// At its own width: the shortest text of a float is far shorter than that of its double.
+  void add_normal(TextBuilder& text, Vec3 n) const {
+    if (header_.schema.normal_type == ScalarType::kFloat64) return add_vector(text, n);
+    text.add_number(static_cast<float>(n.x));
+    text.add(separator_);
+    text.add_number(static_cast<float>(n.y));
+    text.add(separator_);
+    text.add_number(static_cast<float>(n.z));
+  }
+
+  std::unique_ptr<ByteSink> sink_;
+  MeshHeader header_;
+  char separator_;
+  RowCounter counter_;
+};
+
+}  // namespace
+
+std::unique_ptr<MeshWriter> make_text_writer(std::unique_ptr<ByteSink> sink,
+                                             const MeshHeader& header, char separator) {
+  return std::make_unique<TextCloudWriter>(std::move(sink), header, separator);
+}
+
+}  // namespace orbweave

@@ -1,0 +1,218 @@
+#include "io/meshes/tile_directory.h"
+
+#include <fcntl.h>
+#include <stdio.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <exception>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "io/error.h"
+#include "io/system/directory.h"
+#include "io/system/file_calls.h"
+#include "io/system/file_descriptor.h"
+#include "io/system/owned_files.h"
+#include "io/system/system_advice.h"
+#include "io/system/temporary_name.h"
+
+namespace orbweave {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& target, const std::error_code& reason) {
+  throw_resource("cannot write the tiles",
+                 {.file = target.string(),
+                  .place = {},
+                  .found = reason.message(),
+                  .expected = {},
+                  .advice = advice_on(reason.value(), "name another mesh")});
+}
+
+[[noreturn]] void fail_of_system(const fs::path& target) {
+  fail(target, std::error_code(errno, std::system_category()));
+}
+
+[[noreturn]] void refuse(const fs::path& directory, const std::string& found) {
+  throw_usage("the tiles would replace what is there",
+              {.file = directory.string(),
+               .place = {},
+               .found = found,
+               .expected = "nothing, or the tiles of an earlier run as it wrote them",
+               .advice = "Move it away or name another mesh"});
+}
+
+/// What an index says of a tile's file.
+struct ListedTile {
+  std::uint64_t bytes = 0;
+  std::string checksum;
+};
+
+/// By name; empty: there is no index, or it is damaged.
+std::optional<std::map<std::string, ListedTile>> listed_tiles(const fs::path& index) {
+  std::error_code absent;
+  if (!fs::is_regular_file(fs::symlink_status(index, absent))) return std::nullopt;
+  std::ifstream stream(index);
+  const auto json = nlohmann::json::parse(stream, nullptr, false);
+  if (!json.is_object() || json.value("format", nlohmann::json()) != "orbweave tiles" ||
+      !json.contains("tiles") || !json["tiles"].is_array())
+    return std::nullopt;
+  std::map<std::string, ListedTile> tiles;
+  for (const nlohmann::json& tile : json["tiles"]) {
+    const auto has = [&](const char* key) { return tile.is_object() && tile.contains(key); };
+    if (!has("file") || !has("bytes") || !has("xxh3")) continue;
+    if (!tile["file"].is_string() || !tile["bytes"].is_number_unsigned() ||
+        !tile["xxh3"].is_string())
+      continue;
+    tiles[tile["file"].get<std::string>()] = {tile["bytes"].get<std::uint64_t>(),
+                                              tile["xxh3"].get<std::string>()};
+  }
+  return tiles;
+}
+
+bool is_as_listed(const fs::path& file, const ListedTile& tile) {
+  std::error_code error;
+  return fs::is_regular_file(fs::symlink_status(file, error)) &&
+         fs::file_size(file, error) == tile.bytes && !error &&
+         checksum_text(file_checksum(file)) == tile.checksum;
+}
+
+/// Both names change their meaning at once where the system can do that.
+bool exchange(const fs::path& a, const fs::path& b) {
+#ifdef RENAME_EXCHANGE
+  return ::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0;
+#else
+  return false;
+#endif
+}
+
+std::vector<fs::path> present(const fs::path& directory) {
+  std::error_code error;
+  std::vector<fs::path> entries = entries_of(directory, error);
+  if (error) fail(directory, error);
+  return entries;
+}
+
+}  // namespace
+
+fs::path tile_directory_of(const fs::path& mesh) {
+  fs::path stem = mesh;
+  if (stem.extension() == ".gz") stem.replace_extension();
+  return stem.replace_extension(".tiles");
+}
+
+std::string tile_name(const fs::path& mesh, std::uint32_t number) {
+  char text[16];
+  std::snprintf(text, sizeof text, "%06u", number);
+  return text + std::string(mesh.extension() == ".gz" ? ".ply.gz" : ".ply");
+}
+
+std::uint64_t file_checksum(const fs::path& file) {
+  constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
+  const FileDescriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!opened.valid()) fail_of_system(file);
+  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
+                                                                              XXH3_freeState);
+  XXH3_64bits_reset(state.get());
+  std::vector<char> buffer(kBufferBytes);
+  for (;;) {
+    const ssize_t count = ::read(opened.get(), buffer.data(), buffer.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail_of_system(file);
+    if (count == 0) return XXH3_64bits_digest(state.get());
+    XXH3_64bits_update(state.get(), buffer.data(), static_cast<std::size_t>(count));
+  }
+}
+
+std::string checksum_text(std::uint64_t checksum) {
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(checksum));
+  return text.data();
+}
+
+std::vector<std::string> check_tile_directory(const fs::path& directory) {
+  std::error_code absent;
+  const auto status = fs::status(directory, absent);
+  if (!fs::exists(status)) return {};
+  if (!fs::is_directory(status)) refuse(directory, "no directory");
+  const auto listed = listed_tiles(directory / kTileIndex);
+  std::vector<std::string> names;
+  for (const fs::path& entry : present(directory)) {
+    const std::string name = entry.filename().string();
+    names.push_back(name);
+    if (listed && name == kTileIndex) continue;
+    const auto tile =
+        listed ? listed->find(name) : std::map<std::string, ListedTile>::const_iterator();
+    if (!listed || tile == listed->end())
+      refuse(directory, name + (listed ? ", which its " : ", and no ") + kTileIndex +
+                            (listed ? " does not list" : " that lists it"));
+    if (!is_as_listed(entry, tile->second))
+      refuse(directory, name + ", which is not as its " + kTileIndex + " has it");
+  }
+  return names;
+}
+
+TileDirectory::TileDirectory(fs::path target)
+    : target_(std::move(target)), record_(current_record()) {
+  if (!record_) throw std::logic_error("tiles are made on the record of a job");
+  for (;;) {
+    fs::path temporary = temporary_beside(target_);
+    const bool made = record_->make_directory(temporary);
+    if (!made && errno == EEXIST) continue;
+    if (!made) fail_of_system(target_);
+    temporary_ = std::move(temporary);
+    return;
+  }
+}
+
+TileDirectory::~TileDirectory() {
+  if (!temporary_.empty()) clear(temporary_);
+}
+
+void TileDirectory::clear(const fs::path& directory) noexcept {
+  try {
+    for (const fs::path& file : present(directory)) record_->remove(file);
+    record_->remove(directory);
+  } catch (const std::exception&) {
+    // The next run removes it.
+  }
+}
+
+void TileDirectory::commit() {
+  flush_directory(temporary_);
+  std::error_code absent;
+  if (fs::exists(target_, absent))
+    replace(check_tile_directory(target_));
+  else if (!record_->rename(temporary_, target_, true))
+    fail_of_system(target_);
+  else
+    temporary_.clear();
+  flush_directory(directory_of(target_));
+  if (!temporary_.empty()) clear(std::exchange(temporary_, fs::path()));  // the old ones
+}
+
+/// The old tiles, which were just found to be as they were written, go on record under the names
+/// that they are about to have.
+void TileDirectory::replace(const std::vector<std::string>& old) {
+  for (const fs::path& place : {temporary_, target_}) {
+    record_->expect(place, target_);
+    for (const std::string& name : old) record_->expect(place / name, target_ / name);
+  }
+  if (exchange(temporary_, target_)) return;
+  clear(target_);
+  if (!record_->rename(temporary_, target_, true)) fail_of_system(target_);
+  temporary_.clear();
+}
+
+}  // namespace orbweave

@@ -1,0 +1,56 @@
+// A directory of mesh files and their index that appears whole or not at all.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace orbweave {
+
+class OwnedFiles;
+
+inline constexpr const char* kTileIndex = "tiles.json";
+
+/// "bunny.tiles" of "bunny.ply" and "bunny.ply.gz".
+std::filesystem::path tile_directory_of(const std::filesystem::path& mesh);
+/// "000012.ply" of "bunny.ply" and 12; ".ply.gz" likewise.
+std::string tile_name(const std::filesystem::path& mesh, std::uint32_t number);
+/// XXH3-64 of a file's bytes, which the index has of every tile. Throws Error (resource).
+std::uint64_t file_checksum(const std::filesystem::path& file);
+/// As the index has it.
+std::string checksum_text(std::uint64_t checksum);
+
+/// Throws Error where `directory` is there: usage where it holds anything but an index and the
+/// tiles that the index lists, byte for byte, for it would be replaced; resource where it cannot be
+/// read. Returns the names of what it holds.
+std::vector<std::string> check_tile_directory(const std::filesystem::path& directory);
+
+/// Files are made in a directory beside the target, which takes its place in commit(). It is on the
+/// process's record (io/system/owned_files.h), as its files are. Destroyed without commit, it
+/// removes what was made; after a kill, the next run does. Failures are an Error (resource) with
+/// the system's reason.
+class TileDirectory {
+ public:
+  /// `target`: links followed.
+  explicit TileDirectory(std::filesystem::path target);
+  ~TileDirectory();
+  TileDirectory(const TileDirectory&) = delete;
+  TileDirectory& operator=(const TileDirectory&) = delete;
+
+  /// Where the files are until commit.
+  const std::filesystem::path& temporary() const { return temporary_; }
+  /// Throws Error (usage) where by now strangers are in the target.
+  void commit();
+
+ private:
+  void replace(const std::vector<std::string>& old);
+  void clear(const std::filesystem::path& directory) noexcept;
+
+  std::filesystem::path target_;
+  std::filesystem::path temporary_;
+  std::shared_ptr<OwnedFiles> record_;
+};
+
+}  // namespace orbweave

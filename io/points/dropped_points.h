@@ -1,0 +1,34 @@
+// Points that are left out of a cloud, counted by reason.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+namespace orbweave {
+
+/// Points left out, by reason.
+using DroppedPoints = std::map<std::string, std::uint64_t>;
+
+/// Why the stages of a job leave a point out. What a file's format leaves out has texts of its own
+/// (PointSource::left_out).
+enum class DropReason : std::uint8_t {
+  kNone,
+  kCoordinateNotFinite,
+  kNoDataValue,
+  kBeyondRange,
+  kMissingReturn,
+  kStray,
+  kNormalNotFinite,
+  kZeroNormal,
+  kDuplicate,
+  kOutlier,
+  kMerged,
+  kThinned,
+  kTooFewNeighbors,
+};
+
+/// "exact duplicate"; empty for kNone. The keys of DroppedPoints.
+const char* text_of(DropReason reason);
+
+}  // namespace orbweave

@@ -1,0 +1,19 @@
+#include "io/points/point_source.h"
+
+#include <algorithm>
+
+namespace orbweave {
+
+PointCloud read_all(PointSource& source) {
+  constexpr std::size_t kBatchPoints = std::size_t{1} << 16;
+  PointCloud cloud;
+  cloud.schema = source.schema();
+  // A count is believed only as far as the file could hold it: the narrowest point has 3 bytes.
+  const std::uint64_t room = source.bytes_total() / 3;
+  cloud.reserve(static_cast<std::size_t>(std::min(source.declared_points().value_or(0), room)));
+  PointCloud batch;
+  while (source.read(batch, kBatchPoints)) cloud.append(batch);
+  return cloud;
+}
+
+}  // namespace orbweave

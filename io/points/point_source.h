@@ -1,0 +1,57 @@
+// Where points come from: a stream of batches, whatever the file format.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/point_cloud.h"
+#include "io/points/dropped_points.h"
+
+namespace orbweave {
+
+/// Where a scanner stood, or, for one so far away that only its direction matters, where it lies.
+struct ScannerPlace {
+  Vec3 vector;                ///< a place, or the direction from the points to the scanner
+  bool is_direction = false;  ///< `vector` is a direction
+  friend bool operator==(const ScannerPlace&, const ScannerPlace&) = default;
+};
+
+/// A cloud read once, front to back, in bounded memory.
+class PointSource {
+ public:
+  virtual ~PointSource() = default;
+  virtual const PointSchema& schema() const = 0;
+  /// Points the file's header promises; nothing where the format does not say. PLY keeps the
+  /// promise or read() throws; a .pts file may hold more, a LAS file fewer (left_out()).
+  virtual std::optional<std::uint64_t> declared_points() const = 0;
+  /// Whether as many points as declared come out, or read() throws.
+  virtual bool keeps_declared_points() const { return declared_points().has_value(); }
+  /// Replaces batch by the next points, at most `capacity` of them, in file order, values
+  /// unfiltered (NaN included). Returns false, with an empty batch, at the end.
+  /// Throws Error (bad input) with file and place where the file is damaged.
+  virtual bool read(PointCloud& batch, std::size_t capacity) = 0;
+  /// Before the first read(): leaves rows [first, first + count) of those declared and no others,
+  /// so that several processes can share a file. Returns false, and changes nothing, where the
+  /// format has no way to get there without reading what comes before.
+  virtual bool restrict_rows(std::uint64_t /*first*/, std::uint64_t /*count*/) { return false; }
+  /// Whether restrict_rows() leaves exactly the rows asked for, whichever these are. A list of
+  /// files does not where it has one that is read as a whole or not at all.
+  virtual bool has_row_access() const { return false; }
+  /// Progress: bytes of the file consumed so far (compressed bytes for .gz), and its size.
+  virtual std::uint64_t bytes_read() const = 0;
+  virtual std::uint64_t bytes_total() const = 0;
+  /// Where the points of the last batch were seen from, in their coordinates, where the file says;
+  /// no batch mixes scans that were taken from different places.
+  virtual std::optional<ScannerPlace> scanner() const { return std::nullopt; }
+  /// Rows of the file that hold no point (a laser pulse without return), so far, by reason.
+  virtual DroppedPoints left_out() const { return {}; }
+  /// Coordinate reference system: WKT, or "EPSG:26912"; empty where the file does not say.
+  virtual std::string coordinate_system() const { return {}; }
+};
+
+/// Reads a whole source into memory.
+PointCloud read_all(PointSource& source);
+
+}  // namespace orbweave

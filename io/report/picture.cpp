@@ -1,0 +1,228 @@
+#include "io/report/picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "io/report/picture_samples.h"
+
+namespace orbweave {
+namespace {
+
+constexpr int kLargestSize = 16384;
+constexpr double kMargin = 0.04;  ///< of the picture, left free on every side
+
+constexpr Colour kFront{232.0, 224.0, 210.0};
+constexpr Colour kBack{196.0, 84.0, 66.0};
+
+/// A value of 0 to 255 per channel, red highest.
+std::uint32_t packed(Colour colour, double light) {
+  const auto channel = [light](double value) {
+    return static_cast<std::uint32_t>(std::clamp(value * light + 0.5, 0.0, 255.0));
+  };
+  return channel(colour.red) << 16 | channel(colour.green) << 8 | channel(colour.blue);
+}
+
+bool is_flat_in_z(const Box& bounds) {
+  const Vec3 extent = bounds.extent();
+  return extent.z < 0.25 * std::min(extent.x, extent.y);
+}
+
+/// A vertex in samples: x to the right, y down, z towards the eye (world units).
+struct Projected {
+  double x, y, z;
+  bool is_finite() const { return std::isfinite(x + y + z); }
+};
+
+}  // namespace
+
+/// From the world to the samples.
+struct MeshPicture::View {
+  View(const Box& bounds, const PictureOptions& options);
+
+  Projected project(Vec3 p) const {
+    const Vec3 q = p - center;
+    return {dot(q, right) + middle_x, dot(q, down) + middle_y, dot(q, eye)};
+  }
+  double light(Vec3 unit_normal) const;
+
+  Vec3 center;
+  Vec3 eye;          ///< unit vector towards the eye
+  Vec3 right, down;  ///< samples per world unit
+  Vec3 lamp;         ///< unit vector towards the light
+  double middle_x = 0.0, middle_y = 0.0;
+  double samples_per_unit = 1.0;
+
+ private:
+  void look(const Box& bounds, const PictureOptions& options);
+  void fit(const Box& bounds, const PictureOptions& options);
+};
+
+MeshPicture::View::View(const Box& bounds, const PictureOptions& options) {
+  middle_x = 0.5 * kSamplesPerAxis * options.width;
+  middle_y = 0.5 * kSamplesPerAxis * options.height;
+  if (!bounds.empty()) center = bounds.min + 0.5 * (bounds.max - bounds.min);
+  look(bounds, options);
+  fit(bounds, options);
+}
+
+void MeshPicture::View::look(const Box& bounds, const PictureOptions& options) {
+  const bool flat = is_flat_in_z(bounds);
+  const bool z_is_up = options.up == UpAxis::kZ || (options.up == UpAxis::kAuto && flat);
+  const double degree = std::numbers::pi / 180.0;
+  const double azimuth = options.azimuth_deg * degree;
+  const double elevation = options.elevation_deg.value_or(z_is_up ? 40.0 : 20.0) * degree;
+  const double level = std::cos(elevation), height = std::sin(elevation);
+  const double aside = std::sin(azimuth), ahead = std::cos(azimuth);
+  eye = z_is_up ? Vec3{aside * level, -ahead * level, height}
+                : Vec3{aside * level, height, ahead * level};
+  right = z_is_up ? Vec3{ahead, aside, 0.0} : Vec3{ahead, 0.0, -aside};
+  down = cross(right, eye);
+  lamp = normalized(eye - 0.45 * right - 0.65 * down);
+}
+
+/// The largest scale at which the box's corners are inside the margins.
+void MeshPicture::View::fit(const Box& bounds, const PictureOptions& options) {
+  double reach_x = 0.0, reach_y = 0.0;
+  const Vec3 half = 0.5 * bounds.extent();
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 q{corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y,
+                 corner & 4 ? half.z : -half.z};
+    reach_x = std::max(reach_x, std::abs(dot(q, right)));
+    reach_y = std::max(reach_y, std::abs(dot(q, down)));
+  }
+  const double usable = kSamplesPerAxis * (0.5 - kMargin);
+  const double scale_x = usable * options.width / reach_x;
+  const double scale_y = usable * options.height / reach_y;
+  const double scale = std::min(scale_x, scale_y);
+  samples_per_unit = std::isfinite(scale) && scale > 0.0 ? scale : 1.0;
+  right = samples_per_unit * right;
+  down = samples_per_unit * down;
+}
+
+/// Lambert's law, softened so that nothing seen is black.
+double MeshPicture::View::light(Vec3 unit_normal) const {
+  const double facing = std::max(0.0, dot(unit_normal, lamp));
+  return 0.38 + 0.64 * facing;
+}
+
+namespace {
+
+/// Twice the signed area of a, b, p. The same number but for the sign whichever way round the
+/// edge is given, so that a sample on an edge is never lost between two triangles.
+double edge_side(const Projected& a, const Projected& b, double x, double y) {
+  const bool swapped = b.x < a.x || (b.x == a.x && b.y < a.y);
+  const Projected& from = swapped ? b : a;
+  const Projected& to = swapped ? a : b;
+  const double side = (to.x - from.x) * (y - from.y) - (to.y - from.y) * (x - from.x);
+  return swapped ? -side : side;
+}
+
+/// Samples whose centres lie in [low, high], of `count` in all.
+struct SampleRange {
+  SampleRange(double low, double high, int count)
+      : first(static_cast<int>(std::clamp(std::ceil(low - 0.5), 0.0, count + 0.0))),
+        last(static_cast<int>(std::clamp(std::floor(high - 0.5), -1.0, count - 1.0))) {}
+  int first, last;
+};
+
+using Corners = std::array<Vec3, 3>;
+
+}  // namespace
+
+/// Draws one triangle; its colour is found when its first sample shows.
+class MeshPicture::TrianglePainter {
+ public:
+  TrianglePainter(const View& view, PictureSamples& samples,
+                  const std::array<std::uint8_t, 3>& patch_color)
+      : view_(view),
+        samples_(samples),
+        patch_{static_cast<double>(patch_color[0]), static_cast<double>(patch_color[1]),
+               static_cast<double>(patch_color[2])} {}
+
+  void draw(const Corners& corners, bool fills_hole) {
+    const Projected a = view_.project(corners[0]), b = view_.project(corners[1]),
+                    c = view_.project(corners[2]);
+    if (!a.is_finite() || !b.is_finite() || !c.is_finite()) return;
+    const SampleRange columns(std::min({a.x, b.x, c.x}), std::max({a.x, b.x, c.x}),
+                              samples_.width());
+    const SampleRange rows(std::min({a.y, b.y, c.y}), std::max({a.y, b.y, c.y}), samples_.height());
+    // Most triangles of a large mesh lie between the samples and end here.
+    if (columns.first > columns.last || rows.first > rows.last) return;
+    const double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+    if (!std::isfinite(area) || area == 0.0) return;
+    // y points down, so counter-clockwise has a negative area.
+    const bool is_front = area < 0.0;
+    std::optional<std::uint32_t> colour;
+    for (int row = rows.first; row <= rows.last; ++row) {
+      for (int column = columns.first; column <= columns.last; ++column) {
+        const double x = column + 0.5, y = row + 0.5;
+        const double u = edge_side(b, c, x, y) / area, v = edge_side(c, a, x, y) / area,
+                     w = edge_side(a, b, x, y) / area;
+        if (u < 0.0 || v < 0.0 || w < 0.0) continue;
+        const double depth = u * a.z + v * b.z + w * c.z;
+        if (samples_.hides(column, row, depth)) continue;
+        if (!colour) colour = shade(corners, is_front, fills_hole);
+        samples_.put(column, row, depth, *colour);
+      }
+    }
+  }
+
+ private:
+  std::uint32_t shade(const Corners& corners, bool is_front, bool fills_hole) const {
+    const Vec3 normal = normalized(cross(corners[1] - corners[0], corners[2] - corners[0]));
+    const Colour colour = !is_front ? kBack : fills_hole ? patch_ : kFront;
+    return packed(colour, view_.light(is_front ? normal : -normal));
+  }
+
+  const View& view_;
+  PictureSamples& samples_;
+  Colour patch_;
+};
+
+MeshPicture::MeshPicture(const Box& bounds, const PictureOptions& options) : options_(options) {
+  const auto fits = [](int size) { return size >= 1 && size <= kLargestSize; };
+  if (!fits(options.width) || !fits(options.height))
+    throw std::invalid_argument("a picture has 1 to 16384 pixels a side");
+  view_ = std::make_unique<View>(bounds, options);
+  samples_ = std::make_unique<PictureSamples>(kSamplesPerAxis * options.width,
+                                              kSamplesPerAxis * options.height);
+}
+
+MeshPicture::~MeshPicture() = default;
+MeshPicture::MeshPicture(MeshPicture&&) noexcept = default;
+MeshPicture& MeshPicture::operator=(MeshPicture&&) noexcept = default;
+
+void MeshPicture::draw(std::span<const Corners> triangles, std::span<const std::int32_t> hole) {
+  TrianglePainter painter(*view_, *samples_, options_.patch_color);
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    painter.draw(triangles[i], !hole.empty() && hole[i] > 0);
+}
+
+void MeshPicture::draw_points(std::span<const Vec3> points, std::span<const Vec3> normals) {
+  constexpr double kReach = 1.6;  // samples around the point: a pixel and a half
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Projected at = view_->project(points[i]);
+    if (!at.is_finite()) continue;
+    const Vec3 normal = normals.empty() ? view_->eye : normalized(normals[i]);
+    const bool is_front = dot(normal, view_->eye) >= 0.0;
+    const std::uint32_t colour =
+        packed(is_front ? kFront : kBack, view_->light(is_front ? normal : -normal));
+    const SampleRange columns(at.x - kReach, at.x + kReach, samples_->width());
+    const SampleRange rows(at.y - kReach, at.y + kReach, samples_->height());
+    for (int row = rows.first; row <= rows.last; ++row)
+      for (int column = columns.first; column <= columns.last; ++column)
+        samples_->put(column, row, at.z, colour);
+  }
+}
+
+std::vector<std::uint8_t> MeshPicture::pixels() const {
+  return resolve_pixels(*samples_, options_.shade_creases ? view_->samples_per_unit : 0.0);
+}
+
+void MeshPicture::write_png(const std::filesystem::path& path) const {
+  write_rgb_png(path, options_.width, options_.height, pixels());
+}
+
+}  // namespace orbweave

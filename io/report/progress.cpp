@@ -1,0 +1,229 @@
+#include "io/report/progress.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <iostream>
+#include <limits>
+
+#include "io/report/progress_display.h"
+#include "io/report/report.h"
+#include "io/shown_text.h"
+#include "io/text/quantity.h"
+
+namespace orbweave {
+namespace {
+
+constexpr std::uint64_t kNever = std::numeric_limits<std::uint64_t>::max();
+constexpr const char* kClearLine = "\r\033[K";
+constexpr const char* kYellow = "\033[1;33m";
+constexpr const char* kPlainColour = "\033[0m";
+/// Before that a rate says more about the start than about the stage.
+constexpr double kLeastSecondsForForecast = 1.0;
+
+double steady_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+int terminal_columns() {
+  winsize size{};
+  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
+  return 80;
+}
+
+bool variable_is_set(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr && *value != '\0';
+}
+
+bool terminal_moves() {
+  const char* terminal = std::getenv("TERM");
+  return isatty(STDERR_FILENO) == 1 && (terminal == nullptr || std::string(terminal) != "dumb");
+}
+
+/// The smallest amount above `done` that is a tenth of the total, or two, ...; the last one is
+/// left to the stage's end.
+std::uint64_t next_tenth(std::uint64_t done, std::uint64_t total) {
+  for (std::uint64_t tenth = 1; tenth < 10; ++tenth) {
+    const auto amount = static_cast<std::uint64_t>(
+        std::ceil(static_cast<double>(total) * static_cast<double>(tenth) / 10.0));
+    if (amount > done) return amount;
+  }
+  return kNever;
+}
+
+class Silence : public Progress {
+ public:
+  void begin_stage(const std::string&, std::uint64_t, const std::string&) override {}
+  void advance(std::uint64_t) override {}
+  void add_points(std::uint64_t) override {}
+  void end_stage() override {}
+  void note(const std::string&) override {}
+  void warn(const std::string&) override {}
+};
+
+/// What is in doubt is said however little the reader wants to see.
+class WarningsOnly final : public Silence {
+ public:
+  void warn(const std::string& line) override { display_.warn(line); }
+
+ private:
+  ProgressDisplay display_{std::cerr, {}};
+};
+
+}  // namespace
+
+ProgressDisplay::ProgressDisplay(std::ostream& out, ProgressDisplayOptions options)
+    : out_(out), options_(std::move(options)) {}
+
+ProgressDisplay::~ProgressDisplay() { clear(); }
+
+double ProgressDisplay::now() const { return options_.clock ? options_.clock() : steady_seconds(); }
+
+void ProgressDisplay::begin_stage(const std::string& name, std::uint64_t total,
+                                  const std::string& unit) {
+  const std::lock_guard lock(mutex_);
+  finish();
+  name_ = name;
+  unit_ = unit;
+  total_ = total;
+  begin_seconds_ = now();
+  done_ = 0;
+  points_ = 0;
+  line_seconds_ = begin_seconds_;
+  // A stage that ends at once shows nothing but its end.
+  next_seconds_ = begin_seconds_ + (options_.moving_line ? 0.0 : options_.silent_seconds);
+  next_done_ = options_.moving_line ? kNever : next_tenth(0, total);
+  if (!options_.moving_line)
+    print(name_ + ": begins" + (total_ > 0 ? ", " + format_count(total_) + " " + unit_ : ""));
+}
+
+void ProgressDisplay::advance(std::uint64_t amount) {
+  done_.fetch_add(amount, std::memory_order_relaxed);
+  show_progress();
+}
+
+void ProgressDisplay::add_points(std::uint64_t points) {
+  points_.fetch_add(points, std::memory_order_relaxed);
+  show_progress();
+}
+
+bool ProgressDisplay::is_due() {
+  if (options_.moving_line || total_ == 0) return now() >= next_seconds_.load();
+  return done_.load(std::memory_order_relaxed) >= next_done_.load(std::memory_order_relaxed);
+}
+
+void ProgressDisplay::show_progress() {
+  if (!is_due()) return;
+  const std::lock_guard lock(mutex_);
+  if (name_.empty() || !is_due()) return;
+  if (options_.moving_line) {
+    draw();
+  } else {
+    print_tenth();
+  }
+}
+
+void ProgressDisplay::draw() {
+  const int columns = options_.columns > 0 ? options_.columns : terminal_columns();
+  // The last column stays free: some terminals wrap as soon as it is filled.
+  const std::size_t width = static_cast<std::size_t>(std::max(columns - 1, 1));
+  out_ << kClearLine << moving_text().substr(0, width) << std::flush;
+  line_is_drawn_ = true;
+  next_seconds_ = now() + options_.redraw_seconds;
+}
+
+/// Several tenths may pass at once; the line says where the stage stands now.
+void ProgressDisplay::print_tenth() {
+  const std::uint64_t done = done_.load(), total = total_.load();
+  next_seconds_ = now() + options_.silent_seconds;
+  next_done_ = next_tenth(done, total);
+  if (now() - line_seconds_ < options_.tenth_seconds) return;
+  line_seconds_ = now();
+  if (total == 0 || done < total) print(moving_text());
+}
+
+std::string ProgressDisplay::amount_text() const {
+  const std::uint64_t done = done_.load(), total = total_.load();
+  if (total == 0) return format_count(done) + " " + unit_;
+  const double share = static_cast<double>(std::min(done, total)) / static_cast<double>(total);
+  return format_count(done) + " / " + format_count(total) + " " + unit_ + " (" +
+         std::to_string(static_cast<int>(100.0 * share)) + " %)";
+}
+
+std::string ProgressDisplay::rate_text() const {
+  const std::uint64_t points = unit_ == "points" ? done_.load() : points_.load();
+  const double seconds = elapsed();
+  if (points == 0 || !(seconds > 0.0)) return "";
+  return ", " + format_rate(static_cast<double>(points) / seconds) + " points/s";
+}
+
+std::string ProgressDisplay::left_text() const {
+  const std::uint64_t done = done_.load(), total = total_.load();
+  const double seconds = elapsed();
+  if (done == 0 || done >= total || seconds < kLeastSecondsForForecast) return "";
+  const double left = seconds * static_cast<double>(total - done) / static_cast<double>(done);
+  return ", " + format_duration(left) + " left";
+}
+
+std::string ProgressDisplay::moving_text() const {
+  return name_ + ": " + amount_text() + rate_text() + ", " + format_bytes(current_memory_bytes()) +
+         left_text();
+}
+
+void ProgressDisplay::clear() {
+  if (line_is_drawn_) out_ << kClearLine << std::flush;
+  line_is_drawn_ = false;
+}
+
+/// A whole line, above the moving one; in one piece, because others write to the same terminal.
+void ProgressDisplay::print(const std::string& line) {
+  const bool was_drawn = line_is_drawn_;
+  clear();
+  out_ << line + "\n" << std::flush;
+  if (was_drawn && !name_.empty()) draw();
+}
+
+void ProgressDisplay::finish() {
+  if (name_.empty()) return;
+  const std::string line = name_ + ": done in " + format_duration(elapsed()) + ", " +
+                           format_count(done_.load()) + " " + unit_ + rate_text() + ", " +
+                           format_bytes(current_memory_bytes());
+  name_.clear();
+  next_done_ = kNever;
+  clear();
+  if (!options_.moving_line) print(line);
+}
+
+void ProgressDisplay::end_stage() {
+  const std::lock_guard lock(mutex_);
+  finish();
+}
+
+void ProgressDisplay::note(const std::string& line) {
+  const std::lock_guard lock(mutex_);
+  print(shown(line));
+}
+
+void ProgressDisplay::warn(const std::string& line) {
+  const std::lock_guard lock(mutex_);
+  const std::string label = "warning: ";
+  print("orbweave: " + (options_.colour ? kYellow + label + kPlainColour : label) + shown(line));
+}
+
+std::unique_ptr<Progress> make_progress(ProgressStyle style) {
+  if (style == ProgressStyle::kSilent) return std::make_unique<Silence>();
+  if (style == ProgressStyle::kNone) return std::make_unique<WarningsOnly>();
+  const bool terminal = style == ProgressStyle::kAuto && terminal_moves();
+  ProgressDisplayOptions options;
+  options.moving_line = terminal;
+  options.tenth_seconds = 1.0;  // short stages need no tenths in a log
+  options.colour = terminal && !variable_is_set("NO_COLOR");
+  return std::make_unique<ProgressDisplay>(std::cerr, options);
+}
+
+}  // namespace orbweave

@@ -1,0 +1,116 @@
+// The facts of a run that a report holds.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "io/box.h"
+#include "io/hole_facts.h"
+#include "io/job/job.h"
+#include "io/mesh_facts.h"
+
+namespace orbweave {
+
+/// One stage's measurements.
+struct StageFacts {
+  std::string name;
+  double seconds = 0.0;
+  double cpu_seconds = 0.0;
+  std::uint64_t points = 0;
+  std::uint64_t bytes_read = 0;
+  std::uint64_t bytes_written = 0;
+  std::uint64_t chunks = 0;
+  std::uint64_t chunks_reused = 0;      ///< committed by an earlier run
+  std::uint64_t peak_memory_bytes = 0;  ///< resident, as sampled while the stage ran
+  /// Wall time of each chunk that this process computed, in the order they ended.
+  std::vector<double> chunk_seconds = {};
+};
+
+/// What a run takes, as predicted before it or as measured.
+struct ResourceFacts {
+  std::uint64_t peak_memory_bytes = 0;
+  std::uint64_t disk_bytes = 0;  ///< most that work directory and output hold at one time
+  double seconds = 0.0;          ///< 0: unknown
+};
+
+/// Where the normals of a run come from.
+struct NormalFacts {
+  NormalSource source = NormalSource::kAuto;     ///< kAuto: not known yet
+  Orientation orientation = Orientation::kAuto;  ///< what decided the side; kAuto: the file's side
+  std::uint64_t neighbors = 0;                   ///< that a normal was estimated from
+  double max_radius = 0.0;                       ///< no neighbour was farther away; world units
+  std::uint64_t patches = 0;                     ///< of the propagation
+  std::uint64_t components = 0;                  ///< of the patches, that no vote connects
+  std::uint64_t contested = 0;  ///< patches whose votes for their sign are not 3 to 1
+  double satisfied = 1.0;       ///< share of all votes that agree with the result
+};
+
+/// What the cleaning did, or would have done.
+struct PrepareFacts {
+  double thickness = 0.0;  ///< of the scanned layers; world units; 0: not measured
+  double spacing = 0.0;    ///< of the raw points
+  PrepareOptions options;  ///< what was applied
+  std::string reason;      ///< why, where it was chosen; what would have been chosen
+  std::uint64_t points_moved = 0;
+  double mean_move = 0.0;  ///< of the points moved, over all passes; world units
+};
+
+/// What tells a run that an input is still the file that its results were made from.
+struct TrustedFile {
+  std::string file;
+  std::uint64_t bytes = 0;
+  std::string modified;            ///< time of its last change, UTC
+  std::uint64_t bytes_hashed = 0;  ///< of its content; a change of the others goes unnoticed where
+                                   ///< size and time stay as they are
+};
+
+struct RunReport {
+  std::string version;
+  std::vector<std::string> command;
+  Job options;                     ///< resolved
+  std::vector<std::string> files;  ///< after globbing
+  std::vector<TrustedFile> trusted;
+  std::uint64_t points_read = 0;
+  std::map<std::string, std::uint64_t> points_dropped;  ///< by reason
+  std::uint64_t points_unused = 0;                      ///< kept, but no triangle uses them
+  PrepareFacts prepare;
+  NormalFacts normals;
+  std::string coordinate_system;  ///< of the input, where it says; written beside the mesh
+  Box bounds;
+  std::uint64_t chunks = 0;
+  double halo_width = 0.0;
+  std::uint64_t largest_chunk_points = 0;
+  std::vector<double> radii;
+  std::string radii_reason;
+  std::uint64_t conflicts_lost = 0;
+  MeshFacts mesh;
+  std::vector<HoleFacts> holes;  ///< every boundary loop before the fill, in canonical order
+  std::vector<StageFacts> stages;
+  std::uint64_t peak_memory_bytes = 0;
+  ResourceFacts predicted;  ///< from the counting pass
+  ResourceFacts measured;
+  int ranks = 1;  ///< processes that worked on it
+  /// An earlier run had written all outputs and was killed while it removed its work directory;
+  /// nothing else is told then.
+  bool ended_before = false;
+  std::vector<std::string> notes;
+};
+
+/// What `orbweave fill` did.
+struct FillReport {
+  std::string version;
+  std::vector<std::string> command;
+  Job options;                                             ///< resolved
+  std::string file;                                        ///< the mesh that was read
+  std::map<std::string, std::uint64_t> triangles_dropped;  ///< before anything else, by reason
+  MeshFacts before;                                        ///< as read
+  MeshFacts after;                                         ///< as written
+  std::vector<HoleFacts> holes;                            ///< every boundary loop
+  std::uint64_t pieces_removed = 0;                        ///< smaller than fill.min_triangles
+  std::uint64_t triangles_removed = 0;                     ///< of them
+  double seconds = 0.0;
+};
+
+}  // namespace orbweave

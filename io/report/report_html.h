@@ -1,0 +1,16 @@
+// The report of a run as a page for reading.
+#pragma once
+
+#include <string>
+
+#include "io/report/report_facts.h"
+
+namespace orbweave {
+
+/// One self-contained page: the report's facts in tables, and the picture where its file is there.
+std::string report_html(const RunReport& report);
+
+/// Text as it may stand in a page or an attribute: &, <, >, " and ' escaped.
+std::string html_text(std::string_view text);
+
+}  // namespace orbweave

@@ -1,0 +1,14 @@
+#include "io/stop_token.h"
+
+#include "io/error.h"
+
+namespace orbweave {
+
+void StopToken::check() const {
+  checks_.fetch_add(1, std::memory_order_relaxed);
+  if (requested())
+    throw Error(ErrorKind::kInterrupted, "interrupted; what is done is kept",
+                {.advice = "The same command resumes"});
+}
+
+}  // namespace orbweave

@@ -1,0 +1,34 @@
+// A request to stop, as a signal makes it, and the looks that long loops take at it.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+namespace orbweave {
+
+/// Set by a signal handler, polled by loops. Interrupted work throws Error (interrupted). Results
+/// never depend on it.
+class StopToken {
+ public:
+  void request() { stop_.store(true, std::memory_order_relaxed); }
+  bool requested() const { return stop_.load(std::memory_order_relaxed); }
+  /// Throws Error with ErrorKind::kInterrupted when requested.
+  void check() const;
+  /// How often check() was called: tests tell from it how much work lies between two looks.
+  std::uint64_t checks() const { return checks_.load(std::memory_order_relaxed); }
+
+ private:
+  std::atomic<bool> stop_{false};
+  mutable std::atomic<std::uint64_t> checks_{0};
+};
+
+/// Points, triangles or rows between two looks: some milliseconds of the slowest algorithm.
+constexpr std::size_t kStopBlock = 4096;
+
+/// Checks a token that may be null.
+inline void check_stop(const StopToken* stop) {
+  if (stop != nullptr) stop->check();
+}
+
+}  // namespace orbweave

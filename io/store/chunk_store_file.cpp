@@ -1,0 +1,532 @@
+#include "io/store/chunk_store_file.h"
+
+#include <fcntl.h>
+#include <hdf5.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+
+#include "io/store/hdf5_exit.h"
+#include "io/store/packed_blocks.h"
+#include "io/system/file_calls.h"
+#include "io/system/file_descriptor.h"
+#include "io/system/owned_files.h"
+#include "io/system/system_advice.h"
+
+namespace orbweave {
+namespace {
+
+constexpr const char* kChecksumSuffix = ".xxh3";
+constexpr const char* kVersionName = "orbweave_layout";
+constexpr const char* kIdentityName = "orbweave_identity";
+/// Longer than any identity: store, stage, edition, chunk.
+constexpr std::size_t kMostIdentityBytes = 1024;
+
+/// An HDF5 identifier that closes itself.
+class Handle {
+ public:
+  using Closer = herr_t (*)(hid_t);
+  Handle(hid_t id, Closer closer) : id_(id), close_(closer) {}
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle& operator=(const Handle&) = delete;
+  hid_t get() const { return id_; }
+  bool valid() const { return id_ >= 0; }
+  /// Closes now; false when that fails.
+  bool close() { return close_(std::exchange(id_, -1)) >= 0; }
+
+ private:
+  hid_t id_;
+  Closer close_;
+};
+
+/// The library's global state. A program that calls close_hdf5_at_exit() has it closed at exit, but
+/// not when a file could not be closed (its disk is full): then HDF5 would try again, and again,
+/// and complain.
+struct Library {
+  Library() = default;
+  ~Library() {
+    if (is_closed_here && all_files_closed) H5close();
+  }
+  Library(const Library&) = delete;
+  Library& operator=(const Library&) = delete;
+
+  std::mutex mutex;
+  bool all_files_closed = true;
+  bool is_closed_here = false;
+};
+
+Library& library() {
+  static Library library;
+  return library;
+}
+
+/// HDF5 crashes where its own small allocations fail: it is not called with less than that to be
+/// had.
+void require_memory_for_hdf5() {
+  constexpr std::size_t kRoom = std::size_t{4} << 20;
+  const std::unique_ptr<std::byte[]> room(new std::byte[kRoom]);
+  // What is not looked at need not be there: the compiler may leave it out.
+  volatile std::byte* const seen = room.get();
+  *seen = std::byte{0};
+}
+
+/// HDF5 is not thread-safe: every call to it happens while an object of this class exists. HDF5's
+/// own complaints on standard error are switched off meanwhile (per thread where HDF5 was built for
+/// several); afterwards the host program's error handler is in its place again.
+class Hdf5Calls {
+ public:
+  Hdf5Calls() : lock_((require_memory_for_hdf5(), library().mutex)) {
+    H5Eget_auto2(H5E_DEFAULT, &handler_, &handler_data_);
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  }
+  ~Hdf5Calls() { H5Eset_auto2(H5E_DEFAULT, handler_, handler_data_); }
+  Hdf5Calls(const Hdf5Calls&) = delete;
+  Hdf5Calls& operator=(const Hdf5Calls&) = delete;
+
+ private:
+  std::unique_lock<std::mutex> lock_;
+  H5E_auto2_t handler_ = nullptr;
+  void* handler_data_ = nullptr;
+};
+
+hid_t native_type(ScalarType type) {
+  switch (type) {
+    case ScalarType::kInt8:
+      return H5T_NATIVE_INT8;
+    case ScalarType::kUint8:
+      return H5T_NATIVE_UINT8;
+    case ScalarType::kInt16:
+      return H5T_NATIVE_INT16;
+    case ScalarType::kUint16:
+      return H5T_NATIVE_UINT16;
+    case ScalarType::kInt32:
+      return H5T_NATIVE_INT32;
+    case ScalarType::kUint32:
+      return H5T_NATIVE_UINT32;
+    case ScalarType::kInt64:
+      return H5T_NATIVE_INT64;
+    case ScalarType::kUint64:
+      return H5T_NATIVE_UINT64;
+    case ScalarType::kFloat32:
+      return H5T_NATIVE_FLOAT;
+    case ScalarType::kFloat64:
+      return H5T_NATIVE_DOUBLE;
+  }
+  throw std::logic_error("chunk store: unknown scalar type");
+}
+
+Handle file_access() {
+  Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  // The latest format checksums all of HDF5's own structures.
+  H5Pset_libver_bounds(access.get(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
+  H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
+  // The store's own lock covers the directory; not every file system has per-file locks.
+  H5Pset_file_locking(access.get(), false, true);
+  return access;
+}
+
+std::uint64_t block_count(std::uint64_t rows) {
+  return (rows + kRowsPerChecksum - 1) / kRowsPerChecksum;
+}
+
+/// Where the blocks of a packed array are. False where it is not as the store writes it.
+bool find_blocks(hid_t dataset, StoredArray& array) {
+  array.blocks.resize(block_count(array.rows));
+  for (std::size_t block = 0; block < array.blocks.size(); ++block) {
+    const std::array<hsize_t, 2> at = {block * kRowsPerChecksum, 0};
+    unsigned skipped_filters = 0;
+    haddr_t address = HADDR_UNDEF;
+    hsize_t bytes = 0;
+    if (H5Dget_chunk_info_by_coord(dataset, at.data(), &skipped_filters, &address, &bytes) < 0 ||
+        address == HADDR_UNDEF || skipped_filters != 0 ||
+        bytes > most_packed_bytes(array.block_bytes()))
+      return false;
+    array.blocks[block] = {address, bytes};
+  }
+  return true;
+}
+
+// ---------------------------------------------------------------- writing
+
+[[noreturn]] void throw_write_error(const std::filesystem::path& path, int reason) {
+  throw_resource("cannot write to the work directory",
+                 {.file = path.string(),
+                  .found = reason != 0 ? std::strerror(reason) : "an HDF5 failure",
+                  .advice = advice_on_work_directory(reason)});
+}
+
+/// Creates an array's dataset and tells where in the file it is. False on failure.
+bool create_dataset(hid_t file, const std::string& name, hid_t type, std::span<const hsize_t> shape,
+                    std::uint64_t& offset) {
+  const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr),
+                     H5Sclose);
+  const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_layout(creation.get(), H5D_CONTIGUOUS);
+  H5Pset_alloc_time(creation.get(), H5D_ALLOC_TIME_EARLY);
+  H5Pset_fill_time(creation.get(), H5D_FILL_TIME_NEVER);
+  H5Pset_obj_track_times(creation.get(), false);
+  const Handle dataset(
+      H5Dcreate2(file, name.c_str(), type, space.get(), H5P_DEFAULT, creation.get(), H5P_DEFAULT),
+      H5Dclose);
+  if (!dataset.valid()) return false;
+  const haddr_t address = H5Dget_offset(dataset.get());
+  const bool has_bytes =
+      std::all_of(shape.begin(), shape.end(), [](hsize_t extent) { return extent > 0; });
+  offset = has_bytes ? address : 0;
+  return !has_bytes || address != HADDR_UNDEF;
+}
+
+using PackedArray = std::vector<std::vector<std::byte>>;  ///< its blocks; none: it is not packed
+
+/// Creates the dataset of a packed array and writes its blocks. False on failure.
+bool write_packed(hid_t file, StoredArray& array, const PackedArray& packed) {
+  const std::array<hsize_t, 2> shape = {array.rows, array.columns};
+  const std::array<hsize_t, 2> chunk = {kRowsPerChecksum, array.columns};
+  const Handle space(H5Screate_simple(2, shape.data(), nullptr), H5Sclose);
+  const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_chunk(creation.get(), 2, chunk.data());
+  H5Pset_shuffle(creation.get());
+  H5Pset_deflate(creation.get(), 1);
+  H5Pset_fill_time(creation.get(), H5D_FILL_TIME_NEVER);
+  H5Pset_obj_track_times(creation.get(), false);
+  const Handle dataset(H5Dcreate2(file, array.name.c_str(), native_type(array.type), space.get(),
+                                  H5P_DEFAULT, creation.get(), H5P_DEFAULT),
+                       H5Dclose);
+  bool done = dataset.valid();
+  for (std::size_t block = 0; done && block < packed.size(); ++block) {
+    const std::array<hsize_t, 2> at = {block * kRowsPerChecksum, 0};
+    done = H5Dwrite_chunk(dataset.get(), H5P_DEFAULT, 0, at.data(), packed[block].size(),
+                          packed[block].data()) >= 0;
+  }
+  return done && find_blocks(dataset.get(), array);
+}
+
+bool write_version(hid_t file) {
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Handle attribute(
+      H5Acreate2(file, kVersionName, H5T_NATIVE_INT, space.get(), H5P_DEFAULT, H5P_DEFAULT),
+      H5Aclose);
+  const int version = ChunkStore::kLayoutVersion;
+  return attribute.valid() && H5Awrite(attribute.get(), H5T_NATIVE_INT, &version) >= 0;
+}
+
+bool write_identity(hid_t file, const ResultIdentity& identity) {
+  const std::string text = identity.text();
+  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+  if (H5Tset_size(type.get(), text.size()) < 0) return false;
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Handle attribute(
+      H5Acreate2(file, kIdentityName, type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  return attribute.valid() && H5Awrite(attribute.get(), type.get(), text.data()) >= 0;
+}
+
+/// Writes everything but the arrays' bytes, and notes where these belong. False on failure.
+bool lay_out(const std::filesystem::path& path, ResultIndex& index,
+             std::span<const PackedArray> packed, const ResultIdentity& identity) {
+  const Hdf5Calls calls;
+  errno = 0;
+  const Handle access = file_access();
+  const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+  H5Pset_link_phase_change(creation.get(), 64, 32);
+  H5Pset_obj_track_times(creation.get(), false);
+  Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose);
+  bool done = file.valid() && write_version(file.get()) && write_identity(file.get(), identity);
+  for (std::size_t i = 0; i < index.arrays.size(); ++i) {
+    StoredArray& array = index.arrays[i];
+    const std::array<hsize_t, 2> shape = {array.rows, array.columns};
+    const std::array<hsize_t, 1> blocks = {block_count(array.rows)};
+    done = done &&
+           (packed[i].empty() ? create_dataset(file.get(), array.name, native_type(array.type),
+                                               shape, array.offset)
+                              : write_packed(file.get(), array, packed[i])) &&
+           create_dataset(file.get(), array.name + kChecksumSuffix, H5T_NATIVE_UINT64, blocks,
+                          array.checksum_offset);
+  }
+  if (!file.valid()) return false;
+  const bool closed = file.close();
+  if (!closed) library().all_files_closed = false;
+  return closed && done;
+}
+
+void write_at(const std::filesystem::path& path, int file, const void* data, std::size_t bytes,
+              std::uint64_t offset) {
+  const char* from = static_cast<const char*>(data);
+  while (bytes > 0) {
+    const ssize_t written = file_calls.pwrite(file, from, bytes, static_cast<off_t>(offset));
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) throw_write_error(path, written < 0 ? errno : ENOSPC);
+    from += written;
+    bytes -= static_cast<std::size_t>(written);
+    offset += static_cast<std::uint64_t>(written);
+  }
+}
+
+StoredArray describe(const ArrayView& view, const ResultIdentity& identity) {
+  StoredArray array;
+  array.name = view.name;
+  array.type = view.type;
+  array.columns = view.columns;
+  array.rows = view.rows;
+  array.seed = seed_of_checksums(identity, view.name);
+  const std::size_t row_bytes = array.row_bytes();
+  const char* data = static_cast<const char*>(view.data);
+  for (std::uint64_t block = 0; block < block_count(view.rows); ++block) {
+    const std::uint64_t first = block * kRowsPerChecksum;
+    const std::uint64_t rows = std::min(kRowsPerChecksum, view.rows - first);
+    array.checksums.push_back(
+        block_checksum(array, block, data + first * row_bytes, rows * row_bytes));
+  }
+  return array;
+}
+
+/// The blocks of an array that is worth it.
+PackedArray pack(const ArrayView& view, const StoredArray& array) {
+  PackedArray packed;
+  if (array.rows < kRowsPerChecksum) return packed;
+  const std::size_t whole = array.block_bytes();
+  const std::span data(static_cast<const std::byte*>(view.data), array.rows * array.row_bytes());
+  for (std::size_t first = 0; first < data.size(); first += whole) {
+    const auto rows = data.subspan(first, std::min(whole, data.size() - first));
+    packed.push_back(pack_block(rows, size_of(array.type), whole));
+  }
+  return packed;
+}
+
+std::uint64_t data_bytes(const StoredArray& array) {
+  if (array.blocks.empty()) return array.rows * array.row_bytes();
+  std::uint64_t bytes = 0;
+  for (const StoredBlock& block : array.blocks) bytes += block.bytes;
+  return bytes;
+}
+
+FileDescriptor write_all(const std::filesystem::path& path, std::span<const ArrayView> arrays,
+                         ResultIndex& index, bool packed, const ResultIdentity& identity) {
+  std::vector<PackedArray> blocks(arrays.size());
+  for (std::size_t i = 0; packed && i < arrays.size(); ++i)
+    blocks[i] = pack(arrays[i], index.arrays[i]);
+  if (!lay_out(path, index, blocks, identity)) throw_write_error(path, errno);
+  FileDescriptor file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
+  if (!file.valid()) throw_write_error(path, errno);
+  for (std::size_t i = 0; i < arrays.size(); ++i) {
+    const StoredArray& array = index.arrays[i];
+    const std::size_t checksum_bytes = array.checksums.size() * sizeof(std::uint64_t);
+    if (array.blocks.empty())
+      write_at(path, file.get(), arrays[i].data, data_bytes(array), array.offset);
+    write_at(path, file.get(), array.checksums.data(), checksum_bytes, array.checksum_offset);
+    index.file_bytes += data_bytes(array) + checksum_bytes;
+  }
+  return file;
+}
+
+// ---------------------------------------------------------------- reading
+
+struct Dataset {
+  hid_t id;
+  std::vector<hsize_t> shape;
+  std::uint64_t offset = 0;
+};
+
+/// Calls use(dataset) with an open dataset of `rank` dimensions; false when there is none.
+template <class Use>
+bool with_dataset(hid_t file, const std::string& name, int rank, const Use& use) {
+  const Handle dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!dataset.valid()) return false;
+  const Handle space(H5Dget_space(dataset.get()), H5Sclose);
+  if (!space.valid() || H5Sget_simple_extent_ndims(space.get()) != rank) return false;
+  Dataset found{dataset.get(), std::vector<hsize_t>(static_cast<std::size_t>(rank)), 0};
+  H5Sget_simple_extent_dims(space.get(), found.shape.data(), nullptr);
+  const haddr_t address = H5Dget_offset(dataset.get());
+  found.offset = address == HADDR_UNDEF ? 0 : address;
+  return use(found);
+}
+
+/// The scalar type whose native form the dataset has; false when none.
+bool scalar_type(hid_t dataset, ScalarType& type) {
+  const Handle stored(H5Dget_type(dataset), H5Tclose);
+  for (int t = 0; t <= static_cast<int>(ScalarType::kFloat64); ++t) {
+    type = static_cast<ScalarType>(t);
+    if (stored.valid() && H5Tequal(stored.get(), native_type(type)) > 0) return true;
+  }
+  return false;
+}
+
+/// Whether the dataset lies in blocks of the store's size.
+bool is_chunked(hid_t dataset, std::uint32_t columns) {
+  const Handle creation(H5Dget_create_plist(dataset), H5Pclose);
+  std::array<hsize_t, 2> chunk{};
+  return creation.valid() && H5Pget_layout(creation.get()) == H5D_CHUNKED &&
+         H5Pget_chunk(creation.get(), 2, chunk.data()) == 2 && chunk[0] == kRowsPerChecksum &&
+         chunk[1] == columns;
+}
+
+/// Reads the description of one array; false when it is not as the store writes it.
+bool read_array(hid_t file, StoredArray& array) {
+  const bool data = with_dataset(file, array.name, 2, [&](const Dataset& dataset) {
+    array.rows = dataset.shape[0];
+    array.columns = static_cast<std::uint32_t>(dataset.shape[1]);
+    array.offset = dataset.offset;
+    return scalar_type(dataset.id, array.type) &&
+           (!is_chunked(dataset.id, array.columns) || find_blocks(dataset.id, array));
+  });
+  return data && with_dataset(file, array.name + kChecksumSuffix, 1, [&](const Dataset& dataset) {
+           if (dataset.shape[0] != block_count(array.rows)) return false;
+           array.checksums.resize(dataset.shape[0]);
+           array.checksum_offset = dataset.offset;
+           return true;
+         });
+}
+
+bool version_matches(hid_t file) {
+  const Handle attribute(H5Aopen(file, kVersionName, H5P_DEFAULT), H5Aclose);
+  int version = 0;
+  return attribute.valid() && H5Aread(attribute.get(), H5T_NATIVE_INT, &version) >= 0 &&
+         version == ChunkStore::kLayoutVersion;
+}
+
+/// Empty: the file has none.
+std::optional<ResultIdentity> read_identity(hid_t file) {
+  const Handle attribute(H5Aopen(file, kIdentityName, H5P_DEFAULT), H5Aclose);
+  if (!attribute.valid()) return std::nullopt;
+  const Handle type(H5Aget_type(attribute.get()), H5Tclose);
+  const Handle space(H5Aget_space(attribute.get()), H5Sclose);
+  const bool is_text = type.valid() && H5Tget_class(type.get()) == H5T_STRING &&
+                       H5Tis_variable_str(type.get()) == 0 && space.valid() &&
+                       H5Sget_simple_extent_npoints(space.get()) == 1;
+  const std::size_t bytes = is_text ? H5Tget_size(type.get()) : 0;
+  if (bytes == 0 || bytes > kMostIdentityBytes) return std::nullopt;
+  std::string text(bytes, '\0');
+  if (H5Aread(attribute.get(), type.get(), text.data()) < 0) return std::nullopt;
+  return identity_from(text);
+}
+
+std::vector<std::string> array_names(hid_t file) {
+  std::vector<std::string> names;
+  H5G_info_t group{};
+  if (H5Gget_info(file, &group) < 0) return names;
+  for (hsize_t i = 0; i < group.nlinks; ++i) {
+    std::array<char, 256> text{};
+    if (H5Lget_name_by_idx(file, ".", H5_INDEX_NAME, H5_ITER_INC, i, text.data(), text.size(),
+                           H5P_DEFAULT) <= 0)
+      continue;
+    const std::string name = text.data();
+    if (!name.ends_with(kChecksumSuffix)) names.push_back(name);
+  }
+  return names;
+}
+
+/// Not valid where the file is damaged. Throws Error (resource) where the system refuses to open it
+/// or to read it: then nothing is known of the file.
+Handle open_result(const std::filesystem::path& path) {
+  const Handle access = file_access();
+  errno = 0;
+  Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose);
+  const int reason = file.valid() ? 0 : errno;
+  if (is_lack(reason) || reason == EACCES || reason == EIO) throw_read_error(path, reason);
+  return file;
+}
+
+/// Everything but the checksums themselves. Empty problem: all is well.
+std::string read_layout(const std::filesystem::path& path, const ResultIdentity& identity,
+                        ResultIndex& index) {
+  const Hdf5Calls calls;
+  const Handle file = open_result(path);
+  if (!file.valid()) return "a file that HDF5 cannot open";
+  if (!version_matches(file.get())) return "no result of this layout version";
+  const std::optional<ResultIdentity> found = read_identity(file.get());
+  if (!found) return "a result that does not say where it belongs";
+  if (*found != identity) return name_of_stranger(*found, identity);
+  for (const std::string& name : array_names(file.get())) {
+    StoredArray array;
+    array.name = name;
+    array.seed = seed_of_checksums(identity, name);
+    if (!read_array(file.get(), array)) return "array '" + name + "' in an unknown form";
+    index.arrays.push_back(std::move(array));
+  }
+  return {};
+}
+
+bool lies_within(std::uint64_t offset, std::uint64_t bytes, std::uint64_t file_bytes) {
+  return offset <= file_bytes && bytes <= file_bytes - offset;
+}
+
+}  // namespace
+
+void close_hdf5_at_exit() {
+  const std::scoped_lock lock(library().mutex);
+  H5dont_atexit();
+  library().is_closed_here = true;
+}
+
+std::string result_name(ChunkId chunk) {
+  std::array<char, 24> name{};
+  std::snprintf(name.data(), name.size(), "%06u.h5", chunk);
+  return name.data();
+}
+
+std::optional<ChunkId> chunk_of_result(const std::filesystem::path& file) {
+  const std::string stem = file.stem().string();
+  ChunkId chunk = 0;
+  std::from_chars(stem.data(), stem.data() + stem.size(), chunk);
+  return file.filename() == result_name(chunk) ? std::optional(chunk) : std::nullopt;
+}
+
+void refuse_directory(const std::filesystem::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) return;
+  throw_stranger(path);
+}
+
+std::optional<ResultIdentity> identity_of_result(const std::filesystem::path& path) {
+  const Hdf5Calls calls;
+  const Handle file = open_result(path);
+  if (!file.valid() || !version_matches(file.get())) return std::nullopt;
+  return read_identity(file.get());
+}
+
+WrittenResult write_result_file(const std::filesystem::path& path,
+                                std::span<const ArrayView> arrays, bool packed,
+                                const ResultIdentity& identity) {
+  const auto index = std::make_shared<ResultIndex>();
+  for (const ArrayView& array : arrays) index->arrays.push_back(describe(array, identity));
+  FileDescriptor file = write_all(path, arrays, *index, packed, identity);
+  return {std::move(file), index};
+}
+
+std::shared_ptr<const ResultIndex> read_result_index(const std::filesystem::path& path, int file,
+                                                     const ResultIdentity& identity) {
+  struct stat status {};
+  if (fstat(file, &status) != 0) throw_read_error(path, errno);
+  refuse_directory(path);
+  const auto file_bytes = static_cast<std::uint64_t>(status.st_size);
+  const auto index = std::make_shared<ResultIndex>();
+  const std::string problem = read_layout(path, identity, *index);
+  if (!problem.empty()) throw CorruptResult(path, problem);
+  for (StoredArray& array : index->arrays) {
+    const std::uint64_t checksum_bytes = array.checksums.size() * sizeof(std::uint64_t);
+    const bool inside =
+        array.blocks.empty()
+            ? lies_within(array.offset, array.rows * array.row_bytes(), file_bytes)
+            : std::all_of(array.blocks.begin(), array.blocks.end(), [&](const StoredBlock& block) {
+                return lies_within(block.offset, block.bytes, file_bytes);
+              });
+    if (!inside || !lies_within(array.checksum_offset, checksum_bytes, file_bytes))
+      throw CorruptResult(path, "a truncated file");
+    read_at(path, file, array.checksums.data(), checksum_bytes, array.checksum_offset);
+    index->file_bytes += data_bytes(array) + checksum_bytes;
+  }
+  return index;
+}
+
+}  // namespace orbweave

@@ -1,0 +1,73 @@
+#include "io/system/file_descriptor.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <system_error>
+
+#include "io/error.h"
+#include "io/system/system_advice.h"
+
+namespace orbweave {
+namespace {
+
+[[noreturn]] void throw_unopened(const std::string& name, int error) {
+  if (error == ENOENT) throw_bad_input("no such file", {.file = name});
+  const std::string problem = "cannot open the file: " + system_reason(error);
+  if (is_lack(error)) throw_resource(problem, {.file = name, .advice = advice_on(error)});
+  throw_bad_input(problem, {.file = name});
+}
+
+void check_kind(const struct stat& facts, const std::string& name) {
+  if (S_ISDIR(facts.st_mode))
+    throw_bad_input("this is a directory",
+                    {.file = name, .expected = "a file", .advice = "Name the files inside it."});
+  if (S_ISREG(facts.st_mode) && facts.st_size == 0)
+    throw_bad_input("the file is empty", {.file = name});
+}
+
+}  // namespace
+
+FileDescriptor::~FileDescriptor() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+FileDescriptor& FileDescriptor::operator=(FileDescriptor&& other) noexcept {
+  std::swap(descriptor_, other.descriptor_);
+  return *this;
+}
+
+std::string system_reason(int error) { return std::system_category().message(error); }
+
+std::optional<std::uint64_t> checked_size(int descriptor, const std::string& name) {
+  struct stat facts {};
+  if (::fstat(descriptor, &facts) != 0)
+    throw_bad_input("cannot read the file: " + system_reason(errno), {.file = name});
+  check_kind(facts, name);
+  if (!S_ISREG(facts.st_mode)) return std::nullopt;
+  return static_cast<std::uint64_t>(facts.st_size);
+}
+
+void check_readable(const std::string& name) {
+  struct stat facts {};
+  if (::stat(name.c_str(), &facts) != 0) throw_unopened(name, errno);
+  check_kind(facts, name);
+  if (::access(name.c_str(), R_OK) != 0) throw_unopened(name, errno);
+}
+
+int open_or_throw(const std::string& name) {
+  const int descriptor = ::open(name.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) throw_unopened(name, errno);
+  return descriptor;
+}
+
+bool starts_like_gzip(int descriptor) {
+  std::array<unsigned char, 2> magic{};
+  return ::pread(descriptor, magic.data(), magic.size(), 0) == 2 && magic[0] == 0x1f &&
+         magic[1] == 0x8b;
+}
+
+}  // namespace orbweave

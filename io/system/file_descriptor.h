@@ -1,0 +1,39 @@
+// An owned file descriptor, and what all readers check when they open a file.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace orbweave {
+
+/// Owns a POSIX file descriptor.
+class FileDescriptor {
+ public:
+  explicit FileDescriptor(int descriptor = -1) : descriptor_(descriptor) {}
+  ~FileDescriptor();
+  FileDescriptor(FileDescriptor&& other) noexcept
+      : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  FileDescriptor& operator=(FileDescriptor&& other) noexcept;
+  int get() const { return descriptor_; }
+  bool valid() const { return descriptor_ >= 0; }
+  /// Gives it away.
+  int release() { return std::exchange(descriptor_, -1); }
+
+ private:
+  int descriptor_;
+};
+
+/// What errno means, whatever the locale.
+std::string system_reason(int error);
+/// What opening the file would throw, without a read: a pipe loses nothing by it.
+void check_readable(const std::string& name);
+/// Opens for reading. Throws Error (bad input).
+int open_or_throw(const std::string& name);
+/// The size of a regular file, nothing for a pipe or a device. Throws Error (bad input) for what
+/// cannot be a scan: a directory, an empty file.
+std::optional<std::uint64_t> checked_size(int descriptor, const std::string& name);
+bool starts_like_gzip(int descriptor);
+
+}  // namespace orbweave

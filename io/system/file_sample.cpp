@@ -1,0 +1,84 @@
+#include "io/system/file_sample.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <memory>
+#include <vector>
+
+#include "io/system/file_descriptor.h"
+
+namespace orbweave {
+namespace {
+
+/// Reads up to `bytes` from `offset` on; less at the end of the file. False where it cannot be
+/// read.
+bool read_block(int file, std::uint64_t offset, std::vector<char>& block, std::size_t bytes) {
+  block.resize(bytes);
+  std::size_t got = 0;
+  while (got < bytes) {
+    const ssize_t count =
+        pread(file, block.data() + got, bytes - got, static_cast<off_t>(offset + got));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return false;
+    if (count == 0) break;
+    got += static_cast<std::size_t>(count);
+  }
+  block.resize(got);
+  return true;
+}
+
+/// Where the blocks begin, ascending.
+std::vector<std::uint64_t> offsets(std::uint64_t file_bytes, std::size_t most_blocks) {
+  std::vector<std::uint64_t> begins;
+  if (file_bytes <= kWholeSampleBytes) {
+    for (std::uint64_t at = 0; at < file_bytes; at += kSampleBlockBytes) begins.push_back(at);
+    return begins;
+  }
+  const std::uint64_t last = file_bytes - kSampleBlockBytes;
+  const std::uint64_t steps = std::max<std::size_t>(most_blocks, 2) - 1;
+  for (std::uint64_t i = 0; i <= steps; ++i)  // the product last * i might overflow
+    begins.push_back(last / steps * i + last % steps * i / steps);
+  return begins;
+}
+
+}  // namespace
+
+std::optional<FileSample> sample_file(const std::filesystem::path& path, std::size_t most_blocks) {
+  // A pipe is not waited for.
+  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  struct stat facts {};
+  if (!file.valid() || fstat(file.get(), &facts) != 0 || !S_ISREG(facts.st_mode))
+    return std::nullopt;
+  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
+                                                                              XXH3_freeState);
+  if (state == nullptr) throw std::bad_alloc();
+  XXH3_64bits_reset(state.get());
+  FileSample sample;
+  std::vector<char> block;
+  for (const std::uint64_t begin :
+       offsets(static_cast<std::uint64_t>(facts.st_size), most_blocks)) {
+    if (!read_block(file.get(), begin, block, kSampleBlockBytes)) return std::nullopt;
+    XXH3_64bits_update(state.get(), block.data(), block.size());
+    sample.bytes_hashed += block.size();
+  }
+  std::array<char, 17> digits{};
+  std::snprintf(digits.data(), digits.size(), "%016llx",
+                static_cast<unsigned long long>(XXH3_64bits_digest(state.get())));
+  sample.fingerprint = digits.data();
+  return sample;
+}
+
+std::size_t sample_blocks_of(std::size_t files) {
+  constexpr std::size_t kBlocksInAll = 4096;
+  constexpr std::size_t kLeast = 3;
+  return std::clamp(kBlocksInAll / std::max<std::size_t>(files, 1), kLeast, kSampleBlocks);
+}
+
+}  // namespace orbweave

@@ -1,0 +1,64 @@
+#include "io/system/temporary_name.h"
+
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <cstring>
+#include <random>
+#include <string>
+#include <string_view>
+
+namespace orbweave {
+namespace {
+
+constexpr std::size_t kRandomDigits = 16;
+constexpr std::string_view kDigits = "0123456789abcdef";
+constexpr std::string_view kSuffix = ".part";
+
+/// Names of the temporaries that are there. A handler may not wait for a lock, so slots are taken
+/// and left by single exchanges: the process that gets a name out of a slot owns the name.
+std::array<std::atomic<char*>, 64> at_risk{};
+static_assert(std::atomic<char*>::is_always_lock_free);
+
+}  // namespace
+
+std::filesystem::path directory_of(const std::filesystem::path& target) {
+  return target.has_parent_path() ? target.parent_path() : std::filesystem::path(".");
+}
+
+std::filesystem::path temporary_beside(const std::filesystem::path& target) {
+  std::random_device device;
+  std::string name = "." + target.filename().string() + ".";
+  for (std::size_t i = 0; i < kRandomDigits; ++i) name += kDigits[device() % kDigits.size()];
+  name += kSuffix;
+  return directory_of(target) / name;
+}
+
+void TemporaryAtRisk::keep(const std::filesystem::path& temporary) {
+  forget();
+  char* const name = ::strdup(temporary.c_str());
+  if (name == nullptr) return;
+  for (std::atomic<char*>& slot : at_risk) {
+    char* free_slot = nullptr;
+    if (!slot.compare_exchange_strong(free_slot, name)) continue;
+    slot_ = &slot;
+    return;
+  }
+  std::free(name);
+}
+
+void TemporaryAtRisk::forget() {
+  if (slot_ == nullptr) return;
+  std::free(slot_->exchange(nullptr));
+  slot_ = nullptr;
+}
+
+void remove_temporaries_at_risk() {
+  for (std::atomic<char*>& slot : at_risk) {
+    const char* const name = slot.exchange(nullptr);
+    if (name != nullptr) ::unlink(name);
+  }
+}
+
+}  // namespace orbweave

@@ -1,0 +1,230 @@
+// The front door gives the bytes of the job.
+#include "engine/reconstruct.h"
+
+#include <catch2/catch.hpp>
+
+#include "io/clouds/open_point_source.h"
+#include "io/meshes/mesh_writer.h"
+#include "tests/support/jobs.h"
+
+using Catch::Matchers::Contains;
+using namespace orbweave;
+using namespace orbweave::test;
+
+namespace {
+
+/// A job on a cloud with everything that the front door's options say.
+Job same_job(const ScratchDirectory& scratch, const PointCloud& cloud,
+             const ReconstructionOptions& options) {
+  write_cloud(scratch / "cloud.ply", cloud);
+  Job job;
+  job.input.files = {(scratch / "cloud.ply").string()};
+  job.input.keep_strays = options.keep_strays;
+  job.normals = options.normals;
+  job.reconstruct.ball_radii = options.ball_radii;
+  job.reconstruct.levels = options.levels;
+  job.fill = options.fill;
+  job.output.mesh = (scratch / "job.ply").string();
+  return job;
+}
+
+std::string bytes_of_mesh(const ScratchDirectory& scratch, const Reconstruction& result) {
+  write_mesh(scratch / "door.ply", result.mesh);
+  return bytes_of(scratch / "door.ply");
+}
+
+void check_holes(const std::vector<HoleFacts>& holes, const std::vector<HoleFacts>& expected) {
+  REQUIRE(holes.size() == expected.size());
+  for (std::size_t i = 0; i < holes.size(); ++i) {
+    CHECK(holes[i].id == expected[i].id);
+    CHECK(holes[i].first_vertex == expected[i].first_vertex);
+    CHECK(holes[i].edges == expected[i].edges);
+    CHECK(holes[i].perimeter == expected[i].perimeter);
+    CHECK(holes[i].filled == expected[i].filled);
+    CHECK(holes[i].method == expected[i].method);
+    CHECK(holes[i].reason == expected[i].reason);
+    CHECK(holes[i].triangles_added == expected[i].triangles_added);
+  }
+}
+
+/// Mesh, holes, radii and dropped points are those of the job.
+void check_same_as_job(const PointCloud& cloud, const ReconstructionOptions& options = {}) {
+  ScratchDirectory scratch;
+  const RunReport report = run(same_job(scratch, cloud, options));
+  const std::string expected = bytes_of(scratch / "job.ply");
+  const Reconstruction result = reconstruct(cloud, options);
+  CHECK(bytes_of_mesh(scratch, result) == expected);
+  CHECK(result.ball_radii == report.radii);
+  CHECK(result.dropped == report.points_dropped);
+  check_holes(result.holes, report.holes);
+}
+
+PointCloud without_normals(PointCloud cloud) {
+  cloud.normals.clear();
+  cloud.schema.has_normals = false;
+  return cloud;
+}
+
+/// What files of clouds hold: normals of 32 bits.
+PointCloud with_float_normals(PointCloud cloud) {
+  cloud.schema.normal_type = ScalarType::kFloat32;
+  for (Vec3& n : cloud.normals)
+    n = {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
+  return cloud;
+}
+
+PointCloud torus(std::size_t points, double noise) {
+  PointCloud cloud = with_float_normals(painted_torus(points, noise, 5).cloud);
+  shuffle(cloud, 17);
+  return cloud;
+}
+
+/// Takes the points away that lie in a ball.
+void cut_ball(PointCloud& cloud, Vec3 center, double radius) {
+  PointCloud rest;
+  rest.schema = cloud.schema;
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    if (norm(cloud.positions[i] - center) > radius) rest.append(cloud, i);
+  cloud = std::move(rest);
+}
+
+PointCloud holed_torus() {
+  PointCloud cloud = torus(8000, 0.1);
+  cut_ball(cloud, {1.4, 0.0, 0.0}, 0.25);
+  cut_ball(cloud, {-1.0, 0.0, 0.4}, 0.12);
+  return cloud;
+}
+
+}  // namespace
+
+TEST_CASE("TheFrontDoorGivesTheBytesOfTheJob") {
+  check_same_as_job(holed_torus());
+  check_same_as_job(torus(3000, 0.4));
+  check_same_as_job(with_float_normals(random_sphere(3000, 3).cloud));
+}
+
+TEST_CASE("TheFrontDoorGivesTheBytesOfTheJobWithoutNormals") {
+  check_same_as_job(without_normals(holed_torus()));
+  check_same_as_job(without_normals(random_sphere(3000, 3).cloud));
+  ReconstructionOptions options;
+  options.normals.source = NormalSource::kEstimate;
+  options.normals.neighbors = 24;
+  check_same_as_job(torus(3000, 0.2), options);
+  options.normals.viewpoint = Vec3{0.0, 0.0, 9.0};
+  check_same_as_job(torus(3000, 0.2), options);
+  options.normals.viewpoint.reset();
+  options.normals.up = Vec3{0.0, 0.0, 1.0};
+  check_same_as_job(torus(3000, 0.2), options);
+  options.normals.orientation = Orientation::kNone;
+  check_same_as_job(torus(3000, 0.2), options);
+}
+
+TEST_CASE("TheFrontDoorTakesTheOptionsOfTheJob") {
+  const PointCloud cloud = torus(4000, 0.5);
+  ReconstructionOptions options;
+  options.levels = 2;
+  check_same_as_job(cloud, options);
+  options.fill.enabled = false;
+  check_same_as_job(cloud, options);
+  options = {};
+  options.ball_radii = {0.06, 0.09};
+  options.fill.min_triangles = 30;
+  check_same_as_job(cloud, options);
+  options.fill.max_edges = 6;
+  options.fill.kernel = FillKernel::kTriharmonic;
+  check_same_as_job(cloud, options);
+}
+
+TEST_CASE("TheFrontDoorLeavesOutWhatTheJobLeavesOut") {
+  PointCloud cloud = torus(4000, 0.1);
+  cloud.append(cloud, 7);                                    // an exact duplicate
+  for (int i = 0; i < 5; ++i) cloud.append(cloud, 100 + i);  // missing returns
+  for (std::size_t i = cloud.size() - 4; i < cloud.size(); ++i) cloud.positions[i] = {};
+  cloud.append(cloud, 11);
+  cloud.positions.back() = {9e5, 0.0, 0.0};  // a stray
+  cloud.append(cloud, 12);
+  cloud.normals.back() = {};
+  cloud.append(cloud, 13);
+  cloud.positions.back().y = std::numeric_limits<double>::quiet_NaN();
+  check_same_as_job(cloud);
+  check_same_as_job(without_normals(cloud));
+}
+
+TEST_CASE("TheFrontDoorGivesTheBytesOfTheJobForTheBunny") {
+  const auto file = data_path("stanford/bun_zipper.ply");
+  if (skipped_without(file)) return;
+  const PointCloud raw = without_normals(read_all(*open_point_source(file)));
+  check_same_as_job(raw);
+  PointCloud oriented = raw;
+  for (const Vec3& p : raw.positions)
+    oriented.normals.push_back(normalized(p - Vec3{-0.02, 0.09, 0.0}));
+  oriented.schema.has_normals = true;
+  check_same_as_job(with_float_normals(oriented));
+}
+
+TEST_CASE("SpansGiveTheSameMeshAsACloud") {
+  PointCloud cloud = holed_torus();
+  cloud.schema.attributes.clear();
+  cloud.attributes.clear();
+  cloud.schema.normal_type = ScalarType::kFloat64;
+  ScratchDirectory scratch;
+  for (const bool stray : {false, true}) {
+    if (stray) {
+      cloud.append(cloud, 0);
+      cloud.positions.back() = {9e5, 0.0, 0.0};
+    }
+    const std::string expected = bytes_of_mesh(scratch, reconstruct(cloud));
+    const Reconstruction result = reconstruct(cloud.positions, cloud.normals);
+    CHECK(bytes_of_mesh(scratch, result) == expected);
+    CHECK(result.dropped.size() == (stray ? 1 : 0));
+    const std::string raw = bytes_of_mesh(scratch, reconstruct(without_normals(cloud)));
+    CHECK(bytes_of_mesh(scratch, reconstruct(cloud.positions, {})) == raw);
+  }
+}
+
+TEST_CASE("TheFrontDoorTellsItsStagesAndStopsInAnyOfThem") {
+  const PointCloud cloud = without_normals(torus(2000, 0.1));
+  std::vector<std::string> stages;
+  ReconstructionOptions options;
+  options.threads = 2;
+  options.progress = [&](std::string_view stage, double done) {
+    CHECK(done == Approx(static_cast<double>(stages.size()) / 6.0));
+    stages.emplace_back(stage);
+  };
+  reconstruct(cloud, options);
+  CHECK(stages ==
+        std::vector<std::string>{"measure", "sort", "normals", "orient", "reconstruct", "fill"});
+  for (const std::string& last : stages) {
+    StopToken stop;
+    options.stop = &stop;
+    options.progress = [&](std::string_view stage, double) {
+      if (stage == last) stop.request();
+    };
+    try {
+      reconstruct(cloud, options);
+      FAIL("was not stopped in " << last);
+    } catch (const Error& error) {
+      CHECK(error.kind() == ErrorKind::kInterrupted);
+    }
+  }
+}
+
+TEST_CASE("TheFrontDoorSaysWhatIsWrong") {
+  ReconstructionOptions options;
+  CHECK_THROWS_WITH(reconstruct(PointCloud{}), Contains("no usable point"));
+  CHECK_THROWS_WITH(reconstruct(random_sphere(2, 1).cloud), Contains("no triangle"));
+  const PointCloud cloud = torus(1000, 0.0);
+  CHECK_THROWS_WITH(reconstruct(cloud.positions, std::span(cloud.normals).first(3)),
+                    Contains("3 normals for "));
+  options.levels = 9;
+  CHECK_THROWS_WITH(reconstruct(cloud, options), Contains("levels") && Contains("0 to 8"));
+  options = {};
+  options.normals.orientation = Orientation::kScanner;
+  CHECK_THROWS_WITH(reconstruct(cloud, options), Contains("scanned from"));
+  options = {};
+  options.ball_radii = {1e6};
+  CHECK_THROWS_WITH(reconstruct(cloud, options), Contains("too large"));
+  options = {};
+  options.normals.source = NormalSource::kFile;
+  CHECK_THROWS_WITH(reconstruct(without_normals(cloud), options), Contains("no normals"));
+}
