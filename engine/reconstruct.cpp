@@ -15,7 +15,6 @@
 #include "engine/normals/estimate_normals.h"
 #include "engine/normals/normal_side.h"
 #include "engine/normals/orientation.h"
-#include "engine/options/hole_options.h"
 #include "engine/spacing/automatic_radii.h"
 #include "engine/spacing/normal_radius.h"
 #include "engine/spacing/orientation_cell.h"
@@ -280,8 +279,7 @@ Reconstruction surface_of(PointCloud cloud, const RadiiChoice& choice, Stages& s
   stages.begin("fill");
   if (options.fill.min_triangles > 0)
     result.mesh = without_small_pieces(std::move(result.mesh), options.fill.min_triangles);
-  FilledMesh filled =
-      fill_mesh(std::move(result.mesh), hole_options(options.fill), options.stop, true);
+  FilledMesh filled = fill_mesh(std::move(result.mesh), options.fill, options.stop, true);
   check_stop(options.stop);
   result.mesh = std::move(filled.mesh);
   result.holes = std::move(filled.holes);

@@ -13,7 +13,7 @@ inline constexpr double kMostBallRadius = 1e75;
 /// Largest quotient of two ball radii of a job.
 inline constexpr double kMostRadiiRatio = 65536.0;
 /// Largest sum of the ball radii, in smallest ones. With the ratio this bounds the halo to
-/// 4 * 131072 + 6 * 65536 smallest radii (docs/halo.md), less than the cells of the neighbour
+/// 4 * 131072 + 6 * 65536 smallest radii (docs/dev/halo.md), less than the cells of the neighbour
 /// search have room for.
 inline constexpr double kMostRadiiSum = 131072.0;
 

@@ -93,8 +93,9 @@ void refill(const MeshIndex& index, const Disc& disc, double radius_spacings,
   const Cut around = surroundings(index, disc, radius, work.neighborhood);
   const std::string stem = case_stem(work, disc, radius_spacings);
   if (!stem.empty()) write_mesh(stem + "-hole.ply", around.mesh);
-  HoleOptions options;
-  options.kernel = work.kernel == "triharmonic" ? RbfKernel::kTriharmonic : RbfKernel::kBiharmonic;
+  FillOptions options;
+  options.kernel =
+      work.kernel == "triharmonic" ? FillKernel::kTriharmonic : FillKernel::kBiharmonic;
   options.neighborhood = work.neighborhood;
   options.max_edges = disc.rim.size();  // the border of the part is longer
   options.keep_outer_border = false;

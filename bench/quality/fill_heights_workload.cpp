@@ -161,8 +161,8 @@ void measure(const MeshIndex& index, const Disc& disc, double neighborhood_radiu
   }
   const bool is_triharmonic = work.kernel == "triharmonic";
   const HoleFrame frame = principal_frame(sites);
-  HoleOptions options;
-  options.kernel = is_triharmonic ? RbfKernel::kTriharmonic : RbfKernel::kBiharmonic;
+  FillOptions options;
+  options.kernel = is_triharmonic ? FillKernel::kTriharmonic : FillKernel::kBiharmonic;
   options.neighborhood = std::max(1.0, neighborhood_radius / rim_radius(index, disc));
   options.max_edges = disc.rim.size();
   options.keep_outer_border = false;

@@ -169,7 +169,7 @@ std::vector<std::uint32_t> measured_points(const MeshIndex& index, const Disc& d
 }
 
 Patch fill_by_engine(const MeshIndex& index, const Disc& disc, const Cut& around,
-                     const HoleOptions& options) {
+                     const FillOptions& options) {
   const FilledMesh filled = fill_mesh(around.mesh, options);
   std::uint32_t first = around.number_of(disc.rim[0]);
   for (const std::uint32_t v : disc.rim) first = std::min(first, around.number_of(v));

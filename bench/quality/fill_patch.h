@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bench/quality/fill_discs.h"
-#include "engine/holes/problem/hole_options.h"
+#include "io/surface_options.h"
 
 namespace orbweave::bench {
 
@@ -23,7 +23,7 @@ struct Patch {
 
 /// Fills the disc's hole in a part of the mesh around it by the engine.
 Patch fill_by_engine(const MeshIndex& index, const Disc& disc, const Cut& around,
-                     const HoleOptions& options);
+                     const FillOptions& options);
 
 struct PatchQuality {
   bool closed = false;  ///< edge by edge: the rim's once, all others twice, none of the mesh's

@@ -6,7 +6,7 @@
 namespace orbweave {
 
 /// Margin that a chunk needs around its owned points for their triangles to be those of the
-/// uncut cloud. docs/halo.md derives it.
+/// uncut cloud. docs/dev/halo.md derives it.
 double halo_width(std::span<const double> ball_radii);
 
 }  // namespace orbweave

@@ -17,7 +17,6 @@
 #include "engine/cli/output_checks.h"
 #include "engine/cli/signals.h"
 #include "engine/holes/fill_mesh.h"
-#include "engine/options/hole_options.h"
 #include "engine/validation/mesh_facts.h"
 #include "engine/validation/usable_triangles.h"
 #include "io/error.h"
@@ -102,7 +101,7 @@ TriangleMesh filled_mesh(FillReport& report) {
   report.before = mesh_facts(mesh);
   const bool changed = leave_out_unusable(mesh, report);
   warn_of_structure(report.file, changed ? mesh_facts(mesh) : report.before);
-  FilledMesh filled = fill_mesh(mesh, hole_options(report.options.fill));
+  FilledMesh filled = fill_mesh(mesh, report.options.fill);
   report.holes = std::move(filled.holes);
   report.pieces_removed = filled.pieces_removed;
   report.triangles_removed = filled.triangles_removed;

@@ -125,7 +125,7 @@ void draw_cloud(const std::string& file, const Box& bounds, const std::string& p
 std::vector<HoleFacts> loops_of(TriangleMesh mesh, const MeshFacts& facts) {
   if (facts.boundary_edges == 0) return {};
   remove_unusable_triangles(mesh);
-  return list_holes(mesh, HoleOptions{});
+  return list_holes(mesh, FillOptions{});
 }
 
 std::string loops_text(std::span<const HoleFacts> holes) {

@@ -20,7 +20,7 @@ struct Survey {
   HolePlan plan;
 };
 
-Survey survey_of(const TriangleMesh& mesh, const HoleOptions& options,
+Survey survey_of(const TriangleMesh& mesh, const FillOptions& options,
                  bool has_point_normals = false) {
   const MeshSurface surface(mesh);
   const MeshComponents components = find_components(mesh, surface);
@@ -78,11 +78,11 @@ void append(const LoopPatch& patch, std::int32_t id, TriangleMesh& mesh) {
 
 }  // namespace
 
-std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const HoleOptions& options) {
+std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const FillOptions& options) {
   return survey_of(mesh, options).plan.all_facts();
 }
 
-FilledMesh fill_mesh(TriangleMesh mesh, const HoleOptions& options, const StopToken* stop,
+FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options, const StopToken* stop,
                      bool has_point_normals) {
   const Survey survey = survey_of(mesh, options, has_point_normals);
   const HolePlan& plan = survey.plan;

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/holes/problem/hole_options.h"
 #include "io/hole_facts.h"
 #include "io/stop_token.h"
+#include "io/surface_options.h"
 #include "io/triangle_mesh.h"
 
 namespace orbweave {
@@ -28,11 +28,11 @@ struct FilledMesh {
 /// does not depend on the number of threads. `stop` is looked at before every hole; may be null.
 /// `has_point_normals`: the vertices' normals are those of scanned points and say where outside is,
 /// as in a job; else the triangles' normals do.
-FilledMesh fill_mesh(TriangleMesh mesh, const HoleOptions& options, const StopToken* stop = nullptr,
+FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options, const StopToken* stop = nullptr,
                      bool has_point_normals = false);
 
 /// The loops and what would become of them, nothing filled (`filled` is false for all; `reason`
 /// says why where one would stay open).
-std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const HoleOptions& options);
+std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const FillOptions& options);
 
 }  // namespace orbweave

@@ -87,10 +87,11 @@ std::vector<std::vector<Edge64>> shared_pairs(std::span<const BoundaryLoop> loop
 namespace {
 
 LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<const Edge64> taken,
-                    const HoleFacts& known, const HoleOptions& options) {
+                    const HoleFacts& known, const FillOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   PatchOptions patch_options;
-  patch_options.kernel = options.kernel;
+  patch_options.kernel =
+      options.kernel == FillKernel::kBiharmonic ? RbfKernel::kBiharmonic : RbfKernel::kTriharmonic;
   patch_options.allow_intersections = options.allow_intersections;
   NeighborhoodOptions around;
   around.radius_factor = options.neighborhood;
@@ -193,7 +194,7 @@ std::vector<BoundaryVertex> vertices_around_islands(const HolePlan& plan) {
 }  // namespace
 
 HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> vertices,
-                    std::span<const Piece> pieces, const HoleOptions& options) {
+                    std::span<const Piece> pieces, const FillOptions& options) {
   HolePlan plan;
   plan.vertices = std::move(vertices);
   plan.loops = trace_loops(std::move(fans), plan.vertices);
@@ -220,7 +221,7 @@ HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> verti
 }
 
 std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, std::uint32_t hole,
-                                  const HoleOptions& options) {
+                                  const FillOptions& options) {
   std::vector<LoopPatch> patches;
   const std::vector<std::uint32_t>& islands = plan.islands[hole];
   if (!islands.empty()) {

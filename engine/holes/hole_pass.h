@@ -10,9 +10,9 @@
 #include "engine/holes/loops/hole_choice.h"
 #include "engine/holes/problem/boundary_loop.h"
 #include "engine/holes/problem/hole.h"
-#include "engine/holes/problem/hole_options.h"
 #include "engine/holes/problem/surface.h"
 #include "io/hole_facts.h"
+#include "io/surface_options.h"
 
 namespace orbweave {
 
@@ -51,12 +51,12 @@ struct HolePlan {
   std::vector<HoleFacts> all_facts() const;
 };
 HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> vertices,
-                    std::span<const Piece> pieces, const HoleOptions& options);
+                    std::span<const Piece> pieces, const FillOptions& options);
 
 /// Gathers the neighbourhood and fills the hole, joining its islands where that is possible. One
 /// result per loop of the group; a joined island's has no triangles of its own. The results depend
 /// on the mesh alone.
 std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, std::uint32_t hole,
-                                  const HoleOptions& options);
+                                  const FillOptions& options);
 
 }  // namespace orbweave

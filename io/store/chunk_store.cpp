@@ -257,8 +257,8 @@ void ChunkStore::State::clear_folder(const fs::path& folder) const {
   record->remove(folder);
 }
 
-/// Removes a directory that was made for the job and holds nothing but what goes last. False: it is
-/// as it was.
+/// Removes a directory that was made for the job and holds nothing but what goes last. False: it
+/// stays under its name, with what it holds.
 bool ChunkStore::State::remove_whole(const std::vector<MadeDirectory>& made) {
   const auto is_last = [&](const fs::path& path) {
     return std::ranges::find(kLastFiles, path.filename()) != kLastFiles.end() && record->owns(path);
@@ -270,6 +270,7 @@ bool ChunkStore::State::remove_whole(const std::vector<MadeDirectory>& made) {
   // A file system over a network keeps the name of what is open.
   lock = FileDescriptor();
   remove_aside(aside);
+  if (take_back(aside, directory)) return false;
   remove_made(directory, made);
   return true;
 }

@@ -211,6 +211,12 @@ void remove_aside(const fs::path& aside) {
   ::rmdir(aside.c_str());
 }
 
+bool take_back(const fs::path& aside, const fs::path& directory) {
+  std::error_code ignored;
+  if (!facts_of(aside / kStoreFile)) return false;
+  return rename_to_free_name(aside, fs::weakly_canonical(directory, ignored));
+}
+
 void remove_made(const fs::path& directory, const std::vector<MadeDirectory>& made) {
   std::error_code ignored;
   const fs::path place = fs::weakly_canonical(directory, ignored);

@@ -25,6 +25,10 @@ std::filesystem::path put_aside(const std::filesystem::path& directory);
 /// that holds anything else stays.
 void remove_aside(const std::filesystem::path& aside);
 
+/// Gives a directory that remove_aside has left, because it holds something else, its name back;
+/// false where it is gone, or where its name is taken by now.
+bool take_back(const std::filesystem::path& aside, const std::filesystem::path& directory);
+
 /// Removes directories that were made for the job, the innermost first, where they are empty. By
 /// now another job may have begun there.
 void remove_made(const std::filesystem::path& directory, const std::vector<MadeDirectory>& made);

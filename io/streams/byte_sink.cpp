@@ -93,7 +93,7 @@ ClosedOutput::ClosedOutput()
              .place = {},
              .found = {},
              .expected = {},
-             .advice = "Nothing is kept; write to a file to resume later"}) {}
+             .advice = "Write to a file to be able to resume"}) {}
 
 std::unique_ptr<ByteSink> open_byte_sink(const std::filesystem::path& path) {
   std::unique_ptr<ByteSink> sink;

@@ -118,7 +118,7 @@ TEST_CASE("TheBorderOfASheetStaysOpenAndItsHolesAreFilled") {
   CHECK(farthest_new_vertex(mesh, filled, [](Vec3 p) {
           return p.z - 0.05 * std::sin(7.0 * p.x) * std::cos(5.0 * p.y);
         }) < 0.002);
-  HoleOptions all;
+  FillOptions all;
   all.keep_outer_border = false;
   require_closed(mesh, fill_mesh(mesh, all));
 }
@@ -176,7 +176,7 @@ TEST_CASE("AHemisphereStaysOpenUnlessAskedFor") {
   const FilledMesh open = fill_mesh(mesh, {});
   CHECK(count_filled(open) == 0);
   CHECK(open.holes.at(0).reason.find("keep_outer_border") != std::string::npos);
-  HoleOptions all;
+  FillOptions all;
   all.keep_outer_border = false;
   const FilledMesh filled = fill_mesh(mesh, all);
   require_closed(mesh, filled);
@@ -318,7 +318,7 @@ TEST_CASE("LimitsLeaveHolesOpenAndSayWhy") {
   TriangleMesh mesh = test::torus_mesh(4000);
   cut(mesh, [](Vec3 p) { return norm(p - Vec3{1.0, 0.0, 0.4}) < 0.3; });
   const auto reason_with = [&](auto&& limit) {
-    HoleOptions options;
+    FillOptions options;
     limit(options);
     const FilledMesh filled = fill_mesh(mesh, options);
     REQUIRE(filled.holes.size() == 1);
@@ -327,11 +327,11 @@ TEST_CASE("LimitsLeaveHolesOpenAndSayWhy") {
     CHECK(list_holes(mesh, options).at(0).reason == filled.holes[0].reason);
     return filled.holes[0].reason;
   };
-  CHECK(reason_with([](HoleOptions& o) { o.max_edges = 5; }).find("fill.max_edges = 5") !=
+  CHECK(reason_with([](FillOptions& o) { o.max_edges = 5; }).find("fill.max_edges = 5") !=
         std::string::npos);
-  CHECK(reason_with([](HoleOptions& o) { o.max_diameter = 0.1; }).find("fill.max_diameter") !=
+  CHECK(reason_with([](FillOptions& o) { o.max_diameter = 0.1; }).find("fill.max_diameter") !=
         std::string::npos);
-  CHECK(reason_with([](HoleOptions& o) { o.max_perimeter = 0.1; }).find("fill.max_perimeter") !=
+  CHECK(reason_with([](FillOptions& o) { o.max_perimeter = 0.1; }).find("fill.max_perimeter") !=
         std::string::npos);
 }
 
@@ -342,7 +342,7 @@ TEST_CASE("SmallPiecesAreRemovedOnRequest") {
   const FilledMesh kept = fill_mesh(mesh, {});
   CHECK(kept.pieces_removed == 0);
   CHECK(mesh_facts(kept.mesh).components == 2);
-  HoleOptions options;
+  FillOptions options;
   options.min_triangles = 9;
   const FilledMesh filled = fill_mesh(mesh, options);
   CHECK(filled.pieces_removed == 1);

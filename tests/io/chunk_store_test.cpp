@@ -12,6 +12,7 @@
 
 #include "io/store/store_identity.h"
 #include "io/store/work_directory.h"
+#include "io/system/file_calls.h"
 #include "tests/io/stored_arrays.h"
 #include "tests/support/data.h"
 #include "tests/support/program.h"
@@ -222,6 +223,29 @@ TEST_CASE("RemoveAllLeavesNothing") {
   store.remove_all();
   CHECK_FALSE(fs::exists(scratch / "work"));
 }
+
+#ifdef __linux__
+TEST_CASE("AFileThatComesIntoTheWorkDirectoryAtTheLastMomentStaysUnderItsName") {
+  const test::ScratchDirectory scratch;
+  const fs::path work = scratch / "work";
+  ChunkStore store(work);
+  store.begin_stage("points", "key");
+  const FileCalls before = file_calls;
+  // The file comes when the directory has just been put aside.
+  file_calls.renameat2 = [](int from_folder, const char* from, int to_folder, const char* to,
+                            unsigned flags) {
+    const int result = ::renameat2(from_folder, from, to_folder, to, flags);
+    const fs::path note = fs::path(to) / "note.txt";
+    if (result == 0 && fs::path(from).filename() == "work") write_text(note, "mine");
+    return result;
+  };
+  const std::vector<std::string> strangers = store.remove_all();
+  file_calls = before;
+  CHECK(strangers == std::vector<std::string>{"note.txt"});
+  CHECK(names_in(scratch) == std::vector<std::string>{"work"});
+  CHECK(file_text(work / "note.txt") == "mine");
+}
+#endif
 
 TEST_CASE("AnEmptyDirectoryIsTheUsersWhateverItsPermissions") {
   const test::ScratchDirectory scratch;

@@ -36,7 +36,7 @@ bool is_outer_border(const BoundaryLoop& loop, std::span<const Piece> pieces) {
 }
 
 HoleChoice choice_of(const BoundaryLoop& loop, std::span<const Piece> pieces,
-                     const HoleOptions& options) {
+                     const FillOptions& options) {
   if (options.max_edges > 0 && loop.vertices.size() > options.max_edges) {
     return {OpenReason::kMaxEdges,
             std::to_string(loop.vertices.size()) +
@@ -61,7 +61,7 @@ HoleChoice choice_of(const BoundaryLoop& loop, std::span<const Piece> pieces,
 }  // namespace
 
 std::vector<HoleChoice> choose_holes(std::span<const BoundaryLoop> loops,
-                                     std::span<const Piece> pieces, const HoleOptions& options) {
+                                     std::span<const Piece> pieces, const FillOptions& options) {
   std::vector<HoleChoice> choices;
   choices.reserve(loops.size());
   for (const BoundaryLoop& loop : loops) {

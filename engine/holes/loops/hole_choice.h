@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "engine/holes/problem/boundary_loop.h"
-#include "engine/holes/problem/hole_options.h"
 #include "io/box.h"
 #include "io/open_reason.h"
+#include "io/surface_options.h"
 
 namespace orbweave {
 
@@ -29,10 +29,10 @@ struct HoleChoice {
 /// What is to become of each loop.
 /// The loops' component labels are indices of `pieces`.
 ///
-/// Outer borders (HoleOptions::keep_outer_border) are loops whose area vector opposes the normals
+/// Outer borders (FillOptions::keep_outer_border) are loops whose area vector opposes the normals
 /// along them; a loop that does neither (the end of a tube, the rim of a hemisphere) counts as
 /// one where its diameter is at least half of that of its piece.
 std::vector<HoleChoice> choose_holes(std::span<const BoundaryLoop> loops,
-                                     std::span<const Piece> pieces, const HoleOptions& options);
+                                     std::span<const Piece> pieces, const FillOptions& options);
 
 }  // namespace orbweave

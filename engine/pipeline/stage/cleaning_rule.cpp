@@ -4,10 +4,19 @@
 #include <cmath>
 #include <numbers>
 
-#include "engine/pipeline/stage/algorithm_options.h"
+#include "engine/spacing/layer_thickness.h"
 
 namespace orbweave {
 namespace {
+
+PrepareOptions prepare_options(const CleaningChoice& choice) {
+  PrepareOptions options;
+  options.outlier_sigma = choice.outlier_sigma;
+  options.smooth_radius = choice.smooth_radius;
+  options.smooth_passes = choice.smooth_passes;
+  options.thin_to_spacing = choice.thin_to_spacing;
+  return options;
+}
 
 /// What the job asks for; an automatic choice gives way to the numbers that the job has.
 PrepareOptions applied_options(const PrepareOptions& wanted, const PrepareOptions& chosen) {

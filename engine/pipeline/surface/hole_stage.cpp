@@ -7,7 +7,6 @@
 
 #include "engine/holes/hole_pass.h"
 #include "engine/holes/loops/hole_choice.h"
-#include "engine/options/hole_options.h"
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/surface/filled_boundary.h"
 #include "engine/pipeline/surface/patch_batch.h"
@@ -140,7 +139,7 @@ void fill_batch(const TracedHoles& holes, ChunkId number, const Surface& surface
   for (std::size_t i = batch.first; i < batch.first + batch.count; ++i) {
     runner.stop.check();
     for (LoopPatch& patch :
-         fill_group(surface, holes.plan, holes.plan.groups[i], hole_options(runner.job.fill))) {
+         fill_group(surface, holes.plan, holes.plan.groups[i], runner.job.fill)) {
       const double area = area_of(surface, patch);
       append_patch(std::move(patch), area, patches);
     }
@@ -222,8 +221,7 @@ TracedHoles trace_holes(HoleInputs& inputs, StoredSurface& surface, StageRunner&
   holes.fans = kept_fans(std::move(boundary.fans), boundary.pieces, options.min_triangles);
   runner.progress.advance(holes.fans.size());
   surface.limit_memory(0);
-  holes.plan = plan_holes(holes.fans, std::move(boundary.vertices), pieces_of(boundary),
-                          hole_options(options));
+  holes.plan = plan_holes(holes.fans, std::move(boundary.vertices), pieces_of(boundary), options);
   holes.batches = cut_into_batches(holes.plan);
   release_freed_memory();
   return holes;
@@ -266,7 +264,7 @@ HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
 
 std::vector<HoleFacts> list_loops(const StitchedBoundary& boundary, const FillOptions& options) {
   return plan_holes(kept_fans(boundary.fans, boundary.pieces, options.min_triangles),
-                    boundary.vertices, pieces_of(boundary), hole_options(options))
+                    boundary.vertices, pieces_of(boundary), options)
       .all_facts();
 }
 
