@@ -42,9 +42,10 @@ BallPivotingResult pivot_whole(const PivotInput& input, const BallPivotingOption
     if (level == 0) {
       state.take_first_level(walk_all(grid, ball_radius, {}, options.width, options.stop));
     } else {
-      state.take_level(walk_all(grid, ball_radius, state.open(), options.width, options.stop));
+      state.take_level(
+          walk_all(grid, ball_radius, state.unfinished(), options.width, options.stop));
     }
-    if (!state.any_open()) break;
+    if (!state.any_unfinished()) break;
   }
   state.drop_isolated();
   BallPivotingResult result;

@@ -128,6 +128,7 @@ FanTable walk_all(const CellGrid& grid, double ball_radius, std::span<const std:
                   VectorWidth width, const StopToken* stop) {
   FanTable table(grid.size());
   table.closed_.assign(grid.size(), 0);
+  table.blocked_.assign(grid.size(), 0);
   const std::vector<std::uint8_t> sorted_active = sorted_activity(grid, active);
   const std::uint8_t* activity = active.empty() ? nullptr : sorted_active.data();
   const std::vector<std::uint32_t> firsts = cut_into_blocks(grid);
@@ -145,6 +146,7 @@ FanTable walk_all(const CellGrid& grid, double ball_radius, std::span<const std:
       starts[i - begin] = corners.size();
       table.count_[point] = fan.count;
       table.closed_[point] = fan.closed ? 1 : 0;
+      table.blocked_[point] = fan.blocked ? 1 : 0;
       for (std::uint32_t c = 0; c < fan.count; ++c) {
         corners.push_back(make_corner(grid.original(first_of(fan.corners[c])),
                                       grid.original(second_of(fan.corners[c]))));

@@ -19,6 +19,8 @@ class FanTable {
   std::span<const Corner> at(std::uint32_t point) const { return {begin_[point], count_[point]}; }
   /// The walk closed: one cycle of accepted triangles, no neighbour twice.
   bool closed(std::uint32_t point) const { return closed_[point] != 0; }
+  /// No ball at the point is empty, and no larger one would be (Fan::blocked).
+  bool blocked(std::uint32_t point) const { return blocked_[point] != 0; }
   bool contains(std::uint32_t point, Corner corner) const {
     for (const Corner c : at(point)) {
       if (c == corner) return true;
@@ -32,7 +34,7 @@ class FanTable {
                            const StopToken*);
   std::vector<const Corner*> begin_;
   std::vector<std::uint32_t> count_;
-  std::vector<std::uint8_t> closed_;
+  std::vector<std::uint8_t> closed_, blocked_;
   std::vector<std::vector<Corner>> blocks_;  // what begin_ points into
 };
 

@@ -71,9 +71,30 @@ inline Lanes::Mask lane_mask(std::uint32_t lane) { return static_cast<Lanes::Mas
 
 #elif defined(ORBWEAVE_SIMD_AVX2)
 
+/// For each mask of four lanes the lanes of it, in order, and then any others.
+struct CompressedLanes {
+  alignas(16) std::int32_t lane[16][4] = {};    // of four
+  alignas(32) std::int32_t halves[16][8] = {};  // the same as pairs of halves
+  constexpr CompressedLanes() {
+    for (int mask = 0; mask < 16; ++mask) {
+      int to = 0;
+      for (int from = 0; from < 4; ++from) {
+        if ((mask >> from & 1) == 0) continue;
+        lane[mask][to] = from;
+        halves[mask][2 * to] = 2 * from;
+        halves[mask][2 * to + 1] = 2 * from + 1;
+        ++to;
+      }
+    }
+  }
+};
+constexpr CompressedLanes kCompressed;
+
 struct Lanes {
   static constexpr std::uint32_t kWidth = 4;
-  using Mask = int;
+  struct Mask {
+    __m256d v;
+  };
   __m256d v;
   static Lanes load(const double* p) { return {_mm256_loadu_pd(p)}; }
   static Lanes all(double x) { return {_mm256_set1_pd(x)}; }
@@ -85,20 +106,14 @@ struct Lanes {
   friend Lanes operator-(Lanes a, Lanes b) { return {_mm256_sub_pd(a.v, b.v)}; }
   friend Lanes operator*(Lanes a, Lanes b) { return {_mm256_mul_pd(a.v, b.v)}; }
   friend Lanes operator/(Lanes a, Lanes b) { return {_mm256_div_pd(a.v, b.v)}; }
-  friend Mask operator<(Lanes a, Lanes b) {
-    return _mm256_movemask_pd(_mm256_cmp_pd(a.v, b.v, _CMP_LT_OQ));
-  }
-  friend Mask operator==(Lanes a, Lanes b) {
-    return _mm256_movemask_pd(_mm256_cmp_pd(a.v, b.v, _CMP_EQ_OQ));
-  }
+  friend Mask operator<(Lanes a, Lanes b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_LT_OQ)}; }
+  friend Mask operator==(Lanes a, Lanes b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_EQ_OQ)}; }
 };
 inline Lanes square_root(Lanes a) { return {_mm256_sqrt_pd(a.v)}; }
 inline Lanes larger(Lanes a, Lanes b) { return {_mm256_max_pd(a.v, b.v)}; }
 inline Lanes smaller(Lanes a, Lanes b) { return {_mm256_min_pd(a.v, b.v)}; }
 inline Lanes choose(Lanes::Mask m, Lanes yes, Lanes no) {
-  const __m256i bits = _mm256_setr_epi64x(1, 2, 4, 8);
-  const __m256i on = _mm256_cmpeq_epi64(_mm256_and_si256(_mm256_set1_epi64x(m), bits), bits);
-  return {_mm256_blendv_pd(no.v, yes.v, _mm256_castsi256_pd(on))};
+  return {_mm256_blendv_pd(no.v, yes.v, m.v)};
 }
 inline double smallest(Lanes a) {
   const __m128d half = _mm_min_pd(_mm256_castpd256_pd128(a.v), _mm256_extractf128_pd(a.v, 1));
@@ -111,24 +126,33 @@ inline double largest(Lanes a) {
 inline double smallest_of(Lanes a, Lanes::Mask m) {
   return smallest(choose(m, a, Lanes::all(1e300)));
 }
-inline Lanes::Mask both(Lanes::Mask a, Lanes::Mask b) { return a & b; }
-inline Lanes::Mask but_not(Lanes::Mask a, Lanes::Mask b) { return a & ~b; }
-inline bool any(Lanes::Mask m) { return m != 0; }
+inline Lanes::Mask both(Lanes::Mask a, Lanes::Mask b) { return {_mm256_and_pd(a.v, b.v)}; }
+inline Lanes::Mask but_not(Lanes::Mask a, Lanes::Mask b) { return {_mm256_andnot_pd(b.v, a.v)}; }
+inline bool any(Lanes::Mask m) { return _mm256_movemask_pd(m.v) != 0; }
 inline std::uint32_t count(Lanes::Mask m) {
-  return static_cast<std::uint32_t>(__builtin_popcount(static_cast<unsigned>(m)));
+  return static_cast<std::uint32_t>(
+      __builtin_popcount(static_cast<unsigned>(_mm256_movemask_pd(m.v))));
 }
+/// Stores the lanes of the mask side by side; writes up to a full vector behind `p`.
 inline void compress_store(double* p, Lanes a, Lanes::Mask m) {
-  alignas(32) double lane[4];
-  _mm256_store_pd(lane, a.v);
-  for (; m != 0; m &= m - 1) *p++ = lane[__builtin_ctz(static_cast<unsigned>(m))];
+  const __m256i order = _mm256_load_si256(
+      reinterpret_cast<const __m256i*>(kCompressed.halves[_mm256_movemask_pd(m.v)]));
+  const __m256i packed = _mm256_permutevar8x32_epi32(_mm256_castpd_si256(a.v), order);
+  _mm256_storeu_pd(p, _mm256_castsi256_pd(packed));
 }
+/// Stores first + lane for the lanes of the mask; writes up to a full vector behind `p`.
 inline void compress_store_indices(std::uint32_t* p, std::uint32_t first, Lanes::Mask m) {
-  for (; m != 0; m &= m - 1) {
-    *p++ = first + static_cast<std::uint32_t>(__builtin_ctz(static_cast<unsigned>(m)));
-  }
+  const __m128i lanes =
+      _mm_load_si128(reinterpret_cast<const __m128i*>(kCompressed.lane[_mm256_movemask_pd(m.v)]));
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(p),
+                   _mm_add_epi32(_mm_set1_epi32(static_cast<int>(first)), lanes));
 }
-inline Lanes::Mask first_lanes(std::uint32_t n) { return n >= 4 ? 0xf : (1 << n) - 1; }
-inline Lanes::Mask lane_mask(std::uint32_t lane) { return 1 << lane; }
+inline Lanes::Mask first_lanes(std::uint32_t n) {
+  return Lanes::counting_from(0.0) < Lanes::all(static_cast<double>(n));
+}
+inline Lanes::Mask lane_mask(std::uint32_t lane) {
+  return Lanes::counting_from(0.0) == Lanes::all(static_cast<double>(lane));
+}
 
 #else
 

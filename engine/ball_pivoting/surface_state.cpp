@@ -116,6 +116,7 @@ SurfaceState::SurfaceState(RivalContext context, std::span<const std::uint8_t> o
       owned_(owned),
       stop_(stop),
       open_(context.local.size(), 1),
+      unfinished_(context.local.size(), 1),
       fan_counts_(context.local.size(), 0) {}
 
 /// Triangles that a walk at another of their vertices found, but the walk here did not.
@@ -230,7 +231,18 @@ void SurfaceState::take_first_level(const FanTable& fans) {
       });
   for_each_vertex(corners,
                   [&](std::span<const VertexCorner> at_vertex) { close_or_keep(at_vertex); });
-  any_open_ = std::find(open_.begin(), open_.end(), 1) != open_.end();
+  for (std::uint32_t vertex = 0; vertex < unfinished_.size(); ++vertex)
+    unfinished_[vertex] = fans.blocked(vertex) ? 0 : 1;
+  find_unfinished();
+}
+
+/// Points that have closed are finished.
+void SurfaceState::find_unfinished() {
+  any_unfinished_ = false;
+  for (std::size_t i = 0; i < open_.size(); ++i) {
+    unfinished_[i] = unfinished_[i] != 0 && open_[i] != 0 ? 1 : 0;
+    any_unfinished_ = any_unfinished_ || unfinished_[i] != 0;
+  }
 }
 
 /// Whether an open point already has a triangle on the directed edge to `head`.
@@ -272,7 +284,7 @@ void SurfaceState::take_level(const FanTable& fans) {
   tbb::parallel_sort(corners.begin(), corners.end());
   for_each_vertex(corners,
                   [&](std::span<const VertexCorner> at_vertex) { close_or_keep(at_vertex); });
-  any_open_ = std::find(open_.begin(), open_.end(), 1) != open_.end();
+  find_unfinished();
 }
 
 /// A triangle that no other shares an edge with. Its vertices are open then.

@@ -40,9 +40,10 @@ class SurfaceState {
   /// A later level, from the fans of the open points.
   void take_level(const FanTable& fans);
 
-  /// Points whose fan is not closed: 1.
-  std::span<const std::uint8_t> open() const { return open_; }
-  bool any_open() const { return any_open_; }
+  /// Points that a larger ball may still give triangles to: 1. Their fan is not closed, and some
+  /// ball that touches them was empty.
+  std::span<const std::uint8_t> unfinished() const { return unfinished_; }
+  bool any_unfinished() const { return any_unfinished_; }
 
   /// After the last level: triangles that share no edge with another one go.
   void drop_isolated();
@@ -65,20 +66,22 @@ class SurfaceState {
   std::vector<Triangle> first_level_losers(const FanTable& fans,
                                            std::span<const VertexCorner> elsewhere) const;
   void close_or_keep(std::span<const VertexCorner> corners);
+  void find_unfinished();
   void emit_first_level(const FanTable& fans, std::span<const VertexCorner> elsewhere,
                         std::span<const Triangle> losers);
 
   RivalContext context_;
   std::span<const std::uint8_t> owned_;
   const StopToken* stop_;
-  std::vector<std::uint8_t> open_;
+  std::vector<std::uint8_t> open_;        // points whose fan is not closed
+  std::vector<std::uint8_t> unfinished_;  // those of them that are not blocked
   std::vector<std::uint8_t> fan_counts_;
   std::vector<VertexCorner> open_corners_;     // at open points, sorted
   std::vector<VertexCorner> pinched_corners_;  // at closed points of several fans
   std::vector<Triangle> triangles_;            // sorted
   std::uint64_t conflicts_lost_ = 0;
   std::uint64_t isolated_dropped_ = 0;
-  bool any_open_ = false;
+  bool any_unfinished_ = false;
 };
 
 }  // namespace orbweave

@@ -65,6 +65,9 @@ struct Fan {
   Corner* corners = nullptr;  ///< room for corner_bound(candidates)
   std::uint32_t count = 0;
   bool closed = false;  ///< one cycle of accepted triangles, no neighbour twice
+  /// No ball of this radius that touches the point is empty, whatever its direction; told where all
+  /// circles were looked at. An empty larger ball would hold an empty one, so none is empty either.
+  bool blocked = false;
 };
 
 /// A bound on the corners at a point with this number of neighbours: every edge of its Voronoi cell

@@ -29,11 +29,15 @@ constexpr double kBeyond = 8.0;
 constexpr double kNever = 1e300;
 /// Arcs and gaps below this fraction of a circle are rounding, not geometry.
 constexpr double kSliver = 1e-14;
+/// About how many of the nearest neighbours a circle is held against before all others.
+constexpr std::uint32_t kFew = 16, kMore = 64;
 
 /// Monotonic in the angle of (cosine, sine), 0 at angle 0, in [0, 4).
 inline Lanes pseudo_angle(Lanes cosine, Lanes sine) {
   return choose(sine < Lanes::all(0.0), Lanes::all(3.0) + cosine, Lanes::all(1.0) - cosine);
 }
+
+#include "engine/ball_pivoting/walk_near_caps.inl"
 
 /// Collects the neighbours closer than two ball radii, in the order of the arrays.
 void gather(const PointArrays& points, const CandidateRanges& candidates, double ball_radius,
@@ -104,7 +108,7 @@ class Walker {
   Direction neighbour(std::uint32_t k) const { return {s_.dx[k], s_.dy[k], s_.dz[k]}; }
 
   bool is_free(Direction u, std::uint32_t but) const;
-  bool is_free_on_top_of(std::uint32_t i, Direction& u) const;
+  Direction top_of(std::uint32_t i) const;
   bool start(std::uint32_t& circle, Direction& u) const;
   Circle circle_through(std::uint32_t i, Direction u) const {
     return circle_at(neighbour(i), s_.inverse_length[i], u);
@@ -115,7 +119,7 @@ class Walker {
   bool closed_simply() const;
   void scan_all(const std::uint8_t* active);
   bool cover_arcs(const Circle& c, std::uint32_t self);
-  void scan_circle(std::uint32_t i, const std::uint8_t* active);
+  void scan_circle(const Circle& c, std::uint32_t i, const std::uint8_t* active);
   double furthest_cover(double from) const;
   std::uint32_t longest_arc() const;
   std::uint32_t next_arc(double from, double& distance) const;
@@ -206,23 +210,25 @@ bool Walker::start(std::uint32_t& circle, Direction& u) const {
     if (s_.cap_height[k] < s_.cap_height[nearest]) nearest = k;
   }
   // On a smooth surface the ball that leans on the nearest neighbour from above is empty.
-  if (is_free_on_top_of(nearest, u)) {
+  u = top_of(nearest);
+  if (is_free(u, nearest)) {
     circle = nearest;
     return true;
   }
+  const NearCaps<kFew> near(s_, n_);
   for (std::uint32_t k = 0; k < n_; ++k) {
-    if (!is_free_on_top_of(k, u)) continue;
+    u = top_of(k);
+    if (near.hold(u, k) || !is_free(u, k)) continue;
     circle = k;
     return true;
   }
   return false;
 }
 
-/// Whether the ball that touches neighbour i closest to the normal is empty; u is that ball.
-bool Walker::is_free_on_top_of(std::uint32_t i, Direction& u) const {
+/// The ball that touches neighbour i closest to the normal.
+Direction Walker::top_of(std::uint32_t i) const {
   const Circle c = circle_from_top(i);
-  u = {c.middle.x + c.a.x, c.middle.y + c.a.y, c.middle.z + c.a.z};
-  return is_free(u, i);
+  return {c.middle.x + c.a.x, c.middle.y + c.a.y, c.middle.z + c.a.z};
 }
 
 /// The three vertex normals must agree with the triangle's side.
@@ -271,34 +277,18 @@ bool Walker::closed_simply() const {
 
 /// Arcs of the circle that the neighbours cover. False when one covers it whole.
 bool Walker::cover_arcs(const Circle& c, std::uint32_t self) {
-  const Lanes mx = Lanes::all(c.middle.x), my = Lanes::all(c.middle.y), mz = Lanes::all(c.middle.z);
-  const Lanes ax = Lanes::all(c.a.x), ay = Lanes::all(c.a.y), az = Lanes::all(c.a.z);
-  const Lanes bx = Lanes::all(c.b.x), by = Lanes::all(c.b.y), bz = Lanes::all(c.b.z);
+  const CircleLanes circle(c);
   const Lanes own = Lanes::all(static_cast<double>(self));
-  const Lanes zero = Lanes::all(0.0);
   for (std::uint32_t k = 0; k < n_; k += Lanes::kWidth) {
-    const Lanes dx = Lanes::load(s_.dx + k), dy = Lanes::load(s_.dy + k),
-                dz = Lanes::load(s_.dz + k);
-    const Lanes e = mx * dx + my * dy + mz * dz - Lanes::load(s_.cap_height + k);
-    const Lanes a = ax * dx + ay * dy + az * dz;
-    const Lanes b = bx * dx + by * dy + bz * dz;
-    const Lanes m = a * a + b * b;
-    const Lanes square = m - e * e;
+    const DirectionOf<Lanes> d = {Lanes::load(s_.dx + k), Lanes::load(s_.dy + k),
+                                  Lanes::load(s_.dz + k)};
+    const Crossing at = circle.cross(d, Lanes::load(s_.cap_height + k));
     const auto other =
         but_not(first_lanes(n_ - k), Lanes::counting_from(static_cast<double>(k)) == own);
-    const auto crossed = both(other, zero < square);
-    if (any(but_not(both(other, zero < e), crossed))) return false;
-    const Lanes root = square_root(larger(square, zero));
-    const Lanes inverse = Lanes::all(1.0) / m;
-    const Lanes in =
-        pseudo_angle((root * b - e * a) * inverse, zero - (root * a + e * b) * inverse);
-    const Lanes out =
-        pseudo_angle(zero - (root * b + e * a) * inverse, (root * a - e * b) * inverse);
-    Lanes length = out - in;
-    length = choose(length < zero, length + Lanes::all(4.0), length);
-    length = choose(crossed, length, Lanes::all(-1.0));
-    choose(crossed, in, zero).store(scratch_.arc_begin + k);
-    length.store(scratch_.arc_length + k);
+    const auto crossed = both(other, at.crossed);
+    if (any(but_not(both(other, at.covered), crossed))) return false;
+    choose(crossed, at.in, Lanes::all(0.0)).store(scratch_.arc_begin + k);
+    choose(crossed, arc_length(at.in, at.out), Lanes::all(-1.0)).store(scratch_.arc_length + k);
   }
   return true;
 }
@@ -343,11 +333,14 @@ std::uint32_t Walker::longest_arc() const {
 }
 
 /// All corners on the circle of neighbour i: ends of its free arcs.
-void Walker::scan_circle(std::uint32_t i, const std::uint8_t* active) {
-  if (!cover_arcs(circle_from_top(i), i)) return;
+void Walker::scan_circle(const Circle& c, std::uint32_t i, const std::uint8_t* active) {
+  if (!cover_arcs(c, i)) return;
   // From the longest arc on, most circles turn out covered within a step or two.
   const std::uint32_t longest = longest_arc();
-  if (longest == kNobody) return;
+  if (longest == kNobody) {
+    fan_.blocked = false;
+    return;
+  }
   double at = scratch_.arc_begin[longest];
   double travelled = 0.0;
   // Every round passes one arc or one gap; each of the n arcs begins once.
@@ -362,6 +355,7 @@ void Walker::scan_circle(std::uint32_t i, const std::uint8_t* active) {
       at += step;
       if (at >= 4.0) at -= 4.0;
     } else {
+      fan_.blocked = false;
       at = scratch_.arc_begin[entered];
       const bool wanted = active == nullptr || active[s_.id[entered]] != 0;
       if (wanted && accepted(i, entered)) emit(i, entered);
@@ -372,16 +366,27 @@ void Walker::scan_circle(std::uint32_t i, const std::uint8_t* active) {
 
 void Walker::scan_all(const std::uint8_t* active) {
   fan_.count = 0;
-  // A circle on which nothing is known yet: arcs of lanes behind the last neighbour stay empty.
+  fan_.blocked = active == nullptr && n_ > 0;
+  if (n_ < kFew * 2) {
+    for (std::uint32_t i = 0; i < n_; ++i)
+      if (active == nullptr || active[s_.id[i]] != 0) scan_circle(circle_from_top(i), i, active);
+    return;
+  }
+  NearCaps<kFew> few(s_, n_);
+  // Of a crowd the circles that are left are many enough to be held against some more first.
+  NearCaps<kMore> more(s_, n_ < kMore * 4 ? 0 : n_);
   for (std::uint32_t i = 0; i < n_; ++i) {
     if (active != nullptr && active[s_.id[i]] == 0) continue;
-    scan_circle(i, active);
+    const Circle c = circle_from_top(i);
+    if (few.cover(c, i) || more.cover(c, i)) continue;
+    scan_circle(c, i, active);
   }
 }
 
 /// The fan that the walk closed, or else all triangles.
 void Walker::close_or_scan(const std::uint8_t* active) {
   fan_.closed = closed_simply();
+  fan_.blocked = false;
   if (!fan_.closed) scan_all(active);
 }
 
@@ -415,7 +420,7 @@ void walk_among_near(const PointArrays& points, const WalkScratch* scratch, std:
 
 std::uint32_t walk(const PointArrays& points, const WalkScratch* scratch, std::uint32_t count,
                    const std::uint8_t* active, bool nearest_first, Fan* fans) {
-  for (std::uint32_t w = 0; w < count; ++w) fans[w].closed = false;
+  for (std::uint32_t w = 0; w < count; ++w) fans[w].closed = fans[w].blocked = false;
   if (nearest_first && active == nullptr) walk_among_near(points, scratch, count, fans);
   alignas(Walker) unsigned char room[kWalksAtOnce * sizeof(Walker)];
   Walker* walkers = reinterpret_cast<Walker*>(room);

@@ -151,6 +151,38 @@ TEST_CASE("WalksFindEveryTriangleThatHasRoom") {
   }
 }
 
+TEST_CASE("CrowdedWalksFindEveryTriangleThatHasRoomAndInventNone") {
+  // Hundreds of points per ball: most circles are settled by the nearest caps alone.
+  NamedCloud crowd = test::noisy_torus(420, 0.7, 5);
+  crowd.ball_radius *= 4.0;
+  const std::set<Triangle> expected = oracle(crowd);
+  REQUIRE(expected.size() > 20);
+  for (const VectorWidth width : supported_widths()) {
+    INFO("width " << static_cast<int>(width));
+    const FanTable fans = walk(crowd, width);
+    const std::set<Triangle> found = all_found(fans);
+    for (const Triangle& t : found) REQUIRE(expected.count(t) == 1);
+    for (const Triangle& t : expected) {
+      const bool closed = fans.closed(t[0]) && fans.closed(t[1]) && fans.closed(t[2]);
+      REQUIRE((closed || found.count(t) == 1));
+    }
+  }
+}
+
+TEST_CASE("ABlockedPointHasNoTriangleAtAnyLargerRadius") {
+  std::size_t blocked = 0;
+  for (const double growth : {1.0, 1.3, 2.0}) {
+    NamedCloud named = test::noisy_torus(300, 0.9, 6);
+    named.ball_radius *= 1.5;
+    const FanTable fans = walk(named, widest_supported());
+    named.ball_radius *= growth;
+    for (const Triangle& t : oracle(named))
+      for (const std::uint32_t v : t) REQUIRE_FALSE(fans.blocked(v));
+    for (std::uint32_t v = 0; v < fans.points(); ++v) blocked += fans.blocked(v) ? 1 : 0;
+  }
+  CHECK(blocked > 30);
+}
+
 TEST_CASE("OnCleanSurfacesAllOfTheTargetSetIsFound") {
   for (const NamedCloud& named : {test::noisy_torus(150, 0.0, 1), test::noisy_torus(150, 0.2, 2),
                                   test::grid_sheet(10, 0.0)}) {

@@ -1,0 +1,163 @@
+// The nearest neighbours of a point, side by side. In a crowded place their caps cover nearly the
+// whole sphere of a large ball, so that most circles need not be held against anything else.
+// Included by walk_kernel.inl.
+
+/// Where a circle enters and leaves the caps of as many neighbours as there are lanes.
+struct Crossing {
+  Lanes in, out;        // pseudo-angles
+  Lanes::Mask crossed;  // the circle leaves the cap again
+  Lanes::Mask covered;  // the circle lies in the cap where it is not crossed
+};
+
+/// Circle u(t) = m + cos(t) a + sin(t) b against caps about d with half squares h.
+struct CircleLanes {
+  DirectionOf<Lanes> m, a, b;
+  explicit CircleLanes(const Circle& c)
+      : m{Lanes::all(c.middle.x), Lanes::all(c.middle.y), Lanes::all(c.middle.z)},
+        a{Lanes::all(c.a.x), Lanes::all(c.a.y), Lanes::all(c.a.z)},
+        b{Lanes::all(c.b.x), Lanes::all(c.b.y), Lanes::all(c.b.z)} {}
+  Crossing cross(DirectionOf<Lanes> d, Lanes h) const {
+    const Lanes zero = Lanes::all(0.0);
+    const Lanes e = m.x * d.x + m.y * d.y + m.z * d.z - h;
+    const Lanes p = a.x * d.x + a.y * d.y + a.z * d.z;
+    const Lanes q = b.x * d.x + b.y * d.y + b.z * d.z;
+    const Lanes squared = p * p + q * q;
+    const Lanes square = squared - e * e;
+    const Lanes root = square_root(larger(square, zero));
+    const Lanes inverse = Lanes::all(1.0) / squared;
+    return {pseudo_angle((root * q - e * p) * inverse, zero - (root * p + e * q) * inverse),
+            pseudo_angle(zero - (root * q + e * p) * inverse, (root * p - e * q) * inverse),
+            zero < square, zero < e};
+  }
+};
+
+/// Length of an arc from `in` to `out`, less than a whole circle.
+inline Lanes arc_length(Lanes in, Lanes out) {
+  const Lanes length = out - in;
+  return choose(length < Lanes::all(0.0), length + Lanes::all(4.0), length);
+}
+
+/// About kAbout of the nearest neighbours, never more than twice as many. Which ones decides about
+/// time alone.
+template <std::uint32_t kAbout>
+class NearCaps {
+ public:
+  NearCaps(const Neighbours& all, std::uint32_t n) {
+    // Half squares of points spread evenly on a plane are spread evenly.
+    double reach = 2.0 * kAbout / n;
+    constexpr int kTries = 8;
+    double low = 0.0, high = 4.0;
+    for (int attempt = 0; attempt < kTries; ++attempt) {
+      const std::uint32_t within = count_within(all, n, reach);
+      if (within > kMost) {
+        high = reach;
+      } else if (2 * within < kAbout) {
+        low = reach;
+      } else {
+        break;
+      }
+      reach = high < 4.0 ? 0.5 * (low + high) : 2.0 * reach;
+    }
+    take_within(all, n, reach);
+  }
+
+  /// Whether these caps cover the circle, and by more than rounding: then so do all caps.
+  bool cover(const Circle& c, std::uint32_t self) {
+    const CircleLanes circle(c);
+    const Lanes own = Lanes::all(static_cast<double>(self));
+    const Lanes margin = Lanes::all(kMargin), turn = Lanes::all(4.0);
+    std::uint32_t arcs = 0;
+    for (std::uint32_t k = 0; k < n_; k += Lanes::kWidth) {
+      const DirectionOf<Lanes> d = {Lanes::load(dx_ + k), Lanes::load(dy_ + k),
+                                    Lanes::load(dz_ + k)};
+      const Crossing at = circle.cross(d, Lanes::load(cap_height_ + k));
+      const auto other = but_not(first_lanes(n_ - k), Lanes::load(index_ + k) == own);
+      if (any(but_not(both(other, at.covered), at.crossed))) return true;
+      const Lanes length = arc_length(at.in, at.out) - margin - margin;
+      const auto useful = both(both(other, at.crossed), Lanes::all(0.0) < length);
+      Lanes begin = at.in + margin;
+      begin = choose(begin < turn, begin, begin - turn);
+      compress_store(begin_ + arcs, begin, useful);
+      compress_store(length_ + arcs, length, useful);
+      arcs += count(useful);
+    }
+    return close_up(arcs);
+  }
+
+  /// Whether one of these caps holds u. `but` does not count.
+  bool hold(Direction u, std::uint32_t but) const {
+    const Lanes ux = Lanes::all(u.x), uy = Lanes::all(u.y), uz = Lanes::all(u.z);
+    const Lanes touching = Lanes::all(static_cast<double>(but));
+    for (std::uint32_t k = 0; k < n_; k += Lanes::kWidth) {
+      const Lanes inside =
+          ux * Lanes::load(dx_ + k) + uy * Lanes::load(dy_ + k) + uz * Lanes::load(dz_ + k);
+      const auto other = but_not(first_lanes(n_ - k), Lanes::load(index_ + k) == touching);
+      if (any(both(other, Lanes::load(cap_height_ + k) < inside))) return true;
+    }
+    return false;
+  }
+
+ private:
+  static constexpr std::uint32_t kMost = 2 * kAbout;
+  static constexpr std::uint32_t kRoom = kMost + 2 * Lanes::kWidth;
+  /// Of a whole circle of 4: arcs are taken to be shorter at both ends.
+  static constexpr double kMargin = 1e-9;
+
+  static std::uint32_t count_within(const Neighbours& all, std::uint32_t n, double reach) {
+    std::uint32_t within = 0;
+    for (std::uint32_t k = 0; k < n; k += Lanes::kWidth)
+      within +=
+          count(both(first_lanes(n - k), Lanes::load(all.cap_height + k) < Lanes::all(reach)));
+    return within;
+  }
+
+  void take_within(const Neighbours& all, std::uint32_t n, double reach) {
+    for (std::uint32_t k = 0; k < n && n_ + Lanes::kWidth <= kMost; k += Lanes::kWidth) {
+      const Lanes height = Lanes::load(all.cap_height + k);
+      const auto near = both(first_lanes(n - k), height < Lanes::all(reach));
+      if (!any(near)) continue;
+      compress_store(dx_ + n_, Lanes::load(all.dx + k), near);
+      compress_store(dy_ + n_, Lanes::load(all.dy + k), near);
+      compress_store(dz_ + n_, Lanes::load(all.dz + k), near);
+      compress_store(cap_height_ + n_, height, near);
+      compress_store(index_ + n_, Lanes::counting_from(static_cast<double>(k)), near);
+      n_ += count(near);
+    }
+    for (std::uint32_t k = n_; k < n_ + Lanes::kWidth; ++k) {
+      dx_[k] = dy_[k] = dz_[k] = 0.0;
+      cap_height_[k] = 1.0;
+      index_[k] = -1.0;
+    }
+  }
+
+  /// Whether the arcs, each of which reaches into the next, go all the way round.
+  bool close_up(std::uint32_t arcs) {
+    if (arcs == 0) return false;
+    std::uint32_t longest = 0;
+    for (std::uint32_t k = 1; k < arcs; ++k)
+      if (length_[k] > length_[longest]) longest = k;
+    for (std::uint32_t k = arcs; k < arcs + Lanes::kWidth; ++k) begin_[k] = 0.0, length_[k] = -1.0;
+    const Lanes zero = Lanes::all(0.0), turn = Lanes::all(4.0);
+    double at = begin_[longest], travelled = 0.0;
+    for (std::uint32_t round = 0; round <= arcs; ++round) {
+      Lanes reach = Lanes::all(-1.0);
+      for (std::uint32_t k = 0; k < arcs; k += Lanes::kWidth) {
+        Lanes offset = Lanes::all(at) - Lanes::load(begin_ + k);
+        offset = choose(offset < zero, offset + turn, offset);
+        reach = larger(reach, Lanes::load(length_ + k) - offset);
+      }
+      const double step = largest(reach);
+      if (!(step > kMargin)) return false;
+      travelled += step;
+      if (travelled >= 4.0) return true;
+      at += step;
+      if (at >= 4.0) at -= 4.0;
+    }
+    return false;
+  }
+
+  std::uint32_t n_ = 0;
+  double dx_[kRoom], dy_[kRoom], dz_[kRoom], cap_height_[kRoom];
+  double index_[kRoom];                  // in the list of all neighbours
+  double begin_[kRoom], length_[kRoom];  // arcs of the circle that is looked at
+};
