@@ -120,7 +120,21 @@ def prepare(options):
         sys.exit(f"no program {options.program}: ./dev build")
     for folder in (options.out, options.work):
         pathlib.Path(folder).mkdir(parents=True, exist_ok=True)
+    for doubt in doubts(options.program):
+        print(f"warning: {doubt}", file=sys.stderr)
     return pathlib.Path(options.work)
+
+
+def doubts(program):
+    """Why seconds that are measured now would mislead."""
+    cache = pathlib.Path(program).resolve().parent.parent / "CMakeCache.txt"
+    if cache.exists():
+        build = re.search(r"^CMAKE_BUILD_TYPE:\w+=(.*)$", cache.read_text(encoding="utf-8"), re.M)
+        if build and build.group(1) != "Release":
+            yield f"{program} is a build of type {build.group(1) or 'none'}: its seconds are not those of a release"
+    load = os.getloadavg()[0]
+    if load > 0.25 * os.cpu_count():
+        yield f"the machine is busy (load {load:.1f} of {os.cpu_count()} cores): seconds are too long"
 
 
 def program_version(program):

@@ -67,7 +67,9 @@ endfunction()
 # have nothing to link go to target_link_libraries as $<BUILD_INTERFACE:...>: users need not have them.
 function(orbweave_install_library target name component)
   add_library(orbweave::${name} ALIAS ${target})
-  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+  # With BUILD_SHARED_LIBS: versions that may differ in their interface differ in their soname.
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} VERSION ${PROJECT_VERSION}
+    SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
   install(TARGETS ${target} EXPORT orbweave_${component}_targets
           ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 endfunction()

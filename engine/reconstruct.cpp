@@ -3,6 +3,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <numeric>
 #include <optional>
@@ -37,8 +38,23 @@ void require_range(const char* name, int value, int least, int most) {
                .expected = std::to_string(least) + " to " + std::to_string(most)});
 }
 
+void require_limit(const char* name, double value) {
+  if (value > 0.0) return;  // false for NaN
+  throw_usage(std::string(name) + " is out of range",
+              {.found = std::to_string(value), .expected = "a positive number"});
+}
+
+void check_fill(const FillOptions& options) {
+  if (!(options.neighborhood >= 1.0) || !std::isfinite(options.neighborhood))
+    throw_usage("fill.neighborhood is out of range", {.found = std::to_string(options.neighborhood),
+                                                      .expected = "a number of at least 1"});
+  require_limit("fill.max_diameter", options.max_diameter);
+  require_limit("fill.max_perimeter", options.max_perimeter);
+}
+
 void check_options(const ReconstructionOptions& options) {
   require_range("levels", options.levels, 0, kMostLevels);
+  check_fill(options.fill);
   require_range("normals.neighbors", options.normals.neighbors, kLeastNeighbors, kMostNeighbors);
   if (options.threads < 0) throw_usage("threads is negative");
   if (options.normals.orientation == Orientation::kScanner)

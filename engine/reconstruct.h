@@ -16,20 +16,31 @@
 
 namespace orbweave {
 
-/// Defaults are those of a job.
+/// Defaults are those of a job. Most programs set none of them; the first to try are `ball_radii`
+/// where detail is lost or holes remain, and `fill.enabled`.
 struct ReconstructionOptions {
-  /// Ball radii in ascending order, world units; empty: chosen from the distances between points.
+  /// Ball radii, positive and ascending, world units. A larger radius closes sparser parts and
+  /// loses detail that is finer than the ball. Default: empty, chosen from the distances between
+  /// points.
   std::vector<double> ball_radii;
-  int levels = 0;         ///< number of chosen radii, 1 to 8; 0: as the density of points asks for
-  NormalOptions normals;  ///< Orientation::kScanner is not available for points in memory
+  /// Number of chosen radii, 1 to 8. Without effect where `ball_radii` are given. Default: 0, as
+  /// many as the density of the points asks for.
+  int levels = 0;
+  /// Without effect on a cloud that has normals, unless `normals.source` is kEstimate.
+  /// Orientation::kScanner is not available for points in memory.
+  NormalOptions normals;
   FillOptions fill;
-  /// No-data values, several points at exactly (0, 0, 0) and strays are points like any others.
+  /// Default: false, leaves out no-data values, several points at exactly (0, 0, 0), and strays:
+  /// points too far from the whole scan. `Reconstruction::dropped` counts them.
   bool keep_strays = false;
-  int threads = 0;  ///< 0: those of the calling TBB arena
-  /// Called by one thread whenever a stage begins, with its name and the share of the stages that
-  /// are done: "measure", "sort", "normals", "orient", "reconstruct", "fill". May be empty.
+  /// Number of threads. The result does not depend on it. Default: 0, the calling TBB arena.
+  int threads = 0;
+  /// Called whenever a stage begins, with its name and the share of the stages that are done:
+  /// "measure", "sort", "normals", "orient", "reconstruct", "fill". All calls come from one thread.
+  /// An exception of the callback ends the reconstruction and reaches the caller. Default: empty.
   std::function<void(std::string_view stage, double done)> progress;
-  const StopToken* stop = nullptr;  ///< looked at every few milliseconds; may be null
+  /// Looked at every few milliseconds; has to outlive the call. Default: null, runs to the end.
+  const StopToken* stop = nullptr;
 };
 
 struct Reconstruction {
@@ -44,9 +55,11 @@ struct Reconstruction {
 /// Reconstructs the surface of a cloud. The mesh, written as a PLY file, has the bytes of the file
 /// that `orbweave reconstruct` makes of the same points, and does not depend on their order nor on
 /// the number of threads. Normals are estimated where the cloud has none; those it has are taken at
-/// the width that `cloud.schema.normal_type` says. Holds some 400 bytes per point. Throws Error:
-/// usage for options out of range, bad input where no triangle can be formed, interrupted when
-/// `options.stop` is requested. Changes no global state.
+/// the width that `cloud.schema.normal_type` says. Holds some 400 bytes per point, of fewer than
+/// 2^32 points. Throws Error: usage for options out of range, bad input where no triangle can be
+/// formed, interrupted when `options.stop` is requested; std::bad_alloc passes through.
+///
+/// Thread-safe: several threads may call it at once. Changes no global state.
 Reconstruction reconstruct(PointCloud cloud, const ReconstructionOptions& options = {});
 
 /// The same for points that the caller keeps: copies them once, into the canonical order (once more

@@ -36,8 +36,9 @@ struct PointSchema {
 
 /// Points with normals and attributes, as parallel arrays.
 /// Invariant: normals.size() is positions.size() or 0 (no normals);
-/// attributes.size() == positions.size() * schema.attribute_bytes(), rows packed little-endian
-/// in native byte order, one row per point.
+/// attributes.size() == positions.size() * schema.attribute_bytes(), one row per point, packed in
+/// field order without padding, in native byte order.
+/// A plain value: many threads may read it, none while another one changes it.
 struct PointCloud {
   PointSchema schema;
   std::vector<Vec3> positions;  ///< world units

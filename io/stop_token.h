@@ -8,9 +8,11 @@
 namespace orbweave {
 
 /// Set by a signal handler, polled by loops. Interrupted work throws Error (interrupted). Results
-/// never depend on it.
+/// never depend on it. Thread-safe; one token may stop several calls. A request is never taken
+/// back: the next call takes a new token.
 class StopToken {
  public:
+  /// May be called by any thread, any number of times, and by a signal handler.
   void request() { stop_.store(true, std::memory_order_relaxed); }
   bool requested() const { return stop_.load(std::memory_order_relaxed); }
   /// Throws Error with ErrorKind::kInterrupted when requested.

@@ -10,32 +10,59 @@
 
 namespace orbweave {
 
-enum class NormalSource { kAuto, kFile, kEstimate };
-enum class Orientation { kAuto, kScanner, kViewpoint, kUp, kPropagate, kNone };
-
-struct NormalOptions {
-  NormalSource source = NormalSource::kAuto;  ///< kAuto: the given ones, else estimated
-  int neighbors = 16;                         ///< neighbours per normal, 3 to 256
-  Orientation orientation = Orientation::kAuto;
-  std::optional<Vec3> viewpoint;  ///< world coordinates; normals point towards it
-  std::optional<Vec3> up;         ///< a direction; normals point to its side
+/// Where normals come from.
+enum class NormalSource {
+  kAuto,     ///< those of the cloud; estimated where it has none
+  kFile,     ///< those of the cloud; bad input where it has none
+  kEstimate  ///< estimated, whatever the cloud has
 };
 
-enum class FillKernel { kBiharmonic, kTriharmonic };
+/// What decides to which side of the surface an estimated normal points. Given normals keep theirs.
+enum class Orientation {
+  kAuto,       ///< the first that is known: scanner, viewpoint, up direction; else propagation
+  kScanner,    ///< towards the place of the scanner; needs scans that say it
+  kViewpoint,  ///< towards NormalOptions::viewpoint, which has to be given
+  kUp,         ///< to the side of NormalOptions::up; +z where it is not given
+  kPropagate,  ///< neighbours agree, closed surfaces point outward (docs/normals.md)
+  kNone        ///< no rule: the largest component is positive
+};
 
+/// How points get normals.
+struct NormalOptions {
+  NormalSource source = NormalSource::kAuto;
+  /// Neighbours per estimated normal, 3 to 256. More: less noise, less detail, more time.
+  int neighbors = 16;
+  Orientation orientation = Orientation::kAuto;
+  std::optional<Vec3> viewpoint;  ///< world coordinates; normals point towards it
+  std::optional<Vec3> up;         ///< a direction of any length but zero; normals point to its side
+};
+
+/// Radial basis function that shapes a patch: over a plane, in space.
+enum class FillKernel {
+  kBiharmonic,  ///< r^2 log r, r: the least bending
+  kTriharmonic  ///< r^4 log r, r^3: the least change of bending
+};
+
+/// Which holes are filled, and how. A limit that is exceeded leaves the hole open, and HoleFacts
+/// says so.
 struct FillOptions {
-  bool enabled = true;
+  bool enabled = true;  ///< false: no hole is filled, and none is listed
   FillKernel kernel = FillKernel::kBiharmonic;
-  /// Radius of the neighbourhood that shapes a patch, in radii of the hole; at least 1.
+  /// Radius of the neighbourhood that shapes a patch, in radii of the hole; at least 1. More: the
+  /// patch follows the surface farther out, and takes more time.
   double neighborhood = 2.0;
-  double max_diameter = std::numeric_limits<double>::infinity();   ///< world units
-  double max_perimeter = std::numeric_limits<double>::infinity();  ///< world units
-  std::uint64_t max_edges = 0;                                     ///< of a loop; 0: no limit
+  /// Largest diameter of a loop that is filled, world units. Default: infinity, no limit.
+  double max_diameter = std::numeric_limits<double>::infinity();
+  /// Largest perimeter of a loop that is filled, world units. Default: infinity, no limit.
+  double max_perimeter = std::numeric_limits<double>::infinity();
+  std::uint64_t max_edges = 0;  ///< largest number of edges of a loop that is filled; 0: no limit
   /// Where every candidate patch intersects the surface: use the one with the fewest intersections
   /// (true), or leave the hole open (false).
   bool allow_intersections = true;
-  bool keep_outer_border = true;    ///< the outer border of an open sheet stays open
-  std::uint64_t min_triangles = 0;  ///< components of fewer triangles are removed; 0: none
+  /// The outer border of an open sheet stays open (true), or is filled like any hole (false).
+  bool keep_outer_border = true;
+  /// Components of fewer triangles are removed before holes are looked for; 0: none is.
+  std::uint64_t min_triangles = 0;
 };
 
 }  // namespace orbweave

@@ -16,6 +16,7 @@ using Triangle64 = std::array<std::uint64_t, 3>;
 
 /// A mesh in core. `vertices` carries positions, normals and attributes.
 /// `hole` is empty or holds one id per triangle (0: scanned surface).
+/// A plain value: many threads may read it, none while another one changes it.
 struct TriangleMesh {
   PointCloud vertices;
   std::vector<Triangle> triangles;

@@ -49,6 +49,7 @@ std::unique_ptr<MeshRows> mesh_rows(const std::filesystem::path& path, const Mes
 /// Writes one file: header, then all vertices, then all triangles, then finish(). The file
 /// appears under its name only in finish(); destroyed earlier, nothing stays behind.
 /// Throws Error (resource) where it cannot be written, with path and the system's reason.
+/// A writer is for one thread at a time, but for encode_*, which any threads may call meanwhile.
 class MeshWriter {
  public:
   virtual ~MeshWriter() = default;

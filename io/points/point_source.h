@@ -18,7 +18,8 @@ struct ScannerPlace {
   friend bool operator==(const ScannerPlace&, const ScannerPlace&) = default;
 };
 
-/// A cloud read once, front to back, in bounded memory.
+/// A cloud read once, front to back, in bounded memory. Damaged and hostile files end in an Error.
+/// A source is for one thread at a time; several sources may be read at once, of one file too.
 class PointSource {
  public:
   virtual ~PointSource() = default;

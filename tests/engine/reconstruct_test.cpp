@@ -2,7 +2,10 @@
 #include "engine/reconstruct.h"
 
 #include <catch2/catch.hpp>
+#include <limits>
+#include <thread>
 
+#include "engine/validation/mesh_facts.h"
 #include "io/clouds/open_point_source.h"
 #include "io/meshes/mesh_writer.h"
 #include "tests/support/jobs.h"
@@ -182,6 +185,20 @@ TEST_CASE("SpansGiveTheSameMeshAsACloud") {
   }
 }
 
+// What every build makes of these clouds: without optimisation, by another compiler, under
+// sanitizers, and in the next version, unless the changelog says that meshes have other bytes.
+TEST_CASE("KnownCloudsGiveTheMeshesTheyAlwaysGave") {
+  const auto checksum_of = [](const PointCloud& cloud, bool fill) {
+    ReconstructionOptions options;
+    options.fill.enabled = fill;
+    return mesh_facts(reconstruct(cloud, options).mesh).checksum;
+  };
+  const PointCloud cloud = torus(4000, 0.1);
+  CHECK(checksum_of(cloud, false) == "bbbe00ad881cc0ac");
+  CHECK(checksum_of(without_normals(cloud), false) == "bbbe00ad881cc0ac");
+  CHECK(checksum_of(holed_torus(), true) == "ba2e0ea30a3d37b6");
+}
+
 TEST_CASE("TheFrontDoorTellsItsStagesAndStopsInAnyOfThem") {
   const PointCloud cloud = without_normals(torus(2000, 0.1));
   std::vector<std::string> stages;
@@ -227,4 +244,50 @@ TEST_CASE("TheFrontDoorSaysWhatIsWrong") {
   options = {};
   options.normals.source = NormalSource::kFile;
   CHECK_THROWS_WITH(reconstruct(without_normals(cloud), options), Contains("no normals"));
+}
+
+TEST_CASE("TheFrontDoorRefusesFillOptionsThatAJobRefuses") {
+  const PointCloud cloud = torus(1000, 0.0);
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  for (const double wrong : {0.5, -1.0, none, std::numeric_limits<double>::infinity()}) {
+    ReconstructionOptions options;
+    options.fill.neighborhood = wrong;
+    CHECK_THROWS_WITH(reconstruct(cloud, options), Contains("fill.neighborhood"));
+  }
+  for (const double wrong : {0.0, -1.0, none}) {
+    ReconstructionOptions options;
+    options.fill.max_diameter = wrong;
+    CHECK_THROWS_WITH(reconstruct(cloud, options), Contains("fill.max_diameter"));
+    options = {};
+    options.fill.max_perimeter = wrong;
+    CHECK_THROWS_WITH(reconstruct(cloud.positions, {}, options), Contains("fill.max_perimeter"));
+  }
+}
+
+TEST_CASE("TwoCallsAtOnceGiveTheMeshesOfOneCallEach") {
+  ScratchDirectory scratch;
+  const PointCloud holed = holed_torus();
+  const PointCloud raw = without_normals(torus(4000, 0.1));
+  const std::string expected_holed = bytes_of_mesh(scratch, reconstruct(holed));
+  const std::string expected_raw = bytes_of_mesh(scratch, reconstruct(raw));
+  for (const int threads : {0, 3}) {
+    ReconstructionOptions options;
+    options.threads = threads;
+    Reconstruction other;
+    std::thread second([&] { other = reconstruct(raw, options); });
+    const Reconstruction result = reconstruct(holed, options);
+    second.join();
+    CHECK(bytes_of_mesh(scratch, result) == expected_holed);
+    CHECK(bytes_of_mesh(scratch, other) == expected_raw);
+  }
+}
+
+TEST_CASE("AnExceptionOfTheProgressCallbackReachesTheCaller") {
+  struct Refusal {};
+  ReconstructionOptions options;
+  options.threads = 2;
+  options.progress = [](std::string_view stage, double) {
+    if (stage == "reconstruct") throw Refusal();
+  };
+  CHECK_THROWS_AS(reconstruct(torus(1000, 0.0), options), Refusal);
 }
