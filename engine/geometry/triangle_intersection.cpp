@@ -85,6 +85,20 @@ int exact_side_of_plane(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
   return sum.sign();
 }
 
+/// 2 where doubles cannot tell.
+int quick_side_of_plane(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
+  constexpr double kBound = (7.0 + 56.0 * kEpsilon) * kEpsilon;
+  const Vec3 u = a - d, v = b - d, w = c - d;
+  const double vx_wy = v.x * w.y, vy_wx = v.y * w.x;
+  const double wx_uy = w.x * u.y, wy_ux = w.y * u.x;
+  const double ux_vy = u.x * v.y, uy_vx = u.y * v.x;
+  const double det = u.z * (vx_wy - vy_wx) + v.z * (wx_uy - wy_ux) + w.z * (ux_vy - uy_vx);
+  const double size = (std::abs(vx_wy) + std::abs(vy_wx)) * std::abs(u.z) +
+                      (std::abs(wx_uy) + std::abs(wy_ux)) * std::abs(v.z) +
+                      (std::abs(ux_vy) + std::abs(uy_vx)) * std::abs(w.z);
+  return std::abs(det) > kBound * size ? sign_of(det) : 2;
+}
+
 /// A point of a coordinate plane.
 struct Point2 {
   double x = 0.0;
@@ -200,6 +214,16 @@ bool is_beside(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, int s
   return false;
 }
 
+/// True when the vertices of t that s does not have lie strictly on one side of s. Quick; false
+/// proves nothing.
+bool is_off_plane(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, int shared) {
+  const int side = quick_side_of_plane(s[0], s[1], s[2], t[2]);
+  if (side == 0 || side == 2) return false;
+  for (int k = shared; k < 2; ++k)
+    if (quick_side_of_plane(s[0], s[1], s[2], t[k]) != side) return false;
+  return true;
+}
+
 /// Neighbours over the edge s[0], s[1].
 bool folded_onto(const Pair& pair) {
   const auto& s = pair.s;
@@ -212,22 +236,15 @@ bool folded_onto(const Pair& pair) {
 }  // namespace
 
 int side_of_plane(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
-  constexpr double kBound = (7.0 + 56.0 * kEpsilon) * kEpsilon;
-  const Vec3 u = a - d, v = b - d, w = c - d;
-  const double vx_wy = v.x * w.y, vy_wx = v.y * w.x;
-  const double wx_uy = w.x * u.y, wy_ux = w.y * u.x;
-  const double ux_vy = u.x * v.y, uy_vx = u.y * v.x;
-  const double det = u.z * (vx_wy - vy_wx) + v.z * (wx_uy - wy_ux) + w.z * (ux_vy - uy_vx);
-  const double size = (std::abs(vx_wy) + std::abs(vy_wx)) * std::abs(u.z) +
-                      (std::abs(wx_uy) + std::abs(wy_ux)) * std::abs(v.z) +
-                      (std::abs(ux_vy) + std::abs(uy_vx)) * std::abs(w.z);
-  if (std::abs(det) > kBound * size) return sign_of(det);
-  return exact_side_of_plane(a, b, c, d);
+  const int quick = quick_side_of_plane(a, b, c, d);
+  return quick != 2 ? quick : exact_side_of_plane(a, b, c, d);
 }
 
 bool triangles_intersect(std::span<const Vec3> positions, const Triangle& s, const Triangle& t) {
   const Pair pair = pair_of(positions, s, t);
   if (pair.shared == 3) return true;
+  if (is_off_plane(pair.s, pair.t, pair.shared) || is_off_plane(pair.t, pair.s, pair.shared))
+    return false;
   const int axis = widest_axis(pair.s[0], pair.s[1], pair.s[2]);
   if (is_beside(pair.s, pair.t, pair.shared, axis) ||
       is_beside(pair.t, pair.s, pair.shared, axis)) {

@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "engine/holes/implicit/implicit_fill.h"
 #include "engine/holes/loops/loop_parts.h"
@@ -47,33 +48,39 @@ std::string joined(std::string a, std::string_view b) {
   return a += b;
 }
 
-/// Tries methods until one does.
+/// Tries methods until one gives a sound patch that meets nothing. Where none does, the best ones
+/// are moved out of the way of what they meet.
 class Attempts {
  public:
   Attempts(const HoleProblem& problem, const PatchOptions& options)
       : problem_(problem), options_(options) {}
 
-  using Method = std::function<HolePatch(const HoleProblem&, const PatchOptions&)>;
-  /// True when the method's patch is sound and meets nothing.
-  bool try_method(const Method& method) {
-    HolePatch patch = method(problem_, options_);
+  /// True when the patch is sound and meets nothing.
+  bool take(HolePatch patch) {
     if (patch.method == FillMethod::kNone) return fails(patch.reason, patch.open);
     if (const std::string defect = patch_defect(problem_, patch); !defect.empty()) {
       return fails(defect);
     }
-    const std::uint64_t contacts = untangle(problem_, patch);
-    if (contacts < fewest_contacts_) {
-      best_ = std::move(patch);
-      fewest_contacts_ = contacts;
+    const std::uint64_t contacts = count_intersections(problem_, patch, UINT64_MAX);
+    if (contacts > 0) {
+      tangled_.push_back({contacts, std::move(patch)});
+      return fails("the patch meets the surface");
     }
-    if (contacts > 0) return fails("the patch meets the surface");
+    best_ = std::move(patch);
+    fewest_contacts_ = 0;
     return true;
   }
 
+  bool try_plane() { return take(plane_fill(problem_, options_)); }
+  bool try_implicit() { return take(implicit_fill(problem_, loop(), options_)); }
+  bool try_membrane() { return take(membrane_fill(problem_, loop(), options_)); }
+  bool try_direct() { return take(direct_fill(problem_, loop())); }
+
   /// A hole that calls for too many points is not closed by a few large triangles instead.
-  bool is_too_large() const { return too_large_ && best_.method == FillMethod::kNone; }
+  bool is_too_large() const { return too_large_ && tangled_.empty(); }
 
   HolePatch result() {
+    if (best_.method == FillMethod::kNone) untangle_best();
     if (best_.method == FillMethod::kNone) {
       return left_open(last_fault_ == first_fault_ ? first_fault_
                                                    : joined(first_fault_, last_fault_));
@@ -89,6 +96,30 @@ class Attempts {
   }
 
  private:
+  struct Tangled {
+    std::uint64_t contacts = 0;
+    HolePatch patch;
+  };
+
+  const LoopTriangles& loop() {
+    if (!loop_) loop_ = triangles_of_loop(problem_);
+    return *loop_;
+  }
+
+  void untangle_best() {
+    constexpr std::size_t kMostUntangled = 2;
+    std::stable_sort(tangled_.begin(), tangled_.end(),
+                     [](const Tangled& a, const Tangled& b) { return a.contacts < b.contacts; });
+    if (tangled_.size() > kMostUntangled) tangled_.resize(kMostUntangled);
+    for (Tangled& candidate : tangled_) {
+      const std::uint64_t left = untangle(problem_, candidate.patch);
+      if (left >= fewest_contacts_) continue;
+      fewest_contacts_ = left;
+      best_ = std::move(candidate.patch);
+      if (left == 0) return;
+    }
+  }
+
   bool fails(const std::string& fault, OpenReason open = OpenReason::kOther) {
     (first_fault_.empty() ? first_fault_ : last_fault_) = fault;
     too_large_ = too_large_ || open == OpenReason::kTooManyPoints;
@@ -97,16 +128,14 @@ class Attempts {
 
   const HoleProblem& problem_;
   const PatchOptions& options_;
+  std::optional<LoopTriangles> loop_;
+  std::vector<Tangled> tangled_;
   HolePatch best_;
   std::uint64_t fewest_contacts_ = UINT64_MAX;
   std::string first_fault_;  ///< of the simplest method
   std::string last_fault_;
   bool too_large_ = false;
 };
-
-HolePatch fill_directly(const HoleProblem& problem, const PatchOptions&) {
-  return direct_fill(problem);
-}
 
 /// A few triangles meet what they meet whatever the method: looked for only where that matters.
 HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options) {
@@ -128,9 +157,9 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
     return fill_small(problem, options);
   }
   Attempts attempts(problem, options);
-  const bool is_done = attempts.try_method(plane_fill) || attempts.try_method(implicit_fill) ||
-                       attempts.is_too_large() || attempts.try_method(membrane_fill);
-  if (!is_done) attempts.try_method(fill_directly);
+  const bool is_done = attempts.try_plane() || attempts.try_implicit() || attempts.is_too_large() ||
+                       attempts.try_membrane();
+  if (!is_done) attempts.try_direct();
   return attempts.result();
 }
 
@@ -144,10 +173,9 @@ HolePatch fill_parts(const HoleProblem& problem, const PatchOptions& options) {
 HolePatch fill_canonical(const HoleProblem& problem, const PatchOptions& options) {
   if (simple_parts(problem.loop).empty()) return fill_simple(problem, options);
   Attempts attempts(problem, options);
-  const bool is_done = attempts.try_method(plane_fill) || attempts.try_method(implicit_fill) ||
-                       attempts.is_too_large() || attempts.try_method(fill_parts) ||
-                       attempts.try_method(membrane_fill);
-  if (!is_done) attempts.try_method(fill_directly);
+  // Two holes that touch are two holes.
+  if (!attempts.take(fill_parts(problem, options)) && !attempts.is_too_large())
+    attempts.try_direct();
   return attempts.result();
 }
 
@@ -176,7 +204,7 @@ HolePatch fill_hole(const HoleProblem& problem, const PatchOptions& options) {
     rotated.loop = std::move(loop);
     patch = fill_canonical(rotated, options);
   }
-  patch.rim_dihedral_rad = rim_dihedral(problem, patch);
+  patch.rim_dihedral_rad = rim_angles(problem, patch).largest;
   return patch;
 }
 

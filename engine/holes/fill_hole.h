@@ -8,11 +8,11 @@
 namespace orbweave {
 
 /// Fills a hole. Loops of at most options.direct_edges edges: by triangles between their corners
-/// (direct_fill). Others by the first of these that gives a sound patch clear of itself and of the
-/// gathered sheet: over a plane (plane_fill), on the zero set of an implicit function
-/// (implicit_fill), in parts where the loop touches itself (fill_by_parts), a membrane, triangles
-/// between the corners. A patch that meets the surface in a few places is first moved out of the
-/// way (untangle). Where none is clear, the one with the fewest contacts is taken if
+/// (direct_fill). Loops that touch themselves: in parts (fill_by_parts). Others by the first of
+/// these that gives a sound patch clear of itself and of the gathered sheet: over a plane
+/// (plane_fill), a thin plate or the zero set of an implicit function (implicit_fill), a membrane,
+/// triangles between the corners. Where none is clear, the two with the fewest contacts are moved
+/// out of the way (untangle), and the better one is taken if
 /// options.allow_intersections; else the hole stays open. A hole that calls for more points than
 /// options.max_new_points stays open. The result does not depend on where the loop begins.
 /// A pure function of its arguments; never throws for what the hole is like: a loop

@@ -19,7 +19,7 @@ using namespace orbweave::test;
 namespace {
 
 HolePatch filled(const HoleProblem& problem) {
-  HolePatch patch = implicit_fill(problem);
+  HolePatch patch = implicit_fill(problem, triangles_of_loop(problem));
   REQUIRE(patch.method == FillMethod::kImplicit);
   CHECK(patch_defect(problem, patch) == "");
   CHECK(validate_mesh(pasted(problem, patch)).empty());
@@ -150,7 +150,7 @@ TEST_CASE("TooManyPointsAreRefusedBeforeTheyAreMade") {
   const HoleProblem problem = only_problem_of(hemisphere(4));
   PatchOptions options;
   options.max_new_points = 20;
-  const HolePatch patch = implicit_fill(problem, options);
+  const HolePatch patch = implicit_fill(problem, triangles_of_loop(problem), options);
   CHECK(patch.method == FillMethod::kNone);
   CHECK(patch.reason == "needs more than 20 new points");
   CHECK(patch.triangles.empty());
@@ -158,7 +158,7 @@ TEST_CASE("TooManyPointsAreRefusedBeforeTheyAreMade") {
 
 TEST_CASE("MembraneStaysWithinTheLoopsHull") {
   const HoleProblem problem = only_problem_of(hemisphere(3));
-  const HolePatch patch = membrane_fill(problem);
+  const HolePatch patch = membrane_fill(problem, triangles_of_loop(problem));
   REQUIRE(patch.method == FillMethod::kDirect);
   CHECK(patch_defect(problem, patch) == "");
   REQUIRE(patch.positions.size() > 10);
@@ -167,7 +167,8 @@ TEST_CASE("MembraneStaysWithinTheLoopsHull") {
 
 TEST_CASE("ImplicitPatchIsBitIdenticalOnRepeat") {
   const HoleProblem problem = only_problem_of(open_tube(24, 8));
-  const HolePatch first = implicit_fill(problem), second = implicit_fill(problem);
+  const HolePatch first = implicit_fill(problem, triangles_of_loop(problem)),
+                  second = implicit_fill(problem, triangles_of_loop(problem));
   CHECK(first.positions == second.positions);
   CHECK(first.triangles == second.triangles);
   CHECK(first.normals == second.normals);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -46,16 +47,33 @@ struct Candidate {
 /// more than a thin plate, the biharmonic one may be fairer.
 constexpr double kMostBending = 1.5;
 
+/// Whether the zero set of a signed distance can say more about the patch than the thin plate does.
+/// A few points have no room for it. Where the plate leaves the rim's faces at a steep angle on the
+/// mean, the rim is crumpled: the normals along it, and with them the distance, mean nothing.
+bool is_worth_a_zero_set(const HoleProblem& problem, const PatchMesh& disc,
+                         const HolePatch& plate) {
+  constexpr std::uint32_t kLeastPoints = 8;
+  constexpr double kCrumpled = std::numbers::pi / 3.0;
+  return disc.size() - disc.corners() >= kLeastPoints &&
+         rim_angles(problem, plate).mean < kCrumpled;
+}
+
 }  // namespace
 
-HolePatch implicit_fill(const HoleProblem& problem, const PatchOptions& options) {
+HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
+                        const PatchOptions& options) {
   if (problem.loop.size() < 3) return none_because("fewer than three edges");
-  const Rim rim = find_rim(problem);
-  std::optional<PatchMesh> disc = smooth_disc(problem, rim, 2, options);
+  const Rim& rim = loop.rim;
+  std::optional<PatchMesh> disc = smooth_disc(problem, loop, 2, options);
   if (!disc) return none_because(too_many_points(options), OpenReason::kTooManyPoints);
+  HolePatch plate = finished(problem, rim, *disc);
+  if (!is_worth_a_zero_set(problem, *disc, plate)) {
+    plate.reason = "thin plate";
+    plate.values = values_from_corners(problem, plate.positions);
+    return plate;
+  }
   const std::vector<std::uint32_t> sites = choose_sites(problem, rim, most_sites(rim, options));
   const SignedDistances distances = signed_distances(problem, rim, sites);
-  const HolePatch plate = finished(problem, rim, *disc);
   const double usual_energy = kMostBending * bending_energy(problem, plate);
   Candidate best;
   std::string fault;
@@ -78,12 +96,12 @@ HolePatch implicit_fill(const HoleProblem& problem, const PatchOptions& options)
   return best.patch;
 }
 
-HolePatch membrane_fill(const HoleProblem& problem, const PatchOptions& options) {
+HolePatch membrane_fill(const HoleProblem& problem, const LoopTriangles& loop,
+                        const PatchOptions& options) {
   if (problem.loop.size() < 3) return none_because("fewer than three edges");
-  const Rim rim = find_rim(problem);
-  const std::optional<PatchMesh> disc = smooth_disc(problem, rim, 1, options);
+  const std::optional<PatchMesh> disc = smooth_disc(problem, loop, 1, options);
   if (!disc) return none_because(too_many_points(options), OpenReason::kTooManyPoints);
-  HolePatch patch = finished(problem, rim, *disc);
+  HolePatch patch = finished(problem, loop.rim, *disc);
   patch.method = FillMethod::kDirect;
   patch.values = values_from_corners(problem, patch.positions);
   return patch;

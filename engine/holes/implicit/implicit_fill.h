@@ -4,6 +4,7 @@
 // Reconstruction and Representation of 3D Objects with Radial Basis Functions, SIGGRAPH 2001.
 #pragma once
 
+#include "engine/holes/patch/direct_fill.h"
 #include "engine/holes/problem/hole.h"
 
 namespace orbweave {
@@ -13,10 +14,12 @@ namespace orbweave {
 /// usable zero set near (no normals, no convergence, folded or intersecting patch) the thin plate
 /// stands; `reason` says so and `sites` is 0. FillMethod::kNone where more new points than allowed
 /// would be needed.
-HolePatch implicit_fill(const HoleProblem& problem, const PatchOptions& options = {});
+HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
+                        const PatchOptions& options = {});
 
 /// The membrane over the loop: refined like the others, but as flat as can be. It stays within
 /// the loop's convex hull, and so out of the way of sheets that a rounder patch would meet.
-HolePatch membrane_fill(const HoleProblem& problem, const PatchOptions& options = {});
+HolePatch membrane_fill(const HoleProblem& problem, const LoopTriangles& loop,
+                        const PatchOptions& options = {});
 
 }  // namespace orbweave

@@ -40,6 +40,26 @@ std::vector<Edge> chords_of(const HoleProblem& problem, const HolePatch& patch) 
   return chords;
 }
 
+/// The triangles that a part's patch may touch or follow: those at its corners, and those near it.
+std::vector<Triangle> sheet_near(const HoleProblem& problem,
+                                 const std::vector<std::uint32_t>& loop) {
+  constexpr double kReach = 2.0;  // radii of the part
+  const Vec3 first = problem.positions[loop[0]];
+  Vec3 sum;
+  for (const std::uint32_t v : loop) sum = sum + (problem.positions[v] - first);
+  const Vec3 center = first + sum / static_cast<double>(loop.size());
+  double radius = 0.0;
+  std::vector<char> near(problem.positions.size(), 0);
+  for (const std::uint32_t v : loop) radius = std::max(radius, norm(problem.positions[v] - center));
+  for (std::size_t v = 0; v < near.size(); ++v)
+    near[v] = norm(problem.positions[v] - center) <= kReach * radius ? 1 : 0;
+  for (const std::uint32_t v : loop) near[v] = 1;
+  std::vector<Triangle> triangles;
+  for (const Triangle& t : problem.sheet)
+    if (near[t[0]] != 0 || near[t[1]] != 0 || near[t[2]] != 0) triangles.push_back(t);
+  return triangles;
+}
+
 }  // namespace
 
 std::vector<std::vector<std::uint32_t>> simple_parts(const std::vector<std::uint32_t>& loop) {
@@ -66,6 +86,7 @@ HolePatch fill_by_parts(const HoleProblem& problem,
   HoleProblem part = problem;
   for (std::vector<std::uint32_t>& loop : simple_parts(problem.loop)) {
     std::rotate(loop.begin(), std::min_element(loop.begin(), loop.end()), loop.end());
+    part.sheet = sheet_near(problem, loop);
     part.loop = std::move(loop);
     HolePatch patch = fill(part);
     if (patch.method == FillMethod::kNone) return patch;

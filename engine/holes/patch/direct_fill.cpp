@@ -115,6 +115,12 @@ HolePatch patch_of(const HoleProblem& problem, const Rim& rim, const Disc& disc)
 
 }  // namespace
 
+LoopTriangles triangles_of_loop(const HoleProblem& problem) {
+  LoopTriangles start{find_rim(problem), {}};
+  if (problem.loop.size() > 3) start.sound = sound_triangles(problem, start.rim, problem.forbidden);
+  return start;
+}
+
 HolePatch direct_fill(const HoleProblem& problem) {
   const std::size_t n = problem.loop.size();
   if (n < 3) {
@@ -128,16 +134,18 @@ HolePatch direct_fill(const HoleProblem& problem) {
     patch.triangles.push_back({problem.loop[0], problem.loop[1], problem.loop[2]});
     return patch;
   }
-  const Rim rim = find_rim(problem);
-  if (n > 3) {
-    Disc disc{rim.corners, sound_triangles(problem, rim, problem.forbidden)};
-    if (!disc.triangles.empty()) return patch_of(problem, rim, disc);
-  }
-  return patch_of(problem, rim, fan(problem, rim));
+  return direct_fill(problem, triangles_of_loop(problem));
 }
 
-PatchMesh disc_of_loop(const HoleProblem& problem, const Rim& rim) {
-  Disc disc{rim.corners, sound_triangles(problem, rim, problem.forbidden)};
+HolePatch direct_fill(const HoleProblem& problem, const LoopTriangles& start) {
+  const Rim& rim = start.rim;
+  if (start.sound.empty()) return patch_of(problem, rim, fan(problem, rim));
+  return patch_of(problem, rim, {rim.corners, start.sound});
+}
+
+PatchMesh disc_of_loop(const HoleProblem& problem, const LoopTriangles& start) {
+  const Rim& rim = start.rim;
+  Disc disc{rim.corners, start.sound};
   if (disc.triangles.empty()) disc.triangles = sound_triangles(problem, rim, {});
   if (disc.triangles.empty() || disc.triangles.size() == 1) disc = fan(problem, rim);
   PatchMesh mesh(std::move(disc.positions), problem.loop, disc.triangles, problem.forbidden);

@@ -82,11 +82,27 @@ std::string index_defect(const HoleProblem& problem, const HolePatch& patch) {
   return "";
 }
 
+/// Edges of the sheet between corners of the loop: the only ones that a patch can repeat.
+std::vector<Edge> sheet_edges_along(const HoleProblem& problem) {
+  std::vector<char> is_corner(problem.positions.size(), 0);
+  for (const std::uint32_t v : problem.loop) is_corner[v] = 1;
+  std::vector<Edge> edges;
+  for (const Triangle& t : problem.sheet) {
+    if (is_corner[t[0]] + is_corner[t[1]] + is_corner[t[2]] < 2) continue;
+    for (int k = 0; k < 3; ++k) {
+      const Edge edge = {t[k], t[(k + 1) % 3]};
+      if (is_corner[edge[0]] != 0 && is_corner[edge[1]] != 0) edges.push_back(edge);
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
 /// Rim edges once and in the loop's direction, edges inside once in each, and so those that the
 /// loop runs along both ways.
 std::string edge_defect(const HoleProblem& problem, const std::vector<Edge>& edges,
                         const std::vector<Edge>& rim) {
-  std::vector<Edge> sheet = edges_of(problem.sheet);
+  const std::vector<Edge> sheet = sheet_edges_along(problem);
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const Edge edge = edges[i];
     const Edge reverse = {edge[1], edge[0]};

@@ -148,7 +148,7 @@ std::vector<Vec3> normals_of_patch(const HoleProblem& problem, const HolePatch& 
   return normals;
 }
 
-double rim_dihedral(const HoleProblem& problem, const HolePatch& patch) {
+RimAngles rim_angles(const HoleProblem& problem, const HolePatch& patch) {
   const std::size_t given = problem.positions.size();
   const auto area_of = [&](const Triangle& t) {
     const auto at = [&](std::uint32_t v) {
@@ -160,13 +160,18 @@ double rim_dihedral(const HoleProblem& problem, const HolePatch& patch) {
   std::vector<Vec3> behind(problem.loop.size());
   for_each_rim_face(problem, problem.sheet, false,
                     [&](std::uint32_t i, const Triangle& t) { behind[i] = area_of(t); });
-  double largest = 0.0;
+  RimAngles angles;
+  double sum = 0.0;
+  std::size_t count = 0;
   for_each_rim_face(problem, patch.triangles, true, [&](std::uint32_t i, const Triangle& t) {
     const Vec3 area = area_of(t);
     const double angle = std::atan2(norm(cross(area, behind[i])), dot(area, behind[i]));
-    largest = std::max(largest, angle);
+    angles.largest = std::max(angles.largest, angle);
+    sum += angle;
+    ++count;
   });
-  return largest;
+  if (count > 0) angles.mean = sum / static_cast<double>(count);
+  return angles;
 }
 
 }  // namespace orbweave

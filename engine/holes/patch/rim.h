@@ -34,8 +34,12 @@ HolePatch patch_of_disc(const HoleProblem& problem, const Rim& rim, std::span<co
                         std::span<const CornerTriangle> triangles);
 HolePatch patch_of_disc(const HoleProblem& problem, const Rim& rim, const PatchMesh& disc);
 
-/// The largest angle between a face behind the rim and the patch's face before it.
-double rim_dihedral(const HoleProblem& problem, const HolePatch& patch);
+/// Angles between the faces behind the rim and the patch's faces before it, radians.
+struct RimAngles {
+  double largest = 0.0;
+  double mean = 0.0;
+};
+RimAngles rim_angles(const HoleProblem& problem, const HolePatch& patch);
 
 /// Unit normals of the patch's new vertices from its faces, weighted by area.
 std::vector<Vec3> normals_of_patch(const HoleProblem& problem, const HolePatch& patch);

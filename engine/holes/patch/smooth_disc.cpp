@@ -3,7 +3,6 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/holes/patch/direct_fill.h"
 #include "engine/holes/rbf/bending_energy.h"
 
 namespace orbweave {
@@ -79,9 +78,10 @@ std::string too_many_points(const PatchOptions& options) {
   return "needs more than " + std::to_string(options.max_new_points) + " new points";
 }
 
-std::optional<PatchMesh> smooth_disc(const HoleProblem& problem, const Rim& rim, int order,
-                                     const PatchOptions& options) {
-  const PatchMesh start = disc_of_loop(problem, rim);
+std::optional<PatchMesh> smooth_disc(const HoleProblem& problem, const LoopTriangles& loop,
+                                     int order, const PatchOptions& options) {
+  const Rim& rim = loop.rim;
+  const PatchMesh start = disc_of_loop(problem, loop);
   const double points = expected_points(start, rim.spacing);
   if (points > 1.5 * options.max_new_points + 16.0) return std::nullopt;
   std::optional<FairDisc> best = order < 2 ? fairest(problem, rim, {}, start, options)

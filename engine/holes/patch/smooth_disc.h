@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "engine/holes/patch/direct_fill.h"
 #include "engine/holes/patch/patch_mesh.h"
-#include "engine/holes/patch/rim.h"
 #include "engine/holes/problem/hole.h"
 
 namespace orbweave {
@@ -19,8 +19,8 @@ inline constexpr double kShortestEdge = 0.6;
 
 /// Order 1: a membrane, within the loop's convex hull; order 2: a thin plate tangent to the sheet.
 /// Empty where it would need more new points than allowed.
-std::optional<PatchMesh> smooth_disc(const HoleProblem& problem, const Rim& rim, int order,
-                                     const PatchOptions& options);
+std::optional<PatchMesh> smooth_disc(const HoleProblem& problem, const LoopTriangles& loop,
+                                     int order, const PatchOptions& options);
 
 /// The reason of a patch that would need too many.
 std::string too_many_points(const PatchOptions& options);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/geometry/triangle_intersection.h"
+#include "engine/holes/patch/box_tree.h"
 #include "engine/holes/patch/patch_intersections.h"
 #include "engine/holes/patch/patch_values.h"
 #include "engine/holes/patch/rim.h"
@@ -15,7 +16,7 @@
 namespace orbweave {
 namespace {
 
-constexpr std::uint64_t kMostContacts = 64;
+constexpr std::uint64_t kMostContacts = 160;
 
 class Untangler {
  public:
@@ -24,12 +25,13 @@ class Untangler {
         patch_(patch),
         given_(static_cast<std::uint32_t>(problem.positions.size())),
         rim_(find_rim(problem)),
+        sheet_(problem.positions, problem.sheet),
         positions_(problem.positions) {
     positions_.insert(positions_.end(), patch.positions.begin(), patch.positions.end());
   }
 
   std::uint64_t run(std::vector<Contact> contacts) {
-    constexpr int kRounds = 4;
+    constexpr int kRounds = 5;
     const std::vector<Vec3> before = patch_.positions;
     if (give_vertices(contacts)) contacts = find_contacts(problem_, patch_);
     for (int round = 0; round < kRounds && !contacts.empty(); ++round) {
@@ -99,15 +101,17 @@ class Untangler {
     return vertices;
   }
 
-  Box box_of(const Triangle& t) const {
-    Box box;
-    for (const std::uint32_t v : t) box.extend(positions_[v]);
-    return box;
-  }
+  Box box_of(const Triangle& t) const { return orbweave::box_of(positions_, t); }
 
+  /// A triangle that stays where it is while a vertex is moved.
+  struct Other {
+    Box box;
+    Triangle triangle;
+  };
   /// Triangles at a vertex, and those that they could meet wherever it moves to.
   struct Surroundings {
-    std::vector<Triangle> own, others;
+    std::vector<Triangle> own;
+    std::vector<Other> others;
   };
   Surroundings surroundings(std::uint32_t vertex, double reach) const {
     Surroundings around;
@@ -119,24 +123,31 @@ class Untangler {
       if (is_own) box.extend(box_of(t));
     }
     const Box within = box.grown(reach);
-    for (const std::span<const Triangle> list :
-         {std::span(std::as_const(apart)), std::span(problem_.sheet)}) {
-      for (const Triangle& t : list) {
-        if (box_of(t).intersects(within)) around.others.push_back(t);
-      }
+    for (const Triangle& t : apart) {
+      const Box of_t = box_of(t);
+      if (of_t.intersects(within)) around.others.push_back({of_t, t});
     }
+    sheet_.for_each(within, [&](std::uint32_t index) {
+      const Triangle& t = problem_.sheet[index];
+      around.others.push_back({box_of(t), t});
+      return true;
+    });
     return around;
   }
 
+  /// How many pairs meet; counting ends at `limit`.
   std::size_t count(const Surroundings& around, std::size_t limit) const {
     std::size_t found = 0;
-    for (std::size_t i = 0; i < around.own.size() && found < limit; ++i) {
+    for (std::size_t i = 0; i < around.own.size(); ++i) {
       const Box box = box_of(around.own[i]);
-      for (const Triangle& t : around.others) {
-        if (box.intersects(box_of(t))) found += triangles_intersect(positions_, around.own[i], t);
+      for (const Other& other : around.others) {
+        if (!box.intersects(other.box)) continue;
+        found += triangles_intersect(positions_, around.own[i], other.triangle);
+        if (found >= limit) return found;
       }
       for (std::size_t k = 0; k < i; ++k) {
         found += triangles_intersect(positions_, around.own[i], around.own[k]);
+        if (found >= limit) return found;
       }
     }
     return found;
@@ -154,7 +165,7 @@ class Untangler {
   /// Tries places along the normal, towards the middle of the hole and across; the nearest of the
   /// best ones is taken. True when it is better than where the vertex is.
   bool improve(std::uint32_t vertex) {
-    constexpr std::array<double, 5> kSteps = {0.15, 0.3, 0.6, 0.9, 1.2};  // rim spacings
+    constexpr std::array<double, 3> kSteps = {0.25, 0.6, 1.2};  // rim spacings
     const Surroundings around = surroundings(vertex, kSteps.back() * rim_.spacing);
     const Vec3 start = positions_[vertex];
     const Vec3 normal = normal_of(around.own);
@@ -182,6 +193,7 @@ class Untangler {
   HolePatch& patch_;
   std::uint32_t given_;
   Rim rim_;
+  BoxTree sheet_;
   std::vector<Vec3> positions_;
 };
 

@@ -208,7 +208,6 @@ HolePatch plane_fill(const HoleProblem& problem, const PatchOptions& options) {
   patch.sites = heights.sites();
   patch.residual = largest_residual(heights, sites.places);
   patch.condition = heights.condition();
-  patch.rim_dihedral_rad = rim_dihedral(problem, patch);
   return patch;
 }
 
