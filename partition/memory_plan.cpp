@@ -83,8 +83,9 @@ MemoryPlan plan_memory(std::uint64_t budget_bytes, std::uint64_t points, int thr
   const auto workers = static_cast<std::size_t>(std::max(threads, 1));
   // A margin for halos and for points that gather in few cells.
   const std::uint64_t affordable = spendable / (per_point * workers) * 4 / 5;
-  // Enough chunks that the workers end together.
-  const std::uint64_t balanced = std::max(points / (4 * workers) + 1, worthwhile_points);
+  // Enough chunks that the workers end together, unless the halos cost more than waiting does.
+  const std::uint64_t balanced =
+      std::max(points / (4 * workers) + 1, std::min(worthwhile_points, points));
   plan.chunk_points =
       std::clamp(std::min(affordable, balanced), kLeastChunkPoints, kMostChunkPoints);
   return plan;

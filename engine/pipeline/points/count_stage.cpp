@@ -37,8 +37,10 @@ std::uint64_t count_without_view(const PointCloud& points) {
   return count;
 }
 
-/// A chunk whose side is eight halos computes about half as much again for its halo.
-constexpr double kHalosPerSide = 8.0;
+/// A chunk of a surface whose side is 24 halos computes a sixth more for its halo. (An octree halves
+/// sides, so that half as many halos per side are usual: a third more.) Threads need no more chunks
+/// than that: they share the work on one.
+constexpr double kHalosPerSide = 24.0;
 
 /// How many points a chunk needs so that its halo is not most of the work: the points of a piece
 /// of surface of that side. The surface is guessed from the cells that hold points.
