@@ -1,5 +1,6 @@
 #include "engine/spacing/automatic_radii.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -15,8 +16,8 @@ constexpr std::size_t kNeighbors = 6;
 /// Approximate maximum number of points measured; quantiles of more points are no better.
 constexpr std::uint64_t kMeasuredPoints = 32768;
 constexpr int kMostAutomaticLevels = 8;
-/// Points between two looks at the request to stop.
-constexpr std::size_t kLookEvery = 256;
+/// Points that one thread takes at once, between two looks at the request to stop.
+constexpr std::size_t kPlacesAtOnce = 256;
 /// Farther from their neighbours than that, points are strays and not a sparse part.
 constexpr double kFarthestPerMedian = 16.0;
 
@@ -26,22 +27,28 @@ std::vector<double> mean_distances(const SpacingSite& site, std::size_t neighbor
                                    PointSelection selection, bool only_sure,
                                    const StopToken* stop) {
   const std::vector<Vec3>& points = site.points;
-  std::vector<double> means;
-  if (points.size() < 2) return means;
+  std::vector<Vec3> places;
+  for (const Vec3& p : points)
+    if (site.core.contains(p) && selection.takes(p)) places.push_back(p);
+  if (points.size() < 2 || places.empty()) return {};
   const PointTree tree(points);
-  std::vector<Neighbor> found;
-  std::size_t measured = 0;
   const std::size_t count = std::min(neighbors, points.size() - 1);
-  for (const Vec3& p : points) {
-    if (!site.core.contains(p) || !selection.takes(p)) continue;
-    if (measured++ % kLookEvery == 0) check_stop(stop);
-    tree.nearest(p, count + 1, found);
-    const double reach = std::sqrt(found.back().squared_distance);
-    if (only_sure && reach > distance_to_border(p, site.box)) continue;
-    double sum = 0.0;
-    for (std::size_t i = 1; i <= count; ++i) sum += std::sqrt(found[i].squared_distance);
-    means.push_back(sum / static_cast<double>(count));
-  }
+  constexpr double kUnsure = -1.0;
+  std::vector<double> means(places.size(), kUnsure);
+  using Range = tbb::blocked_range<std::size_t>;
+  tbb::parallel_for(Range(0, places.size(), kPlacesAtOnce), [&](const Range& range) {
+    check_stop(stop);
+    std::vector<Neighbor> found;
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      tree.nearest(places[i], count + 1, found);
+      const double reach = std::sqrt(found.back().squared_distance);
+      if (only_sure && reach > distance_to_border(places[i], site.box)) continue;
+      double sum = 0.0;
+      for (std::size_t k = 1; k <= count; ++k) sum += std::sqrt(found[k].squared_distance);
+      means[i] = sum / static_cast<double>(count);
+    }
+  });
+  std::erase(means, kUnsure);
   return means;
 }
 

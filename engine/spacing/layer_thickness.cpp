@@ -1,5 +1,6 @@
 #include "engine/spacing/layer_thickness.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -53,10 +54,10 @@ std::optional<double> deviation_of(const std::vector<SurfaceSample>& samples) {
   return std::sqrt(sum / (static_cast<double>(samples.size()) - kFitted));
 }
 
-/// Measures around the points of one site.
+/// Measures around the points of one site, which `tree` holds; one for each thread.
 class SiteMeasure {
  public:
-  explicit SiteMeasure(const SpacingSite& site) : site_(site), tree_(site.points) {}
+  SiteMeasure(const SpacingSite& site, const PointTree& tree) : site_(site), tree_(tree) {}
 
   /// With `only_sure`: nothing where a neighbourhood could reach out of the site before it is wide.
   std::optional<Measured> at(Vec3 p, bool only_sure) {
@@ -95,28 +96,43 @@ class SiteMeasure {
   }
 
   const SpacingSite& site_;
-  PointTree tree_;
+  const PointTree& tree_;
   std::vector<Neighbor> found_;
   std::vector<SurfaceSample> samples_;
 };
 
-/// Places between two looks at the request to stop: a quadric is fitted several times at each.
-constexpr std::size_t kLookEvery = 64;
+/// Places that one thread takes at once, between two looks at the request to stop: a quadric is
+/// fitted several times at each.
+constexpr std::size_t kPlacesAtOnce = 64;
+
+/// What is measured at the selected points of a site, in their order.
+std::vector<Measured> measure_site(const SpacingSite& site, PointSelection selection,
+                                   bool only_sure, const StopToken* stop) {
+  std::vector<Vec3> places;
+  for (const Vec3& p : site.points)
+    if (site.core.contains(p) && selection.takes(p)) places.push_back(p);
+  if (places.empty() || site.points.size() <= kFirstNeighborhood) return {};
+  const PointTree tree(site.points);
+  std::vector<std::optional<Measured>> at_place(places.size());
+  using Range = tbb::blocked_range<std::size_t>;
+  tbb::parallel_for(Range(0, places.size(), kPlacesAtOnce), [&](const Range& range) {
+    check_stop(stop);
+    SiteMeasure measure(site, tree);
+    for (std::size_t i = range.begin(); i < range.end(); ++i)
+      at_place[i] = measure.at(places[i], only_sure);
+  });
+  std::vector<Measured> measured;
+  for (const std::optional<Measured>& one : at_place)
+    if (one) measured.push_back(*one);
+  return measured;
+}
 
 std::vector<Measured> measure_all(std::span<const SpacingSite> sites, bool only_sure,
                                   const StopToken* stop) {
   const PointSelection selection = select_points(sites, kMeasuredPoints);
   std::vector<std::vector<Measured>> of_site(sites.size());
   tbb::parallel_for(std::size_t{0}, sites.size(), [&](std::size_t i) {
-    const SpacingSite& site = sites[i];
-    if (site.points.size() <= kFirstNeighborhood) return;
-    SiteMeasure measure(site);
-    std::size_t looked = 0;
-    for (const Vec3& p : site.points) {
-      if (!site.core.contains(p) || !selection.takes(p)) continue;
-      if (looked++ % kLookEvery == 0) check_stop(stop);
-      if (const auto measured = measure.at(p, only_sure)) of_site[i].push_back(*measured);
-    }
+    of_site[i] = measure_site(sites[i], selection, only_sure, stop);
   });
   std::vector<Measured> all;
   for (const auto& part : of_site) all.insert(all.end(), part.begin(), part.end());
