@@ -18,7 +18,7 @@ class ScratchSpace {
     capacity_ = candidates + candidates / 2 + 64;
     const std::size_t room = capacity_ + kLanePadding;
     doubles_.assign(kWalksAtOnce * 7 * room, 0.0);
-    ids_.assign(kWalksAtOnce * room, 0);
+    ids_.assign(kWalksAtOnce * 2 * room, 0);
     corners_.assign(kWalksAtOnce * std::size_t{corner_bound(capacity_)}, 0);
     double* at = doubles_.data();
     for (std::uint32_t w = 0; w < kWalksAtOnce; ++w) {
@@ -29,7 +29,8 @@ class ScratchSpace {
         *array = at;
         at += room;
       }
-      list.id = ids_.data() + w * room;
+      list.id = ids_.data() + 2 * w * room;
+      s.list = list.id + room;
       fans_[w].corners = corners_.data() + w * std::size_t{corner_bound(capacity_)};
     }
   }

@@ -279,6 +279,8 @@ void SurfaceState::take_level(const FanTable& fans) {
     corners.push_back({b, make_corner(c, a)});
     corners.push_back({c, make_corner(a, b)});
   }
+  for (std::uint32_t vertex = 0; vertex < unfinished_.size(); ++vertex)
+    if (fans.blocked(vertex)) unfinished_[vertex] = 0;
   std::inplace_merge(triangles_.begin(), triangles_.begin() + static_cast<std::ptrdiff_t>(emitted),
                      triangles_.end());
   tbb::parallel_sort(corners.begin(), corners.end());

@@ -48,7 +48,8 @@ struct WalkScratch {
   std::uint32_t point = 0;  ///< index into PointArrays
   std::uint32_t count = 0;  ///< of its neighbours
   Neighbours neighbours;
-  double* arc_begin = nullptr;  ///< covered arcs of a circle, as pseudo-angles in [0, 4)
+  std::uint32_t* list = nullptr;  ///< some of the neighbours
+  double* arc_begin = nullptr;    ///< covered arcs of a circle, as pseudo-angles in [0, 4)
   double* arc_length = nullptr;
 };
 

@@ -37,6 +37,7 @@ inline Lanes pseudo_angle(Lanes cosine, Lanes sine) {
   return choose(sine < Lanes::all(0.0), Lanes::all(3.0) + cosine, Lanes::all(1.0) - cosine);
 }
 
+#include "engine/ball_pivoting/walk_free_region.inl"
 #include "engine/ball_pivoting/walk_near_caps.inl"
 
 /// Collects the neighbours closer than two ball radii, in the order of the arrays.
@@ -118,6 +119,7 @@ class Walker {
   bool accepted(std::uint32_t i, std::uint32_t j) const;
   bool closed_simply() const;
   void scan_all(const std::uint8_t* active);
+  bool keep_relevant();
   bool cover_arcs(const Circle& c, std::uint32_t self);
   void scan_circle(const Circle& c, std::uint32_t i, const std::uint8_t* active);
   double furthest_cover(double from) const;
@@ -130,7 +132,7 @@ class Walker {
   const PointArrays& points_;
   const WalkScratch& scratch_;
   const Neighbours& s_;
-  const std::uint32_t n_;
+  std::uint32_t n_;
   Fan& fan_;
   const Direction normal_;
   State state_ = State::kFailed;
@@ -364,8 +366,49 @@ void Walker::scan_circle(const Circle& c, std::uint32_t i, const std::uint8_t* a
   }
 }
 
+/// Leaves out neighbours that have no part in what is free. True: nothing is.
+bool Walker::keep_relevant() {
+  NearCaps<kFew> near(s_, n_);
+  FreeRegion region;
+  for (std::uint32_t k = 0; k < near.size(); ++k) {
+    const Circle c = circle_from_top(near.index(k));
+    const auto add = [&](double from, double to) { region.add(c, from, to); };
+    if (!near.for_each_gap(c, near.index(k), add)) region.forget();
+  }
+  if (!region.encloses_all([&](Direction u) { return near.hold(u, kNobody); })) return false;
+  region.drop_covered(s_, n_);
+  if (region.empty()) return true;
+  std::uint32_t* const listed = scratch_.list;
+  const std::uint32_t relevant = region.list_relevant(s_, n_, listed);
+  std::uint32_t kept = 0, next_near = 0;
+  const auto keep = [&](std::uint32_t k) {
+    double* const arrays[] = {s_.dx, s_.dy, s_.dz, s_.cap_height, s_.inverse_length};
+    for (double* const array : arrays) array[kept] = array[k];
+    s_.id[kept++] = s_.id[k];
+  };
+  // The nearest enclose the rest of the region: they stay, too.
+  for (std::uint32_t l = 0; l < relevant; ++l) {
+    for (; next_near < near.size() && near.index(next_near) < listed[l]; ++next_near)
+      keep(near.index(next_near));
+    if (next_near < near.size() && near.index(next_near) == listed[l]) ++next_near;
+    keep(listed[l]);
+  }
+  for (; next_near < near.size(); ++next_near) keep(near.index(next_near));
+  n_ = kept;
+  for (std::uint32_t k = n_; k < n_ + Lanes::kWidth; ++k) {
+    s_.dx[k] = s_.dy[k] = s_.dz[k] = 0.0;
+    s_.cap_height[k] = 1.0;
+  }
+  return false;
+}
+
 void Walker::scan_all(const std::uint8_t* active) {
   fan_.count = 0;
+  fan_.blocked = false;
+  if (n_ >= kFew * 3 && keep_relevant()) {
+    fan_.blocked = true;
+    return;
+  }
   fan_.blocked = active == nullptr && n_ > 0;
   if (n_ < kFew * 2) {
     for (std::uint32_t i = 0; i < n_; ++i)

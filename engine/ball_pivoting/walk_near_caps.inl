@@ -63,25 +63,34 @@ class NearCaps {
 
   /// Whether these caps cover the circle, and by more than rounding: then so do all caps.
   bool cover(const Circle& c, std::uint32_t self) {
-    const CircleLanes circle(c);
-    const Lanes own = Lanes::all(static_cast<double>(self));
-    const Lanes margin = Lanes::all(kMargin), turn = Lanes::all(4.0);
-    std::uint32_t arcs = 0;
-    for (std::uint32_t k = 0; k < n_; k += Lanes::kWidth) {
-      const DirectionOf<Lanes> d = {Lanes::load(dx_ + k), Lanes::load(dy_ + k),
-                                    Lanes::load(dz_ + k)};
-      const Crossing at = circle.cross(d, Lanes::load(cap_height_ + k));
-      const auto other = but_not(first_lanes(n_ - k), Lanes::load(index_ + k) == own);
-      if (any(but_not(both(other, at.covered), at.crossed))) return true;
-      const Lanes length = arc_length(at.in, at.out) - margin - margin;
-      const auto useful = both(both(other, at.crossed), Lanes::all(0.0) < length);
-      Lanes begin = at.in + margin;
-      begin = choose(begin < turn, begin, begin - turn);
-      compress_store(begin_ + arcs, begin, useful);
-      compress_store(length_ + arcs, length, useful);
-      arcs += count(useful);
+    const std::uint32_t arcs = find_arcs(c, self, kMargin);
+    return arcs == kWholly || close_up(arcs);
+  }
+
+  std::uint32_t size() const { return n_; }
+  /// Where one of these stands in the list of all neighbours.
+  std::uint32_t index(std::uint32_t k) const { return static_cast<std::uint32_t>(index_[k]); }
+
+  /// Calls visit(from, to) for every arc of the circle that these caps leave free, as
+  /// pseudo-angles; false where they touch it nowhere.
+  template <class Visit>
+  bool for_each_gap(const Circle& c, std::uint32_t self, const Visit& visit) {
+    const std::uint32_t arcs = find_arcs(c, self, 0.0);
+    if (arcs == kWholly) return true;
+    if (arcs == 0) return false;
+    const std::uint32_t longest = begin_tour(arcs);
+    double at = begin_[longest], travelled = 0.0;
+    for (std::uint32_t round = 0; round < 4 * arcs + 8 && travelled < 4.0 - 1e-12; ++round) {
+      double step = reach_beyond(at, arcs);
+      if (!(step > kSliver)) {
+        step = gap_after(at, arcs);
+        visit(at, at + step);
+      }
+      travelled += step;
+      at += step;
+      if (at >= 4.0) at -= 4.0;
     }
-    return close_up(arcs);
+    return true;
   }
 
   /// Whether one of these caps holds u. `but` does not count.
@@ -100,6 +109,7 @@ class NearCaps {
  private:
   static constexpr std::uint32_t kMost = 2 * kAbout;
   static constexpr std::uint32_t kRoom = kMost + 2 * Lanes::kWidth;
+  static constexpr std::uint32_t kWholly = 0xffffffffu;
   /// Of a whole circle of 4: arcs are taken to be shorter at both ends.
   static constexpr double kMargin = 1e-9;
 
@@ -112,7 +122,7 @@ class NearCaps {
   }
 
   void take_within(const Neighbours& all, std::uint32_t n, double reach) {
-    for (std::uint32_t k = 0; k < n && n_ + Lanes::kWidth <= kMost; k += Lanes::kWidth) {
+    for (std::uint32_t k = 0; k < n && n_ < kMost; k += Lanes::kWidth) {
       const Lanes height = Lanes::load(all.cap_height + k);
       const auto near = both(first_lanes(n - k), height < Lanes::all(reach));
       if (!any(near)) continue;
@@ -123,6 +133,7 @@ class NearCaps {
       compress_store(index_ + n_, Lanes::counting_from(static_cast<double>(k)), near);
       n_ += count(near);
     }
+    if (n_ > kMost) n_ = kMost;  // whatever the vector width
     for (std::uint32_t k = n_; k < n_ + Lanes::kWidth; ++k) {
       dx_[k] = dy_[k] = dz_[k] = 0.0;
       cap_height_[k] = 1.0;
@@ -130,23 +141,68 @@ class NearCaps {
     }
   }
 
-  /// Whether the arcs, each of which reaches into the next, go all the way round.
-  bool close_up(std::uint32_t arcs) {
-    if (arcs == 0) return false;
+  /// Arcs of the circle in these caps, shorter by `margin` at both ends; kWholly: one covers it.
+  std::uint32_t find_arcs(const Circle& c, std::uint32_t self, double margin) {
+    const CircleLanes circle(c);
+    const Lanes own = Lanes::all(static_cast<double>(self));
+    const Lanes cut = Lanes::all(margin), turn = Lanes::all(4.0);
+    std::uint32_t arcs = 0;
+    for (std::uint32_t k = 0; k < n_; k += Lanes::kWidth) {
+      const DirectionOf<Lanes> d = {Lanes::load(dx_ + k), Lanes::load(dy_ + k),
+                                    Lanes::load(dz_ + k)};
+      const Crossing at = circle.cross(d, Lanes::load(cap_height_ + k));
+      const auto other = but_not(first_lanes(n_ - k), Lanes::load(index_ + k) == own);
+      if (any(but_not(both(other, at.covered), at.crossed))) return kWholly;
+      const Lanes length = arc_length(at.in, at.out) - cut - cut;
+      const auto useful = both(both(other, at.crossed), Lanes::all(0.0) < length);
+      Lanes begin = at.in + cut;
+      begin = choose(begin < turn, begin, begin - turn);
+      compress_store(begin_ + arcs, begin, useful);
+      compress_store(length_ + arcs, length, useful);
+      arcs += count(useful);
+    }
+    return arcs;
+  }
+
+  /// The longest arc, and lanes behind the last one that cover nothing.
+  std::uint32_t begin_tour(std::uint32_t arcs) {
     std::uint32_t longest = 0;
     for (std::uint32_t k = 1; k < arcs; ++k)
       if (length_[k] > length_[longest]) longest = k;
     for (std::uint32_t k = arcs; k < arcs + Lanes::kWidth; ++k) begin_[k] = 0.0, length_[k] = -1.0;
+    return longest;
+  }
+
+  /// How far beyond `at` the arcs that cover it reach; at most 0 when none does.
+  double reach_beyond(double at, std::uint32_t arcs) const {
     const Lanes zero = Lanes::all(0.0), turn = Lanes::all(4.0);
-    double at = begin_[longest], travelled = 0.0;
+    Lanes reach = Lanes::all(-1.0);
+    for (std::uint32_t k = 0; k < arcs; k += Lanes::kWidth) {
+      Lanes offset = Lanes::all(at) - Lanes::load(begin_ + k);
+      offset = choose(offset < zero, offset + turn, offset);
+      reach = larger(reach, Lanes::load(length_ + k) - offset);
+    }
+    return largest(reach);
+  }
+
+  /// From `at` to where the next arc begins.
+  double gap_after(double at, std::uint32_t arcs) const {
+    double next = 4.0;
+    for (std::uint32_t k = 0; k < arcs; ++k) {
+      if (!(length_[k] > kSliver)) continue;
+      double ahead = begin_[k] - at;
+      if (ahead < 0.0) ahead += 4.0;
+      if (ahead < next) next = ahead;
+    }
+    return next;
+  }
+
+  /// Whether the arcs, each of which reaches into the next, go all the way round.
+  bool close_up(std::uint32_t arcs) {
+    if (arcs == 0) return false;
+    double at = begin_[begin_tour(arcs)], travelled = 0.0;
     for (std::uint32_t round = 0; round <= arcs; ++round) {
-      Lanes reach = Lanes::all(-1.0);
-      for (std::uint32_t k = 0; k < arcs; k += Lanes::kWidth) {
-        Lanes offset = Lanes::all(at) - Lanes::load(begin_ + k);
-        offset = choose(offset < zero, offset + turn, offset);
-        reach = larger(reach, Lanes::load(length_ + k) - offset);
-      }
-      const double step = largest(reach);
+      const double step = reach_beyond(at, arcs);
       if (!(step > kMargin)) return false;
       travelled += step;
       if (travelled >= 4.0) return true;

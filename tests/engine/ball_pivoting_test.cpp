@@ -153,8 +153,9 @@ TEST_CASE("WalksFindEveryTriangleThatHasRoom") {
 
 TEST_CASE("CrowdedWalksFindEveryTriangleThatHasRoomAndInventNone") {
   // Hundreds of points per ball: most circles are settled by the nearest caps alone.
-  NamedCloud crowd = test::noisy_torus(420, 0.7, 5);
-  crowd.ball_radius *= 4.0;
+  const double growth = GENERATE(1.6, 2.2, 4.0);
+  NamedCloud crowd = test::noisy_torus(420, 0.8, 5);
+  crowd.ball_radius *= growth;
   const std::set<Triangle> expected = oracle(crowd);
   REQUIRE(expected.size() > 20);
   for (const VectorWidth width : supported_widths()) {
