@@ -30,7 +30,7 @@ constexpr double kNever = 1e300;
 /// Arcs and gaps below this fraction of a circle are rounding, not geometry.
 constexpr double kSliver = 1e-14;
 /// About how many of the nearest neighbours a circle is held against before all others.
-constexpr std::uint32_t kFew = 16, kMore = 64;
+constexpr std::uint32_t kFew = 24, kMore = 64;
 
 /// Monotonic in the angle of (cosine, sine), 0 at angle 0, in [0, 4).
 inline Lanes pseudo_angle(Lanes cosine, Lanes sine) {
@@ -405,7 +405,7 @@ bool Walker::keep_relevant() {
 void Walker::scan_all(const std::uint8_t* active) {
   fan_.count = 0;
   fan_.blocked = false;
-  if (n_ >= kFew * 3 && keep_relevant()) {
+  if (n_ >= kFew * 2 && keep_relevant()) {
     fan_.blocked = true;
     return;
   }
