@@ -28,11 +28,21 @@ namespace orbweave {
 namespace {
 
 /// Keys of a job file that are options here, too; --report is another one (JSON alone).
-constexpr std::array<std::string_view, 14> kKeys = {
-    "output.mesh",        "fill.kernel",    "fill.neighborhood",      "fill.max_diameter",
-    "fill.max_perimeter", "fill.max_edges", "fill.keep_outer_border", "fill.allow_intersections",
-    "fill.min_triangles", "output.format",  "output.precision",       "output.picture",
-    "output.patch_color", "run.threads"};
+constexpr std::array<std::string_view, 15> kKeys = {"output.mesh",
+                                                    "fill.kernel",
+                                                    "fill.neighborhood",
+                                                    "fill.max_diameter",
+                                                    "fill.max_perimeter",
+                                                    "fill.max_edges",
+                                                    "fill.keep_outer_border",
+                                                    "fill.allow_intersections",
+                                                    "fill.min_triangles",
+                                                    "output.format",
+                                                    "output.precision",
+                                                    "output.picture",
+                                                    "output.picture_up",
+                                                    "output.patch_color",
+                                                    "run.threads"};
 
 struct FillArguments {
   std::string file;
@@ -125,7 +135,8 @@ std::string summary(const FillReport& report) {
 void write_outputs(const TriangleMesh& mesh, const FillReport& report) {
   const OutputOptions& output = report.options.output;
   if (!output.picture.empty()) {
-    draw_mesh(mesh, report.after.bounds, output.picture, {.patch_color = output.patch_color});
+    draw_mesh(mesh, report.after.bounds, output.picture,
+              {.up = output.picture_up, .patch_color = output.patch_color});
     note_written(output.picture);
   }
   if (!output.report.empty()) {

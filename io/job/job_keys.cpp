@@ -120,6 +120,7 @@ constexpr std::array kMethods = {"ball_pivoting"};
 constexpr std::array kKernels = {"biharmonic", "triharmonic"};
 constexpr std::array kFormats = {"auto", "binary", "text"};
 constexpr std::array kPrecisions = {"double", "float"};
+constexpr std::array kUpAxes = {"auto", "x", "y", "z"};
 
 template <class Enum>
 std::string name_in(Choices names, Enum value) {
@@ -351,6 +352,10 @@ constexpr JobKey kKeys[] = {
      "picture of the mesh to write (PNG)", "picture", "",
      [](Job& job, const W& value) { job.output.picture = path_value(value); },
      [](const Job& job) -> JobValue { return job.output.picture; }},
+    {"output", "picture_up", T::kChoice, "", kUpAxes,
+     "axis that is upright in the picture; auto takes normals.up, what the scans imply, or the shape", "picture-up", "",
+     [](Job& job, const W& value) { job.output.picture_up = static_cast<UpAxis>(choice_value(value, kUpAxes)); },
+     [](const Job& job) -> JobValue { return name_in(kUpAxes, job.output.picture_up); }},
     {"output", "patch_color", T::kColor, "a colour such as \"#4477cc\"", {},
      "colour of filled holes in the picture", "patch-color", "",
      [](Job& job, const W& value) { job.output.patch_color = color_value(value); },

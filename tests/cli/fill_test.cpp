@@ -216,6 +216,8 @@ TEST_CASE("EveryKeyOfTheFillSectionIsAnOption") {
                       "float",
                       "--picture",
                       "p.png",
+                      "--picture-up",
+                      "z",
                       "--patch-color",
                       "#ff0000"})
               .status == 0);
@@ -247,6 +249,30 @@ TEST_CASE("PatchesHaveTheColourThatWasAskedForInThePicture") {
   const std::string blue = draw("a.png", "#4477cc");
   CHECK(draw("b.png", "#4477CC") == blue);
   CHECK(draw("c.png", "#cc7744") != blue);
+}
+
+TEST_CASE("PicturesOfEveryCommandHaveTheAxisUprightThatWasAskedFor") {
+  const ScratchDirectory in;
+  write_mesh(in / "in.ply", holed_sphere(in));
+  REQUIRE(run_in(in, {"convert", "--normals-from-faces", "in.ply", "scan.ply"}).status == 0);
+  const std::vector<std::string> command = GENERATE(values<std::vector<std::string>>(
+      {{"fill", "in.ply", "-o", "out.ply"},
+       {"inspect", "in.ply"},
+       {"inspect", "scan.ply"},
+       {"reconstruct", "scan.ply", "-o", "out.ply", "--radii", "0.12", "--no-fill"}}));
+  CAPTURE(command[0], command[1]);
+  const auto draw = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> arguments = command;
+    arguments.insert(arguments.end(), {"--picture", "picture.png"});
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    REQUIRE(run_in(in, arguments).status == 0);
+    return file_text(in / "picture.png");
+  };
+  const std::string usual = draw({}), z = draw({"--picture-up", "z"});
+  CHECK(draw({"--picture-up", "y"}) == usual);
+  CHECK(z != usual);
+  CHECK(draw({"--picture-up", "x"}) != z);
+  if (command[0] == "reconstruct") CHECK(draw({"--up", "0,0,1"}) == z);
 }
 
 TEST_CASE("SmallPiecesAreRemovedWhenAskedFor") {
