@@ -27,7 +27,8 @@ struct InputOptions {
   ReturnFilter returns = ReturnFilter::kAll;
   /// Keeps no-data values, missing returns at (0, 0, 0) and strays.
   bool keep_strays = false;
-  double units_per_meter = 1.0;  ///< for sanity checks and reports only
+  /// For sanity checks and reports only. Empty: what the coordinate system of the scans says.
+  std::optional<double> units_per_meter;
 };
 
 /// Optional cleaning, in this order; off by default.
