@@ -174,6 +174,10 @@ void add_key_options(CLI::App& command, std::span<const std::string_view> names,
 void add_run_options(CLI::App& command, JobArguments& arguments) {
   command.add_flag("--fresh", arguments.fresh,
                    "Start over: drop what an interrupted run left in the work directory");
+  add_progress_option(command, arguments);
+}
+
+void add_progress_option(CLI::App& command, JobArguments& arguments) {
   command
       .add_option("--progress", arguments.progress,
                   "auto (live on a terminal), plain (lines for a log) or none (warnings alone)")
