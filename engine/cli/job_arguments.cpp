@@ -200,12 +200,9 @@ Job job_of(const JobArguments& arguments) {
     throw_usage("names no scans",
                 {.file = arguments.job_file, .expected = "[input] files = [\"scan.ply\"]"});
   if (std::ranges::find(job.input.files, "-") != job.input.files.end())
-    throw_usage("a job reads its scans twice, so they cannot come from standard input",
-                {.file = arguments.job_file,
-                 .place = "input.files",
-                 .found = "\"-\"",
-                 .expected = "names of files",
-                 .advice = "Write them to a file first: orbweave convert - scan.ply"});
+    throw_usage(
+        "a job reads its scans several times and takes none from standard input",
+        {.file = arguments.job_file, .advice = "Write a file first: orbweave convert - scan.ply"});
   return job;
 }
 
