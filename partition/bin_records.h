@@ -5,7 +5,6 @@
 #include <xxhash.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -87,19 +86,6 @@ class RunningChecksum {
  private:
   std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state_;
 };
-
-/// Fills `out` with what lies at `offset` bytes of an open file. Returns 0, or the system's number
-/// for what went wrong; ENODATA where the file ends before.
-inline int read_whole(int descriptor, std::uint64_t offset, std::span<std::byte> out) {
-  while (!out.empty()) {
-    const ssize_t got = pread(descriptor, out.data(), out.size(), static_cast<off_t>(offset));
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return got < 0 ? errno : ENODATA;
-    out = out.subspan(static_cast<std::size_t>(got));
-    offset += static_cast<std::uint64_t>(got);
-  }
-  return 0;
-}
 
 /// The records of a piece of a spill file, about a mebibyte at a time: read(offset, out) fills
 /// `out`, visit(records) gets it. False where the checksum is another one in the end.

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <bit>
 #include <cerrno>
-#include <cstring>
 #include <limits>
 #include <mutex>
 #include <new>
@@ -18,7 +17,7 @@
 
 #include "io/error.h"
 #include "io/system/file_calls.h"
-#include "io/system/system_advice.h"
+#include "io/system/work_directory_errors.h"
 #include "partition/bin_records.h"
 
 namespace orbweave {
@@ -115,9 +114,7 @@ class SpillFile {
   }
 
   [[noreturn]] void fail(int reason) const {
-    throw_resource("cannot spill points to disk", {.file = path_.string(),
-                                                   .found = std::strerror(reason),
-                                                   .advice = advice_on_work_directory(reason)});
+    throw_refusal("cannot spill points to disk", path_, reason);
   }
 
   /// Takes `bytes` off the front; returns how many pieces are gone.

@@ -121,8 +121,8 @@ void PublishedBins::take(ChunkId chunk, std::size_t piece_points,
   state.for_extents(chunk,
                     [&](const State::BinFile& file, int descriptor, const BinExtent& extent) {
                       const auto read = [&](std::uint64_t offset, std::span<std::byte> out) {
-                        if (const int error = read_whole(descriptor, offset, out))
-                          fail(file.path, error);
+                        const auto got = read_at(descriptor, offset, out);
+                        if (got != out.size()) fail(file.path, got ? ENODATA : errno);
                       };
                       if (!visit_extent(extent, state.layout.bytes, read, add))
                         throw CorruptResult(file.path, "a wrong checksum");

@@ -22,17 +22,28 @@
 #include "io/error.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
+#include "io/report/progress.h"
 #include "io/system/path_roles.h"
 
 namespace orbweave {
 namespace {
 
 /// Keys of a job file that are options here, too; --report is another one (JSON alone).
-constexpr std::array<std::string_view, 14> kKeys = {
-    "output.mesh",        "fill.kernel",    "fill.neighborhood",      "fill.max_diameter",
-    "fill.max_perimeter", "fill.max_edges", "fill.keep_outer_border", "fill.allow_intersections",
-    "fill.min_triangles", "output.format",  "output.precision",       "output.picture",
-    "output.patch_color", "run.threads"};
+constexpr std::array<std::string_view, 15> kKeys = {"output.mesh",
+                                                    "fill.kernel",
+                                                    "fill.neighborhood",
+                                                    "fill.max_diameter",
+                                                    "fill.max_perimeter",
+                                                    "fill.max_edges",
+                                                    "fill.keep_outer_border",
+                                                    "fill.allow_intersections",
+                                                    "fill.min_triangles",
+                                                    "output.format",
+                                                    "output.precision",
+                                                    "output.picture",
+                                                    "output.picture_up",
+                                                    "output.patch_color",
+                                                    "run.threads"};
 
 struct FillArguments {
   std::string file;
@@ -70,9 +81,9 @@ std::string left_out_text(const UnusableTriangles& left_out) {
 }
 
 /// Takes out what is no surface, says so, and counts it in the report. True where there was any.
-bool leave_out_unusable(TriangleMesh& mesh, FillReport& report) {
+bool leave_out_unusable(TriangleMesh& mesh, FillReport& report, Progress& progress) {
   const UnusableTriangles left_out = remove_unusable_triangles(mesh);
-  if (left_out.all() > 0) print_warning(report.file + ": left out " + left_out_text(left_out));
+  if (left_out.all() > 0) progress.warn(report.file + ": left out " + left_out_text(left_out));
   if (left_out.degenerate > 0) report.triangles_dropped["degenerate"] = left_out.degenerate;
   if (left_out.repeated > 0) report.triangles_dropped["repeated"] = left_out.repeated;
   if (left_out.not_finite > 0) report.triangles_dropped["not finite"] = left_out.not_finite;
@@ -81,31 +92,44 @@ bool leave_out_unusable(TriangleMesh& mesh, FillReport& report) {
 }
 
 /// Meshes whose holes are not what they look like.
-void warn_of_structure(const std::string& file, const MeshFacts& mesh) {
+void warn_of_structure(const std::string& file, const MeshFacts& mesh, Progress& progress) {
   if (mesh.triangles > 1 && mesh.boundary_edges == 3 * mesh.triangles)
-    print_warning(file +
+    progress.warn(file +
                   ": no triangle shares an edge with another one: every triangle brings its own "
                   "vertices. 'orbweave convert' to .stl and back joins equal ones");
   if (mesh.nonmanifold_edges + mesh.inconsistent_edges > 0)
-    print_warning(file + ": " + counted(mesh.nonmanifold_edges, "edge", "edges") +
+    progress.warn(file + ": " + counted(mesh.nonmanifold_edges, "edge", "edges") +
                   " of more than two triangles and " +
                   counted(mesh.inconsistent_edges, "edge", "edges") +
                   " of two triangles that are oriented differently; loops that run into one of "
                   "them stay open");
 }
 
-/// Reads, fills and measures; leaves nothing behind when it is ended.
-TriangleMesh filled_mesh(FillReport& report) {
-  const EndAtOnceOnSignals no_need_to_clean_up;
+/// Reads the mesh, takes out what is no surface, and warns of what is odd.
+TriangleMesh usable_mesh(FillReport& report, Progress& progress) {
+  progress.begin_stage("read", 0, "triangles");
   TriangleMesh mesh = read_mesh(report.file);
+  progress.advance(mesh.triangles.size());
   report.before = mesh_facts(mesh);
-  const bool changed = leave_out_unusable(mesh, report);
-  warn_of_structure(report.file, changed ? mesh_facts(mesh) : report.before);
-  FilledMesh filled = fill_mesh(mesh, report.options.fill);
+  const bool changed = leave_out_unusable(mesh, report, progress);
+  warn_of_structure(report.file, changed ? mesh_facts(mesh) : report.before, progress);
+  progress.end_stage();
+  return mesh;
+}
+
+/// Reads, fills and measures; leaves nothing behind when it is ended.
+TriangleMesh filled_mesh(FillReport& report, Progress& progress) {
+  const EndAtOnceOnSignals no_need_to_clean_up;
+  TriangleMesh mesh = usable_mesh(report, progress);
+  const auto show = [&](std::uint64_t done, std::uint64_t holes) {
+    done == 0 ? progress.begin_stage("holes", holes, "holes") : progress.advance(1);
+  };
+  FilledMesh filled = fill_mesh(std::move(mesh), report.options.fill, nullptr, false, show);
   report.holes = std::move(filled.holes);
   report.pieces_removed = filled.pieces_removed;
   report.triangles_removed = filled.triangles_removed;
   report.after = mesh_facts(filled.mesh);
+  progress.end_stage();
   return std::move(filled.mesh);
 }
 
@@ -122,18 +146,25 @@ std::string summary(const FillReport& report) {
 }
 
 /// The mesh last: where it is, all of it is.
-void write_outputs(const TriangleMesh& mesh, const FillReport& report) {
+void write_outputs(const TriangleMesh& mesh, const FillReport& report, Progress& progress) {
   const OutputOptions& output = report.options.output;
   if (!output.picture.empty()) {
-    draw_mesh(mesh, report.after.bounds, output.picture, {.patch_color = output.patch_color});
+    progress.begin_stage("picture", 0, "triangles");
+    draw_mesh(mesh, report.after.bounds, output.picture,
+              {.up = output.picture_up, .patch_color = output.patch_color});
+    progress.advance(mesh.triangles.size());
+    progress.end_stage();
     note_written(output.picture);
   }
   if (!output.report.empty()) {
     write_fill_report(output.report, report);
     note_written(output.report);
   }
+  progress.begin_stage("export", 0, "triangles");
   write_mesh(output.mesh, mesh,
              {.binary = output.binary, .float_positions = output.float_positions, .comments = {}});
+  progress.advance(mesh.triangles.size());
+  progress.end_stage();
   note_written(output.mesh);
 }
 
@@ -151,11 +182,13 @@ void fill(const FillArguments& arguments, const std::vector<std::string>& comman
   // More threads than cores are used when they are asked for.
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<std::size_t>(std::max(threads, available_threads())));
+  const std::unique_ptr<Progress> progress = make_progress(progress_style(arguments.job));
   const auto begin = std::chrono::steady_clock::now();
-  const TriangleMesh mesh = tbb::task_arena(threads).execute([&] { return filled_mesh(report); });
+  const TriangleMesh mesh =
+      tbb::task_arena(threads).execute([&] { return filled_mesh(report, *progress); });
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   check_interruption(stop);
-  write_outputs(mesh, report);
+  write_outputs(mesh, report, *progress);
   if (report.options.output.mesh != "-") std::cout << summary(report);
 }
 
@@ -171,6 +204,7 @@ void add_fill_command(CLI::App& program, const CommandContext& context) {
       ->required();
   add_key_options(*command, kKeys, arguments->job);
   command->add_option("--report", arguments->report, "A report to write (JSON)")->type_name("FILE");
+  add_progress_option(*command, arguments->job);
   command->footer(
       "The mesh's own vertices and triangles stay as they are; patches come after them. What\n"
       "stays open is printed with the reason. 'orbweave inspect MESH' lists the loops "

@@ -1,11 +1,13 @@
 // orbweave inspect: the facts of a scan or a mesh.
 #include <CLI/CLI.hpp>
+#include <array>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "engine/cli/commands.h"
 #include "engine/cli/file_kind.h"
+#include "engine/cli/job_arguments.h"
 #include "engine/cli/json_text.h"
 #include "engine/cli/mesh_drawing.h"
 #include "engine/cli/output.h"
@@ -20,6 +22,7 @@
 #include "io/meshes/mesh_reader.h"
 #include "io/report/hole_summary.h"
 #include "io/report/picture.h"
+#include "io/report/picture_up.h"
 #include "io/shown_text.h"
 #include "io/system/path_roles.h"
 #include "io/text/quantity.h"
@@ -34,7 +37,13 @@ struct InspectOptions {
   std::string against;
   std::string picture;
   bool json = false;
+  JobArguments keys;  ///< those of kKeys
+
+  UpAxis picture_up() const { return settings_of(keys).output.picture_up; }
 };
+
+/// Keys of a job file that are options here, too.
+constexpr std::array<std::string_view, 1> kKeys = {"output.picture_up"};
 
 /// A large cloud is read twice; standard input cannot be, so its spacing then stays unknown.
 CloudFacts facts_of_cloud(const std::string& file) {
@@ -112,13 +121,15 @@ std::string mesh_text(const MeshFacts& facts) {
   return facts_table(lines);
 }
 
-void draw_cloud(const std::string& file, const Box& bounds, const std::string& path) {
+void draw_cloud(const std::string& file, const Box& bounds, const InspectOptions& options) {
   constexpr std::size_t kBatchPoints = std::size_t{1} << 16;
   const auto source = open_point_source(file);
-  MeshPicture picture(bounds);
+  const UpAxis implied = up_axis_of_scans({&file, 1}, source->coordinate_system());
+  const UpAxis wanted = options.picture_up();
+  MeshPicture picture(bounds, {.up = wanted == UpAxis::kAuto ? implied : wanted});
   for (PointCloud batch; source->read(batch, kBatchPoints);)
     picture.draw_points(batch.positions, batch.normals);
-  picture.write_png(path);
+  picture.write_png(options.picture);
 }
 
 /// What the hole pass would make of the loops, with its defaults.
@@ -152,7 +163,8 @@ struct Inspected {
 Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
   TriangleMesh mesh = read_mesh(file);
   const MeshFacts facts = mesh_facts(mesh);
-  if (!options.picture.empty()) draw_mesh(mesh, facts.bounds, options.picture);
+  if (!options.picture.empty())
+    draw_mesh(mesh, facts.bounds, options.picture, {.up = options.picture_up()});
   CloudDistances distances;
   const bool against = !options.against.empty();
   if (against) distances = distances_to_cloud(mesh, read_all(*open_point_source(options.against)));
@@ -178,7 +190,7 @@ Inspected inspect_cloud(const std::string& file, const InspectOptions& options) 
     throw_bad_input("a cloud has no distances to another cloud",
                     {.file = file, .expected = "a mesh before --against"});
   const CloudFacts facts = facts_of_cloud(file);
-  if (!options.picture.empty()) draw_cloud(file, facts.bounds, options.picture);
+  if (!options.picture.empty()) draw_cloud(file, facts.bounds, options);
   return options.json ? Inspected{cloud_json(facts), {}} : Inspected{{}, cloud_text(facts)};
 }
 
@@ -231,6 +243,7 @@ void add_inspect_command(CLI::App& program, const CommandContext& context) {
   command->add_option("--against", options->against, "Distances from the mesh to a cloud and back")
       ->type_name("CLOUD");
   command->add_option("--picture", options->picture, "Draw it (PNG)")->type_name("FILE");
+  add_key_options(*command, kKeys, options->keys);
   command->footer("Example:\n  orbweave inspect mesh.ply --against scan.ply --picture mesh.png\n");
   command->callback([options, context] { context.then([options] { inspect(*options); }); });
 }

@@ -174,6 +174,10 @@ void add_key_options(CLI::App& command, std::span<const std::string_view> names,
 void add_run_options(CLI::App& command, JobArguments& arguments) {
   command.add_flag("--fresh", arguments.fresh,
                    "Start over: drop what an interrupted run left in the work directory");
+  add_progress_option(command, arguments);
+}
+
+void add_progress_option(CLI::App& command, JobArguments& arguments) {
   command
       .add_option("--progress", arguments.progress,
                   "auto (live on a terminal), plain (lines for a log) or none (warnings alone)")
@@ -196,12 +200,9 @@ Job job_of(const JobArguments& arguments) {
     throw_usage("names no scans",
                 {.file = arguments.job_file, .expected = "[input] files = [\"scan.ply\"]"});
   if (std::ranges::find(job.input.files, "-") != job.input.files.end())
-    throw_usage("a job reads its scans twice, so they cannot come from standard input",
-                {.file = arguments.job_file,
-                 .place = "input.files",
-                 .found = "\"-\"",
-                 .expected = "names of files",
-                 .advice = "Write them to a file first: orbweave convert - scan.ply"});
+    throw_usage(
+        "a job reads its scans several times and takes none from standard input",
+        {.file = arguments.job_file, .advice = "Write a file first: orbweave convert - scan.ply"});
   return job;
 }
 

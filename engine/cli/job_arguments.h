@@ -43,6 +43,8 @@ void add_key_options(CLI::App& command, std::span<const std::string_view> names,
                      JobArguments& arguments);
 /// --fresh and --progress.
 void add_run_options(CLI::App& command, JobArguments& arguments);
+/// --progress alone, for commands that leave nothing to resume from.
+void add_progress_option(CLI::App& command, JobArguments& arguments);
 
 /// The job: file, assignments, settings. Throws Error (usage) where one of them is wrong, where
 /// no scan is named, and for a scan in the place of a job file.

@@ -3,6 +3,7 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <utility>
 
 #include "engine/holes/hole_pass.h"
@@ -83,17 +84,20 @@ std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const FillOptions& o
 }
 
 FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options, const StopToken* stop,
-                     bool has_point_normals) {
+                     bool has_point_normals, const HoleProgress& progress) {
   const Survey survey = survey_of(mesh, options, has_point_normals);
   const HolePlan& plan = survey.plan;
   const MeshSurface surface(mesh, survey.keep);
   std::vector<LoopPatch> patches(plan.loops.size());
   for (std::size_t l = 0; l < patches.size(); ++l) patches[l].facts = plan.facts_of(l);
+  std::atomic<std::uint64_t> done{0};
+  if (progress) progress(0, plan.groups.size());
   tbb::parallel_for(std::size_t{0}, plan.groups.size(), [&](std::size_t g) {
     check_stop(stop);
     std::vector<LoopPatch> group = fill_group(surface, plan, plan.groups[g], options);
     const std::vector<std::uint32_t> loops = plan.loops_of(plan.groups[g]);
     for (std::size_t i = 0; i < loops.size(); ++i) patches[loops[i]] = std::move(group[i]);
+    if (progress) progress(done.fetch_add(1) + 1, plan.groups.size());
   });
   FilledMesh filled;
   filled.mesh = std::move(mesh);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "io/hole_facts.h"
@@ -21,15 +22,19 @@ struct FilledMesh {
   std::uint64_t vertices_doubled = 0;   ///< where several fans were left
 };
 
+/// Called with 0 of all holes that are to be filled before the first of them, then once for each
+/// that was filled or given up, from any thread, several at a time.
+using HoleProgress = std::function<void(std::uint64_t done, std::uint64_t holes)>;
+
 /// Fills the holes of a mesh. Loops are numbered in the order of their vertices. Normals of new
 /// vertices are written where the mesh has normals, attributes are interpolated. The mesh must
 /// have no degenerate and no repeated triangles; loops that run into an edge of more than two
 /// triangles or of two in the same direction stay open. Runs on the calling TBB arena; the result
 /// does not depend on the number of threads. `stop` is looked at before every hole; may be null.
 /// `has_point_normals`: the vertices' normals are those of scanned points and say where outside is,
-/// as in a job; else the triangles' normals do.
+/// as in a job; else the triangles' normals do. `progress` may be empty.
 FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options, const StopToken* stop = nullptr,
-                     bool has_point_normals = false);
+                     bool has_point_normals = false, const HoleProgress& progress = {});
 
 /// The loops and what would become of them, nothing filled (`filled` is false for all; `reason`
 /// says why where one would stay open).

@@ -69,7 +69,8 @@ void require_a_triangle(const ResolvedJob& job, const Partition& partition) {
 void warn_of_units(StageRunner& runner, const Partition& partition) {
   constexpr double kLeastMeters = 1e-7;
   constexpr double kMostMeters = 1e3;
-  const double units_per_meter = runner.job.input.units_per_meter;
+  const double units_per_meter = runner.job.input.units_per_meter.value_or(
+      partition.meters_per_unit ? 1.0 / partition.meters_per_unit->x : 1.0);
   const double meters = partition.spacing / units_per_meter;
   if (!(partition.spacing > 0.0) || (meters >= kLeastMeters && meters <= kMostMeters)) return;
   runner.warn("the points lie " + format_number(meters) +

@@ -23,6 +23,7 @@ void describe_partition(Partition partition, RunReport& report) {
   report.prepare = std::move(partition.prepare);
   report.normals = partition.normals;
   report.coordinate_system = std::move(partition.coordinate_system);
+  report.meters_per_unit = partition.meters_per_unit;
   report.bounds = partition.bounds;
 }
 

@@ -100,6 +100,7 @@ class PointSourceList final : public PointSource {
           {path, source->schema(), source->bytes_total(), source->declared_points().value_or(0)});
       add_declared(source->declared_points());
       bytes_total_ += source->bytes_total();
+      if (coordinate_system_.empty()) meters_per_unit_ = source->meters_per_unit();
       add_coordinate_system(source->coordinate_system(), path);
     }
     schema_ = common_schema(files_);
@@ -120,6 +121,7 @@ class PointSourceList final : public PointSource {
     return all;
   }
   std::string coordinate_system() const override { return coordinate_system_; }
+  std::optional<Vec3> meters_per_unit() const override { return meters_per_unit_; }
   void note(std::vector<std::string>& notes) const {
     note_left_out(files_, schema_, notes);
     notes.insert(notes.end(), disagreements_.begin(), disagreements_.end());
@@ -241,6 +243,7 @@ class PointSourceList final : public PointSource {
   std::vector<KeptRun> runs_;
   DroppedPoints left_out_;  ///< of the files that were read to their ends
   std::string coordinate_system_;
+  std::optional<Vec3> meters_per_unit_;  ///< of the file that named the coordinate system
   std::vector<std::string> disagreements_;
 };
 

@@ -109,6 +109,7 @@ class ScanSource final : public PointSource {
   std::uint64_t bytes_read() const override { return source_->bytes_read(); }
   std::uint64_t bytes_total() const override { return source_->bytes_total(); }
   std::string coordinate_system() const override { return source_->coordinate_system(); }
+  std::optional<Vec3> meters_per_unit() const override { return source_->meters_per_unit(); }
 
   std::optional<ScannerPlace> scanner() const override {
     std::optional<ScannerPlace> place = options_.scanner;

@@ -27,7 +27,8 @@ struct InputOptions {
   ReturnFilter returns = ReturnFilter::kAll;
   /// Keeps no-data values, missing returns at (0, 0, 0) and strays.
   bool keep_strays = false;
-  double units_per_meter = 1.0;  ///< for sanity checks and reports only
+  /// For sanity checks and reports only. Empty: what the coordinate system of the scans says.
+  std::optional<double> units_per_meter;
 };
 
 /// Optional cleaning, in this order; off by default.
@@ -55,15 +56,19 @@ struct ReconstructOptions {
   int levels = 0;                  ///< number of automatic radii, 1 to 8; 0: from the density
 };
 
+/// Axis of the coordinates that is drawn upright. kAuto: what the scans imply.
+enum class UpAxis { kAuto, kX, kY, kZ };
+
 struct OutputOptions {
-  std::string mesh;              ///< path; format by extension
-  bool binary = true;            ///< where the format has a binary encoding
-  bool requires_binary = false;  ///< refuses a format without one
-  bool float_positions = false;  ///< "float" coordinates instead of double
-  bool attributes = true;        ///< carries normals and attributes to the vertices
-  bool tiles = false;            ///< one mesh per chunk instead of one mesh
-  std::string report;            ///< path of the JSON report; empty: none
-  std::string picture;           ///< path of a PNG of the mesh; empty: none
+  std::string mesh;                   ///< path; format by extension
+  bool binary = true;                 ///< where the format has a binary encoding
+  bool requires_binary = false;       ///< refuses a format without one
+  bool float_positions = false;       ///< "float" coordinates instead of double
+  bool attributes = true;             ///< carries normals and attributes to the vertices
+  bool tiles = false;                 ///< one mesh per chunk instead of one mesh
+  std::string report;                 ///< path of the JSON report; empty: none
+  std::string picture;                ///< path of a PNG of the mesh; empty: none
+  UpAxis picture_up = UpAxis::kAuto;  ///< axis that is upright in the picture
   /// Red, green and blue of filled holes in the picture.
   std::array<std::uint8_t, 3> patch_color = {0x80, 0xa8, 0xe2};
 };

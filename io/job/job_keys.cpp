@@ -60,6 +60,16 @@ JobValue auto_or(const std::optional<Vec3>& vector) {
   return std::vector<double>{vector->x, vector->y, vector->z};
 }
 
+void set_units_per_meter(Job& job, const WrittenValue& value) {
+  job.input.units_per_meter.reset();
+  if (!is_auto(value)) job.input.units_per_meter = finite_limit(value);
+}
+
+JobValue auto_or(const std::optional<double>& number) {
+  if (!number) return std::string("auto");
+  return *number;
+}
+
 void set_direction(std::optional<Vec3>& direction, const WrittenValue& value) {
   direction = optional_vector(value);
   if (direction && squared_norm(*direction) == 0.0)
@@ -120,6 +130,7 @@ constexpr std::array kMethods = {"ball_pivoting"};
 constexpr std::array kKernels = {"biharmonic", "triharmonic"};
 constexpr std::array kFormats = {"auto", "binary", "text"};
 constexpr std::array kPrecisions = {"double", "float"};
+constexpr std::array kUpAxes = {"auto", "x", "y", "z"};
 
 template <class Enum>
 std::string name_in(Choices names, Enum value) {
@@ -213,10 +224,10 @@ constexpr JobKey kKeys[] = {
      "keep points that are no measurements: no-data values, missing returns at (0, 0, 0), strays far from all other points", "keep-strays", "true",
      [](Job& job, const W& value) { job.input.keep_strays = flag_value(value); },
      [](const Job& job) -> JobValue { return job.input.keep_strays; }},
-    {"input", "units_per_meter", T::kNumber, "a positive number", {},
-     "units of the scan in one metre, such as 1000 for millimetres; used by checks and reports only", "units-per-meter", "",
-     [](Job& job, const W& value) { job.input.units_per_meter = finite_limit(value); },
-     [](const Job& job) -> JobValue { return job.input.units_per_meter; }},
+    {"input", "units_per_meter", T::kNumber, "\"auto\" or a positive number", {},
+     "units of the scan in one metre, such as 1000 for millimetres; auto takes the unit of the coordinate system; used by checks and reports only", "units-per-meter", "",
+     set_units_per_meter,
+     [](const Job& job) -> JobValue { return auto_or(job.input.units_per_meter); }},
 
     {"partition", "memory", T::kBytes, "a quantity such as \"4GiB\", or a number of bytes, at least 64MiB", {},
      "memory budget of the whole process, such as 4GiB; at least 64MiB", "memory", "",
@@ -351,6 +362,10 @@ constexpr JobKey kKeys[] = {
      "picture of the mesh to write (PNG)", "picture", "",
      [](Job& job, const W& value) { job.output.picture = path_value(value); },
      [](const Job& job) -> JobValue { return job.output.picture; }},
+    {"output", "picture_up", T::kChoice, "", kUpAxes,
+     "axis that is upright in the picture; auto takes normals.up, what the scans imply, or the shape", "picture-up", "",
+     [](Job& job, const W& value) { job.output.picture_up = static_cast<UpAxis>(choice_value(value, kUpAxes)); },
+     [](const Job& job) -> JobValue { return name_in(kUpAxes, job.output.picture_up); }},
     {"output", "patch_color", T::kColor, "a colour such as \"#4477cc\"", {},
      "colour of filled holes in the picture", "patch-color", "",
      [](Job& job, const W& value) { job.output.patch_color = color_value(value); },

@@ -6,7 +6,6 @@
 #include <xxhash.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <exception>
@@ -19,6 +18,7 @@
 #include <utility>
 
 #include "io/error.h"
+#include "io/hex_digits.h"
 #include "io/system/directory.h"
 #include "io/system/file_calls.h"
 #include "io/system/file_descriptor.h"
@@ -85,7 +85,7 @@ bool is_as_listed(const fs::path& file, const ListedTile& tile) {
   std::error_code error;
   return fs::is_regular_file(fs::symlink_status(file, error)) &&
          fs::file_size(file, error) == tile.bytes && !error &&
-         checksum_text(file_checksum(file)) == tile.checksum;
+         hex_digits(file_checksum(file)) == tile.checksum;
 }
 
 /// Both names change their meaning at once where the system can do that.
@@ -133,12 +133,6 @@ std::uint64_t file_checksum(const fs::path& file) {
     if (count == 0) return XXH3_64bits_digest(state.get());
     XXH3_64bits_update(state.get(), buffer.data(), static_cast<std::size_t>(count));
   }
-}
-
-std::string checksum_text(std::uint64_t checksum) {
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(checksum));
-  return text.data();
 }
 
 std::vector<std::string> check_tile_directory(const fs::path& directory) {

@@ -17,10 +17,9 @@ inline constexpr const char* kTileIndex = "tiles.json";
 std::filesystem::path tile_directory_of(const std::filesystem::path& mesh);
 /// "000012.ply" of "bunny.ply" and 12; ".ply.gz" likewise.
 std::string tile_name(const std::filesystem::path& mesh, std::uint32_t number);
-/// XXH3-64 of a file's bytes, which the index has of every tile. Throws Error (resource).
+/// XXH3-64 of a file's bytes, which the index has of every tile as hex_digits(). Throws Error
+/// (resource).
 std::uint64_t file_checksum(const std::filesystem::path& file);
-/// As the index has it.
-std::string checksum_text(std::uint64_t checksum);
 
 /// Throws Error where `directory` is there: usage where it holds anything but an index and the
 /// tiles that the index lists, byte for byte, for it would be replaced; resource where it cannot be

@@ -2,7 +2,13 @@
 
 #include <algorithm>
 
+#include "io/points/length_units.h"
+
 namespace orbweave {
+
+std::optional<Vec3> PointSource::meters_per_unit() const {
+  return orbweave::meters_per_unit(coordinate_system());
+}
 
 PointCloud read_all(PointSource& source) {
   constexpr std::size_t kBatchPoints = std::size_t{1} << 16;

@@ -50,6 +50,9 @@ class PointSource {
   virtual DroppedPoints left_out() const { return {}; }
   /// Coordinate reference system: WKT, or "EPSG:26912"; empty where the file does not say.
   virtual std::string coordinate_system() const { return {}; }
+  /// Metres per unit of x, y and z, where the file says; by default what coordinate_system() says
+  /// as WKT.
+  virtual std::optional<Vec3> meters_per_unit() const;
 };
 
 /// Reads a whole source into memory.

@@ -24,9 +24,27 @@ std::uint32_t packed(Colour colour, double light) {
   return channel(colour.red) << 16 | channel(colour.green) << 8 | channel(colour.blue);
 }
 
-bool is_flat_in_z(const Box& bounds) {
+/// The shape lies on the ground: low along `axis` (0 to 2), wide along the other two.
+bool is_flat_along(int axis, const Box& bounds) {
   const Vec3 extent = bounds.extent();
-  return extent.z < 0.25 * std::min(extent.x, extent.y);
+  return extent[axis] < 0.25 * std::min(extent[(axis + 1) % 3], extent[(axis + 2) % 3]);
+}
+
+/// Where an eye at azimuth 0 and elevation 0 has its right, its top and itself.
+struct Directions {
+  Vec3 right, up, front;
+};
+
+Directions directions_of(int up_axis) {
+  if (up_axis == 0) return {{0.0, -1.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 0.0, 1.0}};
+  if (up_axis == 1) return {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+  return {{1.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, -1.0, 0.0}};
+}
+
+/// 0 to 2.
+int up_axis(UpAxis wanted, const Box& bounds) {
+  if (wanted == UpAxis::kAuto) return is_flat_along(2, bounds) ? 2 : 1;
+  return static_cast<int>(wanted) - static_cast<int>(UpAxis::kX);
 }
 
 /// A vertex in samples: x to the right, y down, z towards the eye (world units).
@@ -68,16 +86,16 @@ MeshPicture::View::View(const Box& bounds, const PictureOptions& options) {
 }
 
 void MeshPicture::View::look(const Box& bounds, const PictureOptions& options) {
-  const bool flat = is_flat_in_z(bounds);
-  const bool z_is_up = options.up == UpAxis::kZ || (options.up == UpAxis::kAuto && flat);
+  const int axis = up_axis(options.up, bounds);
   const double degree = std::numbers::pi / 180.0;
   const double azimuth = options.azimuth_deg * degree;
-  const double elevation = options.elevation_deg.value_or(z_is_up ? 40.0 : 20.0) * degree;
+  const double elevation =
+      options.elevation_deg.value_or(is_flat_along(axis, bounds) ? 40.0 : 20.0) * degree;
   const double level = std::cos(elevation), height = std::sin(elevation);
   const double aside = std::sin(azimuth), ahead = std::cos(azimuth);
-  eye = z_is_up ? Vec3{aside * level, -ahead * level, height}
-                : Vec3{aside * level, height, ahead * level};
-  right = z_is_up ? Vec3{ahead, aside, 0.0} : Vec3{ahead, 0.0, -aside};
+  const Directions to = directions_of(axis);
+  eye = level * (aside * to.right + ahead * to.front) + height * to.up;
+  right = ahead * to.right - aside * to.front;
   down = cross(right, eye);
   lamp = normalized(eye - 0.45 * right - 0.65 * down);
 }

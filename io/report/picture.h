@@ -10,13 +10,12 @@
 #include <vector>
 
 #include "io/box.h"
+#include "io/job/job.h"
 #include "io/vec3.h"
 
 namespace orbweave {
 
 class PictureSamples;
-
-enum class UpAxis { kAuto, kY, kZ };
 
 struct PictureOptions {
   int width = 1200;           ///< pixels, 1 to 16384
@@ -24,7 +23,7 @@ struct PictureOptions {
   UpAxis up = UpAxis::kAuto;  ///< kAuto: +z for what is flat in z (a terrain), else +y
   double azimuth_deg = 30.0;  ///< the eye's angle about the up axis; 0 looks at the front
   std::optional<double> elevation_deg = {};  ///< the eye's angle above the horizon; empty: 20, or
-                                             ///< 40 for what is flat in z
+                                             ///< 40 for what is flat along the up axis
   bool shade_creases = true;                 ///< darken what lies behind its surroundings
   std::array<std::uint8_t, 3> patch_color = {0x80, 0xa8, 0xe2};  ///< of filled holes: red, green,
                                                                  ///< blue

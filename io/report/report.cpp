@@ -38,11 +38,25 @@ Json options_json(const Job& job, std::initializer_list<std::string_view> sectio
   return options;
 }
 
+/// In units of the scans.
 Json extent_json(const RunReport& report) {
   if (report.bounds.empty()) return nullptr;
-  const Vec3 extent =
-      (report.bounds.max - report.bounds.min) * (1.0 / report.options.input.units_per_meter);
+  const Vec3 extent = report.bounds.extent();
   return {extent.x, extent.y, extent.z};
+}
+
+std::optional<Vec3> meters_per_unit(const RunReport& report) {
+  const std::optional<double> given = report.options.input.units_per_meter;
+  if (!given) return report.meters_per_unit;
+  return Vec3{1.0, 1.0, 1.0} * (1.0 / *given);
+}
+
+/// Null where the unit is not known.
+Json extent_meters_json(const RunReport& report) {
+  const std::optional<Vec3> unit = meters_per_unit(report);
+  if (report.bounds.empty() || !unit) return nullptr;
+  const Vec3 extent = report.bounds.extent();
+  return {extent.x * unit->x, extent.y * unit->y, extent.z * unit->z};
 }
 
 Json trusted_json(const std::vector<TrustedFile>& files) {
@@ -62,7 +76,8 @@ Json input_json(const RunReport& report) {
           {"points_read", report.points_read},
           {"points_dropped", dropped},
           {"bounds", bounds_json(report.bounds)},
-          {"extent_meters", extent_json(report)},
+          {"extent", extent_json(report)},
+          {"extent_meters", extent_meters_json(report)},
           {"trusted", trusted_json(report.trusted)}};
 }
 

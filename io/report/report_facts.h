@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -77,7 +78,8 @@ struct RunReport {
   std::uint64_t points_unused = 0;                      ///< kept, but no triangle uses them
   PrepareFacts prepare;
   NormalFacts normals;
-  std::string coordinate_system;  ///< of the input, where it says; written beside the mesh
+  std::string coordinate_system;        ///< of the input, where it says; written beside the mesh
+  std::optional<Vec3> meters_per_unit;  ///< of x, y and z, as the input says
   Box bounds;
   std::uint64_t chunks = 0;
   double halo_width = 0.0;

@@ -27,7 +27,7 @@
 #include "io/system/file_descriptor.h"
 #include "io/system/owned_files.h"
 #include "io/system/path_roles.h"
-#include "io/system/system_advice.h"
+#include "io/system/work_directory_errors.h"
 
 namespace orbweave {
 namespace {
@@ -49,7 +49,7 @@ std::vector<fs::path> listed(const fs::path& directory) {
   std::error_code error;
   std::vector<fs::path> entries = entries_of(directory, error);
   if (error && error != std::errc::no_such_file_or_directory)
-    throw_directory_error(directory, error);
+    throw_directory_error(directory, error.value());
   return entries;
 }
 
@@ -191,7 +191,7 @@ std::optional<StageKey> ChunkStore::State::key_of(const std::string& stage) cons
   refuse_directory(path);
   const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.valid() && (errno == ENOENT || errno == ENOTDIR)) return std::nullopt;
-  if (!file.valid()) throw_directory_error(path, {errno, std::system_category()});
+  if (!file.valid()) throw_directory_error(path, errno);
   const FileVersion version = version_of(file.get());
   const std::scoped_lock guard(mutex);
   const auto found = known_keys.find(stage);
@@ -239,7 +239,7 @@ void ChunkStore::State::take_over(const fs::path& path) const {
 /// A stage's, where it is not there.
 void ChunkStore::State::make_folder(const fs::path& folder) const {
   if (record->make_directory(folder)) return flush_names(directory);
-  if (errno != EEXIST) throw_directory_error(folder, {errno, std::system_category()});
+  if (errno != EEXIST) throw_directory_error(folder, errno);
   if (!fs::is_directory(folder)) throw_stranger(folder);
 }
 
@@ -557,7 +557,7 @@ bool ChunkStore::claim(const std::filesystem::path& path) {
     return true;
   }
   const bool made = state_->record->try_create(path).valid();
-  if (!made && errno != EEXIST) throw_directory_error(path, {errno, std::system_category()});
+  if (!made && errno != EEXIST) throw_directory_error(path, errno);
   return made;
 }
 

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <exception>
 #include <set>
 #include <vector>
@@ -13,15 +12,13 @@
 #include "io/system/file_calls.h"
 #include "io/system/file_descriptor.h"
 #include "io/system/owned_files.h"
-#include "io/system/system_advice.h"
+#include "io/system/work_directory_errors.h"
 
 namespace orbweave {
 namespace {
 
 [[noreturn]] void throw_flush_error(const std::filesystem::path& path, int reason) {
-  throw_resource("cannot store a result", {.file = path.string(),
-                                           .found = std::strerror(reason),
-                                           .advice = advice_on_work_directory(reason)});
+  throw_refusal("cannot store a result", path, reason);
 }
 
 /// Flushes all files of a batch at once. False where there is no such call, or it failed.

@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
-#include <cstring>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
@@ -21,6 +20,7 @@
 #include "io/system/file_descriptor.h"
 #include "io/system/owned_files.h"
 #include "io/system/system_advice.h"
+#include "io/system/work_directory_errors.h"
 
 namespace orbweave {
 namespace {
@@ -160,13 +160,6 @@ bool find_blocks(hid_t dataset, StoredArray& array) {
 
 // ---------------------------------------------------------------- writing
 
-[[noreturn]] void throw_write_error(const std::filesystem::path& path, int reason) {
-  throw_resource("cannot write to the work directory",
-                 {.file = path.string(),
-                  .found = reason != 0 ? std::strerror(reason) : "an HDF5 failure",
-                  .advice = advice_on_work_directory(reason)});
-}
-
 /// Creates an array's dataset and tells where in the file it is. False on failure.
 bool create_dataset(hid_t file, const std::string& name, hid_t type, std::span<const hsize_t> shape,
                     std::uint64_t& offset) {
@@ -260,17 +253,11 @@ bool lay_out(const std::filesystem::path& path, ResultIndex& index,
   return closed && done;
 }
 
-void write_at(const std::filesystem::path& path, int file, const void* data, std::size_t bytes,
-              std::uint64_t offset) {
-  const char* from = static_cast<const char*>(data);
-  while (bytes > 0) {
-    const ssize_t written = file_calls.pwrite(file, from, bytes, static_cast<off_t>(offset));
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) throw_write_error(path, written < 0 ? errno : ENOSPC);
-    from += written;
-    bytes -= static_cast<std::size_t>(written);
-    offset += static_cast<std::uint64_t>(written);
-  }
+/// Throws Error (resource).
+void write_rows(const std::filesystem::path& path, int file, const void* data, std::size_t bytes,
+                std::uint64_t offset) {
+  const std::span rows(static_cast<const std::byte*>(data), bytes);
+  if (!write_at(file, offset, rows)) throw_write_error(path, errno);
 }
 
 StoredArray describe(const ArrayView& view, const ResultIdentity& identity) {
@@ -323,8 +310,8 @@ FileDescriptor write_all(const std::filesystem::path& path, std::span<const Arra
     const StoredArray& array = index.arrays[i];
     const std::size_t checksum_bytes = array.checksums.size() * sizeof(std::uint64_t);
     if (array.blocks.empty())
-      write_at(path, file.get(), arrays[i].data, data_bytes(array), array.offset);
-    write_at(path, file.get(), array.checksums.data(), checksum_bytes, array.checksum_offset);
+      write_rows(path, file.get(), arrays[i].data, data_bytes(array), array.offset);
+    write_rows(path, file.get(), array.checksums.data(), checksum_bytes, array.checksum_offset);
     index.file_bytes += data_bytes(array) + checksum_bytes;
   }
   return file;
@@ -523,7 +510,7 @@ std::shared_ptr<const ResultIndex> read_result_index(const std::filesystem::path
               });
     if (!inside || !lies_within(array.checksum_offset, checksum_bytes, file_bytes))
       throw CorruptResult(path, "a truncated file");
-    read_at(path, file, array.checksums.data(), checksum_bytes, array.checksum_offset);
+    read_rows(path, file, array.checksums.data(), checksum_bytes, array.checksum_offset);
     index->file_bytes += data_bytes(array) + checksum_bytes;
   }
   return index;

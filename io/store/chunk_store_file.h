@@ -75,10 +75,9 @@ std::optional<ResultIdentity> identity_of_result(const std::filesystem::path& pa
 /// Throws Error (usage) where a directory has the name of a file that the program reads or
 /// writes: only the user can have put a directory there.
 void refuse_directory(const std::filesystem::path& path);
-[[noreturn]] void throw_read_error(const std::filesystem::path& path, int reason);
 /// Throws CorruptResult where the file is too short or unreadable, Error (resource) otherwise.
-void read_at(const std::filesystem::path& path, int file, void* data, std::size_t bytes,
-             std::uint64_t offset);
+void read_rows(const std::filesystem::path& path, int file, void* data, std::size_t bytes,
+               std::uint64_t offset);
 
 /// Reads what a result file holds. Throws CorruptResult, also where it holds the result of another
 /// identity, and Error (resource) where a directory has its name.

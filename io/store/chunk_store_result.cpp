@@ -10,7 +10,7 @@
 #include "io/store/chunk_store_file.h"
 #include "io/store/packed_blocks.h"
 #include "io/system/file_descriptor.h"
-#include "io/system/system_advice.h"
+#include "io/system/work_directory_errors.h"
 
 namespace orbweave {
 namespace {
@@ -83,7 +83,7 @@ class FileResult : public StoredResult {
     for (std::uint64_t piece = first; piece < last; piece += kPieceRows) {
       const std::uint64_t piece_end = std::min(piece + kPieceRows, last);
       const std::size_t bytes = (piece_end - piece) * row_bytes;
-      read_at(path_, file_.get(), out, bytes, array.offset + piece * row_bytes);
+      read_rows(path_, file_.get(), out, bytes, array.offset + piece * row_bytes);
       bytes_read_ += bytes;
       for (std::uint64_t row = piece; row < piece_end; row += kRowsPerChecksum) {
         const std::size_t bytes_of_block =
@@ -103,7 +103,7 @@ class FileResult : public StoredResult {
       const std::uint64_t rows = std::min(kRowsPerChecksum, array.rows - row);
       const std::span to(reinterpret_cast<std::byte*>(out), rows * array.row_bytes());
       packed.resize(array.blocks[block].bytes);
-      read_at(path_, file_.get(), packed.data(), packed.size(), array.blocks[block].offset);
+      read_rows(path_, file_.get(), packed.data(), packed.size(), array.blocks[block].offset);
       bytes_read_ += packed.size();
       if (!unpack_block(packed, size_of(array.type), array.block_bytes(), to))
         throw CorruptResult(path_, "block " + std::to_string(block) + " of array '" + array.name +
@@ -139,25 +139,13 @@ std::uint64_t block_checksum(const StoredArray& array, std::uint64_t block, cons
   return XXH3_64bits_withSeed(data, bytes, array.seed + block);
 }
 
-void throw_read_error(const std::filesystem::path& path, int reason) {
-  throw_resource("cannot read from the work directory",
-                 {.file = path.string(),
-                  .found = std::strerror(reason),
-                  .advice = advice_on_work_directory(reason)});
-}
-
-void read_at(const std::filesystem::path& path, int file, void* data, std::size_t bytes,
-             std::uint64_t offset) {
-  char* to = static_cast<char*>(data);
-  while (bytes > 0) {
-    const ssize_t got = pread(file, to, bytes, static_cast<off_t>(offset));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0 && errno != EIO) throw_read_error(path, errno);
-    if (got <= 0) throw CorruptResult(path, got < 0 ? std::strerror(errno) : "a truncated file");
-    to += got;
-    bytes -= static_cast<std::size_t>(got);
-    offset += static_cast<std::uint64_t>(got);
-  }
+void read_rows(const std::filesystem::path& path, int file, void* data, std::size_t bytes,
+               std::uint64_t offset) {
+  const auto got = read_at(file, offset, {static_cast<std::byte*>(data), bytes});
+  if (got == bytes) return;
+  if (got) throw CorruptResult(path, "a truncated file");
+  if (errno != EIO) throw_read_error(path, errno);
+  throw CorruptResult(path, system_reason(errno));
 }
 
 std::unique_ptr<StoredResult> make_file_result(std::filesystem::path path, FileDescriptor file,

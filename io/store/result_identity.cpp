@@ -4,11 +4,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <nlohmann/json.hpp>
-#include <random>
 
+#include "io/hex_digits.h"
 #include "io/shown_text.h"
+#include "io/store/json_member.h"
+#include "io/system/random_word.h"
 
 namespace orbweave {
 namespace {
@@ -16,13 +17,6 @@ namespace {
 constexpr std::size_t kIdDigits = 32;
 constexpr const char* kKeyPlace = "key";
 constexpr std::array<std::string_view, 3> kLines = {"store ", "stage ", "edition "};
-
-std::string hex_digits(std::uint64_t high, std::uint64_t low) {
-  std::array<char, kIdDigits + 1> text{};
-  std::snprintf(text.data(), text.size(), "%016llx%016llx", static_cast<unsigned long long>(high),
-                static_cast<unsigned long long>(low));
-  return text.data();
-}
 
 ResultIdentity identity_of_key(const std::string& store, const std::string& stage,
                                const std::string& edition) {
@@ -38,24 +32,13 @@ struct KeyDocument {
 /// Members that are missing are empty.
 KeyDocument parts_of(const std::string& document) {
   const nlohmann::json json = nlohmann::json::parse(document, nullptr, false);
-  const auto member = [&](const char* name) {
-    const bool is_text = json.is_object() && json.contains(name) && json[name].is_string();
-    return is_text ? json[name].get<std::string>() : std::string();
-  };
-  return {unescaped_text(member("key")), member("belongs_to"), member("xxh3")};
+  return {unescaped_text(string_member(json, "key")), string_member(json, "belongs_to"),
+          string_member(json, "xxh3")};
 }
 
 }  // namespace
 
-std::string new_id() {
-  std::random_device device;
-  const auto word = [&] {
-    const std::uint64_t high = device();
-    return high << 32 | device();
-  };
-  const std::uint64_t high = word();
-  return hex_digits(high, word());
-}
+std::string new_id() { return random_word() + random_word(); }
 
 bool is_new_id(std::string_view text) {
   return text.size() == kIdDigits &&
@@ -64,7 +47,7 @@ bool is_new_id(std::string_view text) {
 
 std::string content_checksum(std::string_view text) {
   const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
-  return hex_digits(hash.high64, hash.low64);
+  return hex_digits(hash.high64) + hex_digits(hash.low64);
 }
 
 std::string ResultIdentity::text() const {

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -17,6 +16,7 @@
 #include "io/shown_text.h"
 #include "io/store/chunk_store.h"
 #include "io/store/chunk_store_file.h"
+#include "io/store/json_member.h"
 #include "io/store/result_identity.h"
 #include "io/store/store_lock.h"
 #include "io/system/directory.h"
@@ -24,8 +24,8 @@
 #include "io/system/file_descriptor.h"
 #include "io/system/owned_files.h"
 #include "io/system/path_roles.h"
-#include "io/system/system_advice.h"
 #include "io/system/temporary_name.h"
+#include "io/system/work_directory_errors.h"
 
 namespace orbweave {
 namespace {
@@ -42,11 +42,6 @@ nlohmann::json parse_json(const std::optional<std::string>& text) {
   return text ? nlohmann::json::parse(*text, nullptr, false) : nlohmann::json();
 }
 
-std::string string_member(const nlohmann::json& json, const char* name) {
-  if (!json.is_object() || !json.contains(name) || !json[name].is_string()) return {};
-  return json[name].get<std::string>();
-}
-
 nlohmann::json to_json(const std::vector<MadeDirectory>& made) {
   nlohmann::json json = nlohmann::json::array();
   for (const MadeDirectory& directory : made)
@@ -57,7 +52,7 @@ nlohmann::json to_json(const std::vector<MadeDirectory>& made) {
 std::vector<fs::path> listed(const fs::path& directory) {
   std::error_code error;
   std::vector<fs::path> entries = entries_of(directory, error);
-  if (error) throw_directory_error(directory, error);
+  if (error) throw_directory_error(directory, error.value());
   return entries;
 }
 
@@ -217,7 +212,7 @@ void write_at_once(const fs::path& path, int file, const std::string& text) {
       file_calls.ftruncate(file, 0) == 0 &&
       file_calls.pwrite(file, text.data(), text.size(), 0) == static_cast<ssize_t>(text.size()) &&
       file_calls.fsync(file) == 0;
-  if (!done) throw_directory_error(path, {errno != 0 ? errno : ENOSPC, std::system_category()});
+  if (!done) throw_directory_error(path, errno != 0 ? errno : ENOSPC);
 }
 
 std::optional<ResultIdentity> identity_beside(const fs::path& document) {
@@ -259,27 +254,12 @@ bool is_proven_mark(const std::string& store, const fs::path& file, const std::s
 
 }  // namespace
 
-void throw_directory_error(const fs::path& path, const std::error_code& error) {
-  throw_resource("cannot use the work directory",
-                 {.file = path.string(),
-                  .found = error.message(),
-                  .advice = advice_on_work_directory(error.value())});
-}
-
-void throw_directory_error(const fs::path& path, const std::string& reason) {
-  throw_resource("cannot use the work directory",
-                 {.file = path.string(),
-                  .found = reason,
-                  .advice = "Name another with run.work_dir or --work-dir"});
-}
-
 std::optional<std::string> read_text(const fs::path& path) {
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   // A file that cannot be opened for the moment is not a file that is absent or damaged.
   const bool is_absent = errno == ENOENT || errno == ENOTDIR || errno == EISDIR || errno == ELOOP;
-  if (!file && errno != 0 && !is_absent)
-    throw_directory_error(path, {errno, std::system_category()});
+  if (!file && errno != 0 && !is_absent) throw_directory_error(path, errno);
   if (!file) return std::nullopt;
   std::ostringstream text;
   text << file.rdbuf();
@@ -317,7 +297,7 @@ bool write_identity(const fs::path& directory, const StoreIdentity& identity, bo
   const int how = O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | (is_new ? O_EXCL : 0);
   const FileDescriptor file(::open(path.c_str(), how, 0666));
   if (!file.valid() && is_new && errno == EEXIST) return false;
-  if (!file.valid()) throw_directory_error(named, {errno, std::system_category()});
+  if (!file.valid()) throw_directory_error(named, errno);
   write_at_once(named, file.get(), json.dump(2) + "\n");
   return true;
 }

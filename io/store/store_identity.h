@@ -56,12 +56,6 @@ std::optional<ResultIdentity> identity_of_stored_file(const std::filesystem::pat
 /// What file systems over a network keep of a file that is removed and still open.
 bool is_ghost(const std::filesystem::path& file);
 
-[[noreturn]] void throw_directory_error(const std::filesystem::path& path,
-                                        const std::string& reason);
-/// The same with advice that follows from the system's error.
-[[noreturn]] void throw_directory_error(const std::filesystem::path& path,
-                                        const std::error_code& error);
-
 // Small documents.
 std::optional<std::string> read_text(const std::filesystem::path& path);
 /// A text of a JSON file; empty: there is no such file or member, or it is no text.

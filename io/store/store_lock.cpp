@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <charconv>
 #include <chrono>
-#include <cstring>
 #include <fstream>
 #include <optional>
 #include <system_error>
@@ -21,7 +20,7 @@
 #include "io/system/file_calls.h"
 #include "io/system/file_descriptor.h"
 #include "io/system/owned_files.h"
-#include "io/system/system_advice.h"
+#include "io/system/work_directory_errors.h"
 
 namespace orbweave {
 namespace {
@@ -38,12 +37,6 @@ constexpr std::string_view kOwnerEnd = ")\n";
 /// Who asks for the state of a work directory holds a lock for a moment.
 constexpr milliseconds kMoment{50};
 constexpr milliseconds kPause{10};
-
-[[noreturn]] void throw_lock_error(const fs::path& path, int reason) {
-  throw_resource("cannot use the work directory", {.file = path.string(),
-                                                   .found = std::strerror(reason),
-                                                   .advice = advice_on_work_directory(reason)});
-}
 
 struct LockText {
   std::string line;
@@ -92,7 +85,7 @@ bool has_name(const FileDescriptor& file, const fs::path& path) {
   struct stat held {
   }, named{};
   if (fstat(file.get(), &held) != 0 || ::stat(path.c_str(), &named) != 0) {
-    if (errno != ENOENT) throw_lock_error(path, errno);
+    if (errno != ENOENT) throw_directory_error(path, errno);
     return false;
   }
   return held.st_ino == named.st_ino && held.st_dev == named.st_dev;
@@ -106,14 +99,14 @@ std::optional<FileDescriptor> try_lock(const fs::path& path, milliseconds patien
     if (!file.valid()) {
       if (errno == EINTR) continue;
       if (errno == EISDIR || errno == ELOOP) throw_stranger(path);
-      throw_lock_error(path, errno);
+      throw_directory_error(path, errno);
     }
     if (flock(file.get(), LOCK_EX | LOCK_NB) == 0) {
       if (has_name(file, path)) return file;
       continue;
     }
     if (errno == EINTR) continue;
-    if (errno != EWOULDBLOCK) throw_lock_error(path, errno);
+    if (errno != EWOULDBLOCK) throw_directory_error(path, errno);
     if (steady_clock::now() >= give_up) return std::nullopt;
     std::this_thread::sleep_for(kPause);
   }
@@ -126,7 +119,7 @@ void write_line(const FileDescriptor& file, const fs::path& path, const std::str
   errno = 0;  // a write that is cut short sets none
   if (file_calls.pwrite(file.get(), text.data(), text.size(), 0) != size ||
       file_calls.ftruncate(file.get(), size) != 0)
-    throw_lock_error(path, errno != 0 ? errno : ENOSPC);
+    throw_directory_error(path, errno != 0 ? errno : ENOSPC);
 }
 
 std::string host_name() {

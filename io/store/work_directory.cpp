@@ -25,6 +25,7 @@
 #include "io/system/file_descriptor.h"
 #include "io/system/owned_files.h"
 #include "io/system/path_roles.h"
+#include "io/system/work_directory_errors.h"
 
 namespace orbweave {
 namespace {
@@ -106,11 +107,10 @@ bool rename_to_free_name(const fs::path& from, const fs::path& to) {
 bool make_one(const fs::path& path, std::vector<MadeDirectory>& made) {
   if (::mkdir(path.c_str(), kDirectoryMode) != 0) {
     if (errno == EEXIST) return false;
-    throw_directory_error(path, {errno, std::system_category()});
+    throw_directory_error(path, errno);
   }
   struct stat facts {};
-  if (::stat(path.c_str(), &facts) != 0)
-    throw_directory_error(path, {errno, std::system_category()});
+  if (::stat(path.c_str(), &facts) != 0) throw_directory_error(path, errno);
   made.push_back({facts.st_ino, path.string()});
   return true;
 }
@@ -122,7 +122,7 @@ std::pair<fs::path, FileDescriptor> make_aside(const fs::path& place) {
     const fs::path aside = aside_of(place, device());
     if (::mkdir(aside.c_str(), kDirectoryMode) != 0) {
       if (errno == EEXIST) continue;
-      throw_directory_error(place, {errno, std::system_category()});
+      throw_directory_error(place, errno);
     }
     errno = 0;
     FileDescriptor held = hold(aside);
@@ -130,7 +130,7 @@ std::pair<fs::path, FileDescriptor> make_aside(const fs::path& place) {
     if (errno != 0 && errno != ENOENT && errno != EWOULDBLOCK) {
       const int reason = errno;
       remove_aside(aside);
-      throw_directory_error(place, {reason, std::system_category()});
+      throw_directory_error(place, reason);
     }
   }
 }
@@ -140,8 +140,7 @@ void make_with_identity(const fs::path& place, std::vector<MadeDirectory>& made)
   const auto [aside, held] = make_aside(place);
   try {
     struct stat facts {};
-    if (::fstat(held.get(), &facts) != 0)
-      throw_directory_error(place, {errno, std::system_category()});
+    if (::fstat(held.get(), &facts) != 0) throw_directory_error(place, errno);
     std::vector<MadeDirectory> all = made;
     all.push_back({facts.st_ino, place.string()});
     write_identity(aside, {StoreIdentity::State::kSound, new_id(), all, {}}, true, place);
@@ -150,7 +149,7 @@ void make_with_identity(const fs::path& place, std::vector<MadeDirectory>& made)
       return;
     }
     if (errno != EEXIST && errno != ENOTEMPTY && errno != ENOTDIR)
-      throw_directory_error(place, {errno, std::system_category()});
+      throw_directory_error(place, errno);
   } catch (...) {
     remove_aside(aside);
     throw;
@@ -176,8 +175,7 @@ std::vector<MadeDirectory> make_work_directory(const fs::path& directory) {
     remove_asides(path);
     make_with_identity(path, made);
   }
-  if (!fs::is_directory(path, error))
-    throw_directory_error(directory, {ENOTDIR, std::system_category()});
+  if (!fs::is_directory(path, error)) throw_directory_error(directory, ENOTDIR);
   return made;
 }
 

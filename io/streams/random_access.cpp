@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include "io/error.h"
@@ -27,18 +28,11 @@ class FileAccess final : public RandomAccess {
 
  private:
   void read_inside(std::uint64_t offset, std::span<std::byte> out) const override {
-    std::size_t done = 0;
-    while (done < out.size()) {
-      const ssize_t got = ::pread(descriptor_, out.data() + done, out.size() - done,
-                                  static_cast<off_t>(offset + done));
-      if (got < 0 && errno == EINTR) continue;
-      if (got <= 0)
-        throw_bad_input(
-            "cannot read the file: " +
-                (got < 0 ? system_reason(errno) : "it became shorter while it was read"),
-            {.file = name_, .place = "byte " + std::to_string(offset + done)});
-      done += static_cast<std::size_t>(got);
-    }
+    const std::optional<std::size_t> got = read_at(descriptor_, offset, out);
+    if (got == out.size()) return;
+    throw_bad_input("cannot read the file: " +
+                        (got ? "it became shorter while it was read" : system_reason(errno)),
+                    {.file = name_, .place = "byte " + std::to_string(offset + got.value_or(0))});
   }
 
   int descriptor_;

@@ -1,8 +1,10 @@
 // An owned file descriptor, and what all readers check when they open a file.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -25,6 +27,13 @@ class FileDescriptor {
   int descriptor_;
 };
 
+/// Fills `out` with what lies from byte `offset` on, however often the system interrupts. Returns
+/// the number of bytes, fewer only where the file ends; nothing where it cannot be read: errno says
+/// why.
+std::optional<std::size_t> read_at(int descriptor, std::uint64_t offset, std::span<std::byte> out);
+/// Writes all of `bytes` from byte `offset` on. False where the system refuses: errno says why,
+/// ENOSPC where it takes nothing more without a reason.
+bool write_at(int descriptor, std::uint64_t offset, std::span<const std::byte> bytes);
 /// What errno means, whatever the locale.
 std::string system_reason(int error);
 /// What opening the file would throw, without a read: a pipe loses nothing by it.

@@ -2,37 +2,18 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 #include <xxhash.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
-#include <cstdio>
+#include <cstddef>
 #include <memory>
 #include <vector>
 
+#include "io/hex_digits.h"
 #include "io/system/file_descriptor.h"
 
 namespace orbweave {
 namespace {
-
-/// Reads up to `bytes` from `offset` on; less at the end of the file. False where it cannot be
-/// read.
-bool read_block(int file, std::uint64_t offset, std::vector<char>& block, std::size_t bytes) {
-  block.resize(bytes);
-  std::size_t got = 0;
-  while (got < bytes) {
-    const ssize_t count =
-        pread(file, block.data() + got, bytes - got, static_cast<off_t>(offset + got));
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return false;
-    if (count == 0) break;
-    got += static_cast<std::size_t>(count);
-  }
-  block.resize(got);
-  return true;
-}
 
 /// Where the blocks begin, ascending.
 std::vector<std::uint64_t> offsets(std::uint64_t file_bytes, std::size_t most_blocks) {
@@ -61,17 +42,17 @@ std::optional<FileSample> sample_file(const std::filesystem::path& path, std::si
   if (state == nullptr) throw std::bad_alloc();
   XXH3_64bits_reset(state.get());
   FileSample sample;
-  std::vector<char> block;
+  std::vector<std::byte> block;
   for (const std::uint64_t begin :
        offsets(static_cast<std::uint64_t>(facts.st_size), most_blocks)) {
-    if (!read_block(file.get(), begin, block, kSampleBlockBytes)) return std::nullopt;
+    block.resize(kSampleBlockBytes);
+    const auto got = read_at(file.get(), begin, block);
+    if (!got) return std::nullopt;
+    block.resize(*got);
     XXH3_64bits_update(state.get(), block.data(), block.size());
     sample.bytes_hashed += block.size();
   }
-  std::array<char, 17> digits{};
-  std::snprintf(digits.data(), digits.size(), "%016llx",
-                static_cast<unsigned long long>(XXH3_64bits_digest(state.get())));
-  sample.fingerprint = digits.data();
+  sample.fingerprint = hex_digits(XXH3_64bits_digest(state.get()));
   return sample;
 }
 

@@ -6,19 +6,18 @@
 #include <xxhash.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <fstream>
 #include <optional>
-#include <random>
 #include <system_error>
 
 #include "io/error.h"
 #include "io/system/file_calls.h"
 #include "io/system/file_descriptor.h"
-#include "io/system/system_advice.h"
+#include "io/system/random_word.h"
+#include "io/system/work_directory_errors.h"
 
 namespace orbweave {
 namespace {
@@ -32,20 +31,6 @@ constexpr std::string_view kPart = ".part";
 constexpr std::uint64_t kAnyInode = ~std::uint64_t{0};
 constexpr mode_t kDirectoryMode = 0777;  // the process's umask applies
 constexpr mode_t kFileMode = 0666;
-
-[[noreturn]] void throw_record_error(const fs::path& path, int reason) {
-  throw_resource("cannot write to the work directory",
-                 {.file = path.string(),
-                  .found = std::strerror(reason),
-                  .advice = advice_on_work_directory(reason)});
-}
-
-std::string random_word() {
-  std::random_device device;
-  std::array<char, 17> text{};
-  const std::uint64_t value = (std::uint64_t{device()} << 32) | device();
-  return {text.data(), std::to_chars(text.data(), text.data() + 16, value, 16).ptr};
-}
 
 std::uint64_t hash_of(std::uint64_t inode, const std::string& name) {
   return XXH3_64bits_withSeed(name.data(), name.size(), inode);
@@ -222,7 +207,7 @@ OwnedFiles::OwnedFiles(fs::path directory, std::string store, int rank)
   output_ = FileDescriptor(
       ::open(file_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW, kFileMode));
   struct stat facts {};
-  if (!output_.valid() || ::fstat(output_.get(), &facts) != 0) throw_record_error(file_, errno);
+  if (!output_.valid() || ::fstat(output_.get(), &facts) != 0) throw_write_error(file_, errno);
   char last = '\n';
   if (facts.st_size > 0 && ::pread(output_.get(), &last, 1, facts.st_size - 1) != 1) last = 0;
   torn_ = last != '\n';
@@ -301,7 +286,7 @@ void OwnedFiles::append(const std::string& text) {
   const ssize_t wrote = file_calls.write(output_.get(), line.data(), line.size());
   torn_ = wrote != static_cast<ssize_t>(line.size()) && (torn_ || wrote > 0);
   if (wrote != static_cast<ssize_t>(line.size()))
-    throw_record_error(file_, wrote < 0 ? errno : ENOSPC);
+    throw_write_error(file_, wrote < 0 ? errno : ENOSPC);
 }
 
 void OwnedFiles::record(ino_t inode, const std::string& name) {
@@ -340,7 +325,7 @@ FileDescriptor OwnedFiles::create(const fs::path& path) {
   for (int i = 0; i < kTries; ++i) {
     FileDescriptor file = try_create(path);
     if (file.valid()) return file;
-    if (errno != EEXIST) throw_record_error(path, errno);
+    if (errno != EEXIST) throw_write_error(path, errno);
     remove_or_refuse(path);
   }
   throw_stranger(path);

@@ -106,15 +106,7 @@ bool PlacedFile::write_direct(std::uint64_t offset, std::span<const std::byte> b
 }
 
 void PlacedFile::write_to(int file, std::uint64_t offset, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t wrote =
-        file_calls.pwrite(file, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-    if (wrote < 0 && errno == EINTR) continue;
-    if (wrote == 0) errno = ENOSPC;
-    if (wrote <= 0) fail("cannot write the file");
-    offset += static_cast<std::uint64_t>(wrote);
-    bytes = bytes.subspan(static_cast<std::size_t>(wrote));
-  }
+  if (!write_at(file, offset, bytes)) fail("cannot write the file");
 }
 
 void PlacedFile::flush() {

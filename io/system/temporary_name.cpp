@@ -5,15 +5,14 @@
 #include <array>
 #include <cstdlib>
 #include <cstring>
-#include <random>
 #include <string>
 #include <string_view>
+
+#include "io/system/random_word.h"
 
 namespace orbweave {
 namespace {
 
-constexpr std::size_t kRandomDigits = 16;
-constexpr std::string_view kDigits = "0123456789abcdef";
 constexpr std::string_view kSuffix = ".part";
 
 /// Names of the temporaries that are there. A handler may not wait for a lock, so slots are taken
@@ -28,11 +27,8 @@ std::filesystem::path directory_of(const std::filesystem::path& target) {
 }
 
 std::filesystem::path temporary_beside(const std::filesystem::path& target) {
-  std::random_device device;
-  std::string name = "." + target.filename().string() + ".";
-  for (std::size_t i = 0; i < kRandomDigits; ++i) name += kDigits[device() % kDigits.size()];
-  name += kSuffix;
-  return directory_of(target) / name;
+  return directory_of(target) /
+         ("." + target.filename().string() + "." + random_word() + std::string(kSuffix));
 }
 
 void TemporaryAtRisk::keep(const std::filesystem::path& temporary) {

@@ -52,8 +52,8 @@ TEST_CASE("FillClosesTheHolesAndKeepsWhatWasThere") {
   const ScratchDirectory in;
   const TriangleMesh given = holed_sphere(in);
   write_mesh(in / "in.ply", given);
-  const auto run =
-      run_in(in, {"fill", "in.ply", "-o", "out.ply", "--report", "r.json", "--picture", "out.png"});
+  const auto run = run_in(in, {"fill", "in.ply", "-o", "out.ply", "--report", "r.json", "--picture",
+                               "out.png", "--progress", "none"});
   CHECK(run.status == 0);
   CHECK(run.err.empty());
   CHECK_THAT(squeezed(run.out), Contains("out.ply") && Contains("closed") &&
@@ -74,6 +74,29 @@ TEST_CASE("FillClosesTheHolesAndKeepsWhatWasThere") {
   for (std::size_t v = given.vertices.size(); v < filled.vertices.size(); ++v)
     CHECK(std::abs(norm(filled.vertices.positions[v]) - 1.0) < 0.02);
   CHECK(facts_of(in, "out.ply")["watertight"] == true);
+}
+
+TEST_CASE("FillShowsItsStepsOnStandardErrorAsAJobDoes") {
+  const ScratchDirectory in;
+  write_mesh(in / "in.ply", holed_sphere(in));
+  const auto fill = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> arguments = {"fill", "in.ply", "-o", "-", "--picture", "p.png"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    return run_in(in, arguments);
+  };
+  const ProgramResult plain = fill({"--progress", "plain"}), none = fill({"--progress", "none"});
+  REQUIRE(plain.status == 0);
+  for (const char* line : {"read: begins\n", "read: done in ", "holes: begins, 2 holes\n",
+                           "holes: done in ", "picture: done in ", "export: done in "})
+    CHECK_THAT(plain.err, Contains(line));
+  CHECK(none.status == 0);
+  CHECK(none.err.empty());
+  // The mesh alone goes to standard output, whatever is shown.
+  CHECK(plain.out == none.out);
+  CHECK(plain.out.starts_with("ply\n"));
+  // Not on a terminal, auto is plain.
+  CHECK_THAT(fill({}).err, Contains("holes: begins, 2 holes\n"));
+  CHECK(fill({"--progress", "loud"}).status == 2);
 }
 
 TEST_CASE("ReportOfAFillHasTheMeshBeforeAndAfterAndEveryHole") {
@@ -115,7 +138,7 @@ TEST_CASE("FillReadsAndWritesPlyObjAndStl") {
   if (from != "in.ply")
     REQUIRE(run_in(in, {"convert", from == "in.ply.gz" ? "plain.ply" : "in.ply", from}).status ==
             0);
-  const auto run = run_in(in, {"fill", from, "-o", to});
+  const auto run = run_in(in, {"fill", from, "-o", to, "--progress", "none"});
   CHECK(run.status == 0);
   CHECK(run.err.empty());
   CHECK(facts_of(in, to)["watertight"] == true);
@@ -216,6 +239,8 @@ TEST_CASE("EveryKeyOfTheFillSectionIsAnOption") {
                       "float",
                       "--picture",
                       "p.png",
+                      "--picture-up",
+                      "z",
                       "--patch-color",
                       "#ff0000"})
               .status == 0);
@@ -247,6 +272,30 @@ TEST_CASE("PatchesHaveTheColourThatWasAskedForInThePicture") {
   const std::string blue = draw("a.png", "#4477cc");
   CHECK(draw("b.png", "#4477CC") == blue);
   CHECK(draw("c.png", "#cc7744") != blue);
+}
+
+TEST_CASE("PicturesOfEveryCommandHaveTheAxisUprightThatWasAskedFor") {
+  const ScratchDirectory in;
+  write_mesh(in / "in.ply", holed_sphere(in));
+  REQUIRE(run_in(in, {"convert", "--normals-from-faces", "in.ply", "scan.ply"}).status == 0);
+  const std::vector<std::string> command = GENERATE(values<std::vector<std::string>>(
+      {{"fill", "in.ply", "-o", "out.ply"},
+       {"inspect", "in.ply"},
+       {"inspect", "scan.ply"},
+       {"reconstruct", "scan.ply", "-o", "out.ply", "--radii", "0.12", "--no-fill"}}));
+  CAPTURE(command[0], command[1]);
+  const auto draw = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> arguments = command;
+    arguments.insert(arguments.end(), {"--picture", "picture.png"});
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    REQUIRE(run_in(in, arguments).status == 0);
+    return file_text(in / "picture.png");
+  };
+  const std::string usual = draw({}), z = draw({"--picture-up", "z"});
+  CHECK(draw({"--picture-up", "y"}) == usual);
+  CHECK(z != usual);
+  CHECK(draw({"--picture-up", "x"}) != z);
+  if (command[0] == "reconstruct") CHECK(draw({"--up", "0,0,1"}) == z);
 }
 
 TEST_CASE("SmallPiecesAreRemovedWhenAskedFor") {
@@ -287,7 +336,8 @@ TEST_CASE("VerticesThatAreNotFiniteAreLeftOutWithTheirTriangles") {
   write_text(in / "in.obj",
              "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv nan 0 0\n"
              "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 2 5\n");
-  const auto run = run_in(in, {"fill", "in.obj", "-o", "out.ply", "--close-outer-border"});
+  const auto run =
+      run_in(in, {"fill", "in.obj", "-o", "out.ply", "--close-outer-border", "--progress", "none"});
   CHECK(run.status == 0);
   CHECK(run.err ==
         "orbweave: warning: in.obj: left out 1 triangle with a coordinate that is not finite\n");

@@ -248,10 +248,24 @@ TEST_CASE("UnwritableKindsAndPlacesAreFoundBeforeAnyWork") {
 
 TEST_CASE("ScansFromStandardInputAreWrongUsageWithAWayOut") {
   const ScratchDirectory in;
-  const auto result = reconstruct(in, "-");
-  CHECK(result.status == 2);
-  CHECK_THAT(result.err, Contains("standard input") && Contains("orbweave convert - scan.ply"));
-  check_no_mesh(in);
+  const std::vector<std::vector<std::string>> commands = {{"reconstruct", "-", "-o", "mesh.ply"},
+                                                          {"plan", "-"}};
+  for (const std::vector<std::string>& command : commands) {
+    const ProgramResult refused = run_in(in, command);
+    CHECK(refused.status == 2);
+    CHECK(refused.err ==
+          "orbweave: error: a job reads its scans several times and takes none from standard "
+          "input. Write a file first: orbweave convert - scan.ply\n");
+    check_no_mesh(in);
+  }
+  generate(in, "sphere", "500", "sphere.ply");
+  const auto way_out = run_program({"-c",
+                                    "\"$0\" convert - scan.ply <sphere.ply && "
+                                    "\"$0\" reconstruct scan.ply -o mesh.ply --progress none",
+                                    program_path().string()},
+                                   {.directory = in.path(), .program = "/bin/sh"});
+  CHECK(way_out.status == 0);
+  CHECK(std::filesystem::exists(in / "mesh.ply"));
 }
 
 TEST_CASE("AReaderThatClosesThePipeLeavesNoWorkDirectory") {

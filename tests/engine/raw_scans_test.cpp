@@ -242,7 +242,7 @@ TEST_CASE("MapCoordinatesStayExact") {
 
 TEST_CASE("ALasTileKeepsItsDigitsAndItsCoordinateSystem") {
   ScratchDirectory scratch;
-  const std::string system = "PROJCS[\"somewhere\"]";
+  const std::string system = "PROJCS[\"somewhere\",UNIT[\"foot\",0.3048]]";
   LasFile tile{.minor = 4, .format = 6};
   tile.global_encoding = 16;  // the coordinate system is WKT
   tile.variable_records = {variable_record("LASF_Projection", 2112, system)};
@@ -266,6 +266,7 @@ TEST_CASE("ALasTileKeepsItsDigitsAndItsCoordinateSystem") {
   job.output.mesh = (scratch / "terrain.ply").string();
   const RunReport report = run(job);
   CHECK(report.coordinate_system == system);
+  CHECK(report.meters_per_unit == Vec3{0.3048, 0.3048, 0.3048});
   CHECK(bytes_of(scratch / "terrain.prj") == system + "\n");
   CHECK(report.normals.orientation == Orientation::kUp);
   const PointCloud points = read_all(*open_point_source(scratch / "tile.las"));

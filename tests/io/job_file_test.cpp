@@ -72,6 +72,7 @@ precision = "float"
 attributes = false
 report = "r.json"
 picture = "/tmp/p.png"
+picture_up = "x"
 patch_color = "#4477cC"
 [run]
 threads = 2
@@ -122,6 +123,7 @@ TEST_CASE("EveryKeyOfAJobFileReachesTheJob") {
   CHECK_FALSE(job.output.attributes);
   CHECK(job.output.report == "r.json");
   CHECK(job.output.picture == "/tmp/p.png");
+  CHECK(job.output.picture_up == UpAxis::kX);
   CHECK(job.output.patch_color == std::array<std::uint8_t, 3>{0x44, 0x77, 0xcc});
   CHECK(job.run.threads == 2);
   CHECK(job.run.work_dir == "w");
@@ -240,7 +242,7 @@ TEST_CASE("TheKeyTableIsCompleteAndItsDefaultsAreAccepted") {
     CHECK_NOTHROW(set_job_key(job, key.name(), key.default_text()));
     if (*key.option_value != '\0') CHECK_NOTHROW(set_job_key(job, key.name(), key.option_value));
   }
-  CHECK(names.size() == 47);
+  CHECK(names.size() == 48);
   CHECK(options.count("ball-radii") == 1);
 }
 

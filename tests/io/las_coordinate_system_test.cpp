@@ -1,5 +1,6 @@
 // Where the coordinate reference system of a LAS file is found.
 #include <catch2/catch.hpp>
+#include <optional>
 
 #include "tests/io/las_files.h"
 
@@ -32,8 +33,8 @@ std::string wkt_record(const std::string& text, bool is_extended = false) {
 const std::string kWkt = "PROJCS[\"somewhere\",UNIT[\"metre\",1]]";
 constexpr std::uint16_t kWktBit = 16;
 
-std::string system_of(const std::vector<std::string>& records, std::uint16_t encoding = 0,
-                      const std::vector<std::string>& extended = {}) {
+std::string bytes_of(const std::vector<std::string>& records, std::uint16_t encoding,
+                     const std::vector<std::string>& extended) {
   LasFile file;
   file.minor = 4;
   file.format = 6;
@@ -41,9 +42,21 @@ std::string system_of(const std::vector<std::string>& records, std::uint16_t enc
   file.variable_records = records;
   file.extended_records = extended;
   file.global_encoding = encoding;
-  const std::string bytes = file.bytes();
+  return file.bytes();
+}
+
+std::string system_of(const std::vector<std::string>& records, std::uint16_t encoding = 0,
+                      const std::vector<std::string>& extended = {}) {
+  const std::string bytes = bytes_of(records, encoding, extended);
   return test::las_source(bytes)->coordinate_system();
 }
+
+std::optional<Vec3> unit_of(const std::vector<std::string>& records, std::uint16_t encoding = 0) {
+  const std::string bytes = bytes_of(records, encoding, {});
+  return test::las_source(bytes)->meters_per_unit();
+}
+
+Vec3 all(double unit) { return {unit, unit, unit}; }
 
 TEST_CASE("ACodeOfGeoTiffKeysIsTheCoordinateSystem") {
   CHECK(system_of({keys_record({{1024, 0, 1, 1}, {3072, 0, 1, 26912}})}) == "EPSG:26912");
@@ -92,6 +105,55 @@ TEST_CASE("WhatIsNoCoordinateSystemIsNotPassedOn") {
     CHECK(system_of({keys_record({{2048, 0, 1, code}})}).empty());
   CHECK(system_of({variable_record("LASF_Projection", 34735, "odd")}).empty());
   CHECK(system_of({variable_record("someone else", 2112, kWkt)}, kWktBit).empty());
+}
+
+TEST_CASE("TheUnitOfGeoTiffKeysIsTheUnitOfTheCoordinates") {
+  constexpr double kSurveyFoot = 12.0 / 39.37;
+  const auto unit = [](unsigned code) {
+    return unit_of({keys_record({{3072, 0, 1, 2225}, {3076, 0, 1, code}})});
+  };
+  CHECK(unit(9001) == all(1.0));
+  CHECK(unit(9002) == all(0.3048));
+  CHECK(unit(9003) == all(kSurveyFoot));
+  CHECK_FALSE(unit(9102));  // degrees
+  CHECK(unit_of({keys_record({{3072, 0, 1, 2225}, {3076, 0, 1, 9003}, {4099, 0, 1, 9001}})}) ==
+        Vec3{kSurveyFoot, kSurveyFoot, 1.0});
+}
+
+TEST_CASE("AUnitThatIsNotSaidIsNotKnownButForUtm") {
+  CHECK_FALSE(unit_of({}));
+  CHECK_FALSE(unit_of({keys_record({{3072, 0, 1, 2225}})}));
+  CHECK_FALSE(unit_of({keys_record({{1024, 0, 1, 2}, {2048, 0, 1, 4326}, {3076, 0, 1, 9001}})}));
+  for (const unsigned utm : {26912u, 32601u, 32760u, 25832u})
+    CHECK(unit_of({keys_record({{3072, 0, 1, utm}})}) == all(1.0));
+  CHECK(unit_of({keys_record({{3072, 0, 1, 26912}, {3076, 0, 1, 9002}})}) == all(0.3048));
+}
+
+TEST_CASE("TheUnitOfWktIsThatOfTheProjectionNotOfItsBase") {
+  const std::string base =
+      "GEOGCS[\"NAD83\",DATUM[\"D\",SPHEROID[\"GRS 1980\",6378137,298.257222101],"
+      "TOWGS84[0,0,0,0,0,0,0]],PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433]]";
+  const std::string feet = "PROJCS[\"California 1 (ftUS)\"," + base +
+                           ",PROJECTION[\"Lambert\"],PARAMETER[\"false_easting\",6561666.667],"
+                           "UNIT[\"US survey foot\",0.304800609601219],AXIS[\"X\",EAST]]";
+  const auto unit = [](const std::string& wkt) { return unit_of({wkt_record(wkt)}, kWktBit); };
+  CHECK(unit(kWkt) == all(1.0));
+  CHECK(unit(feet) == all(0.304800609601219));
+  CHECK(unit("COMPD_CS[\"both\"," + feet +
+             ",VERT_CS[\"NAVD88\",VERT_DATUM[\"V\",2005],UNIT[\"metre\",1.0]]]") ==
+        Vec3{0.304800609601219, 0.304800609601219, 1.0});
+  CHECK(unit("PROJCRS[\"a \"\"new\"\" one\",BASEGEOGCRS[\"b\",ANGLEUNIT[\"degree\",0.0174]],"
+             "CONVERSION[\"c\",PARAMETER[\"e\",0,LENGTHUNIT[\"metre\",1]]],CS[Cartesian,2],"
+             "AXIS[\"x\",east,ORDER[1],LENGTHUNIT[\"foot\",0.3048]],"
+             "AXIS[\"y\",north,ORDER[2],LENGTHUNIT[\"foot\",0.3048]]]") == all(0.3048));
+  CHECK_FALSE(unit(base));
+  // Damaged text says nothing.
+  for (const char* wkt : {"PROJCS[\"a\",UNIT[\"b\",1", "PROJCS[\"a\",UNIT[\"b\",0]]", "PROJCS[\"a",
+                          "PROJCS[;]", "PROJCS[UNIT[\"b\",inf]]", "PROJCS[]"})
+    CHECK_FALSE(unit(wkt));
+  std::string deep;
+  for (int i = 0; i < 5000; ++i) deep += "COMPD_CS[";
+  CHECK_FALSE(unit(deep));
 }
 
 }  // namespace

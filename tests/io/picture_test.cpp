@@ -12,6 +12,7 @@
 
 #include "io/error.h"
 #include "io/job/job.h"
+#include "io/report/picture_up.h"
 #include "tests/support/data.h"
 
 namespace orbweave {
@@ -243,6 +244,98 @@ TEST_CASE("WhatIsFlatInZIsSeenFromAbove") {
   MeshPicture below(bounds_of(sheet), {.width = 200, .height = 150, .elevation_deg = -40.0});
   below.draw(sheet);
   CHECK(is_back(Image{200, 150, below.pixels()}.at(100, 75)));
+}
+
+/// A cone of height 2 about `axis` (0 to 2), its apex at the upper end, outside counter-clockwise.
+std::vector<Corners> cone(int axis) {
+  constexpr int kSpokes = 48;
+  const auto placed = [axis](double height, double a, double b) {
+    Vec3 p;
+    p[axis] = height;
+    p[(axis + 1) % 3] = a;
+    p[(axis + 2) % 3] = b;
+    return p;
+  };
+  const auto foot = [&](int spoke) {
+    const double around = 2.0 * std::numbers::pi * spoke / kSpokes;
+    return placed(-1.0, std::cos(around), std::sin(around));
+  };
+  std::vector<Corners> triangles;
+  for (int spoke = 0; spoke < kSpokes; ++spoke) {
+    triangles.push_back({foot(spoke), foot(spoke + 1), placed(1.0, 0.0, 0.0)});
+    triangles.push_back({foot(spoke + 1), foot(spoke), placed(-1.0, 0.0, 0.0)});
+  }
+  return triangles;
+}
+
+/// Pixels drawn in the upper half, the lower half, the left and the right half.
+struct Halves {
+  int upper = 0, lower = 0, left = 0, right = 0;
+};
+
+Halves drawn_halves(const Image& image) {
+  Halves halves;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      if (is_background(image.at(x, y))) continue;
+      ++(y < image.height / 2 ? halves.upper : halves.lower);
+      ++(x < image.width / 2 ? halves.left : halves.right);
+    }
+  return halves;
+}
+
+TEST_CASE("TheUpAxisIsUprightInThePicture") {
+  for (const int axis : {0, 1, 2}) {
+    CAPTURE(axis);
+    const auto triangles = cone(axis);
+    PictureOptions options = kSmall;
+    options.up = static_cast<UpAxis>(static_cast<int>(UpAxis::kX) + axis);
+    MeshPicture picture(bounds_of(triangles), options);
+    picture.draw(triangles);
+    const Image image{200, 150, picture.pixels()};
+    const Halves halves = drawn_halves(image);
+    // The foot is wider than the apex, and the two sides of the cone are alike.
+    CHECK(halves.lower > 2 * halves.upper);
+    CHECK(std::abs(halves.left - halves.right) < halves.upper / 4);
+    // Nothing is mirrored: the outside is seen.
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) REQUIRE_FALSE(is_back(image.at(x, y)));
+  }
+}
+
+TEST_CASE("TheShapeAloneHasYUprightUnlessItIsFlatInZ") {
+  const auto pixels = [](const std::vector<Corners>& triangles, UpAxis up) {
+    PictureOptions options = kSmall;
+    options.up = up;
+    MeshPicture picture(bounds_of(triangles), options);
+    picture.draw(triangles);
+    return picture.pixels();
+  };
+  CHECK(pixels(cone(1), UpAxis::kAuto) == pixels(cone(1), UpAxis::kY));
+  CHECK(pixels(cone(1), UpAxis::kAuto) != pixels(cone(1), UpAxis::kZ));
+  CHECK(pixels(square(4), UpAxis::kAuto) == pixels(square(4), UpAxis::kZ));
+}
+
+TEST_CASE("TheUpAxisOfAJobIsTheOneAskedForElseWhatTheJobImplies") {
+  Job job;
+  job.input.files = {"scan.ply"};
+  CHECK(picture_up(job, "") == UpAxis::kAuto);
+  job.input.poses = "scans.conf";
+  CHECK(picture_up(job, "") == UpAxis::kY);
+  CHECK(picture_up(job, "EPSG:26912") == UpAxis::kZ);
+  for (const char* file : {"scans/*.las", "a.LAZ", "site.e57", "site.ptx.gz"}) {
+    CAPTURE(file);
+    job.input.files = {"scan.ply", file};
+    CHECK(picture_up(job, "") == UpAxis::kZ);
+  }
+  job.normals.up = Vec3{0.9, 0.1, -0.2};
+  CHECK(picture_up(job, "") == UpAxis::kX);
+  job.normals.up = Vec3{0.1, 0.9, -0.2};
+  CHECK(picture_up(job, "") == UpAxis::kY);
+  job.normals.up = Vec3{0.0, -1.0, 0.5};  // of a ceiling
+  CHECK(picture_up(job, "") == UpAxis::kZ);
+  job.output.picture_up = UpAxis::kX;
+  CHECK(picture_up(job, "EPSG:26912") == UpAxis::kX);
 }
 
 TEST_CASE("PointsAreDrawnAsDotsWithTheirOwnShading") {

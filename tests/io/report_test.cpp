@@ -118,8 +118,8 @@ TEST_CASE("TheReportHasItsStableKeys") {
   CHECK(keys_of(json["normals"]) == Keys{"source", "orientation", "neighbors", "max_radius",
                                          "patches", "components", "contested_patches",
                                          "votes_satisfied"});
-  CHECK(keys_of(json["input"]) ==
-        Keys{"files", "points_read", "points_dropped", "bounds", "extent_meters", "trusted"});
+  CHECK(keys_of(json["input"]) == Keys{"files", "points_read", "points_dropped", "bounds", "extent",
+                                       "extent_meters", "trusted"});
   CHECK(keys_of(json["partition"]) == Keys{"chunks", "halo_width", "largest_chunk_points"});
   CHECK(keys_of(json["radii"]) == Keys{"values", "reason"});
   CHECK(keys_of(json["mesh"]) ==
@@ -156,14 +156,26 @@ TEST_CASE("TheReportsOptionsAreTheJobFilesKeysBySection") {
   CHECK(options["output"]["patch_color"] == "#80a8e2");
 }
 
+TEST_CASE("ExtentIsInMetersOnlyWhereTheUnitIsKnown") {
+  const auto input = [](const RunReport& report) {
+    return Json::parse(report_json(report))["input"];
+  };
+  RunReport report = example();
+  const Vec3 extent = report.bounds.extent();
+  CHECK(input(report)["extent"] == Json{extent.x, extent.y, extent.z});
+  CHECK(input(report)["extent_meters"].is_null());
+  report.meters_per_unit = Vec3{0.3048, 0.3048, 1.0};  // of the coordinate system
+  CHECK(input(report)["extent_meters"] == Json{extent.x * 0.3048, extent.y * 0.3048, extent.z});
+  CHECK(input(report)["extent"] == Json{extent.x, extent.y, extent.z});
+  report.options.input.units_per_meter = 1000.0;  // the user's word wins
+  CHECK(input(report)["extent_meters"][1] == 0.004);
+}
+
 TEST_CASE("NumbersOfTheReportAreExact") {
   const RunReport report = example();
   const Json json = Json::parse(report_json(report));
   CHECK(json["input"]["points_read"] == report.points_read);
   CHECK(json["input"]["bounds"]["min"][2] == report.bounds.min.z);
-  RunReport in_millimeters = report;
-  in_millimeters.options.input.units_per_meter = 1000.0;
-  CHECK(Json::parse(report_json(in_millimeters))["input"]["extent_meters"][1] == 0.004);
   CHECK(json["input"]["points_dropped"] == Json{{"duplicate", 7}, {"not finite", 3}});
   CHECK(json["mesh"]["area"] == report.mesh.area);
   CHECK(json["mesh"]["euler_characteristic"] == -46);

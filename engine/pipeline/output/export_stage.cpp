@@ -14,6 +14,7 @@
 #include "engine/stitching/local_numbers.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/report/picture.h"
+#include "io/report/picture_up.h"
 #include "io/store/chunk_points.h"
 #include "io/system/atomic_file.h"
 
@@ -160,7 +161,8 @@ void draw_picture(const ExportInputs& inputs, StageRunner& runner) {
   const FilledHoles& holes = inputs.holes;
   const std::size_t chunks = partition.octree.chunks().size();
   StageClock clock(runner, Stage::kPicture, chunks, "chunks");
-  MeshPicture picture(partition.bounds, {.patch_color = runner.job.output.patch_color});
+  MeshPicture picture(partition.bounds, {.up = picture_up(runner.job, partition.coordinate_system),
+                                         .patch_color = runner.job.output.patch_color});
   for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
     runner.stop.check();
     const std::vector<Vec3> own = load_points(runner.store, chunk, partition.schema).positions;

@@ -11,6 +11,7 @@
 
 #include "engine/pipeline/output/tile.h"
 #include "io/error.h"
+#include "io/hex_digits.h"
 #include "io/meshes/tile_directory.h"
 #include "io/system/atomic_file.h"
 #include "io/system/path_roles.h"
@@ -69,7 +70,7 @@ nlohmann::json to_json(const StoredTile& tile, const std::string& file, std::uin
           {"vertices", tile.vertices},
           {"triangles", tile.triangles},
           {"bytes", tile.bytes},
-          {"xxh3", checksum_text(tile.checksum)},
+          {"xxh3", hex_digits(tile.checksum)},
           {"first_vertex", first_vertex},
           {"own_vertices", own_vertices},
           {"runs", std::move(runs)}};

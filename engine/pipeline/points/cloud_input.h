@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,7 @@ struct CountedCloud {
   PointFilter filter;                          ///< what the points counted have passed
   std::vector<std::uint64_t> at_scan_origins;  ///< of the points counted, at each of the filter's
   std::string coordinate_system;
+  std::optional<Vec3> meters_per_unit;  ///< of x, y and z; empty: not known
   CountGrid grid;
   Box bounds;  ///< once the grid is gone
   Octree octree;

@@ -78,6 +78,7 @@ CountedCloud count_share(const RunControl& control, const CloudInput& input, con
   cloud.schema = source->schema();
   if (input.are_scans) require_budget(control.job, cloud.schema);
   cloud.coordinate_system = source->coordinate_system();
+  cloud.meters_per_unit = source->meters_per_unit();
   const bool has_view = view_offset(cloud.schema).has_value();
   stream_points(*source, {.threads = control.threads(), .stop = &control.stop, .filter = &filter},
                 {}, [&](StreamBatch& batch) {

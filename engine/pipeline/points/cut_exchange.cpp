@@ -131,6 +131,7 @@ std::string counted_text(const CountedCloud& cloud, std::uint64_t memory_bytes, 
   cut.dropped = cloud.dropped;
   cut.points_without_view = cloud.points_without_view;
   cut.coordinate_system = cloud.coordinate_system;
+  cut.meters_per_unit = cloud.meters_per_unit;
   return document_text({{"members", members},
                         {"chunk_points", cloud.memory.chunk_points},
                         {"rows_left_out", cloud.rows_left_out},
@@ -262,6 +263,7 @@ CountedCloud stored_count(const CutExchange& cut, const StageRunner& runner) {
   cloud.dropped = std::move(before.dropped);
   cloud.points_without_view = before.points_without_view;
   cloud.coordinate_system = std::move(before.coordinate_system);
+  cloud.meters_per_unit = before.meters_per_unit;
   cloud.bounds = before.bounds;
   cloud.octree = std::move(before.octree);
   const auto size = static_cast<std::uint64_t>(runner.communicator.size());
@@ -293,6 +295,7 @@ CountedCloud whole_cloud(CountedCloud share, const CutExchange& cut, StageRunner
   CountedCloud whole;
   whole.schema = std::move(share.schema);
   whole.coordinate_system = std::move(share.coordinate_system);
+  whole.meters_per_unit = share.meters_per_unit;
   whole.notes = std::move(share.notes);
   whole.own_share = share.own_share;
   whole.filter = std::move(share.filter);

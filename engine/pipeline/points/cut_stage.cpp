@@ -215,6 +215,7 @@ Partition describe_points(const CloudInput& input, const CountedCloud& cloud,
   partition.dropped = cloud.dropped;
   partition.points_without_view = cloud.points_without_view;
   partition.coordinate_system = cloud.coordinate_system;
+  partition.meters_per_unit = cloud.meters_per_unit;
   partition.octree = final_octree(runner.job, cloud, partition);
   return partition;
 }

@@ -11,7 +11,9 @@ namespace {
 class NoPoints final : public PointSource {
  public:
   explicit NoPoints(const PointSource& like)
-      : schema_(like.schema()), coordinate_system_(like.coordinate_system()) {}
+      : schema_(like.schema()),
+        coordinate_system_(like.coordinate_system()),
+        meters_per_unit_(like.meters_per_unit()) {}
   const PointSchema& schema() const override { return schema_; }
   std::optional<std::uint64_t> declared_points() const override { return 0; }
   bool read(PointCloud& batch, std::size_t /*capacity*/) override {
@@ -22,10 +24,12 @@ class NoPoints final : public PointSource {
   std::uint64_t bytes_read() const override { return 0; }
   std::uint64_t bytes_total() const override { return 0; }
   std::string coordinate_system() const override { return coordinate_system_; }
+  std::optional<Vec3> meters_per_unit() const override { return meters_per_unit_; }
 
  private:
   PointSchema schema_;
   std::string coordinate_system_;
+  std::optional<Vec3> meters_per_unit_;
 };
 
 /// A source without its first points.
@@ -50,6 +54,7 @@ class RestOfPoints final : public PointSource {
   std::optional<ScannerPlace> scanner() const override { return source_->scanner(); }
   DroppedPoints left_out() const override { return source_->left_out(); }
   std::string coordinate_system() const override { return source_->coordinate_system(); }
+  std::optional<Vec3> meters_per_unit() const override { return source_->meters_per_unit(); }
 
  private:
   static PointCloud without_first(const PointCloud& batch, std::uint64_t count) {

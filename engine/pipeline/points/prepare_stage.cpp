@@ -321,6 +321,7 @@ void take_over(const RawCloud& cloud, Partition& partition) {
   for (const auto& [reason, count] : cloud.dropped) partition.dropped[reason] += count;
   partition.layers = cloud.partition.layers;
   partition.coordinate_system = cloud.partition.coordinate_system;
+  partition.meters_per_unit = cloud.partition.meters_per_unit;
 }
 
 std::string describe(const NormalFacts& normals) {

@@ -29,6 +29,7 @@ class PreparedSource final : public PointSource {
   std::uint64_t bytes_read() const override { return delivered_ * row_bytes(); }
   std::uint64_t bytes_total() const override { return points_ * row_bytes(); }
   std::string coordinate_system() const override { return cloud_.partition.coordinate_system; }
+  std::optional<Vec3> meters_per_unit() const override { return cloud_.partition.meters_per_unit; }
 
   bool restrict_rows(std::uint64_t first, std::uint64_t count) override {
     first_row_ = first;

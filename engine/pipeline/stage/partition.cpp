@@ -105,7 +105,7 @@ std::string partition_to_json(const Partition& partition) {
   Json chunks = Json::array();
   for (const Chunk& chunk : partition.octree.chunks()) chunks.push_back(to_json(chunk));
   const RootCube& root = partition.octree.root();
-  const Json document = {
+  Json document = {
       {"schema", to_json(partition.schema)},
       {"bounds", to_json(partition.bounds)},
       {"root", {{"origin", to_json(root.origin)}, {"side", root.side}}},
@@ -124,6 +124,7 @@ std::string partition_to_json(const Partition& partition) {
       {"normals", to_json(partition.normals)},
       {"coordinate_system", partition.coordinate_system},
   };
+  if (partition.meters_per_unit) document["meters_per_unit"] = to_json(*partition.meters_per_unit);
   return document_text(document);
 }
 
@@ -151,6 +152,8 @@ Partition partition_from_json(const std::string& text) {
   partition.prepare = prepare_from(document.at("prepare"));
   partition.normals = normals_from(document.at("normals"));
   partition.coordinate_system = document.at("coordinate_system");
+  if (document.contains("meters_per_unit"))
+    partition.meters_per_unit = vec3_from(document.at("meters_per_unit"));
   return partition;
 }
 

@@ -31,6 +31,7 @@ struct Partition {
   PrepareFacts prepare;
   NormalFacts normals;
   std::string coordinate_system;
+  std::optional<Vec3> meters_per_unit;  ///< of x, y and z; empty: not known
 
   std::uint64_t points_in(ChunkId chunk) const {
     return first_vertex[chunk + 1] - first_vertex[chunk];

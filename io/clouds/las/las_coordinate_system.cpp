@@ -4,7 +4,9 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
+#include "io/points/length_units.h"
 #include "io/text/little_endian.h"
 
 namespace orbweave::las {
@@ -17,6 +19,8 @@ constexpr std::uint16_t kGeographic = 2048;
 constexpr std::uint16_t kGeographicCitation = 2049;
 constexpr std::uint16_t kProjected = 3072;
 constexpr std::uint16_t kProjectedCitation = 3073;
+constexpr std::uint16_t kProjectedUnit = 3076;
+constexpr std::uint16_t kVerticalUnit = 4099;
 constexpr std::uint16_t kModelProjected = 1;
 /// Codes below are obsolete or reserved, above it user-defined and private.
 constexpr std::uint16_t kFirstEpsgCode = 1024;
@@ -106,18 +110,56 @@ std::string citation_of(const GeoKeys& keys) {
   return words.empty() ? keys.text(kCitation) : words;
 }
 
+/// Universal Transverse Mercator on WGS 84, NAD83 and ETRS89 is in metres.
+bool is_utm(std::uint16_t epsg) {
+  return (epsg >= 32601 && epsg <= 32660) || (epsg >= 32701 && epsg <= 32760) ||
+         (epsg >= 26901 && epsg <= 26923) || (epsg >= 25828 && epsg <= 25838);
+}
+
+std::optional<double> unit_in(const GeoKeys& keys, std::uint16_t id) {
+  const std::optional<std::uint16_t> code = keys.code(id);
+  return code ? meters_per_epsg_unit(*code) : std::nullopt;
+}
+
+std::optional<Vec3> meters_per_unit(const GeoKeys& keys) {
+  if (!is_projected(keys)) return std::nullopt;
+  std::optional<double> level = unit_in(keys, kProjectedUnit);
+  const bool says_unit = keys.code(kProjectedUnit).has_value();
+  if (!says_unit && is_utm(keys.code(kProjected).value_or(0))) level = 1.0;
+  if (!level) return std::nullopt;
+  return Vec3{*level, *level, unit_in(keys, kVerticalUnit).value_or(*level)};
+}
+
+/// What the records of a file say of its coordinates.
+struct SystemRecords {
+  SystemRecords(const RandomAccess& file, const VariableRecords& records)
+      : wkt(wkt_text(read_payload(file, records.wkt))),
+        directory(read_payload(file, records.geo_keys)),
+        ascii(read_payload(file, records.geo_ascii)) {}
+
+  GeoKeys keys() const { return {directory, ascii}; }
+
+  std::string wkt;
+  std::vector<std::byte> directory, ascii;
+};
+
 }  // namespace
 
 std::string coordinate_system(const RandomAccess& file, const VariableRecords& records,
                               bool says_wkt) {
-  std::string wkt = wkt_text(read_payload(file, records.wkt));
-  if (says_wkt && !wkt.empty()) return wkt;
-  const std::vector<std::byte> directory = read_payload(file, records.geo_keys);
-  const std::vector<std::byte> ascii = read_payload(file, records.geo_ascii);
-  const GeoKeys keys(directory, ascii);
-  std::string epsg = epsg_of(keys);
+  const SystemRecords system(file, records);
+  if (says_wkt && !system.wkt.empty()) return system.wkt;
+  std::string epsg = epsg_of(system.keys());
   if (!epsg.empty()) return epsg;
-  return wkt.empty() ? citation_of(keys) : wkt;
+  return system.wkt.empty() ? citation_of(system.keys()) : system.wkt;
+}
+
+std::optional<Vec3> meters_per_unit(const RandomAccess& file, const VariableRecords& records,
+                                    bool says_wkt) {
+  const SystemRecords system(file, records);
+  if (says_wkt && !system.wkt.empty()) return orbweave::meters_per_unit(system.wkt);
+  const std::optional<Vec3> unit = meters_per_unit(system.keys());
+  return unit ? unit : orbweave::meters_per_unit(system.wkt);
 }
 
 }  // namespace orbweave::las

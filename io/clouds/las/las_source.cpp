@@ -61,6 +61,9 @@ class LasSource final : public PointSource {
   std::string coordinate_system() const override {
     return las::coordinate_system(*file_, variable_records_, header_.says_wkt);
   }
+  std::optional<Vec3> meters_per_unit() const override {
+    return las::meters_per_unit(*file_, variable_records_, header_.says_wkt);
+  }
 
  private:
   /// Reads the next records, at most `most`; 0 at the end.

@@ -1,0 +1,48 @@
+#include "io/report/picture_up.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "io/text/file_format.h"
+
+namespace orbweave {
+namespace {
+
+bool has_heights_in_z(const std::string& file) {
+  const std::optional<NamedFormat> named = format_of_name(file);
+  if (!named) return false;
+  const FileFormat format = named->facts.format;
+  return format == FileFormat::kLas || format == FileFormat::kLaz || format == FileFormat::kE57 ||
+         format == FileFormat::kPtx;
+}
+
+/// kAuto for a direction that points against its nearest axis: normals of a ceiling are oriented
+/// downwards, and a ceiling is not drawn upside down.
+UpAxis nearest_axis(Vec3 direction) {
+  int nearest = 2;
+  for (const int axis : {1, 0})
+    if (std::abs(direction[axis]) > std::abs(direction[nearest])) nearest = axis;
+  if (!(direction[nearest] > 0.0)) return UpAxis::kAuto;
+  return static_cast<UpAxis>(static_cast<int>(UpAxis::kX) + nearest);
+}
+
+}  // namespace
+
+UpAxis up_axis_of_scans(std::span<const std::string> files, const std::string& coordinate_system) {
+  const bool z_is_up = !coordinate_system.empty() || std::ranges::any_of(files, has_heights_in_z);
+  return z_is_up ? UpAxis::kZ : UpAxis::kAuto;
+}
+
+UpAxis picture_up(const Job& job, const std::string& coordinate_system) {
+  if (job.output.picture_up != UpAxis::kAuto) return job.output.picture_up;
+  if (job.normals.up) {
+    const UpAxis nearest = nearest_axis(*job.normals.up);
+    if (nearest != UpAxis::kAuto) return nearest;
+  }
+  const UpAxis implied = up_axis_of_scans(job.input.files, coordinate_system);
+  if (implied != UpAxis::kAuto) return implied;
+  return job.input.poses.empty() ? UpAxis::kAuto : UpAxis::kY;
+}
+
+}  // namespace orbweave

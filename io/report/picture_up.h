@@ -1,0 +1,21 @@
+// Which axis of a scan's coordinates is upright, for pictures.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "io/job/job.h"
+
+namespace orbweave {
+
+/// The axis that scans imply, by their names and their coordinate system (empty: none). kZ where
+/// they have a coordinate system or come in a format of surveying (LAS, LAZ, E57, PTX), whose
+/// heights are in z; kAuto where nothing is implied.
+UpAxis up_axis_of_scans(std::span<const std::string> files, const std::string& coordinate_system);
+
+/// The axis of a job's picture, in this order: output.picture_up; the axis nearest to normals.up,
+/// where that points along it; what the scans imply; kY where poses come from a Stanford .conf,
+/// whose objects stand in y. kAuto: the shape decides (io/report/picture.h).
+UpAxis picture_up(const Job& job, const std::string& coordinate_system);
+
+}  // namespace orbweave
