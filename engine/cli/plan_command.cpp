@@ -105,7 +105,7 @@ std::string plan_json(const JobPlan& plan, const FillOptions& fill) {
         {"orientation", plan.normals.orientation == Orientation::kAuto
                             ? Json()
                             : Json(text_of(plan.normals.orientation))}}},
-      {"prepare",
+      {"cleaning",
        {{"thickness", plan.prepare.thickness},
         {"outlier_sigma", plan.prepare.options.outlier_sigma},
         {"merge_tolerance", plan.prepare.options.merge_tolerance},

@@ -209,7 +209,7 @@ std::string report_json(const RunReport& report) {
   json["options"] = options_json(report.options);
   json["input"] = input_json(report);
   json["coordinate_system"] = text_or_null(report.coordinate_system);
-  json["prepare"] = prepare_json(report.prepare);
+  json["cleaning"] = prepare_json(report.prepare);
   json["normals"] = normals_json(report.normals);
   json["partition"] = {{"chunks", report.chunks},
                        {"halo_width", report.halo_width},

@@ -175,7 +175,7 @@ TEST_CASE("ThickLayersAreCleanedOnlyOnRequestAndSaidSo") {
   const StopToken stop;
   const RunReport raw = run_job(job, {"test"}, progress, stop);
   CHECK(std::any_of(progress.lines.begin(), progress.lines.end(), [](const std::string& line) {
-    return line.find("prepare.auto = true") != std::string::npos;
+    return line.find("cleaning.auto = true") != std::string::npos;
   }));
   CHECK(raw.prepare.points_moved == 0);
   const double raw_distance = mean_distance(read_mesh(job.output.mesh));

@@ -35,7 +35,7 @@ pose = ["a.ply 1 2 3 0 0 0 1", "b.ply 1 0 0 4 0 1 0 5 0 0 1 6 0 0 0 1"]
 scanner = [0, 0, 1, 0]
 las_classes = [2, 6]
 returns = "last"
-[prepare]
+[cleaning]
 auto = true
 outlier_sigma = 3.5
 merge_tolerance = 1e-4
@@ -224,6 +224,19 @@ TEST_CASE("SettingAKeyTakesTomlValuesAndBareWords") {
   CHECK(with("fill.max_edges", "60").fill.max_edges == 60);
   CHECK(with("output.patch_color", "#ff8000").output.patch_color ==
         std::array<std::uint8_t, 3>{255, 128, 0});
+}
+
+TEST_CASE("TheFormerNameOfTheCleaningSectionIsTheSameSection") {
+  const std::string keys =
+      "auto = true\noutlier_sigma = 3.5\nmerge_tolerance = 1e-4\nsmooth_radius = 0.25\n"
+      "smooth_passes = 3\nthin_to_spacing = 0.125\n";
+  const std::string now = job_toml(parse_job("[cleaning]\n" + keys, "job.toml"));
+  CHECK(job_toml(parse_job("[prepare]\n" + keys, "job.toml")) == now);
+  CHECK(job_toml(parse_job("prepare.auto = true\n", "job.toml")) ==
+        job_toml(parse_job("cleaning.auto = true\n", "job.toml")));
+  CHECK(job_toml(with("prepare.smooth_radius", "0.25")) ==
+        job_toml(with("cleaning.smooth_radius", "0.25")));
+  CHECK_THAT(now, Contains("\n[cleaning]\nauto = true\n") && !Contains("prepare"));
 }
 
 TEST_CASE("TheKeyTableIsCompleteAndItsDefaultsAreAccepted") {

@@ -27,7 +27,7 @@ struct RawWork {
   std::uint64_t held_bytes = 0;  ///< what the passes left and is needed while the points are cut
 };
 
-/// What the job asks for, of points that were counted as they came. What prepare.auto will choose
+/// What the job asks for, of points that were counted as they came. What cleaning.auto will choose
 /// is not known then: all of it is expected.
 RawWork raw_work(const ResolvedJob& job, const CloudSize& scans);
 

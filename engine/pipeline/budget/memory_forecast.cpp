@@ -230,7 +230,7 @@ void require_memory_for_largest(const ResolvedJob& job, const Partition& partiti
                 " lie within the halo of " + format_number(halo_width(radii)),
        .expected = "at least " + std::to_string((needed >> 20) + 1) + " MiB",
        .advice = "Or smaller ball radii, which the dense part of the cloud asks for, or "
-                 "prepare.thin_to_spacing"});
+                 "cleaning.thin_to_spacing"});
 }
 
 }  // namespace orbweave

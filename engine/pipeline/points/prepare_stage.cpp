@@ -21,6 +21,7 @@
 #include "engine/spacing/layer_thickness.h"
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
+#include "io/job/job_keys.h"
 #include "io/report/reasons.h"
 #include "io/store/chunk_points.h"
 #include "io/text/quantity.h"
@@ -40,7 +41,7 @@ PrepareFacts describe_layers(StageRunner& runner, const Partition& scans) {
     runner.note("cleaning: " + facts.reason);
   } else if (!runner.job.cleans() && scans.layers.is_thick()) {
     runner.warn(
-        "the scanned layers are thick and are taken as they are; prepare.auto = true would clean "
+        "the scanned layers are thick and are taken as they are; cleaning.auto = true would clean "
         "them up: " +
         facts.reason);
   }
@@ -60,22 +61,24 @@ RawPass outlier_pass(const StageRunner& runner, const PrepareOptions& options,
   const OutlierOptions outliers{.sigma = options.outlier_sigma,
                                 .max_radius = cloud.partition.normal_radius,
                                 .stop = &runner.stop};
-  return {.stage = directory_of(Stage::kOutliers),
-          .options = key_line("prepare.outlier_sigma", format_exact(outliers.sigma)) +
-                     key_line("reach of outliers", format_exact(outliers.max_radius)),
-          .halo = outlier_halo(outliers),
-          .dropped_reason = DropReason::kOutlier,
-          .work = [outliers](PassPoints&& points) {
-            auto kept = find_outliers(points.positions, points.begin, points.end, outliers);
-            for (std::uint8_t& flag : kept) flag ^= 1;
-            return kept_points(points.own, kept);
-          }};
+  return {
+      .stage = directory_of(Stage::kOutliers),
+      .options = key_line(stored_key_name("cleaning.outlier_sigma"), format_exact(outliers.sigma)) +
+                 key_line("reach of outliers", format_exact(outliers.max_radius)),
+      .halo = outlier_halo(outliers),
+      .dropped_reason = DropReason::kOutlier,
+      .work = [outliers](PassPoints&& points) {
+        auto kept = find_outliers(points.positions, points.begin, points.end, outliers);
+        for (std::uint8_t& flag : kept) flag ^= 1;
+        return kept_points(points.own, kept);
+      }};
 }
 
 RawPass merge_pass(const StageRunner& runner, const PrepareOptions& options) {
   const ThinningOptions merging{options.merge_tolerance, kSameSheetCosine, &runner.stop};
   return {.stage = directory_of(Stage::kMerging),
-          .options = key_line("prepare.merge_tolerance", format_exact(merging.spacing)),
+          .options =
+              key_line(stored_key_name("cleaning.merge_tolerance"), format_exact(merging.spacing)),
           .halo = merging_halo(merging),
           .drift = merging.spacing,
           .dropped_reason = DropReason::kMerged,
@@ -165,10 +168,11 @@ void normalize_all(std::vector<Vec3>& normals) {
 RawPass smooth_pass(const StageRunner& runner, const PrepareOptions& options, bool oriented,
                     int pass) {
   const ProjectionOptions projection{options.smooth_radius, oriented, &runner.stop,
-                                     "prepare.smooth_radius"};
+                                     "cleaning.smooth_radius"};
   return {.stage = directory_of(Stage::kSmoothing, pass + 1),
-          .options = key_line("prepare.smooth_radius", format_exact(projection.radius)) +
-                     key_line("oriented", oriented ? "yes" : "no"),
+          .options =
+              key_line(stored_key_name("cleaning.smooth_radius"), format_exact(projection.radius)) +
+              key_line("oriented", oriented ? "yes" : "no"),
           .halo = projection.radius,
           .drift = projection.radius,
           .work = [projection](PassPoints&& points) {
@@ -184,7 +188,8 @@ RawPass smooth_pass(const StageRunner& runner, const PrepareOptions& options, bo
 RawPass thin_pass(const StageRunner& runner, const PrepareOptions& options, bool oriented) {
   const ThinningOptions thinning{options.thin_to_spacing, kSameSheetCosine, &runner.stop};
   return {.stage = directory_of(Stage::kThinning),
-          .options = key_line("prepare.thin_to_spacing", format_exact(thinning.spacing)) +
+          .options = key_line(stored_key_name("cleaning.thin_to_spacing"),
+                              format_exact(thinning.spacing)) +
                      key_line("oriented", oriented ? "yes" : "no"),
           .halo = thinning_halo(thinning),
           .dropped_reason = DropReason::kThinned,
@@ -244,12 +249,12 @@ void check_radius(const PrepareFacts& facts) {
   constexpr double kMostSpacings = 64.0;
   if (!(facts.spacing > 0.0) || facts.options.smooth_radius <= kMostSpacings * facts.spacing)
     return;
-  throw_usage("prepare.smooth_radius is far too large for these points",
+  throw_usage("cleaning.smooth_radius is far too large for these points",
               {.found = format_number(facts.options.smooth_radius) + ", " +
                         format_number(facts.options.smooth_radius / facts.spacing) +
                         " times their spacing " + format_number(facts.spacing),
                .expected = "at most " + format_number(kMostSpacings) + " spacings, usually 4",
-               .advice = "prepare.auto = true chooses it."});
+               .advice = "cleaning.auto = true chooses it."});
 }
 
 NormalEstimateOptions estimate_options(const StageRunner& runner, const RawCloud& cloud,

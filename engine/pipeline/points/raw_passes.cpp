@@ -87,7 +87,7 @@ std::optional<std::uint64_t> points_of_ended_pass(const StageRunner& runner,
        .advice = cloud.dropped.contains(text_of(DropReason::kTooFewNeighbors))
                      ? "Points that bring their normals (normals.source = \"file\") need "
                        "no neighbours for one"
-                     : "Reduce the cleaning: the options under prepare"});
+                     : "Reduce the cleaning: the options under cleaning"});
 }
 
 void require_points(const StageRunner& runner, const RawCloud& cloud) {
