@@ -54,13 +54,13 @@ Facts fill_plan(const FillOptions& fill) {
 }
 
 /// Where normals come from, and the cleaning before.
-Facts preparation_plan(const JobPlan& plan) {
+Facts cleaning_plan(const JobPlan& plan) {
   Facts facts;
   facts.emplace_back("normals",
                      plan.normals.orientation == Orientation::kAuto
                          ? "those of the file"
                          : std::string("estimated, side by ") + text_of(plan.normals.orientation));
-  const PrepareOptions& options = plan.prepare.options;
+  const CleaningOptions& options = plan.cleaning.options;
   std::vector<std::string> stages;
   if (options.outlier_sigma > 0.0)
     stages.push_back("outliers beyond " + format_number(options.outlier_sigma) + " deviations go");
@@ -73,7 +73,7 @@ Facts preparation_plan(const JobPlan& plan) {
   if (options.thin_to_spacing > 0.0)
     stages.push_back("thinned to " + format_number(options.thin_to_spacing));
   facts.emplace_back("cleaning", stages.empty() ? "none" : joined(stages));
-  facts.emplace_back("layers", plan.prepare.reason);
+  facts.emplace_back("layers", plan.cleaning.reason);
   return facts;
 }
 
@@ -106,12 +106,12 @@ std::string plan_json(const JobPlan& plan, const FillOptions& fill) {
                             ? Json()
                             : Json(text_of(plan.normals.orientation))}}},
       {"cleaning",
-       {{"thickness", plan.prepare.thickness},
-        {"outlier_sigma", plan.prepare.options.outlier_sigma},
-        {"merge_tolerance", plan.prepare.options.merge_tolerance},
-        {"smooth_radius", plan.prepare.options.smooth_radius},
-        {"thin_to_spacing", plan.prepare.options.thin_to_spacing},
-        {"reason", plan.prepare.reason}}},
+       {{"thickness", plan.cleaning.thickness},
+        {"outlier_sigma", plan.cleaning.options.outlier_sigma},
+        {"merge_tolerance", plan.cleaning.options.merge_tolerance},
+        {"smooth_radius", plan.cleaning.options.smooth_radius},
+        {"thin_to_spacing", plan.cleaning.options.thin_to_spacing},
+        {"reason", plan.cleaning.reason}}},
       {"fill",
        {{"enabled", fill.enabled}, {"left_open", fill.enabled ? Json(left_open(fill)) : Json()}}},
       {"holes", plan.loops ? Json::parse(holes_json(*plan.loops)) : Json()},
@@ -131,7 +131,7 @@ std::string plan_text(const JobPlan& plan, const FillOptions& fill) {
                  {"halo width", format_number(plan.halo_width)},
                  {"radii", show_list(plan.radii)},
                  {"reason", plan.radii_reason}};
-  for (const auto& fact : preparation_plan(plan)) facts.push_back(fact);
+  for (const auto& fact : cleaning_plan(plan)) facts.push_back(fact);
   for (const auto& fact : fill_plan(fill)) facts.push_back(fact);
   if (plan.loops) add_loops(facts, *plan.loops);
   facts.insert(facts.end(), {{"peak memory", "about " + format_bytes(plan.peak_memory_bytes)},

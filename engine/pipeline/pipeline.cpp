@@ -14,7 +14,7 @@
 #include "engine/pipeline/job_paths.h"
 #include "engine/pipeline/output/export_stage.h"
 #include "engine/pipeline/output/tile_export.h"
-#include "engine/pipeline/points/prepare_stage.h"
+#include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/run_results.h"
 #include "engine/pipeline/stage/stage_begin.h"
 #include "engine/pipeline/stage/stage_keys.h"

@@ -31,7 +31,7 @@ struct InputOptions {
 };
 
 /// Optional cleaning, in this order; off by default.
-struct PrepareOptions {
+struct CleaningOptions {
   bool automatic = false;  ///< derives the options below from the measured noise
   /// Outlier threshold in standard deviations: drops a point whose mean neighbour distance exceeds
   /// the mean of its neighbours by more than this. 0 disables it.
@@ -79,7 +79,7 @@ struct RunOptions {
 struct Job {
   InputOptions input;
   PartitionOptions partition;
-  PrepareOptions prepare;
+  CleaningOptions cleaning;
   NormalOptions normals;
   ReconstructOptions reconstruct;
   FillOptions fill;

@@ -97,13 +97,13 @@ std::string take_cleaning(Job& job) {
   for (const JobKey& key : job_keys())
     if (std::string_view(key.section) == "cleaning")
       lines += std::string(key.key) + " = " + value_text(key.get(job), key.type) + "\n";
-  job.prepare = {};
+  job.cleaning = {};
   return lines;
 }
 
 /// The job with a section of cleaning under that name.
 Job with_cleaning(Job job, const std::string& section, const std::string& lines) {
-  job.prepare = parse_job("[" + section + "]\n" + lines, "job.toml").prepare;
+  job.cleaning = parse_job("[" + section + "]\n" + lines, "job.toml").cleaning;
   return job;
 }
 
@@ -282,7 +282,7 @@ TEST_CASE("RawPointsGoAsSoonAsTheNextPassIsCompleteAndResumingTakesTheLatest") {
   }
   CHECK(told.stage("raw_thinned") != nullptr);
   CHECK(told.again().empty());
-  CHECK(told.report.prepare.points_moved > 0);
+  CHECK(told.report.cleaning.points_moved > 0);
   CHECK(told.report.points_dropped.contains("thinned"));
   CHECK((bytes_of(job.output.mesh) == expected));
 }
@@ -330,7 +330,7 @@ TEST_CASE("AChangedPassIsRunAgainOnWhatIsThereAndOtherwiseFromTheScans") {
   const Job first = test::cleaning_job(scratch, 2500);
   run_until(first, "raw_patches");  // the thinned points are complete
   Job job = first;
-  job.prepare.thin_to_spacing *= 1.5;
+  job.cleaning.thin_to_spacing *= 1.5;
   const Told told = run_told(job);
   CHECK(told.again().find("cleaning.thin_to_spacing changed from") == 0);
   CHECK(told.again().find("thinned points") != std::string::npos);

@@ -92,12 +92,12 @@ TEST_CASE("EveryKeyOfAJobFileReachesTheJob") {
   CHECK(job.input.scanner == ScannerPlace{{0, 0, 1}, true});
   CHECK(job.input.las_classes == std::vector<int>{2, 6});
   CHECK(job.input.returns == ReturnFilter::kLast);
-  CHECK(job.prepare.automatic);
-  CHECK(job.prepare.outlier_sigma == 3.5);
-  CHECK(job.prepare.merge_tolerance == 1e-4);
-  CHECK(job.prepare.smooth_radius == 0.25);
-  CHECK(job.prepare.smooth_passes == 3);
-  CHECK(job.prepare.thin_to_spacing == 0.125);
+  CHECK(job.cleaning.automatic);
+  CHECK(job.cleaning.outlier_sigma == 3.5);
+  CHECK(job.cleaning.merge_tolerance == 1e-4);
+  CHECK(job.cleaning.smooth_radius == 0.25);
+  CHECK(job.cleaning.smooth_passes == 3);
+  CHECK(job.cleaning.thin_to_spacing == 0.125);
   CHECK(job.normals.source == NormalSource::kEstimate);
   CHECK(job.normals.neighbors == 24);
   CHECK(job.normals.orientation == Orientation::kViewpoint);

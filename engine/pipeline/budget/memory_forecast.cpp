@@ -81,10 +81,10 @@ std::uint64_t partition_peak(const ResolvedJob& job, const Partition& partition,
   return base + sample + bins + sorting;
 }
 
-/// While prepared points are cut into chunks. All raw points may be left, with normals by then.
-std::uint64_t prepared_peak(const ResolvedJob& job, const Partition& partition,
-                            const MemoryPlan& plan) {
-  if (!job.needs_preparation()) return 0;
+/// While cleaned points are cut into chunks. All raw points may be left, with normals by then.
+std::uint64_t cleaned_peak(const ResolvedJob& job, const Partition& partition,
+                           const MemoryPlan& plan) {
+  if (!job.needs_cleaning_or_normals()) return 0;
   PointSchema schema = partition.schema;
   if (!schema.has_normals) schema.normal_type = ScalarType::kFloat32;
   schema.has_normals = true;
@@ -132,14 +132,14 @@ std::uint64_t predicted_peak_bytes(const ResolvedJob& job, const Partition& part
   const std::uint64_t points = partition.octree.points();
   const MemoryPlan plan = job.memory_plan(points, partition.schema);
   const double reach =
-      std::max(radii.empty() ? 0.0 : halo_width(radii), reach_of_preparation(job, partition));
+      std::max(radii.empty() ? 0.0 : halo_width(radii), reach_of_cleaning(job, partition));
   const std::uint64_t in_flight = in_flight_bytes(
       expected_points_with_halos(partition, reach), job.threads(), plan.chunks_in_flight_bytes,
       MemoryCosts::kReconstructBytes, MemoryCosts::kUsualReconstructBytes);
   const std::uint64_t whole = points * kWholeCloudBytesPer64 / 64;
   const std::uint64_t peak =
       std::max({partition_peak(job, partition, partition.schema, plan),
-                prepared_peak(job, partition, plan), kWorkingBytes + in_flight + whole});
+                cleaned_peak(job, partition, plan), kWorkingBytes + in_flight + whole});
   return std::min(static_cast<std::uint64_t>(kMargin * static_cast<double>(peak)),
                   std::max(job.partition.memory_bytes, peak));
 }

@@ -61,7 +61,7 @@ std::uint64_t worthwhile_chunk_points(const CountGrid& grid, const ReconstructOp
 /// The least budget of all stages that the job will run, before any of them: estimated normals make
 /// points larger than they are read.
 void require_budget(const ResolvedJob& job, PointSchema scans) {
-  scans.has_normals = scans.has_normals || job.needs_preparation();
+  scans.has_normals = scans.has_normals || job.needs_cleaning_or_normals();
   job.memory_plan(0, scans);
 }
 

@@ -83,10 +83,10 @@ InputStamp stamp_of(const std::string& file, std::size_t blocks) {
 
 int ResolvedJob::threads() const { return run.threads > 0 ? run.threads : available_threads(); }
 
-bool ResolvedJob::cleans() const { return orbweave::cleans(prepare); }
+bool ResolvedJob::cleans() const { return orbweave::cleans(cleaning); }
 
-bool ResolvedJob::needs_preparation() const {
-  return prepare.automatic || cleans() || estimates_normals;
+bool ResolvedJob::needs_cleaning_or_normals() const {
+  return cleaning.automatic || cleans() || estimates_normals;
 }
 
 bool ResolvedJob::wants_view() const {
@@ -124,7 +124,7 @@ std::vector<TrustedFile> trusted_files(const ResolvedJob& job) {
   return trusted;
 }
 
-bool cleans(const PrepareOptions& options) {
+bool cleans(const CleaningOptions& options) {
   return options.outlier_sigma > 0.0 || options.merge_tolerance > 0.0 ||
          options.smooth_radius > 0.0 || options.thin_to_spacing > 0.0;
 }

@@ -1,4 +1,4 @@
-#include "engine/pipeline/points/prepare_stage.h"
+#include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/stage/cleaning_rule.h"
 
 #include <algorithm>
@@ -13,8 +13,8 @@
 #include "engine/cleaning/projection.h"
 #include "engine/cleaning/thinning.h"
 #include "engine/normals/estimate_normals.h"
+#include "engine/pipeline/points/cleaned_source.h"
 #include "engine/pipeline/points/orientation_stage.h"
-#include "engine/pipeline/points/prepared_source.h"
 #include "engine/pipeline/points/raw_passes.h"
 #include "engine/pipeline/points/scan_input.h"
 #include "engine/pipeline/stage/stage_keys.h"
@@ -35,9 +35,9 @@ constexpr std::size_t kNeighborsAcrossLayers = 48;
 constexpr double kSameSheetCosine = 0.5;
 
 /// Says what was measured, and what follows from it or would have followed.
-PrepareFacts describe_layers(StageRunner& runner, const Partition& scans) {
-  PrepareFacts facts = cleaning_for(runner.job.prepare, scans);
-  if (runner.job.prepare.automatic) {
+CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
+  CleaningFacts facts = cleaning_for(runner.job.cleaning, scans);
+  if (runner.job.cleaning.automatic) {
     runner.note("cleaning: " + facts.reason);
   } else if (!runner.job.cleans() && scans.layers.is_thick()) {
     runner.warn(
@@ -56,7 +56,7 @@ PointCloud kept_points(const PointCloud& points, const std::vector<std::uint8_t>
   return result;
 }
 
-RawPass outlier_pass(const StageRunner& runner, const PrepareOptions& options,
+RawPass outlier_pass(const StageRunner& runner, const CleaningOptions& options,
                      const RawCloud& cloud) {
   const OutlierOptions outliers{.sigma = options.outlier_sigma,
                                 .max_radius = cloud.partition.normal_radius,
@@ -74,7 +74,7 @@ RawPass outlier_pass(const StageRunner& runner, const PrepareOptions& options,
       }};
 }
 
-RawPass merge_pass(const StageRunner& runner, const PrepareOptions& options) {
+RawPass merge_pass(const StageRunner& runner, const CleaningOptions& options) {
   const ThinningOptions merging{options.merge_tolerance, kSameSheetCosine, &runner.stop};
   return {.stage = directory_of(Stage::kMerging),
           .options =
@@ -165,7 +165,7 @@ void normalize_all(std::vector<Vec3>& normals) {
   for (Vec3& normal : normals) normal = normalized(normal);
 }
 
-RawPass smooth_pass(const StageRunner& runner, const PrepareOptions& options, bool oriented,
+RawPass smooth_pass(const StageRunner& runner, const CleaningOptions& options, bool oriented,
                     int pass) {
   const ProjectionOptions projection{options.smooth_radius, oriented, &runner.stop,
                                      "cleaning.smooth_radius"};
@@ -185,7 +185,7 @@ RawPass smooth_pass(const StageRunner& runner, const PrepareOptions& options, bo
           }};
 }
 
-RawPass thin_pass(const StageRunner& runner, const PrepareOptions& options, bool oriented) {
+RawPass thin_pass(const StageRunner& runner, const CleaningOptions& options, bool oriented) {
   const ThinningOptions thinning{options.thin_to_spacing, kSameSheetCosine, &runner.stop};
   return {.stage = directory_of(Stage::kThinning),
           .options = key_line(stored_key_name("cleaning.thin_to_spacing"),
@@ -212,7 +212,7 @@ CutPoints raw_points(StageRunner& runner) {
 
 /// Mean distance between the points of two stages that hold the same points.
 void measure_moves(StageRunner& runner, const RawCloud& cloud, const std::string& before,
-                   PrepareFacts& facts) {
+                   CleaningFacts& facts) {
   double sum = 0.0;
   std::uint64_t moved = 0;
   for (ChunkId chunk = 0; chunk < cloud.partition.octree.chunks().size(); ++chunk) {
@@ -231,7 +231,7 @@ void measure_moves(StageRunner& runner, const RawCloud& cloud, const std::string
 
 /// The same, from what an earlier run left of it where it did.
 void take_moves(StageRunner& runner, const RawCloud& cloud, const std::string& before,
-                PrepareFacts& facts) {
+                CleaningFacts& facts) {
   constexpr const char* kMoves = "moves";
   if (const auto stored = runner.store.document(cloud.stage, kMoves)) {
     const nlohmann::json moves = nlohmann::json::parse(*stored);
@@ -245,7 +245,7 @@ void take_moves(StageRunner& runner, const RawCloud& cloud, const std::string& b
 }
 
 /// A radius beyond that flattens everything, and its halo holds it all; the unit was mistaken.
-void check_radius(const PrepareFacts& facts) {
+void check_radius(const CleaningFacts& facts) {
   constexpr double kMostSpacings = 64.0;
   if (!(facts.spacing > 0.0) || facts.options.smooth_radius <= kMostSpacings * facts.spacing)
     return;
@@ -258,26 +258,26 @@ void check_radius(const PrepareFacts& facts) {
 }
 
 NormalEstimateOptions estimate_options(const StageRunner& runner, const RawCloud& cloud,
-                                       const PrepareOptions& clean_up) {
+                                       const CleaningOptions& cleaning) {
   NormalEstimateOptions options;
   options.stop = &runner.stop;
   options.neighbors = static_cast<std::size_t>(runner.job.normals.neighbors);
-  options.max_radius = reach_of_normals(runner.job, cloud.partition, clean_up);
-  if (clean_up.smooth_radius > 0.0) {
+  options.max_radius = reach_of_normals(runner.job, cloud.partition, cleaning);
+  if (cleaning.smooth_radius > 0.0) {
     options.neighbors = std::max(options.neighbors, kNeighborsAcrossLayers);
-    options.max_radius = std::max(options.max_radius, clean_up.smooth_radius);
+    options.max_radius = std::max(options.max_radius, cleaning.smooth_radius);
   }
   return options;
 }
 
-void drop_and_merge(StageRunner& runner, const PrepareOptions& clean_up, RawCloud& cloud) {
-  if (clean_up.outlier_sigma > 0.0) run_pass(runner, outlier_pass(runner, clean_up, cloud), cloud);
-  if (clean_up.merge_tolerance > 0.0) run_pass(runner, merge_pass(runner, clean_up), cloud);
+void drop_and_merge(StageRunner& runner, const CleaningOptions& cleaning, RawCloud& cloud) {
+  if (cleaning.outlier_sigma > 0.0) run_pass(runner, outlier_pass(runner, cleaning, cloud), cloud);
+  if (cleaning.merge_tolerance > 0.0) run_pass(runner, merge_pass(runner, cleaning), cloud);
 }
 
-NormalFacts estimate(StageRunner& runner, const PrepareOptions& clean_up, RawCloud& cloud) {
+NormalFacts estimate(StageRunner& runner, const CleaningOptions& cleaning, RawCloud& cloud) {
   const SideRule rule = side_rule(runner, cloud);
-  const NormalEstimateOptions options = estimate_options(runner, cloud, clean_up);
+  const NormalEstimateOptions options = estimate_options(runner, cloud, cleaning);
   run_pass(runner, normal_pass(options, rule), cloud);
   NormalFacts normals;
   normals.source = NormalSource::kEstimate;
@@ -293,7 +293,7 @@ bool are_oriented(const NormalFacts& normals) {
          normals.orientation != Orientation::kNone;
 }
 
-void smooth(StageRunner& runner, bool oriented, RawCloud& cloud, PrepareFacts& facts) {
+void smooth(StageRunner& runner, bool oriented, RawCloud& cloud, CleaningFacts& facts) {
   const std::string before = cloud.stage;
   cloud.kept_stage = before;
   for (int pass = 0; pass < facts.options.smooth_passes; ++pass)
@@ -305,7 +305,7 @@ void smooth(StageRunner& runner, bool oriented, RawCloud& cloud, PrepareFacts& f
 }
 
 std::optional<PatchOrientation> propagate(StageRunner& runner, const RawCloud& cloud,
-                                          const PrepareFacts& facts, NormalFacts& normals) {
+                                          const CleaningFacts& facts, NormalFacts& normals) {
   if (normals.orientation != Orientation::kPropagate) return std::nullopt;
   const double thinned = facts.options.thin_to_spacing;
   constexpr double kReach = 3.0;
@@ -349,10 +349,10 @@ RawCloud raw_cloud(StageRunner& runner, Partition partition) {
   return cloud;
 }
 
-CutPoints partition_prepared(StageRunner& runner) {
+CutPoints partition_cleaned(StageRunner& runner) {
   CutPoints raw = raw_points(runner);
   RawCloud cloud = raw_cloud(runner, std::move(raw.partition));
-  PrepareFacts facts = describe_layers(runner, cloud.partition);
+  CleaningFacts facts = describe_layers(runner, cloud.partition);
   check_radius(facts);
   NormalFacts normals;
   normals.source = NormalSource::kFile;
@@ -366,13 +366,13 @@ CutPoints partition_prepared(StageRunner& runner) {
   const PatchOrientation* turns = orientation ? &*orientation : nullptr;
   CutPoints points = partition_by_team(runner, kFinalCut, [&] {
     CutPoints cut =
-        cut_and_sort({.open = [&](auto*) { return open_prepared(runner.store, cloud, turns); },
+        cut_and_sort({.open = [&](auto*) { return open_cleaned(runner.store, cloud, turns); },
                       .stages = kFinalCut,
                       .are_scans = false,
                       .order = chunks_line(cloud.partition)},
                      runner);
     take_over(cloud, cut.partition);
-    cut.partition.prepare = facts;
+    cut.partition.cleaning = facts;
     cut.partition.normals = normals;
     if (runner.job.estimates_normals) runner.note(describe(normals));
     return cut;
@@ -386,20 +386,20 @@ CutPoints partition_prepared(StageRunner& runner) {
 CutPoints partition_scans(StageRunner& runner) {
   return partition_by_team(runner, kFinalCut, [&] {
     CutPoints cut = cut_and_sort(scans_as_input(runner.job, kFinalCut), runner);
-    cut.partition.prepare = describe_layers(runner, cut.partition);
+    cut.partition.cleaning = describe_layers(runner, cut.partition);
     cut.partition.normals.source = NormalSource::kFile;
     return cut;
   });
 }
 
 CutPoints make_points(StageRunner& runner) {
-  if (!runner.job.needs_preparation()) return partition_scans(runner);
+  if (!runner.job.needs_cleaning_or_normals()) return partition_scans(runner);
   try {
-    return partition_prepared(runner);
+    return partition_cleaned(runner);
   } catch (const RawPointsGone&) {
     runner.note("the raw points are read again for that");
     by_root(runner, [&] { discard_raw_stages(runner.store); });
-    return partition_prepared(runner);
+    return partition_cleaned(runner);
   }
 }
 
