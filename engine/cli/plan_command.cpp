@@ -12,6 +12,7 @@
 #include "engine/cli/output.h"
 #include "engine/pipeline/job_paths.h"
 #include "engine/pipeline/pipeline.h"
+#include "io/job/setting.h"
 #include "io/report/hole_summary.h"
 #include "io/report/reasons.h"
 #include "io/system/glob.h"
@@ -40,8 +41,10 @@ std::vector<std::string> left_open(const FillOptions& fill) {
   return kinds;
 }
 
-Facts fill_plan(const FillOptions& fill) {
-  if (!fill.enabled) return {{"holes", "all stay open (fill.enabled = false)"}};
+Facts fill_plan(const Job& job) {
+  const FillOptions& fill = job.fill;
+  if (!fill.enabled)
+    return {{"holes", "all stay open (" + setting(job, "fill.enabled", "false") + ")"}};
   const char* kernel = fill.kernel == FillKernel::kBiharmonic ? "biharmonic" : "triharmonic";
   const std::vector<std::string> kinds = left_open(fill);
   Facts facts = {{"holes", std::string("filled (") + kernel + ", neighborhood " +
@@ -121,7 +124,7 @@ std::string plan_json(const JobPlan& plan, const FillOptions& fill) {
   return json_text(document);
 }
 
-std::string plan_text(const JobPlan& plan, const FillOptions& fill) {
+std::string plan_text(const JobPlan& plan, const Job& job) {
   Facts facts = {{"files", joined(plan.files)},
                  {"points", format_count(plan.points)},
                  {"bounds", show_box(plan.bounds)},
@@ -132,7 +135,7 @@ std::string plan_text(const JobPlan& plan, const FillOptions& fill) {
                  {"radii", show_list(plan.radii)},
                  {"reason", plan.radii_reason}};
   for (const auto& fact : cleaning_plan(plan)) facts.push_back(fact);
-  for (const auto& fact : fill_plan(fill)) facts.push_back(fact);
+  for (const auto& fact : fill_plan(job)) facts.push_back(fact);
   if (plan.loops) add_loops(facts, *plan.loops);
   facts.insert(facts.end(), {{"peak memory", "about " + format_bytes(plan.peak_memory_bytes)},
                              {"disk", "about " + format_bytes(plan.disk_bytes)},
@@ -154,7 +157,7 @@ void show_plan(const PlanOptions& options, const StopToken& stop) {
   check_places(job, arguments.job_file);
   const auto progress = make_progress(progress_style(options.job));
   const JobPlan plan = plan_job(job, *progress, stop);
-  std::cout << (options.json ? plan_json(plan, job.fill) : plan_text(plan, job.fill));
+  std::cout << (options.json ? plan_json(plan, job.fill) : plan_text(plan, job));
 }
 
 }  // namespace

@@ -74,6 +74,8 @@ struct RunOptions {
   bool keep_work_dir = false;
   bool compress = false;  ///< compresses the work directory: less space, more time
   bool fresh = false;     ///< drops what an earlier run left (command line only)
+  /// Messages name options of the command line instead of keys of a job file.
+  bool is_from_command_line = false;
 };
 
 struct Job {

@@ -51,14 +51,16 @@ std::string nearest_key(const std::string& section, const std::string& key) {
   throw_usage("unknown key " + (section.empty() ? "" : section + ".") + key, where);
 }
 
-void apply(Job& job, const JobKey& key, const WrittenValue& value, ErrorParts where) {
+/// `called`: the key as the user gave it.
+void apply(Job& job, const JobKey& key, const std::string& called, const WrittenValue& value,
+           ErrorParts where) {
   try {
     key.set(job, value);
   } catch (const UnsuitableValue& unsuitable) {
     where.found = value.text;
     where.expected = unsuitable.expected.empty() ? key.expected() : unsuitable.expected;
-    throw_usage(key.name() + (unsuitable.problem.empty() ? " has an unsuitable value"
-                                                         : ": " + unsuitable.problem),
+    throw_usage(called + (unsuitable.problem.empty() ? " has an unsuitable value"
+                                                     : ": " + unsuitable.problem),
                 where);
   }
 }
@@ -78,7 +80,7 @@ void apply(Job& job, const TomlEntry& entry, const std::string& name,
   if (key == nullptr) throw_unknown_key(entry.section, entry.key, where);
   WrittenValue value = entry.value;
   value.base_directory = base_directory;
-  apply(job, *key, value, where);
+  apply(job, *key, key->name(), value, where);
 }
 
 /// A section under two names says twice what is to hold once.
@@ -173,6 +175,13 @@ Job read_job_file(const std::filesystem::path& path) {
   return parse_job(file_text(path), path.string(), path.parent_path());
 }
 
+void set_job_option(Job& job, std::string_view name, std::string_view text) {
+  for (const JobKey& key : job_keys())
+    if (key.name() == name)
+      apply(job, key, std::string("--") + key.option,
+            command_line_value(std::string(text), key.type), {});
+}
+
 void set_job_key(Job& job, std::string_view name, std::string_view text) {
   const std::size_t dot = std::min(name.find('.'), name.size());
   const bool has_section = dot < name.size();
@@ -180,7 +189,7 @@ void set_job_key(Job& job, std::string_view name, std::string_view text) {
   const std::string key(has_section ? name.substr(dot + 1) : name);
   const JobKey* known = find_key(section, key);
   if (known == nullptr) throw_unknown_key(section, key, {});
-  apply(job, *known, command_line_value(std::string(text), known->type), {});
+  apply(job, *known, known->name(), command_line_value(std::string(text), known->type), {});
 }
 
 void set_job_key(Job& job, std::string_view assignment) {

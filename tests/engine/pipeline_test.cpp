@@ -211,7 +211,7 @@ TEST_CASE("TheWorkDirectoryKeepsALogOfAllRuns") {
   run(job);
   const std::string log = bytes_of(std::filesystem::path(job.run.work_dir) / "orbweave.log");
   CHECK(log.find("reconstruct: begins") != std::string::npos);
-  CHECK(log.find("ball radii: ") != std::string::npos);
+  CHECK(log.find("ball radii ") != std::string::npos);
   CHECK(log.find("resuming") != std::string::npos);
 }
 

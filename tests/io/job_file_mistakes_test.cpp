@@ -233,6 +233,13 @@ TEST_CASE("SettingAKeyReportsTheSameMistakes") {
   CHECK_THAT(message_of_setting("run.threads=1\nlevels = 2"), Contains("run.threads"));
 }
 
+TEST_CASE("AnUnsuitableValueOfAnOptionNamesTheOption") {
+  Job job;
+  CHECK_THROWS_WITH(set_job_option(job, "reconstruct.levels", "9"),
+                    "--levels has an unsuitable value; found 9, expected \"auto\" or an integer "
+                    "from 1 to 8");
+}
+
 TEST_CASE("TheNearestNameIsTheOneWithTheFewestEdits") {
   CHECK(edit_distance("kitten", "sitting") == 3);
   CHECK(edit_distance("memroy", "memory") == 1);

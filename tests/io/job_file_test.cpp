@@ -8,6 +8,7 @@
 #include <set>
 
 #include "io/error.h"
+#include "io/job/setting.h"
 #include "io/system/glob.h"
 #include "tests/support/data.h"
 #include "tests/support/program.h"
@@ -237,6 +238,22 @@ TEST_CASE("TheFormerNameOfTheCleaningSectionIsTheSameSection") {
   CHECK(job_toml(with("prepare.smooth_radius", "0.25")) ==
         job_toml(with("cleaning.smooth_radius", "0.25")));
   CHECK_THAT(now, Contains("\n[cleaning]\nauto = true\n") && !Contains("prepare"));
+}
+
+TEST_CASE("ASettingIsNamedAsTheUserOfTheJobGivesIt") {
+  Job job;
+  CHECK(setting_name(job, "cleaning.smooth_radius") == "cleaning.smooth_radius");
+  CHECK(setting(job, "cleaning.auto", "true") == "cleaning.auto = true");
+  CHECK(setting(job, "normals.source", "estimate") == "normals.source = \"estimate\"");
+  CHECK(setting(job, "reconstruct.ball_radii", "auto") == "reconstruct.ball_radii = \"auto\"");
+  job.run.is_from_command_line = true;
+  CHECK(setting_name(job, "cleaning.smooth_radius") == "--smooth-radius");
+  CHECK(setting(job, "cleaning.auto", "true") == "--cleaning");
+  CHECK(setting(job, "fill.enabled", "false") == "--no-fill");
+  CHECK(setting(job, "fill.enabled", "true") == "no --no-fill");
+  CHECK(setting(job, "normals.source", "estimate") == "--normals estimate");
+  CHECK(setting(job, "reconstruct.ball_radii", "auto") == "--ball-radii auto");
+  CHECK(setting_name(job, "input.pose") == "input.pose");  // has no option
 }
 
 TEST_CASE("TheKeyTableIsCompleteAndItsDefaultsAreAccepted") {

@@ -8,6 +8,7 @@
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/pipeline/stage/cleaning_rule.h"
 #include "io/error.h"
+#include "io/job/setting.h"
 #include "io/store/chunk_points.h"
 #include "io/text/quantity.h"
 
@@ -170,15 +171,16 @@ void require_memory(const ResolvedJob& job, const HoleLoad& load, std::uint64_t 
   if (needed <= budget || load.edges == 0) return;
   const std::string more = "larger ball radii leave fewer holes";
   const bool fills = job.fill.enabled;
-  throw_resource(fills ? "the memory budget is too small for the boundary whose holes are to be "
-                         "filled"
-                       : "the memory budget is too small for the boundary of the mesh",
-                 {.file = {},
-                  .place = "partition.memory",
-                  .found = format_bytes(budget) + "; " + format_count(load.edges) +
-                           " boundary edges in " + format_count(load.loops) + " loops",
-                  .expected = "at least " + std::to_string((needed >> 20) + 1) + " MiB",
-                  .advice = fills ? "Or fill.enabled = false (--no-fill); " + more : more});
+  throw_resource(
+      fills ? "the memory budget is too small for the boundary whose holes are to be "
+              "filled"
+            : "the memory budget is too small for the boundary of the mesh",
+      {.file = {},
+       .place = setting_name(job, "partition.memory"),
+       .found = format_bytes(budget) + "; " + format_count(load.edges) + " boundary edges in " +
+                format_count(load.loops) + " loops",
+       .expected = "at least " + std::to_string((needed >> 20) + 1) + " MiB",
+       .advice = fills ? "Or " + setting(job, "fill.enabled", "false") + "; " + more : more});
 }
 
 }  // namespace
@@ -224,13 +226,14 @@ void require_memory_for_largest(const ResolvedJob& job, const Partition& partiti
   throw_resource(
       "the memory budget is too small for the points within the reach of a ball",
       {.file = {},
-       .place = "partition.memory",
+       .place = setting_name(job, "partition.memory"),
        .found = format_bytes(budget) + "; around chunk " + std::to_string(chunk) + " with its " +
                 format_count(partition.points_in(chunk)) + " points, " + format_count(*largest) +
                 " lie within the halo of " + format_number(halo_width(radii)),
        .expected = "at least " + std::to_string((needed >> 20) + 1) + " MiB",
-       .advice = "Or smaller ball radii, which the dense part of the cloud asks for, or "
-                 "cleaning.thin_to_spacing"});
+       .advice =
+           std::string("Or smaller ball radii, which the dense part of the cloud asks for, or ") +
+           setting_name(job, "cleaning.thin_to_spacing")});
 }
 
 }  // namespace orbweave

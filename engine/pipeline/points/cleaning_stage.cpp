@@ -22,6 +22,7 @@
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
 #include "io/job/job_keys.h"
+#include "io/job/setting.h"
 #include "io/report/reasons.h"
 #include "io/store/chunk_points.h"
 #include "io/text/quantity.h"
@@ -38,12 +39,12 @@ constexpr double kSameSheetCosine = 0.5;
 CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
   CleaningFacts facts = cleaning_for(runner.job.cleaning, scans);
   if (runner.job.cleaning.automatic) {
-    runner.note("cleaning: " + facts.reason);
+    runner.note("cleaning: " + short_reason(scans.layers), "cleaning: " + facts.reason);
   } else if (!runner.job.cleans() && scans.layers.is_thick()) {
+    const std::string on = setting(runner.job, "cleaning.auto", "true");
     runner.warn(
-        "the scanned layers are thick and are taken as they are; cleaning.auto = true would clean "
-        "them up: " +
-        facts.reason);
+        short_noise(scans.layers) + ": the mesh may be rough or have holes; try " + on,
+        "no cleaning, although the noise is large; " + on + " would do it: " + facts.reason);
   }
   return facts;
 }
@@ -122,11 +123,14 @@ SideRule side_rule(const StageRunner& runner, const RawCloud& cloud) {
         "it is not known where some points were scanned from",
         {.file = runner.job.files.front(),
          .found = std::to_string(cloud.partition.points_without_view) + " points without a scanner",
-         .expected = "poses, input.scanner, or files that say where the scanner was",
-         .advice = "Or choose another normals.orientation, such as \"propagate\"."});
+         .expected = "poses, " + setting_name(runner.job, "input.scanner") +
+                     ", or files that say where the scanner was",
+         .advice = "Or " + setting(runner.job, "normals.orientation", "propagate")});
   if (rule.by == Orientation::kViewpoint) {
     if (!options.viewpoint)
-      throw_usage("normals.orientation = \"viewpoint\" needs normals.viewpoint", {});
+      throw_usage(setting(runner.job, "normals.orientation", "viewpoint") + " needs " +
+                      setting_name(runner.job, "normals.viewpoint"),
+                  {});
     rule.vector = *options.viewpoint;
   }
   if (rule.by == Orientation::kUp) rule.vector = options.up.value_or(Vec3{0.0, 0.0, 1.0});
@@ -168,7 +172,7 @@ void normalize_all(std::vector<Vec3>& normals) {
 RawPass smooth_pass(const StageRunner& runner, const CleaningOptions& options, bool oriented,
                     int pass) {
   const ProjectionOptions projection{options.smooth_radius, oriented, &runner.stop,
-                                     "cleaning.smooth_radius"};
+                                     setting_name(runner.job, "cleaning.smooth_radius")};
   return {.stage = directory_of(Stage::kSmoothing, pass + 1),
           .options =
               key_line(stored_key_name("cleaning.smooth_radius"), format_exact(projection.radius)) +
@@ -245,16 +249,16 @@ void take_moves(StageRunner& runner, const RawCloud& cloud, const std::string& b
 }
 
 /// A radius beyond that flattens everything, and its halo holds it all; the unit was mistaken.
-void check_radius(const CleaningFacts& facts) {
+void check_radius(const Job& job, const CleaningFacts& facts) {
   constexpr double kMostSpacings = 64.0;
   if (!(facts.spacing > 0.0) || facts.options.smooth_radius <= kMostSpacings * facts.spacing)
     return;
-  throw_usage("cleaning.smooth_radius is far too large for these points",
+  throw_usage(setting_name(job, "cleaning.smooth_radius") + " is far too large for these points",
               {.found = format_number(facts.options.smooth_radius) + ", " +
                         format_number(facts.options.smooth_radius / facts.spacing) +
                         " times their spacing " + format_number(facts.spacing),
                .expected = "at most " + format_number(kMostSpacings) + " spacings, usually 4",
-               .advice = "cleaning.auto = true chooses it."});
+               .advice = setting(job, "cleaning.auto", "true") + " chooses it."});
 }
 
 NormalEstimateOptions estimate_options(const StageRunner& runner, const RawCloud& cloud,
@@ -328,13 +332,38 @@ void take_over(const RawCloud& cloud, Partition& partition) {
   partition.coordinate_system = cloud.partition.coordinate_system;
 }
 
-std::string describe(const NormalFacts& normals) {
+/// Patches whose votes for their side are not 3 to 1.
+std::string uncertain_patches(const NormalFacts& normals) {
+  if (normals.contested == 0) return "every patch certain";
+  const double percent =
+      100.0 * static_cast<double>(normals.contested) / static_cast<double>(normals.patches);
+  const std::string share = percent < 1.0 ? "under 1" : format_number(std::round(percent));
+  return share + " % of the patches uncertain: check for flipped areas";
+}
+
+/// What decided the side of the normals, and how surely.
+std::string describe_orientation(const NormalFacts& normals) {
+  switch (normals.orientation) {
+    case Orientation::kScanner:
+      return "oriented towards the scanner";
+    case Orientation::kViewpoint:
+      return "oriented towards the viewpoint";
+    case Orientation::kUp:
+      return "oriented by the up direction";
+    case Orientation::kPropagate:
+      return "oriented by propagation; " + uncertain_patches(normals);
+    default:
+      return "not oriented";
+  }
+}
+
+std::string describe_in_full(const NormalFacts& normals) {
   std::string line = "normals: estimated from up to " + std::to_string(normals.neighbors) +
-                     " neighbours within " + format_number(normals.max_radius) + ", side by " +
-                     text_of(normals.orientation);
+                     " neighbours within " + format_number(normals.max_radius) + ", " +
+                     describe_orientation(normals);
   if (normals.patches > 0)
-    line += "; " + format_count(normals.patches) + " patches, " + format_count(normals.contested) +
-            " of them contested";
+    line += " (" + format_count(normals.contested) + " of " + format_count(normals.patches) +
+            " patches)";
   return line;
 }
 
@@ -353,7 +382,7 @@ CutPoints partition_cleaned(StageRunner& runner) {
   CutPoints raw = raw_points(runner);
   RawCloud cloud = raw_cloud(runner, std::move(raw.partition));
   CleaningFacts facts = describe_layers(runner, cloud.partition);
-  check_radius(facts);
+  check_radius(runner.job, facts);
   NormalFacts normals;
   normals.source = NormalSource::kFile;
   drop_and_merge(runner, facts.options, cloud);
@@ -374,7 +403,9 @@ CutPoints partition_cleaned(StageRunner& runner) {
     take_over(cloud, cut.partition);
     cut.partition.cleaning = facts;
     cut.partition.normals = normals;
-    if (runner.job.estimates_normals) runner.note(describe(normals));
+    if (runner.job.estimates_normals)
+      runner.note("normals: estimated, " + describe_orientation(normals),
+                  describe_in_full(normals));
     return cut;
   });
   // The first prediction counts.

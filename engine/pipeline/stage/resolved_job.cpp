@@ -9,6 +9,8 @@
 
 #include "engine/normals/normal_side.h"
 #include "io/clouds/open_point_source.h"
+#include "io/error.h"
+#include "io/job/setting.h"
 #include "io/system/file_sample.h"
 #include "partition/executor.h"
 
@@ -100,8 +102,14 @@ Orientation ResolvedJob::orientation_rule(std::uint64_t points_without_view) con
 
 MemoryPlan ResolvedJob::memory_plan(std::uint64_t points, const PointSchema& schema,
                                     std::uint64_t worthwhile_points) const {
-  return plan_memory(partition.memory_bytes, points, threads(), partition.chunk_points, schema,
-                     worthwhile_points);
+  try {
+    return plan_memory(partition.memory_bytes, points, threads(), partition.chunk_points, schema,
+                       worthwhile_points);
+  } catch (const Error& error) {
+    ErrorParts parts = error.parts();
+    parts.place = setting_name(*this, parts.place);
+    throw Error(error.kind(), error.problem(), std::move(parts));
+  }
 }
 
 ResolvedJob resolve(const Job& job, std::vector<std::string> files) {
