@@ -20,7 +20,10 @@ std::string compose(const std::string& problem, const ErrorParts& parts) {
 }  // namespace
 
 Error::Error(ErrorKind kind, const std::string& problem, ErrorParts parts)
-    : std::runtime_error(compose(problem, parts)), kind_(kind), parts_(std::move(parts)) {}
+    : std::runtime_error(compose(problem, parts)),
+      kind_(kind),
+      problem_(problem),
+      parts_(std::move(parts)) {}
 
 void throw_usage(const std::string& problem, ErrorParts parts) {
   throw Error(ErrorKind::kUsage, problem, std::move(parts));

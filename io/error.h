@@ -33,10 +33,12 @@ class Error : public std::runtime_error {
  public:
   Error(ErrorKind kind, const std::string& problem, ErrorParts parts = {});
   ErrorKind kind() const { return kind_; }
+  const std::string& problem() const { return problem_; }
   const ErrorParts& parts() const { return parts_; }
 
  private:
   ErrorKind kind_;
+  std::string problem_;
   ErrorParts parts_;
 };
 

@@ -63,7 +63,7 @@ def own_bunny(options, work, conf, files, truth):
     for name, automatic in (("cleaned", "true"), ("as scanned", "false")):
         mesh = work / f"raw-bunny-{name.replace(' ', '-')}.ply"
         result = harness.run_job(options.program, harness.ROOT / "configs/raw-scans.toml", files, mesh,
-                                 [f"input.poses={conf.resolve()}", f"prepare.auto={automatic}"])
+                                 [f"input.poses={conf.resolve()}", f"cleaning.auto={automatic}"])
         scans.picture(options, mesh, f"raw_bunny_{name.replace(' ', '_')}")
         rows += before_and_after(options, scans.own_row(result, surface=f"orbweave, {name}"), mesh, truth)
     return rows

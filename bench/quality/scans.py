@@ -89,7 +89,7 @@ def own_row(result, **more):
            "radii": report["radii"]["values"], "radii_reason": report["radii"]["reason"],
            "dropped": given["points_dropped"], "seconds": result["wall_seconds"],
            "peak_mib": result["peak_memory_bytes"] / (1 << 20), "notes": report.get("notes", [])}
-    for section in ("normals", "prepare"):
+    for section in ("normals", "cleaning"):
         if section in report:
             row[section] = report[section]
     return row

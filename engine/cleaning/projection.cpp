@@ -129,7 +129,7 @@ class Projector {
 
 /// A point's time is that of its neighbours, of which there are some three times as many as points
 /// in its cell.
-void refuse_too_many(const NeighborGrid& grid, std::size_t points, const char* radius_name) {
+void refuse_too_many(const NeighborGrid& grid, std::size_t points, const std::string& radius_name) {
   double pairs = 0.0;
   for (std::uint32_t cell = 0; cell < grid.cells(); ++cell) {
     const auto members = static_cast<double>(grid.members(cell).size());

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "io/stop_token.h"
@@ -17,7 +18,7 @@ struct ProjectionOptions {
   /// Normals are oriented: neighbours count by how far theirs agree. Otherwise both signs agree.
   bool oriented = true;
   const StopToken* stop = nullptr;     ///< looked at every few dozen points; may be null
-  const char* radius_name = "radius";  ///< what a message about the radius calls it
+  std::string radius_name = "radius";  ///< what a message about the radius calls it
 };
 
 struct ProjectedPoints {

@@ -194,7 +194,8 @@ Job job_of(const JobArguments& arguments) {
   Job job = arguments.job_file.empty() ? Job{} : read_job_file(arguments.job_file);
   if (!arguments.scans.empty()) job.input.files = arguments.scans;
   for (const std::string& assignment : arguments.assignments) set_job_key(job, assignment);
-  for (const auto& [key, text] : arguments.settings) set_job_key(job, key, text);
+  for (const auto& [key, text] : arguments.settings) set_job_option(job, key, text);
+  job.run.is_from_command_line = arguments.job_file.empty();
   job.run.fresh = arguments.fresh;
   if (job.input.files.empty())
     throw_usage("names no scans",
@@ -208,7 +209,8 @@ Job job_of(const JobArguments& arguments) {
 
 Job settings_of(const JobArguments& arguments) {
   Job job;
-  for (const auto& [key, text] : arguments.settings) set_job_key(job, key, text);
+  for (const auto& [key, text] : arguments.settings) set_job_option(job, key, text);
+  job.run.is_from_command_line = true;
   return job;
 }
 

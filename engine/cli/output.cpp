@@ -10,6 +10,8 @@
 #include <iostream>
 
 #include "io/error.h"
+#include "io/job/job_keys.h"
+#include "io/job/setting.h"
 #include "io/report/hole_summary.h"
 #include "io/shown_text.h"
 #include "io/text/quantity.h"
@@ -33,6 +35,14 @@ void print_labelled(const char* label, const char* colour, const std::string& wh
 std::string padded(const std::string& text, std::size_t width, bool left) {
   const std::string blanks(width > text.size() ? width - text.size() : 0, ' ');
   return left ? text + blanks : blanks + text;
+}
+
+/// Reasons name keys of a job; of a job from the command line these are options.
+std::string with_settings(const Job& job, std::string text) {
+  for (const JobKey& key : job_keys())
+    if (const std::size_t at = text.find(key.name()); at != std::string::npos)
+      text.replace(at, key.name().size(), setting_name(job, key.name()));
+  return text;
 }
 
 std::string fixed(double value, int decimals) {
@@ -115,7 +125,7 @@ std::string show_mesh(const MeshFacts& mesh) {
          counted(mesh.triangles, "triangle", "triangles") + ", " + border;
 }
 
-void add_holes(Facts& facts, std::span<const HoleFacts> holes) {
+void add_holes(Facts& facts, std::span<const HoleFacts> holes, const Job& job) {
   constexpr std::size_t kReasons = 5;
   if (holes.empty()) return;
   const HoleSummary found = hole_summary(holes);
@@ -127,8 +137,8 @@ void add_holes(Facts& facts, std::span<const HoleFacts> holes) {
                                      counted(found.triangles_added, "triangle", "triangles") +
                                      " added");
   for (std::size_t i = 0; i < std::min(kReasons, found.reasons.size()); ++i)
-    facts.emplace_back(i == 0 ? "left open" : "",
-                       format_count(found.reasons[i].second) + ": " + found.reasons[i].first);
+    facts.emplace_back(i == 0 ? "left open" : "", format_count(found.reasons[i].second) + ": " +
+                                                      with_settings(job, found.reasons[i].first));
   if (found.reasons.size() > kReasons)
     facts.emplace_back("", "and others, for other reasons; the report has all");
 }

@@ -1,8 +1,8 @@
 #include "engine/cli/output_checks.h"
 
 #include <optional>
-#include "engine/cli/file_kind.h"
 
+#include "engine/cli/file_kind.h"
 #include "io/error.h"
 #include "io/text/file_format.h"
 
@@ -11,8 +11,9 @@ namespace orbweave {
 void check_mesh_name(const OutputOptions& output) {
   const std::string& mesh = output.mesh;
   if (mesh != "-" && !writes_mesh_of_name(mesh))
-    throw_usage("cannot write " + files_of_name(mesh, "meshes"),
-                {.file = mesh, .expected = extensions_of_written_meshes()});
+    throw_usage("cannot write " + files_of_name(mesh, "meshes") +
+                    "; supported: " + extensions_of_written_meshes(),
+                {.file = mesh});
   const std::optional<NamedFormat> named = format_of_name(mesh);
   if (output.requires_binary && named && named->facts.format == FileFormat::kObj)
     throw_usage("OBJ has no binary encoding",

@@ -12,6 +12,7 @@
 #include "engine/cli/output.h"
 #include "engine/pipeline/job_paths.h"
 #include "engine/pipeline/pipeline.h"
+#include "io/job/setting.h"
 #include "io/report/hole_summary.h"
 #include "io/report/reasons.h"
 #include "io/system/glob.h"
@@ -40,8 +41,10 @@ std::vector<std::string> left_open(const FillOptions& fill) {
   return kinds;
 }
 
-Facts fill_plan(const FillOptions& fill) {
-  if (!fill.enabled) return {{"holes", "all stay open (fill.enabled = false)"}};
+Facts fill_plan(const Job& job) {
+  const FillOptions& fill = job.fill;
+  if (!fill.enabled)
+    return {{"holes", "all stay open (" + setting(job, "fill.enabled", "false") + ")"}};
   const char* kernel = fill.kernel == FillKernel::kBiharmonic ? "biharmonic" : "triharmonic";
   const std::vector<std::string> kinds = left_open(fill);
   Facts facts = {{"holes", std::string("filled (") + kernel + ", neighborhood " +
@@ -54,13 +57,13 @@ Facts fill_plan(const FillOptions& fill) {
 }
 
 /// Where normals come from, and the cleaning before.
-Facts preparation_plan(const JobPlan& plan) {
+Facts cleaning_plan(const JobPlan& plan) {
   Facts facts;
   facts.emplace_back("normals",
                      plan.normals.orientation == Orientation::kAuto
                          ? "those of the file"
                          : std::string("estimated, side by ") + text_of(plan.normals.orientation));
-  const PrepareOptions& options = plan.prepare.options;
+  const CleaningOptions& options = plan.cleaning.options;
   std::vector<std::string> stages;
   if (options.outlier_sigma > 0.0)
     stages.push_back("outliers beyond " + format_number(options.outlier_sigma) + " deviations go");
@@ -73,7 +76,7 @@ Facts preparation_plan(const JobPlan& plan) {
   if (options.thin_to_spacing > 0.0)
     stages.push_back("thinned to " + format_number(options.thin_to_spacing));
   facts.emplace_back("cleaning", stages.empty() ? "none" : joined(stages));
-  facts.emplace_back("layers", plan.prepare.reason);
+  facts.emplace_back("layers", plan.cleaning.reason);
   return facts;
 }
 
@@ -105,13 +108,13 @@ std::string plan_json(const JobPlan& plan, const FillOptions& fill) {
         {"orientation", plan.normals.orientation == Orientation::kAuto
                             ? Json()
                             : Json(text_of(plan.normals.orientation))}}},
-      {"prepare",
-       {{"thickness", plan.prepare.thickness},
-        {"outlier_sigma", plan.prepare.options.outlier_sigma},
-        {"merge_tolerance", plan.prepare.options.merge_tolerance},
-        {"smooth_radius", plan.prepare.options.smooth_radius},
-        {"thin_to_spacing", plan.prepare.options.thin_to_spacing},
-        {"reason", plan.prepare.reason}}},
+      {"cleaning",
+       {{"thickness", plan.cleaning.thickness},
+        {"outlier_sigma", plan.cleaning.options.outlier_sigma},
+        {"merge_tolerance", plan.cleaning.options.merge_tolerance},
+        {"smooth_radius", plan.cleaning.options.smooth_radius},
+        {"thin_to_spacing", plan.cleaning.options.thin_to_spacing},
+        {"reason", plan.cleaning.reason}}},
       {"fill",
        {{"enabled", fill.enabled}, {"left_open", fill.enabled ? Json(left_open(fill)) : Json()}}},
       {"holes", plan.loops ? Json::parse(holes_json(*plan.loops)) : Json()},
@@ -121,7 +124,7 @@ std::string plan_json(const JobPlan& plan, const FillOptions& fill) {
   return json_text(document);
 }
 
-std::string plan_text(const JobPlan& plan, const FillOptions& fill) {
+std::string plan_text(const JobPlan& plan, const Job& job) {
   Facts facts = {{"files", joined(plan.files)},
                  {"points", format_count(plan.points)},
                  {"bounds", show_box(plan.bounds)},
@@ -131,8 +134,8 @@ std::string plan_text(const JobPlan& plan, const FillOptions& fill) {
                  {"halo width", format_number(plan.halo_width)},
                  {"radii", show_list(plan.radii)},
                  {"reason", plan.radii_reason}};
-  for (const auto& fact : preparation_plan(plan)) facts.push_back(fact);
-  for (const auto& fact : fill_plan(fill)) facts.push_back(fact);
+  for (const auto& fact : cleaning_plan(plan)) facts.push_back(fact);
+  for (const auto& fact : fill_plan(job)) facts.push_back(fact);
   if (plan.loops) add_loops(facts, *plan.loops);
   facts.insert(facts.end(), {{"peak memory", "about " + format_bytes(plan.peak_memory_bytes)},
                              {"disk", "about " + format_bytes(plan.disk_bytes)},
@@ -154,7 +157,7 @@ void show_plan(const PlanOptions& options, const StopToken& stop) {
   check_places(job, arguments.job_file);
   const auto progress = make_progress(progress_style(options.job));
   const JobPlan plan = plan_job(job, *progress, stop);
-  std::cout << (options.json ? plan_json(plan, job.fill) : plan_text(plan, job.fill));
+  std::cout << (options.json ? plan_json(plan, job.fill) : plan_text(plan, job));
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 #include "engine/pipeline/job_paths.h"
 #include "engine/pipeline/output/export_stage.h"
 #include "engine/pipeline/output/tile_export.h"
-#include "engine/pipeline/points/prepare_stage.h"
+#include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/run_results.h"
 #include "engine/pipeline/stage/stage_begin.h"
 #include "engine/pipeline/stage/stage_keys.h"
@@ -26,6 +26,7 @@
 #include "engine/pipeline/work_store.h"
 #include "io/clouds/open_point_source.h"
 #include "io/job/job_keys.h"
+#include "io/job/setting.h"
 #include "io/meshes/tile_directory.h"
 #include "io/store/store_identity.h"
 #include "io/streams/byte_sink.h"
@@ -73,9 +74,9 @@ void warn_of_units(StageRunner& runner, const Partition& partition) {
       partition.meters_per_unit ? 1.0 / partition.meters_per_unit->x : 1.0);
   const double meters = partition.spacing / units_per_meter;
   if (!(partition.spacing > 0.0) || (meters >= kLeastMeters && meters <= kMostMeters)) return;
-  runner.warn("the points lie " + format_number(meters) +
-              " m apart, as input.units_per_meter = " + format_number(units_per_meter) +
-              " has it; no scanner measures at that spacing, check the units");
+  runner.warn("the points lie " + format_number(meters) + " m apart by " +
+              setting(runner.job, "input.units_per_meter", format_exact(units_per_meter)) +
+              ": check the units");
 }
 
 /// A surface full of holes: says so, and why where that can be told.
@@ -118,7 +119,8 @@ void run_points(StageRunner& runner, RunResults& results) {
   require_a_triangle(runner.job, results.partition);
   check_format_holds(runner.job.output, results.partition.points());
   results.radii = radii_of_job(runner.job, results.partition);
-  runner.note("ball radii: " + results.radii.reason);
+  runner.note(compare_with_spacing(results.radii.values, results.partition.spacing),
+              "ball radii: " + results.radii.reason);
   predict(runner, points.predicted_disk_bytes, results);
   warn_of_units(runner, results.partition);
 }
@@ -207,9 +209,10 @@ bool holds_no_work(const std::filesystem::path& directory) {
 }
 
 /// Whether the error is about a key of the job: the job asks for what cannot be done.
-bool is_about_a_key(const Error& error) {
-  return std::ranges::any_of(job_keys(),
-                             [&](const JobKey& key) { return key.name() == error.parts().place; });
+bool is_about_a_key(const Job& job, const Error& error) {
+  return std::ranges::any_of(job_keys(), [&](const JobKey& key) {
+    return setting_name(job, key.name()) == error.parts().place;
+  });
 }
 
 /// The work directory goes where the job ended in bad input, and where the job was refused before
@@ -221,8 +224,9 @@ RunResults run_or_clean_up(StageRunner& runner) {
     return run_until_sound(runner);
   } catch (const Error& error) {
     const bool keep = runner.job.run.keep_work_dir || runner.communicator.size() > 1;
-    const bool is_useless = error.kind() == ErrorKind::kBadInput ||
-                            (is_about_a_key(error) && holds_no_work(runner.store.directory()));
+    const bool is_useless =
+        error.kind() == ErrorKind::kBadInput ||
+        (is_about_a_key(runner.job, error) && holds_no_work(runner.store.directory()));
     const bool has_no_reader = dynamic_cast<const ClosedOutput*>(&error) != nullptr;
     if ((is_useless || has_no_reader) && !keep) remove_if_possible(runner);
     throw;

@@ -44,7 +44,7 @@ struct JobPlan {
   double halo_width = 0.0;
   std::vector<double> radii;
   std::string radii_reason;  ///< radii are those of the raw points where these are cleaned
-  PrepareFacts prepare;      ///< the cleaning; all options 0: none
+  CleaningFacts cleaning;    ///< the cleaning; all options 0: none
   NormalFacts normals;       ///< source and orientation
   int chunks_in_flight = 0;
   std::uint64_t peak_memory_bytes = 0;  ///< predicted

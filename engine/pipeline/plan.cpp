@@ -10,9 +10,9 @@
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/budget/time_forecast.h"
 #include "engine/pipeline/pipeline.h"
+#include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/points/cloud_measure.h"
 #include "engine/pipeline/points/count_stage.h"
-#include "engine/pipeline/points/prepare_stage.h"
 #include "engine/pipeline/points/scan_input.h"
 #include "engine/pipeline/stage/cleaning_rule.h"
 #include "engine/pipeline/stage/stage_keys.h"
@@ -59,7 +59,7 @@ NormalFacts normals_of(const ResolvedJob& job, const CountedCloud& cloud) {
 RawWork raw_work_of(const JobPlan& plan) {
   const bool estimates = plan.normals.source == NormalSource::kEstimate;
   const bool propagates = plan.normals.orientation == Orientation::kPropagate;
-  return {plan.prepare.options, estimates, estimates && propagates};
+  return {plan.cleaning.options, estimates, estimates && propagates};
 }
 
 bool holds_a_mesh(const ResolvedJob& job, const ChunkStore& store, const SurfaceInputs& inputs) {
@@ -127,7 +127,7 @@ void plan_resources(const ResolvedJob& job, const CountedCloud& cloud, const Par
   plan.peak_memory_bytes = predicted_peak_bytes(job, measured, plan.radii);
   plan.disk_bytes = plan_disk(job, size_of(cloud), raw_work_of(plan)).most_bytes;
   plan.seconds =
-      predicted_seconds(job, plan.points, plan.radii, plan.normals, plan.prepare.options);
+      predicted_seconds(job, plan.points, plan.radii, plan.normals, plan.cleaning.options);
 }
 
 }  // namespace
@@ -144,7 +144,7 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   plan.points = cloud.points_used;
   plan.bounds = cloud.grid.bounds();
   plan_radii(job, measured, plan);
-  plan.prepare = cleaning_for(job.prepare, measured);
+  plan.cleaning = cleaning_for(job.cleaning, measured);
   plan.normals = normals_of(job, cloud);
   plan_chunks(job, cloud, measured, plan);
   plan_resources(job, cloud, measured, plan);

@@ -20,7 +20,7 @@ void describe_partition(Partition partition, RunReport& report) {
   report.largest_chunk_points = largest_chunk_points(partition);
   report.points_read = partition.points_read;
   report.points_dropped = std::move(partition.dropped);
-  report.prepare = std::move(partition.prepare);
+  report.cleaning = std::move(partition.cleaning);
   report.normals = partition.normals;
   report.coordinate_system = std::move(partition.coordinate_system);
   report.meters_per_unit = partition.meters_per_unit;

@@ -164,6 +164,26 @@ LayerThickness measure_layers(std::span<const SpacingSite> sites, const StopToke
   return layers;
 }
 
+std::string short_noise(const LayerThickness& layers) {
+  if (layers.measured == 0) return "too few points to measure the noise";
+  const double percent = 100.0 * layers.thickness / layers.spacing;
+  const double limit = 100.0 * kThick;
+  // A share beside the limit keeps its digits: 8.97 % is not "9 %; below 9 %".
+  const std::string share =
+      std::abs(percent - limit) < 0.5 ? short_text(percent) : short_text(std::round(percent));
+  return "noise " + brief_text(layers.thickness) + " RMS, " + share + " % of the point spacing (" +
+         brief_text(layers.spacing) + "); " + (layers.is_thick() ? "above " : "below ") +
+         short_text(limit) + " %";
+}
+
+std::string short_reason(const LayerThickness& layers) {
+  const CleaningChoice choice = choose_cleaning(layers);
+  if (layers.measured == 0) return short_noise(layers) + ": no cleaning";
+  if (!layers.is_thick()) return short_noise(layers) + ": no cleaning needed";
+  return short_noise(layers) + ": outliers dropped, " + std::to_string(choice.smooth_passes) +
+         " smoothing passes, thinned to " + brief_text(choice.thin_to_spacing);
+}
+
 CleaningChoice choose_cleaning(const LayerThickness& layers) {
   CleaningChoice choice;
   if (layers.measured == 0) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <tuple>
 
@@ -108,11 +109,21 @@ double distance_to_border(Vec3 p, const Box& box) {
   return distance;
 }
 
-std::string short_text(double value) {
+namespace {
+
+std::string with_digits(double value, int digits) {
   std::array<char, 32> text;
-  const auto end =
-      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 4);
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value,
+                                 std::chars_format::general, digits);
   return std::string(text.data(), end.ptr);
+}
+
+}  // namespace
+
+std::string short_text(double value) { return with_digits(value, 4); }
+
+std::string brief_text(double value) {
+  return std::abs(value) < 10.0 ? with_digits(value, 2) : with_digits(std::round(value), 6);
 }
 
 }  // namespace orbweave

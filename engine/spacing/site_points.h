@@ -47,5 +47,7 @@ double distance_to_border(Vec3 p, const Box& box);
 
 /// Four significant digits, whatever the locale.
 std::string short_text(double value);
+/// Likewise with two digits, for a line on a terminal.
+std::string brief_text(double value);
 
 }  // namespace orbweave

@@ -59,8 +59,9 @@ void refuse_binary_scan(ByteReader& reader) {
 }
 
 [[noreturn]] void throw_unknown_extension(const std::filesystem::path& path) {
-  throw_usage("cannot read " + files_of_name(path, "clouds"),
-              {.file = path.string(), .expected = extensions_of_read_clouds()});
+  throw_usage("cannot read " + files_of_name(path, "clouds") +
+                  "; supported: " + extensions_of_read_clouds(),
+              {.file = path.string()});
 }
 
 std::unique_ptr<PointSource> open_ptx_file(const std::filesystem::path& path, ByteReader reader) {

@@ -32,7 +32,7 @@ struct InputOptions {
 };
 
 /// Optional cleaning, in this order; off by default.
-struct PrepareOptions {
+struct CleaningOptions {
   bool automatic = false;  ///< derives the options below from the measured noise
   /// Outlier threshold in standard deviations: drops a point whose mean neighbour distance exceeds
   /// the mean of its neighbours by more than this. 0 disables it.
@@ -79,12 +79,14 @@ struct RunOptions {
   bool keep_work_dir = false;
   bool compress = false;  ///< compresses the work directory: less space, more time
   bool fresh = false;     ///< drops what an earlier run left (command line only)
+  /// Messages name options of the command line instead of keys of a job file.
+  bool is_from_command_line = false;
 };
 
 struct Job {
   InputOptions input;
   PartitionOptions partition;
-  PrepareOptions prepare;
+  CleaningOptions cleaning;
   NormalOptions normals;
   ReconstructOptions reconstruct;
   FillOptions fill;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <optional>
 
 #include "io/error.h"
@@ -11,7 +12,8 @@
 namespace orbweave {
 namespace {
 
-const JobKey* find_key(std::string_view section, std::string_view key) {
+const JobKey* find_key(std::string_view written_section, std::string_view key) {
+  const std::string_view section = current_section(written_section);
   for (const JobKey& known : job_keys())
     if (section == known.section && key == known.key) return &known;
   return nullptr;
@@ -30,7 +32,7 @@ std::string nearest_key(const std::string& section, const std::string& key) {
   std::size_t smallest = 0;
   for (const JobKey& known : job_keys()) {
     const std::size_t distance =
-        2 * edit_distance(key, known.key) + (section == known.section ? 0 : 1);
+        2 * edit_distance(key, known.key) + (current_section(section) == known.section ? 0 : 1);
     if (nearest != nullptr && distance >= smallest) continue;
     nearest = &known;
     smallest = distance;
@@ -49,14 +51,16 @@ std::string nearest_key(const std::string& section, const std::string& key) {
   throw_usage("unknown key " + (section.empty() ? "" : section + ".") + key, where);
 }
 
-void apply(Job& job, const JobKey& key, const WrittenValue& value, ErrorParts where) {
+/// `called`: the key as the user gave it.
+void apply(Job& job, const JobKey& key, const std::string& called, const WrittenValue& value,
+           ErrorParts where) {
   try {
     key.set(job, value);
   } catch (const UnsuitableValue& unsuitable) {
     where.found = value.text;
     where.expected = unsuitable.expected.empty() ? key.expected() : unsuitable.expected;
-    throw_usage(key.name() + (unsuitable.problem.empty() ? " has an unsuitable value"
-                                                         : ": " + unsuitable.problem),
+    throw_usage(called + (unsuitable.problem.empty() ? " has an unsuitable value"
+                                                     : ": " + unsuitable.problem),
                 where);
   }
 }
@@ -64,7 +68,7 @@ void apply(Job& job, const JobKey& key, const WrittenValue& value, ErrorParts wh
 /// A section's own line, which may say [a.b] or [[a]], or be no section at all.
 void check_section(const TomlEntry& entry, const ErrorParts& where) {
   const std::vector<std::string> known = section_names();
-  if (std::ranges::find(known, entry.section) == known.end())
+  if (std::ranges::find(known, current_section(entry.section)) == known.end())
     throw_unknown_section(entry.section, where);
 }
 
@@ -76,7 +80,25 @@ void apply(Job& job, const TomlEntry& entry, const std::string& name,
   if (key == nullptr) throw_unknown_key(entry.section, entry.key, where);
   WrittenValue value = entry.value;
   value.base_directory = base_directory;
-  apply(job, *key, value, where);
+  apply(job, *key, key->name(), value, where);
+}
+
+/// A section under two names says twice what is to hold once.
+void check_names_of_sections(const std::vector<TomlEntry>& entries, const std::string& name) {
+  const auto place = [](const TomlEntry& entry) {
+    return "[" + entry.section + "] in line " + std::to_string(entry.line);
+  };
+  std::map<std::string_view, const TomlEntry*> first;
+  for (const TomlEntry& entry : entries) {
+    const std::string_view section = current_section(entry.section);
+    const TomlEntry& before = *first.try_emplace(section, &entry).first->second;
+    if (before.section == entry.section) continue;
+    throw_usage("one section under two names",
+                {.file = name,
+                 .place = "line " + std::to_string(entry.line),
+                 .found = place(before) + " and " + place(entry),
+                 .expected = "[" + std::string(section) + "] alone"});
+  }
 }
 
 std::string file_text(const std::filesystem::path& path) {
@@ -143,12 +165,21 @@ WrittenValue command_line_value(const std::string& text, JobKeyType type) {
 Job parse_job(std::string_view text, const std::string& name,
               const std::filesystem::path& base_directory) {
   Job job;
-  for (const TomlEntry& entry : read_toml(text, name)) apply(job, entry, name, base_directory);
+  const std::vector<TomlEntry> entries = read_toml(text, name);
+  check_names_of_sections(entries, name);
+  for (const TomlEntry& entry : entries) apply(job, entry, name, base_directory);
   return job;
 }
 
 Job read_job_file(const std::filesystem::path& path) {
   return parse_job(file_text(path), path.string(), path.parent_path());
+}
+
+void set_job_option(Job& job, std::string_view name, std::string_view text) {
+  for (const JobKey& key : job_keys())
+    if (key.name() == name)
+      apply(job, key, std::string("--") + key.option,
+            command_line_value(std::string(text), key.type), {});
 }
 
 void set_job_key(Job& job, std::string_view name, std::string_view text) {
@@ -158,7 +189,7 @@ void set_job_key(Job& job, std::string_view name, std::string_view text) {
   const std::string key(has_section ? name.substr(dot + 1) : name);
   const JobKey* known = find_key(section, key);
   if (known == nullptr) throw_unknown_key(section, key, {});
-  apply(job, *known, command_line_value(std::string(text), known->type), {});
+  apply(job, *known, known->name(), command_line_value(std::string(text), known->type), {});
 }
 
 void set_job_key(Job& job, std::string_view assignment) {

@@ -26,6 +26,9 @@ Job parse_job(std::string_view text, const std::string& name,
 /// Error (usage) as above; messages name the key instead of file and line.
 void set_job_key(Job& job, std::string_view name, std::string_view text);
 
+/// Likewise from the value of the key's option; messages name the option.
+void set_job_option(Job& job, std::string_view name, std::string_view text);
+
 /// Splits "section.key=value" at the first '=' and sets it. Throws Error (usage).
 void set_job_key(Job& job, std::string_view assignment);
 

@@ -238,30 +238,30 @@ constexpr JobKey kKeys[] = {
      set_chunk_points,
      [](const Job& job) -> JobValue { return auto_or(job.partition.chunk_points); }},
 
-    {"prepare", "auto", T::kFlag, "true or false", {},
+    {"cleaning", "auto", T::kFlag, "true or false", {},
      "cleaning chosen by measuring the noise of the scan: outliers, smoothing and thinning where the noise exceeds 9 % of the point spacing", "cleaning", "true",
-     [](Job& job, const W& value) { job.prepare.automatic = flag_value(value); },
-     [](const Job& job) -> JobValue { return job.prepare.automatic; }},
-    {"prepare", "outlier_sigma", T::kNumber, "a number of at least 0; 0 is off", {},
+     [](Job& job, const W& value) { job.cleaning.automatic = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.cleaning.automatic; }},
+    {"cleaning", "outlier_sigma", T::kNumber, "a number of at least 0; 0 is off", {},
      "outlier threshold in standard deviations: drops a point whose mean neighbour distance exceeds its neighbours' mean by more than this; 0 disables it, 4 is typical", "outlier-sigma", "",
-     [](Job& job, const W& value) { job.prepare.outlier_sigma = number_value(value, 0.0, kLargestNumber); },
-     [](const Job& job) -> JobValue { return job.prepare.outlier_sigma; }},
-    {"prepare", "merge_tolerance", T::kNumber, "a number of at least 0, in the scan's units; 0 is off", {},
+     [](Job& job, const W& value) { job.cleaning.outlier_sigma = number_value(value, 0.0, kLargestNumber); },
+     [](const Job& job) -> JobValue { return job.cleaning.outlier_sigma; }},
+    {"cleaning", "merge_tolerance", T::kNumber, "a number of at least 0, in the scan's units; 0 is off", {},
      "distance below which points are merged into one, in scan units; 0 disables merging", "merge-tolerance", "",
-     [](Job& job, const W& value) { job.prepare.merge_tolerance = number_value(value, 0.0, kLargestNumber); },
-     [](const Job& job) -> JobValue { return job.prepare.merge_tolerance; }},
-    {"prepare", "smooth_radius", T::kNumber, "a number of at least 0, in the scan's units; 0 is off", {},
+     [](Job& job, const W& value) { job.cleaning.merge_tolerance = number_value(value, 0.0, kLargestNumber); },
+     [](const Job& job) -> JobValue { return job.cleaning.merge_tolerance; }},
+    {"cleaning", "smooth_radius", T::kNumber, "a number of at least 0, in the scan's units; 0 is off", {},
      "radius of the moving least squares smoothing, in scan units; 0 disables smoothing, four point spacings are typical", "smooth-radius", "",
-     [](Job& job, const W& value) { job.prepare.smooth_radius = number_value(value, 0.0, kLargestNumber); },
-     [](const Job& job) -> JobValue { return job.prepare.smooth_radius; }},
-    {"prepare", "smooth_passes", T::kInteger, "an integer from 1 to 8", {},
+     [](Job& job, const W& value) { job.cleaning.smooth_radius = number_value(value, 0.0, kLargestNumber); },
+     [](const Job& job) -> JobValue { return job.cleaning.smooth_radius; }},
+    {"cleaning", "smooth_passes", T::kInteger, "an integer from 1 to 8", {},
      "number of smoothing passes", "smooth-passes", "",
-     [](Job& job, const W& value) { job.prepare.smooth_passes = static_cast<int>(integer_value(value, 1, kMostLevels)); },
-     [](const Job& job) -> JobValue { return std::int64_t{job.prepare.smooth_passes}; }},
-    {"prepare", "thin_to_spacing", T::kNumber, "a number of at least 0, in the scan's units; 0 is off", {},
+     [](Job& job, const W& value) { job.cleaning.smooth_passes = static_cast<int>(integer_value(value, 1, kMostLevels)); },
+     [](const Job& job) -> JobValue { return std::int64_t{job.cleaning.smooth_passes}; }},
+    {"cleaning", "thin_to_spacing", T::kNumber, "a number of at least 0, in the scan's units; 0 is off", {},
      "minimum distance between the points that thinning keeps, in scan units; 0 disables thinning", "thin-to-spacing", "",
-     [](Job& job, const W& value) { job.prepare.thin_to_spacing = number_value(value, 0.0, kLargestNumber); },
-     [](const Job& job) -> JobValue { return job.prepare.thin_to_spacing; }},
+     [](Job& job, const W& value) { job.cleaning.thin_to_spacing = number_value(value, 0.0, kLargestNumber); },
+     [](const Job& job) -> JobValue { return job.cleaning.thin_to_spacing; }},
 
     {"normals", "source", T::kChoice, "", kSources,
      "source of the normals; auto estimates normals where the scans have none", "normals", "",
@@ -390,6 +390,16 @@ constexpr JobKey kKeys[] = {
 };
 // clang-format on
 
+constexpr std::string_view kCleaning = "cleaning";
+/// Job files and work directories of earlier versions call the section by this name.
+constexpr std::string_view kFormerCleaning = "prepare";
+
+/// "from.key" as "to.key"; other names stay.
+std::string renamed_section(std::string_view name, std::string_view from, std::string_view to) {
+  const bool is_of_it = name.starts_with(from) && name.substr(from.size()).starts_with('.');
+  return is_of_it ? std::string(to) + std::string(name.substr(from.size())) : std::string(name);
+}
+
 /// A TOML basic string.
 std::string quoted(const std::string& text) {
   constexpr const char* kHex = "0123456789ABCDEF";
@@ -438,6 +448,18 @@ struct TextOf {
 }  // namespace
 
 std::span<const JobKey> job_keys() { return kKeys; }
+
+std::string_view current_section(std::string_view section) {
+  return section == kFormerCleaning ? kCleaning : section;
+}
+
+std::string current_key_name(std::string_view name) {
+  return renamed_section(name, kFormerCleaning, kCleaning);
+}
+
+std::string stored_key_name(std::string_view name) {
+  return renamed_section(name, kCleaning, kFormerCleaning);
+}
 
 std::string JobKey::expected() const {
   std::string text;

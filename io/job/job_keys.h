@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -52,6 +53,14 @@ struct JobKey {
 
 /// All keys, those of a section side by side, in the order of the documentation.
 std::span<const JobKey> job_keys();
+
+/// The section that a name in a job file stands for: a former name of a section, else the name.
+std::string_view current_section(std::string_view section);
+/// Likewise of a whole key, "section.key".
+std::string current_key_name(std::string_view name);
+/// The name of a key in what work directories store. A renamed section keeps its first name there,
+/// so that work directories of earlier versions resume.
+std::string stored_key_name(std::string_view name);
 
 /// "true or false", "text", "list of numbers", ...
 const char* type_name(JobKeyType type);

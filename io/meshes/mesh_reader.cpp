@@ -24,8 +24,9 @@ MeshFormat format_of(const std::filesystem::path& path) {
   if (named && named->facts.format == FileFormat::kPly) return MeshFormat::kPly;
   if (named && named->facts.format == FileFormat::kObj) return MeshFormat::kObj;
   if (named && named->facts.format == FileFormat::kStl) return MeshFormat::kStl;
-  throw_usage("cannot read " + files_of_name(path, "meshes"),
-              {.file = path.string(), .expected = extensions_of_read_meshes()});
+  throw_usage("cannot read " + files_of_name(path, "meshes") +
+                  "; supported: " + extensions_of_read_meshes(),
+              {.file = path.string()});
 }
 
 }  // namespace

@@ -16,10 +16,10 @@ namespace {
 constexpr std::size_t kBatchRows = std::size_t{1} << 16;
 
 [[noreturn]] void refuse_extension(const std::filesystem::path& path, bool is_cloud) {
-  throw_usage(
-      "cannot write " + files_of_name(path, is_cloud ? "clouds" : "meshes"),
-      {.file = path.string(),
-       .expected = is_cloud ? extensions_of_written_clouds() : extensions_of_written_meshes()});
+  throw_usage("cannot write " + files_of_name(path, is_cloud ? "clouds" : "meshes") +
+                  "; supported: " +
+                  (is_cloud ? extensions_of_written_clouds() : extensions_of_written_meshes()),
+              {.file = path.string()});
 }
 
 /// The format to write; throws Error (usage) where the name stands for none.

@@ -185,7 +185,7 @@ Json machine_json() {
           {"memory_bytes", machine.memory_bytes}};
 }
 
-Json prepare_json(const PrepareFacts& facts) {
+Json cleaning_json(const CleaningFacts& facts) {
   return {{"thickness", facts.thickness},
           {"spacing", facts.spacing},
           {"outlier_sigma", facts.options.outlier_sigma},
@@ -224,7 +224,7 @@ std::string report_json(const RunReport& report) {
   json["options"] = options_json(report.options);
   json["input"] = input_json(report);
   json["coordinate_system"] = text_or_null(report.coordinate_system);
-  json["prepare"] = prepare_json(report.prepare);
+  json["cleaning"] = cleaning_json(report.cleaning);
   json["normals"] = normals_json(report.normals);
   json["partition"] = {{"chunks", report.chunks},
                        {"halo_width", report.halo_width},

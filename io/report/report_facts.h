@@ -49,11 +49,11 @@ struct NormalFacts {
 };
 
 /// What the cleaning did, or would have done.
-struct PrepareFacts {
-  double thickness = 0.0;  ///< of the scanned layers; world units; 0: not measured
-  double spacing = 0.0;    ///< of the raw points
-  PrepareOptions options;  ///< what was applied
-  std::string reason;      ///< why, where it was chosen; what would have been chosen
+struct CleaningFacts {
+  double thickness = 0.0;   ///< of the scanned layers; world units; 0: not measured
+  double spacing = 0.0;     ///< of the raw points
+  CleaningOptions options;  ///< what was applied
+  std::string reason;       ///< why, where it was chosen; what would have been chosen
   std::uint64_t points_moved = 0;
   double mean_move = 0.0;  ///< of the points moved, over all passes; world units
 };
@@ -76,7 +76,7 @@ struct RunReport {
   std::uint64_t points_read = 0;
   std::map<std::string, std::uint64_t> points_dropped;  ///< by reason
   std::uint64_t points_unused = 0;                      ///< kept, but no triangle uses them
-  PrepareFacts prepare;
+  CleaningFacts cleaning;
   NormalFacts normals;
   std::string coordinate_system;        ///< of the input, where it says; written beside the mesh
   std::optional<Vec3> meters_per_unit;  ///< of x, y and z, as the input says

@@ -118,24 +118,24 @@ std::string input_table(const RunReport& report) {
   return facts("Input", rows) + coordinate_system_details(report.coordinate_system);
 }
 
-std::string prepare_table(const RunReport& report) {
-  const PrepareFacts& clean_up = report.prepare;
-  Rows rows = {{"spacing of the raw points", format_number(clean_up.spacing)},
-               {"thickness of the layers", format_number(clean_up.thickness)}};
-  if (!clean_up.reason.empty()) rows.emplace_back("what follows", clean_up.reason);
-  if (clean_up.options.outlier_sigma > 0.0)
-    rows.emplace_back("outliers beyond", format_number(clean_up.options.outlier_sigma) + " sigma");
-  if (clean_up.options.merge_tolerance > 0.0)
-    rows.emplace_back("merged within", format_number(clean_up.options.merge_tolerance));
-  if (clean_up.options.smooth_radius > 0.0) {
-    rows.emplace_back("smoothed within", format_number(clean_up.options.smooth_radius) + ", " +
-                                             std::to_string(clean_up.options.smooth_passes) +
+std::string cleaning_table(const RunReport& report) {
+  const CleaningFacts& cleaning = report.cleaning;
+  Rows rows = {{"spacing of the raw points", format_number(cleaning.spacing)},
+               {"thickness of the layers", format_number(cleaning.thickness)}};
+  if (!cleaning.reason.empty()) rows.emplace_back("what follows", cleaning.reason);
+  if (cleaning.options.outlier_sigma > 0.0)
+    rows.emplace_back("outliers beyond", format_number(cleaning.options.outlier_sigma) + " sigma");
+  if (cleaning.options.merge_tolerance > 0.0)
+    rows.emplace_back("merged within", format_number(cleaning.options.merge_tolerance));
+  if (cleaning.options.smooth_radius > 0.0) {
+    rows.emplace_back("smoothed within", format_number(cleaning.options.smooth_radius) + ", " +
+                                             std::to_string(cleaning.options.smooth_passes) +
                                              " passes");
-    rows.emplace_back("points moved", format_count(clean_up.points_moved) + ", by " +
-                                          format_number(clean_up.mean_move) + " on average");
+    rows.emplace_back("points moved", format_count(cleaning.points_moved) + ", by " +
+                                          format_number(cleaning.mean_move) + " on average");
   }
-  if (clean_up.options.thin_to_spacing > 0.0)
-    rows.emplace_back("thinned to", format_number(clean_up.options.thin_to_spacing));
+  if (cleaning.options.thin_to_spacing > 0.0)
+    rows.emplace_back("thinned to", format_number(cleaning.options.thin_to_spacing));
   const NormalFacts& normals = report.normals;
   const std::string source = text_of(normals.source);
   rows.emplace_back("normals", normals.orientation == Orientation::kAuto
@@ -321,7 +321,7 @@ std::string report_html(const RunReport& report) {
          html_text(title) + "</h1>\n<p>orbweave " + html_text(report.version) + ": <code>" +
          html_text(joined(report.command, " ")) + "</code></p>\n" +
          picture(report.options.output.picture) + mesh_table(report.mesh) + input_table(report) +
-         prepare_table(report) + work_table(report) + holes_table(report.holes) +
+         cleaning_table(report) + work_table(report) + holes_table(report.holes) +
          stages_table(report) + memory_table(report) + forecast_table(report) + machine_table() +
          notes_list(report.notes) + options_table(report.options) + "</body>\n</html>\n";
 }

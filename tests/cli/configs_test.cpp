@@ -136,7 +136,7 @@ TEST_CASE("TheJobFileForRawScansMakesOneObjectOfScansWithPoses") {
                                         "input.poses=" + (in / "scan.conf").string()});
   CHECK(report["input"]["files"].size() == 14);
   CHECK(report["normals"]["orientation"] == "scanner");
-  CHECK(report["prepare"]["smooth_radius"] > 0.0);
+  CHECK(report["cleaning"]["smooth_radius"] > 0.0);
   CHECK(report["mesh"]["components"] == 1);
   CHECK(report["mesh"]["watertight"] == true);
   CHECK(report["mesh"]["euler_characteristic"] == 2);

@@ -188,9 +188,9 @@ TEST_CASE("LimitsOfTheCommandLineLeaveLargerHolesOpenAndSayWhy") {
     const char* reason;
   };
   const Limit limit =
-      GENERATE(values<Limit>({{"--max-edges", "10", "more edges than fill.max_edges"},
-                              {"--max-diameter", "0.5", "wider than fill.max_diam"},
-                              {"--max-perimeter", "1.5", "longer than fill.max_per"}}));
+      GENERATE(values<Limit>({{"--max-edges", "10", "more edges than --max-edges"},
+                              {"--max-diameter", "0.5", "wider than --max-diameter"},
+                              {"--max-perimeter", "1.5", "longer than --max-perimeter"}}));
   CAPTURE(limit.option);
   const ScratchDirectory in;
   write_mesh(in / "in.ply", holed_sphere(in));

@@ -32,6 +32,14 @@ void generate(const ScratchDirectory& in, const std::string& shape, const std::s
   REQUIRE(result.status == 0);
 }
 
+/// Scans whose noise is large enough for a cleaning, without normals.
+void generate_noisy(const ScratchDirectory& in, const std::string& name) {
+  const auto result = run_program(
+      {"generate", "bumpy-torus", "--points", "8000", "--noise", "0.4", "--scans", "4", "-o", name},
+      {.directory = in.path()});
+  REQUIRE(result.status == 0);
+}
+
 void check_no_mesh(const ScratchDirectory& in) {
   for (const auto& entry : std::filesystem::directory_iterator(in.path())) {
     const std::string name = entry.path().filename().string();
@@ -177,12 +185,45 @@ TEST_CASE("UnknownKeyOnTheCommandLineGetsTheNearestOne") {
   CHECK_THAT(result.err, Contains("chunkpoints") && Contains("chunk_points"));
 }
 
+TEST_CASE("ARunSaysInShortLinesWhatItChose") {
+  const ScratchDirectory in;
+  generate_noisy(in, "scan.ply");
+  const auto result = reconstruct(in, "scan.ply", {"--report", "report.json", "--levels", "3"});
+  CHECK(result.status == 0);
+  CHECK_THAT(result.err, Contains("\nball radii 0.") && Contains(" (3 levels), 1.1 to 2.4") &&
+                             Contains(" times the point spacing 0.") &&
+                             Contains("\nnormals: estimated, oriented by propagation; "));
+  CHECK_THAT(result.err, !Contains("the mean distance to the") && !Contains("neighbours within"));
+  CHECK_THAT(file_text(in / "report.json"),
+             Contains("the mean distance to the") && Contains("neighbours within"));
+}
+
+TEST_CASE("AdviceNamesTheOptionOfACommandLineAndTheKeyOfAJobFile") {
+  const ScratchDirectory in;
+  generate_noisy(in, "scan.ply");
+  const auto by_options = reconstruct(in, "scan.ply");
+  CHECK_THAT(by_options.err,
+             Contains("; above 9 %: the mesh may be rough or have holes; try --cleaning\n"));
+  write_text(in / "job.toml", "[input]\nfiles = [\"scan.ply\"]\n[output]\nmesh = \"other.ply\"\n");
+  const auto by_file = run_program({"run", "job.toml"}, {.directory = in.path()});
+  CHECK_THAT(by_file.err, Contains("; try cleaning.auto = true\n") && !Contains("--cleaning"));
+  const auto limited = reconstruct(in, "scan.ply", {"--max-diameter", "1e-6"});
+  CHECK_THAT(limited.out, Contains("wider than --max-diameter\n"));
+  const auto wrong = reconstruct(in, "scan.ply", {"--levels", "9"});
+  CHECK(wrong.status == 2);
+  CHECK_THAT(wrong.err, Contains("error: --levels has an unsuitable value"));
+  const auto wrong_key =
+      run_program({"run", "job.toml", "--set", "reconstruct.levels=9"}, {.directory = in.path()});
+  CHECK_THAT(wrong_key.err, Contains("error: reconstruct.levels has an unsuitable value"));
+}
+
 TEST_CASE("RadiusFarTooSmallIsBadInputThatComparesItWithTheSpacing") {
   const ScratchDirectory in;
   generate(in, "torus", "2000", "scan.ply");  // about 0.089 apart
   const auto result = reconstruct(in, "scan.ply", {"--radii", "0.0003"});
   CHECK(result.status == 3);
-  CHECK_THAT(result.err, Contains("rho = 0.0003 is 0.003") && Contains("times the point spacing"));
+  CHECK_THAT(result.err,
+             Contains("ball radius 0.0003, 0.003") && Contains("times the point spacing"));
   check_no_mesh(in);
 }
 
@@ -191,7 +232,7 @@ TEST_CASE("RadiusFarTooLargeIsWrongUsageThatComparesItWithTheSpacing") {
   generate(in, "torus", "2000", "scan.ply");
   const auto result = reconstruct(in, "scan.ply", {"--radii", "27"});
   CHECK(result.status == 2);
-  CHECK_THAT(result.err, Contains("rho = 27 is 2") && Contains("times the point spacing"));
+  CHECK_THAT(result.err, Contains("ball radius 27, 2") && Contains("times the point spacing"));
   check_no_mesh(in);
 }
 
@@ -225,7 +266,9 @@ TEST_CASE("UnwritableKindsAndPlacesAreFoundBeforeAnyWork") {
     const char* fragment;
   };
   const Case given = GENERATE(values<Case>(
-      {{{"-o", "mesh.foo"}, 2, "mesh.foo: cannot write .foo meshes"},
+      {{{"-o", "mesh.foo"},
+        2,
+        "mesh.foo: cannot write .foo meshes; supported: .ply[.gz], .obj or .stl"},
        {{"-o", "mesh.obj", "--format", "binary"}, 2, "mesh.obj: OBJ has no binary encoding"},
        {{"-o", "mesh.ply", "--report", "no/r.json"},
         4,

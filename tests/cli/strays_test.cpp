@@ -117,7 +117,7 @@ TEST_CASE("TheFileIsTheOneWithoutStraysAndTheyAreNamedAndCounted", "[slow]") {
     CHECK(report.at("input").at("points_read") == 2000 + cloud.strays.size());
     const ProgramResult said =
         run_in(in, {"reconstruct", "strays.txt", "-o", "mesh.ply", "--progress", "plain"});
-    CHECK_THAT(said.err, Contains(cloud.reason) && Contains("input.keep_strays"));
+    CHECK_THAT(said.err, Contains(cloud.reason) && Contains("--keep-strays keeps them"));
     CHECK(names_in(in) == std::vector<std::string>{"alone.txt", "mesh.ply", "report.html",
                                                    "report.json", "strays.txt"});
     std::filesystem::remove(in / "report.json");
@@ -170,7 +170,7 @@ TEST_CASE("RadiiThatCannotBeComputedWithAreRefusedBeforeTheScanIsRead") {
     const ProgramResult result =
         run_in(in, {"reconstruct", "scan.txt", "-o", "mesh.ply", "--radii", radii});
     CHECK(result.status == 2);
-    CHECK_THAT(result.err, Contains("reconstruct.ball_radii: ") && Contains("expected radii"));
+    CHECK_THAT(result.err, Contains("--ball-radii: ") && Contains("expected radii"));
     CHECK(names_in(in) == std::vector<std::string>{"scan.txt"});
   }
 }

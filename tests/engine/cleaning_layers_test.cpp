@@ -51,6 +51,21 @@ TEST_CASE("CleanCloudsNeedNoCleanUp") {
   }
 }
 
+TEST_CASE("TheNoiseIsToldInOneShortLine") {
+  LayerThickness layers{.thickness = 0.0015, .spacing = 0.0432, .radius = 0.1, .measured = 100};
+  CHECK(short_reason(layers) ==
+        "noise 0.0015 RMS, 3 % of the point spacing (0.043); below 9 %: no cleaning needed");
+  layers.thickness = 0.00721;
+  CHECK(short_noise(layers) == "noise 0.0072 RMS, 17 % of the point spacing (0.043); above 9 %");
+  CHECK(short_reason(layers) ==
+        short_noise(layers) + ": outliers dropped, 2 smoothing passes, thinned to 0.041");
+  layers.thickness = 0.0897 * layers.spacing;
+  CHECK(short_noise(layers).find(", 8.97 % of") != std::string::npos);
+  layers.spacing = 432.0;
+  CHECK(short_noise(layers).find("spacing (432)") != std::string::npos);
+  CHECK(short_reason({}) == "too few points to measure the noise: no cleaning");
+}
+
 TEST_CASE("NoiseIsMeasuredWhateverTheShape") {
   for (const Shape shape : {Shape::kSphere, Shape::kTorus, Shape::kPlane, Shape::kBumpyTorus}) {
     for (const double noise : {0.2, 0.4}) {

@@ -119,10 +119,10 @@ Job raw_job(const ScratchDirectory& scratch) {
   job.partition.chunk_points = 500;
   job.run.threads = 2;
   job.normals.orientation = Orientation::kPropagate;
-  job.prepare.outlier_sigma = 4.0;
-  job.prepare.merge_tolerance = 0.05 * named.ball_radius;
-  job.prepare.smooth_radius = 2.0 * named.ball_radius;
-  job.prepare.thin_to_spacing = 0.3 * named.ball_radius;
+  job.cleaning.outlier_sigma = 4.0;
+  job.cleaning.merge_tolerance = 0.05 * named.ball_radius;
+  job.cleaning.smooth_radius = 2.0 * named.ball_radius;
+  job.cleaning.thin_to_spacing = 0.3 * named.ball_radius;
   return job;
 }
 
@@ -417,7 +417,7 @@ TEST_CASE("TooLittleRoomIsSaidBeforeTheWork") {
   const std::string mesh = (scratch / "mesh.ply").string();
   const std::uint64_t huge = std::uint64_t{1} << 60;
   const DiskPlan plan{
-      .prepare_bytes = 0, .work_bytes = huge, .output_bytes = 1, .most_bytes = huge};
+      .cleaning_bytes = 0, .work_bytes = huge, .output_bytes = 1, .most_bytes = huge};
   try {
     require_room(scratch / "not/yet/there", mesh, plan, 0);
     FAIL("an exbibyte is free");

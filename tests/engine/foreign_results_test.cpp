@@ -144,7 +144,7 @@ TEST_CASE("WhateverTakesThePlaceOfAStoredFileTheMeshIsTheSame", "[slow]") {
     INFO(stage);
     Job before = job;
     if (std::string(stage).starts_with("raw"))
-      before.prepare.outlier_sigma *= 1.5;
+      before.cleaning.outlier_sigma *= 1.5;
     else
       before.reconstruct.levels = 1;
     StoppedJob stopped(scratch, before, job, stage);

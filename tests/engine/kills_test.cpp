@@ -31,7 +31,7 @@ files = ["scan_*.ply"]
 poses = "scan.conf"
 [partition]
 chunk_points = 600
-[prepare]
+[cleaning]
 outlier_sigma = 6.0
 merge_tolerance = 0.004
 smooth_radius = 0.12

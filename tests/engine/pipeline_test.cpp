@@ -211,7 +211,7 @@ TEST_CASE("TheWorkDirectoryKeepsALogOfAllRuns") {
   run(job);
   const std::string log = bytes_of(std::filesystem::path(job.run.work_dir) / "orbweave.log");
   CHECK(log.find("reconstruct: begins") != std::string::npos);
-  CHECK(log.find("ball radii: ") != std::string::npos);
+  CHECK(log.find("ball radii ") != std::string::npos);
   CHECK(log.find("resuming") != std::string::npos);
 }
 
@@ -303,8 +303,8 @@ TEST_CASE("PlanAndRunPredictTheSameTimeWhateverTheRunDrops") {
   named.cloud.schema.has_normals = false;
   ScratchDirectory scratch;
   Job job = job_for(scratch, named);
-  job.prepare.outlier_sigma = 4.0;
-  job.prepare.thin_to_spacing = 0.8 * named.ball_radius;
+  job.cleaning.outlier_sigma = 4.0;
+  job.cleaning.thin_to_spacing = 0.8 * named.ball_radius;
   RecordingProgress progress;
   const JobPlan plan = plan_job(job, progress, StopToken());
   const RunReport report = run(job);

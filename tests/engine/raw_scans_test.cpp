@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "engine/pipeline/budget/memory_forecast.h"
-#include "engine/pipeline/points/prepare_stage.h"
+#include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/stage/cleaning_rule.h"
 #include "io/clouds/open_point_source.h"
 #include "io/error.h"
@@ -24,11 +24,11 @@ namespace {
 
 /// Every clean-up stage on, at sizes that fit scans of that spacing.
 void clean_everything(Job& job, double spacing) {
-  job.prepare.outlier_sigma = 4.0;
-  job.prepare.merge_tolerance = 0.2 * spacing;
-  job.prepare.smooth_radius = 2.5 * spacing;
-  job.prepare.smooth_passes = 2;
-  job.prepare.thin_to_spacing = 0.8 * spacing;
+  job.cleaning.outlier_sigma = 4.0;
+  job.cleaning.merge_tolerance = 0.2 * spacing;
+  job.cleaning.smooth_radius = 2.5 * spacing;
+  job.cleaning.smooth_passes = 2;
+  job.cleaning.thin_to_spacing = 0.8 * spacing;
 }
 
 /// How far the torus of the tests (radii 1 and 0.4 about z) is from a point.
@@ -103,9 +103,9 @@ TEST_CASE("PropagatedNormalsGiveTheSameBytesForAnyPartitionAndOrder") {
   NamedCloud named = torus_without_normals(4000);
   Job job = job_for(scratch, named);
   job.normals.orientation = Orientation::kPropagate;
-  job.prepare.outlier_sigma = 4.0;
-  job.prepare.smooth_radius = 3.0 * named.ball_radius;
-  job.prepare.thin_to_spacing = 0.5 * named.ball_radius;
+  job.cleaning.outlier_sigma = 4.0;
+  job.cleaning.smooth_radius = 3.0 * named.ball_radius;
+  job.cleaning.thin_to_spacing = 0.5 * named.ball_radius;
   const std::string expected = mesh_bytes(job);
   for (const std::uint64_t chunk_points : {300u, 2000u, 1'000'000'000u}) {
     job.partition.chunk_points = chunk_points;
@@ -175,15 +175,15 @@ TEST_CASE("ThickLayersAreCleanedOnlyOnRequestAndSaidSo") {
   const StopToken stop;
   const RunReport raw = run_job(job, {"test"}, progress, stop);
   CHECK(std::any_of(progress.lines.begin(), progress.lines.end(), [](const std::string& line) {
-    return line.find("prepare.auto = true") != std::string::npos;
+    return line.find("cleaning.auto = true") != std::string::npos;
   }));
-  CHECK(raw.prepare.points_moved == 0);
+  CHECK(raw.cleaning.points_moved == 0);
   const double raw_distance = mean_distance(read_mesh(job.output.mesh));
-  job.prepare.automatic = true;
+  job.cleaning.automatic = true;
   const RunReport clean = run(job);
-  CHECK(clean.prepare.thickness > 0.2 * clean.prepare.spacing);
-  CHECK(clean.prepare.options.smooth_radius > 0.0);
-  CHECK(clean.prepare.points_moved > 14'000);
+  CHECK(clean.cleaning.thickness > 0.2 * clean.cleaning.spacing);
+  CHECK(clean.cleaning.options.smooth_radius > 0.0);
+  CHECK(clean.cleaning.points_moved > 14'000);
   CHECK(clean.mesh.boundary_edges * 5 < raw.mesh.boundary_edges + 5);
   CHECK(mean_distance(read_mesh(job.output.mesh)) < 0.7 * raw_distance);
 }
@@ -193,7 +193,7 @@ TEST_CASE("CleanScansStayAsTheyAreWhenTheCleanUpIsAutomatic") {
   const NamedCloud named = painted_torus(6000, 0.0, 2);
   Job job = job_for(scratch, named);
   const std::string expected = mesh_bytes(job);
-  job.prepare.automatic = true;
+  job.cleaning.automatic = true;
   CHECK((mesh_bytes(job) == expected));
 }
 
@@ -320,13 +320,13 @@ TEST_CASE("TheForecastKnowsHowFarNormalsOfMergedPointsReach") {
   job.run.threads = 2;
   job.estimates_normals = true;
   const std::vector<double> radii = {0.012};
-  CHECK(reach_of_preparation(job, scans) == 0.04);
+  CHECK(reach_of_cleaning(job, scans) == 0.04);
   const std::uint64_t alone = predicted_peak_bytes(job, scans, radii);
-  job.prepare.merge_tolerance = 0.3;
-  CHECK(reach_of_preparation(job, scans) == Approx(1.5 * 1.2 * 0.3 * std::sqrt(16.0 / 3.14159265)));
+  job.cleaning.merge_tolerance = 0.3;
+  CHECK(reach_of_cleaning(job, scans) == Approx(1.5 * 1.2 * 0.3 * std::sqrt(16.0 / 3.14159265)));
   CHECK(predicted_peak_bytes(job, scans, radii) > alone + alone / 10);
   job.estimates_normals = false;
-  CHECK(reach_of_preparation(job, scans) == 0.04);
+  CHECK(reach_of_cleaning(job, scans) == 0.04);
 }
 
 TEST_CASE("WhatIsMissingForRawScansIsSaid") {
@@ -342,9 +342,9 @@ TEST_CASE("WhatIsMissingForRawScansIsSaid") {
   job.normals.orientation = Orientation::kViewpoint;
   CHECK_THAT(message_of(job, ErrorKind::kUsage), Contains("needs normals.viewpoint"));
   job.normals = {};
-  job.prepare.smooth_radius = 100.0;
+  job.cleaning.smooth_radius = 100.0;
   CHECK_THAT(message_of(job, ErrorKind::kUsage), Contains("smooth_radius is far too large"));
-  job.prepare = {};
+  job.cleaning = {};
   job.input.poses = (scratch / "none.conf").string();
   CHECK_THAT(message_of(job, ErrorKind::kBadInput), Contains("cannot open the file of poses"));
   std::ofstream(job.input.poses) << "bmesh other.ply 0 0 0 0 0 0 1\n";

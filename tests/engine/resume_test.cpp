@@ -7,10 +7,14 @@
 #include <fstream>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/pipeline/pipeline.h"
+#include "engine/pipeline/stage/resolved_job.h"
+#include "engine/pipeline/stage/stage_keys.h"
 #include "io/error.h"
+#include "io/job/job_file.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/store/chunk_store.h"
 #include "io/store/chunk_store_file.h"
@@ -84,6 +88,22 @@ Job kept_job(const ScratchDirectory& scratch) {
   job.partition.chunk_points = 400;
   job.run.keep_work_dir = true;
   test::run(job);
+  return job;
+}
+
+/// The numbers of the cleaning as a job file writes them, taken out of the job.
+std::string take_cleaning(Job& job) {
+  std::string lines;
+  for (const JobKey& key : job_keys())
+    if (std::string_view(key.section) == "cleaning")
+      lines += std::string(key.key) + " = " + value_text(key.get(job), key.type) + "\n";
+  job.cleaning = {};
+  return lines;
+}
+
+/// The job with a section of cleaning under that name.
+Job with_cleaning(Job job, const std::string& section, const std::string& lines) {
+  job.cleaning = parse_job("[" + section + "]\n" + lines, "job.toml").cleaning;
   return job;
 }
 
@@ -262,7 +282,7 @@ TEST_CASE("RawPointsGoAsSoonAsTheNextPassIsCompleteAndResumingTakesTheLatest") {
   }
   CHECK(told.stage("raw_thinned") != nullptr);
   CHECK(told.again().empty());
-  CHECK(told.report.prepare.points_moved > 0);
+  CHECK(told.report.cleaning.points_moved > 0);
   CHECK(told.report.points_dropped.contains("thinned"));
   CHECK((bytes_of(job.output.mesh) == expected));
 }
@@ -283,14 +303,36 @@ TEST_CASE("KilledBetweenTheEndOfAPassAndTheRemovalOfItsSourceMakesNoDifference")
   CHECK((mesh_bytes(job) == expected));
 }
 
+TEST_CASE("AWorkDirectoryGoesOnUnderEitherNameOfTheCleaningSection") {
+  const ScratchDirectory scratch;
+  Job plain = test::cleaning_job(scratch, 1500);
+  const std::string numbers = take_cleaning(plain);
+  const auto [before, after] =
+      GENERATE(std::pair("prepare", "cleaning"), std::pair("cleaning", "prepare"));
+  CAPTURE(before, after);
+  run_until(with_cleaning(plain, before, numbers), "raw_thinned");
+  const Told told = run_told(with_cleaning(plain, after, numbers));
+  CHECK(told.again().empty());
+  CHECK(told.stage("raw_normals") == nullptr);
+  CHECK(told.stage("raw_thinned") != nullptr);
+}
+
+TEST_CASE("StoredKeysKeepTheFirstNameOfTheCleaningSection") {
+  const ScratchDirectory scratch;
+  const Job job = test::cleaning_job(scratch, 500);
+  const std::string key = points_key(resolve(job, job.input.files));
+  CHECK(key.find("\nprepare.thin_to_spacing = ") != std::string::npos);
+  CHECK(key.find("cleaning.") == std::string::npos);
+}
+
 TEST_CASE("AChangedPassIsRunAgainOnWhatIsThereAndOtherwiseFromTheScans") {
   const ScratchDirectory scratch;
   const Job first = test::cleaning_job(scratch, 2500);
   run_until(first, "raw_patches");  // the thinned points are complete
   Job job = first;
-  job.prepare.thin_to_spacing *= 1.5;
+  job.cleaning.thin_to_spacing *= 1.5;
   const Told told = run_told(job);
-  CHECK(told.again().find("prepare.thin_to_spacing changed from") == 0);
+  CHECK(told.again().find("cleaning.thin_to_spacing changed from") == 0);
   CHECK(told.again().find("thinned points") != std::string::npos);
   CHECK(told.stage("raw count") != nullptr);  // what thinning was made from had gone
   CHECK((bytes_of(job.output.mesh) == without_work(job)));

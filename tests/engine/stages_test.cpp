@@ -96,7 +96,7 @@ TEST_CASE("WhatFollowsFromAResolvedJobNeedsNoFile") {
   const Job job = job_for(scratch, named);
   const ResolvedJob resolved = resolve(job, job.input.files);
   CHECK(resolved.estimates_normals);
-  CHECK(resolved.needs_preparation());
+  CHECK(resolved.needs_cleaning_or_normals());
   CHECK(resolved.orientation_rule(0) == Orientation::kScanner);
   CHECK(resolved.orientation_rule(1) == Orientation::kPropagate);
   const std::string key = points_key(resolved), raw = raw_points_key(resolved);

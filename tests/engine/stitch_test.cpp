@@ -246,7 +246,7 @@ TEST_CASE("ABoundaryBeyondTheBudgetIsRefusedBeforeItIsRead") {
   INFO(text);
   CHECK(text.find("boundary edges in ") != std::string::npos);
   CHECK(text.find("at least 65 MiB") != std::string::npos);
-  CHECK((text.find("--no-fill") != std::string::npos) == job.fill.enabled);
+  CHECK((text.find("fill.enabled = false") != std::string::npos) == job.fill.enabled);
 }
 
 TEST_CASE("AStoredBoundaryIsRefusedWhereTheBudgetIsSmallerNow") {

@@ -26,7 +26,7 @@ files = ["scan_*.ply"]
 poses = "scan.conf"
 [partition]
 chunk_points = 400
-[prepare]
+[cleaning]
 merge_tolerance = 0.004
 smooth_radius = 0.12
 [normals]

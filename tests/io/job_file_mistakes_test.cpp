@@ -53,6 +53,18 @@ TEST_CASE("AnUnknownSectionNamesFileLineAndTheNearestKnownSection") {
   CHECK_THAT(message_of("[[input]]\nfiles = []\n"), Contains("line 1: unknown key input"));
 }
 
+TEST_CASE("ASectionUnderTwoNamesNamesBothPlaces") {
+  CHECK(
+      message_of("[cleaning]\nauto = true\n\n[prepare]\nsmooth_radius = 1.0\n") ==
+      "job.toml: line 4: one section under two names; found [cleaning] in line 1 and [prepare] in "
+      "line 4, expected [cleaning] alone");
+  CHECK_THAT(message_of("prepare.auto = true\n[cleaning]\n"),
+             Contains("found [prepare] in line 1 and [cleaning] in line 2"));
+  CHECK_THAT(message_of("[prepare]\nsmooth_radi = 1\n"),
+             StartsWith("job.toml: line 2: unknown key prepare.smooth_radi. Did you mean "
+                        "cleaning.smooth_radius?"));
+}
+
 TEST_CASE("TheFirstMistakeOfSeveralIsReported") {
   CHECK_THAT(message_of("[run]\nzeta = 1\nalpha = 2\n[aaa]\n"), StartsWith("job.toml: line 2: "));
 }
@@ -97,10 +109,10 @@ TEST_CASE("ValuesOutsideTheirRangeAreRejected") {
       Unsuitable{"input", "scanner = [1, 2]"}, Unsuitable{"input", "scanner = [0, 0, 0, 0]"},
       Unsuitable{"input", "scanner = [1, 2, 3, 1]"}, Unsuitable{"input", "las_classes = [256]"},
       Unsuitable{"input", "las_classes = [2.5]"}, Unsuitable{"input", "returns = \"second\""},
-      Unsuitable{"prepare", "auto = 1"}, Unsuitable{"prepare", "outlier_sigma = -1"},
-      Unsuitable{"prepare", "merge_tolerance = inf"},
-      Unsuitable{"prepare", "smooth_radius = \"1\""}, Unsuitable{"prepare", "smooth_passes = 9"},
-      Unsuitable{"prepare", "thin_to_spacing = nan"}, Unsuitable{"normals", "source = \"guess\""},
+      Unsuitable{"cleaning", "auto = 1"}, Unsuitable{"cleaning", "outlier_sigma = -1"},
+      Unsuitable{"cleaning", "merge_tolerance = inf"},
+      Unsuitable{"cleaning", "smooth_radius = \"1\""}, Unsuitable{"cleaning", "smooth_passes = 9"},
+      Unsuitable{"cleaning", "thin_to_spacing = nan"}, Unsuitable{"normals", "source = \"guess\""},
       Unsuitable{"normals", "neighbors = 2"}, Unsuitable{"normals", "orientation = \"down\""},
       Unsuitable{"normals", "viewpoint = [1, 2]"}, Unsuitable{"normals", "up = [0, 0, 0]"},
       Unsuitable{"reconstruct", "ball_radii = \"many\""}, Unsuitable{"reconstruct", "levels = 0"},
@@ -219,6 +231,13 @@ TEST_CASE("SettingAKeyReportsTheSameMistakes") {
   CHECK_THAT(message_of_setting("reconstruct.ball_radii=0.5,x"), Contains("ascending order"));
   CHECK_THAT(message_of_setting("run.threads=two"), Contains("found \"two\""));
   CHECK_THAT(message_of_setting("run.threads=1\nlevels = 2"), Contains("run.threads"));
+}
+
+TEST_CASE("AnUnsuitableValueOfAnOptionNamesTheOption") {
+  Job job;
+  CHECK_THROWS_WITH(set_job_option(job, "reconstruct.levels", "9"),
+                    "--levels has an unsuitable value; found 9, expected \"auto\" or an integer "
+                    "from 1 to 8");
 }
 
 TEST_CASE("TheNearestNameIsTheOneWithTheFewestEdits") {

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "io/error.h"
+#include "io/job/setting.h"
 #include "io/system/glob.h"
 #include "tests/support/data.h"
 #include "tests/support/program.h"
@@ -35,7 +36,7 @@ pose = ["a.ply 1 2 3 0 0 0 1", "b.ply 1 0 0 4 0 1 0 5 0 0 1 6 0 0 0 1"]
 scanner = [0, 0, 1, 0]
 las_classes = [2, 6]
 returns = "last"
-[prepare]
+[cleaning]
 auto = true
 outlier_sigma = 3.5
 merge_tolerance = 1e-4
@@ -93,12 +94,12 @@ TEST_CASE("EveryKeyOfAJobFileReachesTheJob") {
   CHECK(job.input.scanner == ScannerPlace{{0, 0, 1}, true});
   CHECK(job.input.las_classes == std::vector<int>{2, 6});
   CHECK(job.input.returns == ReturnFilter::kLast);
-  CHECK(job.prepare.automatic);
-  CHECK(job.prepare.outlier_sigma == 3.5);
-  CHECK(job.prepare.merge_tolerance == 1e-4);
-  CHECK(job.prepare.smooth_radius == 0.25);
-  CHECK(job.prepare.smooth_passes == 3);
-  CHECK(job.prepare.thin_to_spacing == 0.125);
+  CHECK(job.cleaning.automatic);
+  CHECK(job.cleaning.outlier_sigma == 3.5);
+  CHECK(job.cleaning.merge_tolerance == 1e-4);
+  CHECK(job.cleaning.smooth_radius == 0.25);
+  CHECK(job.cleaning.smooth_passes == 3);
+  CHECK(job.cleaning.thin_to_spacing == 0.125);
   CHECK(job.normals.source == NormalSource::kEstimate);
   CHECK(job.normals.neighbors == 24);
   CHECK(job.normals.orientation == Orientation::kViewpoint);
@@ -226,6 +227,35 @@ TEST_CASE("SettingAKeyTakesTomlValuesAndBareWords") {
   CHECK(with("fill.max_edges", "60").fill.max_edges == 60);
   CHECK(with("output.patch_color", "#ff8000").output.patch_color ==
         std::array<std::uint8_t, 3>{255, 128, 0});
+}
+
+TEST_CASE("TheFormerNameOfTheCleaningSectionIsTheSameSection") {
+  const std::string keys =
+      "auto = true\noutlier_sigma = 3.5\nmerge_tolerance = 1e-4\nsmooth_radius = 0.25\n"
+      "smooth_passes = 3\nthin_to_spacing = 0.125\n";
+  const std::string now = job_toml(parse_job("[cleaning]\n" + keys, "job.toml"));
+  CHECK(job_toml(parse_job("[prepare]\n" + keys, "job.toml")) == now);
+  CHECK(job_toml(parse_job("prepare.auto = true\n", "job.toml")) ==
+        job_toml(parse_job("cleaning.auto = true\n", "job.toml")));
+  CHECK(job_toml(with("prepare.smooth_radius", "0.25")) ==
+        job_toml(with("cleaning.smooth_radius", "0.25")));
+  CHECK_THAT(now, Contains("\n[cleaning]\nauto = true\n") && !Contains("prepare"));
+}
+
+TEST_CASE("ASettingIsNamedAsTheUserOfTheJobGivesIt") {
+  Job job;
+  CHECK(setting_name(job, "cleaning.smooth_radius") == "cleaning.smooth_radius");
+  CHECK(setting(job, "cleaning.auto", "true") == "cleaning.auto = true");
+  CHECK(setting(job, "normals.source", "estimate") == "normals.source = \"estimate\"");
+  CHECK(setting(job, "reconstruct.ball_radii", "auto") == "reconstruct.ball_radii = \"auto\"");
+  job.run.is_from_command_line = true;
+  CHECK(setting_name(job, "cleaning.smooth_radius") == "--smooth-radius");
+  CHECK(setting(job, "cleaning.auto", "true") == "--cleaning");
+  CHECK(setting(job, "fill.enabled", "false") == "--no-fill");
+  CHECK(setting(job, "fill.enabled", "true") == "no --no-fill");
+  CHECK(setting(job, "normals.source", "estimate") == "--normals estimate");
+  CHECK(setting(job, "reconstruct.ball_radii", "auto") == "--ball-radii auto");
+  CHECK(setting_name(job, "input.pose") == "input.pose");  // has no option
 }
 
 TEST_CASE("TheKeyTableIsCompleteAndItsDefaultsAreAccepted") {

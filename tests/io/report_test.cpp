@@ -109,12 +109,12 @@ TEST_CASE("TheReportHasItsStableKeys") {
   const Json json = Json::parse(report_json(example()));
   CHECK(keys_of(json) ==
         Keys{"version",        "command",  "options",   "input",   "coordinate_system",
-             "prepare",        "normals",  "partition", "radii",   "points_unused",
+             "cleaning",       "normals",  "partition", "radii",   "points_unused",
              "conflicts_lost", "mesh",     "holes",     "stages",  "peak_memory_bytes",
              "predicted",      "measured", "ranks",     "machine", "notes"});
-  CHECK(keys_of(json["prepare"]) == Keys{"thickness", "spacing", "outlier_sigma", "merge_tolerance",
-                                         "smooth_radius", "smooth_passes", "thin_to_spacing",
-                                         "reason", "points_moved", "mean_move"});
+  CHECK(keys_of(json["cleaning"]) ==
+        Keys{"thickness", "spacing", "outlier_sigma", "merge_tolerance", "smooth_radius",
+             "smooth_passes", "thin_to_spacing", "reason", "points_moved", "mean_move"});
   CHECK(keys_of(json["normals"]) == Keys{"source", "orientation", "neighbors", "max_radius",
                                          "patches", "components", "contested_patches",
                                          "votes_satisfied"});

@@ -33,8 +33,8 @@ PATHS = ["", ".", "..", "/", "scan.ply", "./scan.ply", "job.toml", "sub/scan.ply
          "**/*.ply", "~/scan.ply", "mesh.ply/x.ply", "/dev/null", "/dev/full", "/proc/self/mem", "mesh.report.json",
          "-", "a" * 300 + ".ply", "\\u0000.ply", "mesh\\n.ply", "sub", "sub/", "scan.ply\\u202e", "mesh.foo", ".ply",
          "link.ply", "loop.ply"]
-NAMED = re.compile(r"job\.toml|no file matches|\b(?:input|partition|prepare|normals|reconstruct|fill|output|run)\.\w")
-SECTIONS = ["input", "partition", "prepare", "normals", "reconstruct", "fill", "output", "run"]
+NAMED = re.compile(r"job\.toml|no file matches|\b(?:input|partition|cleaning|normals|reconstruct|fill|output|run)\.\w")
+SECTIONS = ["input", "partition", "cleaning", "normals", "reconstruct", "fill", "output", "run"]
 
 
 def prepare(setup):

@@ -19,7 +19,7 @@ poses = "scan.conf"
 [partition]
 memory = "1GiB"
 chunk_points = {chunk}
-[prepare]
+[cleaning]
 outlier_sigma = 6.0
 merge_tolerance = {merge:.6g}
 smooth_radius = {smooth:.6g}

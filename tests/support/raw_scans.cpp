@@ -46,10 +46,10 @@ Job cleaning_job(const ScratchDirectory& scratch, std::uint64_t points) {
   const RawScans scans = scan_torus(scratch, points, 0.2, 0.3);
   Job job = job_for(scratch, scans);
   job.partition.chunk_points = 500;
-  job.prepare.automatic = false;
-  job.prepare.outlier_sigma = 6.0;
-  job.prepare.smooth_radius = 2.5 * scans.spacing;
-  job.prepare.thin_to_spacing = 0.5 * scans.spacing;
+  job.cleaning.automatic = false;
+  job.cleaning.outlier_sigma = 6.0;
+  job.cleaning.smooth_radius = 2.5 * scans.spacing;
+  job.cleaning.thin_to_spacing = 0.5 * scans.spacing;
   job.normals.orientation = Orientation::kPropagate;
   return job;
 }

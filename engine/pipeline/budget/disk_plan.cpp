@@ -65,24 +65,24 @@ PointSchema final_schema(const CloudSize& cloud, const RawWork& raw) {
 /// Most that the passes over raw points hold: each needs what the one before left, and the moves
 /// of the smoothing are measured against its beginning.
 double passes_bytes(const CloudSize& cloud, const RawWork& raw) {
-  const PrepareOptions& clean_up = raw.clean_up;
+  const CleaningOptions& cleaning = raw.cleaning;
   const double bare = stored_bytes(cloud.schema);
   std::vector<double> stages = {bare};
-  if (clean_up.outlier_sigma > 0.0) stages.push_back(bare);
-  if (clean_up.merge_tolerance > 0.0) stages.push_back(bare);
+  if (cleaning.outlier_sigma > 0.0) stages.push_back(bare);
+  if (cleaning.merge_tolerance > 0.0) stages.push_back(bare);
   const double full = raw.estimates ? stored_bytes(with_normals(cloud.schema)) : bare;
   if (raw.estimates) stages.push_back(full);
   double most = 0.0;
   for (std::size_t i = 1; i < stages.size(); ++i) most = std::max(most, stages[i - 1] + stages[i]);
-  if (clean_up.smooth_radius > 0.0)
-    most = std::max(most, (clean_up.smooth_passes > 1 ? 3.0 : 2.0) * full);
-  if (clean_up.thin_to_spacing > 0.0) most = std::max(most, 2.0 * full);
+  if (cleaning.smooth_radius > 0.0)
+    most = std::max(most, (cleaning.smooth_passes > 1 ? 3.0 : 2.0) * full);
+  if (cleaning.thin_to_spacing > 0.0) most = std::max(most, 2.0 * full);
   if (raw.propagates) most = std::max(most, full + kPatches);
   return most;
 }
 
 /// What is left of the passes while the points are cut for good.
-double prepared_bytes(const CloudSize& cloud, const RawWork& raw) {
+double cleaned_bytes(const CloudSize& cloud, const RawWork& raw) {
   const PointSchema schema = raw.estimates ? with_normals(cloud.schema) : cloud.schema;
   return stored_bytes(schema) + (raw.propagates ? kPatches : 0.0);
 }
@@ -108,7 +108,7 @@ double cut_bytes(const ResolvedJob& job, const CloudSize& cloud, const PointSche
   return sorted + static_cast<double>(in_flight_bytes(job, cloud, schema));
 }
 
-bool prepares(const RawWork& raw) { return raw.estimates || cleans(raw.clean_up); }
+bool has_raw_passes(const RawWork& raw) { return raw.estimates || cleans(raw.cleaning); }
 
 struct RowBytes {
   double vertex = 0.0;
@@ -172,10 +172,10 @@ void require(const Demand& demand, const FreeSpace& free) {
 
 RawWork raw_work(const ResolvedJob& job, const CloudSize& scans) {
   RawWork raw;
-  raw.clean_up = job.prepare;
-  if (raw.clean_up.automatic) {
+  raw.cleaning = job.cleaning;
+  if (raw.cleaning.automatic) {
     // Sizes do not matter here, only that something is done.
-    raw.clean_up.outlier_sigma = raw.clean_up.smooth_radius = raw.clean_up.thin_to_spacing = 1.0;
+    raw.cleaning.outlier_sigma = raw.cleaning.smooth_radius = raw.cleaning.thin_to_spacing = 1.0;
   }
   raw.estimates = job.estimates_normals;
   raw.propagates =
@@ -191,10 +191,10 @@ DiskPlan plan_disk(const ResolvedJob& job, const CloudSize& cloud, const RawWork
   const double borders = chunks * kBorderBytes * std::sqrt(points / chunks);
   const double files = kDocuments + chunks * kFileBytes;
   DiskPlan plan;
-  if (prepares(raw)) {
-    plan.prepare_bytes = whole(kMargin * std::max(points * passes_bytes(cloud, raw),
-                                                  points * prepared_bytes(cloud, raw) + cut) +
-                               3.0 * files);
+  if (has_raw_passes(raw)) {
+    plan.cleaning_bytes = whole(kMargin * std::max(points * passes_bytes(cloud, raw),
+                                                   points * cleaned_bytes(cloud, raw) + cut) +
+                                3.0 * files);
   }
   const auto held = static_cast<double>(raw.held_bytes);
   const double mesh = job.run.compress ? kPackedMesh * kMesh : kMesh;
@@ -206,8 +206,8 @@ DiskPlan plan_disk(const ResolvedJob& job, const CloudSize& cloud, const RawWork
                             ? 0.0
                             : kMargin * points * (rows.vertex + 2.0 * rows.triangle) + kFileBytes;
   plan.output_bytes = whole(output);
-  plan.work_bytes = std::max(plan.prepare_bytes, whole(work));
-  plan.most_bytes = std::max(plan.prepare_bytes, whole(work + output));
+  plan.work_bytes = std::max(plan.cleaning_bytes, whole(work));
+  plan.most_bytes = std::max(plan.cleaning_bytes, whole(work + output));
   return plan;
 }
 
@@ -251,7 +251,7 @@ RoomPlan check_room(StageRunner& runner, const CutStages& stages, bool are_scans
   if (!runner.communicator.is_root()) return {in_flight, 0};
   RawWork raw;
   if (are_scans) raw = raw_work(runner.job, cloud);
-  const bool first_of_two = prepares(raw);
+  const bool first_of_two = has_raw_passes(raw);
   const std::uint64_t held = runner.store.disk().now();
   // What an earlier run binned and sorted of these points is part of what they take.
   std::uint64_t of_points = 0;
@@ -262,7 +262,7 @@ RoomPlan check_room(StageRunner& runner, const CutStages& stages, bool are_scans
   const std::uint64_t predicted = plan.most_bytes;
   if (first_of_two) {
     // The number of points that cleaning leaves shows later; this much is needed in any case.
-    plan.work_bytes = plan.most_bytes = plan.prepare_bytes;
+    plan.work_bytes = plan.most_bytes = plan.cleaning_bytes;
     plan.output_bytes = 0;
   }
   require_room(runner.store.directory(), runner.job.output.mesh, plan, held);

@@ -21,13 +21,13 @@ struct CloudSize {
 
 /// What comes between counting the points and cutting them for good.
 struct RawWork {
-  PrepareOptions clean_up;
+  CleaningOptions cleaning;
   bool estimates = false;        ///< normals
   bool propagates = false;       ///< their side
   std::uint64_t held_bytes = 0;  ///< what the passes left and is needed while the points are cut
 };
 
-/// What the job asks for, of points that were counted as they came. What prepare.auto will choose
+/// What the job asks for, of points that were counted as they came. What cleaning.auto will choose
 /// is not known then: all of it is expected.
 RawWork raw_work(const ResolvedJob& job, const CloudSize& scans);
 
@@ -35,10 +35,10 @@ RawWork raw_work(const ResolvedJob& job, const CloudSize& scans);
 /// whose points are all kept and used; points that cleaning drops, and rows of text that are
 /// shorter than usual, leave more of it unused. docs/disk.md.
 struct DiskPlan {
-  std::uint64_t prepare_bytes = 0;  ///< of the work directory, until the points are cut for good
-  std::uint64_t work_bytes = 0;     ///< of the work directory, whenever that is
-  std::uint64_t output_bytes = 0;   ///< of the mesh
-  std::uint64_t most_bytes = 0;     ///< of both together
+  std::uint64_t cleaning_bytes = 0;  ///< of the work directory, until the points are cut for good
+  std::uint64_t work_bytes = 0;      ///< of the work directory, whenever that is
+  std::uint64_t output_bytes = 0;    ///< of the mesh
+  std::uint64_t most_bytes = 0;      ///< of both together
 };
 DiskPlan plan_disk(const ResolvedJob& job, const CloudSize& cloud, const RawWork& raw);
 

@@ -8,6 +8,7 @@
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/pipeline/stage/cleaning_rule.h"
 #include "io/error.h"
+#include "io/job/setting.h"
 #include "io/store/chunk_points.h"
 #include "io/text/quantity.h"
 
@@ -81,10 +82,10 @@ std::uint64_t partition_peak(const ResolvedJob& job, const Partition& partition,
   return base + sample + bins + sorting;
 }
 
-/// While prepared points are cut into chunks. All raw points may be left, with normals by then.
-std::uint64_t prepared_peak(const ResolvedJob& job, const Partition& partition,
-                            const MemoryPlan& plan) {
-  if (!job.needs_preparation()) return 0;
+/// While cleaned points are cut into chunks. All raw points may be left, with normals by then.
+std::uint64_t cleaned_peak(const ResolvedJob& job, const Partition& partition,
+                           const MemoryPlan& plan) {
+  if (!job.needs_cleaning_or_normals()) return 0;
   PointSchema schema = partition.schema;
   if (!schema.has_normals) schema.normal_type = ScalarType::kFloat32;
   schema.has_normals = true;
@@ -132,14 +133,14 @@ std::uint64_t predicted_peak_bytes(const ResolvedJob& job, const Partition& part
   const std::uint64_t points = partition.octree.points();
   const MemoryPlan plan = job.memory_plan(points, partition.schema);
   const double reach =
-      std::max(radii.empty() ? 0.0 : halo_width(radii), reach_of_preparation(job, partition));
+      std::max(radii.empty() ? 0.0 : halo_width(radii), reach_of_cleaning(job, partition));
   const std::uint64_t in_flight = in_flight_bytes(
       expected_points_with_halos(partition, reach), job.threads(), plan.chunks_in_flight_bytes,
       MemoryCosts::kReconstructBytes, MemoryCosts::kUsualReconstructBytes);
   const std::uint64_t whole = points * kWholeCloudBytesPer64 / 64;
   const std::uint64_t peak =
       std::max({partition_peak(job, partition, partition.schema, plan),
-                prepared_peak(job, partition, plan), kWorkingBytes + in_flight + whole});
+                cleaned_peak(job, partition, plan), kWorkingBytes + in_flight + whole});
   return std::min(static_cast<std::uint64_t>(kMargin * static_cast<double>(peak)),
                   std::max(job.partition.memory_bytes, peak));
 }
@@ -170,15 +171,16 @@ void require_memory(const ResolvedJob& job, const HoleLoad& load, std::uint64_t 
   if (needed <= budget || load.edges == 0) return;
   const std::string more = "larger ball radii leave fewer holes";
   const bool fills = job.fill.enabled;
-  throw_resource(fills ? "the memory budget is too small for the boundary whose holes are to be "
-                         "filled"
-                       : "the memory budget is too small for the boundary of the mesh",
-                 {.file = {},
-                  .place = "partition.memory",
-                  .found = format_bytes(budget) + "; " + format_count(load.edges) +
-                           " boundary edges in " + format_count(load.loops) + " loops",
-                  .expected = "at least " + std::to_string((needed >> 20) + 1) + " MiB",
-                  .advice = fills ? "Or fill.enabled = false (--no-fill); " + more : more});
+  throw_resource(
+      fills ? "the memory budget is too small for the boundary whose holes are to be "
+              "filled"
+            : "the memory budget is too small for the boundary of the mesh",
+      {.file = {},
+       .place = setting_name(job, "partition.memory"),
+       .found = format_bytes(budget) + "; " + format_count(load.edges) + " boundary edges in " +
+                format_count(load.loops) + " loops",
+       .expected = "at least " + std::to_string((needed >> 20) + 1) + " MiB",
+       .advice = fills ? "Or " + setting(job, "fill.enabled", "false") + "; " + more : more});
 }
 
 }  // namespace
@@ -224,13 +226,14 @@ void require_memory_for_largest(const ResolvedJob& job, const Partition& partiti
   throw_resource(
       "the memory budget is too small for the points within the reach of a ball",
       {.file = {},
-       .place = "partition.memory",
+       .place = setting_name(job, "partition.memory"),
        .found = format_bytes(budget) + "; around chunk " + std::to_string(chunk) + " with its " +
                 format_count(partition.points_in(chunk)) + " points, " + format_count(*largest) +
                 " lie within the halo of " + format_number(halo_width(radii)),
        .expected = "at least " + std::to_string((needed >> 20) + 1) + " MiB",
-       .advice = "Or smaller ball radii, which the dense part of the cloud asks for, or "
-                 "prepare.thin_to_spacing"});
+       .advice =
+           std::string("Or smaller ball radii, which the dense part of the cloud asks for, or ") +
+           setting_name(job, "cleaning.thin_to_spacing")});
 }
 
 }  // namespace orbweave

@@ -21,7 +21,7 @@ std::vector<std::uint64_t> expected_points_with_halos(const Partition& partition
                                                       double halo_width);
 
 /// Peak of the process. `partition` needs schema, octree, spacing and, of scans that are to be
-/// prepared, normal_radius and layers; `radii` are those of the job. Holes that are filled may take
+/// cleaned, normal_radius and layers; `radii` are those of the job. Holes that are filled may take
 /// more: predicted_hole_bytes.
 std::uint64_t predicted_peak_bytes(const ResolvedJob& job, const Partition& partition,
                                    std::span<const double> radii);

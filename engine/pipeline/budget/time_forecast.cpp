@@ -21,12 +21,12 @@ constexpr double kSmoothedPerSecond = 100'000.0;
 constexpr double kCompressedPerSecond = 750'000.0;
 
 /// Core seconds per point of the passes over raw points.
-double preparation_per_point(const NormalFacts& normals, const PrepareOptions& clean_up) {
+double raw_passes_per_point(const NormalFacts& normals, const CleaningOptions& cleaning) {
   double seconds = 0.0;
   if (normals.source == NormalSource::kEstimate) seconds += 1.0 / kNormalsPerSecond;
   if (normals.orientation == Orientation::kPropagate) seconds += 1.0 / kPropagatedPerSecond;
-  if (clean_up.outlier_sigma > 0.0) seconds += 1.0 / kNormalsPerSecond;
-  if (clean_up.smooth_radius > 0.0) seconds += clean_up.smooth_passes / kSmoothedPerSecond;
+  if (cleaning.outlier_sigma > 0.0) seconds += 1.0 / kNormalsPerSecond;
+  if (cleaning.smooth_radius > 0.0) seconds += cleaning.smooth_passes / kSmoothedPerSecond;
   return seconds;
 }
 
@@ -47,10 +47,10 @@ std::uint64_t usable_points(const Partition& partition) {
 
 double predicted_seconds(const ResolvedJob& job, std::uint64_t points,
                          std::span<const double> radii, const NormalFacts& normals,
-                         const PrepareOptions& clean_up) {
+                         const CleaningOptions& cleaning) {
   const double further = static_cast<double>(std::max<std::size_t>(radii.size(), 1) - 1);
   double per_point = (1.0 + kFurtherRadius * further) / kPointsPerSecond;
-  per_point += preparation_per_point(normals, clean_up);
+  per_point += raw_passes_per_point(normals, cleaning);
   if (job.run.compress) per_point += 1.0 / kCompressedPerSecond;
   return static_cast<double>(points) * per_point / job.threads();
 }
@@ -58,7 +58,7 @@ double predicted_seconds(const ResolvedJob& job, std::uint64_t points,
 double predicted_seconds(const ResolvedJob& job, const Partition& partition,
                          std::span<const double> radii, int processes) {
   return predicted_seconds(job, usable_points(partition), radii, partition.normals,
-                           partition.prepare.options) /
+                           partition.cleaning.options) /
          processes;
 }
 

@@ -11,10 +11,10 @@ namespace orbweave {
 
 /// Seconds of a run from its start, with all its threads on cores of their own, a disk that keeps
 /// up, and few holes. `points` are those that were read and can be used, exact duplicates and what
-/// cleaning drops among them; `normals` and `clean_up` as they are applied.
+/// cleaning drops among them; `normals` and `cleaning` as they are applied.
 double predicted_seconds(const ResolvedJob& job, std::uint64_t points,
                          std::span<const double> radii, const NormalFacts& normals,
-                         const PrepareOptions& clean_up);
+                         const CleaningOptions& cleaning);
 
 /// Of a job whose points are cut, shared evenly by `processes`.
 double predicted_seconds(const ResolvedJob& job, const Partition& partition,

@@ -12,6 +12,7 @@
 #include "engine/pipeline/surface/stored_mesh.h"
 #include "engine/pipeline/surface/stored_surface.h"
 #include "engine/stitching/local_numbers.h"
+#include "io/job/setting.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/report/picture.h"
 #include "io/report/picture_up.h"
@@ -31,8 +32,8 @@ void warn_of_moved_vertices(StageRunner& runner, const Partition& partition) {
   const double step = std::ldexp(largest, -24);
   if (step > partition.spacing * 1e-3) {
     runner.warn("float coordinates move vertices by up to " +
-                std::to_string(step / partition.spacing) +
-                " of the point spacing; output.precision = \"double\" keeps them");
+                std::to_string(step / partition.spacing) + " of the point spacing; " +
+                setting(runner.job, "output.precision", "double") + " keeps them");
   }
 }
 

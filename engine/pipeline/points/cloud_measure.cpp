@@ -27,7 +27,7 @@ Partition measure(const CloudInput& input, SpacingSampler& sampler, const RunCon
   measured.radii_reason = choice.reason;
   if (!input.are_scans) return measured;
   measured.layers = measure_layers(sampler.sites(), &control.stop);
-  if (!control.job.needs_preparation()) return measured;
+  if (!control.job.needs_cleaning_or_normals()) return measured;
   const auto neighbors = static_cast<std::size_t>(control.job.normals.neighbors);
   measured.normal_radius = normal_radius(sampler, neighbors, &control.stop);
   return measured;

@@ -15,6 +15,7 @@
 #include "engine/spacing/automatic_radii.h"
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
+#include "io/job/setting.h"
 #include "io/text/quantity.h"
 
 namespace orbweave {
@@ -63,7 +64,7 @@ std::uint64_t worthwhile_chunk_points(const CountGrid& grid, const ReconstructOp
 /// The least budget of all stages that the job will run, before any of them: estimated normals make
 /// points larger than they are read.
 void require_budget(const ResolvedJob& job, PointSchema scans) {
-  scans.has_normals = scans.has_normals || job.needs_preparation();
+  scans.has_normals = scans.has_normals || job.needs_cleaning_or_normals();
   job.memory_plan(0, scans);
 }
 
@@ -128,7 +129,7 @@ void plan_cut(const ResolvedJob& job, CountedCloud& cloud, int processes) {
                       worthwhile_chunk_points(cloud.grid, job.reconstruct));
   const std::uint64_t wanted = job.partition.chunk_points;
   if (cloud.memory.chunk_points < wanted) {
-    cloud.notes.push_back("partition.chunk_points = " + std::to_string(wanted) +
+    cloud.notes.push_back(setting(job, "partition.chunk_points", std::to_string(wanted)) +
                           " is more than the memory budget has room for; chunks get " +
                           std::to_string(cloud.memory.chunk_points) + " points");
   }
@@ -150,8 +151,9 @@ std::uint64_t worthwhile_points(const std::vector<double>& radii, double points_
 
 CountedCloud count_points(const RunControl& control, const CloudInput& input) {
   const Share all = [](std::unique_ptr<PointSource> source) { return source; };
-  CountedCloud cloud = count_without_strays(
-      input, [&](const PointFilter& filter) { return count_share(control, input, all, filter); });
+  CountedCloud cloud = count_without_strays(control.job, input, [&](const PointFilter& filter) {
+    return count_share(control, input, all, filter);
+  });
   plan_cut(control.job, cloud, 1);
   cut_chunks(control, input, cloud);
   return cloud;
@@ -162,7 +164,7 @@ CountedCloud count_by_team(const CloudInput& input, const CutExchange& cut, Stag
   const Share own = [&](std::unique_ptr<PointSource> source) {
     return own_share(std::move(source), runner.communicator);
   };
-  CountedCloud cloud = count_without_strays(input, [&](const PointFilter& filter) {
+  CountedCloud cloud = count_without_strays(runner.job, input, [&](const PointFilter& filter) {
     return whole_cloud(count_share(runner, input, own, filter), cut, runner);
   });
   plan_cut(runner.job, cloud, runner.communicator.size());

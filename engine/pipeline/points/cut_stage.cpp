@@ -16,6 +16,7 @@
 #include "engine/pipeline/stage/stage_begin.h"
 #include "engine/spacing/automatic_radii.h"
 #include "io/error.h"
+#include "io/job/setting.h"
 #include "io/report/reasons.h"
 #include "io/store/chunk_points.h"
 #include "io/system/owned_files.h"
@@ -184,7 +185,7 @@ void require_memory_for_sample(const ResolvedJob& job, const CountedCloud& cloud
   const std::uint64_t budget = job.partition.memory_bytes;
   if (budget >= least) return;
   throw_resource("the memory budget is too small to measure the distances between the points",
-                 {.place = "partition.memory",
+                 {.place = setting_name(job, "partition.memory"),
                   .found = std::to_string(budget >> 20) + " MiB",
                   .expected = "at least " + std::to_string((least >> 20) + 1) +
                               " MiB, as many points lie in a tiny part of the cloud's extent",

@@ -8,6 +8,7 @@
 #include "engine/pipeline/stage/stage_begin.h"
 #include "engine/pipeline/stage/stage_keys.h"
 #include "io/error.h"
+#include "io/job/setting.h"
 #include "io/store/chunk_points.h"
 #include "partition/memory_plan.h"
 
@@ -79,15 +80,15 @@ std::optional<std::uint64_t> points_of_ended_pass(const StageRunner& runner,
 [[noreturn]] void throw_no_points(const StageRunner& runner, const RawCloud& cloud) {
   DroppedPoints dropped = cloud.partition.dropped;
   for (const auto& [reason, count] : cloud.dropped) dropped[reason] += count;
-  throw_bad_input(
-      "no point is left to make a mesh of",
-      {.file = runner.job.files.front(),
-       .found = describe_dropped(cloud.partition.points_read, dropped),
-       .expected = "points that lie close to each other on a surface",
-       .advice = cloud.dropped.contains(text_of(DropReason::kTooFewNeighbors))
-                     ? "Points that bring their normals (normals.source = \"file\") need "
-                       "no neighbours for one"
-                     : "Reduce the cleaning: the options under prepare"});
+  throw_bad_input("no point is left to make a mesh of",
+                  {.file = runner.job.files.front(),
+                   .found = describe_dropped(cloud.partition.points_read, dropped),
+                   .expected = "points that lie close to each other on a surface",
+                   .advice = cloud.dropped.contains(text_of(DropReason::kTooFewNeighbors))
+                                 ? "Points that bring their normals (" +
+                                       setting(runner.job, "normals.source", "file") +
+                                       ") need no neighbours for one"
+                                 : std::string("Reduce the cleaning")});
 }
 
 void require_points(const StageRunner& runner, const RawCloud& cloud) {

@@ -8,6 +8,7 @@
 #include "io/clouds/point_source_list.h"
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
+#include "io/job/setting.h"
 
 namespace orbweave {
 namespace {
@@ -44,12 +45,13 @@ class ScanOpener {
 
 void require_normals(const PointSource& source, const ResolvedJob& job) {
   if (source.schema().has_normals) return;
-  throw_bad_input("the cloud has no normals",
-                  {.file = job.files.front(),
-                   .place = {},
-                   .found = "points without nx, ny, nz",
-                   .expected = "a normal per point, as normals.source = \"file\" asks for",
-                   .advice = "Have them estimated: normals.source = \"estimate\"."});
+  throw_bad_input(
+      "the cloud has no normals",
+      {.file = job.files.front(),
+       .place = {},
+       .found = "points without nx, ny, nz",
+       .expected = "a normal per point, as " + setting(job, "normals.source", "file") + " asks for",
+       .advice = "Have them estimated: " + setting(job, "normals.source", "estimate")});
 }
 
 /// Where the points lie that are (0, 0, 0) in their scans' own coordinates; ascending by x.

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "io/job/setting.h"
 #include "io/report/reasons.h"
 #include "io/text/quantity.h"
 #include "partition/point_filter.h"
@@ -19,7 +20,7 @@ void note_beyond_range(CountedCloud& cloud) {
                         "); no key keeps them: a scan in other units may be closer to zero");
 }
 
-void note_left_out(CountedCloud& cloud) {
+void note_left_out(const Job& job, CountedCloud& cloud) {
   std::string text;
   for (const DropReason dropped :
        {DropReason::kNoDataValue, DropReason::kMissingReturn, DropReason::kStray}) {
@@ -29,13 +30,13 @@ void note_left_out(CountedCloud& cloud) {
     text += (text.empty() ? "" : "; ") + format_count(found->second) + " dropped: " + reason;
   }
   if (text.empty()) return;
-  cloud.notes.push_back("points that are no measurements are left out (" + text +
-                        "); input.keep_strays = true keeps them");
+  cloud.notes.push_back("points that are no measurements are left out (" + text + "); " +
+                        setting(job, "input.keep_strays", "true") + " keeps them");
 }
 
 }  // namespace
 
-CountedCloud count_without_strays(const CloudInput& input,
+CountedCloud count_without_strays(const Job& job, const CloudInput& input,
                                   const std::function<CountedCloud(const PointFilter&)>& count) {
   PointFilter filter;
   if (input.leaves_out_strays) filter = measurement_filter(input.scan_origins);
@@ -44,7 +45,7 @@ CountedCloud count_without_strays(const CloudInput& input,
     filter = input.leaves_out_strays ? narrowed(cloud.filter, cloud.at_scan_origins, cloud.grid)
                                      : cloud.filter;
     if (filter != cloud.filter) continue;
-    note_left_out(cloud);
+    note_left_out(job, cloud);
     note_beyond_range(cloud);
     return cloud;
   }

@@ -9,8 +9,8 @@
 namespace orbweave {
 namespace {
 
-PrepareOptions prepare_options(const CleaningChoice& choice) {
-  PrepareOptions options;
+CleaningOptions cleaning_options(const CleaningChoice& choice) {
+  CleaningOptions options;
   options.outlier_sigma = choice.outlier_sigma;
   options.smooth_radius = choice.smooth_radius;
   options.smooth_passes = choice.smooth_passes;
@@ -19,14 +19,14 @@ PrepareOptions prepare_options(const CleaningChoice& choice) {
 }
 
 /// What the job asks for; an automatic choice gives way to the numbers that the job has.
-PrepareOptions applied_options(const PrepareOptions& wanted, const PrepareOptions& chosen) {
+CleaningOptions applied_options(const CleaningOptions& wanted, const CleaningOptions& chosen) {
   if (!wanted.automatic) return wanted;
-  PrepareOptions options = chosen;
+  CleaningOptions options = chosen;
   options.automatic = true;
   if (wanted.outlier_sigma > 0.0) options.outlier_sigma = wanted.outlier_sigma;
   if (wanted.merge_tolerance > 0.0) options.merge_tolerance = wanted.merge_tolerance;
   if (wanted.smooth_radius > 0.0) options.smooth_radius = wanted.smooth_radius;
-  if (wanted.smooth_passes != PrepareOptions{}.smooth_passes)
+  if (wanted.smooth_passes != CleaningOptions{}.smooth_passes)
     options.smooth_passes = wanted.smooth_passes;
   if (wanted.thin_to_spacing > 0.0) options.thin_to_spacing = wanted.thin_to_spacing;
   return options;
@@ -34,28 +34,28 @@ PrepareOptions applied_options(const PrepareOptions& wanted, const PrepareOption
 
 }  // namespace
 
-PrepareFacts cleaning_for(const PrepareOptions& wanted, const Partition& scans) {
-  PrepareFacts facts;
+CleaningFacts cleaning_for(const CleaningOptions& wanted, const Partition& scans) {
+  CleaningFacts facts;
   facts.thickness = scans.layers.thickness;
   facts.spacing = scans.spacing;
   const CleaningChoice choice = choose_cleaning(scans.layers);
-  facts.options = applied_options(wanted, prepare_options(choice));
+  facts.options = applied_options(wanted, cleaning_options(choice));
   facts.reason = choice.reason;
   return facts;
 }
 
-double merged_spacing(const PrepareOptions& cleaning) { return 1.2 * cleaning.merge_tolerance; }
+double merged_spacing(const CleaningOptions& cleaning) { return 1.2 * cleaning.merge_tolerance; }
 
 double reach_of_normals(const ResolvedJob& job, const Partition& scans,
-                        const PrepareOptions& cleaning) {
+                        const CleaningOptions& cleaning) {
   constexpr double kMargin = 1.5;
   const double farthest = std::sqrt(static_cast<double>(job.normals.neighbors) / std::numbers::pi);
   return std::max(scans.normal_radius, kMargin * farthest * merged_spacing(cleaning));
 }
 
-double reach_of_preparation(const ResolvedJob& job, const Partition& scans) {
-  if (!job.needs_preparation() || !(scans.normal_radius > 0.0)) return 0.0;
-  const PrepareOptions options = cleaning_for(job.prepare, scans).options;
+double reach_of_cleaning(const ResolvedJob& job, const Partition& scans) {
+  if (!job.needs_cleaning_or_normals() || !(scans.normal_radius > 0.0)) return 0.0;
+  const CleaningOptions options = cleaning_for(job.cleaning, scans).options;
   const double reach = std::max(scans.normal_radius, options.smooth_radius);
   return job.estimates_normals ? std::max(reach, reach_of_normals(job, scans, options)) : reach;
 }

@@ -12,6 +12,8 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr const char* kDocument = "partition";
+/// Documents of earlier versions have the cleaning under this name.
+constexpr const char* kCleaning = "prepare";
 
 // nlohmann prints doubles so that they read back exactly; the boxes here are never empty.
 Json to_json(Vec3 v) { return Json::array({v.x, v.y, v.z}); }
@@ -42,8 +44,8 @@ PointSchema schema_from(const Json& j) {
   return schema;
 }
 
-Json to_json(const PrepareFacts& facts) {
-  const PrepareOptions& o = facts.options;
+Json to_json(const CleaningFacts& facts) {
+  const CleaningOptions& o = facts.options;
   return {{"thickness", facts.thickness},
           {"spacing", facts.spacing},
           {"options",
@@ -54,7 +56,7 @@ Json to_json(const PrepareFacts& facts) {
           {"mean_move", facts.mean_move}};
 }
 
-PrepareFacts prepare_from(const Json& j) {
+CleaningFacts cleaning_from(const Json& j) {
   const Json& o = j.at("options");
   return {j.at("thickness"),
           j.at("spacing"),
@@ -120,7 +122,7 @@ std::string partition_to_json(const Partition& partition) {
       {"layers", to_json(partition.layers)},
       {"normal_radius", partition.normal_radius},
       {"points_without_view", partition.points_without_view},
-      {"prepare", to_json(partition.prepare)},
+      {kCleaning, to_json(partition.cleaning)},
       {"normals", to_json(partition.normals)},
       {"coordinate_system", partition.coordinate_system},
   };
@@ -149,7 +151,7 @@ Partition partition_from_json(const std::string& text) {
   partition.layers = layers_from(document.at("layers"));
   partition.normal_radius = document.at("normal_radius");
   partition.points_without_view = document.at("points_without_view");
-  partition.prepare = prepare_from(document.at("prepare"));
+  partition.cleaning = cleaning_from(document.at(kCleaning));
   partition.normals = normals_from(document.at("normals"));
   partition.coordinate_system = document.at("coordinate_system");
   if (document.contains("meters_per_unit"))

@@ -28,7 +28,7 @@ struct Partition {
   LayerThickness layers;       ///< of the scans as they came; not measured elsewhere
   double normal_radius = 0.0;  ///< within which the neighbours for a normal are found; likewise
   std::uint64_t points_without_view = 0;  ///< points whose scanner is not known
-  PrepareFacts prepare;
+  CleaningFacts cleaning;
   NormalFacts normals;
   std::string coordinate_system;
   std::optional<Vec3> meters_per_unit;  ///< of x, y and z; empty: not known

@@ -9,6 +9,8 @@
 
 #include "engine/normals/normal_side.h"
 #include "io/clouds/open_point_source.h"
+#include "io/error.h"
+#include "io/job/setting.h"
 #include "io/system/file_sample.h"
 #include "partition/executor.h"
 
@@ -83,10 +85,10 @@ InputStamp stamp_of(const std::string& file, std::size_t blocks) {
 
 int ResolvedJob::threads() const { return run.threads > 0 ? run.threads : available_threads(); }
 
-bool ResolvedJob::cleans() const { return orbweave::cleans(prepare); }
+bool ResolvedJob::cleans() const { return orbweave::cleans(cleaning); }
 
-bool ResolvedJob::needs_preparation() const {
-  return prepare.automatic || cleans() || estimates_normals;
+bool ResolvedJob::needs_cleaning_or_normals() const {
+  return cleaning.automatic || cleans() || estimates_normals;
 }
 
 bool ResolvedJob::wants_view() const {
@@ -100,8 +102,14 @@ Orientation ResolvedJob::orientation_rule(std::uint64_t points_without_view) con
 
 MemoryPlan ResolvedJob::memory_plan(std::uint64_t points, const PointSchema& schema,
                                     std::uint64_t worthwhile_points) const {
-  return plan_memory(partition.memory_bytes, points, threads(), partition.chunk_points, schema,
-                     worthwhile_points);
+  try {
+    return plan_memory(partition.memory_bytes, points, threads(), partition.chunk_points, schema,
+                       worthwhile_points);
+  } catch (const Error& error) {
+    ErrorParts parts = error.parts();
+    parts.place = setting_name(*this, parts.place);
+    throw Error(error.kind(), error.problem(), std::move(parts));
+  }
 }
 
 ResolvedJob resolve(const Job& job, std::vector<std::string> files) {
@@ -124,7 +132,7 @@ std::vector<TrustedFile> trusted_files(const ResolvedJob& job) {
   return trusted;
 }
 
-bool cleans(const PrepareOptions& options) {
+bool cleans(const CleaningOptions& options) {
   return options.outlier_sigma > 0.0 || options.merge_tolerance > 0.0 ||
          options.smooth_radius > 0.0 || options.thin_to_spacing > 0.0;
 }

@@ -39,7 +39,7 @@ struct ResolvedJob : Job {
   /// Whether any stage of the cleaning is on; automatic cleaning may turn more on.
   bool cleans() const;
   /// Whether raw points pass through cleaning or the estimation of normals.
-  bool needs_preparation() const;
+  bool needs_cleaning_or_normals() const;
   /// Whether points carry the direction to their scanner.
   bool wants_view() const;
   /// The rule for the side of estimated normals: the first that applies.
@@ -60,7 +60,7 @@ std::vector<InputStamp> stamps_of_inputs(const ResolvedJob& job);
 std::vector<TrustedFile> trusted_files(const ResolvedJob& job);
 
 /// Whether any stage of the cleaning is on.
-bool cleans(const PrepareOptions& options);
+bool cleans(const CleaningOptions& options);
 
 /// The work directory of a job: as named, else beside the mesh with its name.
 std::string work_dir_of(const Job& job);

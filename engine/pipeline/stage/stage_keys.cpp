@@ -13,7 +13,7 @@ namespace orbweave {
 namespace {
 
 std::string line_of(const JobKey& known, const Job& job) {
-  return key_line(known.name(), value_text(known.get(job), known.type));
+  return key_line(stored_key_name(known.name()), value_text(known.get(job), known.type));
 }
 
 /// All keys of a section but some.
@@ -103,8 +103,8 @@ std::string raw_points_key(const ResolvedJob& job) {
 
 std::string points_key(const ResolvedJob& job) {
   std::string key = key_line("layout of points", "3") + scan_lines(job);
-  key += job.needs_preparation()
-             ? section_lines(job, "prepare", {}) + section_lines(job, "normals", {})
+  key += job.needs_cleaning_or_normals()
+             ? section_lines(job, "cleaning", {}) + section_lines(job, "normals", {})
              : option_line(job, "normals.source");
   return key;
 }
@@ -134,7 +134,7 @@ std::string outputs_key(const ResolvedJob& job, std::span<const InputStamp> outp
   constexpr std::array<std::string_view, 1> kBudget = {"memory"};
   key += section_lines(job, "input", kFiles);
   key += section_lines(job, "partition", kBudget);
-  for (const char* section : {"prepare", "normals", "reconstruct", "fill", "output"})
+  for (const char* section : {"cleaning", "normals", "reconstruct", "fill", "output"})
     key += section_lines(job, section, {});
   return key + stamp_lines(outputs);
 }
@@ -146,12 +146,12 @@ std::string key_changes(std::string_view before, std::string_view after) {
   for (const auto& [name, value] : from) {
     const auto now = to.find(name);
     if (now == to.end())
-      changes.push_back(change(name, &value, nullptr));
+      changes.push_back(change(current_key_name(name), &value, nullptr));
     else if (now->second != value)
-      changes.push_back(change(name, &value, &now->second));
+      changes.push_back(change(current_key_name(name), &value, &now->second));
   }
   for (const auto& [name, value] : to)
-    if (!from.contains(name)) changes.push_back(change(name, nullptr, &value));
+    if (!from.contains(name)) changes.push_back(change(current_key_name(name), nullptr, &value));
   if (changes.empty()) return "the scans are in another order";
   constexpr std::size_t kMost = 5;
   std::string text;

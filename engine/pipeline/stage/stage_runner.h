@@ -32,12 +32,15 @@ struct StageRunner : RunControl {
   std::vector<std::string> notes = {};    ///< everything said so far
   std::vector<StageFacts> measured = {};  ///< of the stages that ended
 
-  void note(const std::string& line) {
-    notes.push_back(line);
+  void note(const std::string& line) { note(line, line); }
+  /// `line` is shown; the report has `full`.
+  void note(const std::string& line, const std::string& full) {
+    notes.push_back(full);
     progress.note(line);
   }
-  void warn(const std::string& line) {
-    notes.push_back(line);
+  void warn(const std::string& line) { warn(line, line); }
+  void warn(const std::string& line, const std::string& full) {
+    notes.push_back(full);
     progress.warn(line);
   }
 };

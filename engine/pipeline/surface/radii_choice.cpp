@@ -2,19 +2,23 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <utility>
 
 #include "engine/spacing/automatic_radii.h"
 #include "io/ball_radii.h"
 #include "io/error.h"
+#include "io/job/setting.h"
 
 namespace orbweave {
 namespace {
 
 std::string short_number(double value) {
+  const bool is_large = value >= 999.5;
   std::array<char, 40> text{};
   const auto end =
-      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 3)
+      std::to_chars(text.data(), text.data() + text.size(), is_large ? std::round(value) : value,
+                    std::chars_format::general, is_large ? 6 : 3)
           .ptr;
   return {text.data(), end};
 }
@@ -22,15 +26,15 @@ std::string short_number(double value) {
 }  // namespace
 
 std::string compare_with_spacing(const std::vector<double>& radii, double spacing) {
-  std::string text;
-  for (const double ball_radius : radii) {
-    if (!text.empty()) text += ", ";
-    text += "rho = " + short_number(ball_radius);
-    if (spacing > 0.0) {
-      text += " is " + short_number(ball_radius / spacing) + " times the point spacing " +
-              short_number(spacing);
-    }
-  }
+  if (radii.empty()) return {};
+  const auto range = [&](double unit) {
+    const std::string first = short_number(radii.front() / unit);
+    return radii.size() == 1 ? first : first + " to " + short_number(radii.back() / unit);
+  };
+  std::string text = (radii.size() == 1 ? "ball radius " : "ball radii ") + range(1.0);
+  if (radii.size() > 1) text += " (" + std::to_string(radii.size()) + " levels)";
+  if (spacing > 0.0)
+    text += ", " + range(spacing) + " times the point spacing " + short_number(spacing);
   return text;
 }
 
@@ -46,7 +50,7 @@ void require_usable(const ResolvedJob& job, const std::vector<double>& radii,
         "no ball radius can be chosen: " + objection->problem,
         {.file = job.files.front(), .place = {}, .found = reason, .expected = objection->expected});
   throw_usage(objection->problem, {.file = {},
-                                   .place = "reconstruct.ball_radii",
+                                   .place = setting_name(job, "reconstruct.ball_radii"),
                                    .found = reason,
                                    .expected = objection->expected});
 }
@@ -67,10 +71,11 @@ BallRadii radii_of_job(const ResolvedJob& job, const Partition& partition) {
   } else if (partition.spacing > 0.0 && radii.back() > kMostSpacingsPerRadius * partition.spacing) {
     throw_usage("the ball radius is too large: " + reason,
                 {.file = {},
-                 .place = "reconstruct.ball_radii",
+                 .place = setting_name(job, "reconstruct.ball_radii"),
                  .found = short_number(radii.back()),
                  .expected = "at most " + short_number(kMostSpacingsPerRadius * partition.spacing),
-                 .advice = "Radii of one to five spacings close a surface; try radii = \"auto\""});
+                 .advice = "Radii of one to five spacings close a surface; try " +
+                           setting(job, "reconstruct.ball_radii", "auto")});
   }
   require_usable(job, radii, reason);
   return {std::move(radii), std::move(reason)};

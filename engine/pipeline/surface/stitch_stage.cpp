@@ -8,6 +8,7 @@
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/surface/stored_mesh.h"
 #include "engine/pipeline/surface/used_vertices.h"
+#include "io/job/setting.h"
 
 namespace orbweave {
 namespace {
@@ -21,7 +22,8 @@ namespace {
        .found = radii.reason,
        .expected = "points on a surface, normals that agree with it, and ball radii of "
                    "about the point spacing",
-       .advice = "Points on one line carry no surface; try radii = \"auto\""});
+       .advice = "Points on one line carry no surface; try " +
+                 setting(job, "reconstruct.ball_radii", "auto")});
 }
 
 /// For every chunk, the last one whose triangles may use its vertices: none has an edge longer than

@@ -1,4 +1,4 @@
-#include "engine/pipeline/points/prepare_stage.h"
+#include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/stage/cleaning_rule.h"
 
 #include <algorithm>
@@ -13,14 +13,16 @@
 #include "engine/cleaning/projection.h"
 #include "engine/cleaning/thinning.h"
 #include "engine/normals/estimate_normals.h"
+#include "engine/pipeline/points/cleaned_source.h"
 #include "engine/pipeline/points/orientation_stage.h"
-#include "engine/pipeline/points/prepared_source.h"
 #include "engine/pipeline/points/raw_passes.h"
 #include "engine/pipeline/points/scan_input.h"
 #include "engine/pipeline/stage/stage_keys.h"
 #include "engine/spacing/layer_thickness.h"
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
+#include "io/job/job_keys.h"
+#include "io/job/setting.h"
 #include "io/report/reasons.h"
 #include "io/store/chunk_points.h"
 #include "io/text/quantity.h"
@@ -34,15 +36,15 @@ constexpr std::size_t kNeighborsAcrossLayers = 48;
 constexpr double kSameSheetCosine = 0.5;
 
 /// Says what was measured, and what follows from it or would have followed.
-PrepareFacts describe_layers(StageRunner& runner, const Partition& scans) {
-  PrepareFacts facts = cleaning_for(runner.job.prepare, scans);
-  if (runner.job.prepare.automatic) {
-    runner.note("cleaning: " + facts.reason);
+CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
+  CleaningFacts facts = cleaning_for(runner.job.cleaning, scans);
+  if (runner.job.cleaning.automatic) {
+    runner.note("cleaning: " + short_reason(scans.layers), "cleaning: " + facts.reason);
   } else if (!runner.job.cleans() && scans.layers.is_thick()) {
+    const std::string on = setting(runner.job, "cleaning.auto", "true");
     runner.warn(
-        "the scanned layers are thick and are taken as they are; prepare.auto = true would clean "
-        "them up: " +
-        facts.reason);
+        short_noise(scans.layers) + ": the mesh may be rough or have holes; try " + on,
+        "no cleaning, although the noise is large; " + on + " would do it: " + facts.reason);
   }
   return facts;
 }
@@ -55,27 +57,29 @@ PointCloud kept_points(const PointCloud& points, const std::vector<std::uint8_t>
   return result;
 }
 
-RawPass outlier_pass(const StageRunner& runner, const PrepareOptions& options,
+RawPass outlier_pass(const StageRunner& runner, const CleaningOptions& options,
                      const RawCloud& cloud) {
   const OutlierOptions outliers{.sigma = options.outlier_sigma,
                                 .max_radius = cloud.partition.normal_radius,
                                 .stop = &runner.stop};
-  return {.stage = directory_of(Stage::kOutliers),
-          .options = key_line("prepare.outlier_sigma", format_exact(outliers.sigma)) +
-                     key_line("reach of outliers", format_exact(outliers.max_radius)),
-          .halo = outlier_halo(outliers),
-          .dropped_reason = DropReason::kOutlier,
-          .work = [outliers](PassPoints&& points) {
-            auto kept = find_outliers(points.positions, points.begin, points.end, outliers);
-            for (std::uint8_t& flag : kept) flag ^= 1;
-            return kept_points(points.own, kept);
-          }};
+  return {
+      .stage = directory_of(Stage::kOutliers),
+      .options = key_line(stored_key_name("cleaning.outlier_sigma"), format_exact(outliers.sigma)) +
+                 key_line("reach of outliers", format_exact(outliers.max_radius)),
+      .halo = outlier_halo(outliers),
+      .dropped_reason = DropReason::kOutlier,
+      .work = [outliers](PassPoints&& points) {
+        auto kept = find_outliers(points.positions, points.begin, points.end, outliers);
+        for (std::uint8_t& flag : kept) flag ^= 1;
+        return kept_points(points.own, kept);
+      }};
 }
 
-RawPass merge_pass(const StageRunner& runner, const PrepareOptions& options) {
+RawPass merge_pass(const StageRunner& runner, const CleaningOptions& options) {
   const ThinningOptions merging{options.merge_tolerance, kSameSheetCosine, &runner.stop};
   return {.stage = directory_of(Stage::kMerging),
-          .options = key_line("prepare.merge_tolerance", format_exact(merging.spacing)),
+          .options =
+              key_line(stored_key_name("cleaning.merge_tolerance"), format_exact(merging.spacing)),
           .halo = merging_halo(merging),
           .drift = merging.spacing,
           .dropped_reason = DropReason::kMerged,
@@ -119,11 +123,14 @@ SideRule side_rule(const StageRunner& runner, const RawCloud& cloud) {
         "it is not known where some points were scanned from",
         {.file = runner.job.files.front(),
          .found = std::to_string(cloud.partition.points_without_view) + " points without a scanner",
-         .expected = "poses, input.scanner, or files that say where the scanner was",
-         .advice = "Or choose another normals.orientation, such as \"propagate\"."});
+         .expected = "poses, " + setting_name(runner.job, "input.scanner") +
+                     ", or files that say where the scanner was",
+         .advice = "Or " + setting(runner.job, "normals.orientation", "propagate")});
   if (rule.by == Orientation::kViewpoint) {
     if (!options.viewpoint)
-      throw_usage("normals.orientation = \"viewpoint\" needs normals.viewpoint", {});
+      throw_usage(setting(runner.job, "normals.orientation", "viewpoint") + " needs " +
+                      setting_name(runner.job, "normals.viewpoint"),
+                  {});
     rule.vector = *options.viewpoint;
   }
   if (rule.by == Orientation::kUp) rule.vector = options.up.value_or(Vec3{0.0, 0.0, 1.0});
@@ -162,13 +169,14 @@ void normalize_all(std::vector<Vec3>& normals) {
   for (Vec3& normal : normals) normal = normalized(normal);
 }
 
-RawPass smooth_pass(const StageRunner& runner, const PrepareOptions& options, bool oriented,
+RawPass smooth_pass(const StageRunner& runner, const CleaningOptions& options, bool oriented,
                     int pass) {
   const ProjectionOptions projection{options.smooth_radius, oriented, &runner.stop,
-                                     "prepare.smooth_radius"};
+                                     setting_name(runner.job, "cleaning.smooth_radius")};
   return {.stage = directory_of(Stage::kSmoothing, pass + 1),
-          .options = key_line("prepare.smooth_radius", format_exact(projection.radius)) +
-                     key_line("oriented", oriented ? "yes" : "no"),
+          .options =
+              key_line(stored_key_name("cleaning.smooth_radius"), format_exact(projection.radius)) +
+              key_line("oriented", oriented ? "yes" : "no"),
           .halo = projection.radius,
           .drift = projection.radius,
           .work = [projection](PassPoints&& points) {
@@ -181,10 +189,11 @@ RawPass smooth_pass(const StageRunner& runner, const PrepareOptions& options, bo
           }};
 }
 
-RawPass thin_pass(const StageRunner& runner, const PrepareOptions& options, bool oriented) {
+RawPass thin_pass(const StageRunner& runner, const CleaningOptions& options, bool oriented) {
   const ThinningOptions thinning{options.thin_to_spacing, kSameSheetCosine, &runner.stop};
   return {.stage = directory_of(Stage::kThinning),
-          .options = key_line("prepare.thin_to_spacing", format_exact(thinning.spacing)) +
+          .options = key_line(stored_key_name("cleaning.thin_to_spacing"),
+                              format_exact(thinning.spacing)) +
                      key_line("oriented", oriented ? "yes" : "no"),
           .halo = thinning_halo(thinning),
           .dropped_reason = DropReason::kThinned,
@@ -207,7 +216,7 @@ CutPoints raw_points(StageRunner& runner) {
 
 /// Mean distance between the points of two stages that hold the same points.
 void measure_moves(StageRunner& runner, const RawCloud& cloud, const std::string& before,
-                   PrepareFacts& facts) {
+                   CleaningFacts& facts) {
   double sum = 0.0;
   std::uint64_t moved = 0;
   for (ChunkId chunk = 0; chunk < cloud.partition.octree.chunks().size(); ++chunk) {
@@ -226,7 +235,7 @@ void measure_moves(StageRunner& runner, const RawCloud& cloud, const std::string
 
 /// The same, from what an earlier run left of it where it did.
 void take_moves(StageRunner& runner, const RawCloud& cloud, const std::string& before,
-                PrepareFacts& facts) {
+                CleaningFacts& facts) {
   constexpr const char* kMoves = "moves";
   if (const auto stored = runner.store.document(cloud.stage, kMoves)) {
     const nlohmann::json moves = nlohmann::json::parse(*stored);
@@ -240,39 +249,39 @@ void take_moves(StageRunner& runner, const RawCloud& cloud, const std::string& b
 }
 
 /// A radius beyond that flattens everything, and its halo holds it all; the unit was mistaken.
-void check_radius(const PrepareFacts& facts) {
+void check_radius(const Job& job, const CleaningFacts& facts) {
   constexpr double kMostSpacings = 64.0;
   if (!(facts.spacing > 0.0) || facts.options.smooth_radius <= kMostSpacings * facts.spacing)
     return;
-  throw_usage("prepare.smooth_radius is far too large for these points",
+  throw_usage(setting_name(job, "cleaning.smooth_radius") + " is far too large for these points",
               {.found = format_number(facts.options.smooth_radius) + ", " +
                         format_number(facts.options.smooth_radius / facts.spacing) +
                         " times their spacing " + format_number(facts.spacing),
                .expected = "at most " + format_number(kMostSpacings) + " spacings, usually 4",
-               .advice = "prepare.auto = true chooses it."});
+               .advice = setting(job, "cleaning.auto", "true") + " chooses it."});
 }
 
 NormalEstimateOptions estimate_options(const StageRunner& runner, const RawCloud& cloud,
-                                       const PrepareOptions& clean_up) {
+                                       const CleaningOptions& cleaning) {
   NormalEstimateOptions options;
   options.stop = &runner.stop;
   options.neighbors = static_cast<std::size_t>(runner.job.normals.neighbors);
-  options.max_radius = reach_of_normals(runner.job, cloud.partition, clean_up);
-  if (clean_up.smooth_radius > 0.0) {
+  options.max_radius = reach_of_normals(runner.job, cloud.partition, cleaning);
+  if (cleaning.smooth_radius > 0.0) {
     options.neighbors = std::max(options.neighbors, kNeighborsAcrossLayers);
-    options.max_radius = std::max(options.max_radius, clean_up.smooth_radius);
+    options.max_radius = std::max(options.max_radius, cleaning.smooth_radius);
   }
   return options;
 }
 
-void drop_and_merge(StageRunner& runner, const PrepareOptions& clean_up, RawCloud& cloud) {
-  if (clean_up.outlier_sigma > 0.0) run_pass(runner, outlier_pass(runner, clean_up, cloud), cloud);
-  if (clean_up.merge_tolerance > 0.0) run_pass(runner, merge_pass(runner, clean_up), cloud);
+void drop_and_merge(StageRunner& runner, const CleaningOptions& cleaning, RawCloud& cloud) {
+  if (cleaning.outlier_sigma > 0.0) run_pass(runner, outlier_pass(runner, cleaning, cloud), cloud);
+  if (cleaning.merge_tolerance > 0.0) run_pass(runner, merge_pass(runner, cleaning), cloud);
 }
 
-NormalFacts estimate(StageRunner& runner, const PrepareOptions& clean_up, RawCloud& cloud) {
+NormalFacts estimate(StageRunner& runner, const CleaningOptions& cleaning, RawCloud& cloud) {
   const SideRule rule = side_rule(runner, cloud);
-  const NormalEstimateOptions options = estimate_options(runner, cloud, clean_up);
+  const NormalEstimateOptions options = estimate_options(runner, cloud, cleaning);
   run_pass(runner, normal_pass(options, rule), cloud);
   NormalFacts normals;
   normals.source = NormalSource::kEstimate;
@@ -288,7 +297,7 @@ bool are_oriented(const NormalFacts& normals) {
          normals.orientation != Orientation::kNone;
 }
 
-void smooth(StageRunner& runner, bool oriented, RawCloud& cloud, PrepareFacts& facts) {
+void smooth(StageRunner& runner, bool oriented, RawCloud& cloud, CleaningFacts& facts) {
   const std::string before = cloud.stage;
   cloud.kept_stage = before;
   for (int pass = 0; pass < facts.options.smooth_passes; ++pass)
@@ -300,7 +309,7 @@ void smooth(StageRunner& runner, bool oriented, RawCloud& cloud, PrepareFacts& f
 }
 
 std::optional<PatchOrientation> propagate(StageRunner& runner, const RawCloud& cloud,
-                                          const PrepareFacts& facts, NormalFacts& normals) {
+                                          const CleaningFacts& facts, NormalFacts& normals) {
   if (normals.orientation != Orientation::kPropagate) return std::nullopt;
   const double thinned = facts.options.thin_to_spacing;
   constexpr double kReach = 3.0;
@@ -324,13 +333,38 @@ void take_over(const RawCloud& cloud, Partition& partition) {
   partition.meters_per_unit = cloud.partition.meters_per_unit;
 }
 
-std::string describe(const NormalFacts& normals) {
+/// Patches whose votes for their side are not 3 to 1.
+std::string uncertain_patches(const NormalFacts& normals) {
+  if (normals.contested == 0) return "every patch certain";
+  const double percent =
+      100.0 * static_cast<double>(normals.contested) / static_cast<double>(normals.patches);
+  const std::string share = percent < 1.0 ? "under 1" : format_number(std::round(percent));
+  return share + " % of the patches uncertain: check for flipped areas";
+}
+
+/// What decided the side of the normals, and how surely.
+std::string describe_orientation(const NormalFacts& normals) {
+  switch (normals.orientation) {
+    case Orientation::kScanner:
+      return "oriented towards the scanner";
+    case Orientation::kViewpoint:
+      return "oriented towards the viewpoint";
+    case Orientation::kUp:
+      return "oriented by the up direction";
+    case Orientation::kPropagate:
+      return "oriented by propagation; " + uncertain_patches(normals);
+    default:
+      return "not oriented";
+  }
+}
+
+std::string describe_in_full(const NormalFacts& normals) {
   std::string line = "normals: estimated from up to " + std::to_string(normals.neighbors) +
-                     " neighbours within " + format_number(normals.max_radius) + ", side by " +
-                     text_of(normals.orientation);
+                     " neighbours within " + format_number(normals.max_radius) + ", " +
+                     describe_orientation(normals);
   if (normals.patches > 0)
-    line += "; " + format_count(normals.patches) + " patches, " + format_count(normals.contested) +
-            " of them contested";
+    line += " (" + format_count(normals.contested) + " of " + format_count(normals.patches) +
+            " patches)";
   return line;
 }
 
@@ -345,11 +379,11 @@ RawCloud raw_cloud(StageRunner& runner, Partition partition) {
   return cloud;
 }
 
-CutPoints partition_prepared(StageRunner& runner) {
+CutPoints partition_cleaned(StageRunner& runner) {
   CutPoints raw = raw_points(runner);
   RawCloud cloud = raw_cloud(runner, std::move(raw.partition));
-  PrepareFacts facts = describe_layers(runner, cloud.partition);
-  check_radius(facts);
+  CleaningFacts facts = describe_layers(runner, cloud.partition);
+  check_radius(runner.job, facts);
   NormalFacts normals;
   normals.source = NormalSource::kFile;
   drop_and_merge(runner, facts.options, cloud);
@@ -362,15 +396,17 @@ CutPoints partition_prepared(StageRunner& runner) {
   const PatchOrientation* turns = orientation ? &*orientation : nullptr;
   CutPoints points = partition_by_team(runner, kFinalCut, [&] {
     CutPoints cut =
-        cut_and_sort({.open = [&](auto*) { return open_prepared(runner.store, cloud, turns); },
+        cut_and_sort({.open = [&](auto*) { return open_cleaned(runner.store, cloud, turns); },
                       .stages = kFinalCut,
                       .are_scans = false,
                       .order = chunks_line(cloud.partition)},
                      runner);
     take_over(cloud, cut.partition);
-    cut.partition.prepare = facts;
+    cut.partition.cleaning = facts;
     cut.partition.normals = normals;
-    if (runner.job.estimates_normals) runner.note(describe(normals));
+    if (runner.job.estimates_normals)
+      runner.note("normals: estimated, " + describe_orientation(normals),
+                  describe_in_full(normals));
     return cut;
   });
   // The first prediction counts.
@@ -382,20 +418,20 @@ CutPoints partition_prepared(StageRunner& runner) {
 CutPoints partition_scans(StageRunner& runner) {
   return partition_by_team(runner, kFinalCut, [&] {
     CutPoints cut = cut_and_sort(scans_as_input(runner.job, kFinalCut), runner);
-    cut.partition.prepare = describe_layers(runner, cut.partition);
+    cut.partition.cleaning = describe_layers(runner, cut.partition);
     cut.partition.normals.source = NormalSource::kFile;
     return cut;
   });
 }
 
 CutPoints make_points(StageRunner& runner) {
-  if (!runner.job.needs_preparation()) return partition_scans(runner);
+  if (!runner.job.needs_cleaning_or_normals()) return partition_scans(runner);
   try {
-    return partition_prepared(runner);
+    return partition_cleaned(runner);
   } catch (const RawPointsGone&) {
     runner.note("the raw points are read again for that");
     by_root(runner, [&] { discard_raw_stages(runner.store); });
-    return partition_prepared(runner);
+    return partition_cleaned(runner);
   }
 }
 

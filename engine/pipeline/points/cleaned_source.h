@@ -1,4 +1,4 @@
-// The prepared points of raw scans as a stream, with normals that point to the right side.
+// The points of raw scans after cleaning and the estimation of normals, as a stream.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@ namespace orbweave {
 
 /// Streams the cloud's points chunk by chunk, without the directions to scanners. `orientation`
 /// may be null: normals are as they should be. All arguments must outlive the source.
-std::unique_ptr<PointSource> open_prepared(const ChunkStore& store, const RawCloud& cloud,
-                                           const PatchOrientation* orientation);
+std::unique_ptr<PointSource> open_cleaned(const ChunkStore& store, const RawCloud& cloud,
+                                          const PatchOrientation* orientation);
 
 }  // namespace orbweave

@@ -1,4 +1,4 @@
-#include "engine/pipeline/points/prepared_source.h"
+#include "engine/pipeline/points/cleaned_source.h"
 
 #include <algorithm>
 #include <cstring>
@@ -12,10 +12,9 @@
 namespace orbweave {
 namespace {
 
-class PreparedSource final : public PointSource {
+class CleanedSource final : public PointSource {
  public:
-  PreparedSource(const ChunkStore& store, const RawCloud& cloud,
-                 const PatchOrientation* orientation)
+  CleanedSource(const ChunkStore& store, const RawCloud& cloud, const PatchOrientation* orientation)
       : store_(store),
         cloud_(cloud),
         orientation_(orientation),
@@ -109,9 +108,9 @@ class PreparedSource final : public PointSource {
 
 }  // namespace
 
-std::unique_ptr<PointSource> open_prepared(const ChunkStore& store, const RawCloud& cloud,
-                                           const PatchOrientation* orientation) {
-  return std::make_unique<PreparedSource>(store, cloud, orientation);
+std::unique_ptr<PointSource> open_cleaned(const ChunkStore& store, const RawCloud& cloud,
+                                          const PatchOrientation* orientation) {
+  return std::make_unique<CleanedSource>(store, cloud, orientation);
 }
 
 }  // namespace orbweave
