@@ -118,10 +118,10 @@ void add_assignments(CLI::App& command, JobArguments& arguments) {
       ->take_all();
 }
 
-/// By its name: what is read as a cloud, and patterns, which job files have no use for. A file may
-/// lie in a folder whose name looks like one.
+/// By its name: what is read as a cloud, standard input, and patterns, which job files have no use
+/// for. A file may lie in a folder whose name looks like one.
 bool is_scan_name(const std::string& name) {
-  if (is_scan_format(name)) return true;
+  if (name == "-" || is_scan_format(name)) return true;
   std::error_code ignored;
   return name.find_first_of("*?[") != std::string::npos && !std::filesystem::exists(name, ignored);
 }
@@ -201,9 +201,10 @@ Job job_of(const JobArguments& arguments) {
     throw_usage("names no scans",
                 {.file = arguments.job_file, .expected = "[input] files = [\"scan.ply\"]"});
   if (std::ranges::find(job.input.files, "-") != job.input.files.end())
-    throw_usage(
-        "a job reads its scans several times and takes none from standard input",
-        {.file = arguments.job_file, .advice = "Write a file first: orbweave convert - scan.ply"});
+    throw_usage("a job reads its scans several times and takes none from standard input",
+                {.file = arguments.job_file,
+                 .place = arguments.job_file.empty() ? "" : "input.files",
+                 .advice = "Write a file first: orbweave convert - scan.ply"});
   return job;
 }
 

@@ -33,9 +33,10 @@ void generate(const ScratchDirectory& in, const std::string& shape, const std::s
 }
 
 /// Scans whose noise is large enough for a cleaning, without normals.
-void generate_noisy(const ScratchDirectory& in, const std::string& name) {
+void generate_noisy(const ScratchDirectory& in, const std::string& name,
+                    const std::string& noise = "0.4") {
   const auto result = run_program(
-      {"generate", "bumpy-torus", "--points", "8000", "--noise", "0.4", "--scans", "4", "-o", name},
+      {"generate", "bumpy-torus", "--points", "8000", "--noise", noise, "--scans", "4", "-o", name},
       {.directory = in.path()});
   REQUIRE(result.status == 0);
 }
@@ -196,6 +197,15 @@ TEST_CASE("ARunSaysInShortLinesWhatItChose") {
   CHECK_THAT(result.err, !Contains("the mean distance to the") && !Contains("neighbours within"));
   CHECK_THAT(file_text(in / "report.json"),
              Contains("the mean distance to the") && Contains("neighbours within"));
+}
+
+TEST_CASE("TheShareOfUncertainPatchesIsSaidWithWhatToCheck") {
+  const ScratchDirectory in;
+  generate_noisy(in, "scan.ply", "1.2");
+  const auto result = reconstruct(in, "scan.ply", {"--no-fill"});
+  CHECK(result.status == 0);
+  CHECK_THAT(result.err, Contains("oriented by propagation; ") &&
+                             Contains(" % of the patches uncertain: check for flipped areas\n"));
 }
 
 TEST_CASE("AdviceNamesTheOptionOfACommandLineAndTheKeyOfAJobFile") {

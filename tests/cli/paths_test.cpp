@@ -607,9 +607,10 @@ TEST_CASE("NamesOfUnsupportedFormatsAreRefusedBeforeAnyWork") {
   check_refused(in, {"run", "scan.toml"}, {"scan.toml: cannot read .toml clouds; supported: .ply"});
   check_refused(in, {"run", "null.toml"},
                 {"/dev/null: cannot read clouds whose name has no extension"});
-  check_refused(in, {"run", "dash.toml"}, {"dash.toml: input.files: a job reads its scans twice"});
+  check_refused(in, {"run", "dash.toml"},
+                {"dash.toml: input.files: a job reads its scans several times"});
   check_refused(in, {"reconstruct", "-", "-o", "m.ply"},
-                {"input.files: a job reads its scans twice"});
+                {"a job reads its scans several times", "orbweave convert - scan.ply"});
   for (const char* name : {".ply", ".ply.gz", "./.obj"})
     check_refused(in, {"reconstruct", "scan.ply", "-o", name},
                   {std::string(name) + ": cannot write "});

@@ -38,9 +38,9 @@ std::uint64_t count_without_view(const PointCloud& points) {
   return count;
 }
 
-/// A chunk of a surface whose side is 24 halos computes a sixth more for its halo. (An octree halves
-/// sides, so that half as many halos per side are usual: a third more.) Threads need no more chunks
-/// than that: they share the work on one.
+/// A chunk of a surface whose side is 24 halos computes a sixth more for its halo. (An octree
+/// halves sides, so that half as many halos per side are usual: a third more.) Threads need no more
+/// chunks than that: they share the work on one.
 constexpr double kHalosPerSide = 24.0;
 
 /// How many points a chunk needs so that its halo is not most of the work: the points of a piece
