@@ -98,29 +98,19 @@ void NeighborSearch::Query::scan(const NeighborSearch& search, std::uint32_t blo
   const std::uint32_t first = block * kBlock;
   const std::uint32_t last = std::min(first + kBlock, search.size_);
   const Bounds& box = search.levels_[0][block];
-  double squared[kBlock];
+  NearInBlock near;
   farthest_ = 0.0;
   for (std::uint32_t i = begin_; i < end_; ++i) {
     const std::size_t row = i - begin_;
     const double x = search.x_[i], y = search.y_[i], z = search.z_[i];
     if (!bounded_ && row > 0) bound_by_previous(search, i);
     if (squared_gap(box.low, box.high, {x, y, z}, {x, y, z}) <= worst(row)) {
-      for (std::uint32_t j = 0; j < kBlock; ++j) {
-        const double dx = search.x_[first + j] - x;
-        const double dy = search.y_[first + j] - y;
-        const double dz = search.z_[first + j] - z;
-        squared[j] = dx * dx + dy * dy + dz * dz;
-      }
-      // Those that may enter are listed without a branch: which do is hard to predict.
-      const double limit = worst(row);
-      std::uint32_t listed[kBlock], count = 0;
-      for (std::uint32_t j = 0; j < kBlock; ++j) {
-        listed[count] = first + j;
-        count += squared[j] <= limit;
-      }
-      for (std::uint32_t l = 0; l < count && listed[l] < last; ++l) {
-        const Neighbor candidate{squared[listed[l] - first], listed[l]};
-        if (listed[l] != i && nearer(candidate, found_[row * stride_ + stride_ - 1]))
+      scan_block_(search.x_.data() + first, search.y_.data() + first, search.z_.data() + first, x,
+                  y, z, worst(row), near);
+      for (std::uint32_t l = 0; l < near.count && near.listed[l] < last - first; ++l) {
+        const std::uint32_t j = near.listed[l];
+        const Neighbor candidate{near.squared[j], first + j};
+        if (first + j != i && nearer(candidate, found_[row * stride_ + stride_ - 1]))
           enter(row, candidate);
       }
     }

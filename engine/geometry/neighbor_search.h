@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/geometry/block_scan.h"
 #include "engine/geometry/point_tree.h"
 #include "io/vec3.h"
 
@@ -26,7 +27,7 @@ inline double squared_reach(double radius) { return radius * radius * (1.0 - 1e-
 /// NeighborGrid, for all within a fixed radius, in the order of the points.
 class NeighborSearch {
  public:
-  static constexpr std::uint32_t kBlock = 32;  ///< points; queries of one block share their work
+  static constexpr std::uint32_t kBlock = kPointsPerBlock;  ///< queries of one block share their work
 
   explicit NeighborSearch(std::span<const Vec3> positions);
   std::uint32_t size() const { return size_; }
@@ -56,6 +57,7 @@ class NeighborSearch {
     void scan(const NeighborSearch& search, std::uint32_t block);
     void descend(const NeighborSearch& search, std::size_t level, std::uint32_t node);
 
+    BlockScan scan_block_ = block_scan();
     std::uint32_t begin_ = 0, end_ = 0;
     bool bounded_ = false;  // the queries' own block is done
     std::size_t stride_ = 0;
