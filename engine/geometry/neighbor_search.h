@@ -27,7 +27,7 @@ inline double squared_reach(double radius) { return radius * radius * (1.0 - 1e-
 /// NeighborGrid, for all within a fixed radius, in the order of the points.
 class NeighborSearch {
  public:
-  static constexpr std::uint32_t kBlock = kPointsPerBlock;  ///< queries of one block share their work
+  static constexpr std::uint32_t kBlock = kPointsPerBlock;  ///< queries of a block share work
 
   explicit NeighborSearch(std::span<const Vec3> positions);
   std::uint32_t size() const { return size_; }
