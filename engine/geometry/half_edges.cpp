@@ -88,32 +88,51 @@ bool HalfEdges::assign(std::span<const std::array<std::uint32_t, 3>> triangles,
   origin.clear();
   twin.clear();
   from.assign(vertices, kNone32);
-  struct Edge {
-    std::uint32_t low, high, h;
-  };
-  std::vector<Edge> edges;
-  edges.reserve(3 * triangles.size());
   for (const auto& t : triangles) {
     if (std::max({t[0], t[1], t[2]}) >= vertices) return false;
-    const std::uint32_t h = add(t[0], t[1], t[2]);
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
-      edges.push_back({low, high, h + k});
+    add(t[0], t[1], t[2]);
+  }
+  const auto low_of = [&](std::uint32_t h) { return std::min(origin[h], target(h)); };
+  // Edges by their smaller end, in few of which there is anything to sort.
+  std::vector<std::uint32_t> first(vertices + std::size_t{1}, 0);
+  for (std::uint32_t h = 0; h < size(); ++h) ++first[low_of(h) + 1];
+  for (std::size_t v = 1; v < first.size(); ++v) first[v] += first[v - 1];
+  struct Edge {
+    std::uint32_t high, h;
+    auto operator<=>(const Edge&) const = default;
+  };
+  std::vector<Edge> edges(size());
+  std::vector<std::uint32_t> place(first.begin(), first.end() - 1);
+  for (std::uint32_t h = 0; h < size(); ++h)
+    edges[place[low_of(h)]++] = {std::max(origin[h], target(h)), h};
+  for (std::uint32_t v = 0; v < vertices; ++v) {
+    const std::span<Edge> at = std::span(edges).subspan(first[v], first[v + 1] - first[v]);
+    std::sort(at.begin(), at.end());
+    for (std::size_t i = 0; i + 1 < at.size(); ++i) {
+      if (at[i].high != at[i + 1].high) continue;
+      if (origin[at[i].h] == origin[at[i + 1].h]) return false;
+      if (i + 2 < at.size() && at[i].high == at[i + 2].high) return false;
+      link(at[i].h, at[i + 1].h);
     }
   }
-  const auto same = [](const Edge& a, const Edge& b) { return a.low == b.low && a.high == b.high; };
-  std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
-    return std::pair(a.low, a.high) != std::pair(b.low, b.high)
-               ? std::pair(a.low, a.high) < std::pair(b.low, b.high)
-               : a.h < b.h;
-  });
-  for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
-    if (!same(edges[i], edges[i + 1])) continue;
-    if (origin[edges[i].h] == origin[edges[i + 1].h]) return false;
-    if (i + 2 < edges.size() && same(edges[i], edges[i + 2])) return false;
-    link(edges[i].h, edges[i + 1].h);
-  }
   return true;
+}
+
+void HalfEdges::drop_removed() {
+  std::vector<std::uint32_t> number(size() / 3, kNone32);
+  std::uint32_t kept = 0;
+  for (std::uint32_t t = 0; t < number.size(); ++t)
+    if (origin[3 * t] != kNone32) number[t] = kept++;
+  std::fill(from.begin(), from.end(), kNone32);
+  for (std::uint32_t h = 0; h < size(); ++h) {
+    if (number[h / 3] == kNone32) continue;
+    const std::uint32_t to = 3 * number[h / 3] + h % 3;
+    origin[to] = origin[h];
+    twin[to] = twin[h] == kNone32 ? kNone32 : 3 * number[twin[h] / 3] + twin[h] % 3;
+    from[origin[to]] = to;
+  }
+  origin.resize(std::size_t{3} * kept);
+  twin.resize(std::size_t{3} * kept);
 }
 
 }  // namespace orbweave

@@ -51,6 +51,10 @@ struct HalfEdges {
   /// Links triangles by their edges. False where a directed edge occurs twice or a vertex is not
   /// below `vertices`.
   bool assign(std::span<const std::array<std::uint32_t, 3>> triangles, std::uint32_t vertices);
+
+  /// Forgets triangles whose origins are kNone32; the others keep their order. No other triangle
+  /// may be linked to them.
+  void drop_removed();
 };
 
 }  // namespace orbweave

@@ -57,6 +57,7 @@ class Attempts {
 
   /// True when the patch is sound and meets nothing.
   bool take(HolePatch patch) {
+    check_stop(options_.stop);
     if (patch.method == FillMethod::kNone) return fails(patch.reason, patch.open);
     if (const std::string defect = patch_defect(problem_, patch); !defect.empty()) {
       return fails(defect);

@@ -94,7 +94,7 @@ FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options, const StopTo
   if (progress) progress(0, plan.groups.size());
   tbb::parallel_for(std::size_t{0}, plan.groups.size(), [&](std::size_t g) {
     check_stop(stop);
-    std::vector<LoopPatch> group = fill_group(surface, plan, plan.groups[g], options);
+    std::vector<LoopPatch> group = fill_group(surface, plan, plan.groups[g], options, stop);
     const std::vector<std::uint32_t> loops = plan.loops_of(plan.groups[g]);
     for (std::size_t i = 0; i < loops.size(); ++i) patches[loops[i]] = std::move(group[i]);
     if (progress) progress(done.fetch_add(1) + 1, plan.groups.size());

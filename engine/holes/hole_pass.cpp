@@ -87,12 +87,13 @@ std::vector<std::vector<Edge64>> shared_pairs(std::span<const BoundaryLoop> loop
 namespace {
 
 LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<const Edge64> taken,
-                    const HoleFacts& known, const FillOptions& options) {
+                    const HoleFacts& known, const FillOptions& options, const StopToken* stop) {
   const auto begin = std::chrono::steady_clock::now();
   PatchOptions patch_options;
   patch_options.kernel =
       options.kernel == FillKernel::kBiharmonic ? RbfKernel::kBiharmonic : RbfKernel::kTriharmonic;
   patch_options.allow_intersections = options.allow_intersections;
+  patch_options.stop = stop;
   NeighborhoodOptions around;
   around.radius_factor = options.neighborhood;
   if (loop.vertices.size() <= patch_options.direct_edges) around.max_rings = 1;
@@ -221,13 +222,13 @@ HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> verti
 }
 
 std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, std::uint32_t hole,
-                                  const FillOptions& options) {
+                                  const FillOptions& options, const StopToken* stop) {
   std::vector<LoopPatch> patches;
   const std::vector<std::uint32_t>& islands = plan.islands[hole];
   if (!islands.empty()) {
     const BoundaryLoop joined = join_islands(plan.loops[hole], plan.loops, islands, plan.vertices);
     patches.push_back(fill_loop(surface, joined, taken_by_others(plan, plan.loops_of(hole)),
-                                plan.facts_of(hole), options));
+                                plan.facts_of(hole), options, stop));
     if (patches.front().facts.filled) {
       for (const std::uint32_t l : islands) {
         HoleFacts& facts = patches.emplace_back().facts = plan.facts_of(l);
@@ -244,7 +245,7 @@ std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, 
   for (const std::uint32_t l : plan.loops_of(hole)) {
     if (plan.reasons[l].empty()) {
       patches.push_back(
-          fill_loop(surface, plan.loops[l], plan.taken[l], plan.facts_of(l), options));
+          fill_loop(surface, plan.loops[l], plan.taken[l], plan.facts_of(l), options, stop));
     } else {
       patches.emplace_back().facts = plan.facts_of(l);
     }

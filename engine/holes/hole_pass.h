@@ -55,8 +55,8 @@ HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> verti
 
 /// Gathers the neighbourhood and fills the hole, joining its islands where that is possible. One
 /// result per loop of the group; a joined island's has no triangles of its own. The results depend
-/// on the mesh alone.
+/// on the mesh alone. `stop`, which may be null, is looked at several times a second.
 std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, std::uint32_t hole,
-                                  const FillOptions& options);
+                                  const FillOptions& options, const StopToken* stop = nullptr);
 
 }  // namespace orbweave

@@ -48,13 +48,16 @@ struct Candidate {
 constexpr double kMostBending = 1.5;
 
 /// Whether the zero set of a signed distance can say more about the patch than the thin plate does.
-/// A few points have no room for it. Where the plate leaves the rim's faces at a steep angle on the
-/// mean, the rim is crumpled: the normals along it, and with them the distance, mean nothing.
+/// A few points have no room for it; tens of thousands have far more than its sites know of. Where
+/// the plate leaves the rim's faces at a steep angle on the mean, the rim is crumpled: the normals
+/// along it, and with them the distance, mean nothing.
 bool is_worth_a_zero_set(const HoleProblem& problem, const PatchMesh& disc,
                          const HolePatch& plate) {
   constexpr std::uint32_t kLeastPoints = 8;
+  constexpr std::uint32_t kMostPoints = 20'000;
   constexpr double kCrumpled = std::numbers::pi / 3.0;
-  return disc.size() - disc.corners() >= kLeastPoints &&
+  const std::uint32_t points = disc.size() - disc.corners();
+  return points >= kLeastPoints && points <= kMostPoints &&
          rim_angles(problem, plate).mean < kCrumpled;
 }
 

@@ -73,6 +73,11 @@ void relax(std::span<const std::uint32_t> points, std::span<const Vec3> normals,
   }
 }
 
+/// Some thousand evaluations of a thousand sites take a hundredth of a second.
+void look_at_stop(std::uint32_t point, const StopToken* stop) {
+  if (point % 1024 == 0) check_stop(stop);
+}
+
 /// Brings the disc onto the zero set and keeps its triangles well shaped meanwhile.
 void settle(const RbfInterpolant& rbf, const Rim& rim, const PatchOptions& options,
             PatchMesh& disc) {
@@ -83,18 +88,23 @@ void settle(const RbfInterpolant& rbf, const Rim& rim, const PatchOptions& optio
     const std::vector<std::uint32_t> points = inner_points(disc);
     std::vector<Vec3> normals;
     for (const std::uint32_t v : points) {
+      look_at_stop(v, options.stop);
       normals.push_back(project(rbf, rough, disc.positions()[v]).direction);
     }
     relax(points, normals, disc);
     disc.collapse_short_edges(kShortestEdge * rim.spacing);
     if (points.size() < options.max_new_points) {
       disc.split_long_edges(kLongestEdge * rim.spacing,
-                            options.max_new_points - static_cast<std::uint32_t>(points.size()));
+                            options.max_new_points - static_cast<std::uint32_t>(points.size()),
+                            options.stop);
     }
     disc.flip_to_delaunay();
   }
   const Descent fine{longest, 1e-3 * rim.spacing, 8};
-  for (const std::uint32_t v : inner_points(disc)) project(rbf, fine, disc.positions()[v]);
+  for (const std::uint32_t v : inner_points(disc)) {
+    look_at_stop(v, options.stop);
+    project(rbf, fine, disc.positions()[v]);
+  }
 }
 
 /// Whether the disc lies on the zero set in folds. A few faces that look the wrong way are none:

@@ -77,9 +77,7 @@ std::uint32_t PatchMesh::collapse_down_to(double shortest, std::uint32_t first) 
   std::uint32_t count = 0;
   for (std::uint32_t more = 1; more > 0; count += more) {
     more = collapse_pass(shortest, first);
-    std::vector<CornerTriangle> left = triangles();
-    std::erase_if(left, [](const CornerTriangle& t) { return t[0] == kNone32; });
-    mesh_.assign(left, size());
+    if (more > 0) mesh_.drop_removed();
   }
   return count;
 }

@@ -161,13 +161,15 @@ std::uint32_t PatchMesh::split_pass(double longest, std::uint32_t max_points) {
 // Bisecting the slivers of a triangulation without interior points down to short edges would leave
 // many times the points that are needed. The limit comes down by steps instead, and at each of them
 // the new points that lie close to others go.
-std::uint32_t PatchMesh::split_long_edges(double longest, std::uint32_t max_points) {
+std::uint32_t PatchMesh::split_long_edges(double longest, std::uint32_t max_points,
+                                          const StopToken* stop) {
   constexpr double kStep = 1.5;
   constexpr double kClose = 0.5;
   constexpr int kRounds = 8;  // flips may make long edges again, fewer each time
   const std::uint32_t before = size();
-  double limit = 0.0;
+  double limit = 0.0;  // of the edges that can be split, at most
   for (std::uint32_t h = 0; h < mesh_.size(); ++h) {
+    if (mesh_.twin[h] == kNone32) continue;
     limit = std::max(limit, norm(at(mesh_.target(h)) - at(mesh_.origin[h])));
   }
   if (!std::isfinite(limit)) return 0;
@@ -175,6 +177,7 @@ std::uint32_t PatchMesh::split_long_edges(double longest, std::uint32_t max_poin
     limit = std::max(longest, limit / kStep);
     flip_to_delaunay();
     for (int round = 0; round < kRounds; ++round) {
+      check_stop(stop);
       if (split_pass(limit, max_points - (size() - before)) == 0) break;
       flip_to_delaunay();
     }

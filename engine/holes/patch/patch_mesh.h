@@ -45,7 +45,8 @@ class PatchMesh {
   /// flips in between, until there is none or `max_points` new ones were made. An edge stays where
   /// the new point would come closer than a quarter of `longest` to a longer edge (beside long
   /// edges of the rim). Returns how many.
-  std::uint32_t split_long_edges(double longest, std::uint32_t max_points);
+  std::uint32_t split_long_edges(double longest, std::uint32_t max_points,
+                                 const StopToken* stop = nullptr);
   /// Joins an interior point with its neighbour over edges shorter than `shortest` where the disc
   /// stays sound. Points that are joined keep their number, but no triangle uses them.
   std::uint32_t collapse_short_edges(double shortest);

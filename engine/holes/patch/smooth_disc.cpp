@@ -25,9 +25,11 @@ double expected_points(const PatchMesh& disc, double spacing) {
 /// One round: edges split to the rim's spacing, then at rest. False where too many points would be
 /// needed.
 bool refine(const Rim& rim, const RimSheet& sheet, const PatchOptions& options, PatchMesh& disc) {
+  check_stop(options.stop);
   const std::uint32_t before = disc.size() - disc.corners();
   if (before > options.max_new_points) return false;
-  disc.split_long_edges(kLongestEdge * rim.spacing, options.max_new_points + 1 - before);
+  disc.split_long_edges(kLongestEdge * rim.spacing, options.max_new_points + 1 - before,
+                        options.stop);
   if (disc.size() - disc.corners() > options.max_new_points) return false;
   disc.flip_to_delaunay();
   disc.smooth(sheet.triangles.empty() ? 1 : 2, sheet);

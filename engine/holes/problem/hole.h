@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/open_reason.h"
+#include "io/stop_token.h"
 #include "io/triangle_mesh.h"
 #include "io/vec3.h"
 
@@ -30,6 +31,7 @@ struct PatchOptions {
   bool allow_intersections = true;
   /// Most new points of a hole; a larger one is reported and stays open.
   std::uint32_t max_new_points = 2'000'000;
+  const StopToken* stop = nullptr;  ///< looked at several times a second; may be null
 };
 
 /// A loop and its neighbourhood. Vertices are numbered from 0 in canonical order, so that the

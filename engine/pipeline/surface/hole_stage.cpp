@@ -139,7 +139,7 @@ void fill_batch(const TracedHoles& holes, ChunkId number, const Surface& surface
   for (std::size_t i = batch.first; i < batch.first + batch.count; ++i) {
     runner.stop.check();
     for (LoopPatch& patch :
-         fill_group(surface, holes.plan, holes.plan.groups[i], runner.job.fill)) {
+         fill_group(surface, holes.plan, holes.plan.groups[i], runner.job.fill, &runner.stop)) {
       const double area = area_of(surface, patch);
       append_patch(std::move(patch), area, patches);
     }
