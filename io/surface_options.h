@@ -61,6 +61,9 @@ struct FillOptions {
   bool allow_intersections = true;
   /// The outer border of an open sheet stays open (true), or is filled like any hole (false).
   bool keep_outer_border = true;
+  /// Triangles of a patch grow with their distance from the rim beyond some dozen of its edges
+  /// (true), or are as small everywhere (false).
+  bool graded = true;
   /// Components of fewer triangles are removed before holes are looked for; 0: none is.
   std::uint64_t min_triangles = 0;
 };

@@ -29,7 +29,7 @@ namespace orbweave {
 namespace {
 
 /// Keys of a job file that are options here, too; --report is another one (JSON alone).
-constexpr std::array<std::string_view, 15> kKeys = {"output.mesh",
+constexpr std::array<std::string_view, 16> kKeys = {"output.mesh",
                                                     "fill.kernel",
                                                     "fill.neighborhood",
                                                     "fill.max_diameter",
@@ -37,6 +37,7 @@ constexpr std::array<std::string_view, 15> kKeys = {"output.mesh",
                                                     "fill.max_edges",
                                                     "fill.keep_outer_border",
                                                     "fill.allow_intersections",
+                                                    "fill.graded",
                                                     "fill.min_triangles",
                                                     "output.format",
                                                     "output.precision",

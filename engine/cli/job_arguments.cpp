@@ -66,9 +66,11 @@ struct NegatedOption {
   std::string_view option;
   std::string_view help;
 };
-constexpr std::array<NegatedOption, 2> kNegatedOptions = {
+constexpr std::array<NegatedOption, 3> kNegatedOptions = {
     {{"close-outer-border", "Fill the outer border of an open sheet, too"},
-     {"no-intersections", "Leave a hole open where every patch intersects the surface"}}};
+     {"no-intersections", "Leave a hole open where every patch intersects the surface"},
+     {"uniform-patches",
+      "Make triangles in the middle of a large patch as small as along its rim"}}};
 
 std::string help_of(const JobKey& key) {
   for (const NegatedOption& known : kNegatedOptions)

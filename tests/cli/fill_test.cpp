@@ -231,6 +231,7 @@ TEST_CASE("EveryKeyOfTheFillSectionIsAnOption") {
                       "400",
                       "--close-outer-border",
                       "--no-intersections",
+                      "--uniform-patches",
                       "--min-triangles",
                       "5",
                       "--format",
@@ -252,6 +253,7 @@ TEST_CASE("EveryKeyOfTheFillSectionIsAnOption") {
                                                             {"max_edges", 400},
                                                             {"keep_outer_border", false},
                                                             {"allow_intersections", false},
+                                                            {"graded", false},
                                                             {"min_triangles", 5}}));
   CHECK_THAT(file_text(in / "out.ply"), Contains("format ascii") && Contains("property float x"));
 }

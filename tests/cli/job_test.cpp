@@ -107,6 +107,7 @@ TEST_CASE("EveryDocumentedOptionOfReconstructReachesTheJob") {
                                "99",
                                "--close-outer-border",
                                "--no-intersections",
+                               "--uniform-patches",
                                "--min-triangles",
                                "3",
                                "--patch-color",
@@ -144,6 +145,7 @@ TEST_CASE("EveryDocumentedOptionOfReconstructReachesTheJob") {
                                            {"max_edges", 99},
                                            {"keep_outer_border", false},
                                            {"allow_intersections", false},
+                                           {"graded", false},
                                            {"min_triangles", 3}}));
   CHECK(report["options"]["output"]["patch_color"] == "#4477cc");
   CHECK(report["options"]["partition"]["chunk_points"] == 500);

@@ -65,6 +65,7 @@ max_perimeter = 1e3
 max_edges = 400
 keep_outer_border = false
 allow_intersections = false
+graded = false
 min_triangles = 20
 [output]
 mesh = "out mesh.ply"
@@ -117,6 +118,7 @@ TEST_CASE("EveryKeyOfAJobFileReachesTheJob") {
   CHECK(job.fill.max_edges == 400);
   CHECK_FALSE(job.fill.keep_outer_border);
   CHECK_FALSE(job.fill.allow_intersections);
+  CHECK_FALSE(job.fill.graded);
   CHECK(job.fill.min_triangles == 20);
   CHECK(job.output.mesh == "out mesh.ply");
   CHECK_FALSE(job.output.binary);
@@ -272,7 +274,7 @@ TEST_CASE("TheKeyTableIsCompleteAndItsDefaultsAreAccepted") {
     CHECK_NOTHROW(set_job_key(job, key.name(), key.default_text()));
     if (*key.option_value != '\0') CHECK_NOTHROW(set_job_key(job, key.name(), key.option_value));
   }
-  CHECK(names.size() == 48);
+  CHECK(names.size() == 49);
   CHECK(options.count("ball-radii") == 1);
 }
 

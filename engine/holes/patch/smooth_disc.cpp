@@ -22,18 +22,25 @@ double expected_points(const PatchMesh& disc, double spacing) {
   return area_of(disc) / (std::sqrt(0.75) * spacing * spacing);
 }
 
-/// One round: edges split to the rim's spacing, then at rest. False where too many points would be
+/// Edges of a patch for which this many points are expected: the rim's. A larger disc gets larger
+/// triangles, not more: nothing is known of its middle.
+double patch_spacing(const Rim& rim, double points, const PatchOptions& options) {
+  constexpr double kMostPoints = 50'000.0;
+  return options.graded ? rim.spacing * std::sqrt(std::max(1.0, points / kMostPoints))
+                        : rim.spacing;
+}
+
+/// One round: edges split to the spacing, then at rest. False where too many points would be
 /// needed.
-bool refine(const Rim& rim, const RimSheet& sheet, const PatchOptions& options, PatchMesh& disc) {
+bool refine(double spacing, const RimSheet& sheet, const PatchOptions& options, PatchMesh& disc) {
   check_stop(options.stop);
   const std::uint32_t before = disc.size() - disc.corners();
   if (before > options.max_new_points) return false;
-  disc.split_long_edges(kLongestEdge * rim.spacing, options.max_new_points + 1 - before,
-                        options.stop);
+  disc.split_long_edges(kLongestEdge * spacing, options.max_new_points + 1 - before, options.stop);
   if (disc.size() - disc.corners() > options.max_new_points) return false;
   disc.flip_to_delaunay();
   disc.smooth(sheet.triangles.empty() ? 1 : 2, sheet);
-  disc.collapse_short_edges(kShortestEdge * rim.spacing);
+  disc.collapse_short_edges(kShortestEdge * spacing);
   disc.flip_to_delaunay();
   return true;
 }
@@ -47,12 +54,12 @@ struct FairDisc {
 /// by which it is measured, have too; on a ragged rim that need not come to an end. Without a
 /// sheet it is a membrane. Empty where it would need too many points.
 std::optional<FairDisc> fairest(const HoleProblem& problem, const Rim& rim, const RimSheet& sheet,
-                                PatchMesh disc, const PatchOptions& options) {
+                                double spacing, PatchMesh disc, const PatchOptions& options) {
   constexpr int kRounds = 6;
   constexpr double kLeastGain = 0.97;  // energy of a round by that of the one before
   std::optional<FairDisc> best;
   for (int round = 0; round < kRounds; ++round) {
-    if (!refine(rim, sheet, options, disc)) return best;
+    if (!refine(spacing, sheet, options, disc)) return best;
     const double energy = bending_energy(problem, patch_of_disc(problem, rim, disc));
     if (best && !(energy < kLeastGain * best->energy)) break;
     best = {disc, energy};
@@ -67,10 +74,11 @@ std::optional<FairDisc> fairest_plate(const HoleProblem& problem, const Rim& rim
                                       const PatchOptions& options) {
   constexpr double kSmall = 2000.0;
   const RimSheet sheet = sheet_at_rim(problem, rim);
-  std::optional<FairDisc> best = fairest(problem, rim, sheet, start, options);
+  const double spacing = patch_spacing(rim, points, options);
+  std::optional<FairDisc> best = fairest(problem, rim, sheet, spacing, start, options);
   if (points > kSmall) return best;
-  std::optional<FairDisc> other = fairest(problem, rim, {}, start, options);
-  if (other) other = fairest(problem, rim, sheet, std::move(other->disc), options);
+  std::optional<FairDisc> other = fairest(problem, rim, {}, spacing, start, options);
+  if (other) other = fairest(problem, rim, sheet, spacing, std::move(other->disc), options);
   return best && !(other && other->energy < best->energy) ? std::move(best) : std::move(other);
 }
 
@@ -86,7 +94,8 @@ std::optional<PatchMesh> smooth_disc(const HoleProblem& problem, const LoopTrian
   const PatchMesh start = disc_of_loop(problem, loop);
   const double points = expected_points(start, rim.spacing);
   if (points > 1.5 * options.max_new_points + 16.0) return std::nullopt;
-  std::optional<FairDisc> best = order < 2 ? fairest(problem, rim, {}, start, options)
+  const double spacing = patch_spacing(rim, points, options);
+  std::optional<FairDisc> best = order < 2 ? fairest(problem, rim, {}, spacing, start, options)
                                            : fairest_plate(problem, rim, start, points, options);
   if (!best) return std::nullopt;
   return std::move(best->disc);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace orbweave {
@@ -16,6 +17,10 @@ constexpr int kMostLevels = 6;
 // its own: the mean spacing serves from 0.62 to 1.62 times itself.
 constexpr double kFinerBelow = 0.62;
 constexpr double kFinerBelowCoarse = 0.81;
+// Beyond this many spacings from the rim the spacing wanted grows with the distance. The patch
+// is the smoother the farther from what is known, and the error of a guess is far more than that of
+// larger triangles there.
+constexpr double kUngraded = 32.0;
 
 // Lengths of the rim's edges: means over a few dozen arcs of it.
 class RimSizing {
@@ -34,8 +39,17 @@ class RimSizing {
         mean.length += norm(rim.corners[(i + 1) % n] - rim.corners[i]);
       }
       const auto count = static_cast<double>(last - first);
-      arcs_.push_back({mean.place / count, mean.length / count});
+      const double length = mean.length / count;
+      arcs_.push_back({mean.place / count, length, 0.5 * mean.length});
     }
+  }
+
+  // How far the rim is, at least: no part of an arc is farther from its place than half its length.
+  double distance(Vec3 x) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Arc& arc : arcs_)
+      nearest = std::min(nearest, std::hypot(x.x - arc.place.x, x.y - arc.place.y) - arc.reach);
+    return std::max(nearest, 0.0);
   }
 
   // Weighted by the inverse squares of distances.
@@ -56,18 +70,20 @@ class RimSizing {
   struct Arc {
     Vec3 place;
     double length = 0.0;
+    double reach = 0.0;
   };
   std::vector<Arc> arcs_;
 };
 
 class Lattice {
  public:
-  Lattice(const Rim& rim, const PlaneOutline& outline, const RbfInterpolant& heights,
+  Lattice(const Rim& rim, const PlaneOutline& outline, const RbfInterpolant& heights, bool graded,
           std::uint32_t most)
       : spacing_(rim.spacing),
         sizing_(rim, outline.polygon()),
         outline_(outline),
         heights_(heights),
+        graded_(graded),
         most_(most) {}
 
   std::optional<std::vector<GridPoint>> points() {
@@ -99,7 +115,7 @@ class Lattice {
     const bool evaluated = inside && level <= 0;
     GridPoint point = evaluated ? lifted(x) : GridPoint{x, {}};
     const double stretch = std::sqrt(1.0 + squared_norm(point.slope));
-    const double wanted = sizing_.at(x) / std::sqrt(stretch);
+    const double wanted = spacing_at(x) / std::sqrt(stretch);
     const double enough = level > 0 ? kFinerBelowCoarse : kFinerBelow;
     if (level > -kMostLevels && wanted < enough * step) {
       for (int half = 0; half < 4; ++half) {
@@ -111,6 +127,12 @@ class Lattice {
     if (points_.size() == most_) return false;
     points_.push_back(evaluated ? point : lifted(x));
     return true;
+  }
+
+  double spacing_at(Vec3 x) const {
+    const double size = sizing_.at(x);
+    if (!graded_) return size;
+    return size * std::max(1.0, sizing_.distance(x) / (kUngraded * spacing_));
   }
 
   GridPoint lifted(Vec3 x) const {
@@ -127,6 +149,7 @@ class Lattice {
   RimSizing sizing_;
   const PlaneOutline& outline_;
   const RbfInterpolant& heights_;
+  bool graded_;
   std::uint32_t most_;
   std::vector<GridPoint> points_;
 };
@@ -134,9 +157,9 @@ class Lattice {
 }  // namespace
 
 std::optional<std::vector<GridPoint>> plane_grid(const Rim& rim, const PlaneOutline& outline,
-                                                 const RbfInterpolant& heights,
+                                                 const RbfInterpolant& heights, bool graded,
                                                  std::uint32_t most) {
-  return Lattice(rim, outline, heights, most).points();
+  return Lattice(rim, outline, heights, graded, most).points();
 }
 
 double grid_clearance(const Rim& rim) {

@@ -18,11 +18,13 @@ struct GridPoint {
 };
 
 /// Points of a hexagonal lattice inside the loop, clear of its edges, in plane coordinates and
-/// with the interpolant's height: at the spacing of the rim's edges nearby, and denser where the
-/// patch is steep (nested lattices, each of half the spacing of the one before). The lattice lies
-/// at the frame's origin. Empty where there would be more than `most`.
+/// with the interpolant's height: at the spacing of the rim's edges nearby, denser where the patch
+/// is steep, and where `graded` coarser far from the rim (nested lattices, each of half the spacing
+/// of the one before). The lattice lies at the frame's origin. Empty where there would be more than
+/// `most`.
 std::optional<std::vector<GridPoint>> plane_grid(const Rim& rim, const PlaneOutline& outline,
-                                                 const RbfInterpolant& heights, std::uint32_t most);
+                                                 const RbfInterpolant& heights, bool graded,
+                                                 std::uint32_t most);
 
 /// The largest distance from the outline that plane_grid asks for.
 double grid_clearance(const Rim& rim);

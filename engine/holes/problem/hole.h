@@ -31,6 +31,8 @@ struct PatchOptions {
   bool allow_intersections = true;
   /// Most new points of a hole; a larger one is reported and stays open.
   std::uint32_t max_new_points = 2'000'000;
+  /// Whether triangles grow with their distance from the rim in a large patch.
+  bool graded = true;
   const StopToken* stop = nullptr;  ///< looked at several times a second; may be null
 };
 
