@@ -188,7 +188,7 @@ TEST_CASE("ABallThatReachesMorePointsThanTheBudgetHoldsSaysTheLeast") {
   INFO(result.err);
   CHECK(result.status == 4);
   CHECK(result.err.find("at least") != std::string::npos);
-  CHECK(result.err.find("partition.memory") != std::string::npos);
+  CHECK(result.err.find("--memory") != std::string::npos);
 }
 
 TEST_CASE("ABoundaryThatTheBudgetCannotHoldSaysTheLeast") {
