@@ -2,7 +2,6 @@
 #include "io/system/owned_files.h"
 
 #include <signal.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -39,26 +38,6 @@ void replace(const fs::path& path, const std::string& text) {
 }
 
 }  // namespace
-
-TEST_CASE("AFileThatCannotBeMadeIsToldWithWhatHelpsAgainstIt") {
-  const ScratchDirectory scratch;
-  OwnedFiles record(scratch.path(), kStore, 0);
-  rlimit before{};
-  REQUIRE(getrlimit(RLIMIT_NOFILE, &before) == 0);
-  const rlimit none{0, before.rlim_max};
-  std::string message;
-  REQUIRE(setrlimit(RLIMIT_NOFILE, &none) == 0);
-  try {
-    record.create(scratch / "a");
-  } catch (const Error& error) {
-    // Sanitizers look at the object through a pipe.
-    REQUIRE(setrlimit(RLIMIT_NOFILE, &before) == 0);
-    message = error.what();
-  }
-  REQUIRE(setrlimit(RLIMIT_NOFILE, &before) == 0);
-  CHECK_THAT(message, Catch::Contains("Too many open files. Raise the limit of open files"));
-  CHECK_FALSE(fs::exists(scratch / "a"));
-}
 
 TEST_CASE("ANameWithItsInodeIsTheProgramsAndNothingElseIs") {
   const ScratchDirectory scratch;

@@ -1,12 +1,16 @@
-// A lack of descriptors is no word on what the chunk store holds. Sanitizers open descriptors of
-// their own to look at objects, so the case is not for them.
+// A lack of descriptors is told with what helps, and is no word on what the chunk store holds.
+// Sanitizers open descriptors of their own to look at objects, so the cases are not for them.
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <functional>
+#include <string>
 
+#include "io/error.h"
 #include "io/store/chunk_store.h"
+#include "io/system/owned_files.h"
 #include "tests/io/stored_arrays.h"
 #include "tests/support/data.h"
 
@@ -53,6 +57,24 @@ TEST_CASE("TooManyOpenFilesIsNoWordOnWhatIsStored") {
   CHECK(status_with(1, [&] { store.open("points", 0); }) == ErrorKind::kResource);
   CHECK(store.begin_stage("points", "key"));
   CHECK(same(*store.open("points", 0), arrays));
+}
+
+TEST_CASE("AFileThatCannotBeMadeIsToldWithWhatHelpsAgainstIt") {
+  const test::ScratchDirectory scratch;
+  OwnedFiles record(scratch.path(), "0123456789abcdef", 0);
+  rlimit before{};
+  REQUIRE(getrlimit(RLIMIT_NOFILE, &before) == 0);
+  const rlimit none{0, before.rlim_max};
+  std::string message;
+  REQUIRE(setrlimit(RLIMIT_NOFILE, &none) == 0);
+  try {
+    record.create(scratch / "a");
+  } catch (const Error& error) {
+    message = error.what();
+  }
+  REQUIRE(setrlimit(RLIMIT_NOFILE, &before) == 0);
+  CHECK_THAT(message, Catch::Contains("Too many open files. Raise the limit of open files"));
+  CHECK_FALSE(std::filesystem::exists(scratch / "a"));
 }
 
 }  // namespace orbweave
