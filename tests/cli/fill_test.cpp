@@ -258,7 +258,7 @@ TEST_CASE("EveryKeyOfTheFillSectionIsAnOption") {
   CHECK_THAT(file_text(in / "out.ply"), Contains("format ascii") && Contains("property float x"));
 }
 
-TEST_CASE("PatchesHaveTheColourThatWasAskedForInThePicture") {
+TEST_CASE("PatchesHaveTheColourThatWasAskedForInThePicture", "[slow]") {
   const ScratchDirectory in;
   write_mesh(in / "in.ply", holed_sphere(in));
   const std::vector<std::string> command = GENERATE(values<std::vector<std::string>>(
@@ -276,7 +276,7 @@ TEST_CASE("PatchesHaveTheColourThatWasAskedForInThePicture") {
   CHECK(draw("c.png", "#cc7744") != blue);
 }
 
-TEST_CASE("PicturesOfEveryCommandHaveTheAxisUprightThatWasAskedFor") {
+TEST_CASE("PicturesOfEveryCommandHaveTheAxisUprightThatWasAskedFor", "[slow]") {
   const ScratchDirectory in;
   write_mesh(in / "in.ply", holed_sphere(in));
   REQUIRE(run_in(in, {"convert", "--normals-from-faces", "in.ply", "scan.ply"}).status == 0);

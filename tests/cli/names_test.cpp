@@ -182,7 +182,7 @@ void check_report(const ScratchDirectory& in, const Format& format) {
 
 }  // namespace
 
-TEST_CASE("NamesOfAttributesAreKeptByteForByteAndShownSafely") {
+TEST_CASE("NamesOfAttributesAreKeptByteForByteAndShownSafely", "[slow]") {
   const ScratchDirectory in;
   const Format format =
       GENERATE(Format{"a.ply", ascii_ply()}, Format{"b.ply", binary_ply()}, Format{"c.csv", csv()},

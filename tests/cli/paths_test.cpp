@@ -63,7 +63,7 @@ std::string expected_mesh(const ScratchDirectory& in) {
 
 // ---------------------------------------------------------------- every pair of a command's paths
 
-TEST_CASE("EveryPairOfPathsOfAJobFileIsFoundBeforeTheWork") {
+TEST_CASE("EveryPairOfPathsOfAJobFileIsFoundBeforeTheWork", "[slow]") {
   const ScratchDirectory in;
   make_scan(in);
   make_scan(in, "second.ply");
@@ -212,7 +212,7 @@ TEST_CASE("AFolderOfTheUsersWithAnEmptyLockIsNoWorkDirectory") {
 
 // ------------------------------------------------------------------------- case 3 of the issue
 
-TEST_CASE("TilesReplaceNothingThatIsNotOnTheRecordOfTheirIndex") {
+TEST_CASE("TilesReplaceNothingThatIsNotOnTheRecordOfTheirIndex", "[slow]") {
   const ScratchDirectory in;
   make_scan(in);
   fs::create_directory(in / "t.tiles");
@@ -394,7 +394,7 @@ TEST_CASE("AScanInTheWorkDirectoryIsRefused") {
   }
 }
 
-TEST_CASE("WhatIsInAResultsPlaceAndNotTheProgramsStaysAndIsNamed") {
+TEST_CASE("WhatIsInAResultsPlaceAndNotTheProgramsStaysAndIsNamed", "[slow]") {
   const ScratchDirectory in;
   make_scan(in);
   const Arguments base = {"scan.ply", "-o", "mesh.ply", "--keep-work-dir"};
@@ -540,7 +540,7 @@ TEST_CASE("AWorkDirectoryThatIsALinkIsUsedAndLeft") {
 
 // ------------------------------------------------------- item 14: a damaged orbweave-store.json
 
-TEST_CASE("ADamagedFileOfTheStoreIsWrittenAnewAndTheJobGoesOn") {
+TEST_CASE("ADamagedFileOfTheStoreIsWrittenAnewAndTheJobGoesOn", "[slow]") {
   const ScratchDirectory in;
   make_scan(in);
   const Arguments base = {"scan.ply", "-o", "mesh.ply"};
@@ -567,7 +567,7 @@ TEST_CASE("ADamagedFileOfTheStoreIsWrittenAnewAndTheJobGoesOn") {
   if (!record_lost) CHECK_FALSE(fs::exists(in / "mesh.work"));
 }
 
-TEST_CASE("SomethingElseInThePlaceOfTheStoresOwnFilesIsRefusedAndTheAdviceWorks") {
+TEST_CASE("SomethingElseInThePlaceOfTheStoresOwnFilesIsRefusedAndTheAdviceWorks", "[slow]") {
   const ScratchDirectory in;
   make_scan(in);
   const Arguments base = {"reconstruct", "scan.ply", "-o", "mesh.ply"};

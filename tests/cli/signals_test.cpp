@@ -138,7 +138,7 @@ TEST_CASE("AnInterruptionSaysWhatWasWritten") {
         }) == 0);
 }
 
-TEST_CASE("NoAlarmEndsAProcessWhoseWorkIsOver") {
+TEST_CASE("NoAlarmEndsAProcessWhoseWorkIsOver", "[slow]") {
   CHECK(status_of_child([](orbweave::StopToken&) {
           raise(SIGTERM);
           orbweave::end_interruptible_work();

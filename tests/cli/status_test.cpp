@@ -117,7 +117,7 @@ HeldJob held_in_the_middle(const ScratchDirectory& in, Growth& growth) {
 
 }  // namespace
 
-TEST_CASE("StatusOfARunningJobSaysWhatItIsAtAndWhoRunsIt") {
+TEST_CASE("StatusOfARunningJobSaysWhatItIsAtAndWhoRunsIt", "[slow]") {
   const ScratchDirectory in;
   make_scan(in);
   Growth growth;
@@ -154,7 +154,7 @@ TEST_CASE("StatusOfAKeptWorkDirectorySaysThatTheJobHasEnded") {
   CHECK_THAT(run_in(in, {"status", "mesh.work"}).out, Contains("all outputs are written"));
 }
 
-TEST_CASE("ASecondProcessIsRefusedAndTheFirstGoesOnUnharmed") {
+TEST_CASE("ASecondProcessIsRefusedAndTheFirstGoesOnUnharmed", "[slow]") {
   const ScratchDirectory in;
   const ScratchDirectory undisturbed;
   make_scan(in);

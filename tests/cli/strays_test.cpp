@@ -138,7 +138,7 @@ TEST_CASE("StraysThatAreKeptArePointsInEveryCut") {
   }
 }
 
-TEST_CASE("TwoSurfacesFarApartAreOneJobInEveryCut") {
+TEST_CASE("TwoSurfacesFarApartAreOneJobInEveryCut", "[slow]") {
   const ScratchDirectory in;
   for (const double away : {1e6, 1e9}) {
     std::vector<Vec3> points = sphere(1500, 1.0, {});

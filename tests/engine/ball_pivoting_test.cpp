@@ -342,7 +342,7 @@ void check_same(const BallPivotingResult& result, const BallPivotingResult& expe
 
 }  // namespace
 
-TEST_CASE("PartsMakeTheWhole") {
+TEST_CASE("PartsMakeTheWhole", "[slow]") {
   for (const double noise : {0.3, 0.7}) {
     const NamedCloud named = test::noisy_torus(30'000, noise, 41);
     const std::vector<double> radii = {named.ball_radius, 1.3 * named.ball_radius};

@@ -242,7 +242,7 @@ TEST_CASE("AFullDiskInAnyStageEndsInStatus4AndTheSameCommandResumes") {
   check_full_disk(job, 30'000, {"picture"});
 }
 
-TEST_CASE("AFullDiskInAnyPassOverRawPointsEndsInStatus4AndTheSameCommandResumes") {
+TEST_CASE("AFullDiskInAnyPassOverRawPointsEndsInStatus4AndTheSameCommandResumes", "[slow]") {
   ScratchDirectory scratch;
   check_full_disk(raw_job(scratch), 1);
 }
@@ -272,7 +272,7 @@ TEST_CASE("AWorkDirectoryThatIsRemovedUnderTheJobEndsInStatus4") {
       {"sort", "stitch", "export"});
 }
 
-TEST_CASE("AWorkDirectoryThatIsRemovedUnderAnyPassOverRawPointsEndsInStatus4") {
+TEST_CASE("AWorkDirectoryThatIsRemovedUnderAnyPassOverRawPointsEndsInStatus4", "[slow]") {
   ScratchDirectory scratch;
   const Job job = raw_job(scratch);
   check_mishap(
@@ -280,7 +280,7 @@ TEST_CASE("AWorkDirectoryThatIsRemovedUnderAnyPassOverRawPointsEndsInStatus4") {
       {"raw_outliers", "raw_normals", "raw_smooth_1", "raw_thinned", "raw_patches", "sort"});
 }
 
-TEST_CASE("AnOutputDirectoryThatVanishesEndsInStatus4AndKeepsTheWork") {
+TEST_CASE("AnOutputDirectoryThatVanishesEndsInStatus4AndKeepsTheWork", "[slow]") {
   ScratchDirectory scratch;
   Job job = oriented_job(scratch);
   const fs::path out = scratch / "out";
@@ -352,7 +352,7 @@ TEST_CASE("DamagedResultsOfAnyStageAreNoticedAndComputedAgain") {
   check_damage(oriented_job(scratch));
 }
 
-TEST_CASE("DamagedResultsOfAnyPassOverRawPointsAreNoticedAndComputedAgain") {
+TEST_CASE("DamagedResultsOfAnyPassOverRawPointsAreNoticedAndComputedAgain", "[slow]") {
   ScratchDirectory scratch;
   check_damage(raw_job(scratch));
 }

@@ -206,7 +206,7 @@ void require_same_mesh(const TriangleMesh& a, const TriangleMesh& b) {
 
 }  // namespace
 
-TEST_CASE("ATeamWritesTheSameFileAsOneProcess") {
+TEST_CASE("ATeamWritesTheSameFileAsOneProcess", "[slow]") {
   const NamedCloud named = rough_torus();
   ScratchDirectory scratch;
   for (const bool fill : {true, false}) {
@@ -227,7 +227,7 @@ TEST_CASE("ATeamWritesTheSameFileAsOneProcess") {
   CHECK(entries_in(scratch.path()) == 2);  // the cloud and the mesh: no temporary is left
 }
 
-TEST_CASE("ATeamWritesFormatsWithoutFixedRowsAsWell") {
+TEST_CASE("ATeamWritesFormatsWithoutFixedRowsAsWell", "[slow]") {
   const NamedCloud named = rough_torus();
   ScratchDirectory scratch;
   for (const char* mesh : {"mesh.obj", "mesh.stl", "mesh.ply.gz"}) {
@@ -276,7 +276,7 @@ TEST_CASE("ADeviceGetsTheMeshDirectly") {
   CHECK(fs::is_character_file("/dev/null"));
 }
 
-TEST_CASE("JoinedTilesAreTheOneMesh") {
+TEST_CASE("JoinedTilesAreTheOneMesh", "[slow]") {
   const NamedCloud named = rough_torus();
   ScratchDirectory scratch;
   for (const bool fill : {true, false}) {
@@ -305,7 +305,7 @@ TEST_CASE("JoinedTilesAreTheOneMesh") {
   CHECK(entries_in(scratch.path()) == 2);  // the cloud and the tiles of the last run
 }
 
-TEST_CASE("TilesAreTheSameForAnyThreadsAndProcesses") {
+TEST_CASE("TilesAreTheSameForAnyThreadsAndProcesses", "[slow]") {
   const NamedCloud named = rough_torus();
   ScratchDirectory scratch;
   Job job = rough_job(scratch, named);

@@ -95,7 +95,7 @@ std::vector<double> radii_of(const NamedCloud& named, std::vector<double> factor
 
 }  // namespace
 
-TEST_CASE("ChunkedMeshEqualsWholeMesh") {
+TEST_CASE("ChunkedMeshEqualsWholeMesh", "[slow]") {
   const std::vector<std::vector<double>> levels = {
       {1.0}, {1.0, 1.5}, {1.0, 1.5, 2.25, 3.4}, {1.0, 5.0}};
   for (const double noise : {0.0, 0.3, 0.7}) {

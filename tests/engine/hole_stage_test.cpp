@@ -46,7 +46,7 @@ NamedCloud punched_sphere() {
 
 }  // namespace
 
-TEST_CASE("SameBytesWithHolesAcrossTwoToEightChunks") {
+TEST_CASE("SameBytesWithHolesAcrossTwoToEightChunks", "[slow]") {
   const NamedCloud named = punched_sphere();
   ScratchDirectory scratch;
   Job job = job_for(scratch, named);
@@ -138,7 +138,7 @@ TEST_CASE("WithoutTheFillTheMeshHasNoPatches") {
   CHECK(mesh.vertices.size() <= named.cloud.size());
 }
 
-TEST_CASE("InterruptedInTheHolePassAndResumedGivesTheSameBytes") {
+TEST_CASE("InterruptedInTheHolePassAndResumedGivesTheSameBytes", "[slow]") {
   NamedCloud named = test::painted_torus(4000, 0.7, 37);
   ScratchDirectory scratch;
   Job job = job_for(scratch, named);

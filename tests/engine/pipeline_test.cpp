@@ -151,7 +151,7 @@ TEST_CASE("AttributesArriveAtTheirOwnVertices") {
   REQUIRE(vertices.attributes == expected.attributes);
 }
 
-TEST_CASE("InterruptedAnywhereAndResumedGivesTheSameBytes") {
+TEST_CASE("InterruptedAnywhereAndResumedGivesTheSameBytes", "[slow]") {
   const NamedCloud named = painted_torus(4000, 0.3, 13);
   ScratchDirectory scratch;
   Job job = job_for(scratch, named);

@@ -79,7 +79,7 @@ std::string message_of(const Job& job, ErrorKind status) {
 
 }  // namespace
 
-TEST_CASE("RawScansWithEveryCleanUpGiveTheSameBytesForAnyPartition") {
+TEST_CASE("RawScansWithEveryCleanUpGiveTheSameBytesForAnyPartition", "[slow]") {
   ScratchDirectory scratch;
   const RawScans scans = scan_torus(scratch, 4000, 0.3, 0.3);
   Job job = job_for(scratch, scans);
@@ -98,7 +98,7 @@ TEST_CASE("RawScansWithEveryCleanUpGiveTheSameBytesForAnyPartition") {
   REQUIRE((mesh_bytes(job) == expected));
 }
 
-TEST_CASE("PropagatedNormalsGiveTheSameBytesForAnyPartitionAndOrder") {
+TEST_CASE("PropagatedNormalsGiveTheSameBytesForAnyPartitionAndOrder", "[slow]") {
   ScratchDirectory scratch;
   NamedCloud named = torus_without_normals(4000);
   Job job = job_for(scratch, named);
@@ -167,7 +167,7 @@ TEST_CASE("AViewpointAndAnUpDirectionDecideTheSide") {
   }
 }
 
-TEST_CASE("ThickLayersAreCleanedOnlyOnRequestAndSaidSo") {
+TEST_CASE("ThickLayersAreCleanedOnlyOnRequestAndSaidSo", "[slow]") {
   ScratchDirectory scratch;
   const RawScans scans = scan_torus(scratch, 20'000, 0.8, 1.0);
   Job job = job_for(scratch, scans);

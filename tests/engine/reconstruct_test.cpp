@@ -153,7 +153,7 @@ TEST_CASE("TheFrontDoorLeavesOutWhatTheJobLeavesOut") {
   check_same_as_job(without_normals(cloud));
 }
 
-TEST_CASE("TheFrontDoorGivesTheBytesOfTheJobForTheBunny") {
+TEST_CASE("TheFrontDoorGivesTheBytesOfTheJobForTheBunny", "[slow]") {
   const auto file = data_path("stanford/bun_zipper.ply");
   if (skipped_without(file)) return;
   const PointCloud raw = without_normals(read_all(*open_point_source(file)));

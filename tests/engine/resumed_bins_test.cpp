@@ -174,7 +174,7 @@ void flip_a_byte_of_every_bin(const fs::path& bins) {
 
 }  // namespace
 
-TEST_CASE("KilledWhileItSortsARunCountsAndBinsNothingAgain") {
+TEST_CASE("KilledWhileItSortsARunCountsAndBinsNothingAgain", "[slow]") {
   const ScratchDirectory scratch;
   Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
@@ -210,7 +210,7 @@ TEST_CASE("KilledWhileItMeasuresARunBinsNothingAgain") {
   CHECK(told.ran("measure"));
 }
 
-TEST_CASE("KilledWhileItBinsARunCountsNothingAgainAndBinsTheRest") {
+TEST_CASE("KilledWhileItBinsARunCountsNothingAgainAndBinsTheRest", "[slow]") {
   const ScratchDirectory scratch;
   const Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
@@ -240,7 +240,7 @@ TEST_CASE("KilledWhileItBinsARunCountsNothingAgainAndBinsTheRest") {
   }
 }
 
-TEST_CASE("KilledWhenItHasCountedARunCountsNothingAgain") {
+TEST_CASE("KilledWhenItHasCountedARunCountsNothingAgain", "[slow]") {
   const ScratchDirectory scratch;
   Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
@@ -255,7 +255,7 @@ TEST_CASE("KilledWhenItHasCountedARunCountsNothingAgain") {
   CHECK(told.ran("bin"));
 }
 
-TEST_CASE("BinsThatAreDamagedOrGoneAreMadeAgainAndItSaysSo") {
+TEST_CASE("BinsThatAreDamagedOrGoneAreMadeAgainAndItSaysSo", "[slow]") {
   const ScratchDirectory scratch;
   Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
@@ -282,7 +282,7 @@ TEST_CASE("BinsThatAreDamagedOrGoneAreMadeAgainAndItSaysSo") {
   CHECK(told.lines.find(says) != std::string::npos);
 }
 
-TEST_CASE("ASortedChunkThatIsDamagedWhenItsBinIsGoneIsNotLookedForInTheBins") {
+TEST_CASE("ASortedChunkThatIsDamagedWhenItsBinIsGoneIsNotLookedForInTheBins", "[slow]") {
   const ScratchDirectory scratch;
   const Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
@@ -336,7 +336,7 @@ TEST_CASE("WhateverTakesThePlaceOfStoredBinsAndTheirLogThePointsAreTheSame", "[s
   }
 }
 
-TEST_CASE("BinsOfOtherScansAreNotUsed") {
+TEST_CASE("BinsOfOtherScansAreNotUsed", "[slow]") {
   const ScratchDirectory scratch;
   Job job = wide_job(scratch);
   REQUIRE(run_until(job, "sort", 8).status == ErrorKind::kInterrupted);
@@ -351,7 +351,7 @@ TEST_CASE("BinsOfOtherScansAreNotUsed") {
   CHECK(told.ran("bin"));
 }
 
-TEST_CASE("ADiskThatIsFullWhileBinsAreWrittenEndsInStatus4AndTheCountIsKept") {
+TEST_CASE("ADiskThatIsFullWhileBinsAreWrittenEndsInStatus4AndTheCountIsKept", "[slow]") {
   const ScratchDirectory scratch;
   const Job job = wide_job(scratch);
   const auto& expected = expected_points(job);

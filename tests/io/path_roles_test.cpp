@@ -170,7 +170,7 @@ TEST_CASE("PathsThatHaveNothingInCommonAreFine") {
   CHECK(refusal_of(places.paths(), places.root()).empty());
 }
 
-TEST_CASE("TwoRolesOfOnePlaceAreFoundInAnySpelling") {
+TEST_CASE("TwoRolesOfOnePlaceAreFoundInAnySpelling", "[slow]") {
   const bool all_there = GENERATE(false, true);
   const Places places(all_there);
   std::size_t found = 0;

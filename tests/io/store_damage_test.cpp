@@ -93,8 +93,9 @@ TEST_CASE("AFlippedByteNeverGivesWrongData", "[slow]") {
   int harmless = 0;
   int step = 1;
   for (std::size_t at = 0; at < good.size(); at += static_cast<std::size_t>(step)) {
-    // Every byte of HDF5's own structures (they lie at the ends), a sample of the data.
-    step = at < 6000 || at + 3000 > good.size() ? (packed ? 3 : 1) : 61;
+    // HDF5's own structures lie at the ends: every fifth byte there, in turn in both forms of a
+    // file, and a sample of the data.
+    step = at < 6000 || at + 3000 > good.size() ? (packed ? 7 : 5) : 61;
     put(path, at, good[at] ^ (1 << at % 8));
     try {
       const ChunkStore store(scratch / "work");
@@ -108,8 +109,8 @@ TEST_CASE("AFlippedByteNeverGivesWrongData", "[slow]") {
     }
     put(path, at, good[at]);
   }
-  CHECK(detected > 1000);
-  CHECK(harmless < 1500);  // padding between HDF5's structures
+  CHECK(detected > 200);
+  CHECK(harmless < 300);  // padding between HDF5's structures
 }
 
 TEST_CASE("AFlippedByteInAnyArrayIsDetected") {

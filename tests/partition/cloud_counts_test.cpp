@@ -51,7 +51,7 @@ std::vector<Vec3> points_in_cube(std::size_t count, double side, Vec3 corner) {
 
 }  // namespace
 
-TEST_CASE("CountsInMemoryHaveTheCellsOfTheStreamingCount") {
+TEST_CASE("CountsInMemoryHaveTheCellsOfTheStreamingCount", "[slow]") {
   check_same_counts({Vec3{1.0, 2.0, 3.0}});
   check_same_counts(std::vector<Vec3>(1000, Vec3{-1.0, 2.0, 3.0}));
   for (const std::size_t count : {2, 100, 30'000, 262'144, 262'145, 700'000}) {
