@@ -13,6 +13,7 @@
 #include "engine/pipeline/damage_repair.h"
 #include "engine/pipeline/job_paths.h"
 #include "engine/pipeline/output/export_stage.h"
+#include "engine/pipeline/output/picture_stage.h"
 #include "engine/pipeline/output/tile_export.h"
 #include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/run_results.h"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -145,6 +146,37 @@ struct SampleRange {
   int first, last;
 };
 
+/// The samples of a row between which a line from `a` to `b` may pass, and one more on each side:
+/// narrows a row of a large triangle, while edge_side decides at every sample that is left.
+class RowSpan {
+ public:
+  RowSpan(const SampleRange& columns, double y) : columns_(columns), y_(y) {}
+  void reach(const Projected& a, const Projected& b) {
+    const double top = std::min(a.y, b.y), bottom = std::max(a.y, b.y);
+    if (bottom < y_ || top > y_) return;
+    if (bottom == top) {
+      extend(std::min(a.x, b.x));
+      extend(std::max(a.x, b.x));
+    } else {
+      extend(a.x + (y_ - a.y) / (b.y - a.y) * (b.x - a.x));
+    }
+  }
+  int first() const { return clamped(low_ - 1.5); }
+  int last() const { return clamped(high_ + 1.5); }
+
+ private:
+  void extend(double x) {
+    low_ = std::min(low_, x);
+    high_ = std::max(high_, x);
+  }
+  int clamped(double x) const {
+    return static_cast<int>(std::clamp(x, columns_.first + 0.0, columns_.last + 0.0));
+  }
+  SampleRange columns_;
+  double y_;
+  double low_ = std::numeric_limits<double>::infinity(), high_ = -low_;
+};
+
 using Corners = std::array<Vec3, 3>;
 
 }  // namespace
@@ -174,8 +206,13 @@ class MeshPicture::TrianglePainter {
     const bool is_front = area < 0.0;
     std::optional<std::uint32_t> colour;
     for (int row = rows.first; row <= rows.last; ++row) {
-      for (int column = columns.first; column <= columns.last; ++column) {
-        const double x = column + 0.5, y = row + 0.5;
+      const double y = row + 0.5;
+      RowSpan span(columns, y);
+      span.reach(a, b);
+      span.reach(b, c);
+      span.reach(c, a);
+      for (int column = span.first(); column <= span.last(); ++column) {
+        const double x = column + 0.5;
         const double u = edge_side(b, c, x, y) / area, v = edge_side(c, a, x, y) / area,
                      w = edge_side(a, b, x, y) / area;
         if (u < 0.0 || v < 0.0 || w < 0.0) continue;

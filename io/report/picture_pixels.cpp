@@ -15,28 +15,29 @@ constexpr Colour kBackground{250.0, 250.0, 252.0};
 
 struct Offset {
   int x, y;
+  double length = std::hypot(x, y);
 };
 /// Half of the neighbours that a sample is compared with; the others lie opposite. Several
 /// distances, so that both fine and broad creases show.
-constexpr std::array<Offset, 10> kOffsets = {
+const std::array<Offset, 10> kOffsets = {
     {{3, 0}, {0, 3}, {4, 4}, {4, -4}, {9, 3}, {-3, 9}, {16, 6}, {-6, 16}, {14, 14}, {-14, 14}}};
 constexpr double kDarkest = 0.55;
 
 /// How far the middle between two opposite neighbours lies in front of a sample, relative to
 /// their distance; at most 1, and 0 where either is background.
-double hollowness(const PictureSamples& samples, int x, int y, Offset offset,
+double hollowness(const PictureSamples& samples, int x, int y, const Offset& offset,
                   double samples_per_unit) {
   const int x1 = x + offset.x, y1 = y + offset.y, x2 = x - offset.x, y2 = y - offset.y;
   if (!samples.contains(x1, y1) || !samples.contains(x2, y2)) return 0.0;
   if (!samples.is_drawn(x1, y1) || !samples.is_drawn(x2, y2)) return 0.0;
   const double own = samples.depth(x, y);
   const double ahead = 0.5 * (samples.depth(x1, y1) + samples.depth(x2, y2)) - own;
-  return std::clamp(ahead * samples_per_unit / std::hypot(offset.x, offset.y), 0.0, 1.0);
+  return std::clamp(ahead * samples_per_unit / offset.length, 0.0, 1.0);
 }
 
 double crease_light(const PictureSamples& samples, int x, int y, double samples_per_unit) {
   double sum = 0.0;
-  for (const Offset offset : kOffsets) sum += hollowness(samples, x, y, offset, samples_per_unit);
+  for (const Offset& offset : kOffsets) sum += hollowness(samples, x, y, offset, samples_per_unit);
   return 1.0 - (1.0 - kDarkest) * std::min(1.0, 2.0 * sum / kOffsets.size());
 }
 

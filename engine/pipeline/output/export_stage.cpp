@@ -1,22 +1,15 @@
 #include "engine/pipeline/output/export_stage.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 
 #include "engine/pipeline/output/mesh_pieces.h"
 #include "engine/pipeline/output/placed_export.h"
 #include "engine/pipeline/output/tile_export.h"
-#include "engine/pipeline/surface/patch_batch.h"
 #include "engine/pipeline/surface/stored_mesh.h"
-#include "engine/pipeline/surface/stored_surface.h"
-#include "engine/stitching/local_numbers.h"
 #include "io/job/setting.h"
 #include "io/meshes/mesh_writer.h"
-#include "io/report/picture.h"
-#include "io/report/picture_up.h"
-#include "io/store/chunk_points.h"
 #include "io/system/atomic_file.h"
 
 namespace orbweave {
@@ -89,25 +82,6 @@ std::uint64_t export_one_file(StageRunner& runner, const MeshPieces& pieces,
   return runner.communicator.is_root() ? export_in_order(runner, pieces, header, digest) : 0;
 }
 
-void draw_patches(StageRunner& runner, const Partition& partition, const FilledHoles& holes,
-                  MeshPicture& picture) {
-  constexpr std::size_t kCacheBytes = std::size_t{32} << 20;
-  const StoredSurface surface(runner.store, partition, 0.0, kCacheBytes, false);
-  for (ChunkId batch = 0; batch < holes.new_triangles.size(); ++batch) {
-    runner.stop.check();
-    const PatchBatch patches = load_patch_batch(runner.store, batch);
-    const auto position = [&](std::uint64_t vertex) {
-      return vertex < kNewVertex ? surface.position(vertex)
-                                 : patches.positions[vertex - kNewVertex];
-    };
-    std::vector<std::array<Vec3, 3>> corners;
-    for (const Triangle64& t : patches.triangles) {
-      corners.push_back({position(t[0]), position(t[1]), position(t[2])});
-    }
-    picture.draw(corners, patches.hole);
-  }
-}
-
 /// The coordinate reference system lies beside the mesh, where other programs look for it.
 void write_coordinate_system(const std::string& mesh, const std::string& coordinate_system) {
   const std::filesystem::path path = coordinate_system_file(mesh);
@@ -155,42 +129,6 @@ ExportResult export_mesh(const ExportInputs& inputs, StageRunner& runner) {
   if (!runner.communicator.is_root()) return {};
   write_coordinate_system(output.mesh, partition.coordinate_system);
   return {digest.checksum(), digest.bounds(), bytes};
-}
-
-void draw_picture(const ExportInputs& inputs, StageRunner& runner) {
-  const Partition& partition = inputs.partition;
-  const FilledHoles& holes = inputs.holes;
-  const std::size_t chunks = partition.octree.chunks().size();
-  StageClock clock(runner, Stage::kPicture, chunks, "chunks");
-  MeshPicture picture(partition.bounds, {.up = picture_up(runner.job, partition.coordinate_system),
-                                         .patch_color = runner.job.output.patch_color});
-  for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
-    runner.stop.check();
-    const std::vector<Vec3> own = load_points(runner.store, chunk, partition.schema).positions;
-    const ChunkMesh mesh = load_chunk_mesh(runner.store, chunk, false);
-    const LocalNumbers numbers(partition.first_vertex[chunk], own.size(), mesh.outer_vertices);
-    const auto position = [&](std::uint32_t vertex) {
-      return vertex < own.size() ? own[vertex] : mesh.outer_positions[vertex - own.size()];
-    };
-    std::vector<std::array<Vec3, 3>> corners;
-    corners.reserve(mesh.triangles.size());
-    for (const Triangle& t : mesh.triangles) {
-      corners.push_back({position(t[0]), position(t[1]), position(t[2])});
-    }
-    if (!holes.removed.empty()) {
-      std::size_t kept = 0;
-      for (std::size_t i = 0; i < corners.size(); ++i) {
-        const bool removed = std::binary_search(holes.removed.begin(), holes.removed.end(),
-                                                numbers.global(mesh.triangles[i]));
-        if (!removed) corners[kept++] = corners[i];
-      }
-      corners.resize(kept);
-    }
-    picture.draw(corners);
-    runner.progress.advance(1);
-  }
-  draw_patches(runner, partition, holes, picture);
-  picture.write_png(runner.job.output.picture);
 }
 
 }  // namespace orbweave

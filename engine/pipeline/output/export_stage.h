@@ -39,7 +39,4 @@ struct ExportResult {
 /// Export stage: writes the mesh. Checksum and bounds are the leader's alone.
 ExportResult export_mesh(const ExportInputs& inputs, StageRunner& runner);
 
-/// Picture stage: draws the stored mesh to a PNG, patches in their own colour.
-void draw_picture(const ExportInputs& inputs, StageRunner& runner);
-
 }  // namespace orbweave
