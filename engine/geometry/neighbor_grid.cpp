@@ -78,7 +78,6 @@ void NeighborGrid::gather(std::uint32_t cell, std::vector<std::uint32_t>& cells,
     const auto points = members(near);
     candidates.insert(candidates.end(), points.begin(), points.end());
   }
-  std::sort(candidates.begin(), candidates.end());
 }
 
 }  // namespace orbweave

@@ -36,8 +36,8 @@ class NeighborGrid {
   std::span<const std::uint32_t> members(std::uint32_t cell) const;
   /// Replaces `found` by the occupied cells among the 27 around (and with) a cell.
   void around(std::uint32_t cell, std::vector<std::uint32_t>& found) const;
-  /// Replaces `candidates` by the points of these cells, ascending: all that lie within the radius
-  /// of any point of the cell, and more. `cells` is for its use.
+  /// Replaces `candidates` by the points of these cells, cell by cell in the order of the lattice:
+  /// all that lie within the radius of any point of the cell, and more. `cells` is for its use.
   void gather(std::uint32_t cell, std::vector<std::uint32_t>& cells,
               std::vector<std::uint32_t>& candidates) const;
 
