@@ -44,16 +44,18 @@ inline unsigned bits_of(FourMask mask) {
 }
 inline Four square_root(Four v) { return _mm256_sqrt_pd(v); }
 
-/// For each mask of four lanes the halves of its lanes, in order.
+/// For each mask of four lanes its lanes, in order, whole and as pairs of halves.
 struct PackedLanes {
+  alignas(16) std::int32_t lanes[16][4] = {};
   alignas(32) std::int32_t halves[16][8] = {};
   constexpr PackedLanes() {
     for (int mask = 0; mask < 16; ++mask) {
       int to = 0;
       for (int from = 0; from < 4; ++from) {
         if ((mask >> from & 1) == 0) continue;
-        halves[mask][to++] = 2 * from;
-        halves[mask][to++] = 2 * from + 1;
+        lanes[mask][to] = from;
+        halves[mask][2 * to] = 2 * from;
+        halves[mask][2 * to++ + 1] = 2 * from + 1;
       }
     }
   }
@@ -63,15 +65,30 @@ constexpr PackedLanes kPackedLanes;
 /// Stores lanes of a mask side by side; writes up to four values.
 class Packing {
  public:
-  explicit Packing(unsigned bits)
-      : order_(_mm256_load_si256(reinterpret_cast<const __m256i*>(kPackedLanes.halves[bits]))) {}
+  explicit Packing(unsigned bits) : bits_(bits) {}
   void store(double* to, Four v) const {
+    const auto order =
+        _mm256_load_si256(reinterpret_cast<const __m256i*>(kPackedLanes.halves[bits_]));
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
-                        _mm256_permutevar8x32_epi32(_mm256_castpd_si256(v), order_));
+                        _mm256_permutevar8x32_epi32(_mm256_castpd_si256(v), order));
+  }
+  /// The numbers of the lanes, of which the first is `first`.
+  void store_numbers(std::uint32_t* to, std::uint32_t first) const {
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(to),
+                     _mm_add_epi32(lanes(), _mm_set1_epi32(static_cast<int>(first))));
+  }
+  /// Those of four numbers.
+  void store_of(std::uint32_t* to, const std::uint32_t* from) const {
+    const __m128i four = _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
+    const __m128 packed = _mm_permutevar_ps(_mm_castsi128_ps(four), lanes());
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(to), _mm_castps_si128(packed));
   }
 
  private:
-  __m256i order_;
+  __m128i lanes() const {
+    return _mm_load_si128(reinterpret_cast<const __m128i*>(kPackedLanes.lanes[bits_]));
+  }
+  unsigned bits_;
 };
 
 #else
@@ -91,6 +108,20 @@ class Packing {
   void store(double* to, Four v) const {
     for (int lane = 0; lane < 4; ++lane) {
       *to = v[lane];
+      to += bits_ >> lane & 1;
+    }
+  }
+  /// The numbers of the lanes, of which the first is `first`.
+  void store_numbers(std::uint32_t* to, std::uint32_t first) const {
+    for (std::uint32_t lane = 0; lane < 4; ++lane) {
+      *to = first + lane;
+      to += bits_ >> lane & 1;
+    }
+  }
+  /// Those of four numbers.
+  void store_of(std::uint32_t* to, const std::uint32_t* from) const {
+    for (int lane = 0; lane < 4; ++lane) {
+      *to = from[lane];
       to += bits_ >> lane & 1;
     }
   }
