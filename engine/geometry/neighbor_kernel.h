@@ -8,11 +8,15 @@ namespace orbweave {
 
 inline constexpr std::uint32_t kPointsPerBlock = 32;
 
-/// Positions in columns, in whole blocks; those behind the last point are no numbers.
+inline constexpr std::uint32_t kPartsPerBlock = 4;
+
+/// Positions in columns, in whole blocks; those behind the last point are no numbers. Of every
+/// quarter of a block the box: low x, y, z, high x, y, z.
 struct PositionColumns {
   const double* x = nullptr;
   const double* y = nullptr;
   const double* z = nullptr;
+  const double* bounds[6] = {};
 };
 
 /// Blocks and their boxes, in columns: low x, y, z, high x, y, z. Columns have room for four more.

@@ -8,7 +8,7 @@ namespace orbweave {
 namespace {
 
 /// Values that are left to be sorted one by one.
-constexpr std::uint32_t kFew = 12;
+constexpr std::uint32_t kFew = 4;
 /// Steps of a search by interpolation, and of one by halves after that.
 constexpr int kInterpolations = 6, kHalvings = 70;
 
@@ -31,18 +31,25 @@ std::uint32_t gather(const PositionColumns& positions, const BlockColumns& block
     unsigned near = bits_of(x * x + y * y + z * z <= limit4);
     if (blocks.count - b < 4) near &= (1u << (blocks.count - b)) - 1u;
     for (; near != 0; near &= near - 1) {
-      const std::uint32_t first =
-          blocks.block[b + static_cast<std::uint32_t>(__builtin_ctz(near))] * kPointsPerBlock;
-      for (std::uint32_t i = first; i < first + kPointsPerBlock; i += 4) {
-        const Four dx = load(positions.x + i) - px, dy = load(positions.y + i) - py,
-                   dz = load(positions.z + i) - pz;
-        const Four squared = dx * dx + dy * dy + dz * dz;
-        unsigned bits = bits_of(squared <= limit4);
-        bits &= i == own_four ? others : ~0u;
-        const Packing packing(bits);
-        packing.store(found.squared + count, squared);
-        packing.store_numbers(found.index + count, i);
-        count += count_of(bits);
+      const std::uint32_t block = blocks.block[b + static_cast<std::uint32_t>(__builtin_ctz(near))];
+      const auto part = [&](int column) { return load(positions.bounds[column] + 4 * block); };
+      const Four part_x = gap(part(0), part(3), px), part_y = gap(part(1), part(4), py),
+                 part_z = gap(part(2), part(5), pz);
+      unsigned parts = bits_of(part_x * part_x + part_y * part_y + part_z * part_z <= limit4);
+      for (; parts != 0; parts &= parts - 1) {
+        const std::uint32_t first =
+            block * kPointsPerBlock + 8 * static_cast<std::uint32_t>(__builtin_ctz(parts));
+        for (std::uint32_t i = first; i < first + 8; i += 4) {
+          const Four dx = load(positions.x + i) - px, dy = load(positions.y + i) - py,
+                     dz = load(positions.z + i) - pz;
+          const Four squared = dx * dx + dy * dy + dz * dz;
+          unsigned bits = bits_of(squared <= limit4);
+          bits &= i == own_four ? others : ~0u;
+          const Packing packing(bits);
+          packing.store(found.squared + count, squared);
+          packing.store_numbers(found.index + count, i);
+          count += count_of(bits);
+        }
       }
     }
   }

@@ -58,21 +58,11 @@ NeighborSearch::NeighborSearch(std::span<const Vec3> positions)
     : size_(static_cast<std::uint32_t>(positions.size())) {
   const std::size_t blocks = (positions.size() + kBlock - 1) / kBlock;
   for (std::vector<double>* axis : {&x_, &y_, &z_}) axis->assign(blocks * kBlock, kNotANumber);
+  for (std::vector<double>& column : bounds_) column.assign(blocks * kPartsPerBlock, kInfinity);
   if (blocks == 0) return;
   levels_.emplace_back(blocks);
   tbb::parallel_for(Range(0, blocks, 1024), [&](const Range& r) {
-    for (std::size_t b = r.begin(); b < r.end(); ++b) {
-      const std::size_t begin = b * kBlock;
-      const std::size_t end = std::min<std::size_t>(begin + kBlock, positions.size());
-      Bounds box{positions[begin], positions[begin]};
-      for (std::size_t i = begin; i < end; ++i) {
-        x_[i] = positions[i].x;
-        y_[i] = positions[i].y;
-        z_[i] = positions[i].z;
-        box = {lower(box.low, positions[i]), upper(box.high, positions[i])};
-      }
-      levels_[0][b] = box;
-    }
+    for (std::size_t b = r.begin(); b < r.end(); ++b) levels_[0][b] = fill_block(positions, b);
   });
   while (levels_.back().size() > 1) {
     const std::vector<Bounds>& below = levels_.back();
@@ -84,6 +74,36 @@ NeighborSearch::NeighborSearch(std::span<const Vec3> positions)
     }
     levels_.push_back(std::move(above));
   }
+}
+
+/// A part without points is infinitely far away.
+NeighborSearch::Bounds NeighborSearch::fill_block(std::span<const Vec3> positions,
+                                                  std::size_t block) {
+  constexpr std::size_t kPart = kBlock / kPartsPerBlock;
+  const std::size_t begin = block * kBlock;
+  const std::size_t end = std::min<std::size_t>(begin + kBlock, positions.size());
+  Bounds whole{positions[begin], positions[begin]};
+  for (std::size_t first = begin; first < end; first += kPart) {
+    Bounds box{positions[first], positions[first]};
+    for (std::size_t i = first; i < std::min(first + kPart, end); ++i) {
+      x_[i] = positions[i].x;
+      y_[i] = positions[i].y;
+      z_[i] = positions[i].z;
+      box = {lower(box.low, positions[i]), upper(box.high, positions[i])};
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      bounds_[axis][first / kPart] = box.low[axis];
+      bounds_[axis + 3][first / kPart] = box.high[axis];
+    }
+    whole = {lower(whole.low, box.low), upper(whole.high, box.high)};
+  }
+  return whole;
+}
+
+PositionColumns NeighborSearch::columns() const {
+  PositionColumns columns{x_.data(), y_.data(), z_.data(), {}};
+  for (int column = 0; column < 6; ++column) columns.bounds[column] = bounds_[column].data();
+  return columns;
 }
 
 void NeighborSearch::Query::descend(const NeighborSearch& search, std::size_t level,
@@ -144,7 +164,7 @@ void NeighborSearch::Query::find_row(const NeighborSearch& search, std::uint32_t
                             {near_squared_.data(), near_index_.data()});
     if (count >= stride_ || !(limit < sure)) break;
     limit = growth * limit > limit ? std::min(sure, growth * limit) : sure;
-    if (limit > reach_) collect(search, limit);
+    if (limit > reach_) collect(search, std::min(sure, kGrowth * limit));
   }
   const FoundColumns to{found_squared_.data() + row_begin(index),
                         found_index_.data() + row_begin(index)};
@@ -183,7 +203,7 @@ void NeighborSearch::Query::find(const NeighborSearch& search, std::uint32_t beg
   const double expected = kMargin * expected_reach(box.high - box.low, wanted);
   const double guess = guess_ > 0.0 ? std::min(guess_ * wanted, kTrusted * expected) : expected;
   start_ = std::min(guess, max_squared);
-  collect(search, start_);
+  collect(search, std::min(kGrowth * start_, max_squared));
   row_limit_ = -1.0;
   farthest_ = 0.0;
   for (std::uint32_t i = begin; i < end; ++i) find_row(search, i, max_squared);

@@ -83,10 +83,12 @@ class NeighborSearch {
   struct Bounds {
     Vec3 low, high;
   };
-  PositionColumns columns() const { return {x_.data(), y_.data(), z_.data()}; }
+  Bounds fill_block(std::span<const Vec3> positions, std::size_t block);
+  PositionColumns columns() const;
 
   std::uint32_t size_ = 0;
   std::vector<double> x_, y_, z_;            // padded to whole blocks by what is no number
+  std::vector<double> bounds_[6];            // of the parts of blocks: low x, y, z, high x, y, z
   std::vector<std::vector<Bounds>> levels_;  // of blocks, of their parents, ... of the root
 };
 

@@ -18,7 +18,7 @@ constexpr std::uint32_t kBlocks = 5, kPoints = kBlocks * kPointsPerBlock;
 
 /// Blocks of points, every second one of which is looked at.
 struct Blocks {
-  std::vector<double> x, y, z, bounds[6];
+  std::vector<double> x, y, z, bounds[6], parts[6];
   std::vector<std::uint32_t> block;
 
   explicit Blocks(test::Random& random) : x(kPoints), y(kPoints), z(kPoints) {
@@ -27,14 +27,24 @@ struct Blocks {
       for (double& value : *axis) value = std::floor(6.0 * random.uniform()) / 4.0;
     for (std::uint32_t b = 0; b < kBlocks; b += 2) {
       block.push_back(b);
-      int column = 0;
-      for (const std::vector<double>* axis : {&x, &y, &z}) {
-        const auto first = axis->begin() + b * kPointsPerBlock, last = first + kPointsPerBlock;
-        bounds[column].push_back(*std::min_element(first, last));
-        bounds[column++ + 3].push_back(*std::max_element(first, last));
-      }
+      bound(b * kPointsPerBlock, kPointsPerBlock, bounds);
     }
     for (auto& column : bounds) column.resize(column.size() + 4);
+    constexpr std::uint32_t kPart = kPointsPerBlock / kPartsPerBlock;
+    for (std::uint32_t first = 0; first < kPoints; first += kPart) bound(first, kPart, parts);
+  }
+  void bound(std::uint32_t first, std::uint32_t count, std::vector<double> (&columns)[6]) {
+    int column = 0;
+    for (const std::vector<double>* axis : {&x, &y, &z}) {
+      const auto begin = axis->begin() + first, end = begin + count;
+      columns[column].push_back(*std::min_element(begin, end));
+      columns[column++ + 3].push_back(*std::max_element(begin, end));
+    }
+  }
+  PositionColumns positions() const {
+    PositionColumns result{x.data(), y.data(), z.data(), {}};
+    for (int column = 0; column < 6; ++column) result.bounds[column] = parts[column].data();
+    return result;
   }
   BlockColumns columns() const {
     BlockColumns result;
@@ -80,9 +90,8 @@ TEST_CASE("EveryFormOfASearchFindsThePointsWithinTheLimit") {
     }
     for (const NeighborKernel& kernel : {neighbor_kernel_generic(), neighbor_kernel()}) {
       Room room;
-      const std::uint32_t count =
-          kernel.gather({blocks.x.data(), blocks.y.data(), blocks.z.data()}, blocks.columns(),
-                        &place.x, self, limit, room.columns());
+      const std::uint32_t count = kernel.gather(blocks.positions(), blocks.columns(), &place.x,
+                                                self, limit, room.columns());
       REQUIRE(room.first(count) == expected);
     }
   }
