@@ -42,7 +42,7 @@ class Projector {
 
   /// Copies the points around a cell into columns.
   void enter(std::uint32_t cell) {
-    grid_.gather(cell, cells_, candidates_);
+    grid_.gather(cell, cursor_, cells_, candidates_);
     around_.reserve(candidates_.size());
     for (NearPoints& near : near_) near.reserve(candidates_.size());
     const PointColumns& to = around_.columns.points;
@@ -108,6 +108,7 @@ class Projector {
   ProjectionOptions options_;
   const NeighborGrid& grid_;
   const SurfaceKernel& kernel_ = surface_kernel();
+  NeighborGrid::Cursor cursor_;
   std::vector<std::uint32_t> cells_, candidates_;
   NearPoints around_;  // the candidates
   std::array<NearPoints, kSurfacesAtOnce> near_;
