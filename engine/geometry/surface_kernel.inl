@@ -57,6 +57,8 @@ void find_near(const PointColumns& points, std::uint32_t count, const double pla
     const Four z = scale * (load(points.z + i) - from.z);
     const Four squared = x * x + y * y + z * z;
     const unsigned bits = bits_of(squared <= all(reach));
+    // Points follow each other cell by cell: four of them are often all too far.
+    if (bits == 0) continue;
     const Packing packing(bits);
     packing.store(to.x + found, x);
     packing.store(to.y + found, y);
@@ -193,24 +195,25 @@ void sum_moments(const NearColumns& near, const double u[3], const double v[3],
   for (int k = 0; k < 6; ++k) moments.height[k] = sum_of(height[k]);
 }
 
-/// L D L^T of a symmetric matrix, in place below the diagonal and on it. False where it is not
-/// positive definite. Golub, Van Loan: Matrix Computations, 4th ed., section 4.1.2.
-bool factorize(double a[6][6]) {
+/// L D L^T of a symmetric matrix: L in place below the diagonal, and the reciprocals of D. False
+/// where it is not positive definite. Golub, Van Loan: Matrix Computations, 4th ed., section 4.1.2.
+bool factorize(double a[6][6], double reciprocals[6]) {
   for (int j = 0; j < 6; ++j) {
     double column[6];
     for (int k = 0; k < j; ++k) column[k] = a[j][k] * a[k][k];
     for (int k = 0; k < j; ++k) a[j][j] -= a[j][k] * column[k];
     if (!(a[j][j] > 0.0)) return false;
+    reciprocals[j] = 1.0 / a[j][j];
     for (int i = j + 1; i < 6; ++i) {
       for (int k = 0; k < j; ++k) a[i][j] -= a[i][k] * column[k];
-      a[i][j] /= a[j][j];
+      a[i][j] *= reciprocals[j];
     }
   }
   return true;
 }
 
 /// Solves for eight right sides at once.
-void solve(const double a[6][6], Four left[6], Four right[6]) {
+void solve(const double a[6][6], const double reciprocals[6], Four left[6], Four right[6]) {
   for (int i = 1; i < 6; ++i) {
     for (int k = 0; k < i; ++k) {
       left[i] -= a[i][k] * left[k];
@@ -218,8 +221,8 @@ void solve(const double a[6][6], Four left[6], Four right[6]) {
     }
   }
   for (int i = 5; i >= 0; --i) {
-    left[i] /= all(a[i][i]);
-    right[i] /= all(a[i][i]);
+    left[i] *= reciprocals[i];
+    right[i] *= reciprocals[i];
     for (int k = i + 1; k < 6; ++k) {
       left[i] -= a[k][i] * left[k];
       right[i] -= a[k][i] * right[k];
@@ -246,7 +249,8 @@ double fit_quadric(const NearColumns& near, const double u[3], const double v[3]
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j <= i; ++j) a[i][j] = moments.of[kX[i] + kX[j]][kY[i] + kY[j]];
   const double norm = largest_column(a);
-  if (!factorize(a)) return 0.0;
+  double reciprocals[6];
+  if (!factorize(a, reciprocals)) return 0.0;
   // The inverse's columns, then the surface, then nothing.
   Four left[6], right[6], left_sums = all(0.0), right_sums = all(0.0);
   for (int i = 0; i < 6; ++i) {
@@ -258,7 +262,7 @@ double fit_quadric(const NearColumns& near, const double u[3], const double v[3]
     }
     right[i][2] = moments.height[i];
   }
-  solve(a, left, right);
+  solve(a, reciprocals, left, right);
   for (int i = 0; i < 6; ++i) {
     left_sums += absolute(left[i]);
     right_sums += absolute(right[i]);
