@@ -64,18 +64,17 @@ class Neighborhoods {
     const std::uint32_t last = first + std::min(NeighborSearch::kBlock, search.size() - first);
     query.find(search, first, last, options_.neighbors, squared_reach(options_.max_radius));
     for (std::uint32_t i = first; i < last; ++i) {
-      const std::span<const Neighbor> found = query.of(i);
-      means_[i] = mean_distance(found);
+      means_[i] = mean_distance(query.squared_of(i));
       if (i < begin_ || i >= end_) continue;
-      std::transform(found.begin(), found.end(), neighbors_.begin() + row_begin(i),
-                     [](const Neighbor& neighbor) { return neighbor.index; });
+      const std::span<const std::uint32_t> found = query.of(i);
+      std::copy(found.begin(), found.end(), neighbors_.begin() + row_begin(i));
     }
   }
 
   /// Neighbours that are missing are at least as far away as the radius.
-  double mean_distance(std::span<const Neighbor> found) const {
-    double sum = static_cast<double>(options_.neighbors - found.size()) * options_.max_radius;
-    for (const Neighbor& neighbor : found) sum += std::sqrt(neighbor.squared_distance);
+  double mean_distance(std::span<const double> squared) const {
+    double sum = static_cast<double>(options_.neighbors - squared.size()) * options_.max_radius;
+    for (const double one : squared) sum += std::sqrt(one);
     return sum / static_cast<double>(options_.neighbors);
   }
 
@@ -91,7 +90,7 @@ class Neighborhoods {
   OutlierOptions options_;
   std::size_t row_;
   std::vector<double> means_;
-  std::vector<std::uint32_t> neighbors_;  // nearest first, then kNobody
+  std::vector<std::uint32_t> neighbors_;  // ascending, then kNobody
 };
 
 }  // namespace

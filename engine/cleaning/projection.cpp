@@ -4,7 +4,10 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <string>
 
 #include "engine/geometry/local_surface.h"
@@ -25,106 +28,90 @@ constexpr double kOneSheet = 0.4;
 constexpr int kMeans = 2;
 /// Points in a cube of the radius as side, where a projection takes a millisecond per point.
 constexpr double kMostInACell = 10000.0;
-/// Points between two looks at the request to stop.
-constexpr std::ptrdiff_t kLookEvery = 64;
-
 /// Squared distance in radii that still counts: a hair less than the halo that chunks are cut with.
 constexpr double kReach = 1.0 - 1e-12;
 
-/// A bell in the squared distance in radii: much like exp(-2 t), but zero at the radius, and of the
-/// same bits on every machine.
-double bell(double t) { return (1.0 - t) * (1.0 - t); }
+Vec3 vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
-/// Projects the points of one cell of the grid after the other.
+/// Projects the points of one cell of the grid after the other, a few of them at once.
 class Projector {
  public:
   Projector(std::span<const Vec3> positions, std::span<const Vec3> normals,
             const ProjectionOptions& options, const NeighborGrid& grid)
       : positions_(positions), normals_(normals), options_(options), grid_(grid) {}
 
-  void enter(std::uint32_t cell) { grid_.gather(cell, cells_, candidates_); }
-
-  /// The local surface around a point of the cell.
-  std::optional<LocalSurface> surface_at(std::uint32_t point) {
-    find_near(point);
-    const Vec3 reference = reference_normal(normals_[point]);
-    samples_.clear();
-    for (const Near& near : near_) {
-      const double agreement = agreement_of(near, reference);
-      if (agreement == 0.0) continue;
-      // Distance along the surface: a point far above it is not drawn to what lies near itself.
-      const double along = dot(near.offset, reference);
-      const double weight = agreement * agreement * bell(near.squared - along * along);
-      if (weight > 0.0) samples_.push_back({near.offset, weight});
+  /// Copies the points around a cell into columns.
+  void enter(std::uint32_t cell) {
+    grid_.gather(cell, cursor_, cells_, candidates_);
+    around_.reserve(candidates_.size());
+    for (NearPoints& near : near_) near.reserve(candidates_.size());
+    const PointColumns& to = around_.columns.points;
+    std::uint32_t row = 0;
+    for (const std::uint32_t i : candidates_) {
+      const Vec3 p = positions_[i], n = normals_[i];
+      to.x[row] = p.x;
+      to.y[row] = p.y;
+      to.z[row] = p.z;
+      to.normal_x[row] = n.x;
+      to.normal_y[row] = n.y;
+      to.normal_z[row++] = n.z;
     }
-    return fit_surface(samples_, reference);
+    constexpr double kNowhere = std::numeric_limits<double>::infinity();
+    std::fill_n(to.x + row, (4 - row % 4) % 4, kNowhere);
+    around_.columns.count = row;
+  }
+
+  /// The local surfaces around at most kSurfacesAtOnce points of the cell.
+  void surfaces_at(std::span<const std::uint32_t> points,
+                   std::span<std::optional<LocalSurface>> surfaces) {
+    std::array<SurfaceSamples, kSurfacesAtOnce> samples;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      NearColumns& near = near_[k].columns;
+      const std::uint32_t point = points[k];
+      kernel_.find_near(around_.columns.points, around_.columns.count, &positions_[point].x,
+                        1.0 / options_.radius, kReach, near);
+      const Vec3 reference = reference_normal(near, normals_[point]);
+      samples[k] = {&near, kernel_.weigh(near, &reference.x, options_.oriented), reference};
+    }
+    fit_surfaces(std::span(samples).first(points.size()), surfaces);
   }
 
  private:
-  struct Near {
-    Vec3 offset;  ///< in radii
-    double squared = 0.0;
-    Vec3 normal;
-  };
-
-  void find_near(std::uint32_t point) {
-    near_.clear();
-    const double scale = 1.0 / options_.radius;
-    for (const std::uint32_t other : candidates_) {
-      const Vec3 offset = scale * (positions_[other] - positions_[point]);
-      const double squared = squared_norm(offset);
-      if (squared <= kReach) near_.push_back({offset, squared, normals_[other]});
-    }
-  }
-
-  double agreement_of(const Near& near, Vec3 reference) const {
-    const double cosine = dot(near.normal, reference);
-    return options_.oriented ? std::max(0.0, cosine) : std::abs(cosine);
-  }
-
   /// The point's own normal, or what those around suggest where they do not support it: one
   /// estimated in the thick of layers may point anywhere.
-  Vec3 reference_normal(Vec3 own) const {
-    Vec3 reference = is_supported(own) ? own : mean_normal(own);
-    for (int mean = 0; mean < kMeans; ++mean) {
-      Vec3 sum;
-      for (const Near& near : near_) {
-        const double sign = dot(near.normal, reference) < 0.0 ? -1.0 : 1.0;
-        sum = sum + sign * bell(near.squared) * agreement_of(near, reference) * near.normal;
+  Vec3 reference_normal(const NearColumns& near, Vec3 own) const {
+    AgreementSums sums = agreement(near, own);
+    Vec3 reference = own;
+    // Normals of either sign have no mean: there, the own one has to do.
+    if (options_.oriented && sums.support < kSupport * sums.weight) {
+      const Vec3 mean = vector_of(sums.normals);
+      if (norm(mean) > kOneSheet * sums.weight) {
+        reference = normalized(mean);
+        sums = agreement(near, reference);
       }
+    }
+    for (int mean = 0;;) {
+      const Vec3 sum = vector_of(sums.agreeing);
       if (squared_norm(sum) > 0.0) reference = normalized(sum);
+      if (++mean == kMeans) return reference;
+      sums = agreement(near, reference);
     }
-    return reference;
   }
 
-  /// Normals of either sign have no mean: there, the own one has to do.
-  bool is_supported(Vec3 own) const {
-    if (!options_.oriented) return true;
-    double support = 0.0, weight = 0.0;
-    for (const Near& near : near_) {
-      const double bell_weight = bell(near.squared);
-      if (agreement_of(near, own) > kSupports) support += bell_weight;
-      weight += bell_weight;
-    }
-    return support >= kSupport * weight;
-  }
-
-  Vec3 mean_normal(Vec3 own) const {
-    Vec3 sum;
-    double weight = 0.0;
-    for (const Near& near : near_) {
-      sum = sum + bell(near.squared) * near.normal;
-      weight += bell(near.squared);
-    }
-    return norm(sum) > kOneSheet * weight ? normalized(sum) : own;
+  AgreementSums agreement(const NearColumns& near, Vec3 reference) const {
+    AgreementSums sums;
+    kernel_.agreement(near, &reference.x, options_.oriented, kSupports, sums);
+    return sums;
   }
 
   std::span<const Vec3> positions_, normals_;
   ProjectionOptions options_;
   const NeighborGrid& grid_;
+  const SurfaceKernel& kernel_ = surface_kernel();
+  NeighborGrid::Cursor cursor_;
   std::vector<std::uint32_t> cells_, candidates_;
-  std::vector<Near> near_;
-  std::vector<SurfaceSample> samples_;
+  NearPoints around_;  // the candidates
+  std::array<NearPoints, kSurfacesAtOnce> near_;
 };
 
 /// A point's time is that of its neighbours, of which there are some three times as many as points
@@ -167,14 +154,21 @@ ProjectedPoints project_points(std::span<const Vec3> positions, std::span<const 
     if (first == last) return;
     Projector& projector = projectors.local();
     projector.enter(cell);
-    for (auto it = first; it != last; ++it) {
-      if ((it - first) % kLookEvery == 0) check_stop(options.stop);
-      if (normals[*it] == Vec3{}) continue;
-      const auto surface = projector.surface_at(*it);
-      if (!surface) continue;
-      result.positions[*it - begin] = positions[*it] + options.radius * surface->foot();
-      result.normals[*it - begin] = surface->normal_at_foot();
-      result.moved[*it - begin] = 1;
+    std::array<std::uint32_t, kSurfacesAtOnce> points;
+    std::array<std::optional<LocalSurface>, kSurfacesAtOnce> surfaces;
+    for (auto it = first; it != last;) {
+      check_stop(options.stop);
+      std::size_t count = 0;
+      for (; it != last && count < kSurfacesAtOnce; ++it)
+        if (normals[*it] != Vec3{}) points[count++] = *it;
+      projector.surfaces_at(std::span(points).first(count), surfaces);
+      for (std::size_t k = 0; k < count; ++k) {
+        if (!surfaces[k]) continue;
+        const std::uint32_t point = points[k];
+        result.positions[point - begin] = positions[point] + options.radius * surfaces[k]->foot();
+        result.normals[point - begin] = surfaces[k]->normal_at_foot();
+        result.moved[point - begin] = 1;
+      }
     }
   });
   return result;

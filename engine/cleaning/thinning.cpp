@@ -1,5 +1,6 @@
 #include "engine/cleaning/thinning.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -71,12 +72,13 @@ struct Cloud {
 };
 
 /// Points of a cell, with their ranks, in the order in which they are decided.
-std::vector<std::pair<std::uint64_t, std::uint32_t>> ranked(std::span<const std::uint32_t> members,
-                                                            std::span<const Vec3> positions) {
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
+using RankedPoints = std::vector<std::pair<std::uint64_t, std::uint32_t>>;
+
+void rank(std::span<const std::uint32_t> members, std::span<const Vec3> positions,
+          RankedPoints& order) {
+  order.clear();
   for (const std::uint32_t i : members) order.emplace_back(rank_of(positions[i]), i);
   std::sort(order.begin(), order.end());
-  return order;
 }
 
 /// The kept points of every cell, which has room for all of its own.
@@ -107,24 +109,36 @@ class Thinning {
     for (std::uint32_t cell = 0; cell < grid_.cells(); ++cell)
       of_color[color_of(grid_.lattice_cell(cell))].push_back(cell);
     for (const int color : kOrderOfColors) {
-      tbb::parallel_for(std::size_t{0}, of_color[color].size(),
-                        [&](std::size_t i) { decide(of_color[color][i]); });
+      const std::vector<std::uint32_t>& cells = of_color[color];
+      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.size()), [&](const auto& range) {
+        Scratch scratch;
+        for (std::size_t i = range.begin(); i < range.end(); ++i) decide(cells[i], scratch);
+      });
     }
     return std::move(kept_);
   }
 
  private:
+  /// What a thread needs to decide cell after cell.
+  struct Scratch {
+    NeighborGrid::Cursor cursor;
+    std::vector<std::uint32_t> cells, rivals;
+    RankedPoints ranked;
+  };
+
   /// Cells of the same colour are not among those around a cell, and those of later colours have
   /// kept nothing yet.
-  void decide(std::uint32_t cell) {
-    std::vector<std::uint32_t> cells, rivals;
-    grid_.around(cell, cells);
-    for (const std::uint32_t near : cells) {
+  void decide(std::uint32_t cell, Scratch& scratch) {
+    std::vector<std::uint32_t>& rivals = scratch.rivals;
+    rivals.clear();
+    grid_.around(cell, scratch.cursor, scratch.cells);
+    for (const std::uint32_t near : scratch.cells) {
       const auto kept = kept_.of(near);
       rivals.insert(rivals.end(), kept.begin(), kept.end());
     }
     std::size_t decided = cell;  // looks of small cells are spread
-    for (const auto& ranked_point : ranked(grid_.members(cell), cloud_.positions)) {
+    rank(grid_.members(cell), cloud_.positions, scratch.ranked);
+    for (const auto& ranked_point : scratch.ranked) {
       if (decided++ % kLookEvery == 0) check_stop(cloud_.stop);
       const std::uint32_t point = ranked_point.second;
       const auto is_near = [&](std::uint32_t rival) { return cloud_.replaces(point, rival); };
@@ -159,13 +173,16 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> groups_of(const Cloud& clou
                                                                const NeighborGrid& grid,
                                                                const KeptPoints& kept) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> groups(cloud.positions.size());
-  tbb::parallel_for(std::uint32_t{0}, grid.cells(), [&](std::uint32_t cell) {
+  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, grid.cells()), [&](const auto& range) {
     std::vector<std::uint32_t> cells;
-    grid.around(cell, cells);
-    std::size_t grouped = cell;
-    for (const std::uint32_t point : grid.members(cell)) {
-      if (grouped++ % kLookEvery == 0) check_stop(cloud.stop);
-      groups[point] = {representative(point, cells, kept, cloud), point};
+    NeighborGrid::Cursor cursor;
+    for (std::uint32_t cell = range.begin(); cell < range.end(); ++cell) {
+      grid.around(cell, cursor, cells);
+      std::size_t grouped = cell;
+      for (const std::uint32_t point : grid.members(cell)) {
+        if (grouped++ % kLookEvery == 0) check_stop(cloud.stop);
+        groups[point] = {representative(point, cells, kept, cloud), point};
+      }
     }
   });
   std::sort(groups.begin(), groups.end());

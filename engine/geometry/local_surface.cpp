@@ -1,6 +1,6 @@
 #include "engine/geometry/local_surface.h"
 
-#include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "engine/geometry/symmetric_eigen.h"
@@ -18,59 +18,43 @@ constexpr double kLeastCondition = 1e-7;
 /// A foot farther off, in radii of the neighbourhood, is extrapolated.
 constexpr double kFarthestFoot = 0.5;
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
-SymmetricMatrix outer(Vec3 a, double weight) {
-  const Vec3 b = weight * a;
-  return {b.x * a.x, b.x * a.y, b.x * a.z, b.y * a.y, b.y * a.z, b.z * a.z};
-}
-
-std::optional<LocalSurface> fit_plane(std::span<const SurfaceSample> samples, Vec3 side) {
-  double weight = 0.0;
-  Vec3 center;
-  for (const SurfaceSample& sample : samples) {
-    weight += sample.weight;
-    center = center + sample.weight * sample.offset;
-  }
-  if (!(weight > 0.0)) return std::nullopt;
-  center = center / weight;
-  SymmetricMatrix covariance;
-  for (const SurfaceSample& sample : samples)
-    covariance += outer(sample.offset - center, sample.weight);
-  const SymmetricEigen eigen = eigen_of(covariance);
+std::optional<LocalSurface> plane_of(const SpreadSums& spread, const SymmetricEigen& eigen,
+                                     Vec3 side) {
   // All on a line: any plane through it would do.
-  if (!(eigen.values[1] > kALine * eigen.values[2])) return std::nullopt;
+  if (!(spread.weight > 0.0) || !(eigen.values[1] > kALine * eigen.values[2])) return std::nullopt;
   LocalSurface surface;
   surface.u = eigen.vectors[2];
   surface.v = eigen.vectors[1];
   surface.normal = dot(eigen.vectors[0], side) < 0.0 ? -eigen.vectors[0] : eigen.vectors[0];
-  surface.c[0] = dot(center, surface.normal);
+  surface.c[0] = dot({spread.center[0], spread.center[1], spread.center[2]}, surface.normal);
   return surface;
 }
 
-void bend(LocalSurface& plane, std::span<const SurfaceSample> samples) {
-  Matrix6 products = Matrix6::Zero();
-  Vector6 right = Vector6::Zero();
-  for (const SurfaceSample& sample : samples) {
-    const double x = dot(sample.offset, plane.u), y = dot(sample.offset, plane.v);
-    const double row[6] = {1.0, x, y, x * x, x * y, y * y};
-    const double height = sample.weight * dot(sample.offset, plane.normal);
-    for (int i = 0; i < 6; ++i) {
-      const double weighted = sample.weight * row[i];
-      for (int j = 0; j <= i; ++j) products(i, j) += weighted * row[j];
-      right[i] += height * row[i];
-    }
-  }
-  const Eigen::LDLT<Matrix6, Eigen::Lower> factors(products);
-  if (factors.info() != Eigen::Success || !(factors.rcond() > kLeastCondition)) return;
-  const Vector6 c = factors.solve(right);
-  if (!(std::abs(c[0]) <= kFarthestFoot)) return;
-  for (int i = 0; i < 6; ++i) plane.c[i] = c[i];
+void bend(LocalSurface& plane, const NearColumns& near) {
+  double c[6];
+  const double condition =
+      surface_kernel().fit_quadric(near, &plane.u.x, &plane.v.x, &plane.normal.x, c);
+  if (!(condition > kLeastCondition) || !(std::abs(c[0]) <= kFarthestFoot)) return;
+  std::copy(std::begin(c), std::end(c), plane.c.begin());
   plane.is_quadratic = true;
 }
 
 }  // namespace
+
+void NearPoints::reserve(std::size_t capacity) {
+  if (capacity <= capacity_ && !values_.empty()) return;
+  capacity_ = capacity;
+  constexpr std::size_t kPadding = 4;
+  const std::size_t room = capacity + kPadding;
+  values_.assign(8 * room, 0.0);
+  double* column = values_.data();
+  PointColumns& p = columns.points;
+  for (double** start : {&p.x, &p.y, &p.z, &p.normal_x, &p.normal_y, &p.normal_z, &columns.squared,
+                         &columns.weight}) {
+    *start = column;
+    column += room;
+  }
+}
 
 double LocalSurface::distance_above(Vec3 offset) const {
   const double x = dot(offset, u), y = dot(offset, v);
@@ -78,10 +62,37 @@ double LocalSurface::distance_above(Vec3 offset) const {
   return dot(offset, normal) - height;
 }
 
+void fit_surfaces(std::span<const SurfaceSamples> samples,
+                  std::span<std::optional<LocalSurface>> surfaces) {
+  std::array<SpreadSums, kSurfacesAtOnce> spreads{};
+  std::array<SymmetricMatrix, kSurfacesAtOnce> matrices{};
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (samples[i].count < kFewestForPlane) continue;
+    surface_kernel().spread(*samples[i].near, spreads[i]);
+    const auto& p = spreads[i].products;
+    if (spreads[i].weight > 0.0) matrices[i] = {p[0], p[1], p[2], p[3], p[4], p[5]};
+  }
+  const std::array<SymmetricEigen, kSurfacesAtOnce> eigen = eigen_of_four(matrices);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    surfaces[i] = plane_of(spreads[i], eigen[i], samples[i].side);
+    if (surfaces[i] && samples[i].count >= kFewestForQuadric) bend(*surfaces[i], *samples[i].near);
+  }
+}
+
 std::optional<LocalSurface> fit_surface(std::span<const SurfaceSample> samples, Vec3 side) {
-  if (samples.size() < kFewestForPlane) return std::nullopt;
-  std::optional<LocalSurface> surface = fit_plane(samples, side);
-  if (surface && samples.size() >= kFewestForQuadric) bend(*surface, samples);
+  NearPoints points;
+  points.reserve(samples.size());
+  NearColumns& near = points.columns;
+  near.count = static_cast<std::uint32_t>(samples.size());
+  for (std::uint32_t i = 0; i < near.count; ++i) {
+    near.points.x[i] = samples[i].offset.x;
+    near.points.y[i] = samples[i].offset.y;
+    near.points.z[i] = samples[i].offset.z;
+    near.weight[i] = samples[i].weight;
+  }
+  std::optional<LocalSurface> surface;
+  const SurfaceSamples one{&near, near.count, side};
+  fit_surfaces({&one, 1}, {&surface, 1});
   return surface;
 }
 

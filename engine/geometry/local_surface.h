@@ -2,9 +2,13 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
+#include "engine/geometry/surface_kernel.h"
 #include "io/vec3.h"
 
 namespace orbweave {
@@ -28,11 +32,34 @@ struct LocalSurface {
   Vec3 normal_at_foot() const { return normalized(normal - c[1] * u - c[2] * v); }
 };
 
-/// Least squares, summed in the order of the samples. A plane where twelve samples or their spread
-/// do not suffice for more; nothing where they are fewer than three or lie on a line. `normal` is
-/// on the side of `side`. Additions, multiplications, divisions and roots alone: the same bits on
-/// every machine that runs the same build (a build for other vector instructions may add up the
-/// factors of the quadric in another order).
+/// Owns columns of points near a place.
+class NearPoints {
+ public:
+  /// Room for `capacity` points; invalidates the columns.
+  void reserve(std::size_t capacity);
+  NearColumns columns;
+
+ private:
+  std::vector<double> values_;
+  std::size_t capacity_ = 0;
+};
+
+/// Samples of one surface. Those of zero weight are none.
+struct SurfaceSamples {
+  const NearColumns* near = nullptr;
+  std::uint32_t count = 0;  ///< with a weight
+  Vec3 side;                ///< the surface's normal is on this side
+};
+
+/// As many surfaces as are fitted in about the time of one.
+inline constexpr std::size_t kSurfacesAtOnce = 4;
+
+/// Least squares. A plane where twelve samples or their spread do not suffice for more; nothing
+/// where they are fewer than three or lie on a line. Sums are of four partial sums, sample i in the
+/// (i mod 4)th. The same bits on every machine, and whatever other surfaces are fitted at the same
+/// time. At most kSurfacesAtOnce of them.
+void fit_surfaces(std::span<const SurfaceSamples> samples,
+                  std::span<std::optional<LocalSurface>> surfaces);
 std::optional<LocalSurface> fit_surface(std::span<const SurfaceSample> samples, Vec3 side);
 
 }  // namespace orbweave

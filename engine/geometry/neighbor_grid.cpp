@@ -57,28 +57,47 @@ std::span<const std::uint32_t> NeighborGrid::members(std::uint32_t cell) const {
   return std::span(order_).subspan(begins_[cell], begins_[cell + 1] - begins_[cell]);
 }
 
-void NeighborGrid::around(std::uint32_t cell, std::vector<std::uint32_t>& found) const {
+/// The first cell that does not come before `wanted`: searched for in steps that double.
+std::uint32_t NeighborGrid::first_from(const LatticeCell& wanted, std::uint32_t hint) const {
+  std::uint32_t begin = hint, end = cells();
+  if (hint > 0 && !(cells_[hint - 1] < wanted)) {
+    begin = 0;
+    end = hint;
+  }
+  for (std::uint32_t step = 1; end - begin > step; step *= 2) {
+    if (!(cells_[begin + step - 1] < wanted)) {
+      end = begin + step - 1;
+      break;
+    }
+    begin += step;
+  }
+  return static_cast<std::uint32_t>(
+      std::lower_bound(cells_.begin() + begin, cells_.begin() + end, wanted) - cells_.begin());
+}
+
+void NeighborGrid::around(std::uint32_t cell, Cursor& cursor,
+                          std::vector<std::uint32_t>& found) const {
   found.clear();
   const LatticeCell middle = cells_[cell];
+  std::size_t row = 0;
   for (std::int64_t z = middle.z - 1; z <= middle.z + 1; ++z) {
     for (std::int64_t y = middle.y - 1; y <= middle.y + 1; ++y) {
-      const LatticeCell first{z, y, middle.x - 1}, last{z, y, middle.x + 1};
-      auto at = std::lower_bound(cells_.begin(), cells_.end(), first);
-      for (; at != cells_.end() && *at <= last; ++at)
-        found.push_back(static_cast<std::uint32_t>(at - cells_.begin()));
+      const LatticeCell last{z, y, middle.x + 1};
+      std::uint32_t& hint = cursor.rows[row++];
+      hint = first_from({z, y, middle.x - 1}, hint);
+      for (std::uint32_t at = hint; at < cells() && cells_[at] <= last; ++at) found.push_back(at);
     }
   }
 }
 
-void NeighborGrid::gather(std::uint32_t cell, std::vector<std::uint32_t>& cells,
+void NeighborGrid::gather(std::uint32_t cell, Cursor& cursor, std::vector<std::uint32_t>& cells,
                           std::vector<std::uint32_t>& candidates) const {
-  around(cell, cells);
+  around(cell, cursor, cells);
   candidates.clear();
   for (const std::uint32_t near : cells) {
     const auto points = members(near);
     candidates.insert(candidates.end(), points.begin(), points.end());
   }
-  std::sort(candidates.begin(), candidates.end());
 }
 
 }  // namespace orbweave

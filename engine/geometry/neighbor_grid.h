@@ -1,6 +1,7 @@
 // Points sorted into cubic cells, for queries that all have the same radius.
 #pragma once
 
+#include <array>
 #include <compare>
 #include <cstdint>
 #include <span>
@@ -34,14 +35,21 @@ class NeighborGrid {
   std::uint32_t begin(std::uint32_t cell) const { return begins_[cell]; }
   /// Points of a cell, ascending.
   std::span<const std::uint32_t> members(std::uint32_t cell) const;
+  /// Where the rows of cells around the last cell asked for were found: those around the next cell
+  /// are not far behind. Any cursor gives the same cells.
+  struct Cursor {
+    std::array<std::uint32_t, 9> rows{};
+  };
   /// Replaces `found` by the occupied cells among the 27 around (and with) a cell.
-  void around(std::uint32_t cell, std::vector<std::uint32_t>& found) const;
-  /// Replaces `candidates` by the points of these cells, ascending: all that lie within the radius
-  /// of any point of the cell, and more. `cells` is for its use.
-  void gather(std::uint32_t cell, std::vector<std::uint32_t>& cells,
+  void around(std::uint32_t cell, Cursor& cursor, std::vector<std::uint32_t>& found) const;
+  /// Replaces `candidates` by the points of these cells, cell by cell in the order of the lattice:
+  /// all that lie within the radius of any point of the cell, and more. `cells` is for its use.
+  void gather(std::uint32_t cell, Cursor& cursor, std::vector<std::uint32_t>& cells,
               std::vector<std::uint32_t>& candidates) const;
 
  private:
+  std::uint32_t first_from(const LatticeCell& wanted, std::uint32_t hint) const;
+
   std::vector<std::uint32_t> order_;  ///< points by cell
   std::vector<LatticeCell> cells_;    ///< occupied ones, ascending
   std::vector<std::uint32_t> begins_;

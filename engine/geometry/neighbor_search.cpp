@@ -6,20 +6,22 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace orbweave {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
+constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
+/// Of a squared distance at which too few points were found, the first time.
+constexpr double kGrowth = 2.0;
+/// Of what a block lets expect: most points need no more.
+constexpr double kMargin = 1.3;
+/// Expected distances that the last block's may exceed this many times.
+constexpr double kTrusted = 3.0;
 /// More than rounding adds to a squared sum of two distances.
 constexpr double kRoundingMargin = 1e-12;
 using Range = tbb::blocked_range<std::size_t>;
-
-bool nearer(const Neighbor& a, const Neighbor& b) {
-  return a.squared_distance < b.squared_distance ||
-         (a.squared_distance == b.squared_distance && a.index < b.index);
-}
 
 /// How far apart two intervals are. Rounding keeps the order: never more than the computed
 /// distance of two members.
@@ -39,27 +41,28 @@ double squared_gap(Vec3 low_a, Vec3 high_a, Vec3 low_b, Vec3 high_b) {
 Vec3 lower(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
 Vec3 upper(Vec3 a, Vec3 b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
 
+/// Squared distance, about, of the last of `count` neighbours among the points of a block: those of
+/// a surface, or of a row.
+double expected_reach(Vec3 extent, double count) {
+  const double least = std::min({extent.x, extent.y, extent.z});
+  const double longest = std::max({extent.x, extent.y, extent.z});
+  const double middle = extent.x + extent.y + extent.z - least - longest;
+  constexpr double kPoints = NeighborSearch::kBlock;
+  const double along = longest * count / (2.0 * kPoints);
+  return std::max(longest * middle * count / (kPoints * std::numbers::pi), along * along);
+}
+
 }  // namespace
 
 NeighborSearch::NeighborSearch(std::span<const Vec3> positions)
     : size_(static_cast<std::uint32_t>(positions.size())) {
   const std::size_t blocks = (positions.size() + kBlock - 1) / kBlock;
-  for (std::vector<double>* axis : {&x_, &y_, &z_}) axis->assign(blocks * kBlock, 0.0);
+  for (std::vector<double>* axis : {&x_, &y_, &z_}) axis->assign(blocks * kBlock, kNotANumber);
+  for (std::vector<double>& column : bounds_) column.assign(blocks * kPartsPerBlock, kInfinity);
   if (blocks == 0) return;
   levels_.emplace_back(blocks);
   tbb::parallel_for(Range(0, blocks, 1024), [&](const Range& r) {
-    for (std::size_t b = r.begin(); b < r.end(); ++b) {
-      const std::size_t begin = b * kBlock;
-      const std::size_t end = std::min<std::size_t>(begin + kBlock, positions.size());
-      Bounds box{positions[begin], positions[begin]};
-      for (std::size_t i = begin; i < end; ++i) {
-        x_[i] = positions[i].x;
-        y_[i] = positions[i].y;
-        z_[i] = positions[i].z;
-        box = {lower(box.low, positions[i]), upper(box.high, positions[i])};
-      }
-      levels_[0][b] = box;
-    }
+    for (std::size_t b = r.begin(); b < r.end(); ++b) levels_[0][b] = fill_block(positions, b);
   });
   while (levels_.back().size() > 1) {
     const std::vector<Bounds>& below = levels_.back();
@@ -73,74 +76,109 @@ NeighborSearch::NeighborSearch(std::span<const Vec3> positions)
   }
 }
 
-void NeighborSearch::Query::enter(std::size_t row, Neighbor candidate) {
-  Neighbor* first = found_.data() + row * stride_;
-  // The last slot holds the limit until a neighbour takes it, or is the one to be pushed out.
-  std::size_t& count = found_count_[row];
-  std::size_t at = count == stride_ ? count - 1 : count++;
-  for (; at > 0 && nearer(candidate, first[at - 1]); --at) first[at] = first[at - 1];
-  first[at] = candidate;
-}
-
-/// As many points as asked for lie within the previous point's limit of it: no farther from this
-/// point than that and the distance of both. Saves most of the entries that others push out again.
-void NeighborSearch::Query::bound_by_previous(const NeighborSearch& search, std::uint32_t i) {
-  const std::size_t row = i - begin_;
-  if (found_count_[row - 1] < stride_) return;
-  const Vec3 step{search.x_[i] - search.x_[i - 1], search.y_[i] - search.y_[i - 1],
-                  search.z_[i] - search.z_[i - 1]};
-  const double reach = std::sqrt(worst(row - 1)) + norm(step);
-  const double limit = reach * reach * (1.0 + kRoundingMargin);
-  if (limit < worst(row)) found_[row * stride_ + stride_ - 1] = {limit, kNobody};
-}
-
-void NeighborSearch::Query::scan(const NeighborSearch& search, std::uint32_t block) {
-  const std::uint32_t first = block * kBlock;
-  const std::uint32_t last = std::min(first + kBlock, search.size_);
-  const Bounds& box = search.levels_[0][block];
-  NearInBlock near;
-  farthest_ = 0.0;
-  for (std::uint32_t i = begin_; i < end_; ++i) {
-    const std::size_t row = i - begin_;
-    const double x = search.x_[i], y = search.y_[i], z = search.z_[i];
-    if (!bounded_ && row > 0) bound_by_previous(search, i);
-    if (squared_gap(box.low, box.high, {x, y, z}, {x, y, z}) <= worst(row)) {
-      scan_block_(search.x_.data() + first, search.y_.data() + first, search.z_.data() + first, x,
-                  y, z, worst(row), near);
-      for (std::uint32_t l = 0; l < near.count && near.listed[l] < last - first; ++l) {
-        const std::uint32_t j = near.listed[l];
-        const Neighbor candidate{near.squared[j], first + j};
-        if (first + j != i && nearer(candidate, found_[row * stride_ + stride_ - 1]))
-          enter(row, candidate);
-      }
+/// A part without points is infinitely far away.
+NeighborSearch::Bounds NeighborSearch::fill_block(std::span<const Vec3> positions,
+                                                  std::size_t block) {
+  constexpr std::size_t kPart = kBlock / kPartsPerBlock;
+  const std::size_t begin = block * kBlock;
+  const std::size_t end = std::min<std::size_t>(begin + kBlock, positions.size());
+  Bounds whole{positions[begin], positions[begin]};
+  for (std::size_t first = begin; first < end; first += kPart) {
+    Bounds box{positions[first], positions[first]};
+    for (std::size_t i = first; i < std::min(first + kPart, end); ++i) {
+      x_[i] = positions[i].x;
+      y_[i] = positions[i].y;
+      z_[i] = positions[i].z;
+      box = {lower(box.low, positions[i]), upper(box.high, positions[i])};
     }
-    farthest_ = std::max(farthest_, worst(row));
+    for (int axis = 0; axis < 3; ++axis) {
+      bounds_[axis][first / kPart] = box.low[axis];
+      bounds_[axis + 3][first / kPart] = box.high[axis];
+    }
+    whole = {lower(whole.low, box.low), upper(whole.high, box.high)};
   }
+  return whole;
+}
+
+PositionColumns NeighborSearch::columns() const {
+  PositionColumns columns{x_.data(), y_.data(), z_.data(), {}};
+  for (int column = 0; column < 6; ++column) columns.bounds[column] = bounds_[column].data();
+  return columns;
 }
 
 void NeighborSearch::Query::descend(const NeighborSearch& search, std::size_t level,
-                                    std::uint32_t node) {
+                                    std::uint32_t node, double reach) {
+  const std::vector<Bounds>& boxes = search.levels_[level];
+  const Bounds& box = boxes[node];
+  if (!(squared_gap(box.low, box.high, low_, high_) <= reach)) return;
   if (level == 0) {
-    if (node != begin_ / kBlock) scan(search, node);
+    block_.push_back(node);
+    for (int axis = 0; axis < 3; ++axis) {
+      bounds_[axis].push_back(box.low[axis]);
+      bounds_[axis + 3].push_back(box.high[axis]);
+    }
     return;
   }
-  struct Child {
-    double distance;
-    std::uint32_t node;
-  } children[kFan];
-  const std::vector<Bounds>& boxes = search.levels_[level - 1];
-  const std::uint32_t first = node * kFan;
-  const std::uint32_t last = std::min(first + kFan, static_cast<std::uint32_t>(boxes.size()));
-  std::uint32_t count = 0;
-  for (std::uint32_t c = first; c < last; ++c) {
-    const double distance = squared_gap(boxes[c].low, boxes[c].high, low_, high_);
-    if (!(distance <= farthest_)) continue;
-    std::uint32_t at = count++;
-    for (; at > 0 && distance < children[at - 1].distance; --at) children[at] = children[at - 1];
-    children[at] = {distance, c};
+  const std::size_t first = std::size_t{node} * kFan;
+  const std::size_t last = std::min(first + kFan, search.levels_[level - 1].size());
+  for (std::size_t child = first; child < last; ++child)
+    descend(search, level - 1, static_cast<std::uint32_t>(child), reach);
+}
+
+/// The blocks that any of the query points may need.
+void NeighborSearch::Query::collect(const NeighborSearch& search, double reach) {
+  reach_ = reach;
+  block_.clear();
+  for (std::vector<double>& column : bounds_) column.clear();
+  descend(search, search.levels_.size() - 1, 0, reach);
+  for (std::vector<double>& column : bounds_) column.resize(block_.size() + 4);
+  const std::size_t points = block_.size() * kBlock;
+  if (near_squared_.size() >= 2 * points + 8) return;
+  near_squared_.resize(2 * points + 8);
+  near_index_.resize(points + 8);
+}
+
+BlockColumns NeighborSearch::Query::blocks() const {
+  BlockColumns blocks;
+  for (int column = 0; column < 6; ++column) blocks.bounds[column] = bounds_[column].data();
+  blocks.block = block_.data();
+  blocks.count = static_cast<std::uint32_t>(block_.size());
+  return blocks;
+}
+
+void NeighborSearch::Query::find_row(const NeighborSearch& search, std::uint32_t index,
+                                     double max_squared) {
+  const Vec3 place{search.x_[index], search.y_[index], search.z_[index]};
+  // As many points as asked for lie within the previous point's limit of it: no farther from this
+  // point than that and the distance of both.
+  double sure = max_squared;
+  if (row_limit_ >= 0.0) {
+    const Vec3 before{search.x_[index - 1], search.y_[index - 1], search.z_[index - 1]};
+    const double reach = std::sqrt(row_limit_) + norm(place - before);
+    sure = std::min(sure, reach * reach * (1.0 + kRoundingMargin));
   }
-  for (std::uint32_t c = 0; c < count && children[c].distance <= farthest_; ++c)
-    descend(search, level - 1, children[c].node);
+  double limit = std::min(sure, start_);
+  std::uint32_t count = 0;
+  for (double growth = kGrowth;; growth *= growth) {
+    count = kernel_->gather(search.columns(), blocks(), &place.x, index, limit,
+                            {near_squared_.data(), near_index_.data()});
+    if (count >= stride_ || !(limit < sure)) break;
+    limit = growth * limit > limit ? std::min(sure, growth * limit) : sure;
+    if (limit > reach_) collect(search, std::min(sure, kGrowth * limit));
+  }
+  const FoundColumns to{found_squared_.data() + row_begin(index),
+                        found_index_.data() + row_begin(index)};
+  const FoundColumns from{near_squared_.data(), near_index_.data()};
+  if (count > stride_) {
+    row_limit_ = kernel_->select(from, count, static_cast<std::uint32_t>(stride_), to);
+  } else {
+    std::copy_n(from.squared, count, to.squared);
+    std::copy_n(from.index, count, to.index);
+    row_limit_ = count == stride_ ? limit : -1.0;
+  }
+  start_ = std::max(start_, row_limit_);
+  found_count_[index - begin_] = std::min<std::size_t>(count, stride_);
+  farthest_ = std::max(farthest_, row_limit_ >= 0.0 ? row_limit_ : max_squared);
 }
 
 void NeighborSearch::Query::find(const NeighborSearch& search, std::uint32_t begin,
@@ -148,9 +186,10 @@ void NeighborSearch::Query::find(const NeighborSearch& search, std::uint32_t beg
   begin_ = begin;
   end_ = end;
   stride_ = std::min<std::size_t>(count, search.size_);
-  found_.assign((end - begin) * stride_, {max_squared, kNobody});
+  constexpr std::size_t kRoom = 4;
+  found_squared_.resize((end - begin) * stride_ + kRoom);
+  found_index_.resize((end - begin) * stride_ + kRoom);
   found_count_.assign(end - begin, 0);
-  bounded_ = false;
   if (stride_ == 0 || begin == end) return;
   low_ = {kInfinity, kInfinity, kInfinity};
   high_ = -low_;
@@ -159,9 +198,16 @@ void NeighborSearch::Query::find(const NeighborSearch& search, std::uint32_t beg
     low_ = lower(low_, p);
     high_ = upper(high_, p);
   }
-  scan(search, begin / kBlock);
-  bounded_ = true;
-  descend(search, search.levels_.size() - 1, 0);
+  const Bounds& box = search.levels_[0][begin / kBlock];
+  const auto wanted = static_cast<double>(stride_);
+  const double expected = kMargin * expected_reach(box.high - box.low, wanted);
+  const double guess = guess_ > 0.0 ? std::min(guess_ * wanted, kTrusted * expected) : expected;
+  start_ = std::min(guess, max_squared);
+  collect(search, std::min(kGrowth * start_, max_squared));
+  row_limit_ = -1.0;
+  farthest_ = 0.0;
+  for (std::uint32_t i = begin; i < end; ++i) find_row(search, i, max_squared);
+  guess_ = farthest_ / wanted;
 }
 
 }  // namespace orbweave

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/geometry/block_scan.h"
+#include "engine/geometry/neighbor_kernel.h"
 #include "engine/geometry/point_tree.h"
 #include "io/vec3.h"
 
@@ -21,6 +21,8 @@ inline double squared_reach(double radius) { return radius * radius * (1.0 - 1e-
 /// in canonical order lie close to each other already; in any other order results are the same,
 /// only slower. Results are exact: bounds of boxes are computed by the same operations as
 /// distances, rounding is monotonous, so no point is missed, not even among equally distant ones.
+/// How far a search looks is guessed and tried again where that was not far enough; results do not
+/// depend on the guess.
 /// Positions must be finite; fewer than 2^32. Safe for queries from many threads. O(n) to build.
 ///
 /// Beside it there are PointTree, for positions in any order and queries that are none of them, and
@@ -32,7 +34,7 @@ class NeighborSearch {
   explicit NeighborSearch(std::span<const Vec3> positions);
   std::uint32_t size() const { return size_; }
 
-  /// What a thread needs to search; reuse it.
+  /// What a thread needs to search; reuse it: the last search tells how far the next has to look.
   class Query {
    public:
     /// Finds the `count` nearest others (the point itself is none) of points [begin, end) within
@@ -40,31 +42,40 @@ class NeighborSearch {
     /// (end - 1) / kBlock.
     void find(const NeighborSearch& search, std::uint32_t begin, std::uint32_t end,
               std::size_t count, double max_squared);
-    /// Neighbours of point `index` of the last call, by (distance, index). Valid until the next.
-    std::span<const Neighbor> of(std::uint32_t index) const {
-      const std::size_t row = index - begin_;
-      return {found_.data() + row * stride_, found_count_[row]};
+    /// Neighbours of point `index` of the last call, ascending. Of equally distant ones, those
+    /// with the smaller index are nearer. Valid until the next call.
+    std::span<const std::uint32_t> of(std::uint32_t index) const {
+      return {found_index_.data() + row_begin(index), found_count_[index - begin_]};
+    }
+    /// Their squared distances.
+    std::span<const double> squared_of(std::uint32_t index) const {
+      return {found_squared_.data() + row_begin(index), found_count_[index - begin_]};
     }
 
    private:
-    friend class NeighborSearch;
-    /// Upper bound of the distances that may still enter a row.
-    double worst(std::size_t row) const {
-      return found_[row * stride_ + stride_ - 1].squared_distance;
-    }
-    void enter(std::size_t row, Neighbor candidate);
-    void bound_by_previous(const NeighborSearch& search, std::uint32_t i);
-    void scan(const NeighborSearch& search, std::uint32_t block);
-    void descend(const NeighborSearch& search, std::size_t level, std::uint32_t node);
+    std::size_t row_begin(std::uint32_t index) const { return (index - begin_) * stride_; }
+    void find_row(const NeighborSearch& search, std::uint32_t index, double max_squared);
+    void collect(const NeighborSearch& search, double reach);
+    void descend(const NeighborSearch& search, std::size_t level, std::uint32_t node, double reach);
+    BlockColumns blocks() const;
 
-    BlockScan scan_block_ = block_scan();
+    const NeighborKernel* kernel_ = &neighbor_kernel();
     std::uint32_t begin_ = 0, end_ = 0;
-    bool bounded_ = false;  // the queries' own block is done
     std::size_t stride_ = 0;
-    std::vector<Neighbor> found_;
+    std::vector<double> found_squared_;
+    std::vector<std::uint32_t> found_index_;
     std::vector<std::size_t> found_count_;
-    double farthest_ = 0.0;  // the largest of all worst()
-    Vec3 low_, high_;        // box of the query points
+    Vec3 low_, high_;      // box of the query points
+    double reach_ = -1.0;  // squared; blocks within it of the box are collected
+    std::vector<std::uint32_t> block_;
+    std::vector<double> bounds_[6];
+    std::vector<double> near_squared_;  // of one point
+    std::vector<std::uint32_t> near_index_;
+    double guess_ = 0.0;     // squared distance of the last neighbour, over their number
+    double start_ = 0.0;     // where a row looks first
+    double farthest_ = 0.0;  // the largest of all row_limit_
+    /// The last row has all that were asked for within that squared distance; negative: it has not.
+    double row_limit_ = -1.0;
   };
 
  private:
@@ -72,8 +83,12 @@ class NeighborSearch {
   struct Bounds {
     Vec3 low, high;
   };
+  Bounds fill_block(std::span<const Vec3> positions, std::size_t block);
+  PositionColumns columns() const;
+
   std::uint32_t size_ = 0;
-  std::vector<double> x_, y_, z_;            // padded to whole blocks
+  std::vector<double> x_, y_, z_;            // padded to whole blocks by what is no number
+  std::vector<double> bounds_[6];            // of the parts of blocks: low x, y, z, high x, y, z
   std::vector<std::vector<Bounds>> levels_;  // of blocks, of their parents, ... of the root
 };
 

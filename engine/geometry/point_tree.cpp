@@ -28,34 +28,62 @@ bool nearer(const Neighbor& a, const Neighbor& b) {
          (a.squared_distance == b.squared_distance && a.index < b.index);
 }
 
-/// Keeps the best `count` by (distance, index), sorted.
+/// Keeps the best `count` by (distance, index). Up to twice as many are held before those that are
+/// too far are dropped, so that an entry takes constant time.
 class Best {
  public:
   using DistanceType = double;
-  Best(std::size_t count, std::vector<Neighbor>& found) : count_(count), found_(found) {
+  Best(std::size_t count, std::vector<Neighbor>& found)
+      : count_(count), most_(count <= kFew ? count : 2 * count), found_(found) {
     found_.clear();
   }
-  bool full() const { return found_.size() == count_; }
+  bool full() const { return found_.size() >= count_; }
   std::size_t size() const { return found_.size(); }
   /// A little more than the worst kept: the tree drops candidates at or beyond this, and among
   /// equally far ones the index decides.
-  double worstDist() const {
-    if (!full()) return std::numeric_limits<double>::infinity();
-    return found_.back().squared_distance * (1.0 + 1e-14) + std::numeric_limits<double>::min();
-  }
+  double worstDist() const { return worst_; }
   bool addPoint(double squared_distance, std::uint32_t index) {
     const Neighbor candidate{squared_distance, index};
-    if (full()) {
-      if (!nearer(candidate, found_.back())) return true;
-      found_.pop_back();
+    if (most_ == count_) {
+      insert(candidate);
+    } else {
+      found_.push_back(candidate);
+      if (found_.size() == most_) drop();
     }
-    found_.insert(std::upper_bound(found_.begin(), found_.end(), candidate, nearer), candidate);
     return true;
+  }
+  /// To be called after the last point: sorts.
+  void finish() {
+    if (most_ == count_) return;
+    if (found_.size() > count_) drop();
+    std::sort(found_.begin(), found_.end(), nearer);
   }
 
  private:
-  std::size_t count_;
+  /// Few are kept in order.
+  static constexpr std::size_t kFew = 24;
+
+  void insert(const Neighbor& candidate) {
+    if (full()) {
+      if (!nearer(candidate, found_.back())) return;
+      found_.pop_back();
+    }
+    found_.insert(std::upper_bound(found_.begin(), found_.end(), candidate, nearer), candidate);
+    if (full()) bound_by(found_.back());
+  }
+  void drop() {
+    const auto last = found_.begin() + static_cast<std::ptrdiff_t>(count_ - 1);
+    std::nth_element(found_.begin(), last, found_.end(), nearer);
+    bound_by(*last);
+    found_.resize(count_);
+  }
+  void bound_by(const Neighbor& worst) {
+    worst_ = worst.squared_distance * (1.0 + 1e-14) + std::numeric_limits<double>::min();
+  }
+
+  std::size_t count_, most_;
   std::vector<Neighbor>& found_;
+  double worst_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace
@@ -78,6 +106,7 @@ void PointTree::nearest(Vec3 query, std::size_t count, std::vector<Neighbor>& fo
   if (count == 0 || state_->positions.points.empty()) return;
   const double coordinates[3] = {query.x, query.y, query.z};
   state_->tree.findNeighbors(best, coordinates, nanoflann::SearchParams());
+  best.finish();
 }
 
 Neighbor PointTree::nearest(Vec3 query) const {

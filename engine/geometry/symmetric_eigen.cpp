@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace orbweave {
 namespace {
@@ -33,6 +34,17 @@ struct Rotating {
   }
 };
 
+/// Equal values keep their order.
+std::array<int, 3> ascending(const double (&values)[3]) {
+  std::array<int, 3> order{0, 1, 2};
+  if (values[1] < values[0]) std::swap(order[0], order[1]);
+  if (values[2] < values[order[1]]) {
+    std::swap(order[1], order[2]);
+    if (values[2] < values[order[0]]) std::swap(order[0], order[1]);
+  }
+  return order;
+}
+
 }  // namespace
 
 SymmetricEigen eigen_of(const SymmetricMatrix& m) {
@@ -50,16 +62,40 @@ SymmetricEigen eigen_of(const SymmetricMatrix& m) {
     a.rotate(0, 2, 1);
     a.rotate(1, 2, 0);
   }
-  int order[3] = {0, 1, 2};
-  std::sort(order, order + 3, [&](int i, int j) {
-    return a.diagonal[i] < a.diagonal[j] || (a.diagonal[i] == a.diagonal[j] && i < j);
-  });
+  const std::array<int, 3> order = ascending(a.diagonal);
   SymmetricEigen result;
   for (int i = 0; i < 3; ++i) {
     result.values[i] = a.diagonal[order[i]] * scale;
     result.vectors[i] = normalized(a.vectors[order[i]]);
   }
   return result;
+}
+
+std::array<SymmetricEigen, 4> eigen_of_four(const std::array<SymmetricMatrix, 4>& matrices,
+                                            const SurfaceKernel& kernel) {
+  FourMatrices four;
+  for (int i = 0; i < 4; ++i) {
+    const SymmetricMatrix& m = matrices[i];
+    four.xx[i] = m.xx;
+    four.xy[i] = m.xy;
+    four.xz[i] = m.xz;
+    four.yy[i] = m.yy;
+    four.yz[i] = m.yz;
+    four.zz[i] = m.zz;
+  }
+  FourEigen eigen;
+  kernel.eigen(four, eigen);
+  std::array<SymmetricEigen, 4> results;
+  for (int i = 0; i < 4; ++i) {
+    const double values[3] = {eigen.values[0][i], eigen.values[1][i], eigen.values[2][i]};
+    const std::array<int, 3> order = ascending(values);
+    for (int k = 0; k < 3; ++k) {
+      const auto& vector = eigen.vectors[order[k]];
+      results[i].values[k] = values[order[k]];
+      results[i].vectors[k] = {vector[0][i], vector[1][i], vector[2][i]};
+    }
+  }
+  return results;
 }
 
 }  // namespace orbweave

@@ -6,8 +6,10 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "engine/geometry/local_surface.h"
 #include "engine/geometry/neighbor_search.h"
 #include "engine/geometry/symmetric_eigen.h"
 #include "io/error.h"
@@ -40,11 +42,17 @@ class Estimator {
   /// Points [begin, end) of one block.
   void block(std::uint32_t begin, std::uint32_t end, Plane* planes) {
     query_.find(search_, begin, end, neighbors_, max_squared_);
-    for (std::uint32_t i = begin; i < end; ++i) {
-      const std::span<const Neighbor> found = query_.of(i);
-      SymmetricEigen eigen = spread_of(i, found);
-      if (found.size() == neighbors_ && nearly_a_line(eigen)) eigen = enlarged(i);
-      planes[i - begin] = plane_of(eigen);
+    constexpr std::uint32_t kAtOnce = 4;
+    for (std::uint32_t first = begin; first < end; first += kAtOnce) {
+      const std::uint32_t last = std::min(first + kAtOnce, end);
+      std::array<SymmetricMatrix, kAtOnce> spreads{};
+      for (std::uint32_t i = first; i < last; ++i) spreads[i - first] = spread_of(i, query_.of(i));
+      const std::array<SymmetricEigen, kAtOnce> eigen = eigen_of_four(spreads);
+      for (std::uint32_t i = first; i < last; ++i) {
+        const SymmetricEigen& of_point = eigen[i - first];
+        const bool more = query_.of(i).size() == neighbors_ && nearly_a_line(of_point);
+        planes[i - begin] = plane_of(more ? enlarged(i) : of_point);
+      }
     }
   }
 
@@ -67,26 +75,41 @@ class Estimator {
   SymmetricEigen enlarged(std::uint32_t i) {
     for (std::size_t count = 2 * neighbors_;; count *= 2) {
       more_.find(search_, i, i + 1, count, max_squared_);
-      const std::span<const Neighbor> found = more_.of(i);
-      const SymmetricEigen eigen = spread_of(i, found);
+      const std::span<const std::uint32_t> found = more_.of(i);
+      const SymmetricEigen eigen = eigen_of(spread_of(i, found));
       if (found.size() < count || count >= kMostEnlarged * neighbors_ || !nearly_a_line(eigen))
         return eigen;
     }
   }
 
-  /// Of the point and its neighbours about their mean, summed nearest first.
-  SymmetricEigen spread_of(std::uint32_t i, std::span<const Neighbor> found) {
+  /// Of the point and its neighbours about their mean.
+  SymmetricMatrix spread_of(std::uint32_t i, std::span<const std::uint32_t> found) {
     if (found.size() < 3) return {};
-    differences_.clear();
-    Vec3 mean;
-    for (const Neighbor& n : found) {
-      differences_.push_back(positions_[n.index] - positions_[i]);
-      mean = mean + differences_.back();
+    differences_.reserve(found.size() + 1);
+    NearColumns& d = differences_.columns;
+    const Vec3 p = positions_[i];
+    // The point itself is the first.
+    std::uint32_t row = 1;
+    for (const std::uint32_t n : found) {
+      const Vec3 difference = positions_[n] - p;
+      d.points.x[row] = difference.x;
+      d.points.y[row] = difference.y;
+      d.points.z[row++] = difference.z;
     }
-    mean = mean / static_cast<double>(found.size() + 1);
-    SymmetricMatrix sum = outer(mean);
-    for (const Vec3& d : differences_) sum += outer(d - mean);
-    return eigen_of(sum);
+    weigh_alike(row);
+    SpreadSums sums;
+    surface_kernel().spread(d, sums);
+    const auto& m = sums.products;
+    return {m[0], m[1], m[2], m[3], m[4], m[5]};
+  }
+
+  /// Rows that are beyond the next multiple of four are not looked at.
+  void weigh_alike(std::uint32_t rows) {
+    NearColumns& d = differences_.columns;
+    std::fill_n(d.weight, rows, 1.0);
+    for (double* column : {d.points.x, d.points.y, d.points.z, d.weight})
+      std::fill_n(column + rows, (4 - rows % 4) % 4, 0.0);
+    d.count = rows;
   }
 
   std::span<const Vec3> positions_;
@@ -94,7 +117,7 @@ class Estimator {
   std::size_t neighbors_;
   double max_squared_;
   NeighborSearch::Query query_, more_;
-  std::vector<Vec3> differences_;
+  NearPoints differences_;
 };
 
 }  // namespace

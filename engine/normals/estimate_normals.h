@@ -31,9 +31,9 @@ struct EstimatedNormals {
 
 /// Normals of positions [begin, end). Positions must be distinct, finite and in canonical order,
 /// and hold everything within max_radius of the points asked for; the result then does not depend,
-/// to the last bit, on what else they hold. Neighbours are summed nearest first, equally distant
-/// ones in canonical order. A neighbourhood that is nearly a line (a single scan row) is doubled,
-/// up to 16 times within the radius, until it is none. Runs on the calling TBB arena. O(n log n).
+/// to the last bit, on what else they hold. Neighbours are summed in canonical order. A
+/// neighbourhood that is nearly a line (a single scan row) is doubled, up to 16 times within the
+/// radius, until it is none. Runs on the calling TBB arena. O(n log n).
 EstimatedNormals estimate_normals(std::span<const Vec3> positions, std::uint32_t begin,
                                   std::uint32_t end, const NormalEstimateOptions& options);
 

@@ -198,11 +198,12 @@ class Patches {
     query.find(search_, first, last, options_.neighbors, squared_reach(options_.max_radius));
     for (std::uint32_t i = first; i < last; ++i) {
       if (!asked(i)) continue;
+      double farthest = 0.0;
+      for (const double squared : query.squared_of(i)) farthest = std::max(farthest, squared);
+      radius_[i] = std::sqrt(farthest);
       std::size_t at = i * options_.neighbors;
-      for (const Neighbor& n : query.of(i)) {
-        radius_[i] = std::sqrt(n.squared_distance);
-        if (!is_zero(normals_[n.index])) neighbors_[at++] = n.index;
-      }
+      for (const std::uint32_t n : query.of(i))
+        if (!is_zero(normals_[n])) neighbors_[at++] = n;
     }
   }
 

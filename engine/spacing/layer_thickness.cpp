@@ -64,11 +64,13 @@ class SiteMeasure {
     const double border = distance_to_border(p, site_.box);
     std::optional<Measured> measured;
     std::optional<double> before;
+    found_.clear();
     for (std::size_t count = kFirstNeighborhood; count <= kLargestNeighborhood; count *= 2) {
-      tree_.nearest(p, count + 1, found_);
-      const double radius = std::sqrt(found_.back().squared_distance);
-      if (found_.size() <= count || (only_sure && radius > border)) break;
-      collect(p, radius);
+      if (found_.size() <= count) find(p, count);
+      if (found_.size() <= count) break;
+      const double radius = std::sqrt(found_[count].squared_distance);
+      if (only_sure && radius > border) break;
+      collect(p, radius, count);
       const auto deviation = deviation_of(samples_);
       if (deviation && before) measured = {spacing(), noise(*before, *deviation * radius), radius};
       if (measured && *deviation * kWide <= 1.0) break;
@@ -78,10 +80,15 @@ class SiteMeasure {
   }
 
  private:
-  void collect(Vec3 p, double radius) {
+  /// The point and at least `count` others, and as many as the next neighbourhoods have.
+  void find(Vec3 p, std::size_t count) {
+    constexpr std::size_t kNext = 4;
+    tree_.nearest(p, std::min(kNext * count, kLargestNeighborhood) + 1, found_);
+  }
+  void collect(Vec3 p, double radius, std::size_t count) {
     samples_.clear();
-    for (const Neighbor& neighbor : found_)
-      samples_.push_back({(site_.points[neighbor.index] - p) / radius, 1.0});
+    for (std::size_t i = 0; i <= count; ++i)
+      samples_.push_back({(site_.points[found_[i].index] - p) / radius, 1.0});
   }
   /// Noise is the same in both neighbourhoods; what the surface is finer than a quadric doubles
   /// (measured on scanned and generated models) with the number of points.

@@ -1,0 +1,8 @@
+// Searches on four lanes; compiled for AVX2, chosen at run time.
+#include "engine/geometry/neighbor_kernel.inl"
+
+namespace orbweave {
+
+NeighborKernel neighbor_kernel_avx2() { return kKernel; }
+
+}  // namespace orbweave
