@@ -10,11 +10,15 @@ namespace orbweave {
 
 std::vector<Contact> find_contacts(const HoleProblem& problem, const HolePatch& patch,
                                    std::uint64_t limit) {
-  std::vector<Contact> contacts;
-  if (patch.triangles.empty() || limit == 0) return contacts;
   std::vector<Vec3> positions = problem.positions;
   positions.insert(positions.end(), patch.positions.begin(), patch.positions.end());
-  const std::vector<Triangle>& own = patch.triangles;
+  return find_contacts(positions, patch.triangles, problem.sheet, limit);
+}
+
+std::vector<Contact> find_contacts(std::span<const Vec3> positions, std::span<const Triangle> own,
+                                   std::span<const Triangle> sheet, std::uint64_t limit) {
+  std::vector<Contact> contacts;
+  if (own.empty() || limit == 0) return contacts;
   const BoxTree tree(positions, own);
   const auto test = [&](std::uint32_t a, std::uint32_t number, const Triangle& other) {
     if (triangles_intersect(positions, own[a], other)) contacts.push_back({a, number});
@@ -26,7 +30,7 @@ std::vector<Contact> find_contacts(const HoleProblem& problem, const HolePatch& 
     if (!more) return contacts;
   }
   auto number = static_cast<std::uint32_t>(own.size());
-  for (const Triangle& t : problem.sheet) {
+  for (const Triangle& t : sheet) {
     const Box box = box_of(positions, t);
     const bool more = !box.intersects(tree.box()) ||
                       tree.for_each(box, [&](std::uint32_t k) { return test(k, number, t); });
