@@ -11,6 +11,9 @@ namespace {
 // New points keep this many spacings from the rim's edges: the height of an equilateral triangle
 // would be 0.87, and less makes flat triangles at the rim, more makes large ones.
 constexpr double kClear = 0.6;
+// Places nearer to the rim than this many spacings are not asked for their height: a point stays
+// there only where the patch is steeper than 75 degrees.
+constexpr double kRoom = 0.5 * kClear;
 // Nested lattices either way of the mean spacing.
 constexpr int kMostLevels = 6;
 // A lattice is replaced by the next finer one where the spacing wanted is less than this many of
@@ -77,7 +80,7 @@ class RimSizing {
 
 class Lattice {
  public:
-  Lattice(const Rim& rim, const PlaneOutline& outline, const RbfInterpolant& heights, bool graded,
+  Lattice(const Rim& rim, const PlaneOutline& outline, const HoleHeights& heights, bool graded,
           std::uint32_t most)
       : spacing_(rim.spacing),
         sizing_(rim, outline.polygon()),
@@ -112,10 +115,12 @@ class Lattice {
                  static_cast<double>(j) * row, 0.0};
     if (is_outside(x, step, row)) return true;
     const bool inside = outline_.contains(x);
-    const bool evaluated = inside && level <= 0;
+    const double room = inside ? outline_.distance(x) : 0.0;
+    const double size = spacing_at(x);
+    const bool evaluated = inside && level <= 0 && room >= kRoom * std::min(size, step);
     GridPoint point = evaluated ? lifted(x) : GridPoint{x, {}};
     const double stretch = std::sqrt(1.0 + squared_norm(point.slope));
-    const double wanted = spacing_at(x) / std::sqrt(stretch);
+    const double wanted = size / std::sqrt(stretch);
     const double enough = level > 0 ? kFinerBelowCoarse : kFinerBelow;
     if (level > -kMostLevels && wanted < enough * step) {
       for (int half = 0; half < 4; ++half) {
@@ -123,7 +128,7 @@ class Lattice {
       }
       return true;
     }
-    if (!inside || outline_.distance(x) < kClear * std::min(wanted, step)) return true;
+    if (!inside || room < kClear * std::min(wanted, step)) return true;
     if (points_.size() == most_) return false;
     points_.push_back(evaluated ? point : lifted(x));
     return true;
@@ -136,7 +141,7 @@ class Lattice {
   }
 
   GridPoint lifted(Vec3 x) const {
-    const auto [height, gradient] = heights_.evaluate_with_gradient(x);
+    const auto [height, gradient] = heights_.at(x);
     return {{x.x, x.y, height}, gradient};
   }
 
@@ -148,7 +153,7 @@ class Lattice {
   double spacing_;
   RimSizing sizing_;
   const PlaneOutline& outline_;
-  const RbfInterpolant& heights_;
+  const HoleHeights& heights_;
   bool graded_;
   std::uint32_t most_;
   std::vector<GridPoint> points_;
@@ -157,7 +162,7 @@ class Lattice {
 }  // namespace
 
 std::optional<std::vector<GridPoint>> plane_grid(const Rim& rim, const PlaneOutline& outline,
-                                                 const RbfInterpolant& heights, bool graded,
+                                                 const HoleHeights& heights, bool graded,
                                                  std::uint32_t most) {
   return Lattice(rim, outline, heights, graded, most).points();
 }

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "engine/holes/patch/rim.h"
+#include "engine/holes/plane/plane_heights.h"
 #include "engine/holes/plane/plane_outline.h"
-#include "engine/holes/rbf/rbf.h"
 
 namespace orbweave {
 
@@ -23,7 +23,7 @@ struct GridPoint {
 /// of the one before). The lattice lies at the frame's origin. Empty where there would be more than
 /// `most`.
 std::optional<std::vector<GridPoint>> plane_grid(const Rim& rim, const PlaneOutline& outline,
-                                                 const RbfInterpolant& heights, bool graded,
+                                                 const HoleHeights& heights, bool graded,
                                                  std::uint32_t most);
 
 /// The largest distance from the outline that plane_grid asks for.
