@@ -19,7 +19,7 @@
 namespace orbweave {
 namespace {
 
-constexpr std::uint64_t kMostContacts = 160;
+constexpr std::uint64_t kMostContacts = 400;
 /// Places that are tried for a vertex lie this far from it, rim spacings.
 constexpr std::array<double, 3> kSteps = {0.25, 0.6, 1.2};
 constexpr int kRounds = 5;
@@ -67,8 +67,10 @@ class Surroundings {
     for (const Triangle& t : others_) {
       boxes_.push_back(box_of(positions_, t));
       planes_.emplace_back(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
+      is_free_.push_back(1);
       for (const std::uint32_t v : ring_) {
         const bool is_corner = std::find(t.begin(), t.end(), v) != t.end();
+        if (is_corner) is_free_.back() = 0;
         sides_.push_back(
             static_cast<signed char>(is_corner ? kCorner : planes_.back().side(positions_[v])));
       }
@@ -82,9 +84,11 @@ class Surroundings {
   std::size_t count(std::size_t limit) {
     std::size_t found = 0;
     std::vector<Box> own_boxes;
+    std::vector<QuickPlane> own_planes;
     Box all;
     for (const Triangle& t : own_) {
       own_boxes.push_back(box_of(positions_, t));
+      own_planes.emplace_back(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
       all.extend(own_boxes.back());
     }
     for (std::size_t place = 0; place < order_.size(); ++place) {
@@ -94,13 +98,14 @@ class Surroundings {
       const int side = planes_[k].side(positions_[vertex_]);
       for (std::size_t i = 0; i < own_.size(); ++i) {
         if (is_apart(k, i, side) || !own_boxes[i].intersects(boxes_[k])) continue;
+        if (is_free_[k] != 0 && is_beside(own_planes[i], others_[k])) continue;
         found += triangles_intersect(positions_, own_[i], others_[k]) ? 1 : 0;
         if (found >= limit) break;
       }
       if (found > before) std::swap(order_[place], order_[place / 2]);
       if (found >= limit) return found;
     }
-    return count_own(found, limit);
+    return count_own(own_planes, found, limit);
   }
 
  private:
@@ -118,16 +123,22 @@ class Surroundings {
     return ends;
   }
 
+  /// All of a triangle on one side of the plane.
+  bool is_beside(const QuickPlane& plane, const Triangle& t) const {
+    const int side = plane.side(positions_[t[0]]);
+    return side != 0 && plane.side(positions_[t[1]]) == side &&
+           plane.side(positions_[t[2]]) == side;
+  }
+
   /// Adds the pairs among the own triangles.
-  std::size_t count_own(std::size_t found, std::size_t limit) const {
+  std::size_t count_own(std::span<const QuickPlane> planes, std::size_t found,
+                        std::size_t limit) const {
     std::vector<signed char> sides;  // own x ring
     for (std::size_t i = 0; i < own_.size(); ++i) {
-      const Triangle& t = own_[i];
-      const QuickPlane plane(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
       for (std::uint32_t v = 0; v < ring_.size(); ++v) {
         const bool is_corner = v == ends_[i][0] || v == ends_[i][1];
         sides.push_back(
-            static_cast<signed char>(is_corner ? kCorner : plane.side(positions_[ring_[v]])));
+            static_cast<signed char>(is_corner ? kCorner : planes[i].side(positions_[ring_[v]])));
       }
     }
     const auto is_off = [&](std::size_t i, std::size_t k) {
@@ -161,6 +172,7 @@ class Surroundings {
   std::vector<Box> boxes_;
   std::vector<QuickPlane> planes_;
   std::vector<signed char> sides_;  ///< others x ring
+  std::vector<char> is_free_;       ///< per other: has no corner in the ring
 };
 
 class Untangler {
