@@ -116,9 +116,9 @@ std::optional<PatchMesh> smooth_disc(const HoleProblem& problem, const LoopTrian
   const Rim& rim = loop.rim;
   const PatchMesh start = disc_of_loop(problem, loop);
   const double points = expected_points(start, rim.spacing);
-  if (points > 1.5 * options.max_new_points + 16.0) return std::nullopt;
   const double spacing = patch_spacing(rim, points, options);
   const double most = options.graded ? std::min(points, kMostPoints) : points;
+  if (most > 1.5 * options.max_new_points + 16.0) return std::nullopt;
   std::optional<FairDisc> best =
       order < 2 ? fairest_by_levels(problem, rim, {}, spacing, most, start, options)
                 : fairest_plate(problem, rim, start, spacing, most, options);

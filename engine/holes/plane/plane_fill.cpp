@@ -150,7 +150,8 @@ HolePatch patch_over_plane(const HoleProblem& problem, const HoleFrame& frame, V
     points.push_back({places.back(), {}});
   }
   const PlaneOutline outline(std::move(places), grid_clearance(rim));
-  const auto grid = plane_grid(rim, outline, heights, options.graded, options.max_new_points);
+  const auto grid =
+      plane_grid(rim, outline, heights, options.graded, options.max_new_points, options.stop);
   if (!grid) return no_patch(too_many_points(options), OpenReason::kTooManyPoints);
   points.insert(points.end(), grid->begin(), grid->end());
   const PlaneDisc disc = triangulate(problem, rim, std::move(points));

@@ -85,10 +85,10 @@ HoleHeights::HoleHeights(const HoleProblem& problem, const Rim& rim, const HoleF
     : problem_(problem), rim_(rim), frame_(frame), outline_(outline), options_(options) {}
 
 RbfInterpolant::ValueGradient HoleHeights::at(Vec3 place) const {
-  if (!fit_) {
+  std::call_once(once_, [this] {
     sites_ = plane_sites(problem_, rim_, frame_, outline_);
     fit_ = fit_heights(sites_.places, rim_.spacing, options_);
-  }
+  });
   return fit_->valid() ? fit_->evaluate_with_gradient(place) : RbfInterpolant::ValueGradient{};
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -23,7 +24,7 @@ RbfInterpolant fit_heights(const std::vector<Vec3>& places, double spacing,
                            const PatchOptions& options);
 
 /// The heights around a hole, gathered and fitted where one is asked for first: most small holes
-/// have no room for a new point, and do without. For one thread.
+/// have no room for a new point, and do without. Safe to ask from many threads.
 class HoleHeights {
  public:
   HoleHeights(const HoleProblem& problem, const Rim& rim, const HoleFrame& frame,
@@ -43,6 +44,7 @@ class HoleHeights {
   const HoleFrame& frame_;
   const PlaneOutline& outline_;
   const PatchOptions& options_;
+  mutable std::once_flag once_;
   mutable PlaneSites sites_;
   mutable std::optional<RbfInterpolant> fit_;
 };
