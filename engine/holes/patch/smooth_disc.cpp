@@ -95,7 +95,7 @@ std::optional<FairDisc> fairest_by_levels(const HoleProblem& problem, const Rim&
 std::optional<FairDisc> fairest_plate(const HoleProblem& problem, const Rim& rim,
                                       const PatchMesh& start, double spacing, double points,
                                       const PatchOptions& options) {
-  constexpr double kSmall = 400.0;
+  constexpr double kSmall = 2000.0;
   const RimSheet sheet = sheet_at_rim(problem, rim);
   std::optional<FairDisc> best =
       fairest_by_levels(problem, rim, sheet, spacing, points, start, options);
