@@ -19,7 +19,7 @@
 namespace orbweave {
 namespace {
 
-constexpr std::uint64_t kMostContacts = 400;
+constexpr std::uint64_t kMostContacts = 1000;
 /// Places that are tried for a vertex lie this far from it, rim spacings.
 constexpr std::array<double, 3> kSteps = {0.25, 0.6, 1.2};
 constexpr int kRounds = 5;
