@@ -80,6 +80,8 @@ class Attempts {
   /// A hole that calls for too many points is not closed by a few large triangles instead.
   bool is_too_large() const { return too_large_ && tangled_.empty(); }
 
+  bool is_tangled() const { return !tangled_.empty(); }
+
   HolePatch result() {
     if (best_.method == FillMethod::kNone) untangle_best();
     if (best_.method == FillMethod::kNone) {
@@ -174,9 +176,12 @@ HolePatch fill_parts(const HoleProblem& problem, const PatchOptions& options) {
 HolePatch fill_canonical(const HoleProblem& problem, const PatchOptions& options) {
   if (simple_parts(problem.loop).empty()) return fill_simple(problem, options);
   Attempts attempts(problem, options);
-  // Two holes that touch are two holes.
-  if (!attempts.take(fill_parts(problem, options)) && !attempts.is_too_large())
-    attempts.try_direct();
+  // Two holes that touch are two holes. Triangles between all corners of a long loop meet more than
+  // the parts do.
+  constexpr std::size_t kShortLoop = 32;
+  const bool is_done = attempts.take(fill_parts(problem, options)) || attempts.is_too_large();
+  const bool is_long = problem.loop.size() > kShortLoop && attempts.is_tangled();
+  if (!is_done && !is_long) attempts.try_direct();
   return attempts.result();
 }
 

@@ -10,6 +10,7 @@
 
 #include "engine/holes/implicit/surface_sites.h"
 #include "engine/holes/implicit/zero_set.h"
+#include "engine/holes/patch/patch_intersections.h"
 #include "engine/holes/patch/patch_values.h"
 #include "engine/holes/patch/rim.h"
 #include "engine/holes/patch/smooth_disc.h"
@@ -50,15 +51,20 @@ constexpr double kMostBending = 1.5;
 /// Whether the zero set of a signed distance can say more about the patch than the thin plate does.
 /// A few points have no room for it; tens of thousands have far more than its sites know of. Where
 /// the plate leaves the rim's faces at a steep angle on the mean, the rim is crumpled: the normals
-/// along it, and with them the distance, mean nothing.
+/// along it, and with them the distance, mean nothing. So they do where the plate over a long loop
+/// runs into the sheet: the zero sets of such rims fold or run into it too.
 bool is_worth_a_zero_set(const HoleProblem& problem, const PatchMesh& disc,
                          const HolePatch& plate) {
   constexpr std::uint32_t kLeastPoints = 8;
   constexpr std::uint32_t kMostPoints = 20'000;
+  constexpr std::size_t kShortLoop = 50;  // edges; its zero set costs little, and may be clear
+  constexpr std::uint64_t kFewContacts = 8;
   constexpr double kCrumpled = std::numbers::pi / 3.0;
   const std::uint32_t points = disc.size() - disc.corners();
-  return points >= kLeastPoints && points <= kMostPoints &&
-         rim_angles(problem, plate).mean < kCrumpled;
+  if (points < kLeastPoints || points > kMostPoints) return false;
+  if (!(rim_angles(problem, plate).mean < kCrumpled)) return false;
+  const std::uint64_t most = problem.loop.size() <= kShortLoop ? kFewContacts : 0;
+  return count_intersections(problem, plate, most + 1) <= most;
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/holes/problem/hole.h"
@@ -16,6 +17,12 @@ using Contact = std::array<std::uint32_t, 2>;
 /// At most `limit` contacts of a patch with itself and with the gathered sheet. O(n log n) where
 /// few boxes overlap.
 std::vector<Contact> find_contacts(const HoleProblem& problem, const HolePatch& patch,
+                                   std::uint64_t limit = UINT64_MAX);
+
+/// The same for patch triangles among these positions; sheet triangles are numbered from
+/// patch.size() on.
+std::vector<Contact> find_contacts(std::span<const Vec3> positions, std::span<const Triangle> patch,
+                                   std::span<const Triangle> sheet,
                                    std::uint64_t limit = UINT64_MAX);
 
 /// Their number.

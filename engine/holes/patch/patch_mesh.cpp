@@ -260,23 +260,37 @@ namespace {
 /// Cosine of the least angle of a triangle; the same for every order of its corners.
 double sharpest(std::array<std::uint32_t, 3> t, const std::vector<Vec3>& positions) {
   std::sort(t.begin(), t.end());
+  std::array<Vec3, 3> sides;
+  std::array<double, 3> lengths{};
+  for (int k = 0; k < 3; ++k) {
+    sides[k] = positions[t[(k + 1) % 3]] - positions[t[k]];
+    lengths[k] = norm(sides[k]);
+  }
   double largest = -1.0;
   for (int k = 0; k < 3; ++k) {
-    const Vec3 u = positions[t[(k + 1) % 3]] - positions[t[k]];
-    const Vec3 v = positions[t[(k + 2) % 3]] - positions[t[k]];
-    const double lengths = norm(u) * norm(v);
-    largest = std::max(largest, lengths > 0.0 ? dot(u, v) / lengths : 1.0);
+    const int before = (k + 2) % 3;
+    const double product = lengths[k] * lengths[before];
+    largest = std::max(largest, product > 0.0 ? -dot(sides[k], sides[before]) / product : 1.0);
   }
   return largest;
 }
 
-/// Sine of the sum of the angles at c and d over the edge a-b; negative when it exceeds pi.
-double sine_of_sum(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
-  const Vec3 p = normalized(a - c);
-  const Vec3 q = normalized(b - c);
-  const Vec3 r = normalized(a - d);
-  const Vec3 s = normalized(b - d);
-  return norm(cross(p, q)) * dot(r, s) + norm(cross(r, s)) * dot(p, q);
+/// The angles at c and d over the edge a-b of two triangles.
+struct Opposite {
+  double sine = 0.0;     ///< of their sum times `lengths`; negative when it exceeds pi
+  double lengths = 0.0;  ///< of the four sides at c and d, their product
+  bool is_flat = false;  ///< a triangle has an angle of less than 1e-4, perhaps
+};
+
+Opposite opposite_angles(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
+  constexpr double kFlat = 1e-4;
+  const Vec3 p = a - c, q = b - c, r = a - d, s = b - d;
+  const double pp = squared_norm(p), qq = squared_norm(q), rr = squared_norm(r),
+               ss = squared_norm(s), edge = squared_norm(b - a);
+  const double upper = norm(cross(p, q));
+  const double lower = norm(cross(r, s));
+  return {upper * dot(r, s) + lower * dot(p, q), std::sqrt(pp * qq) * std::sqrt(rr * ss),
+          !(upper > kFlat * std::max({pp, qq, edge}) && lower > kFlat * std::max({rr, ss, edge}))};
 }
 
 }  // namespace
@@ -287,11 +301,12 @@ bool PatchMesh::flip_improves(std::uint32_t h) const {
   const std::uint32_t b = mesh_.target(h);
   const std::uint32_t c = mesh_.apex(h);
   const std::uint32_t d = mesh_.apex(mesh_.twin[h]);
+  const auto [sine, lengths, is_flat] = opposite_angles(at(a), at(b), at(c), at(d));
+  const bool is_delaunay = !(sine < -kRounding * lengths);
+  if (is_delaunay && !is_flat) return false;
   const double before = std::max(sharpest({a, b, c}, positions_), sharpest({a, b, d}, positions_));
   // Flat triangles have no angles to go by: both cotangents may vanish.
-  if (before < 1.0 - kRounding && !(sine_of_sum(at(a), at(b), at(c), at(d)) < -kRounding)) {
-    return false;
-  }
+  if (is_delaunay && before < 1.0 - kRounding) return false;
   return std::max(sharpest({c, d, a}, positions_), sharpest({c, d, b}, positions_)) < before;
 }
 

@@ -109,30 +109,96 @@ Sparse row_scale(const Strip& strip, const std::vector<int>& unknown) {
   return scale;
 }
 
-/// Places of the unknowns; empty where the system is singular.
-Eigen::MatrixXd least_energy(const Strip& strip, const std::vector<int>& unknown, int unknowns,
-                             int order) {
+/// A system of least energy: `matrix` times the places of the unknowns is `right`.
+struct Energy {
+  Sparse half;    ///< order 2: the matrix is the square of this one
+  Sparse matrix;  ///< order 1
+  Eigen::MatrixXd right;
+
+  Eigen::MatrixXd times(const Eigen::MatrixXd& x) const {
+    if (half.rows() == 0) return matrix * x;
+    const Eigen::MatrixXd product = half * x;
+    return half.transpose() * product;
+  }
+  Eigen::VectorXd diagonal() const {
+    if (half.rows() == 0) return matrix.diagonal();
+    Eigen::VectorXd squares(half.cols());
+    for (Eigen::Index column = 0; column < half.cols(); ++column)
+      squares[column] = half.col(column).squaredNorm();
+    return squares;
+  }
+};
+
+Energy energy_of(const Strip& strip, const std::vector<int>& unknown, int unknowns, int order) {
   Sparse rows = laplacian(strip);
   if (order >= 2) rows = (row_scale(strip, unknown) * rows).eval();
-  const Split split = split_columns(rows, strip, unknown, unknowns);
-  Sparse matrix;
-  Eigen::MatrixXd right;
+  Split split = split_columns(rows, strip, unknown, unknowns);
+  Energy energy;
   if (order >= 2) {
-    matrix = split.moving.transpose() * split.moving;
-    right = -(split.moving.transpose() * split.fixed);
-  } else {
-    Sparse choose(unknowns, rows.rows());
-    std::vector<Entry> entries;
-    for (std::size_t v = 0; v < unknown.size(); ++v) {
-      if (unknown[v] >= 0) entries.emplace_back(unknown[v], static_cast<int>(v), -1.0);
-    }
-    choose.setFromTriplets(entries.begin(), entries.end());
-    matrix = choose * split.moving;
-    right = -(choose * split.fixed);
+    energy.half = std::move(split.moving);
+    energy.right = -(energy.half.transpose() * split.fixed);
+    return energy;
   }
+  Sparse choose(unknowns, rows.rows());
+  std::vector<Entry> entries;
+  for (std::size_t v = 0; v < unknown.size(); ++v) {
+    if (unknown[v] >= 0) entries.emplace_back(unknown[v], static_cast<int>(v), -1.0);
+  }
+  choose.setFromTriplets(entries.begin(), entries.end());
+  energy.matrix = choose * split.moving;
+  energy.right = -(choose * split.fixed);
+  return energy;
+}
+
+/// Exactly; empty where the system is singular. n^1.5 at best.
+Eigen::MatrixXd solved(const Energy& energy) {
+  const Sparse matrix =
+      energy.half.rows() == 0 ? energy.matrix : Sparse(energy.half.transpose() * energy.half);
   const Eigen::SimplicialLDLT<Sparse> solver(matrix);
   if (solver.info() != Eigen::Success) return {};
-  Eigen::MatrixXd places = solver.solve(right);
+  return solver.solve(energy.right);
+}
+
+/// From `places` on by steps of conjugate gradients, scaled by the diagonal (Hestenes, Stiefel
+/// 1952; Shewchuk: An Introduction to the Conjugate Gradient Method, 1994, algorithm B3). What is
+/// wrong over many edges stays so: that is for the coarser discs before.
+Eigen::MatrixXd relaxed(const Energy& energy, Eigen::MatrixXd places) {
+  constexpr int kSteps = 40;
+  const Eigen::VectorXd scale = energy.diagonal().cwiseInverse();
+  Eigen::MatrixXd residual = energy.right - energy.times(places);
+  Eigen::MatrixXd scaled = scale.asDiagonal() * residual;
+  Eigen::MatrixXd direction = scaled;
+  Eigen::RowVectorXd length = residual.cwiseProduct(scaled).colwise().sum();
+  for (int step = 0; step < kSteps; ++step) {
+    const Eigen::MatrixXd product = energy.times(direction);
+    const Eigen::RowVectorXd bent = direction.cwiseProduct(product).colwise().sum();
+    Eigen::RowVectorXd share = length.cwiseQuotient(bent);
+    for (Eigen::Index k = 0; k < share.size(); ++k)
+      if (!(bent[k] > 0.0)) share[k] = 0.0;
+    places += direction * share.asDiagonal();
+    residual -= product * share.asDiagonal();
+    scaled = scale.asDiagonal() * residual;
+    const Eigen::RowVectorXd next = residual.cwiseProduct(scaled).colwise().sum();
+    Eigen::RowVectorXd kept = next.cwiseQuotient(length);
+    for (Eigen::Index k = 0; k < kept.size(); ++k)
+      if (!(length[k] > 0.0)) kept[k] = 0.0;
+    direction = scaled + direction * kept.asDiagonal();
+    length = next;
+  }
+  return places;
+}
+
+/// Places of the unknowns; empty where there are none to be had.
+Eigen::MatrixXd least_energy(const Strip& strip, const std::vector<int>& unknown, int unknowns,
+                             int order) {
+  constexpr int kMostExact = 3000;
+  const Energy energy = energy_of(strip, unknown, unknowns, order);
+  Eigen::MatrixXd places(unknowns, 3);
+  for (std::size_t v = 0; v < unknown.size(); ++v) {
+    const Vec3 p = strip.positions[v];
+    if (unknown[v] >= 0) places.row(unknown[v]) = Eigen::RowVector3d(p.x, p.y, p.z);
+  }
+  places = unknowns <= kMostExact ? solved(energy) : relaxed(energy, std::move(places));
   return places.allFinite() ? places : Eigen::MatrixXd{};
 }
 

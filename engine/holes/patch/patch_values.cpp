@@ -83,6 +83,7 @@ std::vector<double> values_from_sites(const HoleProblem& problem,
   rbf_options.dimension = 3;
   rbf_options.kernel = RbfKernel::kBiharmonic;
   rbf_options.max_sites = options.max_sites;
+  rbf_options.measure = false;
   const RbfInterpolant rbf(at, known, problem.channels, rbf_options);
   if (!rbf.valid()) return values_from_corners(problem, points);
   const Range range(problem, sites);

@@ -53,12 +53,19 @@ PointCloud patch_vertices(const PointSchema& schema, std::span<const Vec3> posit
 }
 
 std::vector<double> attribute_values(const PointCloud& cloud, std::span<const std::uint64_t> rows) {
-  std::vector<double> values;
-  values.reserve(rows.size() * cloud.schema.attributes.size());
-  for (const std::uint64_t row : rows) {
-    for (std::size_t f = 0; f < cloud.schema.attributes.size(); ++f) {
-      values.push_back(attribute_value(cloud, row, f));
-    }
+  const std::size_t fields = cloud.schema.attributes.size();
+  const std::size_t row_bytes = cloud.schema.attribute_bytes();
+  std::vector<double> values(rows.size() * fields);
+  std::size_t offset = 0;
+  for (std::size_t f = 0; f < fields; ++f) {
+    const ScalarType type = cloud.schema.attributes[f].type;
+    visit_scalar(type, [&](auto kind) {
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        std::memcpy(&kind, cloud.attributes.data() + rows[i] * row_bytes + offset, sizeof kind);
+        values[i * fields + f] = static_cast<double>(kind);
+      }
+    });
+    offset += size_of(type);
   }
   return values;
 }

@@ -1,5 +1,6 @@
 #include "engine/holes/patch/smooth_disc.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -7,6 +8,9 @@
 
 namespace orbweave {
 namespace {
+
+/// Of a graded disc, about.
+constexpr double kMostPoints = 50'000.0;
 
 double area_of(const PatchMesh& disc) {
   double area = 0.0;
@@ -25,7 +29,6 @@ double expected_points(const PatchMesh& disc, double spacing) {
 /// Edges of a patch for which this many points are expected: the rim's. A larger disc gets larger
 /// triangles, not more: nothing is known of its middle.
 double patch_spacing(const Rim& rim, double points, const PatchOptions& options) {
-  constexpr double kMostPoints = 50'000.0;
   return options.graded ? rim.spacing * std::sqrt(std::max(1.0, points / kMostPoints))
                         : rim.spacing;
 }
@@ -67,15 +70,35 @@ std::optional<FairDisc> fairest(const HoleProblem& problem, const Rim& rim, cons
   return best;
 }
 
+/// As `fairest`, for discs of many points: fair with long edges, which are then halved again and
+/// again, with a round each. The rounds of the finest disc, and with them its exact solutions, are
+/// most of the work; they would change it little.
+std::optional<FairDisc> fairest_by_levels(const HoleProblem& problem, const Rim& rim,
+                                          const RimSheet& sheet, double spacing, double points,
+                                          PatchMesh disc, const PatchOptions& options) {
+  constexpr double kMany = 3000.0;  // a disc of fewer is solved for exactly
+  int levels = 0;
+  for (double fewer = points; fewer > kMany; fewer /= 4.0) ++levels;
+  std::optional<FairDisc> fair =
+      fairest(problem, rim, sheet, std::ldexp(spacing, levels), std::move(disc), options);
+  if (!fair || levels == 0) return fair;
+  while (levels > 0) {
+    --levels;
+    if (!refine(std::ldexp(spacing, levels), sheet, options, fair->disc)) return std::nullopt;
+  }
+  fair->energy = bending_energy(problem, patch_of_disc(problem, rim, fair->disc));
+  return fair;
+}
+
 /// Which disc a plate starts from decides what it comes to: the fairer one of two, where it is
 /// small enough for that.
 std::optional<FairDisc> fairest_plate(const HoleProblem& problem, const Rim& rim,
-                                      const PatchMesh& start, double points,
+                                      const PatchMesh& start, double spacing, double points,
                                       const PatchOptions& options) {
   constexpr double kSmall = 2000.0;
   const RimSheet sheet = sheet_at_rim(problem, rim);
-  const double spacing = patch_spacing(rim, points, options);
-  std::optional<FairDisc> best = fairest(problem, rim, sheet, spacing, start, options);
+  std::optional<FairDisc> best =
+      fairest_by_levels(problem, rim, sheet, spacing, points, start, options);
   if (points > kSmall) return best;
   std::optional<FairDisc> other = fairest(problem, rim, {}, spacing, start, options);
   if (other) other = fairest(problem, rim, sheet, spacing, std::move(other->disc), options);
@@ -93,10 +116,12 @@ std::optional<PatchMesh> smooth_disc(const HoleProblem& problem, const LoopTrian
   const Rim& rim = loop.rim;
   const PatchMesh start = disc_of_loop(problem, loop);
   const double points = expected_points(start, rim.spacing);
-  if (points > 1.5 * options.max_new_points + 16.0) return std::nullopt;
   const double spacing = patch_spacing(rim, points, options);
-  std::optional<FairDisc> best = order < 2 ? fairest(problem, rim, {}, spacing, start, options)
-                                           : fairest_plate(problem, rim, start, points, options);
+  const double most = options.graded ? std::min(points, kMostPoints) : points;
+  if (most > 1.5 * options.max_new_points + 16.0) return std::nullopt;
+  std::optional<FairDisc> best =
+      order < 2 ? fairest_by_levels(problem, rim, {}, spacing, most, start, options)
+                : fairest_plate(problem, rim, start, spacing, most, options);
   if (!best) return std::nullopt;
   return std::move(best->disc);
 }

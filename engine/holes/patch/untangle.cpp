@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numeric>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -16,7 +19,161 @@
 namespace orbweave {
 namespace {
 
-constexpr std::uint64_t kMostContacts = 160;
+constexpr std::uint64_t kMostContacts = 1000;
+/// Places that are tried for a vertex lie this far from it, rim spacings.
+constexpr std::array<double, 3> kSteps = {0.25, 0.6, 1.2};
+constexpr int kRounds = 5;
+
+/// The plane of a triangle: on which side of it a place lies, where doubles can tell.
+class QuickPlane {
+ public:
+  QuickPlane(Vec3 a, Vec3 b, Vec3 c) : a_(a), normal_(cross(b - a, c - a)) {
+    // Far above what rounding can add up to: six roundings of terms of this size.
+    constexpr double kBound = 1e-14;
+    bound_ = kBound * sum_of(b - a) * sum_of(c - a);
+  }
+
+  /// 1 or -1; 0 where rounding may decide.
+  int side(Vec3 p) const {
+    const Vec3 d = p - a_;
+    const double height = dot(normal_, d);
+    const double bound = bound_ * sum_of(d);
+    return height > bound ? 1 : height < -bound ? -1 : 0;
+  }
+
+ private:
+  static double sum_of(Vec3 v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
+
+  Vec3 a_, normal_;
+  double bound_ = 0.0;
+};
+
+/// Triangles at a vertex, and those that they could meet wherever it moves to. Most pairs are told
+/// apart by the others' planes, on one side of which all three corners lie: what stays where it is
+/// is asked for that once.
+class Surroundings {
+ public:
+  /// `others`: not at the vertex.
+  Surroundings(std::span<const Vec3> positions, std::uint32_t vertex, std::vector<Triangle> own,
+               std::vector<Triangle> others)
+      : positions_(positions), vertex_(vertex), own_(std::move(own)), others_(std::move(others)) {
+    for (const Triangle& t : own_) ring_.insert(ring_.end(), t.begin(), t.end());
+    std::sort(ring_.begin(), ring_.end());
+    ring_.erase(std::unique(ring_.begin(), ring_.end()), ring_.end());
+    std::erase(ring_, vertex);
+    for (const Triangle& t : own_) ends_.push_back(ends_of(t));
+    order_.resize(others_.size());
+    std::iota(order_.begin(), order_.end(), 0U);
+    for (const Triangle& t : others_) {
+      boxes_.push_back(box_of(positions_, t));
+      planes_.emplace_back(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
+      is_free_.push_back(1);
+      for (const std::uint32_t v : ring_) {
+        const bool is_corner = std::find(t.begin(), t.end(), v) != t.end();
+        if (is_corner) is_free_.back() = 0;
+        sides_.push_back(
+            static_cast<signed char>(is_corner ? kCorner : planes_.back().side(positions_[v])));
+      }
+    }
+  }
+
+  const std::vector<Triangle>& own() const { return own_; }
+
+  /// How many pairs meet with the vertex where it is now; counting ends at `limit`, the sooner as
+  /// what has been met before is looked at first.
+  std::size_t count(std::size_t limit) {
+    std::size_t found = 0;
+    std::vector<Box> own_boxes;
+    std::vector<QuickPlane> own_planes;
+    Box all;
+    for (const Triangle& t : own_) {
+      own_boxes.push_back(box_of(positions_, t));
+      own_planes.emplace_back(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
+      all.extend(own_boxes.back());
+    }
+    for (std::size_t place = 0; place < order_.size(); ++place) {
+      const std::uint32_t k = order_[place];
+      if (!all.intersects(boxes_[k])) continue;
+      const std::size_t before = found;
+      const int side = planes_[k].side(positions_[vertex_]);
+      for (std::size_t i = 0; i < own_.size(); ++i) {
+        if (is_apart(k, i, side) || !own_boxes[i].intersects(boxes_[k])) continue;
+        if (is_free_[k] != 0 && is_beside(own_planes[i], others_[k])) continue;
+        found += triangles_intersect(positions_, own_[i], others_[k]) ? 1 : 0;
+        if (found >= limit) break;
+      }
+      if (found > before) std::swap(order_[place], order_[place / 2]);
+      if (found >= limit) return found;
+    }
+    return count_own(own_planes, found, limit);
+  }
+
+ private:
+  static constexpr int kCorner = 2;  ///< a corner of the other triangle: on no side of its plane
+
+  /// The two other corners of an own triangle, in the ring.
+  std::array<std::uint32_t, 2> ends_of(const Triangle& t) const {
+    std::array<std::uint32_t, 2> ends{};
+    std::size_t next = 0;
+    for (const std::uint32_t v : t) {
+      if (v == vertex_) continue;
+      const auto at = std::lower_bound(ring_.begin(), ring_.end(), v);
+      ends[next++] = static_cast<std::uint32_t>(at - ring_.begin());
+    }
+    return ends;
+  }
+
+  /// All of a triangle on one side of the plane.
+  bool is_beside(const QuickPlane& plane, const Triangle& t) const {
+    const int side = plane.side(positions_[t[0]]);
+    return side != 0 && plane.side(positions_[t[1]]) == side &&
+           plane.side(positions_[t[2]]) == side;
+  }
+
+  /// Adds the pairs among the own triangles.
+  std::size_t count_own(std::span<const QuickPlane> planes, std::size_t found,
+                        std::size_t limit) const {
+    std::vector<signed char> sides;  // own x ring
+    for (std::size_t i = 0; i < own_.size(); ++i) {
+      for (std::uint32_t v = 0; v < ring_.size(); ++v) {
+        const bool is_corner = v == ends_[i][0] || v == ends_[i][1];
+        sides.push_back(
+            static_cast<signed char>(is_corner ? kCorner : planes[i].side(positions_[ring_[v]])));
+      }
+    }
+    const auto is_off = [&](std::size_t i, std::size_t k) {
+      const int a = sides[i * ring_.size() + ends_[k][0]];
+      const int b = sides[i * ring_.size() + ends_[k][1]];
+      return a != 0 && b != 0 && (a == b || a == kCorner || b == kCorner);
+    };
+    for (std::size_t i = 0; i < own_.size(); ++i) {
+      for (std::size_t k = 0; k < i; ++k) {
+        if (is_off(i, k) || is_off(k, i)) continue;
+        found += triangles_intersect(positions_, own_[i], own_[k]) ? 1 : 0;
+        if (found >= limit) return found;
+      }
+    }
+    return found;
+  }
+
+  bool is_apart(std::size_t other, std::size_t own, int side) const {
+    if (side == 0) return false;
+    const signed char* sides = sides_.data() + other * ring_.size();
+    const int a = sides[ends_[own][0]], b = sides[ends_[own][1]];
+    return (a == side || a == kCorner) && (b == side || b == kCorner);
+  }
+
+  std::span<const Vec3> positions_;
+  std::uint32_t vertex_;
+  std::vector<Triangle> own_, others_;
+  std::vector<std::uint32_t> order_;  ///< of the others
+  std::vector<std::uint32_t> ring_;
+  std::vector<std::array<std::uint32_t, 2>> ends_;
+  std::vector<Box> boxes_;
+  std::vector<QuickPlane> planes_;
+  std::vector<signed char> sides_;  ///< others x ring
+  std::vector<char> is_free_;       ///< per other: has no corner in the ring
+};
 
 class Untangler {
  public:
@@ -25,21 +182,31 @@ class Untangler {
         patch_(patch),
         given_(static_cast<std::uint32_t>(problem.positions.size())),
         rim_(find_rim(problem)),
-        sheet_(problem.positions, problem.sheet),
         positions_(problem.positions) {
     positions_.insert(positions_.end(), patch.positions.begin(), patch.positions.end());
+    Box reach;
+    for (const Triangle& t : patch.triangles) reach.extend(box_of(t));
+    reach = reach.grown((kRounds + 1) * kSteps.back() * rim_.spacing);
+    for (const Triangle& t : problem.sheet)
+      if (box_of(t).intersects(reach)) near_.push_back(t);
+    sheet_.emplace(positions_, near_);
+  }
+
+  std::vector<Contact> contacts() const {
+    return find_contacts(positions_, patch_.triangles, near_);
   }
 
   std::uint64_t run(std::vector<Contact> contacts) {
-    constexpr int kRounds = 5;
     const std::vector<Vec3> before = patch_.positions;
-    if (give_vertices(contacts)) contacts = find_contacts(problem_, patch_);
+    if (give_vertices(contacts)) contacts = this->contacts();
+    list_triangles();
     for (int round = 0; round < kRounds && !contacts.empty(); ++round) {
       bool has_moved = false;
-      for (const std::uint32_t v : movable(contacts)) has_moved = improve(v) || has_moved;
+      const BoxTree tree(positions_, patch_.triangles);
+      for (const std::uint32_t v : movable(contacts)) has_moved = improve(v, tree) || has_moved;
       std::copy(positions_.begin() + given_, positions_.end(), patch_.positions.begin());
-      contacts = find_contacts(problem_, patch_);
       if (!has_moved) break;
+      contacts = this->contacts();
     }
     renew_normals(before);
     return contacts.size();
@@ -103,54 +270,35 @@ class Untangler {
 
   Box box_of(const Triangle& t) const { return orbweave::box_of(positions_, t); }
 
-  /// A triangle that stays where it is while a vertex is moved.
-  struct Other {
-    Box box;
-    Triangle triangle;
-  };
-  /// Triangles at a vertex, and those that they could meet wherever it moves to.
-  struct Surroundings {
-    std::vector<Triangle> own;
-    std::vector<Other> others;
-  };
-  Surroundings surroundings(std::uint32_t vertex, double reach) const {
-    Surroundings around;
-    Box box;
-    std::vector<Triangle> apart;
-    for (const Triangle& t : patch_.triangles) {
-      const bool is_own = std::find(t.begin(), t.end(), vertex) != t.end();
-      (is_own ? around.own : apart).push_back(t);
-      if (is_own) box.extend(box_of(t));
+  void list_triangles() {
+    at_.assign(patch_.positions.size(), {});
+    for (std::uint32_t i = 0; i < patch_.triangles.size(); ++i) {
+      for (const std::uint32_t v : patch_.triangles[i])
+        if (is_new(v)) at_[v - given_].push_back(i);
     }
-    const Box within = box.grown(reach);
-    for (const Triangle& t : apart) {
-      const Box of_t = box_of(t);
-      if (of_t.intersects(within)) around.others.push_back({of_t, t});
-    }
-    sheet_.for_each(within, [&](std::uint32_t index) {
-      const Triangle& t = problem_.sheet[index];
-      around.others.push_back({box_of(t), t});
-      return true;
-    });
-    return around;
   }
 
-  /// How many pairs meet; counting ends at `limit`.
-  std::size_t count(const Surroundings& around, std::size_t limit) const {
-    std::size_t found = 0;
-    for (std::size_t i = 0; i < around.own.size(); ++i) {
-      const Box box = box_of(around.own[i]);
-      for (const Other& other : around.others) {
-        if (!box.intersects(other.box)) continue;
-        found += triangles_intersect(positions_, around.own[i], other.triangle);
-        if (found >= limit) return found;
-      }
-      for (std::size_t k = 0; k < i; ++k) {
-        found += triangles_intersect(positions_, around.own[i], around.own[k]);
-        if (found >= limit) return found;
-      }
+  /// `tree`: of the patch at the start of the round, in which every vertex moves once at most.
+  Surroundings surroundings(std::uint32_t vertex, const BoxTree& tree) const {
+    const double reach = kSteps.back() * rim_.spacing;
+    std::vector<Triangle> own, others;
+    Box box;
+    for (const std::uint32_t i : at_[vertex - given_]) {
+      own.push_back(patch_.triangles[i]);
+      box.extend(box_of(own.back()));
     }
-    return found;
+    const Box within = box.grown(reach);
+    tree.for_each(within.grown(reach), [&](std::uint32_t i) {
+      const Triangle& t = patch_.triangles[i];
+      const bool is_own = std::find(t.begin(), t.end(), vertex) != t.end();
+      if (!is_own && box_of(t).intersects(within)) others.push_back(t);
+      return true;
+    });
+    sheet_->for_each(within, [&](std::uint32_t i) {
+      others.push_back(near_[i]);
+      return true;
+    });
+    return {positions_, vertex, std::move(own), std::move(others)};
   }
 
   Vec3 normal_of(const std::vector<Triangle>& triangles) const {
@@ -164,21 +312,20 @@ class Untangler {
 
   /// Tries places along the normal, towards the middle of the hole and across; the nearest of the
   /// best ones is taken. True when it is better than where the vertex is.
-  bool improve(std::uint32_t vertex) {
-    constexpr std::array<double, 3> kSteps = {0.25, 0.6, 1.2};  // rim spacings
-    const Surroundings around = surroundings(vertex, kSteps.back() * rim_.spacing);
+  bool improve(std::uint32_t vertex, const BoxTree& tree) {
+    Surroundings around = surroundings(vertex, tree);
     const Vec3 start = positions_[vertex];
-    const Vec3 normal = normal_of(around.own);
+    const Vec3 normal = normal_of(around.own());
     const Vec3 inward = rim_.center - start;
     const Vec3 along = normalized(inward - dot(inward, normal) * normal);
     const Vec3 sideways = cross(normal, along);
-    std::size_t fewest = count(around, SIZE_MAX);
+    std::size_t fewest = around.count(SIZE_MAX);
     Vec3 best = start;
     for (const double step : kSteps) {
       for (const Vec3 direction : {normal, -normal, along, -along, sideways, -sideways}) {
         if (fewest == 0) break;
         positions_[vertex] = start + step * rim_.spacing * direction;
-        const std::size_t found = count(around, fewest);
+        const std::size_t found = around.count(fewest);
         if (found < fewest) {
           fewest = found;
           best = positions_[vertex];
@@ -193,17 +340,20 @@ class Untangler {
   HolePatch& patch_;
   std::uint32_t given_;
   Rim rim_;
-  BoxTree sheet_;
-  std::vector<Vec3> positions_;
+  std::vector<Vec3> positions_;  ///< of the problem, then of the patch
+  std::vector<Triangle> near_;   ///< of the sheet: all that the patch can come to meet
+  std::optional<BoxTree> sheet_;
+  std::vector<std::vector<std::uint32_t>> at_;  ///< triangles at the patch's new vertices
 };
 
 }  // namespace
 
 std::uint64_t untangle(const HoleProblem& problem, HolePatch& patch) {
-  const std::vector<Contact> contacts = find_contacts(problem, patch);
-  if (contacts.empty() || contacts.size() > kMostContacts) return contacts.size();
   HolePatch moved = patch;
-  const std::uint64_t left = Untangler(problem, moved).run(contacts);
+  Untangler untangler(problem, moved);
+  const std::vector<Contact> contacts = untangler.contacts();
+  if (contacts.empty() || contacts.size() > kMostContacts) return contacts.size();
+  const std::uint64_t left = untangler.run(contacts);
   if (left >= contacts.size()) return contacts.size();
   patch = std::move(moved);
   return left;

@@ -16,8 +16,6 @@
 #include "engine/holes/plane/plane_grid.h"
 #include "engine/holes/plane/plane_heights.h"
 #include "engine/holes/plane/plane_outline.h"
-#include "engine/holes/plane/plane_sites.h"
-#include "engine/holes/rbf/rbf.h"
 
 namespace orbweave {
 namespace {
@@ -74,7 +72,7 @@ PlaneDisc triangulate(const HoleProblem& problem, const Rim& rim, std::vector<Gr
 class PatchSurface {
  public:
   PatchSurface(const HoleProblem& problem, const Rim& rim, const HoleFrame& frame,
-               const RbfInterpolant& heights)
+               const HoleHeights& heights)
       : problem_(problem), rim_(rim), frame_(frame), heights_(heights) {}
 
   HolePatch patch_of(const PlaneDisc& disc) const {
@@ -86,7 +84,7 @@ class PatchSurface {
     mesh.split_forbidden_chords();
     for (std::size_t v = disc.points.size(); v < mesh.size(); ++v) {
       Vec3 place = frame_.to_frame(mesh.positions()[v]);
-      const auto [height, slope] = heights_.evaluate_with_gradient(place);
+      const auto [height, slope] = heights_.at(place);
       place.z = height;
       mesh.positions()[v] = frame_.to_space(place);
       normals.push_back(normal_of(slope));
@@ -128,7 +126,7 @@ class PatchSurface {
   const HoleProblem& problem_;
   const Rim& rim_;
   const HoleFrame& frame_;
-  const RbfInterpolant& heights_;
+  const HoleHeights& heights_;
 };
 
 // The rim with its corners relative to `origin`, as the frame and the heights are.
@@ -143,7 +141,7 @@ Rim rim_about(const HoleProblem& problem, Vec3 origin) {
 // The patch over the plane with these heights; none where the loop cannot be triangulated or takes
 // too many points.
 HolePatch patch_over_plane(const HoleProblem& problem, const HoleFrame& frame, Vec3 origin,
-                           const RbfInterpolant& heights, const PatchOptions& options) {
+                           const HoleHeights& heights, const PatchOptions& options) {
   const Rim rim = rim_about(problem, origin);
   std::vector<GridPoint> points;
   std::vector<Vec3> places;
@@ -152,7 +150,8 @@ HolePatch patch_over_plane(const HoleProblem& problem, const HoleFrame& frame, V
     points.push_back({places.back(), {}});
   }
   const PlaneOutline outline(std::move(places), grid_clearance(rim));
-  const auto grid = plane_grid(rim, outline, heights, options.graded, options.max_new_points);
+  const auto grid =
+      plane_grid(rim, outline, heights, options.graded, options.max_new_points, options.stop);
   if (!grid) return no_patch(too_many_points(options), OpenReason::kTooManyPoints);
   points.insert(points.end(), grid->begin(), grid->end());
   const PlaneDisc disc = triangulate(problem, rim, std::move(points));
@@ -164,11 +163,11 @@ HolePatch patch_over_plane(const HoleProblem& problem, const HoleFrame& frame, V
 
 // Bridges to islands are cut into edges as long as those of the rim, on the interpolant as well.
 HolePatch patch_with_bridges(const HoleProblem& problem, const Rim& rim, const HoleFrame& frame,
-                             const RbfInterpolant& heights, const PatchOptions& options) {
+                             const HoleHeights& heights, const PatchOptions& options) {
   const auto on_patch = [&](std::uint32_t a, std::uint32_t b, double share) {
     const Vec3 from = frame.to_frame(problem.positions[a] - rim.center);
     Vec3 place = from + share * (frame.to_frame(problem.positions[b] - rim.center) - from);
-    place.z = heights.evaluate(place);
+    place.z = heights.at(place).value;
     return rim.center + frame.to_space(place);
   };
   const BridgedProblem bridged = cut_bridges(problem, rim.spacing, on_patch);
@@ -177,7 +176,7 @@ HolePatch patch_with_bridges(const HoleProblem& problem, const Rim& rim, const H
   give_bridge_points(bridged, patch);
   for (std::uint32_t v = 0; v < bridged.points; ++v) {
     const Vec3 place = frame.to_frame(patch.positions[v] - rim.center);
-    const Vec3 slope = heights.evaluate_with_gradient(place).gradient;
+    const Vec3 slope = heights.at(place).gradient;
     patch.normals[v] = normalized(frame.to_space({-slope.x, -slope.y, 1.0}));
   }
   return patch;
@@ -196,18 +195,20 @@ HolePatch plane_fill(const HoleProblem& problem, const PatchOptions& options) {
   std::vector<Vec3> places;
   for (const Vec3 corner : rim.corners) places.push_back(frame.to_frame(corner));
   const PlaneOutline outline(places, grid_clearance(rim));
-  const PlaneSites sites = plane_sites(problem, rim, frame, outline);
-  const RbfInterpolant heights = fit_heights(sites.places, rim.spacing, options);
-  if (!heights.valid()) return no_patch("the points around it determine no interpolant");
+  const HoleHeights heights(problem, rim, frame, outline, options);
 
   HolePatch patch = has_bridges(problem)
                         ? patch_with_bridges(problem, rim, frame, heights, options)
                         : patch_over_plane(problem, frame, rim.center, heights, options);
-  if (patch.method == FillMethod::kNone) return patch;
-  patch.values = values_from_sites(problem, sites.vertices, patch.positions, options);
-  patch.sites = heights.sites();
-  patch.residual = largest_residual(heights, sites.places);
-  patch.condition = heights.condition();
+  const RbfInterpolant* const fit = heights.interpolant();
+  if (fit != nullptr && !fit->valid()) {
+    return no_patch("the points around it determine no interpolant");
+  }
+  if (patch.method == FillMethod::kNone || fit == nullptr) return patch;
+  patch.values = values_from_sites(problem, heights.sites().vertices, patch.positions, options);
+  patch.sites = fit->sites();
+  patch.residual = largest_residual(*fit, heights.sites().places);
+  patch.condition = fit->condition();
   return patch;
 }
 

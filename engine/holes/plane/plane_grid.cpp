@@ -1,6 +1,10 @@
 #include "engine/holes/plane/plane_grid.h"
 
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -11,6 +15,9 @@ namespace {
 // New points keep this many spacings from the rim's edges: the height of an equilateral triangle
 // would be 0.87, and less makes flat triangles at the rim, more makes large ones.
 constexpr double kClear = 0.6;
+// Places nearer to the rim than this many spacings are not asked for their height: a point stays
+// there only where the patch is steeper than 75 degrees.
+constexpr double kRoom = 0.5 * kClear;
 // Nested lattices either way of the mean spacing.
 constexpr int kMostLevels = 6;
 // A lattice is replaced by the next finer one where the spacing wanted is less than this many of
@@ -21,6 +28,14 @@ constexpr double kFinerBelowCoarse = 0.81;
 // is the smoother the farther from what is known, and the error of a guess is far more than that of
 // larger triangles there.
 constexpr double kUngraded = 32.0;
+// So far at least; a rim of many edges has so many points beside it that it does with fewer rows.
+constexpr double kLeastUngraded = 8.0;
+constexpr double kMostBeside = 400'000.0;
+
+double ungraded_rows(const Rim& rim) {
+  return std::clamp(kMostBeside / static_cast<double>(rim.corners.size()), kLeastUngraded,
+                    kUngraded);
+}
 
 // Lengths of the rim's edges: means over a few dozen arcs of it.
 class RimSizing {
@@ -47,8 +62,11 @@ class RimSizing {
   // How far the rim is, at least: no part of an arc is farther from its place than half its length.
   double distance(Vec3 x) const {
     double nearest = std::numeric_limits<double>::infinity();
-    for (const Arc& arc : arcs_)
-      nearest = std::min(nearest, std::hypot(x.x - arc.place.x, x.y - arc.place.y) - arc.reach);
+    for (const Arc& arc : arcs_) {
+      const double dx = x.x - arc.place.x;
+      const double dy = x.y - arc.place.y;
+      nearest = std::min(nearest, std::sqrt(dx * dx + dy * dy) - arc.reach);
+    }
     return std::max(nearest, 0.0);
   }
 
@@ -77,16 +95,50 @@ class RimSizing {
 
 class Lattice {
  public:
-  Lattice(const Rim& rim, const PlaneOutline& outline, const RbfInterpolant& heights, bool graded,
-          std::uint32_t most)
+  Lattice(const Rim& rim, const PlaneOutline& outline, const HoleHeights& heights, bool graded,
+          std::uint32_t most, const StopToken* stop)
       : spacing_(rim.spacing),
+        ungraded_(ungraded_rows(rim) * rim.spacing),
         sizing_(rim, outline.polygon()),
         outline_(outline),
         heights_(heights),
         graded_(graded),
-        most_(most) {}
+        most_(most),
+        stop_(stop) {}
 
   std::optional<std::vector<GridPoint>> points() {
+    const std::vector<Cell> cells = coarsest_cells();
+    std::vector<std::vector<GridPoint>> points(cells.size());
+    std::vector<char> is_done(cells.size(), 0);
+    const auto visit_cell = [&](std::size_t c) {
+      check_stop(stop_);
+      is_done[c] = visit(cells[c].i, cells[c].j, kMostLevels, points[c]) ? 1 : 0;
+    };
+    // A hole of that many is one that others wait for.
+    constexpr std::size_t kManyCells = 32;
+    if (cells.size() < kManyCells) {
+      for (std::size_t c = 0; c < cells.size(); ++c) visit_cell(c);
+    } else {
+      tbb::this_task_arena::isolate(
+          [&] { tbb::parallel_for(std::size_t{0}, cells.size(), visit_cell); });
+    }
+    std::vector<GridPoint> all;
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+      if (is_done[c] == 0) return std::nullopt;
+      all.insert(all.end(), points[c].begin(), points[c].end());
+    }
+    return all;
+  }
+
+ private:
+  struct Cell {
+    std::int64_t i = 0;
+    std::int64_t j = 0;
+  };
+
+  // Corners of the coarsest lattice whose cells may have a share of the hole, row by row.
+  std::vector<Cell> coarsest_cells() const {
+    std::vector<Cell> cells;
     const double step = spacing_ * std::ldexp(1.0, kMostLevels);
     const double row = step * 0.5 * std::numbers::sqrt3;
     const Vec3 low = outline_.low();
@@ -97,46 +149,47 @@ class Lattice {
       // A cell reaches from its corner a step and a half along the row.
       for (std::int64_t i = index(low.x / step - shift) - 2; i <= index(high.x / step - shift);
            ++i) {
-        if (!visit(i, j, kMostLevels)) return std::nullopt;
+        cells.push_back({i, j});
       }
     }
-    return std::move(points_);
+    return cells;
   }
 
- private:
   // Corner (i, j) of the lattice of 2^level spacings, for its cell. False: too many points.
-  bool visit(std::int64_t i, std::int64_t j, int level) {
+  bool visit(std::int64_t i, std::int64_t j, int level, std::vector<GridPoint>& points) const {
     const double step = spacing_ * std::ldexp(1.0, level);
     const double row = step * 0.5 * std::numbers::sqrt3;
     const Vec3 x{(static_cast<double>(i) + 0.5 * static_cast<double>(j)) * step,
                  static_cast<double>(j) * row, 0.0};
     if (is_outside(x, step, row)) return true;
     const bool inside = outline_.contains(x);
-    const bool evaluated = inside && level <= 0;
+    const double room = inside ? outline_.distance(x) : 0.0;
+    const double size = spacing_at(x);
+    const bool evaluated = inside && level <= 0 && room >= kRoom * std::min(size, step);
     GridPoint point = evaluated ? lifted(x) : GridPoint{x, {}};
     const double stretch = std::sqrt(1.0 + squared_norm(point.slope));
-    const double wanted = spacing_at(x) / std::sqrt(stretch);
+    const double wanted = size / std::sqrt(stretch);
     const double enough = level > 0 ? kFinerBelowCoarse : kFinerBelow;
     if (level > -kMostLevels && wanted < enough * step) {
       for (int half = 0; half < 4; ++half) {
-        if (!visit(2 * i + half % 2, 2 * j + half / 2, level - 1)) return false;
+        if (!visit(2 * i + half % 2, 2 * j + half / 2, level - 1, points)) return false;
       }
       return true;
     }
-    if (!inside || outline_.distance(x) < kClear * std::min(wanted, step)) return true;
-    if (points_.size() == most_) return false;
-    points_.push_back(evaluated ? point : lifted(x));
+    if (!inside || room < kClear * std::min(wanted, step)) return true;
+    if (found_.fetch_add(1, std::memory_order_relaxed) >= most_) return false;
+    points.push_back(evaluated ? point : lifted(x));
     return true;
   }
 
   double spacing_at(Vec3 x) const {
     const double size = sizing_.at(x);
     if (!graded_) return size;
-    return size * std::max(1.0, sizing_.distance(x) / (kUngraded * spacing_));
+    return size * std::max(1.0, sizing_.distance(x) / ungraded_);
   }
 
   GridPoint lifted(Vec3 x) const {
-    const auto [height, gradient] = heights_.evaluate_with_gradient(x);
+    const auto [height, gradient] = heights_.at(x);
     return {{x.x, x.y, height}, gradient};
   }
 
@@ -146,20 +199,22 @@ class Lattice {
   }
 
   double spacing_;
+  double ungraded_;
   RimSizing sizing_;
   const PlaneOutline& outline_;
-  const RbfInterpolant& heights_;
+  const HoleHeights& heights_;
   bool graded_;
   std::uint32_t most_;
-  std::vector<GridPoint> points_;
+  const StopToken* stop_;
+  mutable std::atomic<std::uint64_t> found_{0};  // points of all cells
 };
 
 }  // namespace
 
 std::optional<std::vector<GridPoint>> plane_grid(const Rim& rim, const PlaneOutline& outline,
-                                                 const RbfInterpolant& heights, bool graded,
-                                                 std::uint32_t most) {
-  return Lattice(rim, outline, heights, graded, most).points();
+                                                 const HoleHeights& heights, bool graded,
+                                                 std::uint32_t most, const StopToken* stop) {
+  return Lattice(rim, outline, heights, graded, most, stop).points();
 }
 
 double grid_clearance(const Rim& rim) {

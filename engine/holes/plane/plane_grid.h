@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "engine/holes/patch/rim.h"
+#include "engine/holes/plane/plane_heights.h"
 #include "engine/holes/plane/plane_outline.h"
-#include "engine/holes/rbf/rbf.h"
 
 namespace orbweave {
 
@@ -21,10 +21,10 @@ struct GridPoint {
 /// with the interpolant's height: at the spacing of the rim's edges nearby, denser where the patch
 /// is steep, and where `graded` coarser far from the rim (nested lattices, each of half the spacing
 /// of the one before). The lattice lies at the frame's origin. Empty where there would be more than
-/// `most`.
+/// `most`. A large hole's are found by all threads.
 std::optional<std::vector<GridPoint>> plane_grid(const Rim& rim, const PlaneOutline& outline,
-                                                 const RbfInterpolant& heights, bool graded,
-                                                 std::uint32_t most);
+                                                 const HoleHeights& heights, bool graded,
+                                                 std::uint32_t most, const StopToken* stop);
 
 /// The largest distance from the outline that plane_grid asks for.
 double grid_clearance(const Rim& rim);

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/holes/plane/plane_sites.h"
-
 namespace orbweave {
 namespace {
 
@@ -28,6 +26,7 @@ RbfInterpolant fit(const std::vector<Vec3>& places, double spacing, double lengt
   rbf.tolerance = options.tolerance * spacing;
   rbf.smoothing_length = length * spacing;
   rbf.site_spacing = spacing;
+  rbf.measure = false;
   return RbfInterpolant(places, heights, 1, rbf);
 }
 
@@ -79,6 +78,18 @@ RbfInterpolant fit_heights(const std::vector<Vec3>& places, double spacing,
   const std::vector<Vec3> means = mean_places(places, options.max_sites);
   const double ratio = static_cast<double>(places.size()) / static_cast<double>(means.size());
   return fit(means, spacing * std::sqrt(ratio), length, options);
+}
+
+HoleHeights::HoleHeights(const HoleProblem& problem, const Rim& rim, const HoleFrame& frame,
+                         const PlaneOutline& outline, const PatchOptions& options)
+    : problem_(problem), rim_(rim), frame_(frame), outline_(outline), options_(options) {}
+
+RbfInterpolant::ValueGradient HoleHeights::at(Vec3 place) const {
+  std::call_once(once_, [this] {
+    sites_ = plane_sites(problem_, rim_, frame_, outline_);
+    fit_ = fit_heights(sites_.places, rim_.spacing, options_);
+  });
+  return fit_->valid() ? fit_->evaluate_with_gradient(place) : RbfInterpolant::ValueGradient{};
 }
 
 }  // namespace orbweave

@@ -262,7 +262,7 @@ RbfInterpolant::RbfInterpolant(std::span<const RbfSite> sites, std::span<const d
   Fit fit(form, data, ridge, std::min(unique, cap));
   if (!fit.start()) return;
   valid_ = unique <= cap ? use_all(fit) : choose_greedily(fit, cap);
-  if (!valid_) return;
+  if (!valid_ || !options.measure) return;
   const std::vector<double> at_sites = values_at(data.sites);
   for (std::size_t i = 0; i < sites.size(); ++i) {
     residual_ = std::max(residual_, std::abs(at_sites[data.of[i]] - values[i * channels]));

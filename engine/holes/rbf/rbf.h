@@ -26,7 +26,8 @@ struct RbfOptions {
   double smoothing_length = 0.0;
   double site_spacing = 0.0;  ///< mean distance of neighbours; used with smoothing only
   std::uint32_t exact_sites =
-      0;  ///< number of sites, the first ones, that are interpolated exactly
+      0;                ///< number of sites, the first ones, that are interpolated exactly
+  bool measure = true;  ///< whether residual() is wanted
 };
 
 /// Interpolant of one or several functions given at the same sites.
@@ -46,7 +47,8 @@ class RbfInterpolant {
   bool valid() const { return valid_; }
   /// Centres used.
   std::uint32_t sites() const { return static_cast<std::uint32_t>(centers_[0].size()); }
-  double residual() const { return residual_; }  ///< largest |s - value| of channel 0, all sites
+  /// Largest |s - value| of channel 0, all sites; 0 without options.measure.
+  double residual() const { return residual_; }
   /// Estimate of the 1-norm condition number of the system that is left when the polynomial has
   /// been eliminated.
   double condition() const { return condition_; }
