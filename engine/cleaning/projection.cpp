@@ -45,7 +45,7 @@ class Projector {
     grid_.gather(cell, cursor_, cells_, candidates_);
     around_.reserve(candidates_.size());
     for (NearPoints& near : near_) near.reserve(candidates_.size());
-    const PointColumns& to = around_.columns.points;
+    const LaneColumns& to = around_.columns.points;
     std::uint32_t row = 0;
     for (const std::uint32_t i : candidates_) {
       const Vec3 p = positions_[i], n = normals_[i];

@@ -48,7 +48,7 @@ void NearPoints::reserve(std::size_t capacity) {
   const std::size_t room = capacity + kPadding;
   values_.assign(8 * room, 0.0);
   double* column = values_.data();
-  PointColumns& p = columns.points;
+  LaneColumns& p = columns.points;
   for (double** start : {&p.x, &p.y, &p.z, &p.normal_x, &p.normal_y, &p.normal_z, &columns.squared,
                          &columns.weight}) {
     *start = column;

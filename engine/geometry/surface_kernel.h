@@ -6,8 +6,8 @@
 
 namespace orbweave {
 
-/// Points in columns. Columns have room for four values more than there are points.
-struct PointColumns {
+/// Points in columns, for several lanes. Columns have room for four values more than there are points.
+struct LaneColumns {
   double* x = nullptr;
   double* y = nullptr;
   double* z = nullptr;
@@ -19,7 +19,7 @@ struct PointColumns {
 /// Points near a place: offsets from it in units of a radius, squared distances, weights. Rows from
 /// `count` to the next multiple of four hold points without weight.
 struct NearColumns {
-  PointColumns points;
+  LaneColumns points;
   double* squared = nullptr;
   double* weight = nullptr;
   std::uint32_t count = 0;
@@ -53,7 +53,7 @@ struct FourEigen {
 struct SurfaceKernel {
   /// Points within `reach` (a squared distance) of a place, in their order. Rows from `count` to
   /// the next multiple of four must lie nowhere (infinity).
-  void (*find_near)(const PointColumns& points, std::uint32_t count, const double place[3],
+  void (*find_near)(const LaneColumns& points, std::uint32_t count, const double place[3],
                     double scale, double reach, NearColumns& near);
   /// A cosine of more than `supports` supports. Not oriented: both signs agree.
   void (*agreement)(const NearColumns& near, const double reference[3], bool oriented,

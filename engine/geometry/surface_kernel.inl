@@ -40,16 +40,16 @@ inline Four agreement_of(Four cosine, bool oriented) {
 
 /// Points that weigh nothing, up to a multiple of four.
 inline void pad(NearColumns& near) {
-  const PointColumns& p = near.points;
+  const LaneColumns& p = near.points;
   double* const columns[] = {p.x, p.y, p.z, p.normal_x, p.normal_y, p.normal_z, near.weight};
   for (double* column : columns) store(column + near.count, all(0.0));
   store(near.squared + near.count, all(1.0));
 }
 
-void find_near(const PointColumns& points, std::uint32_t count, const double place[3], double scale,
+void find_near(const LaneColumns& points, std::uint32_t count, const double place[3], double scale,
                double reach, NearColumns& near) {
   const FourVectors from = all(place);
-  const PointColumns& to = near.points;
+  const LaneColumns& to = near.points;
   std::uint32_t found = 0;
   for (std::uint32_t i = 0; i < count; i += 4) {
     const Four x = scale * (load(points.x + i) - from.x);

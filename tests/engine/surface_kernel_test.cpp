@@ -27,7 +27,7 @@ struct Cloud {
 
   Cloud(test::Random& random, std::uint32_t count) {
     points.reserve(count);
-    PointColumns& p = points.columns.points;
+    LaneColumns& p = points.columns.points;
     points.columns.count = count;
     for (std::uint32_t i = 0; i < count; ++i) {
       Vec3 position{4.0 * random.uniform() - 2.0, 4.0 * random.uniform() - 2.0,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -72,7 +73,7 @@ class Surroundings {
         const bool is_corner = std::find(t.begin(), t.end(), v) != t.end();
         if (is_corner) is_free_.back() = 0;
         sides_.push_back(
-            static_cast<signed char>(is_corner ? kCorner : planes_.back().side(positions_[v])));
+            static_cast<std::int8_t>(is_corner ? kCorner : planes_.back().side(positions_[v])));
       }
     }
   }
@@ -133,17 +134,17 @@ class Surroundings {
   /// Adds the pairs among the own triangles.
   std::size_t count_own(std::span<const QuickPlane> planes, std::size_t found,
                         std::size_t limit) const {
-    std::vector<signed char> sides;  // own x ring
+    std::vector<std::int8_t> sides;  // own x ring
     for (std::size_t i = 0; i < own_.size(); ++i) {
       for (std::uint32_t v = 0; v < ring_.size(); ++v) {
         const bool is_corner = v == ends_[i][0] || v == ends_[i][1];
         sides.push_back(
-            static_cast<signed char>(is_corner ? kCorner : planes[i].side(positions_[ring_[v]])));
+            static_cast<std::int8_t>(is_corner ? kCorner : planes[i].side(positions_[ring_[v]])));
       }
     }
     const auto is_off = [&](std::size_t i, std::size_t k) {
-      const int a = sides[i * ring_.size() + ends_[k][0]];
-      const int b = sides[i * ring_.size() + ends_[k][1]];
+      const std::int8_t a = sides[i * ring_.size() + ends_[k][0]];
+      const std::int8_t b = sides[i * ring_.size() + ends_[k][1]];
       return a != 0 && b != 0 && (a == b || a == kCorner || b == kCorner);
     };
     for (std::size_t i = 0; i < own_.size(); ++i) {
@@ -158,8 +159,8 @@ class Surroundings {
 
   bool is_apart(std::size_t other, std::size_t own, int side) const {
     if (side == 0) return false;
-    const signed char* sides = sides_.data() + other * ring_.size();
-    const int a = sides[ends_[own][0]], b = sides[ends_[own][1]];
+    const std::int8_t* sides = sides_.data() + other * ring_.size();
+    const std::int8_t a = sides[ends_[own][0]], b = sides[ends_[own][1]];
     return (a == side || a == kCorner) && (b == side || b == kCorner);
   }
 
@@ -171,7 +172,7 @@ class Surroundings {
   std::vector<std::array<std::uint32_t, 2>> ends_;
   std::vector<Box> boxes_;
   std::vector<QuickPlane> planes_;
-  std::vector<signed char> sides_;  ///< others x ring
+  std::vector<std::int8_t> sides_;  ///< others x ring
   std::vector<char> is_free_;       ///< per other: has no corner in the ring
 };
 
