@@ -88,7 +88,7 @@ struct CompressedLanes {
     }
   }
 };
-constexpr CompressedLanes kCompressed;
+inline constexpr CompressedLanes kCompressed;
 
 struct Lanes {
   static constexpr std::uint32_t kWidth = 4;
