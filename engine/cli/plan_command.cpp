@@ -11,7 +11,7 @@
 #include "engine/cli/json_text.h"
 #include "engine/cli/output.h"
 #include "engine/pipeline/job_paths.h"
-#include "engine/pipeline/pipeline.h"
+#include "engine/planning/plan_job.h"
 #include "io/job/setting.h"
 #include "io/report/hole_summary.h"
 #include "io/report/reasons.h"

@@ -60,7 +60,7 @@ struct PackedLanes {
     }
   }
 };
-constexpr PackedLanes kPackedLanes;
+inline constexpr PackedLanes kPackedLanes;
 
 /// Stores lanes of a mask side by side; writes up to four values.
 class Packing {

@@ -6,7 +6,8 @@
 
 namespace orbweave {
 
-/// Points in columns, for several lanes. Columns have room for four values more than there are points.
+/// Points in columns, for several lanes. Columns have room for four values more than there are
+/// points.
 struct LaneColumns {
   double* x = nullptr;
   double* y = nullptr;

@@ -33,29 +33,6 @@ struct RunWatch {
 RunReport run_job(const Job& job, const std::vector<std::string>& command, Progress& progress,
                   const StopToken& stop, Communicator& communicator, RunWatch* watch = nullptr);
 
-/// What a run would do. Writes nothing.
-struct JobPlan {
-  std::vector<std::string> files;
-  std::uint64_t points = 0;
-  Box bounds;
-  std::uint64_t chunks = 0;
-  std::uint64_t chunk_points = 0;  ///< the limit that the octree was cut with
-  std::uint64_t largest_chunk_points = 0;
-  double halo_width = 0.0;
-  std::vector<double> radii;
-  std::string radii_reason;  ///< radii are those of the raw points where these are cleaned
-  CleaningFacts cleaning;    ///< the cleaning; all options 0: none
-  NormalFacts normals;       ///< source and orientation
-  int chunks_in_flight = 0;
-  std::uint64_t peak_memory_bytes = 0;  ///< predicted
-  std::uint64_t disk_bytes = 0;         ///< predicted: work directory and output
-  double seconds = 0.0;                 ///< predicted, from typical rates per core
-  /// Boundary loops, where the work directory holds the meshes of all chunks of this very job
-  /// (`reason` says why where one would stay open); empty: not known before the reconstruction.
-  std::optional<std::vector<HoleFacts>> loops;
-};
-JobPlan plan_job(const Job& job, Progress& progress, const StopToken& stop);
-
 /// What a work directory says about the run that uses or used it.
 struct StageStatus {
   std::string name;

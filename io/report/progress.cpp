@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <iostream>
@@ -13,6 +12,7 @@
 #include "io/report/progress_display.h"
 #include "io/report/report.h"
 #include "io/shown_text.h"
+#include "io/system/process_times.h"
 #include "io/text/quantity.h"
 
 namespace orbweave {
@@ -24,10 +24,6 @@ constexpr const char* kYellow = "\033[1;33m";
 constexpr const char* kPlainColour = "\033[0m";
 /// Before that a rate says more about the start than about the stage.
 constexpr double kLeastSecondsForForecast = 1.0;
-
-double steady_seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 int terminal_columns() {
   winsize size{};

@@ -12,6 +12,7 @@
 #include <set>
 
 #include "engine/pipeline/budget/disk_plan.h"
+#include "engine/planning/plan_job.h"
 #include "io/error.h"
 #include "io/meshes/mesh_writer.h"
 #include "tests/support/jobs.h"

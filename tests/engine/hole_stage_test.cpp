@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "engine/planning/plan_job.h"
 #include "engine/validation/mesh_facts.h"
 #include "io/error.h"
 #include "io/meshes/mesh_reader.h"

@@ -135,7 +135,7 @@ Energy energy_of(const Strip& strip, const std::vector<int>& unknown, int unknow
   Split split = split_columns(rows, strip, unknown, unknowns);
   Energy energy;
   if (order >= 2) {
-    energy.half = std::move(split.moving);
+    energy.half.swap(split.moving);
     energy.right = -(energy.half.transpose() * split.fixed);
     return energy;
   }

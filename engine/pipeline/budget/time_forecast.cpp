@@ -45,21 +45,13 @@ std::uint64_t usable_points(const Partition& partition) {
 
 }  // namespace
 
-double predicted_seconds(const ResolvedJob& job, std::uint64_t points,
-                         std::span<const double> radii, const NormalFacts& normals,
-                         const CleaningOptions& cleaning) {
-  const double further = static_cast<double>(std::max<std::size_t>(radii.size(), 1) - 1);
-  double per_point = (1.0 + kFurtherRadius * further) / kPointsPerSecond;
-  per_point += raw_passes_per_point(normals, cleaning);
-  if (job.run.compress) per_point += 1.0 / kCompressedPerSecond;
-  return static_cast<double>(points) * per_point / job.threads();
-}
-
 double predicted_seconds(const ResolvedJob& job, const Partition& partition,
                          std::span<const double> radii, int processes) {
-  return predicted_seconds(job, usable_points(partition), radii, partition.normals,
-                           partition.cleaning.options) /
-         processes;
+  const double further = static_cast<double>(std::max<std::size_t>(radii.size(), 1) - 1);
+  double per_point = (1.0 + kFurtherRadius * further) / kPointsPerSecond;
+  per_point += raw_passes_per_point(partition.normals, partition.cleaning.options);
+  if (job.run.compress) per_point += 1.0 / kCompressedPerSecond;
+  return static_cast<double>(usable_points(partition)) * per_point / (job.threads() * processes);
 }
 
 }  // namespace orbweave

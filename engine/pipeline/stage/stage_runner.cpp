@@ -1,27 +1,13 @@
 #include "engine/pipeline/stage/stage_runner.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <bit>
-#include <chrono>
 #include <mutex>
+
+#include "io/system/process_times.h"
 
 namespace orbweave {
 namespace {
-
-double wall_seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-double cpu_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
 
 /// Shows the leader's reader what the others have done.
 void show_done_by_others(StageRunner& runner) {
@@ -53,9 +39,9 @@ void share_chunks(StageRunner& runner, StageClock& clock, const std::string& sta
              [&](ChunkId task) {
                const ChunkWork& chunk = chunks[task];
                const bool reused = runner.store.has(stage, chunk.chunk);
-               const double begin = wall_seconds();
+               const double begin = steady_seconds();
                if (!reused) work(chunk.chunk);
-               const double seconds = wall_seconds() - begin;
+               const double seconds = steady_seconds() - begin;
                runner.communicator.add_done(1, reused ? 0 : chunk.points);
                runner.progress.advance(1);
                if (!reused) runner.progress.add_points(chunk.points);
@@ -89,8 +75,8 @@ StageClock::StageClock(StageRunner& runner, Stage stage, std::uint64_t total,
 StageClock::StageClock(StageRunner& runner, const std::string& name, std::uint64_t total,
                        const std::string& unit)
     : runner_(runner),
-      wall_begin_(wall_seconds()),
-      cpu_begin_(cpu_seconds()),
+      wall_begin_(steady_seconds()),
+      cpu_begin_(process_cpu_seconds()),
       read_begin_(runner.store.bytes_read()),
       written_begin_(runner.store.bytes_written()) {
   facts_.name = name;
@@ -98,8 +84,8 @@ StageClock::StageClock(StageRunner& runner, const std::string& name, std::uint64
 }
 
 StageClock::~StageClock() {
-  facts_.seconds = wall_seconds() - wall_begin_;
-  facts_.cpu_seconds = cpu_seconds() - cpu_begin_;
+  facts_.seconds = steady_seconds() - wall_begin_;
+  facts_.cpu_seconds = process_cpu_seconds() - cpu_begin_;
   facts_.peak_memory_bytes = memory_.peak_bytes();
   facts_.bytes_read += runner_.store.bytes_read() - read_begin_;
   facts_.bytes_written += runner_.store.bytes_written() - written_begin_;

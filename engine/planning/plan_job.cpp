@@ -1,4 +1,5 @@
-// What a run would do, from the counting pass and a sampling pass.
+#include "engine/planning/plan_job.h"
+
 #include <algorithm>
 #include <filesystem>
 #include <optional>
@@ -8,8 +9,6 @@
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/pipeline/budget/disk_plan.h"
 #include "engine/pipeline/budget/memory_forecast.h"
-#include "engine/pipeline/budget/time_forecast.h"
-#include "engine/pipeline/pipeline.h"
 #include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/points/cloud_measure.h"
 #include "engine/pipeline/points/count_stage.h"
@@ -20,30 +19,53 @@
 #include "engine/pipeline/surface/radii_choice.h"
 #include "engine/pipeline/surface/stitch_stage.h"
 #include "engine/pipeline/surface/used_vertices.h"
+#include "engine/planning/trial.h"
 #include "io/error.h"
 #include "io/system/glob.h"
+#include "io/system/process_times.h"
 
 namespace orbweave {
 namespace {
 
-CountedCloud count(const RunControl& control, const CloudInput& input) {
+/// Seconds on the clock that the passes over the files took.
+struct PassSeconds {
+  double count = 0.0;
+  double sample = 0.0;
+};
+
+CountedCloud count(const RunControl& control, const CloudInput& input, PassSeconds& seconds) {
+  const double begin = steady_seconds();
   control.progress.begin_stage(name_of(input.stages.count), 0, "points");
   CountedCloud cloud = count_points(control, input);
   control.progress.end_stage();
+  seconds.count = steady_seconds() - begin;
   return cloud;
 }
 
-/// The second pass of a run, for what it measures alone.
-Partition sample(const RunControl& control, const CloudInput& input, const CountedCloud& cloud) {
-  control.progress.begin_stage("sample", 0, "points");
-  SpacingSampler sampler(cloud.octree.root(), cloud.grid);
+/// What the second pass of a run measures, and samples for the trial.
+struct Sampled {
+  Partition measured;
+  std::vector<PointCloud> samples;
+};
+
+Sampled sample(const RunControl& control, const CloudInput& input, const CountedCloud& cloud,
+               PassSeconds& seconds) {
+  const double begin = steady_seconds();
+  control.progress.begin_stage("sample", cloud.points_used, "points");
+  SpacingSampler spacings(cloud.octree.root(), cloud.grid);
+  TrialSamples samples(cloud.octree.root(), cloud.grid);
   const auto source = input.open(nullptr);
   stream_points(*source,
                 {.threads = control.threads(), .stop = &control.stop, .filter = &cloud.filter}, {},
-                [&](StreamBatch& batch) { sampler.add(batch.points.positions); });
-  Partition measured = measure(input, sampler, control);
+                [&](StreamBatch& batch) {
+                  spacings.add(batch.points.positions);
+                  samples.add(batch.points);
+                  control.progress.advance(batch.points.size());
+                });
+  Partition measured = measure(input, spacings, control);
   control.progress.end_stage();
-  return measured;
+  seconds.sample = steady_seconds() - begin;
+  return {std::move(measured), samples.take()};
 }
 
 NormalFacts normals_of(const ResolvedJob& job, const CountedCloud& cloud) {
@@ -122,12 +144,61 @@ void plan_radii(const ResolvedJob& job, const Partition& measured, JobPlan& plan
   if (!plan.radii.empty()) plan.halo_width = halo_width(plan.radii);
 }
 
+/// As the run treats its points. Radii of a thinned cloud are not those of the scans.
+TrialOptions trial_options(const ResolvedJob& job, const Partition& measured, const JobPlan& plan,
+                           const StopToken& stop) {
+  const CleaningOptions& cleaning = plan.cleaning.options;
+  const bool thins = cleaning.thin_to_spacing > 0.0 || cleaning.merge_tolerance > 0.0;
+  TrialOptions options;
+  options.cleaning = cleaning;
+  options.normals = job.normals;
+  options.normals.orientation = plan.normals.orientation;
+  options.estimates_normals = plan.normals.source == NormalSource::kEstimate;
+  options.reach_of_normals = reach_of_normals(job, measured, cleaning);
+  if (!thins || !job.reconstruct.ball_radii.empty()) options.ball_radii = plan.radii;
+  options.fill = job.fill;
+  options.threads = job.threads();
+  options.stop = &stop;
+  return options;
+}
+
+/// Seconds of a run: passes over the files as the plan took them, the trial's work for all points
+/// and all threads, and what grows with the points alone.
+double seconds_of_run(const ResolvedJob& job, const JobPlan& plan, const TrialResult& trial,
+                      const PassSeconds& passes) {
+  // Calibrated on the scans of docs/scaling.md, as seconds per point.
+  constexpr double kSharedWell = 0.9;   // part of the threads' time that chunks keep them busy
+  constexpr double kCutAgain = 0.5e-6;  // count, bin, measure and sort of cleaned points
+  constexpr double kSort = 0.2e-6;      // of the points as they come
+  constexpr double kWritten = 0.7e-6;   // stitch, trace and export
+  constexpr double kCompressed = 1.3e-6;
+  const auto points = static_cast<double>(plan.points);
+  const double sampled = static_cast<double>(std::max<std::uint64_t>(trial.points, 1));
+  const double kept = points * static_cast<double>(trial.points_kept) / sampled;
+  double seconds = passes.count + passes.sample + kSort * points + kWritten * kept;
+  if (job.needs_cleaning_or_normals()) seconds += kCutAgain * kept;
+  if (job.run.compress) seconds += kCompressed * points / job.threads();
+  return seconds + points * trial.cpu_seconds / sampled / (kSharedWell * job.threads());
+}
+
+/// Reconstructs samples of the scan for the time that it takes.
+double planned_seconds(const RunControl& control, const Partition& measured,
+                       std::vector<PointCloud> samples, const PassSeconds& passes,
+                       const JobPlan& plan) {
+  const ResolvedJob& job = control.job;
+  const std::size_t count = samples.size();
+  control.progress.begin_stage("trial", count, "samples");
+  const TrialResult trial =
+      run_trial(std::move(samples), trial_options(job, measured, plan, control.stop));
+  control.progress.advance(count);
+  control.progress.end_stage();
+  return seconds_of_run(job, plan, trial, passes);
+}
+
 void plan_resources(const ResolvedJob& job, const CountedCloud& cloud, const Partition& measured,
                     JobPlan& plan) {
   plan.peak_memory_bytes = predicted_peak_bytes(job, measured, plan.radii);
   plan.disk_bytes = plan_disk(job, size_of(cloud), raw_work_of(plan)).most_bytes;
-  plan.seconds =
-      predicted_seconds(job, plan.points, plan.radii, plan.normals, plan.cleaning.options);
 }
 
 }  // namespace
@@ -138,8 +209,10 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   const ResolvedJob job = resolve(wanted, plan.files);
   const RunControl control{job, progress, stop};
   const CloudInput input = scans_as_input(job, kFinalCut);
-  const CountedCloud cloud = count(control, input);
-  Partition measured = sample(control, input, cloud);
+  PassSeconds passes;
+  const CountedCloud cloud = count(control, input, passes);
+  Sampled sampled = sample(control, input, cloud, passes);
+  Partition& measured = sampled.measured;
   measured.schema = cloud.schema;
   plan.points = cloud.points_used;
   plan.bounds = cloud.grid.bounds();
@@ -148,6 +221,7 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   plan.normals = normals_of(job, cloud);
   plan_chunks(job, cloud, measured, plan);
   plan_resources(job, cloud, measured, plan);
+  plan.seconds = planned_seconds(control, measured, std::move(sampled.samples), passes, plan);
   if (job.fill.enabled) plan.loops = stored_loops(job, stop);
   return plan;
 }
