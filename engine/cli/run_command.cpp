@@ -18,6 +18,7 @@
 #include "io/meshes/tile_directory.h"
 #include "io/shown_text.h"
 #include "io/system/glob.h"
+#include "io/text/quantity.h"
 #include "partition/executor.h"
 
 namespace orbweave {
@@ -37,6 +38,8 @@ std::string summary(const RunReport& report) {
   add_holes(facts, report.holes, report.options);
   if (!output.report.empty()) facts.emplace_back("report", output.report);
   if (!output.picture.empty()) facts.emplace_back("picture", output.picture);
+  facts.emplace_back("time", format_duration(report.measured.seconds) + ", peak memory " +
+                                 format_bytes(report.measured.peak_memory_bytes));
   return facts_table(facts);
 }
 

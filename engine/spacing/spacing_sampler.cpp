@@ -77,7 +77,9 @@ class SiteLattice {
     return std::min(kCells - 1, static_cast<int>((p[axis] - bounds_.min[axis]) * cells_per_unit_));
   }
   static std::size_t cell_at(int x, int y, int z) {
-    return static_cast<std::size_t>((z * kCells + y) * kCells + x);
+    constexpr std::size_t kRow = kCells;
+    return (static_cast<std::size_t>(z) * kRow + static_cast<std::size_t>(y)) * kRow +
+           static_cast<std::size_t>(x);
   }
   void for_cells(const Box& box, const auto& visit) const {
     for (int z = index(box.min, 2); z <= index(box.max, 2); ++z)

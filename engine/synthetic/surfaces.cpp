@@ -3,7 +3,6 @@
 namespace orbweave::synthetic {
 namespace {
 
-using portable::kPi;
 using portable::sine_cosine;
 using portable::SineCosine;
 

@@ -62,8 +62,8 @@ SurfacePoint face_or_edge_point(const Row& row, double u, bool density_varying) 
   const int corner = (row.sheet - 6) % 4;
   const synthetic::DensityProfile profile{density_varying && axis == 2};
   position[axis] = profile.inverse_integral(u * profile.integral(1.0));
-  position[axis == 0 ? 1 : 0] = corner % 2;
-  position[axis == 2 ? 1 : 2] = corner / 2;
+  position[axis == 0 ? 1 : 0] = (corner & 1) == 0 ? 0.0 : 1.0;
+  position[axis == 2 ? 1 : 2] = (corner & 2) == 0 ? 0.0 : 1.0;
   return {position, synthetic::cube_normal(position)};
 }
 

@@ -16,7 +16,6 @@ namespace {
 
 using portable::kGoldenStep;
 using synthetic::Ball;
-using synthetic::RayHit;
 using Quaternion = std::array<double, 4>;  // x, y, z, w; turns p into q p q*
 
 constexpr int kMostScans = 255;

@@ -236,11 +236,11 @@ struct Violation {
 void validate_arrays(const TriangleMesh& mesh, std::vector<std::string>& lines) {
   const PointCloud& vertices = mesh.vertices;
   if (vertices.schema.has_normals && vertices.normals.size() != vertices.size())
-    lines.push_back("number of normals differs from number of vertices");
+    lines.emplace_back("number of normals differs from number of vertices");
   if (vertices.attributes.size() != vertices.size() * vertices.schema.attribute_bytes())
-    lines.push_back("attribute rows differ from number of vertices");
+    lines.emplace_back("attribute rows differ from number of vertices");
   if (!mesh.hole.empty() && mesh.hole.size() != mesh.triangles.size())
-    lines.push_back("number of hole ids differs from number of triangles");
+    lines.emplace_back("number of hole ids differs from number of triangles");
   Violation infinite, outside;
   for (std::size_t v = 0; v < vertices.size(); ++v)
     infinite.add(!is_finite(vertices.positions[v]), [&] { return "vertex " + std::to_string(v); });

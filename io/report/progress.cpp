@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <iostream>
@@ -52,6 +53,12 @@ std::uint64_t next_tenth(std::uint64_t done, std::uint64_t total) {
   return kNever;
 }
 
+/// "1 chunk" of "chunks", "1 batch" of "batches".
+std::string counted(std::uint64_t count, const std::string& unit) {
+  const std::size_t ending = count != 1 ? 0 : unit.ends_with("ches") ? 2 : 1;
+  return format_count(count) + " " + unit.substr(0, unit.size() - ending);
+}
+
 class Silence : public Progress {
  public:
   void begin_stage(const std::string&, std::uint64_t, const std::string&) override {}
@@ -74,9 +81,31 @@ class WarningsOnly final : public Silence {
 }  // namespace
 
 ProgressDisplay::ProgressDisplay(std::ostream& out, ProgressDisplayOptions options)
-    : out_(out), options_(std::move(options)) {}
+    : out_(out), options_(std::move(options)), start_seconds_(now()) {
+  if (options_.moving_line && options_.still_seconds > 0.0)
+    ticker_ = std::thread([this] { draw_now_and_then(); });
+}
 
-ProgressDisplay::~ProgressDisplay() { clear(); }
+ProgressDisplay::~ProgressDisplay() {
+  {
+    const std::lock_guard lock(mutex_);
+    is_ending_ = true;
+  }
+  ending_.notify_all();
+  if (ticker_.joinable()) ticker_.join();
+  clear();
+}
+
+/// A chunk may take a minute: the time goes on meanwhile, as a sign that the job is alive.
+void ProgressDisplay::draw_now_and_then() {
+  const std::chrono::duration<double> interval(options_.still_seconds);
+  std::unique_lock lock(mutex_);
+  while (!ending_.wait_for(lock, interval, [this] { return is_ending_; })) {
+    // `next_seconds_` is a redraw after the last drawing.
+    const double still = now() - (next_seconds_.load() - options_.redraw_seconds);
+    if (!name_.empty() && still >= 0.5 * options_.still_seconds) draw();
+  }
+}
 
 double ProgressDisplay::now() const { return options_.clock ? options_.clock() : steady_seconds(); }
 
@@ -95,7 +124,7 @@ void ProgressDisplay::begin_stage(const std::string& name, std::uint64_t total,
   next_seconds_ = begin_seconds_ + (options_.moving_line ? 0.0 : options_.silent_seconds);
   next_done_ = options_.moving_line ? kNever : next_tenth(0, total);
   if (!options_.moving_line)
-    print(name_ + ": begins" + (total_ > 0 ? ", " + format_count(total_) + " " + unit_ : ""));
+    print(name_ + ": begins" + (total > 0 ? ", " + counted(total, unit_) : ""));
 }
 
 void ProgressDisplay::advance(std::uint64_t amount) {
@@ -145,9 +174,9 @@ void ProgressDisplay::print_tenth() {
 
 std::string ProgressDisplay::amount_text() const {
   const std::uint64_t done = done_.load(), total = total_.load();
-  if (total == 0) return format_count(done) + " " + unit_;
+  if (total == 0) return counted(done, unit_);
   const double share = static_cast<double>(std::min(done, total)) / static_cast<double>(total);
-  return format_count(done) + " / " + format_count(total) + " " + unit_ + " (" +
+  return format_count(done) + " / " + counted(total, unit_) + " (" +
          std::to_string(static_cast<int>(100.0 * share)) + " %)";
 }
 
@@ -166,9 +195,16 @@ std::string ProgressDisplay::left_text() const {
   return ", " + format_duration(left) + " left";
 }
 
+/// Minutes and seconds since the job began: "2:05".
+std::string ProgressDisplay::clock_text() const {
+  const auto seconds = static_cast<std::uint64_t>(std::max(now() - start_seconds_, 0.0));
+  const std::string rest = std::to_string(seconds % 60);
+  return std::to_string(seconds / 60) + (rest.size() < 2 ? ":0" : ":") + rest + "  ";
+}
+
 std::string ProgressDisplay::moving_text() const {
-  return name_ + ": " + amount_text() + rate_text() + ", " + format_bytes(current_memory_bytes()) +
-         left_text();
+  return (options_.moving_line ? clock_text() : "") + name_ + ": " + amount_text() + rate_text() +
+         ", " + format_bytes(current_memory_bytes()) + left_text();
 }
 
 void ProgressDisplay::clear() {
@@ -187,7 +223,7 @@ void ProgressDisplay::print(const std::string& line) {
 void ProgressDisplay::finish() {
   if (name_.empty()) return;
   const std::string line = name_ + ": done in " + format_duration(elapsed()) + ", " +
-                           format_count(done_.load()) + " " + unit_ + rate_text() + ", " +
+                           counted(done_.load(), unit_) + rate_text() + ", " +
                            format_bytes(current_memory_bytes());
   name_.clear();
   next_done_ = kNever;
@@ -217,6 +253,7 @@ std::unique_ptr<Progress> make_progress(ProgressStyle style) {
   const bool terminal = style == ProgressStyle::kAuto && terminal_moves();
   ProgressDisplayOptions options;
   options.moving_line = terminal;
+  options.still_seconds = 1.0;
   options.tenth_seconds = 1.0;  // short stages need no tenths in a log
   options.colour = terminal && !variable_is_set("NO_COLOR");
   return std::make_unique<ProgressDisplay>(std::cerr, options);

@@ -25,7 +25,8 @@ class Progress {
 
 enum class ProgressStyle { kAuto, kPlain, kNone, kSilent };
 
-/// kAuto: one line that moves on a terminal (stage, chunks, points/s, memory, time left), plain
+/// kAuto: one line that moves on a terminal (time since the start, stage, chunks, points/s, memory,
+/// time left of the stage; drawn every second at least), plain
 /// lines (one per stage and per tenth of it, at most one a second) otherwise; colour only on a
 /// terminal without NO_COLOR. kNone: warnings alone; kSilent: nothing. Writes to standard error.
 std::unique_ptr<Progress> make_progress(ProgressStyle style);

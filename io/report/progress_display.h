@@ -2,20 +2,25 @@
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
 #include <functional>
 #include <mutex>
 #include <ostream>
 #include <string>
+#include <thread>
 
 #include "io/report/progress.h"
 
 namespace orbweave {
 
 struct ProgressDisplayOptions {
-  bool moving_line = false;      ///< one line that is drawn over and over, else plain lines
-  bool colour = false;           ///< warnings in colour
-  int columns = 0;               ///< width of the moving line; 0: asked from the terminal each time
-  double redraw_seconds = 0.1;   ///< shortest time between two drawings of the moving line
+  bool moving_line = false;     ///< one line that is drawn over and over, else plain lines
+  bool colour = false;          ///< warnings in colour
+  int columns = 0;              ///< width of the moving line; 0: asked from the terminal each time
+  double redraw_seconds = 0.1;  ///< shortest time between two drawings of the moving line
+  /// The moving line is drawn at least that often, whether there is progress or not; 0: when there
+  /// is progress alone.
+  double still_seconds = 0.0;
   double silent_seconds = 10.0;  ///< a plain line at least that often where the total is unknown
   double tenth_seconds = 0.0;    ///< shortest time between two plain lines of a stage
   /// Seconds from some fixed moment; empty: a steady clock. For tests.
@@ -43,7 +48,9 @@ class ProgressDisplay : public Progress {
   std::string rate_text() const;
   std::string left_text() const;
   std::string moving_text() const;
+  std::string clock_text() const;
   bool is_due();
+  void draw_now_and_then();
   void show_progress();
   void draw();
   void clear();
@@ -54,6 +61,7 @@ class ProgressDisplay : public Progress {
   std::ostream& out_;
   const ProgressDisplayOptions options_;
   std::mutex mutex_;  ///< of everything but the atomic members
+  const double start_seconds_;
   std::string name_;  ///< empty between stages
   std::string unit_;
   double begin_seconds_ = 0.0;
@@ -64,6 +72,9 @@ class ProgressDisplay : public Progress {
   std::atomic<std::uint64_t> points_{0};
   std::atomic<double> next_seconds_{0.0};        ///< nothing is printed earlier than that
   std::atomic<std::uint64_t> next_done_{~0ull};  ///< plain lines: the next tenth
+  bool is_ending_ = false;
+  std::condition_variable ending_;
+  std::thread ticker_;  ///< draws the moving line while nothing else does
 };
 
 }  // namespace orbweave

@@ -1,6 +1,7 @@
 #include "io/report/progress.h"
 
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <iostream>
 #include <sstream>
 #include <string>
@@ -123,7 +124,7 @@ TEST_CASE("TheMovingLineShowsStageAmountRateMemoryAndTimeLeft") {
   f.seconds += 1.0;
   f.display->advance(0);
   CHECK_THAT(f.screen().back(),
-             StartsWith("reconstruct: 16 / 64 chunks (25 %), 1.12M points/s, ") &&
+             StartsWith("0:11  reconstruct: 16 / 64 chunks (25 %), 1.12M points/s, ") &&
                  Contains("iB, 33 s left"));
   CHECK(f.screen().size() == 1);
 }
@@ -143,6 +144,33 @@ TEST_CASE("TheMovingLineIsRedrawnTenTimesASecondAtMost") {
   CHECK(drawn <= 11);
 }
 
+TEST_CASE("TheMovingLineShowsMinutesSinceTheStartAndNotSinceTheStage") {
+  Fixture f(true);
+  f.seconds += 125.0;
+  f.display->begin_stage("sort", 4, "chunks");
+  f.seconds += 3600.0;
+  f.display->advance(1);
+  CHECK_THAT(f.screen().back(), StartsWith("62:05  sort: 1 / 4 chunks (25 %)"));
+}
+
+TEST_CASE("TheMovingLineMovesWithoutProgress") {
+  std::ostringstream out;
+  ProgressDisplayOptions options;
+  options.moving_line = true;
+  options.columns = 200;
+  options.still_seconds = 0.01;
+  options.redraw_seconds = 0.0;
+  {
+    ProgressDisplay display(out, options);
+    display.begin_stage("reconstruct", 1, "chunks");
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    display.end_stage();
+  }
+  const std::string text = out.str();
+  CHECK_THAT(text, Contains("reconstruct: 0 / 1 chunk (0 %)"));
+  CHECK(text.find("0:00  reconstruct") != text.rfind("0:00  reconstruct"));
+}
+
 TEST_CASE("NotesAndWarningsStandOnLinesOfTheirOwnAboveTheMovingLine") {
   Fixture f(true);
   f.display->begin_stage("bin", 100, "points");
@@ -154,7 +182,7 @@ TEST_CASE("NotesAndWarningsStandOnLinesOfTheirOwnAboveTheMovingLine") {
   REQUIRE(screen.size() == 3);
   CHECK(screen[0] == "radius 0.0015: 1.3 spacings");
   CHECK(screen[1] == "orbweave: warning: 3 points dropped");
-  CHECK_THAT(screen[2], StartsWith("bin: 50 / 100 points (50 %)"));
+  CHECK_THAT(screen[2], StartsWith("0:01  bin: 50 / 100 points (50 %)"));
   f.display->end_stage();
   CHECK(f.screen().back().empty());
 }
@@ -164,7 +192,7 @@ TEST_CASE("TheMovingLineStaysWithinTheTerminalAndLeavesNothingBehind") {
   f.display->begin_stage("a stage with a long name", 100, "points");
   f.seconds += 1.0;
   f.display->advance(50);
-  CHECK(f.screen().back() == "a stage with a long");
+  CHECK(f.screen().back() == "0:01  a stage with ");
   f.display.reset();
   CHECK(f.screen() == std::vector<std::string>{""});
 }
