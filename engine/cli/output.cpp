@@ -143,12 +143,6 @@ void add_holes(Facts& facts, std::span<const HoleFacts> holes, const Job& job) {
     facts.emplace_back("", "and others, for other reasons; the report has all");
 }
 
-std::string show_list(const std::vector<double>& values) {
-  std::string text;
-  for (double value : values) text += (text.empty() ? "" : ", ") + format_number(value);
-  return text;
-}
-
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;

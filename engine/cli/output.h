@@ -36,7 +36,6 @@ std::string counted(std::uint64_t count, const char* one, const char* many);  //
 std::string show_mesh(const MeshFacts& mesh);  ///< counts, and whether it is closed
 /// What became of the loops: how many, filled by what, open for what reason. Nothing for none.
 void add_holes(Facts& facts, std::span<const HoleFacts> holes, const Job& job);
-std::string show_list(const std::vector<double>& values);  ///< "0.001, 0.002", six digits at most
 
 std::string joined(const std::vector<std::string>& words);  ///< "a, b, c"
 

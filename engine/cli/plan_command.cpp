@@ -76,7 +76,7 @@ Facts cleaning_plan(const JobPlan& plan) {
   if (options.thin_to_spacing > 0.0)
     stages.push_back("thinned to " + format_number(options.thin_to_spacing));
   facts.emplace_back("cleaning", stages.empty() ? "none" : joined(stages));
-  facts.emplace_back("layers", plan.cleaning.reason);
+  if (!plan.noise_note.empty()) facts.emplace_back("", plan.noise_note);
   return facts;
 }
 
@@ -124,6 +124,12 @@ std::string plan_json(const JobPlan& plan, const FillOptions& fill) {
   return json_text(document);
 }
 
+/// The note without the words that the row begins with.
+std::string radii_of(const JobPlan& plan) {
+  const std::size_t figures = plan.radii_note.find_first_of("0123456789");
+  return figures == std::string::npos ? plan.radii_reason : plan.radii_note.substr(figures);
+}
+
 std::string plan_text(const JobPlan& plan, const Job& job) {
   Facts facts = {{"files", joined(plan.files)},
                  {"points", format_count(plan.points)},
@@ -132,8 +138,7 @@ std::string plan_text(const JobPlan& plan, const Job& job) {
                                 format_count(plan.largest_chunk_points) + " points"},
                  {"in flight", std::to_string(plan.chunks_in_flight)},
                  {"halo width", format_number(plan.halo_width)},
-                 {"radii", show_list(plan.radii)},
-                 {"reason", plan.radii_reason}};
+                 {"ball radii", radii_of(plan)}};
   for (const auto& fact : cleaning_plan(plan)) facts.push_back(fact);
   for (const auto& fact : fill_plan(job)) facts.push_back(fact);
   if (plan.loops) add_loops(facts, *plan.loops);

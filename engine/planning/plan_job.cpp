@@ -139,8 +139,8 @@ void plan_chunks(const ResolvedJob& job, const CountedCloud& cloud, Partition& m
 void plan_radii(const ResolvedJob& job, const Partition& measured, JobPlan& plan) {
   const bool given = !job.reconstruct.ball_radii.empty();
   plan.radii = given ? job.reconstruct.ball_radii : measured.automatic_radii;
-  plan.radii_reason =
-      given ? compare_with_spacing(plan.radii, measured.spacing) : measured.radii_reason;
+  plan.radii_note = compare_with_spacing(plan.radii, measured.spacing);
+  plan.radii_reason = given ? plan.radii_note : measured.radii_reason;
   if (!plan.radii.empty()) plan.halo_width = halo_width(plan.radii);
 }
 
@@ -218,6 +218,9 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   plan.bounds = cloud.grid.bounds();
   plan_radii(job, measured, plan);
   plan.cleaning = cleaning_for(job.cleaning, measured);
+  if (measured.layers.measured > 0)
+    plan.noise_note =
+        job.cleaning.automatic ? short_reason(measured.layers) : short_noise(measured.layers);
   plan.normals = normals_of(job, cloud);
   plan_chunks(job, cloud, measured, plan);
   plan_resources(job, cloud, measured, plan);

@@ -25,8 +25,10 @@ struct JobPlan {
   std::uint64_t largest_chunk_points = 0;
   double halo_width = 0.0;
   std::vector<double> radii;
+  std::string radii_note;    ///< radii and spacing, for one line
   std::string radii_reason;  ///< radii are those of the raw points where these are cleaned
   CleaningFacts cleaning;    ///< the cleaning; all options 0: none
+  std::string noise_note;    ///< noise of the scans, for one line; empty: not measured
   NormalFacts normals;       ///< source and orientation
   int chunks_in_flight = 0;
   std::uint64_t peak_memory_bytes = 0;  ///< predicted

@@ -182,7 +182,8 @@ TEST_CASE("PlanForetellsTheRunAndWritesNothing") {
   CHECK(planned["partition"]["chunks"] == report["partition"]["chunks"]);
   CHECK(planned["radii"]["values"] == report["radii"]["values"]);
   CHECK_THAT(run_in(in, {"plan", "job.toml"}).out,
-             Contains("points       5,000\n") && Contains("peak memory  about "));
+             Contains("points       5,000\n") && Contains("peak memory  about ") &&
+                 Contains(" times the point spacing ") && Contains("time         about "));
 }
 
 TEST_CASE("PlanSaysWhatTheOptionsDoToHoles") {
