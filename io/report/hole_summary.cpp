@@ -35,7 +35,7 @@ std::string without_numbers(std::string_view text) {
 }
 
 std::string kind_of(const HoleFacts& hole) {
-  const std::string decided = text_of(hole.open);
+  std::string decided = text_of(hole.open);
   if (!decided.empty()) return decided;
   return hole.reason.empty() ? "not filled" : without_numbers(hole.reason);
 }

@@ -50,7 +50,7 @@ Colour sample_colour(const PictureSamples& samples, int x, int y, double samples
 }
 
 std::uint8_t channel(double sum) {
-  return static_cast<std::uint8_t>(sum / (kSamplesPerAxis * kSamplesPerAxis) + 0.5);
+  return static_cast<std::uint8_t>(std::lround(sum / (kSamplesPerAxis * kSamplesPerAxis)));
 }
 
 void append_pixel(const PictureSamples& samples, int column, int row, double samples_per_unit,

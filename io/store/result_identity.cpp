@@ -75,8 +75,7 @@ std::optional<ResultIdentity> identity_from(std::string_view text) {
 }
 
 std::string name_of_stranger(const ResultIdentity& found, const ResultIdentity& expected) {
-  const std::string what =
-      "the result of " + shown(found.place) + " of stage " + shown(found.stage);
+  std::string what = "the result of " + shown(found.place) + " of stage " + shown(found.stage);
   if (found.store != expected.store) return what + " of another work directory";
   if (found.stage != expected.stage || found.place != expected.place) return what;
   return what + " from before the stage was begun anew";
