@@ -52,6 +52,12 @@ int compare_coordinates(Vec3 a, Vec3 b) {
 }
 
 /// Order of points of one Morton code; total up to bitwise equal points.
+/// The bytes decide, not the values.
+int compare_bytes(std::span<const Vec3> vectors, std::uint32_t a, std::uint32_t b) {
+  const std::byte* const bytes = std::as_bytes(vectors).data();
+  return std::memcmp(bytes + a * sizeof(Vec3), bytes + b * sizeof(Vec3), sizeof(Vec3));
+}
+
 class TieOrder {
  public:
   explicit TieOrder(const PointColumns& columns) : cloud_(columns) {}
@@ -59,13 +65,12 @@ class TieOrder {
   bool operator()(const KeyIndex& a, const KeyIndex& b) const {
     int order = compare_coordinates(cloud_.positions[a.index], cloud_.positions[b.index]);
     if (order == 0 && !cloud_.normals.empty())
-      order = std::memcmp(&cloud_.normals[a.index], &cloud_.normals[b.index], sizeof(Vec3));
+      order = compare_bytes(cloud_.normals, a.index, b.index);
     if (const std::size_t bytes = cloud_.attribute_bytes; order == 0 && bytes > 0)
       order = std::memcmp(cloud_.attributes.data() + a.index * bytes,
                           cloud_.attributes.data() + b.index * bytes, bytes);
     // Tells -0 from 0, so that which of them survives does not depend on the input's order.
-    if (order == 0)
-      order = std::memcmp(&cloud_.positions[a.index], &cloud_.positions[b.index], sizeof(Vec3));
+    if (order == 0) order = compare_bytes(cloud_.positions, a.index, b.index);
     return order < 0;
   }
 

@@ -84,7 +84,8 @@ ParseOutcome parse_as(std::string_view token, std::byte* out) {
     if (parse_number(token.data(), last, number) != last) return ParseOutcome::kNoNumber;
     if constexpr (std::is_floating_point_v<T>) return ParseOutcome::kOutOfRange;
     // The upper bound of a 64-bit type is no double; the power of two above it is.
-    constexpr double kEnd = 2.0 * static_cast<double>(std::numeric_limits<T>::max() / 2 + 1);
+    constexpr auto kHalfOfEnd = std::numeric_limits<T>::max() / 2 + 1;
+    constexpr double kEnd = 2.0 * static_cast<double>(kHalfOfEnd);
     if (!(number >= static_cast<double>(std::numeric_limits<T>::min()) && number < kEnd) ||
         number != std::floor(number))
       return ParseOutcome::kOutOfRange;
