@@ -28,14 +28,25 @@ class FreeBoundary {
   std::uint32_t pieces() const { return count_; }
   Direction end(std::uint32_t piece) const { return end_[piece]; }
 
-  /// Lanes whose caps, about d and with these half squares, stay clear of all pieces.
-  Lanes::Mask clear(DirectionOf<Lanes> d, Lanes height, Lanes::Mask wanted) const {
-    const Lanes most = height - rounding_of(height);
+  /// Spheres that enclose what is free, where there are such: what is outside of them all is
+  /// covered.
+  template <class IsCovered>
+  bool enclose(FreeRegion& region, const IsCovered& is_covered) const {
+    for (std::uint32_t p = 0; p < count_; ++p) region.add_triangle(begin_[p], end_[p], tip_[p]);
+    return region.encloses_all(is_covered);
+  }
+  void clear() {
+    count_ = 0;
+    known_ = true;
+  }
+
+  /// Lanes where u.d is below `most` for all directions u of the pieces.
+  Lanes::Mask stays_below(DirectionOf<Lanes> d, Lanes most, Lanes::Mask wanted) const {
     auto left = wanted;
     for (std::uint32_t p = 0; p < count_ && any(left); ++p) {
-      const Lanes deepest =
+      const Lanes furthest =
           larger(larger(along(begin_[p], d), along(tip_[p], d)), along(end_[p], d));
-      left = both(left, deepest < most);
+      left = both(left, furthest < most);
     }
     return left;
   }

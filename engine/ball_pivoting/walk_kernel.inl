@@ -45,6 +45,9 @@ inline Lanes pseudo_angle(Lanes cosine, Lanes sine) {
 
 #include "engine/ball_pivoting/walk_free_boundary.inl"
 
+#include "engine/ball_pivoting/walk_clipping.inl"
+#include "engine/ball_pivoting/walk_crowd.inl"
+
 /// Collects the neighbours closer than two ball radii, in the order of the arrays.
 void gather(const PointArrays& points, const CandidateRanges& candidates, double ball_radius,
             WalkScratch& scratch) {
@@ -109,7 +112,6 @@ class Walker {
   void close_or_scan(const std::uint8_t* active);
 
  private:
-  class Clipping;
   enum class State { kFailed, kWalking, kClosed };
   Direction normal_of(std::uint32_t id) const {
     const Vec3& n = points_.normals[id];
@@ -128,8 +130,6 @@ class Walker {
   bool accepted(std::uint32_t i, std::uint32_t j) const;
   bool closed_simply() const;
   void scan_all(const std::uint8_t* active);
-  void keep_only(const std::uint32_t* listed, std::uint32_t count, std::uint32_t* also,
-                 std::uint32_t also_count);
   bool keep_relevant();
   void leave_out_irrelevant() {
     if (!clipped_) nothing_free_ = keep_relevant();
@@ -205,21 +205,8 @@ std::uint32_t Walker::first_entered(const Circle& c, std::uint32_t self) const {
   return static_cast<std::uint32_t>(smallest_of(best_index, best == Lanes::all(nearest)));
 }
 
-/// The circle of neighbour i, t = 0 where it comes closest to the normal of p.
 Circle Walker::circle_from_top(std::uint32_t i) const {
-  const Direction d = neighbour(i);
-  const Direction axis = scaled(s_.inverse_length[i], d);
-  Direction top = normal_ - scaled(inner(normal_, axis), axis);
-  double squared = inner(top, top);
-  if (!(squared > 1e-24 * inner(normal_, normal_))) {
-    // The neighbour stands along the normal: every start is as good as another.
-    const Direction any = std::fabs(axis.x) < 0.6 ? Direction{1, 0, 0} : Direction{0, 1, 0};
-    top = any - scaled(inner(any, axis), axis);
-    squared = inner(top, top);
-  }
-  const double rest = 1.0 - 0.5 * s_.cap_height[i];
-  const Direction a = scaled(std::sqrt((rest > 0.0 ? rest : 0.0) / squared), top);
-  return {scaled(0.5, d), a, outer(a, axis)};
+  return NeighbourList{s_, n_, normal_, scratch_.list}.circle_from_top(i);
 }
 
 /// An empty ball that touches a neighbour, as near to the normal as is quick to find.
@@ -383,37 +370,9 @@ void Walker::scan_circle(const Circle& c, std::uint32_t i, const std::uint8_t* a
   }
 }
 
-#include "engine/ball_pivoting/walk_clipping.inl"
-
-/// Leaves out all neighbours but those of `listed` and of `also`, both ascending. The latter are
-/// renumbered.
-void Walker::keep_only(const std::uint32_t* listed, std::uint32_t count, std::uint32_t* also,
-                       std::uint32_t also_count) {
-  std::uint32_t kept = 0, next = 0;
-  const auto keep = [&](std::uint32_t k) {
-    double* const arrays[] = {s_.dx, s_.dy, s_.dz, s_.cap_height, s_.inverse_length};
-    for (double* const array : arrays) array[kept] = array[k];
-    s_.id[kept] = s_.id[k];
-    return kept++;
-  };
-  for (std::uint32_t l = 0; l < count; ++l) {
-    for (; next < also_count && also[next] < listed[l]; ++next) also[next] = keep(also[next]);
-    if (next < also_count && also[next] == listed[l]) {
-      also[next++] = keep(listed[l]);
-    } else {
-      keep(listed[l]);
-    }
-  }
-  for (; next < also_count; ++next) also[next] = keep(also[next]);
-  n_ = kept;
-  for (std::uint32_t k = n_; k < n_ + Lanes::kWidth; ++k) {
-    s_.dx[k] = s_.dy[k] = s_.dz[k] = 0.0;
-    s_.cap_height[k] = 1.0;
-  }
-}
-
 /// Leaves out neighbours that have no part in what is free. True: nothing is.
 bool Walker::keep_relevant() {
+  NeighbourList list{s_, n_, normal_, scratch_.list};
   NearCaps<kFew> near(s_, n_);
   FreeRegion region;
   for (std::uint32_t k = 0; k < near.size(); ++k) {
@@ -427,12 +386,13 @@ bool Walker::keep_relevant() {
     region.drop_covered(s_, n_);
     if (region.empty()) return true;
     // The nearest enclose the rest of the region: they stay, too.
-    const std::uint32_t relevant = region.list_relevant(s_, n_, scratch_.list);
-    keep_only(scratch_.list, relevant, also, near.size());
+    list.keep_only(region.list_relevant(s_, n_, scratch_.list), also, near.size());
   }
-  if (n_ < kCrowd) return false;
-  Clipping clipping(*this, also, near.size());
-  return clipping.run();
+  bool nothing_free = false;
+  if (list.n >= kCrowd)
+    nothing_free = Clipping(list, also, near.size()).run() == Clipping::Outcome::kNothingFree;
+  n_ = list.n;
+  return nothing_free;
 }
 
 void Walker::scan_all(const std::uint8_t* active) {

@@ -71,8 +71,10 @@ class NearCaps {
     take_within(all, n, reach);
   }
 
-  /// The neighbours listed, at most kMost.
-  NearCaps(const Neighbours& all, const std::uint32_t* listed, std::uint32_t count) : n_(count) {
+  NearCaps() = default;
+  /// The neighbours listed instead, at most kMost.
+  void take(const Neighbours& all, const std::uint32_t* listed, std::uint32_t count) {
+    n_ = count;
     for (std::uint32_t k = 0; k < count; ++k) {
       const std::uint32_t from = listed[k];
       dx_[k] = all.dx[from], dy_[k] = all.dy[from], dz_[k] = all.dz[from];
