@@ -3,13 +3,18 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <optional>
 
+#include "engine/ball_pivoting/crowd_tree.h"
 #include "engine/ball_pivoting/scratch_space.h"
 
 namespace orbweave {
 namespace {
 
 constexpr std::uint32_t kBlockPoints = 4096;
+/// From how many candidates on the neighbours are looked for in groups, and how many points of one
+/// cell make it worth while to put points in groups.
+constexpr std::uint32_t kCrowd = 4096, kCrowdedCell = 1024;
 /// Candidates between two looks at the request to stop: a thousand points of a usual cloud, a few
 /// of a spot that is far denser than the balls are wide.
 constexpr std::uint64_t kLookEvery = std::uint64_t{1} << 16;
@@ -59,29 +64,36 @@ class NearestFirst {
 /// Walks at the points of one block of cells; fans come out in sorted order.
 class BlockWalk {
  public:
-  BlockWalk(const CellGrid& grid, double ball_radius, const std::uint8_t* active, WalkKernel kernel,
-            const StopToken* stop)
-      : grid_(grid), ball_radius_(ball_radius), active_(active), kernel_(kernel), stop_(stop) {}
+  /// `groups`: of the grid's points; null where nothing is crowded.
+  BlockWalk(const CellGrid& grid, const GroupedPoints* groups, double ball_radius,
+            const std::uint8_t* active, WalkKernel kernel, const StopToken* stop)
+      : grid_(grid),
+        groups_(groups),
+        ball_radius_(ball_radius),
+        active_(active),
+        kernel_(kernel),
+        stop_(stop) {}
 
   /// take(sorted index, fan) is called for every point of cells [first, last) that was walked at.
   template <class Take>
   void run(std::uint32_t first, std::uint32_t last, const Take& take) {
-    const PointArrays arrays = grid_.arrays();
     CellGrid::Cursor cursor(grid_, first);
     for (std::uint32_t cell = first; cell < last; ++cell) {
       const std::uint32_t begin = grid_.cell_begin(cell), end = grid_.cell_end(cell);
       if (!wanted(begin, end)) continue;
       const CandidateRanges candidates = cursor.around(cell);
-      if (space_.is_too_small(candidates.size())) {
-        walk_at_gathered(take);
-        space_.grow(candidates.size());
-      }
+      const bool crowded = groups_ != nullptr && candidates.size() >= kCrowd;
+      make_room(crowded ? kMostOfCrowd : candidates.size(), take);
       for (std::uint32_t i = begin; i < end; ++i) {
         if (active_ != nullptr && active_[i] == 0) continue;
-        look_at_stop(candidates.size());
-        WalkScratch& scratch = space_.arrays()[gathered_++];
-        scratch.point = i;
-        kernel_.gather(arrays, candidates, ball_radius_, scratch);
+        if (!crowded || !gather_crowd(i)) {
+          make_room(candidates.size(), take);
+          look_at_stop(candidates.size());
+          WalkScratch& scratch = space_.arrays()[gathered_];
+          scratch.point = i;
+          kernel_.gather(grid_.arrays(), candidates, ball_radius_, scratch);
+        }
+        ++gathered_;
         if (gathered_ == kWalksAtOnce) walk_at_gathered(take);
       }
     }
@@ -89,6 +101,18 @@ class BlockWalk {
   }
 
  private:
+  bool gather_crowd(std::uint32_t point) {
+    look_at_stop(kMostOfCrowd);
+    WalkScratch& scratch = space_.arrays()[gathered_];
+    scratch.point = point;
+    return kernel_.gather_crowd(grid_.arrays(), *groups_, ball_radius_, scratch);
+  }
+  template <class Take>
+  void make_room(std::uint32_t candidates, const Take& take) {
+    if (!space_.is_too_small(candidates)) return;
+    walk_at_gathered(take);
+    space_.grow(candidates);
+  }
   bool wanted(std::uint32_t begin, std::uint32_t end) const {
     return active_ == nullptr ||
            std::any_of(active_ + begin, active_ + end, [](std::uint8_t a) { return a != 0; });
@@ -112,6 +136,7 @@ class BlockWalk {
   }
 
   const CellGrid& grid_;
+  const GroupedPoints* const groups_;
   const double ball_radius_;
   const std::uint8_t* active_;
   const WalkKernel kernel_;
@@ -122,6 +147,12 @@ class BlockWalk {
   std::uint32_t gathered_ = 0;  // points of the next call
 };
 
+bool is_crowded(const CellGrid& grid) {
+  for (std::uint32_t cell = 0; cell < grid.cells(); ++cell)
+    if (grid.cell_end(cell) - grid.cell_begin(cell) >= kCrowdedCell) return true;
+  return false;
+}
+
 }  // namespace
 
 FanTable walk_all(const CellGrid& grid, double ball_radius, std::span<const std::uint8_t> active,
@@ -131,6 +162,9 @@ FanTable walk_all(const CellGrid& grid, double ball_radius, std::span<const std:
   table.blocked_.assign(grid.size(), 0);
   const std::vector<std::uint8_t> sorted_active = sorted_activity(grid, active);
   const std::uint8_t* activity = active.empty() ? nullptr : sorted_active.data();
+  std::optional<CrowdTree> crowd;
+  if (is_crowded(grid)) crowd.emplace(grid);
+  const GroupedPoints* const groups = crowd ? &crowd->groups() : nullptr;
   const std::vector<std::uint32_t> firsts = cut_into_blocks(grid);
   const std::size_t blocks = firsts.size() - 1;
   table.blocks_.resize(blocks);
@@ -140,7 +174,7 @@ FanTable walk_all(const CellGrid& grid, double ball_radius, std::span<const std:
     const std::uint32_t end = grid.cell_begin(firsts[block + 1]);
     if (activity == nullptr) corners.reserve(std::size_t{7} * (end - begin));
     std::vector<std::size_t> starts(end - begin, 0);
-    BlockWalk walk(grid, ball_radius, activity, walk_kernel(width), stop);
+    BlockWalk walk(grid, groups, ball_radius, activity, walk_kernel(width), stop);
     walk.run(firsts[block], firsts[block + 1], [&](std::uint32_t i, const Fan& fan) {
       const std::uint32_t point = grid.original(i);
       starts[i - begin] = corners.size();

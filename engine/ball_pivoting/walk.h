@@ -33,6 +33,24 @@ struct CandidateRanges {
   }
 };
 
+/// All points in groups of eight that lie close together, groups of such groups, and so on. Behind
+/// the last entry of a level there are, up to a multiple of eight, some that are out of reach.
+struct GroupedPoints {
+  static constexpr int kMostLevels = 12;
+  static constexpr std::uint32_t kGroup = 8;
+  struct Level {
+    const double* x = nullptr;  ///< points, or the centres of spheres that hold a group of points
+    const double* y = nullptr;
+    const double* z = nullptr;
+    const double* radius = nullptr;  ///< of the spheres; 0 for points
+    std::uint32_t count = 0;
+  };
+  Level level[kMostLevels];  ///< entry k of a level holds 8k to 8k + 7 of the one before
+  int levels = 0;
+  const std::uint32_t* id = nullptr;     ///< of the entries of the first level, in PointArrays
+  const std::uint32_t* place = nullptr;  ///< of each point of PointArrays, in the first level
+};
+
 /// The neighbours of a point, with room for every candidate plus kLanePadding.
 struct Neighbours {
   double* dx = nullptr;  ///< neighbour minus point, in ball radii
@@ -82,6 +100,13 @@ inline constexpr std::uint32_t kWalksAtOnce = 8;
 using GatherFunction = void (*)(const PointArrays& points, const CandidateRanges& candidates,
                                 double ball_radius, WalkScratch& scratch);
 
+/// Collects the neighbours of scratch.point that have a part in what is free at the point, and some
+/// more, kMostOfCrowd at most: the same triangles are found as with all neighbours. Takes time for
+/// these, not for all in reach. False where that fails, and nothing is collected.
+inline constexpr std::uint32_t kMostOfCrowd = 2048;
+using GatherCrowdFunction = bool (*)(const PointArrays& points, const GroupedPoints& groups,
+                                     double ball_radius, WalkScratch& scratch);
+
 /// Finds the triangles at `count` points, at most kWalksAtOnce, whose neighbours are gathered. With
 /// `active` null: if the walk around a point's normal closes, its fan; otherwise all triangles of
 /// T_rho at the point. With `active` given (by index): all triangles of T_rho whose three vertices
@@ -93,6 +118,7 @@ using WalkFunction = std::uint32_t (*)(const PointArrays& points, const WalkScra
 
 struct WalkKernel {
   GatherFunction gather = nullptr;
+  GatherCrowdFunction gather_crowd = nullptr;
   WalkFunction walk = nullptr;
 };
 WalkKernel walk_kernel_generic();

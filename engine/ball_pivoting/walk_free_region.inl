@@ -40,7 +40,6 @@ class FreeRegion {
   /// there meet.
   void add(const Circle& c, double from, double to) {
     constexpr double kLongest = 1.8;  // below half a circle, which is 2
-    constexpr double kRounding = 1e-7;
     if (!(to - from < kLongest)) known_ = false;
     if (!known_) return;
     const Direction first = at_angle(c, from), last = at_angle(c, to);
@@ -50,7 +49,11 @@ class FreeRegion {
       known_ = false;
       return;
     }
-    const Direction tip = c.middle + scaled(square / opening, e0 + e1);
+    add_triangle(first, last, c.middle + scaled(square / opening, e0 + e1));
+  }
+  void add_triangle(Direction first, Direction last, Direction tip) {
+    constexpr double kRounding = 1e-7;
+    if (!known_) return;
     Blob blob{mean_of(mean_of(first, last), tip), 0.0};
     const Direction corners[] = {first, last, tip};
     for (const Direction& corner : corners) {
@@ -91,6 +94,16 @@ class FreeRegion {
     }
   }
   bool empty() const { return count_ == 0; }
+
+  /// Lanes where u.d is below `most` for all directions u of the blobs; `length` is that of d.
+  Lanes::Mask stays_below(DirectionOf<Lanes> d, Lanes length, Lanes most,
+                          Lanes::Mask wanted) const {
+    for (std::uint32_t b = 0; b < count_; ++b) {
+      const BlobLanes blob(blobs_[b]);
+      wanted = both(wanted, inner(blob.center, d) + blob.radius * length < most);
+    }
+    return wanted;
+  }
 
   /// Lists the neighbours whose caps reach into a blob or hold one, in order; `listed` has room for
   /// n and a vector more.

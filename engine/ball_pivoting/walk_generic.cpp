@@ -3,6 +3,6 @@
 
 namespace orbweave {
 
-WalkKernel walk_kernel_generic() { return {gather, walk}; }
+WalkKernel walk_kernel_generic() { return {gather, gather_crowd, walk}; }
 
 }  // namespace orbweave

@@ -31,6 +31,9 @@ constexpr double kNever = 1e300;
 constexpr double kSliver = 1e-14;
 /// About how many of the nearest neighbours a circle is held against before all others.
 constexpr std::uint32_t kFew = 24, kMore = 64;
+/// From how many neighbours on what is free is clipped before anything else is looked at, and the
+/// most that clip it.
+constexpr std::uint32_t kCrowd = 256, kMostClipping = 96;
 
 /// Monotonic in the angle of (cosine, sine), 0 at angle 0, in [0, 4).
 inline Lanes pseudo_angle(Lanes cosine, Lanes sine) {
@@ -39,6 +42,11 @@ inline Lanes pseudo_angle(Lanes cosine, Lanes sine) {
 
 #include "engine/ball_pivoting/walk_free_region.inl"
 #include "engine/ball_pivoting/walk_near_caps.inl"
+
+#include "engine/ball_pivoting/walk_free_boundary.inl"
+
+#include "engine/ball_pivoting/walk_clipping.inl"
+#include "engine/ball_pivoting/walk_crowd.inl"
 
 /// Collects the neighbours closer than two ball radii, in the order of the arrays.
 void gather(const PointArrays& points, const CandidateRanges& candidates, double ball_radius,
@@ -93,7 +101,10 @@ class Walker {
         s_(scratch.neighbours),
         n_(scratch.count),
         fan_(fan),
-        normal_(normal_of(scratch.point)) {}
+        normal_(normal_of(scratch.point)) {
+    // A walk among all of a crowd costs more than finding those that matter.
+    if (n_ >= kCrowd) leave_out_irrelevant();
+  }
 
   void begin_walk();
   bool walking() const { return state_ == State::kWalking; }
@@ -120,6 +131,10 @@ class Walker {
   bool closed_simply() const;
   void scan_all(const std::uint8_t* active);
   bool keep_relevant();
+  void leave_out_irrelevant() {
+    if (!clipped_) nothing_free_ = keep_relevant();
+    clipped_ = true;
+  }
   bool cover_arcs(const Circle& c, std::uint32_t self);
   void scan_circle(const Circle& c, std::uint32_t i, const std::uint8_t* active);
   double furthest_cover(double from) const;
@@ -135,6 +150,8 @@ class Walker {
   std::uint32_t n_;
   Fan& fan_;
   const Direction normal_;
+  bool clipped_ = false;  // irrelevant neighbours have been left out
+  bool nothing_free_ = false;
   State state_ = State::kFailed;
   std::uint32_t i_ = kNobody,
                 j_ = kNobody;  // the corner that the walk stands at
@@ -188,21 +205,8 @@ std::uint32_t Walker::first_entered(const Circle& c, std::uint32_t self) const {
   return static_cast<std::uint32_t>(smallest_of(best_index, best == Lanes::all(nearest)));
 }
 
-/// The circle of neighbour i, t = 0 where it comes closest to the normal of p.
 Circle Walker::circle_from_top(std::uint32_t i) const {
-  const Direction d = neighbour(i);
-  const Direction axis = scaled(s_.inverse_length[i], d);
-  Direction top = normal_ - scaled(inner(normal_, axis), axis);
-  double squared = inner(top, top);
-  if (!(squared > 1e-24 * inner(normal_, normal_))) {
-    // The neighbour stands along the normal: every start is as good as another.
-    const Direction any = std::fabs(axis.x) < 0.6 ? Direction{1, 0, 0} : Direction{0, 1, 0};
-    top = any - scaled(inner(any, axis), axis);
-    squared = inner(top, top);
-  }
-  const double rest = 1.0 - 0.5 * s_.cap_height[i];
-  const Direction a = scaled(std::sqrt((rest > 0.0 ? rest : 0.0) / squared), top);
-  return {scaled(0.5, d), a, outer(a, axis)};
+  return NeighbourList{s_, n_, normal_, scratch_.list}.circle_from_top(i);
 }
 
 /// An empty ball that touches a neighbour, as near to the normal as is quick to find.
@@ -244,7 +248,7 @@ bool Walker::accepted(std::uint32_t i, std::uint32_t j) const {
 void Walker::begin_walk() {
   state_ = State::kFailed;
   Direction u{};
-  if (n_ < 3 || !start(i_, u)) return;
+  if (n_ < 3 || nothing_free_ || !start(i_, u)) return;
   j_ = first_entered(circle_through(i_, u), i_);
   if (j_ == kNobody) return;
   first_i_ = i_;
@@ -368,6 +372,7 @@ void Walker::scan_circle(const Circle& c, std::uint32_t i, const std::uint8_t* a
 
 /// Leaves out neighbours that have no part in what is free. True: nothing is.
 bool Walker::keep_relevant() {
+  NeighbourList list{s_, n_, normal_, scratch_.list};
   NearCaps<kFew> near(s_, n_);
   FreeRegion region;
   for (std::uint32_t k = 0; k < near.size(); ++k) {
@@ -375,37 +380,26 @@ bool Walker::keep_relevant() {
     const auto add = [&](double from, double to) { region.add(c, from, to); };
     if (!near.for_each_gap(c, near.index(k), add)) region.forget();
   }
-  if (!region.encloses_all([&](Direction u) { return near.hold(u, kNobody); })) return false;
-  region.drop_covered(s_, n_);
-  if (region.empty()) return true;
-  std::uint32_t* const listed = scratch_.list;
-  const std::uint32_t relevant = region.list_relevant(s_, n_, listed);
-  std::uint32_t kept = 0, next_near = 0;
-  const auto keep = [&](std::uint32_t k) {
-    double* const arrays[] = {s_.dx, s_.dy, s_.dz, s_.cap_height, s_.inverse_length};
-    for (double* const array : arrays) array[kept] = array[k];
-    s_.id[kept++] = s_.id[k];
-  };
-  // The nearest enclose the rest of the region: they stay, too.
-  for (std::uint32_t l = 0; l < relevant; ++l) {
-    for (; next_near < near.size() && near.index(next_near) < listed[l]; ++next_near)
-      keep(near.index(next_near));
-    if (next_near < near.size() && near.index(next_near) == listed[l]) ++next_near;
-    keep(listed[l]);
+  std::uint32_t also[2 * kFew];
+  for (std::uint32_t k = 0; k < near.size(); ++k) also[k] = near.index(k);
+  if (region.encloses_all([&](Direction u) { return near.hold(u, kNobody); })) {
+    region.drop_covered(s_, n_);
+    if (region.empty()) return true;
+    // The nearest enclose the rest of the region: they stay, too.
+    list.keep_only(region.list_relevant(s_, n_, scratch_.list), also, near.size());
   }
-  for (; next_near < near.size(); ++next_near) keep(near.index(next_near));
-  n_ = kept;
-  for (std::uint32_t k = n_; k < n_ + Lanes::kWidth; ++k) {
-    s_.dx[k] = s_.dy[k] = s_.dz[k] = 0.0;
-    s_.cap_height[k] = 1.0;
-  }
-  return false;
+  bool nothing_free = false;
+  if (list.n >= kCrowd)
+    nothing_free = Clipping(list, also, near.size()).run() == Clipping::Outcome::kNothingFree;
+  n_ = list.n;
+  return nothing_free;
 }
 
 void Walker::scan_all(const std::uint8_t* active) {
   fan_.count = 0;
   fan_.blocked = false;
-  if (n_ >= kFew * 2 && keep_relevant()) {
+  if (n_ >= kFew * 2) leave_out_irrelevant();
+  if (nothing_free_) {
     fan_.blocked = true;
     return;
   }

@@ -31,34 +31,57 @@ struct CircleLanes {
   }
 };
 
+/// What rounding may make of the depth of a direction in a cap, times the neighbour's distance: the
+/// ends of arcs are known to some 1e-8.
+inline Lanes rounding_of(Lanes height) {
+  return Lanes::all(1e-7) * square_root(height + height) + Lanes::all(1e-12);
+}
+
 /// Length of an arc from `in` to `out`, less than a whole circle.
 inline Lanes arc_length(Lanes in, Lanes out) {
   const Lanes length = out - in;
   return choose(length < Lanes::all(0.0), length + Lanes::all(4.0), length);
 }
 
-/// About kAbout of the nearest neighbours, never more than twice as many. Which ones decides about
-/// time alone.
-template <std::uint32_t kAbout>
+/// About kAbout of the nearest neighbours, never more than twice as many; others may be added up to
+/// kMost. Which ones decides about time alone.
+template <std::uint32_t kAbout, std::uint32_t kMost = 2 * kAbout>
 class NearCaps {
  public:
   NearCaps(const Neighbours& all, std::uint32_t n) {
     // Half squares of points spread evenly on a plane are spread evenly.
     double reach = 2.0 * kAbout / n;
-    constexpr int kTries = 8;
+    constexpr int kTries = 16;
     double low = 0.0, high = 4.0;
     for (int attempt = 0; attempt < kTries; ++attempt) {
       const std::uint32_t within = count_within(all, n, reach);
-      if (within > kMost) {
+      if (within > 2 * kAbout) {
         high = reach;
       } else if (2 * within < kAbout) {
         low = reach;
       } else {
         break;
       }
-      reach = high < 4.0 ? 0.5 * (low + high) : 2.0 * reach;
+      // A spot may be denser than its surroundings by any factor.
+      if (high < 4.0)
+        reach = attempt < 4 ? 0.5 * (low + high) : low > 0.0 ? std::sqrt(low * high) : high / 16.0;
+      else
+        reach = 2.0 * reach;
     }
     take_within(all, n, reach);
+  }
+
+  NearCaps() = default;
+  /// The neighbours listed instead, at most kMost.
+  void take(const Neighbours& all, const std::uint32_t* listed, std::uint32_t count) {
+    n_ = count;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const std::uint32_t from = listed[k];
+      dx_[k] = all.dx[from], dy_[k] = all.dy[from], dz_[k] = all.dz[from];
+      cap_height_[k] = all.cap_height[from];
+      index_[k] = static_cast<double>(from);
+    }
+    fill_up();
   }
 
   /// Whether these caps cover the circle, and by more than rounding: then so do all caps.
@@ -93,6 +116,18 @@ class NearCaps {
     return true;
   }
 
+  /// Lanes whose direction one of these caps holds, and not just so.
+  Lanes::Mask hold_surely(DirectionOf<Lanes> u, Lanes::Mask wanted) const {
+    auto free = wanted;
+    for (std::uint32_t k = 0; k < n_ && any(free); ++k) {
+      const Lanes height = Lanes::all(cap_height_[k]);
+      const Lanes depth =
+          u.x * Lanes::all(dx_[k]) + u.y * Lanes::all(dy_[k]) + u.z * Lanes::all(dz_[k]) - height;
+      free = but_not(free, rounding_of(height) < depth);
+    }
+    return but_not(wanted, free);
+  }
+
   /// Whether one of these caps holds u. `but` does not count.
   bool hold(Direction u, std::uint32_t but) const {
     const Lanes ux = Lanes::all(u.x), uy = Lanes::all(u.y), uz = Lanes::all(u.z);
@@ -107,7 +142,6 @@ class NearCaps {
   }
 
  private:
-  static constexpr std::uint32_t kMost = 2 * kAbout;
   static constexpr std::uint32_t kRoom = kMost + 2 * Lanes::kWidth;
   static constexpr std::uint32_t kWholly = 0xffffffffu;
   /// Of a whole circle of 4: arcs are taken to be shorter at both ends.
@@ -122,7 +156,7 @@ class NearCaps {
   }
 
   void take_within(const Neighbours& all, std::uint32_t n, double reach) {
-    for (std::uint32_t k = 0; k < n && n_ < kMost; k += Lanes::kWidth) {
+    for (std::uint32_t k = 0; k < n && n_ < 2 * kAbout; k += Lanes::kWidth) {
       const Lanes height = Lanes::load(all.cap_height + k);
       const auto near = both(first_lanes(n - k), height < Lanes::all(reach));
       if (!any(near)) continue;
@@ -133,7 +167,12 @@ class NearCaps {
       compress_store(index_ + n_, Lanes::counting_from(static_cast<double>(k)), near);
       n_ += count(near);
     }
-    if (n_ > kMost) n_ = kMost;  // whatever the vector width
+    if (n_ > 2 * kAbout) n_ = 2 * kAbout;  // whatever the vector width
+    fill_up();
+  }
+
+  /// Lanes behind the last one hold a cap that no ball ever reaches.
+  void fill_up() {
     for (std::uint32_t k = n_; k < n_ + Lanes::kWidth; ++k) {
       dx_[k] = dy_[k] = dz_[k] = 0.0;
       cap_height_[k] = 1.0;

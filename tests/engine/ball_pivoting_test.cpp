@@ -151,16 +151,12 @@ TEST_CASE("WalksFindEveryTriangleThatHasRoom") {
   }
 }
 
-TEST_CASE("CrowdedWalksFindEveryTriangleThatHasRoomAndInventNone") {
-  // Hundreds of points per ball: most circles are settled by the nearest caps alone.
-  const double growth = GENERATE(1.6, 2.2, 4.0);
-  NamedCloud crowd = test::noisy_torus(420, 0.8, 5);
-  crowd.ball_radius *= growth;
-  const std::set<Triangle> expected = oracle(crowd);
+void require_all_that_has_room(const NamedCloud& named) {
+  const std::set<Triangle> expected = oracle(named);
   REQUIRE(expected.size() > 20);
   for (const VectorWidth width : supported_widths()) {
-    INFO("width " << static_cast<int>(width));
-    const FanTable fans = walk(crowd, width);
+    INFO(named.name << ", width " << static_cast<int>(width));
+    const FanTable fans = walk(named, width);
     const std::set<Triangle> found = all_found(fans);
     for (const Triangle& t : found) REQUIRE(expected.count(t) == 1);
     for (const Triangle& t : expected) {
@@ -168,6 +164,35 @@ TEST_CASE("CrowdedWalksFindEveryTriangleThatHasRoomAndInventNone") {
       REQUIRE((closed || found.count(t) == 1));
     }
   }
+}
+
+TEST_CASE("CrowdedWalksFindEveryTriangleThatHasRoomAndInventNone") {
+  // Hundreds of points per ball: most circles are settled by the nearest caps alone.
+  const double growth = GENERATE(1.6, 2.2, 4.0);
+  NamedCloud crowd = test::noisy_torus(420, 0.8, 5);
+  crowd.ball_radius *= growth;
+  require_all_that_has_room(crowd);
+}
+
+TEST_CASE("WalksInSpotsAndPatchesFindEveryTriangleThatHasRoomAndInventNone") {
+  // Far more points per ball than bound what is free, of which there is much at most of them.
+  for (const double width : {1e-4, 0.3}) {
+    for (const bool on_sphere : {false, true}) {
+      NamedCloud crowd = test::sphere_with_crowd(50, 300, width, on_sphere, 9);
+      crowd.ball_radius = 0.6;
+      require_all_that_has_room(crowd);
+    }
+  }
+  NamedCloud ball = test::random_ball(330, 4);
+  ball.ball_radius *= 3.0;
+  require_all_that_has_room(ball);
+}
+
+TEST_CASE("ASpotThatIsFarDenserThanTheBallIsWideIsReconstructed") {
+  // Thousands of points with nearly all others in reach of the ball: with each of them looked at
+  // against each at each, this would not end.
+  const NamedCloud spot = test::sphere_with_crowd(2000, 6000, 1e-4, false, 3);
+  CHECK(reconstruct(spot).triangles.size() > 3000);
 }
 
 TEST_CASE("ABlockedPointHasNoTriangleAtAnyLargerRadius") {

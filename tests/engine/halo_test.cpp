@@ -114,6 +114,20 @@ TEST_CASE("ChunkedMeshEqualsWholeMesh", "[slow]") {
   }
 }
 
+TEST_CASE("ChunkedMeshEqualsWholeMeshInASpotOfManyPoints", "[slow]") {
+  for (const bool on_sphere : {false, true}) {
+    const NamedCloud named =
+        test::sphere_with_crowd(500, 4500, on_sphere ? 0.02 : 1e-3, on_sphere, 8);
+    const std::vector<double> radii = radii_of(named, {1.0, 1.5});
+    const auto whole = ball_pivoting(named.cloud.positions, named.cloud.normals, {}, {radii, {}});
+    // The spot lies about a corner of eight boxes.
+    const Stitched parts = in_parts(named, radii, tiling(2.0, {1, 0, 0}), halo_width(radii), whole);
+    INFO(named.name);
+    REQUIRE(parts == as_stitched(whole));
+    REQUIRE(parts.fans_agree);
+  }
+}
+
 TEST_CASE("LessHaloIsTooLittle") {
   // The width is a bound for the worst chain of influences; a tenth of it is less than even the
   // walks at owned points see.

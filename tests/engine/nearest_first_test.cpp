@@ -7,6 +7,8 @@
 #include <numbers>
 #include <string>
 
+#include "engine/ball_pivoting/cell_grid.h"
+#include "engine/ball_pivoting/crowd_tree.h"
 #include "engine/ball_pivoting/scratch_space.h"
 #include "tests/support/clouds.h"
 
@@ -182,6 +184,59 @@ std::vector<NamedCloud> lattices() {
 constexpr std::uint64_t kSeeds = 2;
 
 }  // namespace
+
+TEST_CASE("NeighboursThatMatterInACrowdFindWhatAllFind") {
+  std::size_t taken = 0;
+  const auto require_same_fans_of_crowd = [&](const NamedCloud& named) {
+    const auto n = static_cast<std::uint32_t>(named.cloud.positions.size());
+    const double step = std::exp2(-40.0);
+    std::vector<Vec3> local;
+    for (const Vec3& p : named.cloud.positions) {
+      local.emplace_back();
+      for (const auto axis : {0, 1, 2}) local.back()[axis] = std::round(p[axis] / step) * step;
+    }
+    const CellGrid grid(local, named.cloud.normals, CellSpace(named.ball_radius, step, {}));
+    const CrowdTree tree(grid);
+    CandidateRanges everybody;
+    everybody.end[0] = n;
+    everybody.count = 1;
+    ScratchSpace space;
+    space.grow(std::max(n, kMostOfCrowd));
+    for (const VectorWidth width : supported_widths()) {
+      const WalkKernel kernel = walk_kernel(width);
+      for (std::uint32_t point = 0; point < n; point += 29) {
+        WalkScratch* const scratch = space.arrays();
+        scratch[0].point = scratch[1].point = point;
+        kernel.gather(grid.arrays(), everybody, named.ball_radius, scratch[0]);
+        if (!kernel.gather_crowd(grid.arrays(), tree.groups(), named.ball_radius, scratch[1]))
+          continue;
+        ++taken;
+        REQUIRE(scratch[1].count <= kMostOfCrowd);
+        kernel.walk(grid.arrays(), scratch, 2, nullptr, false, space.fans());
+        const Fan &among_all = space.fans()[0], &among_few = space.fans()[1];
+        INFO(named.name << ", width " << static_cast<int>(width) << ", point " << point);
+        REQUIRE(among_few.closed == among_all.closed);
+        REQUIRE(among_few.blocked == among_all.blocked);
+        REQUIRE(std::equal(among_few.corners, among_few.corners + among_few.count,
+                           among_all.corners, among_all.corners + among_all.count));
+      }
+    }
+  };
+  for (const bool on_sphere : {false, true}) {
+    for (const double width : {1e-5, 0.02, 0.2}) {
+      NamedCloud named = test::sphere_with_crowd(300, 2500, width, on_sphere, 11);
+      named.ball_radius = 0.25;
+      require_same_fans_of_crowd(named);
+    }
+  }
+  NamedCloud torus = test::noisy_torus(3000, 0.5, 12);
+  torus.ball_radius *= 6.0;
+  require_same_fans_of_crowd(torus);
+  NamedCloud ball = test::random_ball(3000, 13);
+  ball.ball_radius *= 3.0;
+  require_same_fans_of_crowd(ball);
+  CHECK(taken > 1500);
+}
 
 TEST_CASE("NearestFirstChangesNothingOnLatticesHoweverLittleTheyAreMoved") {
   std::size_t settled = 0;

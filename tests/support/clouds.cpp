@@ -65,6 +65,21 @@ NamedCloud random_sphere(std::size_t points, std::uint64_t seed) {
   return result;
 }
 
+NamedCloud sphere_with_crowd(std::size_t points, std::size_t crowd, double width, bool on_sphere,
+                             std::uint64_t seed) {
+  Random random(seed);
+  NamedCloud result = random_sphere(points, seed);
+  result.name = on_sphere ? "sphere with a dense patch" : "sphere with a dense spot";
+  for (std::size_t i = 0; i < crowd; ++i) {
+    const Vec3 p = {1.0 + (on_sphere ? 0.0 : width * random.bell()), width * random.bell(),
+                    width * random.bell()};
+    const Vec3 n = normalized(p);
+    add(result.cloud, on_sphere ? n : p, n);
+  }
+  put_in_order(result.cloud);
+  return result;
+}
+
 NamedCloud grid_sheet(int side, double gap) {
   NamedCloud result{gap > 0.0 ? "double grid" : "grid", oriented(), 1.3};
   for (int y = 0; y < side; ++y) {

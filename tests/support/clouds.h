@@ -35,6 +35,10 @@ struct NamedCloud {
 NamedCloud noisy_torus(std::size_t points, double noise, std::uint64_t seed);
 /// Points on a sphere, at random: uneven on purpose.
 NamedCloud random_sphere(std::size_t points, std::uint64_t seed);
+/// The unit sphere, and about (1, 0, 0) a crowd of that width: on the sphere, or on all sides of
+/// it.
+NamedCloud sphere_with_crowd(std::size_t points, std::size_t crowd, double width, bool on_sphere,
+                             std::uint64_t seed);
 /// A square grid, full of co-circular points; two sheets when `gap` is not 0.
 NamedCloud grid_sheet(int side, double gap);
 /// Points anywhere in a ball with any normals: nothing like a surface.
