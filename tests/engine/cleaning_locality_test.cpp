@@ -76,7 +76,7 @@ TEST_CASE("PointsExactlyAtTheRadiusDoNotDependOnTheCut") {
             .positions;
       };
       CHECK(test::in_parts(grid, 7.0 * step, radius, normals) == test::in_one_part(grid, normals));
-      CHECK(test::in_parts(grid, 7.0 * step, radius, projected) ==
+      CHECK(test::in_parts(grid, 7.0 * step, projection_halo({radius, true}), projected) ==
             test::in_one_part(grid, projected));
     }
   }
@@ -110,7 +110,7 @@ TEST_CASE("MergedPartsAreTheMergedWhole") {
 TEST_CASE("ProjectedPartsAreTheProjectedWhole") {
   for (const bool oriented : {true, false}) {
     const ProjectionOptions options{0.1, oriented};
-    check_locality(options.radius, [&](const CloudPart& part) {
+    check_locality(projection_halo(options), [&](const CloudPart& part) {
       const ProjectedPoints projected =
           project_points(part.positions, part.normals, part.begin, part.end, options);
       std::vector<std::tuple<int, Vec3, Vec3>> rows;
