@@ -305,10 +305,13 @@ class CellProjection {
 
 }  // namespace
 
+double shared_side(const ProjectionOptions& options) {
+  return NeighborGrid::cell_side(options.radius) / kParts;
+}
+
 double projection_halo(const ProjectionOptions& options) {
   // The middle of a point's group lies in its part of a cell, and so do the others of the group.
-  const double part = NeighborGrid::cell_side(options.radius) / kParts;
-  return options.radius + std::numbers::sqrt3 * part;
+  return options.radius + std::numbers::sqrt3 * shared_side(options);
 }
 
 ProjectedPoints project_points(std::span<const Vec3> positions, std::span<const Vec3> normals,

@@ -21,6 +21,9 @@ struct ProjectionOptions {
   std::string radius_name = "radius";  ///< what a message about the radius calls it
 };
 
+/// Side of the cubes of the lattice whose points may share a surface.
+double shared_side(const ProjectionOptions& options);
+
 /// Margin that a chunk needs around its points.
 double projection_halo(const ProjectionOptions& options);
 

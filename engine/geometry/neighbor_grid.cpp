@@ -6,15 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <tuple>
+
+#include "partition/radix_sort.h"
 
 namespace orbweave {
 namespace {
-
-struct CellPoint {
-  LatticeCell cell;
-  std::uint32_t point = 0;
-  friend auto operator<=>(const CellPoint&, const CellPoint&) = default;
-};
 
 /// Farther out, numbers of cells are no longer exact; they only have to stay numbers.
 std::int64_t cell_number(double coordinate, double side) {
@@ -22,35 +20,73 @@ std::int64_t cell_number(double coordinate, double side) {
   return static_cast<std::int64_t>(std::clamp(std::floor(coordinate / side), -kLast, kLast));
 }
 
+std::vector<LatticeCell> cells_of(std::span<const Vec3> positions, double side) {
+  std::vector<LatticeCell> cells(positions.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.size(), 4096), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      const Vec3 p = positions[i];
+      cells[i] = {cell_number(p.z, side), cell_number(p.y, side), cell_number(p.x, side)};
+    }
+  });
+  return cells;
+}
+
+/// Numbers of the cells of a box of the lattice, in the order of the lattice.
+class BoxNumbers {
+ public:
+  explicit BoxNumbers(std::span<const LatticeCell> cells) : low_(cells.front()), high_(low_) {
+    for (const LatticeCell& c : cells) {
+      low_ = {std::min(low_.z, c.z), std::min(low_.y, c.y), std::min(low_.x, c.x)};
+      high_ = {std::max(high_.z, c.z), std::max(high_.y, c.y), std::max(high_.x, c.x)};
+    }
+  }
+  /// Whether the numbers have 64 bits.
+  bool fit() const {
+    const auto width = [](std::int64_t low, std::int64_t high) {
+      return static_cast<double>(high - low) + 1.0;
+    };
+    constexpr double kMost = 0x1p62;
+    return width(low_.z, high_.z) * width(low_.y, high_.y) * width(low_.x, high_.x) < kMost;
+  }
+  std::uint64_t number(const LatticeCell& c) const {
+    const std::int64_t row = (c.z - low_.z) * (high_.y - low_.y + 1) + (c.y - low_.y);
+    return static_cast<std::uint64_t>(row * (high_.x - low_.x + 1) + (c.x - low_.x));
+  }
+
+ private:
+  LatticeCell low_, high_;
+};
+
+/// Points by cell, those of a cell ascending.
+std::vector<std::uint32_t> order_by_cell(std::span<const LatticeCell> cells) {
+  std::vector<std::uint32_t> order(cells.size());
+  if (cells.empty()) return order;
+  if (const BoxNumbers box(cells); box.fit()) {
+    std::vector<KeyIndex> keys(cells.size());
+    for (std::uint32_t i = 0; i < keys.size(); ++i) keys[i] = {box.number(cells[i]), i};
+    radix_sort(keys);
+    for (std::size_t i = 0; i < keys.size(); ++i) order[i] = keys[i].index;
+    return order;
+  }
+  std::iota(order.begin(), order.end(), 0u);
+  tbb::parallel_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::tie(cells[a], a) < std::tie(cells[b], b);
+  });
+  return order;
+}
+
 }  // namespace
 
 NeighborGrid::NeighborGrid(std::span<const Vec3> positions, double radius) {
-  const double side = cell_side(radius);
-  std::vector<CellPoint> sorted(positions.size());
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, sorted.size(), 4096), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i < range.end(); ++i) {
-          const Vec3 p = positions[i];
-          sorted[i] = {{cell_number(p.z, side), cell_number(p.y, side), cell_number(p.x, side)},
-                       static_cast<std::uint32_t>(i)};
-        }
-      });
-  tbb::parallel_sort(sorted.begin(), sorted.end());
-  const auto opens_cell = [&](std::size_t i) {
-    return i == 0 || sorted[i].cell != sorted[i - 1].cell;
-  };
-  std::size_t cells = 0;
-  for (std::size_t i = 0; i < sorted.size(); ++i) cells += opens_cell(i);
-  cells_.reserve(cells);
-  begins_.reserve(cells + 1);
-  order_.resize(sorted.size());
-  for (std::size_t i = 0; i < sorted.size(); ++i) {
-    order_[i] = sorted[i].point;
-    if (!opens_cell(i)) continue;
-    cells_.push_back(sorted[i].cell);
+  const std::vector<LatticeCell> cell_of = cells_of(positions, cell_side(radius));
+  order_ = order_by_cell(cell_of);
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    const LatticeCell& cell = cell_of[order_[i]];
+    if (i > 0 && cell == cells_.back()) continue;
+    cells_.push_back(cell);
     begins_.push_back(static_cast<std::uint32_t>(i));
   }
-  begins_.push_back(static_cast<std::uint32_t>(sorted.size()));
+  begins_.push_back(static_cast<std::uint32_t>(order_.size()));
 }
 
 std::span<const std::uint32_t> NeighborGrid::members(std::uint32_t cell) const {

@@ -27,7 +27,8 @@ class NeighborGrid {
  public:
   NeighborGrid(std::span<const Vec3> positions, double radius);
 
-  static double cell_side(double radius) { return 1.01 * radius; }
+  static double cell_side(double radius) { return kSidePerRadius * radius; }
+  static double radius_of_side(double side) { return side / kSidePerRadius; }
 
   std::uint32_t cells() const { return static_cast<std::uint32_t>(cells_.size()); }
   LatticeCell lattice_cell(std::uint32_t cell) const { return cells_[cell]; }
@@ -48,6 +49,7 @@ class NeighborGrid {
               std::vector<std::uint32_t>& candidates) const;
 
  private:
+  static constexpr double kSidePerRadius = 1.01;
   std::uint32_t first_from(const LatticeCell& wanted, std::uint32_t hint) const;
 
   std::vector<std::uint32_t> order_;  ///< points by cell

@@ -82,6 +82,13 @@ TEST_CASE("PointsExactlyAtTheRadiusDoNotDependOnTheCut") {
   }
 }
 
+TEST_CASE("NormalsThatPointsOfACubeShareAreThoseOfTheWhole") {
+  const NormalEstimateOptions options{.neighbors = 24, .max_radius = 0.15, .shared_side = 0.05};
+  check_locality(normal_halo(options), [&](const CloudPart& part) {
+    return estimate_normals(part.positions, part.begin, part.end, options).normals;
+  });
+}
+
 TEST_CASE("ThinnedPartsAreTheThinnedWhole") {
   for (const double min_cosine : {0.5, -1.0}) {
     const ThinningOptions options{0.06, min_cosine};

@@ -163,8 +163,9 @@ RawPass normal_pass(const NormalEstimateOptions& options, const SideRule& rule) 
   return {.stage = directory_of(Stage::kNormals),
           .options = key_line("normals.neighbors", std::to_string(options.neighbors)) +
                      key_line("reach of normals", format_exact(options.max_radius)) +
+                     key_line("cubes of normals", format_exact(options.shared_side)) +
                      key_line("normals.orientation", text_of(rule)),
-          .halo = options.max_radius,
+          .halo = normal_halo(options),
           .adds_normals = true,
           .dropped_reason = DropReason::kTooFewNeighbors,
           .work = [options, rule](PassPoints&& points) {
@@ -323,6 +324,8 @@ NormalEstimateOptions estimate_options(const StageRunner& runner, const RawCloud
   if (cleaning.smooth_radius > 0.0) {
     options.neighbors = std::max(options.neighbors, kNeighborsAcrossLayers);
     options.max_radius = std::max(options.max_radius, cleaning.smooth_radius);
+    // Smoothing is to project these points onto one surface anyway.
+    options.shared_side = shared_side(ProjectionOptions{.radius = cleaning.smooth_radius});
   }
   return options;
 }
