@@ -50,10 +50,20 @@ class NeighborGrid {
 
  private:
   static constexpr double kSidePerRadius = 1.01;
-  std::uint32_t first_from(const LatticeCell& wanted, std::uint32_t hint) const;
+  /// The part of the lattice that is occupied.
+  struct CellBox {
+    LatticeCell low, high;
+    CellBox() = default;
+    explicit CellBox(std::span<const LatticeCell> cells);
+    /// Whether numbers of its cells, in their order, have 64 bits.
+    bool has_numbers() const;
+    std::uint64_t number(const LatticeCell& cell) const;
+  };
 
-  std::vector<std::uint32_t> order_;  ///< points by cell
-  std::vector<LatticeCell> cells_;    ///< occupied ones, ascending
+  std::vector<std::uint32_t> order_;    ///< points by cell
+  std::vector<LatticeCell> cells_;      ///< occupied ones, ascending
+  std::vector<std::uint64_t> numbers_;  ///< of these; empty where they do not have 64 bits
+  CellBox box_;
   std::vector<std::uint32_t> begins_;
 };
 
