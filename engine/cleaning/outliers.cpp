@@ -46,14 +46,17 @@ class Neighborhoods {
     const std::span<const std::uint32_t> found = neighbors(point);
     if (found.size() < kFewest) return true;
     const auto count = static_cast<double>(found.size());
-    double mean = 0.0, variance = 0.0;
-    for (const std::uint32_t neighbor : found) mean += means_[neighbor] / count;
+    double sum = 0.0, squares = 0.0;
+    for (const std::uint32_t neighbor : found) sum += means_[neighbor];
+    const double mean = sum / count;
+    const double least = kLeastDeviation * mean;
+    // Nearly all points are not even that far off.
+    if (!(means_[point] > mean + options_.sigma * least)) return false;
     for (const std::uint32_t neighbor : found) {
       const double off = means_[neighbor] - mean;
-      variance += off * off / count;
+      squares += off * off;
     }
-    const double deviation = std::max(std::sqrt(variance), kLeastDeviation * mean);
-    return means_[point] > mean + options_.sigma * deviation;
+    return means_[point] > mean + options_.sigma * std::max(std::sqrt(squares / count), least);
   }
 
  private:

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <string>
 
@@ -26,6 +27,10 @@ constexpr double kSupport = 0.5;
 constexpr double kOneSheet = 0.4;
 /// Means of normals around the reference normal; it settles fast.
 constexpr int kMeans = 2;
+/// Parts of a cell of the grid along each axis: points of one part may share a surface.
+constexpr int kParts = 2;
+/// A point farther from a shared surface, in radii, gets one of its own.
+constexpr double kFarthestOff = 0.5;
 /// Points in a cube of the radius as side, where a projection takes a millisecond per point.
 constexpr double kMostInACell = 10000.0;
 /// Squared distance in radii that still counts: a hair less than the halo that chunks are cut with.
@@ -33,7 +38,14 @@ constexpr double kReach = 1.0 - 1e-12;
 
 Vec3 vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
-/// Projects the points of one cell of the grid after the other, a few of them at once.
+/// Points that are projected onto one surface: that around their middle.
+struct Group {
+  Vec3 middle;
+  Vec3 normal;  ///< unit; zero where there is none
+  std::span<const std::uint32_t> points;
+};
+
+/// Projects the points of one cell of the grid after the other, a few groups of them at once.
 class Projector {
  public:
   Projector(std::span<const Vec3> positions, std::span<const Vec3> normals,
@@ -61,23 +73,21 @@ class Projector {
     around_.columns.count = row;
   }
 
-  /// The local surfaces around at most kSurfacesAtOnce points of the cell.
-  void surfaces_at(std::span<const std::uint32_t> points,
-                   std::span<std::optional<LocalSurface>> surfaces) {
+  /// The local surfaces around the middles of at most kSurfacesAtOnce groups of the cell.
+  void surfaces_at(std::span<const Group> groups, std::span<std::optional<LocalSurface>> surfaces) {
     std::array<SurfaceSamples, kSurfacesAtOnce> samples;
-    for (std::size_t k = 0; k < points.size(); ++k) {
+    for (std::size_t k = 0; k < groups.size(); ++k) {
       NearColumns& near = near_[k].columns;
-      const std::uint32_t point = points[k];
-      kernel_.find_near(around_.columns.points, around_.columns.count, &positions_[point].x,
+      kernel_.find_near(around_.columns.points, around_.columns.count, &groups[k].middle.x,
                         1.0 / options_.radius, kReach, near);
-      const Vec3 reference = reference_normal(near, normals_[point]);
+      const Vec3 reference = reference_normal(near, groups[k].normal);
       samples[k] = {&near, kernel_.weigh(near, &reference.x, options_.oriented), reference};
     }
-    fit_surfaces(std::span(samples).first(points.size()), surfaces);
+    fit_surfaces(std::span(samples).first(groups.size()), surfaces);
   }
 
  private:
-  /// The point's own normal, or what those around suggest where they do not support it: one
+  /// The group's own normal, or what those around suggest where they do not support it: one
   /// estimated in the thick of layers may point anywhere.
   Vec3 reference_normal(const NearColumns& near, Vec3 own) const {
     AgreementSums sums = agreement(near, own);
@@ -114,6 +124,87 @@ class Projector {
   std::array<NearPoints, kSurfacesAtOnce> near_;
 };
 
+/// The points of a cell of the grid in groups: those of a part of the cell whose normals agree.
+class Grouping {
+ public:
+  Grouping(std::span<const Vec3> positions, std::span<const Vec3> normals,
+           const ProjectionOptions& options)
+      : positions_(positions), normals_(normals), options_(options) {}
+
+  /// Replaces `groups` by those of `members` that have a point that is wanted. Valid until the next
+  /// call.
+  template <class IsWanted>
+  void form(std::span<const std::uint32_t> members, const IsWanted& is_wanted,
+            std::vector<Group>& groups) {
+    groups.clear();
+    sort_by_part(members);
+    for (std::size_t first = 0, last = 0; first < rows_.size(); first = last) {
+      while (last < rows_.size() && rows_[last].part == rows_[first].part) ++last;
+      form_groups({points_.begin() + static_cast<std::ptrdiff_t>(first),
+                   points_.begin() + static_cast<std::ptrdiff_t>(last)},
+                  is_wanted, groups);
+    }
+  }
+
+ private:
+  struct Row {
+    std::uint32_t part = 0, point = 0;
+    friend auto operator<=>(const Row&, const Row&) = default;
+  };
+
+  void sort_by_part(std::span<const std::uint32_t> members) {
+    rows_.clear();
+    for (const std::uint32_t point : members)
+      if (normals_[point] != Vec3{}) rows_.push_back({part_of(positions_[point]), point});
+    std::sort(rows_.begin(), rows_.end());
+    points_.clear();
+    for (const Row& row : rows_) points_.push_back(row.point);
+  }
+
+  std::uint32_t part_of(Vec3 p) const {
+    std::uint32_t part = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double in_cells = p[axis] / NeighborGrid::cell_side(options_.radius);
+      const double share = kParts * (in_cells - std::floor(in_cells));
+      part = kParts * part + static_cast<std::uint32_t>(share);
+    }
+    return part;
+  }
+
+  /// The first point that is left, and all whose normals agree with its own, are a group.
+  template <class IsWanted>
+  void form_groups(std::span<std::uint32_t> points, const IsWanted& is_wanted,
+                   std::vector<Group>& groups) {
+    while (!points.empty()) {
+      const Vec3 first = normals_[points.front()];
+      const auto agrees = [&](std::uint32_t point) {
+        const double cosine = dot(normals_[point], first);
+        return (options_.oriented ? cosine : std::abs(cosine)) > kSupports;
+      };
+      const auto rest = std::stable_partition(points.begin() + 1, points.end(), agrees);
+      const std::span<const std::uint32_t> group(points.begin(), rest);
+      if (std::any_of(group.begin(), group.end(), is_wanted)) groups.push_back(group_of(group));
+      points = {rest, points.end()};
+    }
+  }
+
+  Group group_of(std::span<const std::uint32_t> points) const {
+    const Vec3 first = positions_[points.front()];
+    Vec3 offsets, sum = normals_[points.front()];
+    for (const std::uint32_t point : points.subspan(1)) {
+      offsets = offsets + (positions_[point] - first);
+      const Vec3 normal = normals_[point];
+      sum = dot(normal, sum) < 0.0 ? sum - normal : sum + normal;
+    }
+    return {first + offsets / static_cast<double>(points.size()), normalized(sum), points};
+  }
+
+  std::span<const Vec3> positions_, normals_;
+  ProjectionOptions options_;
+  std::vector<Row> rows_;
+  std::vector<std::uint32_t> points_;
+};
+
 /// A point's time is that of its neighbours, of which there are some three times as many as points
 /// in its cell.
 void refuse_too_many(const NeighborGrid& grid, std::size_t points, const std::string& radius_name) {
@@ -134,43 +225,110 @@ void refuse_too_many(const NeighborGrid& grid, std::size_t points, const std::st
                  "neighbouring points."});
 }
 
+/// Projects the points of cells, one cell after the other.
+class CellProjection {
+ public:
+  CellProjection(std::span<const Vec3> positions, std::span<const Vec3> normals,
+                 std::uint32_t begin, std::uint32_t end, const ProjectionOptions& options,
+                 std::span<const std::uint8_t> chosen, const NeighborGrid& grid,
+                 ProjectedPoints& result)
+      : positions_(positions),
+        normals_(normals),
+        begin_(begin),
+        end_(end),
+        options_(options),
+        chosen_(chosen),
+        grid_(grid),
+        projector_(positions, normals, options, grid),
+        grouping_(positions, normals, options),
+        result_(result) {}
+
+  void project(std::uint32_t cell) {
+    const auto members = grid_.members(cell);
+    const auto wanted = [&](std::uint32_t point) { return is_wanted(point); };
+    if (std::none_of(members.begin(), members.end(), wanted)) return;
+    projector_.enter(cell);
+    grouping_.form(members, wanted, groups_);
+    alone_.clear();
+    project_groups();
+    groups_.clear();
+    for (const std::uint32_t& point : alone_)
+      groups_.push_back({positions_[point], normals_[point], {&point, 1}});
+    project_groups();
+  }
+
+ private:
+  bool is_wanted(std::uint32_t point) const {
+    return point >= begin_ && point < end_ && normals_[point] != Vec3{} &&
+           (chosen_.empty() || chosen_[point - begin_] != 0);
+  }
+
+  void project_groups() {
+    std::array<std::optional<LocalSurface>, kSurfacesAtOnce> surfaces;
+    for (std::size_t first = 0; first < groups_.size(); first += kSurfacesAtOnce) {
+      check_stop(options_.stop);
+      const auto groups = std::span<const Group>(groups_).subspan(
+          first, std::min(kSurfacesAtOnce, groups_.size() - first));
+      projector_.surfaces_at(groups, surfaces);
+      for (std::size_t k = 0; k < groups.size(); ++k) move(groups[k], surfaces[k]);
+    }
+  }
+
+  void move(const Group& group, const std::optional<LocalSurface>& surface) {
+    for (const std::uint32_t point : group.points) {
+      if (!is_wanted(point)) continue;
+      const Vec3 offset = (positions_[point] - group.middle) / options_.radius;
+      const double above = surface ? surface->distance_above(offset) : 0.0;
+      const bool shares = group.points.size() > 1;
+      if (shares && !(surface && std::abs(above) <= kFarthestOff)) {
+        alone_.push_back(point);
+      } else if (surface) {
+        const std::uint32_t row = point - begin_;
+        result_.positions[row] = positions_[point] - options_.radius * above * surface->normal;
+        result_.normals[row] = surface->normal_at(offset);
+        result_.moved[row] = 1;
+      }
+    }
+  }
+
+  std::span<const Vec3> positions_, normals_;
+  std::uint32_t begin_, end_;
+  ProjectionOptions options_;
+  std::span<const std::uint8_t> chosen_;
+  const NeighborGrid& grid_;
+  Projector projector_;
+  Grouping grouping_;
+  ProjectedPoints& result_;
+  std::vector<Group> groups_;
+  std::vector<std::uint32_t> alone_;
+};
+
 }  // namespace
+
+double shared_side(const ProjectionOptions& options) {
+  return NeighborGrid::cell_side(options.radius) / kParts;
+}
+
+double projection_halo(const ProjectionOptions& options) {
+  // The middle of a point's group lies in its part of a cell, and so do the others of the group.
+  return options.radius + std::numbers::sqrt3 * shared_side(options);
+}
 
 ProjectedPoints project_points(std::span<const Vec3> positions, std::span<const Vec3> normals,
                                std::uint32_t begin, std::uint32_t end,
-                               const ProjectionOptions& options) {
+                               const ProjectionOptions& options,
+                               std::span<const std::uint8_t> chosen) {
   ProjectedPoints result;
   result.positions.assign(positions.begin() + begin, positions.begin() + end);
   result.normals.assign(normals.begin() + begin, normals.begin() + end);
   result.moved.assign(end - begin, 0);
   const NeighborGrid grid(positions, options.radius);
   refuse_too_many(grid, positions.size(), options.radius_name);
-  tbb::enumerable_thread_specific<Projector> projectors(
-      [&] { return Projector(positions, normals, options, grid); });
-  tbb::parallel_for(std::uint32_t{0}, grid.cells(), [&](std::uint32_t cell) {
-    const auto members = grid.members(cell);
-    const auto first = std::lower_bound(members.begin(), members.end(), begin);
-    const auto last = std::lower_bound(first, members.end(), end);
-    if (first == last) return;
-    Projector& projector = projectors.local();
-    projector.enter(cell);
-    std::array<std::uint32_t, kSurfacesAtOnce> points;
-    std::array<std::optional<LocalSurface>, kSurfacesAtOnce> surfaces;
-    for (auto it = first; it != last;) {
-      check_stop(options.stop);
-      std::size_t count = 0;
-      for (; it != last && count < kSurfacesAtOnce; ++it)
-        if (normals[*it] != Vec3{}) points[count++] = *it;
-      projector.surfaces_at(std::span(points).first(count), surfaces);
-      for (std::size_t k = 0; k < count; ++k) {
-        if (!surfaces[k]) continue;
-        const std::uint32_t point = points[k];
-        result.positions[point - begin] = positions[point] + options.radius * surfaces[k]->foot();
-        result.normals[point - begin] = surfaces[k]->normal_at_foot();
-        result.moved[point - begin] = 1;
-      }
-    }
+  tbb::enumerable_thread_specific<CellProjection> projections([&] {
+    return CellProjection(positions, normals, begin, end, options, chosen, grid, result);
   });
+  tbb::parallel_for(std::uint32_t{0}, grid.cells(),
+                    [&](std::uint32_t cell) { projections.local().project(cell); });
   return result;
 }
 

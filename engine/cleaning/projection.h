@@ -21,6 +21,12 @@ struct ProjectionOptions {
   std::string radius_name = "radius";  ///< what a message about the radius calls it
 };
 
+/// Side of the cubes of the lattice whose points may share a surface.
+double shared_side(const ProjectionOptions& options);
+
+/// Margin that a chunk needs around its points.
+double projection_halo(const ProjectionOptions& options);
+
 struct ProjectedPoints {
   std::vector<Vec3> positions;  ///< of points [begin, end)
   /// Unit, on the side of the given ones but where most neighbours' differ from those.
@@ -29,13 +35,16 @@ struct ProjectedPoints {
 };
 
 /// One projection of positions [begin, end) onto the plane or, where there are enough neighbours,
-/// the quadratic height field that fits those around best; the halo is options.radius. No point
-/// moves farther than that. Normals are unit, zero where unknown (such a point stays, and counts
-/// for no other). Positions must be finite and in the same order for every
-/// partition; sums run in that order. Positions need not be distinct. Throws Error (usage) for a
+/// the quadratic height field that fits those around best. Points in a cube of half the radius
+/// whose normals agree share the surface around their middle; the halo is that of projection_halo.
+/// No point moves farther than the radius. Normals are unit, zero where unknown (such a point
+/// stays, and counts for no other). Positions must be finite and in the same order for every
+/// partition; sums run in that order. Positions need not be distinct. Points of [begin, end) whose
+/// flag in `chosen` is 0 are left as given; empty: all are chosen. Throws Error (usage) for a
 /// radius that makes neighbours of tens of thousands of points. Runs on the calling TBB arena.
 ProjectedPoints project_points(std::span<const Vec3> positions, std::span<const Vec3> normals,
                                std::uint32_t begin, std::uint32_t end,
-                               const ProjectionOptions& options);
+                               const ProjectionOptions& options,
+                               std::span<const std::uint8_t> chosen = {});
 
 }  // namespace orbweave

@@ -62,6 +62,12 @@ double LocalSurface::distance_above(Vec3 offset) const {
   return dot(offset, normal) - height;
 }
 
+Vec3 LocalSurface::normal_at(Vec3 offset) const {
+  const double x = dot(offset, u), y = dot(offset, v);
+  return normalized(normal - (c[1] + 2.0 * c[3] * x + c[4] * y) * u -
+                    (c[2] + c[4] * x + 2.0 * c[5] * y) * v);
+}
+
 void fit_surfaces(std::span<const SurfaceSamples> samples,
                   std::span<std::optional<LocalSurface>> surfaces) {
   std::array<SpreadSums, kSurfacesAtOnce> spreads{};

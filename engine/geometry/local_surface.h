@@ -27,9 +27,8 @@ struct LocalSurface {
 
   /// How far an offset lies above the surface, along the plane's normal.
   double distance_above(Vec3 offset) const;
-  /// Foot of the point in question, and the unit normal of the surface there.
-  Vec3 foot() const { return c[0] * normal; }
-  Vec3 normal_at_foot() const { return normalized(normal - c[1] * u - c[2] * v); }
+  /// Unit normal of the surface above or below an offset.
+  Vec3 normal_at(Vec3 offset) const;
 };
 
 /// Owns columns of points near a place.

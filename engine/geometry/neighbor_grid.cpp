@@ -6,15 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <tuple>
+
+#include "partition/radix_sort.h"
 
 namespace orbweave {
 namespace {
-
-struct CellPoint {
-  LatticeCell cell;
-  std::uint32_t point = 0;
-  friend auto operator<=>(const CellPoint&, const CellPoint&) = default;
-};
 
 /// Farther out, numbers of cells are no longer exact; they only have to stay numbers.
 std::int64_t cell_number(double coordinate, double side) {
@@ -22,57 +20,89 @@ std::int64_t cell_number(double coordinate, double side) {
   return static_cast<std::int64_t>(std::clamp(std::floor(coordinate / side), -kLast, kLast));
 }
 
-}  // namespace
-
-NeighborGrid::NeighborGrid(std::span<const Vec3> positions, double radius) {
-  const double side = cell_side(radius);
-  std::vector<CellPoint> sorted(positions.size());
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, sorted.size(), 4096), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i < range.end(); ++i) {
-          const Vec3 p = positions[i];
-          sorted[i] = {{cell_number(p.z, side), cell_number(p.y, side), cell_number(p.x, side)},
-                       static_cast<std::uint32_t>(i)};
-        }
-      });
-  tbb::parallel_sort(sorted.begin(), sorted.end());
-  const auto opens_cell = [&](std::size_t i) {
-    return i == 0 || sorted[i].cell != sorted[i - 1].cell;
-  };
-  std::size_t cells = 0;
-  for (std::size_t i = 0; i < sorted.size(); ++i) cells += opens_cell(i);
-  cells_.reserve(cells);
-  begins_.reserve(cells + 1);
-  order_.resize(sorted.size());
-  for (std::size_t i = 0; i < sorted.size(); ++i) {
-    order_[i] = sorted[i].point;
-    if (!opens_cell(i)) continue;
-    cells_.push_back(sorted[i].cell);
-    begins_.push_back(static_cast<std::uint32_t>(i));
-  }
-  begins_.push_back(static_cast<std::uint32_t>(sorted.size()));
+std::vector<LatticeCell> cells_of(std::span<const Vec3> positions, double side) {
+  std::vector<LatticeCell> cells(positions.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.size(), 4096), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      const Vec3 p = positions[i];
+      cells[i] = {cell_number(p.z, side), cell_number(p.y, side), cell_number(p.x, side)};
+    }
+  });
+  return cells;
 }
 
-std::span<const std::uint32_t> NeighborGrid::members(std::uint32_t cell) const {
-  return std::span(order_).subspan(begins_[cell], begins_[cell + 1] - begins_[cell]);
-}
-
-/// The first cell that does not come before `wanted`: searched for in steps that double.
-std::uint32_t NeighborGrid::first_from(const LatticeCell& wanted, std::uint32_t hint) const {
-  std::uint32_t begin = hint, end = cells();
-  if (hint > 0 && !(cells_[hint - 1] < wanted)) {
+/// The first of ascending keys that does not come before `wanted`: searched for from `hint` in
+/// steps that double.
+template <class Key>
+std::uint32_t first_from(std::span<const Key> keys, const Key& wanted, std::uint32_t hint) {
+  std::uint32_t begin = hint, end = static_cast<std::uint32_t>(keys.size());
+  if (hint > 0 && !(keys[hint - 1] < wanted)) {
     begin = 0;
     end = hint;
   }
   for (std::uint32_t step = 1; end - begin > step; step *= 2) {
-    if (!(cells_[begin + step - 1] < wanted)) {
+    if (!(keys[begin + step - 1] < wanted)) {
       end = begin + step - 1;
       break;
     }
     begin += step;
   }
   return static_cast<std::uint32_t>(
-      std::lower_bound(cells_.begin() + begin, cells_.begin() + end, wanted) - cells_.begin());
+      std::lower_bound(keys.begin() + begin, keys.begin() + end, wanted) - keys.begin());
+}
+
+}  // namespace
+
+NeighborGrid::CellBox::CellBox(std::span<const LatticeCell> cells) {
+  if (cells.empty()) return;
+  low = high = cells.front();
+  for (const LatticeCell& c : cells) {
+    low = {std::min(low.z, c.z), std::min(low.y, c.y), std::min(low.x, c.x)};
+    high = {std::max(high.z, c.z), std::max(high.y, c.y), std::max(high.x, c.x)};
+  }
+}
+
+bool NeighborGrid::CellBox::has_numbers() const {
+  const auto width = [](std::int64_t from, std::int64_t to) {
+    return static_cast<double>(to - from) + 1.0;
+  };
+  constexpr double kMost = 0x1p62;
+  return width(low.z, high.z) * width(low.y, high.y) * width(low.x, high.x) < kMost;
+}
+
+std::uint64_t NeighborGrid::CellBox::number(const LatticeCell& c) const {
+  const std::int64_t row = (c.z - low.z) * (high.y - low.y + 1) + (c.y - low.y);
+  return static_cast<std::uint64_t>(row * (high.x - low.x + 1) + (c.x - low.x));
+}
+
+NeighborGrid::NeighborGrid(std::span<const Vec3> positions, double radius) {
+  const std::vector<LatticeCell> cell_of = cells_of(positions, cell_side(radius));
+  box_ = CellBox(cell_of);
+  const bool numbered = box_.has_numbers();
+  order_.resize(positions.size());
+  if (numbered) {
+    std::vector<KeyIndex> keys(positions.size());
+    for (std::uint32_t i = 0; i < keys.size(); ++i) keys[i] = {box_.number(cell_of[i]), i};
+    if (!keys.empty()) radix_sort(keys);
+    for (std::size_t i = 0; i < keys.size(); ++i) order_[i] = keys[i].index;
+  } else {
+    std::iota(order_.begin(), order_.end(), 0u);
+    tbb::parallel_sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return std::tie(cell_of[a], a) < std::tie(cell_of[b], b);
+    });
+  }
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    const LatticeCell& cell = cell_of[order_[i]];
+    if (i > 0 && cell == cells_.back()) continue;
+    cells_.push_back(cell);
+    if (numbered) numbers_.push_back(box_.number(cell));
+    begins_.push_back(static_cast<std::uint32_t>(i));
+  }
+  begins_.push_back(static_cast<std::uint32_t>(order_.size()));
+}
+
+std::span<const std::uint32_t> NeighborGrid::members(std::uint32_t cell) const {
+  return std::span(order_).subspan(begins_[cell], begins_[cell + 1] - begins_[cell]);
 }
 
 void NeighborGrid::around(std::uint32_t cell, Cursor& cursor,
@@ -82,10 +112,18 @@ void NeighborGrid::around(std::uint32_t cell, Cursor& cursor,
   std::size_t row = 0;
   for (std::int64_t z = middle.z - 1; z <= middle.z + 1; ++z) {
     for (std::int64_t y = middle.y - 1; y <= middle.y + 1; ++y) {
-      const LatticeCell last{z, y, middle.x + 1};
       std::uint32_t& hint = cursor.rows[row++];
-      hint = first_from({z, y, middle.x - 1}, hint);
-      for (std::uint32_t at = hint; at < cells() && cells_[at] <= last; ++at) found.push_back(at);
+      if (numbers_.empty()) {
+        const LatticeCell last{z, y, middle.x + 1};
+        hint = first_from<LatticeCell>(cells_, {z, y, middle.x - 1}, hint);
+        for (std::uint32_t at = hint; at < cells() && cells_[at] <= last; ++at) found.push_back(at);
+      } else if (z >= box_.low.z && z <= box_.high.z && y >= box_.low.y && y <= box_.high.y) {
+        const std::uint64_t last = box_.number({z, y, std::min(middle.x + 1, box_.high.x)});
+        const LatticeCell first{z, y, std::max(middle.x - 1, box_.low.x)};
+        hint = first_from<std::uint64_t>(numbers_, box_.number(first), hint);
+        for (std::uint32_t at = hint; at < cells() && numbers_[at] <= last; ++at)
+          found.push_back(at);
+      }
     }
   }
 }

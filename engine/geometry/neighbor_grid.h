@@ -27,7 +27,8 @@ class NeighborGrid {
  public:
   NeighborGrid(std::span<const Vec3> positions, double radius);
 
-  static double cell_side(double radius) { return 1.01 * radius; }
+  static double cell_side(double radius) { return kSidePerRadius * radius; }
+  static double radius_of_side(double side) { return side / kSidePerRadius; }
 
   std::uint32_t cells() const { return static_cast<std::uint32_t>(cells_.size()); }
   LatticeCell lattice_cell(std::uint32_t cell) const { return cells_[cell]; }
@@ -48,10 +49,21 @@ class NeighborGrid {
               std::vector<std::uint32_t>& candidates) const;
 
  private:
-  std::uint32_t first_from(const LatticeCell& wanted, std::uint32_t hint) const;
+  static constexpr double kSidePerRadius = 1.01;
+  /// The part of the lattice that is occupied.
+  struct CellBox {
+    LatticeCell low, high;
+    CellBox() = default;
+    explicit CellBox(std::span<const LatticeCell> cells);
+    /// Whether numbers of its cells, in their order, have 64 bits.
+    bool has_numbers() const;
+    std::uint64_t number(const LatticeCell& cell) const;
+  };
 
-  std::vector<std::uint32_t> order_;  ///< points by cell
-  std::vector<LatticeCell> cells_;    ///< occupied ones, ascending
+  std::vector<std::uint32_t> order_;    ///< points by cell
+  std::vector<LatticeCell> cells_;      ///< occupied ones, ascending
+  std::vector<std::uint64_t> numbers_;  ///< of these; empty where they do not have 64 bits
+  CellBox box_;
   std::vector<std::uint32_t> begins_;
 };
 

@@ -153,7 +153,7 @@ void NeighborSearch::Query::find_row(const NeighborSearch& search, std::uint32_t
   // point than that and the distance of both.
   double sure = max_squared;
   if (row_limit_ >= 0.0) {
-    const Vec3 before{search.x_[index - 1], search.y_[index - 1], search.z_[index - 1]};
+    const Vec3 before{search.x_[row_before_], search.y_[row_before_], search.z_[row_before_]};
     const double reach = std::sqrt(row_limit_) + norm(place - before);
     sure = std::min(sure, reach * reach * (1.0 + kRoundingMargin));
   }
@@ -176,13 +176,15 @@ void NeighborSearch::Query::find_row(const NeighborSearch& search, std::uint32_t
     std::copy_n(from.index, count, to.index);
     row_limit_ = count == stride_ ? limit : -1.0;
   }
+  row_before_ = index;
   start_ = std::max(start_, row_limit_);
   found_count_[index - begin_] = std::min<std::size_t>(count, stride_);
   farthest_ = std::max(farthest_, row_limit_ >= 0.0 ? row_limit_ : max_squared);
 }
 
 void NeighborSearch::Query::find(const NeighborSearch& search, std::uint32_t begin,
-                                 std::uint32_t end, std::size_t count, double max_squared) {
+                                 std::uint32_t end, std::size_t count, double max_squared,
+                                 std::span<const std::uint8_t> asked) {
   begin_ = begin;
   end_ = end;
   stride_ = std::min<std::size_t>(count, search.size_);
@@ -206,7 +208,8 @@ void NeighborSearch::Query::find(const NeighborSearch& search, std::uint32_t beg
   collect(search, std::min(kGrowth * start_, max_squared));
   row_limit_ = -1.0;
   farthest_ = 0.0;
-  for (std::uint32_t i = begin; i < end; ++i) find_row(search, i, max_squared);
+  for (std::uint32_t i = begin; i < end; ++i)
+    if (asked.empty() || asked[i - begin] != 0) find_row(search, i, max_squared);
   guess_ = farthest_ / wanted;
 }
 

@@ -39,9 +39,10 @@ class NeighborSearch {
    public:
     /// Finds the `count` nearest others (the point itself is none) of points [begin, end) within
     /// a distance of `sqrt(max_squared)`. Points must lie in one block: begin / kBlock ==
-    /// (end - 1) / kBlock.
+    /// (end - 1) / kBlock. Nothing is found for point begin + i where `asked[i]` is 0; empty: all
+    /// are asked for.
     void find(const NeighborSearch& search, std::uint32_t begin, std::uint32_t end,
-              std::size_t count, double max_squared);
+              std::size_t count, double max_squared, std::span<const std::uint8_t> asked = {});
     /// Neighbours of point `index` of the last call, ascending. Of equally distant ones, those
     /// with the smaller index are nearer. Valid until the next call.
     std::span<const std::uint32_t> of(std::uint32_t index) const {
@@ -76,6 +77,7 @@ class NeighborSearch {
     double farthest_ = 0.0;  // the largest of all row_limit_
     /// The last row has all that were asked for within that squared distance; negative: it has not.
     double row_limit_ = -1.0;
+    std::uint32_t row_before_ = 0;  // the last row's point
   };
 
  private:

@@ -8,8 +8,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
+#include <numeric>
 
 #include "engine/geometry/local_surface.h"
+#include "engine/geometry/neighbor_grid.h"
 #include "engine/geometry/neighbor_search.h"
 #include "engine/geometry/symmetric_eigen.h"
 #include "io/error.h"
@@ -39,19 +42,30 @@ class Estimator {
         neighbors_(std::max<std::size_t>(options.neighbors, 3)),
         max_squared_(squared_reach(options.max_radius)) {}
 
-  /// Points [begin, end) of one block.
-  void block(std::uint32_t begin, std::uint32_t end, Plane* planes) {
-    query_.find(search_, begin, end, neighbors_, max_squared_);
-    constexpr std::uint32_t kAtOnce = 4;
-    for (std::uint32_t first = begin; first < end; first += kAtOnce) {
-      const std::uint32_t last = std::min(first + kAtOnce, end);
+  /// Those points of [begin, end), which lie in one block, that are asked for.
+  void block(std::uint32_t begin, std::uint32_t end, std::span<const std::uint8_t> asked,
+             EstimatedNormals& result) {
+    while (begin < end && asked[begin] == 0) ++begin;
+    while (begin < end && asked[end - 1] == 0) --end;
+    if (begin == end) return;
+    query_.find(search_, begin, end, neighbors_, max_squared_, asked.subspan(begin, end - begin));
+    constexpr std::size_t kAtOnce = 4;
+    for (std::uint32_t next = begin; next < end;) {
+      std::array<std::uint32_t, kAtOnce> points{};
       std::array<SymmetricMatrix, kAtOnce> spreads{};
-      for (std::uint32_t i = first; i < last; ++i) spreads[i - first] = spread_of(i, query_.of(i));
+      std::size_t count = 0;
+      for (; next < end && count < kAtOnce; ++next) {
+        if (asked[next] == 0) continue;
+        points[count] = next;
+        spreads[count++] = spread_of(next, query_.of(next));
+      }
       const std::array<SymmetricEigen, kAtOnce> eigen = eigen_of_four(spreads);
-      for (std::uint32_t i = first; i < last; ++i) {
-        const SymmetricEigen& of_point = eigen[i - first];
-        const bool more = query_.of(i).size() == neighbors_ && nearly_a_line(of_point);
-        planes[i - begin] = plane_of(more ? enlarged(i) : of_point);
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::uint32_t i = points[k];
+        const bool more = query_.of(i).size() == neighbors_ && nearly_a_line(eigen[k]);
+        const Plane plane = plane_of(more ? enlarged(i) : eigen[k]);
+        result.normals[i] = plane.normal;
+        result.roughness[i] = plane.roughness;
       }
     }
   }
@@ -120,34 +134,85 @@ class Estimator {
   NearPoints differences_;
 };
 
-}  // namespace
-
-EstimatedNormals estimate_normals(std::span<const Vec3> positions, std::uint32_t begin,
-                                  std::uint32_t end, const NormalEstimateOptions& options) {
-  EstimatedNormals result;
-  result.normals.resize(end - begin);
-  result.roughness.resize(end - begin);
-  if (begin == end) return result;
-  const NeighborSearch search(positions);
+/// The planes of all points that are asked for.
+void estimate_asked(std::span<const Vec3> positions, const NeighborSearch& search,
+                    const NormalEstimateOptions& options, std::span<const std::uint8_t> asked,
+                    EstimatedNormals& result) {
   constexpr std::uint32_t kBlock = NeighborSearch::kBlock;
   tbb::enumerable_thread_specific<Estimator> estimators(
       [&] { return Estimator(positions, search, options); });
   using Range = tbb::blocked_range<std::uint32_t>;
-  tbb::parallel_for(Range(begin / kBlock, (end - 1) / kBlock + 1, 64), [&](const Range& range) {
+  const std::uint32_t blocks = (search.size() - 1) / kBlock + 1;
+  tbb::parallel_for(Range(0, blocks, 64), [&](const Range& range) {
     Estimator& estimator = estimators.local();
-    Plane planes[kBlock];
     for (std::uint32_t block = range.begin(); block < range.end(); ++block) {
       if (block % (kStopBlock / kBlock) == 0) check_stop(options.stop);
-      const std::uint32_t first = std::max(begin, block * kBlock);
-      const std::uint32_t last =
-          static_cast<std::uint32_t>(std::min<std::uint64_t>(end, (block + 1ull) * kBlock));
-      estimator.block(first, last, planes);
-      for (std::uint32_t i = first; i < last; ++i) {
-        result.normals[i - begin] = planes[i - first].normal;
-        result.roughness[i - begin] = planes[i - first].roughness;
-      }
+      const std::uint32_t first = block * kBlock;
+      estimator.block(first, first + std::min(kBlock, search.size() - first), asked, result);
     }
   });
+}
+
+std::uint32_t nearest_to_middle(std::span<const Vec3> positions,
+                                std::span<const std::uint32_t> points) {
+  const Vec3 first = positions[points.front()];
+  Vec3 sum;
+  for (const std::uint32_t point : points) sum = sum + (positions[point] - first);
+  const Vec3 middle = first + sum / static_cast<double>(points.size());
+  const auto is_nearer = [&](std::uint32_t a, std::uint32_t b) {
+    return squared_norm(positions[a] - middle) < squared_norm(positions[b] - middle);
+  };
+  return *std::min_element(points.begin(), points.end(), is_nearer);
+}
+
+/// The point whose normal each of [begin, end) is to have.
+std::vector<std::uint32_t> representatives(std::span<const Vec3> positions, std::uint32_t begin,
+                                           std::uint32_t end, double side) {
+  const NeighborGrid grid(positions, NeighborGrid::radius_of_side(side));
+  std::vector<std::uint32_t> of_point(end - begin);
+  tbb::parallel_for(std::uint32_t{0}, grid.cells(), [&](std::uint32_t cell) {
+    const auto members = grid.members(cell);
+    const auto first = std::lower_bound(members.begin(), members.end(), begin);
+    const auto last = std::lower_bound(first, members.end(), end);
+    if (first == last) return;
+    const std::uint32_t representative = nearest_to_middle(positions, members);
+    for (auto it = first; it != last; ++it) of_point[*it - begin] = representative;
+  });
+  return of_point;
+}
+
+}  // namespace
+
+double normal_halo(const NormalEstimateOptions& options) {
+  // A point's representative lies in its cube, and so does all that chooses it.
+  return options.max_radius + std::numbers::sqrt3 * options.shared_side;
+}
+
+EstimatedNormals estimate_normals(std::span<const Vec3> positions, std::uint32_t begin,
+                                  std::uint32_t end, const NormalEstimateOptions& options) {
+  EstimatedNormals result;
+  if (begin == end) return result;
+  const NeighborSearch search(positions);
+  EstimatedNormals all{std::vector<Vec3>(positions.size()),
+                       std::vector<float>(positions.size(), 1.0f)};
+  std::vector<std::uint8_t> asked(positions.size(), 0);
+  std::vector<std::uint32_t> source(end - begin);
+  std::iota(source.begin(), source.end(), begin);
+  if (options.shared_side > 0.0) {
+    source = representatives(positions, begin, end, options.shared_side);
+    for (const std::uint32_t representative : source) asked[representative] = 1;
+    estimate_asked(positions, search, options, asked, all);
+    std::fill(asked.begin(), asked.end(), 0);
+    for (std::uint32_t i = begin; i < end; ++i)
+      if (all.normals[source[i - begin]] == Vec3{}) source[i - begin] = i;
+  }
+  for (std::uint32_t i = begin; i < end; ++i)
+    asked[i] = source[i - begin] == i && all.normals[i] == Vec3{} ? 1 : 0;
+  estimate_asked(positions, search, options, asked, all);
+  for (const std::uint32_t point : source) {
+    result.normals.push_back(all.normals[point]);
+    result.roughness.push_back(all.roughness[point]);
+  }
   return result;
 }
 

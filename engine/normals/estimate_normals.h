@@ -15,9 +15,12 @@ namespace orbweave {
 
 struct NormalEstimateOptions {
   std::size_t neighbors = 16;  ///< the point itself not counted, at least 3
-  /// Neighbours farther away do not count; world units. Also the halo that a chunk needs.
+  /// Neighbours farther away do not count; world units.
   double max_radius = 0.0;
   const StopToken* stop = nullptr;  ///< looked at every few thousand points; may be null
+  /// Positive: the points of a cube of a lattice with that side have the normal of the one that is
+  /// nearest to their middle (where it has none, their own). Others have their own.
+  double shared_side = 0.0;
 };
 
 struct EstimatedNormals {
@@ -29,9 +32,12 @@ struct EstimatedNormals {
   std::vector<float> roughness;
 };
 
+/// Margin that a chunk needs around its points.
+double normal_halo(const NormalEstimateOptions& options);
+
 /// Normals of positions [begin, end). Positions must be distinct, finite and in canonical order,
-/// and hold everything within max_radius of the points asked for; the result then does not depend,
-/// to the last bit, on what else they hold. Neighbours are summed in canonical order. A
+/// and reach as far as the halo; the result then does not depend, to the last bit, on what else
+/// they hold. Neighbours are summed in canonical order. A
 /// neighbourhood that is nearly a line (a single scan row) is doubled, up to 16 times within the
 /// radius, until it is none. Runs on the calling TBB arena. O(n log n).
 EstimatedNormals estimate_normals(std::span<const Vec3> positions, std::uint32_t begin,

@@ -50,12 +50,12 @@ struct NormalFacts {
 
 /// What the cleaning did, or would have done.
 struct CleaningFacts {
-  double thickness = 0.0;   ///< of the scanned layers; world units; 0: not measured
-  double spacing = 0.0;     ///< of the raw points
-  CleaningOptions options;  ///< what was applied
-  std::string reason;       ///< why, where it was chosen; what would have been chosen
-  std::uint64_t points_moved = 0;
-  double mean_move = 0.0;  ///< of the points moved, over all passes; world units
+  double thickness = 0.0;          ///< of the scanned layers; world units; 0: not measured
+  double spacing = 0.0;            ///< of the raw points
+  CleaningOptions options;         ///< what was applied
+  std::string reason;              ///< why, where it was chosen; what would have been chosen
+  std::uint64_t points_moved = 0;  ///< by smoothing, of those that thinning left
+  double mean_move = 0.0;          ///< of the points moved, over all passes; world units
 };
 
 /// What tells a run that an input is still the file that its results were made from.

@@ -10,6 +10,7 @@ constexpr const char* kPositions = "positions";
 constexpr const char* kNormals = "normals";
 constexpr const char* kAttributes = "attributes";
 constexpr const char* kBlockBounds = "block_bounds";
+constexpr const char* kSourceRows = "source_rows";
 
 static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(Box) == 2 * sizeof(Vec3));
 
@@ -132,7 +133,7 @@ class BoxQuery {
 }  // namespace
 
 void commit_points(ChunkStore& store, ChunkId chunk, const PointCloud& points,
-                   const std::string& stage) {
+                   const std::string& stage, std::span<const std::uint32_t> source_rows) {
   const std::uint64_t rows = points.size();
   const std::vector<Box> boxes = block_bounds(points.positions);
   std::vector<ArrayView> arrays = {
@@ -148,7 +149,16 @@ void commit_points(ChunkStore& store, ChunkId chunk, const PointCloud& points,
   if (const std::size_t width = points.schema.attribute_bytes(); width > 0)
     arrays.push_back({kAttributes, ScalarType::kUint8, static_cast<std::uint32_t>(width), rows,
                       points.attributes.data()});
+  if (!source_rows.empty())
+    arrays.push_back({kSourceRows, ScalarType::kUint32, 1, source_rows.size(), source_rows.data()});
   store.commit(stage, chunk, arrays, false);
+}
+
+std::vector<std::uint32_t> load_source_rows(const ChunkStore& store, ChunkId chunk,
+                                            const std::string& stage) {
+  const auto stored = store.open(stage, chunk);
+  return stored->has(kSourceRows) ? stored->read_all<std::uint32_t>(kSourceRows)
+                                  : std::vector<std::uint32_t>();
 }
 
 std::uint64_t stored_points(const ChunkStore& store, ChunkId chunk, const std::string& stage) {

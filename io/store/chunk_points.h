@@ -19,13 +19,19 @@ inline constexpr const char* kPointsStage = "points";
 inline constexpr std::uint32_t kPointBlockRows = 1024;
 
 /// Commits a chunk's points, in the order given, with a bounding box per kPointBlockRows rows.
-/// Normals are stored at schema.normal_type, attributes as packed rows.
+/// Normals are stored at schema.normal_type, attributes as packed rows. `source_rows` (one per
+/// point, or none) are stored beside them: where each was among the points that the stage took.
 void commit_points(ChunkStore& store, ChunkId chunk, const PointCloud& points,
-                   const std::string& stage = kPointsStage);
+                   const std::string& stage = kPointsStage,
+                   std::span<const std::uint32_t> source_rows = {});
 
 /// Reads all points of a chunk.
 PointCloud load_points(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,
                        const std::string& stage = kPointsStage);
+
+/// The rows that a chunk's points were committed with; empty without.
+std::vector<std::uint32_t> load_source_rows(const ChunkStore& store, ChunkId chunk,
+                                            const std::string& stage);
 
 /// Number of points of a chunk.
 std::uint64_t stored_points(const ChunkStore& store, ChunkId chunk,

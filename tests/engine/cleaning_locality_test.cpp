@@ -76,10 +76,17 @@ TEST_CASE("PointsExactlyAtTheRadiusDoNotDependOnTheCut") {
             .positions;
       };
       CHECK(test::in_parts(grid, 7.0 * step, radius, normals) == test::in_one_part(grid, normals));
-      CHECK(test::in_parts(grid, 7.0 * step, radius, projected) ==
+      CHECK(test::in_parts(grid, 7.0 * step, projection_halo({radius, true}), projected) ==
             test::in_one_part(grid, projected));
     }
   }
+}
+
+TEST_CASE("NormalsThatPointsOfACubeShareAreThoseOfTheWhole") {
+  const NormalEstimateOptions options{.neighbors = 24, .max_radius = 0.15, .shared_side = 0.05};
+  check_locality(normal_halo(options), [&](const CloudPart& part) {
+    return estimate_normals(part.positions, part.begin, part.end, options).normals;
+  });
 }
 
 TEST_CASE("ThinnedPartsAreTheThinnedWhole") {
@@ -110,7 +117,7 @@ TEST_CASE("MergedPartsAreTheMergedWhole") {
 TEST_CASE("ProjectedPartsAreTheProjectedWhole") {
   for (const bool oriented : {true, false}) {
     const ProjectionOptions options{0.1, oriented};
-    check_locality(options.radius, [&](const CloudPart& part) {
+    check_locality(projection_halo(options), [&](const CloudPart& part) {
       const ProjectedPoints projected =
           project_points(part.positions, part.normals, part.begin, part.end, options);
       std::vector<std::tuple<int, Vec3, Vec3>> rows;

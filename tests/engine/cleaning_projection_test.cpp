@@ -1,4 +1,5 @@
 #include "engine/cleaning/projection.h"
+#include "engine/geometry/neighbor_grid.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -139,6 +140,21 @@ TEST_CASE("PointsWithoutNormalOrNeighborsStay") {
   CHECK(std::count(result.moved.begin(), result.moved.end(), 0) == 2);
 }
 
+TEST_CASE("PointsThatAreNotChosenStayAndTheOthersMoveAsIfAllWere") {
+  const PointCloud cloud = noisy_sphere(5000, 0.01, 3);
+  const auto n = static_cast<std::uint32_t>(cloud.size());
+  const std::uint32_t begin = 100, end = n - 700;
+  std::vector<std::uint8_t> chosen(end - begin);
+  for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i] = i % 3 == 0 ? 1 : 0;
+  const auto all = project_points(cloud.positions, cloud.normals, begin, end, {0.2, true});
+  const auto some = project_points(cloud.positions, cloud.normals, begin, end, {0.2, true}, chosen);
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    CHECK(some.moved[i] == chosen[i]);
+    CHECK(some.positions[i] == (chosen[i] ? all.positions[i] : cloud.positions[begin + i]));
+    CHECK(some.normals[i] == (chosen[i] ? all.normals[i] : cloud.normals[begin + i]));
+  }
+}
+
 TEST_CASE("NothingMovesFartherThanTheRadius") {
   const PointCloud ball = test::random_ball(4000, 5).cloud;
   const auto n = static_cast<std::uint32_t>(ball.size());
@@ -176,7 +192,8 @@ TEST_CASE("ProjectionScalesWithTheCloudAndWorksFarFromTheOrigin") {
       REQUIRE(other.normals[i] == one.normals[i]);
     }
   }
-  const Vec3 far{500000.0, 4200000.0, 100.0};
+  // By whole cells: which points share a surface depends on where cells begin.
+  const Vec3 far = NeighborGrid::cell_side(0.2) * Vec3{2.5e6, 2.1e7, 500.0};
   PointCloud moved = cloud;
   for (Vec3& p : moved.positions) p = p + far;
   const PointCloud other = projected(moved, 0.2, 1);

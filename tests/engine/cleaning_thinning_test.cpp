@@ -29,6 +29,16 @@ std::vector<std::size_t> indices_of(const std::vector<std::uint8_t>& kept) {
 
 }  // namespace
 
+TEST_CASE("APointFartherThanCellsCanBeNumberedChangesNothingForTheOthers") {
+  PointCloud cloud = test::noisy_torus(5000, 0.3, 4).cloud;
+  const ThinningOptions options{0.05, 0.5};
+  const auto last = static_cast<std::uint32_t>(cloud.size());
+  const auto alone = thin_points(cloud.positions, cloud.normals, 0, last, options);
+  cloud.positions.push_back({1e30, -1e30, 1e30});
+  cloud.normals.push_back({0.0, 0.0, 1.0});
+  CHECK(thin_points(cloud.positions, cloud.normals, 0, last, options) == alone);
+}
+
 TEST_CASE("KeptPointsAreASpacingApartAndStandForAllOthers") {
   for (const double factor : {0.5, 2.0, 6.0}) {
     const test::NamedCloud torus = test::noisy_torus(4000, 0.6, 7);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
+#include <tuple>
 #include <vector>
 
 #include <catch2/catch.hpp>
@@ -159,6 +161,28 @@ TEST_CASE("ScaleAndOffsetDoNotMatter") {
         all_normals(moved(torus.cloud, scale, {}), {16, scale * radius});
     CHECK(largest_angle_sine(scaled.normals, here.normals) < 1e-6);
   }
+}
+
+TEST_CASE("PointsOfACubeShareTheNormalOfOneOfThemWhereItHasOne") {
+  PointCloud cloud = test::noisy_torus(4000, 0.2, 2).cloud;
+  cloud.positions.push_back({9.0, 9.0, 9.0});  // alone
+  cloud.normals.push_back({0.0, 0.0, 1.0});
+  test::put_in_order(cloud);
+  const NormalEstimateOptions own{.neighbors = 16, .max_radius = 0.3};
+  NormalEstimateOptions shared = own;
+  shared.shared_side = 0.1;
+  const std::vector<Vec3> of_points = all_normals(cloud, own).normals;
+  const std::vector<Vec3> of_cubes = all_normals(cloud, shared).normals;
+  std::map<std::tuple<double, double, double>, Vec3> cubes;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Vec3 p = cloud.positions[i] / shared.shared_side;
+    const auto cube = std::tuple(std::floor(p.x), std::floor(p.y), std::floor(p.z));
+    CHECK(cubes.emplace(cube, of_cubes[i]).first->second == of_cubes[i]);
+    CHECK((of_points[i] == Vec3{}) == (of_cubes[i] == Vec3{}));
+  }
+  CHECK(cubes.size() * 2 < cloud.size());
+  shared.shared_side = 1e-6;
+  CHECK(all_normals(cloud, shared).normals == of_points);
 }
 
 TEST_CASE("ScanRowsFarApartStillTellThePlane") {

@@ -121,7 +121,7 @@ TEST_CASE("KilledInAnyStageTheSameCommandEndsWithTheSameBytesAndRepeatsNothingCo
   std::mt19937_64 random(5);
   // Never backwards, so that every step is reached in the round that it is in.
   const std::vector<std::vector<std::string>> rounds = {
-      {"start", "raw sort", "raw_outliers", "raw_normals", "raw_smooth_2", "raw_patches"},
+      {"start", "raw sort", "raw_outliers", "raw_normals", "raw_smooth_1", "raw_patches"},
       {"raw_merged", "raw_thinned", "sort", "reconstruct", "reconstruct", "holes"},
       {"count", "export", "picture", "removal"}};
   // Once through is enough, unless a busy machine lets the job end before it is killed.

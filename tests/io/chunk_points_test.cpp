@@ -67,6 +67,18 @@ TEST_CASE("PointsComeBackExactly") {
   CHECK(same(load_points(store, 3, cloud.schema), cloud));
 }
 
+TEST_CASE("SourceRowsComeBackWhereThereAreAny") {
+  const test::ScratchDirectory scratch;
+  const PointCloud cloud = make_points(3, false, ScalarType::kFloat32, false);
+  const std::vector<std::uint32_t> rows = {1, 4, 5};
+  ChunkStore store(scratch / "work");
+  commit_points(store, 0, cloud, "raw_thinned", rows);
+  commit_points(store, 1, cloud, "raw_thinned");
+  CHECK(load_source_rows(store, 0, "raw_thinned") == rows);
+  CHECK(load_source_rows(store, 1, "raw_thinned").empty());
+  CHECK(same(load_points(store, 0, cloud.schema, "raw_thinned"), cloud));
+}
+
 TEST_CASE("PointsInABoxEqualAFilterOfAll") {
   const test::ScratchDirectory scratch;
   const PointCloud cloud = make_points(100'000, true, ScalarType::kFloat32, true);

@@ -26,8 +26,7 @@ IGNORED = {signal.SIGPIPE, signal.SIGCONT}  # the run goes on
 SIGNALS = [signal.SIGKILL] * 3 + [signal.SIGTERM, signal.SIGINT] * 2 + [
     signal.SIGHUP, signal.SIGQUIT, signal.SIGABRT, signal.SIGSEGV, signal.SIGPIPE, signal.SIGXCPU, signal.SIGBUS,
     signal.SIGALRM, signal.SIGUSR1, signal.SIGCONT]
-RAW_STAGES = ["raw", "raw_outliers", "raw_merged", "raw_normals", "raw_smooth_1", "raw_smooth_2", "raw_thinned",
-              "raw_patches"]
+RAW_STAGES = ["raw", "raw_outliers", "raw_merged", "raw_normals", "raw_smooth_1", "raw_thinned", "raw_patches"]
 DOCUMENTS = {"partition.json.xxh3", "ended.json.xxh3", "moves.json.xxh3"}  # written last
 VARIED = [[]] * 3 + [["--threads", "1"], ["--threads", "3"], ["--memory", "300MiB"], ["--set", "run.compress=true"]]
 

@@ -57,6 +57,13 @@ PointCloud kept_points(const PointCloud& points, const std::vector<std::uint8_t>
   return result;
 }
 
+std::vector<std::uint32_t> kept_rows(const std::vector<std::uint8_t>& kept) {
+  std::vector<std::uint32_t> rows;
+  for (std::uint32_t i = 0; i < kept.size(); ++i)
+    if (kept[i] != 0) rows.push_back(i);
+  return rows;
+}
+
 RawPass outlier_pass(const StageRunner& runner, const CleaningOptions& options,
                      const RawCloud& cloud) {
   const OutlierOptions outliers{.sigma = options.outlier_sigma,
@@ -71,7 +78,7 @@ RawPass outlier_pass(const StageRunner& runner, const CleaningOptions& options,
       .work = [outliers](PassPoints&& points) {
         auto kept = find_outliers(points.positions, points.begin, points.end, outliers);
         for (std::uint8_t& flag : kept) flag ^= 1;
-        return kept_points(points.own, kept);
+        return PassResult{kept_points(points.own, kept)};
       }};
 }
 
@@ -88,7 +95,7 @@ RawPass merge_pass(const StageRunner& runner, const CleaningOptions& options) {
                 merge_points(points.positions, points.normals, points.begin, points.end, merging);
             points.own.positions = std::move(merged.positions);
             if (!merged.normals.empty()) points.own.normals = std::move(merged.normals);
-            return kept_points(points.own, merged.kept);
+            return PassResult{kept_points(points.own, merged.kept)};
           }};
 }
 
@@ -156,12 +163,13 @@ RawPass normal_pass(const NormalEstimateOptions& options, const SideRule& rule) 
   return {.stage = directory_of(Stage::kNormals),
           .options = key_line("normals.neighbors", std::to_string(options.neighbors)) +
                      key_line("reach of normals", format_exact(options.max_radius)) +
+                     key_line("cubes of normals", format_exact(options.shared_side)) +
                      key_line("normals.orientation", text_of(rule)),
-          .halo = options.max_radius,
+          .halo = normal_halo(options),
           .adds_normals = true,
           .dropped_reason = DropReason::kTooFewNeighbors,
           .work = [options, rule](PassPoints&& points) {
-            return with_normals(std::move(points), options, rule);
+            return PassResult{with_normals(std::move(points), options, rule)};
           }};
 }
 
@@ -169,28 +177,50 @@ void normalize_all(std::vector<Vec3>& normals) {
   for (Vec3& normal : normals) normal = normalized(normal);
 }
 
+ProjectionOptions projection_of(const StageRunner& runner, const CleaningOptions& options,
+                                bool oriented) {
+  return {options.smooth_radius, oriented, &runner.stop,
+          setting_name(runner.job, "cleaning.smooth_radius")};
+}
+
+ThinningOptions thinning_of(const StageRunner& runner, const CleaningOptions& options) {
+  return {options.thin_to_spacing, kSameSheetCosine, &runner.stop};
+}
+
+/// Which of the chunk's own points stay. Normals without a side do not tell sheets apart.
+std::vector<std::uint8_t> thinned(const PassPoints& points, const ThinningOptions& thinning,
+                                  bool oriented) {
+  return thin_points(points.positions,
+                     oriented ? std::span<const Vec3>(points.normals) : std::span<const Vec3>(),
+                     points.begin, points.end, thinning);
+}
+
+void project(PassPoints& points, const ProjectionOptions& projection,
+             std::span<const std::uint8_t> chosen = {}) {
+  ProjectedPoints projected = project_points(points.positions, points.normals, points.begin,
+                                             points.end, projection, chosen);
+  points.own.positions = std::move(projected.positions);
+  points.own.normals = std::move(projected.normals);
+}
+
 RawPass smooth_pass(const StageRunner& runner, const CleaningOptions& options, bool oriented,
                     int pass) {
-  const ProjectionOptions projection{options.smooth_radius, oriented, &runner.stop,
-                                     setting_name(runner.job, "cleaning.smooth_radius")};
+  const ProjectionOptions projection = projection_of(runner, options, oriented);
   return {.stage = directory_of(Stage::kSmoothing, pass + 1),
           .options =
               key_line(stored_key_name("cleaning.smooth_radius"), format_exact(projection.radius)) +
               key_line("oriented", oriented ? "yes" : "no"),
-          .halo = projection.radius,
+          .halo = projection_halo(projection),
           .drift = projection.radius,
           .work = [projection](PassPoints&& points) {
             normalize_all(points.normals);
-            ProjectedPoints projected = project_points(points.positions, points.normals,
-                                                       points.begin, points.end, projection);
-            points.own.positions = std::move(projected.positions);
-            points.own.normals = std::move(projected.normals);
-            return std::move(points.own);
+            project(points, projection);
+            return PassResult{std::move(points.own)};
           }};
 }
 
 RawPass thin_pass(const StageRunner& runner, const CleaningOptions& options, bool oriented) {
-  const ThinningOptions thinning{options.thin_to_spacing, kSameSheetCosine, &runner.stop};
+  const ThinningOptions thinning = thinning_of(runner, options);
   return {.stage = directory_of(Stage::kThinning),
           .options = key_line(stored_key_name("cleaning.thin_to_spacing"),
                               format_exact(thinning.spacing)) +
@@ -198,11 +228,32 @@ RawPass thin_pass(const StageRunner& runner, const CleaningOptions& options, boo
           .halo = thinning_halo(thinning),
           .dropped_reason = DropReason::kThinned,
           .work = [thinning, oriented](PassPoints&& points) {
-            if (!oriented) points.normals.clear();
             normalize_all(points.normals);
-            return kept_points(points.own, thin_points(points.positions, points.normals,
-                                                       points.begin, points.end, thinning));
+            return PassResult{kept_points(points.own, thinned(points, thinning, oriented))};
           }};
+}
+
+/// Thinning and the last projection, which only the points that stay need: they are chosen where
+/// the projection before left them, and move by the little that is left of the noise.
+RawPass thin_and_smooth_pass(const StageRunner& runner, const CleaningOptions& options,
+                             bool oriented) {
+  const ProjectionOptions projection = projection_of(runner, options, oriented);
+  const ThinningOptions thinning = thinning_of(runner, options);
+  return {
+      .stage = directory_of(Stage::kThinning),
+      .options =
+          key_line(stored_key_name("cleaning.thin_to_spacing"), format_exact(thinning.spacing)) +
+          key_line(stored_key_name("cleaning.smooth_radius"), format_exact(projection.radius)) +
+          key_line("oriented", oriented ? "yes" : "no"),
+      .halo = std::max(thinning_halo(thinning), projection_halo(projection)),
+      .drift = projection.radius,
+      .dropped_reason = DropReason::kThinned,
+      .work = [thinning, projection, oriented](PassPoints&& points) {
+        normalize_all(points.normals);
+        const std::vector<std::uint8_t> kept = thinned(points, thinning, oriented);
+        project(points, projection, kept);
+        return PassResult{kept_points(points.own, kept), kept_rows(kept)};
+      }};
 }
 
 /// The raw points in chunks; resumes from the store where it holds them whole.
@@ -214,7 +265,8 @@ CutPoints raw_points(StageRunner& runner) {
       runner, kRawCut, [&] { return cut_and_sort(scans_as_input(runner.job, kRawCut), runner); });
 }
 
-/// Mean distance between the points of two stages that hold the same points.
+/// Mean distance between the points of two stages; the later one holds the same points, or those
+/// of them that its rows name.
 void measure_moves(StageRunner& runner, const RawCloud& cloud, const std::string& before,
                    CleaningFacts& facts) {
   double sum = 0.0;
@@ -223,9 +275,11 @@ void measure_moves(StageRunner& runner, const RawCloud& cloud, const std::string
     runner.stop.check();
     const PointCloud from = load_points(runner.store, chunk, cloud.schema, before);
     const PointCloud to = load_points(runner.store, chunk, cloud.schema, cloud.stage);
-    for (std::size_t i = 0; i < from.size(); ++i) {
-      if (from.positions[i] == to.positions[i]) continue;
-      sum += norm(to.positions[i] - from.positions[i]);
+    const std::vector<std::uint32_t> rows = load_source_rows(runner.store, chunk, cloud.stage);
+    for (std::size_t i = 0; i < to.size(); ++i) {
+      const Vec3 was = from.positions[rows.empty() ? i : rows[i]];
+      if (was == to.positions[i]) continue;
+      sum += norm(to.positions[i] - was);
       ++moved;
     }
   }
@@ -270,6 +324,8 @@ NormalEstimateOptions estimate_options(const StageRunner& runner, const RawCloud
   if (cleaning.smooth_radius > 0.0) {
     options.neighbors = std::max(options.neighbors, kNeighborsAcrossLayers);
     options.max_radius = std::max(options.max_radius, cleaning.smooth_radius);
+    // Smoothing is to project these points onto one surface anyway.
+    options.shared_side = shared_side(ProjectionOptions{.radius = cleaning.smooth_radius});
   }
   return options;
 }
@@ -299,9 +355,11 @@ bool are_oriented(const NormalFacts& normals) {
 
 void smooth(StageRunner& runner, bool oriented, RawCloud& cloud, CleaningFacts& facts) {
   const std::string before = cloud.stage;
+  const bool thins = facts.options.thin_to_spacing > 0.0;
   cloud.kept_stage = before;
-  for (int pass = 0; pass < facts.options.smooth_passes; ++pass)
+  for (int pass = 0; pass + (thins ? 1 : 0) < facts.options.smooth_passes; ++pass)
     run_pass(runner, smooth_pass(runner, facts.options, oriented, pass), cloud);
+  if (thins) run_pass(runner, thin_and_smooth_pass(runner, facts.options, oriented), cloud);
   cloud.kept_stage.clear();
   if (!runner.communicator.is_root()) return;
   take_moves(runner, cloud, before, facts);
@@ -389,8 +447,9 @@ CutPoints partition_cleaned(StageRunner& runner) {
   drop_and_merge(runner, facts.options, cloud);
   if (runner.job.estimates_normals) normals = estimate(runner, facts.options, cloud);
   const bool oriented = are_oriented(normals);
-  if (facts.options.smooth_radius > 0.0) smooth(runner, oriented, cloud, facts);
-  if (facts.options.thin_to_spacing > 0.0)
+  if (facts.options.smooth_radius > 0.0)
+    smooth(runner, oriented, cloud, facts);
+  else if (facts.options.thin_to_spacing > 0.0)
     run_pass(runner, thin_pass(runner, facts.options, oriented), cloud);
   const auto orientation = propagate(runner, cloud, facts, normals);
   const PatchOrientation* turns = orientation ? &*orientation : nullptr;

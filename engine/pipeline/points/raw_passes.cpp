@@ -127,9 +127,10 @@ void run_pass(StageRunner& runner, const RawPass& pass, RawCloud& cloud) {
   if (!ended) {
     require_points(runner, cloud);
     visit_chunks(runner, cloud, pass.stage, pass.halo, [&](ChunkId chunk, PassPoints&& points) {
-      PointCloud result = points.own.empty() ? std::move(points.own) : pass.work(std::move(points));
-      result.schema = schema;
-      commit_points(runner.store, chunk, result, pass.stage);
+      PassResult result =
+          points.own.empty() ? PassResult{std::move(points.own)} : pass.work(std::move(points));
+      result.points.schema = schema;
+      commit_points(runner.store, chunk, result.points, pass.stage, result.rows);
     });
   }
   const std::string before = std::exchange(cloud.stage, pass.stage);

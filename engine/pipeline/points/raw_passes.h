@@ -37,6 +37,13 @@ struct PassPoints {
   PointCloud own;  ///< these, with their attributes
 };
 
+/// What a pass leaves of a chunk's own points, in their order.
+struct PassResult {
+  PointCloud points;
+  /// Where each was among the chunk's own points, where a later step asks for that.
+  std::vector<std::uint32_t> rows = {};
+};
+
 struct RawPass {
   std::string stage;          ///< for its points
   std::string options;        ///< what it depends on beside the points, as lines of a key
@@ -44,7 +51,7 @@ struct RawPass {
   double drift = 0.0;         ///< farthest that it moves a point
   bool adds_normals = false;  ///< (of 32 bits)
   DropReason dropped_reason = DropReason::kNone;  ///< why points may be missing afterwards
-  std::function<PointCloud(PassPoints&&)> work;
+  std::function<PassResult(PassPoints&&)> work;
 };
 
 /// Calls `visit` for every chunk whose result `stage` lacks, in parallel, with its points and halo.
