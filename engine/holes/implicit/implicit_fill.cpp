@@ -34,8 +34,8 @@ HolePatch none_because(std::string reason, OpenReason open = OpenReason::kOther)
 
 /// Sites enough for the loop and what is near; more add little to a small hole.
 std::uint32_t most_sites(const Rim& rim, const PatchOptions& options) {
-  const std::size_t useful = 100 + 3 * rim.corners.size();
-  return static_cast<std::uint32_t>(std::min<std::size_t>(useful, options.max_sites / 2));
+  const std::size_t useful = 60 + 2 * rim.corners.size();
+  return static_cast<std::uint32_t>(std::min<std::size_t>(useful, options.max_sites / 3));
 }
 
 struct Candidate {

@@ -16,7 +16,8 @@ namespace {
 // would be 0.87, and less makes flat triangles at the rim, more makes large ones.
 constexpr double kClear = 0.6;
 // Places nearer to the rim than this many spacings are not asked for their height: a point stays
-// there only where the patch is steeper than 75 degrees.
+// there only where the patch is steeper than 75 degrees. Where the rim is not steep, nor are those
+// asked that have no room for a point: most small holes have none, and do without the heights.
 constexpr double kRoom = 0.5 * kClear;
 // Nested lattices either way of the mean spacing.
 constexpr int kMostLevels = 6;
@@ -102,6 +103,7 @@ class Lattice {
         sizing_(rim, outline.polygon()),
         outline_(outline),
         heights_(heights),
+        least_room_(heights.is_steep() ? kRoom : kClear),
         graded_(graded),
         most_(most),
         stop_(stop) {}
@@ -165,7 +167,7 @@ class Lattice {
     const bool inside = outline_.contains(x);
     const double room = inside ? outline_.distance(x) : 0.0;
     const double size = spacing_at(x);
-    const bool evaluated = inside && level <= 0 && room >= kRoom * std::min(size, step);
+    const bool evaluated = inside && level <= 0 && room >= least_room_ * std::min(size, step);
     GridPoint point = evaluated ? lifted(x) : GridPoint{x, {}};
     const double stretch = std::sqrt(1.0 + squared_norm(point.slope));
     const double wanted = size / std::sqrt(stretch);
@@ -203,6 +205,7 @@ class Lattice {
   RimSizing sizing_;
   const PlaneOutline& outline_;
   const HoleHeights& heights_;
+  double least_room_;
   bool graded_;
   std::uint32_t most_;
   const StopToken* stop_;
