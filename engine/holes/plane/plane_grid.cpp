@@ -28,10 +28,10 @@ constexpr double kFinerBelowCoarse = 0.81;
 // Beyond this many spacings from the rim the spacing wanted grows with the distance. The patch
 // is the smoother the farther from what is known, and the error of a guess is far more than that of
 // larger triangles there.
-constexpr double kUngraded = 32.0;
+constexpr double kUngraded = 24.0;
 // So far at least; a rim of many edges has so many points beside it that it does with fewer rows.
-constexpr double kLeastUngraded = 8.0;
-constexpr double kMostBeside = 400'000.0;
+constexpr double kLeastUngraded = 4.0;
+constexpr double kMostBeside = 80'000.0;
 
 double ungraded_rows(const Rim& rim) {
   return std::clamp(kMostBeside / static_cast<double>(rim.corners.size()), kLeastUngraded,
@@ -43,7 +43,6 @@ class RimSizing {
  public:
   explicit RimSizing(const Rim& rim, const std::vector<Vec3>& places) {
     constexpr std::size_t kMostArcs = 64;
-    constexpr std::size_t kArcEdges = 6;
     const std::size_t n = rim.corners.size();
     const std::size_t arcs = std::clamp<std::size_t>(n / kArcEdges, 1, kMostArcs);
     for (std::size_t arc = 0; arc < arcs; ++arc) {
@@ -57,16 +56,26 @@ class RimSizing {
       const auto count = static_cast<double>(last - first);
       const double length = mean.length / count;
       arcs_.push_back({mean.place / count, length, 0.5 * mean.length});
+      for (std::size_t i = first; i < last; i += kArcEdges)
+        parts_.push_back(part_of(rim, places, i, std::min(i + kArcEdges, last)));
+      first_part_.push_back(parts_.size());
     }
   }
 
-  // How far the rim is, at least: no part of an arc is farther from its place than half its length.
+  // How far the rim is, at least. Parts of arcs that cannot be nearest are not looked at.
   double distance(Vec3 x) const {
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Arc& arc : arcs_) {
-      const double dx = x.x - arc.place.x;
-      const double dy = x.y - arc.place.y;
-      nearest = std::min(nearest, std::sqrt(dx * dx + dy * dy) - arc.reach);
+    std::size_t first = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t arc = 0; arc < arcs_.size(); ++arc) {
+      const double bound = arcs_[arc].distance(x);
+      if (bound >= least) continue;
+      least = bound;
+      first = arc;
+    }
+    double nearest = nearest_part(x, first);
+    for (std::size_t arc = 0; arc < arcs_.size(); ++arc) {
+      if (arc == first || arcs_[arc].distance(x) >= nearest) continue;
+      nearest = std::min(nearest, nearest_part(x, arc));
     }
     return std::max(nearest, 0.0);
   }
@@ -86,12 +95,45 @@ class RimSizing {
   }
 
  private:
+  static constexpr std::size_t kArcEdges = 6;
+
   struct Arc {
     Vec3 place;
     double length = 0.0;
     double reach = 0.0;
+
+    // At least: no part of an arc is farther from its place than half its length.
+    double distance(Vec3 x) const {
+      const double dx = x.x - place.x;
+      const double dy = x.y - place.y;
+      return std::sqrt(dx * dx + dy * dy) - reach;
+    }
   };
+
+  // Edges [first, last) as an arc.
+  static Arc part_of(const Rim& rim, const std::vector<Vec3>& places, std::size_t first,
+                     std::size_t last) {
+    const std::size_t n = rim.corners.size();
+    Arc part;
+    for (std::size_t i = first; i < last; ++i) {
+      part.place = part.place + places[i];
+      part.length += norm(rim.corners[(i + 1) % n] - rim.corners[i]);
+    }
+    part.place = part.place / static_cast<double>(last - first);
+    part.reach = 0.5 * part.length;
+    return part;
+  }
+
+  double nearest_part(Vec3 x, std::size_t arc) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = first_part_[arc]; i < first_part_[arc + 1]; ++i)
+      nearest = std::min(nearest, parts_[i].distance(x));
+    return nearest;
+  }
+
   std::vector<Arc> arcs_;
+  std::vector<Arc> parts_;                     // of the arcs, a few edges each
+  std::vector<std::size_t> first_part_ = {0};  // of each arc
 };
 
 class Lattice {
