@@ -77,7 +77,7 @@ class Attempts {
   }
 
   bool try_plane() { return take(plane_fill(problem_, options_)); }
-  bool try_implicit() { return take(implicit_fill(problem_, loop(), options_)); }
+  bool try_implicit() { return take(implicit_fill(problem_, loop(), piercings(), options_)); }
   bool try_membrane() { return take(membrane_fill(problem_, loop(), options_)); }
   bool try_direct() { return take(direct_fill(problem_, loop())); }
 
@@ -120,16 +120,17 @@ class Attempts {
   }
 
   void untangle_best() {
-    constexpr std::size_t kMostUntangled = 2;
+    // Where the rim is clear one of the patches should come to be, too.
+    const std::size_t most_untangled = piercings().any() ? 2 : 3;
     // One that starts with so many more than are left of another does not come to fewer.
-    constexpr std::uint64_t kMostTimes = 3;
+    const std::uint64_t most_times = piercings().any() ? 3 : 8;
     std::stable_sort(tangled_.begin(), tangled_.end(), [](const Tangled& a, const Tangled& b) {
       return a.contacts.size() < b.contacts.size();
     });
-    if (tangled_.size() > kMostUntangled) tangled_.resize(kMostUntangled);
-    std::uint64_t least_avoidable = UINT64_MAX / kMostTimes - 1;
+    if (tangled_.size() > most_untangled) tangled_.resize(most_untangled);
+    std::uint64_t least_avoidable = UINT64_MAX / most_times - 1;
     for (Tangled& candidate : tangled_) {
-      if (candidate.avoidable > kMostTimes * (least_avoidable + 1)) continue;
+      if (candidate.avoidable > most_times * (least_avoidable + 1)) continue;
       const std::vector<Contact> left =
           untangle(problem_, piercings(), std::move(candidate.contacts), candidate.patch);
       if (left.size() >= fewest_contacts_) continue;
