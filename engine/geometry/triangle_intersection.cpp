@@ -240,6 +240,10 @@ int side_of_plane(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
   return quick != 2 ? quick : exact_side_of_plane(a, b, c, d);
 }
 
+bool segment_meets_triangle(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c) {
+  return segment_meets(p, q, a, b, c);
+}
+
 bool triangles_intersect(std::span<const Vec3> positions, const Triangle& s, const Triangle& t) {
   const Pair pair = pair_of(positions, s, t);
   if (pair.shared == 3) return true;

@@ -20,4 +20,7 @@ int side_of_plane(Vec3 a, Vec3 b, Vec3 c, Vec3 d);
 /// that are folded onto each other. Exact.
 bool triangles_intersect(std::span<const Vec3> positions, const Triangle& s, const Triangle& t);
 
+/// Whether the closed segment pq meets the closed triangle abc. Exact.
+bool segment_meets_triangle(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c);
+
 }  // namespace orbweave

@@ -15,6 +15,7 @@
 #include "engine/holes/patch/direct_fill.h"
 #include "engine/holes/patch/patch_intersections.h"
 #include "engine/holes/patch/rim.h"
+#include "engine/holes/patch/rim_piercings.h"
 #include "engine/holes/patch/smooth_disc.h"
 #include "engine/holes/patch/untangle.h"
 #include "engine/holes/plane/plane_fill.h"
@@ -55,17 +56,20 @@ class Attempts {
   Attempts(const HoleProblem& problem, const PatchOptions& options)
       : problem_(problem), options_(options) {}
 
-  /// True when the patch is sound and meets nothing.
+  /// True when the patch is sound and meets nothing but what the loop's own edges meet: no other
+  /// one is better.
   bool take(HolePatch patch) {
     check_stop(options_.stop);
     if (patch.method == FillMethod::kNone) return fails(patch.reason, patch.open);
     if (const std::string defect = patch_defect(problem_, patch); !defect.empty()) {
       return fails(defect);
     }
-    const std::uint64_t contacts = count_intersections(problem_, patch, UINT64_MAX);
-    if (contacts > 0) {
-      tangled_.push_back({contacts, std::move(patch)});
-      return fails("the patch meets the surface");
+    std::vector<Contact> contacts = find_contacts(problem_, patch);
+    if (!contacts.empty()) {
+      const std::uint64_t avoidable = piercings().count_avoidable(patch, contacts);
+      tangled_.push_back({std::move(contacts), avoidable, std::move(patch)});
+      fails("the patch meets the surface");
+      return avoidable == 0;
     }
     best_ = std::move(patch);
     fewest_contacts_ = 0;
@@ -73,7 +77,7 @@ class Attempts {
   }
 
   bool try_plane() { return take(plane_fill(problem_, options_)); }
-  bool try_implicit() { return take(implicit_fill(problem_, loop(), options_)); }
+  bool try_implicit() { return take(implicit_fill(problem_, loop(), piercings(), options_)); }
   bool try_membrane() { return take(membrane_fill(problem_, loop(), options_)); }
   bool try_direct() { return take(direct_fill(problem_, loop())); }
 
@@ -100,9 +104,15 @@ class Attempts {
 
  private:
   struct Tangled {
-    std::uint64_t contacts = 0;
+    std::vector<Contact> contacts;
+    std::uint64_t avoidable = 0;  ///< of them
     HolePatch patch;
   };
+
+  const RimPiercings& piercings() {
+    if (!piercings_) piercings_.emplace(problem_);
+    return *piercings_;
+  }
 
   const LoopTriangles& loop() {
     if (!loop_) loop_ = triangles_of_loop(problem_);
@@ -110,16 +120,24 @@ class Attempts {
   }
 
   void untangle_best() {
-    constexpr std::size_t kMostUntangled = 2;
-    std::stable_sort(tangled_.begin(), tangled_.end(),
-                     [](const Tangled& a, const Tangled& b) { return a.contacts < b.contacts; });
-    if (tangled_.size() > kMostUntangled) tangled_.resize(kMostUntangled);
+    // Where the rim is clear one of the patches should come to be, too.
+    const std::size_t most_untangled = piercings().any() ? 2 : 3;
+    // One that starts with so many more than are left of another does not come to fewer.
+    const std::uint64_t most_times = piercings().any() ? 3 : 8;
+    std::stable_sort(tangled_.begin(), tangled_.end(), [](const Tangled& a, const Tangled& b) {
+      return a.contacts.size() < b.contacts.size();
+    });
+    if (tangled_.size() > most_untangled) tangled_.resize(most_untangled);
+    std::uint64_t least_avoidable = UINT64_MAX / most_times - 1;
     for (Tangled& candidate : tangled_) {
-      const std::uint64_t left = untangle(problem_, candidate.patch);
-      if (left >= fewest_contacts_) continue;
-      fewest_contacts_ = left;
+      if (candidate.avoidable > most_times * (least_avoidable + 1)) continue;
+      const std::vector<Contact> left =
+          untangle(problem_, piercings(), std::move(candidate.contacts), candidate.patch);
+      if (left.size() >= fewest_contacts_) continue;
+      fewest_contacts_ = left.size();
+      least_avoidable = piercings().count_avoidable(candidate.patch, left);
       best_ = std::move(candidate.patch);
-      if (left == 0) return;
+      if (least_avoidable == 0) return;
     }
   }
 
@@ -132,6 +150,7 @@ class Attempts {
   const HoleProblem& problem_;
   const PatchOptions& options_;
   std::optional<LoopTriangles> loop_;
+  std::optional<RimPiercings> piercings_;
   std::vector<Tangled> tangled_;
   HolePatch best_;
   std::uint64_t fewest_contacts_ = UINT64_MAX;

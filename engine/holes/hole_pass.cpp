@@ -97,7 +97,12 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
   patch_options.stop = stop;
   NeighborhoodOptions around;
   around.radius_factor = options.neighborhood;
-  if (loop.vertices.size() <= patch_options.direct_edges) around.max_rings = 1;
+  if (loop.vertices.size() <= patch_options.direct_edges) {
+    // Triangles between the corners are chosen by the faces behind them; what else they could meet
+    // is looked for only where that matters.
+    around.max_rings = 1;
+    around.whole_fans = !options.allow_intersections;
+  }
   const GatheredHole gathered = gather_hole(surface, loop, taken, around);
   HolePatch patch = fill_hole(gathered.problem, patch_options);
 

@@ -239,6 +239,34 @@ TEST_CASE("PatchMovesOutOfTheWayOfWhatSticksOut") {
   CHECK(count_intersections(problem, filled) == 0);
 }
 
+TEST_CASE("WhatTheLoopsOwnEdgesMeetIsNotSearchedAWayAround") {
+  // A smooth hole, and a blade of the sheet through one edge of its rim.
+  const TriangleMesh shape =
+      without(height_field(20, waves), [](Vec3 p) { return std::hypot(p.x, p.y) < 0.45; });
+  HoleProblem problem = inner_problem_of(shape);
+  const Vec3 a = problem.positions[problem.loop[3]], b = problem.positions[problem.loop[4]];
+  const auto tip = static_cast<std::uint32_t>(problem.positions.size());
+  const Vec3 middle = 0.5 * (a + b), outward = 0.02 * normalized(middle);
+  for (const Vec3 offset :
+       {Vec3{0, 0, 0.2}, Vec3{0, 0, -0.2} - outward, Vec3{0, 0, -0.2} + outward}) {
+    problem.positions.push_back(middle + offset);
+    problem.normals.push_back({});
+  }
+  problem.sheet.push_back({tip, tip + 1, tip + 2});
+  const RimPiercings piercings(problem);
+  REQUIRE(piercings.any());
+  const HolePatch filled = fill_hole(problem);
+  CHECK(filled.method == FillMethod::kPlane);
+  check_sound(problem, filled);
+  const std::vector<Contact> contacts = find_contacts(problem, filled);
+  REQUIRE_FALSE(contacts.empty());
+  CHECK(piercings.count_avoidable(filled, contacts) == 0);
+  CHECK(filled.reason.find("every patch meets the surface, this one") != std::string::npos);
+  HolePatch moved = filled;
+  CHECK(untangle(problem, moved) == contacts.size());
+  CHECK(moved.positions == filled.positions);
+}
+
 TEST_CASE("WhereEveryPatchMeetsTheSurfaceTheOptionDecides") {
   // A hexagon with a blade through it.
   HoleProblem problem;

@@ -34,8 +34,8 @@ HolePatch none_because(std::string reason, OpenReason open = OpenReason::kOther)
 
 /// Sites enough for the loop and what is near; more add little to a small hole.
 std::uint32_t most_sites(const Rim& rim, const PatchOptions& options) {
-  const std::size_t useful = 100 + 3 * rim.corners.size();
-  return static_cast<std::uint32_t>(std::min<std::size_t>(useful, options.max_sites / 2));
+  const std::size_t useful = 60 + 2 * rim.corners.size();
+  return static_cast<std::uint32_t>(std::min<std::size_t>(useful, options.max_sites / 3));
 }
 
 struct Candidate {
@@ -51,19 +51,20 @@ constexpr double kMostBending = 1.5;
 /// Whether the zero set of a signed distance can say more about the patch than the thin plate does.
 /// A few points have no room for it; tens of thousands have far more than its sites know of. Where
 /// the plate leaves the rim's faces at a steep angle on the mean, the rim is crumpled: the normals
-/// along it, and with them the distance, mean nothing. So they do where the plate over a long loop
-/// runs into the sheet: the zero sets of such rims fold or run into it too.
-bool is_worth_a_zero_set(const HoleProblem& problem, const PatchMesh& disc,
-                         const HolePatch& plate) {
+/// along it, and with them the distance, mean nothing. So they do where the rim itself runs into
+/// the sheet, or the plate does often: the zero sets of such rims fold or run into it too.
+bool is_worth_a_zero_set(const HoleProblem& problem, const PatchMesh& disc, const HolePatch& plate,
+                         const RimPiercings& piercings) {
   constexpr std::uint32_t kLeastPoints = 8;
   constexpr std::uint32_t kMostPoints = 20'000;
-  constexpr std::size_t kShortLoop = 50;  // edges; its zero set costs little, and may be clear
   constexpr std::uint64_t kFewContacts = 8;
+  constexpr std::size_t kTrianglesPerContact = 20;
   constexpr double kCrumpled = std::numbers::pi / 3.0;
   const std::uint32_t points = disc.size() - disc.corners();
   if (points < kLeastPoints || points > kMostPoints) return false;
-  if (!(rim_angles(problem, plate).mean < kCrumpled)) return false;
-  const std::uint64_t most = problem.loop.size() <= kShortLoop ? kFewContacts : 0;
+  if (piercings.any() || !(rim_angles(problem, plate).mean < kCrumpled)) return false;
+  const std::uint64_t most =
+      std::max<std::uint64_t>(kFewContacts, plate.triangles.size() / kTrianglesPerContact);
   return count_intersections(problem, plate, most + 1) <= most;
 }
 
@@ -71,12 +72,17 @@ bool is_worth_a_zero_set(const HoleProblem& problem, const PatchMesh& disc,
 
 HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
                         const PatchOptions& options) {
+  return implicit_fill(problem, loop, RimPiercings(problem), options);
+}
+
+HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
+                        const RimPiercings& piercings, const PatchOptions& options) {
   if (problem.loop.size() < 3) return none_because("fewer than three edges");
   const Rim& rim = loop.rim;
   std::optional<PatchMesh> disc = smooth_disc(problem, loop, 2, options);
   if (!disc) return none_because(too_many_points(options), OpenReason::kTooManyPoints);
   HolePatch plate = finished(problem, rim, *disc);
-  if (!is_worth_a_zero_set(problem, *disc, plate)) {
+  if (!is_worth_a_zero_set(problem, *disc, plate, piercings)) {
     plate.reason = "thin plate";
     plate.values = values_from_corners(problem, plate.positions);
     return plate;
@@ -96,8 +102,12 @@ HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
     if (energy < best.energy) best = {std::move(*zero.patch), energy};
     if (best.energy <= usual_energy) break;
   }
-  if (best.energy > 2.0 * usual_energy) {
-    if (fault.empty()) fault = "the zero set is rough";
+  const bool is_rough = best.energy > 2.0 * usual_energy;
+  // Where only one of the two is clear of the sheet, it is that one.
+  if (is_rough || (count_intersections(problem, best.patch, 1) > 0 &&
+                   count_intersections(problem, plate, 1) == 0)) {
+    if (fault.empty())
+      fault = is_rough ? "the zero set is rough" : "the zero set meets the surface";
     best.patch = plate;
     best.patch.reason = "thin plate: " + fault;
   }

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "engine/holes/patch/direct_fill.h"
+#include "engine/holes/patch/rim_piercings.h"
 #include "engine/holes/problem/hole.h"
 
 namespace orbweave {
@@ -13,9 +14,11 @@ namespace orbweave {
 /// tangent to the sheet, and is then moved onto the zero set of the interpolant. Where that has no
 /// usable zero set near (no normals, no convergence, folded or intersecting patch) the thin plate
 /// stands; `reason` says so and `sites` is 0. FillMethod::kNone where more new points than allowed
-/// would be needed.
+/// would be needed. No zero set is looked at where the loop's own edges run into the sheet.
 HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
                         const PatchOptions& options = {});
+HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
+                        const RimPiercings& piercings, const PatchOptions& options);
 
 /// The membrane over the loop: refined like the others, but as flat as can be. It stays within
 /// the loop's convex hull, and so out of the way of sheets that a rounder patch would meet.

@@ -81,10 +81,12 @@ void look_at_stop(std::uint32_t point, const StopToken* stop) {
 /// Brings the disc onto the zero set and keeps its triangles well shaped meanwhile.
 void settle(const RbfInterpolant& rbf, const Rim& rim, const PatchOptions& options,
             PatchMesh& disc) {
-  constexpr int kRounds = 6;
+  // A large disc starts near enough.
+  constexpr std::size_t kLarge = 600;
+  const int rounds = inner_points(disc).size() < kLarge ? 6 : 3;
   const double longest = std::max(0.5 * rim.spacing, 0.1 * rim.radius);
-  const Descent rough{longest, 0.05 * rim.spacing, 4};
-  for (int round = 0; round < kRounds; ++round) {
+  const Descent rough{longest, 0.05 * rim.spacing, 2};
+  for (int round = 0; round < rounds; ++round) {
     const std::vector<std::uint32_t> points = inner_points(disc);
     std::vector<Vec3> normals;
     for (const std::uint32_t v : points) {

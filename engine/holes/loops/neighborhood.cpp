@@ -21,56 +21,111 @@ struct Reached {
   std::vector<Triangle64> triangles;    // sorted
 };
 
-bool contains(std::span<const std::uint64_t> sorted, std::uint64_t vertex) {
-  return std::binary_search(sorted.begin(), sorted.end(), vertex);
-}
-
-/// Rings of vertices around a loop. What lies next to a ring is of the one before, of itself or of
-/// the next one, so that these three alone are searched.
-class Rings {
+/// Marks of vertices, by their numbers.
+class Marks {
  public:
-  Rings(const Surface& surface, const BoundaryLoop& loop)
-      : surface_(surface), ring_(loop.vertices) {
-    sort_unique(ring_);
-  }
+  static constexpr std::uint32_t kNone = UINT32_MAX;
 
-  bool empty() const { return ring_.empty(); }
+  explicit Marks(std::size_t expected) { resize(2 * expected); }
 
-  /// Adds the ring and the triangles at it; returns the vertices beyond it, sorted.
-  std::vector<std::uint64_t> take(Reached& reached) {
-    std::vector<std::uint64_t> beyond;
-    for (const std::uint64_t vertex : ring_) {
-      at_vertex_.clear();
-      surface_.triangles_at(vertex, at_vertex_);
-      for (const Triangle64& t : at_vertex_) {
-        if (was_seen(t, vertex)) continue;
-        reached.triangles.push_back(t);
-        beyond.insert(beyond.end(), t.begin(), t.end());
-      }
-    }
-    reached.vertices.insert(reached.vertices.end(), ring_.begin(), ring_.end());
-    sort_unique(beyond);
-    std::erase_if(beyond, [this](std::uint64_t vertex) { return contains(ring_, vertex); });
-    return beyond;
-  }
+  /// kNone where the vertex has none.
+  std::uint32_t of(std::uint64_t vertex) const { return slots_[slot_of(vertex)].mark; }
 
-  void go_on_with(std::vector<std::uint64_t> ring) {
-    before_ = std::move(ring_);
-    ring_ = std::move(ring);
+  void set(std::uint64_t vertex, std::uint32_t mark) {
+    Slot& slot = slots_[slot_of(vertex)];
+    const bool is_new = slot.mark == kNone;
+    slot = {vertex, mark};
+    if (is_new && 2 * ++used_ > slots_.size()) resize(2 * slots_.size());
   }
 
  private:
-  /// At a vertex of the ring before, or at a smaller one of this ring.
+  struct Slot {
+    std::uint64_t vertex = 0;
+    std::uint32_t mark = kNone;
+  };
+
+  void resize(std::size_t least) {
+    std::size_t size = 64;
+    while (size < least) size *= 2;
+    std::vector<Slot> before(size);
+    before.swap(slots_);
+    for (const Slot& slot : before)
+      if (slot.mark != kNone) slots_[slot_of(slot.vertex)] = slot;
+  }
+
+  /// Its own slot, or the free one where it would go.
+  std::size_t slot_of(std::uint64_t vertex) const {
+    constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15;
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t slot = static_cast<std::size_t>((vertex * kGolden) >> 32) & mask;
+    while (slots_[slot].mark != kNone && slots_[slot].vertex != vertex) slot = (slot + 1) & mask;
+    return slot;
+  }
+
+  std::vector<Slot> slots_;
+  std::size_t used_ = 0;
+};
+
+/// Rings of vertices around a loop, marked by their numbers.
+class Rings {
+ public:
+  Rings(const Surface& surface, const BoundaryLoop& loop)
+      : surface_(surface), ring_(loop.vertices), marks_(16 * loop.vertices.size()) {
+    sort_unique(ring_);
+    for (const std::uint64_t vertex : ring_) marks_.set(vertex, 0);
+  }
+
+  bool empty() const { return ring_.empty(); }
+  const std::vector<std::uint64_t>& ring() const { return ring_; }
+
+  /// Adds the triangles at the ring; returns the vertices beyond it, sorted.
+  std::vector<std::uint64_t> take_triangles(std::vector<Triangle64>& triangles) {
+    std::vector<std::uint64_t> beyond;
+    at_ring_.clear();
+    ends_.clear();
+    surface_.triangles_at(ring_, at_ring_, ends_);
+    std::size_t i = 0;
+    for (std::size_t k = 0; k < ring_.size(); ++k) {
+      for (; i < ends_[k]; ++i) {
+        const Triangle64& t = at_ring_[i];
+        if (was_seen(t, ring_[k])) continue;
+        triangles.push_back(t);
+        for (const std::uint64_t vertex : t) {
+          if (marks_.of(vertex) != Marks::kNone) continue;
+          marks_.set(vertex, kBeyond);
+          beyond.push_back(vertex);
+        }
+      }
+    }
+    std::sort(beyond.begin(), beyond.end());
+    return beyond;
+  }
+
+  /// What is not in the ring is not reached, now or later.
+  void go_on_with(std::vector<std::uint64_t> ring) {
+    ring_ = std::move(ring);
+    ++depth_;
+    for (const std::uint64_t vertex : ring_) marks_.set(vertex, depth_);
+  }
+
+ private:
+  static constexpr std::uint32_t kBeyond = Marks::kNone - 1;
+
+  /// At a vertex of a ring before, or at a smaller one of this ring.
   bool was_seen(const Triangle64& t, std::uint64_t vertex) const {
     return std::any_of(t.begin(), t.end(), [&](std::uint64_t other) {
-      return other != vertex &&
-             (contains(before_, other) || (other < vertex && contains(ring_, other)));
+      if (other == vertex) return false;
+      const std::uint32_t mark = marks_.of(other);
+      return mark < depth_ || (mark == depth_ && other < vertex);
     });
   }
 
   const Surface& surface_;
-  std::vector<std::uint64_t> before_, ring_;  // sorted
-  std::vector<Triangle64> at_vertex_;
+  std::vector<std::uint64_t> ring_;  // sorted
+  Marks marks_;
+  std::uint32_t depth_ = 0;
+  std::vector<Triangle64> at_ring_;
+  std::vector<std::size_t> ends_;
 };
 
 Reached walk_rings(const Surface& surface, const BoundaryLoop& loop,
@@ -80,67 +135,83 @@ Reached walk_rings(const Surface& surface, const BoundaryLoop& loop,
   const double limit = options.radius_factor * loop.radius;
   Rings rings(surface, loop);
   for (std::uint32_t depth = 0; !rings.empty(); ++depth) {
-    std::vector<std::uint64_t> beyond = rings.take(reached);
-    if (options.max_rings > 0 && depth >= options.max_rings) break;
+    const std::vector<std::uint64_t>& ring = rings.ring();
+    reached.vertices.insert(reached.vertices.end(), ring.begin(), ring.end());
+    const bool is_last = options.max_rings > 0 && depth >= options.max_rings;
+    if (is_last && !options.whole_fans) break;
+    std::vector<std::uint64_t> beyond = rings.take_triangles(reached.triangles);
+    if (is_last) break;
     if (depth >= kLeastRings && reached.vertices.size() > options.max_vertices) break;
     if (depth >= kLeastRings) {
-      std::erase_if(beyond, [&](std::uint64_t vertex) {
-        return !(norm(surface.position(vertex) - loop.center) <= limit);
-      });
+      std::vector<Vec3> places(beyond.size());
+      surface.positions(beyond, places);
+      std::size_t kept = 0;
+      for (std::size_t i = 0; i < beyond.size(); ++i)
+        if (norm(places[i] - loop.center) <= limit) beyond[kept++] = beyond[i];
+      beyond.resize(kept);
     }
     rings.go_on_with(std::move(beyond));
   }
-  sort_unique(reached.vertices);
-  sort_unique(reached.triangles);
+  std::sort(reached.vertices.begin(), reached.vertices.end());
+  std::sort(reached.triangles.begin(), reached.triangles.end());
   return reached;
 }
 
 /// Numbers of the gathered vertices.
 class Numbers {
  public:
-  static constexpr std::uint32_t kNone = UINT32_MAX;
+  static constexpr std::uint32_t kNone = Marks::kNone;
 
-  explicit Numbers(std::span<const std::uint64_t> vertices) : vertices_(vertices) {
-    while (places_.size() < 2 * vertices.size()) places_.resize(2 * places_.size());
-    std::fill(places_.begin(), places_.end(), kNone);
-    for (std::uint32_t i = 0; i < vertices.size(); ++i) places_[place_of(vertices[i])] = i;
+  explicit Numbers(std::span<const std::uint64_t> vertices) : marks_(vertices.size()) {
+    for (std::uint32_t i = 0; i < vertices.size(); ++i) marks_.set(vertices[i], i);
   }
 
   /// kNone where the vertex was not gathered.
-  std::uint32_t of(std::uint64_t vertex) const { return places_[place_of(vertex)]; }
+  std::uint32_t of(std::uint64_t vertex) const { return marks_.of(vertex); }
 
   Triangle of(const Triangle64& t) const { return {of(t[0]), of(t[1]), of(t[2])}; }
 
  private:
-  /// Its own place, or the free one where it would go.
-  std::size_t place_of(std::uint64_t vertex) const {
-    constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15;
-    const std::size_t mask = places_.size() - 1;
-    std::size_t place = static_cast<std::size_t>((vertex * kGolden) >> 32) & mask;
-    while (places_[place] != kNone && vertices_[places_[place]] != vertex)
-      place = (place + 1) & mask;
-    return place;
-  }
-
-  std::span<const std::uint64_t> vertices_;
-  std::vector<std::uint32_t> places_ = std::vector<std::uint32_t>(16);
+  Marks marks_;
 };
 
 bool is_gathered(const Triangle& t) {
   return t[0] != Numbers::kNone && t[1] != Numbers::kNone && t[2] != Numbers::kNone;
 }
 
+/// Where the vertices lie that triangles have but that were not gathered.
+class OuterPlaces {
+ public:
+  OuterPlaces(const Surface& surface, const Reached& reached, std::span<const Triangle> triangles) {
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+      for (int k = 0; k < 3; ++k)
+        if (triangles[i][k] == Numbers::kNone) vertices_.push_back(reached.triangles[i][k]);
+    }
+    sort_unique(vertices_);
+    places_.resize(vertices_.size());
+    surface.positions(vertices_, places_);
+  }
+  Vec3 of(std::uint64_t vertex) const {
+    return places_[std::lower_bound(vertices_.begin(), vertices_.end(), vertex) -
+                   vertices_.begin()];
+  }
+
+ private:
+  std::vector<std::uint64_t> vertices_;  // sorted
+  std::vector<Vec3> places_;
+};
+
 /// Positions, and unit normals from all faces at each vertex, weighted by area.
 void add_vertices(const Surface& surface, const Reached& reached,
                   std::span<const Triangle> triangles, HoleProblem& problem) {
-  for (const std::uint64_t vertex : reached.vertices)
-    problem.positions.push_back(surface.position(vertex));
+  problem.positions.resize(reached.vertices.size());
+  surface.positions(reached.vertices, problem.positions);
   problem.normals.resize(reached.vertices.size());
+  const OuterPlaces outer(surface, reached, triangles);
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const Triangle& t = triangles[i];
     const auto at = [&](int k) {
-      return t[k] != Numbers::kNone ? problem.positions[t[k]]
-                                    : surface.position(reached.triangles[i][k]);
+      return t[k] != Numbers::kNone ? problem.positions[t[k]] : outer.of(reached.triangles[i][k]);
     };
     const Vec3 a = at(0);
     const Vec3 area = cross(at(1) - a, at(2) - a);

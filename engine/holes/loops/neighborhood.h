@@ -19,6 +19,9 @@ struct NeighborhoodOptions {
   std::uint32_t max_vertices = 20'000;
   /// Rings beyond the rim at most; 0: no limit.
   std::uint32_t max_rings = 0;
+  /// Whether all triangles at the vertices of the last ring are wanted where there is such a limit;
+  /// without, those at the rings before, and the last ring's normals are not whole.
+  bool whole_fans = true;
 };
 
 /// A problem in the numbers of the gathered vertices, and which vertices those are.

@@ -91,7 +91,7 @@ std::optional<FairDisc> fairest_by_levels(const HoleProblem& problem, const Rim&
 }
 
 /// Which disc a plate starts from decides what it comes to: the fairer one of two, where it is
-/// small enough for that.
+/// small enough for that and has more than a few points.
 std::optional<FairDisc> fairest_plate(const HoleProblem& problem, const Rim& rim,
                                       const PatchMesh& start, double spacing, double points,
                                       const PatchOptions& options) {
@@ -99,7 +99,9 @@ std::optional<FairDisc> fairest_plate(const HoleProblem& problem, const Rim& rim
   const RimSheet sheet = sheet_at_rim(problem, rim);
   std::optional<FairDisc> best =
       fairest_by_levels(problem, rim, sheet, spacing, points, start, options);
+  constexpr std::uint32_t kFew = 3;
   if (points > kSmall) return best;
+  if (best && best->disc.size() - best->disc.corners() <= kFew) return best;
   std::optional<FairDisc> other = fairest(problem, rim, {}, spacing, start, options);
   if (other) other = fairest(problem, rim, sheet, spacing, std::move(other->disc), options);
   return best && !(other && other->energy < best->energy) ? std::move(best) : std::move(other);

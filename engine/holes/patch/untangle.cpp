@@ -178,8 +178,9 @@ class Surroundings {
 
 class Untangler {
  public:
-  Untangler(const HoleProblem& problem, HolePatch& patch)
+  Untangler(const HoleProblem& problem, const RimPiercings& piercings, HolePatch& patch)
       : problem_(problem),
+        piercings_(piercings),
         patch_(patch),
         given_(static_cast<std::uint32_t>(problem.positions.size())),
         rim_(find_rim(problem)),
@@ -188,33 +189,52 @@ class Untangler {
     Box reach;
     for (const Triangle& t : patch.triangles) reach.extend(box_of(t));
     reach = reach.grown((kRounds + 1) * kSteps.back() * rim_.spacing);
-    for (const Triangle& t : problem.sheet)
-      if (box_of(t).intersects(reach)) near_.push_back(t);
+    for (std::uint32_t i = 0; i < problem.sheet.size(); ++i) {
+      if (!box_of(problem.sheet[i]).intersects(reach)) continue;
+      near_.push_back(problem.sheet[i]);
+      in_sheet_.push_back(i);
+    }
     sheet_.emplace(positions_, near_);
   }
 
-  std::vector<Contact> contacts() const {
-    return find_contacts(positions_, patch_.triangles, near_);
-  }
-
-  std::uint64_t run(std::vector<Contact> contacts) {
+  /// Returns the contacts that are left of `contacts`.
+  std::vector<Contact> run(std::vector<Contact> contacts) {
     const std::vector<Vec3> before = patch_.positions;
-    if (give_vertices(contacts)) contacts = this->contacts();
+    if (give_vertices(avoidable(contacts))) contacts = this->contacts();
     list_triangles();
-    for (int round = 0; round < kRounds && !contacts.empty(); ++round) {
+    for (int round = 0; round < kRounds; ++round) {
+      const std::vector<Contact> to_avoid = avoidable(contacts);
+      if (to_avoid.empty()) break;
       bool has_moved = false;
       const BoxTree tree(positions_, patch_.triangles);
-      for (const std::uint32_t v : movable(contacts)) has_moved = improve(v, tree) || has_moved;
+      for (const std::uint32_t v : movable(to_avoid)) has_moved = improve(v, tree) || has_moved;
       std::copy(positions_.begin() + given_, positions_.end(), patch_.positions.begin());
       if (!has_moved) break;
       contacts = this->contacts();
     }
     renew_normals(before);
-    return contacts.size();
+    return contacts;
   }
 
  private:
   bool is_new(std::uint32_t v) const { return v >= given_; }
+
+  std::vector<Contact> contacts() const {
+    std::vector<Contact> contacts = find_contacts(positions_, patch_.triangles, near_);
+    const auto own = static_cast<std::uint32_t>(patch_.triangles.size());
+    for (Contact& contact : contacts)
+      if (contact[1] >= own) contact[1] = own + in_sheet_[contact[1] - own];
+    return contacts;
+  }
+
+  /// Without those that the loop's own edges have.
+  std::vector<Contact> avoidable(std::vector<Contact> contacts) const {
+    const auto own = static_cast<std::uint32_t>(patch_.triangles.size());
+    std::erase_if(contacts, [&](const Contact& contact) {
+      return contact[1] >= own && piercings_.has(patch_.triangles[contact[0]], contact[1] - own);
+    });
+    return contacts;
+  }
 
   std::vector<std::uint32_t> touching(const std::vector<Contact>& contacts) const {
     std::vector<std::uint32_t> triangles;
@@ -273,6 +293,8 @@ class Untangler {
 
   void list_triangles() {
     at_.assign(patch_.positions.size(), {});
+    tried_.assign(at_.size(), 0);
+    moved_.assign(at_.size(), 0);
     for (std::uint32_t i = 0; i < patch_.triangles.size(); ++i) {
       for (const std::uint32_t v : patch_.triangles[i])
         if (is_new(v)) at_[v - given_].push_back(i);
@@ -314,6 +336,8 @@ class Untangler {
   /// Tries places along the normal, towards the middle of the hole and across; the nearest of the
   /// best ones is taken. True when it is better than where the vertex is.
   bool improve(std::uint32_t vertex, const BoxTree& tree) {
+    ++clock_;
+    if (is_settled(vertex)) return false;
     Surroundings around = surroundings(vertex, tree);
     const Vec3 start = positions_[vertex];
     const Vec3 normal = normal_of(around.own());
@@ -334,30 +358,50 @@ class Untangler {
       }
     }
     positions_[vertex] = best;
+    (best != start ? moved_ : tried_)[vertex - given_] = clock_;
     return best != start;
   }
 
+  /// Whether a vertex was tried in vain, and nothing beside it has moved since.
+  bool is_settled(std::uint32_t vertex) const {
+    const std::uint32_t tried = tried_[vertex - given_];
+    if (tried == 0) return false;
+    for (const std::uint32_t i : at_[vertex - given_]) {
+      for (const std::uint32_t v : patch_.triangles[i])
+        if (is_new(v) && moved_[v - given_] > tried) return false;
+    }
+    return true;
+  }
+
   const HoleProblem& problem_;
+  const RimPiercings& piercings_;
   HolePatch& patch_;
   std::uint32_t given_;
   Rim rim_;
-  std::vector<Vec3> positions_;  ///< of the problem, then of the patch
-  std::vector<Triangle> near_;   ///< of the sheet: all that the patch can come to meet
+  std::vector<Vec3> positions_;          ///< of the problem, then of the patch
+  std::vector<Triangle> near_;           ///< of the sheet: all that the patch can come to meet
+  std::vector<std::uint32_t> in_sheet_;  ///< their numbers
   std::optional<BoxTree> sheet_;
   std::vector<std::vector<std::uint32_t>> at_;  ///< triangles at the patch's new vertices
+  std::uint32_t clock_ = 0;
+  std::vector<std::uint32_t> tried_, moved_;  ///< when, last: in vain, and to a better place
 };
 
 }  // namespace
 
-std::uint64_t untangle(const HoleProblem& problem, HolePatch& patch) {
+std::vector<Contact> untangle(const HoleProblem& problem, const RimPiercings& piercings,
+                              std::vector<Contact> contacts, HolePatch& patch) {
+  if (contacts.size() > kMostContacts || piercings.count_avoidable(patch, contacts) == 0)
+    return contacts;
   HolePatch moved = patch;
-  Untangler untangler(problem, moved);
-  const std::vector<Contact> contacts = untangler.contacts();
-  if (contacts.empty() || contacts.size() > kMostContacts) return contacts.size();
-  const std::uint64_t left = untangler.run(contacts);
-  if (left >= contacts.size()) return contacts.size();
+  std::vector<Contact> left = Untangler(problem, piercings, moved).run(contacts);
+  if (left.size() >= contacts.size()) return contacts;
   patch = std::move(moved);
   return left;
+}
+
+std::uint64_t untangle(const HoleProblem& problem, HolePatch& patch) {
+  return untangle(problem, RimPiercings(problem), find_contacts(problem, patch), patch).size();
 }
 
 }  // namespace orbweave

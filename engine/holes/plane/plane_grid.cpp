@@ -16,7 +16,8 @@ namespace {
 // would be 0.87, and less makes flat triangles at the rim, more makes large ones.
 constexpr double kClear = 0.6;
 // Places nearer to the rim than this many spacings are not asked for their height: a point stays
-// there only where the patch is steeper than 75 degrees.
+// there only where the patch is steeper than 75 degrees. Where the rim is not steep, nor are those
+// asked that have no room for a point: most small holes have none, and do without the heights.
 constexpr double kRoom = 0.5 * kClear;
 // Nested lattices either way of the mean spacing.
 constexpr int kMostLevels = 6;
@@ -27,10 +28,10 @@ constexpr double kFinerBelowCoarse = 0.81;
 // Beyond this many spacings from the rim the spacing wanted grows with the distance. The patch
 // is the smoother the farther from what is known, and the error of a guess is far more than that of
 // larger triangles there.
-constexpr double kUngraded = 32.0;
+constexpr double kUngraded = 24.0;
 // So far at least; a rim of many edges has so many points beside it that it does with fewer rows.
-constexpr double kLeastUngraded = 8.0;
-constexpr double kMostBeside = 400'000.0;
+constexpr double kLeastUngraded = 4.0;
+constexpr double kMostBeside = 80'000.0;
 
 double ungraded_rows(const Rim& rim) {
   return std::clamp(kMostBeside / static_cast<double>(rim.corners.size()), kLeastUngraded,
@@ -42,7 +43,6 @@ class RimSizing {
  public:
   explicit RimSizing(const Rim& rim, const std::vector<Vec3>& places) {
     constexpr std::size_t kMostArcs = 64;
-    constexpr std::size_t kArcEdges = 6;
     const std::size_t n = rim.corners.size();
     const std::size_t arcs = std::clamp<std::size_t>(n / kArcEdges, 1, kMostArcs);
     for (std::size_t arc = 0; arc < arcs; ++arc) {
@@ -56,16 +56,26 @@ class RimSizing {
       const auto count = static_cast<double>(last - first);
       const double length = mean.length / count;
       arcs_.push_back({mean.place / count, length, 0.5 * mean.length});
+      for (std::size_t i = first; i < last; i += kArcEdges)
+        parts_.push_back(part_of(rim, places, i, std::min(i + kArcEdges, last)));
+      first_part_.push_back(parts_.size());
     }
   }
 
-  // How far the rim is, at least: no part of an arc is farther from its place than half its length.
+  // How far the rim is, at least. Parts of arcs that cannot be nearest are not looked at.
   double distance(Vec3 x) const {
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Arc& arc : arcs_) {
-      const double dx = x.x - arc.place.x;
-      const double dy = x.y - arc.place.y;
-      nearest = std::min(nearest, std::sqrt(dx * dx + dy * dy) - arc.reach);
+    std::size_t first = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t arc = 0; arc < arcs_.size(); ++arc) {
+      const double bound = arcs_[arc].distance(x);
+      if (bound >= least) continue;
+      least = bound;
+      first = arc;
+    }
+    double nearest = nearest_part(x, first);
+    for (std::size_t arc = 0; arc < arcs_.size(); ++arc) {
+      if (arc == first || arcs_[arc].distance(x) >= nearest) continue;
+      nearest = std::min(nearest, nearest_part(x, arc));
     }
     return std::max(nearest, 0.0);
   }
@@ -85,12 +95,45 @@ class RimSizing {
   }
 
  private:
+  static constexpr std::size_t kArcEdges = 6;
+
   struct Arc {
     Vec3 place;
     double length = 0.0;
     double reach = 0.0;
+
+    // At least: no part of an arc is farther from its place than half its length.
+    double distance(Vec3 x) const {
+      const double dx = x.x - place.x;
+      const double dy = x.y - place.y;
+      return std::sqrt(dx * dx + dy * dy) - reach;
+    }
   };
+
+  // Edges [first, last) as an arc.
+  static Arc part_of(const Rim& rim, const std::vector<Vec3>& places, std::size_t first,
+                     std::size_t last) {
+    const std::size_t n = rim.corners.size();
+    Arc part;
+    for (std::size_t i = first; i < last; ++i) {
+      part.place = part.place + places[i];
+      part.length += norm(rim.corners[(i + 1) % n] - rim.corners[i]);
+    }
+    part.place = part.place / static_cast<double>(last - first);
+    part.reach = 0.5 * part.length;
+    return part;
+  }
+
+  double nearest_part(Vec3 x, std::size_t arc) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = first_part_[arc]; i < first_part_[arc + 1]; ++i)
+      nearest = std::min(nearest, parts_[i].distance(x));
+    return nearest;
+  }
+
   std::vector<Arc> arcs_;
+  std::vector<Arc> parts_;                     // of the arcs, a few edges each
+  std::vector<std::size_t> first_part_ = {0};  // of each arc
 };
 
 class Lattice {
@@ -102,6 +145,7 @@ class Lattice {
         sizing_(rim, outline.polygon()),
         outline_(outline),
         heights_(heights),
+        least_room_(heights.is_steep() ? kRoom : kClear),
         graded_(graded),
         most_(most),
         stop_(stop) {}
@@ -165,7 +209,7 @@ class Lattice {
     const bool inside = outline_.contains(x);
     const double room = inside ? outline_.distance(x) : 0.0;
     const double size = spacing_at(x);
-    const bool evaluated = inside && level <= 0 && room >= kRoom * std::min(size, step);
+    const bool evaluated = inside && level <= 0 && room >= least_room_ * std::min(size, step);
     GridPoint point = evaluated ? lifted(x) : GridPoint{x, {}};
     const double stretch = std::sqrt(1.0 + squared_norm(point.slope));
     const double wanted = size / std::sqrt(stretch);
@@ -203,6 +247,7 @@ class Lattice {
   RimSizing sizing_;
   const PlaneOutline& outline_;
   const HoleHeights& heights_;
+  double least_room_;
   bool graded_;
   std::uint32_t most_;
   const StopToken* stop_;

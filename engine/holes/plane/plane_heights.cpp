@@ -12,7 +12,7 @@ constexpr double kLengths[] = {0.2, 0.3, 0.45, 0.65, 1.0};
 // Number of lengths in a row, each worse than the best, that ends the search.
 constexpr int kPatience = 2;
 // A part shows whether there is noise: this number of adjacent sites.
-constexpr std::size_t kSample = 200;
+constexpr std::size_t kSample = 100;
 
 RbfInterpolant fit(const std::vector<Vec3>& places, double spacing, double length,
                    const PatchOptions& options) {
@@ -83,6 +83,13 @@ RbfInterpolant fit_heights(const std::vector<Vec3>& places, double spacing,
 HoleHeights::HoleHeights(const HoleProblem& problem, const Rim& rim, const HoleFrame& frame,
                          const PlaneOutline& outline, const PatchOptions& options)
     : problem_(problem), rim_(rim), frame_(frame), outline_(outline), options_(options) {}
+
+bool HoleHeights::is_steep() const {
+  constexpr double kSteep = 0.5;  // 60 degrees: lattices half as fine begin at 67
+  return std::any_of(rim_.face_normals.begin(), rim_.face_normals.end(), [&](Vec3 normal) {
+    return normal != Vec3{} && dot(normal, frame_.axis) < kSteep;
+  });
+}
 
 RbfInterpolant::ValueGradient HoleHeights::at(Vec3 place) const {
   std::call_once(once_, [this] {

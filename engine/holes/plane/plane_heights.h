@@ -33,6 +33,9 @@ class HoleHeights {
   /// Height and gradient at a place of the plane; 0 where there is no interpolant.
   RbfInterpolant::ValueGradient at(Vec3 place) const;
 
+  /// Whether the sheet along the rim is so steep that points over the plane have to be denser.
+  bool is_steep() const;
+
   /// Null until a height was asked for.
   const RbfInterpolant* interpolant() const { return fit_ ? &*fit_ : nullptr; }
   /// Of the interpolant.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <span>
+#include <unordered_map>
 
 #include "engine/holes/rbf/rbf_centers.h"
 
@@ -82,6 +83,63 @@ class PlaneCells {
 
   double size_;
   std::vector<Entry> sorted_;
+};
+
+// Places kept so far, in nested cells, to ask whether one lies within any distance of another.
+class NestedCells {
+ public:
+  explicit NestedCells(double size) : size_(size) {}
+
+  bool has_within(Vec3 x, double distance) {
+    std::size_t level = 0;
+    while (level + 1 < kMostLevels && size_of(level) < distance) ++level;
+    while (levels_.size() <= level) add_level();
+    const std::int64_t column = cell(x.x, level), row = cell(x.y, level);
+    const auto reach = static_cast<std::int64_t>(std::ceil(distance / size_of(level)));
+    for (std::int64_t i = column - reach; i <= column + reach; ++i) {
+      for (std::int64_t k = row - reach; k <= row + reach; ++k) {
+        const auto at = levels_[level].find(key(i, k));
+        if (at == levels_[level].end()) continue;
+        const bool is_near = std::any_of(at->second.begin(), at->second.end(), [&](Vec3 other) {
+          const double dx = x.x - other.x;
+          const double dy = x.y - other.y;
+          return dx * dx + dy * dy < distance * distance;
+        });
+        if (is_near) return true;
+      }
+    }
+    return false;
+  }
+
+  void add(Vec3 x) {
+    places_.push_back(x);
+    for (std::size_t level = 0; level < levels_.size(); ++level) put(x, level);
+  }
+
+ private:
+  using Cells = std::unordered_map<std::uint64_t, std::vector<Vec3>>;
+  static constexpr std::size_t kMostLevels = 24;
+
+  double size_of(std::size_t level) const { return std::ldexp(size_, static_cast<int>(level)); }
+  std::int64_t cell(double x, std::size_t level) const {
+    return static_cast<std::int64_t>(std::floor(std::clamp(x / size_of(level), -1e15, 1e15)));
+  }
+  // Cells that share a key cost time alone.
+  static std::uint64_t key(std::int64_t i, std::int64_t k) {
+    constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15;
+    return static_cast<std::uint64_t>(i) * kGolden + static_cast<std::uint64_t>(k);
+  }
+  void put(Vec3 x, std::size_t level) {
+    levels_[level][key(cell(x.x, level), cell(x.y, level))].push_back(x);
+  }
+  void add_level() {
+    levels_.emplace_back();
+    for (const Vec3 x : places_) put(x, levels_.size() - 1);
+  }
+
+  double size_;
+  std::vector<Vec3> places_;
+  std::vector<Cells> levels_;
 };
 
 bool is_above(Vec3 a, Vec3 b, double spacing) {
@@ -182,17 +240,13 @@ class Gathering {
   PlaneSites thinned() const {
     PlaneSites kept;
     kept.rim = sites_.rim;
+    NestedCells cells(rim_.spacing);
     for (std::size_t i = 0; i < sites_.places.size(); ++i) {
       const std::uint32_t v = sites_.vertices[i];
       const double apart = from_rim(v, nearest_[v]) - kFullDensity * rim_.spacing;
       const Vec3 x = sites_.places[i];
-      const bool close =
-          apart > 0.0 && std::any_of(kept.places.begin(), kept.places.end(), [&](Vec3 other) {
-            const double dx = x.x - other.x;
-            const double dy = x.y - other.y;
-            return dx * dx + dy * dy < apart * apart;
-          });
-      if (close) continue;
+      if (apart > 0.0 && cells.has_within(x, apart)) continue;
+      cells.add(x);
       kept.vertices.push_back(v);
       kept.places.push_back(x);
     }

@@ -2,6 +2,7 @@
 // chunk store as it is needed.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -18,6 +19,20 @@ class Surface {
   virtual Vec3 position(std::uint64_t vertex) const = 0;
   /// All triangles at a vertex, smallest vertex first, sorted.
   virtual void triangles_at(std::uint64_t vertex, std::vector<Triangle64>& out) const = 0;
+  /// Many at once, ascending, which need not be looked up one by one. Positions go to `out`, which
+  /// is as long as `vertices`.
+  virtual void positions(std::span<const std::uint64_t> vertices, std::span<Vec3> out) const {
+    for (std::size_t i = 0; i < vertices.size(); ++i) out[i] = position(vertices[i]);
+  }
+  /// The triangles at one vertex after the other, in any order at each, are added to `out`; `ends`
+  /// gets out.size() after each.
+  virtual void triangles_at(std::span<const std::uint64_t> vertices, std::vector<Triangle64>& out,
+                            std::vector<std::size_t>& ends) const {
+    for (const std::uint64_t vertex : vertices) {
+      triangles_at(vertex, out);
+      ends.push_back(out.size());
+    }
+  }
   /// The vertices' attributes as doubles: vertices.size() rows of channels() values.
   virtual std::uint32_t channels() const = 0;
   virtual std::vector<double> values(std::span<const std::uint64_t> vertices) const = 0;

@@ -174,6 +174,46 @@ void StoredSurface::triangles_at(std::uint64_t vertex, std::vector<Triangle64>& 
             out.end());
 }
 
+void StoredSurface::positions(std::span<const std::uint64_t> vertices, std::span<Vec3> out) const {
+  for (std::size_t i = 0; i < vertices.size();) {
+    const ChunkId chunk = partition_.chunk_of(vertices[i]);
+    const auto own = cache_->get(chunk);
+    for (; i < vertices.size() && vertices[i] < partition_.first_vertex[chunk + 1]; ++i)
+      out[i] = own->points.positions[vertices[i] - own->first_vertex];
+  }
+}
+
+void StoredSurface::triangles_at(std::span<const std::uint64_t> vertices,
+                                 std::vector<Triangle64>& out,
+                                 std::vector<std::size_t>& ends) const {
+  for (std::size_t i = 0; i < vertices.size();) {
+    const ChunkId chunk = partition_.chunk_of(vertices[i]);
+    const auto own = cache_->get(chunk);
+    // The last neighbour asked for: what lies beside one vertex lies beside the next one, too. No
+    // more than these two chunks are held at a time.
+    ChunkId held = chunk;
+    std::shared_ptr<const LoadedChunk> neighbor;
+    for (; i < vertices.size() && vertices[i] < partition_.first_vertex[chunk + 1]; ++i) {
+      const auto begin = static_cast<std::ptrdiff_t>(out.size());
+      own->add_triangles(vertices[i], out);
+      const Vec3 position = own->points.positions[vertices[i] - own->first_vertex];
+      for (const ChunkId other : own->neighbors) {
+        if (distance_to(partition_.octree.chunks()[other].box, position) > reach_) continue;
+        if (other != held) neighbor = cache_->get(held = other);
+        neighbor->add_triangles(vertices[i], out);
+      }
+      if (!removed_.empty()) {
+        out.erase(std::remove_if(out.begin() + begin, out.end(),
+                                 [&](const Triangle64& t) {
+                                   return std::binary_search(removed_.begin(), removed_.end(), t);
+                                 }),
+                  out.end());
+      }
+      ends.push_back(out.size());
+    }
+  }
+}
+
 std::uint32_t StoredSurface::channels() const {
   return with_values_ ? static_cast<std::uint32_t>(partition_.schema.attributes.size()) : 0;
 }

@@ -33,6 +33,9 @@ class StoredSurface : public Surface {
 
   Vec3 position(std::uint64_t vertex) const override;
   void triangles_at(std::uint64_t vertex, std::vector<Triangle64>& out) const override;
+  void positions(std::span<const std::uint64_t> vertices, std::span<Vec3> out) const override;
+  void triangles_at(std::span<const std::uint64_t> vertices, std::vector<Triangle64>& out,
+                    std::vector<std::size_t>& ends) const override;
   std::uint32_t channels() const override;
   std::vector<double> values(std::span<const std::uint64_t> vertices) const override;
 
