@@ -137,6 +137,15 @@ class Walker {
   }
   bool cover_arcs(const Circle& c, std::uint32_t self);
   void scan_circle(const Circle& c, std::uint32_t i, const std::uint8_t* active);
+  /// Whether triangles with neighbour k are looked for.
+  bool is_wanted(std::uint32_t k, const std::uint8_t* active) const {
+    return active == nullptr || active[s_.id[k]] != 0;
+  }
+  bool two_are_wanted(const std::uint8_t* active) const {
+    std::uint32_t wanted = 0;
+    for (std::uint32_t k = n_; k > 0 && wanted < 2; --k) wanted += is_wanted(k - 1, active) ? 1 : 0;
+    return wanted == 2;
+  }
   double furthest_cover(double from) const;
   std::uint32_t longest_arc() const;
   std::uint32_t next_arc(double from, double& distance) const;
@@ -363,8 +372,7 @@ void Walker::scan_circle(const Circle& c, std::uint32_t i, const std::uint8_t* a
     } else {
       fan_.blocked = false;
       at = scratch_.arc_begin[entered];
-      const bool wanted = active == nullptr || active[s_.id[entered]] != 0;
-      if (wanted && accepted(i, entered)) emit(i, entered);
+      if (is_wanted(entered, active) && accepted(i, entered)) emit(i, entered);
     }
     if (travelled >= 4.0 - 1e-12) return;
   }
@@ -398,6 +406,7 @@ bool Walker::keep_relevant() {
 void Walker::scan_all(const std::uint8_t* active) {
   fan_.count = 0;
   fan_.blocked = false;
+  if (active != nullptr && !two_are_wanted(active)) return;
   if (n_ >= kFew * 2) leave_out_irrelevant();
   if (nothing_free_) {
     fan_.blocked = true;
@@ -406,14 +415,14 @@ void Walker::scan_all(const std::uint8_t* active) {
   fan_.blocked = active == nullptr && n_ > 0;
   if (n_ < kFew * 2) {
     for (std::uint32_t i = 0; i < n_; ++i)
-      if (active == nullptr || active[s_.id[i]] != 0) scan_circle(circle_from_top(i), i, active);
+      if (is_wanted(i, active)) scan_circle(circle_from_top(i), i, active);
     return;
   }
   NearCaps<kFew> few(s_, n_);
   // Of a crowd the circles that are left are many enough to be held against some more first.
   NearCaps<kMore> more(s_, n_ < kMore * 4 ? 0 : n_);
   for (std::uint32_t i = 0; i < n_; ++i) {
-    if (active != nullptr && active[s_.id[i]] == 0) continue;
+    if (!is_wanted(i, active)) continue;
     const Circle c = circle_from_top(i);
     if (few.cover(c, i) || more.cover(c, i)) continue;
     scan_circle(c, i, active);
