@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <tuple>
+#include <utility>
 
 #include "partition/radix_sort.h"
 
@@ -20,15 +20,8 @@ std::int64_t cell_number(double coordinate, double side) {
   return static_cast<std::int64_t>(std::clamp(std::floor(coordinate / side), -kLast, kLast));
 }
 
-std::vector<LatticeCell> cells_of(std::span<const Vec3> positions, double side) {
-  std::vector<LatticeCell> cells(positions.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.size(), 4096), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      const Vec3 p = positions[i];
-      cells[i] = {cell_number(p.z, side), cell_number(p.y, side), cell_number(p.x, side)};
-    }
-  });
-  return cells;
+LatticeCell cell_of(Vec3 p, double side) {
+  return {cell_number(p.z, side), cell_number(p.y, side), cell_number(p.x, side)};
 }
 
 /// The first of ascending keys that does not come before `wanted`: searched for from `hint` in
@@ -53,13 +46,16 @@ std::uint32_t first_from(std::span<const Key> keys, const Key& wanted, std::uint
 
 }  // namespace
 
-NeighborGrid::CellBox::CellBox(std::span<const LatticeCell> cells) {
-  if (cells.empty()) return;
-  low = high = cells.front();
-  for (const LatticeCell& c : cells) {
-    low = {std::min(low.z, c.z), std::min(low.y, c.y), std::min(low.x, c.x)};
-    high = {std::max(high.z, c.z), std::max(high.y, c.y), std::max(high.x, c.x)};
+NeighborGrid::CellBox::CellBox(std::span<const Vec3> positions, double side) {
+  if (positions.empty()) return;
+  // The number of a cell rises with the coordinate.
+  Vec3 lowest = positions.front(), highest = lowest;
+  for (const Vec3& p : positions) {
+    lowest = {std::min(lowest.x, p.x), std::min(lowest.y, p.y), std::min(lowest.z, p.z)};
+    highest = {std::max(highest.x, p.x), std::max(highest.y, p.y), std::max(highest.z, p.z)};
   }
+  low = cell_of(lowest, side);
+  high = cell_of(highest, side);
 }
 
 bool NeighborGrid::CellBox::has_numbers() const {
@@ -75,30 +71,50 @@ std::uint64_t NeighborGrid::CellBox::number(const LatticeCell& c) const {
   return static_cast<std::uint64_t>(row * (high.x - low.x + 1) + (c.x - low.x));
 }
 
-NeighborGrid::NeighborGrid(std::span<const Vec3> positions, double radius) {
-  const std::vector<LatticeCell> cell_of = cells_of(positions, cell_side(radius));
-  box_ = CellBox(cell_of);
-  const bool numbered = box_.has_numbers();
-  order_.resize(positions.size());
-  if (numbered) {
-    std::vector<KeyIndex> keys(positions.size());
-    for (std::uint32_t i = 0; i < keys.size(); ++i) keys[i] = {box_.number(cell_of[i]), i};
-    if (!keys.empty()) radix_sort(keys);
-    for (std::size_t i = 0; i < keys.size(); ++i) order_[i] = keys[i].index;
-  } else {
-    std::iota(order_.begin(), order_.end(), 0u);
-    tbb::parallel_sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return std::tie(cell_of[a], a) < std::tie(cell_of[b], b);
-    });
-  }
-  for (std::size_t i = 0; i < order_.size(); ++i) {
-    const LatticeCell& cell = cell_of[order_[i]];
-    if (i > 0 && cell == cells_.back()) continue;
-    cells_.push_back(cell);
-    if (numbered) numbers_.push_back(box_.number(cell));
+NeighborGrid::NeighborGrid(std::span<const Vec3> positions, double radius)
+    : box_(positions, cell_side(radius)), order_(positions.size()) {
+  if (box_.has_numbers())
+    sort_by_number(positions, cell_side(radius));
+  else
+    sort_by_cell(positions, cell_side(radius));
+  begins_.push_back(static_cast<std::uint32_t>(order_.size()));
+}
+
+void NeighborGrid::sort_by_number(std::span<const Vec3> positions, double side) {
+  std::vector<KeyIndex> keys(positions.size());
+  tbb::parallel_for(
+      tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(keys.size()), 4096),
+      [&](const auto& range) {
+        for (std::uint32_t i = range.begin(); i < range.end(); ++i)
+          keys[i] = {box_.number(cell_of(positions[i], side)), i};
+      });
+  if (!keys.empty()) radix_sort(keys);
+  const auto opens_cell = [&](std::size_t i) { return i == 0 || keys[i].key != keys[i - 1].key; };
+  std::size_t cells = 0;
+  for (std::size_t i = 0; i < keys.size(); ++i) cells += opens_cell(i);
+  cells_.reserve(cells);
+  numbers_.reserve(cells);
+  begins_.reserve(cells + 1);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    order_[i] = keys[i].index;
+    if (!opens_cell(i)) continue;
+    cells_.push_back(cell_of(positions[keys[i].index], side));
+    numbers_.push_back(keys[i].key);
     begins_.push_back(static_cast<std::uint32_t>(i));
   }
-  begins_.push_back(static_cast<std::uint32_t>(order_.size()));
+}
+
+void NeighborGrid::sort_by_cell(std::span<const Vec3> positions, double side) {
+  std::iota(order_.begin(), order_.end(), 0u);
+  tbb::parallel_sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::pair(cell_of(positions[a], side), a) < std::pair(cell_of(positions[b], side), b);
+  });
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    const LatticeCell cell = cell_of(positions[order_[i]], side);
+    if (i > 0 && cell == cells_.back()) continue;
+    cells_.push_back(cell);
+    begins_.push_back(static_cast<std::uint32_t>(i));
+  }
 }
 
 std::span<const std::uint32_t> NeighborGrid::members(std::uint32_t cell) const {

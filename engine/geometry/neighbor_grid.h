@@ -53,17 +53,19 @@ class NeighborGrid {
   /// The part of the lattice that is occupied.
   struct CellBox {
     LatticeCell low, high;
-    CellBox() = default;
-    explicit CellBox(std::span<const LatticeCell> cells);
+    CellBox(std::span<const Vec3> positions, double side);
     /// Whether numbers of its cells, in their order, have 64 bits.
     bool has_numbers() const;
     std::uint64_t number(const LatticeCell& cell) const;
   };
 
+  void sort_by_number(std::span<const Vec3> positions, double side);
+  void sort_by_cell(std::span<const Vec3> positions, double side);
+
+  CellBox box_;
   std::vector<std::uint32_t> order_;    ///< points by cell
   std::vector<LatticeCell> cells_;      ///< occupied ones, ascending
   std::vector<std::uint64_t> numbers_;  ///< of these; empty where they do not have 64 bits
-  CellBox box_;
   std::vector<std::uint32_t> begins_;
 };
 

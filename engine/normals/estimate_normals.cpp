@@ -209,6 +209,8 @@ EstimatedNormals estimate_normals(std::span<const Vec3> positions, std::uint32_t
   for (std::uint32_t i = begin; i < end; ++i)
     asked[i] = source[i - begin] == i && all.normals[i] == Vec3{} ? 1 : 0;
   estimate_asked(positions, search, options, asked, all);
+  result.normals.reserve(source.size());
+  result.roughness.reserve(source.size());
   for (const std::uint32_t point : source) {
     result.normals.push_back(all.normals[point]);
     result.roughness.push_back(all.roughness[point]);
