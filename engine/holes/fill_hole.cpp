@@ -121,9 +121,10 @@ class Attempts {
 
   void untangle_best() {
     // Where the rim is clear one of the patches should come to be, too.
-    const std::size_t most_untangled = piercings().any() ? 2 : 3;
+    const bool is_clear = !piercings().any();
+    const std::size_t most_untangled = is_clear ? 3 : 2;
     // One that starts with so many more than are left of another does not come to fewer.
-    const std::uint64_t most_times = piercings().any() ? 3 : 8;
+    const std::uint64_t most_times = is_clear ? 8 : 6;
     std::stable_sort(tangled_.begin(), tangled_.end(), [](const Tangled& a, const Tangled& b) {
       return a.contacts.size() < b.contacts.size();
     });

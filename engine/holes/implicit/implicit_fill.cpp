@@ -59,12 +59,19 @@ bool is_worth_a_zero_set(const HoleProblem& problem, const PatchMesh& disc, cons
   constexpr std::uint32_t kMostPoints = 20'000;
   constexpr std::uint64_t kFewContacts = 8;
   constexpr std::size_t kTrianglesPerContact = 20;
+  constexpr std::size_t kManyTriangles = 400;  // their zero set is most of the work
   constexpr double kCrumpled = std::numbers::pi / 3.0;
+  constexpr double kSteep = std::numbers::pi / 4.0;  // of a plate that meets the sheet
   const std::uint32_t points = disc.size() - disc.corners();
   if (points < kLeastPoints || points > kMostPoints) return false;
-  if (piercings.any() || !(rim_angles(problem, plate).mean < kCrumpled)) return false;
+  if (piercings.any()) return false;
+  const double angle = rim_angles(problem, plate).mean;
+  if (!(angle < kCrumpled)) return false;
+  const std::size_t triangles = plate.triangles.size();
   const std::uint64_t most =
-      std::max<std::uint64_t>(kFewContacts, plate.triangles.size() / kTrianglesPerContact);
+      triangles > kManyTriangles || angle > kSteep
+          ? 0
+          : std::max<std::uint64_t>(kFewContacts, triangles / kTrianglesPerContact);
   return count_intersections(problem, plate, most + 1) <= most;
 }
 

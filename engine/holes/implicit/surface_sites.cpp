@@ -42,7 +42,8 @@ std::vector<Candidate> thin(std::span<const Candidate> candidates, double scale,
   for (const Candidate& candidate : candidates) {
     const double apart =
         std::max(kLeastGap * spacing, scale * (spacing + kGrowth * candidate.from_rim));
-    const bool clear = std::none_of(kept.begin(), kept.end(), [&](const Candidate& other) {
+    // What is near was kept last, more often than not.
+    const bool clear = std::none_of(kept.rbegin(), kept.rend(), [&](const Candidate& other) {
       return squared_norm(candidate.position - other.position) < apart * apart;
     });
     if (!clear) continue;
@@ -52,16 +53,26 @@ std::vector<Candidate> thin(std::span<const Candidate> candidates, double scale,
   return kept;
 }
 
+/// Vertices that may be nearer than the vertex to a point at most `offset` off it, relative to it.
+std::vector<Vec3> vertices_near(const HoleProblem& problem, std::uint32_t vertex, double offset) {
+  constexpr double kReach = 2.001;  // offsets
+  const Vec3 p = problem.positions[vertex];
+  std::vector<Vec3> near;
+  for (const Vec3 q : problem.positions) {
+    const Vec3 d = q - p;
+    if (q != p && squared_norm(d) < kReach * kReach * offset * offset) near.push_back(d);
+  }
+  return near;
+}
+
 /// The largest fraction of `offset`, halved so often, at which the vertex is the nearest of all to
 /// the point off it; 0 where there is none.
-double clear_offset(const HoleProblem& problem, std::uint32_t vertex, Vec3 normal, double offset) {
+double clear_offset(const std::vector<Vec3>& near, Vec3 normal, double offset) {
   constexpr int kHalvings = 4;
-  const Vec3 p = problem.positions[vertex];
   for (int i = 0; i < kHalvings; ++i, offset *= 0.5) {
     const Vec3 off = offset * normal;
-    const bool own = std::all_of(problem.positions.begin(), problem.positions.end(), [&](Vec3 q) {
-      return q == p || squared_norm((q - p) - off) > squared_norm(off);
-    });
+    const bool own = std::all_of(near.begin(), near.end(),
+                                 [&](Vec3 d) { return squared_norm(d - off) > squared_norm(off); });
     if (own) return offset;
   }
   return 0.0;
@@ -107,8 +118,9 @@ SignedDistances signed_distances(const HoleProblem& problem, const Rim& rim,
   for (std::size_t i = 0; i < sites.size(); ++i) {
     const Vec3 normal = problem.normals[sites[i]];
     const double first = i % 2 == 0 ? 1.0 : -1.0;
+    const std::vector<Vec3> near = vertices_near(problem, sites[i], rim.spacing);
     for (const double side : {first, -first}) {
-      const double offset = clear_offset(problem, sites[i], side * normal, rim.spacing);
+      const double offset = clear_offset(near, side * normal, rim.spacing);
       const Vec3 place = distances.points[i] + side * offset * normal;
       if (offset == 0.0 || !is_clear(distances.points, place, kLeastGap * rim.spacing)) continue;
       distances.points.push_back(place);

@@ -112,14 +112,17 @@ void settle(const RbfInterpolant& rbf, const Rim& rim, const PatchOptions& optio
 /// Whether the disc lies on the zero set in folds. A few faces that look the wrong way are none:
 /// beside a ragged rim they cannot help it.
 bool is_folded(const RbfInterpolant& rbf, const PatchMesh& disc) {
+  constexpr std::size_t kSample = 400;  // of a large disc, spread over it
   const std::vector<CornerTriangle> triangles = disc.triangles();
+  const std::size_t stride = std::max<std::size_t>(1, triangles.size() / kSample);
   std::size_t turned = 0;
-  for (const CornerTriangle& t : triangles) {
+  for (std::size_t i = 0; i < triangles.size(); i += stride) {
+    const CornerTriangle& t = triangles[i];
     const Vec3 a = disc.positions()[t[0]], b = disc.positions()[t[1]], c = disc.positions()[t[2]];
     const Vec3 direction = offset_from(rbf, (a + b + c) / 3.0).direction;
     turned += dot(cross(b - a, c - a), direction) < 0.0 ? 1 : 0;
   }
-  return turned > 2 + triangles.size() / 50;
+  return turned > 2 + triangles.size() / stride / 50;
 }
 
 /// What is wrong with a disc on the zero set; empty: nothing.

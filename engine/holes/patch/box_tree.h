@@ -40,7 +40,7 @@ class BoxTree {
   }
 
  private:
-  static constexpr std::size_t kLeafSize = 4;
+  static constexpr std::size_t kLeafSize = 8;
   struct Item {
     Box box;
     std::uint32_t triangle = 0;
