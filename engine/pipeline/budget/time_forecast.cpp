@@ -12,18 +12,21 @@ namespace {
 /// normals and one radius: 10 million points in 8.4 s and 100 million in 91 s on two cores.
 constexpr double kPointsPerSecond = 600'000.0;
 /// What every further radius costs, of the first one's time.
-constexpr double kFurtherRadius = 0.25;
-/// Likewise of the passes over raw points.
-constexpr double kNormalsPerSecond = 300'000.0;
-constexpr double kPropagatedPerSecond = 250'000.0;
-constexpr double kSmoothedPerSecond = 100'000.0;
+constexpr double kFurtherRadius = 1.0;
+/// Likewise of the passes over raw points (docs/cleaning.md), and of the open points and holes that
+/// real scans have.
+constexpr double kNormalsPerSecond = 900'000.0;
+constexpr double kPropagatedPerSecond = 1'300'000.0;
+constexpr double kSmoothedPerSecond = 1'000'000.0;
+constexpr double kOpenPerSecond = 150'000.0;
 /// What compressing the work directory adds (docs/disk.md).
 constexpr double kCompressedPerSecond = 750'000.0;
 
 /// Core seconds per point of the passes over raw points.
 double raw_passes_per_point(const NormalFacts& normals, const CleaningOptions& cleaning) {
   double seconds = 0.0;
-  if (normals.source == NormalSource::kEstimate) seconds += 1.0 / kNormalsPerSecond;
+  if (normals.source == NormalSource::kEstimate)
+    seconds += 1.0 / kNormalsPerSecond + 1.0 / kOpenPerSecond;
   if (normals.orientation == Orientation::kPropagate) seconds += 1.0 / kPropagatedPerSecond;
   if (cleaning.outlier_sigma > 0.0) seconds += 1.0 / kNormalsPerSecond;
   if (cleaning.smooth_radius > 0.0) seconds += cleaning.smooth_passes / kSmoothedPerSecond;
