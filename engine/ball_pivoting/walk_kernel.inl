@@ -33,7 +33,7 @@ constexpr double kSliver = 1e-14;
 constexpr std::uint32_t kFew = 24, kMore = 64;
 /// From how many neighbours on what is free is clipped before anything else is looked at, and the
 /// most that clip it.
-constexpr std::uint32_t kCrowd = 256, kMostClipping = 96;
+constexpr std::uint32_t kCrowd = 80, kMostClipping = 96;
 
 /// Monotonic in the angle of (cosine, sine), 0 at angle 0, in [0, 4).
 inline Lanes pseudo_angle(Lanes cosine, Lanes sine) {
