@@ -38,8 +38,6 @@ std::string summary(const RunReport& report) {
   add_holes(facts, report.holes, report.options);
   if (!output.report.empty()) facts.emplace_back("report", output.report);
   if (!output.picture.empty()) facts.emplace_back("picture", output.picture);
-  facts.emplace_back("time", format_duration(report.measured.seconds) + ", peak memory " +
-                                 format_bytes(report.measured.peak_memory_bytes));
   return facts_table(facts);
 }
 
@@ -101,6 +99,10 @@ void run(const JobArguments& arguments, const CommandContext& context) {
   try {
     const RunReport report =
         run_job(job, context.arguments, *progress, context.stop, context.communicator, &watch);
+    // Not in the summary: standard output is the same for the same mesh.
+    if (leads && !report.ended_before)
+      progress->note("done in " + format_duration(report.measured.seconds) + ", peak memory " +
+                     format_bytes(report.measured.peak_memory_bytes));
     if (leads && job.output.mesh != "-") std::cout << summary(report);
   } catch (const Error& error) {
     rethrow_with_work_dir(error, work_dir, watch, context.communicator);
