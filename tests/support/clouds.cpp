@@ -97,7 +97,10 @@ NamedCloud random_ball(std::size_t points, std::uint64_t seed) {
   Random random(seed);
   NamedCloud result{"random ball", oriented(), 0.5};
   for (std::size_t i = 0; i < points; ++i) {
-    add(result.cloud, std::cbrt(random.uniform()) * random.direction(), random.direction());
+    // Arguments are evaluated in an order of the compiler's: the cloud is the same with any.
+    const double distance = std::cbrt(random.uniform());
+    const Vec3 place = distance * random.direction();
+    add(result.cloud, place, random.direction());
   }
   put_in_order(result.cloud);
   return result;
