@@ -50,6 +50,14 @@ void PointCloud::append(const PointCloud& other) {
   attributes.insert(attributes.end(), other.attributes.begin(), other.attributes.end());
 }
 
+PointCloud kept_points(const PointCloud& cloud, std::span<const std::uint8_t> kept) {
+  PointCloud result;
+  result.schema = cloud.schema;
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    if (kept[i] != 0) result.append(cloud, i);
+  return result;
+}
+
 Box PointCloud::bounds() const {
   Box box;
   for (const Vec3& p : positions) box.extend(p);

@@ -51,13 +51,13 @@ int compare_coordinates(Vec3 a, Vec3 b) {
   return 0;
 }
 
-/// Order of points of one Morton code; total up to bitwise equal points.
-/// The bytes decide, not the values.
+/// By the bytes of two vectors, not by their values.
 int compare_bytes(std::span<const Vec3> vectors, std::uint32_t a, std::uint32_t b) {
   const std::byte* const bytes = std::as_bytes(vectors).data();
   return std::memcmp(bytes + a * sizeof(Vec3), bytes + b * sizeof(Vec3), sizeof(Vec3));
 }
 
+/// Order of points of one Morton code; total up to bitwise equal points.
 class TieOrder {
  public:
   explicit TieOrder(const PointColumns& columns) : cloud_(columns) {}

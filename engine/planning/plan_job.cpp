@@ -154,7 +154,8 @@ TrialOptions trial_options(const ResolvedJob& job, const Partition& measured, co
   options.normals = job.normals;
   options.normals.orientation = plan.normals.orientation;
   options.estimates_normals = plan.normals.source == NormalSource::kEstimate;
-  options.reach_of_normals = reach_of_normals(job, measured, cleaning);
+  options.estimate = estimate_options(job, measured, cleaning);
+  options.reach_of_outliers = measured.normal_radius;
   if (!thins || !job.reconstruct.ball_radii.empty()) options.ball_radii = plan.radii;
   options.fill = job.fill;
   options.threads = job.threads();
@@ -166,7 +167,7 @@ TrialOptions trial_options(const ResolvedJob& job, const Partition& measured, co
 /// and all threads, and what grows with the points alone.
 double seconds_of_run(const ResolvedJob& job, const JobPlan& plan, const TrialResult& trial,
                       const PassSeconds& passes) {
-  // Calibrated on the scans of docs/scaling.md, as seconds per point.
+  // Calibrated on the scans of docs/results/scans.md, as seconds per point.
   constexpr double kSharedWell = 0.9;   // part of the threads' time that chunks keep them busy
   constexpr double kCutAgain = 0.5e-6;  // count, bin, measure and sort of cleaned points
   constexpr double kSort = 0.2e-6;      // of the points as they come

@@ -1,4 +1,4 @@
-// What a run would do and need, from two passes over its scans and a trial on pieces of them.
+// What a run would do and need, from two passes over its scans and a trial on samples of them.
 #pragma once
 
 #include <cstdint>

@@ -4,12 +4,12 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 #include "engine/cleaning/outliers.h"
 #include "engine/cleaning/projection.h"
 #include "engine/cleaning/thinning.h"
-#include "engine/normals/estimate_normals.h"
 #include "engine/reconstruct.h"
 #include "io/error.h"
 #include "io/system/process_times.h"
@@ -26,61 +26,65 @@ constexpr std::size_t kMostSamplePoints = 2 * kSamplePoints;
 
 std::uint32_t count_of(const PointCloud& cloud) { return static_cast<std::uint32_t>(cloud.size()); }
 
-void keep(PointCloud& cloud, const std::vector<std::uint8_t>& kept) {
-  PointCloud result;
-  result.schema = cloud.schema;
-  for (std::size_t i = 0; i < cloud.size(); ++i)
-    if (kept[i] != 0) result.append(cloud, i);
-  cloud = std::move(result);
-}
-
 void drop_outliers(PointCloud& cloud, const TrialOptions& options) {
   std::vector<std::uint8_t> flags = find_outliers(cloud.positions, 0, count_of(cloud),
                                                   {.sigma = options.cleaning.outlier_sigma,
-                                                   .max_radius = options.reach_of_normals,
+                                                   .max_radius = options.reach_of_outliers,
                                                    .stop = options.stop});
   for (std::uint8_t& flag : flags) flag ^= 1;
-  keep(cloud, flags);
+  cloud = kept_points(cloud, flags);
 }
 
 /// Normals for the smoothing, of either sign.
 void estimate(PointCloud& cloud, const TrialOptions& options) {
-  cloud.normals =
-      estimate_normals(cloud.positions, 0, count_of(cloud),
-                       {.neighbors = static_cast<std::size_t>(options.normals.neighbors),
-                        .max_radius = options.reach_of_normals,
-                        .stop = options.stop})
-          .normals;
+  NormalEstimateOptions estimate = options.estimate;
+  estimate.stop = options.stop;
+  cloud.normals = estimate_normals(cloud.positions, 0, count_of(cloud), estimate).normals;
   cloud.schema.has_normals = true;
   cloud.schema.normal_type = ScalarType::kFloat64;
 }
 
-void smooth(PointCloud& cloud, const TrialOptions& options) {
-  if (options.estimates_normals) estimate(cloud, options);
-  for (Vec3& normal : cloud.normals) normal = normalized(normal);
-  const ProjectionOptions projection{.radius = options.cleaning.smooth_radius,
-                                     .oriented = !options.estimates_normals,
-                                     .stop = options.stop};
-  for (int pass = 0; pass < options.cleaning.smooth_passes; ++pass) {
-    ProjectedPoints moved =
-        project_points(cloud.positions, cloud.normals, 0, count_of(cloud), projection);
-    cloud.positions = std::move(moved.positions);
-    cloud.normals = std::move(moved.normals);
-  }
+/// `chosen`: as for project_points.
+void project(PointCloud& cloud, const TrialOptions& options,
+             std::span<const std::uint8_t> chosen = {}) {
+  ProjectedPoints moved = project_points(cloud.positions, cloud.normals, 0, count_of(cloud),
+                                         {.radius = options.cleaning.smooth_radius,
+                                          .oriented = !options.estimates_normals,
+                                          .stop = options.stop},
+                                         chosen);
+  cloud.positions = std::move(moved.positions);
+  cloud.normals = std::move(moved.normals);
 }
 
-/// Points closer than the spacing go. The trial takes merging for thinning: both cost the same.
-void thin(PointCloud& cloud, double spacing, const TrialOptions& options) {
-  keep(cloud, thin_points(cloud.positions, {}, 0, count_of(cloud),
-                          {.spacing = spacing, .min_cosine = -1.0, .stop = options.stop}));
+/// Which points stay. The trial takes merging for thinning: both cost the same.
+std::vector<std::uint8_t> thinned(const PointCloud& cloud, double spacing,
+                                  const TrialOptions& options) {
+  return thin_points(cloud.positions, {}, 0, count_of(cloud),
+                     {.spacing = spacing, .min_cosine = -1.0, .stop = options.stop});
+}
+
+/// The last projection is for the points that thinning keeps alone, as in the job.
+void smooth_and_thin(PointCloud& cloud, const TrialOptions& options) {
+  const CleaningOptions& cleaning = options.cleaning;
+  const bool thins = cleaning.thin_to_spacing > 0.0;
+  if (options.estimates_normals) estimate(cloud, options);
+  for (Vec3& normal : cloud.normals) normal = normalized(normal);
+  for (int pass = thins ? 1 : 0; pass < cleaning.smooth_passes; ++pass) project(cloud, options);
+  if (!thins) return;
+  const std::vector<std::uint8_t> kept = thinned(cloud, cleaning.thin_to_spacing, options);
+  project(cloud, options, kept);
+  cloud = kept_points(cloud, kept);
 }
 
 void clean(PointCloud& cloud, const TrialOptions& options) {
   const CleaningOptions& cleaning = options.cleaning;
   if (cleaning.outlier_sigma > 0.0) drop_outliers(cloud, options);
-  if (cleaning.merge_tolerance > 0.0) thin(cloud, cleaning.merge_tolerance, options);
-  if (cleaning.smooth_radius > 0.0) smooth(cloud, options);
-  if (cleaning.thin_to_spacing > 0.0) thin(cloud, cleaning.thin_to_spacing, options);
+  if (cleaning.merge_tolerance > 0.0)
+    cloud = kept_points(cloud, thinned(cloud, cleaning.merge_tolerance, options));
+  if (cleaning.smooth_radius > 0.0)
+    smooth_and_thin(cloud, options);
+  else if (cleaning.thin_to_spacing > 0.0)
+    cloud = kept_points(cloud, thinned(cloud, cleaning.thin_to_spacing, options));
 }
 
 ReconstructionOptions surface_options(const TrialOptions& options) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/normals/estimate_normals.h"
 #include "io/job/job.h"
 #include "io/point_cloud.h"
 #include "io/report/report_facts.h"
@@ -43,7 +44,8 @@ struct TrialOptions {
   CleaningOptions cleaning;
   NormalOptions normals;
   bool estimates_normals = false;
-  double reach_of_normals = 0.0;    ///< world units; not used where normals are given
+  NormalEstimateOptions estimate;   ///< before smoothing; not used where normals are given
+  double reach_of_outliers = 0.0;   ///< neighbours that count; world units
   std::vector<double> ball_radii;   ///< empty: chosen from each sample, as after a thinning
   FillOptions fill;                 ///< the outer border of a sample stays open
   int threads = 1;                  ///< samples that are worked on at a time

@@ -153,7 +153,7 @@ TEST_CASE("WalksFindEveryTriangleThatHasRoom") {
 
 void require_all_that_has_room(const NamedCloud& named) {
   const std::set<Triangle> expected = oracle(named);
-  REQUIRE(expected.size() > 10);
+  REQUIRE(expected.size() > 15);
   for (const VectorWidth width : supported_widths()) {
     INFO(named.name << ", width " << static_cast<int>(width));
     const FanTable fans = walk(named, width);

@@ -28,14 +28,6 @@ SpacingSampler sampler_of(const std::vector<Vec3>& positions) {
   return sampler;
 }
 
-void keep(PointCloud& cloud, const std::vector<std::uint8_t>& kept) {
-  PointCloud result;
-  result.schema = cloud.schema;
-  for (std::size_t i = 0; i < cloud.size(); ++i)
-    if (kept[i] != 0) result.append(cloud, i);
-  cloud = std::move(result);
-}
-
 std::uint32_t size_of(const PointCloud& cloud) { return static_cast<std::uint32_t>(cloud.size()); }
 
 /// The stages as chosen for the cloud, whose normals are oriented.
@@ -43,7 +35,7 @@ void clean(PointCloud& cloud, const CleaningChoice& options, double spacing) {
   auto flags = find_outliers(cloud.positions, 0, size_of(cloud),
                              {.sigma = options.outlier_sigma, .max_radius = 16.0 * spacing});
   for (std::uint8_t& flag : flags) flag ^= 1;
-  keep(cloud, flags);
+  cloud = kept_points(cloud, flags);
   for (int pass = 0; pass < options.smooth_passes; ++pass) {
     ProjectedPoints result = project_points(cloud.positions, cloud.normals, 0, size_of(cloud),
                                             {options.smooth_radius, true});
@@ -51,8 +43,8 @@ void clean(PointCloud& cloud, const CleaningChoice& options, double spacing) {
     cloud.normals = std::move(result.normals);
   }
   test::put_in_order(cloud);
-  keep(cloud, thin_points(cloud.positions, cloud.normals, 0, size_of(cloud),
-                          {options.thin_to_spacing, 0.0}));
+  cloud = kept_points(cloud, thin_points(cloud.positions, cloud.normals, 0, size_of(cloud),
+                                         {options.thin_to_spacing, 0.0}));
 }
 
 struct Surface {

@@ -276,10 +276,12 @@ TEST_CASE("RawPointsGoAsSoonAsTheNextPassIsCompleteAndResumingTakesTheLatest") {
   CHECK(results_in(work / "raw_smooth_1") == 0);
   CHECK(results_in(work / "raw_thinned") > 3);
   const Told told = run_told(job);
-  for (const char* stage : {"raw count", "raw_outliers", "raw_normals", "raw_smooth_1"}) {
+  for (const char* stage :
+       {"raw count", "raw_outliers", "raw_normals", "raw_smooth_1", "raw_thinned"}) {
     INFO(stage);
     CHECK(told.stage(stage) == nullptr);
   }
+  CHECK(told.stage("raw_patches") != nullptr);
   CHECK(told.again().empty());
   CHECK(told.report.cleaning.points_moved > 0);
   CHECK(told.report.points_dropped.contains("thinned"));

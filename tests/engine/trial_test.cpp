@@ -70,7 +70,8 @@ TEST_CASE("ATrialTellsWhatThinningKeeps") {
   named.cloud.schema.has_normals = false;
   TrialOptions options;
   options.estimates_normals = true;
-  options.reach_of_normals = 4.0 * named.ball_radius;
+  options.estimate.max_radius = 4.0 * named.ball_radius;
+  options.reach_of_outliers = 4.0 * named.ball_radius;
   options.cleaning = {.outlier_sigma = 4.0,
                       .smooth_radius = 2.0 * named.ball_radius,
                       .thin_to_spacing = 1.5 * named.ball_radius};

@@ -19,13 +19,12 @@ class Surface {
   virtual Vec3 position(std::uint64_t vertex) const = 0;
   /// All triangles at a vertex, smallest vertex first, sorted.
   virtual void triangles_at(std::uint64_t vertex, std::vector<Triangle64>& out) const = 0;
-  /// Many at once, ascending, which need not be looked up one by one. Positions go to `out`, which
-  /// is as long as `vertices`.
+  /// The positions of many vertices, which ascend, at once; `out` is as long as `vertices`.
   virtual void positions(std::span<const std::uint64_t> vertices, std::span<Vec3> out) const {
     for (std::size_t i = 0; i < vertices.size(); ++i) out[i] = position(vertices[i]);
   }
-  /// The triangles at one vertex after the other, in any order at each, are added to `out`; `ends`
-  /// gets out.size() after each.
+  /// Adds the triangles at many vertices, which ascend, at once: those at one vertex after the
+  /// other, in any order at each. `ends` gets out.size() after each vertex.
   virtual void triangles_at(std::span<const std::uint64_t> vertices, std::vector<Triangle64>& out,
                             std::vector<std::size_t>& ends) const {
     for (const std::uint64_t vertex : vertices) {

@@ -30,8 +30,6 @@
 namespace orbweave {
 namespace {
 
-/// Smoothed layers are wider than spacings: the plane of a normal has to span them.
-constexpr std::size_t kNeighborsAcrossLayers = 48;
 /// Points on different sheets do not replace one another: normals less than 60 degrees apart do.
 constexpr double kSameSheetCosine = 0.5;
 
@@ -47,14 +45,6 @@ CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
         "no cleaning, although the noise is large; " + on + " would do it: " + facts.reason);
   }
   return facts;
-}
-
-PointCloud kept_points(const PointCloud& points, const std::vector<std::uint8_t>& kept) {
-  PointCloud result;
-  result.schema = points.schema;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    if (kept[i] != 0) result.append(points, i);
-  return result;
 }
 
 std::vector<std::uint32_t> kept_rows(const std::vector<std::uint8_t>& kept) {
@@ -315,21 +305,6 @@ void check_radius(const Job& job, const CleaningFacts& facts) {
                .advice = setting(job, "cleaning.auto", "true") + " chooses it."});
 }
 
-NormalEstimateOptions estimate_options(const StageRunner& runner, const RawCloud& cloud,
-                                       const CleaningOptions& cleaning) {
-  NormalEstimateOptions options;
-  options.stop = &runner.stop;
-  options.neighbors = static_cast<std::size_t>(runner.job.normals.neighbors);
-  options.max_radius = reach_of_normals(runner.job, cloud.partition, cleaning);
-  if (cleaning.smooth_radius > 0.0) {
-    options.neighbors = std::max(options.neighbors, kNeighborsAcrossLayers);
-    options.max_radius = std::max(options.max_radius, cleaning.smooth_radius);
-    // Smoothing is to project these points onto one surface anyway.
-    options.shared_side = shared_side(ProjectionOptions{.radius = cleaning.smooth_radius});
-  }
-  return options;
-}
-
 void drop_and_merge(StageRunner& runner, const CleaningOptions& cleaning, RawCloud& cloud) {
   if (cleaning.outlier_sigma > 0.0) run_pass(runner, outlier_pass(runner, cleaning, cloud), cloud);
   if (cleaning.merge_tolerance > 0.0) run_pass(runner, merge_pass(runner, cleaning), cloud);
@@ -337,7 +312,8 @@ void drop_and_merge(StageRunner& runner, const CleaningOptions& cleaning, RawClo
 
 NormalFacts estimate(StageRunner& runner, const CleaningOptions& cleaning, RawCloud& cloud) {
   const SideRule rule = side_rule(runner, cloud);
-  const NormalEstimateOptions options = estimate_options(runner, cloud, cleaning);
+  NormalEstimateOptions options = estimate_options(runner.job, cloud.partition, cleaning);
+  options.stop = &runner.stop;
   run_pass(runner, normal_pass(options, rule), cloud);
   NormalFacts normals;
   normals.source = NormalSource::kEstimate;

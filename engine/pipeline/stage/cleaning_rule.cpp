@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/cleaning/projection.h"
 #include "engine/spacing/layer_thickness.h"
 
 namespace orbweave {
@@ -53,11 +54,30 @@ double reach_of_normals(const ResolvedJob& job, const Partition& scans,
   return std::max(scans.normal_radius, kMargin * farthest * merged_spacing(cleaning));
 }
 
+NormalEstimateOptions estimate_options(const ResolvedJob& job, const Partition& scans,
+                                       const CleaningOptions& cleaning) {
+  // Smoothed layers are wider than spacings: the plane of a normal has to span them.
+  constexpr std::size_t kNeighborsAcrossLayers = 48;
+  NormalEstimateOptions options;
+  options.neighbors = static_cast<std::size_t>(job.normals.neighbors);
+  options.max_radius = reach_of_normals(job, scans, cleaning);
+  if (cleaning.smooth_radius > 0.0) {
+    options.neighbors = std::max(options.neighbors, kNeighborsAcrossLayers);
+    options.max_radius = std::max(options.max_radius, cleaning.smooth_radius);
+    // Smoothing is to project these points onto one surface anyway.
+    options.shared_side = shared_side(ProjectionOptions{.radius = cleaning.smooth_radius});
+  }
+  return options;
+}
+
 double reach_of_cleaning(const ResolvedJob& job, const Partition& scans) {
   if (!job.needs_cleaning_or_normals() || !(scans.normal_radius > 0.0)) return 0.0;
   const CleaningOptions options = cleaning_for(job.cleaning, scans).options;
-  const double reach = std::max(scans.normal_radius, options.smooth_radius);
-  return job.estimates_normals ? std::max(reach, reach_of_normals(job, scans, options)) : reach;
+  double reach = scans.normal_radius;
+  if (options.smooth_radius > 0.0)
+    reach = std::max(reach, projection_halo(ProjectionOptions{.radius = options.smooth_radius}));
+  if (!job.estimates_normals) return reach;
+  return std::max(reach, normal_halo(estimate_options(job, scans, options)));
 }
 
 }  // namespace orbweave

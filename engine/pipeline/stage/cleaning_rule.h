@@ -1,6 +1,7 @@
 // What cleaning follows from the scans, and how far the passes over raw points reach.
 #pragma once
 
+#include "engine/normals/estimate_normals.h"
 #include "engine/pipeline/stage/partition.h"
 #include "engine/pipeline/stage/resolved_job.h"
 #include "io/report/report.h"
@@ -21,6 +22,10 @@ double merged_spacing(const CleaningOptions& cleaning);
 /// is sqrt(k / pi) spacings away; half as far again where points are sparse.
 double reach_of_normals(const ResolvedJob& job, const Partition& scans,
                         const CleaningOptions& cleaning);
+
+/// How normals of the scans are estimated; without a token to stop by.
+NormalEstimateOptions estimate_options(const ResolvedJob& job, const Partition& scans,
+                                       const CleaningOptions& cleaning);
 
 /// How far beyond a chunk the passes look: for the farthest neighbour that makes an outlier or a
 /// normal. 0: no pass is on, or `scans` were not measured.

@@ -157,21 +157,9 @@ Vec3 StoredSurface::position(std::uint64_t vertex) const {
 
 void StoredSurface::triangles_at(std::uint64_t vertex, std::vector<Triangle64>& out) const {
   const auto begin = static_cast<std::ptrdiff_t>(out.size());
-  const ChunkId chunk = partition_.chunk_of(vertex);
-  const auto own = cache_->get(chunk);
-  own->add_triangles(vertex, out);
-  const Vec3 position = own->points.positions[vertex - own->first_vertex];
-  for (const ChunkId other : own->neighbors) {
-    if (distance_to(partition_.octree.chunks()[other].box, position) > reach_) continue;
-    cache_->get(other)->add_triangles(vertex, out);
-  }
+  std::vector<std::size_t> ends;
+  triangles_at(std::span(&vertex, 1), out, ends);
   std::sort(out.begin() + begin, out.end());
-  if (removed_.empty()) return;
-  out.erase(std::remove_if(out.begin() + begin, out.end(),
-                           [&](const Triangle64& t) {
-                             return std::binary_search(removed_.begin(), removed_.end(), t);
-                           }),
-            out.end());
 }
 
 void StoredSurface::positions(std::span<const std::uint64_t> vertices, std::span<Vec3> out) const {
