@@ -151,7 +151,7 @@ TEST_CASE("AChunkSizeBeyondTheBudgetIsCappedWithAWarning") {
   CHECK(peak_of(scratch, "mesh.ply") < kSmallBudget);
 }
 
-TEST_CASE("ManyHolesAreFilledInsideTheBudgetToTheSameBytes") {
+TEST_CASE("ManyHolesAreFilledInsideTheBudgetToTheSameBytes", "[soak]") {
   const ScratchDirectory scratch;
   std::string file;
   {

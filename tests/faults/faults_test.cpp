@@ -6,7 +6,7 @@
 
 using orbweave::test::try_faults;
 
-TEST_CASE("OneFailedFlushIsToldAndTheRepeatedCommandMakesTheSameBytes") {
+TEST_CASE("OneFailedFlushIsToldAndTheRepeatedCommandMakesTheSameBytes", "[soak]") {
   try_faults("sync", "eio");
 }
 

@@ -78,7 +78,7 @@ TEST_CASE("ResultsOfAKilledProcessAreWholeOrAbsent") {
   }
 }
 
-TEST_CASE("AFlippedByteNeverGivesWrongData", "[slow]") {
+TEST_CASE("AFlippedByteNeverGivesWrongData", "[soak]") {
   const test::ScratchDirectory scratch;
   const Arrays arrays = make_arrays(1500, 9);
   const bool packed = GENERATE(false, true);
