@@ -69,9 +69,10 @@ class Clipping {
   enum class Outcome { kUnknown, kNothingFree, kClipped };
   using Caps = NearCaps<kFew, kMostClipping>;
 
-  /// Begins with the first `count` neighbours listed, ascending, at most kMost.
-  Clipping(NeighbourList& list, const std::uint32_t* listed, std::uint32_t count)
-      : list_(list), count_(count) {
+  /// Begins with the first `count` neighbours listed, ascending, at most kMost. `margin`: as for
+  /// NearCaps::for_each_gap.
+  Clipping(NeighbourList& list, const std::uint32_t* listed, std::uint32_t count, double margin)
+      : list_(list), count_(count), margin_(margin) {
     for (std::uint32_t k = 0; k < count; ++k) side_[k] = {listed[k], false};
   }
 
@@ -103,16 +104,23 @@ class Clipping {
   };
 
   void find_boundary() {
-    for (std::uint32_t k = 0; k < count_ && boundary_.known(); ++k) {
-      if (side_[k].buried) continue;
-      const Circle c = list_.circle_from_top(side_[k].index);
-      bool buried = true;
-      const auto add = [&](double from, double to) {
-        buried = false;
-        boundary_.add(c, from, to);
-      };
-      if (!caps_.for_each_gap(c, side_[k].index, add)) add(0.0, 4.0);
-      side_[k].buried = buried;
+    for (std::uint32_t first = 0; first < count_; first += Lanes::kWidth) {
+      const std::uint32_t end = count_ - first < Lanes::kWidth ? count_ : first + Lanes::kWidth;
+      std::uint32_t k = first;
+      while (k < end && side_[k].buried) ++k;
+      if (k == end) continue;
+      const TopCircles circles = caps_.circles(first, list_.normal);
+      for (; k < end && boundary_.known(); ++k) {
+        if (side_[k].buried) continue;
+        const Circle c = circles.at(k - first);
+        bool buried = true;
+        const auto add = [&](double from, double to) {
+          buried = false;
+          boundary_.add(c, from, to);
+        };
+        if (!caps_.for_each_gap(c, side_[k].index, margin_, add)) add(0.0, 4.0);
+        side_[k].buried = buried;
+      }
     }
   }
 
@@ -186,6 +194,7 @@ class Clipping {
   NeighbourList& list_;
   Side side_[kMost];  // ascending
   std::uint32_t count_;
+  const double margin_;
   Caps caps_;
   FreeBoundary boundary_;
 };

@@ -26,7 +26,8 @@ class CrowdSearch {
       NeighbourList list{scratch_.neighbours, ids_, {normal.x, normal.y, normal.z}, scratch_.list};
       std::uint32_t near[kMostClipping];
       const std::uint32_t count = few_of(list.n, near);
-      Clipping clipping(list, near, count);
+      // Points may be as close together as the ends of arcs are known to.
+      Clipping clipping(list, near, count, 0.0);
       const Clipping::Outcome outcome = clipping.run();
       scratch_.count = list.n;
       if (outcome != Clipping::Outcome::kClipped) return outcome == Clipping::Outcome::kNothingFree;
@@ -125,7 +126,7 @@ class CrowdSearch {
 
   /// The nearest, to begin with.
   std::uint32_t few_of(std::uint32_t n, std::uint32_t* chosen) const {
-    const NearCaps<kFew> near(scratch_.neighbours, n);
+    const NearCaps<kFewOfCrowd> near(scratch_.neighbours, n);
     for (std::uint32_t k = 0; k < near.size(); ++k) chosen[k] = near.index(k);
     return near.size();
   }

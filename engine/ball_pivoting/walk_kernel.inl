@@ -29,11 +29,14 @@ constexpr double kBeyond = 8.0;
 constexpr double kNever = 1e300;
 /// Arcs and gaps below this fraction of a circle are rounding, not geometry.
 constexpr double kSliver = 1e-14;
-/// About how many of the nearest neighbours a circle is held against before all others.
-constexpr std::uint32_t kFew = 24, kMore = 64;
+/// About how many of the nearest neighbours a circle is held against before all others, from how
+/// many neighbours on, and how many more where there are hundreds.
+constexpr std::uint32_t kFew = 16, kMany = 48, kMore = 64;
+/// With how many of the nearest a search in groups begins.
+constexpr std::uint32_t kFewOfCrowd = 24;
 /// From how many neighbours on what is free is clipped before anything else is looked at, and the
 /// most that clip it.
-constexpr std::uint32_t kCrowd = 80, kMostClipping = 96;
+constexpr std::uint32_t kCrowd = 64, kMostClipping = 96;
 
 /// Monotonic in the angle of (cosine, sine), 0 at angle 0, in [0, 4).
 inline Lanes pseudo_angle(Lanes cosine, Lanes sine) {
@@ -140,6 +143,22 @@ class Walker {
   /// Whether triangles with neighbour k are looked for.
   bool is_wanted(std::uint32_t k, const std::uint8_t* active) const {
     return active == nullptr || active[s_.id[k]] != 0;
+  }
+  /// Calls visit(circle, k) for the neighbours with which triangles are looked for.
+  template <class Visit>
+  void for_each_wanted(const std::uint8_t* active, const Visit& visit) const {
+    for (std::uint32_t first = 0; first < n_; first += Lanes::kWidth) {
+      const std::uint32_t end = n_ - first < Lanes::kWidth ? n_ : first + Lanes::kWidth;
+      std::uint32_t k = first;
+      while (k < end && !is_wanted(k, active)) ++k;
+      if (k == end) continue;
+      const DirectionOf<Lanes> d = {Lanes::load(s_.dx + first), Lanes::load(s_.dy + first),
+                                    Lanes::load(s_.dz + first)};
+      const TopCircles circles(d, Lanes::load(s_.cap_height + first),
+                               Lanes::load(s_.inverse_length + first), normal_);
+      for (; k < end; ++k)
+        if (is_wanted(k, active)) visit(circles.at(k - first), k);
+    }
   }
   bool two_are_wanted(const std::uint8_t* active) const {
     std::uint32_t wanted = 0;
@@ -322,29 +341,25 @@ double Walker::furthest_cover(double from) const {
 
 /// The arc that begins next after `from`.
 std::uint32_t Walker::next_arc(double from, double& distance) const {
-  std::uint32_t next = kNobody;
-  distance = kBeyond;
-  for (std::uint32_t k = 0; k < n_; ++k) {
-    if (!(scratch_.arc_length[k] > kSliver)) continue;
-    double ahead = scratch_.arc_begin[k] - from;
-    if (ahead < 0.0) ahead += 4.0;
-    if (ahead < distance) {
-      distance = ahead;
-      next = k;
-    }
+  const auto way_from = [&](std::uint32_t k) {
+    return way_to(from, Lanes::load(scratch_.arc_begin + k), Lanes::load(scratch_.arc_length + k));
+  };
+  Lanes least = Lanes::all(kBeyond);
+  for (std::uint32_t k = 0; k < n_; k += Lanes::kWidth) least = smaller(way_from(k), least);
+  distance = smallest(least);
+  if (!(distance < kBeyond)) return kNobody;
+  for (std::uint32_t k = 0; k < n_; k += Lanes::kWidth) {
+    const auto nearest = way_from(k) == Lanes::all(distance);
+    if (any(nearest))
+      return static_cast<std::uint32_t>(
+          smallest_of(Lanes::counting_from(static_cast<double>(k)), nearest));
   }
-  return next;
+  return kNobody;
 }
 
 std::uint32_t Walker::longest_arc() const {
-  std::uint32_t longest = kNobody;
-  double length = kSliver;
-  for (std::uint32_t k = 0; k < n_; ++k) {
-    if (!(scratch_.arc_length[k] > length)) continue;
-    length = scratch_.arc_length[k];
-    longest = k;
-  }
-  return longest;
+  const std::uint32_t longest = first_largest(scratch_.arc_length, n_);
+  return scratch_.arc_length[longest] > kSliver ? longest : kNobody;
 }
 
 /// All corners on the circle of neighbour i: ends of its free arcs.
@@ -383,10 +398,13 @@ bool Walker::keep_relevant() {
   NeighbourList list{s_, n_, normal_, scratch_.list};
   NearCaps<kFew> near(s_, n_);
   FreeRegion region;
-  for (std::uint32_t k = 0; k < near.size(); ++k) {
-    const Circle c = circle_from_top(near.index(k));
-    const auto add = [&](double from, double to) { region.add(c, from, to); };
-    if (!near.for_each_gap(c, near.index(k), add)) region.forget();
+  for (std::uint32_t first = 0; first < near.size(); first += Lanes::kWidth) {
+    const TopCircles circles = near.circles(first, normal_);
+    for (std::uint32_t k = first; k < near.size() && k < first + Lanes::kWidth; ++k) {
+      const Circle c = circles.at(k - first);
+      const auto add = [&](double from, double to) { region.add(c, from, to); };
+      if (!near.for_each_gap(c, near.index(k), near.kRounding, add)) region.forget();
+    }
   }
   std::uint32_t also[2 * kFew];
   for (std::uint32_t k = 0; k < near.size(); ++k) also[k] = near.index(k);
@@ -398,7 +416,8 @@ bool Walker::keep_relevant() {
   }
   bool nothing_free = false;
   if (list.n >= kCrowd)
-    nothing_free = Clipping(list, also, near.size()).run() == Clipping::Outcome::kNothingFree;
+    nothing_free =
+        Clipping(list, also, near.size(), near.kRounding).run() == Clipping::Outcome::kNothingFree;
   n_ = list.n;
   return nothing_free;
 }
@@ -407,26 +426,22 @@ void Walker::scan_all(const std::uint8_t* active) {
   fan_.count = 0;
   fan_.blocked = false;
   if (active != nullptr && !two_are_wanted(active)) return;
-  if (n_ >= kFew * 2) leave_out_irrelevant();
+  if (n_ >= kMany) leave_out_irrelevant();
   if (nothing_free_) {
     fan_.blocked = true;
     return;
   }
   fan_.blocked = active == nullptr && n_ > 0;
-  if (n_ < kFew * 2) {
-    for (std::uint32_t i = 0; i < n_; ++i)
-      if (is_wanted(i, active)) scan_circle(circle_from_top(i), i, active);
+  if (n_ < kMany) {
+    for_each_wanted(active, [&](const Circle& c, std::uint32_t i) { scan_circle(c, i, active); });
     return;
   }
   NearCaps<kFew> few(s_, n_);
   // Of a crowd the circles that are left are many enough to be held against some more first.
   NearCaps<kMore> more(s_, n_ < kMore * 4 ? 0 : n_);
-  for (std::uint32_t i = 0; i < n_; ++i) {
-    if (!is_wanted(i, active)) continue;
-    const Circle c = circle_from_top(i);
-    if (few.cover(c, i) || more.cover(c, i)) continue;
-    scan_circle(c, i, active);
-  }
+  for_each_wanted(active, [&](const Circle& c, std::uint32_t i) {
+    if (!few.cover(c, i) && !more.cover(c, i)) scan_circle(c, i, active);
+  });
 }
 
 /// The fan that the walk closed, or else all triangles.

@@ -31,6 +31,71 @@ struct CircleLanes {
   }
 };
 
+/// Circles of as many neighbours as there are lanes, t = 0 where each comes closest to the normal
+/// of p; each bit for bit that of NeighbourList::circle_from_top.
+class TopCircles {
+ public:
+  TopCircles(DirectionOf<Lanes> d, Lanes height, Lanes inverse_length, Direction normal) {
+    const DirectionOf<Lanes> axis = scaled(inverse_length, d);
+    const DirectionOf<Lanes> up = {Lanes::all(normal.x), Lanes::all(normal.y),
+                                   Lanes::all(normal.z)};
+    DirectionOf<Lanes> top = up - scaled(inner(up, axis), axis);
+    Lanes squared = inner(top, top);
+    const auto known = Lanes::all(1e-24 * inner(normal, normal)) < squared;
+    if (count(known) < Lanes::kWidth) {
+      const Lanes zero = Lanes::all(0.0), one = Lanes::all(1.0);
+      const auto along_y = larger(axis.x, zero - axis.x) < Lanes::all(0.6);
+      const DirectionOf<Lanes> other = {choose(along_y, one, zero), choose(along_y, zero, one),
+                                        zero};
+      const DirectionOf<Lanes> start = other - scaled(inner(other, axis), axis);
+      top = {choose(known, top.x, start.x), choose(known, top.y, start.y),
+             choose(known, top.z, start.z)};
+      squared = choose(known, squared, inner(start, start));
+    }
+    const Lanes rest = at_least_zero(Lanes::all(1.0) - Lanes::all(0.5) * height);
+    const DirectionOf<Lanes> a = scaled(square_root(rest / squared), top);
+    put(0, scaled(Lanes::all(0.5), d));
+    put(1, a);
+    put(2, outer(a, axis));
+  }
+  Circle at(std::uint32_t lane) const {
+    return {{x_[0][lane], y_[0][lane], z_[0][lane]},
+            {x_[1][lane], y_[1][lane], z_[1][lane]},
+            {x_[2][lane], y_[2][lane], z_[2][lane]}};
+  }
+
+ private:
+  void put(int which, DirectionOf<Lanes> v) {
+    v.x.store(x_[which]);
+    v.y.store(y_[which]);
+    v.z.store(z_[which]);
+  }
+  double x_[3][Lanes::kWidth], y_[3][Lanes::kWidth], z_[3][Lanes::kWidth];
+};
+
+/// The first of the largest of n values; lanes behind the last are less than all of them.
+inline std::uint32_t first_largest(const double* values, std::uint32_t n) {
+  Lanes most = Lanes::load(values);
+  for (std::uint32_t k = Lanes::kWidth; k < n; k += Lanes::kWidth)
+    most = larger(most, Lanes::load(values + k));
+  const Lanes wanted = Lanes::all(largest(most));
+  for (std::uint32_t k = 0; k < n; k += Lanes::kWidth) {
+    const auto equal = Lanes::load(values + k) == wanted;
+    if (any(equal))
+      return static_cast<std::uint32_t>(
+          smallest_of(Lanes::counting_from(static_cast<double>(k)), equal));
+  }
+  return 0;
+}
+
+/// How far ahead of `at` arcs begin; kBeyond where they are none.
+inline Lanes way_to(double at, Lanes begin, Lanes length) {
+  const Lanes zero = Lanes::all(0.0);
+  Lanes ahead = begin - Lanes::all(at);
+  ahead = choose(ahead < zero, ahead + Lanes::all(4.0), ahead);
+  return choose(Lanes::all(kSliver) < length, ahead, Lanes::all(kBeyond));
+}
+
 /// What rounding may make of the depth of a direction in a cap, times the neighbour's distance: the
 /// ends of arcs are known to some 1e-8.
 inline Lanes rounding_of(Lanes height) {
@@ -90,15 +155,27 @@ class NearCaps {
     return arcs == kWholly || close_up(arcs);
   }
 
+  /// What the ends of arcs are known to.
+  static constexpr double kRounding = 1e-8;
+
   std::uint32_t size() const { return n_; }
+  /// The circles of as many of these as there are lanes, from k on.
+  TopCircles circles(std::uint32_t k, Direction normal) const {
+    const Lanes height = Lanes::load(cap_height_ + k);
+    return {{Lanes::load(dx_ + k), Lanes::load(dy_ + k), Lanes::load(dz_ + k)},
+            height,
+            Lanes::all(1.0) / square_root(height * Lanes::all(2.0)),
+            normal};
+  }
   /// Where one of these stands in the list of all neighbours.
   std::uint32_t index(std::uint32_t k) const { return static_cast<std::uint32_t>(index_[k]); }
 
   /// Calls visit(from, to) for every arc of the circle that these caps leave free, as
-  /// pseudo-angles; false where they touch it nowhere.
+  /// pseudo-angles; false where they touch it nowhere. Caps cover less by `margin` at either end:
+  /// with kRounding a point where arcs just meet, which rounding may take for free, is one, too.
   template <class Visit>
-  bool for_each_gap(const Circle& c, std::uint32_t self, const Visit& visit) {
-    const std::uint32_t arcs = find_arcs(c, self, 0.0);
+  bool for_each_gap(const Circle& c, std::uint32_t self, double margin, const Visit& visit) {
+    const std::uint32_t arcs = find_arcs(c, self, margin);
     if (arcs == kWholly) return true;
     if (arcs == 0) return false;
     const std::uint32_t longest = begin_tour(arcs);
@@ -205,11 +282,8 @@ class NearCaps {
 
   /// The longest arc, and lanes behind the last one that cover nothing.
   std::uint32_t begin_tour(std::uint32_t arcs) {
-    std::uint32_t longest = 0;
-    for (std::uint32_t k = 1; k < arcs; ++k)
-      if (length_[k] > length_[longest]) longest = k;
     for (std::uint32_t k = arcs; k < arcs + Lanes::kWidth; ++k) begin_[k] = 0.0, length_[k] = -1.0;
-    return longest;
+    return first_largest(length_, arcs);
   }
 
   /// How far beyond `at` the arcs that cover it reach; at most 0 when none does.
@@ -226,14 +300,10 @@ class NearCaps {
 
   /// From `at` to where the next arc begins.
   double gap_after(double at, std::uint32_t arcs) const {
-    double next = 4.0;
-    for (std::uint32_t k = 0; k < arcs; ++k) {
-      if (!(length_[k] > kSliver)) continue;
-      double ahead = begin_[k] - at;
-      if (ahead < 0.0) ahead += 4.0;
-      if (ahead < next) next = ahead;
-    }
-    return next;
+    Lanes next = Lanes::all(4.0);
+    for (std::uint32_t k = 0; k < arcs; k += Lanes::kWidth)
+      next = smaller(way_to(at, Lanes::load(begin_ + k), Lanes::load(length_ + k)), next);
+    return smallest(next);
   }
 
   /// Whether the arcs, each of which reaches into the next, go all the way round.
