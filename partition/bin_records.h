@@ -2,18 +2,16 @@
 #pragma once
 
 #include <unistd.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <memory>
-#include <new>
 #include <span>
 #include <vector>
 
 #include "io/point_cloud.h"
+#include "io/system/running_checksum.h"
 #include "partition/bin_extent.h"
 
 namespace orbweave {
@@ -71,20 +69,6 @@ struct RecordLayout {
     std::memcpy(narrow, from, sizeof narrow);
     return {narrow[0], narrow[1], narrow[2]};
   }
-};
-
-/// XXH3-64 of bytes that come piece by piece.
-class RunningChecksum {
- public:
-  RunningChecksum() : state_(XXH3_createState(), XXH3_freeState) {
-    if (state_ == nullptr) throw std::bad_alloc();
-    XXH3_64bits_reset(state_.get());
-  }
-  void add(const void* data, std::size_t bytes) { XXH3_64bits_update(state_.get(), data, bytes); }
-  std::uint64_t value() const { return XXH3_64bits_digest(state_.get()); }
-
- private:
-  std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state_;
 };
 
 /// The records of a piece of a spill file, about a mebibyte at a time: read(offset, out) fills

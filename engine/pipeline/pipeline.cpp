@@ -17,6 +17,7 @@
 #include "engine/pipeline/output/tile_export.h"
 #include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/run_results.h"
+#include "engine/pipeline/stage/scan_units.h"
 #include "engine/pipeline/stage/stage_begin.h"
 #include "engine/pipeline/stage/stage_keys.h"
 #include "engine/pipeline/surface/hole_stage.h"
@@ -89,7 +90,8 @@ void warn_of_holes(StageRunner& runner, const RunResults& results) {
   runner.warn("the mesh is riddled with holes: " + std::to_string(mesh.boundary_edges) +
               " boundary edges on " + std::to_string(mesh.triangles) + " triangles, " +
               std::to_string(results.points_unused) + " points unused; " +
-              compare_with_spacing(results.radii.values, results.partition.spacing));
+              compare_with_spacing(results.radii.values, results.partition.spacing,
+                                   meters_per_unit(runner.job, results.partition)));
 }
 
 /// Loops with their first vertices as the mesh file numbers them.
@@ -120,7 +122,8 @@ void run_points(StageRunner& runner, RunResults& results) {
   require_a_triangle(runner.job, results.partition);
   check_format_holds(runner.job.output, results.partition.points());
   results.radii = radii_of_job(runner.job, results.partition);
-  runner.note(compare_with_spacing(results.radii.values, results.partition.spacing),
+  runner.note(compare_with_spacing(results.radii.values, results.partition.spacing,
+                                   meters_per_unit(runner.job, results.partition)),
               "ball radii: " + results.radii.reason);
   predict(runner, points.predicted_disk_bytes, results);
   warn_of_units(runner, results.partition);

@@ -14,6 +14,7 @@
 #include "engine/pipeline/points/count_stage.h"
 #include "engine/pipeline/points/scan_input.h"
 #include "engine/pipeline/stage/cleaning_rule.h"
+#include "engine/pipeline/stage/scan_units.h"
 #include "engine/pipeline/stage/stage_keys.h"
 #include "engine/pipeline/surface/hole_stage.h"
 #include "engine/pipeline/surface/radii_choice.h"
@@ -139,7 +140,8 @@ void plan_chunks(const ResolvedJob& job, const CountedCloud& cloud, Partition& m
 void plan_radii(const ResolvedJob& job, const Partition& measured, JobPlan& plan) {
   const bool given = !job.reconstruct.ball_radii.empty();
   plan.radii = given ? job.reconstruct.ball_radii : measured.automatic_radii;
-  plan.radii_note = compare_with_spacing(plan.radii, measured.spacing);
+  plan.radii_note =
+      compare_with_spacing(plan.radii, measured.spacing, meters_per_unit(job, measured));
   plan.radii_reason = given ? plan.radii_note : measured.radii_reason;
   if (!plan.radii.empty()) plan.halo_width = halo_width(plan.radii);
 }
@@ -215,13 +217,15 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   Sampled sampled = sample(control, input, cloud, passes);
   Partition& measured = sampled.measured;
   measured.schema = cloud.schema;
+  measured.meters_per_unit = cloud.meters_per_unit;
   plan.points = cloud.points_used;
   plan.bounds = cloud.grid.bounds();
   plan_radii(job, measured, plan);
   plan.cleaning = cleaning_for(job.cleaning, measured);
   if (measured.layers.measured > 0)
-    plan.noise_note =
-        job.cleaning.automatic ? short_reason(measured.layers) : short_noise(measured.layers);
+    plan.noise_note = job.cleaning.automatic
+                          ? short_reason(measured.layers, meters_per_unit(job, measured))
+                          : short_noise(measured.layers, meters_per_unit(job, measured));
   plan.normals = normals_of(job, cloud);
   plan_chunks(job, cloud, measured, plan);
   plan_resources(job, cloud, measured, plan);

@@ -171,24 +171,34 @@ LayerThickness measure_layers(std::span<const SpacingSite> sites, const StopToke
   return layers;
 }
 
-std::string short_noise(const LayerThickness& layers) {
+namespace {
+
+std::string brief_length(double value, double meters_per_unit) {
+  const Length length = readable_length(value, meters_per_unit);
+  return brief_text(length.value) + length.unit;
+}
+
+}  // namespace
+
+std::string short_noise(const LayerThickness& layers, double meters_per_unit) {
   if (layers.measured == 0) return "too few points to measure the noise";
   const double percent = 100.0 * layers.thickness / layers.spacing;
   const double limit = 100.0 * kThick;
   // A share beside the limit keeps its digits: 8.97 % is not "9 %; below 9 %".
   const std::string share =
       std::abs(percent - limit) < 0.5 ? short_text(percent) : short_text(std::round(percent));
-  return "noise " + brief_text(layers.thickness) + " RMS, " + share + " % of the point spacing (" +
-         brief_text(layers.spacing) + "); " + (layers.is_thick() ? "above " : "below ") +
-         short_text(limit) + " %";
+  return "noise " + brief_length(layers.thickness, meters_per_unit) + " RMS, " + share +
+         " % of the point spacing (" + brief_length(layers.spacing, meters_per_unit) + "); " +
+         (layers.is_thick() ? "above " : "below ") + short_text(limit) + " %";
 }
 
-std::string short_reason(const LayerThickness& layers) {
+std::string short_reason(const LayerThickness& layers, double meters_per_unit) {
   const CleaningChoice choice = choose_cleaning(layers);
-  if (layers.measured == 0) return short_noise(layers) + ": no cleaning";
-  if (!layers.is_thick()) return short_noise(layers) + ": no cleaning needed";
-  return short_noise(layers) + ": outliers dropped, " + std::to_string(choice.smooth_passes) +
-         " smoothing passes, thinned to " + brief_text(choice.thin_to_spacing);
+  const std::string noise = short_noise(layers, meters_per_unit);
+  if (layers.measured == 0) return noise + ": no cleaning";
+  if (!layers.is_thick()) return noise + ": no cleaning needed";
+  return noise + ": outliers dropped, " + std::to_string(choice.smooth_passes) +
+         " smoothing passes, thinned to " + brief_length(choice.thin_to_spacing, meters_per_unit);
 }
 
 CleaningChoice choose_cleaning(const LayerThickness& layers) {

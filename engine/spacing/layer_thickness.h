@@ -35,9 +35,10 @@ struct CleaningChoice {
 };
 CleaningChoice choose_cleaning(const LayerThickness& layers);
 
-/// "noise 0.0053 RMS, 17 % of the point spacing (0.032); above 9 %"
-std::string short_noise(const LayerThickness& layers);
+/// "noise 5.3 mm RMS, 17 % of the point spacing (32 mm); above 9 %". `meters_per_unit`: as for
+/// readable_length.
+std::string short_noise(const LayerThickness& layers, double meters_per_unit = 0.0);
 /// The noise, and what the chosen cleaning does about it.
-std::string short_reason(const LayerThickness& layers);
+std::string short_reason(const LayerThickness& layers, double meters_per_unit = 0.0);
 
 }  // namespace orbweave

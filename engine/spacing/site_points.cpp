@@ -126,4 +126,14 @@ std::string brief_text(double value) {
   return std::abs(value) < 10.0 ? with_digits(value, 2) : with_digits(std::round(value), 6);
 }
 
+Length readable_length(double value, double meters_per_unit) {
+  constexpr double kFoot = 0.3048, kFeetDifferBy = 1e-5;  // that of 1959 and that of US surveys
+  if (!(meters_per_unit > 0.0)) return {value, ""};
+  if (std::abs(meters_per_unit - kFoot) < kFeetDifferBy) return {value, " ft"};
+  const double meters = value * meters_per_unit;
+  if (std::abs(meters) < 1.0) return {1e3 * meters, " mm"};
+  if (std::abs(meters) < 1e3) return {meters, " m"};
+  return {1e-3 * meters, " km"};
+}
+
 }  // namespace orbweave

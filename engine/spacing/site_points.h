@@ -50,4 +50,12 @@ std::string short_text(double value);
 /// Likewise with two digits, for a line on a terminal.
 std::string brief_text(double value);
 
+/// A length in a unit that suits it.
+struct Length {
+  double value = 0.0;
+  std::string unit;  ///< " mm", " m", " km" or " ft"; empty where the unit of the scan is not known
+};
+/// `meters_per_unit`: of the scan; 0: not known. Feet stay feet.
+Length readable_length(double value, double meters_per_unit);
+
 }  // namespace orbweave

@@ -1,12 +1,13 @@
 #include "io/meshes/mesh_checksum.h"
 
-#include <xxhash.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
 #include <stdexcept>
+
+#include "io/hex_digits.h"
+#include "io/system/running_checksum.h"
 
 namespace orbweave {
 namespace {
@@ -28,19 +29,14 @@ std::uint64_t coordinate_bits(double value) {
 }  // namespace
 
 struct MeshChecksum::State {
-  XXH3_state_t* hash = XXH3_createState();
+  RunningChecksum checksum;
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
   bool vertices_closed = false;
 
-  State() { XXH3_64bits_reset(hash); }
-  ~State() { XXH3_freeState(hash); }
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
-
   void add_word(std::uint64_t word) {
     word = little_endian(word);
-    XXH3_64bits_update(hash, &word, sizeof word);
+    checksum.add(&word, sizeof word);
   }
   void close_vertices() {
     if (vertices_closed) return;
@@ -62,7 +58,7 @@ void MeshChecksum::add_vertices(std::span<const Vec3> positions) {
     std::size_t words = 0;
     for (const Vec3& p : part)
       for (int axis = 0; axis < 3; ++axis) block[words++] = little_endian(coordinate_bits(p[axis]));
-    XXH3_64bits_update(state_->hash, block.data(), words * sizeof(std::uint64_t));
+    state_->checksum.add(block.data(), words * sizeof(std::uint64_t));
   }
   state_->vertices += positions.size();
 }
@@ -70,7 +66,7 @@ void MeshChecksum::add_vertices(std::span<const Vec3> positions) {
 void MeshChecksum::add_triangles(std::span<const Triangle64> triangles) {
   state_->close_vertices();
   if constexpr (std::endian::native == std::endian::little) {
-    XXH3_64bits_update(state_->hash, triangles.data(), triangles.size_bytes());
+    state_->checksum.add(triangles.data(), triangles.size_bytes());
   } else {
     for (const Triangle64& t : triangles)
       for (const std::uint64_t index : t) state_->add_word(index);
@@ -79,17 +75,10 @@ void MeshChecksum::add_triangles(std::span<const Triangle64> triangles) {
 }
 
 std::string MeshChecksum::hex() const {
-  State copy;
-  XXH3_copyState(copy.hash, state_->hash);
-  copy.vertices = state_->vertices;
-  copy.vertices_closed = state_->vertices_closed;
+  State copy = *state_;
   copy.close_vertices();
   copy.add_word(state_->triangles);
-  const std::uint64_t digest = XXH3_64bits_digest(copy.hash);
-  std::string text(16, '0');
-  for (int digit = 0; digit < 16; ++digit)
-    text[digit] = "0123456789abcdef"[(digest >> (60 - 4 * digit)) & 15];
-  return text;
+  return hex_digits(copy.checksum.value());
 }
 
 }  // namespace orbweave

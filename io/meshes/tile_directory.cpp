@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <stdio.h>
 #include <unistd.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -23,6 +22,7 @@
 #include "io/system/file_calls.h"
 #include "io/system/file_descriptor.h"
 #include "io/system/owned_files.h"
+#include "io/system/running_checksum.h"
 #include "io/system/system_advice.h"
 #include "io/system/temporary_name.h"
 
@@ -122,16 +122,14 @@ std::uint64_t file_checksum(const fs::path& file) {
   constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
   const FileDescriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
   if (!opened.valid()) fail_of_system(file);
-  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
-                                                                              XXH3_freeState);
-  XXH3_64bits_reset(state.get());
+  RunningChecksum checksum;
   std::vector<char> buffer(kBufferBytes);
   for (;;) {
     const ssize_t count = ::read(opened.get(), buffer.data(), buffer.size());
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) fail_of_system(file);
-    if (count == 0) return XXH3_64bits_digest(state.get());
-    XXH3_64bits_update(state.get(), buffer.data(), static_cast<std::size_t>(count));
+    if (count == 0) return checksum.value();
+    checksum.add(buffer.data(), static_cast<std::size_t>(count));
   }
 }
 

@@ -2,15 +2,14 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <cstddef>
-#include <memory>
 #include <vector>
 
 #include "io/hex_digits.h"
 #include "io/system/file_descriptor.h"
+#include "io/system/running_checksum.h"
 
 namespace orbweave {
 namespace {
@@ -37,10 +36,7 @@ std::optional<FileSample> sample_file(const std::filesystem::path& path, std::si
   struct stat facts {};
   if (!file.valid() || fstat(file.get(), &facts) != 0 || !S_ISREG(facts.st_mode))
     return std::nullopt;
-  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
-                                                                              XXH3_freeState);
-  if (state == nullptr) throw std::bad_alloc();
-  XXH3_64bits_reset(state.get());
+  RunningChecksum checksum;
   FileSample sample;
   std::vector<std::byte> block;
   for (const std::uint64_t begin :
@@ -49,10 +45,10 @@ std::optional<FileSample> sample_file(const std::filesystem::path& path, std::si
     const auto got = read_at(file.get(), begin, block);
     if (!got) return std::nullopt;
     block.resize(*got);
-    XXH3_64bits_update(state.get(), block.data(), block.size());
+    checksum.add(block.data(), block.size());
     sample.bytes_hashed += block.size();
   }
-  sample.fingerprint = hex_digits(XXH3_64bits_digest(state.get()));
+  sample.fingerprint = hex_digits(checksum.value());
   return sample;
 }
 

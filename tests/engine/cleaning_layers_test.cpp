@@ -55,6 +55,10 @@ TEST_CASE("TheNoiseIsToldInOneShortLine") {
   LayerThickness layers{.thickness = 0.0015, .spacing = 0.0432, .radius = 0.1, .measured = 100};
   CHECK(short_reason(layers) ==
         "noise 0.0015 RMS, 3 % of the point spacing (0.043); below 9 %: no cleaning needed");
+  CHECK(short_reason(layers, 1.0) ==
+        "noise 1.5 mm RMS, 3 % of the point spacing (43 mm); below 9 %: no cleaning needed");
+  CHECK(short_noise(layers, 12.0 / 39.37) ==
+        "noise 0.0015 ft RMS, 3 % of the point spacing (0.043 ft); below 9 %");
   layers.thickness = 0.00721;
   CHECK(short_noise(layers) == "noise 0.0072 RMS, 17 % of the point spacing (0.043); above 9 %");
   CHECK(short_reason(layers) ==
@@ -63,6 +67,8 @@ TEST_CASE("TheNoiseIsToldInOneShortLine") {
   CHECK(short_noise(layers).find(", 8.97 % of") != std::string::npos);
   layers.spacing = 432.0;
   CHECK(short_noise(layers).find("spacing (432)") != std::string::npos);
+  CHECK(short_noise(layers, 1.0).find("spacing (432 m)") != std::string::npos);
+  CHECK(short_noise(layers, 1000.0).find("spacing (432 km)") != std::string::npos);
   CHECK(short_reason({}) == "too few points to measure the noise: no cleaning");
 }
 

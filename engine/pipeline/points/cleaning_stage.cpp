@@ -1,5 +1,6 @@
 #include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/stage/cleaning_rule.h"
+#include "engine/pipeline/stage/scan_units.h"
 
 #include <algorithm>
 #include <cmath>
@@ -36,12 +37,13 @@ constexpr double kSameSheetCosine = 0.5;
 /// Says what was measured, and what follows from it or would have followed.
 CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
   CleaningFacts facts = cleaning_for(runner.job.cleaning, scans);
+  const double unit = meters_per_unit(runner.job, scans);
   if (runner.job.cleaning.automatic) {
-    runner.note("cleaning: " + short_reason(scans.layers), "cleaning: " + facts.reason);
+    runner.note("cleaning: " + short_reason(scans.layers, unit), "cleaning: " + facts.reason);
   } else if (!runner.job.cleans() && scans.layers.is_thick()) {
     const std::string on = setting(runner.job, "cleaning.auto", "true");
     runner.warn(
-        short_noise(scans.layers) + ": the mesh may be rough or have holes; try " + on,
+        short_noise(scans.layers, unit) + ": the mesh may be rough or have holes; try " + on,
         "no cleaning, although the noise is large; " + on + " would do it: " + facts.reason);
   }
   return facts;

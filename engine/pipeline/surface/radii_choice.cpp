@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/spacing/automatic_radii.h"
+#include "engine/spacing/site_points.h"
 #include "io/ball_radii.h"
 #include "io/error.h"
 #include "io/job/setting.h"
@@ -25,16 +26,22 @@ std::string short_number(double value) {
 
 }  // namespace
 
-std::string compare_with_spacing(const std::vector<double>& radii, double spacing) {
+std::string compare_with_spacing(const std::vector<double>& radii, double spacing,
+                                 double meters_per_unit) {
   if (radii.empty()) return {};
-  const auto range = [&](double unit) {
-    const std::string first = short_number(radii.front() / unit);
-    return radii.size() == 1 ? first : first + " to " + short_number(radii.back() / unit);
+  const auto range = [&](const auto& text_of) {
+    const std::string first = text_of(radii.front());
+    return radii.size() == 1 ? first : first + " to " + text_of(radii.back());
   };
-  std::string text = (radii.size() == 1 ? "ball radius " : "ball radii ") + range(1.0);
+  const auto length = [&](double value) {
+    const Length shown = readable_length(value, meters_per_unit);
+    return short_number(shown.value) + shown.unit;
+  };
+  std::string text = (radii.size() == 1 ? "ball radius " : "ball radii ") + range(length);
   if (radii.size() > 1) text += " (" + std::to_string(radii.size()) + " levels)";
   if (spacing > 0.0)
-    text += ", " + range(spacing) + " times the point spacing " + short_number(spacing);
+    text += ", " + range([&](double radius) { return short_number(radius / spacing); }) +
+            " times the point spacing " + length(spacing);
   return text;
 }
 

@@ -16,6 +16,8 @@ BallRadii radii_of_job(const ResolvedJob& job, const Partition& partition);
 
 /// "ball radius 0.5, 312 times the point spacing 0.0016", or first and last of several:
 /// "ball radii 0.047 to 0.238 (5 levels), 1.1 to 5.57 times the point spacing 0.0427".
-std::string compare_with_spacing(const std::vector<double>& radii, double spacing);
+/// `meters_per_unit`: as for readable_length.
+std::string compare_with_spacing(const std::vector<double>& radii, double spacing,
+                                 double meters_per_unit = 0.0);
 
 }  // namespace orbweave
