@@ -46,6 +46,24 @@ TEST_CASE("PlanOfScansIsThatOfTheJobFileThatNamesThem") {
   CHECK(files_in(in) == 2);
 }
 
+TEST_CASE("PlanSaysLengthsInTheUnitThatTheJobNames") {
+  const ScratchDirectory in;
+  write_scan_and_job(in);
+  const auto planned = [&](std::vector<std::string> more) {
+    std::vector<std::string> words = {"plan", "job.toml", "--progress", "none"};
+    words.insert(words.end(), more.begin(), more.end());
+    const auto result = run_in(in, words);
+    INFO(result.err);
+    REQUIRE(result.status == 0);
+    return result.out;
+  };
+  CHECK_THAT(planned({}), !Contains(" mm"));
+  const std::string metric = planned({"--set", "input.units_per_meter=1"});
+  CHECK_THAT(metric, Contains(" mm RMS, ") && Contains(" mm, ") && Contains(" mm); below"));
+  const std::string feet = planned({"--set", "input.units_per_meter=3.28083333333"});
+  CHECK_THAT(feet, Contains(" ft RMS, ") && Contains(" ft, ") && Contains(" ft); below"));
+}
+
 TEST_CASE("PlanTakesAJobFileOrScansButNotBoth") {
   const ScratchDirectory in;
   write_scan_and_job(in);
