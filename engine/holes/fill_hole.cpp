@@ -1,5 +1,4 @@
 #include "engine/holes/fill_hole.h"
-#include "engine/holes/patch/patch_defect.h"
 
 #include <algorithm>
 #include <array>
@@ -13,6 +12,7 @@
 #include "engine/holes/implicit/implicit_fill.h"
 #include "engine/holes/loops/loop_parts.h"
 #include "engine/holes/patch/direct_fill.h"
+#include "engine/holes/patch/patch_defect.h"
 #include "engine/holes/patch/patch_intersections.h"
 #include "engine/holes/patch/rim.h"
 #include "engine/holes/patch/rim_piercings.h"

@@ -1,6 +1,4 @@
 #include "engine/pipeline/points/cleaning_stage.h"
-#include "engine/pipeline/stage/cleaning_rule.h"
-#include "engine/pipeline/stage/scan_units.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +16,8 @@
 #include "engine/pipeline/points/orientation_stage.h"
 #include "engine/pipeline/points/raw_passes.h"
 #include "engine/pipeline/points/scan_input.h"
+#include "engine/pipeline/stage/cleaning_rule.h"
+#include "engine/pipeline/stage/scan_units.h"
 #include "engine/pipeline/stage/stage_keys.h"
 #include "engine/spacing/layer_thickness.h"
 #include "io/clouds/scan_source.h"

@@ -1,10 +1,10 @@
 #include "engine/pipeline/points/cloud_measure.h"
-#include "engine/spacing/normal_radius.h"
 
 #include <algorithm>
 #include <vector>
 
 #include "engine/pipeline/points/count_stage.h"
+#include "engine/spacing/normal_radius.h"
 
 namespace orbweave {
 Octree final_octree(const ResolvedJob& job, const CountedCloud& cloud, const Partition& partition) {
