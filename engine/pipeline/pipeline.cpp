@@ -72,8 +72,8 @@ void require_a_triangle(const ResolvedJob& job, const Partition& partition) {
 void warn_of_units(StageRunner& runner, const Partition& partition) {
   constexpr double kLeastMeters = 1e-7;
   constexpr double kMostMeters = 1e3;
-  const double units_per_meter = runner.job.input.units_per_meter.value_or(
-      partition.meters_per_unit ? 1.0 / partition.meters_per_unit->x : 1.0);
+  const double known = meters_per_unit(runner.job, partition);
+  const double units_per_meter = known > 0.0 ? 1.0 / known : 1.0;
   const double meters = partition.spacing / units_per_meter;
   if (!(partition.spacing > 0.0) || (meters >= kLeastMeters && meters <= kMostMeters)) return;
   runner.warn("the points lie " + format_number(meters) + " m apart by " +
@@ -90,8 +90,7 @@ void warn_of_holes(StageRunner& runner, const RunResults& results) {
   runner.warn("the mesh is riddled with holes: " + std::to_string(mesh.boundary_edges) +
               " boundary edges on " + std::to_string(mesh.triangles) + " triangles, " +
               std::to_string(results.points_unused) + " points unused; " +
-              compare_with_spacing(results.radii.values, results.partition.spacing,
-                                   meters_per_unit(runner.job, results.partition)));
+              short_radii(runner.job, results.partition, results.radii.values));
 }
 
 /// Loops with their first vertices as the mesh file numbers them.
@@ -122,8 +121,7 @@ void run_points(StageRunner& runner, RunResults& results) {
   require_a_triangle(runner.job, results.partition);
   check_format_holds(runner.job.output, results.partition.points());
   results.radii = radii_of_job(runner.job, results.partition);
-  runner.note(compare_with_spacing(results.radii.values, results.partition.spacing,
-                                   meters_per_unit(runner.job, results.partition)),
+  runner.note(short_radii(runner.job, results.partition, results.radii.values),
               "ball radii: " + results.radii.reason);
   predict(runner, points.predicted_disk_bytes, results);
   warn_of_units(runner, results.partition);

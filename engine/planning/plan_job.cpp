@@ -140,8 +140,7 @@ void plan_chunks(const ResolvedJob& job, const CountedCloud& cloud, Partition& m
 void plan_radii(const ResolvedJob& job, const Partition& measured, JobPlan& plan) {
   const bool given = !job.reconstruct.ball_radii.empty();
   plan.radii = given ? job.reconstruct.ball_radii : measured.automatic_radii;
-  plan.radii_note =
-      compare_with_spacing(plan.radii, measured.spacing, meters_per_unit(job, measured));
+  plan.radii_note = short_radii(job, measured, plan.radii);
   plan.radii_reason = given ? plan.radii_note : measured.radii_reason;
   if (!plan.radii.empty()) plan.halo_width = halo_width(plan.radii);
 }
@@ -222,10 +221,10 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   plan.bounds = cloud.grid.bounds();
   plan_radii(job, measured, plan);
   plan.cleaning = cleaning_for(job.cleaning, measured);
+  const double unit = meters_per_unit(job, measured);
   if (measured.layers.measured > 0)
-    plan.noise_note = job.cleaning.automatic
-                          ? short_reason(measured.layers, meters_per_unit(job, measured))
-                          : short_noise(measured.layers, meters_per_unit(job, measured));
+    plan.noise_note = job.cleaning.automatic ? short_reason(measured.layers, unit)
+                                             : short_noise(measured.layers, unit);
   plan.normals = normals_of(job, cloud);
   plan_chunks(job, cloud, measured, plan);
   plan_resources(job, cloud, measured, plan);

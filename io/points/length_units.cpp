@@ -153,4 +153,10 @@ std::optional<double> meters_per_epsg_unit(std::uint16_t code) {
   return std::nullopt;
 }
 
+std::optional<Vec3> meters_per_unit(std::optional<double> units_per_meter,
+                                    std::optional<Vec3> of_scan) {
+  if (!units_per_meter) return of_scan;
+  return Vec3{1.0, 1.0, 1.0} * (1.0 / *units_per_meter);
+}
+
 }  // namespace orbweave

@@ -20,4 +20,8 @@ std::optional<Vec3> meters_per_unit(std::string_view wkt);
 /// 9036 kilometre). Empty for all others.
 std::optional<double> meters_per_epsg_unit(std::uint16_t code);
 
+/// Metres per unit of x, y and z: as the user says, or else as the scan does. Empty: not known.
+std::optional<Vec3> meters_per_unit(std::optional<double> units_per_meter,
+                                    std::optional<Vec3> of_scan);
+
 }  // namespace orbweave

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "io/job/job_keys.h"
+#include "io/points/length_units.h"
 #include "io/report/machine.h"
 #include "io/report/reasons.h"
 #include "io/report/report_html.h"
@@ -45,15 +46,10 @@ Json extent_json(const RunReport& report) {
   return {extent.x, extent.y, extent.z};
 }
 
-std::optional<Vec3> meters_per_unit(const RunReport& report) {
-  const std::optional<double> given = report.options.input.units_per_meter;
-  if (!given) return report.meters_per_unit;
-  return Vec3{1.0, 1.0, 1.0} * (1.0 / *given);
-}
-
 /// Null where the unit is not known.
 Json extent_meters_json(const RunReport& report) {
-  const std::optional<Vec3> unit = meters_per_unit(report);
+  const std::optional<Vec3> unit =
+      meters_per_unit(report.options.input.units_per_meter, report.meters_per_unit);
   if (report.bounds.empty() || !unit) return nullptr;
   const Vec3 extent = report.bounds.extent();
   return {extent.x * unit->x, extent.y * unit->y, extent.z * unit->z};

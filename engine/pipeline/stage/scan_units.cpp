@@ -1,10 +1,11 @@
 #include "engine/pipeline/stage/scan_units.h"
 
+#include "io/points/length_units.h"
+
 namespace orbweave {
 
 double meters_per_unit(const ResolvedJob& job, const Partition& partition) {
-  if (job.input.units_per_meter) return 1.0 / *job.input.units_per_meter;
-  return partition.meters_per_unit ? partition.meters_per_unit->x : 0.0;
+  return meters_per_unit(job.input.units_per_meter, partition.meters_per_unit).value_or(Vec3{}).x;
 }
 
 }  // namespace orbweave

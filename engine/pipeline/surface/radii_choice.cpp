@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/pipeline/stage/scan_units.h"
 #include "engine/spacing/automatic_radii.h"
 #include "engine/spacing/site_points.h"
 #include "io/ball_radii.h"
@@ -24,8 +25,7 @@ std::string short_number(double value) {
   return {text.data(), end};
 }
 
-}  // namespace
-
+/// `meters_per_unit`: as for readable_length.
 std::string compare_with_spacing(const std::vector<double>& radii, double spacing,
                                  double meters_per_unit) {
   if (radii.empty()) return {};
@@ -44,8 +44,6 @@ std::string compare_with_spacing(const std::vector<double>& radii, double spacin
             " times the point spacing " + length(spacing);
   return text;
 }
-
-namespace {
 
 /// Throws where ball pivoting cannot work with the radii.
 void require_usable(const ResolvedJob& job, const std::vector<double>& radii,
@@ -67,7 +65,7 @@ void require_usable(const ResolvedJob& job, const std::vector<double>& radii,
 BallRadii radii_of_job(const ResolvedJob& job, const Partition& partition) {
   const ReconstructOptions& options = job.reconstruct;
   std::vector<double> radii = options.ball_radii;
-  std::string reason = compare_with_spacing(radii, partition.spacing);
+  std::string reason = compare_with_spacing(radii, partition.spacing, 0.0);
   if (radii.empty()) {
     radii = partition.automatic_radii;
     reason = partition.radii_reason;
@@ -86,6 +84,11 @@ BallRadii radii_of_job(const ResolvedJob& job, const Partition& partition) {
   }
   require_usable(job, radii, reason);
   return {std::move(radii), std::move(reason)};
+}
+
+std::string short_radii(const ResolvedJob& job, const Partition& partition,
+                        const std::vector<double>& radii) {
+  return compare_with_spacing(radii, partition.spacing, meters_per_unit(job, partition));
 }
 
 }  // namespace orbweave

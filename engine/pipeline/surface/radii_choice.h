@@ -14,10 +14,10 @@ namespace orbweave {
 /// (bad input) where none can be chosen.
 BallRadii radii_of_job(const ResolvedJob& job, const Partition& partition);
 
-/// "ball radius 0.5, 312 times the point spacing 0.0016", or first and last of several:
-/// "ball radii 0.047 to 0.238 (5 levels), 1.1 to 5.57 times the point spacing 0.0427".
-/// `meters_per_unit`: as for readable_length.
-std::string compare_with_spacing(const std::vector<double>& radii, double spacing,
-                                 double meters_per_unit = 0.0);
+/// "ball radius 0.5, 312 times the point spacing 0.0016", or first and last of several; with the
+/// unit where it is known:
+/// "ball radii 47 mm to 238 mm (5 levels), 1.1 to 5.57 times the point spacing 42.7 mm".
+std::string short_radii(const ResolvedJob& job, const Partition& partition,
+                        const std::vector<double>& radii);
 
 }  // namespace orbweave
