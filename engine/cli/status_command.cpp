@@ -80,6 +80,11 @@ std::string status_json(const WorkStatus& status) {
   if (!status.members.empty()) document["members"] = status.members;
   document["step"] = status.step;
   document["ended"] = status.ended;
+  if (status.pace) {
+    document["seconds"] = status.pace->elapsed;
+    document["share"] = status.pace->share();
+    document["seconds_left"] = status.pace->seconds_left;
+  }
   document["last_touched"] = status.last_touched;
   document["stages"] = stages;
   return json_text(document);
@@ -113,6 +118,10 @@ std::string status_text(const WorkStatus& status) {
     facts.emplace_back("job", "ended; all outputs are written");
   else if (!status.step.empty())
     facts.emplace_back(status.running ? "at" : "was at", status.step);
+  if (status.pace)
+    facts.emplace_back("done", std::to_string(status.pace->percent()) + " % after " +
+                                   format_duration(status.pace->elapsed) + "; about " +
+                                   format_duration(status.pace->seconds_left) + " left");
   facts.emplace_back("last touched", status.last_touched);
   return facts_table(facts) + "\n" + table(rows);
 }

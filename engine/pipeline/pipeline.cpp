@@ -102,14 +102,17 @@ std::vector<HoleFacts> in_output_numbers(std::vector<HoleFacts> holes, const Use
 
 /// What is still to come, and what it took until the points were cut. The first prediction of the
 /// disk counts.
-void predict(const StageRunner& runner, std::uint64_t disk_bytes, RunResults& results) {
+void predict(StageRunner& runner, std::uint64_t disk_bytes, RunResults& results) {
   const ResolvedJob& job = runner.job;
   const Partition& partition = results.partition;
   const std::vector<double>& radii = results.radii.values;
   const std::uint64_t so_far = std::min(peak_memory_bytes(), job.partition.memory_bytes);
   ResourceFacts& predicted = results.predicted;
   predicted.peak_memory_bytes = std::max(predicted_peak_bytes(job, partition, radii), so_far);
-  predicted.seconds = predicted_seconds(job, partition, radii, runner.communicator.size());
+  const std::vector<ExpectedStage> stages =
+      expected_stages(job, size_of_job(partition, radii, runner.communicator.size()));
+  predicted.seconds = sum_of_seconds(stages);
+  runner.progress.expect(stages);
   if (predicted.disk_bytes == 0) predicted.disk_bytes = disk_bytes;
   if (predicted.disk_bytes == 0) predicted.disk_bytes = predicted_disk_bytes(job, partition);
 }

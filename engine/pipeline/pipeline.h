@@ -9,6 +9,7 @@
 
 #include "engine/pipeline/stage/resolved_job.h"
 #include "io/job/job.h"
+#include "io/report/job_pace.h"
 #include "io/report/progress.h"
 #include "io/report/report.h"
 #include "partition/executor.h"
@@ -49,6 +50,8 @@ struct WorkStatus {
   std::vector<std::string> members;
   std::string step;          ///< what the run is at, or was at last: "sort"
   bool ended = false;        ///< all outputs are written
+  /// Of the run that is going on, from what its stages typically take; empty: not known yet.
+  std::optional<JobPace::Estimate> pace;
   std::string last_touched;  ///< ISO 8601, UTC
 };
 /// Throws Error (usage) where the directory is no work directory.

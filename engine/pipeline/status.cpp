@@ -140,6 +140,17 @@ void add_holes(const fs::path& work_dir, WorkStatus& status) {
   if (batches == 0 && status.ended) status.stages.back().done = true;  // there was none to fill
 }
 
+std::optional<JobPace::Estimate> pace_of(const RunSteps& steps, const WorkStatus& status) {
+  if (!steps.pace.is_known()) return std::nullopt;
+  StageStatus at;
+  for (const StageStatus& stage : status.stages) {
+    const StageInfo* info = stage_in(stage.name);
+    if (stage.name == steps.last.name || (info != nullptr && steps.last.name == info->name))
+      at = stage;
+  }
+  return steps.pace.at(run_clock_seconds(), at.chunks_done, at.chunks_total);
+}
+
 void require_work_dir(const fs::path& work_dir) {
   if (fs::exists(work_dir / "orbweave-store.json")) return;
   throw_usage("is no work directory of orbweave",
@@ -159,7 +170,8 @@ WorkStatus work_status(const fs::path& work_dir) {
   std::ifstream(work_dir / kOwnerLock) >> status.process_id;
   status.members = members_at_work(work_dir);
   status.ended = fs::exists(work_dir / "ended.json");
-  const RunStep step = last_step(work_dir / kStepsName).value_or(RunStep{});
+  const RunSteps steps = stored_steps(work_dir / kStepsName);
+  const RunStep& step = steps.last;
   status.step = step.name;
   const std::uint64_t total = chunks_of(work_dir, kFinalCut, step);
   const bool is_cut = chunks_of(work_dir / kPointsStage / "partition.json") != 0;
@@ -167,6 +179,7 @@ WorkStatus work_status(const fs::path& work_dir) {
   for (const Stage stage : {Stage::kSort, Stage::kReconstruct})
     status.stages.push_back(status_of(work_dir, info_of(stage), directory_of(stage), total));
   add_holes(work_dir, status);
+  if (status.running && !status.ended) status.pace = pace_of(steps, status);
   status.last_touched = last_touched(work_dir);
   return status;
 }

@@ -27,6 +27,7 @@ class LoggedProgress final : public Progress {
     }
   }
 
+  void expect(std::span<const ExpectedStage> stages) override { shown_.expect(stages); }
   void begin_stage(const std::string& name, std::uint64_t total, const std::string& unit) override {
     stage_ = name;
     points_ = 0;

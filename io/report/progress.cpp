@@ -81,7 +81,7 @@ class WarningsOnly final : public Silence {
 }  // namespace
 
 ProgressDisplay::ProgressDisplay(std::ostream& out, ProgressDisplayOptions options)
-    : out_(out), options_(std::move(options)), start_seconds_(now()) {
+    : out_(out), options_(std::move(options)), start_seconds_(now()), pace_(start_seconds_) {
   if (options_.moving_line && options_.still_seconds > 0.0)
     ticker_ = std::thread([this] { draw_now_and_then(); });
 }
@@ -109,10 +109,16 @@ void ProgressDisplay::draw_now_and_then() {
 
 double ProgressDisplay::now() const { return options_.clock ? options_.clock() : steady_seconds(); }
 
+void ProgressDisplay::expect(std::span<const ExpectedStage> stages) {
+  const std::lock_guard lock(mutex_);
+  pace_.expect(stages);
+}
+
 void ProgressDisplay::begin_stage(const std::string& name, std::uint64_t total,
                                   const std::string& unit) {
   const std::lock_guard lock(mutex_);
   finish();
+  pace_.begin_stage(name, now());
   name_ = name;
   unit_ = unit;
   total_ = total;
@@ -187,6 +193,14 @@ std::string ProgressDisplay::rate_text() const {
   return ", " + format_rate(static_cast<double>(points) / seconds) + " points/s";
 }
 
+/// "job 41 %, 12 s left".
+std::string ProgressDisplay::job_text() const {
+  const JobPace::Estimate job = pace_.at(now(), done_.load(), total_.load());
+  return "job " + std::to_string(job.percent()) + " %, " + format_duration(job.seconds_left) +
+         " left";
+}
+
+/// Of the stage.
 std::string ProgressDisplay::left_text() const {
   const std::uint64_t done = done_.load(), total = total_.load();
   const double seconds = elapsed();
@@ -202,9 +216,13 @@ std::string ProgressDisplay::clock_text() const {
   return std::to_string(seconds / 60) + (rest.size() < 2 ? ":0" : ":") + rest + "  ";
 }
 
+/// The moving line begins with what a narrow terminal must not cut.
 std::string ProgressDisplay::moving_text() const {
-  return (options_.moving_line ? clock_text() : "") + name_ + ": " + amount_text() + rate_text() +
-         ", " + format_bytes(current_memory_bytes()) + left_text();
+  std::string text =
+      name_ + ": " + amount_text() + rate_text() + ", " + format_bytes(current_memory_bytes());
+  if (!pace_.is_known()) text += left_text();
+  if (!options_.moving_line) return text + (pace_.is_known() ? ", " + job_text() : "");
+  return clock_text() + (pace_.is_known() ? job_text() + "  " : "") + text;
 }
 
 void ProgressDisplay::clear() {
@@ -226,6 +244,7 @@ void ProgressDisplay::finish() {
                            counted(done_.load(), unit_) + rate_text() + ", " +
                            format_bytes(current_memory_bytes());
   name_.clear();
+  pace_.end_stage(now());
   next_done_ = kNever;
   clear();
   if (!options_.moving_line) print(line);

@@ -9,6 +9,7 @@
 #include <string>
 #include <thread>
 
+#include "io/report/job_pace.h"
 #include "io/report/progress.h"
 
 namespace orbweave {
@@ -34,6 +35,7 @@ class ProgressDisplay : public Progress {
   ProgressDisplay(std::ostream& out, ProgressDisplayOptions options);
   ~ProgressDisplay() override;  ///< leaves no moving line behind
 
+  void expect(std::span<const ExpectedStage> stages) override;
   void begin_stage(const std::string& name, std::uint64_t total, const std::string& unit) override;
   void advance(std::uint64_t amount) override;
   void add_points(std::uint64_t points) override;
@@ -47,6 +49,7 @@ class ProgressDisplay : public Progress {
   std::string amount_text() const;
   std::string rate_text() const;
   std::string left_text() const;
+  std::string job_text() const;
   std::string moving_text() const;
   std::string clock_text() const;
   bool is_due();
@@ -62,6 +65,7 @@ class ProgressDisplay : public Progress {
   const ProgressDisplayOptions options_;
   std::mutex mutex_;  ///< of everything but the atomic members
   const double start_seconds_;
+  JobPace pace_;
   std::string name_;  ///< empty between stages
   std::string unit_;
   double begin_seconds_ = 0.0;

@@ -128,6 +128,11 @@ TEST_CASE("StatusOfARunningJobSaysWhatItIsAtAndWhoRunsIt", "[slow]") {
              Catch::StartsWith(std::to_string(status["process_id"].get<int>()) + " (orbweave "));
   CHECK(status["step"] == "reconstruct");
   CHECK(stage_of(status, "points")["done"] == true);
+  const double seconds = status["seconds"], left = status["seconds_left"];
+  CHECK(seconds > 0.0);
+  CHECK(left > 0.0);
+  CHECK(status["share"] == Approx(seconds / (seconds + left)));
+  CHECK_THAT(run_in(in, {"status", "mesh.work"}).out, Contains(" % after ") && Contains(" left"));
   const std::uint64_t before = stage_of(status, "mesh")["chunks_done"];
 
   program->send(SIGKILL);
@@ -136,6 +141,7 @@ TEST_CASE("StatusOfARunningJobSaysWhatItIsAtAndWhoRunsIt", "[slow]") {
   CHECK(after["running"] == false);
   CHECK(after["process_id"] == status["process_id"]);
   CHECK(after["step"] == "reconstruct");
+  CHECK(!after.contains("share"));
   CHECK(stage_of(after, "mesh")["chunks_done"] >= before);
   CHECK(stage_of(after, "mesh")["done"] == false);
   CHECK_THAT(run_in(in, {"status", "mesh.work"}).out, Contains("not in use; last by process") &&

@@ -129,6 +129,31 @@ TEST_CASE("TheMovingLineShowsStageAmountRateMemoryAndTimeLeft") {
   CHECK(f.screen().size() == 1);
 }
 
+TEST_CASE("TheMovingLineShowsShareAndTimeLeftOfTheJobOnceItsStagesAreKnown") {
+  Fixture f(true);
+  const std::vector<ExpectedStage> stages = {
+      {"count", 10.0}, {"reconstruct", 20.0}, {"holes", 10.0}};
+  f.display->begin_stage("count", 64, "points");
+  f.display->expect(stages);
+  f.seconds += 10.0;
+  f.display->end_stage();
+  f.display->begin_stage("reconstruct", 64, "chunks");
+  f.seconds += 10.0;
+  f.display->advance(32);
+  CHECK_THAT(f.screen().back(),
+             StartsWith("0:20  job 50 %, 20 s left  reconstruct: 32 / 64 chunks (50 %), "));
+}
+
+TEST_CASE("PlainLinesEndWithShareAndTimeLeftOfTheJob") {
+  Fixture f(false);
+  const std::vector<ExpectedStage> stages = {{"reconstruct", 20.0}, {"holes", 10.0}};
+  f.display->expect(stages);
+  f.display->begin_stage("reconstruct", 64, "chunks");
+  f.seconds += 10.0;
+  f.display->advance(32);
+  CHECK_THAT(f.lines().back(), Contains("iB, job 33 %, 20 s left"));
+}
+
 TEST_CASE("TheMovingLineIsRedrawnTenTimesASecondAtMost") {
   Fixture f(true);
   f.display->begin_stage("bin", 1'000'000, "points");

@@ -3,38 +3,108 @@
 #include <algorithm>
 #include <array>
 
+#include "engine/pipeline/stage/stages.h"
 #include "io/report/reasons.h"
 
 namespace orbweave {
 namespace {
 
-/// Points per second and core of the whole pipeline, from file to file, on a clean surface with
-/// normals and one radius: 10 million points in 8.4 s and 100 million in 91 s on two cores.
-constexpr double kPointsPerSecond = 600'000.0;
-/// What every further radius costs, of the first one's time.
-constexpr double kFurtherRadius = 1.0;
-/// Likewise of the passes over raw points (docs/cleaning.md), and of the open points and holes that
-/// real scans have.
-constexpr double kNormalsPerSecond = 900'000.0;
-constexpr double kPropagatedPerSecond = 1'300'000.0;
-constexpr double kSmoothedPerSecond = 1'000'000.0;
-constexpr double kOpenPerSecond = 150'000.0;
-/// What compressing the work directory adds (docs/disk.md).
-constexpr double kCompressedPerSecond = 750'000.0;
+/// What the points cost that a first radius leaves open, at each further one, of the first one's
+/// time: a few points, each of them with many neighbours.
+constexpr double kFurtherRadius = 4.0;
+/// Levels that automatic radii have on most scans.
+constexpr std::size_t kTypicalRadii = 3;
+/// Core seconds of a loop, large ones among small ones.
+constexpr double kSecondsPerLoop = 0.0008;
+/// Of the time of a stage whose time grows no further.
+constexpr double kConstantPoints = 1e6;
+/// What compressing adds to a stage that writes points or triangles, in microseconds per point
+/// (docs/disk.md).
+constexpr double kCompression = 0.3;
 
-/// Core seconds per point of the passes over raw points.
-double raw_passes_per_point(const NormalFacts& normals, const CleaningOptions& cleaning) {
-  double seconds = 0.0;
-  if (normals.source == NormalSource::kEstimate)
-    seconds += 1.0 / kNormalsPerSecond + 1.0 / kOpenPerSecond;
-  if (normals.orientation == Orientation::kPropagate) seconds += 1.0 / kPropagatedPerSecond;
-  if (cleaning.outlier_sigma > 0.0) seconds += 1.0 / kNormalsPerSecond;
-  if (cleaning.smooth_radius > 0.0) seconds += cleaning.smooth_passes / kSmoothedPerSecond;
-  return seconds;
+bool is_written(Stage stage) {
+  return stage == Stage::kRawSort || stage == Stage::kSort || stage == Stage::kReconstruct;
 }
 
-/// With those that the stages of the job dropped.
-std::uint64_t usable_points(const Partition& partition) {
+/// Whether normals may be oriented by propagation: what the scans tell of scanners decides.
+bool may_propagate(const ResolvedJob& job) {
+  return job.estimates_normals && (job.normals.orientation == Orientation::kAuto ||
+                                   job.normals.orientation == Orientation::kPropagate);
+}
+
+/// How often the job runs the stage; of stages that a measurement decides about, how often at most.
+int runs_of(const ResolvedJob& job, Stage stage) {
+  const CleaningOptions& cleaning = job.cleaning;
+  const bool may_clean = cleaning.automatic;
+  switch (stage) {
+    case Stage::kOutliers:
+      return may_clean || cleaning.outlier_sigma > 0.0 ? 1 : 0;
+    case Stage::kMerging:
+      return cleaning.merge_tolerance > 0.0 ? 1 : 0;
+    case Stage::kNormals:
+      return job.estimates_normals ? 1 : 0;
+    case Stage::kSmoothing:
+      return may_clean || cleaning.smooth_radius > 0.0 ? cleaning.smooth_passes : 0;
+    case Stage::kThinning:
+      return may_clean || cleaning.thin_to_spacing > 0.0 ? 1 : 0;
+    case Stage::kHoles:
+    case Stage::kTrace:
+      return job.fill.enabled ? 1 : 0;
+    case Stage::kPatches:
+    case Stage::kOrientation:
+    case Stage::kTurns:
+      return may_propagate(job) ? 1 : 0;
+    case Stage::kExport:
+      return job.output.tiles ? 0 : 1;
+    case Stage::kTiles:
+      return job.output.tiles ? 1 : 0;
+    case Stage::kPicture:
+      return job.output.picture.empty() ? 0 : 1;
+    default:
+      return info_of(stage).line == StageLine::kFinal || job.needs_cleaning_or_normals() ? 1 : 0;
+  }
+}
+
+/// The count of radii that is known or typical.
+std::size_t radii_of(const ResolvedJob& job, const JobSize& size) {
+  if (size.radii > 0) return size.radii;
+  return job.reconstruct.ball_radii.empty() ? kTypicalRadii : job.reconstruct.ball_radii.size();
+}
+
+double microseconds_of(const ResolvedJob& job, const JobSize& size, const StageInfo& stage) {
+  double microseconds = stage.scaling.microseconds;
+  if (stage.stage == Stage::kReconstruct)
+    microseconds *= 1.0 + kFurtherRadius * static_cast<double>(radii_of(job, size) - 1);
+  if (job.run.compress && is_written(stage.stage)) microseconds += kCompression;
+  return microseconds;
+}
+
+double seconds_of(const ResolvedJob& job, const JobSize& size, const StageInfo& stage) {
+  const StageScaling& scaling = stage.scaling;
+  double points =
+      static_cast<double>(stage.line == StageLine::kRaw ? size.points : size.kept_points);
+  if (scaling.constant) points = std::min(points, kConstantPoints);
+  double seconds = 1e-6 * microseconds_of(job, size, stage) * points;
+  if (stage.stage == Stage::kHoles && size.loops)
+    seconds = kSecondsPerLoop * static_cast<double>(*size.loops);
+  seconds *= 1.0 - scaling.threads + scaling.threads / job.threads();
+  return scaling.work == StageWork::kShared ? seconds / size.processes : seconds;
+}
+
+}  // namespace
+
+std::vector<ExpectedStage> expected_stages(const ResolvedJob& job, const JobSize& size) {
+  std::vector<ExpectedStage> stages;
+  for (const StageInfo& stage : kStages) {
+    const int runs = runs_of(job, stage.stage);
+    for (int run = 1; run <= runs; ++run)
+      stages.push_back({stage.repeats > 1 ? directory_of(stage.stage, run) : stage.name,
+                        seconds_of(job, size, stage)});
+  }
+  return stages;
+}
+
+JobSize size_of_job(const Partition& partition, std::span<const double> radii, int processes) {
   constexpr std::array kDroppedByStages = {DropReason::kDuplicate, DropReason::kOutlier,
                                            DropReason::kMerged, DropReason::kThinned,
                                            DropReason::kTooFewNeighbors};
@@ -43,18 +113,13 @@ std::uint64_t usable_points(const Partition& partition) {
     const auto dropped = partition.dropped.find(text_of(reason));
     if (dropped != partition.dropped.end()) points += dropped->second;
   }
-  return points;
+  return {points, partition.points(), radii.size(), std::nullopt, processes};
 }
 
-}  // namespace
-
-double predicted_seconds(const ResolvedJob& job, const Partition& partition,
-                         std::span<const double> radii, int processes) {
-  const double further = static_cast<double>(std::max<std::size_t>(radii.size(), 1) - 1);
-  double per_point = (1.0 + kFurtherRadius * further) / kPointsPerSecond;
-  per_point += raw_passes_per_point(partition.normals, partition.cleaning.options);
-  if (job.run.compress) per_point += 1.0 / kCompressedPerSecond;
-  return static_cast<double>(usable_points(partition)) * per_point / (job.threads() * processes);
+double sum_of_seconds(std::span<const ExpectedStage> stages) {
+  double sum = 0.0;
+  for (const ExpectedStage& stage : stages) sum += stage.seconds;
+  return sum;
 }
 
 }  // namespace orbweave

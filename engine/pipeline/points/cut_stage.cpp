@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "engine/pipeline/budget/disk_plan.h"
+#include "engine/pipeline/budget/time_forecast.h"
 #include "engine/pipeline/points/cloud_measure.h"
 #include "engine/pipeline/points/count_stage.h"
 #include "engine/pipeline/points/cut_exchange.h"
@@ -276,6 +277,10 @@ CutPoints cut_and_sort(const CloudInput& input, StageRunner& runner) {
   CountedCloud cloud = is_counted ? stored_count(cut, runner) : count_by_team(input, cut, runner);
   for (const std::string& line : cloud.notes) runner.note(line);
   note_resumed(cut, runner);
+  JobSize size;
+  size.points = size.kept_points = cloud.points_used;
+  size.processes = runner.communicator.size();
+  runner.progress.expect(expected_stages(runner.job, size));
   BinnedCloud binned;
   RoomPlan room;
   if (cut.found == CutExchange::Found::kBinned) {

@@ -55,7 +55,7 @@ enum class StageRepair : std::uint8_t {
 /// Who does the work of a stage where several processes share a job.
 enum class StageWork : std::uint8_t { kShared, kLeader, kRedundant };
 
-/// How the time of a stage grows, for the models in bench/.
+/// How the time of a stage grows, for the forecast of a run and the models in bench/.
 struct StageScaling {
   StageWork work = StageWork::kLeader;
   double threads = 0.0;         ///< share of the seconds that one process's threads divide
@@ -64,6 +64,9 @@ struct StageScaling {
   double leader_share = 0.0;    ///< share of a shared stage that the leader does alone
   double worker_seconds = 0.0;  ///< seconds of the leader for every worker
   double team_io = 0.0;         ///< times the stage's other bytes that only a team moves
+  /// Typical microseconds of one core per point, on real scans (docs/results/scans.md). Of a stage
+  /// whose time does not grow, as for a million points.
+  double microseconds = 0.0;
 };
 
 struct StageInfo {
@@ -86,18 +89,21 @@ struct StageInfo {
 };
 
 inline constexpr StageScaling kCountScaling{
-    .work = StageWork::kShared, .threads = 0.7, .worker_seconds = 0.02};
+    .work = StageWork::kShared, .threads = 0.7, .worker_seconds = 0.02, .microseconds = 0.1};
 inline constexpr StageScaling kBinScaling{
-    .work = StageWork::kShared, .threads = 0.6, .team_io = 1.0};
-inline constexpr StageScaling kMeasureScaling{.threads = 0.9, .constant = true};
+    .work = StageWork::kShared, .threads = 0.6, .team_io = 1.0, .microseconds = 0.2};
+inline constexpr StageScaling kMeasureScaling{
+    .threads = 0.9, .constant = true, .microseconds = 0.2};
 inline constexpr StageScaling kSortScaling{
-    .work = StageWork::kShared, .threads = 0.95, .team_io = 1.0};
-inline constexpr StageScaling kChunkScaling{
-    .work = StageWork::kShared, .threads = 1.0, .computes = true};
-inline constexpr StageScaling kFillScaling{.work = StageWork::kShared, .threads = 1.0};
+    .work = StageWork::kShared, .threads = 0.95, .team_io = 1.0, .microseconds = 0.2};
 /// The checksum takes the mesh from front to back.
 inline constexpr StageScaling kExportScaling{
-    .work = StageWork::kShared, .threads = 0.5, .leader_share = 0.4};
+    .work = StageWork::kShared, .threads = 0.5, .leader_share = 0.4, .microseconds = 0.3};
+/// Of a stage whose chunks are computed independently.
+constexpr StageScaling chunk_scaling(double microseconds) {
+  return {
+      .work = StageWork::kShared, .threads = 1.0, .computes = true, .microseconds = microseconds};
+}
 
 // clang-format off
 inline constexpr std::array<StageInfo, 23> kStages = {{
@@ -111,21 +117,21 @@ inline constexpr std::array<StageInfo, 23> kStages = {{
     {Stage::kRawSort, "raw sort", "raw", "raw points", StageLine::kRaw, true, true,
      StageRepair::kLine, true, "partition.json", kSortScaling},
     {Stage::kOutliers, "raw_outliers", "raw_outliers", "outliers", StageLine::kRaw, true, true,
-     StageRepair::kLine, true, "ended.json", kChunkScaling},
+     StageRepair::kLine, true, "ended.json", chunk_scaling(0.8)},
     {Stage::kMerging, "raw_merged", "raw_merged", "merged points", StageLine::kRaw, true, true,
-     StageRepair::kLine, true, "ended.json", {}},
+     StageRepair::kLine, true, "ended.json", {.microseconds = 0.3}},
     {Stage::kNormals, "raw_normals", "raw_normals", "normals", StageLine::kRaw, true, true,
-     StageRepair::kLine, true, "ended.json", kChunkScaling},
+     StageRepair::kLine, true, "ended.json", chunk_scaling(1.0)},
     {Stage::kSmoothing, "raw_smooth", "raw_smooth", "smoothed points", StageLine::kRaw, true, true,
-     StageRepair::kLine, true, "ended.json", kChunkScaling, 8},
+     StageRepair::kLine, true, "ended.json", chunk_scaling(0.8), 8},
     {Stage::kThinning, "raw_thinned", "raw_thinned", "thinned points", StageLine::kRaw, true, true,
-     StageRepair::kLine, true, "ended.json", {}},
+     StageRepair::kLine, true, "ended.json", {.microseconds = 0.4}},
     {Stage::kPatches, "raw_patches", "raw_patches", "orientation", StageLine::kRaw, true, true,
-     StageRepair::kLine, true, "", {}},
+     StageRepair::kLine, true, "", {.microseconds = 0.5}},
     {Stage::kOrientation, "orient", "", "orientation", StageLine::kRaw, true, true,
-     StageRepair::kLine, false, "", {}},
+     StageRepair::kLine, false, "", {.microseconds = 0.2}},
     {Stage::kTurns, "raw_turns", "raw_turns", "orientation", StageLine::kRaw, true, true,
-     StageRepair::kLine, true, "ended.json", {}},
+     StageRepair::kLine, true, "ended.json", {.microseconds = 0.1}},
     {Stage::kCount, "count", "points_cut", "counts of points", StageLine::kFinal, false, true,
      StageRepair::kStage, false, "", kCountScaling},
     {Stage::kBin, "bin", "points_cut", "bins of points", StageLine::kFinal, false, true,
@@ -135,19 +141,19 @@ inline constexpr std::array<StageInfo, 23> kStages = {{
     {Stage::kSort, "sort", kPointsStage, "points", StageLine::kFinal, true, true,
      StageRepair::kStageAndCut, true, "partition.json", kSortScaling},
     {Stage::kReconstruct, "reconstruct", "mesh", "mesh", StageLine::kFinal, true, true,
-     StageRepair::kChunk, true, "", kChunkScaling},
+     StageRepair::kChunk, true, "", chunk_scaling(0.6)},
     {Stage::kStitch, "stitch", "stitch", "mesh", StageLine::kFinal, true, true,
-     StageRepair::kStage, false, "", {}},
+     StageRepair::kStage, false, "", {.microseconds = 0.1}},
     {Stage::kTrace, "trace", "", "boundary loops", StageLine::kFinal, false, true,
-     StageRepair::kStage, false, "", {.work = StageWork::kRedundant}},
+     StageRepair::kStage, false, "", {.work = StageWork::kRedundant, .microseconds = 0.1}},
     {Stage::kHoles, "holes", "holes", "holes", StageLine::kFinal, true, true,
-     StageRepair::kChunk, true, "", kFillScaling},
+     StageRepair::kChunk, true, "", {.work = StageWork::kShared, .threads = 1.0, .microseconds = 0.5}},
     {Stage::kExport, "export", "export", "mesh file", StageLine::kFinal, false, false,
      StageRepair::kStage, false, "", kExportScaling},
     {Stage::kTiles, "export", "tiles", "tiles", StageLine::kFinal, false, false,
      StageRepair::kStage, false, "", kExportScaling},
     {Stage::kPicture, "picture", "", "picture", StageLine::kFinal, false, false,
-     StageRepair::kStage, false, "", {.threads = 0.5, .constant = true}},
+     StageRepair::kStage, false, "", {.threads = 0.5, .constant = true, .microseconds = 1.0}},
 }};
 // clang-format on
 

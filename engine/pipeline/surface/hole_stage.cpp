@@ -8,6 +8,7 @@
 #include "engine/holes/hole_pass.h"
 #include "engine/holes/loops/hole_choice.h"
 #include "engine/pipeline/budget/memory_forecast.h"
+#include "engine/pipeline/budget/time_forecast.h"
 #include "engine/pipeline/surface/filled_boundary.h"
 #include "engine/pipeline/surface/patch_batch.h"
 #include "engine/pipeline/surface/pinched_vertices.h"
@@ -241,6 +242,9 @@ HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
   require_memory_for_holes(runner.job, partition, load);
   result.predicted_peak_bytes = predicted_hole_bytes(runner.job, partition, load);
   surface.limit_memory(bytes_for_chunks(runner.job, partition));
+  JobSize size = size_of_job(partition, inputs.surface.radii.values, runner.communicator.size());
+  size.loops = holes.plan.loops.size();
+  runner.progress.expect(expected_stages(runner.job, size));
   StageClock clock(runner, Stage::kHoles, holes.batches.size(), "batches");
   begin_holes(inputs.surface, holes.batches.size(), runner);
   fill_batches(holes, partition, surface, clock, runner);
