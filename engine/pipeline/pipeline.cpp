@@ -325,6 +325,8 @@ RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Pr
     report.ended_before = true;
     return report;
   }
+  runner.root_threads =
+      static_cast<int>(communicator.broadcast(static_cast<std::uint64_t>(job.threads()), stop));
   note_share(runner, wanted.run.threads == 0);
   RunResults results = run_or_clean_up(runner);
   if (!communicator.is_root()) {

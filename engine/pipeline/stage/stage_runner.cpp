@@ -23,19 +23,20 @@ void share_chunks(StageRunner& runner, StageClock& clock, const std::string& sta
                   std::vector<ChunkWork> chunks, std::size_t memory_bytes,
                   const std::function<void(ChunkId)>& work) {
   // A long task that starts last is what everybody would wait for. Tasks of about the same length
-  // stay in the order of the chunks, whose halos are then read while they are still in memory.
+  // stay in the order of the chunks, and a process takes several in a row: halos are then read
+  // while they are still in memory.
   std::stable_sort(chunks.begin(), chunks.end(), [](const ChunkWork& a, const ChunkWork& b) {
     return std::bit_width(a.length) > std::bit_width(b.length);
   });
   std::vector<ChunkTask> tasks;
   for (const ChunkWork& chunk : chunks) {
-    tasks.push_back({static_cast<ChunkId>(tasks.size()), chunk.memory_bytes});
+    tasks.push_back({static_cast<ChunkId>(tasks.size()), chunk.memory_bytes, chunk.length});
   }
   std::mutex mutex;
   runner.communicator.reset_counter(runner.stop);
   run_chunks(tasks,
              {runner.threads(), memory_bytes, &runner.stop, &runner.communicator,
-              runner.job.partition.memory_bytes},
+              runner.root_threads, runner.job.partition.memory_bytes},
              [&](ChunkId task) {
                const ChunkWork& chunk = chunks[task];
                const bool reused = runner.store.has(stage, chunk.chunk);
