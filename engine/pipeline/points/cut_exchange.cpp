@@ -45,7 +45,8 @@ void add_facts(const StoredResult& stored, CountedCloud& cloud) {
   const auto text = stored.read_all<char>("facts");
   const Json facts = document_from({text.data(), text.size()});
   cloud.points_read += facts.at("points_read").get<std::uint64_t>();
-  cloud.bytes_read += facts.at("bytes_read").get<std::uint64_t>();
+  // A place in the scans: the last share ends where the scans end.
+  cloud.bytes_read = std::max(cloud.bytes_read, facts.at("bytes_read").get<std::uint64_t>());
   cloud.rows_left_out += facts.at("rows_left_out").get<std::uint64_t>();
   cloud.points_without_view += facts.at("points_without_view").get<std::uint64_t>();
   add_origin_counts(cloud.at_scan_origins,

@@ -79,7 +79,8 @@ StageClock::StageClock(StageRunner& runner, const std::string& name, std::uint64
       wall_begin_(steady_seconds()),
       cpu_begin_(process_cpu_seconds()),
       read_begin_(runner.store.bytes_read()),
-      written_begin_(runner.store.bytes_written()) {
+      written_begin_(runner.store.bytes_written()),
+      calls_begin_(runner.communicator.counter_calls()) {
   facts_.name = name;
   runner.progress.begin_stage(name, total, unit);
 }
@@ -90,6 +91,7 @@ StageClock::~StageClock() {
   facts_.peak_memory_bytes = memory_.peak_bytes();
   facts_.bytes_read += runner_.store.bytes_read() - read_begin_;
   facts_.bytes_written += runner_.store.bytes_written() - written_begin_;
+  facts_.counter_calls = runner_.communicator.counter_calls() - calls_begin_;
   runner_.measured.push_back(facts_);
   runner_.progress.end_stage();
 }

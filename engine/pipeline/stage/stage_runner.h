@@ -88,6 +88,7 @@ class StageClock {
   double cpu_begin_;
   std::uint64_t read_begin_;
   std::uint64_t written_begin_;
+  std::uint64_t calls_begin_;
 };
 
 }  // namespace orbweave
