@@ -28,6 +28,8 @@ class BinSource {
   /// What became of the bin's points is durable: its room on the disk is given back, where the file
   /// system can do that.
   virtual void give_back(ChunkId /*chunk*/) {}
+  /// Read from files so far.
+  virtual std::uint64_t bytes_read() const { return 0; }
 };
 
 /// Bins that live in memory as long as they fit and spill to one append-only file beyond that:

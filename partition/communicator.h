@@ -6,6 +6,8 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <string>
+#include <vector>
 
 namespace orbweave {
 
@@ -42,7 +44,18 @@ class Communicator {
   virtual void reset_counter(const StopToken& /*stop*/) { counter_ = 0; }
   /// The counter's value, which then rises by one: every number goes to one process alone.
   /// Thread-safe.
-  virtual std::uint64_t fetch_next() { return counter_++; }
+  std::uint64_t fetch_next() {
+    ++counter_calls_;
+    return count_up();
+  }
+  /// Calls of fetch_next() by this process.
+  std::uint64_t counter_calls() const { return counter_calls_; }
+
+  /// Returns every process's text to the root, by rank, and nothing to the others; includes a
+  /// barrier.
+  virtual std::vector<std::string> gather(const std::string& text, const StopToken& /*stop*/) {
+    return {text};
+  }
 
   /// For the one progress line: adds to what all processes have done since reset_counter().
   /// Thread-safe.
@@ -54,8 +67,12 @@ class Communicator {
   };
   virtual Done done_by_others() { return {}; }
 
+ protected:
+  virtual std::uint64_t count_up() { return counter_++; }
+
  private:
   std::atomic<std::uint64_t> counter_{0};
+  std::atomic<std::uint64_t> counter_calls_{0};
 };
 
 }  // namespace orbweave

@@ -9,9 +9,11 @@
 #include <exception>
 #include <mutex>
 #include <optional>
+#include <vector>
 
 #include "io/system/memory_watch.h"
 #include "partition/allowed_threads.h"
+#include "partition/chunk_blocks.h"
 
 namespace orbweave {
 namespace {
@@ -68,12 +70,55 @@ class MemoryGate {
   double cost_ = 1.0;  // bytes held per byte planned, never less than 1
 };
 
+/// The tasks that this process takes, in ascending order: all of them, or those of the blocks that
+/// the common counter gives it. Not thread-safe.
+class TaskCounter {
+ public:
+  TaskCounter(std::span<const ChunkTask> tasks, const ExecutorOptions& options)
+      : tasks_(tasks.size()), communicator_(options.communicator) {
+    if (communicator_ != nullptr && communicator_->size() == 1) communicator_ = nullptr;
+    if (communicator_ == nullptr) {
+      end_ = tasks_;
+      return;
+    }
+    std::vector<std::uint64_t> lengths;
+    lengths.reserve(tasks_);
+    for (const ChunkTask& task : tasks) lengths.push_back(task.length);
+    blocks_ = cut_blocks(lengths, communicator_->size(), options.threads_of_each);
+  }
+
+  /// The next task; the number of all tasks where none is left.
+  std::size_t take() {
+    if (next_ == end_ && end_ < tasks_) take_block();
+    return next_ < tasks_ ? next_++ : tasks_;
+  }
+
+ private:
+  void take_block() {
+    const std::uint64_t block = communicator_->fetch_next();
+    const bool is_over = block + 1 >= blocks_.size();
+    next_ = is_over ? tasks_ : blocks_[block];
+    end_ = is_over ? tasks_ : blocks_[block + 1];
+  }
+
+  std::size_t tasks_;
+  Communicator* communicator_;
+  std::vector<std::size_t> blocks_;
+  std::size_t next_ = 0;  // of the block
+  std::size_t end_ = 0;   // of the block
+};
+
 /// Hands tasks out in order as memory allows; one object per run_chunks.
 class Dispatcher {
  public:
   Dispatcher(std::span<const ChunkTask> tasks, const ExecutorOptions& options, int threads,
              const std::function<void(ChunkId)>& work)
-      : tasks_(tasks), options_(options), threads_(threads), work_(work), gate_(options) {}
+      : tasks_(tasks),
+        options_(options),
+        threads_(threads),
+        work_(work),
+        gate_(options),
+        counter_(tasks, options) {}
 
   /// Returns when every task that was started has ended; rethrows the failure of the first
   /// failed task in task order.
@@ -106,11 +151,11 @@ class Dispatcher {
     }
   }
 
-  /// Makes next_ the task to start next. A process that takes a number from the counter keeps the
-  /// number until the task fits.
+  /// Makes next_ the task to start next. A process that takes a task from the counter keeps the
+  /// task until it fits.
   bool has_next() {
     if (!taken_ && next_ < tasks_.size()) {
-      next_ = options_.communicator == nullptr ? alone_++ : options_.communicator->fetch_next();
+      next_ = counter_.take();
       taken_ = true;
     }
     return next_ < tasks_.size();
@@ -158,8 +203,8 @@ class Dispatcher {
 
   std::mutex mutex_;
   MemoryGate gate_;
-  std::size_t next_ = 0;   // the task that was taken, where taken_; at the end: past the last
-  std::size_t alone_ = 0;  // counts tasks where no team does
+  TaskCounter counter_;
+  std::size_t next_ = 0;  // the task that was taken, where taken_; at the end: past the last
   bool taken_ = false;
   std::deque<std::size_t> ready_;  // admitted, not yet picked up by a thread
   int in_flight_ = 0;              // admitted, not yet ended

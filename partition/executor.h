@@ -17,9 +17,12 @@ struct ExecutorOptions {
   int threads = 0;               ///< worker threads; 0: all the machine has
   std::size_t memory_bytes = 0;  ///< budget of all chunks in flight; 0: no limit
   const StopToken* stop = nullptr;
-  /// Shares the tasks with the other members, who were given the same ones in the same order and
+  /// Shares the tasks with the other processes, who were given the same ones in the same order and
   /// called reset_counter() before; null: all tasks are this process's.
   Communicator* communicator = nullptr;
+  /// Threads that a process has, about; the same number in every process. Sizes of the blocks that
+  /// the common counter gives out follow from it (partition/chunk_blocks.h).
+  int threads_of_each = 1;
   /// What the whole process may hold; 0: not watched. Chunks that hold more than was planned make
   /// the plan of the following ones larger, and none starts while memory is short.
   std::uint64_t process_bytes = 0;
@@ -31,6 +34,7 @@ struct ExecutorOptions {
 struct ChunkTask {
   ChunkId chunk = 0;
   std::size_t memory_bytes = 0;  ///< what it will hold at its peak
+  std::uint64_t length = 1;      ///< how long it takes, compared with the others
 };
 
 /// Calls work(chunk) for every task. Tasks start in the order given as memory allows (a task

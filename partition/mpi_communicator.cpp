@@ -11,6 +11,7 @@
 #include <condition_variable>
 #include <cstdlib>
 #include <mutex>
+#include <numeric>
 #include <string_view>
 #include <thread>
 #include <vector>
@@ -282,6 +283,25 @@ std::uint64_t MpiCommunicator::broadcast(std::uint64_t word, const StopToken& st
   return state_->look(place);
 }
 
+std::vector<std::string> MpiCommunicator::gather(const std::string& text, const StopToken& stop) {
+  barrier(stop);
+  // All are here: what follows waits for messages alone.
+  const std::scoped_lock lock(state_->calls);
+  const auto own = static_cast<int>(text.size());
+  std::vector<int> sizes(is_root() ? static_cast<std::size_t>(size()) : 0);
+  MPI_Gather(&own, 1, MPI_INT, sizes.data(), 1, MPI_INT, 0, MPI_COMM_WORLD);
+  std::vector<int> begins(sizes.size());
+  std::exclusive_scan(sizes.begin(), sizes.end(), begins.begin(), 0);
+  std::string all(sizes.empty() ? 0 : static_cast<std::size_t>(begins.back() + sizes.back()), ' ');
+  MPI_Gatherv(text.data(), own, MPI_CHAR, all.data(), sizes.data(), begins.data(), MPI_CHAR, 0,
+              MPI_COMM_WORLD);
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < sizes.size(); ++i)
+    texts.push_back(
+        all.substr(static_cast<std::size_t>(begins[i]), static_cast<std::size_t>(sizes[i])));
+  return texts;
+}
+
 void MpiCommunicator::reset_counter(const StopToken& stop) {
   barrier(stop);
   const MPI_Aint place = state_->counts++ % 2;
@@ -293,7 +313,7 @@ void MpiCommunicator::reset_counter(const StopToken& stop) {
   state_->told = {};
 }
 
-std::uint64_t MpiCommunicator::fetch_next() { return state_->add(state_->count_words + kNext, 1); }
+std::uint64_t MpiCommunicator::count_up() { return state_->add(state_->count_words + kNext, 1); }
 
 void MpiCommunicator::add_done(std::uint64_t units, std::uint64_t points) {
   if (!is_root()) state_->add_later(state_->count_words + kDoneUnits, {units, points});

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "partition/communicator.h"
 
@@ -29,8 +30,8 @@ class MpiCommunicator : public Communicator {
   using Communicator::barrier;
   void barrier(const StopToken& stop, const std::function<void()>& while_waiting) override;
   std::uint64_t broadcast(std::uint64_t word, const StopToken& stop) override;
+  std::vector<std::string> gather(const std::string& text, const StopToken& stop) override;
   void reset_counter(const StopToken& stop) override;
-  std::uint64_t fetch_next() override;
   void add_done(std::uint64_t units, std::uint64_t points) override;
   Done done_by_others() override;
 
@@ -42,6 +43,9 @@ class MpiCommunicator : public Communicator {
   /// interrupted, otherwise with "rank 3 (host): " before it.
   [[noreturn]] void fail(int exit_status, bool interrupted, const std::string& problem,
                          const std::function<void(const std::string&)>& print);
+
+ protected:
+  std::uint64_t count_up() override;
 
  private:
   struct State;

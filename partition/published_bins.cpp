@@ -3,6 +3,7 @@
 #include <fcntl.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <span>
@@ -65,6 +66,7 @@ struct PublishedBins::State {
   RecordLayout layout;
   std::vector<BinFile> files;
   DiskUsage* disk;
+  std::atomic<std::uint64_t> bytes_read{0};
 
   State(PointSchema point_schema, DiskUsage* usage)
       : schema(std::move(point_schema)), layout(schema), disk(usage) {}
@@ -123,12 +125,15 @@ void PublishedBins::take(ChunkId chunk, std::size_t piece_points,
                       const auto read = [&](std::uint64_t offset, std::span<std::byte> out) {
                         const auto got = read_at(descriptor, offset, out);
                         if (got != out.size()) fail(file.path, got ? ENODATA : errno);
+                        state_->bytes_read += out.size();
                       };
                       if (!visit_extent(extent, state.layout.bytes, read, add))
                         throw CorruptResult(file.path, "a wrong checksum");
                     });
   use(std::move(cloud));
 }
+
+std::uint64_t PublishedBins::bytes_read() const { return state_->bytes_read; }
 
 void PublishedBins::give_back(ChunkId chunk) {
   std::uint64_t freed = 0;

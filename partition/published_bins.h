@@ -27,6 +27,7 @@ class PublishedBins final : public BinSource {
   void take(ChunkId chunk, std::size_t piece_points,
             const std::function<void(PointCloud&&)>& use) override;
   void give_back(ChunkId chunk) override;
+  std::uint64_t bytes_read() const override;
 
  private:
   struct State;

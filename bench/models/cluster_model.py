@@ -1,7 +1,8 @@
 """How long a job takes on a cluster, from the chunk times of one measured job: event-driven list scheduling.
 
-Every thread of every worker takes the longest task that is left from the common counter, reads its bytes, computes,
-writes its bytes, and takes the next; a stage ends with its last task, the next begins when all have met. Transfers
+Every worker takes a block of the longest tasks that are left from the common counter (partition/chunk_blocks.h); each
+of its threads takes the next task of the block, reads its bytes, computes, writes its bytes, and takes another; a stage
+ends with its last task, the next begins when all have met. Transfers
 under way share the bandwidth of the storage evenly, each limited to its thread's share of its worker's. What the
 leader does alone, everybody waits for. The bound of such a schedule: Graham, 1969, Bounds on Multiprocessing Timing
 Anomalies, section 2 (longest first: at most 4/3 of the best)."""
@@ -22,8 +23,9 @@ ASSUMPTIONS = (
     "grow with the points, or not at all, as bench/models/stage_kinds.py says",
     "what is shared without chunks is cut into equal parts, one a worker, whose threads help as far as "
     "bench/models/stage_kinds.py says; the input is of a format whose rows can be shared (not text, not compressed)",
-    "bins of a team pass through the storage, though those of one process may stay in memory",
-    "longest first is exact: the program orders chunks by their points, to within a factor of two",
+    "bins of a team pass through the storage, though those of one process may stay in memory; how many bytes that is was "
+    "counted where there is a report of a team (--team-report, --check), and follows from bench/models/stage_kinds.py otherwise",
+    "longest first is exact; lengths by which blocks are cut are known to within a factor of two",
     "all workers are alike and live to the end; one process alone needs no counter",
     "memory does not limit how many threads of a worker are at work",
 )
@@ -38,15 +40,22 @@ class Cluster:
     task_seconds: float = 0.002       # opening files, per task
     counter_seconds: float = 0.0      # that the common counter is busy with giving out one
     stage_seconds: float = 0.02       # meeting, per stage
-    slowdown: float = 0.0             # of every thread of a worker, per further thread beside it
+    slowdown: float = 0.0             # of every thread of a machine, per further thread beside it
     cores: float = math.inf           # that all workers have together, where they share a machine
+    by_blocks: bool = True            # False: the counter gives out task by task, as it did once
+    by_tree: bool = True              # False: the leader alone merges what the workers have, as it did once
 
     def slots(self):
         return self.workers * self.threads
 
     def pace(self):
         """How much longer a task takes than with the machine to itself."""
-        return 1.0 + self.slowdown * (self.threads - 1)
+        beside = self.threads if math.isinf(self.cores) else min(self.slots(), self.cores)
+        return 1.0 + self.slowdown * (beside - 1)
+
+    def merges(self):
+        """How many follow each other until one worker has what all have."""
+        return math.ceil(math.log2(self.workers)) if self.by_tree else self.workers if self.workers > 1 else 0
 
 
 class _Shared:
@@ -80,18 +89,82 @@ class Task:
     bytes_written: float
 
 
+SHARES = 2  # of a worker in what is left, each a block: partition/chunk_blocks.cpp
+
+
+def cut_blocks(lengths, workers, threads):
+    """First task of every block, and the number of tasks, as cut_blocks() of partition/chunk_blocks.h."""
+    least, left, begins = min(threads, -(-len(lengths) // workers)), sum(lengths), [0]
+    while begins[-1] < len(lengths):
+        first = end = begins[-1]
+        taken = 0
+        while end < len(lengths) and (end == first or (2 * taken + lengths[end]) * SHARES * workers <= 2 * left):
+            taken += lengths[end]
+            end += 1
+        end = min(max(end, first + (least if len(begins) <= workers else 1)), len(lengths))
+        left -= sum(lengths[first:end])
+        begins.append(end)
+    return begins
+
+
+def known_lengths(tasks):
+    """Powers of two."""
+    most = max((task.seconds for task in tasks), default=0.0)
+    return [1 << 30 >> min(30, int(-math.log2(task.seconds / most))) if task.seconds > 0.0 else 1 for task in tasks]
+
+
+class _Counter:
+    """Gives out tasks to workers, block by block."""
+
+    def __init__(self, queue, cluster):
+        self.counting = cluster.counter_seconds if cluster.workers > 1 else 0.0
+        self.by_blocks = cluster.by_blocks and cluster.workers > 1
+        self.begins = (cut_blocks(known_lengths(queue), cluster.workers, cluster.threads) if self.by_blocks
+                       else list(range(len(queue) + 1)))
+        self.free, self.blocks, self.calls = 0.0, 0, 0
+        self.own = [(0, 0, 0.0)] * cluster.workers  # next task, end of the block, when the worker has the block
+
+    def take(self, worker, now):
+        """The next task of a worker and when it begins; None where none is left."""
+        task, end, since = self.own[worker]
+        if task == end:
+            if self.blocks + 1 >= len(self.begins):
+                return None
+            self.calls += 1
+            self.free = since = max(self.free, now) + self.counting
+            task, end = self.begins[self.blocks:self.blocks + 2]
+            self.blocks += 1
+        self.own[worker] = (task + 1, end, since)
+        return task, max(now, since)
+
+
+def counter_calls(tasks, cluster):
+    """Of all workers, with the one call by which each learns that no task is left."""
+    if cluster.workers == 1:
+        return 0
+    queue = sorted(tasks, key=lambda task: task.seconds, reverse=True)
+    return len(_Counter(queue, cluster).begins) - 1 + cluster.workers
+
+
 def makespan(tasks, cluster):
     """Seconds until the last task of a shared stage ends."""
     queue = sorted(tasks, key=lambda task: task.seconds, reverse=True)
-    counting = cluster.counter_seconds if cluster.workers > 1 else 0.0
+    counter = _Counter(queue, cluster)
     steps = [(task.bytes_read, task.seconds * cluster.pace(), task.bytes_written) for task in queue]
     wire = _Shared(cluster.storage_bandwidth, cluster.worker_bandwidth / cluster.threads)
     chips = _Shared(cluster.cores, 1.0)
-    opening, step, now = [], [0] * len(queue), 0.0
-    counter_free, taken = 0.0, min(len(queue), cluster.slots())
-    for rank in range(taken):
-        counter_free += counting
-        heapq.heappush(opening, (counter_free + cluster.task_seconds, rank))
+    opening, step, now, worker_of = [], [0] * len(queue), 0.0, {}
+
+    def begin(worker, now):
+        taken = counter.take(worker, now)
+        if taken:
+            task, start = taken
+            worker_of[task] = worker
+            heapq.heappush(opening, (start + cluster.task_seconds, task))
+
+    for _ in range(cluster.threads):
+        for worker in range(cluster.workers):
+            begin(worker, 0.0)
     while opening or wire.waiting or chips.waiting:
         ends = (opening[0][0] if opening else math.inf, wire.next_end(), chips.next_end())
         now = min(ends)
@@ -101,10 +174,8 @@ def makespan(tasks, cluster):
         if step[rank] < 3:
             (chips if step[rank] == 1 else wire).enter(steps[rank][step[rank]], rank)
             step[rank] += 1
-        elif taken < len(queue):
-            counter_free = max(counter_free, now) + counting
-            heapq.heappush(opening, (counter_free + cluster.task_seconds, taken))
-            taken += 1
+        else:
+            begin(worker_of[rank], now)
     return now
 
 
@@ -116,6 +187,8 @@ class Stage:
     chunk_seconds: tuple = ()
     bytes_read: float = 0.0
     bytes_written: float = 0.0
+    team_bytes: tuple = ()        # read and written by all workers of a team together, as counted; empty: not known
+    worker_bytes: tuple = (0, 0)  # and by each of them besides, however many points there are
 
     def grown(self, factor):
         """Of a job of so many times the points."""
@@ -123,7 +196,8 @@ class Stage:
             return self
         return dataclasses.replace(
             self, seconds=self.seconds * factor, bytes_read=self.bytes_read * factor,
-            bytes_written=self.bytes_written * factor, chunk_seconds=_more_of(self.chunk_seconds, factor))
+            bytes_written=self.bytes_written * factor, chunk_seconds=_more_of(self.chunk_seconds, factor),
+            team_bytes=tuple(amount * factor for amount in self.team_bytes))
 
 
 def _more_of(values, factor):
@@ -146,15 +220,37 @@ def unhindered(report):
     return {**report, "stages": stages}
 
 
-def stages_of(report, outside_seconds=0.0, constant_seconds=0.0, overrides=None):
+def with_team(stages, team):
+    """The stages with the bytes that the report of a team of the same job counted, of all ranks. What every process
+    does for itself is one process's. Where workers merge what they have, what a team moves beyond one process is a
+    grid of limited memory for every worker."""
+    counted = {facts["name"]: facts for facts in team["stages"]}
+    together = []
+    for stage in stages:
+        facts = counted.get(stage.name)
+        if facts:
+            each = team["ranks"] if stage.kind.work == "redundant" else 1
+            moved = (facts["bytes_read"] / each, facts["bytes_written"] / each)
+            alone = (stage.bytes_read, stage.bytes_written)
+            if stage.kind.merge > 0.0:
+                grids = tuple((all_of_them - own) / team["ranks"] for all_of_them, own in zip(moved, alone))
+                stage = dataclasses.replace(stage, team_bytes=alone, worker_bytes=grids)
+            else:
+                stage = dataclasses.replace(stage, team_bytes=moved)
+        together.append(stage)
+    return together
+
+
+def stages_of(report, outside_seconds=0.0, constant_seconds=0.0, overrides=None, team=None):
     """The stages of a report that was made with one thread, and the wall time that no stage accounts for: what grows
-    with the points, and what any job takes."""
+    with the points, and what any job takes. team: the report of the same job by several ranks."""
     stages = []
     for facts in report["stages"]:
         kind = stage_kinds.kind_of(facts["name"], facts, overrides)
         chunks = tuple(facts.get("chunk_seconds") or ()) if kind.work == "shared" else ()
         alone = max(0.0, facts["seconds"] - sum(chunks))
         stages.append(Stage(facts["name"], kind, alone, chunks, facts["bytes_read"], facts["bytes_written"]))
+    stages = with_team(stages, team) if team else stages
     return stages + [Stage(stage_kinds.OUTSIDE, stage_kinds.UNKNOWN, max(0.0, outside_seconds)),
                      Stage(stage_kinds.ANY_JOB, stage_kinds.Kind("leader", grows="constant"), max(0.0, constant_seconds))]
 
@@ -176,20 +272,30 @@ def _even_share(stage, cluster, bytes_moved):
 
 
 def _bytes_moved(stage, cluster):
-    moved = stage.bytes_read + stage.bytes_written
-    return moved * (1.0 + stage.kind.team_io) if cluster.workers > 1 else moved
+    """Read and written."""
+    if cluster.workers == 1:
+        return stage.bytes_read, stage.bytes_written
+    if stage.team_bytes:
+        return tuple(all_of_them + each * cluster.workers
+                     for all_of_them, each in zip(stage.team_bytes, stage.worker_bytes))
+    return stage.bytes_read + (stage.bytes_read + stage.bytes_written) * stage.kind.team_io, stage.bytes_written
+
+
+def bytes_moved(stages, cluster):
+    """By all workers together."""
+    return sum(sum(_bytes_moved(stage, cluster)) * (cluster.workers if stage.kind.work == "redundant" else 1)
+               for stage in stages)
 
 
 def transfer_seconds(stages, cluster):
     """Least that the storage takes for all bytes that a job moves: no number of workers is faster."""
-    moved = sum(_bytes_moved(stage, cluster) * (cluster.workers if stage.kind.work == "redundant" else 1)
-                for stage in stages)
-    return moved / cluster.storage_bandwidth
+    return bytes_moved(stages, cluster) / cluster.storage_bandwidth
 
 
 def stage_seconds(stage, cluster):
-    moved = _bytes_moved(stage, cluster)
-    once = cluster.stage_seconds + (stage.kind.per_worker * cluster.workers if cluster.workers > 1 else 0.0)
+    read, written = _bytes_moved(stage, cluster)
+    moved = read + written
+    once = cluster.stage_seconds + stage.kind.merge * cluster.merges()
     if stage.kind.work == "redundant":
         one = dataclasses.replace(cluster, storage_bandwidth=cluster.storage_bandwidth / cluster.workers)
         crowd = max(1.0, cluster.workers / cluster.cores)
@@ -198,10 +304,20 @@ def stage_seconds(stage, cluster):
         return once + _alone(stage, dataclasses.replace(cluster, workers=1), stage.seconds, moved)
     if not stage.chunk_seconds:
         return once + _even_share(stage, cluster, moved)
+    return once + stage.seconds + makespan(tasks_of(stage, cluster), cluster)
+
+
+def tasks_of(stage, cluster):
+    """The chunks of a stage."""
+    read, written = _bytes_moved(stage, cluster)
     total = sum(stage.chunk_seconds)
-    written = stage.bytes_written
-    tasks = [Task(s, (moved - written) * s / total, written * s / total) for s in stage.chunk_seconds]
-    return once + stage.seconds + makespan(tasks, cluster)
+    return [Task(s, read * s / total, written * s / total) for s in stage.chunk_seconds]
+
+
+def calls_of(stages, cluster):
+    """Of the counter, by all stages."""
+    return sum(counter_calls(tasks_of(stage, cluster), cluster) for stage in stages
+               if stage.kind.work == "shared" and stage.chunk_seconds)
 
 
 def job_seconds(stages, cluster):

@@ -6,12 +6,18 @@ The measured job is one of orbweave with one thread: the report of your own (--r
 and run here (--measured points). It is predicted as it is and scaled to --points. bench/models/cluster_model.py is the model
 and states its assumptions; bench/models/stage_kinds.py says which stages are shared.
 
+Bytes that a team moves are those that a report of the same job by several ranks counted (--team-report, --check); the
+column before_seconds is for a counter that gives out chunk by chunk and a leader who merges all counts alone.
+
 --check runs the measured job with 2 threads and, where orbweave-mpi is there, by 1, 2 and 4 ranks, in turns, and
 compares the model, told how many cores there are, with their medians. What a team costs any job (its start, its
 meetings, its flushes) is measured on a tiny one and added. Exit status 1 where it is off by more than --tolerance on as
-many workers as there are cores, or fewer. A machine that does something else meanwhile spoils it.
+many workers as there are cores, or fewer. With --fit, 4 ranks are predicted from 1 and 2 alone, and judged: what a team
+costs any job grows evenly with its ranks, and --slowdown is what makes the model right for 2 ranks. A machine that does
+something else meanwhile spoils it.
 
-usage: bench/models/simulate.py [--report JOB.report.json] [--points 1G] [--threads 16] [--storage 10] [--worker 2] [--check]
+usage: bench/models/simulate.py [--report JOB.report.json [--team-report JOB.report.json]] [--points 1G] [--threads 16]
+                                [--storage 10] [--worker 2] [--check [--fit]]
 """
 import argparse
 import dataclasses
@@ -34,9 +40,11 @@ import whole_jobs  # noqa: E402
 
 WORKERS = (1, 2, 4, 8, 16, 32, 64, 100, 200, 500, 1000)
 LEAST_POINTS = 10_000  # a job that is all start and end
-COLUMNS = ["workers", "seconds", "points_per_second", "speed_up", "efficiency", "shared_seconds", "alone_seconds",
-           "least_for_transfer", "longest_stage"]
-CHECK_COLUMNS = ["variant", "workers", "measured_seconds", "predicted_seconds", "error_percent", "of_a_team", "counts"]
+COLUMNS = ["workers", "seconds", "before_seconds", "points_per_second", "speed_up", "efficiency", "shared_seconds",
+           "alone_seconds", "least_for_transfer", "bytes_per_point", "counter_calls", "longest_stage"]
+CHECK_COLUMNS = ["variant", "workers", "measured_seconds", "predicted_seconds", "error_percent", "of_a_team", "counts",
+                 "bytes_per_point", "predicted_bytes", "counter_calls", "predicted_calls"]
+FITTED_RANKS = (1, 2)  # others are predicted from these
 
 
 def measure(options, work, samples, clouds, variants):
@@ -59,6 +67,16 @@ def median_wall(results):
     return harness.spread([result["wall_seconds"] for result in results])["median"]
 
 
+def given_team(path, points):
+    """A report of several ranks, of the same job."""
+    report = json.loads(path.read_text(encoding="utf-8"))
+    if report.get("ranks", 1) < 2 or "traffic" not in report:
+        sys.exit(f"{path}: wanted is the report of a job by two ranks or more, which counts the bytes of all of them")
+    if report["input"]["points_read"] != points:
+        sys.exit(f"{path}: {report['input']['points_read']:,} points; the job of --report has {points:,}")
+    return report
+
+
 def given_report(path):
     report = json.loads(path.read_text(encoding="utf-8"))
     threads = report["options"]["run"]["threads"]
@@ -77,13 +95,16 @@ def curve(options, stages, points, own):
     for workers in WORKERS:
         cluster = cluster_of(options, workers)
         seconds = cluster_model.job_seconds(grown, cluster)
+        before = cluster_model.job_seconds(grown, dataclasses.replace(cluster, by_blocks=False, by_tree=False))
         total = sum(seconds.values())
         shared = sum(seconds[stage.name] for stage in grown if stage.kind.work == "shared")
         first = rows[0]["seconds"] if rows else total
         rows.append({"points": points, "workers": workers, "threads": cluster.threads, "seconds": total,
-                     "points_per_second": points / total, "speed_up": first / total,
+                     "before_seconds": sum(before.values()), "points_per_second": points / total, "speed_up": first / total,
                      "efficiency": first / total / workers, "shared_seconds": shared, "alone_seconds": total - shared,
                      "least_for_transfer": cluster_model.transfer_seconds(grown, cluster),
+                     "bytes_per_point": cluster_model.bytes_moved(grown, cluster) / points,
+                     "counter_calls": cluster_model.calls_of(grown, cluster),
                      "longest_stage": max(seconds, key=seconds.get), "stage_seconds": seconds})
     return rows
 
@@ -127,22 +148,62 @@ def stage_table(stages):
     return harness.table(rows, list(rows[0]))
 
 
+def machine_as_cluster(options, team, threads, slowdown):
+    """This machine; the storage is the page cache, which the measured times contain."""
+    return cluster_model.Cluster(workers=max(team, 1), threads=threads, slowdown=slowdown, cores=os.cpu_count() or 1,
+                                 task_seconds=options.check_task_ms * 1e-3 if team > 0 else 0.0, stage_seconds=0.0)
+
+
+def fitted_team_seconds(team_seconds):
+    """What a team costs any job, on the line through one rank and two."""
+    if not all(team in team_seconds for team in FITTED_RANKS):
+        return team_seconds
+    one, two = (team_seconds[team] for team in FITTED_RANKS)
+    return {team: max(0.0, one + (two - one) * (team - 1)) for team in team_seconds}
+
+
+def fitted_slowdown(options, stages, taken, team_seconds):
+    """With which the model is right for two ranks; 0 where it is too slow without."""
+    two = next((results for (team, threads, _), results in taken.items() if (team, threads) == (2, 1)), None)
+    if two is None:
+        return options.slowdown
+    wanted = median_wall(two) - team_seconds.get(2, 0.0)
+
+    def predicted(slowdown):
+        return sum(cluster_model.job_seconds(stages, machine_as_cluster(options, 2, 1, slowdown)).values())
+
+    low, high = 0.0, 1.0
+    for _ in range(30):
+        middle = (low + high) / 2
+        low, high = (middle, high) if predicted(middle) < wanted else (low, middle)
+    return low
+
+
 def check_rows(options, stages, taken, team_seconds):
-    """What the model says of the measured runs; the storage is the page cache, which their times contain."""
+    """What the model says of the measured runs."""
     cores = os.cpu_count() or 1
+    slowdown = options.slowdown
+    if options.fit:
+        team_seconds = fitted_team_seconds(team_seconds)
+        slowdown = fitted_slowdown(options, stages, taken, team_seconds)
+        print(f"\nfitted on 1 and 2 ranks: a slowdown of {slowdown:.3f}, " +
+              ", ".join(f"{seconds:.2f} s of a team of {team}" for team, seconds in team_seconds.items()))
     rows = []
-    for (team, threads, _), results in taken.items():
-        cluster = cluster_model.Cluster(workers=max(team, 1), threads=threads, slowdown=options.slowdown, cores=cores,
-                                        task_seconds=options.check_task_ms * 1e-3 if team > 0 else 0.0,
-                                        stage_seconds=0.0)
+    for (team, threads, points), results in taken.items():
+        cluster = machine_as_cluster(options, team, threads, slowdown)
         by_stage = cluster_model.job_seconds(stages, cluster)
         by_stage[stage_kinds.OUTSIDE] += by_stage.pop(stage_kinds.ANY_JOB) + team_seconds.get(team, 0.0)
         predicted, measured = sum(by_stage.values()), median_wall(results)
-        fits = cluster.slots() <= cores
+        fits = cluster.slots() <= cores or (options.fit and team > 0)
+        traffic = median_result(results)["report"].get("traffic", {})
         rows.append({"variant": f"{team} ranks" if team else f"{threads} threads", "workers": cluster.slots(),
                      "measured_seconds": measured, "predicted_seconds": predicted,
                      "error_percent": 100.0 * (predicted / measured - 1.0), "of_a_team": team_seconds.get(team, 0.0),
                      "counts": "yes" if fits else f"no, {cores} cores", "fits": fits,
+                     "bytes_per_point": traffic.get("bytes_per_point", 0.0),
+                     "predicted_bytes": cluster_model.bytes_moved(stages, cluster) / points,
+                     "counter_calls": traffic.get("counter_calls", 0),
+                     "predicted_calls": cluster_model.calls_of(stages, cluster),
                      "measured_stages": whole_jobs.stage_medians(results), "predicted_stages": by_stage})
     return rows
 
@@ -190,6 +251,8 @@ def parsed():
     parser.add_argument("--cpu-seconds", action="store_true", help="take the report's CPU seconds for its wall "
                         "seconds: it was made on a machine that was busy with something else")
     parser.add_argument("--check", action="store_true", help="measure 1, 2 and 4 workers, compare")
+    parser.add_argument("--fit", action="store_true", help="with --check: predict 4 ranks from 1 and 2")
+    parser.add_argument("--team-report", type=pathlib.Path, help="of the job of --report by two ranks or more")
     parser.add_argument("--check-task-ms", type=float, default=0.0, help="--task-ms of the ranks that are measured")
     parser.add_argument("--tolerance", type=float, default=15.0, help="of the check, percent; default 15")
     ranks.add_options(parser)
@@ -201,6 +264,10 @@ def parsed():
         parser.error(f"--stage: no such stage: {', '.join(sorted(unknown))}")
     if options.cpu_seconds and not options.report:
         parser.error("--cpu-seconds is for a --report")
+    if options.fit and not options.check:
+        parser.error("--fit is for --check")
+    if options.team_report and not options.report:
+        parser.error("--team-report is of the job of a --report")
     if options.report and options.check:
         parser.error("--check measures jobs of its own, a --report is of another")
     usual = 3_000_000 if options.check else 300_000
@@ -214,7 +281,9 @@ def measured_stages(options, work, samples):
         report = given_report(options.report)
         if options.cpu_seconds:
             report = cluster_model.unhindered(report)
-        return cluster_model.stages_of(report, overrides=options.overrides), report["input"]["points_read"], {}, {}
+        points = report["input"]["points_read"]
+        team = given_team(options.team_report, points) if options.team_report else None
+        return cluster_model.stages_of(report, overrides=options.overrides, team=team), points, {}, {}
     alone, least = (0, 1, options.measured), (0, 1, LEAST_POINTS)
     teams = ranks.RANKS if options.check and ranks.mpi_program(options) else ()
     variants = [alone] + ([(0, 2, options.measured)] if options.check else [])
@@ -226,7 +295,8 @@ def measured_stages(options, work, samples):
     one = median_result(taken[alone])
     constant = whole_jobs.outside_seconds(median_result(tiny[0]))
     growing = whole_jobs.outside_seconds(one) - constant
-    return (cluster_model.stages_of(one["report"], growing, constant, options.overrides), options.measured, taken,
+    team = median_result(taken[(2, 1, options.measured)])["report"] if 2 in teams else None
+    return (cluster_model.stages_of(one["report"], growing, constant, options.overrides, team), options.measured, taken,
             team_seconds)
 
 

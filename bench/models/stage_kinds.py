@@ -14,8 +14,8 @@ class Kind:
     grows: str = "points"    # its seconds grow with the points, or are "constant"
     computes: bool = False   # the targets of threads hold for it
     leader: float = 0.0      # share of its seconds, of a shared one, that the leader does alone beside the others
-    per_worker: float = 0.0  # seconds of the leader for every worker, to put together what they have
-    team_io: float = 0.0     # times its other bytes that only a team moves, through the storage
+    merge: float = 0.0       # seconds to add what one worker has to what another has; in pairs, log2(workers) in a row
+    team_io: float = 0.0     # times its other bytes that only a team moves, through the storage; where none was counted
 
 
 def read_kinds():

@@ -158,7 +158,7 @@ def sha256(path):
     return digest.hexdigest()
 
 
-KEPT = ("input", "partition", "radii", "mesh", "stages", "peak_memory_bytes", "predicted", "measured", "ranks",
+KEPT = ("input", "partition", "radii", "mesh", "stages", "peak_memory_bytes", "predicted", "measured", "ranks", "traffic",
         "options")
 
 

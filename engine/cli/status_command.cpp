@@ -39,7 +39,7 @@ nlohmann::ordered_json scaling_json(const StageScaling& scaling) {
           {"grows", scaling.constant ? "constant" : "points"},
           {"computes", scaling.computes},
           {"leader", scaling.leader_share},
-          {"per_worker", scaling.worker_seconds},
+          {"merge", scaling.merge_seconds},
           {"team_io", scaling.team_io}};
 }
 

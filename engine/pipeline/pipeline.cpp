@@ -25,6 +25,7 @@
 #include "engine/pipeline/surface/reconstruct_stage.h"
 #include "engine/pipeline/surface/stitch_stage.h"
 #include "engine/pipeline/surface/used_vertices.h"
+#include "engine/pipeline/team_traffic.h"
 #include "engine/pipeline/work_store.h"
 #include "io/clouds/open_point_source.h"
 #include "io/job/job_keys.h"
@@ -328,8 +329,11 @@ RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Pr
     report.ended_before = true;
     return report;
   }
+  runner.root_threads =
+      static_cast<int>(communicator.broadcast(static_cast<std::uint64_t>(job.threads()), stop));
   note_share(runner, wanted.run.threads == 0);
   RunResults results = run_or_clean_up(runner);
+  gather_traffic(runner);
   if (!communicator.is_root()) {
     // File systems over a network keep what is removed while a process has it open.
     logged.reset();

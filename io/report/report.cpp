@@ -159,13 +159,29 @@ Json stage_json(const StageFacts& stage) {
           {"chunks", stage.chunks},
           {"chunks_reused", stage.chunks_reused},
           {"peak_memory_bytes", stage.peak_memory_bytes},
-          {"chunk_seconds", stage.chunk_seconds}};
+          {"chunk_seconds", stage.chunk_seconds},
+          {"counter_calls", stage.counter_calls}};
 }
 
 Json stages_json(const std::vector<StageFacts>& stages) {
   Json list = Json::array();
   for (const StageFacts& stage : stages) list.push_back(stage_json(stage));
   return list;
+}
+
+/// What all stages of all processes moved.
+Json traffic_json(const RunReport& report) {
+  std::uint64_t read = 0, written = 0, calls = 0;
+  for (const StageFacts& stage : report.stages) {
+    read += stage.bytes_read;
+    written += stage.bytes_written;
+    calls += stage.counter_calls;
+  }
+  const auto points = static_cast<double>(std::max<std::uint64_t>(report.points_read, 1));
+  return {{"bytes_read", read},
+          {"bytes_written", written},
+          {"bytes_per_point", static_cast<double>(read + written) / points},
+          {"counter_calls", calls}};
 }
 
 Json resources_json(const ResourceFacts& facts) {
@@ -231,6 +247,7 @@ std::string report_json(const RunReport& report) {
   json["mesh"] = mesh_json(report.mesh);
   json["holes"] = nullptr;
   json["stages"] = stages_json(report.stages);
+  json["traffic"] = traffic_json(report);
   json["peak_memory_bytes"] = report.peak_memory_bytes;
   json["predicted"] = resources_json(report.predicted);
   json["measured"] = resources_json(report.measured);

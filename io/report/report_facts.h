@@ -14,7 +14,8 @@
 
 namespace orbweave {
 
-/// One stage's measurements.
+/// One stage's measurements: bytes and calls of the counter by all processes together, the rest by
+/// the root.
 struct StageFacts {
   std::string name;
   double seconds = 0.0;
@@ -27,6 +28,8 @@ struct StageFacts {
   std::uint64_t peak_memory_bytes = 0;  ///< resident, as sampled while the stage ran
   /// Wall time of each chunk that this process computed, in the order they ended.
   std::vector<double> chunk_seconds = {};
+  /// Of the common counter that chunks are dealt by; 0: by one process.
+  std::uint64_t counter_calls = 0;
 };
 
 /// What a run takes, as predicted before it or as measured.

@@ -1,10 +1,12 @@
 """Tests of bench/models/cluster_model.py: schedules and transfers whose seconds can be worked out by hand."""
+import dataclasses
 import pathlib
 import sys
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "bench" / "models"))
-from cluster_model import Cluster, Task, job_seconds, makespan, stages_of  # noqa: E402
+from cluster_model import (Cluster, Task, bytes_moved, calls_of, counter_calls, cut_blocks, job_seconds,  # noqa: E402
+                           makespan, stages_of)
 
 
 def computing(*seconds):
@@ -51,6 +53,42 @@ class ClusterModel(unittest.TestCase):
     def test_the_counter_gives_out_one_task_at_a_time(self):
         cluster = Cluster(workers=4, task_seconds=0.0, counter_seconds=0.25)
         self.assertAlmostEqual(makespan(computing(1, 1, 1, 1), cluster), 2.0)
+
+    def test_a_worker_takes_a_block_by_one_call(self):
+        self.assertEqual(cut_blocks([1] * 16, 2, 1), [0, 4, 7, 9, 11, 12, 13, 14, 15, 16])
+        cluster = Cluster(workers=2, task_seconds=0.0, counter_seconds=1.0)
+        # Both get half of eight tasks; the second waits for its block.
+        self.assertAlmostEqual(makespan(computing(*[0.0] * 8), at_once(2)), 0.0)
+        self.assertLess(makespan(computing(*[0.01] * 64), cluster),
+                        makespan(computing(*[0.01] * 64), dataclasses.replace(cluster, by_blocks=False)) / 2)
+
+    def test_blocks_are_those_of_the_program(self):
+        # tests/partition/chunk_blocks_test.cpp has the same.
+        for workers, threads, blocks in ((2, 16, 30), (64, 16, 654), (1000, 16, 925)):
+            self.assertEqual(len(cut_blocks([1] * 7400, workers, threads)) - 1, blocks)
+        self.assertEqual(counter_calls(computing(*[1.0] * 7400), at_once(64, threads=16)), 654 + 64)
+        self.assertEqual(counter_calls(computing(*[1.0] * 7400), at_once(1)), 0)
+
+    def test_counts_are_merged_in_pairs(self):
+        stages = stages_of(report([("count", 0.0, [])]))
+        self.assertAlmostEqual(job_seconds(stages, at_once(64))["count"], 6 * 0.02)
+        self.assertAlmostEqual(job_seconds(stages, at_once(64, by_tree=False))["count"], 64 * 0.02)
+        self.assertAlmostEqual(job_seconds(stages, at_once(1))["count"], 0.0)
+
+    def test_bytes_of_a_team_are_those_that_one_counted(self):
+        measured = report([("bin", 1.0, []), ("reconstruct", 4.0, [1.0] * 4), ("trace", 1.0, [])])
+        team = {"ranks": 2, "stages": [{"name": "bin", "bytes_read": 10, "bytes_written": 5},
+                                       {"name": "trace", "bytes_read": 8, "bytes_written": 0}]}
+        stages = stages_of(measured, team=team)
+        self.assertEqual(bytes_moved(stages, at_once(1)), 0)
+        self.assertEqual(bytes_moved(stages, at_once(3)), 15 + 3 * 4)
+        self.assertEqual(calls_of(stages, at_once(2)), 4 + 2)
+
+    def test_count_grids_are_as_many_as_workers_and_no_larger_for_more_points(self):
+        team = {"ranks": 2, "stages": [{"name": "count", "bytes_read": 6, "bytes_written": 4}]}
+        counts = stages_of(report([("count", 1.0, [])]), team=team)[0]
+        self.assertEqual(bytes_moved([counts], at_once(1)), 0)
+        self.assertEqual(bytes_moved([counts.grown(10)], at_once(8)), 8 * 5)
 
     def test_one_worker_takes_what_was_measured(self):
         measured = report([("count", 2.0, []), ("reconstruct", 7.0, [1.0, 2.0, 3.0]), ("stitch", 1.0, [])])

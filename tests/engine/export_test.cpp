@@ -64,7 +64,9 @@ class ThreadTeam : public Communicator {
     if (rank_ == 0) shared_.next = 0;
     shared_.meeting.arrive_and_wait();
   }
-  std::uint64_t fetch_next() override { return shared_.next++; }
+
+ protected:
+  std::uint64_t count_up() override { return shared_.next++; }
 
  private:
   Shared& shared_;

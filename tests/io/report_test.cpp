@@ -107,11 +107,27 @@ TEST_CASE("ThePageHasWhatWasPredictedBesideWhatWasMeasured") {
 
 TEST_CASE("TheReportHasItsStableKeys") {
   const Json json = Json::parse(report_json(example()));
-  CHECK(keys_of(json) ==
-        Keys{"version",        "command",  "options",   "input",   "coordinate_system",
-             "cleaning",       "normals",  "partition", "radii",   "points_unused",
-             "conflicts_lost", "mesh",     "holes",     "stages",  "peak_memory_bytes",
-             "predicted",      "measured", "ranks",     "machine", "notes"});
+  CHECK(keys_of(json) == Keys{"version",
+                              "command",
+                              "options",
+                              "input",
+                              "coordinate_system",
+                              "cleaning",
+                              "normals",
+                              "partition",
+                              "radii",
+                              "points_unused",
+                              "conflicts_lost",
+                              "mesh",
+                              "holes",
+                              "stages",
+                              "traffic",
+                              "peak_memory_bytes",
+                              "predicted",
+                              "measured",
+                              "ranks",
+                              "machine",
+                              "notes"});
   CHECK(keys_of(json["cleaning"]) ==
         Keys{"thickness", "spacing", "outlier_sigma", "merge_tolerance", "smooth_radius",
              "smooth_passes", "thin_to_spacing", "reason", "points_moved", "mean_move"});
@@ -127,9 +143,12 @@ TEST_CASE("TheReportHasItsStableKeys") {
              "nonmanifold_edges", "nonmanifold_vertices", "inconsistent_edges",
              "degenerate_triangles", "duplicate_triangles", "unreferenced_vertices",
              "euler_characteristic", "area", "watertight", "checksum", "bounds"});
-  CHECK(keys_of(json["stages"][0]) ==
-        Keys{"name", "seconds", "cpu_seconds", "points", "points_per_second", "bytes_read",
-             "bytes_written", "chunks", "chunks_reused", "peak_memory_bytes", "chunk_seconds"});
+  CHECK(keys_of(json["stages"][0]) == Keys{"name", "seconds", "cpu_seconds", "points",
+                                           "points_per_second", "bytes_read", "bytes_written",
+                                           "chunks", "chunks_reused", "peak_memory_bytes",
+                                           "chunk_seconds", "counter_calls"});
+  CHECK(keys_of(json["traffic"]) ==
+        Keys{"bytes_read", "bytes_written", "bytes_per_point", "counter_calls"});
   CHECK(keys_of(json["machine"]) == Keys{"cores", "cpu_model", "memory_bytes"});
   REQUIRE(json["holes"].is_array());
   for (const Json& hole : json["holes"])

@@ -115,6 +115,47 @@ TEST_CASE("EveryRankHasItsLogAndTheReportCountsThem") {
   CHECK(nlohmann::json::parse(file_text(in / "report.json"))["ranks"] == 3);
 }
 
+TEST_CASE("TheReportCountsTheBytesAndTheCallsOfAllRanks") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  const Job job = oriented_job(in, 6000) + Job{"--report", "report.json"};
+  const auto report_of = [&](int ranks) {
+    const ProgramResult result = run_by_ranks(ranks, job, in.path());
+    INFO(result.err);
+    REQUIRE(result.status == 0);
+    return nlohmann::json::parse(file_text(in / "report.json"));
+  };
+  const auto number = [](const nlohmann::json& report, const char* stage, const char* key) {
+    for (const nlohmann::json& facts : report["stages"])
+      if (facts["name"] == stage) return facts[key].get<double>();
+    return -1.0;
+  };
+  const nlohmann::json one = report_of(1), three = report_of(3);
+  const auto scan = static_cast<double>(std::filesystem::file_size(in / "cloud.ply"));
+  const auto mesh = static_cast<double>(std::filesystem::file_size(in / "mesh.ply"));
+  for (const nlohmann::json* report : {&one, &three}) {
+    CHECK(number(*report, "count", "bytes_read") >= scan);
+    CHECK(number(*report, "bin", "bytes_read") < 1.5 * scan);
+    CHECK(number(*report, "export", "bytes_written") >= mesh);
+    CHECK(number(*report, "export", "bytes_written") < 1.1 * mesh);
+  }
+  // What a stage reads of its chunks and writes is the same, whoever does it.
+  for (const char* stage : {"sort", "reconstruct", "holes"}) {
+    INFO(stage);
+    CHECK(number(three, stage, "bytes_written") == number(one, stage, "bytes_written"));
+  }
+  // Bins of several ranks pass through the store.
+  CHECK(number(three, "bin", "bytes_written") > 0.5 * scan);
+  CHECK(number(three, "sort", "bytes_read") > 0.5 * scan);
+  CHECK(one["traffic"]["counter_calls"] == 0);
+  const double chunks = three["partition"]["chunks"];
+  for (const char* stage : {"sort", "reconstruct"}) {
+    INFO(stage);
+    CHECK(number(three, stage, "counter_calls") >= 3);
+    CHECK(number(three, stage, "counter_calls") <= chunks + 3);
+  }
+}
+
 TEST_CASE("NoCoreIsTwoRanksAndEveryRankHasAThread") {
   if (skipped_without_mpi()) return;
   const ScratchDirectory in;

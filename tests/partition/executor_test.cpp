@@ -86,6 +86,62 @@ TEST_CASE("MemoryInFlightKeepsToTheBudget") {
   if (threads > 1) CHECK(most_running > 1);
 }
 
+namespace {
+
+/// One process of a team that takes its tasks one process after the other.
+class CountedTeam final : public Communicator {
+ public:
+  CountedTeam(int size, std::atomic<std::uint64_t>& counter) : size_(size), counter_(counter) {}
+  int size() const override { return size_; }
+
+ protected:
+  std::uint64_t count_up() override { return counter_++; }
+
+ private:
+  int size_;
+  std::atomic<std::uint64_t>& counter_;
+};
+
+}  // namespace
+
+TEST_CASE("ATeamRunsEveryTaskOnceAndAsksTheCounterRarely") {
+  constexpr int kTeam = 3;
+  constexpr std::size_t kTasks = 3000;
+  std::atomic<std::uint64_t> counter{0};
+  std::mutex mutex;
+  std::multiset<ChunkId> seen;
+  std::vector<std::thread> processes;
+  for (int rank = 0; rank < kTeam; ++rank) {
+    processes.emplace_back([&] {
+      CountedTeam communicator(kTeam, counter);
+      ExecutorOptions options;
+      options.threads = 2;
+      options.threads_of_each = 2;
+      options.communicator = &communicator;
+      run_chunks(make_tasks(kTasks, 10), options, [&](ChunkId chunk) {
+        const std::scoped_lock lock(mutex);
+        seen.insert(chunk);
+      });
+    });
+  }
+  for (std::thread& process : processes) process.join();
+  CHECK(seen.size() == kTasks);
+  CHECK(std::set<ChunkId>(seen.begin(), seen.end()).size() == kTasks);
+  CHECK(counter < 60);
+}
+
+TEST_CASE("AProcessAloneDoesNotAskTheCounter") {
+  std::atomic<std::uint64_t> counter{0};
+  CountedTeam alone(1, counter);
+  std::atomic<std::size_t> done{0};
+  ExecutorOptions options;
+  options.threads = 2;
+  options.communicator = &alone;
+  run_chunks(make_tasks(100, 1), options, [&](ChunkId) { ++done; });
+  CHECK(done == 100);
+  CHECK(alone.counter_calls() == 0);
+}
+
 TEST_CASE("TasksStartInOrder") {
   ExecutorOptions options;
   options.threads = 1;

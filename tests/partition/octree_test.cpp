@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
+#include <random>
 
 #include "io/error.h"
 #include "tests/partition/clouds.h"
@@ -185,6 +186,39 @@ TEST_CASE("GridsOfPartsMakeTheGridOfTheWhole") {
       CHECK(together.bounds() == whole.bounds());
       CHECK(together.cell() == whole.cell());
       CHECK(counts_of(together) == counts_of(whole));
+    }
+  }
+}
+
+TEST_CASE("GridsMergedPairwiseInAnyOrderMakeTheGridOfTheWhole") {
+  constexpr std::size_t kLimit = std::size_t{300} << 10;
+  auto clouds = adversarial_clouds();
+  std::vector<Vec3> large = test::shell(300'000, {5.0, 0.0, -2.0}, 1.0, 4);
+  large.insert(large.end(), 10'000, Vec3{0.125, -7.0, 3.0});
+  clouds.push_back({"large", large});
+  for (const auto& [name, points] : clouds) {
+    INFO(name);
+    const CountGrid whole = counted(points, 1000, kLimit);
+    for (const std::uint64_t seed : {1, 2, 3}) {
+      constexpr std::size_t kShares = 11;
+      std::vector<CountGrid::Part> shares;
+      for (std::size_t share = 0; share < kShares; ++share) {
+        const std::size_t first = points.size() * share / kShares;
+        const std::size_t last = points.size() * (share + 1) / kShares;
+        shares.push_back(
+            counted(std::span(points).subspan(first, last - first), 1000, kLimit).part());
+      }
+      std::mt19937_64 random(seed);
+      while (shares.size() > 1) {
+        std::swap(shares[random() % (shares.size() - 1)], shares[shares.size() - 2]);
+        const CountGrid pair = CountGrid::of_parts(std::span(shares).last(2), kLimit);
+        shares.resize(shares.size() - 2);
+        shares.insert(shares.begin(), pair.part());
+      }
+      const CountGrid merged = CountGrid::of_parts(shares, kLimit);
+      CHECK(merged.points() == whole.points());
+      CHECK(merged.cell() == whole.cell());
+      CHECK(counts_of(merged) == counts_of(whole));
     }
   }
 }

@@ -124,7 +124,7 @@ ExportResult export_mesh(const ExportInputs& inputs, StageRunner& runner) {
   const TileInput tiles{partition, inputs.used, inputs.holes, pieces, header, runner.stop};
   const std::uint64_t bytes = output.tiles ? export_tiles(runner, clock, tiles, digest)
                                            : export_one_file(runner, pieces, header, digest);
-  clock.facts().bytes_written = bytes;
+  if (runner.communicator.is_root()) clock.facts().bytes_written = bytes;
   clock.facts().points = partition.points();
   if (!runner.communicator.is_root()) return {};
   write_coordinate_system(output.mesh, partition.coordinate_system);

@@ -130,20 +130,22 @@ class PlacedExport {
   void share_pieces(PlacedFile& file) {
     std::vector<ChunkTask> tasks;
     for (std::size_t i = 0; i < pieces_.all().size(); ++i) {
-      tasks.push_back({static_cast<ChunkId>(i), 1});
+      tasks.push_back({static_cast<ChunkId>(i), 1, pieces_.all()[i].stored});
     }
     WriteBehind writer(file, in_flight_ + 2);
     // A "byte" of the budget is a piece.
-    run_chunks(tasks, {runner_.threads(), in_flight_, &runner_.stop, &runner_.communicator},
-               [&](ChunkId task) {
-                 const MeshPiece& piece = pieces_.all()[task];
-                 std::unique_ptr<PieceRows> rows = take_rows();
-                 pieces_.load(piece, header_.schema, *rows);
-                 auto buffer = writer.take();
-                 layout_.encode(piece, *rows, *buffer);
-                 writer.give(std::move(buffer));
-                 give_rows(std::move(rows), piece.stored);
-               });
+    run_chunks(
+        tasks,
+        {runner_.threads(), in_flight_, &runner_.stop, &runner_.communicator, runner_.root_threads},
+        [&](ChunkId task) {
+          const MeshPiece& piece = pieces_.all()[task];
+          std::unique_ptr<PieceRows> rows = take_rows();
+          pieces_.load(piece, header_.schema, *rows);
+          auto buffer = writer.take();
+          layout_.encode(piece, *rows, *buffer);
+          writer.give(std::move(buffer));
+          give_rows(std::move(rows), piece.stored);
+        });
     writer.finish();
   }
 

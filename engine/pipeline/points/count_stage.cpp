@@ -171,7 +171,8 @@ CountedCloud count_by_team(const CloudInput& input, const CutExchange& cut, Stag
   if (runner.communicator.is_root()) cut_chunks(runner, input, cloud);
   cloud.bounds = cloud.grid.bounds();
   clock.facts().points = cloud.points_read;
-  clock.facts().bytes_read = cloud.bytes_read;
+  // The store counts what cleaned points are read from.
+  if (input.are_scans && runner.communicator.is_root()) clock.facts().bytes_read = cloud.bytes_read;
   return cloud;
 }
 

@@ -23,10 +23,8 @@ constexpr const char* kCounted = "counted";
 constexpr const char* kMeasured = "measured";
 /// What is found where a log that was complete no longer is.
 constexpr const char* kIncomplete = "damage to the file, or to the log of what lies in it";
-/// Shares whose cells are held at one time while they are put together.
-constexpr std::size_t kPartsAtOnce = 8;
 
-// The numbers of what lies in the stage: the counts of every member, their sum, the sites of the
+// The numbers of what lies in the stage: the counts of members, their sum, the sites of the
 // sampler, and then the parts of the members' logs.
 ChunkId counts_of(int rank) { return static_cast<ChunkId>(rank); }
 ChunkId sites_of(int members) { return static_cast<ChunkId>(members + 1); }
@@ -45,7 +43,8 @@ void add_facts(const StoredResult& stored, CountedCloud& cloud) {
   const auto text = stored.read_all<char>("facts");
   const Json facts = document_from({text.data(), text.size()});
   cloud.points_read += facts.at("points_read").get<std::uint64_t>();
-  cloud.bytes_read += facts.at("bytes_read").get<std::uint64_t>();
+  // A place in the scans: the last share ends where the scans end.
+  cloud.bytes_read = std::max(cloud.bytes_read, facts.at("bytes_read").get<std::uint64_t>());
   cloud.rows_left_out += facts.at("rows_left_out").get<std::uint64_t>();
   cloud.points_without_view += facts.at("points_without_view").get<std::uint64_t>();
   add_origin_counts(cloud.at_scan_origins,
@@ -204,17 +203,30 @@ Found examine(CutExchange& cut, StageRunner& runner) {
   return take_count(cut, members_before, runner);
 }
 
-/// The counts of all members together, some at a time.
-CountedCloud gather_counts(const CutExchange& cut, const StageRunner& runner) {
-  CountedCloud whole;
-  std::vector<CountGrid::Part> parts;
-  for (int rank = 0; rank < runner.communicator.size(); ++rank) {
-    parts.push_back(load_counts(runner.store, cut.stage, counts_of(rank), whole));
-    if (parts.size() < kPartsAtOnce) continue;
-    parts = {CountGrid::of_parts(parts).part()};
+/// Adds what another member has counted.
+void merge_counts(const ChunkStore& store, const std::string& stage, int other,
+                  CountedCloud& cloud) {
+  std::array<CountGrid::Part, 2> parts = {cloud.grid.part(), {}};
+  cloud.grid = CountGrid();
+  parts[1] = load_counts(store, stage, counts_of(other), cloud);
+  cloud.grid = CountGrid::of_parts(parts);
+}
+
+/// Merges the counts of all members by a binary tree: in step k, member r takes those of member
+/// r + 2^k. Every other member stores its counts once, in the step of its lowest bit; the root ends
+/// with the whole. The grid does not depend on the order in which shares are merged.
+void reduce_counts(const CutExchange& cut, StageRunner& runner, CountedCloud& cloud) {
+  const int rank = runner.communicator.rank();
+  const int size = runner.communicator.size();
+  for (int distance = 1; distance < size; distance *= 2) {
+    if (rank % (2 * distance) == distance) {
+      commit_counts(runner.store, cut.stage, counts_of(rank), cloud);
+      runner.store.finish_commits();
+    }
+    runner.communicator.barrier(runner.stop);
+    const bool takes = rank % (2 * distance) == 0 && size - rank > distance;
+    if (takes) merge_counts(runner.store, cut.stage, rank + distance, cloud);
   }
-  whole.grid = CountGrid::of_parts(parts);
-  return whole;
 }
 
 /// The points that all members have binned. Throws CorruptResult where a log is not complete.
@@ -284,12 +296,10 @@ SpacingSampler stored_sampler(const CutExchange& cut, const StageRunner& runner)
 
 CountedCloud whole_cloud(CountedCloud share, const CutExchange& cut, StageRunner& runner) {
   if (runner.communicator.size() == 1) return share;
-  commit_counts(runner.store, cut.stage, counts_of(runner.communicator.rank()), share);
-  runner.store.finish_commits();
-  runner.communicator.barrier(runner.stop);
+  reduce_counts(cut, runner, share);
   const ChunkId sum = counts_of(runner.communicator.size());
   by_root(runner, [&] {
-    commit_counts(runner.store, cut.stage, sum, gather_counts(cut, runner));
+    commit_counts(runner.store, cut.stage, sum, share);
     runner.store.finish_commits();
   });
   CountedCloud whole;

@@ -35,10 +35,10 @@ constexpr const char* kCutDocument = "cut";
 constexpr std::uint64_t kPartsOfShare = 16;
 
 /// Second pass: every point of the member's share that an earlier run has not binned goes to the
-/// bin of its chunk. Returns the points of the share.
-std::uint64_t bin_points(StageRunner& runner, const CloudInput& input, const CountedCloud& cloud,
-                         Binner& binner, SpacingSampler& sampler, BinLog& log,
-                         std::uint64_t points_before) {
+/// bin of its chunk, and to the store where that keeps bins. Returns the points of the share.
+std::uint64_t bin_points(StageRunner& runner, const CloudInput& input, const CutExchange& cut,
+                         const CountedCloud& cloud, Binner& binner, SpacingSampler& sampler,
+                         BinLog& log, std::uint64_t points_before) {
   const auto source =
       own_share(input.open(nullptr), runner.communicator, points_before, cloud.rows_left_out == 0);
   StageClock clock(runner, input.stages.bin, cloud.own_share, "points");
@@ -65,8 +65,12 @@ std::uint64_t bin_points(StageRunner& runner, const CloudInput& input, const Cou
         points_kept = points_read;
         bytes_kept = binner.spilled_bytes();
       });
+  if (input.are_scans) check_unchanged(runner, input.stages.points());
+  if (cut.keeps) log.append(points_read, binner.publish(), sampler, true);
   clock.facts().points = points_read - points_before;
-  clock.facts().bytes_read = source->bytes_total();
+  // The shares are the whole of the scans; the store counts what cleaned points are read from.
+  if (input.are_scans && runner.communicator.is_root())
+    clock.facts().bytes_read = source->bytes_total();
   clock.facts().bytes_written = binner.spilled_bytes();
   return points_read;
 }
@@ -163,6 +167,7 @@ void sort_chunks(StageRunner& runner, const CloudInput& input, const CountedClou
         room.committed(first, last, chunks[chunk].points * RecordLayout(cloud.schema).bytes);
       });
   clock.facts().points = cloud.points_used;
+  clock.facts().bytes_read = bins.bytes_read();
 }
 
 /// Numbers the points that are left once duplicates are merged.
@@ -242,10 +247,11 @@ BinnedCloud bin_by_team(const CloudInput& input, CutExchange& cut, CountedCloud&
   options.kept_bytes = before.file_bytes;
   auto own = std::make_unique<Binner>(cloud.octree, cloud.schema, std::move(options));
   std::uint64_t points_read = before.points_read;
-  if (!before.complete)
-    points_read = bin_points(runner, input, cloud, *own, sampler, log, before.points_read);
-  if (input.are_scans) check_unchanged(runner, input.stages.points());
-  if (cut.keeps && !before.complete) log.append(points_read, own->publish(), sampler, true);
+  if (before.complete) {
+    if (input.are_scans) check_unchanged(runner, input.stages.points());
+  } else {
+    points_read = bin_points(runner, input, cut, cloud, *own, sampler, log, before.points_read);
+  }
   await_bins(cut, cloud, points_read, runner);
   gather_samples(cut, runner, sampler);
   BinnedCloud binned;

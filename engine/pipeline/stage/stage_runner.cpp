@@ -23,19 +23,20 @@ void share_chunks(StageRunner& runner, StageClock& clock, const std::string& sta
                   std::vector<ChunkWork> chunks, std::size_t memory_bytes,
                   const std::function<void(ChunkId)>& work) {
   // A long task that starts last is what everybody would wait for. Tasks of about the same length
-  // stay in the order of the chunks, whose halos are then read while they are still in memory.
+  // stay in the order of the chunks, and a process takes several in a row: halos are then read
+  // while they are still in memory.
   std::stable_sort(chunks.begin(), chunks.end(), [](const ChunkWork& a, const ChunkWork& b) {
     return std::bit_width(a.length) > std::bit_width(b.length);
   });
   std::vector<ChunkTask> tasks;
   for (const ChunkWork& chunk : chunks) {
-    tasks.push_back({static_cast<ChunkId>(tasks.size()), chunk.memory_bytes});
+    tasks.push_back({static_cast<ChunkId>(tasks.size()), chunk.memory_bytes, chunk.length});
   }
   std::mutex mutex;
   runner.communicator.reset_counter(runner.stop);
   run_chunks(tasks,
              {runner.threads(), memory_bytes, &runner.stop, &runner.communicator,
-              runner.job.partition.memory_bytes},
+              runner.root_threads, runner.job.partition.memory_bytes},
              [&](ChunkId task) {
                const ChunkWork& chunk = chunks[task];
                const bool reused = runner.store.has(stage, chunk.chunk);
@@ -78,7 +79,8 @@ StageClock::StageClock(StageRunner& runner, const std::string& name, std::uint64
       wall_begin_(steady_seconds()),
       cpu_begin_(process_cpu_seconds()),
       read_begin_(runner.store.bytes_read()),
-      written_begin_(runner.store.bytes_written()) {
+      written_begin_(runner.store.bytes_written()),
+      calls_begin_(runner.communicator.counter_calls()) {
   facts_.name = name;
   runner.progress.begin_stage(name, total, unit);
 }
@@ -89,6 +91,7 @@ StageClock::~StageClock() {
   facts_.peak_memory_bytes = memory_.peak_bytes();
   facts_.bytes_read += runner_.store.bytes_read() - read_begin_;
   facts_.bytes_written += runner_.store.bytes_written() - written_begin_;
+  facts_.counter_calls = runner_.communicator.counter_calls() - calls_begin_;
   runner_.measured.push_back(facts_);
   runner_.progress.end_stage();
 }

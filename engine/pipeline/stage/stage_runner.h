@@ -29,6 +29,7 @@ struct RunControl {
 struct StageRunner : RunControl {
   ChunkStore& store;
   Communicator& communicator;
+  int root_threads = 1;                   ///< of the root, as all processes know them
   std::vector<std::string> notes = {};    ///< everything said so far
   std::vector<StageFacts> measured = {};  ///< of the stages that ended
 
@@ -87,6 +88,7 @@ class StageClock {
   double cpu_begin_;
   std::uint64_t read_begin_;
   std::uint64_t written_begin_;
+  std::uint64_t calls_begin_;
 };
 
 }  // namespace orbweave

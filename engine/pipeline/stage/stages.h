@@ -58,12 +58,12 @@ enum class StageWork : std::uint8_t { kShared, kLeader, kRedundant };
 /// How the time of a stage grows, for the forecast of a run and the models in bench/.
 struct StageScaling {
   StageWork work = StageWork::kLeader;
-  double threads = 0.0;         ///< share of the seconds that one process's threads divide
-  bool constant = false;        ///< the seconds do not grow with the points
-  bool computes = false;        ///< the targets for threads hold for the stage
-  double leader_share = 0.0;    ///< share of a shared stage that the leader does alone
-  double worker_seconds = 0.0;  ///< seconds of the leader for every worker
-  double team_io = 0.0;         ///< times the stage's other bytes that only a team moves
+  double threads = 0.0;        ///< share of the seconds that one process's threads divide
+  bool constant = false;       ///< the seconds do not grow with the points
+  bool computes = false;       ///< the targets for threads hold for the stage
+  double leader_share = 0.0;   ///< share of a shared stage that the leader does alone
+  double merge_seconds = 0.0;  ///< to add what one process has to what another has
+  double team_io = 0.0;        ///< times the stage's other bytes that only a team moves
   /// Typical microseconds of one core per point, on real scans (docs/results/scans.md). Of a stage
   /// whose time does not grow, as for a million points.
   double microseconds = 0.0;
@@ -89,7 +89,7 @@ struct StageInfo {
 };
 
 inline constexpr StageScaling kCountScaling{
-    .work = StageWork::kShared, .threads = 0.7, .worker_seconds = 0.02, .microseconds = 0.1};
+    .work = StageWork::kShared, .threads = 0.7, .merge_seconds = 0.02, .microseconds = 0.1};
 inline constexpr StageScaling kBinScaling{
     .work = StageWork::kShared, .threads = 0.6, .team_io = 1.0, .microseconds = 0.2};
 inline constexpr StageScaling kMeasureScaling{
