@@ -11,6 +11,7 @@
 
 #include "engine/holes/implicit/implicit_fill.h"
 #include "engine/holes/loops/loop_parts.h"
+#include "engine/holes/patch/box_tree.h"
 #include "engine/holes/patch/direct_fill.h"
 #include "engine/holes/patch/patch_defect.h"
 #include "engine/holes/patch/patch_intersections.h"
@@ -86,6 +87,12 @@ class Attempts {
 
   bool is_tangled() const { return !tangled_.empty(); }
 
+  /// Of the problem's sheet.
+  const BoxTree& sheet() {
+    if (!sheet_) sheet_.emplace(problem_.positions, problem_.sheet);
+    return *sheet_;
+  }
+
   HolePatch result() {
     if (best_.method == FillMethod::kNone) untangle_best();
     if (best_.method == FillMethod::kNone) {
@@ -133,7 +140,7 @@ class Attempts {
     for (Tangled& candidate : tangled_) {
       if (candidate.avoidable > most_times * (least_avoidable + 1)) continue;
       const std::vector<Contact> left =
-          untangle(problem_, piercings(), std::move(candidate.contacts), candidate.patch);
+          untangle(problem_, piercings(), sheet(), std::move(candidate.contacts), candidate.patch);
       if (left.size() >= fewest_contacts_) continue;
       fewest_contacts_ = left.size();
       least_avoidable = piercings().count_avoidable(candidate.patch, left);
@@ -152,6 +159,7 @@ class Attempts {
   const PatchOptions& options_;
   std::optional<LoopTriangles> loop_;
   std::optional<RimPiercings> piercings_;
+  std::optional<BoxTree> sheet_;
   std::vector<Tangled> tangled_;
   HolePatch best_;
   std::uint64_t fewest_contacts_ = UINT64_MAX;
@@ -186,9 +194,10 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
   return attempts.result();
 }
 
-HolePatch fill_parts(const HoleProblem& problem, const PatchOptions& options) {
-  HolePatch patch =
-      fill_by_parts(problem, [&](const HoleProblem& part) { return fill_simple(part, options); });
+HolePatch fill_parts(const HoleProblem& problem, const BoxTree& sheet,
+                     const PatchOptions& options) {
+  HolePatch patch = fill_by_parts(
+      problem, sheet, [&](const HoleProblem& part) { return fill_simple(part, options); });
   if (patch.method != FillMethod::kNone) patch.reason = "taken apart where the loop touches itself";
   return patch;
 }
@@ -199,7 +208,8 @@ HolePatch fill_canonical(const HoleProblem& problem, const PatchOptions& options
   // Two holes that touch are two holes. Triangles between all corners of a long loop meet more than
   // the parts do.
   constexpr std::size_t kShortLoop = 32;
-  const bool is_done = attempts.take(fill_parts(problem, options)) || attempts.is_too_large();
+  const bool is_done =
+      attempts.take(fill_parts(problem, attempts.sheet(), options)) || attempts.is_too_large();
   const bool is_long = problem.loop.size() > kShortLoop && attempts.is_tangled();
   if (!is_done && !is_long) attempts.try_direct();
   return attempts.result();

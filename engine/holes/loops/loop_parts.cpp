@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <set>
 #include <utility>
+
+#include "io/box.h"
 
 namespace orbweave {
 namespace {
@@ -48,60 +51,84 @@ std::vector<Edge> chords_of(const Part& part, const HolePatch& patch) {
   return chords;
 }
 
-/// The triangles that a part's patch may touch or follow: those at its corners, and those near it.
-std::vector<Triangle> sheet_near(const HoleProblem& problem,
-                                 const std::vector<std::uint32_t>& loop) {
-  constexpr double kReach = 2.0;  // radii of the part
-  const Vec3 first = problem.positions[loop[0]];
-  Vec3 sum;
-  for (const std::uint32_t v : loop) sum = sum + (problem.positions[v] - first);
-  const Vec3 center = first + sum / static_cast<double>(loop.size());
-  double squared = 0.0;
-  for (const std::uint32_t v : loop)
-    squared = std::max(squared, squared_norm(problem.positions[v] - center));
-  std::vector<char> near(problem.positions.size(), 0);
-  for (std::size_t v = 0; v < near.size(); ++v)
-    near[v] = squared_norm(problem.positions[v] - center) <= kReach * kReach * squared ? 1 : 0;
-  for (const std::uint32_t v : loop) near[v] = 1;
-  std::vector<Triangle> triangles;
-  for (const Triangle& t : problem.sheet)
-    if (near[t[0]] != 0 || near[t[1]] != 0 || near[t[2]] != 0) triangles.push_back(t);
-  return triangles;
-}
+/// Cuts parts out of a problem. Most parts of a large loop are small: none looks at all that is
+/// around the whole of it.
+class PartCutter {
+ public:
+  PartCutter(const HoleProblem& problem, const BoxTree& sheet)
+      : problem_(problem), sheet_(sheet), number_(problem.positions.size(), kNone) {}
 
-/// What a part's patch depends on: most parts of a large loop are small, and each would look at
-/// all that is around the whole of it.
-Part part_of(const HoleProblem& problem, const std::vector<std::uint32_t>& loop,
-             const std::set<Edge>& more_forbidden) {
-  constexpr std::uint32_t kNone = UINT32_MAX;
-  Part part;
-  HoleProblem& own = part.problem;
-  own.sheet = sheet_near(problem, loop);
-  part.vertices = loop;
-  for (const Triangle& t : own.sheet) part.vertices.insert(part.vertices.end(), t.begin(), t.end());
-  std::sort(part.vertices.begin(), part.vertices.end());
-  part.vertices.erase(std::unique(part.vertices.begin(), part.vertices.end()), part.vertices.end());
-  std::vector<std::uint32_t> number(problem.positions.size(), kNone);
-  own.channels = problem.channels;
-  for (const std::uint32_t v : part.vertices) {
-    number[v] = static_cast<std::uint32_t>(own.positions.size());
-    own.positions.push_back(problem.positions[v]);
-    own.normals.push_back(problem.normals[v]);
-    const auto row = problem.values.begin() + std::ptrdiff_t{v} * problem.channels;
-    own.values.insert(own.values.end(), row, row + problem.channels);
+  /// What a part's patch depends on.
+  Part part_of(const std::vector<std::uint32_t>& loop, const std::set<Edge>& more_forbidden) {
+    Part part;
+    HoleProblem& own = part.problem;
+    own.sheet = sheet_near(loop);
+    part.vertices = loop;
+    for (const Triangle& t : own.sheet)
+      part.vertices.insert(part.vertices.end(), t.begin(), t.end());
+    std::sort(part.vertices.begin(), part.vertices.end());
+    part.vertices.erase(std::unique(part.vertices.begin(), part.vertices.end()),
+                        part.vertices.end());
+    own.channels = problem_.channels;
+    for (const std::uint32_t v : part.vertices) {
+      number_[v] = static_cast<std::uint32_t>(own.positions.size());
+      own.positions.push_back(problem_.positions[v]);
+      own.normals.push_back(problem_.normals[v]);
+      const auto row = problem_.values.begin() + std::ptrdiff_t{v} * problem_.channels;
+      own.values.insert(own.values.end(), row, row + problem_.channels);
+    }
+    for (Triangle& t : own.sheet)
+      for (std::uint32_t& v : t) v = number_[v];
+    for (const std::uint32_t v : loop) own.loop.push_back(number_[v]);
+    for (const Edge& edge : problem_.forbidden) forbid(edge, own);
+    for (const Edge& edge : more_forbidden) forbid(edge, own);
+    std::sort(own.forbidden.begin(), own.forbidden.end());
+    for (const std::uint32_t v : part.vertices) number_[v] = kNone;
+    return part;
   }
-  for (Triangle& t : own.sheet)
-    for (std::uint32_t& v : t) v = number[v];
-  for (const std::uint32_t v : loop) own.loop.push_back(number[v]);
-  const auto forbid = [&](const Edge& edge) {
-    if (number[edge[0]] != kNone && number[edge[1]] != kNone)
-      own.forbidden.push_back({number[edge[0]], number[edge[1]]});
-  };
-  for (const Edge& edge : problem.forbidden) forbid(edge);
-  for (const Edge& edge : more_forbidden) forbid(edge);
-  std::sort(own.forbidden.begin(), own.forbidden.end());
-  return part;
-}
+
+ private:
+  static constexpr std::uint32_t kNone = UINT32_MAX;
+
+  /// The triangles that a part's patch may touch or follow: those with a vertex near it, and so
+  /// those at its corners.
+  std::vector<Triangle> sheet_near(const std::vector<std::uint32_t>& loop) const {
+    constexpr double kReach = 2.0;  // radii of the part
+    const std::vector<Vec3>& at = problem_.positions;
+    const Vec3 first = at[loop[0]];
+    Vec3 sum;
+    for (const std::uint32_t v : loop) sum = sum + (at[v] - first);
+    const Vec3 center = first + sum / static_cast<double>(loop.size());
+    double squared = 0.0;
+    for (const std::uint32_t v : loop) squared = std::max(squared, squared_norm(at[v] - center));
+    squared *= kReach * kReach;
+    Box box;
+    box.extend(center);
+    std::vector<std::uint32_t> found;
+    sheet_.for_each(box.grown(std::sqrt(squared)), [&](std::uint32_t i) {
+      const Triangle& t = problem_.sheet[i];
+      const bool is_near = std::any_of(t.begin(), t.end(), [&](std::uint32_t v) {
+        return squared_norm(at[v] - center) <= squared;
+      });
+      if (is_near) found.push_back(i);
+      return true;
+    });
+    std::sort(found.begin(), found.end());
+    std::vector<Triangle> triangles;
+    triangles.reserve(found.size());
+    for (const std::uint32_t i : found) triangles.push_back(problem_.sheet[i]);
+    return triangles;
+  }
+
+  void forbid(const Edge& edge, HoleProblem& own) const {
+    if (number_[edge[0]] != kNone && number_[edge[1]] != kNone)
+      own.forbidden.push_back({number_[edge[0]], number_[edge[1]]});
+  }
+
+  const HoleProblem& problem_;
+  const BoxTree& sheet_;
+  std::vector<std::uint32_t> number_;  // of the part's vertices, while it is cut
+};
 
 }  // namespace
 
@@ -123,13 +150,14 @@ std::vector<std::vector<std::uint32_t>> simple_parts(const std::vector<std::uint
   return is_cut ? parts : std::vector<std::vector<std::uint32_t>>{};
 }
 
-HolePatch fill_by_parts(const HoleProblem& problem,
+HolePatch fill_by_parts(const HoleProblem& problem, const BoxTree& sheet,
                         const std::function<HolePatch(const HoleProblem&)>& fill) {
   HolePatch whole;
+  PartCutter cutter(problem, sheet);
   std::set<Edge> chords;  // of the parts before
   for (std::vector<std::uint32_t>& loop : simple_parts(problem.loop)) {
     std::rotate(loop.begin(), std::min_element(loop.begin(), loop.end()), loop.end());
-    const Part part = part_of(problem, loop, chords);
+    const Part part = cutter.part_of(loop, chords);
     HolePatch patch = fill(part.problem);
     if (patch.method == FillMethod::kNone) return patch;
     for (const Edge& chord : chords_of(part, patch)) chords.insert(chord);

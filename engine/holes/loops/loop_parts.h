@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "engine/holes/patch/box_tree.h"
 #include "engine/holes/problem/hole.h"
 
 namespace orbweave {
@@ -17,7 +18,8 @@ std::vector<std::vector<std::uint32_t>> simple_parts(const std::vector<std::uint
 /// One patch from those that `fill` makes for the parts. No part uses an edge that another one
 /// might. FillMethod::kNone where a part stays open or there is no cut. The vertices at which the
 /// loop is cut keep several fans.
-HolePatch fill_by_parts(const HoleProblem& problem,
+/// `sheet`: of the problem's sheet.
+HolePatch fill_by_parts(const HoleProblem& problem, const BoxTree& sheet,
                         const std::function<HolePatch(const HoleProblem&)>& fill);
 
 }  // namespace orbweave

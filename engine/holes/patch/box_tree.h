@@ -21,14 +21,27 @@ inline Box box_of(std::span<const Vec3> positions, const Triangle& t) {
 /// A complete binary tree over the boxes of triangles; every cut is at the median of the centres.
 class BoxTree {
  public:
-  BoxTree(std::span<const Vec3> positions, std::span<const Triangle> triangles)
-      : items_(triangles.size()) {
-    for (std::size_t i = 0; i < triangles.size(); ++i)
-      items_[i] = {box_of(positions, triangles[i]), static_cast<std::uint32_t>(i)};
+  BoxTree(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+    std::vector<Box> boxes(triangles.size());
+    std::vector<Key> keys(triangles.size());
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+      boxes[i] = box_of(positions, triangles[i]);
+      keys[i] = {boxes[i].min + boxes[i].max, static_cast<std::uint32_t>(i)};
+    }
     std::size_t leaves = 1;
-    while (leaves * kLeafSize < items_.size()) leaves *= 2;
+    while (leaves * kLeafSize < keys.size()) leaves *= 2;
     nodes_.resize(2 * leaves - 1);
-    build(0, 0, items_.size());
+    sort(0, keys);
+    items_.reserve(keys.size());
+    for (const Key& key : keys) items_.push_back({boxes[key.triangle], key.triangle});
+    extend(0, 0, items_.size());
+  }
+
+  /// After vertices have moved; the triangles are the same. The cuts stay.
+  void refit(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+    for (Item& item : items_) item.box = box_of(positions, triangles[item.triangle]);
+    std::fill(nodes_.begin(), nodes_.end(), Box{});
+    extend(0, 0, items_.size());
   }
 
   const Box& box() const { return nodes_[0]; }
@@ -48,24 +61,46 @@ class BoxTree {
 
   bool is_leaf(std::size_t node) const { return 2 * node + 1 >= nodes_.size(); }
 
-  void build(std::size_t node, std::size_t begin, std::size_t end) {
-    Box centers;
-    for (std::size_t i = begin; i < end; ++i) {
-      nodes_[node].extend(items_[i].box);
-      centers.extend(items_[i].box.min + items_[i].box.max);
-    }
+  /// A triangle by its box's centre, doubled.
+  struct Key {
+    Vec3 center;
+    std::uint32_t triangle = 0;
+  };
+
+  void sort(std::size_t node, std::span<Key> keys) {
     if (is_leaf(node)) return;
+    Box centers;
+    for (const Key& key : keys) centers.extend(key.center);
     const Vec3 size = centers.max - centers.min;
-    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    const auto at = [&](std::size_t i) { return items_.begin() + static_cast<std::ptrdiff_t>(i); };
+    const auto halve = [&](auto coordinate) {
+      const std::size_t middle = keys.size() / 2;
+      std::nth_element(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(middle), keys.end(),
+                       [&](const Key& a, const Key& b) {
+                         const double left = a.center.*coordinate, right = b.center.*coordinate;
+                         return left != right ? left < right : a.triangle < b.triangle;
+                       });
+    };
+    if (size.x >= size.y && size.x >= size.z) {
+      halve(&Vec3::x);
+    } else if (size.y >= size.z) {
+      halve(&Vec3::y);
+    } else {
+      halve(&Vec3::z);
+    }
+    sort(2 * node + 1, keys.first(keys.size() / 2));
+    sort(2 * node + 2, keys.subspan(keys.size() / 2));
+  }
+
+  void extend(std::size_t node, std::size_t begin, std::size_t end) {
+    if (is_leaf(node)) {
+      for (std::size_t i = begin; i < end; ++i) nodes_[node].extend(items_[i].box);
+      return;
+    }
     const std::size_t middle = begin + (end - begin) / 2;
-    std::nth_element(at(begin), at(middle), at(end), [axis](const Item& a, const Item& b) {
-      const double left = a.box.min[axis] + a.box.max[axis];
-      const double right = b.box.min[axis] + b.box.max[axis];
-      return left != right ? left < right : a.triangle < b.triangle;
-    });
-    build(2 * node + 1, begin, middle);
-    build(2 * node + 2, middle, end);
+    extend(2 * node + 1, begin, middle);
+    extend(2 * node + 2, middle, end);
+    nodes_[node].extend(nodes_[2 * node + 1]);
+    nodes_[node].extend(nodes_[2 * node + 2]);
   }
 
   template <class Visit>

@@ -116,8 +116,10 @@ HolePatch patch_of(const HoleProblem& problem, const Rim& rim, const Disc& disc)
 }  // namespace
 
 LoopTriangles triangles_of_loop(const HoleProblem& problem) {
-  LoopTriangles start{find_rim(problem), {}};
+  LoopTriangles start{find_rim(problem), {}, {}};
   if (problem.loop.size() > 3) start.sound = sound_triangles(problem, start.rim, problem.forbidden);
+  if (start.sound.empty() && !problem.forbidden.empty())
+    start.loose = sound_triangles(problem, start.rim, {});
   return start;
 }
 
@@ -145,8 +147,7 @@ HolePatch direct_fill(const HoleProblem& problem, const LoopTriangles& start) {
 
 PatchMesh disc_of_loop(const HoleProblem& problem, const LoopTriangles& start) {
   const Rim& rim = start.rim;
-  Disc disc{rim.corners, start.sound};
-  if (disc.triangles.empty()) disc.triangles = sound_triangles(problem, rim, {});
+  Disc disc{rim.corners, start.sound.empty() ? start.loose : start.sound};
   if (disc.triangles.empty() || disc.triangles.size() == 1) disc = fan(problem, rim);
   PatchMesh mesh(std::move(disc.positions), problem.loop, disc.triangles, problem.forbidden);
   mesh.split_forbidden_chords();

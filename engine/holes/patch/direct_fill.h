@@ -9,11 +9,13 @@
 
 namespace orbweave {
 
-/// A loop's rim, and triangles between its corners that use no edge twice or one that must not be
-/// used; none where none were found. Several methods start from them.
+/// A loop's rim, and triangles between its corners. Several methods start from them.
 struct LoopTriangles {
   Rim rim;
+  /// They use no edge twice or one that must not be used; none where none were found.
   std::vector<CornerTriangle> sound;
+  /// Where none were found: those that use no edge twice.
+  std::vector<CornerTriangle> loose;
 };
 LoopTriangles triangles_of_loop(const HoleProblem& problem);
 

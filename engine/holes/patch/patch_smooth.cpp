@@ -1,6 +1,7 @@
 // Where the interior points of a patch come to rest: membrane and thin plate.
 // Desbrun, Meyer, Schroeder, Barr: Implicit Fairing of Irregular Meshes using Diffusion and
 // Curvature Flow, SIGGRAPH 1999, section 4 (cotangents).
+#include <Eigen/Dense>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <algorithm>
@@ -188,10 +189,59 @@ Eigen::MatrixXd relaxed(const Energy& energy, Eigen::MatrixXd places) {
   return places;
 }
 
+/// As `energy_of`, solved at once for a few unknowns: building sparse matrices would take most of
+/// the time. Empty where the system is singular.
+Eigen::MatrixXd solved_densely(const Strip& strip, const std::vector<int>& unknown, int unknowns,
+                               int order) {
+  std::vector<int> row(unknown.begin(), unknown.end());
+  int rows = unknowns;
+  if (order >= 2)
+    for (std::size_t v = 0; v < strip.is_whole.size(); ++v)
+      if (strip.is_whole[v] != 0 && row[v] < 0) row[v] = rows++;
+  // Rows of the Laplacian: columns that move, and the others times where they are.
+  Eigen::MatrixXd moving = Eigen::MatrixXd::Zero(rows, unknowns);
+  Eigen::MatrixXd fixed = Eigen::MatrixXd::Zero(rows, 3);
+  const auto add = [&](int at, std::uint32_t vertex, double weight) {
+    if (unknown[vertex] >= 0) {
+      moving(at, unknown[vertex]) += weight;
+    } else {
+      const Vec3 p = strip.positions[vertex];
+      fixed.row(at) += weight * Eigen::RowVector3d(p.x, p.y, p.z);
+    }
+  };
+  for (const CornerTriangle& t : strip.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[(k + 1) % 3], b = t[(k + 2) % 3];
+      if (row[a] < 0 && row[b] < 0) continue;
+      const double weight =
+          half_cotangent(strip.positions[t[k]], strip.positions[a], strip.positions[b]);
+      for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)}) {
+        if (row[from] < 0) continue;
+        add(row[from], to, weight);
+        add(row[from], from, -weight);
+      }
+    }
+  }
+  if (order < 2) return (-moving).ldlt().solve(fixed);
+  const std::vector<double> area = areas(strip);
+  for (std::size_t v = 0; v < row.size(); ++v) {
+    if (row[v] < 0) continue;
+    moving.row(row[v]) /= std::sqrt(area[v]);
+    fixed.row(row[v]) /= std::sqrt(area[v]);
+  }
+  const Eigen::MatrixXd matrix = moving.transpose() * moving;
+  return matrix.ldlt().solve(-(moving.transpose() * fixed));
+}
+
 /// Places of the unknowns; empty where there are none to be had.
 Eigen::MatrixXd least_energy(const Strip& strip, const std::vector<int>& unknown, int unknowns,
                              int order) {
   constexpr int kMostExact = 3000;
+  constexpr int kMostDense = 24;
+  if (unknowns <= kMostDense) {
+    Eigen::MatrixXd places = solved_densely(strip, unknown, unknowns, order);
+    return places.allFinite() ? places : Eigen::MatrixXd{};
+  }
   const Energy energy = energy_of(strip, unknown, unknowns, order);
   Eigen::MatrixXd places(unknowns, 3);
   for (std::size_t v = 0; v < unknown.size(); ++v) {

@@ -63,6 +63,8 @@ std::optional<FairDisc> fairest(const HoleProblem& problem, const Rim& rim, cons
   std::optional<FairDisc> best;
   for (int round = 0; round < kRounds; ++round) {
     if (!refine(spacing, sheet, options, disc)) return best;
+    // Without points inside there is nothing to become fair.
+    if (disc.size() == disc.corners()) return FairDisc{std::move(disc), 0.0};
     const double energy = bending_energy(problem, patch_of_disc(problem, rim, disc));
     if (best && !(energy < kLeastGain * best->energy)) break;
     best = {disc, energy};

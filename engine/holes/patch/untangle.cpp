@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -54,43 +53,56 @@ class QuickPlane {
 /// is asked for that once.
 class Surroundings {
  public:
-  /// `others`: not at the vertex.
-  Surroundings(std::span<const Vec3> positions, std::uint32_t vertex, std::vector<Triangle> own,
-               std::vector<Triangle> others)
-      : positions_(positions), vertex_(vertex), own_(std::move(own)), others_(std::move(others)) {
-    for (const Triangle& t : own_) ring_.insert(ring_.end(), t.begin(), t.end());
-    std::sort(ring_.begin(), ring_.end());
-    ring_.erase(std::unique(ring_.begin(), ring_.end()), ring_.end());
-    std::erase(ring_, vertex);
-    for (const Triangle& t : own_) ends_.push_back(ends_of(t));
+  explicit Surroundings(const std::vector<Vec3>& positions) : positions_(positions) {}
+
+  /// Around another vertex. To be filled next: `own` with the triangles at it, `others` with those
+  /// that are not; then prepare().
+  void begin(std::uint32_t vertex) {
+    vertex_ = vertex;
+    own_.clear();
+    others_.clear();
+  }
+  void add_own(const Triangle& t) { own_.push_back(t); }
+  void add_other(const Triangle& t) { others_.push_back(t); }
+
+  void prepare() {
+    find_ring();
     order_.resize(others_.size());
     std::iota(order_.begin(), order_.end(), 0U);
+    boxes_.clear();
+    planes_.clear();
+    is_free_.clear();
+    sides_.clear();
     for (const Triangle& t : others_) {
       boxes_.push_back(box_of(positions_, t));
       planes_.emplace_back(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
       is_free_.push_back(1);
       for (const std::uint32_t v : ring_) {
-        const bool is_corner = std::find(t.begin(), t.end(), v) != t.end();
+        const bool is_corner = v == t[0] || v == t[1] || v == t[2];
         if (is_corner) is_free_.back() = 0;
         sides_.push_back(
             static_cast<std::int8_t>(is_corner ? kCorner : planes_.back().side(positions_[v])));
       }
     }
+    find_fixed();
   }
 
   const std::vector<Triangle>& own() const { return own_; }
+  /// Pairs that meet wherever the vertex is: the edge opposite it runs into the other triangle.
+  std::size_t fixed() const { return fixed_; }
 
   /// How many pairs meet with the vertex where it is now; counting ends at `limit`, the sooner as
   /// what has been met before is looked at first.
   std::size_t count(std::size_t limit) {
-    std::size_t found = 0;
-    std::vector<Box> own_boxes;
-    std::vector<QuickPlane> own_planes;
+    std::size_t found = fixed_;
+    if (found >= limit) return found;
+    own_boxes_.clear();
+    own_planes_.clear();
     Box all;
     for (const Triangle& t : own_) {
-      own_boxes.push_back(box_of(positions_, t));
-      own_planes.emplace_back(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
-      all.extend(own_boxes.back());
+      own_boxes_.push_back(box_of(positions_, t));
+      own_planes_.emplace_back(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
+      all.extend(own_boxes_.back());
     }
     for (std::size_t place = 0; place < order_.size(); ++place) {
       const std::uint32_t k = order_[place];
@@ -98,19 +110,30 @@ class Surroundings {
       const std::size_t before = found;
       const int side = planes_[k].side(positions_[vertex_]);
       for (std::size_t i = 0; i < own_.size(); ++i) {
-        if (is_apart(k, i, side) || !own_boxes[i].intersects(boxes_[k])) continue;
-        if (is_free_[k] != 0 && is_beside(own_planes[i], others_[k])) continue;
+        if (is_fixed(k, i) || is_apart(k, i, side) || !own_boxes_[i].intersects(boxes_[k]))
+          continue;
+        if (is_free_[k] != 0 && is_beside(own_planes_[i], others_[k])) continue;
         found += triangles_intersect(positions_, own_[i], others_[k]) ? 1 : 0;
         if (found >= limit) break;
       }
       if (found > before) std::swap(order_[place], order_[place / 2]);
       if (found >= limit) return found;
     }
-    return count_own(own_planes, found, limit);
+    return count_own(found, limit);
   }
 
  private:
   static constexpr int kCorner = 2;  ///< a corner of the other triangle: on no side of its plane
+
+  void find_ring() {
+    ring_.clear();
+    for (const Triangle& t : own_) ring_.insert(ring_.end(), t.begin(), t.end());
+    std::sort(ring_.begin(), ring_.end());
+    ring_.erase(std::unique(ring_.begin(), ring_.end()), ring_.end());
+    std::erase(ring_, vertex_);
+    ends_.clear();
+    for (const Triangle& t : own_) ends_.push_back(ends_of(t));
+  }
 
   /// The two other corners of an own triangle, in the ring.
   std::array<std::uint32_t, 2> ends_of(const Triangle& t) const {
@@ -124,6 +147,34 @@ class Surroundings {
     return ends;
   }
 
+  void find_fixed() {
+    fixed_ = 0;
+    is_fixed_.assign(others_.size() * own_.size(), 0);
+    for (std::size_t k = 0; k < others_.size(); ++k) {
+      const Triangle& t = others_[k];
+      const std::int8_t* sides = sides_.data() + k * ring_.size();
+      for (std::size_t i = 0; i < own_.size(); ++i) {
+        const auto [a, b] = ends_[i];
+        if (sides[a] == kCorner || sides[b] == kCorner || sides[a] * sides[b] > 0) continue;
+        const Vec3 from = positions_[ring_[a]], to = positions_[ring_[b]];
+        Box edge;
+        edge.extend(from);
+        edge.extend(to);
+        if (!edge.intersects(boxes_[k]) ||
+            !segment_meets_triangle(from, to, positions_[t[0]], positions_[t[1]],
+                                    positions_[t[2]])) {
+          continue;
+        }
+        is_fixed_[k * own_.size() + i] = 1;
+        ++fixed_;
+      }
+    }
+  }
+
+  bool is_fixed(std::size_t other, std::size_t own) const {
+    return fixed_ > 0 && is_fixed_[other * own_.size() + own] != 0;
+  }
+
   /// All of a triangle on one side of the plane.
   bool is_beside(const QuickPlane& plane, const Triangle& t) const {
     const int side = plane.side(positions_[t[0]]);
@@ -132,19 +183,18 @@ class Surroundings {
   }
 
   /// Adds the pairs among the own triangles.
-  std::size_t count_own(std::span<const QuickPlane> planes, std::size_t found,
-                        std::size_t limit) const {
-    std::vector<std::int8_t> sides;  // own x ring
+  std::size_t count_own(std::size_t found, std::size_t limit) {
+    own_sides_.clear();
     for (std::size_t i = 0; i < own_.size(); ++i) {
       for (std::uint32_t v = 0; v < ring_.size(); ++v) {
         const bool is_corner = v == ends_[i][0] || v == ends_[i][1];
-        sides.push_back(
-            static_cast<std::int8_t>(is_corner ? kCorner : planes[i].side(positions_[ring_[v]])));
+        own_sides_.push_back(static_cast<std::int8_t>(
+            is_corner ? kCorner : own_planes_[i].side(positions_[ring_[v]])));
       }
     }
     const auto is_off = [&](std::size_t i, std::size_t k) {
-      const std::int8_t a = sides[i * ring_.size() + ends_[k][0]];
-      const std::int8_t b = sides[i * ring_.size() + ends_[k][1]];
+      const std::int8_t a = own_sides_[i * ring_.size() + ends_[k][0]];
+      const std::int8_t b = own_sides_[i * ring_.size() + ends_[k][1]];
       return a != 0 && b != 0 && (a == b || a == kCorner || b == kCorner);
     };
     for (std::size_t i = 0; i < own_.size(); ++i) {
@@ -164,8 +214,8 @@ class Surroundings {
     return (a == side || a == kCorner) && (b == side || b == kCorner);
   }
 
-  std::span<const Vec3> positions_;
-  std::uint32_t vertex_;
+  const std::vector<Vec3>& positions_;
+  std::uint32_t vertex_ = 0;
   std::vector<Triangle> own_, others_;
   std::vector<std::uint32_t> order_;  ///< of the others
   std::vector<std::uint32_t> ring_;
@@ -174,64 +224,92 @@ class Surroundings {
   std::vector<QuickPlane> planes_;
   std::vector<std::int8_t> sides_;  ///< others x ring
   std::vector<char> is_free_;       ///< per other: has no corner in the ring
+  std::vector<char> is_fixed_;      ///< others x own
+  std::size_t fixed_ = 0;
+  // Of the vertex where it is now.
+  std::vector<Box> own_boxes_;
+  std::vector<QuickPlane> own_planes_;
+  std::vector<std::int8_t> own_sides_;  ///< own x ring
 };
 
 class Untangler {
  public:
-  Untangler(const HoleProblem& problem, const RimPiercings& piercings, HolePatch& patch)
+  Untangler(const HoleProblem& problem, const RimPiercings& piercings, const BoxTree& sheet,
+            HolePatch& patch)
       : problem_(problem),
         piercings_(piercings),
+        sheet_(sheet),
         patch_(patch),
         given_(static_cast<std::uint32_t>(problem.positions.size())),
         rim_(find_rim(problem)),
-        positions_(problem.positions) {
+        positions_(problem.positions),
+        around_(positions_) {
     positions_.insert(positions_.end(), patch.positions.begin(), patch.positions.end());
-    Box reach;
-    for (const Triangle& t : patch.triangles) reach.extend(box_of(t));
-    reach = reach.grown((kRounds + 1) * kSteps.back() * rim_.spacing);
-    for (std::uint32_t i = 0; i < problem.sheet.size(); ++i) {
-      if (!box_of(problem.sheet[i]).intersects(reach)) continue;
-      near_.push_back(problem.sheet[i]);
-      in_sheet_.push_back(i);
-    }
-    sheet_.emplace(positions_, near_);
   }
 
   /// Returns the contacts that are left of `contacts`.
   std::vector<Contact> run(std::vector<Contact> contacts) {
     const std::vector<Vec3> before = patch_.positions;
-    if (give_vertices(avoidable(contacts))) contacts = this->contacts();
+    const auto given_triangles = static_cast<std::uint32_t>(patch_.triangles.size());
+    for (Contact& contact : contacts)
+      if (contact[1] >= given_triangles) contact[1] = kSheet + (contact[1] - given_triangles);
+    is_changed_.assign(given_triangles, 0);
+    const bool has_given = give_vertices(avoidable(contacts));
+    BoxTree tree(positions_, patch_.triangles);
+    if (has_given) renew(tree, contacts);
     list_triangles();
     for (int round = 0; round < kRounds; ++round) {
       const std::vector<Contact> to_avoid = avoidable(contacts);
       if (to_avoid.empty()) break;
       bool has_moved = false;
-      const BoxTree tree(positions_, patch_.triangles);
       for (const std::uint32_t v : movable(to_avoid)) has_moved = improve(v, tree) || has_moved;
       std::copy(positions_.begin() + given_, positions_.end(), patch_.positions.begin());
       if (!has_moved) break;
-      contacts = this->contacts();
+      tree.refit(positions_, patch_.triangles);
+      renew(tree, contacts);
     }
     renew_normals(before);
+    const auto own = static_cast<std::uint32_t>(patch_.triangles.size());
+    for (Contact& contact : contacts)
+      if (contact[1] >= kSheet) contact[1] = own + (contact[1] - kSheet);
     return contacts;
   }
 
  private:
+  /// The first number of the sheet's triangles in contacts, however many the patch has by then.
+  static constexpr std::uint32_t kSheet = std::uint32_t{1} << 31;
+
   bool is_new(std::uint32_t v) const { return v >= given_; }
 
-  std::vector<Contact> contacts() const {
-    std::vector<Contact> contacts = find_contacts(positions_, patch_.triangles, near_);
-    const auto own = static_cast<std::uint32_t>(patch_.triangles.size());
-    for (Contact& contact : contacts)
-      if (contact[1] >= own) contact[1] = own + in_sheet_[contact[1] - own];
-    return contacts;
+  /// Looks again for the contacts of triangles that have changed. `tree`: of the patch as it is.
+  void renew(const BoxTree& tree, std::vector<Contact>& contacts) {
+    std::erase_if(contacts, [&](const Contact& contact) {
+      return is_changed_[contact[0]] != 0 || (contact[1] < kSheet && is_changed_[contact[1]] != 0);
+    });
+    for (std::uint32_t i = 0; i < patch_.triangles.size(); ++i) {
+      if (is_changed_[i] == 0) continue;
+      const Triangle& t = patch_.triangles[i];
+      const Box box = box_of(t);
+      tree.for_each(box, [&](std::uint32_t k) {
+        const bool is_other = k != i && (is_changed_[k] == 0 || k < i);
+        if (is_other && triangles_intersect(positions_, patch_.triangles[k], t))
+          contacts.push_back({std::max(i, k), std::min(i, k)});
+        return true;
+      });
+      sheet_.for_each(box, [&](std::uint32_t k) {
+        if (triangles_intersect(positions_, t, problem_.sheet[k]))
+          contacts.push_back({i, kSheet + k});
+        return true;
+      });
+    }
+    is_changed_.assign(patch_.triangles.size(), 0);
   }
 
   /// Without those that the loop's own edges have.
   std::vector<Contact> avoidable(std::vector<Contact> contacts) const {
-    const auto own = static_cast<std::uint32_t>(patch_.triangles.size());
     std::erase_if(contacts, [&](const Contact& contact) {
-      return contact[1] >= own && piercings_.has(patch_.triangles[contact[0]], contact[1] - own);
+      return contact[1] >= kSheet &&
+             piercings_.has(patch_.triangles[contact[0]], contact[1] - kSheet);
     });
     return contacts;
   }
@@ -240,7 +318,7 @@ class Untangler {
     std::vector<std::uint32_t> triangles;
     for (const Contact& contact : contacts) {
       for (const std::uint32_t t : contact) {
-        if (t < patch_.triangles.size()) triangles.push_back(t);
+        if (t < kSheet) triangles.push_back(t);
       }
     }
     std::sort(triangles.begin(), triangles.end());
@@ -261,7 +339,9 @@ class Untangler {
       patch_.triangles[index] = {t[0], t[1], center};
       patch_.triangles.push_back({t[1], t[2], center});
       patch_.triangles.push_back({t[2], t[0], center});
+      is_changed_[index] = 1;
     }
+    is_changed_.resize(patch_.triangles.size(), 1);
     const std::vector<double> values = values_from_corners(problem_, centers);
     patch_.positions.insert(patch_.positions.end(), centers.begin(), centers.end());
     patch_.values.insert(patch_.values.end(), values.begin(), values.end());
@@ -302,26 +382,26 @@ class Untangler {
   }
 
   /// `tree`: of the patch at the start of the round, in which every vertex moves once at most.
-  Surroundings surroundings(std::uint32_t vertex, const BoxTree& tree) const {
+  void look_around(std::uint32_t vertex, const BoxTree& tree) {
     const double reach = kSteps.back() * rim_.spacing;
-    std::vector<Triangle> own, others;
+    around_.begin(vertex);
     Box box;
     for (const std::uint32_t i : at_[vertex - given_]) {
-      own.push_back(patch_.triangles[i]);
-      box.extend(box_of(own.back()));
+      around_.add_own(patch_.triangles[i]);
+      box.extend(box_of(patch_.triangles[i]));
     }
     const Box within = box.grown(reach);
     tree.for_each(within.grown(reach), [&](std::uint32_t i) {
       const Triangle& t = patch_.triangles[i];
       const bool is_own = std::find(t.begin(), t.end(), vertex) != t.end();
-      if (!is_own && box_of(t).intersects(within)) others.push_back(t);
+      if (!is_own && box_of(t).intersects(within)) around_.add_other(t);
       return true;
     });
-    sheet_->for_each(within, [&](std::uint32_t i) {
-      others.push_back(near_[i]);
+    sheet_.for_each(within, [&](std::uint32_t i) {
+      around_.add_other(problem_.sheet[i]);
       return true;
     });
-    return {positions_, vertex, std::move(own), std::move(others)};
+    around_.prepare();
   }
 
   Vec3 normal_of(const std::vector<Triangle>& triangles) const {
@@ -338,19 +418,19 @@ class Untangler {
   bool improve(std::uint32_t vertex, const BoxTree& tree) {
     ++clock_;
     if (is_settled(vertex)) return false;
-    Surroundings around = surroundings(vertex, tree);
+    look_around(vertex, tree);
     const Vec3 start = positions_[vertex];
-    const Vec3 normal = normal_of(around.own());
+    const Vec3 normal = normal_of(around_.own());
     const Vec3 inward = rim_.center - start;
     const Vec3 along = normalized(inward - dot(inward, normal) * normal);
     const Vec3 sideways = cross(normal, along);
-    std::size_t fewest = around.count(SIZE_MAX);
+    std::size_t fewest = around_.count(SIZE_MAX);
     Vec3 best = start;
     for (const double step : kSteps) {
       for (const Vec3 direction : {normal, -normal, along, -along, sideways, -sideways}) {
-        if (fewest == 0) break;
+        if (fewest == around_.fixed()) break;
         positions_[vertex] = start + step * rim_.spacing * direction;
-        const std::size_t found = around.count(fewest);
+        const std::size_t found = around_.count(fewest);
         if (found < fewest) {
           fewest = found;
           best = positions_[vertex];
@@ -358,8 +438,13 @@ class Untangler {
       }
     }
     positions_[vertex] = best;
-    (best != start ? moved_ : tried_)[vertex - given_] = clock_;
-    return best != start;
+    if (best == start) {
+      tried_[vertex - given_] = clock_;
+      return false;
+    }
+    moved_[vertex - given_] = clock_;
+    for (const std::uint32_t i : at_[vertex - given_]) is_changed_[i] = 1;
+    return true;
   }
 
   /// Whether a vertex was tried in vain, and nothing beside it has moved since.
@@ -375,13 +460,13 @@ class Untangler {
 
   const HoleProblem& problem_;
   const RimPiercings& piercings_;
+  const BoxTree& sheet_;
   HolePatch& patch_;
   std::uint32_t given_;
   Rim rim_;
-  std::vector<Vec3> positions_;          ///< of the problem, then of the patch
-  std::vector<Triangle> near_;           ///< of the sheet: all that the patch can come to meet
-  std::vector<std::uint32_t> in_sheet_;  ///< their numbers
-  std::optional<BoxTree> sheet_;
+  std::vector<Vec3> positions_;   ///< of the problem, then of the patch
+  Surroundings around_;           ///< of the vertex that is being moved
+  std::vector<char> is_changed_;  ///< per triangle of the patch: since contacts were found
   std::vector<std::vector<std::uint32_t>> at_;  ///< triangles at the patch's new vertices
   std::uint32_t clock_ = 0;
   std::vector<std::uint32_t> tried_, moved_;  ///< when, last: in vain, and to a better place
@@ -390,18 +475,21 @@ class Untangler {
 }  // namespace
 
 std::vector<Contact> untangle(const HoleProblem& problem, const RimPiercings& piercings,
-                              std::vector<Contact> contacts, HolePatch& patch) {
+                              const BoxTree& sheet, std::vector<Contact> contacts,
+                              HolePatch& patch) {
   if (contacts.size() > kMostContacts || piercings.count_avoidable(patch, contacts) == 0)
     return contacts;
   HolePatch moved = patch;
-  std::vector<Contact> left = Untangler(problem, piercings, moved).run(contacts);
+  std::vector<Contact> left = Untangler(problem, piercings, sheet, moved).run(contacts);
   if (left.size() >= contacts.size()) return contacts;
   patch = std::move(moved);
   return left;
 }
 
 std::uint64_t untangle(const HoleProblem& problem, HolePatch& patch) {
-  return untangle(problem, RimPiercings(problem), find_contacts(problem, patch), patch).size();
+  return untangle(problem, RimPiercings(problem), BoxTree(problem.positions, problem.sheet),
+                  find_contacts(problem, patch), patch)
+      .size();
 }
 
 }  // namespace orbweave

@@ -107,26 +107,26 @@ FrameChoice choose_frame(const HoleProblem& problem, const Rim& rim) {
   const Vec3 faces = mean_face_normal(rim);
   const Vec3 between = normalized(area + faces);
   if (between == Vec3{}) return {std::nullopt, "the loop has no side"};
+  const Vec3 best = most_upright_axis(rim, between);
+  if (best == Vec3{} || least_upright(rim, best) < kLeastUpright)
+    return {std::nullopt, "the sheet along the rim is too steep for a height field"};
+  if (const HoleFrame frame = frame_about(best); is_simple_in(frame, rim)) return {frame, {}};
+  // The others are less upright, but the loop may be simple along them.
   struct Candidate {
     double upright = 0.0;
     Vec3 axis;
   };
   std::vector<Candidate> candidates;
-  for (const Vec3 axis : {most_upright_axis(rim, between), between, area, faces,
-                          principal_axis(problem, rim, between)}) {
-    if (axis != Vec3{}) candidates.push_back({least_upright(rim, axis), axis});
-  }
+  for (const Vec3 axis : {between, area, faces, principal_axis(problem, rim, between)})
+    candidates.push_back({least_upright(rim, axis), axis});
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.upright > b.upright; });
-  bool overlaps = false;
   for (const Candidate& candidate : candidates) {
-    if (candidate.upright < kLeastUpright) break;
+    if (candidate.upright < kLeastUpright || candidate.axis == Vec3{}) break;
     const HoleFrame frame = frame_about(candidate.axis);
     if (is_simple_in(frame, rim)) return {frame, {}};
-    overlaps = true;
   }
-  if (overlaps) return {std::nullopt, "the loop overlaps itself seen along the hole's normal"};
-  return {std::nullopt, "the sheet along the rim is too steep for a height field"};
+  return {std::nullopt, "the loop overlaps itself seen along the hole's normal"};
 }
 
 }  // namespace orbweave

@@ -33,10 +33,11 @@ struct FrameChoice {
   std::string reason;  ///< why there is none
 };
 
-/// The frame in which the rim is a simple polygon, counter-clockwise, and its faces are most
-/// upright, of five: about the centre of the faces' normals, their mean, the loop's area vector,
-/// the direction between these, and the principal axis of the sheet around (as in the paper).
-/// Measured on discs cut from scans, the first is at least as close to what was there as any.
+/// The frame about the axis along which the rim's faces are most upright, where the rim is a simple
+/// polygon in it, counter-clockwise. Else the most upright one with a simple rim of four: about the
+/// faces' mean normal, the loop's area vector, the direction between these, and the principal axis
+/// of the sheet around (as in the paper). Measured on discs cut from scans, the first is at least
+/// as close to what was there as any.
 FrameChoice choose_frame(const HoleProblem& problem, const Rim& rim);
 
 /// Plane coordinates on the integer grid. `radius`: of what has to fit, about the origin.

@@ -48,18 +48,18 @@ class LeastCost {
             std::span<const Vec3> behind)
       : loop_(loop), chords_(chords), ring_(ring), behind_(behind), n_(ring.size()) {
     cells_.resize(n_ * n_);
-    for (std::size_t i = 0; i + 1 < n_; ++i) {
-      cell(i, i + 1).cost.bend = 0;
-      cell(i, i + 1).normal = behind_[i];
-    }
+    bends_.assign(n_ * n_, kImpossible);
+    for (std::size_t i = 0; i + 1 < n_; ++i) set(i, i + 1, {{0, 0.0, 0.0}, 0, behind_[i]});
   }
 
   bool solve() {
     for (std::size_t span = 2; span < n_; ++span) {
       for (std::size_t i = 0; i + span < n_; ++i) choose(i, i + span);
     }
-    return cell(0, n_ - 1).cost.bend != kImpossible;
+    return largest_bend() != kImpossible;
   }
+
+  std::uint32_t largest_bend() const { return cells_[n_ - 1].cost.bend; }
 
   void append(std::vector<CornerTriangle>& out) const {
     std::vector<std::pair<std::size_t, std::size_t>> edges{{0, n_ - 1}};
@@ -67,7 +67,7 @@ class LeastCost {
       const auto [i, j] = edges.back();
       edges.pop_back();
       if (j - i < 2) continue;
-      const std::size_t k = cell(i, j).apex;
+      const std::size_t k = cells_[i * n_ + j].apex;
       out.push_back({ring_[i], ring_[k], ring_[j]});
       edges.emplace_back(i, k);
       edges.emplace_back(k, j);
@@ -81,9 +81,13 @@ class LeastCost {
     std::uint32_t apex = 0;  ///< of the triangle at the edge i-j
     Vec3 normal;             ///< of that triangle, or of the face behind the rim
   };
-  Cell& cell(std::size_t i, std::size_t j) { return cells_[i * n_ + j]; }
-  const Cell& cell(std::size_t i, std::size_t j) const { return cells_[i * n_ + j]; }
   Vec3 at(std::size_t i) const { return loop_.corners[ring_[i]]; }
+
+  /// At (i, j) and at (j, i): what is looked at one after the other then lies so in memory.
+  void set(std::size_t i, std::size_t j, const Cell& cell) {
+    cells_[i * n_ + j] = cells_[j * n_ + i] = cell;
+    bends_[i * n_ + j] = bends_[j * n_ + i] = cell.cost.bend;
+  }
 
   void choose(std::size_t i, std::size_t j) {
     const bool closes = i == 0 && j + 1 == n_;
@@ -91,10 +95,11 @@ class LeastCost {
     const double chord = closes ? 0.0 : squared_norm(at(j) - at(i));
     Cell best;
     for (std::size_t k = i + 1; k < j; ++k) {
-      const Cell& left = cell(i, k);
-      const Cell& right = cell(k, j);
+      const std::uint32_t least = std::max(bends_[i * n_ + k], bends_[j * n_ + k]);
+      if (least == kImpossible || least > best.cost.bend) continue;
+      const Cell& left = cells_[i * n_ + k];
+      const Cell& right = cells_[j * n_ + k];
       Cost cost = sum(left.cost, right.cost);
-      if (cost.bend == kImpossible || cost.bend > best.cost.bend) continue;
       const Facet face = facet(at(i), at(k), at(j));
       const std::uint32_t own = face.normal == Vec3{} ? kFlatBend
                                                       : std::max(bend(face.normal, left.normal),
@@ -104,7 +109,7 @@ class LeastCost {
       cost.length += chord;
       if (is_less(cost, best.cost)) best = {cost, static_cast<std::uint32_t>(k), face.normal};
     }
-    cell(i, j) = best;
+    set(i, j, best);
   }
 
   const LoopInSpace& loop_;
@@ -113,16 +118,34 @@ class LeastCost {
   std::span<const Vec3> behind_;
   std::size_t n_;
   std::vector<Cell> cells_;
+  std::vector<std::uint32_t> bends_;
 };
 
 /// O(n^4): the best parts are known for every triangle that may lie at an edge, so that the
-/// largest bend is the least of all triangulations.
+/// largest bend is the least of all triangulations. What bends more than `most_bend`, the largest
+/// bend of a triangulation that is known, is not looked at.
 class LeastCostByApex {
  public:
   LeastCostByApex(const LoopInSpace& loop, const LoopChords& chords,
-                  std::span<const std::uint32_t> ring, std::span<const Vec3> behind)
-      : loop_(loop), chords_(chords), ring_(ring), behind_(behind), n_(ring.size()) {
-    cells_.resize(n_ * n_ * n_);
+                  std::span<const std::uint32_t> ring, std::span<const Vec3> behind,
+                  std::uint32_t most_bend)
+      : loop_(loop),
+        chords_(chords),
+        ring_(ring),
+        behind_(behind),
+        n_(ring.size()),
+        most_bend_(most_bend) {
+    first_.resize(n_ * n_);
+    least_bend_.assign(n_ * n_, kImpossible);
+    std::size_t cells = 0;
+    for (std::size_t i = 0; i < n_; ++i) {
+      for (std::size_t j = i + 1; j < n_; ++j) {
+        first_[i * n_ + j] = cells;
+        cells += j - i - 1;
+      }
+      if (i + 1 < n_) least_bend_[i * n_ + i + 1] = 0;
+    }
+    cells_.resize(cells);
   }
 
   bool solve() {
@@ -160,10 +183,10 @@ class LeastCostByApex {
     std::uint32_t apex = 0;
   };
   Cell& cell(std::size_t i, std::size_t j, std::size_t apex) {
-    return cells_[(i * n_ + j) * n_ + apex];
+    return cells_[first_[i * n_ + j] + (apex - i - 1)];
   }
   const Cell& cell(std::size_t i, std::size_t j, std::size_t apex) const {
-    return cells_[(i * n_ + j) * n_ + apex];
+    return cells_[first_[i * n_ + j] + (apex - i - 1)];
   }
   Vec3 at(std::size_t i) const { return loop_.corners[ring_[i]]; }
 
@@ -184,16 +207,19 @@ class LeastCostByApex {
   void fill(std::size_t i, std::size_t j) {
     const bool closes = i == 0 && j + 1 == n_;
     if (!closes && !chords_.allows(ring_[i], ring_[j])) return;
+    std::uint32_t& least = least_bend_[i * n_ + j];
     for (std::size_t apex = i + 1; apex < j; ++apex) {
+      if (std::max(least_bend_[i * n_ + apex], least_bend_[apex * n_ + j]) > most_bend_) continue;
       const Facet face = facet(at(i), at(apex), at(j));
       const Part left = best(i, apex, face.normal);
       const Part right = best(apex, j, face.normal);
       Cost cost = sum(left.cost, right.cost);
-      if (cost.bend == kImpossible) continue;
       if (face.normal == Vec3{}) cost.bend = std::max(cost.bend, kFlatBend);
+      if (cost.bend > most_bend_) continue;
       cost.area += face.area;
       if (!closes) cost.length += squared_norm(at(j) - at(i));
       cell(i, j, apex) = {cost, left.apex, right.apex, face.normal};
+      least = std::min(least, cost.bend);
     }
   }
 
@@ -202,6 +228,9 @@ class LeastCostByApex {
   std::span<const std::uint32_t> ring_;
   std::span<const Vec3> behind_;
   std::size_t n_;
+  std::uint32_t most_bend_;
+  std::vector<std::size_t> first_;         ///< per edge i-j: its first cell
+  std::vector<std::uint32_t> least_bend_;  ///< per edge i-j: of its cells
   std::vector<Cell> cells_;
 };
 
@@ -210,13 +239,16 @@ class LeastCostByApex {
 bool triangulate_exactly(const LoopInSpace& loop, const LoopChords& chords,
                          std::span<const std::uint32_t> ring, std::span<const Vec3> behind,
                          std::vector<CornerTriangle>& out) {
-  const auto run = [&](auto least) {
-    if (!least.solve()) return false;
+  LeastCost least(loop, chords, ring, behind);
+  if (!least.solve()) return false;
+  if (ring.size() > kLeastBendCorners) {
     least.append(out);
     return true;
-  };
-  if (ring.size() <= kLeastBendCorners) return run(LeastCostByApex(loop, chords, ring, behind));
-  return run(LeastCost(loop, chords, ring, behind));
+  }
+  LeastCostByApex exact(loop, chords, ring, behind, least.largest_bend());
+  if (!exact.solve()) return false;
+  exact.append(out);
+  return true;
 }
 
 }  // namespace orbweave
