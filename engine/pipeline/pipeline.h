@@ -48,8 +48,8 @@ struct WorkStatus {
   int process_id = 0;    ///< that holds the lock, or held it last; 0: not known
   /// Of the team of the run, or of the last one where they outlived it: "rank 1 (process 7 on x)".
   std::vector<std::string> members;
-  std::string step;          ///< what the run is at, or was at last: "sort"
-  bool ended = false;        ///< all outputs are written
+  std::string step;    ///< what the run is at, or was at last: "sort"
+  bool ended = false;  ///< all outputs are written
   /// Of the run that is going on, from what its stages typically take; empty: not known yet.
   std::optional<JobPace::Estimate> pace;
   std::string last_touched;  ///< ISO 8601, UTC

@@ -6,13 +6,9 @@
 #include <span>
 #include <string>
 
-namespace orbweave {
+#include "io/report/expected_stage.h"
 
-/// A stage that is still to come.
-struct ExpectedStage {
-  std::string name;
-  double seconds = 0.0;  ///< that it typically takes
-};
+namespace orbweave {
 
 /// Receives a job's progress. Thread-safe.
 class Progress {

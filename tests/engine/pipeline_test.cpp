@@ -311,7 +311,9 @@ TEST_CASE("PointsThatTheRunDropsCountInThePredictedTime") {
   with_duplicates.cleaning = job.cleaning;
   const RunReport report = run(with_duplicates);
   CHECK(report.points_dropped.size() >= 2);
-  CHECK(report.predicted.seconds == Approx(once * 4500.0 / 4000.0).epsilon(0.005));
+  // They pass through the stages before they are dropped, and through none afterwards.
+  CHECK(report.predicted.seconds > 1.02 * once);
+  CHECK(report.predicted.seconds < 4500.0 / 4000.0 * once);
 }
 
 }  // namespace orbweave
