@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/report/expected_stage.h"
+#include "io/report/progress.h"
 
 namespace orbweave {
 

@@ -6,9 +6,13 @@
 #include <span>
 #include <string>
 
-#include "io/report/expected_stage.h"
-
 namespace orbweave {
+
+/// A stage that a job is still to run.
+struct ExpectedStage {
+  std::string name;
+  double seconds = 0.0;  ///< that it typically takes
+};
 
 /// Receives a job's progress. Thread-safe.
 class Progress {
