@@ -124,7 +124,7 @@ TEST_CASE("TheJobFileForALargeScanRunsOnASmallOne") {
   CHECK(filled_in(report) == 1);
 }
 
-TEST_CASE("TheJobFileForRawScansMakesOneObjectOfScansWithPoses") {
+TEST_CASE("TheJobFileForRawScansMakesOneObjectOfScansWithPoses", "[costly]") {
   const ScratchDirectory in;
   const auto made =
       run_program({"generate", "sphere", "--points", "30000", "--scans", "14", "--noise", "0.4",

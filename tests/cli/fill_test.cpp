@@ -76,7 +76,7 @@ TEST_CASE("FillClosesTheHolesAndKeepsWhatWasThere") {
   CHECK(facts_of(in, "out.ply")["watertight"] == true);
 }
 
-TEST_CASE("FillShowsItsStepsOnStandardErrorAsAJobDoes") {
+TEST_CASE("FillShowsItsStepsOnStandardErrorAsAJobDoes", "[costly]") {
   const ScratchDirectory in;
   write_mesh(in / "in.ply", holed_sphere(in));
   const auto fill = [&](const std::vector<std::string>& options) {
@@ -128,7 +128,7 @@ TEST_CASE("ReportOfAFillHasTheMeshBeforeAndAfterAndEveryHole") {
   CHECK(given.triangles.size() + triangles == after["triangles"]);
 }
 
-TEST_CASE("FillReadsAndWritesPlyObjAndStl") {
+TEST_CASE("FillReadsAndWritesPlyObjAndStl", "[costly]") {
   const ScratchDirectory in;
   const std::string from = GENERATE("in.ply", "in.ply.gz", "in.obj", "in.stl");
   const std::string to = GENERATE("out.ply", "out.obj", "out.stl");

@@ -95,7 +95,7 @@ TEST_CASE("InspectMeasuresDistancesToACloud") {
   CHECK(run_in(in, {"inspect", "cloud.ply", "--against", "cloud.ply"}).status == 3);
 }
 
-TEST_CASE("InspectDrawsMeshesAndClouds") {
+TEST_CASE("InspectDrawsMeshesAndClouds", "[costly]") {
   const ScratchDirectory in;
   generate(in, "cube");
   const std::string file = GENERATE("mesh.ply", "cloud.ply");

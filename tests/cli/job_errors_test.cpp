@@ -199,7 +199,7 @@ TEST_CASE("ARunSaysInShortLinesWhatItChose") {
              Contains("the mean distance to the") && Contains("neighbours within"));
 }
 
-TEST_CASE("TheShareOfUncertainPatchesIsSaidWithWhatToCheck") {
+TEST_CASE("TheShareOfUncertainPatchesIsSaidWithWhatToCheck", "[costly]") {
   const ScratchDirectory in;
   generate_noisy(in, "scan.ply", "1.2");
   const auto result = reconstruct(in, "scan.ply", {"--no-fill"});
@@ -208,7 +208,7 @@ TEST_CASE("TheShareOfUncertainPatchesIsSaidWithWhatToCheck") {
                              Contains(" % of the patches uncertain: check for flipped areas\n"));
 }
 
-TEST_CASE("AdviceNamesTheOptionOfACommandLineAndTheKeyOfAJobFile") {
+TEST_CASE("AdviceNamesTheOptionOfACommandLineAndTheKeyOfAJobFile", "[costly]") {
   const ScratchDirectory in;
   generate_noisy(in, "scan.ply");
   const auto by_options = reconstruct(in, "scan.ply");

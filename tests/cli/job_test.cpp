@@ -229,7 +229,7 @@ TEST_CASE("StatusShowsTheStagesOfAKeptWorkDirectory") {
   }
 }
 
-TEST_CASE("InterruptedJobLeavesNoMeshAndTheSameCommandFinishesWithTheSameBytes") {
+TEST_CASE("InterruptedJobLeavesNoMeshAndTheSameCommandFinishesWithTheSameBytes", "[costly]") {
   const ScratchDirectory in;
   const ScratchDirectory undisturbed;
   const int signal = GENERATE(SIGINT, SIGTERM);

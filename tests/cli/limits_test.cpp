@@ -84,7 +84,7 @@ TEST_CASE("TheLeastBudgetOfAllStagesIsCheckedBeforeTheFirst") {
   CHECK(names_in(in) == Names{"mesh.ply", "scan.csv"});
 }
 
-TEST_CASE("NormalsReachAcrossMergedPoints") {
+TEST_CASE("NormalsReachAcrossMergedPoints", "[costly]") {
   const ScratchDirectory in;
   const double spacing = write_bare_torus(in, "scan.csv", 20000);
   for (const double spacings : {1.0, 3.0, 3.6}) {
@@ -101,7 +101,7 @@ TEST_CASE("NormalsReachAcrossMergedPoints") {
   }
 }
 
-TEST_CASE("MergedPointsGetTheSameNormalsInAnyCut") {
+TEST_CASE("MergedPointsGetTheSameNormalsInAnyCut", "[costly]") {
   const ScratchDirectory in;
   const double spacing = write_bare_torus(in, "scan.csv", 20000);
   std::string whole;

@@ -262,7 +262,7 @@ TEST_CASE("ANameThatAPlyHeaderCannotHoldGetsUnderlinesAndNoTwoAreAlike") {
   CHECK(file_text(in / "b.csv").starts_with("x,y,z,a b,a_b,a_b\n"));
 }
 
-TEST_CASE("FilesMayHaveAnyName") {
+TEST_CASE("FilesMayHaveAnyName", "[costly]") {
   const ScratchDirectory in;
   const std::string scan = "sc\xe4n \x1b[31m.ply";
   write_text(in / scan, binary_ply());

@@ -123,7 +123,7 @@ TEST_CASE("FilesBesideOutputsCountAsWell") {
   check_refused(in, joined(base, {"--work-dir", "w"}), {"the log", "a scan of the job"});
 }
 
-TEST_CASE("PathsOfAllOtherCommandsAreCheckedBeforeTheWork") {
+TEST_CASE("PathsOfAllOtherCommandsAreCheckedBeforeTheWork", "[costly]") {
   const ScratchDirectory in;
   make_scan(in);
   REQUIRE(reconstruct(in, {"scan.ply", "-o", "mesh.ply"}).status == 0);
@@ -182,7 +182,7 @@ TEST_CASE("OutputsInTheWorkDirectoryAreRefusedAndItStays") {
 
 // ------------------------------------------------------------------------- case 2 of the issue
 
-TEST_CASE("AFolderOfTheUsersIsNoWorkDirectoryWhateverItsFilesAreCalled") {
+TEST_CASE("AFolderOfTheUsersIsNoWorkDirectoryWhateverItsFilesAreCalled", "[costly]") {
   const ScratchDirectory in;
   make_scan(in);
   const std::string name = GENERATE(
@@ -488,7 +488,7 @@ TEST_CASE("TheWrongKindOfFileIsFoundBeforeTheWork") {
   check_refused(in, joined(base, {"-o", "a.ply"}), {"a.ply: the link leads to itself"});
 }
 
-TEST_CASE("OutputsThatAreLinksAreWrittenThrough") {
+TEST_CASE("OutputsThatAreLinksAreWrittenThrough", "[costly]") {
   const ScratchDirectory in;
   make_scan(in);
   const std::string expected = expected_mesh(in);

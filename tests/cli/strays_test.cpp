@@ -125,7 +125,7 @@ TEST_CASE("TheFileIsTheOneWithoutStraysAndTheyAreNamedAndCounted", "[slow]") {
   }
 }
 
-TEST_CASE("StraysThatAreKeptArePointsInEveryCut") {
+TEST_CASE("StraysThatAreKeptArePointsInEveryCut", "[costly]") {
   const ScratchDirectory in;
   for (const Vec3 stray : {Vec3{1e7, 0, 0}, Vec3{1e18, -1e18, 0}, Vec3{kNoData, 0, 0}}) {
     std::vector<Vec3> points = sphere(2000, 1.0, {});
@@ -157,7 +157,7 @@ TEST_CASE("TwoSurfacesFarApartAreOneJobInEveryCut", "[slow]") {
   }
 }
 
-TEST_CASE("RadiiFarApartWorkInEveryCut") {
+TEST_CASE("RadiiFarApartWorkInEveryCut", "[costly]") {
   const ScratchDirectory in;
   write_cloud(in / "scan.txt", sphere(2000, 1.0, {}), {});
   mesh_of(in, "scan.txt", {"--radii", "1.6e-6,0.1", "--no-fill"});
@@ -276,7 +276,7 @@ TEST_CASE("PointsBeyondTheUsableRangeAreNamedWhetherStraysAreKeptOrNot") {
   }
 }
 
-TEST_CASE("ScalesThatCannotBeComputedWithAreRefusedByName") {
+TEST_CASE("ScalesThatCannotBeComputedWithAreRefusedByName", "[costly]") {
   const ScratchDirectory in;
   struct Scale {
     double radius;

@@ -87,7 +87,7 @@ Quality quality_with(const PointCloud& cloud, const std::vector<double>& radii) 
 
 }  // namespace
 
-TEST_CASE("DensitiesOfOneToAHundredAreClosedByRadiiFromTheDensity") {
+TEST_CASE("DensitiesOfOneToAHundredAreClosedByRadiiFromTheDensity", "[costly]") {
   const PointCloud cloud = sheet_with_density_of_one_to_a_hundred(60000);
   const RadiiChoice choice = choice_for(cloud.positions, 0);
   const Quality closed = quality_with(cloud, choice.radii);
@@ -100,7 +100,7 @@ TEST_CASE("DensitiesOfOneToAHundredAreClosedByRadiiFromTheDensity") {
   CHECK(quality_with(cloud, choice_for(cloud.positions, 1).radii).covered < 0.8);
 }
 
-TEST_CASE("UniformCloudsGetOneRadiusFromTheirDensity") {
+TEST_CASE("UniformCloudsGetOneRadiusFromTheirDensity", "[costly]") {
   for (const Shape shape : all_shapes()) {
     for (const double noise : {0.0, 0.2}) {
       const std::vector<Vec3> points = positions_of(shape, 20000, false, noise);
@@ -135,7 +135,7 @@ TEST_CASE("AutomaticRadiiDoNotDependOnTheOrderOfPoints") {
   }
 }
 
-TEST_CASE("OfASiteWithMillionsOfPointsAPartIsMeasuredLikeTheWhole") {
+TEST_CASE("OfASiteWithMillionsOfPointsAPartIsMeasuredLikeTheWhole", "[costly]") {
   // One place, as a stray that is kept makes of a cloud: far more points than a tree is built of
   // within the time that a request to stop may take.
   constexpr std::size_t kPoints = SpacingSampler::kMostPointsOfSite + 300'000;

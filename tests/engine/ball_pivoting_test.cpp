@@ -174,7 +174,7 @@ TEST_CASE("CrowdedWalksFindEveryTriangleThatHasRoomAndInventNone") {
   require_all_that_has_room(crowd);
 }
 
-TEST_CASE("WalksInSpotsAndPatchesFindEveryTriangleThatHasRoomAndInventNone") {
+TEST_CASE("WalksInSpotsAndPatchesFindEveryTriangleThatHasRoomAndInventNone", "[costly]") {
   // Far more points per ball than bound what is free, of which there is much at most of them.
   for (const double width : {1e-4, 0.3}) {
     for (const bool on_sphere : {false, true}) {

@@ -48,7 +48,7 @@ void check_locality(double halo, const Compute& compute) {
 
 }  // namespace
 
-TEST_CASE("OutliersOfPartsAreThoseOfTheWhole") {
+TEST_CASE("OutliersOfPartsAreThoseOfTheWhole", "[costly]") {
   const OutlierOptions options{.sigma = 2.0, .neighbors = 12, .max_radius = 0.12};
   check_locality(outlier_halo(options), [&](const CloudPart& part) {
     return find_outliers(part.positions, part.begin, part.end, options);
@@ -82,14 +82,14 @@ TEST_CASE("PointsExactlyAtTheRadiusDoNotDependOnTheCut") {
   }
 }
 
-TEST_CASE("NormalsThatPointsOfACubeShareAreThoseOfTheWhole") {
+TEST_CASE("NormalsThatPointsOfACubeShareAreThoseOfTheWhole", "[costly]") {
   const NormalEstimateOptions options{.neighbors = 24, .max_radius = 0.15, .shared_side = 0.05};
   check_locality(normal_halo(options), [&](const CloudPart& part) {
     return estimate_normals(part.positions, part.begin, part.end, options).normals;
   });
 }
 
-TEST_CASE("ThinnedPartsAreTheThinnedWhole") {
+TEST_CASE("ThinnedPartsAreTheThinnedWhole", "[costly]") {
   for (const double min_cosine : {0.5, -1.0}) {
     const ThinningOptions options{0.06, min_cosine};
     check_locality(thinning_halo(options), [&](const CloudPart& part) {
@@ -98,7 +98,7 @@ TEST_CASE("ThinnedPartsAreTheThinnedWhole") {
   }
 }
 
-TEST_CASE("MergedPartsAreTheMergedWhole") {
+TEST_CASE("MergedPartsAreTheMergedWhole", "[costly]") {
   const ThinningOptions options{0.04, 0.5};
   check_locality(merging_halo(options), [&](const CloudPart& part) {
     const MergedPoints merged =
@@ -114,7 +114,7 @@ TEST_CASE("MergedPartsAreTheMergedWhole") {
   });
 }
 
-TEST_CASE("ProjectedPartsAreTheProjectedWhole") {
+TEST_CASE("ProjectedPartsAreTheProjectedWhole", "[costly]") {
   for (const bool oriented : {true, false}) {
     const ProjectionOptions options{0.1, oriented};
     check_locality(projection_halo(options), [&](const CloudPart& part) {

@@ -235,7 +235,7 @@ void check_damage(const Job& job, const Stages& only = {}) {
 
 }  // namespace
 
-TEST_CASE("AFullDiskInAnyStageEndsInStatus4AndTheSameCommandResumes") {
+TEST_CASE("AFullDiskInAnyStageEndsInStatus4AndTheSameCommandResumes", "[costly]") {
   ScratchDirectory scratch;
   Job job = oriented_job(scratch);
   check_full_disk(job, 30'000);
@@ -385,7 +385,7 @@ TEST_CASE("CompressedResultsGiveTheSameBytesAlsoWhereSomeAreNot") {
   check_damage(job, {"reconstruct", "stitch", "export"});
 }
 
-TEST_CASE("PredictedRoomIsNotBelowWhatIsUsedAndAtMostAQuarterAbove") {
+TEST_CASE("PredictedRoomIsNotBelowWhatIsUsedAndAtMostAQuarterAbove", "[costly]") {
   ScratchDirectory scratch;
   NamedCloud named = noisy_torus(30'000, 0.0, 3);
   const bool raw = GENERATE(false, true);

@@ -380,7 +380,7 @@ TEST_CASE("InterruptedTilesLeaveNothingAndResume") {
   require_same_mesh(join_tiles(scratch / "mesh.tiles", mesh).mesh, mesh);
 }
 
-TEST_CASE("TilesReplaceTilesAndNothingElse") {
+TEST_CASE("TilesReplaceTilesAndNothingElse", "[costly]") {
   const NamedCloud named = rough_torus();
   ScratchDirectory scratch;
   Job job = rough_job(scratch, named);

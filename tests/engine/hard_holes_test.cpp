@@ -98,7 +98,7 @@ TEST_CASE("AHoleInASphereIsFilledOnTheSphere") {
   CHECK(farthest_new_vertex(mesh, filled, off_sphere) < 0.1 * spacing);
 }
 
-TEST_CASE("TheBorderOfASheetStaysOpenAndItsHolesAreFilled") {
+TEST_CASE("TheBorderOfASheetStaysOpenAndItsHolesAreFilled", "[costly]") {
   TriangleMesh mesh = moved(test::square_mesh(60), [](Vec3 p) {
     return Vec3{p.x, p.y, 0.05 * std::sin(7.0 * p.x) * std::cos(5.0 * p.y)};
   });

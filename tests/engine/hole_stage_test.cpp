@@ -68,7 +68,7 @@ TEST_CASE("SameBytesWithHolesAcrossTwoToEightChunks", "[slow]") {
   CHECK(*chunks_of_a_hole.rbegin() >= 8);
 }
 
-TEST_CASE("FactsOfAFilledMeshAreThoseOfItsFile") {
+TEST_CASE("FactsOfAFilledMeshAreThoseOfItsFile", "[costly]") {
   for (const double noise : {0.0, 0.6, 0.9}) {
     for (const bool keep_border : {true, false}) {
       NamedCloud named = test::painted_torus(3000, noise, 33);

@@ -185,7 +185,7 @@ constexpr std::uint64_t kSeeds = 2;
 
 }  // namespace
 
-TEST_CASE("NeighboursThatMatterInACrowdFindWhatAllFind") {
+TEST_CASE("NeighboursThatMatterInACrowdFindWhatAllFind", "[costly]") {
   std::size_t taken = 0;
   const auto require_same_fans_of_crowd = [&](const NamedCloud& named) {
     const auto n = static_cast<std::uint32_t>(named.cloud.positions.size());
@@ -238,7 +238,7 @@ TEST_CASE("NeighboursThatMatterInACrowdFindWhatAllFind") {
   CHECK(taken > 1500);
 }
 
-TEST_CASE("NearestFirstChangesNothingOnLatticesHoweverLittleTheyAreMoved") {
+TEST_CASE("NearestFirstChangesNothingOnLatticesHoweverLittleTheyAreMoved", "[costly]") {
   std::size_t settled = 0;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
     Random random(seed);

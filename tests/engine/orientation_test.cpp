@@ -171,7 +171,7 @@ TEST_CASE("BothSidesOfAThinWallEndOutward") {
   CHECK(agreeing(oriented_normals(unknown, {16.0, 16, 4.0}), cloud.normals) == 1.0);
 }
 
-TEST_CASE("PatchesOfPartsAreThoseOfTheWholeToTheLastBit") {
+TEST_CASE("PatchesOfPartsAreThoseOfTheWholeToTheLastBit", "[costly]") {
   const test::NamedCloud torus = test::noisy_torus(12000, 0.5, 7);
   const double spacing = torus.ball_radius / 1.5;
   Unoriented cloud = unoriented(torus.cloud, 6.0 * spacing);

@@ -164,7 +164,7 @@ RimSheet strip_across(const std::vector<Vec3>& ring) {
 
 }  // namespace
 
-TEST_CASE("EveryOperationKeepsThePatchSound") {
+TEST_CASE("EveryOperationKeepsThePatchSound", "[costly]") {
   Random random(1);
   for (int round = 0; round < 150; ++round) {
     const auto corners = static_cast<std::uint32_t>(8 + random.below(40));

@@ -53,7 +53,7 @@ std::string message_of(const Job& job) {
 
 }  // namespace
 
-TEST_CASE("SameBytesForAnyChunkSizeAndThreadCount") {
+TEST_CASE("SameBytesForAnyChunkSizeAndThreadCount", "[costly]") {
   const NamedCloud named = painted_torus(6000, 0.4, 3);
   ScratchDirectory scratch;
   Job job = job_for(scratch, named);

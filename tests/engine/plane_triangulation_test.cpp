@@ -216,7 +216,7 @@ TEST_CASE("PointsOutOfTheExtentAreRefused") {
   CHECK(triangulate_polygon(outside, 3).empty());
 }
 
-TEST_CASE("RandomSmallPolygonsAreJudgedAsByTrial") {
+TEST_CASE("RandomSmallPolygonsAreJudgedAsByTrial", "[costly]") {
   Random random(4);
   int sound = 0, touching = 0;
   for (int round = 0; round < 300000; ++round) {

@@ -197,7 +197,7 @@ TEST_CASE("CleanScansStayAsTheyAreWhenTheCleanUpIsAutomatic") {
   CHECK((mesh_bytes(job) == expected));
 }
 
-TEST_CASE("InterruptedRawScansResumeWithTheSameBytes") {
+TEST_CASE("InterruptedRawScansResumeWithTheSameBytes", "[costly]") {
   ScratchDirectory scratch;
   const RawScans scans = scan_torus(scratch, 4000, 0.3, 0.3);
   Job job = job_for(scratch, scans);

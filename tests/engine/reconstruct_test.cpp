@@ -106,7 +106,7 @@ TEST_CASE("TheFrontDoorGivesTheBytesOfTheJob") {
   check_same_as_job(with_float_normals(random_sphere(3000, 3).cloud));
 }
 
-TEST_CASE("TheFrontDoorGivesTheBytesOfTheJobWithoutNormals") {
+TEST_CASE("TheFrontDoorGivesTheBytesOfTheJobWithoutNormals", "[costly]") {
   check_same_as_job(without_normals(holed_torus()));
   check_same_as_job(without_normals(random_sphere(3000, 3).cloud));
   ReconstructionOptions options;

@@ -129,7 +129,7 @@ TEST_CASE("AChangedChunkSizeIsNamedAndEverythingIsComputedAgain") {
   CHECK((bytes_of(job.output.mesh) == expected));
 }
 
-TEST_CASE("ChangedRadiiAreNamedAndThePointsStay") {
+TEST_CASE("ChangedRadiiAreNamedAndThePointsStay", "[costly]") {
   const ScratchDirectory scratch;
   Job job = kept_job(scratch);
   job.reconstruct.ball_radii.pop_back();
@@ -141,7 +141,7 @@ TEST_CASE("ChangedRadiiAreNamedAndThePointsStay") {
   CHECK((bytes_of(job.output.mesh) == without_work(job)));
 }
 
-TEST_CASE("AChangedOptionOfTheFillComputesHolesAlone") {
+TEST_CASE("AChangedOptionOfTheFillComputesHolesAlone", "[costly]") {
   const ScratchDirectory scratch;
   Job job = kept_job(scratch);
   job.fill.max_edges = 3;
@@ -153,7 +153,7 @@ TEST_CASE("AChangedOptionOfTheFillComputesHolesAlone") {
   CHECK((bytes_of(job.output.mesh) == without_work(job)));
 }
 
-TEST_CASE("WhatNoResultDependsOnComputesNothingAgain") {
+TEST_CASE("WhatNoResultDependsOnComputesNothingAgain", "[costly]") {
   const ScratchDirectory scratch;
   const Job first = kept_job(scratch);
   const auto check = [](const char* what, const Job& job) {
@@ -326,7 +326,7 @@ TEST_CASE("StoredKeysKeepTheFirstNameOfTheCleaningSection") {
   CHECK(key.find("cleaning.") == std::string::npos);
 }
 
-TEST_CASE("AChangedPassIsRunAgainOnWhatIsThereAndOtherwiseFromTheScans") {
+TEST_CASE("AChangedPassIsRunAgainOnWhatIsThereAndOtherwiseFromTheScans", "[costly]") {
   const ScratchDirectory scratch;
   const Job first = test::cleaning_job(scratch, 2500);
   run_until(first, "raw_patches");  // the thinned points are complete
@@ -344,7 +344,7 @@ TEST_CASE("AChangedPassIsRunAgainOnWhatIsThereAndOtherwiseFromTheScans") {
   CHECK((bytes_of(job.output.mesh) == without_work(job)));
 }
 
-TEST_CASE("WhatAPowerCutLeavesResumesToTheSameBytes") {
+TEST_CASE("WhatAPowerCutLeavesResumesToTheSameBytes", "[costly]") {
   const ScratchDirectory scratch;
   const Job job = [&] {
     Job made = kept_job(scratch);
@@ -403,7 +403,7 @@ void replace_unseen(const Job& job, std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("AScanThatIsReplacedByOneOfEqualSizeAndTimeIsNoticed") {
+TEST_CASE("AScanThatIsReplacedByOneOfEqualSizeAndTimeIsNoticed", "[costly]") {
   const ScratchDirectory scratch;
   const Job job = kept_job(scratch);
   const std::string before = bytes_of(job.output.mesh);
@@ -421,7 +421,7 @@ TEST_CASE("AScanThatIsReplacedByOneOfEqualSizeAndTimeIsNoticed") {
   CHECK(unchanged.stage("count") == nullptr);
 }
 
-TEST_CASE("AMeshOfAScanThatWasReplacedSinceIsNotTakenForTheJobsEnd") {
+TEST_CASE("AMeshOfAScanThatWasReplacedSinceIsNotTakenForTheJobsEnd", "[costly]") {
   const ScratchDirectory scratch;
   Job job = kept_job(scratch);
   const std::string before = bytes_of(job.output.mesh);
@@ -475,7 +475,7 @@ TEST_CASE("TheReportSaysWhatOfTheInputIsTrusted") {
   CHECK(report_json(report).find("\"trusted\": [") != std::string::npos);
 }
 
-TEST_CASE("ARemovalThatWasCutShortIsFinishedAndTheJobIsNotRunAgain") {
+TEST_CASE("ARemovalThatWasCutShortIsFinishedAndTheJobIsNotRunAgain", "[costly]") {
   const ScratchDirectory scratch;
   Job job = kept_job(scratch);
   const auto written = fs::last_write_time(job.output.mesh);
@@ -495,7 +495,7 @@ TEST_CASE("ARemovalThatWasCutShortIsFinishedAndTheJobIsNotRunAgain") {
   CHECK_FALSE(test::run(job).ended_before);
 }
 
-TEST_CASE("AJobThatHasEndedIsRunAgainWhereItsOutputOrItsOptionsChanged") {
+TEST_CASE("AJobThatHasEndedIsRunAgainWhereItsOutputOrItsOptionsChanged", "[costly]") {
   const ScratchDirectory scratch;
   Job job = kept_job(scratch);
   const std::string expected = bytes_of(job.output.mesh);

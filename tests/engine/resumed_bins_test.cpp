@@ -198,7 +198,7 @@ TEST_CASE("KilledWhileItSortsARunCountsAndBinsNothingAgain", "[slow]") {
         std::string::npos);
 }
 
-TEST_CASE("KilledWhileItMeasuresARunBinsNothingAgain") {
+TEST_CASE("KilledWhileItMeasuresARunBinsNothingAgain", "[costly]") {
   const ScratchDirectory scratch;
   const Job job = wide_job(scratch);
   const auto& expected = expected_points(job);

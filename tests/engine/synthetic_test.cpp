@@ -123,7 +123,7 @@ TEST_CASE("SyntheticCloudDoesNotDependOnTheBatchSize") {
   }
 }
 
-TEST_CASE("UniformCloudsHaveNoGapsAndNoClosePairs") {
+TEST_CASE("UniformCloudsHaveNoGapsAndNoClosePairs", "[costly]") {
   for (const Shape shape : all_shapes())
     for (const std::uint64_t points : {1000u, 10000u}) {
       const SyntheticOptions options = shape_options(shape, points);

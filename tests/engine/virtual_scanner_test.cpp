@@ -50,7 +50,7 @@ const double kGrazing = std::cos(80.0 * portable::kPi / 180.0);
 
 }  // namespace
 
-TEST_CASE("ScannedPointsLieOnTheSurfaceInWorldCoordinates") {
+TEST_CASE("ScannedPointsLieOnTheSurfaceInWorldCoordinates", "[costly]") {
   for (const Shape shape : all_shapes())
     for (const int scans : {1, 6, 14}) {
       const VirtualScannerOptions options = scans_of(shape, 20000, scans);
@@ -139,7 +139,7 @@ TEST_CASE("OpenSheetsAreSeenFromTheirOuterSideOnly") {
   CHECK(walls.points(0) + walls.points(1) == walls.points());
 }
 
-TEST_CASE("ScannerNoiseIsAlongTheRayAndHasTheStatedDeviation") {
+TEST_CASE("ScannerNoiseIsAlongTheRayAndHasTheStatedDeviation", "[costly]") {
   VirtualScannerOptions options = scans_of(Shape::kBumpyTorus, 100000, 6);
   const VirtualScanner still(options);
   options.surface.noise = 0.4;

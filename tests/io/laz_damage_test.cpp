@@ -56,7 +56,7 @@ std::vector<LazOptions> some_layouts() {
           {.point_format = 7, .compressor = 3, .table = TablePlace::kMissing}};
 }
 
-TEST_CASE("AFileCutAnywhereIsRefusedAndNothingWrongIsHandedOut") {
+TEST_CASE("AFileCutAnywhereIsRefusedAndNothingWrongIsHandedOut", "[costly]") {
   for (const LazOptions& options : some_layouts()) {
     INFO("point format " << options.point_format);
     const auto records = scan_records(options, 150, 1);
@@ -75,7 +75,7 @@ TEST_CASE("AFileCutAnywhereIsRefusedAndNothingWrongIsHandedOut") {
   }
 }
 
-TEST_CASE("BytesChangedAreReadOrRefused") {
+TEST_CASE("BytesChangedAreReadOrRefused", "[costly]") {
   std::mt19937_64 random(7);
   for (const LazOptions& options : some_layouts()) {
     INFO("point format " << options.point_format);

@@ -41,7 +41,7 @@ void check_round_trip(const LazOptions& options, const std::vector<std::uint8_t>
   CHECK(read_laz(file) == records);
 }
 
-TEST_CASE("EveryPointFormatIsReadAsItWasWritten") {
+TEST_CASE("EveryPointFormatIsReadAsItWasWritten", "[costly]") {
   for (const LazOptions& options : all_layouts()) {
     check_round_trip(options, random_records(options, 437, 1));
     check_round_trip(options, scan_records(options, 1734, 2));
@@ -85,7 +85,7 @@ TEST_CASE("LongChunksKeepTheProbabilitiesOfTheFormat") {
   check_round_trip(options, scan_records(options, 60000, 9));
 }
 
-TEST_CASE("AChunkTooLargeForMemoryIsReadPieceByPiece") {
+TEST_CASE("AChunkTooLargeForMemoryIsReadPieceByPiece", "[costly]") {
   const LazOptions options{
       .point_format = 0, .extra_bytes = 1000, .compressor = 2, .chunk_points = 9000};
   const auto records = scan_records({.point_format = 0}, 9000, 10);

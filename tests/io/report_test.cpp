@@ -258,7 +258,7 @@ TEST_CASE("ThePageSumsTheHolesUpAndShowsThem") {
   CHECK_THAT(report_html(closed), !Contains("Holes"));
 }
 
-TEST_CASE("ThePageOfTenThousandHolesIsSmallAndTheReportHasAll") {
+TEST_CASE("ThePageOfTenThousandHolesIsSmallAndTheReportHasAll", "[costly]") {
   RunReport report = example();
   report.holes.clear();
   for (std::int32_t i = 1; i <= 10'000; ++i) {

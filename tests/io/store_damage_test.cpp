@@ -51,7 +51,7 @@ TEST_CASE("UncommittedResultsAreInvisible") {
   CHECK(count_files(scratch / "work", ".part") == 0);
 }
 
-TEST_CASE("ResultsOfAKilledProcessAreWholeOrAbsent") {
+TEST_CASE("ResultsOfAKilledProcessAreWholeOrAbsent", "[costly]") {
   const test::ScratchDirectory scratch;
   std::mt19937_64 random(11);
   for (int trial = 0; trial < 8; ++trial) {

@@ -170,7 +170,7 @@ CountGrid in_parts(std::span<const Vec3> points, std::size_t parts, std::size_t 
   return CountGrid::of_parts(counts, limit);
 }
 
-TEST_CASE("GridsOfPartsMakeTheGridOfTheWhole") {
+TEST_CASE("GridsOfPartsMakeTheGridOfTheWhole", "[costly]") {
   const std::size_t limit = GENERATE(std::size_t{300} << 10, std::size_t{16} << 20);
   auto clouds = adversarial_clouds();
   std::vector<Vec3> large = test::shell(300'000, {5.0, 0.0, -2.0}, 1.0, 4);
@@ -190,7 +190,7 @@ TEST_CASE("GridsOfPartsMakeTheGridOfTheWhole") {
   }
 }
 
-TEST_CASE("GridsMergedPairwiseInAnyOrderMakeTheGridOfTheWhole") {
+TEST_CASE("GridsMergedPairwiseInAnyOrderMakeTheGridOfTheWhole", "[costly]") {
   constexpr std::size_t kLimit = std::size_t{300} << 10;
   auto clouds = adversarial_clouds();
   std::vector<Vec3> large = test::shell(300'000, {5.0, 0.0, -2.0}, 1.0, 4);

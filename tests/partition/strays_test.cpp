@@ -35,7 +35,7 @@ Box box_of(const std::vector<Vec3>& points) {
 
 }  // namespace
 
-TEST_CASE("StraysBeyondAHundredExtentsAreLeftOutAndNothingElseIs") {
+TEST_CASE("StraysBeyondAHundredExtentsAreLeftOutAndNothingElseIs", "[costly]") {
   // 300,000 points are counted in cells, 3,000 are known as they are.
   for (const std::size_t count : {3000u, 300'000u}) {
     const std::vector<Vec3> body = sphere(count, {7.0, -3.0, 500.0}, 2.0);
