@@ -27,6 +27,8 @@ struct HoleFacts {
   std::uint64_t sites = 0;              ///< of the interpolant
   std::uint64_t points_added = 0;
   std::uint64_t triangles_added = 0;
+  /// Edges at which a filled hole is open, because every patch would meet the surface there.
+  std::uint64_t open_edges = 0;
   double residual = 0.0;          ///< largest distance of a site from the interpolant
   double condition = 0.0;         ///< of the linear system, estimated; 0: none was solved
   double rim_dihedral_deg = 0.0;  ///< largest angle between a patch face and the face at the rim

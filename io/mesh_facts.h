@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "io/box.h"
@@ -21,6 +22,10 @@ struct MeshFacts {
   std::uint64_t degenerate_triangles = 0;  ///< two equal vertices
   std::uint64_t duplicate_triangles = 0;
   std::uint64_t unreferenced_vertices = 0;
+  /// Pairs of triangles that intersect beyond what they share; empty: not looked for.
+  std::optional<std::uint64_t> crossing_pairs;
+  /// Those of them with a triangle of a filled hole.
+  std::optional<std::uint64_t> patch_crossing_pairs;
   std::int64_t euler_characteristic = 0;  ///< of the referenced vertices
   double area = 0.0;                      ///< square world units
   bool watertight = false;                ///< closed, manifold, consistently oriented

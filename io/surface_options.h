@@ -57,8 +57,8 @@ struct FillOptions {
   double max_perimeter = std::numeric_limits<double>::infinity();
   std::uint64_t max_edges = 0;  ///< largest number of edges of a loop that is filled; 0: no limit
   /// Where every candidate patch intersects the surface: use the one with the fewest intersections
-  /// (true), or leave the hole open (false).
-  bool allow_intersections = true;
+  /// (true), or its part that intersects nothing, and leave the rest of the hole open (false).
+  bool allow_intersections = false;
   /// The outer border of an open sheet stays open (true), or is filled like any hole (false).
   bool keep_outer_border = true;
   /// Triangles of a patch grow with their distance from the rim beyond some dozen of its edges

@@ -17,6 +17,7 @@
 #include "engine/cli/output_checks.h"
 #include "engine/cli/signals.h"
 #include "engine/holes/fill_mesh.h"
+#include "engine/validation/mesh_crossings.h"
 #include "engine/validation/mesh_facts.h"
 #include "engine/validation/usable_triangles.h"
 #include "io/error.h"
@@ -112,6 +113,7 @@ TriangleMesh usable_mesh(FillReport& report, Progress& progress) {
   TriangleMesh mesh = read_mesh(report.file);
   progress.advance(mesh.triangles.size());
   report.before = mesh_facts(mesh);
+  report.before.crossing_pairs = count_crossing_pairs(mesh);
   const bool changed = leave_out_unusable(mesh, report, progress);
   warn_of_structure(report.file, changed ? mesh_facts(mesh) : report.before, progress);
   progress.end_stage();
@@ -130,6 +132,7 @@ TriangleMesh filled_mesh(FillReport& report, Progress& progress) {
   report.pieces_removed = filled.pieces_removed;
   report.triangles_removed = filled.triangles_removed;
   report.after = mesh_facts(filled.mesh);
+  report.after.crossing_pairs = count_crossing_pairs(filled.mesh);
   progress.end_stage();
   return std::move(filled.mesh);
 }

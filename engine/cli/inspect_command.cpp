@@ -15,6 +15,7 @@
 #include "engine/holes/fill_mesh.h"
 #include "engine/validation/cloud_facts.h"
 #include "engine/validation/compare.h"
+#include "engine/validation/mesh_crossings.h"
 #include "engine/validation/mesh_facts.h"
 #include "engine/validation/usable_triangles.h"
 #include "io/clouds/open_point_source.h"
@@ -114,6 +115,7 @@ std::string mesh_text(const MeshFacts& facts) {
   const auto add_fault = [&](const char* name, std::uint64_t count) {
     if (count > 0) lines.emplace_back(name, format_count(count));
   };
+  add_fault("crossing triangles", facts.crossing_pairs.value_or(0));
   add_fault("inconsistent edges", facts.inconsistent_edges);
   add_fault("degenerate triangles", facts.degenerate_triangles);
   add_fault("duplicate triangles", facts.duplicate_triangles);
@@ -162,7 +164,8 @@ struct Inspected {
 
 Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
   TriangleMesh mesh = read_mesh(file);
-  const MeshFacts facts = mesh_facts(mesh);
+  MeshFacts facts = mesh_facts(mesh);
+  facts.crossing_pairs = count_crossing_pairs(mesh);
   if (!options.picture.empty())
     draw_mesh(mesh, facts.bounds, options.picture, {.up = options.picture_up()});
   CloudDistances distances;

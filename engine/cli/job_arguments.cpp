@@ -66,9 +66,8 @@ struct NegatedOption {
   std::string_view option;
   std::string_view help;
 };
-constexpr std::array<NegatedOption, 3> kNegatedOptions = {
+constexpr std::array<NegatedOption, 2> kNegatedOptions = {
     {{"close-outer-border", "Fill the outer border of an open sheet, too"},
-     {"no-intersections", "Leave a hole open where every patch intersects the surface"},
      {"uniform-patches",
       "Make triangles in the middle of a large patch as small as along its rim"}}};
 
@@ -85,18 +84,24 @@ std::string help_of(const JobKey& key) {
 struct FormerOption {
   std::string_view former;
   std::string_view option;
+  const char* value = nullptr;  ///< of a flag, where it is not what the option of today sets
 };
-constexpr std::array<FormerOption, 2> kFormerOptions = {
-    {{"radii", "ball-radii"}, {"clean", "cleaning"}}};
+constexpr std::array<FormerOption, 3> kFormerOptions = {
+    {{"radii", "ball-radii"},
+     {"clean", "cleaning"},
+     {"no-intersections", "allow-intersections", "false"}}};
 
 CLI::Option* add_key_option(CLI::App& command, const JobKey& key, const std::string& option,
-                            JobArguments& arguments) {
+                            JobArguments& arguments, const char* value = nullptr) {
   const auto set = [&arguments, name = key.name()](const std::string& text) {
     arguments.settings.emplace_back(name, text);
   };
   if (*key.option_value != '\0') {
     return command.add_flag_function(
-        option, [set, text = std::string(key.option_value)](std::int64_t) { set(text); },
+        option,
+        [set, text = std::string(value != nullptr ? value : key.option_value)](std::int64_t) {
+          set(text);
+        },
         help_of(key));
   }
   return command.add_option_function<std::string>(option, set, help_of(key))
@@ -106,7 +111,8 @@ CLI::Option* add_key_option(CLI::App& command, const JobKey& key, const std::str
 CLI::Option* add_key_option(CLI::App& command, const JobKey& key, JobArguments& arguments) {
   for (const FormerOption& known : kFormerOptions)
     if (known.option == key.option)
-      add_key_option(command, key, "--" + std::string(known.former), arguments)->group("");
+      add_key_option(command, key, "--" + std::string(known.former), arguments, known.value)
+          ->group("");
   const std::string short_option = key.name() == kMeshKey ? "-o," : "";
   return add_key_option(command, key, short_option + "--" + key.option, arguments);
 }

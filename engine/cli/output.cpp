@@ -121,8 +121,12 @@ std::string show_mesh(const MeshFacts& mesh) {
                                  ? "closed"
                                  : counted(mesh.boundary_edges, "border edge", "border edges") +
                                        " in " + counted(mesh.boundary_loops, "loop", "loops");
+  const std::uint64_t crossing =
+      mesh.crossing_pairs.value_or(mesh.patch_crossing_pairs.value_or(0));
   return counted(mesh.vertices, "vertex", "vertices") + ", " +
-         counted(mesh.triangles, "triangle", "triangles") + ", " + border;
+         counted(mesh.triangles, "triangle", "triangles") + ", " + border +
+         (crossing > 0 ? ", " + counted(crossing, "pair", "pairs") + " of triangles that cross"
+                       : "");
 }
 
 void add_holes(Facts& facts, std::span<const HoleFacts> holes, const Job& job) {
@@ -136,6 +140,10 @@ void add_holes(Facts& facts, std::span<const HoleFacts> holes, const Job& job) {
                                      counted(found.points_added, "point", "points") + " and " +
                                      counted(found.triangles_added, "triangle", "triangles") +
                                      " added");
+  if (found.partly > 0)
+    facts.emplace_back("", format_count(found.partly) + " of them but for " +
+                               counted(found.open_edges, "edge", "edges") +
+                               ", where every patch would cross the surface");
   for (std::size_t i = 0; i < std::min(kReasons, found.reasons.size()); ++i)
     facts.emplace_back(i == 0 ? "left open" : "", format_count(found.reasons[i].second) + ": " +
                                                       with_settings(job, found.reasons[i].first));

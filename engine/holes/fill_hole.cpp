@@ -18,6 +18,7 @@
 #include "engine/holes/patch/rim.h"
 #include "engine/holes/patch/rim_piercings.h"
 #include "engine/holes/patch/smooth_disc.h"
+#include "engine/holes/patch/sound_part.h"
 #include "engine/holes/patch/untangle.h"
 #include "engine/holes/plane/plane_fill.h"
 
@@ -50,6 +51,17 @@ std::string joined(std::string a, std::string_view b) {
   return a += b;
 }
 
+/// What remains of a patch where every one meets the surface.
+HolePatch part_clear_of_surface(const HoleProblem& problem, HolePatch patch,
+                                const std::vector<Contact>& contacts) {
+  HolePatch part = sound_part(problem, std::move(patch), contacts);
+  if (part.method == FillMethod::kNone) return left_open("every patch crosses the surface");
+  if (part.open_edges > 0)
+    part.reason = joined(part.reason, "open along " + std::to_string(part.open_edges) +
+                                          " edges, where every patch crosses the surface");
+  return part;
+}
+
 /// Tries methods until one gives a sound patch that meets nothing. Where none does, the best ones
 /// are moved out of the way of what they meet.
 class Attempts {
@@ -69,7 +81,7 @@ class Attempts {
     if (!contacts.empty()) {
       const std::uint64_t avoidable = piercings().count_avoidable(patch, contacts);
       tangled_.push_back({std::move(contacts), avoidable, std::move(patch)});
-      fails("the patch meets the surface");
+      fails("the patch crosses the surface");
       return avoidable == 0;
     }
     best_ = std::move(patch);
@@ -103,8 +115,9 @@ class Attempts {
       best_.reason = joined(first_fault_, best_.reason);
       return std::move(best_);
     }
-    if (!options_.allow_intersections) return left_open("every patch meets the surface");
-    best_.reason = joined(best_.reason, "every patch meets the surface, this one " +
+    if (!options_.allow_intersections)
+      return part_clear_of_surface(problem_, std::move(best_), least_contacts_);
+    best_.reason = joined(best_.reason, "every patch crosses the surface, this one " +
                                             std::to_string(fewest_contacts_) + " times");
     return std::move(best_);
   }
@@ -139,12 +152,13 @@ class Attempts {
     std::uint64_t least_avoidable = UINT64_MAX / most_times - 1;
     for (Tangled& candidate : tangled_) {
       if (candidate.avoidable > most_times * (least_avoidable + 1)) continue;
-      const std::vector<Contact> left =
+      std::vector<Contact> left =
           untangle(problem_, piercings(), sheet(), std::move(candidate.contacts), candidate.patch);
       if (left.size() >= fewest_contacts_) continue;
       fewest_contacts_ = left.size();
       least_avoidable = piercings().count_avoidable(candidate.patch, left);
       best_ = std::move(candidate.patch);
+      least_contacts_ = std::move(left);
       if (least_avoidable == 0) return;
     }
   }
@@ -163,7 +177,8 @@ class Attempts {
   std::vector<Tangled> tangled_;
   HolePatch best_;
   std::uint64_t fewest_contacts_ = UINT64_MAX;
-  std::string first_fault_;  ///< of the simplest method
+  std::vector<Contact> least_contacts_;  ///< of best_
+  std::string first_fault_;              ///< of the simplest method
   std::string last_fault_;
   bool too_large_ = false;
 };
@@ -175,10 +190,9 @@ HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options) {
   if (std::string defect = patch_defect(problem, patch); !defect.empty()) {
     return left_open(std::move(defect));
   }
-  if (!options.allow_intersections && count_intersections(problem, patch, 1) > 0) {
-    return left_open("every patch meets the surface");
-  }
-  return patch;
+  if (options.allow_intersections) return patch;
+  const std::vector<Contact> contacts = find_contacts(problem, patch);
+  return part_clear_of_surface(problem, std::move(patch), contacts);
 }
 
 /// A loop whose corners are all different.
@@ -194,8 +208,9 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
   return attempts.result();
 }
 
-HolePatch fill_parts(const HoleProblem& problem, const BoxTree& sheet,
-                     const PatchOptions& options) {
+/// Parts close their loops whole: what of them meets the surface is known once they are together.
+HolePatch fill_parts(const HoleProblem& problem, const BoxTree& sheet, PatchOptions options) {
+  options.allow_intersections = true;
   HolePatch patch = fill_by_parts(
       problem, sheet, [&](const HoleProblem& part) { return fill_simple(part, options); });
   if (patch.method != FillMethod::kNone) patch.reason = "taken apart where the loop touches itself";

@@ -12,14 +12,14 @@ namespace orbweave {
 /// these that gives a sound patch clear of itself and of the gathered sheet: over a plane
 /// (plane_fill), a thin plate or the zero set of an implicit function (implicit_fill), a membrane,
 /// triangles between the corners. Where none is clear, the two with the fewest contacts are moved
-/// out of the way (untangle), and the better one is taken if
-/// options.allow_intersections; else the hole stays open. A hole that calls for more points than
+/// out of the way (untangle), and the better one is taken: whole if options.allow_intersections,
+/// else its part that meets nothing (sound_part), or none. A hole that calls for more points than
 /// options.max_new_points stays open. The result does not depend on where the loop begins.
 /// A pure function of its arguments; never throws for what the hole is like: a loop
 /// that cannot be closed comes back with FillMethod::kNone and a reason.
-/// Guarantees for a filled hole: the patch's boundary is the loop, edge by edge and against the
-/// sheet's direction; no edge inside is in `forbidden` or used by more than two triangles of the
-/// patch; given vertices are used by index only.
+/// Guarantees for a filled hole without open_edges: the patch's boundary is the loop, edge by edge
+/// and against the sheet's direction. For every filled hole: no edge inside is in `forbidden` or
+/// used by more than two triangles of the patch; given vertices are used by index only.
 HolePatch fill_hole(const HoleProblem& problem, const PatchOptions& options = {});
 
 }  // namespace orbweave

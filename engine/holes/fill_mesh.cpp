@@ -6,6 +6,8 @@
 #include <atomic>
 #include <utility>
 
+#include "engine/geometry/crossing_pairs.h"
+#include "engine/holes/crossing_patches.h"
 #include "engine/holes/hole_pass.h"
 #include "engine/holes/loops/mesh_surface.h"
 #include "engine/holes/loops/split_vertices.h"
@@ -77,6 +79,51 @@ void append(const LoopPatch& patch, std::int32_t id, TriangleMesh& mesh) {
   }
 }
 
+/// Pairs of holes whose patches cross, sorted. A hole is filled from its neighbourhood alone.
+std::vector<HolePair> crossing_holes(const TriangleMesh& mesh, std::span<const std::uint8_t> keep,
+                                     std::span<const LoopPatch> patches, const StopToken* stop) {
+  std::vector<Vec3> positions = mesh.vertices.positions;
+  std::vector<Triangle> triangles;
+  std::vector<std::int32_t> hole;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (keep.empty() || keep[t] != 0) triangles.push_back(mesh.triangles[t]);
+  hole.resize(triangles.size(), 0);
+  for (const LoopPatch& patch : patches) {
+    const std::uint64_t base = positions.size();
+    positions.insert(positions.end(), patch.positions.begin(), patch.positions.end());
+    for (const Triangle64& t : patch.triangles) {
+      Triangle& triangle = triangles.emplace_back();
+      for (int k = 0; k < 3; ++k)
+        triangle[k] =
+            static_cast<std::uint32_t>(t[k] < kNewVertex ? t[k] : base + (t[k] - kNewVertex));
+      hole.push_back(patch.facts.id);
+    }
+  }
+  std::vector<HolePair> pairs;
+  for (const TrianglePair& pair : crossing_pairs(positions, triangles, {UINT32_MAX, hole}, stop)) {
+    const auto [first, second] = std::minmax(hole[pair[0]], hole[pair[1]]);
+    pairs.push_back({first, second});
+  }
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+/// Leaves holes open whose patches cross the mesh or the patches of others.
+void drop_crossing_patches(const TriangleMesh& mesh, std::span<const std::uint8_t> keep,
+                           const HolePlan& plan, std::span<LoopPatch> patches,
+                           const StopToken* stop) {
+  const DroppedHoles dropped = patches_to_drop(crossing_holes(mesh, keep, patches, stop));
+  for (std::size_t l = 0; l < patches.size(); ++l) {
+    const HoleFacts& facts = patches[l].facts;
+    const auto found = dropped.find(facts.joined_to != 0 ? facts.joined_to : facts.id);
+    if (found == dropped.end()) continue;
+    patches[l] = {};
+    patches[l].facts = plan.facts_of(l);
+    patches[l].facts.reason = found->second;
+    patches[l].facts.open = OpenReason::kOther;
+  }
+}
+
 }  // namespace
 
 std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const FillOptions& options) {
@@ -99,6 +146,10 @@ FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options, const StopTo
     for (std::size_t i = 0; i < loops.size(); ++i) patches[loops[i]] = std::move(group[i]);
     if (progress) progress(done.fetch_add(1) + 1, plan.groups.size());
   });
+  const bool any = std::any_of(patches.begin(), patches.end(),
+                               [](const LoopPatch& patch) { return !patch.triangles.empty(); });
+  if (any && !options.allow_intersections)
+    drop_crossing_patches(mesh, survey.keep, plan, patches, stop);
   FilledMesh filled;
   filled.mesh = std::move(mesh);
   filled.pieces_removed = survey.pieces_removed;

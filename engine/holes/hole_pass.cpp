@@ -116,6 +116,7 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
     facts.sites = patch.sites;
     facts.points_added = patch.positions.size();
     facts.triangles_added = patch.triangles.size();
+    facts.open_edges = patch.open_edges;
     facts.residual = patch.residual;
     facts.condition = patch.condition;
     facts.rim_dihedral_deg = patch.rim_dihedral_rad * 180.0 / std::numbers::pi;
@@ -235,7 +236,8 @@ std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, 
     const BoundaryLoop joined = join_islands(plan.loops[hole], plan.loops, islands, plan.vertices);
     patches.push_back(fill_loop(surface, joined, taken_by_others(plan, plan.loops_of(hole)),
                                 plan.facts_of(hole), options, stop));
-    if (patches.front().facts.filled) {
+    // A patch around an island that is open somewhere may leave the island unjoined.
+    if (patches.front().facts.filled && patches.front().facts.open_edges == 0) {
       for (const std::uint32_t l : islands) {
         HoleFacts& facts = patches.emplace_back().facts = plan.facts_of(l);
         facts.filled = true;

@@ -140,6 +140,8 @@ void run_stages(StageRunner& runner, RunResults& results) {
   HoleResult holes{{}, stitched.facts, 0};
   if (runner.job.fill.enabled)
     holes = fill_holes({inputs, std::move(stitched.boundary), stitched.facts}, runner);
+  else if (runner.job.output.check_surface)
+    holes.facts.crossing_pairs = count_crossings_unfilled(inputs, runner);
   const UsedVertices used(runner.store, results.partition, stitched.used, holes.filled.freed);
   const ExportInputs mesh{results.partition, stitched.triangles, used, holes.filled, holes.facts};
   ExportResult exported = export_mesh(mesh, runner);

@@ -66,6 +66,7 @@ struct OutputOptions {
   bool float_positions = false;       ///< "float" coordinates instead of double
   bool attributes = true;             ///< carries normals and attributes to the vertices
   bool tiles = false;                 ///< one mesh per chunk instead of one mesh
+  bool check_surface = false;         ///< counts crossings of the whole mesh, not of patches alone
   std::string report;                 ///< path of the JSON report; empty: none
   std::string picture;                ///< path of a PNG of the mesh; empty: none
   UpAxis picture_up = UpAxis::kAuto;  ///< axis that is upright in the picture

@@ -56,6 +56,8 @@ HoleSummary hole_summary(std::span<const HoleFacts> holes) {
     ++summary.loops;
     ++(hole.filled ? summary.filled : summary.open);
     ++(hole.filled ? methods[hole.method] : reasons[kind_of(hole)]);
+    summary.partly += hole.open_edges > 0 ? 1 : 0;
+    summary.open_edges += hole.open_edges;
     summary.points_added += hole.points_added;
     summary.triangles_added += hole.triangles_added;
   }

@@ -20,7 +20,9 @@ struct HoleSummary {
   std::uint64_t loops = 0;
   std::uint64_t filled = 0;
   std::uint64_t open = 0;
-  Counted methods;  ///< of the filled ones, most frequent first
+  std::uint64_t partly = 0;      ///< of the filled ones, those that are open somewhere
+  std::uint64_t open_edges = 0;  ///< of these
+  Counted methods;               ///< of the filled ones, most frequent first
   /// Of the open ones, most frequent first. Loops that the same option keeps open count together,
   /// and reasons that differ in their numbers only.
   Counted reasons;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/report/progress.h"
+#include "io/report/report_facts.h"
 
 namespace orbweave {
 

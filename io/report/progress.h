@@ -6,13 +6,9 @@
 #include <span>
 #include <string>
 
-namespace orbweave {
+#include "io/report/report_facts.h"
 
-/// A stage that a job is still to run.
-struct ExpectedStage {
-  std::string name;
-  double seconds = 0.0;  ///< that it typically takes
-};
+namespace orbweave {
 
 /// Receives a job's progress. Thread-safe.
 class Progress {

@@ -77,6 +77,10 @@ Json input_json(const RunReport& report) {
           {"trusted", trusted_json(report.trusted)}};
 }
 
+Json count_or_null(const std::optional<std::uint64_t>& count) {
+  return count ? Json(*count) : Json();
+}
+
 Json mesh_json(const MeshFacts& facts) {
   return {{"vertices", facts.vertices},
           {"triangles", facts.triangles},
@@ -89,6 +93,8 @@ Json mesh_json(const MeshFacts& facts) {
           {"degenerate_triangles", facts.degenerate_triangles},
           {"duplicate_triangles", facts.duplicate_triangles},
           {"unreferenced_vertices", facts.unreferenced_vertices},
+          {"crossing_pairs", count_or_null(facts.crossing_pairs)},
+          {"patch_crossing_pairs", count_or_null(facts.patch_crossing_pairs)},
           {"euler_characteristic", facts.euler_characteristic},
           {"area", facts.area},
           {"watertight", facts.watertight},
@@ -113,6 +119,7 @@ Json hole_json(const HoleFacts& hole) {
           {"sites", hole.sites},
           {"points_added", hole.points_added},
           {"triangles_added", hole.triangles_added},
+          {"open_edges", hole.open_edges},
           {"residual", hole.residual},
           {"condition", hole.condition},
           {"rim_dihedral_deg", hole.rim_dihedral_deg},

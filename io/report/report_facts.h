@@ -14,6 +14,12 @@
 
 namespace orbweave {
 
+/// A stage that a job is still to run.
+struct ExpectedStage {
+  std::string name;
+  double seconds = 0.0;  ///< that it typically takes
+};
+
 /// One stage's measurements: bytes and calls of the counter by all processes together, the rest by
 /// the root.
 struct StageFacts {

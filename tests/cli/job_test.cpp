@@ -106,7 +106,7 @@ TEST_CASE("EveryDocumentedOptionOfReconstructReachesTheJob") {
                                "--max-edges",
                                "99",
                                "--close-outer-border",
-                               "--no-intersections",
+                               "--allow-intersections",
                                "--uniform-patches",
                                "--min-triangles",
                                "3",
@@ -144,7 +144,7 @@ TEST_CASE("EveryDocumentedOptionOfReconstructReachesTheJob") {
                                            {"max_perimeter", 4.0},
                                            {"max_edges", 99},
                                            {"keep_outer_border", false},
-                                           {"allow_intersections", false},
+                                           {"allow_intersections", true},
                                            {"graded", false},
                                            {"min_triangles", 3}}));
   CHECK(report["options"]["output"]["patch_color"] == "#4477cc");

@@ -2,8 +2,10 @@
 #include "engine/holes/patch/patch_defect.h"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <set>
 #include <vector>
@@ -31,6 +33,46 @@ void check_sound(const HoleProblem& problem, const HolePatch& patch) {
   REQUIRE(patch.normals.size() == patch.positions.size());
   for (const Vec3 p : patch.positions) CHECK(is_finite(p));
   for (const Vec3 normal : patch.normals) CHECK(norm(normal) == Approx(1.0));
+}
+
+const PatchOptions kCrossingAllowed{.allow_intersections = true};
+
+/// A patch that crosses nothing, with as many open edges as it says, whose vertices have one gap
+/// for each corner of the loop.
+void check_clear_part(const HoleProblem& problem, const HolePatch& patch) {
+  if (patch.method == FillMethod::kNone) {
+    CHECK(!patch.reason.empty());
+    CHECK(patch.triangles.empty());
+    return;
+  }
+  CHECK(count_intersections(problem, patch) == 0);
+  if (patch.open_edges == 0) {
+    CHECK(patch_defect(problem, patch) == "");
+    return;
+  }
+  std::set<std::array<std::uint32_t, 2>> rim, edges;
+  for (std::size_t i = 0; i < problem.loop.size(); ++i)
+    rim.insert({problem.loop[i], problem.loop[(i + 1) % problem.loop.size()]});
+  for (const Triangle& t : patch.triangles)
+    for (int k = 0; k < 3; ++k) CHECK(edges.insert({t[k], t[(k + 1) % 3]}).second);
+  // What is open, in the direction of the loop: it leaves a vertex as often as it arrives.
+  std::map<std::uint32_t, int> leaves, arrives;
+  std::uint32_t open = 0;
+  const auto add_open = [&](std::uint32_t tail, std::uint32_t head) {
+    ++leaves[tail];
+    ++arrives[head];
+    ++open;
+  };
+  for (const auto& [tail, head] : rim)
+    if (!edges.contains({tail, head})) add_open(tail, head);
+  for (const auto& [tail, head] : edges)
+    if (!edges.contains({head, tail}) && !rim.contains({tail, head})) add_open(head, tail);
+  CHECK(open == patch.open_edges);
+  CHECK(leaves == arrives);
+  for (const auto& [vertex, count] : leaves) {
+    const auto corners = std::count(problem.loop.begin(), problem.loop.end(), vertex);
+    CHECK(count <= std::max<std::ptrdiff_t>(corners, 1));
+  }
 }
 
 /// Fills all holes of a closed shape from which something was taken; the result is closed again.
@@ -97,7 +139,8 @@ TEST_CASE("TriangleThatTheSheetHasAlreadyIsClosedAboutANewVertex") {
   shape.vertices.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   shape.triangles = {{0, 1, 2}};
   const HoleProblem problem = only_problem_of(shape);
-  const HolePatch patch = fill_hole(problem);
+  CHECK(fill_hole(problem).method == FillMethod::kNone);  // the patch would lie on the triangle
+  const HolePatch patch = fill_hole(problem, kCrossingAllowed);
   check_sound(problem, patch);
   CHECK(patch.positions.size() == 1);
   CHECK(mesh_facts(pasted(problem, patch)).watertight);
@@ -255,13 +298,13 @@ TEST_CASE("WhatTheLoopsOwnEdgesMeetIsNotSearchedAWayAround") {
   problem.sheet.push_back({tip, tip + 1, tip + 2});
   const RimPiercings piercings(problem);
   REQUIRE(piercings.any());
-  const HolePatch filled = fill_hole(problem);
+  const HolePatch filled = fill_hole(problem, kCrossingAllowed);
   CHECK(filled.method == FillMethod::kPlane);
   check_sound(problem, filled);
   const std::vector<Contact> contacts = find_contacts(problem, filled);
   REQUIRE_FALSE(contacts.empty());
   CHECK(piercings.count_avoidable(filled, contacts) == 0);
-  CHECK(filled.reason.find("every patch meets the surface, this one") != std::string::npos);
+  CHECK(filled.reason.find("every patch crosses the surface, this one") != std::string::npos);
   HolePatch moved = filled;
   CHECK(untangle(problem, moved) == contacts.size());
   CHECK(moved.positions == filled.positions);
@@ -278,20 +321,22 @@ TEST_CASE("WhereEveryPatchMeetsTheSurfaceTheOptionDecides") {
   problem.positions.insert(problem.positions.end(), {{0, -0.3, -9}, {0.01, 0.3, -9}, {0, 0, 9}});
   problem.normals.assign(9, {0, 0, 1});
   problem.sheet = {{6, 7, 8}};
-  const HolePatch closed = fill_hole(problem);
+  const HolePatch closed = fill_hole(problem, kCrossingAllowed);
   CHECK(closed.method != FillMethod::kNone);
   CHECK(patch_defect(problem, closed) == "");
   CHECK(count_intersections(problem, closed) > 0);
-  CHECK(closed.reason.find("every patch meets the surface, this one") != std::string::npos);
+  CHECK(closed.reason.find("every patch crosses the surface, this one") != std::string::npos);
   PatchOptions options;
   options.allow_intersections = false;
   const HolePatch open = fill_hole(problem, options);
-  CHECK(open.method == FillMethod::kNone);
-  CHECK(open.triangles.empty());
-  CHECK(open.reason == "every patch meets the surface");
+  check_clear_part(problem, open);
+  CHECK(open.triangles.size() < closed.triangles.size());
+  CHECK(open.reason.find("every patch crosses the surface") != std::string::npos);
   SECTION("small loops too") {
     options.direct_edges = 6;
-    CHECK(fill_hole(problem, options).method == FillMethod::kNone);
+    const HolePatch small = fill_hole(problem, options);
+    check_clear_part(problem, small);
+    CHECK(small.triangles.size() < 4);
     options.allow_intersections = true;
     CHECK(fill_hole(problem, options).method == FillMethod::kDirect);
   }
@@ -437,13 +482,14 @@ TEST_CASE("RandomClosedPolygonsAreClosedSoundlyOrLeftOpenWithAReason") {
     // Some vertices are visited again.
     if (n > 8 && round % 3 == 0) problem.loop[5] = problem.loop[1];
     std::sort(problem.forbidden.begin(), problem.forbidden.end());
-    const HolePatch patch = fill_hole(problem);
+    const HolePatch patch = fill_hole(problem, kCrossingAllowed);
     if (patch.method == FillMethod::kNone) {
       CHECK(!patch.reason.empty());
       CHECK(patch.triangles.empty());
     } else {
       CHECK(patch_defect(problem, patch) == "");
     }
+    check_clear_part(problem, fill_hole(problem));
     const HolePatch direct = direct_fill(problem);
     REQUIRE(direct.method == FillMethod::kDirect);
     CHECK(patch_defect(problem, direct) == "");
@@ -468,9 +514,34 @@ TEST_CASE("LoopInOnePlaceIsStillClosed") {
   problem.positions.assign(6, {1.0, 2.0, 3.0});
   problem.normals.assign(6, {});
   problem.loop = {0, 1, 2, 3, 4, 5};
-  const HolePatch patch = fill_hole(problem);
+  const HolePatch patch = fill_hole(problem, kCrossingAllowed);
   CHECK(patch.method == FillMethod::kDirect);
   CHECK(patch_defect(problem, patch) == "");
+}
+
+TEST_CASE("WhereABladeCutsAHoleThePatchStopsBesideIt") {
+  // A smooth hole, and a blade of the sheet through one edge of its rim: few triangles meet it.
+  HoleProblem problem = inner_problem_of(
+      without(height_field(20, waves), [](Vec3 p) { return std::hypot(p.x, p.y) < 0.45; }));
+  const Vec3 a = problem.positions[problem.loop[3]], b = problem.positions[problem.loop[4]];
+  const auto tip = static_cast<std::uint32_t>(problem.positions.size());
+  const Vec3 middle = 0.5 * (a + b), outward = 0.02 * normalized(middle);
+  for (const Vec3 offset :
+       {Vec3{0, 0, 0.2}, Vec3{0, 0, -0.2} - outward, Vec3{0, 0, -0.2} + outward}) {
+    problem.positions.push_back(middle + offset);
+    problem.normals.push_back({});
+  }
+  problem.sheet.push_back({tip, tip + 1, tip + 2});
+  const HolePatch whole = fill_hole(problem, kCrossingAllowed);
+  REQUIRE(count_intersections(problem, whole) > 0);
+  const HolePatch part = fill_hole(problem);
+  check_clear_part(problem, part);
+  REQUIRE(part.method == whole.method);
+  CHECK(part.triangles.size() < whole.triangles.size());
+  CHECK(part.triangles.size() + 8 > whole.triangles.size());
+  CHECK(part.open_edges >= 3);
+  CHECK(part.reason.find("open along " + std::to_string(part.open_edges) + " edges") !=
+        std::string::npos);
 }
 
 TEST_CASE("TooManyNewPointsLeaveAHoleOpen") {

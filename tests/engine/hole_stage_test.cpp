@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "engine/planning/plan_job.h"
+#include "engine/validation/mesh_crossings.h"
 #include "engine/validation/mesh_facts.h"
 #include "io/error.h"
 #include "io/meshes/mesh_reader.h"
@@ -66,6 +67,38 @@ TEST_CASE("SameBytesWithHolesAcrossTwoToEightChunks", "[slow]") {
   }
   for (const std::size_t chunks : {1u, 2u, 3u, 4u}) CHECK(chunks_of_a_hole.count(chunks) == 1);
   CHECK(*chunks_of_a_hole.rbegin() >= 8);
+}
+
+TEST_CASE("CrumpledHolesAreFilledWithoutACrossingInAnyCut", "[costly]") {
+  NamedCloud named = test::painted_torus(4000, 2.0, 34);
+  remove_ball(named.cloud, {1.0, 0.0, 0.4}, 0.3);
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.partition.chunk_points = 1'000'000'000;
+  job.output.check_surface = true;
+  const RunReport whole = run(job);
+  const std::string expected = bytes_of(job.output.mesh);
+  CHECK(whole.mesh.patch_crossing_pairs == 0);
+  CHECK(whole.mesh.crossing_pairs == count_crossing_pairs(read_mesh(job.output.mesh)));
+  CHECK(std::any_of(whole.holes.begin(), whole.holes.end(),
+                    [](const HoleFacts& hole) { return hole.filled && hole.open_edges > 0; }));
+  for (const auto& [chunk_points, threads] :
+       {std::pair{300, 2}, std::pair{1000, 1}, std::pair{2500, 5}}) {
+    job.partition.chunk_points = static_cast<std::uint64_t>(chunk_points);
+    job.run.threads = threads;
+    INFO("chunk_points " << chunk_points << ", threads " << threads);
+    const RunReport report = run(job);
+    CHECK((bytes_of(job.output.mesh) == expected));
+    CHECK(report.mesh.crossing_pairs == whole.mesh.crossing_pairs);
+    CHECK(report.mesh.patch_crossing_pairs == 0);
+  }
+  job.fill.allow_intersections = true;
+  const RunReport crossing = run(job);
+  CHECK(*crossing.mesh.patch_crossing_pairs > 0);
+  CHECK(crossing.mesh.crossing_pairs == count_crossing_pairs(read_mesh(job.output.mesh)));
+  job.fill.enabled = false;
+  const RunReport open = run(job);
+  CHECK(open.mesh.crossing_pairs == count_crossing_pairs(read_mesh(job.output.mesh)));
 }
 
 TEST_CASE("FactsOfAFilledMeshAreThoseOfItsFile", "[costly]") {

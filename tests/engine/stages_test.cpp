@@ -31,8 +31,9 @@ Names stages_in(const fs::path& work) {
 }  // namespace
 
 TEST_CASE("AStageWhoseKeyChangedTakesTheLaterOnesOfItsLineWithIt") {
-  CHECK(directories_from("points") == Names{"points", "mesh", "stitch", "holes"});
-  CHECK(directories_from("stitch") == Names{"stitch", "holes"});
+  CHECK(directories_from("points") ==
+        Names{"points", "mesh", "stitch", "holes", "crossings", "settled"});
+  CHECK(directories_from("stitch") == Names{"stitch", "holes", "crossings", "settled"});
   CHECK(directories_from("raw_thinned") == Names{"raw_thinned", "raw_patches", "raw_turns"});
   const Names smoothed = directories_from("raw_smooth_7");
   CHECK(smoothed ==

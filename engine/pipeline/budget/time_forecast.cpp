@@ -49,7 +49,10 @@ int runs_of(const ResolvedJob& job, Stage stage) {
       return may_clean || cleaning.thin_to_spacing > 0.0 ? 1 : 0;
     case Stage::kHoles:
     case Stage::kTrace:
+    case Stage::kSettle:
       return job.fill.enabled ? 1 : 0;
+    case Stage::kCheck:
+      return job.fill.enabled || job.output.check_surface ? 1 : 0;
     case Stage::kPatches:
     case Stage::kOrientation:
     case Stage::kTurns:

@@ -125,7 +125,12 @@ std::string stitch_key(const ResolvedJob& job, const std::string& mesh_key) {
 
 std::string hole_key(const ResolvedJob& job, const std::string& mesh_key) {
   constexpr std::array<std::string_view, 1> kNotTheirs = {"enabled"};
-  return mesh_key + key_line("layout of holes", "6") + section_lines(job, "fill", kNotTheirs);
+  return mesh_key + key_line("layout of holes", "7") + section_lines(job, "fill", kNotTheirs);
+}
+
+std::string check_key(const ResolvedJob& job, const std::string& mesh_key) {
+  return hole_key(job, mesh_key) + key_line("layout of the check", "1") +
+         option_line(job, "output.check_surface");
 }
 
 std::string outputs_key(const ResolvedJob& job, std::span<const InputStamp> outputs) {

@@ -29,6 +29,7 @@ std::string mesh_key(const ResolvedJob& job, const std::string& points_key,
 /// Holes to be filled need the boundary of the whole mesh.
 std::string stitch_key(const ResolvedJob& job, const std::string& mesh_key);
 std::string hole_key(const ResolvedJob& job, const std::string& mesh_key);
+std::string check_key(const ResolvedJob& job, const std::string& mesh_key);
 /// Everything that a job's outputs depend on, and the outputs as they lie there.
 std::string outputs_key(const ResolvedJob& job, std::span<const InputStamp> outputs);
 

@@ -35,6 +35,8 @@ enum class Stage : std::uint8_t {
   kStitch,
   kTrace,
   kHoles,
+  kCheck,
+  kSettle,
   kExport,
   kTiles,
   kPicture,
@@ -106,7 +108,7 @@ constexpr StageScaling chunk_scaling(double microseconds) {
 }
 
 // clang-format off
-inline constexpr std::array<StageInfo, 23> kStages = {{
+inline constexpr std::array<StageInfo, 25> kStages = {{
     // stage, name, directory, results, line, goes with line, --fresh, repair, status, completed by
     {Stage::kRawCount, "raw count", "raw_cut", "counts of raw points", StageLine::kRaw, false, true,
      StageRepair::kStage, false, "", kCountScaling},
@@ -148,6 +150,10 @@ inline constexpr std::array<StageInfo, 23> kStages = {{
      StageRepair::kStage, false, "", {.work = StageWork::kRedundant, .microseconds = 0.1}},
     {Stage::kHoles, "holes", "holes", "holes", StageLine::kFinal, true, true,
      StageRepair::kChunk, true, "", {.work = StageWork::kShared, .threads = 1.0, .microseconds = 0.5}},
+    {Stage::kCheck, "check", "crossings", "crossings", StageLine::kFinal, true, true,
+     StageRepair::kChunk, false, "", chunk_scaling(0.3)},
+    {Stage::kSettle, "settle", "settled", "holes", StageLine::kFinal, true, true,
+     StageRepair::kStage, false, "", {.microseconds = 0.0}},
     {Stage::kExport, "export", "export", "mesh file", StageLine::kFinal, false, false,
      StageRepair::kStage, false, "", kExportScaling},
     {Stage::kTiles, "export", "tiles", "tiles", StageLine::kFinal, false, false,
@@ -174,6 +180,8 @@ std::string directory_of(Stage stage, int repeat);
 inline constexpr const char* kMeshStage = directory_of(Stage::kReconstruct);
 inline constexpr const char* kStitchStage = directory_of(Stage::kStitch);
 inline constexpr const char* kHoleStage = directory_of(Stage::kHoles);
+inline constexpr const char* kCheckStage = directory_of(Stage::kCheck);
+inline constexpr const char* kSettledStage = directory_of(Stage::kSettle);
 
 /// The stage whose results lie in a directory; null where the table has no such directory. Of
 /// several stages with one directory, the first.

@@ -11,36 +11,50 @@
 namespace orbweave {
 namespace {
 
-/// Fans that are left. Where a patch fills the gap after a fan, it goes on with the next one.
-/// `corners`: of filled loops, (arriving from, vertex, leaving to), sorted.
-void close_fans(std::span<const Triangle64> corners, std::vector<OpenFan>& fans) {
-  const auto filled_after = [&](std::uint64_t previous, std::uint64_t vertex) {
-    const auto at =
-        std::lower_bound(corners.begin(), corners.end(), Triangle64{previous, vertex, 0});
-    const bool found = at != corners.end() && (*at)[0] == previous && (*at)[1] == vertex;
-    return found ? &*at : nullptr;
+bool by_vertex(const OpenFan& a, const OpenFan& b) {
+  return a.vertex != b.vertex ? a.vertex < b.vertex : a.previous < b.previous;
+}
+
+/// Joins fans of one vertex, [first, last) by what is before them, where one ends at the edge at
+/// which another begins; those that close vanish. Returns the end of what is left.
+OpenFan* join_at_vertex(OpenFan* first, OpenFan* last) {
+  const auto n = static_cast<std::size_t>(last - first);
+  const auto after = [&](const OpenFan& fan) {
+    const OpenFan* at = std::lower_bound(
+        first, last, fan.next,
+        [](const OpenFan& other, std::uint64_t previous) { return other.previous < previous; });
+    return at != last && at->previous == fan.next ? static_cast<std::size_t>(at - first) : n;
   };
-  using Edge = std::array<std::uint64_t, 2>;
-  std::vector<Edge> begun;  // (vertex, next) of fans after a filled gap
-  begun.reserve(corners.size());
-  for (const Triangle64& corner : corners) begun.push_back({corner[1], corner[2]});
-  std::sort(begun.begin(), begun.end());
-  const auto is_begun = [&](const OpenFan& fan) {
-    return std::binary_search(begun.begin(), begun.end(), Edge{fan.vertex, fan.next});
-  };
-  std::vector<Triangle64> gone;  // (vertex, next, previous) of those fans
-  gone.reserve(begun.size());
-  for (const OpenFan& fan : fans)
-    if (is_begun(fan)) gone.push_back({fan.vertex, fan.next, fan.previous});
-  std::sort(gone.begin(), gone.end());
-  std::erase_if(fans, is_begun);
-  for (OpenFan& fan : fans) {
-    while (const Triangle64* corner = filled_after(fan.previous, fan.vertex)) {
-      const Triangle64 wanted{fan.vertex, (*corner)[2], 0};
-      const auto at = std::lower_bound(gone.begin(), gone.end(), wanted);
-      fan.previous = gone.at(static_cast<std::size_t>(at - gone.begin()))[2];
-    }
+  std::vector<std::size_t> next(n);
+  std::vector<std::uint8_t> has_before(n, 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    next[i] = after(first[i]);
+    if (next[i] < n) has_before[next[i]] = 1;
   }
+  std::vector<OpenFan> left;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (has_before[i] != 0) continue;
+    std::size_t end = i;
+    while (next[end] < n) end = next[end];
+    left.push_back({first[i].previous, first[i].vertex, first[end].next, first[i].component});
+  }
+  return std::copy(left.begin(), left.end(), first);
+}
+
+/// The boundary of fans of the mesh and of patches together.
+void join_fans(std::vector<OpenFan>& fans) {
+  std::sort(fans.begin(), fans.end(), by_vertex);
+  std::size_t kept = 0;
+  for (std::size_t begin = 0, end = 0; begin < fans.size(); begin = end) {
+    while (end < fans.size() && fans[end].vertex == fans[begin].vertex) ++end;
+    std::size_t last = end;
+    if (end - begin > 1) {
+      const OpenFan* left = join_at_vertex(fans.data() + begin, fans.data() + end);
+      last = static_cast<std::size_t>(left - fans.data());
+    }
+    for (std::size_t i = begin; i < last; ++i) fans[kept++] = fans[i];
+  }
+  fans.resize(kept);
 }
 
 /// The fans with doubled vertices under their own numbers.
@@ -77,36 +91,66 @@ std::vector<OpenFan> in_split_numbers(std::vector<OpenFan> fans,
   return fans;
 }
 
-/// The corners of filled loops, (arriving from, vertex, leaving to), sorted. Against the loops: the
-/// direction of the fans.
-std::vector<Triangle64> filled_corners(std::span<const BoundaryLoop> loops,
-                                       std::span<const HoleFacts> holes) {
-  std::vector<Triangle64> corners;
+bool is_closed(const HoleFacts& hole) { return hole.filled && hole.open_edges == 0; }
+
+/// Adds the fans of patches that close their loops: one per corner, from the edge at which the
+/// mesh's next fan around begins to the one at which the last one ended.
+void add_fans_of_closed(std::span<const BoundaryLoop> loops, std::span<const HoleFacts> holes,
+                        std::vector<OpenFan>& fans) {
+  std::size_t corners = 0;
+  for (std::size_t l = 0; l < loops.size(); ++l)
+    corners += is_closed(holes[l]) ? loops[l].vertices.size() : 0;
+  fans.reserve(fans.size() + corners);
   for (std::size_t l = 0; l < loops.size(); ++l) {
-    if (!holes[l].filled) continue;
+    if (!is_closed(holes[l])) continue;
     const std::vector<std::uint64_t>& loop = loops[l].vertices;
     const std::size_t n = loop.size();
     for (std::size_t i = 0; i < n; ++i)
-      corners.push_back({loop[(i + 2) % n], loop[(i + 1) % n], loop[i]});
+      fans.push_back({loop[i], loop[(i + 1) % n], loop[(i + 2) % n], 0});
   }
-  std::sort(corners.begin(), corners.end());
-  return corners;
 }
 
-/// Connected pieces once patches join them, without those that are removed.
-std::uint64_t count_components(const UnfilledMesh& mesh, std::span<const BoundaryLoop> loops,
-                               std::span<const HoleFacts> holes) {
-  DisjointSets pieces(mesh.pieces.size());
-  const auto piece_of = [&](std::size_t loop) {
-    return static_cast<std::uint32_t>(loops[loop].components.front());
+/// Adds the fans of triangles as they lie at their vertices, each triangle one: they are joined
+/// with the others.
+void add_fans_of(std::span<const Triangle64> triangles, std::vector<OpenFan>& fans) {
+  fans.reserve(fans.size() + 3 * triangles.size());
+  for (const Triangle64& t : triangles)
+    for (int k = 0; k < 3; ++k) fans.push_back({t[(k + 2) % 3], t[k], t[(k + 1) % 3], 0});
+}
+
+/// Joins the pieces of the mesh that patches hold together. `fans`: of the mesh, by vertex.
+void unite_over(std::span<const Triangle64> triangles, std::span<const OpenFan> fans,
+                DisjointSets& pieces) {
+  struct Side {
+    std::array<std::uint64_t, 2> edge;
+    std::uint32_t triangle;
+    auto operator<=>(const Side&) const = default;
   };
-  for (std::size_t l = 0; l < loops.size(); ++l) {
-    if (!holes[l].filled) continue;
-    for (const std::uint64_t piece : loops[l].components)
-      pieces.unite(piece_of(l), static_cast<std::uint32_t>(piece));
-    if (holes[l].joined_to > 0)
-      pieces.unite(piece_of(l), piece_of(static_cast<std::size_t>(holes[l].joined_to - 1)));
+  std::vector<Side> sides;
+  for (std::uint32_t t = 0; t < triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) sides.push_back({{triangles[t][k], triangles[t][(k + 1) % 3]}, t});
+  std::sort(sides.begin(), sides.end());
+  const auto first = static_cast<std::uint32_t>(pieces.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t) pieces.add();
+  for (const Side& side : sides) {
+    const auto other =
+        std::lower_bound(sides.begin(), sides.end(), Side{{side.edge[1], side.edge[0]}, 0});
+    if (other != sides.end() && other->edge[0] == side.edge[1] && other->edge[1] == side.edge[0])
+      pieces.unite(first + side.triangle, first + other->triangle);
+    // The mesh has the edge the other way round: its fan at the tail begins with it.
+    const auto fan = std::lower_bound(fans.begin(), fans.end(),
+                                      OpenFan{side.edge[1], side.edge[0], 0, 0}, by_vertex);
+    if (fan != fans.end() && fan->vertex == side.edge[0] && fan->previous == side.edge[1])
+      pieces.unite(first + side.triangle, static_cast<std::uint32_t>(fan->component));
   }
+}
+
+/// Connected pieces once patches join them, without those that are removed. A patch within one
+/// piece joins nothing.
+std::uint64_t count_components(const UnfilledMesh& mesh, const PatchTotals& patches) {
+  DisjointSets pieces(mesh.pieces.size());
+  unite_over(patches.open_triangles, mesh.fans, pieces);
+  unite_over(patches.joining_triangles, mesh.fans, pieces);
   std::uint64_t components = 0;
   for (std::uint32_t p = 0; p < mesh.pieces.size(); ++p) {
     components += pieces.find(p) == p ? 1 : 0;
@@ -118,24 +162,26 @@ std::uint64_t count_components(const UnfilledMesh& mesh, std::span<const Boundar
 }  // namespace
 
 MeshFacts facts_after_fill(MeshFacts facts, UnfilledMesh mesh, std::vector<BoundaryLoop> loops,
-                           const FilledHoles& filled, double patch_area) {
+                           const FilledHoles& filled, const PatchTotals& patches) {
   for (const HoleFacts& hole : filled.holes) {
     if (!hole.filled) continue;
     facts.vertices += hole.points_added;
     facts.triangles += hole.triangles_added;
   }
-  facts.components = count_components(mesh, loops, filled.holes);
-  std::vector<Triangle64> corners = filled_corners(loops, filled.holes);
+  std::vector<OpenFan>& fans = mesh.fans;
+  std::sort(fans.begin(), fans.end(), by_vertex);
+  facts.components = count_components(mesh, patches);
+  add_fans_of_closed(loops, filled.holes, fans);
   loops = {};
-  close_fans(corners, mesh.fans);
-  corners = {};
+  add_fans_of(patches.open_triangles, fans);
+  join_fans(fans);
   facts.vertices += filled.copies.size();
   facts.vertices -= filled.freed.size();
   facts.triangles -= filled.removed.size();
   facts.nonmanifold_vertices = 0;
-  facts.area += patch_area;
-  facts.boundary_edges = mesh.fans.size();
-  facts.boundary_loops = count_loops(in_split_numbers(std::move(mesh.fans), filled.splits));
+  facts.area += patches.area;
+  facts.boundary_edges = fans.size();
+  facts.boundary_loops = count_loops(in_split_numbers(std::move(fans), filled.splits));
   derive_facts(facts);
   return facts;
 }

@@ -18,9 +18,20 @@ struct UnfilledMesh {
   std::uint64_t min_triangles = 0;     ///< pieces of fewer are removed
 };
 
+/// All patches together.
+struct PatchTotals {
+  double area = 0.0;  ///< square world units
+  /// Of patches that do not close their loops whole; new vertices are kNewVertex + index over all
+  /// batches.
+  std::vector<Triangle64> open_triangles;
+  /// Likewise, of patches that close their loops and touch several pieces of the mesh. Where such a
+  /// loop touches itself its parts may leave the pieces apart.
+  std::vector<Triangle64> joining_triangles;
+};
+
 /// The facts of the filled mesh. `facts`: of the stitched mesh, its area already without the pieces
-/// that are removed. `loops`: by the ids of `filled.holes`. `patch_area`: of all patches.
+/// that are removed. `loops`: by the ids of `filled.holes`.
 MeshFacts facts_after_fill(MeshFacts facts, UnfilledMesh mesh, std::vector<BoundaryLoop> loops,
-                           const FilledHoles& filled, double patch_area);
+                           const FilledHoles& filled, const PatchTotals& patches);
 
 }  // namespace orbweave

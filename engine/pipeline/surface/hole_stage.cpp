@@ -9,6 +9,7 @@
 #include "engine/holes/loops/hole_choice.h"
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/budget/time_forecast.h"
+#include "engine/pipeline/surface/check_stage.h"
 #include "engine/pipeline/surface/filled_boundary.h"
 #include "engine/pipeline/surface/patch_batch.h"
 #include "engine/pipeline/surface/pinched_vertices.h"
@@ -133,6 +134,29 @@ HoleLoad load_of(const TracedHoles& holes, const Partition& partition,
   return {holes.fans.size(), holes.plan.loops.size(), chunk, batch, chunks};
 }
 
+Box box_of(const Surface& surface, const LoopPatch& patch) {
+  Box box;
+  for (const Triangle64& t : patch.triangles)
+    for (const std::uint64_t v : t)
+      box.extend(v < kNewVertex ? surface.position(v) : patch.positions[v - kNewVertex]);
+  return box;
+}
+
+/// Where the patches of all batches lie.
+std::vector<PatchPlace> places_of_patches(const TracedHoles& holes, const Partition& partition,
+                                          StageRunner& runner) {
+  std::vector<PatchPlace> places;
+  for (ChunkId batch = 0; batch < holes.batches.size(); ++batch) {
+    runner.stop.check();
+    const PatchBatch patches = load_patch_facts(runner.store, batch);
+    for (std::size_t i = 0; i < patches.facts.size(); ++i)
+      if (!patches.boxes[i].empty())
+        places.push_back({patches.facts[i].id, batch,
+                          partition.chunk_of(patches.facts[i].first_vertex), patches.boxes[i]});
+  }
+  return places;
+}
+
 void fill_batch(const TracedHoles& holes, ChunkId number, const Surface& surface,
                 StageRunner& runner) {
   const Batch& batch = holes.batches[number];
@@ -142,7 +166,8 @@ void fill_batch(const TracedHoles& holes, ChunkId number, const Surface& surface
     for (LoopPatch& patch :
          fill_group(surface, holes.plan, holes.plan.groups[i], runner.job.fill, &runner.stop)) {
       const double area = area_of(surface, patch);
-      append_patch(std::move(patch), area, patches);
+      const Box box = box_of(surface, patch);
+      append_patch(std::move(patch), area, box, patches);
     }
   }
   commit_patch_batch(runner.store, number, patches);
@@ -176,33 +201,69 @@ std::vector<std::uint32_t> chunks_of(const BoundaryLoop& loop, const Partition& 
   return chunks;
 }
 
-/// Takes the facts of all loops to `filled`, as far as batches were stored. Returns the area of
-/// the patches.
-double collect_patches(TracedHoles& holes, const Partition& partition, StageRunner& runner,
-                       FilledHoles& filled) {
-  double area = 0.0;
+/// The triangles of these holes of a batch; `ids` ascending. `first_vertex`: the number of the
+/// batch's first new vertex among those of all batches.
+void add_triangles_of(const PatchBatch& patches, std::span<const std::int32_t> ids,
+                      std::uint64_t first_vertex, std::vector<Triangle64>& triangles) {
+  for (std::size_t i = 0; i < patches.triangles.size() && !ids.empty(); ++i) {
+    if (!std::binary_search(ids.begin(), ids.end(), patches.hole[i])) continue;
+    Triangle64 t = patches.triangles[i];
+    for (std::uint64_t& vertex : t) vertex += vertex >= kNewVertex ? first_vertex : 0;
+    triangles.push_back(t);
+  }
+}
+
+/// Triangles of a batch that what is left of the boundary follows from.
+void add_patches_to_totals(const HolePlan& plan, const PatchBatch& facts, const ChunkStore& store,
+                           ChunkId batch, std::uint64_t first_vertex, PatchTotals& sum) {
+  std::vector<std::int32_t> open, joining;
+  for (const HoleFacts& hole : facts.facts) {
+    if (!hole.filled) continue;
+    const auto l = static_cast<std::size_t>(hole.id - plan.first_id);
+    if (hole.open_edges > 0)
+      open.push_back(hole.id);
+    else if (hole.joined_to != 0)
+      joining.push_back(hole.joined_to);
+    else if (plan.loops[l].components.size() > 1)
+      joining.push_back(hole.id);
+  }
+  if (open.empty() && joining.empty()) return;
+  std::sort(open.begin(), open.end());
+  std::sort(joining.begin(), joining.end());
+  const PatchBatch patches = load_patch_batch(store, batch);
+  add_triangles_of(patches, open, first_vertex, sum.open_triangles);
+  add_triangles_of(patches, joining, first_vertex, sum.joining_triangles);
+}
+
+/// Takes the facts of all loops to `filled`, as far as batches were stored.
+PatchTotals collect_patches(TracedHoles& holes, const Partition& partition, StageRunner& runner,
+                            FilledHoles& filled) {
+  PatchTotals sum;
+  std::uint64_t first_vertex = 0;
   filled.holes = holes.plan.all_facts();
   holes.plan.reasons = {};
   for (ChunkId batch = 0; batch < holes.batches.size(); ++batch) {
     runner.stop.check();
     PatchBatch patches = load_patch_facts(runner.store, batch);
+    add_patches_to_totals(holes.plan, patches, runner.store, batch, first_vertex, sum);
     std::uint64_t vertices = 0, triangles = 0;
     for (std::size_t i = 0; i < patches.facts.size(); ++i) {
       HoleFacts& facts = patches.facts[i];  // ids are ranks of loops, from 1
       vertices += facts.points_added;
       triangles += facts.triangles_added;
-      area += patches.areas[i];
+      sum.area += patches.areas[i];
       HoleFacts& hole = filled.holes[static_cast<std::size_t>(facts.id - 1)];
       // The option that decided is the plan's to say: a batch holds the text alone.
       if (!facts.filled) facts.open = hole.open;
       hole = std::move(facts);
     }
+    first_vertex += vertices;
     filled.new_vertices.push_back(vertices);
     filled.new_triangles.push_back(triangles);
   }
   for (std::size_t l = 0; l < holes.plan.loops.size(); ++l)
     filled.holes[l].chunks = chunks_of(holes.plan.loops[l], partition);
-  return area;
+  return sum;
 }
 
 /// Traces the loops. `inputs` ends without fans and vertices of the boundary, and with the area of
@@ -245,25 +306,47 @@ HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
   JobSize size = size_of_job(partition, inputs.surface.radii.values, runner.communicator.size());
   size.loops = holes.plan.loops.size();
   runner.progress.expect(expected_stages(runner.job, size));
-  StageClock clock(runner, Stage::kHoles, holes.batches.size(), "batches");
-  begin_holes(inputs.surface, holes.batches.size(), runner);
-  fill_batches(holes, partition, surface, clock, runner);
+  {
+    StageClock clock(runner, Stage::kHoles, holes.batches.size(), "batches");
+    begin_holes(inputs.surface, holes.batches.size(), runner);
+    fill_batches(holes, partition, surface, clock, runner);
+    clock.facts().chunks = holes.batches.size();
+  }
   holes.plan.vertices = {};
   holes.plan.islands = {};
   holes.plan.taken = {};
+  // What has been gathered for the check and what is read for it share the memory.
+  const std::size_t memory_bytes = bytes_for_chunks(runner.job, partition);
+  surface.limit_memory(memory_bytes / 2);
+  const CheckResult check = check_crossings(
+      {inputs.surface, surface, places_of_patches(holes, partition, runner), memory_bytes / 2},
+      runner);
+  const StageClock clock(runner, Stage::kSettle, holes.batches.size(), "batches");
+  by_root(runner, [&] {
+    drop_crossing_patches(check.dropped, static_cast<ChunkId>(holes.batches.size()), runner.store);
+  });
   SplitVertices split = split_pinched(inputs.boundary.pinched, surface, runner.store,
                                       static_cast<ChunkId>(holes.batches.size()), runner.stop);
   result.filled.splits = std::move(split.splits);
   result.filled.copies = std::move(split.copies);
   surface.limit_memory(0);
   release_freed_memory();
-  const double patch_area = collect_patches(holes, partition, runner, result.filled);
+  const PatchTotals patches = collect_patches(holes, partition, runner, result.filled);
   result.facts = facts_after_fill(
       std::move(inputs.facts),
       {std::move(holes.fans), inputs.boundary.pieces, runner.job.fill.min_triangles},
-      std::move(holes.plan.loops), result.filled, patch_area);
-  clock.facts().chunks = holes.batches.size();
+      std::move(holes.plan.loops), result.filled, patches);
+  result.facts.crossing_pairs = check.crossing_pairs;
+  result.facts.patch_crossing_pairs = check.patch_crossing_pairs;
   return result;
+}
+
+std::uint64_t count_crossings_unfilled(const SurfaceInputs& inputs, StageRunner& runner) {
+  const std::size_t memory_bytes = bytes_for_chunks(runner.job, inputs.partition);
+  const StoredSurface surface(runner.store, inputs.partition, 2.0 * inputs.radii.values.back(),
+                              memory_bytes / 2, false);
+  return check_crossings({inputs, surface, {}, memory_bytes / 2}, runner)
+      .crossing_pairs.value_or(0);
 }
 
 std::vector<HoleFacts> list_loops(const StitchedBoundary& boundary, const FillOptions& options) {

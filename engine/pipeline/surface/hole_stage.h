@@ -28,6 +28,9 @@ struct HoleResult {
 /// The stage. Batches that the store holds under the same options are not computed again.
 HoleResult fill_holes(HoleInputs inputs, StageRunner& runner);
 
+/// Pairs of triangles of the stitched mesh that cross, nothing filled.
+std::uint64_t count_crossings_unfilled(const SurfaceInputs& inputs, StageRunner& runner);
+
 /// The loops of a stitched mesh, nothing filled; `reason` says why where one would stay open.
 std::vector<HoleFacts> list_loops(const StitchedBoundary& boundary, const FillOptions& options);
 

@@ -1,14 +1,16 @@
 #include "engine/pipeline/surface/patch_batch.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <utility>
 
 namespace orbweave {
 namespace {
 
-constexpr std::uint32_t kFactColumns = 18;
+constexpr std::uint32_t kFactColumns = 19;
 using FactRow = std::array<double, kFactColumns>;
 
 /// Texts go to one array, their lengths to the rows. Counts are whole doubles.
@@ -31,6 +33,7 @@ FactRow row_of(const HoleFacts& f, double area, std::string& texts) {
           f.condition,
           f.rim_dihedral_deg,
           static_cast<double>(f.joined_to),
+          static_cast<double>(f.open_edges),
           area};
 }
 
@@ -58,12 +61,14 @@ HoleFacts facts_of(const FactRow& row, const std::vector<char>& texts, std::size
   f.condition = row[14];
   f.rim_dihedral_deg = row[15];
   f.joined_to = static_cast<std::int32_t>(row[16]);
+  f.open_edges = count(row[17]);
   return f;
 }
 
 void read_facts(const StoredResult& stored, PatchBatch& batch) {
   const auto rows = stored.read_all<FactRow>("facts");
   const auto seconds = stored.read_all<double>("seconds");
+  batch.boxes = stored.read_all<Box>("boxes");
   const auto texts = stored.read_all<char>("texts");
   std::size_t place = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -75,7 +80,7 @@ void read_facts(const StoredResult& stored, PatchBatch& batch) {
 
 }  // namespace
 
-void append_patch(LoopPatch&& patch, double area, PatchBatch& batch) {
+void append_patch(LoopPatch&& patch, double area, const Box& box, PatchBatch& batch) {
   const std::uint64_t base = batch.positions.size();
   for (Triangle64 t : patch.triangles) {
     for (std::uint64_t& vertex : t) vertex += vertex >= kNewVertex ? base : 0;
@@ -86,10 +91,56 @@ void append_patch(LoopPatch&& patch, double area, PatchBatch& batch) {
   batch.normals.insert(batch.normals.end(), patch.normals.begin(), patch.normals.end());
   batch.values.insert(batch.values.end(), patch.values.begin(), patch.values.end());
   batch.areas.push_back(area);
+  batch.boxes.push_back(box);
   batch.facts.push_back(std::move(patch.facts));
 }
 
-void commit_patch_batch(ChunkStore& store, ChunkId batch, const PatchBatch& patches) {
+void drop_patches(std::span<const std::int32_t> ids, PatchBatch& batch) {
+  const auto is_dropped = [&](std::int32_t id) {
+    return std::binary_search(ids.begin(), ids.end(), id);
+  };
+  const std::size_t channels =
+      batch.positions.empty() ? 0 : batch.values.size() / batch.positions.size();
+  // The new vertices of a loop follow those of the loop before.
+  std::vector<std::uint64_t> number;
+  number.reserve(batch.positions.size());
+  std::uint64_t kept = 0, vertex = 0;
+  for (std::size_t i = 0; i < batch.facts.size(); ++i) {
+    HoleFacts& facts = batch.facts[i];
+    const bool stays = !is_dropped(facts.id);
+    for (std::uint64_t k = 0; k < facts.points_added; ++k, ++vertex) {
+      number.push_back(kNewVertex + kept);
+      if (!stays) continue;
+      batch.positions[kept] = batch.positions[vertex];
+      batch.normals[kept] = batch.normals[vertex];
+      for (std::size_t c = 0; c < channels; ++c)
+        batch.values[kept * channels + c] = batch.values[vertex * channels + c];
+      ++kept;
+    }
+    if (stays) continue;
+    facts.points_added = facts.triangles_added = facts.sites = facts.open_edges = 0;
+    facts.residual = facts.condition = facts.rim_dihedral_deg = 0.0;
+    batch.areas[i] = 0.0;
+    batch.boxes[i] = {};
+  }
+  batch.positions.resize(kept);
+  batch.normals.resize(kept);
+  batch.values.resize(kept * channels);
+  std::size_t triangles = 0;
+  for (std::size_t t = 0; t < batch.triangles.size(); ++t) {
+    if (is_dropped(batch.hole[t])) continue;
+    Triangle64 triangle = batch.triangles[t];
+    for (std::uint64_t& v : triangle)
+      if (v >= kNewVertex) v = number[v - kNewVertex];
+    batch.hole[triangles] = batch.hole[t];
+    batch.triangles[triangles++] = triangle;
+  }
+  batch.triangles.resize(triangles);
+  batch.hole.resize(triangles);
+}
+
+void commit_patch_batch(ChunkStore& store, ChunkId batch, const PatchBatch& patches,
+                        const std::string& stage) {
   std::vector<FactRow> rows;
   std::vector<double> seconds;
   std::string texts;
@@ -105,19 +156,28 @@ void commit_patch_batch(ChunkStore& store, ChunkId batch, const PatchBatch& patc
       {"hole", ScalarType::kInt32, 1, patches.hole.size(), patches.hole.data()},
       {"facts", ScalarType::kFloat64, kFactColumns, rows.size(), rows.data()},
       {"seconds", ScalarType::kFloat64, 1, seconds.size(), seconds.data()},
+      {"boxes", ScalarType::kFloat64, 6, patches.boxes.size(), patches.boxes.data()},
       {"texts", ScalarType::kUint8, 1, texts.size(), texts.data()},
   };
-  store.commit(kHoleStage, batch, arrays);
+  store.commit(stage, batch, arrays);
 }
+
+namespace {
+
+std::unique_ptr<StoredResult> open_batch(const ChunkStore& store, ChunkId batch) {
+  return store.open(store.has(kSettledStage, batch) ? kSettledStage : kHoleStage, batch);
+}
+
+}  // namespace
 
 PatchBatch load_patch_facts(const ChunkStore& store, ChunkId batch) {
   PatchBatch patches;
-  read_facts(*store.open(kHoleStage, batch), patches);
+  read_facts(*open_batch(store, batch), patches);
   return patches;
 }
 
 PatchBatch load_patch_batch(const ChunkStore& store, ChunkId batch) {
-  const auto stored = store.open(kHoleStage, batch);
+  const auto stored = open_batch(store, batch);
   PatchBatch patches;
   patches.positions = stored->read_all<Vec3>("positions");
   patches.normals = stored->read_all<Vec3>("normals");

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "engine/holes/hole_pass.h"
 #include "engine/pipeline/stage/stages.h"
+#include "io/box.h"
 #include "io/report/report.h"
 #include "io/store/chunk_store.h"
 
@@ -20,15 +23,20 @@ struct PatchBatch {
   std::vector<Triangle64> triangles;
   std::vector<std::int32_t> hole;  ///< per triangle
   std::vector<double> areas;       ///< per loop, square world units
+  std::vector<Box> boxes;          ///< per loop, of its patch; empty ones where it stays open
   std::vector<HoleFacts> facts;    ///< per loop
 };
 
 /// Adds a loop's patch.
-void append_patch(LoopPatch&& patch, double area, PatchBatch& batch);
+void append_patch(LoopPatch&& patch, double area, const Box& box, PatchBatch& batch);
+/// Takes the patches of loops out again; `ids` ascending. What is said of these loops stays.
+void drop_patches(std::span<const std::int32_t> ids, PatchBatch& batch);
 
-void commit_patch_batch(ChunkStore& store, ChunkId batch, const PatchBatch& patches);
+void commit_patch_batch(ChunkStore& store, ChunkId batch, const PatchBatch& patches,
+                        const std::string& stage = kHoleStage);
+/// The batch as it was settled (kSettledStage), where it was, else as it was filled.
 PatchBatch load_patch_batch(const ChunkStore& store, ChunkId batch);
-/// Facts and areas only.
+/// Facts, areas and boxes only.
 PatchBatch load_patch_facts(const ChunkStore& store, ChunkId batch);
 
 }  // namespace orbweave

@@ -36,6 +36,10 @@ class StoredSurface : public Surface {
   void positions(std::span<const std::uint64_t> vertices, std::span<Vec3> out) const override;
   void triangles_at(std::span<const std::uint64_t> vertices, std::vector<Triangle64>& out,
                     std::vector<std::size_t>& ends) const override;
+  /// The points of a chunk, in their order.
+  std::vector<Vec3> positions_of(ChunkId chunk) const;
+  /// Adds the triangles that the chunk owns, but for some that do not come near the box.
+  void triangles_near(ChunkId chunk, const Box& box, std::vector<Triangle64>& out) const;
   std::uint32_t channels() const override;
   std::vector<double> values(std::span<const std::uint64_t> vertices) const override;
 

@@ -1,0 +1,240 @@
+#include "engine/pipeline/surface/check_stage.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <utility>
+
+#include "engine/geometry/crossing_pairs.h"
+#include "engine/pipeline/surface/patch_batch.h"
+
+namespace orbweave {
+namespace {
+
+Box everywhere() {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  return {{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
+}
+
+/// Triangles of several chunks and patches in numbers of their own.
+class GatheredTriangles {
+ public:
+  GatheredTriangles(const StoredSurface& mesh, const Partition& partition, ChunkId chunk)
+      : mesh_(mesh), first_(partition.first_vertex[chunk]), positions_(mesh.positions_of(chunk)) {
+    own_ = positions_.size();
+  }
+
+  std::size_t size() const { return triangles_.size(); }
+
+  void add_surface(ChunkId chunk, const Box& box) {
+    mesh_.triangles_near(chunk, box, triangles_);
+    hole_.resize(triangles_.size(), 0);
+  }
+
+  /// Adds the patches of these holes that lie in one batch.
+  void add_patches(const ChunkStore& store, std::span<const PatchPlace> places) {
+    const PatchBatch batch = load_patch_batch(store, places.front().batch);
+    std::vector<std::int32_t> ids;
+    for (const PatchPlace& place : places) ids.push_back(place.hole);
+    std::sort(ids.begin(), ids.end());
+    const std::uint64_t base = added_.size();
+    added_.insert(added_.end(), batch.positions.begin(), batch.positions.end());
+    for (std::size_t t = 0; t < batch.triangles.size(); ++t) {
+      if (!std::binary_search(ids.begin(), ids.end(), batch.hole[t])) continue;
+      Triangle64 triangle = batch.triangles[t];
+      for (std::uint64_t& vertex : triangle) vertex += vertex >= kNewVertex ? base : 0;
+      triangles_.push_back(triangle);
+      hole_.push_back(batch.hole[t]);
+    }
+  }
+
+  /// Of all triangles so far.
+  Box box() {
+    number();
+    Box box;
+    for (const Triangle& t : numbered_)
+      for (const std::uint32_t v : t) box.extend(positions_[v]);
+    return box;
+  }
+
+  /// Pairs with one of the first `own` triangles. `all`: pairs of the surface alone, too.
+  std::vector<HolePair> crossing(std::size_t own, bool all, const StopToken& stop) {
+    number();
+    PairsWanted wanted{static_cast<std::uint32_t>(own), {}};
+    if (!all) wanted.mark = hole_;
+    std::vector<HolePair> pairs;
+    for (const TrianglePair& pair : crossing_pairs(positions_, numbered_, wanted, &stop)) {
+      const auto [first, second] = std::minmax(hole_[pair[0]], hole_[pair[1]]);
+      pairs.push_back({first, second});
+    }
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+  }
+
+ private:
+  /// Gives every vertex a number: the chunk's own points, other points, new vertices.
+  void number() {
+    std::vector<std::uint64_t> others;
+    for (const Triangle64& t : triangles_)
+      for (const std::uint64_t v : t)
+        if (v < kNewVertex && v - first_ >= own_) others.push_back(v);
+    std::sort(others.begin(), others.end());
+    others.erase(std::unique(others.begin(), others.end()), others.end());
+    positions_.resize(own_ + others.size());
+    mesh_.positions(others, std::span(positions_).subspan(own_));
+    const std::uint64_t first_added = positions_.size();
+    positions_.insert(positions_.end(), added_.begin(), added_.end());
+    numbered_.clear();
+    numbered_.reserve(triangles_.size());
+    const auto number_of = [&](std::uint64_t v) -> std::uint64_t {
+      if (v >= kNewVertex) return first_added + (v - kNewVertex);
+      if (v - first_ < own_) return v - first_;
+      return own_ + static_cast<std::size_t>(std::lower_bound(others.begin(), others.end(), v) -
+                                             others.begin());
+    };
+    for (const Triangle64& t : triangles_)
+      numbered_.push_back({static_cast<std::uint32_t>(number_of(t[0])),
+                           static_cast<std::uint32_t>(number_of(t[1])),
+                           static_cast<std::uint32_t>(number_of(t[2]))});
+  }
+
+  const StoredSurface& mesh_;
+  const std::uint64_t first_;
+  std::size_t own_ = 0;
+  std::vector<Vec3> positions_;
+  std::vector<Vec3> added_;
+  std::vector<Triangle64> triangles_;
+  std::vector<std::int32_t> hole_;  // per triangle; 0: the surface
+  std::vector<Triangle> numbered_;
+};
+
+/// Patches that `is_wanted` in the order of their batches, batch by batch.
+template <class Wanted>
+void add_wanted_patches(const ChunkStore& store, std::span<const PatchPlace> patches,
+                        const Wanted& is_wanted, GatheredTriangles& gathered) {
+  std::vector<PatchPlace> of_batch;
+  const auto add = [&] {
+    if (!of_batch.empty()) gathered.add_patches(store, of_batch);
+    of_batch.clear();
+  };
+  for (const PatchPlace& place : patches) {
+    if (!is_wanted(place)) continue;
+    if (!of_batch.empty() && of_batch.front().batch != place.batch) add();
+    of_batch.push_back(place);
+  }
+  add();
+}
+
+class Check {
+ public:
+  Check(const CheckInputs& inputs, StageRunner& runner) : inputs_(inputs), runner_(runner) {}
+
+  void run(StageClock& clock) {
+    const Partition& partition = inputs_.surface.partition;
+    std::vector<ChunkWork> tasks;
+    for (ChunkId chunk = 0; chunk < partition.octree.chunks().size(); ++chunk) {
+      // Positions, triangles in two numberings and their boxes, of the chunk and what is near it.
+      constexpr std::size_t kPerPoint = 300;
+      const std::uint64_t points = partition.points_in(chunk);
+      tasks.push_back({chunk, kPerPoint * points, points, points});
+    }
+    share_chunks(runner_, clock, kCheckStage, std::move(tasks), inputs_.memory_bytes,
+                 [this](ChunkId chunk) { commit(chunk, crossing_at(chunk)); });
+  }
+
+  std::vector<HolePair> all_pairs() const {
+    std::vector<HolePair> pairs;
+    for (ChunkId chunk = 0; chunk < inputs_.surface.partition.octree.chunks().size(); ++chunk) {
+      const auto part = runner_.store.open(kCheckStage, chunk)->read_all<HolePair>("pairs");
+      pairs.insert(pairs.end(), part.begin(), part.end());
+    }
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+  }
+
+ private:
+  /// Pairs of the chunk's triangles and patches with each other and with those of later chunks.
+  std::vector<HolePair> crossing_at(ChunkId chunk) const {
+    const Partition& partition = inputs_.surface.partition;
+    const bool all = runner_.job.output.check_surface;
+    GatheredTriangles gathered(inputs_.mesh, partition, chunk);
+    gathered.add_surface(chunk, everywhere());
+    add_wanted_patches(
+        runner_.store, inputs_.patches,
+        [&](const PatchPlace& place) { return place.chunk == chunk; }, gathered);
+    const std::size_t own = gathered.size();
+    const Box box = gathered.box();
+    const double reach = 2.0 * inputs_.surface.radii.values.back();
+    const std::vector<Chunk>& chunks = partition.octree.chunks();
+    for (ChunkId other = chunk + 1; other < chunks.size(); ++other)
+      if (chunks[other].box.grown(reach).intersects(box)) gathered.add_surface(other, box);
+    add_wanted_patches(
+        runner_.store, inputs_.patches,
+        [&](const PatchPlace& place) { return place.chunk > chunk && place.box.intersects(box); },
+        gathered);
+    return gathered.crossing(own, all, runner_.stop);
+  }
+
+  void commit(ChunkId chunk, const std::vector<HolePair>& pairs) const {
+    const ArrayView arrays[] = {
+        {"pairs", ScalarType::kInt32, 2, pairs.size(), pairs.data()},
+    };
+    runner_.store.commit(kCheckStage, chunk, arrays);
+  }
+
+  const CheckInputs& inputs_;
+  StageRunner& runner_;
+};
+
+}  // namespace
+
+CheckResult check_crossings(const CheckInputs& inputs, StageRunner& runner) {
+  const ResolvedJob& job = runner.job;
+  CheckResult result;
+  if (inputs.patches.empty() && !job.output.check_surface) return result;
+  StageClock clock(runner, Stage::kCheck, inputs.surface.partition.octree.chunks().size(),
+                   "chunks");
+  by_root(runner, [&] {
+    begin_stage(runner, kCheckStage,
+                check_key(job, stored_mesh_key(job, runner.store, inputs.surface)));
+  });
+  Check check(inputs, runner);
+  check.run(clock);
+  const std::vector<HolePair> pairs = check.all_pairs();
+  if (!job.fill.allow_intersections) result.dropped = patches_to_drop(pairs);
+  std::uint64_t left = 0;
+  for (const auto& [first, second] : pairs) {
+    if (result.dropped.contains(first) || result.dropped.contains(second)) continue;
+    ++left;
+    result.patch_crossing_pairs += second != 0 ? 1 : 0;
+  }
+  if (job.output.check_surface) result.crossing_pairs = left;
+  return result;
+}
+
+void drop_crossing_patches(const DroppedHoles& dropped, ChunkId batches, ChunkStore& store) {
+  store.discard_stage(kSettledStage);
+  for (ChunkId batch = 0; batch < batches && !dropped.empty(); ++batch) {
+    PatchBatch facts = load_patch_facts(store, batch);
+    std::vector<std::int32_t> ids;
+    for (const HoleFacts& hole : facts.facts)
+      if (dropped.contains(hole.id)) ids.push_back(hole.id);
+    if (ids.empty()) continue;
+    std::sort(ids.begin(), ids.end());
+    PatchBatch patches = load_patch_batch(store, batch);
+    drop_patches(ids, patches);
+    for (HoleFacts& hole : patches.facts) {
+      const auto found = dropped.find(hole.joined_to != 0 ? hole.joined_to : hole.id);
+      if (found == dropped.end()) continue;
+      hole.filled = false;
+      hole.joined_to = 0;
+      hole.method.clear();
+      hole.reason = found->second;
+    }
+    commit_patch_batch(store, batch, patches, kSettledStage);
+  }
+  store.finish_commits();
+}
+
+}  // namespace orbweave
