@@ -140,7 +140,7 @@ TriangleMesh filled_mesh(FillReport& report, Progress& progress) {
 std::string summary(const FillReport& report) {
   const OutputOptions& output = report.options.output;
   Facts facts = {{"mesh", output.mesh}, {"", show_mesh(report.after)}};
-  add_holes(facts, report.holes, report.options);
+  add_holes(facts, report.holes, report.after, report.options);
   if (report.pieces_removed > 0)
     facts.emplace_back("removed", counted(report.pieces_removed, "piece", "pieces") + " of " +
                                       counted(report.triangles_removed, "triangle", "triangles"));

@@ -129,7 +129,8 @@ std::string show_mesh(const MeshFacts& mesh) {
                        : "");
 }
 
-void add_holes(Facts& facts, std::span<const HoleFacts> holes, const Job& job) {
+void add_holes(Facts& facts, std::span<const HoleFacts> holes, const MeshFacts& mesh,
+               const Job& job) {
   constexpr std::size_t kReasons = 5;
   if (holes.empty()) return;
   const HoleSummary found = hole_summary(holes);
@@ -140,6 +141,9 @@ void add_holes(Facts& facts, std::span<const HoleFacts> holes, const Job& job) {
                                      counted(found.points_added, "point", "points") + " and " +
                                      counted(found.triangles_added, "triangle", "triangles") +
                                      " added");
+  if (found.filled > 0 && mesh.area > 0.0)
+    facts.emplace_back("", fixed(100.0 * mesh.patch_area / mesh.area, 1) +
+                               " % of the mesh's area, which no point of the scan supports");
   if (found.partly > 0)
     facts.emplace_back("", format_count(found.partly) + " of them but for " +
                                counted(found.open_edges, "edge", "edges") +

@@ -35,7 +35,8 @@ std::string show_box(const Box& box);
 std::string counted(std::uint64_t count, const char* one, const char* many);  ///< "3 loops"
 std::string show_mesh(const MeshFacts& mesh);  ///< counts, and whether it is closed
 /// What became of the loops: how many, filled by what, open for what reason. Nothing for none.
-void add_holes(Facts& facts, std::span<const HoleFacts> holes, const Job& job);
+void add_holes(Facts& facts, std::span<const HoleFacts> holes, const MeshFacts& mesh,
+               const Job& job);
 
 std::string joined(const std::vector<std::string>& words);  ///< "a, b, c"
 

@@ -35,7 +35,7 @@ std::string summary(const RunReport& report) {
   std::error_code ignored;
   if (output.tiles && std::filesystem::exists(output.mesh, ignored))
     facts.emplace_back("", output.mesh + " is not of this run");
-  add_holes(facts, report.holes, report.options);
+  add_holes(facts, report.holes, report.mesh, report.options);
   if (!output.report.empty()) facts.emplace_back("report", output.report);
   if (!output.picture.empty()) facts.emplace_back("picture", output.picture);
   return facts_table(facts);

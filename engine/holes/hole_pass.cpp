@@ -86,6 +86,19 @@ std::vector<std::vector<Edge64>> shared_pairs(std::span<const BoundaryLoop> loop
 
 namespace {
 
+double area_of(const HoleProblem& problem, const HolePatch& patch) {
+  const auto given = static_cast<std::uint32_t>(problem.positions.size());
+  const auto position = [&](std::uint32_t v) {
+    return v < given ? problem.positions[v] : patch.positions[v - given];
+  };
+  double area = 0.0;
+  for (const Triangle& t : patch.triangles) {
+    const Vec3 a = position(t[0]);
+    area += 0.5 * norm(cross(position(t[1]) - a, position(t[2]) - a));
+  }
+  return area;
+}
+
 LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<const Edge64> taken,
                     const HoleFacts& known, const FillOptions& options, const StopToken* stop) {
   const auto begin = std::chrono::steady_clock::now();
@@ -117,6 +130,7 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
     facts.points_added = patch.positions.size();
     facts.triangles_added = patch.triangles.size();
     facts.open_edges = patch.open_edges;
+    facts.area = area_of(gathered.problem, patch);
     facts.residual = patch.residual;
     facts.condition = patch.condition;
     facts.rim_dihedral_deg = patch.rim_dihedral_rad * 180.0 / std::numbers::pi;

@@ -89,6 +89,14 @@ double total_area(const TriangleMesh& mesh) {
   return total;
 }
 
+/// Of triangles that fill holes, as far as the mesh says which do.
+double area_of_patches(const TriangleMesh& mesh) {
+  double area = 0.0;
+  for (std::size_t t = 0; t < mesh.hole.size(); ++t)
+    if (mesh.hole[t] != 0) area += triangle_area(mesh.vertices.positions, mesh.triangles[t]);
+  return area;
+}
+
 /// Fans as sets of corners (3 * triangle + position), and what hangs on them.
 class Fans {
  public:
@@ -204,6 +212,7 @@ MeshFacts mesh_facts(const TriangleMesh& mesh) {
   const auto used = used_vertices(mesh.vertices.size(), mesh.triangles);
   facts.unreferenced_vertices = static_cast<std::uint64_t>(std::count(used.begin(), used.end(), 0));
   facts.area = total_area(mesh);
+  facts.patch_area = area_of_patches(mesh);
   facts.bounds = mesh.vertices.bounds();
   facts.checksum = mesh_checksum(mesh.vertices.positions, mesh.triangles);
   facts.watertight = facts.triangles > 0 && facts.boundary_edges == 0 &&

@@ -97,6 +97,7 @@ Json mesh_json(const MeshFacts& facts) {
           {"patch_crossing_pairs", count_or_null(facts.patch_crossing_pairs)},
           {"euler_characteristic", facts.euler_characteristic},
           {"area", facts.area},
+          {"patch_area", facts.patch_area},
           {"watertight", facts.watertight},
           {"checksum", facts.checksum},
           {"bounds", bounds_json(facts.bounds)}};
@@ -119,6 +120,7 @@ Json hole_json(const HoleFacts& hole) {
           {"sites", hole.sites},
           {"points_added", hole.points_added},
           {"triangles_added", hole.triangles_added},
+          {"area", hole.area},
           {"open_edges", hole.open_edges},
           {"residual", hole.residual},
           {"condition", hole.condition},

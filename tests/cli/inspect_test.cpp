@@ -78,7 +78,9 @@ TEST_CASE("InspectOfAReconstructionAgreesWithItsReport") {
   // The job looks for crossings at its patches alone, unless it is asked for all.
   CHECK(facts["crossing_pairs"] == 0);
   CHECK(mesh["patch_crossing_pairs"] == 0);
-  for (const char* key : {"area", "crossing_pairs", "patch_crossing_pairs"}) {
+  CHECK(facts["patch_area"].get<double>() ==
+        Approx(mesh["patch_area"].get<double>()).epsilon(1e-9));
+  for (const char* key : {"area", "patch_area", "crossing_pairs", "patch_crossing_pairs"}) {
     mesh.erase(key);
     facts.erase(key);
   }

@@ -129,6 +129,10 @@ TEST_CASE("FactsOfAFilledMeshAreThoseOfItsFile", "[costly]") {
       CHECK(told.watertight == measured.watertight);
       CHECK(told.checksum == measured.checksum);
       CHECK(told.area == Approx(measured.area).epsilon(1e-9));
+      CHECK(told.patch_area == Approx(measured.patch_area).epsilon(1e-9));
+      double of_holes = 0.0;
+      for (const HoleFacts& hole : report.holes) of_holes += hole.area;
+      CHECK(told.patch_area == Approx(of_holes).epsilon(1e-9));
       CHECK(measured.unreferenced_vertices == 0);
       std::uint64_t added = 0;
       for (const HoleFacts& hole : report.holes) added += hole.triangles_added;

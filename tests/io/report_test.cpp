@@ -142,8 +142,8 @@ TEST_CASE("TheReportHasItsStableKeys") {
         Keys{"vertices", "triangles", "components", "boundary_edges", "boundary_loops",
              "nonmanifold_edges", "nonmanifold_vertices", "inconsistent_edges",
              "degenerate_triangles", "duplicate_triangles", "unreferenced_vertices",
-             "crossing_pairs", "patch_crossing_pairs", "euler_characteristic", "area", "watertight",
-             "checksum", "bounds"});
+             "crossing_pairs", "patch_crossing_pairs", "euler_characteristic", "area", "patch_area",
+             "watertight", "checksum", "bounds"});
   CHECK(keys_of(json["stages"][0]) == Keys{"name", "seconds", "cpu_seconds", "points",
                                            "points_per_second", "bytes_read", "bytes_written",
                                            "chunks", "chunks_reused", "peak_memory_bytes",
@@ -153,10 +153,11 @@ TEST_CASE("TheReportHasItsStableKeys") {
   CHECK(keys_of(json["machine"]) == Keys{"cores", "cpu_model", "memory_bytes"});
   REQUIRE(json["holes"].is_array());
   for (const Json& hole : json["holes"])
-    CHECK(keys_of(hole) == Keys{"id", "first_vertex", "edges", "perimeter", "diameter", "center",
-                                "chunks", "filled", "method", "reason", "joined_to", "sites",
-                                "points_added", "triangles_added", "open_edges", "residual",
-                                "condition", "rim_dihedral_deg", "seconds"});
+    CHECK(keys_of(hole) ==
+          Keys{"id",         "first_vertex", "edges",        "perimeter",        "diameter",
+               "center",     "chunks",       "filled",       "method",           "reason",
+               "joined_to",  "sites",        "points_added", "triangles_added",  "area",
+               "open_edges", "residual",     "condition",    "rim_dihedral_deg", "seconds"});
 }
 
 TEST_CASE("TheReportsOptionsAreTheJobFilesKeysBySection") {

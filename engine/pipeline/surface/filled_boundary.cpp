@@ -180,6 +180,7 @@ MeshFacts facts_after_fill(MeshFacts facts, UnfilledMesh mesh, std::vector<Bound
   facts.triangles -= filled.removed.size();
   facts.nonmanifold_vertices = 0;
   facts.area += patches.area;
+  facts.patch_area = patches.area;
   facts.boundary_edges = fans.size();
   facts.boundary_loops = count_loops(in_split_numbers(std::move(fans), filled.splits));
   derive_facts(facts);

@@ -36,18 +36,6 @@ std::size_t bytes_to_fill(std::uint64_t edges) {
   return std::min(kHoleBytes, kBatchBytes + 3 * sizeof(double) * sites * sites);
 }
 
-double area_of(const Surface& surface, const LoopPatch& patch) {
-  const auto position = [&](std::uint64_t vertex) {
-    return vertex < kNewVertex ? surface.position(vertex) : patch.positions[vertex - kNewVertex];
-  };
-  double area = 0.0;
-  for (const Triangle64& t : patch.triangles) {
-    const Vec3 a = position(t[0]);
-    area += 0.5 * norm(cross(position(t[1]) - a, position(t[2]) - a));
-  }
-  return area;
-}
-
 std::vector<Piece> pieces_of(const StitchedBoundary& boundary) {
   std::vector<Piece> pieces;
   pieces.reserve(boundary.pieces.size());
@@ -165,9 +153,8 @@ void fill_batch(const TracedHoles& holes, ChunkId number, const Surface& surface
     runner.stop.check();
     for (LoopPatch& patch :
          fill_group(surface, holes.plan, holes.plan.groups[i], runner.job.fill, &runner.stop)) {
-      const double area = area_of(surface, patch);
       const Box box = box_of(surface, patch);
-      append_patch(std::move(patch), area, box, patches);
+      append_patch(std::move(patch), box, patches);
     }
   }
   commit_patch_batch(runner.store, number, patches);
@@ -251,7 +238,7 @@ PatchTotals collect_patches(TracedHoles& holes, const Partition& partition, Stag
       HoleFacts& facts = patches.facts[i];  // ids are ranks of loops, from 1
       vertices += facts.points_added;
       triangles += facts.triangles_added;
-      sum.area += patches.areas[i];
+      sum.area += facts.area;
       HoleFacts& hole = filled.holes[static_cast<std::size_t>(facts.id - 1)];
       // The option that decided is the plan's to say: a batch holds the text alone.
       if (!facts.filled) facts.open = hole.open;

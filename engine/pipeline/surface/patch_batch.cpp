@@ -14,7 +14,7 @@ constexpr std::uint32_t kFactColumns = 19;
 using FactRow = std::array<double, kFactColumns>;
 
 /// Texts go to one array, their lengths to the rows. Counts are whole doubles.
-FactRow row_of(const HoleFacts& f, double area, std::string& texts) {
+FactRow row_of(const HoleFacts& f, std::string& texts) {
   texts += f.method + f.reason;
   return {static_cast<double>(f.id),
           static_cast<double>(f.first_vertex),
@@ -34,7 +34,7 @@ FactRow row_of(const HoleFacts& f, double area, std::string& texts) {
           f.rim_dihedral_deg,
           static_cast<double>(f.joined_to),
           static_cast<double>(f.open_edges),
-          area};
+          f.area};
 }
 
 HoleFacts facts_of(const FactRow& row, const std::vector<char>& texts, std::size_t& place) {
@@ -62,6 +62,7 @@ HoleFacts facts_of(const FactRow& row, const std::vector<char>& texts, std::size
   f.rim_dihedral_deg = row[15];
   f.joined_to = static_cast<std::int32_t>(row[16]);
   f.open_edges = count(row[17]);
+  f.area = row[18];
   return f;
 }
 
@@ -74,13 +75,12 @@ void read_facts(const StoredResult& stored, PatchBatch& batch) {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     batch.facts.push_back(facts_of(rows[i], texts, place));
     batch.facts.back().seconds = seconds[i];
-    batch.areas.push_back(rows[i].back());
   }
 }
 
 }  // namespace
 
-void append_patch(LoopPatch&& patch, double area, const Box& box, PatchBatch& batch) {
+void append_patch(LoopPatch&& patch, const Box& box, PatchBatch& batch) {
   const std::uint64_t base = batch.positions.size();
   for (Triangle64 t : patch.triangles) {
     for (std::uint64_t& vertex : t) vertex += vertex >= kNewVertex ? base : 0;
@@ -90,7 +90,6 @@ void append_patch(LoopPatch&& patch, double area, const Box& box, PatchBatch& ba
   batch.positions.insert(batch.positions.end(), patch.positions.begin(), patch.positions.end());
   batch.normals.insert(batch.normals.end(), patch.normals.begin(), patch.normals.end());
   batch.values.insert(batch.values.end(), patch.values.begin(), patch.values.end());
-  batch.areas.push_back(area);
   batch.boxes.push_back(box);
   batch.facts.push_back(std::move(patch.facts));
 }
@@ -119,8 +118,7 @@ void drop_patches(std::span<const std::int32_t> ids, PatchBatch& batch) {
     }
     if (stays) continue;
     facts.points_added = facts.triangles_added = facts.sites = facts.open_edges = 0;
-    facts.residual = facts.condition = facts.rim_dihedral_deg = 0.0;
-    batch.areas[i] = 0.0;
+    facts.residual = facts.condition = facts.rim_dihedral_deg = facts.area = 0.0;
     batch.boxes[i] = {};
   }
   batch.positions.resize(kept);
@@ -145,7 +143,7 @@ void commit_patch_batch(ChunkStore& store, ChunkId batch, const PatchBatch& patc
   std::vector<double> seconds;
   std::string texts;
   for (std::size_t i = 0; i < patches.facts.size(); ++i) {
-    rows.push_back(row_of(patches.facts[i], patches.areas[i], texts));
+    rows.push_back(row_of(patches.facts[i], texts));
     seconds.push_back(patches.facts[i].seconds);
   }
   const ArrayView arrays[] = {

@@ -22,13 +22,12 @@ struct PatchBatch {
   std::vector<double> values;  ///< vertices x attributes
   std::vector<Triangle64> triangles;
   std::vector<std::int32_t> hole;  ///< per triangle
-  std::vector<double> areas;       ///< per loop, square world units
   std::vector<Box> boxes;          ///< per loop, of its patch; empty ones where it stays open
   std::vector<HoleFacts> facts;    ///< per loop
 };
 
 /// Adds a loop's patch.
-void append_patch(LoopPatch&& patch, double area, const Box& box, PatchBatch& batch);
+void append_patch(LoopPatch&& patch, const Box& box, PatchBatch& batch);
 /// Takes the patches of loops out again; `ids` ascending. What is said of these loops stays.
 void drop_patches(std::span<const std::int32_t> ids, PatchBatch& batch);
 
@@ -36,7 +35,7 @@ void commit_patch_batch(ChunkStore& store, ChunkId batch, const PatchBatch& patc
                         const std::string& stage = kHoleStage);
 /// The batch as it was settled (kSettledStage), where it was, else as it was filled.
 PatchBatch load_patch_batch(const ChunkStore& store, ChunkId batch);
-/// Facts, areas and boxes only.
+/// Facts and boxes only.
 PatchBatch load_patch_facts(const ChunkStore& store, ChunkId batch);
 
 }  // namespace orbweave
