@@ -264,9 +264,13 @@ TriangleMesh used_part(PointCloud points, std::vector<Triangle> triangles) {
   return {std::move(points), std::move(triangles), {}};
 }
 
-/// Removes separate pieces of fewer triangles, and the vertices that only they used.
-TriangleMesh without_small_pieces(TriangleMesh mesh, std::uint64_t min_triangles) {
+/// Removes separate pieces that are too small, and the vertices that only they used.
+TriangleMesh without_small_pieces(TriangleMesh mesh, const FillOptions& options) {
   const MeshComponents components = find_components(mesh, MeshSurface(mesh));
+  std::uint64_t largest = 0;
+  for (const Piece& piece : components.pieces) largest = std::max(largest, piece.triangles);
+  const std::uint64_t min_triangles = least_triangles(options, largest);
+  if (min_triangles == 0) return mesh;
   std::size_t kept = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     if (components.pieces[components.of_triangle[t]].triangles >= min_triangles)
@@ -293,8 +297,7 @@ Reconstruction surface_of(PointCloud cloud, const RadiiChoice& choice, Stages& s
   result.mesh = used_part(std::move(cloud), std::move(surface.triangles));
   if (!options.fill.enabled) return result;
   stages.begin("fill");
-  if (options.fill.min_triangles > 0)
-    result.mesh = without_small_pieces(std::move(result.mesh), options.fill.min_triangles);
+  result.mesh = without_small_pieces(std::move(result.mesh), options.fill);
   FilledMesh filled = fill_mesh(std::move(result.mesh), options.fill, options.stop, true);
   check_stop(options.stop);
   result.mesh = std::move(filled.mesh);

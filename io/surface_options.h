@@ -64,8 +64,10 @@ struct FillOptions {
   /// Triangles of a patch grow with their distance from the rim beyond some dozen of its edges
   /// (true), or are as small everywhere (false).
   bool graded = true;
-  /// Components of fewer triangles are removed before holes are looked for; 0: none is.
-  std::uint64_t min_triangles = 0;
+  /// Components of fewer triangles are removed before holes are looked for; 0: none is. Empty:
+  /// crumbs that noise leaves beside a surface, of fewer than 16 triangles where the largest
+  /// component has 1,000 or more; of a mesh from elsewhere, none.
+  std::optional<std::uint64_t> min_triangles;
 };
 
 }  // namespace orbweave

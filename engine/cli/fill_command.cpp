@@ -141,9 +141,7 @@ std::string summary(const FillReport& report) {
   const OutputOptions& output = report.options.output;
   Facts facts = {{"mesh", output.mesh}, {"", show_mesh(report.after)}};
   add_holes(facts, report.holes, report.after, report.options);
-  if (report.pieces_removed > 0)
-    facts.emplace_back("removed", counted(report.pieces_removed, "piece", "pieces") + " of " +
-                                      counted(report.triangles_removed, "triangle", "triangles"));
+  add_removed(facts, report.pieces_removed, report.triangles_removed);
   if (!output.report.empty()) facts.emplace_back("report", output.report);
   if (!output.picture.empty()) facts.emplace_back("picture", output.picture);
   return facts_table(facts);

@@ -129,6 +129,12 @@ std::string show_mesh(const MeshFacts& mesh) {
                        : "");
 }
 
+void add_removed(Facts& facts, std::uint64_t pieces, std::uint64_t triangles) {
+  if (pieces == 0) return;
+  facts.emplace_back("removed", counted(pieces, "piece", "pieces") + " of " +
+                                    counted(triangles, "triangle", "triangles"));
+}
+
 void add_holes(Facts& facts, std::span<const HoleFacts> holes, const MeshFacts& mesh,
                const Job& job) {
   constexpr std::size_t kReasons = 5;

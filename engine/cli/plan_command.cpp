@@ -52,7 +52,7 @@ Facts fill_plan(const Job& job) {
                  {"left open", kinds.empty() ? "nothing" : joined(kinds)}};
   if (fill.min_triangles > 0)
     facts.emplace_back("removed", "separate pieces of fewer than " +
-                                      counted(fill.min_triangles, "triangle", "triangles"));
+                                      counted(*fill.min_triangles, "triangle", "triangles"));
   return facts;
 }
 

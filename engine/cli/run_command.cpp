@@ -35,6 +35,7 @@ std::string summary(const RunReport& report) {
   std::error_code ignored;
   if (output.tiles && std::filesystem::exists(output.mesh, ignored))
     facts.emplace_back("", output.mesh + " is not of this run");
+  add_removed(facts, report.pieces_removed, report.triangles_removed);
   add_holes(facts, report.holes, report.mesh, report.options);
   if (!output.report.empty()) facts.emplace_back("report", output.report);
   if (!output.picture.empty()) facts.emplace_back("picture", output.picture);

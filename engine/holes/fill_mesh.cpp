@@ -28,12 +28,13 @@ Survey survey_of(const TriangleMesh& mesh, const FillOptions& options,
   const MeshSurface surface(mesh);
   const MeshComponents components = find_components(mesh, surface);
   Survey survey;
+  const std::uint64_t least = options.min_triangles.value_or(0);
   for (const Piece& piece : components.pieces) {
-    survey.pieces_removed += piece.triangles < options.min_triangles ? 1 : 0;
+    survey.pieces_removed += piece.triangles < least ? 1 : 0;
   }
   if (survey.pieces_removed > 0) {
     for (const std::uint32_t piece : components.of_triangle) {
-      survey.keep.push_back(components.pieces[piece].triangles < options.min_triangles ? 0 : 1);
+      survey.keep.push_back(components.pieces[piece].triangles < least ? 0 : 1);
     }
   }
   MeshBoundary boundary =

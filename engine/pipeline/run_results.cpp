@@ -47,6 +47,8 @@ RunReport report_of(const StageRunner& runner, const std::vector<std::string>& c
   report.halo_width = halo_width(results.radii.values);
   describe_partition(std::move(results.partition), report);
   report.points_unused = results.points_unused;
+  report.pieces_removed = results.pieces_removed;
+  report.triangles_removed = results.triangles_removed;
   report.radii = std::move(results.radii.values);
   report.radii_reason = std::move(results.radii.reason);
   report.conflicts_lost = results.conflicts_lost;

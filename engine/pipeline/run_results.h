@@ -15,7 +15,9 @@ struct RunResults {
   Partition partition;
   BallRadii radii;
   std::uint64_t conflicts_lost = 0;
-  std::uint64_t points_unused = 0;  ///< kept, but no triangle uses them
+  std::uint64_t points_unused = 0;   ///< kept, but no triangle uses them
+  std::uint64_t pieces_removed = 0;  ///< smaller than fill.min_triangles
+  std::uint64_t triangles_removed = 0;
   MeshFacts mesh;
   std::vector<HoleFacts> holes;  ///< first vertices in the output's numbers
   ResourceFacts predicted;

@@ -178,6 +178,11 @@ JobValue auto_or(std::uint64_t number) {
   return static_cast<std::int64_t>(number);
 }
 
+JobValue auto_or(const std::optional<std::uint64_t>& number) {
+  if (!number) return std::string("auto");
+  return static_cast<std::int64_t>(*number);
+}
+
 JobValue auto_or(const std::vector<double>& numbers) {
   if (numbers.empty()) return std::string("auto");
   return numbers;
@@ -333,10 +338,13 @@ constexpr JobKey kKeys[] = {
      "let the triangles of a large patch grow with the distance from its rim", "uniform-patches", "false",
      [](Job& job, const W& value) { job.fill.graded = flag_value(value); },
      [](const Job& job) -> JobValue { return job.fill.graded; }},
-    {"fill", "min_triangles", T::kInteger, "an integer of at least 0", {},
+    {"fill", "min_triangles", T::kInteger, "\"auto\" or an integer of at least 0", {},
      "minimum number of triangles of a component; smaller components are removed; 0 removes none", "min-triangles", "",
-     [](Job& job, const W& value) { job.fill.min_triangles = count_value(value); },
-     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.fill.min_triangles); }},
+     [](Job& job, const W& value) {
+       job.fill.min_triangles.reset();
+       if (!is_auto(value)) job.fill.min_triangles = count_value(value);
+     },
+     [](const Job& job) -> JobValue { return auto_or(job.fill.min_triangles); }},
 
     {"output", "mesh", T::kPath, "a path that ends in .ply, .obj or .stl", {},
      "mesh to write: .ply, .obj or .stl, each also with .gz", "output", "",

@@ -252,6 +252,8 @@ std::string report_json(const RunReport& report) {
                        {"largest_chunk_points", report.largest_chunk_points}};
   json["radii"] = {{"values", report.radii}, {"reason", report.radii_reason}};
   json["points_unused"] = report.points_unused;
+  json["pieces_removed"] = report.pieces_removed;
+  json["triangles_removed"] = report.triangles_removed;
   json["conflicts_lost"] = report.conflicts_lost;
   json["mesh"] = mesh_json(report.mesh);
   json["holes"] = nullptr;

@@ -85,6 +85,8 @@ struct RunReport {
   std::uint64_t points_read = 0;
   std::map<std::string, std::uint64_t> points_dropped;  ///< by reason
   std::uint64_t points_unused = 0;                      ///< kept, but no triangle uses them
+  std::uint64_t pieces_removed = 0;                     ///< smaller than fill.min_triangles
+  std::uint64_t triangles_removed = 0;                  ///< of them
   CleaningFacts cleaning;
   NormalFacts normals;
   std::string coordinate_system;        ///< of the input, where it says; written beside the mesh

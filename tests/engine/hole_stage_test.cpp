@@ -142,6 +142,33 @@ TEST_CASE("FactsOfAFilledMeshAreThoseOfItsFile", "[costly]") {
   }
 }
 
+TEST_CASE("CrumbsBesideASurfaceGoAndAreCounted") {
+  NamedCloud named = test::painted_torus(3000, 0.0, 36);
+  // Three points of their own: a triangle, far from the rest.
+  for (const Vec3 offset : {Vec3{0, 0, 0}, Vec3{1, 0, 0}, Vec3{0, 1, 0}}) {
+    named.cloud.append(named.cloud, 0);
+    named.cloud.positions.back() = Vec3{3.0, 0.0, 0.0} + named.ball_radius * offset;
+    named.cloud.normals.back() = {0.0, 0.0, 1.0};
+  }
+  const Vec3 beside = named.cloud.positions.back() + Vec3{named.ball_radius, 0, 0};
+  named.cloud.append(named.cloud, named.cloud.size() - 1);
+  named.cloud.positions.back() = beside;
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.partition.chunk_points = 500;
+  const RunReport without = run(job);
+  CHECK(without.pieces_removed == 1);
+  CHECK(without.triangles_removed == 2);
+  CHECK(without.mesh.watertight);
+  CHECK(without.mesh.components == 1);
+  job.fill.min_triangles = 0;
+  const RunReport with = run(job);
+  CHECK(with.pieces_removed == 0);
+  CHECK(with.mesh.components == 2);
+  CHECK(with.mesh.boundary_edges == 4);
+  CHECK(with.mesh.triangles == without.mesh.triangles + 2);
+}
+
 TEST_CASE("NewVerticesGetColoursFromAroundTheHole") {
   NamedCloud named = test::painted_torus(6000, 0.0, 35);
   remove_ball(named.cloud, {1.0, 0.0, 0.4}, 0.25);

@@ -147,7 +147,10 @@ TEST_CASE("HolesAreFilledWithoutLimitsUnlessSaidOtherwise") {
   CHECK(std::isinf(fill.max_perimeter));
   CHECK(fill.max_edges == 0);
   CHECK_FALSE(fill.allow_intersections);
-  CHECK(fill.min_triangles == 0);
+  CHECK_FALSE(fill.min_triangles);
+  CHECK(parse_job("[fill]\nmin_triangles = \"auto\"\n", "job.toml").fill.min_triangles ==
+        fill.min_triangles);
+  CHECK(parse_job("[fill]\nmin_triangles = 0\n", "job.toml").fill.min_triangles == 0u);
 }
 
 TEST_CASE("ALimitOnHolesMayBeInfinite") {

@@ -117,6 +117,8 @@ TEST_CASE("TheReportHasItsStableKeys") {
                               "partition",
                               "radii",
                               "points_unused",
+                              "pieces_removed",
+                              "triangles_removed",
                               "conflicts_lost",
                               "mesh",
                               "holes",

@@ -60,6 +60,11 @@ HoleChoice choice_of(const BoundaryLoop& loop, std::span<const Piece> pieces,
 
 }  // namespace
 
+std::uint64_t least_triangles(const FillOptions& options, std::uint64_t largest) {
+  constexpr std::uint64_t kSurface = 1000, kCrumb = 16;
+  return options.min_triangles.value_or(largest >= kSurface ? kCrumb : 0);
+}
+
 std::vector<HoleChoice> choose_holes(std::span<const BoundaryLoop> loops,
                                      std::span<const Piece> pieces, const FillOptions& options) {
   std::vector<HoleChoice> choices;

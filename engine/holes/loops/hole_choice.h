@@ -19,6 +19,9 @@ struct Piece {
   Box box;
 };
 
+/// Components of fewer triangles are removed from a mesh whose largest one has so many.
+std::uint64_t least_triangles(const FillOptions& options, std::uint64_t largest);
+
 /// The verdict on a loop.
 struct HoleChoice {
   OpenReason open = OpenReason::kNone;  ///< kNone: to be filled

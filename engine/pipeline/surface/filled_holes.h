@@ -24,7 +24,8 @@ struct FilledHoles {
   std::vector<HoleFacts> holes;              ///< all loops, in canonical order
   std::vector<std::uint64_t> new_vertices;   ///< per batch
   std::vector<std::uint64_t> new_triangles;  ///< per batch
-  std::vector<Triangle64> removed;           ///< of pieces that are too small, sorted
+  std::uint64_t pieces_removed = 0;          ///< pieces that are too small
+  std::vector<Triangle64> removed;           ///< of these, sorted
   std::vector<std::uint64_t> freed;          ///< vertices that only they used, ascending
   std::vector<SplitCorner> splits;           ///< sorted
   std::vector<std::uint64_t> copies;         ///< per copy the vertex that it doubles

@@ -43,6 +43,12 @@ std::vector<Piece> pieces_of(const StitchedBoundary& boundary) {
   return pieces;
 }
 
+std::uint64_t largest_piece(const StitchedBoundary& boundary) {
+  std::uint64_t largest = 0;
+  for (const ChunkPiece& piece : boundary.pieces) largest = std::max(largest, piece.triangles);
+  return largest;
+}
+
 /// The fans of pieces that are kept.
 std::vector<OpenFan> kept_fans(std::vector<OpenFan> fans, std::span<const ChunkPiece> pieces,
                                std::uint64_t min_triangles) {
@@ -260,14 +266,16 @@ TracedHoles trace_holes(HoleInputs& inputs, StoredSurface& surface, StageRunner&
   const StageClock clock(runner, Stage::kTrace, 0, "edges");
   const FillOptions& options = runner.job.fill;
   StitchedBoundary& boundary = inputs.boundary;
-  RemovedPieces removed =
-      find_small_pieces(boundary.pieces, options.min_triangles, surface, inputs.facts.area);
+  const std::uint64_t least = least_triangles(options, largest_piece(boundary));
+  for (const ChunkPiece& piece : boundary.pieces)
+    filled.pieces_removed += is_removed(piece, least) ? 1 : 0;
+  RemovedPieces removed = find_small_pieces(boundary.pieces, least, surface, inputs.facts.area);
   inputs.facts.area = removed.area_left;
   filled.removed = std::move(removed.triangles);
   filled.freed = std::move(removed.freed);
   surface.remove(filled.removed);
   TracedHoles holes;
-  holes.fans = kept_fans(std::move(boundary.fans), boundary.pieces, options.min_triangles);
+  holes.fans = kept_fans(std::move(boundary.fans), boundary.pieces, least);
   runner.progress.advance(holes.fans.size());
   surface.limit_memory(0);
   holes.plan = plan_holes(holes.fans, std::move(boundary.vertices), pieces_of(boundary), options);
@@ -319,10 +327,11 @@ HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
   surface.limit_memory(0);
   release_freed_memory();
   const PatchTotals patches = collect_patches(holes, partition, runner, result.filled);
-  result.facts = facts_after_fill(
-      std::move(inputs.facts),
-      {std::move(holes.fans), inputs.boundary.pieces, runner.job.fill.min_triangles},
-      std::move(holes.plan.loops), result.filled, patches);
+  result.facts =
+      facts_after_fill(std::move(inputs.facts),
+                       {std::move(holes.fans), inputs.boundary.pieces,
+                        least_triangles(runner.job.fill, largest_piece(inputs.boundary))},
+                       std::move(holes.plan.loops), result.filled, patches);
   result.facts.crossing_pairs = check.crossing_pairs;
   result.facts.patch_crossing_pairs = check.patch_crossing_pairs;
   return result;
@@ -337,8 +346,9 @@ std::uint64_t count_crossings_unfilled(const SurfaceInputs& inputs, StageRunner&
 }
 
 std::vector<HoleFacts> list_loops(const StitchedBoundary& boundary, const FillOptions& options) {
-  return plan_holes(kept_fans(boundary.fans, boundary.pieces, options.min_triangles),
-                    boundary.vertices, pieces_of(boundary), options)
+  const std::uint64_t least = least_triangles(options, largest_piece(boundary));
+  return plan_holes(kept_fans(boundary.fans, boundary.pieces, least), boundary.vertices,
+                    pieces_of(boundary), options)
       .all_facts();
 }
 

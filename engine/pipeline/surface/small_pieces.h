@@ -17,7 +17,7 @@ struct RemovedPieces {
   double area_left = 0.0;             ///< of the mesh
 };
 
-/// Whether a piece is removed; `min_triangles`: fill.min_triangles.
+/// Whether a piece is removed; `min_triangles`: least_triangles() of the mesh.
 inline bool is_removed(const ChunkPiece& piece, std::uint64_t min_triangles) {
   return piece.triangles < min_triangles;
 }
