@@ -28,7 +28,7 @@ struct HoleFacts {
   std::uint64_t points_added = 0;
   std::uint64_t triangles_added = 0;
   double area = 0.0;  ///< of the patch, square world units
-  /// Edges at which a filled hole is open, because every patch would meet the surface there.
+  /// Edges at which a filled hole is open, because every patch would cross the surface there.
   std::uint64_t open_edges = 0;
   double residual = 0.0;          ///< largest distance of a site from the interpolant
   double condition = 0.0;         ///< of the linear system, estimated; 0: none was solved

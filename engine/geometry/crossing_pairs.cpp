@@ -1,6 +1,7 @@
 #include "engine/geometry/crossing_pairs.h"
 
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <bit>
@@ -158,12 +159,15 @@ std::vector<TrianglePair> crossing_pairs(std::span<const Vec3> positions,
   const Search search(positions, triangles, wanted);
   constexpr std::uint32_t kBlock = 512;  // groups
   std::vector<std::vector<TrianglePair>> blocks((search.groups() + kBlock - 1) / kBlock);
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+  const auto search_block = [&](std::size_t b) {
     check_stop(stop);
     const auto first = static_cast<std::uint32_t>(b) * kBlock;
     const std::uint32_t last = std::min(first + kBlock, search.groups());
     for (std::uint32_t group = first; group < last; ++group) search.pairs_of(group, blocks[b]);
-  });
+  };
+  // A thread that waits here must not begin another chunk, whose memory is not free yet.
+  tbb::this_task_arena::isolate(
+      [&] { tbb::parallel_for(std::size_t{0}, blocks.size(), search_block); });
   std::vector<TrianglePair> pairs;
   for (const std::vector<TrianglePair>& block : blocks)
     pairs.insert(pairs.end(), block.begin(), block.end());

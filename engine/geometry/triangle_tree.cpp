@@ -94,17 +94,19 @@ void TriangleTree::build(std::size_t node, std::size_t begin, std::size_t end, i
   boxes_[node].extend(boxes_[2 * node + 2]);
 }
 
-double TriangleTree::nearest_in(std::size_t begin, std::size_t end, Vec3 p, double best) const {
+TriangleTree::Nearest TriangleTree::nearest_in(std::size_t begin, std::size_t end, Vec3 p,
+                                               Nearest best) const {
   for (std::size_t i = begin; i < end; ++i) {
     const Triangle t = item(items_[i]);
-    best = std::min(best, squared_distance_to_triangle(p, positions_[t[0]], positions_[t[1]],
-                                                       positions_[t[2]]));
+    const double squared =
+        squared_distance_to_triangle(p, positions_[t[0]], positions_[t[1]], positions_[t[2]]);
+    if (squared < best.squared_distance) best = {squared, items_[i]};
   }
   return best;
 }
 
-double TriangleTree::squared_distance(Vec3 p) const {
-  double best = std::numeric_limits<double>::infinity();
+TriangleTree::Nearest TriangleTree::nearest(Vec3 p) const {
+  Nearest best{std::numeric_limits<double>::infinity(), 0};
   if (items_.empty()) return best;
   struct Visit {
     std::size_t node, begin, end;
@@ -116,7 +118,7 @@ double TriangleTree::squared_distance(Vec3 p) const {
   stack[size++] = {0, 0, items_.size(), depth_, 0.0};
   while (size > 0) {
     const Visit visit = stack[--size];
-    if (visit.bound >= best) continue;
+    if (visit.bound >= best.squared_distance) continue;
     if (visit.depth == 0) {
       best = nearest_in(visit.begin, visit.end, p, best);
       continue;
@@ -128,8 +130,8 @@ double TriangleTree::squared_distance(Vec3 p) const {
     Visit far{child + 1, middle, visit.end, visit.depth - 1,
               squared_distance_to_box(p, boxes_[child + 1])};
     if (far.bound < near.bound) std::swap(near, far);
-    if (far.bound < best) stack[size++] = far;
-    if (near.bound < best) stack[size++] = near;
+    if (far.bound < best.squared_distance) stack[size++] = far;
+    if (near.bound < best.squared_distance) stack[size++] = near;
   }
   return best;
 }

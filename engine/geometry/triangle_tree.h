@@ -21,14 +21,21 @@ class TriangleTree {
  public:
   explicit TriangleTree(const TriangleMesh& mesh);
   bool empty() const { return items_.empty(); }
+  /// The triangle (vertex, of a mesh without triangles) nearest to a point. Of several equally near
+  /// ones always the same.
+  struct Nearest {
+    double squared_distance;  ///< infinite when the tree is empty; exact to rounding
+    std::uint32_t item;
+  };
+  Nearest nearest(Vec3 p) const;
   /// Squared distance to the surface; infinite when the tree is empty. Exact to rounding.
-  double squared_distance(Vec3 p) const;
+  double squared_distance(Vec3 p) const { return nearest(p).squared_distance; }
 
  private:
   Triangle item(std::uint32_t index) const;
   Vec3 center(std::uint32_t index) const;
   void build(std::size_t node, std::size_t begin, std::size_t end, int depth);
-  double nearest_in(std::size_t begin, std::size_t end, Vec3 p, double best) const;
+  Nearest nearest_in(std::size_t begin, std::size_t end, Vec3 p, Nearest best) const;
 
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;

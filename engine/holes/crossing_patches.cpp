@@ -1,6 +1,20 @@
 #include "engine/holes/crossing_patches.h"
 
+#include <algorithm>
+
 namespace orbweave {
+
+std::vector<HolePair> holes_of_pairs(std::span<const TrianglePair> pairs,
+                                     std::span<const std::int32_t> hole) {
+  std::vector<HolePair> holes;
+  holes.reserve(pairs.size());
+  for (const TrianglePair& pair : pairs) {
+    const auto [first, second] = std::minmax(hole[pair[0]], hole[pair[1]]);
+    holes.push_back({first, second});
+  }
+  std::sort(holes.begin(), holes.end());
+  return holes;
+}
 
 DroppedHoles patches_to_drop(std::span<const HolePair> pairs) {
   DroppedHoles dropped;

@@ -51,7 +51,7 @@ std::string joined(std::string a, std::string_view b) {
   return a += b;
 }
 
-/// What remains of a patch where every one meets the surface.
+/// The part of a patch that crosses nothing, where every patch crosses the surface.
 HolePatch part_clear_of_surface(const HoleProblem& problem, HolePatch patch,
                                 const std::vector<Contact>& contacts) {
   HolePatch part = sound_part(problem, std::move(patch), contacts);
@@ -208,7 +208,8 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
   return attempts.result();
 }
 
-/// Parts close their loops whole: what of them meets the surface is known once they are together.
+/// Parts close their loops whole. Which of their triangles cross the surface is known once all
+/// parts are together.
 HolePatch fill_parts(const HoleProblem& problem, const BoxTree& sheet, PatchOptions options) {
   options.allow_intersections = true;
   HolePatch patch = fill_by_parts(

@@ -100,13 +100,7 @@ std::vector<HolePair> crossing_holes(const TriangleMesh& mesh, std::span<const s
       hole.push_back(patch.facts.id);
     }
   }
-  std::vector<HolePair> pairs;
-  for (const TrianglePair& pair : crossing_pairs(positions, triangles, {UINT32_MAX, hole}, stop)) {
-    const auto [first, second] = std::minmax(hole[pair[0]], hole[pair[1]]);
-    pairs.push_back({first, second});
-  }
-  std::sort(pairs.begin(), pairs.end());
-  return pairs;
+  return holes_of_pairs(crossing_pairs(positions, triangles, {UINT32_MAX, hole}, stop), hole);
 }
 
 /// Leaves holes open whose patches cross the mesh or the patches of others.
@@ -121,7 +115,6 @@ void drop_crossing_patches(const TriangleMesh& mesh, std::span<const std::uint8_
     patches[l] = {};
     patches[l].facts = plan.facts_of(l);
     patches[l].facts.reason = found->second;
-    patches[l].facts.open = OpenReason::kOther;
   }
 }
 

@@ -110,6 +110,23 @@ std::vector<HolePatch> fill_all(const TriangleMesh& shape, const PatchOptions& o
 /// A wavy height field, at any spacing.
 double waves(double x, double y) { return 0.1 * std::sin(3.0 * x) * std::cos(2.0 * y); }
 
+/// A smooth hole, and a blade of the sheet through one edge of its rim: few triangles of a patch
+/// cross the blade.
+HoleProblem smooth_hole_with_blade() {
+  HoleProblem problem = inner_problem_of(
+      without(height_field(20, waves), [](Vec3 p) { return std::hypot(p.x, p.y) < 0.45; }));
+  const Vec3 a = problem.positions[problem.loop[3]], b = problem.positions[problem.loop[4]];
+  const auto tip = static_cast<std::uint32_t>(problem.positions.size());
+  const Vec3 middle = 0.5 * (a + b), outward = 0.02 * normalized(middle);
+  for (const Vec3 offset :
+       {Vec3{0, 0, 0.2}, Vec3{0, 0, -0.2} - outward, Vec3{0, 0, -0.2} + outward}) {
+    problem.positions.push_back(middle + offset);
+    problem.normals.push_back({});
+  }
+  problem.sheet.push_back({tip, tip + 1, tip + 2});
+  return problem;
+}
+
 }  // namespace
 
 TEST_CASE("HolesOfThreeAndFourEdgesGetNoNewPoints") {
@@ -283,19 +300,7 @@ TEST_CASE("PatchMovesOutOfTheWayOfWhatSticksOut") {
 }
 
 TEST_CASE("WhatTheLoopsOwnEdgesMeetIsNotSearchedAWayAround") {
-  // A smooth hole, and a blade of the sheet through one edge of its rim.
-  const TriangleMesh shape =
-      without(height_field(20, waves), [](Vec3 p) { return std::hypot(p.x, p.y) < 0.45; });
-  HoleProblem problem = inner_problem_of(shape);
-  const Vec3 a = problem.positions[problem.loop[3]], b = problem.positions[problem.loop[4]];
-  const auto tip = static_cast<std::uint32_t>(problem.positions.size());
-  const Vec3 middle = 0.5 * (a + b), outward = 0.02 * normalized(middle);
-  for (const Vec3 offset :
-       {Vec3{0, 0, 0.2}, Vec3{0, 0, -0.2} - outward, Vec3{0, 0, -0.2} + outward}) {
-    problem.positions.push_back(middle + offset);
-    problem.normals.push_back({});
-  }
-  problem.sheet.push_back({tip, tip + 1, tip + 2});
+  const HoleProblem problem = smooth_hole_with_blade();
   const RimPiercings piercings(problem);
   REQUIRE(piercings.any());
   const HolePatch filled = fill_hole(problem, kCrossingAllowed);
@@ -520,18 +525,7 @@ TEST_CASE("LoopInOnePlaceIsStillClosed") {
 }
 
 TEST_CASE("WhereABladeCutsAHoleThePatchStopsBesideIt") {
-  // A smooth hole, and a blade of the sheet through one edge of its rim: few triangles meet it.
-  HoleProblem problem = inner_problem_of(
-      without(height_field(20, waves), [](Vec3 p) { return std::hypot(p.x, p.y) < 0.45; }));
-  const Vec3 a = problem.positions[problem.loop[3]], b = problem.positions[problem.loop[4]];
-  const auto tip = static_cast<std::uint32_t>(problem.positions.size());
-  const Vec3 middle = 0.5 * (a + b), outward = 0.02 * normalized(middle);
-  for (const Vec3 offset :
-       {Vec3{0, 0, 0.2}, Vec3{0, 0, -0.2} - outward, Vec3{0, 0, -0.2} + outward}) {
-    problem.positions.push_back(middle + offset);
-    problem.normals.push_back({});
-  }
-  problem.sheet.push_back({tip, tip + 1, tip + 2});
+  const HoleProblem problem = smooth_hole_with_blade();
   const HolePatch whole = fill_hole(problem, kCrossingAllowed);
   REQUIRE(count_intersections(problem, whole) > 0);
   const HolePatch part = fill_hole(problem);

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "engine/holes/patch/loop_edges.h"
+
 namespace orbweave {
 namespace {
 
@@ -27,15 +29,6 @@ std::vector<Edge> edges_of(const std::vector<Triangle>& triangles) {
   edges.reserve(3 * triangles.size());
   for (const Triangle& t : triangles) {
     edges.insert(edges.end(), {Edge{t[0], t[1]}, Edge{t[1], t[2]}, Edge{t[2], t[0]}});
-  }
-  std::sort(edges.begin(), edges.end());
-  return edges;
-}
-
-std::vector<Edge> edges_of_loop(const std::vector<std::uint32_t>& loop) {
-  std::vector<Edge> edges;
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    edges.push_back({loop[i], loop[(i + 1) % loop.size()]});
   }
   std::sort(edges.begin(), edges.end());
   return edges;

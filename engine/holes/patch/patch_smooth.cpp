@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "engine/holes/patch/patch_mesh.h"
+#include "engine/holes/rbf/block_sizes.h"
 
 namespace orbweave {
 namespace {
@@ -238,6 +239,7 @@ Eigen::MatrixXd least_energy(const Strip& strip, const std::vector<int>& unknown
                              int order) {
   constexpr int kMostExact = 3000;
   constexpr int kMostDense = 24;
+  fix_block_sizes();
   if (unknowns <= kMostDense) {
     Eigen::MatrixXd places = solved_densely(strip, unknown, unknowns, order);
     return places.allFinite() ? places : Eigen::MatrixXd{};

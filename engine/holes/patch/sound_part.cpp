@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/geometry/disjoint_sets.h"
+#include "engine/holes/patch/loop_edges.h"
 
 namespace orbweave {
 namespace {
@@ -21,19 +22,10 @@ struct PatchCorner {
   friend auto operator<=>(const PatchCorner&, const PatchCorner&) = default;
 };
 
-std::vector<Edge> sorted_edges_of_loop(const std::vector<std::uint32_t>& loop) {
-  std::vector<Edge> edges;
-  edges.reserve(loop.size());
-  for (std::size_t i = 0; i < loop.size(); ++i)
-    edges.push_back({loop[i], loop[(i + 1) % loop.size()]});
-  std::sort(edges.begin(), edges.end());
-  return edges;
-}
-
 /// Whether the loop runs along an edge in both directions: a bridge, which only a whole patch
 /// holds.
 bool runs_both_ways(const std::vector<std::uint32_t>& loop) {
-  const std::vector<Edge> edges = sorted_edges_of_loop(loop);
+  const std::vector<Edge> edges = edges_of_loop(loop);
   return std::any_of(edges.begin(), edges.end(), [&](const Edge& edge) {
     return std::binary_search(edges.begin(), edges.end(), Edge{edge[1], edge[0]});
   });
@@ -45,7 +37,7 @@ class Trimming {
   Trimming(const HoleProblem& problem, const HolePatch& patch)
       : triangles_(patch.triangles),
         given_(static_cast<std::uint32_t>(problem.positions.size())),
-        rim_(sorted_edges_of_loop(problem.loop)),
+        rim_(edges_of_loop(problem.loop)),
         is_kept_(patch.triangles.size(), 1) {
     for (std::uint32_t t = 0; t < triangles_.size(); ++t)
       for (int k = 0; k < 3; ++k)
@@ -59,7 +51,7 @@ class Trimming {
     return static_cast<std::size_t>(std::count(is_kept_.begin(), is_kept_.end(), 1));
   }
 
-  /// Of two triangles of the patch that meet, the one that meets more goes, else the later one.
+  /// Of two triangles of the patch that cross, the one that crosses more goes, else the later one.
   void drop_contacts(const std::vector<Contact>& contacts) {
     std::vector<Contact> own;
     for (const Contact& contact : contacts) {

@@ -27,8 +27,8 @@ struct PatchOptions {
   /// Greedy centre choice ends when no site is further from the surface than this, in rim
   /// spacings.
   double tolerance = 0.01;
-  /// Whether the patch that meets the surface least does where none is clear of it (true), or only
-  /// its part that meets nothing (false).
+  /// Where every patch crosses the surface: the one that does so least is taken whole (true), or
+  /// only its part that crosses nothing (false).
   bool allow_intersections = false;
   /// Most new points of a hole; a larger one is reported and stays open.
   std::uint32_t max_new_points = 2'000'000;
@@ -71,8 +71,8 @@ struct HolePatch {
   double residual = 0.0;                ///< largest distance of a site from it, world units
   double condition = 0.0;               ///< estimate for the linear system; 0: none
   double rim_dihedral_rad = 0.0;        ///< largest angle between a rim face and its patch face
-  /// Edges at which a filled hole is still open, because triangles there would meet the surface; 0:
-  /// the patch closes the whole loop.
+  /// Edges at which a filled hole is still open, because triangles there would cross the surface;
+  /// 0: the patch closes the whole loop.
   std::uint32_t open_edges = 0;
 };
 

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <mutex>
 #include <numeric>
 
+#include "engine/holes/rbf/block_sizes.h"
 #include "engine/holes/rbf/rbf_centers.h"
 #include "engine/holes/rbf/rbf_kernel.h"
 
@@ -27,13 +27,6 @@ constexpr double kMostCondition = 1e15;
 // The first subset of a greedy choice is this share of the cap.
 constexpr std::uint32_t kFirstShare = 6;
 constexpr std::size_t kBlock = 256;
-
-// Eigen cuts sums at block sizes that it derives from the processor's caches; the same everywhere
-// it is with the same caches.
-void fix_block_sizes() {
-  static std::once_flag once;
-  std::call_once(once, [] { Eigen::setCpuCacheSizes(32 << 10, 256 << 10, 2 << 20); });
-}
 
 // 1-norm condition of K = L L^T from its 1-norm, after Hager, Condition Estimates, SIAM J. Sci.
 // Stat. Comput. 1984.

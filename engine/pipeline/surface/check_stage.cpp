@@ -63,13 +63,7 @@ class GatheredTriangles {
     number();
     PairsWanted wanted{static_cast<std::uint32_t>(own), {}};
     if (!all) wanted.mark = hole_;
-    std::vector<HolePair> pairs;
-    for (const TrianglePair& pair : crossing_pairs(positions_, numbered_, wanted, &stop)) {
-      const auto [first, second] = std::minmax(hole_[pair[0]], hole_[pair[1]]);
-      pairs.push_back({first, second});
-    }
-    std::sort(pairs.begin(), pairs.end());
-    return pairs;
+    return holes_of_pairs(crossing_pairs(positions_, numbered_, wanted, &stop), hole_);
   }
 
  private:
@@ -109,17 +103,33 @@ class GatheredTriangles {
   std::vector<Triangle> numbered_;
 };
 
-/// Patches that `is_wanted` in the order of their batches, batch by batch.
-template <class Wanted>
-void add_wanted_patches(const ChunkStore& store, std::span<const PatchPlace> patches,
-                        const Wanted& is_wanted, GatheredTriangles& gathered) {
+/// The patches whose loops begin in one chunk.
+struct ChunkPatches {
+  std::vector<PatchPlace> places;  ///< by batch
+  Box box;
+};
+
+std::vector<ChunkPatches> patches_by_chunk(std::span<const PatchPlace> patches,
+                                           std::size_t chunks) {
+  std::vector<ChunkPatches> by_chunk(chunks);
+  for (const PatchPlace& place : patches) {
+    by_chunk[place.chunk].places.push_back(place);
+    by_chunk[place.chunk].box.extend(place.box);
+  }
+  return by_chunk;
+}
+
+/// Adds the patches that come near a box, batch by batch.
+void add_patches_near(const ChunkStore& store, const ChunkPatches& patches, const Box& box,
+                      GatheredTriangles& gathered) {
+  if (!patches.box.intersects(box)) return;
   std::vector<PatchPlace> of_batch;
   const auto add = [&] {
     if (!of_batch.empty()) gathered.add_patches(store, of_batch);
     of_batch.clear();
   };
-  for (const PatchPlace& place : patches) {
-    if (!is_wanted(place)) continue;
+  for (const PatchPlace& place : patches.places) {
+    if (!place.box.intersects(box)) continue;
     if (!of_batch.empty() && of_batch.front().batch != place.batch) add();
     of_batch.push_back(place);
   }
@@ -128,7 +138,11 @@ void add_wanted_patches(const ChunkStore& store, std::span<const PatchPlace> pat
 
 class Check {
  public:
-  Check(const CheckInputs& inputs, StageRunner& runner) : inputs_(inputs), runner_(runner) {}
+  Check(const CheckInputs& inputs, StageRunner& runner)
+      : inputs_(inputs),
+        runner_(runner),
+        patches_(
+            patches_by_chunk(inputs.patches, inputs.surface.partition.octree.chunks().size())) {}
 
   void run(StageClock& clock) {
     const Partition& partition = inputs_.surface.partition;
@@ -160,19 +174,15 @@ class Check {
     const bool all = runner_.job.output.check_surface;
     GatheredTriangles gathered(inputs_.mesh, partition, chunk);
     gathered.add_surface(chunk, everywhere());
-    add_wanted_patches(
-        runner_.store, inputs_.patches,
-        [&](const PatchPlace& place) { return place.chunk == chunk; }, gathered);
+    add_patches_near(runner_.store, patches_[chunk], everywhere(), gathered);
     const std::size_t own = gathered.size();
     const Box box = gathered.box();
     const double reach = 2.0 * inputs_.surface.radii.values.back();
     const std::vector<Chunk>& chunks = partition.octree.chunks();
-    for (ChunkId other = chunk + 1; other < chunks.size(); ++other)
+    for (ChunkId other = chunk + 1; other < chunks.size(); ++other) {
       if (chunks[other].box.grown(reach).intersects(box)) gathered.add_surface(other, box);
-    add_wanted_patches(
-        runner_.store, inputs_.patches,
-        [&](const PatchPlace& place) { return place.chunk > chunk && place.box.intersects(box); },
-        gathered);
+      add_patches_near(runner_.store, patches_[other], box, gathered);
+    }
     return gathered.crossing(own, all, runner_.stop);
   }
 
@@ -185,6 +195,7 @@ class Check {
 
   const CheckInputs& inputs_;
   StageRunner& runner_;
+  const std::vector<ChunkPatches> patches_;
 };
 
 }  // namespace

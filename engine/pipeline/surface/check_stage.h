@@ -39,7 +39,7 @@ struct CheckResult {
 /// The stage. Where fill.allow_intersections says so, pairs are counted and all patches stay.
 CheckResult check_crossings(const CheckInputs& inputs, StageRunner& runner);
 
-/// Takes the patches of these holes out of the stored batches, and says why. Only the leader calls
+/// Takes the patches of these holes out of the stored batches, and says why. Only the root calls
 /// it.
 void drop_crossing_patches(const DroppedHoles& dropped, ChunkId batches, ChunkStore& store);
 
