@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "engine/cli/commands.h"
+#include "engine/cli/freed_memory.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
 #include "engine/cli/output_checks.h"
@@ -74,16 +75,17 @@ void check_outputs(const JobArguments& arguments, const Job& job) {
 }
 
 /// TBB takes no more threads than there are cores; more are used when they are asked for.
-tbb::global_control allow_threads(const Job& job) {
-  return {tbb::global_control::max_allowed_parallelism,
-          static_cast<std::size_t>(std::max(job.run.threads, available_threads()))};
+tbb::global_control allow_threads(int threads) {
+  return {tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)};
 }
 
 /// Members that do not lead are silent.
 void run(const JobArguments& arguments, const CommandContext& context) {
   const Job job = job_of(arguments);
   check_outputs(arguments, job);
-  const tbb::global_control threads = allow_threads(job);
+  const int threads = std::max(job.run.threads, available_threads());
+  keep_freed_memory(job.partition.memory_bytes, threads);
+  const tbb::global_control control = allow_threads(threads);
   const bool leads = context.communicator.is_root();
   const std::string work_dir = work_dir_of(job);
   // All that a member has to say its leader says.
