@@ -115,7 +115,7 @@ std::string mesh_text(const MeshFacts& facts) {
   const auto add_fault = [&](const char* name, std::uint64_t count) {
     if (count > 0) lines.emplace_back(name, format_count(count));
   };
-  add_fault("crossing triangles", facts.crossing_pairs.value_or(0));
+  add_fault("crossing pairs", facts.crossing_pairs.value_or(0));
   add_fault("inconsistent edges", facts.inconsistent_edges);
   add_fault("degenerate triangles", facts.degenerate_triangles);
   add_fault("duplicate triangles", facts.duplicate_triangles);

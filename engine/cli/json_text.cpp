@@ -14,11 +14,9 @@ Json box_json(const Box& box) {
 }
 
 Json distance_json(const DistanceSummary& distances) {
-  return {{"points", distances.points},
-          {"measured", distances.measured},
-          {"mean", distances.mean},
-          {"rms", distances.rms},
-          {"percentile_95", distances.percentile_95},
+  return {{"points", distances.points}, {"measured", distances.measured},
+          {"mean", distances.mean},     {"rms", distances.rms},
+          {"median", distances.median}, {"percentile_95", distances.percentile_95},
           {"max", distances.max}};
 }
 

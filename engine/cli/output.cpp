@@ -89,10 +89,10 @@ std::string table(std::vector<std::vector<std::string>> rows) {
 
 std::string distance_table(const std::vector<std::pair<std::string, DistanceSummary>>& rows) {
   std::vector<std::vector<std::string>> cells = {
-      {"distances", "points", "measured", "mean", "rms", "95 %", "largest"}};
+      {"distances", "points", "measured", "mean", "rms", "median", "95 %", "largest"}};
   for (const auto& [name, d] : rows) {
     cells.push_back({name, format_count(d.points), format_count(d.measured)});
-    for (const double value : {d.mean, d.rms, d.percentile_95, d.max})
+    for (const double value : {d.mean, d.rms, d.median, d.percentile_95, d.max})
       cells.back().push_back(d.measured > 0 ? format_number(value) : "-");
   }
   return table(cells);
@@ -149,11 +149,11 @@ void add_holes(Facts& facts, std::span<const HoleFacts> holes, const MeshFacts& 
                                      " added");
   if (found.filled > 0 && mesh.area > 0.0)
     facts.emplace_back("", fixed(100.0 * mesh.patch_area / mesh.area, 1) +
-                               " % of the mesh's area, which no point of the scan supports");
+                               " % of the mesh's area is filled: no point of the scan supports it");
   if (found.partly > 0)
-    facts.emplace_back("", format_count(found.partly) + " of them but for " +
-                               counted(found.open_edges, "edge", "edges") +
-                               ", where every patch would cross the surface");
+    facts.emplace_back("", counted(found.open_edges, "edge", "edges") + " of " +
+                               counted(found.partly, "filled hole", "filled holes") +
+                               " open, where every patch would cross the surface");
   for (std::size_t i = 0; i < std::min(kReasons, found.reasons.size()); ++i)
     facts.emplace_back(i == 0 ? "left open" : "", format_count(found.reasons[i].second) + ": " +
                                                       with_settings(job, found.reasons[i].first));

@@ -26,7 +26,8 @@ std::string facts_table(const Facts& facts);
 /// Rows of cells under headings: the first column flush left, the others flush right.
 std::string table(std::vector<std::vector<std::string>> rows);
 
-/// Distances, one line each: how many were measured, mean, rms, 95th percentile, largest.
+/// Distances, one line each: how many were measured, mean, rms, median, 95th
+/// percentile, largest.
 std::string distance_table(const std::vector<std::pair<std::string, DistanceSummary>>& rows);
 
 /// "0.00000 .. 1.00000, -2.00000 .. 2.00000, 0.00000 .. 3.00000 (1 x 4 x 3)": as many decimals as a

@@ -5,10 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 #include <tuple>
 #include <vector>
 
 #include "engine/geometry/triangle_tree.h"
+#include "engine/validation/area_samples.h"
 #include "engine/validation/mesh_facts.h"
 #include "io/error.h"
 
@@ -39,6 +42,7 @@ DistanceSummary summarized(std::uint64_t points, std::vector<double> distances) 
   const auto count = static_cast<double>(distances.size());
   summary.mean = sum / count;
   summary.rms = largest * std::sqrt(squares / count);
+  summary.median = distances[(distances.size() - 1) / 2];
   summary.percentile_95 = distances[(distances.size() - 1) * 95 / 100];
   summary.max = largest;
   return summary;
@@ -127,6 +131,76 @@ DistanceSummary distances_to(std::span<const Vec3> points, const TriangleMesh& m
   return distances(points, TriangleTree(part), options);
 }
 
+/// Points of one surface, and what is nearest to them on the other.
+struct SampleDistances {
+  std::vector<double> distances;
+  std::vector<double> cosines;  ///< of the angles between normals
+};
+
+SampleDistances distances_of(const AreaSamples& samples, const TriangleMesh& other) {
+  const TriangleTree tree(other);
+  const std::size_t count = samples.positions.size();
+  SampleDistances found{std::vector<double>(count), std::vector<double>(count)};
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+    const TriangleTree::Nearest nearest = tree.nearest(samples.positions[i]);
+    found.distances[i] = std::sqrt(nearest.squared_distance);
+    const Triangle& t = other.triangles[nearest.item];
+    const std::vector<Vec3>& p = other.vertices.positions;
+    const Vec3 normal = cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
+    const double length = norm(normal);
+    found.cosines[i] =
+        length > 0.0 ? std::clamp(dot(normal, samples.normals[i]) / length, -1.0, 1.0) : 1.0;
+  });
+  return found;
+}
+
+double share_within(const std::vector<double>& distances, double limit) {
+  const auto near =
+      std::count_if(distances.begin(), distances.end(), [&](double d) { return d <= limit; });
+  return static_cast<double>(near) / static_cast<double>(distances.size());
+}
+
+void add_normals(const SampleDistances& side, double& angles, double& opposite) {
+  for (const double cosine : side.cosines) {
+    angles += std::acos(std::abs(cosine));
+    opposite += cosine < 0.0 ? 1.0 : 0.0;
+  }
+}
+
+SurfaceAgreement agreement(const TriangleMesh& a, const TriangleMesh& b,
+                           const CompareOptions& options) {
+  SurfaceAgreement result;
+  const AreaSamples on_a = sample_by_area(a, options.area_samples);
+  const AreaSamples on_b = sample_by_area(b, options.area_samples);
+  if (on_a.positions.empty() || on_b.positions.empty()) return result;
+  const SampleDistances from_a = distances_of(on_a, b), from_b = distances_of(on_b, a);
+  for (const double distance : options.within) {
+    NearShare share{distance, share_within(from_a.distances, distance),
+                    share_within(from_b.distances, distance), 0.0};
+    if (const double both = share.precision + share.recall; both > 0.0)
+      share.f_score = 2.0 * share.precision * share.recall / both;
+    result.within.push_back(share);
+  }
+  double angles = 0.0, opposite = 0.0;
+  add_normals(from_a, angles, opposite);
+  add_normals(from_b, angles, opposite);
+  const auto points = static_cast<double>(from_a.cosines.size() + from_b.cosines.size());
+  result.normal_angle = angles / points * 180.0 / std::numbers::pi;
+  result.opposite = opposite / points;
+  result.a_to_b = summarized(from_a.distances.size(), from_a.distances);
+  result.b_to_a = summarized(from_b.distances.size(), from_b.distances);
+  result.hausdorff = std::max(result.a_to_b.max, result.b_to_a.max);
+  return result;
+}
+
+/// Samples and nearest triangles need finite vertices.
+SurfaceAgreement agreement_of_finite(const TriangleMesh& a, const TriangleMesh& b,
+                                     const CompareOptions& options) {
+  if (a.triangles.empty() || b.triangles.empty() || options.area_samples == 0) return {};
+  if (all_finite(a) && all_finite(b)) return agreement(a, b, options);
+  return agreement(finite_part(a), finite_part(b), options);
+}
+
 }  // namespace
 
 MeshComparison compare_meshes(const TriangleMesh& a, const TriangleMesh& b,
@@ -147,7 +221,24 @@ MeshComparison compare_meshes(const TriangleMesh& a, const TriangleMesh& b,
   result.same_surface = result.identical || equal_in_some_order(a, b);
   result.a_to_b = distances_to(a.vertices.positions, b, options);
   result.b_to_a = distances_to(b.vertices.positions, a, options);
+  result.surface = agreement_of_finite(a, b, options);
+  if (result.surface.measured())
+    result.surface.hausdorff =
+        std::max({result.surface.hausdorff, result.a_to_b.max, result.b_to_a.max});
   return result;
+}
+
+std::vector<double> vertex_distances(const TriangleMesh& mesh, const TriangleMesh& other) {
+  check_indices(other);
+  const TriangleMesh part = finite_part(other);
+  const TriangleTree tree(part);
+  const std::vector<Vec3>& positions = mesh.vertices.positions;
+  std::vector<double> found(positions.size());
+  tbb::parallel_for(std::size_t{0}, positions.size(), [&](std::size_t i) {
+    found[i] = is_finite(positions[i]) ? std::sqrt(tree.squared_distance(positions[i]))
+                                       : std::numeric_limits<double>::quiet_NaN();
+  });
+  return found;
 }
 
 CloudDistances distances_to_cloud(const TriangleMesh& mesh, const PointCloud& cloud,

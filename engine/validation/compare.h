@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "io/triangle_mesh.h"
 
@@ -12,6 +13,10 @@ struct CompareOptions {
   /// Maximum number of points measured on each side; of more points, a sample evenly spaced by
   /// index.
   std::uint64_t max_samples = 2'000'000;
+  /// Number of points that are spread over each surface by area; 0: none.
+  std::uint64_t area_samples = 500'000;
+  /// Distances for which SurfaceAgreement::within is wanted, world units, positive.
+  std::vector<double> within;
 };
 
 /// Distances from points to a surface (or to the points of a cloud), world units.
@@ -20,9 +25,32 @@ struct DistanceSummary {
   std::uint64_t measured = 0;  ///< of them; fewer where sampled, or where points are not finite
   double mean = 0.0;
   double rms = 0.0;
+  double median = 0.0;
   double percentile_95 = 0.0;
   double max = 0.0;
   bool sampled() const { return measured < points; }
+};
+
+/// How many of the points on two surfaces have the other surface near.
+struct NearShare {
+  double distance = 0.0;   ///< world units
+  double precision = 0.0;  ///< share of a's area that is at most so far from b
+  double recall = 0.0;     ///< share of b's area that is at most so far from a
+  double f_score = 0.0;    ///< harmonic mean of both; 0 where both are 0
+};
+
+/// Two surfaces by points that are spread over each by area. Knapitsch, Park, Zhou, Koltun: Tanks
+/// and Temples, 2017, section 3, for precision, recall and F-score.
+struct SurfaceAgreement {
+  DistanceSummary a_to_b, b_to_a;
+  /// Largest distance of any of these points or of any vertex to the other surface.
+  double hausdorff = 0.0;
+  /// Mean angle between the normals of a point's triangle and of the nearest on the other surface,
+  /// degrees, without regard to their sides; both directions together.
+  double normal_angle = 0.0;
+  double opposite = 0.0;          ///< share of these points whose normals point to opposite sides
+  std::vector<NearShare> within;  ///< as CompareOptions::within
+  bool measured() const { return a_to_b.measured > 0 && b_to_a.measured > 0; }
 };
 
 struct MeshComparison {
@@ -33,6 +61,7 @@ struct MeshComparison {
   std::uint64_t triangles_a = 0, triangles_b = 0;
   DistanceSummary a_to_b;  ///< from the vertices of a to the surface of b
   DistanceSummary b_to_a;
+  SurfaceAgreement surface;  ///< not measured where one of them has no triangles
 };
 
 /// Compares two meshes in core. A mesh without triangles is taken as its vertices. Distances to
@@ -40,6 +69,10 @@ struct MeshComparison {
 /// not depend on the number of threads. Throws Error (bad input) for indices outside the vertices.
 MeshComparison compare_meshes(const TriangleMesh& a, const TriangleMesh& b,
                               const CompareOptions& options = {});
+
+/// Distance of each vertex of a mesh to the surface of another, world units: NaN where it is not
+/// finite, infinite where the other is empty. As compare_meshes.
+std::vector<double> vertex_distances(const TriangleMesh& mesh, const TriangleMesh& other);
 
 struct CloudDistances {
   DistanceSummary mesh_to_cloud;  ///< from the mesh's vertices to the nearest point

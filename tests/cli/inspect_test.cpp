@@ -146,6 +146,29 @@ TEST_CASE("DifferentMeshesExitZeroAndShowHowTheyDiffer") {
   CHECK(found["b_to_a"]["measured"] == found["b"]["vertices"]);
 }
 
+TEST_CASE("CompareMeasuresSurfacesByAreaAndWritesErrors") {
+  const ScratchDirectory in;
+  generate(in, "sphere");
+  REQUIRE(run_in(in, {"reconstruct", "cloud.ply", "-o", "out.ply"}).status == 0);
+  const auto text = run_in(in, {"compare", "out.ply", "mesh.ply", "--within", "0.001,0.5",
+                                "--samples", "20000", "--errors", "errors.ply"});
+  CHECK(text.status == 0);
+  CHECK_THAT(text.out, Contains("A to B, by area") && Contains("20,000") && Contains("F-score") &&
+                           Contains("Hausdorff distance"));
+  const json facts = json_of(run_in(in, {"inspect", "errors.ply", "--json"}));
+  CHECK(facts["vertices"] == 2000);
+  CHECK_THAT(file_text(in / "errors.ply"), Contains("property double error"));
+  const json found =
+      json_of(run_in(in, {"compare", "out.ply", "mesh.ply", "--within", "0.5", "--json"}));
+  CHECK(found["by_area"]["within"][0]["f_score"] == 1.0);
+  CHECK(found["by_area"]["a_to_b"]["measured"] == 500'000);
+  CHECK(found["by_area"]["opposite_normals"] == 0.0);
+  CHECK(run_in(in, {"compare", "out.ply", "mesh.ply", "--errors", "e.obj"}).status == 2);
+  CHECK(run_in(in, {"compare", "out.ply", "mesh.ply", "--errors", "mesh.ply"}).status == 2);
+  CHECK(run_in(in, {"compare", "out.ply", "mesh.ply", "--within", "0"}).status == 2);
+  CHECK(run_in(in, {"compare", "out.ply", "mesh.ply", "--samples", "1000000000000"}).status == 2);
+}
+
 TEST_CASE("FloatThatMovesPointsTooFarIsWarnedOf") {
   const ScratchDirectory in;
   write_text(in / "far.xyz", "1000000.123 0 0\n1000000.223 0 0\n1000000.323 0 0\n");

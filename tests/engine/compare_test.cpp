@@ -1,14 +1,17 @@
 #include "engine/validation/compare.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 
 #include <catch2/catch.hpp>
 
 #include "engine/geometry/triangle_tree.h"
 #include "engine/synthetic/synthetic_cloud.h"
+#include "engine/validation/area_samples.h"
 #include "engine/validation/cloud_facts.h"
 
 namespace orbweave {
@@ -151,6 +154,92 @@ TEST_CASE("DistancesAreTakenToTheSurfaceAndInBothDirections") {
   const MeshComparison sides = compare_meshes(part, whole);
   CHECK(sides.a_to_b.max == 0.0);
   CHECK(sides.b_to_a.max > 0.0);
+}
+
+TEST_CASE("SamplesAreSpreadByArea") {
+  // A large and a small square; 1 of 10 points belongs on the small one.
+  TriangleMesh mesh;
+  for (const double side : {3.0, 1.0}) {
+    const double at = side == 3.0 ? 0.0 : 10.0;
+    for (const Vec3 p : {Vec3{at, 0, 0}, {at + side, 0, 0}, {at + side, side, 0}, {at, side, 0}})
+      mesh.vertices.positions.push_back(p);
+  }
+  mesh.triangles = {{0, 1, 2}, {1, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}};
+  const AreaSamples samples = sample_by_area(mesh, 1000);
+  REQUIRE(samples.positions.size() == 1000);
+  Vec3 sum;
+  int small = 0;
+  for (std::size_t i = 0; i < 1000; ++i) {
+    const Vec3 p = samples.positions[i];
+    CHECK(samples.normals[i] == Vec3{0, 0, 1});
+    if (p.x >= 10.0)
+      ++small;
+    else
+      sum = sum + p;
+  }
+  CHECK(small == 100);
+  CHECK(norm(sum / 900.0 - Vec3{1.5, 1.5, 0.0}) < 0.02);
+  CHECK(sample_by_area(TriangleMesh{}, 10).positions.empty());
+  mesh.triangles = {{1, 1, 2}};
+  CHECK(sample_by_area(mesh, 10).positions.empty());
+}
+
+TEST_CASE("PrecisionAndRecallTellWhatIsInventedAndWhatIsMissing") {
+  // The plane's square, and the same moved by a quarter of its side: three quarters in common.
+  const TriangleMesh truth = shape_mesh(Shape::kPlane, 20);
+  const double side = truth.vertices.bounds().extent().x;
+  TriangleMesh moved = truth;
+  for (Vec3& p : moved.vertices.positions) p.x += 0.25 * side;
+  CompareOptions options;
+  options.area_samples = 20'000;
+  options.within = {1e-6 * side, 0.125 * side, side};
+  const SurfaceAgreement found = compare_meshes(moved, truth, options).surface;
+  REQUIRE(found.within.size() == 3);
+  for (int i = 0; i < 3; ++i) {
+    const double expected = std::array{0.75, 0.875, 1.0}[static_cast<std::size_t>(i)];
+    CHECK(found.within[i].precision == Approx(expected).margin(0.01));
+    CHECK(found.within[i].recall == Approx(expected).margin(0.01));
+    CHECK(found.within[i].f_score == Approx(expected).margin(0.01));
+  }
+  CHECK(found.hausdorff == Approx(0.25 * side));
+  CHECK(found.a_to_b.median < 1e-12 * side);
+  CHECK(found.a_to_b.mean == Approx(side / 32.0).epsilon(0.02));
+  CHECK(found.normal_angle < 1e-3);
+  CHECK(found.opposite == 0.0);
+  // Half of the recall, all of the precision.
+  TriangleMesh part = truth;
+  part.triangles.resize(part.triangles.size() / 2);
+  const SurfaceAgreement half = compare_meshes(part, truth, options).surface;
+  CHECK(half.within[0].precision == 1.0);
+  CHECK(half.within[0].recall == Approx(0.5).margin(0.01));
+  CHECK(half.within[0].f_score == Approx(2.0 / 3.0).margin(0.01));
+}
+
+TEST_CASE("NormalsAreComparedWithAndWithoutTheirSides") {
+  const TriangleMesh mesh = shape_mesh(Shape::kPlane, 10);
+  TriangleMesh tilted = mesh, turned = mesh;
+  for (Vec3& p : tilted.vertices.positions) p.z += p.x * std::tan(std::numbers::pi / 6.0);
+  for (Triangle& t : turned.triangles) std::swap(t[0], t[1]);
+  CompareOptions options;
+  options.area_samples = 2000;
+  const SurfaceAgreement tilt = compare_meshes(mesh, tilted, options).surface;
+  CHECK(tilt.normal_angle == Approx(30.0));
+  CHECK(tilt.opposite == 0.0);
+  const SurfaceAgreement turn = compare_meshes(mesh, turned, options).surface;
+  CHECK(turn.normal_angle < 1e-3);
+  CHECK(turn.opposite == 1.0);
+}
+
+TEST_CASE("ErrorsOfVerticesAreTheirDistancesToTheOtherSurface") {
+  const TriangleMesh mesh = shape_mesh(Shape::kPlane, 10);
+  TriangleMesh bent = mesh;
+  bent.vertices.positions[7].z += 0.5;
+  bent.vertices.positions[8].x = std::nan("");
+  const std::vector<double> errors = vertex_distances(bent, mesh);
+  REQUIRE(errors.size() == mesh.vertices.size());
+  CHECK(errors[7] == Approx(0.5));
+  CHECK(std::isnan(errors[8]));
+  CHECK(errors[0] == 0.0);
 }
 
 TEST_CASE("LargeComparisonsAreSampledEvenlyAndSaySo") {
