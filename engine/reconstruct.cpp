@@ -203,7 +203,8 @@ void estimate(PointCloud& cloud, double radius, Orientation side,
 }
 
 /// Turns the normals to one side by propagation.
-void orient(PointCloud& cloud, const Spacing& spacing, const ReconstructionOptions& options) {
+void orient(PointCloud& cloud, const Spacing& spacing, Orientation side,
+            const ReconstructionOptions& options) {
   const OrientationOptions wanted{.cell = orientation_cell(spacing.choice.spacing),
                                   .max_radius = spacing.normal_radius,
                                   .stop = options.stop};
@@ -212,7 +213,8 @@ void orient(PointCloud& cloud, const Spacing& spacing, const ReconstructionOptio
   OrientedPatches patches = orient_patches(cloud.positions, cloud.normals, numbers, 0,
                                            static_cast<std::uint32_t>(cloud.size()), wanted);
   const PatchOrientation orientation =
-      orient_patch_graph(std::move(patches.sums), std::move(patches.votes), options.stop);
+      orient_patch_graph(std::move(patches.sums), std::move(patches.votes),
+                         graph_options(side, options.normals, wanted));
   const std::vector<std::uint8_t> turns =
       whole_turns(patches.patch_of, std::move(patches.turn), orientation);
   for (std::size_t i = 0; i < turns.size(); ++i)
@@ -226,7 +228,7 @@ RadiiChoice give_normals(PointCloud& cloud, const Spacing& spacing, Stages& stag
   stages.begin("normals");
   estimate(cloud, spacing.normal_radius, side, options, dropped);
   stages.begin("orient");
-  if (side == Orientation::kPropagate) orient(cloud, spacing, options);
+  if (is_propagated(side)) orient(cloud, spacing, side, options);
   // Points that were left out may have changed the bounds, and with them the order.
   const CloudCounts counts(cloud.positions);
   RadiiChoice choice = measure(cloud.positions, counts, false, options).choice;

@@ -24,6 +24,8 @@ enum class Orientation {
   kViewpoint,  ///< towards NormalOptions::viewpoint, which has to be given
   kUp,         ///< to the side of NormalOptions::up; +z where it is not given
   kPropagate,  ///< neighbours agree, closed surfaces point outward (docs/normals.md)
+  kGround,     ///< scanner or viewpoint; else propagation, with the ground towards the side of up
+  kInward,     ///< neighbours agree, closed surfaces point inward: rooms seen from inside
   kNone        ///< no rule: the largest component is positive
 };
 
@@ -34,7 +36,9 @@ struct NormalOptions {
   int neighbors = 16;
   Orientation orientation = Orientation::kAuto;
   std::optional<Vec3> viewpoint;  ///< world coordinates; normals point towards it
-  std::optional<Vec3> up;         ///< a direction of any length but zero; normals point to its side
+  /// A direction of any length but zero; normals point to its side. For kGround: the normals of the
+  /// ground; +z where it is not given.
+  std::optional<Vec3> up;
 };
 
 /// Radial basis function that shapes a patch: over a plane, in space.

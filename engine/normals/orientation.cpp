@@ -2,10 +2,14 @@
 #include "engine/normals/orientation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 #include <tuple>
 
+#include "engine/normals/ground_patches.h"
 #include "engine/normals/orientation_graph.h"
+#include "io/box.h"
 
 namespace orbweave {
 namespace {
@@ -56,13 +60,14 @@ bool points_down(Vec3 area_normal) {
   return false;
 }
 
-bool points_inward(const Enclosed& e) {
+/// Whether a part shows the wrong side. What is open has no inside: it points up either way.
+bool is_turned_away(const Enclosed& e, bool inward) {
   const double bulge = std::abs(e.flux), open = norm(e.area_normal);
   if (open > kOpen * e.area && std::abs(e.area_normal.z) > kUpright * open)
     return e.area_normal.z < 0.0;
   const double diagonal = norm(e.highest - e.lowest);
   if (open * diagonal > kSheet * bulge) return points_down(e.area_normal);
-  return e.flux < 0.0;
+  return inward ? e.flux > 0.0 : e.flux < 0.0;
 }
 
 std::vector<Enclosed> enclosed(const std::vector<PatchSum>& sums, const SignedParts& parts) {
@@ -86,15 +91,89 @@ std::vector<Enclosed> enclosed(const std::vector<PatchSum>& sums, const SignedPa
   return of;
 }
 
-void turn_outward(const std::vector<PatchSum>& sums, SignedParts& parts) {
+/// Turns every part outward, or inward; the part of the sky so that the sky is not turned.
+void turn_parts(const std::vector<PatchSum>& sums, bool inward, SignedParts& parts) {
+  const auto sky = static_cast<std::uint32_t>(sums.size());
   const std::vector<Enclosed> of = enclosed(sums, parts);
-  for (std::uint32_t v = 0; v < sums.size(); ++v)
-    if (points_inward(of[parts.part[v]])) parts.turn[v] ^= 1;
+  const std::uint8_t sky_turn = parts.turn[sky];
+  for (std::uint32_t v = 0; v < sums.size(); ++v) {
+    const bool is_wrong = parts.part[v] == parts.part[sky]
+                              ? sky_turn != 0
+                              : is_turned_away(of[parts.part[v]], inward);
+    if (is_wrong) parts.turn[v] ^= 1;
+  }
+}
+
+/// A point of the ground votes this much for facing up: a patch of n points less than the patches
+/// beside it, so that what hangs together is joined first, and the votes of its ground add up. Ten
+/// times as much tears the undersides off things that hang in the air.
+constexpr double kGroundVotes = 0.1;
+
+/// Edges from patches of the ground to the sky, which comes after all patches.
+std::vector<SignedEdge> ground_edges(const std::vector<PatchSum>& sums,
+                                     std::span<const std::uint8_t> is_ground, Vec3 up) {
+  std::vector<SignedEdge> edges;
+  for (std::uint32_t v = 0; v < sums.size(); ++v) {
+    if (!is_ground[v]) continue;
+    const double weight = kGroundVotes * static_cast<double>(sums[v].points);
+    const bool faces_up = dot(sums[v].area_normal, up) >= 0.0;
+    edges.push_back(
+        {v, static_cast<std::uint32_t>(sums.size()), faces_up ? weight : -weight, weight});
+  }
+  return edges;
+}
+
+void count_ground(const std::vector<PatchSum>& sums, std::span<const std::uint8_t> is_ground,
+                  Vec3 up, PatchOrientation& result) {
+  for (std::size_t v = 0; v < sums.size(); ++v) {
+    if (!is_ground[v]) continue;
+    ++result.ground;
+    if ((dot(sums[v].area_normal, up) < 0.0) == (result.turn[v] == 0)) ++result.ground_down;
+  }
+}
+
+/// The places with the most of the patches, in cubes of an eighth to a sixteenth of the extent.
+std::vector<ContestedPlace> places_of(const std::vector<PatchSum>& sums,
+                                      std::span<const std::uint32_t> contested) {
+  constexpr std::size_t kPlaces = 3;
+  constexpr double kCubes = 16.0;
+  Box bounds;
+  for (const PatchSum& sum : sums) {
+    bounds.extend(sum.lowest);
+    bounds.extend(sum.highest);
+  }
+  const double side = std::exp2(std::ceil(std::log2(bounds.largest_extent() / kCubes)));
+  if (!(side > 0.0)) return {{bounds.min, contested.size()}};
+  struct Counted {
+    std::array<double, 3> corner;
+    std::uint64_t patches = 0;
+  };
+  std::vector<std::array<double, 3>> corners;
+  for (const std::uint32_t v : contested) {
+    const Vec3 center = sums[v].lowest + 0.5 * (sums[v].highest - sums[v].lowest);
+    corners.push_back(
+        {std::floor(center.x / side), std::floor(center.y / side), std::floor(center.z / side)});
+  }
+  std::sort(corners.begin(), corners.end());
+  std::vector<Counted> cubes;
+  for (const auto& corner : corners) {
+    if (cubes.empty() || cubes.back().corner != corner) cubes.push_back({corner, 0});
+    ++cubes.back().patches;
+  }
+  std::stable_sort(cubes.begin(), cubes.end(),
+                   [](const Counted& a, const Counted& b) { return a.patches > b.patches; });
+  if (cubes.size() > kPlaces) cubes.resize(kPlaces);
+  std::vector<ContestedPlace> places;
+  for (const Counted& cube : cubes) {
+    const auto [x, y, z] = cube.corner;
+    places.push_back({side * Vec3{x + 0.5, y + 0.5, z + 0.5}, cube.patches});
+  }
+  return places;
 }
 
 /// How far the votes are satisfied, in all and by patch.
-void count_votes(const std::vector<SignedEdge>& edges, const std::vector<std::uint8_t>& turn,
-                 PatchOrientation& result) {
+void count_votes(const std::vector<PatchSum>& sums, const std::vector<SignedEdge>& edges,
+                 const std::vector<std::uint8_t>& turn, PatchOrientation& result) {
   std::vector<double> pro(turn.size()), contra(turn.size());
   double satisfied = 0.0, total = 0.0;
   for (const SignedEdge& e : edges) {
@@ -107,27 +186,40 @@ void count_votes(const std::vector<SignedEdge>& edges, const std::vector<std::ui
     satisfied += agree;
     total += e.weight;
   }
-  for (std::size_t v = 0; v < turn.size(); ++v)
-    if (pro[v] < kClear * contra[v]) ++result.contested;
+  std::vector<std::uint32_t> contested;
+  for (std::uint32_t v = 0; v < sums.size(); ++v)
+    if (pro[v] < kClear * contra[v]) contested.push_back(v);
+  result.contested = contested.size();
+  if (!contested.empty()) result.places = places_of(sums, contested);
   if (total > 0.0) result.satisfied = satisfied / total;
 }
 
 }  // namespace
 
 PatchOrientation orient_patch_graph(std::vector<PatchSum> sums, std::vector<PatchVote> votes,
-                                    const StopToken* stop) {
+                                    const PatchGraphOptions& options) {
   std::sort(sums.begin(), sums.end(),
             [](const PatchSum& a, const PatchSum& b) { return a.patch < b.patch; });
   const std::vector<SignedEdge> edges = edges_of(sums, std::move(votes));
-  SignedParts parts = join_by_votes(static_cast<std::uint32_t>(sums.size()), edges, 0.0, stop);
-  turn_outward(sums, parts);
+  std::vector<SignedEdge> all = edges;
+  std::vector<std::uint8_t> is_ground(sums.size());
+  if (options.ground) {
+    is_ground = find_ground(sums, options.cell, options.up, options.stop);
+    const std::vector<SignedEdge> to_sky = ground_edges(sums, is_ground, options.up);
+    all.insert(all.end(), to_sky.begin(), to_sky.end());
+  }
+  const auto nodes = static_cast<std::uint32_t>(sums.size()) + 1;
+  SignedParts parts = join_by_votes(nodes, std::move(all), 0.0, options.stop);
+  turn_parts(sums, options.inward, parts);
+  parts.turn.pop_back();
   PatchOrientation result;
   for (std::uint32_t v = 0; v < sums.size(); ++v) {
     result.patches.push_back(sums[v].patch);
     if (parts.part[v] == v) ++result.components;
   }
-  count_votes(edges, parts.turn, result);
+  count_votes(sums, edges, parts.turn, result);
   result.turn = std::move(parts.turn);
+  count_ground(sums, is_ground, options.up, result);
   return result;
 }
 

@@ -12,38 +12,17 @@
 #include <span>
 #include <vector>
 
+#include "engine/normals/patch_sums.h"
 #include "io/stop_token.h"
 #include "io/vec3.h"
 
 namespace orbweave {
-
-/// Chunks of points do not know each other's numbers but for these: `global` of the first point of
-/// the patch in canonical order.
-using PatchId = std::uint64_t;
 
 struct OrientationOptions {
   double cell = 0.0;                ///< side of a lattice cell, a power of two, world units
   std::size_t neighbors = 10;       ///< of a point that vote
   double max_radius = 0.0;          ///< neighbours farther away do not vote; world units
   const StopToken* stop = nullptr;  ///< looked at every few thousand points; may be null
-};
-
-/// Votes of one patch's points on how another patch's normals relate to its own.
-struct PatchVote {
-  PatchId from = 0;
-  PatchId to = 0;
-  double votes = 0.0;   ///< sum of signed votes: > 0 agree, < 0 one of them is to be turned
-  double weight = 0.0;  ///< sum of their sizes; |votes| / weight tells how sure they are
-};
-
-/// What the whole cloud's orientation needs of a patch.
-struct PatchSum {
-  PatchId patch = 0;
-  std::uint64_t points = 0;
-  Vec3 lowest, highest;  ///< bounds
-  Vec3 area_normal;      ///< sum of a point's normal times its area, as oriented in the patch
-  double flux = 0.0;     ///< sum of area * normal . (position - a corner of the patch's cell)
-  Vec3 flux_origin;      ///< that corner
 };
 
 /// The patches of the cells that own points [begin, end).
@@ -66,20 +45,40 @@ OrientedPatches orient_patches(std::span<const Vec3> positions, std::span<const 
                                std::span<const std::uint64_t> global, std::uint32_t begin,
                                std::uint32_t end, const OrientationOptions& options);
 
+/// What decides where votes say nothing.
+struct PatchGraphOptions {
+  bool inward = false;        ///< closed surfaces point inward instead of outward
+  bool ground = false;        ///< patches that belong to the ground vote to face up
+  Vec3 up = {0.0, 0.0, 1.0};  ///< for the ground; a unit vector
+  double cell = 0.0;          ///< for the ground: OrientationOptions::cell
+  const StopToken* stop = nullptr;
+};
+
+/// A part of space in which patches are contested.
+struct ContestedPlace {
+  Vec3 center;
+  std::uint64_t patches = 0;
+};
+
 struct PatchOrientation {
-  std::vector<PatchId> patches;    ///< ascending
-  std::vector<std::uint8_t> turn;  ///< 1: all normals of the patch are turned
-  std::uint64_t components = 0;    ///< parts of the cloud that no vote connects
-  std::uint64_t contested = 0;     ///< patches whose votes for the sign they got are not 3 to 1
-  double satisfied = 1.0;          ///< share of the votes' weight that the result satisfies
+  std::vector<PatchId> patches;        ///< ascending
+  std::vector<std::uint8_t> turn;      ///< 1: all normals of the patch are turned
+  std::uint64_t components = 0;        ///< parts that no vote connects, nor the ground
+  std::uint64_t contested = 0;         ///< patches whose votes for the sign they got are not 3 to 1
+  std::vector<ContestedPlace> places;  ///< with the most of them, at most three, most first
+  std::uint64_t ground = 0;            ///< patches that belong to the ground, where that is asked
+  std::uint64_t ground_down = 0;       ///< of them, those that face down all the same
+  double satisfied = 1.0;              ///< share of the votes' weight that the result satisfies
 };
 
 /// One sign per patch: pairs of patches are joined in the order of how strong their votes are, the
 /// votes of joined patches add up, and every component ends outward (positive enclosed volume; a
-/// sheet that encloses nothing, upward).
+/// sheet that encloses nothing, upward), or as the options say. The ground's votes are those of one
+/// more patch, the sky, so that they add up as the ground is joined: neither clutter that stands on
+/// it nor what lies apart turns it.
 /// The result does not depend on the order of the arguments' rows. O(n log n); holds all patches.
 PatchOrientation orient_patch_graph(std::vector<PatchSum> sums, std::vector<PatchVote> votes,
-                                    const StopToken* stop = nullptr);
+                                    const PatchGraphOptions& options = {});
 
 /// Which of some points' normals are turned in the end: `turn` within their patches (see
 /// OrientedPatches), and by the sign of their patch in the whole cloud.

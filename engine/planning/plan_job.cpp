@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/normals/normal_side.h"
 #include "engine/pipeline/budget/disk_plan.h"
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/points/cleaning_stage.h"
@@ -81,7 +82,7 @@ NormalFacts normals_of(const ResolvedJob& job, const CountedCloud& cloud) {
 /// The passes over raw points, as far as the plan has found them out.
 RawWork raw_work_of(const JobPlan& plan) {
   const bool estimates = plan.normals.source == NormalSource::kEstimate;
-  const bool propagates = plan.normals.orientation == Orientation::kPropagate;
+  const bool propagates = is_propagated(plan.normals.orientation);
   return {plan.cleaning.options, estimates, estimates && propagates};
 }
 

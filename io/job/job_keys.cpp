@@ -125,7 +125,8 @@ JobValue las_classes_value(const Job& job) {
 /// A choice's names in the order of its enumerators.
 constexpr std::array kReturns = {"all", "first", "last", "only"};
 constexpr std::array kSources = {"auto", "file", "estimate"};
-constexpr std::array kOrientations = {"auto", "scanner", "viewpoint", "up", "propagate", "none"};
+constexpr std::array kOrientations = {"auto",      "scanner", "viewpoint", "up",
+                                      "propagate", "ground",  "inward",    "none"};
 constexpr std::array kMethods = {"ball_pivoting"};
 constexpr std::array kKernels = {"biharmonic", "triharmonic"};
 constexpr std::array kFormats = {"auto", "binary", "text"};
@@ -277,7 +278,7 @@ constexpr JobKey kKeys[] = {
      [](Job& job, const W& value) { job.normals.neighbors = static_cast<int>(integer_value(value, 3, 256)); },
      [](const Job& job) -> JobValue { return std::int64_t{job.normals.neighbors}; }},
     {"normals", "orientation", T::kChoice, "", kOrientations,
-     "rule that orients estimated normals; auto takes scanner, viewpoint, up or propagate, the first that is known", "orientation", "",
+     "rule that orients estimated normals; auto takes scanner, viewpoint, up or propagate, the first that is known; ground is for scenes: scanner, viewpoint, or propagate with the ground turned up; inward is for rooms: propagate, but closed surfaces point inward", "orientation", "",
      [](Job& job, const W& value) { job.normals.orientation = static_cast<Orientation>(choice_value(value, kOrientations)); },
      [](const Job& job) -> JobValue { return name_in(kOrientations, job.normals.orientation); }},
     {"normals", "viewpoint", T::kNumbers, "\"auto\" or three numbers [x, y, z]", {},

@@ -7,8 +7,8 @@ namespace orbweave {
 namespace {
 
 constexpr std::array<const char*, 3> kSources = {"", "file", "estimated"};
-constexpr std::array<const char*, 6> kOrientations = {"",   "scanner",   "viewpoint",
-                                                      "up", "propagate", "none"};
+constexpr std::array<const char*, 8> kOrientations = {"",          "scanner", "viewpoint", "up",
+                                                      "propagate", "ground",  "inward",    "none"};
 
 constexpr std::array<const char*, 7> kOpenReasons = {
     "",

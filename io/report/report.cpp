@@ -220,6 +220,10 @@ Json cleaning_json(const CleaningFacts& facts) {
 }
 
 Json normals_json(const NormalFacts& facts) {
+  Json places = Json::array();
+  for (const ContestedFacts& place : facts.contested_places)
+    places.push_back(
+        {{"center", {place.center.x, place.center.y, place.center.z}}, {"patches", place.patches}});
   return {{"source", text_of(facts.source)},
           {"orientation", text_or_null(text_of(facts.orientation))},
           {"neighbors", facts.neighbors},
@@ -227,7 +231,10 @@ Json normals_json(const NormalFacts& facts) {
           {"patches", facts.patches},
           {"components", facts.components},
           {"contested_patches", facts.contested},
-          {"votes_satisfied", facts.satisfied}};
+          {"contested_places", places},
+          {"votes_satisfied", facts.satisfied},
+          {"ground_patches", facts.ground_patches},
+          {"ground_patches_down", facts.ground_patches_down}};
 }
 
 void write_text(const std::filesystem::path& path, const std::string& text) {

@@ -45,6 +45,12 @@ struct ResourceFacts {
   double seconds = 0.0;          ///< 0: unknown
 };
 
+/// A part of space, and how many patches of the propagation are contested there.
+struct ContestedFacts {
+  Vec3 center;
+  std::uint64_t patches = 0;
+};
+
 /// Where the normals of a run come from.
 struct NormalFacts {
   NormalSource source = NormalSource::kAuto;     ///< kAuto: not known yet
@@ -55,6 +61,9 @@ struct NormalFacts {
   std::uint64_t components = 0;                  ///< of the patches, that no vote connects
   std::uint64_t contested = 0;  ///< patches whose votes for their sign are not 3 to 1
   double satisfied = 1.0;       ///< share of all votes that agree with the result
+  std::vector<ContestedFacts> contested_places;  ///< with the most of them, at most three
+  std::uint64_t ground_patches = 0;              ///< that belong to the ground, where that is asked
+  std::uint64_t ground_patches_down = 0;         ///< of them, those that face down all the same
 };
 
 /// What the cleaning did, or would have done.

@@ -59,13 +59,9 @@ std::string joined(const std::vector<std::string>& words, const char* between) {
   return text;
 }
 
-std::string point_text(Vec3 p) {
-  return format_coordinate(p.x) + ", " + format_coordinate(p.y) + ", " + format_coordinate(p.z);
-}
-
 std::string box_text(const Box& box) {
   return box.empty() ? "none"
-                     : "from (" + point_text(box.min) + ") to (" + point_text(box.max) + ")";
+                     : "from " + format_position(box.min) + " to " + format_position(box.max);
 }
 
 std::string yes_or_no(bool value) { return value ? "yes" : "no"; }
@@ -144,7 +140,14 @@ std::string cleaning_table(const RunReport& report) {
   if (normals.patches > 0) {
     rows.emplace_back("patches", format_count(normals.patches));
     rows.emplace_back("contested patches", format_count(normals.contested));
+    for (const ContestedFacts& place : normals.contested_places)
+      rows.emplace_back("contested near " + format_position(place.center),
+                        format_count(place.patches));
     rows.emplace_back("share of votes that agree", format_number(normals.satisfied));
+    if (normals.orientation == Orientation::kGround)
+      rows.emplace_back("patches of the ground", format_count(normals.ground_patches) + ", " +
+                                                     format_count(normals.ground_patches_down) +
+                                                     " of them face down");
   }
   return facts("Cleaning and normals", rows);
 }

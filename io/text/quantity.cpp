@@ -127,6 +127,11 @@ std::string with_digits(double value, int digits) {
 
 std::string format_coordinate(double value) { return with_digits(value, 10); }
 
+std::string format_position(Vec3 position) {
+  return "(" + format_coordinate(position.x) + ", " + format_coordinate(position.y) + ", " +
+         format_coordinate(position.z) + ")";
+}
+
 std::string format_number(double value) { return with_digits(value, 6); }
 
 std::string format_exact(double value) {

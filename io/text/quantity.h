@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "io/vec3.h"
+
 namespace orbweave {
 
 /// Bytes from "2GiB", "512 MiB", "1.5GB" or "1000000" (then bytes). KiB, MiB, GiB, TiB and their
@@ -22,7 +24,8 @@ std::string format_rate(double per_second);   ///< "730", "1.25M": three digits,
 std::string format_duration(double seconds);  ///< "0.4 s", "12 s", "3 min 20 s", "2 h 5 min"
 /// A coordinate with ten significant digits: UTM coordinates to the tenth of a millimetre.
 std::string format_coordinate(double value);
-std::string format_number(double value);  ///< six significant digits at most
-std::string format_exact(double value);   ///< shortest text that reads back as the value
+std::string format_position(Vec3 position);  ///< "(637000.5, 850100, 130)": coordinates as above
+std::string format_number(double value);     ///< six significant digits at most
+std::string format_exact(double value);      ///< shortest text that reads back as the value
 
 }  // namespace orbweave

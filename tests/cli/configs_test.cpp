@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/clouds/open_point_source.h"
+#include "io/meshes/mesh_reader.h"
 #include "io/points/point_source.h"
 #include "tests/cli/holed_meshes.h"
 
@@ -165,17 +166,37 @@ TEST_CASE("TheJobFileForAirborneLidarLooksUpAndKeepsMapCoordinates") {
   CHECK(std::all_of(mesh.normals.begin(), mesh.normals.end(), [](Vec3 n) { return n.z > 0.0; }));
 }
 
-TEST_CASE("TheJobFileForATerrestrialScanOrientsByPropagation") {
+TEST_CASE("TheJobFileForATerrestrialScanTurnsTheGroundUpAndClosedThingsOutward") {
   const ScratchDirectory in;
-  PointCloud cloud = shape_cloud(in, "bumpy-torus", 12'000);
+  PointCloud cloud = shape_cloud(in, "torus", 12'000);
+  const Box torus = cloud.bounds();
+  PointCloud ground = shape_cloud(in, "plane", 12'000);
+  const Box plane = ground.bounds();
+  const double below = torus.min.z - torus.extent().x;
+  for (Vec3& p : ground.positions) {
+    const Vec3 place = p - (plane.min + 0.5 * plane.extent());
+    p = torus.min + 0.5 * torus.extent() + 1.5 * torus.extent().x / plane.extent().x * place;
+    p.z = below;
+  }
+  cloud.append(ground);
   cloud.schema.has_normals = false;
   cloud.normals.clear();
   write_as_two_scans(in, cloud);
   const json report = report_of_config(in, "terrestrial-scan.toml");
-  CHECK(report["normals"]["orientation"] == "propagate");
-  CHECK(report["normals"]["components"] == 1);
-  CHECK(report["mesh"]["watertight"] == true);
-  CHECK(report["mesh"]["euler_characteristic"] == 0);
+  CHECK(report["normals"]["orientation"] == "ground");
+  CHECK(report["normals"]["components"] == 2);
+  CHECK(report["normals"]["ground_patches_down"] == 0);
+  CHECK(report["mesh"]["boundary_loops"] == 1);  // of the plane
+  const TriangleMesh mesh = read_mesh((in / "mesh.ply").string());
+  const Vec3 center = torus.min + 0.5 * torus.extent();
+  const double core = 0.5 * (torus.extent().x - torus.extent().z);
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Vec3 p = mesh.vertices.positions[i];
+    const Vec3 flat{p.x - center.x, p.y - center.y, 0.0};
+    const bool is_ground = p.z < torus.min.z - 0.1 * torus.extent().x;
+    const Vec3 away = is_ground ? Vec3{0.0, 0.0, 1.0} : p - center - core * normalized(flat);
+    REQUIRE(dot(mesh.vertices.normals[i], away) > 0.0);
+  }
 }
 
 TEST_CASE("EveryJobFileOfConfigsIsTestedHere") {

@@ -9,6 +9,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/normals/estimate_normals.h"
+#include "engine/normals/ground_patches.h"
 #include "engine/normals/normals_from_faces.h"
 #include "engine/normals/orientation_graph.h"
 #include "io/meshes/mesh_reader.h"
@@ -37,9 +38,10 @@ OrientedPatches patches_of(const Unoriented& cloud, const OrientationOptions& op
 }
 
 std::vector<Vec3> oriented_normals(const Unoriented& cloud, const OrientationOptions& options,
-                                   PatchOrientation* summary = nullptr) {
+                                   PatchOrientation* summary = nullptr,
+                                   const PatchGraphOptions& graph = {}) {
   const OrientedPatches patches = patches_of(cloud, options);
-  const PatchOrientation found = orient_patch_graph(patches.sums, patches.votes);
+  const PatchOrientation found = orient_patch_graph(patches.sums, patches.votes, graph);
   std::vector<Vec3> normals = cloud.normals;
   for (std::size_t i = 0; i < normals.size(); ++i) {
     const auto at =
@@ -111,6 +113,35 @@ void require_same(const OrientedPatches& a, const OrientedPatches& b) {
     REQUIRE(
         (same(a.votes[i].votes, b.votes[i].votes) && same(a.votes[i].weight, b.votes[i].weight)));
   }
+}
+
+/// A rectangle from a corner along two edges, with points at distances of 1, moved by up to 0.3 in
+/// its plane, and the same normal for all.
+void add_wall(Vec3 corner, Vec3 along, Vec3 up, Vec3 normal, test::Random& random,
+              PointCloud& cloud) {
+  const double columns = norm(along), rows = norm(up);
+  for (double i = 0.5; i < columns; i += 1.0)
+    for (double k = 0.5; k < rows; k += 1.0) {
+      const double s = (i + 0.6 * (random.uniform() - 0.5)) / columns;
+      const double t = (k + 0.6 * (random.uniform() - 0.5)) / rows;
+      cloud.positions.push_back(corner + s * along + t * up);
+      cloud.normals.push_back(normal);
+    }
+}
+
+/// A yard of 60 x 60 between walls of some height, seen from inside: normals point into it.
+PointCloud yard(double height, bool has_ceiling) {
+  constexpr double kSide = 60.0;
+  test::Random random(5);
+  PointCloud cloud;
+  const Vec3 x{kSide, 0.0, 0.0}, y{0.0, kSide, 0.0}, z{0.0, 0.0, height};
+  add_wall({}, x, y, {0.0, 0.0, 1.0}, random, cloud);
+  add_wall({}, x, z, {0.0, 1.0, 0.0}, random, cloud);
+  add_wall({}, y, z, {1.0, 0.0, 0.0}, random, cloud);
+  add_wall(y, x, z, {0.0, -1.0, 0.0}, random, cloud);
+  add_wall(x, y, z, {-1.0, 0.0, 0.0}, random, cloud);
+  if (has_ceiling) add_wall(z, x, y, {0.0, 0.0, -1.0}, random, cloud);
+  return cloud;
 }
 
 OrientedPatches in_parts(const Unoriented& whole, const OrientationOptions& options,
@@ -323,6 +354,96 @@ TEST_CASE("TheOrderOfRowsDoesNotMatter") {
   CHECK(again.turn == once.turn);
   CHECK(same(again.satisfied, once.satisfied));
   CHECK(again.contested == once.contested);
+}
+
+TEST_CASE("TheGroundOfAYardFacesUpAndItsWallsFollow") {
+  const PointCloud cloud = yard(130.0, false);
+  const OrientationOptions options = options_for(1.0);
+  const Unoriented scan = unoriented(cloud, 6.0);
+  // Such high walls enclose: without a word for the ground the yard is a thing seen from outside.
+  CHECK(agreeing(oriented_normals(scan, options), cloud.normals) < 0.05);
+  PatchOrientation summary;
+  const PatchGraphOptions graph{.ground = true, .cell = options.cell};
+  CHECK(agreeing(oriented_normals(scan, options, &summary, graph), cloud.normals) > 0.95);
+  CHECK(summary.ground > 4);
+  CHECK(summary.ground_down == 0);
+}
+
+TEST_CASE("UpIsWhereTheOptionSays") {
+  PointCloud cloud = yard(130.0, false);
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    for (Vec3* v : {&cloud.positions[i], &cloud.normals[i]}) *v = {v->x, -v->z, v->y};
+  const OrientationOptions options = options_for(1.0);
+  const PatchGraphOptions graph{.ground = true, .up = {0.0, -1.0, 0.0}, .cell = options.cell};
+  const auto normals = oriented_normals(unoriented(cloud, 6.0), options, nullptr, graph);
+  CHECK(agreeing(normals, cloud.normals) > 0.95);
+}
+
+TEST_CASE("ARoomPointsInwardWhereThatIsAsked") {
+  const PointCloud cloud = yard(40.0, true);
+  const OrientationOptions options = options_for(1.0);
+  const Unoriented scan = unoriented(cloud, 6.0);
+  CHECK(agreeing(oriented_normals(scan, options), cloud.normals) < 0.05);
+  CHECK(agreeing(oriented_normals(scan, options, nullptr, {.inward = true}), cloud.normals) > 0.95);
+  const PatchGraphOptions ground{.ground = true, .cell = options.cell};
+  CHECK(agreeing(oriented_normals(scan, options, nullptr, ground), cloud.normals) > 0.95);
+}
+
+TEST_CASE("OnlyWhatNothingLiesBelowIsGround") {
+  constexpr double kCell = 16.0;
+  std::vector<PatchSum> sums;
+  const auto add = [&](Vec3 center, Vec3 normal, std::uint64_t points) {
+    PatchSum sum;
+    sum.patch = sums.size();
+    sum.points = points;
+    sum.lowest = center - Vec3{5.0, 5.0, 1.0};
+    sum.highest = center + Vec3{5.0, 5.0, 1.0};
+    sum.area_normal = 100.0 * normal;
+    sums.push_back(sum);
+    return sums.size() - 1;
+  };
+  const Vec3 up{0.0, 0.0, 1.0};
+  // A slope of 0.4, 20 by 20 cells.
+  for (int i = 0; i < 400; ++i)
+    add({kCell * (i % 20), kCell * (i / 20), 0.4 * kCell * (i % 20)}, up, 200);
+  const std::size_t table = add({160.0, 160.0, 64.0 + 50.0}, -up, 200);
+  const std::size_t roof = add({80.0, 80.0, 32.0 + 150.0}, up, 200);
+  const std::size_t wall = add({400.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, 200);
+  const std::size_t speck = add({100.0, 100.0, -300.0}, up, 3);
+  const std::size_t far = add({5000.0, 5000.0, 400.0}, -up, 200);
+  const auto is_ground = find_ground(sums, kCell, up);
+  for (std::size_t i = 0; i < 400; ++i) {
+    INFO("patch " << i);
+    REQUIRE(is_ground[i] == 1);
+  }
+  CHECK(is_ground[table] == 0);
+  CHECK(is_ground[roof] == 0);
+  CHECK(is_ground[wall] == 0);
+  CHECK(is_ground[speck] == 0);
+  CHECK(is_ground[far] == 1);
+}
+
+TEST_CASE("ContestedPlacesAreThoseWithTheMostContestedPatches") {
+  // Rings of three patches that contradict each other: four rings at x = 1, two at x = 99.
+  std::vector<PatchSum> sums;
+  std::vector<PatchVote> votes;
+  for (int ring = 0; ring < 6; ++ring) {
+    const std::uint64_t first = sums.size();
+    for (std::uint64_t k = 0; k < 3; ++k) {
+      PatchSum sum;
+      sum.patch = first + k;
+      sum.points = 200;
+      sum.lowest = sum.highest = {ring < 4 ? 1.0 : 99.0, 1.0, 1.0};
+      sums.push_back(sum);
+      votes.push_back({first + k, first + (k + 1) % 3, -1.0, 1.0});
+    }
+  }
+  const PatchOrientation found = orient_patch_graph(sums, votes);
+  REQUIRE(found.places.size() == 2);
+  CHECK(found.places[0].patches > found.places[1].patches);
+  CHECK(found.places[0].patches + found.places[1].patches == found.contested);
+  CHECK(std::abs(found.places[0].center.x - 1.0) < 8.0);
+  CHECK(std::abs(found.places[1].center.x - 99.0) < 8.0);
 }
 
 TEST_CASE("ContradictingVotesAreReported") {

@@ -54,11 +54,14 @@ double mean_distance(const TriangleMesh& mesh) {
   return sum / static_cast<double>(mesh.vertices.size());
 }
 
-NamedCloud torus_without_normals(std::size_t points) {
-  NamedCloud named = painted_torus(points, 0.1, 11);
+NamedCloud without_normals(NamedCloud named) {
   named.cloud.normals.clear();
   named.cloud.schema.has_normals = false;
   return named;
+}
+
+NamedCloud torus_without_normals(std::size_t points) {
+  return without_normals(painted_torus(points, 0.1, 11));
 }
 
 std::uint64_t dropped_in_all(const RunReport& report) {
@@ -118,6 +121,29 @@ TEST_CASE("PropagatedNormalsGiveTheSameBytesForAnyPartitionAndOrder", "[slow]") 
   REQUIRE((mesh_bytes(job) == expected));
 }
 
+TEST_CASE("TheGroundGivesTheSameBytesForAnyPartition") {
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, without_normals(grid_sheet(70, 0.0)));
+  job.normals.orientation = Orientation::kGround;
+  const RunReport report = run(job);
+  CHECK(report.normals.orientation == Orientation::kGround);
+  CHECK(report.normals.ground_patches > 4);
+  CHECK(report.normals.ground_patches_down == 0);
+  const std::string expected = mesh_bytes(job);
+  for (const Vec3& n : read_mesh((scratch / "mesh.ply").string()).vertices.normals)
+    REQUIRE(n.z > 0.0);
+  for (const std::uint64_t chunk_points : {300u, 1500u}) {
+    job.partition.chunk_points = chunk_points;
+    INFO("chunk_points " << chunk_points);
+    REQUIRE((mesh_bytes(job) == expected));
+  }
+  // Down is where the job says that up is.
+  job.normals.up = Vec3{0.0, 0.0, -1.0};
+  run(job);
+  for (const Vec3& n : read_mesh((scratch / "mesh.ply").string()).vertices.normals)
+    REQUIRE(n.z < 0.0);
+}
+
 TEST_CASE("ScansWithPosesMakeOneSurfaceThatFacesTheScanners") {
   ScratchDirectory scratch;
   const RawScans scans = scan_torus(scratch, 20'000, 0.0, 0.0);
@@ -146,10 +172,7 @@ TEST_CASE("WithoutAScannerPropagationEndsOutward") {
 
 TEST_CASE("AViewpointAndAnUpDirectionDecideTheSide") {
   ScratchDirectory scratch;
-  NamedCloud sheet = grid_sheet(40, 0.0);
-  sheet.cloud.normals.clear();
-  sheet.cloud.schema.has_normals = false;
-  Job job = job_for(scratch, sheet);
+  Job job = job_for(scratch, without_normals(grid_sheet(40, 0.0)));
   const auto mean_z = [&] {
     run(job);
     const TriangleMesh mesh = read_mesh((scratch / "mesh.ply").string());

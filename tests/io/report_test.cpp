@@ -135,7 +135,8 @@ TEST_CASE("TheReportHasItsStableKeys") {
              "smooth_passes", "thin_to_spacing", "reason", "points_moved", "mean_move"});
   CHECK(keys_of(json["normals"]) == Keys{"source", "orientation", "neighbors", "max_radius",
                                          "patches", "components", "contested_patches",
-                                         "votes_satisfied"});
+                                         "contested_places", "votes_satisfied", "ground_patches",
+                                         "ground_patches_down"});
   CHECK(keys_of(json["input"]) == Keys{"files", "points_read", "points_dropped", "bounds", "extent",
                                        "extent_meters", "trusted"});
   CHECK(keys_of(json["partition"]) == Keys{"chunks", "halo_width", "largest_chunk_points"});

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "engine/normals/normal_side.h"
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
 #include "io/system/disk_space.h"
@@ -178,8 +179,7 @@ RawWork raw_work(const ResolvedJob& job, const CloudSize& scans) {
     raw.cleaning.outlier_sigma = raw.cleaning.smooth_radius = raw.cleaning.thin_to_spacing = 1.0;
   }
   raw.estimates = job.estimates_normals;
-  raw.propagates =
-      raw.estimates && job.orientation_rule(scans.points_without_view) == Orientation::kPropagate;
+  raw.propagates = raw.estimates && is_propagated(job.orientation_rule(scans.points_without_view));
   return raw;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "engine/normals/normal_side.h"
 #include "engine/pipeline/stage/stages.h"
 #include "io/report/reasons.h"
 
@@ -28,8 +29,8 @@ bool is_written(Stage stage) {
 
 /// Whether normals may be oriented by propagation: what the scans tell of scanners decides.
 bool may_propagate(const ResolvedJob& job) {
-  return job.estimates_normals && (job.normals.orientation == Orientation::kAuto ||
-                                   job.normals.orientation == Orientation::kPropagate);
+  return job.estimates_normals &&
+         (job.normals.orientation == Orientation::kAuto || is_propagated(job.normals.orientation));
 }
 
 /// How often the job runs the stage; of stages that a measurement decides about, how often at most.

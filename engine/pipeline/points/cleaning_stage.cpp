@@ -12,6 +12,7 @@
 #include "engine/cleaning/projection.h"
 #include "engine/cleaning/thinning.h"
 #include "engine/normals/estimate_normals.h"
+#include "engine/normals/normal_side.h"
 #include "engine/pipeline/points/cleaned_source.h"
 #include "engine/pipeline/points/orientation_stage.h"
 #include "engine/pipeline/points/raw_passes.h"
@@ -327,8 +328,7 @@ NormalFacts estimate(StageRunner& runner, const CleaningOptions& cleaning, RawCl
 
 /// Whether normals point to the right side before patches are oriented.
 bool are_oriented(const NormalFacts& normals) {
-  return normals.orientation != Orientation::kPropagate &&
-         normals.orientation != Orientation::kNone;
+  return !is_propagated(normals.orientation) && normals.orientation != Orientation::kNone;
 }
 
 void smooth(StageRunner& runner, bool oriented, RawCloud& cloud, CleaningFacts& facts) {
@@ -346,16 +346,21 @@ void smooth(StageRunner& runner, bool oriented, RawCloud& cloud, CleaningFacts& 
 
 std::optional<PatchOrientation> propagate(StageRunner& runner, const RawCloud& cloud,
                                           const CleaningFacts& facts, NormalFacts& normals) {
-  if (normals.orientation != Orientation::kPropagate) return std::nullopt;
+  if (!is_propagated(normals.orientation)) return std::nullopt;
   const double thinned = facts.options.thin_to_spacing;
   constexpr double kReach = 3.0;
   PatchOrientation orientation = orient_cloud(
-      runner, cloud, std::max({cloud.partition.spacing, thinned, merged_spacing(facts.options)}),
+      runner, cloud, normals.orientation,
+      std::max({cloud.partition.spacing, thinned, merged_spacing(facts.options)}),
       std::max(reach_of_normals(runner.job, cloud.partition, facts.options), kReach * thinned));
   normals.patches = orientation.patches.size();
   normals.components = orientation.components;
   normals.contested = orientation.contested;
   normals.satisfied = orientation.satisfied;
+  normals.ground_patches = orientation.ground;
+  normals.ground_patches_down = orientation.ground_down;
+  for (const ContestedPlace& place : orientation.places)
+    normals.contested_places.push_back({place.center, place.patches});
   return orientation;
 }
 
@@ -369,13 +374,16 @@ void take_over(const RawCloud& cloud, Partition& partition) {
   partition.meters_per_unit = cloud.partition.meters_per_unit;
 }
 
-/// Patches whose votes for their side are not 3 to 1.
-std::string uncertain_patches(const NormalFacts& normals) {
-  if (normals.contested == 0) return "every patch certain";
+/// Patches whose votes for their side are not 3 to 1: "4 % of the patches".
+std::string share_of_contested(const NormalFacts& normals) {
   const double percent =
       100.0 * static_cast<double>(normals.contested) / static_cast<double>(normals.patches);
-  const std::string share = percent < 1.0 ? "under 1" : format_number(std::round(percent));
-  return share + " % of the patches uncertain: check for flipped areas";
+  return (percent < 1.0 ? "under 1" : format_number(std::round(percent))) + " % of the patches";
+}
+
+std::string uncertain_patches(const NormalFacts& normals) {
+  if (normals.contested == 0) return "every patch certain";
+  return share_of_contested(normals) + " uncertain: check for flipped areas";
 }
 
 /// What decided the side of the normals, and how surely.
@@ -389,6 +397,10 @@ std::string describe_orientation(const NormalFacts& normals) {
       return "oriented by the up direction";
     case Orientation::kPropagate:
       return "oriented by propagation; " + uncertain_patches(normals);
+    case Orientation::kGround:
+      return "oriented by propagation, the ground upward; " + uncertain_patches(normals);
+    case Orientation::kInward:
+      return "oriented by propagation, inward; " + uncertain_patches(normals);
     default:
       return "not oriented";
   }
@@ -402,6 +414,31 @@ std::string describe_in_full(const NormalFacts& normals) {
     line += " (" + format_count(normals.contested) + " of " + format_count(normals.patches) +
             " patches)";
   return line;
+}
+
+/// What would make the side of the normals certain.
+std::string advice_on_orientation(const Job& job, Orientation rule) {
+  std::string scanners =
+      "Known places of the scanners (" + setting_name(job, "input.scanner") + ") decide the side.";
+  if (rule == Orientation::kGround) return scanners;
+  return scanners + " " + setting(job, "normals.orientation", "ground") +
+         " decides it for a scene that has a ground.";
+}
+
+/// Warns where votes contradict each other in more than a small part of the cloud.
+void warn_of_orientation(StageRunner& runner, const NormalFacts& normals) {
+  constexpr std::uint64_t kOneIn = 20;
+  if (normals.contested == 0 || normals.contested * kOneIn < normals.patches) return;
+  std::string places;
+  for (const ContestedFacts& place : normals.contested_places)
+    places += (places.empty() ? "" : ", ") + format_position(place.center) + " (" +
+              format_count(place.patches) + ")";
+  runner.warn("the side of the normals is uncertain on " + share_of_contested(normals) +
+                  "; look first near " + format_position(normals.contested_places.front().center),
+              "the side of the normals is uncertain: the votes of " +
+                  format_count(normals.contested) + " of " + format_count(normals.patches) +
+                  " patches contradict each other. The places with the most of them: " + places +
+                  ". " + advice_on_orientation(runner.job, normals.orientation));
 }
 
 /// The raw points, and what the passes start from.
@@ -441,9 +478,11 @@ CutPoints partition_cleaned(StageRunner& runner) {
     take_over(cloud, cut.partition);
     cut.partition.cleaning = facts;
     cut.partition.normals = normals;
-    if (runner.job.estimates_normals)
+    if (runner.job.estimates_normals) {
       runner.note("normals: estimated, " + describe_orientation(normals),
                   describe_in_full(normals));
+      warn_of_orientation(runner, normals);
+    }
     return cut;
   });
   // The first prediction counts.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "engine/normals/normal_side.h"
 #include "engine/pipeline/stage/stage_begin.h"
 #include "engine/pipeline/stage/stage_keys.h"
 #include "engine/spacing/orientation_cell.h"
@@ -37,7 +38,8 @@ void append_all(const StoredResult& stored, const char* array, std::vector<T>& t
 }
 
 /// The patches of all chunks in one graph.
-PatchOrientation orient_graph(StageRunner& runner, const RawCloud& cloud) {
+PatchOrientation orient_graph(StageRunner& runner, const RawCloud& cloud,
+                              const PatchGraphOptions& options) {
   StageClock clock(runner, Stage::kOrientation, 0, "patches");
   std::vector<PatchSum> sums;
   std::vector<PatchVote> votes;
@@ -48,7 +50,7 @@ PatchOrientation orient_graph(StageRunner& runner, const RawCloud& cloud) {
     append_all(*stored, "votes", votes);
   }
   runner.progress.advance(sums.size());
-  return orient_patch_graph(std::move(sums), std::move(votes), &runner.stop);
+  return orient_patch_graph(std::move(sums), std::move(votes), options);
 }
 
 /// For the members that are to turn normals as well.
@@ -72,8 +74,8 @@ PatchOrientation load_turns(const ChunkStore& store) {
 
 }  // namespace
 
-PatchOrientation orient_cloud(StageRunner& runner, const RawCloud& cloud, double spacing,
-                              double max_radius) {
+PatchOrientation orient_cloud(StageRunner& runner, const RawCloud& cloud, Orientation rule,
+                              double spacing, double max_radius) {
   OrientationOptions options;
   options.cell = orientation_cell(spacing);
   options.max_radius = max_radius;
@@ -92,7 +94,7 @@ PatchOrientation orient_cloud(StageRunner& runner, const RawCloud& cloud, double
                });
   PatchOrientation orientation;
   by_root(runner, [&] {
-    orientation = orient_graph(runner, cloud);
+    orientation = orient_graph(runner, cloud, graph_options(rule, runner.job.normals, options));
     if (runner.communicator.size() > 1) commit_turns(runner.store, orientation);
   });
   if (!runner.communicator.is_root()) orientation = load_turns(runner.store);

@@ -67,12 +67,19 @@ CleaningFacts cleaning_from(const Json& j) {
 }
 
 Json to_json(const NormalFacts& facts) {
+  Json places = Json::array();
+  for (const ContestedFacts& place : facts.contested_places)
+    places.push_back({to_json(place.center), place.patches});
   return Json::array({text_of(facts.source), text_of(facts.orientation), facts.neighbors,
                       facts.max_radius, facts.patches, facts.components, facts.contested,
-                      facts.satisfied});
+                      facts.satisfied, places, facts.ground_patches, facts.ground_patches_down});
 }
 
 NormalFacts normals_from(const Json& j) {
+  std::vector<ContestedFacts> places;
+  const bool has_places = j.size() > 8;  // documents of earlier versions end before
+  if (has_places)
+    for (const Json& place : j.at(8)) places.push_back({vec3_from(place.at(0)), place.at(1)});
   return {normal_source_from(j.at(0).get<std::string>()),
           orientation_from(j.at(1).get<std::string>()),
           j.at(2),
@@ -80,7 +87,10 @@ NormalFacts normals_from(const Json& j) {
           j.at(4),
           j.at(5),
           j.at(6),
-          j.at(7)};
+          j.at(7),
+          std::move(places),
+          has_places ? j.at(9).get<std::uint64_t>() : 0,
+          has_places ? j.at(10).get<std::uint64_t>() : 0};
 }
 
 Json to_json(const LayerThickness& layers) {

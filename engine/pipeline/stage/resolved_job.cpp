@@ -92,8 +92,7 @@ bool ResolvedJob::needs_cleaning_or_normals() const {
 }
 
 bool ResolvedJob::wants_view() const {
-  const Orientation rule = normals.orientation;
-  return estimates_normals && (rule == Orientation::kAuto || rule == Orientation::kScanner);
+  return estimates_normals && asks_for_scanner(normals.orientation);
 }
 
 Orientation ResolvedJob::orientation_rule(std::uint64_t points_without_view) const {

@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 
+#include "engine/normals/normal_side.h"
 #include "io/job/job_keys.h"
 #include "io/job/job_values.h"
 #include "io/shown_text.h"
@@ -96,7 +97,7 @@ std::string chunks_line(const Partition& partition) {
 
 std::string raw_points_key(const ResolvedJob& job) {
   const Orientation side = job.normals.orientation;
-  const bool views = side == Orientation::kAuto || side == Orientation::kScanner;
+  const bool views = asks_for_scanner(side);
   return key_line("layout of raw points", "5") + scan_lines(job) + normal_lines(job) +
          key_line("scanners needed", views ? "yes" : "no");
 }

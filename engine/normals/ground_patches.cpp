@@ -1,0 +1,108 @@
+#include "engine/normals/ground_patches.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <tuple>
+
+#include "engine/geometry/plane_axes.h"
+
+namespace orbweave {
+namespace {
+
+/// Patches of fewer points may be noise below the ground.
+constexpr std::uint64_t kLeastPoints = 12;
+/// Surroundings of 3 columns of 1, 2, 4, ... cells; the widest are some 200 cells wide, which hold
+/// a few thousand point spacings.
+constexpr int kWidths = 7;
+constexpr double kSlope = 0.5;
+/// Cosine of the angle between a patch's normal and the vertical.
+constexpr double kFlat = 0.7;
+
+/// Where a patch stands: on the plane perpendicular to up, and how high.
+struct Site {
+  double x = 0.0, y = 0.0, height = 0.0;
+};
+
+std::vector<Site> sites_of(std::span<const PatchSum> sums, Vec3 up) {
+  const PlaneAxes axes = plane_axes(up);
+  std::vector<Site> sites;
+  sites.reserve(sums.size());
+  for (const PatchSum& sum : sums) {
+    const Vec3 center = sum.lowest + 0.5 * (sum.highest - sum.lowest);
+    sites.push_back({dot(center, axes.u), dot(center, axes.v), dot(center, up)});
+  }
+  return sites;
+}
+
+/// The height of the lowest patch of each column of a square lattice.
+class Columns {
+ public:
+  Columns(std::span<const Site> sites, std::span<const PatchSum> sums, double side) : side_(side) {
+    for (std::size_t i = 0; i < sites.size(); ++i)
+      if (sums[i].points >= kLeastPoints) {
+        const auto [x, y] = column_of(sites[i]);
+        columns_.push_back({x, y, sites[i].height});
+      }
+    std::sort(columns_.begin(), columns_.end());
+    columns_.erase(std::unique(columns_.begin(), columns_.end(),
+                               [](const Column& a, const Column& b) {
+                                 return std::tie(a.x, a.y) == std::tie(b.x, b.y);
+                               }),
+                   columns_.end());
+  }
+
+  /// In the column of a site and the eight around it; the site's own height where all are empty.
+  double lowest_around(const Site& site) const {
+    const auto [x, y] = column_of(site);
+    double lowest = site.height;
+    for (double column = x - 1.0; column <= x + 1.0; column += 1.0) {
+      auto at = std::lower_bound(columns_.begin(), columns_.end(), std::tuple(column, y - 1.0),
+                                 [](const Column& c, const std::tuple<double, double>& wanted) {
+                                   return std::tie(c.x, c.y) < wanted;
+                                 });
+      for (; at != columns_.end() && at->x == column && at->y <= y + 1.0; ++at)
+        lowest = std::min(lowest, at->height);
+    }
+    return lowest;
+  }
+
+ private:
+  struct Column {
+    double x = 0.0, y = 0.0, height = 0.0;
+    friend auto operator<=>(const Column&, const Column&) = default;
+  };
+
+  std::array<double, 2> column_of(const Site& site) const {
+    return {std::floor(site.x / side_), std::floor(site.y / side_)};
+  }
+
+  double side_;
+  std::vector<Column> columns_;  // by x, then y; the lowest patch of each
+};
+
+}  // namespace
+
+std::vector<std::uint8_t> find_ground(std::span<const PatchSum> sums, double cell, Vec3 up,
+                                      const StopToken* stop) {
+  const std::vector<Site> sites = sites_of(sums, up);
+  std::vector<std::uint8_t> is_ground(sums.size());
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    is_ground[i] = sums[i].points >= kLeastPoints &&
+                   std::abs(dot(sums[i].area_normal, up)) > kFlat * norm(sums[i].area_normal);
+  double side = cell;
+  for (int width = 0; width < kWidths; ++width, side *= 2.0) {
+    const Columns columns(sites, sums, side);
+    // Patches of the next column are two sides away at most, along an axis.
+    const double drop = kSlope * 2.0 * side + cell;
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      if (i % kStopBlock == 0) check_stop(stop);
+      if (is_ground[i] && sites[i].height - columns.lowest_around(sites[i]) > drop)
+        is_ground[i] = 0;
+    }
+  }
+  return is_ground;
+}
+
+}  // namespace orbweave
