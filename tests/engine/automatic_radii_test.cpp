@@ -255,7 +255,7 @@ TEST_CASE("AFlyawayPointDoesNotSpoilAutomaticRadii") {
   CHECK(after.radii[0] == Approx(before.radii[0]).epsilon(0.05));
 }
 
-TEST_CASE("AutomaticRadiiAreNearThoseChosenByHand") {
+TEST_CASE("AutomaticRadiiAreNearThoseChosenByHand", "[costly]") {
   struct Scan {
     const char* file;
     double by_hand;

@@ -39,7 +39,7 @@ TEST_CASE("APointFartherThanCellsCanBeNumberedChangesNothingForTheOthers") {
   CHECK(thin_points(cloud.positions, cloud.normals, 0, last, options) == alone);
 }
 
-TEST_CASE("KeptPointsAreASpacingApartAndStandForAllOthers") {
+TEST_CASE("KeptPointsAreASpacingApartAndStandForAllOthers", "[costly]") {
   for (const double factor : {0.5, 2.0, 6.0}) {
     const test::NamedCloud torus = test::noisy_torus(4000, 0.6, 7);
     const ThinningOptions options{factor * torus.ball_radius, 0.3};

@@ -265,7 +265,7 @@ TEST_CASE("WhatWasDoneBeforeTheDiskWasFullIsNotDoneAgain") {
     if (stage.name == "reconstruct") CHECK(stage.chunks_reused == stage.chunks);
 }
 
-TEST_CASE("AWorkDirectoryThatIsRemovedUnderTheJobEndsInStatus4") {
+TEST_CASE("AWorkDirectoryThatIsRemovedUnderTheJobEndsInStatus4", "[costly]") {
   ScratchDirectory scratch;
   const Job job = oriented_job(scratch);
   check_mishap(
@@ -348,7 +348,7 @@ TEST_CASE("ReadOnlyDirectoriesEndInStatus4AndSaySo") {
   }
 }
 
-TEST_CASE("DamagedResultsOfAnyStageAreNoticedAndComputedAgain") {
+TEST_CASE("DamagedResultsOfAnyStageAreNoticedAndComputedAgain", "[costly]") {
   ScratchDirectory scratch;
   check_damage(oriented_job(scratch));
 }
@@ -358,7 +358,7 @@ TEST_CASE("DamagedResultsOfAnyPassOverRawPointsAreNoticedAndComputedAgain", "[sl
   check_damage(raw_job(scratch));
 }
 
-TEST_CASE("CompressedResultsGiveTheSameBytesAlsoWhereSomeAreNot") {
+TEST_CASE("CompressedResultsGiveTheSameBytesAlsoWhereSomeAreNot", "[costly]") {
   ScratchDirectory scratch;
   // Arrays of fewer than 1024 rows are not packed.
   Job job = job_for(scratch, painted_torus(4000, 0.1, 3));

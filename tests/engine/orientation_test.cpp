@@ -323,7 +323,7 @@ TEST_CASE("VotesAreJoinedFromTheSurestDown") {
   CHECK(cautious.part == std::vector<std::uint32_t>{0, 0, 2});
 }
 
-TEST_CASE("LongChainsOfPatchesAreSignedAlongTheirWholeLength") {
+TEST_CASE("LongChainsOfPatchesAreSignedAlongTheirWholeLength", "[costly]") {
   // A corridor of patches, joined from one end to the other: every third link turns.
   constexpr std::uint32_t kNodes = 300000;
   for (const bool rising : {false, true}) {

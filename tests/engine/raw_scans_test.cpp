@@ -121,7 +121,7 @@ TEST_CASE("PropagatedNormalsGiveTheSameBytesForAnyPartitionAndOrder", "[slow]") 
   REQUIRE((mesh_bytes(job) == expected));
 }
 
-TEST_CASE("TheGroundGivesTheSameBytesForAnyPartition") {
+TEST_CASE("TheGroundGivesTheSameBytesForAnyPartition", "[costly]") {
   ScratchDirectory scratch;
   Job job = job_for(scratch, without_normals(grid_sheet(70, 0.0)));
   job.normals.orientation = Orientation::kGround;

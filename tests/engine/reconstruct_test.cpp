@@ -165,7 +165,7 @@ TEST_CASE("TheFrontDoorGivesTheBytesOfTheJobForTheBunny", "[slow]") {
   check_same_as_job(with_float_normals(oriented));
 }
 
-TEST_CASE("SpansGiveTheSameMeshAsACloud") {
+TEST_CASE("SpansGiveTheSameMeshAsACloud", "[costly]") {
   PointCloud cloud = holed_torus();
   cloud.schema.attributes.clear();
   cloud.attributes.clear();

@@ -79,7 +79,7 @@ TEST_CASE("PointsInOneStreamAreRead") {
   check_round_trip(options, scan_records(options, 3000, 8));
 }
 
-TEST_CASE("LongChunksKeepTheProbabilitiesOfTheFormat") {
+TEST_CASE("LongChunksKeepTheProbabilitiesOfTheFormat", "[costly]") {
   // Counts are halved from time to time; that takes tens of thousands of symbols.
   const LazOptions options{.point_format = 1, .compressor = 2, .chunk_points = 60000};
   check_round_trip(options, scan_records(options, 60000, 9));

@@ -67,7 +67,7 @@ PointCloud take(BinSource& bins, ChunkId chunk, const PointSchema& schema) {
 
 }  // namespace
 
-TEST_CASE("BinsGiveBackEveryPointInOrder") {
+TEST_CASE("BinsGiveBackEveryPointInOrder", "[costly]") {
   const test::ScratchDirectory scratch;
   const ScalarType normal_type = GENERATE(ScalarType::kFloat32, ScalarType::kFloat64);
   const std::size_t buffer_bytes =

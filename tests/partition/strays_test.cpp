@@ -81,7 +81,7 @@ TEST_CASE("CellsAsWideAsAFarStrayMakesThemTakeNoPointOfTheScan", "[slow]") {
   }
 }
 
-TEST_CASE("WhatWideCellsHideIsFoundOnceTheFarthestStraysAreGone") {
+TEST_CASE("WhatWideCellsHideIsFoundOnceTheFarthestStraysAreGone", "[costly]") {
   const std::vector<Vec3> body = sphere(300'000, {-0.95, 0.2, 0.1}, 1.0);
   std::vector<Vec3> points = body;
   for (const double away : {1e3, 1e7, 1e12, 1e18, 1e30}) points.push_back({away, -away, 0.0});
@@ -95,7 +95,7 @@ TEST_CASE("WhatWideCellsHideIsFoundOnceTheFarthestStraysAreGone") {
   CHECK((points == body));
 }
 
-TEST_CASE("HowExactlyPlacesAreKnownDependsOnTheNumberOfPointsAlone") {
+TEST_CASE("HowExactlyPlacesAreKnownDependsOnTheNumberOfPointsAlone", "[costly]") {
   // Whole batches of one point come first, last or in between.
   const std::vector<Vec3> equal(200'000, Vec3{1, 2, 3});
   const std::vector<Vec3> others = sphere(100'000, {1, 2, 3}, 1.0);
