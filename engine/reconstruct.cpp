@@ -48,7 +48,7 @@ void check_fill(const FillOptions& options) {
   if (!(options.neighborhood >= 1.0) || !std::isfinite(options.neighborhood))
     throw_usage("fill.neighborhood is out of range", {.found = std::to_string(options.neighborhood),
                                                       .expected = "a number of at least 1"});
-  require_limit("fill.max_diameter", options.max_diameter);
+  if (options.max_diameter) require_limit("fill.max_diameter", *options.max_diameter);
   require_limit("fill.max_perimeter", options.max_perimeter);
 }
 

@@ -11,6 +11,7 @@ enum class OpenReason : std::uint8_t {
   kOuterBorder,
   kMaxEdges,
   kMaxDiameter,
+  kTooWide,
   kMaxPerimeter,
   kTooManyPoints,
   kOther,

@@ -34,8 +34,10 @@ std::vector<std::string> left_open(const FillOptions& fill) {
   if (fill.keep_outer_border) kinds.emplace_back("outer borders of open sheets");
   if (fill.max_edges > 0)
     kinds.push_back("holes of more than " + counted(fill.max_edges, "edge", "edges"));
-  if (std::isfinite(fill.max_diameter))
-    kinds.push_back("holes wider than " + format_number(fill.max_diameter));
+  if (!fill.max_diameter && fill.keep_outer_border)
+    kinds.emplace_back("wide gaps of open scenes");
+  if (fill.max_diameter && std::isfinite(*fill.max_diameter))
+    kinds.push_back("holes wider than " + format_number(*fill.max_diameter));
   if (std::isfinite(fill.max_perimeter))
     kinds.push_back("holes with a rim longer than " + format_number(fill.max_perimeter));
   return kinds;

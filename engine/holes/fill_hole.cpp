@@ -12,6 +12,7 @@
 #include "engine/holes/implicit/implicit_fill.h"
 #include "engine/holes/loops/loop_parts.h"
 #include "engine/holes/patch/box_tree.h"
+#include "engine/holes/patch/crease.h"
 #include "engine/holes/patch/direct_fill.h"
 #include "engine/holes/patch/patch_defect.h"
 #include "engine/holes/patch/patch_intersections.h"
@@ -92,6 +93,13 @@ class Attempts {
   bool try_plane() { return take(plane_fill(problem_, options_)); }
   bool try_implicit() { return take(implicit_fill(problem_, loop(), piercings(), options_)); }
   bool try_membrane() { return take(membrane_fill(problem_, loop(), options_)); }
+
+  bool try_flat() {
+    if (!ends_in_crease(problem_)) return false;
+    HolePatch patch = membrane_fill(problem_, loop(), options_);
+    patch.reason = joined("flat, because the surface turns away all along the rim", patch.reason);
+    return take(std::move(patch));
+  }
   bool try_direct() { return take(direct_fill(problem_, loop())); }
 
   /// A hole that calls for too many points is not closed by a few large triangles instead.
@@ -202,8 +210,8 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
     return fill_small(problem, options);
   }
   Attempts attempts(problem, options);
-  const bool is_done = attempts.try_plane() || attempts.try_implicit() || attempts.is_too_large() ||
-                       attempts.try_membrane();
+  const bool is_done = attempts.try_flat() || attempts.try_plane() || attempts.try_implicit() ||
+                       attempts.is_too_large() || attempts.try_membrane();
   if (!is_done) attempts.try_direct();
   return attempts.result();
 }

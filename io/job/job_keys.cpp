@@ -315,10 +315,13 @@ constexpr JobKey kKeys[] = {
      "radius of the neighbourhood that shapes a patch, in radii of the hole", "neighborhood", "",
      [](Job& job, const W& value) { job.fill.neighborhood = number_value(value, 1.0, kLargestNumber); },
      [](const Job& job) -> JobValue { return job.fill.neighborhood; }},
-    {"fill", "max_diameter", T::kNumber, "a positive number, or inf for no limit", {},
-     "maximum diameter of a hole to fill, in scan units; inf sets no limit", "max-diameter", "",
-     [](Job& job, const W& value) { job.fill.max_diameter = limit_value(value); },
-     [](const Job& job) -> JobValue { return job.fill.max_diameter; }},
+    {"fill", "max_diameter", T::kNumber, "\"auto\", a positive number, or inf for no limit", {},
+     "maximum diameter of a hole to fill, in scan units; inf sets no limit; auto leaves wide gaps of open scenes open", "max-diameter", "",
+     [](Job& job, const W& value) {
+       job.fill.max_diameter.reset();
+       if (!is_auto(value)) job.fill.max_diameter = limit_value(value);
+     },
+     [](const Job& job) -> JobValue { return auto_or(job.fill.max_diameter); }},
     {"fill", "max_perimeter", T::kNumber, "a positive number, or inf for no limit", {},
      "maximum perimeter of a hole to fill, in scan units; inf sets no limit", "max-perimeter", "",
      [](Job& job, const W& value) { job.fill.max_perimeter = limit_value(value); },

@@ -10,11 +10,12 @@ constexpr std::array<const char*, 3> kSources = {"", "file", "estimated"};
 constexpr std::array<const char*, 8> kOrientations = {"",          "scanner", "viewpoint", "up",
                                                       "propagate", "ground",  "inward",    "none"};
 
-constexpr std::array<const char*, 7> kOpenReasons = {
+constexpr std::array<const char*, 8> kOpenReasons = {
     "",
     "outer border of an open sheet (fill.keep_outer_border)",
     "more edges than fill.max_edges",
     "wider than fill.max_diameter",
+    "too wide to be known, in an open scene (fill.max_diameter)",
     "rim longer than fill.max_perimeter",
     "",
     "",

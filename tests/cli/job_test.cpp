@@ -192,7 +192,7 @@ TEST_CASE("PlanSaysWhatTheOptionsDoToHoles") {
   write_text(in / "job.toml", kJob);
   CHECK_THAT(run_in(in, {"plan", "job.toml"}).out,
              Contains("holes        filled (biharmonic, neighborhood 2 times the radius)\n") &&
-                 Contains("left open    outer borders of open sheets\n"));
+                 Contains("left open    outer borders of open sheets, wide gaps of open scenes\n"));
   CHECK_THAT(run_in(in, {"plan", "job.toml", "--set", "fill.keep_outer_border=false", "--set",
                          "fill.max_edges=60", "--set", "fill.max_diameter=0.5", "--set",
                          "fill.min_triangles=9"})
@@ -203,7 +203,8 @@ TEST_CASE("PlanSaysWhatTheOptionsDoToHoles") {
   CHECK_THAT(run_in(in, no_fill).out,
              Contains("holes        all stay open (fill.enabled = false)\n"));
   const json planned = json::parse(run_in(in, {"plan", "job.toml", "--json"}).out);
-  CHECK(planned["fill"]["left_open"] == json({"outer borders of open sheets"}));
+  CHECK(planned["fill"]["left_open"] ==
+        json({"outer borders of open sheets", "wide gaps of open scenes"}));
 }
 
 TEST_CASE("StatusOfWhatIsNoWorkDirectoryIsWrongUsage") {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "engine/holes/fill_mesh.h"
@@ -334,6 +335,55 @@ TEST_CASE("LimitsLeaveHolesOpenAndSayWhy") {
         std::string::npos);
   CHECK(reason_with([](FillOptions& o) { o.max_perimeter = 0.1; }).find("fill.max_perimeter") !=
         std::string::npos);
+}
+
+TEST_CASE("WideGapsOfAnOpenSceneStayOpenAndThoseOfAnObjectAreClosed") {
+  const auto cut_disc = [](TriangleMesh& mesh, double radius) {
+    cut(mesh, [&](Vec3 p) { return std::hypot(p.x - 0.5, p.y - 0.5) < radius; });
+  };
+  TriangleMesh narrow = test::square_mesh(120), wide = narrow;
+  cut_disc(narrow, 0.15);
+  cut_disc(wide, 0.30);
+  const FilledMesh closed = fill_mesh(narrow, {});
+  require_sound(narrow, closed);
+  CHECK(count_filled(closed) == 1);
+  const FilledMesh open = fill_mesh(wide, {});
+  REQUIRE(open.holes.size() == 2);
+  CHECK(count_filled(open) == 0);
+  CHECK((open.holes[0].open == OpenReason::kTooWide) !=
+        (open.holes[1].open == OpenReason::kTooWide));
+  FillOptions no_limit;
+  no_limit.max_diameter = std::numeric_limits<double>::infinity();
+  CHECK(count_filled(fill_mesh(wide, no_limit)) == 1);
+  // All that is missing of an object seen from all around is closed.
+  TriangleMesh ball = test::sphere_mesh(6);
+  cut(ball, [](Vec3 p) { return p.z < -0.45; });
+  const FilledMesh whole = fill_mesh(ball, {});
+  require_closed(ball, whole);
+  // The same seen from inside is a room, and the gap its door.
+  const FilledMesh room = fill_mesh(test::flipped(ball), {});
+  REQUIRE(room.holes.size() == 1);
+  CHECK(room.holes[0].open == OpenReason::kTooWide);
+}
+
+TEST_CASE("AHoleBehindACreaseIsClosedFlat") {
+  const TriangleMesh beaker = tube(2.0);  // without a bottom
+  FillOptions options;
+  options.keep_outer_border = false;
+  const FilledMesh filled = fill_mesh(beaker, options);
+  require_closed(beaker, filled);
+  REQUIRE(count_filled(filled) == 2);
+  for (const HoleFacts& hole : filled.holes) CHECK(hole.reason.starts_with("flat"));
+  CHECK(farthest_new_vertex(beaker, filled, [&](Vec3 p) {
+          return std::min(std::abs(p.z), std::abs(p.z - 2.0));
+        }) < 1e-9);
+  // The cap of a sphere bends towards the hole, and goes on bending.
+  TriangleMesh ball = test::sphere_mesh(5);
+  cut(ball, [](Vec3 p) { return p.z > 0.5; });
+  const FilledMesh round = fill_mesh(ball, options);
+  require_closed(ball, round);
+  CHECK_FALSE(round.holes.at(0).reason.starts_with("flat"));
+  CHECK(farthest_new_vertex(ball, round, off_sphere) < 0.3);
 }
 
 TEST_CASE("SmallPiecesAreRemovedOnRequest") {

@@ -139,11 +139,12 @@ TEST_CASE("KeysLeftOutKeepTheirDefaults") {
   CHECK(job_toml(parse_job("", "job.toml")) == job_toml(Job{}));
 }
 
-TEST_CASE("HolesAreFilledWithoutLimitsUnlessSaidOtherwise") {
+TEST_CASE("HowWideAHoleMayBeFollowsFromTheScanUnlessSaidOtherwise") {
   const FillOptions fill = parse_job("[fill]\n", "job.toml").fill;
   CHECK(fill.enabled);
   CHECK(fill.keep_outer_border);
-  CHECK(std::isinf(fill.max_diameter));
+  CHECK_FALSE(fill.max_diameter);
+  CHECK_FALSE(parse_job("[fill]\nmax_diameter = \"auto\"\n", "job.toml").fill.max_diameter);
   CHECK(std::isinf(fill.max_perimeter));
   CHECK(fill.max_edges == 0);
   CHECK_FALSE(fill.allow_intersections);
@@ -159,11 +160,13 @@ TEST_CASE("ALimitOnHolesMayBeInfinite") {
     job.fill.max_diameter = job.fill.max_perimeter = 1.0;
     set_job_key(job, "fill.max_diameter", limit);
     set_job_key(job, std::string("fill.max_perimeter=") + limit);
-    CHECK(std::isinf(job.fill.max_diameter));
+    CHECK(job.fill.max_diameter == std::numeric_limits<double>::infinity());
     CHECK(std::isinf(job.fill.max_perimeter));
   }
-  CHECK(std::isinf(parse_job("[fill]\nmax_diameter = inf\n", "job.toml").fill.max_diameter));
-  CHECK_THAT(job_toml(Job{}), Contains("\nmax_diameter = inf\n"));
+  const Job job = parse_job("[fill]\nmax_diameter = inf\n", "job.toml");
+  CHECK(job.fill.max_diameter == std::numeric_limits<double>::infinity());
+  CHECK_THAT(job_toml(job), Contains("\nmax_diameter = inf\n"));
+  CHECK_THAT(job_toml(Job{}), Contains("\nmax_diameter = \"auto\"\n"));
 }
 
 TEST_CASE("AJobWrittenAsTomlReadsBackAsTheSameJob") {

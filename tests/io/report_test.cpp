@@ -176,7 +176,8 @@ TEST_CASE("TheReportsOptionsAreTheJobFilesKeysBySection") {
   CHECK(options["reconstruct"]["ball_radii"][1] == 1.0 / 3.0);
   CHECK(options["fill"]["enabled"] == true);
   CHECK(options["fill"]["kernel"] == "biharmonic");
-  CHECK(options["fill"]["max_diameter"].is_null());  // no limit
+  CHECK(options["fill"]["max_diameter"] == "auto");
+  CHECK(options["fill"]["max_perimeter"].is_null());  // no limit
   CHECK(options["output"]["patch_color"] == "#80a8e2");
 }
 

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
+
+#include "engine/holes/loops/open_scenes.h"
 
 namespace orbweave {
 namespace {
@@ -35,25 +38,38 @@ bool is_outer_border(const BoundaryLoop& loop, std::span<const Piece> pieces) {
   return 2.0 * loop.radius >= kLargeInPiece * diagonal_of_pieces(loop, pieces);
 }
 
-HoleChoice choice_of(const BoundaryLoop& loop, std::span<const Piece> pieces,
-                     const FillOptions& options) {
+/// Beyond this many spacings from side to side the surface around a gap says nothing of its middle.
+constexpr double kWide = 48.0;
+
+bool is_too_wide(const BoundaryLoop& loop, std::span<const std::uint8_t> is_scene) {
+  if (!(loop_width(loop) > kWide * loop_spacing(loop))) return false;
+  return std::any_of(loop.components.begin(), loop.components.end(),
+                     [&](std::uint64_t piece) { return is_scene[piece] != 0; });
+}
+
+HoleChoice too_wide(const BoundaryLoop& loop) {
+  return {OpenReason::kTooWide,
+          "a width of " + shown(loop_width(loop)) + ", " +
+              shown(std::floor(loop_width(loop) / loop_spacing(loop))) +
+              " times the length of its edges, in an open scene (fill.max_diameter)"};
+}
+
+/// What limits say.
+HoleChoice choice_of(const BoundaryLoop& loop, const FillOptions& options) {
   if (options.max_edges > 0 && loop.vertices.size() > options.max_edges) {
     return {OpenReason::kMaxEdges,
             std::to_string(loop.vertices.size()) +
                 " edges are more than fill.max_edges = " + std::to_string(options.max_edges)};
   }
-  if (2.0 * loop.radius > options.max_diameter) {
+  if (options.max_diameter && 2.0 * loop.radius > *options.max_diameter) {
     return {OpenReason::kMaxDiameter,
             "a diameter of " + shown(2.0 * loop.radius) +
-                " is more than fill.max_diameter = " + shown(options.max_diameter)};
+                " is more than fill.max_diameter = " + shown(*options.max_diameter)};
   }
   if (loop.perimeter > options.max_perimeter) {
     return {OpenReason::kMaxPerimeter,
             "a perimeter of " + shown(loop.perimeter) +
                 " is more than fill.max_perimeter = " + shown(options.max_perimeter)};
-  }
-  if (options.keep_outer_border && is_outer_border(loop, pieces)) {
-    return {OpenReason::kOuterBorder, "the outer border of an open sheet (fill.keep_outer_border)"};
   }
   return {};
 }
@@ -67,11 +83,21 @@ std::uint64_t least_triangles(const FillOptions& options, std::uint64_t largest)
 
 std::vector<HoleChoice> choose_holes(std::span<const BoundaryLoop> loops,
                                      std::span<const Piece> pieces, const FillOptions& options) {
+  std::vector<std::uint8_t> is_border;
+  for (const BoundaryLoop& loop : loops) is_border.push_back(is_outer_border(loop, pieces) ? 1 : 0);
+  const std::vector<std::uint8_t> is_scene = pieces_of_scenes(loops, pieces, is_border);
+  const bool is_limited = options.keep_outer_border && !options.max_diameter;
   std::vector<HoleChoice> choices;
   choices.reserve(loops.size());
-  for (const BoundaryLoop& loop : loops) {
-    choices.push_back(choice_of(loop, pieces, options));
-    choices.back().opposes_normals = loop.agreement() < kOpposes;
+  for (std::size_t l = 0; l < loops.size(); ++l) {
+    const BoundaryLoop& loop = loops[l];
+    HoleChoice& choice = choices.emplace_back(choice_of(loop, options));
+    if (choice.open == OpenReason::kNone && options.keep_outer_border && is_border[l] != 0)
+      choice = {OpenReason::kOuterBorder,
+                "the outer border of an open sheet (fill.keep_outer_border)"};
+    if (choice.open == OpenReason::kNone && is_limited && is_too_wide(loop, is_scene))
+      choice = too_wide(loop);
+    choice.opposes_normals = loop.agreement() < kOpposes;
   }
   return choices;
 }

@@ -1,0 +1,128 @@
+#include "engine/holes/patch/crease.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "engine/holes/patch/rim.h"
+
+namespace orbweave {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// The rim as a plane has it.
+struct FlatRim {
+  Vec3 axis;               ///< unit, as the normals of a patch; zero where there is no area
+  double width = 0.0;      ///< of a circle the diameter
+  double spacing = 0.0;    ///< mean length of the edges
+  double off_plane = 0.0;  ///< root of the mean squared distance of the corners from the plane
+};
+
+FlatRim flat_rim(const HoleProblem& problem) {
+  const std::size_t n = problem.loop.size();
+  const Vec3 first = problem.positions[problem.loop[0]];
+  std::vector<Vec3> corners;
+  Vec3 sum, area;
+  for (const std::uint32_t v : problem.loop) {
+    corners.push_back(problem.positions[v] - first);
+    sum = sum + corners.back();
+  }
+  const Vec3 center = sum / static_cast<double>(n);
+  for (Vec3& corner : corners) corner = corner - center;
+  for (std::size_t i = 0; i < n; ++i) area = area + 0.5 * cross(corners[i], corners[(i + 1) % n]);
+  FlatRim rim;
+  rim.spacing = rim_spacing(problem);
+  if (!(rim.spacing > 0.0)) return rim;
+  rim.axis = normalized(area);
+  rim.width = 4.0 * norm(area) / (rim.spacing * static_cast<double>(n));
+  double squares = 0.0;
+  for (const Vec3 corner : corners) squares += dot(corner, rim.axis) * dot(corner, rim.axis);
+  rim.off_plane = std::sqrt(squares / static_cast<double>(n));
+  return rim;
+}
+
+double angle_between(Vec3 unit, Vec3 axis) {
+  return std::acos(std::clamp(dot(unit, axis), -1.0, 1.0));
+}
+
+/// A mean of angles.
+struct MeanAngle {
+  double sum = 0.0;
+  std::size_t count = 0;
+  void add(double angle) {
+    sum += angle;
+    ++count;
+  }
+  double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0.0; }
+};
+
+/// The angle of the faces behind the rim to the axis.
+MeanAngle angle_at_rim(const Rim& rim, Vec3 axis) {
+  MeanAngle angle;
+  for (const Vec3 normal : rim.face_normals)
+    if (squared_norm(normal) > 0.0) angle.add(angle_between(normal, axis));
+  return angle;
+}
+
+/// The ring of each vertex about the rim, whose own vertices have ring 0; `most` + 1 beyond.
+std::vector<std::uint32_t> rings_about(const HoleProblem& problem, std::uint32_t most) {
+  std::vector<std::uint32_t> ring(problem.positions.size(), most + 1);
+  for (const std::uint32_t v : problem.loop) ring[v] = 0;
+  // A triangle takes part in at most two rounds; those far from the rim are looked at in each.
+  for (std::uint32_t round = 0; round < most; ++round) {
+    bool any = false;
+    for (const Triangle& t : problem.sheet) {
+      if (std::min({ring[t[0]], ring[t[1]], ring[t[2]]}) != round) continue;
+      for (const std::uint32_t v : t) {
+        if (ring[v] <= most) continue;
+        ring[v] = round + 1;
+        any = true;
+      }
+    }
+    if (!any) break;
+  }
+  return ring;
+}
+
+/// The angle of the sheet to the axis some rings behind the rim; empty where it does not go so far.
+std::optional<double> angle_behind(const HoleProblem& problem, Vec3 axis, std::uint32_t rings) {
+  const std::vector<std::uint32_t> ring = rings_about(problem, rings);
+  MeanAngle angle;
+  for (std::size_t v = 0; v < ring.size(); ++v)
+    if (ring[v] == rings && squared_norm(problem.normals[v]) > 0.0)
+      angle.add(angle_between(problem.normals[v], axis));
+  constexpr std::size_t kLeast = 8;
+  if (angle.count < kLeast) return std::nullopt;
+  return angle.mean();
+}
+
+}  // namespace
+
+bool ends_in_crease(const HoleProblem& problem) {
+  constexpr std::size_t kLeastEdges = 16;
+  constexpr double kFlat = 0.05;            // distance from the plane by the width of the hole
+  constexpr double kSteep = kPi / 4.0;      // between the sheet behind the rim and the plane
+  constexpr double kBends = 0.5;            // share of the bend that would close the hole smoothly
+  constexpr std::uint32_t kMostRings = 12;  // behind the rim
+  if (problem.loop.size() < kLeastEdges || problem.normals.size() != problem.positions.size())
+    return false;
+  const FlatRim rim = flat_rim(problem);
+  if (!(rim.width > 0.0) || rim.off_plane > kFlat * rim.width) return false;
+  const MeanAngle at_rim = angle_at_rim(find_rim(problem), rim.axis);
+  if (2 * at_rim.count < problem.loop.size() || at_rim.mean() < kSteep) return false;
+  const double quarter = 0.25 * rim.width / rim.spacing;
+  const auto rings =
+      static_cast<std::uint32_t>(std::clamp(quarter, 2.0, static_cast<double>(kMostRings)));
+  const std::optional<double> behind = angle_behind(problem, rim.axis, rings);
+  if (!behind) return false;
+  // A circle that leaves the plane at an angle and spans the hole bends by its sine over half the
+  // width.
+  const double closing = std::sin(std::min(at_rim.mean(), kPi / 2.0)) / (0.5 * rim.width);
+  const double bend = (*behind - at_rim.mean()) / (static_cast<double>(rings) * rim.spacing);
+  return bend < kBends * closing;
+}
+
+}  // namespace orbweave
