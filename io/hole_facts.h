@@ -10,6 +10,9 @@
 
 namespace orbweave {
 
+/// A patch of less confidence is doubtful: as likely wrong as right.
+inline constexpr double kDoubtful = 0.5;
+
 /// A boundary loop of the stitched mesh and what became of it.
 struct HoleFacts {
   std::int32_t id = 0;             ///< rank among all loops, from 1; the faces' `hole`
@@ -33,6 +36,9 @@ struct HoleFacts {
   double residual = 0.0;          ///< largest distance of a site from the interpolant
   double condition = 0.0;         ///< of the linear system, estimated; 0: none was solved
   double rim_dihedral_deg = 0.0;  ///< largest angle between a patch face and the face at the rim
+  double rim_mean_deg = 0.0;      ///< mean of these angles
+  /// Of the patch, from 0 to 1 (docs/holes.md); 0 where the hole stays open.
+  double confidence = 0.0;
   double seconds = 0.0;
 };
 

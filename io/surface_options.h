@@ -55,9 +55,9 @@ struct FillOptions {
   /// Radius of the neighbourhood that shapes a patch, in radii of the hole; at least 1. More: the
   /// patch follows the surface farther out, and takes more time.
   double neighborhood = 2.0;
-  /// Largest diameter of a loop that is filled, world units; infinity: no limit. Empty: what the scan
-  /// says (docs/holes.md): closed objects are closed, and in open scenes gaps of more than some
-  /// fifty spacings from side to side stay open, unless keep_outer_border is false.
+  /// Largest diameter of a loop that is filled, world units; infinity: no limit. Empty: what the
+  /// scan says (docs/holes.md): closed objects are closed, and in open scenes gaps of more than
+  /// some fifty spacings from side to side stay open, unless keep_outer_border is false.
   std::optional<double> max_diameter;
   /// Largest perimeter of a loop that is filled, world units. Default: infinity, no limit.
   double max_perimeter = std::numeric_limits<double>::infinity();

@@ -3,15 +3,16 @@
 
   discs    delete and refill: 50 random discs each of 4, 8 and 16 spacings on the bunny, the dragon and
            the lion scan, beside CGAL's triangulate_refine_and_fair_hole on the same holes
+  confidence  discs of up to 32 spacings: what patches are said to be worth, and what they were
   table6   table 6 of Abdel-Wahab et al. 2005: a hole of radius 0.025 in the back of the 8171-point bunny
   hybrid   section 4.4 of that paper: an incomplete bunny of 28,060 points, with and without the fill
   cost     seconds against number and size of holes; the fill's share of a clean job of 10M points
 
 Needs bench_fill, which is built where CGAL is installed. The exit status is 1 when a target is missed: a
 hole of `discs` stays open or its patch cuts the mesh, the RMS distance of a class is not below CGAL's, a mean height
-error of `table6` exceeds 0.0008, `hybrid` leaves a hole, the share of `cost` reaches a tenth.
+error of `table6` exceeds 0.0008, a class of `confidence` is off by more than 0.2, `hybrid` leaves a hole, the share of `cost` reaches a tenth.
 
-usage: bench/quality/fill.py DATA_DIR [discs|table6|hybrid|cost]...
+usage: bench/quality/fill.py DATA_DIR [discs|confidence|table6|hybrid|cost]...
 """
 import argparse
 import os
@@ -23,13 +24,14 @@ import interpreter  # noqa: E402
 
 interpreter.need("numpy", "matplotlib")
 
+import fill_confidence  # noqa: E402
 import fill_cost  # noqa: E402
 import fill_discs  # noqa: E402
 import fill_hybrid  # noqa: E402
 import fill_table6  # noqa: E402
 import harness  # noqa: E402
 
-PARTS = {"discs": fill_discs.run, "table6": fill_table6.run, "hybrid": fill_hybrid.run,
+PARTS = {"discs": fill_discs.run, "confidence": fill_confidence.run, "table6": fill_table6.run, "hybrid": fill_hybrid.run,
          "cost": fill_cost.run}
 
 

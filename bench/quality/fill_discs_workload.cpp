@@ -22,6 +22,8 @@ json facts_of(const Patch& patch, const PatchQuality& quality, double spacing) {
           {"method", patch.method},
           {"reason", patch.reason},
           {"sites", patch.sites},
+          {"rim_mean_deg", patch.rim_mean_deg},
+          {"confidence", patch.confidence},
           {"new_points", patch.positions.size()},
           {"triangles", patch.triangles.size()},
           {"rms", quality.rms / spacing},

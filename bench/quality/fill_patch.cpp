@@ -186,6 +186,8 @@ Patch fill_by_engine(const MeshIndex& index, const Disc& disc, const Cut& around
   patch.method = facts->method;
   patch.reason = facts->reason;
   patch.sites = facts->sites;
+  patch.rim_mean_deg = facts->rim_mean_deg;
+  patch.confidence = facts->confidence;
   const auto given = static_cast<std::uint32_t>(around.vertices.size());
   const auto whole = static_cast<std::uint32_t>(index.mesh().vertices.size());
   std::unordered_map<std::uint32_t, std::uint32_t> numbers;

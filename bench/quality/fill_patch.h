@@ -19,6 +19,7 @@ struct Patch {
   double seconds = 0.0;  ///< of the one hole
   std::string method, reason;
   std::uint64_t sites = 0;
+  double rim_mean_deg = 0.0, confidence = 0.0;  ///< of the engine alone
 };
 
 /// Fills the disc's hole in a part of the mesh around it by the engine.

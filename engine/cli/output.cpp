@@ -150,6 +150,11 @@ void add_holes(Facts& facts, std::span<const HoleFacts> holes, const MeshFacts& 
   if (found.filled > 0 && mesh.area > 0.0)
     facts.emplace_back("", fixed(100.0 * mesh.patch_area / mesh.area, 1) +
                                " % of the mesh's area is filled: no point of the scan supports it");
+  if (found.doubtful > 0 && mesh.area > 0.0)
+    facts.emplace_back("", counted(found.doubtful, "patch is", "patches are") + " doubtful, " +
+                               fixed(100.0 * found.doubtful_area / mesh.area, 1) +
+                               " % of the mesh's area; look first near " +
+                               format_position(found.most_doubtful));
   if (found.partly > 0)
     facts.emplace_back("", counted(found.open_edges, "edge", "edges") + " of " +
                                counted(found.partly, "filled hole", "filled holes") +

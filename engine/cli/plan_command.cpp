@@ -34,8 +34,7 @@ std::vector<std::string> left_open(const FillOptions& fill) {
   if (fill.keep_outer_border) kinds.emplace_back("outer borders of open sheets");
   if (fill.max_edges > 0)
     kinds.push_back("holes of more than " + counted(fill.max_edges, "edge", "edges"));
-  if (!fill.max_diameter && fill.keep_outer_border)
-    kinds.emplace_back("wide gaps of open scenes");
+  if (!fill.max_diameter && fill.keep_outer_border) kinds.emplace_back("wide gaps of open scenes");
   if (fill.max_diameter && std::isfinite(*fill.max_diameter))
     kinds.push_back("holes wider than " + format_number(*fill.max_diameter));
   if (std::isfinite(fill.max_perimeter))

@@ -210,8 +210,10 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
     return fill_small(problem, options);
   }
   Attempts attempts(problem, options);
-  const bool is_done = attempts.try_flat() || attempts.try_plane() || attempts.try_implicit() ||
-                       attempts.is_too_large() || attempts.try_membrane();
+  // A smooth patch bulges out of a crease: a flat one that runs into a rough rim is nearer.
+  if (attempts.try_flat() || attempts.is_tangled()) return attempts.result();
+  const bool is_done = attempts.try_plane() || attempts.try_implicit() || attempts.is_too_large() ||
+                       attempts.try_membrane();
   if (!is_done) attempts.try_direct();
   return attempts.result();
 }
@@ -264,7 +266,9 @@ HolePatch fill_hole(const HoleProblem& problem, const PatchOptions& options) {
     rotated.loop = std::move(loop);
     patch = fill_canonical(rotated, options);
   }
-  patch.rim_dihedral_rad = rim_angles(problem, patch).largest;
+  const RimAngles angles = rim_angles(problem, patch);
+  patch.rim_dihedral_rad = angles.largest;
+  patch.rim_mean_rad = angles.mean;
   return patch;
 }
 

@@ -8,6 +8,8 @@
 #include "engine/holes/fill_hole.h"
 #include "engine/holes/loops/islands.h"
 #include "engine/holes/loops/neighborhood.h"
+#include "engine/holes/loops/open_scenes.h"
+#include "engine/holes/patch/patch_confidence.h"
 
 namespace orbweave {
 namespace {
@@ -134,6 +136,11 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
     facts.residual = patch.residual;
     facts.condition = patch.condition;
     facts.rim_dihedral_deg = patch.rim_dihedral_rad * 180.0 / std::numbers::pi;
+    facts.rim_mean_deg = patch.rim_mean_rad * 180.0 / std::numbers::pi;
+    const double edges = static_cast<double>(loop.vertices.size());
+    facts.confidence = patch_confidence({.width = loop_width(loop) / loop_spacing(loop),
+                                         .rim_angle = patch.rim_mean_rad,
+                                         .open_share = patch.open_edges / edges});
     result.triangles.reserve(patch.triangles.size());
     for (const Triangle& t : patch.triangles) {
       result.triangles.push_back(in_mesh_numbers(t, gathered.vertices));
@@ -259,6 +266,7 @@ std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, 
         facts.reason.clear();
         facts.open = OpenReason::kNone;
         facts.joined_to = plan.facts_of(hole).id;
+        facts.confidence = patches.front().facts.confidence;
       }
       return patches;
     }

@@ -52,12 +52,19 @@ Counted by_frequency(const std::map<std::string, std::uint64_t>& counts) {
 HoleSummary hole_summary(std::span<const HoleFacts> holes) {
   HoleSummary summary;
   std::map<std::string, std::uint64_t> methods, reasons;
+  double largest = 0.0;
   for (const HoleFacts& hole : holes) {
     ++summary.loops;
     ++(hole.filled ? summary.filled : summary.open);
     ++(hole.filled ? methods[hole.method] : reasons[kind_of(hole)]);
     summary.partly += hole.open_edges > 0 ? 1 : 0;
     summary.open_edges += hole.open_edges;
+    if (hole.filled && hole.joined_to == 0 && hole.confidence < kDoubtful) {
+      ++summary.doubtful;
+      summary.doubtful_area += hole.area;
+      if (hole.area > largest) summary.most_doubtful = hole.center;
+      largest = std::max(largest, hole.area);
+    }
     summary.points_added += hole.points_added;
     summary.triangles_added += hole.triangles_added;
   }

@@ -22,6 +22,9 @@ struct HoleSummary {
   std::uint64_t open = 0;
   std::uint64_t partly = 0;      ///< of the filled ones, those that are open somewhere
   std::uint64_t open_edges = 0;  ///< of these
+  std::uint64_t doubtful = 0;    ///< of the filled ones, those of little confidence
+  double doubtful_area = 0.0;    ///< of their patches, square world units
+  Vec3 most_doubtful;            ///< middle of the doubtful one with the largest patch
   Counted methods;               ///< of the filled ones, most frequent first
   /// Of the open ones, most frequent first. Loops that the same option keeps open count together,
   /// and reasons that differ in their numbers only.

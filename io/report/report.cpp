@@ -125,6 +125,8 @@ Json hole_json(const HoleFacts& hole) {
           {"residual", hole.residual},
           {"condition", hole.condition},
           {"rim_dihedral_deg", hole.rim_dihedral_deg},
+          {"rim_mean_deg", hole.rim_mean_deg},
+          {"confidence", hole.filled ? Json(hole.confidence) : Json()},
           {"seconds", hole.seconds}};
 }
 

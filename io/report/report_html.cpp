@@ -172,6 +172,7 @@ std::string holes_line(const HoleSummary& holes) {
     line += " (" + counted_list(holes.methods, holes.methods.size()) + "; " +
             format_count(holes.points_added) + " points and " +
             format_count(holes.triangles_added) + " triangles added)";
+  if (holes.doubtful > 0) line += ", " + format_count(holes.doubtful) + " of them doubtful";
   line += ", " + format_count(holes.open) + " left open";
   if (holes.open > 0) line += " (" + counted_list(holes.reasons, kReasonsShown) + ")";
   return line + ".";
@@ -179,13 +180,16 @@ std::string holes_line(const HoleSummary& holes) {
 
 std::string tenths(double value) { return format_number(std::round(10.0 * value) / 10.0); }
 
+std::string hundredths(double value) { return format_number(std::round(100.0 * value) / 100.0); }
+
 std::string hole_row(const HoleFacts& hole) {
   const bool solved = hole.sites > 0;
   return row({std::to_string(hole.id), hole.filled ? hole.method : "open", hole.reason,
               format_count(hole.edges), format_number(hole.diameter), format_number(hole.perimeter),
               format_count(hole.chunks.size()), format_count(hole.points_added),
               solved ? format_count(hole.sites) : "", solved ? format_number(hole.residual) : "",
-              hole.filled ? tenths(hole.rim_dihedral_deg) : "", format_duration(hole.seconds)},
+              hole.filled ? tenths(hole.rim_dihedral_deg) : "",
+              hole.filled ? hundredths(hole.confidence) : "", format_duration(hole.seconds)},
              "td", 3);
 }
 
@@ -198,7 +202,7 @@ std::string holes_table(const std::vector<HoleFacts>& holes) {
     html += "<p>The " + std::to_string(kHolesShown) + " widest; the JSON report has all.</p>\n";
   html += "<div class=\"scroll\"><table>\n" +
           row({"hole", "method", "why", "edges", "diameter", "perimeter", "chunks", "points added",
-               "sites", "residual", "angle at the rim (deg)", "time"},
+               "sites", "residual", "angle at the rim (deg)", "confidence", "time"},
               "th", 3);
   for (const HoleFacts* hole : widest_holes(holes, kHolesShown)) html += hole_row(*hole);
   return html + "</table></div>\n";

@@ -77,7 +77,7 @@ std::size_t filled_in(const json& report) {
 
 }  // namespace
 
-TEST_CASE("TheJobFileForAnObjectMakesAClosedMesh") {
+TEST_CASE("TheJobFileForAnObjectMakesAClosedMesh", "[costly]") {
   const ScratchDirectory in;
   const PointCloud cloud = shape_cloud(in, "bumpy-torus", 20'000);
   const Vec3 center = cloud.positions[cloud.size() / 3];
@@ -91,7 +91,7 @@ TEST_CASE("TheJobFileForAnObjectMakesAClosedMesh") {
   CHECK(filled_in(report) == report["holes"].size());
 }
 
-TEST_CASE("TheJobFileForATerrainClosesTheGapsAndLeavesTheBorder") {
+TEST_CASE("TheJobFileForATerrainClosesTheGapsAndLeavesTheBorder", "[costly]") {
   const ScratchDirectory in;
   PointCloud cloud = shape_cloud(in, "plane", 12'000);
   const Vec3 gaps[] = {{0.3, 0.3, 0.0}, {0.6, 0.55, 0.0}, {0.25, 0.8, 0.0}};
@@ -114,7 +114,7 @@ TEST_CASE("TheJobFileForATerrainClosesTheGapsAndLeavesTheBorder") {
   }
 }
 
-TEST_CASE("TheJobFileForALargeScanRunsOnASmallOne") {
+TEST_CASE("TheJobFileForALargeScanRunsOnASmallOne", "[costly]") {
   const ScratchDirectory in;
   // Its radius of 0.02 is 1.5 times the spacing of a unit square with that many points.
   write_as_two_scans(in, punched(shape_cloud(in, "plane", 5'600), {0.5, 0.5, 0.0}, 0.1));
@@ -143,7 +143,7 @@ TEST_CASE("TheJobFileForRawScansMakesOneObjectOfScansWithPoses", "[costly]") {
   CHECK(report["mesh"]["euler_characteristic"] == 2);
 }
 
-TEST_CASE("TheJobFileForAirborneLidarLooksUpAndKeepsMapCoordinates") {
+TEST_CASE("TheJobFileForAirborneLidarLooksUpAndKeepsMapCoordinates", "[costly]") {
   const ScratchDirectory in;
   PointCloud cloud = shape_cloud(in, "plane", 8'000);
   cloud.schema.has_normals = false;
@@ -166,7 +166,7 @@ TEST_CASE("TheJobFileForAirborneLidarLooksUpAndKeepsMapCoordinates") {
   CHECK(std::all_of(mesh.normals.begin(), mesh.normals.end(), [](Vec3 n) { return n.z > 0.0; }));
 }
 
-TEST_CASE("TheJobFileForATerrestrialScanTurnsTheGroundUpAndClosedThingsOutward") {
+TEST_CASE("TheJobFileForATerrestrialScanTurnsTheGroundUpAndClosedThingsOutward", "[costly]") {
   const ScratchDirectory in;
   PointCloud cloud = shape_cloud(in, "torus", 12'000);
   const Box torus = cloud.bounds();

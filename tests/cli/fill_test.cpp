@@ -48,7 +48,7 @@ TriangleMesh holed_sheet(const ScratchDirectory& in) {
 
 }  // namespace
 
-TEST_CASE("FillClosesTheHolesAndKeepsWhatWasThere") {
+TEST_CASE("FillClosesTheHolesAndKeepsWhatWasThere", "[costly]") {
   const ScratchDirectory in;
   const TriangleMesh given = holed_sphere(in);
   write_mesh(in / "in.ply", given);
@@ -210,7 +210,7 @@ TEST_CASE("LimitsOfTheCommandLineLeaveLargerHolesOpenAndSayWhy") {
   CHECK((*open)["method"].is_null());
 }
 
-TEST_CASE("EveryKeyOfTheFillSectionIsAnOption") {
+TEST_CASE("EveryKeyOfTheFillSectionIsAnOption", "[costly]") {
   const ScratchDirectory in;
   write_mesh(in / "in.ply", holed_sphere(in));
   REQUIRE(run_in(in, {"fill",
@@ -392,7 +392,7 @@ TEST_CASE("WhatFillCannotReadIsBadInput") {
   CHECK(!std::filesystem::exists(in / "out.ply"));
 }
 
-TEST_CASE("WrongOptionsAndOutputsOfFillAreFoundBeforeAnyWork") {
+TEST_CASE("WrongOptionsAndOutputsOfFillAreFoundBeforeAnyWork", "[costly]") {
   struct Case {
     std::vector<std::string> arguments;
     int status;

@@ -127,7 +127,7 @@ TEST_CASE("NothingButNanIsBadInput") {
   check_no_mesh(in);
 }
 
-TEST_CASE("CloudThatCannotFormATriangleIsBadInputThatSaysWhy") {
+TEST_CASE("CloudThatCannotFormATriangleIsBadInputThatSaysWhy", "[costly]") {
   struct Case {
     std::vector<std::string> positions;
     const char* why;
@@ -186,7 +186,7 @@ TEST_CASE("UnknownKeyOnTheCommandLineGetsTheNearestOne") {
   CHECK_THAT(result.err, Contains("chunkpoints") && Contains("chunk_points"));
 }
 
-TEST_CASE("ARunSaysInShortLinesWhatItChose") {
+TEST_CASE("ARunSaysInShortLinesWhatItChose", "[costly]") {
   const ScratchDirectory in;
   generate_noisy(in, "scan.ply");
   const auto result = reconstruct(in, "scan.ply", {"--report", "report.json", "--levels", "3"});

@@ -83,7 +83,7 @@ TEST_CASE("CommandLineWinsOverTheJobFile") {
   CHECK(std::filesystem::exists(in / "here.work"));
 }
 
-TEST_CASE("EveryDocumentedOptionOfReconstructReachesTheJob") {
+TEST_CASE("EveryDocumentedOptionOfReconstructReachesTheJob", "[costly]") {
   const ScratchDirectory in;
   generate(in, "2000");
   const auto run = run_in(in, {"reconstruct",
@@ -167,7 +167,7 @@ TEST_CASE("DashStreamsTheMeshToStandardOutput") {
   CHECK(names_in(in) == std::vector<std::string>{"mesh.ply", "scan.ply"});
 }
 
-TEST_CASE("PlanForetellsTheRunAndWritesNothing") {
+TEST_CASE("PlanForetellsTheRunAndWritesNothing", "[costly]") {
   const ScratchDirectory in;
   generate(in, "5000");
   write_text(in / "job.toml", kJob);

@@ -274,7 +274,7 @@ TEST_CASE("OutputsThatAreOneFileAreRefused") {
 
 // ------------------------------------------------------------------------- case 5 of the issue
 
-TEST_CASE("AWorkDirectoryKeepsWhatTheUserPutThere") {
+TEST_CASE("AWorkDirectoryKeepsWhatTheUserPutThere", "[costly]") {
   const ScratchDirectory in;
   make_scan(in);
   const std::string expected = expected_mesh(in);
@@ -308,7 +308,7 @@ TEST_CASE("AWorkDirectoryKeepsWhatTheUserPutThere") {
   CHECK(left == 9);  // those, and the folders points and mesh
 }
 
-TEST_CASE("AWorkDirectoryKeepsWhatOnlyLooksLikeTheProgramsWork") {
+TEST_CASE("AWorkDirectoryKeepsWhatOnlyLooksLikeTheProgramsWork", "[costly]") {
   const ScratchDirectory in;
   make_scan(in);
   const std::string expected = expected_mesh(in);
@@ -357,7 +357,7 @@ TEST_CASE("AWorkDirectoryKeepsWhatOnlyLooksLikeTheProgramsWork") {
   CHECK(left.size() == users.size());
 }
 
-TEST_CASE("AnOutputIsNoTemporaryWhateverItsName") {
+TEST_CASE("AnOutputIsNoTemporaryWhateverItsName", "[costly]") {
   const ScratchDirectory in;
   make_scan(in);
   const Arguments kept = {"--work-dir", "w", "--keep-work-dir"};
@@ -368,7 +368,7 @@ TEST_CASE("AnOutputIsNoTemporaryWhateverItsName") {
   CHECK(file_text(in / name) == report);
 }
 
-TEST_CASE("AnEmptyDirectoryOfTheUsersIsUsedAndLeftWhateverItsPermissions") {
+TEST_CASE("AnEmptyDirectoryOfTheUsersIsUsedAndLeftWhateverItsPermissions", "[costly]") {
   const ScratchDirectory in;
   make_scan(in);
   fs::create_directory(in / "shared");
@@ -517,7 +517,7 @@ TEST_CASE("OutputsThatAreLinksAreWrittenThrough", "[costly]") {
   CHECK(fs::is_regular_file(fs::symlink_status(in / "far" / "c.ply")));
 }
 
-TEST_CASE("AWorkDirectoryThatIsALinkIsUsedAndLeft") {
+TEST_CASE("AWorkDirectoryThatIsALinkIsUsedAndLeft", "[costly]") {
   const ScratchDirectory in;
   make_scan(in);
   const std::string expected = expected_mesh(in);
@@ -616,7 +616,7 @@ TEST_CASE("NamesOfUnsupportedFormatsAreRefusedBeforeAnyWork") {
                   {std::string(name) + ": cannot write "});
 }
 
-TEST_CASE("ADamagedLockIsStillTheProgramsLock") {
+TEST_CASE("ADamagedLockIsStillTheProgramsLock", "[costly]") {
   const ScratchDirectory in;
   make_scan(in);
   const Arguments base = {"reconstruct", "scan.ply", "-o", "mesh.ply"};

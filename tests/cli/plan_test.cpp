@@ -24,7 +24,7 @@ std::size_t files_in(const ScratchDirectory& in) {
 
 }  // namespace
 
-TEST_CASE("PlanOfScansIsThatOfTheJobFileThatNamesThem") {
+TEST_CASE("PlanOfScansIsThatOfTheJobFileThatNamesThem", "[costly]") {
   const ScratchDirectory in;
   write_scan_and_job(in);
   const auto job = run_in(in, {"plan", "job.toml", "--json", "--progress", "none"});

@@ -185,7 +185,7 @@ TEST_CASE("AutomaticRadiiScaleWithTheCloud") {
   }
 }
 
-TEST_CASE("SampledRadiiAreThoseOfTheWholeCloud") {
+TEST_CASE("SampledRadiiAreThoseOfTheWholeCloud", "[costly]") {
   for (const Shape shape : {Shape::kSphere, Shape::kTorus, Shape::kPlane, Shape::kCube}) {
     const std::vector<Vec3> points = positions_of(shape, 40000);
     const RadiiChoice sampled = choice_for(points, 1, 4096, 32, 64);

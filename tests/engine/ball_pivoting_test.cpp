@@ -166,7 +166,7 @@ void require_all_that_has_room(const NamedCloud& named) {
   }
 }
 
-TEST_CASE("CrowdedWalksFindEveryTriangleThatHasRoomAndInventNone") {
+TEST_CASE("CrowdedWalksFindEveryTriangleThatHasRoomAndInventNone", "[costly]") {
   // Hundreds of points per ball: most circles are settled by the nearest caps alone.
   const double growth = GENERATE(1.6, 2.2, 4.0);
   NamedCloud crowd = test::noisy_torus(420, 0.8, 5);

@@ -243,7 +243,7 @@ TEST_CASE("ATeamWritesFormatsWithoutFixedRowsAsWell", "[slow]") {
   }
 }
 
-TEST_CASE("PlacedRowsAreThoseOfTheStreamingWriter") {
+TEST_CASE("PlacedRowsAreThoseOfTheStreamingWriter", "[costly]") {
   const NamedCloud named = rough_torus();
   ScratchDirectory scratch;
   for (const bool narrow : {true, false}) {
@@ -264,7 +264,7 @@ TEST_CASE("PlacedRowsAreThoseOfTheStreamingWriter") {
   }
 }
 
-TEST_CASE("ADeviceGetsTheMeshDirectly") {
+TEST_CASE("ADeviceGetsTheMeshDirectly", "[costly]") {
   const NamedCloud named = rough_torus();
   ScratchDirectory scratch;
   Job job = rough_job(scratch, named);
@@ -333,7 +333,7 @@ TEST_CASE("TilesAreTheSameForAnyThreadsAndProcesses", "[slow]") {
   }
 }
 
-TEST_CASE("TilesCanBeCompressedText") {
+TEST_CASE("TilesCanBeCompressedText", "[costly]") {
   const NamedCloud named = rough_torus();
   ScratchDirectory scratch;
   Job job = rough_job(scratch, named);
@@ -346,7 +346,7 @@ TEST_CASE("TilesCanBeCompressedText") {
   require_same_mesh(join_tiles(scratch / "text.tiles", mesh).mesh, mesh);
 }
 
-TEST_CASE("InterruptedTilesLeaveNothingAndResume") {
+TEST_CASE("InterruptedTilesLeaveNothingAndResume", "[costly]") {
   const NamedCloud named = rough_torus();
   ScratchDirectory scratch;
   Job job = rough_job(scratch, named);

@@ -183,7 +183,7 @@ TEST_CASE("TheNextRunSaysWhoseResultLiesInPlaceOfAnother") {
   CHECK((bytes_of(job.output.mesh) == expected));
 }
 
-TEST_CASE("AllResultsOfAStageMayComeFromElsewhere", "[slow]") {
+TEST_CASE("AllResultsOfAStageMayComeFromElsewhere", "[soak]") {
   const ScratchDirectory scratch;
   Job job = raw_job(scratch);
   job.partition.chunk_points = 100;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "engine/holes/fill_mesh.h"
+#include "engine/holes/patch/patch_confidence.h"
 #include "engine/validation/mesh_facts.h"
 #include "tests/support/meshes.h"
 
@@ -384,6 +385,28 @@ TEST_CASE("AHoleBehindACreaseIsClosedFlat") {
   require_closed(ball, round);
   CHECK_FALSE(round.holes.at(0).reason.starts_with("flat"));
   CHECK(farthest_new_vertex(ball, round, off_sphere) < 0.3);
+}
+
+TEST_CASE("ConfidenceFallsWithTheWidthTheTurnAtTheRimAndOpenEdges") {
+  CHECK(patch_confidence({.width = 1.5, .rim_angle = 1.0, .open_share = 0.0}) > 0.95);
+  CHECK(patch_confidence({.width = 15.0, .rim_angle = 0.05, .open_share = 0.0}) > 0.9);
+  CHECK(patch_confidence({.width = 60.0, .rim_angle = 0.0, .open_share = 0.0}) ==
+        Approx(kDoubtful));
+  CHECK(patch_confidence({.width = 30.0, .rim_angle = 1.5, .open_share = 0.0}) < kDoubtful);
+  CHECK(patch_confidence({.width = 2.0, .rim_angle = 0.0, .open_share = 0.6}) < kDoubtful);
+  CHECK(patch_confidence({.width = 30.0, .rim_angle = std::numbers::pi, .open_share = 0.0}) > 0.0);
+}
+
+TEST_CASE("ANarrowPatchInASmoothSurfaceIsTrustedAndTheBottomOfABeakerIsNot") {
+  TriangleMesh ball = test::sphere_mesh(5);
+  cut(ball, [](Vec3 p) { return norm(p - Vec3{0.6, 0.48, 0.64}) < 0.25; });
+  CHECK(fill_mesh(ball, {}).holes.at(0).confidence > 0.9);
+  FillOptions options;
+  options.keep_outer_border = false;
+  for (const HoleFacts& hole : fill_mesh(tube(2.0), options).holes)
+    CHECK(hole.confidence < kDoubtful);
+  options.max_edges = 3;
+  for (const HoleFacts& hole : fill_mesh(tube(2.0), options).holes) CHECK(hole.confidence == 0.0);
 }
 
 TEST_CASE("SmallPiecesAreRemovedOnRequest") {

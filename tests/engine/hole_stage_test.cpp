@@ -131,7 +131,12 @@ TEST_CASE("FactsOfAFilledMeshAreThoseOfItsFile", "[costly]") {
       CHECK(told.area == Approx(measured.area).epsilon(1e-9));
       CHECK(told.patch_area == Approx(measured.patch_area).epsilon(1e-9));
       double of_holes = 0.0;
-      for (const HoleFacts& hole : report.holes) of_holes += hole.area;
+      for (const HoleFacts& hole : report.holes) {
+        of_holes += hole.area;
+        CHECK((hole.confidence > 0.0) == hole.filled);
+        CHECK(hole.confidence <= 1.0);
+        CHECK(hole.rim_mean_deg <= hole.rim_dihedral_deg);
+      }
       CHECK(told.patch_area == Approx(of_holes).epsilon(1e-9));
       CHECK(measured.unreferenced_vertices == 0);
       std::uint64_t added = 0;
@@ -243,7 +248,7 @@ TEST_CASE("InterruptedInTheHolePassAndResumedGivesTheSameBytes", "[slow]") {
   REQUIRE((bytes_of(job.output.mesh) == expected));
 }
 
-TEST_CASE("ADamagedPatchIsComputedAgain") {
+TEST_CASE("ADamagedPatchIsComputedAgain", "[costly]") {
   const NamedCloud named = punched_sphere();
   ScratchDirectory scratch;
   Job job = job_for(scratch, named);
@@ -274,7 +279,7 @@ TEST_CASE("ChangedFillOptionsComputeThePatchesAnewButNotTheMesh") {
   CHECK(second.mesh.boundary_loops > first.mesh.boundary_loops);
 }
 
-TEST_CASE("PlanListsTheLoopsOfAMeshThatIsThereAlready") {
+TEST_CASE("PlanListsTheLoopsOfAMeshThatIsThereAlready", "[costly]") {
   const NamedCloud named = punched_sphere();
   ScratchDirectory scratch;
   Job job = job_for(scratch, named);

@@ -252,7 +252,7 @@ TEST_CASE("NearestFirstChangesNothingOnLatticesHoweverLittleTheyAreMoved", "[cos
   REQUIRE(settled > 0);
 }
 
-TEST_CASE("NearestFirstChangesNothingWhereAPointJustReachesTheBall") {
+TEST_CASE("NearestFirstChangesNothingWhereAPointJustReachesTheBall", "[costly]") {
   std::size_t settled = 0;
   for (std::uint64_t seed = 0; seed < 40 * kSeeds; ++seed) {
     Random random(seed);

@@ -68,7 +68,7 @@ TEST_CASE("SameBytesForAnyChunkSizeAndThreadCount", "[costly]") {
   }
 }
 
-TEST_CASE("SameBytesForAnyOrderAndAnySplitOfTheInput") {
+TEST_CASE("SameBytesForAnyOrderAndAnySplitOfTheInput", "[costly]") {
   NamedCloud named = painted_torus(8000, 0.4, 5);
   ScratchDirectory scratch;
   const std::string expected = mesh_bytes(job_for(scratch, named));
@@ -110,7 +110,7 @@ TEST_CASE("DuplicatesAndUnusablePointsAreCountedAndChangeNothing") {
   REQUIRE(report.points_dropped.at("normal not finite") == 1);
 }
 
-TEST_CASE("ReportedFactsAreThoseOfTheMeshFile") {
+TEST_CASE("ReportedFactsAreThoseOfTheMeshFile", "[costly]") {
   for (const double noise : {0.0, 0.5, 0.9}) {
     const NamedCloud named = painted_torus(3000, noise, 9);
     ScratchDirectory scratch;
@@ -165,7 +165,7 @@ TEST_CASE("InterruptedAnywhereAndResumedGivesTheSameBytes", "[slow]") {
   REQUIRE_FALSE(std::filesystem::exists(job.run.work_dir));
 }
 
-TEST_CASE("DamagedResultsAreComputedAgain") {
+TEST_CASE("DamagedResultsAreComputedAgain", "[costly]") {
   const NamedCloud named = painted_torus(3000, 0.3, 17);
   ScratchDirectory scratch;
   Job job = job_for(scratch, named);
@@ -275,7 +275,7 @@ TEST_CASE("RadiiFarFromTheSpacingSaySo") {
   CHECK_FALSE(std::filesystem::exists(job.output.mesh));
 }
 
-TEST_CASE("PlanWritesNothingAndAgreesWithTheRun") {
+TEST_CASE("PlanWritesNothingAndAgreesWithTheRun", "[costly]") {
   const NamedCloud named = painted_torus(9000, 0.1, 27);
   ScratchDirectory scratch;
   Job job = job_for(scratch, named);
@@ -295,7 +295,7 @@ TEST_CASE("PlanWritesNothingAndAgreesWithTheRun") {
   for (const StageFacts& stage : report.stages) CHECK(report.measured.seconds > stage.seconds);
 }
 
-TEST_CASE("PointsThatTheRunDropsCountInThePredictedTime") {
+TEST_CASE("PointsThatTheRunDropsCountInThePredictedTime", "[costly]") {
   NamedCloud named = painted_torus(4000, 0.3, 28);
   named.cloud.normals.clear();
   named.cloud.schema.has_normals = false;

@@ -144,7 +144,7 @@ TEST_CASE("TheGroundGivesTheSameBytesForAnyPartition", "[costly]") {
     REQUIRE(n.z < 0.0);
 }
 
-TEST_CASE("ScansWithPosesMakeOneSurfaceThatFacesTheScanners") {
+TEST_CASE("ScansWithPosesMakeOneSurfaceThatFacesTheScanners", "[costly]") {
   ScratchDirectory scratch;
   const RawScans scans = scan_torus(scratch, 20'000, 0.0, 0.0);
   Job job = job_for(scratch, scans);

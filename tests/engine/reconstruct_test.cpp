@@ -100,7 +100,7 @@ PointCloud holed_torus() {
 
 }  // namespace
 
-TEST_CASE("TheFrontDoorGivesTheBytesOfTheJob") {
+TEST_CASE("TheFrontDoorGivesTheBytesOfTheJob", "[costly]") {
   check_same_as_job(holed_torus());
   check_same_as_job(torus(3000, 0.4));
   check_same_as_job(with_float_normals(random_sphere(3000, 3).cloud));
@@ -122,7 +122,7 @@ TEST_CASE("TheFrontDoorGivesTheBytesOfTheJobWithoutNormals", "[costly]") {
   check_same_as_job(torus(3000, 0.2), options);
 }
 
-TEST_CASE("TheFrontDoorTakesTheOptionsOfTheJob") {
+TEST_CASE("TheFrontDoorTakesTheOptionsOfTheJob", "[costly]") {
   const PointCloud cloud = torus(4000, 0.5);
   ReconstructionOptions options;
   options.levels = 2;
@@ -138,7 +138,7 @@ TEST_CASE("TheFrontDoorTakesTheOptionsOfTheJob") {
   check_same_as_job(cloud, options);
 }
 
-TEST_CASE("TheFrontDoorLeavesOutWhatTheJobLeavesOut") {
+TEST_CASE("TheFrontDoorLeavesOutWhatTheJobLeavesOut", "[costly]") {
   PointCloud cloud = torus(4000, 0.1);
   cloud.append(cloud, 7);                                    // an exact duplicate
   for (int i = 0; i < 5; ++i) cloud.append(cloud, 100 + i);  // missing returns
@@ -264,7 +264,7 @@ TEST_CASE("TheFrontDoorRefusesFillOptionsThatAJobRefuses") {
   }
 }
 
-TEST_CASE("TwoCallsAtOnceGiveTheMeshesOfOneCallEach") {
+TEST_CASE("TwoCallsAtOnceGiveTheMeshesOfOneCallEach", "[costly]") {
   ScratchDirectory scratch;
   const PointCloud holed = holed_torus();
   const PointCloud raw = without_normals(torus(4000, 0.1));

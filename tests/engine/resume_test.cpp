@@ -116,7 +116,7 @@ std::string without_work(const Job& job) {
 
 }  // namespace
 
-TEST_CASE("AChangedChunkSizeIsNamedAndEverythingIsComputedAgain") {
+TEST_CASE("AChangedChunkSizeIsNamedAndEverythingIsComputedAgain", "[costly]") {
   const ScratchDirectory scratch;
   Job job = kept_job(scratch);
   const std::string expected = bytes_of(job.output.mesh);
@@ -226,7 +226,7 @@ TEST_CASE("ChunksThatASmallerBudgetHasNoRoomForAreCutAgainAndItSaysSo") {
   CHECK((bytes_of(job.output.mesh) == expected));
 }
 
-TEST_CASE("AChangedScanIsNamedWithWhatItWasAndWhatItIs") {
+TEST_CASE("AChangedScanIsNamedWithWhatItWasAndWhatItIs", "[costly]") {
   const ScratchDirectory scratch;
   const Job job = kept_job(scratch);
   const auto size = std::to_string(fs::file_size(job.input.files.front()));
@@ -262,7 +262,7 @@ TEST_CASE("AScanThatChangesWhileItIsReadIsBadInputAndLeavesNothing") {
   }
 }
 
-TEST_CASE("RawPointsGoAsSoonAsTheNextPassIsCompleteAndResumingTakesTheLatest") {
+TEST_CASE("RawPointsGoAsSoonAsTheNextPassIsCompleteAndResumingTakesTheLatest", "[costly]") {
   const ScratchDirectory scratch;
   const Job job = test::cleaning_job(scratch, 2500);
   const std::string expected = without_work(job);
@@ -288,7 +288,7 @@ TEST_CASE("RawPointsGoAsSoonAsTheNextPassIsCompleteAndResumingTakesTheLatest") {
   CHECK((bytes_of(job.output.mesh) == expected));
 }
 
-TEST_CASE("KilledBetweenTheEndOfAPassAndTheRemovalOfItsSourceMakesNoDifference") {
+TEST_CASE("KilledBetweenTheEndOfAPassAndTheRemovalOfItsSourceMakesNoDifference", "[costly]") {
   const ScratchDirectory scratch;
   const Job job = test::cleaning_job(scratch, 2500);
   const std::string expected = without_work(job);
@@ -304,7 +304,7 @@ TEST_CASE("KilledBetweenTheEndOfAPassAndTheRemovalOfItsSourceMakesNoDifference")
   CHECK((mesh_bytes(job) == expected));
 }
 
-TEST_CASE("AWorkDirectoryGoesOnUnderEitherNameOfTheCleaningSection") {
+TEST_CASE("AWorkDirectoryGoesOnUnderEitherNameOfTheCleaningSection", "[costly]") {
   const ScratchDirectory scratch;
   Job plain = test::cleaning_job(scratch, 1500);
   const std::string numbers = take_cleaning(plain);
@@ -530,7 +530,7 @@ TEST_CASE("WhatAKilledWriterLeftBesideTheOutputsGoesByItsRecordAndWhatOthersWrit
   CHECK(bytes_of(other) == "half a mesh");
 }
 
-TEST_CASE("FreshTakesNothingOver") {
+TEST_CASE("FreshTakesNothingOver", "[costly]") {
   const ScratchDirectory scratch;
   Job job = kept_job(scratch);
   job.run.fresh = true;

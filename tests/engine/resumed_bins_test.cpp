@@ -174,7 +174,7 @@ void flip_a_byte_of_every_bin(const fs::path& bins) {
 
 }  // namespace
 
-TEST_CASE("KilledWhileItSortsARunCountsAndBinsNothingAgain", "[slow]") {
+TEST_CASE("KilledWhileItSortsARunCountsAndBinsNothingAgain", "[soak]") {
   const ScratchDirectory scratch;
   Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
@@ -210,7 +210,7 @@ TEST_CASE("KilledWhileItMeasuresARunBinsNothingAgain", "[costly]") {
   CHECK(told.ran("measure"));
 }
 
-TEST_CASE("KilledWhileItBinsARunCountsNothingAgainAndBinsTheRest", "[slow]") {
+TEST_CASE("KilledWhileItBinsARunCountsNothingAgainAndBinsTheRest", "[soak]") {
   const ScratchDirectory scratch;
   const Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
@@ -240,7 +240,7 @@ TEST_CASE("KilledWhileItBinsARunCountsNothingAgainAndBinsTheRest", "[slow]") {
   }
 }
 
-TEST_CASE("KilledWhenItHasCountedARunCountsNothingAgain", "[slow]") {
+TEST_CASE("KilledWhenItHasCountedARunCountsNothingAgain", "[soak]") {
   const ScratchDirectory scratch;
   Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
@@ -255,7 +255,7 @@ TEST_CASE("KilledWhenItHasCountedARunCountsNothingAgain", "[slow]") {
   CHECK(told.ran("bin"));
 }
 
-TEST_CASE("BinsThatAreDamagedOrGoneAreMadeAgainAndItSaysSo", "[slow]") {
+TEST_CASE("BinsThatAreDamagedOrGoneAreMadeAgainAndItSaysSo", "[soak]") {
   const ScratchDirectory scratch;
   Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
@@ -282,7 +282,7 @@ TEST_CASE("BinsThatAreDamagedOrGoneAreMadeAgainAndItSaysSo", "[slow]") {
   CHECK(told.lines.find(says) != std::string::npos);
 }
 
-TEST_CASE("ASortedChunkThatIsDamagedWhenItsBinIsGoneIsNotLookedForInTheBins", "[slow]") {
+TEST_CASE("ASortedChunkThatIsDamagedWhenItsBinIsGoneIsNotLookedForInTheBins", "[soak]") {
   const ScratchDirectory scratch;
   const Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
@@ -297,7 +297,7 @@ TEST_CASE("ASortedChunkThatIsDamagedWhenItsBinIsGoneIsNotLookedForInTheBins", "[
   CHECK(told.lines.find("bins.0") == std::string::npos);
 }
 
-TEST_CASE("WhateverTakesThePlaceOfStoredBinsAndTheirLogThePointsAreTheSame", "[slow]") {
+TEST_CASE("WhateverTakesThePlaceOfStoredBinsAndTheirLogThePointsAreTheSame", "[soak]") {
   const ScratchDirectory scratch;
   const Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
@@ -336,7 +336,7 @@ TEST_CASE("WhateverTakesThePlaceOfStoredBinsAndTheirLogThePointsAreTheSame", "[s
   }
 }
 
-TEST_CASE("BinsOfOtherScansAreNotUsed", "[slow]") {
+TEST_CASE("BinsOfOtherScansAreNotUsed", "[soak]") {
   const ScratchDirectory scratch;
   Job job = wide_job(scratch);
   REQUIRE(run_until(job, "sort", 8).status == ErrorKind::kInterrupted);
@@ -351,7 +351,7 @@ TEST_CASE("BinsOfOtherScansAreNotUsed", "[slow]") {
   CHECK(told.ran("bin"));
 }
 
-TEST_CASE("ADiskThatIsFullWhileBinsAreWrittenEndsInStatus4AndTheCountIsKept", "[slow]") {
+TEST_CASE("ADiskThatIsFullWhileBinsAreWrittenEndsInStatus4AndTheCountIsKept", "[soak]") {
   const ScratchDirectory scratch;
   const Job job = wide_job(scratch);
   const auto& expected = expected_points(job);
@@ -420,7 +420,7 @@ TEST_CASE("AShareOfAListGoesOnWithTheNextPointWhereFilesAreReadAsAWholeOnly") {
              all.end())));
 }
 
-TEST_CASE("BinsThatFitInMemoryAreNotWritten") {
+TEST_CASE("BinsThatFitInMemoryAreNotWritten", "[costly]") {
   const ScratchDirectory scratch;
   Job job = wide_job(scratch);
   job.partition.memory_bytes = std::uint64_t{2} << 30;

@@ -209,7 +209,7 @@ TEST_CASE("SyntheticCloudsAreTheSameBitsOnEveryMachine") {
   }
 }
 
-TEST_CASE("NominalSpacingIsTheRootOfAreaPerPoint") {
+TEST_CASE("NominalSpacingIsTheRootOfAreaPerPoint", "[costly]") {
   for (const Shape shape : all_shapes()) {
     const SyntheticOptions options = shape_options(shape, 1000);
     const TriangleMesh mesh = truth_mesh(options, 300);

@@ -67,7 +67,7 @@ TEST_CASE("ScannedPointsLieOnTheSurfaceInWorldCoordinates", "[costly]") {
     }
 }
 
-TEST_CASE("EveryPointFacesItsScannerAndNothingIsInBetween") {
+TEST_CASE("EveryPointFacesItsScannerAndNothingIsInBetween", "[costly]") {
   for (const Shape shape : {Shape::kSphere, Shape::kTorus, Shape::kBumpyTorus, Shape::kCube}) {
     const VirtualScannerOptions options = scans_of(shape, 5000, 9);
     const VirtualScanner scanner(options);
@@ -104,7 +104,7 @@ TEST_CASE("SixSidesSeeAllOfASphere") {
   CHECK(gap < 0.9 * scanner.ray_distance());
 }
 
-TEST_CASE("ATorusHidesPartOfItsInnerRimFromSixSidesAndNothingElse") {
+TEST_CASE("ATorusHidesPartOfItsInnerRimFromSixSidesAndNothingElse", "[costly]") {
   const VirtualScannerOptions options = scans_of(Shape::kTorus, 40000, 6);
   const VirtualScanner scanner(options);
   const PointCloud cloud = all_of(*scanner.all());
@@ -228,7 +228,7 @@ TEST_CASE("PosesAreQuaternionsOfStanfordsConvention") {
   }
 }
 
-TEST_CASE("ScansAreTheSameBitsOnEveryMachine") {
+TEST_CASE("ScansAreTheSameBitsOnEveryMachine", "[costly]") {
   const std::map<Shape, std::uint64_t> expected = {
       {Shape::kSphere, 0x361e904ea27f84e8},     {Shape::kTorus, 0x2e54331aad930c1c},
       {Shape::kBumpyTorus, 0x4d59a573d5b9ad7e}, {Shape::kPlane, 0xbaf44caf7cb81f8a},

@@ -10,7 +10,7 @@ TEST_CASE("OneFailedFlushIsToldAndTheRepeatedCommandMakesTheSameBytes", "[soak]"
   try_faults("sync", "eio");
 }
 
-TEST_CASE("OneRenameThatFailsIsToldAndTheRepeatedCommandMakesTheSameBytes") {
+TEST_CASE("OneRenameThatFailsIsToldAndTheRepeatedCommandMakesTheSameBytes", "[soak]") {
   try_faults("rename", "eio");
 }
 

@@ -35,6 +35,7 @@ HoleFacts filled_hole() {
   hole.reason = "the rim <overlaps> itself in its plane";
   hole.sites = 96;
   hole.points_added = 31;
+  hole.confidence = 0.875;
   hole.triangles_added = 84;
   hole.residual = 1e-9;
   hole.condition = 1e6;
@@ -160,7 +161,8 @@ TEST_CASE("TheReportHasItsStableKeys") {
           Keys{"id",         "first_vertex", "edges",        "perimeter",        "diameter",
                "center",     "chunks",       "filled",       "method",           "reason",
                "joined_to",  "sites",        "points_added", "triangles_added",  "area",
-               "open_edges", "residual",     "condition",    "rim_dihedral_deg", "seconds"});
+               "open_edges", "residual",     "condition",    "rim_dihedral_deg", "rim_mean_deg",
+               "confidence", "seconds"});
 }
 
 TEST_CASE("TheReportsOptionsAreTheJobFilesKeysBySection") {
@@ -307,6 +309,25 @@ TEST_CASE("ReasonsThatDifferInNumbersOnlyAreOne") {
                                    {"outer border of an open sheet (fill.keep_outer_border)", 1},
                                    {"wider than fill.max_diameter", 1}});
   CHECK(counted_list(summary.reasons, 1) == "3 needs # points at a spacing of #, 2 others");
+}
+
+TEST_CASE("DoubtfulPatchesAreCountedWithTheirAreaAndTheLargestIsNamed") {
+  std::vector<HoleFacts> holes(5);
+  for (HoleFacts& hole : holes) hole.filled = true;
+  holes[0].confidence = 0.9;
+  holes[0].area = 8.0;
+  holes[1].confidence = 0.2;
+  holes[1].area = 1.0;
+  holes[2].confidence = 0.4;
+  holes[2].area = 3.0;
+  holes[2].center = {1.0, 2.0, 3.0};
+  holes[3].confidence = 0.4;  // an island in the hole before: the same patch
+  holes[3].joined_to = 3;
+  holes[4] = open_loop();
+  const HoleSummary summary = hole_summary(holes);
+  CHECK(summary.doubtful == 2);
+  CHECK(summary.doubtful_area == 4.0);
+  CHECK(summary.most_doubtful == Vec3{1.0, 2.0, 3.0});
 }
 
 TEST_CASE("WidestHolesComeInOrderAndTiesById") {

@@ -105,7 +105,7 @@ TEST_CASE("CloudsOfBarePositionsAreBinned") {
     REQUIRE(test::same_bits(take(*bins, chunk, cloud.schema), expected[chunk]));
 }
 
-TEST_CASE("PublishedBinsOfSeveralMembersHoldEveryPoint") {
+TEST_CASE("PublishedBinsOfSeveralMembersHoldEveryPoint", "[costly]") {
   const test::ScratchDirectory scratch;
   const std::size_t buffer_bytes = GENERATE(std::size_t{0}, std::size_t{256} << 20);
   const PointCloud cloud = test::dressed(test::shell(20'000, {}, 1.0, 1), 2);

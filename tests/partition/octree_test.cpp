@@ -145,7 +145,7 @@ TEST_CASE("CountsAreExact") {
   }
 }
 
-TEST_CASE("TheGridDoesNotDependOnTheOrderOfPoints") {
+TEST_CASE("TheGridDoesNotDependOnTheOrderOfPoints", "[costly]") {
   const std::size_t limit = GENERATE(std::size_t{1}, std::size_t{300} << 10, std::size_t{48} << 20);
   for (const auto& [name, points] : adversarial_clouds()) {
     INFO(name);
@@ -240,7 +240,7 @@ TEST_CASE("TheGridKeepsToItsMemory") {
   CHECK(dense.cell() <= root_cube(dense.bounds()).side / 256.0);
 }
 
-TEST_CASE("MillionsOfEqualPointsAreCounted") {
+TEST_CASE("MillionsOfEqualPointsAreCounted", "[costly]") {
   CountGrid grid;
   const std::vector<Vec3> equal(1'000'000, Vec3{0.1, 0.2, 0.3});
   for (int i = 0; i < 5; ++i) grid.add(equal);

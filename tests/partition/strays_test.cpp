@@ -117,7 +117,7 @@ TEST_CASE("HowExactlyPlacesAreKnownDependsOnTheNumberOfPointsAlone", "[costly]")
   CHECK((places({&equal, &few}) == exact));
 }
 
-TEST_CASE("PointsTenExtentsAwayAreNoStrays") {
+TEST_CASE("PointsTenExtentsAwayAreNoStrays", "[costly]") {
   for (const std::size_t count : {20u, 3000u, 300'000u}) {
     std::vector<Vec3> points = sphere(count, {}, 1.0);
     for (const double away : {1.0, 10.0, 30.0}) {

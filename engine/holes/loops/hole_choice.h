@@ -6,18 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "engine/holes/loops/piece.h"
 #include "engine/holes/problem/boundary_loop.h"
-#include "io/box.h"
 #include "io/open_reason.h"
 #include "io/surface_options.h"
 
 namespace orbweave {
-
-/// A connected piece of the mesh.
-struct Piece {
-  std::uint64_t triangles = 0;
-  Box box;
-};
 
 /// Components of fewer triangles are removed from a mesh whose largest one has so many.
 std::uint64_t least_triangles(const FillOptions& options, std::uint64_t largest);

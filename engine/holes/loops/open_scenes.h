@@ -5,7 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "engine/holes/loops/hole_choice.h"
+#include "engine/holes/loops/piece.h"
+#include "engine/holes/problem/boundary_loop.h"
 
 namespace orbweave {
 

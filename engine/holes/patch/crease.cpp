@@ -102,15 +102,17 @@ std::optional<double> angle_behind(const HoleProblem& problem, Vec3 axis, std::u
 }  // namespace
 
 bool ends_in_crease(const HoleProblem& problem) {
-  constexpr std::size_t kLeastEdges = 16;
+  constexpr std::size_t kLeastEdges = 32;
   constexpr double kFlat = 0.05;            // distance from the plane by the width of the hole
-  constexpr double kSteep = kPi / 4.0;      // between the sheet behind the rim and the plane
+  constexpr double kRough = 1.0;            // and by the spacing, where that is more
+  constexpr double kSteep = kPi / 3.0;      // between the sheet behind the rim and the plane
   constexpr double kBends = 0.5;            // share of the bend that would close the hole smoothly
   constexpr std::uint32_t kMostRings = 12;  // behind the rim
   if (problem.loop.size() < kLeastEdges || problem.normals.size() != problem.positions.size())
     return false;
   const FlatRim rim = flat_rim(problem);
-  if (!(rim.width > 0.0) || rim.off_plane > kFlat * rim.width) return false;
+  if (!(rim.width > 0.0)) return false;
+  if (rim.off_plane > std::max(kFlat * rim.width, kRough * rim.spacing)) return false;
   const MeanAngle at_rim = angle_at_rim(find_rim(problem), rim.axis);
   if (2 * at_rim.count < problem.loop.size() || at_rim.mean() < kSteep) return false;
   const double quarter = 0.25 * rim.width / rim.spacing;

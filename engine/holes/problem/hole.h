@@ -71,6 +71,7 @@ struct HolePatch {
   double residual = 0.0;                ///< largest distance of a site from it, world units
   double condition = 0.0;               ///< estimate for the linear system; 0: none
   double rim_dihedral_rad = 0.0;        ///< largest angle between a rim face and its patch face
+  double rim_mean_rad = 0.0;            ///< mean of these angles
   /// Edges at which a filled hole is still open, because triangles there would cross the surface;
   /// 0: the patch closes the whole loop.
   std::uint32_t open_edges = 0;

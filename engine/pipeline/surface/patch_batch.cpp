@@ -10,7 +10,7 @@
 namespace orbweave {
 namespace {
 
-constexpr std::uint32_t kFactColumns = 19;
+constexpr std::uint32_t kFactColumns = 21;
 using FactRow = std::array<double, kFactColumns>;
 
 /// Texts go to one array, their lengths to the rows. Counts are whole doubles.
@@ -34,7 +34,9 @@ FactRow row_of(const HoleFacts& f, std::string& texts) {
           f.rim_dihedral_deg,
           static_cast<double>(f.joined_to),
           static_cast<double>(f.open_edges),
-          f.area};
+          f.area,
+          f.rim_mean_deg,
+          f.confidence};
 }
 
 HoleFacts facts_of(const FactRow& row, const std::vector<char>& texts, std::size_t& place) {
@@ -63,6 +65,8 @@ HoleFacts facts_of(const FactRow& row, const std::vector<char>& texts, std::size
   f.joined_to = static_cast<std::int32_t>(row[16]);
   f.open_edges = count(row[17]);
   f.area = row[18];
+  f.rim_mean_deg = row[19];
+  f.confidence = row[20];
   return f;
 }
 
@@ -118,7 +122,8 @@ void drop_patches(std::span<const std::int32_t> ids, PatchBatch& batch) {
     }
     if (stays) continue;
     facts.points_added = facts.triangles_added = facts.sites = facts.open_edges = 0;
-    facts.residual = facts.condition = facts.rim_dihedral_deg = facts.area = 0.0;
+    facts.residual = facts.condition = facts.area = facts.confidence = 0.0;
+    facts.rim_dihedral_deg = facts.rim_mean_deg = 0.0;
     batch.boxes[i] = {};
   }
   batch.positions.resize(kept);
