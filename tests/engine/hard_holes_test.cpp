@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "engine/holes/fill_mesh.h"
+#include "engine/holes/loops/open_scenes.h"
 #include "engine/holes/patch/patch_confidence.h"
 #include "engine/validation/mesh_facts.h"
 #include "tests/support/meshes.h"
@@ -365,6 +366,30 @@ TEST_CASE("WideGapsOfAnOpenSceneStayOpenAndThoseOfAnObjectAreClosed") {
   const FilledMesh room = fill_mesh(test::flipped(ball), {});
   REQUIRE(room.holes.size() == 1);
   CHECK(room.holes[0].open == OpenReason::kTooWide);
+}
+
+TEST_CASE("RoomsLookInwardAtTheirSidesAndRingsInTheirMiddle") {
+  const Box box{{-2.0, -1.0, 0.0}, {2.0, 1.0, 1.0}};
+  const auto is_scene = [&](Vec3 center, Vec3 normal, double radius, bool border) {
+    BoundaryLoop loop;
+    loop.components = {1};
+    loop.center = center;
+    loop.mean_normal = normal;
+    loop.radius = radius;
+    loop.perimeter = 6.0 * radius;
+    const std::vector<BoundaryLoop> loops(2, loop);
+    const std::vector<std::uint8_t> borders = {0, static_cast<std::uint8_t>(border ? 1 : 0)};
+    const std::vector<std::uint8_t> found =
+        pieces_of_scenes(loops, std::vector<Piece>{{10, box}, {10, box}}, borders);
+    CHECK(found[0] == 0);  // the other piece has no loop
+    return found[1] != 0;
+  };
+  CHECK_FALSE(is_scene({0.0, 0.0, 0.02}, {0.0, 0.0, -1.0}, 0.5, false));  // an unseen base
+  CHECK(is_scene({-1.95, 0.0, 0.5}, {1.0, 0.0, 0.0}, 0.2, false));        // a window
+  CHECK(is_scene({1.0, 1.0, 0.5}, {0.0, -1.0, 0.0}, 0.2, false));
+  CHECK_FALSE(is_scene({0.5, 0.0, 0.5}, {-1.0, 0.0, 0.0}, 0.2, false));  // inside a ring
+  CHECK(is_scene({0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 2.0, true));
+  CHECK_FALSE(is_scene({0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.1, true));
 }
 
 TEST_CASE("AHoleBehindACreaseIsClosedFlat") {

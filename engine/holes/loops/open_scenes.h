@@ -11,8 +11,9 @@
 namespace orbweave {
 
 /// Per piece, whether it belongs to an open scene: one of its outer borders (`is_border`, per loop)
-/// is a quarter as wide as the piece or more, or its holes look inward, as windows of a room do.
-/// What is missing of any other piece is a hole in a closed surface, however wide.
+/// is a quarter as wide as the piece or more, or the holes at the sides of its box look inward, as
+/// windows of a room do. What is missing of any other piece is a hole in a closed surface, however
+/// wide.
 std::vector<std::uint8_t> pieces_of_scenes(std::span<const BoundaryLoop> loops,
                                            std::span<const Piece> pieces,
                                            std::span<const std::uint8_t> is_border);
