@@ -102,11 +102,12 @@ std::optional<double> angle_behind(const HoleProblem& problem, Vec3 axis, std::u
 }  // namespace
 
 bool ends_in_crease(const HoleProblem& problem) {
-  constexpr std::size_t kLeastEdges = 32;
-  constexpr double kFlat = 0.05;            // distance from the plane by the width of the hole
-  constexpr double kRough = 1.0;            // and by the spacing, where that is more
-  constexpr double kSteep = kPi / 3.0;      // between the sheet behind the rim and the plane
-  constexpr double kBends = 0.5;            // share of the bend that would close the hole smoothly
+  constexpr std::size_t kLeastEdges = 20;
+  constexpr double kFlat = 0.05;  // distance from the plane by the width of the hole
+  constexpr double kRough = 1.0;  // and by the spacing, where that is more
+  constexpr double kSteep =
+      kPi / 2.4;                  // 75 degrees, between the sheet behind the rim and the plane
+  constexpr double kBends = 0.5;  // share of the bend that would close the hole smoothly
   constexpr std::uint32_t kMostRings = 12;  // behind the rim
   if (problem.loop.size() < kLeastEdges || problem.normals.size() != problem.positions.size())
     return false;
