@@ -105,7 +105,7 @@ TEST_CASE("WhatSeveralRanksFindWrongIsToldOnce") {
   }
 }
 
-TEST_CASE("WorkDirectoryThatIsNotSharedIsNoticed") {
+TEST_CASE("WorkDirectoryThatIsNotSharedIsNoticed", "[soak]") {
   if (skipped_without_mpi()) return;
   const ScratchDirectory in;
   Job job = oriented_job(in, 3000);
@@ -144,7 +144,7 @@ TEST_CASE("InterruptedJobOfSeveralRanksSaysOnceThatItResumesAndDoes") {
   CHECK(take_mesh(in) == expected);
 }
 
-TEST_CASE("JobWhoseMpirunIsInterruptedResumesToTheSameMesh") {
+TEST_CASE("JobWhoseMpirunIsInterruptedResumesToTheSameMesh", "[soak]") {
   if (skipped_without_mpi()) return;
   const ScratchDirectory in;
   const Job job = oriented_job(in, 20000);

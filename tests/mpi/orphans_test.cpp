@@ -59,7 +59,7 @@ bool ends_by_itself(pid_t process) {
 
 }  // namespace
 
-TEST_CASE("MemberThatOutlivesItsLeaderKeepsOthersOutUntilItEndsByItself") {
+TEST_CASE("MemberThatOutlivesItsLeaderKeepsOthersOutUntilItEndsByItself", "[soak]") {
   if (skipped_without_mpi()) return;
   const ScratchDirectory in;
   const Job job = oriented_job(in, 20000);

@@ -48,7 +48,7 @@ bool kill_in_time(const ScratchDirectory& in, const Job& job, const std::string&
 
 }  // namespace
 
-TEST_CASE("WhatAKilledTeamHasCountedAndBinnedIsNotCountedAndBinnedAgainByOthers") {
+TEST_CASE("WhatAKilledTeamHasCountedAndBinnedIsNotCountedAndBinnedAgainByOthers", "[soak]") {
   if (skipped_without_mpi()) return;
   const ScratchDirectory in;
   const Job job = oriented_job(in, 20000);

@@ -89,7 +89,7 @@ TEST_CASE("WhereMemoryCannotBeReachedFromOutsideTheMeshIsTheSame") {
   CHECK(take_mesh(in) == expected);
 }
 
-TEST_CASE("JobWithARankKilledResumesToTheSameMeshOfAnOrientedCloud") {
+TEST_CASE("JobWithARankKilledResumesToTheSameMeshOfAnOrientedCloud", "[soak]") {
   if (skipped_without_mpi()) return;
   const ScratchDirectory in;
   expect_same_bytes_after_kills(in, oriented_job(in, 15000));

@@ -56,7 +56,7 @@ TEST_CASE("StraysBeyondAHundredExtentsAreLeftOutAndNothingElseIs", "[costly]") {
   }
 }
 
-TEST_CASE("CellsAsWideAsAFarStrayMakesThemTakeNoPointOfTheScan", "[slow]") {
+TEST_CASE("CellsAsWideAsAFarStrayMakesThemTakeNoPointOfTheScan", "[soak]") {
   // More points than are kept as they are, most of them below a power of two and few above it: in
   // the cells of a root cube as wide as the stray is far they lie in different cells.
   constexpr std::size_t kPoints = 300'000;
