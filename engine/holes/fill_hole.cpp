@@ -94,11 +94,17 @@ class Attempts {
   bool try_implicit() { return take(implicit_fill(problem_, loop(), piercings(), options_)); }
   bool try_membrane() { return take(membrane_fill(problem_, loop(), options_)); }
 
+  /// True when a flat patch meets nothing, if need be after it was moved out of the way: a smooth
+  /// one that meets nothing bulges out of a crease. One that still meets something is one of many.
   bool try_flat() {
     if (!ends_in_crease(problem_)) return false;
     HolePatch patch = membrane_fill(problem_, loop(), options_);
     patch.reason = joined("flat, because the surface turns away all along the rim", patch.reason);
-    return take(std::move(patch));
+    take(std::move(patch));
+    if (is_tangled()) untangle_best();
+    if (fewest_contacts_ == 0) return true;
+    if (is_tangled()) put_back();
+    return false;
   }
   bool try_direct() { return take(direct_fill(problem_, loop())); }
 
@@ -171,6 +177,16 @@ class Attempts {
     }
   }
 
+  /// Takes back what has become of the patches: others are tried first.
+  void put_back() {
+    tangled_.clear();
+    const std::uint64_t avoidable = piercings().count_avoidable(best_, least_contacts_);
+    tangled_.push_back({std::move(least_contacts_), avoidable, std::move(best_)});
+    best_ = {};
+    least_contacts_ = {};
+    fewest_contacts_ = UINT64_MAX;
+  }
+
   bool fails(const std::string& fault, OpenReason open = OpenReason::kOther) {
     (first_fault_.empty() ? first_fault_ : last_fault_) = fault;
     too_large_ = too_large_ || open == OpenReason::kTooManyPoints;
@@ -210,10 +226,8 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
     return fill_small(problem, options);
   }
   Attempts attempts(problem, options);
-  // A smooth patch bulges out of a crease: a flat one that runs into a rough rim is nearer.
-  if (attempts.try_flat() || attempts.is_tangled()) return attempts.result();
-  const bool is_done = attempts.try_plane() || attempts.try_implicit() || attempts.is_too_large() ||
-                       attempts.try_membrane();
+  const bool is_done = attempts.try_flat() || attempts.try_plane() || attempts.try_implicit() ||
+                       attempts.is_too_large() || attempts.try_membrane();
   if (!is_done) attempts.try_direct();
   return attempts.result();
 }
