@@ -3,17 +3,28 @@
 #include "tests/faults/faulty_runs.h"
 
 #include <catch2/catch.hpp>
+#include <cstdint>
 
+#include "tests/support/sanitized.h"
+
+using orbweave::test::kIsSanitized;
 using orbweave::test::try_faults;
 
+namespace {
+
+/// Every call without a sanitizer; under one, which starts programs slowly, each fifth.
+constexpr std::uint64_t kStep = kIsSanitized ? 5 : 1;
+
+}  // namespace
+
 TEST_CASE("OneFailedFlushIsToldAndTheRepeatedCommandMakesTheSameBytes", "[soak]") {
-  try_faults("sync", "eio");
+  try_faults("sync", "eio", 1, kStep);
 }
 
 TEST_CASE("OneRenameThatFailsIsToldAndTheRepeatedCommandMakesTheSameBytes", "[soak]") {
-  try_faults("rename", "eio");
+  try_faults("rename", "eio", 1, kStep);
 }
 
 TEST_CASE("OneRenameThatLeavesHalfAFileIsToldAndTheRepeatedCommandMakesTheSameBytes") {
-  try_faults("rename", "torn");
+  try_faults("rename", "torn", 1, kStep);
 }
