@@ -2,28 +2,25 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <iostream>
+#include <iterator>
 #include <memory>
 
 #include "engine/cli/commands.h"
+#include "engine/cli/generated_scans.h"
 #include "engine/cli/numbers.h"
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
+#include "engine/synthetic/scene_scanner.h"
 #include "engine/synthetic/synthetic_cloud.h"
 #include "engine/synthetic/virtual_scanner.h"
 #include "io/error.h"
 #include "io/meshes/mesh_writer.h"
-#include "io/shown_text.h"
-#include "io/system/atomic_file.h"
 #include "io/system/path_roles.h"
 #include "io/text/nearest_name.h"
-#include "io/text/quantity.h"
 
 namespace orbweave {
 namespace {
 
-constexpr std::size_t kBatchPoints = std::size_t{1} << 18;
 constexpr int kMostScans = 255;
 
 struct GenerateOptions {
@@ -34,6 +31,8 @@ struct GenerateOptions {
   std::string seed = "1";
   std::string scans = "0";
   std::string misregistration = "0";
+  std::string noise_growth = "0";
+  bool undisturbed = false;
   bool separate = false;
   bool float_positions = false;
   std::string out;
@@ -43,7 +42,8 @@ struct GenerateOptions {
 Shape shape_of(const std::string& name) {
   if (const auto shape = shape_named(name)) return *shape;
   std::vector<std::string> names;
-  for (Shape shape : all_shapes()) names.emplace_back(name_of(shape));
+  for (const Shape shape : all_shapes()) names.emplace_back(name_of(shape));
+  for (const SceneKind scene : all_scenes()) names.emplace_back(name_of(scene));
   throw_usage("unknown shape \"" + name + "\"",
               {.expected = "one of " + joined(names),
                .advice = "Did you mean '" + nearest_name(name, names) + "'?"});
@@ -66,26 +66,6 @@ std::uint32_t truth_resolution(std::uint64_t points) {
       std::clamp(std::sqrt(static_cast<double>(points)), 64.0, 1024.0));
 }
 
-void write_points(PointSource& source, const std::string& path, const MeshWriterOptions& format,
-                  const StopToken& stop) {
-  const MeshHeader header{.vertices = source.declared_points().value_or(0),
-                          .is_cloud = true,
-                          .schema = source.schema()};
-  const auto writer = open_mesh_writer(path, header, format);
-  for (PointCloud batch; source.read(batch, kBatchPoints);) {
-    check_interruption(stop);
-    writer->write_vertices(batch);
-  }
-  writer->finish();
-  note_written(path);
-}
-
-void say(const std::string& path, std::uint64_t points, double distance) {
-  if (path != "-")
-    std::cout << shown(path) << ": " << format_count(points) << " points, "
-              << format_number(distance) << " apart\n";
-}
-
 VirtualScannerOptions scanner_options(const GenerateOptions& given) {
   VirtualScannerOptions options;
   options.surface = synthetic_options(given);
@@ -95,64 +75,19 @@ VirtualScannerOptions scanner_options(const GenerateOptions& given) {
   return options;
 }
 
-/// "scans.ply" and "_2.ply" give "scans_2.ply"; a .gz behind the extension moves along.
-std::string beside(const std::string& path, const std::string& ending, bool keep_extension) {
-  std::filesystem::path stem = path;
-  std::string extension = stem.extension().string();
-  stem.replace_extension();
-  if (extension == ".gz") {
-    extension = stem.extension().string() + extension;
-    stem.replace_extension();
-  }
-  return stem.string() + ending + (keep_extension ? extension : "");
-}
-
-std::string scan_file(const std::string& out, int scan) {
-  return beside(out, "_" + std::to_string(scan), true);
-}
-
-std::string poses_file(const std::string& out) { return beside(out, ".conf", false); }
-
-std::string pose_line(const std::string& path, const ScannerPose& pose) {
-  std::string line = "bmesh " + std::filesystem::path(path).filename().string();
-  for (int axis = 0; axis < 3; ++axis) line += " " + format_exact(pose.translation[axis]);
-  for (const double part : pose.quaternion) line += " " + format_exact(part);
-  return line + "\n";
-}
-
-void write_separate_scans(const VirtualScanner& scanner, const std::string& out,
-                          const MeshWriterOptions& format, const StopToken& stop) {
-  std::string poses;
-  for (int scan = 0; scan < scanner.scans(); ++scan) {
-    const std::string path = scan_file(out, scan);
-    if (scanner.points(scan) == 0) {
-      std::cout << shown(path) << ": not written, the scanner sees nothing from there\n";
-      continue;
-    }
-    write_points(*scanner.scan(scan), path, format, stop);
-    say(path, scanner.points(scan), scanner.ray_distance());
-    poses += pose_line(path, scanner.pose(scan));
-  }
-  const std::string path = poses_file(out);
-  AtomicFile file(path);
-  file.write(poses);
-  file.commit();
-  note_written(path);
-  std::cout << shown(path) << ": poses\n";
+/// The scans of a shape or of a scene, separate or in one file.
+void write_scans(const RangeScans& scans, const GenerateOptions& given, PoseFile poses,
+                 const PointFiles& files, const StopToken& stop) {
+  if (given.separate)
+    write_separate_scans(scans, given.out, poses, files, stop);
+  else
+    write_points(*scans.all(), given.out, files, stop);
 }
 
 void generate_scans(const GenerateOptions& given, const MeshWriterOptions& format,
                     const StopToken& stop) {
-  if (given.separate && given.out == "-")
-    throw_usage("separate scans cannot go to standard output",
-                {.advice = "Name a file: the scans' names are made from it."});
   const VirtualScanner scanner(scanner_options(given));
-  if (given.separate) {
-    write_separate_scans(scanner, given.out, format, stop);
-    return;
-  }
-  write_points(*scanner.all(), given.out, format, stop);
-  say(given.out, scanner.points(), scanner.ray_distance());
+  write_scans(scanner, given, PoseFile::kStanford, {format, scanner.ray_distance()}, stop);
 }
 
 void generate_cloud(const GenerateOptions& given, const MeshWriterOptions& format,
@@ -161,39 +96,88 @@ void generate_cloud(const GenerateOptions& given, const MeshWriterOptions& forma
     throw_usage("only scans are separate or misregistered", {.advice = "Add --scans K."});
   const SyntheticOptions options = synthetic_options(given);
   SyntheticCloud cloud(options);
-  write_points(cloud, given.out, format, stop);
-  say(given.out, options.points, spacing(options));
+  write_points(cloud, given.out, {format, spacing(options)}, stop);
 }
 
-/// Every file that is going to be written.
-void check_places(const GenerateOptions& given) {
+/// Every file that is going to be written. `scans`: number of separate ones.
+void check_places(const GenerateOptions& given, int scans, PoseFile poses) {
+  if (given.separate && given.out == "-")
+    throw_usage("separate scans cannot go to standard output",
+                {.advice = "Name a file: the scans' names are made from it."});
   std::vector<PathRole> paths = {{"the true surface", given.truth, PathUse::kWrittenFile}};
   if (!given.separate) paths.push_back({"the cloud", given.out, PathUse::kWrittenFile});
-  const int scans = given.separate && given.out != "-" ? scanner_options(given).scans : 0;
-  for (int scan = 0; scan < std::min(scans, kMostScans); ++scan)
-    paths.push_back(
-        {"scan " + std::to_string(scan), scan_file(given.out, scan), PathUse::kWrittenFile});
-  if (scans > 0)
-    paths.push_back({"the file of poses", poses_file(given.out), PathUse::kWrittenFile});
+  if (given.separate && scans > 0)
+    std::ranges::move(separate_scan_files(given.out, scans, poses), std::back_inserter(paths));
   check_paths(paths);
 }
 
-void generate(const GenerateOptions& given, const StopToken& stop) {
+void write_truth(const TriangleMesh& truth, const std::string& path,
+                 const MeshWriterOptions& format) {
+  write_mesh(path, truth, format);
+  note_written(path);
+}
+
+void generate_shape(const GenerateOptions& given, const MeshWriterOptions& format,
+                    const StopToken& stop) {
+  for (const auto& [option, is_given] : {std::pair{"--noise-growth", given.noise_growth != "0"},
+                                         std::pair{"--undisturbed", given.undisturbed}})
+    if (is_given)
+      throw_usage(std::string(option) + " is an option of scenes",
+                  {.found = "shape \"" + given.shape + "\"",
+                   .expected = "room or house",
+                   .advice = "Leave " + std::string(option) + " out."});
   const SyntheticOptions options = synthetic_options(given);
   check_options(options);
-  check_places(given);
+  const int scans = scanner_options(given).scans;
+  check_places(given, std::min(scans, kMostScans), PoseFile::kStanford);
+  if (!given.truth.empty())
+    write_truth(truth_mesh(options, truth_resolution(options.points)), given.truth, format);
+  scans > 0 ? generate_scans(given, format, stop) : generate_cloud(given, format, stop);
+}
+
+SceneScannerOptions scene_options(const GenerateOptions& given, SceneKind scene) {
+  SceneScannerOptions options;
+  options.scene = scene;
+  options.points = count_argument("--points", given.points);
+  options.noise = number_argument("--noise", given.noise);
+  options.noise_growth = static_cast<int>(
+      std::min<std::uint64_t>(count_argument("--noise-growth", given.noise_growth), 100));
+  options.disturbances = !given.undisturbed;
+  options.misregistration = number_argument("--misregistration", given.misregistration);
+  options.seed = count_argument("--seed", given.seed);
+  options.precision = given.float_positions ? ScalarType::kFloat32 : ScalarType::kFloat64;
+  return options;
+}
+
+void generate_scene(const GenerateOptions& given, SceneKind scene, const MeshWriterOptions& format,
+                    const StopToken& stop) {
+  if (given.density != "uniform" || given.scans != "0")
+    throw_usage("scenes have scanners of their own",
+                {.found = given.scans != "0" ? "--scans" : "--density",
+                 .expected = {},
+                 .advice = "Leave --scans and --density out."});
+  const SceneScanner scanner(scene_options(given, scene));
+  const PoseFile poses = scanner.scanner(0) ? PoseFile::kJob : PoseFile::kStanford;
+  check_places(given, scanner.scans(), poses);
+  if (!given.truth.empty())
+    write_truth(synthetic::truth_mesh(scanner.scene()), given.truth, format);
+  write_scans(scanner, given, poses, {format, scanner.spacing()}, stop);
+}
+
+void generate(const GenerateOptions& given, const StopToken& stop) {
   const MeshWriterOptions format{.float_positions = given.float_positions, .comments = {}};
-  if (!given.truth.empty()) {
-    write_mesh(given.truth, truth_mesh(options, truth_resolution(options.points)), format);
-    note_written(given.truth);
-  }
-  count_argument("--scans", given.scans) > 0 ? generate_scans(given, format, stop)
-                                             : generate_cloud(given, format, stop);
+  if (const auto scene = scene_named(given.shape))
+    generate_scene(given, *scene, format, stop);
+  else
+    generate_shape(given, format, stop);
 }
 
 void add_options(CLI::App& command, GenerateOptions& options) {
   command
-      .add_option("SHAPE", options.shape, "sphere, torus, bumpy-torus, plane, double-wall or cube")
+      .add_option(
+          "SHAPE", options.shape,
+          "sphere, torus, bumpy-torus, plane, double-wall or cube; or a scene as raw scans:\n"
+          "room (four tripods inside) or house (three lines of flight)")
       ->type_name("")
       ->required();
   command.add_option("--points", options.points, "How many, at least 1")
@@ -222,7 +206,13 @@ void add_options(CLI::App& command, GenerateOptions& options) {
   command.add_flag(
       "--separate", options.separate,
       "Each scan in its scanner's frame, looking along -z: scans.ply gives scans_0.ply,\n"
-      "scans_1.ply, ... and their poses, scans.conf");
+      "scans_1.ply, ... and their poses, scans.conf; of a room scans.toml, a job file");
+  command
+      .add_option("--noise-growth", options.noise_growth,
+                  "Power of the distance with which the noise of a scene grows, 0 to 2 (0)")
+      ->type_name("N");
+  command.add_flag("--undisturbed", options.undisturbed,
+                   "A scene without mixed pixels, walkers and leaves of trees");
   command.add_flag("--float", options.float_positions, "4-byte coordinates");
   command.add_option("-o,--output", options.out, "The cloud; - writes PLY to standard output")
       ->type_name("FILE")
@@ -243,7 +233,9 @@ void add_generate_command(CLI::App& program, const CommandContext& context) {
       "The same options give the same bytes on every machine.\n\nExample:\n"
       "  orbweave generate torus --points 200000 --noise 0.3 -o torus.ply --truth truth.ply\n"
       "  orbweave generate bumpy-torus --points 200000 --scans 14 --noise 0.2\n"
-      "    --misregistration 0.5 --separate -o scans.ply\n");
+      "    --misregistration 0.5 --separate -o scans.ply\n"
+      "  orbweave generate room --points 1000000 --noise 0.2 --separate -o room.ply\n"
+      "    --truth truth.ply && orbweave run room.toml\n");
   command->callback([options, context] {
     context.then([options, &stop = context.stop] { generate(*options, stop); });
   });

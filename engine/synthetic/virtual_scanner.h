@@ -6,14 +6,10 @@
 // The same options give the same bits on every machine and for every batch size.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <memory>
-#include <vector>
 
+#include "engine/synthetic/range_scans.h"
 #include "engine/synthetic/synthetic_cloud.h"
-#include "io/points/point_source.h"
-#include "io/points/scan_pose.h"
 
 namespace orbweave {
 
@@ -31,36 +27,21 @@ struct VirtualScannerOptions {
   double misregistration = 0.0;
 };
 
-/// A scan's own frame: the scanner looks along -z from far away, the shape lies around the origin.
-struct ScannerPose {
-  /// x, y, z, w as a Stanford .conf has it: the conjugate turns scan coordinates to world ones.
-  std::array<double, 4> quaternion = {0, 0, 0, 1};
-  Vec3 translation;
-  RigidMotion motion;  ///< the same; to world coordinates, misregistration included
-};
-
-class VirtualScanner {
+/// In a scan's own frame the scanner looks along -z from far away, and the shape lies around the
+/// origin. A scan that does not see the shape has no points.
+class VirtualScanner : public RangeScans {
  public:
   /// Casts all rays once to count the points. Memory: O(rows of rays). Throws Error (usage) for
   /// options out of range and where no scan sees anything.
   explicit VirtualScanner(const VirtualScannerOptions& options);
-  ~VirtualScanner();
+  ~VirtualScanner() override;
 
-  int scans() const;
   double ray_distance() const;  ///< between neighbouring rays, world units
-  std::uint64_t points() const;
-  std::uint64_t points(int scan) const;  ///< zero where it does not see the shape
-  const ScannerPose& pose(int scan) const;
-
-  /// One scan in its own frame. The scanner has to outlive it. Uses the calling TBB arena.
-  std::unique_ptr<PointSource> scan(int scan) const;
-  /// All scans in world coordinates, one after the other, with a uint8 attribute `scan`: with
-  /// float64 coordinates the same bits as pose(k).motion.point(p) of those of scan(k).
-  std::unique_ptr<PointSource> all() const;
-
-  struct State;
 
  private:
+  struct State;
+  void cast_row(std::size_t scan, std::size_t row, Vec3* out) const override;
+
   std::unique_ptr<const State> state_;
 };
 

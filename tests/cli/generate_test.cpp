@@ -82,3 +82,41 @@ TEST_CASE("OptionsOfScansWithoutScansAreUsageErrors") {
   CHECK(status({"--scans", "6", "--density", "varying", "-o", "a.ply"}) == 2);
   CHECK(std::filesystem::is_empty(in.path()));
 }
+
+TEST_CASE("SeparateScansOfARoomComeWithAJobFileThatReconstructsThem") {
+  const ScratchDirectory in;
+  const auto made = run_program({"generate", "room", "--points", "20000", "--separate", "-o",
+                                 "room.ply", "--truth", "truth.ply"},
+                                {.directory = in.path()});
+  REQUIRE(made.status == 0);
+  CHECK_THAT(made.out, Contains("room_3.ply: ") && Contains("room.toml: job file with the poses"));
+  const auto done = run_program({"run", "room.toml"}, {.directory = in.path()});
+  INFO(done.err);
+  REQUIRE(done.status == 0);
+  CHECK_THAT(done.out + done.err, Contains("room-mesh.ply"));
+  const auto merged = run_program({"generate", "room", "--points", "20000", "-o", "merged.ply"},
+                                  {.directory = in.path()});
+  REQUIRE(merged.status == 0);
+  std::size_t separate = 0;
+  for (const char* name : {"room_0.ply", "room_1.ply", "room_2.ply", "room_3.ply"})
+    separate += read_all(*open_point_source(in / name)).size();
+  CHECK(read_all(*open_point_source(in / "merged.ply")).size() == separate);
+}
+
+TEST_CASE("OptionsOfScenesAndOfShapesAreToldApart") {
+  const ScratchDirectory in;
+  const auto result = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), "generate");
+    words.insert(words.end(), {"--points", "2000", "-o", "a.ply"});
+    return run_program(words, {.directory = in.path()});
+  };
+  CHECK(result({"room", "--scans", "6"}).status == 2);
+  CHECK(result({"house", "--density", "varying"}).status == 2);
+  CHECK(result({"sphere", "--undisturbed"}).status == 2);
+  const auto growth = result({"torus", "--noise-growth", "2"});
+  CHECK(growth.status == 2);
+  CHECK_THAT(growth.err, Contains("--noise-growth is an option of scenes"));
+  CHECK(result({"rom"}).status == 2);
+  CHECK_THAT(result({"rom"}).err, Contains("Did you mean 'room'?"));
+  CHECK(std::filesystem::is_empty(in.path()));
+}
