@@ -87,16 +87,41 @@ std::vector<std::uint32_t> rings_about(const HoleProblem& problem, std::uint32_t
   return ring;
 }
 
+/// The angles of the sheet to the axis at the vertices of one ring; empty where they are few.
+std::vector<double> angles_of_ring(const HoleProblem& problem,
+                                   const std::vector<std::uint32_t>& ring, std::uint32_t which,
+                                   Vec3 axis) {
+  std::vector<double> angles;
+  for (std::size_t v = 0; v < ring.size(); ++v)
+    if (ring[v] == which && squared_norm(problem.normals[v]) > 0.0)
+      angles.push_back(angle_between(problem.normals[v], axis));
+  constexpr std::size_t kLeast = 8;
+  if (angles.size() < kLeast) angles.clear();
+  return angles;
+}
+
 /// The angle of the sheet to the axis some rings behind the rim; empty where it does not go so far.
 std::optional<double> angle_behind(const HoleProblem& problem, Vec3 axis, std::uint32_t rings) {
-  const std::vector<std::uint32_t> ring = rings_about(problem, rings);
   MeanAngle angle;
-  for (std::size_t v = 0; v < ring.size(); ++v)
-    if (ring[v] == rings && squared_norm(problem.normals[v]) > 0.0)
-      angle.add(angle_between(problem.normals[v], axis));
-  constexpr std::size_t kLeast = 8;
-  if (angle.count < kLeast) return std::nullopt;
+  for (const double each : angles_of_ring(problem, rings_about(problem, rings), rings, axis))
+    angle.add(each);
+  if (angle.count == 0) return std::nullopt;
   return angle.mean();
+}
+
+/// Whether the sheet half a width behind the rim is parallel to the rim's plane, at most places:
+/// what is steep at the rim is a lip, such as the reveal of a window in a wall.
+bool is_lip(const HoleProblem& problem, const FlatRim& rim) {
+  constexpr double kParallel = kPi / 6.0;
+  constexpr double kFewestRings = 6.0, kMostRings = 48.0;
+  const auto rings = static_cast<std::uint32_t>(
+      std::clamp(0.5 * rim.width / rim.spacing, kFewestRings, kMostRings));
+  std::vector<double> angles =
+      angles_of_ring(problem, rings_about(problem, rings), rings, rim.axis);
+  if (angles.empty()) return false;
+  const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
+  std::ranges::nth_element(angles, middle);
+  return *middle < kParallel;
 }
 
 }  // namespace
@@ -105,17 +130,21 @@ bool ends_in_crease(const HoleProblem& problem) {
   constexpr std::size_t kLeastEdges = 20;
   constexpr double kFlat = 0.05;  // distance from the plane by the width of the hole
   constexpr double kRough = 1.0;  // and by the spacing, where that is more
-  constexpr double kSteep =
-      kPi / 2.4;                  // 75 degrees, between the sheet behind the rim and the plane
-  constexpr double kBends = 0.5;  // share of the bend that would close the hole smoothly
+  // Between the sheet behind the rim and the plane, 75 degrees; 40 of a lip, which scans round off
+  // and see in part, so that its rim lies less in a plane, too.
+  constexpr double kSteep = kPi / 2.4, kSteepLip = kPi / 4.5;
+  constexpr double kLipRoughness = 2.0;
+  constexpr double kBends = 0.5;            // share of the bend that would close the hole smoothly
   constexpr std::uint32_t kMostRings = 12;  // behind the rim
   if (problem.loop.size() < kLeastEdges || problem.normals.size() != problem.positions.size())
     return false;
   const FlatRim rim = flat_rim(problem);
   if (!(rim.width > 0.0)) return false;
-  if (rim.off_plane > std::max(kFlat * rim.width, kRough * rim.spacing)) return false;
+  const double roughness = rim.off_plane / std::max(kFlat * rim.width, kRough * rim.spacing);
+  if (roughness > kLipRoughness) return false;
   const MeanAngle at_rim = angle_at_rim(find_rim(problem), rim.axis);
-  if (2 * at_rim.count < problem.loop.size() || at_rim.mean() < kSteep) return false;
+  if (2 * at_rim.count < problem.loop.size() || at_rim.mean() < kSteepLip) return false;
+  if ((roughness > 1.0 || at_rim.mean() < kSteep) && !is_lip(problem, rim)) return false;
   const double quarter = 0.25 * rim.width / rim.spacing;
   const auto rings =
       static_cast<std::uint32_t>(std::clamp(quarter, 2.0, static_cast<double>(kMostRings)));
