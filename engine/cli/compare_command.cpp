@@ -1,22 +1,18 @@
 // orbweave compare: whether two meshes are the same, and how far apart they are if not.
 #include <CLI/CLI.hpp>
-#include <cstring>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <utility>
 
 #include "engine/cli/commands.h"
+#include "engine/cli/error_files.h"
 #include "engine/cli/json_text.h"
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
 #include "engine/validation/compare.h"
-#include "io/error.h"
 #include "io/meshes/mesh_reader.h"
-#include "io/meshes/mesh_writer.h"
 #include "io/system/path_roles.h"
-#include "io/text/file_format.h"
 #include "io/text/quantity.h"
 
 namespace orbweave {
@@ -24,28 +20,19 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A sample takes some 100 bytes.
-constexpr std::uint64_t kMostSamples = 20'000'000;
-
 struct CompareArguments {
   std::string a;
   std::string b;
-  std::string errors;
+  ErrorFiles errors;
   CompareOptions options;
   bool json = false;
 };
 
 Json surface_json(const SurfaceAgreement& surface) {
   if (!surface.measured()) return nullptr;
-  Json within = Json::array();
-  for (const NearShare& share : surface.within)
-    within.push_back({{"distance", share.distance},
-                      {"precision", share.precision},
-                      {"recall", share.recall},
-                      {"f_score", share.f_score}});
   return {{"a_to_b", distance_json(surface.a_to_b)}, {"b_to_a", distance_json(surface.b_to_a)},
           {"hausdorff", surface.hausdorff},          {"normal_angle", surface.normal_angle},
-          {"opposite_normals", surface.opposite},    {"within", within}};
+          {"opposite_normals", surface.opposite},    {"within", within_json(surface.within)}};
 }
 
 std::string comparison_json(const CompareArguments& files, const MeshComparison& found) {
@@ -66,21 +53,14 @@ std::string comparison_json(const CompareArguments& files, const MeshComparison&
                     {"by_area", surface_json(found.surface)}});
 }
 
-std::string percent(double share) { return format_number(100.0 * share) + " %"; }
-
 /// The surfaces by their areas; empty where one of them is a cloud.
 std::string surface_text(const SurfaceAgreement& surface) {
   if (!surface.measured()) return "";
   std::string text =
       "\n" + facts_table({{"Hausdorff distance", format_number(surface.hausdorff)},
                           {"angle of normals", format_number(surface.normal_angle) + " degrees"},
-                          {"opposite normals", percent(surface.opposite)}});
-  if (surface.within.empty()) return text;
-  std::vector<std::vector<std::string>> rows = {{"within", "precision", "recall", "F-score"}};
-  for (const NearShare& share : surface.within)
-    rows.push_back({format_number(share.distance), percent(share.precision), percent(share.recall),
-                    percent(share.f_score)});
-  return text + "\n" + table(rows);
+                          {"opposite normals", show_percent(surface.opposite)}});
+  return text + within_table(surface.within);
 }
 
 std::string verdict(const MeshComparison& found) {
@@ -106,28 +86,12 @@ std::string comparison_text(const CompareArguments& files, const MeshComparison&
          "\n" + distance_table(rows) + surface_text(found.surface);
 }
 
-/// Writes A with the distance of each of its vertices to B, in place of other attributes.
-void write_errors(const std::string& file, TriangleMesh mesh, const TriangleMesh& other) {
-  const std::vector<double> errors = vertex_distances(mesh, other);
-  PointCloud& vertices = mesh.vertices;
-  vertices.schema.attributes = {{"error", ScalarType::kFloat64}};
-  vertices.attributes.resize(errors.size() * sizeof(double));
-  std::memcpy(vertices.attributes.data(), errors.data(), vertices.attributes.size());
-  write_mesh(file, mesh);
-}
-
-/// Other formats have no place for a number at each vertex.
-void require_ply(const std::string& file) {
-  const std::optional<NamedFormat> format = format_of_name(file);
-  if (file == "-" || !format || format->facts.format != FileFormat::kPly)
-    throw_usage("--errors writes PLY", {.file = file, .expected = "a name that ends in .ply"});
-}
-
 void check_places(const CompareArguments& files) {
-  if (!files.errors.empty()) require_ply(files.errors);
-  check_paths(std::vector<PathRole>{{"the first mesh", files.a, PathUse::kReadFile},
-                                    {"the second mesh", files.b, PathUse::kReadFile},
-                                    {"the mesh with errors", files.errors, PathUse::kWrittenFile}});
+  check_error_files(files.errors);
+  std::vector<PathRole> paths = roles_of(files.errors);
+  paths.push_back({"the first mesh", files.a, PathUse::kReadFile});
+  paths.push_back({"the second mesh", files.b, PathUse::kReadFile});
+  check_paths(paths);
 }
 
 void compare(const CompareArguments& files) {
@@ -136,8 +100,13 @@ void compare(const CompareArguments& files) {
   TriangleMesh a = read_mesh(files.a);
   const TriangleMesh b = read_mesh(files.b);
   const MeshComparison found = compare_meshes(a, b, files.options);
-  if (!files.errors.empty()) write_errors(files.errors, std::move(a), b);
-  std::cout << (files.json ? comparison_json(files, found) : comparison_text(files, found));
+  std::string colours;
+  if (!files.errors.empty()) {
+    const std::vector<double> errors = vertex_distances(a, b);
+    colours = write_errors(files.errors, std::move(a), errors, UpAxis::kAuto);
+  }
+  std::cout << (files.json ? comparison_json(files, found)
+                           : comparison_text(files, found) + colours);
 }
 
 }  // namespace
@@ -148,22 +117,10 @@ void add_compare_command(CLI::App& program, const CommandContext& context) {
       "compare", "Compare two meshes: same or not, how far apart, how many triangles");
   command->add_option("A", arguments->a, "A mesh")->type_name("")->required();
   command->add_option("B", arguments->b, "Another mesh")->type_name("")->required();
-  command
-      ->add_option("--within", arguments->options.within,
-                   "Share of each surface that is at most so far from the other, in the meshes' "
-                   "units: precision, recall and F-score, where B is the truth")
-      ->type_name("D,...")
-      ->delimiter(',')
-      ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--samples", arguments->options.area_samples,
-                   "Points that are spread over each surface by area (500000)")
-      ->type_name("N")
-      ->check(CLI::Range(std::uint64_t{1}, kMostSamples));
-  command
-      ->add_option("--errors", arguments->errors,
-                   "Write A with the distance of each vertex to B as the property error (PLY)")
-      ->type_name("FILE");
+  add_measure_options(*command, arguments->options,
+                      "Share of each surface that is at most so far from the other, in the meshes' "
+                      "units: precision, recall and F-score, where B is the truth");
+  add_error_options(*command, arguments->errors, "A", "B");
   command->add_flag("--json", arguments->json, "Print JSON");
   command->footer(
       "Distances are from the vertices of one mesh, and from points spread over it by area,\n"

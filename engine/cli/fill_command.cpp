@@ -17,6 +17,7 @@
 #include "engine/cli/output_checks.h"
 #include "engine/cli/signals.h"
 #include "engine/holes/fill_mesh.h"
+#include "engine/pipeline/stage/writer_options.h"
 #include "engine/validation/mesh_crossings.h"
 #include "engine/validation/mesh_facts.h"
 #include "engine/validation/usable_triangles.h"
@@ -30,7 +31,7 @@ namespace orbweave {
 namespace {
 
 /// Keys of a job file that are options here, too; --report is another one (JSON alone).
-constexpr std::array<std::string_view, 16> kKeys = {"output.mesh",
+constexpr std::array<std::string_view, 18> kKeys = {"output.mesh",
                                                     "fill.kernel",
                                                     "fill.neighborhood",
                                                     "fill.max_diameter",
@@ -42,8 +43,10 @@ constexpr std::array<std::string_view, 16> kKeys = {"output.mesh",
                                                     "fill.min_triangles",
                                                     "output.format",
                                                     "output.precision",
+                                                    "output.confidence",
                                                     "output.picture",
                                                     "output.picture_up",
+                                                    "output.picture_colors",
                                                     "output.patch_color",
                                                     "run.threads"};
 
@@ -152,8 +155,12 @@ void write_outputs(const TriangleMesh& mesh, const FillReport& report, Progress&
   const OutputOptions& output = report.options.output;
   if (!output.picture.empty()) {
     progress.begin_stage("picture", 0, "triangles");
-    draw_mesh(mesh, report.after.bounds, output.picture,
-              {.up = output.picture_up, .patch_color = output.patch_color});
+    PictureOptions options;
+    options.up = output.picture_up;
+    options.patch_color = output.patch_color;
+    if (output.picture_colors == PictureColors::kConfidence)
+      options.confidence = confidence_of_patches(report.holes);
+    draw_mesh(mesh, report.after.bounds, output.picture, options);
     progress.advance(mesh.triangles.size());
     progress.end_stage();
     note_written(output.picture);
@@ -163,8 +170,7 @@ void write_outputs(const TriangleMesh& mesh, const FillReport& report, Progress&
     note_written(output.report);
   }
   progress.begin_stage("export", 0, "triangles");
-  write_mesh(output.mesh, mesh,
-             {.binary = output.binary, .float_positions = output.float_positions, .comments = {}});
+  write_mesh(output.mesh, mesh, writer_options(output, report.holes));
   progress.advance(mesh.triangles.size());
   progress.end_stage();
   note_written(output.mesh);

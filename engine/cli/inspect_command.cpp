@@ -1,11 +1,15 @@
 // orbweave inspect: the facts of a scan or a mesh.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <iostream>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "engine/cli/commands.h"
+#include "engine/cli/error_files.h"
 #include "engine/cli/file_kind.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/json_text.h"
@@ -36,6 +40,8 @@ using Json = nlohmann::ordered_json;
 struct InspectOptions {
   std::vector<std::string> files;
   std::string against;
+  CompareOptions measures;  ///< with `against`
+  ErrorFiles errors;        ///< likewise
   std::string picture;
   bool json = false;
   JobArguments keys;  ///< those of kKeys
@@ -162,29 +168,56 @@ struct Inspected {
   std::string text;
 };
 
+/// How a mesh lies to the cloud that the options name.
+struct Against {
+  CloudDistances distances;
+  std::string colours;  ///< a line about the picture of errors
+};
+
+Against measure_against(const TriangleMesh& mesh, const InspectOptions& options) {
+  const PointCloud cloud = read_all(*open_point_source(options.against));
+  Against against;
+  against.distances = distances_to_cloud(mesh, cloud, options.measures);
+  if (options.errors.empty()) return against;
+  TriangleMesh points;
+  points.vertices.positions = cloud.positions;
+  against.colours =
+      write_errors(options.errors, mesh, vertex_distances(mesh, points), options.picture_up());
+  return against;
+}
+
+std::string against_text(const Against& against) {
+  const CloudDistances& distances = against.distances;
+  return "\n" +
+         distance_table({{"mesh to cloud, vertices", distances.mesh_to_cloud},
+                         {"mesh to cloud, by area", distances.surface_to_cloud},
+                         {"cloud to mesh", distances.cloud_to_mesh}}) +
+         within_table(distances.within) + against.colours;
+}
+
+Json against_json(const Against& against, const std::string& file) {
+  const CloudDistances& distances = against.distances;
+  return {{"file", file},
+          {"mesh_to_cloud", distance_json(distances.mesh_to_cloud)},
+          {"surface_to_cloud", distance_json(distances.surface_to_cloud)},
+          {"cloud_to_mesh", distance_json(distances.cloud_to_mesh)},
+          {"within", within_json(distances.within)}};
+}
+
 Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
   TriangleMesh mesh = read_mesh(file);
   MeshFacts facts = mesh_facts(mesh);
   facts.crossing_pairs = count_crossing_pairs(mesh);
   if (!options.picture.empty())
     draw_mesh(mesh, facts.bounds, options.picture, {.up = options.picture_up()});
-  CloudDistances distances;
-  const bool against = !options.against.empty();
-  if (against) distances = distances_to_cloud(mesh, read_all(*open_point_source(options.against)));
+  std::optional<Against> against;
+  if (!options.against.empty()) against = measure_against(mesh, options);
   const std::vector<HoleFacts> holes = loops_of(std::move(mesh), facts);
-  if (!options.json) {
-    const std::string table =
-        against ? "\n" + distance_table({{"mesh to cloud", distances.mesh_to_cloud},
-                                         {"cloud to mesh", distances.cloud_to_mesh}})
-                : "";
-    return {{}, mesh_text(facts) + table + loops_text(holes)};
-  }
+  if (!options.json)
+    return {{}, mesh_text(facts) + (against ? against_text(*against) : "") + loops_text(holes)};
   Json json = Json::parse(mesh_facts_json(facts));
   json["holes"] = Json::parse(holes_json(holes));
-  if (against)
-    json["against"] = {{"file", options.against},
-                       {"mesh_to_cloud", distance_json(distances.mesh_to_cloud)},
-                       {"cloud_to_mesh", distance_json(distances.cloud_to_mesh)}};
+  if (against) json["against"] = against_json(*against, options.against);
   return {std::move(json), {}};
 }
 
@@ -204,11 +237,20 @@ Inspected inspect_file(const std::string& file, const InspectOptions& options) {
 void check_places(const InspectOptions& options) {
   std::vector<PathRole> paths = {{"the scan to compare with", options.against, PathUse::kReadFile},
                                  {"the picture", options.picture, PathUse::kWrittenFile}};
+  check_error_files(options.errors);
+  std::ranges::move(roles_of(options.errors), std::back_inserter(paths));
   for (const std::string& file : options.files)
     paths.push_back({"the file that is read", file, PathUse::kReadFile});
   check_paths(paths);
   if (options.files.size() > 1 && !options.picture.empty())
     throw_usage("--picture draws one file",
+                {.found = std::to_string(options.files.size()) + " files",
+                 .advice = "Inspect each file by a command of its own."});
+  if (options.against.empty() && !(options.errors.empty() && options.measures.within.empty()))
+    throw_usage("--within, --errors and --errors-picture measure a mesh against a cloud",
+                {.advice = "Add --against CLOUD."});
+  if (options.files.size() > 1 && !options.errors.empty())
+    throw_usage("--errors writes one file",
                 {.found = std::to_string(options.files.size()) + " files",
                  .advice = "Inspect each file by a command of its own."});
 }
@@ -245,6 +287,10 @@ void add_inspect_command(CLI::App& program, const CommandContext& context) {
   command->add_flag("--json", options->json, "Print JSON");
   command->add_option("--against", options->against, "Distances from the mesh to a cloud and back")
       ->type_name("CLOUD");
+  add_measure_options(*command, options->measures,
+                      "with --against: share of the mesh's area that is at most so far from a "
+                      "point (precision), and of the points from the mesh (recall)");
+  add_error_options(*command, options->errors, "the mesh", "the cloud");
   command->add_option("--picture", options->picture, "Draw it (PNG)")->type_name("FILE");
   add_key_options(*command, kKeys, options->keys);
   command->footer("Example:\n  orbweave inspect mesh.ply --against scan.ply --picture mesh.png\n");

@@ -20,6 +20,16 @@ Json distance_json(const DistanceSummary& distances) {
           {"max", distances.max}};
 }
 
+Json within_json(std::span<const NearShare> shares) {
+  Json within = Json::array();
+  for (const NearShare& share : shares)
+    within.push_back({{"distance", share.distance},
+                      {"precision", share.precision},
+                      {"recall", share.recall},
+                      {"f_score", share.f_score}});
+  return within;
+}
+
 std::string json_text(const Json& json) { return json_dump(json, 2) + "\n"; }
 
 }  // namespace orbweave

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 
 #include "engine/validation/compare.h"
@@ -11,6 +12,7 @@ namespace orbweave {
 
 nlohmann::ordered_json box_json(const Box& box);  ///< {"min": [x, y, z], "max": ...}; null if empty
 nlohmann::ordered_json distance_json(const DistanceSummary& distances);
+nlohmann::ordered_json within_json(std::span<const NearShare> shares);
 
 /// Indented, with a newline at its end; bytes that are no UTF-8 (of names, paths) become \xNN.
 std::string json_text(const nlohmann::ordered_json& json);

@@ -98,6 +98,17 @@ std::string distance_table(const std::vector<std::pair<std::string, DistanceSumm
   return table(cells);
 }
 
+std::string show_percent(double share) { return format_number(100.0 * share) + " %"; }
+
+std::string within_table(std::span<const NearShare> shares) {
+  if (shares.empty()) return "";
+  std::vector<std::vector<std::string>> rows = {{"within", "precision", "recall", "F-score"}};
+  for (const NearShare& share : shares)
+    rows.push_back({format_number(share.distance), show_percent(share.precision),
+                    show_percent(share.recall), show_percent(share.f_score)});
+  return "\n" + table(rows);
+}
+
 std::string show_box(const Box& box) {
   if (box.empty()) return "none";
   const Vec3 extent = box.extent();

@@ -29,6 +29,9 @@ std::string table(std::vector<std::vector<std::string>> rows);
 /// Distances, one line each: how many were measured, mean, rms, median, 95th
 /// percentile, largest.
 std::string distance_table(const std::vector<std::pair<std::string, DistanceSummary>>& rows);
+/// A table behind an empty line; empty where there is no share.
+std::string within_table(std::span<const NearShare> shares);
+std::string show_percent(double share);  ///< "12.3 %"
 
 /// "0.00000 .. 1.00000, -2.00000 .. 2.00000, 0.00000 .. 3.00000 (1 x 4 x 3)": as many decimals as a
 /// millionth of the largest extent takes.

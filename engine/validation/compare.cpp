@@ -48,9 +48,10 @@ DistanceSummary summarized(std::uint64_t points, std::vector<double> distances) 
   return summary;
 }
 
-DistanceSummary distances(std::span<const Vec3> points, const TriangleTree& tree,
-                          const CompareOptions& options) {
-  if (tree.empty()) return summarized(points.size(), {});
+/// Distances of points, at most options.max_samples of them, to what is in the tree.
+std::vector<double> distances(std::span<const Vec3> points, const TriangleTree& tree,
+                              const CompareOptions& options) {
+  if (tree.empty()) return {};
   const std::uint64_t samples = std::min<std::uint64_t>(points.size(), options.max_samples);
   std::vector<double> found(samples);
   tbb::parallel_for(std::uint64_t{0}, samples, [&](std::uint64_t i) {
@@ -59,7 +60,7 @@ DistanceSummary distances(std::span<const Vec3> points, const TriangleTree& tree
     found[i] = is_finite(points[at]) ? std::sqrt(tree.squared_distance(points[at])) : -1.0;
   });
   std::erase(found, -1.0);
-  return summarized(points.size(), std::move(found));
+  return found;
 }
 
 bool before(Vec3 a, Vec3 b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
@@ -124,8 +125,8 @@ TriangleMesh finite_part(const TriangleMesh& mesh) {
   return part;
 }
 
-DistanceSummary distances_to(std::span<const Vec3> points, const TriangleMesh& mesh,
-                             const CompareOptions& options) {
+std::vector<double> distances_to(std::span<const Vec3> points, const TriangleMesh& mesh,
+                                 const CompareOptions& options) {
   if (all_finite(mesh)) return distances(points, TriangleTree(mesh), options);
   const TriangleMesh part = finite_part(mesh);
   return distances(points, TriangleTree(part), options);
@@ -160,6 +161,19 @@ double share_within(const std::vector<double>& distances, double limit) {
   return static_cast<double>(near) / static_cast<double>(distances.size());
 }
 
+std::vector<NearShare> near_shares(const std::vector<double>& from_a,
+                                   const std::vector<double>& from_b,
+                                   const std::vector<double>& limits) {
+  std::vector<NearShare> shares;
+  for (const double limit : limits) {
+    NearShare share{limit, share_within(from_a, limit), share_within(from_b, limit), 0.0};
+    if (const double both = share.precision + share.recall; both > 0.0)
+      share.f_score = 2.0 * share.precision * share.recall / both;
+    shares.push_back(share);
+  }
+  return shares;
+}
+
 void add_normals(const SampleDistances& side, double& angles, double& opposite) {
   for (const double cosine : side.cosines) {
     angles += std::acos(std::abs(cosine));
@@ -174,13 +188,7 @@ SurfaceAgreement agreement(const TriangleMesh& a, const TriangleMesh& b,
   const AreaSamples on_b = sample_by_area(b, options.area_samples);
   if (on_a.positions.empty() || on_b.positions.empty()) return result;
   const SampleDistances from_a = distances_of(on_a, b), from_b = distances_of(on_b, a);
-  for (const double distance : options.within) {
-    NearShare share{distance, share_within(from_a.distances, distance),
-                    share_within(from_b.distances, distance), 0.0};
-    if (const double both = share.precision + share.recall; both > 0.0)
-      share.f_score = 2.0 * share.precision * share.recall / both;
-    result.within.push_back(share);
-  }
+  result.within = near_shares(from_a.distances, from_b.distances, options.within);
   double angles = 0.0, opposite = 0.0;
   add_normals(from_a, angles, opposite);
   add_normals(from_b, angles, opposite);
@@ -219,8 +227,12 @@ MeshComparison compare_meshes(const TriangleMesh& a, const TriangleMesh& b,
   result.identical = clouds ? a.vertices.positions == b.vertices.positions
                             : result.checksum_a == result.checksum_b;
   result.same_surface = result.identical || equal_in_some_order(a, b);
-  result.a_to_b = distances_to(a.vertices.positions, b, options);
-  result.b_to_a = distances_to(b.vertices.positions, a, options);
+  const auto from_vertices = [&](const TriangleMesh& from, const TriangleMesh& to) {
+    const std::vector<Vec3>& points = from.vertices.positions;
+    return summarized(points.size(), distances_to(points, to, options));
+  };
+  result.a_to_b = from_vertices(a, b);
+  result.b_to_a = from_vertices(b, a);
   result.surface = agreement_of_finite(a, b, options);
   if (result.surface.measured())
     result.surface.hausdorff =
@@ -246,8 +258,17 @@ CloudDistances distances_to_cloud(const TriangleMesh& mesh, const PointCloud& cl
   check_indices(mesh);
   TriangleMesh points;
   points.vertices.positions = cloud.positions;
-  return {distances_to(mesh.vertices.positions, points, options),
-          distances_to(cloud.positions, mesh, options)};
+  CloudDistances result;
+  result.mesh_to_cloud =
+      summarized(mesh.vertices.size(), distances_to(mesh.vertices.positions, points, options));
+  const std::vector<double> to_mesh = distances_to(cloud.positions, mesh, options);
+  result.cloud_to_mesh = summarized(cloud.size(), to_mesh);
+  const AreaSamples samples = sample_by_area(mesh, options.area_samples);
+  const std::vector<double> to_cloud = distances_to(samples.positions, points, options);
+  result.surface_to_cloud = summarized(samples.positions.size(), to_cloud);
+  if (!to_mesh.empty() && !to_cloud.empty())
+    result.within = near_shares(to_cloud, to_mesh, options.within);
+  return result;
 }
 
 }  // namespace orbweave

@@ -77,6 +77,12 @@ std::vector<double> vertex_distances(const TriangleMesh& mesh, const TriangleMes
 struct CloudDistances {
   DistanceSummary mesh_to_cloud;  ///< from the mesh's vertices to the nearest point
   DistanceSummary cloud_to_mesh;  ///< from the points to the mesh's surface
+  /// From points spread over the mesh by area to the nearest point of the cloud; not measured where
+  /// the mesh has no triangles.
+  DistanceSummary surface_to_cloud;
+  /// As CompareOptions::within: precision is the share of the mesh's area that is at most so far
+  /// from a point, recall the share of the points that are at most so far from the mesh.
+  std::vector<NearShare> within;
 };
 /// How a mesh lies to a cloud; as compare_meshes.
 CloudDistances distances_to_cloud(const TriangleMesh& mesh, const PointCloud& cloud,

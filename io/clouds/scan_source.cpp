@@ -5,6 +5,7 @@
 #include <bitset>
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "io/points/no_data.h"
 #include "io/scalar_types.h"
 #include "io/text/lower_case.h"
+#include "io/text/words.h"
 
 namespace orbweave {
 namespace {
@@ -89,6 +91,9 @@ class ScanSource final : public PointSource {
       number_ = FilterAttribute(schema_, "return_number", "input.returns", file);
       count_ = FilterAttribute(schema_, "number_of_returns", "input.returns", file);
     }
+    if (!options.scanners.empty() && options.with_view)
+      scan_ = FilterAttribute(schema_, options.scanners.front().attribute.c_str(), "input.scanners",
+                              file);
     filters_ = !options.classes.empty() || options.returns != ReturnFilter::kAll;
     moves_ = options.motion != RigidMotion{};
     if (moves_) schema_.position_type = ScalarType::kFloat64;
@@ -115,10 +120,8 @@ class ScanSource final : public PointSource {
     std::optional<ScannerPlace> place = options_.scanner;
     if (!place) place = source_->scanner();
     if (!place) place = options_.usual_scanner;
-    if (!place) return std::nullopt;
-    return ScannerPlace{place->is_direction ? options_.motion.direction(place->vector)
-                                            : options_.motion.point(place->vector),
-                        place->is_direction};
+    if (!place || !options_.scanners.empty()) return std::nullopt;
+    return moved(*place);
   }
 
   DroppedPoints left_out() const override {
@@ -135,6 +138,7 @@ class ScanSource final : public PointSource {
       }
       if (filters_) filter(batch);
     } while (batch.empty());
+    if (options_.with_view) find_scanners(batch);
     if (options_.without_normals) batch.normals.clear();
     if (options_.without_attributes) batch.attributes.clear();
     if (moves_) move(batch);
@@ -188,12 +192,30 @@ class ScanSource final : public PointSource {
     for (Vec3& n : batch.normals) n = options_.motion.direction(n);
   }
 
+  /// To world coordinates.
+  ScannerPlace moved(const ScannerPlace& place) const {
+    return {place.is_direction ? options_.motion.direction(place.vector)
+                               : options_.motion.point(place.vector),
+            place.is_direction};
+  }
+
+  /// The place of each point's scanner, while the batch has its attributes.
+  void find_scanners(const PointCloud& batch) {
+    places_.assign(batch.size(), scanner());
+    if (options_.scanners.empty()) return;
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      const double value = scan_(batch.attribute_row(i));
+      const auto known = std::ranges::find(options_.scanners, value, &ScannerOfValue::value);
+      if (known != options_.scanners.end()) places_[i] = moved(known->place);
+    }
+  }
+
   void add_view(PointCloud& batch) {
-    const std::optional<ScannerPlace> place = scanner();
     const std::size_t from_bytes = schema_.attribute_bytes() - sizeof(ViewCode);
     rows_.resize(batch.size() * schema_.attribute_bytes());
     for (std::size_t i = 0; i < batch.size(); ++i) {
       ViewCode code;
+      const std::optional<ScannerPlace>& place = places_[i];
       if (place && is_finite(batch.positions[i]))
         code =
             encode_view(place->is_direction ? place->vector : place->vector - batch.positions[i]);
@@ -207,17 +229,38 @@ class ScanSource final : public PointSource {
   std::unique_ptr<PointSource> source_;
   ScanOptions options_;
   PointSchema schema_;
-  FilterAttribute class_, number_, count_;
+  FilterAttribute class_, number_, count_, scan_;
   std::bitset<256> classes_;
   std::vector<std::string> class_reasons_;  ///< by class; empty: all are selected
   bool filters_ = false;
   bool moves_ = false;
   DroppedPoints filtered_;
   PointCloud kept_;
+  std::vector<std::optional<ScannerPlace>> places_;  ///< of the scanners of the batch's points
   std::vector<std::byte> rows_;
 };
 
 }  // namespace
+
+ScannerOfValue parse_scanner_of_value(std::string_view text) {
+  const std::vector<std::string_view> words = words_of(text);
+  if (words.size() != 4 && words.size() != 5)
+    throw std::invalid_argument("it has " + std::to_string(words.size()) + " words");
+  const std::size_t equals = words[0].find('=');
+  if (equals == std::string_view::npos || equals == 0)
+    throw std::invalid_argument("\"" + std::string(words[0]) + "\" is not ATTRIBUTE=VALUE");
+  ScannerOfValue scanner;
+  scanner.attribute = std::string(words[0].substr(0, equals));
+  scanner.value = finite_number(words[0].substr(equals + 1));
+  scanner.place.vector = {finite_number(words[1]), finite_number(words[2]),
+                          finite_number(words[3])};
+  scanner.place.is_direction = words.size() == 5;
+  if (scanner.place.is_direction && finite_number(words[4]) != 0.0)
+    throw std::invalid_argument("the fifth word of a direction is 0");
+  if (scanner.place.is_direction && squared_norm(scanner.place.vector) == 0.0)
+    throw std::invalid_argument("a direction has a length");
+  return scanner;
+}
 
 std::unique_ptr<PointSource> open_scan_source(std::unique_ptr<PointSource> source,
                                               const ScanOptions& options, const std::string& file) {

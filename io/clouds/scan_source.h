@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/points/point_source.h"
@@ -15,15 +17,31 @@ namespace orbweave {
 /// Which returns of a laser pulse are wanted.
 enum class ReturnFilter { kAll, kFirst, kLast, kOnly };
 
+/// Where a scanner of a merged cloud stood: the points whose attribute has this value were seen
+/// from this place.
+struct ScannerOfValue {
+  std::string attribute;
+  double value = 0.0;
+  ScannerPlace place;
+  friend bool operator==(const ScannerOfValue&, const ScannerOfValue&) = default;
+};
+
+/// "ATTRIBUTE=VALUE x y z", a place, or "ATTRIBUTE=VALUE x y z 0", a direction. Throws
+/// std::invalid_argument, saying why.
+ScannerOfValue parse_scanner_of_value(std::string_view text);
+
 struct ScanOptions {
   RigidMotion motion{};  ///< from the scan's own coordinates to the world
   /// Where the scanner is, in the scan's own coordinates, whatever the file says.
   std::optional<ScannerPlace> scanner{};
   std::optional<ScannerPlace> usual_scanner{};  ///< likewise, where the file does not say
-  bool with_view = false;                       ///< adds the attributes of view_fields()
-  bool without_normals = false;                 ///< normals of the file are of no interest
-  bool without_attributes = false;              ///< nor are its attributes, once they have filtered
-  std::vector<int> classes{};  ///< values of `classification` wanted, 0 to 255; empty: all
+  /// Where the scanners of a merged cloud stood, by the value of one attribute; in its coordinates.
+  /// Of points with other values the scanner is not known. Empty: one scanner for all points.
+  std::vector<ScannerOfValue> scanners{};
+  bool with_view = false;           ///< adds the attributes of view_fields()
+  bool without_normals = false;     ///< normals of the file are of no interest
+  bool without_attributes = false;  ///< nor are its attributes, once they have filtered
+  std::vector<int> classes{};       ///< values of `classification` wanted, 0 to 255; empty: all
   ReturnFilter returns = ReturnFilter::kAll;  ///< by `return_number` and `number_of_returns`
 };
 

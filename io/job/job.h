@@ -23,7 +23,10 @@ struct InputOptions {
   /// Position of the scanner, or direction towards the scanner, in the coordinates of each scan
   /// before its pose. Empty: what the file says, else what the pose implies.
   std::optional<ScannerPlace> scanner;
-  std::vector<int> las_classes;  ///< point classes to keep, 0 to 255; empty: all
+  /// Places of the scanners of merged scans, by the value of an attribute, which all of them name.
+  std::vector<ScannerOfValue> scanners;
+  std::vector<std::string> scanner_lines;  ///< the same as written
+  std::vector<int> las_classes;            ///< point classes to keep, 0 to 255; empty: all
   ReturnFilter returns = ReturnFilter::kAll;
   /// Keeps no-data values, missing returns at (0, 0, 0) and strays.
   bool keep_strays = false;
@@ -56,6 +59,9 @@ struct ReconstructOptions {
   int levels = 0;                  ///< number of automatic radii, 1 to 8; 0: from the density
 };
 
+/// What the colours of a picture tell: filled holes, or how far their patches can be trusted.
+enum class PictureColors { kPatches, kConfidence };
+
 /// Axis of the coordinates that is drawn upright. kAuto: what the scans imply.
 enum class UpAxis { kAuto, kX, kY, kZ };
 
@@ -65,11 +71,13 @@ struct OutputOptions {
   bool requires_binary = false;       ///< refuses a format without one
   bool float_positions = false;       ///< "float" coordinates instead of double
   bool attributes = true;             ///< carries normals and attributes to the vertices
+  bool confidence = false;            ///< PLY: faces carry the confidence of their patches
   bool tiles = false;                 ///< one mesh per chunk instead of one mesh
   bool check_surface = false;         ///< counts crossings of the whole mesh, not of patches alone
   std::string report;                 ///< path of the JSON report; empty: none
   std::string picture;                ///< path of a PNG of the mesh; empty: none
   UpAxis picture_up = UpAxis::kAuto;  ///< axis that is upright in the picture
+  PictureColors picture_colors = PictureColors::kPatches;
   /// Red, green and blue of filled holes in the picture.
   std::array<std::uint8_t, 3> patch_color = {0x80, 0xa8, 0xe2};
 };

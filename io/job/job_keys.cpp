@@ -110,6 +110,20 @@ void set_pose(Job& job, const WrittenValue& value) {
   }
 }
 
+void set_scanners(Job& job, const WrittenValue& value) {
+  job.input.scanners.clear();
+  job.input.scanner_lines = texts_value(value);
+  for (const std::string& line : job.input.scanner_lines) {
+    try {
+      job.input.scanners.push_back(parse_scanner_of_value(line));
+    } catch (const std::invalid_argument& problem) {
+      throw UnsuitableValue{problem.what(), ""};
+    }
+    if (job.input.scanners.back().attribute != job.input.scanners.front().attribute)
+      throw UnsuitableValue{"it names two attributes", ""};
+  }
+}
+
 void set_las_classes(Job& job, const WrittenValue& value) {
   job.input.las_classes.clear();
   for (const double number : numbers_value(value)) {
@@ -131,6 +145,7 @@ constexpr std::array kMethods = {"ball_pivoting"};
 constexpr std::array kKernels = {"biharmonic", "triharmonic"};
 constexpr std::array kFormats = {"auto", "binary", "text"};
 constexpr std::array kPrecisions = {"double", "float"};
+constexpr std::array kPictureColors = {"patches", "confidence"};
 constexpr std::array kUpAxes = {"auto", "x", "y", "z"};
 
 template <class Enum>
@@ -218,6 +233,10 @@ constexpr JobKey kKeys[] = {
     {"input", "scanner", T::kNumbers, "\"auto\", a place [x, y, z] or a direction [x, y, z, 0]", {},
      "position x,y,z of the scanner, or direction x,y,z,0 towards the scanner, in each scan's own coordinates", "scanner", "",
      set_scanner, scanner_value},
+    {"input", "scanners", T::kTexts, "a list of texts \"ATTRIBUTE=VALUE x y z\", or with a 0 behind a direction; [] for none", {},
+     "positions of the scanners of merged scans, one per value of an attribute of the points, such as \"scan=0 1.2 0.5 1.6\"", "", "",
+     set_scanners,
+     [](const Job& job) -> JobValue { return job.input.scanner_lines; }},
     {"input", "las_classes", T::kNumbers, "a list of integers from 0 to 255; [] for all", {},
      "LAS point classes to keep, such as 2,6 (ground, building); the default keeps all", "las-classes", "",
      set_las_classes, las_classes_value},
@@ -366,6 +385,10 @@ constexpr JobKey kKeys[] = {
      "carry normals, colours and other attributes to the vertices", "no-attributes", "false",
      [](Job& job, const W& value) { job.output.attributes = flag_value(value); },
      [](const Job& job) -> JobValue { return job.output.attributes; }},
+    {"output", "confidence", T::kFlag, "true or false", {},
+     "write the confidence of each face (PLY): 1 of scanned faces, from 0 to 1 of filled holes", "confidence", "true",
+     [](Job& job, const W& value) { job.output.confidence = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.output.confidence; }},
     {"output", "check_surface", T::kFlag, "true or false", {},
      "count the pairs of triangles that cross in the whole mesh, not only those with a patch", "check-surface", "true",
      [](Job& job, const W& value) { job.output.check_surface = flag_value(value); },
@@ -386,6 +409,10 @@ constexpr JobKey kKeys[] = {
      "axis that is upright in the picture; auto takes normals.up, what the scans imply, or the shape", "picture-up", "",
      [](Job& job, const W& value) { job.output.picture_up = static_cast<UpAxis>(choice_value(value, kUpAxes)); },
      [](const Job& job) -> JobValue { return name_in(kUpAxes, job.output.picture_up); }},
+    {"output", "picture_colors", T::kChoice, "", kPictureColors,
+     "what the colours of the picture tell: patches (filled holes) or confidence (doubtful patches are orange)", "picture-colors", "",
+     [](Job& job, const W& value) { job.output.picture_colors = static_cast<PictureColors>(choice_value(value, kPictureColors)); },
+     [](const Job& job) -> JobValue { return name_in(kPictureColors, job.output.picture_colors); }},
     {"output", "patch_color", T::kColor, "a colour such as \"#4477cc\"", {},
      "colour of filled holes in the picture", "patch-color", "",
      [](Job& job, const W& value) { job.output.patch_color = color_value(value); },

@@ -16,6 +16,10 @@ struct MeshWriterOptions {
   bool binary = true;                 ///< PLY and STL: binary or text
   bool float_positions = false;       ///< PLY: float instead of double coordinates
   std::vector<std::string> comments;  ///< PLY header comments
+  /// PLY with `hole`: adds the per-face float `confidence`, 1 of scanned faces, else that of the
+  /// hole with this id (from 1 on).
+  bool has_confidence = false;
+  std::vector<float> confidence{};
 };
 
 /// What a writer needs to know before the first byte.

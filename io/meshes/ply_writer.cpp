@@ -117,6 +117,7 @@ class PlyLayout {
       text += "element face " + std::to_string(header_.triangles) + "\n";
       text += std::string("property list uchar ") + ply_type(index_type_) + " vertex_indices\n";
       if (header_.has_hole) text += "property int hole\n";
+      if (has_confidence()) text += "property float confidence\n";
     }
     return text + "end_header\n";
   }
@@ -135,7 +136,8 @@ class PlyLayout {
 
   std::size_t vertex_bytes() const { return vertex_bytes_; }
   std::size_t triangle_bytes() const {
-    return 1 + 3 * size_of(index_type_) + (header_.has_hole ? sizeof(std::int32_t) : 0);
+    return 1 + 3 * size_of(index_type_) + (header_.has_hole ? sizeof(std::int32_t) : 0) +
+           (has_confidence() ? sizeof(float) : 0);
   }
 
   void put_vertices(const PointCloud& batch, std::byte* at) const {
@@ -181,8 +183,8 @@ class PlyLayout {
     return text.take();
   }
 
-  static std::vector<std::byte> text_triangles(std::span<const Triangle64> batch,
-                                               std::span<const std::int32_t> hole) {
+  std::vector<std::byte> text_triangles(std::span<const Triangle64> batch,
+                                        std::span<const std::int32_t> hole) const {
     TextBuilder text;
     for (std::size_t i = 0; i < batch.size(); ++i) {
       text.add('3');
@@ -194,19 +196,31 @@ class PlyLayout {
         text.add(' ');
         text.add_number(hole[i]);
       }
+      if (has_confidence()) {
+        const float confidence = confidence_of(hole[i]);
+        text.add(' ');
+        text.add_value(ScalarType::kFloat32, reinterpret_cast<const std::byte*>(&confidence));
+      }
       text.add('\n');
     }
     return text.take();
   }
 
  private:
+  bool has_confidence() const { return options_.has_confidence && header_.has_hole; }
+  /// Of the patch of a hole; of the scanned surface, which is hole 0, 1.
+  float confidence_of(std::int32_t hole) const {
+    return hole == 0 ? 1.0F : options_.confidence.at(static_cast<std::size_t>(hole) - 1);
+  }
+
   template <class Index>
-  static void put_faces(std::span<const Triangle64> batch, std::span<const std::int32_t> hole,
-                        std::byte* at) {
+  void put_faces(std::span<const Triangle64> batch, std::span<const std::int32_t> hole,
+                 std::byte* at) const {
     for (std::size_t i = 0; i < batch.size(); ++i) {
       at = put(at, std::uint8_t{3});
       for (const std::uint64_t corner : batch[i]) at = put(at, static_cast<Index>(corner));
       if (!hole.empty()) at = put(at, hole[i]);
+      if (has_confidence()) at = put(at, confidence_of(hole[i]));
     }
   }
 
@@ -268,7 +282,7 @@ class PlyWriter final : public IndependentWriter {
   std::vector<std::byte> encode_triangles(std::span<const Triangle64> batch,
                                           std::span<const std::int32_t> hole) const override {
     layout_.check_triangles(batch.size(), hole.size());
-    if (!binary_) return PlyLayout::text_triangles(batch, hole);
+    if (!binary_) return layout_.text_triangles(batch, hole);
     std::vector<std::byte> bytes(batch.size() * layout_.triangle_bytes());
     layout_.put_triangles(batch, hole, bytes.data());
     return bytes;

@@ -6,32 +6,13 @@
 #include <stdexcept>
 
 #include "io/error.h"
-#include "io/text/text_number.h"
+#include "io/text/words.h"
 
 namespace orbweave {
 namespace {
 
 /// How far a matrix of rounded decimals may be from a rotation.
 constexpr double kTolerance = 1e-4;
-
-std::vector<std::string_view> words_of(std::string_view line) {
-  constexpr std::string_view kBlanks = " \t\r";
-  std::vector<std::string_view> words;
-  for (std::size_t at = line.find_first_not_of(kBlanks); at != std::string_view::npos;) {
-    const std::size_t end = std::min(line.find_first_of(kBlanks, at), line.size());
-    words.push_back(line.substr(at, end - at));
-    at = line.find_first_not_of(kBlanks, end);
-  }
-  return words;
-}
-
-double number_of(std::string_view word) {
-  double number = 0.0;
-  if (parse_number(word.data(), word.data() + word.size(), number) != word.data() + word.size() ||
-      !std::isfinite(number))
-    throw std::invalid_argument("\"" + std::string(word) + "\" is no number");
-  return number;
-}
 
 double determinant(const std::array<Vec3, 3>& rows) {
   return dot(rows[0], cross(rows[1], rows[2]));
@@ -50,7 +31,7 @@ void require_rotation(const std::array<Vec3, 3>& rows) {
 
 ScanPose stanford_pose(const std::vector<std::string_view>& words) {
   std::array<double, 7> v{};
-  for (std::size_t i = 0; i < v.size(); ++i) v[i] = number_of(words[i + 2]);
+  for (std::size_t i = 0; i < v.size(); ++i) v[i] = finite_number(words[i + 2]);
   // The conjugate: these quaternions turn row vectors.
   return {std::string(words[1]),
           motion_of_quaternion({-v[3], -v[4], -v[5], v[6]}, {v[0], v[1], v[2]})};
@@ -93,7 +74,7 @@ ScanPose parse_pose(std::string_view text) {
   if (words.size() != 1 + kQuaternion && words.size() != 1 + kMatrix)
     throw std::invalid_argument("it has " + std::to_string(words.size()) + " words");
   std::array<double, kMatrix> v{};
-  for (std::size_t i = 1; i < words.size(); ++i) v[i - 1] = number_of(words[i]);
+  for (std::size_t i = 1; i < words.size(); ++i) v[i - 1] = finite_number(words[i]);
   const std::string file(words[0]);
   if (words.size() == 1 + kMatrix) return {file, motion_of_matrix(v)};
   return {file, motion_of_quaternion({v[3], v[4], v[5], v[6]}, {v[0], v[1], v[2]})};

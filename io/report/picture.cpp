@@ -16,6 +16,8 @@ constexpr double kMargin = 0.04;  ///< of the picture, left free on every side
 
 constexpr Colour kFront{232.0, 224.0, 210.0};
 constexpr Colour kBack{196.0, 84.0, 66.0};
+constexpr Colour kLarge{110.0, 20.0, 140.0};  // of a number that is 1
+constexpr Colour kDoubt{245.0, 150.0, 20.0};  // of a patch without any confidence
 
 /// A value of 0 to 255 per channel, red highest.
 std::uint32_t packed(Colour colour, double light) {
@@ -181,17 +183,33 @@ using Corners = std::array<Vec3, 3>;
 
 }  // namespace
 
+namespace {
+
+Colour mixed(const Colour& a, const Colour& b, double share) {
+  return {a.red + share * (b.red - a.red), a.green + share * (b.green - a.green),
+          a.blue + share * (b.blue - a.blue)};
+}
+
+/// Of the patch of a hole.
+Colour patch_colour(std::int32_t hole, const PictureOptions& options) {
+  const auto& [red, green, blue] = options.patch_color;
+  const auto id = static_cast<std::size_t>(hole);
+  const double confidence = id <= options.confidence.size() ? options.confidence[id - 1] : 1.0;
+  const Colour sure{static_cast<double>(red), static_cast<double>(green),
+                    static_cast<double>(blue)};
+  return mixed(kDoubt, sure, confidence);
+}
+
+}  // namespace
+
 /// Draws one triangle; its colour is found when its first sample shows.
 class MeshPicture::TrianglePainter {
  public:
-  TrianglePainter(const View& view, PictureSamples& samples,
-                  const std::array<std::uint8_t, 3>& patch_color)
-      : view_(view),
-        samples_(samples),
-        patch_{static_cast<double>(patch_color[0]), static_cast<double>(patch_color[1]),
-               static_cast<double>(patch_color[2])} {}
+  TrianglePainter(const View& view, PictureSamples& samples) : view_(view), samples_(samples) {}
 
-  void draw(const Corners& corners, bool fills_hole) {
+  /// `front`: a function of nothing, the colour of the triangle's front.
+  template <class Front>
+  void draw(const Corners& corners, const Front& front) {
     const Projected a = view_.project(corners[0]), b = view_.project(corners[1]),
                     c = view_.project(corners[2]);
     if (!a.is_finite() || !b.is_finite() || !c.is_finite()) return;
@@ -218,22 +236,20 @@ class MeshPicture::TrianglePainter {
         if (u < 0.0 || v < 0.0 || w < 0.0) continue;
         const double depth = u * a.z + v * b.z + w * c.z;
         if (samples_.hides(column, row, depth)) continue;
-        if (!colour) colour = shade(corners, is_front, fills_hole);
+        if (!colour) colour = shade(corners, is_front ? front() : kBack, is_front);
         samples_.put(column, row, depth, *colour);
       }
     }
   }
 
  private:
-  std::uint32_t shade(const Corners& corners, bool is_front, bool fills_hole) const {
+  std::uint32_t shade(const Corners& corners, Colour colour, bool is_front) const {
     const Vec3 normal = normalized(cross(corners[1] - corners[0], corners[2] - corners[0]));
-    const Colour colour = !is_front ? kBack : fills_hole ? patch_ : kFront;
     return packed(colour, view_.light(is_front ? normal : -normal));
   }
 
   const View& view_;
   PictureSamples& samples_;
-  Colour patch_;
 };
 
 MeshPicture::MeshPicture(const Box& bounds, const PictureOptions& options) : options_(options) {
@@ -250,9 +266,17 @@ MeshPicture::MeshPicture(MeshPicture&&) noexcept = default;
 MeshPicture& MeshPicture::operator=(MeshPicture&&) noexcept = default;
 
 void MeshPicture::draw(std::span<const Corners> triangles, std::span<const std::int32_t> hole) {
-  TrianglePainter painter(*view_, *samples_, options_.patch_color);
+  TrianglePainter painter(*view_, *samples_);
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const std::int32_t id = hole.empty() ? 0 : hole[i];
+    painter.draw(triangles[i], [&] { return id > 0 ? patch_colour(id, options_) : kFront; });
+  }
+}
+
+void MeshPicture::draw_shares(std::span<const Corners> triangles, std::span<const float> shares) {
+  TrianglePainter painter(*view_, *samples_);
   for (std::size_t i = 0; i < triangles.size(); ++i)
-    painter.draw(triangles[i], !hole.empty() && hole[i] > 0);
+    painter.draw(triangles[i], [&] { return mixed(kFront, kLarge, shares[i]); });
 }
 
 void MeshPicture::draw_points(std::span<const Vec3> points, std::span<const Vec3> normals) {

@@ -27,6 +27,9 @@ struct PictureOptions {
   bool shade_creases = true;                 ///< darken what lies behind its surroundings
   std::array<std::uint8_t, 3> patch_color = {0x80, 0xa8, 0xe2};  ///< of filled holes: red, green,
                                                                  ///< blue
+  /// By id of a hole, from 1 on, the confidence of its patch, from 0 to 1: patches are drawn from
+  /// orange (0) to patch_color (1). Empty: all in patch_color.
+  std::vector<float> confidence{};
 };
 
 /// Parallel projection of what `bounds` holds, fitted to the picture. Front faces
@@ -45,6 +48,8 @@ class MeshPicture {
   /// surface). May be called from several threads at a time.
   void draw(std::span<const std::array<Vec3, 3>> triangles,
             std::span<const std::int32_t> hole = {});
+  /// Draws triangles in colours that tell a number each: 0 is that of the surface, 1 purple.
+  void draw_shares(std::span<const std::array<Vec3, 3>> triangles, std::span<const float> shares);
   /// Draws points as dots of a pixel or two; `normals` is empty or has one per point and shades
   /// them. May be called from several threads at a time.
   void draw_points(std::span<const Vec3> points, std::span<const Vec3> normals = {});

@@ -102,6 +102,37 @@ TEST_CASE("InspectMeasuresDistancesToACloud") {
   CHECK(run_in(in, {"inspect", "cloud.ply", "--against", "cloud.ply"}).status == 3);
 }
 
+TEST_CASE("InspectMeasuresAMeshByAreaAgainstACloudAndDrawsItsErrors") {
+  const ScratchDirectory in;
+  generate(in, "sphere");
+  const std::vector<std::string> words = {"inspect",  "mesh.ply",  "--against",        "cloud.ply",
+                                          "--within", "0.001,0.2", "--samples",        "2000",
+                                          "--errors", "e.ply",     "--errors-picture", "e.png"};
+  const auto text = run_in(in, words);
+  REQUIRE(text.status == 0);
+  CHECK_THAT(text.out, Contains("mesh to cloud, by area") && Contains("F-score") &&
+                           Contains("e.png: from white (0) to purple ("));
+  CHECK_THAT(file_text(in / "e.ply"), Contains("property double error\n"));
+  CHECK(file_text(in / "e.png").starts_with("\x89PNG"));
+  std::vector<std::string> more = words;
+  more.emplace_back("--json");
+  const json distances = json_of(run_in(in, more))["against"];
+  CHECK(distances["surface_to_cloud"]["measured"] == 2000);
+  CHECK(distances["surface_to_cloud"]["max"] < 0.1);
+  CHECK(distances["within"][0]["precision"] < 0.5);
+  CHECK(distances["within"][1]["f_score"] == 1.0);
+}
+
+TEST_CASE("MeasuresAgainstACloudNeedOne") {
+  const ScratchDirectory in;
+  generate(in, "sphere");
+  CHECK(run_in(in, {"inspect", "mesh.ply", "--within", "0.1"}).status == 2);
+  CHECK(run_in(in, {"inspect", "mesh.ply", "--errors", "e.ply"}).status == 2);
+  CHECK(run_in(in, {"inspect", "mesh.ply", "--against", "cloud.ply", "--errors", "e.obj"}).status ==
+        2);
+  CHECK_FALSE(std::filesystem::exists(in / "e.ply"));
+}
+
 TEST_CASE("InspectDrawsMeshesAndClouds", "[costly]") {
   const ScratchDirectory in;
   generate(in, "cube");

@@ -22,6 +22,7 @@
 #include "io/store/chunk_store_file.h"
 #include "io/system/owned_files.h"
 #include "partition/communicator.h"
+#include "tests/io/reading.h"
 #include "tests/support/jobs.h"
 
 namespace orbweave {
@@ -32,6 +33,7 @@ using test::bytes_of;
 using test::job_for;
 using test::mesh_bytes;
 using test::NamedCloud;
+using test::raw;
 using test::run;
 using test::ScratchDirectory;
 
@@ -262,6 +264,29 @@ TEST_CASE("PlacedRowsAreThoseOfTheStreamingWriter", "[costly]") {
     CHECK(mesh.triangles == streamed.triangles);
     CHECK(mesh.hole == streamed.hole);
   }
+}
+
+TEST_CASE("ConfidenceOfTheFacesIsThatOfTheReportWhateverWritesTheMesh", "[costly]") {
+  const NamedCloud named = rough_torus();
+  ScratchDirectory scratch;
+  Job job = rough_job(scratch, named);
+  job.output.confidence = true;
+  const RunReport report = run(job);
+  const std::string placed = bytes_of(job.output.mesh);
+  CHECK(placed.find("property float confidence\n") != std::string::npos);
+  const TriangleMesh mesh = read_mesh(job.output.mesh);
+  std::string faces;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const std::int32_t hole = mesh.hole[t];
+    const double confidence =
+        hole == 0 ? 1.0 : report.holes.at(static_cast<std::size_t>(hole) - 1).confidence;
+    faces += '\x03';
+    for (const std::uint32_t corner : mesh.triangles[t]) faces += raw(corner);
+    faces += raw(hole) + raw(static_cast<float>(confidence));
+  }
+  CHECK(placed.ends_with(faces));
+  run_by_team(job, 2);
+  CHECK((bytes_of(job.output.mesh) == placed));
 }
 
 TEST_CASE("ADeviceGetsTheMeshDirectly", "[costly]") {

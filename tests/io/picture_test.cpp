@@ -9,6 +9,7 @@
 #include <numbers>
 #include <random>
 #include <thread>
+#include <utility>
 
 #include "io/error.h"
 #include "io/job/job.h"
@@ -162,6 +163,25 @@ TEST_CASE("FilledHolesHaveTheColourThatWasAskedFor") {
   PictureOptions usual = kSmall;
   usual.patch_color = Job{}.output.patch_color;
   CHECK(usual.patch_color == kSmall.patch_color);
+}
+
+TEST_CASE("DoubtfulPatchesAreDrawnTowardsOrange") {
+  const std::vector<Corners> triangles = sphere(24);
+  const auto middle_of = [&](std::vector<float> confidence) {
+    PictureOptions options = kSmall;
+    options.patch_color = {0, 0, 200};
+    options.confidence = std::move(confidence);
+    MeshPicture picture(bounds_of(triangles), options);
+    picture.draw(triangles, std::vector<std::int32_t>(triangles.size(), 2));
+    return Image{200, 150, picture.pixels()}.at(100, 75);
+  };
+  const Pixel sure = middle_of({0.0F, 1.0F}), half = middle_of({0.0F, 0.5F}),
+              doubtful = middle_of({1.0F, 0.0F});
+  CHECK(sure.red == 0);
+  CHECK(half.red > sure.red + 40);
+  CHECK(doubtful.red > half.red + 40);
+  CHECK(doubtful.blue < 40);
+  CHECK(middle_of({}).red == 0);
 }
 
 TEST_CASE("ThePictureDoesNotDependOnTheOrderNorOnTheThreadsThatDraw") {

@@ -163,4 +163,45 @@ TEST_CASE("ThePoseMovesPointsAndScannerAndTheViewPointsFromOneToTheOther") {
   CHECK_FALSE(view_of(batch).known());
 }
 
+TEST_CASE("PointsOfAMergedCloudAreSeenFromTheScannerOfTheirValue") {
+  const std::string content =
+      "FIELDS x y z scan\nSIZE 4 4 4 1\nTYPE F F F U\nPOINTS 3\nDATA ascii\n"
+      "1 2 3 0\n1 2 3 7\n1 2 3 1\n";
+  ScanOptions options;
+  options.with_view = true;
+  options.without_attributes = true;
+  options.motion.translation = {100, 0, 0};
+  options.scanners = {parse_scanner_of_value("scan=0 1 2 9"),
+                      parse_scanner_of_value("Scan=1 0 1 0 0")};
+  const auto source = open_scan(content, options);
+  PointCloud cloud;
+  REQUIRE(source->read(cloud, 10));
+  const auto code_of = [&](std::size_t point) {
+    ViewCode code;
+    std::memcpy(&code, cloud.attribute_row(point).data() + *view_offset(cloud.schema), sizeof code);
+    return code;
+  };
+  CHECK(norm(decode_view(code_of(0)) - Vec3{0, 0, 1}) < 1e-3);
+  CHECK_FALSE(code_of(1).known());
+  CHECK(norm(decode_view(code_of(2)) - Vec3{0, 1, 0}) < 1e-3);
+}
+
+TEST_CASE("ScannersOfAnAttributeThatTheCloudLacksAreRefused") {
+  ScanOptions options;
+  options.with_view = true;
+  options.scanners = {parse_scanner_of_value("scan=0 1 2 9")};
+  CHECK_THROWS_WITH(open_scan(pcd_seen_from(""), options),
+                    Catch::Matchers::Contains("the points have no scan") &&
+                        Catch::Matchers::Contains("input.scanners"));
+}
+
+TEST_CASE("PlacesOfScannersThatAreNoneAreRefused") {
+  for (const char* text :
+       {"", "scan=0", "scan=0 1 2", "scan 1 2 3", "=0 1 2 3", "scan=a 1 2 3", "scan=0 1 2 3 1",
+        "scan=0 0 0 0 0", "scan=0 1 2 inf", "scan=0 1 2 3 0 0"}) {
+    INFO(text);
+    CHECK_THROWS_AS(parse_scanner_of_value(text), std::invalid_argument);
+  }
+}
+
 }  // namespace orbweave::test

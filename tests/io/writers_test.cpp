@@ -105,6 +105,31 @@ TEST_CASE("PlyBytesAreTheDocumentedOnes") {
   CHECK(read_file(scratch / "a.ply") == expected);
 }
 
+TEST_CASE("FacesCarryTheConfidenceOfTheirPatchesWhereItIsAskedFor") {
+  const ScratchDirectory scratch;
+  TriangleMesh mesh = tetrahedron();
+  mesh.triangles.resize(2);
+  mesh.hole = {0, 2};
+  MeshWriterOptions options;
+  options.has_confidence = true;
+  options.confidence = {0.5F, 0.25F};
+  write_mesh(scratch / "a.ply", mesh, options);
+  const std::string bytes = read_file(scratch / "a.ply");
+  CHECK_THAT(bytes, Contains("property int hole\nproperty float confidence\nend_header\n"));
+  const std::string faces = "\x03" + test::raw(0) + test::raw(2) + test::raw(1) + test::raw(0) +
+                            test::raw(1.0F) + "\x03" + test::raw(0) + test::raw(1) + test::raw(3) +
+                            test::raw(2) + test::raw(0.25F);
+  CHECK(bytes.ends_with(faces));
+  options.binary = false;
+  write_mesh(scratch / "a.ply", mesh, options);
+  CHECK(read_file(scratch / "a.ply").ends_with("3 0 2 1 0 1\n3 0 1 3 2 0.25\n"));
+  CHECK(read_mesh(scratch / "a.ply").hole == mesh.hole);
+  // Without ids of holes there is nothing to look up.
+  mesh.hole.clear();
+  write_mesh(scratch / "a.ply", mesh, options);
+  CHECK_THAT(read_file(scratch / "a.ply"), !Contains("confidence"));
+}
+
 TEST_CASE("BatchesAndParallelEncodingDoNotChangeTheBytes") {
   const ScratchDirectory scratch;
   const TriangleMesh mesh = dressed_tetrahedron();

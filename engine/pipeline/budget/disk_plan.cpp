@@ -142,10 +142,13 @@ RowBytes output_rows(const ResolvedJob& job, PointSchema schema) {
     rows.vertex += schema.has_normals ? 7.0 : 3.0;
     return rows;
   }
-  if (!job.output.binary) return text_rows(schema, coordinate, job.fill.enabled ? 3.2 : 3.0);
+  const bool has_confidence = job.output.confidence && job.fill.enabled;
+  if (!job.output.binary)
+    return text_rows(schema, coordinate,
+                     (job.fill.enabled ? 3.2 : 3.0) + (has_confidence ? 0.5 : 0.0));
   const double position = job.output.float_positions ? 12.0 : 24.0;
   return {position + normal_bytes(schema) + static_cast<double>(schema.attribute_bytes()),
-          13.0 + (job.fill.enabled ? 4.0 : 0.0)};
+          13.0 + (job.fill.enabled ? 4.0 : 0.0) + (has_confidence ? 4.0 : 0.0)};
 }
 
 std::uint64_t whole(double bytes) { return static_cast<std::uint64_t>(std::ceil(bytes)); }

@@ -7,6 +7,7 @@
 #include "engine/pipeline/output/mesh_pieces.h"
 #include "engine/pipeline/output/placed_export.h"
 #include "engine/pipeline/output/tile_export.h"
+#include "engine/pipeline/stage/writer_options.h"
 #include "engine/pipeline/surface/stored_mesh.h"
 #include "io/job/setting.h"
 #include "io/meshes/mesh_writer.h"
@@ -38,10 +39,9 @@ PointSchema output_schema(const Partition& partition, const OutputOptions& outpu
 
 /// Through one writer, front to back.
 std::uint64_t export_in_order(StageRunner& runner, const MeshPieces& pieces,
-                              const MeshHeader& header, SurfaceDigest& digest) {
-  const OutputOptions& output = runner.job.output;
-  const auto writer =
-      open_mesh_writer(output.mesh, header, {output.binary, output.float_positions, {}});
+                              const MeshHeader& header, const MeshWriterOptions& options,
+                              SurfaceDigest& digest) {
+  const auto writer = open_mesh_writer(runner.job.output.mesh, header, options);
   const auto hole = [&](const PieceRows& rows) {
     return header.has_hole ? std::span<const std::int32_t>(rows.hole)
                            : std::span<const std::int32_t>();
@@ -73,13 +73,14 @@ std::uint64_t export_in_order(StageRunner& runner, const MeshPieces& pieces,
 
 /// Returns the bytes of the file.
 std::uint64_t export_one_file(StageRunner& runner, const MeshPieces& pieces,
-                              const MeshHeader& header, SurfaceDigest& digest) {
+                              const MeshHeader& header, const MeshWriterOptions& options,
+                              SurfaceDigest& digest) {
   std::uint64_t bytes = 0;
-  if (is_placed(runner.job.output, header) &&
-      export_placed(runner, pieces, header, digest, bytes)) {
-    return bytes;
-  }
-  return runner.communicator.is_root() ? export_in_order(runner, pieces, header, digest) : 0;
+  const std::string& mesh = runner.job.output.mesh;
+  const auto rows = mesh_rows(mesh, header, options);  // the same for every member of a team
+  if (rows && export_placed(runner, pieces, header, *rows, digest, bytes)) return bytes;
+  return runner.communicator.is_root() ? export_in_order(runner, pieces, header, options, digest)
+                                       : 0;
 }
 
 /// The coordinate reference system lies beside the mesh, where other programs look for it.
@@ -102,7 +103,7 @@ std::filesystem::path coordinate_system_file(const std::string& mesh) {
 }
 
 void check_format_holds(const OutputOptions& output, std::uint64_t points) {
-  check_mesh_size(output.mesh, 2 * points, {output.binary, output.float_positions, {}});
+  check_mesh_size(output.mesh, 2 * points, writer_options(output, {}));
 }
 
 ExportResult export_mesh(const ExportInputs& inputs, StageRunner& runner) {
@@ -120,10 +121,12 @@ ExportResult export_mesh(const ExportInputs& inputs, StageRunner& runner) {
                    output.tiles ? "chunks" : "rows");
   const MeshHeader header{facts.vertices, facts.triangles, false, runner.job.fill.enabled,
                           output_schema(partition, output)};
+  const MeshWriterOptions options = writer_options(output, inputs.holes.holes);
   SurfaceDigest digest;
   const TileInput tiles{partition, inputs.used, inputs.holes, pieces, header, runner.stop};
-  const std::uint64_t bytes = output.tiles ? export_tiles(runner, clock, tiles, digest)
-                                           : export_one_file(runner, pieces, header, digest);
+  const std::uint64_t bytes = output.tiles
+                                  ? export_tiles(runner, clock, tiles, digest)
+                                  : export_one_file(runner, pieces, header, options, digest);
   if (runner.communicator.is_root()) clock.facts().bytes_written = bytes;
   clock.facts().points = partition.points();
   if (!runner.communicator.is_root()) return {};

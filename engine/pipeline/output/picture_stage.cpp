@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/pipeline/stage/writer_options.h"
 #include "engine/pipeline/surface/patch_batch.h"
 #include "engine/pipeline/surface/stored_mesh.h"
 #include "engine/stitching/local_numbers.h"
@@ -114,8 +115,13 @@ void draw_picture(const ExportInputs& inputs, StageRunner& runner) {
   const Partition& partition = inputs.partition;
   const auto chunks = static_cast<ChunkId>(partition.octree.chunks().size());
   const StageClock clock(runner, Stage::kPicture, chunks, "chunks");
-  MeshPicture picture(partition.bounds, {.up = picture_up(runner.job, partition.coordinate_system),
-                                         .patch_color = runner.job.output.patch_color});
+  const OutputOptions& output = runner.job.output;
+  PictureOptions options;
+  options.up = picture_up(runner.job, partition.coordinate_system);
+  options.patch_color = output.patch_color;
+  if (output.picture_colors == PictureColors::kConfidence)
+    options.confidence = confidence_of_patches(inputs.holes.holes);
+  MeshPicture picture(partition.bounds, options);
   for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
     runner.stop.check();
     draw_on_all_threads(corners_of(runner, inputs, chunk), {}, picture);
@@ -127,7 +133,7 @@ void draw_picture(const ExportInputs& inputs, StageRunner& runner) {
     draw_group(runner, group, picture);
     batch = group.end;
   }
-  picture.write_png(runner.job.output.picture);
+  picture.write_png(output.picture);
 }
 
 }  // namespace orbweave

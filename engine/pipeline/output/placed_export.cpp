@@ -15,10 +15,6 @@ namespace {
 constexpr const char* kExportStage = directory_of(Stage::kExport);
 constexpr const char* kPartDocument = "part";
 
-MeshWriterOptions writer_options(const OutputOptions& output) {
-  return {output.binary, output.float_positions, {}};
-}
-
 bool is_regular_or_absent(const std::filesystem::path& target) {
   std::error_code absent;
   const auto status = std::filesystem::status(target, absent);
@@ -180,19 +176,12 @@ class PlacedExport {
 
 }  // namespace
 
-bool is_placed(const OutputOptions& output, const MeshHeader& header) {
-  return mesh_rows(output.mesh, header, writer_options(output)) != nullptr;
-}
-
 bool export_placed(StageRunner& runner, const MeshPieces& pieces, const MeshHeader& header,
-                   SurfaceDigest& digest, std::uint64_t& bytes_written) {
-  const OutputOptions& output = runner.job.output;
-  const auto rows = mesh_rows(output.mesh, header, writer_options(output));
-  if (rows == nullptr) throw std::logic_error("rows of no fixed width have no place");
-  PlacedExport placed(runner, pieces, header, *rows, digest);
+                   const MeshRows& rows, SurfaceDigest& digest, std::uint64_t& bytes_written) {
+  PlacedExport placed(runner, pieces, header, rows, digest);
   bytes_written = placed.bytes();
   if (runner.communicator.size() > 1) return placed.run_in_team();
-  if (!is_regular_or_absent(output.mesh)) return false;
+  if (!is_regular_or_absent(runner.job.output.mesh)) return false;
   placed.run_alone();
   return true;
 }

@@ -8,13 +8,10 @@
 
 namespace orbweave {
 
-/// Whether the job's mesh can be written that way; the same for every member of a team.
-bool is_placed(const OutputOptions& output, const MeshHeader& header);
-
 /// Writes job.output.mesh; it appears whole or not at all. Every member of the team calls it.
 /// `digest` is the leader's. Returns false, with nothing written, where the target is no regular
 /// file. `bytes_written` gets the size of the file.
 bool export_placed(StageRunner& runner, const MeshPieces& pieces, const MeshHeader& header,
-                   SurfaceDigest& digest, std::uint64_t& bytes_written);
+                   const MeshRows& rows, SurfaceDigest& digest, std::uint64_t& bytes_written);
 
 }  // namespace orbweave

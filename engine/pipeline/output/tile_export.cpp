@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/pipeline/output/tile.h"
+#include "engine/pipeline/stage/writer_options.h"
 #include "io/error.h"
 #include "io/hex_digits.h"
 #include "io/meshes/tile_directory.h"
@@ -95,7 +96,7 @@ class TileExport {
       const OutputOptions& output = runner_.job.output;
       const fs::path file = directory_ / tile_name(output.mesh, chunk);
       const auto writer =
-          open_mesh_writer(file, tile.header(), {output.binary, output.float_positions, {}});
+          open_mesh_writer(file, tile.header(), writer_options(output, input_.holes.holes));
       tile.write(*writer, facts.bounds);
       writer->finish();
       facts.bytes = writer->bytes_written();

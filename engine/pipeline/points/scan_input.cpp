@@ -23,6 +23,7 @@ class ScanOpener {
  public:
   explicit ScanOpener(const ResolvedJob& job) : job_(job) {
     common_.scanner = job.input.scanner;
+    common_.scanners = job.input.scanners;
     common_.with_view = job.wants_view();
     common_.without_normals = job.estimates_normals;
     common_.without_attributes = !job.output.attributes;

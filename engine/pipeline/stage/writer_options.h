@@ -1,0 +1,32 @@
+// How the files of a job's mesh are written.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "io/hole_facts.h"
+#include "io/job/job.h"
+#include "io/meshes/mesh_writer.h"
+
+namespace orbweave {
+
+/// The confidence of each hole's patch, by id from 1 on. `holes`: all loops, in the order of their
+/// ids.
+inline std::vector<float> confidence_of_patches(std::span<const HoleFacts> holes) {
+  std::vector<float> confidence;
+  confidence.reserve(holes.size());
+  for (const HoleFacts& hole : holes) confidence.push_back(static_cast<float>(hole.confidence));
+  return confidence;
+}
+
+inline MeshWriterOptions writer_options(const OutputOptions& output,
+                                        std::span<const HoleFacts> holes) {
+  MeshWriterOptions options;
+  options.binary = output.binary;
+  options.float_positions = output.float_positions;
+  options.has_confidence = output.confidence;
+  if (output.confidence) options.confidence = confidence_of_patches(holes);
+  return options;
+}
+
+}  // namespace orbweave
