@@ -20,11 +20,12 @@ namespace {
 /// A sample takes some 100 bytes.
 constexpr std::uint64_t kMostSamples = 20'000'000;
 
-/// The error that 95 of 100 vertices do not exceed; 0 where none is finite.
+/// The error that 95 of 100 vertices with an error do not exceed; 0 where there is none. Vertices
+/// of a mesh that interpolates lie on the points of its cloud.
 double usual_error(std::span<const double> errors) {
   std::vector<double> finite;
   std::ranges::copy_if(errors, std::back_inserter(finite),
-                       [](double error) { return std::isfinite(error); });
+                       [](double error) { return std::isfinite(error) && error > 0.0; });
   if (finite.empty()) return 0.0;
   const auto place = finite.begin() + static_cast<std::ptrdiff_t>((finite.size() - 1) * 95 / 100);
   std::ranges::nth_element(finite, place);
@@ -50,8 +51,7 @@ std::string draw_errors(const std::string& file, const TriangleMesh& mesh,
     shares.push_back(std::isfinite(share) ? static_cast<float>(std::min(share, 1.0)) : 1.0F);
   }
   draw_mesh_by_shares(mesh, shares, file, {.up = up});
-  return shown(file) + ": from white (0) to purple (" + format_number(largest) +
-         " and more, the largest 5 % of the errors)\n";
+  return shown(file) + ": from white (0) to purple (" + format_number(largest) + " and more)\n";
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ namespace orbweave {
 namespace {
 
 /// Keys of a job file that are options here, too; --report is another one (JSON alone).
-constexpr std::array<std::string_view, 18> kKeys = {"output.mesh",
+constexpr std::array<std::string_view, 19> kKeys = {"output.mesh",
                                                     "fill.kernel",
                                                     "fill.neighborhood",
                                                     "fill.max_diameter",
@@ -47,6 +47,7 @@ constexpr std::array<std::string_view, 18> kKeys = {"output.mesh",
                                                     "output.picture",
                                                     "output.picture_up",
                                                     "output.picture_colors",
+                                                    "output.picture_backs",
                                                     "output.patch_color",
                                                     "run.threads"};
 
@@ -160,7 +161,8 @@ void write_outputs(const TriangleMesh& mesh, const FillReport& report, Progress&
     options.patch_color = output.patch_color;
     if (output.picture_colors == PictureColors::kConfidence)
       options.confidence = confidence_of_patches(report.holes);
-    draw_mesh(mesh, report.after.bounds, output.picture, options);
+    draw_mesh(mesh, report.after.bounds, output.picture, options,
+              output.picture_backs == PictureBacks::kCulled);
     progress.advance(mesh.triangles.size());
     progress.end_stage();
     note_written(output.picture);

@@ -50,7 +50,7 @@ struct InspectOptions {
 };
 
 /// Keys of a job file that are options here, too.
-constexpr std::array<std::string_view, 1> kKeys = {"output.picture_up"};
+constexpr std::array<std::string_view, 2> kKeys = {"output.picture_up", "output.picture_backs"};
 
 /// A large cloud is read twice; standard input cannot be, so its spacing then stays unknown.
 CloudFacts facts_of_cloud(const std::string& file) {
@@ -209,7 +209,8 @@ Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
   MeshFacts facts = mesh_facts(mesh);
   facts.crossing_pairs = count_crossing_pairs(mesh);
   if (!options.picture.empty())
-    draw_mesh(mesh, facts.bounds, options.picture, {.up = options.picture_up()});
+    draw_mesh(mesh, facts.bounds, options.picture, {.up = options.picture_up()},
+              settings_of(options.keys).output.picture_backs == PictureBacks::kCulled);
   std::optional<Against> against;
   if (!options.against.empty()) against = measure_against(mesh, options);
   const std::vector<HoleFacts> holes = loops_of(std::move(mesh), facts);

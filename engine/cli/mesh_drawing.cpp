@@ -29,9 +29,10 @@ void for_each_batch(const TriangleMesh& mesh, const Draw& draw) {
 }  // namespace
 
 void draw_mesh(const TriangleMesh& mesh, const Box& bounds, const std::string& path,
-               const PictureOptions& options) {
+               const PictureOptions& options, bool culls_backs) {
   const std::span<const std::int32_t> hole(mesh.hole);
   MeshPicture picture(bounds, options);
+  if (culls_backs) picture.leave_out_backs();
   for_each_batch(mesh,
                  [&](const std::vector<Corners>& corners, std::size_t first, std::size_t count) {
                    picture.draw(corners, hole.empty() ? hole : hole.subspan(first, count));

@@ -15,6 +15,8 @@ namespace orbweave {
 class RangeScans {
  public:
   virtual ~RangeScans() = default;
+  RangeScans(const RangeScans&) = delete;
+  RangeScans& operator=(const RangeScans&) = delete;
 
   int scans() const { return static_cast<int>(scans_.size()); }
   std::uint64_t points() const;
@@ -37,8 +39,6 @@ class RangeScans {
   };
 
   explicit RangeScans(ScalarType precision) : precision_(precision) {}
-  RangeScans(RangeScans&&) = default;
-  RangeScans& operator=(RangeScans&&) = delete;
 
   /// Writes the points of a row, in the scan's frame: as many as `row_first` says. A pure function,
   /// called by many threads.

@@ -62,6 +62,10 @@ struct ReconstructOptions {
 /// What the colours of a picture tell: filled holes, or how far their patches can be trusted.
 enum class PictureColors { kPatches, kConfidence };
 
+/// Whether a picture shows the back faces of triangles. kAuto: they are left out of the picture of
+/// an interior, so that one looks into it.
+enum class PictureBacks { kAuto, kShown, kCulled };
+
 /// Axis of the coordinates that is drawn upright. kAuto: what the scans imply.
 enum class UpAxis { kAuto, kX, kY, kZ };
 
@@ -78,6 +82,7 @@ struct OutputOptions {
   std::string picture;                ///< path of a PNG of the mesh; empty: none
   UpAxis picture_up = UpAxis::kAuto;  ///< axis that is upright in the picture
   PictureColors picture_colors = PictureColors::kPatches;
+  PictureBacks picture_backs = PictureBacks::kAuto;
   /// Red, green and blue of filled holes in the picture.
   std::array<std::uint8_t, 3> patch_color = {0x80, 0xa8, 0xe2};
 };

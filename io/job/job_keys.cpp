@@ -145,6 +145,7 @@ constexpr std::array kMethods = {"ball_pivoting"};
 constexpr std::array kKernels = {"biharmonic", "triharmonic"};
 constexpr std::array kFormats = {"auto", "binary", "text"};
 constexpr std::array kPrecisions = {"double", "float"};
+constexpr std::array kPictureBacks = {"auto", "shown", "culled"};
 constexpr std::array kPictureColors = {"patches", "confidence"};
 constexpr std::array kUpAxes = {"auto", "x", "y", "z"};
 
@@ -413,6 +414,10 @@ constexpr JobKey kKeys[] = {
      "what the colours of the picture tell: patches (filled holes) or confidence (doubtful patches are orange)", "picture-colors", "",
      [](Job& job, const W& value) { job.output.picture_colors = static_cast<PictureColors>(choice_value(value, kPictureColors)); },
      [](const Job& job) -> JobValue { return name_in(kPictureColors, job.output.picture_colors); }},
+    {"output", "picture_backs", T::kChoice, "", kPictureBacks,
+     "back faces in the picture; auto leaves them out where scanners stood inside the mesh", "picture-backs", "",
+     [](Job& job, const W& value) { job.output.picture_backs = static_cast<PictureBacks>(choice_value(value, kPictureBacks)); },
+     [](const Job& job) -> JobValue { return name_in(kPictureBacks, job.output.picture_backs); }},
     {"output", "patch_color", T::kColor, "a colour such as \"#4477cc\"", {},
      "colour of filled holes in the picture", "patch-color", "",
      [](Job& job, const W& value) { job.output.patch_color = color_value(value); },

@@ -205,7 +205,8 @@ Colour patch_colour(std::int32_t hole, const PictureOptions& options) {
 /// Draws one triangle; its colour is found when its first sample shows.
 class MeshPicture::TrianglePainter {
  public:
-  TrianglePainter(const View& view, PictureSamples& samples) : view_(view), samples_(samples) {}
+  TrianglePainter(const View& view, PictureSamples& samples, bool culls_backs)
+      : view_(view), samples_(samples), culls_backs_(culls_backs) {}
 
   /// `front`: a function of nothing, the colour of the triangle's front.
   template <class Front>
@@ -222,6 +223,7 @@ class MeshPicture::TrianglePainter {
     if (!std::isfinite(area) || area == 0.0) return;
     // y points down, so counter-clockwise has a negative area.
     const bool is_front = area < 0.0;
+    if (culls_backs_ && !is_front) return;
     std::optional<std::uint32_t> colour;
     for (int row = rows.first; row <= rows.last; ++row) {
       const double y = row + 0.5;
@@ -237,7 +239,7 @@ class MeshPicture::TrianglePainter {
         const double depth = u * a.z + v * b.z + w * c.z;
         if (samples_.hides(column, row, depth)) continue;
         if (!colour) colour = shade(corners, is_front ? front() : kBack, is_front);
-        samples_.put(column, row, depth, *colour);
+        samples_.put(column, row, depth, *colour, !is_front);
       }
     }
   }
@@ -250,6 +252,7 @@ class MeshPicture::TrianglePainter {
 
   const View& view_;
   PictureSamples& samples_;
+  bool culls_backs_;
 };
 
 MeshPicture::MeshPicture(const Box& bounds, const PictureOptions& options) : options_(options) {
@@ -266,7 +269,7 @@ MeshPicture::MeshPicture(MeshPicture&&) noexcept = default;
 MeshPicture& MeshPicture::operator=(MeshPicture&&) noexcept = default;
 
 void MeshPicture::draw(std::span<const Corners> triangles, std::span<const std::int32_t> hole) {
-  TrianglePainter painter(*view_, *samples_);
+  TrianglePainter painter(*view_, *samples_, culls_backs_);
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const std::int32_t id = hole.empty() ? 0 : hole[i];
     painter.draw(triangles[i], [&] { return id > 0 ? patch_colour(id, options_) : kFront; });
@@ -274,7 +277,7 @@ void MeshPicture::draw(std::span<const Corners> triangles, std::span<const std::
 }
 
 void MeshPicture::draw_shares(std::span<const Corners> triangles, std::span<const float> shares) {
-  TrianglePainter painter(*view_, *samples_);
+  TrianglePainter painter(*view_, *samples_, culls_backs_);
   for (std::size_t i = 0; i < triangles.size(); ++i)
     painter.draw(triangles[i], [&] { return mixed(kFront, kLarge, shares[i]); });
 }
@@ -286,14 +289,25 @@ void MeshPicture::draw_points(std::span<const Vec3> points, std::span<const Vec3
     if (!at.is_finite()) continue;
     const Vec3 normal = normals.empty() ? view_->eye : normalized(normals[i]);
     const bool is_front = dot(normal, view_->eye) >= 0.0;
+    if (culls_backs_ && !is_front) continue;
     const std::uint32_t colour =
         packed(is_front ? kFront : kBack, view_->light(is_front ? normal : -normal));
     const SampleRange columns(at.x - kReach, at.x + kReach, samples_->width());
     const SampleRange rows(at.y - kReach, at.y + kReach, samples_->height());
     for (int row = rows.first; row <= rows.last; ++row)
       for (int column = columns.first; column <= columns.last; ++column)
-        samples_->put(column, row, at.z, colour);
+        samples_->put(column, row, at.z, colour, !is_front);
   }
+}
+
+bool MeshPicture::shows_backs() const {
+  constexpr double kMost = 0.6;
+  return samples_->share_of_backs() > kMost;
+}
+
+void MeshPicture::leave_out_backs() {
+  culls_backs_ = true;
+  samples_->clear();
 }
 
 std::vector<std::uint8_t> MeshPicture::pixels() const {

@@ -48,6 +48,10 @@ class MeshPicture {
   /// surface). May be called from several threads at a time.
   void draw(std::span<const std::array<Vec3, 3>> triangles,
             std::span<const std::int32_t> hole = {});
+  /// Whether most of what is drawn are back faces, as of a room that is seen from outside.
+  bool shows_backs() const;
+  /// Starts over, without back faces from now on: one looks through walls at what faces the eye.
+  void leave_out_backs();
   /// Draws triangles in colours that tell a number each: 0 is that of the surface, 1 purple.
   void draw_shares(std::span<const std::array<Vec3, 3>> triangles, std::span<const float> shares);
   /// Draws points as dots of a pixel or two; `normals` is empty or has one per point and shades
@@ -65,6 +69,7 @@ class MeshPicture {
   struct View;
   class TrianglePainter;
   PictureOptions options_;
+  bool culls_backs_ = false;
   std::unique_ptr<View> view_;
   std::unique_ptr<PictureSamples> samples_;
 };

@@ -37,9 +37,9 @@ class PictureSamples {
   int width() const { return width_; }
   int height() const { return height_; }
 
-  void put(int x, int y, double depth, std::uint32_t colour) {
-    const std::uint64_t word =
-        std::uint64_t{depth_key(static_cast<float>(depth))} << 32 | 0x01000000u | colour;
+  void put(int x, int y, double depth, std::uint32_t colour, bool is_back) {
+    const std::uint64_t word = std::uint64_t{depth_key(static_cast<float>(depth))} << 32 | kDrawn |
+                               (is_back ? kBackFace : 0) | colour;
     std::atomic_ref<std::uint64_t> stored(words_[index(x, y)]);
     std::uint64_t seen = stored.load(std::memory_order_relaxed);
     while (seen < word && !stored.compare_exchange_weak(seen, word, std::memory_order_relaxed)) {
@@ -59,9 +59,21 @@ class PictureSamples {
     return {static_cast<double>(word >> 16 & 255), static_cast<double>(word >> 8 & 255),
             static_cast<double>(word & 255)};
   }
+  /// Of the samples that are drawn.
+  double share_of_backs() const {
+    std::size_t drawn = 0, backs = 0;
+    for (const std::uint64_t word : words_) {
+      drawn += word != 0 ? 1 : 0;
+      backs += (word & kBackFace) != 0 ? 1 : 0;
+    }
+    return drawn == 0 ? 0.0 : static_cast<double>(backs) / static_cast<double>(drawn);
+  }
+  void clear() { words_.assign(words_.size(), 0); }
   bool contains(int x, int y) const { return x >= 0 && y >= 0 && x < width_ && y < height_; }
 
  private:
+  static constexpr std::uint64_t kDrawn = 0x01000000u, kBackFace = 0x02000000u;
+
   std::size_t index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
            static_cast<std::size_t>(x);

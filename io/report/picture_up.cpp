@@ -17,6 +17,18 @@ bool has_heights_in_z(const std::string& file) {
          format == FileFormat::kPtx;
 }
 
+/// Scanners of poses of a job file stand at the origins of their scans.
+bool has_places(const InputOptions& input) {
+  return !input.pose.empty() || !input.scanners.empty() ||
+         (input.scanner && !input.scanner->is_direction);
+}
+
+bool has_scanners(const std::string& file) {
+  const std::optional<NamedFormat> named = format_of_name(file);
+  return named &&
+         (named->facts.format == FileFormat::kE57 || named->facts.format == FileFormat::kPtx);
+}
+
 /// kAuto for a direction that points against its nearest axis: normals of a ceiling are oriented
 /// downwards, and a ceiling is not drawn upside down.
 UpAxis nearest_axis(Vec3 direction) {
@@ -34,6 +46,11 @@ UpAxis up_axis_of_scans(std::span<const std::string> files, const std::string& c
   return z_is_up ? UpAxis::kZ : UpAxis::kAuto;
 }
 
+bool may_be_interior(const Job& job) {
+  return job.normals.orientation == Orientation::kInward || has_places(job.input) ||
+         std::ranges::any_of(job.input.files, has_scanners);
+}
+
 UpAxis picture_up(const Job& job, const std::string& coordinate_system) {
   if (job.output.picture_up != UpAxis::kAuto) return job.output.picture_up;
   if (job.normals.up) {
@@ -42,6 +59,7 @@ UpAxis picture_up(const Job& job, const std::string& coordinate_system) {
   }
   const UpAxis implied = up_axis_of_scans(job.input.files, coordinate_system);
   if (implied != UpAxis::kAuto) return implied;
+  if (has_places(job.input)) return UpAxis::kZ;  // tripods stand upright
   return job.input.poses.empty() ? UpAxis::kAuto : UpAxis::kY;
 }
 

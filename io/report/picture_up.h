@@ -13,9 +13,14 @@ namespace orbweave {
 /// heights are in z; kAuto where nothing is implied.
 UpAxis up_axis_of_scans(std::span<const std::string> files, const std::string& coordinate_system);
 
+/// Whether the scanners of a job stood at places near the points, or its closed surfaces are to
+/// face inward: the mesh may be of an interior.
+bool may_be_interior(const Job& job);
+
 /// The axis of a job's picture, in this order: output.picture_up; the axis nearest to normals.up,
-/// where that points along it; what the scans imply; kY where poses come from a Stanford .conf,
-/// whose objects stand in y. kAuto: the shape decides (io/report/picture.h).
+/// where that points along it; what the scans imply, kZ also where scanners have places; kY where
+/// poses come from a Stanford .conf, whose objects stand in y. kAuto: the shape decides
+/// (io/report/picture.h).
 UpAxis picture_up(const Job& job, const std::string& coordinate_system);
 
 }  // namespace orbweave

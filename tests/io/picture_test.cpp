@@ -184,6 +184,25 @@ TEST_CASE("DoubtfulPatchesAreDrawnTowardsOrange") {
   CHECK(middle_of({}).red == 0);
 }
 
+TEST_CASE("BackFacesLeftOutShowTheFarSideFromWithin") {
+  std::vector<Corners> inward = sphere(24);
+  for (Corners& corners : inward) std::swap(corners[1], corners[2]);
+  MeshPicture picture(bounds_of(inward), kSmall);
+  picture.draw(inward);
+  CHECK(picture.shows_backs());
+  const Pixel outside = Image{200, 150, picture.pixels()}.at(100, 75);
+  CHECK(outside.red > 2 * outside.blue);  // backs are red
+  picture.leave_out_backs();
+  picture.draw(inward);
+  CHECK_FALSE(picture.shows_backs());
+  const Pixel within = Image{200, 150, picture.pixels()}.at(100, 75);
+  CHECK(within.red < 2 * within.blue);
+  CHECK(within.red < 250);  // and not the background
+  MeshPicture usual(bounds_of(inward), kSmall);
+  usual.draw(sphere(24));
+  CHECK_FALSE(usual.shows_backs());
+}
+
 TEST_CASE("ThePictureDoesNotDependOnTheOrderNorOnTheThreadsThatDraw") {
   // Two surfaces at the same depth, one of a filled hole: ties everywhere.
   std::vector<Corners> triangles = sphere(24);

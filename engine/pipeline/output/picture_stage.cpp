@@ -109,6 +109,22 @@ void draw_group(const StageRunner& runner, const PatchGroup& group, MeshPicture&
   }
 }
 
+/// The scanned surface chunk by chunk, then the patches.
+void draw_mesh(const ExportInputs& inputs, StageRunner& runner, MeshPicture& picture) {
+  const auto chunks = static_cast<ChunkId>(inputs.partition.octree.chunks().size());
+  for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
+    runner.stop.check();
+    draw_on_all_threads(corners_of(runner, inputs, chunk), {}, picture);
+    runner.progress.advance(1);
+  }
+  for (ChunkId batch = 0; batch < inputs.holes.new_triangles.size();) {
+    PatchGroup group = group_from(runner, inputs.holes, batch);
+    place_rims(runner, inputs.partition, group);
+    draw_group(runner, group, picture);
+    batch = group.end;
+  }
+}
+
 }  // namespace
 
 void draw_picture(const ExportInputs& inputs, StageRunner& runner) {
@@ -122,16 +138,12 @@ void draw_picture(const ExportInputs& inputs, StageRunner& runner) {
   if (output.picture_colors == PictureColors::kConfidence)
     options.confidence = confidence_of_patches(inputs.holes.holes);
   MeshPicture picture(partition.bounds, options);
-  for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
-    runner.stop.check();
-    draw_on_all_threads(corners_of(runner, inputs, chunk), {}, picture);
-    runner.progress.advance(1);
-  }
-  for (ChunkId batch = 0; batch < inputs.holes.new_triangles.size();) {
-    PatchGroup group = group_from(runner, inputs.holes, batch);
-    place_rims(runner, partition, group);
-    draw_group(runner, group, picture);
-    batch = group.end;
+  const PictureBacks backs = output.picture_backs;
+  if (backs == PictureBacks::kCulled) picture.leave_out_backs();
+  draw_mesh(inputs, runner, picture);
+  if (backs == PictureBacks::kAuto && may_be_interior(runner.job) && picture.shows_backs()) {
+    picture.leave_out_backs();
+    draw_mesh(inputs, runner, picture);
   }
   picture.write_png(output.picture);
 }
