@@ -83,7 +83,7 @@ TEST_CASE("OptionsOfScansWithoutScansAreUsageErrors") {
   CHECK(std::filesystem::is_empty(in.path()));
 }
 
-TEST_CASE("SeparateScansOfARoomComeWithAJobFileThatReconstructsThem") {
+TEST_CASE("SeparateScansOfARoomComeWithAJobFileThatReconstructsThem", "[costly]") {
   const ScratchDirectory in;
   const auto made = run_program({"generate", "room", "--points", "20000", "--separate", "-o",
                                  "room.ply", "--truth", "truth.ply"},

@@ -42,7 +42,7 @@ Vec3 random_vector(std::uint64_t word) { return portable::gaussian(17, word); }
 
 }  // namespace
 
-TEST_CASE("PointsOfUndisturbedScenesLieOnTheTruthAndFaceTheScanner") {
+TEST_CASE("PointsOfUndisturbedScenesLieOnTheTruthAndFaceTheScanner", "[costly]") {
   for (const SceneKind kind : all_scenes()) {
     SceneScannerOptions options = options_of(kind, 20000);
     options.disturbances = false;
@@ -76,7 +76,7 @@ TEST_CASE("PointsOfUndisturbedScenesLieOnTheTruthAndFaceTheScanner") {
   }
 }
 
-TEST_CASE("ScansOfScenesAreTheSameBitsForEveryBatchSizeAndByTheirPoses") {
+TEST_CASE("ScansOfScenesAreTheSameBitsForEveryBatchSizeAndByTheirPoses", "[costly]") {
   SceneScannerOptions options = options_of(SceneKind::kRoom, 5000);
   options.noise = 0.3;
   options.misregistration = 0.5;
@@ -109,7 +109,7 @@ TEST_CASE("NoPointOfARoomLiesOnAPaneOrBehindIt") {
   CHECK(panes == 14);
 }
 
-TEST_CASE("DisturbancesOfARoomAreMixedPixelsAndWalkersOfTwoScans") {
+TEST_CASE("DisturbancesOfARoomAreMixedPixelsAndWalkersOfTwoScans", "[costly]") {
   const SceneScannerOptions options = options_of(SceneKind::kRoom, 40000);
   const SceneScanner scanner(options);
   const TriangleMesh truth = seen_truth(scanner.scene());
@@ -141,7 +141,7 @@ TEST_CASE("DisturbancesOfARoomAreMixedPixelsAndWalkersOfTwoScans") {
   }
 }
 
-TEST_CASE("LeavesOfTheHouseAreAboveTheGround") {
+TEST_CASE("LeavesOfTheHouseAreAboveTheGround", "[costly]") {
   const SceneScanner scanner(options_of(SceneKind::kHouse, 40000));
   const PointCloud cloud = all_of(*scanner.all());
   const synthetic::Crown& crown = scanner.scene().crowns.front();
@@ -155,7 +155,7 @@ TEST_CASE("LeavesOfTheHouseAreAboveTheGround") {
   CHECK(below > 50);
 }
 
-TEST_CASE("NoiseOfASceneGrowsWithTheDistanceWhereItIsToldTo") {
+TEST_CASE("NoiseOfASceneGrowsWithTheDistanceWhereItIsToldTo", "[costly]") {
   for (const int growth : {0, 2}) {
     SceneScannerOptions options = options_of(SceneKind::kRoom, 40000);
     options.disturbances = false;
