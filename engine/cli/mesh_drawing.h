@@ -10,7 +10,8 @@
 
 namespace orbweave {
 
-/// Draws the mesh, filled holes tinted, to a PNG; without back faces on request. Throws Error (resource).
+/// Draws the mesh, filled holes tinted, to a PNG; without back faces on request. Throws Error
+/// (resource).
 void draw_mesh(const TriangleMesh& mesh, const Box& bounds, const std::string& path,
                const PictureOptions& options = {}, bool culls_backs = false);
 

@@ -104,9 +104,11 @@ std::vector<pid_t> hold_ranks_when(RunningProgram& mpirun, std::size_t ranks,
   constexpr std::chrono::milliseconds kMoment{1};
   while (mpirun.running()) {
     std::vector<pid_t> processes = ranks_of(mpirun);
-    signal_all(processes, SIGSTOP);
-    while (!std::all_of(processes.begin(), processes.end(), stands_still))
+    // A process that is about to become a rank may be continued by mpirun: the signal is repeated.
+    do {
+      signal_all(processes, SIGSTOP);
       std::this_thread::sleep_for(kMoment / 10.0);
+    } while (!std::all_of(processes.begin(), processes.end(), stands_still));
     if (processes.size() == ranks && reached()) return processes;
     signal_all(processes, SIGCONT);
     std::this_thread::sleep_for(kMoment);
