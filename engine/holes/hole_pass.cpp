@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/holes/fill_hole.h"
+#include "engine/holes/loops/crumbs.h"
 #include "engine/holes/loops/islands.h"
 #include "engine/holes/loops/neighborhood.h"
 #include "engine/holes/loops/open_scenes.h"
@@ -222,21 +223,56 @@ std::vector<BoundaryVertex> vertices_around_islands(const HolePlan& plan) {
 
 }  // namespace
 
+namespace {
+
+/// Which loops are to be filled, and which of the others may be islands in them.
+struct LoopKinds {
+  std::vector<std::uint8_t> is_hole, may_be_island;
+};
+
+LoopKinds kinds_of(std::span<const HoleChoice> choices) {
+  LoopKinds kinds;
+  for (const HoleChoice& choice : choices) {
+    kinds.is_hole.push_back(choice.reason.empty() && !choice.opposes_normals ? 1 : 0);
+    kinds.may_be_island.push_back(choice.opposes_normals ? 1 : 0);
+  }
+  return kinds;
+}
+
+/// The crumbs among the pieces that are no islands: those are joined to the rest.
+std::vector<std::uint8_t> crumbs_of(const HolePlan& plan, std::span<const Piece> pieces,
+                                    const FillOptions& options) {
+  std::vector<std::uint8_t> crumbs =
+      find_crumbs(plan.loops, pieces, outer_borders(plan.loops, pieces));
+  if (std::find(crumbs.begin(), crumbs.end(), 1) == crumbs.end()) return crumbs;
+  const LoopKinds kinds = kinds_of(choose_holes(plan.loops, pieces, options));
+  for (const auto& list :
+       find_islands(plan.loops, kinds.is_hole, kinds.may_be_island, plan.vertices))
+    for (const std::uint32_t l : list)
+      for (const std::uint64_t piece : plan.loops[l].components) crumbs[piece] = 0;
+  return crumbs;
+}
+
+}  // namespace
+
 HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> vertices,
                     std::span<const Piece> pieces, const FillOptions& options) {
   HolePlan plan;
   plan.vertices = std::move(vertices);
   plan.loops = trace_loops(std::move(fans), plan.vertices);
+  plan.crumbs.resize(pieces.size(), 0);
+  if (!options.min_triangles) plan.crumbs = crumbs_of(plan, pieces, options);
+  std::erase_if(plan.loops, [&](const BoundaryLoop& loop) {
+    return plan.crumbs[loop.components.front()] != 0;
+  });
   std::vector<HoleChoice> choices = choose_holes(plan.loops, pieces, options);
-  std::vector<std::uint8_t> is_hole, may_be_island;
-  for (std::size_t l = 0; l < plan.loops.size(); ++l) {
-    plan.reasons.push_back(std::move(choices[l].reason));
-    plan.open.push_back(choices[l].open);
-    is_hole.push_back(plan.reasons[l].empty() && !choices[l].opposes_normals ? 1 : 0);
-    may_be_island.push_back(choices[l].opposes_normals ? 1 : 0);
+  const LoopKinds kinds = kinds_of(choices);
+  for (HoleChoice& choice : choices) {
+    plan.reasons.push_back(std::move(choice.reason));
+    plan.open.push_back(choice.open);
   }
   choices = {};
-  plan.islands = find_islands(plan.loops, is_hole, may_be_island, plan.vertices);
+  plan.islands = find_islands(plan.loops, kinds.is_hole, kinds.may_be_island, plan.vertices);
   plan.vertices = vertices_around_islands(plan);
   plan.taken = shared_pairs(plan.loops);
   std::vector<std::uint8_t> is_island(plan.loops.size(), 0);

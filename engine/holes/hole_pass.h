@@ -42,6 +42,8 @@ struct HolePlan {
   std::vector<std::vector<std::uint32_t>> islands;  ///< per loop: loops of islands in it
   std::vector<std::vector<std::array<std::uint64_t, 2>>> taken;  ///< shared_pairs
   std::vector<std::uint32_t> groups;  ///< loops to be filled, without islands of others
+  /// Per piece, whether it is to be removed (find_crumbs); its loops are not among `loops`.
+  std::vector<std::uint8_t> crumbs;
 
   /// A group's loops: the hole, then its islands.
   std::vector<std::uint32_t> loops_of(std::uint32_t hole) const;
@@ -50,6 +52,7 @@ struct HolePlan {
   /// Those of all loops.
   std::vector<HoleFacts> all_facts() const;
 };
+/// Crumbs are looked for where FillOptions::min_triangles names no number.
 HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> vertices,
                     std::span<const Piece> pieces, const FillOptions& options);
 

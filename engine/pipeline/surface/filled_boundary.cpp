@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "engine/geometry/disjoint_sets.h"
-#include "engine/pipeline/surface/small_pieces.h"
 #include "engine/stitching/mesh_summary.h"
 
 namespace orbweave {
@@ -154,7 +153,7 @@ std::uint64_t count_components(const UnfilledMesh& mesh, const PatchTotals& patc
   std::uint64_t components = 0;
   for (std::uint32_t p = 0; p < mesh.pieces.size(); ++p) {
     components += pieces.find(p) == p ? 1 : 0;
-    components -= is_removed(mesh.pieces[p], mesh.min_triangles) ? 1 : 0;
+    components -= mesh.is_removed[p];
   }
   return components;
 }

@@ -13,9 +13,9 @@ namespace orbweave {
 
 /// The mesh before the fill, as far as its facts depend on it.
 struct UnfilledMesh {
-  std::vector<OpenFan> fans;           ///< of pieces that are kept
-  std::span<const ChunkPiece> pieces;  ///< all of the stitched mesh
-  std::uint64_t min_triangles = 0;     ///< pieces of fewer are removed
+  std::vector<OpenFan> fans;                 ///< of pieces that are kept
+  std::span<const ChunkPiece> pieces;        ///< all of the stitched mesh
+  std::span<const std::uint8_t> is_removed;  ///< per piece
 };
 
 /// All patches together.

@@ -50,11 +50,16 @@ std::uint64_t largest_piece(const StitchedBoundary& boundary) {
 }
 
 /// The fans of pieces that are kept.
-std::vector<OpenFan> kept_fans(std::vector<OpenFan> fans, std::span<const ChunkPiece> pieces,
-                               std::uint64_t min_triangles) {
-  std::erase_if(
-      fans, [&](const OpenFan& fan) { return is_removed(pieces[fan.component], min_triangles); });
+std::vector<OpenFan> kept_fans(std::vector<OpenFan> fans,
+                               std::span<const std::uint8_t> is_removed) {
+  std::erase_if(fans, [&](const OpenFan& fan) { return is_removed[fan.component] != 0; });
   return fans;
+}
+
+/// The pieces that are too small.
+std::vector<std::uint8_t> small_pieces(const StitchedBoundary& boundary,
+                                       const FillOptions& options) {
+  return small_pieces(boundary.pieces, least_triangles(options, largest_piece(boundary)));
 }
 
 /// Groups of loops that are filled and stored together.
@@ -66,8 +71,9 @@ struct Batch {
 /// The loops to be filled, and what bounds them.
 struct TracedHoles {
   HolePlan plan;
-  std::vector<OpenFan> fans;
+  std::vector<OpenFan> fans;  ///< of pieces that are kept
   std::vector<Batch> batches;
+  std::vector<std::uint8_t> is_removed;  ///< per piece: too small, or a crumb
 };
 
 std::uint64_t edges_of_group(const HolePlan& plan, std::size_t group) {
@@ -259,26 +265,44 @@ PatchTotals collect_patches(TracedHoles& holes, const Partition& partition, Stag
   return sum;
 }
 
+/// Takes pieces (`is_removed`, per piece) from the surface and from the area of the mesh.
+void remove_pieces(HoleInputs& inputs, std::span<const std::uint8_t> is_removed,
+                   StoredSurface& surface, FilledHoles& filled) {
+  filled.pieces_removed += std::count(is_removed.begin(), is_removed.end(), 1);
+  const RemovedPieces removed =
+      find_removed(inputs.boundary.pieces, is_removed, surface, inputs.facts.area);
+  inputs.facts.area = removed.area_left;
+  const auto add = [](const auto& from, auto& to) {
+    to.insert(to.end(), from.begin(), from.end());
+    std::sort(to.begin(), to.end());
+  };
+  add(removed.triangles, filled.removed);
+  add(removed.freed, filled.freed);
+  surface.remove(filled.removed);
+}
+
 /// Traces the loops. `inputs` ends without fans and vertices of the boundary, and with the area of
-/// the mesh without small pieces; `filled` gets these.
+/// the mesh without the pieces that are removed; `filled` gets these.
 TracedHoles trace_holes(HoleInputs& inputs, StoredSurface& surface, StageRunner& runner,
                         FilledHoles& filled) {
   const StageClock clock(runner, Stage::kTrace, 0, "edges");
   const FillOptions& options = runner.job.fill;
   StitchedBoundary& boundary = inputs.boundary;
-  const std::uint64_t least = least_triangles(options, largest_piece(boundary));
-  for (const ChunkPiece& piece : boundary.pieces)
-    filled.pieces_removed += is_removed(piece, least) ? 1 : 0;
-  RemovedPieces removed = find_small_pieces(boundary.pieces, least, surface, inputs.facts.area);
-  inputs.facts.area = removed.area_left;
-  filled.removed = std::move(removed.triangles);
-  filled.freed = std::move(removed.freed);
-  surface.remove(filled.removed);
   TracedHoles holes;
-  holes.fans = kept_fans(std::move(boundary.fans), boundary.pieces, least);
+  holes.is_removed = small_pieces(boundary, options);
+  remove_pieces(inputs, holes.is_removed, surface, filled);
+  holes.fans = kept_fans(std::move(boundary.fans), holes.is_removed);
   runner.progress.advance(holes.fans.size());
   surface.limit_memory(0);
   holes.plan = plan_holes(holes.fans, std::move(boundary.vertices), pieces_of(boundary), options);
+  const std::vector<std::uint8_t>& crumbs = holes.plan.crumbs;
+  if (std::find(crumbs.begin(), crumbs.end(), 1) != crumbs.end()) {
+    surface.limit_memory(bytes_for_chunks(runner.job, inputs.surface.partition));
+    remove_pieces(inputs, crumbs, surface, filled);
+    surface.limit_memory(0);
+    for (std::size_t p = 0; p < crumbs.size(); ++p) holes.is_removed[p] |= crumbs[p];
+    holes.fans = kept_fans(std::move(holes.fans), crumbs);
+  }
   holes.batches = cut_into_batches(holes.plan);
   release_freed_memory();
   return holes;
@@ -329,8 +353,7 @@ HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
   const PatchTotals patches = collect_patches(holes, partition, runner, result.filled);
   result.facts =
       facts_after_fill(std::move(inputs.facts),
-                       {std::move(holes.fans), inputs.boundary.pieces,
-                        least_triangles(runner.job.fill, largest_piece(inputs.boundary))},
+                       {std::move(holes.fans), inputs.boundary.pieces, holes.is_removed},
                        std::move(holes.plan.loops), result.filled, patches);
   result.facts.crossing_pairs = check.crossing_pairs;
   result.facts.patch_crossing_pairs = check.patch_crossing_pairs;
@@ -346,8 +369,7 @@ std::uint64_t count_crossings_unfilled(const SurfaceInputs& inputs, StageRunner&
 }
 
 std::vector<HoleFacts> list_loops(const StitchedBoundary& boundary, const FillOptions& options) {
-  const std::uint64_t least = least_triangles(options, largest_piece(boundary));
-  return plan_holes(kept_fans(boundary.fans, boundary.pieces, least), boundary.vertices,
+  return plan_holes(kept_fans(boundary.fans, small_pieces(boundary, options)), boundary.vertices,
                     pieces_of(boundary), options)
       .all_facts();
 }
