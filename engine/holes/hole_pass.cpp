@@ -102,14 +102,18 @@ double area_of(const HoleProblem& problem, const HolePatch& patch) {
   return area;
 }
 
+}  // namespace
+
 LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<const Edge64> taken,
-                    const HoleFacts& known, const FillOptions& options, const StopToken* stop) {
+                    const HoleFacts& known, const FillOptions& options, const StopToken* stop,
+                    bool flat) {
   const auto begin = std::chrono::steady_clock::now();
   PatchOptions patch_options;
   patch_options.kernel =
       options.kernel == FillKernel::kBiharmonic ? RbfKernel::kBiharmonic : RbfKernel::kTriharmonic;
   patch_options.allow_intersections = options.allow_intersections;
   patch_options.graded = options.graded;
+  patch_options.flat = flat;
   patch_options.stop = stop;
   NeighborhoodOptions around;
   around.radius_factor = options.neighborhood;
@@ -154,6 +158,8 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
   return result;
 }
 
+namespace {
+
 /// Everything that the loops of the group must not join.
 std::vector<Edge64> taken_by_others(const HolePlan& plan, std::span<const std::uint32_t> group) {
   std::vector<Edge64> taken;
@@ -185,6 +191,12 @@ HoleFacts HolePlan::facts_of(std::size_t l) const {
   facts.reason = reasons[l];
   facts.open = open[l];
   return facts;
+}
+
+bool HolePlan::is_of_solid(std::size_t loop) const {
+  const std::vector<std::uint64_t>& components = loops[loop].components;
+  return std::none_of(components.begin(), components.end(),
+                      [&](std::uint64_t piece) { return is_scene[piece] != 0; });
 }
 
 std::vector<HoleFacts> HolePlan::all_facts() const {
@@ -268,9 +280,13 @@ HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> verti
   std::vector<HoleChoice> choices = choose_holes(plan.loops, pieces, options);
   const LoopKinds kinds = kinds_of(choices);
   for (HoleChoice& choice : choices) {
+    plan.is_wanted.push_back(choice.reason.empty() ? 1 : 0);
     plan.reasons.push_back(std::move(choice.reason));
     plan.open.push_back(choice.open);
   }
+  plan.is_scene.assign(pieces.size(), 0);
+  if (options.keep_outer_border)
+    plan.is_scene = pieces_of_scenes(plan.loops, pieces, outer_borders(plan.loops, pieces));
   choices = {};
   plan.islands = find_islands(plan.loops, kinds.is_hole, kinds.may_be_island, plan.vertices);
   plan.vertices = vertices_around_islands(plan);
