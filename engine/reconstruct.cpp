@@ -12,6 +12,7 @@
 
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/holes/fill_mesh.h"
+#include "engine/holes/hole_pass.h"
 #include "engine/holes/loops/mesh_surface.h"
 #include "engine/normals/estimate_normals.h"
 #include "engine/normals/normal_side.h"
@@ -266,19 +267,38 @@ TriangleMesh used_part(PointCloud points, std::vector<Triangle> triangles) {
   return {std::move(points), std::move(triangles), {}};
 }
 
-/// Removes separate pieces that are too small, and the vertices that only they used.
+/// The mesh without the pieces that are removed (per piece), and the vertices that only they used.
+TriangleMesh without_pieces(TriangleMesh mesh, const MeshComponents& components,
+                            std::span<const std::uint8_t> is_removed) {
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (is_removed[components.of_triangle[t]] == 0) mesh.triangles[kept++] = mesh.triangles[t];
+  mesh.triangles.resize(kept);
+  return used_part(std::move(mesh.vertices), std::move(mesh.triangles));
+}
+
+/// Removes separate pieces that are too small or crumbs of a closed object.
 TriangleMesh without_small_pieces(TriangleMesh mesh, const FillOptions& options) {
   const MeshComponents components = find_components(mesh, MeshSurface(mesh));
   std::uint64_t largest = 0;
   for (const Piece& piece : components.pieces) largest = std::max(largest, piece.triangles);
   const std::uint64_t min_triangles = least_triangles(options, largest);
-  if (min_triangles == 0) return mesh;
-  std::size_t kept = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (components.pieces[components.of_triangle[t]].triangles >= min_triangles)
-      mesh.triangles[kept++] = mesh.triangles[t];
-  mesh.triangles.resize(kept);
-  return used_part(std::move(mesh.vertices), std::move(mesh.triangles));
+  std::vector<std::uint8_t> is_removed;
+  for (const Piece& piece : components.pieces)
+    is_removed.push_back(piece.triangles < min_triangles ? 1 : 0);
+  if (!options.min_triangles && components.pieces.size() > 1) {
+    std::vector<std::uint8_t> keep;
+    for (const std::uint32_t piece : components.of_triangle)
+      keep.push_back(is_removed[piece] == 0 ? 1 : 0);
+    MeshBoundary boundary = find_boundary(mesh, MeshSurface(mesh, keep), components.of_triangle);
+    for (BoundaryVertex& known : boundary.vertices)
+      known.normal = mesh.vertices.normals[known.vertex];
+    const HolePlan plan = plan_holes(std::move(boundary.fans), std::move(boundary.vertices),
+                                     components.pieces, options);
+    for (std::size_t p = 0; p < is_removed.size(); ++p) is_removed[p] |= plan.crumbs[p];
+  }
+  if (std::find(is_removed.begin(), is_removed.end(), 1) == is_removed.end()) return mesh;
+  return without_pieces(std::move(mesh), components, is_removed);
 }
 
 /// The mesh of a sorted cloud with normals.

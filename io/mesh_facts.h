@@ -18,6 +18,11 @@ struct MeshFacts {
   std::uint64_t boundary_loops = 0;
   std::uint64_t nonmanifold_edges = 0;     ///< edges of more than two triangles
   std::uint64_t nonmanifold_vertices = 0;  ///< vertices with more than one fan
+  /// Places where sheets touch in a point, whether or not the vertex there was doubled; empty: not
+  /// known.
+  std::optional<std::uint64_t> pinches;
+  /// Triangles of the scan that were taken out so that a closed object is closed soundly.
+  std::uint64_t mended_triangles = 0;
   std::uint64_t inconsistent_edges = 0;    ///< directed edges used twice
   std::uint64_t degenerate_triangles = 0;  ///< two equal vertices
   std::uint64_t duplicate_triangles = 0;

@@ -72,7 +72,8 @@ struct FillOptions {
   bool graded = true;
   /// Components of fewer triangles are removed before holes are looked for; 0: none is. Empty:
   /// crumbs that noise leaves beside a surface, of fewer than 16 triangles where the largest
-  /// component has 1,000 or more; of a mesh from elsewhere, none.
+  /// component has 1,000 or more, and loose sheets of less than a 500th of it beside a closed
+  /// object; of a mesh from elsewhere, none.
   std::optional<std::uint64_t> min_triangles;
 };
 

@@ -11,6 +11,7 @@
 #include "engine/holes/hole_pass.h"
 #include "engine/holes/loops/mesh_surface.h"
 #include "engine/holes/loops/split_vertices.h"
+#include "engine/holes/mend_solids.h"
 #include "engine/holes/patch/patch_vertices.h"
 
 namespace orbweave {
@@ -21,6 +22,7 @@ struct Survey {
   std::vector<std::uint8_t> keep;  // per triangle; empty: all
   std::uint64_t pieces_removed = 0;
   HolePlan plan;
+  std::vector<OpenFan> fans;  // by vertex
 };
 
 Survey survey_of(const TriangleMesh& mesh, const FillOptions& options,
@@ -42,8 +44,11 @@ Survey survey_of(const TriangleMesh& mesh, const FillOptions& options,
   if (has_point_normals)
     for (BoundaryVertex& known : boundary.vertices)
       known.normal = mesh.vertices.normals[known.vertex];
+  FillOptions kept = options;
+  kept.min_triangles = least;  // a mesh that is given keeps its crumbs
+  survey.fans = boundary.fans;
   survey.plan = plan_holes(std::move(boundary.fans), std::move(boundary.vertices),
-                           components.pieces, options);
+                           components.pieces, kept);
   // Ids go on after those that the mesh has already.
   std::int32_t last = 0;
   for (const std::int32_t id : mesh.hole) last = std::max(last, id);
@@ -103,6 +108,88 @@ std::vector<HolePair> crossing_holes(const TriangleMesh& mesh, std::span<const s
   return holes_of_pairs(crossing_pairs(positions, triangles, {UINT32_MAX, hole}, stop), hole);
 }
 
+Box box_of(const TriangleMesh& mesh, const LoopPatch& patch) {
+  Box box;
+  for (const Triangle64& t : patch.triangles)
+    for (const std::uint64_t v : t)
+      box.extend(v < kNewVertex ? mesh.vertices.positions[v] : patch.positions[v - kNewVertex]);
+  return box;
+}
+
+/// Vertices with several fans before the fill, as far as they are of closed objects.
+std::vector<std::uint64_t> pinches_of(const TriangleMesh& mesh, const Survey& survey) {
+  std::vector<std::uint64_t> pinched;
+  for (const std::uint32_t vertex : pinched_vertices(mesh, survey.keep)) pinched.push_back(vertex);
+  return pinches_of_solids(survey.plan, pinched, survey.fans);
+}
+
+/// What is to be mended of the mesh, and done.
+Mended mend(const TriangleMesh& mesh, const Survey& survey, const MeshSurface& surface,
+            std::span<const LoopPatch> patches, const FillOptions& options, const StopToken* stop) {
+  if (options.allow_intersections) return {};
+  std::vector<HoleFacts> holes;
+  std::vector<Box> boxes;
+  for (const LoopPatch& patch : patches) {
+    holes.push_back(patch.facts);
+    boxes.push_back(box_of(mesh, patch));
+  }
+  const Faults faults{open_loops_of_solids(survey.plan, holes), pinches_of(mesh, survey)};
+  const auto scanned_near = [&](const Box& box, std::vector<Triangle64>& out) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      if (!survey.keep.empty() && survey.keep[t] == 0) continue;
+      const Triangle& corners = mesh.triangles[t];
+      Box own;
+      for (const std::uint32_t vertex : corners) own.extend(mesh.vertices.positions[vertex]);
+      if (own.intersects(box))
+        out.push_back(smallest_first(Triangle64{corners[0], corners[1], corners[2]}));
+    }
+  };
+  const auto patch_of = [&](std::size_t l) { return patches[l]; };
+  const FilledSurface filled{surface, scanned_near,          survey.plan.loops,
+                             holes,   survey.plan.is_wanted, std::move(boxes),
+                             patch_of};
+  return mend_solids(filled, faults, options, stop);
+}
+
+/// Takes out what mending gave up: triangles by `keep`, patches from their list. The patches that
+/// mended come last in it.
+void apply(Mended& mended, const TriangleMesh& mesh, std::vector<std::uint8_t>& keep,
+           std::vector<LoopPatch>& patches) {
+  if (keep.empty()) keep.assign(mesh.triangles.size(), 1);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Triangle& corners = mesh.triangles[t];
+    const Triangle64 known = smallest_first(Triangle64{corners[0], corners[1], corners[2]});
+    if (std::binary_search(mended.taken.begin(), mended.taken.end(), known)) keep[t] = 0;
+  }
+  const std::int32_t first = patches.empty() ? 0 : patches.front().facts.id;
+  for (std::size_t l = 0; l < mended.is_replaced.size(); ++l)
+    if (mended.is_replaced[l] != 0) patches[l] = {};
+  const auto set_facts = [&](const HoleFacts& facts) {
+    const auto l = static_cast<std::size_t>(facts.id - first);
+    if (l >= patches.size()) patches.resize(l + 1);
+    patches[l].facts = facts;
+  };
+  for (const LoopPatch& patch : mended.patches) set_facts(patch.facts);
+  for (const HoleFacts& facts : mended.joined) set_facts(facts);
+}
+
+/// Takes vertices out (ascending); triangles get the numbers of those that are left.
+void remove_vertices(std::span<const std::uint64_t> vertices, TriangleMesh& mesh) {
+  if (vertices.empty()) return;
+  std::vector<std::uint8_t> is_kept(mesh.vertices.size(), 1);
+  for (const std::uint64_t vertex : vertices) is_kept[vertex] = 0;
+  std::vector<std::uint32_t> number(is_kept.size());
+  std::uint32_t count = 0;
+  for (std::size_t v = 0; v < is_kept.size(); ++v) number[v] = is_kept[v] != 0 ? count++ : 0;
+  for (Triangle& t : mesh.triangles)
+    for (std::uint32_t& vertex : t) vertex = number[vertex];
+  PointCloud kept;
+  kept.schema = mesh.vertices.schema;
+  for (std::size_t v = 0; v < is_kept.size(); ++v)
+    if (is_kept[v] != 0) kept.append(mesh.vertices, v);
+  mesh.vertices = std::move(kept);
+}
+
 /// Leaves holes open whose patches cross the mesh or the patches of others.
 void drop_crossing_patches(const TriangleMesh& mesh, std::span<const std::uint8_t> keep,
                            const HolePlan& plan, std::span<LoopPatch> patches,
@@ -126,7 +213,7 @@ std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const FillOptions& o
 
 FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options, const StopToken* stop,
                      bool has_point_normals, const HoleProgress& progress) {
-  const Survey survey = survey_of(mesh, options, has_point_normals);
+  Survey survey = survey_of(mesh, options, has_point_normals);
   const HolePlan& plan = survey.plan;
   const MeshSurface surface(mesh, survey.keep);
   std::vector<LoopPatch> patches(plan.loops.size());
@@ -144,17 +231,23 @@ FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options, const StopTo
                                [](const LoopPatch& patch) { return !patch.triangles.empty(); });
   if (any && !options.allow_intersections)
     drop_crossing_patches(mesh, survey.keep, plan, patches, stop);
+  Mended mended = mend(mesh, survey, surface, patches, options, stop);
+  if (!mended.empty()) apply(mended, mesh, survey.keep, patches);
   FilledMesh filled;
   filled.mesh = std::move(mesh);
-  filled.pieces_removed = survey.pieces_removed;
+  filled.pieces_removed = survey.pieces_removed + mended.pieces_gone;
+  filled.triangles_mended = mended.taken.size();
   remove_triangles(survey.keep, filled);
+  filled.triangles_removed -= filled.triangles_mended;
   filled.mesh.hole.resize(filled.mesh.triangles.size(), 0);
   for (const std::uint32_t group : plan.groups) {
     for (const std::uint32_t l : plan.loops_of(group)) {
       append(patches[l], patches[l].facts.id, filled.mesh);
     }
   }
+  for (const LoopPatch& patch : mended.patches) append(patch, patch.facts.id, filled.mesh);
   for (LoopPatch& patch : patches) filled.holes.push_back(std::move(patch.facts));
+  remove_vertices(mended.freed, filled.mesh);
   filled.vertices_doubled = split_vertices(filled.mesh, pinched_vertices(filled.mesh));
   return filled;
 }

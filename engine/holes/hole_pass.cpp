@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/holes/fill_hole.h"
+#include "engine/holes/loops/crumbs.h"
 #include "engine/holes/loops/islands.h"
 #include "engine/holes/loops/neighborhood.h"
 #include "engine/holes/loops/open_scenes.h"
@@ -101,14 +102,18 @@ double area_of(const HoleProblem& problem, const HolePatch& patch) {
   return area;
 }
 
+}  // namespace
+
 LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<const Edge64> taken,
-                    const HoleFacts& known, const FillOptions& options, const StopToken* stop) {
+                    const HoleFacts& known, const FillOptions& options, const StopToken* stop,
+                    bool flat) {
   const auto begin = std::chrono::steady_clock::now();
   PatchOptions patch_options;
   patch_options.kernel =
       options.kernel == FillKernel::kBiharmonic ? RbfKernel::kBiharmonic : RbfKernel::kTriharmonic;
   patch_options.allow_intersections = options.allow_intersections;
   patch_options.graded = options.graded;
+  patch_options.flat = flat;
   patch_options.stop = stop;
   NeighborhoodOptions around;
   around.radius_factor = options.neighborhood;
@@ -153,6 +158,8 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
   return result;
 }
 
+namespace {
+
 /// Everything that the loops of the group must not join.
 std::vector<Edge64> taken_by_others(const HolePlan& plan, std::span<const std::uint32_t> group) {
   std::vector<Edge64> taken;
@@ -184,6 +191,12 @@ HoleFacts HolePlan::facts_of(std::size_t l) const {
   facts.reason = reasons[l];
   facts.open = open[l];
   return facts;
+}
+
+bool HolePlan::is_of_solid(std::size_t loop) const {
+  const std::vector<std::uint64_t>& components = loops[loop].components;
+  return std::none_of(components.begin(), components.end(),
+                      [&](std::uint64_t piece) { return is_scene[piece] != 0; });
 }
 
 std::vector<HoleFacts> HolePlan::all_facts() const {
@@ -222,21 +235,60 @@ std::vector<BoundaryVertex> vertices_around_islands(const HolePlan& plan) {
 
 }  // namespace
 
+namespace {
+
+/// Which loops are to be filled, and which of the others may be islands in them.
+struct LoopKinds {
+  std::vector<std::uint8_t> is_hole, may_be_island;
+};
+
+LoopKinds kinds_of(std::span<const HoleChoice> choices) {
+  LoopKinds kinds;
+  for (const HoleChoice& choice : choices) {
+    kinds.is_hole.push_back(choice.reason.empty() && !choice.opposes_normals ? 1 : 0);
+    kinds.may_be_island.push_back(choice.opposes_normals ? 1 : 0);
+  }
+  return kinds;
+}
+
+/// The crumbs among the pieces that are no islands: those are joined to the rest.
+std::vector<std::uint8_t> crumbs_of(const HolePlan& plan, std::span<const Piece> pieces,
+                                    const FillOptions& options) {
+  std::vector<std::uint8_t> crumbs =
+      find_crumbs(plan.loops, pieces, outer_borders(plan.loops, pieces));
+  if (std::find(crumbs.begin(), crumbs.end(), 1) == crumbs.end()) return crumbs;
+  const LoopKinds kinds = kinds_of(choose_holes(plan.loops, pieces, options));
+  for (const auto& list :
+       find_islands(plan.loops, kinds.is_hole, kinds.may_be_island, plan.vertices))
+    for (const std::uint32_t l : list)
+      for (const std::uint64_t piece : plan.loops[l].components) crumbs[piece] = 0;
+  return crumbs;
+}
+
+}  // namespace
+
 HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> vertices,
                     std::span<const Piece> pieces, const FillOptions& options) {
   HolePlan plan;
   plan.vertices = std::move(vertices);
   plan.loops = trace_loops(std::move(fans), plan.vertices);
+  plan.crumbs.resize(pieces.size(), 0);
+  if (!options.min_triangles) plan.crumbs = crumbs_of(plan, pieces, options);
+  std::erase_if(plan.loops, [&](const BoundaryLoop& loop) {
+    return plan.crumbs[loop.components.front()] != 0;
+  });
   std::vector<HoleChoice> choices = choose_holes(plan.loops, pieces, options);
-  std::vector<std::uint8_t> is_hole, may_be_island;
-  for (std::size_t l = 0; l < plan.loops.size(); ++l) {
-    plan.reasons.push_back(std::move(choices[l].reason));
-    plan.open.push_back(choices[l].open);
-    is_hole.push_back(plan.reasons[l].empty() && !choices[l].opposes_normals ? 1 : 0);
-    may_be_island.push_back(choices[l].opposes_normals ? 1 : 0);
+  const LoopKinds kinds = kinds_of(choices);
+  for (HoleChoice& choice : choices) {
+    plan.is_wanted.push_back(choice.reason.empty() ? 1 : 0);
+    plan.reasons.push_back(std::move(choice.reason));
+    plan.open.push_back(choice.open);
   }
+  plan.is_scene.assign(pieces.size(), 0);
+  if (options.keep_outer_border)
+    plan.is_scene = pieces_of_scenes(plan.loops, pieces, outer_borders(plan.loops, pieces));
   choices = {};
-  plan.islands = find_islands(plan.loops, is_hole, may_be_island, plan.vertices);
+  plan.islands = find_islands(plan.loops, kinds.is_hole, kinds.may_be_island, plan.vertices);
   plan.vertices = vertices_around_islands(plan);
   plan.taken = shared_pairs(plan.loops);
   std::vector<std::uint8_t> is_island(plan.loops.size(), 0);

@@ -27,6 +27,12 @@ struct LoopPatch {
   HoleFacts facts;  ///< all but chunks
 };
 
+/// One loop alone, from what is around it. `taken`: edges that its patch must not use. `known`: what
+/// is known of the loop. `flat`: PatchOptions::flat. `stop` may be null.
+LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop,
+                    std::span<const std::array<std::uint64_t, 2>> taken, const HoleFacts& known,
+                    const FillOptions& options, const StopToken* stop, bool flat = false);
+
 /// For every loop the pairs of its vertices that lie together on another loop: no patch may join
 /// them, since another one may.
 std::vector<std::vector<std::array<std::uint64_t, 2>>> shared_pairs(
@@ -42,6 +48,13 @@ struct HolePlan {
   std::vector<std::vector<std::uint32_t>> islands;  ///< per loop: loops of islands in it
   std::vector<std::vector<std::array<std::uint64_t, 2>>> taken;  ///< shared_pairs
   std::vector<std::uint32_t> groups;  ///< loops to be filled, without islands of others
+  /// Per piece, whether it is to be removed (find_crumbs); its loops are not among `loops`.
+  std::vector<std::uint8_t> crumbs;
+  std::vector<std::uint8_t> is_wanted;  ///< per loop, whether it is to be filled
+  /// Per piece, whether it is of an open scene (pieces_of_scenes); none is where
+  /// FillOptions::keep_outer_border says that all is to be closed.
+  std::vector<std::uint8_t> is_scene;
+  bool is_of_solid(std::size_t loop) const;
 
   /// A group's loops: the hole, then its islands.
   std::vector<std::uint32_t> loops_of(std::uint32_t hole) const;
@@ -50,6 +63,7 @@ struct HolePlan {
   /// Those of all loops.
   std::vector<HoleFacts> all_facts() const;
 };
+/// Crumbs are looked for where FillOptions::min_triangles names no number.
 HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> vertices,
                     std::span<const Piece> pieces, const FillOptions& options);
 

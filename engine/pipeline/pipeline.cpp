@@ -152,7 +152,7 @@ void run_stages(StageRunner& runner, RunResults& results) {
   predicted.peak_memory_bytes = std::max(predicted.peak_memory_bytes, holes.predicted_peak_bytes);
   results.conflicts_lost = stitched.conflicts_lost;
   results.pieces_removed = holes.filled.pieces_removed;
-  results.triangles_removed = holes.filled.removed.size();
+  results.triangles_removed = holes.filled.removed.size() - holes.facts.mended_triangles;
   results.points_unused = stitched.unused_points + holes.filled.freed.size();
   results.mesh = std::move(holes.facts);
   results.mesh.checksum = std::move(exported.checksum);

@@ -169,6 +169,7 @@ void MeshSummary::finish() {
   facts_.boundary_loops = count_loops(boundary_.fans);
   facts_.components = boundary_.pieces.size();
   facts_.nonmanifold_vertices = boundary_.pinched.size();
+  facts_.pinches = facts_.nonmanifold_vertices;
   derive_facts(facts_);
 }
 

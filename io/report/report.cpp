@@ -89,6 +89,8 @@ Json mesh_json(const MeshFacts& facts) {
           {"boundary_loops", facts.boundary_loops},
           {"nonmanifold_edges", facts.nonmanifold_edges},
           {"nonmanifold_vertices", facts.nonmanifold_vertices},
+          {"pinches", count_or_null(facts.pinches)},
+          {"mended_triangles", facts.mended_triangles},
           {"inconsistent_edges", facts.inconsistent_edges},
           {"degenerate_triangles", facts.degenerate_triangles},
           {"duplicate_triangles", facts.duplicate_triangles},

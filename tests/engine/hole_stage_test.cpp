@@ -147,6 +147,38 @@ TEST_CASE("FactsOfAFilledMeshAreThoseOfItsFile", "[costly]") {
   }
 }
 
+TEST_CASE("AMendedObjectIsWatertightAndHasTheSameBytesInAnyCut", "[costly]") {
+  NamedCloud named = test::painted_torus(4000, 0.5, 37);
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.partition.chunk_points = 1'000'000'000;
+  job.output.check_surface = true;
+  const RunReport whole = run(job);
+  const std::string expected = bytes_of(job.output.mesh);
+  const TriangleMesh mesh = read_mesh(job.output.mesh);
+  REQUIRE(validate_mesh(mesh).empty());
+  CHECK(whole.mesh.mended_triangles > 0);
+  CHECK(whole.mesh.watertight);
+  CHECK(whole.mesh.pinches == 0);
+  const MeshFacts measured = mesh_facts(mesh);
+  CHECK(measured.watertight);
+  CHECK(measured.components == whole.mesh.components);
+  CHECK(measured.vertices == whole.mesh.vertices);
+  CHECK(measured.unreferenced_vertices == 0);
+  CHECK(measured.area == Approx(whole.mesh.area).epsilon(1e-9));
+  CHECK(measured.patch_area == Approx(whole.mesh.patch_area).epsilon(1e-9));
+  for (const auto& [chunk_points, threads] :
+       {std::pair{300, 2}, std::pair{1000, 1}, std::pair{2500, 5}}) {
+    job.partition.chunk_points = static_cast<std::uint64_t>(chunk_points);
+    job.run.threads = threads;
+    INFO("chunk_points " << chunk_points << ", threads " << threads);
+    const RunReport report = run(job);
+    CHECK((bytes_of(job.output.mesh) == expected));
+    CHECK(report.mesh.mended_triangles == whole.mesh.mended_triangles);
+    CHECK(report.mesh.boundary_edges == whole.mesh.boundary_edges);
+  }
+}
+
 TEST_CASE("CrumbsBesideASurfaceGoAndAreCounted") {
   NamedCloud named = test::painted_torus(3000, 0.0, 36);
   // Three points of their own: a triangle, far from the rest.

@@ -41,10 +41,13 @@ bool is_outer_border(const BoundaryLoop& loop, std::span<const Piece> pieces) {
 /// Beyond this many spacings from side to side the surface around a gap says nothing of its middle.
 constexpr double kWide = 48.0;
 
-bool is_too_wide(const BoundaryLoop& loop, std::span<const std::uint8_t> is_scene) {
-  if (!(loop_width(loop) > kWide * loop_spacing(loop))) return false;
+bool is_of_scene(const BoundaryLoop& loop, std::span<const std::uint8_t> is_scene) {
   return std::any_of(loop.components.begin(), loop.components.end(),
                      [&](std::uint64_t piece) { return is_scene[piece] != 0; });
+}
+
+bool is_too_wide(const BoundaryLoop& loop, std::span<const std::uint8_t> is_scene) {
+  return loop_width(loop) > kWide * loop_spacing(loop) && is_of_scene(loop, is_scene);
 }
 
 HoleChoice too_wide(const BoundaryLoop& loop) {
@@ -81,10 +84,17 @@ std::uint64_t least_triangles(const FillOptions& options, std::uint64_t largest)
   return options.min_triangles.value_or(largest >= kSurface ? kCrumb : 0);
 }
 
+std::vector<std::uint8_t> outer_borders(std::span<const BoundaryLoop> loops,
+                                        std::span<const Piece> pieces) {
+  std::vector<std::uint8_t> is_border;
+  is_border.reserve(loops.size());
+  for (const BoundaryLoop& loop : loops) is_border.push_back(is_outer_border(loop, pieces) ? 1 : 0);
+  return is_border;
+}
+
 std::vector<HoleChoice> choose_holes(std::span<const BoundaryLoop> loops,
                                      std::span<const Piece> pieces, const FillOptions& options) {
-  std::vector<std::uint8_t> is_border;
-  for (const BoundaryLoop& loop : loops) is_border.push_back(is_outer_border(loop, pieces) ? 1 : 0);
+  const std::vector<std::uint8_t> is_border = outer_borders(loops, pieces);
   const std::vector<std::uint8_t> is_scene = pieces_of_scenes(loops, pieces, is_border);
   const bool is_limited = options.keep_outer_border && !options.max_diameter;
   std::vector<HoleChoice> choices;
@@ -92,7 +102,8 @@ std::vector<HoleChoice> choose_holes(std::span<const BoundaryLoop> loops,
   for (std::size_t l = 0; l < loops.size(); ++l) {
     const BoundaryLoop& loop = loops[l];
     HoleChoice& choice = choices.emplace_back(choice_of(loop, options));
-    if (choice.open == OpenReason::kNone && options.keep_outer_border && is_border[l] != 0)
+    if (choice.open == OpenReason::kNone && options.keep_outer_border && is_border[l] != 0 &&
+        is_of_scene(loop, is_scene))
       choice = {OpenReason::kOuterBorder,
                 "the outer border of an open sheet (fill.keep_outer_border)"};
     if (choice.open == OpenReason::kNone && is_limited && is_too_wide(loop, is_scene))

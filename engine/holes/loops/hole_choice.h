@@ -23,6 +23,10 @@ struct HoleChoice {
   bool opposes_normals = false;         ///< certainly the border of a piece
 };
 
+/// Per loop, whether it is the outer border of a sheet.
+std::vector<std::uint8_t> outer_borders(std::span<const BoundaryLoop> loops,
+                                        std::span<const Piece> pieces);
+
 /// What is to become of each loop.
 /// The loops' component labels are indices of `pieces`.
 ///

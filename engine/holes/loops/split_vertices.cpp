@@ -61,8 +61,9 @@ std::vector<std::uint32_t> fan_groups(std::span<const Triangle64> triangles, std
   return group;
 }
 
-std::vector<std::uint32_t> pinched_vertices(const TriangleMesh& mesh) {
-  const MeshSurface surface(mesh);
+std::vector<std::uint32_t> pinched_vertices(const TriangleMesh& mesh,
+                                            std::span<const std::uint8_t> keep) {
+  const MeshSurface surface(mesh, keep);
   std::vector<std::uint32_t> pinched;
   for (std::uint32_t vertex = 0; vertex < mesh.vertices.size(); ++vertex) {
     const std::vector<Triangle64> around = triangles_around(mesh, surface, vertex);

@@ -15,7 +15,9 @@ std::vector<std::uint32_t> fan_groups(std::span<const Triangle64> triangles, std
 
 /// Vertices with several fans, ascending; without those at an edge of more than two triangles or of
 /// two that run along it in the same direction.
-std::vector<std::uint32_t> pinched_vertices(const TriangleMesh& mesh);
+/// `keep` is empty or says per triangle whether it counts.
+std::vector<std::uint32_t> pinched_vertices(const TriangleMesh& mesh,
+                                            std::span<const std::uint8_t> keep = {});
 
 /// Doubles every vertex of the list with several fans: the first fan keeps it, each further one
 /// gets a copy (position, normal, attributes), appended in order. Returns how many were added.

@@ -30,6 +30,8 @@ struct PatchOptions {
   /// Where every patch crosses the surface: the one that does so least is taken whole (true), or
   /// only its part that crosses nothing (false).
   bool allow_intersections = false;
+  /// A membrane or triangles between the corners, whatever a smooth patch would be.
+  bool flat = false;
   /// Most new points of a hole; a larger one is reported and stays open.
   std::uint32_t max_new_points = 2'000'000;
   /// Whether triangles grow with their distance from the rim in a large patch.

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "engine/geometry/disjoint_sets.h"
-#include "engine/pipeline/surface/small_pieces.h"
 #include "engine/stitching/mesh_summary.h"
 
 namespace orbweave {
@@ -91,18 +90,27 @@ std::vector<OpenFan> in_split_numbers(std::vector<OpenFan> fans,
   return fans;
 }
 
-bool is_closed(const HoleFacts& hole) { return hole.filled && hole.open_edges == 0; }
+/// Per loop, whether the patch that closes it is one of those that were stored first.
+std::vector<std::uint8_t> closed_loops(std::span<const HoleFacts> holes, const Mended& mended,
+                                       std::size_t loops) {
+  std::vector<std::uint8_t> closed(loops, 0);
+  for (std::size_t l = 0; l < loops; ++l) {
+    const bool is_replaced = !mended.is_replaced.empty() && mended.is_replaced[l] != 0;
+    closed[l] = holes[l].filled && holes[l].open_edges == 0 && !is_replaced ? 1 : 0;
+  }
+  return closed;
+}
 
 /// Adds the fans of patches that close their loops: one per corner, from the edge at which the
 /// mesh's next fan around begins to the one at which the last one ended.
-void add_fans_of_closed(std::span<const BoundaryLoop> loops, std::span<const HoleFacts> holes,
+void add_fans_of_closed(std::span<const BoundaryLoop> loops, std::span<const std::uint8_t> closed,
                         std::vector<OpenFan>& fans) {
   std::size_t corners = 0;
   for (std::size_t l = 0; l < loops.size(); ++l)
-    corners += is_closed(holes[l]) ? loops[l].vertices.size() : 0;
+    corners += closed[l] != 0 ? loops[l].vertices.size() : 0;
   fans.reserve(fans.size() + corners);
   for (std::size_t l = 0; l < loops.size(); ++l) {
-    if (!is_closed(holes[l])) continue;
+    if (closed[l] == 0) continue;
     const std::vector<std::uint64_t>& loop = loops[l].vertices;
     const std::size_t n = loop.size();
     for (std::size_t i = 0; i < n; ++i)
@@ -116,6 +124,14 @@ void add_fans_of(std::span<const Triangle64> triangles, std::vector<OpenFan>& fa
   fans.reserve(fans.size() + 3 * triangles.size());
   for (const Triangle64& t : triangles)
     for (int k = 0; k < 3; ++k) fans.push_back({t[(k + 2) % 3], t[k], t[(k + 1) % 3], 0});
+}
+
+/// Fans of the mesh have changed where it was mended.
+void add_mended_corners(const Mended& mended, std::vector<OpenFan>& fans) {
+  std::erase_if(fans, [&](const OpenFan& fan) {
+    return std::binary_search(mended.touched.begin(), mended.touched.end(), fan.vertex);
+  });
+  fans.insert(fans.end(), mended.corners.begin(), mended.corners.end());
 }
 
 /// Joins the pieces of the mesh that patches hold together. `fans`: of the mesh, by vertex.
@@ -154,9 +170,17 @@ std::uint64_t count_components(const UnfilledMesh& mesh, const PatchTotals& patc
   std::uint64_t components = 0;
   for (std::uint32_t p = 0; p < mesh.pieces.size(); ++p) {
     components += pieces.find(p) == p ? 1 : 0;
-    components -= is_removed(mesh.pieces[p], mesh.min_triangles) ? 1 : 0;
+    components -= mesh.is_removed[p];
   }
-  return components;
+  return components - mesh.mended.pieces_gone;
+}
+
+/// Vertices that were doubled.
+std::uint64_t count_pinches(const FilledHoles& filled) {
+  std::vector<std::uint64_t> doubled = filled.copies;
+  std::sort(doubled.begin(), doubled.end());
+  return static_cast<std::uint64_t>(std::unique(doubled.begin(), doubled.end()) -
+                                    doubled.begin());
 }
 
 }  // namespace
@@ -171,14 +195,18 @@ MeshFacts facts_after_fill(MeshFacts facts, UnfilledMesh mesh, std::vector<Bound
   std::vector<OpenFan>& fans = mesh.fans;
   std::sort(fans.begin(), fans.end(), by_vertex);
   facts.components = count_components(mesh, patches);
-  add_fans_of_closed(loops, filled.holes, fans);
+  add_mended_corners(mesh.mended, fans);
+  add_fans_of_closed(loops, closed_loops(filled.holes, mesh.mended, loops.size()), fans);
   loops = {};
   add_fans_of(patches.open_triangles, fans);
+  add_fans_of(patches.mended_triangles, fans);
   join_fans(fans);
   facts.vertices += filled.copies.size();
   facts.vertices -= filled.freed.size();
   facts.triangles -= filled.removed.size();
   facts.nonmanifold_vertices = 0;
+  facts.pinches = count_pinches(filled);
+  facts.mended_triangles = mesh.mended.taken.size();
   facts.area += patches.area;
   facts.patch_area = patches.area;
   facts.boundary_edges = fans.size();

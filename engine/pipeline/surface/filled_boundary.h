@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/holes/mend_solids.h"
 #include "engine/holes/problem/boundary_loop.h"
 #include "engine/pipeline/surface/filled_holes.h"
 #include "engine/stitching/chunk_mesh.h"
@@ -13,9 +14,10 @@ namespace orbweave {
 
 /// The mesh before the fill, as far as its facts depend on it.
 struct UnfilledMesh {
-  std::vector<OpenFan> fans;           ///< of pieces that are kept
-  std::span<const ChunkPiece> pieces;  ///< all of the stitched mesh
-  std::uint64_t min_triangles = 0;     ///< pieces of fewer are removed
+  std::vector<OpenFan> fans;                 ///< of pieces that are kept
+  std::span<const ChunkPiece> pieces;        ///< all of the stitched mesh
+  std::span<const std::uint8_t> is_removed;  ///< per piece
+  const Mended& mended;
 };
 
 /// All patches together.
@@ -27,6 +29,8 @@ struct PatchTotals {
   /// Likewise, of patches that close their loops and touch several pieces of the mesh. Where such a
   /// loop touches itself its parts may leave the pieces apart.
   std::vector<Triangle64> joining_triangles;
+  /// Likewise, of patches that mended closed objects.
+  std::vector<Triangle64> mended_triangles;
 };
 
 /// The facts of the filled mesh. `facts`: of the stitched mesh, its area already without the pieces

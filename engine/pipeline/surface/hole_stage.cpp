@@ -11,6 +11,7 @@
 #include "engine/pipeline/budget/time_forecast.h"
 #include "engine/pipeline/surface/check_stage.h"
 #include "engine/pipeline/surface/filled_boundary.h"
+#include "engine/pipeline/surface/mended_holes.h"
 #include "engine/pipeline/surface/patch_batch.h"
 #include "engine/pipeline/surface/pinched_vertices.h"
 #include "engine/pipeline/surface/small_pieces.h"
@@ -50,11 +51,16 @@ std::uint64_t largest_piece(const StitchedBoundary& boundary) {
 }
 
 /// The fans of pieces that are kept.
-std::vector<OpenFan> kept_fans(std::vector<OpenFan> fans, std::span<const ChunkPiece> pieces,
-                               std::uint64_t min_triangles) {
-  std::erase_if(
-      fans, [&](const OpenFan& fan) { return is_removed(pieces[fan.component], min_triangles); });
+std::vector<OpenFan> kept_fans(std::vector<OpenFan> fans,
+                               std::span<const std::uint8_t> is_removed) {
+  std::erase_if(fans, [&](const OpenFan& fan) { return is_removed[fan.component] != 0; });
   return fans;
+}
+
+/// The pieces that are too small.
+std::vector<std::uint8_t> small_pieces(const StitchedBoundary& boundary,
+                                       const FillOptions& options) {
+  return small_pieces(boundary.pieces, least_triangles(options, largest_piece(boundary)));
 }
 
 /// Groups of loops that are filled and stored together.
@@ -66,8 +72,9 @@ struct Batch {
 /// The loops to be filled, and what bounds them.
 struct TracedHoles {
   HolePlan plan;
-  std::vector<OpenFan> fans;
+  std::vector<OpenFan> fans;  ///< of pieces that are kept
   std::vector<Batch> batches;
+  std::vector<std::uint8_t> is_removed;  ///< per piece: too small, or a crumb
 };
 
 std::uint64_t edges_of_group(const HolePlan& plan, std::size_t group) {
@@ -228,24 +235,39 @@ void add_patches_to_totals(const HolePlan& plan, const PatchBatch& facts, const 
   add_triangles_of(patches, joining, first_vertex, sum.joining_triangles);
 }
 
-/// Takes the facts of all loops to `filled`, as far as batches were stored.
-PatchTotals collect_patches(TracedHoles& holes, const Partition& partition, StageRunner& runner,
-                            FilledHoles& filled) {
+/// The triangles of the batch that mended closed objects.
+void add_mended_to_totals(const ChunkStore& store, ChunkId batch, std::uint64_t first_vertex,
+                          PatchTotals& sum) {
+  for (Triangle64 t : load_patch_batch(store, batch).triangles) {
+    for (std::uint64_t& vertex : t) vertex += vertex >= kNewVertex ? first_vertex : 0;
+    sum.mended_triangles.push_back(t);
+  }
+}
+
+/// Takes the facts of all loops to `filled`, as far as batches were stored. `batches`: how many are;
+/// one more than were filled where closed objects were mended.
+PatchTotals collect_patches(TracedHoles& holes, ChunkId batches, const Partition& partition,
+                            StageRunner& runner, FilledHoles& filled) {
   PatchTotals sum;
   std::uint64_t first_vertex = 0;
   filled.holes = holes.plan.all_facts();
   holes.plan.reasons = {};
-  for (ChunkId batch = 0; batch < holes.batches.size(); ++batch) {
+  for (ChunkId batch = 0; batch < batches; ++batch) {
     runner.stop.check();
     PatchBatch patches = load_patch_facts(runner.store, batch);
-    add_patches_to_totals(holes.plan, patches, runner.store, batch, first_vertex, sum);
+    if (batch == holes.batches.size())
+      add_mended_to_totals(runner.store, batch, first_vertex, sum);
+    else
+      add_patches_to_totals(holes.plan, patches, runner.store, batch, first_vertex, sum);
     std::uint64_t vertices = 0, triangles = 0;
     for (std::size_t i = 0; i < patches.facts.size(); ++i) {
       HoleFacts& facts = patches.facts[i];  // ids are ranks of loops, from 1
       vertices += facts.points_added;
       triangles += facts.triangles_added;
       sum.area += facts.area;
-      HoleFacts& hole = filled.holes[static_cast<std::size_t>(facts.id - 1)];
+      const auto l = static_cast<std::size_t>(facts.id - 1);
+      if (l >= filled.holes.size()) filled.holes.resize(l + 1);  // a gap that mending made
+      HoleFacts& hole = filled.holes[l];
       // The option that decided is the plan's to say: a batch holds the text alone.
       if (!facts.filled) facts.open = hole.open;
       hole = std::move(facts);
@@ -256,32 +278,77 @@ PatchTotals collect_patches(TracedHoles& holes, const Partition& partition, Stag
   }
   for (std::size_t l = 0; l < holes.plan.loops.size(); ++l)
     filled.holes[l].chunks = chunks_of(holes.plan.loops[l], partition);
+  for (std::size_t l = holes.plan.loops.size(); l < filled.holes.size(); ++l)
+    filled.holes[l].chunks = {partition.chunk_of(filled.holes[l].first_vertex)};
   return sum;
 }
 
+template <class T>
+void add_sorted(const std::vector<T>& more, std::vector<T>& to) {
+  to.insert(to.end(), more.begin(), more.end());
+  std::sort(to.begin(), to.end());
+}
+
+/// Takes pieces (`is_removed`, per piece) from the surface and from the area of the mesh.
+void remove_pieces(HoleInputs& inputs, std::span<const std::uint8_t> is_removed,
+                   StoredSurface& surface, FilledHoles& filled) {
+  filled.pieces_removed += std::count(is_removed.begin(), is_removed.end(), 1);
+  const RemovedPieces removed =
+      find_removed(inputs.boundary.pieces, is_removed, surface, inputs.facts.area);
+  inputs.facts.area = removed.area_left;
+  add_sorted(removed.triangles, filled.removed);
+  add_sorted(removed.freed, filled.freed);
+  surface.remove(filled.removed);
+}
+
 /// Traces the loops. `inputs` ends without fans and vertices of the boundary, and with the area of
-/// the mesh without small pieces; `filled` gets these.
+/// the mesh without the pieces that are removed; `filled` gets these.
 TracedHoles trace_holes(HoleInputs& inputs, StoredSurface& surface, StageRunner& runner,
                         FilledHoles& filled) {
   const StageClock clock(runner, Stage::kTrace, 0, "edges");
   const FillOptions& options = runner.job.fill;
   StitchedBoundary& boundary = inputs.boundary;
-  const std::uint64_t least = least_triangles(options, largest_piece(boundary));
-  for (const ChunkPiece& piece : boundary.pieces)
-    filled.pieces_removed += is_removed(piece, least) ? 1 : 0;
-  RemovedPieces removed = find_small_pieces(boundary.pieces, least, surface, inputs.facts.area);
-  inputs.facts.area = removed.area_left;
-  filled.removed = std::move(removed.triangles);
-  filled.freed = std::move(removed.freed);
-  surface.remove(filled.removed);
   TracedHoles holes;
-  holes.fans = kept_fans(std::move(boundary.fans), boundary.pieces, least);
+  holes.is_removed = small_pieces(boundary, options);
+  remove_pieces(inputs, holes.is_removed, surface, filled);
+  holes.fans = kept_fans(std::move(boundary.fans), holes.is_removed);
   runner.progress.advance(holes.fans.size());
   surface.limit_memory(0);
   holes.plan = plan_holes(holes.fans, std::move(boundary.vertices), pieces_of(boundary), options);
+  const std::vector<std::uint8_t>& crumbs = holes.plan.crumbs;
+  if (std::find(crumbs.begin(), crumbs.end(), 1) != crumbs.end()) {
+    surface.limit_memory(bytes_for_chunks(runner.job, inputs.surface.partition));
+    remove_pieces(inputs, crumbs, surface, filled);
+    surface.limit_memory(0);
+    for (std::size_t p = 0; p < crumbs.size(); ++p) holes.is_removed[p] |= crumbs[p];
+    holes.fans = kept_fans(std::move(holes.fans), crumbs);
+  }
   holes.batches = cut_into_batches(holes.plan);
   release_freed_memory();
   return holes;
+}
+
+/// Mends closed objects; `filled`, the surface and the area of the mesh lose what was taken out.
+Mended mend(HoleInputs& inputs, TracedHoles& holes, StoredSurface& surface, StageRunner& runner,
+            FilledHoles& filled) {
+  std::sort(holes.fans.begin(), holes.fans.end(), [](const OpenFan& a, const OpenFan& b) {
+    return a.vertex != b.vertex ? a.vertex < b.vertex : a.previous < b.previous;
+  });
+  const MendInputs to_mend{inputs.surface,
+                           surface,
+                           holes.plan,
+                           static_cast<ChunkId>(holes.batches.size()),
+                           holes.fans,
+                           inputs.boundary.pinched};
+  Mended mended = mend_holes(to_mend, runner);
+  by_root(runner, [&] { store_mended(mended, to_mend, runner.store); });
+  if (mended.empty()) return mended;
+  inputs.facts.area -= mended.taken_area;
+  filled.pieces_removed += mended.pieces_gone;
+  add_sorted(mended.taken, filled.removed);
+  add_sorted(mended.freed, filled.freed);
+  surface.remove(filled.removed);
+  return mended;
 }
 
 }  // namespace
@@ -317,20 +384,21 @@ HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
       {inputs.surface, surface, places_of_patches(holes, partition, runner), memory_bytes / 2},
       runner);
   const StageClock clock(runner, Stage::kSettle, holes.batches.size(), "batches");
-  by_root(runner, [&] {
-    drop_crossing_patches(check.dropped, static_cast<ChunkId>(holes.batches.size()), runner.store);
-  });
-  SplitVertices split = split_pinched(inputs.boundary.pinched, surface, runner.store,
-                                      static_cast<ChunkId>(holes.batches.size()), runner.stop);
+  const auto batches = static_cast<ChunkId>(holes.batches.size());
+  by_root(runner, [&] { drop_crossing_patches(check.dropped, batches, runner.store); });
+  const Mended mended = mend(inputs, holes, surface, runner, result.filled);
+  const ChunkId stored = batches + (mended.empty() ? 0 : 1);
+  SplitVertices split =
+      split_pinched(inputs.boundary.pinched, surface, runner.store, stored, runner.stop);
   result.filled.splits = std::move(split.splits);
   result.filled.copies = std::move(split.copies);
   surface.limit_memory(0);
   release_freed_memory();
-  const PatchTotals patches = collect_patches(holes, partition, runner, result.filled);
+  const PatchTotals patches =
+      collect_patches(holes, stored, partition, runner, result.filled);
   result.facts =
       facts_after_fill(std::move(inputs.facts),
-                       {std::move(holes.fans), inputs.boundary.pieces,
-                        least_triangles(runner.job.fill, largest_piece(inputs.boundary))},
+                       {std::move(holes.fans), inputs.boundary.pieces, holes.is_removed, mended},
                        std::move(holes.plan.loops), result.filled, patches);
   result.facts.crossing_pairs = check.crossing_pairs;
   result.facts.patch_crossing_pairs = check.patch_crossing_pairs;
@@ -346,8 +414,7 @@ std::uint64_t count_crossings_unfilled(const SurfaceInputs& inputs, StageRunner&
 }
 
 std::vector<HoleFacts> list_loops(const StitchedBoundary& boundary, const FillOptions& options) {
-  const std::uint64_t least = least_triangles(options, largest_piece(boundary));
-  return plan_holes(kept_fans(boundary.fans, boundary.pieces, least), boundary.vertices,
+  return plan_holes(kept_fans(boundary.fans, small_pieces(boundary, options)), boundary.vertices,
                     pieces_of(boundary), options)
       .all_facts();
 }

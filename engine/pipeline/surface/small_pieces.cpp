@@ -55,13 +55,23 @@ std::vector<std::uint64_t> freed_vertices(std::span<const Triangle64> removed,
 
 }  // namespace
 
-RemovedPieces find_small_pieces(std::span<const ChunkPiece> pieces, std::uint64_t min_triangles,
-                                const Surface& surface, double area) {
+std::vector<std::uint8_t> small_pieces(std::span<const ChunkPiece> pieces,
+                                       std::uint64_t min_triangles) {
+  std::vector<std::uint8_t> is_small;
+  is_small.reserve(pieces.size());
+  for (const ChunkPiece& piece : pieces)
+    is_small.push_back(piece.triangles < min_triangles ? 1 : 0);
+  return is_small;
+}
+
+RemovedPieces find_removed(std::span<const ChunkPiece> pieces,
+                           std::span<const std::uint8_t> is_removed, const Surface& surface,
+                           double area) {
   RemovedPieces removed;
   removed.area_left = area;
-  for (const ChunkPiece& piece : pieces) {
-    if (!is_removed(piece, min_triangles)) continue;
-    const std::set<Triangle64> triangles = triangles_of_piece(piece.first, surface);
+  for (std::size_t p = 0; p < pieces.size(); ++p) {
+    if (is_removed[p] == 0) continue;
+    const std::set<Triangle64> triangles = triangles_of_piece(pieces[p].first, surface);
     for (const Triangle64& t : triangles) removed.area_left -= area_of(t, surface);
     removed.triangles.insert(removed.triangles.end(), triangles.begin(), triangles.end());
   }

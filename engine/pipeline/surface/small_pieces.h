@@ -1,4 +1,4 @@
-// Pieces of the stitched mesh that are too small to be kept.
+// Pieces of the stitched mesh that are not kept: too small ones and crumbs.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,14 @@ struct RemovedPieces {
   double area_left = 0.0;             ///< of the mesh
 };
 
-/// Whether a piece is removed; `min_triangles`: least_triangles() of the mesh.
-inline bool is_removed(const ChunkPiece& piece, std::uint64_t min_triangles) {
-  return piece.triangles < min_triangles;
-}
+/// Per piece, whether it has fewer triangles; `min_triangles`: least_triangles() of the mesh.
+std::vector<std::uint8_t> small_pieces(std::span<const ChunkPiece> pieces,
+                                       std::uint64_t min_triangles);
 
-/// Finds the triangles of the pieces that are removed. `area`: of the whole mesh. The surface still
-/// has them all afterwards.
-RemovedPieces find_small_pieces(std::span<const ChunkPiece> pieces, std::uint64_t min_triangles,
-                                const Surface& surface, double area);
+/// Finds the triangles of the pieces that are to be removed (`is_removed`, per piece). `area`: of
+/// the whole mesh. The surface still has them all afterwards.
+RemovedPieces find_removed(std::span<const ChunkPiece> pieces,
+                           std::span<const std::uint8_t> is_removed, const Surface& surface,
+                           double area);
 
 }  // namespace orbweave

@@ -124,6 +124,7 @@ Stitched load_stitched(const ResolvedJob& job, const Partition& partition,
   facts.boundary_edges = counts.at(3);
   facts.boundary_loops = counts.at(4);
   facts.nonmanifold_vertices = counts.at(5);
+  facts.pinches = counts.at(5);
   facts.area = stored->read_all<double>("area").at(0);
   derive_facts(facts);
   stitched.conflicts_lost = counts.at(6);
