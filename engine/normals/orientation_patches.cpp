@@ -296,8 +296,8 @@ class Patches {
       const double votes = turn_a == turn_b ? e.votes : -e.votes;
       between.push_back({row[root_a], row[root_b], votes, std::abs(votes)});
     }
-    const SignedParts parts =
-        join_by_votes(static_cast<std::uint32_t>(roots.size()), std::move(between), kUnanimous);
+    const SignedParts parts = join_by_votes(static_cast<std::uint32_t>(roots.size()),
+                                            std::move(between), {.least_share = kUnanimous});
     for (std::uint32_t a = 0; a < points.size(); ++a) {
       const std::uint32_t piece = row[signs.find(a).first];
       first_[points[a]] = points[roots[parts.part[piece]]];
