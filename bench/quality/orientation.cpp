@@ -138,22 +138,24 @@ Found run(const std::vector<Vec3>& positions, std::uint32_t chunks, double spaci
 /// The components of at least a hundredth of the surface, and what was found on both sides of them.
 nlohmann::json parts_of(const orbweave::PatchOrientation& graph) {
   double total = 0.0;
-  for (const orbweave::OrientedPart& part : graph.parts) total += part.area;
+  for (const orbweave::OrientedPart& part : graph.parts) total += part.shape.area;
   nlohmann::json parts = nlohmann::json::array();
   for (const orbweave::OrientedPart& part : graph.parts) {
-    if (part.area < 0.01 * total) continue;
-    const double sampled = part.space.area;
-    parts.push_back({{"part", part.first},
-                     {"area", part.area / total},
-                     {"kind", static_cast<int>(part.kind)},
-                     {"turned", part.is_turned},
-                     {"doubtful", part.is_doubtful},
-                     {"openness", part.openness},
-                     {"bulge", part.bulge},
-                     {"farther_front", part.space.farther_front / sampled},
-                     {"farther_back", part.space.farther_back / sampled},
-                     {"open_front", part.space.open_front},
-                     {"open_back", part.space.open_back},
+    if (part.shape.area < 0.01 * total) continue;
+    const orbweave::PartSpace& space = part.space;
+    parts.push_back({{"part", part.shape.first},
+                     {"area", part.shape.area / total},
+                     {"surface", part.shape.surface / total},
+                     {"kind", static_cast<int>(part.shape.kind)},
+                     {"side", static_cast<int>(part.side)},
+                     {"doubt", static_cast<int>(part.doubt)},
+                     {"openness", part.shape.openness},
+                     {"bulge", part.is_turned ? -part.shape.bulge : part.shape.bulge},
+                     {"shut", space.shut / space.area},
+                     {"farther_front", space.farther_front / space.area},
+                     {"farther_back", space.farther_back / space.area},
+                     {"open_front", space.open_front},
+                     {"open_back", space.open_back},
                      {"density", {part.density.even, part.density.inside, part.density.outside}}});
   }
   return parts;
@@ -178,6 +180,8 @@ nlohmann::json report(const Found& found, const PointCloud& cloud) {
           {"components", found.graph.components},
           {"contested", found.graph.contested},
           {"contested_area", found.graph.contested_area},
+          {"doubtful_area", found.graph.doubtful_area},
+          {"weak_joins", found.graph.weak.size()},
           {"parts", parts_of(found.graph)},
           {"satisfied", found.graph.satisfied},
           {"normal_seconds", found.normal_seconds},

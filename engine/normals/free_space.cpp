@@ -27,8 +27,9 @@ constexpr std::array<std::array<double, 2>, 9> kDisc = {{{0.0, 0.0},
                                                          {0.6, -0.6}}};
 /// Of the rays to a side that may leave the cloud where that side is shut in.
 constexpr double kShut = 0.15;
-/// So much farther reaches the side that is the wider one.
-constexpr double kWider = 2.0;
+/// So much farther reaches the side that is the wider one; back, where nobody is thought to have
+/// stood, so much: in the folds of a closed object it is twice as wide.
+constexpr double kWider = 2.0, kByFarWider = 4.0;
 
 /// What rays to one side of a patch find.
 struct Side {
@@ -71,8 +72,9 @@ class Search {
     space.open_front += area * front.left;
     space.open_back += area * back.left;
     if (front.left > kShut || back.left > kShut) return;
+    space.shut += area;
     if (front.reach > kWider * back.reach) space.farther_front += area;
-    if (back.reach > kWider * front.reach) space.farther_back += area;
+    if (back.reach > kByFarWider * front.reach) space.farther_back += area;
   }
 
   static void finish(PartSpace& space) {

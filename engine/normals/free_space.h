@@ -17,8 +17,9 @@ namespace orbweave {
 /// Areas as sampled, world units squared. Front: where a part's normals point, as oriented now.
 struct PartSpace {
   double area = 0.0;
-  double farther_front = 0.0;  ///< of patches shut in on both sides, where front is the wider one
-  double farther_back = 0.0;   ///< and where back is
+  double shut = 0.0;           ///< of patches shut in on both sides
+  double farther_front = 0.0;  ///< of them, where front is the wider side
+  double farther_back = 0.0;   ///< and where back is by far the wider side
   double open_front = 0.0;     ///< of rays to the front, those that leave the cloud
   double open_back = 0.0;      ///< of rays to the back
 };

@@ -46,13 +46,11 @@ std::vector<OrientedPart> turn_parts(const std::vector<PatchSum>& sums,
   is_settled[parts.part[sky]] = 1;
   for (std::uint32_t v = 0; v < sums.size(); ++v)
     if (parts.part[v] == parts.part[sky]) parts.turn[v] ^= sky_turn;
-  std::vector<OrientedPart> sides = sides_of_parts(sums, parts, is_settled,
-                                                   {.cell = options.cell,
-                                                    .inward = options.inward,
-                                                    .looks_for_interiors = !options.inward,
-                                                    .stop = options.stop});
+  std::vector<OrientedPart> sides =
+      sides_of_parts(sums, parts, is_settled,
+                     {.cell = options.cell, .inward = options.inward, .stop = options.stop});
   std::vector<std::uint8_t> turn_of(sums.size());
-  for (const OrientedPart& side : sides) turn_of[side.first] = side.is_turned ? 1 : 0;
+  for (const OrientedPart& side : sides) turn_of[side.shape.first] = side.is_turned ? 1 : 0;
   for (std::uint32_t v = 0; v < sums.size(); ++v) parts.turn[v] ^= turn_of[parts.part[v]];
   return sides;
 }
@@ -142,7 +140,7 @@ void count_votes(const std::vector<PatchSum>& sums, const std::vector<SignedEdge
   std::vector<std::uint32_t> contested;
   double area = 0.0, contested_area = 0.0;
   for (std::uint32_t v = 0; v < sums.size(); ++v) {
-    const double of_patch = norm(sums[v].area_normal);
+    const double of_patch = surface_area(sums[v]);
     area += of_patch;
     if (pro[v] >= kClear * contra[v]) continue;
     contested.push_back(v);
@@ -154,13 +152,35 @@ void count_votes(const std::vector<PatchSum>& sums, const std::vector<SignedEdge
   if (total > 0.0) result.satisfied = satisfied / total;
 }
 
+/// The parts whose side is a guess, in all and the largest of them.
+void list_doubtful(const std::vector<PatchSum>& sums, PatchOrientation& result) {
+  constexpr std::size_t kListed = 3;
+  double surface = 0.0;
+  for (const OrientedPart& part : result.parts) surface += part.shape.surface;
+  if (!(surface > 0.0)) return;
+  std::vector<DoubtfulPart> doubtful;
+  for (const OrientedPart& part : result.parts) {
+    if (part.side == PartSide::kInterior) ++result.interiors;
+    if (part.doubt != PartDoubt::kNone)
+      doubtful.push_back({part.shape.center, part.shape.surface / surface, part.doubt});
+  }
+  for (const WeakJoin& join : result.weak)
+    doubtful.push_back({sums[join.node].lowest, join.size / surface, PartDoubt::kNone});
+  for (const DoubtfulPart& part : doubtful) result.doubtful_area += part.area;
+  result.doubtful_area = std::min(result.doubtful_area, 1.0);
+  std::stable_sort(doubtful.begin(), doubtful.end(),
+                   [](const DoubtfulPart& a, const DoubtfulPart& b) { return a.area > b.area; });
+  if (doubtful.size() > kListed) doubtful.resize(kListed);
+  result.doubtful = std::move(doubtful);
+}
+
 /// Weak joins are listed for parts of this share of the surface. The sky is as large as all.
 JoinOptions join_options(const std::vector<PatchSum>& sums, const StopToken* stop) {
   constexpr double kLarge = 0.02;
   JoinOptions options{.stop = stop};
   double area = 0.0;
   for (const PatchSum& sum : sums) {
-    options.sizes.push_back(norm(sum.area_normal));
+    options.sizes.push_back(surface_area(sum));
     area += options.sizes.back();
   }
   options.sizes.push_back(area);
@@ -188,6 +208,7 @@ PatchOrientation orient_patch_graph(std::vector<PatchSum> sums, std::vector<Patc
   result.parts = turn_parts(sums, options, parts);
   result.weak = std::move(parts.weak);
   result.components = result.parts.size();
+  list_doubtful(sums, result);
   parts.turn.pop_back();
   for (const PatchSum& sum : sums) result.patches.push_back(sum.patch);
   count_votes(sums, edges, parts.turn, result);

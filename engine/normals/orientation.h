@@ -61,6 +61,13 @@ struct ContestedPlace {
   std::uint64_t patches = 0;
 };
 
+/// A part of the surface whose side as a whole is a guess.
+struct DoubtfulPart {
+  Vec3 center;
+  double area = 0.0;                   ///< share of the surface
+  PartDoubt doubt = PartDoubt::kNone;  ///< kNone: joined although votes contradict each other
+};
+
 struct PatchOrientation {
   std::vector<PatchId> patches;        ///< ascending
   std::vector<std::uint8_t> turn;      ///< 1: all normals of the patch are turned
@@ -73,6 +80,9 @@ struct PatchOrientation {
   double satisfied = 1.0;              ///< share of the votes' weight that the result satisfies
   std::vector<OrientedPart> parts;     ///< the components, by their smallest patch
   std::vector<WeakJoin> weak;          ///< large parts whose side within a component is a guess
+  std::uint64_t interiors = 0;         ///< components that turned out to be seen from their inside
+  double doubtful_area = 0.0;          ///< share of the surface whose side as a whole is a guess
+  std::vector<DoubtfulPart> doubtful;  ///< the largest of them, at most three, largest first
 };
 
 /// One sign per patch: pairs of patches are joined in the order of how strong their votes are, the

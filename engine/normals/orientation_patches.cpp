@@ -350,13 +350,15 @@ class Patches {
 
   void add(PatchSum& sum, std::uint32_t i) const {
     const Vec3 p = positions_[i];
-    const Vec3 n = area(i) * turned_normal(i);
+    const double of_point = area(i);
+    const Vec3 n = of_point * turned_normal(i);
     ++sum.points;
     for (int axis = 0; axis < 3; ++axis) {
       sum.lowest[axis] = std::min(sum.lowest[axis], p[axis]);
       sum.highest[axis] = std::max(sum.highest[axis], p[axis]);
     }
     sum.area_normal = sum.area_normal + n;
+    sum.area += of_point;
     sum.flux += dot(n, p - sum.flux_origin);
   }
 

@@ -74,7 +74,7 @@ double PatchRays::distance_to(std::uint32_t patch, Vec3 origin, Vec3 direction) 
   const double distance = (plane.offset - dot(plane.normal, origin - sum.flux_origin)) / along;
   if (!(distance > 0.0)) return kNever;
   const Vec3 at = origin + distance * direction;
-  const double margin = 0.5 * plane.spacing;
+  const double margin = 1.5 * plane.spacing;
   for (int axis = 0; axis < 3; ++axis)
     if (at[axis] < sum.lowest[axis] - margin || at[axis] > sum.highest[axis] + margin)
       return kNever;

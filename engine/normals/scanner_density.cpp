@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "io/box.h"
@@ -17,10 +20,13 @@ constexpr double kUneven = 0.15;
 /// Places inside the bounds, about.
 constexpr double kPlaces = 800.0;
 
+/// Share of the area that no scanner need explain: shadows, and what stands before others.
+constexpr double kUnexplained = 0.15;
+
 /// What a scanner at a place makes of each sample's density, relative to the true one.
 using Light = std::vector<double>;
 
-double weighted(std::span<const double> weights, const Light& a, const Light& b) {
+double weighted(const Light& weights, const Light& a, const Light& b) {
   double sum = 0.0;
   for (std::size_t i = 0; i < weights.size(); ++i) sum += weights[i] * a[i] * b[i];
   return sum;
@@ -48,31 +54,41 @@ class Fit {
   /// What the best scanners among some places leave. `side`: 1 lights the outside, -1 the inside.
   double best(std::span<const Vec3> places, double side, const StopToken* stop) const {
     std::vector<Light> chosen;
-    Light left(samples_.size(), 1.0);
-    double error = 1.0;
+    Left left{Light(samples_.size(), 1.0), weights_};
     for (int k = 0; k < kScanners; ++k) {
-      Light best_light;
-      double best_gain = 0.0;
-      for (const Vec3& place : places) {
-        check_stop(stop);
-        Light light = light_from(place, side);
-        const double power = weighted(weights_, light, light);
-        if (!(power > 0.0)) continue;
-        const double gain = weighted(weights_, light, left) / std::sqrt(power);
-        if (gain <= best_gain) continue;
-        best_gain = gain;
-        for (double& value : light) value /= std::sqrt(power);
-        best_light = std::move(light);
-      }
-      if (best_light.empty()) break;
-      chosen.push_back(std::move(best_light));
-      left = solve(chosen);
-      error = weighted(weights_, left, left);
+      Light light = brightest(places, side, left, stop);
+      if (light.empty()) break;
+      chosen.push_back(std::move(light));
+      left = explain(chosen);
     }
-    return error;
+    return weighted(left.weights, left.errors, left.errors);
   }
 
  private:
+  /// What scanners leave of 1, and what counts of it.
+  struct Left {
+    Light errors, weights;
+  };
+
+  /// That of the scanner which explains most of what is left; empty where none explains any.
+  Light brightest(std::span<const Vec3> places, double side, const Left& left,
+                  const StopToken* stop) const {
+    Light best;
+    double best_gain = 0.0;
+    for (const Vec3& place : places) {
+      check_stop(stop);
+      Light light = light_from(place, side);
+      const double power = weighted(left.weights, light, light);
+      if (!(power > 0.0)) continue;
+      const double gain = weighted(left.weights, light, left.errors) / std::sqrt(power);
+      if (gain <= best_gain) continue;
+      best_gain = gain;
+      for (double& value : light) value /= std::sqrt(power);
+      best = std::move(light);
+    }
+    return best;
+  }
+
   Light light_from(Vec3 place, double side) const {
     Light light;
     light.reserve(samples_.size());
@@ -86,15 +102,47 @@ class Fit {
     return light;
   }
 
-  /// What is left of 1 by the best sum of lights with weights that are not negative: coordinate
+  /// The best sum of lights, where the worst of the area need not be explained.
+  Left explain(const std::vector<Light>& lights) const {
+    constexpr int kTrims = 3;
+    Left left{solve(lights, weights_), weights_};
+    for (int trim = 0; trim < kTrims; ++trim) {
+      left.weights = without_worst(left.errors);
+      left.errors = solve(lights, left.weights);
+    }
+    return left;
+  }
+
+  Light without_worst(const Light& errors) const {
+    std::vector<std::uint32_t> order(errors.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return std::abs(errors[a]) > std::abs(errors[b]);
+    });
+    Light weights = weights_;
+    double dropped = 0.0;
+    for (const std::uint32_t i : order) {
+      if (dropped + weights_[i] > kUnexplained) break;
+      dropped += weights_[i];
+      weights[i] = 0.0;
+    }
+    for (double& weight : weights) weight /= 1.0 - dropped;
+    return weights;
+  }
+
+  /// What is left of 1 by the best sum of lights with strengths that are not negative: coordinate
   /// descent.
-  Light solve(const std::vector<Light>& lights) const {
+  Light solve(const std::vector<Light>& lights, const Light& weights) const {
     constexpr int kRounds = 60;
-    std::array<double, kScanners> strength{};
+    std::array<double, kScanners> strength{}, power{};
+    for (std::size_t k = 0; k < lights.size(); ++k)
+      power[k] = weighted(weights, lights[k], lights[k]);
     Light left(samples_.size(), 1.0);
     for (int round = 0; round < kRounds; ++round)
       for (std::size_t k = 0; k < lights.size(); ++k) {
-        const double next = std::max(0.0, strength[k] + weighted(weights_, lights[k], left));
+        if (!(power[k] > 0.0)) continue;
+        const double next =
+            std::max(0.0, strength[k] + weighted(weights, lights[k], left) / power[k]);
         const double change = next - strength[k];
         strength[k] = next;
         for (std::size_t i = 0; i < left.size(); ++i) left[i] -= change * lights[k][i];
@@ -103,7 +151,7 @@ class Fit {
   }
 
   std::span<const DensitySample> samples_;
-  std::vector<double> weights_;
+  Light weights_;
 };
 
 /// The middles of a box's cells, whose sides are about `side`.
@@ -139,8 +187,8 @@ std::vector<Vec3> places_outside(const Box& box, double side) {
 }  // namespace
 
 bool DensityFit::is_seen_from_inside() const {
-  constexpr double kExplained = 0.17, kBetter = 0.45;
-  return even > kUneven && inside < kExplained && inside < kBetter * even &&
+  constexpr double kExplained = 0.13, kBetter = 0.6, kFar = 0.35;
+  return even > kUneven && inside < kExplained && inside < kFar * even &&
          inside < kBetter * outside;
 }
 

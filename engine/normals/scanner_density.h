@@ -18,7 +18,8 @@ struct DensitySample {
   double area = 0.0;
 };
 
-/// Mean squares of relative errors of the density, by area: 0 explains it all, 1 none of it.
+/// Mean squares of relative errors of the density, by area: 0 explains it all, 1 none of it. What
+/// scanners leave is without the worst 15 % of the area, where things may stand in the way.
 struct DensityFit {
   double even = 0.0;     ///< left by one density everywhere
   double inside = 1.0;   ///< left by the best few scanners inside the bounds; 1: not asked, for
