@@ -26,8 +26,8 @@ from scipy.spatial import cKDTree  # noqa: E402
 RIGHT = 0.99
 WARNING = "side of the normals"
 JOBS = {"auto": "configs/object.toml", "ground": "configs/terrestrial-scan.toml"}
-COLUMNS = ["case", "rule", "points", "right", "warned", "patches", "contested", "components", "interior", "doubtful",
-           "verdict"]
+COLUMNS = ["case", "rule", "points", "right", "warned", "patches", "contested", "contested_area", "doubtful_area",
+           "components", "interiors", "verdict"]
 
 # name: (cloud, rules)
 CASES = {
@@ -46,6 +46,8 @@ CASES = {
     "courtyard": (scenes.courtyard, ["auto", "ground"]),
     "facade": (scenes.facade, ["auto", "ground"]),
     "block on the ground": (scenes.house_from_around, ["auto", "ground"]),
+    "block seen close from six sides": (scenes.block_from_six_sides, ["auto"]),
+    "block without a bottom": (scenes.block_from_five_sides, ["auto"]),
     "forest": (scenes.forest, ["auto", "ground"]),
     "forest, airborne": (lambda: scenes.forest(airborne=True), ["auto", "ground"]),
     "hills": (lambda: scenes.forest(trees=1, leafy=False), ["auto", "ground"]),
@@ -166,8 +168,8 @@ def measure(options, work, name, cloud, rule):
     warned = any(WARNING in note for note in report["notes"])
     return {"case": name, "rule": rule, "points": len(points), "right": round(right, 4), "warned": warned,
             "patches": normals["patches"], "contested": normals["contested_patches"],
-            "components": normals["components"], "interior": normals.get("interior_components"),
-            "doubtful": normals.get("doubtful_share"), "verdict": verdict(right, warned)}
+            "components": normals["components"], "contested_area": normals.get("contested_area"), "interiors": normals.get("interior_components"),
+            "doubtful_area": normals.get("doubtful_area"), "verdict": verdict(right, warned)}
 
 
 def main():

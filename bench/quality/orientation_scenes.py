@@ -155,6 +155,18 @@ def house_from_around(rays=200_000):
     return scanned(walls, [[-6, -6, 1.6], [15, -6, 1.6], [15, 13, 1.6], [-6, 13, 1.6]], rays // 4)
 
 
+def block_from_six_sides(rays=150_000):
+    """From places close in front of its sides: as dense as a room seen from its middle."""
+    places = [[-1, 1, 1], [4, 1, 1], [1.5, -1, 1], [1.5, 3, 1], [1.5, 1, 3], [1.5, 1, -1]]
+    return scanned(box([0, 0, 0], [3, 2, 2]), places, rays, nadir=-89.0)
+
+
+def block_from_five_sides(rays=150_000):
+    """Nothing of its bottom is seen."""
+    places = [[-2, -2, 1], [5, -2, 1], [5, 4, 1], [-2, 4, 1], [1.5, 1, 5]]
+    return scanned(box([0, 0, 0], [3, 2, 2]), places, rays, nadir=-89.0)
+
+
 # Terrain.
 
 def height(x, y):

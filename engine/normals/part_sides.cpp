@@ -71,7 +71,9 @@ class Judge {
     } else if (is_wide_within(part)) {
       turn(part, PartSide::kInterior);
     } else if (part.shape.kind == PartKind::kShell && is_dense_within(part)) {
+      // Scanners close in front of every side of an object make the same densities.
       turn(part, PartSide::kInterior);
+      part.doubt = part.shape.is_box ? PartDoubt::kBox : PartDoubt::kFreeSpace;
     } else if (back >= kInterior * space.area && kClear * back > front) {
       part.doubt = PartDoubt::kFreeSpace;
     } else if (2.0 * space.shut > space.area &&
@@ -141,10 +143,13 @@ class Judge {
     const OrientedPart& inner = *by_first_.at(facing.from);
     OrientedPart& outer = *by_first_.at(facing.to);
     if (is_changed(inner) || inner.space.farther_front < kSure * inner.space.area) return;
-    if (outer.side != PartSide::kShape || outer.shape.kind == PartKind::kLandscape) return;
+    if (outer.side == PartSide::kSettled || outer.shape.kind == PartKind::kLandscape) return;
     if (facing.front < kMost * inner.space.area || outer.shape.surface < inner.shape.surface)
       return;
-    if (votes(facing, inner, outer) > -kSure * facing.weight) return;
+    const double agreement = votes(facing, inner, outer);
+    if (std::abs(agreement) < kSure * facing.weight) return;
+    if (agreement > 0.0 && outer.side == PartSide::kInterior) outer.doubt = PartDoubt::kNone;
+    if (agreement > 0.0 || outer.side != PartSide::kShape) return;
     if (inner.shape.surface >= kLarge * total_) {
       turn(outer, PartSide::kInterior);
     } else {
@@ -166,15 +171,20 @@ class Judge {
     part.doubt = PartDoubt::kNone;
   }
 
+  /// By shape alone.
   static PartDoubt doubt(const OrientedPart& part) {
     constexpr double kHalfOpen = 0.12, kLevel = 0.3;
+    // What bulges so much has an outer side although a part of it is missing.
+    constexpr double kRound = 0.3, kUpward = 0.1;
     const PartShape& shape = part.shape;
+    const double bulge = part.is_turned ? -shape.bulge : shape.bulge;
     if (shape.kind == PartKind::kSheet) return PartDoubt::kSheet;
     if (shape.kind == PartKind::kLandscape) {
-      const bool is_flat = shape.openness > kLevel || part.density.is_seen_from_inside();
-      return is_flat ? PartDoubt::kNone : PartDoubt::kHalfOpen;
+      const bool is_sure =
+          shape.openness > kLevel || bulge > kUpward || part.density.is_seen_from_inside();
+      return is_sure ? PartDoubt::kNone : PartDoubt::kHalfOpen;
     }
-    if (shape.openness > kHalfOpen) return PartDoubt::kHalfOpen;
+    if (shape.openness > kHalfOpen && bulge < kRound) return PartDoubt::kHalfOpen;
     if (shape.is_tube) return PartDoubt::kTube;
     const bool is_solid = part.space.farther_front > kClear * part.space.farther_back;
     return shape.is_box && !is_solid ? PartDoubt::kBox : PartDoubt::kNone;
