@@ -123,7 +123,8 @@ Found run(const std::vector<Vec3>& positions, std::uint32_t chunks, double spaci
   }
   const double begin = cpu_seconds();
   found.patches = all.sums.size();
-  found.graph = orbweave::orient_patch_graph(std::move(all.sums), std::move(all.votes));
+  found.graph = orbweave::orient_patch_graph(std::move(all.sums), std::move(all.votes),
+                                             {.cell = options.cell});
   found.graph_seconds = cpu_seconds() - begin;
   for (std::uint32_t i = 0; i < size; ++i) {
     const auto& ids = found.graph.patches;
@@ -132,6 +133,32 @@ Found run(const std::vector<Vec3>& positions, std::uint32_t chunks, double spaci
     if (all.turn[i] ^ found.graph.turn[at - ids.begin()]) found.normals[i] = -found.normals[i];
   }
   return found;
+}
+
+/// The components of at least a hundredth of the surface, and what was found on both sides of them.
+nlohmann::json parts_of(const orbweave::PatchOrientation& graph) {
+  double total = 0.0;
+  for (const orbweave::OrientedPart& part : graph.parts) total += part.shape.area;
+  nlohmann::json parts = nlohmann::json::array();
+  for (const orbweave::OrientedPart& part : graph.parts) {
+    if (part.shape.area < 0.01 * total) continue;
+    const orbweave::PartSpace& space = part.space;
+    parts.push_back({{"part", part.shape.first},
+                     {"area", part.shape.area / total},
+                     {"surface", part.shape.surface / total},
+                     {"kind", static_cast<int>(part.shape.kind)},
+                     {"side", static_cast<int>(part.side)},
+                     {"doubt", static_cast<int>(part.doubt)},
+                     {"openness", part.shape.openness},
+                     {"bulge", part.is_turned ? -part.shape.bulge : part.shape.bulge},
+                     {"shut", space.shut / space.area},
+                     {"farther_front", space.farther_front / space.area},
+                     {"farther_back", space.farther_back / space.area},
+                     {"open_front", space.open_front},
+                     {"open_back", space.open_back},
+                     {"density", {part.density.even, part.density.inside, part.density.outside}}});
+  }
+  return parts;
 }
 
 nlohmann::json report(const Found& found, const PointCloud& cloud) {
@@ -152,6 +179,10 @@ nlohmann::json report(const Found& found, const PointCloud& cloud) {
           {"patches", found.patches},
           {"components", found.graph.components},
           {"contested", found.graph.contested},
+          {"contested_area", found.graph.contested_area},
+          {"doubtful_area", found.graph.doubtful_area},
+          {"weak_joins", found.graph.weak.size()},
+          {"parts", parts_of(found.graph)},
           {"satisfied", found.graph.satisfied},
           {"normal_seconds", found.normal_seconds},
           {"patch_seconds", found.patch_seconds},

@@ -11,8 +11,11 @@
 namespace orbweave {
 namespace {
 
-/// Patches of fewer points may be noise below the ground.
+/// Fewer points at the bottom of a column may be noise below the ground. Far from a scanner the
+/// ground has fewer per cell, and several patches make up the number.
 constexpr std::uint64_t kLeastPoints = 12;
+/// A patch of fewer points has no plane of its own.
+constexpr std::uint64_t kLeastOfPatch = 4;
 /// Surroundings of 3 columns of 1, 2, 4, ... cells; the widest are some 200 cells wide, which hold
 /// a few thousand point spacings.
 constexpr int kWidths = 7;
@@ -36,21 +39,26 @@ std::vector<Site> sites_of(std::span<const PatchSum> sums, Vec3 up) {
   return sites;
 }
 
-/// The height of the lowest patch of each column of a square lattice.
+/// The height of the lowest patches of each column of a square lattice, up to which the column
+/// holds enough points.
 class Columns {
  public:
   Columns(std::span<const Site> sites, std::span<const PatchSum> sums, double side) : side_(side) {
-    for (std::size_t i = 0; i < sites.size(); ++i)
-      if (sums[i].points >= kLeastPoints) {
-        const auto [x, y] = column_of(sites[i]);
-        columns_.push_back({x, y, sites[i].height});
+    std::vector<Column> all;
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+      const auto [x, y] = column_of(sites[i]);
+      all.push_back({x, y, sites[i].height, sums[i].points});
+    }
+    std::sort(all.begin(), all.end());
+    for (std::size_t i = 0; i < all.size();) {
+      const Column& first = all[i];
+      std::uint64_t points = 0;
+      for (; i < all.size() && std::tie(all[i].x, all[i].y) == std::tie(first.x, first.y); ++i) {
+        if (points < kLeastPoints && points + all[i].points >= kLeastPoints)
+          columns_.push_back(all[i]);
+        points += all[i].points;
       }
-    std::sort(columns_.begin(), columns_.end());
-    columns_.erase(std::unique(columns_.begin(), columns_.end(),
-                               [](const Column& a, const Column& b) {
-                                 return std::tie(a.x, a.y) == std::tie(b.x, b.y);
-                               }),
-                   columns_.end());
+    }
   }
 
   /// In the column of a site and the eight around it; the site's own height where all are empty.
@@ -71,6 +79,7 @@ class Columns {
  private:
   struct Column {
     double x = 0.0, y = 0.0, height = 0.0;
+    std::uint64_t points = 0;
     friend auto operator<=>(const Column&, const Column&) = default;
   };
 
@@ -79,7 +88,7 @@ class Columns {
   }
 
   double side_;
-  std::vector<Column> columns_;  // by x, then y; the lowest patch of each
+  std::vector<Column> columns_;  // by x, then y; one of each
 };
 
 }  // namespace
@@ -89,7 +98,7 @@ std::vector<std::uint8_t> find_ground(std::span<const PatchSum> sums, double cel
   const std::vector<Site> sites = sites_of(sums, up);
   std::vector<std::uint8_t> is_ground(sums.size());
   for (std::size_t i = 0; i < sums.size(); ++i)
-    is_ground[i] = sums[i].points >= kLeastPoints &&
+    is_ground[i] = sums[i].points >= kLeastOfPatch &&
                    std::abs(dot(sums[i].area_normal, up)) > kFlat * norm(sums[i].area_normal);
   double side = cell;
   for (int width = 0; width < kWidths; ++width, side *= 2.0) {

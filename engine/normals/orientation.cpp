@@ -37,71 +37,22 @@ std::vector<SignedEdge> edges_of(const std::vector<PatchSum>& sums, std::vector<
   return edges;
 }
 
-/// Of a part of the cloud, as its votes orient it.
-struct Enclosed {
-  Vec3 lowest, highest;
-  Vec3 area_normal;
-  double area = 0.0;  // summed without regard to directions, patch by patch
-  double flux = 0.0;  // through the part, of the vectors from the centre of its bounds
-};
-
-/// A sheet whose area vector is this many times its flux per diagonal of the bounds is no shell:
-/// which side bulges says little.
-constexpr double kSheet = 20.0;
-/// So much of a landscape's area adds up to an area vector, and that stands so upright; whatever
-/// grows on it encloses next to nothing. A closed surface's adds up to nothing.
-constexpr double kOpen = 0.15;
-constexpr double kUpright = 0.7;
-
-/// Upward, or to the back, or to the right where a sheet stands upright.
-bool points_down(Vec3 area_normal) {
-  for (const double component : {area_normal.z, area_normal.y, area_normal.x})
-    if (std::abs(component) > 0.1 * norm(area_normal)) return component < 0.0;
-  return false;
-}
-
-/// Whether a part shows the wrong side. What is open has no inside: it points up either way.
-bool is_turned_away(const Enclosed& e, bool inward) {
-  const double bulge = std::abs(e.flux), open = norm(e.area_normal);
-  if (open > kOpen * e.area && std::abs(e.area_normal.z) > kUpright * open)
-    return e.area_normal.z < 0.0;
-  const double diagonal = norm(e.highest - e.lowest);
-  if (open * diagonal > kSheet * bulge) return points_down(e.area_normal);
-  return inward ? e.flux > 0.0 : e.flux < 0.0;
-}
-
-std::vector<Enclosed> enclosed(const std::vector<PatchSum>& sums, const SignedParts& parts) {
-  std::vector<Enclosed> of(sums.size());
-  for (std::uint32_t v = 0; v < sums.size(); ++v) {
-    Enclosed& e = of[parts.part[v]];
-    if (parts.part[v] == v) e = {sums[v].lowest, sums[v].highest, {}, 0.0, 0.0};
-    for (int axis = 0; axis < 3; ++axis) {
-      e.lowest[axis] = std::min(e.lowest[axis], sums[v].lowest[axis]);
-      e.highest[axis] = std::max(e.highest[axis], sums[v].highest[axis]);
-    }
-  }
-  for (std::uint32_t v = 0; v < sums.size(); ++v) {
-    Enclosed& e = of[parts.part[v]];
-    const double sign = parts.turn[v] ? -1.0 : 1.0;
-    const Vec3 center = e.lowest + 0.5 * (e.highest - e.lowest);
-    e.area_normal = e.area_normal + sign * sums[v].area_normal;
-    e.area += norm(sums[v].area_normal);
-    e.flux += sign * (sums[v].flux + dot(sums[v].area_normal, sums[v].flux_origin - center));
-  }
-  return of;
-}
-
-/// Turns every part outward, or inward; the part of the sky so that the sky is not turned.
-void turn_parts(const std::vector<PatchSum>& sums, bool inward, SignedParts& parts) {
+/// Turns every part to its right side; the part of the sky so that the sky is not turned.
+std::vector<OrientedPart> turn_parts(const std::vector<PatchSum>& sums,
+                                     const PatchGraphOptions& options, SignedParts& parts) {
   const auto sky = static_cast<std::uint32_t>(sums.size());
-  const std::vector<Enclosed> of = enclosed(sums, parts);
   const std::uint8_t sky_turn = parts.turn[sky];
-  for (std::uint32_t v = 0; v < sums.size(); ++v) {
-    const bool is_wrong = parts.part[v] == parts.part[sky]
-                              ? sky_turn != 0
-                              : is_turned_away(of[parts.part[v]], inward);
-    if (is_wrong) parts.turn[v] ^= 1;
-  }
+  std::vector<std::uint8_t> is_settled(sums.size() + 1);
+  is_settled[parts.part[sky]] = 1;
+  for (std::uint32_t v = 0; v < sums.size(); ++v)
+    if (parts.part[v] == parts.part[sky]) parts.turn[v] ^= sky_turn;
+  std::vector<OrientedPart> sides =
+      sides_of_parts(sums, parts, is_settled,
+                     {.cell = options.cell, .inward = options.inward, .stop = options.stop});
+  std::vector<std::uint8_t> turn_of(sums.size());
+  for (const OrientedPart& side : sides) turn_of[side.shape.first] = side.is_turned ? 1 : 0;
+  for (std::uint32_t v = 0; v < sums.size(); ++v) parts.turn[v] ^= turn_of[parts.part[v]];
+  return sides;
 }
 
 /// A point of the ground votes this much for facing up: a patch of n points less than the patches
@@ -187,11 +138,54 @@ void count_votes(const std::vector<PatchSum>& sums, const std::vector<SignedEdge
     total += e.weight;
   }
   std::vector<std::uint32_t> contested;
-  for (std::uint32_t v = 0; v < sums.size(); ++v)
-    if (pro[v] < kClear * contra[v]) contested.push_back(v);
+  double area = 0.0, contested_area = 0.0;
+  for (std::uint32_t v = 0; v < sums.size(); ++v) {
+    const double of_patch = surface_area(sums[v]);
+    area += of_patch;
+    if (pro[v] >= kClear * contra[v]) continue;
+    contested.push_back(v);
+    contested_area += of_patch;
+  }
   result.contested = contested.size();
+  if (area > 0.0) result.contested_area = contested_area / area;
   if (!contested.empty()) result.places = places_of(sums, contested);
   if (total > 0.0) result.satisfied = satisfied / total;
+}
+
+/// The parts whose side is a guess, in all and the largest of them.
+void list_doubtful(const std::vector<PatchSum>& sums, PatchOrientation& result) {
+  constexpr std::size_t kListed = 3;
+  double surface = 0.0;
+  for (const OrientedPart& part : result.parts) surface += part.shape.surface;
+  if (!(surface > 0.0)) return;
+  std::vector<DoubtfulPart> doubtful;
+  for (const OrientedPart& part : result.parts) {
+    if (part.side == PartSide::kInterior) ++result.interiors;
+    if (part.doubt != PartDoubt::kNone)
+      doubtful.push_back({part.shape.center, part.shape.surface / surface, part.doubt});
+  }
+  for (const WeakJoin& join : result.weak)
+    doubtful.push_back({sums[join.node].lowest, join.size / surface, PartDoubt::kNone});
+  for (const DoubtfulPart& part : doubtful) result.doubtful_area += part.area;
+  result.doubtful_area = std::min(result.doubtful_area, 1.0);
+  std::stable_sort(doubtful.begin(), doubtful.end(),
+                   [](const DoubtfulPart& a, const DoubtfulPart& b) { return a.area > b.area; });
+  if (doubtful.size() > kListed) doubtful.resize(kListed);
+  result.doubtful = std::move(doubtful);
+}
+
+/// Weak joins are listed for parts of this share of the surface. The sky is as large as all.
+JoinOptions join_options(const std::vector<PatchSum>& sums, const StopToken* stop) {
+  constexpr double kLarge = 0.02;
+  JoinOptions options{.stop = stop};
+  double area = 0.0;
+  for (const PatchSum& sum : sums) {
+    options.sizes.push_back(surface_area(sum));
+    area += options.sizes.back();
+  }
+  options.sizes.push_back(area);
+  options.large = kLarge * area;
+  return options;
 }
 
 }  // namespace
@@ -209,14 +203,14 @@ PatchOrientation orient_patch_graph(std::vector<PatchSum> sums, std::vector<Patc
     all.insert(all.end(), to_sky.begin(), to_sky.end());
   }
   const auto nodes = static_cast<std::uint32_t>(sums.size()) + 1;
-  SignedParts parts = join_by_votes(nodes, std::move(all), 0.0, options.stop);
-  turn_parts(sums, options.inward, parts);
-  parts.turn.pop_back();
+  SignedParts parts = join_by_votes(nodes, std::move(all), join_options(sums, options.stop));
   PatchOrientation result;
-  for (std::uint32_t v = 0; v < sums.size(); ++v) {
-    result.patches.push_back(sums[v].patch);
-    if (parts.part[v] == v) ++result.components;
-  }
+  result.parts = turn_parts(sums, options, parts);
+  result.weak = std::move(parts.weak);
+  result.components = result.parts.size();
+  list_doubtful(sums, result);
+  parts.turn.pop_back();
+  for (const PatchSum& sum : sums) result.patches.push_back(sum.patch);
   count_votes(sums, edges, parts.turn, result);
   result.turn = std::move(parts.turn);
   count_ground(sums, is_ground, options.up, result);

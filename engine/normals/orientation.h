@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/normals/part_sides.h"
 #include "engine/normals/patch_sums.h"
 #include "io/stop_token.h"
 #include "io/vec3.h"
@@ -60,15 +61,28 @@ struct ContestedPlace {
   std::uint64_t patches = 0;
 };
 
+/// A part of the surface whose side as a whole is a guess.
+struct DoubtfulPart {
+  Vec3 center;
+  double area = 0.0;                   ///< share of the surface
+  PartDoubt doubt = PartDoubt::kNone;  ///< kNone: joined although votes contradict each other
+};
+
 struct PatchOrientation {
   std::vector<PatchId> patches;        ///< ascending
   std::vector<std::uint8_t> turn;      ///< 1: all normals of the patch are turned
   std::uint64_t components = 0;        ///< parts that no vote connects, nor the ground
   std::uint64_t contested = 0;         ///< patches whose votes for the sign they got are not 3 to 1
+  double contested_area = 0.0;         ///< share of the surface that they are
   std::vector<ContestedPlace> places;  ///< with the most of them, at most three, most first
   std::uint64_t ground = 0;            ///< patches that belong to the ground, where that is asked
   std::uint64_t ground_down = 0;       ///< of them, those that face down all the same
   double satisfied = 1.0;              ///< share of the votes' weight that the result satisfies
+  std::vector<OrientedPart> parts;     ///< the components, by their smallest patch
+  std::vector<WeakJoin> weak;          ///< large parts whose side within a component is a guess
+  std::uint64_t interiors = 0;         ///< components that turned out to be seen from their inside
+  double doubtful_area = 0.0;          ///< share of the surface whose side as a whole is a guess
+  std::vector<DoubtfulPart> doubtful;  ///< the largest of them, at most three, largest first
 };
 
 /// One sign per patch: pairs of patches are joined in the order of how strong their votes are, the

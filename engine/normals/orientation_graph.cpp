@@ -6,6 +6,7 @@
 #include <queue>
 #include <tuple>
 #include <unordered_map>
+#include <utility>
 
 namespace orbweave {
 namespace {
@@ -41,10 +42,19 @@ void normalize(std::vector<SignedEdge>& edges) {
   edges.resize(kept);
 }
 
+/// Votes between large parts are to go one way at least this to one against the other.
+constexpr double kClear = 3.0;
+
 class Agglomeration {
  public:
-  Agglomeration(std::uint32_t nodes, const std::vector<SignedEdge>& edges, double least_share)
-      : least_share_(least_share), links_(nodes), parent_(nodes), turn_(nodes, 0), first_(nodes) {
+  Agglomeration(std::uint32_t nodes, const std::vector<SignedEdge>& edges,
+                const JoinOptions& options)
+      : options_(options),
+        links_(nodes),
+        parent_(nodes),
+        turn_(nodes, 0),
+        first_(nodes),
+        size_(options.sizes) {
     std::iota(parent_.begin(), parent_.end(), 0u);
     std::iota(first_.begin(), first_.end(), 0u);
     for (const SignedEdge& e : edges) {
@@ -54,9 +64,9 @@ class Agglomeration {
     }
   }
 
-  SignedParts run(const StopToken* stop) {
+  SignedParts run() {
     for (std::size_t taken = 0; !offers_.empty(); ++taken) {
-      if (taken % kStopBlock == 0) check_stop(stop);
+      if (taken % kStopBlock == 0) check_stop(options_.stop);
       const Offer offer = offers_.top();
       offers_.pop();
       if (is_current(offer)) join(offer.a, offer.b);
@@ -78,7 +88,7 @@ class Agglomeration {
 
   void offer(std::uint32_t a, std::uint32_t b, Votes votes) {
     const double strength = std::abs(votes.votes);
-    if (!(strength > 0.0) || strength < least_share_ * votes.weight) return;
+    if (!(strength > 0.0) || strength < options_.least_share * votes.weight) return;
     const auto [first, second] = std::minmax(first_[a], first_[b]);
     offers_.push({strength, first, second, a, b});
   }
@@ -94,6 +104,7 @@ class Agglomeration {
     const auto rank = [&](std::uint32_t x) { return std::tuple(links_[x].size(), first_[x]); };
     if (rank(a) > rank(b)) std::swap(a, b);
     const bool turned = links_[a][b].votes < 0.0;
+    if (!size_.empty()) join_sizes(a, b, links_[a][b]);
     parent_[a] = b;
     turn_[a] = turned ? 1 : 0;
     links_[b].erase(a);
@@ -108,6 +119,16 @@ class Agglomeration {
       offer(b, other, to);
     }
     links_[a] = {};
+  }
+
+  /// `b` stays.
+  void join_sizes(std::uint32_t a, std::uint32_t b, Votes votes) {
+    const std::uint32_t smaller = size_[a] < size_[b] ? a : b;
+    // votes = pro - contra, weight = pro + contra
+    const bool is_weak = std::abs(votes.votes) * (kClear + 1.0) < votes.weight * (kClear - 1.0);
+    if (is_weak && size_[smaller] >= options_.large)
+      weak_.push_back({first_[smaller], size_[smaller]});
+    size_[b] += size_[a];
   }
 
   /// Makes the root the parent of v and of all nodes on the way, which may be very long.
@@ -127,7 +148,8 @@ class Agglomeration {
 
   SignedParts parts() {
     const auto nodes = static_cast<std::uint32_t>(parent_.size());
-    SignedParts result{std::vector<std::uint32_t>(nodes), std::vector<std::uint8_t>(nodes)};
+    SignedParts result{std::vector<std::uint32_t>(nodes), std::vector<std::uint8_t>(nodes),
+                       std::move(weak_)};
     for (std::uint32_t v = 0; v < nodes; ++v) {
       link_to_root(v);
       result.part[v] = first_[parent_[v]];
@@ -140,21 +162,23 @@ class Agglomeration {
     return result;
   }
 
-  double least_share_;
+  const JoinOptions& options_;
   // Only looked up, or each entry treated alone: the order of entries does not matter.
   std::vector<std::unordered_map<std::uint32_t, Votes>> links_;
   std::vector<std::uint32_t> parent_;
   std::vector<std::uint8_t> turn_;    // against the parent
   std::vector<std::uint32_t> first_;  // smallest node of a root's part
+  std::vector<double> size_;          // of a root's part; empty where sizes are not asked for
+  std::vector<WeakJoin> weak_;
   std::priority_queue<Offer> offers_;
 };
 
 }  // namespace
 
-SignedParts join_by_votes(std::uint32_t nodes, std::vector<SignedEdge> edges, double least_share,
-                          const StopToken* stop) {
+SignedParts join_by_votes(std::uint32_t nodes, std::vector<SignedEdge> edges,
+                          const JoinOptions& options) {
   normalize(edges);
-  return Agglomeration(nodes, edges, least_share).run(stop);
+  return Agglomeration(nodes, edges, options).run();
 }
 
 }  // namespace orbweave

@@ -296,8 +296,8 @@ class Patches {
       const double votes = turn_a == turn_b ? e.votes : -e.votes;
       between.push_back({row[root_a], row[root_b], votes, std::abs(votes)});
     }
-    const SignedParts parts =
-        join_by_votes(static_cast<std::uint32_t>(roots.size()), std::move(between), kUnanimous);
+    const SignedParts parts = join_by_votes(static_cast<std::uint32_t>(roots.size()),
+                                            std::move(between), {.least_share = kUnanimous});
     for (std::uint32_t a = 0; a < points.size(); ++a) {
       const std::uint32_t piece = row[signs.find(a).first];
       first_[points[a]] = points[roots[parts.part[piece]]];
@@ -350,13 +350,15 @@ class Patches {
 
   void add(PatchSum& sum, std::uint32_t i) const {
     const Vec3 p = positions_[i];
-    const Vec3 n = area(i) * turned_normal(i);
+    const double of_point = area(i);
+    const Vec3 n = of_point * turned_normal(i);
     ++sum.points;
     for (int axis = 0; axis < 3; ++axis) {
       sum.lowest[axis] = std::min(sum.lowest[axis], p[axis]);
       sum.highest[axis] = std::max(sum.highest[axis], p[axis]);
     }
     sum.area_normal = sum.area_normal + n;
+    sum.area += of_point;
     sum.flux += dot(n, p - sum.flux_origin);
   }
 

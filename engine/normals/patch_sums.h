@@ -27,6 +27,19 @@ struct PatchSum {
   Vec3 area_normal;      ///< sum of a point's normal times its area, as oriented in the patch
   double flux = 0.0;     ///< sum of area * normal . (position - a corner of the patch's cell)
   Vec3 flux_origin;      ///< that corner
+  double area = 0.0;     ///< of its points, whatever way their normals point; 0: not known
 };
+
+/// How nearly the normals of a patch are one: 1 on a plane, well below on leaves and noise.
+inline double coherence(const PatchSum& sum) {
+  return sum.area > 0.0 ? norm(sum.area_normal) / sum.area : 1.0;
+}
+
+/// The area of a patch that is a surface; 0 for one that is leaves or noise, whose side means
+/// little.
+inline double surface_area(const PatchSum& sum) {
+  constexpr double kCoherent = 0.75;
+  return coherence(sum) < kCoherent ? 0.0 : norm(sum.area_normal);
+}
 
 }  // namespace orbweave

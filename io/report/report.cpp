@@ -228,6 +228,11 @@ Json normals_json(const NormalFacts& facts) {
   for (const ContestedFacts& place : facts.contested_places)
     places.push_back(
         {{"center", {place.center.x, place.center.y, place.center.z}}, {"patches", place.patches}});
+  Json doubtful = Json::array();
+  for (const DoubtfulFacts& part : facts.doubtful)
+    doubtful.push_back({{"center", {part.center.x, part.center.y, part.center.z}},
+                        {"area", part.area},
+                        {"reason", part.reason}});
   return {{"source", text_of(facts.source)},
           {"orientation", text_or_null(text_of(facts.orientation))},
           {"neighbors", facts.neighbors},
@@ -238,7 +243,11 @@ Json normals_json(const NormalFacts& facts) {
           {"contested_places", places},
           {"votes_satisfied", facts.satisfied},
           {"ground_patches", facts.ground_patches},
-          {"ground_patches_down", facts.ground_patches_down}};
+          {"ground_patches_down", facts.ground_patches_down},
+          {"interior_components", facts.interiors},
+          {"contested_area", facts.contested_area},
+          {"doubtful_area", facts.doubtful_area},
+          {"doubtful_parts", doubtful}};
 }
 
 void write_text(const std::filesystem::path& path, const std::string& text) {

@@ -51,6 +51,13 @@ struct ContestedFacts {
   std::uint64_t patches = 0;
 };
 
+/// A part of the surface whose side is a guess as a whole.
+struct DoubtfulFacts {
+  Vec3 center;
+  double area = 0.0;   ///< share of the surface
+  std::string reason;  ///< what makes the side a guess
+};
+
 /// Where the normals of a run come from.
 struct NormalFacts {
   NormalSource source = NormalSource::kAuto;     ///< kAuto: not known yet
@@ -64,6 +71,10 @@ struct NormalFacts {
   std::vector<ContestedFacts> contested_places;  ///< with the most of them, at most three
   std::uint64_t ground_patches = 0;              ///< that belong to the ground, where that is asked
   std::uint64_t ground_patches_down = 0;         ///< of them, those that face down all the same
+  std::uint64_t interiors = 0;                   ///< components that were seen from their inside
+  double contested_area = 0.0;                   ///< share of the surface on contested patches
+  double doubtful_area = 0.0;                    ///< share of it whose side as a whole is a guess
+  std::vector<DoubtfulFacts> doubtful;           ///< the largest of these parts, at most three
 };
 
 /// What the cleaning did, or would have done.

@@ -143,6 +143,12 @@ std::string cleaning_table(const RunReport& report) {
     for (const ContestedFacts& place : normals.contested_places)
       rows.emplace_back("contested near " + format_position(place.center),
                         format_count(place.patches));
+    if (normals.interiors > 0)
+      rows.emplace_back("components seen from inside", format_count(normals.interiors));
+    for (const DoubtfulFacts& part : normals.doubtful)
+      rows.emplace_back("a guess near " + format_position(part.center),
+                        format_number(std::round(1000.0 * part.area) / 10.0) +
+                            " % of the surface: " + part.reason);
     rows.emplace_back("share of votes that agree", format_number(normals.satisfied));
     if (normals.orientation == Orientation::kGround)
       rows.emplace_back("patches of the ground", format_count(normals.ground_patches) + ", " +

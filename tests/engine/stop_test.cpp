@@ -144,7 +144,7 @@ TEST_CASE("TheGraphOfAllPatchesCanBeStopped") {
   constexpr std::uint32_t kNodes = 50000;
   std::vector<SignedEdge> edges;
   for (std::uint32_t i = 0; i + 1 < kNodes; ++i) edges.push_back({i, i + 1, 1.0 + i, 1.0 + i});
-  const auto work = [&](const StopToken* token) { join_by_votes(kNodes, edges, 0.0, token); };
+  const auto work = [&](const StopToken* token) { join_by_votes(kNodes, edges, {.stop = token}); };
   const StopToken stop;
   CHECK(kind_of_error(work, stop) == ErrorKind::kNone);
   CHECK(stop.checks() * kStopBlock >= kNodes);

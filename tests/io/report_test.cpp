@@ -137,7 +137,8 @@ TEST_CASE("TheReportHasItsStableKeys") {
   CHECK(keys_of(json["normals"]) == Keys{"source", "orientation", "neighbors", "max_radius",
                                          "patches", "components", "contested_patches",
                                          "contested_places", "votes_satisfied", "ground_patches",
-                                         "ground_patches_down"});
+                                         "ground_patches_down", "interior_components",
+                                         "contested_area", "doubtful_area", "doubtful_parts"});
   CHECK(keys_of(json["input"]) == Keys{"files", "points_read", "points_dropped", "bounds", "extent",
                                        "extent_meters", "trusted"});
   CHECK(keys_of(json["partition"]) == Keys{"chunks", "halo_width", "largest_chunk_points"});

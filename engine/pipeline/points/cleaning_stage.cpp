@@ -15,6 +15,7 @@
 #include "engine/normals/normal_side.h"
 #include "engine/pipeline/points/cleaned_source.h"
 #include "engine/pipeline/points/orientation_stage.h"
+#include "engine/pipeline/points/orientation_words.h"
 #include "engine/pipeline/points/raw_passes.h"
 #include "engine/pipeline/points/scan_input.h"
 #include "engine/pipeline/stage/cleaning_rule.h"
@@ -353,14 +354,7 @@ std::optional<PatchOrientation> propagate(StageRunner& runner, const RawCloud& c
       runner, cloud, normals.orientation,
       std::max({cloud.partition.spacing, thinned, merged_spacing(facts.options)}),
       std::max(reach_of_normals(runner.job, cloud.partition, facts.options), kReach * thinned));
-  normals.patches = orientation.patches.size();
-  normals.components = orientation.components;
-  normals.contested = orientation.contested;
-  normals.satisfied = orientation.satisfied;
-  normals.ground_patches = orientation.ground;
-  normals.ground_patches_down = orientation.ground_down;
-  for (const ContestedPlace& place : orientation.places)
-    normals.contested_places.push_back({place.center, place.patches});
+  take_facts(orientation, normals);
   return orientation;
 }
 
@@ -372,73 +366,6 @@ void take_over(const RawCloud& cloud, Partition& partition) {
   partition.layers = cloud.partition.layers;
   partition.coordinate_system = cloud.partition.coordinate_system;
   partition.meters_per_unit = cloud.partition.meters_per_unit;
-}
-
-/// Patches whose votes for their side are not 3 to 1: "4 % of the patches".
-std::string share_of_contested(const NormalFacts& normals) {
-  const double percent =
-      100.0 * static_cast<double>(normals.contested) / static_cast<double>(normals.patches);
-  return (percent < 1.0 ? "under 1" : format_number(std::round(percent))) + " % of the patches";
-}
-
-std::string uncertain_patches(const NormalFacts& normals) {
-  if (normals.contested == 0) return "every patch certain";
-  return share_of_contested(normals) + " uncertain: check for flipped areas";
-}
-
-/// What decided the side of the normals, and how surely.
-std::string describe_orientation(const NormalFacts& normals) {
-  switch (normals.orientation) {
-    case Orientation::kScanner:
-      return "oriented towards the scanner";
-    case Orientation::kViewpoint:
-      return "oriented towards the viewpoint";
-    case Orientation::kUp:
-      return "oriented by the up direction";
-    case Orientation::kPropagate:
-      return "oriented by propagation; " + uncertain_patches(normals);
-    case Orientation::kGround:
-      return "oriented by propagation, the ground upward; " + uncertain_patches(normals);
-    case Orientation::kInward:
-      return "oriented by propagation, inward; " + uncertain_patches(normals);
-    default:
-      return "not oriented";
-  }
-}
-
-std::string describe_in_full(const NormalFacts& normals) {
-  std::string line = "normals: estimated from up to " + std::to_string(normals.neighbors) +
-                     " neighbours within " + format_number(normals.max_radius) + ", " +
-                     describe_orientation(normals);
-  if (normals.patches > 0)
-    line += " (" + format_count(normals.contested) + " of " + format_count(normals.patches) +
-            " patches)";
-  return line;
-}
-
-/// What would make the side of the normals certain.
-std::string advice_on_orientation(const Job& job, Orientation rule) {
-  std::string scanners =
-      "Known places of the scanners (" + setting_name(job, "input.scanner") + ") decide the side.";
-  if (rule == Orientation::kGround) return scanners;
-  return scanners + " " + setting(job, "normals.orientation", "ground") +
-         " decides it for a scene that has a ground.";
-}
-
-/// Warns where votes contradict each other in more than a small part of the cloud.
-void warn_of_orientation(StageRunner& runner, const NormalFacts& normals) {
-  constexpr std::uint64_t kOneIn = 20;
-  if (normals.contested == 0 || normals.contested * kOneIn < normals.patches) return;
-  std::string places;
-  for (const ContestedFacts& place : normals.contested_places)
-    places += (places.empty() ? "" : ", ") + format_position(place.center) + " (" +
-              format_count(place.patches) + ")";
-  runner.warn("the side of the normals is uncertain on " + share_of_contested(normals) +
-                  "; look first near " + format_position(normals.contested_places.front().center),
-              "the side of the normals is uncertain: the votes of " +
-                  format_count(normals.contested) + " of " + format_count(normals.patches) +
-                  " patches contradict each other. The places with the most of them: " + places +
-                  ". " + advice_on_orientation(runner.job, normals.orientation));
 }
 
 /// The raw points, and what the passes start from.
@@ -480,7 +407,7 @@ CutPoints partition_cleaned(StageRunner& runner) {
     cut.partition.normals = normals;
     if (runner.job.estimates_normals) {
       runner.note("normals: estimated, " + describe_orientation(normals),
-                  describe_in_full(normals));
+                  describe_normals(normals));
       warn_of_orientation(runner, normals);
     }
     return cut;

@@ -18,7 +18,7 @@ constexpr const char* kPatchStage = directory_of(Stage::kPatches);
 /// The stage that says which patches are turned, where several processes have to know.
 constexpr const char* kTurnStage = directory_of(Stage::kTurns);
 
-static_assert(sizeof(PatchSum) == 15 * 8 && sizeof(PatchVote) == 4 * 8,
+static_assert(sizeof(PatchSum) == 16 * 8 && sizeof(PatchVote) == 4 * 8,
               "stored as rows of 64-bit words");
 
 void commit_patches(ChunkStore& store, ChunkId chunk, const OrientedPatches& patches) {
@@ -26,7 +26,7 @@ void commit_patches(ChunkStore& store, ChunkId chunk, const OrientedPatches& pat
       ArrayView{"patch_of", ScalarType::kUint64, 1, patches.patch_of.size(),
                 patches.patch_of.data()},
       ArrayView{"turn", ScalarType::kUint8, 1, patches.turn.size(), patches.turn.data()},
-      ArrayView{"sums", ScalarType::kUint64, 15, patches.sums.size(), patches.sums.data()},
+      ArrayView{"sums", ScalarType::kUint64, 16, patches.sums.size(), patches.sums.data()},
       ArrayView{"votes", ScalarType::kUint64, 4, patches.votes.size(), patches.votes.data()}};
   store.commit(kPatchStage, chunk, arrays);
 }
@@ -82,7 +82,7 @@ PatchOrientation orient_cloud(StageRunner& runner, const RawCloud& cloud, Orient
   options.stop = &runner.stop;
   by_root(runner, [&] {
     begin_stage(runner, kPatchStage,
-                cloud.key + key_line("layout of patches", "1") +
+                cloud.key + key_line("layout of patches", "2") +
                     key_line("cell of patches", format_exact(options.cell)) +
                     key_line("reach of patches", format_exact(options.max_radius)));
   });

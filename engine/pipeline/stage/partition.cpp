@@ -70,27 +70,39 @@ Json to_json(const NormalFacts& facts) {
   Json places = Json::array();
   for (const ContestedFacts& place : facts.contested_places)
     places.push_back({to_json(place.center), place.patches});
+  Json doubtful = Json::array();
+  for (const DoubtfulFacts& part : facts.doubtful)
+    doubtful.push_back({to_json(part.center), part.area, part.reason});
   return Json::array({text_of(facts.source), text_of(facts.orientation), facts.neighbors,
                       facts.max_radius, facts.patches, facts.components, facts.contested,
-                      facts.satisfied, places, facts.ground_patches, facts.ground_patches_down});
+                      facts.satisfied, places, facts.ground_patches, facts.ground_patches_down,
+                      facts.interiors, facts.contested_area, facts.doubtful_area, doubtful});
 }
 
 NormalFacts normals_from(const Json& j) {
-  std::vector<ContestedFacts> places;
-  const bool has_places = j.size() > 8;  // documents of earlier versions end before
-  if (has_places)
-    for (const Json& place : j.at(8)) places.push_back({vec3_from(place.at(0)), place.at(1)});
-  return {normal_source_from(j.at(0).get<std::string>()),
-          orientation_from(j.at(1).get<std::string>()),
-          j.at(2),
-          j.at(3),
-          j.at(4),
-          j.at(5),
-          j.at(6),
-          j.at(7),
-          std::move(places),
-          has_places ? j.at(9).get<std::uint64_t>() : 0,
-          has_places ? j.at(10).get<std::uint64_t>() : 0};
+  NormalFacts facts{.source = normal_source_from(j.at(0).get<std::string>()),
+                    .orientation = orientation_from(j.at(1).get<std::string>()),
+                    .neighbors = j.at(2),
+                    .max_radius = j.at(3),
+                    .patches = j.at(4),
+                    .components = j.at(5),
+                    .contested = j.at(6),
+                    .satisfied = j.at(7)};
+  // Documents of earlier versions end before.
+  if (j.size() > 8) {
+    for (const Json& place : j.at(8))
+      facts.contested_places.push_back({vec3_from(place.at(0)), place.at(1)});
+    facts.ground_patches = j.at(9);
+    facts.ground_patches_down = j.at(10);
+  }
+  if (j.size() > 11) {
+    facts.interiors = j.at(11);
+    facts.contested_area = j.at(12);
+    facts.doubtful_area = j.at(13);
+    for (const Json& part : j.at(14))
+      facts.doubtful.push_back({vec3_from(part.at(0)), part.at(1), part.at(2)});
+  }
+  return facts;
 }
 
 Json to_json(const LayerThickness& layers) {

@@ -1,0 +1,59 @@
+// Which patch a ray from another patch meets first.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "engine/normals/patch_sums.h"
+#include "io/vec3.h"
+
+namespace orbweave {
+
+/// Patches as pieces of planes: through the mean of their points, perpendicular to their area
+/// vector, as large as their bounds and half the distance of their points around them.
+class PatchRays {
+ public:
+  static constexpr std::uint32_t kNothing = std::numeric_limits<std::uint32_t>::max();
+
+  struct Hit {
+    std::uint32_t patch = kNothing;
+    double distance = 0.0;  ///< to the hit, or to where the ray leaves the patches' bounds
+  };
+
+  /// `cell`: side of the patches' lattice. The sums must outlive this.
+  PatchRays(std::span<const PatchSum> sums, double cell);
+
+  /// A point of the patch's plane in the middle of its bounds.
+  Vec3 middle(std::uint32_t patch) const;
+  /// Zero for a patch without an area vector, which no ray meets.
+  Vec3 normal(std::uint32_t patch) const { return planes_[patch].normal; }
+  /// The first patch in a direction (a unit vector) from the middle of another. What lies nearer
+  /// than the points of the patch lie to each other does not count: it may be the same layer.
+  Hit first(std::uint32_t from, Vec3 direction) const;
+
+ private:
+  struct Plane {
+    Vec3 normal;
+    double offset = 0.0;   // of the plane, from the corner of the patch's cell along the normal
+    double spacing = 0.0;  // mean distance of its points
+  };
+  using Place = std::array<std::int64_t, 3>;
+
+  Place cell_of(Vec3 position) const;
+  std::uint64_t key_of(const Place& place) const;
+  double distance_to(std::uint32_t patch, Vec3 origin, Vec3 direction) const;
+
+  std::span<const PatchSum> sums_;
+  double cell_;
+  std::vector<Plane> planes_;
+  Place lowest_{}, highest_{};  // cells that hold patches
+  std::vector<std::uint32_t> by_cell_;
+  // Only looked up: the order of entries does not matter.
+  std::unordered_map<std::uint64_t, std::pair<std::uint32_t, std::uint32_t>> rows_of_cell_;
+};
+
+}  // namespace orbweave

@@ -1,0 +1,214 @@
+#include "engine/normals/scanner_density.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "io/box.h"
+
+namespace orbweave {
+namespace {
+
+constexpr int kScanners = 4;
+/// A density that is more even says nothing: from the middle of a ball it looks the same.
+constexpr double kUneven = 0.15;
+/// Places inside the bounds, about.
+constexpr double kPlaces = 800.0;
+
+/// Share of the area that no scanner need explain: shadows, and what stands before others.
+constexpr double kUnexplained = 0.15;
+
+/// What a scanner at a place makes of each sample's density, relative to the true one.
+using Light = std::vector<double>;
+
+double weighted(const Light& weights, const Light& a, const Light& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < weights.size(); ++i) sum += weights[i] * a[i] * b[i];
+  return sum;
+}
+
+class Fit {
+ public:
+  explicit Fit(std::span<const DensitySample> samples) : samples_(samples) {
+    double area = 0.0;
+    for (const DensitySample& s : samples) area += s.area;
+    for (const DensitySample& s : samples) weights_.push_back(s.area / area);
+  }
+
+  double even() const {
+    Light light;
+    for (const DensitySample& s : samples_) light.push_back(s.area / s.points);
+    const Light one(samples_.size(), 1.0);
+    const double scale = weighted(weights_, light, one) / weighted(weights_, light, light);
+    double left = 0.0;
+    for (std::size_t i = 0; i < light.size(); ++i)
+      left += weights_[i] * (1.0 - scale * light[i]) * (1.0 - scale * light[i]);
+    return left;
+  }
+
+  /// What the best scanners among some places leave. `side`: 1 lights the outside, -1 the inside.
+  double best(std::span<const Vec3> places, double side, const StopToken* stop) const {
+    std::vector<Light> chosen;
+    Left left{Light(samples_.size(), 1.0), weights_};
+    for (int k = 0; k < kScanners; ++k) {
+      Light light = brightest(places, side, left, stop);
+      if (light.empty()) break;
+      chosen.push_back(std::move(light));
+      left = explain(chosen);
+    }
+    return weighted(left.weights, left.errors, left.errors);
+  }
+
+ private:
+  /// What scanners leave of 1, and what counts of it.
+  struct Left {
+    Light errors, weights;
+  };
+
+  /// That of the scanner which explains most of what is left; empty where none explains any.
+  Light brightest(std::span<const Vec3> places, double side, const Left& left,
+                  const StopToken* stop) const {
+    Light best;
+    double best_gain = 0.0;
+    for (const Vec3& place : places) {
+      check_stop(stop);
+      Light light = light_from(place, side);
+      const double power = weighted(left.weights, light, light);
+      if (!(power > 0.0)) continue;
+      const double gain = weighted(left.weights, light, left.errors) / std::sqrt(power);
+      if (gain <= best_gain) continue;
+      best_gain = gain;
+      for (double& value : light) value /= std::sqrt(power);
+      best = std::move(light);
+    }
+    return best;
+  }
+
+  Light light_from(Vec3 place, double side) const {
+    Light light;
+    light.reserve(samples_.size());
+    for (const DensitySample& s : samples_) {
+      const Vec3 to = place - s.position;
+      const double squared = squared_norm(to);
+      const double along = side * dot(s.normal, to);
+      const bool is_seen = squared > 0.0 && along > 0.0;
+      light.push_back(is_seen ? along / (squared * std::sqrt(squared)) * s.area / s.points : 0.0);
+    }
+    return light;
+  }
+
+  /// The best sum of lights, where the worst of the area need not be explained.
+  Left explain(const std::vector<Light>& lights) const {
+    constexpr int kTrims = 3;
+    Left left{solve(lights, weights_), weights_};
+    for (int trim = 0; trim < kTrims; ++trim) {
+      left.weights = without_worst(left.errors);
+      left.errors = solve(lights, left.weights);
+    }
+    return left;
+  }
+
+  Light without_worst(const Light& errors) const {
+    std::vector<std::uint32_t> order(errors.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return std::abs(errors[a]) > std::abs(errors[b]);
+    });
+    Light weights = weights_;
+    double dropped = 0.0;
+    for (const std::uint32_t i : order) {
+      if (dropped + weights_[i] > kUnexplained) break;
+      dropped += weights_[i];
+      weights[i] = 0.0;
+    }
+    for (double& weight : weights) weight /= 1.0 - dropped;
+    return weights;
+  }
+
+  /// What is left of 1 by the best sum of lights with strengths that are not negative: coordinate
+  /// descent.
+  Light solve(const std::vector<Light>& lights, const Light& weights) const {
+    constexpr int kRounds = 60;
+    std::array<double, kScanners> strength{}, power{};
+    for (std::size_t k = 0; k < lights.size(); ++k)
+      power[k] = weighted(weights, lights[k], lights[k]);
+    Light left(samples_.size(), 1.0);
+    for (int round = 0; round < kRounds; ++round)
+      for (std::size_t k = 0; k < lights.size(); ++k) {
+        if (!(power[k] > 0.0)) continue;
+        const double next =
+            std::max(0.0, strength[k] + weighted(weights, lights[k], left) / power[k]);
+        const double change = next - strength[k];
+        strength[k] = next;
+        for (std::size_t i = 0; i < left.size(); ++i) left[i] -= change * lights[k][i];
+      }
+    return left;
+  }
+
+  std::span<const DensitySample> samples_;
+  Light weights_;
+};
+
+/// The middles of a box's cells, whose sides are about `side`.
+std::vector<Vec3> lattice(const Box& box, double side) {
+  std::array<int, 3> cells{};
+  for (int axis = 0; axis < 3; ++axis)
+    cells[axis] = std::max(1, static_cast<int>(std::ceil((box.max[axis] - box.min[axis]) / side)));
+  std::vector<Vec3> places;
+  for (int i = 0; i < cells[0]; ++i)
+    for (int j = 0; j < cells[1]; ++j)
+      for (int k = 0; k < cells[2]; ++k) {
+        const Vec3 share{(i + 0.5) / cells[0], (j + 0.5) / cells[1], (k + 0.5) / cells[2]};
+        Vec3 place;
+        for (int axis = 0; axis < 3; ++axis)
+          place[axis] = box.min[axis] + share[axis] * (box.max[axis] - box.min[axis]);
+        places.push_back(place);
+      }
+  return places;
+}
+
+/// Near the box as densely as inside, and farther off half as densely.
+std::vector<Vec3> places_outside(const Box& box, double side) {
+  const Vec3 extent = box.extent();
+  std::array<double, 3> sorted = {extent.x, extent.y, extent.z};
+  std::ranges::sort(sorted);
+  std::vector<Vec3> places = lattice(box.grown(4.0 * side), side);
+  const std::vector<Vec3> far = lattice(box.grown(sorted[1]), 2.0 * side);
+  places.insert(places.end(), far.begin(), far.end());
+  std::erase_if(places, [&](const Vec3& place) { return box.contains(place); });
+  return places;
+}
+
+}  // namespace
+
+bool DensityFit::is_seen_from_inside() const {
+  constexpr double kExplained = 0.13, kBetter = 0.6, kFar = 0.35;
+  return even > kUneven && inside < kExplained && inside < kFar * even &&
+         inside < kBetter * outside;
+}
+
+DensityFit fit_density(std::span<const DensitySample> samples, const StopToken* stop) {
+  constexpr double kThinnest = 24.0;  // cells along the longest side
+  DensityFit fit;
+  Box box;
+  for (const DensitySample& s : samples) box.extend(s.position);
+  if (samples.size() < 2 || !(box.largest_extent() > 0.0)) return fit;
+  const double longest = box.largest_extent();
+  double volume = 1.0;
+  for (int axis = 0; axis < 3; ++axis)
+    volume *= std::max(box.extent()[axis], 1e-3 * longest) / longest;
+  const double side = longest * std::max(std::cbrt(volume / kPlaces), 1.0 / kThinnest);
+  const Fit search(samples);
+  fit.even = search.even();
+  if (fit.even <= kUneven) return fit;
+  fit.inside = search.best(lattice(box, side), -1.0, stop);
+  fit.outside = search.best(places_outside(box, side), 1.0, stop);
+  return fit;
+}
+
+}  // namespace orbweave

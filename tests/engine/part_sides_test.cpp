@@ -1,0 +1,258 @@
+// Which side whole components show: free space, density and shape, and what is said to be a guess.
+#include "engine/normals/part_sides.h"
+
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include <catch2/catch.hpp>
+
+#include "engine/normals/estimate_normals.h"
+#include "engine/normals/orientation.h"
+#include "engine/normals/patch_rays.h"
+#include "tests/support/clouds.h"
+
+namespace orbweave {
+namespace {
+
+/// A rectangle of points at distances of 1, moved by up to 0.3 in its plane.
+void add_wall(Vec3 corner, Vec3 along, Vec3 up, Vec3 normal, PointCloud& cloud) {
+  test::Random random(cloud.size() + 1);
+  const double columns = norm(along), rows = norm(up);
+  for (double i = 0.5; i < columns; i += 1.0)
+    for (double k = 0.5; k < rows; k += 1.0) {
+      const double s = (i + 0.6 * (random.uniform() - 0.5)) / columns;
+      const double t = (k + 0.6 * (random.uniform() - 0.5)) / rows;
+      cloud.positions.push_back(corner + s * along + t * up);
+      cloud.normals.push_back(normal);
+    }
+}
+
+/// The six sides of a box; normals outward (1) or inward (-1).
+void add_box(Vec3 low, Vec3 size, double side, PointCloud& cloud) {
+  for (int axis = 0; axis < 3; ++axis) {
+    Vec3 u, v, n;
+    u[(axis + 1) % 3] = size[(axis + 1) % 3];
+    v[(axis + 2) % 3] = size[(axis + 2) % 3];
+    n[axis] = side;
+    add_wall(low, u, v, -n, cloud);
+    Vec3 high = low;
+    high[axis] += size[axis];
+    add_wall(high, u, v, n, cloud);
+  }
+}
+
+PointCloud room() {
+  PointCloud cloud;
+  add_box({}, {90, 70, 50}, -1.0, cloud);
+  return cloud;
+}
+
+void add_ball(Vec3 center, double radius, double side, PointCloud& cloud) {
+  constexpr double kPi = 3.14159265358979323846;
+  for (double row = 0.5; row < kPi * radius; row += 1.0) {
+    const double polar = row / radius, around = 2.0 * kPi * radius * std::sin(polar);
+    for (double k = 0.0; k < around; k += 1.0) {
+      const double angle = k / (radius * std::sin(polar)) + row;
+      const Vec3 n{std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle),
+                   std::cos(polar)};
+      cloud.positions.push_back(center + radius * n);
+      cloud.normals.push_back(side * n);
+    }
+  }
+}
+
+/// What a scanner at a place keeps of a cloud: the nearer, the denser.
+PointCloud seen_from(Vec3 place, double near, const PointCloud& cloud) {
+  test::Random random(3);
+  PointCloud seen;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Vec3 to = place - cloud.positions[i];
+    const double density = near * near * dot(cloud.normals[i], to) / std::pow(norm(to), 3);
+    if (random.uniform() >= density) continue;
+    seen.positions.push_back(cloud.positions[i]);
+    seen.normals.push_back(cloud.normals[i]);
+  }
+  return seen;
+}
+
+struct Oriented {
+  double right = 0.0;  // share of points whose sign is that of the cloud
+  PatchOrientation found;
+};
+
+Oriented oriented(PointCloud cloud, double reach = 6.0) {
+  test::put_in_order(cloud);
+  const auto size = static_cast<std::uint32_t>(cloud.size());
+  const auto normals = estimate_normals(cloud.positions, 0, size, {16, reach}).normals;
+  std::vector<std::uint64_t> global(size);
+  for (std::uint32_t i = 0; i < size; ++i) global[i] = i;
+  const OrientationOptions options{16.0, 10, reach};
+  const OrientedPatches patches =
+      orient_patches(cloud.positions, normals, global, 0, size, options);
+  Oriented result;
+  result.found = orient_patch_graph(patches.sums, patches.votes, {.cell = options.cell});
+  const auto turns = whole_turns(patches.patch_of, patches.turn, result.found);
+  for (std::uint32_t i = 0; i < size; ++i)
+    result.right += dot(turns[i] ? -normals[i] : normals[i], cloud.normals[i]) > 0.0;
+  result.right /= size;
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("ARoomWithATableIsSeenFromItsInside") {
+  PointCloud cloud = room();
+  add_box({20, 20, 20}, {40, 30, 3}, 1.0, cloud);
+  for (const double x : {22.0, 55.0}) add_box({x, 30, 0}, {3, 3, 20}, 1.0, cloud);
+  const Oriented result = oriented(cloud);
+  CHECK(result.right > 0.97);
+  CHECK(result.found.interiors == 1);
+  CHECK(result.found.doubtful_area < 0.05);
+}
+
+TEST_CASE("ABallThatHangsInARoomTurnsTheRoomInward") {
+  PointCloud cloud = room();
+  add_ball({45, 35, 25}, 8.0, 1.0, cloud);
+  const Oriented result = oriented(cloud);
+  CHECK(result.right > 0.97);
+  CHECK(result.found.components == 2);
+  CHECK(result.found.interiors == 1);
+}
+
+TEST_CASE("AnEmptyRoomIsKnownByTheDensityOfItsPoints") {
+  PointCloud cloud;
+  add_box({}, {180, 140, 100}, -1.0, cloud);
+  const PointCloud seen = seen_from({70, 60, 45}, 50.0, cloud);
+  const Oriented result = oriented(seen, 20.0);
+  CHECK(result.right > 0.97);
+  CHECK(result.found.interiors == 1);
+  CHECK(result.found.doubtful_area < 0.05);
+}
+
+TEST_CASE("AnEvenBoxIsOutwardAndSaidToBeAGuess") {
+  PointCloud cloud;
+  add_box({}, {90, 70, 50}, 1.0, cloud);
+  const Oriented result = oriented(cloud);
+  CHECK(result.right == 1.0);
+  CHECK(result.found.doubtful_area > 0.9);
+  REQUIRE_FALSE(result.found.doubtful.empty());
+  CHECK(result.found.doubtful.front().doubt == PartDoubt::kBox);
+  CHECK(std::abs(result.found.doubtful.front().center.x - 45.0) < 2.0);
+}
+
+TEST_CASE("ClosedObjectsAreNoGuess") {
+  PointCloud ball;
+  add_ball({}, 30.0, 1.0, ball);
+  CHECK(oriented(ball).found.doubtful_area == 0.0);
+  const test::NamedCloud torus = test::noisy_torus(20000, 0.2, 1);
+  PointCloud scaled = torus.cloud;
+  for (Vec3& p : scaled.positions) p = (1.5 / torus.ball_radius) * p;
+  const Oriented result = oriented(scaled);
+  CHECK(result.right == 1.0);
+  CHECK(result.found.interiors == 0);
+  CHECK(result.found.doubtful_area == 0.0);
+  CHECK(result.found.contested_area == 0.0);
+}
+
+TEST_CASE("BothSidesOfAHollowBallsWallShowAwayFromTheWall") {
+  PointCloud cloud;
+  add_ball({}, 40.0, 1.0, cloud);
+  add_ball({}, 35.0, -1.0, cloud);
+  CHECK(oriented(cloud, 3.0).right == 1.0);
+}
+
+TEST_CASE("ABallWithinABallIsAGuessWhereTheWallIsAsWideAsTheHollow") {
+  PointCloud cloud;
+  add_ball({}, 40.0, 1.0, cloud);
+  add_ball({}, 20.0, -1.0, cloud);
+  const Oriented result = oriented(cloud);
+  CHECK(result.found.doubtful_area > 0.15);
+  REQUIRE_FALSE(result.found.doubtful.empty());
+  CHECK(result.found.doubtful.front().doubt == PartDoubt::kNested);
+}
+
+TEST_CASE("OpenPartsWithoutAnUpSideAreAGuess") {
+  SECTION("a facade") {
+    PointCloud cloud;
+    add_wall({}, {80, 0, 0}, {0, 0, 60}, {0, -1, 0}, cloud);
+    const Oriented result = oriented(cloud);
+    CHECK(result.found.doubtful_area > 0.9);
+    CHECK(result.found.doubtful.front().doubt == PartDoubt::kSheet);
+  }
+  SECTION("a tunnel") {
+    PointCloud cloud;
+    for (int k = 0; k < 16; ++k) {
+      const double a = 0.4 * k, b = 0.4 * (k + 1);  // about a turn
+      const Vec3 from{0, 20 * std::cos(a), 20 * std::sin(a)},
+          to{0, 20 * std::cos(b), 20 * std::sin(b)};
+      add_wall(from, {120, 0, 0}, to - from, normalized(-(from + to)), cloud);
+    }
+    const Oriented result = oriented(cloud);
+    CHECK(result.found.doubtful_area > 0.9);
+  }
+  SECTION("the outer side of a bowl") {
+    PointCloud ball, cloud;
+    add_ball({}, 40.0, 1.0, ball);
+    for (std::size_t i = 0; i < ball.size(); ++i)
+      if (ball.positions[i].z < 0.0) {
+        cloud.positions.push_back(ball.positions[i]);
+        cloud.normals.push_back(ball.normals[i]);
+      }
+    const Oriented result = oriented(cloud);
+    CHECK(result.found.doubtful_area > 0.9);
+    CHECK(result.found.doubtful.front().doubt == PartDoubt::kBowl);
+  }
+}
+
+TEST_CASE("ALevelSheetIsNoGuess") {
+  PointCloud cloud;
+  add_wall({}, {80, 0, 0}, {0, 60, 0}, {0, 0, 1}, cloud);
+  const Oriented result = oriented(cloud);
+  CHECK(result.right == 1.0);
+  CHECK(result.found.doubtful_area == 0.0);
+}
+
+TEST_CASE("LargePartsJoinedByContradictingVotesAreAGuess") {
+  std::vector<PatchSum> sums(4);
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    sums[i].patch = i;
+    sums[i].points = 100;
+    sums[i].area_normal = {0, 0, 100};
+    sums[i].area = 100.0;
+  }
+  const std::vector<PatchVote> sure = {{0, 1, 9, 9}, {2, 3, 8, 8}, {1, 2, 7, 8}};
+  CHECK(orient_patch_graph(sums, sure).weak.empty());
+  const std::vector<PatchVote> torn = {{0, 1, 9, 9}, {2, 3, 8, 8}, {1, 2, 2, 8}};
+  const PatchOrientation found = orient_patch_graph(sums, torn);
+  REQUIRE(found.weak.size() == 1);
+  CHECK(found.weak.front().size == 200.0);
+  CHECK(found.doubtful_area == Approx(0.5));
+}
+
+TEST_CASE("RaysMeetTheNearestPatchThatIsNoLayerOfTheirOwn") {
+  // Level patches of 4 x 4 at heights 0, 0.1, 6 and 14; 16 points each lie 1 apart.
+  std::vector<PatchSum> sums;
+  for (const double height : {0.0, 0.1, 6.0, 14.0}) {
+    PatchSum sum;
+    sum.patch = sums.size();
+    sum.points = 16;
+    sum.lowest = {0, 0, height};
+    sum.highest = {4, 4, height};
+    sum.flux_origin = {0, 0, 8.0 * std::floor(height / 8.0)};
+    sum.area_normal = {0, 0, 16};
+    sum.area = 16.0;
+    sum.flux = 16.0 * (height - sum.flux_origin.z);
+    sums.push_back(sum);
+  }
+  const PatchRays rays(sums, 8.0);
+  const PatchRays::Hit up = rays.first(0, {0, 0, 1});
+  CHECK(up.patch == 2);
+  CHECK(up.distance == Approx(6.0));
+  CHECK(rays.first(2, {0, 0, 1}).patch == 3);
+  CHECK(rays.first(3, {0, 0, -1}).patch == 2);
+  CHECK(rays.first(3, {0, 0, 1}).patch == PatchRays::kNothing);
+  CHECK(rays.first(0, {1, 0, 0}).patch == PatchRays::kNothing);
+}
+
+}  // namespace orbweave
