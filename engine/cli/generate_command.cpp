@@ -124,7 +124,7 @@ void generate_shape(const GenerateOptions& given, const MeshWriterOptions& forma
     if (is_given)
       throw_usage(std::string(option) + " is an option of scenes",
                   {.found = "shape \"" + given.shape + "\"",
-                   .expected = "room or house",
+                   .expected = "room, frames or house",
                    .advice = "Leave " + std::string(option) + " out."});
   const SyntheticOptions options = synthetic_options(given);
   check_options(options);
@@ -177,7 +177,8 @@ void add_options(CLI::App& command, GenerateOptions& options) {
       .add_option(
           "SHAPE", options.shape,
           "sphere, torus, bumpy-torus, plane, double-wall or cube; or a scene as raw scans:\n"
-          "room (four tripods inside) or house (three lines of flight)")
+          "room (four tripods inside), frames (five of a depth camera in that room) or house\n"
+          "(three lines of flight)")
       ->type_name("")
       ->required();
   command.add_option("--points", options.points, "How many, at least 1")

@@ -5,132 +5,61 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
-#include "engine/geometry/local_surface.h"
 #include "engine/geometry/point_tree.h"
+#include "engine/spacing/place_noise.h"
 #include "engine/spacing/site_points.h"
 
 namespace orbweave {
 namespace {
 
 constexpr std::uint64_t kMeasuredPoints = 4096;
-constexpr std::size_t kSpacingNeighbors = 6;
-/// Points of the first neighbourhood; each further one has twice as many, which is 1.4 times the
-/// radius on a surface.
-constexpr std::size_t kFirstNeighborhood = 12;
-constexpr std::size_t kLargestNeighborhood = 1536;
-/// A neighbourhood is wide when its radius is at least this multiple of the deviation in it. (A
-/// ball filled evenly has 2.2.)
-constexpr double kWide = 6.0;
-/// Above this multiple of the spacing, balls that roll over the layers find points in their way: a
-/// torus with noise of 0.1 spacings still closes (0.084 are measured there), one of 0.2 does not.
-constexpr double kThick = 0.09;
-/// Numbers of a quadratic surface and of its plane that are fitted.
-constexpr double kFitted = 6.0;
 
-/// Of thick layers: a projection averages over some 40 points, more where the layers are thicker.
-constexpr double kRadiusPerSpacingOfLayers = 3.75;
-constexpr double kRadiusPerThickness = 12.0;
-/// What was averaged over can be told by far fewer points.
-constexpr double kThinningPerRadius = 0.25;
 constexpr double kOutlierSigma = 4.0;
+constexpr std::uint64_t kClusterPoints = 16;
+/// Side of a cube in which noise is measured, in spacings.
+constexpr double kSpacingsPerCell = 20.0;
+/// Layers that are thick in so large a part of the places are cleaned there. (Edges and corners
+/// look like noise, and are a smaller part.)
+constexpr double kThickPart = 0.05;
 
-struct Measured {
-  double spacing = 0.0;
-  double deviation = 0.0;
-  double radius = 0.0;
-};
-
-/// Root of the mean squared distance of the samples from their local surface, in radii.
-std::optional<double> deviation_of(const std::vector<SurfaceSample>& samples) {
-  const auto surface = fit_surface(samples, {});
-  if (!surface) return std::nullopt;
-  double sum = 0.0;
-  for (const SurfaceSample& sample : samples) {
-    const double off = surface->distance_above(sample.offset);
-    sum += off * off;
-  }
-  return std::sqrt(sum / (static_cast<double>(samples.size()) - kFitted));
-}
-
-/// Measures around the points of one site, which `tree` holds; one for each thread.
-class SiteMeasure {
- public:
-  SiteMeasure(const SpacingSite& site, const PointTree& tree) : site_(site), tree_(tree) {}
-
-  /// With `only_sure`: nothing where a neighbourhood could reach out of the site before it is wide.
-  std::optional<Measured> at(Vec3 p, bool only_sure) {
-    const double border = distance_to_border(p, site_.box);
-    std::optional<Measured> measured;
-    std::optional<double> before;
-    found_.clear();
-    for (std::size_t count = kFirstNeighborhood; count <= kLargestNeighborhood; count *= 2) {
-      if (found_.size() <= count) find(p, count);
-      if (found_.size() <= count) break;
-      const double radius = std::sqrt(found_[count].squared_distance);
-      if (only_sure && radius > border) break;
-      collect(p, radius, count);
-      const auto deviation = deviation_of(samples_);
-      if (deviation && before) measured = {spacing(), noise(*before, *deviation * radius), radius};
-      if (measured && *deviation * kWide <= 1.0) break;
-      before = deviation ? std::optional(*deviation * radius) : std::nullopt;
-    }
-    return measured;
-  }
-
- private:
-  /// The point and at least `count` others, and as many as the next neighbourhoods have.
-  void find(Vec3 p, std::size_t count) {
-    constexpr std::size_t kNext = 4;
-    tree_.nearest(p, std::min(kNext * count, kLargestNeighborhood) + 1, found_);
-  }
-  void collect(Vec3 p, double radius, std::size_t count) {
-    samples_.clear();
-    for (std::size_t i = 0; i <= count; ++i)
-      samples_.push_back({(site_.points[found_[i].index] - p) / radius, 1.0});
-  }
-  /// Noise is the same in both neighbourhoods; what the surface is finer than a quadric doubles
-  /// (measured on scanned and generated models) with the number of points.
-  static double noise(double before, double deviation) {
-    return std::sqrt(std::max(0.0, (4.0 * before * before - deviation * deviation) / 3.0));
-  }
-  double spacing() const {
-    double sum = 0.0;
-    for (std::size_t i = 1; i <= kSpacingNeighbors; ++i)
-      sum += std::sqrt(found_[i].squared_distance);
-    return sum / static_cast<double>(kSpacingNeighbors);
-  }
-
-  const SpacingSite& site_;
-  const PointTree& tree_;
-  std::vector<Neighbor> found_;
-  std::vector<SurfaceSample> samples_;
+/// What was measured at a place of the cloud.
+struct Measured : PlaceNoise {
+  Vec3 position;
 };
 
 /// Places that one thread takes at once, between two looks at the request to stop: a quadric is
 /// fitted several times at each.
 constexpr std::size_t kPlacesAtOnce = 64;
 
-/// What is measured at the selected points of a site, in their order.
+/// What is measured at the selected points of a site, in their order. With `only_sure`: nothing
+/// where a neighbourhood could reach out of the site before it is wide.
 std::vector<Measured> measure_site(const SpacingSite& site, PointSelection selection,
-                                   bool only_sure, const StopToken* stop) {
+                                     bool only_sure, const StopToken* stop) {
   std::vector<Vec3> places;
   for (const Vec3& p : site.points)
     if (site.core.contains(p) && selection.takes(p)) places.push_back(p);
-  if (places.empty() || site.points.size() <= kFirstNeighborhood) return {};
+  if (places.empty()) return {};
   const PointTree tree(site.points);
-  std::vector<std::optional<Measured>> at_place(places.size());
+  std::vector<std::optional<PlaceNoise>> at_place(places.size());
   using Range = tbb::blocked_range<std::size_t>;
   tbb::parallel_for(Range(0, places.size(), kPlacesAtOnce), [&](const Range& range) {
     check_stop(stop);
-    SiteMeasure measure(site, tree);
-    for (std::size_t i = range.begin(); i < range.end(); ++i)
-      at_place[i] = measure.at(places[i], only_sure);
+    NoiseMeter meter;
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+      const double reach = only_sure ? distance_to_border(places[i], site.box) : kAnywhere;
+      at_place[i] = meter.at(places[i], site.points, {.reach = reach},
+                             [&](std::size_t count, std::vector<Neighbor>& found) {
+                               tree.nearest(places[i], count + 1, found);
+                             });
+    }
   });
   std::vector<Measured> measured;
-  for (const std::optional<Measured>& one : at_place)
-    if (one) measured.push_back(*one);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (at_place[i]) measured.push_back({*at_place[i], places[i]});
   return measured;
 }
 
@@ -146,7 +75,7 @@ std::vector<Measured> measure_all(std::span<const SpacingSite> sites, bool only_
   return all;
 }
 
-double median(const std::vector<Measured>& all, double Measured::*member) {
+double median(const std::vector<Measured>& all, double PlaceNoise::*member) {
   std::vector<double> values;
   for (const Measured& one : all) values.push_back(one.*member);
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -154,9 +83,35 @@ double median(const std::vector<Measured>& all, double Measured::*member) {
   return *middle;
 }
 
+/// Where the layers are thick, and how far smoothing has to reach there.
+void measure_parts(const std::vector<Measured>& all, LayerThickness& layers,
+                   const StopToken* stop) {
+  if (!(layers.spacing > 0.0)) return;
+  std::vector<NoisePlace> places;
+  for (const Measured& one : all)
+    places.push_back({one.position, one.spacing, one.is_layer ? one.noise : -1.0});
+  const SmoothingLevels levels(std::move(places), noise_cell(layers), whole_cloud_noise(layers),
+                               stop);
+  layers.thick_share = 1.0 - levels.untouched_share();
+  layers.largest_radius = levels.radii().back();
+}
+
 }  // namespace
 
-bool LayerThickness::is_thick() const { return thickness > kThick * spacing; }
+double noise_cell(const LayerThickness& layers) { return kSpacingsPerCell * layers.spacing; }
+
+WholeCloudNoise whole_cloud_noise(const LayerThickness& layers) {
+  const bool is_thick = layers.is_thick();
+  // At the limit, the noise asks for no more than the spacing does.
+  const double noise = std::max(layers.thickness, 1.001 * kThickPerSpacing * layers.spacing);
+  return {wanted_radius(layers.spacing, noise), is_thick, layers.largest_radius};
+}
+
+bool LayerThickness::is_thick_somewhere() const {
+  return is_thick() || thick_share >= kThickPart;
+}
+
+bool LayerThickness::is_thick() const { return thickness > kThickPerSpacing * spacing; }
 
 LayerThickness measure_layers(std::span<const SpacingSite> sites, const StopToken* stop) {
   const DistinctSites distinct(sites, stop);
@@ -165,13 +120,16 @@ LayerThickness measure_layers(std::span<const SpacingSite> sites, const StopToke
   LayerThickness layers;
   layers.measured = all.size();
   if (all.empty()) return layers;
-  layers.thickness = median(all, &Measured::deviation);
-  layers.spacing = median(all, &Measured::spacing);
-  layers.radius = median(all, &Measured::radius);
+  layers.thickness = median(all, &PlaceNoise::noise);
+  layers.spacing = median(all, &PlaceNoise::spacing);
+  layers.radius = median(all, &PlaceNoise::radius);
+  measure_parts(all, layers, stop);
   return layers;
 }
 
 namespace {
+
+std::string percent_of(double share) { return short_text(std::round(100.0 * share)) + " %"; }
 
 std::string brief_length(double value, double meters_per_unit) {
   const Length length = readable_length(value, meters_per_unit);
@@ -183,7 +141,7 @@ std::string brief_length(double value, double meters_per_unit) {
 std::string short_noise(const LayerThickness& layers, double meters_per_unit) {
   if (layers.measured == 0) return "too few points to measure the noise";
   const double percent = 100.0 * layers.thickness / layers.spacing;
-  const double limit = 100.0 * kThick;
+  const double limit = 100.0 * kThickPerSpacing;
   // A share beside the limit keeps its digits: 8.97 % is not "9 %; below 9 %".
   const std::string share =
       std::abs(percent - limit) < 0.5 ? short_text(percent) : short_text(std::round(percent));
@@ -196,7 +154,10 @@ std::string short_reason(const LayerThickness& layers, double meters_per_unit) {
   const CleaningChoice choice = choose_cleaning(layers);
   const std::string noise = short_noise(layers, meters_per_unit);
   if (layers.measured == 0) return noise + ": no cleaning";
-  if (!layers.is_thick()) return noise + ": no cleaning needed";
+  if (!layers.is_thick_somewhere()) return noise + ": no cleaning needed";
+  if (!layers.is_thick())
+    return noise + " on the whole, but above it in " + percent_of(layers.thick_share) +
+           " of the places, which are smoothed";
   return noise + ": outliers dropped, " + std::to_string(choice.smooth_passes) +
          " smoothing passes, thinned to " + brief_length(choice.thin_to_spacing, meters_per_unit);
 }
@@ -211,16 +172,17 @@ CleaningChoice choose_cleaning(const LayerThickness& layers) {
   const std::string noise = "noise " + short_text(layers.thickness) + " RMS, " +
                             percent(layers.thickness / layers.spacing) + " of the point spacing (" +
                             short_text(layers.spacing) + "); ";
-  if (!layers.is_thick()) {
-    choice.reason = noise + "up to " + percent(kThick) + ": no cleaning needed";
+  if (!layers.is_thick_somewhere()) {
+    choice.reason = noise + "up to " + percent(kThickPerSpacing) + ": no cleaning needed";
     return choice;
   }
   choice.outlier_sigma = kOutlierSigma;
-  choice.smooth_radius =
-      std::max(kRadiusPerSpacingOfLayers * layers.spacing, kRadiusPerThickness * layers.thickness);
+  choice.cluster_points = kClusterPoints;
+  choice.smooth_radius = whole_cloud_noise(layers).radius;
   choice.thin_to_spacing = kThinningPerRadius * choice.smooth_radius;
   choice.reason =
-      noise + "above " + percent(kThick) + ": outliers beyond " + short_text(choice.outlier_sigma) +
+      noise + (layers.is_thick() ? "above " : "on the whole below ") + percent(kThickPerSpacing) +
+      ": outliers beyond " + short_text(choice.outlier_sigma) +
       " standard deviations dropped, " + std::to_string(choice.smooth_passes) +
       " smoothing passes of radius " + short_text(choice.smooth_radius) + " (" +
       short_text(choice.smooth_radius / layers.spacing) +

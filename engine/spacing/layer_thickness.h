@@ -6,6 +6,7 @@
 #include <string>
 
 #include "engine/spacing/automatic_radii.h"
+#include "engine/spacing/smoothing_levels.h"
 
 namespace orbweave {
 
@@ -16,7 +17,12 @@ struct LayerThickness {
   double spacing = 0.0;  ///< median mean distance to the six nearest neighbours
   double radius = 0.0;   ///< of the neighbourhoods that were measured
   std::uint64_t measured = 0;
-  bool is_thick() const;  ///< too thick for an empty ball to roll over one layer
+  /// Share of the places, one in each cube of a lattice, where the layers are thick.
+  double thick_share = 0.0;
+  double largest_radius = 0.0;  ///< of the smoothing that any of these places asks for; 0: none
+  bool is_thick() const;        ///< too thick for an empty ball to roll over one layer
+  /// Thick on the whole or in some part.
+  bool is_thick_somewhere() const;
 };
 
 /// Measures at a sample of the sites' points, chosen by hash; independent of the points' order. The
@@ -28,12 +34,21 @@ LayerThickness measure_layers(std::span<const SpacingSite> sites, const StopToke
 /// The cleaning that such layers call for. Every value is 0 where the layers are thin.
 struct CleaningChoice {
   double outlier_sigma = 0.0;
-  double smooth_radius = 0.0;  ///< world units
+  /// World units; where the noise of the whole cloud is that of the place.
+  double smooth_radius = 0.0;
   int smooth_passes = 2;
-  double thin_to_spacing = 0.0;  ///< world units
+  double thin_to_spacing = 0.0;      ///< likewise
+  std::uint64_t cluster_points = 0;  ///< small clusters have fewer
   std::string reason;            ///< in words
 };
 CleaningChoice choose_cleaning(const LayerThickness& layers);
+
+/// Side of the cubes in which noise is measured place by place.
+double noise_cell(const LayerThickness& layers);
+/// The radius from which those of places go up and down.
+WholeCloudNoise whole_cloud_noise(const LayerThickness& layers);
+/// Of the distance between points that thinning keeps, in radii of the smoothing.
+inline constexpr double kThinningPerRadius = 0.25;
 
 /// "noise 5.3 mm RMS, 17 % of the point spacing (32 mm); above 9 %". `meters_per_unit`: as for
 /// readable_length.

@@ -14,15 +14,17 @@
 
 namespace orbweave {
 
-bool PointSelection::takes(Vec3 p) const {
+std::uint64_t hash_of(Vec3 p) {
   std::uint64_t hash = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const auto bits = std::bit_cast<std::uint64_t>(p[axis] == 0.0 ? 0.0 : p[axis]);
     hash = (hash ^ (bits & 0x800FFFFFFFFFFFFFu)) * 0x9E3779B97F4A7C15u;
     hash ^= hash >> 32;
   }
-  return hash * 0xBF58476D1CE4E5B9u <= last;
+  return hash * 0xBF58476D1CE4E5B9u;
 }
+
+bool PointSelection::takes(Vec3 p) const { return hash_of(p) <= last; }
 
 PointSelection select_points(std::span<const SpacingSite> sites, std::uint64_t wanted) {
   std::uint64_t points = 0;

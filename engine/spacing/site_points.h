@@ -11,8 +11,10 @@
 
 namespace orbweave {
 
-/// Which points are measured: those whose hash is at most `last`. Only signs and mantissas are
-/// hashed, so a cloud scaled by a power of two is measured at the same points.
+/// Of the coordinates' signs and mantissas: a cloud scaled by a power of two keeps its hashes.
+std::uint64_t hash_of(Vec3 p);
+
+/// Which points are measured: those whose hash is at most `last`.
 struct PointSelection {
   std::uint64_t last = ~std::uint64_t{0};
   bool takes(Vec3 p) const;

@@ -110,4 +110,12 @@ Scene room_scene() {
   return scene;
 }
 
+Scene frames_scene() {
+  Scene scene = room_scene();
+  scene.walkers.clear();
+  scene.tripods = {{0.8, 1.0, 1.5}, {1.2, 1.3, 1.45}, {1.6, 1.0, 1.4}, {1.3, 0.9, 1.6}, {2.0, 1.2, 1.5}};
+  scene.targets = {{3.6, 2.6, 0.9}, {4.2, 2.4, 0.9}, {4.6, 3.0, 0.8}, {3.4, 3.4, 1.0}, {5.0, 2.2, 0.7}};
+  return scene;
+}
+
 }  // namespace orbweave::synthetic

@@ -5,8 +5,9 @@
 namespace orbweave {
 namespace {
 
-constexpr std::array<SceneKind, 2> kScenes = {SceneKind::kRoom, SceneKind::kHouse};
-constexpr std::array<std::string_view, 2> kSceneNames = {"room", "house"};
+constexpr std::array<SceneKind, 3> kScenes = {SceneKind::kRoom, SceneKind::kHouse,
+                                              SceneKind::kFrames};
+constexpr std::array<std::string_view, 3> kSceneNames = {"room", "house", "frames"};
 
 }  // namespace
 
@@ -31,7 +32,16 @@ Vec3 area_vector(const SceneTriangle& triangle) {
 
 }  // namespace
 
-Scene scene_of(SceneKind kind) { return kind == SceneKind::kRoom ? room_scene() : house_scene(); }
+Scene scene_of(SceneKind kind) {
+  switch (kind) {
+    case SceneKind::kHouse:
+      return house_scene();
+    case SceneKind::kFrames:
+      return frames_scene();
+    default:
+      return room_scene();
+  }
+}
 
 double truth_area(const Scene& scene) {
   double sum = 0.0;

@@ -15,11 +15,12 @@
 namespace orbweave {
 
 enum class SceneKind {
-  kRoom,  ///< seen from four tripods inside
-  kHouse  ///< seen from the air, along three lines of flight
+  kRoom,   ///< seen from four tripods inside
+  kHouse,  ///< seen from the air, along three lines of flight
+  kFrames  ///< the room in five frames of a depth camera that somebody carries
 };
 
-/// "room", "house".
+/// "room", "house", "frames".
 std::string_view name_of(SceneKind kind);
 std::optional<SceneKind> scene_named(std::string_view name);
 std::span<const SceneKind> all_scenes();
@@ -62,6 +63,8 @@ struct FlightLine {
 struct Scene {
   std::vector<SceneTriangle> triangles;
   std::vector<Vec3> tripods;
+  /// Where cameras at the places of the tripods look; empty: scanners that turn once around.
+  std::vector<Vec3> targets;
   std::vector<FlightLine> lines;
   std::vector<Walker> walkers;
   std::vector<Crown> crowns;
@@ -69,6 +72,7 @@ struct Scene {
 
 Scene scene_of(SceneKind kind);
 Scene room_scene();
+Scene frames_scene();
 Scene house_scene();
 
 /// Of the surfaces that belong to the truth, panes included; square metres.

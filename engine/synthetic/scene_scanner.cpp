@@ -23,6 +23,9 @@ constexpr std::uint64_t kFewestPoints = 1000;
 constexpr double kGrazingCosine = 0.08715574274765817;  ///< of 85 degrees
 constexpr double kLowestTurns = -1.0 / 6.0;             ///< of a tripod's rays: 60 degrees down
 constexpr double kHighestTurns = 0.25;                  ///< straight up
+/// Half of what a depth camera sees, as tangents: 58 by 45 degrees; and how far, metres.
+constexpr double kCameraTangentX = 0.55430905145276899, kCameraTangentY = 0.41421356237309503;
+constexpr double kCameraReach = 5.0;
 constexpr double kCoarseTripod = 1.0 / 300.0;           ///< step of the first look, turns
 constexpr double kCoarseLine = 1.0 / 4000.0;            ///< likewise, of lines of flight
 constexpr double kLeafStep = 0.25, kLeafChance = 0.12;  ///< metres in a crown; hit per step
@@ -46,6 +49,11 @@ void check(const SceneScannerOptions& options) {
 
 double random_fraction(std::uint64_t seed, std::uint64_t index) {
   return portable::fraction(portable::mixed(portable::mixed(seed) + index * portable::kGoldenStep));
+}
+
+/// Rays or rows of a camera, of which the angle between two in its middle is the step.
+std::size_t across_camera(double tangent, double step) {
+  return static_cast<std::size_t>(2.0 * tangent / (2.0 * portable::kPi * step));
 }
 
 /// A ray in world coordinates, and one beside it by half a step: the edge of the beam.
@@ -75,10 +83,12 @@ struct SceneScanner::State {
       : options(given), scene(std::move(built)), rays(scene.triangles) {}
 
   bool has_tripods() const { return !scene.tripods.empty(); }
+  bool has_cameras() const { return !scene.targets.empty(); }
   std::size_t rows(std::size_t scan) const;
   std::size_t columns(std::size_t scan) const;
   Ray ray(std::size_t scan, std::size_t row, std::size_t column) const;
   Ray tripod_ray(std::size_t scan, std::size_t row, std::size_t column) const;
+  Ray camera_ray(std::size_t scan, std::size_t row, std::size_t column) const;
   Ray airborne_ray(std::size_t scan, std::size_t row, std::size_t column) const;
   /// What stops a ray first, seen from its front and not at a grazing angle.
   std::optional<RayHit> first_hit(std::size_t scan, double time, Vec3 origin, Vec3 direction) const;
@@ -117,6 +127,7 @@ void SceneScanner::State::place_views() {
 }
 
 std::size_t SceneScanner::State::rows(std::size_t scan) const {
+  if (has_cameras()) return across_camera(kCameraTangentY, step);
   if (has_tripods()) return static_cast<std::size_t>((kHighestTurns - kLowestTurns) / step);
   const FlightLine& line = scene.lines[scan];
   const double distance = 2.0 * portable::kPi * step * line.begin.z;
@@ -124,12 +135,27 @@ std::size_t SceneScanner::State::rows(std::size_t scan) const {
 }
 
 std::size_t SceneScanner::State::columns(std::size_t scan) const {
+  if (has_cameras()) return across_camera(kCameraTangentX, step);
   const double turns = has_tripods() ? 1.0 : 2.0 * scene.lines[scan].half_angle_turns;
   return static_cast<std::size_t>(turns / step);
 }
 
 Ray SceneScanner::State::ray(std::size_t scan, std::size_t row, std::size_t column) const {
+  if (has_cameras()) return camera_ray(scan, row, column);
   return has_tripods() ? tripod_ray(scan, row, column) : airborne_ray(scan, row, column);
+}
+
+Ray SceneScanner::State::camera_ray(std::size_t scan, std::size_t row, std::size_t column) const {
+  const View& view = views[scan];
+  const Vec3 place = scene.tripods[scan], ahead = normalized(scene.targets[scan] - place);
+  const Vec3 right = normalized(cross(ahead, Vec3{0, 0, 1})), up = cross(right, ahead);
+  const double pixel = 2.0 * portable::kPi * step;
+  const auto towards = [&](double offset) {
+    const double x = (static_cast<double>(column) + view.column_phase + offset) * pixel;
+    const double y = (static_cast<double>(row) + view.row_phase + offset) * pixel;
+    return normalized(ahead + (x - kCameraTangentX) * right + (y - kCameraTangentY) * up);
+  };
+  return {place, towards(0.0), towards(0.5)};
 }
 
 Ray SceneScanner::State::tripod_ray(std::size_t scan, std::size_t row, std::size_t column) const {
@@ -170,6 +196,7 @@ std::optional<RayHit> SceneScanner::State::first_hit(std::size_t scan, double ti
       if (body && (!hit || body->distance < hit->distance)) hit = body;
     }
   if (!hit || -dot(hit->normal, direction) < kGrazingCosine) return std::nullopt;
+  if (has_cameras() && hit->distance > kCameraReach) return std::nullopt;
   return hit;
 }
 

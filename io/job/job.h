@@ -44,6 +44,11 @@ struct CleaningOptions {
   double smooth_radius = 0.0;    ///< of the moving least squares; world units; 0: off
   int smooth_passes = 2;         ///< projections, 1 to 8
   double thin_to_spacing = 0.0;  ///< world units; 0: off
+  /// Clusters of fewer points that lie apart from everything else are dropped; 0: off. Unset: 0, or
+  /// what automatic cleaning chooses.
+  std::optional<std::uint64_t> cluster_points;
+  /// Points are dropped whose neighbours lie less like a surface: 1 a surface, 0 a line or a cloud.
+  double min_surfaceness = 0.0;
 };
 
 struct PartitionOptions {
@@ -59,8 +64,9 @@ struct ReconstructOptions {
   int levels = 0;                  ///< number of automatic radii, 1 to 8; 0: from the density
 };
 
-/// What the colours of a picture tell: filled holes, or how far their patches can be trusted.
-enum class PictureColors { kPatches, kConfidence };
+/// What the colours of a picture tell: filled holes, how far their patches can be trusted, the
+/// colours of the points, or which faces hang together.
+enum class PictureColors { kPatches, kConfidence, kPoints, kComponents };
 
 /// Whether a picture shows the back faces of triangles. kAuto: they are left out of the picture of
 /// an interior, so that one looks into it.
@@ -76,6 +82,7 @@ struct OutputOptions {
   bool float_positions = false;       ///< "float" coordinates instead of double
   bool attributes = true;             ///< carries normals and attributes to the vertices
   bool confidence = false;            ///< PLY: faces carry the confidence of their patches
+  bool vertex_quality = false;        ///< PLY: vertices carry spacing, noise, move and normal's origin
   bool tiles = false;                 ///< one mesh per chunk instead of one mesh
   bool check_surface = false;         ///< counts crossings of the whole mesh, not of patches alone
   std::string report;                 ///< path of the JSON report; empty: none

@@ -190,6 +190,13 @@ void set_chunk_points(Job& job, const WrittenValue& value) {
       is_auto(value) ? 0 : static_cast<std::uint64_t>(integer_value(value, 1, kLargest));
 }
 
+void set_cluster_points(Job& job, const WrittenValue& value) {
+  constexpr std::int64_t kMostOfCluster = 100000;
+  job.cleaning.cluster_points.reset();
+  if (!is_auto(value))
+    job.cleaning.cluster_points = static_cast<std::uint64_t>(integer_value(value, 0, kMostOfCluster));
+}
+
 JobValue auto_or(std::uint64_t number) {
   if (number == 0) return std::string("auto");
   return static_cast<std::int64_t>(number);
@@ -288,6 +295,14 @@ constexpr JobKey kKeys[] = {
      "minimum distance between the points that thinning keeps, in scan units; 0 disables thinning", "thin-to-spacing", "",
      [](Job& job, const W& value) { job.cleaning.thin_to_spacing = number_value(value, 0.0, kLargestNumber); },
      [](const Job& job) -> JobValue { return job.cleaning.thin_to_spacing; }},
+    {"cleaning", "cluster_points", T::kInteger, "\"auto\" or an integer from 0 to 100000; 0 is off", {},
+     "drops clusters of fewer points that lie apart from everything else; 0 is off, auto is 0 where cleaning.auto is off", "cluster-points", "",
+     set_cluster_points,
+     [](const Job& job) -> JobValue { return auto_or(job.cleaning.cluster_points); }},
+    {"cleaning", "min_surfaceness", T::kNumber, "a number from 0 to 1; 0 is off", {},
+     "drops points whose neighbours lie less like a surface than this: 1 is a surface, 0 a wire or a cloud; 0 is off, 0.15 drops wires and twigs", "min-surfaceness", "",
+     [](Job& job, const W& value) { job.cleaning.min_surfaceness = number_value(value, 0.0, 1.0); },
+     [](const Job& job) -> JobValue { return job.cleaning.min_surfaceness; }},
 
     {"normals", "source", T::kChoice, "", kSources,
      "source of the normals; auto estimates normals where the scans have none", "normals", "",
@@ -390,6 +405,10 @@ constexpr JobKey kKeys[] = {
      "write the confidence of each face (PLY): 1 of scanned faces, from 0 to 1 of filled holes", "confidence", "true",
      [](Job& job, const W& value) { job.output.confidence = flag_value(value); },
      [](const Job& job) -> JobValue { return job.output.confidence; }},
+    {"output", "vertex_quality", T::kFlag, "true or false", {},
+     "write the quality of each vertex (PLY): spacing, noise, distance moved by cleaning, origin of the normal", "vertex-quality", "true",
+     [](Job& job, const W& value) { job.output.vertex_quality = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.output.vertex_quality; }},
     {"output", "check_surface", T::kFlag, "true or false", {},
      "count the pairs of triangles that cross in the whole mesh, not only those with a patch", "check-surface", "true",
      [](Job& job, const W& value) { job.output.check_surface = flag_value(value); },

@@ -6,7 +6,7 @@
 namespace orbweave {
 namespace {
 
-constexpr std::array<const char*, 13> kDropReasons = {
+constexpr std::array<const char*, 15> kDropReasons = {
     "",
     "coordinate not finite",
     "no-data value (3.4028e38 or -3.4028e38)",
@@ -20,6 +20,8 @@ constexpr std::array<const char*, 13> kDropReasons = {
     "merged with another point",
     "thinned",
     "too few neighbours for a normal",
+    "small cluster apart from the surface",
+    "no surface around it",
 };
 
 }  // namespace

@@ -26,6 +26,8 @@ enum class DropReason : std::uint8_t {
   kMerged,
   kThinned,
   kTooFewNeighbors,
+  kCluster,
+  kNoSurface,
 };
 
 /// "exact duplicate"; empty for kNone. The keys of DroppedPoints.

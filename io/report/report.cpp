@@ -219,6 +219,11 @@ Json cleaning_json(const CleaningFacts& facts) {
           {"smooth_passes", facts.options.smooth_radius > 0.0 ? facts.options.smooth_passes : 0},
           {"thin_to_spacing", facts.options.thin_to_spacing},
           {"reason", text_or_null(facts.reason)},
+          {"cluster_points", facts.options.cluster_points.value_or(0)},
+          {"min_surfaceness", facts.options.min_surfaceness},
+          {"least_radius", facts.least_radius},
+          {"most_radius", facts.most_radius},
+          {"untouched_share", facts.untouched_share},
           {"points_moved", facts.points_moved},
           {"mean_move", facts.mean_move}};
 }

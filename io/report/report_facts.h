@@ -85,6 +85,11 @@ struct CleaningFacts {
   std::string reason;              ///< why, where it was chosen; what would have been chosen
   std::uint64_t points_moved = 0;  ///< by smoothing, of those that thinning left
   double mean_move = 0.0;          ///< of the points moved, over all passes; world units
+  /// The radius of the smoothing and the spacing of the thinning follow the noise place by place.
+  bool is_local = false;
+  double least_radius = 0.0;     ///< of the smoothing where anything is moved; world units
+  double most_radius = 0.0;      ///< likewise; before the places are measured, an upper bound
+  double untouched_share = 0.0;  ///< of the places, where layers are thin and nothing is moved
 };
 
 /// What tells a run that an input is still the file that its results were made from.

@@ -127,6 +127,9 @@ std::string cleaning_table(const RunReport& report) {
     rows.emplace_back("smoothed within", format_number(cleaning.options.smooth_radius) + ", " +
                                              std::to_string(cleaning.options.smooth_passes) +
                                              " passes");
+    if (cleaning.is_local)
+      rows.emplace_back("place by place", "radii from " + format_number(cleaning.least_radius) +
+                                              " to " + format_number(cleaning.most_radius));
     rows.emplace_back("points moved", format_count(cleaning.points_moved) + ", by " +
                                           format_number(cleaning.mean_move) + " on average");
   }

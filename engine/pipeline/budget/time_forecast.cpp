@@ -40,6 +40,12 @@ int runs_of(const ResolvedJob& job, Stage stage) {
   switch (stage) {
     case Stage::kOutliers:
       return may_clean || cleaning.outlier_sigma > 0.0 ? 1 : 0;
+    case Stage::kNoise:
+      return may_clean ? 1 : 0;
+    case Stage::kClusters:
+      return may_clean || cleaning.cluster_points.value_or(0) > 0 ? 1 : 0;
+    case Stage::kSurfaceness:
+      return cleaning.min_surfaceness > 0.0 ? 1 : 0;
     case Stage::kMerging:
       return cleaning.merge_tolerance > 0.0 ? 1 : 0;
     case Stage::kNormals:
@@ -109,9 +115,10 @@ std::vector<ExpectedStage> expected_stages(const ResolvedJob& job, const JobSize
 }
 
 JobSize size_of_job(const Partition& partition, std::span<const double> radii, int processes) {
-  constexpr std::array kDroppedByStages = {DropReason::kDuplicate, DropReason::kOutlier,
-                                           DropReason::kMerged, DropReason::kThinned,
-                                           DropReason::kTooFewNeighbors};
+  constexpr std::array kDroppedByStages = {DropReason::kDuplicate,       DropReason::kOutlier,
+                                           DropReason::kMerged,          DropReason::kThinned,
+                                           DropReason::kTooFewNeighbors, DropReason::kCluster,
+                                           DropReason::kNoSurface};
   std::uint64_t points = partition.points();
   for (const DropReason reason : kDroppedByStages) {
     const auto dropped = partition.dropped.find(text_of(reason));

@@ -8,16 +8,19 @@
 #include <optional>
 #include <utility>
 
+#include "engine/cleaning/clusters.h"
 #include "engine/cleaning/outliers.h"
-#include "engine/cleaning/projection.h"
 #include "engine/cleaning/thinning.h"
 #include "engine/normals/estimate_normals.h"
 #include "engine/normals/normal_side.h"
 #include "engine/pipeline/points/cleaned_source.h"
+#include "engine/pipeline/points/local_measures.h"
+#include "engine/pipeline/points/noise_stage.h"
 #include "engine/pipeline/points/orientation_stage.h"
 #include "engine/pipeline/points/orientation_words.h"
 #include "engine/pipeline/points/raw_passes.h"
 #include "engine/pipeline/points/scan_input.h"
+#include "engine/pipeline/points/smoothing_passes.h"
 #include "engine/pipeline/stage/cleaning_rule.h"
 #include "engine/pipeline/stage/scan_units.h"
 #include "engine/pipeline/stage/stage_keys.h"
@@ -33,8 +36,8 @@
 namespace orbweave {
 namespace {
 
-/// Points on different sheets do not replace one another: normals less than 60 degrees apart do.
-constexpr double kSameSheetCosine = 0.5;
+/// Neighbours that tell whether noisy layers are a surface.
+constexpr std::size_t kNeighborsInLayers = 256;
 
 /// Says what was measured, and what follows from it or would have followed.
 CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
@@ -49,13 +52,6 @@ CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
         "no cleaning, although the noise is large; " + on + " would do it: " + facts.reason);
   }
   return facts;
-}
-
-std::vector<std::uint32_t> kept_rows(const std::vector<std::uint8_t>& kept) {
-  std::vector<std::uint32_t> rows;
-  for (std::uint32_t i = 0; i < kept.size(); ++i)
-    if (kept[i] != 0) rows.push_back(i);
-  return rows;
 }
 
 RawPass outlier_pass(const StageRunner& runner, const CleaningOptions& options,
@@ -76,6 +72,24 @@ RawPass outlier_pass(const StageRunner& runner, const CleaningOptions& options,
       }};
 }
 
+RawPass cluster_pass(const StageRunner& runner, const CleaningOptions& options,
+                     const RawCloud& cloud) {
+  const ClusterOptions clusters{.points = options.cluster_points.value_or(0),
+                                .gap = cloud.partition.normal_radius,
+                                .stop = &runner.stop};
+  return {.stage = directory_of(Stage::kClusters),
+          .options = key_line(stored_key_name("cleaning.cluster_points"),
+                              std::to_string(clusters.points)) +
+                     key_line("gap of clusters", format_exact(clusters.gap)),
+          .halo = cluster_halo(clusters),
+          .dropped_reason = DropReason::kCluster,
+          .work = [clusters](PassPoints&& points) {
+            auto kept = find_clusters(points.positions, points.begin, points.end, clusters);
+            for (std::uint8_t& flag : kept) flag ^= 1;
+            return PassResult{kept_points(points.own, kept)};
+          }};
+}
+
 RawPass merge_pass(const StageRunner& runner, const CleaningOptions& options) {
   const ThinningOptions merging{options.merge_tolerance, kSameSheetCosine, &runner.stop};
   return {.stage = directory_of(Stage::kMerging),
@@ -90,6 +104,31 @@ RawPass merge_pass(const StageRunner& runner, const CleaningOptions& options) {
             points.own.positions = std::move(merged.positions);
             if (!merged.normals.empty()) points.own.normals = std::move(merged.normals);
             return PassResult{kept_points(points.own, merged.kept)};
+          }};
+}
+
+/// Neighbourhoods as wide as those that smoothing looks at.
+RawPass surfaceness_pass(const StageRunner& runner, const CleaningOptions& options,
+                         const LocalCleaning& cleaning, const RawCloud& cloud) {
+  std::vector<SurfacenessOptions> of_level;
+  for (const double radius : cleaning.radii) {
+    SurfacenessOptions one{.max_radius = cloud.partition.normal_radius, .stop = &runner.stop};
+    if (radius > 0.0) one = {kNeighborsInLayers, std::max(one.max_radius, radius), &runner.stop};
+    of_level.push_back(one);
+  }
+  const double least = options.min_surfaceness;
+  return {.stage = directory_of(Stage::kSurfaceness),
+          .options = key_line(stored_key_name("cleaning.min_surfaceness"), format_exact(least)) +
+                     key_line("places of surfaceness", cleaning.key()) +
+                     key_line("reach of surfaceness", format_exact(of_level.back().max_radius)),
+          .halo = of_level.back().max_radius,
+          .dropped_reason = DropReason::kNoSurface,
+          .work = [cleaning, of_level, least](PassPoints&& points) {
+            const auto levels = cleaning.levels_of(points.positions);
+            std::vector<std::uint8_t> kept;
+            for (const float one : surfaceness_locally(points, levels, of_level))
+              kept.push_back(one >= least ? 1 : 0);
+            return PassResult{kept_points(points.own, kept)};
           }};
 }
 
@@ -138,116 +177,35 @@ SideRule side_rule(const StageRunner& runner, const RawCloud& cloud) {
   return rule;
 }
 
-PointCloud with_normals(PassPoints&& points, const NormalEstimateOptions& options,
-                        const SideRule& rule) {
-  EstimatedNormals estimated =
-      estimate_normals(points.positions, points.begin, points.end, options);
+/// The normals of the chunk's own points, or none where there is none.
+PointCloud with_normals(PassPoints&& points, std::vector<Vec3> normals, const SideRule& rule) {
   const std::optional<std::size_t> view = view_offset(points.own.schema);
   std::vector<std::uint8_t> kept(points.own.size());
   for (std::size_t i = 0; i < points.own.size(); ++i) {
-    Vec3& normal = estimated.normals[i];
-    kept[i] = normal == Vec3{} ? 0 : 1;
-    if (dot(normal, rule.wanted(points.own, i, view)) < 0.0) normal = -normal;
+    kept[i] = normals[i] == Vec3{} ? 0 : 1;
+    if (dot(normals[i], rule.wanted(points.own, i, view)) < 0.0) normals[i] = -normals[i];
   }
-  points.own.normals = std::move(estimated.normals);
+  points.own.normals = std::move(normals);
   return kept_points(points.own, kept);
 }
 
-RawPass normal_pass(const NormalEstimateOptions& options, const SideRule& rule) {
+RawPass normal_pass(const LocalCleaning& cleaning,
+                    const std::vector<NormalEstimateOptions>& options, const SideRule& rule) {
+  std::string key = key_line("normals.neighbors", std::to_string(options.back().neighbors)) +
+                    key_line("places of normals", cleaning.key());
+  for (const NormalEstimateOptions& one : options)
+    key += key_line("reach of normals", format_exact(one.max_radius)) +
+           key_line("cubes of normals", format_exact(one.shared_side));
   return {.stage = directory_of(Stage::kNormals),
-          .options = key_line("normals.neighbors", std::to_string(options.neighbors)) +
-                     key_line("reach of normals", format_exact(options.max_radius)) +
-                     key_line("cubes of normals", format_exact(options.shared_side)) +
-                     key_line("normals.orientation", text_of(rule)),
-          .halo = normal_halo(options),
+          .options = key + key_line("normals.orientation", text_of(rule)),
+          .halo = local_normal_halo(options),
           .adds_normals = true,
           .dropped_reason = DropReason::kTooFewNeighbors,
-          .work = [options, rule](PassPoints&& points) {
-            return PassResult{with_normals(std::move(points), options, rule)};
+          .work = [cleaning, options, rule](PassPoints&& points) {
+            const auto levels = cleaning.levels_of(points.positions);
+            std::vector<Vec3> normals = normals_locally(points, levels, options);
+            return PassResult{with_normals(std::move(points), std::move(normals), rule)};
           }};
-}
-
-void normalize_all(std::vector<Vec3>& normals) {
-  for (Vec3& normal : normals) normal = normalized(normal);
-}
-
-ProjectionOptions projection_of(const StageRunner& runner, const CleaningOptions& options,
-                                bool oriented) {
-  return {options.smooth_radius, oriented, &runner.stop,
-          setting_name(runner.job, "cleaning.smooth_radius")};
-}
-
-ThinningOptions thinning_of(const StageRunner& runner, const CleaningOptions& options) {
-  return {options.thin_to_spacing, kSameSheetCosine, &runner.stop};
-}
-
-/// Which of the chunk's own points stay. Normals without a side do not tell sheets apart.
-std::vector<std::uint8_t> thinned(const PassPoints& points, const ThinningOptions& thinning,
-                                  bool oriented) {
-  return thin_points(points.positions,
-                     oriented ? std::span<const Vec3>(points.normals) : std::span<const Vec3>(),
-                     points.begin, points.end, thinning);
-}
-
-void project(PassPoints& points, const ProjectionOptions& projection,
-             std::span<const std::uint8_t> chosen = {}) {
-  ProjectedPoints projected = project_points(points.positions, points.normals, points.begin,
-                                             points.end, projection, chosen);
-  points.own.positions = std::move(projected.positions);
-  points.own.normals = std::move(projected.normals);
-}
-
-RawPass smooth_pass(const StageRunner& runner, const CleaningOptions& options, bool oriented,
-                    int pass) {
-  const ProjectionOptions projection = projection_of(runner, options, oriented);
-  return {.stage = directory_of(Stage::kSmoothing, pass + 1),
-          .options =
-              key_line(stored_key_name("cleaning.smooth_radius"), format_exact(projection.radius)) +
-              key_line("oriented", oriented ? "yes" : "no"),
-          .halo = projection_halo(projection),
-          .drift = projection.radius,
-          .work = [projection](PassPoints&& points) {
-            normalize_all(points.normals);
-            project(points, projection);
-            return PassResult{std::move(points.own)};
-          }};
-}
-
-RawPass thin_pass(const StageRunner& runner, const CleaningOptions& options, bool oriented) {
-  const ThinningOptions thinning = thinning_of(runner, options);
-  return {.stage = directory_of(Stage::kThinning),
-          .options = key_line(stored_key_name("cleaning.thin_to_spacing"),
-                              format_exact(thinning.spacing)) +
-                     key_line("oriented", oriented ? "yes" : "no"),
-          .halo = thinning_halo(thinning),
-          .dropped_reason = DropReason::kThinned,
-          .work = [thinning, oriented](PassPoints&& points) {
-            normalize_all(points.normals);
-            return PassResult{kept_points(points.own, thinned(points, thinning, oriented))};
-          }};
-}
-
-/// Thinning and the last projection, which only the points that stay need: they are chosen where
-/// the projection before left them, and move by the little that is left of the noise.
-RawPass thin_and_smooth_pass(const StageRunner& runner, const CleaningOptions& options,
-                             bool oriented) {
-  const ProjectionOptions projection = projection_of(runner, options, oriented);
-  const ThinningOptions thinning = thinning_of(runner, options);
-  return {
-      .stage = directory_of(Stage::kThinning),
-      .options =
-          key_line(stored_key_name("cleaning.thin_to_spacing"), format_exact(thinning.spacing)) +
-          key_line(stored_key_name("cleaning.smooth_radius"), format_exact(projection.radius)) +
-          key_line("oriented", oriented ? "yes" : "no"),
-      .halo = std::max(thinning_halo(thinning), projection_halo(projection)),
-      .drift = projection.radius,
-      .dropped_reason = DropReason::kThinned,
-      .work = [thinning, projection, oriented](PassPoints&& points) {
-        normalize_all(points.normals);
-        const std::vector<std::uint8_t> kept = thinned(points, thinning, oriented);
-        project(points, projection, kept);
-        return PassResult{kept_points(points.own, kept), kept_rows(kept)};
-      }};
 }
 
 /// The raw points in chunks; resumes from the store where it holds them whole.
@@ -309,21 +267,32 @@ void check_radius(const Job& job, const CleaningFacts& facts) {
                .advice = setting(job, "cleaning.auto", "true") + " chooses it."});
 }
 
-void drop_and_merge(StageRunner& runner, const CleaningOptions& cleaning, RawCloud& cloud) {
+void drop_and_merge(StageRunner& runner, const CleaningOptions& cleaning,
+                    const LocalCleaning& local, RawCloud& cloud) {
   if (cleaning.outlier_sigma > 0.0) run_pass(runner, outlier_pass(runner, cleaning, cloud), cloud);
+  if (cleaning.cluster_points.value_or(0) > 0 && cloud.partition.normal_radius > 0.0)
+    run_pass(runner, cluster_pass(runner, cleaning, cloud), cloud);
   if (cleaning.merge_tolerance > 0.0) run_pass(runner, merge_pass(runner, cleaning), cloud);
+  if (cleaning.min_surfaceness > 0.0 && cloud.partition.normal_radius > 0.0)
+    run_pass(runner, surfaceness_pass(runner, cleaning, local, cloud), cloud);
 }
 
-NormalFacts estimate(StageRunner& runner, const CleaningOptions& cleaning, RawCloud& cloud) {
+NormalFacts estimate(StageRunner& runner, const CleaningOptions& cleaning,
+                     const LocalCleaning& local, RawCloud& cloud) {
   const SideRule rule = side_rule(runner, cloud);
-  NormalEstimateOptions options = estimate_options(runner.job, cloud.partition, cleaning);
-  options.stop = &runner.stop;
-  run_pass(runner, normal_pass(options, rule), cloud);
+  std::vector<NormalEstimateOptions> options;
+  for (const double radius : local.radii) {
+    CleaningOptions of_level = cleaning;
+    of_level.smooth_radius = radius;
+    options.push_back(estimate_options(runner.job, cloud.partition, of_level));
+    options.back().stop = &runner.stop;
+  }
+  run_pass(runner, normal_pass(local, options, rule), cloud);
   NormalFacts normals;
   normals.source = NormalSource::kEstimate;
   normals.orientation = rule.by;
-  normals.neighbors = options.neighbors;
-  normals.max_radius = options.max_radius;
+  normals.neighbors = options.back().neighbors;
+  normals.max_radius = options.back().max_radius;
   return normals;
 }
 
@@ -332,13 +301,14 @@ bool are_oriented(const NormalFacts& normals) {
   return !is_propagated(normals.orientation) && normals.orientation != Orientation::kNone;
 }
 
-void smooth(StageRunner& runner, bool oriented, RawCloud& cloud, CleaningFacts& facts) {
+void smooth(StageRunner& runner, const LocalCleaning& local, bool oriented, RawCloud& cloud,
+            CleaningFacts& facts) {
   const std::string before = cloud.stage;
-  const bool thins = facts.options.thin_to_spacing > 0.0;
+  const bool thins = local.spacings.back() > 0.0;
   cloud.kept_stage = before;
   for (int pass = 0; pass + (thins ? 1 : 0) < facts.options.smooth_passes; ++pass)
-    run_pass(runner, smooth_pass(runner, facts.options, oriented, pass), cloud);
-  if (thins) run_pass(runner, thin_and_smooth_pass(runner, facts.options, oriented), cloud);
+    run_pass(runner, smooth_pass(runner, local, oriented, pass), cloud);
+  if (thins) run_pass(runner, thin_and_smooth_pass(runner, local, oriented), cloud);
   cloud.kept_stage.clear();
   if (!runner.communicator.is_root()) return;
   take_moves(runner, cloud, before, facts);
@@ -349,11 +319,13 @@ std::optional<PatchOrientation> propagate(StageRunner& runner, const RawCloud& c
                                           const CleaningFacts& facts, NormalFacts& normals) {
   if (!is_propagated(normals.orientation)) return std::nullopt;
   const double thinned = facts.options.thin_to_spacing;
+  const double farthest =
+      facts.is_local ? std::max(thinned, kThinningPerRadius * facts.most_radius) : thinned;
   constexpr double kReach = 3.0;
   PatchOrientation orientation = orient_cloud(
       runner, cloud, normals.orientation,
       std::max({cloud.partition.spacing, thinned, merged_spacing(facts.options)}),
-      std::max(reach_of_normals(runner.job, cloud.partition, facts.options), kReach * thinned));
+      std::max(reach_of_normals(runner.job, cloud.partition, facts.options), kReach * farthest));
   take_facts(orientation, normals);
   return orientation;
 }
@@ -386,13 +358,14 @@ CutPoints partition_cleaned(StageRunner& runner) {
   check_radius(runner.job, facts);
   NormalFacts normals;
   normals.source = NormalSource::kFile;
-  drop_and_merge(runner, facts.options, cloud);
-  if (runner.job.estimates_normals) normals = estimate(runner, facts.options, cloud);
+  const LocalCleaning local = local_cleaning(runner, cloud, facts);
+  drop_and_merge(runner, facts.options, local, cloud);
+  if (runner.job.estimates_normals) normals = estimate(runner, facts.options, local, cloud);
   const bool oriented = are_oriented(normals);
   if (facts.options.smooth_radius > 0.0)
-    smooth(runner, oriented, cloud, facts);
+    smooth(runner, local, oriented, cloud, facts);
   else if (facts.options.thin_to_spacing > 0.0)
-    run_pass(runner, thin_pass(runner, facts.options, oriented), cloud);
+    run_pass(runner, thin_pass(runner, local, oriented), cloud);
   const auto orientation = propagate(runner, cloud, facts, normals);
   const PatchOrientation* turns = orientation ? &*orientation : nullptr;
   CutPoints points = partition_by_team(runner, kFinalCut, [&] {

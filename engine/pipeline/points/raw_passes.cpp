@@ -98,6 +98,15 @@ void require_points(const StageRunner& runner, const RawCloud& cloud) {
 
 }  // namespace
 
+void require_points_for(StageRunner& runner, const RawCloud& cloud, const std::string& stage) {
+  runner.communicator.barrier(runner.stop);  // what is there changes only when all have seen it
+  bool is_complete = true;
+  for (ChunkId chunk = 0; chunk < cloud.partition.octree.chunks().size(); ++chunk)
+    is_complete = is_complete && runner.store.has(stage, chunk);
+  if (!is_complete) require_points(runner, cloud);
+  runner.communicator.barrier(runner.stop);
+}
+
 void visit_chunks(StageRunner& runner, const RawCloud& cloud, const std::string& stage, double halo,
                   const std::function<void(ChunkId, PassPoints&&)>& visit) {
   const auto chunks = static_cast<ChunkId>(cloud.partition.octree.chunks().size());

@@ -61,6 +61,9 @@ void visit_chunks(StageRunner& runner, const RawCloud& cloud, const std::string&
 /// Thrown where a pass has to be run again and the points that it was made from have been removed.
 struct RawPointsGone {};
 
+/// Throws RawPointsGone where `stage` lacks a chunk's result and the points have been removed.
+void require_points_for(StageRunner& runner, const RawCloud& cloud, const std::string& stage);
+
 /// Runs a pass, or takes what an earlier run left of it. When it is complete, the points that it
 /// was made from are removed. Throws RawPointsGone, and Error (bad input) where no point is left.
 void run_pass(StageRunner& runner, const RawPass& pass, RawCloud& cloud);

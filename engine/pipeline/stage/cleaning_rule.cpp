@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/cleaning/clusters.h"
 #include "engine/cleaning/projection.h"
 #include "engine/spacing/layer_thickness.h"
 
@@ -16,6 +17,7 @@ CleaningOptions cleaning_options(const CleaningChoice& choice) {
   options.smooth_radius = choice.smooth_radius;
   options.smooth_passes = choice.smooth_passes;
   options.thin_to_spacing = choice.thin_to_spacing;
+  options.cluster_points = choice.cluster_points;
   return options;
 }
 
@@ -30,6 +32,8 @@ CleaningOptions applied_options(const CleaningOptions& wanted, const CleaningOpt
   if (wanted.smooth_passes != CleaningOptions{}.smooth_passes)
     options.smooth_passes = wanted.smooth_passes;
   if (wanted.thin_to_spacing > 0.0) options.thin_to_spacing = wanted.thin_to_spacing;
+  if (wanted.cluster_points) options.cluster_points = wanted.cluster_points;
+  options.min_surfaceness = wanted.min_surfaceness;
   return options;
 }
 
@@ -42,7 +46,27 @@ CleaningFacts cleaning_for(const CleaningOptions& wanted, const Partition& scans
   const CleaningChoice choice = choose_cleaning(scans.layers);
   facts.options = applied_options(wanted, cleaning_options(choice));
   facts.reason = choice.reason;
+  // Numbers that the job has hold everywhere.
+  facts.is_local = wanted.automatic && choice.smooth_radius > 0.0 && wanted.smooth_radius == 0.0 &&
+                   wanted.thin_to_spacing == 0.0;
+  facts.least_radius = facts.options.smooth_radius;
+  facts.most_radius = facts.options.smooth_radius;
+  if (facts.is_local)
+    facts.most_radius = std::max(facts.most_radius, scans.layers.largest_radius);
   return facts;
+}
+
+NoisePlaceOptions noise_options(const Partition& scans) {
+  // Layers are told from leaves of trees by neighbourhoods five times as wide as they are thick:
+  // 384 points of a surface are 22 spacings across, four times as many twice as much.
+  constexpr double kThinPerSpacing = 0.5, kReachPerCell = 0.6;
+  constexpr std::size_t kPoints = 384;
+  const LayerThickness& layers = scans.layers;
+  const int wider = layers.thickness > kThinPerSpacing * layers.spacing ? 2 : 1;
+  const double cell = noise_cell(layers);
+  return {.cell = cell,
+          .reach = std::max(wider * kReachPerCell * cell, scans.normal_radius),
+          .most_points = kPoints * static_cast<std::size_t>(wider * wider)};
 }
 
 double merged_spacing(const CleaningOptions& cleaning) { return 1.2 * cleaning.merge_tolerance; }
@@ -72,8 +96,13 @@ NormalEstimateOptions estimate_options(const ResolvedJob& job, const Partition& 
 
 double reach_of_cleaning(const ResolvedJob& job, const Partition& scans) {
   if (!job.needs_cleaning_or_normals() || !(scans.normal_radius > 0.0)) return 0.0;
-  const CleaningOptions options = cleaning_for(job.cleaning, scans).options;
+  const CleaningFacts facts = cleaning_for(job.cleaning, scans);
+  CleaningOptions options = facts.options;
+  options.smooth_radius = facts.most_radius;
   double reach = scans.normal_radius;
+  if (facts.is_local) reach = std::max(reach, noise_halo(noise_options(scans)));
+  if (options.cluster_points.value_or(0) > 0)
+    reach = std::max(reach, cluster_halo({.gap = scans.normal_radius}));
   if (options.smooth_radius > 0.0)
     reach = std::max(reach, projection_halo(ProjectionOptions{.radius = options.smooth_radius}));
   if (!job.estimates_normals) return reach;

@@ -4,6 +4,7 @@
 #include "engine/normals/estimate_normals.h"
 #include "engine/pipeline/stage/partition.h"
 #include "engine/pipeline/stage/resolved_job.h"
+#include "engine/spacing/noise_places.h"
 #include "io/report/report.h"
 
 namespace orbweave {
@@ -11,6 +12,9 @@ namespace orbweave {
 /// What was measured of the scans, and what cleaning follows from it: with automatic cleaning what
 /// is applied, otherwise (in `reason`) what would have been.
 CleaningFacts cleaning_for(const CleaningOptions& wanted, const Partition& scans);
+
+/// How noise is measured place by place; without a token to stop by.
+NoisePlaceOptions noise_options(const Partition& scans);
 
 /// Distance between neighbours once points closer than a tolerance are one. Points taken in no
 /// order until no more fit at that distance from each other cover 0.547 of a plane with discs of

@@ -133,7 +133,8 @@ std::vector<TrustedFile> trusted_files(const ResolvedJob& job) {
 
 bool cleans(const CleaningOptions& options) {
   return options.outlier_sigma > 0.0 || options.merge_tolerance > 0.0 ||
-         options.smooth_radius > 0.0 || options.thin_to_spacing > 0.0;
+         options.smooth_radius > 0.0 || options.thin_to_spacing > 0.0 ||
+         options.cluster_points.value_or(0) > 0 || options.min_surfaceness > 0.0;
 }
 
 std::string work_dir_of(const Job& job) {

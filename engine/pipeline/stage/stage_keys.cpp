@@ -98,7 +98,7 @@ std::string chunks_line(const Partition& partition) {
 std::string raw_points_key(const ResolvedJob& job) {
   const Orientation side = job.normals.orientation;
   const bool views = asks_for_scanner(side);
-  return key_line("layout of raw points", "5") + scan_lines(job) + normal_lines(job) +
+  return key_line("layout of raw points", "6") + scan_lines(job) + normal_lines(job) +
          key_line("scanners needed", views ? "yes" : "no");
 }
 

@@ -19,8 +19,11 @@ enum class Stage : std::uint8_t {
   kRawBin,
   kRawMeasure,
   kRawSort,
+  kNoise,
   kOutliers,
+  kClusters,
   kMerging,
+  kSurfaceness,
   kNormals,
   kSmoothing,
   kThinning,
@@ -108,7 +111,7 @@ constexpr StageScaling chunk_scaling(double microseconds) {
 }
 
 // clang-format off
-inline constexpr std::array<StageInfo, 25> kStages = {{
+inline constexpr std::array<StageInfo, 28> kStages = {{
     // stage, name, directory, results, line, goes with line, --fresh, repair, status, completed by
     {Stage::kRawCount, "raw count", "raw_cut", "counts of raw points", StageLine::kRaw, false, true,
      StageRepair::kStage, false, "", kCountScaling},
@@ -118,10 +121,16 @@ inline constexpr std::array<StageInfo, 25> kStages = {{
      StageRepair::kStage, false, "", kMeasureScaling},
     {Stage::kRawSort, "raw sort", "raw", "raw points", StageLine::kRaw, true, true,
      StageRepair::kLine, true, "partition.json", kSortScaling},
+    {Stage::kNoise, "raw_noise", "raw_noise", "noise of places", StageLine::kRaw, true, true,
+     StageRepair::kLine, true, "", chunk_scaling(0.3)},
     {Stage::kOutliers, "raw_outliers", "raw_outliers", "outliers", StageLine::kRaw, true, true,
      StageRepair::kLine, true, "ended.json", chunk_scaling(0.8)},
+    {Stage::kClusters, "raw_clusters", "raw_clusters", "clusters", StageLine::kRaw, true, true,
+     StageRepair::kLine, true, "ended.json", {.microseconds = 0.1}},
     {Stage::kMerging, "raw_merged", "raw_merged", "merged points", StageLine::kRaw, true, true,
      StageRepair::kLine, true, "ended.json", {.microseconds = 0.3}},
+    {Stage::kSurfaceness, "raw_surfaceness", "raw_surfaceness", "points of surfaces",
+     StageLine::kRaw, true, true, StageRepair::kLine, true, "ended.json", chunk_scaling(1.0)},
     {Stage::kNormals, "raw_normals", "raw_normals", "normals", StageLine::kRaw, true, true,
      StageRepair::kLine, true, "ended.json", chunk_scaling(1.0)},
     {Stage::kSmoothing, "raw_smooth", "raw_smooth", "smoothed points", StageLine::kRaw, true, true,

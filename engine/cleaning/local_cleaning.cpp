@@ -1,0 +1,121 @@
+#include "engine/cleaning/local_cleaning.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/cleaning/points_near.h"
+
+namespace orbweave {
+namespace {
+
+/// The points asked for that are at a level and chosen; 1 for each of them among all points.
+std::vector<std::uint8_t> asked_at(const LeveledPoints& points, std::size_t level,
+                                   std::span<const std::uint8_t> chosen) {
+  std::vector<std::uint8_t> asked(points.positions.size(), 0);
+  for (std::uint32_t i = points.begin; i < points.end; ++i)
+    if (points.levels[i] == level && (chosen.empty() || chosen[i - points.begin] != 0))
+      asked[i] = 1;
+  return asked;
+}
+
+bool are_all_at(const LeveledPoints& points, std::size_t level) {
+  const auto first = points.levels.begin();
+  return std::all_of(first + points.begin, first + points.end,
+                     [&](std::uint8_t other) { return other == level; });
+}
+
+/// Projects the points of one level among those around them.
+void project_level(const LeveledPoints& points, const ProjectionOptions& options,
+                   const std::vector<std::uint8_t>& asked, ProjectedPoints& result) {
+  const NearPart part = part_of(points_near(points.positions, asked, projection_halo(options)),
+                                 points.positions, points.normals, points.begin, points.end);
+  std::vector<std::uint8_t> chosen;
+  for (std::uint32_t row = part.begin; row < part.end; ++row)
+    chosen.push_back(asked[part.points[row]]);
+  const ProjectedPoints projected =
+      project_points(part.positions, part.normals, part.begin, part.end, options, chosen);
+  for (std::uint32_t row = 0; row < chosen.size(); ++row) {
+    if (chosen[row] == 0) continue;
+    const std::uint32_t to = part.points[part.begin + row] - points.begin;
+    result.positions[to] = projected.positions[row];
+    result.normals[to] = projected.normals[row];
+    result.moved[to] = projected.moved[row];
+  }
+}
+
+/// Decides the points of one level; `kept` has those of the levels below.
+void thin_level(const LeveledPoints& points, std::size_t level, const ThinningOptions& options,
+                std::vector<std::uint8_t>& kept) {
+  std::vector<std::uint8_t> undecided(points.positions.size());
+  for (std::size_t i = 0; i < undecided.size(); ++i) undecided[i] = points.levels[i] == level;
+  std::vector<std::uint32_t> near = points_near(points.positions, undecided, options.spacing);
+  std::erase_if(near, [&](std::uint32_t i) { return undecided[i] == 0 && kept[i] == 0; });
+  const auto size = static_cast<std::uint32_t>(points.positions.size());
+  const NearPart part = part_of(std::move(near), points.positions, points.normals, 0, size);
+  std::vector<std::uint8_t> given;
+  for (const std::uint32_t i : part.points) given.push_back(undecided[i] == 0 ? 1 : 0);
+  const std::vector<std::uint8_t> chosen =
+      thin_points(part.positions, part.normals, 0,
+                  static_cast<std::uint32_t>(part.positions.size()), options, given);
+  for (std::size_t row = 0; row < chosen.size(); ++row) kept[part.points[row]] = chosen[row];
+}
+
+}  // namespace
+
+double local_projection_halo(std::span<const double> radii, const ProjectionOptions& options) {
+  ProjectionOptions largest = options;
+  largest.radius = radii.back();
+  return projection_halo(largest);
+}
+
+ProjectedPoints project_locally(const LeveledPoints& points, std::span<const double> radii,
+                                const ProjectionOptions& options,
+                                std::span<const std::uint8_t> chosen) {
+  ProjectionOptions of_level = options;
+  for (std::size_t level = 1; level < radii.size(); ++level) {
+    if (!are_all_at(points, level)) continue;
+    of_level.radius = radii[level];
+    return project_points(points.positions, points.normals, points.begin, points.end, of_level,
+                          chosen);
+  }
+  ProjectedPoints result;
+  const auto first = points.positions.begin(), first_normal = points.normals.begin();
+  result.positions.assign(first + points.begin, first + points.end);
+  result.normals.assign(first_normal + points.begin, first_normal + points.end);
+  result.moved.assign(points.end - points.begin, 0);
+  for (std::size_t level = 1; level < radii.size(); ++level) {
+    const std::vector<std::uint8_t> asked = asked_at(points, level, chosen);
+    if (std::find(asked.begin(), asked.end(), 1) == asked.end()) continue;
+    of_level.radius = radii[level];
+    project_level(points, of_level, asked, result);
+  }
+  return result;
+}
+
+double local_thinning_halo(std::span<const double> spacings) {
+  double halo = 0.0;
+  for (const double spacing : spacings)
+    if (spacing > 0.0) halo += thinning_halo({.spacing = spacing});
+  return halo;
+}
+
+std::vector<std::uint8_t> thin_locally(const LeveledPoints& points,
+                                       std::span<const double> spacings,
+                                       const ThinningOptions& options) {
+  ThinningOptions of_level = options;
+  const auto is_at = [&](std::size_t level) {
+    return [level](std::uint8_t other) { return other == level; };
+  };
+  std::vector<std::uint8_t> kept(points.positions.size());
+  for (std::size_t i = 0; i < kept.size(); ++i) kept[i] = points.levels[i] == 0 ? 1 : 0;
+  for (std::size_t level = 1; level < spacings.size(); ++level) {
+    of_level.spacing = spacings[level];
+    if (std::all_of(points.levels.begin(), points.levels.end(), is_at(level)))
+      return thin_points(points.positions, points.normals, points.begin, points.end, of_level);
+    if (std::any_of(points.levels.begin(), points.levels.end(), is_at(level)))
+      thin_level(points, level, of_level, kept);
+  }
+  return {kept.begin() + points.begin, kept.begin() + points.end};
+}
+
+}  // namespace orbweave

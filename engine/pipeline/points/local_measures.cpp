@@ -1,0 +1,67 @@
+#include "engine/pipeline/points/local_measures.h"
+
+#include <algorithm>
+
+#include "engine/cleaning/points_near.h"
+
+namespace orbweave {
+namespace {
+
+/// Calls measure(positions, begin, end, level), which returns a value for each of these points, for
+/// every level with the part of the cloud that it needs; gives the chunk's own points theirs.
+template <class Value, class Measure>
+std::vector<Value> by_level(const PassPoints& points, std::span<const std::uint8_t> levels,
+                            std::span<const double> halos, const Measure& measure) {
+  std::vector<Value> result(points.end - points.begin);
+  for (std::size_t level = 0; level < halos.size(); ++level) {
+    std::vector<std::uint8_t> wanted(points.positions.size(), 0);
+    std::uint32_t count = 0;
+    for (std::uint32_t i = points.begin; i < points.end; ++i)
+      if (levels[i] == level) wanted[i] = 1, ++count;
+    if (count == 0) continue;
+    if (count == result.size())
+      return measure(std::span<const Vec3>(points.positions), points.begin, points.end, level);
+    const NearPart part = part_of(points_near(points.positions, wanted, halos[level]),
+                                   points.positions, {}, points.begin, points.end);
+    const auto values = measure(std::span<const Vec3>(part.positions), part.begin, part.end, level);
+    for (std::uint32_t row = part.begin; row < part.end; ++row)
+      if (wanted[part.points[row]] != 0)
+        result[part.points[row] - points.begin] = values[row - part.begin];
+  }
+  return result;
+}
+
+}  // namespace
+
+double local_normal_halo(std::span<const NormalEstimateOptions> of_level) {
+  double halo = 0.0;
+  for (const NormalEstimateOptions& options : of_level)
+    halo = std::max(halo, normal_halo(options));
+  return halo;
+}
+
+std::vector<Vec3> normals_locally(const PassPoints& points, std::span<const std::uint8_t> levels,
+                                  std::span<const NormalEstimateOptions> of_level) {
+  std::vector<double> halos;
+  for (const NormalEstimateOptions& options : of_level) halos.push_back(normal_halo(options));
+  return by_level<Vec3>(
+      points, levels, halos,
+      [&](std::span<const Vec3> positions, std::uint32_t begin, std::uint32_t end,
+          std::size_t level) {
+        return estimate_normals(positions, begin, end, of_level[level]).normals;
+      });
+}
+
+std::vector<float> surfaceness_locally(const PassPoints& points,
+                                       std::span<const std::uint8_t> levels,
+                                       std::span<const SurfacenessOptions> of_level) {
+  std::vector<double> halos;
+  for (const SurfacenessOptions& options : of_level) halos.push_back(options.max_radius);
+  return by_level<float>(points, levels, halos,
+                         [&](std::span<const Vec3> positions, std::uint32_t begin,
+                             std::uint32_t end, std::size_t level) {
+                           return surfaceness_of(positions, begin, end, of_level[level]);
+                         });
+}
+
+}  // namespace orbweave
