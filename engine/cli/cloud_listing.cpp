@@ -87,14 +87,18 @@ void add_attributes(const CloudFacts& facts, Facts& lines) {
 }
 
 void add_classes(const AttributeFacts& values, Facts& lines) {
+  constexpr int kShown = 20;
   const char* name = "classes";
+  int met = 0;
   for (std::size_t number = 0; number < values.classes.size(); ++number) {
-    if (values.classes[number] == 0) continue;
+    if (values.classes[number] == 0 || ++met > kShown) continue;
     const std::string plain = plain_name_of_class(static_cast<int>(number));
     lines.emplace_back(name, std::to_string(number) + (plain.empty() ? "" : " " + plain) + ": " +
                                  format_count(values.classes[number]));
     name = "";
   }
+  if (met > kShown)
+    lines.emplace_back(name, "and " + std::to_string(met - kShown) + " more; --json lists all");
   if (values.without_class > 0)
     lines.emplace_back(name, "no class from 0 to 255: " + format_count(values.without_class));
 }

@@ -211,15 +211,15 @@ TEST_CASE("InspectOfAFolderIsATableOfItsFiles") {
   const auto text = run_in(in, {"inspect", "scans"});
   CHECK(text.status == 0);
   CHECK(text.out ==
-        "file         format          size  spacing       extent   system\n"
-        "scans/a.csv    text      3 points        1    1 x 2 x 0  unknown\n"
-        "scans/b.xyz    text  1,600 points        0.8  39.2 x 39 x 90  unknown\n");
+        "file         format          size   spacing          extent   system\n"
+        "scans/a.csv    text      3 points         1       1 x 2 x 0  unknown\n"
+        "scans/b.xyz    text  1,600 points  0.800062  39.2 x 39 x 90  unknown\n");
   const json list = json_of(run_in(in, {"inspect", "scans", "--json"}));
   REQUIRE(list.size() == 2);
   CHECK(list[0]["file"] == "scans/a.csv");
   CHECK(list[1]["classes"][0] == json({{"class", 2}, {"name", "ground"}, {"points", 1580}}));
   CHECK(list[1]["attributes"][0] ==
-        json({{"name", "classification"}, {"type", "uint8"}, {"min", 2.0}, {"max", 18.0}}));
+        json({{"name", "classification"}, {"type", "float64"}, {"min", 2.0}, {"max", 18.0}}));
   write_text(in / "scans/broken.ply", "ply\n");
   const auto partly = run_in(in, {"inspect", "scans", "--json"});
   CHECK(partly.status == 3);
@@ -234,10 +234,11 @@ TEST_CASE("InspectShowsWhatSamplesHold") {
     const char* snapshot;
   };
   for (const Sample& sample :
-       {Sample{"las/sample_c.las", "las.txt"}, Sample{"las/pdrf10-1.4.las", "las14.txt"},
-        Sample{"laz/simple.laz", "laz.txt"}, Sample{"e57/A_moved_B.e57", "e57.txt"},
-        Sample{"ascii/complex-transform.ptx", "ptx.txt"}, Sample{"ply/cube_att.ply", "ply.txt"},
-        Sample{"pcd/autzen-utm.pcd", "pcd.txt"}}) {
+       {Sample{"las/sample_c.las", "las.txt"}, Sample{"las/extrabytes.las", "las14.txt"},
+        Sample{"laz/simple.laz", "laz.txt"},
+        Sample{"e57/translationWithoutRotation.e57", "e57.txt"},
+        Sample{"ascii/multiple-and-transform.ptx", "ptx.txt"},
+        Sample{"ply/text_extradim.ply", "ply.txt"}, Sample{"pcd/autzen-utm.pcd", "pcd.txt"}}) {
     const auto path = data_path(std::string("samples/") + sample.file);
     if (skipped_without(path)) return;
     CAPTURE(sample.file);
