@@ -9,10 +9,10 @@
 #include "engine/cli/commands.h"
 #include "engine/cli/file_kind.h"
 #include "engine/cli/output.h"
+#include "engine/cli/selected_source.h"
 #include "engine/cli/signals.h"
 #include "engine/normals/normals_from_faces.h"
 #include "engine/validation/cloud_facts.h"
-#include "io/clouds/open_point_source.h"
 #include "io/error.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
@@ -31,6 +31,7 @@ struct ConvertOptions {
   std::string out;  ///< "-": PLY to standard output
   bool normals_from_faces = false;
   bool float_positions = false;
+  JobArguments selection;  ///< of the points of a cloud
 };
 
 MeshWriterOptions writer_options(const ConvertOptions& options) {
@@ -48,8 +49,8 @@ void print_written(const ConvertOptions& options, std::uint64_t points, std::uin
 /// A source that a request to stop ends.
 class StoppableSource : public PointSource {
  public:
-  StoppableSource(const std::string& path, const StopToken& stop)
-      : source_(open_point_source(path)), stop_(stop) {}
+  StoppableSource(std::unique_ptr<PointSource> source, const StopToken& stop)
+      : source_(std::move(source)), stop_(stop) {}
   const PointSchema& schema() const override { return source_->schema(); }
   std::optional<std::uint64_t> declared_points() const override {
     return source_->declared_points();
@@ -76,11 +77,12 @@ class Shift {
           largest_ = std::max(largest_,
                               std::abs(p[axis] - static_cast<double>(static_cast<float>(p[axis]))));
   }
-  /// Warns where points move by more than a thousandth of the spacing in the file `in`.
-  void warn(const std::string& in, const StopToken& stop) const {
-    if (largest_ == 0.0 || in == "-") return;
-    StoppableSource source(in, stop);
-    StoppableSource again(in, stop);
+  /// Warns where points move by more than a thousandth of the spacing of what is converted.
+  void warn(const ConvertOptions& options, const StopToken& stop) const {
+    if (largest_ == 0.0 || options.in == "-") return;
+    const SelectedSource selected(options.selection);
+    StoppableSource source(selected.open(options.in), stop);
+    StoppableSource again(selected.open(options.in), stop);
     const std::optional<double> spacing = cloud_facts(source, &again).spacing;
     if (spacing && largest_ > 1e-3 * *spacing)
       print_warning("--float moves points by up to " + format_number(largest_) +
@@ -94,7 +96,7 @@ class Shift {
 void warn_of_shift(const PointCloud& points, const ConvertOptions& options, const StopToken& stop) {
   Shift shift;
   if (options.float_positions) shift.add(points.positions);
-  shift.warn(options.in, stop);
+  shift.warn(options, stop);
 }
 
 void convert_mesh(const ConvertOptions& options, const StopToken& stop) {
@@ -120,28 +122,38 @@ void convert_to_oriented_cloud(const ConvertOptions& options, const StopToken& s
 
 /// A header comes before the points. Where it is not certain how many there are, a file is read
 /// twice.
-std::uint64_t count_points(const std::string& path, const StopToken& stop) {
-  const auto source = open_point_source(path);
+std::uint64_t count_points(PointSource& source, const StopToken& stop) {
   std::uint64_t points = 0;
-  for (PointCloud batch; source->read(batch, kBatchPoints); points += batch.size())
+  for (PointCloud batch; source.read(batch, kBatchPoints); points += batch.size())
     check_interruption(stop);
   return points;
 }
 
+/// What a selection left of the cloud is not all of it.
+void print_left_out(const PointSource& source, const SelectedSource& selected,
+                    const ConvertOptions& options) {
+  if (options.out == "-" || selected.takes_all()) return;
+  for (const auto& [reason, count] : source.left_out())
+    std::cout << format_count(count) << " dropped: " << reason << "\n";
+}
+
 /// Points from standard input that come without their number are kept until it is known.
-void convert_stream(PointSource& source, const ConvertOptions& options) {
+void convert_stream(PointSource& source, const SelectedSource& selected,
+                    const ConvertOptions& options) {
   const PointCloud cloud = read_all(source);
   write_cloud(options.out, cloud, writer_options(options));
   note_written(options.out);
+  print_left_out(source, selected, options);
   print_written(options, cloud.size(), 0);
 }
 
 void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
-  const auto source = open_point_source(options.in);
+  const SelectedSource selected(options.selection);
+  const auto source = selected.open(options.in);
   const bool is_known = source->keeps_declared_points();
-  if (!is_known && options.in == "-") return convert_stream(*source, options);
-  const std::uint64_t points =
-      is_known ? source->declared_points().value_or(0) : count_points(options.in, stop);
+  if (!is_known && options.in == "-") return convert_stream(*source, selected, options);
+  const std::uint64_t points = is_known ? source->declared_points().value_or(0)
+                                        : count_points(*selected.open(options.in), stop);
   const MeshHeader header{.vertices = points, .is_cloud = true, .schema = source->schema()};
   const auto writer = open_mesh_writer(options.out, header, writer_options(options));
   Shift shift;
@@ -152,7 +164,8 @@ void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
   }
   writer->finish();
   note_written(options.out);
-  shift.warn(options.in, stop);
+  print_left_out(*source, selected, options);
+  shift.warn(options, stop);
   print_written(options, points, 0);
 }
 
@@ -173,6 +186,12 @@ void convert(const ConvertOptions& options, const StopToken& stop) {
                 {.file = options.out,
                  .expected = "a .ply, .xyz or .csv name",
                  .advice = "'orbweave reconstruct' makes a mesh of a cloud."});
+  const bool stays_mesh =
+      options.normals_from_faces || (mesh && !is_cloud_only_format(options.out));
+  if (stays_mesh && !SelectedSource(options.selection).takes_all())
+    throw_usage("points are selected of a cloud, not of a mesh",
+                {.file = options.in,
+                 .advice = "Make a cloud of its vertices first: orbweave convert MESH cloud.xyz"});
   if (options.normals_from_faces) return convert_to_oriented_cloud(options, stop);
   if (mesh && !is_cloud_only_format(options.out)) return convert_mesh(options, stop);
   convert_cloud(options, stop);
@@ -194,6 +213,7 @@ void add_convert_command(CLI::App& program, const CommandContext& context) {
                     "Make an oriented cloud of a mesh: its vertices, with normals from its faces");
   command->add_flag("--float", options->float_positions,
                     "Write 4-byte coordinates where the format has a choice");
+  add_selection_options(*command, options->selection);
   command->footer(
       "A mesh stays a mesh unless OUT is a format of clouds (.xyz, .csv) or\n"
       "--normals-from-faces is given.\n\n"

@@ -2,12 +2,14 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <iostream>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "engine/cli/cloud_listing.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/error_files.h"
 #include "engine/cli/file_kind.h"
@@ -15,6 +17,7 @@
 #include "engine/cli/json_text.h"
 #include "engine/cli/mesh_drawing.h"
 #include "engine/cli/output.h"
+#include "engine/cli/selected_source.h"
 #include "engine/cli/signals.h"
 #include "engine/holes/fill_mesh.h"
 #include "engine/validation/cloud_facts.h"
@@ -53,55 +56,11 @@ struct InspectOptions {
 constexpr std::array<std::string_view, 2> kKeys = {"output.picture_up", "output.picture_backs"};
 
 /// A large cloud is read twice; standard input cannot be, so its spacing then stays unknown.
-CloudFacts facts_of_cloud(const std::string& file) {
-  const auto source = open_point_source(file);
+CloudFacts facts_of_cloud(const std::string& file, const SelectedSource& selected) {
+  const auto source = selected.open(file);
   if (file == "-") return cloud_facts(*source);
-  const auto again = open_point_source(file);
+  const auto again = selected.open(file);
   return cloud_facts(*source, again.get());
-}
-
-template <class T>
-Json json_or_null(const std::optional<T>& value) {
-  return value ? Json(*value) : Json();
-}
-
-Json cloud_json(const CloudFacts& facts) {
-  Json attributes = Json::array();
-  for (const AttributeField& field : facts.attributes)
-    attributes.push_back({{"name", field.name}, {"type", name_of(field.type)}});
-  return {{"kind", "cloud"},
-          {"points", facts.points},
-          {"bounds", box_json(facts.bounds)},
-          {"normals", facts.has_normals},
-          {"position_type", name_of(facts.position_type)},
-          {"attributes", attributes},
-          {"spacing", json_or_null(facts.spacing)},
-          {"spacing_of_six", json_or_null(facts.spacing_of_six)},
-          {"duplicates", json_or_null(facts.duplicates)},
-          {"not_finite", facts.not_finite},
-          {"zero_normals", facts.zero_normals}};
-}
-
-std::string attribute_list(const CloudFacts& facts) {
-  std::vector<std::string> words;
-  for (const AttributeField& field : facts.attributes)
-    words.push_back(field.name + " (" + name_of(field.type) + ")");
-  return words.empty() ? "none" : joined(words);
-}
-
-std::string cloud_text(const CloudFacts& facts) {
-  Facts lines = {{"kind", "cloud"},
-                 {"points", format_count(facts.points)},
-                 {"bounds", show_box(facts.bounds)},
-                 {"coordinates", name_of(facts.position_type)},
-                 {"normals", facts.has_normals ? "yes" : "no"},
-                 {"attributes", attribute_list(facts)},
-                 {"spacing", facts.spacing ? format_number(*facts.spacing) : "unknown"}};
-  if (facts.duplicates.value_or(0) > 0)
-    lines.emplace_back("duplicates", format_count(*facts.duplicates));
-  if (facts.not_finite > 0) lines.emplace_back("not finite", format_count(facts.not_finite));
-  if (facts.zero_normals > 0) lines.emplace_back("zero normals", format_count(facts.zero_normals));
-  return facts_table(lines);
 }
 
 std::string mesh_text(const MeshFacts& facts) {
@@ -131,7 +90,7 @@ std::string mesh_text(const MeshFacts& facts) {
 
 void draw_cloud(const std::string& file, const Box& bounds, const InspectOptions& options) {
   constexpr std::size_t kBatchPoints = std::size_t{1} << 16;
-  const auto source = open_point_source(file);
+  const auto source = SelectedSource(options.keys).open(file);
   const UpAxis implied = up_axis_of_scans({&file, 1}, source->coordinate_system());
   const UpAxis wanted = options.picture_up();
   MeshPicture picture(bounds, {.up = wanted == UpAxis::kAuto ? implied : wanted});
@@ -162,10 +121,19 @@ std::string loops_text(std::span<const HoleFacts> holes) {
   return text;
 }
 
-/// What is printed of a file: JSON or text.
+/// "1 x 4 x 3"; empty for an empty box.
+std::string show_extent(const Box& box) {
+  if (box.empty()) return "";
+  const Vec3 extent = box.extent();
+  return format_number(extent.x) + " x " + format_number(extent.y) + " x " +
+         format_number(extent.z);
+}
+
+/// What is printed of a file.
 struct Inspected {
   Json json;
   std::string text;
+  std::vector<std::string> row;  ///< of the overview of several files
 };
 
 /// How a mesh lies to the cloud that the options name.
@@ -214,25 +182,37 @@ Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
   std::optional<Against> against;
   if (!options.against.empty()) against = measure_against(mesh, options);
   const std::vector<HoleFacts> holes = loops_of(std::move(mesh), facts);
-  if (!options.json)
-    return {{}, mesh_text(facts) + (against ? against_text(*against) : "") + loops_text(holes)};
-  Json json = Json::parse(mesh_facts_json(facts));
-  json["holes"] = Json::parse(holes_json(holes));
-  if (against) json["against"] = against_json(*against, options.against);
-  return {std::move(json), {}};
+  Inspected inspected;
+  inspected.text = mesh_text(facts) + (against ? against_text(*against) : "") + loops_text(holes);
+  inspected.row = {"mesh",
+                   counted(facts.vertices, "vertex", "vertices") + ", " +
+                       counted(facts.triangles, "triangle", "triangles"),
+                   "", show_extent(facts.bounds), ""};
+  if (!options.json) return inspected;
+  inspected.json = Json::parse(mesh_facts_json(facts));
+  inspected.json["holes"] = Json::parse(holes_json(holes));
+  if (against) inspected.json["against"] = against_json(*against, options.against);
+  return inspected;
 }
 
 Inspected inspect_cloud(const std::string& file, const InspectOptions& options) {
   if (!options.against.empty())
     throw_bad_input("a cloud has no distances to another cloud",
                     {.file = file, .expected = "a mesh before --against"});
-  const CloudFacts facts = facts_of_cloud(file);
+  const CloudFacts facts = facts_of_cloud(file, SelectedSource(options.keys));
   if (!options.picture.empty()) draw_cloud(file, facts.bounds, options);
-  return options.json ? Inspected{cloud_json(facts), {}} : Inspected{{}, cloud_text(facts)};
+  Inspected inspected{cloud_json(facts), cloud_text(facts), {}};
+  inspected.row = {shown(format_text(facts.file)), counted(facts.points, "point", "points"),
+                   facts.spacing ? format_number(*facts.spacing) : "unknown",
+                   show_extent(facts.bounds), system_text(facts.coordinate_system)};
+  return inspected;
 }
 
 Inspected inspect_file(const std::string& file, const InspectOptions& options) {
-  return is_mesh_file(file) ? inspect_mesh(file, options) : inspect_cloud(file, options);
+  if (!is_mesh_file(file)) return inspect_cloud(file, options);
+  if (!SelectedSource(options.keys).takes_all())
+    throw_usage("points are selected of a cloud, not of a mesh", {.file = file});
+  return inspect_mesh(file, options);
 }
 
 void check_places(const InspectOptions& options) {
@@ -256,26 +236,102 @@ void check_places(const InspectOptions& options) {
                  .advice = "Inspect each file by a command of its own."});
 }
 
-/// One file: its facts. Several: a list of them, each with the name of its file.
-void inspect(const InspectOptions& options) {
-  end_at_once_on_signals();
-  check_places(options);
-  Json list = Json::array();
-  for (const std::string& file : options.files) {
-    Inspected inspected = inspect_file(file, options);
-    if (options.files.size() == 1) {
-      std::cout << (options.json ? json_text(inspected.json) : inspected.text);
-      return;
-    }
-    if (options.json) {
-      inspected.json["file"] = file;
-      list.push_back(std::move(inspected.json));
+/// Files of the folder and of those in it that are read as clouds or meshes, by name.
+std::vector<std::string> files_of_folder(const std::string& folder) {
+  namespace fs = std::filesystem;
+  std::vector<std::string> files;
+  try {
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+      if (entry.is_regular_file() && is_scan_format(entry.path().filename().string()))
+        files.push_back(entry.path().string());
+  } catch (const fs::filesystem_error& problem) {
+    throw_bad_input("cannot list the folder", {.file = folder, .found = problem.code().message()});
+  }
+  if (files.empty())
+    throw_bad_input("holds no scan or mesh",
+                    {.file = folder, .expected = "files of a format that is read"});
+  std::ranges::sort(files);
+  return files;
+}
+
+/// Folders as the files in them. Returns whether there was any.
+bool expand_folders(std::vector<std::string>& names) {
+  std::vector<std::string> files;
+  bool has_folder = false;
+  for (const std::string& name : names) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(name, ignored)) {
+      has_folder = true;
+      std::ranges::move(files_of_folder(name), std::back_inserter(files));
     } else {
-      std::cout << (file == options.files.front() ? "" : "\n") << shown(file) << "\n"
-                << inspected.text << std::flush;
+      files.push_back(name);
     }
   }
-  if (options.json) std::cout << json_text(list);
+  names = std::move(files);
+  return has_folder;
+}
+
+/// What several files are like, one by one. One that cannot be read does not keep others from it.
+class Overview {
+ public:
+  /// `shows_each`: prints the facts of each file, and not only a table of all.
+  Overview(const InspectOptions& options, bool shows_each)
+      : options_(options), shows_each_(shows_each && !options.json) {}
+
+  void add(const std::string& file) {
+    try {
+      Inspected inspected = inspect_file(file, options_);
+      inspected.json["file"] = file;
+      list_.push_back(std::move(inspected.json));
+      if (shows_each_)
+        std::cout << (rows_.size() == 1 ? "" : "\n") << shown(file) << "\n"
+                  << inspected.text << std::flush;
+      inspected.row.insert(inspected.row.begin(), shown(file));
+      rows_.push_back(std::move(inspected.row));
+      has_any_ = true;
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::kBadInput) throw;
+      if (first_) print_warning(error.what());
+      if (!first_) first_ = error;
+      list_.push_back({{"file", file}, {"error", error.what()}});
+      rows_.push_back({shown(file), "error", "", "", "", ""});
+    }
+  }
+
+  /// Throws the first error, when all else is told.
+  void end() const {
+    if (has_any_) {
+      if (options_.json)
+        std::cout << json_text(list_);
+      else
+        std::cout << (shows_each_ ? "\n" : "") << table(rows_) << std::flush;
+    }
+    if (first_) throw *first_;
+  }
+
+ private:
+  const InspectOptions& options_;
+  bool shows_each_;
+  bool has_any_ = false;
+  Json list_ = Json::array();
+  std::vector<std::vector<std::string>> rows_ = {
+      {"file", "format", "size", "spacing", "extent", "system"}};
+  std::optional<Error> first_;
+};
+
+/// One file: its facts. Several: those of each, and a table of all. A folder: the table alone.
+void inspect(InspectOptions options) {
+  end_at_once_on_signals();
+  const bool has_folder = expand_folders(options.files);
+  check_places(options);
+  if (options.files.size() == 1 && !has_folder) {
+    const Inspected inspected = inspect_file(options.files.front(), options);
+    std::cout << (options.json ? json_text(inspected.json) : inspected.text);
+    return;
+  }
+  Overview overview(options, !has_folder);
+  for (const std::string& file : options.files) overview.add(file);
+  overview.end();
 }
 
 }  // namespace
@@ -284,7 +340,9 @@ void add_inspect_command(CLI::App& program, const CommandContext& context) {
   auto options = std::make_shared<InspectOptions>();
   CLI::App* command = program.add_subcommand(
       "inspect", "Show the facts of scans or meshes, and how a mesh lies to a cloud");
-  command->add_option("FILE", options->files, "Scans or meshes")->type_name("")->required();
+  command->add_option("FILE", options->files, "Scans or meshes, and folders of them")
+      ->type_name("")
+      ->required();
   command->add_flag("--json", options->json, "Print JSON");
   command->add_option("--against", options->against, "Distances from the mesh to a cloud and back")
       ->type_name("CLOUD");
@@ -294,7 +352,10 @@ void add_inspect_command(CLI::App& program, const CommandContext& context) {
   add_error_options(*command, options->errors, "the mesh", "the cloud");
   command->add_option("--picture", options->picture, "Draw it (PNG)")->type_name("FILE");
   add_key_options(*command, kKeys, options->keys);
-  command->footer("Example:\n  orbweave inspect mesh.ply --against scan.ply --picture mesh.png\n");
+  add_selection_options(*command, options->keys);
+  command->footer(
+      "Example:\n  orbweave inspect scans/\n  orbweave inspect mesh.ply --against scan.ply "
+      "--picture mesh.png\n");
   command->callback([options, context] { context.then([options] { inspect(*options); }); });
 }
 

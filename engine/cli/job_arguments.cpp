@@ -71,11 +71,24 @@ constexpr std::array<NegatedOption, 2> kNegatedOptions = {
      {"uniform-patches",
       "Make triangles in the middle of a large patch as small as along its rim"}}};
 
+/// A list without its brackets, and whole numbers without the point that TOML needs.
+std::string plain_list(const std::string& list) {
+  std::string plain;
+  for (std::size_t i = 1; i + 1 < list.size(); ++i) {
+    const bool ends_whole =
+        list.compare(i, 2, ".0") == 0 && (list[i + 2] == ',' || list[i + 2] == ']');
+    if (ends_whole) ++i;
+    if (!ends_whole && list[i] != ' ') plain += list[i];
+  }
+  return plain;
+}
+
 std::string help_of(const JobKey& key) {
   for (const NegatedOption& known : kNegatedOptions)
     if (known.option == key.option) return std::string(known.help);
   if (std::string_view(key.option_value) == "false") return std::string("Do not ") + key.help;
-  const std::string usual = unquoted(key.default_text());
+  const bool is_list = key.type == JobKeyType::kNumbers && key.default_text().starts_with('[');
+  const std::string usual = is_list ? plain_list(key.default_text()) : unquoted(key.default_text());
   const bool shown = *key.option_value == '\0' && !usual.empty() && usual != "[]";
   return capitalised(key.help) + (shown ? " [" + usual + "]" : "");
 }

@@ -96,7 +96,11 @@ void add_loops(Facts& facts, std::span<const HoleFacts> loops) {
 std::string plan_json(const JobPlan& plan, const FillOptions& fill) {
   const Json document = {
       {"input",
-       {{"files", plan.files}, {"points", plan.points}, {"bounds", box_json(plan.bounds)}}},
+       {{"files", plan.files},
+        {"points", plan.points},
+        {"points_read", plan.points_read},
+        {"points_dropped", plan.points_dropped},
+        {"bounds", box_json(plan.bounds)}}},
       {"partition",
        {{"chunks", plan.chunks},
         {"chunk_points", plan.chunk_points},
@@ -140,6 +144,10 @@ std::string plan_text(const JobPlan& plan, const Job& job) {
                  {"in flight", std::to_string(plan.chunks_in_flight)},
                  {"halo width", format_number(plan.halo_width)},
                  {"ball radii", radii_of(plan)}};
+  auto below_points = facts.begin() + 2;
+  for (const auto& [reason, count] : plan.points_dropped)
+    below_points =
+        facts.insert(below_points, {"", format_count(count) + " dropped: " + reason}) + 1;
   for (const auto& fact : cleaning_plan(plan)) facts.push_back(fact);
   for (const auto& fact : fill_plan(job)) facts.push_back(fact);
   if (plan.loops) add_loops(facts, *plan.loops);

@@ -14,9 +14,9 @@
 #include "engine/cli/output_checks.h"
 #include "engine/cli/signals.h"
 #include "engine/pipeline/job_paths.h"
+#include "engine/pipeline/output/output_files.h"
 #include "engine/pipeline/pipeline.h"
 #include "io/error.h"
-#include "io/meshes/tile_directory.h"
 #include "io/shown_text.h"
 #include "io/system/glob.h"
 #include "io/text/quantity.h"
@@ -31,15 +31,18 @@ std::string summary(const RunReport& report) {
     return facts_table(
         {{"mesh", output.mesh},
          {"", "whole: the run before was killed only when it cleared away its work"}});
-  const std::string written = output.tiles ? tile_directory_of(output.mesh).string() : output.mesh;
-  Facts facts = {{output.tiles ? "tiles" : "mesh", written}, {"", show_mesh(report.mesh)}};
-  std::error_code ignored;
-  if (output.tiles && std::filesystem::exists(output.mesh, ignored))
-    facts.emplace_back("", output.mesh + " is not of this run");
+  Facts facts;
+  Facts beside;  // what lies beside the mesh
+  for (const OutputFile& written : written_outputs(output, !report.coordinate_system.empty())) {
+    Facts& list = facts.empty() ? facts : beside;
+    list.emplace_back(written.role, written.file.string());
+  }
+  facts.emplace_back("", show_mesh(report.mesh));
+  for (const OutputFile& older : older_outputs(output, !report.coordinate_system.empty()))
+    facts.emplace_back("", older.file.string() + " is not of this run");
   add_removed(facts, report.pieces_removed, report.triangles_removed);
   add_holes(facts, report.holes, report.mesh, report.options);
-  if (!output.report.empty()) facts.emplace_back("report", output.report);
-  if (!output.picture.empty()) facts.emplace_back("picture", output.picture);
+  facts.insert(facts.end(), beside.begin(), beside.end());
   return facts_table(facts);
 }
 

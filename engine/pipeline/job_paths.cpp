@@ -5,6 +5,7 @@
 #include "engine/pipeline/output/export_stage.h"
 #include "engine/pipeline/run_steps.h"
 #include "engine/pipeline/stage/resolved_job.h"
+#include "io/job/selected_points.h"
 #include "io/meshes/tile_directory.h"
 #include "io/report/report.h"
 
@@ -40,6 +41,8 @@ std::vector<PathRole> job_paths(const Job& job, const std::vector<std::string>& 
   paths.push_back({"the current directory", fs::path("."), PathUse::kReadDirectory});
   paths.push_back({"the job file", job_file, PathUse::kReadFile});
   paths.push_back({"the file of poses", job.input.poses, PathUse::kReadFile});
+  if (names_area_file(job.input))
+    paths.push_back({"the file of the crop's area", job.input.crop_area, PathUse::kReadFile});
   for (const std::string& file : files)
     paths.push_back({"a scan of the job", file, PathUse::kReadFile});
   return paths;

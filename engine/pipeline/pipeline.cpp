@@ -13,6 +13,7 @@
 #include "engine/pipeline/damage_repair.h"
 #include "engine/pipeline/job_paths.h"
 #include "engine/pipeline/output/export_stage.h"
+#include "engine/pipeline/output/output_files.h"
 #include "engine/pipeline/output/picture_stage.h"
 #include "engine/pipeline/output/tile_export.h"
 #include "engine/pipeline/points/cleaning_stage.h"
@@ -347,6 +348,7 @@ RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Pr
   communicator.barrier(stop);
   if (!communicator.is_root()) return report_of_job(job, command, communicator.size());
   const ResourceFacts measured = measured_resources(*store, begin);
+  clear_older_outputs(runner, !results.partition.coordinate_system.empty());
   RunReport report = report_of(runner, command, std::move(results), measured);
   release_freed_memory();  // the text of many holes is as large as what is known of them
   if (!job.output.report.empty()) write_report(job.output.report, report);

@@ -219,6 +219,8 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   measured.schema = cloud.schema;
   measured.meters_per_unit = cloud.meters_per_unit;
   plan.points = cloud.points_used;
+  plan.points_read = cloud.points_read;
+  plan.points_dropped = cloud.dropped;
   plan.bounds = cloud.grid.bounds();
   plan_radii(job, measured, plan);
   plan.cleaning = cleaning_for(job.cleaning, measured);

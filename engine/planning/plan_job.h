@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,7 +19,9 @@ namespace orbweave {
 /// What a run would do. Writes nothing.
 struct JobPlan {
   std::vector<std::string> files;
-  std::uint64_t points = 0;
+  std::uint64_t points = 0;                             ///< that are selected and usable
+  std::uint64_t points_read = 0;                        ///< that the scans hold
+  std::map<std::string, std::uint64_t> points_dropped;  ///< by reason
   Box bounds;
   std::uint64_t chunks = 0;
   std::uint64_t chunk_points = 0;  ///< the limit that the octree was cut with

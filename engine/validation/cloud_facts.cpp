@@ -56,14 +56,17 @@ std::vector<Vec3> finite_positions(const PointCloud& batch) {
 
 void gather(PointSource& source, const CloudFactsOptions& options, CloudFacts& facts,
             Gathered& gathered) {
+  AttributeGatherer values(source.schema());
   PointCloud batch;
   while (source.read(batch, kBatchPoints)) {
     const std::vector<Vec3> finite = finite_positions(batch);
+    values.add(batch);
     facts.points += batch.size();
     facts.not_finite += batch.size() - finite.size();
     for (const Vec3& n : batch.normals) facts.zero_normals += n == Vec3{} || !is_finite(n);
     if (!finite.empty()) gathered.add(finite, options);
   }
+  facts.values = values.facts();
 }
 
 std::uint64_t count_duplicates(std::vector<std::uint64_t>& hashes) {
@@ -108,6 +111,10 @@ CloudFacts cloud_facts(PointSource& source, PointSource* again, const CloudFacts
   facts.attributes = source.schema().attributes;
   Gathered gathered;
   gather(source, options, facts, gathered);
+  facts.file = source.facts();
+  facts.left_out = source.left_out();
+  facts.coordinate_system = source.coordinate_system();
+  facts.meters_per_unit = source.meters_per_unit();
   const std::uint64_t finite = gathered.grid.points();
   if (finite > 0) facts.bounds = gathered.grid.bounds();
   if (finite <= options.duplicate_points) facts.duplicates = count_duplicates(gathered.hashes);

@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "engine/validation/attribute_facts.h"
 #include "io/box.h"
 #include "io/points/point_source.h"
 
@@ -16,6 +18,11 @@ struct CloudFacts {
   bool has_normals = false;
   ScalarType position_type = ScalarType::kFloat64;
   std::vector<AttributeField> attributes;
+  AttributeFacts values;          ///< of the attributes
+  FileFacts file;                 ///< what the file says of itself
+  DroppedPoints left_out;         ///< what the reader or a selection left out, by reason
+  std::string coordinate_system;  ///< WKT or a code; empty: unknown
+  std::optional<Vec3> meters_per_unit;
   std::uint64_t not_finite = 0;             ///< points with a NaN or infinite coordinate
   std::uint64_t zero_normals = 0;           ///< zero, or not finite
   std::optional<std::uint64_t> duplicates;  ///< finite points equal to an earlier one

@@ -26,10 +26,16 @@ namespace {
 class MeshVertices final : public PointSource {
  public:
   MeshVertices(ByteReader reader, MeshFormat format)
-      : bytes_total_(reader.source().bytes_total()),
+      : format_(format),
+        bytes_total_(reader.source().bytes_total()),
         vertices_(read_mesh(std::move(reader), format).vertices) {}
   const PointSchema& schema() const override { return vertices_.schema; }
   std::optional<std::uint64_t> declared_points() const override { return vertices_.size(); }
+  FileFacts facts() const override {
+    FileFacts facts;
+    facts.format = format_ == MeshFormat::kObj ? "OBJ" : "STL";
+    return facts;
+  }
   std::uint64_t bytes_read() const override { return bytes_total_; }
   std::uint64_t bytes_total() const override { return bytes_total_; }
 
@@ -42,6 +48,7 @@ class MeshVertices final : public PointSource {
   }
 
  private:
+  MeshFormat format_;
   std::uint64_t bytes_total_;
   PointCloud vertices_;
   std::size_t next_ = 0;

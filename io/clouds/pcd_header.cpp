@@ -33,7 +33,7 @@ class HeaderParser {
 
   PcdHeader header() const {
     PcdHeader header;
-    check_version();
+    header.version = version();
     header.fields = fields();
     for (const PcdField& field : header.fields) {
       header.row_bytes += field.bytes();
@@ -104,11 +104,13 @@ class HeaderParser {
     return parse_count(*line, line->values[0]);
   }
 
-  void check_version() const {
+  /// "0.7"; empty where the header does not say.
+  std::string version() const {
     const HeaderLine* line = find("VERSION");
-    if (line == nullptr) return;
-    for (const char* known : {".5", "0.5", ".6", "0.6", ".7", "0.7"})
-      if (line->values[0] == known) return;
+    if (line == nullptr) return "";
+    const std::string& text = line->values[0];
+    for (const char* known : {"0.5", "0.6", "0.7"})
+      if (text == known || text == known + 1) return known;
     refuse(*line, "this version of PCD is unknown", excerpt(line->values[0]), "0.5, 0.6 or 0.7");
   }
 

@@ -26,6 +26,7 @@ struct PcdField {
 };
 
 struct PcdHeader {
+  std::string version;  ///< as written; empty where the header does not say
   std::vector<PcdField> fields;
   std::uint64_t points = 0;
   std::optional<Vec3> viewpoint;  ///< its translation, where it is not the default

@@ -286,6 +286,15 @@ class PcdSource final : public PointSource {
   std::uint64_t bytes_read() const override { return reader_.source().bytes_read(); }
   std::uint64_t bytes_total() const override { return reader_.source().bytes_total(); }
   std::optional<ScannerPlace> scanner() const override { return scanner_; }
+  FileFacts facts() const override {
+    FileFacts facts;
+    facts.format = "PCD";
+    facts.version = header_.version;
+    facts.encoding = header_.data == PcdData::kAscii    ? "ascii"
+                     : header_.data == PcdData::kBinary ? "binary"
+                                                        : "binary_compressed";
+    return facts;
+  }
 
   bool read(PointCloud& batch, std::size_t capacity) override {
     batch.clear();

@@ -30,6 +30,15 @@ class PlySource final : public PointSource {
   std::optional<std::uint64_t> declared_points() const override { return element_.count; }
   std::uint64_t bytes_read() const override { return reader_.source().bytes_read(); }
   std::uint64_t bytes_total() const override { return reader_.source().bytes_total(); }
+  FileFacts facts() const override {
+    FileFacts facts;
+    facts.format = "PLY";
+    facts.version = "1.0";
+    facts.encoding = header_.format == PlyFormat::kAscii                ? "ascii"
+                     : header_.format == PlyFormat::kBinaryLittleEndian ? "binary_little_endian"
+                                                                        : "binary_big_endian";
+    return facts;
+  }
 
   bool restrict_rows(std::uint64_t first, std::uint64_t count) override {
     if (!reader_.source().length()) return false;  // decompressed on the way

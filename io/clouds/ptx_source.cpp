@@ -40,6 +40,15 @@ struct PtxScan {
   std::array<std::array<double, 3>, 4> matrix{};  ///< for row vectors; last column left out
 
   std::uint64_t pulses() const { return columns * rows; }
+  /// The matrix for column vectors.
+  RigidMotion motion() const {
+    RigidMotion motion;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      motion.rows[axis] = {matrix[0][axis], matrix[1][axis], matrix[2][axis]};
+      motion.translation[static_cast<int>(axis)] = matrix[3][axis];
+    }
+    return motion;
+  }
   /// Products from left to right, the translation last: what survives of seven digits before the
   /// point depends on no compiler's liking.
   Vec3 world(Vec3 p) const {
@@ -350,6 +359,12 @@ class PtxSource final : public PointSource {
   std::uint64_t bytes_total() const override { return bytes().bytes_total(); }
   std::optional<ScannerPlace> scanner() const override { return scanner_; }
   DroppedPoints left_out() const override { return rows_.left_out(); }
+  FileFacts facts() const override {
+    FileFacts facts;
+    facts.format = "PTX";
+    facts.scans = scans_;
+    return facts;
+  }
 
   bool read(PointCloud& batch, std::size_t capacity) override {
     batch.clear();
@@ -359,14 +374,25 @@ class PtxSource final : public PointSource {
     const std::uint64_t scan_number = rows_.scan_number();
     scanner_.reset();
     if (scan.is_genuine) scanner_ = ScannerPlace{scan.world({})};
+    add_facts(scan, scan_number);
     do {
       append(scan, batch);
       has_row_ = rows_.next(row_);
     } while (has_row_ && rows_.scan_number() == scan_number && batch.size() < capacity);
+    if (scan_number == scans_.size()) scans_.back().points += batch.size();
     return true;
   }
 
  private:
+  /// Of the first scans: a file may hold a scan per point.
+  void add_facts(const PtxScan& scan, std::uint64_t number) {
+    constexpr std::size_t kMostScans = 10'000;
+    while (scans_.size() < std::min<std::uint64_t>(number, kMostScans)) scans_.emplace_back();
+    if (number != scans_.size()) return;
+    scans_.back().pose = scan.motion();
+    scans_.back().scanner = scanner_;
+  }
+
   const ByteSource& bytes() const { return rows_.lines().reader().source(); }
 
   void append(const PtxScan& scan, PointCloud& batch) const {
@@ -388,6 +414,7 @@ class PtxSource final : public PointSource {
   PtxRow row_;  ///< the next point, of the scan that rows_ is in
   bool has_row_ = false;
   bool has_colors_ = false;
+  std::vector<ScanFacts> scans_;  ///< that were read; scans without points have none
   PointSchema schema_;
   std::optional<ScannerPlace> scanner_;
 };

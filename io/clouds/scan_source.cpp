@@ -1,8 +1,6 @@
 #include "io/clouds/scan_source.h"
 
 #include <algorithm>
-#include <array>
-#include <bitset>
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
@@ -10,10 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "io/error.h"
+#include "io/clouds/scan_selection.h"
+#include "io/points/named_attribute.h"
 #include "io/points/no_data.h"
-#include "io/scalar_types.h"
-#include "io/text/lower_case.h"
 #include "io/text/words.h"
 
 namespace orbweave {
@@ -23,78 +20,17 @@ constexpr double kViewScale = 32767.0;
 
 double sign_of(double value) { return value < 0.0 ? -1.0 : 1.0; }
 
-/// What names of an attribute have in common, from format to format: "ReturnNumber" of PCD is
-/// "return_number" of LAS.
-std::string common_name(const std::string& name) {
-  std::string common = lower_case(name);
-  std::erase(common, '_');
-  return common;
-}
-
-/// Names of the standard classes (ASPRS LAS 1.4 R15, table 17).
-constexpr std::array<const char*, 19> kClassNames = {
-    "never classified",  "unclassified",    "ground",         "low vegetation",
-    "medium vegetation", "high vegetation", "building",       "low point",
-    "model key point",   "water",           "rail",           "road",
-    "overlap",           "wire guard",      "wire conductor", "transmission tower",
-    "wire connector",    "bridge deck",     "high noise"};
-
-/// Why a point of a class is left out: "class 3 (low vegetation) not selected".
-std::string reason_of_class(std::size_t number) {
-  const std::string name =
-      number < kClassNames.size() ? std::string(" (") + kClassNames[number] + ")" : "";
-  return "class " + std::to_string(number) + name + " not selected";
-}
-
-/// An attribute that a filter goes by.
-class FilterAttribute {
- public:
-  FilterAttribute() = default;
-  FilterAttribute(const PointSchema& schema, const char* name, const char* wanted_by,
-                  const std::string& file) {
-    for (const AttributeField& field : schema.attributes) {
-      type_ = field.type;
-      if (common_name(field.name) == common_name(name)) return;
-      offset_ += size_of(field.type);
-    }
-    throw_bad_input(std::string("the points have no ") + name,
-                    {.file = file,
-                     .expected = std::string("the attribute that ") + wanted_by + " asks for",
-                     .advice = "Leave that key out, or the file."});
-  }
-  double operator()(std::span<const std::byte> row) const {
-    double number = 0.0;
-    visit_scalar(type_, [&](auto value) {
-      std::memcpy(&value, row.data() + offset_, sizeof value);
-      number = static_cast<double>(value);
-    });
-    return number;
-  }
-
- private:
-  std::size_t offset_ = 0;
-  ScalarType type_ = ScalarType::kUint8;
-};
-
 class ScanSource final : public PointSource {
  public:
   ScanSource(std::unique_ptr<PointSource> source, const ScanOptions& options,
              const std::string& file)
-      : source_(std::move(source)), options_(options), schema_(source_->schema()) {
-    if (!options.classes.empty())
-      class_ = FilterAttribute(schema_, "classification", "input.las_classes", file);
-    for (const int wanted : options.classes) classes_.set(static_cast<std::size_t>(wanted));
-    if (!options.classes.empty())
-      for (std::size_t number = 0; number < classes_.size(); ++number)
-        class_reasons_.push_back(reason_of_class(number));
-    if (options.returns != ReturnFilter::kAll) {
-      number_ = FilterAttribute(schema_, "return_number", "input.returns", file);
-      count_ = FilterAttribute(schema_, "number_of_returns", "input.returns", file);
-    }
+      : source_(std::move(source)),
+        options_(options),
+        schema_(source_->schema()),
+        selection_(options, schema_, file) {
     if (!options.scanners.empty() && options.with_view)
-      scan_ = FilterAttribute(schema_, options.scanners.front().attribute.c_str(), "input.scanners",
-                              file);
-    filters_ = !options.classes.empty() || options.returns != ReturnFilter::kAll;
+      scan_ =
+          required_attribute(schema_, options.scanners.front().attribute, "input.scanners", file);
     moves_ = options.motion != RigidMotion{};
     if (moves_) schema_.position_type = ScalarType::kFloat64;
     if (options.without_normals) schema_.has_normals = false;
@@ -102,11 +38,16 @@ class ScanSource final : public PointSource {
     if (options.with_view)
       schema_.attributes.insert(schema_.attributes.end(), view_fields().begin(),
                                 view_fields().end());
+    if (options.crop || options.area)
+      source_->skip_parts([this](const Box& part) { return selection_.refuses(in_world(part)); });
   }
 
   const PointSchema& schema() const override { return schema_; }
   std::optional<std::uint64_t> declared_points() const override {
     return source_->declared_points();
+  }
+  bool keeps_declared_points() const override {
+    return selection_.takes_all() && source_->keeps_declared_points();
   }
   bool restrict_rows(std::uint64_t first, std::uint64_t count) override {
     return source_->restrict_rows(first, count);
@@ -114,6 +55,7 @@ class ScanSource final : public PointSource {
   std::uint64_t bytes_read() const override { return source_->bytes_read(); }
   std::uint64_t bytes_total() const override { return source_->bytes_total(); }
   std::string coordinate_system() const override { return source_->coordinate_system(); }
+  FileFacts facts() const override { return source_->facts(); }
   std::optional<Vec3> meters_per_unit() const override { return source_->meters_per_unit(); }
 
   std::optional<ScannerPlace> scanner() const override {
@@ -126,7 +68,7 @@ class ScanSource final : public PointSource {
 
   DroppedPoints left_out() const override {
     DroppedPoints all = source_->left_out();
-    for (const auto& [reason, count] : filtered_) all[reason] += count;
+    for (const auto& [reason, count] : selection_.removed()) all[reason] += count;
     return all;
   }
 
@@ -136,54 +78,32 @@ class ScanSource final : public PointSource {
         batch.schema = schema_;
         return false;
       }
-      if (filters_) filter(batch);
+      if (moves_) move(batch);
+      if (!selection_.takes_all()) selection_.apply(batch);
     } while (batch.empty());
     if (options_.with_view) find_scanners(batch);
     if (options_.without_normals) batch.normals.clear();
     if (options_.without_attributes) batch.attributes.clear();
-    if (moves_) move(batch);
     if (options_.with_view) add_view(batch);
     batch.schema = schema_;
     return true;
   }
 
  private:
-  /// Why a point of that class is left out; null: the class is selected.
-  const char* objection_to_class(double point_class) const {
-    if (!(point_class >= 0.0 && point_class < static_cast<double>(classes_.size())))
-      return "no class from 0 to 255";
-    const auto number = static_cast<std::size_t>(point_class);
-    return classes_.test(number) ? nullptr : class_reasons_[number].c_str();
-  }
-
-  const char* objection(std::span<const std::byte> row) const {
-    if (!options_.classes.empty())
-      if (const char* const reason = objection_to_class(class_(row))) return reason;
-    const auto number = [&] { return number_(row); };
-    const auto count = [&] { return count_(row); };
-    switch (options_.returns) {
-      case ReturnFilter::kAll:
-        return nullptr;
-      case ReturnFilter::kFirst:
-        return number() <= 1 ? nullptr : "not a first return";
-      case ReturnFilter::kLast:
-        return number() >= count() ? nullptr : "not a last return";
-      case ReturnFilter::kOnly:
-        return count() <= 1 ? nullptr : "not an only return";
-    }
-    return nullptr;
-  }
-
-  void filter(PointCloud& batch) {
-    kept_.clear();
-    kept_.schema = batch.schema;
-    for (std::size_t i = 0; i < batch.size(); ++i) {
-      if (const char* reason = objection(batch.attribute_row(i)))
-        ++filtered_[reason];
-      else
-        kept_.append(batch, i);
-    }
-    std::swap(kept_, batch);
+  /// A box in world coordinates around a box in the scan's own, with room for rounding.
+  Box in_world(const Box& own) const {
+    if (!moves_) return own;
+    Box world;
+    for (int corner = 0; corner < 8; ++corner)
+      world.extend(options_.motion.point({corner & 1 ? own.max.x : own.min.x,
+                                          corner & 2 ? own.max.y : own.min.y,
+                                          corner & 4 ? own.max.z : own.min.z}));
+    constexpr double kRounding = 1e-12;
+    const auto largest = [](Vec3 p) {
+      return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+    };
+    return world.grown(kRounding * std::max({largest(world.min), largest(world.max),
+                                             largest(own.min), largest(own.max)}));
   }
 
   void move(PointCloud& batch) const {
@@ -229,13 +149,9 @@ class ScanSource final : public PointSource {
   std::unique_ptr<PointSource> source_;
   ScanOptions options_;
   PointSchema schema_;
-  FilterAttribute class_, number_, count_, scan_;
-  std::bitset<256> classes_;
-  std::vector<std::string> class_reasons_;  ///< by class; empty: all are selected
-  bool filters_ = false;
+  ScanSelection selection_;
+  NamedAttribute scan_;  ///< that tells the scanner
   bool moves_ = false;
-  DroppedPoints filtered_;
-  PointCloud kept_;
   std::vector<std::optional<ScannerPlace>> places_;  ///< of the scanners of the batch's points
   std::vector<std::byte> rows_;
 };

@@ -9,10 +9,13 @@
 #include <string_view>
 #include <vector>
 
+#include "io/box.h"
 #include "io/points/point_source.h"
 #include "io/points/scan_pose.h"
 
 namespace orbweave {
+
+class PolygonArea;
 
 /// Which returns of a laser pulse are wanted.
 enum class ReturnFilter { kAll, kFirst, kLast, kOnly };
@@ -38,16 +41,20 @@ struct ScanOptions {
   /// Where the scanners of a merged cloud stood, by the value of one attribute; in its coordinates.
   /// Of points with other values the scanner is not known. Empty: one scanner for all points.
   std::vector<ScannerOfValue> scanners{};
-  bool with_view = false;           ///< adds the attributes of view_fields()
-  bool without_normals = false;     ///< normals of the file are of no interest
-  bool without_attributes = false;  ///< nor are its attributes, once they have filtered
-  std::vector<int> classes{};       ///< values of `classification` wanted, 0 to 255; empty: all
+  bool with_view = false;              ///< adds the attributes of view_fields()
+  bool without_normals = false;        ///< normals of the file are of no interest
+  bool without_attributes = false;     ///< nor are its attributes, once they have filtered
+  std::vector<int> classes{};          ///< values of `classification` wanted, 0 to 255; empty: all
+  std::vector<int> dropped_classes{};  ///< values that are not, where `classes` is empty
   ReturnFilter returns = ReturnFilter::kAll;  ///< by `return_number` and `number_of_returns`
+  std::optional<Box> crop{};                  ///< world coordinates; points outside are left out
+  std::shared_ptr<const PolygonArea> area{};  ///< likewise by x and y; null: everywhere
+  std::uint64_t every = 1;  ///< keeps one in so many points, chosen by a hash of their coordinates
 };
 
-/// Wraps a scan. What is filtered out counts as left out, by reason. The attributes that filters go
-/// by may have any type and be written in any case, with or without '_'. Throws Error (bad input)
-/// where the file lacks one; `file` is for messages.
+/// Wraps a scan. Points are selected by io/clouds/scan_selection.h; the others count as left out,
+/// by reason. Throws Error (bad input) where the file lacks an attribute that is asked for; `file`
+/// is for messages.
 std::unique_ptr<PointSource> open_scan_source(std::unique_ptr<PointSource> source,
                                               const ScanOptions& options, const std::string& file);
 

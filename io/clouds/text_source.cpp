@@ -35,6 +35,11 @@ class TextSource final : public PointSource {
   const PointSchema& schema() const override { return rows_layout_.schema(); }
   std::optional<std::uint64_t> declared_points() const override { return declared_; }
   bool keeps_declared_points() const override { return false; }
+  FileFacts facts() const override {
+    FileFacts facts;
+    facts.format = is_pts_ ? "PTS" : "text";
+    return facts;
+  }
   std::uint64_t bytes_read() const override { return reader_.source().bytes_read(); }
   std::uint64_t bytes_total() const override { return reader_.source().bytes_total(); }
 

@@ -25,9 +25,14 @@ struct InputOptions {
   std::optional<ScannerPlace> scanner;
   /// Places of the scanners of merged scans, by the value of an attribute, which all of them name.
   std::vector<ScannerOfValue> scanners;
-  std::vector<std::string> scanner_lines;  ///< the same as written
-  std::vector<int> las_classes;            ///< point classes to keep, 0 to 255; empty: all
+  std::vector<std::string> scanner_lines;   ///< the same as written
+  std::vector<int> las_classes;             ///< point classes to keep, 0 to 255; empty: all
+  std::vector<int> drop_classes = {7, 18};  ///< classes to leave out, where las_classes is empty
   ReturnFilter returns = ReturnFilter::kAll;
+  /// World coordinates; points outside are left out. A crop of x and y alone has no limits in z.
+  std::optional<Box> crop;
+  std::string crop_area;    ///< WKT of polygons, or the path of a WKT or GeoJSON file; empty: none
+  std::uint64_t every = 1;  ///< keeps one in so many points; 1: all
   /// Keeps no-data values, missing returns at (0, 0, 0) and strays.
   bool keep_strays = false;
   /// For sanity checks and reports only. Empty: what the coordinate system of the scans says.

@@ -6,7 +6,9 @@
 #include <stdexcept>
 
 #include "io/ball_radii.h"
+#include "io/error.h"
 #include "io/job/job_values.h"
+#include "io/points/area_text.h"
 #include "io/text/quantity.h"
 
 namespace orbweave {
@@ -124,16 +126,68 @@ void set_scanners(Job& job, const WrittenValue& value) {
   }
 }
 
-void set_las_classes(Job& job, const WrittenValue& value) {
-  job.input.las_classes.clear();
-  for (const double number : numbers_value(value)) {
-    if (number < 0.0 || number > 255.0 || number != std::floor(number)) throw UnsuitableValue{};
-    job.input.las_classes.push_back(static_cast<int>(number));
-  }
+/// Whether a list is given by a word, for command lines where brackets mean something else.
+bool is_none(const WrittenValue& value) {
+  const bool is_text =
+      value.items.size() == 1 && std::holds_alternative<std::string>(value.items[0]);
+  return is_text && std::get<std::string>(value.items[0]) == "none";
 }
 
-JobValue las_classes_value(const Job& job) {
-  return std::vector<double>(job.input.las_classes.begin(), job.input.las_classes.end());
+std::vector<int> classes_value(const WrittenValue& value) {
+  std::vector<int> classes;
+  if (is_none(value)) return classes;
+  for (const double number : numbers_value(value)) {
+    if (number < 0.0 || number > 255.0 || number != std::floor(number)) throw UnsuitableValue{};
+    classes.push_back(static_cast<int>(number));
+  }
+  return classes;
+}
+
+JobValue classes_of(const std::vector<int>& classes) {
+  return std::vector<double>(classes.begin(), classes.end());
+}
+
+/// Two corners, of x, y and z or of x and y alone.
+void set_crop(Job& job, const WrittenValue& value) {
+  job.input.crop.reset();
+  if (is_none(value)) return;
+  const std::vector<double> numbers = numbers_value(value);
+  if (numbers.empty()) return;
+  if (numbers.size() != 4 && numbers.size() != 6) throw UnsuitableValue{};
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  const std::size_t axes = numbers.size() / 2;
+  Box box{{numbers[0], numbers[1], -kFar}, {numbers[axes], numbers[axes + 1], kFar}};
+  if (axes == 3) {
+    box.min.z = numbers[2];
+    box.max.z = numbers[5];
+  }
+  if (box.empty()) throw UnsuitableValue{"a smallest coordinate is above the largest", ""};
+  job.input.crop = box;
+}
+
+JobValue crop_value(const Job& job) {
+  if (!job.input.crop) return std::vector<double>{};
+  const Box& box = *job.input.crop;
+  if (std::isinf(box.min.z)) return std::vector<double>{box.min.x, box.min.y, box.max.x, box.max.y};
+  return std::vector<double>{box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z};
+}
+
+/// Polygons as text stay as they are; anything else is the path of a file.
+void set_crop_area(Job& job, const WrittenValue& value) {
+  const std::string text = text_value(value);
+  job.input.crop_area.clear();
+  if (!is_area_text(text)) {
+    job.input.crop_area = path_value(value);
+    return;
+  }
+  try {
+    parse_area(text, "");
+  } catch (const Error& error) {
+    const ErrorParts& parts = error.parts();
+    throw UnsuitableValue{error.problem() + ", " + parts.place + ": found " + parts.found,
+                          parts.expected};
+  }
+  job.input.crop_area = text;
 }
 
 /// A choice's names in the order of its enumerators.
@@ -247,11 +301,27 @@ constexpr JobKey kKeys[] = {
      [](const Job& job) -> JobValue { return job.input.scanner_lines; }},
     {"input", "las_classes", T::kNumbers, "a list of integers from 0 to 255; [] for all", {},
      "LAS point classes to keep, such as 2,6 (ground, building); the default keeps all", "las-classes", "",
-     set_las_classes, las_classes_value},
+     [](Job& job, const W& value) { job.input.las_classes = classes_value(value); },
+     [](const Job& job) { return classes_of(job.input.las_classes); }},
+    {"input", "drop_classes", T::kNumbers, "a list of integers from 0 to 255; [] or \"none\" for none", {},
+     "point classes to leave out where las_classes names none to keep; the default is noise, low point and high noise", "drop-classes", "",
+     [](Job& job, const W& value) { job.input.drop_classes = classes_value(value); },
+     [](const Job& job) { return classes_of(job.input.drop_classes); }},
     {"input", "returns", T::kChoice, "", kReturns,
      "returns of a laser pulse to keep", "returns", "",
      [](Job& job, const W& value) { job.input.returns = static_cast<ReturnFilter>(choice_value(value, kReturns)); },
      [](const Job& job) -> JobValue { return name_in(kReturns, job.input.returns); }},
+    {"input", "crop", T::kNumbers, "a list [xmin, ymin, zmin, xmax, ymax, zmax] or [xmin, ymin, xmax, ymax]; [] or \"none\" for none", {},
+     "box of the points to keep, in world coordinates, limits included", "crop", "",
+     set_crop, crop_value},
+    {"input", "crop_area", T::kPath, "polygons as WKT, such as \"POLYGON ((0 0, 9 0, 9 9, 0 0))\", the path of a WKT or GeoJSON file, or \"\" for none", {},
+     "polygons of the points to keep, by x and y in world coordinates: the path of a WKT or GeoJSON file, or WKT itself", "crop-area", "",
+     set_crop_area,
+     [](const Job& job) -> JobValue { return job.input.crop_area; }},
+    {"input", "every", T::kInteger, "an integer of at least 1", {},
+     "keep one in so many points, whatever their order; 1 keeps all", "every", "",
+     [](Job& job, const W& value) { job.input.every = static_cast<std::uint64_t>(integer_value(value, 1, kLargest)); },
+     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.input.every); }},
 
     {"input", "keep_strays", T::kFlag, "true or false", {},
      "keep points that are no measurements: no-data values, missing returns at (0, 0, 0), strays far from all other points", "keep-strays", "true",

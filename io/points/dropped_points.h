@@ -30,6 +30,9 @@ enum class DropReason : std::uint8_t {
   kNoSurface,
 };
 
+/// Why a point outside of the crop of a job is left out, and a part of a file that lies outside.
+inline constexpr const char* kOutsideCrop = "outside the crop";
+
 /// "exact duplicate"; empty for kNone. The keys of DroppedPoints.
 const char* text_of(DropReason reason);
 

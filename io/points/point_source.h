@@ -2,12 +2,15 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "io/box.h"
 #include "io/point_cloud.h"
 #include "io/points/dropped_points.h"
+#include "io/points/scan_pose.h"
 
 namespace orbweave {
 
@@ -16,6 +19,26 @@ struct ScannerPlace {
   Vec3 vector;                ///< a place, or the direction from the points to the scanner
   bool is_direction = false;  ///< `vector` is a direction
   friend bool operator==(const ScannerPlace&, const ScannerPlace&) = default;
+};
+
+/// One of the scans of a file.
+struct ScanFacts {
+  std::string name;    ///< may be empty
+  std::string sensor;  ///< vendor and model, where the file says
+  std::uint64_t points = 0;
+  std::optional<RigidMotion> pose;  ///< from the scan's own coordinates; a matrix of PTX may scale
+  std::optional<ScannerPlace> scanner;  ///< in the coordinates of the points
+};
+
+/// What a file says of itself, beside its points.
+struct FileFacts {
+  std::string format;    ///< "LAS", "E57", "text", ...
+  std::string version;   ///< of the format, such as "1.2"; empty where formats have none
+  std::string encoding;  ///< such as "binary_little_endian"; empty where the format has but one
+  std::optional<int> point_format;     ///< of LAS
+  std::string software;                ///< that wrote the file, where it says
+  std::optional<Box> declared_bounds;  ///< by the header, which may be wrong
+  std::vector<ScanFacts> scans;        ///< of formats that hold scans; as far as they were read
 };
 
 /// A cloud read once, front to back, in bounded memory. Damaged and hostile files end in an Error.
@@ -40,12 +63,19 @@ class PointSource {
   /// Whether restrict_rows() leaves exactly the rows asked for, whichever these are. A list of
   /// files does not where it has one that is read as a whole or not at all.
   virtual bool has_row_access() const { return false; }
+  /// Before the first read(): parts of the file (the whole of it, or a scan) may be passed over
+  /// where `is_outside` says so of the bounds that the file declares for them, in the coordinates
+  /// of the points. Their points count as left out (kOutsideCrop). Bounds that the first points of
+  /// a part contradict are not believed.
+  virtual void skip_parts(std::function<bool(const Box& bounds)> /*is_outside*/) {}
   /// Progress: bytes of the file consumed so far (compressed bytes for .gz), and its size.
   virtual std::uint64_t bytes_read() const = 0;
   virtual std::uint64_t bytes_total() const = 0;
   /// Where the points of the last batch were seen from, in their coordinates, where the file says;
   /// no batch mixes scans that were taken from different places.
   virtual std::optional<ScannerPlace> scanner() const { return std::nullopt; }
+  /// What the file says of itself; at the end of the file it is all known.
+  virtual FileFacts facts() const { return {}; }
   /// Rows of the file that hold no point (a laser pulse without return), so far, by reason.
   virtual DroppedPoints left_out() const { return {}; }
   /// Coordinate reference system: WKT, or "EPSG:26912"; empty where the file does not say.

@@ -130,6 +130,10 @@ class OwnedSource final : public PointSource {
   std::optional<ScannerPlace> scanner() const override { return source_->scanner(); }
   DroppedPoints left_out() const override { return source_->left_out(); }
   std::string coordinate_system() const override { return source_->coordinate_system(); }
+  FileFacts facts() const override { return source_->facts(); }
+  void skip_parts(std::function<bool(const Box&)> is_outside) override {
+    source_->skip_parts(std::move(is_outside));
+  }
 
  private:
   std::unique_ptr<std::string> bytes_;

@@ -492,4 +492,55 @@ TEST_CASE("E57FilesAreOpenedByTheirExtension") {
   CHECK(read_cloud(scratch / "scan.E57").positions == some_points(9));
 }
 
+TEST_CASE("AScanOutsideOfACropIsPassedOverByItsBounds") {
+  // Moved by (10, 20, 30), x to y: the points lie about (10, 21, 30), and (10, 29, 30).
+  const auto bounded = [](double first, const std::string& low, const std::string& high) {
+    E57Scan3D scan = scan_of({{first, 0, 0}, {first + 1.0, 0, 0}});
+    scan.xml = std::string(kQuarterTurn) + "<cartesianBounds><xMinimum>" + low +
+               "</xMinimum><xMaximum>" + high +
+               "</xMaximum><yMinimum>-1</yMinimum><yMaximum>1</yMaximum><zMinimum/>"
+               "<zMaximum>0</zMaximum></cartesianBounds>";
+    return scan;
+  };
+  const auto read = [](std::vector<E57Scan3D> scans) {
+    const std::string bytes = make_e57({.scans = std::move(scans)});
+    const auto source = open_e57(bytes);
+    source->skip_parts([](const Box& bounds) {
+      return !bounds.intersects(Box{{0, 28, 0}, {99, 31, 99}});
+    });
+    std::vector<double> y;
+    for (PointCloud batch; source->read(batch, 10);)
+      for (const Vec3& p : batch.positions) y.push_back(std::round(p.y));
+    return std::pair(y, source->left_out());
+  };
+  using Found = std::pair<std::vector<double>, DroppedPoints>;
+  CHECK(read({bounded(0, "", "1"), bounded(9, "9", "10")}) == Found{{29, 30}, {{kOutsideCrop, 2}}});
+  // Bounds that are missing, no numbers, or contradicted by the points, pass over nothing.
+  CHECK(read({scan_of({{5, 20, 30}}), bounded(0, "none", "1"), bounded(9, "0", "1")}) ==
+        Found{{20, 20, 21, 29, 30}, {}});
+}
+
+TEST_CASE("AnE57FileTellsItsScans") {
+  E57Scan3D scan = scan_of({{1, 2, 3}});
+  scan.xml = std::string(
+                 "<name>hall</name><sensorVendor>Acme</sensorVendor>"
+                 "<sensorModel> T1 </sensorModel>") +
+             kQuarterTurn;
+  const std::string bytes = make_e57({.scans = {scan, scan_of({{4, 5, 6}})},
+                                      .xml = "<versionMajor>1</versionMajor><versionMinor/>"
+                                             "<e57LibraryVersion>lib 2</e57LibraryVersion>"});
+  const FileFacts facts = open_e57(bytes)->facts();
+  CHECK(facts.format == "E57");
+  CHECK(facts.version == "1.0");
+  CHECK(facts.software == "lib 2");
+  REQUIRE(facts.scans.size() == 2);
+  CHECK(facts.scans[0].name == "hall");
+  CHECK(facts.scans[0].sensor == "Acme T1");
+  CHECK(facts.scans[0].points == 1);
+  CHECK(facts.scans[0].pose->translation == Vec3{10, 20, 30});
+  CHECK(facts.scans[0].scanner == ScannerPlace{{10, 20, 30}});
+  CHECK_FALSE(facts.scans[1].pose);
+  CHECK_FALSE(facts.scans[1].scanner);
+}
+
 }  // namespace orbweave::test

@@ -11,6 +11,7 @@
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/pipeline/points/dense_chunks.h"
 #include "engine/pipeline/points/own_share.h"
+#include "engine/pipeline/points/selection_facts.h"
 #include "engine/pipeline/points/stray_search.h"
 #include "engine/spacing/automatic_radii.h"
 #include "io/clouds/scan_source.h"
@@ -112,16 +113,19 @@ void require_usable_scale(const ResolvedJob& job, const Box& bounds) {
                    .advice = "Scale the coordinates to a larger unit."});
 }
 
+[[noreturn]] void refuse_empty(const ResolvedJob& job, const CountedCloud& cloud) {
+  if (cloud.points_read == 0)
+    throw_bad_input("the cloud holds no points", {.file = job.files.front()});
+  if (has_selected(job, cloud.dropped)) refuse_empty_selection(job, cloud);
+  throw_bad_input(
+      "the cloud holds no usable point",
+      {.file = job.files.front(), .found = describe_dropped(cloud.points_read, cloud.dropped)});
+}
+
 /// Every process is to have several chunks.
 void plan_cut(const ResolvedJob& job, CountedCloud& cloud, int processes) {
   cloud.points_used = cloud.grid.points();
-  if (cloud.points_used == 0) {
-    throw_bad_input(
-        cloud.points_read == 0 ? "the cloud holds no points" : "the cloud holds no usable point",
-        {.file = job.files.front(),
-         .found =
-             cloud.points_read == 0 ? "" : describe_dropped(cloud.points_read, cloud.dropped)});
-  }
+  if (cloud.points_used == 0) refuse_empty(job, cloud);
   require_usable_scale(job, cloud.grid.bounds());
   cloud.grid.settle(root_cube(cloud.grid.bounds()).side);
   cloud.memory =

@@ -8,6 +8,7 @@
 #include "io/clouds/point_source_list.h"
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
+#include "io/job/selected_points.h"
 #include "io/job/setting.h"
 
 namespace orbweave {
@@ -21,14 +22,13 @@ constexpr ScannerPlace kOriginScanner{{0.0, 0.0, 0.0}, false};
 /// What all scans of the job have in common, and their poses.
 class ScanOpener {
  public:
-  explicit ScanOpener(const ResolvedJob& job) : job_(job) {
+  explicit ScanOpener(const ResolvedJob& job)
+      : job_(job), common_(selection_of(job.input, job.area)) {
     common_.scanner = job.input.scanner;
     common_.scanners = job.input.scanners;
     common_.with_view = job.wants_view();
     common_.without_normals = job.estimates_normals;
     common_.without_attributes = !job.output.attributes;
-    common_.classes = job.input.las_classes;
-    common_.returns = job.input.returns;
     if (!job.input.pose.empty()) common_.usual_scanner = kOriginScanner;
     if (!job.input.poses.empty()) common_.usual_scanner = kStanfordScanner;
   }

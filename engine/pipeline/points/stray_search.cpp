@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/pipeline/points/selection_facts.h"
 #include "io/job/setting.h"
 #include "io/report/reasons.h"
 #include "io/text/quantity.h"
@@ -45,6 +46,7 @@ CountedCloud count_without_strays(const Job& job, const CloudInput& input,
     filter = input.leaves_out_strays ? narrowed(cloud.filter, cloud.at_scan_origins, cloud.grid)
                                      : cloud.filter;
     if (filter != cloud.filter) continue;
+    if (input.are_scans) note_dropped_classes(job, cloud);
     note_left_out(job, cloud);
     note_beyond_range(cloud);
     return cloud;

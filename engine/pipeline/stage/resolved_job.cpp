@@ -10,6 +10,7 @@
 #include "engine/normals/normal_side.h"
 #include "io/clouds/open_point_source.h"
 #include "io/error.h"
+#include "io/job/selected_points.h"
 #include "io/job/setting.h"
 #include "io/system/file_sample.h"
 #include "partition/executor.h"
@@ -48,6 +49,7 @@ bool will_estimate_normals(const Job& job, const std::vector<std::string>& files
 
 std::vector<InputStamp> stamps(const Job& job, std::vector<std::string> files) {
   if (!job.input.poses.empty()) files.push_back(job.input.poses);
+  if (names_area_file(job.input)) files.push_back(job.input.crop_area);
   std::vector<InputStamp> all;
   for (const std::string& file : files)
     all.push_back(stamp_of(file, sample_blocks_of(files.size())));
@@ -112,7 +114,7 @@ MemoryPlan ResolvedJob::memory_plan(std::uint64_t points, const PointSchema& sch
 }
 
 ResolvedJob resolve(const Job& job, std::vector<std::string> files) {
-  ResolvedJob resolved{job, std::move(files), {}, false, job.input.pose};
+  ResolvedJob resolved{job, std::move(files), {}, false, job.input.pose, area_of(job.input)};
   resolved.inputs = stamps(job, resolved.files);
   resolved.estimates_normals = will_estimate_normals(job, resolved.files);
   if (job.input.poses.empty()) return resolved;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,9 +32,10 @@ InputStamp stamp_of(const std::string& file, std::size_t blocks);
 
 struct ResolvedJob : Job {
   std::vector<std::string> files;  ///< scans, patterns expanded
-  std::vector<InputStamp> inputs;  ///< scans and the file of poses, as they were when resolved
+  std::vector<InputStamp> inputs;  ///< scans, poses and area, as they were when resolved
   bool estimates_normals = false;  ///< false: the normals of the files are used
   std::vector<ScanPose> poses;     ///< of the scans, as the job and the file of poses have them
+  std::shared_ptr<const PolygonArea> area;  ///< of input.crop_area; null: none
 
   int threads() const;
   /// Whether any stage of the cleaning is on; automatic cleaning may turn more on.

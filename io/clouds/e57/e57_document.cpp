@@ -194,6 +194,34 @@ std::optional<E57Limits> read_limits(const XmlReader& xml, pugi::xml_node limits
   return E57Limits{xml.value(low), xml.value(high)};
 }
 
+/// Nothing where a bound is missing or no number: they are hints alone.
+std::optional<Box> read_bounds(pugi::xml_node bounds) {
+  Box box;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const auto& [end, value] :
+         {std::pair("Minimum", &box.min), std::pair("Maximum", &box.max)}) {
+      const std::string name = std::string(1, "xyz"[axis]) + end;
+      const pugi::xml_node node = bounds.child(name.c_str());
+      const std::string_view text = trimmed(node.text().get());
+      const char* const last = text.data() + text.size();
+      double number = 0.0;  // an empty element is zero
+      if (!node || (!text.empty() && parse_number(text.data(), last, number) != last))
+        return std::nullopt;
+      (*value)[axis] = number;
+    }
+  }
+  if (box.empty() || !is_finite(box.min) || !is_finite(box.max)) return std::nullopt;
+  return box;
+}
+
+/// "Vendor Model", or what there is of it.
+std::string read_sensor(pugi::xml_node node) {
+  std::string sensor(trimmed(node.child("sensorVendor").text().get()));
+  const std::string_view model = trimmed(node.child("sensorModel").text().get());
+  if (!sensor.empty() && !model.empty()) sensor += ' ';
+  return sensor.append(model);
+}
+
 void read_points(const XmlReader& xml, pugi::xml_node points, const Prefixes& prefixes,
                  E57Scan& scan) {
   if (std::string_view(points.attribute("type").value()) != "CompressedVector")
@@ -214,7 +242,10 @@ E57Scan read_scan(const XmlReader& xml, pugi::xml_node node, pugi::xml_node poin
   scan.label = "scan " + std::to_string(number);
   const std::string_view name = node.child("name").text().get();
   if (!name.empty()) scan.label += " " + excerpt(name);
+  scan.given_name = name;
+  scan.sensor = read_sensor(node);
   read_points(xml, points, prefixes, scan);
+  scan.bounds = read_bounds(node.child("cartesianBounds"));
   if (const pugi::xml_node pose = node.child("pose")) scan.pose = read_pose(xml, pose);
   const pugi::xml_node colors = node.child("colorLimits");
   scan.color_limits = {read_limits(xml, colors, "colorRed"), read_limits(xml, colors, "colorGreen"),
@@ -314,6 +345,12 @@ E57Document read_e57_document(E57Pages& pages) {
                tree.document_element().name());
 
   E57Document document;
+  const auto text_of = [&](const char* child) {
+    return std::string(trimmed(root.child(child).text().get()));
+  };
+  document.version = text_of("versionMajor") + "." + text_of("versionMinor");
+  if (document.version.ends_with('.')) document.version += '0';  // an empty element is zero
+  document.software = text_of("e57LibraryVersion");
   document.coordinate_system = trimmed(root.child("coordinateMetadata").text().get());
   const auto las_prefix = find_prefix(root, kLasAddress);
   const Prefixes prefixes = {

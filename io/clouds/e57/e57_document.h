@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "io/box.h"
 #include "io/clouds/e57/e57_pages.h"
 #include "io/points/scan_pose.h"
 
@@ -37,11 +38,14 @@ struct E57Limits {
 
 /// One entry of data3D.
 struct E57Scan {
-  std::string label;  ///< "scan 2 \"hall\"", for messages; counted from 1
+  std::string label;       ///< "scan 2 \"hall\"", for messages; counted from 1
+  std::string given_name;  ///< may be empty
+  std::string sensor;      ///< vendor and model, where the file says
   std::uint64_t records = 0;
   std::uint64_t section_offset = 0;  ///< physical
   std::vector<E57Field> fields;      ///< in the order of the byte streams
   std::optional<RigidMotion> pose;   ///< from the scan's coordinates to the file's
+  std::optional<Box> bounds;         ///< as claimed, in the scan's coordinates
   std::array<std::optional<E57Limits>, 3> color_limits;  ///< red, green, blue
   double start_seconds = 0.0;  ///< GPS time that time stamps count from; 0: not given
   int first_return = 0;        ///< returnIndex of a pulse's first return
@@ -53,6 +57,8 @@ struct E57Scan {
 };
 
 struct E57Document {
+  std::string version;            ///< "1.0"
+  std::string software;           ///< version of the library that wrote the file; may be empty
   std::string coordinate_system;  ///< coordinateMetadata: WKT, or empty
   std::vector<E57Scan> scans;     ///< in file order, those without points included
 };

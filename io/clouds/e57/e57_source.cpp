@@ -1,6 +1,8 @@
 #include "io/clouds/e57/e57_source.h"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <optional>
 #include <utility>
 
@@ -47,7 +49,23 @@ class E57Source final : public PointSource {
     return bytes_done_ + (reader_ ? reader_->bytes_read() : 0);
   }
   std::optional<ScannerPlace> scanner() const override { return scanner_; }
+  void skip_parts(std::function<bool(const Box&)> is_outside) override {
+    is_outside_ = std::move(is_outside);
+  }
   std::string coordinate_system() const override { return document_.coordinate_system; }
+
+  FileFacts facts() const override {
+    FileFacts facts;
+    facts.format = "E57";
+    facts.version = document_.version;
+    facts.software = document_.software;
+    for (std::size_t i = 0; i < document_.scans.size(); ++i) {
+      const E57Scan& scan = document_.scans[i];
+      facts.scans.push_back(
+          {scan.given_name, scan.sensor, scan.records, scan.pose, place_of_scanner(i)});
+    }
+    return facts;
+  }
 
   /// Nothing where points may turn out to have no position.
   std::optional<std::uint64_t> declared_points() const override {
@@ -71,7 +89,7 @@ class E57Source final : public PointSource {
     batch.schema = layout_.schema;
     batch.clear();
     while (batch.size() < capacity && (reader_ || open_next())) {
-      scanner_ = place_of_scanner();
+      scanner_ = place_of_scanner(next_ - 1);
       const bool has_more = reader_->read(batch, capacity - batch.size());
       if (has_more) continue;
       close_scan();
@@ -82,12 +100,50 @@ class E57Source final : public PointSource {
 
  private:
   bool open_next() {
-    while (next_ < document_.scans.size() && document_.scans[next_].records == 0) ++next_;
+    while (next_ < document_.scans.size() && passes_over(next_)) ++next_;
     ended_ = next_ == document_.scans.size();
     if (ended_) return false;
     reader_.emplace(pages_, document_.scans[next_], layout_.scans[next_], layout_.schema);
     ++next_;
     return true;
+  }
+
+  /// A scan without points, or one outside of what is wanted: its points count as left out.
+  bool passes_over(std::size_t scan) {
+    if (document_.scans[scan].records == 0) return true;
+    if (!is_outside_ || !lies_outside(scan)) return false;
+    dropped_[kOutsideCrop] += document_.scans[scan].records;
+    return true;
+  }
+
+  /// Whether the bounds of a scan are outside, and its first points do not contradict them.
+  bool lies_outside(std::size_t scan) {
+    constexpr std::uint64_t kLooked = 1024;
+    const std::optional<Box> bounds = bounds_in_file(document_.scans[scan]);
+    if (!bounds || !is_outside_(*bounds)) return false;
+    PointCloud first;
+    first.schema = layout_.schema;
+    E57ScanReader reader(pages_, document_.scans[scan], layout_.scans[scan], layout_.schema);
+    reader.read(first, kLooked);
+    return std::ranges::all_of(first.positions, [&](Vec3 p) { return bounds->contains(p); });
+  }
+
+  /// The bounds of a scan in the coordinates of the file, with room for rounding to floats.
+  static std::optional<Box> bounds_in_file(const E57Scan& scan) {
+    if (!scan.bounds) return std::nullopt;
+    const RigidMotion pose = scan.pose.value_or(RigidMotion{});
+    const Box& own = *scan.bounds;
+    Box box;
+    double largest = 0.0;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3 p = {(corner & 1) != 0 ? own.max.x : own.min.x,
+                      (corner & 2) != 0 ? own.max.y : own.min.y,
+                      (corner & 4) != 0 ? own.max.z : own.min.z};
+      box.extend(pose.point(p));
+      for (int axis = 0; axis < 3; ++axis) largest = std::max(largest, std::abs(p[axis]));
+    }
+    constexpr double kFloatRounding = 1e-6;
+    return box.grown(kFloatRounding * largest);
   }
 
   void close_scan() {
@@ -100,9 +156,9 @@ class E57Source final : public PointSource {
     return layout_.scans[next_ - 1].is_spherical ? kNoReturn : kInvalidPosition;
   }
 
-  std::optional<ScannerPlace> place_of_scanner() const {
-    if (!layout_.scans[next_ - 1].has_scanner) return std::nullopt;
-    const std::optional<RigidMotion>& pose = document_.scans[next_ - 1].pose;
+  std::optional<ScannerPlace> place_of_scanner(std::size_t scan) const {
+    if (!layout_.scans[scan].has_scanner) return std::nullopt;
+    const std::optional<RigidMotion>& pose = document_.scans[scan].pose;
     return ScannerPlace{.vector = pose ? pose->translation : Vec3{}};
   }
 
@@ -114,6 +170,7 @@ class E57Source final : public PointSource {
   std::uint64_t bytes_done_ = 0;
   bool ended_ = false;
   DroppedPoints dropped_;
+  std::function<bool(const Box&)> is_outside_;  ///< empty: every scan is wanted
   std::optional<ScannerPlace> scanner_;
 };
 

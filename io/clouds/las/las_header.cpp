@@ -10,6 +10,7 @@
 #include "io/error.h"
 #include "io/text/little_endian.h"
 #include "io/text/quantity.h"
+#include "io/text/text_fields.h"
 
 namespace orbweave::las {
 namespace {
@@ -22,6 +23,8 @@ constexpr std::array<std::uint16_t, 5> kHeaderBytes = {227, 227, 227, 235, 375};
 constexpr std::size_t kGlobalEncoding = 6;
 constexpr std::size_t kVersionMajor = 24;
 constexpr std::size_t kVersionMinor = 25;
+constexpr std::size_t kSoftware = 58;
+constexpr std::size_t kSoftwareBytes = 32;
 constexpr std::size_t kHeaderSize = 94;
 constexpr std::size_t kPointDataOffset = 96;
 constexpr std::size_t kVariableRecords = 100;
@@ -30,6 +33,7 @@ constexpr std::size_t kRecordLength = 105;
 constexpr std::size_t kLegacyPoints = 107;
 constexpr std::size_t kScale = 131;
 constexpr std::size_t kOffset = 155;
+constexpr std::size_t kBounds = 179;  ///< largest and smallest x, then y, then z
 constexpr std::size_t kExtendedRecordsOffset = 235;
 constexpr std::size_t kExtendedRecords = 243;
 constexpr std::size_t kPoints = 247;
@@ -50,6 +54,10 @@ class HeaderReader {
     read_format();
     read_points();
     read_transform();
+    read_bounds();
+    const std::string software(reinterpret_cast<const char*>(bytes_.data()) + kSoftware,
+                               kSoftwareBytes);
+    header_.software = trimmed(software.substr(0, software.find('\0')));
     return header_;
   }
 
@@ -167,6 +175,14 @@ class HeaderReader {
       if (!std::isfinite(header_.offset[axis]))
         fail("the offset of " + name + " gives no coordinates", kOffset + skip,
              format_exact(header_.offset[axis]), "a number");
+    }
+  }
+
+  void read_bounds() {
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::size_t at_axis = kBounds + static_cast<std::size_t>(axis) * 2 * sizeof(double);
+      header_.bounds.max[axis] = at<double>(at_axis);
+      header_.bounds.min[axis] = at<double>(at_axis + sizeof(double));
     }
   }
 

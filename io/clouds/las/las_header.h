@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
+#include "io/box.h"
 #include "io/streams/random_access.h"
 #include "io/vec3.h"
 
@@ -24,6 +26,8 @@ struct Header {
   std::uint32_t extended_records = 0;         ///< their number, as claimed
   Vec3 scale;                                 ///< finite and not zero, unless there are no points
   Vec3 offset;                                ///< finite, unless there are no points
+  std::string software;                       ///< that wrote the file, as claimed
+  Box bounds;                                 ///< as claimed; may be anything
 };
 
 /// Bytes that the specification gives to a point of this format, 0 to 10.

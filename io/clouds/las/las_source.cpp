@@ -1,7 +1,10 @@
 #include "io/clouds/las/las_source.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <functional>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -39,7 +42,12 @@ class LasSource final : public PointSource {
   std::optional<std::uint64_t> declared_points() const override { return header_.points; }
   bool keeps_declared_points() const override { return false; }
   bool restrict_rows(std::uint64_t first, std::uint64_t count) override {
-    return records_->restrict(first, count);
+    if (!records_->restrict(first, count)) return false;
+    rows_ = count;
+    return true;
+  }
+  void skip_parts(std::function<bool(const Box&)> is_outside) override {
+    is_outside_ = std::move(is_outside);
   }
   std::uint64_t bytes_read() const override { return records_->bytes_read(); }
   std::uint64_t bytes_total() const override { return file_->size(); }
@@ -47,16 +55,33 @@ class LasSource final : public PointSource {
   bool read(PointCloud& batch, std::size_t capacity) override {
     batch.clear();
     batch.schema = layout_.schema();
-    while (batch.size() < capacity) {
-      const std::size_t count = read_block(capacity - batch.size());
+    if (is_outside_) {
+      if (lies_outside()) skip_all();
+      is_outside_ = nullptr;
+    }
+    while (batch.size() < capacity && !is_skipped_) {
+      const std::size_t count = next_records(capacity - batch.size());
       if (count == 0) break;
       layout_.append(block_.data(), keep_usable(count), batch);
     }
     return !batch.empty();
   }
 
+  FileFacts facts() const override {
+    FileFacts facts;
+    facts.format = header_.is_compressed ? "LAZ" : "LAS";
+    facts.version = "1." + std::to_string(header_.version_minor);
+    facts.point_format = header_.point_format;
+    facts.software = header_.software;
+    facts.declared_bounds = header_.bounds;
+    return facts;
+  }
+
   DroppedPoints left_out() const override {
-    return withheld_ == 0 ? DroppedPoints{} : DroppedPoints{{"withheld", withheld_}};
+    DroppedPoints dropped;
+    if (withheld_ != 0) dropped["withheld"] = withheld_;
+    if (is_skipped_ && *rows_ != 0) dropped[kOutsideCrop] = *rows_;
+    return dropped;
   }
   std::string coordinate_system() const override {
     return las::coordinate_system(*file_, variable_records_, header_.says_wkt);
@@ -66,6 +91,40 @@ class LasSource final : public PointSource {
   }
 
  private:
+  /// Whether the bounds in the header are outside, and the first points do not contradict them.
+  bool lies_outside() {
+    constexpr std::size_t kLooked = 1024;
+    const Box& bounds = header_.bounds;
+    if (bounds.empty() || !is_finite(bounds.min) || !is_finite(bounds.max) || !is_outside_(bounds))
+      return false;
+    waiting_ = read_block(kLooked);
+    PointCloud first;
+    first.schema = layout_.schema();
+    layout_.append(block_.data(), waiting_, first);
+    // Some writers round bounds to the grid of the coordinates, some do not.
+    Box room = bounds;
+    for (int axis = 0; axis < 3; ++axis) {
+      room.min[axis] -= std::abs(header_.scale[axis]);
+      room.max[axis] += std::abs(header_.scale[axis]);
+    }
+    return std::ranges::all_of(first.positions, [&](Vec3 p) { return room.contains(p); });
+  }
+
+  void skip_all() {
+    is_skipped_ = true;
+    if (!rows_) rows_ = header_.points;
+  }
+
+  /// The next records at the front of the block, at most `most`; 0 at the end.
+  std::size_t next_records(std::size_t most) {
+    if (waiting_ == 0) return read_block(most);
+    const std::size_t bytes = layout_.record_bytes();
+    std::memmove(block_.data(), block_.data() + waiting_at_ * bytes, waiting_ * bytes);
+    waiting_at_ = std::min(most, waiting_);
+    waiting_ -= waiting_at_;
+    return waiting_at_;
+  }
+
   /// Reads the next records, at most `most`; 0 at the end.
   std::size_t read_block(std::size_t most) {
     const std::size_t bytes = layout_.record_bytes();
@@ -97,6 +156,11 @@ class LasSource final : public PointSource {
   std::unique_ptr<las::Records> records_;
   std::vector<std::byte> block_;
   std::uint64_t withheld_ = 0;
+  std::optional<std::uint64_t> rows_;  ///< that are left, where not all are
+  std::function<bool(const Box&)> is_outside_;
+  std::size_t waiting_ = 0;     ///< records that were looked at and not handed out
+  std::size_t waiting_at_ = 0;  ///< the first of them in the block
+  bool is_skipped_ = false;
 };
 
 }  // namespace

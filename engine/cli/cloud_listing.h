@@ -1,0 +1,20 @@
+// The facts of a cloud as `inspect` shows them: a table for people, JSON with stable keys
+// (docs/inspect.md).
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "engine/validation/cloud_facts.h"
+
+namespace orbweave {
+
+nlohmann::ordered_json cloud_json(const CloudFacts& facts);
+std::string cloud_text(const CloudFacts& facts);
+
+/// "LAS 1.2, point format 3", "PLY 1.0 binary_little_endian", "E57 1.0, 3 scans".
+std::string format_text(const FileFacts& file);
+/// A coordinate system in few words: the name that its WKT has, or its code; "unknown".
+std::string system_text(const std::string& coordinate_system);
+
+}  // namespace orbweave
