@@ -16,6 +16,7 @@
 #include "io/error.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
+#include "io/points/coordinate_system_file.h"
 #include "io/points/point_source.h"
 #include "io/shown_text.h"
 #include "io/system/path_roles.h"
@@ -97,10 +98,20 @@ void warn_of_shift(const PointCloud& points, const ConvertOptions& options, cons
   shift.warn(options.in, stop);
 }
 
+/// Beside the file, where other programs look for it; the formats have no place for it.
+void keep_coordinate_system(const ConvertOptions& options, const std::string& system) {
+  const std::filesystem::path beside = write_coordinate_system(options.out, system);
+  if (!beside.empty()) note_written(beside.string());
+  const std::string problem = written_system(system).problem;
+  if (!problem.empty())
+    print_warning("the coordinate system of " + options.in + ", " + shown(system) + ": " + problem);
+}
+
 void convert_mesh(const ConvertOptions& options, const StopToken& stop) {
   const TriangleMesh mesh = read_mesh(options.in);
   write_mesh(options.out, mesh, writer_options(options));
   note_written(options.out);
+  keep_coordinate_system(options, coordinate_system_beside(options.in));
   warn_of_shift(mesh.vertices, options, stop);
   print_written(options, mesh.vertices.size(), mesh.triangles.size());
 }
@@ -114,6 +125,7 @@ void convert_to_oriented_cloud(const ConvertOptions& options, const StopToken& s
   mesh.vertices.schema.has_normals = true;
   write_cloud(options.out, mesh.vertices, writer_options(options));
   note_written(options.out);
+  keep_coordinate_system(options, coordinate_system_beside(options.in));
   warn_of_shift(mesh.vertices, options, stop);
   print_written(options, mesh.vertices.size(), 0);
 }
@@ -152,13 +164,17 @@ void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
   }
   writer->finish();
   note_written(options.out);
+  keep_coordinate_system(options, source->coordinate_system());
   shift.warn(options.in, stop);
   print_written(options, points, 0);
 }
 
 void check_places(const ConvertOptions& options) {
   const std::vector<PathRole> paths = {{"the file that is read", options.in, PathUse::kReadFile},
-                                       {"the file", options.out, PathUse::kWrittenFile}};
+                                       {"the file", options.out, PathUse::kWrittenFile},
+                                       {"the coordinate system beside the file",
+                                        coordinate_system_file(options.out), PathUse::kWrittenFile,
+                                        false, false}};
   check_paths(paths);
 }
 

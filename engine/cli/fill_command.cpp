@@ -24,6 +24,7 @@
 #include "io/error.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
+#include "io/points/coordinate_system_file.h"
 #include "io/report/progress.h"
 #include "io/system/path_roles.h"
 
@@ -64,6 +65,8 @@ void check(const FillArguments& arguments, const OutputOptions& output) {
   const std::vector<PathRole> paths = {
       {"the mesh that is read", arguments.file, PathUse::kReadFile},
       {"the mesh", output.mesh, PathUse::kWrittenFile},
+      {"the coordinate system beside the mesh", coordinate_system_file(output.mesh),
+       PathUse::kWrittenFile, false, false},
       {"the report", output.report, PathUse::kWrittenFile},
       {"the picture", output.picture, PathUse::kWrittenFile}};
   check_paths(paths);
@@ -176,6 +179,9 @@ void write_outputs(const TriangleMesh& mesh, const FillReport& report, Progress&
   progress.advance(mesh.triangles.size());
   progress.end_stage();
   note_written(output.mesh);
+  const std::filesystem::path system =
+      write_coordinate_system(output.mesh, coordinate_system_beside(report.file));
+  if (!system.empty()) note_written(system.string());
 }
 
 void fill(const FillArguments& arguments, const std::vector<std::string>& command,

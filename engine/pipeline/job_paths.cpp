@@ -2,10 +2,10 @@
 
 #include <filesystem>
 
-#include "engine/pipeline/output/export_stage.h"
 #include "engine/pipeline/run_steps.h"
 #include "engine/pipeline/stage/resolved_job.h"
 #include "io/meshes/tile_directory.h"
+#include "io/points/coordinate_system_file.h"
 #include "io/report/report.h"
 
 namespace orbweave {

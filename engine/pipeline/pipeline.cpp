@@ -31,6 +31,9 @@
 #include "io/job/job_keys.h"
 #include "io/job/setting.h"
 #include "io/meshes/tile_directory.h"
+#include "io/points/coordinate_system.h"
+#include "io/points/coordinate_system_file.h"
+#include "io/shown_text.h"
 #include "io/store/store_identity.h"
 #include "io/streams/byte_sink.h"
 #include "io/system/file_descriptor.h"
@@ -82,6 +85,20 @@ void warn_of_units(StageRunner& runner, const Partition& partition) {
               ": check the units");
 }
 
+/// What is wrong with the coordinate system that the scans name, as far as that can be known.
+void warn_of_coordinate_system(StageRunner& runner, const Partition& partition) {
+  const std::string& system = partition.coordinate_system;
+  if (system.empty()) return;
+  const std::optional<CoordinateSystem> known = known_coordinate_system(system);
+  const std::string name = known ? known->name : shown(system.substr(0, 60));
+  const std::string about = "the coordinate system of the scans, " + name;
+  const WrittenSystem written = written_system(system);
+  if (!written.problem.empty()) runner.warn(about + ": " + written.problem);
+  const std::string objection = objection_to_coordinates(system, partition.bounds);
+  if (!objection.empty())
+    runner.warn(about + ", hardly fits their coordinates: " + objection + "; check it");
+}
+
 /// A surface full of holes: says so, and why where that can be told.
 void warn_of_holes(StageRunner& runner, const RunResults& results) {
   const MeshFacts& mesh = results.mesh;
@@ -129,6 +146,7 @@ void run_points(StageRunner& runner, RunResults& results) {
               "ball radii: " + results.radii.reason);
   predict(runner, points.predicted_disk_bytes, results);
   warn_of_units(runner, results.partition);
+  if (runner.communicator.is_root()) warn_of_coordinate_system(runner, results.partition);
 }
 
 /// The pipeline: one line per stage. Predictions of an attempt before stay in `results`.

@@ -15,6 +15,7 @@
 #include "io/error.h"
 #include "io/meshes/mesh_parsers.h"
 #include "io/ply/ply_vertices.h"
+#include "io/points/coordinate_system_file.h"
 #include "io/streams/byte_source.h"
 #include "io/streams/random_access.h"
 #include "io/text/file_format.h"
@@ -76,8 +77,10 @@ void check_scan_name(const std::filesystem::path& path) {
   if (!format_of_name(path)) throw_unknown_extension(path);
 }
 
-std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path,
-                                               const PointSourceOptions& options) {
+namespace {
+
+std::unique_ptr<PointSource> open_format(const std::filesystem::path& path,
+                                         const PointSourceOptions& options) {
   const bool is_stream = path == "-";
   const std::optional<NamedFormat> named = format_of_name(path);
   const FileFormat format = named ? named->facts.format : FileFormat::kTxt;
@@ -107,6 +110,45 @@ std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path
   if (looks_like_pcd(reader)) return open_pcd_source(std::move(reader));
   if (looks_like_ptx(reader)) return open_ptx_file(path, std::move(reader));
   return open_text_source(std::move(reader), options.text, format == FileFormat::kPts);
+}
+
+/// A cloud whose coordinate system lies beside it.
+class WithSystemBeside final : public PointSource {
+ public:
+  WithSystemBeside(std::unique_ptr<PointSource> source, std::string system)
+      : source_(std::move(source)), system_(std::move(system)) {}
+  const PointSchema& schema() const override { return source_->schema(); }
+  std::optional<std::uint64_t> declared_points() const override {
+    return source_->declared_points();
+  }
+  bool keeps_declared_points() const override { return source_->keeps_declared_points(); }
+  bool read(PointCloud& batch, std::size_t capacity) override {
+    return source_->read(batch, capacity);
+  }
+  bool restrict_rows(std::uint64_t first, std::uint64_t count) override {
+    return source_->restrict_rows(first, count);
+  }
+  bool has_row_access() const override { return source_->has_row_access(); }
+  std::uint64_t bytes_read() const override { return source_->bytes_read(); }
+  std::uint64_t bytes_total() const override { return source_->bytes_total(); }
+  std::optional<ScannerPlace> scanner() const override { return source_->scanner(); }
+  DroppedPoints left_out() const override { return source_->left_out(); }
+  std::string coordinate_system() const override { return system_; }
+
+ private:
+  std::unique_ptr<PointSource> source_;
+  std::string system_;
+};
+
+}  // namespace
+
+std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path,
+                                               const PointSourceOptions& options) {
+  std::unique_ptr<PointSource> source = open_format(path, options);
+  if (!source->coordinate_system().empty()) return source;
+  std::string beside = coordinate_system_beside(path);
+  if (beside.empty()) return source;
+  return std::make_unique<WithSystemBeside>(std::move(source), std::move(beside));
 }
 
 }  // namespace orbweave

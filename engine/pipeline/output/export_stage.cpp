@@ -11,7 +11,7 @@
 #include "engine/pipeline/surface/stored_mesh.h"
 #include "io/job/setting.h"
 #include "io/meshes/mesh_writer.h"
-#include "io/system/atomic_file.h"
+#include "io/points/coordinate_system_file.h"
 
 namespace orbweave {
 namespace {
@@ -83,24 +83,7 @@ std::uint64_t export_one_file(StageRunner& runner, const MeshPieces& pieces,
                                        : 0;
 }
 
-/// The coordinate reference system lies beside the mesh, where other programs look for it.
-void write_coordinate_system(const std::string& mesh, const std::string& coordinate_system) {
-  const std::filesystem::path path = coordinate_system_file(mesh);
-  if (coordinate_system.empty() || path.empty()) return;
-  AtomicFile file(path);
-  file.write(coordinate_system + "\n");
-  file.commit();
-}
-
 }  // namespace
-
-std::filesystem::path coordinate_system_file(const std::string& mesh) {
-  std::error_code ignored;
-  const auto status = std::filesystem::status(mesh, ignored);
-  const bool is_device = std::filesystem::exists(status) && std::filesystem::is_other(status);
-  if (mesh.empty() || mesh == "-" || is_device) return {};
-  return std::filesystem::path(mesh).replace_extension(".prj");
-}
 
 void check_format_holds(const OutputOptions& output, std::uint64_t points) {
   check_mesh_size(output.mesh, 2 * points, writer_options(output, {}));

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -13,10 +12,6 @@
 #include "engine/pipeline/surface/used_vertices.h"
 
 namespace orbweave {
-
-/// Where the coordinate reference system goes, if the scans say one; empty: a stream or a device
-/// has no place beside it.
-std::filesystem::path coordinate_system_file(const std::string& mesh);
 
 /// Throws Error (usage) where the mesh of so many points is bound to be too large for its format; a
 /// closed surface has twice as many triangles as vertices.

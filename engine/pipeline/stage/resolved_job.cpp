@@ -5,12 +5,14 @@
 #include <chrono>
 #include <ctime>
 #include <filesystem>
+#include <set>
 #include <utility>
 
 #include "engine/normals/normal_side.h"
 #include "io/clouds/open_point_source.h"
 #include "io/error.h"
 #include "io/job/setting.h"
+#include "io/points/coordinate_system_file.h"
 #include "io/system/file_sample.h"
 #include "partition/executor.h"
 
@@ -51,6 +53,17 @@ std::vector<InputStamp> stamps(const Job& job, std::vector<std::string> files) {
   std::vector<InputStamp> all;
   for (const std::string& file : files)
     all.push_back(stamp_of(file, sample_blocks_of(files.size())));
+  return all;
+}
+
+/// What lies beside the scans, each text once: a mesh that has a scan's name gets the same text.
+std::string systems_beside(const std::vector<std::string>& files) {
+  std::set<std::string> systems;
+  for (const std::string& file : files) systems.insert(coordinate_system_beside(file));
+  std::string all;
+  for (const std::string& system : systems)
+    if (!system.empty()) all += (all.empty() ? "" : " and ") + system;
+  std::ranges::replace(all, '\n', ' ');
   return all;
 }
 
@@ -112,8 +125,9 @@ MemoryPlan ResolvedJob::memory_plan(std::uint64_t points, const PointSchema& sch
 }
 
 ResolvedJob resolve(const Job& job, std::vector<std::string> files) {
-  ResolvedJob resolved{job, std::move(files), {}, false, job.input.pose};
+  ResolvedJob resolved{job, std::move(files), {}, false, job.input.pose, {}};
   resolved.inputs = stamps(job, resolved.files);
+  resolved.systems_beside = systems_beside(resolved.files);
   resolved.estimates_normals = will_estimate_normals(job, resolved.files);
   if (job.input.poses.empty()) return resolved;
   for (ScanPose& pose : read_stanford_poses(job.input.poses))
