@@ -16,6 +16,7 @@
 #include "engine/pipeline/job_paths.h"
 #include "engine/pipeline/pipeline.h"
 #include "io/error.h"
+#include "io/job/output_origin.h"
 #include "io/meshes/tile_directory.h"
 #include "io/shown_text.h"
 #include "io/system/glob.h"
@@ -38,6 +39,7 @@ std::string summary(const RunReport& report) {
     facts.emplace_back("", output.mesh + " is not of this run");
   add_removed(facts, report.pieces_removed, report.triangles_removed);
   add_holes(facts, report.holes, report.mesh, report.options);
+  if (report.origin != Vec3{}) facts.emplace_back("origin", origin_text(report.origin));
   if (!output.report.empty()) facts.emplace_back("report", output.report);
   if (!output.picture.empty()) facts.emplace_back("picture", output.picture);
   return facts_table(facts);

@@ -99,6 +99,29 @@ void warn_of_coordinate_system(StageRunner& runner, const Partition& partition) 
     runner.warn(about + ", hardly fits their coordinates: " + objection + "; check it");
 }
 
+/// What the vertices carry and the mesh file does not hold.
+void note_what_is_left_out(StageRunner& runner, const Partition& partition) {
+  const std::string& mesh = runner.job.output.mesh;
+  const std::vector<std::string> left_out =
+      columns_without_place(mesh, vertex_schema(runner.job.output, partition));
+  if (left_out.empty()) return;
+  std::string names;
+  for (const std::string& name : left_out) names += (names.empty() ? "" : ", ") + name;
+  runner.note(mesh + " has no place for " + names + "; a .ply file has");
+}
+
+/// The origin of the mesh file's coordinates, or an end to the job where they would lose too much.
+Vec3 checked_origin(StageRunner& runner, const Partition& partition) {
+  const OutputOrigin chosen = mesh_origin(runner.job.output, partition);
+  const std::string warning = check_output_origin(runner.job, chosen);
+  if (!runner.communicator.is_root()) return chosen.origin;
+  if (!warning.empty()) runner.warn(warning);
+  if (chosen.origin != Vec3{})
+    runner.note("coordinates of " + runner.job.output.mesh + " are counted from " +
+                origin_text(chosen.origin) + "; add that to each vertex");
+  return chosen.origin;
+}
+
 /// A surface full of holes: says so, and why where that can be told.
 void warn_of_holes(StageRunner& runner, const RunResults& results) {
   const MeshFacts& mesh = results.mesh;
@@ -141,6 +164,8 @@ void run_points(StageRunner& runner, RunResults& results) {
   results.partition = std::move(points.partition);
   require_a_triangle(runner.job, results.partition);
   check_format_holds(runner.job.output, results.partition.points());
+  results.origin = checked_origin(runner, results.partition);
+  if (runner.communicator.is_root()) note_what_is_left_out(runner, results.partition);
   results.radii = radii_of_job(runner.job, results.partition);
   runner.note(short_radii(runner.job, results.partition, results.radii.values),
               "ball radii: " + results.radii.reason);

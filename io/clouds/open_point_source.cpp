@@ -14,6 +14,7 @@
 #include "io/clouds/text_source.h"
 #include "io/error.h"
 #include "io/meshes/mesh_parsers.h"
+#include "io/meshes/shift_file.h"
 #include "io/ply/ply_vertices.h"
 #include "io/points/coordinate_system_file.h"
 #include "io/streams/byte_source.h"
@@ -112,18 +113,27 @@ std::unique_ptr<PointSource> open_format(const std::filesystem::path& path,
   return open_text_source(std::move(reader), options.text, format == FileFormat::kPts);
 }
 
-/// A cloud whose coordinate system lies beside it.
-class WithSystemBeside final : public PointSource {
+/// A cloud with what lies beside its file: its coordinate system, and the origin that its
+/// coordinates are counted from.
+class WithFilesBeside final : public PointSource {
  public:
-  WithSystemBeside(std::unique_ptr<PointSource> source, std::string system)
-      : source_(std::move(source)), system_(std::move(system)) {}
-  const PointSchema& schema() const override { return source_->schema(); }
+  WithFilesBeside(std::unique_ptr<PointSource> source, std::string system, Vec3 origin)
+      : source_(std::move(source)),
+        schema_(source_->schema()),
+        system_(std::move(system)),
+        origin_(origin) {
+    if (origin != Vec3{}) schema_.position_type = ScalarType::kFloat64;
+  }
+  const PointSchema& schema() const override { return schema_; }
   std::optional<std::uint64_t> declared_points() const override {
     return source_->declared_points();
   }
   bool keeps_declared_points() const override { return source_->keeps_declared_points(); }
   bool read(PointCloud& batch, std::size_t capacity) override {
-    return source_->read(batch, capacity);
+    const bool any = source_->read(batch, capacity);
+    add_origin(origin_, batch);
+    batch.schema = schema_;
+    return any;
   }
   bool restrict_rows(std::uint64_t first, std::uint64_t count) override {
     return source_->restrict_rows(first, count);
@@ -131,13 +141,23 @@ class WithSystemBeside final : public PointSource {
   bool has_row_access() const override { return source_->has_row_access(); }
   std::uint64_t bytes_read() const override { return source_->bytes_read(); }
   std::uint64_t bytes_total() const override { return source_->bytes_total(); }
-  std::optional<ScannerPlace> scanner() const override { return source_->scanner(); }
+  std::optional<ScannerPlace> scanner() const override {
+    std::optional<ScannerPlace> place = source_->scanner();
+    if (place && !place->is_direction) place->vector = place->vector + origin_;
+    return place;
+  }
   DroppedPoints left_out() const override { return source_->left_out(); }
   std::string coordinate_system() const override { return system_; }
+  std::optional<Vec3> meters_per_unit() const override {
+    const std::optional<Vec3> unit = source_->meters_per_unit();
+    return unit ? unit : PointSource::meters_per_unit();
+  }
 
  private:
   std::unique_ptr<PointSource> source_;
+  PointSchema schema_;
   std::string system_;
+  Vec3 origin_;
 };
 
 }  // namespace
@@ -145,10 +165,11 @@ class WithSystemBeside final : public PointSource {
 std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path,
                                                const PointSourceOptions& options) {
   std::unique_ptr<PointSource> source = open_format(path, options);
-  if (!source->coordinate_system().empty()) return source;
-  std::string beside = coordinate_system_beside(path);
-  if (beside.empty()) return source;
-  return std::make_unique<WithSystemBeside>(std::move(source), std::move(beside));
+  std::string system = source->coordinate_system();
+  if (system.empty()) system = coordinate_system_beside(path);
+  const Vec3 origin = origin_beside(path);
+  if (system == source->coordinate_system() && origin == Vec3{}) return source;
+  return std::make_unique<WithFilesBeside>(std::move(source), std::move(system), origin);
 }
 
 }  // namespace orbweave

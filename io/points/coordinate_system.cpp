@@ -26,7 +26,7 @@ using Object = std::unique_ptr<PJ, DestroyObject>;
 class Proj {
  public:
   Proj() : context_(proj_context_create()) {
-    proj_log_level(context_.get(), PJ_LOG_NONE);
+    proj_log_func(context_.get(), nullptr, [](void*, int, const char*) {});
     proj_context_set_enable_network(context_.get(), 0);
   }
   PJ_CONTEXT* context() const { return context_.get(); }
@@ -57,23 +57,25 @@ class Proj {
   std::optional<double> unit_factor(const PJ* system, int axis) const {
     const Object axes(proj_crs_get_coordinate_system(context(), system));
     double factor = 0.0;
-    const bool is_told =
-        axes && axis < proj_cs_get_axis_count(context(), axes.get()) &&
-        proj_cs_get_axis_info(context(), axes.get(), axis, nullptr, nullptr, nullptr, &factor,
-                              nullptr, nullptr, nullptr) != 0;
+    const bool is_told = axes && axis < proj_cs_get_axis_count(context(), axes.get()) &&
+                         proj_cs_get_axis_info(context(), axes.get(), axis, nullptr, nullptr,
+                                               nullptr, &factor, nullptr, nullptr, nullptr) != 0;
     if (!is_told || !std::isfinite(factor) || !(factor > 0.0)) return std::nullopt;
     return factor;
   }
 
+  /// Whatever the order of their axes: files have x towards the east and y towards the north.
   bool are_equivalent(const PJ* a, const PJ* b) const {
-    return proj_is_equivalent_to_with_ctx(context(), a, b,
+    const Object east_first(proj_normalize_for_visualization(context(), a));
+    const Object other(proj_normalize_for_visualization(context(), b));
+    return proj_is_equivalent_to_with_ctx(context(), east_first ? east_first.get() : a,
+                                          other ? other.get() : b,
                                           PJ_COMP_EQUIVALENT_EXCEPT_AXIS_ORDER_GEOGCRS) != 0;
   }
 
  private:
   Object part(const PJ* system, int index) const {
-    if (has_type(system, PJ_TYPE_BOUND_CRS))
-      return Object(proj_get_source_crs(context(), system));
+    if (has_type(system, PJ_TYPE_BOUND_CRS)) return Object(proj_get_source_crs(context(), system));
     if (!has_type(system, PJ_TYPE_COMPOUND_CRS)) return Object(proj_clone(context(), system));
     Object found(proj_crs_get_sub_crs(context(), system, index));
     if (found && has_type(found.get(), PJ_TYPE_BOUND_CRS))
@@ -255,7 +257,8 @@ std::string objection_to_coordinates(const std::string& text, const Box& bounds)
   const std::optional<AreaOfUse> area = area_of_use(proj, level.get());
   if (!area || area->holds(*place)) return {};
   return "they would lie around " + degrees_text(*place) + ", and it is used between " +
-         degrees_text({area->west, area->south}) + " and " + degrees_text({area->east, area->north});
+         degrees_text({area->west, area->south}) + " and " +
+         degrees_text({area->east, area->north});
 }
 
 }  // namespace orbweave

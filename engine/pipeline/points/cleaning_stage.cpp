@@ -372,6 +372,7 @@ void take_over(const RawCloud& cloud, Partition& partition) {
   partition.layers = cloud.partition.layers;
   partition.coordinate_system = cloud.partition.coordinate_system;
   partition.meters_per_unit = cloud.partition.meters_per_unit;
+  partition.has_wide_colors = cloud.partition.has_wide_colors;
 }
 
 /// Patches whose votes for their side are not 3 to 1: "4 % of the patches".

@@ -34,7 +34,7 @@ struct ResolvedJob : Job {
   std::vector<InputStamp> inputs;  ///< scans and the file of poses, as they were when resolved
   bool estimates_normals = false;  ///< false: the normals of the files are used
   std::vector<ScanPose> poses;     ///< of the scans, as the job and the file of poses have them
-  std::string systems_beside;      ///< coordinate systems beside scans, for keys; empty: none
+  std::string beside_scans;        ///< what lies beside the scans, for keys; empty: nothing
 
   int threads() const;
   /// Whether any stage of the cleaning is on; automatic cleaning may turn more on.
