@@ -91,6 +91,7 @@ function(orbweave_install_package)
             DESTINATION ${where})
     install(FILES ${PROJECT_SOURCE_DIR}/cmake/FindHdf5Core.cmake
       ${PROJECT_SOURCE_DIR}/cmake/FindOpenVdbCore.cmake ${PROJECT_SOURCE_DIR}/cmake/FindXxHash.cmake
+      ${PROJECT_SOURCE_DIR}/cmake/FindProjCore.cmake
       DESTINATION ${where})
   endif()
   install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md

@@ -1,21 +1,27 @@
 // orbweave convert: a cloud or a mesh from one format to another.
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cmath>
+#include <array>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <optional>
 
 #include "engine/cli/commands.h"
 #include "engine/cli/file_kind.h"
+#include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
 #include "engine/cli/selected_source.h"
 #include "engine/cli/signals.h"
 #include "engine/normals/normals_from_faces.h"
 #include "engine/validation/cloud_facts.h"
+#include "engine/validation/mesh_facts.h"
 #include "io/error.h"
+#include "io/job/output_origin.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
+#include "io/meshes/shift_file.h"
+#include "io/points/color_depth.h"
+#include "io/points/coordinate_system_file.h"
 #include "io/points/point_source.h"
 #include "io/shown_text.h"
 #include "io/system/path_roles.h"
@@ -26,23 +32,32 @@ namespace {
 
 constexpr std::size_t kBatchPoints = std::size_t{1} << 18;
 
+/// Keys of a job file that are options here, too.
+constexpr std::array<std::string_view, 2> kKeys = {"output.origin", "output.colors"};
+
 struct ConvertOptions {
   std::string in;
   std::string out;  ///< "-": PLY to standard output
   bool normals_from_faces = false;
   bool float_positions = false;
-  JobArguments selection;  ///< of the points of a cloud
+  JobArguments keys;
+
+  /// What a job that writes the file would ask for.
+  Job job() const {
+    Job job = settings_of(keys);
+    job.output.mesh = out;
+    job.output.float_positions = float_positions;
+    return job;
+  }
 };
 
-MeshWriterOptions writer_options(const ConvertOptions& options) {
-  return {.float_positions = options.float_positions, .comments = {}};
-}
-
-void print_written(const ConvertOptions& options, std::uint64_t points, std::uint64_t triangles) {
+void print_written(const ConvertOptions& options, std::uint64_t points, std::uint64_t triangles,
+                   Vec3 origin) {
   if (options.out == "-") return;
   std::cout << shown(options.out) << ": " << format_count(points)
             << (triangles > 0 ? " vertices" : " points");
   if (triangles > 0) std::cout << ", " << format_count(triangles) << " triangles";
+  if (origin != Vec3{}) std::cout << ", counted from " << origin_text(origin);
   std::cout << "\n";
 }
 
@@ -67,57 +82,134 @@ class StoppableSource : public PointSource {
   const StopToken& stop_;
 };
 
-/// How far float coordinates move the points of what went by.
-class Shift {
+/// The extent of a cloud, and whether floats would move any of its points.
+class FloatMoves {
  public:
   void add(const std::vector<Vec3>& positions) {
-    for (const Vec3& p : positions)
+    for (const Vec3& p : positions) {
+      if (!is_finite(p)) continue;
+      bounds_.extend(p);
       for (int axis = 0; axis < 3; ++axis)
-        if (std::isfinite(p[axis]))
-          largest_ = std::max(largest_,
-                              std::abs(p[axis] - static_cast<double>(static_cast<float>(p[axis]))));
+        any_ = any_ || p[axis] != static_cast<double>(static_cast<float>(p[axis]));
+    }
   }
-  /// Warns where points move by more than a thousandth of the spacing of what is converted.
-  void warn(const ConvertOptions& options, const StopToken& stop) const {
-    if (largest_ == 0.0 || options.in == "-") return;
-    const SelectedSource selected(options.selection);
-    StoppableSource source(selected.open(options.in), stop);
-    StoppableSource again(selected.open(options.in), stop);
-    const std::optional<double> spacing = cloud_facts(source, &again).spacing;
-    if (spacing && largest_ > 1e-3 * *spacing)
-      print_warning("--float moves points by up to " + format_number(largest_) +
-                    ", more than a thousandth of their spacing " + format_number(*spacing));
-  }
+  bool any() const { return any_; }
+  const Box& bounds() const { return bounds_; }
 
  private:
-  double largest_ = 0.0;
+  Box bounds_;
+  bool any_ = false;
 };
 
-void warn_of_shift(const PointCloud& points, const ConvertOptions& options, const StopToken& stop) {
-  Shift shift;
-  if (options.float_positions) shift.add(points.positions);
-  shift.warn(options, stop);
+/// The spacing of the points that are selected; 0: not known.
+double spacing_of(const std::string& in, const SelectedSource& selected, const StopToken& stop) {
+  if (in == "-") return 0.0;
+  StoppableSource source(selected.open(in), stop);
+  StoppableSource again(selected.open(in), stop);
+  return cloud_facts(source, &again).spacing.value_or(0.0);
 }
 
-void convert_mesh(const ConvertOptions& options, const StopToken& stop) {
-  const TriangleMesh mesh = read_mesh(options.in);
-  write_mesh(options.out, mesh, writer_options(options));
+MeshWriterOptions writer_options(const Job& job, Vec3 origin) {
+  MeshWriterOptions options;
+  options.float_positions = job.output.float_positions;
+  options.origin = origin;
+  return options;
+}
+
+bool writes_floats(const Job& job) {
+  return has_float_coordinates(job.output.mesh, writer_options(job, {}));
+}
+
+/// Where the coordinates of the file are counted from; throws where they would lose too much.
+/// `spacing`: of the points, asked for only where floats would move one of them.
+Vec3 chosen_origin(const Job& job, const FloatMoves& moves,
+                   const std::function<double()>& spacing) {
+  const bool floats = writes_floats(job) && moves.any();
+  const OutputOrigin chosen =
+      output_origin(job.output, floats, moves.bounds(), floats ? spacing() : 0.0);
+  const std::string warning = check_output_origin(job, chosen);
+  if (!warning.empty()) print_warning(warning);
+  return chosen.origin;
+}
+
+Vec3 origin_of_mesh(const Job& job, const TriangleMesh& mesh) {
+  FloatMoves moves;
+  if (writes_floats(job)) moves.add(mesh.vertices.positions);
+  return chosen_origin(job, moves, [&] { return vertex_spacing(mesh); });
+}
+
+/// A pass over the points before they are written, where floats are asked for.
+Vec3 origin_of_cloud(const Job& job, const std::string& in, const SelectedSource& selected,
+                     const StopToken& stop) {
+  FloatMoves moves;
+  if (writes_floats(job)) {
+    StoppableSource source(selected.open(in), stop);
+    for (PointCloud batch; source.read(batch, kBatchPoints);) moves.add(batch.positions);
+  }
+  return chosen_origin(job, moves, [&] { return spacing_of(in, selected, stop); });
+}
+
+/// Beside the file, where other programs look for it; the formats have no place for it.
+void keep_coordinate_system(const ConvertOptions& options, const std::string& system) {
+  const std::filesystem::path beside = write_coordinate_system(options.out, system);
+  if (!beside.empty()) note_written(beside.string());
+  const std::string problem = written_system(system).problem;
+  if (!problem.empty())
+    print_warning("the coordinate system of " + options.in + ", " + shown(system) + ": " + problem);
+}
+
+/// How colours are written. A file is read until one exceeds 8 bits: of most scans not far.
+ColorDepth colors_of_cloud(const Job& job, const PointSchema& schema, const std::string& in,
+                           const SelectedSource& selected, const StopToken& stop) {
+  const std::optional<WideColors> colors = wide_colors(schema);
+  bool exceed = false;
+  if (colors && job.output.color_bits == 8) {
+    StoppableSource source(selected.open(in), stop);
+    for (PointCloud batch; !exceed && source.read(batch, kBatchPoints);)
+      exceed = exceed_8_bits(batch, *colors);
+  }
+  return {schema, job.output.color_bits, exceed};
+}
+
+void apply_colors(const Job& job, PointCloud& points) {
+  const std::optional<WideColors> colors = wide_colors(points.schema);
+  if (colors)
+    ColorDepth(points.schema, job.output.color_bits, exceed_8_bits(points, *colors)).apply(points);
+}
+
+/// What lies beside the file: where other programs look for it, as the formats have no place for
+/// it.
+void write_beside(const ConvertOptions& options, Vec3 origin, const std::string& system) {
+  const std::filesystem::path shift = write_shift(options.out, origin);
+  if (!shift.empty()) note_written(shift.string());
+  keep_coordinate_system(options, system);
+}
+
+void convert_mesh(const ConvertOptions& options) {
+  const Job job = options.job();
+  TriangleMesh mesh = read_mesh(options.in);
+  apply_colors(job, mesh.vertices);
+  const Vec3 origin = origin_of_mesh(job, mesh);
+  write_mesh(options.out, mesh, writer_options(job, origin));
   note_written(options.out);
-  warn_of_shift(mesh.vertices, options, stop);
-  print_written(options, mesh.vertices.size(), mesh.triangles.size());
+  write_beside(options, origin, coordinate_system_beside(options.in));
+  print_written(options, mesh.vertices.size(), mesh.triangles.size(), origin);
 }
 
 /// The vertices with everything they carry; normals that the file gave give way to the faces'.
-void convert_to_oriented_cloud(const ConvertOptions& options, const StopToken& stop) {
+void convert_to_oriented_cloud(const ConvertOptions& options) {
+  const Job job = options.job();
   TriangleMesh mesh = read_mesh(options.in);
   if (mesh.triangles.empty())
     throw_bad_input("the mesh has no faces to take normals from", {.file = options.in});
   mesh.vertices.normals = normals_from_faces(mesh);
   mesh.vertices.schema.has_normals = true;
-  write_cloud(options.out, mesh.vertices, writer_options(options));
+  apply_colors(job, mesh.vertices);
+  const Vec3 origin = origin_of_mesh(job, mesh);
+  write_cloud(options.out, mesh.vertices, writer_options(job, origin));
   note_written(options.out);
-  warn_of_shift(mesh.vertices, options, stop);
-  print_written(options, mesh.vertices.size(), 0);
+  write_beside(options, origin, coordinate_system_beside(options.in));
+  print_written(options, mesh.vertices.size(), 0, origin);
 }
 
 /// A header comes before the points. Where it is not certain how many there are, a file is read
@@ -137,41 +229,58 @@ void print_left_out(const PointSource& source, const SelectedSource& selected,
     std::cout << format_count(count) << " dropped: " << reason << "\n";
 }
 
-/// Points from standard input that come without their number are kept until it is known.
+/// Points from standard input that come without their number, are to become floats or have colours
+/// that may have to be scaled are kept until all are known.
 void convert_stream(PointSource& source, const SelectedSource& selected,
                     const ConvertOptions& options) {
-  const PointCloud cloud = read_all(source);
-  write_cloud(options.out, cloud, writer_options(options));
+  const Job job = options.job();
+  PointCloud cloud = read_all(source);
+  apply_colors(job, cloud);
+  FloatMoves moves;
+  if (writes_floats(job)) moves.add(cloud.positions);
+  const Vec3 origin = chosen_origin(job, moves, [] { return 0.0; });
+  write_cloud(options.out, cloud, writer_options(job, origin));
   note_written(options.out);
+  write_beside(options, origin, source.coordinate_system());
   print_left_out(source, selected, options);
-  print_written(options, cloud.size(), 0);
+  print_written(options, cloud.size(), 0, origin);
 }
 
 void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
-  const SelectedSource selected(options.selection);
+  const Job job = options.job();
+  const SelectedSource selected(options.keys);
   const auto source = selected.open(options.in);
   const bool is_known = source->keeps_declared_points();
-  if (!is_known && options.in == "-") return convert_stream(*source, selected, options);
+  const bool has_wide_colors =
+      job.output.color_bits == 8 && wide_colors(source->schema()).has_value();
+  const bool is_asked_twice = !is_known || writes_floats(job) || has_wide_colors;
+  if (is_asked_twice && options.in == "-") return convert_stream(*source, selected, options);
   const std::uint64_t points = is_known ? source->declared_points().value_or(0)
                                         : count_points(*selected.open(options.in), stop);
-  const MeshHeader header{.vertices = points, .is_cloud = true, .schema = source->schema()};
-  const auto writer = open_mesh_writer(options.out, header, writer_options(options));
-  Shift shift;
+  const Vec3 origin = origin_of_cloud(job, options.in, selected, stop);
+  const ColorDepth colors = colors_of_cloud(job, source->schema(), options.in, selected, stop);
+  const MeshHeader header{.vertices = points, .is_cloud = true, .schema = colors.written()};
+  const auto writer = open_mesh_writer(options.out, header, writer_options(job, origin));
   for (PointCloud batch; source->read(batch, kBatchPoints);) {
     check_interruption(stop);
-    if (options.float_positions) shift.add(batch.positions);
+    colors.apply(batch);
     writer->write_vertices(batch);
   }
   writer->finish();
   note_written(options.out);
+  write_beside(options, origin, source->coordinate_system());
   print_left_out(*source, selected, options);
-  shift.warn(options, stop);
-  print_written(options, points, 0);
+  print_written(options, points, 0, origin);
 }
 
 void check_places(const ConvertOptions& options) {
-  const std::vector<PathRole> paths = {{"the file that is read", options.in, PathUse::kReadFile},
-                                       {"the file", options.out, PathUse::kWrittenFile}};
+  const std::vector<PathRole> paths = {
+      {"the file that is read", options.in, PathUse::kReadFile},
+      {"the file", options.out, PathUse::kWrittenFile},
+      {"the coordinate system beside the file", coordinate_system_file(options.out),
+       PathUse::kWrittenFile, false, false},
+      {"the shift of coordinates beside the file", shift_file(options.out), PathUse::kWrittenFile,
+       false, false}};
   check_paths(paths);
 }
 
@@ -188,12 +297,12 @@ void convert(const ConvertOptions& options, const StopToken& stop) {
                  .advice = "'orbweave reconstruct' makes a mesh of a cloud."});
   const bool stays_mesh =
       options.normals_from_faces || (mesh && !is_cloud_only_format(options.out));
-  if (stays_mesh && !SelectedSource(options.selection).takes_all())
+  if (stays_mesh && !SelectedSource(options.keys).takes_all())
     throw_usage("points are selected of a cloud, not of a mesh",
                 {.file = options.in,
                  .advice = "Make a cloud of its vertices first: orbweave convert MESH cloud.xyz"});
-  if (options.normals_from_faces) return convert_to_oriented_cloud(options, stop);
-  if (mesh && !is_cloud_only_format(options.out)) return convert_mesh(options, stop);
+  if (options.normals_from_faces) return convert_to_oriented_cloud(options);
+  if (mesh && !is_cloud_only_format(options.out)) return convert_mesh(options);
   convert_cloud(options, stop);
 }
 
@@ -213,7 +322,8 @@ void add_convert_command(CLI::App& program, const CommandContext& context) {
                     "Make an oriented cloud of a mesh: its vertices, with normals from its faces");
   command->add_flag("--float", options->float_positions,
                     "Write 4-byte coordinates where the format has a choice");
-  add_selection_options(*command, options->selection);
+  add_key_options(*command, kKeys, options->keys);
+  add_selection_options(*command, options->keys);
   command->footer(
       "A mesh stays a mesh unless OUT is a format of clouds (.xyz, .csv) or\n"
       "--normals-from-faces is given.\n\n"

@@ -22,8 +22,12 @@
 #include "engine/validation/mesh_facts.h"
 #include "engine/validation/usable_triangles.h"
 #include "io/error.h"
+#include "io/job/output_origin.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
+#include "io/meshes/shift_file.h"
+#include "io/points/color_depth.h"
+#include "io/points/coordinate_system_file.h"
 #include "io/report/progress.h"
 #include "io/system/path_roles.h"
 
@@ -31,7 +35,7 @@ namespace orbweave {
 namespace {
 
 /// Keys of a job file that are options here, too; --report is another one (JSON alone).
-constexpr std::array<std::string_view, 19> kKeys = {"output.mesh",
+constexpr std::array<std::string_view, 21> kKeys = {"output.mesh",
                                                     "fill.kernel",
                                                     "fill.neighborhood",
                                                     "fill.max_diameter",
@@ -43,6 +47,8 @@ constexpr std::array<std::string_view, 19> kKeys = {"output.mesh",
                                                     "fill.min_triangles",
                                                     "output.format",
                                                     "output.precision",
+                                                    "output.origin",
+                                                    "output.colors",
                                                     "output.confidence",
                                                     "output.picture",
                                                     "output.picture_up",
@@ -64,6 +70,10 @@ void check(const FillArguments& arguments, const OutputOptions& output) {
   const std::vector<PathRole> paths = {
       {"the mesh that is read", arguments.file, PathUse::kReadFile},
       {"the mesh", output.mesh, PathUse::kWrittenFile},
+      {"the coordinate system beside the mesh", coordinate_system_file(output.mesh),
+       PathUse::kWrittenFile, false, false},
+      {"the shift of coordinates beside the mesh", shift_file(output.mesh), PathUse::kWrittenFile,
+       false, false},
       {"the report", output.report, PathUse::kWrittenFile},
       {"the picture", output.picture, PathUse::kWrittenFile}};
   check_paths(paths);
@@ -115,6 +125,10 @@ void warn_of_structure(const std::string& file, const MeshFacts& mesh, Progress&
 TriangleMesh usable_mesh(FillReport& report, Progress& progress) {
   progress.begin_stage("read", 0, "triangles");
   TriangleMesh mesh = read_mesh(report.file);
+  if (const auto colors = wide_colors(mesh.vertices.schema))
+    ColorDepth(mesh.vertices.schema, report.options.output.color_bits,
+               exceed_8_bits(mesh.vertices, *colors))
+        .apply(mesh.vertices);
   progress.advance(mesh.triangles.size());
   report.before = mesh_facts(mesh);
   report.before.crossing_pairs = count_crossing_pairs(mesh);
@@ -141,11 +155,23 @@ TriangleMesh filled_mesh(FillReport& report, Progress& progress) {
   return std::move(filled.mesh);
 }
 
+/// Where the coordinates of the mesh file are counted from; throws where they would lose too much.
+void choose_origin(const TriangleMesh& mesh, FillReport& report, Progress& progress) {
+  const OutputOptions& output = report.options.output;
+  const bool floats = has_float_coordinates(output.mesh, writer_options(output, {}));
+  const OutputOrigin chosen =
+      output_origin(output, floats, report.after.bounds, floats ? vertex_spacing(mesh) : 0.0);
+  const std::string warning = check_output_origin(report.options, chosen);
+  if (!warning.empty()) progress.warn(warning);
+  report.origin = chosen.origin;
+}
+
 std::string summary(const FillReport& report) {
   const OutputOptions& output = report.options.output;
   Facts facts = {{"mesh", output.mesh}, {"", show_mesh(report.after)}};
   add_holes(facts, report.holes, report.after, report.options);
   add_removed(facts, report.pieces_removed, report.triangles_removed);
+  if (report.origin != Vec3{}) facts.emplace_back("origin", origin_text(report.origin));
   if (!output.report.empty()) facts.emplace_back("report", output.report);
   if (!output.picture.empty()) facts.emplace_back("picture", output.picture);
   return facts_table(facts);
@@ -172,10 +198,15 @@ void write_outputs(const TriangleMesh& mesh, const FillReport& report, Progress&
     note_written(output.report);
   }
   progress.begin_stage("export", 0, "triangles");
-  write_mesh(output.mesh, mesh, writer_options(output, report.holes));
+  write_mesh(output.mesh, mesh, writer_options(output, report.holes, report.origin));
   progress.advance(mesh.triangles.size());
   progress.end_stage();
   note_written(output.mesh);
+  const std::filesystem::path system =
+      write_coordinate_system(output.mesh, coordinate_system_beside(report.file));
+  if (!system.empty()) note_written(system.string());
+  const std::filesystem::path shift = write_shift(output.mesh, report.origin);
+  if (!shift.empty()) note_written(shift.string());
 }
 
 void fill(const FillArguments& arguments, const std::vector<std::string>& command,
@@ -198,6 +229,7 @@ void fill(const FillArguments& arguments, const std::vector<std::string>& comman
       tbb::task_arena(threads).execute([&] { return filled_mesh(report, *progress); });
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   check_interruption(stop);
+  choose_origin(mesh, report, *progress);
   write_outputs(mesh, report, *progress);
   if (report.options.output.mesh != "-") std::cout << summary(report);
 }

@@ -17,6 +17,7 @@
 #include "engine/pipeline/output/output_files.h"
 #include "engine/pipeline/pipeline.h"
 #include "io/error.h"
+#include "io/job/output_origin.h"
 #include "io/shown_text.h"
 #include "io/system/glob.h"
 #include "io/text/quantity.h"
@@ -42,6 +43,7 @@ std::string summary(const RunReport& report) {
     facts.emplace_back("", older.file.string() + " is not of this run");
   add_removed(facts, report.pieces_removed, report.triangles_removed);
   add_holes(facts, report.holes, report.mesh, report.options);
+  if (report.origin != Vec3{}) facts.emplace_back("origin", origin_text(report.origin));
   facts.insert(facts.end(), beside.begin(), beside.end());
   return facts_table(facts);
 }

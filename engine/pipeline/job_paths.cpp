@@ -2,11 +2,12 @@
 
 #include <filesystem>
 
-#include "engine/pipeline/output/export_stage.h"
 #include "engine/pipeline/run_steps.h"
 #include "engine/pipeline/stage/resolved_job.h"
 #include "io/job/selected_points.h"
+#include "io/meshes/shift_file.h"
 #include "io/meshes/tile_directory.h"
+#include "io/points/coordinate_system_file.h"
 #include "io/report/report.h"
 
 namespace orbweave {
@@ -23,6 +24,8 @@ void add_outputs(const OutputOptions& output, std::vector<PathRole>& paths) {
         {"the directory of the tiles", tile_directory_of(output.mesh), PathUse::kWrittenDirectory});
   paths.push_back(
       {"the coordinate system beside the mesh", system, PathUse::kWrittenFile, false, false});
+  paths.push_back({"the shift of coordinates beside the mesh", shift_file(output.mesh),
+                   PathUse::kWrittenFile, false, false});
   paths.push_back({"the report", output.report, PathUse::kWrittenFile});
   paths.push_back({"the report's page", report_page(output.report), PathUse::kWrittenFile});
   paths.push_back({"the picture", output.picture, PathUse::kWrittenFile});

@@ -32,6 +32,9 @@
 #include "io/job/job_keys.h"
 #include "io/job/setting.h"
 #include "io/meshes/tile_directory.h"
+#include "io/points/coordinate_system.h"
+#include "io/points/coordinate_system_file.h"
+#include "io/shown_text.h"
 #include "io/store/store_identity.h"
 #include "io/streams/byte_sink.h"
 #include "io/system/file_descriptor.h"
@@ -83,6 +86,43 @@ void warn_of_units(StageRunner& runner, const Partition& partition) {
               ": check the units");
 }
 
+/// What is wrong with the coordinate system that the scans name, as far as that can be known.
+void warn_of_coordinate_system(StageRunner& runner, const Partition& partition) {
+  const std::string& system = partition.coordinate_system;
+  if (system.empty()) return;
+  const std::optional<CoordinateSystem> known = known_coordinate_system(system);
+  const std::string name = known ? known->name : shown(system.substr(0, 60));
+  const std::string about = "the coordinate system of the scans, " + name;
+  const WrittenSystem written = written_system(system);
+  if (!written.problem.empty()) runner.warn(about + ": " + written.problem);
+  const std::string objection = objection_to_coordinates(system, partition.bounds);
+  if (!objection.empty())
+    runner.warn(about + ", hardly fits their coordinates: " + objection + "; check it");
+}
+
+/// What the vertices carry and the mesh file does not hold.
+void note_what_is_left_out(StageRunner& runner, const Partition& partition) {
+  const std::string& mesh = runner.job.output.mesh;
+  const std::vector<std::string> left_out =
+      columns_without_place(mesh, vertex_schema(runner.job.output, partition));
+  if (left_out.empty()) return;
+  std::string names;
+  for (const std::string& name : left_out) names += (names.empty() ? "" : ", ") + name;
+  runner.note(mesh + " has no place for " + names + "; a .ply file has");
+}
+
+/// The origin of the mesh file's coordinates, or an end to the job where they would lose too much.
+Vec3 checked_origin(StageRunner& runner, const Partition& partition) {
+  const OutputOrigin chosen = mesh_origin(runner.job.output, partition);
+  const std::string warning = check_output_origin(runner.job, chosen);
+  if (!runner.communicator.is_root()) return chosen.origin;
+  if (!warning.empty()) runner.warn(warning);
+  if (chosen.origin != Vec3{})
+    runner.note("coordinates of " + runner.job.output.mesh + " are counted from " +
+                origin_text(chosen.origin) + "; add that to each vertex");
+  return chosen.origin;
+}
+
 /// A surface full of holes: says so, and why where that can be told.
 void warn_of_holes(StageRunner& runner, const RunResults& results) {
   const MeshFacts& mesh = results.mesh;
@@ -125,11 +165,14 @@ void run_points(StageRunner& runner, RunResults& results) {
   results.partition = std::move(points.partition);
   require_a_triangle(runner.job, results.partition);
   check_format_holds(runner.job.output, results.partition.points());
+  results.origin = checked_origin(runner, results.partition);
+  if (runner.communicator.is_root()) note_what_is_left_out(runner, results.partition);
   results.radii = radii_of_job(runner.job, results.partition);
   runner.note(short_radii(runner.job, results.partition, results.radii.values),
               "ball radii: " + results.radii.reason);
   predict(runner, points.predicted_disk_bytes, results);
   warn_of_units(runner, results.partition);
+  if (runner.communicator.is_root()) warn_of_coordinate_system(runner, results.partition);
 }
 
 /// The pipeline: one line per stage. Predictions of an attempt before stay in `results`.

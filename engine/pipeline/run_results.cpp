@@ -46,6 +46,7 @@ RunReport report_of(const StageRunner& runner, const std::vector<std::string>& c
   report.trusted = trusted_files(runner.job);
   report.halo_width = halo_width(results.radii.values);
   describe_partition(std::move(results.partition), report);
+  report.origin = results.origin;
   report.points_unused = results.points_unused;
   report.pieces_removed = results.pieces_removed;
   report.triangles_removed = results.triangles_removed;

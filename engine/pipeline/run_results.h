@@ -14,6 +14,7 @@ namespace orbweave {
 struct RunResults {
   Partition partition;
   BallRadii radii;
+  Vec3 origin;  ///< of the mesh file's coordinates
   std::uint64_t conflicts_lost = 0;
   std::uint64_t points_unused = 0;   ///< kept, but no triangle uses them
   std::uint64_t pieces_removed = 0;  ///< smaller than fill.min_triangles

@@ -1,6 +1,7 @@
 #include "engine/validation/mesh_facts.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -175,6 +176,15 @@ void add_topology(const TriangleMesh& mesh, MeshFacts& facts) {
 }
 
 }  // namespace
+
+double vertex_spacing(const TriangleMesh& mesh) {
+  const std::vector<Vec3>& at = mesh.vertices.positions;
+  double area = 0.0;
+  for (const Triangle& t : mesh.triangles)
+    area += 0.5 * norm(cross(at[t[1]] - at[t[0]], at[t[2]] - at[t[0]]));
+  const bool is_surface = std::isfinite(area) && area > 0.0;
+  return is_surface ? std::sqrt(area / static_cast<double>(at.size())) : 0.0;
+}
 
 std::string mesh_checksum(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
   const std::vector<std::uint8_t> used = used_vertices(positions.size(), triangles);

@@ -24,6 +24,10 @@ namespace orbweave {
 /// Throws Error: bad input for an index outside the vertices, resource from 2^32 / 3 triangles.
 MeshFacts mesh_facts(const TriangleMesh& mesh);
 
+/// How far vertices lie from their neighbours, about: the side of a square of the surface that each
+/// of them has. 0: there is no surface. Indices in range.
+double vertex_spacing(const TriangleMesh& mesh);
+
 /// MeshChecksum over the vertices that triangles use, in file order. Indices in range.
 std::string mesh_checksum(std::span<const Vec3> positions, std::span<const Triangle> triangles);
 

@@ -14,7 +14,9 @@
 #include "io/clouds/text_source.h"
 #include "io/error.h"
 #include "io/meshes/mesh_parsers.h"
+#include "io/meshes/shift_file.h"
 #include "io/ply/ply_vertices.h"
+#include "io/points/coordinate_system_file.h"
 #include "io/streams/byte_source.h"
 #include "io/streams/random_access.h"
 #include "io/text/file_format.h"
@@ -83,8 +85,10 @@ void check_scan_name(const std::filesystem::path& path) {
   if (!format_of_name(path)) throw_unknown_extension(path);
 }
 
-std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path,
-                                               const PointSourceOptions& options) {
+namespace {
+
+std::unique_ptr<PointSource> open_format(const std::filesystem::path& path,
+                                         const PointSourceOptions& options) {
   const bool is_stream = path == "-";
   const std::optional<NamedFormat> named = format_of_name(path);
   const FileFormat format = named ? named->facts.format : FileFormat::kTxt;
@@ -114,6 +118,65 @@ std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path
   if (looks_like_pcd(reader)) return open_pcd_source(std::move(reader));
   if (looks_like_ptx(reader)) return open_ptx_file(path, std::move(reader));
   return open_text_source(std::move(reader), options.text, format == FileFormat::kPts);
+}
+
+/// A cloud with what lies beside its file: its coordinate system, and the origin that its
+/// coordinates are counted from.
+class WithFilesBeside final : public PointSource {
+ public:
+  WithFilesBeside(std::unique_ptr<PointSource> source, std::string system, Vec3 origin)
+      : source_(std::move(source)),
+        schema_(source_->schema()),
+        system_(std::move(system)),
+        origin_(origin) {
+    if (origin != Vec3{}) schema_.position_type = ScalarType::kFloat64;
+  }
+  const PointSchema& schema() const override { return schema_; }
+  std::optional<std::uint64_t> declared_points() const override {
+    return source_->declared_points();
+  }
+  bool keeps_declared_points() const override { return source_->keeps_declared_points(); }
+  bool read(PointCloud& batch, std::size_t capacity) override {
+    const bool any = source_->read(batch, capacity);
+    add_origin(origin_, batch);
+    batch.schema = schema_;
+    return any;
+  }
+  bool restrict_rows(std::uint64_t first, std::uint64_t count) override {
+    return source_->restrict_rows(first, count);
+  }
+  bool has_row_access() const override { return source_->has_row_access(); }
+  std::uint64_t bytes_read() const override { return source_->bytes_read(); }
+  std::uint64_t bytes_total() const override { return source_->bytes_total(); }
+  std::optional<ScannerPlace> scanner() const override {
+    std::optional<ScannerPlace> place = source_->scanner();
+    if (place && !place->is_direction) place->vector = place->vector + origin_;
+    return place;
+  }
+  DroppedPoints left_out() const override { return source_->left_out(); }
+  std::string coordinate_system() const override { return system_; }
+  std::optional<Vec3> meters_per_unit() const override {
+    const std::optional<Vec3> unit = source_->meters_per_unit();
+    return unit ? unit : PointSource::meters_per_unit();
+  }
+
+ private:
+  std::unique_ptr<PointSource> source_;
+  PointSchema schema_;
+  std::string system_;
+  Vec3 origin_;
+};
+
+}  // namespace
+
+std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path,
+                                               const PointSourceOptions& options) {
+  std::unique_ptr<PointSource> source = open_format(path, options);
+  std::string system = source->coordinate_system();
+  if (system.empty()) system = coordinate_system_beside(path);
+  const Vec3 origin = origin_beside(path);
+  if (system == source->coordinate_system() && origin == Vec3{}) return source;
+  return std::make_unique<WithFilesBeside>(std::move(source), std::move(system), origin);
 }
 
 }  // namespace orbweave

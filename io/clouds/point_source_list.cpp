@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "io/clouds/open_point_source.h"
 #include "io/error.h"
+#include "io/points/coordinate_system.h"
 
 namespace orbweave {
 namespace {
@@ -86,6 +88,37 @@ void note_left_out(const std::vector<ListedFile>& files, const PointSchema& comm
   }
 }
 
+/// What a file says of its coordinates.
+struct NamedSystem {
+  std::string text;
+  std::filesystem::path file;
+  std::optional<Vec3> meters_per_unit;
+};
+
+/// For messages: WKT is long.
+std::string system_name(const std::string& text) {
+  const std::optional<CoordinateSystem> known = known_coordinate_system(text);
+  if (!known) return text.substr(0, 60);
+  const bool has_code = !known->code.empty() && known->code != known->name;
+  return known->name + (has_code ? ", " + known->code : "");
+}
+
+/// The command that brings one file to the system of the other.
+std::string reprojection_advice(const NamedSystem& kept, const NamedSystem& other) {
+  const std::optional<CoordinateSystem> known = known_coordinate_system(kept.text);
+  const std::string target = known && !known->code.empty() ? known->code : "EPSG:CODE";
+  return "Points are not reprojected here; PDAL does that: pdal translate " + other.file.string() +
+         " reprojected.laz reprojection --filters.reprojection.out_srs=" + target;
+}
+
+[[noreturn]] void refuse_mixed_systems(const NamedSystem& kept, const NamedSystem& other) {
+  throw_bad_input("the scans of one job are in different coordinate systems",
+                  {.file = other.file.string(),
+                   .found = system_name(other.text),
+                   .expected = system_name(kept.text) + " as in " + kept.file.string(),
+                   .advice = reprojection_advice(kept, other)});
+}
+
 class PointSourceList final : public PointSource {
  public:
   PointSourceList(const std::vector<std::filesystem::path>& paths, PointSourceOpener opener)
@@ -100,8 +133,7 @@ class PointSourceList final : public PointSource {
           {path, source->schema(), source->bytes_total(), source->declared_points().value_or(0)});
       add_declared(source->declared_points());
       bytes_total_ += source->bytes_total();
-      if (coordinate_system_.empty()) meters_per_unit_ = source->meters_per_unit();
-      add_coordinate_system(source->coordinate_system(), path);
+      add_coordinate_system(*source, path);
     }
     schema_ = common_schema(files_);
   }
@@ -120,11 +152,21 @@ class PointSourceList final : public PointSource {
     if (source_) add_left_out(all);
     return all;
   }
-  std::string coordinate_system() const override { return coordinate_system_; }
-  std::optional<Vec3> meters_per_unit() const override { return meters_per_unit_; }
+  std::string coordinate_system() const override {
+    return coordinate_system_ ? coordinate_system_->text : std::string();
+  }
+  std::optional<Vec3> meters_per_unit() const override {
+    return coordinate_system_ ? coordinate_system_->meters_per_unit : unit_without_system_;
+  }
   void note(std::vector<std::string>& notes) const {
     note_left_out(files_, schema_, notes);
     notes.insert(notes.end(), disagreements_.begin(), disagreements_.end());
+    if (!coordinate_system_ || files_without_system_.empty()) return;
+    const std::size_t others = files_without_system_.size() - 1;
+    notes.push_back(files_without_system_.front().string() +
+                    (others > 0 ? " and " + std::to_string(others) + " more name" : " names") +
+                    " no coordinate system; taken to be in that of " +
+                    coordinate_system_->file.string());
   }
 
   /// A file that cannot be shared goes to the process that has the first row of the file.
@@ -202,13 +244,37 @@ class PointSourceList final : public PointSource {
     for (const auto& [reason, count] : source_->left_out()) all[reason] += count;
   }
 
-  /// The first that any file names counts; points are never converted.
-  void add_coordinate_system(const std::string& name, const std::filesystem::path& path) {
-    if (name.empty()) return;
-    if (coordinate_system_.empty()) coordinate_system_ = name;
-    if (name != coordinate_system_)
-      disagreements_.push_back("the coordinate system of " + path.string() +
-                               " differs from that of other files; points are taken as they are");
+  /// Points are never converted. Of several texts that stand for one system the longest says most,
+  /// whatever the order of the files; a file that names none takes the others'.
+  void add_coordinate_system(const PointSource& source, const std::filesystem::path& path) {
+    const std::string text = source.coordinate_system();
+    if (text.empty()) {
+      files_without_system_.push_back(path);
+      if (!coordinate_system_) unit_without_system_ = source.meters_per_unit();
+      return;
+    }
+    if (coordinate_system_ && coordinate_system_->text != text) compare_systems(text, path);
+    const bool says_more =
+        !coordinate_system_ || text.size() > coordinate_system_->text.size() ||
+        (text.size() == coordinate_system_->text.size() && text < coordinate_system_->text);
+    if (says_more) coordinate_system_ = {text, path, source.meters_per_unit()};
+  }
+
+  void compare_systems(const std::string& text, const std::filesystem::path& path) {
+    const auto [known, is_new] = systems_compared_.insert(text);
+    if (!is_new) return;
+    const NamedSystem& other = *coordinate_system_;
+    switch (systems_differ(other.text, text)) {
+      case SystemsDiffer::kNo:
+        return;
+      case SystemsDiffer::kYes:
+        refuse_mixed_systems(other, {text, path, {}});
+      case SystemsDiffer::kUnknown:
+        disagreements_.push_back("whether the coordinate systems of " + other.file.string() + " (" +
+                                 system_name(other.text) + ") and " + path.string() + " (" +
+                                 system_name(text) +
+                                 ") are the same is not known; points are taken as they are");
+    }
   }
 
   void keep_common(PointCloud& batch) {
@@ -242,8 +308,10 @@ class PointSourceList final : public PointSource {
   PointCloud whole_;  ///< a batch before attributes are left out
   std::vector<KeptRun> runs_;
   DroppedPoints left_out_;  ///< of the files that were read to their ends
-  std::string coordinate_system_;
-  std::optional<Vec3> meters_per_unit_;  ///< of the file that named the coordinate system
+  std::optional<NamedSystem> coordinate_system_;
+  std::optional<Vec3> unit_without_system_;
+  std::set<std::string> systems_compared_;
+  std::vector<std::filesystem::path> files_without_system_;
   std::vector<std::string> disagreements_;
 };
 

@@ -77,14 +77,21 @@ enum class PictureColors { kPatches, kConfidence, kPoints, kComponents };
 /// an interior, so that one looks into it.
 enum class PictureBacks { kAuto, kShown, kCulled };
 
+/// Where the coordinates of a mesh file are counted from: kAuto: where those of the scans are, or,
+/// where the file's numbers are too narrow for that, a place among the points.
+enum class OriginRule { kAuto, kNone, kGiven };
+
 /// Axis of the coordinates that is drawn upright. kAuto: what the scans imply.
 enum class UpAxis { kAuto, kX, kY, kZ };
 
 struct OutputOptions {
-  std::string mesh;                   ///< path; format by extension
-  bool binary = true;                 ///< where the format has a binary encoding
-  bool requires_binary = false;       ///< refuses a format without one
-  bool float_positions = false;       ///< "float" coordinates instead of double
+  std::string mesh;              ///< path; format by extension
+  bool binary = true;            ///< where the format has a binary encoding
+  bool requires_binary = false;  ///< refuses a format without one
+  bool float_positions = false;  ///< "float" coordinates instead of double
+  OriginRule origin_rule = OriginRule::kAuto;
+  Vec3 origin;                        ///< of kGiven: is subtracted from coordinates; world units
+  int color_bits = 8;                 ///< most bits of a colour's channels: 8, or 16
   bool attributes = true;             ///< carries normals and attributes to the vertices
   bool confidence = false;            ///< PLY: faces carry the confidence of their patches
   bool vertex_quality = false;        ///< PLY: vertices carry spacing, noise, move and normal's origin

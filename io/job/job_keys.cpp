@@ -190,6 +190,32 @@ void set_crop_area(Job& job, const WrittenValue& value) {
   job.input.crop_area = text;
 }
 
+void set_origin(Job& job, const WrittenValue& value) {
+  static constexpr std::array kRules = {"auto", "none"};
+  job.output.origin = {};
+  const bool is_text = value.shape == WrittenValue::Shape::kScalar &&
+                       std::holds_alternative<std::string>(value.items.front());
+  if (is_text) {
+    job.output.origin_rule = static_cast<OriginRule>(choice_value(value, kRules));
+    return;
+  }
+  job.output.origin_rule = OriginRule::kGiven;
+  job.output.origin = vector_value(value);
+}
+
+JobValue origin_value(const Job& job) {
+  if (job.output.origin_rule == OriginRule::kAuto) return std::string("auto");
+  if (job.output.origin_rule == OriginRule::kNone) return std::string("none");
+  const Vec3 v = job.output.origin;
+  return std::vector<double>{v.x, v.y, v.z};
+}
+
+void set_colors(Job& job, const WrittenValue& value) {
+  const std::int64_t bits = integer_value(value, 8, 16);
+  if (bits != 8 && bits != 16) throw UnsuitableValue{};
+  job.output.color_bits = static_cast<int>(bits);
+}
+
 /// A choice's names in the order of its enumerators.
 constexpr std::array kReturns = {"all", "first", "last", "only"};
 constexpr std::array kSources = {"auto", "file", "estimate"};
@@ -467,6 +493,12 @@ constexpr JobKey kKeys[] = {
      "type of the coordinates in the mesh", "precision", "",
      [](Job& job, const W& value) { job.output.float_positions = choice_value(value, kPrecisions) == 1; },
      [](const Job& job) -> JobValue { return std::string(job.output.float_positions ? "float" : "double"); }},
+    {"output", "origin", T::kNumbers, "\"auto\", \"none\" or a list of three numbers", {},
+     "where the mesh file counts coordinates from: auto shifts them where 4-byte numbers (STL, precision float) would move a vertex by a thousandth of the spacing; none refuses that", "origin", "",
+     set_origin, origin_value},
+    {"output", "colors", T::kInteger, "8 or 16", {},
+     "bits of red, green and blue of the vertices: 8, which other programs show, or 16, as 16-bit scans have them", "colors", "",
+     set_colors, [](const Job& job) -> JobValue { return std::int64_t{job.output.color_bits}; }},
     {"output", "attributes", T::kFlag, "true or false", {},
      "carry normals, colours and other attributes to the vertices", "no-attributes", "false",
      [](Job& job, const W& value) { job.output.attributes = flag_value(value); },

@@ -19,7 +19,8 @@ std::unique_ptr<MeshWriter> make_ply_writer(std::unique_ptr<ByteSink> sink,
 /// The rows of a binary PLY file.
 std::unique_ptr<MeshRows> make_ply_rows(const MeshHeader& header, const MeshWriterOptions& options);
 std::unique_ptr<MeshWriter> make_obj_writer(std::unique_ptr<ByteSink> sink,
-                                            const MeshHeader& header);
+                                            const MeshHeader& header,
+                                            const MeshWriterOptions& options);
 /// `directory`: where the vertices wait, in an unlinked file, until the triangles need them.
 std::unique_ptr<MeshWriter> make_stl_writer(std::unique_ptr<ByteSink> sink,
                                             const MeshHeader& header,
@@ -27,7 +28,8 @@ std::unique_ptr<MeshWriter> make_stl_writer(std::unique_ptr<ByteSink> sink,
                                             const std::filesystem::path& directory);
 /// A cloud as text: separator ' ' without header line, or ',' with one.
 std::unique_ptr<MeshWriter> make_text_writer(std::unique_ptr<ByteSink> sink,
-                                             const MeshHeader& header, char separator);
+                                             const MeshHeader& header,
+                                             const MeshWriterOptions& options, char separator);
 
 /// Counts what went through and refuses a writer's misuse (std::logic_error: a defect of the
 /// caller, not of the user's data).

@@ -6,6 +6,7 @@
 #include "io/error.h"
 #include "io/meshes/mesh_parsers.h"
 #include "io/meshes/ply_mesh.h"
+#include "io/meshes/shift_file.h"
 #include "io/ply/ply_vertices.h"
 #include "io/streams/byte_source.h"
 #include "io/text/file_format.h"
@@ -52,7 +53,9 @@ TriangleMesh read_mesh(ByteReader reader, MeshFormat format) {
 
 TriangleMesh read_mesh(const std::filesystem::path& path) {
   ByteReader reader = open_reader(path);
-  return read_mesh(std::move(reader), format_of(path));
+  TriangleMesh mesh = read_mesh(std::move(reader), format_of(path));
+  add_origin(origin_beside(path), mesh.vertices);
+  return mesh;
 }
 
 }  // namespace orbweave

@@ -7,6 +7,7 @@
 
 #include "io/error.h"
 #include "io/meshes/mesh_formats.h"
+#include "io/meshes/obj_colors.h"
 #include "io/scalar_types.h"
 #include "io/text/file_format.h"
 
@@ -99,16 +100,35 @@ std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
   check_mesh_size(path, header.triangles, options);
   switch (format) {
     case FileFormat::kXyz:
-      return make_text_writer(open_byte_sink(path), header, ' ');
+      return make_text_writer(open_byte_sink(path), header, options, ' ');
     case FileFormat::kCsv:
-      return make_text_writer(open_byte_sink(path), header, ',');
+      return make_text_writer(open_byte_sink(path), header, options, ',');
     case FileFormat::kObj:
-      return make_obj_writer(open_byte_sink(path), header);
+      return make_obj_writer(open_byte_sink(path), header, options);
     case FileFormat::kStl:
       return make_stl_writer(open_byte_sink(path), header, options, path.parent_path());
     default:
       return make_ply_writer(open_byte_sink(path), header, options);
   }
+}
+
+std::vector<std::string> columns_without_place(const std::filesystem::path& path,
+                                               const PointSchema& schema) {
+  const bool is_obj = is_format(path, FileFormat::kObj);
+  if (!is_obj && !is_format(path, FileFormat::kStl)) return {};
+  std::vector<std::string> names;
+  if (!is_obj && schema.has_normals) names.emplace_back("normals");
+  const bool keeps_colors = is_obj && ObjColors(schema).all_are_there();
+  for (const AttributeField& field : schema.attributes) {
+    const bool is_color = field.name == "red" || field.name == "green" || field.name == "blue";
+    if (!keeps_colors || !is_color) names.push_back(field.name);
+  }
+  return names;
+}
+
+bool has_float_coordinates(const std::filesystem::path& path, const MeshWriterOptions& options) {
+  if (is_format(path, FileFormat::kStl)) return options.binary;
+  return options.float_positions && (path == "-" || is_format(path, FileFormat::kPly));
 }
 
 void check_mesh_size(const std::filesystem::path& path, std::uint64_t triangles,

@@ -15,6 +15,7 @@ namespace orbweave {
 struct MeshWriterOptions {
   bool binary = true;                 ///< PLY and STL: binary or text
   bool float_positions = false;       ///< PLY: float instead of double coordinates
+  Vec3 origin{};                      ///< is subtracted from positions
   std::vector<std::string> comments;  ///< PLY header comments
   /// PLY with `hole`: adds the per-face float `confidence`, 1 of scanned faces, else that of the
   /// hole with this id (from 1 on).
@@ -81,6 +82,14 @@ class MeshWriter {
 std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
                                              const MeshHeader& header,
                                              const MeshWriterOptions& options = {});
+
+/// Names of what vertices of this schema carry and a file of that name has no place for; "normals"
+/// for these.
+std::vector<std::string> columns_without_place(const std::filesystem::path& path,
+                                               const PointSchema& schema);
+
+/// Whether the coordinates of such a file are floats.
+bool has_float_coordinates(const std::filesystem::path& path, const MeshWriterOptions& options);
 
 /// Throws Error (usage) where the format cannot hold this number of triangles.
 void check_mesh_size(const std::filesystem::path& path, std::uint64_t triangles,

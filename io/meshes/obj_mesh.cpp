@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <string_view>
@@ -16,7 +17,8 @@ namespace {
 
 constexpr std::uint32_t kNoNormal = std::numeric_limits<std::uint32_t>::max();
 
-/// Wavefront OBJ: positions (v), normals (vn) and faces (f); everything else is passed over.
+/// Wavefront OBJ: positions (v), with colours where all have them, normals (vn) and faces (f);
+/// everything else is passed over.
 class ObjParser {
  public:
   explicit ObjParser(ByteReader reader) : reader_(std::move(reader)) {
@@ -28,7 +30,7 @@ class ObjParser {
     while (reader_.next_line(line)) {
       const auto keyword = take_field(line, ' ');
       if (!keyword) continue;
-      if (*keyword == "v") mesh_.vertices.positions.push_back(parse_vector(line));
+      if (*keyword == "v") parse_vertex(line);
       if (*keyword == "vn") normals_.push_back(parse_vector(line));
       if (*keyword == "f") parse_face(line);
     }
@@ -36,6 +38,7 @@ class ObjParser {
       throw_bad_input("the OBJ file has no vertices", {.file = reader_.name()});
     check_corners();
     assign_normals();
+    assign_colors();
     return std::move(mesh_);
   }
 
@@ -48,7 +51,20 @@ class ObjParser {
                               .expected = std::move(expected)});
   }
 
-  Vec3 parse_vector(std::string_view line) const {
+  /// "v x y z", "v x y z w" or, as many programs write, "v x y z red green blue".
+  void parse_vertex(std::string_view line) {
+    mesh_.vertices.positions.push_back(parse_vector(line));
+    std::array<float, 3> color{};
+    for (float& channel : color) {
+      const std::string_view text = take_field(line, ' ').value_or("");
+      const char* const last = text.data() + text.size();
+      if (text.empty() || parse_number(text.data(), last, channel) != last) return;
+    }
+    colors_.push_back(color);
+  }
+
+  /// Takes the vector from the front of the line.
+  Vec3 parse_vector(std::string_view& line) const {
     Vec3 v;
     for (int axis = 0; axis < 3; ++axis) {
       const auto field = take_field(line, ' ');
@@ -124,6 +140,24 @@ class ObjParser {
     for (const std::uint32_t i : normal_of) cloud.normals.push_back(normals_[i]);
   }
 
+  /// From 0 to 1, or, of some programs, from 0 to 255.
+  void assign_colors() {
+    PointCloud& cloud = mesh_.vertices;
+    if (colors_.size() != cloud.size()) return;
+    const bool are_bytes = std::ranges::any_of(
+        colors_, [](const auto& color) { return *std::ranges::max_element(color) > 1.0F; });
+    const float scale = are_bytes ? 1.0F : 255.0F;
+    for (const char* name : {"red", "green", "blue"})
+      cloud.schema.attributes.push_back({name, ScalarType::kUint8});
+    cloud.attributes.reserve(3 * cloud.size());
+    for (const std::array<float, 3>& color : colors_)
+      for (const float channel : color) {
+        const float value = std::round(channel * scale);
+        const bool is_color = value >= 0.0F && value <= 255.0F;
+        cloud.attributes.push_back(static_cast<std::byte>(is_color ? value : 0.0F));
+      }
+  }
+
   struct NormalUse {
     std::uint32_t vertex;
     std::uint32_t normal;
@@ -132,6 +166,7 @@ class ObjParser {
   ByteReader reader_;
   TriangleMesh mesh_;
   std::vector<Vec3> normals_;
+  std::vector<std::array<float, 3>> colors_;  ///< of the vertices that have one
   std::vector<NormalUse> uses_;
   std::vector<std::uint32_t> polygon_;
   std::uint32_t largest_corner_ = 0;

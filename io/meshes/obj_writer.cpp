@@ -1,23 +1,33 @@
 #include <utility>
 
 #include "io/meshes/mesh_formats.h"
+#include "io/meshes/obj_colors.h"
 
 namespace orbweave {
 namespace {
 
-/// Wavefront OBJ: positions, normals where there are any, triangles. Attributes have no place.
+/// Wavefront OBJ: positions, colours and normals where there are any, triangles. Other attributes
+/// have no place.
 class ObjWriter final : public IndependentWriter {
  public:
-  ObjWriter(std::unique_ptr<ByteSink> sink, const MeshHeader& header)
-      : IndependentWriter(std::move(sink), header), has_normals_(header.schema.has_normals) {}
+  ObjWriter(std::unique_ptr<ByteSink> sink, const MeshHeader& header,
+            const MeshWriterOptions& options)
+      : IndependentWriter(std::move(sink), header),
+        has_normals_(header.schema.has_normals),
+        colors_(header.schema),
+        origin_(options.origin) {}
 
   std::vector<std::byte> encode_vertices(const PointCloud& batch) const override {
     constexpr std::size_t kTypicalLine = 64;
     TextBuilder text;
     text.reserve(batch.size() * kTypicalLine);
     for (std::size_t i = 0; i < batch.size(); ++i) {
-      add_vector(text, "v", batch.positions[i]);
-      if (has_normals_) add_vector(text, "vn", batch.normals[i]);
+      add_vector(text, "v", batch.positions[i] - origin_);
+      if (colors_.all_are_there()) add_numbers(text, colors_.of(batch, i));
+      text.add('\n');
+      if (!has_normals_) continue;
+      add_vector(text, "vn", batch.normals[i]);
+      text.add('\n');
     }
     return text.take();
   }
@@ -42,21 +52,26 @@ class ObjWriter final : public IndependentWriter {
  private:
   static void add_vector(TextBuilder& text, std::string_view keyword, Vec3 v) {
     text.add(keyword);
-    for (int axis = 0; axis < 3; ++axis) {
+    add_numbers(text, {v.x, v.y, v.z});
+  }
+  static void add_numbers(TextBuilder& text, std::array<double, 3> numbers) {
+    for (const double number : numbers) {
       text.add(' ');
-      text.add_number(v[axis]);
+      text.add_number(number);
     }
-    text.add('\n');
   }
 
   bool has_normals_;
+  ObjColors colors_;
+  Vec3 origin_;
 };
 
 }  // namespace
 
 std::unique_ptr<MeshWriter> make_obj_writer(std::unique_ptr<ByteSink> sink,
-                                            const MeshHeader& header) {
-  return std::make_unique<ObjWriter>(std::move(sink), header);
+                                            const MeshHeader& header,
+                                            const MeshWriterOptions& options) {
+  return std::make_unique<ObjWriter>(std::move(sink), header, options);
 }
 
 }  // namespace orbweave

@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "io/meshes/mesh_formats.h"
+#include "io/ply/intensity_name.h"
+#include "io/text/quantity.h"
 
 namespace orbweave {
 namespace {
@@ -31,8 +33,24 @@ std::string one_word(std::string name) {
   return name.empty() ? "_" : name;
 }
 
+bool has_field(const std::vector<AttributeField>& attributes, std::string_view name) {
+  return std::ranges::find(attributes, name, &AttributeField::name) != attributes.end();
+}
+
+/// Viewers take `intensity` for a grey that goes before colours: beside colours it gets a name that
+/// is that of a scalar field to them.
+std::vector<AttributeField> without_second_color(std::vector<AttributeField> attributes) {
+  const bool has_colors = has_field(attributes, "red") && has_field(attributes, "green") &&
+                          has_field(attributes, "blue");
+  if (!has_colors || has_field(attributes, kScalarIntensity)) return attributes;
+  for (AttributeField& field : attributes)
+    if (field.name == kIntensity) field.name = kScalarIntensity;
+  return attributes;
+}
+
 /// Names of the attributes in the header: words, no two alike.
-std::vector<std::string> property_names(const std::vector<AttributeField>& attributes) {
+std::vector<std::string> property_names(const std::vector<AttributeField>& given) {
+  const std::vector<AttributeField> attributes = without_second_color(given);
   std::set<std::string> taken = {"x", "y", "z", "nx", "ny", "nz"};
   // A name that stays as it is goes before one that becomes the same.
   for (const AttributeField& field : attributes)
@@ -61,20 +79,23 @@ std::byte* put(std::byte* at, T value) {
   return at + sizeof value;
 }
 
+/// Counted from `origin`; from 0 numbers stay as they are, bit for bit.
 template <class Real>
-void put_vectors(const std::vector<Vec3>& vectors, std::size_t row_bytes, std::byte* at) {
-  for (const Vec3& v : vectors) {
+void put_vectors(const std::vector<Vec3>& vectors, Vec3 origin, std::size_t row_bytes,
+                 std::byte* at) {
+  for (const Vec3& vector : vectors) {
+    const Vec3 v = vector - origin;
     put(put(put(at, static_cast<Real>(v.x)), static_cast<Real>(v.y)), static_cast<Real>(v.z));
     at += row_bytes;
   }
 }
 
-void put_vectors(ScalarType type, const std::vector<Vec3>& vectors, std::size_t row_bytes,
-                 std::byte* at) {
+void put_vectors(ScalarType type, const std::vector<Vec3>& vectors, Vec3 origin,
+                 std::size_t row_bytes, std::byte* at) {
   if (type == ScalarType::kFloat32)
-    put_vectors<float>(vectors, row_bytes, at);
+    put_vectors<float>(vectors, origin, row_bytes, at);
   else
-    put_vectors<double>(vectors, row_bytes, at);
+    put_vectors<double>(vectors, origin, row_bytes, at);
 }
 
 /// Type of a face's corners. Readers take `int` for granted and most know `uint`; beyond that only
@@ -103,6 +124,7 @@ class PlyLayout {
     for (const std::string& comment : options_.comments) {
       text += "comment " + one_line(comment) + "\n";
     }
+    if (options_.origin != Vec3{}) text += "comment origin " + words_of_origin() + "\n";
     text += "element vertex " + std::to_string(header_.vertices) + "\n";
     const auto add_properties = [&](ScalarType type, std::initializer_list<const char*> names) {
       for (const char* name : names)
@@ -141,10 +163,10 @@ class PlyLayout {
   }
 
   void put_vertices(const PointCloud& batch, std::byte* at) const {
-    put_vectors(position_type_, batch.positions, vertex_bytes_, at);
+    put_vectors(position_type_, batch.positions, options_.origin, vertex_bytes_, at);
     at += 3 * size_of(position_type_);
     if (header_.schema.has_normals) {
-      put_vectors(header_.schema.normal_type, batch.normals, vertex_bytes_, at);
+      put_vectors(header_.schema.normal_type, batch.normals, {}, vertex_bytes_, at);
       at += 3 * size_of(header_.schema.normal_type);
     }
     if (attribute_bytes_ == 0) return;
@@ -167,7 +189,7 @@ class PlyLayout {
     TextBuilder text;
     text.reserve(batch.size() * 3 * vertex_bytes_);
     for (std::size_t i = 0; i < batch.size(); ++i) {
-      add_vector(text, position_type_, batch.positions[i]);
+      add_vector(text, position_type_, batch.positions[i] - options_.origin);
       if (header_.schema.has_normals) {
         text.add(' ');
         add_vector(text, header_.schema.normal_type, batch.normals[i]);
@@ -207,6 +229,10 @@ class PlyLayout {
   }
 
  private:
+  std::string words_of_origin() const {
+    const Vec3 o = options_.origin;
+    return format_exact(o.x) + " " + format_exact(o.y) + " " + format_exact(o.z);
+  }
   bool has_confidence() const { return options_.has_confidence && header_.has_hole; }
   /// Of the patch of a hole; of the scanned surface, which is hole 0, 1.
   float confidence_of(std::int32_t hole) const {

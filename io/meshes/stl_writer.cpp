@@ -74,10 +74,14 @@ class PositionFile {
 /// STL knows no vertices, only triangles with their coordinates (as floats when binary).
 class StlWriter final : public MeshWriter {
  public:
-  StlWriter(std::unique_ptr<ByteSink> sink, const MeshHeader& header, bool binary,
-            const std::filesystem::path& directory)
-      : sink_(std::move(sink)), binary_(binary), counter_(header), positions_(directory) {
-    if (binary)
+  StlWriter(std::unique_ptr<ByteSink> sink, const MeshHeader& header,
+            const MeshWriterOptions& options, const std::filesystem::path& directory)
+      : sink_(std::move(sink)),
+        binary_(options.binary),
+        origin_(options.origin),
+        counter_(header),
+        positions_(directory) {
+    if (binary_)
       write_binary_header(static_cast<std::uint32_t>(header.triangles));
     else
       sink_->write(std::string_view("solid orbweave\n"));
@@ -118,7 +122,7 @@ class StlWriter final : public MeshWriter {
     const Vec3 a = positions_.at(t[0]);
     const Vec3 b = positions_.at(t[1]);
     const Vec3 c = positions_.at(t[2]);
-    return {normalized(cross(b - a, c - a)), a, b, c};
+    return {normalized(cross(b - a, c - a)), a - origin_, b - origin_, c - origin_};
   }
 
   void write_binary(std::span<const Triangle64> batch) {
@@ -160,6 +164,7 @@ class StlWriter final : public MeshWriter {
 
   std::unique_ptr<ByteSink> sink_;
   bool binary_;
+  Vec3 origin_;
   RowCounter counter_;
   PositionFile positions_;
 };
@@ -170,7 +175,7 @@ std::unique_ptr<MeshWriter> make_stl_writer(std::unique_ptr<ByteSink> sink,
                                             const MeshHeader& header,
                                             const MeshWriterOptions& options,
                                             const std::filesystem::path& directory) {
-  return std::make_unique<StlWriter>(std::move(sink), header, options.binary, directory);
+  return std::make_unique<StlWriter>(std::move(sink), header, options, directory);
 }
 
 }  // namespace orbweave

@@ -8,8 +8,13 @@ namespace {
 /// A cloud, one line per point: position, normal, attributes.
 class TextCloudWriter final : public MeshWriter {
  public:
-  TextCloudWriter(std::unique_ptr<ByteSink> sink, const MeshHeader& header, char separator)
-      : sink_(std::move(sink)), header_(header), separator_(separator), counter_(header) {
+  TextCloudWriter(std::unique_ptr<ByteSink> sink, const MeshHeader& header,
+                  const MeshWriterOptions& options, char separator)
+      : sink_(std::move(sink)),
+        header_(header),
+        origin_(options.origin),
+        separator_(separator),
+        counter_(header) {
     if (separator == ',') sink_->write(names());
   }
 
@@ -20,7 +25,7 @@ class TextCloudWriter final : public MeshWriter {
     text.reserve(batch.size() * kTypicalLine);
     const std::size_t attribute_bytes = header_.schema.attribute_bytes();
     for (std::size_t i = 0; i < batch.size(); ++i) {
-      add_vector(text, batch.positions[i]);
+      add_vector(text, batch.positions[i] - origin_);
       if (header_.schema.has_normals) {
         text.add(separator_);
         add_normal(text, batch.normals[i]);
@@ -81,6 +86,7 @@ class TextCloudWriter final : public MeshWriter {
 
   std::unique_ptr<ByteSink> sink_;
   MeshHeader header_;
+  Vec3 origin_;
   char separator_;
   RowCounter counter_;
 };
@@ -88,8 +94,9 @@ class TextCloudWriter final : public MeshWriter {
 }  // namespace
 
 std::unique_ptr<MeshWriter> make_text_writer(std::unique_ptr<ByteSink> sink,
-                                             const MeshHeader& header, char separator) {
-  return std::make_unique<TextCloudWriter>(std::move(sink), header, separator);
+                                             const MeshHeader& header,
+                                             const MeshWriterOptions& options, char separator) {
+  return std::make_unique<TextCloudWriter>(std::move(sink), header, options, separator);
 }
 
 }  // namespace orbweave

@@ -1,15 +1,33 @@
 #include "io/ply/ply_vertices.h"
 
+#include <algorithm>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "io/error.h"
+#include "io/ply/intensity_name.h"
 
 namespace orbweave {
+namespace {
+
+/// Under the names that the attributes had before they were written.
+std::vector<RowColumn> with_own_names(std::vector<RowColumn> columns) {
+  const auto named = [&](const char* name) {
+    return std::ranges::find(columns, name, &RowColumn::name);
+  };
+  const auto intensity = named(kScalarIntensity);
+  if (intensity != columns.end() && named(kIntensity) == columns.end())
+    intensity->name = kIntensity;
+  return columns;
+}
+
+}  // namespace
 
 PlyVertexReader::PlyVertexReader(ByteReader& reader, const PlyHeader& header,
                                  const PlyElement& vertices)
     : rows_(reader, header, vertices),
-      layout_(rows_.columns(), rows_.row_bytes(), rows_.swapped()) {
+      layout_(with_own_names(rows_.columns()), rows_.row_bytes(), rows_.swapped()) {
   if (!layout_.missing().empty())
     throw_bad_input(
         "the vertices have no property " + layout_.missing(),

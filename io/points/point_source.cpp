@@ -2,12 +2,16 @@
 
 #include <algorithm>
 
+#include "io/points/coordinate_system.h"
 #include "io/points/length_units.h"
 
 namespace orbweave {
 
 std::optional<Vec3> PointSource::meters_per_unit() const {
-  return orbweave::meters_per_unit(coordinate_system());
+  const std::string system = coordinate_system();
+  if (system.empty() || is_wkt(system)) return orbweave::meters_per_unit(system);
+  const std::optional<CoordinateSystem> known = known_coordinate_system(system);
+  return known ? known->meters_per_unit : std::nullopt;
 }
 
 PointCloud read_all(PointSource& source) {

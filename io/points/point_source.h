@@ -78,10 +78,10 @@ class PointSource {
   virtual FileFacts facts() const { return {}; }
   /// Rows of the file that hold no point (a laser pulse without return), so far, by reason.
   virtual DroppedPoints left_out() const { return {}; }
-  /// Coordinate reference system: WKT, or "EPSG:26912"; empty where the file does not say.
+  /// Coordinate reference system: WKT, "EPSG:26912", "EPSG:26912+5703" with heights, or the file's
+  /// own words; empty where the file does not say.
   virtual std::string coordinate_system() const { return {}; }
-  /// Metres per unit of x, y and z, where the file says; by default what coordinate_system() says
-  /// as WKT.
+  /// Metres per unit of x, y and z, where the file says; by default what coordinate_system() says.
   virtual std::optional<Vec3> meters_per_unit() const;
 };
 

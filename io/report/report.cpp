@@ -105,6 +105,12 @@ Json mesh_json(const MeshFacts& facts) {
           {"bounds", bounds_json(facts.bounds)}};
 }
 
+/// Null: coordinates of the file are those of the scans.
+Json origin_json(Vec3 origin) {
+  if (origin == Vec3{}) return nullptr;
+  return {origin.x, origin.y, origin.z};
+}
+
 Json text_or_null(const std::string& text) { return text.empty() ? Json() : Json(text); }
 
 Json hole_json(const HoleFacts& hole) {
@@ -280,6 +286,7 @@ std::string report_json(const RunReport& report) {
   json["pieces_removed"] = report.pieces_removed;
   json["triangles_removed"] = report.triangles_removed;
   json["conflicts_lost"] = report.conflicts_lost;
+  json["origin"] = origin_json(report.origin);
   json["mesh"] = mesh_json(report.mesh);
   json["holes"] = nullptr;
   json["stages"] = stages_json(report.stages);
@@ -314,6 +321,7 @@ std::string fill_report_json(const FillReport& report) {
   json["options"] = options_json(report.options, {"fill", "output", "run"});
   json["input"] = {{"file", report.file}, {"triangles_dropped", dropped}};
   json["mesh_before"] = mesh_json(report.before);
+  json["origin"] = origin_json(report.origin);
   json["mesh"] = mesh_json(report.after);
   json["pieces_removed"] = report.pieces_removed;
   json["triangles_removed"] = report.triangles_removed;

@@ -116,6 +116,7 @@ struct RunReport {
   NormalFacts normals;
   std::string coordinate_system;        ///< of the input, where it says; written beside the mesh
   std::optional<Vec3> meters_per_unit;  ///< of x, y and z, as the input says
+  Vec3 origin;  ///< that the mesh file's coordinates are counted from; world units
   Box bounds;
   std::uint64_t chunks = 0;
   double halo_width = 0.0;
@@ -148,6 +149,7 @@ struct FillReport {
   std::vector<HoleFacts> holes;                            ///< every boundary loop
   std::uint64_t pieces_removed = 0;                        ///< smaller than fill.min_triangles
   std::uint64_t triangles_removed = 0;                     ///< of them
+  Vec3 origin;  ///< that the mesh file's coordinates are counted from; world units
   double seconds = 0.0;
 };
 

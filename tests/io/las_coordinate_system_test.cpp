@@ -64,6 +64,18 @@ TEST_CASE("ACodeOfGeoTiffKeysIsTheCoordinateSystem") {
   CHECK(system_of({keys_record({{2048, 0, 1, 4269}, {3072, 0, 1, 26912}})}) == "EPSG:26912");
 }
 
+TEST_CASE("TheCodeOfHeightsIsPartOfTheCoordinateSystem") {
+  const auto system = [](unsigned vertical, unsigned unit) {
+    return system_of(
+        {keys_record({{3072, 0, 1, 26912}, {4096, 0, 1, vertical}, {4099, 0, 1, unit}})});
+  };
+  CHECK(system(5703, 9001) == "EPSG:26912+5703");
+  CHECK(system(5103, 9001) == "EPSG:26912+5703");  // a datum, as older files have it
+  CHECK(system(5703, 9003) == "EPSG:26912+6360");
+  CHECK(system(5703, 9002) == "EPSG:26912+8228");
+  for (const unsigned none : {0u, 5030u, 32767u, 40000u}) CHECK(system(none, 9001) == "EPSG:26912");
+}
+
 TEST_CASE("WhatAProjectionIsBasedOnIsNotTakenForTheProjection") {
   CHECK(system_of({keys_record({{1024, 0, 1, 1}, {2048, 0, 1, 4326}})}).empty());
   CHECK(system_of({keys_record({{2048, 0, 1, 4326}, {3072, 0, 1, 32767}})}).empty());
@@ -120,9 +132,12 @@ TEST_CASE("TheUnitOfGeoTiffKeysIsTheUnitOfTheCoordinates") {
         Vec3{kSurveyFoot, kSurveyFoot, 1.0});
 }
 
-TEST_CASE("AUnitThatIsNotSaidIsNotKnownButForUtm") {
+TEST_CASE("AUnitThatIsNotSaidIsThatOfTheCode") {
   CHECK_FALSE(unit_of({}));
-  CHECK_FALSE(unit_of({keys_record({{3072, 0, 1, 2225}})}));
+  CHECK_FALSE(unit_of({keys_record({{1024, 0, 1, 1}, {3072, 0, 1, 32767}})}));
+  CHECK(unit_of({keys_record({{3072, 0, 1, 2994}})}) == all(0.3048));
+  CHECK(unit_of({keys_record({{3072, 0, 1, 2994}, {4096, 0, 1, 5703}})}) ==
+        Vec3{0.3048, 0.3048, 1.0});
   CHECK_FALSE(unit_of({keys_record({{1024, 0, 1, 2}, {2048, 0, 1, 4326}, {3076, 0, 1, 9001}})}));
   for (const unsigned utm : {26912u, 32601u, 32760u, 25832u})
     CHECK(unit_of({keys_record({{3072, 0, 1, utm}})}) == all(1.0));

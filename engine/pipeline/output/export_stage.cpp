@@ -1,7 +1,5 @@
 #include "engine/pipeline/output/export_stage.h"
 
-#include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include "engine/pipeline/output/mesh_pieces.h"
@@ -9,38 +7,24 @@
 #include "engine/pipeline/output/tile_export.h"
 #include "engine/pipeline/stage/writer_options.h"
 #include "engine/pipeline/surface/stored_mesh.h"
-#include "io/job/setting.h"
 #include "io/meshes/mesh_writer.h"
-#include "io/system/atomic_file.h"
+#include "io/meshes/shift_file.h"
+#include "io/points/coordinate_system_file.h"
 
 namespace orbweave {
 namespace {
 
-void warn_of_moved_vertices(StageRunner& runner, const Partition& partition) {
-  if (!runner.job.output.float_positions || !(partition.spacing > 0.0)) return;
-  double largest = 0.0;
-  for (int axis = 0; axis < 3; ++axis) {
-    largest = std::max(
-        {largest, std::abs(partition.bounds.min[axis]), std::abs(partition.bounds.max[axis])});
-  }
-  const double step = std::ldexp(largest, -24);
-  if (step > partition.spacing * 1e-3) {
-    runner.warn("float coordinates move vertices by up to " +
-                std::to_string(step / partition.spacing) + " of the point spacing; " +
-                setting(runner.job, "output.precision", "double") + " keeps them");
-  }
-}
-
-PointSchema output_schema(const Partition& partition, const OutputOptions& output) {
-  PointSchema schema = partition.schema;
-  schema.has_normals = schema.has_normals && output.attributes;
-  return schema;
+VertexColumns columns_of(const Partition& partition, const OutputOptions& output) {
+  VertexColumns columns{partition.schema, {}};
+  columns.stored.has_normals = columns.stored.has_normals && output.attributes;
+  columns.colors = ColorDepth(columns.stored, output.color_bits, partition.has_wide_colors);
+  return columns;
 }
 
 /// Through one writer, front to back.
 std::uint64_t export_in_order(StageRunner& runner, const MeshPieces& pieces,
-                              const MeshHeader& header, const MeshWriterOptions& options,
-                              SurfaceDigest& digest) {
+                              const VertexColumns& columns, const MeshHeader& header,
+                              const MeshWriterOptions& options, SurfaceDigest& digest) {
   const auto writer = open_mesh_writer(runner.job.output.mesh, header, options);
   const auto hole = [&](const PieceRows& rows) {
     return header.has_hole ? std::span<const std::int32_t>(rows.hole)
@@ -48,7 +32,7 @@ std::uint64_t export_in_order(StageRunner& runner, const MeshPieces& pieces,
   };
   const bool independently = writer->encodes_independently();
   const auto encode = [&](const MeshPiece& piece, PieceRows& rows) {
-    pieces.load(piece, header.schema, rows);
+    pieces.load(piece, columns, rows);
     if (!independently) return;
     rows.encoded = piece.has_vertices() ? writer->encode_vertices(rows.vertices)
                                         : writer->encode_triangles(rows.triangles, hole(rows));
@@ -66,50 +50,41 @@ std::uint64_t export_in_order(StageRunner& runner, const MeshPieces& pieces,
     }
     runner.progress.advance(piece.stored);
   };
-  run_in_order(runner, pieces.all(), pieces_in_flight(runner.job, header.schema), encode, write);
+  run_in_order(runner, pieces.all(), pieces_in_flight(runner.job, columns.stored), encode, write);
   writer->finish();
   return writer->bytes_written();
 }
 
 /// Returns the bytes of the file.
 std::uint64_t export_one_file(StageRunner& runner, const MeshPieces& pieces,
-                              const MeshHeader& header, const MeshWriterOptions& options,
-                              SurfaceDigest& digest) {
+                              const VertexColumns& columns, const MeshHeader& header,
+                              const MeshWriterOptions& options, SurfaceDigest& digest) {
   std::uint64_t bytes = 0;
   const std::string& mesh = runner.job.output.mesh;
   const auto rows = mesh_rows(mesh, header, options);  // the same for every member of a team
-  if (rows && export_placed(runner, pieces, header, *rows, digest, bytes)) return bytes;
-  return runner.communicator.is_root() ? export_in_order(runner, pieces, header, options, digest)
-                                       : 0;
-}
-
-/// The coordinate reference system lies beside the mesh, where other programs look for it.
-void write_coordinate_system(const std::string& mesh, const std::string& coordinate_system) {
-  const std::filesystem::path path = coordinate_system_file(mesh);
-  if (coordinate_system.empty() || path.empty()) return;
-  AtomicFile file(path);
-  file.write(coordinate_system + "\n");
-  file.commit();
+  if (rows && export_placed(runner, pieces, columns, header, *rows, digest, bytes)) return bytes;
+  if (!runner.communicator.is_root()) return 0;
+  return export_in_order(runner, pieces, columns, header, options, digest);
 }
 
 }  // namespace
-
-std::filesystem::path coordinate_system_file(const std::string& mesh) {
-  std::error_code ignored;
-  const auto status = std::filesystem::status(mesh, ignored);
-  const bool is_device = std::filesystem::exists(status) && std::filesystem::is_other(status);
-  if (mesh.empty() || mesh == "-" || is_device) return {};
-  return std::filesystem::path(mesh).replace_extension(".prj");
-}
 
 void check_format_holds(const OutputOptions& output, std::uint64_t points) {
   check_mesh_size(output.mesh, 2 * points, writer_options(output, {}));
 }
 
+PointSchema vertex_schema(const OutputOptions& output, const Partition& partition) {
+  return columns_of(partition, output).written();
+}
+
+OutputOrigin mesh_origin(const OutputOptions& output, const Partition& partition) {
+  const bool floats = has_float_coordinates(output.mesh, writer_options(output, {}));
+  return output_origin(output, floats, partition.bounds, partition.spacing);
+}
+
 ExportResult export_mesh(const ExportInputs& inputs, StageRunner& runner) {
   const Partition& partition = inputs.partition;
   const MeshFacts& facts = inputs.facts;
-  if (runner.communicator.is_root()) warn_of_moved_vertices(runner, partition);
   const MeshPieces pieces(runner.store, partition, inputs.used, inputs.holes, inputs.triangles);
   if (pieces.vertices() != facts.vertices || pieces.triangles() != facts.triangles)
     throw std::logic_error("the mesh has other counts than its summary says");
@@ -119,18 +94,22 @@ ExportResult export_mesh(const ExportInputs& inputs, StageRunner& runner) {
   StageClock clock(runner, output.tiles ? Stage::kTiles : Stage::kExport,
                    output.tiles ? partition.octree.chunks().size() : rows,
                    output.tiles ? "chunks" : "rows");
+  const VertexColumns columns = columns_of(partition, output);
   const MeshHeader header{facts.vertices, facts.triangles, false, runner.job.fill.enabled,
-                          output_schema(partition, output)};
-  const MeshWriterOptions options = writer_options(output, inputs.holes.holes);
+                          columns.written()};
+  const Vec3 origin = mesh_origin(output, partition).origin;
+  const MeshWriterOptions options = writer_options(output, inputs.holes.holes, origin);
   SurfaceDigest digest;
-  const TileInput tiles{partition, inputs.used, inputs.holes, pieces, header, runner.stop};
-  const std::uint64_t bytes = output.tiles
-                                  ? export_tiles(runner, clock, tiles, digest)
-                                  : export_one_file(runner, pieces, header, options, digest);
+  const TileInput tiles{partition, inputs.used, inputs.holes, pieces,
+                        columns,   header,      options,      runner.stop};
+  const std::uint64_t bytes =
+      output.tiles ? export_tiles(runner, clock, tiles, digest)
+                   : export_one_file(runner, pieces, columns, header, options, digest);
   if (runner.communicator.is_root()) clock.facts().bytes_written = bytes;
   clock.facts().points = partition.points();
   if (!runner.communicator.is_root()) return {};
   write_coordinate_system(output.mesh, partition.coordinate_system);
+  write_shift(output.mesh, origin);
   return {digest.checksum(), digest.bounds(), bytes};
 }
 

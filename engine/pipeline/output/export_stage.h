@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -11,16 +10,19 @@
 #include "engine/pipeline/stage/stage_runner.h"
 #include "engine/pipeline/surface/filled_holes.h"
 #include "engine/pipeline/surface/used_vertices.h"
+#include "io/job/output_origin.h"
 
 namespace orbweave {
-
-/// Where the coordinate reference system goes, if the scans say one; empty: a stream or a device
-/// has no place beside it.
-std::filesystem::path coordinate_system_file(const std::string& mesh);
 
 /// Throws Error (usage) where the mesh of so many points is bound to be too large for its format; a
 /// closed surface has twice as many triangles as vertices.
 void check_format_holds(const OutputOptions& output, std::uint64_t points);
+
+/// What the vertices of the mesh file carry, as far as its format has a place for it.
+PointSchema vertex_schema(const OutputOptions& output, const Partition& partition);
+
+/// Where the coordinates of the mesh file are counted from.
+OutputOrigin mesh_origin(const OutputOptions& output, const Partition& partition);
 
 struct ExportInputs {
   const Partition& partition;

@@ -110,7 +110,8 @@ std::uint64_t MeshPieces::removed_before(ChunkId chunk, std::uint64_t row,
   return before(of_chunks_.of(chunk)->local().global(t));
 }
 
-void MeshPieces::load(const MeshPiece& piece, const PointSchema& schema, PieceRows& rows) const {
+void MeshPieces::load(const MeshPiece& piece, const VertexColumns& columns, PieceRows& rows) const {
+  const PointSchema& schema = columns.stored;
   switch (piece.kind) {
     case MeshPiece::Kind::kPoints:
       load_points(piece, schema, rows);
@@ -128,7 +129,10 @@ void MeshPieces::load(const MeshPiece& piece, const PointSchema& schema, PieceRo
       load_patches(piece, rows);
       break;
   }
-  if (piece.has_vertices()) rows.bounds = rows.vertices.bounds();
+  if (piece.has_vertices()) {
+    columns.colors.apply(rows.vertices);
+    rows.bounds = rows.vertices.bounds();
+  }
   const std::size_t loaded = piece.has_vertices() ? rows.vertices.size() : rows.triangles.size();
   if (loaded != piece.rows) throw std::logic_error("a piece of the mesh has another size");
 }

@@ -14,6 +14,7 @@
 #include "engine/pipeline/stage/partition.h"
 #include "engine/pipeline/stage/stage_runner.h"
 #include "io/meshes/mesh_checksum.h"
+#include "io/points/color_depth.h"
 #include "io/system/placed_file.h"
 
 namespace orbweave {
@@ -42,6 +43,15 @@ struct PieceRows {
   std::unique_ptr<PlacedBuffer> placed;  ///< for one that does not
 };
 
+/// The columns of vertices: those of the stored points that are wanted, and what becomes of them in
+/// the file.
+struct VertexColumns {
+  PointSchema stored;
+  ColorDepth colors;
+
+  const PointSchema& written() const { return colors.written(); }
+};
+
 /// All pieces of a mesh. Everything handed in must outlive the object.
 class MeshPieces {
  public:
@@ -53,9 +63,10 @@ class MeshPieces {
   const OutputNumbers& numbers() const { return numbers_; }
   std::uint64_t vertices() const { return vertices_; }
   std::uint64_t triangles() const { return triangles_; }
-  /// Reads a piece; vertices get the columns of `schema`. Triangles are numbered as in the file.
-  /// Thread-safe. Throws std::logic_error where it has not as many rows as it was said to have.
-  void load(const MeshPiece& piece, const PointSchema& schema, PieceRows& rows) const;
+  /// Reads a piece; vertices have the columns that are written. Triangles are numbered as in the
+  /// file. Thread-safe. Throws std::logic_error where it has not as many rows as it was said to
+  /// have.
+  void load(const MeshPiece& piece, const VertexColumns& columns, PieceRows& rows) const;
 
  private:
   void list_vertices();

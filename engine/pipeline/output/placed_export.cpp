@@ -55,14 +55,15 @@ class FileLayout {
 /// The file on its way.
 class PlacedExport {
  public:
-  PlacedExport(StageRunner& runner, const MeshPieces& pieces, const MeshHeader& header,
-               const MeshRows& rows, SurfaceDigest& digest)
+  PlacedExport(StageRunner& runner, const MeshPieces& pieces, const VertexColumns& columns,
+               const MeshHeader& header, const MeshRows& rows, SurfaceDigest& digest)
       : runner_(runner),
         pieces_(pieces),
+        columns_(columns),
         header_(header),
         layout_(rows, header),
         digest_(digest),
-        in_flight_(pieces_in_flight(runner.job, header.schema)) {}
+        in_flight_(pieces_in_flight(runner.job, columns.stored)) {}
 
   std::uint64_t bytes() const { return layout_.bytes(); }
 
@@ -74,7 +75,7 @@ class PlacedExport {
     run_in_order(
         runner_, pieces_.all(), in_flight_,
         [&](const MeshPiece& piece, PieceRows& rows) {
-          pieces_.load(piece, header_.schema, rows);
+          pieces_.load(piece, columns_, rows);
           rows.placed = writer.take();
           layout_.encode(piece, rows, *rows.placed);
         },
@@ -136,7 +137,7 @@ class PlacedExport {
         [&](ChunkId task) {
           const MeshPiece& piece = pieces_.all()[task];
           std::unique_ptr<PieceRows> rows = take_rows();
-          pieces_.load(piece, header_.schema, *rows);
+          pieces_.load(piece, columns_, *rows);
           auto buffer = writer.take();
           layout_.encode(piece, *rows, *buffer);
           writer.give(std::move(buffer));
@@ -166,6 +167,7 @@ class PlacedExport {
 
   StageRunner& runner_;
   const MeshPieces& pieces_;
+  const VertexColumns& columns_;
   const MeshHeader& header_;
   FileLayout layout_;
   SurfaceDigest& digest_;
@@ -176,9 +178,10 @@ class PlacedExport {
 
 }  // namespace
 
-bool export_placed(StageRunner& runner, const MeshPieces& pieces, const MeshHeader& header,
-                   const MeshRows& rows, SurfaceDigest& digest, std::uint64_t& bytes_written) {
-  PlacedExport placed(runner, pieces, header, rows, digest);
+bool export_placed(StageRunner& runner, const MeshPieces& pieces, const VertexColumns& columns,
+                   const MeshHeader& header, const MeshRows& rows, SurfaceDigest& digest,
+                   std::uint64_t& bytes_written) {
+  PlacedExport placed(runner, pieces, columns, header, rows, digest);
   bytes_written = placed.bytes();
   if (runner.communicator.size() > 1) return placed.run_in_team();
   if (!is_regular_or_absent(runner.job.output.mesh)) return false;

@@ -11,7 +11,8 @@ namespace orbweave {
 /// Writes job.output.mesh; it appears whole or not at all. Every member of the team calls it.
 /// `digest` is the leader's. Returns false, with nothing written, where the target is no regular
 /// file. `bytes_written` gets the size of the file.
-bool export_placed(StageRunner& runner, const MeshPieces& pieces, const MeshHeader& header,
-                   const MeshRows& rows, SurfaceDigest& digest, std::uint64_t& bytes_written);
+bool export_placed(StageRunner& runner, const MeshPieces& pieces, const VertexColumns& columns,
+                   const MeshHeader& header, const MeshRows& rows, SurfaceDigest& digest,
+                   std::uint64_t& bytes_written);
 
 }  // namespace orbweave

@@ -189,7 +189,7 @@ void Tile::write_own(MeshWriter& writer, Box& bounds) {
   for (std::uint64_t first = 0; first < points_; first += kBatchRows) {
     input_.stop.check();
     const std::uint64_t rows = std::min(kBatchRows, points_ - first);
-    load_point_rows(store_, chunk_, input_.header.schema, first, rows, cloud);
+    load_point_rows(store_, chunk_, input_.columns.stored, first, rows, cloud);
     keep_used(cloud, own_, first);
     ids.clear();
     for (std::uint64_t row = first; row < first + rows; ++row) {
@@ -204,7 +204,7 @@ void Tile::write_outer(MeshWriter& writer, std::span<const Outer> vertices, Box&
   while (!vertices.empty()) {
     input_.stop.check();
     PointCloud cloud;
-    cloud.schema = input_.header.schema;
+    cloud.schema = input_.columns.stored;
     const std::uint64_t id = vertices.front().id;
     const bool is_new = id >= input_.used.count() && id < input_.pieces.numbers().first_copy();
     const std::size_t count = is_new ? append_new(vertices, cloud) : append_points(vertices, cloud);
@@ -229,7 +229,7 @@ std::size_t Tile::append_points(std::span<const Outer> vertices, PointCloud& clo
     ++count;
   }
   const PointCloud read =
-      load_point_rows(store_, chunk, input_.header.schema, first - starts[chunk],
+      load_point_rows(store_, chunk, input_.columns.stored, first - starts[chunk],
                       vertices[count - 1].source - first + 1);
   for (const Outer& vertex : vertices.first(count)) cloud.append(read, vertex.source - first);
   return count;
@@ -247,7 +247,7 @@ std::size_t Tile::append_new(std::span<const Outer> vertices, PointCloud& cloud)
   const std::uint64_t end = begin + input_.holes.new_vertices[batch];
   const PatchBatch patches = load_patch_batch(store_, batch);
   PointCloud read =
-      patch_vertices(input_.header.schema, patches.positions, patches.normals, patches.values);
+      patch_vertices(input_.columns.stored, patches.positions, patches.normals, patches.values);
   std::size_t count = 0;
   while (count < vertices.size() && vertices[count].id < end && count < kBatchRows) {
     cloud.append(read, vertices[count++].id - begin);
@@ -258,6 +258,7 @@ std::size_t Tile::append_new(std::span<const Outer> vertices, PointCloud& cloud)
 void Tile::write_batch(MeshWriter& writer, PointCloud& cloud, std::span<const std::uint64_t> ids,
                        Box& bounds) const {
   bounds.extend(cloud.bounds());
+  input_.columns.colors.apply(cloud);
   const PointSchema schema = tile_schema(input_.header);
   const std::size_t width = input_.header.schema.attribute_bytes();
   const std::size_t id_bytes = size_of(schema.attributes.back().type);

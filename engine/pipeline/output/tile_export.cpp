@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "engine/pipeline/output/tile.h"
-#include "engine/pipeline/stage/writer_options.h"
 #include "io/error.h"
 #include "io/hex_digits.h"
 #include "io/meshes/tile_directory.h"
@@ -95,8 +94,7 @@ class TileExport {
     if (facts.triangles > 0) {
       const OutputOptions& output = runner_.job.output;
       const fs::path file = directory_ / tile_name(output.mesh, chunk);
-      const auto writer =
-          open_mesh_writer(file, tile.header(), writer_options(output, input_.holes.holes));
+      const auto writer = open_mesh_writer(file, tile.header(), input_.options);
       tile.write(*writer, facts.bounds);
       writer->finish();
       facts.bytes = writer->bytes_written();
@@ -118,11 +116,13 @@ class TileExport {
           to_json(tile, tile_name(runner_.job.output.mesh, chunk), first, last - first));
       bytes += tile.bytes;
     }
-    const nlohmann::json index = {
+    nlohmann::json index = {
         {"format", "orbweave tiles"},         {"version", 1},
         {"vertices", input_.header.vertices}, {"triangles", input_.header.triangles},
         {"bounds", to_json(digest.bounds())}, {"checksum", digest.checksum()},
         {"tiles", std::move(tiles)}};
+    const Vec3 origin = input_.options.origin;
+    if (origin != Vec3{}) index["origin"] = {origin.x, origin.y, origin.z};
     AtomicFile file(directory_ / kTileIndex);
     file.write(index.dump(1) + "\n");
     file.commit();

@@ -19,7 +19,9 @@ struct TileInput {
   const UsedVertices& used;
   const FilledHoles& holes;
   const MeshPieces& pieces;
+  const VertexColumns& columns;
   const MeshHeader& header;  ///< of the one mesh
+  const MeshWriterOptions& options;
   const StopToken& stop;
 };
 

@@ -338,6 +338,7 @@ void take_over(const RawCloud& cloud, Partition& partition) {
   partition.layers = cloud.partition.layers;
   partition.coordinate_system = cloud.partition.coordinate_system;
   partition.meters_per_unit = cloud.partition.meters_per_unit;
+  partition.has_wide_colors = cloud.partition.has_wide_colors;
 }
 
 /// The raw points, and what the passes start from.

@@ -31,6 +31,7 @@ struct CountedCloud {
   std::vector<std::uint64_t> at_scan_origins;  ///< of the points counted, at each of the filter's
   std::string coordinate_system;
   std::optional<Vec3> meters_per_unit;  ///< of x, y and z; empty: not known
+  bool has_wide_colors = false;         ///< 16-bit colours beyond 255, of the points counted
   CountGrid grid;
   Box bounds;  ///< once the grid is gone
   Octree octree;

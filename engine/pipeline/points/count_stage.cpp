@@ -17,6 +17,7 @@
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
 #include "io/job/setting.h"
+#include "io/points/color_depth.h"
 #include "io/text/quantity.h"
 
 namespace orbweave {
@@ -82,9 +83,12 @@ CountedCloud count_share(const RunControl& control, const CloudInput& input, con
   cloud.coordinate_system = source->coordinate_system();
   cloud.meters_per_unit = source->meters_per_unit();
   const bool has_view = view_offset(cloud.schema).has_value();
+  const std::optional<WideColors> colors = wide_colors(cloud.schema);
   stream_points(*source, {.threads = control.threads(), .stop = &control.stop, .filter = &filter},
                 {}, [&](StreamBatch& batch) {
                   cloud.grid.add(batch.points.positions);
+                  if (colors && !cloud.has_wide_colors)
+                    cloud.has_wide_colors = exceed_8_bits(batch.points, *colors);
                   cloud.points_read += batch.points_read;
                   add_origin_counts(cloud.at_scan_origins, batch.at_scan_origins);
                   if (has_view) cloud.points_without_view += count_without_view(batch.points);

@@ -36,6 +36,7 @@ std::string facts_text(const CountedCloud& cloud) {
                         {"rows_left_out", cloud.rows_left_out},
                         {"dropped", cloud.dropped},
                         {"points_without_view", cloud.points_without_view},
+                        {"has_wide_colors", cloud.has_wide_colors},
                         {"at_scan_origins", cloud.at_scan_origins}});
 }
 
@@ -47,6 +48,7 @@ void add_facts(const StoredResult& stored, CountedCloud& cloud) {
   cloud.bytes_read = std::max(cloud.bytes_read, facts.at("bytes_read").get<std::uint64_t>());
   cloud.rows_left_out += facts.at("rows_left_out").get<std::uint64_t>();
   cloud.points_without_view += facts.at("points_without_view").get<std::uint64_t>();
+  if (facts.at("has_wide_colors").get<bool>()) cloud.has_wide_colors = true;
   add_origin_counts(cloud.at_scan_origins,
                     facts.at("at_scan_origins").get<std::vector<std::uint64_t>>());
   const auto dropped = facts.at("dropped").get<DroppedPoints>();
@@ -131,6 +133,7 @@ std::string counted_text(const CountedCloud& cloud, std::uint64_t memory_bytes, 
   cut.points_without_view = cloud.points_without_view;
   cut.coordinate_system = cloud.coordinate_system;
   cut.meters_per_unit = cloud.meters_per_unit;
+  cut.has_wide_colors = cloud.has_wide_colors;
   return document_text({{"members", members},
                         {"chunk_points", cloud.memory.chunk_points},
                         {"rows_left_out", cloud.rows_left_out},
@@ -249,7 +252,7 @@ CutExchange begin_cut(const CloudInput& input, StageRunner& runner) {
   cut.members = runner.communicator.size();
   if (runner.communicator.is_root()) {
     cut.key = stored_key(runner.store, input.stages.points()) + input.order +
-              key_line("layout of bins", "1");
+              key_line("layout of bins", "2");
     cut.found = examine(cut, runner);
     if (cut.found == Found::kNothing) runner.store.discard_stage(cut.stage);
     if (runner.communicator.size() > 1) runner.store.begin_stage(cut.stage, cut.key);
@@ -276,6 +279,7 @@ CountedCloud stored_count(const CutExchange& cut, const StageRunner& runner) {
   cloud.points_without_view = before.points_without_view;
   cloud.coordinate_system = std::move(before.coordinate_system);
   cloud.meters_per_unit = before.meters_per_unit;
+  cloud.has_wide_colors = before.has_wide_colors;
   cloud.bounds = before.bounds;
   cloud.octree = std::move(before.octree);
   const auto size = static_cast<std::uint64_t>(runner.communicator.size());

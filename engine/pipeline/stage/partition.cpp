@@ -157,6 +157,7 @@ std::string partition_to_json(const Partition& partition) {
       {kCleaning, to_json(partition.cleaning)},
       {"normals", to_json(partition.normals)},
       {"coordinate_system", partition.coordinate_system},
+      {"has_wide_colors", partition.has_wide_colors},
   };
   if (partition.meters_per_unit) document["meters_per_unit"] = to_json(*partition.meters_per_unit);
   return document_text(document);
@@ -186,6 +187,7 @@ Partition partition_from_json(const std::string& text) {
   partition.cleaning = cleaning_from(document.at(kCleaning));
   partition.normals = normals_from(document.at("normals"));
   partition.coordinate_system = document.at("coordinate_system");
+  partition.has_wide_colors = document.at("has_wide_colors");
   if (document.contains("meters_per_unit"))
     partition.meters_per_unit = vec3_from(document.at("meters_per_unit"));
   return partition;

@@ -32,6 +32,7 @@ struct Partition {
   NormalFacts normals;
   std::string coordinate_system;
   std::optional<Vec3> meters_per_unit;  ///< of x, y and z; empty: not known
+  bool has_wide_colors = false;         ///< 16-bit colours of the scans beyond 255
 
   std::uint64_t points_in(ChunkId chunk) const {
     return first_vertex[chunk + 1] - first_vertex[chunk];

@@ -5,13 +5,17 @@
 #include <chrono>
 #include <ctime>
 #include <filesystem>
+#include <set>
 #include <utility>
 
 #include "engine/normals/normal_side.h"
 #include "io/clouds/open_point_source.h"
 #include "io/error.h"
+#include "io/job/output_origin.h"
 #include "io/job/selected_points.h"
 #include "io/job/setting.h"
+#include "io/meshes/shift_file.h"
+#include "io/points/coordinate_system_file.h"
 #include "io/system/file_sample.h"
 #include "partition/executor.h"
 
@@ -53,6 +57,22 @@ std::vector<InputStamp> stamps(const Job& job, std::vector<std::string> files) {
   std::vector<InputStamp> all;
   for (const std::string& file : files)
     all.push_back(stamp_of(file, sample_blocks_of(files.size())));
+  return all;
+}
+
+/// The coordinate systems beside the scans, each text once: a mesh that has a scan's name gets the
+/// same text; and the origins of those that have one.
+std::string files_beside(const std::vector<std::string>& files) {
+  std::set<std::string> texts;
+  for (const std::string& file : files) {
+    texts.insert(coordinate_system_beside(file));
+    const Vec3 origin = origin_beside(file);
+    if (origin != Vec3{}) texts.insert(file + " counted from " + origin_text(origin));
+  }
+  std::string all;
+  for (const std::string& text : texts)
+    if (!text.empty()) all += (all.empty() ? "" : " and ") + text;
+  std::ranges::replace(all, '\n', ' ');
   return all;
 }
 
@@ -114,8 +134,9 @@ MemoryPlan ResolvedJob::memory_plan(std::uint64_t points, const PointSchema& sch
 }
 
 ResolvedJob resolve(const Job& job, std::vector<std::string> files) {
-  ResolvedJob resolved{job, std::move(files), {}, false, job.input.pose, area_of(job.input)};
+  ResolvedJob resolved{job, std::move(files), {}, false, job.input.pose, area_of(job.input), {}};
   resolved.inputs = stamps(job, resolved.files);
+  resolved.beside_scans = files_beside(resolved.files);
   resolved.estimates_normals = will_estimate_normals(job, resolved.files);
   if (job.input.poses.empty()) return resolved;
   for (ScanPose& pose : read_stanford_poses(job.input.poses))

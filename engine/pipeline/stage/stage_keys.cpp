@@ -45,6 +45,7 @@ std::string stamp_lines(std::span<const InputStamp> stamps) {
 std::string scan_lines(const ResolvedJob& job) {
   constexpr std::array<std::string_view, 2> kNotTheirs = {"files", "units_per_meter"};
   std::string lines = stamp_lines(job.inputs) + section_lines(job, "input", kNotTheirs);
+  if (!job.beside_scans.empty()) lines += key_line("beside the scans", shown(job.beside_scans));
   lines += option_line(job, "partition.chunk_points") + option_line(job, "output.attributes");
   // Automatic radii are measured with the points.
   const bool automatic = job.reconstruct.ball_radii.empty();
@@ -98,12 +99,12 @@ std::string chunks_line(const Partition& partition) {
 std::string raw_points_key(const ResolvedJob& job) {
   const Orientation side = job.normals.orientation;
   const bool views = asks_for_scanner(side);
-  return key_line("layout of raw points", "6") + scan_lines(job) + normal_lines(job) +
+  return key_line("layout of raw points", "8") + scan_lines(job) + normal_lines(job) +
          key_line("scanners needed", views ? "yes" : "no");
 }
 
 std::string points_key(const ResolvedJob& job) {
-  std::string key = key_line("layout of points", "6") + scan_lines(job);
+  std::string key = key_line("layout of points", "8") + scan_lines(job);
   key += job.needs_cleaning_or_normals()
              ? section_lines(job, "cleaning", {}) + section_lines(job, "normals", {})
              : option_line(job, "normals.source");

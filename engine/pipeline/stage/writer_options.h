@@ -20,8 +20,9 @@ inline std::vector<float> confidence_of_patches(std::span<const HoleFacts> holes
 }
 
 inline MeshWriterOptions writer_options(const OutputOptions& output,
-                                        std::span<const HoleFacts> holes) {
+                                        std::span<const HoleFacts> holes, Vec3 origin = {}) {
   MeshWriterOptions options;
+  options.origin = origin;
   options.binary = output.binary;
   options.float_positions = output.float_positions;
   options.has_confidence = output.confidence;

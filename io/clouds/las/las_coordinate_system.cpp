@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "io/points/coordinate_system.h"
 #include "io/points/length_units.h"
 #include "io/text/little_endian.h"
 
@@ -20,6 +21,7 @@ constexpr std::uint16_t kGeographicCitation = 2049;
 constexpr std::uint16_t kProjected = 3072;
 constexpr std::uint16_t kProjectedCitation = 3073;
 constexpr std::uint16_t kProjectedUnit = 3076;
+constexpr std::uint16_t kVertical = 4096;
 constexpr std::uint16_t kVerticalUnit = 4099;
 constexpr std::uint16_t kModelProjected = 1;
 /// Codes below are obsolete or reserved, above it user-defined and private.
@@ -40,15 +42,10 @@ std::string_view text_of(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// WKT begins with a keyword and an opening bracket; some files hold a placeholder instead.
+/// Some files hold a placeholder instead of WKT.
 std::string wkt_text(std::span<const std::byte> payload) {
-  const std::string_view text = trimmed(text_of(payload));
-  const std::size_t keyword =
-      text.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_");
-  if (keyword == 0 || keyword == std::string_view::npos) return {};
-  const std::string_view rest = trimmed(text.substr(keyword));
-  if (rest.empty() || (rest.front() != '[' && rest.front() != '(')) return {};
-  return std::string(text);
+  std::string text(trimmed(text_of(payload)));
+  return is_wkt(text) ? text : std::string();
 }
 
 /// The GeoTIFF keys of a file.
@@ -100,9 +97,26 @@ bool is_projected(const GeoKeys& keys) {
   return keys.code(kProjected).has_value() || keys.code(kModelType) == kModelProjected;
 }
 
+/// The code of a system of heights; 0: none is named. Earlier files name its datum, whose codes lie
+/// 600 below. Codes from 5001 on stand for an ellipsoid, whose heights PROJ knows no code for. The
+/// heights of NAVD88 have a code for each unit.
+std::uint16_t height_code(const GeoKeys& keys) {
+  constexpr std::uint16_t kFirstDatum = 5101, kLastDatum = 5106, kSystemsAboveDatums = 600;
+  constexpr std::uint16_t kNavd88 = 5703, kNavd88SurveyFeet = 6360, kNavd88Feet = 8228;
+  constexpr std::uint16_t kFoot = 9002, kSurveyFoot = 9003;
+  std::uint16_t code = keys.code(kVertical).value_or(0);
+  if (code >= kFirstDatum && code <= kLastDatum) code += kSystemsAboveDatums;
+  if (code < kFirstDatum || code > kLastEpsgCode) return 0;
+  const std::uint16_t unit = keys.code(kVerticalUnit).value_or(0);
+  if (code == kNavd88 && unit == kSurveyFoot) return kNavd88SurveyFeet;
+  return code == kNavd88 && unit == kFoot ? kNavd88Feet : code;
+}
+
 /// The code of the coordinates' own system: what a projection is based on does not count.
 std::string epsg_of(const GeoKeys& keys) {
-  return epsg_name(keys.code(is_projected(keys) ? kProjected : kGeographic));
+  std::string code = epsg_name(keys.code(is_projected(keys) ? kProjected : kGeographic));
+  const std::uint16_t height = height_code(keys);
+  return code.empty() || height == 0 ? code : code + "+" + std::to_string(height);
 }
 
 std::string citation_of(const GeoKeys& keys) {
@@ -121,13 +135,27 @@ std::optional<double> unit_in(const GeoKeys& keys, std::uint16_t id) {
   return code ? meters_per_epsg_unit(*code) : std::nullopt;
 }
 
+/// As the system of this code has it.
+std::optional<Vec3> unit_of_code(const std::string& epsg) {
+  const auto known = epsg.empty() ? std::nullopt : known_coordinate_system(epsg);
+  return known ? known->meters_per_unit : std::nullopt;
+}
+
+/// What the keys say themselves comes first: it needs no database.
 std::optional<Vec3> meters_per_unit(const GeoKeys& keys) {
   if (!is_projected(keys)) return std::nullopt;
   std::optional<double> level = unit_in(keys, kProjectedUnit);
+  std::optional<double> height = unit_in(keys, kVerticalUnit);
   const bool says_unit = keys.code(kProjectedUnit).has_value();
   if (!says_unit && is_utm(keys.code(kProjected).value_or(0))) level = 1.0;
+  const bool asks_for_height = !height && height_code(keys) != 0;
+  if ((!says_unit && !level) || asks_for_height) {
+    const std::optional<Vec3> of_code = unit_of_code(epsg_of(keys));
+    if (!says_unit && !level && of_code) level = of_code->x;
+    if (asks_for_height && of_code) height = of_code->z;
+  }
   if (!level) return std::nullopt;
-  return Vec3{*level, *level, unit_in(keys, kVerticalUnit).value_or(*level)};
+  return Vec3{*level, *level, height.value_or(*level)};
 }
 
 /// What the records of a file say of its coordinates.

@@ -1,0 +1,118 @@
+#include "io/job/output_origin.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "io/error.h"
+#include "io/job/setting.h"
+#include "io/text/quantity.h"
+
+namespace orbweave {
+namespace {
+
+constexpr double kMovePerSpacing = 1e-3;      // what does not matter
+constexpr double kMostMovePerSpacing = 1e-1;  // more than that damages the surface
+constexpr double kMovePerExtent = 1e-6;       // where the spacing is not known
+
+/// Half the distance of the floats around a number.
+double half_step(double number) {
+  constexpr int kDigits = 24;
+  if (number == 0.0) return 0.0;
+  int exponent = 0;
+  std::frexp(number, &exponent);  // number < 2^exponent
+  return std::ldexp(1.0, exponent - kDigits - 1);
+}
+
+double axis_move(const Box& bounds, Vec3 origin, int axis) {
+  return half_step(std::max(std::abs(bounds.min[axis] - origin[axis]),
+                            std::abs(bounds.max[axis] - origin[axis])));
+}
+
+/// A multiple of 10^exponent, written with as few digits.
+double rounded(double value, int exponent) {
+  double power = 1.0;
+  for (int i = 0; i < std::abs(exponent); ++i) power *= 10.0;
+  return exponent >= 0 ? std::round(value / power) * power : std::round(value * power) / power;
+}
+
+/// The decimal exponent of a length: 3 of 1500.
+int decimal_exponent(double length) {
+  int exponent = 0;
+  double power = 1.0;
+  for (; power * 10.0 <= length; power *= 10.0) ++exponent;
+  for (; power > length && exponent > -300; power /= 10.0) --exponent;
+  return exponent;
+}
+
+double largest_harmless_move(const Box& bounds, double spacing) {
+  return spacing > 0.0 ? kMovePerSpacing * spacing : kMovePerExtent * bounds.largest_extent();
+}
+
+/// Close to the middle, with so few digits that the coordinates get longer by a tenth at most;
+/// whole where that does no harm.
+Vec3 round_origin(const Box& bounds, double harmless) {
+  const int exponent = decimal_exponent(bounds.largest_extent()) - 1;
+  const Vec3 middle = bounds.min + bounds.extent() * 0.5;
+  Vec3 origin;
+  for (int axis = 0; axis < 3; ++axis) {
+    // Three axes together move a vertex by up to the root of 3 as far.
+    constexpr double kShareOfAxis = 0.5;
+    if (axis_move(bounds, {}, axis) <= kShareOfAxis * harmless) continue;
+    origin[axis] = rounded(middle[axis], std::max(exponent, 0));
+    if (exponent < 0 && axis_move(bounds, origin, axis) > kShareOfAxis * harmless)
+      origin[axis] = rounded(middle[axis], exponent);
+  }
+  return origin;
+}
+
+std::string move_text(const OutputOrigin& chosen) {
+  std::string text = "up to " + format_number(chosen.largest_move);
+  if (chosen.spacing > 0.0)
+    text += ", which is " + format_number(chosen.largest_move / chosen.spacing) +
+            " of the point spacing";
+  return text;
+}
+
+}  // namespace
+
+double largest_float_move(const Box& bounds, Vec3 origin) {
+  if (bounds.empty()) return 0.0;
+  return norm(Vec3{axis_move(bounds, origin, 0), axis_move(bounds, origin, 1),
+                   axis_move(bounds, origin, 2)});
+}
+
+OutputOrigin output_origin(const OutputOptions& output, bool floats, const Box& bounds,
+                           double spacing) {
+  OutputOrigin chosen{{}, 0.0, spacing};
+  if (output.origin_rule == OriginRule::kGiven) chosen.origin = output.origin;
+  if (!floats || bounds.empty()) return chosen;
+  const double harmless = largest_harmless_move(bounds, spacing);
+  if (output.origin_rule == OriginRule::kAuto && largest_float_move(bounds, {}) > harmless)
+    chosen.origin = round_origin(bounds, harmless);
+  chosen.largest_move = largest_float_move(bounds, chosen.origin);
+  return chosen;
+}
+
+std::string check_output_origin(const Job& job, const OutputOrigin& chosen) {
+  if (!(chosen.spacing > 0.0) || chosen.largest_move <= kMovePerSpacing * chosen.spacing) return {};
+  const bool is_none = job.output.origin_rule == OriginRule::kNone;
+  if (is_none || chosen.largest_move > kMostMovePerSpacing * chosen.spacing)
+    throw_usage("the floats of the mesh file would move its vertices",
+                {.file = job.output.mesh,
+                 .place = setting_name(job, "output.origin"),
+                 .found = move_text(chosen),
+                 .expected = std::string("at most ") + (is_none ? "a thousandth" : "a tenth") +
+                             " of the spacing " + format_number(chosen.spacing),
+                 .advice = (is_none ? setting(job, "output.origin", "auto") +
+                                          " counts them from a place among the points; a"
+                                    : std::string("A")) +
+                           " .ply or .obj file keeps doubles"});
+  return "the floats of " + job.output.mesh + " move its vertices by " + move_text(chosen) +
+         "; a .ply or .obj file keeps doubles";
+}
+
+std::string origin_text(Vec3 origin) {
+  return format_exact(origin.x) + ", " + format_exact(origin.y) + ", " + format_exact(origin.z);
+}
+
+}  // namespace orbweave

@@ -1,0 +1,101 @@
+#include "io/points/color_depth.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <iterator>
+
+#include "io/text/lower_case.h"
+
+namespace orbweave {
+namespace {
+
+constexpr std::array<const char*, 3> kChannels = {"red", "green", "blue"};
+constexpr unsigned kMost8 = 255;
+
+std::uint16_t channel(const std::byte* at) {
+  std::uint16_t value = 0;
+  std::memcpy(&value, at, sizeof value);
+  return value;
+}
+
+/// 65535 is 257 times 255: the nearest of the 256 values.
+std::uint8_t narrowed(std::uint16_t value) {
+  constexpr unsigned kStep = 257;
+  return static_cast<std::uint8_t>((value + kStep / 2) / kStep);
+}
+
+}  // namespace
+
+std::optional<WideColors> wide_colors(const PointSchema& schema) {
+  WideColors colors;
+  std::size_t found = 0;
+  for (std::size_t c = 0; c < kChannels.size(); ++c) {
+    std::size_t offset = 0;
+    for (std::size_t f = 0; f < schema.attributes.size(); ++f) {
+      const AttributeField& field = schema.attributes[f];
+      if (field.type == ScalarType::kUint16 && lower_case(field.name) == kChannels[c]) {
+        colors.fields[c] = f;
+        colors.offsets[c] = offset;
+        ++found;
+        break;
+      }
+      offset += size_of(field.type);
+    }
+  }
+  return found == kChannels.size() ? std::optional(colors) : std::nullopt;
+}
+
+bool exceed_8_bits(const PointCloud& points, const WideColors& colors) {
+  const std::size_t row_bytes = points.schema.attribute_bytes();
+  const std::byte* row = points.attributes.data();
+  for (std::size_t i = 0; i < points.size(); ++i, row += row_bytes)
+    for (const std::size_t offset : colors.offsets)
+      if (channel(row + offset) > kMost8) return true;
+  return false;
+}
+
+ColorDepth::ColorDepth(const PointSchema& read, int bits, bool exceeds_8_bits)
+    : written_(read), read_bytes_(read.attribute_bytes()), scales_(exceeds_8_bits) {
+  constexpr int kNarrow = 8;
+  if (bits == kNarrow) colors_ = wide_colors(read);
+  if (!colors_) return;
+  std::size_t from = 0, to = 0;
+  for (std::size_t f = 0; f < read.attributes.size(); ++f) {
+    const std::size_t bytes = size_of(read.attributes[f].type);
+    const auto* const at = std::find(std::begin(colors_->fields), std::end(colors_->fields), f);
+    if (at != std::end(colors_->fields)) {
+      const auto c = static_cast<std::size_t>(at - std::begin(colors_->fields));
+      written_.attributes[f] = {kChannels[c], ScalarType::kUint8};
+      written_offsets_[c] = to++;
+    } else {
+      if (!runs_.empty() && runs_.back().from + runs_.back().bytes == from)
+        runs_.back().bytes += bytes;
+      else
+        runs_.push_back({from, to, bytes});
+      to += bytes;
+    }
+    from += bytes;
+  }
+}
+
+void ColorDepth::apply(PointCloud& points) const {
+  if (!colors_) return;
+  const std::size_t written_bytes = written_.attribute_bytes();
+  const std::byte* from = points.attributes.data();
+  std::byte* to = points.attributes.data();
+  // Rows and their parts only move towards the front: what is still to be read lies behind.
+  for (std::size_t i = 0; i < points.size(); ++i, from += read_bytes_, to += written_bytes) {
+    std::uint8_t narrow[3];
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::uint16_t value = channel(from + colors_->offsets[c]);
+      narrow[c] = scales_ ? narrowed(value) : static_cast<std::uint8_t>(value);
+    }
+    for (const Run& run : runs_) std::memmove(to + run.to, from + run.from, run.bytes);
+    for (std::size_t c = 0; c < 3; ++c) to[written_offsets_[c]] = std::byte{narrow[c]};
+  }
+  points.attributes.resize(points.size() * written_bytes);
+  points.schema.attributes = written_.attributes;
+}
+
+}  // namespace orbweave

@@ -1,0 +1,42 @@
+// What PROJ knows of the coordinate systems that scans name. PROJ is used here and nowhere else.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "io/box.h"
+#include "io/vec3.h"
+
+namespace orbweave {
+
+/// A coordinate system as PROJ understands it.
+struct CoordinateSystem {
+  std::string name;            ///< "NAD83 / UTM zone 12N"
+  std::string code;            ///< "EPSG:26912"; empty: it has none
+  std::string wkt;             ///< as given, or what its code stands for
+  bool is_geographic = false;  ///< x and y are degrees
+  /// Metres per unit of x, y and z; heights without a unit of their own have that of x. Empty:
+  /// degrees have no length.
+  std::optional<Vec3> meters_per_unit;
+};
+
+/// Whether PROJ finds its database, which holds all codes and the areas where systems are used.
+bool has_coordinate_database();
+
+/// Whether a text begins as WKT does: a keyword and an opening bracket.
+bool is_wkt(const std::string& text);
+
+/// The system that a text stands for: WKT of any version, "EPSG:26912", "EPSG:26912+5703".
+/// Empty where PROJ makes nothing of it.
+std::optional<CoordinateSystem> known_coordinate_system(const std::string& text);
+
+enum class SystemsDiffer { kNo, kYes, kUnknown };
+/// Whether coordinates of one system are wrong in the other. A system that says nothing of heights
+/// fits every system of heights. kUnknown: the texts differ, and PROJ does not understand both.
+SystemsDiffer systems_differ(const std::string& a, const std::string& b);
+
+/// Why coordinates within these bounds can hardly be of this system: what their centre would be.
+/// Empty where nothing speaks against them, or where PROJ cannot tell.
+std::string objection_to_coordinates(const std::string& system, const Box& bounds);
+
+}  // namespace orbweave

@@ -1,0 +1,114 @@
+// Where the coordinates of a mesh file are counted from.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "io/error.h"
+#include "io/job/output_origin.h"
+#include "io/meshes/shift_file.h"
+#include "tests/support/clouds.h"
+#include "tests/support/data.h"
+#include "tests/support/program.h"
+
+using Catch::Matchers::Contains;
+
+namespace orbweave {
+namespace {
+
+const Box kUtm{{512'300.5, 4'176'100.25, 1500}, {512'380.5, 4'176'170.25, 1530}};
+
+std::string message_of(const Job& job, const OutputOrigin& chosen) {
+  try {
+    check_output_origin(job, chosen);
+  } catch (const Error& error) {
+    CHECK(error.kind() == ErrorKind::kUsage);
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("FloatsMoveNoPointOfABoxByMoreThanIsSaid") {
+  test::Random random(7);
+  for (const Vec3 origin : {Vec3{}, Vec3{512'340, 4'176'140, 0}}) {
+    const double most = largest_float_move(kUtm, origin);
+    double seen = 0.0;
+    for (int i = 0; i < 20'000; ++i) {
+      Vec3 p = kUtm.min;
+      for (int axis = 0; axis < 3; ++axis) p[axis] += random.uniform() * kUtm.extent()[axis];
+      Vec3 narrow;
+      for (int axis = 0; axis < 3; ++axis)
+        narrow[axis] = static_cast<double>(static_cast<float>(p[axis] - origin[axis]));
+      seen = std::max(seen, norm(narrow + origin - p));
+    }
+    CHECK(seen <= most);
+    CHECK(seen > 0.5 * most);
+  }
+}
+
+TEST_CASE("AnOriginIsChosenOnlyWhereFloatsWouldMoveVertices") {
+  OutputOptions output;
+  CHECK(output_origin(output, false, kUtm, 0.05).origin == Vec3{});
+  const OutputOrigin chosen = output_origin(output, true, kUtm, 0.05);
+  // Heights of 1500 lose too much as well at that spacing.
+  CHECK(chosen.origin == Vec3{512'341, 4'176'135, 1515});
+  CHECK(chosen.largest_move <= 0.05e-3);
+  // Coarse points in the same place: the heights may stay as they are.
+  CHECK(output_origin(output, true, kUtm, 0.5).origin == Vec3{512'341, 4'176'135, 0});
+  CHECK(output_origin(output, true, {{-1, -1, -1}, {1, 1, 1}}, 0.01).origin == Vec3{});
+  const Box small{{512'300.501, 4'176'100.25, 15}, {512'300.541, 4'176'100.27, 15.02}};
+  const OutputOrigin of_small = output_origin(output, true, small, 1e-5);
+  CHECK(of_small.origin == Vec3{512'300.521, 4'176'100.26, 15});
+  CHECK(of_small.largest_move <= 1e-8);
+  CHECK(output_origin(output, true, kUtm, 0.0).origin.x != 0.0);  // spacing unknown
+  CHECK(output_origin(output, true, Box{}, 0.1).origin == Vec3{});
+}
+
+TEST_CASE("AGivenOriginHoldsInEveryFormat") {
+  OutputOptions output;
+  output.origin_rule = OriginRule::kGiven;
+  output.origin = {500'000, 4'000'000, 0};
+  CHECK(output_origin(output, false, kUtm, 0.05).origin == output.origin);
+  CHECK(output_origin(output, true, kUtm, 0.05).origin == output.origin);
+  CHECK(output_origin(output, true, kUtm, 0.05).largest_move > 0.0);
+}
+
+TEST_CASE("FloatsThatLoseTooMuchAreRefusedWithTheFigure") {
+  Job job;
+  job.output.mesh = "m.stl";
+  job.output.origin_rule = OriginRule::kNone;
+  CHECK_THAT(message_of(job, output_origin(job.output, true, kUtm, 0.05)),
+             Contains("m.stl") && Contains("output.origin") && Contains("up to 0.125973") &&
+                 Contains("2.51946 of the point spacing") &&
+                 Contains("at most a thousandth of the spacing 0.05") &&
+                 Contains("output.origin = \"auto\""));
+  CHECK(message_of(job, output_origin(job.output, true, kUtm, 400.0)).empty());
+  job.output.origin_rule = OriginRule::kAuto;
+  CHECK(check_output_origin(job, output_origin(job.output, true, kUtm, 0.05)).empty());
+  const Box corridor{{0, 0, 0}, {40'000, 300, 20}};
+  CHECK_THAT(check_output_origin(job, output_origin(job.output, true, corridor, 0.05)),
+             Contains("of the point spacing") && Contains("keeps doubles"));
+  const Box with_strays{{0, 0, 0}, {1e7, 300, 20}};
+  CHECK_THAT(message_of(job, output_origin(job.output, true, with_strays, 0.05)),
+             Contains("at most a tenth of the spacing"));
+}
+
+TEST_CASE("AShiftFileIsReadBackAsItWasWritten") {
+  const test::ScratchDirectory scratch;
+  const Vec3 origin{512'340, 4'176'135.125, 0};
+  CHECK(write_shift(scratch / "a;b.stl", origin) == scratch / "a;b.stl.shift.txt");
+  CHECK_THAT(test::file_text(scratch / "a;b.stl.shift.txt"),
+             Contains("\na_b.stl; -512340; -4176135.125; 0; 1;\n"));
+  CHECK(origin_beside(scratch / "a;b.stl") == origin);
+  // A later mesh of that name without an origin is not to be moved by the earlier one's.
+  CHECK_FALSE(write_shift(scratch / "a;b.stl", {}).empty());
+  CHECK(origin_beside(scratch / "a;b.stl") == Vec3{});
+  CHECK(write_shift(scratch / "other.stl", {}).empty());
+  CHECK_FALSE(std::filesystem::exists(scratch / "other.stl.shift.txt"));
+  test::write_text(scratch / "bad.stl.shift.txt", "a; 1; x; 3; 1;\n");
+  CHECK_THROWS_WITH(origin_beside(scratch / "bad.stl"), Contains("bad.stl.shift.txt"));
+  test::write_text(scratch / "scaled.stl.shift.txt", "a; 1; 2; 3; 0.5;\n");
+  CHECK_THROWS_AS(origin_beside(scratch / "scaled.stl"), Error);
+}
+
+}  // namespace orbweave
