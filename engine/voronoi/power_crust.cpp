@@ -1,0 +1,412 @@
+#include "engine/voronoi/power_crust.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <queue>
+#include <tuple>
+#include <utility>
+
+#include "io/box.h"
+
+namespace orbweave::voronoi {
+namespace {
+
+std::size_t at(int place) { return static_cast<std::size_t>(place); }
+
+bool comes_first(const Vec3& a, const Vec3& b) {
+  return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+}
+
+/// The poles of all points as tetrahedra.
+struct PoleChoice {
+  std::vector<std::uint32_t> first, second;
+};
+
+/// The radius of a Voronoi cell across its normal: of its corners within an eighth of a turn of the
+/// tangent plane, the largest distance.
+double width_of_cell(std::uint32_t p, std::span<const Vec3> points, const Tetrahedra& tetrahedra,
+                     const Stars& stars, Vec3 normal) {
+  double width = 0.0;
+  for (const std::uint32_t cell : stars.of(p)) {
+    if (!tetrahedra.is_finite(cell)) continue;
+    const Vec3 offset = tetrahedra.centers[cell] - points[p];
+    const double along = std::abs(dot(offset, normal));
+    if (along > std::numbers::sqrt2 / 2.0 * tetrahedra.radii[cell]) continue;
+    width = std::max(width, std::sqrt(std::max(0.0, squared_norm(offset) - along * along)));
+  }
+  return width;
+}
+
+PoleChoice choose_poles(std::span<const Vec3> bounded, std::size_t samples,
+                        const Tetrahedra& tetrahedra, const PowerCrustOptions& options,
+                        const StopToken* stop) {
+  const Stars stars = stars_of(tetrahedra, bounded.size());
+  Poles poles = find_poles(bounded, tetrahedra, stars, stop);
+  const double least_height = (1.0 - options.sampling_constant) / options.sampling_constant;
+  const auto usable = [&](std::uint32_t cell) {
+    return cell != kNone && tetrahedra.is_finite(cell) && is_finite(tetrahedra.centers[cell]);
+  };
+  for (std::uint32_t p = 0; p < samples; ++p) {
+    if (!usable(poles.first[p])) poles.first[p] = kNone;
+    std::uint32_t& second = poles.second[p];
+    if (!usable(second)) second = kNone;
+    if (second == kNone) continue;
+    const double width = width_of_cell(p, bounded, tetrahedra, stars, poles.normals[p]);
+    if (tetrahedra.radii[second] < least_height * width) second = kNone;
+  }
+  poles.first.resize(samples);
+  poles.second.resize(samples);
+  return {std::move(poles.first), std::move(poles.second)};
+}
+
+/// How much speaks for either label, from 0 to 1.
+struct Belief {
+  double in = 0.0;
+  double out = 0.0;
+
+  /// One voice alone comes first, the stronger the earlier; then silence; then dispute.
+  double priority() const {
+    if (in > 0.0 && out > 0.0) return std::abs(in - out) - 1.0;
+    return std::max(in, out);
+  }
+};
+
+/// Amenta, Choi, Kolluri 2001, section 5: labels balls in the order of their priority.
+class Labeling {
+ public:
+  Labeling(const PolarBalls& balls, const Tetrahedra& power, std::span<const std::uint8_t> outer)
+      : balls_(balls),
+        power_(power),
+        stars_(stars_of(power, outer.size())),
+        beliefs_(outer.size()),
+        is_labeled_(outer.size(), 0),
+        seen_by_(outer.size(), kNone) {
+    find_opposite();
+    for (std::uint32_t b = 0; b < outer.size(); ++b) {
+      if (outer[b] != 0) beliefs_[b].out = 1.0;
+      push(b);
+    }
+    inner_.assign(outer.size(), 0);
+    for (std::uint32_t b = 0; b < outer.size(); ++b) fixed_.push_back(outer[b]);
+  }
+
+  std::vector<std::uint8_t> run(const StopToken* stop) {
+    for (std::size_t n = 0; !queue_.empty(); ++n) {
+      if (n % kStopBlock == 0) check_stop(stop);
+      const auto [priority, reversed] = queue_.top();
+      queue_.pop();
+      const std::uint32_t ball = ~reversed;
+      if (is_labeled_[ball] != 0 || priority != beliefs_[ball].priority()) continue;
+      label(ball);
+    }
+    return std::move(inner_);
+  }
+
+ private:
+  /// The other pole of a point, with the cosine of the angle at the point.
+  struct Opposite {
+    std::uint32_t ball = 0, other = 0;
+    double weight = 0.0;
+  };
+
+  void find_opposite() {
+    for (std::size_t p = 0; p < balls_.first.size(); ++p) {
+      const std::uint32_t a = balls_.first[p], b = balls_.second[p];
+      if (a == kNone || b == kNone || a == b) continue;
+      const double weight = balls_.opposite_weight[p];
+      opposite_.push_back({a, b, weight});
+      opposite_.push_back({b, a, weight});
+    }
+    std::sort(opposite_.begin(), opposite_.end(), [](const Opposite& a, const Opposite& b) {
+      return std::tie(a.ball, a.other, a.weight) < std::tie(b.ball, b.other, b.weight);
+    });
+  }
+
+  void push(std::uint32_t ball) {
+    // Of equals the first ball comes first.
+    queue_.emplace(beliefs_[ball].priority(), ~ball);
+  }
+
+  void raise(double& belief, double to, std::uint32_t ball) {
+    if (is_labeled_[ball] != 0 || to <= belief) return;
+    belief = to;
+    push(ball);
+  }
+
+  void label(std::uint32_t ball) {
+    is_labeled_[ball] = 1;
+    const Belief belief = beliefs_[ball];
+    const bool is_inner = fixed_[ball] == 0 && belief.in > belief.out;
+    inner_[ball] = is_inner ? 1 : 0;
+    const double strength = is_inner ? belief.in : belief.out;
+    auto opposite =
+        std::lower_bound(opposite_.begin(), opposite_.end(), ball,
+                         [](const Opposite& o, std::uint32_t number) { return o.ball < number; });
+    for (; opposite != opposite_.end() && opposite->ball == ball; ++opposite) {
+      Belief& other = beliefs_[opposite->other];
+      raise(is_inner ? other.out : other.in, strength * opposite->weight, opposite->other);
+    }
+    for (const std::uint32_t cell : stars_.of(ball)) {
+      for (const std::uint32_t near : power_.vertices[cell]) {
+        if (near == kInfinite || is_labeled_[near] != 0 || seen_by_[near] == ball) continue;
+        seen_by_[near] = ball;
+        Belief& other = beliefs_[near];
+        raise(is_inner ? other.in : other.out, strength * depth(ball, near), near);
+      }
+    }
+  }
+
+  /// The cosine of the angle between the radii where two balls meet: 1 for equal balls, 0 and less
+  /// for balls that meet at a right angle or hardly.
+  double depth(std::uint32_t a, std::uint32_t b) const {
+    const MedialBall &p = balls_.balls[a], &q = balls_.balls[b];
+    const double squares = p.radius * p.radius + q.radius * q.radius;
+    const double cosine =
+        (squares - squared_norm(p.center - q.center)) / (2.0 * p.radius * q.radius);
+    return std::clamp(cosine, 0.0, 1.0);
+  }
+
+  const PolarBalls& balls_;
+  const Tetrahedra& power_;
+  Stars stars_;
+  std::vector<Belief> beliefs_;
+  std::vector<std::uint8_t> is_labeled_;
+  std::vector<std::uint32_t> seen_by_;  // the last ball that looked at it
+  std::vector<std::uint8_t> inner_;
+  std::vector<std::uint8_t> fixed_;
+  std::vector<Opposite> opposite_;
+  std::priority_queue<std::pair<double, std::uint32_t>> queue_;
+};
+
+/// Collects the faces between inner and outer balls.
+class FaceWalk {
+ public:
+  FaceWalk(const Tetrahedra& power, std::span<const std::uint8_t> inner)
+      : power_(power), inner_(inner) {}
+
+  /// Rings of tetrahedra, counter-clockwise seen from outside; a ring ends where the next begins.
+  void run(const StopToken* stop) {
+    begin_.push_back(0);
+    for (std::uint32_t c = 0; c < power_.size(); ++c) {
+      if (c % kStopBlock == 0) check_stop(stop);
+      if (!power_.is_finite(c)) continue;
+      std::array<bool, 4> inside{};
+      for (std::size_t i = 0; i < 4; ++i) inside[i] = inner_[power_.vertices[c][i]] != 0;
+      for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j)
+          if (inside[at(i)] && !inside[at(j)]) add_ring(c, i, j);
+    }
+  }
+
+  const std::vector<std::uint32_t>& cells() const { return cells_; }
+  const std::vector<std::size_t>& begin() const { return begin_; }
+
+ private:
+  /// Once per edge: from the first of its tetrahedra.
+  void add_ring(std::uint32_t first, int i, int j) {
+    const std::uint32_t in = power_.vertices[first][at(i)], out = power_.vertices[first][at(j)];
+    const std::size_t size_before = cells_.size();
+    std::uint32_t cell = first;
+    do {
+      if (cell < first) {
+        cells_.resize(size_before);
+        return;
+      }
+      cells_.push_back(cell);
+      const int k = next_place(power_.place_of_vertex(cell, in), power_.place_of_vertex(cell, out));
+      cell = power_.neighbors[cell][at(k)];
+    } while (cell != first);
+    begin_.push_back(cells_.size());
+  }
+
+  const Tetrahedra& power_;
+  std::span<const std::uint8_t> inner_;
+  std::vector<std::uint32_t> cells_;
+  std::vector<std::size_t> begin_;
+};
+
+std::uint32_t sample_of(const PolarBalls& balls, const Tetrahedra& power, std::uint32_t cell) {
+  std::array<std::uint32_t, 4> near = power.vertices[cell];
+  std::sort(near.begin(), near.end());
+  const auto distance = [&](std::uint32_t ball) {
+    return squared_norm(balls.balls[ball].center - power.centers[cell]);
+  };
+  const auto nearest =
+      std::min_element(near.begin(), near.end(),
+                       [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
+  return balls.balls[*nearest].sample;
+}
+
+/// The centre of a tetrahedron.
+struct Place {
+  Vec3 position;
+  std::uint32_t cell = 0;
+};
+
+/// The corners' places in the order of their coordinates.
+std::vector<Place> places_of(const FaceWalk& faces, const Tetrahedra& power) {
+  std::vector<std::uint8_t> used(power.size(), 0);
+  for (const std::uint32_t cell : faces.cells()) used[cell] = 1;
+  std::vector<Place> places;
+  for (std::uint32_t cell = 0; cell < used.size(); ++cell)
+    if (used[cell] != 0) places.push_back({power.centers[cell], cell});
+  std::sort(places.begin(), places.end(),
+            [](const Place& a, const Place& b) { return comes_first(a.position, b.position); });
+  return places;
+}
+
+/// Numbers the places of the faces' corners; places that several tetrahedra share are one vertex.
+std::vector<std::uint32_t> number_vertices(const FaceWalk& faces, const PolarBalls& balls,
+                                           const Tetrahedra& power, PowerCrustSurface& surface) {
+  std::vector<std::uint32_t> number(power.size(), kNone);
+  for (const Place& place : places_of(faces, power)) {
+    const std::uint32_t sample = sample_of(balls, power, place.cell);
+    if (surface.vertices.empty() || surface.vertices.back() != place.position) {
+      surface.vertices.push_back(place.position);
+      surface.samples.push_back(sample);
+    }
+    surface.samples.back() = std::min(surface.samples.back(), sample);
+    number[place.cell] = static_cast<std::uint32_t>(surface.vertices.size() - 1);
+  }
+  return number;
+}
+
+/// Puts a polygon's smallest corner first and takes sides of no length away; returns its end. Fewer
+/// than three corners that are left are none.
+template <class Iterator>
+Iterator clean(Iterator begin, Iterator end) {
+  end = std::unique(begin, end);
+  while (end - begin > 1 && *begin == *(end - 1)) --end;
+  if (end - begin < 3) return begin;
+  std::rotate(begin, std::min_element(begin, end), end);
+  return end;
+}
+
+/// The polygons' corners as vertices, polygons sorted by their corners.
+void add_polygons(const FaceWalk& faces, std::span<const std::uint32_t> number,
+                  PowerCrustSurface& surface) {
+  std::vector<std::uint32_t> corners(faces.cells().size());
+  std::transform(faces.cells().begin(), faces.cells().end(), corners.begin(),
+                 [&](std::uint32_t cell) { return number[cell]; });
+  std::vector<std::span<std::uint32_t>> polygons;
+  for (std::size_t f = 0; f + 1 < faces.begin().size(); ++f) {
+    const auto begin = corners.begin() + static_cast<std::ptrdiff_t>(faces.begin()[f]);
+    const auto end =
+        clean(begin, corners.begin() + static_cast<std::ptrdiff_t>(faces.begin()[f + 1]));
+    if (end != begin) polygons.emplace_back(begin, end);
+  }
+  std::sort(polygons.begin(), polygons.end(), [](const auto& a, const auto& b) {
+    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+  });
+  surface.corners.reserve(corners.size());
+  surface.polygon_begin.push_back(0);
+  for (const auto& polygon : polygons) {
+    surface.corners.insert(surface.corners.end(), polygon.begin(), polygon.end());
+    surface.polygon_begin.push_back(static_cast<std::uint32_t>(surface.corners.size()));
+  }
+}
+
+}  // namespace
+
+std::vector<Vec3> PolarBalls::centers() const {
+  std::vector<Vec3> all;
+  for (const MedialBall& ball : balls) all.push_back(ball.center);
+  return all;
+}
+
+std::vector<double> PolarBalls::weights() const {
+  std::vector<double> all;
+  for (const MedialBall& ball : balls) all.push_back(ball.radius * ball.radius);
+  return all;
+}
+
+std::vector<Vec3> bounded_points(std::span<const Vec3> points, const PowerCrustOptions& options) {
+  Box box;
+  for (const Vec3 p : points) box.extend(p);
+  std::vector<Vec3> bounded(points.begin(), points.end());
+  if (points.empty()) return bounded;
+  const Vec3 center = 0.5 * (box.min + box.max);
+  // A cube: a flat cloud is to be bounded above and below as well.
+  const double reach = 0.5 * options.bounding_factor * box.largest_extent();
+  for (int corner = 0; corner < 8; ++corner)
+    bounded.push_back(center + Vec3{(corner & 1) != 0 ? reach : -reach,
+                                    (corner & 2) != 0 ? reach : -reach,
+                                    (corner & 4) != 0 ? reach : -reach});
+  return bounded;
+}
+
+PolarBalls polar_balls(std::span<const Vec3> bounded, const Tetrahedra& tetrahedra,
+                       const PowerCrustOptions& options, const StopToken* stop) {
+  const std::size_t samples = bounded.size() - 8;
+  const PoleChoice poles = choose_poles(bounded, samples, tetrahedra, options, stop);
+  std::vector<std::uint32_t> cells;
+  for (const auto* list : {&poles.first, &poles.second})
+    for (const std::uint32_t cell : *list)
+      if (cell != kNone) cells.push_back(cell);
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  std::sort(cells.begin(), cells.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return comes_first(tetrahedra.centers[a], tetrahedra.centers[b]);
+  });
+  PolarBalls result;
+  std::vector<std::uint32_t> ball_of(tetrahedra.size(), kNone);
+  for (const std::uint32_t cell : cells) {
+    if (result.balls.empty() || result.balls.back().center != tetrahedra.centers[cell]) {
+      result.balls.push_back({tetrahedra.centers[cell], 0.0, kNone});
+      result.outer.push_back(0);
+    }
+    MedialBall& ball = result.balls.back();
+    ball.radius = std::max(ball.radius, tetrahedra.radii[cell]);
+    for (const std::uint32_t v : tetrahedra.vertices[cell]) {
+      if (v >= samples)
+        result.outer.back() = 1;
+      else
+        ball.sample = std::min(ball.sample, v);
+    }
+    ball_of[cell] = static_cast<std::uint32_t>(result.balls.size() - 1);
+  }
+  for (std::size_t p = 0; p < samples; ++p) {
+    const std::uint32_t a = poles.first[p], b = poles.second[p];
+    result.first.push_back(a == kNone ? kNone : ball_of[a]);
+    result.second.push_back(b == kNone ? kNone : ball_of[b]);
+    const Vec3 u = a == kNone ? Vec3{} : tetrahedra.centers[a] - bounded[p];
+    const Vec3 v = b == kNone ? Vec3{} : tetrahedra.centers[b] - bounded[p];
+    result.opposite_weight.push_back(std::max(0.0, -dot(normalized(u), normalized(v))));
+  }
+  return result;
+}
+
+PowerCrustSurface power_crust_surface(const PolarBalls& balls, const Tetrahedra& power,
+                                      const StopToken* stop) {
+  // The cells at infinity are outside: an unbounded face has no corners.
+  std::vector<std::uint8_t> outer = balls.outer;
+  for (std::uint32_t c = 0; c < power.size(); ++c)
+    if (!power.is_finite(c))
+      for (const std::uint32_t ball : power.vertices[c])
+        if (ball != kInfinite) outer[ball] = 1;
+  const std::vector<std::uint8_t> inner = Labeling(balls, power, outer).run(stop);
+  FaceWalk faces(power, inner);
+  faces.run(stop);
+  PowerCrustSurface surface;
+  const std::vector<std::uint32_t> number = number_vertices(faces, balls, power, surface);
+  add_polygons(faces, number, surface);
+  for (std::size_t b = 0; b < inner.size(); ++b)
+    if (inner[b] != 0) surface.medial_axis.push_back(balls.balls[b]);
+  return surface;
+}
+
+std::vector<Triangle> triangles_of(const PowerCrustSurface& surface) {
+  std::vector<Triangle> triangles;
+  for (std::size_t f = 0; f + 1 < surface.polygon_begin.size(); ++f) {
+    const std::uint32_t begin = surface.polygon_begin[f], end = surface.polygon_begin[f + 1];
+    for (std::uint32_t i = begin + 1; i + 1 < end; ++i)
+      triangles.push_back({surface.corners[begin], surface.corners[i], surface.corners[i + 1]});
+  }
+  std::sort(triangles.begin(), triangles.end());
+  return triangles;
+}
+
+}  // namespace orbweave::voronoi

@@ -1,0 +1,20 @@
+#include "engine/voronoi/tetrahedra.h"
+
+namespace orbweave::voronoi {
+
+Stars stars_of(const Tetrahedra& tetrahedra, std::size_t points) {
+  Stars stars;
+  stars.begin.assign(points + 2, 0);
+  for (const auto& cell : tetrahedra.vertices)
+    for (const std::uint32_t vertex : cell)
+      if (vertex != kInfinite) ++stars.begin[vertex + 2];
+  for (std::size_t i = 2; i < stars.begin.size(); ++i) stars.begin[i] += stars.begin[i - 1];
+  stars.cells.resize(stars.begin.back());
+  for (std::uint32_t c = 0; c < tetrahedra.size(); ++c)
+    for (const std::uint32_t vertex : tetrahedra.vertices[c])
+      if (vertex != kInfinite) stars.cells[stars.begin[vertex + 1]++] = c;
+  stars.begin.pop_back();
+  return stars;
+}
+
+}  // namespace orbweave::voronoi

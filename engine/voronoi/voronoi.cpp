@@ -1,0 +1,123 @@
+#include "engine/voronoi/voronoi.h"
+
+#include <ctime>
+#include <utility>
+
+#include "engine/voronoi/cocone.h"
+#include "engine/voronoi/delaunay.h"
+#include "engine/voronoi/facets.h"
+#include "engine/voronoi/pruning.h"
+#include "engine/voronoi/tight_cocone.h"
+
+namespace orbweave::voronoi {
+namespace {
+
+/// What the methods of the Cocone family begin with.
+struct Cells {
+  Tetrahedra tetrahedra;
+  Stars stars;
+  Poles poles;
+  Cosines cosines;
+
+  Cells(std::span<const Vec3> points, const StopToken* stop)
+      : tetrahedra(delaunay(points, stop)),
+        stars(stars_of(tetrahedra, points.size())),
+        poles(find_poles(points, tetrahedra, stars, stop)) {}
+
+  void measure(std::span<const Vec3> points, const StopToken* stop) {
+    cosines = center_cosines(points, tetrahedra, poles, stop);
+  }
+
+  std::vector<std::uint8_t> flat(std::span<const Vec3> points, const StopToken* stop) const {
+    return flat_points(points, tetrahedra, stars, poles, cosines, {}, stop);
+  }
+};
+
+template <class Work>
+double seconds_of(const Work& work) {
+  const std::clock_t begin = std::clock();
+  work();
+  return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+}
+
+}  // namespace
+
+PointSurface cocone(std::span<const Vec3> points, const CoconeOptions& options,
+                    const StopToken* stop) {
+  Cells cells(points, stop);
+  cells.measure(points, stop);
+  std::vector<std::uint8_t> flat = cells.flat(points, stop);
+  FacetFlags facets = cocone_facets(cells.tetrahedra, cells.cosines,
+                                    options.leaves_boundaries ? flat : std::vector<std::uint8_t>(),
+                                    options.angle_rad, stop);
+  if (!options.extracts_manifold) return {all_triangles(cells.tetrahedra, facets), std::move(flat)};
+  cells.cosines = {};
+  const std::vector<Vec3>& normals = cells.poles.normals;
+  prune_sharp_edges(points, cells.tetrahedra, cells.stars, normals, facets, stop);
+  return {walk_outside(points, cells.tetrahedra, cells.stars, normals, facets, stop),
+          std::move(flat)};
+}
+
+PointSurface tight_cocone(std::span<const Vec3> points, const StopToken* stop) {
+  Cells cells(points, stop);
+  cells.measure(points, stop);
+  const FacetFlags facets =
+      cocone_facets(cells.tetrahedra, cells.cosines, {}, kCoconeAngleRad, stop);
+  std::vector<std::uint8_t> flat = cells.flat(points, stop);
+  cells.cosines = {};
+  std::vector<Triangle> triangles =
+      tight_cocone(points, cells.tetrahedra, cells.stars, cells.poles, facets, flat, stop);
+  return {std::move(triangles), std::move(flat)};
+}
+
+PointSurface crust(std::span<const Vec3> points, const CrustOptions& options,
+                   const StopToken* stop) {
+  std::vector<Vec3> both;
+  Poles poles;
+  {
+    Cells cells(points, stop);
+    both = points_and_poles(points, cells.tetrahedra, cells.poles);
+    poles = std::move(cells.poles);
+  }
+  const Tetrahedra all =
+      options.extracts_manifold ? delaunay(both, stop) : delaunay_without_centers(both, stop);
+  return {crust_triangles(points, both, all, poles, options, stop), {}};
+}
+
+PowerCrustSurface power_crust(std::span<const Vec3> points, const PowerCrustOptions& options,
+                              const StopToken* stop) {
+  require_volume(points);
+  PolarBalls balls;
+  {
+    const std::vector<Vec3> bounded = bounded_points(points, options);
+    balls = polar_balls(bounded, delaunay(bounded, stop), options, stop);
+  }
+  const Tetrahedra power = regular_triangulation(balls.centers(), balls.weights(), stop);
+  return power_crust_surface(balls, power, stop);
+}
+
+std::vector<Vec3> pole_normals(std::span<const Vec3> points, const StopToken* stop) {
+  const Tetrahedra tetrahedra = delaunay(points, stop);
+  return find_poles(points, tetrahedra, stars_of(tetrahedra, points.size()), stop).normals;
+}
+
+TriangulationSeconds time_triangulations(std::span<const Vec3> points) {
+  const PowerCrustOptions options;
+  TriangulationSeconds seconds;
+  seconds.points = seconds_of([&] { count_delaunay(points); });
+  std::vector<Vec3> both;
+  {
+    const Cells cells(points, nullptr);
+    both = points_and_poles(points, cells.tetrahedra, cells.poles);
+  }
+  seconds.points_and_poles = seconds_of([&] { count_delaunay(both); });
+  const std::vector<Vec3> bounded = bounded_points(points, options);
+  seconds.bounded_points = seconds_of([&] { count_delaunay(bounded); });
+  const PolarBalls balls = polar_balls(bounded, delaunay(bounded), options);
+  const std::vector<Vec3> centers = balls.centers();
+  const std::vector<double> weights = balls.weights();
+  seconds.balls = seconds_of([&] { count_regular(centers, weights); });
+  return seconds;
+}
+
+}  // namespace orbweave::voronoi
