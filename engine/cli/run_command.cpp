@@ -34,7 +34,8 @@ std::string summary(const RunReport& report) {
          {"", "whole: the run before was killed only when it cleared away its work"}});
   Facts facts;
   Facts beside;  // what lies beside the mesh
-  for (const OutputFile& written : written_outputs(output, !report.coordinate_system.empty())) {
+  const BesideMesh files{!report.coordinate_system.empty(), report.origin != Vec3{}};
+  for (const OutputFile& written : written_outputs(output, files)) {
     Facts& list = facts.empty() ? facts : beside;
     list.emplace_back(written.role, written.file.string());
   }

@@ -3,14 +3,15 @@
 #include <memory>
 #include <utility>
 
-#include "engine/pipeline/output/export_stage.h"
+#include "io/meshes/shift_file.h"
 #include "io/meshes/tile_directory.h"
+#include "io/points/coordinate_system_file.h"
 #include "io/report/report.h"
 #include "io/system/owned_files.h"
 
 namespace orbweave {
 
-std::vector<OutputFile> written_outputs(const OutputOptions& output, bool has_system) {
+std::vector<OutputFile> written_outputs(const OutputOptions& output, BesideMesh beside) {
   std::vector<OutputFile> files;
   const auto add = [&](const char* role, std::filesystem::path file) {
     if (!file.empty()) files.push_back({role, std::move(file)});
@@ -18,7 +19,8 @@ std::vector<OutputFile> written_outputs(const OutputOptions& output, bool has_sy
   if (output.mesh != "-")
     add(output.tiles ? "tiles" : "mesh",
         output.tiles ? tile_directory_of(output.mesh) : std::filesystem::path(output.mesh));
-  if (has_system) add("system", coordinate_system_file(output.mesh));
+  if (beside.system) add("system", coordinate_system_file(output.mesh));
+  if (beside.shift) add("shift", shift_file(output.mesh));
   add("report", output.report);
   add("page", report_page(output.report));
   add("picture", output.picture);

@@ -11,16 +11,23 @@
 namespace orbweave {
 
 struct OutputFile {
-  const char* role;  ///< "mesh", "tiles", "system", "report", "page", "picture"
+  const char* role;  ///< "mesh", "tiles", "system", "shift", "report", "page", "picture"
   std::filesystem::path file;
 };
 
+/// What has to be said of the coordinates in files of their own.
+struct BesideMesh {
+  bool system = false;  ///< the scans have a coordinate system
+  bool shift = false;   ///< coordinates are counted from an origin
+};
+
 /// What a run of this job writes, in the order of a summary; nothing for a mesh to standard output
-/// but what lies beside it. `has_system`: the scans have a coordinate system.
-std::vector<OutputFile> written_outputs(const OutputOptions& output, bool has_system);
+/// but what lies beside it.
+std::vector<OutputFile> written_outputs(const OutputOptions& output, BesideMesh beside);
 
 /// What is there under a name that another run of this job would have written, and this one has
 /// not: a mesh beside tiles, tiles beside a mesh, a coordinate system where there is none.
+/// `has_system`: the scans have a coordinate system. An older shift is set to 0 where it is written.
 std::vector<OutputFile> older_outputs(const OutputOptions& output, bool has_system);
 
 /// Removes older outputs that the record of this work directory knows for the program's own, and
