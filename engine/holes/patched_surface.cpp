@@ -124,7 +124,7 @@ std::vector<OwnedTriangle> PatchedSurface::triangles_of(std::uint32_t patch) con
 std::uint32_t PatchedSurface::patch_of_loop(std::uint32_t loop) const {
   const HoleFacts& hole = filled_.holes[loop];
   if (hole.joined_to == 0) return loop;
-  return static_cast<std::uint32_t>(hole.joined_to - filled_.holes.front().id);
+  return static_cast<std::uint32_t>(hole.joined_to - filled_.first_id);
 }
 
 std::vector<std::uint32_t> PatchedSurface::loops_of_patch(std::uint32_t patch) const {
