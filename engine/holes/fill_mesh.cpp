@@ -48,8 +48,8 @@ Survey survey_of(const TriangleMesh& mesh, const FillOptions& options,
   FillOptions kept = options;
   kept.min_triangles = least;  // a mesh that is given keeps its crumbs
   survey.fans = boundary.fans;
-  survey.plan = plan_holes(std::move(boundary.fans), std::move(boundary.vertices),
-                           components.pieces, kept);
+  survey.plan =
+      plan_holes(std::move(boundary.fans), std::move(boundary.vertices), components.pieces, kept);
   // Ids go on after those that the mesh has already.
   std::int32_t last = 0;
   for (const std::int32_t id : mesh.hole) last = std::max(last, id);

@@ -27,8 +27,8 @@ struct LoopPatch {
   HoleFacts facts;  ///< all but chunks
 };
 
-/// One loop alone, from what is around it. `taken`: edges that its patch must not use. `known`: what
-/// is known of the loop. `flat`: PatchOptions::flat. `stop` may be null.
+/// One loop alone, from what is around it. `taken`: edges that its patch must not use. `known`:
+/// what is known of the loop. `flat`: PatchOptions::flat. `stop` may be null.
 LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop,
                     std::span<const std::array<std::uint64_t, 2>> taken, const HoleFacts& known,
                     const FillOptions& options, const StopToken* stop, bool flat = false);

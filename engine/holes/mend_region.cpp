@@ -282,8 +282,8 @@ std::uint64_t RegionMender::contacts_of(const Trial& trial,
   const std::vector<Contact> contacts = find_contacts(vertices.positions(), patch, sheet);
   for (const Contact& contact : contacts) {
     const std::size_t second = contact[1];
-    found.push_back({own[contact[0]],
-                     second < own.size() ? own[second] : others[second - own.size()]});
+    found.push_back(
+        {own[contact[0]], second < own.size() ? own[second] : others[second - own.size()]});
   }
   return contacts.size();
 }

@@ -40,8 +40,8 @@ std::vector<double> PatchedSurface::values(std::span<const std::uint64_t> vertic
   std::vector<double> values = filled_.scanned.values(vertices.first(scanned));
   for (const std::uint64_t vertex : vertices.subspan(scanned)) {
     const std::vector<double>& of_patch = known(patch_of_vertex(vertex)).patch.values;
-    const auto row = of_patch.begin() +
-                     static_cast<std::ptrdiff_t>(place_of_vertex(vertex) * channels());
+    const auto row =
+        of_patch.begin() + static_cast<std::ptrdiff_t>(place_of_vertex(vertex) * channels());
     values.insert(values.end(), row, row + channels());
   }
   return values;
