@@ -151,6 +151,8 @@ TriangleMesh filled_mesh(FillReport& report, Progress& progress) {
   report.triangles_removed = filled.triangles_removed;
   report.after = mesh_facts(filled.mesh);
   report.after.crossing_pairs = count_crossing_pairs(filled.mesh);
+  report.after.mended_triangles = filled.triangles_mended;
+  report.after.pinches = filled.pinches;
   progress.end_stage();
   return std::move(filled.mesh);
 }

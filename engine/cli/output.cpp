@@ -174,8 +174,7 @@ void add_holes(Facts& facts, std::span<const HoleFacts> holes, const MeshFacts& 
     facts.emplace_back("mended", counted(mesh.mended_triangles, "triangle", "triangles") +
                                      " of the scan taken out so that a closed object is closed");
   if (mesh.pinches.value_or(0) > 0)
-    facts.emplace_back("pinched", "sheets touch in " +
-                                      counted(*mesh.pinches, "point", "points") +
+    facts.emplace_back("pinched", "sheets touch in " + counted(*mesh.pinches, "point", "points") +
                                       ", where vertices are doubled");
   for (std::size_t i = 0; i < std::min(kReasons, found.reasons.size()); ++i)
     facts.emplace_back(i == 0 ? "left open" : "", format_count(found.reasons[i].second) + ": " +

@@ -227,8 +227,9 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
   }
   Attempts attempts(problem, options);
   const bool is_done = options.flat ? attempts.try_membrane() || attempts.is_too_large()
-                     : attempts.try_flat() || attempts.try_plane() || attempts.try_implicit() ||
-                       attempts.is_too_large() || attempts.try_membrane();
+                                    : attempts.try_flat() || attempts.try_plane() ||
+                                          attempts.try_implicit() || attempts.is_too_large() ||
+                                          attempts.try_membrane();
   if (!is_done) attempts.try_direct();
   return attempts.result();
 }

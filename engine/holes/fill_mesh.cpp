@@ -12,6 +12,7 @@
 #include "engine/holes/loops/mesh_surface.h"
 #include "engine/holes/loops/split_vertices.h"
 #include "engine/holes/mend_solids.h"
+#include "engine/holes/patch/box_tree.h"
 #include "engine/holes/patch/patch_vertices.h"
 
 namespace orbweave {
@@ -47,8 +48,8 @@ Survey survey_of(const TriangleMesh& mesh, const FillOptions& options,
   FillOptions kept = options;
   kept.min_triangles = least;  // a mesh that is given keeps its crumbs
   survey.fans = boundary.fans;
-  survey.plan = plan_holes(std::move(boundary.fans), std::move(boundary.vertices),
-                           components.pieces, kept);
+  survey.plan =
+      plan_holes(std::move(boundary.fans), std::move(boundary.vertices), components.pieces, kept);
   // Ids go on after those that the mesh has already.
   std::int32_t last = 0;
   for (const std::int32_t id : mesh.hole) last = std::max(last, id);
@@ -134,38 +135,42 @@ Mended mend(const TriangleMesh& mesh, const Survey& survey, const MeshSurface& s
     boxes.push_back(box_of(mesh, patch));
   }
   const Faults faults{open_loops_of_solids(survey.plan, holes), pinches_of(mesh, survey)};
+  if (faults.loops.empty() && faults.pinched.empty()) return {};
+  const BoxTree tree(mesh.vertices.positions, mesh.triangles);
   const auto scanned_near = [&](const Box& box, std::vector<Triangle64>& out) {
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      if (!survey.keep.empty() && survey.keep[t] == 0) continue;
+    tree.for_each(box, [&](std::uint32_t t) {
       const Triangle& corners = mesh.triangles[t];
-      Box own;
-      for (const std::uint32_t vertex : corners) own.extend(mesh.vertices.positions[vertex]);
-      if (own.intersects(box))
+      if (survey.keep.empty() || survey.keep[t] != 0)
         out.push_back(smallest_first(Triangle64{corners[0], corners[1], corners[2]}));
-    }
+      return true;
+    });
   };
   const auto patch_of = [&](std::size_t l) { return patches[l]; };
-  const FilledSurface filled{surface, scanned_near,          survey.plan.loops,
-                             holes,   survey.plan.is_wanted, std::move(boxes),
+  const FilledSurface filled{surface,
+                             scanned_near,
+                             survey.plan.loops,
+                             holes,
+                             survey.plan.first_id,
+                             survey.plan.is_wanted,
+                             std::move(boxes),
                              patch_of};
   return mend_solids(filled, faults, options, stop);
 }
 
 /// Takes out what mending gave up: triangles by `keep`, patches from their list. The patches that
 /// mended come last in it.
-void apply(Mended& mended, const TriangleMesh& mesh, std::vector<std::uint8_t>& keep,
-           std::vector<LoopPatch>& patches) {
+void apply(const Mended& mended, const TriangleMesh& mesh, std::int32_t first_id,
+           std::vector<std::uint8_t>& keep, std::vector<LoopPatch>& patches) {
   if (keep.empty()) keep.assign(mesh.triangles.size(), 1);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Triangle& corners = mesh.triangles[t];
     const Triangle64 known = smallest_first(Triangle64{corners[0], corners[1], corners[2]});
     if (std::binary_search(mended.taken.begin(), mended.taken.end(), known)) keep[t] = 0;
   }
-  const std::int32_t first = patches.empty() ? 0 : patches.front().facts.id;
   for (std::size_t l = 0; l < mended.is_replaced.size(); ++l)
     if (mended.is_replaced[l] != 0) patches[l] = {};
   const auto set_facts = [&](const HoleFacts& facts) {
-    const auto l = static_cast<std::size_t>(facts.id - first);
+    const auto l = static_cast<std::size_t>(facts.id - first_id);
     if (l >= patches.size()) patches.resize(l + 1);
     patches[l].facts = facts;
   };
@@ -231,8 +236,8 @@ FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options, const StopTo
                                [](const LoopPatch& patch) { return !patch.triangles.empty(); });
   if (any && !options.allow_intersections)
     drop_crossing_patches(mesh, survey.keep, plan, patches, stop);
-  Mended mended = mend(mesh, survey, surface, patches, options, stop);
-  if (!mended.empty()) apply(mended, mesh, survey.keep, patches);
+  const Mended mended = mend(mesh, survey, surface, patches, options, stop);
+  if (!mended.empty()) apply(mended, mesh, plan.first_id, survey.keep, patches);
   FilledMesh filled;
   filled.mesh = std::move(mesh);
   filled.pieces_removed = survey.pieces_removed + mended.pieces_gone;
@@ -248,7 +253,9 @@ FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options, const StopTo
   for (const LoopPatch& patch : mended.patches) append(patch, patch.facts.id, filled.mesh);
   for (LoopPatch& patch : patches) filled.holes.push_back(std::move(patch.facts));
   remove_vertices(mended.freed, filled.mesh);
-  filled.vertices_doubled = split_vertices(filled.mesh, pinched_vertices(filled.mesh));
+  const std::vector<std::uint32_t> pinched = pinched_vertices(filled.mesh);
+  filled.pinches = pinched.size();
+  filled.vertices_doubled = split_vertices(filled.mesh, pinched);
   return filled;
 }
 

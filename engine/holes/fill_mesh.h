@@ -20,6 +20,7 @@ struct FilledMesh {
   std::uint64_t pieces_removed = 0;
   std::uint64_t triangles_removed = 0;  ///< of them
   std::uint64_t vertices_doubled = 0;   ///< where several fans were left
+  std::uint64_t pinches = 0;            ///< of these the originals
   std::uint64_t triangles_mended = 0;   ///< taken out so that closed objects are closed
 };
 

@@ -284,9 +284,7 @@ HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> verti
     plan.reasons.push_back(std::move(choice.reason));
     plan.open.push_back(choice.open);
   }
-  plan.is_scene.assign(pieces.size(), 0);
-  if (options.keep_outer_border)
-    plan.is_scene = pieces_of_scenes(plan.loops, pieces, outer_borders(plan.loops, pieces));
+  plan.is_scene = pieces_of_scenes(plan.loops, pieces, outer_borders(plan.loops, pieces));
   choices = {};
   plan.islands = find_islands(plan.loops, kinds.is_hole, kinds.may_be_island, plan.vertices);
   plan.vertices = vertices_around_islands(plan);

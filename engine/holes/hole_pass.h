@@ -27,8 +27,8 @@ struct LoopPatch {
   HoleFacts facts;  ///< all but chunks
 };
 
-/// One loop alone, from what is around it. `taken`: edges that its patch must not use. `known`: what
-/// is known of the loop. `flat`: PatchOptions::flat. `stop` may be null.
+/// One loop alone, from what is around it. `taken`: edges that its patch must not use. `known`:
+/// what is known of the loop. `flat`: PatchOptions::flat. `stop` may be null.
 LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop,
                     std::span<const std::array<std::uint64_t, 2>> taken, const HoleFacts& known,
                     const FillOptions& options, const StopToken* stop, bool flat = false);
@@ -51,9 +51,7 @@ struct HolePlan {
   /// Per piece, whether it is to be removed (find_crumbs); its loops are not among `loops`.
   std::vector<std::uint8_t> crumbs;
   std::vector<std::uint8_t> is_wanted;  ///< per loop, whether it is to be filled
-  /// Per piece, whether it is of an open scene (pieces_of_scenes); none is where
-  /// FillOptions::keep_outer_border says that all is to be closed.
-  std::vector<std::uint8_t> is_scene;
+  std::vector<std::uint8_t> is_scene;   ///< per piece, whether it is of one (pieces_of_scenes)
   bool is_of_solid(std::size_t loop) const;
 
   /// A group's loops: the hole, then its islands.

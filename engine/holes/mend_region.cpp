@@ -10,6 +10,11 @@ namespace orbweave {
 namespace {
 
 constexpr int kMostAttempts = 12;
+/// A gap of so many edges takes long to fill: fewer attempts.
+constexpr std::size_t kLargeGap = 500;
+constexpr int kAttemptsAtLarge = 4;
+/// A patch that runs into more is in the way of a surface, not of a few triangles.
+constexpr std::size_t kMostContacts = 500;
 /// A component of no more triangles that only the gap held is given up with it.
 constexpr std::size_t kLoose = 64;
 /// What hangs together does so within so many triangles.
@@ -277,8 +282,8 @@ std::uint64_t RegionMender::contacts_of(const Trial& trial,
   const std::vector<Contact> contacts = find_contacts(vertices.positions(), patch, sheet);
   for (const Contact& contact : contacts) {
     const std::size_t second = contact[1];
-    found.push_back({own[contact[0]],
-                     second < own.size() ? own[second] : others[second - own.size()]});
+    found.push_back(
+        {own[contact[0]], second < own.size() ? own[second] : others[second - own.size()]});
   }
   return contacts.size();
 }
@@ -342,7 +347,8 @@ bool RegionMender::close() {
     std::size_t edges = 0;
     for (const BoundaryLoop& gap : all) edges += gap.vertices.size();
     if (edges != rim_.size() || !hangs_together(all)) return false;
-    std::vector<std::array<OwnedTriangle, 2>> contacts, fewest;
+    if (edges > kLargeGap && attempt >= kAttemptsAtLarge) return false;
+    std::vector<std::array<OwnedTriangle, 2>> contacts;
     std::vector<BoundaryLoop> unfilled;
     for (const bool flat : {false, true}) {
       take_back_trials();
@@ -355,6 +361,7 @@ bool RegionMender::close() {
       if (contacts.empty() && unfilled.empty()) return true;
       if (flat) break;
     }
+    if (contacts.size() > kMostContacts) return false;
     for (const BoundaryLoop& gap : unfilled)
       for (const std::uint64_t vertex : gap.vertices) take_around(vertex);
     if (!contacts.empty()) widen(contacts, all);

@@ -79,7 +79,7 @@ class Mender {
 
   Mended result() {
     Mended mended;
-    std::int32_t next_id = filled_.holes.empty() ? 1 : filled_.holes.back().id + 1;
+    auto next_id = filled_.first_id + static_cast<std::int32_t>(filled_.loops.size());
     for (const Mend& mend : mends_) add_mend(mend, next_id, mended);
     mended.is_replaced = is_replaced_;
     mended.taken.assign(surface_.taken().begin(), surface_.taken().end());

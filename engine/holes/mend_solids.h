@@ -42,8 +42,8 @@ struct Mended {
   double taken_area = 0.0;                ///< theirs
   std::uint64_t pieces_gone = 0;          ///< connected pieces of the scanned mesh that went whole
   std::vector<std::uint64_t> freed;       ///< vertices that no triangle uses any more, ascending
-  std::vector<OpenFan> corners;  ///< a fan per scanned triangle left at the vertices below
-  std::vector<std::uint64_t> touched;  ///< vertices whose fans have changed, ascending
+  std::vector<OpenFan> corners;           ///< a fan per scanned triangle left at the vertices below
+  std::vector<std::uint64_t> touched;     ///< vertices whose fans have changed, ascending
 
   bool empty() const { return patches.empty() && taken.empty(); }
 };

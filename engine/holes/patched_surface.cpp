@@ -40,8 +40,8 @@ std::vector<double> PatchedSurface::values(std::span<const std::uint64_t> vertic
   std::vector<double> values = filled_.scanned.values(vertices.first(scanned));
   for (const std::uint64_t vertex : vertices.subspan(scanned)) {
     const std::vector<double>& of_patch = known(patch_of_vertex(vertex)).patch.values;
-    const auto row = of_patch.begin() +
-                     static_cast<std::ptrdiff_t>(place_of_vertex(vertex) * channels());
+    const auto row =
+        of_patch.begin() + static_cast<std::ptrdiff_t>(place_of_vertex(vertex) * channels());
     values.insert(values.end(), row, row + channels());
   }
   return values;
@@ -124,7 +124,7 @@ std::vector<OwnedTriangle> PatchedSurface::triangles_of(std::uint32_t patch) con
 std::uint32_t PatchedSurface::patch_of_loop(std::uint32_t loop) const {
   const HoleFacts& hole = filled_.holes[loop];
   if (hole.joined_to == 0) return loop;
-  return static_cast<std::uint32_t>(hole.joined_to - filled_.holes.front().id);
+  return static_cast<std::uint32_t>(hole.joined_to - filled_.first_id);
 }
 
 std::vector<std::uint32_t> PatchedSurface::loops_of_patch(std::uint32_t patch) const {

@@ -24,9 +24,10 @@ struct FilledSurface {
   /// Adds the scanned triangles that come near a box, and maybe others.
   std::function<void(const Box&, std::vector<Triangle64>&)> scanned_near;
   std::span<const BoundaryLoop> loops;
-  std::span<const HoleFacts> holes;  ///< what became of each loop
+  std::span<const HoleFacts> holes;         ///< what became of each loop
+  std::int32_t first_id = 1;                ///< of the first loop
   std::span<const std::uint8_t> is_wanted;  ///< per loop, whether it was to be filled
-  std::vector<Box> boxes;            ///< per loop, of its patch; empty where it has none
+  std::vector<Box> boxes;                   ///< per loop, of its patch; empty where it has none
   /// The patch of a loop that has one; its new vertices are kNewVertex + index.
   std::function<LoopPatch(std::size_t)> patch_of;
 };

@@ -69,8 +69,8 @@ TriangleMesh sphere_with_flap() {
   TriangleMesh sphere = test::sphere_mesh(4);
   cut(sphere, [](Vec3 p) { return p.z > 0.0 && std::hypot(p.x, p.y) < 0.3; });
   // A strip that hangs on the rim at one edge and goes up through the gap beside it.
-  std::uint32_t rim = nearest(sphere, {0.3, 0.0, 0.95}, 0,
-                              static_cast<std::uint32_t>(sphere.vertices.size()));
+  std::uint32_t rim =
+      nearest(sphere, {0.3, 0.0, 0.95}, 0, static_cast<std::uint32_t>(sphere.vertices.size()));
   std::uint32_t other = rim;
   double best = 1.0;
   std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
@@ -198,8 +198,7 @@ TEST_CASE("LooseSheetsBesideAClosedObjectAreCrumbsAndThoseOfAScenesAreNot") {
   std::vector<BoundaryLoop> of_scene = loops;
   of_scene.push_back(border({0, 0, 0}, 1.4, 0));
   const std::vector<std::uint8_t> is_border_of_scene = {1, 1, 1, 1};
-  CHECK(find_crumbs(of_scene, pieces, is_border_of_scene) ==
-        std::vector<std::uint8_t>{0, 0, 0, 0});
+  CHECK(find_crumbs(of_scene, pieces, is_border_of_scene) == std::vector<std::uint8_t>{0, 0, 0, 0});
 }
 
 }  // namespace orbweave

@@ -103,6 +103,7 @@ PointCloud holed_torus() {
 TEST_CASE("TheFrontDoorGivesTheBytesOfTheJob", "[costly]") {
   check_same_as_job(holed_torus());
   check_same_as_job(torus(3000, 0.4));
+  check_same_as_job(torus(3000, 1.6));  // mended
   check_same_as_job(with_float_normals(random_sphere(3000, 3).cloud));
 }
 

@@ -27,9 +27,8 @@ std::vector<std::uint8_t> find_crumbs(std::span<const BoundaryLoop> loops,
                                       std::span<const std::uint8_t> is_border) {
   std::vector<std::uint8_t> crumbs(pieces.size(), 0);
   const auto largest =
-      std::max_element(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) {
-        return a.triangles < b.triangles;
-      });
+      std::max_element(pieces.begin(), pieces.end(),
+                       [](const Piece& a, const Piece& b) { return a.triangles < b.triangles; });
   if (largest == pieces.end()) return crumbs;
   const std::uint64_t most = std::min(kMostTriangles, largest->triangles / kShare);
   const auto object = static_cast<std::size_t>(largest - pieces.begin());

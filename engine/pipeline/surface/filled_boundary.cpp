@@ -179,8 +179,7 @@ std::uint64_t count_components(const UnfilledMesh& mesh, const PatchTotals& patc
 std::uint64_t count_pinches(const FilledHoles& filled) {
   std::vector<std::uint64_t> doubled = filled.copies;
   std::sort(doubled.begin(), doubled.end());
-  return static_cast<std::uint64_t>(std::unique(doubled.begin(), doubled.end()) -
-                                    doubled.begin());
+  return static_cast<std::uint64_t>(std::unique(doubled.begin(), doubled.end()) - doubled.begin());
 }
 
 }  // namespace

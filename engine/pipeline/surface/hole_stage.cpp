@@ -244,8 +244,8 @@ void add_mended_to_totals(const ChunkStore& store, ChunkId batch, std::uint64_t 
   }
 }
 
-/// Takes the facts of all loops to `filled`, as far as batches were stored. `batches`: how many are;
-/// one more than were filled where closed objects were mended.
+/// Takes the facts of all loops to `filled`, as far as batches were stored. `batches`: how many
+/// are; one more than were filled where closed objects were mended.
 PatchTotals collect_patches(TracedHoles& holes, ChunkId batches, const Partition& partition,
                             StageRunner& runner, FilledHoles& filled) {
   PatchTotals sum;
@@ -334,12 +334,9 @@ Mended mend(HoleInputs& inputs, TracedHoles& holes, StoredSurface& surface, Stag
   std::sort(holes.fans.begin(), holes.fans.end(), [](const OpenFan& a, const OpenFan& b) {
     return a.vertex != b.vertex ? a.vertex < b.vertex : a.previous < b.previous;
   });
-  const MendInputs to_mend{inputs.surface,
-                           surface,
-                           holes.plan,
-                           static_cast<ChunkId>(holes.batches.size()),
-                           holes.fans,
-                           inputs.boundary.pinched};
+  const MendInputs to_mend{inputs.surface, surface,
+                           holes.plan,     static_cast<ChunkId>(holes.batches.size()),
+                           holes.fans,     inputs.boundary.pinched};
   Mended mended = mend_holes(to_mend, runner);
   by_root(runner, [&] { store_mended(mended, to_mend, runner.store); });
   if (mended.empty()) return mended;
@@ -394,8 +391,7 @@ HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
   result.filled.copies = std::move(split.copies);
   surface.limit_memory(0);
   release_freed_memory();
-  const PatchTotals patches =
-      collect_patches(holes, stored, partition, runner, result.filled);
+  const PatchTotals patches = collect_patches(holes, stored, partition, runner, result.filled);
   result.facts =
       facts_after_fill(std::move(inputs.facts),
                        {std::move(holes.fans), inputs.boundary.pieces, holes.is_removed, mended},

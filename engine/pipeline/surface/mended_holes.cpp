@@ -111,8 +111,14 @@ Mended mend_holes(const MendInputs& inputs, StageRunner& runner) {
   const auto patch_of = [&](std::size_t l) {
     return patch_in(load_patch_batch(runner.store, patches.batch[l]), patches.holes[l].id);
   };
-  const FilledSurface filled{inputs.mesh,    scanned_near,             plan.loops, patches.holes,
-                             plan.is_wanted, std::move(patches.boxes), patch_of};
+  const FilledSurface filled{inputs.mesh,
+                             scanned_near,
+                             plan.loops,
+                             patches.holes,
+                             plan.first_id,
+                             plan.is_wanted,
+                             std::move(patches.boxes),
+                             patch_of};
   return mend_solids(filled, faults, runner.job.fill, &runner.stop);
 }
 
