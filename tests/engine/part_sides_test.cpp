@@ -127,7 +127,8 @@ TEST_CASE("AnEmptyRoomIsKnownByTheDensityOfItsPoints") {
   const Oriented result = oriented(seen, 20.0);
   CHECK(result.right > 0.97);
   CHECK(result.found.interiors == 1);
-  CHECK(result.found.doubtful_area < 0.05);
+  // Scanners close in front of all sides of a block make such densities, too.
+  CHECK(result.found.doubtful_area > 0.9);
 }
 
 TEST_CASE("AnEvenBoxIsOutwardAndSaidToBeAGuess") {

@@ -80,14 +80,15 @@ Json to_json(const NormalFacts& facts) {
 }
 
 NormalFacts normals_from(const Json& j) {
-  NormalFacts facts{.source = normal_source_from(j.at(0).get<std::string>()),
-                    .orientation = orientation_from(j.at(1).get<std::string>()),
-                    .neighbors = j.at(2),
-                    .max_radius = j.at(3),
-                    .patches = j.at(4),
-                    .components = j.at(5),
-                    .contested = j.at(6),
-                    .satisfied = j.at(7)};
+  NormalFacts facts;
+  facts.source = normal_source_from(j.at(0).get<std::string>());
+  facts.orientation = orientation_from(j.at(1).get<std::string>());
+  facts.neighbors = j.at(2);
+  facts.max_radius = j.at(3);
+  facts.patches = j.at(4);
+  facts.components = j.at(5);
+  facts.contested = j.at(6);
+  facts.satisfied = j.at(7);
   // Documents of earlier versions end before.
   if (j.size() > 8) {
     for (const Json& place : j.at(8))
