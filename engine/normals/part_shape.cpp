@@ -60,7 +60,8 @@ bool is_tube(const Sums& sums, double area) {
 }
 
 bool is_box(const Sums& sums, double area) {
-  constexpr double kBox = 0.85, kMostLevel = 0.9;
+  // Patches near edges lean towards both of their sides.
+  constexpr double kBox = 0.6, kMostLevel = 0.9;
   const double upright = std::hypot(sums.four_x, sums.four_y);
   return area > 0.0 && sums.level + upright > kBox * area && sums.level < kMostLevel * area &&
          upright < kMostLevel * area;
