@@ -1,6 +1,6 @@
 // Estimated and oriented normals against the known ones: share of points whose sign agrees, angle
 // error, CPU seconds; whole and cut into chunks with exactly the halo that is stated. One JSON line
-// out. usage: bench_orientation CLOUD [CHUNKS] [THREADS]
+// out. usage: bench_orientation CLOUD [CHUNKS] [THREADS] [CELL]
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
 #include <time.h>
@@ -87,14 +87,15 @@ void append(std::vector<T>& to, const std::vector<T>& rows) {
   to.insert(to.end(), rows.begin(), rows.end());
 }
 
-Found run(const std::vector<Vec3>& positions, std::uint32_t chunks, double spacing) {
+/// `cell`: side of the patches' cells; 0: from the spacing.
+Found run(const std::vector<Vec3>& positions, std::uint32_t chunks, double spacing, double cell) {
   const auto size = static_cast<std::uint32_t>(positions.size());
   const auto begin_of = [&](std::uint32_t chunk) {
     return static_cast<std::uint32_t>(std::uint64_t{chunk} * size / chunks);
   };
   const orbweave::NormalEstimateOptions normals{16, 8.0 * spacing};
   orbweave::OrientationOptions options;
-  options.cell = std::exp2(std::round(std::log2(14.0 * spacing)));
+  options.cell = cell > 0.0 ? cell : std::exp2(std::round(std::log2(14.0 * spacing)));
   options.max_radius = 8.0 * spacing;
   std::vector<std::uint64_t> global(size);
   std::iota(global.begin(), global.end(), std::uint64_t{0});
@@ -193,11 +194,12 @@ nlohmann::json report(const Found& found, const PointCloud& cloud) {
 
 int main(int argc, char** argv) try {
   if (argc < 2) {
-    std::fputs("usage: bench_orientation CLOUD [CHUNKS] [THREADS]\n", stderr);
+    std::fputs("usage: bench_orientation CLOUD [CHUNKS] [THREADS] [CELL]\n", stderr);
     return 2;
   }
   const auto chunks = static_cast<std::uint32_t>(argc > 2 ? std::stoul(argv[2]) : 1);
   const int threads = argc > 3 ? std::stoi(argv[3]) : 1;
+  const double cell = argc > 4 ? std::stod(argv[4]) : 0.0;
   PointCloud cloud = orbweave::read_all(*orbweave::open_point_source(argv[1]));
   if (cloud.normals.empty() || cloud.size() < 8) {
     std::fputs("bench_orientation: the cloud must have normals and at least 8 points\n", stderr);
@@ -207,12 +209,12 @@ int main(int argc, char** argv) try {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<std::size_t>(threads));
   const double spacing = spacing_of(cloud.positions);
-  const Found whole = run(cloud.positions, 1, spacing);
+  const Found whole = run(cloud.positions, 1, spacing, cell);
   nlohmann::json line = report(whole, cloud);
   line["spacing"] = spacing;
   line["threads"] = threads;
   if (chunks > 1) {
-    const Found parts = run(cloud.positions, chunks, spacing);
+    const Found parts = run(cloud.positions, chunks, spacing, cell);
     line["chunks"] = chunks;
     line["same_in_chunks"] = parts.normals == whole.normals;
   }

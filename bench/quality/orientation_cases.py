@@ -24,7 +24,7 @@ from meshes import read_mesh, read_ply, write_cloud  # noqa: E402
 from scipy.spatial import cKDTree  # noqa: E402
 
 RIGHT = 0.99
-WARNING = "side of the normals"
+WARNING = "the side of the normals is"
 JOBS = {"auto": "configs/object.toml", "ground": "configs/terrestrial-scan.toml"}
 COLUMNS = ["case", "rule", "points", "right", "warned", "patches", "contested", "contested_area", "doubtful_area",
            "components", "interiors", "verdict"]

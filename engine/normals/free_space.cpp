@@ -64,7 +64,7 @@ class Search {
  private:
   void add(std::uint32_t v, PartSpace& space) {
     // Turned from patch to patch, so that walls at right angles do not all send rays along an axis.
-    turned_ = {0.6 * turned_[0] - 0.8 * turned_[1], 0.8 * turned_[0] + 0.6 * turned_[1]};
+    turn();
     const Vec3 normal = turn_[v] ? -rays_.normal(v) : rays_.normal(v);
     const double area = norm(sums_[v].area_normal);
     const Side front = look(v, normal, true), back = look(v, -normal, false);
@@ -74,7 +74,10 @@ class Search {
     if (front.left > kShut || back.left > kShut) return;
     space.shut += area;
     if (front.reach > kWider * back.reach) space.farther_front += area;
-    if (back.reach > kByFarWider * front.reach) space.farther_back += area;
+    if (back.reach > kByFarWider * front.reach && is_cut_off(v, normal)) {
+      space.farther_back += area;
+      ++space.cut_off;
+    }
   }
 
   static void finish(PartSpace& space) {
@@ -83,16 +86,47 @@ class Search {
     space.open_back /= space.area;
   }
 
-  Side look(std::uint32_t v, Vec3 side, bool is_front) {
+  Vec3 direction_to(Vec3 side, std::size_t k) const {
     const PlaneAxes axes = plane_axes(side);
+    const double x = turned_[0] * kDisc[k][0] - turned_[1] * kDisc[k][1];
+    const double y = turned_[1] * kDisc[k][0] + turned_[0] * kDisc[k][1];
+    return normalized(x * axes.u + y * axes.v +
+                      std::sqrt(std::max(0.0, 1.0 - x * x - y * y)) * side);
+  }
+
+  void turn() {
+    turned_ = {0.6 * turned_[0] - 0.8 * turned_[1], 0.8 * turned_[0] + 0.6 * turned_[1]};
+  }
+
+  /// Whether few of the rays to a side leave the cloud even where they are thrown back again and
+  /// again: the space of a fold leads outside, the inside of a board does not.
+  bool is_cut_off(std::uint32_t v, Vec3 side) {
+    constexpr int kThrows = 24;
+    constexpr std::size_t kMostOut = 3;
+    std::size_t out = 0;
+    for (std::size_t k = 0; k < kDisc.size(); ++k) {
+      std::uint32_t at = v;
+      Vec3 to = side;
+      for (int thrown = 0; thrown < kThrows && at != PatchRays::kNothing; ++thrown) {
+        turn();
+        const Vec3 direction =
+            direction_to(to, (k + static_cast<std::size_t>(thrown)) % kDisc.size());
+        at = rays_.first(at, direction).patch;
+        if (at == PatchRays::kNothing) break;
+        to = rays_.normal(at);
+        if (dot(to, direction) > 0.0) to = -to;
+      }
+      if (at == PatchRays::kNothing) ++out;
+    }
+    return out <= kMostOut;
+  }
+
+  Side look(std::uint32_t v, Vec3 side, bool is_front) {
     const double area = norm(sums_[v].area_normal) / static_cast<double>(kDisc.size());
     std::array<double, kDisc.size()> reaches{};
     Side found;
     for (std::size_t k = 0; k < kDisc.size(); ++k) {
-      const double x = turned_[0] * kDisc[k][0] - turned_[1] * kDisc[k][1];
-      const double y = turned_[1] * kDisc[k][0] + turned_[0] * kDisc[k][1];
-      const Vec3 direction = normalized(x * axes.u + y * axes.v +
-                                        std::sqrt(std::max(0.0, 1.0 - x * x - y * y)) * side);
+      const Vec3 direction = direction_to(side, k);
       const PatchRays::Hit hit = rays_.first(v, direction);
       reaches[k] = hit.distance;
       if (hit.patch == PatchRays::kNothing) {

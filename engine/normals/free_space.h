@@ -19,7 +19,8 @@ struct PartSpace {
   double area = 0.0;
   double shut = 0.0;           ///< of patches shut in on both sides
   double farther_front = 0.0;  ///< of them, where front is the wider side
-  double farther_back = 0.0;   ///< and where back is by far the wider side
+  double farther_back = 0.0;   ///< and where back is by far the wider side, and front is cut off
+  std::uint64_t cut_off = 0;   ///< how many of the latter
   double open_front = 0.0;     ///< of rays to the front, those that leave the cloud
   double open_back = 0.0;      ///< of rays to the back
 };

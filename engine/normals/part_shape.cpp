@@ -38,9 +38,10 @@ PartKind kind_of(const PartShape& shape, double diagonal) {
 
 void add_direction(const PatchSum& patch, Sums& sums) {
   constexpr double kAlong = 0.985, kAcross = 0.17;  // 10 degrees
-  const double area = norm(patch.area_normal);
+  // Patches at corners have no direction.
+  const double area = surface_area(patch);
   if (!(area > 0.0)) return;
-  const Vec3 n = patch.area_normal / area;
+  const Vec3 n = normalized(patch.area_normal);
   const SymmetricMatrix m = outer(n);
   sums.normals += {area * m.xx, area * m.xy, area * m.xz, area * m.yy, area * m.yz, area * m.zz};
   if (std::abs(n.z) > kAlong) sums.level += area;
@@ -59,9 +60,10 @@ bool is_tube(const Sums& sums, double area) {
 }
 
 bool is_box(const Sums& sums, double area) {
-  constexpr double kBox = 0.85, kMostLevel = 0.9;
+  // Patches near edges lean towards both of their sides.
+  constexpr double kBox = 0.6, kMostLevel = 0.9;
   const double upright = std::hypot(sums.four_x, sums.four_y);
-  return sums.level + upright > kBox * area && sums.level < kMostLevel * area &&
+  return area > 0.0 && sums.level + upright > kBox * area && sums.level < kMostLevel * area &&
          upright < kMostLevel * area;
 }
 
@@ -78,8 +80,8 @@ void finish(const Sums& sums, PartShape& shape) {
   if (!(shape.area > 0.0)) return;
   shape.openness = norm(shape.area_normal) / shape.area;
   if (diagonal > 0.0) shape.bulge = 2.0 * shape.flux / (shape.area * diagonal);
-  shape.is_tube = is_tube(sums, shape.area);
-  shape.is_box = is_box(sums, shape.area);
+  shape.is_tube = is_tube(sums, shape.surface);
+  shape.is_box = is_box(sums, shape.surface);
 }
 
 }  // namespace

@@ -8,23 +8,22 @@
 namespace orbweave {
 namespace {
 
-/// Parts that are smaller follow their shape alone; share of the surface of all.
-constexpr double kLeastSurface = 0.002;
+/// Parts that are smaller follow their shape alone; share of the area of all.
+constexpr double kLeastArea = 0.002;
 /// Areas that speak for a side: this many to one against it.
 constexpr double kClear = 3.0;
-/// So much of an interior's area has much more room within than without. Folds of a closed object
-/// that are shut in make less.
-constexpr double kInterior = 0.012;
+/// So much of an interior's area has much more room within than without, where nothing from
+/// outside can get to see it. Of the folds of a closed object a tenth of that is so hidden.
+constexpr double kInterior = 0.008;
 
 /// The rows of parts that are large enough to be asked about.
 RowsOfParts rows_of_parts(std::span<const PatchSum> sums, const SignedParts& parts,
                           std::span<const OrientedPart> found) {
   double total = 0.0;
-  for (const OrientedPart& part : found) total += part.shape.surface;
+  for (const OrientedPart& part : found) total += part.shape.area;
   RowsOfParts rows;
   for (const OrientedPart& part : found)
-    if (part.shape.surface > 0.0 && part.shape.surface >= kLeastSurface * total)
-      rows[part.shape.first];
+    if (part.shape.area > 0.0 && part.shape.area >= kLeastArea * total) rows[part.shape.first];
   for (std::uint32_t v = 0; v < sums.size(); ++v) {
     const auto at = rows.find(parts.part[v]);
     if (at != rows.end() && norm(sums[v].area_normal) > 0.0) at->second.push_back(v);
@@ -41,7 +40,7 @@ class Judge {
       : sums_(sums), turn_(turn), rows_(rows), options_(options), parts_(parts) {
     for (OrientedPart& part : parts) {
       by_first_[part.shape.first] = &part;
-      total_ += part.shape.surface;
+      total_ += part.shape.area;
     }
   }
 
@@ -74,7 +73,8 @@ class Judge {
       // Scanners close in front of every side of an object make the same densities.
       turn(part, PartSide::kInterior);
       part.doubt = part.shape.is_box ? PartDoubt::kBox : PartDoubt::kFreeSpace;
-    } else if (back >= kInterior * space.area && kClear * back > front) {
+    } else if ((back >= kInterior * space.area && kClear * back > front) ||
+               part.density.may_be_seen_from_inside()) {
       part.doubt = PartDoubt::kFreeSpace;
     } else if (2.0 * space.shut > space.area &&
                front <= std::max(kClear * back, 0.25 * space.shut)) {
@@ -85,11 +85,13 @@ class Judge {
   /// Whether boards, reveals and walls between rooms say that free space is within: of a room whose
   /// windows and unseen parts leave little open, less of them is enough.
   static bool is_wide_within(const OrientedPart& part) {
-    constexpr double kLeast = 0.006, kOpen = 0.25, kLittleOpen = 0.08, kMost = 2.0;
+    constexpr double kLeast = 0.005, kOpen = 0.25, kLittleOpen = 0.08, kMost = 2.0;
     // Leaves and noise are shut in by each other.
     constexpr double kSurface = 0.5;
+    constexpr std::uint64_t kLeastPatches = 4;
     const PartSpace& space = part.space;
-    if (part.shape.surface < kSurface * part.shape.area) return false;
+    if (space.cut_off < kLeastPatches || part.shape.surface < kSurface * part.shape.area)
+      return false;
     if (space.farther_back < kMost * space.farther_front) return false;
     return space.farther_back >=
                (space.open_back < kLittleOpen ? kLeast : kInterior) * space.area &&
@@ -144,13 +146,12 @@ class Judge {
     OrientedPart& outer = *by_first_.at(facing.to);
     if (is_changed(inner) || inner.space.farther_front < kSure * inner.space.area) return;
     if (outer.side == PartSide::kSettled || outer.shape.kind == PartKind::kLandscape) return;
-    if (facing.front < kMost * inner.space.area || outer.shape.surface < inner.shape.surface)
-      return;
+    if (facing.front < kMost * inner.space.area || outer.shape.area < inner.shape.area) return;
     const double agreement = votes(facing, inner, outer);
     if (std::abs(agreement) < kSure * facing.weight) return;
     if (agreement > 0.0 && outer.side == PartSide::kInterior) outer.doubt = PartDoubt::kNone;
     if (agreement > 0.0 || outer.side != PartSide::kShape) return;
-    if (inner.shape.surface >= kLarge * total_) {
+    if (inner.shape.area >= kLarge * total_) {
       turn(outer, PartSide::kInterior);
     } else {
       outer.doubt = PartDoubt::kNested;

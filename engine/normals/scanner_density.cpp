@@ -192,6 +192,8 @@ bool DensityFit::is_seen_from_inside() const {
          inside < kBetter * outside;
 }
 
+bool DensityFit::may_be_seen_from_inside() const { return even > kUneven && inside <= outside; }
+
 DensityFit fit_density(std::span<const DensitySample> samples, const StopToken* stop) {
   constexpr double kThinnest = 24.0;  // cells along the longest side
   DensityFit fit;
@@ -205,7 +207,7 @@ DensityFit fit_density(std::span<const DensitySample> samples, const StopToken* 
   const double side = longest * std::max(std::cbrt(volume / kPlaces), 1.0 / kThinnest);
   const Fit search(samples);
   fit.even = search.even();
-  if (fit.even <= kUneven) return fit;
+  if (!(fit.even > kUneven)) return fit;
   fit.inside = search.best(lattice(box, side), -1.0, stop);
   fit.outside = search.best(places_outside(box, side), 1.0, stop);
   return fit;

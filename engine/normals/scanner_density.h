@@ -28,6 +28,8 @@ struct DensityFit {
 
   /// Whether scanners inside explain what nothing else does.
   bool is_seen_from_inside() const;
+  /// Whether they explain an uneven density no worse than scanners outside.
+  bool may_be_seen_from_inside() const;
 };
 
 /// Up to four scanners, one after the other, from the places of a coarse lattice: each the one that
