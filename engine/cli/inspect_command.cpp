@@ -182,17 +182,15 @@ Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
   std::optional<Against> against;
   if (!options.against.empty()) against = measure_against(mesh, options);
   const std::vector<HoleFacts> holes = loops_of(std::move(mesh), facts);
-  Inspected inspected;
-  inspected.text = mesh_text(facts) + (against ? against_text(*against) : "") + loops_text(holes);
-  inspected.row = {"mesh",
-                   counted(facts.vertices, "vertex", "vertices") + ", " +
-                       counted(facts.triangles, "triangle", "triangles"),
-                   "", show_extent(facts.bounds), ""};
-  if (!options.json) return inspected;
-  inspected.json = Json::parse(mesh_facts_json(facts));
-  inspected.json["holes"] = Json::parse(holes_json(holes));
-  if (against) inspected.json["against"] = against_json(*against, options.against);
-  return inspected;
+  Json json = Json::parse(mesh_facts_json(facts));
+  json["holes"] = Json::parse(holes_json(holes));
+  if (against) json["against"] = against_json(*against, options.against);
+  return {std::move(json),
+          mesh_text(facts) + (against ? against_text(*against) : "") + loops_text(holes),
+          {"mesh",
+           counted(facts.vertices, "vertex", "vertices") + ", " +
+               counted(facts.triangles, "triangle", "triangles"),
+           "", show_extent(facts.bounds), ""}};
 }
 
 Inspected inspect_cloud(const std::string& file, const InspectOptions& options) {
@@ -201,11 +199,11 @@ Inspected inspect_cloud(const std::string& file, const InspectOptions& options) 
                     {.file = file, .expected = "a mesh before --against"});
   const CloudFacts facts = facts_of_cloud(file, SelectedSource(options.keys));
   if (!options.picture.empty()) draw_cloud(file, facts.bounds, options);
-  Inspected inspected{cloud_json(facts), cloud_text(facts), {}};
-  inspected.row = {shown(format_text(facts.file)), counted(facts.points, "point", "points"),
-                   facts.spacing ? format_number(*facts.spacing) : "unknown",
-                   show_extent(facts.bounds), system_text(facts.coordinate_system)};
-  return inspected;
+  return {cloud_json(facts),
+          cloud_text(facts),
+          {shown(format_text(facts.file)), counted(facts.points, "point", "points"),
+           facts.spacing ? format_number(*facts.spacing) : "unknown", show_extent(facts.bounds),
+           system_text(facts.coordinate_system)}};
 }
 
 Inspected inspect_file(const std::string& file, const InspectOptions& options) {
@@ -306,7 +304,7 @@ class Overview {
       else
         std::cout << (shows_each_ ? "\n" : "") << table(rows_) << std::flush;
     }
-    if (first_) throw *first_;
+    if (first_) throw Error(*first_);
   }
 
  private:

@@ -262,10 +262,11 @@ class GeoJsonReader {
 };
 
 [[noreturn]] void refuse_long(const std::string& name, const std::string& found) {
-  throw_bad_input("the text of the area is too long",
+  throw_bad_input("the area is too large",
                   {.file = name,
                    .found = found,
-                   .expected = "at most " + format_bytes(kMostAreaBytes) + ", and " +
+                   .expected = "at most " + format_bytes(kMostAreaBytes) + ", " +
+                               format_count(kMostAreaCorners) + " corners and " +
                                format_count(kMostJsonValues) + " values of GeoJSON",
                    .advice = "Simplify the polygons, as 'ogr2ogr -simplify' does."});
 }
@@ -277,6 +278,15 @@ void check_length(std::string_view text, bool is_json, const std::string& name) 
                                     [](char c) { return c == ',' || c == '[' || c == '{'; });
   if (static_cast<std::size_t>(values) > kMostJsonValues)
     refuse_long(name, format_count(static_cast<std::uint64_t>(values)) + " values");
+}
+
+void check_corners(const std::vector<AreaPolygon>& polygons, const std::string& name) {
+  std::size_t corners = 0;
+  for (const AreaPolygon& polygon : polygons) {
+    corners += polygon.outer.size();
+    for (const Ring& hole : polygon.holes) corners += hole.size();
+  }
+  if (corners > kMostAreaCorners) refuse_long(name, format_count(corners) + " corners");
 }
 
 std::vector<AreaPolygon> parse_geojson(std::string_view text, const std::string& name) {
@@ -311,7 +321,10 @@ std::vector<AreaPolygon> parse_area(std::string_view text, const std::string& na
   const std::size_t first = std::min(text.find_first_not_of(" \t\r\n"), text.size());
   const bool is_json = first < text.size() && text[first] == '{';
   check_length(text, is_json, name);
-  return is_json ? parse_geojson(text, name) : WktReader(text, name).read();
+  std::vector<AreaPolygon> polygons =
+      is_json ? parse_geojson(text, name) : WktReader(text, name).read();
+  check_corners(polygons, name);
+  return polygons;
 }
 
 std::vector<AreaPolygon> read_area(const std::filesystem::path& path) {

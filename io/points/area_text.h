@@ -14,6 +14,8 @@ namespace orbweave {
 /// Longest text that is taken. What it becomes in memory is a fraction of the least budget of a
 /// job.
 inline constexpr std::size_t kMostAreaBytes = std::size_t{4} << 20;
+/// Most corners of all rings together; with its index, a corner takes some hundred bytes.
+inline constexpr std::size_t kMostAreaCorners = std::size_t{1} << 17;
 
 /// Whether a text is WKT itself, and not the path of a file: it begins with POLYGON or MULTIPOLYGON
 /// in any case, a blank or a bracket behind.

@@ -67,7 +67,7 @@ class PointSource {
   /// where `is_outside` says so of the bounds that the file declares for them, in the coordinates
   /// of the points. Their points count as left out (kOutsideCrop). Bounds that the first points of
   /// a part contradict are not believed.
-  virtual void skip_parts(std::function<bool(const Box& bounds)> /*is_outside*/) {}
+  virtual void skip_parts(const std::function<bool(const Box& bounds)>& /*is_outside*/) {}
   /// Progress: bytes of the file consumed so far (compressed bytes for .gz), and its size.
   virtual std::uint64_t bytes_read() const = 0;
   virtual std::uint64_t bytes_total() const = 0;

@@ -228,6 +228,52 @@ TEST_CASE("InspectOfAFolderIsATableOfItsFiles") {
   CHECK_THAT(run_in(in, {"inspect", "scans"}).err, Contains("broken.ply"));
 }
 
+TEST_CASE("PointsThatWereNeverClassifiedAreToldWithTheToolForIt") {
+  const ScratchDirectory in;
+  write_text(in / "a.csv", "x,y,z,classification\n0,0,0,1\n1,0,0,0\n0,1,0,1\n");
+  const auto result = run_in(in, {"reconstruct", "a.csv", "-o", "m.ply", "--las-classes", "2"});
+  CHECK(result.status == 3);
+  CHECK_THAT(result.err, Contains("not classified") && Contains("pdal translate"));
+}
+
+// The counts are those of bench/count_selection.py, which reads and decides apart from this
+// program.
+TEST_CASE("CropsOfRealTilesHoldAsManyPointsAsAScriptCounts", "[costly]") {
+  struct Selected {
+    const char* file;
+    std::vector<std::string> options;
+    int points;
+  };
+  const std::string tile = "lidar/autzen_stadium_tile_las12_pf2.las";
+  for (const Selected& selected :
+       {Selected{tile.c_str(), {"--crop", "636700,850700,637100,851100"}, 103075},
+        Selected{tile.c_str(),
+                 {"--crop-area",
+                  "POLYGON ((636400.13 850500.77, 637300.5 850700.01, 637100 "
+                  "851600.3, 636700.7 851000.2, 636350 851500))"},
+                 435801},
+        // The limits of the box as polygon: edges that points lie on.
+        Selected{tile.c_str(),
+                 {"--crop-area",
+                  "POLYGON ((636700 850700, 637100 850700, 637100 851100, 636700 "
+                  "851100))"},
+                 103075},
+        Selected{"samples/las/autzen_trim_7.las",
+                 {"--crop", "636300,849000,636900,849400", "--drop-classes", "1"},
+                 13405},
+        Selected{"samples/las/sample_c.las",
+                 {"--drop-classes", "6,31", "--crop-area",
+                  "POLYGON ((674530.25 1206750, 674600 1206741.5, 674580 1206810))"},
+                 34}}) {
+    const auto path = data_path(selected.file);
+    if (skipped_without(path)) return;
+    CAPTURE(selected.file);
+    std::vector<std::string> words = {"inspect", path.string(), "--json"};
+    words.insert(words.end(), selected.options.begin(), selected.options.end());
+    CHECK(json_of(run_program(words))["points"] == selected.points);
+  }
+}
+
 TEST_CASE("InspectShowsWhatSamplesHold") {
   struct Sample {
     const char* file;

@@ -131,8 +131,8 @@ class OwnedSource final : public PointSource {
   DroppedPoints left_out() const override { return source_->left_out(); }
   std::string coordinate_system() const override { return source_->coordinate_system(); }
   FileFacts facts() const override { return source_->facts(); }
-  void skip_parts(std::function<bool(const Box&)> is_outside) override {
-    source_->skip_parts(std::move(is_outside));
+  void skip_parts(const std::function<bool(const Box&)>& is_outside) override {
+    source_->skip_parts(is_outside);
   }
 
  private:

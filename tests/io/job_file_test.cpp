@@ -35,7 +35,11 @@ poses = "scans/scans.conf"
 pose = ["a.ply 1 2 3 0 0 0 1", "b.ply 1 0 0 4 0 1 0 5 0 0 1 6 0 0 0 1"]
 scanner = [0, 0, 1, 0]
 las_classes = [2, 6]
+drop_classes = [12]
 returns = "last"
+crop = [-1, -2, 3, 4.5, 5, 6]
+crop_area = "areas/site.geojson"
+every = 20
 [cleaning]
 auto = true
 outlier_sigma = 3.5
@@ -94,7 +98,11 @@ TEST_CASE("EveryKeyOfAJobFileReachesTheJob") {
   CHECK(job.input.pose[1].motion.point({1, 1, 1}) == Vec3{5, 6, 7});
   CHECK(job.input.scanner == ScannerPlace{{0, 0, 1}, true});
   CHECK(job.input.las_classes == std::vector<int>{2, 6});
+  CHECK(job.input.drop_classes == std::vector<int>{12});
   CHECK(job.input.returns == ReturnFilter::kLast);
+  CHECK(job.input.crop == Box{{-1, -2, 3}, {4.5, 5, 6}});
+  CHECK(job.input.crop_area == "areas/site.geojson");
+  CHECK(job.input.every == 20);
   CHECK(job.cleaning.automatic);
   CHECK(job.cleaning.outlier_sigma == 3.5);
   CHECK(job.cleaning.merge_tolerance == 1e-4);
@@ -266,6 +274,25 @@ TEST_CASE("ASettingIsNamedAsTheUserOfTheJobGivesIt") {
   CHECK(setting_name(job, "input.pose") == "input.pose");  // has no option
 }
 
+TEST_CASE("ACropOfXAndYAloneHasNoLimitsInZ") {
+  const Job job = with("input.crop", "[1, 2, 3, 4]");
+  CHECK(job.input.crop->contains({1, 4, 1e300}));
+  CHECK_FALSE(job.input.crop->contains({1, 4.5, 0}));
+  CHECK(parse_job(job_toml(job), "job.toml").input.crop == job.input.crop);
+  CHECK_FALSE(with("input.crop", "none").input.crop);
+  CHECK(with("input.drop_classes", "none").input.drop_classes.empty());
+}
+
+TEST_CASE("AnAreaIsAPathBesideTheJobFileOrTextAsItIs") {
+  const auto area_of_key = [](const std::string& value) {
+    return parse_job("[input]\ncrop_area = \"" + value + "\"\n", "job.toml", "jobs")
+        .input.crop_area;
+  };
+  CHECK(area_of_key("site.wkt") == "jobs/site.wkt");
+  CHECK(area_of_key("POLYGON ((0 0, 1 0, 1 1))") == "POLYGON ((0 0, 1 0, 1 1))");
+  CHECK(area_of_key("") == "");
+}
+
 TEST_CASE("TheKeyTableIsCompleteAndItsDefaultsAreAccepted") {
   std::set<std::string> names;
   std::set<std::string> options;
@@ -280,7 +307,7 @@ TEST_CASE("TheKeyTableIsCompleteAndItsDefaultsAreAccepted") {
     CHECK_NOTHROW(set_job_key(job, key.name(), key.default_text()));
     if (*key.option_value != '\0') CHECK_NOTHROW(set_job_key(job, key.name(), key.option_value));
   }
-  CHECK(names.size() == 54);
+  CHECK(names.size() == 58);
   CHECK(options.count("ball-radii") == 1);
 }
 

@@ -332,6 +332,21 @@ TEST_CASE("ExtendedRecordsThatLieDoNotHideThePoints") {
   CHECK(read_las(bytes).size() == 5);
 }
 
+TEST_CASE("ALasFileTellsItsVersionItsPointFormatAndItsProgram") {
+  LasFile file{.minor = 3, .format = 4};
+  file.add({});
+  std::string bytes = file.bytes();
+  bytes.replace(58, 32, "some program" + std::string(20, '\0'));
+  const double largest = 7.5;
+  bytes.replace(179, 8, test::raw(largest));
+  const FileFacts facts = las_source(bytes)->facts();
+  CHECK(facts.format == "LAS");
+  CHECK(facts.version == "1.3");
+  CHECK(facts.point_format == 4);
+  CHECK(facts.software == "some program");
+  CHECK(facts.declared_bounds->max.x == 7.5);
+}
+
 TEST_CASE("OpeningByNameTellsWhatCannotBe") {
   const test::ScratchDirectory scratch;
   const std::string bytes = small_file().bytes();

@@ -160,8 +160,13 @@ TEST_CASE("TextThatIsNoAreaIsRefusedWithItsPlace") {
              Contains("the document, ring 1, corner 2"));
   CHECK_THAT(message_of(R"({"type": "Polygon", "coordinates": [[[0, 0], [1, 1]]]})"),
              Contains("ring 1") && Contains("found 2"));
-  CHECK_THAT(message_of("POLYGON ((" + std::string(kMostAreaBytes, ' ')), Contains("too long"));
-  CHECK_THAT(message_of("{" + std::string(kMostAreaBytes / 4, '[')), Contains("too long"));
+  CHECK_THAT(message_of("POLYGON ((" + std::string(kMostAreaBytes, ' ')),
+             Contains("the area is too large"));
+  std::string corners = "POLYGON ((0 0";
+  for (std::size_t i = 0; i < kMostAreaCorners; ++i) corners += ",1 1";
+  CHECK_THAT(message_of(corners + "))"), Contains("131,073 corners"));
+  CHECK_THAT(message_of("{" + std::string(kMostAreaBytes / 4, '[')),
+             Contains("the area is too large"));
 }
 
 TEST_CASE("AnAreaIsTextOrTheNameOfAFile") {

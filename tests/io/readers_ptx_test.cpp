@@ -112,6 +112,25 @@ TEST_CASE("MatricesMoveNoPointThatHoldsANoDataValue") {
   CHECK(cloud.positions[1] == Vec3{-3.4028e38, -3.4028e38, -3.4028e38});
 }
 
+TEST_CASE("APtxFileTellsTheScansThatWereRead") {
+  const std::string moved = "1\n2\n5 6 7\n" + kAxes + "0 1 0 0\n-1 0 0 0\n0 0 1 0\n5 6 7 1\n";
+  const std::string content = scan("1", "2", "1 2 3 0.5\n4 5 6 0.5\n") +
+                              scan("1", "1", "0 0 0 0.5\n") + moved + "1 0 0 0.5\n0 0 0 0.5\n";
+  const auto source = open_ptx_source(memory_reader(content));
+  PointCloud batch;
+  while (source->read(batch, 1)) continue;
+  const FileFacts facts = source->facts();
+  CHECK(facts.format == "PTX");
+  REQUIRE(facts.scans.size() == 3);
+  CHECK(facts.scans[0].points == 2);
+  CHECK(facts.scans[0].scanner == ScannerPlace{{0, 0, 0}});
+  CHECK(facts.scans[1].points == 0);
+  CHECK_FALSE(facts.scans[1].pose);
+  CHECK(facts.scans[2].points == 1);
+  CHECK(facts.scans[2].scanner == ScannerPlace{{5, 6, 7}});
+  CHECK(facts.scans[2].pose->point({1, 0, 0}) == Vec3{5, 7, 7});
+}
+
 TEST_CASE("ABatchHoldsOneScanAndKnowsItsScanner") {
   if (test::skipped_without(sample("multiple-and-transform.ptx"))) return;
   // Two scans of one place, the first stored far from the origin and with half its heights.

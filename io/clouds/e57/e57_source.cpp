@@ -49,8 +49,8 @@ class E57Source final : public PointSource {
     return bytes_done_ + (reader_ ? reader_->bytes_read() : 0);
   }
   std::optional<ScannerPlace> scanner() const override { return scanner_; }
-  void skip_parts(std::function<bool(const Box&)> is_outside) override {
-    is_outside_ = std::move(is_outside);
+  void skip_parts(const std::function<bool(const Box&)>& is_outside) override {
+    is_outside_ = is_outside;
   }
   std::string coordinate_system() const override { return document_.coordinate_system; }
 

@@ -46,8 +46,8 @@ class LasSource final : public PointSource {
     rows_ = count;
     return true;
   }
-  void skip_parts(std::function<bool(const Box&)> is_outside) override {
-    is_outside_ = std::move(is_outside);
+  void skip_parts(const std::function<bool(const Box&)>& is_outside) override {
+    is_outside_ = is_outside;
   }
   std::uint64_t bytes_read() const override { return records_->bytes_read(); }
   std::uint64_t bytes_total() const override { return file_->size(); }
