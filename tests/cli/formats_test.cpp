@@ -225,7 +225,7 @@ TEST_CASE("WithoutAnOriginFloatsAreRefusedAndAGivenOneIsTaken") {
   CHECK(refused.status == 2);
   CHECK_THAT(refused.err, Contains("m.stl") && Contains("--origin") && Contains("up to 0.25") &&
                               Contains("at most a thousandth of the spacing"));
-  CHECK(names_in(in) == Arguments{"t.las"});
+  CHECK_FALSE(std::filesystem::exists(in / "m.stl"));
   REQUIRE(run_in(in, {"convert", "t.las", "t.ply"}).status == 0);
   CHECK(run_in(in, {"convert", "t.ply", "f.ply", "--float", "--origin", "none"}).status == 2);
   REQUIRE(reconstruct(in, {"t.las"}, "g.ply", {"--origin", "448000,4511000,0"}).status == 0);
