@@ -164,8 +164,9 @@ ColorDepth colors_of_cloud(const Job& job, const PointSchema& schema, const std:
   const std::optional<WideColors> colors = wide_colors(schema);
   bool exceed = false;
   if (colors && job.output.color_bits == 8) {
+    constexpr std::size_t kFewPoints = 4096;
     StoppableSource source(selected.open(in), stop);
-    for (PointCloud batch; !exceed && source.read(batch, kBatchPoints);)
+    for (PointCloud batch; !exceed && source.read(batch, kFewPoints);)
       exceed = exceed_8_bits(batch, *colors);
   }
   return {schema, job.output.color_bits, exceed};

@@ -178,10 +178,15 @@ void add_topology(const TriangleMesh& mesh, MeshFacts& facts) {
 }  // namespace
 
 double vertex_spacing(const TriangleMesh& mesh) {
+  constexpr std::size_t kSample = std::size_t{1} << 16;
   const std::vector<Vec3>& at = mesh.vertices.positions;
+  const std::size_t step = std::max<std::size_t>(1, mesh.triangles.size() / kSample);
   double area = 0.0;
-  for (const Triangle& t : mesh.triangles)
+  for (std::size_t i = 0; i < mesh.triangles.size(); i += step) {
+    const Triangle& t = mesh.triangles[i];
     area += 0.5 * norm(cross(at[t[1]] - at[t[0]], at[t[2]] - at[t[0]]));
+  }
+  area *= static_cast<double>(step);
   const bool is_surface = std::isfinite(area) && area > 0.0;
   return is_surface ? std::sqrt(area / static_cast<double>(at.size())) : 0.0;
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "io/clouds/open_point_source.h"
+#include "io/clouds/scan_source.h"
 #include "io/error.h"
 #include "io/points/coordinate_system.h"
 
@@ -21,37 +22,153 @@ struct ListedFile {
   std::uint64_t points = 0;  ///< declared
 };
 
-/// Bytes of a row that the common schema keeps.
-struct KeptRun {
-  std::size_t offset = 0;
+/// A value of a row on its way into a row of the common schema.
+struct CopiedValue {
+  std::size_t from = 0;  ///< bytes from the front of the file's row
+  std::size_t to = 0;    ///< of the common row
   std::size_t bytes = 0;
+  ScalarType from_type = ScalarType::kUint8;
+  ScalarType to_type = ScalarType::kUint8;
+
+  bool is_plain() const { return from_type == to_type; }
 };
 
-std::vector<KeptRun> kept_runs(const PointSchema& from, const PointSchema& common) {
-  std::vector<KeptRun> runs;
-  for (const AttributeField& kept : common.attributes) {
-    std::size_t offset = 0;
-    for (const AttributeField& field : from.attributes) {
-      if (field == kept) break;
-      offset += size_of(field.type);
-    }
-    runs.push_back({offset, size_of(kept.type)});
+const AttributeField* field_of_name(const PointSchema& schema, const std::string& name) {
+  const auto at = std::ranges::find(schema.attributes, name, &AttributeField::name);
+  return at == schema.attributes.end() ? nullptr : &*at;
+}
+
+std::size_t offset_of(const PointSchema& schema, const std::string& name) {
+  std::size_t offset = 0;
+  for (const AttributeField& field : schema.attributes) {
+    if (field.name == name) break;
+    offset += size_of(field.type);
   }
-  return runs;
+  return offset;
+}
+
+/// How the rows of a file become rows of the common schema; neighbours that stay neighbours are
+/// copied at once. What a file lacks is not named.
+std::vector<CopiedValue> copied_values(const PointSchema& from, const PointSchema& common) {
+  std::vector<CopiedValue> values;
+  std::size_t to = 0;
+  for (const AttributeField& field : common.attributes) {
+    const AttributeField* const own = field_of_name(from, field.name);
+    if (own != nullptr) {
+      const CopiedValue value{offset_of(from, field.name), to, size_of(field.type), own->type,
+                              field.type};
+      CopiedValue* const last = values.empty() ? nullptr : &values.back();
+      const bool joins = last != nullptr && last->is_plain() && value.is_plain() &&
+                         last->from + last->bytes == value.from && last->to + last->bytes == to;
+      if (joins)
+        last->bytes += value.bytes;
+      else
+        values.push_back(value);
+    }
+    to += size_of(field.type);
+  }
+  return values;
+}
+
+/// The common type holds every value of the file's type, but 64-bit integers beyond 2^53 where one
+/// file has an integer and another a fraction.
+void convert_value(const CopiedValue& value, const std::byte* from, std::byte* to) {
+  visit_scalar(value.from_type, [&](auto source) {
+    std::memcpy(&source, from, sizeof source);
+    visit_scalar(value.to_type, [&](auto target) {
+      target = static_cast<decltype(target)>(source);
+      std::memcpy(to, &target, sizeof target);
+    });
+  });
+}
+
+bool is_float(ScalarType type) {
+  return type == ScalarType::kFloat32 || type == ScalarType::kFloat64;
+}
+bool is_signed(ScalarType type) {
+  return type == ScalarType::kInt8 || type == ScalarType::kInt16 || type == ScalarType::kInt32 ||
+         type == ScalarType::kInt64;
+}
+
+/// The narrowest type that holds the values of both: of a signed and an unsigned integer a signed
+/// one that is wider than the unsigned one, of an integer and a fraction a double where a float
+/// does not hold the integer.
+ScalarType common_type(ScalarType a, ScalarType b) {
+  if (a == b) return a;
+  if (is_float(a) || is_float(b)) {
+    const bool narrow = (a == ScalarType::kFloat32 || (!is_float(a) && size_of(a) <= 2)) &&
+                        (b == ScalarType::kFloat32 || (!is_float(b) && size_of(b) <= 2));
+    return narrow ? ScalarType::kFloat32 : ScalarType::kFloat64;
+  }
+  std::size_t bytes = std::max(size_of(a), size_of(b));
+  const bool has_sign = is_signed(a) || is_signed(b);
+  if (is_signed(a) != is_signed(b)) {
+    const std::size_t of_unsigned = size_of(is_signed(a) ? b : a);
+    if (of_unsigned == 8) return ScalarType::kFloat64;
+    bytes = std::max(bytes, 2 * of_unsigned);
+  }
+  switch (bytes) {
+    case 1:
+      return has_sign ? ScalarType::kInt8 : ScalarType::kUint8;
+    case 2:
+      return has_sign ? ScalarType::kInt16 : ScalarType::kUint16;
+    case 4:
+      return has_sign ? ScalarType::kInt32 : ScalarType::kUint32;
+    default:
+      return has_sign ? ScalarType::kInt64 : ScalarType::kUint64;
+  }
 }
 
 ScalarType wider(ScalarType a, ScalarType b) { return a == ScalarType::kFloat64 ? a : b; }
-
-bool has_field(const PointSchema& schema, const AttributeField& field) {
-  return std::find(schema.attributes.begin(), schema.attributes.end(), field) !=
-         schema.attributes.end();
-}
 
 void refuse_mixed_normals(const ListedFile& with, const ListedFile& without) {
   throw_bad_input("some files have normals and some have none",
                   {.file = without.path.string(),
                    .found = "no normals",
                    .expected = "normals as in " + with.path.string()});
+}
+
+/// The type of an attribute that fits all files that have it, in whatever order they come.
+ScalarType type_in_all(const std::vector<ListedFile>& files, const std::string& name) {
+  std::set<ScalarType> types;
+  for (const ListedFile& file : files)
+    if (const AttributeField* const field = field_of_name(file.schema, name))
+      types.insert(field->type);
+  ScalarType common = *types.begin();
+  for (const ScalarType type : types) common = common_type(common, type);
+  return common;
+}
+
+/// Names and types, for an order of schemas that does not depend on the order of the files.
+std::vector<std::pair<std::string, ScalarType>> names_of(const PointSchema& schema) {
+  std::vector<std::pair<std::string, ScalarType>> names;
+  for (const AttributeField& field : schema.attributes) names.emplace_back(field.name, field.type);
+  return names;
+}
+
+/// Every attribute of every file: in the order of the file that has most of them, then the others
+/// by name, so that the order of the files makes no difference. Attributes of the program's own,
+/// which all files have at their ends, stay at the end.
+std::vector<AttributeField> all_attributes(const std::vector<ListedFile>& files) {
+  const ListedFile* fullest = &files.front();
+  for (const ListedFile& file : files) {
+    const auto names = names_of(file.schema), most = names_of(fullest->schema);
+    if (names.size() > most.size() || (names.size() == most.size() && names < most))
+      fullest = &file;
+  }
+  std::vector<AttributeField> all = fullest->schema.attributes;
+  const auto own = static_cast<std::ptrdiff_t>(all.size());
+  for (const ListedFile& file : files)
+    for (const AttributeField& field : file.schema.attributes)
+      if (std::ranges::find(all, field.name, &AttributeField::name) == all.end())
+        all.push_back(field);
+  for (AttributeField& field : all) field.type = type_in_all(files, field.name);
+  std::sort(all.begin() + own, all.end(),
+            [](const AttributeField& a, const AttributeField& b) { return a.name < b.name; });
+  if (!view_offset(fullest->schema)) return all;
+  const auto views = static_cast<std::ptrdiff_t>(view_fields().size());
+  std::rotate(all.begin() + own - views, all.begin() + own, all.end());
+  return all;
 }
 
 PointSchema common_schema(const std::vector<ListedFile>& files) {
@@ -63,28 +180,26 @@ PointSchema common_schema(const std::vector<ListedFile>& files) {
     }
     common.position_type = wider(common.position_type, file.schema.position_type);
     common.normal_type = wider(common.normal_type, file.schema.normal_type);
-    std::erase_if(common.attributes,
-                  [&](const AttributeField& field) { return !has_field(file.schema, field); });
   }
+  common.attributes = all_attributes(files);
   return common;
 }
 
-/// One line per attribute of any file that not all have.
-void note_left_out(const std::vector<ListedFile>& files, const PointSchema& common,
-                   std::vector<std::string>& notes) {
-  std::vector<AttributeField> told;
-  for (const ListedFile& file : files) {
-    for (const AttributeField& field : file.schema.attributes) {
-      if (has_field(common, field) || std::find(told.begin(), told.end(), field) != told.end())
-        continue;
-      told.push_back(field);
-      const auto lacking = std::find_if(files.begin(), files.end(), [&](const ListedFile& other) {
-        return !has_field(other.schema, field);
-      });
-      notes.push_back("attribute " + field.name + " (" + name_of(field.type) + ") of " +
-                      file.path.string() + " is left out: " + lacking->path.string() +
-                      " does not have it");
+/// One line per attribute that a file lacks.
+void note_fillers(const std::vector<ListedFile>& files, const PointSchema& common,
+                  std::vector<std::string>& notes) {
+  for (const AttributeField& field : common.attributes) {
+    std::size_t lacking = 0;
+    const ListedFile* first = nullptr;
+    for (const ListedFile& file : files) {
+      if (field_of_name(file.schema, field.name) != nullptr) continue;
+      if (lacking++ == 0) first = &file;
     }
+    if (first == nullptr) continue;
+    const std::string others = lacking > 1 ? " and " + std::to_string(lacking - 1) + " more" : "";
+    notes.push_back("attribute " + field.name + " (" + name_of(field.type) +
+                    ") is 0 at points of " + first->path.string() + others + ", which " +
+                    (lacking > 1 ? "lack" : "lacks") + " it");
   }
 }
 
@@ -159,7 +274,7 @@ class PointSourceList final : public PointSource {
     return coordinate_system_ ? coordinate_system_->meters_per_unit : unit_without_system_;
   }
   void note(std::vector<std::string>& notes) const {
-    note_left_out(files_, schema_, notes);
+    note_fillers(files_, schema_, notes);
     notes.insert(notes.end(), disagreements_.begin(), disagreements_.end());
     if (!coordinate_system_ || files_without_system_.empty()) return;
     const std::size_t others = files_without_system_.size() - 1;
@@ -186,7 +301,7 @@ class PointSourceList final : public PointSource {
     while (source_ || open_next()) {
       PointCloud& target = same_attributes_ ? batch : whole_;
       if (source_->read(target, capacity)) {
-        if (!same_attributes_) keep_common(batch);
+        if (!same_attributes_) to_common(batch);
         batch.schema = schema_;
         return true;
       }
@@ -230,7 +345,7 @@ class PointSourceList final : public PointSource {
     if (source_->schema() != file.schema)
       throw_bad_input("the file's columns changed while the job ran", {.file = file.path.string()});
     same_attributes_ = file.schema.attributes == schema_.attributes;
-    runs_ = kept_runs(file.schema, schema_);
+    values_ = copied_values(file.schema, schema_);
   }
 
   /// Nothing once a file does not say, or says what no sum holds.
@@ -277,18 +392,20 @@ class PointSourceList final : public PointSource {
     }
   }
 
-  void keep_common(PointCloud& batch) {
+  void to_common(PointCloud& batch) {
     batch.positions.swap(whole_.positions);
     batch.normals.swap(whole_.normals);
     const std::size_t from_bytes = whole_.schema.attribute_bytes();
     const std::size_t to_bytes = schema_.attribute_bytes();
-    batch.attributes.resize(batch.positions.size() * to_bytes);
+    batch.attributes.assign(batch.positions.size() * to_bytes, std::byte{});
     const std::byte* from = whole_.attributes.data();
     std::byte* to = batch.attributes.data();
-    for (std::size_t i = 0; i < batch.positions.size(); ++i, from += from_bytes) {
-      for (const KeptRun& run : runs_) {
-        std::memcpy(to, from + run.offset, run.bytes);
-        to += run.bytes;
+    for (std::size_t i = 0; i < batch.positions.size(); ++i, from += from_bytes, to += to_bytes) {
+      for (const CopiedValue& value : values_) {
+        if (value.is_plain())
+          std::memcpy(to + value.to, from + value.from, value.bytes);
+        else
+          convert_value(value, from + value.from, to + value.to);
       }
     }
   }
@@ -305,8 +422,8 @@ class PointSourceList final : public PointSource {
   std::uint64_t end_row_ = std::numeric_limits<std::uint64_t>::max();
   std::unique_ptr<PointSource> source_;
   bool same_attributes_ = true;
-  PointCloud whole_;  ///< a batch before attributes are left out
-  std::vector<KeptRun> runs_;
+  PointCloud whole_;  ///< a batch as the file has it
+  std::vector<CopiedValue> values_;
   DroppedPoints left_out_;  ///< of the files that were read to their ends
   std::optional<NamedSystem> coordinate_system_;
   std::optional<Vec3> unit_without_system_;

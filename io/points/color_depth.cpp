@@ -25,6 +25,26 @@ std::uint8_t narrowed(std::uint16_t value) {
   return static_cast<std::uint8_t>((value + kStep / 2) / kStep);
 }
 
+template <class Word>
+void copy_ends(std::byte* to, const std::byte* from, std::size_t bytes) {
+  Word front, back;
+  std::memcpy(&front, from, sizeof front);
+  std::memcpy(&back, from + bytes - sizeof back, sizeof back);
+  std::memcpy(to, &front, sizeof front);
+  std::memcpy(to + bytes - sizeof back, &back, sizeof back);
+}
+
+/// As memmove: the few bytes of a row in two words, which may overlap. A call per row would take
+/// longer than everything else.
+inline void move_bytes(std::byte* to, const std::byte* from, std::size_t bytes) {
+  if (bytes >= 8 && bytes <= 16)
+    copy_ends<std::uint64_t>(to, from, bytes);
+  else if (bytes >= 4 && bytes < 8)
+    copy_ends<std::uint32_t>(to, from, bytes);
+  else
+    std::memmove(to, from, bytes);
+}
+
 }  // namespace
 
 std::optional<WideColors> wide_colors(const PointSchema& schema) {
@@ -91,7 +111,7 @@ void ColorDepth::apply(PointCloud& points) const {
       const std::uint16_t value = channel(from + colors_->offsets[c]);
       narrow[c] = scales_ ? narrowed(value) : static_cast<std::uint8_t>(value);
     }
-    for (const Run& run : runs_) std::memmove(to + run.to, from + run.from, run.bytes);
+    for (const Run& run : runs_) move_bytes(to + run.to, from + run.from, run.bytes);
     for (std::size_t c = 0; c < 3; ++c) to[written_offsets_[c]] = std::byte{narrow[c]};
   }
   points.attributes.resize(points.size() * written_bytes);

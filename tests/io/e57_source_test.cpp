@@ -338,7 +338,7 @@ TEST_CASE("E57ColoursFillTheirType") {
   CHECK(reds(unit) == std::vector<double>{0, 128, 255});
 }
 
-TEST_CASE("E57ScansShareTheAttributesThatAllOfThemHave") {
+TEST_CASE("E57ScansKeepTheAttributesThatAnyOfThemHas") {
   E57Scan3D first = scan_of(some_points(2));
   first.columns.push_back(integers("intensity", 0, 255, {1, 2}));
   first.columns.push_back(floats("nor:normalX", {1, 1}));
@@ -351,9 +351,12 @@ TEST_CASE("E57ScansShareTheAttributesThatAllOfThemHave") {
   const PointCloud cloud = read_e57(make_e57({.scans = {first, second, scan_of({})}}));
   CHECK_FALSE(cloud.schema.has_normals);
   REQUIRE(cloud.schema.attributes ==
-          std::vector<AttributeField>{{"intensity", ScalarType::kInt16}});
+          std::vector<AttributeField>{{"intensity", ScalarType::kInt16},
+                                      {"gps_time", ScalarType::kFloat64}});
   CHECK(value_of(cloud, 1, "intensity") == 2);
   CHECK(value_of(cloud, 2, "intensity") == -7);
+  CHECK(value_of(cloud, 1, "gps_time") == 2);
+  CHECK(value_of(cloud, 2, "gps_time") == 0);  // of a scan that has none
 }
 
 TEST_CASE("E57IndicesReturnsAndTimesBecomeAttributes") {

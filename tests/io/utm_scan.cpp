@@ -1,5 +1,5 @@
-// utm_scan FILE.laz TRUTH: a scan as a surveyor has it, for bench/quality/round_trip.py. A LAZ file of
-// point format 3 in UTM zone 12 N with 16-bit colours, intensities, classes and GPS times,
+// utm_scan FILE.laz TRUTH: a scan as a surveyor has it, for bench/quality/round_trip.py. A LAZ file
+// of point format 3 in UTM zone 12 N with 16-bit colours, intensities, classes and GPS times,
 // compressed by the encoder of the tests; TRUTH gets what it holds: per point three doubles, the
 // time, and five 16-bit numbers (red, green, blue, intensity, class).
 #include <array>

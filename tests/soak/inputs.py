@@ -145,7 +145,7 @@ def command(case, kind, target):
                 str(rng.choice([500, 10 ** 6]))], {"out.ply", "out.json", "out.html", "out.prj", "out.wkt"}
     if kind == "convert":
         out = "out" + rng.choice([".ply", ".xyz", ".csv", ".obj", ".stl"])
-        return ["convert", name, out], {out, "out.prj", "out.wkt"}
+        return ["convert", name, out], {out, out + ".shift.txt", "out.prj", "out.wkt"}
     if kind == "other" and mesh:
         if rng.random() < 0.5:
             return ["fill", name, "-o", "out.ply", "--report", "out.json"], {"out.ply", "out.json", "out.html"}

@@ -86,7 +86,8 @@ E57ScanReader::E57ScanReader(E57Pages& pages, const E57Scan& scan, const E57Scan
   for (const std::size_t field : layout.position) add_stream(field);
   if (schema.has_normals)
     for (const std::size_t field : layout.normal) add_stream(field);
-  for (const E57Attribute& attribute : layout.attributes) add_stream(attribute.field);
+  for (const E57Attribute& attribute : layout.attributes)
+    if (attribute.field) add_stream(*attribute.field);
   integers_.resize(kBlockRecords);
   for (std::vector<double>& column : reals_) column.resize(kBlockRecords);
 }
@@ -190,7 +191,11 @@ void E57ScanReader::append_attributes(PointCloud& batch, std::size_t count) {
   batch.attributes.resize(place + points * row_bytes);
   const std::span<std::byte> rows = batch.attributes;
   for (const E57Attribute& attribute : layout_.attributes) {
-    if (attribute.is_plain() && scan_.fields[attribute.field].kind == E57Kind::kInteger) {
+    if (!attribute.field) {
+      place += size_of(attribute.type);  // 0, as the rows are made
+      continue;
+    }
+    if (attribute.is_plain() && scan_.fields[*attribute.field].kind == E57Kind::kInteger) {
       const std::span<const std::int64_t> values = decode(count, integers_);
       store(attribute.type, values, rows, place, row_bytes);
     } else {

@@ -171,9 +171,8 @@ class Planner {
   void plan_attribute(const Meaning& meaning, ScalarType color) {
     std::vector<const E57Field*> fields;
     for (const std::size_t i : counted_) {
-      const auto index = all_[i].find(meaning.field);
-      if (!index || all_[i].fields[*index].kind == E57Kind::kString) return;
-      fields.push_back(&all_[i].fields[*index]);
+      const auto index = number_field(all_[i], meaning);
+      if (index) fields.push_back(&all_[i].fields[*index]);
     }
     if (fields.empty()) return;
     const ScalarType type = attribute_type(meaning.role, color, fields);
@@ -198,8 +197,14 @@ class Planner {
     return number_type(fields);
   }
 
+  static std::optional<std::size_t> number_field(const E57Scan& scan, const Meaning& meaning) {
+    const std::optional<std::size_t> index = scan.find(meaning.field);
+    return index && scan.fields[*index].kind != E57Kind::kString ? index : std::nullopt;
+  }
+
   static E57Attribute attribute_of(const E57Scan& scan, const Meaning& meaning, ScalarType type) {
-    E57Attribute attribute{.field = *scan.find(meaning.field), .type = type};
+    E57Attribute attribute{.field = number_field(scan, meaning), .type = type};
+    if (!attribute.field) return attribute;
     if (meaning.role == Role::kReturn) attribute.to = 1.0 - scan.first_return;
     if (meaning.role == Role::kTime) attribute.to = scan.start_seconds;
     if (meaning.role == Role::kColor) scale_color(scan, meaning, attribute);
@@ -210,7 +215,7 @@ class Planner {
   static void scale_color(const E57Scan& scan, const Meaning& meaning, E57Attribute& attribute) {
     const std::string_view name = meaning.attribute;
     const std::size_t channel = name == "red" ? 0 : name == "green" ? 1 : 2;
-    const E57Limits range = color_range(scan, channel, scan.fields[attribute.field]);
+    const E57Limits range = color_range(scan, channel, scan.fields[*attribute.field]);
     const double brightest = attribute.type == ScalarType::kUint8 ? 255.0 : 65535.0;
     if (range.high == brightest && range.low >= 0.0) return;
     attribute.from = range.low;

@@ -16,7 +16,7 @@ namespace orbweave {
 /// How one attribute of one scan is made: value = (field's value - from) * scale + to, clamped to
 /// the type; integers that are neither moved nor scaled stay integers all the way.
 struct E57Attribute {
-  std::size_t field = 0;  ///< of the scan
+  std::optional<std::size_t> field;  ///< of the scan; empty: it lacks one, and its points get 0
   ScalarType type = ScalarType::kFloat32;
   double from = 0.0;
   double scale = 1.0;
@@ -40,8 +40,8 @@ struct E57Layout {
   std::vector<E57ScanLayout> scans;  ///< as many as scans
 };
 
-/// Attributes and normals are those that all scans have, each of a type that fits all. Throws
-/// Error (bad input) for a scan whose points have no position; `file` is used in its message.
+/// Attributes are those that any scan has, normals are there where all scans have them; each is of a
+/// type that fits all. Throws Error (bad input) for a scan whose points have no position; `file` is used in its message.
 E57Layout plan_e57_layout(const std::vector<E57Scan>& scans, const std::string& file);
 
 }  // namespace orbweave
