@@ -80,7 +80,8 @@ class Mender {
   Mended result() {
     Mended mended;
     auto next_id = filled_.first_id + static_cast<std::int32_t>(filled_.loops.size());
-    for (const Mend& mend : mends_) add_mend(mend, next_id, mended);
+    for (const Mend& mend : mends_)
+      if (!mend.loops.empty() || !mend.patches.empty()) add_mend(mend, next_id, mended);
     mended.is_replaced = is_replaced_;
     mended.taken.assign(surface_.taken().begin(), surface_.taken().end());
     for (const Triangle64& t : mended.taken) mended.taken_area += area_of(t, filled_.scanned);
@@ -129,7 +130,7 @@ class Mender {
     if (!mend.loops.empty()) known = filled_.holes[mend.loops.front()];
     std::vector<LoopPatch> parts;
     for (const std::uint32_t patch : mend.patches) parts.push_back(surface_.added(patch));
-    if (parts.empty()) parts.emplace_back();  // what was open has gone
+    if (parts.empty()) parts.emplace_back().facts.confidence = 1.0;  // what was open has gone
     LoopPatch whole = joined(std::move(parts));
     HoleFacts& facts = whole.facts;
     if (mend.loops.empty()) {

@@ -338,6 +338,7 @@ Mended mend(HoleInputs& inputs, TracedHoles& holes, StoredSurface& surface, Stag
                            holes.plan,     static_cast<ChunkId>(holes.batches.size()),
                            holes.fans,     inputs.boundary.pinched};
   Mended mended = mend_holes(to_mend, runner);
+  runner.communicator.barrier(runner.stop);  // patches change only when all have read them
   by_root(runner, [&] { store_mended(mended, to_mend, runner.store); });
   if (mended.empty()) return mended;
   inputs.facts.area -= mended.taken_area;
@@ -374,6 +375,8 @@ HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
   holes.plan.vertices = {};
   holes.plan.islands = {};
   holes.plan.taken = {};
+  // What an attempt before settled would hide patches from the check.
+  by_root(runner, [&] { runner.store.discard_stage(kSettledStage); });
   // What has been gathered for the check and what is read for it share the memory.
   const std::size_t memory_bytes = bytes_for_chunks(runner.job, partition);
   surface.limit_memory(memory_bytes / 2);
