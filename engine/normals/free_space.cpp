@@ -27,8 +27,8 @@ constexpr std::array<std::array<double, 2>, 9> kDisc = {{{0.0, 0.0},
                                                          {0.6, -0.6}}};
 /// Of the rays to a side that may leave the cloud where that side is shut in.
 constexpr double kShut = 0.15;
-/// So much farther reaches the side that is the wider one; back, where nobody is thought to have
-/// stood, so much: in the folds of a closed object it is twice as wide.
+/// So much farther reaches the side that is the wider one. Back, which is taken for solid, has to
+/// be wider by more: in the folds of a closed object the solid is twice as wide.
 constexpr double kWider = 2.0, kByFarWider = 4.0;
 
 /// What rays to one side of a patch find.

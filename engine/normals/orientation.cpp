@@ -152,6 +152,15 @@ void count_votes(const std::vector<PatchSum>& sums, const std::vector<SignedEdge
   if (total > 0.0) result.satisfied = satisfied / total;
 }
 
+/// To a place within a few hundredths of the extent, for reading.
+Vec3 rounded(Vec3 place, double extent) {
+  constexpr double kSteps = 256.0;
+  const double step = std::exp2(std::ceil(std::log2(extent / kSteps)));
+  if (!(step > 0.0)) return place;
+  for (int axis = 0; axis < 3; ++axis) place[axis] = step * std::round(place[axis] / step);
+  return place;
+}
+
 /// The parts whose side is a guess, in all and the largest of them.
 void list_doubtful(const std::vector<PatchSum>& sums, PatchOrientation& result) {
   constexpr std::size_t kListed = 3;
@@ -171,6 +180,12 @@ void list_doubtful(const std::vector<PatchSum>& sums, PatchOrientation& result) 
   std::stable_sort(doubtful.begin(), doubtful.end(),
                    [](const DoubtfulPart& a, const DoubtfulPart& b) { return a.area > b.area; });
   if (doubtful.size() > kListed) doubtful.resize(kListed);
+  Box bounds;
+  for (const PatchSum& sum : sums) {
+    bounds.extend(sum.lowest);
+    bounds.extend(sum.highest);
+  }
+  for (DoubtfulPart& part : doubtful) part.center = rounded(part.center, bounds.largest_extent());
   result.doubtful = std::move(doubtful);
 }
 

@@ -112,7 +112,10 @@ class Judge {
 
   /// Whether scanners within the bounds explain the density; of a landscape, scanners above it.
   bool is_dense_within(OrientedPart& part) {
-    constexpr std::size_t kSamples = 256;
+    constexpr std::size_t kSamples = 160;
+    // Smaller parts are not worth the time, nor a warning.
+    constexpr double kLarge = 0.05;
+    if (part.shape.area < kLarge * total_) return false;
     const std::vector<std::uint32_t>& rows = rows_.at(part.shape.first);
     const std::size_t stride = (rows.size() + kSamples - 1) / kSamples;
     const bool seen_at_front = part.shape.kind == PartKind::kLandscape;

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -26,7 +27,9 @@ constexpr double kUnexplained = 0.15;
 /// What a scanner at a place makes of each sample's density, relative to the true one.
 using Light = std::vector<double>;
 
-double weighted(const Light& weights, const Light& a, const Light& b) {
+using Lights = std::span<const double>;
+
+double weighted(Lights weights, Lights a, Lights b) {
   double sum = 0.0;
   for (std::size_t i = 0; i < weights.size(); ++i) sum += weights[i] * a[i] * b[i];
   return sum;
@@ -54,11 +57,20 @@ class Fit {
   /// What the best scanners among some places leave. `side`: 1 lights the outside, -1 the inside.
   double best(std::span<const Vec3> places, double side, const StopToken* stop) const {
     std::vector<Light> chosen;
+    Light lights;
+    lights.reserve(places.size() * samples_.size());
+    for (const Vec3& place : places) {
+      check_stop(stop);
+      add_light_from(place, side, lights);
+    }
     Left left{Light(samples_.size(), 1.0), weights_};
     for (int k = 0; k < kScanners; ++k) {
-      Light light = brightest(places, side, left, stop);
-      if (light.empty()) break;
-      chosen.push_back(std::move(light));
+      const std::optional<std::size_t> place = brightest(lights, left);
+      if (!place) break;
+      const Lights light = light_of(lights, *place);
+      const double power = std::sqrt(weighted(left.weights, light, light));
+      chosen.emplace_back(light.begin(), light.end());
+      for (double& value : chosen.back()) value /= power;
       left = explain(chosen);
     }
     return weighted(left.weights, left.errors, left.errors);
@@ -70,36 +82,40 @@ class Fit {
     Light errors, weights;
   };
 
-  /// That of the scanner which explains most of what is left; empty where none explains any.
-  Light brightest(std::span<const Vec3> places, double side, const Left& left,
-                  const StopToken* stop) const {
-    Light best;
+  Lights light_of(const Light& lights, std::size_t place) const {
+    return Lights(lights).subspan(place * samples_.size(), samples_.size());
+  }
+
+  /// The place of the scanner which explains most of what is left; none where none explains any.
+  std::optional<std::size_t> brightest(const Light& lights, const Left& left) const {
+    Light wanted = left.errors;
+    for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] *= left.weights[i];
+    std::optional<std::size_t> best;
     double best_gain = 0.0;
-    for (const Vec3& place : places) {
-      check_stop(stop);
-      Light light = light_from(place, side);
-      const double power = weighted(left.weights, light, light);
-      if (!(power > 0.0)) continue;
-      const double gain = weighted(left.weights, light, left.errors) / std::sqrt(power);
+    for (std::size_t place = 0; place * samples_.size() < lights.size(); ++place) {
+      const Lights light = light_of(lights, place);
+      double power = 0.0, gain = 0.0;
+      for (std::size_t i = 0; i < light.size(); ++i) {
+        power += left.weights[i] * light[i] * light[i];
+        gain += wanted[i] * light[i];
+      }
+      if (!(power > 0.0) || !(gain > 0.0)) continue;
+      gain /= std::sqrt(power);
       if (gain <= best_gain) continue;
       best_gain = gain;
-      for (double& value : light) value /= std::sqrt(power);
-      best = std::move(light);
+      best = place;
     }
     return best;
   }
 
-  Light light_from(Vec3 place, double side) const {
-    Light light;
-    light.reserve(samples_.size());
+  void add_light_from(Vec3 place, double side, Light& lights) const {
     for (const DensitySample& s : samples_) {
       const Vec3 to = place - s.position;
       const double squared = squared_norm(to);
       const double along = side * dot(s.normal, to);
       const bool is_seen = squared > 0.0 && along > 0.0;
-      light.push_back(is_seen ? along / (squared * std::sqrt(squared)) * s.area / s.points : 0.0);
+      lights.push_back(is_seen ? along / (squared * std::sqrt(squared)) * s.area / s.points : 0.0);
     }
-    return light;
   }
 
   /// The best sum of lights, where the worst of the area need not be explained.
@@ -177,7 +193,7 @@ std::vector<Vec3> places_outside(const Box& box, double side) {
   const Vec3 extent = box.extent();
   std::array<double, 3> sorted = {extent.x, extent.y, extent.z};
   std::ranges::sort(sorted);
-  std::vector<Vec3> places = lattice(box.grown(4.0 * side), side);
+  std::vector<Vec3> places = lattice(box.grown(3.0 * side), side);
   const std::vector<Vec3> far = lattice(box.grown(sorted[1]), 2.0 * side);
   places.insert(places.end(), far.begin(), far.end());
   std::erase_if(places, [&](const Vec3& place) { return box.contains(place); });
@@ -187,7 +203,7 @@ std::vector<Vec3> places_outside(const Box& box, double side) {
 }  // namespace
 
 bool DensityFit::is_seen_from_inside() const {
-  constexpr double kExplained = 0.13, kBetter = 0.6, kFar = 0.35;
+  constexpr double kExplained = 0.18, kBetter = 0.6, kFar = 0.35;
   return even > kUneven && inside < kExplained && inside < kFar * even &&
          inside < kBetter * outside;
 }

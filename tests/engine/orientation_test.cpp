@@ -319,7 +319,8 @@ TEST_CASE("VotesAreJoinedFromTheSurestDown") {
   // Together they overrule it: 0 and 1 join first, then their votes on 2 add up.
   const SignedParts sum = join_by_votes(3, {{0, 1, 9, 9}, {1, 2, -5, 5}, {0, 2, 6, 6}});
   CHECK(sum.turn == std::vector<std::uint8_t>{0, 0, 0});
-  const SignedParts cautious = join_by_votes(3, {{0, 1, 9, 9}, {1, 2, -5, 5}, {0, 2, 6, 6}}, {.least_share = 0.5});
+  const SignedParts cautious =
+      join_by_votes(3, {{0, 1, 9, 9}, {1, 2, -5, 5}, {0, 2, 6, 6}}, {.least_share = 0.5});
   CHECK(cautious.part == std::vector<std::uint32_t>{0, 0, 2});
 }
 
