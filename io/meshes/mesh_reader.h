@@ -14,8 +14,8 @@ bool holds_faces(const std::filesystem::path& path);
 /// Reads .ply (also .gz), .obj and .stl (binary or text; vertices with equal coordinates are
 /// joined) as triangles; polygons are fanned from their first corner. A PLY face property
 /// "hole" becomes TriangleMesh::hole. Where the shift of its coordinates lies beside the file
-/// (io/meshes/shift_file.h), vertices are where the world has them. Throws Error (bad input) for damaged files and for
-/// indices outside the vertices.
+/// (io/meshes/shift_file.h), vertices are where the world has them. Throws Error (bad input) for
+/// damaged files and for indices outside the vertices.
 TriangleMesh read_mesh(const std::filesystem::path& path);
 
 }  // namespace orbweave

@@ -89,10 +89,11 @@ ColorDepth::ColorDepth(const PointSchema& read, int bits, bool exceeds_8_bits)
       written_.attributes[f] = {kChannels[c], ScalarType::kUint8};
       written_offsets_[c] = to++;
     } else {
-      if (!runs_.empty() && runs_.back().from + runs_.back().bytes == from)
-        runs_.back().bytes += bytes;
+      Run* const last = runs_.count == 0 ? nullptr : &runs_.at[runs_.count - 1];
+      if (last != nullptr && last->from + last->bytes == from)
+        last->bytes += bytes;
       else
-        runs_.push_back({from, to, bytes});
+        runs_.at.at(runs_.count++) = {from, to, bytes};
       to += bytes;
     }
     from += bytes;
@@ -102,17 +103,25 @@ ColorDepth::ColorDepth(const PointSchema& read, int bits, bool exceeds_8_bits)
 void ColorDepth::apply(PointCloud& points) const {
   if (!colors_) return;
   const std::size_t written_bytes = written_.attribute_bytes();
+  // Copies, which bytes that are written cannot change: the compiler keeps them in registers.
+  const WideColors colors = *colors_;
+  const std::array<std::size_t, 3> places = written_offsets_;
+  const Runs runs = runs_;
+  const std::size_t read_bytes = read_bytes_;
+  const bool scales = scales_;
   const std::byte* from = points.attributes.data();
   std::byte* to = points.attributes.data();
+  const std::byte* const end = from + points.size() * read_bytes;
   // Rows and their parts only move towards the front: what is still to be read lies behind.
-  for (std::size_t i = 0; i < points.size(); ++i, from += read_bytes_, to += written_bytes) {
-    std::uint8_t narrow[3];
+  for (; from != end; from += read_bytes, to += written_bytes) {
+    std::array<std::uint8_t, 3> narrow;
     for (std::size_t c = 0; c < 3; ++c) {
-      const std::uint16_t value = channel(from + colors_->offsets[c]);
-      narrow[c] = scales_ ? narrowed(value) : static_cast<std::uint8_t>(value);
+      const std::uint16_t value = channel(from + colors.offsets[c]);
+      narrow[c] = scales ? narrowed(value) : static_cast<std::uint8_t>(value);
     }
-    for (const Run& run : runs_) move_bytes(to + run.to, from + run.from, run.bytes);
-    for (std::size_t c = 0; c < 3; ++c) to[written_offsets_[c]] = std::byte{narrow[c]};
+    for (std::size_t r = 0; r < runs.count; ++r)
+      move_bytes(to + runs.at[r].to, from + runs.at[r].from, runs.at[r].bytes);
+    for (std::size_t c = 0; c < 3; ++c) to[places[c]] = std::byte{narrow[c]};
   }
   points.attributes.resize(points.size() * written_bytes);
   points.schema.attributes = written_.attributes;

@@ -1,10 +1,10 @@
 // Colours of vertices at the width that other programs show: red, green and blue of 8 bits.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 #include "io/point_cloud.h"
 
@@ -43,11 +43,16 @@ class ColorDepth {
     std::size_t to = 0;
     std::size_t bytes = 0;
   };
+  /// Before, between and behind three colours.
+  struct Runs {
+    std::array<Run, 4> at{};
+    std::size_t count = 0;
+  };
 
   PointSchema written_;
   std::optional<WideColors> colors_;
-  std::size_t written_offsets_[3] = {};
-  std::vector<Run> runs_;
+  std::array<std::size_t, 3> written_offsets_{};
+  Runs runs_;
   std::size_t read_bytes_ = 0;
   bool scales_ = false;
 };

@@ -202,14 +202,18 @@ TEST_CASE("CompareMeasuresSurfacesByAreaAndWritesErrors") {
   CHECK(run_in(in, {"compare", "out.ply", "mesh.ply", "--samples", "1000000000000"}).status == 2);
 }
 
-TEST_CASE("FloatThatMovesPointsTooFarIsWarnedOf") {
+TEST_CASE("FloatThatWouldMovePointsIsCountedFromAnOrigin") {
   const ScratchDirectory in;
   write_text(in / "far.xyz", "1000000.123 0 0\n1000000.223 0 0\n1000000.323 0 0\n");
   write_text(in / "near.xyz", "0.123 0 0\n0.223 0 0\n0.323 0 0\n");
   const auto far = run_in(in, {"convert", "far.xyz", "far.ply", "--float"});
   CHECK(far.status == 0);
-  CHECK_THAT(far.err, Contains("orbweave: warning: --float moves points"));
-  CHECK(run_in(in, {"convert", "near.xyz", "near.ply", "--float"}).err.empty());
+  CHECK(far.err.empty());
+  CHECK_THAT(far.out, Contains("counted from 1000000, 0, 0"));
+  CHECK(run_in(in, {"convert", "far.xyz", "far.ply", "--float", "--origin", "none"}).status == 2);
+  const auto near = run_in(in, {"convert", "near.xyz", "near.ply", "--float"});
+  CHECK(near.err.empty());
+  CHECK_THAT(near.out, !Contains("counted from"));
 }
 
 TEST_CASE("InspectOfSeveralFilesNamesEachOfThem") {

@@ -121,6 +121,7 @@ TEST_CASE("TheReportHasItsStableKeys") {
                               "pieces_removed",
                               "triangles_removed",
                               "conflicts_lost",
+                              "origin",
                               "mesh",
                               "holes",
                               "stages",
@@ -355,8 +356,8 @@ TEST_CASE("TheReportOfAFillHasTheMeshBeforeAndAfter") {
   const test::ScratchDirectory scratch;
   write_fill_report(scratch / "fill.json", report);
   const Json json = Json::parse(text_of(scratch / "fill.json"));
-  CHECK(keys_of(json) == Keys{"version", "command", "options", "input", "mesh_before", "mesh",
-                              "pieces_removed", "triangles_removed", "holes", "seconds",
+  CHECK(keys_of(json) == Keys{"version", "command", "options", "input", "mesh_before", "origin",
+                              "mesh", "pieces_removed", "triangles_removed", "holes", "seconds",
                               "peak_memory_bytes", "machine"});
   CHECK(keys_of(json["options"]) == Keys{"fill", "output", "run"});
   CHECK(json["options"]["fill"]["max_edges"] == 7);

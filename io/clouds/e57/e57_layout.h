@@ -40,8 +40,9 @@ struct E57Layout {
   std::vector<E57ScanLayout> scans;  ///< as many as scans
 };
 
-/// Attributes are those that any scan has, normals are there where all scans have them; each is of a
-/// type that fits all. Throws Error (bad input) for a scan whose points have no position; `file` is used in its message.
+/// Attributes are those that any scan has, normals are there where all scans have them; each is of
+/// a type that fits all. Throws Error (bad input) for a scan whose points have no position; `file`
+/// is used in its message.
 E57Layout plan_e57_layout(const std::vector<E57Scan>& scans, const std::string& file);
 
 }  // namespace orbweave
