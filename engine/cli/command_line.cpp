@@ -8,6 +8,7 @@
 
 #include "engine/cli/commands.h"
 #include "engine/cli/output.h"
+#include "engine/pipeline/surface/in_core_methods.h"
 #include "io/error.h"
 #include "io/text/nearest_name.h"
 
@@ -15,6 +16,15 @@ namespace orbweave {
 namespace {
 
 constexpr const char* kVersion = " " ORBWEAVE_VERSION;
+
+/// What --version prints after the name: the number and, where parts of the program ask for another
+/// licence than its own, that.
+std::string version_text() {
+  return kVersion + std::string(has_voronoi_family()
+                                    ? "\nBuilt with the Voronoi family, on CGAL: distributed under "
+                                      "the GPL, version 3 or later"
+                                    : "");
+}
 
 std::vector<std::string> command_names(CLI::App& program) {
   std::vector<std::string> names;
@@ -82,7 +92,7 @@ void parse(CLI::App& program, const CommandContext& context) {
   } catch (const CLI::CallForHelp&) {
     show(program.help());
   } catch (const CLI::CallForVersion&) {
-    show(program.get_name() + kVersion + "\n");
+    show(program.get_name() + version_text() + "\n");
   } catch (const CLI::ParseError& error) {
     if (!program.remaining(true).empty()) reject_extras(program);
     reject(program, error.what());
@@ -95,7 +105,7 @@ using AddCommand = void (*)(CLI::App&, const CommandContext&);
 CommandAction action_of(CLI::App& program, std::span<const AddCommand> commands,
                         const std::vector<std::string>& arguments, const StopToken& stop,
                         Communicator& communicator) {
-  program.set_version_flag("--version", program.get_name() + kVersion,
+  program.set_version_flag("--version", program.get_name() + version_text(),
                            "Print the version and exit");
   program.get_formatter()->column_width(34);
   program.get_formatter()->label("SUBCOMMAND", "COMMAND");

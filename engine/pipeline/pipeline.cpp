@@ -18,10 +18,12 @@
 #include "engine/pipeline/output/tile_export.h"
 #include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/run_results.h"
+#include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/stage/scan_units.h"
 #include "engine/pipeline/stage/stage_begin.h"
 #include "engine/pipeline/stage/stage_keys.h"
 #include "engine/pipeline/surface/hole_stage.h"
+#include "engine/pipeline/surface/in_core_methods.h"
 #include "engine/pipeline/surface/radii_choice.h"
 #include "engine/pipeline/surface/reconstruct_stage.h"
 #include "engine/pipeline/surface/stitch_stage.h"
@@ -132,7 +134,9 @@ void warn_of_holes(StageRunner& runner, const RunResults& results) {
   runner.warn("the mesh is riddled with holes: " + std::to_string(mesh.boundary_edges) +
               " boundary edges on " + std::to_string(mesh.triangles) + " triangles, " +
               std::to_string(results.points_unused) + " points unused; " +
-              short_radii(runner.job, results.partition, results.radii.values));
+              (is_in_core(runner.job.reconstruct.method)
+                   ? "method " + method_name(runner.job)
+                   : short_radii(runner.job, results.partition, results.radii.values)));
 }
 
 /// Loops with their first vertices as the mesh file numbers them.
@@ -168,8 +172,11 @@ void run_points(StageRunner& runner, RunResults& results) {
   results.origin = checked_origin(runner, results.partition);
   if (runner.communicator.is_root()) note_what_is_left_out(runner, results.partition);
   results.radii = radii_of_job(runner.job, results.partition);
-  runner.note(short_radii(runner.job, results.partition, results.radii.values),
-              "ball radii: " + results.radii.reason);
+  if (is_in_core(runner.job.reconstruct.method))
+    runner.note("method: " + method_name(runner.job) + ", the whole cloud at once");
+  else
+    runner.note(short_radii(runner.job, results.partition, results.radii.values),
+                "ball radii: " + results.radii.reason);
   predict(runner, points.predicted_disk_bytes, results);
   warn_of_units(runner, results.partition);
   if (runner.communicator.is_root()) warn_of_coordinate_system(runner, results.partition);
@@ -336,6 +343,7 @@ Job completed(const Job& wanted, const Communicator& communicator) {
 
 /// Looks at everything that the job reads and writes, before a work directory is made.
 ResolvedJob resolve_and_check(const Job& job, const Communicator& communicator) {
+  require_method(job);
   std::vector<std::string> files = expand_globs(job.input.files);
   check_scans(files);
   if (communicator.is_root()) check_output(job, files);

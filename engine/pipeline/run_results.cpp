@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/pipeline/stage/method_costs.h"
 
 namespace orbweave {
 namespace {
@@ -44,7 +45,8 @@ RunReport report_of(const StageRunner& runner, const std::vector<std::string>& c
                     RunResults results, const ResourceFacts& measured) {
   RunReport report = report_of_job(runner.job, command, runner.communicator.size());
   report.trusted = trusted_files(runner.job);
-  report.halo_width = halo_width(results.radii.values);
+  if (is_in_core(runner.job.reconstruct.method)) results.radii.values.clear();
+  if (!results.radii.values.empty()) report.halo_width = halo_width(results.radii.values);
   describe_partition(std::move(results.partition), report);
   report.origin = results.origin;
   report.points_unused = results.points_unused;

@@ -15,9 +15,11 @@
 #include "engine/pipeline/points/count_stage.h"
 #include "engine/pipeline/points/scan_input.h"
 #include "engine/pipeline/stage/cleaning_rule.h"
+#include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/stage/scan_units.h"
 #include "engine/pipeline/stage/stage_keys.h"
 #include "engine/pipeline/surface/hole_stage.h"
+#include "engine/pipeline/surface/in_core_methods.h"
 #include "engine/pipeline/surface/radii_choice.h"
 #include "engine/pipeline/surface/stitch_stage.h"
 #include "engine/pipeline/surface/used_vertices.h"
@@ -139,6 +141,10 @@ void plan_chunks(const ResolvedJob& job, const CountedCloud& cloud, Partition& m
 }
 
 void plan_radii(const ResolvedJob& job, const Partition& measured, JobPlan& plan) {
+  if (is_in_core(job.reconstruct.method)) {
+    plan.radii_reason = "not used by " + method_name(job);
+    return;
+  }
   const bool given = !job.reconstruct.ball_radii.empty();
   plan.radii = given ? job.reconstruct.ball_radii : measured.automatic_radii;
   plan.radii_note = short_radii(job, measured, plan.radii);
@@ -181,6 +187,7 @@ double seconds_of_run(const ResolvedJob& job, const JobPlan& plan, const TrialRe
   double seconds = passes.count + passes.sample + kSort * points + kWritten * kept;
   if (job.needs_cleaning_or_normals()) seconds += kCutAgain * kept;
   if (job.run.compress) seconds += kCompressed * points / job.threads();
+  seconds += 1e-6 * costs_of(job.reconstruct.method).microseconds_per_point * kept;
   return seconds + points * trial.cpu_seconds / sampled / (kSharedWell * job.threads());
 }
 
@@ -207,6 +214,7 @@ void plan_resources(const ResolvedJob& job, const CountedCloud& cloud, const Par
 }  // namespace
 
 JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
+  require_method(wanted);
   JobPlan plan;
   plan.files = expand_globs(wanted.input.files);
   const ResolvedJob job = resolve(wanted, plan.files);

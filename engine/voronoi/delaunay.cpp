@@ -3,7 +3,7 @@
 #include <CGAL/Delaunay_triangulation_3.h>
 #include <CGAL/Triangulation_cell_base_with_info_3.h>
 
-#include "engine/voronoi/triangulation.h"
+#include "engine/voronoi/triangulation.inl"
 
 namespace orbweave::voronoi {
 namespace {

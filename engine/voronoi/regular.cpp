@@ -2,7 +2,7 @@
 #include <CGAL/Triangulation_cell_base_with_info_3.h>
 
 #include "engine/voronoi/delaunay.h"
-#include "engine/voronoi/triangulation.h"
+#include "engine/voronoi/triangulation.inl"
 
 namespace orbweave::voronoi {
 namespace {

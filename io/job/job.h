@@ -61,7 +61,8 @@ struct PartitionOptions {
   std::uint64_t chunk_points = 0;                       ///< 0: from the budget ("auto")
 };
 
-enum class ReconstructionMethod { kBallPivoting };
+/// All but ball pivoting work on the whole cloud at once (docs/methods.md).
+enum class ReconstructionMethod { kBallPivoting, kCrust, kPowerCrust, kCocone, kTightCocone };
 
 struct ReconstructOptions {
   ReconstructionMethod method = ReconstructionMethod::kBallPivoting;

@@ -37,13 +37,6 @@ std::string separator_text(char character) {
   return {1, character};
 }
 
-void set_method(Job& job, const WrittenValue& value) {
-  const std::string method = text_value(value);
-  if (method != "ball_pivoting")
-    throw UnsuitableValue{"no such reconstruction method in this version", "\"ball_pivoting\""};
-  job.reconstruct.method = ReconstructionMethod::kBallPivoting;
-}
-
 /// A positive finite number.
 double finite_limit(const WrittenValue& value) {
   const double number = limit_value(value);
@@ -221,7 +214,7 @@ constexpr std::array kReturns = {"all", "first", "last", "only"};
 constexpr std::array kSources = {"auto", "file", "estimate"};
 constexpr std::array kOrientations = {"auto",      "scanner", "viewpoint", "up",
                                       "propagate", "ground",  "inward",    "none"};
-constexpr std::array kMethods = {"ball_pivoting"};
+constexpr std::array kMethods = {"ball_pivoting", "crust", "power_crust", "cocone", "tight_cocone"};
 constexpr std::array kKernels = {"biharmonic", "triharmonic"};
 constexpr std::array kFormats = {"auto", "binary", "text"};
 constexpr std::array kPrecisions = {"double", "float"};
@@ -422,9 +415,9 @@ constexpr JobKey kKeys[] = {
      [](const Job& job) -> JobValue { return auto_or(job.normals.up); }},
 
     {"reconstruct", "method", T::kChoice, "", kMethods,
-     "reconstruction method", "method", "",
-     set_method,
-     [](const Job&) -> JobValue { return std::string("ball_pivoting"); }},
+     "reconstruction method; all but ball_pivoting hold the whole cloud in memory, and are there where the program was built with CGAL", "method", "",
+     [](Job& job, const W& value) { job.reconstruct.method = static_cast<ReconstructionMethod>(choice_value(value, kMethods)); },
+     [](const Job& job) -> JobValue { return name_in(kMethods, job.reconstruct.method); }},
     {"reconstruct", "ball_radii", T::kNumbers, "\"auto\" or positive numbers in ascending order such as [0.0015, 0.003]", {},
      "ball radii in ascending order, in scan units, such as 0.0015,0.003; auto measures the point spacing", "ball-radii", "",
      set_radii,

@@ -7,6 +7,7 @@
 
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/pipeline/stage/cleaning_rule.h"
+#include "engine/pipeline/stage/method_costs.h"
 #include "io/error.h"
 #include "io/job/setting.h"
 #include "io/store/chunk_points.h"
@@ -132,15 +133,17 @@ std::uint64_t predicted_peak_bytes(const ResolvedJob& job, const Partition& part
                                    std::span<const double> radii) {
   const std::uint64_t points = partition.octree.points();
   const MemoryPlan plan = job.memory_plan(points, partition.schema);
+  const bool has_halos = !radii.empty() && !is_in_core(job.reconstruct.method);
   const double reach =
-      std::max(radii.empty() ? 0.0 : halo_width(radii), reach_of_cleaning(job, partition));
+      std::max(has_halos ? halo_width(radii) : 0.0, reach_of_cleaning(job, partition));
   const std::uint64_t in_flight = in_flight_bytes(
       expected_points_with_halos(partition, reach), job.threads(), plan.chunks_in_flight_bytes,
       MemoryCosts::kReconstructBytes, MemoryCosts::kUsualReconstructBytes);
   const std::uint64_t whole = points * kWholeCloudBytesPer64 / 64;
   const std::uint64_t peak =
       std::max({partition_peak(job, partition, partition.schema, plan),
-                cleaned_peak(job, partition, plan), kWorkingBytes + in_flight + whole});
+                cleaned_peak(job, partition, plan), kWorkingBytes + in_flight + whole,
+                kWorkingBytes + points * costs_of(job.reconstruct.method).bytes_per_point});
   return std::min(static_cast<std::uint64_t>(kMargin * static_cast<double>(peak)),
                   std::max(job.partition.memory_bytes, peak));
 }

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "engine/normals/normal_side.h"
+#include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/stage/stages.h"
 #include "io/report/reasons.h"
 
@@ -94,6 +95,8 @@ double seconds_of(const ResolvedJob& job, const JobSize& size, const StageInfo& 
   double points =
       static_cast<double>(stage.line == StageLine::kRaw ? size.points : size.kept_points);
   if (scaling.constant) points = std::min(points, kConstantPoints);
+  if (stage.stage == Stage::kReconstruct && is_in_core(job.reconstruct.method))
+    return 1e-6 * costs_of(job.reconstruct.method).microseconds_per_point * points;
   double seconds = 1e-6 * microseconds_of(job, size, stage) * points;
   if (stage.stage == Stage::kHoles && size.loops)
     seconds = kSecondsPerLoop * static_cast<double>(*size.loops);

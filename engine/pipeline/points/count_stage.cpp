@@ -13,6 +13,7 @@
 #include "engine/pipeline/points/own_share.h"
 #include "engine/pipeline/points/selection_facts.h"
 #include "engine/pipeline/points/stray_search.h"
+#include "engine/pipeline/stage/method_costs.h"
 #include "engine/spacing/automatic_radii.h"
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
@@ -131,6 +132,7 @@ void plan_cut(const ResolvedJob& job, CountedCloud& cloud, int processes) {
   cloud.points_used = cloud.grid.points();
   if (cloud.points_used == 0) refuse_empty(job, cloud);
   require_usable_scale(job, cloud.grid.bounds());
+  require_memory_for_method(job, cloud.points_used);
   cloud.grid.settle(root_cube(cloud.grid.bounds()).side);
   cloud.memory =
       job.memory_plan(cloud.points_used / static_cast<std::uint64_t>(processes), cloud.schema,

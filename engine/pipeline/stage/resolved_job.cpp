@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "engine/normals/normal_side.h"
+#include "engine/pipeline/stage/method_costs.h"
 #include "io/clouds/open_point_source.h"
 #include "io/error.h"
 #include "io/job/output_origin.h"
@@ -124,8 +125,12 @@ Orientation ResolvedJob::orientation_rule(std::uint64_t points_without_view) con
 MemoryPlan ResolvedJob::memory_plan(std::uint64_t points, const PointSchema& schema,
                                     std::uint64_t worthwhile_points) const {
   try {
-    return plan_memory(partition.memory_bytes, points, threads(), partition.chunk_points, schema,
-                       worthwhile_points);
+    MemoryPlan plan = plan_memory(partition.memory_bytes, points, threads(), partition.chunk_points,
+                                  schema, worthwhile_points);
+    // More points than a method takes that holds the whole cloud: one chunk.
+    constexpr std::uint64_t kAllPoints = std::uint64_t{1} << 32;
+    if (is_in_core(reconstruct.method)) plan.chunk_points = kAllPoints;
+    return plan;
   } catch (const Error& error) {
     ErrorParts parts = error.parts();
     parts.place = setting_name(*this, parts.place);

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "engine/normals/normal_side.h"
+#include "engine/pipeline/stage/method_costs.h"
 #include "io/job/job_keys.h"
 #include "io/job/job_values.h"
 #include "io/shown_text.h"
@@ -47,6 +48,7 @@ std::string scan_lines(const ResolvedJob& job) {
   std::string lines = stamp_lines(job.inputs) + section_lines(job, "input", kNotTheirs);
   if (!job.beside_scans.empty()) lines += key_line("beside the scans", shown(job.beside_scans));
   lines += option_line(job, "partition.chunk_points") + option_line(job, "output.attributes");
+  if (is_in_core(job.reconstruct.method)) lines += key_line("cut", "one chunk");
   // Automatic radii are measured with the points.
   const bool automatic = job.reconstruct.ball_radii.empty();
   lines += automatic ? option_line(job, "reconstruct.levels")
@@ -115,6 +117,7 @@ std::string mesh_key(const ResolvedJob& job, const std::string& points_key,
                      const Partition& partition, std::span<const double> radii) {
   std::string values;
   for (const double radius : radii) values += (values.empty() ? "" : ", ") + format_exact(radius);
+  if (is_in_core(job.reconstruct.method)) values += "; layout of the method 1";
   return points_key + chunks_line(partition) + key_line("layout of the mesh", "3") +
          key_line("reconstruct.method", std::to_string(static_cast<int>(job.reconstruct.method))) +
          key_line("reconstruct.ball_radii", "[" + values + "]");

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/stage/scan_units.h"
 #include "engine/spacing/automatic_radii.h"
 #include "engine/spacing/site_points.h"
@@ -60,10 +61,20 @@ void require_usable(const ResolvedJob& job, const std::vector<double>& radii,
                                    .expected = objection->expected});
 }
 
+/// Lengths that stand for ball radii where the method has none: what looks for triangles near a
+/// place reaches twice as far.
+BallRadii reach_without_balls(const ResolvedJob& job, const Partition& partition) {
+  const double extent = partition.bounds.largest_extent();
+  double reach = partition.spacing > 0.0 ? 3.0 * partition.spacing : extent;
+  if (!partition.automatic_radii.empty()) reach = partition.automatic_radii.back();
+  return {{reach > 0.0 ? reach : 1.0}, "not used by " + method_name(job)};
+}
+
 }  // namespace
 
 BallRadii radii_of_job(const ResolvedJob& job, const Partition& partition) {
   const ReconstructOptions& options = job.reconstruct;
+  if (is_in_core(options.method)) return reach_without_balls(job, partition);
   std::vector<double> radii = options.ball_radii;
   std::string reason = compare_with_spacing(radii, partition.spacing, 0.0);
   if (radii.empty()) {

@@ -7,6 +7,8 @@
 
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/pipeline/budget/memory_forecast.h"
+#include "engine/pipeline/stage/method_costs.h"
+#include "engine/pipeline/surface/in_core_methods.h"
 #include "engine/pipeline/surface/stored_mesh.h"
 #include "io/store/chunk_points.h"
 
@@ -70,6 +72,36 @@ ChunkPoints load_chunk_with_halo(const ChunkStore& store, const Partition& parti
   return points;
 }
 
+namespace {
+
+/// The method on all points, which are one chunk.
+void reconstruct_whole(const SurfaceInputs& inputs, StageRunner& runner) {
+  const Partition& partition = inputs.partition;
+  const auto& chunks = partition.octree.chunks();
+  require_memory_for_method(runner.job, partition.points());
+  StageClock clock(runner, Stage::kReconstruct, chunks.size(), "chunks");
+  std::vector<ChunkWork> tasks;
+  for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk) {
+    const std::uint64_t points = partition.points_in(chunk);
+    const std::uint64_t per_point = costs_of(runner.job.reconstruct.method).bytes_per_point;
+    tasks.push_back({chunk, points * per_point, points, points});
+  }
+  const MemoryPlan plan = runner.job.memory_plan(partition.points(), partition.schema);
+  share_chunks(
+      runner, clock, kMeshStage, std::move(tasks), plan.chunks_in_flight_bytes, [&](ChunkId chunk) {
+        const ChunkPoints points =
+            load_chunk_with_halo(runner.store, partition, chunk, 0.0, &runner.stop);
+        BallPivotingResult result =
+            reconstruct_in_core(runner.job, points.positions, points.normals, &runner.stop);
+        commit_chunk_mesh(runner.store, chunk,
+                          make_chunk_mesh(points, std::move(result), chunks[chunk].box,
+                                          2.0 * inputs.radii.values.back(), &runner.stop));
+      });
+  clock.facts().points = partition.points();
+}
+
+}  // namespace
+
 void reconstruct_chunks(const SurfaceInputs& inputs, StageRunner& runner) {
   const Partition& partition = inputs.partition;
   const std::vector<double>& radii = inputs.radii.values;
@@ -77,6 +109,7 @@ void reconstruct_chunks(const SurfaceInputs& inputs, StageRunner& runner) {
     begin_stage(runner, kMeshStage, stored_mesh_key(runner.job, runner.store, inputs));
     drop_stitch_of_unfinished_mesh(runner.store, partition);
   });
+  if (is_in_core(runner.job.reconstruct.method)) return reconstruct_whole(inputs, runner);
 
   const auto& chunks = partition.octree.chunks();
   StageClock clock(runner, Stage::kReconstruct, chunks.size(), "chunks");

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/pipeline/budget/memory_forecast.h"
+#include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/surface/stored_mesh.h"
 #include "engine/pipeline/surface/used_vertices.h"
 #include "io/job/setting.h"
@@ -14,6 +15,11 @@ namespace orbweave {
 namespace {
 
 [[noreturn]] void throw_empty(const ResolvedJob& job, const BallRadii& radii) {
+  if (is_in_core(job.reconstruct.method))
+    throw_bad_input("no triangle can be formed by " + method_name(job),
+                    {.file = job.files.front(),
+                     .expected = "points that lie densely on a surface",
+                     .advice = "Try " + setting(job, "reconstruct.method", "ball_pivoting")});
   throw_bad_input(
       "no triangle can be formed: no ball touches three points without holding a "
       "fourth, on the side their normals point to",

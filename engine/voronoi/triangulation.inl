@@ -1,6 +1,5 @@
 // What the Delaunay and the regular triangulation of CGAL have in common: points inserted along a
 // curve that fills space, and the tetrahedra read out as plain arrays.
-#pragma once
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Exact_rational.h>

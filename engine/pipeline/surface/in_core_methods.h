@@ -1,0 +1,26 @@
+// The reconstruction methods that take the whole cloud at once: the Voronoi family.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "engine/ball_pivoting/pivoting_result.h"
+#include "io/job/job.h"
+#include "io/stop_token.h"
+#include "io/vec3.h"
+
+namespace orbweave {
+
+/// Whether the program was built with the Voronoi family, and hence is under the GPL.
+bool has_voronoi_family();
+
+/// Throws Error (usage) where the program was built without the job's method, or the method's
+/// surface has no place in a job.
+void require_method(const Job& job);
+
+/// The surface of points in canonical order, turned to the side of their normals. Edges have at
+/// most two triangles. Throws as the method does, and as require_method.
+BallPivotingResult reconstruct_in_core(const Job& job, std::span<const Vec3> positions,
+                                       std::span<const Vec3> normals, const StopToken* stop);
+
+}  // namespace orbweave
