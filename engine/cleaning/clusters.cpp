@@ -77,8 +77,8 @@ class Cubes {
       for (std::int64_t y = -1; y <= (z < 0 ? 1 : 0); ++y) {
         const LatticeCell first{cell.z + z, cell.y + y, cell.x - 1};
         const LatticeCell last{cell.z + z, cell.y + y, cell.x + (z < 0 || y < 0 ? 1 : -1)};
-        for (std::size_t other = index_of(first);
-             other < cells_.size() && !(last < cells_[other]); ++other)
+        for (std::size_t other = index_of(first); other < cells_.size() && !(last < cells_[other]);
+             ++other)
           parents_[root_of(static_cast<std::uint32_t>(other))] = root_of(cube);
       }
   }

@@ -1,12 +1,16 @@
 #include "engine/cleaning/local_cleaning.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "engine/cleaning/points_near.h"
 
 namespace orbweave {
 namespace {
+
+/// Side of the cubes that a cloud is cut into to find parts of it, in spacings of the finest level.
+constexpr double kSpacingsPerRun = 6.0;
 
 /// The points asked for that are at a level and chosen; 1 for each of them among all points.
 std::vector<std::uint8_t> asked_at(const LeveledPoints& points, std::size_t level,
@@ -25,10 +29,11 @@ bool are_all_at(const LeveledPoints& points, std::size_t level) {
 }
 
 /// Projects the points of one level among those around them.
-void project_level(const LeveledPoints& points, const ProjectionOptions& options,
-                   const std::vector<std::uint8_t>& asked, ProjectedPoints& result) {
-  const NearPart part = part_of(points_near(points.positions, asked, projection_halo(options)),
-                                 points.positions, points.normals, points.begin, points.end);
+void project_level(const LeveledPoints& points, const PointRuns& runs,
+                   const ProjectionOptions& options, const std::vector<std::uint8_t>& asked,
+                   ProjectedPoints& result) {
+  const NearPart part = part_of(runs.near(asked, projection_halo(options)), points.positions,
+                                points.normals, points.begin, points.end);
   std::vector<std::uint8_t> chosen;
   for (std::uint32_t row = part.begin; row < part.end; ++row)
     chosen.push_back(asked[part.points[row]]);
@@ -44,11 +49,11 @@ void project_level(const LeveledPoints& points, const ProjectionOptions& options
 }
 
 /// Decides the points of one level; `kept` has those of the levels below.
-void thin_level(const LeveledPoints& points, std::size_t level, const ThinningOptions& options,
-                std::vector<std::uint8_t>& kept) {
+void thin_level(const LeveledPoints& points, const PointRuns& runs, std::size_t level,
+                const ThinningOptions& options, std::vector<std::uint8_t>& kept) {
   std::vector<std::uint8_t> undecided(points.positions.size());
   for (std::size_t i = 0; i < undecided.size(); ++i) undecided[i] = points.levels[i] == level;
-  std::vector<std::uint32_t> near = points_near(points.positions, undecided, options.spacing);
+  std::vector<std::uint32_t> near = runs.near(undecided, options.spacing);
   std::erase_if(near, [&](std::uint32_t i) { return undecided[i] == 0 && kept[i] == 0; });
   const auto size = static_cast<std::uint32_t>(points.positions.size());
   const NearPart part = part_of(std::move(near), points.positions, points.normals, 0, size);
@@ -83,11 +88,13 @@ ProjectedPoints project_locally(const LeveledPoints& points, std::span<const dou
   result.positions.assign(first + points.begin, first + points.end);
   result.normals.assign(first_normal + points.begin, first_normal + points.end);
   result.moved.assign(points.end - points.begin, 0);
+  if (radii.size() < 2) return result;
+  const PointRuns runs(points.positions, radii[1]);
   for (std::size_t level = 1; level < radii.size(); ++level) {
     const std::vector<std::uint8_t> asked = asked_at(points, level, chosen);
     if (std::find(asked.begin(), asked.end(), 1) == asked.end()) continue;
     of_level.radius = radii[level];
-    project_level(points, of_level, asked, result);
+    project_level(points, runs, of_level, asked, result);
   }
   return result;
 }
@@ -106,14 +113,16 @@ std::vector<std::uint8_t> thin_locally(const LeveledPoints& points,
   const auto is_at = [&](std::size_t level) {
     return [level](std::uint8_t other) { return other == level; };
   };
+  std::optional<PointRuns> runs;
   std::vector<std::uint8_t> kept(points.positions.size());
   for (std::size_t i = 0; i < kept.size(); ++i) kept[i] = points.levels[i] == 0 ? 1 : 0;
   for (std::size_t level = 1; level < spacings.size(); ++level) {
     of_level.spacing = spacings[level];
     if (std::all_of(points.levels.begin(), points.levels.end(), is_at(level)))
       return thin_points(points.positions, points.normals, points.begin, points.end, of_level);
-    if (std::any_of(points.levels.begin(), points.levels.end(), is_at(level)))
-      thin_level(points, level, of_level, kept);
+    if (std::none_of(points.levels.begin(), points.levels.end(), is_at(level))) continue;
+    if (!runs) runs.emplace(points.positions, kSpacingsPerRun * spacings[1]);
+    thin_level(points, *runs, level, of_level, kept);
   }
   return {kept.begin() + points.begin, kept.begin() + points.end};
 }

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 #include "engine/geometry/lattice_cube.h"
@@ -15,6 +16,9 @@ namespace {
 /// Of thick layers: a projection averages over some 40 points, more where the layers are thicker.
 constexpr double kRadiusPerSpacing = 3.75;
 constexpr double kRadiusPerThickness = 12.0;
+/// Of very thick layers: the mean of a neighbourhood of radius r is off by 1.4 noise spacing / r,
+/// which is to be a twelfth of the spacing r / 4 that thinning keeps. More would flatten the shape.
+constexpr double kRadiusPerRoot = 8.2;
 constexpr double kStep = 1.5;
 constexpr double kHalfStep = 1.2247448713915890;  ///< its square root
 /// Steps up and down from the radius of the whole cloud.
@@ -34,7 +38,9 @@ double median_of(std::vector<double>& values) {
 
 double wanted_radius(double spacing, double noise) {
   if (!(noise > kThickPerSpacing * spacing)) return 0.0;
-  return std::max(kRadiusPerSpacing * spacing, kRadiusPerThickness * noise);
+  return std::max(
+      kRadiusPerSpacing * spacing,
+      std::min(kRadiusPerThickness * noise, kRadiusPerRoot * std::sqrt(noise * spacing)));
 }
 
 SmoothingLevels::SmoothingLevels(std::vector<NoisePlace> places, double cell,
@@ -114,8 +120,8 @@ std::uint8_t SmoothingLevels::level_of(double radius) const {
 
 double SmoothingLevels::untouched_share() const {
   if (cubes_.empty()) return 1.0;
-  const auto untouched = std::count_if(cubes_.begin(), cubes_.end(),
-                                       [](const Cube& cube) { return cube.level == 0; });
+  const auto untouched =
+      std::count_if(cubes_.begin(), cubes_.end(), [](const Cube& cube) { return cube.level == 0; });
   return static_cast<double>(untouched) / static_cast<double>(cubes_.size());
 }
 

@@ -22,10 +22,10 @@ struct WholeCloudNoise {
 /// The radius that noise and spacing ask for; 0 where the layers are thin enough.
 double wanted_radius(double spacing, double noise);
 
-/// Noise and spacing in a cube and those around it; spacing 0: not known.
+/// Noise and spacing in a cube and those around it; -1: not known.
 struct LocalNoise {
-  float spacing = 0.0F;
-  float noise = 0.0F;
+  float spacing = -1.0F;
+  float noise = -1.0F;
 };
 
 /// The level of every place: 0 where nothing is to be moved, else that of the radius, which grows

@@ -64,9 +64,8 @@ struct ReconstructOptions {
   int levels = 0;                  ///< number of automatic radii, 1 to 8; 0: from the density
 };
 
-/// What the colours of a picture tell: filled holes, how far their patches can be trusted, the
-/// colours of the points, or which faces hang together.
-enum class PictureColors { kPatches, kConfidence, kPoints, kComponents };
+/// What the colours of a picture tell: filled holes, or how far their patches can be trusted.
+enum class PictureColors { kPatches, kConfidence };
 
 /// Whether a picture shows the back faces of triangles. kAuto: they are left out of the picture of
 /// an interior, so that one looks into it.
@@ -76,17 +75,17 @@ enum class PictureBacks { kAuto, kShown, kCulled };
 enum class UpAxis { kAuto, kX, kY, kZ };
 
 struct OutputOptions {
-  std::string mesh;                   ///< path; format by extension
-  bool binary = true;                 ///< where the format has a binary encoding
-  bool requires_binary = false;       ///< refuses a format without one
-  bool float_positions = false;       ///< "float" coordinates instead of double
-  bool attributes = true;             ///< carries normals and attributes to the vertices
-  bool confidence = false;            ///< PLY: faces carry the confidence of their patches
-  bool vertex_quality = false;        ///< PLY: vertices carry spacing, noise, move and normal's origin
-  bool tiles = false;                 ///< one mesh per chunk instead of one mesh
-  bool check_surface = false;         ///< counts crossings of the whole mesh, not of patches alone
-  std::string report;                 ///< path of the JSON report; empty: none
-  std::string picture;                ///< path of a PNG of the mesh; empty: none
+  std::string mesh;              ///< path; format by extension
+  bool binary = true;            ///< where the format has a binary encoding
+  bool requires_binary = false;  ///< refuses a format without one
+  bool float_positions = false;  ///< "float" coordinates instead of double
+  bool attributes = true;        ///< carries normals and attributes to the vertices
+  bool confidence = false;       ///< PLY: faces carry the confidence of their patches
+  bool vertex_quality = false;   ///< PLY: vertices carry spacing, noise, move and normal's origin
+  bool tiles = false;            ///< one mesh per chunk instead of one mesh
+  bool check_surface = false;    ///< counts crossings of the whole mesh, not of patches alone
+  std::string report;            ///< path of the JSON report; empty: none
+  std::string picture;           ///< path of a PNG of the mesh; empty: none
   UpAxis picture_up = UpAxis::kAuto;  ///< axis that is upright in the picture
   PictureColors picture_colors = PictureColors::kPatches;
   PictureBacks picture_backs = PictureBacks::kAuto;
