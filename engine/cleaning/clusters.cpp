@@ -19,6 +19,7 @@ constexpr double kRounding = 1.01;
 class Cubes {
  public:
   Cubes(std::span<const Vec3> positions, const ClusterOptions& options) {
+    // Points in canonical order have few runs.
     std::vector<std::pair<LatticeCell, std::uint64_t>> runs;
     for (std::size_t i = 0; i < positions.size(); ++i) {
       if (i % kStopBlock == 0) check_stop(options.stop);

@@ -28,24 +28,37 @@ bool are_all_at(const LeveledPoints& points, std::size_t level) {
                      [&](std::uint8_t other) { return other == level; });
 }
 
-/// Projects the points of one level among those around them.
+/// Takes over what was projected of the points that were asked for, row by row.
+void take_over(const LeveledPoints& points, const ProjectedPoints& projected,
+               std::span<const std::uint8_t> chosen, std::span<const std::uint32_t> point_of_row,
+               ProjectedPoints& result) {
+  for (std::uint32_t row = 0; row < chosen.size(); ++row) {
+    if (chosen[row] == 0) continue;
+    const std::uint32_t to = point_of_row.empty() ? row : point_of_row[row] - points.begin;
+    result.positions[to] = projected.positions[row];
+    result.normals[to] = projected.normals[row];
+    result.moved[to] = projected.moved[row];
+  }
+}
+
+/// Projects the points of one level among those around them; of most points, among all.
 void project_level(const LeveledPoints& points, const PointRuns& runs,
                    const ProjectionOptions& options, const std::vector<std::uint8_t>& asked,
                    ProjectedPoints& result) {
+  const auto own = std::span(asked).subspan(points.begin, points.end - points.begin);
+  if (2 * static_cast<std::size_t>(std::count(own.begin(), own.end(), 1)) > own.size())
+    return take_over(
+        points,
+        project_points(points.positions, points.normals, points.begin, points.end, options, own),
+        own, {}, result);
   const NearPart part = part_of(runs.near(asked, projection_halo(options)), points.positions,
                                 points.normals, points.begin, points.end);
   std::vector<std::uint8_t> chosen;
   for (std::uint32_t row = part.begin; row < part.end; ++row)
     chosen.push_back(asked[part.points[row]]);
-  const ProjectedPoints projected =
-      project_points(part.positions, part.normals, part.begin, part.end, options, chosen);
-  for (std::uint32_t row = 0; row < chosen.size(); ++row) {
-    if (chosen[row] == 0) continue;
-    const std::uint32_t to = part.points[part.begin + row] - points.begin;
-    result.positions[to] = projected.positions[row];
-    result.normals[to] = projected.normals[row];
-    result.moved[to] = projected.moved[row];
-  }
+  take_over(points,
+            project_points(part.positions, part.normals, part.begin, part.end, options, chosen),
+            chosen, std::span(part.points).subspan(part.begin), result);
 }
 
 /// Decides the points of one level; `kept` has those of the levels below.

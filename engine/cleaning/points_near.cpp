@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace orbweave {
@@ -20,6 +21,12 @@ LatticeCell coarse(const LatticeCell& cube, std::int64_t step) {
 void sort_out(std::vector<LatticeCell>& cubes) {
   std::sort(cubes.begin(), cubes.end());
   cubes.erase(std::unique(cubes.begin(), cubes.end()), cubes.end());
+}
+
+std::vector<std::uint32_t> all_points(std::size_t count) {
+  std::vector<std::uint32_t> points(count);
+  std::iota(points.begin(), points.end(), 0u);
+  return points;
 }
 
 /// These cubes and all that touch them, ascending.
@@ -67,6 +74,8 @@ PointRuns::PointRuns(std::span<const Vec3> positions, double side) : side_(side)
 
 std::vector<std::uint32_t> PointRuns::near(std::span<const std::uint8_t> wanted,
                                            double reach) const {
+  const auto count = static_cast<std::size_t>(std::count(wanted.begin(), wanted.end(), 1));
+  if (2 * count > wanted.size()) return all_points(wanted.size());
   constexpr double kRounding = 1.01;
   const auto step =
       std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(kRounding * reach / side_)));
@@ -79,9 +88,15 @@ std::vector<std::uint32_t> PointRuns::near(std::span<const std::uint8_t> wanted,
   }
   const std::vector<LatticeCell> around = with_neighbors(std::move(cubes));
   std::vector<std::uint32_t> points;
-  for (const Run& run : runs_)
-    if (std::binary_search(around.begin(), around.end(), coarse(run.cube, step)))
-      for (std::uint32_t i = run.begin; i < run.end; ++i) points.push_back(i);
+  LatticeCell last;
+  bool is_near = false;
+  for (const Run& run : runs_) {
+    const LatticeCell cube = coarse(run.cube, step);
+    if (run.begin == 0 || cube != last)
+      is_near = std::binary_search(around.begin(), around.end(), cube);
+    last = cube;
+    for (std::uint32_t i = run.begin; i < run.end && is_near; ++i) points.push_back(i);
+  }
   return points;
 }
 

@@ -28,7 +28,8 @@ class PointRuns {
   /// Parts whose reach is several times `side` or less are found quickly.
   PointRuns(std::span<const Vec3> positions, double side);
 
-  /// All points within `reach` of one that is wanted, and some more; ascending.
+  /// All points within `reach` of one that is wanted, and some more; ascending. All where most are
+  /// wanted.
   std::vector<std::uint32_t> near(std::span<const std::uint8_t> wanted, double reach) const;
 
  private:

@@ -58,6 +58,7 @@ CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
 std::vector<std::uint8_t> inliers(const PassPoints& points, const OutlierOptions& options) {
   const Box reach = points.own.bounds().grown(outlier_halo(options));
   std::vector<Vec3> positions;
+  positions.reserve(points.positions.size());
   std::uint32_t begin = 0, end = 0;
   for (std::uint32_t i = 0; i < points.positions.size(); ++i) {
     if (i == points.begin) begin = static_cast<std::uint32_t>(positions.size());

@@ -30,6 +30,14 @@ std::vector<Value> by_level(const PassPoints& points, std::span<const std::uint8
     if (count == result.size())
       return measure(std::span<const Vec3>(points.positions), points.begin, points.end, level,
                      std::span<const std::uint8_t>());
+    if (2 * count > result.size()) {  // among all, without a copy of them
+      const auto own = std::span<const std::uint8_t>(wanted).subspan(points.begin, result.size());
+      const auto values =
+          measure(std::span<const Vec3>(points.positions), points.begin, points.end, level, own);
+      for (std::size_t i = 0; i < result.size(); ++i)
+        if (own[i] != 0) result[i] = values[i];
+      continue;
+    }
     if (!runs) runs.emplace(points.positions, kRunsPerHalo * halos.front());
     const NearPart part =
         part_of(runs->near(wanted, halos[level]), points.positions, {}, points.begin, points.end);
