@@ -9,8 +9,10 @@
 namespace orbweave {
 namespace {
 
-/// Side of the cubes that a cloud is cut into to find parts of it, in spacings of the finest level.
-constexpr double kSpacingsPerRun = 6.0;
+/// Side of the cubes that a cloud is cut into to find parts of it, in radii or spacings of the
+/// finest level.
+constexpr double kRadiiPerRun = 3.0;
+constexpr double kSpacingsPerRun = 12.0;
 
 /// The points asked for that are at a level and chosen; 1 for each of them among all points.
 std::vector<std::uint8_t> asked_at(const LeveledPoints& points, std::size_t level,
@@ -61,20 +63,36 @@ void project_level(const LeveledPoints& points, const PointRuns& runs,
             chosen, std::span(part.points).subspan(part.begin), result);
 }
 
+/// What thin_points() is told of each point: those of the level are undecided.
+std::vector<std::uint8_t> states_at(const LeveledPoints& points, std::size_t level,
+                                    const std::vector<std::uint8_t>& kept) {
+  constexpr std::uint8_t kUndecided = 0, kKept = 1, kLeftOut = 2;
+  std::vector<std::uint8_t> states(points.positions.size());
+  for (std::size_t i = 0; i < states.size(); ++i)
+    states[i] = points.levels[i] == level ? kUndecided : kept[i] != 0 ? kKept : kLeftOut;
+  return states;
+}
+
 /// Decides the points of one level; `kept` has those of the levels below.
 void thin_level(const LeveledPoints& points, const PointRuns& runs, std::size_t level,
                 const ThinningOptions& options, std::vector<std::uint8_t>& kept) {
-  std::vector<std::uint8_t> undecided(points.positions.size());
-  for (std::size_t i = 0; i < undecided.size(); ++i) undecided[i] = points.levels[i] == level;
-  std::vector<std::uint32_t> near = runs.near(undecided, options.spacing);
-  std::erase_if(near, [&](std::uint32_t i) { return undecided[i] == 0 && kept[i] == 0; });
-  const auto size = static_cast<std::uint32_t>(points.positions.size());
-  const NearPart part = part_of(std::move(near), points.positions, points.normals, 0, size);
-  std::vector<std::uint8_t> given;
-  for (const std::uint32_t i : part.points) given.push_back(undecided[i] == 0 ? 1 : 0);
+  const std::vector<std::uint8_t> states = states_at(points, level, kept);
+  const auto size = static_cast<std::uint32_t>(states.size());
+  std::vector<std::uint8_t> undecided(size);
+  std::transform(states.begin(), states.end(), undecided.begin(),
+                 [](std::uint8_t state) { return static_cast<std::uint8_t>(state == 0 ? 1 : 0); });
+  if (2 * std::count(undecided.begin(), undecided.end(), 1) > static_cast<std::ptrdiff_t>(size)) {
+    kept = thin_points(points.positions, points.normals, 0, size, options, states);
+    return;
+  }
+  const NearPart part =
+      part_of(runs.near(undecided, options.spacing), points.positions, points.normals, 0, size);
+  std::vector<std::uint8_t> of_part;
+  of_part.reserve(part.points.size());
+  for (const std::uint32_t i : part.points) of_part.push_back(states[i]);
   const std::vector<std::uint8_t> chosen =
       thin_points(part.positions, part.normals, 0,
-                  static_cast<std::uint32_t>(part.positions.size()), options, given);
+                  static_cast<std::uint32_t>(part.positions.size()), options, of_part);
   for (std::size_t row = 0; row < chosen.size(); ++row) kept[part.points[row]] = chosen[row];
 }
 
@@ -102,7 +120,7 @@ ProjectedPoints project_locally(const LeveledPoints& points, std::span<const dou
   result.normals.assign(first_normal + points.begin, first_normal + points.end);
   result.moved.assign(points.end - points.begin, 0);
   if (radii.size() < 2) return result;
-  const PointRuns runs(points.positions, radii[1]);
+  const PointRuns runs(points.positions, kRadiiPerRun * radii[1]);
   for (std::size_t level = 1; level < radii.size(); ++level) {
     const std::vector<std::uint8_t> asked = asked_at(points, level, chosen);
     if (std::find(asked.begin(), asked.end(), 1) == asked.end()) continue;

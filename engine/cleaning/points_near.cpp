@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 #include <utility>
 
@@ -82,7 +83,7 @@ std::vector<std::uint32_t> PointRuns::near(std::span<const std::uint8_t> wanted,
   std::vector<LatticeCell> cubes;
   for (const Run& run : runs_) {
     const auto flags = wanted.subspan(run.begin, run.end - run.begin);
-    if (std::find(flags.begin(), flags.end(), 1) == flags.end()) continue;
+    if (std::memchr(flags.data(), 1, flags.size()) == nullptr) continue;
     const LatticeCell cube = coarse(run.cube, step);
     if (cubes.empty() || cubes.back() != cube) cubes.push_back(cube);
   }

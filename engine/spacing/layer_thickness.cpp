@@ -20,7 +20,7 @@ constexpr std::uint64_t kMeasuredPoints = 4096;
 constexpr double kOutlierSigma = 4.0;
 constexpr std::uint64_t kClusterPoints = 16;
 /// Side of a cube in which noise is measured, in spacings.
-constexpr double kSpacingsPerCell = 20.0;
+constexpr double kSpacingsPerCell = 24.0;
 /// Layers that are thick in so large a part of the places are cleaned there. (Edges and corners
 /// look like noise, and are a smaller part.)
 constexpr double kThickPart = 0.05;

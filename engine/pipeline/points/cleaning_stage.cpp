@@ -207,10 +207,13 @@ PointCloud with_normals(PassPoints&& points, std::vector<Vec3> normals, const Si
   return kept_points(points.own, kept);
 }
 
+/// `untouched`: the level whose options points have that are not to be moved.
 RawPass normal_pass(const LocalCleaning& cleaning,
-                    const std::vector<NormalEstimateOptions>& options, const SideRule& rule) {
+                    const std::vector<NormalEstimateOptions>& options, std::uint8_t untouched,
+                    const SideRule& rule) {
   std::string key = key_line("normals.neighbors", std::to_string(options.back().neighbors)) +
-                    key_line("places of normals", cleaning.key());
+                    key_line("places of normals", cleaning.key()) +
+                    key_line("normals of thin layers", std::to_string(untouched));
   for (const NormalEstimateOptions& one : options)
     key += key_line("reach of normals", format_exact(one.max_radius)) +
            key_line("cubes of normals", format_exact(one.shared_side));
@@ -219,8 +222,9 @@ RawPass normal_pass(const LocalCleaning& cleaning,
           .halo = local_normal_halo(options),
           .adds_normals = true,
           .dropped_reason = DropReason::kTooFewNeighbors,
-          .work = [cleaning, options, rule](PassPoints&& points) {
-            const auto levels = cleaning.levels_of(points.positions);
+          .work = [cleaning, options, untouched, rule](PassPoints&& points) {
+            std::vector<std::uint8_t> levels = cleaning.levels_of(points.positions);
+            std::replace(levels.begin(), levels.end(), std::uint8_t{0}, untouched);
             std::vector<Vec3> normals = normals_locally(points, levels, options);
             return PassResult{with_normals(std::move(points), std::move(normals), rule)};
           }};
@@ -316,6 +320,15 @@ void drop_and_merge(StageRunner& runner, const CleaningOptions& cleaning,
     run_pass(runner, surfaceness_pass(runner, cleaning, local, cloud), cloud);
 }
 
+/// Where layers are thick on the whole, thin ones among them have normals as all have, which costs
+/// less: those of points that share a cube. Elsewhere each has its own.
+std::uint8_t level_of_untouched(const CleaningOptions& cleaning, const LocalCleaning& local,
+                                const RawCloud& cloud) {
+  const auto whole = std::find(local.radii.begin() + 1, local.radii.end(), cleaning.smooth_radius);
+  if (!cloud.partition.layers.is_thick() || whole == local.radii.end()) return 0;
+  return static_cast<std::uint8_t>(whole - local.radii.begin());
+}
+
 NormalFacts estimate(StageRunner& runner, const CleaningOptions& cleaning,
                      const LocalCleaning& local, RawCloud& cloud) {
   const SideRule rule = side_rule(runner, cloud);
@@ -326,7 +339,8 @@ NormalFacts estimate(StageRunner& runner, const CleaningOptions& cleaning,
     options.push_back(estimate_options(runner.job, cloud.partition, of_level));
     options.back().stop = &runner.stop;
   }
-  run_pass(runner, normal_pass(local, options, rule), cloud);
+  run_pass(runner, normal_pass(local, options, level_of_untouched(cleaning, local, cloud), rule),
+           cloud);
   NormalFacts normals;
   normals.source = NormalSource::kEstimate;
   normals.orientation = rule.by;

@@ -9,7 +9,7 @@ namespace orbweave {
 namespace {
 
 /// Side of the cubes that a cloud is cut into to find parts of it.
-constexpr double kRunsPerHalo = 0.5;
+constexpr double kRunsPerHalo = 1.0;
 
 /// Calls measure(part, level, chosen), which returns a value for each of the part's points asked
 /// for, for every level with the part of the cloud that it needs; gives the chunk's own points

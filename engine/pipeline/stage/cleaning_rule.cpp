@@ -58,7 +58,7 @@ CleaningFacts cleaning_for(const CleaningOptions& wanted, const Partition& scans
 NoisePlaceOptions noise_options(const Partition& scans) {
   // Layers are told from leaves of trees by neighbourhoods five times as wide as they are thick:
   // 384 points of a surface are 22 spacings across, four times as many twice as much.
-  constexpr double kThinPerSpacing = 0.5, kReachPerCell = 0.6;
+  constexpr double kThinPerSpacing = 0.5, kReachPerCell = 0.5;
   constexpr std::size_t kPoints = 384;
   const LayerThickness& layers = scans.layers;
   const int wider = layers.thickness > kThinPerSpacing * layers.spacing ? 2 : 1;
