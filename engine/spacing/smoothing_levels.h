@@ -28,7 +28,7 @@ struct LocalNoise {
   float noise = -1.0F;
 };
 
-/// The level of every place: 0 where nothing is to be moved, else that of the radius, which grows
+/// The level of every place: 0 where nothing is to be moved, else that of the radius, which doubles
 /// by 1.5 from level to level. The noise of a cube is the median over the places in the 125 cubes
 /// around it, so that levels change slowly.
 class SmoothingLevels {
