@@ -28,9 +28,9 @@ struct LocalNoise {
   float noise = -1.0F;
 };
 
-/// The level of every place: 0 where nothing is to be moved, else that of the radius, which doubles
-/// by 1.5 from level to level. The noise of a cube is the median over the places in the 125 cubes
-/// around it, so that levels change slowly.
+/// The level of every place: 0 where nothing is to be moved, else that of the radius, which is a
+/// power of two times that of the whole cloud. The noise of a cube is the median over the places in
+/// the 125 cubes around it, so that levels change slowly.
 class SmoothingLevels {
  public:
   SmoothingLevels() = default;
