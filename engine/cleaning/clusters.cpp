@@ -15,17 +15,34 @@ constexpr std::int64_t kMostCubes = 3;
 constexpr double kCubesOfHalo = 5.0;
 constexpr double kRounding = 1.01;
 
+/// Points of one cube that follow each other.
+struct Run {
+  LatticeCell cube;
+  std::uint32_t begin = 0;
+  std::uint32_t end = 0;
+};
+
+/// Points in canonical order have few runs.
+std::vector<Run> runs_of(std::span<const Vec3> positions, const ClusterOptions& options) {
+  const double per_unit = 1.0 / options.gap;
+  std::vector<Run> runs;
+  for (std::uint32_t i = 0; i < positions.size(); ++i) {
+    if (i % kStopBlock == 0) check_stop(options.stop);
+    const Vec3 p = per_unit * positions[i];
+    const LatticeCell cube{whole_below(p.z), whole_below(p.y), whole_below(p.x)};
+    if (runs.empty() || runs.back().cube != cube) runs.push_back({cube, i, i});
+    ++runs.back().end;
+  }
+  return runs;
+}
+
 /// Occupied cubes, ascending, and how many points each holds.
 class Cubes {
  public:
-  Cubes(std::span<const Vec3> positions, const ClusterOptions& options) {
+  Cubes(std::span<const Run> runs_of_points, const ClusterOptions& options) {
     std::vector<std::pair<LatticeCell, std::uint64_t>> runs;
-    for (std::size_t i = 0; i < positions.size(); ++i) {
-      if (i % kStopBlock == 0) check_stop(options.stop);
-      const LatticeCell cube = cube_of(positions[i], options.gap);
-      if (runs.empty() || runs.back().first != cube) runs.emplace_back(cube, 0);
-      ++runs.back().second;
-    }
+    runs.reserve(runs_of_points.size());
+    for (const Run& run : runs_of_points) runs.emplace_back(run.cube, run.end - run.begin);
     std::sort(runs.begin(), runs.end());
     for (const auto& [cube, count] : runs) {
       if (cells_.empty() || cells_.back() != cube) {
@@ -77,8 +94,8 @@ class Cubes {
       for (std::int64_t y = -1; y <= (z < 0 ? 1 : 0); ++y) {
         const LatticeCell first{cell.z + z, cell.y + y, cell.x - 1};
         const LatticeCell last{cell.z + z, cell.y + y, cell.x + (z < 0 || y < 0 ? 1 : -1)};
-        for (std::size_t other = index_of(first);
-             other < cells_.size() && !(last < cells_[other]); ++other)
+        for (std::size_t other = index_of(first); other < cells_.size() && !(last < cells_[other]);
+             ++other)
           parents_[root_of(static_cast<std::uint32_t>(other))] = root_of(cube);
       }
   }
@@ -114,15 +131,12 @@ std::vector<std::uint8_t> find_clusters(std::span<const Vec3> positions, std::ui
                                         std::uint32_t end, const ClusterOptions& options) {
   std::vector<std::uint8_t> found(end - begin, 0);
   if (begin == end) return found;
-  const Cubes cubes(positions, options);
-  LatticeCell last;
-  bool is_small = false;
-  for (std::uint32_t i = begin; i < end; ++i) {
-    const LatticeCell cube = cube_of(positions[i], options.gap);
-    if (i == begin || cube != last) is_small = cubes.is_small(cube, options.points);
-    last = cube;
-    found[i - begin] = is_small ? 1 : 0;
-  }
+  const std::vector<Run> runs = runs_of(positions, options);
+  const Cubes cubes(runs, options);
+  for (const Run& run : runs)
+    if (run.end > begin && run.begin < end && cubes.is_small(run.cube, options.points))
+      for (std::uint32_t i = std::max(begin, run.begin); i < std::min(end, run.end); ++i)
+        found[i - begin] = 1;
   return found;
 }
 

@@ -22,10 +22,10 @@ struct ClusterOptions {
 double cluster_halo(const ClusterOptions& options);
 
 /// 1 for each of positions [begin, end) that belongs to a small cluster. Points in one cube of a
-/// lattice, and in cubes that touch, belong together; the lattice is anchored at the world's zero. A
-/// cluster that is longer than three cubes along an axis is not small, however few its points are:
-/// a wire stays. Positions must be finite and reach as far as the halo; the result then does not
-/// depend on what else they hold, nor on their order. O(n log n).
+/// lattice, and in cubes that touch, belong together; the lattice is anchored at the world's zero.
+/// A cluster that is longer than three cubes along an axis is not small, however few its points
+/// are: a wire stays. Positions must be finite and reach as far as the halo; the result then does
+/// not depend on what else they hold, nor on their order. O(n log n).
 std::vector<std::uint8_t> find_clusters(std::span<const Vec3> positions, std::uint32_t begin,
                                         std::uint32_t end, const ClusterOptions& options);
 

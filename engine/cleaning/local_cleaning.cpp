@@ -1,12 +1,18 @@
 #include "engine/cleaning/local_cleaning.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "engine/cleaning/points_near.h"
 
 namespace orbweave {
 namespace {
+
+/// Side of the cubes that a cloud is cut into to find parts of it, in radii or spacings of the
+/// finest level.
+constexpr double kRadiiPerRun = 3.0;
+constexpr double kSpacingsPerRun = 12.0;
 
 /// The points asked for that are at a level and chosen; 1 for each of them among all points.
 std::vector<std::uint8_t> asked_at(const LeveledPoints& points, std::size_t level,
@@ -24,39 +30,69 @@ bool are_all_at(const LeveledPoints& points, std::size_t level) {
                      [&](std::uint8_t other) { return other == level; });
 }
 
-/// Projects the points of one level among those around them.
-void project_level(const LeveledPoints& points, const ProjectionOptions& options,
-                   const std::vector<std::uint8_t>& asked, ProjectedPoints& result) {
-  const NearPart part = part_of(points_near(points.positions, asked, projection_halo(options)),
-                                 points.positions, points.normals, points.begin, points.end);
-  std::vector<std::uint8_t> chosen;
-  for (std::uint32_t row = part.begin; row < part.end; ++row)
-    chosen.push_back(asked[part.points[row]]);
-  const ProjectedPoints projected =
-      project_points(part.positions, part.normals, part.begin, part.end, options, chosen);
+/// Takes over what was projected of the points that were asked for, row by row.
+void take_over(const LeveledPoints& points, const ProjectedPoints& projected,
+               std::span<const std::uint8_t> chosen, std::span<const std::uint32_t> point_of_row,
+               ProjectedPoints& result) {
   for (std::uint32_t row = 0; row < chosen.size(); ++row) {
     if (chosen[row] == 0) continue;
-    const std::uint32_t to = part.points[part.begin + row] - points.begin;
+    const std::uint32_t to = point_of_row.empty() ? row : point_of_row[row] - points.begin;
     result.positions[to] = projected.positions[row];
     result.normals[to] = projected.normals[row];
     result.moved[to] = projected.moved[row];
   }
 }
 
+/// Projects the points of one level among those around them; of most points, among all.
+void project_level(const LeveledPoints& points, const PointRuns& runs,
+                   const ProjectionOptions& options, const std::vector<std::uint8_t>& asked,
+                   ProjectedPoints& result) {
+  const auto own = std::span(asked).subspan(points.begin, points.end - points.begin);
+  if (2 * static_cast<std::size_t>(std::count(own.begin(), own.end(), 1)) > own.size())
+    return take_over(
+        points,
+        project_points(points.positions, points.normals, points.begin, points.end, options, own),
+        own, {}, result);
+  const NearPart part = part_of(runs.near(asked, projection_halo(options)), points.positions,
+                                points.normals, points.begin, points.end);
+  std::vector<std::uint8_t> chosen;
+  for (std::uint32_t row = part.begin; row < part.end; ++row)
+    chosen.push_back(asked[part.points[row]]);
+  take_over(points,
+            project_points(part.positions, part.normals, part.begin, part.end, options, chosen),
+            chosen, std::span(part.points).subspan(part.begin), result);
+}
+
+/// What thin_points() is told of each point: those of the level are undecided.
+std::vector<std::uint8_t> states_at(const LeveledPoints& points, std::size_t level,
+                                    const std::vector<std::uint8_t>& kept) {
+  constexpr std::uint8_t kUndecided = 0, kKept = 1, kLeftOut = 2;
+  std::vector<std::uint8_t> states(points.positions.size());
+  for (std::size_t i = 0; i < states.size(); ++i)
+    states[i] = points.levels[i] == level ? kUndecided : kept[i] != 0 ? kKept : kLeftOut;
+  return states;
+}
+
 /// Decides the points of one level; `kept` has those of the levels below.
-void thin_level(const LeveledPoints& points, std::size_t level, const ThinningOptions& options,
-                std::vector<std::uint8_t>& kept) {
-  std::vector<std::uint8_t> undecided(points.positions.size());
-  for (std::size_t i = 0; i < undecided.size(); ++i) undecided[i] = points.levels[i] == level;
-  std::vector<std::uint32_t> near = points_near(points.positions, undecided, options.spacing);
-  std::erase_if(near, [&](std::uint32_t i) { return undecided[i] == 0 && kept[i] == 0; });
-  const auto size = static_cast<std::uint32_t>(points.positions.size());
-  const NearPart part = part_of(std::move(near), points.positions, points.normals, 0, size);
-  std::vector<std::uint8_t> given;
-  for (const std::uint32_t i : part.points) given.push_back(undecided[i] == 0 ? 1 : 0);
+void thin_level(const LeveledPoints& points, const PointRuns& runs, std::size_t level,
+                const ThinningOptions& options, std::vector<std::uint8_t>& kept) {
+  const std::vector<std::uint8_t> states = states_at(points, level, kept);
+  const auto size = static_cast<std::uint32_t>(states.size());
+  std::vector<std::uint8_t> undecided(size);
+  std::transform(states.begin(), states.end(), undecided.begin(),
+                 [](std::uint8_t state) { return static_cast<std::uint8_t>(state == 0 ? 1 : 0); });
+  if (2 * std::count(undecided.begin(), undecided.end(), 1) > static_cast<std::ptrdiff_t>(size)) {
+    kept = thin_points(points.positions, points.normals, 0, size, options, states);
+    return;
+  }
+  const NearPart part =
+      part_of(runs.near(undecided, options.spacing), points.positions, points.normals, 0, size);
+  std::vector<std::uint8_t> of_part;
+  of_part.reserve(part.points.size());
+  for (const std::uint32_t i : part.points) of_part.push_back(states[i]);
   const std::vector<std::uint8_t> chosen =
       thin_points(part.positions, part.normals, 0,
-                  static_cast<std::uint32_t>(part.positions.size()), options, given);
+                  static_cast<std::uint32_t>(part.positions.size()), options, of_part);
   for (std::size_t row = 0; row < chosen.size(); ++row) kept[part.points[row]] = chosen[row];
 }
 
@@ -83,11 +119,13 @@ ProjectedPoints project_locally(const LeveledPoints& points, std::span<const dou
   result.positions.assign(first + points.begin, first + points.end);
   result.normals.assign(first_normal + points.begin, first_normal + points.end);
   result.moved.assign(points.end - points.begin, 0);
+  if (radii.size() < 2) return result;
+  const PointRuns runs(points.positions, kRadiiPerRun * radii[1]);
   for (std::size_t level = 1; level < radii.size(); ++level) {
     const std::vector<std::uint8_t> asked = asked_at(points, level, chosen);
     if (std::find(asked.begin(), asked.end(), 1) == asked.end()) continue;
     of_level.radius = radii[level];
-    project_level(points, of_level, asked, result);
+    project_level(points, runs, of_level, asked, result);
   }
   return result;
 }
@@ -106,14 +144,16 @@ std::vector<std::uint8_t> thin_locally(const LeveledPoints& points,
   const auto is_at = [&](std::size_t level) {
     return [level](std::uint8_t other) { return other == level; };
   };
+  std::optional<PointRuns> runs;
   std::vector<std::uint8_t> kept(points.positions.size());
   for (std::size_t i = 0; i < kept.size(); ++i) kept[i] = points.levels[i] == 0 ? 1 : 0;
   for (std::size_t level = 1; level < spacings.size(); ++level) {
     of_level.spacing = spacings[level];
     if (std::all_of(points.levels.begin(), points.levels.end(), is_at(level)))
       return thin_points(points.positions, points.normals, points.begin, points.end, of_level);
-    if (std::any_of(points.levels.begin(), points.levels.end(), is_at(level)))
-      thin_level(points, level, of_level, kept);
+    if (std::none_of(points.levels.begin(), points.levels.end(), is_at(level))) continue;
+    if (!runs) runs.emplace(points.positions, kSpacingsPerRun * spacings[1]);
+    thin_level(points, *runs, level, of_level, kept);
   }
   return {kept.begin() + points.begin, kept.begin() + points.end};
 }

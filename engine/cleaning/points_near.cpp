@@ -1,26 +1,37 @@
 #include "engine/cleaning/points_near.h"
 
 #include <algorithm>
-
-#include "engine/geometry/lattice_cube.h"
+#include <cmath>
+#include <cstring>
+#include <numeric>
+#include <utility>
 
 namespace orbweave {
 namespace {
+
+std::int64_t floor_of(std::int64_t number, std::int64_t step) {
+  const std::int64_t quotient = number / step;
+  return number % step < 0 ? quotient - 1 : quotient;
+}
+
+/// The cube of a lattice that is `step` times as coarse.
+LatticeCell coarse(const LatticeCell& cube, std::int64_t step) {
+  return {floor_of(cube.z, step), floor_of(cube.y, step), floor_of(cube.x, step)};
+}
 
 void sort_out(std::vector<LatticeCell>& cubes) {
   std::sort(cubes.begin(), cubes.end());
   cubes.erase(std::unique(cubes.begin(), cubes.end()), cubes.end());
 }
 
-/// The cubes of the points that are wanted and those around them, ascending.
-std::vector<LatticeCell> cubes_around(std::span<const Vec3> positions,
-                                      std::span<const std::uint8_t> wanted, double side) {
-  std::vector<LatticeCell> cubes;
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    if (wanted[i] == 0) continue;
-    const LatticeCell cube = cube_of(positions[i], side);
-    if (cubes.empty() || cubes.back() != cube) cubes.push_back(cube);
-  }
+std::vector<std::uint32_t> all_points(std::size_t count) {
+  std::vector<std::uint32_t> points(count);
+  std::iota(points.begin(), points.end(), 0u);
+  return points;
+}
+
+/// These cubes and all that touch them, ascending.
+std::vector<LatticeCell> with_neighbors(std::vector<LatticeCell> cubes) {
   sort_out(cubes);
   std::vector<LatticeCell> around;
   around.reserve(27 * cubes.size());
@@ -35,25 +46,8 @@ std::vector<LatticeCell> cubes_around(std::span<const Vec3> positions,
 
 }  // namespace
 
-std::vector<std::uint32_t> points_near(std::span<const Vec3> positions,
-                                       std::span<const std::uint8_t> wanted, double reach) {
-  constexpr double kSidePerReach = 1.01;  // in spite of rounding
-  const double side = kSidePerReach * reach;
-  const std::vector<LatticeCell> cubes = cubes_around(positions, wanted, side);
-  std::vector<std::uint32_t> near;
-  LatticeCell last;
-  bool is_near = false;
-  for (std::uint32_t i = 0; i < positions.size(); ++i) {
-    const LatticeCell cube = cube_of(positions[i], side);
-    if (i == 0 || cube != last) is_near = std::binary_search(cubes.begin(), cubes.end(), cube);
-    last = cube;
-    if (is_near) near.push_back(i);
-  }
-  return near;
-}
-
 NearPart part_of(std::vector<std::uint32_t> points, std::span<const Vec3> positions,
-                  std::span<const Vec3> normals, std::uint32_t begin, std::uint32_t end) {
+                 std::span<const Vec3> normals, std::uint32_t begin, std::uint32_t end) {
   NearPart part;
   part.positions.reserve(points.size());
   for (const std::uint32_t i : points) part.positions.push_back(positions[i]);
@@ -69,6 +63,42 @@ NearPart part_of(std::vector<std::uint32_t> points, std::span<const Vec3> positi
   part.end = row_of(end);
   part.points = std::move(points);
   return part;
+}
+
+PointRuns::PointRuns(std::span<const Vec3> positions, double side) : side_(side) {
+  for (std::uint32_t i = 0; i < positions.size(); ++i) {
+    const LatticeCell cube = cube_of(positions[i], side);
+    if (runs_.empty() || runs_.back().cube != cube) runs_.push_back({cube, i, i});
+    ++runs_.back().end;
+  }
+}
+
+std::vector<std::uint32_t> PointRuns::near(std::span<const std::uint8_t> wanted,
+                                           double reach) const {
+  const auto count = static_cast<std::size_t>(std::count(wanted.begin(), wanted.end(), 1));
+  if (2 * count > wanted.size()) return all_points(wanted.size());
+  constexpr double kRounding = 1.01;
+  const auto step =
+      std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(kRounding * reach / side_)));
+  std::vector<LatticeCell> cubes;
+  for (const Run& run : runs_) {
+    const auto flags = wanted.subspan(run.begin, run.end - run.begin);
+    if (std::memchr(flags.data(), 1, flags.size()) == nullptr) continue;
+    const LatticeCell cube = coarse(run.cube, step);
+    if (cubes.empty() || cubes.back() != cube) cubes.push_back(cube);
+  }
+  const std::vector<LatticeCell> around = with_neighbors(std::move(cubes));
+  std::vector<std::uint32_t> points;
+  LatticeCell last;
+  bool is_near = false;
+  for (const Run& run : runs_) {
+    const LatticeCell cube = coarse(run.cube, step);
+    if (run.begin == 0 || cube != last)
+      is_near = std::binary_search(around.begin(), around.end(), cube);
+    last = cube;
+    for (std::uint32_t i = run.begin; i < run.end && is_near; ++i) points.push_back(i);
+  }
+  return points;
 }
 
 }  // namespace orbweave

@@ -101,13 +101,13 @@ class KeptPoints {
 /// Decides cell after cell; the kept points become more as it goes.
 class Thinning {
  public:
-  Thinning(const Cloud& cloud, const NeighborGrid& grid, std::span<const std::uint8_t> given = {})
-      : cloud_(cloud), grid_(grid), given_(given), kept_(grid, cloud.positions.size()) {}
+  Thinning(const Cloud& cloud, const NeighborGrid& grid, std::span<const std::uint8_t> states = {})
+      : cloud_(cloud), grid_(grid), states_(states), kept_(grid, cloud.positions.size()) {}
 
   KeptPoints run() {
-    for (std::uint32_t cell = 0; cell < grid_.cells() && !given_.empty(); ++cell)
+    for (std::uint32_t cell = 0; cell < grid_.cells() && !states_.empty(); ++cell)
       for (const std::uint32_t point : grid_.members(cell))
-        if (is_given(point)) kept_.add(cell, point);
+        if (states_[point] == 1) kept_.add(cell, point);
     std::array<std::vector<std::uint32_t>, 8> of_color;
     for (std::uint32_t cell = 0; cell < grid_.cells(); ++cell)
       of_color[color_of(grid_.lattice_cell(cell))].push_back(cell);
@@ -129,7 +129,7 @@ class Thinning {
     RankedPoints ranked;
   };
 
-  bool is_given(std::uint32_t point) const { return !given_.empty() && given_[point] != 0; }
+  bool is_decided(std::uint32_t point) const { return !states_.empty() && states_[point] != 0; }
 
   /// Cells of the same colour are not among those around a cell, and those of later colours have
   /// kept nothing yet but what was given.
@@ -146,7 +146,7 @@ class Thinning {
     for (const auto& ranked_point : scratch.ranked) {
       if (decided++ % kLookEvery == 0) check_stop(cloud_.stop);
       const std::uint32_t point = ranked_point.second;
-      if (is_given(point)) continue;
+      if (is_decided(point)) continue;
       const auto is_near = [&](std::uint32_t rival) { return cloud_.replaces(point, rival); };
       if (std::any_of(rivals.begin(), rivals.end(), is_near)) continue;
       rivals.push_back(point);
@@ -156,7 +156,7 @@ class Thinning {
 
   const Cloud& cloud_;
   const NeighborGrid& grid_;
-  std::span<const std::uint8_t> given_;
+  std::span<const std::uint8_t> states_;
   KeptPoints kept_;
 };
 
@@ -215,10 +215,10 @@ double thinning_halo(const ThinningOptions& options) {
 std::vector<std::uint8_t> thin_points(std::span<const Vec3> positions,
                                       std::span<const Vec3> normals, std::uint32_t begin,
                                       std::uint32_t end, const ThinningOptions& options,
-                                      std::span<const std::uint8_t> given) {
+                                      std::span<const std::uint8_t> states) {
   const Cloud cloud(positions, normals, options);
   const NeighborGrid grid(positions, options.spacing);
-  return flags_of(Thinning(cloud, grid, given).run(), grid, begin, end);
+  return flags_of(Thinning(cloud, grid, states).run(), grid, begin, end);
 }
 
 double merging_halo(const ThinningOptions& options) {

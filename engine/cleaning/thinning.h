@@ -28,12 +28,13 @@ double thinning_halo(const ThinningOptions& options);
 /// coordinates, such that the halo is finite (docs/cleaning.md). `normals` may be empty, else of
 /// any length; a point whose normal is zero is on a sheet of its own. Positions must be distinct
 /// and finite and reach as far as the halo; the result then depends neither on their order nor on
-/// what else they hold. Points whose flag in `given` is 1 are kept whatever lies near them, and
-/// come before all others; empty: none. Runs on the calling TBB arena. O(n log n).
+/// what else they hold. Points whose state is 1 are kept whatever lies near them and come before
+/// all others, those whose state is 2 are left out and replace none; empty: all are 0, to be
+/// decided. Runs on the calling TBB arena. O(n log n).
 std::vector<std::uint8_t> thin_points(std::span<const Vec3> positions,
                                       std::span<const Vec3> normals, std::uint32_t begin,
                                       std::uint32_t end, const ThinningOptions& options,
-                                      std::span<const std::uint8_t> given = {});
+                                      std::span<const std::uint8_t> states = {});
 
 /// Merging: the points kept at `spacing` = tolerance, each moved to the mean of the points that are
 /// closer to it than to any other kept one. `normals` (may be empty) are averaged likewise and

@@ -189,31 +189,35 @@ double normal_halo(const NormalEstimateOptions& options) {
 }
 
 EstimatedNormals estimate_normals(std::span<const Vec3> positions, std::uint32_t begin,
-                                  std::uint32_t end, const NormalEstimateOptions& options) {
+                                  std::uint32_t end, const NormalEstimateOptions& options,
+                                  std::span<const std::uint8_t> chosen) {
   EstimatedNormals result;
   if (begin == end) return result;
   const NeighborSearch search(positions);
   EstimatedNormals all{std::vector<Vec3>(positions.size()),
                        std::vector<float>(positions.size(), 1.0f)};
   std::vector<std::uint8_t> asked(positions.size(), 0);
+  const auto is_chosen = [&](std::uint32_t i) { return chosen.empty() || chosen[i - begin] != 0; };
   std::vector<std::uint32_t> source(end - begin);
   std::iota(source.begin(), source.end(), begin);
   if (options.shared_side > 0.0) {
     source = representatives(positions, begin, end, options.shared_side);
-    for (const std::uint32_t representative : source) asked[representative] = 1;
+    for (std::uint32_t i = begin; i < end; ++i)
+      if (is_chosen(i)) asked[source[i - begin]] = 1;
     estimate_asked(positions, search, options, asked, all);
     std::fill(asked.begin(), asked.end(), 0);
     for (std::uint32_t i = begin; i < end; ++i)
       if (all.normals[source[i - begin]] == Vec3{}) source[i - begin] = i;
   }
   for (std::uint32_t i = begin; i < end; ++i)
-    asked[i] = source[i - begin] == i && all.normals[i] == Vec3{} ? 1 : 0;
+    asked[i] = is_chosen(i) && source[i - begin] == i && all.normals[i] == Vec3{} ? 1 : 0;
   estimate_asked(positions, search, options, asked, all);
   result.normals.reserve(source.size());
   result.roughness.reserve(source.size());
-  for (const std::uint32_t point : source) {
-    result.normals.push_back(all.normals[point]);
-    result.roughness.push_back(all.roughness[point]);
+  for (std::uint32_t i = begin; i < end; ++i) {
+    const std::uint32_t point = source[i - begin];
+    result.normals.push_back(is_chosen(i) ? all.normals[point] : Vec3{});
+    result.roughness.push_back(is_chosen(i) ? all.roughness[point] : 1.0F);
   }
   return result;
 }

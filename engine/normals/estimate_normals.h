@@ -39,8 +39,10 @@ double normal_halo(const NormalEstimateOptions& options);
 /// and reach as far as the halo; the result then does not depend, to the last bit, on what else
 /// they hold. Neighbours are summed in canonical order. A
 /// neighbourhood that is nearly a line (a single scan row) is doubled, up to 16 times within the
-/// radius, until it is none. Runs on the calling TBB arena. O(n log n).
+/// radius, until it is none. Points of [begin, end) whose flag in `chosen` is 0 have no normal;
+/// empty: all are chosen. Runs on the calling TBB arena. O(n log n).
 EstimatedNormals estimate_normals(std::span<const Vec3> positions, std::uint32_t begin,
-                                  std::uint32_t end, const NormalEstimateOptions& options);
+                                  std::uint32_t end, const NormalEstimateOptions& options,
+                                  std::span<const std::uint8_t> chosen = {});
 
 }  // namespace orbweave

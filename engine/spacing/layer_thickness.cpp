@@ -20,7 +20,7 @@ constexpr std::uint64_t kMeasuredPoints = 4096;
 constexpr double kOutlierSigma = 4.0;
 constexpr std::uint64_t kClusterPoints = 16;
 /// Side of a cube in which noise is measured, in spacings.
-constexpr double kSpacingsPerCell = 20.0;
+constexpr double kSpacingsPerCell = 24.0;
 /// Layers that are thick in so large a part of the places are cleaned there. (Edges and corners
 /// look like noise, and are a smaller part.)
 constexpr double kThickPart = 0.05;
@@ -37,7 +37,7 @@ constexpr std::size_t kPlacesAtOnce = 64;
 /// What is measured at the selected points of a site, in their order. With `only_sure`: nothing
 /// where a neighbourhood could reach out of the site before it is wide.
 std::vector<Measured> measure_site(const SpacingSite& site, PointSelection selection,
-                                     bool only_sure, const StopToken* stop) {
+                                   bool only_sure, const StopToken* stop) {
   std::vector<Vec3> places;
   for (const Vec3& p : site.points)
     if (site.core.contains(p) && selection.takes(p)) places.push_back(p);
@@ -107,9 +107,7 @@ WholeCloudNoise whole_cloud_noise(const LayerThickness& layers) {
   return {wanted_radius(layers.spacing, noise), is_thick, layers.largest_radius};
 }
 
-bool LayerThickness::is_thick_somewhere() const {
-  return is_thick() || thick_share >= kThickPart;
-}
+bool LayerThickness::is_thick_somewhere() const { return is_thick() || thick_share >= kThickPart; }
 
 bool LayerThickness::is_thick() const { return thickness > kThickPerSpacing * spacing; }
 
@@ -182,10 +180,9 @@ CleaningChoice choose_cleaning(const LayerThickness& layers) {
   choice.thin_to_spacing = kThinningPerRadius * choice.smooth_radius;
   choice.reason =
       noise + (layers.is_thick() ? "above " : "on the whole below ") + percent(kThickPerSpacing) +
-      ": outliers beyond " + short_text(choice.outlier_sigma) +
-      " standard deviations dropped, " + std::to_string(choice.smooth_passes) +
-      " smoothing passes of radius " + short_text(choice.smooth_radius) + " (" +
-      short_text(choice.smooth_radius / layers.spacing) +
+      ": outliers beyond " + short_text(choice.outlier_sigma) + " standard deviations dropped, " +
+      std::to_string(choice.smooth_passes) + " smoothing passes of radius " +
+      short_text(choice.smooth_radius) + " (" + short_text(choice.smooth_radius / layers.spacing) +
       " point spacings), thinning to a spacing of " + short_text(choice.thin_to_spacing);
   return choice;
 }

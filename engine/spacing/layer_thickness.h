@@ -39,7 +39,7 @@ struct CleaningChoice {
   int smooth_passes = 2;
   double thin_to_spacing = 0.0;      ///< likewise
   std::uint64_t cluster_points = 0;  ///< small clusters have fewer
-  std::string reason;            ///< in words
+  std::string reason;                ///< in words
 };
 CleaningChoice choose_cleaning(const LayerThickness& layers);
 

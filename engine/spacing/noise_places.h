@@ -18,8 +18,8 @@ struct NoisePlace {
 };
 
 struct NoisePlaceOptions {
-  double cell = 0.0;   ///< side of the cubes, world units, positive
-  double reach = 0.0;  ///< neighbourhoods are no wider; world units
+  double cell = 0.0;               ///< side of the cubes, world units, positive
+  double reach = 0.0;              ///< neighbourhoods are no wider; world units
   std::size_t most_points = 1536;  ///< nor have they more points
   const StopToken* stop = nullptr;
 };

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 #include "engine/geometry/lattice_cube.h"
@@ -15,26 +16,39 @@ namespace {
 /// Of thick layers: a projection averages over some 40 points, more where the layers are thicker.
 constexpr double kRadiusPerSpacing = 3.75;
 constexpr double kRadiusPerThickness = 12.0;
-constexpr double kStep = 1.5;
-constexpr double kHalfStep = 1.2247448713915890;  ///< its square root
+/// Of very thick layers: the mean of a neighbourhood of radius r is off by 1.4 noise spacing / r,
+/// which is to be a twelfth of the spacing r / 4 that thinning keeps. More would flatten the shape.
+constexpr double kRadiusPerRoot = 8.2;
+constexpr double kStep = 2.0;
+/// A radius is up to a fifth shorter than what is asked for, or longer.
+constexpr double kShorter = 1.2;
 /// Steps up and down from the radius of the whole cloud.
-constexpr int kMostStepsUp = 8, kMostStepsDown = 10;
+constexpr int kMostStepsUp = 5, kMostStepsDown = 6;
+/// Edges, furniture and leaves look like noise, and the smoother places around them tell how far
+/// smoothing has to reach: a third of the places has no more noise than that.
+constexpr double kSmooth = 0.35;
+constexpr double kAbove = 1.001;  // the limit of thick layers, surely
 /// Cubes on each side of one whose places count for it.
 constexpr std::int64_t kReach = 2;
 constexpr std::size_t kCubesAtOnce = 256;
 constexpr std::size_t kPointsAtOnce = 4096;
 
-double median_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+double quantile_of(std::vector<double>& values, double share) {
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
 }
+
+double median_of(std::vector<double>& values) { return quantile_of(values, 0.5); }
 
 }  // namespace
 
 double wanted_radius(double spacing, double noise) {
   if (!(noise > kThickPerSpacing * spacing)) return 0.0;
-  return std::max(kRadiusPerSpacing * spacing, kRadiusPerThickness * noise);
+  return std::max(
+      kRadiusPerSpacing * spacing,
+      std::min(kRadiusPerThickness * noise, kRadiusPerRoot * std::sqrt(noise * spacing)));
 }
 
 SmoothingLevels::SmoothingLevels(std::vector<NoisePlace> places, double cell,
@@ -86,15 +100,18 @@ double SmoothingLevels::measure(const LatticeCell& cell, Scratch& scratch, Cube&
   if (2 * volumes >= scratch.spacings.size()) return whole_.is_thick ? whole_.radius : 0.0;
   const double noise = median_of(scratch.noises);
   cube.noise.noise = static_cast<float>(noise);
-  const double wanted = wanted_radius(spacing, noise);
-  return wanted > 0.0 ? step_of(wanted) : 0.0;
+  const double thin = kThickPerSpacing * spacing;
+  if (!(noise > thin)) return 0.0;
+  const double least = quantile_of(scratch.noises, kSmooth);
+  return step_of(wanted_radius(spacing, std::max(least, kAbove * thin)));
 }
 
 double SmoothingLevels::step_of(double wanted) const {
   if (whole_.most > 0.0) wanted = std::min(wanted, whole_.most);
   double radius = whole_.radius;
-  for (int up = 0; up < kMostStepsUp && wanted > kHalfStep * radius; ++up) radius *= kStep;
-  for (int down = 0; down < kMostStepsDown && kHalfStep * wanted < radius; ++down) radius /= kStep;
+  for (int up = 0; up < kMostStepsUp && wanted > kShorter * radius; ++up) radius *= kStep;
+  for (int down = 0; down < kMostStepsDown && kStep * wanted < kShorter * radius; ++down)
+    radius /= kStep;
   return radius;
 }
 
@@ -114,8 +131,8 @@ std::uint8_t SmoothingLevels::level_of(double radius) const {
 
 double SmoothingLevels::untouched_share() const {
   if (cubes_.empty()) return 1.0;
-  const auto untouched = std::count_if(cubes_.begin(), cubes_.end(),
-                                       [](const Cube& cube) { return cube.level == 0; });
+  const auto untouched =
+      std::count_if(cubes_.begin(), cubes_.end(), [](const Cube& cube) { return cube.level == 0; });
   return static_cast<double>(untouched) / static_cast<double>(cubes_.size());
 }
 

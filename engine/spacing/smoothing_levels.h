@@ -22,15 +22,15 @@ struct WholeCloudNoise {
 /// The radius that noise and spacing ask for; 0 where the layers are thin enough.
 double wanted_radius(double spacing, double noise);
 
-/// Noise and spacing in a cube and those around it; spacing 0: not known.
+/// Noise and spacing in a cube and those around it; -1: not known.
 struct LocalNoise {
-  float spacing = 0.0F;
-  float noise = 0.0F;
+  float spacing = -1.0F;
+  float noise = -1.0F;
 };
 
-/// The level of every place: 0 where nothing is to be moved, else that of the radius, which grows
-/// by 1.5 from level to level. The noise of a cube is the median over the places in the 125 cubes
-/// around it, so that levels change slowly.
+/// The level of every place: 0 where nothing is to be moved, else that of the radius, which is a
+/// power of two times that of the whole cloud. The noise of a cube is the median over the places in
+/// the 125 cubes around it, so that levels change slowly.
 class SmoothingLevels {
  public:
   SmoothingLevels() = default;

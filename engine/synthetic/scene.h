@@ -17,7 +17,7 @@ namespace orbweave {
 enum class SceneKind {
   kRoom,   ///< seen from four tripods inside
   kHouse,  ///< seen from the air, along three lines of flight
-  kFrames  ///< the room in five frames of a depth camera that somebody carries
+  kFrames  ///< the room in five frames of a depth camera
 };
 
 /// "room", "house", "frames".

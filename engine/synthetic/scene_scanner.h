@@ -1,7 +1,8 @@
 // Scanners in a scene: tripods in a room, which sweep rays in equal steps of both angles, a depth
-// camera in several places of it, and lines of flight over a house, with all that such scans bring along: places that no scanner sees, dense
-// feet of tripods and sparse walls far away, panes without returns, pixels that mix two surfaces,
-// a person who walks through two scans, leaves of trees with returns from below them.
+// camera in several places of it, and lines of flight over a house, with all that such scans bring
+// along: places that no scanner sees, dense feet of tripods and sparse walls far away, panes
+// without returns, pixels that mix two surfaces, a person who walks through two scans, leaves of
+// trees with returns from below them.
 //
 // The same options give the same bits on every machine and for every batch size.
 #pragma once

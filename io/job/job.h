@@ -70,9 +70,8 @@ struct ReconstructOptions {
   int levels = 0;                  ///< number of automatic radii, 1 to 8; 0: from the density
 };
 
-/// What the colours of a picture tell: filled holes, how far their patches can be trusted, the
-/// colours of the points, or which faces hang together.
-enum class PictureColors { kPatches, kConfidence, kPoints, kComponents };
+/// What the colours of a picture tell: filled holes, or how far their patches can be trusted.
+enum class PictureColors { kPatches, kConfidence };
 
 /// Whether a picture shows the back faces of triangles. kAuto: they are left out of the picture of
 /// an interior, so that one looks into it.

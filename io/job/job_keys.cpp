@@ -267,7 +267,8 @@ void set_cluster_points(Job& job, const WrittenValue& value) {
   constexpr std::int64_t kMostOfCluster = 100000;
   job.cleaning.cluster_points.reset();
   if (!is_auto(value))
-    job.cleaning.cluster_points = static_cast<std::uint64_t>(integer_value(value, 0, kMostOfCluster));
+    job.cleaning.cluster_points =
+        static_cast<std::uint64_t>(integer_value(value, 0, kMostOfCluster));
 }
 
 JobValue auto_or(std::uint64_t number) {

@@ -7,6 +7,7 @@
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/stage/cleaning_rule.h"
 #include "io/meshes/mesh_reader.h"
+#include "io/meshes/mesh_writer.h"
 #include "tests/support/clouds.h"
 #include "tests/support/jobs.h"
 

@@ -40,11 +40,13 @@ int runs_of(const ResolvedJob& job, Stage stage) {
   const bool may_clean = cleaning.automatic;
   switch (stage) {
     case Stage::kOutliers:
-      return may_clean || cleaning.outlier_sigma > 0.0 ? 1 : 0;
+      return may_clean || cleaning.outlier_sigma > 0.0 || cleaning.cluster_points.value_or(0) > 0
+                 ? 1
+                 : 0;
     case Stage::kNoise:
-      return may_clean ? 1 : 0;
-    case Stage::kClusters:
-      return may_clean || cleaning.cluster_points.value_or(0) > 0 ? 1 : 0;
+      return may_clean || job.output.vertex_quality ? 1 : 0;
+    case Stage::kQuality:
+      return job.output.vertex_quality ? 1 : 0;
     case Stage::kSurfaceness:
       return cleaning.min_surfaceness > 0.0 ? 1 : 0;
     case Stage::kMerging:

@@ -11,6 +11,7 @@
 #include "engine/pipeline/surface/patch_batch.h"
 #include "engine/pipeline/surface/stored_mesh.h"
 #include "io/store/chunk_points.h"
+#include "io/vertex_quality.h"
 #include "partition/allowed_threads.h"
 
 namespace orbweave {
@@ -146,7 +147,8 @@ void MeshPieces::load_points(const MeshPiece& piece, const PointSchema& schema,
 
 void MeshPieces::load_new_vertices(const MeshPiece& piece, const PointSchema& schema,
                                    PieceRows& rows) const {
-  const PatchBatch patches = load_patch_batch(store_, piece.part);
+  PatchBatch patches = load_patch_batch(store_, piece.part);
+  mark_invented(schema, patches.values);
   rows.vertices = patch_vertices(schema, patches.positions, patches.normals, patches.values);
   if (!schema.has_normals) rows.vertices.normals.clear();
 }

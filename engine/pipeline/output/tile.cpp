@@ -9,6 +9,7 @@
 #include "engine/pipeline/surface/stored_mesh.h"
 #include "engine/stitching/local_numbers.h"
 #include "io/store/chunk_points.h"
+#include "io/vertex_quality.h"
 
 namespace orbweave {
 namespace {
@@ -245,7 +246,8 @@ std::size_t Tile::append_new(std::span<const Outer> vertices, PointCloud& cloud)
   }
   const std::uint64_t begin = numbers.first_of_batch(batch);
   const std::uint64_t end = begin + input_.holes.new_vertices[batch];
-  const PatchBatch patches = load_patch_batch(store_, batch);
+  PatchBatch patches = load_patch_batch(store_, batch);
+  mark_invented(input_.header.schema, patches.values);
   PointCloud read =
       patch_vertices(input_.columns.stored, patches.positions, patches.normals, patches.values);
   std::size_t count = 0;

@@ -18,6 +18,7 @@
 #include "engine/pipeline/points/noise_stage.h"
 #include "engine/pipeline/points/orientation_stage.h"
 #include "engine/pipeline/points/orientation_words.h"
+#include "engine/pipeline/points/quality_pass.h"
 #include "engine/pipeline/points/raw_passes.h"
 #include "engine/pipeline/points/scan_input.h"
 #include "engine/pipeline/points/smoothing_passes.h"
@@ -54,40 +55,57 @@ CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
   return facts;
 }
 
-RawPass outlier_pass(const StageRunner& runner, const CleaningOptions& options,
-                     const RawCloud& cloud) {
+/// 1 for each of the chunk's own points that is no outlier. Clusters may have a wider halo.
+std::vector<std::uint8_t> inliers(const PassPoints& points, const OutlierOptions& options) {
+  const Box reach = points.own.bounds().grown(outlier_halo(options));
+  std::vector<Vec3> positions;
+  positions.reserve(points.positions.size());
+  std::uint32_t begin = 0, end = 0;
+  for (std::uint32_t i = 0; i < points.positions.size(); ++i) {
+    if (i == points.begin) begin = static_cast<std::uint32_t>(positions.size());
+    if (i == points.end) end = static_cast<std::uint32_t>(positions.size());
+    if (reach.contains(points.positions[i])) positions.push_back(points.positions[i]);
+  }
+  if (points.end == points.positions.size()) end = static_cast<std::uint32_t>(positions.size());
+  std::vector<std::uint8_t> kept = find_outliers(positions, begin, end, options);
+  for (std::uint8_t& flag : kept) flag ^= 1;
+  return kept;
+}
+
+/// Outliers and small clusters, in one pass: both are what the points as they came tell.
+RawPass stray_pass(const StageRunner& runner, const CleaningOptions& options,
+                   const RawCloud& cloud) {
   const OutlierOptions outliers{.sigma = options.outlier_sigma,
                                 .max_radius = cloud.partition.normal_radius,
                                 .stop = &runner.stop};
-  return {
-      .stage = directory_of(Stage::kOutliers),
-      .options = key_line(stored_key_name("cleaning.outlier_sigma"), format_exact(outliers.sigma)) +
-                 key_line("reach of outliers", format_exact(outliers.max_radius)),
-      .halo = outlier_halo(outliers),
-      .dropped_reason = DropReason::kOutlier,
-      .work = [outliers](PassPoints&& points) {
-        auto kept = find_outliers(points.positions, points.begin, points.end, outliers);
-        for (std::uint8_t& flag : kept) flag ^= 1;
-        return PassResult{kept_points(points.own, kept)};
-      }};
-}
-
-RawPass cluster_pass(const StageRunner& runner, const CleaningOptions& options,
-                     const RawCloud& cloud) {
   const ClusterOptions clusters{.points = options.cluster_points.value_or(0),
                                 .gap = cloud.partition.normal_radius,
                                 .stop = &runner.stop};
-  return {.stage = directory_of(Stage::kClusters),
-          .options = key_line(stored_key_name("cleaning.cluster_points"),
-                              std::to_string(clusters.points)) +
-                     key_line("gap of clusters", format_exact(clusters.gap)),
-          .halo = cluster_halo(clusters),
-          .dropped_reason = DropReason::kCluster,
-          .work = [clusters](PassPoints&& points) {
-            auto kept = find_clusters(points.positions, points.begin, points.end, clusters);
-            for (std::uint8_t& flag : kept) flag ^= 1;
-            return PassResult{kept_points(points.own, kept)};
-          }};
+  return {
+      .stage = directory_of(Stage::kOutliers),
+      .options =
+          key_line(stored_key_name("cleaning.outlier_sigma"), format_exact(outliers.sigma)) +
+          key_line(stored_key_name("cleaning.cluster_points"), std::to_string(clusters.points)) +
+          key_line("reach of outliers", format_exact(outliers.max_radius)),
+      .halo = std::max(outliers.sigma > 0.0 ? outlier_halo(outliers) : 0.0,
+                       clusters.points > 0 ? cluster_halo(clusters) : 0.0),
+      .dropped_reason = DropReason::kOutlier,
+      .also_reason = DropReason::kCluster,
+      .work = [outliers, clusters](PassPoints&& points) {
+        std::vector<std::uint8_t> kept(points.own.size(), 1);
+        PassResult result;
+        if (outliers.sigma > 0.0) kept = inliers(points, outliers);
+        if (clusters.points > 0) {
+          const auto found = find_clusters(points.positions, points.begin, points.end, clusters);
+          for (std::size_t i = 0; i < kept.size(); ++i) {
+            if (kept[i] == 0 || found[i] == 0) continue;
+            kept[i] = 0;
+            ++result.also_dropped;
+          }
+        }
+        result.points = kept_points(points.own, kept);
+        return result;
+      }};
 }
 
 RawPass merge_pass(const StageRunner& runner, const CleaningOptions& options) {
@@ -101,6 +119,7 @@ RawPass merge_pass(const StageRunner& runner, const CleaningOptions& options) {
           .work = [merging](PassPoints&& points) {
             MergedPoints merged =
                 merge_points(points.positions, points.normals, points.begin, points.end, merging);
+            add_moves(points.own, merged.positions);
             points.own.positions = std::move(merged.positions);
             if (!merged.normals.empty()) points.own.normals = std::move(merged.normals);
             return PassResult{kept_points(points.own, merged.kept)};
@@ -189,10 +208,13 @@ PointCloud with_normals(PassPoints&& points, std::vector<Vec3> normals, const Si
   return kept_points(points.own, kept);
 }
 
+/// `untouched`: the level whose options points have that are not to be moved.
 RawPass normal_pass(const LocalCleaning& cleaning,
-                    const std::vector<NormalEstimateOptions>& options, const SideRule& rule) {
+                    const std::vector<NormalEstimateOptions>& options, std::uint8_t untouched,
+                    const SideRule& rule) {
   std::string key = key_line("normals.neighbors", std::to_string(options.back().neighbors)) +
-                    key_line("places of normals", cleaning.key());
+                    key_line("places of normals", cleaning.key()) +
+                    key_line("normals of thin layers", std::to_string(untouched));
   for (const NormalEstimateOptions& one : options)
     key += key_line("reach of normals", format_exact(one.max_radius)) +
            key_line("cubes of normals", format_exact(one.shared_side));
@@ -201,8 +223,9 @@ RawPass normal_pass(const LocalCleaning& cleaning,
           .halo = local_normal_halo(options),
           .adds_normals = true,
           .dropped_reason = DropReason::kTooFewNeighbors,
-          .work = [cleaning, options, rule](PassPoints&& points) {
-            const auto levels = cleaning.levels_of(points.positions);
+          .work = [cleaning, options, untouched, rule](PassPoints&& points) {
+            std::vector<std::uint8_t> levels = cleaning.levels_of(points.positions);
+            std::replace(levels.begin(), levels.end(), std::uint8_t{0}, untouched);
             std::vector<Vec3> normals = normals_locally(points, levels, options);
             return PassResult{with_normals(std::move(points), std::move(normals), rule)};
           }};
@@ -267,14 +290,44 @@ void check_radius(const Job& job, const CleaningFacts& facts) {
                .advice = setting(job, "cleaning.auto", "true") + " chooses it."});
 }
 
+/// What decides the side of the normals, for the quality of vertices.
+NormalOrigin normal_origin(const StageRunner& runner, const RawCloud& cloud) {
+  if (!runner.job.estimates_normals) return NormalOrigin::kGiven;
+  switch (side_rule(runner, cloud).by) {
+    case Orientation::kScanner:
+      return NormalOrigin::kScanner;
+    case Orientation::kViewpoint:
+      return NormalOrigin::kViewpoint;
+    case Orientation::kUp:
+      return NormalOrigin::kUp;
+    case Orientation::kPropagate:
+      return NormalOrigin::kPropagated;
+    case Orientation::kGround:
+      return NormalOrigin::kGround;
+    case Orientation::kInward:
+      return NormalOrigin::kInward;
+    default:
+      return NormalOrigin::kNoSide;
+  }
+}
+
 void drop_and_merge(StageRunner& runner, const CleaningOptions& cleaning,
                     const LocalCleaning& local, RawCloud& cloud) {
-  if (cleaning.outlier_sigma > 0.0) run_pass(runner, outlier_pass(runner, cleaning, cloud), cloud);
-  if (cleaning.cluster_points.value_or(0) > 0 && cloud.partition.normal_radius > 0.0)
-    run_pass(runner, cluster_pass(runner, cleaning, cloud), cloud);
+  const bool has_reach = cloud.partition.normal_radius > 0.0;
+  if (cleaning.outlier_sigma > 0.0 || (cleaning.cluster_points.value_or(0) > 0 && has_reach))
+    run_pass(runner, stray_pass(runner, cleaning, cloud), cloud);
   if (cleaning.merge_tolerance > 0.0) run_pass(runner, merge_pass(runner, cleaning), cloud);
-  if (cleaning.min_surfaceness > 0.0 && cloud.partition.normal_radius > 0.0)
+  if (cleaning.min_surfaceness > 0.0 && has_reach)
     run_pass(runner, surfaceness_pass(runner, cleaning, local, cloud), cloud);
+}
+
+/// Where layers are thick on the whole, thin ones among them have normals as all have, which costs
+/// less: those of points that share a cube. Elsewhere each has its own.
+std::uint8_t level_of_untouched(const CleaningOptions& cleaning, const LocalCleaning& local,
+                                const RawCloud& cloud) {
+  const auto whole = std::find(local.radii.begin() + 1, local.radii.end(), cleaning.smooth_radius);
+  if (!cloud.partition.layers.is_thick() || whole == local.radii.end()) return 0;
+  return static_cast<std::uint8_t>(whole - local.radii.begin());
 }
 
 NormalFacts estimate(StageRunner& runner, const CleaningOptions& cleaning,
@@ -287,7 +340,8 @@ NormalFacts estimate(StageRunner& runner, const CleaningOptions& cleaning,
     options.push_back(estimate_options(runner.job, cloud.partition, of_level));
     options.back().stop = &runner.stop;
   }
-  run_pass(runner, normal_pass(local, options, rule), cloud);
+  run_pass(runner, normal_pass(local, options, level_of_untouched(cleaning, local, cloud), rule),
+           cloud);
   NormalFacts normals;
   normals.source = NormalSource::kEstimate;
   normals.orientation = rule.by;
@@ -360,6 +414,8 @@ CutPoints partition_cleaned(StageRunner& runner) {
   NormalFacts normals;
   normals.source = NormalSource::kFile;
   const LocalCleaning local = local_cleaning(runner, cloud, facts);
+  if (runner.job.output.vertex_quality)
+    run_pass(runner, quality_pass(cloud, local, normal_origin(runner, cloud), runner.stop), cloud);
   drop_and_merge(runner, facts.options, local, cloud);
   if (runner.job.estimates_normals) normals = estimate(runner, facts.options, local, cloud);
   const bool oriented = are_oriented(normals);

@@ -45,12 +45,11 @@ void measure_chunks(StageRunner& runner, const RawCloud& cloud, const NoisePlace
                     key_line("reach of noise", format_exact(options.reach)));
   });
   require_points_for(runner, cloud, kNoiseStage);
-  visit_chunks(runner, cloud, kNoiseStage, noise_halo(options),
-               [&](ChunkId chunk, PassPoints&& points) {
-                 commit_places(runner.store, chunk,
-                               measure_noise_places(points.positions, points.begin, points.end,
-                                                    options));
-               });
+  visit_chunks(
+      runner, cloud, kNoiseStage, noise_halo(options), [&](ChunkId chunk, PassPoints&& points) {
+        commit_places(runner.store, chunk,
+                      measure_noise_places(points.positions, points.begin, points.end, options));
+      });
 }
 
 std::string percent_of(double share) { return short_text(100.0 * share) + " %"; }
@@ -81,6 +80,11 @@ std::vector<std::uint8_t> LocalCleaning::levels_of(std::span<const Vec3> positio
   return levels->at(positions);
 }
 
+std::vector<LocalNoise> LocalCleaning::noise_of(std::span<const Vec3> positions) const {
+  if (noise == nullptr) return std::vector<LocalNoise>(positions.size());
+  return noise->noise_at(positions);
+}
+
 std::string LocalCleaning::key() const {
   std::string text = levels == nullptr ? "everywhere:" : "place by place:";
   for (const double radius : radii) text += " " + format_exact(radius);
@@ -88,17 +92,25 @@ std::string LocalCleaning::key() const {
 }
 
 LocalCleaning local_cleaning(StageRunner& runner, const RawCloud& cloud, CleaningFacts& facts) {
-  if (!facts.is_local)
-    return {nullptr, {0.0, facts.options.smooth_radius}, {0.0, facts.options.thin_to_spacing}};
+  LocalCleaning local;
+  local.radii = {0.0, facts.options.smooth_radius};
+  local.spacings = {0.0, facts.options.thin_to_spacing};
+  const bool is_wanted = runner.job.output.vertex_quality && cloud.partition.layers.spacing > 0.0;
+  if (!facts.is_local && !is_wanted) return local;
   NoisePlaceOptions options = noise_options(cloud.partition);
   options.stop = &runner.stop;
   measure_chunks(runner, cloud, options);
-  LocalCleaning local;
-  local.levels = std::make_shared<const SmoothingLevels>(
-      all_places(runner, cloud), options.cell, whole_cloud_noise(cloud.partition.layers),
-      &runner.stop);
-  describe_places(runner.job, *local.levels, facts);
-  if (!facts.is_local) return {};
+  local.noise = std::make_shared<const SmoothingLevels>(all_places(runner, cloud), options.cell,
+                                                        whole_cloud_noise(cloud.partition.layers),
+                                                        &runner.stop);
+  if (!facts.is_local) return local;
+  describe_places(runner.job, *local.noise, facts);
+  if (!facts.is_local) {
+    local.radii = {0.0, 0.0};
+    local.spacings = {0.0, facts.options.thin_to_spacing};
+    return local;
+  }
+  local.levels = local.noise;
   const std::span<const double> radii = local.levels->radii();
   local.radii.assign(radii.begin(), radii.end());
   local.spacings.clear();

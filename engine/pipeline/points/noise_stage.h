@@ -19,6 +19,10 @@ struct LocalCleaning {
   std::vector<double> radii = {0.0, 0.0};              ///< ascending; world units
   std::vector<double> spacings = {0.0, 0.0};           ///< likewise; all 0: nothing is thinned
 
+  /// What was measured of the noise, where that was needed; else null.
+  std::shared_ptr<const SmoothingLevels> noise = {};
+
+  std::vector<LocalNoise> noise_of(std::span<const Vec3> positions) const;
   std::vector<std::uint8_t> levels_of(std::span<const Vec3> positions) const;
   double largest_radius() const { return radii.back(); }
   /// What decides it beside the points, for keys.

@@ -77,6 +77,18 @@ std::optional<std::uint64_t> points_of_ended_pass(const StageRunner& runner,
   return std::stoull(*document);
 }
 
+/// How many points a chunk lost for the other reason of a pass.
+std::string also_document(ChunkId chunk) { return "also_" + std::to_string(chunk); }
+
+std::uint64_t also_dropped(const StageRunner& runner, const RawCloud& cloud, const RawPass& pass) {
+  std::uint64_t sum = 0;
+  if (pass.also_reason == DropReason::kNone) return sum;
+  for (ChunkId chunk = 0; chunk < cloud.partition.octree.chunks().size(); ++chunk)
+    if (const auto count = runner.store.document(pass.stage, also_document(chunk)))
+      sum += std::stoull(*count);
+  return sum;
+}
+
 [[noreturn]] void throw_no_points(const StageRunner& runner, const RawCloud& cloud) {
   DroppedPoints dropped = cloud.partition.dropped;
   for (const auto& [reason, count] : cloud.dropped) dropped[reason] += count;
@@ -126,7 +138,7 @@ void visit_chunks(StageRunner& runner, const RawCloud& cloud, const std::string&
 void run_pass(StageRunner& runner, const RawPass& pass, RawCloud& cloud) {
   cloud.key += key_line("pass", pass.stage) + pass.options;
   by_root(runner, [&] { begin_stage(runner, pass.stage, cloud.key); });
-  PointSchema schema = cloud.schema;
+  PointSchema schema = pass.schema.value_or(cloud.schema);
   if (pass.adds_normals) {
     schema.has_normals = true;
     schema.normal_type = ScalarType::kFloat32;
@@ -139,6 +151,9 @@ void run_pass(StageRunner& runner, const RawPass& pass, RawCloud& cloud) {
       PassResult result =
           points.own.empty() ? PassResult{std::move(points.own)} : pass.work(std::move(points));
       result.points.schema = schema;
+      if (result.also_dropped > 0)
+        runner.store.commit_document(pass.stage, also_document(chunk),
+                                     std::to_string(result.also_dropped));
       commit_points(runner.store, chunk, result.points, pass.stage, result.rows);
     });
   }
@@ -146,7 +161,10 @@ void run_pass(StageRunner& runner, const RawPass& pass, RawCloud& cloud) {
   cloud.schema = schema;
   cloud.drift += pass.drift;
   const std::uint64_t points = ended ? *ended : points_of_stage(runner, cloud);
-  if (points != cloud.points) cloud.dropped[text_of(pass.dropped_reason)] += cloud.points - points;
+  const std::uint64_t also = also_dropped(runner, cloud, pass);
+  if (also > 0) cloud.dropped[text_of(pass.also_reason)] += also;
+  if (cloud.points - points > also)
+    cloud.dropped[text_of(pass.dropped_reason)] += cloud.points - points - also;
   cloud.points = points;
   if (points == 0) throw_no_points(runner, cloud);
   if (runner.communicator.is_root()) {

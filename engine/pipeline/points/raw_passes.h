@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,7 @@ struct PassResult {
   PointCloud points;
   /// Where each was among the chunk's own points, where a later step asks for that.
   std::vector<std::uint32_t> rows = {};
+  std::uint64_t also_dropped = 0;  ///< points that are missing for the pass's other reason
 };
 
 struct RawPass {
@@ -50,7 +52,9 @@ struct RawPass {
   double halo = 0.0;          ///< world units
   double drift = 0.0;         ///< farthest that it moves a point
   bool adds_normals = false;  ///< (of 32 bits)
+  std::optional<PointSchema> schema = {};  ///< of the points that it leaves; empty: as before
   DropReason dropped_reason = DropReason::kNone;  ///< why points may be missing afterwards
+  DropReason also_reason = DropReason::kNone;     ///< why others may
   std::function<PassResult(PassPoints&&)> work;
 };
 

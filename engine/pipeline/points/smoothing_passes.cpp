@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "engine/cleaning/local_cleaning.h"
+#include "engine/pipeline/points/quality_pass.h"
 #include "engine/pipeline/stage/stage_keys.h"
 #include "io/job/job_keys.h"
 #include "io/job/setting.h"
@@ -51,6 +52,7 @@ void project(PassPoints& points, const LocalCleaning& cleaning,
              std::span<const std::uint8_t> chosen = {}) {
   ProjectedPoints projected =
       project_locally(leveled(points, levels), cleaning.radii, projection, chosen);
+  add_moves(points.own, projected.positions);
   points.own.positions = std::move(projected.positions);
   points.own.normals = std::move(projected.normals);
 }

@@ -51,15 +51,14 @@ CleaningFacts cleaning_for(const CleaningOptions& wanted, const Partition& scans
                    wanted.thin_to_spacing == 0.0;
   facts.least_radius = facts.options.smooth_radius;
   facts.most_radius = facts.options.smooth_radius;
-  if (facts.is_local)
-    facts.most_radius = std::max(facts.most_radius, scans.layers.largest_radius);
+  if (facts.is_local) facts.most_radius = std::max(facts.most_radius, scans.layers.largest_radius);
   return facts;
 }
 
 NoisePlaceOptions noise_options(const Partition& scans) {
   // Layers are told from leaves of trees by neighbourhoods five times as wide as they are thick:
   // 384 points of a surface are 22 spacings across, four times as many twice as much.
-  constexpr double kThinPerSpacing = 0.5, kReachPerCell = 0.6;
+  constexpr double kThinPerSpacing = 0.5, kReachPerCell = 0.5;
   constexpr std::size_t kPoints = 384;
   const LayerThickness& layers = scans.layers;
   const int wider = layers.thickness > kThinPerSpacing * layers.spacing ? 2 : 1;
@@ -100,7 +99,8 @@ double reach_of_cleaning(const ResolvedJob& job, const Partition& scans) {
   CleaningOptions options = facts.options;
   options.smooth_radius = facts.most_radius;
   double reach = scans.normal_radius;
-  if (facts.is_local) reach = std::max(reach, noise_halo(noise_options(scans)));
+  if (facts.is_local || job.output.vertex_quality)
+    reach = std::max(reach, noise_halo(noise_options(scans)));
   if (options.cluster_points.value_or(0) > 0)
     reach = std::max(reach, cluster_halo({.gap = scans.normal_radius}));
   if (options.smooth_radius > 0.0)

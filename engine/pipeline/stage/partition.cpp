@@ -46,31 +46,31 @@ PointSchema schema_from(const Json& j) {
 
 Json to_json(const CleaningFacts& facts) {
   const CleaningOptions& o = facts.options;
-  return {{"thickness", facts.thickness},
-          {"spacing", facts.spacing},
-          {"options",
-           {o.automatic, o.outlier_sigma, o.merge_tolerance, o.smooth_radius, o.smooth_passes,
-            o.thin_to_spacing, o.cluster_points.value_or(0), o.min_surfaceness}},
-          {"reason", facts.reason},
-          {"points_moved", facts.points_moved},
-          {"mean_move", facts.mean_move},
-          {"places",
-           {facts.is_local, facts.least_radius, facts.most_radius, facts.untouched_share}}};
+  return {
+      {"thickness", facts.thickness},
+      {"spacing", facts.spacing},
+      {"options",
+       {o.automatic, o.outlier_sigma, o.merge_tolerance, o.smooth_radius, o.smooth_passes,
+        o.thin_to_spacing, o.cluster_points.value_or(0), o.min_surfaceness}},
+      {"reason", facts.reason},
+      {"points_moved", facts.points_moved},
+      {"mean_move", facts.mean_move},
+      {"places", {facts.is_local, facts.least_radius, facts.most_radius, facts.untouched_share}}};
 }
 
 CleaningFacts cleaning_from(const Json& j) {
   const Json& o = j.at("options");
-  return {j.at("thickness"),
-          j.at("spacing"),
-          {o.at(0), o.at(1), o.at(2), o.at(3), o.at(4), o.at(5), o.at(6).get<std::uint64_t>(),
-           o.at(7)},
-          j.at("reason"),
-          j.at("points_moved"),
-          j.at("mean_move"),
-          j.at("places").at(0),
-          j.at("places").at(1),
-          j.at("places").at(2),
-          j.at("places").at(3)};
+  return {
+      j.at("thickness"),
+      j.at("spacing"),
+      {o.at(0), o.at(1), o.at(2), o.at(3), o.at(4), o.at(5), o.at(6).get<std::uint64_t>(), o.at(7)},
+      j.at("reason"),
+      j.at("points_moved"),
+      j.at("mean_move"),
+      j.at("places").at(0),
+      j.at("places").at(1),
+      j.at("places").at(2),
+      j.at("places").at(3)};
 }
 
 Json to_json(const NormalFacts& facts) {

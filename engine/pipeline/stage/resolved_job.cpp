@@ -111,7 +111,7 @@ int ResolvedJob::threads() const { return run.threads > 0 ? run.threads : availa
 bool ResolvedJob::cleans() const { return orbweave::cleans(cleaning); }
 
 bool ResolvedJob::needs_cleaning_or_normals() const {
-  return cleaning.automatic || cleans() || estimates_normals;
+  return cleaning.automatic || cleans() || estimates_normals || output.vertex_quality;
 }
 
 bool ResolvedJob::wants_view() const {
