@@ -292,7 +292,9 @@ std::uint64_t RegionMender::contacts_of(const Trial& trial,
 void RegionMender::widen(std::span<const std::array<OwnedTriangle, 2>> contacts,
                          std::span<const BoundaryLoop> gaps) {
   const std::size_t before = taken_.size() + dropped_.size();
-  for (const auto& [own, other] : contacts) {
+  for (const std::array<OwnedTriangle, 2>& contact : contacts) {
+    const OwnedTriangle& own = contact[0];
+    const OwnedTriangle& other = contact[1];
     take_around(own.corners);
     const bool is_trial = std::any_of(trials_.begin(), trials_.end(), [&](const Trial& trial) {
       return trial.patch == other.patch;
