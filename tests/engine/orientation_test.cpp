@@ -424,6 +424,24 @@ TEST_CASE("OnlyWhatNothingLiesBelowIsGround") {
   CHECK(is_ground[far] == 1);
 }
 
+TEST_CASE("SparsePatchesOfTheGroundAreGroundAndWhatStandsOnThemIsNot") {
+  constexpr double kCell = 16.0;
+  std::vector<PatchSum> sums;
+  const auto add = [&](Vec3 center, std::uint64_t points) {
+    PatchSum sum;
+    sum.patch = sums.size();
+    sum.points = points;
+    sum.lowest = sum.highest = center;
+    sum.area_normal = {0.0, 0.0, 100.0};
+    sums.push_back(sum);
+  };
+  for (int i = 0; i < 100; ++i) add({kCell * (i % 10) + 1.0, kCell * (i / 10) + 1.0, 0.0}, 5);
+  add({73.0, 73.0, 120.0}, 6);
+  const auto is_ground = find_ground(sums, kCell, {0.0, 0.0, 1.0});
+  for (std::size_t i = 0; i < 100; ++i) REQUIRE(is_ground[i] == 1);
+  CHECK(is_ground[100] == 0);
+}
+
 TEST_CASE("ContestedPlacesAreThoseWithTheMostContestedPatches") {
   // Rings of three patches that contradict each other: four rings at x = 1, two at x = 99.
   std::vector<PatchSum> sums;
