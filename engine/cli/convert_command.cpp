@@ -158,18 +158,16 @@ void keep_coordinate_system(const ConvertOptions& options, const std::string& sy
     print_warning("the coordinate system of " + options.in + ", " + shown(system) + ": " + problem);
 }
 
-/// How colours are written. A file is read until one exceeds 8 bits: of most scans not far.
-ColorDepth colors_of_cloud(const Job& job, const PointSchema& schema, const std::string& in,
-                           const SelectedSource& selected, const StopToken& stop) {
+/// Whether any 16-bit colour of a file exceeds 8 bits, where its colours are to have 8 bits.
+bool colors_exceed_8_bits(const Job& job, const PointSchema& schema, const std::string& in,
+                          const SelectedSource& selected, const StopToken& stop) {
   const std::optional<WideColors> colors = wide_colors(schema);
+  if (!colors || job.output.color_bits != 8) return false;
   bool exceed = false;
-  if (colors && job.output.color_bits == 8) {
-    constexpr std::size_t kFewPoints = 4096;
-    StoppableSource source(selected.open(in), stop);
-    for (PointCloud batch; !exceed && source.read(batch, kFewPoints);)
-      exceed = exceed_8_bits(batch, *colors);
-  }
-  return {schema, job.output.color_bits, exceed};
+  StoppableSource source(selected.open(in), stop);
+  for (PointCloud batch; !exceed && source.read(batch, kBatchPoints);)
+    exceed = exceed_8_bits(batch, *colors);
+  return exceed;
 }
 
 void apply_colors(const Job& job, PointCloud& points) {
@@ -247,6 +245,31 @@ void convert_stream(PointSource& source, const SelectedSource& selected,
   print_written(options, cloud.size(), 0, origin);
 }
 
+/// What has to be known of a cloud before the first byte is written.
+struct CloudToWrite {
+  std::uint64_t points = 0;
+  Vec3 origin;
+  bool has_wide_colors = false;  ///< colours exceed 8 bits
+};
+
+/// Returns false, with nothing written, where a colour exceeds 8 bits that was not said to.
+bool write_points(PointSource& source, const ConvertOptions& options, const CloudToWrite& cloud,
+                  const StopToken& stop) {
+  const Job job = options.job();
+  const std::optional<WideColors> wide = wide_colors(source.schema());
+  const ColorDepth colors(source.schema(), job.output.color_bits, cloud.has_wide_colors);
+  const MeshHeader header{.vertices = cloud.points, .is_cloud = true, .schema = colors.written()};
+  const auto writer = open_mesh_writer(options.out, header, writer_options(job, cloud.origin));
+  for (PointCloud batch; source.read(batch, kBatchPoints);) {
+    check_interruption(stop);
+    if (colors.changes() && !cloud.has_wide_colors && exceed_8_bits(batch, *wide)) return false;
+    colors.apply(batch);
+    writer->write_vertices(batch);
+  }
+  writer->finish();
+  return true;
+}
+
 void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
   const Job job = options.job();
   const SelectedSource selected(options.keys);
@@ -255,19 +278,19 @@ void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
   const bool has_wide_colors =
       job.output.color_bits == 8 && wide_colors(source->schema()).has_value();
   const bool is_asked_twice = !is_known || writes_floats(job) || has_wide_colors;
-  if (is_asked_twice && options.in == "-") return convert_stream(*source, selected, options);
+  // A pipe can be read only once.
+  if (is_asked_twice && !std::filesystem::is_regular_file(options.in))
+    return convert_stream(*source, selected, options);
   const std::uint64_t points = is_known ? source->declared_points().value_or(0)
                                         : count_points(*selected.open(options.in), stop);
   const Vec3 origin = origin_of_cloud(job, options.in, selected, stop);
-  const ColorDepth colors = colors_of_cloud(job, source->schema(), options.in, selected, stop);
-  const MeshHeader header{.vertices = points, .is_cloud = true, .schema = colors.written()};
-  const auto writer = open_mesh_writer(options.out, header, writer_options(job, origin));
-  for (PointCloud batch; source->read(batch, kBatchPoints);) {
-    check_interruption(stop);
-    colors.apply(batch);
-    writer->write_vertices(batch);
-  }
-  writer->finish();
+  // Colours are taken for 8-bit ones in wide fields until one exceeds them: of other scans mostly
+  // the first. What a stream got cannot be taken back.
+  const bool is_stream = coordinate_system_file(options.out).empty();
+  const bool exceed =
+      is_stream && colors_exceed_8_bits(job, source->schema(), options.in, selected, stop);
+  if (!write_points(*source, options, {points, origin, exceed}, stop))
+    write_points(*selected.open(options.in), options, {points, origin, true}, stop);
   note_written(options.out);
   write_beside(options, origin, source->coordinate_system());
   print_left_out(*source, selected, options);

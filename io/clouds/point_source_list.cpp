@@ -4,6 +4,7 @@
 #include <cstring>
 #include <limits>
 #include <set>
+#include <type_traits>
 #include <utility>
 
 #include "io/clouds/open_point_source.h"
@@ -70,13 +71,23 @@ std::vector<CopiedValue> copied_values(const PointSchema& from, const PointSchem
   return values;
 }
 
+/// Doubles hold the numbers of all types but the 64-bit integers.
+template <class T>
+auto exactly(T number) {
+  if constexpr (std::is_integral_v<T> && sizeof(T) == 8)
+    return number;
+  else
+    return static_cast<double>(number);
+}
+
 /// The common type holds every value of the file's type, but 64-bit integers beyond 2^53 where one
 /// file has an integer and another a fraction.
 void convert_value(const CopiedValue& value, const std::byte* from, std::byte* to) {
   visit_scalar(value.from_type, [&](auto source) {
     std::memcpy(&source, from, sizeof source);
+    const auto exact = exactly(source);
     visit_scalar(value.to_type, [&](auto target) {
-      target = static_cast<decltype(target)>(source);
+      target = static_cast<decltype(target)>(exact);
       std::memcpy(to, &target, sizeof target);
     });
   });

@@ -1,6 +1,8 @@
 #include "io/job/output_origin.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 
 #include "io/error.h"
@@ -73,6 +75,14 @@ std::string move_text(const OutputOrigin& chosen) {
   return text;
 }
 
+/// The shortest text without an exponent that reads back as the number.
+std::string plain_text(double number) {
+  std::array<char, 400> text{};  // of the largest number, too
+  const auto [end, error] =
+      std::to_chars(text.data(), text.data() + text.size(), number, std::chars_format::fixed);
+  return {text.data(), end};
+}
+
 }  // namespace
 
 double largest_float_move(const Box& bounds, Vec3 origin) {
@@ -112,7 +122,7 @@ std::string check_output_origin(const Job& job, const OutputOrigin& chosen) {
 }
 
 std::string origin_text(Vec3 origin) {
-  return format_exact(origin.x) + ", " + format_exact(origin.y) + ", " + format_exact(origin.z);
+  return plain_text(origin.x) + ", " + plain_text(origin.y) + ", " + plain_text(origin.z);
 }
 
 }  // namespace orbweave

@@ -56,7 +56,8 @@ class ObjColors {
   /// that round.
   static double fraction(std::uint32_t value, std::uint32_t most, std::uint64_t steps) {
     if (value == 0 || value == most) return value == 0 ? 0.0 : 1.0;
-    return static_cast<double>(value * steps / most + 1) / static_cast<double>(steps);
+    const std::uint64_t whole_steps = value * steps / most;
+    return static_cast<double>(whole_steps + 1) / static_cast<double>(steps);
   }
 
   std::size_t row_bytes_;

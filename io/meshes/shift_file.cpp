@@ -74,7 +74,7 @@ std::filesystem::path shift_file(const std::filesystem::path& file) {
 }
 
 std::filesystem::path write_shift(const std::filesystem::path& file, Vec3 origin) {
-  const std::filesystem::path beside = shift_file(file);
+  std::filesystem::path beside = shift_file(file);
   if (beside.empty() || (origin == Vec3{} && !is_shift_file(beside))) return {};
   AtomicFile written(beside);
   written.write(kHeading + name_text(file) + "; " + component_text(origin.x) + "; " +
