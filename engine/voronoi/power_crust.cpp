@@ -402,8 +402,11 @@ std::vector<Triangle> triangles_of(const PowerCrustSurface& surface) {
   std::vector<Triangle> triangles;
   for (std::size_t f = 0; f + 1 < surface.polygon_begin.size(); ++f) {
     const std::uint32_t begin = surface.polygon_begin[f], end = surface.polygon_begin[f + 1];
-    for (std::uint32_t i = begin + 1; i + 1 < end; ++i)
-      triangles.push_back({surface.corners[begin], surface.corners[i], surface.corners[i + 1]});
+    for (std::uint32_t i = begin + 1; i + 1 < end; ++i) {
+      const Triangle t = {surface.corners[begin], surface.corners[i], surface.corners[i + 1]};
+      // Where corners fell together, a polygon may come by its first corner again.
+      if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(smallest_first(t));
+    }
   }
   std::sort(triangles.begin(), triangles.end());
   return triangles;

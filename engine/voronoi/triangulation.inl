@@ -218,7 +218,7 @@ inline void require_dimension(int dimension, std::size_t points) {
                                                         " in one plane"};
   throw_bad_input("no tetrahedron can be formed of the points",
                   {.found = std::to_string(points) + (points == 1 ? " point" : " points") +
-                            kPlace[static_cast<std::size_t>(dimension + 1)],
+                            kPlace.at(static_cast<std::size_t>(dimension) + 1),
                    .expected = "at least four points that do not lie in one plane",
                    .advice = "Ball pivoting takes points of one plane"});
 }

@@ -199,12 +199,12 @@ TEST_CASE("VoronoiMethodsCloseASphere") {
   require_closed_manifolds(sample(Shape::kSphere, 3'000), 1, 0);
 }
 
-TEST_CASE("VoronoiMethodsCloseATorus") {
+TEST_CASE("VoronoiMethodsCloseATorus", "[costly]") {
   require_closed_manifolds(sample(Shape::kTorus, 4'000), 1, 1);
   require_closed_manifolds(sample(Shape::kBumpyTorus, 4'000), 1, 1);
 }
 
-TEST_CASE("VoronoiMethodsCloseTwoComponents") {
+TEST_CASE("VoronoiMethodsCloseTwoComponents", "[costly]") {
   std::vector<Vec3> points = sample(Shape::kSphere, 2'000);
   const std::vector<Vec3> torus = sample(Shape::kTorus, 3'000, {3.5, 0.2, 0.1});
   points.insert(points.end(), torus.begin(), torus.end());
