@@ -273,7 +273,7 @@ bool write_points(PointSource& source, const ConvertOptions& options, const Clou
 void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
   const Job job = options.job();
   const SelectedSource selected(options.keys);
-  const auto source = selected.open(options.in);
+  auto source = selected.open(options.in);
   const bool is_known = source->keeps_declared_points();
   const bool has_wide_colors =
       job.output.color_bits == 8 && wide_colors(source->schema()).has_value();
@@ -289,8 +289,10 @@ void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
   const bool is_stream = coordinate_system_file(options.out).empty();
   const bool exceed =
       is_stream && colors_exceed_8_bits(job, source->schema(), options.in, selected, stop);
-  if (!write_points(*source, options, {points, origin, exceed}, stop))
-    write_points(*selected.open(options.in), options, {points, origin, true}, stop);
+  if (!write_points(*source, options, {points, origin, exceed}, stop)) {
+    source = selected.open(options.in);
+    write_points(*source, options, {points, origin, true}, stop);
+  }
   note_written(options.out);
   write_beside(options, origin, source->coordinate_system());
   print_left_out(*source, selected, options);

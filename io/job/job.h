@@ -90,15 +90,15 @@ struct OutputOptions {
   bool requires_binary = false;  ///< refuses a format without one
   bool float_positions = false;  ///< "float" coordinates instead of double
   OriginRule origin_rule = OriginRule::kAuto;
-  Vec3 origin;                        ///< of kGiven: is subtracted from coordinates; world units
-  int color_bits = 8;                 ///< most bits of a colour's channels: 8, or 16
-  bool attributes = true;             ///< carries normals and attributes to the vertices
-  bool confidence = false;            ///< PLY: faces carry the confidence of their patches
-  bool vertex_quality = false;        ///< PLY: vertices carry spacing, noise, move and normal's origin
-  bool tiles = false;                 ///< one mesh per chunk instead of one mesh
-  bool check_surface = false;         ///< counts crossings of the whole mesh, not of patches alone
-  std::string report;                 ///< path of the JSON report; empty: none
-  std::string picture;                ///< path of a PNG of the mesh; empty: none
+  Vec3 origin;                  ///< of kGiven: is subtracted from coordinates; world units
+  int color_bits = 8;           ///< most bits of a colour's channels: 8, or 16
+  bool attributes = true;       ///< carries normals and attributes to the vertices
+  bool confidence = false;      ///< PLY: faces carry the confidence of their patches
+  bool vertex_quality = false;  ///< PLY: vertices carry spacing, noise, move and normal's origin
+  bool tiles = false;           ///< one mesh per chunk instead of one mesh
+  bool check_surface = false;   ///< counts crossings of the whole mesh, not of patches alone
+  std::string report;           ///< path of the JSON report; empty: none
+  std::string picture;          ///< path of a PNG of the mesh; empty: none
   UpAxis picture_up = UpAxis::kAuto;  ///< axis that is upright in the picture
   PictureColors picture_colors = PictureColors::kPatches;
   PictureBacks picture_backs = PictureBacks::kAuto;
