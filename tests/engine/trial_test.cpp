@@ -72,9 +72,9 @@ TEST_CASE("ATrialTellsWhatThinningKeeps") {
   options.estimates_normals = true;
   options.estimate.max_radius = 4.0 * named.ball_radius;
   options.reach_of_outliers = 4.0 * named.ball_radius;
-  options.cleaning = {.outlier_sigma = 4.0,
-                      .smooth_radius = 2.0 * named.ball_radius,
-                      .thin_to_spacing = 1.5 * named.ball_radius};
+  options.cleaning.outlier_sigma = 4.0;
+  options.cleaning.smooth_radius = 2.0 * named.ball_radius;
+  options.cleaning.thin_to_spacing = 1.5 * named.ball_radius;
   options.threads = 2;
   const TrialResult result = run_trial(samples_of(named.cloud, 1'000), options);
   CHECK(result.points <= 30'000);

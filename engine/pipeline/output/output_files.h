@@ -27,7 +27,8 @@ std::vector<OutputFile> written_outputs(const OutputOptions& output, BesideMesh 
 
 /// What is there under a name that another run of this job would have written, and this one has
 /// not: a mesh beside tiles, tiles beside a mesh, a coordinate system where there is none.
-/// `has_system`: the scans have a coordinate system. An older shift is set to 0 where it is written.
+/// `has_system`: the scans have a coordinate system. An older shift is set to 0 where it is
+/// written.
 std::vector<OutputFile> older_outputs(const OutputOptions& output, bool has_system);
 
 /// Removes older outputs that the record of this work directory knows for the program's own, and

@@ -36,7 +36,7 @@ struct ResolvedJob : Job {
   bool estimates_normals = false;  ///< false: the normals of the files are used
   std::vector<ScanPose> poses;     ///< of the scans, as the job and the file of poses have them
   std::shared_ptr<const PolygonArea> area;  ///< of input.crop_area; null: none
-  std::string beside_scans;        ///< what lies beside the scans, for keys; empty: nothing
+  std::string beside_scans;  ///< what lies beside the scans, for keys; empty: nothing
 
   int threads() const;
   /// Whether any stage of the cleaning is on; automatic cleaning may turn more on.
