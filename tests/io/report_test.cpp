@@ -134,7 +134,8 @@ TEST_CASE("TheReportHasItsStableKeys") {
                               "notes"});
   CHECK(keys_of(json["cleaning"]) ==
         Keys{"thickness", "spacing", "outlier_sigma", "merge_tolerance", "smooth_radius",
-             "smooth_passes", "thin_to_spacing", "reason", "points_moved", "mean_move"});
+             "smooth_passes", "thin_to_spacing", "reason", "cluster_points", "min_surfaceness",
+             "least_radius", "most_radius", "untouched_share", "points_moved", "mean_move"});
   CHECK(keys_of(json["normals"]) == Keys{"source", "orientation", "neighbors", "max_radius",
                                          "patches", "components", "contested_patches",
                                          "contested_places", "votes_satisfied", "ground_patches",
@@ -146,10 +147,10 @@ TEST_CASE("TheReportHasItsStableKeys") {
   CHECK(keys_of(json["radii"]) == Keys{"values", "reason"});
   CHECK(keys_of(json["mesh"]) ==
         Keys{"vertices", "triangles", "components", "boundary_edges", "boundary_loops",
-             "nonmanifold_edges", "nonmanifold_vertices", "inconsistent_edges",
-             "degenerate_triangles", "duplicate_triangles", "unreferenced_vertices",
-             "crossing_pairs", "patch_crossing_pairs", "euler_characteristic", "area", "patch_area",
-             "watertight", "checksum", "bounds"});
+             "nonmanifold_edges", "nonmanifold_vertices", "pinches", "mended_triangles",
+             "inconsistent_edges", "degenerate_triangles", "duplicate_triangles",
+             "unreferenced_vertices", "crossing_pairs", "patch_crossing_pairs",
+             "euler_characteristic", "area", "patch_area", "watertight", "checksum", "bounds"});
   CHECK(keys_of(json["stages"][0]) == Keys{"name", "seconds", "cpu_seconds", "points",
                                            "points_per_second", "bytes_read", "bytes_written",
                                            "chunks", "chunks_reused", "peak_memory_bytes",
