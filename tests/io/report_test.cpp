@@ -145,12 +145,27 @@ TEST_CASE("TheReportHasItsStableKeys") {
                                        "extent_meters", "trusted"});
   CHECK(keys_of(json["partition"]) == Keys{"chunks", "halo_width", "largest_chunk_points"});
   CHECK(keys_of(json["radii"]) == Keys{"values", "reason"});
-  CHECK(keys_of(json["mesh"]) ==
-        Keys{"vertices", "triangles", "components", "boundary_edges", "boundary_loops",
-             "nonmanifold_edges", "nonmanifold_vertices", "pinches", "mended_triangles",
-             "inconsistent_edges", "degenerate_triangles", "duplicate_triangles",
-             "unreferenced_vertices", "crossing_pairs", "patch_crossing_pairs",
-             "euler_characteristic", "area", "patch_area", "watertight", "checksum", "bounds"});
+  CHECK(keys_of(json["mesh"]) == Keys{"vertices",
+                                      "triangles",
+                                      "components",
+                                      "boundary_edges",
+                                      "boundary_loops",
+                                      "nonmanifold_edges",
+                                      "nonmanifold_vertices",
+                                      "pinches",
+                                      "mended_triangles",
+                                      "inconsistent_edges",
+                                      "degenerate_triangles",
+                                      "duplicate_triangles",
+                                      "unreferenced_vertices",
+                                      "crossing_pairs",
+                                      "patch_crossing_pairs",
+                                      "euler_characteristic",
+                                      "area",
+                                      "patch_area",
+                                      "watertight",
+                                      "checksum",
+                                      "bounds"});
   CHECK(keys_of(json["stages"][0]) == Keys{"name", "seconds", "cpu_seconds", "points",
                                            "points_per_second", "bytes_read", "bytes_written",
                                            "chunks", "chunks_reused", "peak_memory_bytes",
