@@ -21,7 +21,8 @@ bool continues_number(std::string_view text, std::size_t i) {
   return is_digit(text[i]) || (may_stand_inside && is_digit(next));
 }
 
-/// The text with its numbers as "#".
+/// The text with its numbers as "#", so that texts that differ in numbers alone are one kind; the
+/// number of a hole as "another hole".
 std::string without_numbers(std::string_view text) {
   std::string kept;
   bool in_number = false;
@@ -31,6 +32,9 @@ std::string without_numbers(std::string_view text) {
     if (!in_number) kept += text[i];
     if (in_number && !was_in_number) kept += '#';
   }
+  constexpr std::string_view kNumbered = "hole #";
+  for (auto at = kept.find(kNumbered); at != std::string::npos; at = kept.find(kNumbered, at))
+    kept.replace(at, kNumbered.size(), "another hole");
   return kept;
 }
 

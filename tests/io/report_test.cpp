@@ -314,19 +314,24 @@ TEST_CASE("ThePageOfTenThousandHolesIsSmallAndTheReportHasAll", "[costly]") {
 }
 
 TEST_CASE("ReasonsThatDifferInNumbersOnlyAreOne") {
-  std::vector<HoleFacts> holes(5, open_loop());
+  std::vector<HoleFacts> holes(7, open_loop());
   holes[1].reason = "needs 3,000,000 points at a spacing of 1.5e-07";
   holes[2].reason = "needs 12 points at a spacing of 0.25";
   holes[3].reason = "needs 7 points at a spacing of 3";
   for (int i = 1; i <= 3; ++i) holes[static_cast<std::size_t>(i)].open = OpenReason::kTooManyPoints;
   holes[4].reason = "a diameter of 3.5 is more than fill.max_diameter = 2";
   holes[4].open = OpenReason::kMaxDiameter;
+  for (const std::size_t i : {5U, 6U}) {
+    holes[i].reason = "every patch crosses the patch of hole " + std::to_string(i);
+    holes[i].open = OpenReason::kOther;
+  }
   const HoleSummary summary = hole_summary(holes);
-  CHECK(summary.open == 5);
+  CHECK(summary.open == 7);
   CHECK(summary.reasons == Counted{{"needs # points at a spacing of #", 3},
+                                   {"every patch crosses the patch of another hole", 2},
                                    {"outer border of an open sheet (fill.keep_outer_border)", 1},
                                    {"wider than fill.max_diameter", 1}});
-  CHECK(counted_list(summary.reasons, 1) == "3 needs # points at a spacing of #, 2 others");
+  CHECK(counted_list(summary.reasons, 1) == "3 needs # points at a spacing of #, 4 others");
 }
 
 TEST_CASE("DoubtfulPatchesAreCountedWithTheirAreaAndTheLargestIsNamed") {
