@@ -60,7 +60,6 @@ class PlacedExport {
       : runner_(runner),
         pieces_(pieces),
         columns_(columns),
-        header_(header),
         layout_(rows, header),
         digest_(digest),
         in_flight_(pieces_in_flight(runner.job, columns.stored)) {}
@@ -168,7 +167,6 @@ class PlacedExport {
   StageRunner& runner_;
   const MeshPieces& pieces_;
   const VertexColumns& columns_;
-  const MeshHeader& header_;
   FileLayout layout_;
   SurfaceDigest& digest_;
   std::size_t in_flight_;
