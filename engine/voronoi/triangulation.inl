@@ -31,6 +31,7 @@ constexpr std::size_t kInsertionsPerLook = 1024;
 inline std::vector<std::size_t> insertion_order(const std::vector<Point>& points) {
   std::vector<std::size_t> order(points.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
+  if (points.empty()) return order;  // CGAL takes the address of the first
   CGAL::spatial_sort(
       order.begin(), order.end(),
       CGAL::Spatial_sort_traits_adapter_3<Kernel, CGAL::Pointer_property_map<Point>::const_type>(
