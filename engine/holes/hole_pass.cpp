@@ -285,6 +285,9 @@ HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> verti
     plan.open.push_back(choice.open);
   }
   plan.is_scene = pieces_of_scenes(plan.loops, pieces, outer_borders(plan.loops, pieces));
+  const auto largest = std::ranges::max_element(pieces, {}, &Piece::triangles);
+  plan.is_object = largest == pieces.end() ||
+                   plan.is_scene[static_cast<std::size_t>(largest - pieces.begin())] == 0;
   choices = {};
   plan.islands = find_islands(plan.loops, kinds.is_hole, kinds.may_be_island, plan.vertices);
   plan.vertices = vertices_around_islands(plan);

@@ -53,6 +53,9 @@ struct HolePlan {
   std::vector<std::uint8_t> is_wanted;  ///< per loop, whether it is to be filled
   std::vector<std::uint8_t> is_scene;   ///< per piece, whether it is of one (pieces_of_scenes)
   bool is_of_solid(std::size_t loop) const;
+  /// Whether the largest piece is a closed object. Small closed pieces of a scene are not mended:
+  /// they are leaves and clutter, and attempts at them took a tenth of a job.
+  bool is_object = true;
 
   /// A group's loops: the hole, then its islands.
   std::vector<std::uint32_t> loops_of(std::uint32_t hole) const;

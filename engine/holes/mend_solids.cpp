@@ -243,6 +243,7 @@ class Mender {
 std::vector<std::uint32_t> open_loops_of_solids(const HolePlan& plan,
                                                 std::span<const HoleFacts> holes) {
   std::vector<std::uint32_t> open;
+  if (!plan.is_object) return open;
   for (std::uint32_t l = 0; l < plan.loops.size(); ++l) {
     const bool was_to_be_filled = plan.is_wanted[l] != 0;
     const bool is_open = !holes[l].filled || holes[l].open_edges > 0;
@@ -255,6 +256,7 @@ std::vector<std::uint64_t> pinches_of_solids(const HolePlan& plan,
                                              std::span<const std::uint64_t> pinched,
                                              std::span<const OpenFan> fans) {
   std::vector<std::uint64_t> of_solids;
+  if (!plan.is_object) return of_solids;
   const bool any_scene =
       std::find(plan.is_scene.begin(), plan.is_scene.end(), 1) != plan.is_scene.end();
   for (const std::uint64_t vertex : pinched) {

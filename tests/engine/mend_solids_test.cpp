@@ -154,6 +154,15 @@ TEST_CASE("ASoundObjectAndAnOpenSheetAreNotMended") {
   CHECK(fill_mesh(sheet, {}).triangles_mended == 0);
 }
 
+TEST_CASE("SmallClosedComponentsOfAnOpenSceneAreNotMended") {
+  const TriangleMesh spheres = moved(touching_spheres(), [](Vec3 p) { return p + Vec3{0, 0, 5}; });
+  const TriangleMesh scene = joined(test::square_mesh(150), spheres);
+  REQUIRE(scene.triangles.size() > 3 * spheres.triangles.size());
+  const FilledMesh filled = fill_mesh(scene, {});
+  CHECK(filled.triangles_mended == 0);
+  CHECK(filled.vertices_doubled == 1);
+}
+
 TEST_CASE("MendingDoesNotDependOnTheOrderOfTriangles") {
   TriangleMesh mesh = joined(touching_spheres(), moved(sphere_with_flap(), [](Vec3 p) {
                                return p + Vec3{0.0, 4.0, 0.0};

@@ -1,6 +1,7 @@
 #include "engine/pipeline/surface/mended_holes.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "engine/pipeline/surface/patch_batch.h"
@@ -58,6 +59,23 @@ LoopPatch patch_in(const PatchBatch& batch, std::int32_t id) {
   return patch;
 }
 
+/// The batch that was asked for last. Patches next to each other mostly lie in one batch, and a fault
+/// asks for all that are around it.
+class LastBatch {
+ public:
+  explicit LastBatch(ChunkStore& store) : store_(store) {}
+  const PatchBatch& load(ChunkId batch) {
+    if (!loaded_ || number_ != batch) loaded_ = load_patch_batch(store_, batch);
+    number_ = batch;
+    return *loaded_;
+  }
+
+ private:
+  ChunkStore& store_;
+  std::optional<PatchBatch> loaded_;
+  ChunkId number_ = 0;
+};
+
 Box box_of(const LoopPatch& patch, const Surface& surface) {
   Box box;
   for (const Triangle64& t : patch.triangles)
@@ -91,7 +109,7 @@ void drop_replaced(const Mended& mended, const MendInputs& inputs, ChunkStore& s
 
 Mended mend_holes(const MendInputs& inputs, StageRunner& runner) {
   const HolePlan& plan = inputs.plan;
-  if (runner.job.fill.allow_intersections) return {};
+  if (runner.job.fill.allow_intersections || !plan.is_object) return {};
   Faults faults;
   faults.pinched = pinches_of_solids(plan, inputs.pinched, inputs.fans);
   bool any_solid = false;
@@ -108,8 +126,9 @@ Mended mend_holes(const MendInputs& inputs, StageRunner& runner) {
       if (chunks[chunk].box.grown(reach).intersects(box))
         inputs.mesh.triangles_near(chunk, box, out);
   };
+  LastBatch last(runner.store);
   const auto patch_of = [&](std::size_t l) {
-    return patch_in(load_patch_batch(runner.store, patches.batch[l]), patches.holes[l].id);
+    return patch_in(last.load(patches.batch[l]), patches.holes[l].id);
   };
   const FilledSurface filled{inputs.mesh,
                              scanned_near,
