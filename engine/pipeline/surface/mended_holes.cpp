@@ -59,8 +59,8 @@ LoopPatch patch_in(const PatchBatch& batch, std::int32_t id) {
   return patch;
 }
 
-/// The batch that was asked for last. Patches next to each other mostly lie in one batch, and a fault
-/// asks for all that are around it.
+/// The batch that was asked for last. Patches next to each other mostly lie in one batch, and a
+/// fault asks for all that are around it.
 class LastBatch {
  public:
   explicit LastBatch(ChunkStore& store) : store_(store) {}
