@@ -2,7 +2,7 @@
 # Measures the release build side by side with the peers, and how it scales; results go to build/bench/*.json, *.csv
 # and *.svg.
 # workloads/ measures seconds and memory, quality/ how good the surface is, models/ predicts clusters, peers/ holds what
-# runs other programs.
+# runs other programs, study/ repeats the base paper's comparison (docs/study.md).
 # usage: bench/run.sh [--full] [NAME]... ; no name: all. --full: what measures scale (of_scale below) at the sizes that
 # its targets are given for (up to 100 million points: docs/scaling.md).
 # ORBWEAVE_DATA_DIR names the directory of real scans; without it only generated clouds are measured.
@@ -11,10 +11,10 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 of_scans=(workloads/kernel quality/right_surface same_bytes quality/fill workloads/formats quality/orientation
-  quality/raw_scans)
+  quality/raw_scans study/study)
 of_scale=(workloads/job workloads/threads workloads/chunks workloads/ranks models/simulate workloads/memory
   workloads/compression)
-others=(quality/scans_noise)
+others=(quality/scans_noise quality/noise_growth quality/orientation_cases quality/round_trip)
 
 data=${ORBWEAVE_DATA_DIR:-../shared/data}
 [ -d "$data/stanford" ] || echo "no real scans in $data (ORBWEAVE_DATA_DIR): generated clouds only"

@@ -236,7 +236,7 @@ TEST_CASE("PointsThatWereNeverClassifiedAreToldWithTheToolForIt") {
   CHECK_THAT(result.err, Contains("not classified") && Contains("pdal translate"));
 }
 
-// The counts are those of bench/count_selection.py, which reads and decides apart from this
+// The counts are those of bench/quality/count_selection.py, which reads and decides apart from this
 // program.
 TEST_CASE("CropsOfRealTilesHoldAsManyPointsAsAScriptCounts", "[costly]") {
   struct Selected {
