@@ -28,6 +28,10 @@ constexpr int kMostStepsUp = 5, kMostStepsDown = 6;
 /// smoothing has to reach: a third of the places has no more noise than that.
 constexpr double kSmooth = 0.35;
 constexpr double kAbove = 1.001;  // the limit of thick layers, surely
+/// Sparse places ask for a larger radius than the whole cloud where noise is this much above the
+/// limit. Where it is near the limit, as far from a tripod whose noise is the same everywhere, a
+/// larger radius flattened rims of windows and closed what they show as gaps.
+constexpr double kCrumpled = 1.5 * kThickPerSpacing;
 /// Cubes on each side of one whose places count for it.
 constexpr std::int64_t kReach = 2;
 constexpr std::size_t kCubesAtOnce = 256;
@@ -42,13 +46,16 @@ double quantile_of(std::vector<double>& values, double share) {
 
 double median_of(std::vector<double>& values) { return quantile_of(values, 0.5); }
 
+/// What the noise alone asks for.
+double radius_of_noise(double spacing, double noise) {
+  return std::min(kRadiusPerThickness * noise, kRadiusPerRoot * std::sqrt(noise * spacing));
+}
+
 }  // namespace
 
 double wanted_radius(double spacing, double noise) {
   if (!(noise > kThickPerSpacing * spacing)) return 0.0;
-  return std::max(
-      kRadiusPerSpacing * spacing,
-      std::min(kRadiusPerThickness * noise, kRadiusPerRoot * std::sqrt(noise * spacing)));
+  return std::max(kRadiusPerSpacing * spacing, radius_of_noise(spacing, noise));
 }
 
 SmoothingLevels::SmoothingLevels(std::vector<NoisePlace> places, double cell,
@@ -102,8 +109,11 @@ double SmoothingLevels::measure(const LatticeCell& cell, Scratch& scratch, Cube&
   cube.noise.noise = static_cast<float>(noise);
   const double thin = kThickPerSpacing * spacing;
   if (!(noise > thin)) return 0.0;
-  const double least = quantile_of(scratch.noises, kSmooth);
-  return step_of(wanted_radius(spacing, std::max(least, kAbove * thin)));
+  const double least = std::max(quantile_of(scratch.noises, kSmooth), kAbove * thin);
+  const double most = least > kCrumpled * spacing
+                          ? wanted_radius(spacing, least)
+                          : std::max(whole_.radius, radius_of_noise(spacing, least));
+  return step_of(std::min(wanted_radius(spacing, least), most));
 }
 
 double SmoothingLevels::step_of(double wanted) const {
