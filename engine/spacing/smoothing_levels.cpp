@@ -17,8 +17,9 @@ namespace {
 constexpr double kRadiusPerSpacing = 3.75;
 constexpr double kRadiusPerThickness = 12.0;
 /// Of very thick layers: the mean of a neighbourhood of radius r is off by 1.4 noise spacing / r,
-/// which is to be a twelfth of the spacing r / 4 that thinning keeps. More would flatten the shape.
-constexpr double kRadiusPerRoot = 8.2;
+/// which is to be a fourteenth of the spacing r / 4 that thinning keeps. More would flatten the
+/// shape.
+constexpr double kRadiusPerRoot = 8.8;
 constexpr double kStep = 2.0;
 /// A radius is up to a fifth shorter than what is asked for, or longer.
 constexpr double kShorter = 1.2;
