@@ -140,9 +140,10 @@ class Walker {
   }
   bool cover_arcs(const Circle& c, std::uint32_t self);
   void scan_circle(const Circle& c, std::uint32_t i, const std::uint8_t* active);
-  /// Whether triangles with neighbour k are looked for.
+  /// Whether triangles with neighbour k are looked for: where points are active, at the first of
+  /// their vertices.
   bool is_wanted(std::uint32_t k, const std::uint8_t* active) const {
-    return active == nullptr || active[s_.id[k]] != 0;
+    return active == nullptr || (s_.id[k] > scratch_.point && active[s_.id[k]] != 0);
   }
   /// Calls visit(circle, k) for the neighbours with which triangles are looked for.
   template <class Visit>
