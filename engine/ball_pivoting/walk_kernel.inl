@@ -148,7 +148,9 @@ class Walker {
   bool is_wanted(std::uint32_t k, const std::uint8_t* active) const {
     return active == nullptr || (s_.id[k] > scratch_.point && active[s_.id[k]] != 0);
   }
-  /// Calls visit(circle, k) for the neighbours with which triangles are looked for.
+  /// Calls visit(circle, k) for the neighbours with which triangles are looked for. t = 0 is
+  /// nowhere in particular: pseudo-angles are coarse there, and on a grid the ball of a right
+  /// triangle touches its hypotenuse from straight above.
   template <class Visit>
   void for_each_wanted(const std::uint8_t* active, const Visit& visit) const {
     for (std::uint32_t first = 0; first < n_; first += Lanes::kWidth) {
@@ -161,7 +163,7 @@ class Walker {
       const TopCircles circles(d, Lanes::load(s_.cap_height + first),
                                Lanes::load(s_.inverse_length + first), normal_);
       for (; k < end; ++k)
-        if (is_wanted(k, active)) visit(circles.at(k - first), k);
+        if (is_wanted(k, active)) visit(turned(circles.at(k - first)), k);
     }
   }
   std::uint32_t count_wanted(const std::uint8_t* active) const {
