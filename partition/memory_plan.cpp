@@ -9,8 +9,10 @@ namespace orbweave {
 namespace {
 
 constexpr std::uint64_t kLeastChunkPoints = 20'000;
-/// Larger chunks gain nothing: their halo is already a percent or two.
+/// Larger chunks gain nothing where halos are narrow: they are a percent or two already.
 constexpr std::uint64_t kMostChunkPoints = 1'000'000;
+/// The same where several radii make halos wide.
+constexpr std::uint64_t kMostWithWideHalos = 4'000'000;
 /// What the smallest chunks and their bins take of points that are small.
 constexpr std::size_t kLeastSpent = std::size_t{80} << 20;
 /// Allocators and transient copies; the rest is spent.
@@ -86,8 +88,9 @@ MemoryPlan plan_memory(std::uint64_t budget_bytes, std::uint64_t points, int thr
   // Enough chunks that the workers end together, unless the halos cost more than waiting does.
   const std::uint64_t balanced =
       std::max(points / (4 * workers) + 1, std::min(worthwhile_points, points));
-  plan.chunk_points =
-      std::clamp(std::min(affordable, balanced), kLeastChunkPoints, kMostChunkPoints);
+  const std::uint64_t most =
+      std::clamp(worthwhile_points, kMostChunkPoints, kMostWithWideHalos);
+  plan.chunk_points = std::clamp(std::min(affordable, balanced), kLeastChunkPoints, most);
   return plan;
 }
 

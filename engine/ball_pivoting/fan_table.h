@@ -39,7 +39,8 @@ class FanTable {
 };
 
 /// Walks at every point of the grid; with `active` (by input index) given, only at active ones,
-/// and only triangles of active points are kept. Parallel on the calling arena; the result does
+/// and triangles of active points are found once, at the first of their vertices in the grid's
+/// order, which is fixed in space. Parallel on the calling arena; the result does
 /// not depend on the number of threads nor on the vector width.
 FanTable walk_all(const CellGrid& grid, double ball_radius, std::span<const std::uint8_t> active,
                   VectorWidth width, const StopToken* stop = nullptr);

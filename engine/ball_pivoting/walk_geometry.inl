@@ -41,6 +41,13 @@ struct CircleOf {
 };
 using Circle = CircleOf<double>;
 
+/// The same circle from another place on.
+inline Circle turned(const Circle& c) {
+  constexpr double kCosine = 0.7648421872844885, kSine = 0.644217687237691;
+  return {c.middle, scaled(kCosine, c.a) + scaled(kSine, c.b),
+          scaled(kCosine, c.b) - scaled(kSine, c.a)};
+}
+
 /// The circle of the neighbour at d, t = 0 at the point u of it.
 template <class Real>
 inline CircleOf<Real> circle_at(DirectionOf<Real> d, Real inverse_length, DirectionOf<Real> u) {

@@ -32,6 +32,8 @@ constexpr double kSliver = 1e-14;
 /// About how many of the nearest neighbours a circle is held against before all others, from how
 /// many neighbours on, and how many more where there are hundreds.
 constexpr std::uint32_t kFew = 16, kMany = 48, kMore = 64;
+/// With fewer circles to scan among fewer neighbours than that none are left out first.
+constexpr std::uint32_t kManyWanted = 32, kMostWhole = 200;
 /// With how many of the nearest a search in groups begins.
 constexpr std::uint32_t kFewOfCrowd = 24;
 /// From how many neighbours on what is free is clipped before anything else is looked at, and the
@@ -98,7 +100,8 @@ void invert_lengths(const WalkScratch& scratch) {
 
 class Walker {
  public:
-  Walker(const PointArrays& points, const WalkScratch& scratch, Fan& fan)
+  /// `walks`: and not just scans, for which neighbours are left out where that is worth it.
+  Walker(const PointArrays& points, const WalkScratch& scratch, bool walks, Fan& fan)
       : points_(points),
         scratch_(scratch),
         s_(scratch.neighbours),
@@ -106,7 +109,7 @@ class Walker {
         fan_(fan),
         normal_(normal_of(scratch.point)) {
     // A walk among all of a crowd costs more than finding those that matter.
-    if (n_ >= kCrowd) leave_out_irrelevant();
+    if (walks && n_ >= kCrowd) leave_out_irrelevant();
   }
 
   void begin_walk();
@@ -140,11 +143,14 @@ class Walker {
   }
   bool cover_arcs(const Circle& c, std::uint32_t self);
   void scan_circle(const Circle& c, std::uint32_t i, const std::uint8_t* active);
-  /// Whether triangles with neighbour k are looked for.
+  /// Whether triangles with neighbour k are looked for: where points are active, at the first of
+  /// their vertices.
   bool is_wanted(std::uint32_t k, const std::uint8_t* active) const {
-    return active == nullptr || active[s_.id[k]] != 0;
+    return active == nullptr || (s_.id[k] > scratch_.point && active[s_.id[k]] != 0);
   }
-  /// Calls visit(circle, k) for the neighbours with which triangles are looked for.
+  /// Calls visit(circle, k) for the neighbours with which triangles are looked for. t = 0 is
+  /// nowhere in particular: pseudo-angles are coarse there, and on a grid the ball of a right
+  /// triangle touches its hypotenuse from straight above.
   template <class Visit>
   void for_each_wanted(const std::uint8_t* active, const Visit& visit) const {
     for (std::uint32_t first = 0; first < n_; first += Lanes::kWidth) {
@@ -157,13 +163,13 @@ class Walker {
       const TopCircles circles(d, Lanes::load(s_.cap_height + first),
                                Lanes::load(s_.inverse_length + first), normal_);
       for (; k < end; ++k)
-        if (is_wanted(k, active)) visit(circles.at(k - first), k);
+        if (is_wanted(k, active)) visit(turned(circles.at(k - first)), k);
     }
   }
-  bool two_are_wanted(const std::uint8_t* active) const {
+  std::uint32_t count_wanted(const std::uint8_t* active) const {
     std::uint32_t wanted = 0;
-    for (std::uint32_t k = n_; k > 0 && wanted < 2; --k) wanted += is_wanted(k - 1, active) ? 1 : 0;
-    return wanted == 2;
+    for (std::uint32_t k = 0; k < n_; ++k) wanted += is_wanted(k, active) ? 1 : 0;
+    return wanted;
   }
   double furthest_cover(double from) const;
   std::uint32_t longest_arc() const;
@@ -425,8 +431,9 @@ bool Walker::keep_relevant() {
 void Walker::scan_all(const std::uint8_t* active) {
   fan_.count = 0;
   fan_.blocked = false;
-  if (active != nullptr && !two_are_wanted(active)) return;
-  if (n_ >= kMany) leave_out_irrelevant();
+  const std::uint32_t wanted = active == nullptr ? n_ : count_wanted(active);
+  if (active != nullptr && wanted < 2) return;
+  if (n_ >= kMany && (wanted >= kManyWanted || n_ >= kMostWhole)) leave_out_irrelevant();
   if (nothing_free_) {
     fan_.blocked = true;
     return;
@@ -490,7 +497,7 @@ std::uint32_t walk(const PointArrays& points, const WalkScratch* scratch, std::u
     if (fans[w].closed) continue;
     fans[w].count = 0;
     invert_lengths(scratch[w]);
-    new (walkers + left++) Walker(points, scratch[w], fans[w]);
+    new (walkers + left++) Walker(points, scratch[w], active == nullptr, fans[w]);
   }
   if (active == nullptr) walk_in_turns(walkers, left);
   for (std::uint32_t w = 0; w < left; ++w) walkers[w].close_or_scan(active);

@@ -34,18 +34,19 @@ struct FloatBoxes {
   }
   /// Box i of these against eight of others from `first` on: a bit each where they meet.
   std::uint32_t meeting(std::uint32_t i, const FloatBoxes& other, std::uint32_t first) const {
+    // A bit each; without branches the compiler makes vectors of it.
     std::array<std::int32_t, kGroup> meets;
-    meets.fill(1);
+    for (std::uint32_t k = 0; k < kGroup; ++k) meets[k] = std::int32_t{1} << k;
     for (int axis = 0; axis < 3; ++axis) {
       const float low = min[axis][i], high = max[axis][i];
       const float* lows = other.min[axis].data() + first;
       const float* highs = other.max[axis].data() + first;
       for (std::uint32_t k = 0; k < kGroup; ++k)
-        meets[k] &=
-            static_cast<std::int32_t>(low <= highs[k]) & static_cast<std::int32_t>(lows[k] <= high);
+        meets[k] &= -static_cast<std::int32_t>(low <= highs[k]) &
+                    -static_cast<std::int32_t>(lows[k] <= high);
     }
     std::uint32_t bits = 0;
-    for (std::uint32_t k = 0; k < kGroup; ++k) bits |= static_cast<std::uint32_t>(meets[k]) << k;
+    for (std::uint32_t k = 0; k < kGroup; ++k) bits += static_cast<std::uint32_t>(meets[k]);
     return bits;
   }
 };

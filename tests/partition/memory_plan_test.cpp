@@ -43,6 +43,15 @@ TEST_CASE("WideHalosMakeLargerChunksAsFarAsTheBudgetAllows") {
   REQUIRE(chunk_points(kGiB / 4, 300'000) < 300'000);
 }
 
+TEST_CASE("ATileWithWideHalosIsOneChunkAndNoChunkIsLargerThanFourMillionPoints") {
+  const auto chunk_points = [](std::uint64_t points, std::uint64_t worthwhile) {
+    return plan_memory(16 * kGiB, points, 2, 0, oriented(), worthwhile).chunk_points;
+  };
+  CHECK(chunk_points(1'050'000, 1'050'000) == 1'050'000);
+  CHECK(chunk_points(100'000'000, 70'000) == 1'000'000);
+  CHECK(chunk_points(100'000'000, 50'000'000) == 4'000'000);
+}
+
 TEST_CASE("AGivenChunkSizeIsTaken") {
   REQUIRE(plan_memory(kGiB, 1'000'000, 2, 1234, oriented(), 500'000).chunk_points == 1234);
 }

@@ -41,10 +41,10 @@ std::uint64_t count_without_view(const PointCloud& points) {
   return count;
 }
 
-/// A chunk of a surface whose side is 24 halos computes a sixth more for its halo. (An octree
-/// halves sides, so that half as many halos per side are usual: a third more.) Threads need no more
+/// A chunk of a surface whose side is 48 halos computes a twelfth more for its halo. (An octree
+/// halves sides, so that half as many halos per side are usual: a sixth more.) Threads need no more
 /// chunks than that: they share the work on one.
-constexpr double kHalosPerSide = 24.0;
+constexpr double kHalosPerSide = 48.0;
 
 /// How many points a chunk needs so that its halo is not most of the work: the points of a piece
 /// of surface of that side. The surface is guessed from the cells that hold points.

@@ -69,6 +69,7 @@ class GatheredTriangles {
  private:
   /// Gives every vertex a number: the chunk's own points, other points, new vertices.
   void number() {
+    if (numbered_.size() == triangles_.size()) return;
     std::vector<std::uint64_t> others;
     for (const Triangle64& t : triangles_)
       for (const std::uint64_t v : t)
