@@ -24,7 +24,7 @@ struct HoleFacts {
   std::vector<std::uint32_t> chunks;  ///< that the loop's vertices lie in, ascending
   bool filled = false;
   std::int32_t joined_to = 0;  ///< of an island: the hole whose patch it bounds as well; 0: none
-  std::string method;          ///< "direct", "plane", "implicit"; empty where it stays open
+  std::string method;          ///< "direct", "plane", "implicit" or "creased"; empty: stays open
   std::string reason;          ///< why it stays open, or why the simpler method did not do
   OpenReason open = OpenReason::kNone;  ///< what keeps it open, where that is known
   std::uint64_t sites = 0;              ///< of the interpolant

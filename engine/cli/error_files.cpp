@@ -50,7 +50,7 @@ std::string draw_errors(const std::string& file, const TriangleMesh& mesh,
     const double share = largest > 0.0 ? error / largest : 0.0;
     shares.push_back(std::isfinite(share) ? static_cast<float>(std::min(share, 1.0)) : 1.0F);
   }
-  draw_mesh_by_shares(mesh, shares, file, {.up = up});
+  draw_mesh_by_shares(mesh, shares, format_number(largest) + " and more", file, {.up = up});
   return shown(file) + ": from white (0) to purple (" + format_number(largest) + " and more)\n";
 }
 

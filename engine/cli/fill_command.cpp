@@ -28,6 +28,7 @@
 #include "io/meshes/shift_file.h"
 #include "io/points/color_depth.h"
 #include "io/points/coordinate_system_file.h"
+#include "io/report/point_colors.h"
 #include "io/report/progress.h"
 #include "io/system/path_roles.h"
 
@@ -184,13 +185,16 @@ void write_outputs(const TriangleMesh& mesh, const FillReport& report, Progress&
   const OutputOptions& output = report.options.output;
   if (!output.picture.empty()) {
     progress.begin_stage("picture", 0, "triangles");
-    PictureOptions options;
-    options.up = output.picture_up;
-    options.patch_color = output.patch_color;
+    MeshDrawing drawing;
+    drawing.picture.up = output.picture_up;
+    drawing.picture.patch_color = output.patch_color;
+    drawing.colors = output.picture_colors;
+    drawing.culls_backs = output.picture_backs == PictureBacks::kCulled;
     if (output.picture_colors == PictureColors::kConfidence)
-      options.confidence = confidence_of_patches(report.holes);
-    draw_mesh(mesh, report.after.bounds, output.picture, options,
-              output.picture_backs == PictureBacks::kCulled);
+      drawing.picture.confidence = confidence_of_patches(report.holes);
+    if (output.picture_colors == PictureColors::kPoints && !PointColors(mesh.vertices.schema).any())
+      progress.note(kNoPointColors);
+    draw_mesh(mesh, report.after.bounds, output.picture, drawing);
     progress.advance(mesh.triangles.size());
     progress.end_stage();
     note_written(output.picture);

@@ -13,6 +13,7 @@
 #include "engine/holes/loops/loop_parts.h"
 #include "engine/holes/patch/box_tree.h"
 #include "engine/holes/patch/crease.h"
+#include "engine/holes/patch/creased_fill.h"
 #include "engine/holes/patch/direct_fill.h"
 #include "engine/holes/patch/patch_defect.h"
 #include "engine/holes/patch/patch_intersections.h"
@@ -105,6 +106,13 @@ class Attempts {
     if (fewest_contacts_ == 0) return true;
     if (is_tangled()) put_back();
     return false;
+  }
+  /// True when planes around the hole meet in an edge that the patch goes on with. Where they do
+  /// not, nothing was tried.
+  bool try_creased() {
+    HolePatch patch = creased_fill(problem_, options_);
+    if (patch.method == FillMethod::kNone && patch.reason.empty()) return false;
+    return take(std::move(patch));
   }
   bool try_direct() { return take(direct_fill(problem_, loop())); }
 
@@ -227,9 +235,9 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
   }
   Attempts attempts(problem, options);
   const bool is_done = options.flat ? attempts.try_membrane() || attempts.is_too_large()
-                                    : attempts.try_flat() || attempts.try_plane() ||
-                                          attempts.try_implicit() || attempts.is_too_large() ||
-                                          attempts.try_membrane();
+                                    : attempts.try_creased() || attempts.try_flat() ||
+                                          attempts.try_plane() || attempts.try_implicit() ||
+                                          attempts.is_too_large() || attempts.try_membrane();
   if (!is_done) attempts.try_direct();
   return attempts.result();
 }

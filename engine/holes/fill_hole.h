@@ -9,7 +9,8 @@ namespace orbweave {
 
 /// Fills a hole. Loops of at most options.direct_edges edges: by triangles between their corners
 /// (direct_fill). Loops that touch themselves: in parts (fill_by_parts). Others by the first of
-/// these that gives a sound patch clear of itself and of the gathered sheet: over a plane
+/// these that gives a sound patch clear of itself and of the gathered sheet: along planes that meet
+/// in an edge (creased_fill), a membrane where the surface ends in a crease, over a plane
 /// (plane_fill), a thin plate or the zero set of an implicit function (implicit_fill), a membrane,
 /// triangles between the corners. Where none is clear, the two with the fewest contacts are moved
 /// out of the way (untangle), and the better one is taken: whole if options.allow_intersections,

@@ -70,8 +70,9 @@ struct ReconstructOptions {
   int levels = 0;                  ///< number of automatic radii, 1 to 8; 0: from the density
 };
 
-/// What the colours of a picture tell: filled holes, or how far their patches can be trusted.
-enum class PictureColors { kPatches, kConfidence };
+/// What the colours of a picture tell: filled holes, how far their patches can be trusted, the
+/// colours (else the intensity) of the scan, or which triangles belong together.
+enum class PictureColors { kPatches, kConfidence, kPoints, kComponent };
 
 /// Whether a picture shows the back faces of triangles. kAuto: they are left out of the picture of
 /// an interior, so that one looks into it.

@@ -219,7 +219,7 @@ constexpr std::array kKernels = {"biharmonic", "triharmonic"};
 constexpr std::array kFormats = {"auto", "binary", "text"};
 constexpr std::array kPrecisions = {"double", "float"};
 constexpr std::array kPictureBacks = {"auto", "shown", "culled"};
-constexpr std::array kPictureColors = {"patches", "confidence"};
+constexpr std::array kPictureColors = {"patches", "confidence", "points", "component"};
 constexpr std::array kUpAxes = {"auto", "x", "y", "z"};
 
 template <class Enum>
@@ -526,7 +526,7 @@ constexpr JobKey kKeys[] = {
      [](Job& job, const W& value) { job.output.picture_up = static_cast<UpAxis>(choice_value(value, kUpAxes)); },
      [](const Job& job) -> JobValue { return name_in(kUpAxes, job.output.picture_up); }},
     {"output", "picture_colors", T::kChoice, "", kPictureColors,
-     "what the colours of the picture tell: patches (filled holes) or confidence (doubtful patches are orange)", "picture-colors", "",
+     "what the colours of the picture tell: patches (filled holes), confidence (doubtful patches are orange), points (colours of the scan, else its intensity as grey) or component (one colour for each)", "picture-colors", "",
      [](Job& job, const W& value) { job.output.picture_colors = static_cast<PictureColors>(choice_value(value, kPictureColors)); },
      [](const Job& job) -> JobValue { return name_in(kPictureColors, job.output.picture_colors); }},
     {"output", "picture_backs", T::kChoice, "", kPictureBacks,

@@ -190,17 +190,37 @@ Colour mixed(const Colour& a, const Colour& b, double share) {
           a.blue + share * (b.blue - a.blue)};
 }
 
+Colour colour_of(const Rgb& rgb) {
+  return {static_cast<double>(rgb[0]), static_cast<double>(rgb[1]), static_cast<double>(rgb[2])};
+}
+
+Rgb rgb_of(const Colour& colour) {
+  const auto channel = [](double value) { return static_cast<std::uint8_t>(value + 0.5); };
+  return {channel(colour.red), channel(colour.green), channel(colour.blue)};
+}
+
 /// Of the patch of a hole.
 Colour patch_colour(std::int32_t hole, const PictureOptions& options) {
-  const auto& [red, green, blue] = options.patch_color;
   const auto id = static_cast<std::size_t>(hole);
   const double confidence = id <= options.confidence.size() ? options.confidence[id - 1] : 1.0;
-  const Colour sure{static_cast<double>(red), static_cast<double>(green),
-                    static_cast<double>(blue)};
-  return mixed(kDoubt, sure, confidence);
+  return mixed(kDoubt, colour_of(options.patch_color), confidence);
 }
 
 }  // namespace
+
+std::vector<LegendEntry> surface_legend(const PictureOptions& options, bool has_patches) {
+  std::vector<LegendEntry> entries = {{rgb_of(kFront), rgb_of(kFront), "surface from the scan"}};
+  if (!has_patches) return entries;
+  if (options.confidence.empty())
+    entries.push_back({options.patch_color, options.patch_color, "filled hole"});
+  else
+    entries.push_back({rgb_of(kDoubt), options.patch_color, "filled hole, confidence 0 to 1"});
+  return entries;
+}
+
+std::vector<LegendEntry> share_legend(const std::string& large) {
+  return {{rgb_of(kFront), rgb_of(kLarge), "0 to " + large}};
+}
 
 /// Draws one triangle; its colour is found when its first sample shows.
 class MeshPicture::TrianglePainter {
@@ -282,6 +302,12 @@ void MeshPicture::draw_shares(std::span<const Corners> triangles, std::span<cons
     painter.draw(triangles[i], [&] { return mixed(kFront, kLarge, shares[i]); });
 }
 
+void MeshPicture::draw_colored(std::span<const Corners> triangles, std::span<const Rgb> fronts) {
+  TrianglePainter painter(*view_, *samples_, culls_backs_);
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    painter.draw(triangles[i], [&] { return colour_of(fronts[i]); });
+}
+
 void MeshPicture::draw_points(std::span<const Vec3> points, std::span<const Vec3> normals) {
   constexpr double kReach = 1.6;  // samples around the point: a pixel and a half
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -311,7 +337,15 @@ void MeshPicture::leave_out_backs() {
 }
 
 std::vector<std::uint8_t> MeshPicture::pixels() const {
-  return resolve_pixels(*samples_, options_.shade_creases ? view_->samples_per_unit : 0.0);
+  std::vector<std::uint8_t> pixels =
+      resolve_pixels(*samples_, options_.shade_creases ? view_->samples_per_unit : 0.0);
+  if (legend_.empty()) return pixels;
+  constexpr double kSeen = 0.001;  // share of what is drawn
+  std::vector<LegendEntry> entries = legend_;
+  if (samples_->share_of_backs() > kSeen)
+    entries.push_back({rgb_of(kBack), rgb_of(kBack), "back face"});
+  draw_legend(entries, options_.width, options_.height, pixels);
+  return pixels;
 }
 
 void MeshPicture::write_png(const std::filesystem::path& path) const {

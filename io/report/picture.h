@@ -7,10 +7,13 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "io/box.h"
 #include "io/job/job.h"
+#include "io/report/picture_legend.h"
 #include "io/vec3.h"
 
 namespace orbweave {
@@ -25,12 +28,16 @@ struct PictureOptions {
   std::optional<double> elevation_deg = {};  ///< the eye's angle above the horizon; empty: 20, or
                                              ///< 40 for what is flat along the up axis
   bool shade_creases = true;                 ///< darken what lies behind its surroundings
-  std::array<std::uint8_t, 3> patch_color = {0x80, 0xa8, 0xe2};  ///< of filled holes: red, green,
-                                                                 ///< blue
+  Rgb patch_color = {0x80, 0xa8, 0xe2};      ///< of filled holes
   /// By id of a hole, from 1 on, the confidence of its patch, from 0 to 1: patches are drawn from
   /// orange (0) to patch_color (1). Empty: all in patch_color.
   std::vector<float> confidence{};
 };
+
+/// What the colours of draw() mean.
+std::vector<LegendEntry> surface_legend(const PictureOptions& options, bool has_patches);
+/// What the colours of draw_shares() mean; `large`: in words, what 1 stands for.
+std::vector<LegendEntry> share_legend(const std::string& large);
 
 /// Parallel projection of what `bounds` holds, fitted to the picture. Front faces
 /// (counter-clockwise) are light and warm, back faces red, faces of filled holes blue (or as asked
@@ -54,13 +61,19 @@ class MeshPicture {
   void leave_out_backs();
   /// Draws triangles in colours that tell a number each: 0 is that of the surface, 1 purple.
   void draw_shares(std::span<const std::array<Vec3, 3>> triangles, std::span<const float> shares);
+  /// Draws triangles whose fronts have a colour each.
+  void draw_colored(std::span<const std::array<Vec3, 3>> triangles, std::span<const Rgb> fronts);
   /// Draws points as dots of a pixel or two; `normals` is empty or has one per point and shades
   /// them. May be called from several threads at a time.
   void draw_points(std::span<const Vec3> points, std::span<const Vec3> normals = {});
 
+  /// What the colours mean, to be written into the picture; back faces get a line of their own
+  /// where some are seen.
+  void set_legend(std::vector<LegendEntry> entries) { legend_ = std::move(entries); }
+
   int width() const { return options_.width; }
   int height() const { return options_.height; }
-  /// 3 bytes (red, green, blue) per pixel, row by row from the top.
+  /// 3 bytes (red, green, blue) per pixel, row by row from the top; the legend among them.
   std::vector<std::uint8_t> pixels() const;
   /// Writes a PNG, whole or not at all. Throws Error (resource) where it cannot be written.
   void write_png(const std::filesystem::path& path) const;
@@ -70,6 +83,7 @@ class MeshPicture {
   class TrianglePainter;
   PictureOptions options_;
   bool culls_backs_ = false;
+  std::vector<LegendEntry> legend_;
   std::unique_ptr<View> view_;
   std::unique_ptr<PictureSamples> samples_;
 };

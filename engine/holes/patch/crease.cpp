@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/holes/patch/rim.h"
+#include "engine/holes/patch/rim_rings.h"
 
 namespace orbweave {
 namespace {
@@ -65,26 +66,6 @@ MeanAngle angle_at_rim(const Rim& rim, Vec3 axis) {
   for (const Vec3 normal : rim.face_normals)
     if (squared_norm(normal) > 0.0) angle.add(angle_between(normal, axis));
   return angle;
-}
-
-/// The ring of each vertex about the rim, whose own vertices have ring 0; `most` + 1 beyond.
-std::vector<std::uint32_t> rings_about(const HoleProblem& problem, std::uint32_t most) {
-  std::vector<std::uint32_t> ring(problem.positions.size(), most + 1);
-  for (const std::uint32_t v : problem.loop) ring[v] = 0;
-  // A triangle takes part in at most two rounds; those far from the rim are looked at in each.
-  for (std::uint32_t round = 0; round < most; ++round) {
-    bool any = false;
-    for (const Triangle& t : problem.sheet) {
-      if (std::min({ring[t[0]], ring[t[1]], ring[t[2]]}) != round) continue;
-      for (const std::uint32_t v : t) {
-        if (ring[v] <= most) continue;
-        ring[v] = round + 1;
-        any = true;
-      }
-    }
-    if (!any) break;
-  }
-  return ring;
 }
 
 /// The angles of the sheet to the axis at the vertices of one ring; empty where they are few.

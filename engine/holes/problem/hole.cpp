@@ -10,6 +10,8 @@ const char* name_of(FillMethod method) {
       return "plane";
     case FillMethod::kImplicit:
       return "implicit";
+    case FillMethod::kCreased:
+      return "creased";
     case FillMethod::kNone:
       break;
   }

@@ -56,8 +56,8 @@ struct HoleProblem {
   std::uint32_t channels = 0;
 };
 
-enum class FillMethod : std::uint8_t { kNone, kDirect, kPlane, kImplicit };
-const char* name_of(FillMethod method);  ///< "none", "direct", "plane", "implicit"
+enum class FillMethod : std::uint8_t { kNone, kDirect, kPlane, kImplicit, kCreased };
+const char* name_of(FillMethod method);  ///< "none", "direct", "plane", "implicit", "creased"
 
 /// What closes a loop. Triangles use indices below problem.positions.size() for given vertices,
 /// and from there on new ones.

@@ -1,0 +1,78 @@
+// The picture of a job: what its colours tell, whatever the job was cut into.
+#include "engine/pipeline/output/picture_stage.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "tests/support/jobs.h"
+
+namespace orbweave {
+namespace {
+
+using test::bytes_of;
+using test::job_for;
+using test::NamedCloud;
+using test::run;
+using test::ScratchDirectory;
+
+/// Two tori beside each other, the second one with a gap that is filled.
+NamedCloud two_tori(bool painted) {
+  NamedCloud named = test::noisy_torus(1500, 0.0, 7);
+  if (painted) test::paint(named.cloud);
+  const PointCloud one = named.cloud;
+  const double extent = one.bounds().extent().x, gap = 3.0 * named.ball_radius;
+  const Vec3 corner = one.positions.front();
+  PointCloud other;
+  other.schema = one.schema;
+  for (std::size_t i = 0; i < one.size(); ++i)
+    if (norm(one.positions[i] - corner) > gap) other.append(one, i);
+  for (Vec3& p : other.positions) p.x += 1.5 * extent;
+  named.cloud.append(other);
+  return named;
+}
+
+Job picture_job(const ScratchDirectory& scratch, const NamedCloud& named, PictureColors colors) {
+  Job job = job_for(scratch, named);
+  job.output.picture = (scratch / "mesh.png").string();
+  job.output.picture_colors = colors;
+  return job;
+}
+
+TEST_CASE("PicturesOfEveryColouringAreTheSameInAnyCut") {
+  const NamedCloud named = two_tori(true);
+  const PictureColors colors =
+      GENERATE(PictureColors::kPatches, PictureColors::kPoints, PictureColors::kComponent);
+  std::optional<std::string> first;
+  for (const std::uint64_t chunk_points : {300u, 1'000'000u}) {
+    const ScratchDirectory scratch;
+    Job job = picture_job(scratch, named, colors);
+    job.partition.chunk_points = chunk_points;
+    const RunReport report = run(job);
+    CHECK(report.mesh.components == 2);
+    CHECK(report.holes.size() >= 1);
+    const std::string bytes = bytes_of(job.output.picture);
+    if (first) CHECK(bytes == *first);
+    first = bytes;
+  }
+}
+
+TEST_CASE("ColoursOfAScanThatHasNoneAreSaidToBeMissing") {
+  const ScratchDirectory scratch;
+  const NamedCloud named = two_tori(false);
+  Job job = picture_job(scratch, named, PictureColors::kPoints);
+  const RunReport report = run(job);
+  const auto says_so = [](const std::string& note) {
+    return note.find("neither colours nor an intensity") != std::string::npos;
+  };
+  CHECK(std::ranges::any_of(report.notes, says_so));
+  const std::string bytes = bytes_of(job.output.picture);
+  job.output.picture_colors = PictureColors::kPatches;
+  run(job);
+  CHECK(bytes_of(job.output.picture) == bytes);
+}
+
+}  // namespace
+}  // namespace orbweave
