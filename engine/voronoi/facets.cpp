@@ -230,7 +230,7 @@ std::vector<Triangle> all_triangles(const Tetrahedra& tetrahedra, const FacetFla
     for (int place = 0; place < 4; ++place) {
       const FacetSide side{c, place};
       if (!flags.has(side) || tetrahedra.neighbors[c][at(place)] < c) continue;
-      triangles.push_back(smallest_first(corners_of(tetrahedra, side)));
+      triangles.push_back(sorted(corners_of(tetrahedra, side)));
     }
   }
   std::sort(triangles.begin(), triangles.end());

@@ -73,7 +73,7 @@ std::vector<Triangle> walk_outside(std::span<const Vec3> points, const Tetrahedr
                                    const Stars& stars, std::span<const Vec3> normals,
                                    const FacetFlags& flags, const StopToken* stop = nullptr);
 
-/// All flagged facets, oriented from their first tetrahedron. Smallest corner first, sorted.
+/// All flagged facets: their corners ascending, whichever side that is seen from. Sorted.
 std::vector<Triangle> all_triangles(const Tetrahedra& tetrahedra, const FacetFlags& flags);
 
 }  // namespace orbweave::voronoi

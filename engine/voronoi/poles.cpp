@@ -15,47 +15,72 @@ bool is_farther(const Tetrahedra& tetrahedra, std::uint32_t a, std::uint32_t b) 
   return std::tie(p.x, p.y, p.z) > std::tie(q.x, q.y, q.z);
 }
 
-/// Adds the normals of the hull's facets at a vertex, in an order that the storage does not decide.
-Vec3 mean_normal(std::vector<Vec3>& facets) {
-  std::sort(facets.begin(), facets.end(), [](const Vec3& a, const Vec3& b) {
-    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+/// The normal of a facet of the hull at one of its corners.
+struct HullNormal {
+  std::uint32_t point = 0;
+  Vec3 normal;
+};
+
+/// The normals at points of the hull, in an order that the storage does not decide.
+std::vector<HullNormal> hull_normals(const Tetrahedra& tetrahedra, std::vector<std::uint32_t>& at) {
+  std::vector<HullNormal> normals;
+  for (std::uint32_t c = 0; c < tetrahedra.size(); ++c) {
+    if (tetrahedra.is_finite(c)) continue;
+    for (const std::uint32_t p : tetrahedra.vertices[c]) {
+      if (p == kInfinite) continue;
+      at[p] = c;
+      normals.push_back({p, tetrahedra.centers[c]});
+    }
+  }
+  std::sort(normals.begin(), normals.end(), [](const HullNormal& a, const HullNormal& b) {
+    return std::tie(a.point, a.normal.x, a.normal.y, a.normal.z) <
+           std::tie(b.point, b.normal.x, b.normal.y, b.normal.z);
   });
-  Vec3 sum;
-  for (const Vec3 normal : facets) sum = sum + normal;
-  return normalized(sum);
+  return normals;
+}
+
+/// The mean normals of the hull's facets at its points.
+void set_hull_normals(const Tetrahedra& tetrahedra, Poles& poles) {
+  const std::vector<HullNormal> normals = hull_normals(tetrahedra, poles.first);
+  for (std::size_t i = 0; i < normals.size();) {
+    const std::uint32_t p = normals[i].point;
+    Vec3 sum;
+    for (; i < normals.size() && normals[i].point == p; ++i) sum = sum + normals[i].normal;
+    poles.normals[p] = normalized(sum);
+  }
+}
+
+/// Calls visit(tetrahedron, point) for the corners of all finite tetrahedra, in the order of
+/// storage: what is known of a point is nearer in memory than all the tetrahedra around it.
+template <class Visit>
+void visit_corners(const Tetrahedra& tetrahedra, const StopToken* stop, const Visit& visit) {
+  for (std::uint32_t c = 0; c < tetrahedra.size(); ++c) {
+    if (c % kStopBlock == 0) check_stop(stop);
+    if (!tetrahedra.is_finite(c)) continue;
+    for (const std::uint32_t p : tetrahedra.vertices[c]) visit(c, p);
+  }
 }
 
 }  // namespace
 
-Poles find_poles(std::span<const Vec3> points, const Tetrahedra& tetrahedra, const Stars& stars,
+Poles find_poles(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
                  const StopToken* stop) {
   Poles poles;
   poles.normals.resize(points.size());
   poles.first.assign(points.size(), kNone);
   poles.second.assign(points.size(), kNone);
-  std::vector<Vec3> facets;
-  for (std::uint32_t p = 0; p < points.size(); ++p) {
-    if (p % kStopBlock == 0) check_stop(stop);
-    std::uint32_t& first = poles.first[p];
-    facets.clear();
-    for (const std::uint32_t cell : stars.of(p)) {
-      if (!tetrahedra.is_finite(cell)) {
-        facets.push_back(tetrahedra.centers[cell]);
-        first = cell;
-      } else if (facets.empty() && is_farther(tetrahedra, cell, first)) {
-        first = cell;
-      }
-    }
-    if (first == kNone) continue;
-    poles.normals[p] =
-        facets.empty() ? normalized(tetrahedra.centers[first] - points[p]) : mean_normal(facets);
-    for (const std::uint32_t cell : stars.of(p)) {
-      if (!tetrahedra.is_finite(cell)) continue;
-      if (dot(tetrahedra.centers[cell] - points[p], poles.normals[p]) < 0.0 &&
-          is_farther(tetrahedra, cell, poles.second[p]))
-        poles.second[p] = cell;
-    }
-  }
+  visit_corners(tetrahedra, stop, [&](std::uint32_t cell, std::uint32_t p) {
+    if (is_farther(tetrahedra, cell, poles.first[p])) poles.first[p] = cell;
+  });
+  for (std::uint32_t p = 0; p < points.size(); ++p)
+    if (poles.first[p] != kNone)
+      poles.normals[p] = normalized(tetrahedra.centers[poles.first[p]] - points[p]);
+  set_hull_normals(tetrahedra, poles);
+  visit_corners(tetrahedra, stop, [&](std::uint32_t cell, std::uint32_t p) {
+    if (is_farther(tetrahedra, cell, poles.second[p]) &&
+        dot(tetrahedra.centers[cell] - points[p], poles.normals[p]) < 0.0)
+      poles.second[p] = cell;
+  });
   return poles;
 }
 

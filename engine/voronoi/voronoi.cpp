@@ -22,7 +22,7 @@ struct Cells {
   Cells(std::span<const Vec3> points, const StopToken* stop)
       : tetrahedra(delaunay(points, stop)),
         stars(stars_of(tetrahedra, points.size())),
-        poles(find_poles(points, tetrahedra, stars, stop)) {}
+        poles(find_poles(points, tetrahedra, stop)) {}
 
   void measure(std::span<const Vec3> points, const StopToken* stop) {
     cosines = center_cosines(points, tetrahedra, poles, stop);
@@ -98,7 +98,7 @@ PowerCrustSurface power_crust(std::span<const Vec3> points, const PowerCrustOpti
 
 std::vector<Vec3> pole_normals(std::span<const Vec3> points, const StopToken* stop) {
   const Tetrahedra tetrahedra = delaunay(points, stop);
-  return find_poles(points, tetrahedra, stars_of(tetrahedra, points.size()), stop).normals;
+  return find_poles(points, tetrahedra, stop).normals;
 }
 
 TriangulationSeconds time_triangulations(std::span<const Vec3> points) {
