@@ -6,14 +6,33 @@
 namespace orbweave::voronoi {
 namespace {
 
-/// Whether the centre of `a` is the farther one; between equals the coordinates decide, so that the
-/// order of the tetrahedra does not.
-bool is_farther(const Tetrahedra& tetrahedra, std::uint32_t a, std::uint32_t b) {
-  if (b == kNone) return true;
-  if (tetrahedra.radii[a] != tetrahedra.radii[b]) return tetrahedra.radii[a] > tetrahedra.radii[b];
-  const Vec3 p = tetrahedra.centers[a], q = tetrahedra.centers[b];
-  return std::tie(p.x, p.y, p.z) > std::tie(q.x, q.y, q.z);
-}
+/// The farthest centre seen so far from each point; between equals the coordinates decide, so that
+/// the order of the tetrahedra does not.
+class Farthest {
+ public:
+  Farthest(const Tetrahedra& tetrahedra, std::vector<std::uint32_t>& cells)
+      : tetrahedra_(tetrahedra), cells_(cells), distances_(cells.size(), 0.0) {}
+
+  bool is_beyond(std::uint32_t cell, std::uint32_t p) const {
+    const double radius = tetrahedra_.radii[cell], known = distances_[p];
+    return radius > known || (radius == known && wins_tie(cell, p));
+  }
+  void set(std::uint32_t cell, std::uint32_t p) {
+    cells_[p] = cell;
+    distances_[p] = tetrahedra_.radii[cell];
+  }
+
+ private:
+  bool wins_tie(std::uint32_t cell, std::uint32_t p) const {
+    if (cells_[p] == kNone) return true;
+    const Vec3 a = tetrahedra_.centers[cell], b = tetrahedra_.centers[cells_[p]];
+    return std::tie(a.x, a.y, a.z) > std::tie(b.x, b.y, b.z);
+  }
+
+  const Tetrahedra& tetrahedra_;
+  std::vector<std::uint32_t>& cells_;
+  std::vector<double> distances_;
+};
 
 /// The normal of a facet of the hull at one of its corners.
 struct HullNormal {
@@ -69,17 +88,19 @@ Poles find_poles(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
   poles.normals.resize(points.size());
   poles.first.assign(points.size(), kNone);
   poles.second.assign(points.size(), kNone);
+  Farthest first(tetrahedra, poles.first);
   visit_corners(tetrahedra, stop, [&](std::uint32_t cell, std::uint32_t p) {
-    if (is_farther(tetrahedra, cell, poles.first[p])) poles.first[p] = cell;
+    if (first.is_beyond(cell, p)) first.set(cell, p);
   });
   for (std::uint32_t p = 0; p < points.size(); ++p)
     if (poles.first[p] != kNone)
       poles.normals[p] = normalized(tetrahedra.centers[poles.first[p]] - points[p]);
   set_hull_normals(tetrahedra, poles);
+  Farthest second(tetrahedra, poles.second);
   visit_corners(tetrahedra, stop, [&](std::uint32_t cell, std::uint32_t p) {
-    if (is_farther(tetrahedra, cell, poles.second[p]) &&
+    if (second.is_beyond(cell, p) &&
         dot(tetrahedra.centers[cell] - points[p], poles.normals[p]) < 0.0)
-      poles.second[p] = cell;
+      second.set(cell, p);
   });
   return poles;
 }
