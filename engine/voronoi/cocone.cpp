@@ -25,7 +25,8 @@ CenterSides sides_of(std::uint32_t cell, std::span<const Vec3> points, const Tet
                                ? (tetrahedra.centers[cell] - points[p]) / tetrahedra.radii[cell]
                                : tetrahedra.centers[cell];
     const auto cosine = static_cast<float>(dot(direction, poles.normals[p]));
-    const int bits = (cosine > sine ? 1 : 0) | (cosine < -sine ? 16 : 0) | (cosine < 0.0F ? 256 : 0);
+    const int bits =
+        (cosine > sine ? 1 : 0) | (cosine < -sine ? 16 : 0) | (cosine < 0.0F ? 256 : 0);
     sides.bits = static_cast<std::uint16_t>(sides.bits | (bits << place));
   }
   return sides;

@@ -63,8 +63,7 @@ FacetFlags cocone_facets(const Tetrahedra& tetrahedra, const CoconeEdges& edges,
 /// regions, boundaries, creases and noise. `sides` and `edges`: of the published angle.
 std::vector<std::uint8_t> flat_points(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
                                       const Poles& poles, std::span<const CenterSides> sides,
-                                      const CoconeEdges& edges,
-                                      const FlatnessOptions& options = {},
+                                      const CoconeEdges& edges, const FlatnessOptions& options = {},
                                       const StopToken* stop = nullptr);
 
 }  // namespace orbweave::voronoi

@@ -5,7 +5,9 @@
 
 #include "engine/voronoi/cocone.h"
 #include "engine/voronoi/delaunay.h"
+#include "engine/voronoi/facet_links.h"
 #include "engine/voronoi/facets.h"
+#include "engine/voronoi/outside_walk.h"
 #include "engine/voronoi/pruning.h"
 #include "engine/voronoi/tight_cocone.h"
 
@@ -60,8 +62,10 @@ PointSurface cocone(std::span<const Vec3> points, const CoconeOptions& options,
   if (!options.extracts_manifold) return {all_triangles(cells.tetrahedra, facets), std::move(flat)};
   const Stars stars = stars_of(cells.tetrahedra, points.size());
   const std::vector<Vec3>& normals = cells.poles.normals;
-  prune_sharp_edges(points, cells.tetrahedra, stars, normals, facets, stop);
-  return {walk_outside(points, cells.tetrahedra, stars, normals, facets, stop), std::move(flat)};
+  FacetLinks links(cells.tetrahedra, facets, stop);
+  prune_sharp_edges(points, cells.tetrahedra, stars, normals, facets, links, stop);
+  return {walk_outside(points, cells.tetrahedra, stars, normals, facets, links, stop),
+          std::move(flat)};
 }
 
 PointSurface tight_cocone(std::span<const Vec3> points, const StopToken* stop) {
