@@ -1,6 +1,7 @@
 #include "engine/voronoi/cocone.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -8,10 +9,44 @@
 namespace orbweave::voronoi {
 namespace {
 
-/// Whether an edge between directions of these cosines passes within the angle of the tangent
-/// plane, whose sine is given.
-bool passes(float a, float b, float sine) {
-  return std::min(a, b) <= sine && std::max(a, b) >= -sine;
+/// The place of a vertex in a tetrahedron that has it, without a branch.
+int place_in(const std::array<std::uint32_t, 4>& cell, std::uint32_t vertex) {
+  return (cell[1] == vertex ? 1 : 0) + (cell[2] == vertex ? 2 : 0) + (cell[3] == vertex ? 3 : 0);
+}
+
+CenterSides sides_of(std::uint32_t cell, std::span<const Vec3> points, const Tetrahedra& tetrahedra,
+                     const Poles& poles, float sine) {
+  CenterSides sides;
+  const bool is_finite = tetrahedra.is_finite(cell);
+  for (int place = 0; place < 4; ++place) {
+    const std::uint32_t p = tetrahedra.vertices[cell][static_cast<std::size_t>(place)];
+    if (p == kInfinite) continue;
+    const Vec3 direction = is_finite
+                               ? (tetrahedra.centers[cell] - points[p]) / tetrahedra.radii[cell]
+                               : tetrahedra.centers[cell];
+    const auto cosine = static_cast<float>(dot(direction, poles.normals[p]));
+    const int bits =
+        (cosine > sine ? 1 : 0) | (cosine < -sine ? 16 : 0) | (cosine < 0.0F ? 256 : 0);
+    sides.bits = static_cast<std::uint16_t>(sides.bits | (bits << place));
+  }
+  return sides;
+}
+
+/// Bits of the vertices, by their places, whose cocones the edge passes through that is dual to the
+/// facet opposite `place`.
+unsigned edges_of_facet(const Tetrahedra& tetrahedra, std::span<const CenterSides> sides,
+                        std::uint32_t cell, std::uint32_t other, int place) {
+  const auto& vertices = tetrahedra.vertices[cell];
+  const auto& others = tetrahedra.vertices[other];
+  unsigned passing = 0;
+  for (const int k : kFacet[static_cast<std::size_t>(place)]) {
+    const std::uint32_t p = vertices[static_cast<std::size_t>(k)];
+    if (p == kInfinite) return 0;
+    const int there = place_in(others, p);
+    const unsigned both = (sides[cell].bits >> k) & (sides[other].bits >> there);
+    passing |= ((both & 0x11U) == 0 ? 1U : 0U) << k;  // not both above, nor both below
+  }
+  return passing;
 }
 
 /// What a point's Voronoi cell is like.
@@ -23,19 +58,20 @@ struct CellShape {
 /// One end of a Voronoi edge, seen from a point.
 struct EdgeEnd {
   std::uint32_t cell = 0;  ///< one at infinity: the edge does not end
-  float cosine = 0.0F;
+  bool is_in_cocone = false;
+  bool is_under_plane = false;
 };
 
 class Flatness {
  public:
-  Flatness(std::span<const Vec3> points, const Tetrahedra& tetrahedra, const Stars& stars,
-           const Poles& poles, const Cosines& cosines, const FlatnessOptions& options)
+  Flatness(std::span<const Vec3> points, const Tetrahedra& tetrahedra, const Poles& poles,
+           std::span<const CenterSides> sides, const CoconeEdges& edges,
+           const FlatnessOptions& options)
       : points_(points),
         tetrahedra_(tetrahedra),
-        stars_(stars),
         poles_(poles),
-        cosines_(cosines),
-        sine_(static_cast<float>(std::sin(kCoconeAngleRad))),
+        sides_(sides),
+        edges_(edges),
         least_height_(static_cast<float>(options.least_height)),
         least_cosine_(std::cos(options.most_turn_rad)),
         shapes_(points.size()),
@@ -50,33 +86,29 @@ class Flatness {
   }
 
  private:
-  /// Calls visit(vertex, end, end, others) for every Voronoi edge and each of its three points.
+  /// A Voronoi edge: the facet of the tetrahedron opposite a place.
+  struct Edge {
+    std::uint32_t cell = 0;
+    int place = 0;
+    unsigned passing = 0;  ///< the vertices whose cocones it passes through
+  };
+
+  /// Calls visit(edge) for every Voronoi edge in the cocone of a vertex.
   template <class Visit>
-  void visit_edges(const StopToken* stop, const Visit& visit) {
-    for (std::uint32_t c = 0; c < tetrahedra_.size(); ++c) {
+  void visit_edges(const StopToken* stop, const Visit& visit) const {
+    for (std::uint32_t c = 0; c < edges_.size(); ++c) {
       if (c % kStopBlock == 0) check_stop(stop);
+      if (edges_[c] == 0) continue;
       for (int place = 0; place < 4; ++place) {
-        const std::uint32_t other = tetrahedra_.neighbors[c][static_cast<std::size_t>(place)];
-        if (c < other) visit_edge(c, other, place, visit);
+        const unsigned passing = (static_cast<unsigned>(edges_[c]) >> (4 * place)) & 15U;
+        if (passing != 0) visit(Edge{c, place, passing});
       }
     }
   }
 
-  template <class Visit>
-  void visit_edge(std::uint32_t c, std::uint32_t other, int place, const Visit& visit) {
-    const auto& facet = kFacet[static_cast<std::size_t>(place)];
-    std::array<std::uint32_t, 3> corners{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      corners[k] = tetrahedra_.vertices[c][static_cast<std::size_t>(facet[k])];
-      if (corners[k] == kInfinite) return;
-    }
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto here = static_cast<std::size_t>(facet[k]);
-      const auto there = static_cast<std::size_t>(tetrahedra_.place_of_vertex(other, corners[k]));
-      const EdgeEnd a{c, cosines_[c][here]}, b{other, cosines_[other][there]};
-      if (passes(a.cosine, b.cosine, sine_))
-        visit(corners[k], a, b, std::array{corners[(k + 1) % 3], corners[(k + 2) % 3]});
-    }
+  EdgeEnd end_of(std::uint32_t cell, int place) const {
+    const CenterSides sides = sides_[cell];
+    return {cell, !sides.is_above(place) && !sides.is_below(place), sides.is_under_plane(place)};
   }
 
   float distance(std::uint32_t cell) const {
@@ -89,8 +121,8 @@ class Flatness {
   float farthest_in_cocone(std::uint32_t p, const EdgeEnd& a, const EdgeEnd& b) const {
     float farthest = 0.0F;
     for (const EdgeEnd& end : {a, b})
-      if (std::abs(end.cosine) <= sine_) farthest = std::max(farthest, distance(end.cell));
-    if ((a.cosine < 0.0F) == (b.cosine < 0.0F)) return farthest;
+      if (end.is_in_cocone) farthest = std::max(farthest, distance(end.cell));
+    if (a.is_under_plane == b.is_under_plane) return farthest;
     return std::max(farthest, distance_in_plane(p, a.cell, b.cell));
   }
 
@@ -106,14 +138,28 @@ class Flatness {
   }
 
   void measure(const StopToken* stop) {
-    visit_edges(stop, [&](std::uint32_t p, const EdgeEnd& a, const EdgeEnd& b,
-                          const std::array<std::uint32_t, 2>& others) {
-      shapes_[p].radius = std::max(shapes_[p].radius, farthest_in_cocone(p, a, b));
-      for (const std::uint32_t q : others)
-        if (!agree(p, q)) turns_[q] = 1;
-    });
+    visit_edges(stop, [&](const Edge& edge) { measure_edge(edge); });
     for (std::uint32_t p = 0; p < shapes_.size(); ++p)
       if (poles_.second[p] != kNone) shapes_[p].height = distance(poles_.second[p]);
+  }
+
+  void measure_edge(const Edge& edge) {
+    const auto& vertices = tetrahedra_.vertices[edge.cell];
+    const std::uint32_t other =
+        tetrahedra_.neighbors[edge.cell][static_cast<std::size_t>(edge.place)];
+    const auto& facet = kFacet[static_cast<std::size_t>(edge.place)];
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (((edge.passing >> facet[k]) & 1U) == 0) continue;
+      const std::uint32_t p = vertices[static_cast<std::size_t>(facet[k])];
+      float& radius = shapes_[p].radius;
+      radius = std::max(
+          radius, farthest_in_cocone(p, end_of(edge.cell, facet[k]),
+                                     end_of(other, place_in(tetrahedra_.vertices[other], p))));
+      for (const std::size_t next : {(k + 1) % 3, (k + 2) % 3}) {
+        const std::uint32_t q = vertices[static_cast<std::size_t>(facet[next])];
+        if (!agree(p, q)) turns_[q] = 1;
+      }
+    }
   }
 
   bool agree(std::uint32_t p, std::uint32_t q) const {
@@ -124,45 +170,50 @@ class Flatness {
     return shapes_[p].radius > 0.0F && shapes_[p].height >= least_height_ * shapes_[p].radius;
   }
 
-  /// A thin cell beside a well-sampled point of about the same normal is one itself.
-  void expand(std::vector<std::uint8_t>& flat) const {
-    std::vector<std::uint32_t> candidates;
-    for (std::uint32_t q = 0; q < flat.size(); ++q)
-      if (flat[q] == 0 && is_thin(q)) candidates.push_back(q);
-    for (bool grows = true; grows;) {
-      std::vector<std::uint32_t> grown;
-      for (const std::uint32_t q : candidates)
-        if (is_beside_flat(q, flat)) grown.push_back(q);
-      for (const std::uint32_t q : grown) flat[q] = 1;
-      grows = !grown.empty();
-      std::erase_if(candidates, [&](std::uint32_t q) { return flat[q] != 0; });
-    }
-  }
+  /// Pairs of a thin cell that is not flat yet, and a point of about the same normal whose cocone
+  /// reaches into it.
+  struct Reach {
+    std::uint32_t from = 0, to = 0;
+  };
 
-  /// Whether the cocone of a well-sampled point of about the same normal reaches into the cell.
-  bool is_beside_flat(std::uint32_t q, std::span<const std::uint8_t> flat) const {
-    for (const std::uint32_t c : stars_.of(q)) {
-      for (int place = 0; place < 4; ++place) {
-        const std::uint32_t other = tetrahedra_.neighbors[c][static_cast<std::size_t>(place)];
-        if (tetrahedra_.vertices[c][static_cast<std::size_t>(place)] == q) continue;
-        for (const int k : kFacet[static_cast<std::size_t>(place)]) {
-          const std::uint32_t p = tetrahedra_.vertices[c][static_cast<std::size_t>(k)];
-          if (p == q || p == kInfinite || flat[p] == 0 || !agree(p, q)) continue;
-          const auto there = static_cast<std::size_t>(tetrahedra_.place_of_vertex(other, p));
-          if (passes(cosines_[c][static_cast<std::size_t>(k)], cosines_[other][there], sine_))
-            return true;
+  std::vector<Reach> reaches(std::span<const std::uint8_t> flat) const {
+    std::vector<std::uint8_t> can_turn(flat.size());
+    for (std::uint32_t q = 0; q < flat.size(); ++q) can_turn[q] = flat[q] == 0 && is_thin(q);
+    std::vector<Reach> found;
+    visit_edges(nullptr, [&](const Edge& edge) {
+      const auto& vertices = tetrahedra_.vertices[edge.cell];
+      for (const int k : kFacet[static_cast<std::size_t>(edge.place)]) {
+        const std::uint32_t q = vertices[static_cast<std::size_t>(k)];
+        if (can_turn[q] == 0) continue;
+        for (const int j : kFacet[static_cast<std::size_t>(edge.place)]) {
+          const std::uint32_t p = vertices[static_cast<std::size_t>(j)];
+          if (j == k || ((edge.passing >> j) & 1U) == 0) continue;
+          if ((flat[p] != 0 || can_turn[p] != 0) && agree(p, q)) found.push_back({p, q});
         }
       }
+    });
+    return found;
+  }
+
+  /// A thin cell beside a well-sampled point of about the same normal is one itself.
+  void expand(std::vector<std::uint8_t>& flat) const {
+    std::vector<Reach> waiting = reaches(flat);
+    for (bool grows = true; grows;) {
+      grows = false;
+      for (const Reach& reach : waiting) {
+        if (flat[reach.from] == 0 || flat[reach.to] != 0) continue;
+        flat[reach.to] = 1;
+        grows = true;
+      }
+      std::erase_if(waiting, [&](const Reach& reach) { return flat[reach.to] != 0; });
     }
-    return false;
   }
 
   std::span<const Vec3> points_;
   const Tetrahedra& tetrahedra_;
-  const Stars& stars_;
   const Poles& poles_;
-  const Cosines& cosines_;
-  float sine_;
+  std::span<const CenterSides> sides_;
+  const CoconeEdges& edges_;
   float least_height_;
   double least_cosine_;
   std::vector<CellShape> shapes_;
@@ -171,56 +222,57 @@ class Flatness {
 
 }  // namespace
 
-Cosines center_cosines(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
-                       const Poles& poles, const StopToken* stop) {
-  Cosines cosines(tetrahedra.size());
+std::vector<CenterSides> center_sides(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
+                                      const Poles& poles, double angle_rad, const StopToken* stop) {
+  const auto sine = static_cast<float>(std::sin(angle_rad));
+  std::vector<CenterSides> sides(tetrahedra.size());
   for (std::uint32_t c = 0; c < tetrahedra.size(); ++c) {
     if (c % kStopBlock == 0) check_stop(stop);
-    const bool is_finite = tetrahedra.is_finite(c);
-    for (std::size_t k = 0; k < 4; ++k) {
-      const std::uint32_t p = tetrahedra.vertices[c][k];
-      if (p == kInfinite) continue;
-      const Vec3 direction = is_finite ? (tetrahedra.centers[c] - points[p]) / tetrahedra.radii[c]
-                                       : tetrahedra.centers[c];
-      cosines[c][k] = static_cast<float>(dot(direction, poles.normals[p]));
-    }
+    sides[c] = sides_of(c, points, tetrahedra, poles, sine);
   }
-  return cosines;
+  return sides;
 }
 
-FacetFlags cocone_facets(const Tetrahedra& tetrahedra, const Cosines& cosines,
-                         std::span<const std::uint8_t> flat, double angle_rad,
+CoconeEdges cocone_edges(const Tetrahedra& tetrahedra, std::span<const CenterSides> sides,
                          const StopToken* stop) {
-  const auto sine = static_cast<float>(std::sin(angle_rad));
-  FacetFlags flags(tetrahedra);
-  const auto is_chosen = [&](std::uint32_t c, std::uint32_t other, int place) {
-    bool by_one = flat.empty();
-    for (const int k : kFacet[static_cast<std::size_t>(place)]) {
-      const std::uint32_t p = tetrahedra.vertices[c][static_cast<std::size_t>(k)];
-      if (p == kInfinite) return false;
-      if (!flat.empty() && flat[p] == 0) continue;
-      const auto there = static_cast<std::size_t>(tetrahedra.place_of_vertex(other, p));
-      if (!passes(cosines[c][static_cast<std::size_t>(k)], cosines[other][there], sine))
-        return false;
-      by_one = true;
-    }
-    return by_one;
-  };
+  CoconeEdges edges(tetrahedra.size());
   for (std::uint32_t c = 0; c < tetrahedra.size(); ++c) {
     if (c % kStopBlock == 0) check_stop(stop);
+    unsigned bits = 0;
     for (int place = 0; place < 4; ++place) {
       const std::uint32_t other = tetrahedra.neighbors[c][static_cast<std::size_t>(place)];
-      if (c < other && is_chosen(c, other, place)) flags.set({c, place});
+      if (c < other) bits |= edges_of_facet(tetrahedra, sides, c, other, place) << (4 * place);
+    }
+    edges[c] = static_cast<std::uint16_t>(bits);
+  }
+  return edges;
+}
+
+FacetFlags cocone_facets(const Tetrahedra& tetrahedra, const CoconeEdges& edges,
+                         std::span<const std::uint8_t> flat, const StopToken* stop) {
+  FacetFlags flags(tetrahedra);
+  for (std::uint32_t c = 0; c < tetrahedra.size(); ++c) {
+    if (c % kStopBlock == 0) check_stop(stop);
+    if (edges[c] == 0) continue;
+    unsigned choosing = 15U;  // the vertices that have a say
+    for (unsigned k = 0; k < 4 && !flat.empty(); ++k) {
+      const std::uint32_t p = tetrahedra.vertices[c][k];
+      if (p != kInfinite && flat[p] == 0) choosing &= ~(1U << k);
+    }
+    for (int place = 0; place < 4; ++place) {
+      const unsigned passing = (static_cast<unsigned>(edges[c]) >> (4 * place)) & 15U;
+      const unsigned asked = choosing & ~(1U << place);
+      if (passing != 0 && asked != 0 && (asked & ~passing) == 0) flags.set({c, place});
     }
   }
   return flags;
 }
 
 std::vector<std::uint8_t> flat_points(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
-                                      const Stars& stars, const Poles& poles,
-                                      const Cosines& cosines, const FlatnessOptions& options,
+                                      const Poles& poles, std::span<const CenterSides> sides,
+                                      const CoconeEdges& edges, const FlatnessOptions& options,
                                       const StopToken* stop) {
-  return Flatness(points, tetrahedra, stars, poles, cosines, options).find(stop);
+  return Flatness(points, tetrahedra, poles, sides, edges, options).find(stop);
 }
 
 }  // namespace orbweave::voronoi

@@ -3,7 +3,6 @@
 // section 3. Dey, Giesen, Detecting Undersampling in Surface Reconstruction, 2001, section 4.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <numbers>
 #include <span>
@@ -27,26 +26,44 @@ struct FlatnessOptions {
   double most_turn_rad = std::numbers::pi / 3.0;
 };
 
-/// For every tetrahedron and each of its vertices: the cosine of the angle between the direction
-/// to the tetrahedron's centre and the vertex's normal. Four per tetrahedron.
-using Cosines = std::vector<std::array<float, 4>>;
-Cosines center_cosines(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
-                       const Poles& poles, const StopToken* stop = nullptr);
+/// Where the centre of a tetrahedron lies, seen from its four vertices, whose normals point up: a
+/// bit for each vertex in each of three groups of four.
+struct CenterSides {
+  std::uint16_t bits = 0;
+
+  /// Above the cocone of the vertex at this place: more than the cocone's angle above its tangent
+  /// plane.
+  bool is_above(int place) const { return ((bits >> place) & 1) != 0; }
+  bool is_below(int place) const { return ((bits >> (4 + place)) & 1) != 0; }  ///< the cocone
+  /// Below the tangent plane, inside the cocone or not.
+  bool is_under_plane(int place) const { return ((bits >> (8 + place)) & 1) != 0; }
+};
+
+/// Of all tetrahedra. For those at infinity: of the direction that they open to.
+std::vector<CenterSides> center_sides(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
+                                      const Poles& poles, double angle_rad = kCoconeAngleRad,
+                                      const StopToken* stop = nullptr);
+
+/// Which facets' dual Voronoi edges pass through the cocones of which of their vertices. Kept with
+/// the first tetrahedron of each facet: bit 4 i + j says it of the facet opposite place i and the
+/// vertex at place j.
+using CoconeEdges = std::vector<std::uint16_t>;
+CoconeEdges cocone_edges(const Tetrahedra& tetrahedra, std::span<const CenterSides> sides,
+                         const StopToken* stop = nullptr);
 
 /// The facets whose dual Voronoi edge passes through the cocones of all three vertices: the
-/// directions within `angle_rad` of the vertices' tangent planes. Where `flat` is not empty, only
+/// directions within an angle of the vertices' tangent planes. Where `flat` is not empty, only
 /// well-sampled vertices choose, and each facet has at least one of them: the others' normals tell
 /// nothing, and surfaces stay open at their boundaries.
-FacetFlags cocone_facets(const Tetrahedra& tetrahedra, const Cosines& cosines,
-                         std::span<const std::uint8_t> flat, double angle_rad = kCoconeAngleRad,
-                         const StopToken* stop = nullptr);
+FacetFlags cocone_facets(const Tetrahedra& tetrahedra, const CoconeEdges& edges,
+                         std::span<const std::uint8_t> flat, const StopToken* stop = nullptr);
 
 /// Flags of the points that are sampled well: their Voronoi cells are long and thin along their
 /// normals, and neighbours have about the same normals. The others are on or near undersampled
-/// regions, boundaries, creases and noise.
+/// regions, boundaries, creases and noise. `sides` and `edges`: of the published angle.
 std::vector<std::uint8_t> flat_points(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
-                                      const Stars& stars, const Poles& poles,
-                                      const Cosines& cosines, const FlatnessOptions& options = {},
+                                      const Poles& poles, std::span<const CenterSides> sides,
+                                      const CoconeEdges& edges, const FlatnessOptions& options = {},
                                       const StopToken* stop = nullptr);
 
 }  // namespace orbweave::voronoi

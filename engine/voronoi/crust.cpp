@@ -4,7 +4,9 @@
 #include <cmath>
 #include <tuple>
 
+#include "engine/voronoi/facet_links.h"
 #include "engine/voronoi/facets.h"
+#include "engine/voronoi/outside_walk.h"
 #include "engine/voronoi/pruning.h"
 
 namespace orbweave::voronoi {
@@ -85,8 +87,9 @@ std::vector<Triangle> crust_triangles(std::span<const Vec3> points, std::span<co
   }
   if (!options.extracts_manifold) return all_triangles(crust, flags);
   const Stars stars = stars_of(crust, both.size());
-  prune_sharp_edges(points, crust, stars, poles.normals, flags, stop);
-  return walk_outside(points, crust, stars, poles.normals, flags, stop);
+  FacetLinks links(crust, flags, stop);
+  prune_sharp_edges(points, crust, stars, poles.normals, flags, links, stop);
+  return walk_outside(points, crust, stars, poles.normals, flags, links, stop);
 }
 
 }  // namespace orbweave::voronoi

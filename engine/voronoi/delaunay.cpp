@@ -37,7 +37,7 @@ Delaunay insert(std::span<const Vec3> positions, const StopToken* stop) {
 Tetrahedra delaunay_without_centers(std::span<const Vec3> points, const StopToken* stop) {
   Delaunay triangulation = insert(points, stop);
   require_dimension(triangulation.dimension(), points.size());
-  return read_out(triangulation, stop);
+  return read_out(triangulation, points.size(), stop);
 }
 
 Tetrahedra delaunay(std::span<const Vec3> points, const StopToken* stop) {

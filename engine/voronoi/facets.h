@@ -1,10 +1,7 @@
-// Chosen facets of a triangulation of space, and the surfaces that they form.
-// Amenta, Bern, Surface Reconstruction by Voronoi Filtering, 1999, section 6 (manifold extraction).
+// Chosen facets of a triangulation of space.
 #pragma once
 
 #include <cstdint>
-#include <optional>
-#include <span>
 #include <vector>
 
 #include "engine/voronoi/tetrahedra.h"
@@ -26,6 +23,7 @@ class FacetFlags {
       : tetrahedra_(&tetrahedra), bits_(tetrahedra.size(), 0) {}
 
   bool has(FacetSide side) const { return ((bits_[side.cell] >> side.place) & 1) != 0; }
+  const std::vector<std::uint8_t>& bits() const { return bits_; }  ///< per tetrahedron
   bool has_any(std::uint32_t cell) const { return bits_[cell] != 0; }
   void set(FacetSide side) {
     const FacetSide back = opposite(side);
@@ -52,28 +50,7 @@ class FacetFlags {
 /// The corners of a facet, counter-clockwise seen from inside the tetrahedron of that side.
 Triangle corners_of(const Tetrahedra& tetrahedra, FacetSide side);
 
-/// The first flagged facet on the way around the edge from `corners[edge]` to the next corner of
-/// `side`, beginning inside the tetrahedron of that side: the facet that forms the surface with
-/// this one there, seen from that side. It is the opposite of `side` where no other is flagged.
-FacetSide next_around(const Tetrahedra& tetrahedra, const FacetFlags& flags, FacetSide side,
-                      int edge);
-
-/// Whether the way around an edge from a facet to `next`, the next flagged one, is more than three
-/// right angles, beginning on this side: the surface folds back there, or ends.
-bool folds_back(std::span<const Vec3> points, const Tetrahedra& tetrahedra, FacetSide side,
-                int edge, FacetSide next);
-
-/// The outermost layer of the flagged facets: walks over them along their outer sides, from the
-/// leftmost point of each component on,
-/// and do not cross edges where the surface folds back, nor to the back of a point (`normals`: of
-/// the points, to either side). Corners are counter-clockwise seen from outside. No edge
-/// has more than two triangles, no directed edge more than one. `points`: the leading vertices of
-/// `tetrahedra` that a component may begin at. Smallest corner first, sorted.
-std::vector<Triangle> walk_outside(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
-                                   const Stars& stars, std::span<const Vec3> normals,
-                                   const FacetFlags& flags, const StopToken* stop = nullptr);
-
-/// All flagged facets, oriented from their first tetrahedron. Smallest corner first, sorted.
+/// All flagged facets: their corners ascending, whichever side that is seen from. Sorted.
 std::vector<Triangle> all_triangles(const Tetrahedra& tetrahedra, const FacetFlags& flags);
 
 }  // namespace orbweave::voronoi

@@ -24,7 +24,7 @@ struct Poles {
   std::vector<std::uint32_t> second;  ///< tetrahedron; kNone: no corner lies on the other side
 };
 
-Poles find_poles(std::span<const Vec3> points, const Tetrahedra& tetrahedra, const Stars& stars,
+Poles find_poles(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
                  const StopToken* stop = nullptr);
 
 }  // namespace orbweave::voronoi

@@ -44,7 +44,7 @@ PoleChoice choose_poles(std::span<const Vec3> bounded, std::size_t samples,
                         const Tetrahedra& tetrahedra, const PowerCrustOptions& options,
                         const StopToken* stop) {
   const Stars stars = stars_of(tetrahedra, bounded.size());
-  Poles poles = find_poles(bounded, tetrahedra, stars, stop);
+  Poles poles = find_poles(bounded, tetrahedra, stop);
   const double least_height = (1.0 - options.sampling_constant) / options.sampling_constant;
   const auto usable = [&](std::uint32_t cell) {
     return cell != kNone && tetrahedra.is_finite(cell) && is_finite(tetrahedra.centers[cell]);
@@ -274,6 +274,17 @@ std::vector<std::uint32_t> number_vertices(const FaceWalk& faces, const PolarBal
   return number;
 }
 
+/// Whether the ring that begins at `a` comes before the one that begins at `b`.
+template <class Iterator>
+bool is_smaller_from(Iterator begin, Iterator end, Iterator a, Iterator b) {
+  for (auto left = end - begin; left > 0; --left) {
+    if (*a != *b) return *a < *b;
+    if (++a == end) a = begin;
+    if (++b == end) b = begin;
+  }
+  return false;
+}
+
 /// Puts a polygon's smallest corner first and takes sides of no length away; returns its end. Fewer
 /// than three corners that are left are none.
 template <class Iterator>
@@ -281,7 +292,12 @@ Iterator clean(Iterator begin, Iterator end) {
   end = std::unique(begin, end);
   while (end - begin > 1 && *begin == *(end - 1)) --end;
   if (end - begin < 3) return begin;
-  std::rotate(begin, std::min_element(begin, end), end);
+  // Where corners fell together the smallest one may come twice: what follows it decides then.
+  auto first = std::min_element(begin, end);
+  for (auto other = std::find(first + 1, end, *first); other != end;
+       other = std::find(other + 1, end, *first))
+    if (is_smaller_from(begin, end, other, first)) first = other;
+  std::rotate(begin, first, end);
   return end;
 }
 

@@ -12,80 +12,74 @@ namespace {
 class Pruning {
  public:
   Pruning(std::span<const Vec3> points, const Tetrahedra& tetrahedra, const Stars& stars,
-          std::span<const Vec3> normals, FacetFlags& flags)
+          std::span<const Vec3> normals, FacetFlags& flags, FacetLinks& links)
       : points_(points),
-        tetrahedra_(tetrahedra),
         flags_(flags),
+        links_(links),
         umbrellas_(points, tetrahedra, stars, normals, flags) {}
 
   void run(const StopToken* stop) {
-    for (std::uint32_t c = 0; c < tetrahedra_.size(); ++c) {
-      if (c % kStopBlock == 0) check_stop(stop);
-      if (!flags_.has_any(c)) continue;
-      for (int place = 0; place < 4; ++place) {
-        const FacetSide side{c, place};
-        const bool is_first = c < tetrahedra_.neighbors[c][static_cast<std::size_t>(place)];
-        if (is_first && flags_.has(side) && is_sharp(side)) waiting_.push_back(side);
-      }
+    for (FacetHalf half = 0; half < links_.halves(); half += 2) {
+      if (half % kStopBlock == 0) check_stop(stop);
+      if (is_sharp(half)) waiting_.push_back(half);
     }
     while (!waiting_.empty()) {
       check_stop(stop);
       sort_waiting();
-      for (const FacetSide side : std::exchange(waiting_, {}))
-        if (flags_.has(side) && is_sharp(side)) remove_if_spare(side);
+      for (const FacetHalf half : std::exchange(waiting_, {}))
+        if (links_.is_there(half) && is_sharp(half)) remove_if_spare(half);
     }
   }
 
  private:
-  bool is_sharp(FacetSide side) const {
-    for (const FacetSide from : {side, flags_.opposite(side)})
-      for (int edge = 0; edge < 3; ++edge)
-        if (folds_back(points_, tetrahedra_, from, edge,
-                       next_around(tetrahedra_, flags_, from, edge)))
-          return true;
+  bool is_sharp(FacetHalf half) const {
+    for (const FacetHalf from : {half, FacetLinks::opposite(half)})
+      for (std::uint32_t k = 0; k < 3; ++k)
+        if (folds_back(points_, links_, 3 * from + k)) return true;
     return false;
   }
 
-  /// Facets by their corners: storage decides nothing.
+  /// Facets by their corners, each once: storage decides nothing.
   void sort_waiting() {
-    std::vector<std::pair<Triangle, FacetSide>> keyed;
-    for (const FacetSide side : waiting_) {
-      Triangle key = corners_of(tetrahedra_, side);
+    std::vector<std::pair<Triangle, FacetHalf>> keyed;
+    for (const FacetHalf half : waiting_) {
+      Triangle key = links_.corners(half);
       std::sort(key.begin(), key.end());
-      keyed.emplace_back(key, side);
+      keyed.emplace_back(key, half);
     }
-    std::sort(keyed.begin(), keyed.end(),
-              [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (std::size_t i = 0; i < keyed.size(); ++i) waiting_[i] = keyed[i].second;
+    std::sort(keyed.begin(), keyed.end());
+    keyed.erase(std::unique(keyed.begin(), keyed.end()), keyed.end());
+    waiting_.clear();
+    for (const auto& [key, half] : keyed) waiting_.push_back(half);
   }
 
-  void remove_if_spare(FacetSide side) {
-    std::vector<FacetSide> near;
-    for (const FacetSide from : {side, flags_.opposite(side)})
-      for (int edge = 0; edge < 3; ++edge)
-        near.push_back(next_around(tetrahedra_, flags_, from, edge));
+  void remove_if_spare(FacetHalf half) {
+    const FacetSide side = links_.side(half);
     flags_.clear(side);
-    for (const std::uint32_t corner : corners_of(tetrahedra_, side)) {
+    for (const std::uint32_t corner : links_.corners(half)) {
       if (umbrellas_.separate(corner)) continue;
       flags_.set(side);
       return;
     }
-    waiting_.insert(waiting_.end(), near.begin(), near.end());
+    for (const FacetHalf from : {half, FacetLinks::opposite(half)})
+      for (std::uint32_t k = 0; k < 3; ++k)
+        waiting_.push_back(FacetLinks::half_of(links_.across(3 * from + k)) & ~1U);
+    links_.remove(half);
   }
 
   std::span<const Vec3> points_;
-  const Tetrahedra& tetrahedra_;
   FacetFlags& flags_;
+  FacetLinks& links_;
   Umbrellas umbrellas_;
-  std::vector<FacetSide> waiting_;
+  std::vector<FacetHalf> waiting_;
 };
 
 }  // namespace
 
 void prune_sharp_edges(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
                        const Stars& stars, std::span<const Vec3> normals, FacetFlags& flags,
-                       const StopToken* stop) {
-  Pruning(points, tetrahedra, stars, normals, flags).run(stop);
+                       FacetLinks& links, const StopToken* stop) {
+  Pruning(points, tetrahedra, stars, normals, flags, links).run(stop);
 }
 
 }  // namespace orbweave::voronoi

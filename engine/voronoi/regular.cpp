@@ -45,7 +45,7 @@ Tetrahedra regular_triangulation(std::span<const Vec3> points, std::span<const d
   {
     Regular triangulation = insert(points, weights, stop);
     require_dimension(triangulation.dimension(), points.size());
-    tetrahedra = read_out(triangulation, stop);
+    tetrahedra = read_out(triangulation, points.size(), stop);
   }
   add_centers(points, weights, stop, tetrahedra);
   return tetrahedra;

@@ -68,10 +68,36 @@ Number magnitude(const Number& value) {
   return value < 0 ? Number(-value) : value;
 }
 
+/// Numbers of several tetrahedra, which the machine computes with side by side.
+struct Lanes {
+  static constexpr std::size_t kCount = 4;
+  std::array<double, kCount> value{};
+
+  template <class Operation>
+  static Lanes each(const Operation& operation) {
+    Lanes result;
+    for (std::size_t lane = 0; lane < kCount; ++lane) result.value[lane] = operation(lane);
+    return result;
+  }
+  friend Lanes operator+(const Lanes& a, const Lanes& b) {
+    return each([&](std::size_t lane) { return a.value[lane] + b.value[lane]; });
+  }
+  friend Lanes operator-(const Lanes& a, const Lanes& b) {
+    return each([&](std::size_t lane) { return a.value[lane] - b.value[lane]; });
+  }
+  friend Lanes operator*(const Lanes& a, const Lanes& b) {
+    return each([&](std::size_t lane) { return a.value[lane] * b.value[lane]; });
+  }
+  Lanes& operator+=(const Lanes& other) { return *this = *this + other; }
+};
+
+inline Lanes magnitude(const Lanes& a) {
+  return Lanes::each([&](std::size_t lane) { return std::abs(a.value[lane]); });
+}
+
 /// Solves 2 x . d_i = |d_i|^2 - w_i for the three offsets by Cramer's rule.
-template <class Number>
-CenterTerms<Number> center_terms(const std::array<WeightedOffset<Number>, 3>& offsets,
-                                 bool with_terms) {
+template <bool with_terms, class Number>
+CenterTerms<Number> center_terms(const std::array<WeightedOffset<Number>, 3>& offsets) {
   CenterTerms<Number> sums;
   for (std::size_t i = 0; i < 3; ++i) {
     const auto& d = offsets[i].from_first;
@@ -83,7 +109,7 @@ CenterTerms<Number> center_terms(const std::array<WeightedOffset<Number>, 3>& of
       const Number left = e[y] * f[z], right = e[z] * f[y];
       sums.numerator[axis] += square * (left - right);
       if (i == 0) sums.denominator += d[axis] * (left - right);
-      if (!with_terms) continue;
+      if constexpr (!with_terms) continue;
       const Number both = magnitude(left) + magnitude(right);
       sums.numerator_terms[axis] += magnitude(square) * both;
       if (i == 0) sums.denominator_terms += magnitude(d[axis]) * both;
@@ -97,8 +123,10 @@ struct WeightedVec {
   double weight = 0.0;
 };
 
+using Corners = std::array<WeightedVec, 4>;
+
 template <class Number>
-std::array<WeightedOffset<Number>, 3> offsets_of(const std::array<WeightedVec, 4>& corners) {
+std::array<WeightedOffset<Number>, 3> offsets_of(const Corners& corners) {
   std::array<WeightedOffset<Number>, 3> offsets;
   for (std::size_t i = 0; i < 3; ++i) {
     for (int axis = 0; axis < 3; ++axis)
@@ -109,32 +137,25 @@ std::array<WeightedOffset<Number>, 3> offsets_of(const std::array<WeightedVec, 4
   return offsets;
 }
 
-inline Vec3 exact_center_offset(const std::array<WeightedVec, 4>& corners) {
+inline void set_lane(const Corners& corners, std::size_t lane,
+                     std::array<WeightedOffset<Lanes>, 3>& offsets) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3 offset = corners[i + 1].position - corners[0].position;
+    offsets[i].from_first[0].value[lane] = offset.x;
+    offsets[i].from_first[1].value[lane] = offset.y;
+    offsets[i].from_first[2].value[lane] = offset.z;
+    offsets[i].weight.value[lane] = corners[i + 1].weight - corners[0].weight;
+  }
+}
+
+inline Vec3 exact_center_offset(const Corners& corners) {
   using Exact = CGAL::Exact_rational;
-  const CenterTerms<Exact> sums = center_terms(offsets_of<Exact>(corners), false);
+  const CenterTerms<Exact> sums = center_terms<false>(offsets_of<Exact>(corners));
   Vec3 offset;
   for (int axis = 0; axis < 3; ++axis)
     offset[axis] = CGAL::to_double(
         Exact(sums.numerator[static_cast<std::size_t>(axis)] / (2 * sums.denominator)));
   return offset;
-}
-
-inline double sum_of(const std::array<double, 3>& values) {
-  return magnitude(values[0]) + magnitude(values[1]) + magnitude(values[2]);
-}
-
-/// From the first corner to the centre. Rounding takes at most some nine of the sixteen digits:
-/// where cancellation would take more, the centre is computed exactly.
-inline Vec3 center_offset(const std::array<WeightedVec, 4>& corners) {
-  constexpr double kCancelled = 1e-6;
-  const CenterTerms<double> sums = center_terms(offsets_of<double>(corners), true);
-  const double length = sum_of(sums.numerator), terms = sum_of(sums.numerator_terms);
-  const bool is_certain = magnitude(sums.denominator) > kCancelled * sums.denominator_terms &&
-                          length > kCancelled * terms && std::isfinite(terms) &&
-                          std::isnormal(sums.denominator);
-  if (!is_certain) return exact_center_offset(corners);
-  const double scale = 0.5 / sums.denominator;
-  return {scale * sums.numerator[0], scale * sums.numerator[1], scale * sums.numerator[2]};
 }
 
 /// The outward unit normal of the hull's facet that a tetrahedron at infinity stands on.
@@ -157,48 +178,108 @@ inline void sort_four(std::array<std::uint32_t, 4>& v) {
   order(0, 1), order(2, 3), order(0, 2), order(1, 3), order(1, 2);
 }
 
-inline void add_center(std::span<const Vec3> points, std::span<const double> weights,
-                       std::uint32_t cell, Tetrahedra& to) {
-  std::array<std::uint32_t, 4> vertices = to.vertices[cell];
+/// The corners of a finite tetrahedron in ascending order.
+inline Corners corners_of(std::span<const Vec3> points, std::span<const double> weights,
+                          std::array<std::uint32_t, 4> vertices) {
   sort_four(vertices);
-  if (vertices[3] == kInfinite) {
-    to.centers[cell] = hull_normal(points, to.vertices[cell]);
-    return;
-  }
-  std::array<WeightedVec, 4> corners;
+  Corners corners;
   for (std::size_t i = 0; i < 4; ++i)
     corners[i] = {points[vertices[i]], weights.empty() ? 0.0 : weights[vertices[i]]};
-  const Vec3 offset = center_offset(corners);
-  to.centers[cell] = corners[0].position + offset;
-  if (weights.empty()) to.radii[cell] = norm(offset);
+  return corners;
 }
 
-/// Reads the tetrahedra out of a triangulation whose vertices know their indices.
+/// Centres of finite tetrahedra, some at a time. Rounding takes at most some nine of the sixteen
+/// digits: where cancellation would take more, the centre is computed exactly.
+class CenterBatch {
+ public:
+  CenterBatch(std::span<const Vec3> points, std::span<const double> weights, Tetrahedra& to)
+      : points_(points), weights_(weights), to_(to) {}
+
+  void add(std::uint32_t cell) {
+    cells_[count_] = cell;
+    corners_[count_] = corners_of(points_, weights_, to_.vertices[cell]);
+    set_lane(corners_[count_], count_, offsets_);
+    if (++count_ == Lanes::kCount) finish();
+  }
+
+  void finish() {
+    const CenterTerms<Lanes> sums = center_terms<true>(offsets_);
+    const Lanes length = sum_of(sums.numerator), terms = sum_of(sums.numerator_terms);
+    for (std::size_t lane = 0; lane < count_; ++lane) {
+      const double denominator = sums.denominator.value[lane];
+      const bool is_certain =
+          std::abs(denominator) > kCancelled * sums.denominator_terms.value[lane] &&
+          length.value[lane] > kCancelled * terms.value[lane] && std::isfinite(terms.value[lane]) &&
+          std::isnormal(denominator);
+      const double scale = 0.5 / denominator;
+      store(lane, is_certain ? Vec3{scale * sums.numerator[0].value[lane],
+                                    scale * sums.numerator[1].value[lane],
+                                    scale * sums.numerator[2].value[lane]}
+                             : exact_center_offset(corners_[lane]));
+    }
+    count_ = 0;
+  }
+
+ private:
+  static constexpr double kCancelled = 1e-6;
+
+  static Lanes sum_of(const std::array<Lanes, 3>& values) {
+    return magnitude(values[0]) + magnitude(values[1]) + magnitude(values[2]);
+  }
+
+  void store(std::size_t lane, Vec3 offset) {
+    to_.centers[cells_[lane]] = corners_[lane][0].position + offset;
+    if (weights_.empty()) to_.radii[cells_[lane]] = norm(offset);
+  }
+
+  std::span<const Vec3> points_;
+  std::span<const double> weights_;
+  Tetrahedra& to_;
+  std::array<std::uint32_t, Lanes::kCount> cells_{};
+  std::array<Corners, Lanes::kCount> corners_;
+  std::array<WeightedOffset<Lanes>, 3> offsets_;
+  std::size_t count_ = 0;
+};
+
+/// Numbers for the tetrahedra by their smallest vertices, given in the order of storage: where
+/// neighbouring points have near indices, neighbouring tetrahedra lie near each other in memory.
+inline void number_by(std::vector<std::uint32_t>& smallest, std::size_t points) {
+  std::vector<std::uint32_t> next(points + 1, 0);
+  for (const std::uint32_t vertex : smallest) ++next[vertex + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  for (std::uint32_t& vertex : smallest) vertex = next[vertex]++;
+}
+
+/// Reads the tetrahedra out of a triangulation whose vertices know their indices, below `points`.
 template <class Triangulation>
-Tetrahedra read_out(Triangulation& triangulation, const StopToken* stop) {
+Tetrahedra read_out(Triangulation& triangulation, std::size_t points, const StopToken* stop) {
   triangulation.infinite_vertex()->info() = kInfinite;
-  Tetrahedra result;
-  const std::size_t count = triangulation.tds().number_of_cells();
-  result.vertices.resize(count);
-  result.neighbors.resize(count);
-  result.finite.resize(count);
-  std::uint32_t c = 0;
   auto& cells = triangulation.tds().cells();
-  for (auto cell = cells.begin(); cell != cells.end(); ++cell, ++c) {
-    cell->info() = c;
+  std::vector<std::uint32_t> number;
+  number.reserve(triangulation.tds().number_of_cells());
+  for (auto cell = cells.begin(); cell != cells.end(); ++cell) {
+    cell->info() = static_cast<std::uint32_t>(number.size());
+    number.push_back(std::min(std::min(cell->vertex(0)->info(), cell->vertex(1)->info()),
+                              std::min(cell->vertex(2)->info(), cell->vertex(3)->info())));
+  }
+  check_stop(stop);
+  number_by(number, points);
+  Tetrahedra result;
+  result.vertices.resize(number.size());
+  result.neighbors.resize(number.size());
+  result.finite.resize(number.size());
+  std::size_t stored = 0;
+  for (auto cell = cells.begin(); cell != cells.end(); ++cell) {
+    const std::uint32_t c = number[stored++];
     bool is_finite = true;
     for (int i = 0; i < 4; ++i) {
       const std::uint32_t vertex = cell->vertex(i)->info();
       result.vertices[c][static_cast<std::size_t>(i)] = vertex;
+      result.neighbors[c][static_cast<std::size_t>(i)] = number[cell->neighbor(i)->info()];
       is_finite = is_finite && vertex != kInfinite;
     }
     result.finite[c] = is_finite ? 1 : 0;
   }
-  check_stop(stop);
-  c = 0;
-  for (auto cell = cells.begin(); cell != cells.end(); ++cell, ++c)
-    for (int i = 0; i < 4; ++i)
-      result.neighbors[c][static_cast<std::size_t>(i)] = cell->neighbor(i)->info();
   return result;
 }
 
@@ -206,10 +287,15 @@ inline void add_centers(std::span<const Vec3> points, std::span<const double> we
                         const StopToken* stop, Tetrahedra& to) {
   to.centers.resize(to.size());
   if (weights.empty()) to.radii.resize(to.size(), 0.0);
+  CenterBatch batch(points, weights, to);
   for (std::uint32_t c = 0; c < to.size(); ++c) {
     if (c % kStopBlock == 0) check_stop(stop);
-    add_center(points, weights, c, to);
+    if (to.is_finite(c))
+      batch.add(c);
+    else
+      to.centers[c] = hull_normal(points, to.vertices[c]);
   }
+  batch.finish();
 }
 
 /// Throws where the dimension of the points (-1: there is none) is below 3.

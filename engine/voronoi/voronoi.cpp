@@ -5,7 +5,9 @@
 
 #include "engine/voronoi/cocone.h"
 #include "engine/voronoi/delaunay.h"
+#include "engine/voronoi/facet_links.h"
 #include "engine/voronoi/facets.h"
+#include "engine/voronoi/outside_walk.h"
 #include "engine/voronoi/pruning.h"
 #include "engine/voronoi/tight_cocone.h"
 
@@ -15,21 +17,28 @@ namespace {
 /// What the methods of the Cocone family begin with.
 struct Cells {
   Tetrahedra tetrahedra;
-  Stars stars;
   Poles poles;
-  Cosines cosines;
+  std::vector<CenterSides> sides;  ///< of the published angle
+  CoconeEdges edges;
 
   Cells(std::span<const Vec3> points, const StopToken* stop)
-      : tetrahedra(delaunay(points, stop)),
-        stars(stars_of(tetrahedra, points.size())),
-        poles(find_poles(points, tetrahedra, stars, stop)) {}
+      : tetrahedra(delaunay(points, stop)), poles(find_poles(points, tetrahedra, stop)) {}
 
   void measure(std::span<const Vec3> points, const StopToken* stop) {
-    cosines = center_cosines(points, tetrahedra, poles, stop);
+    sides = center_sides(points, tetrahedra, poles, kCoconeAngleRad, stop);
+    edges = cocone_edges(tetrahedra, sides, stop);
   }
 
   std::vector<std::uint8_t> flat(std::span<const Vec3> points, const StopToken* stop) const {
-    return flat_points(points, tetrahedra, stars, poles, cosines, {}, stop);
+    return flat_points(points, tetrahedra, poles, sides, edges, {}, stop);
+  }
+
+  /// The facets for an angle of its own.
+  FacetFlags facets(std::span<const Vec3> points, std::span<const std::uint8_t> choosing,
+                    double angle_rad, const StopToken* stop) const {
+    if (angle_rad == kCoconeAngleRad) return cocone_facets(tetrahedra, edges, choosing, stop);
+    const auto own = center_sides(points, tetrahedra, poles, angle_rad, stop);
+    return cocone_facets(tetrahedra, cocone_edges(tetrahedra, own, stop), choosing, stop);
   }
 };
 
@@ -47,26 +56,26 @@ PointSurface cocone(std::span<const Vec3> points, const CoconeOptions& options,
   Cells cells(points, stop);
   cells.measure(points, stop);
   std::vector<std::uint8_t> flat = cells.flat(points, stop);
-  FacetFlags facets = cocone_facets(cells.tetrahedra, cells.cosines,
-                                    options.leaves_boundaries ? flat : std::vector<std::uint8_t>(),
-                                    options.angle_rad, stop);
+  FacetFlags facets =
+      cells.facets(points, options.leaves_boundaries ? flat : std::vector<std::uint8_t>(),
+                   options.angle_rad, stop);
   if (!options.extracts_manifold) return {all_triangles(cells.tetrahedra, facets), std::move(flat)};
-  cells.cosines = {};
+  const Stars stars = stars_of(cells.tetrahedra, points.size());
   const std::vector<Vec3>& normals = cells.poles.normals;
-  prune_sharp_edges(points, cells.tetrahedra, cells.stars, normals, facets, stop);
-  return {walk_outside(points, cells.tetrahedra, cells.stars, normals, facets, stop),
+  FacetLinks links(cells.tetrahedra, facets, stop);
+  prune_sharp_edges(points, cells.tetrahedra, stars, normals, facets, links, stop);
+  return {walk_outside(points, cells.tetrahedra, stars, normals, facets, links, stop),
           std::move(flat)};
 }
 
 PointSurface tight_cocone(std::span<const Vec3> points, const StopToken* stop) {
   Cells cells(points, stop);
   cells.measure(points, stop);
-  const FacetFlags facets =
-      cocone_facets(cells.tetrahedra, cells.cosines, {}, kCoconeAngleRad, stop);
+  const FacetFlags facets = cells.facets(points, {}, kCoconeAngleRad, stop);
   std::vector<std::uint8_t> flat = cells.flat(points, stop);
-  cells.cosines = {};
+  const Stars stars = stars_of(cells.tetrahedra, points.size());
   std::vector<Triangle> triangles =
-      tight_cocone(points, cells.tetrahedra, cells.stars, cells.poles, facets, flat, stop);
+      tight_cocone(points, cells.tetrahedra, stars, cells.poles, facets, flat, stop);
   return {std::move(triangles), std::move(flat)};
 }
 
@@ -98,7 +107,7 @@ PowerCrustSurface power_crust(std::span<const Vec3> points, const PowerCrustOpti
 
 std::vector<Vec3> pole_normals(std::span<const Vec3> points, const StopToken* stop) {
   const Tetrahedra tetrahedra = delaunay(points, stop);
-  return find_poles(points, tetrahedra, stars_of(tetrahedra, points.size()), stop).normals;
+  return find_poles(points, tetrahedra, stop).normals;
 }
 
 TriangulationSeconds time_triangulations(std::span<const Vec3> points) {

@@ -1,0 +1,100 @@
+#include "engine/voronoi/facet_links.h"
+
+#include <bit>
+
+namespace orbweave::voronoi {
+namespace {
+
+std::size_t at(int place) { return static_cast<std::size_t>(place); }
+
+}  // namespace
+
+FacetLinks::FacetLinks(const Tetrahedra& tetrahedra, const FacetFlags& flags,
+                       const StopToken* stop) {
+  number(tetrahedra, flags);
+  across_.assign(3 * corners_.size(), kGone);
+  for (HalfEdge edge = 0; edge < across_.size(); ++edge) {
+    if (edge % kStopBlock == 0) check_stop(stop);
+    if (across_[edge] == kGone) link(tetrahedra, edge);
+  }
+}
+
+void FacetLinks::number(const Tetrahedra& tetrahedra, const FacetFlags& flags) {
+  flags_ = flags.bits();
+  first_.resize(tetrahedra.size());
+  std::uint32_t count = 0;
+  for (std::uint32_t c = 0; c < tetrahedra.size(); ++c) {
+    first_[c] = count;
+    count += static_cast<std::uint32_t>(std::popcount(flags_[c]));
+  }
+  sides_.reserve(count);
+  corners_.reserve(count);
+  half_at_.resize(count);
+  for (std::uint32_t c = 0; c < tetrahedra.size(); ++c) {
+    if (flags_[c] == 0) continue;
+    for (int place = 0; place < 4; ++place) {
+      if (!has(c, place) || tetrahedra.neighbors[c][at(place)] < c) continue;
+      for (const FacetSide side : {FacetSide{c, place}, flags.opposite({c, place})}) {
+        half_at_[slot(side)] = halves();
+        sides_.push_back(side);
+        corners_.push_back(corners_of(tetrahedra, side));
+      }
+    }
+  }
+}
+
+std::size_t FacetLinks::slot(FacetSide side) const {
+  const unsigned before = flags_[side.cell] & ((1U << side.place) - 1U);
+  return first_[side.cell] + static_cast<std::size_t>(std::popcount(before));
+}
+
+HalfEdge FacetLinks::edge_of(FacetHalf half, std::uint32_t start) const {
+  const Triangle& corners = corners_[half];
+  return 3 * half + (corners[0] == start ? 0U : corners[1] == start ? 1U : 2U);
+}
+
+/// Goes around an edge from tetrahedron to tetrahedron until a flagged facet ends the way.
+void FacetLinks::link(const Tetrahedra& tetrahedra, HalfEdge edge) {
+  const std::uint32_t a = start(edge), b = end(edge);
+  std::uint32_t behind = apex(edge), cell = sides_[half_of(edge)].cell;
+  while (true) {
+    const int place = tetrahedra.place_of_vertex(cell, behind);
+    if (has(cell, place)) {
+      across_[edge] = edge_of(half_of(FacetSide{cell, place}), b);
+      across_[across_[edge]] = edge;
+      return;
+    }
+    const auto& vertices = tetrahedra.vertices[cell];
+    std::uint32_t ahead = behind;
+    for (const std::uint32_t v : vertices)
+      if (v != a && v != b && v != behind) ahead = v;
+    behind = ahead;
+    cell = tetrahedra.neighbors[cell][at(place)];
+  }
+}
+
+void FacetLinks::remove(FacetHalf half) {
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    const HalfEdge here = 3 * half + k;
+    const HalfEdge there = edge_of(opposite(half), end(here));
+    const HalfEdge before = across_[here], after = across_[there];
+    if (before != there) {
+      across_[before] = after;
+      across_[after] = before;
+    }
+  }
+  for (std::uint32_t k = 0; k < 3; ++k)
+    across_[3 * half + k] = across_[3 * opposite(half) + k] = kGone;
+}
+
+bool folds_back(std::span<const Vec3> points, const FacetLinks& links, HalfEdge edge) {
+  const std::uint32_t a = links.start(edge), x = links.apex(edge);
+  const std::uint32_t y = links.apex(links.across(edge));
+  if (x == y) return true;
+  const Vec3 along = points[links.end(edge)] - points[a];
+  const Vec3 u = cross(along, points[x] - points[a]);
+  const Vec3 v = cross(along, points[y] - points[a]);
+  return dot(u, v) > 0.0 && dot(along, cross(u, v)) < 0.0;
+}
+
+}  // namespace orbweave::voronoi

@@ -1,0 +1,191 @@
+#include "engine/voronoi/outside_walk.h"
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "engine/voronoi/manifold_edges.h"
+
+namespace orbweave::voronoi {
+namespace {
+
+std::size_t at(int place) { return static_cast<std::size_t>(place); }
+
+Triangle sorted(Triangle t) {
+  std::sort(t.begin(), t.end());
+  return t;
+}
+
+class OutsideWalk {
+ public:
+  OutsideWalk(std::span<const Vec3> points, const Tetrahedra& tetrahedra, const Stars& stars,
+              std::span<const Vec3> normals, const FacetFlags& flags, const FacetLinks& links)
+      : points_(points),
+        tetrahedra_(tetrahedra),
+        stars_(stars),
+        normals_(normals),
+        flags_(flags),
+        links_(links),
+        taken_(links.halves() / 2, 0),
+        visited_(points.size(), 0),
+        sides_(points.size(), 0) {}
+
+  std::vector<Triangle> run(const StopToken* stop) {
+    ids_.resize(points_.size());
+    std::iota(ids_.begin(), ids_.end(), 0u);
+    // Most clouds have one component, and few points are left when it has been walked over.
+    const auto first = std::min_element(
+        ids_.begin(), ids_.end(), [&](std::uint32_t a, std::uint32_t b) { return is_left(a, b); });
+    if (first != ids_.end()) begin_at(*first, stop);
+    std::erase_if(ids_, [&](std::uint32_t p) { return visited_[p] != 0; });
+    std::sort(ids_.begin(), ids_.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return is_left(a, b); });
+    for (const std::uint32_t p : ids_)
+      if (visited_[p] == 0) begin_at(p, stop);
+    return std::move(triangles_);
+  }
+
+ private:
+  bool is_left(std::uint32_t a, std::uint32_t b) const {
+    const Vec3 p = points_[a], q = points_[b];
+    return std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z);
+  }
+
+  void begin_at(std::uint32_t p, const StopToken* stop) {
+    const std::optional<FacetSide> seed = outermost(p);
+    if (seed) walk(links_.half_of(*seed), stop);
+  }
+
+  bool is_new(FacetSide side) const {
+    for (const std::uint32_t v : corners_of(tetrahedra_, side))
+      if (visited_[v] != 0) return false;
+    return true;
+  }
+
+  /// The tetrahedron at p whose centre lies farthest to the left.
+  std::uint32_t leftmost_cell(std::uint32_t p) const {
+    const auto place = [&](std::uint32_t cell) {
+      const Vec3 center = tetrahedra_.centers[cell];
+      const bool is_finite = tetrahedra_.is_finite(cell);
+      // Tetrahedra at infinity first where they open to the left, last where they do not.
+      const int rank = is_finite ? 1 : center.x < 0.0 ? 0 : 2;
+      return std::tuple(rank, center.x, center.y, center.z);
+    };
+    std::uint32_t best = stars_.of(p).front();
+    for (const std::uint32_t cell : stars_.of(p))
+      if (place(cell) < place(best)) best = cell;
+    return best;
+  }
+
+  /// The facet at the leftmost point of a component that is seen first from the left.
+  std::optional<FacetSide> outermost(std::uint32_t p) {
+    if (stars_.of(p).empty()) return std::nullopt;
+    std::vector<std::uint32_t> reached = {leftmost_cell(p)};
+    std::optional<FacetSide> best;
+    for (std::size_t i = 0; i < reached.size(); ++i) {
+      for (int place = 0; place < 4; ++place) {
+        const FacetSide side{reached[i], place};
+        if (tetrahedra_.vertices[side.cell][at(place)] == p) continue;
+        if (flags_.has(side)) {
+          if (is_new(side) && (!best || is_more_left(side, *best))) best = side;
+          continue;
+        }
+        const std::uint32_t next = tetrahedra_.neighbors[side.cell][at(place)];
+        if (std::find(reached.begin(), reached.end(), next) == reached.end())
+          reached.push_back(next);
+      }
+    }
+    return best;
+  }
+
+  bool is_more_left(FacetSide a, FacetSide b) const {
+    const auto key = [&](FacetSide side) {
+      const Triangle corners = corners_of(tetrahedra_, side);
+      return std::tuple(outward(corners).x, sorted(corners));
+    };
+    return key(a) < key(b);
+  }
+
+  Vec3 outward(const Triangle& t) const {
+    return normalized(cross(points_[t[1]] - points_[t[0]], points_[t[2]] - points_[t[0]]));
+  }
+
+  /// What a facet says of a point's normal: outward, inward, or nothing where the normals are
+  /// more than 60 degrees apart.
+  std::int8_t side_at(std::uint32_t point, Vec3 outward_of_facet) const {
+    constexpr double kLeastCosine = 0.5;
+    const double cosine = dot(normals_[point], outward_of_facet);
+    return cosine > kLeastCosine ? 1 : cosine < -kLeastCosine ? -1 : 0;
+  }
+
+  void take(FacetHalf half, Vec3 normal) {
+    taken_[half / 2] = 1;
+    const Triangle& corners = links_.corners(half);
+    triangles_.push_back(smallest_first(corners));
+    for (const std::uint32_t v : corners) {
+      visited_[v] = 1;
+      if (sides_[v] == 0) sides_[v] = side_at(v, normal);
+    }
+    queue_.push_back(half);
+  }
+
+  /// Whether a facet would turn a point inside out: the walk has come to the back of the surface
+  /// through one of its holes.
+  bool is_back(FacetHalf half, Vec3 normal) const {
+    const Triangle& corners = links_.corners(half);
+    return std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) {
+      return sides_[v] != 0 && side_at(v, normal) == -sides_[v];
+    });
+  }
+
+  /// Breadth first; the edges of a facet in the order of their corners, which no storage decides.
+  void walk(FacetHalf seed, const StopToken* stop) {
+    queue_.clear();
+    take(seed, outward(links_.corners(seed)));
+    for (std::size_t i = 0; i < queue_.size(); ++i) {
+      if (i % kStopBlock == 0) check_stop(stop);
+      const FacetHalf half = queue_[i];
+      const Triangle& corners = links_.corners(half);
+      const auto first = static_cast<std::uint32_t>(
+          std::min_element(corners.begin(), corners.end()) - corners.begin());
+      for (std::uint32_t k = 0; k < 3; ++k) step_over(3 * half + (first + k) % 3);
+    }
+  }
+
+  void step_over(HalfEdge edge) {
+    const FacetHalf next = FacetLinks::half_of(links_.across(edge));
+    if (taken_[next / 2] != 0) return;
+    const Vec3 normal = outward(links_.corners(next));
+    if (!is_back(next, normal) && !folds_back(points_, links_, edge)) take(next, normal);
+  }
+
+  std::span<const Vec3> points_;
+  const Tetrahedra& tetrahedra_;
+  const Stars& stars_;
+  std::span<const Vec3> normals_;
+  const FacetFlags& flags_;
+  const FacetLinks& links_;
+  std::vector<std::uint8_t> taken_;  // per facet
+  std::vector<std::uint32_t> ids_;
+  std::vector<std::uint8_t> visited_;
+  std::vector<std::int8_t> sides_;  // 1: a point's normal is outward, -1: inward, 0: not known
+  std::vector<FacetHalf> queue_;
+  std::vector<Triangle> triangles_;
+};
+
+}  // namespace
+
+std::vector<Triangle> walk_outside(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
+                                   const Stars& stars, std::span<const Vec3> normals,
+                                   const FacetFlags& flags, const FacetLinks& links,
+                                   const StopToken* stop) {
+  std::vector<Triangle> triangles =
+      OutsideWalk(points, tetrahedra, stars, normals, flags, links).run(stop);
+  keep_manifold_edges(points, triangles);
+  std::sort(triangles.begin(), triangles.end());
+  return triangles;
+}
+
+}  // namespace orbweave::voronoi
