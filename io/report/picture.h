@@ -32,6 +32,9 @@ struct PictureOptions {
   std::vector<float> confidence{};
 };
 
+/// The axis that is upright, 0 to 2: the one that is wanted; of kAuto that of the shape.
+int upright_axis(UpAxis wanted, const Box& bounds);
+
 /// Parallel projection of what `bounds` holds, fitted to the picture. Front faces
 /// (counter-clockwise) are light and warm, back faces red, faces of filled holes blue (or as asked
 /// for); so the red inside shows through a hole. Memory is 8 bytes per sample, 4 samples per pixel,
