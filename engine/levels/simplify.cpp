@@ -3,9 +3,9 @@
 #include <meshoptimizer.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "engine/geometry/triangle_tree.h"
 #include "io/bounds.h"
@@ -32,68 +32,50 @@ TriangleMesh mesh_of(std::span<const Vec3> positions, std::span<const Triangle> 
   return mesh;
 }
 
-/// The largest distance from points of triangles to a surface, from above.
-///
-/// The distance to one triangle C of the surface is a convex function, so that within a triangle T
-/// it is largest at a corner of T: no point of T is farther from the surface than the farthest
-/// corner is from C. C is the triangle nearest to the middle of T. Where that says too much, T is
-/// cut in four.
-class LargestDistance {
- public:
-  /// `known`: a distance that is stated anyway; what lies below need not be told apart.
-  LargestDistance(std::span<const Vec3> positions, std::span<const Triangle> surface, double known)
-      : mesh_(mesh_of(positions, surface)), tree_(mesh_), known_(known), bound_(known) {}
+std::vector<bool> used_vertices(std::size_t vertices, std::span<const Triangle> triangles) {
+  std::vector<bool> used(vertices);
+  for (const Triangle& t : triangles)
+    for (const std::uint32_t corner : t) used[corner] = true;
+  return used;
+}
 
-  void add(Vec3 a, Vec3 b, Vec3 c, int cuts_left = kMostCuts) {
-    const Vec3 middle = (1.0 / 3.0) * (a + b + c);
-    const TriangleTree::Nearest nearest = tree_.nearest(middle);
-    farthest_seen_ = std::max(farthest_seen_, std::sqrt(nearest.squared_distance));
-    const double bound = farthest_corner(a, b, c, mesh_.triangles[nearest.item]);
-    if (bound <= std::max(known_, kSlack * farthest_seen_) || cuts_left == 0) {
-      bound_ = std::max(bound_, bound);
-      return;
-    }
-    const Vec3 ab = 0.5 * (a + b);
-    const Vec3 bc = 0.5 * (b + c);
-    const Vec3 ca = 0.5 * (c + a);
-    add(a, ab, ca, cuts_left - 1);
-    add(b, bc, ab, cuts_left - 1);
-    add(c, ca, bc, cuts_left - 1);
-    add(ab, bc, ca, cuts_left - 1);
-  }
-  double bound() const { return bound_; }
+/// Squared, from the vertices that are gone to the new surface.
+double distance_of_gone(std::span<const Vec3> positions, std::span<const Triangle> before,
+                        std::span<const Triangle> after) {
+  const TriangleMesh mesh = mesh_of(positions, after);
+  const TriangleTree tree(mesh);
+  const std::vector<bool> was = used_vertices(positions.size(), before);
+  const std::vector<bool> stays = used_vertices(positions.size(), after);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    if (was[i] && !stays[i]) largest = std::max(largest, tree.squared_distance(positions[i]));
+  return largest;
+}
 
- private:
-  static constexpr int kMostCuts = 5;
-  static constexpr double kSlack = 1.1;
+/// Squared, from four points of each new triangle to the old surface.
+double distance_of_new(std::span<const Vec3> positions, std::span<const Triangle> before,
+                       std::span<const Triangle> after) {
+  using Weights = std::array<double, 3>;
+  constexpr std::array<Weights, 4> kPlaces = {
+      Weights{1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0}, Weights{2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0},
+      Weights{1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0}, Weights{1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0}};
+  const TriangleMesh mesh = mesh_of(positions, before);
+  const TriangleTree tree(mesh);
+  double largest = 0.0;
+  for (const Triangle& t : after)
+    for (const Weights& w : kPlaces)
+      largest = std::max(largest, tree.squared_distance(w[0] * positions[t[0]] +
+                                                        w[1] * positions[t[1]] +
+                                                        w[2] * positions[t[2]]));
+  return largest;
+}
 
-  double farthest_corner(Vec3 a, Vec3 b, Vec3 c, const Triangle& of) const {
-    double farthest = 0.0;
-    for (const Vec3& corner : {a, b, c})
-      farthest = std::max(
-          farthest, squared_distance_to_triangle(corner, mesh_.vertices.positions[of[0]],
-                                                 mesh_.vertices.positions[of[1]],
-                                                 mesh_.vertices.positions[of[2]]));
-    return std::sqrt(farthest);
-  }
-
-  TriangleMesh mesh_;
-  TriangleTree tree_;
-  double known_;
-  double bound_;
-  double farthest_seen_ = 0.0;
-};
-
-/// Between the two surfaces, both ways; at least `known`.
-double largest_distance(std::span<const Vec3> positions, std::span<const Triangle> before,
-                        std::span<const Triangle> after, double known) {
-  if (after.empty()) return std::max(known, bounds_of(positions).diagonal());
-  for (const auto& [from, to] : {std::pair(before, after), std::pair(after, before)}) {
-    LargestDistance distance(positions, to, known);
-    for (const Triangle& t : from) distance.add(positions[t[0]], positions[t[1]], positions[t[2]]);
-    known = distance.bound();
-  }
-  return known;
+/// Between the two surfaces, both ways, where it is measured.
+double measured_distance(std::span<const Vec3> positions, std::span<const Triangle> before,
+                         std::span<const Triangle> after) {
+  if (after.empty()) return bounds_of(positions).diagonal();
+  return std::sqrt(std::max(distance_of_gone(positions, before, after),
+                            distance_of_new(positions, before, after)));
 }
 
 }  // namespace
@@ -118,7 +100,10 @@ Simplification simplify_inside(std::span<const Vec3> positions,
   const double quadric_error =
       static_cast<double>(relative_error) *
       static_cast<double>(meshopt_simplifyScale(floats.data(), positions.size(), kStride));
-  result.error = largest_distance(positions, triangles, result.triangles, quadric_error);
+  // Points between those that are measured may be farther away.
+  constexpr double kBetween = 1.25;
+  result.error =
+      std::max(quadric_error, kBetween * measured_distance(positions, triangles, result.triangles));
   return result;
 }
 

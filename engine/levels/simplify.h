@@ -14,9 +14,9 @@ namespace orbweave {
 
 struct Simplification {
   std::vector<Triangle> triangles;  ///< over the vertices of the mesh that was given
-  /// No point of one surface is farther from the other; at most a tenth more than the largest
-  /// distance that was met, but where the quadrics say more or triangles are far larger than
-  /// that. In the unit of the positions.
+  /// How far the two surfaces are apart, in the unit of the positions: a quarter more than the
+  /// largest distance from each vertex that is gone to the new surface and from four points of
+  /// each new triangle to the old one; no less than what the quadrics say.
   double error = 0.0;
 };
 
