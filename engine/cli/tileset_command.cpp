@@ -89,7 +89,7 @@ TilesetFacts make_tileset(const TilesetArguments& arguments, const TilesetOption
     progress.begin_stage("tiles", tiles, "tiles");
   };
   events.written = [&] { progress.advance(1); };
-  const TilesetFacts facts = write_tileset(*mesh, arguments.directory, options, events, stop);
+  TilesetFacts facts = write_tileset(*mesh, arguments.directory, options, events, stop);
   progress.end_stage();
   return facts;
 }

@@ -63,8 +63,8 @@ std::vector<LevelNode> level_tree(const SortedTriangles& triangles, std::uint64_
 }
 
 std::vector<std::vector<std::uint32_t>> nodes_by_height(const std::vector<LevelNode>& nodes) {
-  std::vector<std::vector<std::uint32_t>> by_height(
-      static_cast<std::size_t>(nodes.front().height) + 1);
+  std::vector<std::vector<std::uint32_t>> by_height(static_cast<std::size_t>(nodes.front().height) +
+                                                    1);
   for (std::uint32_t i = 0; i < nodes.size(); ++i)
     by_height[static_cast<std::size_t>(nodes[i].height)].push_back(i);
   return by_height;

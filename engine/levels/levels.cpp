@@ -115,17 +115,18 @@ class LevelMaker {
   }
 
   Levels make() {
-    if (events_.planned) 
+    if (events_.planned)
       events_.planned(static_cast<std::uint32_t>(levels_.nodes.size()), mesh_.vertices->bounds());
     tbb::task_arena arena(level_workers(options_));
     for (const std::vector<std::uint32_t>& nodes : nodes_by_height(levels_.nodes)) {
       arena.execute([&] {
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, nodes.size(), 1),
-                          [&](const auto& range) {
-                            for (std::size_t i = range.begin(); i < range.end(); ++i)
-                              tbb::this_task_arena::isolate([&] { make_node(nodes[i]); });
-                          },
-                          tbb::simple_partitioner());
+        tbb::parallel_for(
+            tbb::blocked_range<std::size_t>(0, nodes.size(), 1),
+            [&](const auto& range) {
+              for (std::size_t i = range.begin(); i < range.end(); ++i)
+                tbb::this_task_arena::isolate([&] { make_node(nodes[i]); });
+            },
+            tbb::simple_partitioner());
       });
     }
     return std::move(levels_);

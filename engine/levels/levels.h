@@ -22,10 +22,10 @@
 namespace orbweave {
 
 struct LevelOptions {
-  std::uint64_t leaf_triangles = 65536;                   ///< most triangles of a leaf, at least 1
-  std::uint64_t memory_bytes = std::uint64_t{1} << 30;    ///< of the whole process
+  std::uint64_t leaf_triangles = 65536;                 ///< most triangles of a leaf, at least 1
+  std::uint64_t memory_bytes = std::uint64_t{1} << 30;  ///< of the whole process
   int threads = 1;
-  std::filesystem::path directory;                        ///< for temporary files without a name
+  std::filesystem::path directory;  ///< for temporary files without a name
 };
 
 /// What is known of a node when it is done.
@@ -42,7 +42,7 @@ struct LevelEvents {
   /// A node's mesh is done. `schema`: of the points (normals, colours).
   std::function<void(std::uint32_t node, const PointCloud& points, const std::vector<Triangle>&)>
       done;
-  std::function<void(std::uint64_t triangles)> read;  ///< so many more were read
+  std::function<void(std::uint64_t triangles)> read;  ///< were read since the last call
   /// How many nodes there will be, and the bounds of all vertices.
   std::function<void(std::uint32_t nodes, const Box& bounds)> planned;
 };

@@ -64,9 +64,9 @@ double distance_of_new(std::span<const Vec3> positions, std::span<const Triangle
   double largest = 0.0;
   for (const Triangle& t : after)
     for (const Weights& w : kPlaces)
-      largest = std::max(largest, tree.squared_distance(w[0] * positions[t[0]] +
-                                                        w[1] * positions[t[1]] +
-                                                        w[2] * positions[t[2]]));
+      largest =
+          std::max(largest, tree.squared_distance(w[0] * positions[t[0]] + w[1] * positions[t[1]] +
+                                                  w[2] * positions[t[2]]));
   return largest;
 }
 
@@ -80,8 +80,8 @@ double measured_distance(std::span<const Vec3> positions, std::span<const Triang
 
 }  // namespace
 
-Simplification simplify_inside(std::span<const Vec3> positions,
-                               std::span<const Triangle> triangles, std::size_t target) {
+Simplification simplify_inside(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                               std::size_t target) {
   Simplification result;
   if (triangles.size() <= target) {
     result.triangles.assign(triangles.begin(), triangles.end());

@@ -22,7 +22,7 @@ struct Simplification {
 
 /// At most `target` triangles where borders allow: vertices on edges of one triangle all stay. The
 /// result depends on the input alone. About 200 bytes per triangle while it works.
-Simplification simplify_inside(std::span<const Vec3> positions,
-                               std::span<const Triangle> triangles, std::size_t target);
+Simplification simplify_inside(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                               std::size_t target);
 
 }  // namespace orbweave

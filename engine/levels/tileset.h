@@ -22,7 +22,7 @@ struct TilesetOptions {
 };
 
 struct TilesetEvents {
-  std::function<void(std::uint64_t triangles)> read;  ///< so many more
+  std::function<void(std::uint64_t triangles)> read;  ///< since the last call
   std::function<void(std::uint32_t tiles)> planned;   ///< all triangles are read
   std::function<void()> written;                      ///< one tile more
 };
@@ -47,9 +47,9 @@ inline constexpr const char* kTilesetName = "tileset.json";
 
 /// Writes the tiles ("000012.glb"), tileset.json and an index of all files (tiles.json), by which a
 /// later run knows that it may replace the folder. The folder appears whole or not at all. Its
-/// bytes depend on the mesh and the leaves' size alone. Files are put on the process's record, which
-/// there has to be. Throws Error as make_levels() does, and (usage) where `directory` holds anything
-/// else than an earlier tileset.
+/// bytes depend on the mesh and the leaves' size alone. Files are put on the process's record,
+/// which there has to be. Throws Error as make_levels() does, and (usage) where `directory` holds
+/// anything else than an earlier tileset.
 TilesetFacts write_tileset(MeshStream& mesh, const std::filesystem::path& directory,
                            const TilesetOptions& options, const TilesetEvents& events,
                            const StopToken& stop);

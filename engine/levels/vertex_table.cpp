@@ -42,8 +42,8 @@ VertexTable::VertexTable(const std::filesystem::path& directory, const PointSche
     kept_.clear();
     schema_.attributes.clear();
   }
-  row_bytes_ = sizeof(Vec3) + (schema_.has_normals ? sizeof(FloatVector) : 0) +
-               schema_.attribute_bytes();
+  row_bytes_ =
+      sizeof(Vec3) + (schema_.has_normals ? sizeof(FloatVector) : 0) + schema_.attribute_bytes();
 }
 
 void VertexTable::append(const PointCloud& vertices) {

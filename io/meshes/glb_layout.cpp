@@ -68,8 +68,7 @@ Json node_matrix(int up_axis, Vec3 origin) {
 
 /// Light of an sRGB value, IEC 61966-2-1, as a fraction of 65535.
 std::uint16_t linear_fraction(double srgb) {
-  const double linear =
-      srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
+  const double linear = srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
   return static_cast<std::uint16_t>(std::lround(linear * 65535.0));
 }
 
@@ -97,7 +96,8 @@ Vec3 unit_normal(Vec3 normal, ScalarType type) {
 }
 
 Json accessor(int view, int component_type, const char* type, std::uint64_t count) {
-  return {{"bufferView", view}, {"componentType", component_type}, {"count", count}, {"type", type}};
+  return {
+      {"bufferView", view}, {"componentType", component_type}, {"count", count}, {"type", type}};
 }
 
 Json at_byte(Json accessor, std::size_t offset) {
@@ -133,8 +133,9 @@ std::string GlbLayout::document(const Box& bounds) const {
   json["asset"] = {{"version", "2.0"}, {"generator", "orbweave"}};
   json["scene"] = 0;
   json["scenes"] = Json::array({{{"nodes", {0}}}});
-  json["nodes"] =
-      Json::array({{{"mesh", 0}, {"matrix", node_matrix(options_.up_axis, options_.origin + options_.node_offset)}}});
+  json["nodes"] = Json::array(
+      {{{"mesh", 0},
+        {"matrix", node_matrix(options_.up_axis, options_.origin + options_.node_offset)}}});
   Json primitive = {{"attributes", {{"POSITION", 1}}}, {"indices", 0}, {"material", 0}};
   Json accessors = Json::array({accessor(1, kUnsignedInt, "SCALAR", 3 * header_.triangles)});
   Json positions = accessor(0, kFloat, "VEC3", header_.vertices);
@@ -156,19 +157,18 @@ std::string GlbLayout::document(const Box& bounds) const {
   const std::vector<std::string> dropped = columns_without_place_in_glb(header_.schema);
   if (!dropped.empty()) json["meshes"][0]["extras"] = {{"attributes_left_out", dropped}};
   // Neither metal nor mirror; scans are seen from both sides.
-  json["materials"] = Json::array(
-      {{{"pbrMetallicRoughness", {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0}}},
-        {"doubleSided", true}}});
+  json["materials"] =
+      Json::array({{{"pbrMetallicRoughness", {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0}}},
+                    {"doubleSided", true}}});
   json["accessors"] = accessors;
-  json["bufferViews"] =
-      Json::array({{{"buffer", 0},
-                    {"byteLength", vertex_part},
-                    {"byteStride", vertex_bytes_},
-                    {"target", kArrayBuffer}},
-                   {{"buffer", 0},
-                    {"byteOffset", vertex_part},
-                    {"byteLength", header_.triangles * triangle_bytes()},
-                    {"target", kElementArrayBuffer}}});
+  json["bufferViews"] = Json::array({{{"buffer", 0},
+                                      {"byteLength", vertex_part},
+                                      {"byteStride", vertex_bytes_},
+                                      {"target", kArrayBuffer}},
+                                     {{"buffer", 0},
+                                      {"byteOffset", vertex_part},
+                                      {"byteLength", header_.triangles * triangle_bytes()},
+                                      {"target", kElementArrayBuffer}}});
   json["buffers"] = Json::array({{{"byteLength", rows_bytes()}}});
   return json_dump(json);
 }
@@ -200,12 +200,12 @@ void GlbLayout::put_vertices(const PointCloud& batch, std::byte* out) const {
   };
   for (std::size_t i = 0; i < batch.size(); ++i) {
     put_vector(batch.positions[i] - options_.origin);
-    if (header_.schema.has_normals) put_vector(unit_normal(batch.normals[i], header_.schema.normal_type));
+    if (header_.schema.has_normals)
+      put_vector(unit_normal(batch.normals[i], header_.schema.normal_type));
     if (!colors_.all_are_there()) continue;
     const std::array<VertexColors::Channel, 3> color = colors_.of(batch, i);
-    const std::array<std::uint16_t, 4> linear = {linear_fraction(color[0]),
-                                                 linear_fraction(color[1]),
-                                                 linear_fraction(color[2]), 65535};
+    const std::array<std::uint16_t, 4> linear = {
+        linear_fraction(color[0]), linear_fraction(color[1]), linear_fraction(color[2]), 65535};
     std::memcpy(out, linear.data(), sizeof linear);
     out += sizeof linear;
   }

@@ -23,8 +23,8 @@ class MeshStream {
   /// Replaces `batch` by the next vertices, at most `capacity`. False, with an empty batch, at the
   /// end.
   virtual bool read_vertices(PointCloud& batch, std::size_t capacity) = 0;
-  /// The same of triangles, after the last vertex. Corners are below vertices(). A face of many
-  /// corners may exceed the capacity.
+  /// Replaces `batch` by the next triangles, after the last vertex; false at the end. Corners are
+  /// below vertices(). A face of many corners may exceed the capacity.
   virtual bool read_triangles(std::vector<Triangle64>& batch, std::size_t capacity) = 0;
 };
 

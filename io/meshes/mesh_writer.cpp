@@ -44,13 +44,13 @@ void check_glb_size(const std::filesystem::path& path, const MeshHeader& header,
                     const MeshWriterOptions& options) {
   const std::uint64_t bytes = GlbLayout(header, options).file_bytes();
   if (bytes <= kMostGlbBytes) return;
-  throw_usage("too many vertices and triangles for GLB",
-              {.file = path.string(),
-               .found = std::to_string(header.vertices) + " vertices, " +
-                        std::to_string(header.triangles) + " triangles, " + std::to_string(bytes) +
-                        " bytes",
-               .expected = "at most " + std::to_string(kMostGlbBytes) + " bytes",
-               .advice = "Name a .ply file and make tiles of it"});
+  throw_usage(
+      "too many vertices and triangles for GLB",
+      {.file = path.string(),
+       .found = std::to_string(header.vertices) + " vertices, " + std::to_string(header.triangles) +
+                " triangles, " + std::to_string(bytes) + " bytes",
+       .expected = "at most " + std::to_string(kMostGlbBytes) + " bytes",
+       .advice = "Name a .ply file and make tiles of it"});
 }
 
 template <class T>

@@ -24,8 +24,8 @@ class ObjColors {
       constexpr std::uint64_t kStepsOfBytes = 10'000;
       constexpr std::uint64_t kStepsOfWords = 10'000'000;
       const VertexColors::Channel& channel = channels[c];
-      color[c] =
-          fraction(channel.value, channel.most, channel.most == 255 ? kStepsOfBytes : kStepsOfWords);
+      color[c] = fraction(channel.value, channel.most,
+                          channel.most == 255 ? kStepsOfBytes : kStepsOfWords);
     }
     return color;
   }

@@ -288,8 +288,8 @@ class ToEarth {
     const Object level = proj.level(system);
     const Object degrees(proj_create(proj.context(), "EPSG:4326"));
     if (!level || !degrees) return;
-    const Object as_given(proj_create_crs_to_crs_from_pj(proj.context(), level.get(),
-                                                         degrees.get(), nullptr, nullptr));
+    const Object as_given(proj_create_crs_to_crs_from_pj(proj.context(), level.get(), degrees.get(),
+                                                         nullptr, nullptr));
     if (as_given)
       transform_.reset(proj_normalize_for_visualization(proj.context(), as_given.get()));
   }

@@ -61,12 +61,14 @@ std::string extensions_of_written_clouds() {
 }
 
 std::string extensions_of_read_meshes() {
-  return listed_extensions([](const FormatFacts& facts) { return facts.holds_faces && facts.is_read; },
-                           is_read_with_gzip);
+  return listed_extensions(
+      [](const FormatFacts& facts) { return facts.holds_faces && facts.is_read; },
+      is_read_with_gzip);
 }
 
 std::string extensions_of_read_clouds() {
-  return listed_extensions([](const FormatFacts& facts) { return facts.is_read; }, is_read_with_gzip);
+  return listed_extensions([](const FormatFacts& facts) { return facts.is_read; },
+                           is_read_with_gzip);
 }
 
 }  // namespace orbweave

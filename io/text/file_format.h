@@ -10,7 +10,21 @@
 
 namespace orbweave {
 
-enum class FileFormat { kPly, kObj, kStl, kXyz, kTxt, kCsv, kPts, kPtx, kPcd, kLas, kLaz, kE57, kGlb };
+enum class FileFormat {
+  kPly,
+  kObj,
+  kStl,
+  kXyz,
+  kTxt,
+  kCsv,
+  kPts,
+  kPtx,
+  kPcd,
+  kLas,
+  kLaz,
+  kE57,
+  kGlb
+};
 
 /// What a format can hold and what the program does with files of the format. Every format that is
 /// read is read as a cloud.

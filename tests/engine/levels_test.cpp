@@ -185,9 +185,9 @@ TEST_CASE("LeavesHoldEveryTriangleExactlyOnce") {
       return t;
     };
     for (const Triangle& t : mesh.triangles)
-      expected.insert(turned({place_of(mesh.vertices.positions[t[0]]),
-                              place_of(mesh.vertices.positions[t[1]]),
-                              place_of(mesh.vertices.positions[t[2]])}));
+      expected.insert(
+          turned({place_of(mesh.vertices.positions[t[0]]), place_of(mesh.vertices.positions[t[1]]),
+                  place_of(mesh.vertices.positions[t[2]])}));
     visit_tiles(tiles.root, [&](const ReadTile& tile) {
       if (!tile.children.empty()) return;
       CHECK(tile.triangles.size() <= kLeafTriangles);
@@ -250,7 +250,8 @@ TEST_CASE("RimsOfOpenMeshesStayWhole") {
                      mesh.vertices.positions[t[2]]});
   for (const int level : {0, 1, 9}) {
     std::vector<std::array<Vec3, 3>> triangles;
-    shown(tiles.root, [&](const ReadTile& tile) { return tile.level > level; }, triangles);
+    shown(
+        tiles.root, [&](const ReadTile& tile) { return tile.level > level; }, triangles);
     CHECK(open_edges(triangles) == open_edges(whole));
   }
 }
@@ -273,7 +274,8 @@ TEST_CASE("NoTileIsFartherFromTheMeshThanItsErrorSays") {
   });
   for (const int level : {1, 2, tiles.root.level}) {
     std::vector<std::array<Vec3, 3>> triangles;
-    shown(tiles.root, [&](const ReadTile& tile) { return tile.level > level; }, triangles);
+    shown(
+        tiles.root, [&](const ReadTile& tile) { return tile.level > level; }, triangles);
     const TriangleMesh coarse = soup(triangles);
     const TriangleTree coarse_tree(coarse);
     double stated = 0.0;

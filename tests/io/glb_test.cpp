@@ -185,8 +185,8 @@ TEST_CASE("GlbRowsAreTheBytesOfTheWriter") {
   rows->put_vertices(mesh.vertices, reinterpret_cast<std::byte*>(bytes.data() + front));
   std::vector<Triangle64> triangles;
   for (const Triangle& t : mesh.triangles) triangles.push_back({t[0], t[1], t[2]});
-  rows->put_triangles(triangles, {},
-                      reinterpret_cast<std::byte*>(bytes.data() + front + 4 * rows->vertex_bytes()));
+  rows->put_triangles(
+      triangles, {}, reinterpret_cast<std::byte*>(bytes.data() + front + 4 * rows->vertex_bytes()));
   CHECK(bytes == test::read_file(scratch / "a.glb"));
 }
 
@@ -196,8 +196,8 @@ TEST_CASE("GlbBeyondFourGigabytesIsRefusedBeforeAnyFile") {
   header.vertices = 120'000'000;
   header.triangles = 240'000'000;
   const std::string message = refusal(scratch / "a.glb", header);
-  CHECK_THAT(message, Contains("240000000 triangles") && Contains("4294967295 bytes") &&
-                          Contains(".ply"));
+  CHECK_THAT(message,
+             Contains("240000000 triangles") && Contains("4294967295 bytes") && Contains(".ply"));
   CHECK(std::filesystem::is_empty(scratch.path()));
   header.vertices = 100'000'000;
   header.triangles = 200'000'000;

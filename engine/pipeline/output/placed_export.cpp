@@ -39,8 +39,8 @@ class FileLayout {
       rows_.put_vertices(rows.vertices, buffer.place(offset, piece.rows * rows_.vertex_bytes()));
       return;
     }
-    const std::uint64_t offset = front_bytes_ + header_.vertices * rows_.vertex_bytes() +
-                                 piece.row * rows_.triangle_bytes();
+    const std::uint64_t offset =
+        front_bytes_ + header_.vertices * rows_.vertex_bytes() + piece.row * rows_.triangle_bytes();
     const std::span<const std::int32_t> hole(rows.hole);
     rows_.put_triangles(rows.triangles, header_.has_hole ? hole : hole.first(0),
                         buffer.place(offset, piece.rows * rows_.triangle_bytes()));
