@@ -23,6 +23,8 @@
 #include "io/points/color_depth.h"
 #include "io/points/coordinate_system_file.h"
 #include "io/points/point_source.h"
+#include "io/report/picture.h"
+#include "io/report/picture_up.h"
 #include "io/shown_text.h"
 #include "io/system/path_roles.h"
 #include "io/text/quantity.h"
@@ -189,9 +191,13 @@ void convert_mesh(const ConvertOptions& options) {
   TriangleMesh mesh = read_mesh(options.in);
   apply_colors(job, mesh.vertices);
   const Vec3 origin = origin_of_mesh(job, mesh);
-  write_mesh(options.out, mesh, writer_options(job, origin));
+  const std::string system = coordinate_system_beside(options.in);
+  MeshWriterOptions written = writer_options(job, origin);
+  const UpAxis up = up_axis_of_scans(std::span(&options.in, 1), system);
+  written.up_axis = upright_axis(up, mesh.vertices.bounds());
+  write_mesh(options.out, mesh, written);
   note_written(options.out);
-  write_beside(options, origin, coordinate_system_beside(options.in));
+  write_beside(options, origin, system);
   print_written(options, mesh.vertices.size(), mesh.triangles.size(), origin);
 }
 

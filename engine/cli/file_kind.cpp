@@ -14,7 +14,7 @@ bool writes_mesh_of_name(const std::string& name) {
 
 bool is_mesh_file(const std::string& name) {
   const std::optional<NamedFormat> named = format_of_name(name);
-  return named && named->facts.holds_faces && holds_faces(name);
+  return named && named->facts.holds_faces && named->facts.is_read && holds_faces(name);
 }
 
 bool is_mesh_only_format(const std::string& name) {
@@ -27,6 +27,9 @@ bool is_cloud_only_format(const std::string& name) {
   return named && !named->facts.holds_faces;
 }
 
-bool is_scan_format(const std::string& name) { return format_of_name(name).has_value(); }
+bool is_scan_format(const std::string& name) {
+  const std::optional<NamedFormat> named = format_of_name(name);
+  return named && named->facts.is_read;
+}
 
 }  // namespace orbweave

@@ -204,7 +204,9 @@ void write_outputs(const TriangleMesh& mesh, const FillReport& report, Progress&
     note_written(output.report);
   }
   progress.begin_stage("export", 0, "triangles");
-  write_mesh(output.mesh, mesh, writer_options(output, report.holes, report.origin));
+  MeshWriterOptions written = writer_options(output, report.holes, report.origin);
+  written.up_axis = upright_axis(output.picture_up, report.after.bounds);
+  write_mesh(output.mesh, mesh, written);
   progress.advance(mesh.triangles.size());
   progress.end_stage();
   note_written(output.mesh);

@@ -20,6 +20,11 @@ void check_mesh_name(const OutputOptions& output) {
                 {.file = mesh,
                  .found = "output.format = \"binary\"",
                  .expected = "\"auto\" or \"text\", or a .ply or .stl file"});
+  if (!output.binary && named && named->facts.format == FileFormat::kGlb)
+    throw_usage("GLB has no text encoding",
+                {.file = mesh,
+                 .found = "output.format = \"text\"",
+                 .expected = "\"auto\" or \"binary\", or a .ply, .obj or .stl file"});
 }
 
 }  // namespace orbweave

@@ -42,6 +42,7 @@
 #include "io/system/file_descriptor.h"
 #include "io/system/glob.h"
 #include "io/system/owned_files.h"
+#include "io/text/file_format.h"
 #include "io/text/quantity.h"
 
 namespace orbweave {
@@ -121,7 +122,9 @@ Vec3 checked_origin(StageRunner& runner, const Partition& partition) {
   if (!warning.empty()) runner.warn(warning);
   if (chosen.origin != Vec3{})
     runner.note("coordinates of " + runner.job.output.mesh + " are counted from " +
-                origin_text(chosen.origin) + "; add that to each vertex");
+                origin_text(chosen.origin) +
+                (holds_origin(runner.job.output.mesh) ? "; its node adds that"
+                                                      : "; add that to each vertex"));
   return chosen.origin;
 }
 
@@ -168,7 +171,8 @@ void run_points(StageRunner& runner, RunResults& results) {
   CutPoints points = partition_points(runner.job, runner);
   results.partition = std::move(points.partition);
   require_a_triangle(runner.job, results.partition);
-  check_format_holds(runner.job.output, results.partition.points());
+  check_format_holds(runner.job.output, results.partition.points(),
+                     vertex_schema(runner.job.output, results.partition));
   results.origin = checked_origin(runner, results.partition);
   if (runner.communicator.is_root()) note_what_is_left_out(runner, results.partition);
   results.radii = radii_of_job(runner.job, results.partition);

@@ -73,6 +73,12 @@ void refuse_binary_scan(ByteReader& reader) {
               {.file = path.string()});
 }
 
+/// The format that a name stands for, where it is read.
+std::optional<NamedFormat> read_format(const std::filesystem::path& path) {
+  const std::optional<NamedFormat> named = format_of_name(path);
+  return named && named->facts.is_read ? named : std::nullopt;
+}
+
 std::unique_ptr<PointSource> open_ptx_file(const std::filesystem::path& path, ByteReader reader) {
   // A pipe can be read only once.
   if (!std::filesystem::is_regular_file(path)) return open_ptx_source(std::move(reader));
@@ -82,7 +88,7 @@ std::unique_ptr<PointSource> open_ptx_file(const std::filesystem::path& path, By
 }  // namespace
 
 void check_scan_name(const std::filesystem::path& path) {
-  if (!format_of_name(path)) throw_unknown_extension(path);
+  if (!read_format(path)) throw_unknown_extension(path);
 }
 
 namespace {
@@ -90,7 +96,7 @@ namespace {
 std::unique_ptr<PointSource> open_format(const std::filesystem::path& path,
                                          const PointSourceOptions& options) {
   const bool is_stream = path == "-";
-  const std::optional<NamedFormat> named = format_of_name(path);
+  const std::optional<NamedFormat> named = read_format(path);
   const FileFormat format = named ? named->facts.format : FileFormat::kTxt;
   if (format == FileFormat::kLas || format == FileFormat::kLaz)
     return open_las_source(open_random_access(path));

@@ -26,6 +26,10 @@ std::unique_ptr<MeshWriter> make_stl_writer(std::unique_ptr<ByteSink> sink,
                                             const MeshHeader& header,
                                             const MeshWriterOptions& options,
                                             const std::filesystem::path& directory);
+/// GLB: its front is written last, so the path has to be that of a regular file.
+std::unique_ptr<MeshWriter> make_glb_writer(const std::filesystem::path& path,
+                                            const MeshHeader& header,
+                                            const MeshWriterOptions& options);
 /// A cloud as text: separator ' ' without header line, or ',' with one.
 std::unique_ptr<MeshWriter> make_text_writer(std::unique_ptr<ByteSink> sink,
                                              const MeshHeader& header,

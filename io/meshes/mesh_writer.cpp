@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "io/error.h"
+#include "io/meshes/glb_layout.h"
 #include "io/meshes/mesh_formats.h"
 #include "io/meshes/obj_colors.h"
 #include "io/scalar_types.h"
@@ -37,6 +38,19 @@ FileFormat written_format(const std::filesystem::path& path, bool is_cloud) {
 bool is_format(const std::filesystem::path& path, FileFormat format) {
   const std::optional<NamedFormat> named = format_of_name(path);
   return named && named->facts.format == format;
+}
+
+void check_glb_size(const std::filesystem::path& path, const MeshHeader& header,
+                    const MeshWriterOptions& options) {
+  const std::uint64_t bytes = GlbLayout(header, options).file_bytes();
+  if (bytes <= kMostGlbBytes) return;
+  throw_usage(
+      "too many vertices and triangles for GLB",
+      {.file = path.string(),
+       .found = std::to_string(header.vertices) + " vertices, " + std::to_string(header.triangles) +
+                " triangles, " + std::to_string(bytes) + " bytes",
+       .expected = "at most " + std::to_string(kMostGlbBytes) + " bytes",
+       .advice = "Name a .ply file and make tiles of it"});
 }
 
 template <class T>
@@ -97,7 +111,7 @@ std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
                                              const MeshWriterOptions& options) {
   // The extension and the size are judged before a file is touched.
   const FileFormat format = written_format(path, header.is_cloud);
-  check_mesh_size(path, header.triangles, options);
+  check_mesh_size(path, header, options);
   switch (format) {
     case FileFormat::kXyz:
       return make_text_writer(open_byte_sink(path), header, options, ' ');
@@ -107,6 +121,8 @@ std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
       return make_obj_writer(open_byte_sink(path), header, options);
     case FileFormat::kStl:
       return make_stl_writer(open_byte_sink(path), header, options, path.parent_path());
+    case FileFormat::kGlb:
+      return make_glb_writer(path, header, options);
     default:
       return make_ply_writer(open_byte_sink(path), header, options);
   }
@@ -114,36 +130,38 @@ std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
 
 std::vector<std::string> columns_without_place(const std::filesystem::path& path,
                                                const PointSchema& schema) {
+  if (is_format(path, FileFormat::kGlb)) return columns_without_place_in_glb(schema);
   const bool is_obj = is_format(path, FileFormat::kObj);
   if (!is_obj && !is_format(path, FileFormat::kStl)) return {};
   std::vector<std::string> names;
   if (!is_obj && schema.has_normals) names.emplace_back("normals");
   const bool keeps_colors = is_obj && ObjColors(schema).all_are_there();
-  for (const AttributeField& field : schema.attributes) {
-    const bool is_color = field.name == "red" || field.name == "green" || field.name == "blue";
-    if (!keeps_colors || !is_color) names.push_back(field.name);
-  }
+  for (const AttributeField& field : schema.attributes)
+    if (!keeps_colors || !is_color_channel(field)) names.push_back(field.name);
   return names;
 }
 
 bool has_float_coordinates(const std::filesystem::path& path, const MeshWriterOptions& options) {
   if (is_format(path, FileFormat::kStl)) return options.binary;
+  if (is_format(path, FileFormat::kGlb)) return true;
   return options.float_positions && (path == "-" || is_format(path, FileFormat::kPly));
 }
 
-void check_mesh_size(const std::filesystem::path& path, std::uint64_t triangles,
+void check_mesh_size(const std::filesystem::path& path, const MeshHeader& header,
                      const MeshWriterOptions& options) {
+  if (is_format(path, FileFormat::kGlb)) return check_glb_size(path, header, options);
   constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
-  if (!is_format(path, FileFormat::kStl) || !options.binary || triangles <= kMost) return;
+  if (!is_format(path, FileFormat::kStl) || !options.binary || header.triangles <= kMost) return;
   throw_usage("too many triangles for binary STL",
               {.file = path.string(),
-               .found = std::to_string(triangles),
+               .found = std::to_string(header.triangles),
                .expected = "at most " + std::to_string(kMost),
                .advice = "Name a .ply file, or write text with output.format = \"text\""});
 }
 
 std::unique_ptr<MeshRows> mesh_rows(const std::filesystem::path& path, const MeshHeader& header,
                                     const MeshWriterOptions& options) {
+  if (is_format(path, FileFormat::kGlb)) return std::make_unique<GlbLayout>(header, options);
   const bool is_plain_ply =
       path != "-" && path.extension() != ".gz" && is_format(path, FileFormat::kPly);
   return is_plain_ply && options.binary ? make_ply_rows(header, options) : nullptr;

@@ -16,6 +16,8 @@ struct MeshWriterOptions {
   bool binary = true;                 ///< PLY and STL: binary or text
   bool float_positions = false;       ///< PLY: float instead of double coordinates
   Vec3 origin{};                      ///< is subtracted from positions
+  Vec3 node_offset{};                 ///< GLB: the node adds it to the origin's place
+  int up_axis = 2;                    ///< GLB: the axis that is upright; 0: x, 1: y, 2: z
   std::vector<std::string> comments;  ///< PLY header comments
   /// PLY with `hole`: adds the per-face float `confidence`, 1 of scanned faces, else that of the
   /// hole with this id (from 1 on).
@@ -37,7 +39,9 @@ struct MeshHeader {
 class MeshRows {
  public:
   virtual ~MeshRows() = default;
-  virtual std::string front() const = 0;
+  /// The bytes before the rows: the same number for any bounds. `bounds`: of all vertices, before
+  /// the origin is subtracted; empty where they are not known yet.
+  virtual std::string front(const Box& bounds) const = 0;
   virtual std::size_t vertex_bytes() const = 0;
   virtual std::size_t triangle_bytes() const = 0;
   /// Write one row each, the batch one after another. The batch has the header's columns.
@@ -46,8 +50,8 @@ class MeshRows {
                              std::byte* out) const = 0;
 };
 
-/// The format of a file of that name as rows; null where it has none (text, compressed files, OBJ,
-/// STL, standard output).
+/// The format of a file of that name as rows: binary PLY and GLB. Null where it has none (text,
+/// compressed files, OBJ, STL, standard output).
 std::unique_ptr<MeshRows> mesh_rows(const std::filesystem::path& path, const MeshHeader& header,
                                     const MeshWriterOptions& options = {});
 
@@ -77,8 +81,8 @@ class MeshWriter {
   virtual std::uint64_t bytes_written() const = 0;
 };
 
-/// Writer by extension: .ply .obj .stl for meshes; .ply .xyz .csv for clouds, each cloud format
-/// also with .gz. "-" writes PLY to standard output. Usage error for anything else.
+/// Writer by extension: .ply .obj .stl .glb for meshes; .ply .xyz .csv for clouds, each cloud
+/// format also with .gz. "-" writes PLY to standard output. Usage error for anything else.
 std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
                                              const MeshHeader& header,
                                              const MeshWriterOptions& options = {});
@@ -91,8 +95,8 @@ std::vector<std::string> columns_without_place(const std::filesystem::path& path
 /// Whether the coordinates of such a file are floats.
 bool has_float_coordinates(const std::filesystem::path& path, const MeshWriterOptions& options);
 
-/// Throws Error (usage) where the format cannot hold this number of triangles.
-void check_mesh_size(const std::filesystem::path& path, std::uint64_t triangles,
+/// Throws Error (usage) where the format cannot hold a mesh of this size.
+void check_mesh_size(const std::filesystem::path& path, const MeshHeader& header,
                      const MeshWriterOptions& options);
 
 /// Writes a whole mesh or cloud in one call.

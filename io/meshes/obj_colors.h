@@ -3,10 +3,8 @@
 
 #include <array>
 #include <cstdint>
-#include <cstring>
 
-#include "io/point_cloud.h"
-#include "io/scalar_types.h"
+#include "io/meshes/vertex_colors.h"
 
 namespace orbweave {
 
@@ -14,44 +12,25 @@ namespace orbweave {
 /// though the format itself has no place for them.
 class ObjColors {
  public:
-  explicit ObjColors(const PointSchema& schema) : row_bytes_(schema.attribute_bytes()) {
-    constexpr std::array<const char*, 3> kChannels = {"red", "green", "blue"};
-    for (std::size_t c = 0; c < kChannels.size(); ++c) {
-      std::size_t offset = 0;
-      for (const AttributeField& field : schema.attributes) {
-        const bool is_color = field.type == ScalarType::kUint8 || field.type == ScalarType::kUint16;
-        if (is_color && field.name == kChannels[c]) {
-          channels_[c] = {offset, field.type == ScalarType::kUint16};
-          ++found_;
-          break;
-        }
-        offset += size_of(field.type);
-      }
-    }
-  }
+  explicit ObjColors(const PointSchema& schema) : colors_(schema) {}
 
-  bool all_are_there() const { return found_ == channels_.size(); }
+  bool all_are_there() const { return colors_.all_are_there(); }
 
   /// Of a point that has the schema's attributes.
   std::array<double, 3> of(const PointCloud& points, std::size_t i) const {
     std::array<double, 3> color{};
+    const std::array<VertexColors::Channel, 3> channels = colors_.of(points, i);
     for (std::size_t c = 0; c < color.size(); ++c) {
-      const Channel& channel = channels_[c];
-      const std::byte* const at = points.attributes.data() + i * row_bytes_ + channel.offset;
-      std::uint16_t value = 0;
-      std::memcpy(&value, at, channel.is_wide ? 2 : 1);
-      color[c] =
-          channel.is_wide ? fraction(value, 65535, 10'000'000) : fraction(value, 255, 10'000);
+      constexpr std::uint64_t kStepsOfBytes = 10'000;
+      constexpr std::uint64_t kStepsOfWords = 10'000'000;
+      const VertexColors::Channel& channel = channels[c];
+      color[c] = fraction(channel.value, channel.most,
+                          channel.most == 255 ? kStepsOfBytes : kStepsOfWords);
     }
     return color;
   }
 
  private:
-  struct Channel {
-    std::size_t offset = 0;
-    bool is_wide = false;
-  };
-
   /// The decimal just above the value: programs that cut digits off find the same integer as those
   /// that round.
   static double fraction(std::uint32_t value, std::uint32_t most, std::uint64_t steps) {
@@ -60,9 +39,7 @@ class ObjColors {
     return static_cast<double>(whole_steps + 1) / static_cast<double>(steps);
   }
 
-  std::size_t row_bytes_;
-  std::array<Channel, 3> channels_;
-  std::size_t found_ = 0;
+  VertexColors colors_;
 };
 
 }  // namespace orbweave

@@ -271,7 +271,7 @@ class PlyLayout {
 class PlyRows final : public MeshRows {
  public:
   PlyRows(const MeshHeader& header, const MeshWriterOptions& options) : layout_(header, options) {}
-  std::string front() const override { return layout_.front(); }
+  std::string front(const Box&) const override { return layout_.front(); }
   std::size_t vertex_bytes() const override { return layout_.vertex_bytes(); }
   std::size_t triangle_bytes() const override { return layout_.triangle_bytes(); }
   void put_vertices(const PointCloud& batch, std::byte* out) const override {

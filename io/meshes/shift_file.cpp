@@ -8,6 +8,7 @@
 
 #include "io/error.h"
 #include "io/system/atomic_file.h"
+#include "io/text/file_format.h"
 #include "io/text/quantity.h"
 #include "io/text/words.h"
 
@@ -68,7 +69,7 @@ std::filesystem::path shift_file(const std::filesystem::path& file) {
   std::error_code ignored;
   const auto status = std::filesystem::status(file, ignored);
   const bool is_device = std::filesystem::exists(status) && std::filesystem::is_other(status);
-  if (file.empty() || file == "-" || is_device) return {};
+  if (file.empty() || file == "-" || is_device || holds_origin(file)) return {};
   std::filesystem::path beside = file;
   return beside += ".shift.txt";
 }

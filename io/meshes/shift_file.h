@@ -9,7 +9,8 @@
 
 namespace orbweave {
 
-/// Where the shift of a file goes; empty: a stream or a device has no place beside it.
+/// Where the shift of a file goes; empty: a stream or a device has no place beside it, and a GLB
+/// file holds its origin itself.
 std::filesystem::path shift_file(const std::filesystem::path& file);
 
 /// Writes "name; x; y; z; scale;" as CloudCompare's list of global shifts has it: coordinates of

@@ -2,8 +2,10 @@
 
 #include <proj.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <string_view>
 
 #include "io/text/quantity.h"
@@ -259,6 +261,77 @@ std::string objection_to_coordinates(const std::string& text, const Box& bounds)
   return "they would lie around " + degrees_text(*place) + ", and it is used between " +
          degrees_text({area->west, area->south}) + " and " +
          degrees_text({area->east, area->north});
+}
+
+namespace {
+
+/// Degrees and metres above the ellipsoid of WGS 84 to Earth-centred, Earth-fixed metres.
+Vec3 earth_place(LongitudeLatitude place, double height) {
+  constexpr double kRadius = 6378137.0;
+  constexpr double kFlattening = 1.0 / 298.257223563;
+  constexpr double kSquaredEccentricity = kFlattening * (2.0 - kFlattening);
+  constexpr double kRadians = std::numbers::pi / 180.0;
+  const double latitude = place.latitude * kRadians;
+  const double longitude = place.longitude * kRadians;
+  const double sine = std::sin(latitude);
+  const double normal = kRadius / std::sqrt(1.0 - kSquaredEccentricity * sine * sine);
+  const double from_axis = (normal + height) * std::cos(latitude);
+  return {from_axis * std::cos(longitude), from_axis * std::sin(longitude),
+          (normal * (1.0 - kSquaredEccentricity) + height) * sine};
+}
+
+/// From a projected system to places on the Earth.
+class ToEarth {
+ public:
+  ToEarth(const Proj& proj, const PJ* system, double meters_per_height)
+      : meters_per_height_(meters_per_height) {
+    const Object level = proj.level(system);
+    const Object degrees(proj_create(proj.context(), "EPSG:4326"));
+    if (!level || !degrees) return;
+    const Object as_given(proj_create_crs_to_crs_from_pj(proj.context(), level.get(), degrees.get(),
+                                                         nullptr, nullptr));
+    if (as_given)
+      transform_.reset(proj_normalize_for_visualization(proj.context(), as_given.get()));
+  }
+  bool is_known() const { return transform_ != nullptr; }
+  Vec3 operator()(Vec3 p) const {
+    const PJ_COORD at = proj_trans(transform_.get(), PJ_FWD, proj_coord(p.x, p.y, 0.0, 0.0));
+    return earth_place({at.xy.x, at.xy.y}, p.z * meters_per_height_);
+  }
+
+ private:
+  Object transform_;
+  double meters_per_height_;
+};
+
+}  // namespace
+
+std::optional<std::array<double, 16>> earth_from_local(const std::string& text, Vec3 origin) {
+  const Proj proj;
+  const std::optional<CoordinateSystem> known = known_coordinate_system(text);
+  if (!known || known->is_geographic || !known->meters_per_unit) return std::nullopt;
+  const Object system = proj.system(text);
+  if (!system) return std::nullopt;
+  const ToEarth place(proj, system.get(), known->meters_per_unit->z);
+  if (!place.is_known()) return std::nullopt;
+  std::array<double, 16> matrix{};
+  const auto put_column = [&](std::size_t column, Vec3 v) {
+    for (int row = 0; row < 3; ++row) matrix[4 * column + static_cast<std::size_t>(row)] = v[row];
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    constexpr double kStepMeters = 100.0;
+    const double step = kStepMeters / (*known->meters_per_unit)[axis];
+    Vec3 ahead = origin;
+    Vec3 behind = origin;
+    ahead[axis] += step;
+    behind[axis] -= step;
+    put_column(static_cast<std::size_t>(axis), (0.5 / step) * (place(ahead) - place(behind)));
+  }
+  put_column(3, place(origin));
+  matrix[15] = 1.0;
+  const bool is_finite = std::all_of(matrix.begin(), matrix.end(),
+                                     [](double number) { return std::isfinite(number); });
+  return is_finite ? std::optional(matrix) : std::nullopt;
 }
 
 }  // namespace orbweave

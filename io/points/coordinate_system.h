@@ -1,6 +1,7 @@
 // What PROJ knows of the coordinate systems that scans name. PROJ is used here and nowhere else.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 
@@ -29,6 +30,13 @@ bool is_wkt(const std::string& text);
 /// The system that a text stands for: WKT of any version, "EPSG:26912", "EPSG:26912+5703".
 /// Empty where PROJ makes nothing of it.
 std::optional<CoordinateSystem> known_coordinate_system(const std::string& text);
+
+/// Columns of a matrix, four numbers each: from coordinates about `origin` to the Earth-centred,
+/// Earth-fixed metres of WGS 84 (EPSG:4978). Linear about the origin: at 10 km from it a projected
+/// system is off by some metres, mostly in height. Heights are
+/// taken for heights above the ellipsoid: those above a geoid lie up to 100 m beside that. Empty
+/// for degrees and for what PROJ cannot transform.
+std::optional<std::array<double, 16>> earth_from_local(const std::string& system, Vec3 origin);
 
 enum class SystemsDiffer { kNo, kYes, kUnknown };
 /// Whether coordinates of one system are wrong in the other. A system that says nothing of heights

@@ -44,12 +44,6 @@ Directions directions_of(int up_axis) {
   return {{1.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, -1.0, 0.0}};
 }
 
-/// 0 to 2.
-int up_axis(UpAxis wanted, const Box& bounds) {
-  if (wanted == UpAxis::kAuto) return is_flat_along(2, bounds) ? 2 : 1;
-  return static_cast<int>(wanted) - static_cast<int>(UpAxis::kX);
-}
-
 /// A vertex in samples: x to the right, y down, z towards the eye (world units).
 struct Projected {
   double x, y, z;
@@ -57,6 +51,11 @@ struct Projected {
 };
 
 }  // namespace
+
+int upright_axis(UpAxis wanted, const Box& bounds) {
+  if (wanted == UpAxis::kAuto) return is_flat_along(2, bounds) ? 2 : 1;
+  return static_cast<int>(wanted) - static_cast<int>(UpAxis::kX);
+}
 
 /// From the world to the samples.
 struct MeshPicture::View {
@@ -89,7 +88,7 @@ MeshPicture::View::View(const Box& bounds, const PictureOptions& options) {
 }
 
 void MeshPicture::View::look(const Box& bounds, const PictureOptions& options) {
-  const int axis = up_axis(options.up, bounds);
+  const int axis = upright_axis(options.up, bounds);
   const double degree = std::numbers::pi / 180.0;
   const double azimuth = options.azimuth_deg * degree;
   const double elevation =

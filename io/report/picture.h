@@ -39,6 +39,9 @@ std::vector<LegendEntry> surface_legend(const PictureOptions& options, bool has_
 /// What the colours of draw_shares() mean; `large`: in words, what 1 stands for.
 std::vector<LegendEntry> share_legend(const std::string& large);
 
+/// The axis that is upright, 0 to 2: the one that is wanted; of kAuto that of the shape.
+int upright_axis(UpAxis wanted, const Box& bounds);
+
 /// Parallel projection of what `bounds` holds, fitted to the picture. Front faces
 /// (counter-clockwise) are light and warm, back faces red, faces of filled holes blue (or as asked
 /// for); so the red inside shows through a hole. Memory is 8 bytes per sample, 4 samples per pixel,

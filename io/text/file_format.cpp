@@ -25,6 +25,11 @@ std::optional<NamedFormat> format_of_name(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
+bool holds_origin(const std::filesystem::path& path) {
+  const std::optional<NamedFormat> named = format_of_name(path);
+  return named && named->facts.format == FileFormat::kGlb;
+}
+
 std::string files_of_name(const std::filesystem::path& path, const std::string& kind) {
   std::string extension = lower_case(path.extension().string());
   if (extension == kGzip) extension = lower_case(path.stem().extension().string()) + extension;
@@ -56,12 +61,14 @@ std::string extensions_of_written_clouds() {
 }
 
 std::string extensions_of_read_meshes() {
-  return listed_extensions([](const FormatFacts& facts) { return facts.holds_faces; },
-                           is_read_with_gzip);
+  return listed_extensions(
+      [](const FormatFacts& facts) { return facts.holds_faces && facts.is_read; },
+      is_read_with_gzip);
 }
 
 std::string extensions_of_read_clouds() {
-  return listed_extensions([](const FormatFacts&) { return true; }, is_read_with_gzip);
+  return listed_extensions([](const FormatFacts& facts) { return facts.is_read; },
+                           is_read_with_gzip);
 }
 
 }  // namespace orbweave

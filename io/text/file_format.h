@@ -10,18 +10,33 @@
 
 namespace orbweave {
 
-enum class FileFormat { kPly, kObj, kStl, kXyz, kTxt, kCsv, kPts, kPtx, kPcd, kLas, kLaz, kE57 };
+enum class FileFormat {
+  kPly,
+  kObj,
+  kStl,
+  kXyz,
+  kTxt,
+  kCsv,
+  kPts,
+  kPtx,
+  kPcd,
+  kLas,
+  kLaz,
+  kE57,
+  kGlb
+};
 
-/// What a format can hold and what the program does with files of the format. Every format is read
-/// as a cloud.
+/// What a format can hold and what the program does with files of the format. Every format that is
+/// read is read as a cloud.
 struct FormatFacts {
   FileFormat format;
   std::string_view extension;
   bool may_be_gzipped;  ///< read with a further ".gz"
-  bool holds_faces;     ///< read as a mesh
+  bool holds_faces;     ///< read as a mesh, where it is read
   bool writes_mesh;
   bool writes_cloud;
   bool writes_gzip;
+  bool is_read = true;
 };
 
 inline constexpr std::array kFileFormats = {
@@ -34,6 +49,7 @@ inline constexpr std::array kFileFormats = {
     FormatFacts{FileFormat::kPcd, ".pcd", true, false, false, false, false},
     FormatFacts{FileFormat::kObj, ".obj", true, true, true, false, false},
     FormatFacts{FileFormat::kStl, ".stl", true, true, true, false, false},
+    FormatFacts{FileFormat::kGlb, ".glb", false, true, true, false, false, false},
     FormatFacts{FileFormat::kLas, ".las", false, false, false, false, false},
     FormatFacts{FileFormat::kLaz, ".laz", false, false, false, false, false},
     FormatFacts{FileFormat::kE57, ".e57", false, false, false, false, false}};
@@ -47,6 +63,9 @@ struct NamedFormat {
 /// The format that a name stands for, by its extension in any case, with or without ".gz". Nothing
 /// for another extension and for a name that is an extension alone.
 std::optional<NamedFormat> format_of_name(const std::filesystem::path& path);
+
+/// Whether files of that name hold the place of their origin themselves: GLB, in a node.
+bool holds_origin(const std::filesystem::path& path);
 
 /// For messages: ".foo meshes" of "a.foo" and "meshes"; "meshes whose name has no extension".
 std::string files_of_name(const std::filesystem::path& path, const std::string& kind);

@@ -1,5 +1,7 @@
 // What PROJ makes of the systems that scans name, and what is written of them.
+#include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <string>
 
 #include "io/points/coordinate_system.h"
@@ -121,6 +123,32 @@ TEST_CASE("WhatIsNoCoordinateSystemIsNeitherKnownNorWritten") {
   CHECK(coordinate_system_beside(scratch / "cloud.xyz").empty());
   // Heights of a system that is not known leave the rest as it is.
   CHECK(known_coordinate_system("EPSG:26912+5101")->code == "EPSG:26912");
+}
+
+TEST_CASE("ProjectedCoordinatesFindTheirPlaceOnTheEarth") {
+  if (!has_coordinate_database()) return;
+  // The middle of zone 12 north at the equator: 111 degrees west.
+  const auto equator = earth_from_local("EPSG:32612", {500'000, 0, 0});
+  REQUIRE(equator);
+  const std::array<double, 16>& m = *equator;
+  const Vec3 place{m[12], m[13], m[14]};
+  const double longitude = -111.0 * std::numbers::pi / 180.0;
+  const Vec3 expected = 6378137.0 * Vec3{std::cos(longitude), std::sin(longitude), 0.0};
+  CHECK(norm(place - expected) < 0.01);
+  // East, north and up, as long as the map's scale on its middle meridian says.
+  const Vec3 east{m[0], m[1], m[2]};
+  const Vec3 north{m[4], m[5], m[6]};
+  const Vec3 up{m[8], m[9], m[10]};
+  CHECK(norm(up - normalized(expected)) < 1e-6);
+  CHECK(norm(north - Vec3{0, 0, 1.0 / 0.9996}) < 1e-4);
+  CHECK(norm(cross(east, north) - norm(east) * norm(north) * up) < 1e-6);
+  CHECK(std::abs(norm(east) - 1.0 / 0.9996) < 1e-4);
+  // Feet of a survey, and what has no place.
+  const auto feet = earth_from_local("EPSG:2992", {636'000, 849'000, 400});
+  REQUIRE(feet);
+  CHECK(std::abs(norm(Vec3{(*feet)[0], (*feet)[1], (*feet)[2]}) - 0.3048) < 1e-3);
+  CHECK_FALSE(earth_from_local("EPSG:4326", {10, 50, 0}));
+  CHECK_FALSE(earth_from_local("", {}));
 }
 
 }  // namespace orbweave

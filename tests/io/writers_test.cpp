@@ -361,9 +361,9 @@ TEST_CASE("IndicesAreAsWideAsTheVerticesNeed") {
     const auto rows = mesh_rows("a.ply", header);
     REQUIRE(rows != nullptr);
     INFO(c.vertices);
-    CHECK_THAT(rows->front(), Contains("element vertex " + std::to_string(c.vertices) + "\n"));
-    CHECK_THAT(rows->front(), Contains("element face " + std::to_string(2 * c.vertices) + "\n"));
-    CHECK_THAT(rows->front(), Contains("property list uchar " + c.type + " vertex_indices\n"));
+    CHECK_THAT(rows->front({}), Contains("element vertex " + std::to_string(c.vertices) + "\n"));
+    CHECK_THAT(rows->front({}), Contains("element face " + std::to_string(2 * c.vertices) + "\n"));
+    CHECK_THAT(rows->front({}), Contains("property list uchar " + c.type + " vertex_indices\n"));
     CHECK(rows->vertex_bytes() == 24);
     CHECK(rows->triangle_bytes() == c.row_bytes);
   }
@@ -380,8 +380,8 @@ void require_rows_read_back(std::uint64_t vertices) {
   const std::vector<Triangle64> triangles = {{vertices - 1, 0, vertices / 2},
                                              {7, vertices - 2, vertices - 1}};
   const std::vector<std::int32_t> hole = {0, 41};
-  const std::uint64_t offset = rows->front().size() + vertices * rows->vertex_bytes();
-  test::write_file(scratch / "a.ply", rows->front());
+  const std::uint64_t offset = rows->front({}).size() + vertices * rows->vertex_bytes();
+  test::write_file(scratch / "a.ply", rows->front({}));
   {
     PlacedFile file(scratch / "a.ply", scratch / "a.ply");
     PlacedBuffer buffer;
@@ -488,13 +488,15 @@ TEST_CASE("BinaryStlBeyondItsLimitIsAUsageErrorBeforeAnyFile") {
     CHECK_THAT(error.what(), Contains("4294967296"));
   }
   CHECK(files_in(scratch.path()) == 0);
-  CHECK_THROWS_AS(check_mesh_size(scratch / "a.stl", 4'294'967'296, {}), Error);
-  CHECK_NOTHROW(check_mesh_size(scratch / "a.stl", 4'294'967'295, {}));
+  CHECK_THROWS_AS(check_mesh_size(scratch / "a.stl", header, {}), Error);
+  header.triangles = 4'294'967'295;
+  CHECK_NOTHROW(check_mesh_size(scratch / "a.stl", header, {}));
+  header.triangles = 1ull << 40;
   MeshWriterOptions text;
   text.binary = false;
-  CHECK_NOTHROW(check_mesh_size(scratch / "a.stl", 1ull << 40, text));
-  CHECK_NOTHROW(check_mesh_size(scratch / "a.ply", 1ull << 40, {}));
-  CHECK_NOTHROW(check_mesh_size(scratch / "a.obj", 1ull << 40, {}));
+  CHECK_NOTHROW(check_mesh_size(scratch / "a.stl", header, text));
+  CHECK_NOTHROW(check_mesh_size(scratch / "a.ply", header, {}));
+  CHECK_NOTHROW(check_mesh_size(scratch / "a.obj", header, {}));
 }
 
 TEST_CASE("ObjNamesVerticesBeyond32Bit") {

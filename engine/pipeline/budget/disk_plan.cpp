@@ -142,6 +142,11 @@ RowBytes output_rows(const ResolvedJob& job, PointSchema schema) {
     rows.vertex += schema.has_normals ? 7.0 : 3.0;
     return rows;
   }
+  if (name.extension() == ".glb") {
+    // Which colours there are matters little: 8 bytes at most.
+    const bool has_colors = schema.attributes.size() >= 3;
+    return {12.0 + (schema.has_normals ? 12.0 : 0.0) + (has_colors ? 8.0 : 0.0), 12.0};
+  }
   const bool has_confidence = job.output.confidence && job.fill.enabled;
   if (!job.output.binary)
     return text_rows(schema, coordinate,

@@ -10,6 +10,8 @@
 #include "io/meshes/mesh_writer.h"
 #include "io/meshes/shift_file.h"
 #include "io/points/coordinate_system_file.h"
+#include "io/report/picture.h"
+#include "io/report/picture_up.h"
 
 namespace orbweave {
 namespace {
@@ -69,8 +71,10 @@ std::uint64_t export_one_file(StageRunner& runner, const MeshPieces& pieces,
 
 }  // namespace
 
-void check_format_holds(const OutputOptions& output, std::uint64_t points) {
-  check_mesh_size(output.mesh, 2 * points, writer_options(output, {}));
+void check_format_holds(const OutputOptions& output, std::uint64_t points,
+                        const PointSchema& vertices) {
+  const MeshHeader header{.vertices = points, .triangles = 2 * points, .schema = vertices};
+  check_mesh_size(output.mesh, header, writer_options(output, {}));
 }
 
 PointSchema vertex_schema(const OutputOptions& output, const Partition& partition) {
@@ -98,7 +102,9 @@ ExportResult export_mesh(const ExportInputs& inputs, StageRunner& runner) {
   const MeshHeader header{facts.vertices, facts.triangles, false, runner.job.fill.enabled,
                           columns.written()};
   const Vec3 origin = mesh_origin(output, partition).origin;
-  const MeshWriterOptions options = writer_options(output, inputs.holes.holes, origin);
+  MeshWriterOptions options = writer_options(output, inputs.holes.holes, origin);
+  options.up_axis =
+      upright_axis(picture_up(runner.job, partition.coordinate_system), partition.bounds);
   SurfaceDigest digest;
   const TileInput tiles{partition, inputs.used, inputs.holes, pieces,
                         columns,   header,      options,      runner.stop};

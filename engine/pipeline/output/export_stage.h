@@ -16,7 +16,8 @@ namespace orbweave {
 
 /// Throws Error (usage) where the mesh of so many points is bound to be too large for its format; a
 /// closed surface has twice as many triangles as vertices.
-void check_format_holds(const OutputOptions& output, std::uint64_t points);
+void check_format_holds(const OutputOptions& output, std::uint64_t points,
+                        const PointSchema& vertices = {});
 
 /// What the vertices of the mesh file carry, as far as its format has a place for it.
 PointSchema vertex_schema(const OutputOptions& output, const Partition& partition);

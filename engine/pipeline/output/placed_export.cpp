@@ -25,22 +25,22 @@ bool is_regular_or_absent(const std::filesystem::path& target) {
 class FileLayout {
  public:
   FileLayout(const MeshRows& rows, const MeshHeader& header)
-      : rows_(rows), header_(header), front_(rows.front()) {}
+      : rows_(rows), header_(header), front_bytes_(rows.front({}).size()) {}
 
-  const std::string& front() const { return front_; }
+  std::string front(const Box& bounds) const { return rows_.front(bounds); }
   std::uint64_t bytes() const {
-    return front_.size() + header_.vertices * rows_.vertex_bytes() +
+    return front_bytes_ + header_.vertices * rows_.vertex_bytes() +
            header_.triangles * rows_.triangle_bytes();
   }
   /// Puts a piece into the buffer as it will be in the file.
   void encode(const MeshPiece& piece, const PieceRows& rows, PlacedBuffer& buffer) const {
     if (piece.has_vertices()) {
-      const std::uint64_t offset = front_.size() + piece.row * rows_.vertex_bytes();
+      const std::uint64_t offset = front_bytes_ + piece.row * rows_.vertex_bytes();
       rows_.put_vertices(rows.vertices, buffer.place(offset, piece.rows * rows_.vertex_bytes()));
       return;
     }
-    const std::uint64_t offset = front_.size() + header_.vertices * rows_.vertex_bytes() +
-                                 piece.row * rows_.triangle_bytes();
+    const std::uint64_t offset =
+        front_bytes_ + header_.vertices * rows_.vertex_bytes() + piece.row * rows_.triangle_bytes();
     const std::span<const std::int32_t> hole(rows.hole);
     rows_.put_triangles(rows.triangles, header_.has_hole ? hole : hole.first(0),
                         buffer.place(offset, piece.rows * rows_.triangle_bytes()));
@@ -49,7 +49,7 @@ class FileLayout {
  private:
   const MeshRows& rows_;
   const MeshHeader& header_;
-  std::string front_;
+  std::uint64_t front_bytes_;
 };
 
 /// The file on its way.
@@ -84,6 +84,7 @@ class PlacedExport {
           runner_.progress.advance(piece.stored);
         });
     writer.finish();
+    write_front(file);
     target.commit();
   }
 
@@ -111,6 +112,7 @@ class PlacedExport {
     // meanwhile.
     if (runner_.communicator.is_root()) digest_pieces(runner_, pieces_, digest_);
     share_pieces(file);
+    if (runner_.communicator.is_root()) write_front(file);
     file.flush();
     runner_.communicator.barrier(runner_.stop, [&] { show_done_by_others(); });
     if (target) target->commit();
@@ -118,9 +120,12 @@ class PlacedExport {
   }
 
  private:
-  void begin(PlacedFile& file) const {
-    file.reserve(layout_.bytes());
-    file.write(0, std::as_bytes(std::span(layout_.front())));
+  void begin(PlacedFile& file) const { file.reserve(layout_.bytes()); }
+
+  /// When the bounds of all vertices are known.
+  void write_front(PlacedFile& file) const {
+    const std::string front = layout_.front(digest_.bounds());
+    file.write(0, std::as_bytes(std::span(front)));
   }
 
   void share_pieces(PlacedFile& file) {

@@ -1,0 +1,146 @@
+// orbweave tileset: levels of detail of a mesh, as 3D Tiles.
+#include <oneapi/tbb/global_control.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "engine/cli/commands.h"
+#include "engine/cli/job_arguments.h"
+#include "engine/cli/output.h"
+#include "engine/cli/signals.h"
+#include "engine/levels/tileset.h"
+#include "engine/levels/tileset_work.h"
+#include "io/error.h"
+#include "io/points/coordinate_system_file.h"
+#include "io/report/picture.h"
+#include "io/report/picture_up.h"
+#include "io/system/path_roles.h"
+#include "io/text/quantity.h"
+#include "partition/executor.h"
+
+namespace orbweave {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array<std::string_view, 3> kKeys = {"partition.memory", "run.threads",
+                                                   "output.picture_up"};
+constexpr std::uint64_t kMostLeafTriangles = std::uint64_t{1} << 22;
+
+struct TilesetArguments {
+  std::string mesh;
+  std::string directory;
+  std::uint64_t leaf_triangles = LevelOptions{}.leaf_triangles;
+  JobArguments keys;
+};
+
+void check_places(const TilesetArguments& arguments, const fs::path& work) {
+  const std::vector<PathRole> paths = {
+      {"the mesh that is read", arguments.mesh, PathUse::kReadFile},
+      {"the folder of the tiles", arguments.directory, PathUse::kWrittenDirectory},
+      {"the work directory", work, PathUse::kWorkDirectory}};
+  check_paths(paths);
+}
+
+/// Bounds of vertices decide which axis is upright where nothing else does.
+int upright_axis_of(const TilesetArguments& arguments, const Job& job, const std::string& system) {
+  UpAxis up = job.output.picture_up;
+  if (up == UpAxis::kAuto) up = up_axis_of_scans(std::span(&arguments.mesh, 1), system);
+  if (up != UpAxis::kAuto) return upright_axis(up, {});
+  Box bounds;
+  const auto mesh = open_mesh_stream(arguments.mesh);
+  for (PointCloud batch; mesh->read_vertices(batch, std::size_t{1} << 16);)
+    for (const Vec3& position : batch.positions)
+      if (is_finite(position)) bounds.extend(position);
+  return upright_axis(up, bounds);
+}
+
+std::string summary(const TilesetArguments& arguments, const TilesetFacts& facts) {
+  std::string text = facts_table(
+      {{"tileset", (fs::path(arguments.directory) / kTilesetName).string()},
+       {"mesh", format_count(facts.vertices) + " vertices, " + format_count(facts.triangles) +
+                    " triangles"},
+       {"place", facts.is_on_earth ? "on the Earth, by the mesh's coordinate system"
+                                   : "local: no coordinate system that PROJ can transform"},
+       {"bytes", format_bytes(facts.bytes)}});
+  std::vector<std::vector<std::string>> rows = {
+      {"level", "tiles", "triangles", "at borders", "error"}};
+  for (std::size_t i = 0; i < facts.levels.size(); ++i) {
+    const TilesetLevel& level = facts.levels[i];
+    rows.push_back({std::to_string(i), format_count(level.tiles), format_count(level.triangles),
+                    show_percent(static_cast<double>(level.border_triangles) /
+                                 static_cast<double>(std::max<std::uint64_t>(level.triangles, 1))),
+                    format_number(level.error)});
+  }
+  return text + "\n" + table(rows);
+}
+
+TilesetFacts make_tileset(const TilesetArguments& arguments, const TilesetOptions& options,
+                          Progress& progress, const StopToken& stop) {
+  const auto mesh = open_mesh_stream(arguments.mesh);
+  progress.begin_stage("read", mesh->faces(), "triangles");
+  TilesetEvents events;
+  events.read = [&](std::uint64_t triangles) { progress.advance(triangles); };
+  events.planned = [&](std::uint32_t tiles) {
+    progress.end_stage();
+    progress.begin_stage("tiles", tiles, "tiles");
+  };
+  events.written = [&] { progress.advance(1); };
+  TilesetFacts facts = write_tileset(*mesh, arguments.directory, options, events, stop);
+  progress.end_stage();
+  return facts;
+}
+
+void tileset(const TilesetArguments& arguments, const StopToken& stop) {
+  const Job job = settings_of(arguments.keys);
+  const fs::path work_directory = arguments.directory + ".work";
+  check_places(arguments, work_directory);
+  TilesetOptions options;
+  options.levels.leaf_triangles = arguments.leaf_triangles;
+  options.levels.memory_bytes = job.partition.memory_bytes;
+  options.levels.threads = job.run.threads > 0 ? job.run.threads : available_threads();
+  options.levels.directory = work_directory;
+  options.coordinate_system = coordinate_system_beside(arguments.mesh);
+  options.up_axis = upright_axis_of(arguments, job, options.coordinate_system);
+  const tbb::global_control limit(
+      tbb::global_control::max_allowed_parallelism,
+      static_cast<std::size_t>(std::max(options.levels.threads, available_threads())));
+  const auto progress = make_progress(progress_style(arguments.keys));
+  const TilesetWork work(work_directory);
+  const TilesetFacts facts = make_tileset(arguments, options, *progress, stop);
+  note_written(arguments.directory);
+  std::cout << summary(arguments, facts);
+}
+
+}  // namespace
+
+void add_tileset_command(CLI::App& program, const CommandContext& context) {
+  const auto arguments = std::make_shared<TilesetArguments>();
+  CLI::App* command =
+      program.add_subcommand("tileset", "Make levels of detail of a mesh, as 3D Tiles 1.1");
+  command->add_option("MESH", arguments->mesh, "The mesh to read: PLY, OBJ or STL")
+      ->type_name("")
+      ->required();
+  command->add_option("-o,--output", arguments->directory, "The folder to write")
+      ->type_name("DIR")
+      ->required();
+  command
+      ->add_option("--leaf-triangles", arguments->leaf_triangles,
+                   "Most triangles of a tile of the finest level (65536)")
+      ->type_name("N")
+      ->check(CLI::Range(std::uint64_t{1}, kMostLeafTriangles));
+  add_key_options(*command, kKeys, arguments->keys);
+  add_progress_option(*command, arguments->keys);
+  command->footer(
+      "Any web server can serve the folder; viewers of 3D Tiles open its tileset.json. The axis\n"
+      "that is upright in pictures (--picture-up) is upright there, too.\n\n"
+      "Example:\n  orbweave tileset mesh.ply -o mesh.tileset --memory 1GiB\n");
+  command->callback([arguments, context] {
+    context.then([arguments, &stop = context.stop] { tileset(*arguments, stop); });
+  });
+}
+
+}  // namespace orbweave

@@ -1,0 +1,66 @@
+// Levels of detail of a mesh of any size, out of core.
+//
+// An octree over the triangles, cut by a fixed number of triangles (engine/levels/level_tree.h).
+// A leaf has the triangles of its cell; every other node has those of its children, simplified
+// together. The border of a node stays as it is: so nodes of any two levels fit together, vertex by
+// vertex, and what was a border between children is simplified in their parent.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/levels/level_tree.h"
+#include "engine/levels/node_mesh.h"
+#include "io/box.h"
+#include "io/meshes/mesh_stream.h"
+#include "io/stop_token.h"
+
+namespace orbweave {
+
+struct LevelOptions {
+  std::uint64_t leaf_triangles = 65536;                 ///< most triangles of a leaf, at least 1
+  std::uint64_t memory_bytes = std::uint64_t{1} << 30;  ///< of the whole process
+  int threads = 1;
+  std::filesystem::path directory;  ///< for temporary files without a name
+};
+
+/// What is known of a node when it is done.
+struct LevelFacts {
+  std::uint64_t vertices = 0;
+  std::uint64_t triangles = 0;
+  std::uint64_t border_triangles = 0;  ///< with an edge at the node's border or at a rim
+  double error = 0.0;  ///< how far its surface is from the mesh, at most; scan units; 0: a leaf
+  Box bounds;          ///< of all vertices below it, so those of children lie in those of parents
+};
+
+/// What happens on the way. Calls come from several threads.
+struct LevelEvents {
+  /// A node's mesh is done. `schema`: of the points (normals, colours).
+  std::function<void(std::uint32_t node, const PointCloud& points, const std::vector<Triangle>&)>
+      done;
+  std::function<void(std::uint64_t triangles)> read;  ///< were read since the last call
+  /// How many nodes there will be, and the bounds of all vertices.
+  std::function<void(std::uint32_t nodes, const Box& bounds)> planned;
+};
+
+struct Levels {
+  std::vector<LevelNode> nodes;
+  std::vector<LevelFacts> facts;  ///< of each node
+  std::uint64_t triangles = 0;    ///< of the mesh
+  std::uint64_t vertices = 0;
+};
+
+/// Reads the mesh and makes all levels. They depend on the mesh alone: not on threads, not on
+/// memory. Throws Error: bad input where a corner is not finite or there is no triangle, resource
+/// where the disk is full, interrupted.
+Levels make_levels(MeshStream& mesh, const LevelOptions& options, const LevelEvents& events,
+                   const StopToken& stop);
+
+/// How many nodes are made at a time.
+int level_workers(const LevelOptions& options);
+
+}  // namespace orbweave

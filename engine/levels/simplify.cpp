@@ -1,0 +1,110 @@
+#include "engine/levels/simplify.h"
+
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "engine/geometry/triangle_tree.h"
+#include "io/bounds.h"
+
+namespace orbweave {
+namespace {
+
+/// Floats about the middle of the mesh.
+std::vector<float> floats_of(std::span<const Vec3> positions) {
+  const Box bounds = bounds_of(positions);
+  std::vector<float> floats;
+  floats.reserve(3 * positions.size());
+  for (const Vec3& position : positions) {
+    const Vec3 local = position - bounds.center();
+    for (int axis = 0; axis < 3; ++axis) floats.push_back(static_cast<float>(local[axis]));
+  }
+  return floats;
+}
+
+TriangleMesh mesh_of(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+  TriangleMesh mesh;
+  mesh.vertices.positions.assign(positions.begin(), positions.end());
+  mesh.triangles.assign(triangles.begin(), triangles.end());
+  return mesh;
+}
+
+std::vector<bool> used_vertices(std::size_t vertices, std::span<const Triangle> triangles) {
+  std::vector<bool> used(vertices);
+  for (const Triangle& t : triangles)
+    for (const std::uint32_t corner : t) used[corner] = true;
+  return used;
+}
+
+/// Squared, from the vertices that are gone to the new surface.
+double distance_of_gone(std::span<const Vec3> positions, std::span<const Triangle> before,
+                        std::span<const Triangle> after) {
+  const TriangleMesh mesh = mesh_of(positions, after);
+  const TriangleTree tree(mesh);
+  const std::vector<bool> was = used_vertices(positions.size(), before);
+  const std::vector<bool> stays = used_vertices(positions.size(), after);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    if (was[i] && !stays[i]) largest = std::max(largest, tree.squared_distance(positions[i]));
+  return largest;
+}
+
+/// Squared, from four points of each new triangle to the old surface.
+double distance_of_new(std::span<const Vec3> positions, std::span<const Triangle> before,
+                       std::span<const Triangle> after) {
+  using Weights = std::array<double, 3>;
+  constexpr std::array<Weights, 4> kPlaces = {
+      Weights{1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0}, Weights{2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0},
+      Weights{1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0}, Weights{1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0}};
+  const TriangleMesh mesh = mesh_of(positions, before);
+  const TriangleTree tree(mesh);
+  double largest = 0.0;
+  for (const Triangle& t : after)
+    for (const Weights& w : kPlaces)
+      largest =
+          std::max(largest, tree.squared_distance(w[0] * positions[t[0]] + w[1] * positions[t[1]] +
+                                                  w[2] * positions[t[2]]));
+  return largest;
+}
+
+/// Between the two surfaces, both ways, where it is measured.
+double measured_distance(std::span<const Vec3> positions, std::span<const Triangle> before,
+                         std::span<const Triangle> after) {
+  if (after.empty()) return bounds_of(positions).diagonal();
+  return std::sqrt(std::max(distance_of_gone(positions, before, after),
+                            distance_of_new(positions, before, after)));
+}
+
+}  // namespace
+
+Simplification simplify_inside(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                               std::size_t target) {
+  Simplification result;
+  if (triangles.size() <= target) {
+    result.triangles.assign(triangles.begin(), triangles.end());
+    return result;
+  }
+  const std::vector<float> floats = floats_of(positions);
+  result.triangles.resize(triangles.size());
+  constexpr std::size_t kStride = 3 * sizeof(float);
+  constexpr float kAnyError = std::numeric_limits<float>::max();
+  float relative_error = 0.0F;
+  const std::size_t indices =
+      meshopt_simplify(result.triangles.front().data(), triangles.front().data(),
+                       3 * triangles.size(), floats.data(), positions.size(), kStride, 3 * target,
+                       kAnyError, meshopt_SimplifyLockBorder, &relative_error);
+  result.triangles.resize(indices / 3);
+  const double quadric_error =
+      static_cast<double>(relative_error) *
+      static_cast<double>(meshopt_simplifyScale(floats.data(), positions.size(), kStride));
+  // Points between those that are measured may be farther away.
+  constexpr double kBetween = 1.25;
+  result.error =
+      std::max(quadric_error, kBetween * measured_distance(positions, triangles, result.triangles));
+  return result;
+}
+
+}  // namespace orbweave

@@ -1,0 +1,105 @@
+#include "engine/levels/tileset.h"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "engine/levels/tileset_json.h"
+#include "io/hex_digits.h"
+#include "io/meshes/mesh_writer.h"
+#include "io/meshes/tile_directory.h"
+#include "io/points/coordinate_system.h"
+#include "io/system/atomic_file.h"
+#include "io/system/path_roles.h"
+
+namespace orbweave {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A file of the folder, for the index.
+nlohmann::json listed(const fs::path& file, std::uint64_t& bytes) {
+  const std::uint64_t size = fs::file_size(file);
+  bytes += size;
+  return {{"file", file.filename().string()},
+          {"bytes", size},
+          {"xxh3", hex_digits(file_checksum(file))}};
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+  AtomicFile written(file);
+  written.write(text);
+  written.commit();
+}
+
+/// Tiles lie where viewers turn y to z, about the tileset's origin.
+void write_tile(const fs::path& file, const PointCloud& points,
+                const std::vector<Triangle>& triangles, Vec3 tileset_origin) {
+  TriangleMesh mesh;
+  mesh.vertices = points;
+  mesh.triangles = triangles;
+  MeshWriterOptions options;
+  options.origin = points.bounds().center();
+  options.node_offset = -tileset_origin;
+  options.up_axis = 2;
+  write_mesh(file, mesh, options);
+}
+
+std::vector<TilesetLevel> levels_of(const Levels& levels) {
+  std::vector<TilesetLevel> all(static_cast<std::size_t>(levels.nodes[0].height) + 1);
+  for (std::size_t i = 0; i < levels.nodes.size(); ++i) {
+    TilesetLevel& level = all[static_cast<std::size_t>(levels.nodes[i].height)];
+    level.tiles += 1;
+    level.triangles += levels.facts[i].triangles;
+    level.border_triangles += levels.facts[i].border_triangles;
+    level.error = std::max(level.error, levels.facts[i].error);
+  }
+  return all;
+}
+
+/// The index of all files, and their bytes together.
+std::uint64_t write_index(const fs::path& directory, const Levels& levels) {
+  std::uint64_t bytes = 0;
+  nlohmann::json files = nlohmann::json::array();
+  files.push_back(listed(directory / kTilesetName, bytes));
+  for (std::uint32_t node = 0; node < levels.nodes.size(); ++node)
+    files.push_back(listed(directory / tile_file(node), bytes));
+  const nlohmann::json index = {{"format", "orbweave tiles"},
+                                {"version", 1},
+                                {"vertices", levels.vertices},
+                                {"triangles", levels.triangles},
+                                {"tiles", std::move(files)}};
+  const std::string text = index.dump(1) + "\n";
+  write_text(directory / kTileIndex, text);
+  return bytes + text.size();
+}
+
+}  // namespace
+
+TilesetFacts write_tileset(MeshStream& mesh, const fs::path& directory,
+                           const TilesetOptions& options, const TilesetEvents& events,
+                           const StopToken& stop) {
+  check_tile_directory(directory);
+  TileDirectory target(final_target(directory));
+  Vec3 origin;
+  LevelEvents of_levels;
+  of_levels.read = events.read;
+  of_levels.planned = [&](std::uint32_t tiles, const Box& bounds) {
+    origin = bounds.center();
+    if (events.planned) events.planned(tiles);
+  };
+  of_levels.done = [&](std::uint32_t node, const PointCloud& points,
+                       const std::vector<Triangle>& triangles) {
+    write_tile(target.temporary() / tile_file(node), points, triangles, origin);
+    if (events.written) events.written();
+  };
+  const Levels levels = make_levels(mesh, options.levels, of_levels, stop);
+  const auto earth = earth_from_local(options.coordinate_system, origin);
+  const Transform to_world = earth ? *earth : upright_transform(options.up_axis, origin);
+  write_text(target.temporary() / kTilesetName, tileset_text(levels, origin, to_world));
+  TilesetFacts facts{levels.vertices, levels.triangles, 0, earth.has_value(), levels_of(levels)};
+  facts.bytes = write_index(target.temporary(), levels);
+  target.commit();
+  return facts;
+}
+
+}  // namespace orbweave

@@ -1,0 +1,116 @@
+#include "engine/view/view_page.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <stdexcept>
+#include <string_view>
+
+#include "engine/view/viewer_template.h"
+#include "io/meshes/vertex_colors.h"
+#include "io/text/json_dump.h"
+
+namespace orbweave {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kSteps = 65535.0;
+
+std::string base64(std::span<const std::byte> bytes) {
+  constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t word = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      word = word << 8 | (k < count ? static_cast<std::uint32_t>(bytes[i + k]) : 0);
+    for (std::size_t k = 0; k < 4; ++k)
+      text += k <= count ? kDigits[word >> (18 - 6 * k) & 63] : '=';
+  }
+  return text;
+}
+
+template <class T>
+void append(std::vector<std::byte>& bytes, const T& value) {
+  const auto from = std::as_bytes(std::span(&value, 1));
+  bytes.insert(bytes.end(), from.begin(), from.end());
+}
+
+/// Corners, then places in steps, then colours.
+std::vector<std::byte> page_data(const TriangleMesh& mesh, const Box& bounds, double step) {
+  std::vector<std::byte> bytes;
+  for (const Triangle& t : mesh.triangles) append(bytes, t);
+  for (const Vec3& position : mesh.vertices.positions) {
+    const Vec3 local = position - bounds.min;
+    for (int axis = 0; axis < 3; ++axis)
+      append(bytes, static_cast<std::uint16_t>(std::lround(local[axis] / step)));
+  }
+  const VertexColors colors(mesh.vertices.schema);
+  if (!colors.all_are_there()) return bytes;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+    for (const VertexColors::Channel& channel : colors.of(mesh.vertices, i))
+      append(bytes,
+             static_cast<std::uint8_t>(channel.most == 255 ? channel.value : channel.value / 257));
+  return bytes;
+}
+
+/// First triangle, how many, hole.
+Json patch_runs(std::span<const std::int32_t> hole) {
+  Json runs = Json::array();
+  for (std::size_t first = 0; first < hole.size();) {
+    std::size_t end = first + 1;
+    while (end < hole.size() && hole[end] == hole[first]) ++end;
+    if (hole[first] > 0) runs.push_back({first, end - first, hole[first]});
+    first = end;
+  }
+  return runs;
+}
+
+/// A script's text ends nowhere before its end.
+std::string for_script(std::string text) {
+  for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;)
+    text.replace(at, 1, "\\u003c");
+  return text;
+}
+
+void put_in(std::string& page, std::string_view place, const std::string& text) {
+  const std::size_t at = page.find(place);
+  if (at == std::string::npos)
+    throw std::logic_error("the viewer's page has no place for its data");
+  page.replace(at, place.size(), text);
+}
+
+}  // namespace
+
+std::uint64_t view_page_bytes(std::uint64_t vertices, std::uint64_t triangles, bool has_colors) {
+  const std::uint64_t data = triangles * 12 + vertices * (has_colors ? 9 : 6);
+  return kViewerTemplate.size() + (data + 2) / 3 * 4;
+}
+
+std::string view_page(const TriangleMesh& mesh, const ViewPage& page) {
+  const Box bounds = mesh.vertices.bounds();
+  const Vec3 extent = bounds.extent();
+  const double step = bounds.largest_extent() > 0.0 ? bounds.largest_extent() / kSteps : 1.0;
+  Json meta = {{"name", page.name},
+               {"vertices", mesh.vertices.size()},
+               {"triangles", mesh.triangles.size()},
+               {"min", {bounds.min.x, bounds.min.y, bounds.min.z}},
+               {"extent", {extent.x, extent.y, extent.z}},
+               {"step", step},
+               {"up", page.up_axis},
+               {"colors", VertexColors(mesh.vertices.schema).all_are_there()},
+               {"patches", patch_runs(mesh.hole)},
+               {"facts", page.facts}};
+  if (!page.report.empty()) meta["report"] = Json::parse(page.report);
+  std::string text(kViewerTemplate);
+  put_in(text, "ORBWEAVE_META", for_script(json_dump(meta)));
+  put_in(text, "ORBWEAVE_DATA", base64(page_data(mesh, bounds, step)));
+  return text;
+}
+
+}  // namespace orbweave

@@ -1,0 +1,31 @@
+// A mesh as one page for a browser: no server, no other file, no network.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "io/triangle_mesh.h"
+
+namespace orbweave {
+
+/// The largest page.
+inline constexpr std::uint64_t kMostPageBytes = 20'000'000;
+
+struct ViewPage {
+  std::string name;                ///< of the mesh
+  std::vector<std::string> facts;  ///< lines about it
+  int up_axis = 2;                 ///< that is upright; 0: x, 1: y, 2: z
+  std::string report;              ///< a report in JSON; empty: none
+};
+
+/// Bytes of a page, within some thousand.
+std::uint64_t view_page_bytes(std::uint64_t vertices, std::uint64_t triangles, bool has_colors);
+
+/// The page: coordinates in 65,536 steps of the largest extent, colours where there are red, green
+/// and blue. Its bytes depend on mesh and facts alone.
+std::string view_page(const TriangleMesh& mesh, const ViewPage& page);
+
+}  // namespace orbweave

@@ -1,0 +1,168 @@
+#include "io/meshes/mesh_stream.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "io/error.h"
+#include "io/meshes/mesh_reader.h"
+#include "io/meshes/shift_file.h"
+#include "io/ply/ply_vertices.h"
+#include "io/streams/byte_source.h"
+
+namespace orbweave {
+namespace {
+
+[[noreturn]] void refuse_cloud(const std::filesystem::path& path) {
+  throw_bad_input("is no mesh: it has no faces",
+                  {.file = path.string(),
+                   .expected = "a .ply, .obj or .stl file with faces",
+                   .advice = "'orbweave reconstruct' makes a mesh of a cloud."});
+}
+
+/// A mesh in memory.
+class HeldMesh final : public MeshStream {
+ public:
+  explicit HeldMesh(TriangleMesh mesh) : mesh_(std::move(mesh)) {}
+  const PointSchema& schema() const override { return mesh_.vertices.schema; }
+  std::uint64_t vertices() const override { return mesh_.vertices.size(); }
+  std::uint64_t faces() const override { return mesh_.triangles.size(); }
+
+  bool read_vertices(PointCloud& batch, std::size_t capacity) override {
+    batch.clear();
+    batch.schema = schema();
+    for (; batch.size() < capacity && vertex_ < vertices(); ++vertex_)
+      batch.append(mesh_.vertices, vertex_);
+    return !batch.empty();
+  }
+  bool read_triangles(std::vector<Triangle64>& batch, std::size_t capacity) override {
+    batch.clear();
+    for (; batch.size() < capacity && triangle_ < faces(); ++triangle_) {
+      const Triangle& t = mesh_.triangles[triangle_];
+      batch.push_back({t[0], t[1], t[2]});
+    }
+    return !batch.empty();
+  }
+
+ private:
+  TriangleMesh mesh_;
+  std::size_t vertex_ = 0;
+  std::size_t triangle_ = 0;
+};
+
+/// The places of a PLY file's vertices and faces among its elements, where they come in this order.
+struct PlyMeshElements {
+  std::size_t vertex = 0;
+  std::size_t face = 0;
+  std::size_t corner_list = 0;
+};
+
+std::optional<PlyMeshElements> streamed_elements(const PlyHeader& header) {
+  std::optional<std::size_t> vertex;
+  for (std::size_t i = 0; i < header.elements.size(); ++i) {
+    const PlyElement& element = header.elements[i];
+    if (element.name == "vertex" && !vertex) vertex = i;
+    const auto corners = element.name == "face" ? find_corner_list(element) : std::nullopt;
+    if (corners && element.count > 0)
+      return vertex ? std::optional(PlyMeshElements{*vertex, i, *corners}) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+/// The vertices and faces of a PLY file whose faces come after its vertices.
+class PlyMeshStream final : public MeshStream {
+ public:
+  PlyMeshStream(ByteReader reader, Vec3 origin)
+      : reader_(std::move(reader)),
+        header_(read_ply_header(reader_)),
+        at_(streamed_elements(header_).value()),
+        origin_(origin) {
+    check_ply_length(reader_, header_);
+    for (std::size_t i = 0; i < at_.vertex; ++i) skip(i);
+    vertex_rows_.emplace(reader_, header_, header_.elements[at_.vertex]);
+    schema_ = vertex_rows_->schema();
+    if (origin != Vec3{}) schema_.position_type = ScalarType::kFloat64;
+  }
+  const PointSchema& schema() const override { return schema_; }
+  std::uint64_t vertices() const override { return header_.elements[at_.vertex].count; }
+  std::uint64_t faces() const override { return header_.elements[at_.face].count; }
+
+  bool read_vertices(PointCloud& batch, std::size_t capacity) override {
+    const bool any = vertex_rows_->read(batch, capacity);
+    add_origin(origin_, batch);
+    return any;
+  }
+  bool read_triangles(std::vector<Triangle64>& batch, std::size_t capacity) override {
+    batch.clear();
+    if (!face_rows_) begin_faces();
+    while (batch.empty()) {
+      const std::size_t count = face_rows_->next(capacity);
+      if (count == 0) return finish();
+      add_faces(count, batch);
+    }
+    return true;
+  }
+
+ private:
+  void skip(std::size_t element) {
+    PlyRowReader(reader_, header_, header_.elements[element]).skip();
+  }
+  void begin_faces() {
+    for (std::size_t i = at_.vertex + 1; i < at_.face; ++i) skip(i);
+    face_rows_.emplace(reader_, header_, header_.elements[at_.face], at_.corner_list);
+  }
+  bool finish() {
+    if (std::exchange(is_finished_, true)) return false;
+    for (std::size_t i = at_.face + 1; i < header_.elements.size(); ++i) skip(i);
+    check_ply_end(reader_, header_.elements.back());
+    return false;
+  }
+  void add_faces(std::size_t count, std::vector<Triangle64>& batch) {
+    const std::int64_t* corners = face_rows_->list_values().data();
+    for (std::size_t row = 0; row < count; ++row) {
+      const std::uint32_t size = face_rows_->list_sizes()[row];
+      check(std::span(corners, size), row, count);
+      const auto corner = [&](std::uint32_t i) { return static_cast<std::uint64_t>(corners[i]); };
+      for (std::uint32_t i = 2; i < size; ++i)
+        batch.push_back({corner(0), corner(i - 1), corner(i)});
+      corners += size;
+    }
+  }
+  void check(std::span<const std::int64_t> corners, std::size_t row, std::size_t count) const {
+    for (const std::int64_t corner : corners) {
+      if (corner >= 0 && static_cast<std::uint64_t>(corner) < vertices()) continue;
+      throw_bad_input(
+          "a face names a vertex that is not there",
+          {.file = reader_.name(),
+           .place = "face " + std::to_string(faces() - face_rows_->rows_left() - count + row),
+           .found = "vertex " + std::to_string(corner),
+           .expected = "0 to " + std::to_string(vertices()) + " (excluded)"});
+    }
+  }
+
+  ByteReader reader_;
+  PlyHeader header_;
+  PlyMeshElements at_;
+  Vec3 origin_;
+  PointSchema schema_;
+  std::optional<PlyVertexReader> vertex_rows_;
+  std::optional<PlyRowReader> face_rows_;
+  bool is_finished_ = false;
+};
+
+bool can_be_streamed(const std::filesystem::path& path) {
+  ByteReader reader(open_byte_source(path));
+  return looks_like_ply(reader) && streamed_elements(read_ply_header(reader)).has_value();
+}
+
+}  // namespace
+
+std::unique_ptr<MeshStream> open_mesh_stream(const std::filesystem::path& path) {
+  if (!holds_faces(path)) refuse_cloud(path);
+  if (can_be_streamed(path))
+    return std::make_unique<PlyMeshStream>(ByteReader(open_byte_source(path)), origin_beside(path));
+  return std::make_unique<HeldMesh>(read_mesh(path));
+}
+
+}  // namespace orbweave

@@ -1,0 +1,37 @@
+// A mesh read once, front to back.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "io/triangle_mesh.h"
+
+namespace orbweave {
+
+/// All vertices, then all triangles, in the file's order. Damaged files end in an Error (bad
+/// input) with file and place.
+class MeshStream {
+ public:
+  virtual ~MeshStream() = default;
+  virtual const PointSchema& schema() const = 0;
+  virtual std::uint64_t vertices() const = 0;
+  /// Faces of the file; those of more than three corners give more triangles.
+  virtual std::uint64_t faces() const = 0;
+  /// Replaces `batch` by the next vertices, at most `capacity`. False, with an empty batch, at the
+  /// end.
+  virtual bool read_vertices(PointCloud& batch, std::size_t capacity) = 0;
+  /// Replaces `batch` by the next triangles, after the last vertex; false at the end. Corners are
+  /// below vertices(). A face of many corners may exceed the capacity.
+  virtual bool read_triangles(std::vector<Triangle64>& batch, std::size_t capacity) = 0;
+};
+
+/// PLY of any size whose vertices come before its faces is read in bounded memory; OBJ, STL and
+/// other PLY files are held in memory. Coordinates counted from an origin, by the shift beside the
+/// file, are those of the world. Throws Error as read_mesh() does, and (bad input) for a file
+/// without faces.
+std::unique_ptr<MeshStream> open_mesh_stream(const std::filesystem::path& path);
+
+}  // namespace orbweave

@@ -1,0 +1,122 @@
+// GLB and levels of detail, as a user makes them.
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "io/meshes/mesh_writer.h"
+#include "tests/io/glb_file.h"
+#include "tests/support/data.h"
+#include "tests/support/meshes.h"
+#include "tests/support/program.h"
+
+using Catch::Matchers::Contains;
+using namespace orbweave;
+using namespace orbweave::test;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+void make_mesh(const ScratchDirectory& in, Vec3 place = {}) {
+  write_mesh(in / "mesh.ply", moved(torus_mesh(3000), [&](Vec3 p) { return p + place; }));
+}
+
+nlohmann::json tileset_in(const fs::path& folder) {
+  std::ifstream stream(folder / "tileset.json");
+  return nlohmann::json::parse(stream);
+}
+
+}  // namespace
+
+TEST_CASE("GlbOfAJobIsTheSameForAnyCutAndThatOfItsConvertedPly") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "bumpy-torus", "--points", "3000", "-o", "scan.ply"}).status ==
+          0);
+  const auto reconstruct = [&](const char* mesh, const char* points) {
+    const ProgramResult result =
+        run_in(in, {"reconstruct", "scan.ply", "-o", mesh, "--chunk-points", points});
+    CHECK(result.status == 0);
+  };
+  reconstruct("a.glb", "3000");
+  reconstruct("b.glb", "400");
+  reconstruct("c.ply", "3000");
+  REQUIRE(run_in(in, {"convert", "c.ply", "d.glb"}).status == 0);
+  CHECK(file_text(in / "a.glb") == file_text(in / "b.glb"));
+  CHECK(file_text(in / "a.glb") == file_text(in / "d.glb"));
+  CHECK(GlbFile(in / "a.glb").triangles().size() > 5000);
+}
+
+TEST_CASE("GlbIsWrittenAndNotRead") {
+  const ScratchDirectory in;
+  make_mesh(in);
+  REQUIRE(run_in(in, {"convert", "mesh.ply", "mesh.glb"}).status == 0);
+  for (const char* command : {"inspect", "reconstruct"}) {
+    const ProgramResult result = run_in(in, {command, "mesh.glb", "-o", "out.ply"});
+    CHECK(result.status == 2);
+  }
+  const ProgramResult converted = run_in(in, {"convert", "mesh.glb", "again.ply"});
+  CHECK(converted.status == 2);
+  CHECK_THAT(converted.err, Contains("mesh.glb") && Contains(".glb clouds"));
+  const ProgramResult text = run_in(in, {"fill", "mesh.ply", "-o", "text.glb", "--format", "text"});
+  CHECK(text.status == 2);
+  CHECK_THAT(text.err, Contains("GLB has no text encoding"));
+}
+
+TEST_CASE("GlbShowsTheUprightAxisOfThePictureAndTheWorldsCoordinates") {
+  const ScratchDirectory in;
+  make_mesh(in, {4'176'000.3, -512'000.2, 250.0});
+  REQUIRE(run_in(in, {"fill", "mesh.ply", "-o", "z.glb", "--picture-up", "z"}).status == 0);
+  REQUIRE(run_in(in, {"fill", "mesh.ply", "-o", "y.glb", "--picture-up", "y"}).status == 0);
+  const std::vector<Vec3> z = GlbFile(in / "z.glb").seen_positions();
+  const std::vector<Vec3> y = GlbFile(in / "y.glb").seen_positions();
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    CHECK(norm(Vec3{z[i].x, -z[i].z, z[i].y} - y[i]) < 1e-6);
+    CHECK(std::abs(y[i].x - 4'176'000.0) < 2.0);
+  }
+  CHECK_FALSE(fs::exists(in / "z.glb.shift.txt"));
+}
+
+TEST_CASE("TilesetCommandSaysWhatItMade") {
+  const ScratchDirectory in;
+  make_mesh(in);
+  const ProgramResult made =
+      run_in(in, {"tileset", "mesh.ply", "-o", "tiles", "--leaf-triangles", "700"});
+  REQUIRE(made.status == 0);
+  CHECK_THAT(made.out, Contains("tiles/tileset.json") && Contains("at borders"));
+  CHECK(tileset_in(in / "tiles")["asset"]["version"] == "1.1");
+  CHECK_FALSE(fs::exists(in / "tiles.work"));
+  const std::string before = file_text(in / "tiles" / "tileset.json");
+  const ProgramResult again = run_in(in, {"tileset", "mesh.ply", "-o", "tiles", "--leaf-triangles",
+                                          "700", "--threads", "3", "--memory", "64MiB"});
+  REQUIRE(again.status == 0);
+  CHECK(again.out == made.out);
+  CHECK(file_text(in / "tiles" / "tileset.json") == before);
+}
+
+TEST_CASE("TilesetLiesOnTheEarthWhereTheCoordinateSystemIsKnown") {
+  const ScratchDirectory in;
+  make_mesh(in, {500'000, 4'500'000, 100});
+  std::ofstream(in / "mesh.prj") << "EPSG:32612";
+  const ProgramResult made = run_in(in, {"tileset", "mesh.ply", "-o", "tiles"});
+  REQUIRE(made.status == 0);
+  CHECK_THAT(made.out, Contains("on the Earth"));
+  const auto m = tileset_in(in / "tiles")["root"]["transform"].get<std::vector<double>>();
+  CHECK(std::abs(norm(Vec3{m[12], m[13], m[14]}) - 6'369'000.0) < 10'000.0);
+}
+
+TEST_CASE("TilesetLeavesEverythingElseAlone") {
+  const ScratchDirectory in;
+  make_mesh(in);
+  fs::create_directory(in / "mine");
+  std::ofstream(in / "mine" / "notes.txt") << "mine";
+  const ProgramResult refused = run_in(in, {"tileset", "mesh.ply", "-o", "mine"});
+  CHECK(refused.status == 2);
+  CHECK_THAT(refused.err, Contains("notes.txt"));
+  CHECK(file_text(in / "mine" / "notes.txt") == "mine");
+  CHECK(run_in(in, {"tileset", "mesh.ply", "-o", "."}).status == 2);
+  CHECK(run_in(in, {"tileset", "absent.ply", "-o", "tiles"}).status == 3);
+  CHECK_FALSE(fs::exists(in / "tiles"));
+  CHECK_FALSE(fs::exists(in / "tiles.work"));
+}
