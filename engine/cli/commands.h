@@ -32,5 +32,6 @@ void add_inspect_command(CLI::App& program, const CommandContext& context);
 void add_compare_command(CLI::App& program, const CommandContext& context);
 void add_convert_command(CLI::App& program, const CommandContext& context);
 void add_generate_command(CLI::App& program, const CommandContext& context);
+void add_config_command(CLI::App& program, const CommandContext& context);
 
 }  // namespace orbweave
