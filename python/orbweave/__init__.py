@@ -70,7 +70,7 @@ def _written_job(job, settings):
         return "", "", pairs_of_sections(job) + more
     if isinstance(job, str) and "\n" in job:
         return "", job, more
-    return os.fsdecode(job), "", more
+    return os.fsencode(job), "", more
 
 
 def run(job, *, settings=None, fresh=False, progress=None):
@@ -94,23 +94,23 @@ def plan(job, *, settings=None, progress=None):
 
 def read_points(path):
     """Reads a cloud of any format that the program reads, whole, and returns a PointCloud."""
-    return _orbweave.read_points(os.fsdecode(path))
+    return _orbweave.read_points(os.fsencode(path))
 
 
 def read_mesh(path):
     """Reads a mesh (.ply, .obj, .stl) and returns a Mesh."""
-    return _orbweave.read_mesh(os.fsdecode(path))
+    return _orbweave.read_mesh(os.fsencode(path))
 
 
 def write_mesh(path, mesh, *, binary=True, float_positions=False, origin=(0.0, 0.0, 0.0)):
     """Writes a mesh (.ply, .obj, .stl, each also with .gz). origin is subtracted from the coordinates. The file has its
     name when it is complete."""
-    _orbweave.write_mesh(os.fsdecode(path), mesh, binary, float_positions, tuple(origin))
+    _orbweave.write_mesh(os.fsencode(path), mesh, binary, float_positions, tuple(origin))
 
 
 def write_points(path, cloud, *, binary=True, float_positions=False, origin=(0.0, 0.0, 0.0)):
     """Writes a PointCloud (.ply, .xyz, .csv, each also with .gz)."""
-    _orbweave.write_points(os.fsdecode(path), cloud, binary, float_positions, tuple(origin))
+    _orbweave.write_points(os.fsencode(path), cloud, binary, float_positions, tuple(origin))
 
 
 def inspect(mesh):

@@ -139,7 +139,7 @@ std::vector<Triangle> triangles_of(const py::object& values, std::size_t vertice
         throw_usage("a triangle names a vertex that is not there",
                     {.place = "triangles",
                      .found = std::to_string(*number),
-                     .expected = "0 to " + std::to_string(vertices) + " - 1"});
+                     .expected = "a number below " + std::to_string(vertices)});
       corner = static_cast<std::uint32_t>(*number++);
     }
   }

@@ -32,7 +32,52 @@ TEST_CASE("ThePrintedSchemaIsJson") {
 }
 
 TEST_CASE("ConfigPrintsOneThingAtATime") {
-  CHECK_THAT(run_program({"config"}).err, Contains("--defaults, --schema or --reference"));
+  CHECK_THAT(run_program({"config"}).err, Contains("--defaults, --schema, --reference"));
   CHECK(run_program({"config"}).status == 2);
   CHECK(run_program({"config", "--schema", "--defaults"}).status == 2);
+}
+
+TEST_CASE("EveryCommandHasAManualPageThatTheProgramsPageNames") {
+  const auto program = run_program({"config", "--manual", "orbweave"});
+  CHECK(program.status == 0);
+  for (const char* command : {"run", "reconstruct", "fill", "plan", "status", "inspect", "compare",
+                              "convert", "generate", "config"}) {
+    const std::string name = std::string("orbweave-") + command;
+    CHECK_THAT(program.out, Contains(".BR orbweave\\-" + std::string(command) + " (1)"));
+    const auto page = run_program({"config", "--manual", name});
+    CAPTURE(name);
+    CHECK(page.status == 0);
+    CHECK_THAT(page.out, Contains(".SH EXIT STATUS") && Contains(".SH SYNOPSIS"));
+  }
+  const auto unknown = run_program({"config", "--manual", "orbweave-weave"});
+  CHECK(unknown.status == 2);
+  CHECK_THAT(unknown.err, Contains("no manual page of this name") && Contains("orbweave-run"));
+}
+
+TEST_CASE("ManualPagesShowOptionsWithTheirValues") {
+  const auto page = run_program({"config", "--manual", "orbweave-reconstruct"});
+  CHECK_THAT(page.out, Contains("\\fB\\-o\\fR, \\fB\\-\\-output\\fR \\fIFILE\\fR") &&
+                           Contains("(required)") && Contains("\\fISCAN\\fR"));
+}
+
+TEST_CASE("CompletionKnowsCommandsOptionsAndChoicesOfEachShell") {
+  for (const char* shell : {"bash", "zsh", "fish"}) {
+    const auto printed = run_program({"config", "--completion", shell});
+    CAPTURE(shell);
+    CHECK(printed.status == 0);
+    CHECK_THAT(printed.out, Contains("reconstruct") && Contains("ball-radii") &&
+                                Contains("biharmonic triharmonic"));
+  }
+  const auto unknown = run_program({"config", "--completion", "tcsh"});
+  CHECK(unknown.status == 2);
+  CHECK_THAT(unknown.err, Contains("bash, zsh or fish"));
+}
+
+TEST_CASE("TheReferenceHasKeysOptionsFieldsAndExitStatuses") {
+  const auto printed = run_program({"config", "--reference"});
+  CHECK(printed.status == 0);
+  CHECK_THAT(printed.out, Contains("### `fill.max_edges`") && Contains("### `orbweave compare`") &&
+                              Contains("| `mesh.watertight` | true or false |") &&
+                              Contains("| `holes[].confidence` | number |") &&
+                              Contains("| 130 | interrupted"));
 }
