@@ -24,15 +24,15 @@ struct CommandFacts {
   std::string name;
   std::string help;     ///< one line
   std::string example;  ///< the last lines of its help
-  std::vector<OptionFacts> options;
+  std::vector<OptionFacts> options{};
 };
 
 struct ProgramFacts {
   std::string name;
   std::string help;
   std::string example;
-  std::vector<OptionFacts> options;
-  std::vector<CommandFacts> commands;
+  std::vector<OptionFacts> options{};
+  std::vector<CommandFacts> commands{};
 };
 
 /// Options that help does not show are left out.

@@ -69,6 +69,7 @@ std::string field_rows(const nlohmann::ordered_json& object, const std::string& 
 std::string fields_text() {
   RunReport report;
   report.holes.resize(1);
+  report.holes.front().filled = true;
   report.stages.resize(1);
   return "# Report\n\nThe fields of the JSON that `output.report` names. `options` has the "
          "resolved "
