@@ -14,7 +14,8 @@ of_scans=(workloads/kernel quality/right_surface same_bytes quality/fill workloa
   quality/raw_scans study/study)
 of_scale=(workloads/job workloads/threads workloads/chunks workloads/ranks models/simulate workloads/memory
   workloads/compression)
-others=(workloads/hostile quality/scans_noise quality/noise_growth quality/orientation_cases quality/round_trip)
+others=(workloads/hostile quality/scans_noise quality/noise_growth quality/orientation_cases quality/round_trip
+  workloads/python_module)
 
 data=${ORBWEAVE_DATA_DIR:-../shared/data}
 [ -d "$data/stanford" ] || echo "no real scans in $data (ORBWEAVE_DATA_DIR): generated clouds only"

@@ -1,6 +1,7 @@
 # Install and export. Two components: "core" (points in memory to meshes in memory; needs TBB) and
 # "pipeline" (files, jobs; needs all packages). Their public headers are listed here, each with the
-# name that programs include it by: <orbweave/NAME>. Nothing else is installed.
+# name that programs include it by: <orbweave/NAME>. No other header is installed. CMake's install
+# components are the packages (cmake/OrbweavePackages.cmake): program, library, mpi, python.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -58,7 +59,7 @@ function(orbweave_install_headers)
     file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/include/orbweave/${name} CONTENT "${text}" @ONLY)
     set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${source})
     install(FILES ${PROJECT_BINARY_DIR}/include/orbweave/${name}
-            DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/orbweave)
+            DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/orbweave COMPONENT library)
   endwhile()
 endfunction()
 
@@ -70,8 +71,15 @@ function(orbweave_install_library target name component)
   # With BUILD_SHARED_LIBS: versions that may differ in their interface differ in their soname.
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} VERSION ${PROJECT_VERSION}
     SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+  if(ORBWEAVE_HAS_PYTHON)
+    # The module is a shared object. No function is replaced at load time, so that calls and inlining
+    # stay what they are in a program.
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    target_compile_options(${target} PRIVATE -fno-semantic-interposition)
+  endif()
   install(TARGETS ${target} EXPORT orbweave_${component}_targets
-          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library
+          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library)
 endfunction()
 
 # The package files; called once, after all libraries.
@@ -83,17 +91,25 @@ function(orbweave_install_package)
   write_basic_package_version_file(${PROJECT_BINARY_DIR}/orbweaveConfigVersion.cmake
     COMPATIBILITY SameMinorVersion)
   install(FILES ${PROJECT_BINARY_DIR}/orbweaveConfig.cmake
-    ${PROJECT_BINARY_DIR}/orbweaveConfigVersion.cmake DESTINATION ${where})
+    ${PROJECT_BINARY_DIR}/orbweaveConfigVersion.cmake DESTINATION ${where} COMPONENT library)
   install(EXPORT orbweave_core_targets NAMESPACE orbweave:: FILE orbweaveCoreTargets.cmake
-          DESTINATION ${where})
+          DESTINATION ${where} COMPONENT library)
   if(ORBWEAVE_PIPELINE)
     install(EXPORT orbweave_pipeline_targets NAMESPACE orbweave:: FILE orbweavePipelineTargets.cmake
-            DESTINATION ${where})
+            DESTINATION ${where} COMPONENT library)
     install(FILES ${PROJECT_SOURCE_DIR}/cmake/FindHdf5Core.cmake
       ${PROJECT_SOURCE_DIR}/cmake/FindOpenVdbCore.cmake ${PROJECT_SOURCE_DIR}/cmake/FindXxHash.cmake
       ${PROJECT_SOURCE_DIR}/cmake/FindProjCore.cmake
-      DESTINATION ${where})
+      DESTINATION ${where} COMPONENT library)
   endif()
-  install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md
-          ${PROJECT_SOURCE_DIR}/docs/licence.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+  orbweave_install_documents()
+endfunction()
+
+# The README and all that it points to, side by side as in the source tree.
+function(orbweave_install_documents)
+  foreach(document README.md CHANGELOG.md CITATION.cff CONTRIBUTING.md LICENSE SECURITY.md)
+    install(FILES ${PROJECT_SOURCE_DIR}/${document} DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+  endforeach()
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs ${PROJECT_SOURCE_DIR}/configs DESTINATION ${CMAKE_INSTALL_DOCDIR}
+          COMPONENT program)
 endfunction()

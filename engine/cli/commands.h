@@ -34,5 +34,6 @@ void add_tileset_command(CLI::App& program, const CommandContext& context);
 void add_view_command(CLI::App& program, const CommandContext& context);
 void add_convert_command(CLI::App& program, const CommandContext& context);
 void add_generate_command(CLI::App& program, const CommandContext& context);
+void add_config_command(CLI::App& program, const CommandContext& context);
 
 }  // namespace orbweave

@@ -1,6 +1,8 @@
 // The exit statuses of the programs.
 #pragma once
 
+#include <array>
+
 #include "io/error.h"
 
 namespace orbweave {
@@ -14,6 +16,22 @@ enum class ExitStatus : int {
   kResource = 4,
   kInterrupted = 130
 };
+
+/// What each says, as manual pages and the reference have it.
+struct ExitStatusFacts {
+  ExitStatus status;
+  const char* meaning;
+};
+inline constexpr std::array<ExitStatusFacts, 6> kExitStatuses = {{
+    {ExitStatus::kDone, "done"},
+    {ExitStatus::kDefect, "a defect in the program"},
+    {ExitStatus::kUsage, "wrong usage or job file"},
+    {ExitStatus::kBadInput, "bad input data"},
+    {ExitStatus::kResource,
+     "out of memory budget, disk or another resource; what is done is kept, the same command "
+     "resumes"},
+    {ExitStatus::kInterrupted, "interrupted; what is done is kept, the same command resumes"},
+}};
 
 constexpr ExitStatus exit_status(ErrorKind kind) {
   switch (kind) {

@@ -222,6 +222,17 @@ constexpr std::array kPictureBacks = {"auto", "shown", "culled"};
 constexpr std::array kPictureColors = {"patches", "confidence", "points", "component"};
 constexpr std::array kUpAxes = {"auto", "x", "y", "z"};
 
+/// What limits of the keys share.
+constexpr std::array kAuto = {"auto"};
+constexpr std::array kNone = {"none"};
+constexpr std::array kAutoOrNone = {"auto", "none"};
+constexpr std::array kSeparatorCharacters = {",", ";", "\t", " "};
+constexpr std::array kColorBits = {8, 16};
+constexpr std::array kAxes = {3};
+constexpr std::array kPlaceOrDirection = {3, 4};
+constexpr std::array kCorners = {0, 4, 6};
+constexpr double kLeastMemoryBytes = static_cast<double>(kLeastMemory);
+
 template <class Enum>
 std::string name_in(Choices names, Enum value) {
   return names[static_cast<std::size_t>(value)];
@@ -302,7 +313,8 @@ constexpr JobKey kKeys[] = {
     {"input", "separator", T::kChoice, "", kSeparatorNames,
      "separator between the columns of a text cloud", "separator", "",
      [](Job& job, const W& value) { job.input.text.separator = separator_value(value); },
-     [](const Job& job) -> JobValue { return separator_text(job.input.text.separator); }},
+     [](const Job& job) -> JobValue { return separator_text(job.input.text.separator); },
+     {.words = kSeparatorCharacters}},
 
     {"input", "poses", T::kPath, "the path of a Stanford .conf, or \"\" for none", {},
      "file with a pose per scan (Stanford .conf)", "poses", "",
@@ -314,7 +326,8 @@ constexpr JobKey kKeys[] = {
      [](const Job& job) -> JobValue { return job.input.pose_lines; }},
     {"input", "scanner", T::kNumbers, "\"auto\", a place [x, y, z] or a direction [x, y, z, 0]", {},
      "position x,y,z of the scanner, or direction x,y,z,0 towards the scanner, in each scan's own coordinates", "scanner", "",
-     set_scanner, scanner_value},
+     set_scanner, scanner_value,
+     {.words = kAuto, .lengths = kPlaceOrDirection}},
     {"input", "scanners", T::kTexts, "a list of texts \"ATTRIBUTE=VALUE x y z\", or with a 0 behind a direction; [] for none", {},
      "positions of the scanners of merged scans, one per value of an attribute of the points, such as \"scan=0 1.2 0.5 1.6\"", "", "",
      set_scanners,
@@ -322,18 +335,21 @@ constexpr JobKey kKeys[] = {
     {"input", "las_classes", T::kNumbers, "a list of integers from 0 to 255; [] for all", {},
      "LAS point classes to keep, such as 2,6 (ground, building); the default keeps all", "las-classes", "",
      [](Job& job, const W& value) { job.input.las_classes = classes_value(value); },
-     [](const Job& job) { return classes_of(job.input.las_classes); }},
+     [](const Job& job) { return classes_of(job.input.las_classes); },
+     {.least = 0, .most = 255, .is_whole = true, .words = kNone}},
     {"input", "drop_classes", T::kNumbers, "a list of integers from 0 to 255; [] or \"none\" for none", {},
      "point classes to leave out where las_classes names none to keep; the default is noise, low point and high noise", "drop-classes", "",
      [](Job& job, const W& value) { job.input.drop_classes = classes_value(value); },
-     [](const Job& job) { return classes_of(job.input.drop_classes); }},
+     [](const Job& job) { return classes_of(job.input.drop_classes); },
+     {.least = 0, .most = 255, .is_whole = true, .words = kNone}},
     {"input", "returns", T::kChoice, "", kReturns,
      "returns of a laser pulse to keep", "returns", "",
      [](Job& job, const W& value) { job.input.returns = static_cast<ReturnFilter>(choice_value(value, kReturns)); },
      [](const Job& job) -> JobValue { return name_in(kReturns, job.input.returns); }},
     {"input", "crop", T::kNumbers, "a list [xmin, ymin, zmin, xmax, ymax, zmax] or [xmin, ymin, xmax, ymax]; [] or \"none\" for none", {},
      "box of the points to keep, in world coordinates, limits included", "crop", "",
-     set_crop, crop_value},
+     set_crop, crop_value,
+     {.words = kNone, .lengths = kCorners}},
     {"input", "crop_area", T::kPath, "polygons as WKT, such as \"POLYGON ((0 0, 9 0, 9 9, 0 0))\", the path of a WKT or GeoJSON file, or \"\" for none", {},
      "polygons of the points to keep, by x and y in world coordinates: the path of a WKT or GeoJSON file, or WKT itself", "crop-area", "",
      set_crop_area,
@@ -341,7 +357,8 @@ constexpr JobKey kKeys[] = {
     {"input", "every", T::kInteger, "an integer of at least 1", {},
      "keep one in so many points, whatever their order; 1 keeps all", "every", "",
      [](Job& job, const W& value) { job.input.every = static_cast<std::uint64_t>(integer_value(value, 1, kLargest)); },
-     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.input.every); }},
+     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.input.every); },
+     {.least = 1}},
 
     {"input", "keep_strays", T::kFlag, "true or false", {},
      "keep points that are no measurements: no-data values, missing returns at (0, 0, 0), strays far from all other points", "keep-strays", "true",
@@ -350,16 +367,19 @@ constexpr JobKey kKeys[] = {
     {"input", "units_per_meter", T::kNumber, "\"auto\" or a positive number", {},
      "units of the scan in one metre, such as 1000 for millimetres; auto takes the unit of the coordinate system; used by checks and reports only", "units-per-meter", "",
      set_units_per_meter,
-     [](const Job& job) -> JobValue { return auto_or(job.input.units_per_meter); }},
+     [](const Job& job) -> JobValue { return auto_or(job.input.units_per_meter); },
+     {.least = 0, .most = kLargestNumber, .is_above = true, .words = kAuto}},
 
     {"partition", "memory", T::kBytes, "a quantity such as \"4GiB\", or a number of bytes, at least 64MiB", {},
      "memory budget of the whole process, such as 4GiB; at least 64MiB", "memory", "",
      [](Job& job, const W& value) { job.partition.memory_bytes = bytes_value(value, kLeastMemory); },
-     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.partition.memory_bytes); }},
+     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.partition.memory_bytes); },
+     {.least = kLeastMemoryBytes}},
     {"partition", "chunk_points", T::kInteger, "\"auto\" or an integer of at least 1", {},
      "maximum number of points of a chunk; auto derives the number from the memory budget", "chunk-points", "",
      set_chunk_points,
-     [](const Job& job) -> JobValue { return auto_or(job.partition.chunk_points); }},
+     [](const Job& job) -> JobValue { return auto_or(job.partition.chunk_points); },
+     {.least = 1, .words = kAuto}},
 
     {"cleaning", "auto", T::kFlag, "true or false", {},
      "cleaning chosen by measuring the noise of the scan: outliers, smoothing and thinning where the noise exceeds 9 % of the point spacing", "cleaning", "true",
@@ -368,31 +388,38 @@ constexpr JobKey kKeys[] = {
     {"cleaning", "outlier_sigma", T::kNumber, "a number of at least 0; 0 is off", {},
      "outlier threshold in standard deviations: drops a point whose mean neighbour distance exceeds its neighbours' mean by more than this; 0 disables it, 4 is typical", "outlier-sigma", "",
      [](Job& job, const W& value) { job.cleaning.outlier_sigma = number_value(value, 0.0, kLargestNumber); },
-     [](const Job& job) -> JobValue { return job.cleaning.outlier_sigma; }},
+     [](const Job& job) -> JobValue { return job.cleaning.outlier_sigma; },
+     {.least = 0, .most = kLargestNumber}},
     {"cleaning", "merge_tolerance", T::kNumber, "a number of at least 0, in the scan's units; 0 is off", {},
      "distance below which points are merged into one, in scan units; 0 disables merging", "merge-tolerance", "",
      [](Job& job, const W& value) { job.cleaning.merge_tolerance = number_value(value, 0.0, kLargestNumber); },
-     [](const Job& job) -> JobValue { return job.cleaning.merge_tolerance; }},
+     [](const Job& job) -> JobValue { return job.cleaning.merge_tolerance; },
+     {.least = 0, .most = kLargestNumber}},
     {"cleaning", "smooth_radius", T::kNumber, "a number of at least 0, in the scan's units; 0 is off", {},
      "radius of the moving least squares smoothing, in scan units; 0 disables smoothing, four point spacings are typical", "smooth-radius", "",
      [](Job& job, const W& value) { job.cleaning.smooth_radius = number_value(value, 0.0, kLargestNumber); },
-     [](const Job& job) -> JobValue { return job.cleaning.smooth_radius; }},
+     [](const Job& job) -> JobValue { return job.cleaning.smooth_radius; },
+     {.least = 0, .most = kLargestNumber}},
     {"cleaning", "smooth_passes", T::kInteger, "an integer from 1 to 8", {},
      "number of smoothing passes", "smooth-passes", "",
      [](Job& job, const W& value) { job.cleaning.smooth_passes = static_cast<int>(integer_value(value, 1, kMostLevels)); },
-     [](const Job& job) -> JobValue { return std::int64_t{job.cleaning.smooth_passes}; }},
+     [](const Job& job) -> JobValue { return std::int64_t{job.cleaning.smooth_passes}; },
+     {.least = 1, .most = 8}},
     {"cleaning", "thin_to_spacing", T::kNumber, "a number of at least 0, in the scan's units; 0 is off", {},
      "minimum distance between the points that thinning keeps, in scan units; 0 disables thinning", "thin-to-spacing", "",
      [](Job& job, const W& value) { job.cleaning.thin_to_spacing = number_value(value, 0.0, kLargestNumber); },
-     [](const Job& job) -> JobValue { return job.cleaning.thin_to_spacing; }},
+     [](const Job& job) -> JobValue { return job.cleaning.thin_to_spacing; },
+     {.least = 0, .most = kLargestNumber}},
     {"cleaning", "cluster_points", T::kInteger, "\"auto\" or an integer from 0 to 100000; 0 is off", {},
      "drops clusters of fewer points that lie apart from everything else; 0 is off, auto is 0 where cleaning.auto is off", "cluster-points", "",
      set_cluster_points,
-     [](const Job& job) -> JobValue { return auto_or(job.cleaning.cluster_points); }},
+     [](const Job& job) -> JobValue { return auto_or(job.cleaning.cluster_points); },
+     {.least = 0, .most = 100000, .words = kAuto}},
     {"cleaning", "min_surfaceness", T::kNumber, "a number from 0 to 1; 0 is off", {},
      "drops points whose neighbours lie less like a surface than this: 1 is a surface, 0 a wire or a cloud; 0 is off, 0.15 drops wires and twigs", "min-surfaceness", "",
      [](Job& job, const W& value) { job.cleaning.min_surfaceness = number_value(value, 0.0, 1.0); },
-     [](const Job& job) -> JobValue { return job.cleaning.min_surfaceness; }},
+     [](const Job& job) -> JobValue { return job.cleaning.min_surfaceness; },
+     {.least = 0, .most = 1}},
 
     {"normals", "source", T::kChoice, "", kSources,
      "source of the normals; auto estimates normals where the scans have none", "normals", "",
@@ -401,7 +428,8 @@ constexpr JobKey kKeys[] = {
     {"normals", "neighbors", T::kInteger, "an integer from 3 to 256", {},
      "number of neighbours that a normal is estimated from", "neighbors", "",
      [](Job& job, const W& value) { job.normals.neighbors = static_cast<int>(integer_value(value, 3, 256)); },
-     [](const Job& job) -> JobValue { return std::int64_t{job.normals.neighbors}; }},
+     [](const Job& job) -> JobValue { return std::int64_t{job.normals.neighbors}; },
+     {.least = 3, .most = 256}},
     {"normals", "orientation", T::kChoice, "", kOrientations,
      "rule that orients estimated normals; auto takes scanner, viewpoint, up or propagate, the first that is known; ground is for scenes: scanner, viewpoint, or propagate with the ground turned up; inward is for rooms: propagate, but closed surfaces point inward", "orientation", "",
      [](Job& job, const W& value) { job.normals.orientation = static_cast<Orientation>(choice_value(value, kOrientations)); },
@@ -409,11 +437,13 @@ constexpr JobKey kKeys[] = {
     {"normals", "viewpoint", T::kNumbers, "\"auto\" or three numbers [x, y, z]", {},
      "position x,y,z that normals point towards", "viewpoint", "",
      [](Job& job, const W& value) { job.normals.viewpoint = optional_vector(value); },
-     [](const Job& job) -> JobValue { return auto_or(job.normals.viewpoint); }},
+     [](const Job& job) -> JobValue { return auto_or(job.normals.viewpoint); },
+     {.words = kAuto, .lengths = kAxes}},
     {"normals", "up", T::kNumbers, "\"auto\" or three numbers [x, y, z]", {},
      "direction x,y,z on whose side normals point", "up", "",
      [](Job& job, const W& value) { set_direction(job.normals.up, value); },
-     [](const Job& job) -> JobValue { return auto_or(job.normals.up); }},
+     [](const Job& job) -> JobValue { return auto_or(job.normals.up); },
+     {.words = kAuto, .lengths = kAxes}},
 
     {"reconstruct", "method", T::kChoice, "", kMethods,
      "reconstruction method; all but ball_pivoting hold the whole cloud in memory, and are there where the program was built with CGAL", "method", "",
@@ -422,11 +452,13 @@ constexpr JobKey kKeys[] = {
     {"reconstruct", "ball_radii", T::kNumbers, "\"auto\" or positive numbers in ascending order such as [0.0015, 0.003]", {},
      "ball radii in ascending order, in scan units, such as 0.0015,0.003; auto measures the point spacing", "ball-radii", "",
      set_radii,
-     [](const Job& job) -> JobValue { return auto_or(job.reconstruct.ball_radii); }},
+     [](const Job& job) -> JobValue { return auto_or(job.reconstruct.ball_radii); },
+     {.least = kLeastBallRadius, .most = kMostBallRadius, .words = kAuto, .least_length = 1}},
     {"reconstruct", "levels", T::kInteger, "\"auto\" or an integer from 1 to 8", {},
      "number of automatic ball radii, 1 to 8; auto derives the number from the density", "levels", "",
      [](Job& job, const W& value) { job.reconstruct.levels = is_auto(value) ? 0 : static_cast<int>(integer_value(value, 1, kMostLevels)); },
-     [](const Job& job) -> JobValue { return auto_or(static_cast<std::uint64_t>(job.reconstruct.levels)); }},
+     [](const Job& job) -> JobValue { return auto_or(static_cast<std::uint64_t>(job.reconstruct.levels)); },
+     {.least = 1, .most = kMostLevels, .words = kAuto}},
 
     {"fill", "enabled", T::kFlag, "true or false", {},
      "fill holes", "no-fill", "false",
@@ -439,22 +471,26 @@ constexpr JobKey kKeys[] = {
     {"fill", "neighborhood", T::kNumber, "a number of at least 1", {},
      "radius of the neighbourhood that shapes a patch, in radii of the hole", "neighborhood", "",
      [](Job& job, const W& value) { job.fill.neighborhood = number_value(value, 1.0, kLargestNumber); },
-     [](const Job& job) -> JobValue { return job.fill.neighborhood; }},
+     [](const Job& job) -> JobValue { return job.fill.neighborhood; },
+     {.least = 1, .most = kLargestNumber}},
     {"fill", "max_diameter", T::kNumber, "\"auto\", a positive number, or inf for no limit", {},
      "maximum diameter of a hole to fill, in scan units; inf sets no limit; auto leaves wide gaps of open scenes open", "max-diameter", "",
      [](Job& job, const W& value) {
        job.fill.max_diameter.reset();
        if (!is_auto(value)) job.fill.max_diameter = limit_value(value);
      },
-     [](const Job& job) -> JobValue { return auto_or(job.fill.max_diameter); }},
+     [](const Job& job) -> JobValue { return auto_or(job.fill.max_diameter); },
+     {.least = 0, .is_above = true, .words = kAuto}},
     {"fill", "max_perimeter", T::kNumber, "a positive number, or inf for no limit", {},
      "maximum perimeter of a hole to fill, in scan units; inf sets no limit", "max-perimeter", "",
      [](Job& job, const W& value) { job.fill.max_perimeter = limit_value(value); },
-     [](const Job& job) -> JobValue { return job.fill.max_perimeter; }},
+     [](const Job& job) -> JobValue { return job.fill.max_perimeter; },
+     {.least = 0, .is_above = true}},
     {"fill", "max_edges", T::kInteger, "an integer of at least 0", {},
      "maximum number of edges of a hole to fill; 0 sets no limit", "max-edges", "",
      [](Job& job, const W& value) { job.fill.max_edges = count_value(value); },
-     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.fill.max_edges); }},
+     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.fill.max_edges); },
+     {.least = 0}},
     {"fill", "keep_outer_border", T::kFlag, "true or false", {},
      "leave the outer border of an open sheet open", "close-outer-border", "false",
      [](Job& job, const W& value) { job.fill.keep_outer_border = flag_value(value); },
@@ -473,7 +509,8 @@ constexpr JobKey kKeys[] = {
        job.fill.min_triangles.reset();
        if (!is_auto(value)) job.fill.min_triangles = count_value(value);
      },
-     [](const Job& job) -> JobValue { return auto_or(job.fill.min_triangles); }},
+     [](const Job& job) -> JobValue { return auto_or(job.fill.min_triangles); },
+     {.least = 0, .words = kAuto}},
 
     {"output", "mesh", T::kPath, "a path that ends in .ply, .obj, .stl or .glb", {},
      "mesh to write: .ply, .obj or .stl, each also with .gz, or .glb", "output", "",
@@ -489,10 +526,12 @@ constexpr JobKey kKeys[] = {
      [](const Job& job) -> JobValue { return std::string(job.output.float_positions ? "float" : "double"); }},
     {"output", "origin", T::kNumbers, "\"auto\", \"none\" or a list of three numbers", {},
      "where the mesh file counts coordinates from: auto shifts them where 4-byte numbers (STL, GLB, precision float) would move a vertex by a thousandth of the spacing; none refuses that", "origin", "",
-     set_origin, origin_value},
+     set_origin, origin_value,
+     {.words = kAutoOrNone, .lengths = kAxes}},
     {"output", "colors", T::kInteger, "8 or 16", {},
      "bits of red, green and blue of the vertices: 8, which other programs show, or 16, as 16-bit scans have them", "colors", "",
-     set_colors, [](const Job& job) -> JobValue { return std::int64_t{job.output.color_bits}; }},
+     set_colors, [](const Job& job) -> JobValue { return std::int64_t{job.output.color_bits}; },
+     {.values = kColorBits}},
     {"output", "attributes", T::kFlag, "true or false", {},
      "carry normals, colours and other attributes to the vertices", "no-attributes", "false",
      [](Job& job, const W& value) { job.output.attributes = flag_value(value); },
@@ -541,7 +580,8 @@ constexpr JobKey kKeys[] = {
     {"run", "threads", T::kInteger, "an integer from 0 (all) to 4096", {},
      "number of threads; 0 uses all cores", "threads", "",
      [](Job& job, const W& value) { job.run.threads = static_cast<int>(integer_value(value, 0, kMostThreads)); },
-     [](const Job& job) -> JobValue { return std::int64_t{job.run.threads}; }},
+     [](const Job& job) -> JobValue { return std::int64_t{job.run.threads}; },
+     {.least = 0, .most = kMostThreads}},
     {"run", "work_dir", T::kPath, "a path, or \"\" for the mesh's name with .work", {},
      "work directory that an interrupted run resumes from; the default is the name of the mesh with .work", "work-dir", "",
      [](Job& job, const W& value) { job.run.work_dir = path_value(value); },
@@ -560,6 +600,7 @@ constexpr JobKey kKeys[] = {
 constexpr std::string_view kCleaning = "cleaning";
 /// Job files and work directories of earlier versions call the section by this name.
 constexpr std::string_view kFormerCleaning = "prepare";
+constexpr FormerSection kFormerSections[] = {{kFormerCleaning, kCleaning}};
 
 /// "from.key" as "to.key"; other names stay.
 std::string renamed_section(std::string_view name, std::string_view from, std::string_view to) {
@@ -615,6 +656,8 @@ struct TextOf {
 }  // namespace
 
 std::span<const JobKey> job_keys() { return kKeys; }
+
+std::span<const FormerSection> former_sections() { return kFormerSections; }
 
 std::string_view current_section(std::string_view section) {
   return section == kFormerCleaning ? kCleaning : section;

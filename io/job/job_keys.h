@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -31,6 +32,19 @@ enum class JobKeyType {
   kColor
 };
 
+/// What a key accepts, for programs: the schema of job files is made of it (io/job/job_schema.h).
+/// The `set` of the key decides; a test holds the two against each other.
+struct JobKeyLimits {
+  double least = -std::numeric_limits<double>::infinity();  ///< of a number, or of each of a list
+  double most = std::numeric_limits<double>::infinity();    ///< likewise
+  bool is_above = false;                                    ///< `least` itself is not accepted
+  bool is_whole = false;                                    ///< the numbers of a list are integers
+  Choices words = {};                 ///< texts in the place of a value: "auto"
+  std::span<const int> values = {};   ///< the only integers; empty: all between the limits
+  std::span<const int> lengths = {};  ///< of a list; empty: any
+  int least_length = 0;               ///< of a list
+};
+
 /// One key. Texts are for people and in the key's own terms.
 struct JobKey {
   const char* section;
@@ -43,6 +57,7 @@ struct JobKey {
   const char* option_value;  ///< what the bare option stands for; "" where it takes a value
   void (*set)(Job&, const WrittenValue&);  ///< throws UnsuitableValue
   JobValue (*get)(const Job&);
+  JobKeyLimits limits = {};
 
   std::string name() const { return std::string(section) + "." + key; }
   /// What is accepted, for messages.
@@ -53,6 +68,13 @@ struct JobKey {
 
 /// All keys, those of a section side by side, in the order of the documentation.
 std::span<const JobKey> job_keys();
+
+/// A former name of a section, which job files may use.
+struct FormerSection {
+  std::string_view former;
+  std::string_view section;
+};
+std::span<const FormerSection> former_sections();
 
 /// The section that a name in a job file stands for: a former name of a section, else the name.
 std::string_view current_section(std::string_view section);

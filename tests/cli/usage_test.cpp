@@ -8,7 +8,7 @@ using orbweave::test::run_program;
 
 TEST_CASE("EveryCommandHelpsWithAnExample") {
   const std::string command = GENERATE("run", "reconstruct", "fill", "plan", "status", "inspect",
-                                       "compare", "convert", "generate");
+                                       "compare", "convert", "generate", "config");
   CAPTURE(command);
   const auto result = run_program({command, "--help"});
   CHECK(result.status == 0);
@@ -21,7 +21,7 @@ TEST_CASE("ProgramHelpListsEveryCommand") {
   const auto result = run_program({"--help"});
   CHECK(result.status == 0);
   for (const char* command : {"run", "reconstruct", "fill", "plan", "status", "inspect", "compare",
-                              "convert", "generate"})
+                              "convert", "generate", "config"})
     CHECK_THAT(result.out, Contains(std::string("\n  ") + command + " "));
 }
 

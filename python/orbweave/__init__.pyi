@@ -1,0 +1,73 @@
+import os
+from typing import Any, Callable, Literal, Mapping, Optional, Sequence, Tuple, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from ._errors import BadInputError as BadInputError
+from ._errors import DefectError as DefectError
+from ._errors import Interrupted as Interrupted
+from ._errors import OrbweaveError as OrbweaveError
+from ._errors import OrbweaveWarning as OrbweaveWarning
+from ._errors import ResourceError as ResourceError
+from ._errors import UsageError as UsageError
+from ._orbweave import Hole as Hole
+from ._orbweave import Mesh as Mesh
+from ._orbweave import PointCloud as PointCloud
+
+__version__: str
+
+Path = Union[str, bytes, os.PathLike]
+Progress = Callable[[str, float], Any]
+Direction = Sequence[float]
+Origin = Tuple[float, float, float]
+
+def reconstruct(
+    points: Union[npt.ArrayLike, PointCloud],
+    normals: Optional[npt.ArrayLike] = None,
+    *,
+    attributes: Optional[Mapping[str, npt.ArrayLike]] = None,
+    ball_radii: Union[None, Literal["auto"], float, Sequence[float]] = None,
+    levels: Union[None, Literal["auto"], int] = None,
+    source: Optional[Literal["auto", "file", "estimate"]] = None,
+    neighbors: Optional[int] = None,
+    orientation: Optional[Literal["auto", "viewpoint", "up", "propagate", "ground", "inward", "none"]] = None,
+    viewpoint: Optional[Direction] = None,
+    up: Optional[Direction] = None,
+    fill: Optional[bool] = None,
+    kernel: Optional[Literal["biharmonic", "triharmonic"]] = None,
+    neighborhood: Optional[float] = None,
+    max_diameter: Union[None, Literal["auto"], float] = None,
+    max_perimeter: Optional[float] = None,
+    max_edges: Optional[int] = None,
+    keep_outer_border: Optional[bool] = None,
+    allow_intersections: Optional[bool] = None,
+    graded: Optional[bool] = None,
+    min_triangles: Union[None, Literal["auto"], int] = None,
+    keep_strays: Optional[bool] = None,
+    threads: Optional[int] = None,
+    progress: Optional[Progress] = None,
+) -> Mesh: ...
+def run(
+    job: Union[Path, Mapping[str, Mapping[str, Any]]],
+    *,
+    settings: Optional[Mapping[str, Any]] = None,
+    fresh: bool = False,
+    progress: Optional[Progress] = None,
+) -> dict[str, Any]: ...
+def plan(
+    job: Union[Path, Mapping[str, Mapping[str, Any]]],
+    *,
+    settings: Optional[Mapping[str, Any]] = None,
+    progress: Optional[Progress] = None,
+) -> dict[str, Any]: ...
+def read_points(path: Path) -> PointCloud: ...
+def read_mesh(path: Path) -> Mesh: ...
+def write_mesh(
+    path: Path, mesh: Mesh, *, binary: bool = True, float_positions: bool = False, origin: Origin = (0.0, 0.0, 0.0)
+) -> None: ...
+def write_points(
+    path: Path, cloud: PointCloud, *, binary: bool = True, float_positions: bool = False, origin: Origin = (0.0, 0.0, 0.0)
+) -> None: ...
+def inspect(mesh: Mesh) -> dict[str, Any]: ...
+def job_defaults() -> str: ...

@@ -1,0 +1,195 @@
+#include "python/src/arrays.h"
+
+#include <cstring>
+
+#include "io/error.h"
+
+namespace py = pybind11;
+
+namespace orbweave::python {
+namespace {
+
+static_assert(sizeof(Vec3) == 3 * sizeof(double));
+static_assert(sizeof(Triangle) == 3 * sizeof(std::uint32_t));
+
+std::string shape_text(const py::array& array) {
+  std::string text;
+  for (py::ssize_t axis = 0; axis < array.ndim(); ++axis)
+    text += (axis > 0 ? ", " : "") + std::to_string(array.shape(axis));
+  return "(" + text + (array.ndim() == 1 ? ",)" : ")");
+}
+
+[[noreturn]] void refuse(const std::string& name, const py::array& array,
+                         const std::string& expected) {
+  throw_usage("an array is of the wrong kind", {.place = name,
+                                                .found = "shape " + shape_text(array) + " of " +
+                                                         py::str(array.dtype()).cast<std::string>(),
+                                                .expected = expected});
+}
+
+/// Any sequence as an array, whatever its type.
+py::array array_of(const py::object& values, const std::string& name) {
+  py::array array = py::array::ensure(values);
+  if (array) return array;
+  PyErr_Clear();
+  throw_usage("no array", {.place = name, .expected = "an array of numbers"});
+}
+
+bool holds_numbers(const py::array& array) {
+  const char kind = array.dtype().kind();
+  return kind == 'f' || kind == 'i' || kind == 'u';
+}
+
+bool holds_floats(const py::array& array) {
+  return array.dtype().kind() == 'f' && array.itemsize() == sizeof(float);
+}
+
+py::array_t<double> column_of(const py::handle& values, const std::string& name,
+                              std::size_t points) {
+  const py::array array = array_of(py::reinterpret_borrow<py::object>(values), name);
+  const bool fits = array.ndim() == 1 && static_cast<std::size_t>(array.size()) == points;
+  if (!fits || !holds_numbers(array))
+    refuse(name, array, "a number for each of " + std::to_string(points) + " points");
+  return array;
+}
+
+ScalarType type_of(const py::array& array, const std::string& name) {
+  const char kind = array.dtype().kind();
+  const auto bytes = static_cast<std::size_t>(array.itemsize());
+  for (int i = 0; i <= static_cast<int>(ScalarType::kFloat64); ++i) {
+    const auto type = static_cast<ScalarType>(i);
+    const char first = name_of(type)[0];
+    if (first == kind && size_of(type) == bytes) return type;
+  }
+  refuse(name, array, "integers of 1, 2, 4 or 8 bytes, float32 or float64");
+}
+
+py::dtype dtype_of(ScalarType type) { return py::dtype(std::string(name_of(type))); }
+
+/// Puts a column into the rows of packed attributes.
+void put_column(PointCloud& cloud, std::size_t offset, std::size_t row_bytes,
+                const py::array& column) {
+  const auto bytes = static_cast<std::size_t>(column.itemsize());
+  const auto* from = static_cast<const std::byte*>(column.data());
+  const py::ssize_t stride = column.strides(0);
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    std::memcpy(cloud.attributes.data() + i * row_bytes + offset,
+                from + static_cast<py::ssize_t>(i) * stride, bytes);
+}
+
+/// In the machine's byte order.
+py::array native(const py::array& array) {
+  return array.attr("astype")(array.dtype().attr("newbyteorder")("="), py::arg("copy") = false);
+}
+
+void put_attributes(PointCloud& cloud, const py::dict& attributes) {
+  std::vector<py::array> columns;
+  for (const auto& [key, values] : attributes) {
+    const auto name = py::str(key).cast<std::string>();
+    column_of(values, "attributes[\"" + name + "\"]", cloud.size());
+    columns.push_back(native(array_of(py::reinterpret_borrow<py::object>(values), name)));
+    cloud.schema.attributes.push_back({name, type_of(columns.back(), name)});
+  }
+  const std::size_t row_bytes = cloud.schema.attribute_bytes();
+  cloud.attributes.resize(cloud.size() * row_bytes);
+  std::size_t offset = 0;
+  for (const py::array& column : columns) {
+    put_column(cloud, offset, row_bytes, column);
+    offset += static_cast<std::size_t>(column.itemsize());
+  }
+}
+
+py::array read_only(py::array view) {
+  py::detail::array_proxy(view.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
+  return view;
+}
+
+template <class Number>
+py::array view_of(const void* data, py::ssize_t rows, py::ssize_t columns,
+                  const py::object& owner) {
+  const auto bytes = static_cast<py::ssize_t>(sizeof(Number));
+  return read_only(
+      py::array(py::dtype::of<Number>(), {rows, columns}, {columns * bytes, bytes}, data, owner));
+}
+
+}  // namespace
+
+Rows rows_of(const py::object& values, const std::string& name) {
+  const py::array given = array_of(values, name);
+  if (given.ndim() != 2 || given.shape(1) != 3 || !holds_numbers(given))
+    refuse(name, given, "shape (N, 3) of float64");
+  Rows rows;
+  rows.array = py::array_t<double, py::array::c_style | py::array::forcecast>(given);
+  rows.rows = {static_cast<const Vec3*>(rows.array.data()),
+               static_cast<std::size_t>(rows.array.shape(0))};
+  return rows;
+}
+
+std::vector<Triangle> triangles_of(const py::object& values, std::size_t vertices) {
+  const py::array given = array_of(values, "triangles");
+  const bool are_integers = given.dtype().kind() == 'i' || given.dtype().kind() == 'u';
+  if (given.ndim() != 2 || given.shape(1) != 3 || !are_integers)
+    refuse("triangles", given, "shape (K, 3) of integers");
+  const py::array_t<std::int64_t, py::array::c_style | py::array::forcecast> numbers(given);
+  std::vector<Triangle> triangles(static_cast<std::size_t>(numbers.shape(0)));
+  const std::int64_t* number = numbers.data();
+  for (Triangle& triangle : triangles) {
+    for (std::uint32_t& corner : triangle) {
+      if (*number < 0 || static_cast<std::uint64_t>(*number) >= vertices)
+        throw_usage("a triangle names a vertex that is not there",
+                    {.place = "triangles",
+                     .found = std::to_string(*number),
+                     .expected = "a number below " + std::to_string(vertices)});
+      corner = static_cast<std::uint32_t>(*number++);
+    }
+  }
+  return triangles;
+}
+
+PointCloud cloud_of(const py::object& points, const py::object& normals,
+                    const py::object& attributes) {
+  PointCloud cloud;
+  const Rows positions = rows_of(points, "points");
+  cloud.positions.assign(positions.rows.begin(), positions.rows.end());
+  if (!normals.is_none()) {
+    const Rows given = rows_of(normals, "normals");
+    if (given.rows.size() != cloud.size())
+      refuse("normals", given.array, "as many rows as points, " + std::to_string(cloud.size()));
+    cloud.normals.assign(given.rows.begin(), given.rows.end());
+    cloud.schema.has_normals = true;
+    cloud.schema.normal_type =
+        holds_floats(array_of(normals, "normals")) ? ScalarType::kFloat32 : ScalarType::kFloat64;
+  }
+  if (!attributes.is_none()) put_attributes(cloud, attributes.cast<py::dict>());
+  return cloud;
+}
+
+py::array rows_view(std::span<const Vec3> rows, const py::object& owner) {
+  return view_of<double>(rows.data(), static_cast<py::ssize_t>(rows.size()), 3, owner);
+}
+
+py::array triangles_view(std::span<const Triangle> triangles, const py::object& owner) {
+  return view_of<std::uint32_t>(triangles.data(), static_cast<py::ssize_t>(triangles.size()), 3,
+                                owner);
+}
+
+py::array numbers_view(std::span<const std::int32_t> numbers, const py::object& owner) {
+  return read_only(
+      py::array(py::dtype::of<std::int32_t>(), {static_cast<py::ssize_t>(numbers.size())},
+                {static_cast<py::ssize_t>(sizeof(std::int32_t))}, numbers.data(), owner));
+}
+
+py::dict attribute_views(const PointCloud& cloud, const py::object& owner) {
+  py::dict views;
+  const auto row_bytes = static_cast<py::ssize_t>(cloud.schema.attribute_bytes());
+  std::size_t offset = 0;
+  for (const AttributeField& field : cloud.schema.attributes) {
+    const std::byte* const first = cloud.attributes.data() + offset;
+    views[py::str(field.name)] = read_only(py::array(
+        dtype_of(field.type), {static_cast<py::ssize_t>(cloud.size())}, {row_bytes}, first, owner));
+    offset += size_of(field.type);
+  }
+  return views;
+}
+
+}  // namespace orbweave::python

@@ -1,0 +1,62 @@
+#include "python/src/errors.h"
+
+#include <pybind11/pybind11.h>
+
+#include <system_error>
+
+#include "io/error.h"
+
+namespace py = pybind11;
+
+namespace orbweave::python {
+namespace {
+
+const char* class_of(ErrorKind kind) {
+  switch (kind) {
+    case ErrorKind::kUsage:
+      return "UsageError";
+    case ErrorKind::kBadInput:
+      return "BadInputError";
+    case ErrorKind::kResource:
+      return "ResourceError";
+    case ErrorKind::kInterrupted:
+      return "Interrupted";
+    case ErrorKind::kNone:
+    case ErrorKind::kDefect:
+      break;
+  }
+  return "DefectError";
+}
+
+/// Names of files need not be UTF-8: as os.fsdecode() has them.
+py::str decoded(const std::string& text) {
+  return py::reinterpret_steal<py::str>(
+      PyUnicode_DecodeFSDefaultAndSize(text.data(), static_cast<Py_ssize_t>(text.size())));
+}
+
+void raise(const Error& error) {
+  const py::object type = py::module_::import("orbweave._errors").attr(class_of(error.kind()));
+  const ErrorParts& parts = error.parts();
+  const py::object raised =
+      type(decoded(error.what()), py::arg("problem") = decoded(error.problem()),
+           py::arg("file") = decoded(parts.file), py::arg("place") = decoded(parts.place),
+           py::arg("found") = decoded(parts.found), py::arg("expected") = decoded(parts.expected),
+           py::arg("advice") = decoded(parts.advice));
+  PyErr_SetObject(type.ptr(), raised.ptr());
+}
+
+}  // namespace
+
+void translate_errors() {
+  py::register_exception_translator([](std::exception_ptr failure) {
+    try {
+      if (failure) std::rethrow_exception(failure);
+    } catch (const Error& error) {
+      raise(error);
+    } catch (const std::system_error& error) {
+      raise(Error(ErrorKind::kResource, std::string("the system refused: ") + error.what()));
+    }
+  });
+}
+
+}  // namespace orbweave::python

@@ -1,0 +1,131 @@
+// The module orbweave._orbweave: what the package orbweave (python/orbweave) calls.
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <memory>
+
+#include "engine/reconstruct.h"
+#include "io/clouds/open_point_source.h"
+#include "io/job/job_defaults.h"
+#include "io/meshes/mesh_reader.h"
+#include "io/meshes/mesh_writer.h"
+#include "python/src/arrays.h"
+#include "python/src/errors.h"
+#include "python/src/job_calls.h"
+#include "python/src/objects.h"
+#include "python/src/watched_call.h"
+
+namespace py = pybind11;
+
+namespace orbweave::python {
+namespace {
+
+ReconstructionOptions options_of(const Settings& settings, WatchedCall& call) {
+  Job job;
+  apply(job, settings);
+  ReconstructionOptions options;
+  options.ball_radii = job.reconstruct.ball_radii;
+  options.levels = job.reconstruct.levels;
+  options.normals = job.normals;
+  options.fill = job.fill;
+  options.keep_strays = job.input.keep_strays;
+  options.threads = job.run.threads;
+  options.progress = [&call](std::string_view stage, double done) {
+    call.tell(std::string(stage), done);
+  };
+  options.stop = &call.stop();
+  return options;
+}
+
+std::unique_ptr<MeshObject> object_of(Reconstruction result) {
+  return std::make_unique<MeshObject>(MeshObject{std::move(result.mesh), std::move(result.holes),
+                                                 std::move(result.ball_radii),
+                                                 std::move(result.dropped)});
+}
+
+/// Points of the caller's arrays are read where they lie.
+std::unique_ptr<MeshObject> reconstruct_arrays(const py::object& points, const py::object& normals,
+                                               const Settings& settings,
+                                               const py::object& progress) {
+  const Rows positions = rows_of(points, "points");
+  Rows given;
+  if (!normals.is_none()) given = rows_of(normals, "normals");
+  WatchedCall call(progress);
+  const ReconstructionOptions options = options_of(settings, call);
+  Reconstruction result;
+  call.run([&] { result = reconstruct(positions.rows, given.rows, options); });
+  return object_of(std::move(result));
+}
+
+std::unique_ptr<MeshObject> reconstruct_cloud(const CloudObject& cloud, const Settings& settings,
+                                              const py::object& progress) {
+  WatchedCall call(progress);
+  const ReconstructionOptions options = options_of(settings, call);
+  Reconstruction result;
+  call.run([&] { result = reconstruct(cloud.cloud, options); });
+  return object_of(std::move(result));
+}
+
+std::unique_ptr<CloudObject> read_points(const std::string& path) {
+  auto object = std::make_unique<CloudObject>();
+  WatchedCall call(py::none{});
+  call.run([&] {
+    const std::unique_ptr<PointSource> source = open_point_source(path);
+    object->cloud = read_all(*source);
+    object->coordinate_system = source->coordinate_system();
+  });
+  return object;
+}
+
+std::unique_ptr<MeshObject> read_mesh_file(const std::string& path) {
+  auto object = std::make_unique<MeshObject>();
+  const py::gil_scoped_release others_may_run;
+  object->mesh = read_mesh(path);
+  return object;
+}
+
+MeshWriterOptions writer_options(bool binary, bool float_positions, std::array<double, 3> origin) {
+  MeshWriterOptions options;
+  options.binary = binary;
+  options.float_positions = float_positions;
+  options.origin = {origin[0], origin[1], origin[2]};
+  return options;
+}
+
+void write_mesh_file(const std::string& path, const MeshObject& object, bool binary,
+                     bool float_positions, std::array<double, 3> origin) {
+  const py::gil_scoped_release others_may_run;
+  write_mesh(path, object.mesh, writer_options(binary, float_positions, origin));
+}
+
+void write_cloud_file(const std::string& path, const CloudObject& object, bool binary,
+                      bool float_positions, std::array<double, 3> origin) {
+  const py::gil_scoped_release others_may_run;
+  write_cloud(path, object.cloud, writer_options(binary, float_positions, origin));
+}
+
+void add_calls(py::module_& module) {
+  module.def("reconstruct_arrays", &reconstruct_arrays, py::arg("points"), py::arg("normals"),
+             py::arg("settings"), py::arg("progress"));
+  module.def("reconstruct_cloud", &reconstruct_cloud, py::arg("cloud"), py::arg("settings"),
+             py::arg("progress"));
+  module.def("read_points", &read_points, py::arg("path"));
+  module.def("read_mesh", &read_mesh_file, py::arg("path"));
+  module.def("write_mesh", &write_mesh_file, py::arg("path"), py::arg("mesh"), py::arg("binary"),
+             py::arg("float_positions"), py::arg("origin"));
+  module.def("write_points", &write_cloud_file, py::arg("path"), py::arg("cloud"),
+             py::arg("binary"), py::arg("float_positions"), py::arg("origin"));
+  module.def("job_defaults", &commented_job_file);
+}
+
+}  // namespace
+}  // namespace orbweave::python
+
+PYBIND11_MODULE(_orbweave, module) {
+  module.doc() = "The compiled part of orbweave; programs import orbweave.";
+  orbweave::python::translate_errors();
+  orbweave::python::add_objects(module);
+  orbweave::python::add_calls(module);
+  orbweave::python::add_job_calls(module);
+  module.attr("__version__") = ORBWEAVE_VERSION;
+}

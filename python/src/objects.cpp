@@ -1,0 +1,185 @@
+#include "python/src/objects.h"
+
+#include <pybind11/stl.h>
+
+#include <memory>
+
+#include "engine/validation/mesh_facts.h"
+#include "io/error.h"
+#include "io/report/report.h"
+#include "io/text/quantity.h"
+#include "python/src/arrays.h"
+
+namespace py = pybind11;
+
+namespace orbweave::python {
+namespace {
+
+std::unique_ptr<MeshObject> mesh_of(const py::object& vertices, const py::object& triangles,
+                                    const py::object& normals, const py::object& attributes,
+                                    const py::object& hole) {
+  auto object = std::make_unique<MeshObject>();
+  TriangleMesh& mesh = object->mesh;
+  mesh.vertices = cloud_of(vertices, normals, attributes);
+  mesh.triangles = triangles_of(triangles, mesh.vertices.size());
+  if (hole.is_none()) return object;
+  const auto numbers =
+      hole.cast<py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>>();
+  if (numbers.ndim() != 1 || static_cast<std::size_t>(numbers.size()) != mesh.triangles.size())
+    throw_usage("an array is of the wrong kind",
+                {.place = "triangle_hole", .expected = "a number for each triangle"});
+  mesh.hole.assign(numbers.data(), numbers.data() + numbers.size());
+  return object;
+}
+
+py::object normals_view(const PointCloud& cloud, const py::object& owner) {
+  if (cloud.normals.empty()) return py::none();
+  return rows_view(cloud.normals, owner);
+}
+
+py::object facts_of(const MeshObject& object) {
+  std::string text;
+  {
+    const py::gil_scoped_release others_may_run;
+    text = mesh_facts_json(mesh_facts(object.mesh));
+  }
+  return py::module_::import("json").attr("loads")(text);
+}
+
+py::object hole_text(const HoleFacts& hole) {
+  return py::str("<Hole {}: {} edges, {}>")
+      .format(hole.id, hole.edges, hole.filled ? "filled" : "open: " + hole.reason);
+}
+
+void add_holes(py::module_& module) {
+  py::class_<HoleFacts>(module, "Hole", "A boundary loop and what became of it.")
+      .def_readonly("id", &HoleFacts::id,
+                    "Rank among all loops, from 1; Mesh.triangle_hole has it.")
+      .def_readonly("first_vertex", &HoleFacts::first_vertex, "Smallest vertex of the loop.")
+      .def_readonly("edges", &HoleFacts::edges)
+      .def_readonly("perimeter", &HoleFacts::perimeter)
+      .def_readonly("diameter", &HoleFacts::diameter)
+      .def_property_readonly(
+          "center",
+          [](const HoleFacts& hole) {
+            return py::make_tuple(hole.center.x, hole.center.y, hole.center.z);
+          },
+          "Mean of the vertices of the loop.")
+      .def_readonly("filled", &HoleFacts::filled)
+      .def_readonly("joined_to", &HoleFacts::joined_to,
+                    "Of an island: the hole whose patch it bounds as well; 0: none.")
+      .def_readonly("method", &HoleFacts::method,
+                    "\"direct\", \"plane\" or \"implicit\"; empty where it stays open.")
+      .def_readonly("reason", &HoleFacts::reason,
+                    "Why it stays open, or why a simpler method did not do.")
+      .def_readonly("points_added", &HoleFacts::points_added)
+      .def_readonly("triangles_added", &HoleFacts::triangles_added)
+      .def_readonly("area", &HoleFacts::area, "Of the patch.")
+      .def_readonly("open_edges", &HoleFacts::open_edges, "Edges at which a filled hole is open.")
+      .def_readonly("rim_dihedral_deg", &HoleFacts::rim_dihedral_deg)
+      .def_readonly("rim_mean_deg", &HoleFacts::rim_mean_deg)
+      .def_readonly("confidence", &HoleFacts::confidence,
+                    "Of the patch, 0 to 1; below 0.5 it is doubtful.")
+      .def("__repr__", hole_text);
+}
+
+void add_cloud(py::module_& module) {
+  py::class_<CloudObject>(module, "PointCloud",
+                          "Points with normals and attributes. Its arrays are read-only views.")
+      .def(py::init([](const py::object& points, const py::object& normals,
+                       const py::object& attributes) {
+             return CloudObject{cloud_of(points, normals, attributes), {}};
+           }),
+           py::arg("points"), py::arg("normals") = py::none(), py::kw_only(),
+           py::arg("attributes") = py::none(),
+           "Copies the arrays. Normals of float32 keep that width, as in a file.")
+      .def_property_readonly(
+          "points",
+          [](const py::object& self) {
+            return rows_view(self.cast<CloudObject&>().cloud.positions, self);
+          },
+          "(N, 3) float64, world units.")
+      .def_property_readonly(
+          "normals",
+          [](const py::object& self) {
+            return normals_view(self.cast<CloudObject&>().cloud, self);
+          },
+          "(N, 3) float64, or None.")
+      .def_property_readonly(
+          "attributes",
+          [](const py::object& self) {
+            return attribute_views(self.cast<CloudObject&>().cloud, self);
+          },
+          "Name to array of N values.")
+      .def_readonly("coordinate_system", &CloudObject::coordinate_system,
+                    "WKT or a code; empty where unknown.")
+      .def("__len__", [](const CloudObject& self) { return self.cloud.size(); })
+      .def("__repr__", [](const CloudObject& self) {
+        return "<orbweave.PointCloud of " + format_count(self.cloud.size()) + " points>";
+      });
+}
+
+void add_mesh_arrays(py::class_<MeshObject>& mesh) {
+  mesh.def_property_readonly(
+          "vertices",
+          [](const py::object& self) {
+            return rows_view(self.cast<MeshObject&>().mesh.vertices.positions, self);
+          },
+          "(M, 3) float64: points of the scan, unmoved, then the vertices of patches.")
+      .def_property_readonly(
+          "triangles",
+          [](const py::object& self) {
+            return triangles_view(self.cast<MeshObject&>().mesh.triangles, self);
+          },
+          "(K, 3) uint32, counter-clockwise seen from outside.")
+      .def_property_readonly(
+          "normals",
+          [](const py::object& self) {
+            return normals_view(self.cast<MeshObject&>().mesh.vertices, self);
+          },
+          "(M, 3) float64, or None.")
+      .def_property_readonly(
+          "attributes",
+          [](const py::object& self) {
+            return attribute_views(self.cast<MeshObject&>().mesh.vertices, self);
+          },
+          "Name to array of M values.")
+      .def_property_readonly(
+          "triangle_hole",
+          [](const py::object& self) -> py::object {
+            const TriangleMesh& mesh_of_self = self.cast<MeshObject&>().mesh;
+            if (mesh_of_self.hole.empty()) return py::none();
+            return numbers_view(mesh_of_self.hole, self);
+          },
+          "(K,) int32: 0 for the scanned surface, else the number of the hole; None where not "
+          "known.");
+}
+
+void add_mesh(py::module_& module) {
+  py::class_<MeshObject> mesh(
+      module, "Mesh",
+      "A triangle mesh. Its arrays are read-only views of memory that the mesh owns.");
+  mesh.def(py::init(&mesh_of), py::arg("vertices"), py::arg("triangles"),
+           py::arg("normals") = py::none(), py::kw_only(), py::arg("attributes") = py::none(),
+           py::arg("triangle_hole") = py::none(), "Copies the arrays.");
+  add_mesh_arrays(mesh);
+  mesh.def_readonly("holes", &MeshObject::holes,
+                    "Every boundary loop, filled or not; empty without the fill.")
+      .def_readonly("ball_radii", &MeshObject::ball_radii, "The radii that were used, ascending.")
+      .def_readonly("dropped", &MeshObject::dropped, "Points that were left out, by reason.")
+      .def("facts", &facts_of, "What `orbweave inspect --json` counts, as a dictionary.")
+      .def("__repr__", [](const MeshObject& self) {
+        return "<orbweave.Mesh of " + format_count(self.mesh.vertices.size()) + " vertices and " +
+               format_count(self.mesh.triangles.size()) + " triangles>";
+      });
+}
+
+}  // namespace
+
+void add_objects(py::module_& module) {
+  add_holes(module);
+  add_cloud(module);
+  add_mesh(module);
+}
+
+}  // namespace orbweave::python

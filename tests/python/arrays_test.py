@@ -1,0 +1,87 @@
+"""Arrays go in as they are and come out as views; wrong ones are refused with what is expected."""
+import gc
+import unittest
+
+import numpy
+import orbweave
+from support import sphere
+
+
+class ArraysIn(unittest.TestCase):
+    def same(self, points, normals=None):
+        expected = orbweave.reconstruct(numpy.ascontiguousarray(points, dtype=numpy.float64))
+        mesh = orbweave.reconstruct(points, normals)
+        self.assertTrue(numpy.array_equal(mesh.triangles, expected.triangles))
+
+    def test_any_layout_of_the_same_numbers(self):
+        points = sphere(800)
+        self.same(numpy.asfortranarray(points))
+        self.same(numpy.repeat(points, 2, axis=0)[::2])
+        self.same(points.tolist())
+        self.same(points.astype(">f8"))
+
+    def test_float32_is_taken_as_the_doubles_that_it_is(self):
+        narrow = sphere(800).astype(numpy.float32)
+        self.same(narrow)
+
+    def test_the_array_of_the_caller_stays_as_it_is(self):
+        points = sphere(800)
+        before = points.copy()
+        orbweave.reconstruct(points)
+        self.assertTrue(numpy.array_equal(points, before))
+
+    def test_wrong_shapes_and_types_are_refused(self):
+        for wrong in (numpy.zeros((5, 2)), numpy.zeros(6), numpy.zeros((2, 3), dtype=complex), [["a", "b", "c"]], "points", None):
+            with self.assertRaises(orbweave.UsageError) as caught:
+                orbweave.reconstruct(wrong)
+            self.assertEqual(caught.exception.place, "points")
+            self.assertTrue(caught.exception.expected)
+
+    def test_as_many_normals_as_points(self):
+        with self.assertRaises(orbweave.UsageError) as caught:
+            orbweave.reconstruct(sphere(800), sphere(799))
+        self.assertIn("799 normals for 800 positions", caught.exception.found)
+
+    def test_an_attribute_is_a_number_per_point(self):
+        for wrong in (numpy.zeros(799), numpy.zeros((800, 1)), ["a"] * 800):
+            with self.assertRaises(orbweave.UsageError) as caught:
+                orbweave.reconstruct(sphere(800), attributes={"red": wrong})
+            self.assertIn("red", caught.exception.place)
+
+
+class ArraysOut(unittest.TestCase):
+    def test_vertices_are_points_of_the_cloud(self):
+        points = sphere(800)
+        mesh = orbweave.reconstruct(points)
+        self.assertEqual(mesh.vertices.dtype, numpy.float64)
+        self.assertEqual(mesh.triangles.dtype, numpy.uint32)
+        self.assertEqual(mesh.vertices.shape[1], 3)
+        self.assertEqual(mesh.triangles.shape[1], 3)
+        self.assertLessEqual({tuple(row) for row in mesh.vertices[:800]}, {tuple(row) for row in points})
+
+    def test_arrays_are_views_of_the_mesh_and_keep_it_alive(self):
+        mesh = orbweave.reconstruct(sphere(800))
+        views = [mesh.vertices, mesh.triangles, mesh.triangle_hole, mesh.normals]
+        self.assertEqual(mesh.vertices.ctypes.data, views[0].ctypes.data)
+        for view in views:
+            self.assertFalse(view.flags.owndata)
+            self.assertFalse(view.flags.writeable)
+            self.assertIs(view.base, mesh)
+        copies = [view.copy() for view in views]
+        del mesh
+        gc.collect()
+        for view, copy in zip(views, copies):
+            self.assertTrue(numpy.array_equal(view, copy))
+
+    def test_columns_of_attributes_are_views_too(self):
+        attributes = {name: numpy.arange(800).astype(name) for name in ("uint8", "int16", "float32", "float64")}
+        cloud = orbweave.PointCloud(sphere(800), attributes=attributes)
+        self.assertEqual(list(cloud.attributes), list(attributes))
+        for name, values in attributes.items():
+            self.assertEqual(cloud.attributes[name].dtype.name, name)
+            self.assertTrue(numpy.array_equal(cloud.attributes[name], values))
+            self.assertFalse(cloud.attributes[name].flags.owndata)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

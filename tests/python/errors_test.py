@@ -1,0 +1,64 @@
+"""Failures are exceptions with their parts, of the class of the program's exit status."""
+import pathlib
+import pickle
+import unittest
+
+import numpy
+import orbweave
+from support import sphere
+
+
+class Errors(unittest.TestCase):
+    def test_an_option_out_of_range_is_wrong_usage(self):
+        with self.assertRaises(orbweave.UsageError) as caught:
+            orbweave.reconstruct(sphere(500), levels=9)
+        self.assertIsInstance(caught.exception, ValueError)
+        self.assertEqual(caught.exception.exit_status, 2)
+        self.assertIn("reconstruct.levels", str(caught.exception))
+        self.assertEqual(caught.exception.found, "9")
+        self.assertEqual(caught.exception.expected, '"auto" or an integer from 1 to 8')
+
+    def test_an_option_of_a_wrong_type_is_wrong_usage(self):
+        for wrong in ({"levels": "many"}, {"fill": 1}, {"kernel": "cubic"}, {"up": [0, 0]}, {"up": object()}, {"ball_radii": [2, 1]}):
+            with self.assertRaises(orbweave.UsageError):
+                orbweave.reconstruct(sphere(500), **wrong)
+
+    def test_no_points_are_bad_input(self):
+        with self.assertRaises(orbweave.BadInputError) as caught:
+            orbweave.reconstruct(numpy.zeros((0, 3)))
+        self.assertEqual(caught.exception.exit_status, 3)
+
+    def test_a_damaged_file_is_bad_input_with_file_and_place(self):
+        pathlib.Path("bad.ply").write_text("ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\n", encoding="ascii")
+        with self.assertRaises(orbweave.BadInputError) as caught:
+            orbweave.read_points("bad.ply")
+        self.assertEqual(caught.exception.file, "bad.ply")
+        self.assertTrue(caught.exception.problem)
+
+    def test_a_job_file_with_a_mistake_names_file_line_and_advice(self):
+        pathlib.Path("job.toml").write_text("[fill]\nmax_edge = 3\n", encoding="utf-8")
+        with self.assertRaises(orbweave.UsageError) as caught:
+            orbweave.plan("job.toml")
+        error = caught.exception
+        self.assertEqual((error.file, error.place, error.advice), ("job.toml", "line 2", "Did you mean fill.max_edges?"))
+
+    def test_a_path_that_is_no_utf8_comes_back_as_it_was(self):
+        name = b"\xff.ply"
+        with self.assertRaises(orbweave.BadInputError) as caught:
+            orbweave.read_points(name)
+        self.assertEqual(caught.exception.file.encode("utf-8", "surrogateescape"), name)
+
+    def test_a_full_device_is_a_lack_of_resources(self):
+        mesh = orbweave.reconstruct(sphere(500))
+        with self.assertRaises(orbweave.ResourceError) as caught:
+            orbweave.write_mesh("no/such/folder/mesh.ply", mesh)
+        self.assertEqual(caught.exception.exit_status, 4)
+
+    def test_errors_travel_between_processes(self):
+        error = orbweave.UsageError("text", problem="p", file="f", place="line 2", found="x", expected="y", advice="z")
+        twin = pickle.loads(pickle.dumps(error))
+        self.assertEqual((type(twin), str(twin), twin.file, twin.advice), (orbweave.UsageError, "text", "f", "z"))
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

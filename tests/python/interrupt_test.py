@@ -1,0 +1,67 @@
+"""Callbacks, Ctrl-C and other threads of Python while the library works."""
+import os
+import signal
+import threading
+import time
+import unittest
+
+import orbweave
+from support import sphere
+
+
+class WhileTheLibraryWorks(unittest.TestCase):
+    def test_progress_names_the_stages_in_their_order(self):
+        told = []
+        orbweave.reconstruct(sphere(800), progress=lambda stage, done: told.append((stage, done)))
+        self.assertEqual([stage for stage, _ in told], ["measure", "sort", "normals", "orient", "reconstruct", "fill"])
+        self.assertEqual(sorted(done for _, done in told), [done for _, done in told])
+        self.assertTrue(all(0.0 <= done < 1.0 for _, done in told))
+
+    def test_progress_is_called_in_the_thread_of_the_caller(self):
+        threads = set()
+        orbweave.reconstruct(sphere(800), progress=lambda stage, done: threads.add(threading.get_ident()))
+        self.assertEqual(threads, {threading.get_ident()})
+
+    def test_what_progress_raises_ends_the_call(self):
+        def refuse(stage, done):
+            raise ZeroDivisionError(stage)
+        with self.assertRaises(ZeroDivisionError):
+            orbweave.reconstruct(sphere(800), progress=refuse)
+
+    def test_ctrl_c_stops_the_work(self):
+        points = sphere(300000)
+        begin = time.monotonic()
+        threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+        with self.assertRaises(KeyboardInterrupt):
+            orbweave.reconstruct(points)
+        self.assertLess(time.monotonic() - begin, 20.0)
+
+    def test_other_threads_run_meanwhile(self):
+        points, ticks = sphere(20000), []
+        ended = threading.Event()
+
+        def tick():
+            while not ended.wait(0.001):
+                ticks.append(1)
+        ticker = threading.Thread(target=tick)
+        ticker.start()
+        before = len(ticks)
+        orbweave.reconstruct(points)
+        during = len(ticks) - before
+        ended.set()
+        ticker.join()
+        self.assertGreater(during, 0)
+
+    def test_several_threads_call_at_once(self):
+        points, meshes = sphere(800), []
+        threads = [threading.Thread(target=lambda: meshes.append(orbweave.reconstruct(points))) for _ in range(3)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(len({mesh.triangles.tobytes() for mesh in meshes}), 1)
+        self.assertEqual(len(meshes), 3)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

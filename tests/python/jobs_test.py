@@ -1,0 +1,89 @@
+"""Jobs from Python: files, texts, dictionaries; plans, reports, interruption and resumption."""
+import os
+import pathlib
+import threading
+import unittest
+import warnings
+
+import numpy
+import orbweave
+from support import bytes_of, program, sphere
+
+
+class Jobs(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        orbweave.write_points("scan.ply", orbweave.PointCloud(sphere(3000), sphere(3000)))
+        program("reconstruct", "scan.ply", "-o", "expected.ply", "--progress", "none")
+
+    def check(self, report, mesh="mesh.ply"):
+        self.assertEqual(bytes_of(mesh), bytes_of("expected.ply"))
+        self.assertTrue(report["mesh"]["watertight"])
+        pathlib.Path(mesh).unlink()
+
+    def test_a_dictionary(self):
+        self.check(orbweave.run({"input": {"files": ["scan.ply"]}, "output": {"mesh": "mesh.ply"}}))
+
+    def test_a_text(self):
+        self.check(orbweave.run('[input]\nfiles = "scan.ply"\n[output]\nmesh = "mesh.ply"\n'))
+
+    def test_a_file_and_paths_relative_to_it(self):
+        os.makedirs("folder", exist_ok=True)
+        pathlib.Path("folder/job.toml").write_text('[input]\nfiles = ["../scan.ply"]\n[output]\nmesh = "m.ply"\n', encoding="utf-8")
+        self.check(orbweave.run(pathlib.Path("folder/job.toml")), "folder/m.ply")
+
+    def test_settings_win_over_the_job(self):
+        report = orbweave.run({"input": {"files": ["scan.ply"]}, "output": {"mesh": "other.ply"}, "run": {"threads": 2}},
+                              settings={"output.mesh": pathlib.Path("mesh.ply"), "partition.chunk_points": numpy.int64(400)})
+        self.assertEqual(report["options"]["partition"]["chunk_points"], 400)
+        self.check(report)
+
+    def test_progress_names_stages(self):
+        stages = []
+        orbweave.run({"input": {"files": ["scan.ply"]}, "output": {"mesh": "mesh.ply"}},
+                     progress=lambda stage, done: stages.append((stage, done)))
+        names = {stage for stage, _ in stages}
+        self.assertIn("reconstruct", names)
+        self.assertTrue(all(0.0 <= done <= 1.0 for _, done in stages))
+
+    def test_a_stopped_run_resumes_to_the_same_bytes(self):
+        job = {"input": {"files": ["scan.ply"]}, "output": {"mesh": "mesh.ply"}, "partition": {"chunk_points": 300}}
+
+        def stop(stage, done):
+            if stage == "reconstruct":
+                raise InterruptedError
+        with self.assertRaises(InterruptedError):
+            orbweave.run(job, progress=stop)
+        self.assertFalse(pathlib.Path("mesh.ply").exists())
+        self.check(orbweave.run(job))
+
+    def test_a_plan_writes_nothing(self):
+        before = sorted(os.listdir())
+        plan = orbweave.plan({"input": {"files": ["scan.ply"]}, "output": {"mesh": "planned.ply"}})
+        self.assertEqual(sorted(os.listdir()), before)
+        self.assertEqual(plan["points"], 3000)
+        self.assertGreater(plan["peak_memory_bytes"], 0)
+        self.assertIsNone(plan["holes"])
+
+    def test_a_job_without_scans_is_wrong_usage(self):
+        with self.assertRaises(orbweave.UsageError) as caught:
+            orbweave.run({"output": {"mesh": "mesh.ply"}})
+        self.assertEqual(caught.exception.place, "input.files")
+        with self.assertRaises(orbweave.UsageError):
+            orbweave.run({"output": "mesh.ply"})
+
+    def test_the_defaults_are_a_job(self):
+        self.check(orbweave.run(orbweave.job_defaults(), settings={"input.files": "scan.ply", "output.mesh": "mesh.ply"}))
+
+    def test_warnings_of_a_run_are_warnings(self):
+        points = sphere(3000) * 1e-3
+        orbweave.write_points("small.ply", orbweave.PointCloud(points, points))
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            report = orbweave.run({"input": {"files": ["small.ply"], "units_per_meter": 1e6}, "output": {"mesh": "small-mesh.ply"}})
+        texts = [str(warning.message) for warning in caught if issubclass(warning.category, orbweave.OrbweaveWarning)]
+        self.assertEqual(texts, report.get("warnings", texts))
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
