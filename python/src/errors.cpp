@@ -48,7 +48,8 @@ void raise(const Error& error) {
 }  // namespace
 
 void translate_errors() {
-  py::register_exception_translator([](std::exception_ptr failure) {
+  py::register_exception_translator([](std::exception_ptr failure) {  // NOLINT(performance-unnecessary-value-param):
+                                                                      // the type of a translator
     try {
       if (failure) std::rethrow_exception(failure);
     } catch (const Error& error) {
