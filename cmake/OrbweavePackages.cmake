@@ -11,6 +11,7 @@ set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME orbweave)
 set(CPACK_PACKAGE_VENDOR orbweave)
 set(CPACK_PACKAGE_CONTACT "The orbweave authors <orbweave@example.org>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each package has its own
 set(CPACK_PACKAGE_VERSION ${ORBWEAVE_PACKAGE_VERSION})
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
@@ -29,6 +30,7 @@ function(orbweave_package component name summary text)
   if(name STREQUAL "orbweave-voronoi")
     set(license "MPL-2.0, and as a whole with CGAL GPL-3.0-or-later")
   endif()
+  string(TIMESTAMP year "%Y" UTC)
   string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)
   set(dir ${PROJECT_BINARY_DIR}/packages/${name})
   file(CONFIGURE OUTPUT ${dir}/copyright CONTENT [[
@@ -36,7 +38,7 @@ Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/
 Upstream-Name: orbweave
 
 Files: *
-Copyright: The orbweave authors
+Copyright: @year@ The orbweave authors
 License: MPL-2.0
 Comment: This package is distributed under @license@.
 
@@ -67,7 +69,7 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS proj-data)
 if(ORBWEAVE_HAS_VORONOI)
   # One program: everything else is the same in both builds.
   orbweave_package(program orbweave-voronoi "surface reconstruction, with the Voronoi family"
-    "Turns point clouds of any size into one seamless triangle mesh. This build has the methods of the\nVoronoi family, on CGAL, and is under the GPL.")
+    "Turns point clouds of any size into one seamless triangle mesh. This build\nhas the methods of the Voronoi family, on CGAL, and is under the GPL.")
   foreach(relation PROVIDES CONFLICTS REPLACES)
     set(CPACK_DEBIAN_PROGRAM_PACKAGE_${relation} orbweave)
   endforeach()
@@ -75,7 +77,7 @@ if(ORBWEAVE_HAS_VORONOI)
   return()
 endif()
 orbweave_package(program orbweave "parallel, out-of-core surface reconstruction"
-  "Turns point clouds of any size into one seamless triangle mesh, in parallel and in bounded memory.")
+  "Turns point clouds of any size into one seamless triangle mesh, in parallel\nand in bounded memory.")
 
 orbweave_package(library liborbweave-dev "surface reconstruction, libraries and headers"
   "Points in memory to a mesh in memory, and jobs on files of any size, from C++.")

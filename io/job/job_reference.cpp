@@ -26,7 +26,7 @@ std::string capitalised(std::string text) {
 /// "`--no-fill` (sets `false`)"
 std::string option_text(const JobKey& key) {
   if (*key.option == '\0') return "none; `--set " + key.name() + "=VALUE`";
-  const std::string option = "`--" + std::string(key.option) + "`";
+  std::string option = "`--" + std::string(key.option) + "`";
   if (*key.option_value == '\0') return option;
   return option + ", which sets `" + key.option_value + "`";
 }

@@ -2,7 +2,9 @@
 
 #include <pybind11/pybind11.h>
 
+#include <exception>
 #include <system_error>
+#include <utility>
 
 #include "io/error.h"
 
@@ -50,7 +52,7 @@ void raise(const Error& error) {
 void translate_errors() {
   py::register_exception_translator([](std::exception_ptr failure) {
     try {
-      if (failure) std::rethrow_exception(failure);
+      if (failure) std::rethrow_exception(std::move(failure));
     } catch (const Error& error) {
       raise(error);
     } catch (const std::system_error& error) {
