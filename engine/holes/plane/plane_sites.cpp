@@ -214,8 +214,8 @@ class Gathering {
         if (!is_upright(t)) continue;
         for (const std::uint32_t w : t) {
           if (reached_[w] == 0) beyond.push_back(w);
-          if (reached_[w] == 0 || (nearest_[v] != nearest_[w] &&
-                                   from_rim(w, nearest_[v]) < from_rim(w, nearest_[w]))) {
+          if (reached_[w] == 0 ||
+              (nearest_[v] != nearest_[w] && from_rim(w, nearest_[v]) < from_rim(w, nearest_[w]))) {
             nearest_[w] = nearest_[v];
           }
           reached_[w] = 1;

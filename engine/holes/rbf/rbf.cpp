@@ -251,8 +251,8 @@ class RbfInterpolant::Fit {
   };
 
   bool is_kept(std::span<const std::uint32_t> added) const {
-    return keeps_ && std::equal(added.begin(), added.end(), kept_.centers.begin(),
-                                kept_.centers.end());
+    return keeps_ &&
+           std::equal(added.begin(), added.end(), kept_.centers.begin(), kept_.centers.end());
   }
   void keep(std::span<const std::uint32_t> added, std::span<const std::uint32_t> special) {
     kept_ = {{added.begin(), added.end()},
@@ -293,8 +293,8 @@ struct RbfInterpolant::Family::State {
 RbfInterpolant::Family::Family(std::span<const RbfSite> sites, std::span<const double> values,
                                std::uint32_t channels, const RbfOptions& options,
                                std::size_t members)
-    : state_(new State{
-          RbfInterpolant(channels, options), values, members, {}, {}, 0, std::nullopt}) {
+    : state_(
+          new State{RbfInterpolant(channels, options), values, members, {}, {}, 0, std::nullopt}) {
   const auto finite = [](double v) { return std::isfinite(v); };
   if (sites.empty() || channels == 0 || values.size() != sites.size() * channels) return;
   if (!std::all_of(values.begin(), values.end(), finite)) return;
@@ -321,10 +321,9 @@ RbfInterpolant RbfInterpolant::Family::with_smoothing(double length, double devi
   if (!state_->fit) return member;
   state_->fit->restart(
       rbf_ridge(state_->form, length / member.scale_, options.site_spacing / member.scale_));
-  member.valid_ = state_->takes_all()
-                      ? member.use_all(*state_->fit, deviance_limit)
-                      : member.choose_greedily(*state_->fit, state_->cap) &&
-                            !(member.deviance_ >= deviance_limit);
+  member.valid_ = state_->takes_all() ? member.use_all(*state_->fit, deviance_limit)
+                                      : member.choose_greedily(*state_->fit, state_->cap) &&
+                                            !(member.deviance_ >= deviance_limit);
   if (member.valid_ && options.measure) state_->measure(member);
   return member;
 }

@@ -104,8 +104,8 @@ class RbfInterpolant {
 /// not depend on it is computed once.
 class RbfInterpolant::Family {
  public:
-  /// As for RbfInterpolant; options.smoothing_length is ignored. The values must outlive the family.
-  /// `members`: how many will be asked for; of a single one nothing is kept.
+  /// As for RbfInterpolant; options.smoothing_length is ignored. The values must outlive the
+  /// family. `members`: how many will be asked for; of a single one nothing is kept.
   Family(std::span<const RbfSite> sites, std::span<const double> values, std::uint32_t channels,
          const RbfOptions& options, std::size_t members = 1);
   ~Family();
@@ -114,8 +114,8 @@ class RbfInterpolant::Family {
 
   /// The same, to the last bit, as the RbfInterpolant of that smoothing length; but not valid where
   /// its deviance is `deviance_limit` or more, which shows before the rest is computed.
-  RbfInterpolant with_smoothing(
-      double length, double deviance_limit = std::numeric_limits<double>::infinity());
+  RbfInterpolant with_smoothing(double length,
+                                double deviance_limit = std::numeric_limits<double>::infinity());
 
  private:
   struct State;
