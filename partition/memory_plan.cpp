@@ -88,8 +88,7 @@ MemoryPlan plan_memory(std::uint64_t budget_bytes, std::uint64_t points, int thr
   // Enough chunks that the workers end together, unless the halos cost more than waiting does.
   const std::uint64_t balanced =
       std::max(points / (4 * workers) + 1, std::min(worthwhile_points, points));
-  const std::uint64_t most =
-      std::clamp(worthwhile_points, kMostChunkPoints, kMostWithWideHalos);
+  const std::uint64_t most = std::clamp(worthwhile_points, kMostChunkPoints, kMostWithWideHalos);
   plan.chunk_points = std::clamp(std::min(affordable, balanced), kLeastChunkPoints, most);
   return plan;
 }

@@ -110,8 +110,9 @@ using GatherCrowdFunction = bool (*)(const PointArrays& points, const GroupedPoi
 /// Finds the triangles at `count` points, at most kWalksAtOnce, whose neighbours are gathered. With
 /// `active` null: if the walk around a point's normal closes, its fan; otherwise all triangles of
 /// T_rho at the point. With `active` given (by index): all triangles of T_rho whose three vertices
-/// are active, each at the vertex of the smallest index. Walks with no point `active` may go among the nearest neighbours first; that saves
-/// time or costs some, and changes nothing else. Returns how many fans were settled there.
+/// are active, each at the vertex of the smallest index. Walks with no point `active` may go among
+/// the nearest neighbours first; that saves time or costs some, and changes nothing else. Returns
+/// how many fans were settled there.
 using WalkFunction = std::uint32_t (*)(const PointArrays& points, const WalkScratch* scratch,
                                        std::uint32_t count, const std::uint8_t* active,
                                        bool nearest_first, Fan* fans);

@@ -74,6 +74,28 @@ TEST_CASE("LogarithmIsAccurateToTheLastPlaces") {
   REQUIRE(rbf_log(1.0) == 0.0);
 }
 
+TEST_CASE("MembersOfAFamilyAreTheInterpolantsOfTheirSmoothingToTheLastBit") {
+  const Samples samples = sample(wave, 90, 2, 8);
+  for (const std::uint32_t max_sites : {1200u, 40u}) {
+    RbfOptions options;
+    options.max_sites = max_sites;
+    options.site_spacing = 0.2;
+    RbfInterpolant::Family family(samples.sites, samples.values, 1, options, 3);
+    for (const double length : {0.0, 0.1, 0.04}) {
+      options.smoothing_length = length;
+      const RbfInterpolant alone = fit(samples, options);
+      const RbfInterpolant member = family.with_smoothing(length);
+      REQUIRE(member.valid());
+      REQUIRE(member.deviance() == alone.deviance());
+      REQUIRE(member.condition() == alone.condition());
+      REQUIRE(member.residual() == alone.residual());
+      REQUIRE(member.evaluate({0.3, -0.2, 0.0}) == alone.evaluate({0.3, -0.2, 0.0}));
+      CHECK(family.with_smoothing(length, alone.deviance() + 1.0).valid());
+      CHECK_FALSE(family.with_smoothing(length, alone.deviance()).valid());
+    }
+  }
+}
+
 TEST_CASE("PolynomialsOfTheKernelsDegreeAreReproduced") {
   for (const Form& form : all_forms()) {
     INFO(form.name);

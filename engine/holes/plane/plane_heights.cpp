@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace orbweave {
@@ -14,11 +15,14 @@ constexpr int kPatience = 2;
 // A part shows whether there is noise: this number of adjacent sites.
 constexpr std::size_t kSample = 100;
 
-RbfInterpolant fit(const std::vector<Vec3>& places, double spacing, double length,
-                   const PatchOptions& options) {
+std::vector<double> heights_of(const std::vector<Vec3>& places) {
   std::vector<double> heights;
   heights.reserve(places.size());
   for (const Vec3 place : places) heights.push_back(place.z);
+  return heights;
+}
+
+RbfOptions fit_options(double spacing, double length, const PatchOptions& options) {
   RbfOptions rbf;
   rbf.dimension = 2;
   rbf.kernel = options.kernel;
@@ -27,7 +31,12 @@ RbfInterpolant fit(const std::vector<Vec3>& places, double spacing, double lengt
   rbf.smoothing_length = length * spacing;
   rbf.site_spacing = spacing;
   rbf.measure = false;
-  return RbfInterpolant(places, heights, 1, rbf);
+  return rbf;
+}
+
+RbfInterpolant fit(const std::vector<Vec3>& places, double spacing, double length,
+                   const PatchOptions& options) {
+  return RbfInterpolant(places, heights_of(places), 1, fit_options(spacing, length, options));
 }
 
 struct SmoothedFit {
@@ -38,12 +47,16 @@ struct SmoothedFit {
 // For as many sites as are solved for at once.
 SmoothedFit fit_least_deviance(const std::vector<Vec3>& places, double spacing,
                                const PatchOptions& options) {
-  SmoothedFit best{fit(places, spacing, 0.0, options), 0.0};
+  const std::vector<double> values = heights_of(places);
+  RbfInterpolant::Family family(places, values, 1, fit_options(spacing, 0.0, options),
+                                1 + std::size(kLengths));
+  SmoothedFit best{family.with_smoothing(0.0), 0.0};
   int worse = 0;
   for (const double length : kLengths) {
-    RbfInterpolant heights = fit(places, spacing, length, options);
-    const bool better =
-        heights.valid() && (!best.heights.valid() || heights.deviance() < best.heights.deviance());
+    RbfInterpolant heights = best.heights.valid()
+                                 ? family.with_smoothing(length * spacing, best.heights.deviance())
+                                 : family.with_smoothing(length * spacing);
+    const bool better = heights.valid();
     if (better) best = {std::move(heights), length};
     worse = better ? 0 : worse + 1;
     if (worse == kPatience) break;

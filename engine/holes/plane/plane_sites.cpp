@@ -91,6 +91,7 @@ class NestedCells {
   explicit NestedCells(double size) : size_(size) {}
 
   bool has_within(Vec3 x, double distance) {
+    if (places_.size() <= kFew) return is_any_within(places_, x, distance);
     std::size_t level = 0;
     while (level + 1 < kMostLevels && size_of(level) < distance) ++level;
     while (levels_.size() <= level) add_level();
@@ -100,12 +101,7 @@ class NestedCells {
       for (std::int64_t k = row - reach; k <= row + reach; ++k) {
         const auto at = levels_[level].find(key(i, k));
         if (at == levels_[level].end()) continue;
-        const bool is_near = std::any_of(at->second.begin(), at->second.end(), [&](Vec3 other) {
-          const double dx = x.x - other.x;
-          const double dy = x.y - other.y;
-          return dx * dx + dy * dy < distance * distance;
-        });
-        if (is_near) return true;
+        if (is_any_within(at->second, x, distance)) return true;
       }
     }
     return false;
@@ -119,6 +115,15 @@ class NestedCells {
  private:
   using Cells = std::unordered_map<std::uint64_t, std::vector<Vec3>>;
   static constexpr std::size_t kMostLevels = 24;
+  static constexpr std::size_t kFew = 256;  // are looked at one by one
+
+  static bool is_any_within(const std::vector<Vec3>& places, Vec3 x, double distance) {
+    return std::any_of(places.begin(), places.end(), [&](Vec3 other) {
+      const double dx = x.x - other.x;
+      const double dy = x.y - other.y;
+      return dx * dx + dy * dy < distance * distance;
+    });
+  }
 
   double size_of(std::size_t level) const { return std::ldexp(size_, static_cast<int>(level)); }
   std::int64_t cell(double x, std::size_t level) const {
@@ -160,7 +165,11 @@ class Gathering {
         fans_(problem),
         reached_(problem.positions.size(), 0),
         nearest_(problem.positions.size(), 0),
-        cells_(rim.spacing) {}
+        places_(problem.positions.size()),
+        cells_(rim.spacing) {
+    for (std::size_t v = 0; v < places_.size(); ++v)
+      places_[v] = frame.to_frame(problem.positions[v] - rim.center);
+  }
 
   PlaneSites gather() {
     std::vector<std::uint32_t> ring(problem_.loop);
@@ -182,7 +191,7 @@ class Gathering {
   }
 
  private:
-  Vec3 place(std::uint32_t v) const { return frame_.to_frame(problem_.positions[v] - rim_.center); }
+  Vec3 place(std::uint32_t v) const { return places_[v]; }
 
   void take(std::uint32_t v) {
     sites_.vertices.push_back(v);
@@ -205,7 +214,8 @@ class Gathering {
         if (!is_upright(t)) continue;
         for (const std::uint32_t w : t) {
           if (reached_[w] == 0) beyond.push_back(w);
-          if (reached_[w] == 0 || from_rim(w, nearest_[v]) < from_rim(w, nearest_[w])) {
+          if (reached_[w] == 0 ||
+              (nearest_[v] != nearest_[w] && from_rim(w, nearest_[v]) < from_rim(w, nearest_[w]))) {
             nearest_[w] = nearest_[v];
           }
           reached_[w] = 1;
@@ -260,6 +270,7 @@ class Gathering {
   Fans fans_;
   std::vector<std::uint8_t> reached_;   // from a ring; those refused then stay so
   std::vector<std::uint32_t> nearest_;  // rim vertex, about
+  std::vector<Vec3> places_;            // of all vertices, in the frame
   PlaneCells cells_;
   PlaneSites sites_;
 };

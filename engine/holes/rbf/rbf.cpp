@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 #include "engine/holes/rbf/block_sizes.h"
 #include "engine/holes/rbf/rbf_centers.h"
@@ -86,8 +88,9 @@ double deviance_of(const Eigen::Ref<const MatrixXd>& lower, const VectorXd& solv
 // appending rows to the factor, so that greedy rounds cost no more than the last solve alone.
 class RbfInterpolant::Fit {
  public:
-  Fit(RbfForm form, const UniqueSites& data, double ridge, std::uint32_t capacity)
-      : form_(form), data_(data), ridge_(ridge), terms_(rbf_terms(form)) {
+  /// `keeps`: what append() computes for the first centres is kept for the next ridge.
+  Fit(RbfForm form, const UniqueSites& data, std::uint32_t capacity, bool keeps)
+      : form_(form), data_(data), keeps_(keeps), terms_(rbf_terms(form)) {
     const Index rows = std::max<Index>(0, static_cast<Index>(capacity) - terms_);
     lower_.resize(rows, rows);
     p_.resize(rows, terms_);
@@ -113,8 +116,17 @@ class RbfInterpolant::Fit {
       special.row(t) = monomials.col(centers_.back()).transpose();
     }
     to_monomials_ = special.inverse();
-    phi_special_ = kernel_matrix(centers_, centers_);
+    kernel_special_ = kernel_matrix(centers_, centers_);
     return true;
+  }
+
+  /// Begins anew with the special centres alone.
+  void restart(double ridge) {
+    ridge_ = ridge;
+    deviance = 0.0;
+    centers_.resize(terms_);
+    phi_special_ = kernel_special_;
+    add_ridge(centers_, phi_special_);
   }
 
   /// Adds centres; false (and nothing added) where the system is singular then.
@@ -124,10 +136,15 @@ class RbfInterpolant::Fit {
     if (b == 0) return true;
     const std::span<const std::uint32_t> special(centers_.data(), terms_);
     const std::span<const std::uint32_t> present(centers_.data() + terms_, m);
-    const MatrixXd p = lagrange(added);
-    const MatrixXd phi = kernel_matrix(added, special);
+    if (!is_kept(added)) keep(added, special);
+    const MatrixXd& p = kept_.p;
+    const MatrixXd& phi = kept_.phi;
     const MatrixXd g = phi - p * phi_special_;
-    MatrixXd corner = kernel_matrix(added, added) - p * g.transpose() - phi * p.transpose();
+    MatrixXd kernel = keeps_ ? kept_.kernel : std::move(kept_.kernel);
+    add_ridge(added, kernel);
+    MatrixXd corner = std::move(kernel);
+    corner.noalias() -= p * g.transpose();
+    corner.noalias() -= phi * p.transpose();
     VectorXd sums = corner.cwiseAbs().rowwise().sum();
     if (m > 0) {
       auto left = lower_.block(m, 0, b, m);
@@ -152,8 +169,9 @@ class RbfInterpolant::Fit {
     return true;
   }
 
-  /// Weights and polynomial for the centres present; false where they are not finite.
-  bool solve() {
+  /// Weights and polynomial for the centres present; false where they are not finite, or where the
+  /// deviance is at the limit.
+  bool solve(double deviance_limit) {
     const Index m = others();
     const MatrixXd f = values_of(centers_);
     weights = MatrixXd::Zero(m + terms_, f.cols());
@@ -165,6 +183,7 @@ class RbfInterpolant::Fit {
       MatrixXd x = f.bottomRows(m) - p * f.topRows(terms_);
       lower.triangularView<Eigen::Lower>().solveInPlace(x);
       deviance = deviance_of(lower, x.col(0));
+      if (deviance >= deviance_limit) return false;
       lower.triangularView<Eigen::Lower>().transpose().solveInPlace(x);
       weights.bottomRows(m) = x;
       weights.topRows(terms_) = -(p.transpose() * x);
@@ -213,54 +232,115 @@ class RbfInterpolant::Fit {
         column[i] = squared_norm(data_.sites[rows[i]] - center);
       }
       rbf_kernel(form_, {column, rows.size()});
-      if (!(ridge_ > 0.0) || data_.exact[columns[j]] != 0) continue;
-      for (Index i = 0; i < phi.rows(); ++i) {
-        if (rows[i] == columns[j]) column[i] += ridge_;
-      }
     }
     return phi;
   }
 
+  /// To the kernel of centres with themselves.
+  void add_ridge(std::span<const std::uint32_t> centers, MatrixXd& kernel) const {
+    if (!(ridge_ > 0.0)) return;
+    for (Index i = 0; i < kernel.rows(); ++i)
+      if (data_.exact[centers[i]] == 0) kernel(i, i) += ridge_;
+  }
+
+  /// What centres that are added have with the special ones and with themselves, whatever the
+  /// ridge.
+  struct Added {
+    std::vector<std::uint32_t> centers;
+    MatrixXd p, phi, kernel;
+  };
+
+  bool is_kept(std::span<const std::uint32_t> added) const {
+    return keeps_ &&
+           std::equal(added.begin(), added.end(), kept_.centers.begin(), kept_.centers.end());
+  }
+  void keep(std::span<const std::uint32_t> added, std::span<const std::uint32_t> special) {
+    kept_ = {{added.begin(), added.end()},
+             lagrange(added),
+             kernel_matrix(added, special),
+             kernel_matrix(added, added)};
+  }
+
   RbfForm form_;
   const UniqueSites& data_;
+  bool keeps_ = false;
   double ridge_ = 0.0;
   int terms_ = 0;
+  Added kept_;                          // the last ones
   std::vector<std::uint32_t> centers_;  // the special ones first
   MatrixXd to_monomials_;               // from values at the special centres
-  MatrixXd phi_special_;
+  MatrixXd kernel_special_;
+  MatrixXd phi_special_;  // with the ridge
   MatrixXd lower_;        // Cholesky factor of K, lower triangle
   MatrixXd p_;            // p_l at the other centres
   MatrixXd g_;            // phi(x, s_l) - sum_m p_m(x) phi(s_m, s_l) at them
   VectorXd column_sums_;  // of |K|
 };
 
-RbfInterpolant::RbfInterpolant(std::span<const RbfSite> sites, std::span<const double> values,
-                               std::uint32_t channels, const RbfOptions& options)
-    : options_(options), channels_(channels) {
+struct RbfInterpolant::Family::State {
+  RbfInterpolant blank;  // with the frame
+  std::span<const double> values;
+  std::size_t members = 1;
+  RbfForm form{};
+  UniqueSites data;
+  std::uint32_t cap = 0;
+  std::optional<Fit> fit;  // where the sites determine an interpolant
+
+  bool takes_all() const { return data.sites.size() <= cap; }
+  void measure(RbfInterpolant& interpolant) const;
+};
+
+RbfInterpolant::Family::Family(std::span<const RbfSite> sites, std::span<const double> values,
+                               std::uint32_t channels, const RbfOptions& options,
+                               std::size_t members)
+    : state_(
+          new State{RbfInterpolant(channels, options), values, members, {}, {}, 0, std::nullopt}) {
   const auto finite = [](double v) { return std::isfinite(v); };
   if (sites.empty() || channels == 0 || values.size() != sites.size() * channels) return;
   if (!std::all_of(values.begin(), values.end(), finite)) return;
-  if (!set_frame(sites)) return;
+  if (!state_->blank.set_frame(sites)) return;
   fix_block_sizes();
   std::vector<Vec3> in_frame(sites.size());
   std::transform(sites.begin(), sites.end(), in_frame.begin(),
-                 [this](Vec3 x) { return scaled(x); });
-  const UniqueSites data = merge_duplicates(in_frame, values, channels, options.exact_sites);
+                 [this](Vec3 x) { return state_->blank.scaled(x); });
+  state_->data = merge_duplicates(in_frame, values, channels, options.exact_sites);
+  state_->form = rbf_form(options.dimension, options.kernel);
+  state_->cap = std::max(options.max_sites, static_cast<std::uint32_t>(rbf_terms(state_->form)));
+  const auto unique = static_cast<std::uint32_t>(state_->data.sites.size());
+  state_->fit.emplace(state_->form, state_->data, std::min(unique, state_->cap),
+                      members > 1 && state_->takes_all());
+  if (!state_->fit->start()) state_->fit.reset();
+}
 
-  const auto form = rbf_form(options.dimension, options.kernel);
-  const auto unique = static_cast<std::uint32_t>(data.sites.size());
-  const auto cap = std::max(options.max_sites, static_cast<std::uint32_t>(rbf_terms(form)));
-  const double ridge =
-      rbf_ridge(form, options.smoothing_length / scale_, options.site_spacing / scale_);
-  Fit fit(form, data, ridge, std::min(unique, cap));
-  if (!fit.start()) return;
-  valid_ = unique <= cap ? use_all(fit) : choose_greedily(fit, cap);
-  if (!valid_ || !options.measure) return;
-  const std::vector<double> at_sites = values_at(data.sites);
-  for (std::size_t i = 0; i < sites.size(); ++i) {
-    residual_ = std::max(residual_, std::abs(at_sites[data.of[i]] - values[i * channels]));
+RbfInterpolant::Family::~Family() = default;
+
+RbfInterpolant RbfInterpolant::Family::with_smoothing(double length, double deviance_limit) {
+  RbfInterpolant member = state_->blank;
+  RbfOptions& options = member.options_;
+  options.smoothing_length = length;
+  if (!state_->fit) return member;
+  state_->fit->restart(
+      rbf_ridge(state_->form, length / member.scale_, options.site_spacing / member.scale_));
+  member.valid_ = state_->takes_all() ? member.use_all(*state_->fit, deviance_limit)
+                                      : member.choose_greedily(*state_->fit, state_->cap) &&
+                                            !(member.deviance_ >= deviance_limit);
+  if (member.valid_ && options.measure) state_->measure(member);
+  return member;
+}
+
+void RbfInterpolant::Family::State::measure(RbfInterpolant& interpolant) const {
+  const std::vector<double> at_sites = interpolant.values_at(data.sites);
+  const std::size_t channels = interpolant.channels_;
+  for (std::size_t i = 0; i * channels < values.size(); ++i) {
+    interpolant.residual_ =
+        std::max(interpolant.residual_, std::abs(at_sites[data.of[i]] - values[i * channels]));
   }
 }
+
+RbfInterpolant::RbfInterpolant(std::span<const RbfSite> sites, std::span<const double> values,
+                               std::uint32_t channels, const RbfOptions& options)
+    : RbfInterpolant(
+          Family(sites, values, channels, options).with_smoothing(options.smoothing_length)) {}
 
 // Centre and half the extent of the sites' box; false where it is not finite.
 bool RbfInterpolant::set_frame(std::span<const RbfSite> sites) {
@@ -297,14 +377,14 @@ void RbfInterpolant::take(const Fit& fit) {
   deviance_ = fit.deviance;
 }
 
-bool RbfInterpolant::use_all(Fit& fit) {
+bool RbfInterpolant::use_all(Fit& fit, double deviance_limit) {
   std::vector<std::uint8_t> present(fit.data().sites.size(), 0);
   for (const std::uint32_t center : fit.centers()) present[center] = 1;
   std::vector<std::uint32_t> rest;
   for (std::uint32_t i = 0; i < present.size(); ++i) {
     if (present[i] == 0) rest.push_back(i);
   }
-  if (!fit.append(rest) || !fit.solve()) return false;
+  if (!fit.append(rest) || !fit.solve(deviance_limit)) return false;
   take(fit);
   return true;
 }
@@ -322,7 +402,7 @@ bool RbfInterpolant::choose_greedily(Fit& fit, std::uint32_t cap) {
   const double first_spacing = spread.radius();
   const auto first_count = static_cast<double>(fit.centers().size() + added.size());
   bool solved = false;
-  while (fit.append(added) && fit.solve()) {
+  while (fit.append(added) && fit.solve(std::numeric_limits<double>::infinity())) {
     take(fit);
     solved = true;
     const std::size_t count = fit.centers().size();

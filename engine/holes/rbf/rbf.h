@@ -6,6 +6,8 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -36,6 +38,8 @@ struct RbfOptions {
 /// Safe to evaluate from several threads.
 class RbfInterpolant {
  public:
+  class Family;
+
   /// values: sites.size() rows of `channels`. The order of sites decides ties, nothing else may.
   /// The first channel steers the greedy choice. Sites are centred and scaled inside, so that the
   /// result does not depend on units. Sites at the same place count as one with their mean value.
@@ -71,10 +75,12 @@ class RbfInterpolant {
 
  private:
   class Fit;
+  RbfInterpolant(std::uint32_t channels, const RbfOptions& options)
+      : options_(options), channels_(channels) {}
   bool set_frame(std::span<const RbfSite> sites);
   RbfSite scaled(RbfSite x) const;
   void take(const Fit& fit);
-  bool use_all(Fit& fit);
+  bool use_all(Fit& fit, double deviance_limit);
   bool choose_greedily(Fit& fit, std::uint32_t cap);
   std::vector<double> residuals_at(const Fit& fit) const;
   std::vector<double> values_at(const std::vector<Vec3>& in_frame) const;
@@ -92,6 +98,28 @@ class RbfInterpolant {
   double condition_ = 0.0;
   double deviance_ = 0.0;
   bool valid_ = false;
+};
+
+/// Interpolants of the same values at the same sites, each with another smoothing length: what does
+/// not depend on it is computed once.
+class RbfInterpolant::Family {
+ public:
+  /// As for RbfInterpolant; options.smoothing_length is ignored. The values must outlive the
+  /// family. `members`: how many will be asked for; of a single one nothing is kept.
+  Family(std::span<const RbfSite> sites, std::span<const double> values, std::uint32_t channels,
+         const RbfOptions& options, std::size_t members = 1);
+  ~Family();
+  Family(const Family&) = delete;
+  Family& operator=(const Family&) = delete;
+
+  /// The same, to the last bit, as the RbfInterpolant of that smoothing length; but not valid where
+  /// its deviance is `deviance_limit` or more, which shows before the rest is computed.
+  RbfInterpolant with_smoothing(double length,
+                                double deviance_limit = std::numeric_limits<double>::infinity());
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace orbweave
