@@ -112,7 +112,8 @@ class Judge {
 
   /// Whether scanners within the bounds explain the density; of a landscape, scanners above it.
   bool is_dense_within(OrientedPart& part) {
-    constexpr std::size_t kSamples = 160;
+    // Of fewer, scanners anywhere explain too much.
+    constexpr std::size_t kSamples = 500;
     // Smaller parts are not worth the time, nor a warning.
     constexpr double kLarge = 0.05;
     if (part.shape.area < kLarge * total_) return false;
@@ -122,12 +123,13 @@ class Judge {
     std::vector<DensitySample> samples;
     for (std::size_t k = 0; k < rows.size(); k += stride) {
       const PatchSum& sum = sums_[rows[k]];
-      const double area = norm(sum.area_normal);
+      // Leaves, noise and corners have no one side that a scanner could light.
+      if (surface_area(sum) == 0.0) continue;
       const bool is_turned = (turn_[rows[k]] != 0) != seen_at_front;
       samples.push_back({.position = sum.lowest + 0.5 * (sum.highest - sum.lowest),
-                         .normal = (is_turned ? -1.0 : 1.0) / area * sum.area_normal,
+                         .normal = (is_turned ? -1.0 : 1.0) * normalized(sum.area_normal),
                          .points = static_cast<double>(sum.points),
-                         .area = area});
+                         .area = sum.area > 0.0 ? sum.area : norm(sum.area_normal)});
     }
     part.density = fit_density(samples, options_.stop);
     return part.density.is_seen_from_inside();

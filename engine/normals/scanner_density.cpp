@@ -35,6 +35,15 @@ double weighted(Lights weights, Lights a, Lights b) {
   return sum;
 }
 
+/// Where scanners may stand, and what they light.
+struct Stand {
+  Box bounds;         ///< of the part
+  double side = 1.0;  ///< 1: outside of the bounds, lighting the outside; -1: inside
+  double step = 0.0;  ///< between places
+
+  bool is_inside() const { return side < 0.0; }
+};
+
 class Fit {
  public:
   explicit Fit(std::span<const DensitySample> samples) : samples_(samples) {
@@ -54,29 +63,32 @@ class Fit {
     return left;
   }
 
-  /// What the best scanners among some places leave. `side`: 1 lights the outside, -1 the inside.
-  double best(std::span<const Vec3> places, double side, const StopToken* stop) const {
-    std::vector<Light> chosen;
+  /// What the best scanners leave: the best among some places, which are then moved.
+  double best(std::span<const Vec3> places, const Stand& stand, const StopToken* stop) const {
     Light lights;
     lights.reserve(places.size() * samples_.size());
     for (const Vec3& place : places) {
       check_stop(stop);
-      add_light_from(place, side, lights);
+      add_light_from(place, stand.side, lights);
     }
+    Scanners chosen;
     Left left{Light(samples_.size(), 1.0), weights_};
     for (int k = 0; k < kScanners; ++k) {
       const std::optional<std::size_t> place = brightest(lights, left);
       if (!place) break;
-      const Lights light = light_of(lights, *place);
-      const double power = std::sqrt(weighted(left.weights, light, light));
-      chosen.emplace_back(light.begin(), light.end());
-      for (double& value : chosen.back()) value /= power;
-      left = explain(chosen);
+      chosen.places.push_back(places[*place]);
+      chosen.lights.push_back(of_unit_power(light_of(lights, *place), left.weights));
+      left = explain(chosen.lights);
     }
-    return weighted(left.weights, left.errors, left.errors);
+    return moved(std::move(chosen), error_of(left), stand, stop);
   }
 
  private:
+  struct Scanners {
+    std::vector<Vec3> places;
+    std::vector<Light> lights;
+  };
+
   /// What scanners leave of 1, and what counts of it.
   struct Left {
     Light errors, weights;
@@ -106,6 +118,48 @@ class Fit {
       best = place;
     }
     return best;
+  }
+
+  static Light of_unit_power(Lights light, Lights weights) {
+    const double power = std::sqrt(weighted(weights, light, light));
+    Light scaled(light.begin(), light.end());
+    if (power > 0.0)
+      for (double& value : scaled) value /= power;
+    return scaled;
+  }
+
+  static double error_of(const Left& left) {
+    return weighted(left.weights, left.errors, left.errors);
+  }
+
+  /// What scanners leave that are moved along the axes, by half of a step, a quarter and an eighth,
+  /// as long as less is left. Places of a coarse lattice are off those of real scanners by as much
+  /// as makes a wall before one of them another one.
+  double moved(Scanners scanners, double error, const Stand& stand, const StopToken* stop) const {
+    constexpr int kHalvings = 3;
+    double step = stand.step;
+    for (int halving = 0; halving < kHalvings; ++halving) {
+      step *= 0.5;
+      for (std::size_t k = 0; k < scanners.places.size(); ++k)
+        for (int way = 0; way < 6; ++way) {
+          check_stop(stop);
+          Vec3 place = scanners.places[k];
+          place[way / 2] += way % 2 == 0 ? step : -step;
+          if (stand.bounds.contains(place) != stand.is_inside()) continue;
+          Light light;
+          add_light_from(place, stand.side, light);
+          light = of_unit_power(light, weights_);
+          std::swap(light, scanners.lights[k]);
+          const double other = error_of(explain(scanners.lights));
+          if (other < error) {
+            error = other;
+            scanners.places[k] = place;
+          } else {
+            std::swap(light, scanners.lights[k]);
+          }
+        }
+    }
+    return error;
   }
 
   void add_light_from(Vec3 place, double side, Light& lights) const {
@@ -224,8 +278,8 @@ DensityFit fit_density(std::span<const DensitySample> samples, const StopToken* 
   const Fit search(samples);
   fit.even = search.even();
   if (!(fit.even > kUneven)) return fit;
-  fit.inside = search.best(lattice(box, side), -1.0, stop);
-  fit.outside = search.best(places_outside(box, side), 1.0, stop);
+  fit.inside = search.best(lattice(box, side), {box, -1.0, side}, stop);
+  fit.outside = search.best(places_outside(box, side), {box, 1.0, side}, stop);
   return fit;
 }
 

@@ -194,7 +194,7 @@ Colour colour_of(const Rgb& rgb) {
 }
 
 Rgb rgb_of(const Colour& colour) {
-  const auto channel = [](double value) { return static_cast<std::uint8_t>(value + 0.5); };
+  const auto channel = [](double value) { return static_cast<std::uint8_t>(std::lround(value)); };
   return {channel(colour.red), channel(colour.green), channel(colour.blue)};
 }
 

@@ -1,6 +1,7 @@
 #include "io/report/picture_legend.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "io/report/small_font.h"
@@ -53,7 +54,7 @@ class DotPainter {
                                 static_cast<std::size_t>(column));
     for (std::size_t c = 0; c < 3; ++c) {
       const double mixed = cover * colour[c] + (1.0 - cover) * pixels_[at + c];
-      pixels_[at + c] = static_cast<std::uint8_t>(mixed + 0.5);
+      pixels_[at + c] = static_cast<std::uint8_t>(std::lround(mixed));
     }
   }
 
@@ -64,8 +65,8 @@ class DotPainter {
 Rgb between(const LegendEntry& entry, double share) {
   Rgb colour{};
   for (std::size_t c = 0; c < 3; ++c)
-    colour[c] = static_cast<std::uint8_t>(
-        entry.first[c] + share * (static_cast<double>(entry.last[c]) - entry.first[c]) + 0.5);
+    colour[c] = static_cast<std::uint8_t>(std::lround(
+        entry.first[c] + share * (static_cast<double>(entry.last[c]) - entry.first[c])));
   return colour;
 }
 

@@ -29,7 +29,7 @@ Rgb pale(double hue) {
     const double around = hue + static_cast<double>(c) / 3.0;
     const double away = std::abs(around - std::floor(around) - 0.5);  // 0.5 where it is lightest
     const double light = std::clamp(6.0 * away - 1.0, 0.0, 1.0);
-    colour[c] = static_cast<std::uint8_t>(kDarkest + light * (kLightest - kDarkest) + 0.5);
+    colour[c] = static_cast<std::uint8_t>(std::lround(kDarkest + light * (kLightest - kDarkest)));
   }
   return colour;
 }

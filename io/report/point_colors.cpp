@@ -14,8 +14,9 @@ constexpr int kDroppedBits = 16;  // of an intensity: the rest tells 1 % apart
 constexpr double kMost8 = 255.0, kMost16 = 65535.0;
 constexpr std::uint8_t kDarkGrey = 30, kLightGrey = 245;
 
+/// 0 of what is no number.
 std::uint8_t rounded(double value) {
-  return static_cast<std::uint8_t>(std::clamp(value, 0.0, kMost8) + 0.5);
+  return value > 0.0 ? static_cast<std::uint8_t>(std::lround(std::min(value, kMost8))) : 0;
 }
 
 }  // namespace
@@ -85,8 +86,8 @@ Rgb PointColors::of(const PointCloud& points, std::size_t i) const {
   }
   const double span = lightest_ - darkest_;
   const double share = span > 0.0 ? ((*intensity_)(row)-darkest_) / span : 0.5;
-  const std::uint8_t grey =
-      rounded(kDarkGrey + std::clamp(share, 0.0, 1.0) * (kLightGrey - kDarkGrey));
+  const double shown = share > 0.0 ? std::min(share, 1.0) : 0.0;  // of a NaN 0
+  const std::uint8_t grey = rounded(kDarkGrey + shown * (kLightGrey - kDarkGrey));
   return {grey, grey, grey};
 }
 

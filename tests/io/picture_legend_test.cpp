@@ -148,6 +148,7 @@ TEST_CASE("AnIntensityIsGreyFromItsLowToItsHighValuesWhateverTheirOrder") {
   values.push_back(std::numeric_limits<float>::infinity());
   const auto greys = colors_of<float>({"intensity"}, ScalarType::kFloat32, values);
   CHECK(greys[0][0] == 30);
+  CHECK(greys.back()[0] == 245);
   CHECK(greys[1000][0] == 245);
   CHECK(greys[500][0] > greys[250][0]);
   CHECK(greys[500] == Rgb{greys[500][0], greys[500][0], greys[500][0]});

@@ -106,7 +106,7 @@ std::string raw_points_key(const ResolvedJob& job) {
 }
 
 std::string points_key(const ResolvedJob& job) {
-  std::string key = key_line("layout of points", "8") + scan_lines(job) +
+  std::string key = key_line("layout of points", "9") + scan_lines(job) +
                     option_line(job, "output.vertex_quality");
   key += job.needs_cleaning_or_normals()
              ? section_lines(job, "cleaning", {}) + section_lines(job, "normals", {})
