@@ -228,6 +228,30 @@ TEST_CASE("CoconeLeavesTheBorderOfASheetOpen") {
   CHECK(is_watertight(vor::tight_cocone(half).triangles));
 }
 
+TEST_CASE("UndersampledPlacesAreWhereTheSurfaceEnds") {
+  const std::vector<Vec3> whole = sample(Shape::kSphere, 4'000);
+  const vor::Undersampling nothing = vor::find_undersampling(whole);
+  CHECK(nothing.well_sampled.size() == whole.size());
+  CHECK(nothing.points == 0);
+  CHECK(nothing.places.empty());
+
+  std::vector<Vec3> open;
+  for (const Vec3 p : whole)
+    if (p.z < 0.8) open.push_back(p);
+  const vor::Undersampling found = vor::find_undersampling(open);
+  REQUIRE_FALSE(found.places.empty());
+  std::uint64_t listed = 0;
+  for (const vor::UndersampledPlace& place : found.places) {
+    listed += place.points;
+    CHECK(place.bounds.min.z > 0.6);
+    CHECK(place.points <= found.places.front().points);
+  }
+  CHECK(listed == found.points);
+  CHECK(listed == static_cast<std::uint64_t>(
+                      std::count(found.well_sampled.begin(), found.well_sampled.end(), 0)));
+  CHECK((found.well_sampled == vor::cocone(open).well_sampled));
+}
+
 TEST_CASE("PowerCrustFindsTheMedialAxisOfASphere") {
   const vor::PowerCrustSurface surface = vor::power_crust(sample(Shape::kSphere, 2'000));
   REQUIRE_FALSE(surface.medial_axis.empty());
