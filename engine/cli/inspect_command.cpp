@@ -19,6 +19,7 @@
 #include "engine/cli/output.h"
 #include "engine/cli/selected_source.h"
 #include "engine/cli/signals.h"
+#include "engine/cli/undersampled_listing.h"
 #include "engine/holes/fill_mesh.h"
 #include "engine/validation/cloud_facts.h"
 #include "engine/validation/compare.h"
@@ -47,13 +48,15 @@ struct InspectOptions {
   ErrorFiles errors;        ///< likewise
   std::string picture;
   bool json = false;
+  bool undersampled = false;
   JobArguments keys;  ///< those of kKeys
 
   UpAxis picture_up() const { return settings_of(keys).output.picture_up; }
 };
 
 /// Keys of a job file that are options here, too.
-constexpr std::array<std::string_view, 2> kKeys = {"output.picture_up", "output.picture_backs"};
+constexpr std::array<std::string_view, 3> kKeys = {"output.picture_up", "output.picture_backs",
+                                                   "partition.memory"};
 
 /// A large cloud is read twice; standard input cannot be, so its spacing then stays unknown.
 CloudFacts facts_of_cloud(const std::string& file, const SelectedSource& selected) {
@@ -195,14 +198,26 @@ Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
            "", show_extent(facts.bounds), ""}};
 }
 
+void add_undersampling(const std::string& file, const CloudFacts& facts,
+                       const InspectOptions& options, Json& json, std::string& text) {
+  require_undersampling(settings_of(options.keys), facts.points);
+  const voronoi::Undersampling found =
+      undersampling_of(read_all(*SelectedSource(options.keys).open(file)));
+  json["undersampled"] = undersampled_json(found);
+  text += undersampled_text(found);
+}
+
 Inspected inspect_cloud(const std::string& file, const InspectOptions& options) {
   if (!options.against.empty())
     throw_bad_input("a cloud has no distances to another cloud",
                     {.file = file, .expected = "a mesh before --against"});
   const CloudFacts facts = facts_of_cloud(file, SelectedSource(options.keys));
   if (!options.picture.empty()) draw_cloud(file, facts.bounds, options);
-  return {cloud_json(facts),
-          cloud_text(facts),
+  Json json = cloud_json(facts);
+  std::string text = cloud_text(facts);
+  if (options.undersampled) add_undersampling(file, facts, options, json, text);
+  return {std::move(json),
+          std::move(text),
           {shown(format_text(facts.file)), counted(facts.points, "point", "points"),
            facts.spacing ? format_number(*facts.spacing) : "unknown", show_extent(facts.bounds),
            system_text(facts.coordinate_system)}};
@@ -212,6 +227,8 @@ Inspected inspect_file(const std::string& file, const InspectOptions& options) {
   if (!is_mesh_file(file)) return inspect_cloud(file, options);
   if (!SelectedSource(options.keys).takes_all())
     throw_usage("points are selected of a cloud, not of a mesh", {.file = file});
+  if (options.undersampled)
+    throw_usage("--undersampled looks at the points of a cloud, not at a mesh", {.file = file});
   return inspect_mesh(file, options);
 }
 
@@ -223,6 +240,9 @@ void check_places(const InspectOptions& options) {
   for (const std::string& file : options.files)
     paths.push_back({"the file that is read", file, PathUse::kReadFile});
   check_paths(paths);
+  if (options.undersampled && std::ranges::find(options.files, "-") != options.files.end())
+    throw_usage("--undersampled reads the cloud a second time, which standard input does not allow",
+                {.advice = "Store the cloud in a file"});
   if (options.files.size() > 1 && !options.picture.empty())
     throw_usage("--picture draws one file",
                 {.found = std::to_string(options.files.size()) + " files",
@@ -350,6 +370,8 @@ void add_inspect_command(CLI::App& program, const CommandContext& context) {
                       "with --against: share of the mesh's area that is at most so far from a "
                       "point (precision), and of the points from the mesh (recall)");
   add_error_options(*command, options->errors, "the mesh", "the cloud");
+  command->add_flag("--undersampled", options->undersampled,
+                    "List the places of a cloud that have too few points for their shape");
   command->add_option("--picture", options->picture, "Draw it (PNG)")->type_name("FILE");
   add_key_options(*command, kKeys, options->keys);
   add_selection_options(*command, options->keys);

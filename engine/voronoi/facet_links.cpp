@@ -48,11 +48,6 @@ std::size_t FacetLinks::slot(FacetSide side) const {
   return first_[side.cell] + static_cast<std::size_t>(std::popcount(before));
 }
 
-HalfEdge FacetLinks::edge_of(FacetHalf half, std::uint32_t start) const {
-  const Triangle& corners = corners_[half];
-  return 3 * half + (corners[0] == start ? 0U : corners[1] == start ? 1U : 2U);
-}
-
 /// Goes around an edge from tetrahedron to tetrahedron until a flagged facet ends the way.
 void FacetLinks::link(const Tetrahedra& tetrahedra, HalfEdge edge) {
   const std::uint32_t a = start(edge), b = end(edge);
@@ -76,7 +71,7 @@ void FacetLinks::link(const Tetrahedra& tetrahedra, HalfEdge edge) {
 void FacetLinks::remove(FacetHalf half) {
   for (std::uint32_t k = 0; k < 3; ++k) {
     const HalfEdge here = 3 * half + k;
-    const HalfEdge there = edge_of(opposite(half), end(here));
+    const HalfEdge there = behind(here);
     const HalfEdge before = across_[here], after = across_[there];
     if (before != there) {
       across_[before] = after;

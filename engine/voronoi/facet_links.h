@@ -37,6 +37,8 @@ class FacetLinks {
   /// other facet.
   HalfEdge across(HalfEdge edge) const { return across_[edge]; }
   static FacetHalf half_of(HalfEdge edge) { return edge / 3; }
+  /// The same edge of the same facet, seen from the other side.
+  HalfEdge behind(HalfEdge edge) const { return edge_of(opposite(half_of(edge)), end(edge)); }
   std::uint32_t start(HalfEdge edge) const { return corners_[edge / 3][edge % 3]; }
   std::uint32_t end(HalfEdge edge) const { return corners_[edge / 3][(edge % 3 + 1) % 3]; }
   /// The corner that is not the edge's.
@@ -54,7 +56,10 @@ class FacetLinks {
   void number(const Tetrahedra& tetrahedra, const FacetFlags& flags);
   std::size_t slot(FacetSide side) const;
   void link(const Tetrahedra& tetrahedra, HalfEdge edge);
-  HalfEdge edge_of(FacetHalf half, std::uint32_t start) const;
+  HalfEdge edge_of(FacetHalf half, std::uint32_t start) const {
+    const Triangle& corners = corners_[half];
+    return 3 * half + (corners[0] == start ? 0U : corners[1] == start ? 1U : 2U);
+  }
   bool has(std::uint32_t cell, int place) const { return ((flags_[cell] >> place) & 1) != 0; }
 
   std::vector<FacetSide> sides_;

@@ -81,15 +81,25 @@ std::vector<MeshEdge> crowded_edges(std::span<const Triangle> triangles) {
   return edges;
 }
 
-void keep_manifold_edges(std::span<const Vec3> points, std::vector<Triangle>& triangles) {
-  const auto badness = [&](std::uint32_t i) {
+void keep_manifold_edges(std::span<const Vec3> points, std::span<const std::uint8_t> suspects,
+                         std::vector<Triangle>& triangles) {
+  std::vector<std::uint32_t> places;  // of the triangles that a suspect edge may have
+  std::vector<Triangle> near;
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     const Triangle& t = triangles[i];
+    if (suspects[t[0]] + suspects[t[1]] + suspects[t[2]] < 2) continue;
+    places.push_back(i);
+    near.push_back(t);
+  }
+  const auto badness = [&](std::uint32_t i) {
+    const Triangle& t = near[i];
     return std::tuple(squared_circumradius(points[t[0]], points[t[1]], points[t[2]]), t);
   };
+  std::vector<std::uint8_t> all_gone(triangles.size(), 0);
   for (bool removes = true; removes;) {
-    std::vector<std::uint8_t> goes(triangles.size(), 0);
+    std::vector<std::uint8_t> goes(near.size(), 0);
     removes = false;
-    EdgeUses(triangles).edges([&](std::uint32_t, std::span<const EdgeUse> uses) {
+    EdgeUses(near).edges([&](std::uint32_t, std::span<const EdgeUse> uses) {
       if (is_manifold(uses)) return;
       std::uint32_t worst = uses.front().triangle;
       for (const EdgeUse& use : uses)
@@ -98,10 +108,21 @@ void keep_manifold_edges(std::span<const Vec3> points, std::vector<Triangle>& tr
       removes = true;
     });
     std::size_t kept = 0;
-    for (std::size_t i = 0; i < triangles.size(); ++i)
-      if (goes[i] == 0) triangles[kept++] = triangles[i];
-    triangles.resize(kept);
+    for (std::size_t i = 0; i < near.size(); ++i) {
+      if (goes[i] != 0) {
+        all_gone[places[i]] = 1;
+        continue;
+      }
+      near[kept] = near[i];
+      places[kept++] = places[i];
+    }
+    near.resize(kept);
+    places.resize(kept);
   }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    if (all_gone[i] == 0) triangles[kept++] = triangles[i];
+  triangles.resize(kept);
 }
 
 }  // namespace orbweave::voronoi

@@ -44,10 +44,28 @@ class OutsideWalk {
               [&](std::uint32_t a, std::uint32_t b) { return is_left(a, b); });
     for (const std::uint32_t p : ids_)
       if (visited_[p] == 0) begin_at(p, stop);
+    keep_manifold_edges(points_, suspects(), triangles_);
     return std::move(triangles_);
   }
 
  private:
+  /// Flags of the ends of edges that may have more than two triangles, or two of one direction: the
+  /// taken facets there are not all of one surface, seen from one side.
+  std::vector<std::uint8_t> suspects() const {
+    std::vector<std::uint8_t> found(points_.size(), 0);
+    for (const FacetHalf half : taken_halves_) {
+      for (HalfEdge edge = 3 * half; edge < 3 * half + 3; ++edge) {
+        const HalfEdge next = links_.across(edge);
+        const FacetHalf behind = FacetLinks::opposite(FacetLinks::half_of(next));
+        const bool is_edge_of_two =
+            FacetLinks::half_of(links_.across(links_.behind(next))) == FacetLinks::opposite(half);
+        if (is_edge_of_two && taken_[behind / 2] != behind % 2 + 1) continue;
+        found[links_.start(edge)] = found[links_.end(edge)] = 1;
+      }
+    }
+    return found;
+  }
+
   bool is_left(std::uint32_t a, std::uint32_t b) const {
     const Vec3 p = points_[a], q = points_[b];
     return std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z);
@@ -121,7 +139,7 @@ class OutsideWalk {
   }
 
   void take(FacetHalf half, Vec3 normal) {
-    taken_[half / 2] = 1;
+    taken_[half / 2] = static_cast<std::uint8_t>(half % 2 + 1);
     const Triangle& corners = links_.corners(half);
     triangles_.push_back(smallest_first(corners));
     for (const std::uint32_t v : corners) {
@@ -129,6 +147,7 @@ class OutsideWalk {
       if (sides_[v] == 0) sides_[v] = side_at(v, normal);
     }
     queue_.push_back(half);
+    taken_halves_.push_back(half);
   }
 
   /// Whether a facet would turn a point inside out: the walk has come to the back of the surface
@@ -167,11 +186,11 @@ class OutsideWalk {
   std::span<const Vec3> normals_;
   const FacetFlags& flags_;
   const FacetLinks& links_;
-  std::vector<std::uint8_t> taken_;  // per facet
+  std::vector<std::uint8_t> taken_;  // per facet: 1 or 2, from its first or second side
   std::vector<std::uint32_t> ids_;
   std::vector<std::uint8_t> visited_;
   std::vector<std::int8_t> sides_;  // 1: a point's normal is outward, -1: inward, 0: not known
-  std::vector<FacetHalf> queue_;
+  std::vector<FacetHalf> queue_, taken_halves_;
   std::vector<Triangle> triangles_;
 };
 
@@ -183,7 +202,6 @@ std::vector<Triangle> walk_outside(std::span<const Vec3> points, const Tetrahedr
                                    const StopToken* stop) {
   std::vector<Triangle> triangles =
       OutsideWalk(points, tetrahedra, stars, normals, flags, links).run(stop);
-  keep_manifold_edges(points, triangles);
   std::sort(triangles.begin(), triangles.end());
   return triangles;
 }

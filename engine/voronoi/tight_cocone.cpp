@@ -227,20 +227,62 @@ class EdgeRepair {
       : tetrahedra_(tetrahedra), stays_(stays) {}
 
   void run(const StopToken* stop) {
-    while (true) {
+    for (std::vector<CellEdge> crowded = all_crowded(); !crowded.empty();
+         crowded = crowded_after_changes()) {
       check_stop(stop);
-      const std::vector<FacetSide> sides = boundary_sides(tetrahedra_, stays_);
-      const std::vector<MeshEdge> crowded = crowded_edges(triangles_of(tetrahedra_, sides));
-      if (crowded.empty()) return;
-      for (const MeshEdge& edge : crowded) {
-        const std::uint32_t cell = sides[edge.triangle].cell;
-        repair(cell, tetrahedra_.place_of_vertex(cell, edge.a),
-               tetrahedra_.place_of_vertex(cell, edge.b));
-      }
+      changed_.clear();
+      for (const CellEdge& edge : crowded)
+        repair(edge.cell, tetrahedra_.place_of_vertex(edge.cell, edge.a),
+               tetrahedra_.place_of_vertex(edge.cell, edge.b));
     }
   }
 
  private:
+  /// An edge, with one of its tetrahedra.
+  struct CellEdge {
+    std::uint32_t a = 0, b = 0;  ///< ascending
+    std::uint32_t cell = 0;
+  };
+
+  std::vector<CellEdge> all_crowded() const {
+    const std::vector<FacetSide> sides = boundary_sides(tetrahedra_, stays_);
+    std::vector<CellEdge> crowded;
+    for (const MeshEdge& edge : crowded_edges(triangles_of(tetrahedra_, sides)))
+      crowded.push_back({edge.a, edge.b, sides[edge.triangle].cell});
+    return crowded;
+  }
+
+  /// Only edges of tetrahedra that were put back can have become crowded, or still be.
+  std::vector<CellEdge> crowded_after_changes() const {
+    std::vector<CellEdge> edges;
+    for (const std::uint32_t cell : changed_) {
+      const auto& v = tetrahedra_.vertices[cell];
+      for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t j = i + 1; j < 4; ++j)
+          edges.push_back({std::min(v[i], v[j]), std::max(v[i], v[j]), cell});
+    }
+    const auto ends = [](const CellEdge& edge) { return std::tie(edge.a, edge.b); };
+    std::sort(edges.begin(), edges.end(),
+              [&](const CellEdge& x, const CellEdge& y) { return ends(x) < ends(y); });
+    edges.erase(
+        std::unique(edges.begin(), edges.end(),
+                    [&](const CellEdge& x, const CellEdge& y) { return ends(x) == ends(y); }),
+        edges.end());
+    std::erase_if(edges, [&](const CellEdge& edge) { return !is_crowded(edge); });
+    return edges;
+  }
+
+  bool is_crowded(const CellEdge& edge) const {
+    int triangles = 0;
+    std::uint32_t around = edge.cell;
+    do {
+      const std::uint32_t next = next_around_edge(around, edge.a, edge.b);
+      triangles += stays_[around] != stays_[next] ? 1 : 0;
+      around = next;
+    } while (around != edge.cell);
+    return triangles > 2;
+  }
+
   void repair(std::uint32_t cell, int i, int j) {
     wedges_.clear();
     const std::uint32_t a = tetrahedra_.vertices[cell][at(i)];
@@ -290,12 +332,14 @@ class EdgeRepair {
     for (auto wedge = wedges_.begin(); wedge != wedges_.end(); ++wedge) {
       if (wedge == widest) continue;
       for (const std::uint32_t cell : wedge->cells) stays_[cell] = 1;
+      changed_.insert(changed_.end(), wedge->cells.begin(), wedge->cells.end());
     }
   }
 
   const Tetrahedra& tetrahedra_;
   std::vector<std::uint8_t>& stays_;
   std::vector<Wedge> wedges_;
+  std::vector<std::uint32_t> changed_;  // tetrahedra that the last round has put back
 };
 
 /// Tetrahedra that a point has voted on.

@@ -49,6 +49,43 @@ TEST_CASE("InspectTellsACloudsFacts") {
                            Contains("not finite   1\n") && Contains("(3 x 1 x 2.5)"));
 }
 
+TEST_CASE("InspectListsUndersampledPlacesOfACloud") {
+  const ScratchDirectory in;
+  generate(in, "sphere");
+  const auto text =
+      run_in(in, {"inspect", "cloud.ply", "--undersampled", "--crop", "-2,-2,-2,2,2,0.5"});
+  if (text.status == 2) {
+    CHECK_THAT(text.err, Contains("without the methods of the Voronoi family"));
+    return;
+  }
+  CHECK_THAT(text.out, Contains("undersampled: "));
+  const json found = json_of(run_in(in, {"inspect", "cloud.ply", "--undersampled", "--json"}));
+  CHECK(found["points"] == 2000);
+  CHECK(found["undersampled"]["points"] == 0);
+  CHECK(found["undersampled"]["share"] == 0.0);
+  CHECK(found["undersampled"]["places"].empty());
+  const json open = json_of(run_in(
+      in, {"inspect", "cloud.ply", "--undersampled", "--json", "--crop", "-2,-2,-2,2,2,0.5"}));
+  REQUIRE(open["undersampled"]["points"] > 0);
+  CHECK(open["undersampled"]["places"][0]["bounds"]["max"][2] <= 0.5);
+  CHECK_FALSE(json_of(run_in(in, {"inspect", "cloud.ply", "--json"})).contains("undersampled"));
+}
+
+TEST_CASE("InspectRefusesUndersampledPlacesThatItCannotFind") {
+  const ScratchDirectory in;
+  generate(in, "sphere");
+  CHECK(run_in(in, {"inspect", "mesh.ply", "--undersampled"}).status == 2);
+  CHECK(run_in(in, {"inspect", "-", "--undersampled"}).status == 2);
+  const auto small = run_in(in, {"inspect", "cloud.ply", "--undersampled", "--memory", "64MiB"});
+  if (small.status == 2) return;
+  CHECK(small.status == 4);
+  CHECK_THAT(small.err, Contains("at least 101 MiB"));
+  write_text(in / "flat.csv", "x,y,z\n0,0,0\n1,0,0\n0,1,0\n1,1,0\n2,1,0\n");
+  const auto flat = run_in(in, {"inspect", "flat.csv", "--undersampled"});
+  CHECK(flat.status == 3);
+  CHECK_THAT(flat.err, Contains("in one plane"));
+}
+
 TEST_CASE("InspectTellsAMeshsFactsWithTheReportsKeys") {
   const ScratchDirectory in;
   generate(in, "torus");

@@ -14,6 +14,7 @@
 
 #include "engine/synthetic/synthetic_cloud.h"
 #include "engine/validation/mesh_facts.h"
+#include "engine/voronoi/undersampling.h"
 #include "io/clouds/open_point_source.h"
 #include "io/error.h"
 #include "tests/support/clouds.h"
@@ -226,6 +227,30 @@ TEST_CASE("CoconeLeavesTheBorderOfASheetOpen") {
   CHECK(facts.boundary_edges > 20);
   CHECK(facts.triangles > 19 * half.size() / 10);
   CHECK(is_watertight(vor::tight_cocone(half).triangles));
+}
+
+TEST_CASE("UndersampledPlacesAreWhereTheSurfaceEnds") {
+  const std::vector<Vec3> whole = sample(Shape::kSphere, 4'000);
+  const vor::Undersampling nothing = vor::find_undersampling(whole);
+  CHECK(nothing.well_sampled.size() == whole.size());
+  CHECK(nothing.points == 0);
+  CHECK(nothing.places.empty());
+
+  std::vector<Vec3> open;
+  for (const Vec3 p : whole)
+    if (p.z < 0.3) open.push_back(p);
+  const vor::Undersampling found = vor::find_undersampling(open);
+  REQUIRE_FALSE(found.places.empty());
+  std::uint64_t listed = 0;
+  for (const vor::UndersampledPlace& place : found.places) {
+    listed += place.points;
+    CHECK(place.bounds.min.z > 0.1);
+    CHECK(place.points <= found.places.front().points);
+  }
+  CHECK(listed == found.points);
+  CHECK(listed == static_cast<std::uint64_t>(
+                      std::count(found.well_sampled.begin(), found.well_sampled.end(), 0)));
+  CHECK((found.well_sampled == vor::cocone(open).well_sampled));
 }
 
 TEST_CASE("PowerCrustFindsTheMedialAxisOfASphere") {

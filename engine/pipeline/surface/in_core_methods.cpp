@@ -23,11 +23,22 @@ std::vector<Triangle> triangles_of(ReconstructionMethod method, std::span<const 
     return voronoi::cocone(positions, {}, stop).triangles;
   return voronoi::tight_cocone(positions, stop).triangles;
 }
+
+voronoi::Undersampling undersampling_of(std::span<const Vec3> positions, const StopToken* stop) {
+  return voronoi::find_undersampling(positions, stop);
+}
 #else
 std::vector<Triangle> triangles_of(ReconstructionMethod, std::span<const Vec3>, const StopToken*) {
   return {};
 }
+
+voronoi::Undersampling undersampling_of(std::span<const Vec3>, const StopToken*) { return {}; }
 #endif
+
+[[noreturn]] void refuse_family(ErrorParts parts) {
+  parts.advice = "Install CGAL (libcgal-dev) and build again; the program is under the GPL then";
+  throw_usage("this program was built without the methods of the Voronoi family", parts);
+}
 
 }  // namespace
 
@@ -39,6 +50,10 @@ bool has_voronoi_family() {
 #endif
 }
 
+void require_voronoi_family() {
+  if (!has_voronoi_family()) refuse_family({});
+}
+
 void require_method(const Job& job) {
   if (!is_in_core(job.reconstruct.method)) return;
   const ErrorParts where{
@@ -46,8 +61,7 @@ void require_method(const Job& job) {
   if (!has_voronoi_family()) {
     ErrorParts parts = where;
     parts.expected = "ball_pivoting";
-    parts.advice = "Install CGAL (libcgal-dev) and build again; the program is under the GPL then";
-    throw_usage("this program was built without the methods of the Voronoi family", parts);
+    refuse_family(parts);
   }
   if (job.reconstruct.method == ReconstructionMethod::kPowerCrust) {
     ErrorParts parts = where;
@@ -64,6 +78,11 @@ BallPivotingResult reconstruct_in_core(const Job& job, std::span<const Vec3> pos
   std::vector<Triangle> triangles = triangles_of(job.reconstruct.method, positions, stop);
   turn_to_normals(positions, normals, triangles, stop);
   return with_fans(std::move(triangles), positions.size(), stop);
+}
+
+voronoi::Undersampling find_undersampling(std::span<const Vec3> positions, const StopToken* stop) {
+  require_voronoi_family();
+  return undersampling_of(positions, stop);
 }
 
 }  // namespace orbweave

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/ball_pivoting/pivoting_result.h"
+#include "engine/voronoi/undersampling.h"
 #include "io/job/job.h"
 #include "io/stop_token.h"
 #include "io/vec3.h"
@@ -14,6 +15,9 @@ namespace orbweave {
 /// Whether the program was built with the Voronoi family, and hence is under the GPL.
 bool has_voronoi_family();
 
+/// Throws Error (usage) where it was not.
+void require_voronoi_family();
+
 /// Throws Error (usage) where the program was built without the job's method, or the method's
 /// surface has no place in a job.
 void require_method(const Job& job);
@@ -22,5 +26,9 @@ void require_method(const Job& job);
 /// most two triangles. Throws as the method does, and as require_method.
 BallPivotingResult reconstruct_in_core(const Job& job, std::span<const Vec3> positions,
                                        std::span<const Vec3> normals, const StopToken* stop);
+
+/// Points that are sampled too sparsely for the shape that they lie on. Throws as
+/// voronoi::find_undersampling, and Error (usage) where there is no Voronoi family.
+voronoi::Undersampling find_undersampling(std::span<const Vec3> positions, const StopToken* stop);
 
 }  // namespace orbweave
