@@ -10,6 +10,7 @@
 #include "engine/levels/simplify.h"
 #include "io/bounds.h"
 #include "io/error.h"
+#include "io/text/quantity.h"
 #include "partition/canonical_order.h"
 
 namespace orbweave {
@@ -197,16 +198,25 @@ class LevelMaker {
 
 }  // namespace
 
+std::uint64_t most_leaf_triangles(std::uint64_t memory_bytes) {
+  return memory_bytes <= kBaseBytes ? 0
+                                    : (memory_bytes - kBaseBytes) / (kChildren * kBytesPerTriangle);
+}
+
 int level_workers(const LevelOptions& options) {
   const std::uint64_t node = kChildren * options.leaf_triangles * kBytesPerTriangle;
-  const std::uint64_t room =
-      options.memory_bytes > kBaseBytes ? options.memory_bytes - kBaseBytes : 0;
-  return std::clamp(static_cast<int>(std::min<std::uint64_t>(room / node, 4096)), 1,
-                    std::max(options.threads, 1));
+  if (options.memory_bytes < kBaseBytes + node)
+    throw_resource("the memory budget has no room for a tile of this size",
+                   {.found = format_bytes(options.memory_bytes),
+                    .expected = "at least " + format_bytes(kBaseBytes + node),
+                    .advice = "Give it more memory, or make smaller tiles: --leaf-triangles"});
+  const std::uint64_t room = (options.memory_bytes - kBaseBytes) / node;
+  return static_cast<int>(std::min(room, static_cast<std::uint64_t>(std::max(options.threads, 1))));
 }
 
 Levels make_levels(MeshStream& mesh, const LevelOptions& options, const LevelEvents& events,
                    const StopToken& stop) {
+  level_workers(options);  // a budget that is too small is refused before the work
   return LevelMaker(stored_mesh(mesh, options, events, stop), options, events, stop).make();
 }
 

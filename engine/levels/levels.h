@@ -60,7 +60,10 @@ struct Levels {
 Levels make_levels(MeshStream& mesh, const LevelOptions& options, const LevelEvents& events,
                    const StopToken& stop);
 
-/// How many nodes are made at a time.
+/// The largest leaves that a budget has room for.
+std::uint64_t most_leaf_triangles(std::uint64_t memory_bytes);
+
+/// How many nodes are made at a time. Throws Error (resource) where the budget has no room for one.
 int level_workers(const LevelOptions& options);
 
 }  // namespace orbweave

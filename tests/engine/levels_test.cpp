@@ -375,6 +375,10 @@ TEST_CASE("MeshesThatCannotBecomeTilesAreRefused") {
   TriangleMesh mesh = bumpy_torus();
   mesh.vertices.positions[17].y = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_WITH(make_tileset(scratch, mesh), Contains("not finite") && Contains("fill"));
+  TilesetOptions small;
+  small.levels.memory_bytes = std::uint64_t{48} << 20;
+  CHECK_THROWS_WITH(make_tileset(scratch, bumpy_torus(), "small", small),
+                    Contains("memory budget") && Contains("--leaf-triangles"));
   PointCloud cloud;
   cloud.positions = {{0, 0, 0}, {1, 0, 0}};
   write_cloud(scratch / "cloud.ply", cloud);
