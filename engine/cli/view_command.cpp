@@ -2,6 +2,7 @@
 #include <oneapi/tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -63,8 +64,9 @@ ShownMesh whole_mesh(const std::string& file) {
 ShownMesh simplified_mesh(const ViewArguments& arguments, const Job& job, Progress& progress,
                           const StopToken& stop) {
   LevelOptions options;
-  options.leaf_triangles = kMostShownTriangles;
   options.memory_bytes = job.partition.memory_bytes;
+  options.leaf_triangles =
+      std::clamp<std::uint64_t>(most_leaf_triangles(options.memory_bytes), 1, kMostShownTriangles);
   options.threads = job.run.threads > 0 ? job.run.threads : available_threads();
   options.directory = directory_of(arguments.page);
   const auto stream = open_mesh_stream(arguments.mesh);

@@ -5,11 +5,13 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <mutex>
 #include <utility>
 
 #include "engine/levels/simplify.h"
 #include "io/bounds.h"
 #include "io/error.h"
+#include "io/text/quantity.h"
 #include "partition/canonical_order.h"
 
 namespace orbweave {
@@ -119,6 +121,7 @@ class LevelMaker {
       events_.planned(static_cast<std::uint32_t>(levels_.nodes.size()), mesh_.vertices->bounds());
     tbb::task_arena arena(level_workers(options_));
     for (const std::vector<std::uint32_t>& nodes : nodes_by_height(levels_.nodes)) {
+      if (levels_.nodes[nodes.front()].height == 1) keep_seams();
       arena.execute([&] {
         tbb::parallel_for(
             tbb::blocked_range<std::size_t>(0, nodes.size(), 1),
@@ -141,14 +144,46 @@ class LevelMaker {
     const PointCloud points = mesh_.vertices->points(mesh.rows);
     facts.vertices = mesh.vertices.size();
     facts.triangles = mesh.triangles.size();
-    facts.border_triangles = border_triangles(mesh);
-    if (node.is_leaf()) facts.bounds = points.bounds();
+    const std::vector<OpenEdge> open = open_edges(mesh);
+    facts.border_triangles = triangles_at(open);
+    if (node.is_leaf()) {
+      facts.bounds = points.bounds();
+      add_seams(mesh, open);
+    }
     // Leaves are read again from the mesh.
     if (!node.is_leaf() && number != 0) {
       const std::vector<std::byte> bytes = packed(mesh);
       stored_[number] = {spool_.append(bytes), bytes.size()};
     }
     events_.done(number, points, mesh.triangles);
+  }
+
+  void add_seams(const NodeMesh& mesh, std::span<const OpenEdge> open) {
+    const std::scoped_lock lock(mutex_);
+    for (const OpenEdge& edge : open) seams_.push_back(mesh_edge(mesh, edge));
+  }
+
+  /// Open edges of two leaves lie between them; those of one leaf are rims of the mesh.
+  void keep_seams() {
+    std::sort(seams_.begin(), seams_.end());
+    std::vector<MeshEdge> twice;
+    for (std::size_t i = 1; i < seams_.size(); ++i)
+      if (seams_[i] == seams_[i - 1] && (twice.empty() || twice.back() != seams_[i]))
+        twice.push_back(seams_[i]);
+    seams_ = std::move(twice);
+  }
+
+  /// The vertices of a node that nodes beside it have as well, ascending.
+  std::vector<std::uint32_t> border_vertices(const NodeMesh& mesh) const {
+    std::vector<std::uint32_t> vertices;
+    for (const OpenEdge& edge : open_edges(mesh)) {
+      if (!std::binary_search(seams_.begin(), seams_.end(), mesh_edge(mesh, edge))) continue;
+      vertices.push_back(edge.low);
+      vertices.push_back(edge.high);
+    }
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    return vertices;
   }
 
   NodeMesh leaf(std::uint32_t number) const {
@@ -177,10 +212,14 @@ class LevelMaker {
       facts.error = std::max(facts.error, levels_.facts[child].error);
     }
     const NodeMesh merged = merged_children(number);
+    const std::vector<std::uint32_t> locked = border_vertices(merged);
+    // Where the border alone takes most of the triangles, the inside would be torn down for it.
+    constexpr std::size_t kTrianglesOfBorderVertex = 3;
     const std::size_t target =
-        std::min<std::size_t>(options_.leaf_triangles, merged.triangles.size() / 2);
+        std::max(std::min<std::size_t>(options_.leaf_triangles, merged.triangles.size() / 2),
+                 kTrianglesOfBorderVertex * locked.size());
     Simplification simpler =
-        simplify_inside(positions_of(merged, row_bytes_), merged.triangles, target);
+        simplify_between(positions_of(merged, row_bytes_), merged.triangles, locked, target);
     facts.error += simpler.error;
     return used_part(merged, std::move(simpler.triangles), row_bytes_);
   }
@@ -193,20 +232,31 @@ class LevelMaker {
   std::size_t row_bytes_;
   Levels levels_;
   std::vector<Stored> stored_;
+  std::mutex mutex_;
+  std::vector<MeshEdge> seams_;  ///< edges between leaves
 };
 
 }  // namespace
 
+std::uint64_t most_leaf_triangles(std::uint64_t memory_bytes) {
+  return memory_bytes <= kBaseBytes ? 0
+                                    : (memory_bytes - kBaseBytes) / (kChildren * kBytesPerTriangle);
+}
+
 int level_workers(const LevelOptions& options) {
   const std::uint64_t node = kChildren * options.leaf_triangles * kBytesPerTriangle;
-  const std::uint64_t room =
-      options.memory_bytes > kBaseBytes ? options.memory_bytes - kBaseBytes : 0;
-  return std::clamp(static_cast<int>(std::min<std::uint64_t>(room / node, 4096)), 1,
-                    std::max(options.threads, 1));
+  if (options.memory_bytes < kBaseBytes + node)
+    throw_resource("the memory budget has no room for a tile of this size",
+                   {.found = format_bytes(options.memory_bytes),
+                    .expected = "at least " + format_bytes(kBaseBytes + node),
+                    .advice = "Give it more memory, or make smaller tiles: --leaf-triangles"});
+  const std::uint64_t room = (options.memory_bytes - kBaseBytes) / node;
+  return static_cast<int>(std::min(room, static_cast<std::uint64_t>(std::max(options.threads, 1))));
 }
 
 Levels make_levels(MeshStream& mesh, const LevelOptions& options, const LevelEvents& events,
                    const StopToken& stop) {
+  level_workers(options);  // a budget that is too small is refused before the work
   return LevelMaker(stored_mesh(mesh, options, events, stop), options, events, stop).make();
 }
 

@@ -2,8 +2,10 @@
 //
 // An octree over the triangles, cut by a fixed number of triangles (engine/levels/level_tree.h).
 // A leaf has the triangles of its cell; every other node has those of its children, simplified
-// together. The border of a node stays as it is: so nodes of any two levels fit together, vertex by
-// vertex, and what was a border between children is simplified in their parent.
+// together. The border of a node towards others stays as it is: so nodes of any two levels fit
+// together, vertex by vertex, and what was a border between children is simplified in their parent.
+// Rims of the mesh become simpler along themselves. The edges between leaves are kept in memory:
+// some 16 bytes for fifty triangles.
 #pragma once
 
 #include <cstdint>
@@ -60,7 +62,10 @@ struct Levels {
 Levels make_levels(MeshStream& mesh, const LevelOptions& options, const LevelEvents& events,
                    const StopToken& stop);
 
-/// How many nodes are made at a time.
+/// The largest leaves that a budget has room for.
+std::uint64_t most_leaf_triangles(std::uint64_t memory_bytes);
+
+/// How many nodes are made at a time. Throws Error (resource) where the budget has no room for one.
 int level_workers(const LevelOptions& options);
 
 }  // namespace orbweave

@@ -123,28 +123,37 @@ NodeMesh unpacked(std::span<const std::byte> bytes, std::size_t row_bytes) {
   return mesh;
 }
 
-std::uint64_t border_triangles(const NodeMesh& mesh) {
-  struct Edge {
-    std::uint32_t low, high, triangle;
-    bool joins(const Edge& other) const { return low == other.low && high == other.high; }
-  };
-  std::vector<Edge> edges;
+std::vector<OpenEdge> open_edges(const NodeMesh& mesh) {
+  std::vector<OpenEdge> edges;
   edges.reserve(3 * mesh.triangles.size());
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
     for (std::size_t c = 0; c < 3; ++c) {
       const auto [low, high] = std::minmax(mesh.triangles[t][c], mesh.triangles[t][(c + 1) % 3]);
       edges.push_back({low, high, t});
     }
-  std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
-    return std::pair(a.low, a.high) < std::pair(b.low, b.high);
-  });
-  std::vector<bool> at_border(mesh.triangles.size());
+  std::sort(edges.begin(), edges.end());
+  const auto joins = [](const OpenEdge& a, const OpenEdge& b) {
+    return a.low == b.low && a.high == b.high;
+  };
+  std::vector<OpenEdge> open;
   for (std::size_t i = 0; i < edges.size(); ++i) {
-    const bool is_shared = (i > 0 && edges[i].joins(edges[i - 1])) ||
-                           (i + 1 < edges.size() && edges[i].joins(edges[i + 1]));
-    if (!is_shared) at_border[edges[i].triangle] = true;
+    const bool is_shared = (i > 0 && joins(edges[i], edges[i - 1])) ||
+                           (i + 1 < edges.size() && joins(edges[i], edges[i + 1]));
+    if (!is_shared) open.push_back(edges[i]);
   }
-  return static_cast<std::uint64_t>(std::count(at_border.begin(), at_border.end(), true));
+  return open;
+}
+
+std::uint64_t triangles_at(std::span<const OpenEdge> edges) {
+  std::vector<std::uint64_t> triangles;
+  triangles.reserve(edges.size());
+  for (const OpenEdge& edge : edges) triangles.push_back(edge.triangle);
+  sort_and_keep_each_once(triangles);
+  return triangles.size();
+}
+
+MeshEdge mesh_edge(const NodeMesh& mesh, const OpenEdge& edge) {
+  return {mesh.vertices[edge.low], mesh.vertices[edge.high]};
 }
 
 }  // namespace orbweave

@@ -1,6 +1,8 @@
 // The mesh of one node of the octree of levels.
 #pragma once
 
+#include <array>
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -36,7 +38,21 @@ std::vector<Vec3> positions_of(const NodeMesh& mesh, std::size_t row_bytes);
 std::vector<std::byte> packed(const NodeMesh& mesh);
 NodeMesh unpacked(std::span<const std::byte> bytes, std::size_t row_bytes);
 
-/// Triangles with an edge that no other triangle of the mesh has.
-std::uint64_t border_triangles(const NodeMesh& mesh);
+/// An edge that one triangle of a node has, by places of vertices in the node.
+struct OpenEdge {
+  std::uint32_t low = 0;
+  std::uint32_t high = 0;
+  std::uint32_t triangle = 0;
+  friend auto operator<=>(const OpenEdge&, const OpenEdge&) = default;
+};
+
+/// All of a node: at its border, and at rims of the mesh. Ascending.
+std::vector<OpenEdge> open_edges(const NodeMesh& mesh);
+/// How many triangles have one of these edges.
+std::uint64_t triangles_at(std::span<const OpenEdge> edges);
+
+/// An edge by the numbers of its vertices in the whole mesh, the lower one first.
+using MeshEdge = std::array<std::uint64_t, 2>;
+MeshEdge mesh_edge(const NodeMesh& mesh, const OpenEdge& edge);
 
 }  // namespace orbweave

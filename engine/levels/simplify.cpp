@@ -78,28 +78,54 @@ double measured_distance(std::span<const Vec3> positions, std::span<const Triang
                             distance_of_new(positions, before, after)));
 }
 
+/// A triangle of its own at each locked vertex. meshoptimizer locks vertices at which a mesh is no
+/// surface, and has no other way to lock single vertices before its version 0.20.
+void add_locks(std::span<const std::uint32_t> locked, std::vector<float>& floats,
+               std::vector<Triangle>& triangles) {
+  float reach = 0.0F;
+  for (const float number : floats) reach = std::max(reach, std::abs(number));
+  // Towards the middle, so that the mesh has the extent that it had.
+  constexpr float kInward = 1.0F - 0x1p-8F;
+  const float aside = reach * 0x1p-10F;
+  for (const std::uint32_t vertex : locked) {
+    const auto at = static_cast<std::uint32_t>(floats.size() / 3);
+    for (std::size_t corner = 0; corner < 2; ++corner)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const float inward = kInward * floats[3 * std::size_t{vertex} + axis];
+        floats.push_back(axis == corner ? inward + (inward > 0.0F ? -aside : aside) : inward);
+      }
+    triangles.push_back({vertex, at, at + 1});
+  }
+}
+
 }  // namespace
 
-Simplification simplify_inside(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                               std::size_t target) {
+Simplification simplify_between(std::span<const Vec3> positions,
+                                std::span<const Triangle> triangles,
+                                std::span<const std::uint32_t> locked, std::size_t target) {
   Simplification result;
   if (triangles.size() <= target) {
     result.triangles.assign(triangles.begin(), triangles.end());
     return result;
   }
-  const std::vector<float> floats = floats_of(positions);
-  result.triangles.resize(triangles.size());
+  std::vector<float> floats = floats_of(positions);
+  std::vector<Triangle> with_locks(triangles.begin(), triangles.end());
+  add_locks(locked, floats, with_locks);
+  result.triangles.resize(with_locks.size());
   constexpr std::size_t kStride = 3 * sizeof(float);
   constexpr float kAnyError = std::numeric_limits<float>::max();
+  const std::size_t vertices = floats.size() / 3;
   float relative_error = 0.0F;
-  const std::size_t indices =
-      meshopt_simplify(result.triangles.front().data(), triangles.front().data(),
-                       3 * triangles.size(), floats.data(), positions.size(), kStride, 3 * target,
-                       kAnyError, meshopt_SimplifyLockBorder, &relative_error);
+  const std::size_t indices = meshopt_simplify(
+      result.triangles.front().data(), with_locks.front().data(), 3 * with_locks.size(),
+      floats.data(), vertices, kStride, 3 * target, kAnyError, 0, &relative_error);
   result.triangles.resize(indices / 3);
+  std::erase_if(result.triangles, [&](const Triangle& t) {
+    return std::max({t[0], t[1], t[2]}) >= positions.size();
+  });
   const double quadric_error =
       static_cast<double>(relative_error) *
-      static_cast<double>(meshopt_simplifyScale(floats.data(), positions.size(), kStride));
+      static_cast<double>(meshopt_simplifyScale(floats.data(), vertices, kStride));
   // Points between those that are measured may be farther away.
   constexpr double kBetween = 1.25;
   result.error =

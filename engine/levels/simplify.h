@@ -1,4 +1,4 @@
-// Fewer triangles for a mesh, its border as it is.
+// Fewer triangles for a mesh, with vertices that have to stay.
 //
 // Garland and Heckbert, Surface Simplification Using Quadric Error Metrics, 1997, as meshoptimizer
 // does it: edges collapse into one of their ends, so vertices stay where they are.
@@ -20,9 +20,11 @@ struct Simplification {
   double error = 0.0;
 };
 
-/// At most `target` triangles where borders allow: vertices on edges of one triangle all stay. The
-/// result depends on the input alone. About 200 bytes per triangle while it works.
-Simplification simplify_inside(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                               std::size_t target);
+/// At most `target` triangles where that is possible. The vertices `locked` and the edges between
+/// them stay. Rims, of edges of one triangle, become simpler along themselves. The result depends
+/// on the input alone. About 200 bytes per triangle while it works.
+Simplification simplify_between(std::span<const Vec3> positions,
+                                std::span<const Triangle> triangles,
+                                std::span<const std::uint32_t> locked, std::size_t target);
 
 }  // namespace orbweave

@@ -139,7 +139,8 @@ void shown(const ReadTile& tile, const std::function<bool(const ReadTile&)>& ref
 }
 
 /// Edges, by their ends, that not exactly two triangles have, in opposite directions.
-std::size_t open_edges(const std::vector<std::array<Vec3, 3>>& triangles) {
+std::vector<std::pair<Place, Place>> open_edges_of(
+    const std::vector<std::array<Vec3, 3>>& triangles) {
   std::map<std::pair<Place, Place>, int> balance;
   for (const auto& t : triangles)
     for (std::size_t c = 0; c < 3; ++c) {
@@ -150,8 +151,14 @@ std::size_t open_edges(const std::vector<std::array<Vec3, 3>>& triangles) {
       else
         --balance[{b, a}];
     }
-  return static_cast<std::size_t>(
-      std::count_if(balance.begin(), balance.end(), [](const auto& e) { return e.second != 0; }));
+  std::vector<std::pair<Place, Place>> open;
+  for (const auto& [edge, count] : balance)
+    if (count != 0) open.push_back(edge);
+  return open;
+}
+
+std::size_t open_edge_count(const std::vector<std::array<Vec3, 3>>& triangles) {
+  return open_edges_of(triangles).size();
 }
 
 TriangleMesh soup(const std::vector<std::array<Vec3, 3>>& triangles) {
@@ -225,7 +232,7 @@ TEST_CASE("TilesOfAnyTwoLevelsMeetVertexByVertex") {
   const auto is_closed = [&](const std::function<bool(const ReadTile&)>& refines) {
     std::vector<std::array<Vec3, 3>> triangles;
     shown(tiles.root, refines, triangles);
-    CHECK(open_edges(triangles) == 0);
+    CHECK(open_edge_count(triangles) == 0);
     return triangles.size();
   };
   std::size_t last = 0;
@@ -239,7 +246,7 @@ TEST_CASE("TilesOfAnyTwoLevelsMeetVertexByVertex") {
     is_closed([&](const ReadTile& tile) { return tile.box.min.x < reach; });
 }
 
-TEST_CASE("RimsOfOpenMeshesStayWhole") {
+TEST_CASE("OnlyRimsOfTheMeshAreOpenAtAnyLevelAndTheyBecomeSimpler") {
   const ScratchDirectory scratch;
   const TriangleMesh mesh = open_sheet();
   make_tileset(scratch, mesh);
@@ -248,12 +255,22 @@ TEST_CASE("RimsOfOpenMeshesStayWhole") {
   for (const Triangle& t : mesh.triangles)
     whole.push_back({mesh.vertices.positions[t[0]], mesh.vertices.positions[t[1]],
                      mesh.vertices.positions[t[2]]});
+  std::set<Place> rim;
+  for (const auto& [a, b] : open_edges_of(whole)) {
+    rim.insert(a);
+    rim.insert(b);
+  }
+  std::size_t last = open_edge_count(whole);
   for (const int level : {0, 1, 9}) {
     std::vector<std::array<Vec3, 3>> triangles;
     shown(
         tiles.root, [&](const ReadTile& tile) { return tile.level > level; }, triangles);
-    CHECK(open_edges(triangles) == open_edges(whole));
+    const auto open = open_edges_of(triangles);
+    for (const auto& [a, b] : open) CHECK((rim.count(a) == 1 && rim.count(b) == 1));
+    CHECK(open.size() <= last);
+    last = open.size();
   }
+  CHECK(last < open_edge_count(whole));
 }
 
 TEST_CASE("NoTileIsFartherFromTheMeshThanItsErrorSays") {
@@ -375,6 +392,10 @@ TEST_CASE("MeshesThatCannotBecomeTilesAreRefused") {
   TriangleMesh mesh = bumpy_torus();
   mesh.vertices.positions[17].y = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_WITH(make_tileset(scratch, mesh), Contains("not finite") && Contains("fill"));
+  TilesetOptions small;
+  small.levels.memory_bytes = std::uint64_t{48} << 20;
+  CHECK_THROWS_WITH(make_tileset(scratch, bumpy_torus(), "small", small),
+                    Contains("memory budget") && Contains("--leaf-triangles"));
   PointCloud cloud;
   cloud.positions = {{0, 0, 0}, {1, 0, 0}};
   write_cloud(scratch / "cloud.ply", cloud);
