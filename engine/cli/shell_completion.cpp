@@ -14,7 +14,7 @@ std::string spaced(const std::vector<std::string>& words) {
 }
 
 /// In single quotes, for any of the shells.
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   std::string result = "'";
   for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return result + "'";
@@ -54,13 +54,13 @@ std::string bash_command(const CommandFacts& command) {
   for (const OptionFacts& option : command.options) {
     if (option.is_argument || option.value.empty()) continue;
     const std::string words =
-        option.choices.empty() ? "-f" : "-W " + quoted(spaced(option.choices));
+        option.choices.empty() ? "-f" : "-W " + in_quotes(spaced(option.choices));
     values += "        " + joined_by_bar(option.names) + ") COMPREPLY=($(compgen " + words +
               " -- \"$word\")); return ;;\n";
   }
   return "    " + command.name + ")\n      case $before in\n" + values +
-         "      esac\n      options=" + quoted(spaced(names_of(command.options))) +
-         "\n      choices=" + quoted(spaced(choices_of_arguments(command.options))) + " ;;\n";
+         "      esac\n      options=" + in_quotes(spaced(names_of(command.options))) +
+         "\n      choices=" + in_quotes(spaced(choices_of_arguments(command.options))) + " ;;\n";
 }
 
 std::string bash_completion(const ProgramFacts& program) {
@@ -73,7 +73,7 @@ std::string bash_completion(const ProgramFacts& program) {
          "  COMPREPLY=()\n"
          "  if [ \"$COMP_CWORD\" -eq 1 ]; then\n"
          "    COMPREPLY=($(compgen -W " +
-         quoted(spaced(command_names(program)) + " " + spaced(names_of(program.options))) +
+         in_quotes(spaced(command_names(program)) + " " + spaced(names_of(program.options))) +
          " -- \"$word\"))\n    return\n  fi\n  case ${COMP_WORDS[1]} in\n" + cases +
          "    *) return ;;\n  esac\n"
          "  case $word in\n"
@@ -106,17 +106,17 @@ std::string zsh_command(const CommandFacts& command) {
     for (const std::string& name : option.names)
       if (!option.is_argument)
         specs += " \\\n        " +
-                 quoted("*" + name + "[" + zsh_text(option.help) + "]" + zsh_value(option));
+                 in_quotes("*" + name + "[" + zsh_text(option.help) + "]" + zsh_value(option));
   const std::vector<std::string> choices = choices_of_arguments(command.options);
   const std::string words = choices.empty() ? "_files" : "(" + spaced(choices) + ")";
   return "    " + command.name + ")\n      _arguments" + specs + " \\\n        " +
-         quoted("*:argument:" + words) + " ;;\n";
+         in_quotes("*:argument:" + words) + " ;;\n";
 }
 
 std::string zsh_completion(const ProgramFacts& program) {
   std::string names, cases;
   for (const CommandFacts& command : program.commands) {
-    names += "    " + quoted(command.name + ":" + zsh_text(command.help)) + "\n";
+    names += "    " + in_quotes(command.name + ":" + zsh_text(command.help)) + "\n";
     cases += zsh_command(command);
   }
   return "#compdef " + program.name + "\n# Completion of " + program.name + " in zsh.\n_" +
@@ -128,19 +128,19 @@ std::string zsh_completion(const ProgramFacts& program) {
 
 std::string fish_option(const std::string& program, const std::string& condition,
                         const OptionFacts& option) {
-  std::string line = "complete -c " + program + " -n " + quoted(condition);
+  std::string line = "complete -c " + program + " -n " + in_quotes(condition);
   for (const std::string& name : option.names)
     line += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
   if (!option.value.empty()) line += " -r";
-  if (!option.choices.empty()) line += " -f -a " + quoted(spaced(option.choices));
-  return line + " -d " + quoted(option.help) + "\n";
+  if (!option.choices.empty()) line += " -f -a " + in_quotes(spaced(option.choices));
+  return line + " -d " + in_quotes(option.help) + "\n";
 }
 
 std::string fish_completion(const ProgramFacts& program) {
   std::string text = "# Completion of " + program.name + " in fish.\n";
   for (const CommandFacts& command : program.commands)
     text += "complete -c " + program.name + " -n __fish_use_subcommand -f -a " + command.name +
-            " -d " + quoted(command.help) + "\n";
+            " -d " + in_quotes(command.help) + "\n";
   for (const OptionFacts& option : program.options)
     text += fish_option(program.name, "__fish_use_subcommand", option);
   for (const CommandFacts& command : program.commands) {
@@ -148,8 +148,8 @@ std::string fish_completion(const ProgramFacts& program) {
     for (const OptionFacts& option : command.options)
       if (!option.is_argument) text += fish_option(program.name, condition, option);
     if (const auto choices = choices_of_arguments(command.options); !choices.empty())
-      text += "complete -c " + program.name + " -n " + quoted(condition) + " -a " +
-              quoted(spaced(choices)) + "\n";
+      text += "complete -c " + program.name + " -n " + in_quotes(condition) + " -a " +
+              in_quotes(spaced(choices)) + "\n";
   }
   return text;
 }
