@@ -374,6 +374,8 @@ void add_inspect_command(CLI::App& program, const CommandContext& context) {
                     "List the places of a cloud that have too few points for their shape");
   command->add_option("--picture", options->picture, "Draw it (PNG)")->type_name("FILE");
   add_key_options(*command, kKeys, options->keys);
+  CLI::Option* memory = command->get_option("--memory");
+  memory->description(memory->get_description() + "; counts for --undersampled alone");
   add_selection_options(*command, options->keys);
   command->footer(
       "Example:\n  orbweave inspect scans/\n  orbweave inspect mesh.ply --against scan.ply "

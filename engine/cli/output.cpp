@@ -146,6 +146,12 @@ void add_removed(Facts& facts, std::uint64_t pieces, std::uint64_t triangles) {
                                     counted(triangles, "triangle", "triangles"));
 }
 
+void add_unused(Facts& facts, std::uint64_t points) {
+  if (points == 0) return;
+  facts.emplace_back("unused",
+                     counted(points, "point", "points") + " of the scan that no triangle uses");
+}
+
 void add_holes(Facts& facts, std::span<const HoleFacts> holes, const MeshFacts& mesh,
                const Job& job) {
   constexpr std::size_t kReasons = 5;

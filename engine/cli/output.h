@@ -40,6 +40,8 @@ std::string counted(std::uint64_t count, const char* one, const char* many);  //
 std::string show_mesh(const MeshFacts& mesh);  ///< counts, and whether it is closed
 /// Separate pieces that were too small, where there were any.
 void add_removed(Facts& facts, std::uint64_t pieces, std::uint64_t triangles);
+/// Points of the cloud that the mesh leaves out, where there are any.
+void add_unused(Facts& facts, std::uint64_t points);
 /// What became of the loops: how many, filled by what, open for what reason. Nothing for none.
 void add_holes(Facts& facts, std::span<const HoleFacts> holes, const MeshFacts& mesh,
                const Job& job);

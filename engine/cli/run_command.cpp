@@ -16,6 +16,7 @@
 #include "engine/pipeline/job_paths.h"
 #include "engine/pipeline/output/output_files.h"
 #include "engine/pipeline/pipeline.h"
+#include "engine/pipeline/stage/method_costs.h"
 #include "io/error.h"
 #include "io/job/output_origin.h"
 #include "io/shown_text.h"
@@ -42,6 +43,7 @@ std::string summary(const RunReport& report) {
   facts.emplace_back("", show_mesh(report.mesh));
   for (const OutputFile& older : older_outputs(output, !report.coordinate_system.empty()))
     facts.emplace_back("", older.file.string() + " is not of this run");
+  if (is_in_core(report.options.reconstruct.method)) add_unused(facts, report.points_unused);
   add_removed(facts, report.pieces_removed, report.triangles_removed);
   add_holes(facts, report.holes, report.mesh, report.options);
   if (report.origin != Vec3{}) facts.emplace_back("origin", origin_text(report.origin));

@@ -100,6 +100,17 @@ Hit torus_hit(Shape shape, Vec3 origin, Vec3 direction) {
   return std::nullopt;
 }
 
+Hit upper_sphere_hit(Vec3 origin, Vec3 direction) {
+  Hit hit = sphere_hit((origin - kUpperCenter) / kUpperRadius, direction);
+  if (hit) hit->distance *= kUpperRadius;
+  return hit;
+}
+
+Hit nearer(Hit a, Hit b) {
+  if (!a || !b) return a ? a : b;
+  return a->distance <= b->distance ? a : b;
+}
+
 }  // namespace
 
 std::optional<RayHit> first_hit(Shape shape, double wall_gap, Vec3 origin, Vec3 direction) {
@@ -117,6 +128,9 @@ std::optional<RayHit> first_hit(Shape shape, double wall_gap, Vec3 origin, Vec3 
                                : square_hit(origin, direction, 0.0, -1.0);
     case Shape::kCube:
       return cube_hit(origin, direction);
+    case Shape::kTwoComponents:
+      return nearer(upper_sphere_hit(origin, direction),
+                    torus_hit(Shape::kTorus, origin, direction));
   }
   return std::nullopt;
 }
@@ -136,6 +150,8 @@ Ball bounding_ball(Shape shape, double wall_gap) {
       return {{0.5, 0.5, 0.5 * wall_gap}, std::sqrt(0.5 + 0.25 * wall_gap * wall_gap)};
     case Shape::kCube:
       return {{0.5, 0.5, 0.5}, std::sqrt(0.75)};
+    case Shape::kTwoComponents:
+      return {{}, kUpperCenter.z + kUpperRadius};
   }
   return {};
 }

@@ -229,6 +229,16 @@ double along(const Row& row, std::uint64_t k) {
   return row.begin + (row.end - row.begin) * (moved / (count - 1.0));
 }
 
+std::uint64_t sphere_points(const SyntheticOptions& options) {
+  if (options.shape == Shape::kSphere) return options.points;
+  if (options.shape != Shape::kTwoComponents) return 0;
+  // In proportion to the areas.
+  const double sphere = kUpperRadius * kUpperRadius;
+  const double torus = kPi * kMajorRadius * kTubeRadius;
+  return static_cast<std::uint64_t>(
+      std::floor(static_cast<double>(options.points) * (sphere / (sphere + torus)) + 0.5));
+}
+
 std::vector<Row> rows_of(const SyntheticOptions& options) {
   std::vector<Row> rows;
   Patch square;
@@ -251,8 +261,14 @@ std::vector<Row> rows_of(const SyntheticOptions& options) {
     case Shape::kCube:
       append_cube(rows, options);
       break;
+    case Shape::kTwoComponents: {
+      SyntheticOptions torus = options;
+      torus.points -= sphere_points(options);
+      append_torus(rows, torus);
+      break;
+    }
   }
-  std::uint64_t first = 0;
+  std::uint64_t first = sphere_points(options);
   for (Row& row : rows) {
     row.first = first;
     first += row.count;

@@ -28,7 +28,11 @@ struct Row {
 /// u of point k of a row.
 double along(const Row& row, std::uint64_t k);
 
-/// Rows of every shape but the sphere; their counts sum to options.points. No row is empty.
+/// How many of the points, the first ones, lie on a sphere, which has no rows.
+std::uint64_t sphere_points(const SyntheticOptions& options);
+
+/// Rows of the points that are not on a sphere; their counts sum to the number of these. No row is
+/// empty.
 /// Sheets: 0 (tori, plane); 0 and 1 (double wall: bottom, top); of the cube 0 to 5 the faces
 /// x=0, x=1, y=0, ... and 6 to 17 the edges (6 + 4 axis + position).
 std::vector<Row> rows_of(const SyntheticOptions& options);

@@ -113,6 +113,10 @@ double bumpy_torus_area_element(double u, double v) {
   return norm(tube_point(sine_cosine(u), sine_cosine(v), bumpy_tube(u, v)).normal);
 }
 
+SurfacePoint upper_sphere_point(SurfacePoint on_unit_sphere) {
+  return {kUpperCenter + kUpperRadius * on_unit_sphere.position, on_unit_sphere.normal};
+}
+
 Vec3 cube_normal(Vec3 position) {
   Vec3 normal;
   for (int axis = 0; axis < 3; ++axis)

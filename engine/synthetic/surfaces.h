@@ -9,7 +9,9 @@ namespace orbweave::synthetic {
 inline constexpr double kMajorRadius = 1.0;  ///< of the tori
 inline constexpr double kTubeRadius = 0.4;
 inline constexpr double kLargestTube = 0.4 * 1.21;  ///< no bump reaches higher
-inline constexpr double kWallGap = 3.0;             ///< between the two walls, in spacings
+inline constexpr double kUpperRadius = 0.5;         ///< of the sphere above the torus
+inline constexpr Vec3 kUpperCenter{0.0, 0.0, 1.2};
+inline constexpr double kWallGap = 3.0;  ///< between the two walls, in spacings
 
 struct SurfacePoint {
   Vec3 position;
@@ -30,6 +32,9 @@ struct TubeField {
 };
 TubeField torus_field(Vec3 position);
 TubeField bumpy_torus_field(Vec3 position);
+
+/// A point of the unit sphere as one of the sphere above the torus.
+SurfacePoint upper_sphere_point(SurfacePoint on_unit_sphere);
 
 /// Normal of a point of the unit cube's surface, from the coordinates that are exactly 0 or 1.
 Vec3 cube_normal(Vec3 position);

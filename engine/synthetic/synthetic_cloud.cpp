@@ -20,10 +20,11 @@ using portable::SineCosine;
 using synthetic::Row;
 using synthetic::SurfacePoint;
 
-constexpr std::array<Shape, 6> kShapes = {Shape::kSphere, Shape::kTorus,      Shape::kBumpyTorus,
-                                          Shape::kPlane,  Shape::kDoubleWall, Shape::kCube};
-constexpr std::array<std::string_view, 6> kShapeNames = {"sphere", "torus",       "bumpy-torus",
-                                                         "plane",  "double-wall", "cube"};
+constexpr std::array<Shape, 7> kShapes = {
+    Shape::kSphere,     Shape::kTorus, Shape::kBumpyTorus,   Shape::kPlane,
+    Shape::kDoubleWall, Shape::kCube,  Shape::kTwoComponents};
+constexpr std::array<std::string_view, 7> kShapeNames = {
+    "sphere", "torus", "bumpy-torus", "plane", "double-wall", "cube", "two-components"};
 
 /// The midpoint rule, which converges geometrically for a periodic analytic integrand.
 double bumpy_torus_area() {
@@ -107,6 +108,9 @@ double surface_area(Shape shape) {
       return 2.0;
     case Shape::kCube:
       return 6.0;
+    case Shape::kTwoComponents:
+      return surface_area(Shape::kTorus) +
+             surface_area(Shape::kSphere) * synthetic::kUpperRadius * synthetic::kUpperRadius;
   }
   return 0.0;
 }
@@ -118,22 +122,30 @@ double spacing(const SyntheticOptions& options) {
 struct SyntheticCloud::State {
   SyntheticOptions options;
   PointSchema schema;
-  std::vector<Row> rows;
-  double noise = 0.0;  ///< world units
-  double gap = 0.0;    ///< between the walls, world units
+  std::uint64_t on_sphere = 0;  ///< the first points
+  std::vector<Row> rows;        ///< of the others
+  double noise = 0.0;           ///< world units
+  double gap = 0.0;             ///< between the walls, world units
   std::uint64_t next = 0;
 
   std::uint64_t point_bytes() const { return 6 * size_of(options.precision); }
+  SurfacePoint on_sphere_point(std::uint64_t index) const;
   SurfacePoint row_point(const Row& row, SineCosine around_tube, std::uint64_t k) const;
   void fill(PointCloud& batch, std::uint64_t first, std::size_t begin, std::size_t end) const;
   void store(PointCloud& batch, std::size_t slot, std::uint64_t index, SurfacePoint point) const;
 };
+
+SurfacePoint SyntheticCloud::State::on_sphere_point(std::uint64_t index) const {
+  const SurfacePoint point = sphere_point(index, on_sphere, options.density_varying);
+  return options.shape == Shape::kSphere ? point : synthetic::upper_sphere_point(point);
+}
 
 SurfacePoint SyntheticCloud::State::row_point(const Row& row, SineCosine around_tube,
                                               std::uint64_t k) const {
   const double u = synthetic::along(row, k);
   switch (options.shape) {
     case Shape::kTorus:
+    case Shape::kTwoComponents:
       return synthetic::torus_point(u, around_tube);
     case Shape::kBumpyTorus:
       return synthetic::bumpy_torus_point(u, row.v, around_tube);
@@ -161,12 +173,9 @@ void SyntheticCloud::State::store(PointCloud& batch, std::size_t slot, std::uint
 
 void SyntheticCloud::State::fill(PointCloud& batch, std::uint64_t first, std::size_t begin,
                                  std::size_t end) const {
-  if (options.shape == Shape::kSphere) {
-    for (std::size_t slot = begin; slot < end; ++slot)
-      store(batch, slot, first + slot,
-            sphere_point(first + slot, options.points, options.density_varying));
-    return;
-  }
+  for (; begin < end && first + begin < on_sphere; ++begin)
+    store(batch, begin, first + begin, on_sphere_point(first + begin));
+  if (begin == end) return;
   const auto after =
       std::upper_bound(rows.begin(), rows.end(), first + begin,
                        [](std::uint64_t index, const Row& row) { return index < row.first; });
@@ -186,6 +195,7 @@ SyntheticCloud::SyntheticCloud(const SyntheticOptions& options)
   state_->schema.has_normals = true;
   state_->schema.position_type = options.precision;
   state_->schema.normal_type = options.precision;
+  state_->on_sphere = synthetic::sphere_points(options);
   state_->rows = synthetic::rows_of(options);
   state_->noise = options.noise * spacing(options);
   state_->gap = synthetic::kWallGap * spacing(options);

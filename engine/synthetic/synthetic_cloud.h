@@ -17,7 +17,7 @@
 
 namespace orbweave {
 
-/// "sphere", "torus", "bumpy-torus", "plane", "double-wall", "cube".
+/// "sphere", "torus", "bumpy-torus", "plane", "double-wall", "cube", "two-components".
 std::string_view name_of(Shape shape);
 std::optional<Shape> shape_named(std::string_view name);
 std::span<const Shape> all_shapes();

@@ -117,6 +117,27 @@ TriangleMesh cube_mesh(std::uint32_t cells) {
   return builder.mesh;
 }
 
+TriangleMesh torus_mesh(std::uint32_t columns) {
+  return closed_grid(columns, std::max(4u, columns / 3),
+                     [](double u, double v) { return synthetic::torus_point(u, sine_cosine(v)); });
+}
+
+/// The torus and the sphere above it, whose edges are about as long.
+TriangleMesh two_components_mesh(std::uint32_t cells) {
+  TriangleMesh mesh = torus_mesh(cells);
+  const TriangleMesh sphere = sphere_mesh(std::max(8u, cells / 2));
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (std::size_t i = 0; i < sphere.vertices.size(); ++i) {
+    const SurfacePoint point =
+        synthetic::upper_sphere_point({sphere.vertices.positions[i], sphere.vertices.normals[i]});
+    mesh.vertices.positions.push_back(point.position);
+    mesh.vertices.normals.push_back(point.normal);
+  }
+  for (const Triangle& t : sphere.triangles)
+    mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+  return mesh;
+}
+
 }  // namespace
 
 TriangleMesh truth_mesh(const SyntheticOptions& options, std::uint32_t resolution) {
@@ -126,9 +147,7 @@ TriangleMesh truth_mesh(const SyntheticOptions& options, std::uint32_t resolutio
     case Shape::kSphere:
       return sphere_mesh(cells);
     case Shape::kTorus:
-      return closed_grid(cells, std::max(4u, cells / 3), [](double u, double v) {
-        return synthetic::torus_point(u, sine_cosine(v));
-      });
+      return torus_mesh(cells);
     case Shape::kBumpyTorus:
       return closed_grid(cells, std::max(4u, cells / 3), [](double u, double v) {
         return synthetic::bumpy_torus_point(u, v, sine_cosine(v));
@@ -142,6 +161,8 @@ TriangleMesh truth_mesh(const SyntheticOptions& options, std::uint32_t resolutio
       return builder.mesh;
     case Shape::kCube:
       return cube_mesh(cells);
+    case Shape::kTwoComponents:
+      return two_components_mesh(cells);
   }
   return builder.mesh;
 }

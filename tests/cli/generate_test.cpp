@@ -1,5 +1,6 @@
 // Raw scans of a virtual scanner, as a user makes them.
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "io/clouds/open_point_source.h"
 #include "io/points/point_source.h"
@@ -101,6 +102,23 @@ TEST_CASE("SeparateScansOfARoomComeWithAJobFileThatReconstructsThem", "[costly]"
   for (const char* name : {"room_0.ply", "room_1.ply", "room_2.ply", "room_3.ply"})
     separate += read_all(*open_point_source(in / name)).size();
   CHECK(read_all(*open_point_source(in / "merged.ply")).size() == separate);
+}
+
+TEST_CASE("TwoComponentsComeWithTheirTrueSurfaceAndCloseByDefault") {
+  const ScratchDirectory in;
+  CHECK_THAT(run_in(in, {"generate", "--help"}).out, Contains("two-components"));
+  for (const char* name : {"a.ply", "b.ply"})
+    REQUIRE(run_in(in, {"generate", "two-components", "--points", "3000", "-o", name, "--truth",
+                        "truth.ply"})
+                .status == 0);
+  CHECK(file_text(in / "a.ply") == file_text(in / "b.ply"));
+  REQUIRE(run_in(in, {"reconstruct", "a.ply", "-o", "mesh.ply"}).status == 0);
+  for (const char* mesh : {"truth.ply", "mesh.ply"}) {
+    const auto facts = nlohmann::json::parse(run_in(in, {"inspect", mesh, "--json"}).out);
+    CHECK(facts["watertight"] == true);
+    CHECK(facts["components"] == 2);
+    CHECK(facts["euler_characteristic"] == 2);
+  }
 }
 
 TEST_CASE("OptionsOfScenesAndOfShapesAreToldApart") {

@@ -86,6 +86,11 @@ TEST_CASE("InspectRefusesUndersampledPlacesThatItCannotFind") {
   CHECK_THAT(flat.err, Contains("in one plane"));
 }
 
+TEST_CASE("InspectSaysWhatItsMemoryBudgetCountsFor") {
+  const ScratchDirectory in;
+  CHECK_THAT(run_in(in, {"inspect", "--help"}).out, Contains("counts for --undersampled alone"));
+}
+
 TEST_CASE("InspectTellsAMeshsFactsWithTheReportsKeys") {
   const ScratchDirectory in;
   generate(in, "torus");

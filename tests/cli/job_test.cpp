@@ -207,6 +207,23 @@ TEST_CASE("PlanSaysWhatTheOptionsDoToHoles") {
         json({"outer borders of open sheets", "wide gaps of open scenes"}));
 }
 
+TEST_CASE("SummaryAndReportCountThePointsThatTightCoconeLeavesOut") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "torus", "--points", "1000", "--noise", "1.5", "-o", "scan.ply"})
+              .status == 0);
+  const auto done = run_in(in, {"reconstruct", "scan.ply", "--method", "tight_cocone", "-o",
+                                "mesh.ply", "--report", "report.json"});
+  if (done.status == 2) {
+    CHECK_THAT(done.err, Contains("without the methods of the Voronoi family"));
+    return;
+  }
+  REQUIRE(done.status == 0);
+  const int unused = json::parse(file_text(in / "report.json"))["points_unused"];
+  REQUIRE(unused > 1);
+  CHECK_THAT(done.out + done.err, Contains("unused   " + std::to_string(unused) +
+                                           " points of the scan that no triangle uses\n"));
+}
+
 TEST_CASE("StatusOfWhatIsNoWorkDirectoryIsWrongUsage") {
   const ScratchDirectory in;
   const auto status = run_in(in, {"status", "nowhere"});

@@ -33,6 +33,8 @@ inline double implicit(Shape shape, double gap, Vec3 p) {
       return std::abs(p.z - 0.5 * gap) - 0.5 * gap;
     case Shape::kCube:
       return std::max({std::abs(p.x - 0.5), std::abs(p.y - 0.5), std::abs(p.z - 0.5)}) - 0.5;
+    case Shape::kTwoComponents:
+      return std::min(norm(p - Vec3{0.0, 0.0, 1.2}) - 0.5, std::hypot(from_axis - 1.0, p.z) - 0.4);
   }
   return 0.0;
 }

@@ -7,9 +7,11 @@
 
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/pipeline/pipeline.h"
+#include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/surface/in_core_methods.h"
 #include "engine/planning/plan_job.h"
 #include "engine/stitching/triangle_fans.h"
+#include "engine/synthetic/synthetic_cloud.h"
 #include "engine/validation/mesh_facts.h"
 #include "io/error.h"
 #include "io/meshes/mesh_reader.h"
@@ -96,6 +98,36 @@ TEST_CASE("MethodsCloseATorusInAJob") {
     CHECK(validate_mesh(mesh).empty());
     CHECK(mesh_facts(mesh).watertight);
     CHECK(mesh_facts(mesh).triangles == report.mesh.triangles);
+  }
+}
+
+TEST_CASE("MethodsCloseTwoComponentsInAJob") {
+  SyntheticOptions options;
+  options.shape = Shape::kTwoComponents;
+  options.points = 4000;
+  SyntheticCloud source(options);
+  PointCloud cloud;
+  source.read(cloud, options.points);
+  const NamedCloud named{"two components", std::move(cloud), 1.3 * spacing(options)};
+  for (const ReconstructionMethod method :
+       {ReconstructionMethod::kBallPivoting, ReconstructionMethod::kCocone,
+        ReconstructionMethod::kTightCocone}) {
+    if (is_in_core(method) && !has_voronoi_family()) continue;
+    ScratchDirectory scratch;
+    Job job = job_for(scratch, named);
+    job.reconstruct.method = method;
+    const RunReport report = run(job);
+    INFO("method " << static_cast<int>(method));
+    CHECK(report.mesh.watertight);
+    CHECK(report.mesh.components == 2);
+    CHECK(report.mesh.euler_characteristic == 2);
+    const TriangleMesh mesh = read_mesh(job.output.mesh);
+    CHECK(validate_mesh(mesh).empty());
+    std::uint64_t on_sphere = 0;
+    for (const Vec3 p : mesh.vertices.positions) on_sphere += p.z > 0.6 ? 1 : 0;
+    const auto of_sphere = std::ranges::count_if(
+        mesh.triangles, [&](const Triangle& t) { return mesh.vertices.positions[t[0]].z > 0.6; });
+    CHECK(of_sphere == static_cast<std::ptrdiff_t>(2 * on_sphere - 4));  // Euler number 2, then 0
   }
 }
 

@@ -49,7 +49,8 @@ TEST_CASE("ClosedShapesAreWatertightWithTheirEulerCharacteristic") {
   for (const auto& [shape, chi] : {std::pair{Shape::kSphere, 2},
                                    {Shape::kTorus, 0},
                                    {Shape::kBumpyTorus, 0},
-                                   {Shape::kCube, 2}}) {
+                                   {Shape::kCube, 2},
+                                   {Shape::kTwoComponents, 2}}) {
     const TriangleMesh mesh = shape_mesh(shape, 30);
     const MeshFacts facts = mesh_facts(mesh);
     INFO(name_of(shape));
@@ -57,7 +58,7 @@ TEST_CASE("ClosedShapesAreWatertightWithTheirEulerCharacteristic") {
     CHECK(facts.watertight);
     CHECK(facts.euler_characteristic == chi);
     CHECK(facts.triangles == 2 * facts.vertices - 2 * chi);
-    CHECK(facts.components == 1);
+    CHECK(facts.components == (shape == Shape::kTwoComponents ? 2 : 1));
     CHECK(facts.boundary_edges + facts.boundary_loops + facts.nonmanifold_edges +
               facts.nonmanifold_vertices + facts.inconsistent_edges + facts.degenerate_triangles +
               facts.duplicate_triangles + facts.unreferenced_vertices ==
