@@ -14,9 +14,9 @@ namespace orbweave {
 namespace {
 
 /// Keys that `run` and `plan` have options for; --set reaches all others.
-constexpr std::array<std::string_view, 6> kRunKeys = {"partition.memory", "output.report",
-                                                      "output.picture",   "run.threads",
-                                                      "run.work_dir",     "run.keep_work_dir"};
+constexpr std::array<std::string_view, 7> kRunKeys = {
+    "partition.memory", "output.report", "output.picture",   "output.tileset",
+    "run.threads",      "run.work_dir",  "run.keep_work_dir"};
 
 constexpr std::string_view kMeshKey = "output.mesh";
 

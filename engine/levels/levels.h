@@ -65,6 +65,9 @@ Levels make_levels(MeshStream& mesh, const LevelOptions& options, const LevelEve
 /// The largest leaves that a budget has room for.
 std::uint64_t most_leaf_triangles(std::uint64_t memory_bytes);
 
+/// The smallest budget that has room for leaves of that size.
+std::uint64_t least_level_memory(std::uint64_t leaf_triangles);
+
 /// How many nodes are made at a time. Throws Error (resource) where the budget has no room for one.
 int level_workers(const LevelOptions& options);
 

@@ -16,6 +16,7 @@
 #include "engine/pipeline/output/output_files.h"
 #include "engine/pipeline/output/picture_stage.h"
 #include "engine/pipeline/output/tile_export.h"
+#include "engine/pipeline/output/tileset_stage.h"
 #include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/run_results.h"
 #include "engine/pipeline/stage/method_costs.h"
@@ -60,6 +61,7 @@ void check_scans(const std::vector<std::string>& files) {
 void check_output(const Job& job, const std::vector<std::string>& files) {
   if (job.output.tiles) check_tile_format(job.output);
   check_paths(job_paths(job, files));
+  check_tileset(job);
   if (job.output.tiles) check_tile_directory(tile_directory_of(job.output.mesh));
 }
 
@@ -223,6 +225,8 @@ RunResults run_until_sound(StageRunner& runner) {
   while (true) {
     try {
       run_stages(runner, results);
+      if (runner.communicator.is_root() && !runner.job.output.tileset.empty())
+        make_tileset({results.partition, results.origin, results.mesh.triangles}, runner);
       return results;
     } catch (const CorruptResult& damage) {
       if (runner.communicator.size() > 1) {

@@ -95,6 +95,24 @@ TEST_CASE("TilesetCommandSaysWhatItMade") {
   CHECK(file_text(in / "tiles" / "tileset.json") == before);
 }
 
+TEST_CASE("TilesetOfAJobHasTheBytesOfTheCommand") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "bumpy-torus", "--points", "3000", "-o", "scan.ply"}).status ==
+          0);
+  const ProgramResult made =
+      run_in(in, {"reconstruct", "scan.ply", "-o", "mesh.ply", "--tileset", "a"});
+  REQUIRE(made.status == 0);
+  CHECK_THAT(made.out, Contains("tileset"));
+  REQUIRE(run_in(in, {"tileset", "mesh.ply", "-o", "b"}).status == 0);
+  for (const char* file : {"tileset.json", "tiles.json", "000000.glb"})
+    CHECK(file_text(in / "a" / file) == file_text(in / "b" / file));
+  const ProgramResult refused =
+      run_in(in, {"reconstruct", "scan.ply", "-o", "mesh.stl", "--tileset", "c"});
+  CHECK(refused.status == 2);
+  CHECK_THAT(refused.err, Contains("--tileset") && Contains(".ply"));
+  CHECK_FALSE(fs::exists(in / "mesh.stl"));
+}
+
 TEST_CASE("TilesetLiesOnTheEarthWhereTheCoordinateSystemIsKnown") {
   const ScratchDirectory in;
   make_mesh(in, {500'000, 4'500'000, 100});

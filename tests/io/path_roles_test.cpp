@@ -37,6 +37,7 @@ class Places {
     job_.input.poses = in("scans.conf");
     job_.output.mesh = out("mesh.ply");
     job_.output.tiles = true;
+    job_.output.tileset = out("mesh.tileset");
     job_.output.report = out("report.json");
     job_.output.picture = out("picture.png");
     job_.run.work_dir = out("work");
@@ -45,6 +46,7 @@ class Places {
     if (!all_there) return;
     fs::create_directory(out("work"));
     fs::create_directory(out("mesh.tiles"));
+    fs::create_directory(out("mesh.tileset"));
     for (const char* name : {"mesh.ply", "mesh.prj", "report.json", "report.html", "picture.png",
                              "work/orbweave.log", "work/orbweave-steps.jsonl"})
       write_text(out(name), std::string("old content of ") + name);

@@ -73,6 +73,8 @@ int runs_of(const ResolvedJob& job, Stage stage) {
       return job.output.tiles ? 1 : 0;
     case Stage::kPicture:
       return job.output.picture.empty() ? 0 : 1;
+    case Stage::kTileset:
+      return job.output.tileset.empty() ? 0 : 1;
     default:
       return info_of(stage).line == StageLine::kFinal || job.needs_cleaning_or_normals() ? 1 : 0;
   }

@@ -21,6 +21,7 @@ std::vector<OutputFile> written_outputs(const OutputOptions& output, BesideMesh 
         output.tiles ? tile_directory_of(output.mesh) : std::filesystem::path(output.mesh));
   if (beside.system) add("system", coordinate_system_file(output.mesh));
   if (beside.shift) add("shift", shift_file(output.mesh));
+  add("tileset", output.tileset);
   add("report", output.report);
   add("page", report_page(output.report));
   add("picture", output.picture);

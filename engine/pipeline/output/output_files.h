@@ -11,7 +11,7 @@
 namespace orbweave {
 
 struct OutputFile {
-  const char* role;  ///< "mesh", "tiles", "system", "shift", "report", "page", "picture"
+  const char* role;  ///< "mesh", "tiles", "system", "shift", "tileset", "report", "page", "picture"
   std::filesystem::path file;
 };
 

@@ -127,6 +127,8 @@ std::vector<InputStamp> stamps_of_outputs(const Job& job) {
   std::vector<InputStamp> stamps;
   for (const std::string& file : {mesh, output.report, output.picture})
     if (!file.empty()) stamps.push_back(stamp_of(file, kSampleBlocks));
+  if (!output.tileset.empty())
+    stamps.push_back(stamp_of((fs::path(output.tileset) / kTileIndex).string(), kSampleBlocks));
   return stamps;
 }
 

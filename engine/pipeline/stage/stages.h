@@ -43,6 +43,7 @@ enum class Stage : std::uint8_t {
   kExport,
   kTiles,
   kPicture,
+  kTileset,
 };
 
 /// Results of one kind that follow from each other: a stage whose key changed takes the results of
@@ -111,7 +112,7 @@ constexpr StageScaling chunk_scaling(double microseconds) {
 }
 
 // clang-format off
-inline constexpr std::array<StageInfo, 28> kStages = {{
+inline constexpr std::array<StageInfo, 29> kStages = {{
     // stage, name, directory, results, line, goes with line, --fresh, repair, status, completed by
     {Stage::kRawCount, "raw count", "raw_cut", "counts of raw points", StageLine::kRaw, false, true,
      StageRepair::kStage, false, "", kCountScaling},
@@ -169,6 +170,8 @@ inline constexpr std::array<StageInfo, 28> kStages = {{
      StageRepair::kStage, false, "", kExportScaling},
     {Stage::kPicture, "picture", "", "picture", StageLine::kFinal, false, false,
      StageRepair::kStage, false, "", {.threads = 0.5, .constant = true, .microseconds = 1.0}},
+    {Stage::kTileset, "tileset", "", "tileset", StageLine::kFinal, false, false,
+     StageRepair::kStage, false, "", {.threads = 0.9, .microseconds = 11.0}},
 }};
 // clang-format on
 

@@ -1,0 +1,143 @@
+#include "engine/pipeline/output/tileset_stage.h"
+
+#include <atomic>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "engine/levels/tileset.h"
+#include "io/error.h"
+#include "io/job/output_origin.h"
+#include "io/job/setting.h"
+#include "io/meshes/mesh_stream.h"
+#include "io/meshes/tile_directory.h"
+#include "io/points/coordinate_system_file.h"
+#include "io/report/picture.h"
+#include "io/report/picture_up.h"
+#include "io/system/memory_watch.h"
+#include "io/text/file_format.h"
+#include "io/text/quantity.h"
+
+namespace orbweave {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What of the job stands in the way of reading the mesh file again from front to back; empty:
+/// nothing.
+std::string obstacle(const OutputOptions& output) {
+  if (output.tiles) return "output.tiles = true, which writes no mesh file";
+  if (output.mesh == "-") return "standard output";
+  const std::optional<NamedFormat> named = format_of_name(output.mesh);
+  if (!named || named->facts.format != FileFormat::kPly || named->is_gzipped)
+    return fs::path(output.mesh).filename().string();
+  std::error_code absent;
+  const fs::file_status status = fs::status(output.mesh, absent);
+  if (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status))
+    return "a pipe or a device";
+  return "";
+}
+
+/// The progress of a stage with two parts: the mesh is read, then tiles are written, which takes
+/// most of the time. Thread-safe.
+class TilesetProgress {
+ public:
+  TilesetProgress(Progress& progress, std::uint64_t triangles)
+      : progress_(progress), triangles_(triangles) {}
+
+  void note_read(std::uint64_t triangles) {
+    const std::uint64_t before = read_.fetch_add(triangles);
+    progress_.advance((before + triangles) / kReadPart - before / kReadPart);
+  }
+  void plan(std::uint32_t tiles) { tiles_ = tiles; }
+  void note_written() {
+    const std::uint64_t before = written_.fetch_add(1);
+    const std::uint64_t rest = triangles_ - triangles_ / kReadPart;
+    progress_.advance(rest * (before + 1) / tiles_ - rest * before / tiles_);
+  }
+
+ private:
+  static constexpr std::uint64_t kReadPart = 10;  ///< reading takes a tenth
+
+  Progress& progress_;
+  std::uint64_t triangles_;
+  std::uint64_t tiles_ = 1;
+  std::atomic<std::uint64_t> read_{0};
+  std::atomic<std::uint64_t> written_{0};
+};
+
+/// The coordinate system as it lies beside the mesh; empty: none, or one that the coordinates of
+/// the file do not lie in.
+std::string system_of_file(const TilesetInputs& inputs, StageRunner& runner) {
+  if (inputs.partition.coordinate_system.empty()) return "";
+  if (inputs.origin == Vec3{}) return coordinate_system_beside(runner.job.output.mesh);
+  runner.warn("the tileset does not lie on the Earth: coordinates of " + runner.job.output.mesh +
+              " are counted from " + origin_text(inputs.origin));
+  return "";
+}
+
+TilesetOptions options_of(const TilesetInputs& inputs, StageRunner& runner) {
+  const Partition& partition = inputs.partition;
+  TilesetOptions options;
+  options.levels.memory_bytes = runner.job.partition.memory_bytes;
+  options.levels.threads = runner.threads();
+  options.levels.directory = runner.store.directory();
+  options.coordinate_system = system_of_file(inputs, runner);
+  options.up_axis =
+      upright_axis(picture_up(runner.job, partition.coordinate_system), partition.bounds);
+  return options;
+}
+
+}  // namespace
+
+void check_tileset(const Job& job) {
+  const OutputOptions& output = job.output;
+  if (output.tileset.empty()) return;
+  if (const std::string found = obstacle(output); !found.empty())
+    throw_usage(
+        "a tileset is made from an uncompressed PLY file",
+        {.file = output.mesh,
+         .place = setting_name(job, "output.tileset"),
+         .found = found,
+         .expected = "the name of a .ply file as output.mesh",
+         .advice = "Name a .ply file, or make the tileset later: orbweave tileset MESH -o " +
+                   output.tileset});
+  const std::uint64_t leaf = LevelOptions{}.leaf_triangles;
+  if (job.partition.memory_bytes < least_level_memory(leaf))
+    throw_usage(
+        "the memory budget has no room for a tile of " + std::to_string(leaf) + " triangles",
+        {.file = output.tileset,
+         .place = setting_name(job, "output.tileset"),
+         .found = "partition.memory = " + format_bytes(job.partition.memory_bytes),
+         .expected = "at least " + format_bytes(least_level_memory(leaf)),
+         .advice = "Give it more memory, or make smaller tiles later: orbweave tileset " +
+                   output.mesh + " --leaf-triangles"});
+  check_tile_directory(output.tileset);
+}
+
+void make_tileset(const TilesetInputs& inputs, StageRunner& runner) {
+  const OutputOptions& output = runner.job.output;
+  if (inputs.triangles == 0) {
+    runner.warn("no tileset is made: the mesh has no triangle");
+    return;
+  }
+  release_freed_memory();
+  StageClock clock(runner, Stage::kTileset, inputs.triangles, "triangles");
+  const TilesetOptions options = options_of(inputs, runner);
+  TilesetProgress progress(runner.progress, inputs.triangles);
+  TilesetEvents events;
+  events.read = [&](std::uint64_t triangles) { progress.note_read(triangles); };
+  events.planned = [&](std::uint32_t tiles) { progress.plan(tiles); };
+  events.written = [&] { progress.note_written(); };
+  const auto mesh = open_mesh_stream(output.mesh);
+  const TilesetFacts facts = write_tileset(*mesh, output.tileset, options, events, runner.stop);
+  std::uint64_t tiles = 0;
+  for (const TilesetLevel& level : facts.levels) tiles += level.tiles;
+  clock.facts().bytes_written = facts.bytes;
+  runner.store.disk().add(facts.bytes);
+  runner.note("tileset: " + format_count(tiles) + (tiles == 1 ? " tile" : " tiles") + " of " +
+              format_count(facts.levels.size()) +
+              (facts.levels.size() == 1 ? " level, " : " levels, ") + format_bytes(facts.bytes));
+}
+
+}  // namespace orbweave

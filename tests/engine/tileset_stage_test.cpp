@@ -1,0 +1,149 @@
+// The tileset of a job: that of its mesh file, however the job was cut and interrupted.
+#include "engine/pipeline/output/tileset_stage.h"
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "engine/levels/tileset.h"
+#include "engine/levels/tileset_work.h"
+#include "io/error.h"
+#include "io/meshes/mesh_stream.h"
+#include "tests/support/jobs.h"
+#include "tests/support/program.h"
+
+namespace orbweave {
+namespace {
+
+namespace fs = std::filesystem;
+using Catch::Matchers::Contains;
+using test::bytes_of;
+using test::job_for;
+using test::NamedCloud;
+using test::RecordingProgress;
+using test::run;
+using test::ScratchDirectory;
+
+using FilesOfFolder = std::map<std::string, std::string>;
+
+FilesOfFolder files_in(const fs::path& folder) {
+  FilesOfFolder files;
+  for (const auto& entry : fs::directory_iterator(folder))
+    files[entry.path().filename().string()] = bytes_of(entry.path());
+  return files;
+}
+
+Job tileset_job(const ScratchDirectory& scratch, const NamedCloud& named) {
+  Job job = job_for(scratch, named);
+  job.output.tileset = (scratch / "levels").string();
+  job.output.picture_up = UpAxis::kY;
+  return job;
+}
+
+/// The tileset of a mesh file, made by itself.
+FilesOfFolder tileset_of(const ScratchDirectory& scratch, const Job& job) {
+  TilesetOptions options;
+  options.up_axis = 1;
+  options.levels.directory = scratch / "alone.work";
+  const TilesetWork work(options.levels.directory);
+  const StopToken stop;
+  write_tileset(*open_mesh_stream(job.output.mesh), scratch / "alone", options, {}, stop);
+  return files_in(scratch / "alone");
+}
+
+void check_any_cut(std::size_t points, std::uint64_t small_chunks, std::size_t least_files) {
+  const NamedCloud named = test::noisy_torus(points, 0.0, 7);
+  FilesOfFolder first;
+  for (const std::uint64_t chunk_points : {small_chunks, std::uint64_t{1'000'000}}) {
+    const ScratchDirectory scratch;
+    Job job = tileset_job(scratch, named);
+    job.partition.chunk_points = chunk_points;
+    job.run.threads = chunk_points == small_chunks ? 1 : 2;
+    const RunReport report = run(job);
+    const FilesOfFolder files = files_in(job.output.tileset);
+    CHECK(files.size() >= least_files);
+    CHECK(files.contains(kTilesetName));
+    CHECK(files == tileset_of(scratch, job));
+    CHECK(report.stages.back().name == "tileset");
+    CHECK(report.stages.back().bytes_written > 0);
+    if (!first.empty()) CHECK(files == first);
+    first = files;
+  }
+}
+
+void check_refused(const Job& job, const std::string& found) {
+  INFO(job.output.mesh);
+  try {
+    check_tileset(job);
+    FAIL("the tileset was not refused");
+  } catch (const Error& error) {
+    CHECK(error.kind() == ErrorKind::kUsage);
+    CHECK_THAT(error.what(), Contains("output.tileset") && Contains(found));
+  }
+}
+
+TEST_CASE("TilesetOfAJobIsThatOfItsMeshFileInAnyCut") { check_any_cut(1500, 300, 3); }
+
+TEST_CASE("TilesetOfSeveralLevelsIsThatOfItsMeshFileInAnyCut", "[costly]") {
+  check_any_cut(40'000, 6000, 5);
+}
+
+TEST_CASE("TilesetThatIsMissingIsMadeByTheNextRun") {
+  const ScratchDirectory scratch;
+  Job job = tileset_job(scratch, test::noisy_torus(1500, 0.0, 7));
+  RecordingProgress progress;
+  StopToken stop;
+  progress.at_stage = [&](const std::string& stage) {
+    if (stage == "tileset") stop.request();
+  };
+  CHECK_THROWS_AS(run_job(job, {"test"}, progress, stop), Error);
+  REQUIRE(progress.stages.back() == "tileset");
+  CHECK_FALSE(fs::exists(job.output.tileset));
+  const std::string mesh = bytes_of(job.output.mesh);
+  CHECK_FALSE(run(job).ended_before);
+  CHECK(bytes_of(job.output.mesh) == mesh);
+  const FilesOfFolder files = files_in(job.output.tileset);
+  job.run.keep_work_dir = true;
+  run(job);  // replaces its own
+  CHECK(files_in(job.output.tileset) == files);
+  fs::remove_all(job.output.tileset);
+  run(job);
+  CHECK(files_in(job.output.tileset) == files);
+}
+
+TEST_CASE("TilesetIsRefusedWhereTheMeshCannotBeReadAgain") {
+  Job job;
+  job.output.tileset = "levels";
+  for (const char* mesh : {"a.stl", "a.obj", "a.glb", "a.ply.gz"}) {
+    job.output.mesh = mesh;
+    check_refused(job, mesh);
+  }
+  job.output.mesh = "-";
+  check_refused(job, "standard output");
+  job.output.mesh = "a.ply";
+  CHECK_NOTHROW(check_tileset(job));
+  job.partition.memory_bytes = std::uint64_t{100} << 20;
+  check_refused(job, "at least 168");
+  job.output.tiles = true;
+  check_refused(job, "output.tiles = true");
+}
+
+TEST_CASE("TilesetOfAJobLeavesOtherFoldersAlone") {
+  const ScratchDirectory scratch;
+  Job job = tileset_job(scratch, test::noisy_torus(500, 0.0, 7));
+  fs::create_directory(job.output.tileset);
+  test::write_text(fs::path(job.output.tileset) / "notes.txt", "mine");
+  CHECK_THROWS_WITH(run(job), Contains("notes.txt"));
+  CHECK(bytes_of(fs::path(job.output.tileset) / "notes.txt") == "mine");
+  CHECK_FALSE(fs::exists(job.output.mesh));
+  const Job same = [&] {
+    Job changed = job;
+    changed.output.tileset = (fs::path(job.input.files.front()).parent_path()).string();
+    return changed;
+  }();
+  CHECK_THROWS_AS(run(same), Error);
+}
+
+}  // namespace
+}  // namespace orbweave
