@@ -226,7 +226,7 @@ RunResults run_until_sound(StageRunner& runner) {
     try {
       run_stages(runner, results);
       if (runner.communicator.is_root() && !runner.job.output.tileset.empty())
-        make_tileset({results.partition, results.origin, results.mesh.triangles}, runner);
+        make_tileset({results.partition, results.mesh.triangles}, runner);
       return results;
     } catch (const CorruptResult& damage) {
       if (runner.communicator.size() > 1) {

@@ -89,6 +89,17 @@ TEST_CASE("TilesetOfSeveralLevelsIsThatOfItsMeshFileInAnyCut", "[costly]") {
   check_any_cut(40'000, 6000, 5);
 }
 
+TEST_CASE("TilesetOfAMeshWithAnOriginIsThatOfItsMeshFile") {
+  NamedCloud far = test::noisy_torus(1500, 0.0, 7);
+  for (Vec3& p : far.cloud.positions) p = p + Vec3{4.1e5, 5.2e6, 100.0};
+  const ScratchDirectory scratch;
+  Job job = tileset_job(scratch, far);
+  job.output.float_positions = true;
+  const RunReport report = run(job);
+  REQUIRE(report.origin != Vec3{});
+  CHECK(files_in(job.output.tileset) == tileset_of(scratch, job));
+}
+
 TEST_CASE("TilesetThatIsMissingIsMadeByTheNextRun") {
   const ScratchDirectory scratch;
   Job job = tileset_job(scratch, test::noisy_torus(1500, 0.0, 7));

@@ -7,7 +7,6 @@
 
 #include "engine/levels/tileset.h"
 #include "io/error.h"
-#include "io/job/output_origin.h"
 #include "io/job/setting.h"
 #include "io/meshes/mesh_stream.h"
 #include "io/meshes/tile_directory.h"
@@ -66,23 +65,13 @@ class TilesetProgress {
   std::atomic<std::uint64_t> written_{0};
 };
 
-/// The coordinate system as it lies beside the mesh; empty: none, or one that the coordinates of
-/// the file do not lie in.
-std::string system_of_file(const TilesetInputs& inputs, StageRunner& runner) {
-  if (inputs.partition.coordinate_system.empty()) return "";
-  if (inputs.origin == Vec3{}) return coordinate_system_beside(runner.job.output.mesh);
-  runner.warn("the tileset does not lie on the Earth: coordinates of " + runner.job.output.mesh +
-              " are counted from " + origin_text(inputs.origin));
-  return "";
-}
-
 TilesetOptions options_of(const TilesetInputs& inputs, StageRunner& runner) {
   const Partition& partition = inputs.partition;
   TilesetOptions options;
   options.levels.memory_bytes = runner.job.partition.memory_bytes;
   options.levels.threads = runner.threads();
   options.levels.directory = runner.store.directory();
-  options.coordinate_system = system_of_file(inputs, runner);
+  options.coordinate_system = coordinate_system_beside(runner.job.output.mesh);
   options.up_axis =
       upright_axis(picture_up(runner.job, partition.coordinate_system), partition.bounds);
   return options;

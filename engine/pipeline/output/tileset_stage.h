@@ -13,7 +13,6 @@ void check_tileset(const Job& job);
 
 struct TilesetInputs {
   const Partition& partition;
-  Vec3 origin;                  ///< of the mesh file's coordinates
   std::uint64_t triangles = 0;  ///< of the mesh file
 };
 
