@@ -32,7 +32,8 @@ constexpr double kSliver = 1e-14;
 /// About how many of the nearest neighbours a circle is held against before all others, from how
 /// many neighbours on, and how many more where there are hundreds.
 constexpr std::uint32_t kFew = 16, kMany = 48, kMore = 64;
-/// With fewer circles to scan among fewer neighbours than that none are left out first.
+/// Neighbours are left out before scans only where at least so many circles are to be scanned, or
+/// where there are at least so many neighbours.
 constexpr std::uint32_t kManyWanted = 32, kMostWhole = 200;
 /// With how many of the nearest a search in groups begins.
 constexpr std::uint32_t kFewOfCrowd = 24;

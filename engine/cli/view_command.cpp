@@ -109,12 +109,22 @@ std::string report_text(const std::string& file) {
   return text;
 }
 
+/// A mistyped name must not cost a scan or a mesh.
+void check_page_name(const std::string& page) {
+  const std::string extension = fs::path(page).extension().string();
+  if (extension == ".html" || extension == ".htm") return;
+  throw_usage("a page is an HTML file", {.file = page,
+                                         .found = extension.empty() ? "no extension" : extension,
+                                         .expected = "a name that ends in .html or .htm"});
+}
+
 void view(const ViewArguments& arguments, const StopToken& stop) {
   const std::vector<PathRole> paths = {
       {"the mesh that is read", arguments.mesh, PathUse::kReadFile},
       {"the report that is read", arguments.report, PathUse::kReadFile},
       {"the page", arguments.page, PathUse::kWrittenFile}};
   check_paths(paths);
+  check_page_name(arguments.page);
   const Job job = settings_of(arguments.keys);
   ViewPage page;
   page.name = fs::path(arguments.mesh).filename().string();

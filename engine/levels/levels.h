@@ -35,8 +35,10 @@ struct LevelFacts {
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
   std::uint64_t border_triangles = 0;  ///< with an edge at the node's border or at a rim
-  double error = 0.0;  ///< how far its surface is from the mesh, at most; scan units; 0: a leaf
-  Box bounds;          ///< of all vertices below it, so those of children lie in those of parents
+  /// How far its surface is from the mesh, world units, as engine/levels/simplify.h measures it,
+  /// added up over the levels below; 0: a leaf.
+  double error = 0.0;
+  Box bounds;  ///< of all vertices below it, so those of children lie in those of parents
 };
 
 /// What happens on the way. Calls come from several threads.

@@ -1,9 +1,9 @@
 #include "engine/voronoi/undersampling.h"
 
 #include <algorithm>
-#include <numeric>
 #include <tuple>
 
+#include "engine/geometry/disjoint_sets.h"
 #include "engine/voronoi/cocone.h"
 #include "engine/voronoi/delaunay.h"
 #include "engine/voronoi/poles.h"
@@ -11,39 +11,19 @@
 namespace orbweave::voronoi {
 namespace {
 
-/// Sets of points that are joined step by step; the smallest point stands for its set.
-class PointSets {
- public:
-  explicit PointSets(std::size_t points) : parent_(points) {
-    std::iota(parent_.begin(), parent_.end(), 0u);
-  }
-  std::uint32_t find(std::uint32_t p) {
-    while (parent_[p] != p) p = parent_[p] = parent_[parent_[p]];
-    return p;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = find(a);
-    b = find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
 /// Joins the undersampled corners of each triangle.
 void join_corners(const std::vector<Triangle>& triangles,
-                  std::span<const std::uint8_t> well_sampled, PointSets& sets) {
+                  std::span<const std::uint8_t> well_sampled, DisjointSets& sets) {
   for (const Triangle& t : triangles)
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-      if (well_sampled[a] == 0 && well_sampled[b] == 0) sets.join(a, b);
+      if (well_sampled[a] == 0 && well_sampled[b] == 0) sets.unite(a, b);
     }
 }
 
 std::vector<UndersampledPlace> places_of(std::span<const Vec3> points,
                                          std::span<const std::uint8_t> well_sampled,
-                                         PointSets& sets) {
+                                         DisjointSets& sets) {
   std::vector<UndersampledPlace> by_point(points.size());
   for (std::uint32_t p = 0; p < points.size(); ++p) {
     if (well_sampled[p] != 0) continue;
@@ -64,7 +44,7 @@ std::vector<UndersampledPlace> places_of(std::span<const Vec3> points,
 
 Undersampling find_undersampling(std::span<const Vec3> points, const StopToken* stop) {
   Undersampling found;
-  PointSets sets(points.size());
+  DisjointSets sets(points.size());
   {
     const Tetrahedra tetrahedra = delaunay(points, stop);
     const Poles poles = find_poles(points, tetrahedra, stop);

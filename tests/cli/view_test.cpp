@@ -71,6 +71,16 @@ TEST_CASE("ViewRefusesWhatIsNoMeshAndWhatIsNoReport") {
   CHECK_FALSE(std::filesystem::exists(in / "page.html"));
 }
 
+TEST_CASE("ViewOverwritesNoScanWhoseNameStandsForAPage") {
+  const ScratchDirectory in;
+  write_mesh(in / "mesh.ply", holed_sphere());
+  test::write_text(in / "scan.las", "mine");
+  const ProgramResult refused = run_in(in, {"view", "mesh.ply", "-o", "scan.las"});
+  CHECK(refused.status == 2);
+  CHECK_THAT(refused.err, Contains("scan.las") && Contains(".html"));
+  CHECK(file_text(in / "scan.las") == "mine");
+}
+
 TEST_CASE("BrowserDrawsThePageAndFindsItsHoles", "[slow]") {
   if (output_of("command -v chromium").empty()) {
     std::cout << "SKIPPED: chromium\n";
