@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -12,14 +11,14 @@
 
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/holes/fill_mesh.h"
-#include "engine/holes/hole_pass.h"
-#include "engine/holes/loops/mesh_surface.h"
+#include "engine/holes/small_pieces.h"
 #include "engine/normals/estimate_normals.h"
 #include "engine/normals/normal_side.h"
 #include "engine/normals/orientation.h"
 #include "engine/spacing/automatic_radii.h"
 #include "engine/spacing/normal_radius.h"
 #include "engine/spacing/orientation_cell.h"
+#include "io/keep_points.h"
 #include "partition/allowed_threads.h"
 #include "partition/canonical_order.h"
 #include "partition/cloud_counts.h"
@@ -159,26 +158,6 @@ Vec3 wanted_side(Orientation side, const NormalOptions& options, Vec3 position) 
   return {};
 }
 
-/// Keeps the rows whose flag is not 0.
-void keep_rows(PointCloud& cloud, std::span<const std::uint8_t> kept) {
-  const std::size_t bytes = cloud.schema.attribute_bytes();
-  std::size_t end = 0;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    if (kept[i] == 0) continue;
-    if (end != i) {
-      cloud.positions[end] = cloud.positions[i];
-      if (!cloud.normals.empty()) cloud.normals[end] = cloud.normals[i];
-      if (bytes != 0)
-        std::memcpy(cloud.attributes.data() + end * bytes, cloud.attributes.data() + i * bytes,
-                    bytes);
-    }
-    ++end;
-  }
-  cloud.positions.resize(end);
-  if (!cloud.normals.empty()) cloud.normals.resize(end);
-  cloud.attributes.resize(end * bytes);
-}
-
 /// Gives every point a normal; points that have too few neighbours for one are left out.
 void estimate(PointCloud& cloud, double radius, Orientation side,
               const ReconstructionOptions& options, DroppedPoints& dropped) {
@@ -197,7 +176,7 @@ void estimate(PointCloud& cloud, double radius, Orientation side,
     kept[i] = normal == Vec3{} ? 0 : 1;
     if (dot(normal, wanted_side(side, options.normals, cloud.positions[i])) < 0.0) normal = -normal;
   }
-  keep_rows(cloud, kept);
+  keep_points(kept, cloud);
   if (cloud.size() != count) dropped[text_of(DropReason::kTooFewNeighbors)] += count - cloud.size();
   require_points(cloud.size(), dropped);
   round_normals(cloud.normals, cloud.schema.normal_type);
@@ -253,54 +232,6 @@ std::vector<double> usable_radii(const RadiiChoice& choice, const Reconstruction
   return options.ball_radii;
 }
 
-/// The vertices that triangles use, and these triangles in their numbers.
-TriangleMesh used_part(PointCloud points, std::vector<Triangle> triangles) {
-  std::vector<std::uint8_t> used(points.size(), 0);
-  for (const Triangle& t : triangles)
-    for (const std::uint32_t vertex : t) used[vertex] = 1;
-  std::vector<std::uint32_t> number(points.size());
-  std::uint32_t count = 0;
-  for (std::size_t i = 0; i < used.size(); ++i) number[i] = used[i] != 0 ? count++ : 0;
-  for (Triangle& t : triangles)
-    for (std::uint32_t& vertex : t) vertex = number[vertex];
-  keep_rows(points, used);
-  return {std::move(points), std::move(triangles), {}};
-}
-
-/// The mesh without the pieces that are removed (per piece), and the vertices that only they used.
-TriangleMesh without_pieces(TriangleMesh mesh, const MeshComponents& components,
-                            std::span<const std::uint8_t> is_removed) {
-  std::size_t kept = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (is_removed[components.of_triangle[t]] == 0) mesh.triangles[kept++] = mesh.triangles[t];
-  mesh.triangles.resize(kept);
-  return used_part(std::move(mesh.vertices), std::move(mesh.triangles));
-}
-
-/// Removes separate pieces that are too small or crumbs of a closed object.
-TriangleMesh without_small_pieces(TriangleMesh mesh, const FillOptions& options) {
-  const MeshComponents components = find_components(mesh, MeshSurface(mesh));
-  std::uint64_t largest = 0;
-  for (const Piece& piece : components.pieces) largest = std::max(largest, piece.triangles);
-  const std::uint64_t min_triangles = least_triangles(options, largest);
-  std::vector<std::uint8_t> is_removed;
-  for (const Piece& piece : components.pieces)
-    is_removed.push_back(piece.triangles < min_triangles ? 1 : 0);
-  if (!options.min_triangles && components.pieces.size() > 1) {
-    std::vector<std::uint8_t> keep;
-    for (const std::uint32_t piece : components.of_triangle)
-      keep.push_back(is_removed[piece] == 0 ? 1 : 0);
-    MeshBoundary boundary = find_boundary(mesh, MeshSurface(mesh, keep), components.of_triangle);
-    for (BoundaryVertex& known : boundary.vertices)
-      known.normal = mesh.vertices.normals[known.vertex];
-    const HolePlan plan = plan_holes(std::move(boundary.fans), std::move(boundary.vertices),
-                                     components.pieces, options);
-    for (std::size_t p = 0; p < is_removed.size(); ++p) is_removed[p] |= plan.crumbs[p];
-  }
-  if (std::find(is_removed.begin(), is_removed.end(), 1) == is_removed.end()) return mesh;
-  return without_pieces(std::move(mesh), components, is_removed);
-}
-
 /// The mesh of a sorted cloud with normals.
 Reconstruction surface_of(PointCloud cloud, const RadiiChoice& choice, Stages& stages,
                           const ReconstructionOptions& options, DroppedPoints dropped) {
@@ -319,8 +250,9 @@ Reconstruction surface_of(PointCloud cloud, const RadiiChoice& choice, Stages& s
   result.mesh = used_part(std::move(cloud), std::move(surface.triangles));
   if (!options.fill.enabled) return result;
   stages.begin("fill");
-  result.mesh = without_small_pieces(std::move(result.mesh), options.fill);
-  FilledMesh filled = fill_mesh(std::move(result.mesh), options.fill, options.stop, true);
+  FilledMesh filled =
+      fill_mesh(std::move(result.mesh), options.fill,
+                {.stop = options.stop, .has_point_normals = true, .drops_small_pieces = true});
   check_stop(options.stop);
   result.mesh = std::move(filled.mesh);
   result.holes = std::move(filled.holes);

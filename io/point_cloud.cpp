@@ -1,5 +1,6 @@
 #include "io/point_cloud.h"
 
+#include <algorithm>
 #include <cstring>
 
 namespace orbweave {
@@ -53,8 +54,32 @@ void PointCloud::append(const PointCloud& other) {
 PointCloud kept_points(const PointCloud& cloud, std::span<const std::uint8_t> kept) {
   PointCloud result;
   result.schema = cloud.schema;
-  for (std::size_t i = 0; i < cloud.size(); ++i)
-    if (kept[i] != 0) result.append(cloud, i);
+  const std::size_t points = cloud.size();
+  const auto count = points - static_cast<std::size_t>(std::count(
+                                  kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(points),
+                                  std::uint8_t{0}));
+  if (count == points) {
+    result.append(cloud);
+    return result;
+  }
+  result.reserve(count);
+  // Column after column, in the order of memory.
+  const auto take = [&](const std::vector<Vec3>& from, std::vector<Vec3>& to) {
+    if (from.empty()) return;
+    for (std::size_t i = 0; i < points; ++i)
+      if (kept[i] != 0) to.push_back(from[i]);
+  };
+  take(cloud.positions, result.positions);
+  take(cloud.normals, result.normals);
+  const std::size_t bytes = cloud.schema.attribute_bytes();
+  if (bytes == 0) return result;
+  for (std::size_t begin = 0, end = 0; begin < points; begin = end + 1) {
+    for (end = begin; end < points && kept[end] != 0;) ++end;
+    const auto row = cloud.attributes.begin();
+    result.attributes.insert(result.attributes.end(),
+                             row + static_cast<std::ptrdiff_t>(begin * bytes),
+                             row + static_cast<std::ptrdiff_t>(end * bytes));
+  }
   return result;
 }
 

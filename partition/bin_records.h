@@ -45,16 +45,19 @@ struct RecordLayout {
       std::memcpy(to, cloud.attributes.data() + i * attribute_bytes, attribute_bytes);
   }
 
+  /// Appends the points of whole records.
   void unpack(std::span<const std::byte> records, PointCloud& cloud) const {
-    for (const std::byte* from = records.data(); from != records.data() + records.size();) {
-      std::memcpy(&cloud.positions.emplace_back(), from, sizeof(Vec3));
-      from += sizeof(Vec3);
-      if (has_normals) {
-        cloud.normals.push_back(unpack_normal(from));
-        from += normal_bytes;
-      }
-      cloud.attributes.insert(cloud.attributes.end(), from, from + attribute_bytes);
-      from += attribute_bytes;
+    const std::size_t first = cloud.positions.size(), end = first + records.size() / bytes;
+    cloud.positions.resize(end);
+    if (has_normals) cloud.normals.resize(end);
+    cloud.attributes.resize(end * attribute_bytes);
+    const std::byte* from = records.data();
+    for (std::size_t i = first; i < end; ++i, from += bytes) {
+      std::memcpy(&cloud.positions[i], from, sizeof(Vec3));
+      if (has_normals) cloud.normals[i] = unpack_normal(from + sizeof(Vec3));
+      if (attribute_bytes > 0)
+        std::memcpy(cloud.attributes.data() + i * attribute_bytes,
+                    from + sizeof(Vec3) + normal_bytes, attribute_bytes);
     }
   }
 

@@ -4,6 +4,7 @@
 #include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace orbweave {
 namespace {
@@ -18,6 +19,20 @@ std::uint32_t blocks_of(std::size_t points) {
   return static_cast<std::uint32_t>((points + kBlockPoints - 1) / kBlockPoints);
 }
 
+/// The parts one after the other.
+template <class T>
+std::vector<T> joined(std::vector<std::vector<T>> parts) {
+  std::vector<std::size_t> offsets(parts.size() + 1, 0);
+  for (std::size_t b = 0; b < parts.size(); ++b) offsets[b + 1] = offsets[b] + parts[b].size();
+  std::vector<T> all(offsets.back());
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t b) {
+    std::copy(parts[b].begin(), parts[b].end(),
+              all.begin() + static_cast<std::ptrdiff_t>(offsets[b]));
+    parts[b] = {};
+  });
+  return all;
+}
+
 /// Runs visit(vertex, out) over all points in blocks and returns the outputs in order.
 template <class T, class Visit>
 std::vector<T> gather_over_points(std::size_t points, const StopToken* stop, const Visit& visit) {
@@ -29,15 +44,7 @@ std::vector<T> gather_over_points(std::size_t points, const StopToken* stop, con
         std::min<std::size_t>(points, std::size_t{begin} + kBlockPoints));
     for (std::uint32_t vertex = begin; vertex < end; ++vertex) visit(vertex, parts[block]);
   });
-  std::vector<std::size_t> offsets(parts.size() + 1, 0);
-  for (std::size_t b = 0; b < parts.size(); ++b) offsets[b + 1] = offsets[b] + parts[b].size();
-  std::vector<T> all(offsets.back());
-  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t b) {
-    std::copy(parts[b].begin(), parts[b].end(),
-              all.begin() + static_cast<std::ptrdiff_t>(offsets[b]));
-    parts[b] = {};
-  });
-  return all;
+  return joined(std::move(parts));
 }
 
 /// The part of a list sorted by vertex that belongs to one vertex.
@@ -51,13 +58,38 @@ std::span<const VertexCorner> corners_at(std::span<const VertexCorner> sorted,
   return {first, last};
 }
 
-/// Calls visit(corners) for the corners of each vertex of a list sorted by vertex.
-template <class Visit>
-void for_each_vertex(std::span<const VertexCorner> sorted, const Visit& visit) {
-  for (std::size_t i = 0, end = 0; i < sorted.size(); i = end) {
-    for (end = i; end < sorted.size() && sorted[end].vertex == sorted[i].vertex;) ++end;
-    visit(sorted.subspan(i, end - i));
-  }
+/// Where the corners of a vertex begin, at or after a place of a list sorted by vertex.
+std::size_t vertex_begin(std::span<const VertexCorner> sorted, std::size_t at) {
+  if (at >= sorted.size()) return sorted.size();
+  while (at > 0 && at < sorted.size() && sorted[at].vertex == sorted[at - 1].vertex) ++at;
+  return at;
+}
+
+/// Runs visit(corners, out) for the corners of each vertex of a list sorted by vertex, in blocks,
+/// and returns the blocks' outputs in order.
+template <class Out, class Visit>
+std::vector<Out> gather_over_fans(std::span<const VertexCorner> sorted, const StopToken* stop,
+                                  const Visit& visit) {
+  std::vector<Out> parts(blocks_of(sorted.size()));
+  tbb::parallel_for(std::uint32_t{0}, blocks_of(sorted.size()), [&](std::uint32_t block) {
+    check_stop(stop);
+    const std::size_t last = vertex_begin(sorted, (std::size_t{block} + 1) * kBlockPoints);
+    for (std::size_t i = vertex_begin(sorted, std::size_t{block} * kBlockPoints), end = i; i < last;
+         i = end) {
+      while (end < sorted.size() && sorted[end].vertex == sorted[i].vertex) ++end;
+      visit(sorted.subspan(i, end - i), parts[block]);
+    }
+  });
+  return parts;
+}
+
+/// One list of all parts: that which `member` names.
+template <class T, class Part>
+std::vector<T> joined(std::vector<Part>& parts, std::vector<T> Part::*member) {
+  std::vector<std::vector<T>> lists;
+  lists.reserve(parts.size());
+  for (Part& part : parts) lists.push_back(std::move(part.*member));
+  return joined(std::move(lists));
 }
 
 void sort_unique(std::vector<VertexCorner>& list) {
@@ -65,50 +97,20 @@ void sort_unique(std::vector<VertexCorner>& list) {
   list.erase(std::unique(list.begin(), list.end()), list.end());
 }
 
-}  // namespace
-
-FanShape fan_shape(std::span<const VertexCorner> corners) {
-  FanShape shape;
-  const std::size_t n = corners.size();
-  shape.label.assign(n, 0);
-  std::vector<std::uint8_t> seen(n, 0);
-  const auto follower = [&](std::size_t i) {
-    for (std::size_t k = 0; k < n; ++k) {
-      if (first_of(corners[k].corner) == second_of(corners[i].corner)) return k;
-    }
-    return n;
-  };
-  // Labels the fan that begins at corner i; returns its last corner.
-  const auto follow = [&](std::size_t i) {
-    ++shape.fans;
-    std::vector<std::size_t> members;
-    std::uint32_t label = first_of(corners[i].corner);
-    for (; i < n && seen[i] == 0; i = follower(i)) {
-      seen[i] = 1;
-      label = std::min(label, first_of(corners[i].corner));
-      members.push_back(i);
-    }
-    for (const std::size_t member : members) shape.label[member] = label;
-    return members.back();
-  };
-  // Open fans begin at a corner that no other corner leads to; the remaining fans are cycles.
-  std::vector<std::uint8_t> led_to(n, 0);
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t k = follower(i);
-    if (k < n) led_to[k] = 1;
+/// Takes the members of one sorted list out of another.
+template <class T>
+void remove_sorted(std::span<const T> taken, std::vector<T>& list) {
+  if (taken.empty()) return;
+  auto next = taken.begin();
+  auto kept = std::lower_bound(list.begin(), list.end(), taken.front());
+  for (auto at = kept; at != list.end(); ++at) {
+    while (next != taken.end() && *next < *at) ++next;
+    if (next == taken.end() || *at < *next) *kept++ = *at;
   }
-  for (std::size_t i = 0; i < n; ++i) {
-    if (led_to[i] != 0) continue;
-    const std::size_t last = follow(i);
-    shape.open.push_back(
-        {second_of(corners[last].corner), corners[i].vertex, first_of(corners[i].corner)});
-  }
-  shape.closed = n > 0 && shape.fans == 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (seen[i] == 0) follow(i);
-  }
-  return shape;
+  list.erase(kept, list.end());
 }
+
+}  // namespace
 
 SurfaceState::SurfaceState(RivalContext context, std::span<const std::uint8_t> owned,
                            const StopToken* stop)
@@ -163,17 +165,25 @@ std::vector<Triangle> SurfaceState::first_level_losers(
   return losers;
 }
 
-/// Settles one vertex: closed for good, or open with these corners.
-void SurfaceState::close_or_keep(std::span<const VertexCorner> corners) {
-  if (corners.empty()) return;
-  const std::uint32_t vertex = corners.front().vertex;
-  const FanShape shape = fan_shape(corners);
-  fan_counts_[vertex] = static_cast<std::uint8_t>(std::min(shape.fans, 255u));
-  open_[vertex] = shape.closed ? 0 : 1;
-  if (!shape.closed) open_corners_.insert(open_corners_.end(), corners.begin(), corners.end());
-  if (shape.closed && shape.fans > 1) {
-    pinched_corners_.insert(pinched_corners_.end(), corners.begin(), corners.end());
-  }
+/// Settles the vertices of a list: each is closed for good, or open with its corners.
+void SurfaceState::close_or_keep(std::span<const VertexCorner> sorted) {
+  struct Settled {
+    FanFinder finder;
+    std::vector<VertexCorner> open, pinched;
+  };
+  auto parts = gather_over_fans<Settled>(
+      sorted, stop_, [this](std::span<const VertexCorner> corners, Settled& out) {
+        const std::uint32_t vertex = corners.front().vertex;
+        const FanShape& shape = out.finder.shape_of(corners);
+        fan_counts_[vertex] = static_cast<std::uint8_t>(std::min(shape.fans, 255u));
+        open_[vertex] = shape.closed ? 0 : 1;
+        if (shape.closed && shape.fans < 2) return;
+        std::vector<VertexCorner>& list = shape.closed ? out.pinched : out.open;
+        list.insert(list.end(), corners.begin(), corners.end());
+      });
+  open_corners_ = joined(parts, &Settled::open);
+  const std::vector<VertexCorner> pinched = joined(parts, &Settled::pinched);
+  pinched_corners_.insert(pinched_corners_.end(), pinched.begin(), pinched.end());
 }
 
 void SurfaceState::emit_first_level(const FanTable& fans, std::span<const VertexCorner> elsewhere,
@@ -229,8 +239,7 @@ void SurfaceState::take_first_level(const FanTable& fans) {
         for (const VertexCorner& c : corners_at(elsewhere, vertex)) take(c.corner);
         std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end());
       });
-  for_each_vertex(corners,
-                  [&](std::span<const VertexCorner> at_vertex) { close_or_keep(at_vertex); });
+  close_or_keep(corners);
   for (std::uint32_t vertex = 0; vertex < unfinished_.size(); ++vertex)
     unfinished_[vertex] = fans.blocked(vertex) ? 0 : 1;
   find_unfinished();
@@ -267,25 +276,21 @@ void SurfaceState::take_level(const FanTable& fans) {
 
   std::vector<VertexCorner> corners = std::move(open_corners_);
   open_corners_.clear();
-  const std::size_t emitted = triangles_.size();
   for (std::size_t t = 0; t < found.size(); ++t) {
     const auto [a, b, c] = found[t];
     if (lost[t] != 0) {
       conflicts_lost_ += is_owned(a) ? 1 : 0;
       continue;
     }
-    if (is_owned(a)) triangles_.push_back(found[t]);
+    if (is_owned(a)) later_triangles_.push_back(found[t]);
     corners.push_back({a, make_corner(b, c)});
     corners.push_back({b, make_corner(c, a)});
     corners.push_back({c, make_corner(a, b)});
   }
   for (std::uint32_t vertex = 0; vertex < unfinished_.size(); ++vertex)
     if (fans.blocked(vertex)) unfinished_[vertex] = 0;
-  std::inplace_merge(triangles_.begin(), triangles_.begin() + static_cast<std::ptrdiff_t>(emitted),
-                     triangles_.end());
   tbb::parallel_sort(corners.begin(), corners.end());
-  for_each_vertex(corners,
-                  [&](std::span<const VertexCorner> at_vertex) { close_or_keep(at_vertex); });
+  close_or_keep(corners);
   find_unfinished();
 }
 
@@ -297,39 +302,61 @@ bool SurfaceState::is_isolated(const Triangle& t) const {
   return true;
 }
 
+/// Corners of triangles that are isolated, sorted; all three of each, since all its vertices are
+/// open.
+std::vector<VertexCorner> SurfaceState::isolated_corners() const {
+  auto parts = gather_over_fans<std::vector<VertexCorner>>(
+      open_corners_, stop_,
+      [this](std::span<const VertexCorner> corners, std::vector<VertexCorner>& out) {
+        for (const VertexCorner& c : corners)
+          if (is_isolated({c.vertex, first_of(c.corner), second_of(c.corner)})) out.push_back(c);
+      });
+  return joined(std::move(parts));
+}
+
+void SurfaceState::merge_levels() {
+  tbb::parallel_sort(later_triangles_.begin(), later_triangles_.end());
+  const auto first_level = static_cast<std::ptrdiff_t>(triangles_.size());
+  triangles_.insert(triangles_.end(), later_triangles_.begin(), later_triangles_.end());
+  later_triangles_ = {};
+  std::inplace_merge(triangles_.begin(), triangles_.begin() + first_level, triangles_.end());
+}
+
 void SurfaceState::drop_isolated() {
-  std::vector<Triangle> isolated;
-  for (const VertexCorner& c : open_corners_) {
-    const Triangle t{c.vertex, first_of(c.corner), second_of(c.corner)};
-    if (!is_isolated(t)) continue;
+  merge_levels();
+  const std::vector<VertexCorner> corners = isolated_corners();
+  std::vector<Triangle> isolated;  // sorted, as the corners at their smallest vertices are
+  for (const VertexCorner& c : corners) {
     --fan_counts_[c.vertex];  // it was a fan of its own
+    const Triangle t{c.vertex, first_of(c.corner), second_of(c.corner)};
     if (t == smallest_first(t)) isolated.push_back(t);
   }
-  std::sort(isolated.begin(), isolated.end());
   for (const Triangle& t : isolated) isolated_dropped_ += is_owned(t[0]) ? 1 : 0;
-  std::erase_if(triangles_, [&](const Triangle& t) {
-    return std::binary_search(isolated.begin(), isolated.end(), t);
-  });
-  std::erase_if(open_corners_, [&](const VertexCorner& c) {
-    return std::binary_search(isolated.begin(), isolated.end(), triangle_of(c.vertex, c.corner));
-  });
+  remove_sorted<Triangle>(isolated, triangles_);
+  remove_sorted<VertexCorner>(corners, open_corners_);
 }
 
 void SurfaceState::describe(std::vector<BoundaryFan>& boundary,
                             std::vector<FanMember>& members) const {
-  const auto visit = [&](std::span<const VertexCorner> corners) {
-    for_each_vertex(corners, [&](std::span<const VertexCorner> at_vertex) {
-      const FanShape shape = fan_shape(at_vertex);
-      boundary.insert(boundary.end(), shape.open.begin(), shape.open.end());
-      if (shape.fans < 2) return;
-      for (std::size_t i = 0; i < at_vertex.size(); ++i) {
-        members.push_back({at_vertex[i].vertex, first_of(at_vertex[i].corner), shape.label[i]});
-      }
-    });
+  struct Described {
+    FanFinder finder;
+    std::vector<BoundaryFan> boundary;
+    std::vector<FanMember> members;
   };
-  visit(open_corners_);
-  visit(pinched_corners_);
-  std::sort(members.begin(), members.end());
+  const auto describe_fan = [](std::span<const VertexCorner> corners, Described& out) {
+    const FanShape& shape = out.finder.shape_of(corners);
+    out.boundary.insert(out.boundary.end(), shape.open.begin(), shape.open.end());
+    if (shape.fans < 2) return;
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      out.members.push_back({corners[i].vertex, first_of(corners[i].corner), shape.label[i]});
+  };
+  auto parts = gather_over_fans<Described>(open_corners_, stop_, describe_fan);
+  // Closed vertices have no open fans.
+  for (Described& part : gather_over_fans<Described>(pinched_corners_, stop_, describe_fan))
+    parts.push_back(std::move(part));
+  boundary = joined(parts, &Described::boundary);
+  members = joined(parts, &Described::members);
+  tbb::parallel_sort(members.begin(), members.end());
 }
 
 }  // namespace orbweave

@@ -6,29 +6,13 @@
 #include <span>
 #include <vector>
 
+#include "engine/ball_pivoting/fan_shape.h"
 #include "engine/ball_pivoting/fan_table.h"
 #include "engine/ball_pivoting/pivoting_result.h"
 #include "engine/ball_pivoting/rivals.h"
 #include "io/stop_token.h"
 
 namespace orbweave {
-
-/// A triangle as seen from one of its vertices.
-struct VertexCorner {
-  std::uint32_t vertex = 0;
-  Corner corner = 0;
-  friend auto operator<=>(const VertexCorner&, const VertexCorner&) = default;
-};
-
-/// Triangles around one vertex, sorted into fans.
-struct FanShape {
-  std::uint32_t fans = 0;
-  bool closed = false;               ///< there are triangles, and every fan is a cycle
-  std::vector<std::uint32_t> label;  ///< per corner: smallest first neighbour of its fan
-  std::vector<BoundaryFan> open;     ///< the fans that are no cycle
-};
-/// `corners`: all corners at one vertex; no neighbour is first twice nor second twice.
-FanShape fan_shape(std::span<const VertexCorner> corners);
 
 class SurfaceState {
  public:
@@ -45,7 +29,8 @@ class SurfaceState {
   std::span<const std::uint8_t> unfinished() const { return unfinished_; }
   bool any_unfinished() const { return any_unfinished_; }
 
-  /// After the last level: triangles that share no edge with another one go.
+  /// After the last level, once: the levels become one list, and triangles that share no edge with
+  /// another one go.
   void drop_isolated();
 
   /// After that: what is known of points that are no simple closed fan. Vertices ascending.
@@ -62,11 +47,13 @@ class SurfaceState {
   bool is_owned(std::uint32_t vertex) const { return owned_.empty() || owned_[vertex] != 0; }
   bool edge_taken(std::uint32_t tail, std::uint32_t head) const;
   bool is_isolated(const Triangle& t) const;
+  std::vector<VertexCorner> isolated_corners() const;
   std::vector<VertexCorner> corners_found_elsewhere(const FanTable& fans) const;
   std::vector<Triangle> first_level_losers(const FanTable& fans,
                                            std::span<const VertexCorner> elsewhere) const;
-  void close_or_keep(std::span<const VertexCorner> corners);
+  void close_or_keep(std::span<const VertexCorner> sorted);
   void find_unfinished();
+  void merge_levels();
   void emit_first_level(const FanTable& fans, std::span<const VertexCorner> elsewhere,
                         std::span<const Triangle> losers);
 
@@ -78,7 +65,8 @@ class SurfaceState {
   std::vector<std::uint8_t> fan_counts_;
   std::vector<VertexCorner> open_corners_;     // at open points, sorted
   std::vector<VertexCorner> pinched_corners_;  // at closed points of several fans
-  std::vector<Triangle> triangles_;            // sorted
+  std::vector<Triangle> triangles_;            // of the first level, at last of all; sorted
+  std::vector<Triangle> later_triangles_;      // of the other levels
   std::uint64_t conflicts_lost_ = 0;
   std::uint64_t isolated_dropped_ = 0;
   bool any_unfinished_ = false;

@@ -146,7 +146,7 @@ TriangleMesh filled_mesh(FillReport& report, Progress& progress) {
   const auto show = [&](std::uint64_t done, std::uint64_t holes) {
     done == 0 ? progress.begin_stage("holes", holes, "holes") : progress.advance(1);
   };
-  FilledMesh filled = fill_mesh(std::move(mesh), report.options.fill, nullptr, false, show);
+  FilledMesh filled = fill_mesh(std::move(mesh), report.options.fill, {.progress = show});
   report.holes = std::move(filled.holes);
   report.pieces_removed = filled.pieces_removed;
   report.triangles_removed = filled.triangles_removed;

@@ -1,6 +1,7 @@
 #include "engine/holes/fill_mesh.h"
 
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <atomic>
@@ -13,7 +14,9 @@
 #include "engine/holes/loops/split_vertices.h"
 #include "engine/holes/mend_solids.h"
 #include "engine/holes/patch/box_tree.h"
+#include "engine/holes/patch/numbers_near.h"
 #include "engine/holes/patch/patch_vertices.h"
+#include "engine/holes/small_pieces.h"
 
 namespace orbweave {
 namespace {
@@ -22,15 +25,16 @@ namespace {
 struct Survey {
   std::vector<std::uint8_t> keep;  // per triangle; empty: all
   std::uint64_t pieces_removed = 0;
+  MeshSurface surface;  // of the triangles that are kept
   HolePlan plan;
-  std::vector<OpenFan> fans;  // by vertex
+  std::vector<OpenFan> fans;           // by vertex
+  std::vector<std::uint32_t> pinched;  // vertices, ascending
 };
 
-Survey survey_of(const TriangleMesh& mesh, const FillOptions& options,
-                 bool has_point_normals = false) {
-  const MeshSurface surface(mesh);
-  const MeshComponents components = find_components(mesh, surface);
-  Survey survey;
+Survey survey_of(const TriangleMesh& mesh, MeshSurvey whole, const FillOptions& options,
+                 bool has_point_normals) {
+  const MeshComponents& components = whole.components;
+  Survey survey{{}, 0, std::move(whole.surface), {}, {}, {}};
   const std::uint64_t least = options.min_triangles.value_or(0);
   for (const Piece& piece : components.pieces) {
     survey.pieces_removed += piece.triangles < least ? 1 : 0;
@@ -39,9 +43,12 @@ Survey survey_of(const TriangleMesh& mesh, const FillOptions& options,
     for (const std::uint32_t piece : components.of_triangle) {
       survey.keep.push_back(components.pieces[piece].triangles < least ? 0 : 1);
     }
+    survey.surface = MeshSurface(mesh, survey.keep);
   }
-  MeshBoundary boundary =
-      find_boundary(mesh, MeshSurface(mesh, survey.keep), components.of_triangle);
+  const MeshSurface& surface = survey.surface;
+  for (const std::uint32_t vertex : whole.unusual)
+    if (is_pinched(mesh, surface.at(vertex), vertex)) survey.pinched.push_back(vertex);
+  MeshBoundary boundary = find_boundary(mesh, surface, whole.unusual, components.of_triangle);
   if (has_point_normals)
     for (BoundaryVertex& known : boundary.vertices)
       known.normal = mesh.vertices.normals[known.vertex];
@@ -55,6 +62,15 @@ Survey survey_of(const TriangleMesh& mesh, const FillOptions& options,
   for (const std::int32_t id : mesh.hole) last = std::max(last, id);
   survey.plan.first_id += last;
   return survey;
+}
+
+/// Takes small pieces out; what is known of the mesh that is left.
+MeshSurvey drop_small_pieces(TriangleMesh& mesh, const FillOptions& options) {
+  MeshSurvey survey(mesh);
+  const std::vector<std::uint8_t> is_removed = small_pieces(mesh, survey, options);
+  if (std::find(is_removed.begin(), is_removed.end(), 1) == is_removed.end()) return survey;
+  mesh = without_pieces(std::move(mesh), survey.components, is_removed);
+  return MeshSurvey(mesh);
 }
 
 void remove_triangles(std::span<const std::uint8_t> keep, FilledMesh& filled) {
@@ -86,29 +102,6 @@ void append(const LoopPatch& patch, std::int32_t id, TriangleMesh& mesh) {
   }
 }
 
-/// Pairs of holes whose patches cross, sorted. A hole is filled from its neighbourhood alone.
-std::vector<HolePair> crossing_holes(const TriangleMesh& mesh, std::span<const std::uint8_t> keep,
-                                     std::span<const LoopPatch> patches, const StopToken* stop) {
-  std::vector<Vec3> positions = mesh.vertices.positions;
-  std::vector<Triangle> triangles;
-  std::vector<std::int32_t> hole;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (keep.empty() || keep[t] != 0) triangles.push_back(mesh.triangles[t]);
-  hole.resize(triangles.size(), 0);
-  for (const LoopPatch& patch : patches) {
-    const std::uint64_t base = positions.size();
-    positions.insert(positions.end(), patch.positions.begin(), patch.positions.end());
-    for (const Triangle64& t : patch.triangles) {
-      Triangle& triangle = triangles.emplace_back();
-      for (int k = 0; k < 3; ++k)
-        triangle[k] =
-            static_cast<std::uint32_t>(t[k] < kNewVertex ? t[k] : base + (t[k] - kNewVertex));
-      hole.push_back(patch.facts.id);
-    }
-  }
-  return holes_of_pairs(crossing_pairs(positions, triangles, {UINT32_MAX, hole}, stop), hole);
-}
-
 Box box_of(const TriangleMesh& mesh, const LoopPatch& patch) {
   Box box;
   for (const Triangle64& t : patch.triangles)
@@ -117,16 +110,59 @@ Box box_of(const TriangleMesh& mesh, const LoopPatch& patch) {
   return box;
 }
 
-/// Vertices with several fans before the fill, as far as they are of closed objects.
-std::vector<std::uint64_t> pinches_of(const TriangleMesh& mesh, const Survey& survey) {
-  std::vector<std::uint64_t> pinched;
-  for (const std::uint32_t vertex : pinched_vertices(mesh, survey.keep)) pinched.push_back(vertex);
-  return pinches_of_solids(survey.plan, pinched, survey.fans);
+/// Pairs of holes whose patches cross, sorted. A hole is filled from its neighbourhood alone. Only
+/// the surface near patches is looked at.
+std::vector<HolePair> crossing_holes(const TriangleMesh& mesh, std::span<const std::uint8_t> keep,
+                                     std::span<const LoopPatch> patches, const StopToken* stop) {
+  const std::vector<Vec3>& points = mesh.vertices.positions;
+  std::vector<Box> places;
+  for (const LoopPatch& patch : patches)
+    if (!patch.triangles.empty()) places.push_back(box_of(mesh, patch));
+  std::vector<Triangle64> near;
+  std::vector<std::int32_t> hole;
+  for (const std::uint32_t t :
+       numbers_near(static_cast<std::uint32_t>(mesh.triangles.size()), BoxTree(places),
+                    [&](std::uint32_t t) { return box_of(points, mesh.triangles[t]); })) {
+    const Triangle& corners = mesh.triangles[t];
+    if (keep.empty() || keep[t] != 0) near.push_back({corners[0], corners[1], corners[2]});
+  }
+  hole.resize(near.size(), 0);
+  std::vector<Vec3> added;
+  for (const LoopPatch& patch : patches) {
+    for (const Triangle64& t : patch.triangles) {
+      Triangle64& triangle = near.emplace_back(t);
+      for (std::uint64_t& vertex : triangle) vertex += vertex < kNewVertex ? 0 : added.size();
+      hole.push_back(patch.facts.id);
+    }
+    added.insert(added.end(), patch.positions.begin(), patch.positions.end());
+  }
+  std::vector<std::uint64_t> vertices;
+  for (const Triangle64& t : near)
+    for (const std::uint64_t vertex : t)
+      if (vertex < kNewVertex) vertices.push_back(vertex);
+  tbb::parallel_sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  std::vector<Vec3> positions;
+  positions.reserve(vertices.size() + added.size());
+  for (const std::uint64_t vertex : vertices) positions.push_back(points[vertex]);
+  positions.insert(positions.end(), added.begin(), added.end());
+  std::vector<Triangle> triangles;
+  triangles.reserve(near.size());
+  for (const Triangle64& t : near) {
+    Triangle& triangle = triangles.emplace_back();
+    for (int k = 0; k < 3; ++k) {
+      const auto known = std::lower_bound(vertices.begin(), vertices.end(), t[k]);
+      triangle[k] = static_cast<std::uint32_t>(
+          t[k] < kNewVertex ? static_cast<std::uint64_t>(known - vertices.begin())
+                            : vertices.size() + (t[k] - kNewVertex));
+    }
+  }
+  return holes_of_pairs(crossing_pairs(positions, triangles, {UINT32_MAX, hole}, stop), hole);
 }
 
 /// What is to be mended of the mesh, and done.
-Mended mend(const TriangleMesh& mesh, const Survey& survey, const MeshSurface& surface,
-            std::span<const LoopPatch> patches, const FillOptions& options, const StopToken* stop) {
+Mended mend(const TriangleMesh& mesh, const Survey& survey, std::span<const LoopPatch> patches,
+            const FillOptions& options, const StopToken* stop) {
   if (options.allow_intersections) return {};
   std::vector<HoleFacts> holes;
   std::vector<Box> boxes;
@@ -134,7 +170,9 @@ Mended mend(const TriangleMesh& mesh, const Survey& survey, const MeshSurface& s
     holes.push_back(patch.facts);
     boxes.push_back(box_of(mesh, patch));
   }
-  const Faults faults{open_loops_of_solids(survey.plan, holes), pinches_of(mesh, survey)};
+  const std::vector<std::uint64_t> pinched(survey.pinched.begin(), survey.pinched.end());
+  const Faults faults{open_loops_of_solids(survey.plan, holes),
+                      pinches_of_solids(survey.plan, pinched, survey.fans)};
   if (faults.loops.empty() && faults.pinched.empty()) return {};
   const BoxTree tree(mesh.vertices.positions, mesh.triangles);
   const auto scanned_near = [&](const Box& box, std::vector<Triangle64>& out) {
@@ -146,14 +184,9 @@ Mended mend(const TriangleMesh& mesh, const Survey& survey, const MeshSurface& s
     });
   };
   const auto patch_of = [&](std::size_t l) { return patches[l]; };
-  const FilledSurface filled{surface,
-                             scanned_near,
-                             survey.plan.loops,
-                             holes,
-                             survey.plan.first_id,
-                             survey.plan.is_wanted,
-                             std::move(boxes),
-                             patch_of};
+  const FilledSurface filled{
+      survey.surface,       scanned_near,          survey.plan.loops, holes,
+      survey.plan.first_id, survey.plan.is_wanted, std::move(boxes),  patch_of};
   return mend_solids(filled, faults, options, stop);
 }
 
@@ -210,34 +243,67 @@ void drop_crossing_patches(const TriangleMesh& mesh, std::span<const std::uint8_
   }
 }
 
+/// Given vertices whose triangles may be others after the fill, or which were pinched before.
+std::vector<std::uint32_t> changed_vertices(const TriangleMesh& mesh, const Survey& survey,
+                                            std::span<const LoopPatch> patches,
+                                            std::span<const LoopPatch> mending) {
+  std::vector<std::uint32_t> changed = survey.pinched;
+  const auto add_rims = [&](std::span<const LoopPatch> list) {
+    for (const LoopPatch& patch : list)
+      for (const Triangle64& t : patch.triangles)
+        for (const std::uint64_t vertex : t)
+          if (vertex < kNewVertex) changed.push_back(static_cast<std::uint32_t>(vertex));
+  };
+  add_rims(patches);
+  add_rims(mending);
+  for (std::size_t t = 0; t < survey.keep.size(); ++t)
+    if (survey.keep[t] == 0)
+      changed.insert(changed.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+  return changed;
+}
+
+/// Doubles vertices where several fans are left. Only these are looked at.
+void split_pinches(std::span<const std::uint32_t> vertices, FilledMesh& filled) {
+  const VertexStars stars(filled.mesh, vertices);
+  std::vector<std::uint32_t> pinched;
+  for (const std::uint32_t vertex : stars.vertices())
+    if (is_pinched(filled.mesh, stars.at(vertex), vertex)) pinched.push_back(vertex);
+  filled.pinches = pinched.size();
+  filled.vertices_doubled = split_vertices(filled.mesh, stars, pinched);
+}
+
 }  // namespace
 
 std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const FillOptions& options) {
-  return survey_of(mesh, options).plan.all_facts();
+  return survey_of(mesh, MeshSurvey(mesh), options, false).plan.all_facts();
 }
 
-FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options, const StopToken* stop,
-                     bool has_point_normals, const HoleProgress& progress) {
-  Survey survey = survey_of(mesh, options, has_point_normals);
+FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options,
+                     const FillMeshSettings& settings) {
+  const StopToken* stop = settings.stop;
+  Survey survey = survey_of(
+      mesh, settings.drops_small_pieces ? drop_small_pieces(mesh, options) : MeshSurvey(mesh),
+      options, settings.has_point_normals);
   const HolePlan& plan = survey.plan;
-  const MeshSurface surface(mesh, survey.keep);
   std::vector<LoopPatch> patches(plan.loops.size());
   for (std::size_t l = 0; l < patches.size(); ++l) patches[l].facts = plan.facts_of(l);
   std::atomic<std::uint64_t> done{0};
-  if (progress) progress(0, plan.groups.size());
+  if (settings.progress) settings.progress(0, plan.groups.size());
   tbb::parallel_for(std::size_t{0}, plan.groups.size(), [&](std::size_t g) {
     check_stop(stop);
-    std::vector<LoopPatch> group = fill_group(surface, plan, plan.groups[g], options, stop);
+    std::vector<LoopPatch> group = fill_group(survey.surface, plan, plan.groups[g], options, stop);
     const std::vector<std::uint32_t> loops = plan.loops_of(plan.groups[g]);
     for (std::size_t i = 0; i < loops.size(); ++i) patches[loops[i]] = std::move(group[i]);
-    if (progress) progress(done.fetch_add(1) + 1, plan.groups.size());
+    if (settings.progress) settings.progress(done.fetch_add(1) + 1, plan.groups.size());
   });
   const bool any = std::any_of(patches.begin(), patches.end(),
                                [](const LoopPatch& patch) { return !patch.triangles.empty(); });
   if (any && !options.allow_intersections)
     drop_crossing_patches(mesh, survey.keep, plan, patches, stop);
-  const Mended mended = mend(mesh, survey, surface, patches, options, stop);
+  const Mended mended = mend(mesh, survey, patches, options, stop);
   if (!mended.empty()) apply(mended, mesh, plan.first_id, survey.keep, patches);
+  std::vector<std::uint32_t> changed = changed_vertices(mesh, survey, patches, mended.patches);
+  auto new_vertex = static_cast<std::uint32_t>(mesh.vertices.size());
   FilledMesh filled;
   filled.mesh = std::move(mesh);
   filled.pieces_removed = survey.pieces_removed + mended.pieces_gone;
@@ -252,10 +318,9 @@ FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options, const StopTo
   }
   for (const LoopPatch& patch : mended.patches) append(patch, patch.facts.id, filled.mesh);
   for (LoopPatch& patch : patches) filled.holes.push_back(std::move(patch.facts));
+  for (; new_vertex < filled.mesh.vertices.size(); ++new_vertex) changed.push_back(new_vertex);
+  split_pinches(changed, filled);
   remove_vertices(mended.freed, filled.mesh);
-  const std::vector<std::uint32_t> pinched = pinched_vertices(filled.mesh);
-  filled.pinches = pinched.size();
-  filled.vertices_doubled = split_vertices(filled.mesh, pinched);
   return filled;
 }
 

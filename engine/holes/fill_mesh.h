@@ -28,15 +28,25 @@ struct FilledMesh {
 /// that was filled or given up, from any thread, several at a time.
 using HoleProgress = std::function<void(std::uint64_t done, std::uint64_t holes)>;
 
+struct FillMeshSettings {
+  const StopToken* stop = nullptr;  ///< looked at before every hole
+  /// The vertices' normals are those of scanned points and say where outside is, as in a job; else
+  /// the triangles' normals do.
+  bool has_point_normals = false;
+  /// Pieces that are too small, and crumbs of closed objects, go before anything is filled, and
+  /// their vertices with them; needs normals of points. Else fill.min_triangles alone counts, and
+  /// vertices stay.
+  bool drops_small_pieces = false;
+  HoleProgress progress = {};
+};
+
 /// Fills the holes of a mesh. Loops are numbered in the order of their vertices. Normals of new
 /// vertices are written where the mesh has normals, attributes are interpolated. The mesh must
 /// have no degenerate and no repeated triangles; loops that run into an edge of more than two
 /// triangles or of two in the same direction stay open. Runs on the calling TBB arena; the result
-/// does not depend on the number of threads. `stop` is looked at before every hole; may be null.
-/// `has_point_normals`: the vertices' normals are those of scanned points and say where outside is,
-/// as in a job; else the triangles' normals do. `progress` may be empty.
-FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options, const StopToken* stop = nullptr,
-                     bool has_point_normals = false, const HoleProgress& progress = {});
+/// does not depend on the number of threads.
+FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options,
+                     const FillMeshSettings& settings = {});
 
 /// The loops and what would become of them, nothing filled (`filled` is false for all; `reason`
 /// says why where one would stay open).

@@ -1,5 +1,8 @@
 #include "engine/stitching/chunk_mesh.h"
 
+#include <oneapi/tbb/parallel_invoke.h>
+#include <oneapi/tbb/task_arena.h>
+
 #include <algorithm>
 #include <numeric>
 #include <utility>
@@ -8,6 +11,8 @@
 
 namespace orbweave {
 namespace {
+
+constexpr std::uint32_t kNoNode = 0xffffffffu;
 
 /// Nodes of a chunk: one per point, and one more per fan where several meet.
 class FanNodes {
@@ -54,16 +59,16 @@ class FanNodes {
 /// Numbers the components that matter from 0.
 class ComponentNumbers {
  public:
-  explicit ComponentNumbers(FanNodes& nodes) : nodes_(nodes), number_(nodes.sets().size(), kNone) {}
+  explicit ComponentNumbers(FanNodes& nodes)
+      : nodes_(nodes), number_(nodes.sets().size(), kNoNode) {}
   std::uint64_t of(std::uint32_t node) {
     std::uint32_t& number = number_[nodes_.sets().find(node)];
-    if (number == kNone) number = count_++;
+    if (number == kNoNode) number = count_++;
     return number;
   }
   std::uint64_t count() const { return count_; }
 
  private:
-  static constexpr std::uint32_t kNone = 0xffffffffu;
   FanNodes& nodes_;
   std::vector<std::uint32_t> number_;
   std::uint32_t count_ = 0;
@@ -112,8 +117,12 @@ void add_boundary(const ChunkPoints& points, const BallPivotingResult& result,
 void add_pieces(const ChunkPoints& points, const BallPivotingResult& result,
                 std::span<const std::uint8_t> used, const FanNodes& nodes,
                 ComponentNumbers& numbers, ChunkMesh& mesh) {
+  std::uint32_t last_node = kNoNode;
+  std::uint64_t number = 0;
   for (const Triangle& t : result.triangles) {  // ascending
-    const std::uint64_t number = numbers.of(nodes.at(t[0], t[1]));
+    const std::uint32_t node = nodes.at(t[0], t[1]);
+    if (node != last_node) number = numbers.of(node);
+    last_node = node;
     if (number == mesh.pieces.size()) {
       mesh.pieces.emplace_back().first = {points.global[t[0]], points.global[t[1]],
                                           points.global[t[2]]};
@@ -131,14 +140,18 @@ void add_pieces(const ChunkPoints& points, const BallPivotingResult& result,
   }
 }
 
-void find_components(const ChunkPoints& points, const BallPivotingResult& result,
-                     std::span<const std::uint8_t> used, std::span<const std::uint8_t> on_seam,
-                     ChunkMesh& mesh, const StopToken* stop) {
-  FanNodes nodes(result);
-  for (std::size_t t = 0; t < result.triangles.size(); ++t) {
+/// Joins the nodes of each triangle.
+void join_triangles(std::span<const Triangle> triangles, FanNodes& nodes, const StopToken* stop) {
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
     if (t % kStopBlock == 0) check_stop(stop);
-    nodes.join(result.triangles[t]);
+    nodes.join(triangles[t]);
   }
+}
+
+/// Pieces, seam and boundary of a chunk whose nodes are joined.
+void number_components(const ChunkPoints& points, const BallPivotingResult& result,
+                       std::span<const std::uint8_t> used, std::span<const std::uint8_t> on_seam,
+                       FanNodes& nodes, ChunkMesh& mesh, const StopToken* stop) {
   ComponentNumbers numbers(nodes);
   add_pieces(points, result, used, nodes, numbers, mesh);
   check_stop(stop);
@@ -199,11 +212,20 @@ ChunkMesh make_chunk_mesh(const ChunkPoints& points, BallPivotingResult result, 
   mesh.isolated_dropped = result.isolated_dropped;
   mesh.fans.assign(result.fans.begin() + points.owned_begin,
                    result.fans.begin() + points.owned_end);
-  const std::vector<std::uint8_t> used = used_points(points, result.triangles, mesh.area);
-  check_stop(stop);
-  const std::vector<std::uint32_t> local = number_points(points, used, mesh);
-  find_components(points, result, used, seam_points(points, mesh, box, seam_width, used), mesh,
-                  stop);
+  FanNodes nodes(result);
+  std::vector<std::uint8_t> used, on_seam;
+  std::vector<std::uint32_t> local;
+  // A thread that waits here must not begin another chunk, whose memory is not free yet.
+  tbb::this_task_arena::isolate([&] {
+    tbb::parallel_invoke([&] { join_triangles(result.triangles, nodes, stop); },
+                         [&] {
+                           used = used_points(points, result.triangles, mesh.area);
+                           check_stop(stop);
+                           local = number_points(points, used, mesh);
+                           on_seam = seam_points(points, mesh, box, seam_width, used);
+                         });
+  });
+  number_components(points, result, used, on_seam, nodes, mesh, stop);
   mesh.triangles = std::move(result.triangles);
   for (Triangle& t : mesh.triangles) t = {local[t[0]], local[t[1]], local[t[2]]};
   return mesh;

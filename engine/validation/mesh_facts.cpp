@@ -195,26 +195,17 @@ std::string mesh_checksum(std::span<const Vec3> positions, std::span<const Trian
   const std::vector<std::uint8_t> used = used_vertices(positions.size(), triangles);
   MeshChecksum checksum;
   std::vector<std::uint32_t> rank(positions.size());
-  std::vector<Vec3> vertex_batch;
   std::uint32_t next = 0;
-  constexpr std::size_t kBatch = 16384;
   for (std::size_t v = 0; v < positions.size(); ++v) {
     if (used[v] == 0) continue;
+    checksum.add_vertices(positions.subspan(v, 1), next);
     rank[v] = next++;
-    vertex_batch.push_back(positions[v]);
-    if (vertex_batch.size() < kBatch) continue;
-    checksum.add_vertices(vertex_batch);
-    vertex_batch.clear();
   }
-  checksum.add_vertices(vertex_batch);
-  std::vector<Triangle64> batch;
+  std::uint64_t number = 0;
   for (const Triangle& t : triangles) {
-    batch.push_back({rank[t[0]], rank[t[1]], rank[t[2]]});
-    if (batch.size() < kBatch) continue;
-    checksum.add_triangles(batch);
-    batch.clear();
+    const Triangle64 ranked{rank[t[0]], rank[t[1]], rank[t[2]]};
+    checksum.add_triangles(std::span(&ranked, 1), number++);
   }
-  checksum.add_triangles(batch);
   return checksum.hex();
 }
 

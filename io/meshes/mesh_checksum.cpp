@@ -1,25 +1,28 @@
 #include "io/meshes/mesh_checksum.h"
 
-#include <algorithm>
+#include <xxhash.h>
+
 #include <array>
 #include <bit>
-#include <cstring>
-#include <stdexcept>
+#include <charconv>
 
 #include "io/hex_digits.h"
-#include "io/system/running_checksum.h"
 
 namespace orbweave {
 namespace {
 
-constexpr std::size_t kBlockWords = 3 * 1024;
+using Words = std::array<std::uint64_t, 4>;
 
-std::uint64_t little_endian(std::uint64_t word) {
+constexpr std::uint64_t little_endian(std::uint64_t word) {
   if constexpr (std::endian::native == std::endian::little) return word;
-  std::array<unsigned char, 8> bytes;
-  for (int i = 0; i < 8; ++i) bytes[i] = static_cast<unsigned char>(word >> (8 * i));
-  std::memcpy(&word, bytes.data(), sizeof word);
-  return word;
+  std::uint64_t swapped = 0;
+  for (int i = 0; i < 8; ++i) swapped |= (word >> (8 * i) & 0xff) << (56 - 8 * i);
+  return swapped;
+}
+
+std::uint64_t hash_of(Words words) {
+  for (std::uint64_t& word : words) word = little_endian(word);
+  return XXH3_64bits(words.data(), sizeof words);
 }
 
 std::uint64_t coordinate_bits(double value) {
@@ -28,57 +31,48 @@ std::uint64_t coordinate_bits(double value) {
 
 }  // namespace
 
-struct MeshChecksum::State {
-  RunningChecksum checksum;
-  std::uint64_t vertices = 0;
-  std::uint64_t triangles = 0;
-  bool vertices_closed = false;
-
-  void add_word(std::uint64_t word) {
-    word = little_endian(word);
-    checksum.add(&word, sizeof word);
-  }
-  void close_vertices() {
-    if (vertices_closed) return;
-    add_word(vertices);
-    vertices_closed = true;
-  }
-};
-
-MeshChecksum::MeshChecksum() : state_(std::make_unique<State>()) {}
-MeshChecksum::~MeshChecksum() = default;
-MeshChecksum::MeshChecksum(MeshChecksum&&) noexcept = default;
-MeshChecksum& MeshChecksum::operator=(MeshChecksum&&) noexcept = default;
-
-void MeshChecksum::add_vertices(std::span<const Vec3> positions) {
-  if (state_->vertices_closed) throw std::logic_error("MeshChecksum: vertices after triangles");
-  std::array<std::uint64_t, kBlockWords> block;
-  for (std::size_t first = 0; first < positions.size(); first += kBlockWords / 3) {
-    const auto part = positions.subspan(first, std::min(kBlockWords / 3, positions.size() - first));
-    std::size_t words = 0;
-    for (const Vec3& p : part)
-      for (int axis = 0; axis < 3; ++axis) block[words++] = little_endian(coordinate_bits(p[axis]));
-    state_->checksum.add(block.data(), words * sizeof(std::uint64_t));
-  }
-  state_->vertices += positions.size();
+void MeshChecksum::add_vertices(std::span<const Vec3> positions, std::uint64_t first) {
+  for (const Vec3& p : positions)
+    vertices_.hashes +=
+        hash_of({first++, coordinate_bits(p.x), coordinate_bits(p.y), coordinate_bits(p.z)});
+  vertices_.rows += positions.size();
 }
 
-void MeshChecksum::add_triangles(std::span<const Triangle64> triangles) {
-  state_->close_vertices();
-  if constexpr (std::endian::native == std::endian::little) {
-    state_->checksum.add(triangles.data(), triangles.size_bytes());
-  } else {
-    for (const Triangle64& t : triangles)
-      for (const std::uint64_t index : t) state_->add_word(index);
-  }
-  state_->triangles += triangles.size();
+void MeshChecksum::add_triangles(std::span<const Triangle64> triangles, std::uint64_t first) {
+  for (const Triangle64& t : triangles) triangles_.hashes += hash_of({first++, t[0], t[1], t[2]});
+  triangles_.rows += triangles.size();
+}
+
+void MeshChecksum::add(const MeshChecksum& other) {
+  vertices_.hashes += other.vertices_.hashes;
+  vertices_.rows += other.vertices_.rows;
+  triangles_.hashes += other.triangles_.hashes;
+  triangles_.rows += other.triangles_.rows;
 }
 
 std::string MeshChecksum::hex() const {
-  State copy = *state_;
-  copy.close_vertices();
-  copy.add_word(state_->triangles);
-  return hex_digits(copy.checksum.value());
+  return hex_digits(
+      hash_of({vertices_.hashes, vertices_.rows, triangles_.hashes, triangles_.rows}));
+}
+
+std::string MeshChecksum::state() const {
+  return hex_digits(vertices_.hashes) + hex_digits(vertices_.rows) + hex_digits(triangles_.hashes) +
+         hex_digits(triangles_.rows);
+}
+
+std::optional<MeshChecksum> MeshChecksum::from_state(std::string_view state) {
+  constexpr std::size_t kDigits = 16;
+  Words words{};
+  if (state.size() != words.size() * kDigits) return std::nullopt;
+  for (std::uint64_t& word : words) {
+    const auto [end, error] = std::from_chars(state.data(), state.data() + kDigits, word, 16);
+    if (error != std::errc{} || end != state.data() + kDigits) return std::nullopt;
+    state.remove_prefix(kDigits);
+  }
+  MeshChecksum checksum;
+  checksum.vertices_ = {words[0], words[1]};
+  checksum.triangles_ = {words[2], words[3]};
+  return checksum;
 }
 
 }  // namespace orbweave

@@ -1,5 +1,6 @@
 #include "engine/geometry/crossing_pairs.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
@@ -8,6 +9,7 @@
 #include "engine/geometry/triangle_intersection.h"
 #include "engine/holes/crossing_patches.h"
 #include "engine/holes/fill_mesh.h"
+#include "engine/holes/patch/numbers_near.h"
 #include "engine/validation/mesh_crossings.h"
 #include "tests/support/clouds.h"
 #include "tests/support/meshes.h"
@@ -60,6 +62,27 @@ std::vector<HoleFacts> caps_of(const FilledMesh& filled) {
 }
 
 }  // namespace
+
+TEST_CASE("TrianglesNearPlacesAreThoseWhoseBoxesMeetThem") {
+  Random random(31);
+  const Soup soup = random_soup(3000, random);
+  std::vector<Box> places;
+  for (int i = 0; i < 40; ++i) {
+    const Vec3 center = Vec3{5e5, 4e6, 100.0} + 10.0 * random.direction();
+    places.push_back(Box{center, center}.grown(random.uniform()));
+  }
+  const auto box = [&](std::uint32_t t) { return box_of(soup.positions, soup.triangles[t]); };
+  std::vector<std::uint32_t> expected;
+  for (std::uint32_t t = 0; t < soup.triangles.size(); ++t)
+    if (std::any_of(places.begin(), places.end(),
+                    [&](const Box& place) { return place.intersects(box(t)); }))
+      expected.push_back(t);
+  REQUIRE(expected.size() > 10);
+  REQUIRE(expected.size() < 2990);
+  CHECK(numbers_near(3000, BoxTree(places), box) == expected);
+  CHECK(numbers_near(0, BoxTree(places), box).empty());
+  CHECK(numbers_near(3000, BoxTree(std::vector<Box>{}), box).empty());
+}
 
 TEST_CASE("CrossingPairsAreThoseThatTryingAllFinds") {
   Random random(7);

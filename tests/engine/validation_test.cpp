@@ -208,14 +208,26 @@ TEST_CASE("ChecksumDependsOnTheSurfaceAlone") {
     std::swap(other.triangles[3][0], other.triangles[3][1]);
     CHECK(mesh_facts(other).checksum != checksum);
   }
-  SECTION("not on the size of batches") {
-    MeshChecksum streamed;
-    for (const Vec3& p : mesh.vertices.positions) streamed.add_vertices({&p, 1});
-    for (const Triangle& t : mesh.triangles) {
-      const Triangle64 wide{t[0], t[1], t[2]};
-      streamed.add_triangles({&wide, 1});
+  SECTION("not on the parts that it is made of, nor on their order") {
+    MeshChecksum whole, part;
+    for (std::uint64_t t = mesh.triangles.size(); t-- > 0;) {
+      const Triangle64 wide{mesh.triangles[t][0], mesh.triangles[t][1], mesh.triangles[t][2]};
+      (t % 2 == 0 ? whole : part).add_triangles({&wide, 1}, t);
     }
-    CHECK(streamed.hex() == checksum);
+    const std::span<const Vec3> positions = mesh.vertices.positions;
+    part.add_vertices(positions.subspan(7), 7);
+    whole.add_vertices(positions.first(7), 0);
+    const auto sent = MeshChecksum::from_state(part.state());
+    REQUIRE(sent);
+    whole.add(*sent);
+    CHECK(whole.hex() == checksum);
+    CHECK_FALSE(MeshChecksum::from_state("12").has_value());
+    CHECK_FALSE(MeshChecksum::from_state(std::string(64, 'x')).has_value());
+  }
+  SECTION("on the order of rows") {
+    TriangleMesh other = mesh;
+    std::swap(other.triangles[3], other.triangles[4]);
+    CHECK(mesh_facts(other).checksum != checksum);
   }
 }
 

@@ -1,5 +1,7 @@
 #include "engine/holes/loops/mesh_surface.h"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 
 #include "engine/geometry/disjoint_sets.h"
@@ -70,6 +72,24 @@ void follow_fan(const TriangleMesh& mesh, const VertexEdges& edges, std::uint32_
   }
 }
 
+/// Whether the triangles at a vertex form one closed fan in which every edge is of two triangles.
+bool is_inside_sheet(const TriangleMesh& mesh, std::span<const std::uint32_t> at,
+                     std::uint32_t vertex) {
+  // Where the followers of the first triangle lead back to it through all others, each of them is
+  // the only one along its edge.
+  std::uint32_t t = at.front();
+  for (std::size_t steps = 1;; ++steps) {
+    const std::uint32_t previous = before(mesh.triangles[t], vertex);
+    const auto follower = std::find_if(at.begin(), at.end(), [&](std::uint32_t other) {
+      return after(mesh.triangles[other], vertex) == previous;
+    });
+    if (follower == at.end()) return false;
+    t = *follower;
+    if (t == at.front()) return steps == at.size();
+    if (steps == at.size()) return false;
+  }
+}
+
 Vec3 vertex_normal(const TriangleMesh& mesh, const MeshSurface& surface, std::uint32_t vertex) {
   Vec3 sum;
   const std::vector<Vec3>& at = mesh.vertices.positions;
@@ -83,7 +103,7 @@ Vec3 vertex_normal(const TriangleMesh& mesh, const MeshSurface& surface, std::ui
 }  // namespace
 
 MeshSurface::MeshSurface(const TriangleMesh& mesh, std::span<const std::uint8_t> keep)
-    : mesh_(mesh), first_(mesh.vertices.size() + 1, 0) {
+    : mesh_(&mesh), first_(mesh.vertices.size() + 1, 0) {
   const auto counts = [&](std::size_t t) { return keep.empty() || keep[t] != 0; };
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!counts(t)) continue;
@@ -101,28 +121,46 @@ MeshSurface::MeshSurface(const TriangleMesh& mesh, std::span<const std::uint8_t>
 void MeshSurface::triangles_at(std::uint64_t vertex, std::vector<Triangle64>& out) const {
   const std::size_t begin = out.size();
   for (const std::uint32_t number : at(vertex)) {
-    const Triangle& t = mesh_.triangles[number];
+    const Triangle& t = mesh_->triangles[number];
     out.push_back(smallest_first(Triangle64{t[0], t[1], t[2]}));
   }
   std::sort(out.begin() + static_cast<std::ptrdiff_t>(begin), out.end());
 }
 
 std::uint32_t MeshSurface::channels() const {
-  return static_cast<std::uint32_t>(mesh_.vertices.schema.attributes.size());
+  return static_cast<std::uint32_t>(mesh_->vertices.schema.attributes.size());
 }
 
 std::vector<double> MeshSurface::values(std::span<const std::uint64_t> vertices) const {
-  return attribute_values(mesh_.vertices, vertices);
+  return attribute_values(mesh_->vertices, vertices);
+}
+
+std::vector<std::uint32_t> unusual_vertices(const TriangleMesh& mesh, const MeshSurface& surface) {
+  constexpr std::size_t kBlock = 8192;
+  const std::size_t count = mesh.vertices.size();
+  std::vector<std::vector<std::uint32_t>> blocks((count + kBlock - 1) / kBlock);
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+    const std::size_t end = std::min(count, (b + 1) * kBlock);
+    for (std::size_t vertex = b * kBlock; vertex < end; ++vertex) {
+      const auto number = static_cast<std::uint32_t>(vertex);
+      const auto at = surface.at(vertex);
+      if (!at.empty() && !is_inside_sheet(mesh, at, number)) blocks[b].push_back(number);
+    }
+  });
+  std::vector<std::uint32_t> unusual;
+  for (const std::vector<std::uint32_t>& block : blocks)
+    unusual.insert(unusual.end(), block.begin(), block.end());
+  return unusual;
 }
 
 MeshComponents find_components(const TriangleMesh& mesh, const MeshSurface& surface) {
   const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
   DisjointSets sets(count);
-  for (std::uint32_t number = 0; number < count; ++number) {
-    const Triangle& t = mesh.triangles[number];
-    for (const std::uint32_t vertex : t) {
-      const VertexEdges edges(mesh, surface, vertex);
-      const std::uint32_t next = after(t, vertex);
+  for (std::uint32_t vertex = 0; vertex < mesh.vertices.size(); ++vertex) {
+    const VertexEdges edges(mesh, surface, vertex);
+    for (const std::uint32_t number : surface.at(vertex)) {
+      const std::uint32_t next = after(mesh.triangles[number], vertex);
+      if (next < vertex) continue;  // an edge is looked at from its smaller end
       const std::uint32_t opposite = edges.arriving(next);
       if (opposite != kNone && edges.is_sound(next)) sets.unite(number, opposite);
     }
@@ -145,9 +183,10 @@ MeshComponents find_components(const TriangleMesh& mesh, const MeshSurface& surf
 }
 
 MeshBoundary find_boundary(const TriangleMesh& mesh, const MeshSurface& surface,
+                           std::span<const std::uint32_t> vertices,
                            std::span<const std::uint32_t> piece_of_triangle) {
   MeshBoundary boundary;
-  for (std::uint32_t vertex = 0; vertex < mesh.vertices.size(); ++vertex) {
+  for (const std::uint32_t vertex : vertices) {
     const VertexEdges edges(mesh, surface, vertex);
     const std::size_t before_this = boundary.fans.size();
     for (const std::uint32_t t : surface.at(vertex)) {
@@ -159,6 +198,11 @@ MeshBoundary find_boundary(const TriangleMesh& mesh, const MeshSurface& surface,
         {vertex, mesh.vertices.positions[vertex], vertex_normal(mesh, surface, vertex)});
   }
   return boundary;
+}
+
+MeshBoundary find_boundary(const TriangleMesh& mesh, const MeshSurface& surface,
+                           std::span<const std::uint32_t> piece_of_triangle) {
+  return find_boundary(mesh, surface, unusual_vertices(mesh, surface), piece_of_triangle);
 }
 
 }  // namespace orbweave

@@ -17,7 +17,7 @@ class MeshSurface : public Surface {
   /// The mesh has to outlive the surface. `keep` is empty or says per triangle whether it counts.
   explicit MeshSurface(const TriangleMesh& mesh, std::span<const std::uint8_t> keep = {});
 
-  Vec3 position(std::uint64_t vertex) const override { return mesh_.vertices.positions[vertex]; }
+  Vec3 position(std::uint64_t vertex) const override { return mesh_->vertices.positions[vertex]; }
   void triangles_at(std::uint64_t vertex, std::vector<Triangle64>& out) const override;
   std::uint32_t channels() const override;
   std::vector<double> values(std::span<const std::uint64_t> vertices) const override;
@@ -28,10 +28,14 @@ class MeshSurface : public Surface {
   }
 
  private:
-  const TriangleMesh& mesh_;
+  const TriangleMesh* mesh_;
   std::vector<std::uint64_t> first_;  // per vertex, and one past the last
   std::vector<std::uint32_t> triangles_;
 };
+
+/// Vertices that are not simply inside a sheet, ascending: their triangles do not form one closed
+/// fan in which every edge is of two triangles. Unused vertices are left out. Parallel.
+std::vector<std::uint32_t> unusual_vertices(const TriangleMesh& mesh, const MeshSurface& surface);
 
 /// Connected pieces (over edges of two triangles), in the order of their first triangles.
 struct MeshComponents {
@@ -46,6 +50,10 @@ struct MeshBoundary {
   std::vector<OpenFan> fans;
   std::vector<BoundaryVertex> vertices;
 };
+/// `vertices`: where to look, ascending; unusual_vertices() holds all that count.
+MeshBoundary find_boundary(const TriangleMesh& mesh, const MeshSurface& surface,
+                           std::span<const std::uint32_t> vertices,
+                           std::span<const std::uint32_t> piece_of_triangle);
 MeshBoundary find_boundary(const TriangleMesh& mesh, const MeshSurface& surface,
                            std::span<const std::uint32_t> piece_of_triangle);
 

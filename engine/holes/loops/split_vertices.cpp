@@ -1,10 +1,11 @@
 #include "engine/holes/loops/split_vertices.h"
 
+#include <oneapi/tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <array>
 
 #include "engine/geometry/disjoint_sets.h"
-#include "engine/holes/loops/mesh_surface.h"
 
 namespace orbweave {
 namespace {
@@ -32,10 +33,10 @@ bool has_sound_edges(std::span<const Triangle64> around, std::uint64_t vertex) {
   return std::adjacent_find(edges.begin(), edges.end()) == edges.end();
 }
 
-std::vector<Triangle64> triangles_around(const TriangleMesh& mesh, const MeshSurface& surface,
-                                         std::uint32_t vertex) {
+std::vector<Triangle64> triangles_around(const TriangleMesh& mesh,
+                                         std::span<const std::uint32_t> at) {
   std::vector<Triangle64> around;
-  for (const std::uint32_t number : surface.at(vertex)) {
+  for (const std::uint32_t number : at) {
     const Triangle& t = mesh.triangles[number];
     around.push_back({t[0], t[1], t[2]});
   }
@@ -61,28 +62,53 @@ std::vector<std::uint32_t> fan_groups(std::span<const Triangle64> triangles, std
   return group;
 }
 
-std::vector<std::uint32_t> pinched_vertices(const TriangleMesh& mesh,
-                                            std::span<const std::uint8_t> keep) {
-  const MeshSurface surface(mesh, keep);
-  std::vector<std::uint32_t> pinched;
-  for (std::uint32_t vertex = 0; vertex < mesh.vertices.size(); ++vertex) {
-    const std::vector<Triangle64> around = triangles_around(mesh, surface, vertex);
-    if (around.empty() || !has_sound_edges(around, vertex)) continue;
-    const std::vector<std::uint32_t> group = fan_groups(around, vertex);
-    const bool several =
-        std::any_of(group.begin(), group.end(), [](std::uint32_t g) { return g > 0; });
-    if (several) pinched.push_back(vertex);
+VertexStars::VertexStars(const TriangleMesh& mesh, std::span<const std::uint32_t> vertices)
+    : vertices_(vertices.begin(), vertices.end()) {
+  std::sort(vertices_.begin(), vertices_.end());
+  vertices_.erase(std::unique(vertices_.begin(), vertices_.end()), vertices_.end());
+  std::vector<std::uint8_t> is_known(mesh.vertices.size(), 0);
+  for (const std::uint32_t vertex : vertices_) is_known[vertex] = 1;
+  struct Corner {
+    std::uint32_t vertex = 0, triangle = 0;
+    auto operator<=>(const Corner&) const = default;
+  };
+  std::vector<Corner> corners;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    for (const std::uint32_t vertex : mesh.triangles[t])
+      if (is_known[vertex] != 0) corners.push_back({vertex, t});
+  tbb::parallel_sort(corners.begin(), corners.end());
+  first_.reserve(vertices_.size() + 1);
+  std::size_t at = 0;
+  for (const std::uint32_t vertex : vertices_) {
+    first_.push_back(at);
+    while (at < corners.size() && corners[at].vertex == vertex) ++at;
   }
-  return pinched;
+  first_.push_back(at);
+  triangles_.reserve(corners.size());
+  for (const Corner& corner : corners) triangles_.push_back(corner.triangle);
 }
 
-std::uint64_t split_vertices(TriangleMesh& mesh, std::span<const std::uint32_t> vertices) {
-  const MeshSurface surface(mesh);
+std::span<const std::uint32_t> VertexStars::at(std::uint32_t vertex) const {
+  const auto i = static_cast<std::size_t>(
+      std::lower_bound(vertices_.begin(), vertices_.end(), vertex) - vertices_.begin());
+  return std::span(triangles_).subspan(first_[i], first_[i + 1] - first_[i]);
+}
+
+bool is_pinched(const TriangleMesh& mesh, std::span<const std::uint32_t> triangles,
+                std::uint32_t vertex) {
+  const std::vector<Triangle64> around = triangles_around(mesh, triangles);
+  if (around.empty() || !has_sound_edges(around, vertex)) return false;
+  const std::vector<std::uint32_t> group = fan_groups(around, vertex);
+  return std::any_of(group.begin(), group.end(), [](std::uint32_t g) { return g > 0; });
+}
+
+std::uint64_t split_vertices(TriangleMesh& mesh, const VertexStars& stars,
+                             std::span<const std::uint32_t> vertices) {
   PointCloud copies;
   copies.schema = mesh.vertices.schema;
   for (const std::uint32_t vertex : vertices) {
-    const std::vector<std::uint32_t> group =
-        fan_groups(triangles_around(mesh, surface, vertex), vertex);
+    const std::span<const std::uint32_t> at = stars.at(vertex);
+    const std::vector<std::uint32_t> group = fan_groups(triangles_around(mesh, at), vertex);
     const auto first_copy = static_cast<std::uint32_t>(mesh.vertices.size() + copies.size());
     for (std::size_t i = 0; i < group.size(); ++i) {
       if (group[i] == 0) continue;
@@ -90,7 +116,7 @@ std::uint64_t split_vertices(TriangleMesh& mesh, std::span<const std::uint32_t> 
       if (mesh.vertices.size() + copies.size() < first_copy + group[i]) {
         copies.append(mesh.vertices, vertex);
       }
-      for (std::uint32_t& corner : mesh.triangles[surface.at(vertex)[i]]) {
+      for (std::uint32_t& corner : mesh.triangles[at[i]]) {
         if (corner == vertex) corner = first_copy + group[i] - 1;
       }
     }

@@ -18,16 +18,16 @@ inline Box box_of(std::span<const Vec3> positions, const Triangle& t) {
   return box;
 }
 
-/// A complete binary tree over the boxes of triangles; every cut is at the median of the centres.
+/// A complete binary tree over boxes, those of triangles as a rule; every cut is at the median of
+/// the centres.
 class BoxTree {
  public:
-  BoxTree(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
-    std::vector<Box> boxes(triangles.size());
-    std::vector<Key> keys(triangles.size());
-    for (std::size_t i = 0; i < triangles.size(); ++i) {
-      boxes[i] = box_of(positions, triangles[i]);
+  BoxTree(std::span<const Vec3> positions, std::span<const Triangle> triangles)
+      : BoxTree(boxes_of(positions, triangles)) {}
+  explicit BoxTree(std::span<const Box> boxes) {
+    std::vector<Key> keys(boxes.size());
+    for (std::size_t i = 0; i < boxes.size(); ++i)
       keys[i] = {boxes[i].min + boxes[i].max, static_cast<std::uint32_t>(i)};
-    }
     std::size_t leaves = 1;
     while (leaves * kLeafSize < keys.size()) leaves *= 2;
     nodes_.resize(2 * leaves - 1);
@@ -51,8 +51,20 @@ class BoxTree {
   bool for_each(const Box& box, const Visit& visit) const {
     return for_each(0, 0, items_.size(), box, visit);
   }
+  /// Whether some box of the tree meets `box`.
+  bool meets(const Box& box) const {
+    return !for_each(box, [](std::uint32_t) { return false; });
+  }
 
  private:
+  static std::vector<Box> boxes_of(std::span<const Vec3> positions,
+                                   std::span<const Triangle> triangles) {
+    std::vector<Box> boxes;
+    boxes.reserve(triangles.size());
+    for (const Triangle& t : triangles) boxes.push_back(box_of(positions, t));
+    return boxes;
+  }
+
   static constexpr std::size_t kLeafSize = 8;
   struct Item {
     Box box;

@@ -40,7 +40,7 @@ std::uint64_t export_in_order(StageRunner& runner, const MeshPieces& pieces,
                                         : writer->encode_triangles(rows.triangles, hole(rows));
   };
   const auto write = [&](const MeshPiece& piece, PieceRows& rows) {
-    digest.add(piece, rows);
+    digest.add(rows.digest);
     if (independently && piece.has_vertices()) {
       writer->write_encoded_vertices(rows.encoded, piece.rows);
     } else if (independently) {

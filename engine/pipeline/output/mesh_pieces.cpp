@@ -4,6 +4,8 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
 
@@ -130,10 +132,9 @@ void MeshPieces::load(const MeshPiece& piece, const VertexColumns& columns, Piec
       load_patches(piece, rows);
       break;
   }
-  if (piece.has_vertices()) {
-    columns.colors.apply(rows.vertices);
-    rows.bounds = rows.vertices.bounds();
-  }
+  if (piece.has_vertices()) columns.colors.apply(rows.vertices);
+  rows.digest = {};
+  rows.digest.add(piece, rows);
   const std::size_t loaded = piece.has_vertices() ? rows.vertices.size() : rows.triangles.size();
   if (loaded != piece.rows) throw std::logic_error("a piece of the mesh has another size");
 }
@@ -194,11 +195,40 @@ void MeshPieces::load_patches(const MeshPiece& piece, PieceRows& rows) const {
 
 void SurfaceDigest::add(const MeshPiece& piece, const PieceRows& rows) {
   if (piece.has_vertices()) {
-    checksum_.add_vertices(rows.vertices.positions);
-    bounds_.extend(rows.bounds);
+    checksum_.add_vertices(rows.vertices.positions, piece.row);
+    bounds_.extend(rows.vertices.bounds());
   } else {
-    checksum_.add_triangles(rows.triangles);
+    checksum_.add_triangles(rows.triangles, piece.row);
   }
+}
+
+void SurfaceDigest::add(const SurfaceDigest& other) {
+  checksum_.add(other.checksum_);
+  bounds_.extend(other.bounds_);
+}
+
+std::string SurfaceDigest::text() const {
+  nlohmann::json text = {{"checksum", checksum_.state()}};
+  if (!bounds_.empty()) {
+    const Vec3 low = bounds_.min, high = bounds_.max;
+    text["bounds"] = {low.x, low.y, low.z, high.x, high.y, high.z};
+  }
+  return text.dump();
+}
+
+SurfaceDigest SurfaceDigest::from_text(const std::string& text) {
+  const nlohmann::json parsed = nlohmann::json::parse(text, nullptr, false);
+  const auto checksum = parsed.is_object()
+                            ? MeshChecksum::from_state(parsed.value("checksum", std::string()))
+                            : std::nullopt;
+  if (!checksum) throw std::logic_error("no digest of a surface: " + text);
+  SurfaceDigest digest;
+  digest.checksum_ = *checksum;
+  if (parsed.contains("bounds")) {
+    const auto bounds = parsed.at("bounds").get<std::array<double, 6>>();
+    digest.bounds_ = {{bounds[0], bounds[1], bounds[2]}, {bounds[3], bounds[4], bounds[5]}};
+  }
+  return digest;
 }
 
 std::size_t pieces_in_flight(const ResolvedJob& job, const PointSchema& schema) {
@@ -237,11 +267,13 @@ void run_in_order(StageRunner& runner, const std::vector<MeshPiece>& pieces, std
   });
 }
 
-void digest_pieces(StageRunner& runner, const MeshPieces& pieces, SurfaceDigest& digest) {
+SurfaceDigest digest_pieces(StageRunner& runner, const MeshPieces& pieces) {
+  SurfaceDigest digest;
   run_in_order(
       runner, pieces.all(), pieces_in_flight(runner.job, {}),
       [&](const MeshPiece& piece, PieceRows& rows) { pieces.load(piece, {}, rows); },
-      [&](const MeshPiece& piece, PieceRows& rows) { digest.add(piece, rows); });
+      [&](const MeshPiece&, PieceRows& rows) { digest.add(rows.digest); });
+  return digest;
 }
 
 }  // namespace orbweave

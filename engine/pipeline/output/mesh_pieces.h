@@ -32,13 +32,32 @@ struct MeshPiece {
   bool has_vertices() const { return kind < Kind::kTriangles; }
 };
 
+struct PieceRows;
+
+/// Checksum and bounds of the pieces that were added, in any order.
+class SurfaceDigest {
+ public:
+  void add(const MeshPiece& piece, const PieceRows& rows);
+  void add(const SurfaceDigest& other);
+  std::string checksum() const { return checksum_.hex(); }
+  const Box& bounds() const { return bounds_; }
+
+  /// For another process of the team, and back; throws std::logic_error where it is no digest.
+  std::string text() const;
+  static SurfaceDigest from_text(const std::string& text);
+
+ private:
+  MeshChecksum checksum_;
+  Box bounds_;
+};
+
 /// A piece in memory, and what becomes of it. Used again for piece after piece.
 struct PieceRows {
   PointCloud vertices;
   std::vector<Triangle> stored;  ///< triangles as they were read
   std::vector<Triangle64> triangles;
   std::vector<std::int32_t> hole;
-  Box bounds;                            ///< of the vertices
+  SurfaceDigest digest;                  ///< of the piece alone
   std::vector<std::byte> encoded;        ///< for a writer that writes in order
   std::unique_ptr<PlacedBuffer> placed;  ///< for one that does not
 };
@@ -93,18 +112,6 @@ class MeshPieces {
 /// Keeps the points that are used; the first of the cloud is number `first` of `used`.
 void keep_used(PointCloud& points, const RankedPoints& used, std::uint64_t first);
 
-/// Checksum and bounds of the mesh that passes by, piece by piece in the file's order.
-class SurfaceDigest {
- public:
-  void add(const MeshPiece& piece, const PieceRows& rows);
-  std::string checksum() const { return checksum_.hex(); }
-  const Box& bounds() const { return bounds_; }
-
- private:
-  MeshChecksum checksum_;
-  Box bounds_;
-};
-
 /// How many pieces may be in memory at a time: two more than there are threads, fewer where the
 /// budget is small.
 std::size_t pieces_in_flight(const ResolvedJob& job, const PointSchema& schema);
@@ -114,7 +121,7 @@ void run_in_order(StageRunner& runner, const std::vector<MeshPiece>& pieces, std
                   const std::function<void(const MeshPiece&, PieceRows&)>& prepare,
                   const std::function<void(const MeshPiece&, PieceRows&)>& put);
 
-/// Checksum and bounds alone.
-void digest_pieces(StageRunner& runner, const MeshPieces& pieces, SurfaceDigest& digest);
+/// Checksum and bounds of all pieces.
+SurfaceDigest digest_pieces(StageRunner& runner, const MeshPieces& pieces);
 
 }  // namespace orbweave

@@ -79,7 +79,7 @@ class PlacedExport {
           layout_.encode(piece, rows, *rows.placed);
         },
         [&](const MeshPiece& piece, PieceRows& rows) {
-          digest_.add(piece, rows);
+          digest_.add(rows.digest);
           writer.give(std::move(rows.placed));
           runner_.progress.advance(piece.stored);
         });
@@ -108,14 +108,17 @@ class PlacedExport {
     if (part.empty()) return false;
     PlacedFile file(part, runner_.job.output.mesh);
     runner_.communicator.reset_counter(runner_.stop);
-    // The checksum takes the mesh from front to back, so that is one member's; the others write
-    // meanwhile.
-    if (runner_.communicator.is_root()) digest_pieces(runner_, pieces_, digest_);
     share_pieces(file);
-    if (runner_.communicator.is_root()) write_front(file);
     file.flush();
     runner_.communicator.barrier(runner_.stop, [&] { show_done_by_others(); });
-    if (target) target->commit();
+    const std::vector<std::string> digests =
+        runner_.communicator.gather(digest_.text(), runner_.stop);
+    if (!runner_.communicator.is_root()) return true;
+    for (std::size_t rank = 1; rank < digests.size(); ++rank)
+      digest_.add(SurfaceDigest::from_text(digests[rank]));
+    write_front(file);
+    file.flush();
+    target->commit();
     return true;
   }
 
@@ -161,6 +164,7 @@ class PlacedExport {
     runner_.communicator.add_done(done, 0);
     runner_.progress.advance(done);
     const std::scoped_lock lock(mutex_);
+    digest_.add(rows->digest);
     free_.push_back(std::move(rows));
     show_done_by_others();
   }

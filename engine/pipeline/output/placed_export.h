@@ -9,8 +9,8 @@
 namespace orbweave {
 
 /// Writes job.output.mesh; it appears whole or not at all. Every member of the team calls it.
-/// `digest` is the leader's. Returns false, with nothing written, where the target is no regular
-/// file. `bytes_written` gets the size of the file.
+/// The leader's `digest` is that of the mesh, the others' of what they wrote. Returns false, with
+/// nothing written, where the target is no regular file. `bytes_written` gets the size of the file.
 bool export_placed(StageRunner& runner, const MeshPieces& pieces, const VertexColumns& columns,
                    const MeshHeader& header, const MeshRows& rows, SurfaceDigest& digest,
                    std::uint64_t& bytes_written);

@@ -179,7 +179,7 @@ std::uint64_t export_tiles(StageRunner& runner, StageClock& clock, const TileInp
   share_chunks(runner, clock, kTileStage, std::move(work), plan.chunks_in_flight_bytes,
                [&](ChunkId chunk) { tiles.make(chunk); });
   if (!runner.communicator.is_root()) return 0;
-  digest_pieces(runner, input.pieces, digest);
+  digest = digest_pieces(runner, input.pieces);
   const std::uint64_t bytes = tiles.write_index(digest);
   target->commit();
   return bytes;

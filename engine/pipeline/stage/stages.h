@@ -102,8 +102,10 @@ inline constexpr StageScaling kMeasureScaling{
     .threads = 0.9, .constant = true, .microseconds = 0.2};
 inline constexpr StageScaling kSortScaling{
     .work = StageWork::kShared, .threads = 0.95, .team_io = 1.0, .microseconds = 0.2};
-/// The checksum takes the mesh from front to back.
 inline constexpr StageScaling kExportScaling{
+    .work = StageWork::kShared, .threads = 0.9, .microseconds = 0.3};
+/// The leader takes the checksum of all tiles.
+inline constexpr StageScaling kTilesScaling{
     .work = StageWork::kShared, .threads = 0.5, .leader_share = 0.4, .microseconds = 0.3};
 /// Of a stage whose chunks are computed independently.
 constexpr StageScaling chunk_scaling(double microseconds) {
@@ -167,7 +169,7 @@ inline constexpr std::array<StageInfo, 29> kStages = {{
     {Stage::kExport, "export", "export", "mesh file", StageLine::kFinal, false, false,
      StageRepair::kStage, false, "", kExportScaling},
     {Stage::kTiles, "export", "tiles", "tiles", StageLine::kFinal, false, false,
-     StageRepair::kStage, false, "", kExportScaling},
+     StageRepair::kStage, false, "", kTilesScaling},
     {Stage::kPicture, "picture", "", "picture", StageLine::kFinal, false, false,
      StageRepair::kStage, false, "", {.threads = 0.5, .constant = true, .microseconds = 1.0}},
     {Stage::kTileset, "tileset", "", "tileset", StageLine::kFinal, false, false,

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <limits>
 #include <span>
 #include <utility>
 
@@ -11,11 +10,6 @@
 
 namespace orbweave {
 namespace {
-
-Box everywhere() {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  return {{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
-}
 
 /// Triangles of several chunks and patches in numbers of their own.
 class GatheredTriangles {
@@ -27,8 +21,13 @@ class GatheredTriangles {
 
   std::size_t size() const { return triangles_.size(); }
 
-  void add_surface(ChunkId chunk, const Box& box) {
-    mesh_.triangles_near(chunk, box, triangles_);
+  /// Adds the surface of a chunk: what comes near the places, or all of it.
+  void add_surface(ChunkId chunk, const BoxTree& places) {
+    mesh_.triangles_near(chunk, places, triangles_);
+    hole_.resize(triangles_.size(), 0);
+  }
+  void add_surface(ChunkId chunk) {
+    mesh_.triangles_of(chunk, triangles_);
     hole_.resize(triangles_.size(), 0);
   }
 
@@ -49,15 +48,6 @@ class GatheredTriangles {
     }
   }
 
-  /// Of all triangles so far.
-  Box box() {
-    number();
-    Box box;
-    for (const Triangle& t : numbered_)
-      for (const std::uint32_t v : t) box.extend(positions_[v]);
-    return box;
-  }
-
   /// Pairs with one of the first `own` triangles. `all`: pairs of the surface alone, too.
   std::vector<HolePair> crossing(std::size_t own, bool all, const StopToken& stop) {
     number();
@@ -69,7 +59,6 @@ class GatheredTriangles {
  private:
   /// Gives every vertex a number: the chunk's own points, other points, new vertices.
   void number() {
-    if (numbered_.size() == triangles_.size()) return;
     std::vector<std::uint64_t> others;
     for (const Triangle64& t : triangles_)
       for (const std::uint64_t v : t)
@@ -80,7 +69,6 @@ class GatheredTriangles {
     mesh_.positions(others, std::span(positions_).subspan(own_));
     const std::uint64_t first_added = positions_.size();
     positions_.insert(positions_.end(), added_.begin(), added_.end());
-    numbered_.clear();
     numbered_.reserve(triangles_.size());
     const auto number_of = [&](std::uint64_t v) -> std::uint64_t {
       if (v >= kNewVertex) return first_added + (v - kNewVertex);
@@ -120,21 +108,29 @@ std::vector<ChunkPatches> patches_by_chunk(std::span<const PatchPlace> patches,
   return by_chunk;
 }
 
-/// Adds the patches that come near a box, batch by batch.
-void add_patches_near(const ChunkStore& store, const ChunkPatches& patches, const Box& box,
-                      GatheredTriangles& gathered) {
-  if (!patches.box.intersects(box)) return;
-  std::vector<PatchPlace> of_batch;
-  const auto add = [&] {
-    if (!of_batch.empty()) gathered.add_patches(store, of_batch);
-    of_batch.clear();
-  };
-  for (const PatchPlace& place : patches.places) {
-    if (!place.box.intersects(box)) continue;
-    if (!of_batch.empty() && of_batch.front().batch != place.batch) add();
-    of_batch.push_back(place);
+/// The patches of a list that come near a place.
+template <class IsNear>
+std::vector<PatchPlace> patches_near(const ChunkPatches& patches, const IsNear& is_near) {
+  std::vector<PatchPlace> near;
+  if (!is_near(patches.box)) return near;
+  for (const PatchPlace& place : patches.places)
+    if (is_near(place.box)) near.push_back(place);
+  return near;
+}
+
+/// Adds patches, batch by batch.
+void add_patches(const ChunkStore& store, std::span<const PatchPlace> places,
+                 GatheredTriangles& gathered) {
+  for (std::size_t i = 0, end = 0; i < places.size(); i = end) {
+    for (end = i; end < places.size() && places[end].batch == places[i].batch;) ++end;
+    gathered.add_patches(store, places.subspan(i, end - i));
   }
-  add();
+}
+
+std::vector<Box> boxes_of(std::span<const PatchPlace> places) {
+  std::vector<Box> boxes;
+  for (const PatchPlace& place : places) boxes.push_back(place.box);
+  return boxes;
 }
 
 class Check {
@@ -170,21 +166,39 @@ class Check {
 
  private:
   /// Pairs of the chunk's triangles and patches with each other and with those of later chunks.
+  /// Unless the job asks for all pairs, only triangles near patches are looked at.
   std::vector<HolePair> crossing_at(ChunkId chunk) const {
-    const Partition& partition = inputs_.surface.partition;
+    const std::vector<Chunk>& chunks = inputs_.surface.partition.octree.chunks();
     const bool all = runner_.job.output.check_surface;
-    GatheredTriangles gathered(inputs_.mesh, partition, chunk);
-    gathered.add_surface(chunk, everywhere());
-    add_patches_near(runner_.store, patches_[chunk], everywhere(), gathered);
-    const std::size_t own = gathered.size();
-    const Box box = gathered.box();
     const double reach = 2.0 * inputs_.surface.radii.values.back();
-    const std::vector<Chunk>& chunks = partition.octree.chunks();
+    const ChunkPatches& own = patches_[chunk];
+    const Box surface = chunks[chunk].box.grown(reach);
+    const auto is_near = [&](const Box& box) {
+      return box.intersects(surface) || box.intersects(own.box);
+    };
+    std::vector<PatchPlace> others;
     for (ChunkId other = chunk + 1; other < chunks.size(); ++other) {
-      if (chunks[other].box.grown(reach).intersects(box)) gathered.add_surface(other, box);
-      add_patches_near(runner_.store, patches_[other], box, gathered);
+      const std::vector<PatchPlace> near = patches_near(patches_[other], is_near);
+      others.insert(others.end(), near.begin(), near.end());
     }
-    return gathered.crossing(own, all, runner_.stop);
+    if (!all && own.places.empty() && others.empty()) return {};
+    GatheredTriangles gathered(inputs_.mesh, inputs_.surface.partition, chunk);
+    std::vector<Box> near_own = boxes_of(own.places);
+    if (all) {
+      gathered.add_surface(chunk);
+      near_own.push_back(surface);
+    } else {
+      std::vector<Box> near_any = boxes_of(others);
+      near_any.insert(near_any.end(), near_own.begin(), near_own.end());
+      gathered.add_surface(chunk, BoxTree(near_any));
+    }
+    add_patches(runner_.store, own.places, gathered);
+    const std::size_t count = gathered.size();
+    const BoxTree places(near_own);
+    for (ChunkId other = chunk + 1; other < chunks.size(); ++other)
+      if (places.meets(chunks[other].box.grown(reach))) gathered.add_surface(other, places);
+    add_patches(runner_.store, others, gathered);
+    return gathered.crossing(count, all, runner_.stop);
   }
 
   void commit(ChunkId chunk, const std::vector<HolePair>& pairs) const {

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <utility>
 
+#include "engine/holes/patch/numbers_near.h"
 #include "engine/holes/patch/patch_vertices.h"
 #include "engine/pipeline/surface/stored_mesh.h"
 #include "engine/stitching/local_numbers.h"
@@ -204,6 +205,38 @@ void StoredSurface::triangles_at(std::span<const std::uint64_t> vertices,
 
 std::vector<Vec3> StoredSurface::positions_of(ChunkId chunk) const {
   return cache_->get(chunk)->points.positions;
+}
+
+void StoredSurface::triangles_of(ChunkId chunk, std::vector<Triangle64>& out) const {
+  const auto own = cache_->get(chunk);
+  const LocalNumbers numbers = own->numbers();
+  for (const Triangle& t : own->triangles) {
+    const Triangle64 global = numbers.global(t);
+    if (!std::binary_search(removed_.begin(), removed_.end(), global)) out.push_back(global);
+  }
+}
+
+void StoredSurface::triangles_near(ChunkId chunk, const BoxTree& places,
+                                   std::vector<Triangle64>& out) const {
+  const auto own = cache_->get(chunk);
+  const LocalNumbers numbers = own->numbers();
+  const std::vector<Vec3>& positions = own->points.positions;
+  const auto box_of = [&](std::uint32_t number) {
+    Box box;
+    bool is_own = true;
+    for (const std::uint32_t vertex : own->triangles[number]) {
+      if (vertex < positions.size())
+        box.extend(positions[vertex]);
+      else
+        is_own = false;
+    }
+    return is_own ? box : box.grown(reach_);
+  };
+  for (const std::uint32_t number :
+       numbers_near(static_cast<std::uint32_t>(own->triangles.size()), places, box_of)) {
+    const Triangle64 global = numbers.global(own->triangles[number]);
+    if (!std::binary_search(removed_.begin(), removed_.end(), global)) out.push_back(global);
+  }
 }
 
 void StoredSurface::triangles_near(ChunkId chunk, const Box& box,

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/holes/patch/box_tree.h"
 #include "engine/holes/problem/surface.h"
 #include "engine/pipeline/stage/partition.h"
 #include "io/store/chunk_store.h"
@@ -38,6 +39,10 @@ class StoredSurface : public Surface {
                     std::vector<std::size_t>& ends) const override;
   /// The points of a chunk, in their order.
   std::vector<Vec3> positions_of(ChunkId chunk) const;
+  /// Adds the triangles that the chunk owns.
+  void triangles_of(ChunkId chunk, std::vector<Triangle64>& out) const;
+  /// Adds the triangles that the chunk owns, but for some that come near none of the places.
+  void triangles_near(ChunkId chunk, const BoxTree& places, std::vector<Triangle64>& out) const;
   /// Adds the triangles that the chunk owns, but for some that do not come near the box.
   void triangles_near(ChunkId chunk, const Box& box, std::vector<Triangle64>& out) const;
   std::uint32_t channels() const override;
