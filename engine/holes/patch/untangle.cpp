@@ -487,8 +487,9 @@ std::vector<Contact> untangle(const HoleProblem& problem, const RimPiercings& pi
 }
 
 std::uint64_t untangle(const HoleProblem& problem, HolePatch& patch) {
-  return untangle(problem, RimPiercings(problem), BoxTree(problem.positions, problem.sheet),
-                  find_contacts(problem, patch), patch)
+  const BoxTree sheet = BoxTree::of_sheet(problem.positions, problem.sheet);
+  return untangle(problem, RimPiercings(problem, sheet), sheet,
+                  find_contacts(problem, sheet, patch), patch)
       .size();
 }
 
