@@ -1,10 +1,12 @@
 #include "engine/geometry/triangle_intersection.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 namespace orbweave {
 namespace {
@@ -214,14 +216,83 @@ bool is_beside(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, int s
   return false;
 }
 
+/// The plane of a triangle, by which most pairs are told apart.
+class QuickPlane {
+ public:
+  explicit QuickPlane(const std::array<Vec3, 3>& t) : t_(t) {
+    const Vec3 u = t[1] - t[0], v = t[2] - t[0];
+    normal_ = cross(u, v);
+    // Far above what rounding can add up to: a dozen roundings of terms of this size.
+    constexpr double kBound = 32.0 * kEpsilon;
+    bound_ = kBound * sum_of(u) * sum_of(v);
+  }
+
+  /// As side_of_plane; 2 where doubles cannot tell.
+  int quick_side(Vec3 p) const {
+    const Vec3 d = p - t_[0];
+    const double height = dot(normal_, d);
+    return std::abs(height) > bound_ * sum_of(d) ? -sign_of(height) : 2;
+  }
+  int side(Vec3 p) const {
+    const int quick = quick_side(p);
+    return quick != 2 ? quick : exact_side_of_plane(t_[0], t_[1], t_[2], p);
+  }
+
+ private:
+  static double sum_of(Vec3 v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
+
+  const std::array<Vec3, 3>& t_;
+  Vec3 normal_;
+  double bound_ = 0.0;
+};
+
 /// True when the vertices of t that s does not have lie strictly on one side of s. Quick; false
 /// proves nothing.
 bool is_off_plane(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, int shared) {
-  const int side = quick_side_of_plane(s[0], s[1], s[2], t[2]);
-  if (side == 0 || side == 2) return false;
+  const QuickPlane plane(s);
+  const int side = plane.quick_side(t[2]);
+  if (side == 2) return false;
   for (int k = shared; k < 2; ++k)
-    if (quick_side_of_plane(s[0], s[1], s[2], t[k]) != side) return false;
+    if (plane.quick_side(t[k]) != side) return false;
   return true;
+}
+
+using Sides = std::array<int, 3>;
+
+Sides sides_of(const QuickPlane& plane, const std::array<Vec3, 3>& t) {
+  return {plane.side(t[0]), plane.side(t[1]), plane.side(t[2])};
+}
+
+bool is_one_side(const Sides& sides) {
+  return sides[0] != 0 && sides[0] == sides[1] && sides[1] == sides[2];
+}
+
+bool has_zero(const Sides& sides) { return sides[0] == 0 || sides[1] == 0 || sides[2] == 0; }
+
+/// Turns a triangle until its first corner is alone on its side of the other one's plane. Returns
+/// which side that is. Precondition: both sides occur, and no zero.
+int turn_to_lonely(const Sides& sides, std::array<Vec3, 3>& t) {
+  const int lonely = sides[0] == sides[1] ? 2 : sides[0] == sides[2] ? 1 : 0;
+  std::rotate(t.begin(), t.begin() + lonely, t.end());
+  return sides[static_cast<std::size_t>(lonely)];
+}
+
+/// Two triangles, each with corners on both sides of the other's plane and none in it: both meet
+/// the planes' common line, and two tetrahedra tell whether the pieces of it overlap.
+/// Guigue, Devillers, section 3.
+bool overlap_on_line(std::array<Vec3, 3> s, std::array<Vec3, 3> t, const Sides& of_s,
+                     const Sides& of_t) {
+  const int above_t = turn_to_lonely(of_s, s), above_s = turn_to_lonely(of_t, t);
+  // The pieces run in the same direction where both lonely corners lie on the positive sides.
+  if (above_t < 0) std::swap(t[1], t[2]);
+  if (above_s < 0) std::swap(s[1], s[2]);
+  return side_of_plane(s[0], s[1], t[0], t[1]) <= 0 && side_of_plane(s[0], s[2], t[2], t[0]) <= 0;
+}
+
+bool have_common_vertex(const Triangle& s, const Triangle& t) {
+  bool any = false;
+  for (const std::uint32_t v : s) any |= v == t[0] || v == t[1] || v == t[2];
+  return any;
 }
 
 /// Neighbours over the edge s[0], s[1].
@@ -244,7 +315,28 @@ bool segment_meets_triangle(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c) {
   return segment_meets(p, q, a, b, c);
 }
 
+namespace {
+
+/// Of two triangles without a common vertex; empty where a corner lies in the other's plane.
+std::optional<bool> distinct_intersect(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t) {
+  const QuickPlane of_s(s);
+  const Sides sides_t = sides_of(of_s, t);
+  if (is_one_side(sides_t)) return false;
+  const QuickPlane of_t(t);
+  const Sides sides_s = sides_of(of_t, s);
+  if (is_one_side(sides_s)) return false;
+  if (has_zero(sides_s) || has_zero(sides_t)) return std::nullopt;
+  return overlap_on_line(s, t, sides_s, sides_t);
+}
+
+}  // namespace
+
 bool triangles_intersect(std::span<const Vec3> positions, const Triangle& s, const Triangle& t) {
+  if (!have_common_vertex(s, t)) {
+    const auto found = distinct_intersect({positions[s[0]], positions[s[1]], positions[s[2]]},
+                                          {positions[t[0]], positions[t[1]], positions[t[2]]});
+    if (found) return *found;
+  }
   const Pair pair = pair_of(positions, s, t);
   if (pair.shared == 3) return true;
   if (is_off_plane(pair.s, pair.t, pair.shared) || is_off_plane(pair.t, pair.s, pair.shared))

@@ -79,7 +79,7 @@ class Attempts {
     if (const std::string defect = patch_defect(problem_, patch); !defect.empty()) {
       return fails(defect);
     }
-    std::vector<Contact> contacts = find_contacts(problem_, patch);
+    std::vector<Contact> contacts = find_contacts(problem_, sheet(), patch);
     if (!contacts.empty()) {
       const std::uint64_t avoidable = piercings().count_avoidable(patch, contacts);
       tangled_.push_back({std::move(contacts), avoidable, std::move(patch)});
@@ -92,7 +92,9 @@ class Attempts {
   }
 
   bool try_plane() { return take(plane_fill(problem_, options_)); }
-  bool try_implicit() { return take(implicit_fill(problem_, loop(), piercings(), options_)); }
+  bool try_implicit() {
+    return take(implicit_fill(problem_, loop(), sheet(), piercings(), options_));
+  }
   bool try_membrane() { return take(membrane_fill(problem_, loop(), options_)); }
 
   /// True when a flat patch meets nothing, if need be after it was moved out of the way: a smooth
@@ -123,7 +125,7 @@ class Attempts {
 
   /// Of the problem's sheet.
   const BoxTree& sheet() {
-    if (!sheet_) sheet_.emplace(problem_.positions, problem_.sheet);
+    if (!sheet_) sheet_ = BoxTree::of_sheet(problem_.positions, problem_.sheet);
     return *sheet_;
   }
 
@@ -152,7 +154,7 @@ class Attempts {
   };
 
   const RimPiercings& piercings() {
-    if (!piercings_) piercings_.emplace(problem_);
+    if (!piercings_) piercings_.emplace(problem_, sheet());
     return *piercings_;
   }
 

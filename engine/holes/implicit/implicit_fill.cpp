@@ -54,7 +54,7 @@ constexpr double kMostBending = 1.5;
 /// along it, and with them the distance, mean nothing. So they do where the rim itself runs into
 /// the sheet, or the plate does often: the zero sets of such rims fold or run into it too.
 bool is_worth_a_zero_set(const HoleProblem& problem, const PatchMesh& disc, const HolePatch& plate,
-                         const RimPiercings& piercings) {
+                         const BoxTree& sheet, const RimPiercings& piercings) {
   constexpr std::uint32_t kLeastPoints = 8;
   constexpr std::uint32_t kMostPoints = 20'000;
   constexpr std::uint64_t kFewContacts = 8;
@@ -72,24 +72,25 @@ bool is_worth_a_zero_set(const HoleProblem& problem, const PatchMesh& disc, cons
       triangles > kManyTriangles || angle > kSteep
           ? 0
           : std::max<std::uint64_t>(kFewContacts, triangles / kTrianglesPerContact);
-  return count_intersections(problem, plate, most + 1) <= most;
+  return count_intersections(problem, sheet, plate, most + 1) <= most;
 }
 
 }  // namespace
 
 HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
                         const PatchOptions& options) {
-  return implicit_fill(problem, loop, RimPiercings(problem), options);
+  const BoxTree sheet = BoxTree::of_sheet(problem.positions, problem.sheet);
+  return implicit_fill(problem, loop, sheet, RimPiercings(problem, sheet), options);
 }
 
-HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
+HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop, const BoxTree& sheet,
                         const RimPiercings& piercings, const PatchOptions& options) {
   if (problem.loop.size() < 3) return none_because("fewer than three edges");
   const Rim& rim = loop.rim;
   std::optional<PatchMesh> disc = smooth_disc(problem, loop, 2, options);
   if (!disc) return none_because(too_many_points(options), OpenReason::kTooManyPoints);
   HolePatch plate = finished(problem, rim, *disc);
-  if (!is_worth_a_zero_set(problem, *disc, plate, piercings)) {
+  if (!is_worth_a_zero_set(problem, *disc, plate, sheet, piercings)) {
     plate.reason = "thin plate";
     plate.values = values_from_corners(problem, plate.positions);
     return plate;
@@ -111,8 +112,8 @@ HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
   }
   const bool is_rough = best.energy > 2.0 * usual_energy;
   // Where only one of the two is clear of the sheet, it is that one.
-  if (is_rough || (count_intersections(problem, best.patch, 1) > 0 &&
-                   count_intersections(problem, plate, 1) == 0)) {
+  if (is_rough || (count_intersections(problem, sheet, best.patch, 1) > 0 &&
+                   count_intersections(problem, sheet, plate, 1) == 0)) {
     if (fault.empty())
       fault = is_rough ? "the zero set is rough" : "the zero set meets the surface";
     best.patch = plate;

@@ -15,9 +15,10 @@ namespace orbweave {
 /// usable zero set near (no normals, no convergence, folded or intersecting patch) the thin plate
 /// stands; `reason` says so and `sites` is 0. FillMethod::kNone where more new points than allowed
 /// would be needed. No zero set is looked at where the loop's own edges run into the sheet.
+/// `sheet`: of the problem's sheet.
 HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
                         const PatchOptions& options = {});
-HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
+HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop, const BoxTree& sheet,
                         const RimPiercings& piercings, const PatchOptions& options);
 
 /// The membrane over the loop: refined like the others, but as flat as can be. It stays within

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "io/box.h"
@@ -37,39 +38,58 @@ void append(const HoleProblem& problem, const Part& part, HolePatch patch, HoleP
   whole.condition = std::max(whole.condition, patch.condition);
 }
 
-/// Edges inside a part's patch between given vertices, in the whole problem's numbers, smaller
-/// vertex first.
-std::vector<Edge> chords_of(const Part& part, const HolePatch& patch) {
-  std::vector<Edge> chords;
-  for (const Triangle& t : patch.triangles) {
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-      if (std::max(a, b) < part.vertices.size())
-        chords.push_back({part.vertices[std::min(a, b)], part.vertices[std::max(a, b)]});
+/// Edges that parts must not use, by their smaller vertex in the whole problem's numbers.
+class ForbiddenEdges {
+ public:
+  explicit ForbiddenEdges(const HoleProblem& problem) : given_(problem.forbidden) {}
+
+  /// Adds the edges between given vertices of a part's patch.
+  void add(const Part& part, const HolePatch& patch) {
+    for (const Triangle& t : patch.triangles) {
+      for (int k = 0; k < 3; ++k) {
+        const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+        if (std::max(a, b) < part.vertices.size())
+          of_parts_.insert({part.vertices[std::min(a, b)], part.vertices[std::max(a, b)]});
+      }
     }
   }
-  return chords;
-}
+
+  /// Calls visit(larger vertex) for the edges of a vertex.
+  template <class Visit>
+  void for_each(std::uint32_t vertex, const Visit& visit) const {
+    const Edge first = {vertex, 0};
+    for (auto e = std::lower_bound(given_.begin(), given_.end(), first);
+         e != given_.end() && (*e)[0] == vertex; ++e)
+      visit((*e)[1]);
+    for (auto e = of_parts_.lower_bound(first); e != of_parts_.end() && (*e)[0] == vertex; ++e)
+      visit((*e)[1]);
+  }
+
+ private:
+  std::span<const Edge> given_;  // sorted
+  std::set<Edge> of_parts_;
+};
 
 /// Cuts parts out of a problem. Most parts of a large loop are small: none looks at all that is
 /// around the whole of it.
 class PartCutter {
  public:
   PartCutter(const HoleProblem& problem, const BoxTree& sheet)
-      : problem_(problem), sheet_(sheet), number_(problem.positions.size(), kNone) {}
+      : problem_(problem),
+        sheet_(sheet),
+        number_(problem.positions.size(), kNone),
+        is_corner_(problem.positions.size(), 0) {}
 
   /// What a part's patch depends on.
-  Part part_of(const std::vector<std::uint32_t>& loop, const std::set<Edge>& more_forbidden) {
+  Part part_of(const std::vector<std::uint32_t>& loop, const ForbiddenEdges& forbidden) {
     Part part;
     HoleProblem& own = part.problem;
     own.sheet = sheet_near(loop);
-    part.vertices = loop;
-    for (const Triangle& t : own.sheet)
-      part.vertices.insert(part.vertices.end(), t.begin(), t.end());
-    std::sort(part.vertices.begin(), part.vertices.end());
-    part.vertices.erase(std::unique(part.vertices.begin(), part.vertices.end()),
-                        part.vertices.end());
+    take_vertices(loop, part);
     own.channels = problem_.channels;
+    own.positions.reserve(part.vertices.size());
+    own.normals.reserve(part.vertices.size());
+    own.values.reserve(part.vertices.size() * own.channels);
     for (const std::uint32_t v : part.vertices) {
       number_[v] = static_cast<std::uint32_t>(own.positions.size());
       own.positions.push_back(problem_.positions[v]);
@@ -80,8 +100,14 @@ class PartCutter {
     for (Triangle& t : own.sheet)
       for (std::uint32_t& v : t) v = number_[v];
     for (const std::uint32_t v : loop) own.loop.push_back(number_[v]);
-    for (const Edge& edge : problem_.forbidden) forbid(edge, own);
-    for (const Edge& edge : more_forbidden) forbid(edge, own);
+    // Only edges between corners matter.
+    for (const std::uint32_t v : loop) is_corner_[v] = 1;
+    for (const std::uint32_t v : loop) {
+      forbidden.for_each(v, [&](std::uint32_t other) {
+        if (is_corner_[other] != 0) own.forbidden.push_back({number_[v], number_[other]});
+      });
+    }
+    for (const std::uint32_t v : loop) is_corner_[v] = 0;
     std::sort(own.forbidden.begin(), own.forbidden.end());
     for (const std::uint32_t v : part.vertices) number_[v] = kNone;
     return part;
@@ -89,6 +115,19 @@ class PartCutter {
 
  private:
   static constexpr std::uint32_t kNone = UINT32_MAX;
+
+  /// Those of the loop and of the part's sheet, ascending.
+  void take_vertices(const std::vector<std::uint32_t>& loop, Part& part) {
+    const auto take = [&](std::uint32_t v) {
+      if (number_[v] != kNone) return;
+      number_[v] = 0;
+      part.vertices.push_back(v);
+    };
+    for (const std::uint32_t v : loop) take(v);
+    for (const Triangle& t : part.problem.sheet)
+      for (const std::uint32_t v : t) take(v);
+    std::sort(part.vertices.begin(), part.vertices.end());
+  }
 
   /// The triangles that a part's patch may touch or follow: those with a vertex near it, and so
   /// those at its corners.
@@ -104,30 +143,21 @@ class PartCutter {
     squared *= kReach * kReach;
     Box box;
     box.extend(center);
-    std::vector<std::uint32_t> found;
-    sheet_.for_each(box.grown(std::sqrt(squared)), [&](std::uint32_t i) {
+    std::vector<Triangle> triangles;
+    for (const std::uint32_t i : sheet_.near(box.grown(std::sqrt(squared)))) {
       const Triangle& t = problem_.sheet[i];
       const bool is_near = std::any_of(t.begin(), t.end(), [&](std::uint32_t v) {
         return squared_norm(at[v] - center) <= squared;
       });
-      if (is_near) found.push_back(i);
-      return true;
-    });
-    std::sort(found.begin(), found.end());
-    std::vector<Triangle> triangles;
-    triangles.reserve(found.size());
-    for (const std::uint32_t i : found) triangles.push_back(problem_.sheet[i]);
+      if (is_near) triangles.push_back(t);
+    }
     return triangles;
-  }
-
-  void forbid(const Edge& edge, HoleProblem& own) const {
-    if (number_[edge[0]] != kNone && number_[edge[1]] != kNone)
-      own.forbidden.push_back({number_[edge[0]], number_[edge[1]]});
   }
 
   const HoleProblem& problem_;
   const BoxTree& sheet_;
-  std::vector<std::uint32_t> number_;  // of the part's vertices, while it is cut
+  std::vector<std::uint32_t> number_;    // of the part's vertices, while it is cut
+  std::vector<std::uint8_t> is_corner_;  // of the part, while it is cut
 };
 
 }  // namespace
@@ -154,13 +184,13 @@ HolePatch fill_by_parts(const HoleProblem& problem, const BoxTree& sheet,
                         const std::function<HolePatch(const HoleProblem&)>& fill) {
   HolePatch whole;
   PartCutter cutter(problem, sheet);
-  std::set<Edge> chords;  // of the parts before
+  ForbiddenEdges forbidden(problem);
   for (std::vector<std::uint32_t>& loop : simple_parts(problem.loop)) {
     std::rotate(loop.begin(), std::min_element(loop.begin(), loop.end()), loop.end());
-    const Part part = cutter.part_of(loop, chords);
+    const Part part = cutter.part_of(loop, forbidden);
     HolePatch patch = fill(part.problem);
     if (patch.method == FillMethod::kNone) return patch;
-    for (const Edge& chord : chords_of(part, patch)) chords.insert(chord);
+    forbidden.add(part, patch);
     append(problem, part, std::move(patch), whole);
   }
   return whole;

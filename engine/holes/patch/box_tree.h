@@ -22,19 +22,29 @@ inline Box box_of(std::span<const Vec3> positions, const Triangle& t) {
 /// the centres.
 class BoxTree {
  public:
-  BoxTree(std::span<const Vec3> positions, std::span<const Triangle> triangles)
-      : BoxTree(boxes_of(positions, triangles)) {}
-  explicit BoxTree(std::span<const Box> boxes) {
-    std::vector<Key> keys(boxes.size());
-    for (std::size_t i = 0; i < boxes.size(); ++i)
-      keys[i] = {boxes[i].min + boxes[i].max, static_cast<std::uint32_t>(i)};
-    std::size_t leaves = 1;
-    while (leaves * kLeafSize < keys.size()) leaves *= 2;
-    nodes_.resize(2 * leaves - 1);
-    sort(0, keys);
-    items_.reserve(keys.size());
-    for (const Key& key : keys) items_.push_back({boxes[key.triangle], key.triangle});
+  BoxTree(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+    list(positions, triangles);
+    sort();
     extend(0, 0, items_.size());
+  }
+
+  explicit BoxTree(std::span<const Box> boxes) {
+    list(boxes.size(), [&](std::size_t i) { return boxes[i]; });
+    sort();
+    extend(0, 0, items_.size());
+  }
+
+  /// For triangles whose neighbours are mostly near in their list, as those of a mesh in canonical
+  /// order: they stay in that order, and are sorted only where that makes a poor tree.
+  static BoxTree of_sheet(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+    BoxTree tree;
+    tree.list(positions, triangles);
+    tree.extend(0, 0, tree.items_.size());
+    if (!tree.is_loose()) return tree;
+    tree.sort();
+    std::fill(tree.nodes_.begin(), tree.nodes_.end(), Box{});
+    tree.extend(0, 0, tree.items_.size());
+    return tree;
   }
 
   /// After vertices have moved; the triangles are the same. The cuts stay.
@@ -56,20 +66,65 @@ class BoxTree {
     return !for_each(box, [](std::uint32_t) { return false; });
   }
 
- private:
-  static std::vector<Box> boxes_of(std::span<const Vec3> positions,
-                                   std::span<const Triangle> triangles) {
-    std::vector<Box> boxes;
-    boxes.reserve(triangles.size());
-    for (const Triangle& t : triangles) boxes.push_back(box_of(positions, t));
-    return boxes;
+  /// The triangles whose boxes meet `box`, ascending.
+  std::vector<std::uint32_t> near(const Box& box) const {
+    std::vector<std::uint32_t> found;
+    for_each(box, [&](std::uint32_t triangle) {
+      found.push_back(triangle);
+      return true;
+    });
+    if (!std::is_sorted(found.begin(), found.end())) std::sort(found.begin(), found.end());
+    return found;
   }
 
+ private:
   static constexpr std::size_t kLeafSize = 8;
   struct Item {
     Box box;
     std::uint32_t triangle = 0;
   };
+
+  BoxTree() = default;
+
+  /// Items in their order, and nodes that are empty.
+  template <class BoxAt>
+  void list(std::size_t count, const BoxAt& box_at) {
+    items_.resize(count);
+    for (std::size_t i = 0; i < count; ++i) items_[i] = {box_at(i), static_cast<std::uint32_t>(i)};
+    std::size_t leaves = 1;
+    while (leaves * kLeafSize < items_.size()) leaves *= 2;
+    nodes_.resize(2 * leaves - 1);
+  }
+  void list(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+    list(triangles.size(), [&](std::size_t i) { return box_of(positions, triangles[i]); });
+  }
+
+  /// The sum of the sides, which flat boxes have, too.
+  static double girth(const Box& box) {
+    const Vec3 size = box.extent();
+    return size.x + size.y + size.z;
+  }
+
+  /// Whether the leaves are much wider than the triangles in them.
+  bool is_loose() const {
+    constexpr double kLoose = 8.0;
+    double of_items = 0.0, of_leaves = 0.0;
+    for (const Item& item : items_) of_items += girth(item.box);
+    for (std::size_t node = nodes_.size() / 2; node < nodes_.size(); ++node)
+      of_leaves += girth(nodes_[node]);
+    const double per_leaf =
+        static_cast<double>(items_.size()) / static_cast<double>(nodes_.size() - nodes_.size() / 2);
+    return of_leaves * per_leaf > kLoose * of_items;
+  }
+
+  void sort() {
+    std::vector<Key> keys(items_.size());
+    for (std::size_t i = 0; i < keys.size(); ++i)
+      keys[i] = {items_[i].box.min + items_[i].box.max, items_[i].triangle};
+    sort(0, keys);
+    const std::vector<Item> before = items_;
+    for (std::size_t i = 0; i < keys.size(); ++i) items_[i] = before[keys[i].triangle];
+  }
 
   bool is_leaf(std::size_t node) const { return 2 * node + 1 >= nodes_.size(); }
 

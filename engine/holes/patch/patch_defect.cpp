@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,15 +26,51 @@ std::string text_of(Edge edge) {
   return "edge " + std::to_string(edge[0]) + "-" + std::to_string(edge[1]);
 }
 
-std::vector<Edge> edges_of(const std::vector<Triangle>& triangles) {
-  std::vector<Edge> edges;
-  edges.reserve(3 * triangles.size());
-  for (const Triangle& t : triangles) {
-    edges.insert(edges.end(), {Edge{t[0], t[1]}, Edge{t[1], t[2]}, Edge{t[2], t[0]}});
+/// The corners of a patch's triangles by vertex, and with them its directed edges, sorted.
+class PatchCorners {
+ public:
+  /// A triangle's corner at a vertex: the edge to `next` and that from `previous`.
+  struct Corner {
+    std::uint32_t next = 0, previous = 0;
+  };
+
+  PatchCorners(const std::vector<Triangle>& triangles, std::size_t vertices)
+      : first_(vertices + 1, 0), corners_(3 * triangles.size()) {
+    for (const Triangle& t : triangles)
+      for (const std::uint32_t v : t) ++first_[v + 1];
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    std::vector<std::uint32_t> place(first_.begin(), first_.end() - 1);
+    for (const Triangle& t : triangles)
+      for (int k = 0; k < 3; ++k) corners_[place[t[k]]++] = {t[(k + 1) % 3], t[(k + 2) % 3]};
+    for (std::size_t v = 0; v < vertices; ++v)
+      std::sort(corners_.begin() + first_[v], corners_.begin() + first_[v + 1],
+                [](const Corner& a, const Corner& b) { return a.next < b.next; });
   }
-  std::sort(edges.begin(), edges.end());
-  return edges;
-}
+
+  std::uint32_t vertices() const { return static_cast<std::uint32_t>(first_.size() - 1); }
+  std::span<const Corner> at(std::uint32_t vertex) const {
+    return std::span(corners_).subspan(first_[vertex], first_[vertex + 1] - first_[vertex]);
+  }
+  bool has(Edge edge) const { return find(at(edge[0]), edge[1]) != nullptr; }
+
+  /// The corner of a vertex with the edge to `next`; null where there is none.
+  static const Corner* find(std::span<const Corner> corners, std::uint32_t next) {
+    constexpr std::size_t kFew = 16;
+    if (corners.size() > kFew) {
+      const auto found =
+          std::lower_bound(corners.begin(), corners.end(), next,
+                           [](const Corner& a, std::uint32_t other) { return a.next < other; });
+      return found != corners.end() && found->next == next ? &*found : nullptr;
+    }
+    for (const Corner& corner : corners)
+      if (corner.next == next) return &corner;
+    return nullptr;
+  }
+
+ private:
+  std::vector<std::uint32_t> first_;  // per vertex, and one past the last
+  std::vector<Corner> corners_;
+};
 
 bool contains(const std::vector<Edge>& sorted, Edge edge) {
   return std::binary_search(sorted.begin(), sorted.end(), edge);
@@ -91,52 +129,55 @@ std::vector<Edge> sheet_edges_along(const HoleProblem& problem) {
   return edges;
 }
 
+/// What is known of edges between given vertices: only these can be of the rim, forbidden or in
+/// the sheet.
+struct GivenEdges {
+  std::vector<Edge> rim, sheet;  ///< sorted
+};
+
+std::string given_edge_defect(const HoleProblem& problem, const GivenEdges& known, Edge edge,
+                              bool is_inside) {
+  const Edge reverse = {edge[1], edge[0]};
+  const bool on_rim = contains(known.rim, edge);
+  const bool on_reverse = contains(known.rim, reverse);
+  if (on_reverse && !on_rim) return text_of(edge) + " runs against the loop";
+  if (!is_inside && (!on_rim || on_reverse))
+    return text_of(edge) + " is a boundary that is not the loop's";
+  if (on_rim) return {};
+  if (std::binary_search(problem.forbidden.begin(), problem.forbidden.end(), undirected(edge)))
+    return text_of(edge) + " is forbidden";
+  if (contains(known.sheet, edge) || contains(known.sheet, reverse))
+    return text_of(edge) + " is in the sheet already";
+  return {};
+}
+
 /// Rim edges once and in the loop's direction, edges inside once in each, and so those that the
 /// loop runs along both ways.
-std::string edge_defect(const HoleProblem& problem, const std::vector<Edge>& edges,
+std::string edge_defect(const HoleProblem& problem, const PatchCorners& corners,
                         const std::vector<Edge>& rim) {
-  const std::vector<Edge> sheet = sheet_edges_along(problem);
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    const Edge edge = edges[i];
-    const Edge reverse = {edge[1], edge[0]};
-    if (i > 0 && edges[i - 1] == edge) return text_of(edge) + " is used twice in one direction";
-    const bool on_rim = contains(rim, edge);
-    const bool on_reverse = contains(rim, reverse);
-    const bool inside = contains(edges, reverse);
-    if (on_reverse && !on_rim) return text_of(edge) + " runs against the loop";
-    if (!inside && (!on_rim || on_reverse))
-      return text_of(edge) + " is a boundary that is not the loop's";
-    if (on_rim) continue;
-    if (std::binary_search(problem.forbidden.begin(), problem.forbidden.end(), undirected(edge))) {
-      return text_of(edge) + " is forbidden";
-    }
-    if (contains(sheet, edge) || contains(sheet, reverse)) {
-      return text_of(edge) + " is in the sheet already";
+  const auto given = static_cast<std::uint32_t>(problem.positions.size());
+  const GivenEdges known{rim, sheet_edges_along(problem)};
+  for (std::uint32_t v = 0; v < corners.vertices(); ++v) {
+    const std::span<const PatchCorners::Corner> at = corners.at(v);
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      const Edge edge = {v, at[i].next};
+      if (i > 0 && at[i - 1].next == at[i].next)
+        return text_of(edge) + " is used twice in one direction";
+      const bool is_inside = corners.has({edge[1], edge[0]});
+      if (v < given && edge[1] < given) {
+        std::string defect = given_edge_defect(problem, known, edge, is_inside);
+        if (!defect.empty()) return defect;
+      } else if (!is_inside) {
+        return text_of(edge) + " is a boundary that is not the loop's";
+      }
     }
   }
   for (const Edge& edge : rim) {
     // What the loop runs along both ways is no boundary: it may have been cut.
     if (contains(rim, {edge[1], edge[0]})) continue;
-    if (!contains(edges, edge)) return "rim " + text_of(edge) + " stays open";
+    if (!corners.has(edge)) return "rim " + text_of(edge) + " stays open";
   }
   return "";
-}
-
-/// A triangle's corner, with the edge to the next corner and the edge from the one before.
-struct Wedge {
-  std::uint32_t vertex, next, previous;
-};
-
-std::vector<Wedge> sorted_wedges(const std::vector<Triangle>& triangles) {
-  std::vector<Wedge> wedges;
-  wedges.reserve(3 * triangles.size());
-  for (const Triangle& t : triangles) {
-    for (int k = 0; k < 3; ++k) wedges.push_back({t[k], t[(k + 1) % 3], t[(k + 2) % 3]});
-  }
-  std::sort(wedges.begin(), wedges.end(), [](const Wedge& a, const Wedge& b) {
-    return std::pair(a.vertex, a.next) < std::pair(b.vertex, b.next);
-  });
-  return wedges;
 }
 
 struct Fans {
@@ -144,52 +185,51 @@ struct Fans {
   std::size_t closed = 0;
 };
 
-/// Fans of the wedges [first, last), all of one vertex, whose edges are sound: every wedge has at
-/// most one to its left.
-Fans count_fans(const Wedge* first, const Wedge* last) {
-  const auto left_of = [&](const Wedge& wedge) {
-    const Wedge* found =
-        std::lower_bound(first, last, wedge.previous,
-                         [](const Wedge& other, std::uint32_t next) { return other.next < next; });
-    return found != last && found->next == wedge.previous ? found : nullptr;
-  };
-  const auto n = static_cast<std::size_t>(last - first);
-  std::vector<char> has_right(n, 0), seen(n, 0);
-  for (const Wedge* w = first; w != last; ++w) {
-    if (const Wedge* left = left_of(*w)) has_right[left - first] = 1;
-  }
-  Fans fans;
-  const auto follow = [&](std::size_t i) {
-    for (const Wedge* w = first + i; w != nullptr && seen[w - first] == 0; w = left_of(*w)) {
-      seen[w - first] = 1;
+/// Counts the fans of vertices whose edges are sound: every corner has at most one to its left.
+class FanCounter {
+ public:
+  Fans count(std::span<const PatchCorners::Corner> corners) {
+    has_right_.assign(corners.size(), 0);
+    seen_.assign(corners.size(), 0);
+    for (const PatchCorners::Corner& corner : corners)
+      if (const auto* left = PatchCorners::find(corners, corner.previous))
+        has_right_[left - corners.data()] = 1;
+    Fans fans;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      if (has_right_[i] != 0) continue;
+      ++fans.open;
+      follow(corners, i);
     }
-  };
-  for (std::size_t i = 0; i < n; ++i) {
-    if (has_right[i] != 0) continue;
-    ++fans.open;
-    follow(i);
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      if (seen_[i] != 0) continue;
+      ++fans.closed;
+      follow(corners, i);
+    }
+    return fans;
   }
-  for (std::size_t i = 0; i < n; ++i) {
-    if (seen[i] != 0) continue;
-    ++fans.closed;
-    follow(i);
+
+ private:
+  void follow(std::span<const PatchCorners::Corner> corners, std::size_t i) {
+    for (const auto* c = &corners[i]; c != nullptr && seen_[c - corners.data()] == 0;
+         c = PatchCorners::find(corners, c->previous))
+      seen_[c - corners.data()] = 1;
   }
-  return fans;
-}
+
+  std::vector<char> has_right_, seen_;  // per corner
+};
 
 /// New vertices have one closed fan. Vertices of the rim have open ones, but for those all of
 /// whose edges in the loop are inside (the end of a slit), which have one closed one.
-std::string fan_defect(const HoleProblem& problem, const HolePatch& patch,
+std::string fan_defect(const HoleProblem& problem, const PatchCorners& corners,
                        const std::vector<Edge>& rim) {
   std::vector<char> open(problem.positions.size(), 0);
   for (const Edge& edge : rim) {
     if (!contains(rim, {edge[1], edge[0]})) open[edge[0]] = open[edge[1]] = 1;
   }
-  const std::vector<Wedge> wedges = sorted_wedges(patch.triangles);
-  for (std::size_t i = 0, j = 0; i < wedges.size(); i = j) {
-    const std::uint32_t vertex = wedges[i].vertex;
-    while (j < wedges.size() && wedges[j].vertex == vertex) ++j;
-    const Fans fans = count_fans(wedges.data() + i, wedges.data() + j);
+  FanCounter counter;
+  for (std::uint32_t vertex = 0; vertex < corners.vertices(); ++vertex) {
+    if (corners.at(vertex).empty()) continue;
+    const Fans fans = counter.count(corners.at(vertex));
     const bool on_rim = vertex < open.size() && open[vertex] != 0;
     if (on_rim ? fans.closed > 0 : fans.closed != 1) {
       return "vertex " + std::to_string(vertex) + " has several fans";
@@ -230,9 +270,9 @@ std::string patch_defect(const HoleProblem& problem, const HolePatch& patch) {
   if (std::string defect = array_defect(problem, patch); !defect.empty()) return defect;
   if (std::string defect = index_defect(problem, patch); !defect.empty()) return defect;
   const std::vector<Edge> rim = edges_of_loop(problem.loop);
-  const std::vector<Edge> edges = edges_of(patch.triangles);
-  if (std::string defect = edge_defect(problem, edges, rim); !defect.empty()) return defect;
-  if (std::string defect = fan_defect(problem, patch, rim); !defect.empty()) return defect;
+  const PatchCorners corners(patch.triangles, problem.positions.size() + patch.positions.size());
+  if (std::string defect = edge_defect(problem, corners, rim); !defect.empty()) return defect;
+  if (std::string defect = fan_defect(problem, corners, rim); !defect.empty()) return defect;
   return piece_defect(problem, patch);
 }
 

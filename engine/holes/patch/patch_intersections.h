@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/holes/patch/box_tree.h"
 #include "engine/holes/problem/hole.h"
 
 namespace orbweave {
@@ -19,6 +20,10 @@ using Contact = std::array<std::uint32_t, 2>;
 std::vector<Contact> find_contacts(const HoleProblem& problem, const HolePatch& patch,
                                    std::uint64_t limit = UINT64_MAX);
 
+/// The same with a tree over the problem's sheet: only what is near the patch is looked at.
+std::vector<Contact> find_contacts(const HoleProblem& problem, const BoxTree& sheet,
+                                   const HolePatch& patch, std::uint64_t limit = UINT64_MAX);
+
 /// The same for patch triangles among these positions; sheet triangles are numbered from
 /// patch.size() on.
 std::vector<Contact> find_contacts(std::span<const Vec3> positions, std::span<const Triangle> patch,
@@ -28,5 +33,7 @@ std::vector<Contact> find_contacts(std::span<const Vec3> positions, std::span<co
 /// Their number.
 std::uint64_t count_intersections(const HoleProblem& problem, const HolePatch& patch,
                                   std::uint64_t limit = UINT64_MAX);
+std::uint64_t count_intersections(const HoleProblem& problem, const BoxTree& sheet,
+                                  const HolePatch& patch, std::uint64_t limit = UINT64_MAX);
 
 }  // namespace orbweave

@@ -7,21 +7,16 @@
 
 namespace orbweave {
 
-RimPiercings::RimPiercings(const HoleProblem& problem) {
+RimPiercings::RimPiercings(const HoleProblem& problem)
+    : RimPiercings(problem, BoxTree::of_sheet(problem.positions, problem.sheet)) {}
+
+RimPiercings::RimPiercings(const HoleProblem& problem, const BoxTree& sheet) {
   const std::vector<std::uint32_t>& loop = problem.loop;
   const std::vector<Vec3>& at = problem.positions;
-  std::vector<Triangle> edges;  // flat ones
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    const std::uint32_t next = loop[(i + 1) % loop.size()];
-    edges.push_back({loop[i], next, next});
-  }
-  const BoxTree tree(at, edges);
-  for (std::uint32_t i = 0; i < problem.sheet.size(); ++i) {
-    const Triangle& t = problem.sheet[i];
-    const Box box = box_of(at, t);
-    if (!box.intersects(tree.box())) continue;
-    tree.for_each(box, [&](std::uint32_t e) {
-      const std::uint32_t a = edges[e][0], b = edges[e][1];
+  for (std::size_t k = 0; k < loop.size(); ++k) {
+    const std::uint32_t a = loop[k], b = loop[(k + 1) % loop.size()];
+    sheet.for_each(box_of(at, {a, b, b}), [&](std::uint32_t i) {
+      const Triangle& t = problem.sheet[i];
       const bool is_apart =
           std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return v == a || v == b; });
       if (is_apart && segment_meets_triangle(at[a], at[b], at[t[0]], at[t[1]], at[t[2]]))

@@ -15,6 +15,8 @@ namespace orbweave {
 class RimPiercings {
  public:
   explicit RimPiercings(const HoleProblem& problem);
+  /// `sheet`: of the problem's sheet.
+  RimPiercings(const HoleProblem& problem, const BoxTree& sheet);
 
   bool any() const { return !found_.empty(); }
   /// Whether a triangle of a patch has an edge of the loop that meets the sheet's triangle.

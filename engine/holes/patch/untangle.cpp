@@ -372,13 +372,25 @@ class Untangler {
   Box box_of(const Triangle& t) const { return orbweave::box_of(positions_, t); }
 
   void list_triangles() {
-    at_.assign(patch_.positions.size(), {});
-    tried_.assign(at_.size(), 0);
-    moved_.assign(at_.size(), 0);
-    for (std::uint32_t i = 0; i < patch_.triangles.size(); ++i) {
+    const std::size_t vertices = patch_.positions.size();
+    tried_.assign(vertices, 0);
+    moved_.assign(vertices, 0);
+    first_at_.assign(vertices + 1, 0);
+    for (const Triangle& t : patch_.triangles)
+      for (const std::uint32_t v : t)
+        if (is_new(v)) ++first_at_[v - given_ + 1];
+    std::partial_sum(first_at_.begin(), first_at_.end(), first_at_.begin());
+    at_.resize(first_at_.back());
+    std::vector<std::uint32_t> place(first_at_.begin(), first_at_.end() - 1);
+    for (std::uint32_t i = 0; i < patch_.triangles.size(); ++i)
       for (const std::uint32_t v : patch_.triangles[i])
-        if (is_new(v)) at_[v - given_].push_back(i);
-    }
+        if (is_new(v)) at_[place[v - given_]++] = i;
+  }
+
+  /// The patch's triangles at a new vertex.
+  std::span<const std::uint32_t> triangles_at(std::uint32_t vertex) const {
+    const std::uint32_t* first = first_at_.data() + (vertex - given_);
+    return std::span(at_).subspan(first[0], first[1] - first[0]);
   }
 
   /// `tree`: of the patch at the start of the round, in which every vertex moves once at most.
@@ -386,7 +398,7 @@ class Untangler {
     const double reach = kSteps.back() * rim_.spacing;
     around_.begin(vertex);
     Box box;
-    for (const std::uint32_t i : at_[vertex - given_]) {
+    for (const std::uint32_t i : triangles_at(vertex)) {
       around_.add_own(patch_.triangles[i]);
       box.extend(box_of(patch_.triangles[i]));
     }
@@ -443,7 +455,7 @@ class Untangler {
       return false;
     }
     moved_[vertex - given_] = clock_;
-    for (const std::uint32_t i : at_[vertex - given_]) is_changed_[i] = 1;
+    for (const std::uint32_t i : triangles_at(vertex)) is_changed_[i] = 1;
     return true;
   }
 
@@ -451,7 +463,7 @@ class Untangler {
   bool is_settled(std::uint32_t vertex) const {
     const std::uint32_t tried = tried_[vertex - given_];
     if (tried == 0) return false;
-    for (const std::uint32_t i : at_[vertex - given_]) {
+    for (const std::uint32_t i : triangles_at(vertex)) {
       for (const std::uint32_t v : patch_.triangles[i])
         if (is_new(v) && moved_[v - given_] > tried) return false;
     }
@@ -467,7 +479,7 @@ class Untangler {
   std::vector<Vec3> positions_;   ///< of the problem, then of the patch
   Surroundings around_;           ///< of the vertex that is being moved
   std::vector<char> is_changed_;  ///< per triangle of the patch: since contacts were found
-  std::vector<std::vector<std::uint32_t>> at_;  ///< triangles at the patch's new vertices
+  std::vector<std::uint32_t> first_at_, at_;  ///< triangles at the patch's new vertices
   std::uint32_t clock_ = 0;
   std::vector<std::uint32_t> tried_, moved_;  ///< when, last: in vain, and to a better place
 };
@@ -487,8 +499,9 @@ std::vector<Contact> untangle(const HoleProblem& problem, const RimPiercings& pi
 }
 
 std::uint64_t untangle(const HoleProblem& problem, HolePatch& patch) {
-  return untangle(problem, RimPiercings(problem), BoxTree(problem.positions, problem.sheet),
-                  find_contacts(problem, patch), patch)
+  const BoxTree sheet = BoxTree::of_sheet(problem.positions, problem.sheet);
+  return untangle(problem, RimPiercings(problem, sheet), sheet,
+                  find_contacts(problem, sheet, patch), patch)
       .size();
 }
 
