@@ -147,6 +147,12 @@ RowBytes output_rows(const ResolvedJob& job, PointSchema schema) {
     const bool has_colors = schema.attributes.size() >= 3;
     return {12.0 + (schema.has_normals ? 12.0 : 0.0) + (has_colors ? 8.0 : 0.0), 12.0};
   }
+  const bool is_vtp = name.extension() == ".vtp";
+  if (is_vtp || name.extension() == ".xdmf") {
+    const double position = job.output.float_positions ? 12.0 : 24.0;
+    return {position + normal_bytes(schema) + static_cast<double>(schema.attribute_bytes()),
+            (is_vtp ? 32.0 : 24.0) + (job.fill.enabled ? 4.0 : 0.0)};
+  }
   const bool has_confidence = job.output.confidence && job.fill.enabled;
   if (!job.output.binary)
     return text_rows(schema, coordinate,
