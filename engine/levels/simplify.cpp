@@ -98,39 +98,60 @@ void add_locks(std::span<const std::uint32_t> locked, std::vector<float>& floats
   }
 }
 
+/// As meshoptimizer takes limits of errors.
+float relative_limit(double error, double scale) {
+  constexpr double kMost = std::numeric_limits<float>::max();
+  return static_cast<float>(scale > 0.0 ? std::min(error / scale, kMost) : kMost);
+}
+
+Simplification unchanged(std::span<const Triangle> triangles) {
+  return {{triangles.begin(), triangles.end()}, 0.0};
+}
+
 }  // namespace
 
 Simplification simplify_between(std::span<const Vec3> positions,
                                 std::span<const Triangle> triangles,
-                                std::span<const std::uint32_t> locked, std::size_t target) {
+                                std::span<const std::uint32_t> locked,
+                                const SimplifyLimits& limits) {
+  if (triangles.size() <= limits.triangles) return unchanged(triangles);
   Simplification result;
-  if (triangles.size() <= target) {
-    result.triangles.assign(triangles.begin(), triangles.end());
-    return result;
-  }
   std::vector<float> floats = floats_of(positions);
   std::vector<Triangle> with_locks(triangles.begin(), triangles.end());
   add_locks(locked, floats, with_locks);
   result.triangles.resize(with_locks.size());
   constexpr std::size_t kStride = 3 * sizeof(float);
-  constexpr float kAnyError = std::numeric_limits<float>::max();
   const std::size_t vertices = floats.size() / 3;
+  const auto scale = static_cast<double>(meshopt_simplifyScale(floats.data(), vertices, kStride));
   float relative_error = 0.0F;
   const std::size_t indices = meshopt_simplify(
       result.triangles.front().data(), with_locks.front().data(), 3 * with_locks.size(),
-      floats.data(), vertices, kStride, 3 * target, kAnyError, 0, &relative_error);
+      floats.data(), vertices, kStride, 3 * limits.triangles,
+      relative_limit(limits.quadric_error, scale), 0, &relative_error);
   result.triangles.resize(indices / 3);
   std::erase_if(result.triangles, [&](const Triangle& t) {
     return std::max({t[0], t[1], t[2]}) >= positions.size();
   });
-  const double quadric_error =
-      static_cast<double>(relative_error) *
-      static_cast<double>(meshopt_simplifyScale(floats.data(), vertices, kStride));
+  const double quadric_error = static_cast<double>(relative_error) * scale;
   // Points between those that are measured may be farther away.
   constexpr double kBetween = 1.25;
   result.error =
       std::max(quadric_error, kBetween * measured_distance(positions, triangles, result.triangles));
   return result;
+}
+
+Simplification simplify_within(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                               std::span<const std::uint32_t> locked, double error) {
+  // What is measured mostly exceeds the quadrics' error, by a factor that varies little.
+  constexpr int kAttempts = 6;
+  constexpr double kSafety = 0.9;
+  double quadric_error = error;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    Simplification result = simplify_between(positions, triangles, locked, {0, quadric_error});
+    if (result.error <= error) return result;
+    quadric_error *= std::clamp(kSafety * error / result.error, 0.1, 0.8);
+  }
+  return unchanged(triangles);
 }
 
 }  // namespace orbweave

@@ -5,12 +5,19 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
 #include "io/triangle_mesh.h"
 
 namespace orbweave {
+
+struct SimplifyLimits {
+  std::size_t triangles = 0;  ///< stop at so many triangles
+  /// Stop before an edge collapse whose quadric error exceeds this; in the unit of the positions.
+  double quadric_error = std::numeric_limits<double>::infinity();
+};
 
 struct Simplification {
   std::vector<Triangle> triangles;  ///< over the vertices of the mesh that was given
@@ -20,11 +27,17 @@ struct Simplification {
   double error = 0.0;
 };
 
-/// At most `target` triangles where that is possible. The vertices `locked` and the edges between
-/// them stay. Rims, of edges of one triangle, become simpler along themselves. The result depends
-/// on the input alone. About 200 bytes per triangle while it works.
+/// At most as many triangles as the limits say, where that is possible. The vertices `locked` and
+/// the edges between them stay. Rims, of edges of one triangle, become simpler along themselves.
+/// The result depends on the input alone. About 200 bytes per triangle while it works.
 Simplification simplify_between(std::span<const Vec3> positions,
                                 std::span<const Triangle> triangles,
-                                std::span<const std::uint32_t> locked, std::size_t target);
+                                std::span<const std::uint32_t> locked,
+                                const SimplifyLimits& limits);
+
+/// As few triangles as some attempts find whose Simplification::error is at most `error`; all of
+/// them where no attempt holds that.
+Simplification simplify_within(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                               std::span<const std::uint32_t> locked, double error);
 
 }  // namespace orbweave
