@@ -126,8 +126,7 @@ class LevelMeasure {
         take_vertices(number, mesh, vertex_stride);
       else
         take_middles(number, mesh,
-                     stride(of_height[static_cast<std::size_t>(nodes_[i].height)],
-                            kMostTriangles));
+                     stride(of_height[static_cast<std::size_t>(nodes_[i].height)], kMostTriangles));
     });
   }
 

@@ -22,11 +22,10 @@ struct LevelDistance {
   std::uint64_t samples = 0;  ///< of both kinds
 };
 
-/// Of each height, the leaves first, whose distances are 0. At most some 260,000 vertices of the mesh
-/// are measured, for each height, and some 65,000 triangles of it: every so many by their numbers, so
-/// that the result does not depend on threads. Takes some 40 megabytes, and for each thread the
-/// meshes of a node and a leaf.
-/// Precondition: all nodes were made.
+/// Of each height, the leaves first, whose distances are 0. At most some 260,000 vertices of the
+/// mesh are measured, for each height, and some 65,000 triangles of it: every so many by their
+/// numbers, so that the result does not depend on threads. Takes some 40 megabytes, and for each
+/// thread the meshes of a node and a leaf. Precondition: all nodes were made.
 std::vector<LevelDistance> measure_levels(const LevelMaker& maker, const StopToken& stop);
 
 }  // namespace orbweave

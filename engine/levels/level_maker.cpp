@@ -148,7 +148,7 @@ void LevelMaker::make_node(std::uint32_t number, const Serves& serves) {
     stored_[number] = {spool_.append(bytes), bytes.size()};
   }
   states_[number] = node.is_leaf() || serves(node, facts) ? State::kServes : State::kMade;
-  if (events_.done) events_.done(number, mesh_.vertices->points(mesh.rows), mesh.triangles);
+  if (events_.done) events_.done(number, points(mesh), mesh.triangles);
 }
 
 void LevelMaker::add_seams(const NodeMesh& mesh, std::span<const OpenEdge> open) {
@@ -216,6 +216,7 @@ NodeMesh LevelMaker::simplified(std::uint32_t number) {
   for (const std::uint32_t child : levels_.nodes[number].children) {
     facts.bounds.extend(levels_.facts[child].bounds);
     facts.error = std::max(facts.error, levels_.facts[child].error);
+    facts.is_sound = facts.is_sound && levels_.facts[child].is_sound;
   }
   const NodeMesh merged = merged_children(number);
   const std::vector<std::uint32_t> locked = border_vertices(merged);
@@ -227,6 +228,7 @@ NodeMesh LevelMaker::simplified(std::uint32_t number) {
   Simplification simpler =
       simplify_between(positions(merged), merged.triangles, locked, {.triangles = target});
   facts.error += simpler.error;
+  facts.is_sound = facts.is_sound && simpler.is_sound;
   return used_part(merged, std::move(simpler.triangles), row_bytes_);
 }
 

@@ -38,11 +38,19 @@ class LevelMaker {
   const Levels& levels() const { return levels_; }
   const Box& bounds() const { return mesh_.vertices->bounds(); }  ///< of all vertices
 
+  /// Of the files without a name, as they are now.
+  std::uint64_t disk_bytes() const {
+    return mesh_.vertices->disk_bytes() + mesh_.triangles->disk_bytes() + spool_.bytes();
+  }
+
   /// The coarsest nodes that serve and together hold the whole mesh, in the order of their cells.
   std::vector<std::uint32_t> cut() const;
   /// The mesh of a node that was made. Thread-safe.
   NodeMesh node(std::uint32_t number) const;
   std::vector<Vec3> positions(const NodeMesh& mesh) const { return positions_of(mesh, row_bytes_); }
+  /// Its vertices with the normals and colours that are kept.
+  PointCloud points(const NodeMesh& mesh) const { return mesh_.vertices->points(mesh.rows); }
+  bool has_colors() const { return !mesh_.vertices->schema().attributes.empty(); }
   /// The vertices of a node that nodes beside it have as well, ascending. Thread-safe.
   std::vector<std::uint32_t> border_vertices(const NodeMesh& mesh) const;
 

@@ -135,6 +135,8 @@ class PieceMaker {
   void store(Piece& piece, const NodeMesh& mesh, Simplification simpler) {
     NodeMesh bare;
     bare.vertices = mesh.vertices;
+    // What keeps the surface a manifold goes before the count.
+    if (!simpler.is_sound) simpler = {mesh.triangles, 0.0, true};
     const NodeMesh part = used_part(bare, std::move(simpler.triangles), 0);
     const std::vector<std::byte> bytes = packed(part);
     piece.triangles = part.triangles.size();
@@ -161,21 +163,26 @@ void make_pieces(const fs::path& mesh, const SimplifyOptions& options, const Sim
   };
   // Positions decide; all else is read again at the end.
   LevelMaker maker(*open_mesh_stream(mesh), PointSchema{}, options.levels, of_levels, stop);
+  const auto note_disk = [&] { facts.work_bytes = maker.disk_bytes() + pieces.spool.bytes(); };
   facts.vertices_read = maker.levels().vertices;
   facts.triangles_read = maker.levels().triangles;
   const double error = options.target.value;
   if (options.target.kind == SimplifyTarget::Kind::kError) {
-    maker.make([&](const LevelNode&, const LevelFacts& node) { return node.error <= error; });
+    maker.make([&](const LevelNode&, const LevelFacts& made) {
+      return made.is_sound && made.error <= error;
+    });
     PieceMaker(maker, pieces, stop).make_within(error);
-    return;
+    return note_disk();
   }
   facts.most_triangles = most_triangles(options.target, facts.triangles_read);
   const double ratio =
       static_cast<double>(facts.most_triangles) / static_cast<double>(facts.triangles_read);
   maker.make([&](const LevelNode& node, const LevelFacts& made) {
-    return static_cast<double>(made.triangles) >= ratio * static_cast<double>(node.triangles);
+    return made.is_sound &&
+           static_cast<double>(made.triangles) >= ratio * static_cast<double>(node.triangles);
   });
   PieceMaker(maker, pieces, stop).make_with(facts.most_triangles);
+  note_disk();
 }
 
 /// Points of a batch that are chosen; `first`: the number of its first one.

@@ -42,8 +42,9 @@ struct SimplifiedFacts {
   /// How far the two surfaces are apart, world units, as engine/levels/simplify.h measures it,
   /// added up over the levels.
   double error = 0.0;
-  Vec3 origin;              ///< that the file's coordinates are counted from
-  std::uint64_t bytes = 0;  ///< of the file
+  Vec3 origin;                   ///< that the file's coordinates are counted from
+  std::uint64_t bytes = 0;       ///< of the file
+  std::uint64_t work_bytes = 0;  ///< of the files without a name, when the pieces were made
 };
 
 /// Reads the mesh twice and writes the simplified one. Its vertices are vertices of the mesh, in

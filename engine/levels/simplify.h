@@ -25,11 +25,14 @@ struct Simplification {
   /// largest distance from each vertex that is gone to the new surface and from four points of
   /// each new triangle to the old one; no less than what the quadrics say.
   double error = 0.0;
+  /// It is a manifold wherever the mesh is one. False: no way was found that keeps it one.
+  bool is_sound = true;
 };
 
-/// At most as many triangles as the limits say, where that is possible. The vertices `locked` and
-/// the edges between them stay. Rims, of edges of one triangle, become simpler along themselves.
-/// The result depends on the input alone. About 200 bytes per triangle while it works.
+/// At most as many triangles as the limits say, where that is possible. The vertices `locked`
+/// (ascending) and the edges between them stay, and no new edge joins two of them. Rims, of edges
+/// of one triangle, become simpler along themselves. The result depends on the input alone. About
+/// 200 bytes per triangle while it works.
 Simplification simplify_between(std::span<const Vec3> positions,
                                 std::span<const Triangle> triangles,
                                 std::span<const std::uint32_t> locked,

@@ -37,6 +37,18 @@ TriangleMesh bumpy_torus(std::size_t vertices = 6000) {
   });
 }
 
+/// Closed, with every vertex moved by a third of the spacing, as a noisy scan has it.
+TriangleMesh rough_torus() {
+  TriangleMesh mesh = test::torus_mesh(5000);
+  std::uint64_t state = 1;
+  const auto noise = [&] {
+    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+    return 0.02 * (static_cast<double>(state >> 40) / (1 << 24) - 0.5);
+  };
+  for (Vec3& p : mesh.vertices.positions) p = p + Vec3{noise(), noise(), noise()};
+  return mesh;
+}
+
 TriangleMesh open_sheet() {
   TriangleMesh mesh = test::grid_mesh(70, 50, false, [](double u, double v) {
     return Vec3{30.0 * u, 20.0 * v, std::sin(8.0 * u) * std::cos(6.0 * v)};
@@ -122,6 +134,20 @@ TEST_CASE("SimplifiedMeshOfAClosedManifoldIsOneOfTheSameGenus") {
     CHECK(facts.components == 1);
     CHECK(facts.euler_characteristic == 0);
     CHECK(facts.triangles < before.triangles);
+  }
+}
+
+TEST_CASE("SimplifiedMeshOfANoisyManifoldIsAManifold") {
+  const TriangleMesh mesh = rough_torus();
+  REQUIRE(mesh_facts(mesh).watertight);
+  for (const double ratio : {0.6, 0.3, 0.1, 0.03, 0.01}) {
+    INFO(ratio);
+    const Simplified small = simplify(mesh, {Kind::kRatio, ratio});
+    CHECK(validate_mesh(small.mesh).empty());
+    const MeshFacts facts = mesh_facts(small.mesh);
+    CHECK(facts.watertight);
+    CHECK(facts.nonmanifold_vertices == 0);
+    CHECK(facts.euler_characteristic == 0);
   }
 }
 

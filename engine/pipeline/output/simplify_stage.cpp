@@ -93,7 +93,8 @@ void make_simplified(const SimplifyInputs& inputs, StageRunner& runner) {
   write_coordinate_system(file, inputs.partition.coordinate_system);
   write_shift(file, facts.origin);
   clock.facts().bytes_written = facts.bytes;
-  runner.store.disk().add(facts.bytes);
+  runner.store.disk().add(facts.bytes + facts.work_bytes);
+  runner.store.disk().remove(facts.work_bytes);
   note_result(facts, file, runner);
 }
 

@@ -85,7 +85,8 @@ void make_tileset(const TilesetInputs& inputs, StageRunner& runner) {
   std::uint64_t tiles = 0;
   for (const TilesetLevel& level : facts.levels) tiles += level.tiles;
   clock.facts().bytes_written = facts.bytes;
-  runner.store.disk().add(facts.bytes);
+  runner.store.disk().add(facts.bytes + facts.work_bytes);
+  runner.store.disk().remove(facts.work_bytes);
   runner.note("tileset: " + format_count(tiles) + (tiles == 1 ? " tile" : " tiles") + " of " +
               format_count(facts.levels.size()) +
               (facts.levels.size() == 1 ? " level, " : " levels, ") + format_bytes(facts.bytes));
