@@ -2,6 +2,7 @@
 """Levels of detail of a generated mesh: triangles per second, memory, disk, shares of borders, errors.
 
     bench/workloads/levels.py [--triangles 10e6] [--threads 2] [--memory 1GiB] [--work FOLDER] [--mesh MESH.ply]
+        [--measure]
 
 The mesh is a torus with bumps of several sizes, closed, written row by row. `--mesh` takes a mesh that is there. Where node
 and gltf-validator are installed, every tile goes through it (bench/quality/validate_gltf.js). Prints JSON.
@@ -62,12 +63,14 @@ def levels_of(text):
     """The table that the command prints."""
     levels = []
     for line in text.splitlines():
-        match = re.match(r"\s*(\d+)\s+([\d,]+)\s+([\d,]+)\s+(\S+) %\s+(\S+)$", line)
+        match = re.match(r"\s*(\d+)\s+([\d,]+)\s+([\d,]+)\s+(\S+) %\s+(\S+)(?:\s+(\S+)\s+(\S+))?$", line)
         if match:
-            level, tiles, triangles, border, error = match.groups()
+            level, tiles, triangles, border, error, distance, mean = match.groups()
             levels.append({"level": int(level), "tiles": int(tiles.replace(",", "")),
                            "triangles": int(triangles.replace(",", "")), "border_percent": float(border),
                            "error": float(error)})
+            if distance:
+                levels[-1].update(measured=float(distance), mean=float(mean))
     return levels
 
 
@@ -86,6 +89,7 @@ def main():
     parser.add_argument("--memory", default="1GiB")
     parser.add_argument("--work", help="a folder with room; default: a temporary one")
     parser.add_argument("--mesh", help="a mesh instead of the generated one")
+    parser.add_argument("--measure", action="store_true", help="distances of levels to the mesh, too")
     parser.add_argument("--program", default=str(harness.ROOT / "build" / "release" / "bin" / "orbweave"))
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory(dir=arguments.work) as work:
@@ -94,7 +98,8 @@ def main():
             write_torus(mesh, arguments.triangles)
         folder = pathlib.Path(work) / "tiles"
         measured = harness.run([arguments.program, "tileset", mesh, "-o", folder, "--threads", arguments.threads,
-                                "--memory", arguments.memory, "--progress", "none"])
+                                "--memory", arguments.memory, "--progress", "none",
+                                *(["--measure"] if arguments.measure else [])])
         levels = levels_of(measured.pop("stdout"))
         cpu = measured["user_seconds"] + measured["system_seconds"]
         result = {"mesh_bytes": mesh.stat().st_size, "threads": arguments.threads, "memory": arguments.memory,

@@ -125,10 +125,11 @@ CommandAction action_of(CLI::App& program, std::span<const AddCommand> commands,
 
 CommandAction parse_command_line(const std::vector<std::string>& arguments, const StopToken& stop) {
   static Communicator alone;
-  constexpr std::array<AddCommand, 12> kCommands = {
-      add_run_command,     add_reconstruct_command, add_fill_command,     add_plan_command,
-      add_status_command,  add_inspect_command,     add_compare_command,  add_convert_command,
-      add_tileset_command, add_view_command,        add_generate_command, add_config_command};
+  constexpr std::array<AddCommand, 13> kCommands = {
+      add_run_command,      add_reconstruct_command, add_fill_command,    add_plan_command,
+      add_status_command,   add_inspect_command,     add_compare_command, add_convert_command,
+      add_simplify_command, add_tileset_command,     add_view_command,    add_generate_command,
+      add_config_command};
   CLI::App program("Turns point clouds of any size into one seamless triangle mesh.", "orbweave");
   program.footer("Example:\n  orbweave reconstruct scan.ply -o mesh.ply\n");
   return action_of(program, kCommands, arguments, stop, alone);

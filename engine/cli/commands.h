@@ -30,6 +30,7 @@ void add_plan_command(CLI::App& program, const CommandContext& context);
 void add_status_command(CLI::App& program, const CommandContext& context);
 void add_inspect_command(CLI::App& program, const CommandContext& context);
 void add_compare_command(CLI::App& program, const CommandContext& context);
+void add_simplify_command(CLI::App& program, const CommandContext& context);
 void add_tileset_command(CLI::App& program, const CommandContext& context);
 void add_view_command(CLI::App& program, const CommandContext& context);
 void add_convert_command(CLI::App& program, const CommandContext& context);

@@ -17,6 +17,7 @@
 #include "engine/validation/mesh_facts.h"
 #include "io/error.h"
 #include "io/job/output_origin.h"
+#include "io/meshes/heavy_data.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/meshes/shift_file.h"
@@ -309,6 +310,7 @@ void check_places(const ConvertOptions& options) {
   const std::vector<PathRole> paths = {
       {"the file that is read", options.in, PathUse::kReadFile},
       {"the file", options.out, PathUse::kWrittenFile},
+      {"the numbers of the file", heavy_data_file(options.out), PathUse::kWrittenFile},
       {"the coordinate system beside the file", coordinate_system_file(options.out),
        PathUse::kWrittenFile, false, false},
       {"the shift of coordinates beside the file", shift_file(options.out), PathUse::kWrittenFile,

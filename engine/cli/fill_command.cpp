@@ -23,6 +23,7 @@
 #include "engine/validation/usable_triangles.h"
 #include "io/error.h"
 #include "io/job/output_origin.h"
+#include "io/meshes/heavy_data.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/meshes/shift_file.h"
@@ -71,6 +72,7 @@ void check(const FillArguments& arguments, const OutputOptions& output) {
   const std::vector<PathRole> paths = {
       {"the mesh that is read", arguments.file, PathUse::kReadFile},
       {"the mesh", output.mesh, PathUse::kWrittenFile},
+      {"the numbers of the mesh", heavy_data_file(output.mesh), PathUse::kWrittenFile},
       {"the coordinate system beside the mesh", coordinate_system_file(output.mesh),
        PathUse::kWrittenFile, false, false},
       {"the shift of coordinates beside the mesh", shift_file(output.mesh), PathUse::kWrittenFile,

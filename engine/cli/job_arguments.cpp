@@ -37,6 +37,8 @@ std::string value_name(const JobKey& key) {
       return "X";
     case JobKeyType::kNumbers:
       return "X,X,...";
+    case JobKeyType::kSimplification:
+      return "LIMIT=X";
     case JobKeyType::kColor:
       return "#RRGGBB";
     case JobKeyType::kBytes:

@@ -1,12 +1,29 @@
 #include "engine/cli/output_checks.h"
 
 #include <optional>
+#include <string>
+#include <string_view>
 
 #include "engine/cli/file_kind.h"
 #include "io/error.h"
 #include "io/text/file_format.h"
 
 namespace orbweave {
+
+namespace {
+
+bool has_no_text(FileFormat format) {
+  return format == FileFormat::kGlb || format == FileFormat::kVtp || format == FileFormat::kXdmf;
+}
+
+std::string upper_case(std::string_view text) {
+  std::string upper(text);
+  for (char& c : upper)
+    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+  return upper;
+}
+
+}  // namespace
 
 void check_mesh_name(const OutputOptions& output) {
   const std::string& mesh = output.mesh;
@@ -20,8 +37,8 @@ void check_mesh_name(const OutputOptions& output) {
                 {.file = mesh,
                  .found = "output.format = \"binary\"",
                  .expected = "\"auto\" or \"text\", or a .ply or .stl file"});
-  if (!output.binary && named && named->facts.format == FileFormat::kGlb)
-    throw_usage("GLB has no text encoding",
+  if (!output.binary && named && has_no_text(named->facts.format))
+    throw_usage(upper_case(named->facts.extension.substr(1)) + " has no text encoding",
                 {.file = mesh,
                  .found = "output.format = \"text\"",
                  .expected = "\"auto\" or \"binary\", or a .ply, .obj or .stl file"});

@@ -1,11 +1,11 @@
 #include "engine/cli/reference_page.h"
 
-#include <nlohmann/json.hpp>
+#include <span>
 #include <string_view>
 
 #include "engine/cli/exit_status.h"
 #include "io/job/job_reference.h"
-#include "io/report/report.h"
+#include "io/report/report_fields.h"
 
 namespace orbweave {
 namespace {
@@ -43,38 +43,21 @@ std::string statuses_text() {
   return text + "\n";
 }
 
-std::string kind_of(const nlohmann::ordered_json& value) {
-  if (value.is_string()) return "text";
-  if (value.is_boolean()) return "true or false";
-  if (value.is_number()) return "number";
-  if (value.is_array()) return "list";
-  return value.is_object() ? "object" : "a value, or null where it is not known";
+std::string field_rows(std::span<const ReportField> fields) {
+  std::string rows = "| field | meaning |\n|---|---|\n";
+  for (const ReportField& field : fields)
+    rows += "| `" + std::string(field.name) + "` | " + std::string(field.meaning) + " |\n";
+  return rows + "\n";
 }
 
-/// A row for each field, those of what a list holds under "[]". Options have the names of their
-/// keys.
-std::string field_rows(const nlohmann::ordered_json& object, const std::string& prefix) {
-  std::string rows;
-  for (const auto& [key, value] : object.items()) {
-    const std::string name = prefix + key;
-    rows += "| `" + name + "` | " + kind_of(value) + " |\n";
-    if (value.is_object() && name != "options") rows += field_rows(value, name + ".");
-    if (value.is_array() && !value.empty() && value.front().is_object())
-      rows += field_rows(value.front(), name + "[].");
-  }
-  return rows;
-}
-
-/// Of a report that has one of everything.
 std::string fields_text() {
-  RunReport report;
-  report.holes.resize(1);
-  report.holes.front().filled = true;
-  report.stages.resize(1);
-  return "# Report\n\nThe fields of the JSON that `output.report` names. `options` has the "
-         "resolved "
-         "keys of the job.\n\n| field | kind |\n|---|---|\n" +
-         field_rows(nlohmann::ordered_json::parse(report_json(report)), "") + "\n";
+  return "# Report\n\nThe fields of the JSON that `output.report` names. What a list holds stands "
+         "under `[]`.\n\n" +
+         field_rows(run_report_fields()) +
+         "The report of `orbweave fill` has `version`, `command`, `options`, `origin`, `mesh`, "
+         "`pieces_removed`, `triangles_removed`, `holes`, `peak_memory_bytes` and `machine` as "
+         "above, and these:\n\n" +
+         field_rows(fill_report_fields());
 }
 
 }  // namespace

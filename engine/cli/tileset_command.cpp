@@ -6,15 +6,18 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "engine/cli/commands.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
 #include "engine/levels/tileset.h"
+#include "engine/levels/tileset_report.h"
 #include "engine/levels/tileset_work.h"
 #include "io/error.h"
 #include "io/points/coordinate_system_file.h"
+#include "io/report/machine.h"
 #include "io/report/picture.h"
 #include "io/report/picture_up.h"
 #include "io/system/path_roles.h"
@@ -34,6 +37,8 @@ struct TilesetArguments {
   std::string mesh;
   std::string directory;
   std::uint64_t leaf_triangles = LevelOptions{}.leaf_triangles;
+  bool measures = false;
+  std::string report;
   JobArguments keys;
 };
 
@@ -41,6 +46,7 @@ void check_places(const TilesetArguments& arguments, const fs::path& work) {
   const std::vector<PathRole> paths = {
       {"the mesh that is read", arguments.mesh, PathUse::kReadFile},
       {"the folder of the tiles", arguments.directory, PathUse::kWrittenDirectory},
+      {"the report", arguments.report, PathUse::kWrittenFile},
       {"the work directory", work, PathUse::kWorkDirectory}};
   check_paths(paths);
 }
@@ -68,12 +74,20 @@ std::string summary(const TilesetArguments& arguments, const TilesetFacts& facts
        {"bytes", format_bytes(facts.bytes)}});
   std::vector<std::vector<std::string>> rows = {
       {"level", "tiles", "triangles", "at borders", "error"}};
+  const std::optional<LevelDistance>& finest = facts.levels.front().measured;
+  if (finest) rows[0].insert(rows[0].end(), {"measured", "mean"});
+  if (finest && finest->has_colors) rows[0].push_back("colours");
   for (std::size_t i = 0; i < facts.levels.size(); ++i) {
     const TilesetLevel& level = facts.levels[i];
     rows.push_back({std::to_string(i), format_count(level.tiles), format_count(level.triangles),
                     show_percent(static_cast<double>(level.border_triangles) /
                                  static_cast<double>(std::max<std::uint64_t>(level.triangles, 1))),
                     format_number(level.error)});
+    if (!level.measured) continue;
+    rows.back().push_back(format_number(level.measured->distance));
+    rows.back().push_back(format_number(level.measured->mean_distance));
+    if (level.measured->has_colors)
+      rows.back().push_back(show_percent(level.measured->color_error));
   }
   return text + "\n" + table(rows);
 }
@@ -89,6 +103,10 @@ TilesetFacts make_tileset(const TilesetArguments& arguments, const TilesetOption
     progress.begin_stage("tiles", tiles, "tiles");
   };
   events.written = [&] { progress.advance(1); };
+  events.measuring = [&] {
+    progress.end_stage();
+    progress.begin_stage("measure", 0, "levels");
+  };
   TilesetFacts facts = write_tileset(*mesh, arguments.directory, options, events, stop);
   progress.end_stage();
   return facts;
@@ -103,6 +121,7 @@ void tileset(const TilesetArguments& arguments, const StopToken& stop) {
   options.levels.memory_bytes = job.partition.memory_bytes;
   options.levels.threads = job.run.threads > 0 ? job.run.threads : available_threads();
   options.levels.directory = work_directory;
+  options.measures = arguments.measures;
   options.coordinate_system = coordinate_system_beside(arguments.mesh);
   options.up_axis = upright_axis_of(arguments, job, options.coordinate_system);
   const tbb::global_control limit(
@@ -112,6 +131,11 @@ void tileset(const TilesetArguments& arguments, const StopToken& stop) {
   const TilesetWork work(work_directory);
   const TilesetFacts facts = make_tileset(arguments, options, *progress, stop);
   note_written(arguments.directory);
+  if (!arguments.report.empty()) {
+    write_tileset_report(arguments.report,
+                         {arguments.mesh, arguments.directory, facts, peak_memory_bytes()});
+    note_written(arguments.report);
+  }
   std::cout << summary(arguments, facts);
 }
 
@@ -132,6 +156,9 @@ void add_tileset_command(CLI::App& program, const CommandContext& context) {
                    "Most triangles of a tile of the finest level (65536)")
       ->type_name("N")
       ->check(CLI::Range(std::uint64_t{1}, kMostLeafTriangles));
+  command->add_flag("--measure", arguments->measures,
+                    "Measure how far each level is from the mesh, and its colours");
+  command->add_option("--report", arguments->report, "A report to write (JSON)")->type_name("FILE");
   add_key_options(*command, kKeys, arguments->keys);
   add_progress_option(*command, arguments->keys);
   command->footer(

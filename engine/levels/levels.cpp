@@ -1,23 +1,14 @@
 #include "engine/levels/levels.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
-#include <mutex>
-#include <utility>
 
-#include "engine/levels/simplify.h"
-#include "io/bounds.h"
+#include "engine/levels/level_maker.h"
 #include "io/error.h"
 #include "io/text/quantity.h"
-#include "partition/canonical_order.h"
 
 namespace orbweave {
 namespace {
 
-constexpr std::size_t kBatch = std::size_t{1} << 16;
 /// Of the process without any node.
 constexpr std::uint64_t kBaseBytes = std::uint64_t{48} << 20;
 /// Of a node that is made, per triangle of its children: the meshes, the trees that distances are
@@ -25,216 +16,6 @@ constexpr std::uint64_t kBaseBytes = std::uint64_t{48} << 20;
 constexpr std::uint64_t kBytesPerTriangle = 320;
 /// Children of a node of a surface are about four; eight in a crowd.
 constexpr std::uint64_t kChildren = 6;
-
-/// Where a node's mesh lies in the spool file, until its parent is made.
-struct Stored {
-  std::uint64_t offset = 0;
-  std::uint64_t bytes = 0;
-};
-
-/// The mesh on disk: vertices by their numbers, triangles by their cells.
-struct StoredMesh {
-  std::unique_ptr<VertexTable> vertices;
-  std::unique_ptr<SortedTriangles> triangles;
-};
-
-void read_vertices(MeshStream& mesh, VertexTable& table, const StopToken& stop) {
-  for (PointCloud batch; mesh.read_vertices(batch, kBatch);) {
-    stop.check();
-    table.append(batch);
-  }
-}
-
-/// The corners of triangles, each once, with their positions.
-class CornerPositions {
- public:
-  CornerPositions(const VertexTable& table, std::span<const Triangle64> triangles) {
-    for (const Triangle64& t : triangles) numbers_.insert(numbers_.end(), t.begin(), t.end());
-    std::sort(numbers_.begin(), numbers_.end());
-    numbers_.erase(std::unique(numbers_.begin(), numbers_.end()), numbers_.end());
-    const std::vector<std::byte> rows = table.rows(numbers_);
-    for (std::size_t i = 0; i < numbers_.size(); ++i)
-      positions_.push_back(position_of_row(rows.data() + i * table.row_bytes()));
-  }
-  Vec3 of(std::uint64_t number) const {
-    const auto at = std::lower_bound(numbers_.begin(), numbers_.end(), number);
-    return positions_[static_cast<std::size_t>(at - numbers_.begin())];
-  }
-
- private:
-  std::vector<std::uint64_t> numbers_;
-  std::vector<Vec3> positions_;
-};
-
-std::uint64_t code_of(const Triangle64& t, const CornerPositions& corners,
-                      const MortonFrame& frame) {
-  const Vec3 a = corners.of(t[0]);
-  const Vec3 b = corners.of(t[1]);
-  const Vec3 c = corners.of(t[2]);
-  if (!is_finite(a) || !is_finite(b) || !is_finite(c))
-    throw_bad_input("a triangle has a coordinate that is not finite",
-                    {.found = "a corner at vertex " + std::to_string(t[0]) + ", " +
-                              std::to_string(t[1]) + " or " + std::to_string(t[2]),
-                     .advice = "'orbweave fill MESH -o OUT.ply' leaves such triangles out"});
-  return frame.code(a + (1.0 / 3.0) * ((b - a) + (c - a)));
-}
-
-StoredMesh stored_mesh(MeshStream& mesh, const LevelOptions& options, const LevelEvents& events,
-                       const StopToken& stop) {
-  StoredMesh stored{std::make_unique<VertexTable>(options.directory, mesh.schema()), nullptr};
-  read_vertices(mesh, *stored.vertices, stop);
-  const Box bounds = stored.vertices->bounds();
-  const MortonFrame frame(root_cube(bounds.empty() ? Box{{}, {}} : bounds));
-  constexpr std::uint64_t kShareOfRun = 6;  // the sort has its vector twice while that grows
-  TriangleSorter sorter(options.directory, options.memory_bytes / kShareOfRun);
-  for (std::vector<Triangle64> batch; mesh.read_triangles(batch, kBatch);) {
-    stop.check();
-    const CornerPositions corners(*stored.vertices, batch);
-    for (const Triangle64& t : batch) sorter.add({code_of(t, corners, frame), t});
-    if (events.read) events.read(batch.size());
-  }
-  stored.triangles = std::make_unique<SortedTriangles>(sorter.finish(stop));
-  if (stored.triangles->size() == 0) throw_bad_input("the mesh has no triangle");
-  return stored;
-}
-
-/// All nodes of one mesh.
-class LevelMaker {
- public:
-  LevelMaker(StoredMesh mesh, const LevelOptions& options, const LevelEvents& events,
-             const StopToken& stop)
-      : mesh_(std::move(mesh)),
-        options_(options),
-        events_(events),
-        stop_(stop),
-        spool_(options.directory),
-        row_bytes_(mesh_.vertices->row_bytes()) {
-    levels_.nodes = level_tree(*mesh_.triangles, options.leaf_triangles);
-    levels_.facts.resize(levels_.nodes.size());
-    levels_.triangles = mesh_.triangles->size();
-    levels_.vertices = mesh_.vertices->size();
-    stored_.resize(levels_.nodes.size());
-  }
-
-  Levels make() {
-    if (events_.planned)
-      events_.planned(static_cast<std::uint32_t>(levels_.nodes.size()), mesh_.vertices->bounds());
-    tbb::task_arena arena(level_workers(options_));
-    for (const std::vector<std::uint32_t>& nodes : nodes_by_height(levels_.nodes)) {
-      if (levels_.nodes[nodes.front()].height == 1) keep_seams();
-      arena.execute([&] {
-        tbb::parallel_for(
-            tbb::blocked_range<std::size_t>(0, nodes.size(), 1),
-            [&](const auto& range) {
-              for (std::size_t i = range.begin(); i < range.end(); ++i)
-                tbb::this_task_arena::isolate([&] { make_node(nodes[i]); });
-            },
-            tbb::simple_partitioner());
-      });
-    }
-    return std::move(levels_);
-  }
-
- private:
-  void make_node(std::uint32_t number) {
-    stop_.check();
-    const LevelNode& node = levels_.nodes[number];
-    LevelFacts& facts = levels_.facts[number];
-    const NodeMesh mesh = node.is_leaf() ? leaf(number) : simplified(number);
-    const PointCloud points = mesh_.vertices->points(mesh.rows);
-    facts.vertices = mesh.vertices.size();
-    facts.triangles = mesh.triangles.size();
-    const std::vector<OpenEdge> open = open_edges(mesh);
-    facts.border_triangles = triangles_at(open);
-    if (node.is_leaf()) {
-      facts.bounds = points.bounds();
-      add_seams(mesh, open);
-    }
-    // Leaves are read again from the mesh.
-    if (!node.is_leaf() && number != 0) {
-      const std::vector<std::byte> bytes = packed(mesh);
-      stored_[number] = {spool_.append(bytes), bytes.size()};
-    }
-    events_.done(number, points, mesh.triangles);
-  }
-
-  void add_seams(const NodeMesh& mesh, std::span<const OpenEdge> open) {
-    const std::scoped_lock lock(mutex_);
-    for (const OpenEdge& edge : open) seams_.push_back(mesh_edge(mesh, edge));
-  }
-
-  /// Open edges of two leaves lie between them; those of one leaf are rims of the mesh.
-  void keep_seams() {
-    std::sort(seams_.begin(), seams_.end());
-    std::vector<MeshEdge> twice;
-    for (std::size_t i = 1; i < seams_.size(); ++i)
-      if (seams_[i] == seams_[i - 1] && (twice.empty() || twice.back() != seams_[i]))
-        twice.push_back(seams_[i]);
-    seams_ = std::move(twice);
-  }
-
-  /// The vertices of a node that nodes beside it have as well, ascending.
-  std::vector<std::uint32_t> border_vertices(const NodeMesh& mesh) const {
-    std::vector<std::uint32_t> vertices;
-    for (const OpenEdge& edge : open_edges(mesh)) {
-      if (!std::binary_search(seams_.begin(), seams_.end(), mesh_edge(mesh, edge))) continue;
-      vertices.push_back(edge.low);
-      vertices.push_back(edge.high);
-    }
-    std::sort(vertices.begin(), vertices.end());
-    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-    return vertices;
-  }
-
-  NodeMesh leaf(std::uint32_t number) const {
-    const LevelNode& node = levels_.nodes[number];
-    return leaf_mesh(*mesh_.vertices, mesh_.triangles->read(node.first, node.triangles));
-  }
-
-  NodeMesh made_before(std::uint32_t number) const {
-    if (levels_.nodes[number].is_leaf()) return leaf(number);
-    std::vector<std::byte> bytes(stored_[number].bytes);
-    spool_.read(stored_[number].offset, bytes);
-    return unpacked(bytes, row_bytes_);
-  }
-
-  NodeMesh merged_children(std::uint32_t number) const {
-    std::vector<NodeMesh> parts;
-    for (const std::uint32_t child : levels_.nodes[number].children)
-      parts.push_back(made_before(child));
-    return merged_mesh(parts, row_bytes_);
-  }
-
-  NodeMesh simplified(std::uint32_t number) {
-    LevelFacts& facts = levels_.facts[number];
-    for (const std::uint32_t child : levels_.nodes[number].children) {
-      facts.bounds.extend(levels_.facts[child].bounds);
-      facts.error = std::max(facts.error, levels_.facts[child].error);
-    }
-    const NodeMesh merged = merged_children(number);
-    const std::vector<std::uint32_t> locked = border_vertices(merged);
-    // Where the border alone takes most of the triangles, the inside would be torn down for it.
-    constexpr std::size_t kTrianglesOfBorderVertex = 3;
-    const std::size_t target =
-        std::max(std::min<std::size_t>(options_.leaf_triangles, merged.triangles.size() / 2),
-                 kTrianglesOfBorderVertex * locked.size());
-    Simplification simpler =
-        simplify_between(positions_of(merged, row_bytes_), merged.triangles, locked, target);
-    facts.error += simpler.error;
-    return used_part(merged, std::move(simpler.triangles), row_bytes_);
-  }
-
-  StoredMesh mesh_;
-  const LevelOptions& options_;
-  const LevelEvents& events_;
-  const StopToken& stop_;
-  SpoolFile spool_;
-  std::size_t row_bytes_;
-  Levels levels_;
-  std::vector<Stored> stored_;
-  std::mutex mutex_;
-  std::vector<MeshEdge> seams_;  ///< edges between leaves
-};
 
 }  // namespace
 
@@ -261,8 +42,9 @@ int level_workers(const LevelOptions& options) {
 
 Levels make_levels(MeshStream& mesh, const LevelOptions& options, const LevelEvents& events,
                    const StopToken& stop) {
-  level_workers(options);  // a budget that is too small is refused before the work
-  return LevelMaker(stored_mesh(mesh, options, events, stop), options, events, stop).make();
+  LevelMaker maker(mesh, mesh.schema(), options, events, stop);
+  maker.make();
+  return maker.levels();
 }
 
 }  // namespace orbweave

@@ -38,6 +38,8 @@ struct LevelFacts {
   /// How far its surface is from the mesh, world units, as engine/levels/simplify.h measures it,
   /// added up over the levels below; 0: a leaf.
   double error = 0.0;
+  /// A manifold wherever the mesh is one, as all nodes below it are.
+  bool is_sound = true;
   Box bounds;  ///< of all vertices below it, so those of children lie in those of parents
 };
 

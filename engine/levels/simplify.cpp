@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <utility>
 
 #include "engine/geometry/triangle_tree.h"
+#include "engine/levels/soundness.h"
 #include "io/bounds.h"
 
 namespace orbweave {
@@ -78,59 +81,180 @@ double measured_distance(std::span<const Vec3> positions, std::span<const Triang
                             distance_of_new(positions, before, after)));
 }
 
-/// A triangle of its own at each locked vertex. meshoptimizer locks vertices at which a mesh is no
-/// surface, and has no other way to lock single vertices before its version 0.20.
+/// Triangles that add_locks() adds for each vertex.
+constexpr std::size_t kTrianglesOfLock = 2;
+
+/// Two further triangles at each locked vertex, to four vertices that all of them share.
+/// meshoptimizer locks vertices at which more than two edges are open, the four as well, and has no
+/// other way to lock single vertices before its version 0.20. So none of these triangles goes.
 void add_locks(std::span<const std::uint32_t> locked, std::vector<float>& floats,
                std::vector<Triangle>& triangles) {
+  if (locked.empty()) return;
   float reach = 0.0F;
   for (const float number : floats) reach = std::max(reach, std::abs(number));
-  // Towards the middle, so that the mesh has the extent that it had.
-  constexpr float kInward = 1.0F - 0x1p-8F;
+  // Near the middle, so that the mesh has the extent that it had.
   const float aside = reach * 0x1p-10F;
+  const auto first = static_cast<std::uint32_t>(floats.size() / 3);
+  for (const float step : {aside, -aside, 2.0F * aside, -2.0F * aside})
+    floats.insert(floats.end(), {step, step * step / reach, 0.0F});
   for (const std::uint32_t vertex : locked) {
-    const auto at = static_cast<std::uint32_t>(floats.size() / 3);
-    for (std::size_t corner = 0; corner < 2; ++corner)
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const float inward = kInward * floats[3 * std::size_t{vertex} + axis];
-        floats.push_back(axis == corner ? inward + (inward > 0.0F ? -aside : aside) : inward);
-      }
-    triangles.push_back({vertex, at, at + 1});
+    triangles.push_back({vertex, first, first + 1});
+    triangles.push_back({vertex, first + 2, first + 3});
   }
 }
+
+/// As meshoptimizer takes limits of errors.
+float relative_limit(double error, double scale) {
+  constexpr double kMost = std::numeric_limits<float>::max();
+  return static_cast<float>(scale > 0.0 ? std::min(error / scale, kMost) : kMost);
+}
+
+Simplification unchanged(std::span<const Triangle> triangles) {
+  return {{triangles.begin(), triangles.end()}, 0.0, true};
+}
+
+/// Triangles on the way, and the quadrics' error of the last step.
+struct Step {
+  std::vector<Triangle> triangles;
+  double error = 0.0;
+  bool is_sound = false;
+};
+
+/// Simplifies in steps to half, each from what the one before left: where an edge collapse has made
+/// the surface touch itself, what lies around it is locked, and the step is made again. In steps to
+/// half that is a small part of the mesh.
+class SoundSimplifier {
+ public:
+  SoundSimplifier(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                  std::span<const std::uint32_t> locked)
+      : positions_(positions),
+        locked_(locked),
+        floats_(floats_of(positions)),
+        scale_(
+            static_cast<double>(meshopt_simplifyScale(floats_.data(), positions.size(), kStride))),
+        unsound_before_(unsound_vertices(triangles)) {}
+
+  Step simplify(std::span<const Triangle> triangles, const SimplifyLimits& limits) const {
+    Step all{{triangles.begin(), triangles.end()}, 0.0, true};
+    while (all.triangles.size() > limits.triangles) {
+      const std::size_t half = std::max(limits.triangles, all.triangles.size() / 2);
+      Step next = sound_step(all.triangles, half, limits.quadric_error - all.error);
+      if (next.triangles.size() >= all.triangles.size()) break;
+      const bool is_last = next.triangles.size() > half;
+      all = {std::move(next.triangles), all.error + next.error, all.is_sound && next.is_sound};
+      if (is_last) break;
+    }
+    return all;
+  }
+
+ private:
+  static constexpr std::size_t kStride = 3 * sizeof(float);
+
+  Step sound_step(const std::vector<Triangle>& triangles, std::size_t target,
+                  double quadric_error) const {
+    constexpr int kAttempts = 10;
+    const std::vector<VertexPair> border_edges = edges_among(triangles, locked_);
+    std::vector<std::uint32_t> locks(locked_.begin(), locked_.end());
+    Step best;
+    std::size_t fewest = std::numeric_limits<std::size_t>::max();
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+      Step step = collapsed(triangles, locks, target, quadric_error);
+      const std::vector<std::uint32_t> unsound = newly_unsound(step.triangles, border_edges);
+      step.is_sound = unsound.empty();
+      if (step.is_sound) return step;
+      lock_around(unsound, triangles, locks);
+      if (unsound.size() >= fewest) continue;
+      fewest = unsound.size();
+      best = std::move(step);
+    }
+    return best;
+  }
+
+  /// What meshoptimizer makes of the triangles.
+  Step collapsed(const std::vector<Triangle>& triangles, std::span<const std::uint32_t> locks,
+                 std::size_t target, double quadric_error) const {
+    std::vector<float> floats = floats_;
+    std::vector<Triangle> with_locks = triangles;
+    add_locks(locks, floats, with_locks);
+    Step step;
+    step.triangles.resize(with_locks.size());
+    float relative_error = 0.0F;
+    const std::size_t indices = meshopt_simplify(
+        step.triangles.front().data(), with_locks.front().data(), 3 * with_locks.size(),
+        floats.data(), floats.size() / 3, kStride, 3 * (target + kTrianglesOfLock * locks.size()),
+        relative_limit(quadric_error, scale_), 0, &relative_error);
+    step.triangles.resize(indices / 3);
+    std::erase_if(step.triangles, [&](const Triangle& t) {
+      return std::max({t[0], t[1], t[2]}) >= positions_.size();
+    });
+    step.error = static_cast<double>(relative_error) * scale_;
+    return step;
+  }
+
+  /// Where the triangles are no manifold and the mesh was one, and the ends of new edges between
+  /// vertices of the border: what lies beyond it may have the same edge.
+  std::vector<std::uint32_t> newly_unsound(std::span<const Triangle> triangles,
+                                           const std::vector<VertexPair>& border_edges) const {
+    std::vector<std::uint32_t> unsound;
+    const std::vector<std::uint32_t> now = unsound_vertices(triangles);
+    std::set_difference(now.begin(), now.end(), unsound_before_.begin(), unsound_before_.end(),
+                        std::back_inserter(unsound));
+    for (const VertexPair& edge : edges_among(triangles, locked_)) {
+      if (std::binary_search(border_edges.begin(), border_edges.end(), edge)) continue;
+      unsound.push_back(edge.low);
+      unsound.push_back(edge.high);
+    }
+    std::sort(unsound.begin(), unsound.end());
+    return unsound;
+  }
+
+  /// Locks an unsound vertex and its neighbours: its triangles are then as they are, sound.
+  static void lock_around(const std::vector<std::uint32_t>& unsound,
+                          std::span<const Triangle> triangles, std::vector<std::uint32_t>& locks) {
+    const auto is_unsound = [&](std::uint32_t vertex) {
+      return std::binary_search(unsound.begin(), unsound.end(), vertex);
+    };
+    for (const Triangle& t : triangles)
+      if (std::ranges::any_of(t, is_unsound)) locks.insert(locks.end(), t.begin(), t.end());
+    std::sort(locks.begin(), locks.end());
+    locks.erase(std::unique(locks.begin(), locks.end()), locks.end());
+  }
+
+  std::span<const Vec3> positions_;
+  std::span<const std::uint32_t> locked_;  ///< ascending
+  std::vector<float> floats_;
+  double scale_;
+  std::vector<std::uint32_t> unsound_before_;
+};
 
 }  // namespace
 
 Simplification simplify_between(std::span<const Vec3> positions,
                                 std::span<const Triangle> triangles,
-                                std::span<const std::uint32_t> locked, std::size_t target) {
-  Simplification result;
-  if (triangles.size() <= target) {
-    result.triangles.assign(triangles.begin(), triangles.end());
-    return result;
-  }
-  std::vector<float> floats = floats_of(positions);
-  std::vector<Triangle> with_locks(triangles.begin(), triangles.end());
-  add_locks(locked, floats, with_locks);
-  result.triangles.resize(with_locks.size());
-  constexpr std::size_t kStride = 3 * sizeof(float);
-  constexpr float kAnyError = std::numeric_limits<float>::max();
-  const std::size_t vertices = floats.size() / 3;
-  float relative_error = 0.0F;
-  const std::size_t indices = meshopt_simplify(
-      result.triangles.front().data(), with_locks.front().data(), 3 * with_locks.size(),
-      floats.data(), vertices, kStride, 3 * target, kAnyError, 0, &relative_error);
-  result.triangles.resize(indices / 3);
-  std::erase_if(result.triangles, [&](const Triangle& t) {
-    return std::max({t[0], t[1], t[2]}) >= positions.size();
-  });
-  const double quadric_error =
-      static_cast<double>(relative_error) *
-      static_cast<double>(meshopt_simplifyScale(floats.data(), vertices, kStride));
+                                std::span<const std::uint32_t> locked,
+                                const SimplifyLimits& limits) {
+  if (triangles.size() <= limits.triangles) return unchanged(triangles);
+  Step step = SoundSimplifier(positions, triangles, locked).simplify(triangles, limits);
   // Points between those that are measured may be farther away.
   constexpr double kBetween = 1.25;
+  Simplification result{std::move(step.triangles), 0.0, step.is_sound};
   result.error =
-      std::max(quadric_error, kBetween * measured_distance(positions, triangles, result.triangles));
+      std::max(step.error, kBetween * measured_distance(positions, triangles, result.triangles));
   return result;
+}
+
+Simplification simplify_within(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                               std::span<const std::uint32_t> locked, double error) {
+  // What is measured mostly exceeds the quadrics' error, by a factor that varies little.
+  constexpr int kAttempts = 6;
+  constexpr double kSafety = 0.9;
+  double quadric_error = error;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    Simplification result = simplify_between(positions, triangles, locked, {0, quadric_error});
+    if (result.is_sound && result.error <= error) return result;
+    quadric_error *= std::clamp(kSafety * error / result.error, 0.1, 0.8);
+  }
+  return unchanged(triangles);
 }
 
 }  // namespace orbweave

@@ -27,6 +27,7 @@ class SortedTriangles {
   SortedTriangles(std::unique_ptr<SpoolFile> file, std::uint64_t offset, std::uint64_t size)
       : file_(std::move(file)), offset_(offset), size_(size) {}
   std::uint64_t size() const { return size_; }
+  std::uint64_t disk_bytes() const { return file_->bytes(); }
   std::vector<CodedTriangle> read(std::uint64_t first, std::uint64_t count) const;
   /// The first triangle of [first, last) whose code is not below `code`; else last.
   std::uint64_t first_at_least(std::uint64_t code, std::uint64_t first, std::uint64_t last) const;

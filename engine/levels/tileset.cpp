@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "engine/levels/level_distances.h"
+#include "engine/levels/level_maker.h"
 #include "engine/levels/tileset_json.h"
 #include "io/hex_digits.h"
 #include "io/meshes/mesh_writer.h"
@@ -92,12 +94,24 @@ TilesetFacts write_tileset(MeshStream& mesh, const fs::path& directory,
     write_tile(target.temporary() / tile_file(node), points, triangles, origin);
     if (events.written) events.written();
   };
-  const Levels levels = make_levels(mesh, options.levels, of_levels, stop);
+  LevelMaker maker(mesh, mesh.schema(), options.levels, of_levels, stop);
+  maker.make();
+  const Levels& levels = maker.levels();
   const auto earth = earth_from_local(options.coordinate_system, origin);
   const Transform to_world = earth ? *earth : upright_transform(options.up_axis, origin);
   write_text(target.temporary() / kTilesetName, tileset_text(levels, origin, to_world));
-  TilesetFacts facts{levels.vertices, levels.triangles, 0, earth.has_value(), levels_of(levels)};
+  TilesetFacts facts;
+  facts.vertices = levels.vertices;
+  facts.triangles = levels.triangles;
+  facts.work_bytes = maker.disk_bytes();
+  facts.is_on_earth = earth.has_value();
+  facts.levels = levels_of(levels);
   facts.bytes = write_index(target.temporary(), levels);
+  if (options.measures) {
+    if (events.measuring) events.measuring();
+    const std::vector<LevelDistance> measured = measure_levels(maker, stop);
+    for (std::size_t i = 0; i < measured.size(); ++i) facts.levels[i].measured = measured[i];
+  }
   target.commit();
   return facts;
 }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/levels/level_distances.h"
 #include "engine/levels/levels.h"
 
 namespace orbweave {
@@ -18,6 +19,7 @@ struct TilesetOptions {
   /// Of the mesh: WKT or a code; empty: not known. Where PROJ can transform it to the Earth, the
   /// tileset lies there.
   std::string coordinate_system;
+  bool measures = false;  ///< how far each level is from the mesh
   int up_axis = 2;  ///< that is upright where the tileset does not lie on the Earth; 0: x, ...
 };
 
@@ -25,6 +27,7 @@ struct TilesetEvents {
   std::function<void(std::uint64_t triangles)> read;  ///< since the last call
   std::function<void(std::uint32_t tiles)> planned;   ///< all triangles are read
   std::function<void()> written;                      ///< one tile more
+  std::function<void()> measuring;                    ///< all tiles are written; measuring begins
 };
 
 /// All tiles of one height.
@@ -32,13 +35,15 @@ struct TilesetLevel {
   std::uint64_t tiles = 0;
   std::uint64_t triangles = 0;
   std::uint64_t border_triangles = 0;
-  double error = 0.0;  ///< the largest of its tiles
+  double error = 0.0;  ///< stated: the largest of its tiles
+  std::optional<LevelDistance> measured;
 };
 
 struct TilesetFacts {
-  std::uint64_t vertices = 0;   ///< of the mesh
-  std::uint64_t triangles = 0;  ///< of the mesh
-  std::uint64_t bytes = 0;      ///< of all files
+  std::uint64_t vertices = 0;    ///< of the mesh
+  std::uint64_t triangles = 0;   ///< of the mesh
+  std::uint64_t bytes = 0;       ///< of all files
+  std::uint64_t work_bytes = 0;  ///< of the files without a name, at the end
   bool is_on_earth = false;
   std::vector<TilesetLevel> levels;  ///< by height, the leaves first
 };

@@ -5,6 +5,8 @@
 #include "engine/pipeline/run_steps.h"
 #include "engine/pipeline/stage/resolved_job.h"
 #include "io/job/selected_points.h"
+#include "io/job/simplified_file.h"
+#include "io/meshes/heavy_data.h"
 #include "io/meshes/shift_file.h"
 #include "io/meshes/tile_directory.h"
 #include "io/points/coordinate_system_file.h"
@@ -15,10 +17,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Of formats that have them in a file of their own.
+void add_numbers(const char* role, const fs::path& mesh, std::vector<PathRole>& paths) {
+  const fs::path numbers = heavy_data_file(mesh);
+  if (!numbers.empty()) paths.push_back({role, numbers, PathUse::kWrittenFile});
+}
+
 void add_outputs(const OutputOptions& output, std::vector<PathRole>& paths) {
   const bool to_stream = output.mesh.empty() || output.mesh == "-";
   const std::string system = coordinate_system_file(output.mesh).string();
   paths.push_back({"the mesh", output.mesh, PathUse::kWrittenFile});
+  add_numbers("the numbers of the mesh", output.mesh, paths);
   if (!to_stream && output.tiles)
     paths.push_back(
         {"the directory of the tiles", tile_directory_of(output.mesh), PathUse::kWrittenDirectory});
@@ -27,6 +36,13 @@ void add_outputs(const OutputOptions& output, std::vector<PathRole>& paths) {
   paths.push_back({"the shift of coordinates beside the mesh", shift_file(output.mesh),
                    PathUse::kWrittenFile, false, false});
   paths.push_back({"the directory of the tileset", output.tileset, PathUse::kWrittenDirectory});
+  const std::string simplified = simplified_file(output).string();
+  paths.push_back({"the simplified mesh", simplified, PathUse::kWrittenFile});
+  add_numbers("the numbers of the simplified mesh", simplified, paths);
+  paths.push_back({"the coordinate system beside the simplified mesh",
+                   coordinate_system_file(simplified), PathUse::kWrittenFile, false, false});
+  paths.push_back({"the shift of coordinates beside the simplified mesh", shift_file(simplified),
+                   PathUse::kWrittenFile, false, false});
   paths.push_back({"the report", output.report, PathUse::kWrittenFile});
   paths.push_back({"the report's page", report_page(output.report), PathUse::kWrittenFile});
   paths.push_back({"the picture", output.picture, PathUse::kWrittenFile});

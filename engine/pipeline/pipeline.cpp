@@ -15,6 +15,7 @@
 #include "engine/pipeline/output/export_stage.h"
 #include "engine/pipeline/output/output_files.h"
 #include "engine/pipeline/output/picture_stage.h"
+#include "engine/pipeline/output/simplify_stage.h"
 #include "engine/pipeline/output/tile_export.h"
 #include "engine/pipeline/output/tileset_stage.h"
 #include "engine/pipeline/points/cleaning_stage.h"
@@ -62,6 +63,7 @@ void check_output(const Job& job, const std::vector<std::string>& files) {
   if (job.output.tiles) check_tile_format(job.output);
   check_paths(job_paths(job, files));
   check_tileset(job);
+  check_simplification(job);
   if (job.output.tiles) check_tile_directory(tile_directory_of(job.output.mesh));
 }
 
@@ -227,6 +229,8 @@ RunResults run_until_sound(StageRunner& runner) {
       run_stages(runner, results);
       if (runner.communicator.is_root() && !runner.job.output.tileset.empty())
         make_tileset({results.partition, results.mesh.triangles}, runner);
+      if (runner.communicator.is_root() && runner.job.output.simplify)
+        make_simplified({results.partition, results.mesh.triangles}, runner);
       return results;
     } catch (const CorruptResult& damage) {
       if (runner.communicator.size() > 1) {

@@ -62,6 +62,7 @@ RunReport report_of(const StageRunner& runner, const std::vector<std::string>& c
   report.predicted = results.predicted;
   report.measured = measured;
   report.notes = runner.notes;
+  report.warnings = runner.warnings;
   return report;
 }
 

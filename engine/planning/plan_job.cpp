@@ -208,7 +208,7 @@ double planned_seconds(const RunControl& control, const Partition& measured,
 void plan_resources(const ResolvedJob& job, const CountedCloud& cloud, const Partition& measured,
                     JobPlan& plan) {
   plan.peak_memory_bytes = predicted_peak_bytes(job, measured, plan.radii);
-  plan.disk_bytes = plan_disk(job, size_of(cloud), raw_work_of(plan)).most_bytes;
+  plan.disk_bytes = plan_disk(job, size_of(cloud), raw_work_of(plan)).all_bytes();
 }
 
 }  // namespace

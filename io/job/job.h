@@ -10,6 +10,7 @@
 #include "io/clouds/scan_source.h"
 #include "io/clouds/text_layout.h"
 #include "io/points/point_source.h"
+#include "io/simplify_target.h"
 #include "io/surface_options.h"
 
 namespace orbweave {
@@ -98,9 +99,11 @@ struct OutputOptions {
   bool vertex_quality = false;  ///< PLY: vertices carry spacing, noise, move and normal's origin
   bool tiles = false;           ///< one mesh per chunk instead of one mesh
   std::string tileset;          ///< directory of 3D Tiles of the mesh; empty: none
-  bool check_surface = false;   ///< counts crossings of the whole mesh, not of patches alone
-  std::string report;           ///< path of the JSON report; empty: none
-  std::string picture;          ///< path of a PNG of the mesh; empty: none
+  std::optional<SimplifyTarget> simplify;  ///< of a further, simplified mesh; none: no such mesh
+  std::string simplified;                  ///< path of the simplified mesh; empty: beside the mesh
+  bool check_surface = false;         ///< counts crossings of the whole mesh, not of patches alone
+  std::string report;                 ///< path of the JSON report; empty: none
+  std::string picture;                ///< path of a PNG of the mesh; empty: none
   UpAxis picture_up = UpAxis::kAuto;  ///< axis that is upright in the picture
   PictureColors picture_colors = PictureColors::kPatches;
   PictureBacks picture_backs = PictureBacks::kAuto;

@@ -297,6 +297,28 @@ JobValue auto_or(const std::vector<double>& numbers) {
   return numbers;
 }
 
+/// Of a table with one entry: "ratio=0.1" of {ratio = 0.1}.
+std::string text_of_entry(const WrittenValue& value) {
+  if (value.items.size() != 2) throw UnsuitableValue{};
+  const std::string name = std::get<std::string>(value.items[0]) + "=";
+  if (const auto* integer = std::get_if<std::int64_t>(&value.items[1]))
+    return name + std::to_string(*integer);
+  if (const auto* number = std::get_if<double>(&value.items[1]))
+    return name + format_exact(*number);
+  throw UnsuitableValue{};
+}
+
+void set_simplify(Job& job, const WrittenValue& value) {
+  const std::string text =
+      value.shape == WrittenValue::Shape::kOther ? text_of_entry(value) : text_value(value);
+  job.output.simplify = parse_simplify_target(text);
+  if (!job.output.simplify && !text.empty()) throw UnsuitableValue{};
+}
+
+JobValue simplify_value(const Job& job) {
+  return job.output.simplify ? simplify_target_text(*job.output.simplify) : std::string();
+}
+
 using W = WrittenValue;
 using T = JobKeyType;
 
@@ -512,8 +534,8 @@ constexpr JobKey kKeys[] = {
      [](const Job& job) -> JobValue { return auto_or(job.fill.min_triangles); },
      {.least = 0, .words = kAuto}},
 
-    {"output", "mesh", T::kPath, "a path that ends in .ply, .obj, .stl or .glb", {},
-     "mesh to write: .ply, .obj or .stl, each also with .gz, or .glb", "output", "",
+    {"output", "mesh", T::kPath, "a path that ends in .ply, .obj, .stl, .glb, .vtp or .xdmf", {},
+     "mesh to write: .ply (also .ply.gz), .obj, .stl, .glb, .vtp or .xdmf", "output", "",
      [](Job& job, const W& value) { job.output.mesh = path_value(value); },
      [](const Job& job) -> JobValue { return job.output.mesh; }},
     {"output", "format", T::kChoice, "", kFormats,
@@ -556,6 +578,14 @@ constexpr JobKey kKeys[] = {
      "directory to write levels of detail of the mesh to, as 3D Tiles 1.1; the mesh is a .ply file then", "tileset", "",
      [](Job& job, const W& value) { job.output.tileset = path_value(value); },
      [](const Job& job) -> JobValue { return job.output.tileset; }},
+    {"output", "simplify", T::kSimplification, "\"ratio=R\" (0 < R <= 1), \"triangles=N\", \"error=E\" in scan units, a table such as {ratio = 0.1}, or \"\" for none", {},
+     "write a simplified mesh, too: with at most a share of the triangles, at most so many, or within a distance of the mesh; the mesh is a .ply file then", "simplify", "",
+     set_simplify,
+     simplify_value},
+    {"output", "simplified", T::kPath, "a path, or \"\" for the mesh's name with .simplified.ply", {},
+     "the simplified mesh to write; the default is the name of the mesh with .simplified.ply", "simplified", "",
+     [](Job& job, const W& value) { job.output.simplified = path_value(value); },
+     [](const Job& job) -> JobValue { return job.output.simplified; }},
     {"output", "report", T::kPath, "a path, or \"\" for none", {},
      "report to write (JSON); a page for reading (HTML) is written beside it", "report", "",
      [](Job& job, const W& value) { job.output.report = path_value(value); },
@@ -709,6 +739,8 @@ const char* type_name(JobKeyType type) {
       return "list of numbers";
     case JobKeyType::kColor:
       return "colour";
+    case JobKeyType::kSimplification:
+      return "limit of a simplification";
   }
   return "";
 }

@@ -29,7 +29,8 @@ enum class JobKeyType {
   kBytes,
   kNumber,
   kNumbers,
-  kColor
+  kColor,
+  kSimplification
 };
 
 /// What a key accepts, for programs: the schema of job files is made of it (io/job/job_schema.h).

@@ -16,6 +16,10 @@ constexpr const char* kQuantity =
     "^[ \\t]*([0-9]+\\.?[0-9]*|\\.[0-9]+)([eE][+-]?[0-9]+)?[ \\t]*([kKmMgGtT]([iI]?[bB])?|[bB])?[ "
     "\\t]*$";
 constexpr const char* kColor = "^#[0-9a-fA-F]{6}$";
+/// As io/simplify_target.h reads it; limits aside.
+constexpr const char* kSimplification =
+    "^[ \\t]*\\{?[ \\t]*(ratio|triangles|error)[ \\t]*=[ \\t]*[0-9.]+([eE][+-]?[0-9]+)?[ "
+    "\\t]*\\}?[ \\t]*$|^$";
 
 /// An integer where it is one, so that limits read as they are written.
 Json limit(double number) {
@@ -83,6 +87,17 @@ Json forms_of(const JobKey& key) {
       break;
     case JobKeyType::kColor:
       forms.push_back({{"type", "string"}, {"pattern", kColor}});
+      break;
+    case JobKeyType::kSimplification:
+      forms.push_back({{"type", "string"}, {"pattern", kSimplification}});
+      forms.push_back({{"type", "object"},
+                       {"additionalProperties", false},
+                       {"minProperties", 1},
+                       {"maxProperties", 1},
+                       {"properties",
+                        {{"ratio", {{"type", "number"}, {"exclusiveMinimum", 0}, {"maximum", 1}}},
+                         {"triangles", {{"type", "integer"}, {"minimum", 1}}},
+                         {"error", {{"type", "number"}, {"exclusiveMinimum", 0}}}}}});
       break;
   }
   if (!key.limits.words.empty()) forms.push_back({{"enum", key.limits.words}});

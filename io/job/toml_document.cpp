@@ -163,6 +163,10 @@ WrittenValue written_value(const toml::value& value) {
   written.text = shortened(written_text(value));
   if (value.is_table()) written.text = "a table";
   WrittenValue::Scalar item;
+  if (value.is_table() && value.as_table().size() == 1) {
+    const auto& [name, only] = *value.as_table().begin();
+    if (read_scalar(only, item)) written.items = {name, item};
+  }
   if (value.is_array()) {
     written.shape = WrittenValue::Shape::kList;
     for (const toml::value& element : value.as_array()) {

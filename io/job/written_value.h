@@ -15,8 +15,9 @@ struct WrittenValue {
   using Scalar = std::variant<bool, std::int64_t, double, std::string>;
   enum class Shape { kScalar, kList, kOther };
 
-  Shape shape = Shape::kScalar;               ///< kOther: a table, a date, a list of lists, ...
-  std::vector<Scalar> items = {};             ///< one for a scalar, all of a list
+  Shape shape = Shape::kScalar;  ///< kOther: a table, a date, a list of lists, ...
+  /// One for a scalar, all of a list; name and value of a table with a single entry.
+  std::vector<Scalar> items = {};
   std::string text = {};                      ///< as written, shortened for messages
   std::filesystem::path base_directory = {};  ///< relative paths are relative to it
 };

@@ -30,6 +30,14 @@ std::unique_ptr<MeshWriter> make_stl_writer(std::unique_ptr<ByteSink> sink,
 std::unique_ptr<MeshWriter> make_glb_writer(const std::filesystem::path& path,
                                             const MeshHeader& header,
                                             const MeshWriterOptions& options);
+/// VTK XML PolyData: columns at their places, so the path has to be that of a regular file.
+std::unique_ptr<MeshWriter> make_vtp_writer(const std::filesystem::path& path,
+                                            const MeshHeader& header,
+                                            const MeshWriterOptions& options);
+/// XDMF, with its columns in an HDF5 file beside it: likewise.
+std::unique_ptr<MeshWriter> make_xdmf_writer(const std::filesystem::path& path,
+                                             const MeshHeader& header,
+                                             const MeshWriterOptions& options);
 /// A cloud as text: separator ' ' without header line, or ',' with one.
 std::unique_ptr<MeshWriter> make_text_writer(std::unique_ptr<ByteSink> sink,
                                              const MeshHeader& header,

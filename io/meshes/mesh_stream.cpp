@@ -73,11 +73,9 @@ std::optional<PlyMeshElements> streamed_elements(const PlyHeader& header) {
 /// The vertices and faces of a PLY file whose faces come after its vertices.
 class PlyMeshStream final : public MeshStream {
  public:
-  PlyMeshStream(ByteReader reader, Vec3 origin)
-      : reader_(std::move(reader)),
-        header_(read_ply_header(reader_)),
-        at_(streamed_elements(header_).value()),
-        origin_(origin) {
+  /// The reader stands behind the header.
+  PlyMeshStream(ByteReader reader, PlyHeader header, const PlyMeshElements& at, Vec3 origin)
+      : reader_(std::move(reader)), header_(std::move(header)), at_(at), origin_(origin) {
     check_ply_length(reader_, header_);
     for (std::size_t i = 0; i < at_.vertex; ++i) skip(i);
     vertex_rows_.emplace(reader_, header_, header_.elements[at_.vertex]);
@@ -151,17 +149,24 @@ class PlyMeshStream final : public MeshStream {
   bool is_finished_ = false;
 };
 
-bool can_be_streamed(const std::filesystem::path& path) {
+/// Null where the file is no PLY file that can be streamed.
+std::unique_ptr<MeshStream> streamed(const std::filesystem::path& path) {
   ByteReader reader(open_byte_source(path));
-  return looks_like_ply(reader) && streamed_elements(read_ply_header(reader)).has_value();
+  return looks_like_ply(reader) ? ply_mesh_stream(std::move(reader), origin_beside(path)) : nullptr;
 }
 
 }  // namespace
 
+std::unique_ptr<MeshStream> ply_mesh_stream(ByteReader reader, Vec3 origin) {
+  PlyHeader header = read_ply_header(reader);
+  const std::optional<PlyMeshElements> at = streamed_elements(header);
+  if (!at) return nullptr;
+  return std::make_unique<PlyMeshStream>(std::move(reader), std::move(header), *at, origin);
+}
+
 std::unique_ptr<MeshStream> open_mesh_stream(const std::filesystem::path& path) {
   if (!holds_faces(path)) refuse_cloud(path);
-  if (can_be_streamed(path))
-    return std::make_unique<PlyMeshStream>(ByteReader(open_byte_source(path)), origin_beside(path));
+  if (std::unique_ptr<MeshStream> stream = streamed(path)) return stream;
   return std::make_unique<HeldMesh>(read_mesh(path));
 }
 

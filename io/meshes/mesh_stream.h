@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "io/streams/byte_reader.h"
 #include "io/triangle_mesh.h"
 
 namespace orbweave {
@@ -27,6 +28,11 @@ class MeshStream {
   /// below vertices(). A face of many corners may exceed the capacity.
   virtual bool read_triangles(std::vector<Triangle64>& batch, std::size_t capacity) = 0;
 };
+
+/// PLY whose vertices come before its faces, in bounded memory; null for other PLY. Coordinates are
+/// counted from `origin`. Throws Error (bad input) where the header is damaged or the file is too
+/// short for it.
+std::unique_ptr<MeshStream> ply_mesh_stream(ByteReader reader, Vec3 origin = {});
 
 /// PLY of any size whose vertices come before its faces is read in bounded memory; OBJ, STL and
 /// other PLY files are held in memory. Coordinates counted from an origin, by the shift beside the

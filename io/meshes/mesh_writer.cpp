@@ -123,6 +123,10 @@ std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
       return make_stl_writer(open_byte_sink(path), header, options, path.parent_path());
     case FileFormat::kGlb:
       return make_glb_writer(path, header, options);
+    case FileFormat::kVtp:
+      return make_vtp_writer(path, header, options);
+    case FileFormat::kXdmf:
+      return make_xdmf_writer(path, header, options);
     default:
       return make_ply_writer(open_byte_sink(path), header, options);
   }
@@ -144,7 +148,9 @@ std::vector<std::string> columns_without_place(const std::filesystem::path& path
 bool has_float_coordinates(const std::filesystem::path& path, const MeshWriterOptions& options) {
   if (is_format(path, FileFormat::kStl)) return options.binary;
   if (is_format(path, FileFormat::kGlb)) return true;
-  return options.float_positions && (path == "-" || is_format(path, FileFormat::kPly));
+  const bool has_a_choice = path == "-" || is_format(path, FileFormat::kPly) ||
+                            is_format(path, FileFormat::kVtp) || is_format(path, FileFormat::kXdmf);
+  return options.float_positions && has_a_choice;
 }
 
 void check_mesh_size(const std::filesystem::path& path, const MeshHeader& header,

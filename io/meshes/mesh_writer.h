@@ -14,7 +14,7 @@ namespace orbweave {
 
 struct MeshWriterOptions {
   bool binary = true;                 ///< PLY and STL: binary or text
-  bool float_positions = false;       ///< PLY: float instead of double coordinates
+  bool float_positions = false;       ///< PLY, VTP, XDMF: float instead of double coordinates
   Vec3 origin{};                      ///< is subtracted from positions
   Vec3 node_offset{};                 ///< GLB: the node adds it to the origin's place
   int up_axis = 2;                    ///< GLB: the axis that is upright; 0: x, 1: y, 2: z
@@ -81,8 +81,8 @@ class MeshWriter {
   virtual std::uint64_t bytes_written() const = 0;
 };
 
-/// Writer by extension: .ply .obj .stl .glb for meshes; .ply .xyz .csv for clouds, each cloud
-/// format also with .gz. "-" writes PLY to standard output. Usage error for anything else.
+/// Writer by extension: .ply .obj .stl .glb .vtp .xdmf for meshes; .ply .xyz .csv for clouds, each
+/// cloud format also with .gz. "-" writes PLY to standard output. Usage error for anything else.
 std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
                                              const MeshHeader& header,
                                              const MeshWriterOptions& options = {});

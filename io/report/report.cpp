@@ -10,6 +10,7 @@
 #include "io/report/machine.h"
 #include "io/report/reasons.h"
 #include "io/report/report_html.h"
+#include "io/report/verdict.h"
 #include "io/system/atomic_file.h"
 #include "io/text/json_dump.h"
 
@@ -273,6 +274,7 @@ std::string report_json(const RunReport& report) {
   Json json;
   json["version"] = report.version;
   json["command"] = report.command;
+  json["verdict"] = verdict_of(report).text;
   json["options"] = options_json(report.options);
   json["input"] = input_json(report);
   json["coordinate_system"] = text_or_null(report.coordinate_system);
@@ -297,6 +299,7 @@ std::string report_json(const RunReport& report) {
   json["ranks"] = report.ranks;
   json["machine"] = machine_json();
   json["notes"] = report.notes;
+  json["warnings"] = report.warnings;
   return dumped_with_holes(json, report.holes);
 }
 

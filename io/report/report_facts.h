@@ -134,7 +134,8 @@ struct RunReport {
   /// An earlier run had written all outputs and was killed while it removed its work directory;
   /// nothing else is told then.
   bool ended_before = false;
-  std::vector<std::string> notes;
+  std::vector<std::string> notes;     ///< all that the run said, warnings too
+  std::vector<std::string> warnings;  ///< of them
 };
 
 /// What `orbweave fill` did.

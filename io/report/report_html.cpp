@@ -10,6 +10,7 @@
 #include "io/report/hole_summary.h"
 #include "io/report/machine.h"
 #include "io/report/reasons.h"
+#include "io/report/verdict.h"
 #include "io/shown_text.h"
 #include "io/text/quantity.h"
 
@@ -25,6 +26,8 @@ constexpr const char* kStyle =
     "border-bottom:1px solid #e4e4e4}\n"
     "th{font-weight:600}td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}\n"
     "img{max-width:100%;border:1px solid #e4e4e4}code,td,pre{overflow-wrap:anywhere}\n"
+    ".verdict{padding:.5em .8em;border-left:.4em solid #c77700;background:#fff6e8}\n"
+    ".verdict.clean{border-color:#2e7d32;background:#eef7ee}\n"
     "pre{white-space:pre-wrap;margin:.4em 0}.scroll{max-height:40em;overflow:auto}\n";
 
 /// Pictures beyond that would make the page a burden; they are a file of their own anyway.
@@ -277,6 +280,12 @@ std::string notes_list(const std::vector<std::string>& notes) {
   return html + "</ul>\n";
 }
 
+std::string verdict_line(const RunReport& report) {
+  const Verdict verdict = verdict_of(report);
+  return std::string("<p class=\"verdict") + (verdict.is_clean ? " clean" : "") + "\">" +
+         html_text(verdict.text) + "</p>\n";
+}
+
 std::string base64(const std::string& bytes) {
   constexpr const char* kDigits =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -334,12 +343,13 @@ std::string report_html(const RunReport& report) {
           : std::filesystem::path(report.options.output.mesh).filename().string();
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>" +
          html_text(title) + "</title>\n<style>\n" + kStyle + "</style>\n</head>\n<body>\n<h1>" +
-         html_text(title) + "</h1>\n<p>orbweave " + html_text(report.version) + ": <code>" +
-         html_text(joined(report.command, " ")) + "</code></p>\n" +
-         picture(report.options.output.picture) + mesh_table(report.mesh) + input_table(report) +
-         cleaning_table(report) + work_table(report) + holes_table(report.holes) +
-         stages_table(report) + memory_table(report) + forecast_table(report) + machine_table() +
-         notes_list(report.notes) + options_table(report.options) + "</body>\n</html>\n";
+         html_text(title) + "</h1>\n" + verdict_line(report) + "<p>orbweave " +
+         html_text(report.version) + ": <code>" + html_text(joined(report.command, " ")) +
+         "</code></p>\n" + picture(report.options.output.picture) + mesh_table(report.mesh) +
+         input_table(report) + cleaning_table(report) + work_table(report) +
+         holes_table(report.holes) + stages_table(report) + memory_table(report) +
+         forecast_table(report) + machine_table() + notes_list(report.notes) +
+         options_table(report.options) + "</body>\n</html>\n";
 }
 
 }  // namespace orbweave

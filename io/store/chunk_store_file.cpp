@@ -10,11 +10,10 @@
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
-#include <mutex>
 #include <optional>
 #include <stdexcept>
 
-#include "io/store/hdf5_exit.h"
+#include "io/store/hdf5_calls.h"
 #include "io/store/packed_blocks.h"
 #include "io/system/file_calls.h"
 #include "io/system/file_descriptor.h"
@@ -31,101 +30,7 @@ constexpr const char* kIdentityName = "orbweave_identity";
 /// Longer than any identity: store, stage, edition, chunk.
 constexpr std::size_t kMostIdentityBytes = 1024;
 
-/// An HDF5 identifier that closes itself.
-class Handle {
- public:
-  using Closer = herr_t (*)(hid_t);
-  Handle(hid_t id, Closer closer) : id_(id), close_(closer) {}
-  ~Handle() {
-    if (id_ >= 0) close_(id_);
-  }
-  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-  Handle& operator=(const Handle&) = delete;
-  hid_t get() const { return id_; }
-  bool valid() const { return id_ >= 0; }
-  /// Closes now; false when that fails.
-  bool close() { return close_(std::exchange(id_, -1)) >= 0; }
-
- private:
-  hid_t id_;
-  Closer close_;
-};
-
-/// The library's global state. A program that calls close_hdf5_at_exit() has it closed at exit, but
-/// not when a file could not be closed (its disk is full): then HDF5 would try again, and again,
-/// and complain.
-struct Library {
-  Library() = default;
-  ~Library() {
-    if (is_closed_here && all_files_closed) H5close();
-  }
-  Library(const Library&) = delete;
-  Library& operator=(const Library&) = delete;
-
-  std::mutex mutex;
-  bool all_files_closed = true;
-  bool is_closed_here = false;
-};
-
-Library& library() {
-  static Library library;
-  return library;
-}
-
-/// HDF5 crashes where its own small allocations fail: it is not called with less than that to be
-/// had.
-void require_memory_for_hdf5() {
-  constexpr std::size_t kRoom = std::size_t{4} << 20;
-  const std::unique_ptr<std::byte[]> room(new std::byte[kRoom]);
-  // What is not looked at need not be there: the compiler may leave it out.
-  volatile std::byte* const seen = room.get();
-  *seen = std::byte{0};
-}
-
-/// HDF5 is not thread-safe: every call to it happens while an object of this class exists. HDF5's
-/// own complaints on standard error are switched off meanwhile (per thread where HDF5 was built for
-/// several); afterwards the host program's error handler is in its place again.
-class Hdf5Calls {
- public:
-  Hdf5Calls() : lock_((require_memory_for_hdf5(), library().mutex)) {
-    H5Eget_auto2(H5E_DEFAULT, &handler_, &handler_data_);
-    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  }
-  ~Hdf5Calls() { H5Eset_auto2(H5E_DEFAULT, handler_, handler_data_); }
-  Hdf5Calls(const Hdf5Calls&) = delete;
-  Hdf5Calls& operator=(const Hdf5Calls&) = delete;
-
- private:
-  std::unique_lock<std::mutex> lock_;
-  H5E_auto2_t handler_ = nullptr;
-  void* handler_data_ = nullptr;
-};
-
-hid_t native_type(ScalarType type) {
-  switch (type) {
-    case ScalarType::kInt8:
-      return H5T_NATIVE_INT8;
-    case ScalarType::kUint8:
-      return H5T_NATIVE_UINT8;
-    case ScalarType::kInt16:
-      return H5T_NATIVE_INT16;
-    case ScalarType::kUint16:
-      return H5T_NATIVE_UINT16;
-    case ScalarType::kInt32:
-      return H5T_NATIVE_INT32;
-    case ScalarType::kUint32:
-      return H5T_NATIVE_UINT32;
-    case ScalarType::kInt64:
-      return H5T_NATIVE_INT64;
-    case ScalarType::kUint64:
-      return H5T_NATIVE_UINT64;
-    case ScalarType::kFloat32:
-      return H5T_NATIVE_FLOAT;
-    case ScalarType::kFloat64:
-      return H5T_NATIVE_DOUBLE;
-  }
-  throw std::logic_error("chunk store: unknown scalar type");
-}
+using Handle = Hdf5Handle;
 
 Handle file_access() {
   Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
@@ -160,27 +65,6 @@ bool find_blocks(hid_t dataset, StoredArray& array) {
 
 // ---------------------------------------------------------------- writing
 
-/// Creates an array's dataset and tells where in the file it is. False on failure.
-bool create_dataset(hid_t file, const std::string& name, hid_t type, std::span<const hsize_t> shape,
-                    std::uint64_t& offset) {
-  const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr),
-                     H5Sclose);
-  const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  H5Pset_layout(creation.get(), H5D_CONTIGUOUS);
-  H5Pset_alloc_time(creation.get(), H5D_ALLOC_TIME_EARLY);
-  H5Pset_fill_time(creation.get(), H5D_FILL_TIME_NEVER);
-  H5Pset_obj_track_times(creation.get(), false);
-  const Handle dataset(
-      H5Dcreate2(file, name.c_str(), type, space.get(), H5P_DEFAULT, creation.get(), H5P_DEFAULT),
-      H5Dclose);
-  if (!dataset.valid()) return false;
-  const haddr_t address = H5Dget_offset(dataset.get());
-  const bool has_bytes =
-      std::all_of(shape.begin(), shape.end(), [](hsize_t extent) { return extent > 0; });
-  offset = has_bytes ? address : 0;
-  return !has_bytes || address != HADDR_UNDEF;
-}
-
 using PackedArray = std::vector<std::vector<std::byte>>;  ///< its blocks; none: it is not packed
 
 /// Creates the dataset of a packed array and writes its blocks. False on failure.
@@ -194,7 +78,7 @@ bool write_packed(hid_t file, StoredArray& array, const PackedArray& packed) {
   H5Pset_deflate(creation.get(), 1);
   H5Pset_fill_time(creation.get(), H5D_FILL_TIME_NEVER);
   H5Pset_obj_track_times(creation.get(), false);
-  const Handle dataset(H5Dcreate2(file, array.name.c_str(), native_type(array.type), space.get(),
+  const Handle dataset(H5Dcreate2(file, array.name.c_str(), hdf5_type(array.type), space.get(),
                                   H5P_DEFAULT, creation.get(), H5P_DEFAULT),
                        H5Dclose);
   bool done = dataset.valid();
@@ -238,18 +122,18 @@ bool lay_out(const std::filesystem::path& path, ResultIndex& index,
   bool done = file.valid() && write_version(file.get()) && write_identity(file.get(), identity);
   for (std::size_t i = 0; i < index.arrays.size(); ++i) {
     StoredArray& array = index.arrays[i];
-    const std::array<hsize_t, 2> shape = {array.rows, array.columns};
-    const std::array<hsize_t, 1> blocks = {block_count(array.rows)};
+    const std::array<std::uint64_t, 2> shape = {array.rows, array.columns};
+    const std::array<std::uint64_t, 1> blocks = {block_count(array.rows)};
     done = done &&
-           (packed[i].empty() ? create_dataset(file.get(), array.name, native_type(array.type),
-                                               shape, array.offset)
+           (packed[i].empty() ? create_hdf5_array(file.get(), array.name, hdf5_type(array.type),
+                                                  shape, array.offset)
                               : write_packed(file.get(), array, packed[i])) &&
-           create_dataset(file.get(), array.name + kChecksumSuffix, H5T_NATIVE_UINT64, blocks,
-                          array.checksum_offset);
+           create_hdf5_array(file.get(), array.name + kChecksumSuffix, H5T_NATIVE_UINT64, blocks,
+                             array.checksum_offset);
   }
   if (!file.valid()) return false;
   const bool closed = file.close();
-  if (!closed) library().all_files_closed = false;
+  if (!closed) note_unclosed_hdf5_file();
   return closed && done;
 }
 
@@ -344,7 +228,7 @@ bool scalar_type(hid_t dataset, ScalarType& type) {
   const Handle stored(H5Dget_type(dataset), H5Tclose);
   for (int t = 0; t <= static_cast<int>(ScalarType::kFloat64); ++t) {
     type = static_cast<ScalarType>(t);
-    if (stored.valid() && H5Tequal(stored.get(), native_type(type)) > 0) return true;
+    if (stored.valid() && H5Tequal(stored.get(), hdf5_type(type)) > 0) return true;
   }
   return false;
 }
@@ -449,12 +333,6 @@ bool lies_within(std::uint64_t offset, std::uint64_t bytes, std::uint64_t file_b
 }
 
 }  // namespace
-
-void close_hdf5_at_exit() {
-  const std::scoped_lock lock(library().mutex);
-  H5dont_atexit();
-  library().is_closed_here = true;
-}
 
 std::string result_name(ChunkId chunk) {
   std::array<char, 24> name{};

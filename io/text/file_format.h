@@ -23,7 +23,9 @@ enum class FileFormat {
   kLas,
   kLaz,
   kE57,
-  kGlb
+  kGlb,
+  kVtp,
+  kXdmf
 };
 
 /// What a format can hold and what the program does with files of the format. Every format that is
@@ -50,6 +52,8 @@ inline constexpr std::array kFileFormats = {
     FormatFacts{FileFormat::kObj, ".obj", true, true, true, false, false},
     FormatFacts{FileFormat::kStl, ".stl", true, true, true, false, false},
     FormatFacts{FileFormat::kGlb, ".glb", false, true, true, false, false, false},
+    FormatFacts{FileFormat::kVtp, ".vtp", false, true, true, false, false, false},
+    FormatFacts{FileFormat::kXdmf, ".xdmf", false, true, true, false, false, false},
     FormatFacts{FileFormat::kLas, ".las", false, false, false, false, false},
     FormatFacts{FileFormat::kLaz, ".laz", false, false, false, false, false},
     FormatFacts{FileFormat::kE57, ".e57", false, false, false, false, false}};

@@ -15,7 +15,8 @@ except ImportError as missing:
 
 PROGRAM, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 WRONG = {"partition": {"memory": ["much", 1, True]}, "input": {"every": [0, "all"], "crop": [[1, 2, 3]]},
-         "normals": {"neighbors": [2, 257, 3.5], "source": ["files"]}, "output": {"patch_color": ["blue"], "colors": [10]},
+         "normals": {"neighbors": [2, 257, 3.5], "source": ["files"]}, "output": {"patch_color": ["blue"], "colors": [10],
+                                                                                           "simplify": ["half", "ratio=", 0.5]},
          "reconstruct": {"ball_radii": [[], [0.0], "automatic"]}, "fill": {"enabled": [1], "max_edges": [-1]}}
 
 

@@ -1,5 +1,6 @@
 // GLB and levels of detail, as a user makes them.
 #include <catch2/catch.hpp>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -46,6 +47,36 @@ TEST_CASE("GlbOfAJobIsTheSameForAnyCutAndThatOfItsConvertedPly") {
   CHECK(file_text(in / "a.glb") == file_text(in / "b.glb"));
   CHECK(file_text(in / "a.glb") == file_text(in / "d.glb"));
   CHECK(GlbFile(in / "a.glb").triangles().size() > 5000);
+}
+
+TEST_CASE("FilesForParaViewOfAJobAreThoseOfItsConvertedPly") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "bumpy-torus", "--points", "3000", "-o", "scan.ply"}).status ==
+          0);
+  for (const char* folder : {"a", "b"}) {
+    fs::create_directory(in / folder);
+    const std::string at = folder;
+    for (const char* mesh : {"/m.vtp", "/m.xdmf"})
+      CHECK(run_in(in, {"reconstruct", "scan.ply", "-o", at + mesh, "--no-fill", "--chunk-points",
+                        at == "a" ? "3000" : "400"})
+                .status == 0);
+  }
+  fs::create_directory(in / "c");
+  REQUIRE(run_in(in, {"reconstruct", "scan.ply", "-o", "c.ply", "--no-fill"}).status == 0);
+  for (const char* mesh : {"c/m.vtp", "c/m.xdmf"})
+    REQUIRE(run_in(in, {"convert", "c.ply", mesh}).status == 0);
+  for (const char* file : {"m.vtp", "m.xdmf", "m.h5"}) {
+    INFO(file);
+    CHECK((file_text(in / "a" / file) == file_text(in / "b" / file)));
+    CHECK((file_text(in / "a" / file) == file_text(in / "c" / file)));
+    CHECK(file_text(in / "a" / file).size() > 300);
+  }
+  const ProgramResult text = run_in(in, {"fill", "c.ply", "-o", "text.vtp", "--format", "text"});
+  CHECK(text.status == 2);
+  CHECK_THAT(text.err, Contains("VTP has no text encoding"));
+  CHECK(run_in(in, {"inspect", "c/m.vtp"}).status == 2);
+  const ProgramResult same = run_in(in, {"convert", "c.ply", "c/m.h5"});
+  CHECK(same.status == 2);
 }
 
 TEST_CASE("GlbIsWrittenAndNotRead") {
@@ -111,6 +142,43 @@ TEST_CASE("TilesetOfAJobHasTheBytesOfTheCommand") {
   CHECK(refused.status == 2);
   CHECK_THAT(refused.err, Contains("--tileset") && Contains(".ply"));
   CHECK_FALSE(fs::exists(in / "mesh.stl"));
+}
+
+TEST_CASE("TilesetOfAJobThatIsKilledMeanwhileIsMadeByTheNextRun", "[slow]") {
+  const ScratchDirectory undisturbed;
+  const ScratchDirectory in;
+  const std::vector<std::string> command = {"reconstruct", "scan.ply",  "-o",         "mesh.ply",
+                                            "--tileset",   "levels",    "--threads",  "2",
+                                            "--simplify",  "ratio=0.5", "--progress", "none"};
+  for (const ScratchDirectory* where : {&undisturbed, &in})
+    REQUIRE(
+        run_in(*where, {"generate", "bumpy-torus", "--points", "60000", "-o", "scan.ply"}).status ==
+        0);
+  REQUIRE(run_in(undisturbed, command).status == 0);
+  const auto a_tile_is_there = [&] {
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(in.path()))
+      if (entry.path().extension() == ".glb") return true;
+    return false;
+  };
+  bool was_killed = false;
+  for (int attempt = 0; attempt < 5 && !was_killed; ++attempt) {
+    for (const char* output : {"levels", "mesh.simplified.ply", "mesh.ply", "mesh.work"})
+      fs::remove_all(in / output);
+    RunningProgram program(command, {.directory = in.path()});
+    was_killed = program.hold_when(a_tile_is_there);
+    if (was_killed) program.send(SIGKILL);
+    CHECK(program.wait().status == (was_killed ? 128 + SIGKILL : 0));
+  }
+  REQUIRE(was_killed);
+  CHECK_FALSE(fs::exists(in / "levels"));
+  REQUIRE(run_in(in, command).status == 0);
+  CHECK(names_in(in) == names_in(undisturbed));
+  for (const char* file : {"mesh.ply", "mesh.simplified.ply"})
+    CHECK((file_text(in / file) == file_text(undisturbed / file)));
+  for (const fs::directory_entry& entry : fs::directory_iterator(undisturbed / "levels")) {
+    const fs::path name = entry.path().filename();
+    CHECK((file_text(in / "levels" / name.string()) == file_text(entry.path())));
+  }
 }
 
 TEST_CASE("TilesetLiesOnTheEarthWhereTheCoordinateSystemIsKnown") {

@@ -415,12 +415,13 @@ TEST_CASE("PredictedRoomIsNotBelowWhatIsUsedAndAtMostAQuarterAbove", "[costly]")
 
 TEST_CASE("TooLittleRoomIsSaidBeforeTheWork") {
   ScratchDirectory scratch;
-  const std::string mesh = (scratch / "mesh.ply").string();
+  OutputOptions output;
+  output.mesh = (scratch / "mesh.ply").string();
   const std::uint64_t huge = std::uint64_t{1} << 60;
   const DiskPlan plan{
       .cleaning_bytes = 0, .work_bytes = huge, .output_bytes = 1, .most_bytes = huge};
   try {
-    require_room(scratch / "not/yet/there", mesh, plan, 0);
+    require_room(scratch / "not/yet/there", output, plan, 0);
     FAIL("an exbibyte is free");
   } catch (const Error& error) {
     CHECK(error.kind() == ErrorKind::kResource);
@@ -428,5 +429,32 @@ TEST_CASE("TooLittleRoomIsSaidBeforeTheWork") {
                                  Contains("at least") && Contains("--work-dir"));
   }
   // What the directory holds already is part of what was predicted.
-  CHECK_NOTHROW(require_room(scratch.path(), mesh, plan, huge));
+  CHECK_NOTHROW(require_room(scratch.path(), output, plan, huge));
+  DiskPlan with_levels{.work_bytes = 1, .output_bytes = 1, .most_bytes = 2};
+  CHECK_NOTHROW(require_room(scratch.path(), output, with_levels, 0));
+  with_levels.tileset_bytes = huge;
+  output.tileset = (scratch / "levels").string();
+  CHECK_THROWS_WITH(
+      require_room(scratch.path(), output, with_levels, 0),
+      Contains("the work directory and the mesh and the tileset") && Contains("at least"));
+}
+
+TEST_CASE("ATilesetAndASimplifiedMeshArePartOfTheForecastOfTheDisk") {
+  const ScratchDirectory scratch;
+  Job job = test::job_for(scratch, test::noisy_torus(2000, 0.0, 7));
+  const auto report_of = [&] {
+    const RunReport report = test::run(job);
+    CHECK(report.predicted.disk_bytes >= report.measured.disk_bytes);
+    return report;
+  };
+  const RunReport bare = report_of();
+  job.output.tileset = (scratch / "levels").string();
+  job.output.simplify = SimplifyTarget{SimplifyTarget::Kind::kRatio, 0.5};
+  const RunReport full = report_of();
+  CHECK(full.predicted.disk_bytes > bare.predicted.disk_bytes + 100 * 2000);
+  CHECK(full.measured.disk_bytes > bare.measured.disk_bytes);
+  std::uint64_t tiles = 0;
+  for (const auto& entry : fs::directory_iterator(scratch / "levels"))
+    tiles += fs::file_size(entry.path());
+  CHECK(full.predicted.disk_bytes > bare.predicted.disk_bytes + tiles);
 }

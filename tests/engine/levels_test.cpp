@@ -306,6 +306,65 @@ TEST_CASE("NoTileIsFartherFromTheMeshThanItsErrorSays") {
   }
 }
 
+TEST_CASE("NoLevelIsMeasuredFartherFromTheMeshThanItStates") {
+  for (const TriangleMesh& mesh : {bumpy_torus(), open_sheet()}) {
+    const ScratchDirectory scratch;
+    TilesetOptions options;
+    options.measures = true;
+    const TilesetFacts facts = make_tileset(scratch, mesh, "one", options);
+    REQUIRE(facts.levels.size() > 2);
+    CHECK(facts.levels[0].measured->distance == 0.0);
+    for (std::size_t i = 1; i < facts.levels.size(); ++i) {
+      REQUIRE(facts.levels[i].measured);
+      const LevelDistance& measured = *facts.levels[i].measured;
+      CHECK(measured.distance <= facts.levels[i].error);
+      CHECK(measured.distance > facts.levels[i].error / 50.0);
+      CHECK(measured.mean_distance > 0.0);
+      CHECK(measured.mean_distance < measured.distance);
+      CHECK(measured.samples > mesh.vertices.size());
+      CHECK_FALSE(measured.has_colors);
+    }
+    options.levels.threads = 3;
+    const TilesetFacts again = make_tileset(scratch, mesh, "two", options);
+    for (std::size_t i = 0; i < facts.levels.size(); ++i)
+      CHECK(again.levels[i].measured->distance == facts.levels[i].measured->distance);
+    CHECK(files_of(scratch / "one") == files_of(scratch / "two"));
+  }
+}
+
+TEST_CASE("ColorsOfALevelAreMeasuredAgainstThoseOfTheMesh") {
+  const auto color_errors = [](const std::function<std::uint8_t(Vec3)>& red) {
+    TriangleMesh mesh = bumpy_torus();
+    mesh.vertices.schema.attributes = {
+        {"red", ScalarType::kUint8}, {"green", ScalarType::kUint8}, {"blue", ScalarType::kUint8}};
+    for (const Vec3& p : mesh.vertices.positions)
+      for (const std::uint8_t value : {red(p), std::uint8_t{9}, std::uint8_t{9}})
+        mesh.vertices.attributes.push_back(static_cast<std::byte>(value));
+    const ScratchDirectory scratch;
+    TilesetOptions options;
+    options.measures = true;
+    std::vector<double> errors;
+    for (const TilesetLevel& level : make_tileset(scratch, mesh, "tiles", options).levels) {
+      CHECK(level.measured->has_colors);
+      errors.push_back(level.measured->color_error);
+    }
+    return errors;
+  };
+  for (const double error : color_errors([](Vec3) { return std::uint8_t{200}; }))
+    CHECK(error < 1e-9);
+  const std::vector<double> smooth = color_errors(
+      [](Vec3 p) { return static_cast<std::uint8_t>(std::lround(127.0 + 8.0 * p.x)); });
+  const std::vector<double> checkered = color_errors([](Vec3 p) {
+    return static_cast<std::uint8_t>(std::sin(20.0 * p.x) * std::sin(20.0 * p.y) > 0 ? 255 : 0);
+  });
+  for (std::size_t i = 1; i < smooth.size(); ++i) {
+    CHECK(smooth[i] < 0.02);
+    CHECK(checkered[i] > 5.0 * smooth[i]);
+    CHECK(checkered[i] < 1.0);
+  }
+  CHECK(smooth[0] < 1e-9);
+}
+
 TEST_CASE("TilesetIsTheSameForAnyThreadsAndMemory") {
   const ScratchDirectory scratch;
   const TriangleMesh mesh = bumpy_torus();

@@ -1,5 +1,7 @@
 // The budget holds for the whole process, whatever the cloud looks like: jobs as a user runs them,
 // their peak as the system measured it.
+#include <sys/resource.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -98,6 +100,44 @@ void require_same_in_small_budget(const ScratchDirectory& scratch, const std::st
   CHECK(peak_of(scratch, "small.ply") < kSmallBudget);
   REQUIRE(reconstruct(scratch, cloud, "large.ply", radius, "8GiB").status == 0);
   CHECK(bytes_of(scratch / "small.ply") == bytes_of(scratch / "large.ply"));
+}
+
+/// A torus with bumps, row by row: little of it is in the memory of this process.
+void write_torus_mesh(const std::string& file, std::uint64_t rows, std::uint64_t columns) {
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  MeshHeader header;
+  header.vertices = rows * columns;
+  header.triangles = 2 * rows * columns;
+  const auto writer = open_mesh_writer(file, header);
+  for (std::uint64_t row = 0; row < rows; ++row) {
+    PointCloud points;
+    const double u = kTurn * static_cast<double>(row) / static_cast<double>(rows);
+    for (std::uint64_t column = 0; column < columns; ++column) {
+      const double v = kTurn * static_cast<double>(column) / static_cast<double>(columns);
+      const double tube = 0.4 + 0.01 * std::sin(97.0 * u) * std::sin(83.0 * v);
+      const double ring = 1.0 + tube * std::cos(v);
+      points.positions.push_back({ring * std::cos(u), ring * std::sin(u), tube * std::sin(v)});
+    }
+    writer->write_vertices(points);
+  }
+  for (std::uint64_t row = 0; row < rows; ++row) {
+    std::vector<Triangle64> triangles;
+    const std::uint64_t here = row * columns, ahead = (row + 1) % rows * columns;
+    for (std::uint64_t column = 0; column < columns; ++column) {
+      const std::uint64_t next = (column + 1) % columns;
+      triangles.push_back({here + column, ahead + column, ahead + next});
+      triangles.push_back({here + column, ahead + next, here + next});
+    }
+    writer->write_triangles(triangles);
+  }
+  writer->finish();
+}
+
+/// Of all programs that this process ran and waited for.
+std::uint64_t largest_child_bytes() {
+  rusage usage{};
+  ::getrusage(RUSAGE_CHILDREN, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) << 10;
 }
 
 }  // namespace
@@ -207,6 +247,29 @@ TEST_CASE("ABoundaryThatTheBudgetCannotHoldSaysTheLeast") {
     CHECK(text.find("at least") != std::string::npos);
     CHECK(text.find("partition.memory") != std::string::npos);
   }
+}
+
+TEST_CASE("LevelsOfDetailStayInsideTheBudget") {
+  const ScratchDirectory scratch;
+  const std::string mesh = (scratch / "mesh.ply").string();
+  write_torus_mesh(mesh, 1000, 1000);
+  const auto made = [&](const std::string& memory, const std::string& name) {
+    const ProgramResult tiles =
+        run_program({"tileset", mesh, "-o", (scratch / name).string(), "--memory", memory,
+                     "--threads", "2", "--measure", "--progress", "none"});
+    INFO(tiles.err);
+    REQUIRE(tiles.status == 0);
+    REQUIRE(run_program({"simplify", mesh, "-o", (scratch / (name + ".ply")).string(), "--ratio",
+                         "0.3", "--memory", memory, "--threads", "2", "--progress", "none"})
+                .status == 0);
+  };
+  constexpr std::uint64_t kBudget = 176 * kMiB;
+  made("176MiB", "small");
+  CHECK(largest_child_bytes() < kBudget);
+  // The same bytes with room for everything.
+  made("4GiB", "large");
+  CHECK(bytes_of(scratch / "small" / "tiles.json") == bytes_of(scratch / "large" / "tiles.json"));
+  CHECK(bytes_of(scratch / "small.ply") == bytes_of(scratch / "large.ply"));
 }
 
 }  // namespace orbweave

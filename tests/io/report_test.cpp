@@ -6,12 +6,16 @@
 #include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string>
 
 #include "io/error.h"
 #include "io/job/job_file.h"
 #include "io/report/hole_summary.h"
 #include "io/report/picture.h"
+#include "io/report/report_fields.h"
 #include "io/report/report_html.h"
+#include "io/report/verdict.h"
 #include "io/text/quantity.h"
 #include "tests/support/data.h"
 
@@ -106,10 +110,41 @@ TEST_CASE("ThePageHasWhatWasPredictedBesideWhatWasMeasured") {
   for (const double seconds : {125.0, 61.0}) CHECK_THAT(page, Contains(format_duration(seconds)));
 }
 
+TEST_CASE("ThePageOpensWithWhatTheResultIsWorth") {
+  RunReport report = example();
+  report.holes = {filled_hole()};
+  report.mesh.triangles = 900'000;
+  report.mesh.patch_area = report.mesh.area / 8.0;
+  report.mesh.crossing_pairs = 0;
+  const std::string clean = report_html(report);
+  CHECK_THAT(clean,
+             Contains("</h1>\n<p class=\"verdict clean\">The surface is watertight. No patch "
+                      "of 1 filled hole is doubtful; they are 12.5 % of the area. No "
+                      "triangles cross. The run had no warning.</p>"));
+  report.mesh.watertight = false;
+  report.mesh.boundary_edges = 30;
+  report.mesh.boundary_loops = 2;
+  report.holes.front().confidence = 0.01;
+  report.holes.front().area = report.mesh.area / 100.0;
+  report.mesh.crossing_pairs = 4;
+  report.warnings = {"the mesh is riddled with holes"};
+  CHECK_THAT(report_html(report),
+             Contains("<p class=\"verdict\">The surface is open: 2 boundary loops of 30 edges. 1 "
+                      "patch of 1 is doubtful, 1 % of the area: look first near (1, -2, ") &&
+                 Contains("4 pairs of triangles cross. The run had 1 warning, below"));
+  report.holes.clear();
+  report.mesh.crossing_pairs.reset();
+  report.mesh.patch_crossing_pairs.reset();
+  CHECK_THAT(report_html(report),
+             Contains("No hole was filled. Crossings were not counted. The run had 1 warning"));
+  CHECK(Json::parse(report_json(report))["verdict"] == verdict_of(report).text);
+}
+
 TEST_CASE("TheReportHasItsStableKeys") {
   const Json json = Json::parse(report_json(example()));
   CHECK(keys_of(json) == Keys{"version",
                               "command",
+                              "verdict",
                               "options",
                               "input",
                               "coordinate_system",
@@ -131,7 +166,8 @@ TEST_CASE("TheReportHasItsStableKeys") {
                               "measured",
                               "ranks",
                               "machine",
-                              "notes"});
+                              "notes",
+                              "warnings"});
   CHECK(keys_of(json["cleaning"]) ==
         Keys{"thickness", "spacing", "outlier_sigma", "merge_tolerance", "smooth_radius",
              "smooth_passes", "thin_to_spacing", "reason", "cluster_points", "min_surfaceness",
@@ -181,6 +217,49 @@ TEST_CASE("TheReportHasItsStableKeys") {
                "joined_to",  "sites",        "points_added", "triangles_added",  "area",
                "open_edges", "residual",     "condition",    "rim_dihedral_deg", "rim_mean_deg",
                "confidence", "seconds"});
+}
+
+/// Names of all fields below an object, of what lists hold with "[]".
+void add_fields(const Json& object, const std::string& prefix, std::set<std::string>& fields) {
+  static const std::set<std::string> kFree = {"options", "input.points_dropped",
+                                              "input.triangles_dropped"};
+  for (const auto& [key, value] : object.items()) {
+    const std::string name = prefix + key;
+    fields.insert(name);
+    if (value.is_object() && !kFree.contains(name)) add_fields(value, name + ".", fields);
+    if (value.is_array())
+      for (const Json& item : value)
+        if (item.is_object()) add_fields(item, name + "[].", fields);
+  }
+}
+
+TEST_CASE("EveryFieldOfAReportIsDescribedAndNoOtherIs") {
+  RunReport report = example();
+  report.trusted = {{"a.ply", 5, "now", 5}};
+  report.normals.contested_places = {{{1, 2, 3}, 4}};
+  report.normals.doubtful = {{{1, 2, 3}, 0.5, "thin"}};
+  report.mesh.bounds = report.bounds;
+  std::set<std::string> fields;
+  add_fields(Json::parse(report_json(report)), "", fields);
+  std::set<std::string> described;
+  for (const ReportField& field : run_report_fields()) {
+    CHECK(described.insert(std::string(field.name)).second);
+    CHECK(field.meaning.size() > 2);
+  }
+  CHECK(fields == described);
+
+  FillReport fill;
+  fill.holes = report.holes;
+  fill.before.bounds = fill.after.bounds = report.bounds;
+  std::set<std::string> of_fill;
+  add_fields(Json::parse(fill_report_json(fill)), "", of_fill);
+  for (const ReportField& field : fill_report_fields())
+    CHECK(of_fill.contains(std::string(field.name)));
+  for (std::string field : of_fill) {
+    INFO(field);
+    if (field.starts_with("mesh_before.")) field = "mesh." + field.substr(12);
+    CHECK_FALSE(meaning_of_field(field).empty());
+  }
 }
 
 TEST_CASE("TheReportsOptionsAreTheJobFilesKeysBySection") {

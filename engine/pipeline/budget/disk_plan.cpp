@@ -9,6 +9,7 @@
 #include "engine/normals/normal_side.h"
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
+#include "io/job/simplified_file.h"
 #include "io/system/disk_space.h"
 #include "io/text/quantity.h"
 
@@ -147,6 +148,12 @@ RowBytes output_rows(const ResolvedJob& job, PointSchema schema) {
     const bool has_colors = schema.attributes.size() >= 3;
     return {12.0 + (schema.has_normals ? 12.0 : 0.0) + (has_colors ? 8.0 : 0.0), 12.0};
   }
+  const bool is_vtp = name.extension() == ".vtp";
+  if (is_vtp || name.extension() == ".xdmf") {
+    const double position = job.output.float_positions ? 12.0 : 24.0;
+    return {position + normal_bytes(schema) + static_cast<double>(schema.attribute_bytes()),
+            (is_vtp ? 32.0 : 24.0) + (job.fill.enabled ? 4.0 : 0.0)};
+  }
   const bool has_confidence = job.output.confidence && job.fill.enabled;
   if (!job.output.binary)
     return text_rows(schema, coordinate,
@@ -158,23 +165,81 @@ RowBytes output_rows(const ResolvedJob& job, PointSchema schema) {
 
 std::uint64_t whole(double bytes) { return static_cast<std::uint64_t>(std::ceil(bytes)); }
 
+/// What levels of detail of the mesh file take, per point, of two triangles a point.
+struct LevelBytes {
+  double work = 0.0;        ///< of files without a name in the work directory
+  double tileset = 0.0;     ///< of the folder
+  double simplified = 0.0;  ///< of the simplified mesh
+};
+
+constexpr std::uint64_t kMostColorBytes = 6;
+
+/// Positions, and what a tile has a place for.
+double tile_vertex_bytes(const PointSchema& schema) {
+  const bool has_colors = schema.attributes.size() >= 3;
+  return 24.0 + (schema.has_normals ? 12.0 : 0.0) +
+         (has_colors ? static_cast<double>(kMostColorBytes) : 0.0);
+}
+
+LevelBytes level_bytes(const ResolvedJob& job, const CloudSize& cloud, const PointSchema& schema,
+                       double mesh_bytes) {
+  constexpr double kSorted = 2.0 * 32.0;  // triangles; twice that while runs are merged
+  constexpr double kNodes = 34.0;         // nodes above the leaves
+  constexpr double kAllLevels = 1.5;      // triangles of all levels, in those of the mesh
+  const bool merges = static_cast<double>(cloud.points) * kSorted >
+                      static_cast<double>(job.partition.memory_bytes) / 6.0;
+  const auto work = [&](double vertex) {
+    return vertex + std::max(kSorted + kNodes, merges ? 2.0 * kSorted : kSorted);
+  };
+  LevelBytes bytes;
+  if (!job.output.tileset.empty()) {
+    bytes.work = work(tile_vertex_bytes(schema));
+    bytes.tileset = kAllLevels * (2.0 * 12.0 + tile_vertex_bytes(schema));
+  }
+  if (job.output.simplify) {
+    bytes.work = std::max(bytes.work, work(24.0));
+    bytes.simplified = mesh_bytes;
+    if (job.output.simplify->kind == SimplifyTarget::Kind::kRatio)
+      bytes.simplified *= job.output.simplify->value;
+  }
+  return bytes;
+}
+
 /// What a file system has to take.
 struct Demand {
   std::string what;
   std::filesystem::path place;
   std::uint64_t bytes = 0;
   const char* advice = "";
+  FreeSpace free;
 };
 
-void require(const Demand& demand, const FreeSpace& free) {
-  if (demand.bytes <= free.bytes) return;
+void require(const Demand& demand) {
+  if (demand.bytes <= demand.free.bytes) return;
   throw_resource("there is not enough room on the disk for " + demand.what,
                  {.file = demand.place.string(),
                   .place = {},
-                  .found = format_bytes(free.bytes) + " free" +
-                           (free.limited_by_quota ? " within the quota" : ""),
+                  .found = format_bytes(demand.free.bytes) + " free" +
+                           (demand.free.limited_by_quota ? " within the quota" : ""),
                   .expected = "at least " + format_bytes(demand.bytes),
                   .advice = demand.advice});
+}
+
+FreeSpace free_space_for(const std::filesystem::path& file) {
+  return free_space(file.has_parent_path() ? file.parent_path() : ".");
+}
+
+/// Puts a demand to that on the same file system, else behind the others.
+void add_demand(const Demand& added, std::vector<Demand>& demands) {
+  for (Demand& demand : demands) {
+    if (demand.free.device != added.free.device) continue;
+    demand.what += " and " + added.what;
+    demand.bytes += added.bytes;
+    demand.free.bytes = std::min(demand.free.bytes, added.free.bytes);
+    demand.free.limited_by_quota |= added.free.limited_by_quota;
+    return;
+  }
+  demands.push_back(added);
 }
 
 }  // namespace
@@ -206,37 +271,50 @@ DiskPlan plan_disk(const ResolvedJob& job, const CloudSize& cloud, const RawWork
   }
   const auto held = static_cast<double>(raw.held_bytes);
   const double mesh = job.run.compress ? kPackedMesh * kMesh : kMesh;
-  const double work =
-      std::max(held + kMargin * cut, kMargin * (points * (stored_bytes(schema) + mesh) + borders)) +
-      2.0 * files;
   const RowBytes rows = output_rows(job, schema);
+  const LevelBytes levels = level_bytes(job, cloud, schema, rows.vertex + 2.0 * rows.triangle);
+  const double work =
+      std::max(held + kMargin * cut,
+               kMargin * (points * (stored_bytes(schema) + mesh + levels.work) + borders)) +
+      2.0 * files;
   const double output = job.output.mesh == "-"
                             ? 0.0
                             : kMargin * points * (rows.vertex + 2.0 * rows.triangle) + kFileBytes;
   plan.output_bytes = whole(output);
   plan.work_bytes = std::max(plan.cleaning_bytes, whole(work));
   plan.most_bytes = std::max(plan.cleaning_bytes, whole(work + output));
+  plan.tileset_bytes = whole(kMargin * points * levels.tileset);
+  plan.simplified_bytes = whole(kMargin * points * levels.simplified);
   return plan;
 }
 
-void require_room(const std::filesystem::path& work_dir, const std::string& mesh,
+void require_room(const std::filesystem::path& work_dir, const OutputOptions& output,
                   const DiskPlan& plan, std::uint64_t held_bytes) {
   constexpr const char* kOtherWork =
       "Free some, or name another place with run.work_dir or --work-dir";
+  constexpr const char* kOther = "Free some, or write it elsewhere";
   constexpr const char* kOtherMesh = "Free some, or write the mesh elsewhere";
   const auto beyond = [&](std::uint64_t bytes) { return bytes - std::min(bytes, held_bytes); };
-  const FreeSpace at_work = free_space(work_dir);
-  const std::filesystem::path target(mesh);
-  const FreeSpace at_mesh = free_space(target.has_parent_path() ? target.parent_path() : ".");
-  if (plan.output_bytes == 0 || at_work.device != at_mesh.device) {
-    require({"the work directory", work_dir, beyond(plan.work_bytes), kOtherWork}, at_work);
-    if (plan.output_bytes > 0)
-      require({"the mesh", target, plan.output_bytes, kOtherMesh}, at_mesh);
-    return;
+  std::vector<Demand> demands = {
+      {"the work directory", work_dir, beyond(plan.work_bytes), kOtherWork, free_space(work_dir)}};
+  if (plan.output_bytes > 0) {
+    Demand mesh{"the mesh", output.mesh, plan.output_bytes, kOtherMesh,
+                free_space_for(output.mesh)};
+    // The work directory may be fullest before there is a mesh.
+    if (mesh.free.device == demands.front().free.device)
+      mesh.bytes = beyond(plan.most_bytes) - std::min(beyond(plan.most_bytes), demands[0].bytes);
+    add_demand(mesh, demands);
   }
-  require({"the work directory and the mesh", work_dir, beyond(plan.most_bytes), kOtherWork},
-          {std::min(at_work.bytes, at_mesh.bytes), at_work.device,
-           at_work.limited_by_quota || at_mesh.limited_by_quota});
+  if (plan.tileset_bytes > 0)
+    add_demand(
+        {"the tileset", output.tileset, plan.tileset_bytes, kOther, free_space_for(output.tileset)},
+        demands);
+  if (plan.simplified_bytes > 0) {
+    const std::filesystem::path file = simplified_file(output);
+    add_demand({"the simplified mesh", file, plan.simplified_bytes, kOther, free_space_for(file)},
+               demands);
+  }
+  for (const Demand& demand : demands) require(demand);
 }
 
 std::uint64_t predicted_disk_bytes(const ResolvedJob& job, const Partition& partition) {
@@ -245,7 +323,7 @@ std::uint64_t predicted_disk_bytes(const ResolvedJob& job, const Partition& part
   cloud.points = partition.points();
   cloud.chunks = partition.octree.chunks().size();
   cloud.memory.bin_buffer_bytes = std::numeric_limits<std::size_t>::max();  // nothing is spilled
-  return plan_disk(job, cloud, {}).most_bytes;
+  return plan_disk(job, cloud, {}).all_bytes();
 }
 
 bool bins_will_spill(const CloudSize& cloud) {
@@ -267,13 +345,13 @@ RoomPlan check_room(StageRunner& runner, const CutStages& stages, bool are_scans
     of_points += room_of_directory(runner.store.directory() / stage);
   if (!are_scans) raw.held_bytes = held - std::min(held, of_points);
   DiskPlan plan = plan_disk(runner.job, cloud, raw);
-  const std::uint64_t predicted = plan.most_bytes;
+  const std::uint64_t predicted = plan.all_bytes();
   if (first_of_two) {
     // The number of points that cleaning leaves shows later; this much is needed in any case.
     plan.work_bytes = plan.most_bytes = plan.cleaning_bytes;
-    plan.output_bytes = 0;
+    plan.output_bytes = plan.tileset_bytes = plan.simplified_bytes = 0;
   }
-  require_room(runner.store.directory(), runner.job.output.mesh, plan, held);
+  require_room(runner.store.directory(), runner.job.output, plan, held);
   const double cut = cut_bytes(runner.job, cloud, cloud.schema);
   const std::uint64_t least = held - std::min(held, of_points) + whole(cut);
   return {in_flight + plan.work_bytes - std::min(plan.work_bytes, least), predicted};

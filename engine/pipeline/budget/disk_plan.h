@@ -35,17 +35,22 @@ RawWork raw_work(const ResolvedJob& job, const CloudSize& scans);
 /// whose points are all kept and used; points that cleaning drops, and rows of text that are
 /// shorter than usual, leave more of it unused. docs/disk.md.
 struct DiskPlan {
-  std::uint64_t cleaning_bytes = 0;  ///< of the work directory, until the points are cut for good
-  std::uint64_t work_bytes = 0;      ///< of the work directory, whenever that is
-  std::uint64_t output_bytes = 0;    ///< of the mesh
-  std::uint64_t most_bytes = 0;      ///< of both together
+  std::uint64_t cleaning_bytes = 0;    ///< of the work directory, until the points are cut for good
+  std::uint64_t work_bytes = 0;        ///< of the work directory, whenever that is
+  std::uint64_t output_bytes = 0;      ///< of the mesh
+  std::uint64_t most_bytes = 0;        ///< of both together
+  std::uint64_t tileset_bytes = 0;     ///< of the folder of levels of detail
+  std::uint64_t simplified_bytes = 0;  ///< of the simplified mesh
+
+  /// Of everything together.
+  std::uint64_t all_bytes() const { return most_bytes + tileset_bytes + simplified_bytes; }
 };
 DiskPlan plan_disk(const ResolvedJob& job, const CloudSize& cloud, const RawWork& raw);
 
-/// Throws Error (resource) where the file systems of the work directory and of the mesh have less
-/// room than `plan` asks for beyond the `held_bytes` that the work directory holds already. Says
-/// how much is needed, how much is free, and where.
-void require_room(const std::filesystem::path& work_dir, const std::string& mesh,
+/// Throws Error (resource) where the file systems of the work directory and of the outputs have
+/// less room than `plan` asks for beyond the `held_bytes` that the work directory holds already.
+/// Says how much is needed, how much is free, and where.
+void require_room(const std::filesystem::path& work_dir, const OutputOptions& output,
                   const DiskPlan& plan, std::uint64_t held_bytes);
 
 /// Most that a job holds that found its points cut already.

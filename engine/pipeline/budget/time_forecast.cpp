@@ -75,6 +75,8 @@ int runs_of(const ResolvedJob& job, Stage stage) {
       return job.output.picture.empty() ? 0 : 1;
     case Stage::kTileset:
       return job.output.tileset.empty() ? 0 : 1;
+    case Stage::kSimplify:
+      return job.output.simplify ? 1 : 0;
     default:
       return info_of(stage).line == StageLine::kFinal || job.needs_cleaning_or_normals() ? 1 : 0;
   }

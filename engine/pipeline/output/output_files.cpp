@@ -3,6 +3,8 @@
 #include <memory>
 #include <utility>
 
+#include "io/job/simplified_file.h"
+#include "io/meshes/heavy_data.h"
 #include "io/meshes/shift_file.h"
 #include "io/meshes/tile_directory.h"
 #include "io/points/coordinate_system_file.h"
@@ -19,9 +21,11 @@ std::vector<OutputFile> written_outputs(const OutputOptions& output, BesideMesh 
   if (output.mesh != "-")
     add(output.tiles ? "tiles" : "mesh",
         output.tiles ? tile_directory_of(output.mesh) : std::filesystem::path(output.mesh));
+  add("numbers", heavy_data_file(output.mesh));
   if (beside.system) add("system", coordinate_system_file(output.mesh));
   if (beside.shift) add("shift", shift_file(output.mesh));
   add("tileset", output.tileset);
+  add("simplified", simplified_file(output));
   add("report", output.report);
   add("page", report_page(output.report));
   add("picture", output.picture);

@@ -11,7 +11,8 @@
 namespace orbweave {
 
 struct OutputFile {
-  const char* role;  ///< "mesh", "tiles", "system", "shift", "tileset", "report", "page", "picture"
+  const char* role;  ///< "mesh", "numbers", "tiles", "system", "shift", "tileset", "simplified", "report",
+                     ///< "page", "picture"
   std::filesystem::path file;
 };
 

@@ -1,41 +1,20 @@
 #include "engine/pipeline/output/tileset_stage.h"
 
 #include <atomic>
-#include <filesystem>
-#include <optional>
 #include <string>
 
 #include "engine/levels/tileset.h"
-#include "io/error.h"
-#include "io/job/setting.h"
+#include "engine/pipeline/output/mesh_for_levels.h"
 #include "io/meshes/mesh_stream.h"
 #include "io/meshes/tile_directory.h"
 #include "io/points/coordinate_system_file.h"
 #include "io/report/picture.h"
 #include "io/report/picture_up.h"
 #include "io/system/memory_watch.h"
-#include "io/text/file_format.h"
 #include "io/text/quantity.h"
 
 namespace orbweave {
 namespace {
-
-namespace fs = std::filesystem;
-
-/// What of the job stands in the way of reading the mesh file again from front to back; empty:
-/// nothing.
-std::string obstacle(const OutputOptions& output) {
-  if (output.tiles) return "output.tiles = true, which writes no mesh file";
-  if (output.mesh == "-") return "standard output";
-  const std::optional<NamedFormat> named = format_of_name(output.mesh);
-  if (!named || named->facts.format != FileFormat::kPly || named->is_gzipped)
-    return fs::path(output.mesh).filename().string();
-  std::error_code absent;
-  const fs::file_status status = fs::status(output.mesh, absent);
-  if (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status))
-    return "a pipe or a device";
-  return "";
-}
 
 /// The progress of a stage with two parts: the mesh is read, then tiles are written, which takes
 /// most of the time. Thread-safe.
@@ -82,25 +61,8 @@ TilesetOptions options_of(const TilesetInputs& inputs, StageRunner& runner) {
 void check_tileset(const Job& job) {
   const OutputOptions& output = job.output;
   if (output.tileset.empty()) return;
-  if (const std::string found = obstacle(output); !found.empty())
-    throw_usage(
-        "a tileset is made from an uncompressed PLY file",
-        {.file = output.mesh,
-         .place = setting_name(job, "output.tileset"),
-         .found = found,
-         .expected = "the name of a .ply file as output.mesh",
-         .advice = "Name a .ply file, or make the tileset later: orbweave tileset MESH -o " +
-                   output.tileset});
-  const std::uint64_t leaf = LevelOptions{}.leaf_triangles;
-  if (job.partition.memory_bytes < least_level_memory(leaf))
-    throw_usage(
-        "the memory budget has no room for a tile of " + std::to_string(leaf) + " triangles",
-        {.file = output.tileset,
-         .place = setting_name(job, "output.tileset"),
-         .found = "partition.memory = " + format_bytes(job.partition.memory_bytes),
-         .expected = "at least " + format_bytes(least_level_memory(leaf)),
-         .advice = "Give it more memory, or make smaller tiles later: orbweave tileset " +
-                   output.mesh + " --leaf-triangles"});
+  check_mesh_for_levels(job, {"a tileset", "output.tileset", output.tileset,
+                              "orbweave tileset MESH -o " + output.tileset});
   check_tile_directory(output.tileset);
 }
 
@@ -123,7 +85,8 @@ void make_tileset(const TilesetInputs& inputs, StageRunner& runner) {
   std::uint64_t tiles = 0;
   for (const TilesetLevel& level : facts.levels) tiles += level.tiles;
   clock.facts().bytes_written = facts.bytes;
-  runner.store.disk().add(facts.bytes);
+  runner.store.disk().add(facts.bytes + facts.work_bytes);
+  runner.store.disk().remove(facts.work_bytes);
   runner.note("tileset: " + format_count(tiles) + (tiles == 1 ? " tile" : " tiles") + " of " +
               format_count(facts.levels.size()) +
               (facts.levels.size() == 1 ? " level, " : " levels, ") + format_bytes(facts.bytes));

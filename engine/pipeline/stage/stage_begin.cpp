@@ -9,6 +9,8 @@
 #include "engine/pipeline/stage/stage_keys.h"
 #include "io/error.h"
 #include "io/job/job_keys.h"
+#include "io/job/simplified_file.h"
+#include "io/meshes/heavy_data.h"
 #include "io/meshes/tile_directory.h"
 #include "io/system/file_sample.h"
 #include "io/text/quantity.h"
@@ -125,7 +127,9 @@ std::vector<InputStamp> stamps_of_outputs(const Job& job) {
   const std::string mesh =
       output.tiles ? (tile_directory_of(output.mesh) / kTileIndex).string() : output.mesh;
   std::vector<InputStamp> stamps;
-  for (const std::string& file : {mesh, output.report, output.picture})
+  for (const std::string& file :
+       {mesh, heavy_data_file(mesh).string(), output.report, output.picture,
+        simplified_file(output).string(), heavy_data_file(simplified_file(output)).string()})
     if (!file.empty()) stamps.push_back(stamp_of(file, kSampleBlocks));
   if (!output.tileset.empty())
     stamps.push_back(stamp_of((fs::path(output.tileset) / kTileIndex).string(), kSampleBlocks));

@@ -29,9 +29,10 @@ struct RunControl {
 struct StageRunner : RunControl {
   ChunkStore& store;
   Communicator& communicator;
-  int root_threads = 1;                   ///< of the root, as all processes know them
-  std::vector<std::string> notes = {};    ///< everything said so far
-  std::vector<StageFacts> measured = {};  ///< of the stages that ended
+  int root_threads = 1;                    ///< of the root, as all processes know them
+  std::vector<std::string> notes = {};     ///< everything said so far
+  std::vector<std::string> warnings = {};  ///< of it, what was a warning
+  std::vector<StageFacts> measured = {};   ///< of the stages that ended
 
   void note(const std::string& line) { note(line, line); }
   /// `line` is shown; the report has `full`.
@@ -42,6 +43,7 @@ struct StageRunner : RunControl {
   void warn(const std::string& line) { warn(line, line); }
   void warn(const std::string& line, const std::string& full) {
     notes.push_back(full);
+    warnings.push_back(full);
     progress.warn(line);
   }
 };

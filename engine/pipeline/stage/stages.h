@@ -44,6 +44,7 @@ enum class Stage : std::uint8_t {
   kTiles,
   kPicture,
   kTileset,
+  kSimplify,
 };
 
 /// Results of one kind that follow from each other: a stage whose key changed takes the results of
@@ -114,7 +115,7 @@ constexpr StageScaling chunk_scaling(double microseconds) {
 }
 
 // clang-format off
-inline constexpr std::array<StageInfo, 29> kStages = {{
+inline constexpr std::array<StageInfo, 30> kStages = {{
     // stage, name, directory, results, line, goes with line, --fresh, repair, status, completed by
     {Stage::kRawCount, "raw count", "raw_cut", "counts of raw points", StageLine::kRaw, false, true,
      StageRepair::kStage, false, "", kCountScaling},
@@ -174,6 +175,8 @@ inline constexpr std::array<StageInfo, 29> kStages = {{
      StageRepair::kStage, false, "", {.threads = 0.5, .constant = true, .microseconds = 1.0}},
     {Stage::kTileset, "tileset", "", "tileset", StageLine::kFinal, false, false,
      StageRepair::kStage, false, "", {.threads = 0.9, .microseconds = 11.0}},
+    {Stage::kSimplify, "simplify", "", "simplified mesh", StageLine::kFinal, false, false,
+     StageRepair::kStage, false, "", {.threads = 0.8, .microseconds = 12.0}},
 }};
 // clang-format on
 

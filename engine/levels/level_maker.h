@@ -1,0 +1,98 @@
+// The making of levels of detail: the mesh sorted on disk, and its nodes one height after another.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "engine/levels/levels.h"
+#include "engine/levels/node_mesh.h"
+#include "engine/levels/sorted_triangles.h"
+#include "engine/levels/vertex_table.h"
+#include "io/meshes/mesh_stream.h"
+#include "io/stop_token.h"
+#include "io/system/spool_file.h"
+
+namespace orbweave {
+
+/// Reads a mesh and makes the nodes of its octree; the meshes of nodes stay on disk, without a
+/// name, as long as the object. What the constructor takes must outlive it.
+class LevelMaker {
+ public:
+  /// `schema`: what of the vertices is kept: that of the mesh, or less. Reads all of the mesh.
+  /// Throws Error as make_levels() does.
+  LevelMaker(MeshStream& mesh, const PointSchema& schema, const LevelOptions& options,
+             const LevelEvents& events, const StopToken& stop);
+
+  /// Whether a node serves, once it is made.
+  using Serves = std::function<bool(const LevelNode&, const LevelFacts&)>;
+  /// Makes leaves, then every node whose children all serve. Leaves do in any case.
+  void make(const Serves& serves);
+  /// Makes all nodes.
+  void make();
+
+  /// Of nodes that were not made, the facts are empty.
+  const Levels& levels() const { return levels_; }
+  const Box& bounds() const { return mesh_.vertices->bounds(); }  ///< of all vertices
+
+  /// Of the files without a name, as they are now.
+  std::uint64_t disk_bytes() const {
+    return mesh_.vertices->disk_bytes() + mesh_.triangles->disk_bytes() + spool_.bytes();
+  }
+
+  /// The coarsest nodes that serve and together hold the whole mesh, in the order of their cells.
+  std::vector<std::uint32_t> cut() const;
+  /// The mesh of a node that was made. Thread-safe.
+  NodeMesh node(std::uint32_t number) const;
+  std::vector<Vec3> positions(const NodeMesh& mesh) const { return positions_of(mesh, row_bytes_); }
+  /// Its vertices with the normals and colours that are kept.
+  PointCloud points(const NodeMesh& mesh) const { return mesh_.vertices->points(mesh.rows); }
+  bool has_colors() const { return !mesh_.vertices->schema().attributes.empty(); }
+  /// The vertices of a node that nodes beside it have as well, ascending. Thread-safe.
+  std::vector<std::uint32_t> border_vertices(const NodeMesh& mesh) const;
+
+  /// Calls `work` with the places from 0 to `count`, on as many threads as the memory has room for
+  /// nodes.
+  void on_threads(std::size_t count, const std::function<void(std::size_t)>& work) const;
+
+ private:
+  /// Where a node's mesh lies in the spool file.
+  struct Stored {
+    std::uint64_t offset = 0;
+    std::uint64_t bytes = 0;
+  };
+  /// The mesh on disk: vertices by their numbers, triangles by their cells.
+  struct StoredMesh {
+    std::unique_ptr<VertexTable> vertices;
+    std::unique_ptr<SortedTriangles> triangles;
+  };
+  enum class State : std::uint8_t { kAbsent, kMade, kServes };
+
+  static StoredMesh stored_mesh(MeshStream& mesh, const PointSchema& schema,
+                                const LevelOptions& options, const LevelEvents& events,
+                                const StopToken& stop);
+  bool children_serve(std::uint32_t number) const;
+  void make_node(std::uint32_t number, const Serves& serves);
+  void add_seams(const NodeMesh& mesh, std::span<const OpenEdge> open);
+  void keep_seams();
+  NodeMesh leaf(std::uint32_t number) const;
+  NodeMesh merged_children(std::uint32_t number) const;
+  NodeMesh simplified(std::uint32_t number);
+
+  const LevelOptions& options_;
+  const LevelEvents& events_;
+  const StopToken& stop_;
+  StoredMesh mesh_;
+  SpoolFile spool_;
+  std::size_t row_bytes_;
+  Levels levels_;
+  std::vector<Stored> stored_;
+  std::vector<State> states_;
+  std::mutex mutex_;
+  std::vector<MeshEdge> seams_;  ///< edges between leaves
+};
+
+}  // namespace orbweave

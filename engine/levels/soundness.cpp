@@ -1,0 +1,113 @@
+#include "engine/levels/soundness.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+namespace orbweave {
+namespace {
+
+template <class T>
+void sort_and_keep_each_once(std::vector<T>& values) {
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+}
+
+/// An edge as a triangle runs through it.
+struct DirectedEdge {
+  VertexPair ends;
+  bool is_upward = false;  ///< from the lower vertex to the higher one
+  friend auto operator<=>(const DirectedEdge&, const DirectedEdge&) = default;
+};
+
+void add_ends_of_unsound_edges(std::span<const Triangle> triangles,
+                               std::vector<std::uint32_t>& unsound) {
+  std::vector<DirectedEdge> edges;
+  edges.reserve(3 * triangles.size());
+  for (const Triangle& t : triangles)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::uint32_t from = t[c];
+      const std::uint32_t to = t[(c + 1) % 3];
+      edges.push_back({{std::min(from, to), std::max(from, to)}, from < to});
+    }
+  std::sort(edges.begin(), edges.end());
+  for (std::size_t i = 1; i < edges.size(); ++i) {
+    const bool same_direction = edges[i] == edges[i - 1];
+    const bool third = i > 1 && edges[i].ends == edges[i - 2].ends;
+    if (!same_direction && !third) continue;
+    unsound.push_back(edges[i].ends.low);
+    unsound.push_back(edges[i].ends.high);
+  }
+}
+
+/// What a triangle has beyond one of its vertices: an edge of the vertex's link.
+struct LinkEdge {
+  std::uint32_t vertex = 0;
+  std::uint32_t from = 0;
+  std::uint32_t to = 0;
+  friend auto operator<=>(const LinkEdge&, const LinkEdge&) = default;
+};
+
+/// Whether the link of a vertex is one path or one cycle. Every vertex of the link begins at most
+/// one edge and ends at most one; ascending by `from`.
+bool is_one_fan(std::span<const LinkEdge> link) {
+  std::vector<std::uint32_t> ends;
+  ends.reserve(link.size());
+  for (const LinkEdge& edge : link) ends.push_back(edge.to);
+  std::sort(ends.begin(), ends.end());
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < link.size(); ++i)
+    if (!std::binary_search(ends.begin(), ends.end(), link[i].from)) first = i;
+  std::size_t length = 1;
+  for (std::size_t at = first; length <= link.size(); ++length) {
+    const auto next =
+        std::lower_bound(link.begin(), link.end(), link[at].to,
+                         [](const LinkEdge& edge, std::uint32_t to) { return edge.from < to; });
+    if (next == link.end() || next->from != link[at].to) break;
+    at = static_cast<std::size_t>(next - link.begin());
+    if (at == first) break;
+  }
+  return length == link.size();
+}
+
+void add_vertices_of_several_fans(std::span<const Triangle> triangles,
+                                  std::vector<std::uint32_t>& unsound) {
+  std::vector<LinkEdge> links;
+  links.reserve(3 * triangles.size());
+  for (const Triangle& t : triangles)
+    for (std::size_t c = 0; c < 3; ++c) links.push_back({t[c], t[(c + 1) % 3], t[(c + 2) % 3]});
+  std::sort(links.begin(), links.end());
+  for (std::size_t begin = 0, end = 0; begin < links.size(); begin = end) {
+    while (end < links.size() && links[end].vertex == links[begin].vertex) ++end;
+    if (!is_one_fan(std::span(links).subspan(begin, end - begin)))
+      unsound.push_back(links[begin].vertex);
+  }
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> unsound_vertices(std::span<const Triangle> triangles) {
+  std::vector<std::uint32_t> unsound;
+  add_ends_of_unsound_edges(triangles, unsound);
+  add_vertices_of_several_fans(triangles, unsound);
+  sort_and_keep_each_once(unsound);
+  return unsound;
+}
+
+std::vector<VertexPair> edges_among(std::span<const Triangle> triangles,
+                                    std::span<const std::uint32_t> vertices) {
+  const auto is_one = [&](std::uint32_t vertex) {
+    return std::binary_search(vertices.begin(), vertices.end(), vertex);
+  };
+  std::vector<VertexPair> edges;
+  for (const Triangle& t : triangles) {
+    const std::array<bool, 3> among = {is_one(t[0]), is_one(t[1]), is_one(t[2])};
+    for (std::size_t c = 0; c < 3; ++c)
+      if (among[c] && among[(c + 1) % 3])
+        edges.push_back({std::min(t[c], t[(c + 1) % 3]), std::max(t[c], t[(c + 1) % 3])});
+  }
+  sort_and_keep_each_once(edges);
+  return edges;
+}
+
+}  // namespace orbweave

@@ -1,0 +1,17 @@
+// The file beside an XDMF document that has its numbers.
+#pragma once
+
+#include <filesystem>
+
+#include "io/text/file_format.h"
+
+namespace orbweave {
+
+/// "mesh.h5" of "mesh.xdmf"; empty for every other format.
+inline std::filesystem::path heavy_data_file(const std::filesystem::path& mesh) {
+  const auto named = format_of_name(mesh);
+  if (!named || named->facts.format != FileFormat::kXdmf) return {};
+  return std::filesystem::path(mesh).replace_extension(".h5");
+}
+
+}  // namespace orbweave

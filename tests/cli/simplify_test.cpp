@@ -1,0 +1,120 @@
+// orbweave simplify and output.simplify, as a user calls them.
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "io/meshes/mesh_reader.h"
+#include "io/meshes/mesh_writer.h"
+#include "tests/support/data.h"
+#include "tests/support/meshes.h"
+#include "tests/support/program.h"
+
+using Catch::Matchers::Contains;
+using namespace orbweave;
+using namespace orbweave::test;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+}  // namespace
+
+TEST_CASE("SimplifyCommandSaysWhatItMade") {
+  const ScratchDirectory in;
+  write_mesh(in / "mesh.ply", torus_mesh(3000));
+  const ProgramResult made =
+      run_in(in, {"simplify", "mesh.ply", "-o", "small.ply", "--triangles", "1000"});
+  INFO(made.err);
+  REQUIRE(made.status == 0);
+  CHECK_THAT(made.out, Contains("small.ply") && Contains("triangles") && Contains("error"));
+  CHECK(read_mesh(in / "small.ply").triangles.size() <= 1000);
+  CHECK_FALSE(fs::exists(in / "small.ply.work"));
+  REQUIRE(run_in(in, {"simplify", "mesh.ply", "-o", "again.ply", "--triangles", "1000", "--threads",
+                      "3", "--memory", "500MiB"})
+              .status == 0);
+  CHECK((file_text(in / "small.ply") == file_text(in / "again.ply")));
+  for (const char* name : {"a.stl", "a.obj", "a.glb", "a.ply.gz"}) {
+    INFO(name);
+    CHECK(run_in(in, {"simplify", "mesh.ply", "-o", name, "--ratio", "0.1"}).status == 0);
+    CHECK(fs::exists(in / name));
+  }
+}
+
+TEST_CASE("SimplifyRefusesWhatItCannotDo") {
+  const ScratchDirectory in;
+  write_mesh(in / "mesh.ply", torus_mesh(500));
+  struct Refused {
+    std::vector<std::string> arguments;
+    std::string said;
+  };
+  const std::vector<Refused> all = {{{}, "--ratio 0.1"},
+                                    {{"--ratio", "0"}, "above 0 and at most 1"},
+                                    {{"--ratio", "1.5"}, "above 0 and at most 1"},
+                                    {{"--ratio", "few"}, "--ratio"},
+                                    {{"--triangles", "0"}, "at least 1"},
+                                    {{"--triangles", "2.5"}, "an integer"},
+                                    {{"--error", "-1"}, "positive"},
+                                    {{"--error", "nan"}, "positive"},
+                                    {{"--ratio", "0.5", "--error", "1"}, "more than one limit"}};
+  for (const Refused& refused : all) {
+    std::vector<std::string> arguments = {"simplify", "mesh.ply", "-o", "small.ply"};
+    arguments.insert(arguments.end(), refused.arguments.begin(), refused.arguments.end());
+    const ProgramResult result = run_in(in, arguments);
+    CHECK(result.status == 2);
+    CHECK_THAT(result.err, Contains(refused.said));
+  }
+  const auto status = [&](const std::vector<std::string>& arguments) {
+    return run_in(in, arguments).status;
+  };
+  CHECK(status({"simplify", "mesh.ply", "-o", "mesh.ply", "--ratio", "0.5"}) == 2);
+  CHECK(status({"simplify", "mesh.ply", "-o", "-", "--ratio", "0.5"}) == 2);
+  CHECK(status({"simplify", "mesh.ply", "-o", "small.xyz", "--ratio", "0.5"}) == 2);
+  CHECK(status({"simplify", "absent.ply", "-o", "small.ply", "--ratio", "0.5"}) == 3);
+  CHECK(status({"simplify", "mesh.ply", "-o", "small.ply", "--ratio", "0.5", "--memory",
+                "64MiB"}) == 4);
+  CHECK(names_in(in) == std::vector<std::string>{"mesh.ply"});
+}
+
+TEST_CASE("SimplifiedMeshOfAJobHasTheBytesOfTheCommand") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "bumpy-torus", "--points", "3000", "-o", "scan.ply"}).status ==
+          0);
+  write_text(in / "job.toml",
+             "[input]\nfiles = [\"scan.ply\"]\n[output]\nmesh = \"mesh.ply\"\n"
+             "simplify = {ratio = 0.25}\nsimplified = \"small.ply\"\n");
+  const ProgramResult made = run_in(in, {"run", "job.toml"});
+  INFO(made.err);
+  REQUIRE(made.status == 0);
+  CHECK_THAT(made.out, Contains("small.ply"));
+  REQUIRE(run_in(in, {"simplify", "mesh.ply", "-o", "own.ply", "--ratio", "0.25"}).status == 0);
+  CHECK((file_text(in / "small.ply") == file_text(in / "own.ply")));
+  REQUIRE(run_in(in, {"reconstruct", "scan.ply", "-o", "other.ply", "--simplify", "ratio=0.25",
+                      "--chunk-points", "400"})
+              .status == 0);
+  CHECK((file_text(in / "small.ply") == file_text(in / "other.simplified.ply")));
+}
+
+TEST_CASE("SimplifiedMeshesOfAJobThatCannotBeMadeAreRefusedBeforeTheWork") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "torus", "--points", "500", "-o", "scan.ply"}).status == 0);
+  struct Refused {
+    std::vector<std::string> arguments;
+    std::string said;
+  };
+  const std::vector<Refused> all = {
+      {{"-o", "mesh.stl", "--simplify", "ratio=0.5"}, ".ply"},
+      {{"-o", "mesh.ply", "--simplify", "ratio=2"}, "--simplify"},
+      {{"-o", "mesh.ply", "--simplified", "small.ply"}, "--simplify ratio=0.1"},
+      {{"-o", "mesh.ply", "--simplify", "ratio=0.5", "--simplified", "a.las"}, ".ply"},
+      {{"-o", "mesh.ply", "--simplify", "ratio=0.5", "--simplified", "mesh.ply"}, "mesh.ply"},
+      {{"-o", "mesh.ply", "--simplify", "ratio=0.5", "--memory", "100MiB"}, "at least 168"}};
+  for (const Refused& refused : all) {
+    std::vector<std::string> arguments = {"reconstruct", "scan.ply"};
+    arguments.insert(arguments.end(), refused.arguments.begin(), refused.arguments.end());
+    const ProgramResult result = run_in(in, arguments);
+    CHECK(result.status == 2);
+    CHECK_THAT(result.err, Contains(refused.said));
+  }
+  CHECK(names_in(in) == std::vector<std::string>{"scan.ply"});
+}
