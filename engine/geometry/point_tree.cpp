@@ -33,8 +33,11 @@ bool nearer(const Neighbor& a, const Neighbor& b) {
 class Best {
  public:
   using DistanceType = double;
-  Best(std::size_t count, std::vector<Neighbor>& found)
-      : count_(count), most_(count <= kFew ? count : 2 * count), found_(found) {
+  Best(std::size_t count, double squared_reach, std::vector<Neighbor>& found)
+      : count_(count),
+        most_(count <= kFew ? count : 2 * count),
+        found_(found),
+        worst_(squared_reach) {
     found_.clear();
   }
   bool full() const { return found_.size() >= count_; }
@@ -83,7 +86,7 @@ class Best {
 
   std::size_t count_, most_;
   std::vector<Neighbor>& found_;
-  double worst_ = std::numeric_limits<double>::infinity();
+  double worst_;
 };
 
 }  // namespace
@@ -101,12 +104,19 @@ PointTree::~PointTree() = default;
 PointTree::PointTree(PointTree&&) noexcept = default;
 PointTree& PointTree::operator=(PointTree&&) noexcept = default;
 
-void PointTree::nearest(Vec3 query, std::size_t count, std::vector<Neighbor>& found) const {
-  Best best(count, found);
-  if (count == 0 || state_->positions.points.empty()) return;
+void PointTree::nearest(Vec3 query, std::size_t count, std::vector<Neighbor>& found,
+                        double likely_squared_reach) const {
+  const std::size_t points = state_->positions.points.size();
   const double coordinates[3] = {query.x, query.y, query.z};
-  state_->tree.findNeighbors(best, coordinates, nanoflann::SearchParams());
-  best.finish();
+  const auto search = [&](double squared_reach) {
+    Best best(count, squared_reach, found);
+    if (count == 0 || points == 0) return;
+    state_->tree.findNeighbors(best, coordinates, nanoflann::SearchParams());
+    best.finish();
+  };
+  search(likely_squared_reach);
+  constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+  if (found.size() < std::min(count, points) && likely_squared_reach < kAnywhere) search(kAnywhere);
 }
 
 Neighbor PointTree::nearest(Vec3 query) const {

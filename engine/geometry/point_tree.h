@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -29,7 +30,10 @@ class PointTree {
 
   /// The `count` nearest positions (fewer in smaller sets), nearest first. A query
   /// that is itself one of the positions finds itself, and its exact duplicates, at distance 0.
-  void nearest(Vec3 query, std::size_t count, std::vector<Neighbor>& found) const;
+  /// `likely_squared_reach`: where the last of them is expected to lie at most; a good guess spares
+  /// looking at points beyond, a bad one costs a second search.
+  void nearest(Vec3 query, std::size_t count, std::vector<Neighbor>& found,
+               double likely_squared_reach = std::numeric_limits<double>::infinity()) const;
   /// The nearest position. Precondition: there is one.
   Neighbor nearest(Vec3 query) const;
 

@@ -34,6 +34,15 @@ struct Measured : PlaceNoise {
 /// fitted several times at each.
 constexpr std::size_t kPlacesAtOnce = 64;
 
+/// Where so many neighbours lie, by the nearest ones, which are known; infinite where none are. On
+/// a surface the squared distance grows with the number; less where points fill the space.
+double likely_squared_reach(std::size_t count, const std::vector<Neighbor>& known) {
+  constexpr double kMargin = 1.3;
+  if (known.empty()) return std::numeric_limits<double>::infinity();
+  const double growth = static_cast<double>(count) / static_cast<double>(known.size());
+  return kMargin * growth * known.back().squared_distance;
+}
+
 /// What is measured at the selected points of a site, in their order. With `only_sure`: nothing
 /// where a neighbourhood could reach out of the site before it is wide.
 std::vector<Measured> measure_site(const SpacingSite& site, PointSelection selection,
@@ -53,7 +62,8 @@ std::vector<Measured> measure_site(const SpacingSite& site, PointSelection selec
       const double reach = only_sure ? distance_to_border(places[i], site.box) : kAnywhere;
       at_place[i] = meter.at(places[i], site.points, {.reach = reach},
                              [&](std::size_t count, std::vector<Neighbor>& found) {
-                               tree.nearest(places[i], count + 1, found);
+                               tree.nearest(places[i], count + 1, found,
+                                            likely_squared_reach(count + 1, found));
                              });
     }
   });

@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/geometry/point_tree.h"
 #include "engine/synthetic/synthetic_cloud.h"
 #include "io/bounds.h"
 #include "io/clouds/open_point_source.h"
@@ -86,6 +87,23 @@ Quality quality_with(const PointCloud& cloud, const std::vector<double>& radii) 
 }
 
 }  // namespace
+
+TEST_CASE("NearestPointsAreTheSameWhateverReachIsExpected") {
+  std::vector<Vec3> points = positions_of(Shape::kSphere, 3000);
+  for (std::size_t i = 0; i < 40; ++i) points.push_back(points[7]);  // duplicates
+  const PointTree tree(points);
+  for (const std::size_t count : {1u, 20u, 60u, 700u, 5000u}) {
+    for (const std::size_t query : {7u, 100u, 2500u}) {
+      std::vector<Neighbor> expected, found;
+      tree.nearest(points[query], count, expected);
+      REQUIRE(expected.size() == std::min(count, points.size()));
+      for (const double share : {0.0, 0.3, 1.0, 1.7, 50.0}) {
+        tree.nearest(points[query], count, found, share * expected.back().squared_distance);
+        CHECK(found == expected);
+      }
+    }
+  }
+}
 
 TEST_CASE("DensitiesOfOneToAHundredAreClosedByRadiiFromTheDensity", "[costly]") {
   const PointCloud cloud = sheet_with_density_of_one_to_a_hundred(60000);
