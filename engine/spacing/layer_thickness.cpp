@@ -34,13 +34,19 @@ struct Measured : PlaceNoise {
 /// fitted several times at each.
 constexpr std::size_t kPlacesAtOnce = 64;
 
-/// Where so many neighbours lie, by the nearest ones, which are known; infinite where none are. On
-/// a surface the squared distance grows with the number; less where points fill the space.
+/// Where so many neighbours lie, by the nearest ones, which are known; infinite where too few are.
+/// The squared distance grows with a power of the number: 1 on a surface, 2/3 where points fill the
+/// space.
 double likely_squared_reach(std::size_t count, const std::vector<Neighbor>& known) {
   constexpr double kMargin = 1.3;
-  if (known.empty()) return std::numeric_limits<double>::infinity();
+  constexpr std::size_t kFew = 16;
+  if (known.size() < kFew) return std::numeric_limits<double>::infinity();
+  const std::size_t quarter = known.size() / 4;
+  const double far = known.back().squared_distance, near = known[quarter].squared_distance;
+  const double ratio = static_cast<double>(known.size()) / static_cast<double>(quarter);
+  const double power = std::clamp(std::log(far / near) / std::log(ratio), 0.5, 1.2);
   const double growth = static_cast<double>(count) / static_cast<double>(known.size());
-  return kMargin * growth * known.back().squared_distance;
+  return kMargin * far * std::pow(growth, power);
 }
 
 /// What is measured at the selected points of a site, in their order. With `only_sure`: nothing
