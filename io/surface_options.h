@@ -14,7 +14,8 @@ namespace orbweave {
 enum class NormalSource {
   kAuto,     ///< those of the cloud; estimated where it has none
   kFile,     ///< those of the cloud; bad input where it has none
-  kEstimate  ///< estimated, whatever the cloud has
+  kEstimate,  ///< estimated, whatever the cloud has
+  kPoles      ///< directions to the poles of the Voronoi cells, whatever the cloud has; jobs alone
 };
 
 /// What decides to which side of the surface an estimated normal points. Given normals keep theirs.
