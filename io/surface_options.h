@@ -12,8 +12,8 @@ namespace orbweave {
 
 /// Where normals come from.
 enum class NormalSource {
-  kAuto,     ///< those of the cloud; estimated where it has none
-  kFile,     ///< those of the cloud; bad input where it has none
+  kAuto,      ///< those of the cloud; estimated where it has none
+  kFile,      ///< those of the cloud; bad input where it has none
   kEstimate,  ///< estimated, whatever the cloud has
   kPoles      ///< directions to the poles of the Voronoi cells, whatever the cloud has; jobs alone
 };

@@ -105,12 +105,12 @@ struct OutputOptions {
   bool attributes = true;       ///< carries normals and attributes to the vertices
   bool confidence = false;      ///< PLY: faces carry the confidence of their patches
   bool vertex_quality = false;  ///< PLY: vertices carry spacing, noise, move and normal's origin
-  bool vertex_undersampled = false;  ///< PLY: vertices carry where sampling is too sparse
-  bool tiles = false;                ///< one mesh per chunk instead of one mesh
-  std::string tileset;          ///< directory of 3D Tiles of the mesh; empty: none
-  bool check_surface = false;   ///< counts crossings of the whole mesh, not of patches alone
-  std::string report;           ///< path of the JSON report; empty: none
-  std::string picture;          ///< path of a PNG of the mesh; empty: none
+  bool vertex_undersampled = false;   ///< PLY: vertices carry where sampling is too sparse
+  bool tiles = false;                 ///< one mesh per chunk instead of one mesh
+  std::string tileset;                ///< directory of 3D Tiles of the mesh; empty: none
+  bool check_surface = false;         ///< counts crossings of the whole mesh, not of patches alone
+  std::string report;                 ///< path of the JSON report; empty: none
+  std::string picture;                ///< path of a PNG of the mesh; empty: none
   UpAxis picture_up = UpAxis::kAuto;  ///< axis that is upright in the picture
   PictureColors picture_colors = PictureColors::kPatches;
   PictureBacks picture_backs = PictureBacks::kAuto;

@@ -214,8 +214,8 @@ constexpr std::array kReturns = {"all", "first", "last", "only"};
 constexpr std::array kSources = {"auto", "file", "estimate", "poles"};
 constexpr std::array kOrientations = {"auto",      "scanner", "viewpoint", "up",
                                       "propagate", "ground",  "inward",    "none"};
-constexpr std::array kMethods = {"ball_pivoting", "crust", "power_crust", "cocone", "tight_cocone",
-                                "super_cocone"};
+constexpr std::array kMethods = {"ball_pivoting", "crust",        "power_crust",
+                                 "cocone",        "tight_cocone", "super_cocone"};
 constexpr std::array kKernels = {"biharmonic", "triharmonic"};
 constexpr std::array kFormats = {"auto", "binary", "text"};
 constexpr std::array kPrecisions = {"double", "float"};
