@@ -34,6 +34,7 @@ set(ORBWEAVE_PIPELINE_HEADERS
   io/report/progress.h              progress.h
   io/report/machine.h               machine.h
   io/report/report_facts.h          report_facts.h
+  io/voronoi_facts.h                voronoi_facts.h
   io/report/report.h                report.h
 )
 

@@ -260,6 +260,11 @@ Reconstruction surface_of(PointCloud cloud, const RadiiChoice& choice, Stages& s
 }
 
 bool wants_estimate(bool has_normals, const NormalOptions& options) {
+  if (options.source == NormalSource::kPoles)
+    throw_usage("poles are the normals of jobs alone",
+                {.place = "normals.source",
+                 .found = "NormalSource::kPoles",
+                 .expected = "NormalSource::kAuto, kFile or kEstimate"});
   if (options.source == NormalSource::kFile && !has_normals)
     throw_bad_input("the cloud has no normals",
                     {.expected = "a normal per point",

@@ -12,9 +12,10 @@ namespace orbweave {
 
 /// Where normals come from.
 enum class NormalSource {
-  kAuto,     ///< those of the cloud; estimated where it has none
-  kFile,     ///< those of the cloud; bad input where it has none
-  kEstimate  ///< estimated, whatever the cloud has
+  kAuto,      ///< those of the cloud; estimated where it has none
+  kFile,      ///< those of the cloud; bad input where it has none
+  kEstimate,  ///< estimated, whatever the cloud has
+  kPoles      ///< directions to the poles of the Voronoi cells, whatever the cloud has; jobs alone
 };
 
 /// What decides to which side of the surface an estimated normal points. Given normals keep theirs.

@@ -69,6 +69,11 @@ struct FillArguments {
 void check(const FillArguments& arguments, const OutputOptions& output) {
   const EndAtOnceOnSignals even_where_a_pipe_has_no_writer;
   check_mesh_name(output);
+  if (output.picture_colors == PictureColors::kUndersampled)
+    throw_usage("a mesh does not tell where its scan was undersampled",
+                {.place = "--picture-colors",
+                 .found = "undersampled",
+                 .expected = "patches, confidence, points or component"});
   const std::vector<PathRole> paths = {
       {"the mesh that is read", arguments.file, PathUse::kReadFile},
       {"the mesh", output.mesh, PathUse::kWrittenFile},

@@ -60,10 +60,12 @@ Facts fill_plan(const Job& job) {
 /// Where normals come from, and the cleaning before.
 Facts cleaning_plan(const JobPlan& plan) {
   Facts facts;
-  facts.emplace_back("normals",
-                     plan.normals.orientation == Orientation::kAuto
-                         ? "those of the file"
-                         : std::string("estimated, side by ") + text_of(plan.normals.orientation));
+  facts.emplace_back("normals", plan.normals.orientation == Orientation::kAuto
+                                    ? "those of the file"
+                                    : std::string(plan.normals.source == NormalSource::kPoles
+                                                      ? "poles, side by "
+                                                      : "estimated, side by ") +
+                                          text_of(plan.normals.orientation));
   const CleaningOptions& options = plan.cleaning.options;
   std::vector<std::string> stages;
   if (options.outlier_sigma > 0.0)

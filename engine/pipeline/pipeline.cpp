@@ -170,6 +170,18 @@ void predict(StageRunner& runner, std::uint64_t disk_bytes, RunResults& results)
   if (predicted.disk_bytes == 0) predicted.disk_bytes = predicted_disk_bytes(job, partition);
 }
 
+/// How a method of the Voronoi family takes the cloud.
+void note_method(StageRunner& runner, const Partition& partition) {
+  const std::string method = "method: " + method_name(runner.job);
+  const std::size_t chunks = partition.octree.chunks().size();
+  if (!is_super_cocone(runner.job, partition))
+    return runner.note(method + ", the whole cloud at once");
+  const std::string in_chunks = method + ", in " + format_count(chunks) + " chunks";
+  if (runner.job.reconstruct.method == ReconstructionMethod::kSuperCocone)
+    return runner.note(in_chunks);
+  runner.warn(in_chunks + ", which the memory budget asks for; the mesh depends on the chunks");
+}
+
 /// Points in chunks, and what follows from them alone.
 void run_points(StageRunner& runner, RunResults& results) {
   CutPoints points = partition_points(runner.job, runner);
@@ -181,7 +193,7 @@ void run_points(StageRunner& runner, RunResults& results) {
   if (runner.communicator.is_root()) note_what_is_left_out(runner, results.partition);
   results.radii = radii_of_job(runner.job, results.partition);
   if (is_in_core(runner.job.reconstruct.method))
-    runner.note("method: " + method_name(runner.job) + ", the whole cloud at once");
+    note_method(runner, results.partition);
   else
     runner.note(short_radii(runner.job, results.partition, results.radii.values),
                 "ball radii: " + results.radii.reason);
@@ -210,6 +222,7 @@ void run_stages(StageRunner& runner, RunResults& results) {
   ResourceFacts& predicted = results.predicted;
   predicted.peak_memory_bytes = std::max(predicted.peak_memory_bytes, holes.predicted_peak_bytes);
   results.conflicts_lost = stitched.conflicts_lost;
+  if (tells_undersampling(runner.job.reconstruct.method)) results.voronoi = stitched.voronoi;
   results.pieces_removed = holes.filled.pieces_removed;
   results.triangles_removed = holes.filled.removed.size() - holes.facts.mended_triangles;
   results.points_unused = stitched.unused_points + holes.filled.freed.size();

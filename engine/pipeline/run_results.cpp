@@ -55,6 +55,7 @@ RunReport report_of(const StageRunner& runner, const std::vector<std::string>& c
   report.radii = std::move(results.radii.values);
   report.radii_reason = std::move(results.radii.reason);
   report.conflicts_lost = results.conflicts_lost;
+  report.voronoi = results.voronoi;
   report.mesh = std::move(results.mesh);
   report.holes = std::move(results.holes);
   report.stages = runner.measured;

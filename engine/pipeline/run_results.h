@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@ struct RunResults {
   std::uint64_t points_unused = 0;   ///< kept, but no triangle uses them
   std::uint64_t pieces_removed = 0;  ///< smaller than fill.min_triangles
   std::uint64_t triangles_removed = 0;
+  std::optional<VoronoiFacts> voronoi;
   MeshFacts mesh;
   std::vector<HoleFacts> holes;  ///< first vertices in the output's numbers
   ResourceFacts predicted;

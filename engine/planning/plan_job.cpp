@@ -76,14 +76,15 @@ NormalFacts normals_of(const ResolvedJob& job, const CountedCloud& cloud) {
   NormalFacts normals;
   normals.source = NormalSource::kFile;
   if (!job.estimates_normals) return normals;
-  normals.source = NormalSource::kEstimate;
+  const bool are_poles = job.normals.source == NormalSource::kPoles;
+  normals.source = are_poles ? NormalSource::kPoles : NormalSource::kEstimate;
   normals.orientation = job.orientation_rule(cloud.points_without_view);
   return normals;
 }
 
 /// The passes over raw points, as far as the plan has found them out.
 RawWork raw_work_of(const JobPlan& plan) {
-  const bool estimates = plan.normals.source == NormalSource::kEstimate;
+  const bool estimates = plan.normals.source != NormalSource::kFile;
   const bool propagates = is_propagated(plan.normals.orientation);
   return {plan.cleaning.options, estimates, estimates && propagates};
 }
@@ -161,7 +162,7 @@ TrialOptions trial_options(const ResolvedJob& job, const Partition& measured, co
   options.cleaning = cleaning;
   options.normals = job.normals;
   options.normals.orientation = plan.normals.orientation;
-  options.estimates_normals = plan.normals.source == NormalSource::kEstimate;
+  options.estimates_normals = plan.normals.source != NormalSource::kFile;
   options.estimate = estimate_options(job, measured, cleaning);
   options.reach_of_outliers = measured.normal_radius;
   if (!thins || !job.reconstruct.ball_radii.empty()) options.ball_radii = plan.radii;
@@ -187,7 +188,10 @@ double seconds_of_run(const ResolvedJob& job, const JobPlan& plan, const TrialRe
   double seconds = passes.count + passes.sample + kSort * points + kWritten * kept;
   if (job.needs_cleaning_or_normals()) seconds += kCutAgain * kept;
   if (job.run.compress) seconds += kCompressed * points / job.threads();
-  seconds += 1e-6 * costs_of(job.reconstruct.method).microseconds_per_point * kept;
+  const bool in_chunks = is_cocone(job.reconstruct.method) && plan.chunks > 1;
+  seconds += 1e-6 * costs_of(job.reconstruct.method).microseconds_per_point * kept *
+             (in_chunks ? kCoconeBoxesPerChunk / job.threads() : 1.0);
+  seconds += 1e-6 * costs_of(job.normals.source).microseconds_per_point * points;
   return seconds + points * trial.cpu_seconds / sampled / (kSharedWell * job.threads());
 }
 

@@ -12,6 +12,7 @@
 #include "engine/holes/problem/boundary_loop.h"
 #include "io/box.h"
 #include "io/triangle_mesh.h"
+#include "io/voronoi_facts.h"
 
 namespace orbweave {
 
@@ -46,6 +47,9 @@ struct ChunkMesh {
   std::uint64_t conflicts_lost = 0;
   std::uint64_t isolated_dropped = 0;
   double area = 0.0;  ///< of `triangles`
+  /// Of methods that tell: 1 per owned point that is sampled too sparsely; else empty.
+  std::vector<std::uint8_t> undersampled;
+  VoronoiFacts voronoi;  ///< likewise
 };
 
 /// The points that a chunk was reconstructed from, in canonical order.

@@ -97,6 +97,7 @@ void MeshSummary::add(const ChunkMesh& chunk, std::uint64_t first_vertex, std::u
   facts_.triangles += triangles;
   facts_.area += chunk.area;
   conflicts_lost_ += chunk.conflicts_lost;
+  voronoi_ += chunk.voronoi;
   for (std::size_t i = 0; i < chunk.fans.size(); ++i) {
     facts_.vertices += chunk.fans[i] > 0 ? 1 : 0;
     unused_points_ += chunk.fans[i] > 0 ? 0 : 1;

@@ -53,6 +53,7 @@ class MeshSummary {
   StitchedBoundary take_boundary() { return std::move(boundary_); }
   std::uint64_t conflicts_lost() const { return conflicts_lost_; }
   std::uint64_t unused_points() const { return unused_points_; }
+  const VoronoiFacts& voronoi() const { return voronoi_; }
 
  private:
   void settle_seams();
@@ -68,6 +69,7 @@ class MeshSummary {
   DisjointSets sets_{0};  ///< of pieces
   std::uint64_t conflicts_lost_ = 0;
   std::uint64_t unused_points_ = 0;
+  VoronoiFacts voronoi_;
 };
 
 }  // namespace orbweave

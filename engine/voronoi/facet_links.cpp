@@ -1,6 +1,8 @@
 #include "engine/voronoi/facet_links.h"
 
+#include <algorithm>
 #include <bit>
+#include <numeric>
 
 namespace orbweave::voronoi {
 namespace {
@@ -13,6 +15,7 @@ FacetLinks::FacetLinks(const Tetrahedra& tetrahedra, const FacetFlags& flags,
                        const StopToken* stop) {
   number(tetrahedra, flags);
   across_.assign(3 * corners_.size(), kGone);
+  link_by_corners();
   for (HalfEdge edge = 0; edge < across_.size(); ++edge) {
     if (edge % kStopBlock == 0) check_stop(stop);
     if (across_[edge] == kGone) link(tetrahedra, edge);
@@ -46,6 +49,45 @@ void FacetLinks::number(const Tetrahedra& tetrahedra, const FacetFlags& flags) {
 std::size_t FacetLinks::slot(FacetSide side) const {
   const unsigned before = flags_[side.cell] & ((1U << side.place) - 1U);
   return first_[side.cell] + static_cast<std::size_t>(std::popcount(before));
+}
+
+/// Links the edges of one or two facets: the sides that follow each other there run along the edge
+/// in opposite directions, whatever lies between.
+void FacetLinks::link_by_corners() {
+  struct Use {
+    std::uint32_t larger = 0;  ///< of the edge's ends
+    HalfEdge edge = 0;
+  };
+  std::uint32_t points = 0;
+  for (const Triangle& corners : corners_)
+    points = std::max({points, corners[0] + 1, corners[1] + 1, corners[2] + 1});
+  std::vector<std::uint32_t> begin(points + 2, 0);  // of the uses at each edge's smaller end
+  const auto visit = [&](const auto& use) {
+    for (FacetHalf half = 0; half < halves(); half += 2)
+      for (HalfEdge edge = 3 * half; edge < 3 * half + 3; ++edge)
+        use(std::min(start(edge), end(edge)), std::max(start(edge), end(edge)), edge);
+  };
+  visit([&](std::uint32_t smaller, std::uint32_t, HalfEdge) { ++begin[smaller + 2]; });
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<Use> uses(begin.back());
+  visit([&](std::uint32_t smaller, std::uint32_t larger, HalfEdge edge) {
+    uses[begin[smaller + 1]++] = {larger, edge};
+  });
+  for (std::uint32_t v = 0; v < points; ++v) {
+    const std::span<Use> here(uses.data() + begin[v], begin[v + 1] - begin[v]);
+    std::sort(here.begin(), here.end(),
+              [](const Use& a, const Use& b) { return a.larger < b.larger; });
+    for (std::size_t i = 0, next = 0; i < here.size(); i = next) {
+      while (next < here.size() && here[next].larger == here[i].larger) ++next;
+      const HalfEdge first = here[i].edge;
+      if (next - i == 1) join(first, behind(first));
+      if (next - i != 2) continue;
+      const HalfEdge other = here[i + 1].edge;
+      const bool is_reversed = start(other) == end(first);
+      join(first, is_reversed ? other : behind(other));
+      join(behind(first), is_reversed ? behind(other) : other);
+    }
+  }
 }
 
 /// Goes around an edge from tetrahedron to tetrahedron until a flagged facet ends the way.

@@ -55,6 +55,11 @@ class FacetLinks {
 
   void number(const Tetrahedra& tetrahedra, const FacetFlags& flags);
   std::size_t slot(FacetSide side) const;
+  void link_by_corners();
+  void join(HalfEdge a, HalfEdge b) {
+    across_[a] = b;
+    across_[b] = a;
+  }
   void link(const Tetrahedra& tetrahedra, HalfEdge edge);
   HalfEdge edge_of(FacetHalf half, std::uint32_t start) const {
     const Triangle& corners = corners_[half];

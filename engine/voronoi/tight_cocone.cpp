@@ -24,16 +24,68 @@ struct PointSides {
   }
 };
 
+/// What the centres of the tetrahedra tell of the umbrellas at their points. Where no centre lies
+/// in the cocone of a point, the edges of its Voronoi cell in the cocone are those between centres
+/// above and below, and the centres on either side hang together: the cell is convex. So the
+/// point has an umbrella exactly where all facets that these edges are dual to are flagged.
+class UmbrellasByCenters {
+ public:
+  UmbrellasByCenters(const Tetrahedra& tetrahedra, std::span<const CenterSides> sides,
+                     const CoconeEdges& edges, const FacetFlags& cocone, std::size_t points)
+      : tetrahedra_(tetrahedra), sides_(sides), known_(points, 0) {
+    for (std::uint32_t c = 0; c < tetrahedra.size(); ++c) {
+      const auto& vertices = tetrahedra.vertices[c];
+      for (int k = 0; k < 4; ++k)
+        if (vertices[at(k)] != kInfinite) known_[vertices[at(k)]] |= side_of(c, k);
+      for (int place = 0; place < 4 && edges[c] != 0; ++place) {
+        const unsigned passing = (static_cast<unsigned>(edges[c]) >> (4 * place)) & 15U;
+        if (passing == 0 || cocone.has({c, place})) continue;
+        for (int k = 0; k < 4; ++k)
+          if (((passing >> k) & 1U) != 0) known_[vertices[at(k)]] |= kBroken;
+      }
+    }
+  }
+
+  bool knows(std::uint32_t p) const { return (known_[p] & kInside) == 0; }
+  bool separate(std::uint32_t p) const { return known_[p] == (kAbove | kBelow); }
+  UmbrellaSide side(std::uint32_t cell, std::uint32_t p) const {
+    return sides_[cell].is_above(tetrahedra_.place_of_vertex(cell, p)) ? UmbrellaSide::kAbove
+                                                                       : UmbrellaSide::kBelow;
+  }
+
+ private:
+  /// Some centre is above, below, in the cocone; a facet between above and below is not flagged.
+  static constexpr std::uint8_t kAbove = 1, kBelow = 2, kInside = 4, kBroken = 8;
+
+  std::uint8_t side_of(std::uint32_t cell, int place) const {
+    if (sides_[cell].is_above(place)) return kAbove;
+    return sides_[cell].is_below(place) ? kBelow : kInside;
+  }
+
+  const Tetrahedra& tetrahedra_;
+  std::span<const CenterSides> sides_;
+  std::vector<std::uint8_t> known_;
+};
+
 PointSides find_sides(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
-                      const Stars& stars, const Poles& poles, const FacetFlags& cocone,
-                      std::span<const std::uint8_t> flat, const StopToken* stop) {
+                      const Stars& stars, const Poles& poles, const UmbrellasByCenters& by_centers,
+                      const FacetFlags& cocone, std::span<const std::uint8_t> flat,
+                      const StopToken* stop) {
   PointSides found;
   found.good.assign(points.size(), 0);
   found.sides.assign(stars.cells.size(), UmbrellaSide::kNeither);
   Umbrellas umbrellas(points, tetrahedra, stars, poles.normals, cocone);
   for (std::uint32_t p = 0; p < points.size(); ++p) {
     if (p % kStopBlock == 0) check_stop(stop);
-    if (flat[p] == 0 || !umbrellas.separate(p)) continue;
+    if (flat[p] == 0) continue;
+    if (by_centers.knows(p)) {
+      if (!by_centers.separate(p)) continue;
+      found.good[p] = 1;
+      UmbrellaSide* side = found.sides.data() + stars.begin[p];
+      for (const std::uint32_t cell : stars.of(p)) *side++ = by_centers.side(cell, p);
+      continue;
+    }
+    if (!umbrellas.separate(p)) continue;
     found.good[p] = 1;
     const auto sides = umbrellas.sides();
     std::copy(sides.begin(), sides.end(),
@@ -354,11 +406,15 @@ std::vector<std::uint8_t> marked_cells(const Tetrahedra& tetrahedra, const Stars
 }  // namespace
 
 std::vector<Triangle> tight_cocone(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
-                                   const Stars& stars, const Poles& poles, const FacetFlags& cocone,
-                                   std::span<const std::uint8_t> flat, const StopToken* stop) {
-  const PointSides sides = find_sides(points, tetrahedra, stars, poles, cocone, flat, stop);
-  const std::vector<std::uint8_t> marked = marked_cells(tetrahedra, stars, sides);
-  const std::vector<std::int8_t> votes = Marks(tetrahedra, stars, sides).take(stop);
+                                   const Stars& stars, const Poles& poles,
+                                   std::span<const CenterSides> sides, const CoconeEdges& edges,
+                                   const FacetFlags& cocone, std::span<const std::uint8_t> flat,
+                                   const StopToken* stop) {
+  const UmbrellasByCenters by_centers(tetrahedra, sides, edges, cocone, points.size());
+  const PointSides found =
+      find_sides(points, tetrahedra, stars, poles, by_centers, cocone, flat, stop);
+  const std::vector<std::uint8_t> marked = marked_cells(tetrahedra, stars, found);
+  const std::vector<std::int8_t> votes = Marks(tetrahedra, stars, found).take(stop);
   std::vector<std::uint8_t> stays = Peeling(tetrahedra, stars, votes, marked).run(stop);
   EdgeRepair(tetrahedra, stays).run(stop);
   std::vector<Triangle> triangles = triangles_of(tetrahedra, boundary_sides(tetrahedra, stays));

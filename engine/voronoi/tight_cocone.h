@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/voronoi/cocone.h"
 #include "engine/voronoi/facets.h"
 #include "engine/voronoi/poles.h"
 #include "engine/voronoi/tetrahedra.h"
@@ -27,9 +28,11 @@ namespace orbweave::voronoi {
 ///
 /// Every edge has exactly two triangles. Corners are counter-clockwise seen from outside. Smallest
 /// corner first, sorted.
+/// `sides` and `edges`: of the angle that `cocone` was chosen by.
 std::vector<Triangle> tight_cocone(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
-                                   const Stars& stars, const Poles& poles, const FacetFlags& cocone,
-                                   std::span<const std::uint8_t> flat,
+                                   const Stars& stars, const Poles& poles,
+                                   std::span<const CenterSides> sides, const CoconeEdges& edges,
+                                   const FacetFlags& cocone, std::span<const std::uint8_t> flat,
                                    const StopToken* stop = nullptr);
 
 }  // namespace orbweave::voronoi

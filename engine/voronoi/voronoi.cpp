@@ -49,11 +49,9 @@ double seconds_of(const Work& work) {
   return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
 }
 
-}  // namespace
-
-PointSurface cocone(std::span<const Vec3> points, const CoconeOptions& options,
-                    const StopToken* stop) {
-  Cells cells(points, stop);
+/// From the cells on.
+PointSurface cocone_of_cells(Cells& cells, std::span<const Vec3> points,
+                             const CoconeOptions& options, const StopToken* stop) {
   cells.measure(points, stop);
   std::vector<std::uint8_t> flat = cells.flat(points, stop);
   FacetFlags facets =
@@ -68,14 +66,31 @@ PointSurface cocone(std::span<const Vec3> points, const CoconeOptions& options,
           std::move(flat)};
 }
 
+}  // namespace
+
+PointSurface cocone(std::span<const Vec3> points, const CoconeOptions& options,
+                    const StopToken* stop) {
+  Cells cells(points, stop);
+  return cocone_of_cells(cells, points, options, stop);
+}
+
+CoconePart cocone_of_part(std::span<const Vec3> points, const KnownPart& part,
+                          const StopToken* stop) {
+  Cells cells(points, stop);
+  CoconePart found;
+  found.certified = certified_cells(points, cells.tetrahedra, part, stop);
+  found.surface = cocone_of_cells(cells, points, {}, stop);
+  return found;
+}
+
 PointSurface tight_cocone(std::span<const Vec3> points, const StopToken* stop) {
   Cells cells(points, stop);
   cells.measure(points, stop);
   const FacetFlags facets = cells.facets(points, {}, kCoconeAngleRad, stop);
   std::vector<std::uint8_t> flat = cells.flat(points, stop);
   const Stars stars = stars_of(cells.tetrahedra, points.size());
-  std::vector<Triangle> triangles =
-      tight_cocone(points, cells.tetrahedra, stars, cells.poles, facets, flat, stop);
+  std::vector<Triangle> triangles = tight_cocone(points, cells.tetrahedra, stars, cells.poles,
+                                                 cells.sides, cells.edges, facets, flat, stop);
   return {std::move(triangles), std::move(flat)};
 }
 

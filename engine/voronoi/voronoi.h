@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/voronoi/certified_cells.h"
 #include "engine/voronoi/crust.h"
 #include "engine/voronoi/power_crust.h"
 #include "io/stop_token.h"
@@ -30,6 +31,13 @@ struct CoconeOptions {
 /// plane, interrupted when `stop` is requested.
 PointSurface cocone(std::span<const Vec3> points, const CoconeOptions& options = {},
                     const StopToken* stop = nullptr);
+/// The Cocone of a part of a cloud, and which of its Voronoi cells are the cloud's.
+struct CoconePart {
+  PointSurface surface;
+  std::vector<std::uint8_t> certified;  ///< per point
+};
+CoconePart cocone_of_part(std::span<const Vec3> points, const KnownPart& part,
+                          const StopToken* stop = nullptr);
 PointSurface tight_cocone(std::span<const Vec3> points, const StopToken* stop = nullptr);
 PointSurface crust(std::span<const Vec3> points, const CrustOptions& options = {},
                    const StopToken* stop = nullptr);

@@ -62,8 +62,16 @@ struct PartitionOptions {
   std::uint64_t chunk_points = 0;                       ///< 0: from the budget ("auto")
 };
 
-/// All but ball pivoting work on the whole cloud at once (docs/methods.md).
-enum class ReconstructionMethod { kBallPivoting, kCrust, kPowerCrust, kCocone, kTightCocone };
+/// All but ball pivoting and Super Cocone work on the whole cloud at once, and so does Cocone where
+/// the cloud fits the memory budget (docs/methods.md).
+enum class ReconstructionMethod {
+  kBallPivoting,
+  kCrust,
+  kPowerCrust,
+  kCocone,
+  kTightCocone,
+  kSuperCocone
+};
 
 struct ReconstructOptions {
   ReconstructionMethod method = ReconstructionMethod::kBallPivoting;
@@ -72,8 +80,9 @@ struct ReconstructOptions {
 };
 
 /// What the colours of a picture tell: filled holes, how far their patches can be trusted, the
-/// colours (else the intensity) of the scan, or which triangles belong together.
-enum class PictureColors { kPatches, kConfidence, kPoints, kComponent };
+/// colours (else the intensity) of the scan, which triangles belong together, or where the scan is
+/// sampled too sparsely.
+enum class PictureColors { kPatches, kConfidence, kPoints, kComponent, kUndersampled };
 
 /// Whether a picture shows the back faces of triangles. kAuto: they are left out of the picture of
 /// an interior, so that one looks into it.
@@ -97,8 +106,9 @@ struct OutputOptions {
   bool attributes = true;       ///< carries normals and attributes to the vertices
   bool confidence = false;      ///< PLY: faces carry the confidence of their patches
   bool vertex_quality = false;  ///< PLY: vertices carry spacing, noise, move and normal's origin
-  bool tiles = false;           ///< one mesh per chunk instead of one mesh
-  std::string tileset;          ///< directory of 3D Tiles of the mesh; empty: none
+  bool vertex_undersampled = false;        ///< PLY: vertices carry where sampling is too sparse
+  bool tiles = false;                      ///< one mesh per chunk instead of one mesh
+  std::string tileset;                     ///< directory of 3D Tiles of the mesh; empty: none
   std::optional<SimplifyTarget> simplify;  ///< of a further, simplified mesh; none: no such mesh
   std::string simplified;                  ///< path of the simplified mesh; empty: beside the mesh
   bool check_surface = false;         ///< counts crossings of the whole mesh, not of patches alone

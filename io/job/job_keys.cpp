@@ -211,15 +211,17 @@ void set_colors(Job& job, const WrittenValue& value) {
 
 /// A choice's names in the order of its enumerators.
 constexpr std::array kReturns = {"all", "first", "last", "only"};
-constexpr std::array kSources = {"auto", "file", "estimate"};
+constexpr std::array kSources = {"auto", "file", "estimate", "poles"};
 constexpr std::array kOrientations = {"auto",      "scanner", "viewpoint", "up",
                                       "propagate", "ground",  "inward",    "none"};
-constexpr std::array kMethods = {"ball_pivoting", "crust", "power_crust", "cocone", "tight_cocone"};
+constexpr std::array kMethods = {"ball_pivoting", "crust",        "power_crust",
+                                 "cocone",        "tight_cocone", "super_cocone"};
 constexpr std::array kKernels = {"biharmonic", "triharmonic"};
 constexpr std::array kFormats = {"auto", "binary", "text"};
 constexpr std::array kPrecisions = {"double", "float"};
 constexpr std::array kPictureBacks = {"auto", "shown", "culled"};
-constexpr std::array kPictureColors = {"patches", "confidence", "points", "component"};
+constexpr std::array kPictureColors = {"patches", "confidence", "points", "component",
+                                       "undersampled"};
 constexpr std::array kUpAxes = {"auto", "x", "y", "z"};
 
 /// What limits of the keys share.
@@ -444,7 +446,7 @@ constexpr JobKey kKeys[] = {
      {.least = 0, .most = 1}},
 
     {"normals", "source", T::kChoice, "", kSources,
-     "source of the normals; auto estimates normals where the scans have none", "normals", "",
+     "source of the normals; auto estimates normals where the scans have none; poles takes the directions to the poles of the Voronoi cells, which holds the whole cloud in memory and is there where the program was built with CGAL", "normals", "",
      [](Job& job, const W& value) { job.normals.source = static_cast<NormalSource>(choice_value(value, kSources)); },
      [](const Job& job) -> JobValue { return name_in(kSources, job.normals.source); }},
     {"normals", "neighbors", T::kInteger, "an integer from 3 to 256", {},
@@ -468,7 +470,7 @@ constexpr JobKey kKeys[] = {
      {.words = kAuto, .lengths = kAxes}},
 
     {"reconstruct", "method", T::kChoice, "", kMethods,
-     "reconstruction method; all but ball_pivoting hold the whole cloud in memory, and are there where the program was built with CGAL", "method", "",
+     "reconstruction method; all but ball_pivoting are there where the program was built with CGAL, and hold the whole cloud in memory; super_cocone, and cocone beyond the memory budget, go chunk by chunk", "method", "",
      [](Job& job, const W& value) { job.reconstruct.method = static_cast<ReconstructionMethod>(choice_value(value, kMethods)); },
      [](const Job& job) -> JobValue { return name_in(kMethods, job.reconstruct.method); }},
     {"reconstruct", "ball_radii", T::kNumbers, "\"auto\" or positive numbers in ascending order such as [0.0015, 0.003]", {},
@@ -566,6 +568,10 @@ constexpr JobKey kKeys[] = {
      "write the quality of each vertex (PLY): spacing, noise, distance moved by cleaning, origin of the normal", "vertex-quality", "true",
      [](Job& job, const W& value) { job.output.vertex_quality = flag_value(value); },
      [](const Job& job) -> JobValue { return job.output.vertex_quality; }},
+    {"output", "vertex_undersampled", T::kFlag, "true or false", {},
+     "write where the scan is too sparse for its shape (PLY, of cocone and tight_cocone): undersampled is 1 there, 0 elsewhere, 255 at vertices of patches", "vertex-undersampled", "true",
+     [](Job& job, const W& value) { job.output.vertex_undersampled = flag_value(value); },
+     [](const Job& job) -> JobValue { return job.output.vertex_undersampled; }},
     {"output", "check_surface", T::kFlag, "true or false", {},
      "count the pairs of triangles that cross in the whole mesh, not only those with a patch", "check-surface", "true",
      [](Job& job, const W& value) { job.output.check_surface = flag_value(value); },
@@ -599,7 +605,7 @@ constexpr JobKey kKeys[] = {
      [](Job& job, const W& value) { job.output.picture_up = static_cast<UpAxis>(choice_value(value, kUpAxes)); },
      [](const Job& job) -> JobValue { return name_in(kUpAxes, job.output.picture_up); }},
     {"output", "picture_colors", T::kChoice, "", kPictureColors,
-     "what the colours of the picture tell: patches (filled holes), confidence (doubtful patches are orange), points (colours of the scan, else its intensity as grey) or component (one colour for each)", "picture-colors", "",
+     "what the colours of the picture tell: patches (filled holes), confidence (doubtful patches are orange), points (colours of the scan, else its intensity as grey) component (one colour for each) or undersampled (of cocone and tight_cocone: orange where the scan is too sparse for its shape)", "picture-colors", "",
      [](Job& job, const W& value) { job.output.picture_colors = static_cast<PictureColors>(choice_value(value, kPictureColors)); },
      [](const Job& job) -> JobValue { return name_in(kPictureColors, job.output.picture_colors); }},
     {"output", "picture_backs", T::kChoice, "", kPictureBacks,

@@ -10,6 +10,10 @@
 
 namespace orbweave {
 
+/// Fronts of the surface from the scan, and where its points are too sparse for the shape.
+inline constexpr Rgb kSurfaceColor = {232, 224, 210};
+inline constexpr Rgb kUndersampledColor = {245, 150, 20};
+
 /// Components that a legend names one by one.
 inline constexpr std::size_t kNamedComponents = 10;
 

@@ -6,7 +6,7 @@
 namespace orbweave {
 namespace {
 
-constexpr std::array<const char*, 3> kSources = {"", "file", "estimated"};
+constexpr std::array<const char*, 4> kSources = {"", "file", "estimated", "poles"};
 constexpr std::array<const char*, 8> kOrientations = {"",          "scanner", "viewpoint", "up",
                                                       "propagate", "ground",  "inward",    "none"};
 

@@ -14,7 +14,7 @@ namespace orbweave {
 /// no option does.
 const char* text_of(OpenReason reason);
 
-/// "file" or "estimated"; empty for kAuto: not decided.
+/// "file", "estimated" or "poles"; empty for kAuto: not decided.
 const char* text_of(NormalSource source);
 /// "scanner", "viewpoint", "up", "propagate" or "none"; empty for kAuto: the file's.
 const char* text_of(Orientation orientation);

@@ -262,6 +262,15 @@ Json normals_json(const NormalFacts& facts) {
           {"doubtful_parts", doubtful}};
 }
 
+Json voronoi_json(const std::optional<VoronoiFacts>& facts) {
+  if (!facts) return nullptr;
+  return {{"undersampled_points", facts->undersampled_points},
+          {"uncertified_points", facts->uncertified_points},
+          {"grown_boxes", facts->grown_boxes},
+          {"seam_triangles", facts->seam_triangles},
+          {"contested_triangles", facts->contested_triangles}};
+}
+
 void write_text(const std::filesystem::path& path, const std::string& text) {
   AtomicFile file(path);
   file.write(text);
@@ -288,6 +297,7 @@ std::string report_json(const RunReport& report) {
   json["pieces_removed"] = report.pieces_removed;
   json["triangles_removed"] = report.triangles_removed;
   json["conflicts_lost"] = report.conflicts_lost;
+  json["voronoi"] = voronoi_json(report.voronoi);
   json["origin"] = origin_json(report.origin);
   json["mesh"] = mesh_json(report.mesh);
   json["holes"] = nullptr;

@@ -11,6 +11,7 @@
 #include "io/hole_facts.h"
 #include "io/job/job.h"
 #include "io/mesh_facts.h"
+#include "io/voronoi_facts.h"
 
 namespace orbweave {
 
@@ -124,6 +125,7 @@ struct RunReport {
   std::vector<double> radii;
   std::string radii_reason;
   std::uint64_t conflicts_lost = 0;
+  std::optional<VoronoiFacts> voronoi;  ///< of cocone and tight_cocone
   MeshFacts mesh;
   std::vector<HoleFacts> holes;  ///< every boundary loop before the fill, in canonical order
   std::vector<StageFacts> stages;

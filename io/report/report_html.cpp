@@ -164,17 +164,30 @@ std::string cleaning_table(const RunReport& report) {
   return facts("Cleaning and normals", rows);
 }
 
+/// What a method of the Voronoi family tells of its points and seams.
+void add_voronoi(const RunReport& report, Rows& rows) {
+  if (!report.voronoi) return;
+  rows.emplace_back("undersampled points", format_count(report.voronoi->undersampled_points));
+  if (report.chunks < 2) return;
+  rows.emplace_back("points of uncertified Voronoi cells",
+                    format_count(report.voronoi->uncertified_points));
+  rows.emplace_back("chunks computed with a grown box", format_count(report.voronoi->grown_boxes));
+  rows.emplace_back("triangles across chunks", format_count(report.voronoi->seam_triangles));
+  rows.emplace_back("contested triangles", format_count(report.voronoi->contested_triangles));
+}
+
 std::string work_table(const RunReport& report) {
   std::string radii;
   for (const double radius : report.radii)
     radii += (radii.empty() ? "" : ", ") + format_exact(radius);
-  return facts("Partition and radii",
-               {{"chunks", format_count(report.chunks)},
-                {"points of the largest chunk", format_count(report.largest_chunk_points)},
-                {"halo width", format_number(report.halo_width)},
-                {"ball radii", radii},
-                {"why these radii", report.radii_reason},
-                {"triangles that lost a conflict", format_count(report.conflicts_lost)}});
+  Rows rows = {{"chunks", format_count(report.chunks)},
+               {"points of the largest chunk", format_count(report.largest_chunk_points)},
+               {"halo width", format_number(report.halo_width)},
+               {"ball radii", radii},
+               {"why these radii", report.radii_reason},
+               {"triangles that lost a conflict", format_count(report.conflicts_lost)}};
+  add_voronoi(report, rows);
+  return facts("Partition and radii", rows);
 }
 
 std::string holes_line(const HoleSummary& holes) {

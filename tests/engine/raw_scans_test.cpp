@@ -54,12 +54,6 @@ double mean_distance(const TriangleMesh& mesh) {
   return sum / static_cast<double>(mesh.vertices.size());
 }
 
-NamedCloud without_normals(NamedCloud named) {
-  named.cloud.normals.clear();
-  named.cloud.schema.has_normals = false;
-  return named;
-}
-
 NamedCloud torus_without_normals(std::size_t points) {
   return without_normals(painted_torus(points, 0.1, 11));
 }

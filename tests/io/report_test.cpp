@@ -156,6 +156,7 @@ TEST_CASE("TheReportHasItsStableKeys") {
                               "pieces_removed",
                               "triangles_removed",
                               "conflicts_lost",
+                              "voronoi",
                               "origin",
                               "mesh",
                               "holes",

@@ -33,6 +33,12 @@ Vec3 Random::direction() {
 
 void put_in_order(PointCloud& cloud) { sort_canonically(cloud, root_cube(cloud.bounds())); }
 
+NamedCloud without_normals(NamedCloud named) {
+  named.cloud.normals.clear();
+  named.cloud.schema.has_normals = false;
+  return named;
+}
+
 NamedCloud noisy_torus(std::size_t points, double noise, std::uint64_t seed) {
   constexpr double kPi = std::numbers::pi, kMajor = 1.0, kMinor = 0.4;
   const double spacing = std::sqrt(4.0 * kPi * kPi * kMajor * kMinor / static_cast<double>(points));

@@ -31,6 +31,8 @@ struct NamedCloud {
   double ball_radius = 0.0;
 };
 
+/// The same points without their normals.
+NamedCloud without_normals(NamedCloud named);
 /// A torus in hexagonal rows; noise in units of the spacing, along random directions.
 NamedCloud noisy_torus(std::size_t points, double noise, std::uint64_t seed);
 /// Points on a sphere, at random: uneven on purpose.

@@ -94,6 +94,20 @@ std::uint64_t cleaned_peak(const ResolvedJob& job, const Partition& partition,
          kPassBytesPerPoint * partition.octree.points();
 }
 
+/// What the method holds at once beside what every job holds.
+std::uint64_t bytes_of_method(const ResolvedJob& job, const Partition& partition) {
+  const std::uint64_t per_point = costs_of(job.reconstruct.method).bytes_per_point;
+  if (!is_super_cocone(job, partition)) return partition.octree.points() * per_point;
+  std::vector<std::uint64_t> points;
+  for (const Chunk& chunk : partition.octree.chunks()) {
+    points.push_back(
+        static_cast<std::uint64_t>(kGrownCoconeBox * static_cast<double>(distinct_points(chunk))));
+  }
+  const MemoryPlan plan = job.memory_plan(partition.octree.points(), partition.schema);
+  return in_flight_bytes(std::move(points), job.threads(), plan.chunks_in_flight_bytes, per_point,
+                         per_point);
+}
+
 }  // namespace
 
 std::vector<std::uint64_t> points_with_halos(const ChunkStore& store, const Partition& partition,
@@ -140,10 +154,10 @@ std::uint64_t predicted_peak_bytes(const ResolvedJob& job, const Partition& part
       expected_points_with_halos(partition, reach), job.threads(), plan.chunks_in_flight_bytes,
       MemoryCosts::kReconstructBytes, MemoryCosts::kUsualReconstructBytes);
   const std::uint64_t whole = points * kWholeCloudBytesPer64 / 64;
-  const std::uint64_t peak =
-      std::max({partition_peak(job, partition, partition.schema, plan),
-                cleaned_peak(job, partition, plan), kWorkingBytes + in_flight + whole,
-                kWorkingBytes + points * costs_of(job.reconstruct.method).bytes_per_point});
+  const std::uint64_t peak = std::max(
+      {partition_peak(job, partition, partition.schema, plan), cleaned_peak(job, partition, plan),
+       kWorkingBytes + in_flight + whole, kWorkingBytes + bytes_of_method(job, partition),
+       kWorkingBytes + points * costs_of(job.normals.source).bytes_per_point});
   return std::min(static_cast<std::uint64_t>(kMargin * static_cast<double>(peak)),
                   std::max(job.partition.memory_bytes, peak));
 }

@@ -34,8 +34,13 @@ bool may_propagate(const ResolvedJob& job) {
          (job.normals.orientation == Orientation::kAuto || is_propagated(job.normals.orientation));
 }
 
+/// Whether Super Cocone takes the points in chunks.
+bool is_super(const ResolvedJob& job, const JobSize& size) {
+  return is_cocone(job.reconstruct.method) && goes_in_chunks(job, size.kept_points);
+}
+
 /// How often the job runs the stage; of stages that a measurement decides about, how often at most.
-int runs_of(const ResolvedJob& job, Stage stage) {
+int runs_of(const ResolvedJob& job, const JobSize& size, Stage stage) {
   const CleaningOptions& cleaning = job.cleaning;
   const bool may_clean = cleaning.automatic;
   switch (stage) {
@@ -57,6 +62,8 @@ int runs_of(const ResolvedJob& job, Stage stage) {
       return may_clean || cleaning.smooth_radius > 0.0 ? cleaning.smooth_passes : 0;
     case Stage::kThinning:
       return may_clean || cleaning.thin_to_spacing > 0.0 ? 1 : 0;
+    case Stage::kCells:
+      return is_super(job, size) ? 1 : 0;
     case Stage::kHoles:
     case Stage::kTrace:
     case Stage::kSettle:
@@ -101,9 +108,13 @@ double seconds_of(const ResolvedJob& job, const JobSize& size, const StageInfo& 
   double points =
       static_cast<double>(stage.line == StageLine::kRaw ? size.points : size.kept_points);
   if (scaling.constant) points = std::min(points, kConstantPoints);
-  if (stage.stage == Stage::kReconstruct && is_in_core(job.reconstruct.method))
+  if (stage.stage == Stage::kReconstruct && is_in_core(job.reconstruct.method) &&
+      !is_super(job, size))
     return 1e-6 * costs_of(job.reconstruct.method).microseconds_per_point * points;
+  if (stage.stage == Stage::kNormals && job.normals.source == NormalSource::kPoles)
+    return 1e-6 * costs_of(job.normals.source).microseconds_per_point * points;
   double seconds = 1e-6 * microseconds_of(job, size, stage) * points;
+  if (stage.stage == Stage::kCells) seconds *= kCoconeBoxesPerChunk;
   if (stage.stage == Stage::kHoles && size.loops)
     seconds = kSecondsPerLoop * static_cast<double>(*size.loops);
   seconds *= 1.0 - scaling.threads + scaling.threads / job.threads();
@@ -115,7 +126,7 @@ double seconds_of(const ResolvedJob& job, const JobSize& size, const StageInfo& 
 std::vector<ExpectedStage> expected_stages(const ResolvedJob& job, const JobSize& size) {
   std::vector<ExpectedStage> stages;
   for (const StageInfo& stage : kStages) {
-    const int runs = runs_of(job, stage.stage);
+    const int runs = runs_of(job, size, stage.stage);
     for (int run = 1; run <= runs; ++run)
       stages.push_back({stage.repeats > 1 ? directory_of(stage.stage, run) : stage.name,
                         seconds_of(job, size, stage)});

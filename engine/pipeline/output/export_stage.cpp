@@ -16,13 +16,6 @@
 namespace orbweave {
 namespace {
 
-VertexColumns columns_of(const Partition& partition, const OutputOptions& output) {
-  VertexColumns columns{partition.schema, {}};
-  columns.stored.has_normals = columns.stored.has_normals && output.attributes;
-  columns.colors = ColorDepth(columns.stored, output.color_bits, partition.has_wide_colors);
-  return columns;
-}
-
 /// Through one writer, front to back.
 std::uint64_t export_in_order(StageRunner& runner, const MeshPieces& pieces,
                               const VertexColumns& columns, const MeshHeader& header,
@@ -78,7 +71,7 @@ void check_format_holds(const OutputOptions& output, std::uint64_t points,
 }
 
 PointSchema vertex_schema(const OutputOptions& output, const Partition& partition) {
-  return columns_of(partition, output).written();
+  return vertex_columns(partition, output).written();
 }
 
 OutputOrigin mesh_origin(const OutputOptions& output, const Partition& partition) {
@@ -98,7 +91,7 @@ ExportResult export_mesh(const ExportInputs& inputs, StageRunner& runner) {
   StageClock clock(runner, output.tiles ? Stage::kTiles : Stage::kExport,
                    output.tiles ? partition.octree.chunks().size() : rows,
                    output.tiles ? "chunks" : "rows");
-  const VertexColumns columns = columns_of(partition, output);
+  const VertexColumns columns = vertex_columns(partition, output);
   const MeshHeader header{facts.vertices, facts.triangles, false, runner.job.fill.enabled,
                           columns.written()};
   const Vec3 origin = mesh_origin(output, partition).origin;

@@ -114,16 +114,15 @@ std::uint64_t MeshPieces::removed_before(ChunkId chunk, std::uint64_t row,
 }
 
 void MeshPieces::load(const MeshPiece& piece, const VertexColumns& columns, PieceRows& rows) const {
-  const PointSchema& schema = columns.stored;
   switch (piece.kind) {
     case MeshPiece::Kind::kPoints:
-      load_points(piece, schema, rows);
+      load_points(piece, columns, rows);
       break;
     case MeshPiece::Kind::kNewVertices:
-      load_new_vertices(piece, schema, rows);
+      load_new_vertices(piece, columns, rows);
       break;
     case MeshPiece::Kind::kCopies:
-      load_copies(piece, schema, rows);
+      load_copies(piece, columns, rows);
       break;
     case MeshPiece::Kind::kTriangles:
       load_triangles(piece, rows);
@@ -139,30 +138,33 @@ void MeshPieces::load(const MeshPiece& piece, const VertexColumns& columns, Piec
   if (loaded != piece.rows) throw std::logic_error("a piece of the mesh has another size");
 }
 
-void MeshPieces::load_points(const MeshPiece& piece, const PointSchema& schema,
+void MeshPieces::load_points(const MeshPiece& piece, const VertexColumns& columns,
                              PieceRows& rows) const {
-  load_point_rows(store_, piece.part, schema, piece.first, piece.stored, rows.vertices);
+  load_vertex_rows(store_, piece.part, columns, piece.first, piece.stored, rows.vertices);
   if (piece.rows == piece.stored) return;
   keep_used(rows.vertices, *used_.block(piece.part, piece.first).ranks, 0);
 }
 
-void MeshPieces::load_new_vertices(const MeshPiece& piece, const PointSchema& schema,
+void MeshPieces::load_new_vertices(const MeshPiece& piece, const VertexColumns& columns,
                                    PieceRows& rows) const {
+  const PointSchema& schema = columns.stored;
   PatchBatch patches = load_patch_batch(store_, piece.part);
   mark_invented(schema, patches.values);
   rows.vertices = patch_vertices(schema, patches.positions, patches.normals, patches.values);
   if (!schema.has_normals) rows.vertices.normals.clear();
+  mark_unsampled(columns, rows.vertices);
 }
 
-void MeshPieces::load_copies(const MeshPiece& piece, const PointSchema& schema,
+void MeshPieces::load_copies(const MeshPiece& piece, const VertexColumns& columns,
                              PieceRows& rows) const {
   rows.vertices.clear();
-  rows.vertices.schema = schema;
+  PointCloud copied;
   for (std::uint64_t i = piece.first; i < piece.first + piece.rows; ++i) {
     const std::uint64_t vertex = holes_.copies[i];
     const ChunkId chunk = partition_.chunk_of(vertex);
-    rows.vertices.append(
-        load_point_rows(store_, chunk, schema, vertex - partition_.first_vertex[chunk], 1));
+    load_vertex_rows(store_, chunk, columns, vertex - partition_.first_vertex[chunk], 1, copied);
+    rows.vertices.schema = copied.schema;
+    rows.vertices.append(copied);
   }
 }
 

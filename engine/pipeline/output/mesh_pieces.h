@@ -11,10 +11,10 @@
 
 #include "engine/pipeline/output/chunk_numbers.h"
 #include "engine/pipeline/output/output_numbers.h"
+#include "engine/pipeline/output/vertex_columns.h"
 #include "engine/pipeline/stage/partition.h"
 #include "engine/pipeline/stage/stage_runner.h"
 #include "io/meshes/mesh_checksum.h"
-#include "io/points/color_depth.h"
 #include "io/system/placed_file.h"
 
 namespace orbweave {
@@ -62,15 +62,6 @@ struct PieceRows {
   std::unique_ptr<PlacedBuffer> placed;  ///< for one that does not
 };
 
-/// The columns of vertices: those of the stored points that are wanted, and what becomes of them in
-/// the file.
-struct VertexColumns {
-  PointSchema stored;
-  ColorDepth colors;
-
-  const PointSchema& written() const { return colors.written(); }
-};
-
 /// All pieces of a mesh. Everything handed in must outlive the object.
 class MeshPieces {
  public:
@@ -91,9 +82,10 @@ class MeshPieces {
   void list_vertices();
   void list_triangles(const std::vector<std::uint64_t>& stored);
   void add(MeshPiece piece);
-  void load_points(const MeshPiece& piece, const PointSchema& schema, PieceRows& rows) const;
-  void load_copies(const MeshPiece& piece, const PointSchema& schema, PieceRows& rows) const;
-  void load_new_vertices(const MeshPiece& piece, const PointSchema& schema, PieceRows& rows) const;
+  void load_points(const MeshPiece& piece, const VertexColumns& columns, PieceRows& rows) const;
+  void load_copies(const MeshPiece& piece, const VertexColumns& columns, PieceRows& rows) const;
+  void load_new_vertices(const MeshPiece& piece, const VertexColumns& columns,
+                         PieceRows& rows) const;
   void load_triangles(const MeshPiece& piece, PieceRows& rows) const;
   void load_patches(const MeshPiece& piece, PieceRows& rows) const;
   std::uint64_t removed_before(ChunkId chunk, std::uint64_t row, std::uint64_t stored) const;

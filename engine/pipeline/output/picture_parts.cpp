@@ -30,6 +30,7 @@ ChunkPart load_chunk_part(const StageRunner& runner, const ExportInputs& inputs,
   part.own = partition.points_in(chunk);
   ChunkMesh mesh = load_chunk_mesh(runner.store, chunk, false);
   part.triangles = std::move(mesh.triangles);
+  part.undersampled = std::move(mesh.undersampled);
   part.outer_vertices = std::move(mesh.outer_vertices);
   part.outer_positions = std::move(mesh.outer_positions);
   const std::vector<Triangle64>& removed = inputs.holes.removed;

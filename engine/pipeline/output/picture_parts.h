@@ -20,6 +20,8 @@ enum class PartPoints { kNone, kPositions, kAttributes };
 struct ChunkPart {
   std::vector<Triangle> triangles;
   PointCloud points;  ///< the chunk's own, as far as they were asked for
+  /// Per own point, where the method tells.
+  std::vector<std::uint8_t> undersampled;
   std::vector<std::uint64_t> outer_vertices;
   std::vector<Vec3> outer_positions;
   std::uint64_t first_vertex = 0;  ///< global number of the first own point

@@ -28,6 +28,7 @@ using Corners = std::array<Vec3, 3>;
 struct SurfaceColors {
   std::optional<PointColors> points;
   std::optional<EdgeComponents> components;
+  bool undersampled = false;
 };
 
 /// Triangles as they are drawn.
@@ -71,6 +72,15 @@ std::vector<Rgb> colors_of_first_vertices(const ChunkPart& part, const PointColo
   return fronts;
 }
 
+/// Likewise, where sampling is too sparse.
+std::vector<Rgb> colors_of_sampling(const ChunkPart& part) {
+  std::vector<Rgb> fronts;
+  fronts.reserve(part.triangles.size());
+  for (const Triangle& t : part.triangles)
+    fronts.push_back(part.undersampled.at(t[0]) != 0 ? kUndersampledColor : kSurfaceColor);
+  return fronts;
+}
+
 /// The triangles of a chunk that no patch replaces.
 DrawnTriangles drawn_of_chunk(const StageRunner& runner, const ExportInputs& inputs,
                               const SurfaceColors& colors, ChunkId chunk) {
@@ -82,6 +92,7 @@ DrawnTriangles drawn_of_chunk(const StageRunner& runner, const ExportInputs& inp
     drawn.corners.push_back({part.position(t[0]), part.position(t[1]), part.position(t[2])});
   if (colors.points) drawn.fronts = colors_of_first_vertices(part, *colors.points);
   if (colors.components) drawn.fronts = colors_of(colors.components->ranks(chunk, part.triangles));
+  if (colors.undersampled) drawn.fronts = colors_of_sampling(part);
   return drawn;
 }
 
@@ -184,6 +195,7 @@ SurfaceColors surface_colors(const ExportInputs& inputs, StageRunner& runner) {
   SurfaceColors colors;
   const PictureColors wanted = runner.job.output.picture_colors;
   if (wanted == PictureColors::kPoints) colors.points = point_colors(inputs.partition, runner);
+  colors.undersampled = wanted == PictureColors::kUndersampled;
   if (wanted == PictureColors::kComponent) colors.components = stored_components(runner, inputs);
   return colors;
 }
@@ -195,6 +207,9 @@ std::vector<LegendEntry> legend_of(const SurfaceColors& colors, const PictureOpt
       std::ranges::any_of(holes.new_triangles, [](std::uint64_t count) { return count > 0; });
   std::vector<LegendEntry> entries = surface_legend(options, has_patches);
   if (colors.points) entries.front() = colors.points->legend();
+  if (colors.undersampled)
+    entries.insert(entries.begin() + 1,
+                   {kUndersampledColor, kUndersampledColor, "undersampled surface"});
   return entries;
 }
 

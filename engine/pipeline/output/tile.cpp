@@ -190,7 +190,7 @@ void Tile::write_own(MeshWriter& writer, Box& bounds) {
   for (std::uint64_t first = 0; first < points_; first += kBatchRows) {
     input_.stop.check();
     const std::uint64_t rows = std::min(kBatchRows, points_ - first);
-    load_point_rows(store_, chunk_, input_.columns.stored, first, rows, cloud);
+    load_vertex_rows(store_, chunk_, input_.columns, first, rows, cloud);
     keep_used(cloud, own_, first);
     ids.clear();
     for (std::uint64_t row = first; row < first + rows; ++row) {
@@ -205,7 +205,6 @@ void Tile::write_outer(MeshWriter& writer, std::span<const Outer> vertices, Box&
   while (!vertices.empty()) {
     input_.stop.check();
     PointCloud cloud;
-    cloud.schema = input_.columns.stored;
     const std::uint64_t id = vertices.front().id;
     const bool is_new = id >= input_.used.count() && id < input_.pieces.numbers().first_copy();
     const std::size_t count = is_new ? append_new(vertices, cloud) : append_points(vertices, cloud);
@@ -229,9 +228,10 @@ std::size_t Tile::append_points(std::span<const Outer> vertices, PointCloud& clo
     if (next - first >= kBatchRows) break;
     ++count;
   }
-  const PointCloud read =
-      load_point_rows(store_, chunk, input_.columns.stored, first - starts[chunk],
-                      vertices[count - 1].source - first + 1);
+  PointCloud read;
+  load_vertex_rows(store_, chunk, input_.columns, first - starts[chunk],
+                   vertices[count - 1].source - first + 1, read);
+  cloud.schema = read.schema;
   for (const Outer& vertex : vertices.first(count)) cloud.append(read, vertex.source - first);
   return count;
 }
@@ -247,9 +247,11 @@ std::size_t Tile::append_new(std::span<const Outer> vertices, PointCloud& cloud)
   const std::uint64_t begin = numbers.first_of_batch(batch);
   const std::uint64_t end = begin + input_.holes.new_vertices[batch];
   PatchBatch patches = load_patch_batch(store_, batch);
-  mark_invented(input_.header.schema, patches.values);
+  mark_invented(input_.columns.stored, patches.values);
   PointCloud read =
       patch_vertices(input_.columns.stored, patches.positions, patches.normals, patches.values);
+  mark_unsampled(input_.columns, read);
+  cloud.schema = read.schema;
   std::size_t count = 0;
   while (count < vertices.size() && vertices[count].id < end && count < kBatchRows) {
     cloud.append(read, vertices[count++].id - begin);

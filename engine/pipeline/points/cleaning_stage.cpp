@@ -25,6 +25,7 @@
 #include "engine/pipeline/stage/cleaning_rule.h"
 #include "engine/pipeline/stage/scan_units.h"
 #include "engine/pipeline/stage/stage_keys.h"
+#include "engine/pipeline/surface/in_core_methods.h"
 #include "engine/spacing/layer_thickness.h"
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
@@ -231,6 +232,28 @@ RawPass normal_pass(const LocalCleaning& cleaning,
           }};
 }
 
+/// Of all points, which are one chunk: the cells of a part of them are not those of the cloud.
+RawPass pole_pass(const StageRunner& runner, const SideRule& rule) {
+  return {.stage = directory_of(Stage::kNormals),
+          .options = key_line("normals", "poles") + key_line("normals.orientation", text_of(rule)),
+          .adds_normals = true,
+          .dropped_reason = DropReason::kTooFewNeighbors,
+          .work = [&runner, rule](PassPoints&& points) {
+            std::vector<Vec3> normals =
+                normals_from_poles(runner.job, points.positions, &runner.stop);
+            return PassResult{with_normals(std::move(points), std::move(normals), rule)};
+          }};
+}
+
+NormalFacts take_poles(StageRunner& runner, RawCloud& cloud) {
+  const SideRule rule = side_rule(runner, cloud);
+  run_pass(runner, pole_pass(runner, rule), cloud);
+  NormalFacts normals;
+  normals.source = NormalSource::kPoles;
+  normals.orientation = rule.by;
+  return normals;
+}
+
 /// The raw points in chunks; resumes from the store where it holds them whole.
 CutPoints raw_points(StageRunner& runner) {
   if (std::optional<Partition> stored =
@@ -332,6 +355,7 @@ std::uint8_t level_of_untouched(const CleaningOptions& cleaning, const LocalClea
 
 NormalFacts estimate(StageRunner& runner, const CleaningOptions& cleaning,
                      const LocalCleaning& local, RawCloud& cloud) {
+  if (runner.job.normals.source == NormalSource::kPoles) return take_poles(runner, cloud);
   const SideRule rule = side_rule(runner, cloud);
   std::vector<NormalEstimateOptions> options;
   for (const double radius : local.radii) {
@@ -436,8 +460,10 @@ CutPoints partition_cleaned(StageRunner& runner) {
     cut.partition.cleaning = facts;
     cut.partition.normals = normals;
     if (runner.job.estimates_normals) {
-      runner.note("normals: estimated, " + describe_orientation(normals),
-                  describe_normals(normals));
+      const bool are_poles = normals.source == NormalSource::kPoles;
+      runner.note(
+          (are_poles ? "normals: poles, " : "normals: estimated, ") + describe_orientation(normals),
+          describe_normals(normals));
       warn_of_orientation(runner, normals);
     }
     return cut;

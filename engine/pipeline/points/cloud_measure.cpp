@@ -4,11 +4,13 @@
 #include <vector>
 
 #include "engine/pipeline/points/count_stage.h"
+#include "engine/pipeline/stage/method_costs.h"
 #include "engine/spacing/normal_radius.h"
 
 namespace orbweave {
 Octree final_octree(const ResolvedJob& job, const CountedCloud& cloud, const Partition& partition) {
   const bool expected = !job.reconstruct.ball_radii.empty() || job.reconstruct.levels != 0;
+  if (is_in_core(job.reconstruct.method)) return cloud.octree;
   if (expected || partition.automatic_radii.empty()) return cloud.octree;
   const double points_per_area = 1.0 / (partition.spacing * partition.spacing);
   const MemoryPlan plan = job.memory_plan(

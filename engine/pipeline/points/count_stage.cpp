@@ -127,16 +127,25 @@ void require_usable_scale(const ResolvedJob& job, const Box& bounds) {
       {.file = job.files.front(), .found = describe_dropped(cloud.points_read, cloud.dropped)});
 }
 
+/// Poles are found among all raw points at once.
+bool is_one_chunk(const ResolvedJob& job, const CloudInput& input) {
+  return job.normals.source == NormalSource::kPoles && input.stages.points() == kRawCut.points();
+}
+
 /// Every process is to have several chunks.
-void plan_cut(const ResolvedJob& job, CountedCloud& cloud, int processes) {
+void plan_cut(const ResolvedJob& job, const CloudInput& input, CountedCloud& cloud, int processes) {
   cloud.points_used = cloud.grid.points();
   if (cloud.points_used == 0) refuse_empty(job, cloud);
   require_usable_scale(job, cloud.grid.bounds());
   require_memory_for_method(job, cloud.points_used);
+  if (input.are_scans) require_memory_for_poles(job, cloud.points_used);
   cloud.grid.settle(root_cube(cloud.grid.bounds()).side);
   cloud.memory =
       job.memory_plan(cloud.points_used / static_cast<std::uint64_t>(processes), cloud.schema,
                       worthwhile_chunk_points(cloud.grid, job.reconstruct));
+  if (is_in_core(job.reconstruct.method) && goes_in_chunks(job, cloud.points_used))
+    cloud.memory.chunk_points = super_cocone_chunk_points(job);
+  if (is_one_chunk(job, input)) cloud.memory.chunk_points = kOneChunkPoints;
   const std::uint64_t wanted = job.partition.chunk_points;
   if (cloud.memory.chunk_points < wanted) {
     cloud.notes.push_back(setting(job, "partition.chunk_points", std::to_string(wanted)) +
@@ -164,7 +173,7 @@ CountedCloud count_points(const RunControl& control, const CloudInput& input) {
   CountedCloud cloud = count_without_strays(control.job, input, [&](const PointFilter& filter) {
     return count_share(control, input, all, filter);
   });
-  plan_cut(control.job, cloud, 1);
+  plan_cut(control.job, input, cloud, 1);
   cut_chunks(control, input, cloud);
   return cloud;
 }
@@ -177,7 +186,7 @@ CountedCloud count_by_team(const CloudInput& input, const CutExchange& cut, Stag
   CountedCloud cloud = count_without_strays(runner.job, input, [&](const PointFilter& filter) {
     return whole_cloud(count_share(runner, input, own, filter), cut, runner);
   });
-  plan_cut(runner.job, cloud, runner.communicator.size());
+  plan_cut(runner.job, input, cloud, runner.communicator.size());
   if (runner.communicator.is_root()) cut_chunks(runner, input, cloud);
   cloud.bounds = cloud.grid.bounds();
   clock.facts().points = cloud.points_read;

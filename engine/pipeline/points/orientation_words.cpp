@@ -140,9 +140,11 @@ std::string describe_orientation(const NormalFacts& normals) {
 }
 
 std::string describe_normals(const NormalFacts& normals) {
-  std::string line = "normals: estimated from up to " + std::to_string(normals.neighbors) +
-                     " neighbours within " + format_number(normals.max_radius) + ", " +
-                     describe_orientation(normals);
+  const std::string origin = normals.source == NormalSource::kPoles
+                                 ? "directions to the poles of the Voronoi cells"
+                                 : "estimated from up to " + std::to_string(normals.neighbors) +
+                                       " neighbours within " + format_number(normals.max_radius);
+  std::string line = "normals: " + origin + ", " + describe_orientation(normals);
   if (normals.patches > 0)
     line += " (" + format_count(normals.contested) + " of " + format_count(normals.patches) +
             " patches)";

@@ -45,6 +45,7 @@ bool will_estimate_normals(const Job& job, const std::vector<std::string>& files
     case NormalSource::kFile:
       return false;
     case NormalSource::kEstimate:
+    case NormalSource::kPoles:
       return true;
     case NormalSource::kAuto:
       break;
@@ -127,9 +128,7 @@ MemoryPlan ResolvedJob::memory_plan(std::uint64_t points, const PointSchema& sch
   try {
     MemoryPlan plan = plan_memory(partition.memory_bytes, points, threads(), partition.chunk_points,
                                   schema, worthwhile_points);
-    // More points than a method takes that holds the whole cloud: one chunk.
-    constexpr std::uint64_t kAllPoints = std::uint64_t{1} << 32;
-    if (is_in_core(reconstruct.method)) plan.chunk_points = kAllPoints;
+    if (is_in_core(reconstruct.method)) plan.chunk_points = kOneChunkPoints;
     return plan;
   } catch (const Error& error) {
     ErrorParts parts = error.parts();

@@ -48,7 +48,11 @@ std::string scan_lines(const ResolvedJob& job) {
   std::string lines = stamp_lines(job.inputs) + section_lines(job, "input", kNotTheirs);
   if (!job.beside_scans.empty()) lines += key_line("beside the scans", shown(job.beside_scans));
   lines += option_line(job, "partition.chunk_points") + option_line(job, "output.attributes");
-  if (is_in_core(job.reconstruct.method)) lines += key_line("cut", "one chunk");
+  if (is_cocone(job.reconstruct.method))
+    lines += key_line("cut", "for cocone") + option_line(job, "partition.memory") +
+             option_line(job, "reconstruct.method");
+  else if (is_in_core(job.reconstruct.method))
+    lines += key_line("cut", "one chunk");
   // Automatic radii are measured with the points.
   const bool automatic = job.reconstruct.ball_radii.empty();
   lines += automatic ? option_line(job, "reconstruct.levels")
@@ -101,7 +105,9 @@ std::string chunks_line(const Partition& partition) {
 std::string raw_points_key(const ResolvedJob& job) {
   const Orientation side = job.normals.orientation;
   const bool views = asks_for_scanner(side);
+  const bool is_one_chunk = job.normals.source == NormalSource::kPoles;
   return key_line("layout of raw points", "8") + scan_lines(job) + normal_lines(job) +
+         (is_one_chunk ? key_line("cut of raw points", "one chunk") : std::string()) +
          key_line("scanners needed", views ? "yes" : "no");
 }
 
@@ -118,14 +124,14 @@ std::string mesh_key(const ResolvedJob& job, const std::string& points_key,
                      const Partition& partition, std::span<const double> radii) {
   std::string values;
   for (const double radius : radii) values += (values.empty() ? "" : ", ") + format_exact(radius);
-  if (is_in_core(job.reconstruct.method)) values += "; layout of the method 1";
-  return points_key + chunks_line(partition) + key_line("layout of the mesh", "3") +
+  if (is_in_core(job.reconstruct.method)) values += "; layout of the method 2";
+  return points_key + chunks_line(partition) + key_line("layout of the mesh", "4") +
          key_line("reconstruct.method", std::to_string(static_cast<int>(job.reconstruct.method))) +
          key_line("reconstruct.ball_radii", "[" + values + "]");
 }
 
 std::string stitch_key(const ResolvedJob& job, const std::string& mesh_key) {
-  return mesh_key + key_line("layout of the stitch", "1") +
+  return mesh_key + key_line("layout of the stitch", "2") +
          key_line("boundary", job.fill.enabled ? "kept" : "counted");
 }
 
@@ -145,6 +151,7 @@ std::string outputs_key(const ResolvedJob& job, std::span<const InputStamp> outp
   constexpr std::array<std::string_view, 1> kBudget = {"memory"};
   key += section_lines(job, "input", kFiles);
   key += section_lines(job, "partition", kBudget);
+  if (is_cocone(job.reconstruct.method)) key += option_line(job, "partition.memory");
   for (const char* section : {"cleaning", "normals", "reconstruct", "fill", "output"})
     key += section_lines(job, section, {});
   return key + stamp_lines(outputs);

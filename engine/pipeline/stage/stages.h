@@ -34,6 +34,7 @@ enum class Stage : std::uint8_t {
   kBin,
   kMeasure,
   kSort,
+  kCells,
   kReconstruct,
   kStitch,
   kTrace,
@@ -155,6 +156,8 @@ inline constexpr std::array<StageInfo, 30> kStages = {{
      StageRepair::kStage, false, "", kMeasureScaling},
     {Stage::kSort, "sort", kPointsStage, "points", StageLine::kFinal, true, true,
      StageRepair::kStageAndCut, true, "partition.json", kSortScaling},
+    {Stage::kCells, "cells", "cells", "cells", StageLine::kFinal, true, true,
+     StageRepair::kChunk, false, "", chunk_scaling(12.0)},
     {Stage::kReconstruct, "reconstruct", "mesh", "mesh", StageLine::kFinal, true, true,
      StageRepair::kChunk, true, "", chunk_scaling(0.6)},
     {Stage::kStitch, "stitch", "stitch", "mesh", StageLine::kFinal, true, true,
@@ -194,6 +197,7 @@ constexpr const char* directory_of(Stage stage) { return info_of(stage).director
 /// The directory of a stage that runs several times: "raw_smooth_1" for the first.
 std::string directory_of(Stage stage, int repeat);
 
+inline constexpr const char* kCellStage = directory_of(Stage::kCells);
 inline constexpr const char* kMeshStage = directory_of(Stage::kReconstruct);
 inline constexpr const char* kStitchStage = directory_of(Stage::kStitch);
 inline constexpr const char* kHoleStage = directory_of(Stage::kHoles);

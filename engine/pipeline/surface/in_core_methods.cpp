@@ -15,29 +15,78 @@ namespace orbweave {
 namespace {
 
 #ifdef ORBWEAVE_HAS_VORONOI
-std::vector<Triangle> triangles_of(ReconstructionMethod method, std::span<const Vec3> positions,
-                                   const StopToken* stop) {
+/// Triangles, and flags of the points that are sampled too sparsely.
+struct Found {
+  std::vector<Triangle> triangles;
+  std::vector<std::uint8_t> undersampled;
+};
+
+Found found_by(voronoi::PointSurface surface) {
+  for (std::uint8_t& flag : surface.well_sampled) flag ^= 1;
+  return {std::move(surface.triangles), std::move(surface.well_sampled)};
+}
+
+Found find_by(ReconstructionMethod method, std::span<const Vec3> positions, const StopToken* stop) {
   if (method == ReconstructionMethod::kCrust)
-    return voronoi::crust(positions, {.filters = false, .extracts_manifold = true}, stop).triangles;
-  if (method == ReconstructionMethod::kCocone)
-    return voronoi::cocone(positions, {}, stop).triangles;
-  return voronoi::tight_cocone(positions, stop).triangles;
+    return found_by(voronoi::crust(positions, {.filters = false, .extracts_manifold = true}, stop));
+  if (is_cocone(method)) return found_by(voronoi::cocone(positions, {}, stop));
+  return found_by(voronoi::tight_cocone(positions, stop));
+}
+
+CoconeOfPart find_part(std::span<const Vec3> positions, const Box& known, const Box& cloud,
+                       const StopToken* stop) {
+  voronoi::CoconePart part = voronoi::cocone_of_part(positions, {known, cloud}, stop);
+  Found found = found_by(std::move(part.surface));
+  return {std::move(found.triangles), std::move(found.undersampled), std::move(part.certified)};
 }
 
 voronoi::Undersampling undersampling_of(std::span<const Vec3> positions, const StopToken* stop) {
   return voronoi::find_undersampling(positions, stop);
 }
+
+std::vector<Vec3> poles_of(std::span<const Vec3> positions, const StopToken* stop) {
+  return voronoi::pole_normals(positions, stop);
+}
 #else
-std::vector<Triangle> triangles_of(ReconstructionMethod, std::span<const Vec3>, const StopToken*) {
+struct Found {
+  std::vector<Triangle> triangles;
+  std::vector<std::uint8_t> undersampled;
+};
+
+Found find_by(ReconstructionMethod, std::span<const Vec3>, const StopToken*) { return {}; }
+
+CoconeOfPart find_part(std::span<const Vec3>, const Box&, const Box&, const StopToken*) {
   return {};
 }
 
 voronoi::Undersampling undersampling_of(std::span<const Vec3>, const StopToken*) { return {}; }
+
+std::vector<Vec3> poles_of(std::span<const Vec3>, const StopToken*) { return {}; }
 #endif
 
 [[noreturn]] void refuse_family(ErrorParts parts) {
   parts.advice = "Install CGAL (libcgal-dev) and build again; the program is under the GPL then";
   throw_usage("this program was built without the methods of the Voronoi family", parts);
+}
+
+void require_normal_source(const Job& job) {
+  if (job.normals.source != NormalSource::kPoles || has_voronoi_family()) return;
+  refuse_family({.place = setting_name(job, "normals.source"),
+                 .found = "poles",
+                 .expected = "auto, file or estimate"});
+}
+
+/// Where sampling is too sparse, only some methods find out.
+void require_told_undersampling(const Job& job) {
+  const bool is_drawn = job.output.picture_colors == PictureColors::kUndersampled;
+  if (!(is_drawn || job.output.vertex_undersampled) || tells_undersampling(job.reconstruct.method))
+    return;
+  throw_usage("the method does not find out where the scan is undersampled",
+              {.place = is_drawn ? setting(job, "output.picture_colors", "undersampled")
+                                 : setting(job, "output.vertex_undersampled", "true"),
+               .found = setting(job, "reconstruct.method", method_name(job)),
+               .expected = "cocone, super_cocone or tight_cocone",
+               .advice = "orbweave inspect --undersampled lists the places of any cloud"});
 }
 
 }  // namespace
@@ -55,6 +104,8 @@ void require_voronoi_family() {
 }
 
 void require_method(const Job& job) {
+  require_normal_source(job);
+  require_told_undersampling(job);
   if (!is_in_core(job.reconstruct.method)) return;
   const ErrorParts where{
       .file = {}, .place = setting_name(job, "reconstruct.method"), .found = method_name(job)};
@@ -72,12 +123,43 @@ void require_method(const Job& job) {
   }
 }
 
-BallPivotingResult reconstruct_in_core(const Job& job, std::span<const Vec3> positions,
-                                       std::span<const Vec3> normals, const StopToken* stop) {
+std::vector<Vec3> normals_from_poles(const Job& job, std::span<const Vec3> positions,
+                                     const StopToken* stop) {
+  require_voronoi_family();
+  try {
+    return poles_of(positions, stop);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::kBadInput) throw;
+    ErrorParts parts = error.parts();
+    parts.place = setting_name(job, "normals.source");
+    parts.advice = setting(job, "normals.source", "estimate") + " takes points of one plane";
+    throw Error(error.kind(), error.problem(), std::move(parts));
+  }
+}
+
+InCoreSurface reconstruct_in_core(const Job& job, std::span<const Vec3> positions,
+                                  std::span<const Vec3> normals, const StopToken* stop) {
   require_method(job);
-  std::vector<Triangle> triangles = triangles_of(job.reconstruct.method, positions, stop);
-  turn_to_normals(positions, normals, triangles, stop);
-  return with_fans(std::move(triangles), positions.size(), stop);
+  Found found = find_by(job.reconstruct.method, positions, stop);
+  turn_to_normals(positions, normals, found.triangles, stop);
+  return {with_fans(std::move(found.triangles), positions.size(), stop),
+          std::move(found.undersampled)};
+}
+
+CoconeOfPart cocone_of_part(std::span<const Vec3> positions, std::span<const Vec3> normals,
+                            const Box& known, const Box& cloud, const StopToken* stop) {
+  require_voronoi_family();
+  CoconeOfPart part;
+  try {
+    part = find_part(positions, known, cloud, stop);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::kBadInput) throw;
+    // A flat part of a cloud has no tetrahedra; another chunk may know more.
+    part.undersampled.assign(positions.size(), 1);
+    part.certified.assign(positions.size(), 0);
+  }
+  turn_to_normals(positions, normals, part.triangles, stop);
+  return part;
 }
 
 voronoi::Undersampling find_undersampling(std::span<const Vec3> positions, const StopToken* stop) {

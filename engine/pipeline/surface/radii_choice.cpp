@@ -67,6 +67,9 @@ BallRadii reach_without_balls(const ResolvedJob& job, const Partition& partition
   const double extent = partition.bounds.largest_extent();
   double reach = partition.spacing > 0.0 ? 3.0 * partition.spacing : extent;
   if (!partition.automatic_radii.empty()) reach = partition.automatic_radii.back();
+  // Across chunks, no triangle of a Cocone is larger.
+  constexpr double kAcrossChunks = 2.0;
+  if (is_super_cocone(job, partition)) reach *= kAcrossChunks;
   return {{reach > 0.0 ? reach : 1.0}, "not used by " + method_name(job)};
 }
 

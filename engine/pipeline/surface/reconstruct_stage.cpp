@@ -1,77 +1,17 @@
 #include "engine/pipeline/surface/reconstruct_stage.h"
 
 #include <algorithm>
-#include <numeric>
-#include <span>
 #include <utility>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/stage/method_costs.h"
+#include "engine/pipeline/surface/chunk_with_halo.h"
 #include "engine/pipeline/surface/in_core_methods.h"
 #include "engine/pipeline/surface/stored_mesh.h"
-#include "io/store/chunk_points.h"
+#include "engine/pipeline/surface/super_cocone.h"
 
 namespace orbweave {
-namespace {
-
-/// Puts a neighbour's points in their place, from `at` on; returns where they end.
-std::size_t put(const PointsInBox& from, std::uint64_t first_vertex, std::size_t at,
-                ChunkPoints& to) {
-  const auto place = static_cast<std::ptrdiff_t>(at);
-  std::copy(from.points.positions.begin(), from.points.positions.end(),
-            to.positions.begin() + place);
-  std::copy(from.points.normals.begin(), from.points.normals.end(), to.normals.begin() + place);
-  for (const std::uint32_t row : from.rows) to.global[at++] = first_vertex + row;
-  return at;
-}
-
-/// Puts the chunk's own points, read straight to their place.
-std::size_t put_own(const ChunkStore& store, const Partition& partition, ChunkId chunk,
-                    std::size_t at, ChunkPoints& to) {
-  const std::size_t count = partition.points_in(chunk);
-  load_oriented_points(store, chunk, partition.schema, std::span(to.positions).subspan(at, count),
-                       std::span(to.normals).subspan(at, count));
-  const auto first = to.global.begin() + static_cast<std::ptrdiff_t>(at);
-  std::iota(first, first + static_cast<std::ptrdiff_t>(count), partition.first_vertex[chunk]);
-  std::fill_n(to.owned.begin() + static_cast<std::ptrdiff_t>(at), count, std::uint8_t{1});
-  to.owned_begin = static_cast<std::uint32_t>(at);
-  to.owned_end = static_cast<std::uint32_t>(at + count);
-  return at + count;
-}
-
-}  // namespace
-
-ChunkPoints load_chunk_with_halo(const ChunkStore& store, const Partition& partition, ChunkId chunk,
-                                 double halo, const StopToken* stop) {
-  const Chunk& self = partition.octree.chunks()[chunk];
-  const Box reach = self.box.grown(halo);
-  std::vector<ChunkId> sources = partition.octree.neighbors(chunk, halo);
-  sources.push_back(chunk);
-  // Chunks in Morton order, points in canonical order within: the whole is in canonical order.
-  std::sort(sources.begin(), sources.end());
-  std::vector<PointsInBox> parts;
-  std::size_t count = partition.points_in(chunk);
-  for (const ChunkId source : sources) {
-    check_stop(stop);
-    parts.push_back(source == chunk ? PointsInBox{}
-                                    : load_points_in_box(store, source, partition.schema, reach));
-    count += parts.back().rows.size();
-  }
-  ChunkPoints points;
-  points.positions.resize(count);
-  points.normals.resize(count);
-  points.global.resize(count);
-  points.owned.resize(count, 0);
-  std::size_t at = 0;
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    at = sources[i] == chunk ? put_own(store, partition, chunk, at, points)
-                             : put(parts[i], partition.first_vertex[sources[i]], at, points);
-    parts[i] = {};
-  }
-  return points;
-}
-
 namespace {
 
 /// The method on all points, which are one chunk.
@@ -91,11 +31,14 @@ void reconstruct_whole(const SurfaceInputs& inputs, StageRunner& runner) {
       runner, clock, kMeshStage, std::move(tasks), plan.chunks_in_flight_bytes, [&](ChunkId chunk) {
         const ChunkPoints points =
             load_chunk_with_halo(runner.store, partition, chunk, 0.0, &runner.stop);
-        BallPivotingResult result =
+        InCoreSurface found =
             reconstruct_in_core(runner.job, points.positions, points.normals, &runner.stop);
-        commit_chunk_mesh(runner.store, chunk,
-                          make_chunk_mesh(points, std::move(result), chunks[chunk].box,
-                                          2.0 * inputs.radii.values.back(), &runner.stop));
+        ChunkMesh mesh = make_chunk_mesh(points, std::move(found.surface), chunks[chunk].box,
+                                         2.0 * inputs.radii.values.back(), &runner.stop);
+        mesh.undersampled = std::move(found.undersampled);
+        mesh.voronoi.undersampled_points = static_cast<std::uint64_t>(
+            std::count(mesh.undersampled.begin(), mesh.undersampled.end(), 1));
+        commit_chunk_mesh(runner.store, chunk, mesh);
       });
   clock.facts().points = partition.points();
 }
@@ -105,10 +48,13 @@ void reconstruct_whole(const SurfaceInputs& inputs, StageRunner& runner) {
 void reconstruct_chunks(const SurfaceInputs& inputs, StageRunner& runner) {
   const Partition& partition = inputs.partition;
   const std::vector<double>& radii = inputs.radii.values;
+  const bool is_super = is_super_cocone(runner.job, partition);
   by_root(runner, [&] {
+    if (is_super) begin_cells(inputs, runner);
     begin_stage(runner, kMeshStage, stored_mesh_key(runner.job, runner.store, inputs));
     drop_stitch_of_unfinished_mesh(runner.store, partition);
   });
+  if (is_super) return super_cocone(inputs, runner);
   if (is_in_core(runner.job.reconstruct.method)) return reconstruct_whole(inputs, runner);
 
   const auto& chunks = partition.octree.chunks();

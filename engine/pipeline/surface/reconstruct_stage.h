@@ -5,13 +5,8 @@
 #include "engine/pipeline/stage/partition.h"
 #include "engine/pipeline/stage/stage_runner.h"
 #include "engine/pipeline/surface/surface_inputs.h"
-#include "engine/stitching/chunk_mesh.h"
 
 namespace orbweave {
-
-/// A chunk's points and those of its halo, in canonical order.
-ChunkPoints load_chunk_with_halo(const ChunkStore& store, const Partition& partition, ChunkId chunk,
-                                 double halo, const StopToken* stop = nullptr);
 
 /// The stage; its results are in the store. Chunks that the store holds already under the same
 /// radii are not computed again.

@@ -87,10 +87,20 @@ void require_memory(const SurfaceInputs& inputs, const ResolvedJob& job, const B
 void commit_stitched(ChunkStore& store, const Stitched& stitched) {
   const MeshFacts& facts = stitched.facts;
   const StitchedBoundary& boundary = stitched.boundary;
-  const std::array<std::uint64_t, 8> counts = {facts.vertices,          facts.triangles,
-                                               facts.components,        facts.boundary_edges,
-                                               facts.boundary_loops,    facts.nonmanifold_vertices,
-                                               stitched.conflicts_lost, stitched.unused_points};
+  const VoronoiFacts& voronoi = stitched.voronoi;
+  const std::array<std::uint64_t, 13> counts = {facts.vertices,
+                                                facts.triangles,
+                                                facts.components,
+                                                facts.boundary_edges,
+                                                facts.boundary_loops,
+                                                facts.nonmanifold_vertices,
+                                                stitched.conflicts_lost,
+                                                stitched.unused_points,
+                                                voronoi.undersampled_points,
+                                                voronoi.uncertified_points,
+                                                voronoi.grown_boxes,
+                                                voronoi.contested_triangles,
+                                                voronoi.seam_triangles};
   const auto array = [](const char* name, std::uint32_t columns, const auto& v) {
     return ArrayView{name, ScalarType::kUint64, columns, v.size(), v.data()};
   };
@@ -135,6 +145,7 @@ Stitched load_stitched(const ResolvedJob& job, const Partition& partition,
   derive_facts(facts);
   stitched.conflicts_lost = counts.at(6);
   stitched.unused_points = counts.at(7);
+  stitched.voronoi = {counts.at(8), counts.at(9), counts.at(10), counts.at(11), counts.at(12)};
   stitched.triangles = stored->read_all<std::uint64_t>("triangles");
   stitched.used = stored->read_all<std::uint32_t>("used");
   stitched.boundary = {
@@ -175,6 +186,7 @@ Stitched stitch_chunks(const SurfaceInputs& inputs, const ResolvedJob& job, cons
   stitched.facts = summary.facts();
   stitched.conflicts_lost = summary.conflicts_lost();
   stitched.unused_points = summary.unused_points();
+  stitched.voronoi = summary.voronoi();
   if (!job.fill.enabled) return stitched;
   stitched.boundary = summary.take_boundary();
   HoleLoad load;

@@ -22,6 +22,7 @@ struct Stitched {
   std::vector<std::uint32_t> used;       ///< points, as append_used_counts counts them
   std::uint64_t conflicts_lost = 0;
   std::uint64_t unused_points = 0;
+  VoronoiFacts voronoi;
 };
 
 /// Looks at the borders of all chunks, one after the other. Throws Error (resource) where the

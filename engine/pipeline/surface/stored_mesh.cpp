@@ -18,7 +18,11 @@ static_assert(sizeof(OpenFan) == 32 && sizeof(BoundaryVertex) == 56 && sizeof(Ch
               "stored as rows of 64-bit words");
 
 void commit_chunk_mesh(ChunkStore& store, ChunkId chunk, const ChunkMesh& mesh) {
-  const std::vector<std::uint64_t> counts = {mesh.conflicts_lost, mesh.isolated_dropped};
+  const VoronoiFacts& voronoi = mesh.voronoi;
+  const std::vector<std::uint64_t> counts = {
+      mesh.conflicts_lost,        mesh.isolated_dropped, voronoi.undersampled_points,
+      voronoi.uncertified_points, voronoi.grown_boxes,   voronoi.contested_triangles,
+      voronoi.seam_triangles};
   const std::vector<double> area = {mesh.area};
   const ArrayView arrays[] = {
       view(kStoredTriangles, ScalarType::kUint32, 3, mesh.triangles, 3),
@@ -31,6 +35,7 @@ void commit_chunk_mesh(ChunkStore& store, ChunkId chunk, const ChunkMesh& mesh) 
       view("seam", ScalarType::kUint64, 3, mesh.seam, 3),
       view("counts", ScalarType::kUint64, 1, counts, 1),
       view("area", ScalarType::kFloat64, 1, area, 1),
+      view(kStoredUndersampled, ScalarType::kUint8, 1, mesh.undersampled, 1),
   };
   store.commit(kMeshStage, chunk, arrays);
 }
@@ -42,6 +47,7 @@ ChunkMesh load_chunk_mesh(const ChunkStore& store, ChunkId chunk, bool summary_o
     mesh.triangles = stored->read_all<Triangle>(kStoredTriangles);
     mesh.outer_vertices = stored->read_all<std::uint64_t>(kStoredOuter);
     mesh.outer_positions = stored->read_all<Vec3>("outer_positions");
+    mesh.undersampled = stored->read_all<std::uint8_t>(kStoredUndersampled);
   }
   mesh.fans = stored->read_all<std::uint8_t>("fans");
   mesh.boundary = stored->read_all<OpenFan>("boundary");
@@ -51,6 +57,7 @@ ChunkMesh load_chunk_mesh(const ChunkStore& store, ChunkId chunk, bool summary_o
   const auto counts = stored->read_all<std::uint64_t>("counts");
   mesh.conflicts_lost = counts.at(0);
   mesh.isolated_dropped = counts.at(1);
+  mesh.voronoi = {counts.at(2), counts.at(3), counts.at(4), counts.at(5), counts.at(6)};
   mesh.area = stored->read_all<double>("area").at(0);
   return mesh;
 }

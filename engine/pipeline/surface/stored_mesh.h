@@ -13,9 +13,11 @@ namespace orbweave {
 /// the mesh; the vertices among them that others own.
 inline constexpr const char* kStoredTriangles = "triangles";
 inline constexpr const char* kStoredOuter = "outer_vertices";
+/// One value per own point where the method tells of it, else none.
+inline constexpr const char* kStoredUndersampled = "undersampled";
 
 void commit_chunk_mesh(ChunkStore& store, ChunkId chunk, const ChunkMesh& mesh);
-/// Everything but triangles and outer vertices when `summary_only`.
+/// Everything but triangles, outer vertices and flags of points when `summary_only`.
 ChunkMesh load_chunk_mesh(const ChunkStore& store, ChunkId chunk, bool summary_only);
 /// Number of triangles of a stored chunk.
 std::uint64_t stored_triangles(const ChunkStore& store, ChunkId chunk);
