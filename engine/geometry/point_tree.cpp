@@ -116,7 +116,8 @@ void PointTree::nearest(Vec3 query, std::size_t count, std::vector<Neighbor>& fo
   };
   search(likely_squared_reach);
   constexpr double kAnywhere = std::numeric_limits<double>::infinity();
-  if (found.size() < std::min(count, points) && likely_squared_reach < kAnywhere) search(kAnywhere);
+  if (found.size() < std::min(count, points) && likely_squared_reach != kAnywhere)
+    search(kAnywhere);
 }
 
 Neighbor PointTree::nearest(Vec3 query) const {

@@ -97,7 +97,7 @@ TEST_CASE("NearestPointsAreTheSameWhateverReachIsExpected") {
       std::vector<Neighbor> expected, found;
       tree.nearest(points[query], count, expected);
       REQUIRE(expected.size() == std::min(count, points.size()));
-      for (const double share : {0.0, 0.3, 1.0, 1.7, 50.0}) {
+      for (const double share : {0.0, 0.3, 1.0, 1.7, 50.0, std::nan("")}) {
         tree.nearest(points[query], count, found, share * expected.back().squared_distance);
         CHECK(found == expected);
       }
