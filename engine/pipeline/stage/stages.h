@@ -116,7 +116,7 @@ constexpr StageScaling chunk_scaling(double microseconds) {
 }
 
 // clang-format off
-inline constexpr std::array<StageInfo, 30> kStages = {{
+inline constexpr std::array<StageInfo, 31> kStages = {{
     // stage, name, directory, results, line, goes with line, --fresh, repair, status, completed by
     {Stage::kRawCount, "raw count", "raw_cut", "counts of raw points", StageLine::kRaw, false, true,
      StageRepair::kStage, false, "", kCountScaling},
