@@ -140,7 +140,8 @@ void MeshPieces::load(const MeshPiece& piece, const VertexColumns& columns, Piec
 
 void MeshPieces::load_points(const MeshPiece& piece, const PointSchema& schema,
                              PieceRows& rows) const {
-  load_point_rows(store_, piece.part, schema, piece.first, piece.stored, rows.vertices);
+  load_point_rows(store_, piece.part, schema, piece.first, piece.stored, rows.vertices,
+                  partition_.stage);
   if (piece.rows == piece.stored) return;
   keep_used(rows.vertices, *used_.block(piece.part, piece.first).ranks, 0);
 }
@@ -160,8 +161,8 @@ void MeshPieces::load_copies(const MeshPiece& piece, const PointSchema& schema,
   for (std::uint64_t i = piece.first; i < piece.first + piece.rows; ++i) {
     const std::uint64_t vertex = holes_.copies[i];
     const ChunkId chunk = partition_.chunk_of(vertex);
-    rows.vertices.append(
-        load_point_rows(store_, chunk, schema, vertex - partition_.first_vertex[chunk], 1));
+    rows.vertices.append(load_point_rows(
+        store_, chunk, schema, vertex - partition_.first_vertex[chunk], 1, partition_.stage));
   }
 }
 

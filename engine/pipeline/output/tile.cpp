@@ -190,7 +190,8 @@ void Tile::write_own(MeshWriter& writer, Box& bounds) {
   for (std::uint64_t first = 0; first < points_; first += kBatchRows) {
     input_.stop.check();
     const std::uint64_t rows = std::min(kBatchRows, points_ - first);
-    load_point_rows(store_, chunk_, input_.columns.stored, first, rows, cloud);
+    load_point_rows(store_, chunk_, input_.columns.stored, first, rows, cloud,
+                    input_.partition.stage);
     keep_used(cloud, own_, first);
     ids.clear();
     for (std::uint64_t row = first; row < first + rows; ++row) {
@@ -231,7 +232,7 @@ std::size_t Tile::append_points(std::span<const Outer> vertices, PointCloud& clo
   }
   const PointCloud read =
       load_point_rows(store_, chunk, input_.columns.stored, first - starts[chunk],
-                      vertices[count - 1].source - first + 1);
+                      vertices[count - 1].source - first + 1, input_.partition.stage);
   for (const Outer& vertex : vertices.first(count)) cloud.append(read, vertex.source - first);
   return count;
 }

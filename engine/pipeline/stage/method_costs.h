@@ -12,6 +12,7 @@ namespace orbweave {
 struct MethodCosts {
   std::uint64_t bytes_per_point = 0;
   double microseconds_per_point = 0.0;  ///< of one thread
+  double vertices_per_point = 1.0;      ///< of the surface
 };
 
 /// Zeros for ball pivoting, whose costs are those of its stage.
@@ -20,6 +21,11 @@ MethodCosts costs_of(ReconstructionMethod method);
 /// Whether the method takes the whole cloud, in one chunk.
 inline bool is_in_core(ReconstructionMethod method) {
   return method != ReconstructionMethod::kBallPivoting;
+}
+
+/// Whether the vertices of the method's surface are not the points.
+inline bool has_own_vertices(ReconstructionMethod method) {
+  return method == ReconstructionMethod::kPowerCrust;
 }
 
 /// The name of the job's method, as job files have it.

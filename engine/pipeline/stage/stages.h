@@ -34,6 +34,7 @@ enum class Stage : std::uint8_t {
   kBin,
   kMeasure,
   kSort,
+  kPowerCrust,
   kReconstruct,
   kStitch,
   kTrace,
@@ -112,7 +113,7 @@ constexpr StageScaling chunk_scaling(double microseconds) {
 }
 
 // clang-format off
-inline constexpr std::array<StageInfo, 29> kStages = {{
+inline constexpr std::array<StageInfo, 30> kStages = {{
     // stage, name, directory, results, line, goes with line, --fresh, repair, status, completed by
     {Stage::kRawCount, "raw count", "raw_cut", "counts of raw points", StageLine::kRaw, false, true,
      StageRepair::kStage, false, "", kCountScaling},
@@ -152,6 +153,8 @@ inline constexpr std::array<StageInfo, 29> kStages = {{
      StageRepair::kStage, false, "", kMeasureScaling},
     {Stage::kSort, "sort", kPointsStage, "points", StageLine::kFinal, true, true,
      StageRepair::kStageAndCut, true, "partition.json", kSortScaling},
+    {Stage::kPowerCrust, "power crust", "power_crust", "Power Crust", StageLine::kFinal, true, true,
+     StageRepair::kStage, true, "", {.work = StageWork::kShared, .microseconds = 56.0}},
     {Stage::kReconstruct, "reconstruct", "mesh", "mesh", StageLine::kFinal, true, true,
      StageRepair::kChunk, true, "", chunk_scaling(0.6)},
     {Stage::kStitch, "stitch", "stitch", "mesh", StageLine::kFinal, true, true,
@@ -189,6 +192,7 @@ constexpr const char* directory_of(Stage stage) { return info_of(stage).director
 /// The directory of a stage that runs several times: "raw_smooth_1" for the first.
 std::string directory_of(Stage stage, int repeat);
 
+inline constexpr const char* kPowerCrustStage = directory_of(Stage::kPowerCrust);
 inline constexpr const char* kMeshStage = directory_of(Stage::kReconstruct);
 inline constexpr const char* kStitchStage = directory_of(Stage::kStitch);
 inline constexpr const char* kHoleStage = directory_of(Stage::kHoles);

@@ -9,7 +9,9 @@
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/surface/in_core_methods.h"
+#include "engine/pipeline/surface/power_crust_stage.h"
 #include "engine/pipeline/surface/stored_mesh.h"
+#include "engine/stitching/triangle_fans.h"
 #include "io/store/chunk_points.h"
 
 namespace orbweave {
@@ -31,7 +33,7 @@ std::size_t put_own(const ChunkStore& store, const Partition& partition, ChunkId
                     std::size_t at, ChunkPoints& to) {
   const std::size_t count = partition.points_in(chunk);
   load_oriented_points(store, chunk, partition.schema, std::span(to.positions).subspan(at, count),
-                       std::span(to.normals).subspan(at, count));
+                       std::span(to.normals).subspan(at, count), partition.stage);
   const auto first = to.global.begin() + static_cast<std::ptrdiff_t>(at);
   std::iota(first, first + static_cast<std::ptrdiff_t>(count), partition.first_vertex[chunk]);
   std::fill_n(to.owned.begin() + static_cast<std::ptrdiff_t>(at), count, std::uint8_t{1});
@@ -55,7 +57,8 @@ ChunkPoints load_chunk_with_halo(const ChunkStore& store, const Partition& parti
   for (const ChunkId source : sources) {
     check_stop(stop);
     parts.push_back(source == chunk ? PointsInBox{}
-                                    : load_points_in_box(store, source, partition.schema, reach));
+                                    : load_points_in_box(store, source, partition.schema, reach, {},
+                                                         partition.stage));
     count += parts.back().rows.size();
   }
   ChunkPoints points;
@@ -74,29 +77,41 @@ ChunkPoints load_chunk_with_halo(const ChunkStore& store, const Partition& parti
 
 namespace {
 
+/// What stitching takes for a surface that is there already, bytes per vertex; measured.
+constexpr std::uint64_t kStitchedBytes = 300;
+
+/// The surface of all points, which are one chunk.
+BallPivotingResult surface_of_whole(const ChunkPoints& points, StageRunner& runner) {
+  if (has_own_vertices(runner.job.reconstruct.method))
+    return with_fans(load_power_crust(runner.store), points.positions.size(), &runner.stop);
+  return reconstruct_in_core(runner.job, points.positions, points.normals, &runner.stop,
+                             progress_within_chunk(runner, points.positions.size()));
+}
+
 /// The method on all points, which are one chunk.
 void reconstruct_whole(const SurfaceInputs& inputs, StageRunner& runner) {
   const Partition& partition = inputs.partition;
   const auto& chunks = partition.octree.chunks();
-  require_memory_for_method(runner.job, partition.points());
-  StageClock clock(runner, Stage::kReconstruct, chunks.size(), "chunks");
+  const bool is_made = has_own_vertices(runner.job.reconstruct.method);
+  if (!is_made) require_memory_for_method(runner.job, partition.points());
+  const std::uint64_t per_point =
+      is_made ? kStitchedBytes : costs_of(runner.job.reconstruct.method).bytes_per_point;
+  StageClock clock(runner, Stage::kReconstruct, partition.points(), "points");
   std::vector<ChunkWork> tasks;
   for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk) {
     const std::uint64_t points = partition.points_in(chunk);
-    const std::uint64_t per_point = costs_of(runner.job.reconstruct.method).bytes_per_point;
     tasks.push_back({chunk, points * per_point, points, points});
   }
   const MemoryPlan plan = runner.job.memory_plan(partition.points(), partition.schema);
-  share_chunks(
-      runner, clock, kMeshStage, std::move(tasks), plan.chunks_in_flight_bytes, [&](ChunkId chunk) {
-        const ChunkPoints points =
-            load_chunk_with_halo(runner.store, partition, chunk, 0.0, &runner.stop);
-        BallPivotingResult result =
-            reconstruct_in_core(runner.job, points.positions, points.normals, &runner.stop);
-        commit_chunk_mesh(runner.store, chunk,
-                          make_chunk_mesh(points, std::move(result), chunks[chunk].box,
-                                          2.0 * inputs.radii.values.back(), &runner.stop));
-      });
+  share_chunks(runner, clock, kMeshStage, std::move(tasks), plan.chunks_in_flight_bytes,
+               [&](ChunkId chunk) {
+                 const ChunkPoints points =
+                     load_chunk_with_halo(runner.store, partition, chunk, 0.0, &runner.stop);
+                 BallPivotingResult result = surface_of_whole(points, runner);
+                 commit_chunk_mesh(runner.store, chunk,
+                                   make_chunk_mesh(points, std::move(result), chunks[chunk].box,
+                                                   2.0 * inputs.radii.values.back(), &runner.stop));
+               });
   clock.facts().points = partition.points();
 }
 
