@@ -26,6 +26,7 @@
 #include "engine/pipeline/stage/stage_keys.h"
 #include "engine/pipeline/surface/hole_stage.h"
 #include "engine/pipeline/surface/in_core_methods.h"
+#include "engine/pipeline/surface/power_crust_stage.h"
 #include "engine/pipeline/surface/radii_choice.h"
 #include "engine/pipeline/surface/reconstruct_stage.h"
 #include "engine/pipeline/surface/stitch_stage.h"
@@ -202,10 +203,21 @@ void run_points(StageRunner& runner, RunResults& results) {
   if (runner.communicator.is_root()) warn_of_coordinate_system(runner, results.partition);
 }
 
+/// The vertices of a surface that are not the points; empty where they are.
+std::optional<Partition> own_vertices_of(StageRunner& runner, const Partition& points) {
+  if (!has_own_vertices(runner.job.reconstruct.method)) return std::nullopt;
+  Partition vertices = make_power_crust(points, runner);
+  check_format_holds(runner.job.output, vertices.points(),
+                     vertex_schema(runner.job.output, vertices));
+  return vertices;
+}
+
 /// The pipeline: one line per stage. Predictions of an attempt before stay in `results`.
 void run_stages(StageRunner& runner, RunResults& results) {
   run_points(runner, results);
-  const SurfaceInputs inputs{results.partition, results.radii};
+  const std::optional<Partition> own_vertices = own_vertices_of(runner, results.partition);
+  const Partition& vertices = own_vertices ? *own_vertices : results.partition;
+  const SurfaceInputs inputs{vertices, results.radii};
   reconstruct_chunks(inputs, runner);
   Stitched stitched = stitch(inputs, runner);
   HoleResult holes{{}, stitched.facts, 0};
@@ -213,8 +225,8 @@ void run_stages(StageRunner& runner, RunResults& results) {
     holes = fill_holes({inputs, std::move(stitched.boundary), stitched.facts}, runner);
   else if (runner.job.output.check_surface)
     holes.facts.crossing_pairs = count_crossings_unfilled(inputs, runner);
-  const UsedVertices used(runner.store, results.partition, stitched.used, holes.filled.freed);
-  const ExportInputs mesh{results.partition, stitched.triangles, used, holes.filled, holes.facts};
+  const UsedVertices used(runner.store, vertices, stitched.used, holes.filled.freed);
+  const ExportInputs mesh{vertices, stitched.triangles, used, holes.filled, holes.facts};
   ExportResult exported = export_mesh(mesh, runner);
   if (!runner.communicator.is_root()) return;
   if (runner.job.output.mesh != "-") runner.store.disk().add(exported.bytes_written);

@@ -185,11 +185,13 @@ double seconds_of_run(const ResolvedJob& job, const JobPlan& plan, const TrialRe
   const auto points = static_cast<double>(plan.points);
   const double sampled = static_cast<double>(std::max<std::uint64_t>(trial.points, 1));
   const double kept = points * static_cast<double>(trial.points_kept) / sampled;
-  double seconds = passes.count + passes.sample + kSort * points + kWritten * kept;
+  const MethodCosts costs = costs_of(job.reconstruct.method);
+  double seconds =
+      passes.count + passes.sample + kSort * points + kWritten * kept * costs.vertices_per_point;
   if (job.needs_cleaning_or_normals()) seconds += kCutAgain * kept;
   if (job.run.compress) seconds += kCompressed * points / job.threads();
   const bool in_chunks = is_cocone(job.reconstruct.method) && plan.chunks > 1;
-  seconds += 1e-6 * costs_of(job.reconstruct.method).microseconds_per_point * kept *
+  seconds += 1e-6 * costs.microseconds_per_point * kept *
              (in_chunks ? kCoconeBoxesPerChunk / job.threads() : 1.0);
   seconds += 1e-6 * costs_of(job.normals.source).microseconds_per_point * points;
   return seconds + points * trial.cpu_seconds / sampled / (kSharedWell * job.threads());

@@ -15,13 +15,13 @@ using Cell =
 using Structure = CGAL::Triangulation_data_structure_3<Vertex, Cell>;
 using Delaunay = CGAL::Delaunay_triangulation_3<Kernel, Structure>;
 
-Delaunay insert(std::span<const Vec3> positions, const StopToken* stop) {
+Delaunay insert(std::span<const Vec3> positions, const StopToken* stop, const ShareDone& done) {
   const std::vector<Point> points = cgal_points(positions);
   Delaunay triangulation;
   Delaunay::Vertex_handle last;
   std::size_t inserted = 0;
   for (const std::size_t i : insertion_order(points)) {
-    if (inserted++ % kInsertionsPerLook == 0) check_stop(stop);
+    look_up(inserted++, points.size(), stop, done);
     const std::size_t before = triangulation.number_of_vertices();
     last =
         triangulation.insert(points[i], last == nullptr ? Delaunay::Cell_handle() : last->cell());
@@ -34,14 +34,15 @@ Delaunay insert(std::span<const Vec3> positions, const StopToken* stop) {
 
 }  // namespace
 
-Tetrahedra delaunay_without_centers(std::span<const Vec3> points, const StopToken* stop) {
-  Delaunay triangulation = insert(points, stop);
+Tetrahedra delaunay_without_centers(std::span<const Vec3> points, const StopToken* stop,
+                                    const ShareDone& done) {
+  Delaunay triangulation = insert(points, stop, done);
   require_dimension(triangulation.dimension(), points.size());
   return read_out(triangulation, points.size(), stop);
 }
 
-Tetrahedra delaunay(std::span<const Vec3> points, const StopToken* stop) {
-  Tetrahedra tetrahedra = delaunay_without_centers(points, stop);
+Tetrahedra delaunay(std::span<const Vec3> points, const StopToken* stop, const ShareDone& done) {
+  Tetrahedra tetrahedra = delaunay_without_centers(points, stop, done);
   add_centers(points, {}, stop, tetrahedra);
   return tetrahedra;
 }
@@ -61,7 +62,7 @@ void require_volume(std::span<const Vec3> points) {
 }
 
 std::uint64_t count_delaunay(std::span<const Vec3> points) {
-  return insert(points, nullptr).number_of_finite_cells();
+  return insert(points, nullptr, {}).number_of_finite_cells();
 }
 
 }  // namespace orbweave::voronoi

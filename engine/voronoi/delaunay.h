@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "engine/voronoi/share_done.h"
 #include "engine/voronoi/tetrahedra.h"
 #include "io/stop_token.h"
 
@@ -13,11 +14,14 @@ namespace orbweave::voronoi {
 /// their coordinates, and centres are computed from the vertices in ascending order, exactly where
 /// rounding would show. A point that lies exactly on one before it is a vertex of nothing. Throws
 /// Error (bad input) where all points lie in one plane. O(n log n) for points on a surface; some
-/// 650 bytes per point. `stop` is looked at every thousand points.
-Tetrahedra delaunay(std::span<const Vec3> points, const StopToken* stop = nullptr);
+/// 650 bytes per point. `stop` is looked at every thousand points, when
+/// `done` hears of the share that is inserted.
+Tetrahedra delaunay(std::span<const Vec3> points, const StopToken* stop = nullptr,
+                    const ShareDone& done = {});
 
 /// The same without centres and radii.
-Tetrahedra delaunay_without_centers(std::span<const Vec3> points, const StopToken* stop = nullptr);
+Tetrahedra delaunay_without_centers(std::span<const Vec3> points, const StopToken* stop = nullptr,
+                                    const ShareDone& done = {});
 
 /// Throws as delaunay() where all points lie in one plane. O(n), exact.
 void require_volume(std::span<const Vec3> points);
@@ -26,7 +30,7 @@ void require_volume(std::span<const Vec3> points);
 /// squared radii of the balls. Balls without a cell of their own are vertices of nothing. Otherwise
 /// as delaunay().
 Tetrahedra regular_triangulation(std::span<const Vec3> points, std::span<const double> weights,
-                                 const StopToken* stop = nullptr);
+                                 const StopToken* stop = nullptr, const ShareDone& done = {});
 
 /// The triangulations alone, without what is read out of them: the number of their tetrahedra. For
 /// the benchmark, which measures the methods in multiples of these.

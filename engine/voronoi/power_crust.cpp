@@ -1,20 +1,17 @@
 #include "engine/voronoi/power_crust.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <queue>
 #include <tuple>
 #include <utility>
 
+#include "engine/voronoi/poles.h"
 #include "io/box.h"
 
 namespace orbweave::voronoi {
 namespace {
-
-std::size_t at(int place) { return static_cast<std::size_t>(place); }
 
 bool comes_first(const Vec3& a, const Vec3& b) {
   return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
@@ -60,6 +57,16 @@ PoleChoice choose_poles(std::span<const Vec3> bounded, std::size_t samples,
   poles.first.resize(samples);
   poles.second.resize(samples);
   return {std::move(poles.first), std::move(poles.second)};
+}
+
+/// Sorts what the last ball touches, each point once.
+void end_ball(PolarBalls& balls) {
+  if (balls.balls.empty()) return;
+  const auto begin =
+      balls.touched.begin() + static_cast<std::ptrdiff_t>(balls.touched_begin.back());
+  std::sort(begin, balls.touched.end());
+  balls.touched.erase(std::unique(begin, balls.touched.end()), balls.touched.end());
+  balls.touched_begin.push_back(static_cast<std::uint32_t>(balls.touched.size()));
 }
 
 /// How much speaks for either label, from 0 to 1.
@@ -181,150 +188,6 @@ class Labeling {
   std::priority_queue<std::pair<double, std::uint32_t>> queue_;
 };
 
-/// Collects the faces between inner and outer balls.
-class FaceWalk {
- public:
-  FaceWalk(const Tetrahedra& power, std::span<const std::uint8_t> inner)
-      : power_(power), inner_(inner) {}
-
-  /// Rings of tetrahedra, counter-clockwise seen from outside; a ring ends where the next begins.
-  void run(const StopToken* stop) {
-    begin_.push_back(0);
-    for (std::uint32_t c = 0; c < power_.size(); ++c) {
-      if (c % kStopBlock == 0) check_stop(stop);
-      if (!power_.is_finite(c)) continue;
-      std::array<bool, 4> inside{};
-      for (std::size_t i = 0; i < 4; ++i) inside[i] = inner_[power_.vertices[c][i]] != 0;
-      for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j)
-          if (inside[at(i)] && !inside[at(j)]) add_ring(c, i, j);
-    }
-  }
-
-  const std::vector<std::uint32_t>& cells() const { return cells_; }
-  const std::vector<std::size_t>& begin() const { return begin_; }
-
- private:
-  /// Once per edge: from the first of its tetrahedra.
-  void add_ring(std::uint32_t first, int i, int j) {
-    const std::uint32_t in = power_.vertices[first][at(i)], out = power_.vertices[first][at(j)];
-    const std::size_t size_before = cells_.size();
-    std::uint32_t cell = first;
-    do {
-      if (cell < first) {
-        cells_.resize(size_before);
-        return;
-      }
-      cells_.push_back(cell);
-      const int k = next_place(power_.place_of_vertex(cell, in), power_.place_of_vertex(cell, out));
-      cell = power_.neighbors[cell][at(k)];
-    } while (cell != first);
-    begin_.push_back(cells_.size());
-  }
-
-  const Tetrahedra& power_;
-  std::span<const std::uint8_t> inner_;
-  std::vector<std::uint32_t> cells_;
-  std::vector<std::size_t> begin_;
-};
-
-std::uint32_t sample_of(const PolarBalls& balls, const Tetrahedra& power, std::uint32_t cell) {
-  std::array<std::uint32_t, 4> near = power.vertices[cell];
-  std::sort(near.begin(), near.end());
-  const auto distance = [&](std::uint32_t ball) {
-    return squared_norm(balls.balls[ball].center - power.centers[cell]);
-  };
-  const auto nearest =
-      std::min_element(near.begin(), near.end(),
-                       [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
-  return balls.balls[*nearest].sample;
-}
-
-/// The centre of a tetrahedron.
-struct Place {
-  Vec3 position;
-  std::uint32_t cell = 0;
-};
-
-/// The corners' places in the order of their coordinates.
-std::vector<Place> places_of(const FaceWalk& faces, const Tetrahedra& power) {
-  std::vector<std::uint8_t> used(power.size(), 0);
-  for (const std::uint32_t cell : faces.cells()) used[cell] = 1;
-  std::vector<Place> places;
-  for (std::uint32_t cell = 0; cell < used.size(); ++cell)
-    if (used[cell] != 0) places.push_back({power.centers[cell], cell});
-  std::sort(places.begin(), places.end(),
-            [](const Place& a, const Place& b) { return comes_first(a.position, b.position); });
-  return places;
-}
-
-/// Numbers the places of the faces' corners; places that several tetrahedra share are one vertex.
-std::vector<std::uint32_t> number_vertices(const FaceWalk& faces, const PolarBalls& balls,
-                                           const Tetrahedra& power, PowerCrustSurface& surface) {
-  std::vector<std::uint32_t> number(power.size(), kNone);
-  for (const Place& place : places_of(faces, power)) {
-    const std::uint32_t sample = sample_of(balls, power, place.cell);
-    if (surface.vertices.empty() || surface.vertices.back() != place.position) {
-      surface.vertices.push_back(place.position);
-      surface.samples.push_back(sample);
-    }
-    surface.samples.back() = std::min(surface.samples.back(), sample);
-    number[place.cell] = static_cast<std::uint32_t>(surface.vertices.size() - 1);
-  }
-  return number;
-}
-
-/// Whether the ring that begins at `a` comes before the one that begins at `b`.
-template <class Iterator>
-bool is_smaller_from(Iterator begin, Iterator end, Iterator a, Iterator b) {
-  for (auto left = end - begin; left > 0; --left) {
-    if (*a != *b) return *a < *b;
-    if (++a == end) a = begin;
-    if (++b == end) b = begin;
-  }
-  return false;
-}
-
-/// Puts a polygon's smallest corner first and takes sides of no length away; returns its end. Fewer
-/// than three corners that are left are none.
-template <class Iterator>
-Iterator clean(Iterator begin, Iterator end) {
-  end = std::unique(begin, end);
-  while (end - begin > 1 && *begin == *(end - 1)) --end;
-  if (end - begin < 3) return begin;
-  // Where corners fell together the smallest one may come twice: what follows it decides then.
-  auto first = std::min_element(begin, end);
-  for (auto other = std::find(first + 1, end, *first); other != end;
-       other = std::find(other + 1, end, *first))
-    if (is_smaller_from(begin, end, other, first)) first = other;
-  std::rotate(begin, first, end);
-  return end;
-}
-
-/// The polygons' corners as vertices, polygons sorted by their corners.
-void add_polygons(const FaceWalk& faces, std::span<const std::uint32_t> number,
-                  PowerCrustSurface& surface) {
-  std::vector<std::uint32_t> corners(faces.cells().size());
-  std::transform(faces.cells().begin(), faces.cells().end(), corners.begin(),
-                 [&](std::uint32_t cell) { return number[cell]; });
-  std::vector<std::span<std::uint32_t>> polygons;
-  for (std::size_t f = 0; f + 1 < faces.begin().size(); ++f) {
-    const auto begin = corners.begin() + static_cast<std::ptrdiff_t>(faces.begin()[f]);
-    const auto end =
-        clean(begin, corners.begin() + static_cast<std::ptrdiff_t>(faces.begin()[f + 1]));
-    if (end != begin) polygons.emplace_back(begin, end);
-  }
-  std::sort(polygons.begin(), polygons.end(), [](const auto& a, const auto& b) {
-    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
-  });
-  surface.corners.reserve(corners.size());
-  surface.polygon_begin.push_back(0);
-  for (const auto& polygon : polygons) {
-    surface.corners.insert(surface.corners.end(), polygon.begin(), polygon.end());
-    surface.polygon_begin.push_back(static_cast<std::uint32_t>(surface.corners.size()));
-  }
-}
-
 }  // namespace
 
 std::vector<Vec3> PolarBalls::centers() const {
@@ -371,7 +234,8 @@ PolarBalls polar_balls(std::span<const Vec3> bounded, const Tetrahedra& tetrahed
   std::vector<std::uint32_t> ball_of(tetrahedra.size(), kNone);
   for (const std::uint32_t cell : cells) {
     if (result.balls.empty() || result.balls.back().center != tetrahedra.centers[cell]) {
-      result.balls.push_back({tetrahedra.centers[cell], 0.0, kNone});
+      end_ball(result);
+      result.balls.push_back({tetrahedra.centers[cell], 0.0});
       result.outer.push_back(0);
     }
     MedialBall& ball = result.balls.back();
@@ -380,10 +244,11 @@ PolarBalls polar_balls(std::span<const Vec3> bounded, const Tetrahedra& tetrahed
       if (v >= samples)
         result.outer.back() = 1;
       else
-        ball.sample = std::min(ball.sample, v);
+        result.touched.push_back(v);
     }
     ball_of[cell] = static_cast<std::uint32_t>(result.balls.size() - 1);
   }
+  end_ball(result);
   for (std::size_t p = 0; p < samples; ++p) {
     const std::uint32_t a = poles.first[p], b = poles.second[p];
     result.first.push_back(a == kNone ? kNone : ball_of[a]);
@@ -395,8 +260,8 @@ PolarBalls polar_balls(std::span<const Vec3> bounded, const Tetrahedra& tetrahed
   return result;
 }
 
-PowerCrustSurface power_crust_surface(const PolarBalls& balls, const Tetrahedra& power,
-                                      const StopToken* stop) {
+PowerCrustSurface power_crust_surface(std::span<const Vec3> points, const PolarBalls& balls,
+                                      const Tetrahedra& power, const StopToken* stop) {
   // The cells at infinity are outside: an unbounded face has no corners.
   std::vector<std::uint8_t> outer = balls.outer;
   for (std::uint32_t c = 0; c < power.size(); ++c)
@@ -404,28 +269,10 @@ PowerCrustSurface power_crust_surface(const PolarBalls& balls, const Tetrahedra&
       for (const std::uint32_t ball : power.vertices[c])
         if (ball != kInfinite) outer[ball] = 1;
   const std::vector<std::uint8_t> inner = Labeling(balls, power, outer).run(stop);
-  FaceWalk faces(power, inner);
-  faces.run(stop);
-  PowerCrustSurface surface;
-  const std::vector<std::uint32_t> number = number_vertices(faces, balls, power, surface);
-  add_polygons(faces, number, surface);
+  PowerCrustSurface surface = faces_between(points, balls, power, inner, stop);
   for (std::size_t b = 0; b < inner.size(); ++b)
     if (inner[b] != 0) surface.medial_axis.push_back(balls.balls[b]);
   return surface;
-}
-
-std::vector<Triangle> triangles_of(const PowerCrustSurface& surface) {
-  std::vector<Triangle> triangles;
-  for (std::size_t f = 0; f + 1 < surface.polygon_begin.size(); ++f) {
-    const std::uint32_t begin = surface.polygon_begin[f], end = surface.polygon_begin[f + 1];
-    for (std::uint32_t i = begin + 1; i + 1 < end; ++i) {
-      const Triangle t = {surface.corners[begin], surface.corners[i], surface.corners[i + 1]};
-      // Where corners fell together, a polygon may come by its first corner again.
-      if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(smallest_first(t));
-    }
-  }
-  std::sort(triangles.begin(), triangles.end());
-  return triangles;
 }
 
 }  // namespace orbweave::voronoi

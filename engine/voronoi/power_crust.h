@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "engine/voronoi/poles.h"
+#include "engine/voronoi/medial_balls.h"
+#include "engine/voronoi/power_faces.h"
 #include "engine/voronoi/tetrahedra.h"
 #include "io/stop_token.h"
-#include "io/triangle_mesh.h"
 
 namespace orbweave::voronoi {
 
@@ -23,26 +23,6 @@ struct PowerCrustOptions {
   double sampling_constant = 0.6;
 };
 
-/// A ball of the medial axis.
-struct MedialBall {
-  Vec3 center;
-  double radius = 0.0;
-  std::uint32_t sample = 0;  ///< a point that the ball touches
-};
-
-/// Balls of the poles, each place once, in the order of their coordinates.
-struct PolarBalls {
-  std::vector<MedialBall> balls;
-  std::vector<std::uint8_t> outer;  ///< known to be outside: the cell has a bounding point
-  /// Balls of the two poles of each point; kNone: none.
-  std::vector<std::uint32_t> first, second;
-  /// Per point: minus the cosine of the angle between the directions to its two poles, at least 0.
-  std::vector<double> opposite_weight;
-
-  std::vector<Vec3> centers() const;
-  std::vector<double> weights() const;  ///< squared radii
-};
-
 /// The points followed by the eight corners of the bounding box.
 std::vector<Vec3> bounded_points(std::span<const Vec3> points, const PowerCrustOptions& options);
 
@@ -50,23 +30,10 @@ std::vector<Vec3> bounded_points(std::span<const Vec3> points, const PowerCrustO
 PolarBalls polar_balls(std::span<const Vec3> bounded, const Tetrahedra& tetrahedra,
                        const PowerCrustOptions& options, const StopToken* stop = nullptr);
 
-struct PowerCrustSurface {
-  std::vector<Vec3> vertices;          ///< sorted by coordinates, each place once
-  std::vector<std::uint32_t> samples;  ///< of each vertex: the point of the nearest pole
-  /// Corners of all polygons, counter-clockwise seen from outside; a polygon ends where the next
-  /// begins. Convex and plane, but for rounding.
-  std::vector<std::uint32_t> corners;
-  std::vector<std::uint32_t> polygon_begin;  ///< and the number of corners
-  std::vector<MedialBall> medial_axis;       ///< the inner balls
-
-  std::size_t polygons() const { return polygon_begin.size() - 1; }
-};
-
-/// `power`: the regular triangulation of the balls. Every edge has an even number of polygons.
-PowerCrustSurface power_crust_surface(const PolarBalls& balls, const Tetrahedra& power,
-                                      const StopToken* stop = nullptr);
-
-/// The polygons in fans of triangles around their smallest corners. Smallest corner first, sorted.
-std::vector<Triangle> triangles_of(const PowerCrustSurface& surface);
+/// `points`: those that the balls touch. `power`: the regular triangulation of the balls. Every
+/// edge has two polygons, one in either direction; so it has two triangles where the polygons are
+/// cut into triangles.
+PowerCrustSurface power_crust_surface(std::span<const Vec3> points, const PolarBalls& balls,
+                                      const Tetrahedra& power, const StopToken* stop = nullptr);
 
 }  // namespace orbweave::voronoi

@@ -17,13 +17,13 @@ using Structure = CGAL::Triangulation_data_structure_3<Vertex, Cell>;
 using Regular = CGAL::Regular_triangulation_3<Kernel, Structure>;
 
 Regular insert(std::span<const Vec3> positions, std::span<const double> weights,
-               const StopToken* stop) {
+               const StopToken* stop, const ShareDone& done) {
   const std::vector<Point> points = cgal_points(positions);
   Regular triangulation;
   Regular::Cell_handle near;
   std::size_t inserted = 0;
   for (const std::size_t i : insertion_order(points)) {
-    if (inserted++ % kInsertionsPerLook == 0) check_stop(stop);
+    look_up(inserted++, points.size(), stop, done);
     const Regular::Weighted_point point(points[i], weights[i]);
     Regular::Locate_type place;
     int li = 0, lj = 0;
@@ -40,10 +40,10 @@ Regular insert(std::span<const Vec3> positions, std::span<const double> weights,
 }  // namespace
 
 Tetrahedra regular_triangulation(std::span<const Vec3> points, std::span<const double> weights,
-                                 const StopToken* stop) {
+                                 const StopToken* stop, const ShareDone& done) {
   Tetrahedra tetrahedra;
   {
-    Regular triangulation = insert(points, weights, stop);
+    Regular triangulation = insert(points, weights, stop, done);
     require_dimension(triangulation.dimension(), points.size());
     tetrahedra = read_out(triangulation, points.size(), stop);
   }
@@ -52,7 +52,7 @@ Tetrahedra regular_triangulation(std::span<const Vec3> points, std::span<const d
 }
 
 std::uint64_t count_regular(std::span<const Vec3> points, std::span<const double> weights) {
-  return insert(points, weights, nullptr).number_of_finite_cells();
+  return insert(points, weights, nullptr, {}).number_of_finite_cells();
 }
 
 }  // namespace orbweave::voronoi

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/voronoi/share_done.h"
 #include "engine/voronoi/tetrahedra.h"
 #include "io/error.h"
 #include "io/stop_token.h"
@@ -25,7 +26,14 @@ namespace orbweave::voronoi {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
 
-constexpr std::size_t kInsertionsPerLook = 1024;
+/// Looks up from the insertions now and then: at `stop`, and to say how many are done.
+inline void look_up(std::size_t inserted, std::size_t all, const StopToken* stop,
+                    const ShareDone& done) {
+  constexpr std::size_t kInsertionsPerLook = 1024;
+  if (inserted % kInsertionsPerLook != 0) return;
+  check_stop(stop);
+  if (done) done(static_cast<double>(inserted) / static_cast<double>(all));
+}
 
 /// The order in which points are inserted: neighbours follow each other.
 inline std::vector<std::size_t> insertion_order(const std::vector<Point>& points) {

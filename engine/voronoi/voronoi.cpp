@@ -21,8 +21,8 @@ struct Cells {
   std::vector<CenterSides> sides;  ///< of the published angle
   CoconeEdges edges;
 
-  Cells(std::span<const Vec3> points, const StopToken* stop)
-      : tetrahedra(delaunay(points, stop)), poles(find_poles(points, tetrahedra, stop)) {}
+  Cells(std::span<const Vec3> points, const StopToken* stop, const ShareDone& done)
+      : tetrahedra(delaunay(points, stop, done)), poles(find_poles(points, tetrahedra, stop)) {}
 
   void measure(std::span<const Vec3> points, const StopToken* stop) {
     sides = center_sides(points, tetrahedra, poles, kCoconeAngleRad, stop);
@@ -41,6 +41,15 @@ struct Cells {
     return cocone_facets(tetrahedra, cocone_edges(tetrahedra, own, stop), choosing, stop);
   }
 };
+
+/// The triangulation's share of the time of Cocone and Tight Cocone on scans.
+constexpr double kDelaunayOfCocone = 0.6;
+
+/// The progress of a part of some work as that of the whole.
+ShareDone part_of(const ShareDone& done, double from, double to) {
+  if (!done) return {};
+  return [&done, from, to](double share) { done(from + (to - from) * share); };
+}
 
 template <class Work>
 double seconds_of(const Work& work) {
@@ -69,8 +78,8 @@ PointSurface cocone_of_cells(Cells& cells, std::span<const Vec3> points,
 }  // namespace
 
 PointSurface cocone(std::span<const Vec3> points, const CoconeOptions& options,
-                    const StopToken* stop) {
-  Cells cells(points, stop);
+                    const StopToken* stop, const ShareDone& done) {
+  Cells cells(points, stop, part_of(done, 0.0, kDelaunayOfCocone));
   return cocone_of_cells(cells, points, options, stop);
 }
 
@@ -83,8 +92,9 @@ CoconePart cocone_of_part(std::span<const Vec3> points, const KnownPart& part,
   return found;
 }
 
-PointSurface tight_cocone(std::span<const Vec3> points, const StopToken* stop) {
-  Cells cells(points, stop);
+PointSurface tight_cocone(std::span<const Vec3> points, const StopToken* stop,
+                          const ShareDone& done) {
+  Cells cells(points, stop, part_of(done, 0.0, kDelaunayOfCocone));
   cells.measure(points, stop);
   const FacetFlags facets = cells.facets(points, {}, kCoconeAngleRad, stop);
   std::vector<std::uint8_t> flat = cells.flat(points, stop);
@@ -94,30 +104,38 @@ PointSurface tight_cocone(std::span<const Vec3> points, const StopToken* stop) {
   return {std::move(triangles), std::move(flat)};
 }
 
-PointSurface crust(std::span<const Vec3> points, const CrustOptions& options,
-                   const StopToken* stop) {
+PointSurface crust(std::span<const Vec3> points, const CrustOptions& options, const StopToken* stop,
+                   const ShareDone& done) {
+  // Shares of the time as they are on scans.
+  constexpr double kDelaunay = 0.2, kWithPoles = 0.85;
   std::vector<Vec3> both;
   Poles poles;
   {
-    Cells cells(points, stop);
+    Cells cells(points, stop, part_of(done, 0.0, kDelaunay));
     both = points_and_poles(points, cells.tetrahedra, cells.poles);
     poles = std::move(cells.poles);
   }
-  const Tetrahedra all =
-      options.extracts_manifold ? delaunay(both, stop) : delaunay_without_centers(both, stop);
+  const ShareDone with_poles = part_of(done, kDelaunay, kWithPoles);
+  const Tetrahedra all = options.extracts_manifold
+                             ? delaunay(both, stop, with_poles)
+                             : delaunay_without_centers(both, stop, with_poles);
   return {crust_triangles(points, both, all, poles, options, stop), {}};
 }
 
 PowerCrustSurface power_crust(std::span<const Vec3> points, const PowerCrustOptions& options,
-                              const StopToken* stop) {
+                              const StopToken* stop, const ShareDone& done) {
+  // Shares of the time as they are on scans.
+  constexpr double kDelaunay = 0.15, kRegular = 0.9;
   require_volume(points);
   PolarBalls balls;
   {
     const std::vector<Vec3> bounded = bounded_points(points, options);
-    balls = polar_balls(bounded, delaunay(bounded, stop), options, stop);
+    balls =
+        polar_balls(bounded, delaunay(bounded, stop, part_of(done, 0.0, kDelaunay)), options, stop);
   }
-  const Tetrahedra power = regular_triangulation(balls.centers(), balls.weights(), stop);
-  return power_crust_surface(balls, power, stop);
+  const Tetrahedra power = regular_triangulation(balls.centers(), balls.weights(), stop,
+                                                 part_of(done, kDelaunay, kRegular));
+  return power_crust_surface(points, balls, power, stop);
 }
 
 std::vector<Vec3> pole_normals(std::span<const Vec3> points, const StopToken* stop) {
@@ -131,7 +149,7 @@ TriangulationSeconds time_triangulations(std::span<const Vec3> points) {
   seconds.points = seconds_of([&] { count_delaunay(points); });
   std::vector<Vec3> both;
   {
-    const Cells cells(points, nullptr);
+    const Cells cells(points, nullptr, {});
     both = points_and_poles(points, cells.tetrahedra, cells.poles);
   }
   seconds.points_and_poles = seconds_of([&] { count_delaunay(both); });

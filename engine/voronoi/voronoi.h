@@ -8,6 +8,7 @@
 #include "engine/voronoi/certified_cells.h"
 #include "engine/voronoi/crust.h"
 #include "engine/voronoi/power_crust.h"
+#include "engine/voronoi/share_done.h"
 #include "io/stop_token.h"
 #include "io/triangle_mesh.h"
 
@@ -28,9 +29,10 @@ struct CoconeOptions {
 
 /// Points are in canonical order, no two at one place; fewer than 2^32. The results depend on the
 /// points alone, not on the machine's threads. Throw Error: bad input where the points lie in one
-/// plane, interrupted when `stop` is requested.
+/// plane, interrupted when `stop` is requested. `done` hears of the share of the work that is done,
+/// every thousand points of a triangulation.
 PointSurface cocone(std::span<const Vec3> points, const CoconeOptions& options = {},
-                    const StopToken* stop = nullptr);
+                    const StopToken* stop = nullptr, const ShareDone& done = {});
 /// The Cocone of a part of a cloud, and which of its Voronoi cells are the cloud's.
 struct CoconePart {
   PointSurface surface;
@@ -38,11 +40,12 @@ struct CoconePart {
 };
 CoconePart cocone_of_part(std::span<const Vec3> points, const KnownPart& part,
                           const StopToken* stop = nullptr);
-PointSurface tight_cocone(std::span<const Vec3> points, const StopToken* stop = nullptr);
+PointSurface tight_cocone(std::span<const Vec3> points, const StopToken* stop = nullptr,
+                          const ShareDone& done = {});
 PointSurface crust(std::span<const Vec3> points, const CrustOptions& options = {},
-                   const StopToken* stop = nullptr);
+                   const StopToken* stop = nullptr, const ShareDone& done = {});
 PowerCrustSurface power_crust(std::span<const Vec3> points, const PowerCrustOptions& options = {},
-                              const StopToken* stop = nullptr);
+                              const StopToken* stop = nullptr, const ShareDone& done = {});
 
 /// The unit vectors from the points to their farther poles, without a consistent side.
 std::vector<Vec3> pole_normals(std::span<const Vec3> points, const StopToken* stop = nullptr);

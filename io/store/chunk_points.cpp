@@ -133,7 +133,8 @@ class BoxQuery {
 }  // namespace
 
 void commit_points(ChunkStore& store, ChunkId chunk, const PointCloud& points,
-                   const std::string& stage, std::span<const std::uint32_t> source_rows) {
+                   const std::string& stage, std::span<const std::uint32_t> source_rows,
+                   std::span<const ArrayView> beside) {
   const std::uint64_t rows = points.size();
   const std::vector<Box> boxes = block_bounds(points.positions);
   std::vector<ArrayView> arrays = {
@@ -151,6 +152,7 @@ void commit_points(ChunkStore& store, ChunkId chunk, const PointCloud& points,
                       points.attributes.data()});
   if (!source_rows.empty())
     arrays.push_back({kSourceRows, ScalarType::kUint32, 1, source_rows.size(), source_rows.data()});
+  arrays.insert(arrays.end(), beside.begin(), beside.end());
   store.commit(stage, chunk, arrays, false);
 }
 

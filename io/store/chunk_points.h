@@ -20,10 +20,12 @@ inline constexpr std::uint32_t kPointBlockRows = 1024;
 
 /// Commits a chunk's points, in the order given, with a bounding box per kPointBlockRows rows.
 /// Normals are stored at schema.normal_type, attributes as packed rows. `source_rows` (one per
-/// point, or none) are stored beside them: where each was among the points that the stage took.
+/// point, or none) are stored beside them: where each was among the points that the stage took. So
+/// are `beside`, arrays of other names that belong to the points.
 void commit_points(ChunkStore& store, ChunkId chunk, const PointCloud& points,
                    const std::string& stage = kPointsStage,
-                   std::span<const std::uint32_t> source_rows = {});
+                   std::span<const std::uint32_t> source_rows = {},
+                   std::span<const ArrayView> beside = {});
 
 /// Reads all points of a chunk.
 PointCloud load_points(const ChunkStore& store, ChunkId chunk, const PointSchema& schema,

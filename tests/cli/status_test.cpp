@@ -197,7 +197,7 @@ TEST_CASE("TheBenchmarksReadTheProgramsTableOfStages") {
   CHECK(result.status == 0);
   CHECK(result.out == file_text(test::source_path("bench/models/stages.json")));
   const json stages = json::parse(result.out)["stages"];
-  CHECK(stages.size() == 31);
+  CHECK(stages.size() == 32);
   CHECK_THAT(run_in(in, {"status", "--stages"}).out, Contains("reconstruct") && Contains("holes"));
 }
 

@@ -2,12 +2,14 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/pipeline/pipeline.h"
 #include "engine/pipeline/stage/method_costs.h"
+#include "engine/pipeline/stage/stages.h"
 #include "engine/pipeline/surface/in_core_methods.h"
 #include "engine/planning/plan_job.h"
 #include "engine/stitching/triangle_fans.h"
@@ -25,9 +27,9 @@ namespace {
 
 using namespace test;
 
-constexpr ReconstructionMethod kMethods[] = {ReconstructionMethod::kCrust,
-                                             ReconstructionMethod::kCocone,
-                                             ReconstructionMethod::kTightCocone};
+constexpr ReconstructionMethod kMethods[] = {
+    ReconstructionMethod::kCrust, ReconstructionMethod::kPowerCrust, ReconstructionMethod::kCocone,
+    ReconstructionMethod::kTightCocone};
 
 std::string message_of(const Job& job) {
   try {
@@ -74,12 +76,14 @@ TEST_CASE("ComponentsTurnToTheirNormalsOneByOne") {
 TEST_CASE("MethodsThatAreNotThereSaySo") {
   ScratchDirectory scratch;
   Job job = job_for(scratch, painted_torus(500, 0.0, 1));
-  job.reconstruct.method = ReconstructionMethod::kPowerCrust;
-  const std::string expected =
-      has_voronoi_family() ? "not points of the scan" : "without the methods of the Voronoi family";
-  CHECK_THAT(message_of(job), Catch::Matchers::Contains(expected));
-  job.reconstruct.method = ReconstructionMethod::kCocone;
-  if (!has_voronoi_family()) CHECK_THAT(message_of(job), Catch::Matchers::Contains(expected));
+  const auto expected = Catch::Matchers::Contains("without the methods of the Voronoi family");
+  for (const ReconstructionMethod method : kMethods) {
+    job.reconstruct.method = method;
+    if (has_voronoi_family())
+      CHECK(message_of(job).empty());
+    else
+      CHECK_THAT(message_of(job), expected);
+  }
 }
 
 TEST_CASE("MethodsCloseATorusInAJob") {
@@ -153,13 +157,120 @@ TEST_CASE("MethodsMakeTheSameBytesForAnyOrderThreadsAndChunks") {
 
 TEST_CASE("InterruptedMethodsResumeToTheSameBytes", "[costly]") {
   if (!has_voronoi_family()) return;
+  for (const ReconstructionMethod method :
+       {ReconstructionMethod::kTightCocone, ReconstructionMethod::kPowerCrust}) {
+    ScratchDirectory scratch;
+    Job job = job_for(scratch, painted_torus(1500, 0.3, 3));
+    job.reconstruct.method = method;
+    const std::string expected = mesh_bytes(job);
+    std::filesystem::remove(job.output.mesh);
+    INFO("method " << static_cast<int>(method));
+    CHECK(run_with_interruptions(job, 1, 3) > 0);
+    CHECK((bytes_of(job.output.mesh) == expected));
+  }
+}
+
+TEST_CASE("PowerCrustVerticesCarryTheAttributesOfAPointNearThem") {
+  if (!has_voronoi_family()) return;
   ScratchDirectory scratch;
-  Job job = job_for(scratch, painted_torus(1500, 0.3, 3));
-  job.reconstruct.method = ReconstructionMethod::kTightCocone;
+  const NamedCloud named = painted_torus(1500, 0.0, 3);
+  Job job = job_for(scratch, named);
+  job.reconstruct.method = ReconstructionMethod::kPowerCrust;
+  const RunReport report = run(job);
+  const TriangleMesh mesh = read_mesh(job.output.mesh);
+  const PointCloud& vertices = mesh.vertices;
+  REQUIRE(vertices.size() > 4 * named.cloud.size());
+  CHECK(report.points_read == named.cloud.size());
+  CHECK(report.points_unused == 0);
+  REQUIRE(vertices.schema.attributes == named.cloud.schema.attributes);
+  const auto nearest_alike = [&](std::size_t v) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < named.cloud.size(); ++i)
+      if (std::ranges::equal(named.cloud.attribute_row(i), vertices.attribute_row(v)))
+        nearest = std::min(nearest, norm(named.cloud.positions[i] - vertices.positions[v]));
+    return nearest;
+  };
+  std::size_t looked_at = 0, far = 0;
+  for (std::size_t v = 0; v < vertices.size(); v += 7) {
+    const double distance = nearest_alike(v);
+    CHECK(distance < 4.0 * named.ball_radius);
+    ++looked_at;
+    far += distance < 2.0 * named.ball_radius ? 0 : 1;
+  }
+  CHECK(far * 20 < looked_at);
+}
+
+TEST_CASE("PowerCrustsAreTurnedToTheNormalsOfThePoints") {
+  if (!has_voronoi_family()) return;
+  NamedCloud named = painted_torus(1000, 0.0, 3);
+  for (const bool inward : {false, true}) {
+    if (inward)
+      for (Vec3& n : named.cloud.normals) n = -n;
+    ScratchDirectory scratch;
+    Job job = job_for(scratch, named);
+    job.reconstruct.method = ReconstructionMethod::kPowerCrust;
+    run(job);
+    const TriangleMesh mesh = read_mesh(job.output.mesh);
+    const std::vector<Vec3>& p = mesh.vertices.positions;
+    double volume = 0.0, agreement = 0.0;
+    for (const Triangle& t : mesh.triangles) {
+      const Vec3 area = cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
+      volume += dot(p[t[0]], area) / 6.0;
+      for (const std::uint32_t v : t) agreement += dot(mesh.vertices.normals[v], area) / 6.0;
+    }
+    CHECK((volume < 0.0) == inward);
+    CHECK(agreement > 0.95 * mesh_facts(mesh).area);
+  }
+}
+
+TEST_CASE("ADamagedPowerCrustIsMadeAgain") {
+  if (!has_voronoi_family()) return;
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, painted_torus(1500, 0.0, 3));
+  job.reconstruct.method = ReconstructionMethod::kPowerCrust;
+  job.run.keep_work_dir = true;
   const std::string expected = mesh_bytes(job);
   std::filesystem::remove(job.output.mesh);
-  CHECK(run_with_interruptions(job, 1, 3) > 0);
-  CHECK((bytes_of(job.output.mesh) == expected));
+  const std::filesystem::path stored = std::filesystem::path(job.run.work_dir) / kPowerCrustStage;
+  REQUIRE(results_in(stored) == 1);
+  for (const auto& entry : std::filesystem::directory_iterator(stored))
+    if (entry.path().extension() == ".h5") damage(entry.path());
+  CHECK((mesh_bytes(job) == expected));
+}
+
+TEST_CASE("AStoredPowerCrustIsTakenAgain") {
+  if (!has_voronoi_family()) return;
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, painted_torus(1500, 0.0, 3));
+  job.reconstruct.method = ReconstructionMethod::kPowerCrust;
+  job.run.keep_work_dir = true;
+  const std::string expected = mesh_bytes(job);
+  job.output.binary = false;
+  const RunReport report = run(job);
+  std::uint64_t reused = 0;
+  for (const StageFacts& stage : report.stages)
+    if (stage.name == name_of(Stage::kPowerCrust)) reused += stage.chunks_reused;
+  CHECK(reused == 1);
+  job.output.binary = true;
+  CHECK((mesh_bytes(job) == expected));
+}
+
+TEST_CASE("ProgressComesFromInsideTheTriangulations") {
+  if (!has_voronoi_family()) return;
+  for (const ReconstructionMethod method : kMethods) {
+    ScratchDirectory scratch;
+    Job job = job_for(scratch, painted_torus(6000, 0.0, 3));
+    job.reconstruct.method = method;
+    RecordingProgress progress;
+    int steps = 0;
+    progress.at_step = [&] {
+      const std::string& stage = progress.stages.back();
+      if (stage == name_of(Stage::kPowerCrust) || stage == name_of(Stage::kReconstruct)) ++steps;
+    };
+    run_job(job, {"test"}, progress, StopToken());
+    INFO("method " << static_cast<int>(method));
+    CHECK(steps > 6);
+  }
 }
 
 TEST_CASE("AWorkDirectoryOfAnotherMethodIsNotTaken") {
@@ -180,20 +291,23 @@ TEST_CASE("TooManyPointsForTheBudgetAreRefusedWithTheFigures") {
   if (!has_voronoi_family()) return;
   ScratchDirectory scratch;
   Job job = job_for(scratch, painted_torus(200'000, 0.0, 1));
-  job.reconstruct.method = ReconstructionMethod::kCrust;
   job.run.threads = 1;
   job.partition.memory_bytes = std::uint64_t{256} << 20;
-  const std::string refused = "too small for the method crust";
-  CHECK_THAT(message_of(job), Catch::Matchers::Contains(refused) &&
-                                  Catch::Matchers::Contains("200,239 points") &&
-                                  Catch::Matchers::Contains("at least"));
-  RecordingProgress progress;
-  const StopToken stop;
-  try {
-    plan_job(job, progress, stop);
-    FAIL("the plan takes what the run refuses");
-  } catch (const Error& error) {
-    CHECK_THAT(std::string(error.what()), Catch::Matchers::Contains(refused));
+  for (const ReconstructionMethod method :
+       {ReconstructionMethod::kCrust, ReconstructionMethod::kPowerCrust}) {
+    job.reconstruct.method = method;
+    const std::string refused = "too small for the method " + method_name(job);
+    CHECK_THAT(message_of(job), Catch::Matchers::Contains(refused) &&
+                                    Catch::Matchers::Contains("200,239 points") &&
+                                    Catch::Matchers::Contains("at least"));
+    RecordingProgress progress;
+    const StopToken stop;
+    try {
+      plan_job(job, progress, stop);
+      FAIL("the plan takes what the run refuses");
+    } catch (const Error& error) {
+      CHECK_THAT(std::string(error.what()), Catch::Matchers::Contains(refused));
+    }
   }
 }
 

@@ -32,7 +32,7 @@ Names stages_in(const fs::path& work) {
 
 TEST_CASE("AStageWhoseKeyChangedTakesTheLaterOnesOfItsLineWithIt") {
   CHECK(directories_from("points") ==
-        Names{"points", "cells", "mesh", "stitch", "holes", "crossings", "settled"});
+        Names{"points", "cells", "power_crust", "mesh", "stitch", "holes", "crossings", "settled"});
   CHECK(directories_from("stitch") == Names{"stitch", "holes", "crossings", "settled"});
   CHECK(directories_from("raw_thinned") == Names{"raw_thinned", "raw_patches", "raw_turns"});
   const Names smoothed = directories_from("raw_smooth_7");

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/normals/normal_side.h"
+#include "engine/pipeline/stage/method_costs.h"
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
 #include "io/job/simplified_file.h"
@@ -19,8 +20,9 @@ namespace {
 // Bytes per point where nothing else is said; docs/disk.md has how they were measured.
 constexpr double kBlockBounds = 48.0 / 1024;
 constexpr double kChecksums = 5 * 8.0 / 1024;
+constexpr double kTriangles = 2 * 12.0;
 /// Two triangles and a fan.
-constexpr double kMesh = 2 * 12.0 + 1.0;
+constexpr double kMesh = kTriangles + 1.0;
 /// Its share that is left when it is compressed: numbers that differ by little. What is left of
 /// positions and normals depends on the scanner; nothing is taken for granted.
 constexpr double kPackedMesh = 0.5;
@@ -271,15 +273,18 @@ DiskPlan plan_disk(const ResolvedJob& job, const CloudSize& cloud, const RawWork
   }
   const auto held = static_cast<double>(raw.held_bytes);
   const double mesh = job.run.compress ? kPackedMesh * kMesh : kMesh;
+  const double vertices = points * costs_of(job.reconstruct.method).vertices_per_point;
   const RowBytes rows = output_rows(job, schema);
   const LevelBytes levels = level_bytes(job, cloud, schema, rows.vertex + 2.0 * rows.triangle);
-  const double work =
-      std::max(held + kMargin * cut,
-               kMargin * (points * (stored_bytes(schema) + mesh + levels.work) + borders)) +
-      2.0 * files;
+  double surface = vertices * (mesh + levels.work);
+  if (has_own_vertices(job.reconstruct.method))
+    surface += vertices * (stored_bytes(schema) + kTriangles);
+  const double work = std::max(held + kMargin * cut,
+                               kMargin * (points * stored_bytes(schema) + surface + borders)) +
+                      2.0 * files;
   const double output = job.output.mesh == "-"
                             ? 0.0
-                            : kMargin * points * (rows.vertex + 2.0 * rows.triangle) + kFileBytes;
+                            : kMargin * vertices * (rows.vertex + 2.0 * rows.triangle) + kFileBytes;
   plan.output_bytes = whole(output);
   plan.work_bytes = std::max(plan.cleaning_bytes, whole(work));
   plan.most_bytes = std::max(plan.cleaning_bytes, whole(work + output));

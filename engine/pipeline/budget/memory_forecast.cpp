@@ -115,7 +115,7 @@ std::vector<std::uint64_t> points_with_halos(const ChunkStore& store, const Part
   const std::vector<Chunk>& chunks = partition.octree.chunks();
   std::vector<std::vector<Box>> blocks;
   for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk)
-    blocks.push_back(stored_block_bounds(store, chunk));
+    blocks.push_back(stored_block_bounds(store, chunk, partition.stage));
   std::vector<std::uint64_t> points;
   for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk) {
     const Box reach = chunks[chunk].box.grown(halo_width);

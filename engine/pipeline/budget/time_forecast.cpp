@@ -64,6 +64,8 @@ int runs_of(const ResolvedJob& job, const JobSize& size, Stage stage) {
       return may_clean || cleaning.thin_to_spacing > 0.0 ? 1 : 0;
     case Stage::kCells:
       return is_super(job, size) ? 1 : 0;
+    case Stage::kPowerCrust:
+      return has_own_vertices(job.reconstruct.method) ? 1 : 0;
     case Stage::kHoles:
     case Stage::kTrace:
     case Stage::kSettle:
@@ -107,10 +109,15 @@ double seconds_of(const ResolvedJob& job, const JobSize& size, const StageInfo& 
   const StageScaling& scaling = stage.scaling;
   double points =
       static_cast<double>(stage.line == StageLine::kRaw ? size.points : size.kept_points);
+  const MethodCosts costs = costs_of(job.reconstruct.method);
+  const bool makes_vertices = has_own_vertices(job.reconstruct.method);
+  if (stage.stage == Stage::kPowerCrust) return 1e-6 * costs.microseconds_per_point * points;
+  if (stage.line == StageLine::kFinal && stage.stage >= Stage::kReconstruct)
+    points *= costs.vertices_per_point;
   if (scaling.constant) points = std::min(points, kConstantPoints);
-  if (stage.stage == Stage::kReconstruct && is_in_core(job.reconstruct.method) &&
+  if (stage.stage == Stage::kReconstruct && is_in_core(job.reconstruct.method) && !makes_vertices &&
       !is_super(job, size))
-    return 1e-6 * costs_of(job.reconstruct.method).microseconds_per_point * points;
+    return 1e-6 * costs.microseconds_per_point * points;
   if (stage.stage == Stage::kNormals && job.normals.source == NormalSource::kPoles)
     return 1e-6 * costs_of(job.normals.source).microseconds_per_point * points;
   double seconds = 1e-6 * microseconds_of(job, size, stage) * points;

@@ -140,7 +140,8 @@ void MeshPieces::load(const MeshPiece& piece, const VertexColumns& columns, Piec
 
 void MeshPieces::load_points(const MeshPiece& piece, const VertexColumns& columns,
                              PieceRows& rows) const {
-  load_vertex_rows(store_, piece.part, columns, piece.first, piece.stored, rows.vertices);
+  load_vertex_rows(store_, partition_.stage, piece.part, columns, piece.first, piece.stored,
+                   rows.vertices);
   if (piece.rows == piece.stored) return;
   keep_used(rows.vertices, *used_.block(piece.part, piece.first).ranks, 0);
 }
@@ -162,7 +163,8 @@ void MeshPieces::load_copies(const MeshPiece& piece, const VertexColumns& column
   for (std::uint64_t i = piece.first; i < piece.first + piece.rows; ++i) {
     const std::uint64_t vertex = holes_.copies[i];
     const ChunkId chunk = partition_.chunk_of(vertex);
-    load_vertex_rows(store_, chunk, columns, vertex - partition_.first_vertex[chunk], 1, copied);
+    load_vertex_rows(store_, partition_.stage, chunk, columns,
+                     vertex - partition_.first_vertex[chunk], 1, copied);
     rows.vertices.schema = copied.schema;
     rows.vertices.append(copied);
   }

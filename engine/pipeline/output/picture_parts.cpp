@@ -16,7 +16,7 @@ PointCloud points_of(const StageRunner& runner, const Partition& partition, Chun
   PointSchema schema;
   schema.position_type = partition.schema.position_type;
   if (points == PartPoints::kAttributes) schema.attributes = partition.schema.attributes;
-  return load_points(runner.store, chunk, schema);
+  return load_points(runner.store, chunk, schema, partition.stage);
 }
 
 }  // namespace

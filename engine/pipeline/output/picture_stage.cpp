@@ -126,7 +126,8 @@ void place_rims(const StageRunner& runner, const Partition& partition, PatchGrou
     const ChunkId chunk = partition.chunk_of(group.rim[group.positions.size()]);
     PointSchema positions_alone;
     positions_alone.position_type = partition.schema.position_type;
-    const std::vector<Vec3> own = load_points(runner.store, chunk, positions_alone).positions;
+    const std::vector<Vec3> own =
+        load_points(runner.store, chunk, positions_alone, partition.stage).positions;
     for (std::size_t i = group.positions.size();
          i < group.rim.size() && group.rim[i] < partition.first_vertex[chunk + 1]; ++i)
       group.positions.push_back(own[group.rim[i] - partition.first_vertex[chunk]]);
@@ -185,7 +186,7 @@ std::optional<PointColors> point_colors(const Partition& partition, StageRunner&
   const auto chunks = static_cast<ChunkId>(partition.octree.chunks().size());
   for (ChunkId chunk = 0; colors.needs_survey() && chunk < chunks; ++chunk) {
     runner.stop.check();
-    colors.survey(load_points(runner.store, chunk, schema));
+    colors.survey(load_points(runner.store, chunk, schema, partition.stage));
   }
   colors.finish();
   return colors;

@@ -190,7 +190,7 @@ void Tile::write_own(MeshWriter& writer, Box& bounds) {
   for (std::uint64_t first = 0; first < points_; first += kBatchRows) {
     input_.stop.check();
     const std::uint64_t rows = std::min(kBatchRows, points_ - first);
-    load_vertex_rows(store_, chunk_, input_.columns, first, rows, cloud);
+    load_vertex_rows(store_, input_.partition.stage, chunk_, input_.columns, first, rows, cloud);
     keep_used(cloud, own_, first);
     ids.clear();
     for (std::uint64_t row = first; row < first + rows; ++row) {
@@ -229,7 +229,7 @@ std::size_t Tile::append_points(std::span<const Outer> vertices, PointCloud& clo
     ++count;
   }
   PointCloud read;
-  load_vertex_rows(store_, chunk, input_.columns, first - starts[chunk],
+  load_vertex_rows(store_, input_.partition.stage, chunk, input_.columns, first - starts[chunk],
                    vertices[count - 1].source - first + 1, read);
   cloud.schema = read.schema;
   for (const Outer& vertex : vertices.first(count)) cloud.append(read, vertex.source - first);

@@ -44,9 +44,10 @@ VertexColumns vertex_columns(const Partition& partition, const OutputOptions& ou
   return columns;
 }
 
-void load_vertex_rows(const ChunkStore& store, ChunkId chunk, const VertexColumns& columns,
-                      std::uint64_t first, std::uint64_t count, PointCloud& points) {
-  load_point_rows(store, chunk, columns.stored, first, count, points);
+void load_vertex_rows(const ChunkStore& store, const std::string& stage, ChunkId chunk,
+                      const VertexColumns& columns, std::uint64_t first, std::uint64_t count,
+                      PointCloud& points) {
+  load_point_rows(store, chunk, columns.stored, first, count, points, stage);
   if (!columns.undersampled) return;
   std::vector<std::uint8_t> flags(count);
   store.open(kMeshStage, chunk)->read(kStoredUndersampled, first, count, flags.data());

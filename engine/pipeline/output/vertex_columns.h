@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "engine/pipeline/stage/partition.h"
 #include "io/job/job.h"
@@ -27,9 +28,11 @@ struct VertexColumns {
 
 VertexColumns vertex_columns(const Partition& partition, const OutputOptions& output);
 
-/// Rows [first, first + count) of a chunk's points, with the column that the method tells.
-void load_vertex_rows(const ChunkStore& store, ChunkId chunk, const VertexColumns& columns,
-                      std::uint64_t first, std::uint64_t count, PointCloud& points);
+/// Rows [first, first + count) of a chunk's vertices, which `stage` has, with the column that the
+/// method tells.
+void load_vertex_rows(const ChunkStore& store, const std::string& stage, ChunkId chunk,
+                      const VertexColumns& columns, std::uint64_t first, std::uint64_t count,
+                      PointCloud& points);
 
 /// Adds that column to vertices of patches, where the columns have it.
 void mark_unsampled(const VertexColumns& columns, PointCloud& vertices);

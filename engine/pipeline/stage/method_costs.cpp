@@ -18,7 +18,7 @@ MethodCosts costs_of(ReconstructionMethod method) {
     case ReconstructionMethod::kCrust:
       return {2600, 30.0};
     case ReconstructionMethod::kPowerCrust:
-      return {3200, 56.0};
+      return {3200, 56.0, 9.5};
     case ReconstructionMethod::kCocone:
     case ReconstructionMethod::kSuperCocone:
     case ReconstructionMethod::kTightCocone:

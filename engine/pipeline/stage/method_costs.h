@@ -13,6 +13,7 @@ namespace orbweave {
 struct MethodCosts {
   std::uint64_t bytes_per_point = 0;
   double microseconds_per_point = 0.0;  ///< of one thread
+  double vertices_per_point = 1.0;      ///< of the surface
 };
 
 /// Zeros for ball pivoting, whose costs are those of its stage.
@@ -61,6 +62,11 @@ inline constexpr double kCoconeBoxesPerChunk =
 /// Most points of a chunk of Super Cocone: as many as fit the budget with those around them, or
 /// as the job says. Throws Error (resource) where that is too few to be worth while.
 std::uint64_t super_cocone_chunk_points(const Job& job);
+
+/// Whether the vertices of the method's surface are not the points.
+inline bool has_own_vertices(ReconstructionMethod method) {
+  return method == ReconstructionMethod::kPowerCrust;
+}
 
 /// The name of the job's method, as job files have it.
 std::string method_name(const Job& job);

@@ -33,6 +33,8 @@ struct Partition {
   std::string coordinate_system;
   std::optional<Vec3> meters_per_unit;  ///< of x, y and z; empty: not known
   bool has_wide_colors = false;         ///< 16-bit colours of the scans beyond 255
+  /// Where the store holds the points; not part of the document.
+  std::string stage = kPointsStage;
 
   std::uint64_t points_in(ChunkId chunk) const {
     return first_vertex[chunk + 1] - first_vertex[chunk];

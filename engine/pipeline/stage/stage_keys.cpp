@@ -130,6 +130,11 @@ std::string mesh_key(const ResolvedJob& job, const std::string& points_key,
          key_line("reconstruct.ball_radii", "[" + values + "]");
 }
 
+std::string power_crust_key(const ResolvedJob& job, const std::string& points_key) {
+  return points_key + key_line("layout of the Power Crust", "1") +
+         option_line(job, "reconstruct.method");
+}
+
 std::string stitch_key(const ResolvedJob& job, const std::string& mesh_key) {
   return mesh_key + key_line("layout of the stitch", "2") +
          key_line("boundary", job.fill.enabled ? "kept" : "counted");

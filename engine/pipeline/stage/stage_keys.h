@@ -26,6 +26,8 @@ std::string points_key(const ResolvedJob& job);
 /// since the points were read.
 std::string mesh_key(const ResolvedJob& job, const std::string& points_key,
                      const Partition& partition, std::span<const double> radii);
+/// The Power Crust of points that were stored under `points_key`.
+std::string power_crust_key(const ResolvedJob& job, const std::string& points_key);
 /// Holes to be filled need the boundary of the whole mesh.
 std::string stitch_key(const ResolvedJob& job, const std::string& mesh_key);
 std::string hole_key(const ResolvedJob& job, const std::string& mesh_key);

@@ -35,6 +35,7 @@ enum class Stage : std::uint8_t {
   kMeasure,
   kSort,
   kCells,
+  kPowerCrust,
   kReconstruct,
   kStitch,
   kTrace,
@@ -116,7 +117,7 @@ constexpr StageScaling chunk_scaling(double microseconds) {
 }
 
 // clang-format off
-inline constexpr std::array<StageInfo, 31> kStages = {{
+inline constexpr std::array<StageInfo, 32> kStages = {{
     // stage, name, directory, results, line, goes with line, --fresh, repair, status, completed by
     {Stage::kRawCount, "raw count", "raw_cut", "counts of raw points", StageLine::kRaw, false, true,
      StageRepair::kStage, false, "", kCountScaling},
@@ -158,6 +159,8 @@ inline constexpr std::array<StageInfo, 31> kStages = {{
      StageRepair::kStageAndCut, true, "partition.json", kSortScaling},
     {Stage::kCells, "cells", "cells", "cells", StageLine::kFinal, true, true,
      StageRepair::kChunk, false, "", chunk_scaling(12.0)},
+    {Stage::kPowerCrust, "power crust", "power_crust", "Power Crust", StageLine::kFinal, true, true,
+     StageRepair::kStage, true, "", {.work = StageWork::kShared, .microseconds = 56.0}},
     {Stage::kReconstruct, "reconstruct", "mesh", "mesh", StageLine::kFinal, true, true,
      StageRepair::kChunk, true, "", chunk_scaling(0.6)},
     {Stage::kStitch, "stitch", "stitch", "mesh", StageLine::kFinal, true, true,
@@ -198,6 +201,7 @@ constexpr const char* directory_of(Stage stage) { return info_of(stage).director
 std::string directory_of(Stage stage, int repeat);
 
 inline constexpr const char* kCellStage = directory_of(Stage::kCells);
+inline constexpr const char* kPowerCrustStage = directory_of(Stage::kPowerCrust);
 inline constexpr const char* kMeshStage = directory_of(Stage::kReconstruct);
 inline constexpr const char* kStitchStage = directory_of(Stage::kStitch);
 inline constexpr const char* kHoleStage = directory_of(Stage::kHoles);

@@ -27,7 +27,7 @@ std::size_t put_own(const ChunkStore& store, const Partition& partition, ChunkId
                     std::size_t at, ChunkPoints& to) {
   const std::size_t count = partition.points_in(chunk);
   load_oriented_points(store, chunk, partition.schema, std::span(to.positions).subspan(at, count),
-                       std::span(to.normals).subspan(at, count));
+                       std::span(to.normals).subspan(at, count), partition.stage);
   const auto first = to.global.begin() + static_cast<std::ptrdiff_t>(at);
   std::iota(first, first + static_cast<std::ptrdiff_t>(count), partition.first_vertex[chunk]);
   std::fill_n(to.owned.begin() + static_cast<std::ptrdiff_t>(at), count, std::uint8_t{1});
@@ -51,7 +51,8 @@ ChunkPoints load_chunk_with_halo(const ChunkStore& store, const Partition& parti
   for (const ChunkId source : sources) {
     check_stop(stop);
     parts.push_back(source == chunk ? PointsInBox{}
-                                    : load_points_in_box(store, source, partition.schema, reach));
+                                    : load_points_in_box(store, source, partition.schema, reach, {},
+                                                         partition.stage));
     count += parts.back().rows.size();
   }
   ChunkPoints points;

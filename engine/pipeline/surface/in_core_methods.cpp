@@ -26,11 +26,13 @@ Found found_by(voronoi::PointSurface surface) {
   return {std::move(surface.triangles), std::move(surface.well_sampled)};
 }
 
-Found find_by(ReconstructionMethod method, std::span<const Vec3> positions, const StopToken* stop) {
+Found find_by(ReconstructionMethod method, std::span<const Vec3> positions, const StopToken* stop,
+              const voronoi::ShareDone& done) {
+  constexpr voronoi::CrustOptions kCrust{.filters = false, .extracts_manifold = true};
   if (method == ReconstructionMethod::kCrust)
-    return found_by(voronoi::crust(positions, {.filters = false, .extracts_manifold = true}, stop));
-  if (is_cocone(method)) return found_by(voronoi::cocone(positions, {}, stop));
-  return found_by(voronoi::tight_cocone(positions, stop));
+    return found_by(voronoi::crust(positions, kCrust, stop, done));
+  if (is_cocone(method)) return found_by(voronoi::cocone(positions, {}, stop, done));
+  return found_by(voronoi::tight_cocone(positions, stop, done));
 }
 
 CoconeOfPart find_part(std::span<const Vec3> positions, const Box& known, const Box& cloud,
@@ -38,6 +40,15 @@ CoconeOfPart find_part(std::span<const Vec3> positions, const Box& known, const 
   voronoi::CoconePart part = voronoi::cocone_of_part(positions, {known, cloud}, stop);
   Found found = found_by(std::move(part.surface));
   return {std::move(found.triangles), std::move(found.undersampled), std::move(part.certified)};
+}
+
+voronoi::PowerCrustSurface power_crust_of(std::span<const Vec3> positions, const StopToken* stop,
+                                          const voronoi::ShareDone& done) {
+  return voronoi::power_crust(positions, {}, stop, done);
+}
+
+std::vector<Triangle> triangles_of_crust(const voronoi::PowerCrustSurface& surface) {
+  return voronoi::triangles_of(surface);
 }
 
 voronoi::Undersampling undersampling_of(std::span<const Vec3> positions, const StopToken* stop) {
@@ -53,11 +64,21 @@ struct Found {
   std::vector<std::uint8_t> undersampled;
 };
 
-Found find_by(ReconstructionMethod, std::span<const Vec3>, const StopToken*) { return {}; }
+Found find_by(ReconstructionMethod, std::span<const Vec3>, const StopToken*,
+              const voronoi::ShareDone&) {
+  return {};
+}
 
 CoconeOfPart find_part(std::span<const Vec3>, const Box&, const Box&, const StopToken*) {
   return {};
 }
+
+voronoi::PowerCrustSurface power_crust_of(std::span<const Vec3>, const StopToken*,
+                                          const voronoi::ShareDone&) {
+  return {};
+}
+
+std::vector<Triangle> triangles_of_crust(const voronoi::PowerCrustSurface&) { return {}; }
 
 voronoi::Undersampling undersampling_of(std::span<const Vec3>, const StopToken*) { return {}; }
 
@@ -107,20 +128,11 @@ void require_method(const Job& job) {
   require_normal_source(job);
   require_told_undersampling(job);
   if (!is_in_core(job.reconstruct.method)) return;
-  const ErrorParts where{
-      .file = {}, .place = setting_name(job, "reconstruct.method"), .found = method_name(job)};
-  if (!has_voronoi_family()) {
-    ErrorParts parts = where;
-    parts.expected = "ball_pivoting";
-    refuse_family(parts);
-  }
-  if (job.reconstruct.method == ReconstructionMethod::kPowerCrust) {
-    ErrorParts parts = where;
-    parts.expected = "ball_pivoting, crust, cocone or tight_cocone";
-    parts.advice = "tight_cocone is watertight as well, and its vertices are points";
-    throw_usage("the vertices of a Power Crust are not points of the scan, and a job keeps points",
-                parts);
-  }
+  if (!has_voronoi_family())
+    refuse_family({.file = {},
+                   .place = setting_name(job, "reconstruct.method"),
+                   .found = method_name(job),
+                   .expected = "ball_pivoting"});
 }
 
 std::vector<Vec3> normals_from_poles(const Job& job, std::span<const Vec3> positions,
@@ -138,9 +150,10 @@ std::vector<Vec3> normals_from_poles(const Job& job, std::span<const Vec3> posit
 }
 
 InCoreSurface reconstruct_in_core(const Job& job, std::span<const Vec3> positions,
-                                  std::span<const Vec3> normals, const StopToken* stop) {
+                                  std::span<const Vec3> normals, const StopToken* stop,
+                                  const voronoi::ShareDone& done) {
   require_method(job);
-  Found found = find_by(job.reconstruct.method, positions, stop);
+  Found found = find_by(job.reconstruct.method, positions, stop, done);
   turn_to_normals(positions, normals, found.triangles, stop);
   return {with_fans(std::move(found.triangles), positions.size(), stop),
           std::move(found.undersampled)};
@@ -160,6 +173,26 @@ CoconeOfPart cocone_of_part(std::span<const Vec3> positions, std::span<const Vec
   }
   turn_to_normals(positions, normals, part.triangles, stop);
   return part;
+}
+
+voronoi::ShareDone progress_within_chunk(StageRunner& runner, std::uint64_t points) {
+  return [&runner, points, shown = std::uint64_t{0}](double share) mutable {
+    const auto reached = static_cast<std::uint64_t>(share * static_cast<double>(points - 1));
+    if (reached <= shown) return;
+    runner.progress.advance(reached - shown);
+    shown = reached;
+  };
+}
+
+voronoi::PowerCrustSurface power_crust_in_core(std::span<const Vec3> positions,
+                                               const StopToken* stop,
+                                               const voronoi::ShareDone& done) {
+  require_voronoi_family();
+  return power_crust_of(positions, stop, done);
+}
+
+std::vector<Triangle> triangles_in_core(const voronoi::PowerCrustSurface& surface) {
+  return triangles_of_crust(surface);
 }
 
 voronoi::Undersampling find_undersampling(std::span<const Vec3> positions, const StopToken* stop) {

@@ -8,22 +8,37 @@
 #include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/surface/chunk_with_halo.h"
 #include "engine/pipeline/surface/in_core_methods.h"
+#include "engine/pipeline/surface/power_crust_stage.h"
 #include "engine/pipeline/surface/stored_mesh.h"
 #include "engine/pipeline/surface/super_cocone.h"
+#include "engine/stitching/triangle_fans.h"
 
 namespace orbweave {
 namespace {
+
+/// What stitching takes for a surface that is there already, bytes per vertex; measured.
+constexpr std::uint64_t kStitchedBytes = 300;
+
+/// The surface of all points, which are one chunk.
+InCoreSurface surface_of_whole(const ChunkPoints& points, StageRunner& runner) {
+  if (has_own_vertices(runner.job.reconstruct.method))
+    return {with_fans(load_power_crust(runner.store), points.positions.size(), &runner.stop), {}};
+  return reconstruct_in_core(runner.job, points.positions, points.normals, &runner.stop,
+                             progress_within_chunk(runner, points.positions.size()));
+}
 
 /// The method on all points, which are one chunk.
 void reconstruct_whole(const SurfaceInputs& inputs, StageRunner& runner) {
   const Partition& partition = inputs.partition;
   const auto& chunks = partition.octree.chunks();
-  require_memory_for_method(runner.job, partition.points());
-  StageClock clock(runner, Stage::kReconstruct, chunks.size(), "chunks");
+  const bool is_made = has_own_vertices(runner.job.reconstruct.method);
+  if (!is_made) require_memory_for_method(runner.job, partition.points());
+  const std::uint64_t per_point =
+      is_made ? kStitchedBytes : costs_of(runner.job.reconstruct.method).bytes_per_point;
+  StageClock clock(runner, Stage::kReconstruct, partition.points(), "points");
   std::vector<ChunkWork> tasks;
   for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk) {
     const std::uint64_t points = partition.points_in(chunk);
-    const std::uint64_t per_point = costs_of(runner.job.reconstruct.method).bytes_per_point;
     tasks.push_back({chunk, points * per_point, points, points});
   }
   const MemoryPlan plan = runner.job.memory_plan(partition.points(), partition.schema);
@@ -31,8 +46,7 @@ void reconstruct_whole(const SurfaceInputs& inputs, StageRunner& runner) {
       runner, clock, kMeshStage, std::move(tasks), plan.chunks_in_flight_bytes, [&](ChunkId chunk) {
         const ChunkPoints points =
             load_chunk_with_halo(runner.store, partition, chunk, 0.0, &runner.stop);
-        InCoreSurface found =
-            reconstruct_in_core(runner.job, points.positions, points.normals, &runner.stop);
+        InCoreSurface found = surface_of_whole(points, runner);
         ChunkMesh mesh = make_chunk_mesh(points, std::move(found.surface), chunks[chunk].box,
                                          2.0 * inputs.radii.values.back(), &runner.stop);
         mesh.undersampled = std::move(found.undersampled);

@@ -111,7 +111,7 @@ std::shared_ptr<const StoredSurface::LoadedChunk> StoredSurface::Cache::load(Chu
   PointSchema schema = partition.schema;
   schema.has_normals = false;
   if (!surface_.with_values_) schema.attributes.clear();
-  loaded->points = load_points(surface_.store_, chunk, schema);
+  loaded->points = load_points(surface_.store_, chunk, schema, partition.stage);
   const auto stored = surface_.store_.open(kMeshStage, chunk);
   loaded->first_vertex = partition.first_vertex[chunk];
   loaded->triangles = stored->read_all<Triangle>(kStoredTriangles);
