@@ -153,7 +153,7 @@ class SoundSimplifier {
   Step sound_step(const std::vector<Triangle>& triangles, std::size_t target,
                   double quadric_error) const {
     constexpr int kAttempts = 10;
-    const std::vector<VertexPair> border_edges = edges_among(triangles, locked_);
+    const std::vector<EdgeEnds> border_edges = edges_among(triangles, locked_);
     std::vector<std::uint32_t> locks(locked_.begin(), locked_.end());
     Step best;
     std::size_t fewest = std::numeric_limits<std::size_t>::max();
@@ -194,12 +194,12 @@ class SoundSimplifier {
   /// Where the triangles are no manifold and the mesh was one, and the ends of new edges between
   /// vertices of the border: what lies beyond it may have the same edge.
   std::vector<std::uint32_t> newly_unsound(std::span<const Triangle> triangles,
-                                           const std::vector<VertexPair>& border_edges) const {
+                                           const std::vector<EdgeEnds>& border_edges) const {
     std::vector<std::uint32_t> unsound;
     const std::vector<std::uint32_t> now = unsound_vertices(triangles);
     std::set_difference(now.begin(), now.end(), unsound_before_.begin(), unsound_before_.end(),
                         std::back_inserter(unsound));
-    for (const VertexPair& edge : edges_among(triangles, locked_)) {
+    for (const EdgeEnds& edge : edges_among(triangles, locked_)) {
       if (std::binary_search(border_edges.begin(), border_edges.end(), edge)) continue;
       unsound.push_back(edge.low);
       unsound.push_back(edge.high);

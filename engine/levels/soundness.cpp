@@ -15,7 +15,7 @@ void sort_and_keep_each_once(std::vector<T>& values) {
 
 /// An edge as a triangle runs through it.
 struct DirectedEdge {
-  VertexPair ends;
+  EdgeEnds ends;
   bool is_upward = false;  ///< from the lower vertex to the higher one
   friend auto operator<=>(const DirectedEdge&, const DirectedEdge&) = default;
 };
@@ -94,12 +94,12 @@ std::vector<std::uint32_t> unsound_vertices(std::span<const Triangle> triangles)
   return unsound;
 }
 
-std::vector<VertexPair> edges_among(std::span<const Triangle> triangles,
-                                    std::span<const std::uint32_t> vertices) {
+std::vector<EdgeEnds> edges_among(std::span<const Triangle> triangles,
+                                  std::span<const std::uint32_t> vertices) {
   const auto is_one = [&](std::uint32_t vertex) {
     return std::binary_search(vertices.begin(), vertices.end(), vertex);
   };
-  std::vector<VertexPair> edges;
+  std::vector<EdgeEnds> edges;
   for (const Triangle& t : triangles) {
     const std::array<bool, 3> among = {is_one(t[0]), is_one(t[1]), is_one(t[2])};
     for (std::size_t c = 0; c < 3; ++c)

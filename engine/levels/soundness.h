@@ -10,10 +10,10 @@
 namespace orbweave {
 
 /// An edge by its vertices, the lower one first.
-struct VertexPair {
+struct EdgeEnds {
   std::uint32_t low = 0;
   std::uint32_t high = 0;
-  friend auto operator<=>(const VertexPair&, const VertexPair&) = default;
+  friend auto operator<=>(const EdgeEnds&, const EdgeEnds&) = default;
 };
 
 /// Vertices at which the triangles are no manifold, ascending: the ends of edges that more than two
@@ -22,7 +22,7 @@ struct VertexPair {
 std::vector<std::uint32_t> unsound_vertices(std::span<const Triangle> triangles);
 
 /// Edges between two of some vertices (ascending), each once, ascending.
-std::vector<VertexPair> edges_among(std::span<const Triangle> triangles,
-                                    std::span<const std::uint32_t> vertices);
+std::vector<EdgeEnds> edges_among(std::span<const Triangle> triangles,
+                                  std::span<const std::uint32_t> vertices);
 
 }  // namespace orbweave

@@ -85,7 +85,7 @@ PointSurface cocone(std::span<const Vec3> points, const CoconeOptions& options,
 
 CoconePart cocone_of_part(std::span<const Vec3> points, const KnownPart& part,
                           const StopToken* stop) {
-  Cells cells(points, stop);
+  Cells cells(points, stop, {});
   CoconePart found;
   found.certified = certified_cells(points, cells.tetrahedra, part, stop);
   found.surface = cocone_of_cells(cells, points, {}, stop);

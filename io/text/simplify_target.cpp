@@ -1,4 +1,4 @@
-#include "io/simplify_target.h"
+#include "io/text/simplify_target.h"
 
 #include <algorithm>
 #include <array>
