@@ -97,7 +97,8 @@ HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop, c
   }
   const std::vector<std::uint32_t> sites = choose_sites(problem, rim, most_sites(rim, options));
   const SignedDistances distances = signed_distances(problem, rim, sites);
-  const double usual_energy = kMostBending * bending_energy(problem, plate);
+  const std::vector<Triangle> rim_faces = faces_at_rim(problem);
+  const double usual_energy = kMostBending * bending_energy(problem, rim_faces, plate);
   Candidate best;
   std::string fault;
   for (const RbfKernel kernel : {RbfKernel::kTriharmonic, RbfKernel::kBiharmonic}) {
@@ -106,7 +107,7 @@ HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop, c
       fault = std::move(zero.fault);
       continue;
     }
-    const double energy = bending_energy(problem, *zero.patch);
+    const double energy = bending_energy(problem, rim_faces, *zero.patch);
     if (energy < best.energy) best = {std::move(*zero.patch), energy};
     if (best.energy <= usual_energy) break;
   }

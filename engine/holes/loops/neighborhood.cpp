@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <numeric>
 #include <utility>
 
 namespace orbweave {
@@ -18,7 +19,7 @@ void sort_unique(std::vector<T>& list) {
 /// Vertices reached, and the triangles at them.
 struct Reached {
   std::vector<std::uint64_t> vertices;  // sorted
-  std::vector<Triangle64> triangles;    // sorted
+  std::vector<Triangle64> triangles;    // sorted by sort_triangles
 };
 
 /// Marks of vertices, by their numbers.
@@ -153,7 +154,6 @@ Reached walk_rings(const Surface& surface, const BoundaryLoop& loop,
     rings.go_on_with(std::move(beyond));
   }
   std::sort(reached.vertices.begin(), reached.vertices.end());
-  std::sort(reached.triangles.begin(), reached.triangles.end());
   return reached;
 }
 
@@ -174,6 +174,35 @@ class Numbers {
  private:
   Marks marks_;
 };
+
+/// By the places of their first vertices among those gathered, few triangles at each; then these.
+void sort_triangles(const Numbers& numbers, Reached& reached) {
+  const std::vector<std::uint64_t>& vertices = reached.vertices;
+  // Odd places are vertices, even ones the gaps between them.
+  const auto place_of = [&](std::uint64_t vertex) {
+    const std::uint32_t number = numbers.of(vertex);
+    if (number != Numbers::kNone) return std::size_t{2} * number + 1;
+    const auto gap = std::lower_bound(vertices.begin(), vertices.end(), vertex) - vertices.begin();
+    return 2 * static_cast<std::size_t>(gap);
+  };
+  std::vector<std::size_t> places(reached.triangles.size());
+  std::vector<std::size_t> next(2 * vertices.size() + 2, 0);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    places[i] = place_of(reached.triangles[i][0]);
+    ++next[places[i] + 1];
+  }
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<Triangle64> sorted(places.size());
+  for (std::size_t i = 0; i < places.size(); ++i) sorted[next[places[i]]++] = reached.triangles[i];
+  // Each place's end is the next one's begin by now.
+  std::size_t begin = 0;
+  for (std::size_t place = 0; place + 1 < next.size(); begin = next[place++]) {
+    if (next[place] - begin > 1)
+      std::sort(sorted.begin() + static_cast<std::ptrdiff_t>(begin),
+                sorted.begin() + static_cast<std::ptrdiff_t>(next[place]));
+  }
+  reached.triangles = std::move(sorted);
+}
 
 bool is_gathered(const Triangle& t) {
   return t[0] != Numbers::kNone && t[1] != Numbers::kNone && t[2] != Numbers::kNone;
@@ -243,6 +272,7 @@ GatheredHole gather_hole(const Surface& surface, const BoundaryLoop& loop,
   GatheredHole gathered;
   HoleProblem& problem = gathered.problem;
   const Numbers numbers(reached.vertices);
+  sort_triangles(numbers, reached);
   std::vector<Triangle> triangles;
   triangles.reserve(reached.triangles.size());
   for (const Triangle64& t : reached.triangles) triangles.push_back(numbers.of(t));

@@ -46,19 +46,20 @@ std::vector<double> values_from_corners(const HoleProblem& problem, std::span<co
   std::vector<double> values(points.size() * channels, 0.0);
   if (channels == 0) return values;
   const Range range(problem, problem.loop);
+  std::vector<Vec3> corners;
+  for (const std::uint32_t v : problem.loop) corners.push_back(problem.positions[v]);
+  std::vector<double> weights(corners.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::span<double> row = std::span(values).subspan(i * channels, channels);
-    double nearest = squared_norm(points[i] - problem.positions[problem.loop[0]]);
-    for (const std::uint32_t v : problem.loop) {
-      nearest = std::min(nearest, squared_norm(points[i] - problem.positions[v]));
-    }
+    for (std::size_t k = 0; k < corners.size(); ++k)
+      weights[k] = squared_norm(points[i] - corners[k]);
+    // Relative to the nearest corner, so that no weight over- or underflows.
+    const double nearest = *std::min_element(weights.begin(), weights.end());
+    for (double& weight : weights) weight = weight > 0.0 ? nearest / weight : 1.0;
     double sum = 0.0;
-    for (const std::uint32_t v : problem.loop) {
-      // Relative to the nearest corner, so that no weight over- or underflows.
-      const double squared = squared_norm(points[i] - problem.positions[v]);
-      const double weight = squared > 0.0 ? nearest / squared : 1.0;
-      add_scaled(values_of(problem, v), weight, row);
-      sum += weight;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      add_scaled(values_of(problem, problem.loop[k]), weights[k], row);
+      sum += weights[k];
     }
     for (double& value : row) value /= sum;
     range.clamp(row);

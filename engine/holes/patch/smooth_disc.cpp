@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "engine/holes/rbf/bending_energy.h"
 
@@ -53,11 +54,22 @@ struct FairDisc {
   double energy = 0.0;
 };
 
+/// A hole, and what its discs' energies are measured with.
+struct DiscRim {
+  const HoleProblem& problem;
+  const Rim& rim;
+  std::vector<Triangle> faces;  ///< faces_at_rim
+
+  double energy_of(const PatchMesh& disc) const {
+    return bending_energy(problem, faces, patch_of_disc(problem, rim, disc));
+  }
+};
+
 /// Rounds until the energy falls no more. A plate that has grown is another plate: its triangles,
 /// by which it is measured, have too; on a ragged rim that need not come to an end. Without a
 /// sheet it is a membrane. Empty where it would need too many points.
-std::optional<FairDisc> fairest(const HoleProblem& problem, const Rim& rim, const RimSheet& sheet,
-                                double spacing, PatchMesh disc, const PatchOptions& options) {
+std::optional<FairDisc> fairest(const DiscRim& around, const RimSheet& sheet, double spacing,
+                                PatchMesh disc, const PatchOptions& options) {
   constexpr int kRounds = 6;
   constexpr double kLeastGain = 0.97;  // energy of a round by that of the one before
   std::optional<FairDisc> best;
@@ -65,7 +77,7 @@ std::optional<FairDisc> fairest(const HoleProblem& problem, const Rim& rim, cons
     if (!refine(spacing, sheet, options, disc)) return best;
     // Without points inside there is nothing to become fair.
     if (disc.size() == disc.corners()) return FairDisc{std::move(disc), 0.0};
-    const double energy = bending_energy(problem, patch_of_disc(problem, rim, disc));
+    const double energy = around.energy_of(disc);
     if (best && !(energy < kLeastGain * best->energy)) break;
     best = {disc, energy};
   }
@@ -75,37 +87,35 @@ std::optional<FairDisc> fairest(const HoleProblem& problem, const Rim& rim, cons
 /// As `fairest`, for discs of many points: fair with long edges, which are then halved again and
 /// again, with a round each. The rounds of the finest disc, and with them its exact solutions, are
 /// most of the work; they would change it little.
-std::optional<FairDisc> fairest_by_levels(const HoleProblem& problem, const Rim& rim,
-                                          const RimSheet& sheet, double spacing, double points,
-                                          PatchMesh disc, const PatchOptions& options) {
+std::optional<FairDisc> fairest_by_levels(const DiscRim& around, const RimSheet& sheet,
+                                          double spacing, double points, PatchMesh disc,
+                                          const PatchOptions& options) {
   constexpr double kMany = 3000.0;  // a disc of fewer is solved for exactly
   int levels = 0;
   for (double fewer = points; fewer > kMany; fewer /= 4.0) ++levels;
   std::optional<FairDisc> fair =
-      fairest(problem, rim, sheet, std::ldexp(spacing, levels), std::move(disc), options);
+      fairest(around, sheet, std::ldexp(spacing, levels), std::move(disc), options);
   if (!fair || levels == 0) return fair;
   while (levels > 0) {
     --levels;
     if (!refine(std::ldexp(spacing, levels), sheet, options, fair->disc)) return std::nullopt;
   }
-  fair->energy = bending_energy(problem, patch_of_disc(problem, rim, fair->disc));
+  fair->energy = around.energy_of(fair->disc);
   return fair;
 }
 
 /// Which disc a plate starts from decides what it comes to: the fairer one of two, where it is
 /// small enough for that and has more than a few points.
-std::optional<FairDisc> fairest_plate(const HoleProblem& problem, const Rim& rim,
-                                      const PatchMesh& start, double spacing, double points,
-                                      const PatchOptions& options) {
+std::optional<FairDisc> fairest_plate(const DiscRim& around, const PatchMesh& start, double spacing,
+                                      double points, const PatchOptions& options) {
   constexpr double kSmall = 2000.0;
-  const RimSheet sheet = sheet_at_rim(problem, rim);
-  std::optional<FairDisc> best =
-      fairest_by_levels(problem, rim, sheet, spacing, points, start, options);
+  const RimSheet sheet = sheet_at_rim(around.problem, around.rim);
+  std::optional<FairDisc> best = fairest_by_levels(around, sheet, spacing, points, start, options);
   constexpr std::uint32_t kFew = 3;
   if (points > kSmall) return best;
   if (best && best->disc.size() - best->disc.corners() <= kFew) return best;
-  std::optional<FairDisc> other = fairest(problem, rim, {}, spacing, start, options);
-  if (other) other = fairest(problem, rim, sheet, spacing, std::move(other->disc), options);
+  std::optional<FairDisc> other = fairest(around, {}, spacing, start, options);
+  if (other) other = fairest(around, sheet, spacing, std::move(other->disc), options);
   return best && !(other && other->energy < best->energy) ? std::move(best) : std::move(other);
 }
 
@@ -123,9 +133,10 @@ std::optional<PatchMesh> smooth_disc(const HoleProblem& problem, const LoopTrian
   const double spacing = patch_spacing(rim, points, options);
   const double most = options.graded ? std::min(points, kMostPoints) : points;
   if (most > 1.5 * options.max_new_points + 16.0) return std::nullopt;
-  std::optional<FairDisc> best =
-      order < 2 ? fairest_by_levels(problem, rim, {}, spacing, most, start, options)
-                : fairest_plate(problem, rim, start, spacing, most, options);
+  const DiscRim around{problem, rim, faces_at_rim(problem)};
+  std::optional<FairDisc> best = order < 2
+                                     ? fairest_by_levels(around, {}, spacing, most, start, options)
+                                     : fairest_plate(around, start, spacing, most, options);
   if (!best) return std::nullopt;
   return std::move(best->disc);
 }

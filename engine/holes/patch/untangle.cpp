@@ -33,6 +33,14 @@ class QuickPlane {
     bound_ = kBound * sum_of(b - a) * sum_of(c - a);
   }
 
+  /// As side(p) where all places within `reach` of p are on the same side, else 0.
+  int side(Vec3 p, double reach) const {
+    const Vec3 d = p - a_;
+    const double height = dot(normal_, d);
+    const double bound = bound_ * (sum_of(d) + 2.0 * reach) + reach * sum_of(normal_);
+    return height > bound ? 1 : height < -bound ? -1 : 0;
+  }
+
   /// 1 or -1; 0 where rounding may decide.
   int side(Vec3 p) const {
     const Vec3 d = p - a_;
@@ -65,10 +73,9 @@ class Surroundings {
   void add_own(const Triangle& t) { own_.push_back(t); }
   void add_other(const Triangle& t) { others_.push_back(t); }
 
-  void prepare() {
+  /// `reach`: how far the vertex may move.
+  void prepare(double reach) {
     find_ring();
-    order_.resize(others_.size());
-    std::iota(order_.begin(), order_.end(), 0U);
     boxes_.clear();
     planes_.clear();
     is_free_.clear();
@@ -85,6 +92,9 @@ class Surroundings {
       }
     }
     find_fixed();
+    order_.clear();
+    for (std::uint32_t k = 0; k < others_.size(); ++k)
+      if (!stays_beside(k, reach)) order_.push_back(k);
   }
 
   const std::vector<Triangle>& own() const { return own_; }
@@ -124,6 +134,15 @@ class Surroundings {
 
  private:
   static constexpr int kCorner = 2;  ///< a corner of the other triangle: on no side of its plane
+
+  /// Whether all own triangles lie on one side of another's plane wherever the vertex moves.
+  bool stays_beside(std::size_t other, double reach) const {
+    const int side = planes_[other].side(positions_[vertex_], reach);
+    const std::int8_t* sides = sides_.data() + other * ring_.size();
+    return side != 0 && std::all_of(sides, sides + ring_.size(), [&](std::int8_t of_ring) {
+             return of_ring == side || of_ring == kCorner;
+           });
+  }
 
   void find_ring() {
     ring_.clear();
@@ -413,7 +432,7 @@ class Untangler {
       around_.add_other(problem_.sheet[i]);
       return true;
     });
-    around_.prepare();
+    around_.prepare(reach);
   }
 
   Vec3 normal_of(const std::vector<Triangle>& triangles) const {

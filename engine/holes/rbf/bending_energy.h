@@ -2,6 +2,9 @@
 // Grinspun, Hirani, Desbrun, Schroeder: Discrete Shells, SCA 2003, section 2 (bending energy).
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "engine/holes/problem/hole.h"
 
 namespace orbweave {
@@ -10,5 +13,12 @@ namespace orbweave {
 /// between the faces, e the edge's length, A and B the faces' areas. About the integral of the
 /// squared curvature; without a unit, and the same at any scale.
 double bending_energy(const HoleProblem& problem, const HolePatch& patch);
+
+/// The same, of several patches of a problem; `rim_faces` as faces_at_rim.
+double bending_energy(const HoleProblem& problem, std::span<const Triangle> rim_faces,
+                      const HolePatch& patch);
+
+/// The sheet's triangles that have two vertices on the rim at least.
+std::vector<Triangle> faces_at_rim(const HoleProblem& problem);
 
 }  // namespace orbweave
