@@ -89,7 +89,7 @@ std::vector<Triangle> crust_triangles(std::span<const Vec3> points, std::span<co
   const Stars stars = stars_of(crust, both.size());
   FacetLinks links(crust, flags, stop);
   prune_sharp_edges(points, crust, stars, poles.normals, flags, links, stop);
-  return walk_outside(points, crust, stars, poles.normals, flags, links, stop);
+  return walk_outside(points, crust, stars, poles.normals, flags, links, {}, stop);
 }
 
 }  // namespace orbweave::voronoi

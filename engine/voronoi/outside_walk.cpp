@@ -21,13 +21,15 @@ Triangle sorted(Triangle t) {
 class OutsideWalk {
  public:
   OutsideWalk(std::span<const Vec3> points, const Tetrahedra& tetrahedra, const Stars& stars,
-              std::span<const Vec3> normals, const FacetFlags& flags, const FacetLinks& links)
+              std::span<const Vec3> normals, const FacetFlags& flags, const FacetLinks& links,
+              std::span<const Vec3> outward_normals)
       : points_(points),
         tetrahedra_(tetrahedra),
         stars_(stars),
         normals_(normals),
         flags_(flags),
         links_(links),
+        outward_normals_(outward_normals),
         taken_(links.halves() / 2, 0),
         visited_(points.size(), 0),
         sides_(points.size(), 0) {}
@@ -73,7 +75,15 @@ class OutsideWalk {
 
   void begin_at(std::uint32_t p, const StopToken* stop) {
     const std::optional<FacetSide> seed = outermost(p);
-    if (seed) walk(links_.half_of(*seed), stop);
+    if (seed) walk(outer_half(links_.half_of(*seed)), stop);
+  }
+
+  /// The side that the outward normals of the corners point to, where they are known.
+  FacetHalf outer_half(FacetHalf half) const {
+    if (outward_normals_.empty()) return half;
+    const Triangle& t = links_.corners(half);
+    const Vec3 sum = outward_normals_[t[0]] + outward_normals_[t[1]] + outward_normals_[t[2]];
+    return dot(outward(t), sum) < 0.0 ? FacetLinks::opposite(half) : half;
   }
 
   bool is_new(FacetSide side) const {
@@ -186,7 +196,8 @@ class OutsideWalk {
   std::span<const Vec3> normals_;
   const FacetFlags& flags_;
   const FacetLinks& links_;
-  std::vector<std::uint8_t> taken_;  // per facet: 1 or 2, from its first or second side
+  std::span<const Vec3> outward_normals_;  // empty: not known
+  std::vector<std::uint8_t> taken_;        // per facet: 1 or 2, from its first or second side
   std::vector<std::uint32_t> ids_;
   std::vector<std::uint8_t> visited_;
   std::vector<std::int8_t> sides_;  // 1: a point's normal is outward, -1: inward, 0: not known
@@ -199,9 +210,9 @@ class OutsideWalk {
 std::vector<Triangle> walk_outside(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
                                    const Stars& stars, std::span<const Vec3> normals,
                                    const FacetFlags& flags, const FacetLinks& links,
-                                   const StopToken* stop) {
+                                   std::span<const Vec3> outward, const StopToken* stop) {
   std::vector<Triangle> triangles =
-      OutsideWalk(points, tetrahedra, stars, normals, flags, links).run(stop);
+      OutsideWalk(points, tetrahedra, stars, normals, flags, links, outward).run(stop);
   std::sort(triangles.begin(), triangles.end());
   return triangles;
 }

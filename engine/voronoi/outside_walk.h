@@ -18,10 +18,12 @@ namespace orbweave::voronoi {
 /// come to the back of a point (`normals`: of the points, to either side). Corners are
 /// counter-clockwise seen from outside. No edge has more than two triangles, no directed edge more
 /// than one. `points`: the leading vertices of `tetrahedra` that a component may begin at. `links`:
-/// of the flagged facets. Smallest corner first, sorted.
+/// of the flagged facets. `outward`: normals of the points that say which side of a component is
+/// outside; empty: the one that is seen first from the left. Smallest corner first, sorted.
 std::vector<Triangle> walk_outside(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
                                    const Stars& stars, std::span<const Vec3> normals,
                                    const FacetFlags& flags, const FacetLinks& links,
+                                   std::span<const Vec3> outward = {},
                                    const StopToken* stop = nullptr);
 
 }  // namespace orbweave::voronoi

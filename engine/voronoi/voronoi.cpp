@@ -60,7 +60,8 @@ double seconds_of(const Work& work) {
 
 /// From the cells on.
 PointSurface cocone_of_cells(Cells& cells, std::span<const Vec3> points,
-                             const CoconeOptions& options, const StopToken* stop) {
+                             std::span<const Vec3> outward, const CoconeOptions& options,
+                             const StopToken* stop) {
   cells.measure(points, stop);
   std::vector<std::uint8_t> flat = cells.flat(points, stop);
   FacetFlags facets =
@@ -71,7 +72,7 @@ PointSurface cocone_of_cells(Cells& cells, std::span<const Vec3> points,
   const std::vector<Vec3>& normals = cells.poles.normals;
   FacetLinks links(cells.tetrahedra, facets, stop);
   prune_sharp_edges(points, cells.tetrahedra, stars, normals, facets, links, stop);
-  return {walk_outside(points, cells.tetrahedra, stars, normals, facets, links, stop),
+  return {walk_outside(points, cells.tetrahedra, stars, normals, facets, links, outward, stop),
           std::move(flat)};
 }
 
@@ -80,15 +81,15 @@ PointSurface cocone_of_cells(Cells& cells, std::span<const Vec3> points,
 PointSurface cocone(std::span<const Vec3> points, const CoconeOptions& options,
                     const StopToken* stop, const ShareDone& done) {
   Cells cells(points, stop, part_of(done, 0.0, kDelaunayOfCocone));
-  return cocone_of_cells(cells, points, options, stop);
+  return cocone_of_cells(cells, points, {}, options, stop);
 }
 
-CoconePart cocone_of_part(std::span<const Vec3> points, const KnownPart& part,
-                          const StopToken* stop) {
+CoconePart cocone_of_part(std::span<const Vec3> points, std::span<const Vec3> outward,
+                          const KnownPart& part, const StopToken* stop) {
   Cells cells(points, stop, {});
   CoconePart found;
   found.certified = certified_cells(points, cells.tetrahedra, part, stop);
-  found.surface = cocone_of_cells(cells, points, {}, stop);
+  found.surface = cocone_of_cells(cells, points, outward, {}, stop);
   return found;
 }
 

@@ -38,8 +38,10 @@ struct CoconePart {
   PointSurface surface;
   std::vector<std::uint8_t> certified;  ///< per point
 };
-CoconePart cocone_of_part(std::span<const Vec3> points, const KnownPart& part,
-                          const StopToken* stop = nullptr);
+/// `outward`: normals of the points; empty: not known. A part is open where it was cut, and the
+/// walk along the outside needs to be told which side that is.
+CoconePart cocone_of_part(std::span<const Vec3> points, std::span<const Vec3> outward,
+                          const KnownPart& part, const StopToken* stop = nullptr);
 PointSurface tight_cocone(std::span<const Vec3> points, const StopToken* stop = nullptr,
                           const ShareDone& done = {});
 PointSurface crust(std::span<const Vec3> points, const CrustOptions& options = {},

@@ -278,7 +278,8 @@ TEST_CASE("UnwritableKindsAndPlacesAreFoundBeforeAnyWork") {
   const Case given = GENERATE(values<Case>(
       {{{"-o", "mesh.foo"},
         2,
-        "mesh.foo: cannot write .foo meshes; supported: .ply[.gz], .obj, .stl, .glb, .vtp or .xdmf"},
+        "mesh.foo: cannot write .foo meshes; supported: .ply[.gz], .obj, .stl, .glb, .vtp or "
+        ".xdmf"},
        {{"-o", "mesh.obj", "--format", "binary"}, 2, "mesh.obj: OBJ has no binary encoding"},
        {{"-o", "mesh.ply", "--report", "no/r.json"},
         4,

@@ -35,9 +35,9 @@ Found find_by(ReconstructionMethod method, std::span<const Vec3> positions, cons
   return found_by(voronoi::tight_cocone(positions, stop, done));
 }
 
-CoconeOfPart find_part(std::span<const Vec3> positions, const Box& known, const Box& cloud,
-                       const StopToken* stop) {
-  voronoi::CoconePart part = voronoi::cocone_of_part(positions, {known, cloud}, stop);
+CoconeOfPart find_part(std::span<const Vec3> positions, std::span<const Vec3> normals,
+                       const Box& known, const Box& cloud, const StopToken* stop) {
+  voronoi::CoconePart part = voronoi::cocone_of_part(positions, normals, {known, cloud}, stop);
   Found found = found_by(std::move(part.surface));
   return {std::move(found.triangles), std::move(found.undersampled), std::move(part.certified)};
 }
@@ -69,7 +69,8 @@ Found find_by(ReconstructionMethod, std::span<const Vec3>, const StopToken*,
   return {};
 }
 
-CoconeOfPart find_part(std::span<const Vec3>, const Box&, const Box&, const StopToken*) {
+CoconeOfPart find_part(std::span<const Vec3>, std::span<const Vec3>, const Box&, const Box&,
+                       const StopToken*) {
   return {};
 }
 
@@ -164,7 +165,7 @@ CoconeOfPart cocone_of_part(std::span<const Vec3> positions, std::span<const Vec
   require_voronoi_family();
   CoconeOfPart part;
   try {
-    part = find_part(positions, known, cloud, stop);
+    part = find_part(positions, normals, known, cloud, stop);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::kBadInput) throw;
     // A flat part of a cloud has no tetrahedra; another chunk may know more.
