@@ -12,8 +12,8 @@
 #include <functional>
 
 #include "engine/levels/levels.h"
-#include "io/meshes/mesh_writer.h"
 #include "io/simplify_target.h"
+#include "io/meshes/mesh_writer.h"
 
 namespace orbweave {
 

@@ -8,8 +8,8 @@
 #include "io/meshes/mesh_columns.h"
 #include "io/meshes/mesh_formats.h"
 #include "io/meshes/placed_columns.h"
-#include "io/store/hdf5_calls.h"
 #include "io/system/atomic_file.h"
+#include "io/system/hdf5_calls.h"
 
 namespace orbweave {
 namespace {

@@ -13,10 +13,10 @@
 #include <optional>
 #include <stdexcept>
 
-#include "io/store/hdf5_calls.h"
 #include "io/store/packed_blocks.h"
 #include "io/system/file_calls.h"
 #include "io/system/file_descriptor.h"
+#include "io/system/hdf5_calls.h"
 #include "io/system/owned_files.h"
 #include "io/system/system_advice.h"
 #include "io/system/work_directory_errors.h"

@@ -27,7 +27,7 @@
 #include "engine/cli/failure.h"
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
-#include "io/store/hdf5_exit.h"
+#include "io/system/hdf5_exit.h"
 
 namespace {
 

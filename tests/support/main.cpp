@@ -1,7 +1,7 @@
 #define CATCH_CONFIG_RUNNER
 #include <catch2/catch.hpp>
 
-#include "io/store/hdf5_exit.h"
+#include "io/system/hdf5_exit.h"
 
 // Tests that damage stored results need this:
 // HDF5 1.10 loses some hundred bytes whenever it refuses a damaged file; not ours to mend.

@@ -1,4 +1,4 @@
-#include "io/store/hdf5_calls.h"
+#include "io/system/hdf5_calls.h"
 
 #include <hdf5.h>
 
@@ -10,7 +10,7 @@
 #include <type_traits>
 
 #include "io/error.h"
-#include "io/store/hdf5_exit.h"
+#include "io/system/hdf5_exit.h"
 #include "io/system/system_advice.h"
 
 namespace orbweave {
