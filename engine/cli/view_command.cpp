@@ -16,6 +16,7 @@
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
+#include "engine/levels/level_maker.h"
 #include "engine/levels/levels.h"
 #include "engine/validation/mesh_facts.h"
 #include "engine/view/view_page.h"

@@ -232,4 +232,11 @@ NodeMesh LevelMaker::simplified(std::uint32_t number) {
   return used_part(merged, std::move(simpler.triangles), row_bytes_);
 }
 
+Levels make_levels(MeshStream& mesh, const LevelOptions& options, const LevelEvents& events,
+                   const StopToken& stop) {
+  LevelMaker maker(mesh, mesh.schema(), options, events, stop);
+  maker.make();
+  return maker.levels();
+}
+
 }  // namespace orbweave

@@ -95,4 +95,10 @@ class LevelMaker {
   std::vector<MeshEdge> seams_;  ///< edges between leaves
 };
 
+/// Reads the mesh and makes all levels. They depend on the mesh alone: not on threads, not on
+/// memory. Throws Error: bad input where a corner is not finite or there is no triangle, resource
+/// where the disk is full, interrupted.
+Levels make_levels(MeshStream& mesh, const LevelOptions& options, const LevelEvents& events,
+                   const StopToken& stop);
+
 }  // namespace orbweave

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "engine/levels/level_maker.h"
 #include "io/error.h"
 #include "io/text/quantity.h"
 
@@ -38,13 +37,6 @@ int level_workers(const LevelOptions& options) {
          .advice = "Give it more memory, or make smaller tiles: --leaf-triangles"});
   const std::uint64_t room = (options.memory_bytes - kBaseBytes) / node;
   return static_cast<int>(std::min(room, static_cast<std::uint64_t>(std::max(options.threads, 1))));
-}
-
-Levels make_levels(MeshStream& mesh, const LevelOptions& options, const LevelEvents& events,
-                   const StopToken& stop) {
-  LevelMaker maker(mesh, mesh.schema(), options, events, stop);
-  maker.make();
-  return maker.levels();
 }
 
 }  // namespace orbweave

@@ -18,8 +18,6 @@
 #include "engine/levels/level_tree.h"
 #include "engine/levels/node_mesh.h"
 #include "io/box.h"
-#include "io/meshes/mesh_stream.h"
-#include "io/stop_token.h"
 
 namespace orbweave {
 
@@ -59,12 +57,6 @@ struct Levels {
   std::uint64_t triangles = 0;    ///< of the mesh
   std::uint64_t vertices = 0;
 };
-
-/// Reads the mesh and makes all levels. They depend on the mesh alone: not on threads, not on
-/// memory. Throws Error: bad input where a corner is not finite or there is no triangle, resource
-/// where the disk is full, interrupted.
-Levels make_levels(MeshStream& mesh, const LevelOptions& options, const LevelEvents& events,
-                   const StopToken& stop);
 
 /// The largest leaves that a budget has room for.
 std::uint64_t most_leaf_triangles(std::uint64_t memory_bytes);

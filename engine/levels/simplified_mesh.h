@@ -13,7 +13,7 @@
 
 #include "engine/levels/levels.h"
 #include "io/meshes/mesh_writer.h"
-#include "io/text/simplify_target.h"
+#include "io/simplify_target.h"
 
 namespace orbweave {
 

@@ -16,7 +16,7 @@ constexpr const char* kQuantity =
     "^[ \\t]*([0-9]+\\.?[0-9]*|\\.[0-9]+)([eE][+-]?[0-9]+)?[ \\t]*([kKmMgGtT]([iI]?[bB])?|[bB])?[ "
     "\\t]*$";
 constexpr const char* kColor = "^#[0-9a-fA-F]{6}$";
-/// As io/text/simplify_target.h reads it; limits aside.
+/// As io/simplify_target.h reads it; limits aside.
 constexpr const char* kSimplification =
     "^[ \\t]*\\{?[ \\t]*(ratio|triangles|error)[ \\t]*=[ \\t]*[0-9.]+([eE][+-]?[0-9]+)?[ "
     "\\t]*\\}?[ \\t]*$|^$";

@@ -1,12 +1,10 @@
-#include "io/text/simplify_target.h"
+#include "io/simplify_target.h"
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
-
-#include "io/text/quantity.h"
 
 namespace orbweave {
 namespace {
@@ -34,6 +32,13 @@ std::optional<double> number_of(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return number;
+}
+
+/// The shortest text that reads back as the number.
+std::string text_of(double number) {
+  std::array<char, 32> text{};
+  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), number);
+  return {text.data(), end};
 }
 
 }  // namespace
@@ -73,7 +78,7 @@ std::optional<SimplifyTarget> parse_simplify_target(std::string_view text) {
 std::string simplify_target_text(const SimplifyTarget& target) {
   const std::string number = target.kind == Kind::kTriangles
                                  ? std::to_string(static_cast<std::uint64_t>(target.value))
-                                 : format_exact(target.value);
+                                 : text_of(target.value);
   return std::string(kNames[static_cast<std::size_t>(target.kind)]) + "=" + number;
 }
 
