@@ -27,6 +27,8 @@ void add_outputs(const OutputOptions& output, std::vector<PathRole>& paths) {
   paths.push_back({"the shift of coordinates beside the mesh", shift_file(output.mesh),
                    PathUse::kWrittenFile, false, false});
   paths.push_back({"the directory of the tileset", output.tileset, PathUse::kWrittenDirectory});
+  paths.push_back({"the file of polygons", output.polygons, PathUse::kWrittenFile});
+  paths.push_back({"the medial axis", output.medial_axis, PathUse::kWrittenFile});
   paths.push_back({"the report", output.report, PathUse::kWrittenFile});
   paths.push_back({"the report's page", report_page(output.report), PathUse::kWrittenFile});
   paths.push_back({"the picture", output.picture, PathUse::kWrittenFile});

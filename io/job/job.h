@@ -98,6 +98,8 @@ struct OutputOptions {
   bool vertex_quality = false;  ///< PLY: vertices carry spacing, noise, move and normal's origin
   bool tiles = false;           ///< one mesh per chunk instead of one mesh
   std::string tileset;          ///< directory of 3D Tiles of the mesh; empty: none
+  std::string polygons;         ///< path of a Power Crust's polygons; empty: none
+  std::string medial_axis;      ///< path of the balls of its medial axis; empty: none
   bool check_surface = false;   ///< counts crossings of the whole mesh, not of patches alone
   std::string report;           ///< path of the JSON report; empty: none
   std::string picture;          ///< path of a PNG of the mesh; empty: none

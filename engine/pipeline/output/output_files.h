@@ -11,7 +11,9 @@
 namespace orbweave {
 
 struct OutputFile {
-  const char* role;  ///< "mesh", "tiles", "system", "shift", "tileset", "report", "page", "picture"
+  /// "mesh", "tiles", "system", "shift", "tileset", "polygons", "medial axis", "report", "page",
+  /// "picture"
+  const char* role;
   std::filesystem::path file;
 };
 

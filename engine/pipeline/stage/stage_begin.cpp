@@ -125,7 +125,8 @@ std::vector<InputStamp> stamps_of_outputs(const Job& job) {
   const std::string mesh =
       output.tiles ? (tile_directory_of(output.mesh) / kTileIndex).string() : output.mesh;
   std::vector<InputStamp> stamps;
-  for (const std::string& file : {mesh, output.report, output.picture})
+  for (const std::string& file :
+       {mesh, output.polygons, output.medial_axis, output.report, output.picture})
     if (!file.empty()) stamps.push_back(stamp_of(file, kSampleBlocks));
   if (!output.tileset.empty())
     stamps.push_back(stamp_of((fs::path(output.tileset) / kTileIndex).string(), kSampleBlocks));
