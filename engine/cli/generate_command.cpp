@@ -176,8 +176,8 @@ void add_options(CLI::App& command, GenerateOptions& options) {
   command
       .add_option(
           "SHAPE", options.shape,
-          "sphere, torus, bumpy-torus, plane, double-wall, cube or two-components (a sphere above\n"
-          "a torus); or a scene as raw scans:\n"
+          "sphere, torus, bumpy-torus, plane, double-wall, cube, two-components (a sphere above a\n"
+          "torus) or genus-3 (a plate with three holes); or a scene as raw scans:\n"
           "room (four tripods inside), frames (five of a depth camera in that room) or house\n"
           "(three lines of flight)")
       ->type_name("")

@@ -43,6 +43,8 @@ void add_outputs(const OutputOptions& output, std::vector<PathRole>& paths) {
                    coordinate_system_file(simplified), PathUse::kWrittenFile, false, false});
   paths.push_back({"the shift of coordinates beside the simplified mesh", shift_file(simplified),
                    PathUse::kWrittenFile, false, false});
+  paths.push_back({"the file of polygons", output.polygons, PathUse::kWrittenFile});
+  paths.push_back({"the medial axis", output.medial_axis, PathUse::kWrittenFile});
   paths.push_back({"the report", output.report, PathUse::kWrittenFile});
   paths.push_back({"the report's page", report_page(output.report), PathUse::kWrittenFile});
   paths.push_back({"the picture", output.picture, PathUse::kWrittenFile});

@@ -15,6 +15,7 @@
 #include "engine/pipeline/output/export_stage.h"
 #include "engine/pipeline/output/output_files.h"
 #include "engine/pipeline/output/picture_stage.h"
+#include "engine/pipeline/output/power_crust_files.h"
 #include "engine/pipeline/output/simplify_stage.h"
 #include "engine/pipeline/output/tile_export.h"
 #include "engine/pipeline/output/tileset_stage.h"
@@ -65,6 +66,7 @@ void check_output(const Job& job, const std::vector<std::string>& files) {
   check_paths(job_paths(job, files));
   check_tileset(job);
   check_simplification(job);
+  check_power_crust_files(job);
   if (job.output.tiles) check_tile_directory(tile_directory_of(job.output.mesh));
 }
 

@@ -10,6 +10,7 @@
 #include "engine/normals/normal_side.h"
 #include "engine/pipeline/budget/disk_plan.h"
 #include "engine/pipeline/budget/memory_forecast.h"
+#include "engine/pipeline/output/power_crust_files.h"
 #include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/points/cloud_measure.h"
 #include "engine/pipeline/points/count_stage.h"
@@ -221,6 +222,7 @@ void plan_resources(const ResolvedJob& job, const CountedCloud& cloud, const Par
 
 JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   require_method(wanted);
+  check_power_crust_files(wanted);
   JobPlan plan;
   plan.files = expand_globs(wanted.input.files);
   const ResolvedJob job = resolve(wanted, plan.files);

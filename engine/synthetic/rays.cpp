@@ -1,12 +1,13 @@
-// Planes, the cube and the sphere are met in closed form. Rays to the tori step by a lower bound of
-// the distance (sphere tracing: Hart, Sphere tracing: a geometric method for the antialiased ray
-// tracing of implicit surfaces, 1996, section 2), and Newton's method ends them.
+// Planes, the cube and the sphere are met in closed form. Rays to the tori and the plate step by a
+// lower bound of the distance (sphere tracing: Hart, Sphere tracing: a geometric method for the
+// antialiased ray tracing of implicit surfaces, 1996, section 2), and Newton's method ends them.
 #include "engine/synthetic/rays.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "engine/synthetic/plate.h"
 #include "engine/synthetic/surfaces.h"
 
 namespace orbweave::synthetic {
@@ -61,6 +62,7 @@ double distance_to_torus(Vec3 p, double tube_radius) {
 /// No point of the surface is nearer than that to p, which is outside of it.
 double free_distance(Shape shape, Vec3 p) {
   if (shape == Shape::kTorus) return distance_to_torus(p, kTubeRadius);
+  if (shape == Shape::kGenusThree) return plate_field(p).value;
   // Far from the bumps: the torus that encloses them. Among them the field's gradient is below
   // 1.6: away from the centre line 1, along the ring at most 0.36 / 0.35, around the tube at most
   // 0.16 / 0.31 (slopes of the bumps over the shortest distances from axis and centre line).
@@ -69,6 +71,7 @@ double free_distance(Shape shape, Vec3 p) {
 }
 
 TubeField tube_field(Shape shape, Vec3 p) {
+  if (shape == Shape::kGenusThree) return plate_field(p);
   return shape == Shape::kTorus ? torus_field(p) : bumpy_torus_field(p);
 }
 
@@ -84,7 +87,7 @@ Hit newton_hit(Shape shape, Vec3 origin, Vec3 direction, double distance) {
   return RayHit{distance, normalized(field.gradient)};
 }
 
-Hit torus_hit(Shape shape, Vec3 origin, Vec3 direction) {
+Hit traced_hit(Shape shape, Vec3 origin, Vec3 direction) {
   constexpr double kClose = 1e-3;  // Newton's first step cannot jump over the tube from there
   constexpr double kTouching = 1e-7;
   constexpr int kMostSteps = 2000;
@@ -119,7 +122,8 @@ std::optional<RayHit> first_hit(Shape shape, double wall_gap, Vec3 origin, Vec3 
       return sphere_hit(origin, direction);
     case Shape::kTorus:
     case Shape::kBumpyTorus:
-      return torus_hit(shape, origin, direction);
+    case Shape::kGenusThree:
+      return traced_hit(shape, origin, direction);
     case Shape::kPlane:
       return square_hit(origin, direction, 0.0, 1.0);
     case Shape::kDoubleWall:
@@ -130,7 +134,7 @@ std::optional<RayHit> first_hit(Shape shape, double wall_gap, Vec3 origin, Vec3 
       return cube_hit(origin, direction);
     case Shape::kTwoComponents:
       return nearer(upper_sphere_hit(origin, direction),
-                    torus_hit(Shape::kTorus, origin, direction));
+                    traced_hit(Shape::kTorus, origin, direction));
   }
   return std::nullopt;
 }
@@ -152,6 +156,8 @@ Ball bounding_ball(Shape shape, double wall_gap) {
       return {{0.5, 0.5, 0.5}, std::sqrt(0.75)};
     case Shape::kTwoComponents:
       return {{}, kUpperCenter.z + kUpperRadius};
+    case Shape::kGenusThree:
+      return {{}, kPlateRadius + kPlateHalf};
   }
   return {};
 }

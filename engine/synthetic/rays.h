@@ -14,8 +14,9 @@ struct RayHit {
 
 /// First point of the shape on the ray from `origin`, which lies outside `bounding_ball`, along the
 /// unit vector `direction`. Exact to rounding. Nothing where the ray misses the shape, where it
-/// meets the inner side of an open sheet first, and on a torus where it meets the surface at more
-/// than 84 degrees from the normal; there a ray goes on to the sphere above the torus.
+/// meets the inner side of an open sheet first, and on a torus or the plate of genus 3 where it
+/// meets the surface at more than 84 degrees from the normal; there a ray goes on to the sphere
+/// above the torus.
 std::optional<RayHit> first_hit(Shape shape, double wall_gap, Vec3 origin, Vec3 direction);
 
 struct Ball {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "engine/synthetic/plate.h"
 #include "engine/synthetic/surfaces.h"
 
 namespace orbweave::synthetic {
@@ -14,30 +15,7 @@ using portable::kGoldenStep;
 using portable::kPi;
 using portable::sine_cosine;
 
-constexpr double kRowDistance = 0.86602540378443864676;    // sqrt(3)/2, in spacings
-constexpr double kPointDistance = 1.15470053837925152902;  // 2/sqrt(3), in spacings
-constexpr double kRampSteps = 4.0;                         // points over which a stagger builds up
 constexpr double kEdgeMargin = 0.85;  // of a cube's face from its edges, in local spacings
-
-/// Gives rows their counts, in proportion to `weights`, so that exactly `points` are spent:
-/// every partial sum is rounded. Appends the rows that got any.
-void append_counted(std::vector<Row>& rows, std::vector<Row> sheet,
-                    const std::vector<double>& weights, std::uint64_t points) {
-  double total = 0.0;
-  for (const double weight : weights) total += weight;
-  std::uint64_t spent = 0;
-  double sum = 0.0;
-  for (std::size_t j = 0; j < sheet.size(); ++j) {
-    sum += weights[j];
-    std::uint64_t upto = points;
-    if (j + 1 < sheet.size())
-      upto = std::min(points, static_cast<std::uint64_t>(
-                                  std::floor(static_cast<double>(points) * (sum / total) + 0.5)));
-    sheet[j].count = upto - std::min(upto, spent);
-    spent = std::max(spent, upto);
-    if (sheet[j].count > 0) rows.push_back(sheet[j]);
-  }
-}
 
 /// Smallest x in [low, high] (to rounding) with value(x) >= target, for increasing `value`.
 double bisect(double low, double high, double target, const std::function<double(double)>& value) {
@@ -218,17 +196,6 @@ double DensityProfile::inverse_integral(double value) const {
   return varying ? (std::sqrt(1.0 + 6.0 * value) - 1.0) / 3.0 : value;
 }
 
-double along(const Row& row, std::uint64_t k) {
-  const auto position = static_cast<double>(k);
-  const auto count = static_cast<double>(row.count);
-  if (row.closed) return (position + row.begin) / count;
-  if (row.count == 1) return 0.5 * (row.begin + row.end);
-  if (k + 1 == row.count) return row.end;
-  const double from_end = std::min(position, count - 1.0 - position);
-  const double moved = position + row.stagger * std::min(1.0, from_end / kRampSteps);
-  return row.begin + (row.end - row.begin) * (moved / (count - 1.0));
-}
-
 std::uint64_t sphere_points(const SyntheticOptions& options) {
   if (options.shape == Shape::kSphere) return options.points;
   if (options.shape != Shape::kTwoComponents) return 0;
@@ -267,6 +234,9 @@ std::vector<Row> rows_of(const SyntheticOptions& options) {
       append_torus(rows, torus);
       break;
     }
+    case Shape::kGenusThree:
+      rows = plate_rows(options.points, options.density_varying);
+      break;
   }
   std::uint64_t first = sphere_points(options);
   for (Row& row : rows) {

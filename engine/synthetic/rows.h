@@ -7,26 +7,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/synthetic/row.h"
 #include "engine/synthetic/synthetic_options.h"
 
 namespace orbweave::synthetic {
-
-/// One row of a sheet at constant v; u runs along it.
-struct Row {
-  std::uint64_t first = 0;  ///< index of its first point in the cloud
-  std::uint64_t count = 0;
-  double v = 0.0;
-  double begin = 0.0;  ///< u of the first point (closed rows: the phase, in steps)
-  double end = 1.0;    ///< u of the last point (open rows)
-  /// Open rows: the points inside are moved by this part of a step, so that neighbouring rows
-  /// are staggered while their ends stay on the border.
-  double stagger = 0.0;
-  int sheet = 0;
-  bool closed = false;
-};
-
-/// u of point k of a row.
-double along(const Row& row, std::uint64_t k);
 
 /// How many of the points, the first ones, lie on a sphere, which has no rows.
 std::uint64_t sphere_points(const SyntheticOptions& options);
@@ -34,7 +18,7 @@ std::uint64_t sphere_points(const SyntheticOptions& options);
 /// Rows of the points that are not on a sphere; their counts sum to the number of these. No row is
 /// empty.
 /// Sheets: 0 (tori, plane); 0 and 1 (double wall: bottom, top); of the cube 0 to 5 the faces
-/// x=0, x=1, y=0, ... and 6 to 17 the edges (6 + 4 axis + position).
+/// x=0, x=1, y=0, ... and 6 to 17 the edges (6 + 4 axis + position); of genus 3: PlateSheet.
 std::vector<Row> rows_of(const SyntheticOptions& options);
 
 /// Square root of the relative density, 1 + 3 t when varying, its integral and the inverse of

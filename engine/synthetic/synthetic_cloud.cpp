@@ -7,6 +7,7 @@
 #include <array>
 #include <string>
 
+#include "engine/synthetic/plate.h"
 #include "engine/synthetic/rows.h"
 #include "engine/synthetic/surfaces.h"
 #include "io/error.h"
@@ -20,11 +21,11 @@ using portable::SineCosine;
 using synthetic::Row;
 using synthetic::SurfacePoint;
 
-constexpr std::array<Shape, 7> kShapes = {
-    Shape::kSphere,     Shape::kTorus, Shape::kBumpyTorus,   Shape::kPlane,
-    Shape::kDoubleWall, Shape::kCube,  Shape::kTwoComponents};
-constexpr std::array<std::string_view, 7> kShapeNames = {
-    "sphere", "torus", "bumpy-torus", "plane", "double-wall", "cube", "two-components"};
+constexpr std::array<Shape, 8> kShapes = {
+    Shape::kSphere,     Shape::kTorus, Shape::kBumpyTorus,    Shape::kPlane,
+    Shape::kDoubleWall, Shape::kCube,  Shape::kTwoComponents, Shape::kGenusThree};
+constexpr std::array<std::string_view, 8> kShapeNames = {
+    "sphere", "torus", "bumpy-torus", "plane", "double-wall", "cube", "two-components", "genus-3"};
 
 /// The midpoint rule, which converges geometrically for a periodic analytic integrand.
 double bumpy_torus_area() {
@@ -111,6 +112,8 @@ double surface_area(Shape shape) {
     case Shape::kTwoComponents:
       return surface_area(Shape::kTorus) +
              surface_area(Shape::kSphere) * synthetic::kUpperRadius * synthetic::kUpperRadius;
+    case Shape::kGenusThree:
+      return synthetic::plate_area();
   }
   return 0.0;
 }
@@ -154,6 +157,9 @@ SurfacePoint SyntheticCloud::State::row_point(const Row& row, SineCosine around_
       return {{u, row.v, gap}, {0.0, 0.0, 1.0}};
     case Shape::kCube:
       return face_or_edge_point(row, u, options.density_varying);
+    case Shape::kGenusThree:
+      if (row.closed) return synthetic::plate_rim_point(row.sheet, sine_cosine(u), around_tube);
+      return synthetic::plate_side_point(static_cast<synthetic::PlateSheet>(row.sheet), u, row.v);
     default:
       return {{u, row.v, 0.0}, {0.0, 0.0, 1.0}};
   }

@@ -109,6 +109,8 @@ struct OutputOptions {
   bool vertex_undersampled = false;        ///< PLY: vertices carry where sampling is too sparse
   bool tiles = false;                      ///< one mesh per chunk instead of one mesh
   std::string tileset;                     ///< directory of 3D Tiles of the mesh; empty: none
+  std::string polygons;                    ///< path of a Power Crust's polygons; empty: none
+  std::string medial_axis;                 ///< path of the balls of its medial axis; empty: none
   std::optional<SimplifyTarget> simplify;  ///< of a further, simplified mesh; none: no such mesh
   std::string simplified;                  ///< path of the simplified mesh; empty: beside the mesh
   bool check_surface = false;         ///< counts crossings of the whole mesh, not of patches alone

@@ -1,10 +1,12 @@
 // The writers behind open_mesh_writer, one per format.
 #pragma once
 
+#include <algorithm>
 #include <charconv>
 #include <cstddef>
 #include <cstring>
 #include <memory>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -82,6 +84,13 @@ class IndependentWriter : public MeshWriter {
     counter_.triangles(triangles);
     sink_->write(bytes);
   }
+  void write_polygons(const PolygonFaces& faces) override {
+    constexpr std::size_t kBatchFaces = std::size_t{1} << 16;
+    for (std::size_t first = 0; first < faces.size(); first += kBatchFaces) {
+      const std::size_t end = std::min(first + kBatchFaces, faces.size());
+      write_encoded_triangles(encode_polygons(faces, first, end), end - first);
+    }
+  }
   void finish() override {
     counter_.finish();
     sink_->finish();
@@ -90,6 +99,11 @@ class IndependentWriter : public MeshWriter {
 
  protected:
   ByteSink& sink() { return *sink_; }
+  /// Faces `first` to `end` (exclusive).
+  virtual std::vector<std::byte> encode_polygons(const PolygonFaces&, std::size_t /*first*/,
+                                                 std::size_t /*end*/) const {
+    throw std::logic_error("the format has no polygons");
+  }
 
  private:
   std::unique_ptr<ByteSink> sink_;

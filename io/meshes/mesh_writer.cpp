@@ -165,6 +165,31 @@ void check_mesh_size(const std::filesystem::path& path, const MeshHeader& header
                .advice = "Name a .ply file, or write text with output.format = \"text\""});
 }
 
+void MeshWriter::write_polygons(const PolygonFaces&) {
+  throw std::logic_error("the format has no polygons");
+}
+
+bool holds_polygons(const std::filesystem::path& path) {
+  return path == "-" || is_format(path, FileFormat::kPly) || is_format(path, FileFormat::kObj);
+}
+
+void write_polygons(const std::filesystem::path& path, const PointCloud& vertices,
+                    const PolygonFaces& faces, const MeshWriterOptions& options) {
+  if (!holds_polygons(path))
+    throw_usage("polygons are written as PLY or OBJ", {.file = path.string()});
+  MeshHeader header;
+  header.vertices = vertices.size();
+  header.triangles = faces.size();
+  header.schema = vertices.schema;
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    header.most_corners =
+        std::max(header.most_corners, static_cast<std::uint32_t>(faces.of(f).size()));
+  const auto writer = open_mesh_writer(path, header, options);
+  write_all_vertices(*writer, vertices);
+  writer->write_polygons(faces);
+  writer->finish();
+}
+
 std::unique_ptr<MeshRows> mesh_rows(const std::filesystem::path& path, const MeshHeader& header,
                                     const MeshWriterOptions& options) {
   if (is_format(path, FileFormat::kGlb)) return std::make_unique<GlbLayout>(header, options);

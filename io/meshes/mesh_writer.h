@@ -32,6 +32,8 @@ struct MeshHeader {
   bool is_cloud = false;  ///< no face element at all
   bool has_hole = false;  ///< per-face int `hole`
   PointSchema schema;     ///< what the vertices carry
+  /// Most corners of a face. Where it is not 3, `triangles` counts polygons.
+  std::uint32_t most_corners = 3;
 };
 
 /// A format that is a front and rows of the same width, so that the place of every row is known
@@ -55,6 +57,18 @@ class MeshRows {
 std::unique_ptr<MeshRows> mesh_rows(const std::filesystem::path& path, const MeshHeader& header,
                                     const MeshWriterOptions& options = {});
 
+/// Faces of any number of corners: those of face f are `corners[begin[f]]` to
+/// `corners[begin[f + 1]]` (exclusive).
+struct PolygonFaces {
+  std::vector<std::uint32_t> corners;
+  std::vector<std::uint32_t> begin = {0};
+
+  std::size_t size() const { return begin.size() - 1; }
+  std::span<const std::uint32_t> of(std::size_t face) const {
+    return std::span(corners).subspan(begin[face], begin[face + 1] - begin[face]);
+  }
+};
+
 /// Writes one file: header, then all vertices, then all triangles, then finish(). The file
 /// appears under its name only in finish(); destroyed earlier, nothing stays behind.
 /// Throws Error (resource) where it cannot be written, with path and the system's reason.
@@ -77,6 +91,8 @@ class MeshWriter {
   }
   virtual void write_encoded_vertices(std::span<const std::byte>, std::uint64_t /*vertices*/) {}
   virtual void write_encoded_triangles(std::span<const std::byte>, std::uint64_t /*triangles*/) {}
+  /// In place of triangles, all at once. Throws std::logic_error where the format has none.
+  virtual void write_polygons(const PolygonFaces& faces);
   virtual void finish() = 0;
   virtual std::uint64_t bytes_written() const = 0;
 };
@@ -98,6 +114,14 @@ bool has_float_coordinates(const std::filesystem::path& path, const MeshWriterOp
 /// Throws Error (usage) where the format cannot hold a mesh of this size.
 void check_mesh_size(const std::filesystem::path& path, const MeshHeader& header,
                      const MeshWriterOptions& options);
+
+/// Whether a file of that name can hold polygons: PLY and OBJ.
+bool holds_polygons(const std::filesystem::path& path);
+
+/// Writes a mesh of polygons, as PLY or OBJ by extension. Usage error for anything else. Faces of a
+/// PLY file are lists counted by `uchar`, or by `int` where one has more than 255 corners.
+void write_polygons(const std::filesystem::path& path, const PointCloud& vertices,
+                    const PolygonFaces& faces, const MeshWriterOptions& options = {});
 
 /// Writes a whole mesh or cloud in one call.
 void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,

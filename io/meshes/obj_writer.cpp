@@ -6,8 +6,8 @@
 namespace orbweave {
 namespace {
 
-/// Wavefront OBJ: positions, colours and normals where there are any, triangles. Other attributes
-/// have no place.
+/// Wavefront OBJ: positions, colours and normals where there are any, faces. Other attributes have
+/// no place.
 class ObjWriter final : public IndependentWriter {
  public:
   ObjWriter(std::unique_ptr<ByteSink> sink, const MeshHeader& header,
@@ -34,22 +34,32 @@ class ObjWriter final : public IndependentWriter {
   std::vector<std::byte> encode_triangles(std::span<const Triangle64> batch,
                                           std::span<const std::int32_t>) const override {
     TextBuilder text;
-    for (const Triangle64& triangle : batch) {
-      text.add('f');
-      for (const std::uint64_t corner : triangle) {
-        text.add(' ');
-        text.add_number(corner + 1);  // OBJ counts from one
-        if (has_normals_) {
-          text.add("//");
-          text.add_number(corner + 1);
-        }
-      }
-      text.add('\n');
-    }
+    for (const Triangle64& triangle : batch) add_face(text, triangle);
+    return text.take();
+  }
+
+ protected:
+  std::vector<std::byte> encode_polygons(const PolygonFaces& faces, std::size_t first,
+                                         std::size_t end) const override {
+    TextBuilder text;
+    for (std::size_t face = first; face < end; ++face) add_face(text, faces.of(face));
     return text.take();
   }
 
  private:
+  template <class Corners>
+  void add_face(TextBuilder& text, const Corners& corners) const {
+    text.add('f');
+    for (const std::uint64_t corner : corners) {
+      text.add(' ');
+      text.add_number(corner + 1);  // OBJ counts from one
+      if (has_normals_) {
+        text.add("//");
+        text.add_number(corner + 1);
+      }
+    }
+    text.add('\n');
+  }
   static void add_vector(TextBuilder& text, std::string_view keyword, Vec3 v) {
     text.add(keyword);
     add_numbers(text, {v.x, v.y, v.z});

@@ -137,7 +137,8 @@ class PlyLayout {
       add_properties(header_.schema.attributes[i].type, {names[i].c_str()});
     if (!header_.is_cloud) {
       text += "element face " + std::to_string(header_.triangles) + "\n";
-      text += std::string("property list uchar ") + ply_type(index_type_) + " vertex_indices\n";
+      text += std::string("property list ") + (has_short_faces() ? "uchar " : "int ") +
+              ply_type(index_type_) + " vertex_indices\n";
       if (header_.has_hole) text += "property int hole\n";
       if (has_confidence()) text += "property float confidence\n";
     }
@@ -205,6 +206,37 @@ class PlyLayout {
     return text.take();
   }
 
+  std::vector<std::byte> polygons(const PolygonFaces& faces, std::size_t first,
+                                  std::size_t end) const {
+    const std::size_t corners = faces.begin[end] - faces.begin[first];
+    const std::size_t count_bytes = has_short_faces() ? 1 : sizeof(std::int32_t);
+    std::vector<std::byte> bytes((end - first) * count_bytes + corners * size_of(index_type_));
+    std::byte* at = bytes.data();
+    for (std::size_t face = first; face < end; ++face) {
+      const auto polygon = faces.of(face);
+      at = has_short_faces() ? put(at, static_cast<std::uint8_t>(polygon.size()))
+                             : put(at, static_cast<std::int32_t>(polygon.size()));
+      for (const std::uint32_t corner : polygon)
+        at = index_type_ == ScalarType::kInt64 ? put(at, std::uint64_t{corner}) : put(at, corner);
+    }
+    return bytes;
+  }
+
+  std::vector<std::byte> text_polygons(const PolygonFaces& faces, std::size_t first,
+                                       std::size_t end) const {
+    TextBuilder text;
+    for (std::size_t face = first; face < end; ++face) {
+      const auto polygon = faces.of(face);
+      text.add_number(polygon.size());
+      for (const std::uint32_t corner : polygon) {
+        text.add(' ');
+        text.add_number(corner);
+      }
+      text.add('\n');
+    }
+    return text.take();
+  }
+
   std::vector<std::byte> text_triangles(std::span<const Triangle64> batch,
                                         std::span<const std::int32_t> hole) const {
     TextBuilder text;
@@ -234,6 +266,9 @@ class PlyLayout {
     return format_exact(o.x) + " " + format_exact(o.y) + " " + format_exact(o.z);
   }
   bool has_confidence() const { return options_.has_confidence && header_.has_hole; }
+  bool has_short_faces() const {
+    return header_.most_corners <= std::numeric_limits<std::uint8_t>::max();
+  }
   /// Of the patch of a hole; of the scanned surface, which is hole 0, 1.
   float confidence_of(std::int32_t hole) const {
     return hole == 0 ? 1.0F : options_.confidence.at(static_cast<std::size_t>(hole) - 1);
@@ -312,6 +347,12 @@ class PlyWriter final : public IndependentWriter {
     std::vector<std::byte> bytes(batch.size() * layout_.triangle_bytes());
     layout_.put_triangles(batch, hole, bytes.data());
     return bytes;
+  }
+
+ protected:
+  std::vector<std::byte> encode_polygons(const PolygonFaces& faces, std::size_t first,
+                                         std::size_t end) const override {
+    return binary_ ? layout_.polygons(faces, first, end) : layout_.text_polygons(faces, first, end);
   }
 
  private:

@@ -35,6 +35,15 @@ inline double implicit(Shape shape, double gap, Vec3 p) {
       return std::max({std::abs(p.x - 0.5), std::abs(p.y - 0.5), std::abs(p.z - 0.5)}) - 0.5;
     case Shape::kTwoComponents:
       return std::min(norm(p - Vec3{0.0, 0.0, 1.2}) - 0.5, std::hypot(from_axis - 1.0, p.z) - 0.4);
+    case Shape::kGenusThree: {
+      double beside = from_axis - 1.3;
+      for (int k = 0; k < 3; ++k) {
+        const double turn = 2.0 * portable::kPi * k / 3.0;
+        beside = std::max(
+            beside, 0.4 - std::hypot(p.x - 0.65 * std::cos(turn), p.y - 0.65 * std::sin(turn)));
+      }
+      return (beside > 0.0 ? std::hypot(beside, p.z) : std::abs(p.z)) - 0.2;
+    }
   }
   return 0.0;
 }

@@ -1,6 +1,7 @@
 // Jobs with the methods that take the whole cloud at once, and the fans of their triangles.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstring>
 #include <filesystem>
 #include <limits>
 #include <string>
@@ -223,6 +224,53 @@ TEST_CASE("PowerCrustsAreTurnedToTheNormalsOfThePoints") {
   }
 }
 
+TEST_CASE("APowerCrustComesAsPolygonsAndWithItsMedialAxis") {
+  if (!has_voronoi_family()) return;
+  NamedCloud named = painted_torus(1500, 0.1, 3);
+  for (Vec3& n : named.cloud.normals) n = -n;  // all files are turned alike
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  job.reconstruct.method = ReconstructionMethod::kPowerCrust;
+  job.output.medial_axis = (scratch / "medial_axis.ply").string();
+  for (const char* name : {"polygons.ply", "polygons.obj"}) {
+    job.output.polygons = (scratch / name).string();
+    run(job);
+    const TriangleMesh mesh = read_mesh(job.output.mesh);
+    const TriangleMesh polygons = read_mesh(job.output.polygons);
+    CHECK((polygons.vertices.positions == mesh.vertices.positions));
+    CHECK(polygons.triangles.size() == mesh.triangles.size());
+    CHECK(mesh_facts(polygons).watertight);
+    CHECK(mesh_facts(polygons).area == Approx(mesh_facts(mesh).area).epsilon(1e-6));
+  }
+  CHECK(bytes_of(job.output.medial_axis).find("property double radius") != std::string::npos);
+  const TriangleMesh axis = read_mesh(job.output.medial_axis);
+  REQUIRE(axis.vertices.size() > 100);
+  for (std::size_t b = 0; b < axis.vertices.size(); b += 5) {
+    double radius = 0.0;
+    std::memcpy(&radius, axis.vertices.attribute_row(b).data(), sizeof radius);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vec3 p : named.cloud.positions)
+      nearest = std::min(nearest, norm(p - axis.vertices.positions[b]));
+    CHECK(nearest == Approx(radius).epsilon(1e-6));  // an empty ball that touches points
+  }
+}
+
+TEST_CASE("OnlyAPowerCrustHasPolygonsAndAMedialAxis") {
+  if (!has_voronoi_family()) return;
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, painted_torus(500, 0.0, 1));
+  job.output.polygons = (scratch / "polygons.ply").string();
+  CHECK_THAT(message_of(job), Catch::Matchers::Contains("only a Power Crust") &&
+                                  Catch::Matchers::Contains("output.polygons"));
+  job.reconstruct.method = ReconstructionMethod::kPowerCrust;
+  job.output.polygons = (scratch / "polygons.stl").string();
+  CHECK_THAT(message_of(job), Catch::Matchers::Contains(".ply or .obj"));
+  job.output.polygons.clear();
+  job.output.medial_axis = (scratch / "axis.obj").string();
+  CHECK_THAT(message_of(job), Catch::Matchers::Contains("output.medial_axis"));
+  CHECK_FALSE(std::filesystem::exists(job.run.work_dir));
+}
+
 TEST_CASE("ADamagedPowerCrustIsMadeAgain") {
   if (!has_voronoi_family()) return;
   ScratchDirectory scratch;
@@ -270,6 +318,48 @@ TEST_CASE("ProgressComesFromInsideTheTriangulations") {
     run_job(job, {"test"}, progress, StopToken());
     INFO("method " << static_cast<int>(method));
     CHECK(steps > 6);
+  }
+}
+
+TEST_CASE("MethodsRefuseACloudOfOnePlaneInAJob") {
+  if (!has_voronoi_family()) return;
+  for (const ReconstructionMethod method : kMethods) {
+    ScratchDirectory scratch;
+    Job job = job_for(scratch, grid_sheet(12, 0.0));
+    job.reconstruct.method = method;
+    INFO("method " << static_cast<int>(method));
+    CHECK_THAT(message_of(job), Catch::Matchers::Contains("no tetrahedron can be formed") &&
+                                    Catch::Matchers::Contains("in one plane"));
+    CHECK_FALSE(std::filesystem::exists(job.run.work_dir));
+    CHECK_FALSE(std::filesystem::exists(job.output.mesh));
+  }
+}
+
+TEST_CASE("MethodsTakeTheSurfaceOfAGridInAJob") {
+  if (!has_voronoi_family()) return;
+  PointCloud cloud;
+  cloud.schema.has_normals = true;
+  constexpr int kSide = 7;
+  for (int i = 0; i <= kSide; ++i)
+    for (int j = 0; j <= kSide; ++j)
+      for (int k = 0; k <= kSide; ++k) {
+        const Vec3 p{1.0 * i, 1.0 * j, 1.0 * k};
+        const bool is_inside = i % kSide != 0 && j % kSide != 0 && k % kSide != 0;
+        if (is_inside) continue;
+        cloud.positions.push_back(p);
+        cloud.normals.push_back(normalized(p - Vec3{3.5, 3.5, 3.5}));
+      }
+  for (const ReconstructionMethod method : kMethods) {
+    ScratchDirectory scratch;
+    Job job = job_for(scratch, {"grid", cloud, 1.0});
+    job.reconstruct.method = method;
+    const RunReport report = run(job);
+    INFO("method " << static_cast<int>(method));
+    CHECK(report.mesh.nonmanifold_edges == 0);
+    CHECK(validate_mesh(read_mesh(job.output.mesh)).empty());
+    const bool is_closed =
+        method == ReconstructionMethod::kPowerCrust || method == ReconstructionMethod::kTightCocone;
+    if (is_closed) CHECK(report.mesh.watertight);
   }
 }
 

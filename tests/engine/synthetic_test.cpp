@@ -131,8 +131,9 @@ TEST_CASE("UniformCloudsHaveNoGapsAndNoClosePairs", "[costly]") {
       INFO(name_of(shape) << " " << points << ": " << s.nearest_min / spacing(options) << " to "
                           << s.nearest_max / spacing(options) << ", gap "
                           << s.gap_max / spacing(options));
-      // Bumps stretch and squeeze their rows a little.
-      CHECK(s.nearest_min > (shape == Shape::kBumpyTorus ? 0.65 : 0.85) * spacing(options));
+      // Bumps stretch and squeeze their rows a little; the plate's rows end at its rims.
+      const bool squeezes = shape == Shape::kBumpyTorus || shape == Shape::kGenusThree;
+      CHECK(s.nearest_min > (squeezes ? 0.65 : 0.85) * spacing(options));
       CHECK(s.nearest_max < 1.2 * spacing(options));
       CHECK(s.gap_max < 0.9 * spacing(options));
     }
@@ -195,10 +196,10 @@ TEST_CASE("Float32CloudsHoldValuesThatFloatsHold") {
 
 TEST_CASE("SyntheticCloudsAreTheSameBitsOnEveryMachine") {
   const std::map<Shape, std::uint64_t> expected = {
-      {Shape::kSphere, 0xd0a6397a69c288f6},       {Shape::kTorus, 0xbeb909374f1b6a65},
-      {Shape::kBumpyTorus, 0x5dec2c35282eb8ea},   {Shape::kPlane, 0xd74e873c3bcb7ef3},
-      {Shape::kDoubleWall, 0x32fb10e954d53689},   {Shape::kCube, 0x2ab1be2ad01b7d48},
-      {Shape::kTwoComponents, 0x0469709bc3238aac}};
+      {Shape::kSphere, 0xd0a6397a69c288f6},        {Shape::kTorus, 0xbeb909374f1b6a65},
+      {Shape::kBumpyTorus, 0x5dec2c35282eb8ea},    {Shape::kPlane, 0xd74e873c3bcb7ef3},
+      {Shape::kDoubleWall, 0x32fb10e954d53689},    {Shape::kCube, 0x2ab1be2ad01b7d48},
+      {Shape::kTwoComponents, 0x0469709bc3238aac}, {Shape::kGenusThree, 0xd9cc5c1b881e74f4}};
   for (const Shape shape : all_shapes()) {
     SyntheticOptions options = shape_options(shape, 500, true);
     options.noise = 0.1;

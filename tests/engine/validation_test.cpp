@@ -50,7 +50,8 @@ TEST_CASE("ClosedShapesAreWatertightWithTheirEulerCharacteristic") {
                                    {Shape::kTorus, 0},
                                    {Shape::kBumpyTorus, 0},
                                    {Shape::kCube, 2},
-                                   {Shape::kTwoComponents, 2}}) {
+                                   {Shape::kTwoComponents, 2},
+                                   {Shape::kGenusThree, -4}}) {
     const TriangleMesh mesh = shape_mesh(shape, 30);
     const MeshFacts facts = mesh_facts(mesh);
     INFO(name_of(shape));

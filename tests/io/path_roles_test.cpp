@@ -40,6 +40,8 @@ class Places {
     job_.output.tileset = out("mesh.tileset");
     job_.output.simplify = SimplifyTarget{};
     job_.output.simplified = out("small.ply");
+    job_.output.polygons = out("polygons.ply");
+    job_.output.medial_axis = out("medial_axis.ply");
     job_.output.report = out("report.json");
     job_.output.picture = out("picture.png");
     job_.run.work_dir = out("work");
@@ -49,8 +51,9 @@ class Places {
     fs::create_directory(out("work"));
     fs::create_directory(out("mesh.tiles"));
     fs::create_directory(out("mesh.tileset"));
-    for (const char* name : {"mesh.ply", "mesh.prj", "report.json", "report.html", "picture.png",
-                             "small.ply", "work/orbweave.log", "work/orbweave-steps.jsonl"})
+    for (const char* name :
+         {"mesh.ply", "mesh.prj", "polygons.ply", "medial_axis.ply", "report.json", "report.html",
+          "picture.png", "small.ply", "work/orbweave.log", "work/orbweave-steps.jsonl"})
       write_text(out(name), std::string("old content of ") + name);
   }
 

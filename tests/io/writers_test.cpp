@@ -10,6 +10,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "io/error.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/ply/ply_rows.h"
@@ -67,6 +68,44 @@ std::size_t files_in(const std::filesystem::path& directory) {
 }
 
 }  // namespace
+
+TEST_CASE("PolygonsAreReadBackInFansFromTheirFirstCorners") {
+  const ScratchDirectory scratch;
+  PointCloud corners = dressed_tetrahedron().vertices;
+  corners.append(corners, 0);  // a fifth, for a face of four corners beside triangles
+  corners.positions[4] = {0, 1, 1};
+  const PolygonFaces faces{{0, 2, 4, 3, 0, 1, 2, 3, 1, 0, 1, 3, 4, 2}, {0, 4, 7, 10, 14}};
+  const std::vector<Triangle> expected = {{0, 2, 4}, {0, 4, 3}, {0, 1, 2},
+                                          {3, 1, 0}, {1, 3, 4}, {1, 4, 2}};
+  for (const bool binary : {true, false})
+    for (const char* name : {"mesh.ply", "mesh.obj"}) {
+      MeshWriterOptions options;
+      options.binary = binary;
+      write_polygons(scratch / name, corners, faces, options);
+      const TriangleMesh read = read_mesh(scratch / name);
+      INFO(name << (binary ? ", binary" : ", text"));
+      CHECK(read.triangles == expected);
+      CHECK(read.vertices.positions == corners.positions);
+      CHECK(read.vertices.normals == corners.normals);
+    }
+  CHECK_FALSE(holds_polygons("mesh.stl"));
+  CHECK_THROWS_AS(write_polygons(scratch / "mesh.stl", corners, faces), Error);
+}
+
+TEST_CASE("AFaceOfManyCornersFitsAPlyFile") {
+  const ScratchDirectory scratch;
+  PointCloud corners;
+  PolygonFaces faces;
+  for (std::uint32_t i = 0; i < 300; ++i) {
+    corners.positions.push_back({1.0 * i, 1.0 * i * i, 0.0});
+    faces.corners.push_back(i);
+  }
+  faces.begin.push_back(300);
+  write_polygons(scratch / "mesh.ply", corners, faces);
+  const TriangleMesh read = read_mesh(scratch / "mesh.ply");
+  REQUIRE(read.triangles.size() == 298);
+  CHECK(read.triangles.back() == Triangle{0, 298, 299});
+}
 
 TEST_CASE("PlyMeshesReadBackWhole") {
   const ScratchDirectory scratch;

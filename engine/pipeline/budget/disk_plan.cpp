@@ -21,6 +21,8 @@ namespace {
 constexpr double kBlockBounds = 48.0 / 1024;
 constexpr double kChecksums = 5 * 8.0 / 1024;
 constexpr double kTriangles = 2 * 12.0;
+/// Of a Power Crust: corners of polygons, three or four at a vertex, and balls of the medial axis.
+constexpr double kPolygons = 24.0;
 /// Two triangles and a fan.
 constexpr double kMesh = kTriangles + 1.0;
 /// Its share that is left when it is compressed: numbers that differ by little. What is left of
@@ -165,6 +167,16 @@ RowBytes output_rows(const ResolvedJob& job, PointSchema schema) {
           13.0 + (job.fill.enabled ? 4.0 : 0.0) + (has_confidence ? 4.0 : 0.0)};
 }
 
+/// Polygons are as long as the triangles that they are cut into; the medial axis has fewer balls
+/// than the surface has vertices.
+double power_crust_files(const ResolvedJob& job, const RowBytes& rows, double vertices) {
+  constexpr double kBall = 32.0;
+  double bytes = 0.0;
+  if (!job.output.polygons.empty()) bytes += vertices * (rows.vertex + 2.0 * rows.triangle);
+  if (!job.output.medial_axis.empty()) bytes += 0.25 * vertices * kBall;
+  return kMargin * bytes;
+}
+
 std::uint64_t whole(double bytes) { return static_cast<std::uint64_t>(std::ceil(bytes)); }
 
 /// What levels of detail of the mesh file take, per point, of two triangles a point.
@@ -278,16 +290,16 @@ DiskPlan plan_disk(const ResolvedJob& job, const CloudSize& cloud, const RawWork
   const LevelBytes levels = level_bytes(job, cloud, schema, rows.vertex + 2.0 * rows.triangle);
   double surface = vertices * (mesh + levels.work);
   if (has_own_vertices(job.reconstruct.method))
-    surface += vertices * (stored_bytes(schema) + kTriangles);
+    surface += vertices * (stored_bytes(schema) + kTriangles + kPolygons);
   const double work = std::max(held + kMargin * cut,
                                kMargin * (points * stored_bytes(schema) + surface + borders)) +
                       2.0 * files;
   const double output = job.output.mesh == "-"
                             ? 0.0
                             : kMargin * vertices * (rows.vertex + 2.0 * rows.triangle) + kFileBytes;
-  plan.output_bytes = whole(output);
+  plan.output_bytes = whole(output + power_crust_files(job, rows, vertices));
   plan.work_bytes = std::max(plan.cleaning_bytes, whole(work));
-  plan.most_bytes = std::max(plan.cleaning_bytes, whole(work + output));
+  plan.most_bytes = std::max(plan.cleaning_bytes, whole(work) + plan.output_bytes);
   plan.tileset_bytes = whole(kMargin * points * levels.tileset);
   plan.simplified_bytes = whole(kMargin * points * levels.simplified);
   return plan;

@@ -4,6 +4,7 @@
 
 #include "engine/pipeline/output/mesh_pieces.h"
 #include "engine/pipeline/output/placed_export.h"
+#include "engine/pipeline/output/power_crust_files.h"
 #include "engine/pipeline/output/tile_export.h"
 #include "engine/pipeline/stage/writer_options.h"
 #include "engine/pipeline/surface/stored_mesh.h"
@@ -104,9 +105,10 @@ ExportResult export_mesh(const ExportInputs& inputs, StageRunner& runner) {
   const std::uint64_t bytes =
       output.tiles ? export_tiles(runner, clock, tiles, digest)
                    : export_one_file(runner, pieces, columns, header, options, digest);
-  if (runner.communicator.is_root()) clock.facts().bytes_written = bytes;
   clock.facts().points = partition.points();
   if (!runner.communicator.is_root()) return {};
+  clock.facts().bytes_written =
+      bytes + write_power_crust_files(partition, columns, options, runner);
   write_coordinate_system(output.mesh, partition.coordinate_system);
   write_shift(output.mesh, origin);
   return {digest.checksum(), digest.bounds(), bytes};

@@ -26,6 +26,8 @@ std::vector<OutputFile> written_outputs(const OutputOptions& output, BesideMesh 
   if (beside.shift) add("shift", shift_file(output.mesh));
   add("tileset", output.tileset);
   add("simplified", simplified_file(output));
+  add("polygons", output.polygons);
+  add("medial axis", output.medial_axis);
   add("report", output.report);
   add("page", report_page(output.report));
   add("picture", output.picture);

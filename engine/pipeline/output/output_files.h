@@ -11,8 +11,9 @@
 namespace orbweave {
 
 struct OutputFile {
-  const char* role;  ///< "mesh", "numbers", "tiles", "system", "shift", "tileset", "simplified", "report",
-                     ///< "page", "picture"
+  /// "mesh", "numbers", "tiles", "system", "shift", "tileset", "simplified", "polygons",
+  /// "medial axis", "report", "page", "picture"
+  const char* role;
   std::filesystem::path file;
 };
 

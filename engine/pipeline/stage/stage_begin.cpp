@@ -128,8 +128,9 @@ std::vector<InputStamp> stamps_of_outputs(const Job& job) {
       output.tiles ? (tile_directory_of(output.mesh) / kTileIndex).string() : output.mesh;
   std::vector<InputStamp> stamps;
   for (const std::string& file :
-       {mesh, heavy_data_file(mesh).string(), output.report, output.picture,
-        simplified_file(output).string(), heavy_data_file(simplified_file(output)).string()})
+       {mesh, heavy_data_file(mesh).string(), output.polygons, output.medial_axis, output.report,
+        output.picture, simplified_file(output).string(),
+        heavy_data_file(simplified_file(output)).string()})
     if (!file.empty()) stamps.push_back(stamp_of(file, kSampleBlocks));
   if (!output.tileset.empty())
     stamps.push_back(stamp_of((fs::path(output.tileset) / kTileIndex).string(), kSampleBlocks));

@@ -20,11 +20,17 @@ namespace orbweave {
 namespace {
 
 constexpr const char* kTriangles = "triangles";
+constexpr const char* kCorners = "polygon_corners";
+constexpr const char* kBegin = "polygon_begin";
+constexpr const char* kCenters = "medial_centers";
+constexpr const char* kRadii = "medial_radii";
 
 /// The surface as it is stored.
 struct CrustMesh {
   PointCloud vertices;
   std::vector<Triangle> triangles;
+  PolygonFaces polygons;
+  MedialAxis medial_axis;
 };
 
 /// The vertices in canonical order; several at one place stay in their order.
@@ -51,6 +57,37 @@ std::vector<Vec3> normals_of(TriangleMesh& mesh, std::span<const Vec3> of_sample
   return normals;
 }
 
+/// The polygons over vertices of other ranks, each turned as its first triangle is.
+PolygonFaces ranked_polygons(const voronoi::PowerCrustSurface& surface,
+                             std::span<const std::uint32_t> rank,
+                             std::span<const Triangle> turned) {
+  std::vector<std::uint32_t> corners;
+  corners.reserve(surface.corners.size());
+  for (const std::uint32_t corner : surface.corners) corners.push_back(rank[corner]);
+  std::vector<std::span<std::uint32_t>> polygons;
+  polygons.reserve(surface.polygons());
+  for (std::size_t f = 0; f < surface.polygons(); ++f) {
+    const std::uint32_t begin = surface.polygon_begin[f], end = surface.polygon_begin[f + 1];
+    const auto polygon = std::span(corners).subspan(begin, end - begin);
+    const Triangle first = smallest_first(Triangle{polygon[0], polygon[1], polygon[2]});
+    if (!std::binary_search(turned.begin(), turned.end(), first))
+      std::reverse(polygon.begin(), polygon.end());
+    std::rotate(polygon.begin(), std::min_element(polygon.begin(), polygon.end()), polygon.end());
+    polygons.push_back(polygon);
+  }
+  std::sort(polygons.begin(), polygons.end(), [](const auto& a, const auto& b) {
+    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+  });
+  PolygonFaces faces;
+  faces.corners.reserve(corners.size());
+  faces.begin.reserve(polygons.size() + 1);
+  for (const auto& polygon : polygons) {
+    faces.corners.insert(faces.corners.end(), polygon.begin(), polygon.end());
+    faces.begin.push_back(static_cast<std::uint32_t>(faces.corners.size()));
+  }
+  return faces;
+}
+
 /// `schema`: of the points, as the vertices have it.
 CrustMesh crust_mesh(const PointCloud& points, const RootCube& root, const StopToken& stop,
                      const voronoi::ShareDone& done) {
@@ -72,12 +109,17 @@ CrustMesh crust_mesh(const PointCloud& points, const RootCube& root, const StopT
     mesh.vertices.attributes.insert(mesh.vertices.attributes.end(), row,
                                     row + static_cast<std::ptrdiff_t>(width));
   }
-  surface = {};
+  for (const voronoi::MedialBall& ball : surface.medial_axis) {
+    mesh.medial_axis.centers.push_back(ball.center);
+    mesh.medial_axis.radii.push_back(ball.radius);
+  }
   stop.check();
   for (Triangle& t : mesh.triangles)
     t = smallest_first(Triangle{rank[t[0]], rank[t[1]], rank[t[2]]});
   std::sort(mesh.triangles.begin(), mesh.triangles.end());
   turn_to_normals(bare.vertices.positions, of_samples, mesh.triangles, &stop);
+  mesh.polygons = ranked_polygons(surface, rank, mesh.triangles);
+  surface = {};
   bare.triangles = std::move(mesh.triangles);
   mesh.vertices.normals = normals_of(bare, of_samples);
   mesh.triangles = std::move(bare.triangles);
@@ -86,8 +128,15 @@ CrustMesh crust_mesh(const PointCloud& points, const RootCube& root, const StopT
 }
 
 void commit(ChunkStore& store, const CrustMesh& mesh) {
-  const std::array<ArrayView, 1> faces = {
-      ArrayView{kTriangles, ScalarType::kUint32, 3, mesh.triangles.size(), mesh.triangles.data()}};
+  const MedialAxis& axis = mesh.medial_axis;
+  const std::array<ArrayView, 5> faces = {
+      ArrayView{kTriangles, ScalarType::kUint32, 3, mesh.triangles.size(), mesh.triangles.data()},
+      ArrayView{kCorners, ScalarType::kUint32, 1, mesh.polygons.corners.size(),
+                mesh.polygons.corners.data()},
+      ArrayView{kBegin, ScalarType::kUint32, 1, mesh.polygons.begin.size(),
+                mesh.polygons.begin.data()},
+      ArrayView{kCenters, ScalarType::kFloat64, 3, axis.centers.size(), axis.centers.data()},
+      ArrayView{kRadii, ScalarType::kFloat64, 1, axis.radii.size(), axis.radii.data()}};
   commit_points(store, 0, mesh.vertices, kPowerCrustStage, {}, faces);
 }
 
@@ -125,6 +174,16 @@ Partition make_power_crust(const Partition& points, StageRunner& runner) {
 
 std::vector<Triangle> load_power_crust(const ChunkStore& store) {
   return store.open(kPowerCrustStage, 0)->read_all<Triangle>(kTriangles);
+}
+
+PolygonFaces load_polygons(const ChunkStore& store) {
+  const auto stored = store.open(kPowerCrustStage, 0);
+  return {stored->read_all<std::uint32_t>(kCorners), stored->read_all<std::uint32_t>(kBegin)};
+}
+
+MedialAxis load_medial_axis(const ChunkStore& store) {
+  const auto stored = store.open(kPowerCrustStage, 0);
+  return {stored->read_all<Vec3>(kCenters), stored->read_all<double>(kRadii)};
 }
 
 }  // namespace orbweave

@@ -8,6 +8,7 @@
 
 #include "engine/pipeline/stage/partition.h"
 #include "engine/pipeline/stage/stage_runner.h"
+#include "io/meshes/mesh_writer.h"
 #include "io/triangle_mesh.h"
 
 namespace orbweave {
@@ -21,5 +22,15 @@ Partition make_power_crust(const Partition& points, StageRunner& runner);
 /// The triangles that the stage left, over the vertices of its chunk: turned to the normals of the
 /// points, smallest vertex first, sorted, two at each edge.
 std::vector<Triangle> load_power_crust(const ChunkStore& store);
+
+/// The polygons that the triangles were cut from, turned likewise, smallest vertex first, sorted.
+PolygonFaces load_polygons(const ChunkStore& store);
+
+/// The inner balls of the medial axis, in the order of their centres' coordinates.
+struct MedialAxis {
+  std::vector<Vec3> centers;
+  std::vector<double> radii;
+};
+MedialAxis load_medial_axis(const ChunkStore& store);
 
 }  // namespace orbweave
