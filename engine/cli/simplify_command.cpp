@@ -18,6 +18,7 @@
 #include "io/error.h"
 #include "io/job/output_origin.h"
 #include "io/meshes/heavy_data.h"
+#include "io/meshes/mesh_stream.h"
 #include "io/meshes/shift_file.h"
 #include "io/points/coordinate_system_file.h"
 #include "io/report/picture.h"
