@@ -76,8 +76,9 @@ TEST_CASE("CompletionKnowsCommandsOptionsAndChoicesOfEachShell") {
 TEST_CASE("TheReferenceHasKeysOptionsFieldsAndExitStatuses") {
   const auto printed = run_program({"config", "--reference"});
   CHECK(printed.status == 0);
-  CHECK_THAT(printed.out, Contains("### `fill.max_edges`") && Contains("### `orbweave compare`") &&
-                              Contains("| `mesh.watertight` | true or false |") &&
-                              Contains("| `holes[].confidence` | number |") &&
-                              Contains("| 130 | interrupted"));
+  CHECK_THAT(printed.out,
+             Contains("### `fill.max_edges`") && Contains("### `orbweave compare`") &&
+                 Contains("| `mesh.watertight` | whether the mesh is closed, manifold") &&
+                 Contains("| `holes[].confidence` | how far the patch can be trusted, 0 to 1") &&
+                 Contains("| 130 | interrupted"));
 }

@@ -240,6 +240,7 @@ TEST_CASE("EveryFieldOfAReportIsDescribedAndNoOtherIs") {
   report.normals.contested_places = {{{1, 2, 3}, 4}};
   report.normals.doubtful = {{{1, 2, 3}, 0.5, "thin"}};
   report.mesh.bounds = report.bounds;
+  report.voronoi = VoronoiFacts{};
   std::set<std::string> fields;
   add_fields(Json::parse(report_json(report)), "", fields);
   std::set<std::string> described;
