@@ -46,6 +46,7 @@ class ThreadTeam : public Communicator {
     std::barrier<> meeting;
     std::atomic<std::uint64_t> next{0};
     std::atomic<std::uint64_t> word{0};
+    std::vector<std::string> texts = std::vector<std::string>(static_cast<std::size_t>(size));
   };
   ThreadTeam(Shared& shared, int rank) : shared_(shared), rank_(rank) {}
   int rank() const override { return rank_; }
@@ -58,6 +59,13 @@ class ThreadTeam : public Communicator {
     if (is_root()) shared_.word = word;
     shared_.meeting.arrive_and_wait();
     const std::uint64_t told = shared_.word;
+    shared_.meeting.arrive_and_wait();
+    return told;
+  }
+  std::vector<std::string> gather(const std::string& text, const StopToken&) override {
+    shared_.texts[static_cast<std::size_t>(rank_)] = text;
+    shared_.meeting.arrive_and_wait();
+    const std::vector<std::string> told = is_root() ? shared_.texts : std::vector<std::string>();
     shared_.meeting.arrive_and_wait();
     return told;
   }
