@@ -30,11 +30,9 @@ set(ORBWEAVE_PIPELINE_HEADERS
   io/meshes/mesh_writer.h           mesh_writer.h
   io/points/point_source.h          point_source.h
   io/points/scan_pose.h             scan_pose.h
-  io/simplify_target.h              simplify_target.h
   io/report/progress.h              progress.h
   io/report/machine.h               machine.h
   io/report/report_facts.h          report_facts.h
-  io/voronoi_facts.h                voronoi_facts.h
   io/report/report.h                report.h
 )
 

@@ -6,18 +6,9 @@
 #include <string>
 #include <string_view>
 
-namespace orbweave {
+#include "io/surface_options.h"
 
-/// One of three limits.
-struct SimplifyTarget {
-  enum class Kind {
-    kRatio,      ///< triangles kept, as a share of all: above 0, at most 1
-    kTriangles,  ///< most triangles: an integer of at least 1
-    kError       ///< most distance between the two surfaces, world units: above 0, finite
-  };
-  Kind kind = Kind::kRatio;
-  double value = 1.0;
-};
+namespace orbweave {
 
 /// What each kind accepts, for messages: "a number above 0 and at most 1".
 const char* accepted_by(SimplifyTarget::Kind kind);

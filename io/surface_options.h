@@ -78,4 +78,15 @@ struct FillOptions {
   std::optional<std::uint64_t> min_triangles;
 };
 
+/// How far a mesh is to be simplified: one of three limits.
+struct SimplifyTarget {
+  enum class Kind {
+    kRatio,      ///< triangles kept, as a share of all: above 0, at most 1
+    kTriangles,  ///< most triangles: an integer of at least 1
+    kError       ///< most distance between the two surfaces, world units: above 0, finite
+  };
+  Kind kind = Kind::kRatio;
+  double value = 1.0;
+};
+
 }  // namespace orbweave

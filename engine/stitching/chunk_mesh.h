@@ -11,8 +11,8 @@
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/holes/problem/boundary_loop.h"
 #include "io/box.h"
+#include "io/mesh_facts.h"
 #include "io/triangle_mesh.h"
-#include "io/voronoi_facts.h"
 
 namespace orbweave {
 

@@ -10,7 +10,6 @@
 #include "io/clouds/scan_source.h"
 #include "io/clouds/text_layout.h"
 #include "io/points/point_source.h"
-#include "io/simplify_target.h"
 #include "io/surface_options.h"
 
 namespace orbweave {

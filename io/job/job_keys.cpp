@@ -9,6 +9,7 @@
 #include "io/error.h"
 #include "io/job/job_values.h"
 #include "io/points/area_text.h"
+#include "io/simplify_target.h"
 #include "io/text/quantity.h"
 
 namespace orbweave {

@@ -11,7 +11,6 @@
 #include "io/hole_facts.h"
 #include "io/job/job.h"
 #include "io/mesh_facts.h"
-#include "io/voronoi_facts.h"
 
 namespace orbweave {
 

@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "io/mesh_facts.h"
 #include "io/store/chunk_store.h"
 #include "io/triangle_mesh.h"
-#include "io/voronoi_facts.h"
 
 namespace orbweave {
 
