@@ -16,7 +16,7 @@
 namespace orbweave {
 namespace {
 
-/// What stitching takes for a surface that is there already, bytes per vertex; measured.
+/// What stitching takes for a surface that is there already, bytes per vertex; an estimate.
 constexpr std::uint64_t kStitchedBytes = 300;
 
 /// The surface of all points, which are one chunk.
