@@ -23,7 +23,6 @@
 #include "engine/validation/usable_triangles.h"
 #include "io/error.h"
 #include "io/job/output_origin.h"
-#include "io/meshes/heavy_data.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/meshes/shift_file.h"
@@ -74,16 +73,10 @@ void check(const FillArguments& arguments, const OutputOptions& output) {
                 {.place = "--picture-colors",
                  .found = "undersampled",
                  .expected = "patches, confidence, points or component"});
-  const std::vector<PathRole> paths = {
-      {"the mesh that is read", arguments.file, PathUse::kReadFile},
-      {"the mesh", output.mesh, PathUse::kWrittenFile},
-      {"the numbers of the mesh", heavy_data_file(output.mesh), PathUse::kWrittenFile},
-      {"the coordinate system beside the mesh", coordinate_system_file(output.mesh),
-       PathUse::kWrittenFile, false, false},
-      {"the shift of coordinates beside the mesh", shift_file(output.mesh), PathUse::kWrittenFile,
-       false, false},
-      {"the report", output.report, PathUse::kWrittenFile},
-      {"the picture", output.picture, PathUse::kWrittenFile}};
+  std::vector<PathRole> paths = files_of_mesh(output.mesh);
+  paths.push_back({"the mesh that is read", arguments.file, PathUse::kReadFile});
+  paths.push_back({"the report", output.report, PathUse::kWrittenFile});
+  paths.push_back({"the picture", output.picture, PathUse::kWrittenFile});
   check_paths(paths);
   if (arguments.file == "-" || is_mesh_file(arguments.file)) return;
   throw_bad_input("is no mesh, so it has no holes to fill",

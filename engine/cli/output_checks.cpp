@@ -6,6 +6,9 @@
 
 #include "engine/cli/file_kind.h"
 #include "io/error.h"
+#include "io/meshes/heavy_data.h"
+#include "io/meshes/shift_file.h"
+#include "io/points/coordinate_system_file.h"
 #include "io/text/file_format.h"
 
 namespace orbweave {
@@ -42,6 +45,15 @@ void check_mesh_name(const OutputOptions& output) {
                 {.file = mesh,
                  .found = "output.format = \"text\"",
                  .expected = "\"auto\" or \"binary\", or a .ply, .obj or .stl file"});
+}
+
+std::vector<PathRole> files_of_mesh(const std::string& mesh) {
+  return {{"the mesh", mesh, PathUse::kWrittenFile},
+          {"the numbers of the mesh", heavy_data_file(mesh), PathUse::kWrittenFile},
+          {"the coordinate system beside the mesh", coordinate_system_file(mesh),
+           PathUse::kWrittenFile, false, false},
+          {"the shift of coordinates beside the mesh", shift_file(mesh), PathUse::kWrittenFile,
+           false, false}};
 }
 
 }  // namespace orbweave

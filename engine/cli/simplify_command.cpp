@@ -17,7 +17,6 @@
 #include "engine/pipeline/stage/writer_options.h"
 #include "io/error.h"
 #include "io/job/output_origin.h"
-#include "io/meshes/heavy_data.h"
 #include "io/meshes/mesh_stream.h"
 #include "io/meshes/shift_file.h"
 #include "io/points/coordinate_system_file.h"
@@ -84,15 +83,9 @@ void check_places(const SimplifyArguments& arguments, const OutputOptions& outpu
   if (output.mesh == "-")
     throw_usage("a simplified mesh is not written to standard output",
                 {.expected = "the name of a file behind -o"});
-  const std::vector<PathRole> paths = {
-      {"the mesh that is read", arguments.mesh, PathUse::kReadFile},
-      {"the mesh", output.mesh, PathUse::kWrittenFile},
-      {"the numbers of the mesh", heavy_data_file(output.mesh), PathUse::kWrittenFile},
-      {"the coordinate system beside the mesh", coordinate_system_file(output.mesh),
-       PathUse::kWrittenFile, false, false},
-      {"the shift of coordinates beside the mesh", shift_file(output.mesh), PathUse::kWrittenFile,
-       false, false},
-      {"the work directory", work, PathUse::kWorkDirectory}};
+  std::vector<PathRole> paths = files_of_mesh(output.mesh);
+  paths.push_back({"the mesh that is read", arguments.mesh, PathUse::kReadFile});
+  paths.push_back({"the work directory", work, PathUse::kWorkDirectory});
   check_paths(paths);
 }
 

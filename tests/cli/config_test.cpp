@@ -78,7 +78,7 @@ TEST_CASE("TheReferenceHasKeysOptionsFieldsAndExitStatuses") {
   CHECK(printed.status == 0);
   CHECK_THAT(printed.out,
              Contains("### `fill.max_edges`") && Contains("### `orbweave compare`") &&
-                 Contains("| `mesh.watertight` | whether the mesh is closed, manifold") &&
-                 Contains("| `holes[].confidence` | how far the patch can be trusted, 0 to 1") &&
+                 Contains("| `mesh.watertight` | true or false | whether the mesh is closed") &&
+                 Contains("| `holes[].confidence` | number | how far the patch can be trusted") &&
                  Contains("| 130 | interrupted"));
 }

@@ -122,9 +122,10 @@ Mended mend_holes(const MendInputs& inputs, StageRunner& runner) {
   const double reach = 2.0 * inputs.surface.radii.values.back();
   const auto scanned_near = [&](const Box& box, std::vector<Triangle64>& out) {
     const std::vector<Chunk>& chunks = partition.octree.chunks();
+    const BoxTree place(std::span(&box, 1));
     for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk)
       if (chunks[chunk].box.grown(reach).intersects(box))
-        inputs.mesh.triangles_near(chunk, box, out);
+        inputs.mesh.triangles_near(chunk, place, out);
   };
   LastBatch last(runner.store);
   const auto patch_of = [&](std::size_t l) {

@@ -239,20 +239,6 @@ void StoredSurface::triangles_near(ChunkId chunk, const BoxTree& places,
   }
 }
 
-void StoredSurface::triangles_near(ChunkId chunk, const Box& box,
-                                   std::vector<Triangle64>& out) const {
-  const auto own = cache_->get(chunk);
-  const LocalNumbers numbers = own->numbers();
-  const Box reached = box.grown(reach_);
-  for (const Triangle& t : own->triangles) {
-    // The smallest vertex is the chunk's own.
-    const std::uint32_t first = std::min({t[0], t[1], t[2]});
-    if (!reached.contains(own->points.positions[first])) continue;
-    const Triangle64 global = numbers.global(t);
-    if (!std::binary_search(removed_.begin(), removed_.end(), global)) out.push_back(global);
-  }
-}
-
 std::uint32_t StoredSurface::channels() const {
   return with_values_ ? static_cast<std::uint32_t>(partition_.schema.attributes.size()) : 0;
 }

@@ -41,10 +41,8 @@ class StoredSurface : public Surface {
   std::vector<Vec3> positions_of(ChunkId chunk) const;
   /// Adds the triangles that the chunk owns.
   void triangles_of(ChunkId chunk, std::vector<Triangle64>& out) const;
-  /// Adds the triangles that the chunk owns, but for some that come near none of the places.
+  /// Adds those of the triangles that the chunk owns that may meet one of the places.
   void triangles_near(ChunkId chunk, const BoxTree& places, std::vector<Triangle64>& out) const;
-  /// Adds the triangles that the chunk owns, but for some that do not come near the box.
-  void triangles_near(ChunkId chunk, const Box& box, std::vector<Triangle64>& out) const;
   std::uint32_t channels() const override;
   std::vector<double> values(std::span<const std::uint64_t> vertices) const override;
 
