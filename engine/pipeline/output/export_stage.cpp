@@ -99,6 +99,10 @@ ExportResult export_mesh(const ExportInputs& inputs, StageRunner& runner) {
   MeshWriterOptions options = writer_options(output, inputs.holes.holes, origin);
   options.up_axis =
       upright_axis(picture_up(runner.job, partition.coordinate_system), partition.bounds);
+  // Files beside the mesh come first: a job that is interrupted meanwhile leaves no mesh.
+  const std::uint64_t beside = runner.communicator.is_root()
+                                   ? write_power_crust_files(partition, columns, options, runner)
+                                   : 0;
   SurfaceDigest digest;
   const TileInput tiles{partition, inputs.used, inputs.holes, pieces,
                         columns,   header,      options,      runner.stop};
@@ -107,8 +111,7 @@ ExportResult export_mesh(const ExportInputs& inputs, StageRunner& runner) {
                    : export_one_file(runner, pieces, columns, header, options, digest);
   clock.facts().points = partition.points();
   if (!runner.communicator.is_root()) return {};
-  clock.facts().bytes_written =
-      bytes + write_power_crust_files(partition, columns, options, runner);
+  clock.facts().bytes_written = bytes + beside;
   write_coordinate_system(output.mesh, partition.coordinate_system);
   write_shift(output.mesh, origin);
   return {digest.checksum(), digest.bounds(), bytes};
