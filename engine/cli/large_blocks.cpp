@@ -1,7 +1,7 @@
-// Large pages for large blocks: a pass over millions of points asks for arrays of many megabytes, and
-// on pages of 4 KiB the kernel takes up to a fifth of the processor time to hand them out, in virtual
-// machines above all. What replaces operator new belongs to a program, never to a library: only the
-// executables compile this file. The sanitizers bring an operator new of their own.
+// Large pages for large blocks: a pass over millions of points asks for arrays of many megabytes,
+// and on pages of 4 KiB the kernel takes up to a fifth of the processor time to hand them out, in
+// virtual machines above all. What replaces operator new belongs to a program, never to a library:
+// only the executables compile this file. The sanitizers bring an operator new of their own.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -10,7 +10,8 @@
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define ORBWEAVE_INSTRUMENTED
 #elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || \
+    __has_feature(memory_sanitizer)
 #define ORBWEAVE_INSTRUMENTED
 #endif
 #endif

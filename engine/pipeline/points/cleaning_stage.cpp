@@ -430,6 +430,12 @@ RawCloud raw_cloud(StageRunner& runner, Partition partition) {
   return cloud;
 }
 
+std::vector<double> radii_in_spacings(const Partition& measured) {
+  std::vector<double> radii = measured.automatic_radii;
+  for (double& radius : radii) radius /= measured.spacing;
+  return radii;
+}
+
 CutPoints partition_cleaned(StageRunner& runner) {
   CutPoints raw = raw_points(runner);
   RawCloud cloud = raw_cloud(runner, std::move(raw.partition));
@@ -454,7 +460,8 @@ CutPoints partition_cleaned(StageRunner& runner) {
         cut_and_sort({.open = [&](auto*) { return open_cleaned(runner.store, cloud, turns); },
                       .stages = kFinalCut,
                       .are_scans = false,
-                      .order = chunks_line(cloud.partition)},
+                      .order = chunks_line(cloud.partition),
+                      .likely_radii = radii_in_spacings(cloud.partition)},
                      runner);
     take_over(cloud, cut.partition);
     cut.partition.cleaning = facts;

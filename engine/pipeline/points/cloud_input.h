@@ -57,6 +57,8 @@ struct CloudInput {
   bool leaves_out_strays = false;
   std::vector<Vec3> scan_origins =
       {};  ///< where the scans' own (0, 0, 0) lie; ascending, different
+  /// Automatic radii over the spacing, as the raw points let expect them; empty: not measured.
+  std::vector<double> likely_radii = {};
 };
 
 }  // namespace orbweave

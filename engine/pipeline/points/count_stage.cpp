@@ -46,14 +46,26 @@ std::uint64_t count_without_view(const PointCloud& points) {
 /// chunks than that: they share the work on one.
 constexpr double kHalosPerSide = 48.0;
 
+/// The passes over raw points look at neighbours, some eight spacings far.
+constexpr double kRawHaloSpacings = 8.0;
+
+/// How many raw points a chunk needs so that its halo is not most of the work. Reading, writing and
+/// sorting of a chunk keep one thread busy: all threads are where there are several chunks.
+std::uint64_t worthwhile_raw_points(std::uint64_t points) {
+  constexpr double kSide = kHalosPerSide * kRawHaloSpacings;
+  return std::min(static_cast<std::uint64_t>(kSide * kSide), points);
+}
+
 /// How many points a chunk needs so that its halo is not most of the work: the points of a piece
 /// of surface of that side. The surface is guessed from the cells that hold points.
-std::uint64_t worthwhile_chunk_points(const CountGrid& grid, const ReconstructOptions& options) {
+std::uint64_t worthwhile_chunk_points(const CountGrid& grid, const ReconstructOptions& options,
+                                      const std::vector<double>& likely_radii) {
   if (options.ball_radii.empty()) {
     // Automatic radii are so many spacings; a spacing squared holds a point. Where their number
     // follows from the density, too, chunks are put together once that is known.
-    std::vector<double> radii = {kRadiusPerSpacing};
-    for (int level = 1; level < options.levels; ++level)
+    std::vector<double> radii = likely_radii;
+    if (radii.empty()) radii = {kRadiusPerSpacing};
+    for (int level = static_cast<int>(radii.size()); level < options.levels; ++level)
       radii.push_back(radii.back() * kRadiusGrowth);
     return worthwhile_points(radii, 1.0, grid.points());
   }
@@ -129,7 +141,7 @@ void require_usable_scale(const ResolvedJob& job, const Box& bounds) {
 
 /// Poles are found among all raw points at once.
 bool is_one_chunk(const ResolvedJob& job, const CloudInput& input) {
-  return job.normals.source == NormalSource::kPoles && input.stages.points() == kRawCut.points();
+  return job.normals.source == NormalSource::kPoles && is_cut_again(input);
 }
 
 /// Every process is to have several chunks.
@@ -140,9 +152,12 @@ void plan_cut(const ResolvedJob& job, const CloudInput& input, CountedCloud& clo
   require_memory_for_method(job, cloud.points_used);
   if (input.are_scans) require_memory_for_poles(job, cloud.points_used);
   cloud.grid.settle(root_cube(cloud.grid.bounds()).side);
-  cloud.memory =
-      job.memory_plan(cloud.points_used / static_cast<std::uint64_t>(processes), cloud.schema,
-                      worthwhile_chunk_points(cloud.grid, job.reconstruct));
+  const std::uint64_t worthwhile =
+      is_cut_again(input)
+          ? worthwhile_raw_points(cloud.points_used)
+          : worthwhile_chunk_points(cloud.grid, job.reconstruct, input.likely_radii);
+  cloud.memory = job.memory_plan(cloud.points_used / static_cast<std::uint64_t>(processes),
+                                 cloud.schema, worthwhile);
   if (is_in_core(job.reconstruct.method) && goes_in_chunks(job, cloud.points_used))
     cloud.memory.chunk_points = super_cocone_chunk_points(job);
   if (is_one_chunk(job, input)) cloud.memory.chunk_points = kOneChunkPoints;
@@ -160,6 +175,8 @@ void cut_chunks(const RunControl& control, const CloudInput& input, CountedCloud
 }
 
 }  // namespace
+
+bool is_cut_again(const CloudInput& input) { return input.stages.points() == kRawCut.points(); }
 
 std::uint64_t worthwhile_points(const std::vector<double>& radii, double points_per_area,
                                 std::uint64_t points) {

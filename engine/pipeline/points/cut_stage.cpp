@@ -224,7 +224,8 @@ Partition describe_points(const CloudInput& input, const CountedCloud& cloud,
   partition.coordinate_system = cloud.coordinate_system;
   partition.meters_per_unit = cloud.meters_per_unit;
   partition.has_wide_colors = cloud.has_wide_colors;
-  partition.octree = final_octree(runner.job, cloud, partition);
+  partition.octree =
+      is_cut_again(input) ? cloud.octree : final_octree(runner.job, cloud, partition);
   return partition;
 }
 

@@ -83,6 +83,12 @@ SortedChunk take_sorted(BinSource& source, const Octree& bins, const Chunk& chun
     check_stop(stop);
     sorted.merged += sort_canonically(sorted.points, bins.root());
   };
+  // Room for the whole chunk at once: columns that grow are copied over and over.
+  const auto append = [&](const PointCloud& part) {
+    const std::uint64_t expected = std::min<std::uint64_t>(chunk.points, most_points + part.size());
+    if (sorted.points.positions.capacity() < expected) sorted.points.reserve(expected);
+    sorted.points.append(part);
+  };
   const auto [first, last] = bins_in(bins, chunk);
   for (ChunkId bin = first; bin < last; ++bin) {
     source.take(bin, most_points, [&](PointCloud&& part) {
@@ -90,7 +96,7 @@ SortedChunk take_sorted(BinSource& source, const Octree& bins, const Chunk& chun
       if (sorted.points.empty())
         sorted.points = std::move(part);
       else
-        sorted.points.append(part);
+        append(part);
       if (sorted.points.size() < limit) return;
       sort();
       limit = std::max(most_points, 2 * sorted.points.size());
