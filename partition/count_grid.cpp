@@ -1,7 +1,12 @@
 #include "partition/count_grid.h"
 
-#include <openvdb/tree/Tree.h>
-#include <openvdb/tree/ValueAccessor.h>
+#include <openvdb/version.h>
+// Of OpenVDB only the nodes are used, which are templates: its library takes as long to load as a
+// small job takes. What reads leaves from files when they are first touched would need the library.
+#undef OPENVDB_USE_DELAYED_LOADING
+#include <openvdb/tree/InternalNode.h>
+#include <openvdb/tree/LeafNode.h>
+#include <openvdb/tree/RootNode.h>
 
 #include <algorithm>
 #include <array>
@@ -23,11 +28,10 @@ namespace {
 using Count = std::uint32_t;
 // Nodes far smaller than OpenVDB's usual ones: a surface fills a quarter of a leaf of 4^3 cells,
 // an eighth of one of 8^3, and lone points cost 5 KiB instead of 300.
-using Tree = openvdb::tree::Tree4<Count, 3, 2, 2>::Type;
-using Upper = Tree::RootNodeType::ChildNodeType;
-using Lower = Upper::ChildNodeType;
-using Leaf = Tree::LeafNodeType;
-using Accessor = openvdb::tree::ValueAccessor<Tree>;
+using Leaf = openvdb::tree::LeafNode<Count, 2>;
+using Lower = openvdb::tree::InternalNode<Leaf, 2>;
+using Upper = openvdb::tree::InternalNode<Lower, 3>;
+using Root = openvdb::tree::RootNode<Upper>;
 using openvdb::Coord;
 
 static_assert(Leaf::TOTAL == kLeafLog2 && Lower::TOTAL == kLowerLog2 && Upper::TOTAL == kUpperLog2);
@@ -48,7 +52,14 @@ class CountTree {
  public:
   std::size_t bytes() const { return tree_bytes(leaves_, lowers_, uppers_); }
   std::size_t leaves() const { return leaves_; }
-  const Tree& tree() const { return tree_; }
+
+  /// Visits the leaves in the order of their coordinates.
+  template <class Visit>
+  void for_each_leaf(const Visit& visit) const {
+    for (auto upper = root_.cbeginChildOn(); upper; ++upper)
+      for (auto lower = upper->cbeginChildOn(); lower; ++lower)
+        for (auto leaf = lower->cbeginChildOn(); leaf; ++leaf) visit(*leaf);
+  }
 
   /// Coordinates must not be negative.
   void raise(const Coord& at, std::uint64_t by) {
@@ -75,9 +86,8 @@ class CountTree {
   void dissolve(const Visit& visit) {
     std::vector<Leaf*> leaves;
     leaves.reserve(leaves_);
-    accessor_.clear();
-    tree_.stealNodes(leaves);
-    tree_.clear();
+    root_.stealNodes(leaves);
+    root_.clear();
     leaves_ = lowers_ = uppers_ = 0;
     std::fill(places_.begin(), places_.end(), Place());
     for (Leaf* stolen : leaves) {
@@ -113,15 +123,14 @@ class CountTree {
   }
 
   Leaf& touch(const Coord& at) {
-    if (Leaf* leaf = accessor_.probeLeaf(at)) return *leaf;
-    lowers_ += accessor_.probeConstNode<Lower>(at) == nullptr;
-    uppers_ += accessor_.probeConstNode<Upper>(at) == nullptr;
+    if (Leaf* leaf = root_.probeLeaf(at)) return *leaf;
+    lowers_ += root_.probeConstNode<Lower>(at) == nullptr;
+    uppers_ += root_.probeConstNode<Upper>(at) == nullptr;
     ++leaves_;
-    return *accessor_.touchLeaf(at);
+    return *root_.touchLeaf(at);
   }
 
-  Tree tree_{0};
-  Accessor accessor_{tree_};
+  Root root_{0};
   std::size_t leaves_ = 0, lowers_ = 0, uppers_ = 0;
   std::vector<Place> places_ = std::vector<Place>(std::size_t{1} << kPlacesLog2);
 };
@@ -257,8 +266,8 @@ std::size_t CountGrid::State::insert(std::span<const Vec3> positions) {
 void CountGrid::State::coarsen_to_limit() {
   std::vector<KeyIndex> leaves;
   leaves.reserve(tree->leaves());
-  for (auto leaf = tree->tree().cbeginLeaf(); leaf; ++leaf)
-    leaves.push_back({morton_of(leaf->origin(), kLeafLog2), 0});
+  tree->for_each_leaf(
+      [&](const Leaf& leaf) { leaves.push_back({morton_of(leaf.origin(), kLeafLog2), 0}); });
   radix_sort(leaves);
   rebuild(doublings_to_fit(leaves, limit_bytes, spare_doublings()));
 }
@@ -338,9 +347,10 @@ void CountGrid::for_each(const std::function<void(Vec3, std::uint64_t)>& visit) 
     return visit(lattice.corner(lattice.at(state.bounds.min)), state.points);
   }
   if (state.tree == nullptr) state.build();
-  for (auto leaf = state.tree->tree().cbeginLeaf(); leaf; ++leaf)
-    for (auto value = leaf->cbeginValueOn(); value; ++value)
+  state.tree->for_each_leaf([&](const Leaf& leaf) {
+    for (auto value = leaf.cbeginValueOn(); value; ++value)
       visit(state.lattice.corner(index_of(value.getCoord())), value.getValue());
+  });
 }
 
 void CountGrid::for_each_place(
