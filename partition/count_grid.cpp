@@ -266,8 +266,9 @@ std::size_t CountGrid::State::insert(std::span<const Vec3> positions) {
 void CountGrid::State::coarsen_to_limit() {
   std::vector<KeyIndex> leaves;
   leaves.reserve(tree->leaves());
-  tree->for_each_leaf(
-      [&](const Leaf& leaf) { leaves.push_back({morton_of(leaf.origin(), kLeafLog2), 0}); });
+  tree->for_each_leaf([&](const Leaf& leaf) {
+    leaves.push_back({morton_of(leaf.origin(), kLeafLog2), 0});
+  });
   radix_sort(leaves);
   rebuild(doublings_to_fit(leaves, limit_bytes, spare_doublings()));
 }
