@@ -23,10 +23,13 @@ struct Positions {
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Positions>,
                                                  Positions, 3, std::uint32_t>;
 
-bool nearer(const Neighbor& a, const Neighbor& b) {
-  return a.squared_distance < b.squared_distance ||
-         (a.squared_distance == b.squared_distance && a.index < b.index);
-}
+// An object, not a function, so that sorting compares without a call. Without a branch between the
+// two parts: which comes first is anyone's guess.
+constexpr auto nearer = [](const Neighbor& a, const Neighbor& b) {
+  return static_cast<bool>(static_cast<int>(a.squared_distance < b.squared_distance) |
+                           (static_cast<int>(a.squared_distance == b.squared_distance) &
+                            static_cast<int>(a.index < b.index)));
+};
 
 /// Keeps the best `count` by (distance, index). Up to twice as many are held before those that are
 /// too far are dropped, so that an entry takes constant time.

@@ -18,11 +18,11 @@ struct Votes {
 
 /// By size first, so that a node that starts with the other sign has its votes added in the same
 /// order.
-bool before(const SignedEdge& x, const SignedEdge& y) {
+constexpr auto before = [](const SignedEdge& x, const SignedEdge& y) {
   const double size_x = std::abs(x.votes), size_y = std::abs(y.votes);
   return std::tie(x.a, x.b, size_x, x.votes, x.weight) <
          std::tie(y.a, y.b, size_y, y.votes, y.weight);
-}
+};
 
 /// Sorted by (a, b) with a < b, parallel ones added up.
 void normalize(std::vector<SignedEdge>& edges) {

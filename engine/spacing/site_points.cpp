@@ -1,6 +1,7 @@
 #include "engine/spacing/site_points.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <array>
@@ -35,7 +36,10 @@ PointSelection select_points(std::span<const SpacingSite> sites, std::uint64_t w
 
 namespace {
 
-bool comes_before(Vec3 a, Vec3 b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
+// An object, not a function, so that sorting compares without a call.
+constexpr auto comes_before = [](const Vec3& a, const Vec3& b) {
+  return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+};
 
 bool are_distinct(const SpacingSite& site) {
   const auto& points = site.points;
@@ -49,8 +53,8 @@ void sort_points(std::span<Vec3> points, const StopToken* stop) {
   check_stop(stop);
   if (points.size() <= kBlock) return std::sort(points.begin(), points.end(), comes_before);
   const std::size_t half = points.size() / 2;
-  sort_points(points.first(half), stop);
-  sort_points(points.subspan(half), stop);
+  tbb::parallel_invoke([&] { sort_points(points.first(half), stop); },
+                       [&] { sort_points(points.subspan(half), stop); });
   std::inplace_merge(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(half),
                      points.end(), comes_before);
 }

@@ -46,8 +46,8 @@ std::uint64_t count_without_view(const PointCloud& points) {
 /// chunks than that: they share the work on one.
 constexpr double kHalosPerSide = 48.0;
 
-/// The passes over raw points look at neighbours, some eight spacings far.
-constexpr double kRawHaloSpacings = 8.0;
+/// The widest halo of the passes over raw points, that of patches of one orientation.
+constexpr double kRawHaloSpacings = 16.0;
 
 /// How many raw points a chunk needs so that its halo is not most of the work. Reading, writing and
 /// sorting of a chunk keep one thread busy: all threads are where there are several chunks.

@@ -10,9 +10,9 @@
 namespace orbweave {
 namespace {
 
-bool by_vertex(const OpenFan& a, const OpenFan& b) {
+constexpr auto by_vertex = [](const OpenFan& a, const OpenFan& b) {
   return a.vertex != b.vertex ? a.vertex < b.vertex : a.previous < b.previous;
-}
+};
 
 /// Joins fans of one vertex, [first, last) by what is before them, where one ends at the edge at
 /// which another begins; those that close vanish. Returns the end of what is left.
