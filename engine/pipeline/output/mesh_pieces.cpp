@@ -159,14 +159,20 @@ void MeshPieces::load_new_vertices(const MeshPiece& piece, const VertexColumns& 
 void MeshPieces::load_copies(const MeshPiece& piece, const VertexColumns& columns,
                              PieceRows& rows) const {
   rows.vertices.clear();
-  PointCloud copied;
-  for (std::uint64_t i = piece.first; i < piece.first + piece.rows; ++i) {
-    const std::uint64_t vertex = holes_.copies[i];
-    const ChunkId chunk = partition_.chunk_of(vertex);
-    load_vertex_rows(store_, partition_.stage, chunk, columns,
-                     vertex - partition_.first_vertex[chunk], 1, copied);
-    rows.vertices.schema = copied.schema;
-    rows.vertices.append(copied);
+  auto copies = std::span(holes_.copies).subspan(piece.first, piece.rows);
+  PointCloud read;
+  while (!copies.empty()) {
+    const ChunkId chunk = partition_.chunk_of(copies.front());
+    const std::uint64_t begin = partition_.first_vertex[chunk], first = copies.front();
+    const std::size_t count = read_at_once(
+        copies.size(), [&](std::size_t i) { return copies[i]; }, partition_.first_vertex[chunk + 1],
+        kPieceRows);
+    load_vertex_rows(store_, partition_.stage, chunk, columns, first - begin,
+                     copies[count - 1] - first + 1, read);
+    rows.vertices.schema = read.schema;
+    for (const std::uint64_t vertex : copies.first(count))
+      rows.vertices.append(read, vertex - first);
+    copies = copies.subspan(count);
   }
 }
 

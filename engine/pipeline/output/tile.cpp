@@ -221,13 +221,9 @@ std::size_t Tile::append_points(std::span<const Outer> vertices, PointCloud& clo
   const auto& starts = input_.partition.first_vertex;
   const std::uint64_t first = vertices.front().source;
   const ChunkId chunk = input_.partition.chunk_of(first);
-  std::size_t count = 1;
-  while (count < vertices.size()) {
-    const std::uint64_t before = vertices[count - 1].source, next = vertices[count].source;
-    if (next < before || next - before > kPointBlockRows || next >= starts[chunk + 1]) break;
-    if (next - first >= kBatchRows) break;
-    ++count;
-  }
+  const std::size_t count = read_at_once(
+      vertices.size(), [&](std::size_t i) { return vertices[i].source; }, starts[chunk + 1],
+      kBatchRows);
   PointCloud read;
   load_vertex_rows(store_, input_.partition.stage, chunk, input_.columns, first - starts[chunk],
                    vertices[count - 1].source - first + 1, read);

@@ -7,6 +7,7 @@
 #include "engine/pipeline/stage/partition.h"
 #include "io/job/job.h"
 #include "io/points/color_depth.h"
+#include "io/store/chunk_points.h"
 #include "io/store/chunk_store.h"
 
 namespace orbweave {
@@ -36,5 +37,21 @@ void load_vertex_rows(const ChunkStore& store, const std::string& stage, ChunkId
 
 /// Adds that column to vertices of patches, where the columns have it.
 void mark_unsampled(const VertexColumns& columns, PointCloud& vertices);
+
+/// How many of `count` points are best read with the first: those that follow closely in the file
+/// of its chunk, which ends before point `chunk_end`, no more than `most_rows` rows away.
+/// `number_of(i)` is the number of a point.
+template <class NumberOf>
+std::size_t read_at_once(std::size_t count, const NumberOf& number_of, std::uint64_t chunk_end,
+                         std::uint64_t most_rows) {
+  const std::uint64_t first = number_of(0);
+  std::size_t together = 1;
+  for (; together < count; ++together) {
+    const std::uint64_t before = number_of(together - 1), next = number_of(together);
+    if (next < before || next - before > kPointBlockRows || next >= chunk_end) break;
+    if (next - first >= most_rows) break;
+  }
+  return together;
+}
 
 }  // namespace orbweave
