@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -12,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -54,7 +56,7 @@ struct ViewArguments {
   std::string mesh;  ///< or a tileset
   std::string page;
   std::string folder;
-  std::int64_t port = -1;  ///< none is asked for
+  std::string port;  ///< as given; empty: nothing is served
   std::string report;
   JobArguments keys;
 };
@@ -177,13 +179,18 @@ void write_folder(const ViewArguments& arguments, const Job& job, const StopToke
                    *progress, stop);
 }
 
+std::uint16_t port_of(const std::string& text) {
+  std::uint16_t port = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, port);
+  if (error != std::errc() || stop != end)
+    throw_usage("no such port",
+                {.place = "--serve", .found = text, .expected = "a number from 0 to 65535"});
+  return port;
+}
+
 void check_usage(const ViewArguments& arguments) {
-  const bool serves = arguments.port >= 0, makes_folder = !arguments.folder.empty();
-  constexpr std::int64_t kMostPort = 65535;
-  if (arguments.port > kMostPort)
-    throw_usage(
-        "no such port",
-        {.place = "--serve", .found = std::to_string(arguments.port), .expected = "0 to 65535"});
+  const bool serves = !arguments.port.empty(), makes_folder = !arguments.folder.empty();
   if (arguments.page.empty() && !makes_folder && !serves)
     throw_usage("nothing to make is named", {.expected = "-o PAGE.html, --folder DIR or --serve",
                                              .advice = "See 'orbweave view --help'."});
@@ -217,10 +224,10 @@ void view(const ViewArguments& arguments, const StopToken& stop) {
   if (!arguments.page.empty()) return write_page(arguments, job, stop);
   // A port that is taken is found out before the work.
   std::optional<FolderServer> server;
-  if (arguments.port >= 0)
+  if (!arguments.port.empty())
     server.emplace(makes_folder ? fs::path(arguments.folder)
                                 : tileset_folder(arguments.mesh).value_or(arguments.mesh),
-                   static_cast<std::uint16_t>(arguments.port));
+                   port_of(arguments.port));
   if (makes_folder) write_folder(arguments, job, stop);
   if (server) serve(*server);
 }
@@ -252,9 +259,7 @@ void add_view_command(CLI::App& program, const CommandContext& context) {
       "Example:\n  orbweave view mesh.ply -o mesh.html --report mesh.report.json\n"
       "  orbweave view mesh.ply --folder mesh.view --serve\n"
       "  orbweave view mesh.view --serve=9000\n");
-  command->callback([arguments, context, command] {
-    // The parser makes 0 of a flag that is not given.
-    if (command->count("--serve") == 0) arguments->port = -1;
+  command->callback([arguments, context] {
     context.then([arguments, &stop = context.stop] { view(*arguments, stop); });
   });
 }

@@ -124,7 +124,7 @@ void talk(const FileDescriptor& connection, const std::filesystem::path& folder)
   throw_resource("cannot serve at 127.0.0.1:" + std::to_string(port),
                  {.found = std::generic_category().message(reason),
                   .expected = "a port that no other program has",
-                  .advice = "Name another port, or 0 for any that is free: --serve 0"});
+                  .advice = "Name another port, or 0 for any that is free: --serve=0"});
 }
 
 }  // namespace

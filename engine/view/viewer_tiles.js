@@ -130,6 +130,7 @@
         loaded.push(tile);
         if (tile === root) {
           note('first-bytes', loadedBytes);
+          if (!part.paint) byId('colors').remove(0);
           setTimeout(function () { viewer.listHoles({ local: part.local, corners: part.corners, origin: part.origin, patches: [] }, all.levels > 1 ? ' in the coarsest level' : ''); }, 50);
         }
       }).catch(function (e) { tile.state = 'failed'; held -= tile.bytes; complain(String(e)); }).then(function () { --requests; viewer.redraw(); });
