@@ -12,14 +12,12 @@
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
+#include "engine/cli/tileset_making.h"
 #include "engine/levels/tileset.h"
 #include "engine/levels/tileset_report.h"
 #include "engine/levels/tileset_work.h"
 #include "io/error.h"
-#include "io/points/coordinate_system_file.h"
 #include "io/report/machine.h"
-#include "io/report/picture.h"
-#include "io/report/picture_up.h"
 #include "io/system/path_roles.h"
 #include "io/text/quantity.h"
 #include "partition/executor.h"
@@ -51,19 +49,6 @@ void check_places(const TilesetArguments& arguments, const fs::path& work) {
   check_paths(paths);
 }
 
-/// Bounds of vertices decide which axis is upright where nothing else does.
-int upright_axis_of(const TilesetArguments& arguments, const Job& job, const std::string& system) {
-  UpAxis up = job.output.picture_up;
-  if (up == UpAxis::kAuto) up = up_axis_of_scans(std::span(&arguments.mesh, 1), system);
-  if (up != UpAxis::kAuto) return upright_axis(up, {});
-  Box bounds;
-  const auto mesh = open_mesh_stream(arguments.mesh);
-  for (PointCloud batch; mesh->read_vertices(batch, std::size_t{1} << 16);)
-    for (const Vec3& position : batch.positions)
-      if (is_finite(position)) bounds.extend(position);
-  return upright_axis(up, bounds);
-}
-
 std::string summary(const TilesetArguments& arguments, const TilesetFacts& facts) {
   std::string text = facts_table(
       {{"tileset", (fs::path(arguments.directory) / kTilesetName).string()},
@@ -92,44 +77,20 @@ std::string summary(const TilesetArguments& arguments, const TilesetFacts& facts
   return text + "\n" + table(rows);
 }
 
-TilesetFacts make_tileset(const TilesetArguments& arguments, const TilesetOptions& options,
-                          Progress& progress, const StopToken& stop) {
-  const auto mesh = open_mesh_stream(arguments.mesh);
-  progress.begin_stage("read", mesh->faces(), "triangles");
-  TilesetEvents events;
-  events.read = [&](std::uint64_t triangles) { progress.advance(triangles); };
-  events.planned = [&](std::uint32_t tiles) {
-    progress.end_stage();
-    progress.begin_stage("tiles", tiles, "tiles");
-  };
-  events.written = [&] { progress.advance(1); };
-  events.measuring = [&] {
-    progress.end_stage();
-    progress.begin_stage("measure", 0, "levels");
-  };
-  TilesetFacts facts = write_tileset(*mesh, arguments.directory, options, events, stop);
-  progress.end_stage();
-  return facts;
-}
-
 void tileset(const TilesetArguments& arguments, const StopToken& stop) {
   const Job job = settings_of(arguments.keys);
   const fs::path work_directory = arguments.directory + ".work";
   check_places(arguments, work_directory);
-  TilesetOptions options;
+  TilesetOptions options = tileset_options(arguments.mesh, work_directory, job);
   options.levels.leaf_triangles = arguments.leaf_triangles;
-  options.levels.memory_bytes = job.partition.memory_bytes;
-  options.levels.threads = job.run.threads > 0 ? job.run.threads : available_threads();
-  options.levels.directory = work_directory;
   options.measures = arguments.measures;
-  options.coordinate_system = coordinate_system_beside(arguments.mesh);
-  options.up_axis = upright_axis_of(arguments, job, options.coordinate_system);
   const tbb::global_control limit(
       tbb::global_control::max_allowed_parallelism,
       static_cast<std::size_t>(std::max(options.levels.threads, available_threads())));
   const auto progress = make_progress(progress_style(arguments.keys));
   const TilesetWork work(work_directory);
-  const TilesetFacts facts = make_tileset(arguments, options, *progress, stop);
+  const TilesetFacts facts =
+      make_tileset(arguments.mesh, arguments.directory, options, *progress, stop);
   note_written(arguments.directory);
   if (!arguments.report.empty()) {
     write_tileset_report(arguments.report,

@@ -1,24 +1,31 @@
-// orbweave view: a mesh as one page for a browser.
+// orbweave view: a mesh as one page for a browser, or as a folder of tiles, which it serves.
 #include <oneapi/tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "engine/cli/commands.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
+#include "engine/cli/view_folder.h"
 #include "engine/levels/level_maker.h"
 #include "engine/levels/levels.h"
 #include "engine/validation/mesh_facts.h"
+#include "engine/view/folder_server.h"
 #include "engine/view/view_page.h"
 #include "io/error.h"
 #include "io/meshes/mesh_reader.h"
@@ -42,9 +49,14 @@ constexpr std::array<std::string_view, 3> kKeys = {"partition.memory", "run.thre
 /// Of a mesh that is simplified for its page.
 constexpr std::uint64_t kMostShownTriangles = 300'000;
 
+/// Of --serve where no port is named.
+constexpr const char* kServe = "--serve{8080}";
+
 struct ViewArguments {
-  std::string mesh;
+  std::string mesh;  ///< or a tileset
   std::string page;
+  std::string folder;
+  std::string port;  ///< as given; empty: nothing is served
   std::string report;
   JobArguments keys;
 };
@@ -119,20 +131,16 @@ void check_page_name(const std::string& page) {
                                          .expected = "a name that ends in .html or .htm"});
 }
 
-void view(const ViewArguments& arguments, const StopToken& stop) {
+void write_page(const ViewArguments& arguments, const Job& job, const StopToken& stop) {
   const std::vector<PathRole> paths = {
       {"the mesh that is read", arguments.mesh, PathUse::kReadFile},
       {"the report that is read", arguments.report, PathUse::kReadFile},
       {"the page", arguments.page, PathUse::kWrittenFile}};
   check_paths(paths);
   check_page_name(arguments.page);
-  const Job job = settings_of(arguments.keys);
   ViewPage page;
   page.name = fs::path(arguments.mesh).filename().string();
   page.report = report_text(arguments.report);
-  const tbb::global_control limit(
-      tbb::global_control::max_allowed_parallelism,
-      static_cast<std::size_t>(std::max(job.run.threads, available_threads())));
   const auto progress = make_progress(progress_style(arguments.keys));
   const ShownMesh shown = shown_mesh(arguments, job, *progress, stop);
   page.facts = shown.facts;
@@ -157,26 +165,100 @@ void view(const ViewArguments& arguments, const StopToken& stop) {
   std::cout << facts_table(facts);
 }
 
+void write_folder(const ViewArguments& arguments, const Job& job, const StopToken& stop) {
+  const bool is_tileset = tileset_folder(arguments.mesh).has_value();
+  const std::vector<PathRole> paths = {
+      {"the result that is read", tileset_folder(arguments.mesh).value_or(arguments.mesh),
+       is_tileset ? PathUse::kReadDirectory : PathUse::kReadFile},
+      {"the report that is read", arguments.report, PathUse::kReadFile},
+      {"the folder", arguments.folder, PathUse::kWrittenDirectory},
+      {"the work directory", arguments.folder + ".work", PathUse::kWorkDirectory}};
+  check_paths(paths);
+  const auto progress = make_progress(progress_style(arguments.keys));
+  make_view_folder({arguments.mesh, arguments.folder, report_text(arguments.report)}, job,
+                   *progress, stop);
+}
+
+std::uint16_t port_of(const std::string& text) {
+  std::uint16_t port = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, port);
+  if (error != std::errc() || stop != end)
+    throw_usage("no such port",
+                {.place = "--serve", .found = text, .expected = "a number from 0 to 65535"});
+  return port;
+}
+
+void check_usage(const ViewArguments& arguments) {
+  const bool serves = !arguments.port.empty(), makes_folder = !arguments.folder.empty();
+  if (arguments.page.empty() && !makes_folder && !serves)
+    throw_usage("nothing to make is named", {.expected = "-o PAGE.html, --folder DIR or --serve",
+                                             .advice = "See 'orbweave view --help'."});
+  if (!arguments.page.empty() && (makes_folder || serves))
+    throw_usage("one page needs no folder and no server",
+                {.found = makes_folder ? "-o and --folder" : "-o and --serve",
+                 .expected = "one of them",
+                 .advice = "Make the page by a command of its own."});
+  if (serves && !makes_folder && !arguments.report.empty())
+    throw_usage("a report is put into a folder that is made",
+                {.found = "--report without --folder", .expected = "--folder DIR as well"});
+}
+
+/// Until a signal, which ends the process.
+[[noreturn]] void serve(const FolderServer& server) {
+  std::cout << "serving at http://127.0.0.1:" << server.port() << "/ until Ctrl-C" << std::endl;
+  flush_output();
+  const EndAtOnceOnSignals scope;
+  server.serve();
+}
+
+void view(const ViewArguments& arguments, const StopToken& stop) {
+  check_usage(arguments);
+  const bool makes_folder = !arguments.folder.empty();
+  if (!makes_folder && arguments.page.empty())
+    check_view_folder(tileset_folder(arguments.mesh).value_or(arguments.mesh));
+  const Job job = settings_of(arguments.keys);
+  const tbb::global_control limit(
+      tbb::global_control::max_allowed_parallelism,
+      static_cast<std::size_t>(std::max(job.run.threads, available_threads())));
+  if (!arguments.page.empty()) return write_page(arguments, job, stop);
+  // A port that is taken is found out before the work.
+  std::optional<FolderServer> server;
+  if (!arguments.port.empty())
+    server.emplace(makes_folder ? fs::path(arguments.folder)
+                                : tileset_folder(arguments.mesh).value_or(arguments.mesh),
+                   port_of(arguments.port));
+  if (makes_folder) write_folder(arguments, job, stop);
+  if (server) serve(*server);
+}
+
 }  // namespace
 
 void add_view_command(CLI::App& program, const CommandContext& context) {
   const auto arguments = std::make_shared<ViewArguments>();
-  CLI::App* command =
-      program.add_subcommand("view", "Make one page of a mesh, which a browser shows");
-  command->add_option("MESH", arguments->mesh, "The mesh to show: PLY, OBJ or STL")
+  CLI::App* command = program.add_subcommand("view", "Show a mesh or a tileset in a browser");
+  command
+      ->add_option("RESULT", arguments->mesh,
+                   "The mesh to show: PLY, OBJ or STL; or a tileset (--folder, --serve)")
       ->type_name("")
       ->required();
   command->add_option("-o,--output", arguments->page, "The page to write (HTML)")
-      ->type_name("FILE")
-      ->required();
+      ->type_name("FILE");
+  command->add_option("--folder", arguments->folder, "The folder of tiles and viewer to write")
+      ->type_name("DIR");
+  command->add_flag(kServe, arguments->port,
+                    "Serve the folder on this machine until Ctrl-C (--serve=PORT; 8080, 0: any)");
   command->add_option("--report", arguments->report, "A report to show beside it (JSON)")
       ->type_name("FILE");
   add_key_options(*command, kKeys, arguments->keys);
   add_progress_option(*command, arguments->keys);
   command->footer(
       "The page is one file of at most 20 MB that needs no server and no network. A mesh that is\n"
-      "too large for it is simplified.\n\n"
-      "Example:\n  orbweave view mesh.ply -o mesh.html --report mesh.report.json\n");
+      "too large for it is simplified. The folder has all of a mesh of any size, as 3D Tiles that\n"
+      "the browser loads where it looks; any web server can serve it.\n\n"
+      "Example:\n  orbweave view mesh.ply -o mesh.html --report mesh.report.json\n"
+      "  orbweave view mesh.ply --folder mesh.view --serve\n"
+      "  orbweave view mesh.view --serve=9000\n");
   command->callback([arguments, context] {
     context.then([arguments, &stop = context.stop] { view(*arguments, stop); });
   });

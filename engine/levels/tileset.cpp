@@ -1,37 +1,21 @@
 #include "engine/levels/tileset.h"
 
-#include <nlohmann/json.hpp>
-#include <utility>
+#include <string>
+#include <vector>
 
 #include "engine/levels/level_distances.h"
 #include "engine/levels/level_maker.h"
+#include "engine/levels/tileset_index.h"
 #include "engine/levels/tileset_json.h"
-#include "io/hex_digits.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/meshes/tile_directory.h"
 #include "io/points/coordinate_system.h"
-#include "io/system/atomic_file.h"
 #include "io/system/path_roles.h"
 
 namespace orbweave {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A file of the folder, for the index.
-nlohmann::json listed(const fs::path& file, std::uint64_t& bytes) {
-  const std::uint64_t size = fs::file_size(file);
-  bytes += size;
-  return {{"file", file.filename().string()},
-          {"bytes", size},
-          {"xxh3", hex_digits(file_checksum(file))}};
-}
-
-void write_text(const fs::path& file, const std::string& text) {
-  AtomicFile written(file);
-  written.write(text);
-  written.commit();
-}
 
 /// Tiles lie where viewers turn y to z, about the tileset's origin.
 void write_tile(const fs::path& file, const PointCloud& points,
@@ -58,21 +42,11 @@ std::vector<TilesetLevel> levels_of(const Levels& levels) {
   return all;
 }
 
-/// The index of all files, and their bytes together.
-std::uint64_t write_index(const fs::path& directory, const Levels& levels) {
-  std::uint64_t bytes = 0;
-  nlohmann::json files = nlohmann::json::array();
-  files.push_back(listed(directory / kTilesetName, bytes));
-  for (std::uint32_t node = 0; node < levels.nodes.size(); ++node)
-    files.push_back(listed(directory / tile_file(node), bytes));
-  const nlohmann::json index = {{"format", "orbweave tiles"},
-                                {"version", 1},
-                                {"vertices", levels.vertices},
-                                {"triangles", levels.triangles},
-                                {"tiles", std::move(files)}};
-  const std::string text = index.dump(1) + "\n";
-  write_text(directory / kTileIndex, text);
-  return bytes + text.size();
+std::vector<std::string> names_of(const Levels& levels, const std::vector<NamedText>& beside) {
+  std::vector<std::string> names = {kTilesetName};
+  for (std::uint32_t node = 0; node < levels.nodes.size(); ++node) names.push_back(tile_file(node));
+  for (const NamedText& file : beside) names.push_back(file.name);
+  return names;
 }
 
 }  // namespace
@@ -99,14 +73,17 @@ TilesetFacts write_tileset(MeshStream& mesh, const fs::path& directory,
   const Levels& levels = maker.levels();
   const auto earth = earth_from_local(options.coordinate_system, origin);
   const Transform to_world = earth ? *earth : upright_transform(options.up_axis, origin);
-  write_text(target.temporary() / kTilesetName, tileset_text(levels, origin, to_world));
+  write_text_file(target.temporary() / kTilesetName, tileset_text(levels, origin, to_world));
+  for (const NamedText& file : options.beside)
+    write_text_file(target.temporary() / file.name, file.text);
   TilesetFacts facts;
   facts.vertices = levels.vertices;
   facts.triangles = levels.triangles;
   facts.work_bytes = maker.disk_bytes();
   facts.is_on_earth = earth.has_value();
   facts.levels = levels_of(levels);
-  facts.bytes = write_index(target.temporary(), levels);
+  facts.bytes = write_tileset_index(target.temporary(), levels.vertices, levels.triangles,
+                                    names_of(levels, options.beside));
   if (options.measures) {
     if (events.measuring) events.measuring();
     const std::vector<LevelDistance> measured = measure_levels(maker, stop);

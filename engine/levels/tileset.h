@@ -11,6 +11,7 @@
 
 #include "engine/levels/level_distances.h"
 #include "engine/levels/levels.h"
+#include "io/named_text.h"
 
 namespace orbweave {
 
@@ -19,7 +20,8 @@ struct TilesetOptions {
   /// Of the mesh: WKT or a code; empty: not known. Where PROJ can transform it to the Earth, the
   /// tileset lies there.
   std::string coordinate_system;
-  bool measures = false;  ///< how far each level is from the mesh
+  bool measures = false;          ///< how far each level is from the mesh
+  std::vector<NamedText> beside;  ///< further files of the folder
   int up_axis = 2;  ///< that is upright where the tileset does not lie on the Earth; 0: x, ...
 };
 

@@ -85,11 +85,20 @@ void put_in(std::string& page, std::string_view place, const std::string& text) 
   page.replace(at, place.size(), text);
 }
 
+/// What is put in last may hold any words.
+std::string page_of(const Json& meta, const std::string& scripts) {
+  std::string text(kViewerTemplate);
+  put_in(text, "ORBWEAVE_SCRIPTS", scripts);
+  put_in(text, "ORBWEAVE_META", for_script(json_dump(meta)));
+  return text;
+}
+
 }  // namespace
 
 std::uint64_t view_page_bytes(std::uint64_t vertices, std::uint64_t triangles, bool has_colors) {
   const std::uint64_t data = triangles * 12 + vertices * (has_colors ? 9 : 6);
-  return kViewerTemplate.size() + (data + 2) / 3 * 4;
+  return kViewerTemplate.size() + kViewerScript.size() + kViewerMeshScript.size() +
+         (data + 2) / 3 * 4;
 }
 
 std::string view_page(const TriangleMesh& mesh, const ViewPage& page) {
@@ -107,10 +116,19 @@ std::string view_page(const TriangleMesh& mesh, const ViewPage& page) {
                {"patches", patch_runs(mesh.hole)},
                {"facts", page.facts}};
   if (!page.report.empty()) meta["report"] = Json::parse(page.report);
-  std::string text(kViewerTemplate);
-  put_in(text, "ORBWEAVE_META", for_script(json_dump(meta)));
-  put_in(text, "ORBWEAVE_DATA", base64(page_data(mesh, bounds, step)));
-  return text;
+  return page_of(meta, "<script id=\"data\" type=\"text/plain\">" +
+                           base64(page_data(mesh, bounds, step)) + "</script>\n<script>\n" +
+                           std::string(kViewerScript) + std::string(kViewerMeshScript) +
+                           "</script>");
+}
+
+std::vector<NamedText> view_folder_files(const std::string& name, const std::string& report) {
+  const Json meta = {{"name", name}, {"report", !report.empty()}};
+  std::vector<NamedText> files = {
+      {kFolderPage, page_of(meta, "<script src=\"" + std::string(kFolderScript) + "\"></script>")},
+      {kFolderScript, std::string(kViewerScript) + std::string(kViewerTilesScript)}};
+  if (!report.empty()) files.push_back({"report.json", report});
+  return files;
 }
 
 }  // namespace orbweave

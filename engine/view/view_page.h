@@ -1,4 +1,5 @@
-// A mesh as one page for a browser: no server, no other file, no network.
+// A mesh as one page for a browser: no server, no other file, no network. Tiles of a mesh: what
+// lies beside them in a folder for a web server.
 #pragma once
 
 #include <array>
@@ -7,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "io/named_text.h"
 #include "io/triangle_mesh.h"
 
 namespace orbweave {
@@ -27,5 +29,12 @@ std::uint64_t view_page_bytes(std::uint64_t vertices, std::uint64_t triangles, b
 /// The page: coordinates in 65,536 steps of the largest extent, colours where there are red, green
 /// and blue. Its bytes depend on mesh and facts alone.
 std::string view_page(const TriangleMesh& mesh, const ViewPage& page);
+
+inline constexpr const char* kFolderPage = "index.html";
+inline constexpr const char* kFolderScript = "viewer.js";
+
+/// The files that make a browser show the tileset in whose folder they lie: the page, its script
+/// and, where there is one, the report (JSON).
+std::vector<NamedText> view_folder_files(const std::string& name, const std::string& report);
 
 }  // namespace orbweave

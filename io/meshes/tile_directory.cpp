@@ -53,41 +53,6 @@ namespace fs = std::filesystem;
                .advice = "Move it away or name another mesh"});
 }
 
-/// What an index says of a tile's file.
-struct ListedTile {
-  std::uint64_t bytes = 0;
-  std::string checksum;
-};
-
-/// By name; empty: there is no index, or it is damaged.
-std::optional<std::map<std::string, ListedTile>> listed_tiles(const fs::path& index) {
-  std::error_code absent;
-  if (!fs::is_regular_file(fs::symlink_status(index, absent))) return std::nullopt;
-  std::ifstream stream(index);
-  const auto json = nlohmann::json::parse(stream, nullptr, false);
-  if (!json.is_object() || json.value("format", nlohmann::json()) != "orbweave tiles" ||
-      !json.contains("tiles") || !json["tiles"].is_array())
-    return std::nullopt;
-  std::map<std::string, ListedTile> tiles;
-  for (const nlohmann::json& tile : json["tiles"]) {
-    const auto has = [&](const char* key) { return tile.is_object() && tile.contains(key); };
-    if (!has("file") || !has("bytes") || !has("xxh3")) continue;
-    if (!tile["file"].is_string() || !tile["bytes"].is_number_unsigned() ||
-        !tile["xxh3"].is_string())
-      continue;
-    tiles[tile["file"].get<std::string>()] = {tile["bytes"].get<std::uint64_t>(),
-                                              tile["xxh3"].get<std::string>()};
-  }
-  return tiles;
-}
-
-bool is_as_listed(const fs::path& file, const ListedTile& tile) {
-  std::error_code error;
-  return fs::is_regular_file(fs::symlink_status(file, error)) &&
-         fs::file_size(file, error) == tile.bytes && !error &&
-         hex_digits(file_checksum(file)) == tile.checksum;
-}
-
 /// Both names change their meaning at once where the system can do that.
 bool exchange(const fs::path& a, const fs::path& b) {
 #ifdef RENAME_EXCHANGE
@@ -133,20 +98,55 @@ std::uint64_t file_checksum(const fs::path& file) {
   }
 }
 
+std::optional<TileIndex> read_tile_index(const fs::path& directory) {
+  const fs::path index = directory / kTileIndex;
+  std::error_code absent;
+  if (!fs::is_regular_file(fs::symlink_status(index, absent))) return std::nullopt;
+  std::ifstream stream(index);
+  const auto json = nlohmann::json::parse(stream, nullptr, false);
+  if (!json.is_object() || json.value("format", nlohmann::json()) != "orbweave tiles" ||
+      !json.contains("tiles") || !json["tiles"].is_array())
+    return std::nullopt;
+  TileIndex found;
+  const auto count = [&](const char* key) {
+    return json.contains(key) && json[key].is_number_unsigned() ? json[key].get<std::uint64_t>()
+                                                                : 0;
+  };
+  found.vertices = count("vertices");
+  found.triangles = count("triangles");
+  for (const nlohmann::json& tile : json["tiles"]) {
+    const auto has = [&](const char* key) { return tile.is_object() && tile.contains(key); };
+    if (!has("file") || !has("bytes") || !has("xxh3")) continue;
+    if (!tile["file"].is_string() || !tile["bytes"].is_number_unsigned() ||
+        !tile["xxh3"].is_string())
+      continue;
+    found.files[tile["file"].get<std::string>()] = {tile["bytes"].get<std::uint64_t>(),
+                                                    tile["xxh3"].get<std::string>()};
+  }
+  return found;
+}
+
+bool is_as_listed(const fs::path& file, const ListedTile& tile) {
+  std::error_code error;
+  return fs::is_regular_file(fs::symlink_status(file, error)) &&
+         fs::file_size(file, error) == tile.bytes && !error &&
+         hex_digits(file_checksum(file)) == tile.checksum;
+}
+
 std::vector<std::string> check_tile_directory(const fs::path& directory) {
   std::error_code absent;
   const auto status = fs::status(directory, absent);
   if (!fs::exists(status)) return {};
   if (!fs::is_directory(status)) refuse(directory, "no directory");
-  const auto listed = listed_tiles(directory / kTileIndex);
+  const std::optional<TileIndex> listed = read_tile_index(directory);
   std::vector<std::string> names;
   for (const fs::path& entry : present(directory)) {
     const std::string name = entry.filename().string();
     names.push_back(name);
     if (listed && name == kTileIndex) continue;
     const auto tile =
-        listed ? listed->find(name) : std::map<std::string, ListedTile>::const_iterator();
-    if (!listed || tile == listed->end())
+        listed ? listed->files.find(name) : std::map<std::string, ListedTile>::const_iterator();
+    if (!listed || tile == listed->files.end())
       refuse(directory, name + (listed ? ", which its " : ", and no ") + kTileIndex +
                             (listed ? " does not list" : " that lists it"));
     if (!is_as_listed(entry, tile->second))

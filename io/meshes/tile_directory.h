@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +22,23 @@ std::string tile_name(const std::filesystem::path& mesh, std::uint32_t number);
 /// XXH3-64 of a file's bytes, which the index has of every tile as hex_digits(). Throws Error
 /// (resource).
 std::uint64_t file_checksum(const std::filesystem::path& file);
+
+/// What an index says.
+struct ListedTile {
+  std::uint64_t bytes = 0;
+  std::string checksum;
+};
+struct TileIndex {
+  std::uint64_t vertices = 0;   ///< of the mesh
+  std::uint64_t triangles = 0;  ///< of the mesh
+  std::map<std::string, ListedTile> files;
+};
+
+/// Empty: there is no index, or it is damaged.
+std::optional<TileIndex> read_tile_index(const std::filesystem::path& directory);
+/// Whether a regular file is there with these bytes. Throws Error (resource) where it cannot be
+/// read.
+bool is_as_listed(const std::filesystem::path& file, const ListedTile& tile);
 
 /// Throws Error where `directory` is there: usage where it holds anything but an index and the
 /// tiles that the index lists, byte for byte, for it would be replaced; resource where it cannot be

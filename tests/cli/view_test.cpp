@@ -1,13 +1,23 @@
 // The page that shows a mesh: what is in it, and what a browser makes of it.
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
 #include <array>
 #include <catch2/catch.hpp>
+#include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "engine/view/web_request.h"
 #include "io/meshes/mesh_writer.h"
 #include "tests/support/data.h"
 #include "tests/support/meshes.h"
@@ -33,6 +43,72 @@ std::string output_of(const std::string& command) {
   while (pipe && std::fgets(buffer.data(), buffer.size(), pipe.get()) != nullptr)
     output += buffer.data();
   return output;
+}
+
+/// The program serves a folder while this lives.
+class ServedFolder {
+ public:
+  ServedFolder(const ScratchDirectory& in, const std::vector<std::string>& arguments)
+      : said_(in / "said") {
+    write_text(said_, "");
+    program_ = std::make_unique<RunningProgram>(
+        arguments, ProgramSetting{.directory = in.path(), .out_to = said_});
+    const std::string before = "http://127.0.0.1:";
+    while (program_->running()) {
+      const std::string said = file_text(said_);
+      const std::size_t at = said.find(before), end = said.find('/', at + before.size());
+      if (at != std::string::npos && end != std::string::npos) {
+        port_ = static_cast<std::uint16_t>(std::stoi(said.substr(at + before.size())));
+        return;
+      }
+      ::usleep(10'000);
+    }
+    FAIL("ended before it served: " << program_->wait().err);
+  }
+
+  std::uint16_t port() const { return port_; }
+  RunningProgram& program() { return *program_; }
+  /// All that comes until the connection ends.
+  std::string answer(const std::string& request) const {
+    const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port_);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    REQUIRE(::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+    const std::string text = request + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
+    REQUIRE(::send(socket, text.data(), text.size(), MSG_NOSIGNAL) ==
+            static_cast<ssize_t>(text.size()));
+    std::string all;
+    std::array<char, 4096> buffer{};
+    for (ssize_t got = 0; (got = ::recv(socket, buffer.data(), buffer.size(), 0)) > 0;)
+      all.append(buffer.data(), static_cast<std::size_t>(got));
+    ::close(socket);
+    return all;
+  }
+
+ private:
+  std::filesystem::path said_;
+  std::unique_ptr<RunningProgram> program_;
+  std::uint16_t port_ = 0;
+};
+
+std::string body_of(const std::string& answer) {
+  const std::size_t end = answer.find("\r\n\r\n");
+  return end == std::string::npos ? "" : answer.substr(end + 4);
+}
+
+/// To a request for a file "a.glb" of ten bytes, the only one.
+WebAnswer answered(const std::string& line, const std::string& fields = "") {
+  return answer_request(line + " HTTP/1.1\r\nHost: 127.0.0.1:8080\r\n" + fields + "\r\n",
+                        [](const std::string& name) -> std::optional<std::uint64_t> {
+                          if (name != "a.glb") return std::nullopt;
+                          return 10;
+                        });
+}
+
+bool has_status(const WebAnswer& answer, const std::string& status) {
+  return answer.head.starts_with("HTTP/1.1 " + status + " ");
 }
 
 }  // namespace
@@ -97,4 +173,120 @@ TEST_CASE("BrowserDrawsThePageAndFindsItsHoles", "[slow]") {
   CHECK_THAT(page, Contains("data-frames=\"1\"") || Contains("data-frames=\"2\""));
   CHECK_THAT(page, Contains("data-holes=\"2\""));
   CHECK_THAT(page, Contains("2 open, 0 filled"));
+}
+
+TEST_CASE("WebRequestGetsTheBytesOfItsRange") {
+  struct Asked {
+    const char* range;
+    const char* status;
+    std::uint64_t first, bytes;
+  };
+  const Asked asked =
+      GENERATE(Asked{"0-3", "206", 0, 4}, Asked{"7-", "206", 7, 3}, Asked{"8-99", "206", 8, 2},
+               Asked{"-4", "206", 6, 4}, Asked{"-99", "206", 0, 10}, Asked{"9-9", "206", 9, 1},
+               Asked{"10-", "416", 0, 0}, Asked{"-0", "416", 0, 0}, Asked{"5-2", "200", 0, 10},
+               Asked{"0-1,4-5", "200", 0, 10}, Asked{"x", "200", 0, 10},
+               Asked{"3-18446744073709551615", "206", 3, 7});
+  INFO(asked.range);
+  const WebAnswer answer =
+      answered("GET /a.glb", "range: bytes=" + std::string(asked.range) + "\r\n");
+  CHECK(has_status(answer, asked.status));
+  CHECK(answer.first == asked.first);
+  CHECK(answer.bytes == asked.bytes);
+}
+
+TEST_CASE("WebRequestIsRefusedUnlessItIsForAFileOfThisMachine") {
+  for (const char* target : {"/b.glb", "/../a.glb", "/./a.glb", "//a.glb", "/x/a.glb", "/%61.glb",
+                             "/.hidden", "a.glb", "/"}) {
+    INFO(target);
+    CHECK(has_status(answered("GET " + std::string(target)), "404"));
+  }
+  CHECK(has_status(answered("GET /a.glb?error=1"), "200"));
+  CHECK(has_status(answered("POST /a.glb"), "405"));
+  CHECK(has_status(answered("GET"), "400"));
+  const auto none = [](const std::string&) { return std::optional<std::uint64_t>(1); };
+  for (const char* host : {"evil.example", "127.0.0.1.evil.example", "localhost.evil.example", ""})
+    CHECK(has_status(
+        answer_request("GET /a.glb HTTP/1.1\r\nHost: " + std::string(host) + "\r\n\r\n", none),
+        "403"));
+  const WebAnswer head = answered("HEAD /a.glb");
+  CHECK_THAT(head.head, Contains("Content-Length: 10\r\n"));
+  CHECK((head.file.empty() && head.text.empty()));
+}
+
+TEST_CASE("ViewFolderHoldsTilesAndViewerAndIsServedUntilAnInterrupt") {
+  const ScratchDirectory in;
+  write_mesh(in / "mesh.ply", holed_sphere());
+  write_text(in / "report.json", R"({"a": 1})");
+  write_text(in / "secret.txt", "secret");
+  ServedFolder served(
+      in, {"view", "mesh.ply", "--folder", "v", "--report", "report.json", "--serve=0"});
+  std::filesystem::create_symlink(in / "secret.txt", in / "v" / "secret.txt");
+  for (const char* name :
+       {"index.html", "viewer.js", "tileset.json", "000000.glb", "report.json"}) {
+    INFO(name);
+    const std::string answer = served.answer("GET /" + std::string(name));
+    CHECK(answer.starts_with("HTTP/1.1 200 OK\r\n"));
+    CHECK((body_of(answer) == file_text(in / "v" / name)));
+  }
+  CHECK((body_of(served.answer("GET /")) == file_text(in / "v" / "index.html")));
+  CHECK(body_of(served.answer("HEAD /000000.glb")).empty());
+  for (const char* name : {"secret.txt", "../secret.txt", "absent"})
+    CHECK(served.answer("GET /" + std::string(name)).starts_with("HTTP/1.1 404 "));
+  const ProgramResult taken = run_in(in, {"view", "v", "--serve=" + std::to_string(served.port())});
+  CHECK(taken.status == 4);
+  CHECK_THAT(taken.err, Contains("127.0.0.1:" + std::to_string(served.port())));
+  served.program().send(SIGINT);
+  CHECK(served.program().wait().status == 130);
+  CHECK_FALSE(std::filesystem::exists(in / "v.work"));
+}
+
+TEST_CASE("ViewFolderOfATilesetHasItsTilesAndLeavesEverythingElseAlone") {
+  const ScratchDirectory in;
+  write_mesh(in / "mesh.ply", holed_sphere());
+  REQUIRE(run_in(in, {"tileset", "mesh.ply", "-o", "tiles"}).status == 0);
+  REQUIRE(run_in(in, {"view", "tiles", "--folder", "a"}).status == 0);
+  REQUIRE(run_in(in, {"view", "tiles/tileset.json", "--folder", "b"}).status == 0);
+  REQUIRE(run_in(in, {"view", "mesh.ply", "--folder", "b"}).status == 0);
+  for (const char* name : {"tileset.json", "000000.glb", "viewer.js"}) {
+    CHECK((file_text(in / "a" / name) == file_text(in / "b" / name)));
+    CHECK(file_text(in / "a" / name).size() > 300);
+  }
+  CHECK(run_in(in, {"view", "tiles", "--folder", "tiles"}).status == 2);
+  write_text(in / "a" / "notes.txt", "mine");
+  const ProgramResult refused = run_in(in, {"view", "tiles", "--folder", "a"});
+  CHECK(refused.status == 2);
+  CHECK_THAT(refused.err, Contains("notes.txt"));
+  CHECK(file_text(in / "a" / "notes.txt") == "mine");
+  write_text(in / "tiles" / "000000.glb", "damaged");
+  const ProgramResult damaged = run_in(in, {"view", "tiles", "--folder", "c"});
+  CHECK(damaged.status == 3);
+  CHECK_THAT(damaged.err, Contains("000000.glb"));
+  CHECK_FALSE(std::filesystem::exists(in / "c"));
+  for (const std::vector<std::string>& wrong :
+       {std::vector<std::string>{"view", "mesh.ply"},
+        {"view", "tiles", "--serve=0"},
+        {"view", "mesh.ply", "-o", "m.html", "--folder", "d"},
+        {"view", "b", "--serve=65536"}})
+    CHECK(run_in(in, wrong).status == 2);
+}
+
+TEST_CASE("BrowserDrawsTheTilesOfAServedFolder", "[slow]") {
+  if (output_of("command -v chromium").empty()) {
+    std::cout << "SKIPPED: chromium\n";
+    return;
+  }
+  const ScratchDirectory in;
+  write_mesh(in / "mesh.ply", holed_sphere());
+  REQUIRE(run_in(in, {"tileset", "mesh.ply", "-o", "tiles", "--leaf-triangles", "500"}).status ==
+          0);
+  const ServedFolder served(in, {"view", "tiles", "--folder", "v", "--serve=0"});
+  const std::string page = output_of(
+      "chromium --headless --no-sandbox --disable-gpu-sandbox --use-angle=swiftshader "
+      "--enable-unsafe-swiftshader --user-data-dir=" +
+      (in / "profile").string() + " --virtual-time-budget=20000 --dump-dom http://127.0.0.1:" +
+      std::to_string(served.port()) + "/ 2> /dev/null");
+  CHECK_THAT(page, Contains("data-drawn=\"") && Contains("data-holes=\"2\""));
+  CHECK_THAT(page, !Contains("data-trouble"));
+  CHECK_THAT(page, Contains("2 open in the coarsest level"));
 }
