@@ -246,7 +246,8 @@ def stages_of(report, outside_seconds=0.0, constant_seconds=0.0, overrides=None,
     with the points, and what any job takes. team: the report of the same job by several ranks."""
     stages = []
     for facts in report["stages"]:
-        kind = stage_kinds.kind_of(facts["name"], facts, overrides)
+        of_tiles = facts["name"] == "export" and report["options"]["output"]["tiles"]
+        kind = stage_kinds.kind_of("tiles" if of_tiles else facts["name"], facts, overrides)
         chunks = tuple(facts.get("chunk_seconds") or ()) if kind.work == "shared" else ()
         alone = max(0.0, facts["seconds"] - sum(chunks))
         stages.append(Stage(facts["name"], kind, alone, chunks, facts["bytes_read"], facts["bytes_written"]))

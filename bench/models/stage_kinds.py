@@ -19,9 +19,13 @@ class Kind:
 
 
 def read_kinds():
-    """The kinds of all stages, by their names in the report."""
+    """The kinds of all stages, by their names in the report. Two stages are called export: of a mesh file, the first,
+    and of tiles, which is kept under its directory."""
     table = json.loads((pathlib.Path(__file__).parent / "stages.json").read_text(encoding="utf-8"))
-    return {row["name"]: Kind(**row["scaling"]) for row in table["stages"]}
+    kinds = {}
+    for row in table["stages"]:
+        kinds[row["directory"] if row["name"] in kinds else row["name"]] = Kind(**row["scaling"])
+    return kinds
 
 
 KINDS = read_kinds()

@@ -10,6 +10,7 @@
 #include "engine/normals/normal_side.h"
 #include "engine/pipeline/budget/disk_plan.h"
 #include "engine/pipeline/budget/memory_forecast.h"
+#include "engine/pipeline/budget/time_forecast.h"
 #include "engine/pipeline/output/power_crust_files.h"
 #include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/points/cloud_measure.h"
@@ -166,7 +167,10 @@ TrialOptions trial_options(const ResolvedJob& job, const Partition& measured, co
   options.estimates_normals = plan.normals.source != NormalSource::kFile;
   options.estimate = estimate_options(job, measured, cleaning);
   options.reach_of_outliers = measured.normal_radius;
-  if (!thins || !job.reconstruct.ball_radii.empty()) options.ball_radii = plan.radii;
+  const bool given = !job.reconstruct.ball_radii.empty();
+  if (!thins || given) options.ball_radii = plan.radii;
+  if (job.reconstruct.levels == 0 && !given && !plan.radii.empty())
+    options.least_last_radius = plan.radii.back();
   options.fill = job.fill;
   options.threads = job.threads();
   options.stop = &stop;
@@ -183,12 +187,14 @@ double seconds_of_run(const ResolvedJob& job, const JobPlan& plan, const TrialRe
   constexpr double kSort = 0.2e-6;      // of the points as they come
   constexpr double kWritten = 0.7e-6;   // stitch, trace and export
   constexpr double kCompressed = 1.3e-6;
+  constexpr double kStage = 0.008;  // of a stage, whatever its points: keys, files, flushes
   const auto points = static_cast<double>(plan.points);
   const double sampled = static_cast<double>(std::max<std::uint64_t>(trial.points, 1));
   const double kept = points * static_cast<double>(trial.points_kept) / sampled;
   const MethodCosts costs = costs_of(job.reconstruct.method);
   double seconds =
       passes.count + passes.sample + kSort * points + kWritten * kept * costs.vertices_per_point;
+  seconds += kStage * static_cast<double>(expected_stages(job, {}).size());
   if (job.needs_cleaning_or_normals()) seconds += kCutAgain * kept;
   if (job.run.compress) seconds += kCompressed * points / job.threads();
   const bool in_chunks = is_cocone(job.reconstruct.method) && plan.chunks > 1;

@@ -4,6 +4,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -11,6 +12,7 @@
 #include "engine/cleaning/projection.h"
 #include "engine/cleaning/thinning.h"
 #include "engine/reconstruct.h"
+#include "engine/spacing/automatic_radii.h"
 #include "io/error.h"
 #include "io/system/process_times.h"
 #include "partition/allowed_threads.h"
@@ -102,6 +104,20 @@ ReconstructionOptions surface_options(const TrialOptions& options) {
   return surface;
 }
 
+/// Radii for a cleaned sample. The sparse parts of the whole cloud ask for them where the sample
+/// itself is even.
+std::vector<double> chosen_radii(const PointCloud& cloud, const TrialOptions& options) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  constexpr std::size_t kMostRadii = 8;
+  const Box everything{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
+  const SpacingSite whole{everything, everything, cloud.positions};
+  std::vector<double> radii =
+      choose_radii(std::span(&whole, 1), cloud.size(), 0, options.stop).radii;
+  while (!radii.empty() && radii.size() < kMostRadii && radii.back() < options.least_last_radius)
+    radii.push_back(kRadiusGrowth * radii.back());
+  return radii;
+}
+
 /// Returns the number of points after cleaning.
 std::uint64_t run_on_sample(PointCloud cloud, const TrialOptions& options) {
   cloud.attributes.clear();
@@ -110,7 +126,10 @@ std::uint64_t run_on_sample(PointCloud cloud, const TrialOptions& options) {
     sort_canonically(cloud, root_cube(cloud.bounds()));
     clean(cloud, options);
     const std::uint64_t kept = cloud.size();
-    static_cast<void>(reconstruct(std::move(cloud), surface_options(options)));
+    ReconstructionOptions surface = surface_options(options);
+    if (surface.ball_radii.empty() && options.least_last_radius > 0.0)
+      surface.ball_radii = chosen_radii(cloud, options);
+    static_cast<void>(reconstruct(std::move(cloud), surface));
     return kept;
   } catch (const Error& error) {
     if (error.kind() == ErrorKind::kInterrupted) throw;

@@ -44,9 +44,12 @@ struct TrialOptions {
   CleaningOptions cleaning;
   NormalOptions normals;
   bool estimates_normals = false;
-  NormalEstimateOptions estimate;   ///< before smoothing; not used where normals are given
-  double reach_of_outliers = 0.0;   ///< neighbours that count; world units
-  std::vector<double> ball_radii;   ///< empty: chosen from each sample, as after a thinning
+  NormalEstimateOptions estimate;  ///< before smoothing; not used where normals are given
+  double reach_of_outliers = 0.0;  ///< neighbours that count; world units
+  std::vector<double> ball_radii;  ///< empty: chosen from each sample, as after a thinning
+  /// Of radii that are chosen: they grow until the last is no smaller. A sample has fewer densities
+  /// than its cloud, and would end sooner. World units; 0: as the sample asks.
+  double least_last_radius = 0.0;
   FillOptions fill;                 ///< the outer border of a sample stays open
   int threads = 1;                  ///< samples that are worked on at a time
   const StopToken* stop = nullptr;  ///< may be null

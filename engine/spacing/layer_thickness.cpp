@@ -15,7 +15,16 @@
 namespace orbweave {
 namespace {
 
-constexpr std::uint64_t kMeasuredPoints = 4096;
+/// The noise is measured at one of so many points, within limits: medians of more places are no
+/// better, and those of fewer are uncertain.
+constexpr std::uint64_t kPointsPerPlace = 16;
+constexpr std::uint64_t kFewestPlaces = 1024, kMostPlaces = 4096;
+
+/// Of the places of a site, that part is looked at first, and so many at least.
+constexpr std::size_t kFirstLookPart = 8, kFirstLookPlaces = 256;
+/// Where fewer of these lie on a surface, points fill the site: every further place would cost the
+/// widest neighbourhood to say the same.
+constexpr double kFilledPart = 0.05;
 
 constexpr double kOutlierSigma = 4.0;
 constexpr std::uint64_t kClusterPoints = 16;
@@ -49,39 +58,78 @@ double likely_squared_reach(std::size_t count, const std::vector<Neighbor>& know
   return kMargin * far * std::pow(growth, power);
 }
 
-/// What is measured at the selected points of a site, in their order. With `only_sure`: nothing
-/// where a neighbourhood could reach out of the site before it is wide.
+/// Places of a site, in their order, and which of them are looked at first.
+struct Places {
+  std::vector<Vec3> positions;
+  std::vector<std::size_t> first;
+  std::vector<std::size_t> others;
+};
+
+/// The first are chosen by hash as well.
+Places places_of(const SpacingSite& site, PointSelection selection) {
+  Places places;
+  for (const Vec3& p : site.points)
+    if (site.core.contains(p) && selection.takes(p)) places.positions.push_back(p);
+  const std::size_t count = places.positions.size();
+  const std::size_t wanted = std::max(count / kFirstLookPart, kFirstLookPlaces);
+  if (wanted < count) selection.last = selection.last / count * wanted;
+  for (std::size_t i = 0; i < count; ++i)
+    (selection.takes(places.positions[i]) ? places.first : places.others).push_back(i);
+  return places;
+}
+
+using AtPlaces = std::vector<std::optional<PlaceNoise>>;
+
+/// Whether hardly any of many places lies on a surface.
+bool is_filled(const AtPlaces& at_place) {
+  std::size_t measured = 0, layers = 0;
+  for (const auto& place : at_place) {
+    measured += place ? 1 : 0;
+    layers += place && place->is_layer ? 1 : 0;
+  }
+  return measured >= kFirstLookPlaces / 2 &&
+         static_cast<double>(layers) < kFilledPart * static_cast<double>(measured);
+}
+
+/// What is measured at the selected points of a site, in their order; at some of them where points
+/// fill the site. With `only_sure`: nothing where a neighbourhood could reach out of the site
+/// before it is wide.
 std::vector<Measured> measure_site(const SpacingSite& site, PointSelection selection,
                                    bool only_sure, const StopToken* stop) {
-  std::vector<Vec3> places;
-  for (const Vec3& p : site.points)
-    if (site.core.contains(p) && selection.takes(p)) places.push_back(p);
-  if (places.empty()) return {};
+  const Places places = places_of(site, selection);
+  if (places.positions.empty()) return {};
   const PointTree tree(site.points);
-  std::vector<std::optional<PlaceNoise>> at_place(places.size());
+  AtPlaces at_place(places.positions.size());
+  const auto measure_at = [&](NoiseMeter& meter, std::size_t i) {
+    const Vec3 p = places.positions[i];
+    constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+    const double reach = only_sure ? distance_to_border(p, site.box) : kAnywhere;
+    const auto find = [&](std::size_t count, std::vector<Neighbor>& found) {
+      tree.nearest(p, count + 1, found, likely_squared_reach(count + 1, found));
+    };
+    at_place[i] = meter.at(p, site.points, {.reach = reach}, find);
+  };
   using Range = tbb::blocked_range<std::size_t>;
-  tbb::parallel_for(Range(0, places.size(), kPlacesAtOnce), [&](const Range& range) {
-    check_stop(stop);
-    NoiseMeter meter;
-    for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      constexpr double kAnywhere = std::numeric_limits<double>::infinity();
-      const double reach = only_sure ? distance_to_border(places[i], site.box) : kAnywhere;
-      at_place[i] = meter.at(places[i], site.points, {.reach = reach},
-                             [&](std::size_t count, std::vector<Neighbor>& found) {
-                               tree.nearest(places[i], count + 1, found,
-                                            likely_squared_reach(count + 1, found));
-                             });
-    }
-  });
+  const auto measure_all_of = [&](const std::vector<std::size_t>& chosen) {
+    tbb::parallel_for(Range(0, chosen.size(), kPlacesAtOnce), [&](const Range& range) {
+      check_stop(stop);
+      NoiseMeter meter;
+      for (std::size_t k = range.begin(); k < range.end(); ++k) measure_at(meter, chosen[k]);
+    });
+  };
+  measure_all_of(places.first);
+  if (!is_filled(at_place)) measure_all_of(places.others);
   std::vector<Measured> measured;
-  for (std::size_t i = 0; i < places.size(); ++i)
-    if (at_place[i]) measured.push_back({*at_place[i], places[i]});
+  for (std::size_t i = 0; i < at_place.size(); ++i)
+    if (at_place[i]) measured.push_back({*at_place[i], places.positions[i]});
   return measured;
 }
 
 std::vector<Measured> measure_all(std::span<const SpacingSite> sites, bool only_sure,
                                   const StopToken* stop) {
-  const PointSelection selection = select_points(sites, kMeasuredPoints);
+  const std::uint64_t wanted =
+      std::clamp(points_of(sites) / kPointsPerPlace, kFewestPlaces, kMostPlaces);
+  const PointSelection selection = select_points(sites, wanted);
   std::vector<std::vector<Measured>> of_site(sites.size());
   tbb::parallel_for(std::size_t{0}, sites.size(), [&](std::size_t i) {
     of_site[i] = measure_site(sites[i], selection, only_sure, stop);

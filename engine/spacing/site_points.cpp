@@ -27,9 +27,14 @@ std::uint64_t hash_of(Vec3 p) {
 
 bool PointSelection::takes(Vec3 p) const { return hash_of(p) <= last; }
 
-PointSelection select_points(std::span<const SpacingSite> sites, std::uint64_t wanted) {
+std::uint64_t points_of(std::span<const SpacingSite> sites) {
   std::uint64_t points = 0;
   for (const SpacingSite& site : sites) points += site.points.size();
+  return points;
+}
+
+PointSelection select_points(std::span<const SpacingSite> sites, std::uint64_t wanted) {
+  const std::uint64_t points = points_of(sites);
   if (points <= wanted) return {};
   return {~std::uint64_t{0} / points * wanted};
 }

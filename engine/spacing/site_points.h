@@ -20,6 +20,9 @@ struct PointSelection {
   bool takes(Vec3 p) const;
 };
 
+/// Of all sites together; a point of two sites counts twice.
+std::uint64_t points_of(std::span<const SpacingSite> sites);
+
 /// About `wanted` of the sites' points.
 PointSelection select_points(std::span<const SpacingSite> sites, std::uint64_t wanted);
 

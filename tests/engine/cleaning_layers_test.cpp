@@ -119,6 +119,36 @@ TEST_CASE("MeasuredLayersDoNotDependOnOrderAndScaleWithTheCloud") {
   CHECK(layers_of(points).thickness == Approx(one.thickness).epsilon(0.05));
 }
 
+TEST_CASE("PointsThatFillASpaceAreMeasuredAtAFewPlacesWhateverTheirOrder") {
+  test::Random random(6);
+  std::vector<Vec3> points;
+  for (int i = 0; i < 20000; ++i)
+    points.push_back({random.uniform(), random.uniform(), random.uniform()});
+  const LayerThickness one = layers_of(points);
+  CHECK(one.measured >= 128);
+  CHECK(one.measured <= 400);
+  CHECK(one.is_thick());
+  std::reverse(points.begin(), points.end());
+  const LayerThickness other = layers_of(points);
+  CHECK(other.measured == one.measured);
+  CHECK(other.thickness == one.thickness);
+  CHECK(choose_cleaning(other).reason == choose_cleaning(one).reason);
+}
+
+TEST_CASE("PlacesFollowTheNumberOfPoints") {
+  // Three tenths of the points are leaves about a sheet, which must not end the measurement early.
+  test::Random random(7);
+  for (const std::size_t count : {20000u, 60000u}) {
+    std::vector<Vec3> points;
+    for (std::size_t i = 0; i < count; ++i)
+      points.push_back({random.uniform(), random.uniform(),
+                        i % 10 < 3 ? 0.2 + random.uniform() : 1e-4 * random.uniform()});
+    const LayerThickness layers = layers_of(points);
+    CHECK(static_cast<double>(layers.measured) ==
+          Approx(static_cast<double>(count) / 16.0).epsilon(0.1));
+  }
+}
+
 TEST_CASE("TinyCloudsAreLeftAlone") {
   for (const std::size_t n : {0u, 1u, 5u}) {
     const CleaningChoice choice = choose_cleaning(measure_layers(std::vector{SpacingSite{
