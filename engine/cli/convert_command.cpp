@@ -316,6 +316,7 @@ void check_places(const ConvertOptions& options) {
       {"the shift of coordinates beside the file", shift_file(options.out), PathUse::kWrittenFile,
        false, false}};
   check_paths(paths);
+  check_heavy_data(options.out);
 }
 
 void convert(const ConvertOptions& options, const StopToken& stop) {

@@ -45,6 +45,7 @@ void check_mesh_name(const OutputOptions& output) {
                 {.file = mesh,
                  .found = "output.format = \"text\"",
                  .expected = "\"auto\" or \"binary\", or a .ply, .obj or .stl file"});
+  check_heavy_data(mesh);
 }
 
 std::vector<PathRole> files_of_mesh(const std::string& mesh) {

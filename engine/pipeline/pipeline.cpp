@@ -37,6 +37,8 @@
 #include "io/clouds/open_point_source.h"
 #include "io/job/job_keys.h"
 #include "io/job/setting.h"
+#include "io/job/simplified_file.h"
+#include "io/meshes/heavy_data.h"
 #include "io/meshes/tile_directory.h"
 #include "io/points/coordinate_system.h"
 #include "io/points/coordinate_system_file.h"
@@ -64,6 +66,8 @@ void check_scans(const std::vector<std::string>& files) {
 void check_output(const Job& job, const std::vector<std::string>& files) {
   if (job.output.tiles) check_tile_format(job.output);
   check_paths(job_paths(job, files));
+  check_heavy_data(job.output.mesh);
+  check_heavy_data(simplified_file(job.output));
   check_tileset(job);
   check_simplification(job);
   check_power_crust_files(job);

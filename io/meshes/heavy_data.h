@@ -14,4 +14,8 @@ inline std::filesystem::path heavy_data_file(const std::filesystem::path& mesh) 
   return std::filesystem::path(mesh).replace_extension(".h5");
 }
 
+/// A job does not name that file: it is written only where there is none, or one with the arrays of
+/// a mesh. Throws Error (usage) otherwise.
+void check_heavy_data(const std::filesystem::path& mesh);
+
 }  // namespace orbweave

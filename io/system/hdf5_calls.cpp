@@ -125,6 +125,14 @@ Hdf5Id hdf5_type(ScalarType type) {
   throw std::logic_error("HDF5: unknown scalar type");
 }
 
+bool has_hdf5_arrays(const std::filesystem::path& path, std::span<const std::string> names) {
+  const Hdf5Calls calls;
+  const Hdf5Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  return file.valid() && std::all_of(names.begin(), names.end(), [&](const std::string& name) {
+           return H5Lexists(file.get(), name.c_str(), H5P_DEFAULT) > 0;
+         });
+}
+
 bool create_hdf5_array(Hdf5Id file, const std::string& name, Hdf5Id type,
                        std::span<const std::uint64_t> extents, std::uint64_t& offset) {
   const std::vector<hsize_t> shape(extents.begin(), extents.end());

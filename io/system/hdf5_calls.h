@@ -63,6 +63,10 @@ Hdf5Id hdf5_type(ScalarType type);
 bool create_hdf5_array(Hdf5Id file, const std::string& name, Hdf5Id type,
                        std::span<const std::uint64_t> shape, std::uint64_t& offset);
 
+/// Whether a file that is there is one of HDF5 and has arrays of these names. False where it cannot
+/// be read.
+bool has_hdf5_arrays(const std::filesystem::path& path, std::span<const std::string> names);
+
 /// An array of a file that is made as a whole.
 struct Hdf5Array {
   std::string name;

@@ -12,6 +12,7 @@
 #include "io/error.h"
 #include "io/meshes/heavy_data.h"
 #include "io/meshes/mesh_writer.h"
+#include "io/system/hdf5_calls.h"
 #include "tests/io/reading.h"
 #include "tests/support/data.h"
 #include "tests/support/meshes.h"
@@ -224,6 +225,27 @@ TEST_CASE("XdmfNamesTheArraysThatTheHdf5FileHolds") {
   CHECK(h5_values<double>(numbers, item(attribute("gps_time__1_")), H5T_NATIVE_DOUBLE,
                           {vertices})[1234] == time_of(mesh, 1234));
   CHECK(attribute("Normals").attribute("AttributeType").value() == std::string("Vector"));
+}
+
+TEST_CASE("NumbersOfAnXdmfReplaceThoseOfAMeshAlone") {
+  const ScratchDirectory scratch;
+  const fs::path mesh = scratch / "mesh.xdmf", numbers = scratch / "mesh.h5";
+  CHECK_NOTHROW(check_heavy_data(mesh));
+  const std::string measured = "what somebody measured";
+  std::ofstream(numbers) << measured;
+  CHECK_THROWS_AS(check_heavy_data(mesh), Error);
+  CHECK(read_file(numbers) == measured);
+  const std::vector<Hdf5Array> other = {{"Points", ScalarType::kFloat64, {3, 3}}};
+  make_hdf5_file(numbers, numbers, other);
+  CHECK_THROWS_AS(check_heavy_data(mesh), Error);
+  const std::vector<Hdf5Array> earlier = {{"Points", ScalarType::kFloat64, {3, 3}},
+                                          {"connectivity", ScalarType::kInt64, {1, 3}}};
+  make_hdf5_file(numbers, numbers, earlier);
+  CHECK_NOTHROW(check_heavy_data(mesh));
+  fs::remove(numbers);
+  fs::create_directory(numbers);
+  CHECK_THROWS_AS(check_heavy_data(mesh), Error);
+  CHECK_NOTHROW(check_heavy_data(scratch / "mesh.ply"));
 }
 
 TEST_CASE("FilesForParaViewHaveTheSameBytesEachTime") {

@@ -1,0 +1,25 @@
+#include "io/meshes/heavy_data.h"
+
+#include <array>
+#include <string>
+#include <system_error>
+
+#include "io/error.h"
+#include "io/system/hdf5_calls.h"
+
+namespace orbweave {
+
+void check_heavy_data(const std::filesystem::path& mesh) {
+  const std::filesystem::path numbers = heavy_data_file(mesh);
+  std::error_code ignored;
+  if (numbers.empty() || !std::filesystem::exists(numbers, ignored)) return;
+  const std::array<std::string, 2> arrays = {"Points", "connectivity"};
+  if (std::filesystem::is_regular_file(numbers, ignored) && has_hdf5_arrays(numbers, arrays))
+    return;
+  throw_usage("the numbers of " + mesh.string() + " go to a file that is there and has no mesh",
+              {.file = numbers.string(),
+               .expected = "no such file, or an HDF5 file with the arrays Points and connectivity",
+               .advice = "Move it, or give the .xdmf another name"});
+}
+
+}  // namespace orbweave
