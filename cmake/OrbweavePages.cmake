@@ -13,7 +13,13 @@ function(orbweave_install_pages)
     DEPENDS orbweave ${PROJECT_SOURCE_DIR}/cmake/write_pages.cmake
     COMMENT "Writing manual pages and completion" VERBATIM)
   add_custom_target(orbweave_pages ALL DEPENDS ${to}/pages.stamp)
-  foreach(part man/man1 bash-completion/completions zsh/vendor-completions fish/vendor_completions.d)
+  install(DIRECTORY ${to}/man/man1/ DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/man/man1 COMPONENT program
+          PATTERN "orbweave-mpi.1*" EXCLUDE)
+  if(TARGET MPI::MPI_CXX)
+    install(DIRECTORY ${to}/man/man1/ DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/man/man1 COMPONENT mpi
+            FILES_MATCHING PATTERN "orbweave-mpi.1*")
+  endif()
+  foreach(part bash-completion/completions zsh/vendor-completions fish/vendor_completions.d)
     install(DIRECTORY ${to}/${part}/ DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/${part} COMPONENT program)
   endforeach()
 endfunction()

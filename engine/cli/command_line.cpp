@@ -8,6 +8,7 @@
 
 #include "engine/cli/commands.h"
 #include "engine/cli/output.h"
+#include "engine/cli/team_program.h"
 #include "engine/pipeline/surface/in_core_methods.h"
 #include "io/error.h"
 #include "io/text/nearest_name.h"
@@ -138,9 +139,9 @@ CommandAction parse_command_line(const std::vector<std::string>& arguments, cons
 CommandAction parse_team_command_line(const std::vector<std::string>& arguments,
                                       const StopToken& stop, Communicator& communicator) {
   constexpr std::array<AddCommand, 2> kCommands = {add_run_command, add_reconstruct_command};
-  CLI::App program("orbweave by several processes, on one machine or many: the same mesh, sooner.",
-                   "orbweave-mpi");
-  program.footer("Example:\n  mpirun -n 8 orbweave-mpi run job.toml\n");
+  static_assert(kCommands.size() == kTeamCommands.size());
+  CLI::App program(kTeamHelp, kTeamProgram);
+  program.footer(kTeamExample);
   return action_of(program, kCommands, arguments, stop, communicator);
 }
 

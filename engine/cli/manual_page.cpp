@@ -1,9 +1,11 @@
 #include "engine/cli/manual_page.h"
 
+#include <algorithm>
 #include <string_view>
 
 #include "engine/cli/exit_status.h"
 #include "engine/cli/output.h"
+#include "engine/cli/team_program.h"
 #include "io/error.h"
 
 namespace orbweave {
@@ -88,8 +90,24 @@ std::string program_page(const ProgramFacts& program) {
     text += ".TP\n" + bold(command.name) + "\n" + roff(command.help) + "\n";
     pages.push_back(program.name + "-" + command.name);
   }
+  pages.emplace_back(kTeamProgram);
   return text + options_text(program.options, false, "OPTIONS") + example_text(program.example) +
          statuses_text() + references(pages);
+}
+
+/// Of the program for several processes: its commands have pages of their own.
+std::string team_page(const ProgramFacts& program) {
+  std::string text = begin(kTeamProgram, kTeamHelp) + ".SH SYNOPSIS\n" + bold("mpirun") + " " +
+                     bold("-n") + " " + italic("PROCESSES") + " " + bold(kTeamProgram) + " " +
+                     italic("COMMAND") + " [" + italic("OPTION") + "...]\n.SH COMMANDS\n";
+  std::vector<std::string> pages = {program.name};
+  for (const CommandFacts& command : program.commands) {
+    if (std::ranges::find(kTeamCommands, command.name) == kTeamCommands.end()) continue;
+    text += ".TP\n" + bold(command.name) + "\n" + roff(command.help) + "\n";
+    pages.push_back(program.name + "-" + command.name);
+  }
+  pages.emplace_back("mpirun");
+  return text + example_text(kTeamExample) + statuses_text() + references(pages);
 }
 
 std::string command_page(const ProgramFacts& program, const CommandFacts& command) {
@@ -109,11 +127,13 @@ std::vector<std::string> manual_page_names(const ProgramFacts& program) {
   std::vector<std::string> names = {program.name};
   for (const CommandFacts& command : program.commands)
     names.push_back(program.name + "-" + command.name);
+  names.emplace_back(kTeamProgram);
   return names;
 }
 
 std::string manual_page(const ProgramFacts& program, const std::string& name) {
   if (name == program.name) return program_page(program);
+  if (name == kTeamProgram) return team_page(program);
   for (const CommandFacts& command : program.commands)
     if (name == program.name + "-" + command.name) return command_page(program, command);
   throw_usage(

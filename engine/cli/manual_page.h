@@ -8,7 +8,8 @@
 
 namespace orbweave {
 
-/// "orbweave", "orbweave-run", ...: a page for the program, then one for each command.
+/// "orbweave", "orbweave-run", ..., "orbweave-mpi": a page for the program, one for each command,
+/// and that of the program for several processes.
 std::vector<std::string> manual_page_names(const ProgramFacts& program);
 
 /// The page of that name, for man(1). Throws Error (usage) for a name that is none of them.

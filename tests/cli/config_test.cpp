@@ -49,6 +49,10 @@ TEST_CASE("EveryCommandHasAManualPageThatTheProgramsPageNames") {
     CHECK(page.status == 0);
     CHECK_THAT(page.out, Contains(".SH EXIT STATUS") && Contains(".SH SYNOPSIS"));
   }
+  const auto team = run_program({"config", "--manual", "orbweave-mpi"});
+  CHECK_THAT(program.out, Contains(".BR orbweave\\-mpi (1)"));
+  CHECK_THAT(team.out, Contains("mpirun") && Contains(".BR orbweave\\-reconstruct (1)") &&
+                           Contains(".SH EXIT STATUS") && !Contains("orbweave\\-fill"));
   const auto unknown = run_program({"config", "--manual", "orbweave-weave"});
   CHECK(unknown.status == 2);
   CHECK_THAT(unknown.err, Contains("no manual page of this name") && Contains("orbweave-run"));

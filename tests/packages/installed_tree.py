@@ -36,6 +36,8 @@ def commands():
 def manual_pages():
     folder = PREFIX / "share" / "man" / "man1"
     names = ["orbweave"] + [f"orbweave-{command}" for command in commands()]
+    if (PREFIX / "bin" / "orbweave-mpi").exists():
+        names.append("orbweave-mpi")
     for name in names:
         pages = list(folder.glob(f"{name}.1*"))
         check(f"no manual page {name}", len(pages) == 1)
