@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/pipeline/budget/disk_plan.h"
+#include "engine/pipeline/points/halo_work.h"
 #include "engine/pipeline/points/point_stream.h"
 #include "engine/pipeline/stage/stages.h"
 #include "partition/count_grid.h"
@@ -33,6 +34,8 @@ struct CountedCloud {
   std::optional<Vec3> meters_per_unit;  ///< of x, y and z; empty: not known
   bool has_wide_colors = false;         ///< 16-bit colours beyond 255, of the points counted
   CountGrid grid;
+  /// Where points crowd; empty where there are too many chunks for that to matter, or one.
+  std::vector<CrowdedPlace> places;
   Box bounds;  ///< once the grid is gone
   Octree octree;
   MemoryPlan memory;

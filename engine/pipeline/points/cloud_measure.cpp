@@ -3,21 +3,40 @@
 #include <algorithm>
 #include <vector>
 
+#include "engine/ball_pivoting/halo_width.h"
 #include "engine/pipeline/points/count_stage.h"
 #include "engine/pipeline/stage/method_costs.h"
 #include "engine/spacing/normal_radius.h"
 
 namespace orbweave {
-Octree final_octree(const ResolvedJob& job, const CountedCloud& cloud, const Partition& partition) {
+namespace {
+
+/// As many as a chunk is worth its halo on an even surface.
+std::uint64_t chunk_points(const ResolvedJob& job, const CountedCloud& cloud,
+                           const Partition& partition) {
   const bool expected = !job.reconstruct.ball_radii.empty() || job.reconstruct.levels != 0;
-  if (is_in_core(job.reconstruct.method)) return cloud.octree;
-  if (expected || partition.automatic_radii.empty()) return cloud.octree;
+  if (expected || partition.automatic_radii.empty()) return cloud.memory.chunk_points;
   const double points_per_area = 1.0 / (partition.spacing * partition.spacing);
   const MemoryPlan plan = job.memory_plan(
       cloud.points_used, cloud.schema,
       worthwhile_points(partition.automatic_radii, points_per_area, cloud.points_used));
-  if (plan.chunk_points <= cloud.memory.chunk_points) return cloud.octree;
-  return coarsened(cloud.octree, plan.chunk_points);
+  return std::max(plan.chunk_points, cloud.memory.chunk_points);
+}
+
+}  // namespace
+
+Octree final_octree(const ResolvedJob& job, const CountedCloud& cloud, const Partition& partition) {
+  if (is_in_core(job.reconstruct.method)) return cloud.octree;
+  const std::uint64_t points = chunk_points(job, cloud, partition);
+  const std::vector<double>& radii =
+      job.reconstruct.ball_radii.empty() ? partition.automatic_radii : job.reconstruct.ball_radii;
+  if (!radii.empty() && !cloud.places.empty() && job.partition.chunk_points == 0) {
+    const MemoryPlan most = job.memory_plan(cloud.points_used, cloud.schema, cloud.points_used);
+    return without_needless_halos(cloud.places, cloud.octree, halo_width(radii), points,
+                                  std::max(points, most.chunk_points));
+  }
+  if (points <= cloud.memory.chunk_points) return cloud.octree;
+  return coarsened(cloud.octree, points);
 }
 
 Partition measure(const CloudInput& input, SpacingSampler& sampler, const RunControl& control) {

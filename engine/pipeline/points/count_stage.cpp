@@ -172,6 +172,10 @@ void plan_cut(const ResolvedJob& job, const CloudInput& input, CountedCloud& clo
 void cut_chunks(const RunControl& control, const CloudInput& input, CountedCloud& cloud) {
   cloud.octree = cut_octree(cloud.grid, root_cube(cloud.grid.bounds()), cloud.memory.chunk_points);
   split_dense_chunks(control, input, cloud);
+  constexpr std::size_t kMostChunks = 64;
+  const std::size_t chunks = cloud.octree.chunks().size();
+  if (chunks > 1 && chunks <= kMostChunks && !is_cut_again(input))
+    cloud.places = crowded_places(cloud.grid, cloud.octree.root());
 }
 
 }  // namespace
@@ -205,6 +209,8 @@ CountedCloud count_by_team(const CloudInput& input, const CutExchange& cut, Stag
   });
   plan_cut(runner.job, input, cloud, runner.communicator.size());
   if (runner.communicator.is_root()) cut_chunks(runner, input, cloud);
+  // Chunks are what several processes share.
+  if (runner.communicator.size() > 1) cloud.places.clear();
   cloud.bounds = cloud.grid.bounds();
   clock.facts().points = cloud.points_read;
   // The store counts what cleaned points are read from.
