@@ -23,6 +23,13 @@ std::uint64_t chunk_points(const ResolvedJob& job, const CountedCloud& cloud,
   return std::max(plan.chunk_points, cloud.memory.chunk_points);
 }
 
+/// What the memory has room for where a chunk is in flight alone.
+std::uint64_t most_chunk_points(const CountedCloud& cloud) {
+  const std::uint64_t bytes = cloud.memory.chunks_in_flight_bytes / 5 * 4;
+  return std::min(bytes / MemoryCosts::kReconstructBytes,
+                  bytes / 2 / MemoryCosts::sort_bytes(cloud.schema));
+}
+
 }  // namespace
 
 Octree final_octree(const ResolvedJob& job, const CountedCloud& cloud, const Partition& partition) {
@@ -31,9 +38,8 @@ Octree final_octree(const ResolvedJob& job, const CountedCloud& cloud, const Par
   const std::vector<double>& radii =
       job.reconstruct.ball_radii.empty() ? partition.automatic_radii : job.reconstruct.ball_radii;
   if (!radii.empty() && !cloud.places.empty() && job.partition.chunk_points == 0) {
-    const MemoryPlan most = job.memory_plan(cloud.points_used, cloud.schema, cloud.points_used);
     return without_needless_halos(cloud.places, cloud.octree, halo_width(radii), points,
-                                  std::max(points, most.chunk_points));
+                                  std::max(points, most_chunk_points(cloud)));
   }
   if (points <= cloud.memory.chunk_points) return cloud.octree;
   return coarsened(cloud.octree, points);

@@ -8,7 +8,7 @@
 namespace orbweave {
 namespace {
 
-constexpr int kPlaceDepth = 6;
+constexpr int kPlaceDepth = 8;
 /// Points with halos over points. An even surface has 1.2 to 1.4.
 constexpr double kMostWork = 2.0;
 

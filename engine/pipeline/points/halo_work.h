@@ -17,7 +17,7 @@ struct CrowdedPlace {
   std::uint64_t points = 0;
 };
 
-/// The cubes, a 64th of the root cube wide, that hold points.
+/// The cubes, a 256th of the root cube wide, that hold points.
 std::vector<CrowdedPlace> crowded_places(const PointCounts& grid, const RootCube& root);
 
 /// How many points the chunks have with those within `halo` of them, over the points of the cloud.
