@@ -30,7 +30,7 @@ std::vector<CrowdedPlace> crowded_places(const PointCounts& grid, const RootCube
   std::vector<CrowdedPlace> places;
   const double side = root.side / (1 << kPlaceDepth);
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    const auto [code, points] = counts[i];
+    const std::uint64_t code = counts[i].first, points = counts[i].second;
     if (i > 0 && counts[i - 1].first == code) {
       places.back().points += points;
       continue;
