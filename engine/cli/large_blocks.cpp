@@ -2,6 +2,7 @@
 // and on pages of 4 KiB the kernel takes up to a fifth of the processor time to hand them out, in
 // virtual machines above all. What replaces operator new belongs to a program, never to a library:
 // only the executables compile this file. The sanitizers bring an operator new of their own.
+#include <cerrno>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -25,12 +26,16 @@ constexpr std::size_t kLargeBlockBytes = std::size_t{1} << 20;
 constexpr std::uintptr_t kLargePageBytes = std::uintptr_t{2} << 20;
 
 /// Asks for large pages where they lie within the block, so that the process never holds more than
-/// the blocks it asked for. The kernel may decline; nothing but the time depends on it.
+/// the blocks it asked for. The kernel may decline; nothing but the time depends on it. Errors stay
+/// those of the calls before: a block is also asked for while one of them is being described.
 void ask_for_large_pages(void* block, std::size_t bytes) noexcept {
   const auto address = reinterpret_cast<std::uintptr_t>(block);
   const std::uintptr_t first = (address + kLargePageBytes - 1) & ~(kLargePageBytes - 1);
   const std::uintptr_t last = (address + bytes) & ~(kLargePageBytes - 1);
-  if (first < last) ::madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
+  if (first >= last) return;
+  const int error = errno;
+  ::madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
+  errno = error;
 }
 
 }  // namespace

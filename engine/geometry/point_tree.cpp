@@ -23,8 +23,8 @@ struct Positions {
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Positions>,
                                                  Positions, 3, std::uint32_t>;
 
-// An object, not a function, so that sorting compares without a call. Without a branch between the
-// two parts: which comes first is anyone's guess.
+// An object, not a function, so that sorting compares without a call. No branch between the two
+// parts: the processor would foresee it wrong half of the time.
 constexpr auto nearer = [](const Neighbor& a, const Neighbor& b) {
   return static_cast<bool>(static_cast<int>(a.squared_distance < b.squared_distance) |
                            (static_cast<int>(a.squared_distance == b.squared_distance) &

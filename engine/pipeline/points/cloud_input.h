@@ -34,7 +34,8 @@ struct CountedCloud {
   std::optional<Vec3> meters_per_unit;  ///< of x, y and z; empty: not known
   bool has_wide_colors = false;         ///< 16-bit colours beyond 255, of the points counted
   CountGrid grid;
-  /// Where points crowd; empty where there are too many chunks for that to matter, or one.
+  /// Where points crowd; empty where the job says how large chunks are, and where there is one
+  /// chunk or so many that few of them lie near a crowd.
   std::vector<CrowdedPlace> places;
   Box bounds;  ///< once the grid is gone
   Octree octree;

@@ -11,7 +11,7 @@
 namespace orbweave {
 namespace {
 
-/// As many as a chunk is worth its halo on an even surface.
+/// Points of a chunk, so many that its halo costs little on an even surface.
 std::uint64_t chunk_points(const ResolvedJob& job, const CountedCloud& cloud,
                            const Partition& partition) {
   const bool expected = !job.reconstruct.ball_radii.empty() || job.reconstruct.levels != 0;
@@ -37,7 +37,7 @@ Octree final_octree(const ResolvedJob& job, const CountedCloud& cloud, const Par
   const std::uint64_t points = chunk_points(job, cloud, partition);
   const std::vector<double>& radii =
       job.reconstruct.ball_radii.empty() ? partition.automatic_radii : job.reconstruct.ball_radii;
-  if (!radii.empty() && !cloud.places.empty() && job.partition.chunk_points == 0) {
+  if (!radii.empty() && !cloud.places.empty()) {
     return without_needless_halos(cloud.places, cloud.octree, halo_width(radii), points,
                                   std::max(points, most_chunk_points(cloud)));
   }

@@ -174,7 +174,8 @@ void cut_chunks(const RunControl& control, const CloudInput& input, CountedCloud
   split_dense_chunks(control, input, cloud);
   constexpr std::size_t kMostChunks = 64;
   const std::size_t chunks = cloud.octree.chunks().size();
-  if (chunks > 1 && chunks <= kMostChunks && !is_cut_again(input))
+  const bool is_free = control.job.partition.chunk_points == 0 && !is_cut_again(input);
+  if (is_free && chunks > 1 && chunks <= kMostChunks)
     cloud.places = crowded_places(cloud.grid, cloud.octree.root());
 }
 
