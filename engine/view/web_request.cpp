@@ -109,7 +109,7 @@ std::optional<ByteRange> range_of(std::string_view text, std::uint64_t size) {
 
 WebAnswer file_answer(std::string_view head, const std::string& name, std::uint64_t size,
                       bool is_head, bool closes) {
-  // Condition of a range that this server never gave out.
+  // If-Range asks for the range of a version of the file; this server gives no versions out.
   const bool takes_range = !is_head && field(head, "If-Range").empty();
   const auto range = takes_range ? range_of(field(head, "Range"), size) : std::nullopt;
   const std::string total = "/" + std::to_string(size) + "\r\n";
