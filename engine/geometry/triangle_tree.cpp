@@ -105,7 +105,7 @@ TriangleTree::Nearest TriangleTree::nearest_in(std::size_t begin, std::size_t en
   return best;
 }
 
-TriangleTree::Nearest TriangleTree::nearest(Vec3 p) const {
+TriangleTree::Nearest TriangleTree::nearest(Vec3 p, double enough) const {
   Nearest best{std::numeric_limits<double>::infinity(), 0};
   if (items_.empty()) return best;
   struct Visit {
@@ -121,6 +121,7 @@ TriangleTree::Nearest TriangleTree::nearest(Vec3 p) const {
     if (visit.bound >= best.squared_distance) continue;
     if (visit.depth == 0) {
       best = nearest_in(visit.begin, visit.end, p, best);
+      if (best.squared_distance <= enough) break;
       continue;
     }
     const std::size_t middle = visit.begin + (visit.end - visit.begin) / 2;

@@ -27,11 +27,17 @@ class TriangleTree {
     double squared_distance;  ///< infinite when the tree is empty; exact to rounding
     std::uint32_t item;
   };
-  Nearest nearest(Vec3 p) const;
+  Nearest nearest(Vec3 p) const { return nearest(p, -1.0); }
   /// Squared distance to the surface; infinite when the tree is empty. Exact to rounding.
   double squared_distance(Vec3 p) const { return nearest(p).squared_distance; }
+  /// The same where it exceeds `enough`; else anything that does not.
+  double squared_distance_beyond(Vec3 p, double enough) const {
+    return nearest(p, enough).squared_distance;
+  }
 
  private:
+  /// Stops at the first that is no farther than `enough`, squared.
+  Nearest nearest(Vec3 p, double enough) const;
   Triangle item(std::uint32_t index) const;
   Vec3 center(std::uint32_t index) const;
   void build(std::size_t node, std::size_t begin, std::size_t end, int depth);

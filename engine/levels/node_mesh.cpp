@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "engine/levels/corner_groups.h"
+
 namespace orbweave {
 namespace {
 
@@ -124,22 +126,28 @@ NodeMesh unpacked(std::span<const std::byte> bytes, std::size_t row_bytes) {
 }
 
 std::vector<OpenEdge> open_edges(const NodeMesh& mesh) {
-  std::vector<OpenEdge> edges;
-  edges.reserve(3 * mesh.triangles.size());
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-    for (std::size_t c = 0; c < 3; ++c) {
-      const auto [low, high] = std::minmax(mesh.triangles[t][c], mesh.triangles[t][(c + 1) % 3]);
-      edges.push_back({low, high, t});
-    }
-  std::sort(edges.begin(), edges.end());
-  const auto joins = [](const OpenEdge& a, const OpenEdge& b) {
-    return a.low == b.low && a.high == b.high;
+  /// An edge but for its lower vertex.
+  struct Edge {
+    std::uint32_t high = 0;
+    std::uint32_t triangle = 0;
+    auto operator<=>(const Edge&) const = default;
   };
+  const auto ends = [&](std::uint32_t t, std::size_t c) {
+    return std::minmax(mesh.triangles[t][c], mesh.triangles[t][(c + 1) % 3]);
+  };
+  const CornerGroups<Edge> edges_of(
+      mesh.triangles, [&](std::uint32_t t, std::size_t c) { return ends(t, c).first; },
+      [&](std::uint32_t t, std::size_t c) {
+        return Edge{ends(t, c).second, t};
+      });
   std::vector<OpenEdge> open;
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    const bool is_shared = (i > 0 && joins(edges[i], edges[i - 1])) ||
-                           (i + 1 < edges.size() && joins(edges[i], edges[i + 1]));
-    if (!is_shared) open.push_back(edges[i]);
+  for (std::uint32_t low = 0; low < edges_of.size(); ++low) {
+    const std::span<const Edge> edges = edges_of[low];
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      const bool is_shared = (i > 0 && edges[i].high == edges[i - 1].high) ||
+                             (i + 1 < edges.size() && edges[i].high == edges[i + 1].high);
+      if (!is_shared) open.push_back({low, edges[i].high, edges[i].triangle});
+    }
   }
   return open;
 }

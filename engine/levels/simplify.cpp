@@ -42,43 +42,45 @@ std::vector<bool> used_vertices(std::size_t vertices, std::span<const Triangle> 
   return used;
 }
 
-/// Squared, from the vertices that are gone to the new surface.
+/// Squared, from the vertices that are gone to the new surface; at least `least`.
 double distance_of_gone(std::span<const Vec3> positions, std::span<const Triangle> before,
-                        std::span<const Triangle> after) {
+                        std::span<const Triangle> after, double least) {
   const TriangleMesh mesh = mesh_of(positions, after);
   const TriangleTree tree(mesh);
   const std::vector<bool> was = used_vertices(positions.size(), before);
   const std::vector<bool> stays = used_vertices(positions.size(), after);
-  double largest = 0.0;
+  double largest = least;
   for (std::size_t i = 0; i < positions.size(); ++i)
-    if (was[i] && !stays[i]) largest = std::max(largest, tree.squared_distance(positions[i]));
+    if (was[i] && !stays[i])
+      largest = std::max(largest, tree.squared_distance_beyond(positions[i], largest));
   return largest;
 }
 
-/// Squared, from four points of each new triangle to the old surface.
+/// Squared, from four points of each new triangle to the old surface; at least `least`.
 double distance_of_new(std::span<const Vec3> positions, std::span<const Triangle> before,
-                       std::span<const Triangle> after) {
+                       std::span<const Triangle> after, double least) {
   using Weights = std::array<double, 3>;
   constexpr std::array<Weights, 4> kPlaces = {
       Weights{1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0}, Weights{2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0},
       Weights{1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0}, Weights{1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0}};
   const TriangleMesh mesh = mesh_of(positions, before);
   const TriangleTree tree(mesh);
-  double largest = 0.0;
+  double largest = least;
   for (const Triangle& t : after)
-    for (const Weights& w : kPlaces)
-      largest =
-          std::max(largest, tree.squared_distance(w[0] * positions[t[0]] + w[1] * positions[t[1]] +
-                                                  w[2] * positions[t[2]]));
+    for (const Weights& w : kPlaces) {
+      const Vec3 place = w[0] * positions[t[0]] + w[1] * positions[t[1]] + w[2] * positions[t[2]];
+      largest = std::max(largest, tree.squared_distance_beyond(place, largest));
+    }
   return largest;
 }
 
-/// Between the two surfaces, both ways, where it is measured.
+/// Between the two surfaces, both ways, where it is measured; at least `least`, which saves the
+/// search for what is nearer.
 double measured_distance(std::span<const Vec3> positions, std::span<const Triangle> before,
-                         std::span<const Triangle> after) {
+                         std::span<const Triangle> after, double least) {
   if (after.empty()) return bounds_of(positions).diagonal();
-  return std::sqrt(std::max(distance_of_gone(positions, before, after),
-                            distance_of_new(positions, before, after)));
+  const double of_gone = distance_of_gone(positions, before, after, least * least);
+  return std::sqrt(distance_of_new(positions, before, after, of_gone));
 }
 
 /// Triangles that add_locks() adds for each vertex.
@@ -237,9 +239,11 @@ Simplification simplify_between(std::span<const Vec3> positions,
   Step step = SoundSimplifier(positions, triangles, locked).simplify(triangles, limits);
   // Points between those that are measured may be farther away.
   constexpr double kBetween = 1.25;
+  // Rounded down: what is nearer counts for nothing beside the quadrics' error.
+  const double least = (1.0 - 1e-9) * step.error / kBetween;
   Simplification result{std::move(step.triangles), 0.0, step.is_sound};
-  result.error =
-      std::max(step.error, kBetween * measured_distance(positions, triangles, result.triangles));
+  result.error = std::max(
+      step.error, kBetween * measured_distance(positions, triangles, result.triangles, least));
   return result;
 }
 

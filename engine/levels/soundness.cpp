@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 
+#include "engine/levels/corner_groups.h"
+
 namespace orbweave {
 namespace {
 
@@ -13,46 +15,45 @@ void sort_and_keep_each_once(std::vector<T>& values) {
   values.erase(std::unique(values.begin(), values.end()), values.end());
 }
 
-/// An edge as a triangle runs through it.
+/// An edge as a triangle runs through it, but for its lower vertex.
 struct DirectedEdge {
-  EdgeEnds ends;
+  std::uint32_t high = 0;
   bool is_upward = false;  ///< from the lower vertex to the higher one
   friend auto operator<=>(const DirectedEdge&, const DirectedEdge&) = default;
 };
 
 void add_ends_of_unsound_edges(std::span<const Triangle> triangles,
                                std::vector<std::uint32_t>& unsound) {
-  std::vector<DirectedEdge> edges;
-  edges.reserve(3 * triangles.size());
-  for (const Triangle& t : triangles)
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::uint32_t from = t[c];
-      const std::uint32_t to = t[(c + 1) % 3];
-      edges.push_back({{std::min(from, to), std::max(from, to)}, from < to});
+  const auto from = [&](std::uint32_t t, std::size_t c) { return triangles[t][c]; };
+  const auto to = [&](std::uint32_t t, std::size_t c) { return triangles[t][(c + 1) % 3]; };
+  const CornerGroups<DirectedEdge> edges_of(
+      triangles, [&](std::uint32_t t, std::size_t c) { return std::min(from(t, c), to(t, c)); },
+      [&](std::uint32_t t, std::size_t c) {
+        return DirectedEdge{std::max(from(t, c), to(t, c)), from(t, c) < to(t, c)};
+      });
+  for (std::uint32_t low = 0; low < edges_of.size(); ++low) {
+    const std::span<const DirectedEdge> edges = edges_of[low];
+    for (std::size_t i = 1; i < edges.size(); ++i) {
+      const bool same_direction = edges[i] == edges[i - 1];
+      const bool third = i > 1 && edges[i].high == edges[i - 2].high;
+      if (!same_direction && !third) continue;
+      unsound.push_back(low);
+      unsound.push_back(edges[i].high);
     }
-  std::sort(edges.begin(), edges.end());
-  for (std::size_t i = 1; i < edges.size(); ++i) {
-    const bool same_direction = edges[i] == edges[i - 1];
-    const bool third = i > 1 && edges[i].ends == edges[i - 2].ends;
-    if (!same_direction && !third) continue;
-    unsound.push_back(edges[i].ends.low);
-    unsound.push_back(edges[i].ends.high);
   }
 }
 
 /// What a triangle has beyond one of its vertices: an edge of the vertex's link.
 struct LinkEdge {
-  std::uint32_t vertex = 0;
   std::uint32_t from = 0;
   std::uint32_t to = 0;
   friend auto operator<=>(const LinkEdge&, const LinkEdge&) = default;
 };
 
 /// Whether the link of a vertex is one path or one cycle. Every vertex of the link begins at most
-/// one edge and ends at most one; ascending by `from`.
-bool is_one_fan(std::span<const LinkEdge> link) {
-  std::vector<std::uint32_t> ends;
-  ends.reserve(link.size());
+/// one edge and ends at most one; ascending by `from`. `ends`: used again for link after link.
+bool is_one_fan(std::span<const LinkEdge> link, std::vector<std::uint32_t>& ends) {
+  ends.clear();
   for (const LinkEdge& edge : link) ends.push_back(edge.to);
   std::sort(ends.begin(), ends.end());
   std::size_t first = 0;
@@ -72,16 +73,14 @@ bool is_one_fan(std::span<const LinkEdge> link) {
 
 void add_vertices_of_several_fans(std::span<const Triangle> triangles,
                                   std::vector<std::uint32_t>& unsound) {
-  std::vector<LinkEdge> links;
-  links.reserve(3 * triangles.size());
-  for (const Triangle& t : triangles)
-    for (std::size_t c = 0; c < 3; ++c) links.push_back({t[c], t[(c + 1) % 3], t[(c + 2) % 3]});
-  std::sort(links.begin(), links.end());
-  for (std::size_t begin = 0, end = 0; begin < links.size(); begin = end) {
-    while (end < links.size() && links[end].vertex == links[begin].vertex) ++end;
-    if (!is_one_fan(std::span(links).subspan(begin, end - begin)))
-      unsound.push_back(links[begin].vertex);
-  }
+  const CornerGroups<LinkEdge> links(
+      triangles, [&](std::uint32_t t, std::size_t c) { return triangles[t][c]; },
+      [&](std::uint32_t t, std::size_t c) {
+        return LinkEdge{triangles[t][(c + 1) % 3], triangles[t][(c + 2) % 3]};
+      });
+  std::vector<std::uint32_t> ends;
+  for (std::uint32_t vertex = 0; vertex < links.size(); ++vertex)
+    if (!links[vertex].empty() && !is_one_fan(links[vertex], ends)) unsound.push_back(vertex);
 }
 
 }  // namespace
@@ -96,12 +95,15 @@ std::vector<std::uint32_t> unsound_vertices(std::span<const Triangle> triangles)
 
 std::vector<EdgeEnds> edges_among(std::span<const Triangle> triangles,
                                   std::span<const std::uint32_t> vertices) {
-  const auto is_one = [&](std::uint32_t vertex) {
-    return std::binary_search(vertices.begin(), vertices.end(), vertex);
+  if (vertices.empty()) return {};
+  std::vector<bool> is_one(std::size_t{vertices.back()} + 1);
+  for (const std::uint32_t vertex : vertices) is_one[vertex] = true;
+  const auto is_among = [&](std::uint32_t vertex) {
+    return vertex < is_one.size() && is_one[vertex];
   };
   std::vector<EdgeEnds> edges;
   for (const Triangle& t : triangles) {
-    const std::array<bool, 3> among = {is_one(t[0]), is_one(t[1]), is_one(t[2])};
+    const std::array<bool, 3> among = {is_among(t[0]), is_among(t[1]), is_among(t[2])};
     for (std::size_t c = 0; c < 3; ++c)
       if (among[c] && among[(c + 1) % 3])
         edges.push_back({std::min(t[c], t[(c + 1) % 3]), std::max(t[c], t[(c + 1) % 3])});

@@ -18,7 +18,7 @@ struct EdgeEnds {
 
 /// Vertices at which the triangles are no manifold, ascending: the ends of edges that more than two
 /// triangles have or two run through in the same direction, and vertices with more than one fan.
-/// O(n log n).
+/// About linear in the triangles.
 std::vector<std::uint32_t> unsound_vertices(std::span<const Triangle> triangles);
 
 /// Edges between two of some vertices (ascending), each once, ascending.
