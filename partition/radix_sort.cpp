@@ -15,6 +15,8 @@ namespace {
 constexpr int kTopBits = 11;   // digit of the first pass, over the whole array
 constexpr int kDigitBits = 8;  // digit of the passes inside a bucket, which fits the cache
 constexpr std::size_t kSmall = 48;
+/// Items that one thread counts and moves in the first pass: far more than there are digits.
+constexpr std::size_t kSlice = std::size_t{1} << 17;
 
 bool key_less(const KeyIndex& a, const KeyIndex& b) { return a.key < b.key; }
 
@@ -69,20 +71,67 @@ void sort_bucket(std::span<KeyIndex> items, std::span<KeyIndex> spare, int bits)
   if (lowest > 0) finish_runs(items, lowest);
 }
 
+std::size_t slices_of(std::size_t items) { return (items + kSlice - 1) / kSlice; }
+
+std::span<const KeyIndex> slice_of(std::span<const KeyIndex> items, std::size_t slice) {
+  const std::size_t begin = slice * kSlice;
+  return items.subspan(begin, std::min(kSlice, items.size() - begin));
+}
+
+/// How many of the lowest bits tell the keys apart.
+int varying_bits(std::span<const KeyIndex> items) {
+  std::vector<std::uint64_t> varying(slices_of(items.size()), 0);
+  tbb::parallel_for(std::size_t{0}, varying.size(), [&](std::size_t slice) {
+    std::uint64_t bits = 0;
+    for (const KeyIndex& item : slice_of(items, slice)) bits |= item.key ^ items.front().key;
+    varying[slice] = bits;
+  });
+  std::uint64_t all = 0;
+  for (const std::uint64_t bits : varying) all |= bits;
+  return static_cast<int>(std::bit_width(all));
+}
+
+/// One stable counting pass on the bits from `shift` to kTopBits above, slice beside slice.
+/// Returns where the items of each digit end.
+std::vector<std::uint32_t> scatter_in_slices(std::span<const KeyIndex> from, std::span<KeyIndex> to,
+                                             int shift) {
+  constexpr std::size_t kDigits = std::size_t{1} << kTopBits;
+  constexpr std::uint64_t kMask = kDigits - 1;
+  const std::size_t slices = slices_of(from.size());
+  std::vector<std::uint32_t> places(slices * kDigits, 0);
+  const auto places_of = [&](std::size_t slice) {
+    return std::span(places).subspan(slice * kDigits, kDigits);
+  };
+  tbb::parallel_for(std::size_t{0}, slices, [&](std::size_t slice) {
+    const std::span<std::uint32_t> count = places_of(slice);
+    for (const KeyIndex& item : slice_of(from, slice)) ++count[(item.key >> shift) & kMask];
+  });
+  std::vector<std::uint32_t> ends(kDigits);
+  std::uint32_t sum = 0;
+  for (std::size_t digit = 0; digit < kDigits; ++digit) {
+    for (std::size_t slice = 0; slice < slices; ++slice)
+      sum += std::exchange(places_of(slice)[digit], sum);
+    ends[digit] = sum;
+  }
+  tbb::parallel_for(std::size_t{0}, slices, [&](std::size_t slice) {
+    const std::span<std::uint32_t> place = places_of(slice);
+    for (const KeyIndex& item : slice_of(from, slice))
+      to[place[(item.key >> shift) & kMask]++] = item;
+  });
+  return ends;
+}
+
 }  // namespace
 
 void radix_sort(std::vector<KeyIndex>& items) {
-  std::uint64_t varying = 0;
-  for (const KeyIndex& item : items) varying |= item.key ^ items.front().key;
-  if (varying == 0) return;
   if (items.size() <= kSmall) return sort_small(items);
-  const int bits = static_cast<int>(std::bit_width(varying));
+  const int bits = varying_bits(items);
+  if (bits == 0) return;
   const int shift = std::max(0, bits - kTopBits);
 
   const auto scratch = std::make_unique_for_overwrite<KeyIndex[]>(items.size());
   const std::span<KeyIndex> spare(scratch.get(), items.size());
-  std::vector<std::uint32_t> ends(std::size_t{1} << kTopBits);
-  scatter(items, spare, shift, ends);
+  const std::vector<std::uint32_t> ends = scatter_in_slices(items, spare, shift);
   tbb::parallel_for(std::size_t{0}, ends.size(), [&](std::size_t bucket) {
     const std::size_t begin = bucket == 0 ? 0 : ends[bucket - 1];
     const std::size_t size = ends[bucket] - begin;

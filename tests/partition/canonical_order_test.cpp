@@ -197,7 +197,7 @@ TEST_CASE("CloudsWithoutNormalsOrAttributesAreSorted") {
 
 TEST_CASE("RadixSortEqualsStableSort") {
   std::mt19937_64 random(3);
-  const std::size_t count = GENERATE(0, 1, 2, 48, 49, 1000, 60'000);
+  const std::size_t count = GENERATE(0, 1, 2, 48, 49, 1000, 60'000, 300'000);
   // Bits that vary: none, low, high, all, few distinct, one outlier.
   const int kind = GENERATE(0, 1, 2, 3, 4, 5);
   std::vector<KeyIndex> items;
