@@ -11,9 +11,15 @@ std::size_t at(int place) { return static_cast<std::size_t>(place); }
 
 }  // namespace
 
-FacetLinks::FacetLinks(const Tetrahedra& tetrahedra, const FacetFlags& flags,
-                       const StopToken* stop) {
+FacetLinks::FacetLinks(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
+                       const FacetFlags& flags, const StopToken* stop) {
   number(tetrahedra, flags);
+  normals_.reserve(corners_.size() / 2);
+  for (FacetHalf half = 0; half < halves(); half += 2) {
+    const Triangle& t = corners_[half];
+    normals_.push_back(
+        normalized(cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]])));
+  }
   across_.assign(3 * corners_.size(), kGone);
   link_by_corners();
   for (HalfEdge edge = 0; edge < across_.size(); ++edge) {
@@ -37,13 +43,18 @@ void FacetLinks::number(const Tetrahedra& tetrahedra, const FacetFlags& flags) {
     if (flags_[c] == 0) continue;
     for (int place = 0; place < 4; ++place) {
       if (!has(c, place) || tetrahedra.neighbors[c][at(place)] < c) continue;
-      for (const FacetSide side : {FacetSide{c, place}, flags.opposite({c, place})}) {
-        half_at_[slot(side)] = halves();
-        sides_.push_back(side);
-        corners_.push_back(corners_of(tetrahedra, side));
-      }
+      const Triangle corners = smallest_first(corners_of(tetrahedra, {c, place}));
+      add({c, place}, corners);
+      // From behind, the edges follow each other the other way.
+      add(flags.opposite({c, place}), {corners[0], corners[2], corners[1]});
     }
   }
+}
+
+void FacetLinks::add(FacetSide side, const Triangle& corners) {
+  half_at_[slot(side)] = halves();
+  sides_.push_back(side);
+  corners_.push_back(corners);
 }
 
 std::size_t FacetLinks::slot(FacetSide side) const {
@@ -128,6 +139,7 @@ bool folds_back(std::span<const Vec3> points, const FacetLinks& links, HalfEdge 
   const std::uint32_t a = links.start(edge), x = links.apex(edge);
   const std::uint32_t y = links.apex(links.across(edge));
   if (x == y) return true;
+  if (is_certainly_open(links, edge)) return false;
   const Vec3 along = points[links.end(edge)] - points[a];
   const Vec3 u = cross(along, points[x] - points[a]);
   const Vec3 v = cross(along, points[y] - points[a]);

@@ -418,7 +418,7 @@ std::vector<Triangle> tight_cocone(std::span<const Vec3> points, const Tetrahedr
   std::vector<std::uint8_t> stays = Peeling(tetrahedra, stars, votes, marked).run(stop);
   EdgeRepair(tetrahedra, stays).run(stop);
   std::vector<Triangle> triangles = triangles_of(tetrahedra, boundary_sides(tetrahedra, stays));
-  std::sort(triangles.begin(), triangles.end());
+  sort_triangles(points.size(), triangles);
   return triangles;
 }
 

@@ -70,7 +70,7 @@ PointSurface cocone_of_cells(Cells& cells, std::span<const Vec3> points,
   if (!options.extracts_manifold) return {all_triangles(cells.tetrahedra, facets), std::move(flat)};
   const Stars stars = stars_of(cells.tetrahedra, points.size());
   const std::vector<Vec3>& normals = cells.poles.normals;
-  FacetLinks links(cells.tetrahedra, facets, stop);
+  FacetLinks links(points, cells.tetrahedra, facets, stop);
   prune_sharp_edges(points, cells.tetrahedra, stars, normals, facets, links, stop);
   return {walk_outside(points, cells.tetrahedra, stars, normals, facets, links, outward, stop),
           std::move(flat)};
