@@ -1,13 +1,20 @@
 #include "engine/voronoi/facet_links.h"
 
 #include <algorithm>
-#include <bit>
+#include <array>
 #include <numeric>
 
 namespace orbweave::voronoi {
 namespace {
 
 std::size_t at(int place) { return static_cast<std::size_t>(place); }
+
+/// How many of four flags are set: what std::popcount asks a library for on common processors.
+std::uint32_t count_flags(unsigned flags) {
+  static constexpr std::array<std::uint8_t, 16> kCount = {0, 1, 1, 2, 1, 2, 2, 3,
+                                                          1, 2, 2, 3, 2, 3, 3, 4};
+  return kCount[flags & 15U];
+}
 
 }  // namespace
 
@@ -34,7 +41,7 @@ void FacetLinks::number(const Tetrahedra& tetrahedra, const FacetFlags& flags) {
   std::uint32_t count = 0;
   for (std::uint32_t c = 0; c < tetrahedra.size(); ++c) {
     first_[c] = count;
-    count += static_cast<std::uint32_t>(std::popcount(flags_[c]));
+    count += count_flags(flags_[c]);
   }
   sides_.reserve(count);
   corners_.reserve(count);
@@ -59,7 +66,7 @@ void FacetLinks::add(FacetSide side, const Triangle& corners) {
 
 std::size_t FacetLinks::slot(FacetSide side) const {
   const unsigned before = flags_[side.cell] & ((1U << side.place) - 1U);
-  return first_[side.cell] + static_cast<std::size_t>(std::popcount(before));
+  return first_[side.cell] + count_flags(before);
 }
 
 /// Links the edges of one or two facets: the sides that follow each other there run along the edge
