@@ -2,8 +2,8 @@
 // (one thread; a busy machine disturbs little), peak memory and mesh size, as one JSON line.
 // usage: bench_study METHOD MODEL [--radius R] [--repeats N] [--noise VARIANCE] [--mesh OUT.ply]
 // METHOD: ball_pivoting, crust, power_crust, cocone, tight_cocone; triangulations: the seconds of
-// the triangulations alone that these cannot do without; none: the points are loaded and nothing
-// more.
+// the triangulations alone that these cannot do without; delaunay: without those of power_crust;
+// none: the points are loaded and nothing more. The process deals with memory as the program does.
 #include <oneapi/tbb/global_control.h>
 #include <time.h>
 
@@ -15,9 +15,11 @@
 #include <numbers>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/cli/freed_memory.h"
 #include "engine/normals/normals_from_faces.h"
 #include "engine/validation/mesh_facts.h"
 #include "engine/voronoi/voronoi.h"
@@ -54,12 +56,12 @@ void add_noise(PointCloud& cloud, double variance) {
                  std::cos(2.0 * std::numbers::pi * uniform());
 }
 
-/// The vertices of a mesh with the normals of its faces, in canonical order.
+/// The vertices of a mesh with the normals of its faces, or of a cloud, in canonical order.
 PointCloud load(const Options& options) {
   TriangleMesh mesh = read_mesh(options.model);
   PointCloud cloud;
-  cloud.positions = mesh.vertices.positions;
   cloud.normals = normals_from_faces(mesh);
+  cloud.positions = std::move(mesh.vertices.positions);
   cloud.schema.has_normals = true;
   cloud.schema.normal_type = ScalarType::kFloat64;
   if (options.noise_variance > 0.0) add_noise(cloud, options.noise_variance);
@@ -87,8 +89,9 @@ Made make(const Options& options, const PointCloud& cloud) {
   return {std::move(surface.vertices), std::move(triangles), surface.polygons()};
 }
 
-Json triangulations(const PointCloud& cloud) {
-  const voronoi::TriangulationSeconds seconds = voronoi::time_triangulations(cloud.positions);
+Json triangulations(const PointCloud& cloud, bool with_balls) {
+  const voronoi::TriangulationSeconds seconds =
+      voronoi::time_triangulations(cloud.positions, with_balls);
   return {{"points", seconds.points},
           {"points_and_poles", seconds.points_and_poles},
           {"bounded_points", seconds.bounded_points},
@@ -122,9 +125,11 @@ Json measure(const Options& options) {
   const PointCloud cloud = load(options);
   Json line = {{"method", options.method}, {"points", cloud.size()}};
   std::vector<double> seconds;
-  if (options.method == "triangulations") {
+  const bool with_balls = options.method == "triangulations";
+  if (with_balls || options.method == "delaunay") {
     line["seconds"] = Json::array();
-    for (int i = 0; i < options.repeats; ++i) line["seconds"].push_back(triangulations(cloud));
+    for (int i = 0; i < options.repeats; ++i)
+      line["seconds"].push_back(triangulations(cloud, with_balls));
   } else if (options.method != "none") {
     Made made;
     for (int i = 0; i < options.repeats; ++i) {
@@ -154,6 +159,8 @@ int main(int argc, char** argv) try {
   app.add_option("--repeats", options.repeats);
   app.add_option("--mesh", options.mesh);
   CLI11_PARSE(app, argc, argv);
+  constexpr std::uint64_t kBudgetBytes = std::uint64_t{8} << 30;
+  keep_freed_memory(kBudgetBytes, 1);
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   std::puts(measure(options).dump().c_str());
   return 0;

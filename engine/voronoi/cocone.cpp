@@ -18,13 +18,13 @@ CenterSides sides_of(std::uint32_t cell, std::span<const Vec3> points, const Tet
                      const Poles& poles, float sine) {
   CenterSides sides;
   const bool is_finite = tetrahedra.is_finite(cell);
+  const Vec3 center = tetrahedra.centers[cell];
+  const double radius = is_finite ? tetrahedra.radii[cell] : 1.0;
   for (int place = 0; place < 4; ++place) {
     const std::uint32_t p = tetrahedra.vertices[cell][static_cast<std::size_t>(place)];
     if (p == kInfinite) continue;
-    const Vec3 direction = is_finite
-                               ? (tetrahedra.centers[cell] - points[p]) / tetrahedra.radii[cell]
-                               : tetrahedra.centers[cell];
-    const auto cosine = static_cast<float>(dot(direction, poles.normals[p]));
+    const Vec3 to_center = is_finite ? center - points[p] : center;
+    const auto cosine = static_cast<float>(dot(to_center, poles.normals[p]) / radius);
     const int bits =
         (cosine > sine ? 1 : 0) | (cosine < -sine ? 16 : 0) | (cosine < 0.0F ? 256 : 0);
     sides.bits = static_cast<std::uint16_t>(sides.bits | (bits << place));
@@ -148,17 +148,23 @@ class Flatness {
     const std::uint32_t other =
         tetrahedra_.neighbors[edge.cell][static_cast<std::size_t>(edge.place)];
     const auto& facet = kFacet[static_cast<std::size_t>(edge.place)];
+    std::array<std::uint32_t, 3> corner{};
+    std::array<unsigned, 3> passes{};
     for (std::size_t k = 0; k < 3; ++k) {
-      if (((edge.passing >> facet[k]) & 1U) == 0) continue;
-      const std::uint32_t p = vertices[static_cast<std::size_t>(facet[k])];
+      corner[k] = vertices[static_cast<std::size_t>(facet[k])];
+      passes[k] = (edge.passing >> facet[k]) & 1U;
+      if (passes[k] == 0) continue;
+      const std::uint32_t p = corner[k];
       float& radius = shapes_[p].radius;
       radius = std::max(
           radius, farthest_in_cocone(p, end_of(edge.cell, facet[k]),
                                      end_of(other, place_in(tetrahedra_.vertices[other], p))));
-      for (const std::size_t next : {(k + 1) % 3, (k + 2) % 3}) {
-        const std::uint32_t q = vertices[static_cast<std::size_t>(facet[next])];
-        if (!agree(p, q)) turns_[q] = 1;
-      }
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t next = (k + 1) % 3;
+      if ((passes[k] | passes[next]) == 0 || agree(corner[k], corner[next])) continue;
+      if (passes[k] != 0) turns_[corner[next]] = 1;
+      if (passes[next] != 0) turns_[corner[k]] = 1;
     }
   }
 

@@ -1,7 +1,7 @@
 #include "engine/voronoi/facet_links.h"
 
 #include <algorithm>
-#include <bit>
+#include <array>
 #include <numeric>
 
 namespace orbweave::voronoi {
@@ -9,11 +9,24 @@ namespace {
 
 std::size_t at(int place) { return static_cast<std::size_t>(place); }
 
+/// How many of four flags are set: what std::popcount asks a library for on common processors.
+std::uint32_t count_flags(unsigned flags) {
+  static constexpr std::array<std::uint8_t, 16> kCount = {0, 1, 1, 2, 1, 2, 2, 3,
+                                                          1, 2, 2, 3, 2, 3, 3, 4};
+  return kCount[flags & 15U];
+}
+
 }  // namespace
 
-FacetLinks::FacetLinks(const Tetrahedra& tetrahedra, const FacetFlags& flags,
-                       const StopToken* stop) {
+FacetLinks::FacetLinks(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
+                       const FacetFlags& flags, const StopToken* stop) {
   number(tetrahedra, flags);
+  normals_.reserve(corners_.size() / 2);
+  for (FacetHalf half = 0; half < halves(); half += 2) {
+    const Triangle& t = corners_[half];
+    normals_.push_back(
+        normalized(cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]])));
+  }
   across_.assign(3 * corners_.size(), kGone);
   link_by_corners();
   for (HalfEdge edge = 0; edge < across_.size(); ++edge) {
@@ -28,7 +41,7 @@ void FacetLinks::number(const Tetrahedra& tetrahedra, const FacetFlags& flags) {
   std::uint32_t count = 0;
   for (std::uint32_t c = 0; c < tetrahedra.size(); ++c) {
     first_[c] = count;
-    count += static_cast<std::uint32_t>(std::popcount(flags_[c]));
+    count += count_flags(flags_[c]);
   }
   sides_.reserve(count);
   corners_.reserve(count);
@@ -37,18 +50,23 @@ void FacetLinks::number(const Tetrahedra& tetrahedra, const FacetFlags& flags) {
     if (flags_[c] == 0) continue;
     for (int place = 0; place < 4; ++place) {
       if (!has(c, place) || tetrahedra.neighbors[c][at(place)] < c) continue;
-      for (const FacetSide side : {FacetSide{c, place}, flags.opposite({c, place})}) {
-        half_at_[slot(side)] = halves();
-        sides_.push_back(side);
-        corners_.push_back(corners_of(tetrahedra, side));
-      }
+      const Triangle corners = smallest_first(corners_of(tetrahedra, {c, place}));
+      add({c, place}, corners);
+      // From behind, the edges follow each other the other way.
+      add(flags.opposite({c, place}), {corners[0], corners[2], corners[1]});
     }
   }
 }
 
+void FacetLinks::add(FacetSide side, const Triangle& corners) {
+  half_at_[slot(side)] = halves();
+  sides_.push_back(side);
+  corners_.push_back(corners);
+}
+
 std::size_t FacetLinks::slot(FacetSide side) const {
   const unsigned before = flags_[side.cell] & ((1U << side.place) - 1U);
-  return first_[side.cell] + static_cast<std::size_t>(std::popcount(before));
+  return first_[side.cell] + count_flags(before);
 }
 
 /// Links the edges of one or two facets: the sides that follow each other there run along the edge
@@ -128,6 +146,7 @@ bool folds_back(std::span<const Vec3> points, const FacetLinks& links, HalfEdge 
   const std::uint32_t a = links.start(edge), x = links.apex(edge);
   const std::uint32_t y = links.apex(links.across(edge));
   if (x == y) return true;
+  if (is_certainly_open(links, edge)) return false;
   const Vec3 along = points[links.end(edge)] - points[a];
   const Vec3 u = cross(along, points[x] - points[a]);
   const Vec3 v = cross(along, points[y] - points[a]);

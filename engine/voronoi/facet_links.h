@@ -22,14 +22,18 @@ using HalfEdge = std::uint32_t;
 
 class FacetLinks {
  public:
-  FacetLinks(const Tetrahedra& tetrahedra, const FacetFlags& flags,
+  FacetLinks(std::span<const Vec3> points, const Tetrahedra& tetrahedra, const FacetFlags& flags,
              const StopToken* stop = nullptr);
 
   std::uint32_t halves() const { return static_cast<std::uint32_t>(sides_.size()); }
   static FacetHalf opposite(FacetHalf half) { return half ^ 1U; }
   FacetSide side(FacetHalf half) const { return sides_[half]; }
-  /// Counter-clockwise seen from inside the tetrahedron of that side.
+  /// Counter-clockwise seen from inside the tetrahedron of that side, the smallest first.
   const Triangle& corners(FacetHalf half) const { return corners_[half]; }
+  /// The unit normal on the side that the corners are counter-clockwise seen from.
+  Vec3 normal(FacetHalf half) const {
+    return half % 2 == 0 ? normals_[half / 2] : -1.0 * normals_[half / 2];
+  }
   bool is_there(FacetHalf half) const { return across_[3 * half] != kGone; }
 
   /// The edge of the facet that forms the surface with this one there: the first one on the way
@@ -38,7 +42,7 @@ class FacetLinks {
   HalfEdge across(HalfEdge edge) const { return across_[edge]; }
   static FacetHalf half_of(HalfEdge edge) { return edge / 3; }
   /// The same edge of the same facet, seen from the other side.
-  HalfEdge behind(HalfEdge edge) const { return edge_of(opposite(half_of(edge)), end(edge)); }
+  static HalfEdge behind(HalfEdge edge) { return 3 * opposite(half_of(edge)) + 2 - edge % 3; }
   std::uint32_t start(HalfEdge edge) const { return corners_[edge / 3][edge % 3]; }
   std::uint32_t end(HalfEdge edge) const { return corners_[edge / 3][(edge % 3 + 1) % 3]; }
   /// The corner that is not the edge's.
@@ -54,6 +58,7 @@ class FacetLinks {
   static constexpr std::uint32_t kGone = 0xffffffffu;
 
   void number(const Tetrahedra& tetrahedra, const FacetFlags& flags);
+  void add(FacetSide side, const Triangle& corners);
   std::size_t slot(FacetSide side) const;
   void link_by_corners();
   void join(HalfEdge a, HalfEdge b) {
@@ -69,11 +74,20 @@ class FacetLinks {
 
   std::vector<FacetSide> sides_;
   std::vector<Triangle> corners_;
+  std::vector<Vec3> normals_;  // per facet, of its first half
   std::vector<HalfEdge> across_;
   std::vector<std::uint8_t> flags_;   // per tetrahedron: its flagged facets
   std::vector<std::uint32_t> first_;  // per tetrahedron: of its facets in half_at_
   std::vector<FacetHalf> half_at_;
 };
+
+/// Whether the facets beside an edge certainly form an angle of more than a right one, so that the
+/// surface does not fold back there, whichever of the two one looks from.
+inline bool is_certainly_open(const FacetLinks& links, HalfEdge edge) {
+  constexpr double kLeastCosine = 1e-6;
+  return dot(links.normal(FacetLinks::half_of(edge)),
+             links.normal(FacetLinks::half_of(links.across(edge)))) > kLeastCosine;
+}
 
 /// Whether the way around an edge to the facet that forms the surface with this one is more than
 /// three right angles, beginning on this side: the surface folds back there, or ends.

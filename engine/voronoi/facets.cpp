@@ -1,6 +1,8 @@
 #include "engine/voronoi/facets.h"
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 namespace orbweave::voronoi {
 namespace {
@@ -13,6 +15,17 @@ Triangle corners_of(const Tetrahedra& tetrahedra, FacetSide side) {
   const auto& vertices = tetrahedra.vertices[side.cell];
   const auto& facet = kFacet[at(side.place)];
   return {vertices[at(facet[0])], vertices[at(facet[2])], vertices[at(facet[1])]};
+}
+
+void sort_triangles(std::size_t points, std::vector<Triangle>& triangles) {
+  std::vector<std::uint32_t> begin(points + 2, 0);
+  for (const Triangle& t : triangles) ++begin[t[0] + 2];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<Triangle> sorted(triangles.size());
+  for (const Triangle& t : triangles) sorted[begin[t[0] + 1]++] = t;
+  for (std::size_t p = 0; p < points; ++p)
+    std::sort(sorted.begin() + begin[p], sorted.begin() + begin[p + 1]);
+  triangles = std::move(sorted);
 }
 
 std::vector<Triangle> all_triangles(const Tetrahedra& tetrahedra, const FacetFlags& flags) {

@@ -1,6 +1,7 @@
 // Chosen facets of a triangulation of space.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -49,6 +50,10 @@ class FacetFlags {
 
 /// The corners of a facet, counter-clockwise seen from inside the tetrahedron of that side.
 Triangle corners_of(const Tetrahedra& tetrahedra, FacetSide side);
+
+/// Sorts triangles by their corners, which are below `points`: into the lists of the first corners,
+/// and each of those few by the others.
+void sort_triangles(std::size_t points, std::vector<Triangle>& triangles);
 
 /// All flagged facets: their corners ascending, whichever side that is seen from. Sorted.
 std::vector<Triangle> all_triangles(const Tetrahedra& tetrahedra, const FacetFlags& flags);

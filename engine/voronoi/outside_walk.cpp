@@ -1,6 +1,7 @@
 #include "engine/voronoi/outside_walk.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <optional>
 #include <tuple>
@@ -145,16 +146,25 @@ class OutsideWalk {
   std::int8_t side_at(std::uint32_t point, Vec3 outward_of_facet) const {
     constexpr double kLeastCosine = 0.5;
     const double cosine = dot(normals_[point], outward_of_facet);
-    return cosine > kLeastCosine ? 1 : cosine < -kLeastCosine ? -1 : 0;
+    return static_cast<std::int8_t>((cosine > kLeastCosine ? 1 : 0) -
+                                    (cosine < -kLeastCosine ? 1 : 0));
   }
 
-  void take(FacetHalf half, Vec3 normal) {
+  /// What a facet says of the normals of its corners.
+  using CornerSides = std::array<std::int8_t, 3>;
+  CornerSides sides_at_corners(FacetHalf half) const {
+    const Triangle& corners = links_.corners(half);
+    const Vec3 normal = links_.normal(half);
+    return {side_at(corners[0], normal), side_at(corners[1], normal), side_at(corners[2], normal)};
+  }
+
+  void take(FacetHalf half, const CornerSides& sides) {
     taken_[half / 2] = static_cast<std::uint8_t>(half % 2 + 1);
     const Triangle& corners = links_.corners(half);
-    triangles_.push_back(smallest_first(corners));
-    for (const std::uint32_t v : corners) {
-      visited_[v] = 1;
-      if (sides_[v] == 0) sides_[v] = side_at(v, normal);
+    triangles_.push_back(corners);
+    for (std::size_t k = 0; k < 3; ++k) {
+      visited_[corners[k]] = 1;
+      if (sides_[corners[k]] == 0) sides_[corners[k]] = sides[k];
     }
     queue_.push_back(half);
     taken_halves_.push_back(half);
@@ -162,32 +172,28 @@ class OutsideWalk {
 
   /// Whether a facet would turn a point inside out: the walk has come to the back of the surface
   /// through one of its holes.
-  bool is_back(FacetHalf half, Vec3 normal) const {
+  bool is_back(FacetHalf half, const CornerSides& sides) const {
     const Triangle& corners = links_.corners(half);
-    return std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) {
-      return sides_[v] != 0 && side_at(v, normal) == -sides_[v];
-    });
+    return sides_[corners[0]] * sides[0] < 0 || sides_[corners[1]] * sides[1] < 0 ||
+           sides_[corners[2]] * sides[2] < 0;
   }
 
   /// Breadth first; the edges of a facet in the order of their corners, which no storage decides.
   void walk(FacetHalf seed, const StopToken* stop) {
     queue_.clear();
-    take(seed, outward(links_.corners(seed)));
+    take(seed, sides_at_corners(seed));
     for (std::size_t i = 0; i < queue_.size(); ++i) {
       if (i % kStopBlock == 0) check_stop(stop);
-      const FacetHalf half = queue_[i];
-      const Triangle& corners = links_.corners(half);
-      const auto first = static_cast<std::uint32_t>(
-          std::min_element(corners.begin(), corners.end()) - corners.begin());
-      for (std::uint32_t k = 0; k < 3; ++k) step_over(3 * half + (first + k) % 3);
+      const HalfEdge first = 3 * queue_[i];
+      for (HalfEdge edge = first; edge < first + 3; ++edge) step_over(edge);
     }
   }
 
   void step_over(HalfEdge edge) {
     const FacetHalf next = FacetLinks::half_of(links_.across(edge));
     if (taken_[next / 2] != 0) return;
-    const Vec3 normal = outward(links_.corners(next));
-    if (!is_back(next, normal) && !folds_back(points_, links_, edge)) take(next, normal);
+    const CornerSides sides = sides_at_corners(next);
+    if (!is_back(next, sides) && !folds_back(points_, links_, edge)) take(next, sides);
   }
 
   std::span<const Vec3> points_;
@@ -213,7 +219,7 @@ std::vector<Triangle> walk_outside(std::span<const Vec3> points, const Tetrahedr
                                    std::span<const Vec3> outward, const StopToken* stop) {
   std::vector<Triangle> triangles =
       OutsideWalk(points, tetrahedra, stars, normals, flags, links, outward).run(stop);
-  std::sort(triangles.begin(), triangles.end());
+  sort_triangles(points.size(), triangles);
   return triangles;
 }
 

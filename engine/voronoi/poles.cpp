@@ -15,7 +15,7 @@ class Farthest {
 
   bool is_beyond(std::uint32_t cell, std::uint32_t p) const {
     const double radius = tetrahedra_.radii[cell], known = distances_[p];
-    return radius > known || (radius == known && wins_tie(cell, p));
+    return radius >= known && (radius > known || wins_tie(cell, p));
   }
   void set(std::uint32_t cell, std::uint32_t p) {
     cells_[p] = cell;

@@ -19,9 +19,13 @@ class Pruning {
         umbrellas_(points, tetrahedra, stars, normals, flags) {}
 
   void run(const StopToken* stop) {
-    for (FacetHalf half = 0; half < links_.halves(); half += 2) {
-      if (half % kStopBlock == 0) check_stop(stop);
-      if (is_sharp(half)) waiting_.push_back(half);
+    for (HalfEdge edge = 0; edge < 3 * links_.halves(); ++edge) {
+      if (edge % kStopBlock == 0) check_stop(stop);
+      const HalfEdge across = links_.across(edge);
+      if (across < edge || is_certainly_open(links_, edge)) continue;
+      for (const HalfEdge from : {edge, across})
+        if (folds_back(points_, links_, from))
+          waiting_.push_back(FacetLinks::half_of(from) & ~1U);
     }
     while (!waiting_.empty()) {
       check_stop(stop);

@@ -32,7 +32,7 @@ class UmbrellasByCenters {
  public:
   UmbrellasByCenters(const Tetrahedra& tetrahedra, std::span<const CenterSides> sides,
                      const CoconeEdges& edges, const FacetFlags& cocone, std::size_t points)
-      : tetrahedra_(tetrahedra), sides_(sides), known_(points, 0) {
+      : sides_(sides), known_(points, 0) {
     for (std::uint32_t c = 0; c < tetrahedra.size(); ++c) {
       const auto& vertices = tetrahedra.vertices[c];
       for (int k = 0; k < 4; ++k)
@@ -48,9 +48,9 @@ class UmbrellasByCenters {
 
   bool knows(std::uint32_t p) const { return (known_[p] & kInside) == 0; }
   bool separate(std::uint32_t p) const { return known_[p] == (kAbove | kBelow); }
-  UmbrellaSide side(std::uint32_t cell, std::uint32_t p) const {
-    return sides_[cell].is_above(tetrahedra_.place_of_vertex(cell, p)) ? UmbrellaSide::kAbove
-                                                                       : UmbrellaSide::kBelow;
+  /// At a point that has an umbrella.
+  UmbrellaSide side(std::uint32_t cell, int place) const {
+    return sides_[cell].is_above(place) ? UmbrellaSide::kAbove : UmbrellaSide::kBelow;
   }
 
  private:
@@ -62,10 +62,24 @@ class UmbrellasByCenters {
     return sides_[cell].is_below(place) ? kBelow : kInside;
   }
 
-  const Tetrahedra& tetrahedra_;
   std::span<const CenterSides> sides_;
   std::vector<std::uint8_t> known_;
 };
+
+/// The sides at good points that the centres tell of. Stars have their tetrahedra in ascending
+/// order: what is next in each of them is known without a search.
+void add_sides_by_centers(const Tetrahedra& tetrahedra, const Stars& stars,
+                          const UmbrellasByCenters& by_centers, PointSides& found) {
+  std::vector<std::uint32_t> next(stars.begin.begin(), stars.begin.end());
+  for (std::uint32_t c = 0; c < tetrahedra.size(); ++c) {
+    for (int k = 0; k < 4; ++k) {
+      const std::uint32_t p = tetrahedra.vertices[c][at(k)];
+      if (p == kInfinite) continue;
+      const std::uint32_t slot = next[p]++;
+      if (found.good[p] != 0 && by_centers.knows(p)) found.sides[slot] = by_centers.side(c, k);
+    }
+  }
+}
 
 PointSides find_sides(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
                       const Stars& stars, const Poles& poles, const UmbrellasByCenters& by_centers,
@@ -79,10 +93,7 @@ PointSides find_sides(std::span<const Vec3> points, const Tetrahedra& tetrahedra
     if (p % kStopBlock == 0) check_stop(stop);
     if (flat[p] == 0) continue;
     if (by_centers.knows(p)) {
-      if (!by_centers.separate(p)) continue;
-      found.good[p] = 1;
-      UmbrellaSide* side = found.sides.data() + stars.begin[p];
-      for (const std::uint32_t cell : stars.of(p)) *side++ = by_centers.side(cell, p);
+      found.good[p] = by_centers.separate(p) ? 1 : 0;
       continue;
     }
     if (!umbrellas.separate(p)) continue;
@@ -91,6 +102,7 @@ PointSides find_sides(std::span<const Vec3> points, const Tetrahedra& tetrahedra
     std::copy(sides.begin(), sides.end(),
               found.sides.begin() + static_cast<std::ptrdiff_t>(stars.begin[p]));
   }
+  add_sides_by_centers(tetrahedra, stars, by_centers, found);
   return found;
 }
 
@@ -249,6 +261,7 @@ class Peeling {
 std::vector<FacetSide> boundary_sides(const Tetrahedra& tetrahedra,
                                       std::span<const std::uint8_t> stays) {
   std::vector<FacetSide> sides;
+  sides.reserve(tetrahedra.size() / 3);  // scans have fewer
   for (std::uint32_t c = 0; c < tetrahedra.size(); ++c) {
     if (stays[c] != 0) continue;
     for (int place = 0; place < 4; ++place)
@@ -418,7 +431,7 @@ std::vector<Triangle> tight_cocone(std::span<const Vec3> points, const Tetrahedr
   std::vector<std::uint8_t> stays = Peeling(tetrahedra, stars, votes, marked).run(stop);
   EdgeRepair(tetrahedra, stays).run(stop);
   std::vector<Triangle> triangles = triangles_of(tetrahedra, boundary_sides(tetrahedra, stays));
-  std::sort(triangles.begin(), triangles.end());
+  sort_triangles(points.size(), triangles);
   return triangles;
 }
 

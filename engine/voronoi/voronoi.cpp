@@ -70,7 +70,7 @@ PointSurface cocone_of_cells(Cells& cells, std::span<const Vec3> points,
   if (!options.extracts_manifold) return {all_triangles(cells.tetrahedra, facets), std::move(flat)};
   const Stars stars = stars_of(cells.tetrahedra, points.size());
   const std::vector<Vec3>& normals = cells.poles.normals;
-  FacetLinks links(cells.tetrahedra, facets, stop);
+  FacetLinks links(points, cells.tetrahedra, facets, stop);
   prune_sharp_edges(points, cells.tetrahedra, stars, normals, facets, links, stop);
   return {walk_outside(points, cells.tetrahedra, stars, normals, facets, links, outward, stop),
           std::move(flat)};
@@ -144,7 +144,7 @@ std::vector<Vec3> pole_normals(std::span<const Vec3> points, const StopToken* st
   return find_poles(points, tetrahedra, stop).normals;
 }
 
-TriangulationSeconds time_triangulations(std::span<const Vec3> points) {
+TriangulationSeconds time_triangulations(std::span<const Vec3> points, bool with_balls) {
   const PowerCrustOptions options;
   TriangulationSeconds seconds;
   seconds.points = seconds_of([&] { count_delaunay(points); });
@@ -154,6 +154,7 @@ TriangulationSeconds time_triangulations(std::span<const Vec3> points) {
     both = points_and_poles(points, cells.tetrahedra, cells.poles);
   }
   seconds.points_and_poles = seconds_of([&] { count_delaunay(both); });
+  if (!with_balls) return seconds;
   const std::vector<Vec3> bounded = bounded_points(points, options);
   seconds.bounded_points = seconds_of([&] { count_delaunay(bounded); });
   const PolarBalls balls = polar_balls(bounded, delaunay(bounded), options);

@@ -60,6 +60,7 @@ struct TriangulationSeconds {
   double bounded_points = 0.0;    ///< Delaunay, of the points and eight corners
   double balls = 0.0;             ///< regular, of the weighted poles
 };
-TriangulationSeconds time_triangulations(std::span<const Vec3> points);
+/// Without `with_balls`: those of Crust and the Cocone family alone, the other seconds are 0.
+TriangulationSeconds time_triangulations(std::span<const Vec3> points, bool with_balls = true);
 
 }  // namespace orbweave::voronoi
