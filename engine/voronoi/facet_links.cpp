@@ -24,8 +24,7 @@ FacetLinks::FacetLinks(std::span<const Vec3> points, const Tetrahedra& tetrahedr
   normals_.reserve(corners_.size() / 2);
   for (FacetHalf half = 0; half < halves(); half += 2) {
     const Triangle& t = corners_[half];
-    normals_.push_back(
-        normalized(cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]])));
+    normals_.push_back(normalized(cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]])));
   }
   across_.assign(3 * corners_.size(), kGone);
   link_by_corners();

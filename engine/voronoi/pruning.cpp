@@ -24,8 +24,7 @@ class Pruning {
       const HalfEdge across = links_.across(edge);
       if (across < edge || is_certainly_open(links_, edge)) continue;
       for (const HalfEdge from : {edge, across})
-        if (folds_back(points_, links_, from))
-          waiting_.push_back(FacetLinks::half_of(from) & ~1U);
+        if (folds_back(points_, links_, from)) waiting_.push_back(FacetLinks::half_of(from) & ~1U);
     }
     while (!waiting_.empty()) {
       check_stop(stop);
