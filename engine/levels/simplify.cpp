@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/geometry/triangle_tree.h"
+#include "engine/levels/flaps.h"
 #include "engine/levels/soundness.h"
 #include "io/bounds.h"
 
@@ -161,7 +162,11 @@ class SoundSimplifier {
     std::size_t fewest = std::numeric_limits<std::size_t>::max();
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
       Step step = collapsed(triangles, locks, target, quadric_error);
-      const std::vector<std::uint32_t> unsound = newly_unsound(step.triangles, border_edges);
+      std::vector<std::uint32_t> unsound = newly_unsound(step.triangles, border_edges);
+      if (!unsound.empty()) {
+        step.triangles = without_flaps(step.triangles, unsound, locked_);
+        unsound = newly_unsound(step.triangles, border_edges);
+      }
       step.is_sound = unsound.empty();
       if (step.is_sound) return step;
       lock_around(unsound, triangles, locks);

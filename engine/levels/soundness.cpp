@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "engine/levels/corner_groups.h"
+#include "engine/levels/marks.h"
 
 namespace orbweave {
 namespace {
@@ -95,15 +96,10 @@ std::vector<std::uint32_t> unsound_vertices(std::span<const Triangle> triangles)
 
 std::vector<EdgeEnds> edges_among(std::span<const Triangle> triangles,
                                   std::span<const std::uint32_t> vertices) {
-  if (vertices.empty()) return {};
-  std::vector<bool> is_one(std::size_t{vertices.back()} + 1);
-  for (const std::uint32_t vertex : vertices) is_one[vertex] = true;
-  const auto is_among = [&](std::uint32_t vertex) {
-    return vertex < is_one.size() && is_one[vertex];
-  };
+  const Marks is_one(vertices);
   std::vector<EdgeEnds> edges;
   for (const Triangle& t : triangles) {
-    const std::array<bool, 3> among = {is_among(t[0]), is_among(t[1]), is_among(t[2])};
+    const std::array<bool, 3> among = {is_one[t[0]], is_one[t[1]], is_one[t[2]]};
     for (std::size_t c = 0; c < 3; ++c)
       if (among[c] && among[(c + 1) % 3])
         edges.push_back({std::min(t[c], t[(c + 1) % 3]), std::max(t[c], t[(c + 1) % 3])});

@@ -15,6 +15,8 @@
 #include <vector>
 
 #include "engine/geometry/triangle_tree.h"
+#include "engine/levels/flaps.h"
+#include "engine/levels/soundness.h"
 #include "engine/levels/tileset.h"
 #include "engine/levels/tileset_work.h"
 #include "io/error.h"
@@ -459,6 +461,20 @@ TEST_CASE("MeshesThatCannotBecomeTilesAreRefused") {
   cloud.positions = {{0, 0, 0}, {1, 0, 0}};
   write_cloud(scratch / "cloud.ply", cloud);
   CHECK_THROWS_WITH(open_mesh_stream(scratch / "cloud.ply"), Contains("no faces"));
+}
+
+TEST_CASE("FlapsGoAndTheRestOfTheSurfaceStays") {
+  // Two triangles of a sheet, and a flap at the edge between them.
+  const std::vector<Triangle> sheet = {{0, 1, 2}, {2, 1, 3}};
+  std::vector<Triangle> triangles = {sheet[0], {4, 1, 2}, sheet[1], {1, 4, 2}};
+  const std::vector<std::uint32_t> unsound = unsound_vertices(triangles);
+  CHECK(unsound == std::vector<std::uint32_t>{1, 2});
+  CHECK(without_flaps(triangles, unsound, {}) == sheet);
+  CHECK(without_flaps(triangles, unsound, std::vector<std::uint32_t>{2}) == sheet);
+  CHECK(without_flaps(triangles, unsound, std::vector<std::uint32_t>{2, 4}) == triangles);
+  // The same triangle twice in the same direction is no flap.
+  triangles[3] = {4, 1, 2};
+  CHECK(without_flaps(triangles, unsound_vertices(triangles), {}) == triangles);
 }
 
 TEST_CASE("TrianglesSortedInManyRunsAreThoseOfOneRun") {
