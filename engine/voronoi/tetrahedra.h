@@ -49,7 +49,7 @@ inline constexpr std::array<std::array<int, 3>, 4> kFacet = {
     {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 
 /// Of the two places other than i and j: the one with (i, j, it, other) positively oriented.
-constexpr int next_place(int i, int j) {
+constexpr int find_next_place(int i, int j) {
   for (int k = 0; k < 4; ++k) {
     if (k == i || k == j) continue;
     const int l = 6 - i - j - k;
@@ -61,6 +61,20 @@ constexpr int next_place(int i, int j) {
     if (inversions % 2 == 0) return k;
   }
   return -1;
+}
+
+inline constexpr auto kNextPlace = [] {
+  std::array<std::array<std::int8_t, 4>, 4> table{};
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j)
+      table[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)] =
+          static_cast<std::int8_t>(i == j ? -1 : find_next_place(i, j));
+  return table;
+}();
+
+/// The same, looked up.
+constexpr int next_place(int i, int j) {
+  return kNextPlace[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
 }
 
 /// The tetrahedra at every vertex: those of vertex v are `cells[begin[v]]` to `cells[begin[v + 1]]`

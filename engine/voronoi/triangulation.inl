@@ -18,6 +18,7 @@
 
 #include "engine/voronoi/share_done.h"
 #include "engine/voronoi/tetrahedra.h"
+#include "engine/voronoi/weighted_vec.h"
 #include "io/error.h"
 #include "io/stop_token.h"
 
@@ -125,11 +126,6 @@ CenterTerms<Number> center_terms(const std::array<WeightedOffset<Number>, 3>& of
   }
   return sums;
 }
-
-struct WeightedVec {
-  Vec3 position;
-  double weight = 0.0;
-};
 
 using Corners = std::array<WeightedVec, 4>;
 
