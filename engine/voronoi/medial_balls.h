@@ -16,7 +16,7 @@ struct MedialBall {
   double radius = 0.0;
 };
 
-/// Balls of the poles, each place once, in the order of their coordinates.
+/// Balls of the poles, each place once, in the order of the first points whose poles they are.
 struct PolarBalls {
   std::vector<MedialBall> balls;
   std::vector<std::uint8_t> outer;  ///< known to be outside: the cell has a bounding point

@@ -59,6 +59,44 @@ PoleChoice choose_poles(std::span<const Vec3> bounded, std::size_t samples,
   return {std::move(poles.first), std::move(poles.second)};
 }
 
+/// A tetrahedron of a polar ball.
+struct PolarCell {
+  std::uint32_t cell = 0;
+  std::uint32_t ball = 0;
+};
+
+/// The tetrahedra of the poles, each once, in the order of the first points that have them, which
+/// is that of the points: balls that lie near each other have near numbers.
+std::vector<PolarCell> cells_in_use(const PoleChoice& poles, std::size_t tetrahedra) {
+  std::vector<PolarCell> cells;
+  std::vector<std::uint8_t> is_known(tetrahedra, 0);
+  for (std::size_t p = 0; p < poles.first.size(); ++p) {
+    for (const std::uint32_t cell : {poles.first[p], poles.second[p]}) {
+      if (cell == kNone || is_known[cell] != 0) continue;
+      is_known[cell] = 1;
+      cells.push_back({cell, static_cast<std::uint32_t>(cells.size())});
+    }
+  }
+  return cells;
+}
+
+/// Numbers the balls, one for each centre, and brings their tetrahedra together.
+std::vector<PolarCell> cells_of_balls(const PoleChoice& poles, const Tetrahedra& tetrahedra) {
+  std::vector<PolarCell> cells = cells_in_use(poles, tetrahedra.size());
+  const auto center = [&](const PolarCell& cell) -> Vec3 { return tetrahedra.centers[cell.cell]; };
+  std::vector<PolarCell> by_center = cells;
+  std::sort(by_center.begin(), by_center.end(), [&](const PolarCell& a, const PolarCell& b) {
+    const Vec3 p = center(a), q = center(b);
+    return std::tie(p.x, p.y, p.z, a.ball) < std::tie(q.x, q.y, q.z, b.ball);
+  });
+  for (std::size_t i = 1; i < by_center.size(); ++i)
+    if (center(by_center[i]) == center(by_center[i - 1])) by_center[i].ball = by_center[i - 1].ball;
+  std::sort(by_center.begin(), by_center.end(), [](const PolarCell& a, const PolarCell& b) {
+    return std::tie(a.ball, a.cell) < std::tie(b.ball, b.cell);
+  });
+  return by_center;
+}
+
 /// Sorts what the last ball touches, each point once.
 void end_ball(PolarBalls& balls) {
   if (balls.balls.empty()) return;
@@ -67,6 +105,34 @@ void end_ball(PolarBalls& balls) {
   std::sort(begin, balls.touched.end());
   balls.touched.erase(std::unique(begin, balls.touched.end()), balls.touched.end());
   balls.touched_begin.push_back(static_cast<std::uint32_t>(balls.touched.size()));
+}
+
+/// Collects the balls and what they touch; returns the balls of tetrahedra, for those that have
+/// one.
+std::vector<std::uint32_t> collect_balls(const PoleChoice& poles, const Tetrahedra& tetrahedra,
+                                         PolarBalls& balls) {
+  const std::size_t samples = poles.first.size();
+  std::vector<std::uint32_t> ball_of(tetrahedra.size(), kNone);
+  std::uint32_t last = kNone;
+  for (const auto& [cell, ball_key] : cells_of_balls(poles, tetrahedra)) {
+    if (balls.balls.empty() || ball_key != last) {
+      end_ball(balls);
+      balls.balls.push_back({tetrahedra.centers[cell], 0.0});
+      balls.outer.push_back(0);
+      last = ball_key;
+    }
+    MedialBall& ball = balls.balls.back();
+    ball.radius = std::max(ball.radius, tetrahedra.radii[cell]);
+    for (const std::uint32_t v : tetrahedra.vertices[cell]) {
+      if (v >= samples)
+        balls.outer.back() = 1;
+      else
+        balls.touched.push_back(v);
+    }
+    ball_of[cell] = static_cast<std::uint32_t>(balls.balls.size() - 1);
+  }
+  end_ball(balls);
+  return ball_of;
 }
 
 /// How much speaks for either label, from 0 to 1.
@@ -156,6 +222,8 @@ class Labeling {
       Belief& other = beliefs_[opposite->other];
       raise(is_inner ? other.out : other.in, strength * opposite->weight, opposite->other);
     }
+    // The tetrahedra lie all over the memory, but can all be on their way at once.
+    for (const std::uint32_t cell : stars_.of(ball)) __builtin_prefetch(&power_.vertices[cell]);
     for (const std::uint32_t cell : stars_.of(ball)) {
       for (const std::uint32_t near : power_.vertices[cell]) {
         if (near == kInfinite || is_labeled_[near] != 0 || seen_by_[near] == ball) continue;
@@ -221,34 +289,8 @@ PolarBalls polar_balls(std::span<const Vec3> bounded, const Tetrahedra& tetrahed
                        const PowerCrustOptions& options, const StopToken* stop) {
   const std::size_t samples = bounded.size() - 8;
   const PoleChoice poles = choose_poles(bounded, samples, tetrahedra, options, stop);
-  std::vector<std::uint32_t> cells;
-  for (const auto* list : {&poles.first, &poles.second})
-    for (const std::uint32_t cell : *list)
-      if (cell != kNone) cells.push_back(cell);
-  std::sort(cells.begin(), cells.end());
-  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-  std::sort(cells.begin(), cells.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return comes_first(tetrahedra.centers[a], tetrahedra.centers[b]);
-  });
   PolarBalls result;
-  std::vector<std::uint32_t> ball_of(tetrahedra.size(), kNone);
-  for (const std::uint32_t cell : cells) {
-    if (result.balls.empty() || result.balls.back().center != tetrahedra.centers[cell]) {
-      end_ball(result);
-      result.balls.push_back({tetrahedra.centers[cell], 0.0});
-      result.outer.push_back(0);
-    }
-    MedialBall& ball = result.balls.back();
-    ball.radius = std::max(ball.radius, tetrahedra.radii[cell]);
-    for (const std::uint32_t v : tetrahedra.vertices[cell]) {
-      if (v >= samples)
-        result.outer.back() = 1;
-      else
-        result.touched.push_back(v);
-    }
-    ball_of[cell] = static_cast<std::uint32_t>(result.balls.size() - 1);
-  }
-  end_ball(result);
+  const std::vector<std::uint32_t> ball_of = collect_balls(poles, tetrahedra, result);
   for (std::size_t p = 0; p < samples; ++p) {
     const std::uint32_t a = poles.first[p], b = poles.second[p];
     result.first.push_back(a == kNone ? kNone : ball_of[a]);
@@ -272,6 +314,9 @@ PowerCrustSurface power_crust_surface(std::span<const Vec3> points, const PolarB
   PowerCrustSurface surface = faces_between(points, balls, power, inner, stop);
   for (std::size_t b = 0; b < inner.size(); ++b)
     if (inner[b] != 0) surface.medial_axis.push_back(balls.balls[b]);
+  std::sort(
+      surface.medial_axis.begin(), surface.medial_axis.end(),
+      [](const MedialBall& a, const MedialBall& b) { return comes_first(a.center, b.center); });
   return surface;
 }
 

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
+#include "engine/voronoi/facets.h"
 #include "engine/voronoi/poles.h"
 
 namespace orbweave::voronoi {
@@ -39,6 +41,10 @@ class FaceWalk {
  private:
   /// Once per edge: from the first of its tetrahedra.
   void add_ring(std::uint32_t first, int i, int j) {
+    // Two of three tetrahedra have a smaller neighbour in the ring.
+    const int next = next_place(i, j), before = next_place(j, i);
+    if (power_.neighbors[first][at(next)] < first || power_.neighbors[first][at(before)] < first)
+      return;
     const std::uint32_t in = power_.vertices[first][at(i)], out = power_.vertices[first][at(j)];
     const std::size_t size_before = cells_.size();
     std::uint32_t cell = first;
@@ -136,11 +142,24 @@ class Corners {
       places.push_back({power.centers[cell], power.vertices[cell], cell});
       std::sort(places.back().balls.begin(), places.back().balls.end());
     }
-    std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
-      return std::tie(a.position.x, a.position.y, a.position.z, a.balls) <
-             std::tie(b.position.x, b.position.y, b.position.z, b.balls);
+    return sorted(places);
+  }
+
+  /// By coordinates, which the first of tells nearly always.
+  static std::vector<Place> sorted(std::span<const Place> places) {
+    std::vector<std::pair<double, std::uint32_t>> order;
+    order.reserve(places.size());
+    for (std::uint32_t i = 0; i < places.size(); ++i) order.emplace_back(places[i].position.x, i);
+    std::sort(order.begin(), order.end(), [&](const auto& p, const auto& q) {
+      if (p.first != q.first) return p.first < q.first;
+      const Place &a = places[p.second], &b = places[q.second];
+      return std::tie(a.position.y, a.position.z, a.balls) <
+             std::tie(b.position.y, b.position.z, b.balls);
     });
-    return places;
+    std::vector<Place> result;
+    result.reserve(places.size());
+    for (const auto& [x, place] : order) result.push_back(places[place]);
+    return result;
   }
 
   void number() {
@@ -254,18 +273,31 @@ std::vector<std::uint32_t> vertices_of_crowded_edges(const Polygons& polygons,
   return found;
 }
 
+/// The numbers of the polygons in the order of their corners: in lists of the first corners, below
+/// `vertices`, each of those few by the others.
+std::vector<std::uint32_t> order_of(const Polygons& polygons, std::size_t vertices) {
+  std::vector<std::uint32_t> begin(vertices + 2, 0);
+  for (std::size_t f = 0; f < polygons.size(); ++f) ++begin[polygons.of(f).front() + 2];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<std::uint32_t> order(polygons.size());
+  for (std::uint32_t f = 0; f < polygons.size(); ++f)
+    order[begin[polygons.of(f).front() + 1]++] = f;
+  for (std::size_t v = 0; v < vertices; ++v)
+    std::sort(order.begin() + begin[v], order.begin() + begin[v + 1],
+              [&](std::uint32_t a, std::uint32_t b) {
+                return std::ranges::lexicographical_compare(polygons.of(a), polygons.of(b));
+              });
+  return order;
+}
+
 /// The polygons in the order of their corners.
 void put_polygons(const Polygons& polygons, PowerCrustSurface& surface) {
-  std::vector<std::span<const std::uint32_t>> sorted;
-  sorted.reserve(polygons.size());
-  for (std::size_t f = 0; f < polygons.size(); ++f) sorted.push_back(polygons.of(f));
-  std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
-    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
-  });
+  const std::vector<std::uint32_t> sorted = order_of(polygons, surface.vertices.size());
   surface.corners.reserve(polygons.corners.size());
   surface.polygon_begin.reserve(polygons.begin.size());
   surface.polygon_begin.push_back(0);
-  for (const auto& polygon : sorted) {
+  for (const std::uint32_t f : sorted) {
+    const auto polygon = polygons.of(f);
     surface.corners.insert(surface.corners.end(), polygon.begin(), polygon.end());
     surface.polygon_begin.push_back(static_cast<std::uint32_t>(surface.corners.size()));
   }
@@ -302,7 +334,7 @@ std::vector<Triangle> triangles_of(const PowerCrustSurface& surface) {
       triangles.push_back(smallest_first(
           Triangle{surface.corners[begin], surface.corners[i], surface.corners[i + 1]}));
   }
-  std::sort(triangles.begin(), triangles.end());
+  sort_triangles(surface.vertices.size(), triangles);
   return triangles;
 }
 

@@ -24,7 +24,7 @@ struct PowerCrustSurface {
   /// begins. Convex and plane, but for rounding; no polygon has a corner twice.
   std::vector<std::uint32_t> corners;
   std::vector<std::uint32_t> polygon_begin;  ///< and the number of corners
-  std::vector<MedialBall> medial_axis;       ///< the inner balls
+  std::vector<MedialBall> medial_axis;       ///< the inner balls, sorted by centres
 
   std::size_t polygons() const { return polygon_begin.size() - 1; }
 };
