@@ -32,34 +32,26 @@ struct FilteredKernel : Kernel {
   }
 };
 
-template <class Traits>
-using Vertex =
-    CGAL::Triangulation_vertex_base_with_info_3<std::uint32_t, Traits,
-                                                CGAL::Regular_triangulation_vertex_base_3<Traits>>;
-template <class Traits>
-using Cell =
-    CGAL::Triangulation_cell_base_with_info_3<std::uint32_t, Traits,
-                                              CGAL::Regular_triangulation_cell_base_3<Traits>>;
-template <class Traits>
-using Regular = CGAL::Regular_triangulation_3<
-    Traits, CGAL::Triangulation_data_structure_3<Vertex<Traits>, Cell<Traits>>>;
+using Vertex = CGAL::Triangulation_vertex_base_with_info_3<
+    std::uint32_t, FilteredKernel, CGAL::Regular_triangulation_vertex_base_3<FilteredKernel>>;
+using Cell = CGAL::Triangulation_cell_base_with_info_3<
+    std::uint32_t, FilteredKernel, CGAL::Regular_triangulation_cell_base_3<FilteredKernel>>;
+using Regular = CGAL::Regular_triangulation_3<FilteredKernel,
+                                              CGAL::Triangulation_data_structure_3<Vertex, Cell>>;
 
-template <class Traits>
-Regular<Traits> insert(std::span<const Vec3> positions, std::span<const double> weights,
-                       const StopToken* stop, const ShareDone& done) {
+Regular insert(std::span<const Vec3> positions, std::span<const double> weights,
+               const StopToken* stop, const ShareDone& done) {
   const std::vector<Point> points = cgal_points(positions);
-  using Triangulation = Regular<Traits>;
-  Triangulation triangulation;
-  typename Triangulation::Cell_handle near;
+  Regular triangulation;
+  Regular::Cell_handle near;
   std::size_t inserted = 0;
   for (const std::size_t i : insertion_order(points)) {
     look_up(inserted++, points.size(), stop, done);
-    const typename Triangulation::Weighted_point point(points[i], weights[i]);
-    typename Triangulation::Locate_type place;
+    const Regular::Weighted_point point(points[i], weights[i]);
+    Regular::Locate_type place;
     int li = 0, lj = 0;
     near = triangulation.locate(point, place, li, lj, near);
-    const typename Triangulation::Vertex_handle vertex =
-        triangulation.insert(point, place, near, li, lj);
+    const Regular::Vertex_handle vertex = triangulation.insert(point, place, near, li, lj);
     // A ball that has no cell changes nothing: the place that was found is still there.
     if (vertex == nullptr) continue;
     vertex->info() = static_cast<std::uint32_t>(i);
@@ -74,7 +66,7 @@ Tetrahedra regular_triangulation(std::span<const Vec3> points, std::span<const d
                                  const StopToken* stop, const ShareDone& done) {
   Tetrahedra tetrahedra;
   {
-    auto triangulation = insert<FilteredKernel>(points, weights, stop, done);
+    auto triangulation = insert(points, weights, stop, done);
     require_dimension(triangulation.dimension(), points.size());
     tetrahedra = read_out(triangulation, points.size(), stop);
   }
@@ -83,7 +75,12 @@ Tetrahedra regular_triangulation(std::span<const Vec3> points, std::span<const d
 }
 
 std::uint64_t count_regular(std::span<const Vec3> points, std::span<const double> weights) {
-  return insert<Kernel>(points, weights, nullptr, {}).number_of_finite_cells();
+  using Plain = CGAL::Regular_triangulation_3<Kernel>;
+  std::vector<Plain::Weighted_point> all;
+  all.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    all.emplace_back(Point(points[i].x, points[i].y, points[i].z), weights[i]);
+  return Plain(all.begin(), all.end()).number_of_finite_cells();
 }
 
 }  // namespace orbweave::voronoi
