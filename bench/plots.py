@@ -25,3 +25,17 @@ def line_plot(path, title, x_title, y_title, series, log_x=False, log_y=False):
     axes.legend(frameon=False)
     figure.savefig(pathlib.Path(path), metadata={"Date": None})
     pyplot.close(figure)
+
+
+def picture_row(path, pictures):
+    """pictures: [(title, file)], side by side in one file."""
+    import matplotlib
+    matplotlib.use("agg")
+    from matplotlib import pyplot
+    figure, row = pyplot.subplots(1, len(pictures), figsize=(2.6 * len(pictures), 2.9), layout="constrained")
+    for axes, (title, file) in zip(row, pictures):
+        axes.imshow(pyplot.imread(file))
+        axes.set_title(title, fontsize=10)
+        axes.axis("off")
+    figure.savefig(pathlib.Path(path), dpi=110, metadata={"Software": None})
+    pyplot.close(figure)
