@@ -197,15 +197,18 @@ double tile_vertex_bytes(const PointSchema& schema) {
 
 LevelBytes level_bytes(const ResolvedJob& job, const CloudSize& cloud, const PointSchema& schema,
                        double mesh_bytes) {
+  constexpr std::uint64_t kOne = 1;
   constexpr double kSorted = 2.0 * 32.0;  // triangles; twice that while runs are merged
   constexpr double kAllLevels = 1.5;      // triangles of all levels, in those of the mesh
   const bool merges = static_cast<double>(cloud.points) * kSorted >
                       static_cast<double>(job.partition.memory_bytes) / 6.0;
   // Nodes above the leaves: triangles with numbers of vertices, and half as many vertices as the
-  // mesh has. A job that resumes has nodes while it merges.
+  // mesh has. A job that resumes has some while it merges.
+  const double stored =
+      static_cast<double>(cloud.node_bytes) / static_cast<double>(std::max(cloud.points, kOne));
   const auto nodes = [](double vertex) { return 22.0 + 0.5 * vertex; };
   const auto work = [&](double vertex) {
-    return vertex + (merges ? 2.0 * kSorted : kSorted) + nodes(vertex);
+    return vertex + std::max(kSorted + nodes(vertex), merges ? 2.0 * kSorted + stored : kSorted);
   };
   LevelBytes bytes;
   if (!job.output.tileset.empty()) {
@@ -339,8 +342,10 @@ void require_room(const std::filesystem::path& work_dir, const OutputOptions& ou
   for (const Demand& demand : demands) require(demand);
 }
 
-std::uint64_t predicted_disk_bytes(const ResolvedJob& job, const Partition& partition) {
+std::uint64_t predicted_disk_bytes(const ResolvedJob& job, const Partition& partition,
+                                   std::uint64_t node_bytes) {
   CloudSize cloud;
+  cloud.node_bytes = node_bytes;
   cloud.schema = partition.schema;
   cloud.points = partition.points();
   cloud.chunks = partition.octree.chunks().size();
