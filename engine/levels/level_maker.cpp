@@ -11,6 +11,8 @@
 #include "engine/levels/simplify.h"
 #include "io/bounds.h"
 #include "io/error.h"
+#include "io/hex_digits.h"
+#include "io/system/running_checksum.h"
 #include "partition/canonical_order.h"
 
 namespace orbweave {
@@ -71,13 +73,16 @@ LevelMaker::StoredMesh LevelMaker::stored_mesh(MeshStream& mesh, const PointSche
   const MortonFrame frame(root_cube(bounds.empty() ? Box{{}, {}} : bounds));
   constexpr std::uint64_t kShareOfRun = 6;  // the sort has its vector twice while that grows
   TriangleSorter sorter(options.directory, options.memory_bytes / kShareOfRun);
+  RunningChecksum checksum;
   for (std::vector<Triangle64> batch; mesh.read_triangles(batch, kBatch);) {
     stop.check();
+    checksum.add(batch.data(), batch.size() * sizeof(Triangle64));
     const CornerPositions corners(*stored.vertices, batch);
     for (const Triangle64& t : batch) sorter.add({code_of(t, corners, frame), t});
     if (events.read) events.read(batch.size());
   }
   stored.triangles = std::make_unique<SortedTriangles>(sorter.finish(stop));
+  stored.checksum = checksum.value();
   if (stored.triangles->size() == 0) throw_bad_input("the mesh has no triangle");
   return stored;
 }
@@ -88,14 +93,32 @@ LevelMaker::LevelMaker(MeshStream& mesh, const PointSchema& schema, const LevelO
       events_(events),
       stop_(stop),
       mesh_(stored_mesh(mesh, schema, options, events, stop)),
-      spool_(options.directory),
+      own_nodes_(options.nodes ? nullptr : std::make_unique<SpooledNodes>(options.directory)),
+      nodes_(options.nodes ? options.nodes : own_nodes_.get()),
       row_bytes_(mesh_.vertices->row_bytes()) {
   levels_.nodes = level_tree(*mesh_.triangles, options.leaf_triangles);
   levels_.facts.resize(levels_.nodes.size());
   levels_.triangles = mesh_.triangles->size();
   levels_.vertices = mesh_.vertices->size();
-  stored_.resize(levels_.nodes.size());
   states_.resize(levels_.nodes.size(), State::kAbsent);
+  begin_nodes();
+}
+
+/// What is in the key decides the octree and every node. The content of the mesh stands for all
+/// that made it.
+void LevelMaker::begin_nodes() {
+  constexpr const char* kLayout = "1";  // to be raised when nodes become others
+  NodePlan plan;
+  plan.key = std::string("layout of levels = ") + kLayout +
+             "\nleaf triangles = " + std::to_string(options_.leaf_triangles) +
+             "\nbytes of a vertex = " + std::to_string(row_bytes_) +
+             "\nvertices = " + std::to_string(levels_.vertices) + ", " +
+             hex_digits(mesh_.vertices->checksum()) +
+             "\ntriangles = " + std::to_string(levels_.triangles) + ", " +
+             hex_digits(mesh_.checksum) + "\n";
+  plan.nodes = static_cast<std::uint32_t>(levels_.nodes.size());
+  plan.row_bytes = row_bytes_;
+  nodes_->begin(plan);
 }
 
 void LevelMaker::on_threads(std::size_t count, const std::function<void(std::size_t)>& work) const {
@@ -133,22 +156,36 @@ void LevelMaker::make() {
 void LevelMaker::make_node(std::uint32_t number, const Serves& serves) {
   stop_.check();
   const LevelNode& node = levels_.nodes[number];
+  const bool is_there = !node.is_leaf() && nodes_->has(number);
+  NodeMesh mesh;
+  if (!is_there) {
+    mesh = made_node(number);
+  } else {
+    levels_.facts[number] = nodes_->facts(number);
+    if (events_.done) mesh = nodes_->mesh(number);
+    const std::scoped_lock lock(mutex_);
+    ++levels_.reused;
+  }
+  states_[number] =
+      node.is_leaf() || serves(node, levels_.facts[number]) ? State::kServes : State::kMade;
+  if (events_.done) events_.done(number, points(mesh), mesh.triangles);
+}
+
+NodeMesh LevelMaker::made_node(std::uint32_t number) {
+  const bool is_leaf = levels_.nodes[number].is_leaf();
   LevelFacts& facts = levels_.facts[number];
-  const NodeMesh mesh = node.is_leaf() ? leaf(number) : simplified(number);
+  NodeMesh mesh = is_leaf ? leaf(number) : simplified(number);
   facts.vertices = mesh.vertices.size();
   facts.triangles = mesh.triangles.size();
   const std::vector<OpenEdge> open = open_edges(mesh);
   facts.border_triangles = triangles_at(open);
-  if (node.is_leaf()) {
+  if (is_leaf) {
     facts.bounds = bounds_of(positions(mesh));
     add_seams(mesh, open);
   } else {
-    // Leaves are read again from the mesh.
-    const std::vector<std::byte> bytes = packed(mesh);
-    stored_[number] = {spool_.append(bytes), bytes.size()};
+    nodes_->keep(number, facts, mesh);
   }
-  states_[number] = node.is_leaf() || serves(node, facts) ? State::kServes : State::kMade;
-  if (events_.done) events_.done(number, points(mesh), mesh.triangles);
+  return mesh;
 }
 
 void LevelMaker::add_seams(const NodeMesh& mesh, std::span<const OpenEdge> open) {
@@ -199,10 +236,7 @@ NodeMesh LevelMaker::leaf(std::uint32_t number) const {
 }
 
 NodeMesh LevelMaker::node(std::uint32_t number) const {
-  if (levels_.nodes[number].is_leaf()) return leaf(number);
-  std::vector<std::byte> bytes(stored_[number].bytes);
-  spool_.read(stored_[number].offset, bytes);
-  return unpacked(bytes, row_bytes_);
+  return levels_.nodes[number].is_leaf() ? leaf(number) : nodes_->mesh(number);
 }
 
 NodeMesh LevelMaker::merged_children(std::uint32_t number) const {

@@ -10,16 +10,17 @@
 
 #include "engine/levels/levels.h"
 #include "engine/levels/node_mesh.h"
+#include "engine/levels/node_store.h"
 #include "engine/levels/sorted_triangles.h"
 #include "engine/levels/vertex_table.h"
 #include "io/meshes/mesh_stream.h"
 #include "io/stop_token.h"
-#include "io/system/spool_file.h"
 
 namespace orbweave {
 
-/// Reads a mesh and makes the nodes of its octree; the meshes of nodes stay on disk, without a
-/// name, as long as the object. What the constructor takes must outlive it.
+/// Reads a mesh and makes the nodes of its octree; the meshes of nodes stay on disk, as long as the
+/// object, or as long as the store of the options keeps them. What the constructor takes must
+/// outlive it.
 class LevelMaker {
  public:
   /// `schema`: what of the vertices is kept: that of the mesh, or less. Reads all of the mesh.
@@ -29,7 +30,8 @@ class LevelMaker {
 
   /// Whether a node serves, once it is made.
   using Serves = std::function<bool(const LevelNode&, const LevelFacts&)>;
-  /// Makes leaves, then every node whose children all serve. Leaves do in any case.
+  /// Makes leaves, then every node whose children all serve. Leaves do in any case. Nodes that an
+  /// earlier run left in the store are not simplified again.
   void make(const Serves& serves);
   /// Makes all nodes.
   void make();
@@ -40,7 +42,7 @@ class LevelMaker {
 
   /// Of the files without a name, as they are now.
   std::uint64_t disk_bytes() const {
-    return mesh_.vertices->disk_bytes() + mesh_.triangles->disk_bytes() + spool_.bytes();
+    return mesh_.vertices->disk_bytes() + mesh_.triangles->disk_bytes() + nodes_->unnamed_bytes();
   }
 
   /// The coarsest nodes that serve and together hold the whole mesh, in the order of their cells.
@@ -59,23 +61,21 @@ class LevelMaker {
   void on_threads(std::size_t count, const std::function<void(std::size_t)>& work) const;
 
  private:
-  /// Where a node's mesh lies in the spool file.
-  struct Stored {
-    std::uint64_t offset = 0;
-    std::uint64_t bytes = 0;
-  };
   /// The mesh on disk: vertices by their numbers, triangles by their cells.
   struct StoredMesh {
     std::unique_ptr<VertexTable> vertices;
     std::unique_ptr<SortedTriangles> triangles;
+    std::uint64_t checksum = 0;  ///< of the triangles as they were read
   };
   enum class State : std::uint8_t { kAbsent, kMade, kServes };
 
   static StoredMesh stored_mesh(MeshStream& mesh, const PointSchema& schema,
                                 const LevelOptions& options, const LevelEvents& events,
                                 const StopToken& stop);
+  void begin_nodes();
   bool children_serve(std::uint32_t number) const;
   void make_node(std::uint32_t number, const Serves& serves);
+  NodeMesh made_node(std::uint32_t number);
   void add_seams(const NodeMesh& mesh, std::span<const OpenEdge> open);
   void keep_seams();
   NodeMesh leaf(std::uint32_t number) const;
@@ -86,10 +86,10 @@ class LevelMaker {
   const LevelEvents& events_;
   const StopToken& stop_;
   StoredMesh mesh_;
-  SpoolFile spool_;
+  std::unique_ptr<NodeStore> own_nodes_;  ///< null: those of the options are used
+  NodeStore* nodes_;
   std::size_t row_bytes_;
   Levels levels_;
-  std::vector<Stored> stored_;
   std::vector<State> states_;
   std::mutex mutex_;
   std::vector<MeshEdge> seams_;  ///< edges between leaves

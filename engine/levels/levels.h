@@ -21,11 +21,14 @@
 
 namespace orbweave {
 
+class NodeStore;
+
 struct LevelOptions {
   std::uint64_t leaf_triangles = 65536;                 ///< most triangles of a leaf, at least 1
   std::uint64_t memory_bytes = std::uint64_t{1} << 30;  ///< of the whole process
   int threads = 1;
   std::filesystem::path directory;  ///< for temporary files without a name
+  NodeStore* nodes = nullptr;       ///< where simplified nodes lie; null: in such a file
 };
 
 /// What is known of a node when it is done.
@@ -56,6 +59,7 @@ struct Levels {
   std::vector<LevelFacts> facts;  ///< of each node
   std::uint64_t triangles = 0;    ///< of the mesh
   std::uint64_t vertices = 0;
+  std::uint64_t reused = 0;  ///< nodes that an earlier run simplified
 };
 
 /// The largest leaves that a budget has room for.

@@ -158,21 +158,26 @@ void make_pieces(const fs::path& mesh, const SimplifyOptions& options, const Sim
   of_levels.planned = [&](std::uint32_t nodes, const Box&) {
     if (events.planned) events.planned(nodes);
   };
-  of_levels.done = [&](std::uint32_t, const PointCloud&, const std::vector<Triangle>&) {
-    if (events.made) events.made();
-  };
+  if (events.made)
+    of_levels.done = [&](std::uint32_t, const PointCloud&, const std::vector<Triangle>&) {
+      events.made();
+    };
   // Positions decide; all else is read again at the end.
   LevelMaker maker(*open_mesh_stream(mesh), PointSchema{}, options.levels, of_levels, stop);
-  const auto note_disk = [&] { facts.work_bytes = maker.disk_bytes() + pieces.spool.bytes(); };
+  const auto note_work = [&] {
+    facts.work_bytes = maker.disk_bytes() + pieces.spool.bytes();
+    facts.nodes_reused = maker.levels().reused;
+  };
   facts.vertices_read = maker.levels().vertices;
   facts.triangles_read = maker.levels().triangles;
+  facts.nodes = maker.levels().nodes.size();
   const double error = options.target.value;
   if (options.target.kind == SimplifyTarget::Kind::kError) {
     maker.make([&](const LevelNode&, const LevelFacts& made) {
       return made.is_sound && made.error <= error;
     });
     PieceMaker(maker, pieces, stop).make_within(error);
-    return note_disk();
+    return note_work();
   }
   facts.most_triangles = most_triangles(options.target, facts.triangles_read);
   const double ratio =
@@ -182,7 +187,7 @@ void make_pieces(const fs::path& mesh, const SimplifyOptions& options, const Sim
            static_cast<double>(made.triangles) >= ratio * static_cast<double>(node.triangles);
   });
   PieceMaker(maker, pieces, stop).make_with(facts.most_triangles);
-  note_disk();
+  note_work();
 }
 
 /// Points of a batch that are chosen; `first`: the number of its first one.

@@ -38,6 +38,8 @@ struct SimplifiedFacts {
   std::uint64_t triangles_read = 0;
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
+  std::uint64_t nodes = 0;           ///< of levels, made or not
+  std::uint64_t nodes_reused = 0;    ///< that an earlier run simplified
   std::uint64_t most_triangles = 0;  ///< that were asked for; 0: an error was
   /// How far the two surfaces are apart, world units, as engine/levels/simplify.h measures it,
   /// added up over the levels.

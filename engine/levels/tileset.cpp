@@ -82,6 +82,8 @@ TilesetFacts write_tileset(MeshStream& mesh, const fs::path& directory,
   facts.work_bytes = maker.disk_bytes();
   facts.is_on_earth = earth.has_value();
   facts.levels = levels_of(levels);
+  facts.tiles = levels.nodes.size();
+  facts.reused = levels.reused;
   facts.bytes = write_tileset_index(target.temporary(), levels.vertices, levels.triangles,
                                     names_of(levels, options.beside));
   if (options.measures) {

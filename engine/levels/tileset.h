@@ -48,6 +48,8 @@ struct TilesetFacts {
   std::uint64_t work_bytes = 0;  ///< of the files without a name, at the end
   bool is_on_earth = false;
   std::vector<TilesetLevel> levels;  ///< by height, the leaves first
+  std::uint64_t tiles = 0;           ///< of all levels
+  std::uint64_t reused = 0;          ///< tiles that an earlier run simplified
 };
 
 inline constexpr const char* kTilesetName = "tileset.json";

@@ -65,6 +65,7 @@ void VertexTable::append(const PointCloud& vertices) {
       at += kept.bytes;
     }
   }
+  checksum_.add(rows.data(), rows.size());
   file_.append(rows);
   vertices_ += vertices.size();
 }

@@ -8,6 +8,7 @@
 
 #include "io/box.h"
 #include "io/point_cloud.h"
+#include "io/system/running_checksum.h"
 #include "io/system/spool_file.h"
 
 namespace orbweave {
@@ -29,6 +30,7 @@ class VertexTable {
   std::uint64_t size() const { return vertices_; }
   const Box& bounds() const { return bounds_; }  ///< of the finite positions
   std::uint64_t disk_bytes() const { return file_.bytes(); }
+  std::uint64_t checksum() const { return checksum_.value(); }  ///< of all rows
 
   /// Rows as points with the table's schema.
   PointCloud points(std::span<const std::byte> rows) const;
@@ -45,6 +47,7 @@ class VertexTable {
   std::size_t row_bytes_ = 0;
   std::uint64_t vertices_ = 0;
   Box bounds_;
+  RunningChecksum checksum_;
   SpoolFile file_;
 };
 

@@ -160,6 +160,14 @@ std::vector<HoleFacts> in_output_numbers(std::vector<HoleFacts> holes, const Use
   return holes;
 }
 
+/// Of the levels of detail that an earlier run left.
+std::uint64_t stored_node_bytes(const StageRunner& runner) {
+  std::uint64_t bytes = 0;
+  for (const Stage stage : {Stage::kTileset, Stage::kSimplify})
+    bytes += room_of_directory(runner.store.directory() / directory_of(stage));
+  return bytes;
+}
+
 /// What is still to come, and what it took until the points were cut. The first prediction of the
 /// disk counts.
 void predict(StageRunner& runner, std::uint64_t disk_bytes, RunResults& results) {
@@ -174,7 +182,8 @@ void predict(StageRunner& runner, std::uint64_t disk_bytes, RunResults& results)
   predicted.seconds = sum_of_seconds(stages);
   runner.progress.expect(stages);
   if (predicted.disk_bytes == 0) predicted.disk_bytes = disk_bytes;
-  if (predicted.disk_bytes == 0) predicted.disk_bytes = predicted_disk_bytes(job, partition);
+  if (predicted.disk_bytes == 0)
+    predicted.disk_bytes = predicted_disk_bytes(job, partition, stored_node_bytes(runner));
 }
 
 /// How a method of the Voronoi family takes the cloud.

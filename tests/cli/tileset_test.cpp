@@ -1,4 +1,5 @@
 // GLB and levels of detail, as a user makes them.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <filesystem>
@@ -9,6 +10,7 @@
 #include "io/meshes/mesh_writer.h"
 #include "tests/io/glb_file.h"
 #include "tests/support/data.h"
+#include "tests/support/jobs.h"
 #include "tests/support/meshes.h"
 #include "tests/support/program.h"
 
@@ -27,6 +29,51 @@ void make_mesh(const ScratchDirectory& in, Vec3 place = {}) {
 nlohmann::json tileset_in(const fs::path& folder) {
   std::ifstream stream(folder / "tileset.json");
   return nlohmann::json::parse(stream);
+}
+
+const std::vector<std::string> kLevelsJob = {
+    "reconstruct", "scan.ply",   "-o",   "mesh.ply",  "--tileset", "levels",   "--simplify",
+    "ratio=0.1",   "--progress", "none", "--threads", "2",         "--report", "report.json"};
+
+/// What the report says of a stage.
+nlohmann::json stage_in_report(const ScratchDirectory& in, const std::string& name) {
+  const nlohmann::json report = nlohmann::json::parse(file_text(in / "report.json"));
+  for (const nlohmann::json& stage : report["stages"])
+    if (stage["name"] == name) return stage;
+  return {};
+}
+
+/// Kills the job as soon as so many nodes of a stage are committed; returns what it said.
+std::string kill_with_nodes(const ScratchDirectory& in, const std::string& stage,
+                            std::size_t nodes) {
+  RunningProgram program(kLevelsJob, {.directory = in.path()});
+  const auto reached = [&] { return results_in(in / "mesh.work" / stage) >= nodes; };
+  REQUIRE(program.hold_when(reached));
+  program.send(SIGKILL);
+  const ProgramResult result = program.wait();
+  CHECK(result.status == 128 + SIGKILL);
+  return result.err;
+}
+
+fs::path a_stored_node(const fs::path& stage) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(stage))
+    if (entry.path().extension() == ".h5") return entry.path();
+  return {};
+}
+
+void check_same_levels(const ScratchDirectory& in, const ScratchDirectory& undisturbed) {
+  CHECK(names_in(in) == names_in(undisturbed));
+  for (const char* file : {"mesh.ply", "mesh.simplified.ply"})
+    CHECK((file_text(in / file) == file_text(undisturbed / file)));
+  std::size_t tiles = 0;
+  for (const fs::directory_entry& entry : fs::directory_iterator(undisturbed / "levels")) {
+    const std::string name = entry.path().filename().string();
+    CHECK((file_text(in / "levels" / name) == file_text(entry.path())));
+    ++tiles;
+  }
+  for (const fs::directory_entry& entry : fs::directory_iterator(in / "levels"))
+    tiles -= entry.is_regular_file() ? 1 : 0;
+  CHECK(tiles == 0);
 }
 
 }  // namespace
@@ -179,6 +226,34 @@ TEST_CASE("TilesetOfAJobThatIsKilledMeanwhileIsMadeByTheNextRun", "[slow]") {
     const fs::path name = entry.path().filename();
     CHECK((file_text(in / "levels" / name.string()) == file_text(entry.path())));
   }
+}
+
+TEST_CASE("JobThatIsKilledAmongItsLevelsSimplifiesNoNodeAgain", "[slow]") {
+  const ScratchDirectory undisturbed;
+  const ScratchDirectory in;
+  for (const ScratchDirectory* where : {&undisturbed, &in})
+    REQUIRE(run_in(*where, {"generate", "bumpy-torus", "--points", "200000", "-o", "scan.ply"})
+                .status == 0);
+  REQUIRE(run_in(undisturbed, kLevelsJob).status == 0);
+  CHECK(stage_in_report(undisturbed, "tileset")["chunks_reused"] == 0);
+  CHECK(stage_in_report(undisturbed, "simplify")["chunks_reused"] == 0);
+  const fs::path tiles = in / "mesh.work" / "tileset";
+  std::size_t kept = 0;
+  for (const std::size_t nodes : {1, 3}) {
+    kill_with_nodes(in, "tileset", nodes);
+    CHECK_FALSE(fs::exists(in / "levels"));
+    CHECK(results_in(tiles) >= std::max(nodes, kept));
+    kept = results_in(tiles);
+  }
+  damage(a_stored_node(tiles));
+  CHECK_THAT(kill_with_nodes(in, "simplify", 1), Contains("computing it again"));
+  const std::size_t of_tileset = results_in(tiles);
+  const std::size_t of_simplified = results_in(in / "mesh.work" / "simplify");
+  CHECK(of_tileset > kept);
+  REQUIRE(run_in(in, kLevelsJob).status == 0);
+  CHECK(stage_in_report(in, "tileset")["chunks_reused"] == of_tileset);
+  CHECK(stage_in_report(in, "simplify")["chunks_reused"] == of_simplified);
+  check_same_levels(in, undisturbed);
 }
 
 TEST_CASE("TilesetLiesOnTheEarthWhereTheCoordinateSystemIsKnown") {

@@ -31,9 +31,11 @@ Names stages_in(const fs::path& work) {
 }  // namespace
 
 TEST_CASE("AStageWhoseKeyChangedTakesTheLaterOnesOfItsLineWithIt") {
-  CHECK(directories_from("points") ==
-        Names{"points", "cells", "power_crust", "mesh", "stitch", "holes", "crossings", "settled"});
-  CHECK(directories_from("stitch") == Names{"stitch", "holes", "crossings", "settled"});
+  CHECK(directories_from("points") == Names{"points", "cells", "power_crust", "mesh", "stitch",
+                                            "holes", "crossings", "settled", "tileset",
+                                            "simplify"});
+  CHECK(directories_from("stitch") ==
+        Names{"stitch", "holes", "crossings", "settled", "tileset", "simplify"});
   CHECK(directories_from("raw_thinned") == Names{"raw_thinned", "raw_patches", "raw_turns"});
   const Names smoothed = directories_from("raw_smooth_7");
   CHECK(smoothed ==
@@ -60,7 +62,8 @@ TEST_CASE("FreshDropsWhatStagesStoreButOutputsOnTheirWay") {
   const Names dropped = directories_dropped_by_fresh();
   CHECK(dropped.front() == "raw_cut");
   CHECK(std::set<std::string>(dropped.begin(), dropped.end()).size() == dropped.size());
-  for (const char* directory : {"raw", "raw_smooth_1", "points_cut", "points", "mesh", "holes"})
+  for (const char* directory :
+       {"raw", "raw_smooth_1", "points_cut", "points", "mesh", "holes", "tileset", "simplify"})
     CHECK(std::count(dropped.begin(), dropped.end(), directory) == 1);
   for (const char* directory : {"export", "tiles"})
     CHECK(std::count(dropped.begin(), dropped.end(), directory) == 0);

@@ -101,6 +101,42 @@ TEST_CASE("JobWithARankKilledResumesToTheSameMeshOfRawScans") {
   expect_same_bytes_after_kills(in, raw_job(in, 10000));
 }
 
+TEST_CASE("TilesetOfATeamThatIsKilledGoesOnByAnyNumberOfRanks", "[soak]") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory undisturbed, in;
+  const Job job = {"reconstruct", "scan.ply", "-o",          "mesh.ply",   "--tileset",
+                   "levels",      "--report", "report.json", "--progress", "none"};
+  for (const ScratchDirectory* where : {&undisturbed, &in})
+    REQUIRE(run_in(*where, {"generate", "bumpy-torus", "--points", "200000", "-o", "scan.ply"})
+                .status == 0);
+  REQUIRE(run_in(undisturbed, job).status == 0);
+  const std::filesystem::path stored = in / "mesh.work" / "tileset";
+  for (const int ranks : {1, 3}) {
+    INFO(ranks << " ranks go on");
+    std::filesystem::remove_all(in / "levels");
+    std::filesystem::remove(in / "report.json");
+    {
+      RunningProgram mpirun(by_ranks(2, job), mpi_setting(in.path()));
+      const auto held = hold_ranks_when(mpirun, 2, [&] { return results_in(stored) >= 2; });
+      REQUIRE_FALSE(held.empty());
+      mpirun.send(SIGKILL);
+      kill_all(held);
+      mpirun.wait();
+    }
+    const std::size_t nodes = results_in(stored);
+    REQUIRE(nodes >= 2);
+    const ProgramResult resumed = run_by_ranks(ranks, job, in.path());
+    INFO(resumed.err);
+    REQUIRE(resumed.status == 0);
+    const auto report = nlohmann::json::parse(file_text(in / "report.json"));
+    for (const nlohmann::json& stage : report["stages"])
+      if (stage["name"] == "tileset") CHECK(stage["chunks_reused"] == nodes);
+    for (const auto& entry : std::filesystem::directory_iterator(undisturbed / "levels"))
+      CHECK(
+          (file_text(in / "levels" / entry.path().filename().string()) == file_text(entry.path())));
+  }
+}
+
 TEST_CASE("EveryRankHasItsLogAndTheReportCountsThem") {
   if (skipped_without_mpi()) return;
   const ScratchDirectory in;

@@ -181,7 +181,7 @@ std::uint64_t whole(double bytes) { return static_cast<std::uint64_t>(std::ceil(
 
 /// What levels of detail of the mesh file take, per point, of two triangles a point.
 struct LevelBytes {
-  double work = 0.0;        ///< of files without a name in the work directory
+  double work = 0.0;        ///< of nodes and files without a name in the work directory
   double tileset = 0.0;     ///< of the folder
   double simplified = 0.0;  ///< of the simplified mesh
 };
@@ -197,13 +197,18 @@ double tile_vertex_bytes(const PointSchema& schema) {
 
 LevelBytes level_bytes(const ResolvedJob& job, const CloudSize& cloud, const PointSchema& schema,
                        double mesh_bytes) {
+  constexpr std::uint64_t kOne = 1;
   constexpr double kSorted = 2.0 * 32.0;  // triangles; twice that while runs are merged
-  constexpr double kNodes = 34.0;         // nodes above the leaves
   constexpr double kAllLevels = 1.5;      // triangles of all levels, in those of the mesh
   const bool merges = static_cast<double>(cloud.points) * kSorted >
                       static_cast<double>(job.partition.memory_bytes) / 6.0;
+  // Nodes above the leaves: triangles with numbers of vertices, and half as many vertices as the
+  // mesh has. A job that resumes has some while it merges.
+  const double stored =
+      static_cast<double>(cloud.node_bytes) / static_cast<double>(std::max(cloud.points, kOne));
+  const auto nodes = [](double vertex) { return 22.0 + 0.5 * vertex; };
   const auto work = [&](double vertex) {
-    return vertex + std::max(kSorted + kNodes, merges ? 2.0 * kSorted : kSorted);
+    return vertex + std::max(kSorted + nodes(vertex), merges ? 2.0 * kSorted + stored : kSorted);
   };
   LevelBytes bytes;
   if (!job.output.tileset.empty()) {
@@ -211,7 +216,10 @@ LevelBytes level_bytes(const ResolvedJob& job, const CloudSize& cloud, const Poi
     bytes.tileset = kAllLevels * (2.0 * 12.0 + tile_vertex_bytes(schema));
   }
   if (job.output.simplify) {
-    bytes.work = std::max(bytes.work, work(24.0));
+    constexpr double kPosition = 24.0;
+    // Those of the tileset stay until the job ends.
+    const double held = job.output.tileset.empty() ? 0.0 : nodes(tile_vertex_bytes(schema));
+    bytes.work = std::max(bytes.work, work(kPosition) + held);
     bytes.simplified = mesh_bytes;
     if (job.output.simplify->kind == SimplifyTarget::Kind::kRatio)
       bytes.simplified *= job.output.simplify->value;
@@ -334,8 +342,10 @@ void require_room(const std::filesystem::path& work_dir, const OutputOptions& ou
   for (const Demand& demand : demands) require(demand);
 }
 
-std::uint64_t predicted_disk_bytes(const ResolvedJob& job, const Partition& partition) {
+std::uint64_t predicted_disk_bytes(const ResolvedJob& job, const Partition& partition,
+                                   std::uint64_t node_bytes) {
   CloudSize cloud;
+  cloud.node_bytes = node_bytes;
   cloud.schema = partition.schema;
   cloud.points = partition.points();
   cloud.chunks = partition.octree.chunks().size();

@@ -17,6 +17,7 @@ struct CloudSize {
   std::uint64_t chunks = 0;
   std::uint64_t points_without_view = 0;  ///< points whose scanner is not known
   MemoryPlan memory;
+  std::uint64_t node_bytes = 0;  ///< of levels of detail that an earlier run left
 };
 
 /// What comes between counting the points and cutting them for good.
@@ -53,8 +54,10 @@ DiskPlan plan_disk(const ResolvedJob& job, const CloudSize& cloud, const RawWork
 void require_room(const std::filesystem::path& work_dir, const OutputOptions& output,
                   const DiskPlan& plan, std::uint64_t held_bytes);
 
-/// Most that a job holds that found its points cut already.
-std::uint64_t predicted_disk_bytes(const ResolvedJob& job, const Partition& partition);
+/// Most that a job holds that found its points cut already. `node_bytes`: of simplified nodes that
+/// it found.
+std::uint64_t predicted_disk_bytes(const ResolvedJob& job, const Partition& partition,
+                                   std::uint64_t node_bytes);
 
 /// Whether the bins of the points take more than their buffers.
 bool bins_will_spill(const CloudSize& cloud);

@@ -6,6 +6,7 @@
 #include "engine/levels/simplified_mesh.h"
 #include "engine/pipeline/output/export_stage.h"
 #include "engine/pipeline/output/mesh_for_levels.h"
+#include "engine/pipeline/output/stored_nodes.h"
 #include "engine/pipeline/stage/writer_options.h"
 #include "io/error.h"
 #include "io/job/setting.h"
@@ -80,7 +81,9 @@ void make_simplified(const SimplifyInputs& inputs, StageRunner& runner) {
   const Job job = job_of_simplified(runner.job);
   const fs::path file = job.output.mesh;
   StageClock clock(runner, Stage::kSimplify, inputs.triangles, "triangles");
+  StoredNodes nodes(runner.store, directory_of(Stage::kSimplify));
   SimplifyOptions options;
+  options.levels.nodes = &nodes;
   options.target = *job.output.simplify;
   options.levels.memory_bytes = job.partition.memory_bytes;
   options.levels.threads = runner.threads();
@@ -92,7 +95,10 @@ void make_simplified(const SimplifyInputs& inputs, StageRunner& runner) {
       write_simplified(runner.job.output.mesh, file, options, events, runner.stop);
   write_coordinate_system(file, inputs.partition.coordinate_system);
   write_shift(file, facts.origin);
+  runner.store.finish_commits();
   clock.facts().bytes_written = facts.bytes;
+  clock.facts().chunks = facts.nodes;
+  clock.facts().chunks_reused = facts.nodes_reused;
   runner.store.disk().add(facts.bytes + facts.work_bytes);
   runner.store.disk().remove(facts.work_bytes);
   note_result(facts, file, runner);

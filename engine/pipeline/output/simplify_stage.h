@@ -18,6 +18,8 @@ struct SimplifyInputs {
 
 /// Simplify stage: reads the finished mesh file and writes the simplified one, by the root alone.
 /// The bytes depend on the mesh file, the target and where the coordinates are counted from.
+/// Nodes that are simplified on the way are kept in the store: a later run simplifies none of them
+/// again. Throws CorruptResult where one is damaged.
 void make_simplified(const SimplifyInputs& inputs, StageRunner& runner);
 
 }  // namespace orbweave

@@ -5,6 +5,7 @@
 
 #include "engine/levels/tileset.h"
 #include "engine/pipeline/output/mesh_for_levels.h"
+#include "engine/pipeline/output/stored_nodes.h"
 #include "io/meshes/mesh_stream.h"
 #include "io/meshes/tile_directory.h"
 #include "io/points/coordinate_system_file.h"
@@ -74,7 +75,9 @@ void make_tileset(const TilesetInputs& inputs, StageRunner& runner) {
   }
   release_freed_memory();
   StageClock clock(runner, Stage::kTileset, inputs.triangles, "triangles");
-  const TilesetOptions options = options_of(inputs, runner);
+  StoredNodes nodes(runner.store, directory_of(Stage::kTileset));
+  TilesetOptions options = options_of(inputs, runner);
+  options.levels.nodes = &nodes;
   TilesetProgress progress(runner.progress, inputs.triangles);
   TilesetEvents events;
   events.read = [&](std::uint64_t triangles) { progress.note_read(triangles); };
@@ -82,13 +85,14 @@ void make_tileset(const TilesetInputs& inputs, StageRunner& runner) {
   events.written = [&] { progress.note_written(); };
   const auto mesh = open_mesh_stream(output.mesh);
   const TilesetFacts facts = write_tileset(*mesh, output.tileset, options, events, runner.stop);
-  std::uint64_t tiles = 0;
-  for (const TilesetLevel& level : facts.levels) tiles += level.tiles;
+  runner.store.finish_commits();
   clock.facts().bytes_written = facts.bytes;
+  clock.facts().chunks = facts.tiles;
+  clock.facts().chunks_reused = facts.reused;
   runner.store.disk().add(facts.bytes + facts.work_bytes);
   runner.store.disk().remove(facts.work_bytes);
-  runner.note("tileset: " + format_count(tiles) + (tiles == 1 ? " tile" : " tiles") + " of " +
-              format_count(facts.levels.size()) +
+  runner.note("tileset: " + format_count(facts.tiles) + (facts.tiles == 1 ? " tile" : " tiles") +
+              " of " + format_count(facts.levels.size()) +
               (facts.levels.size() == 1 ? " level, " : " levels, ") + format_bytes(facts.bytes));
 }
 

@@ -17,7 +17,9 @@ struct TilesetInputs {
 };
 
 /// Tileset stage: reads the finished mesh file and cuts it into tiles, by the root alone. The bytes
-/// depend on the mesh file, its coordinate system and the upright axis alone.
+/// depend on the mesh file, its coordinate system and the upright axis alone. Simplified tiles are
+/// kept in the store: a later run simplifies none of them again. Throws CorruptResult where one is
+/// damaged.
 void make_tileset(const TilesetInputs& inputs, StageRunner& runner);
 
 }  // namespace orbweave

@@ -179,10 +179,10 @@ inline constexpr std::array<StageInfo, 32> kStages = {{
      StageRepair::kStage, false, "", kTilesScaling},
     {Stage::kPicture, "picture", "", "picture", StageLine::kFinal, false, false,
      StageRepair::kStage, false, "", {.threads = 0.5, .constant = true, .microseconds = 1.0}},
-    {Stage::kTileset, "tileset", "", "tileset", StageLine::kFinal, false, false,
-     StageRepair::kStage, false, "", {.threads = 0.9, .microseconds = 11.0}},
-    {Stage::kSimplify, "simplify", "", "simplified mesh", StageLine::kFinal, false, false,
-     StageRepair::kStage, false, "", {.threads = 0.8, .microseconds = 12.0}},
+    {Stage::kTileset, "tileset", "tileset", "tileset", StageLine::kFinal, true, true,
+     StageRepair::kChunk, false, "", {.threads = 0.9, .microseconds = 11.0}},
+    {Stage::kSimplify, "simplify", "simplify", "simplified mesh", StageLine::kFinal, true, true,
+     StageRepair::kChunk, false, "", {.threads = 0.8, .microseconds = 12.0}},
 }};
 // clang-format on
 
