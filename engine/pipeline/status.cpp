@@ -140,6 +140,15 @@ void add_holes(const fs::path& work_dir, WorkStatus& status) {
   if (batches == 0 && status.ended) status.stages.back().done = true;  // there was none to fill
 }
 
+/// Nodes that are simplified take the place of chunks. How many there are in all, no result says.
+void add_levels(const fs::path& work_dir, WorkStatus& status) {
+  for (const Stage stage : {Stage::kTileset, Stage::kSimplify}) {
+    if (!fs::exists(work_dir / directory_of(stage))) continue;
+    status.stages.push_back(stage_status(work_dir, directory_of(stage), 0));
+    status.stages.back().done = status.ended;
+  }
+}
+
 std::optional<JobPace::Estimate> pace_of(const RunSteps& steps, const WorkStatus& status) {
   if (!steps.pace.is_known()) return std::nullopt;
   StageStatus at;
@@ -179,6 +188,7 @@ WorkStatus work_status(const fs::path& work_dir) {
   for (const Stage stage : {Stage::kSort, Stage::kReconstruct})
     status.stages.push_back(status_of(work_dir, info_of(stage), directory_of(stage), total));
   add_holes(work_dir, status);
+  add_levels(work_dir, status);
   if (status.running && !status.ended) status.pace = pace_of(steps, status);
   status.last_touched = last_touched(work_dir);
   return status;

@@ -36,6 +36,14 @@ const std::vector<std::string> kLevelsJob = {
     "ratio=0.1",   "--progress", "none", "--threads", "2",         "--report", "report.json"};
 
 /// What the report says of a stage.
+nlohmann::json stage_in_status(const ScratchDirectory& in, const std::string& name) {
+  const std::string text = run_in(in, {"status", "mesh.work", "--json"}).out;
+  const nlohmann::json status = nlohmann::json::parse(text);
+  for (const nlohmann::json& stage : status["stages"])
+    if (stage["name"] == name) return stage;
+  return {};
+}
+
 nlohmann::json stage_in_report(const ScratchDirectory& in, const std::string& name) {
   const nlohmann::json report = nlohmann::json::parse(file_text(in / "report.json"));
   for (const nlohmann::json& stage : report["stages"])
@@ -245,6 +253,7 @@ TEST_CASE("JobThatIsKilledAmongItsLevelsSimplifiesNoNodeAgain", "[slow]") {
     CHECK(results_in(tiles) >= std::max(nodes, kept));
     kept = results_in(tiles);
   }
+  CHECK(stage_in_status(in, "tileset")["chunks_done"] == kept);
   damage(a_stored_node(tiles));
   CHECK_THAT(kill_with_nodes(in, "simplify", 1), Contains("computing it again"));
   const std::size_t of_tileset = results_in(tiles);
