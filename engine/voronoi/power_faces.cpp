@@ -142,24 +142,38 @@ class Corners {
       places.push_back({power.centers[cell], power.vertices[cell], cell});
       std::sort(places.back().balls.begin(), places.back().balls.end());
     }
-    return sorted(places);
+    sort_places(places);
+    return places;
   }
 
-  /// By coordinates, which the first of tells nearly always.
-  static std::vector<Place> sorted(std::span<const Place> places) {
-    std::vector<std::pair<double, std::uint32_t>> order;
+  /// By coordinates, of which the first nearly always decides. The places move once, within their
+  /// memory.
+  static void sort_places(std::span<Place> places) {
+    struct Key {
+      double x = 0.0;
+      std::uint32_t place = 0;
+    };
+    std::vector<Key> order;
     order.reserve(places.size());
-    for (std::uint32_t i = 0; i < places.size(); ++i) order.emplace_back(places[i].position.x, i);
-    std::sort(order.begin(), order.end(), [&](const auto& p, const auto& q) {
-      if (p.first != q.first) return p.first < q.first;
-      const Place &a = places[p.second], &b = places[q.second];
+    for (std::uint32_t i = 0; i < places.size(); ++i) order.push_back({places[i].position.x, i});
+    std::sort(order.begin(), order.end(), [&](const Key& p, const Key& q) {
+      if (p.x != q.x) return p.x < q.x;
+      const Place &a = places[p.place], &b = places[q.place];
       return std::tie(a.position.y, a.position.z, a.balls) <
              std::tie(b.position.y, b.position.z, b.balls);
     });
-    std::vector<Place> result;
-    result.reserve(places.size());
-    for (const auto& [x, place] : order) result.push_back(places[place]);
-    return result;
+    for (std::uint32_t first = 0; first < places.size(); ++first) {
+      if (order[first].place == first) continue;
+      const Place moved = places[first];
+      std::uint32_t to = first;
+      for (std::uint32_t from = order[to].place; from != first; from = order[to].place) {
+        places[to] = places[from];
+        order[to].place = to;
+        to = from;
+      }
+      places[to] = moved;
+      order[to].place = to;
+    }
   }
 
   void number() {
