@@ -86,11 +86,10 @@ ShownMesh simplified_mesh(const ViewArguments& arguments, const Job& job, Progre
   ShownMesh shown;
   LevelEvents events;
   events.read = [&](std::uint64_t triangles) { progress.advance(triangles); };
-  events.done = [&](std::uint32_t node, const PointCloud& points,
-                    const std::vector<Triangle>& triangles) {
+  events.done = [&](std::uint32_t node, const PointCloud& points, const NodeMesh& mesh) {
     if (node != 0) return;
     shown.mesh.vertices = points;
-    shown.mesh.triangles = triangles;
+    shown.mesh.triangles = mesh.triangles;
   };
   progress.begin_stage("simplify", stream->faces(), "triangles");
   const Levels levels = make_levels(*stream, options, events, stop);

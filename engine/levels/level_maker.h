@@ -8,7 +8,9 @@
 #include <span>
 #include <vector>
 
+#include "engine/geometry/edge_components.h"
 #include "engine/levels/levels.h"
+#include "engine/levels/listed_holes.h"
 #include "engine/levels/node_mesh.h"
 #include "engine/levels/sorted_triangles.h"
 #include "engine/levels/vertex_table.h"
@@ -37,6 +39,11 @@ class LevelMaker {
   /// Of nodes that were not made, the facts are empty.
   const Levels& levels() const { return levels_; }
   const Box& bounds() const { return mesh_.vertices->bounds(); }  ///< of all vertices
+
+  /// The largest filled holes, where faces keep their tags.
+  const std::vector<ListedHole>& holes() const { return mesh_.holes; }
+  /// Triangles of each component, the largest first, where faces keep their tags.
+  const std::vector<std::uint64_t>& components() const { return components_.triangles(); }
 
   /// Of the files without a name, as they are now.
   std::uint64_t disk_bytes() const {
@@ -68,12 +75,14 @@ class LevelMaker {
   struct StoredMesh {
     std::unique_ptr<VertexTable> vertices;
     std::unique_ptr<SortedTriangles> triangles;
+    std::vector<ListedHole> holes;
   };
   enum class State : std::uint8_t { kAbsent, kMade, kServes };
 
   static StoredMesh stored_mesh(MeshStream& mesh, const PointSchema& schema,
                                 const LevelOptions& options, const LevelEvents& events,
                                 const StopToken& stop);
+  void find_components();
   bool children_serve(std::uint32_t number) const;
   void make_node(std::uint32_t number, const Serves& serves);
   void add_seams(const NodeMesh& mesh, std::span<const OpenEdge> open);
@@ -91,6 +100,8 @@ class LevelMaker {
   Levels levels_;
   std::vector<Stored> stored_;
   std::vector<State> states_;
+  EdgeComponents components_;         ///< its parts are the leaves
+  std::vector<std::uint32_t> parts_;  ///< of each node that is a leaf
   std::mutex mutex_;
   std::vector<MeshEdge> seams_;  ///< edges between leaves
 };

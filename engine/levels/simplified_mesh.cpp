@@ -158,7 +158,7 @@ void make_pieces(const fs::path& mesh, const SimplifyOptions& options, const Sim
   of_levels.planned = [&](std::uint32_t nodes, const Box&) {
     if (events.planned) events.planned(nodes);
   };
-  of_levels.done = [&](std::uint32_t, const PointCloud&, const std::vector<Triangle>&) {
+  of_levels.done = [&](std::uint32_t, const PointCloud&, const NodeMesh&) {
     if (events.made) events.made();
   };
   // Positions decide; all else is read again at the end.
