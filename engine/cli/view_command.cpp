@@ -11,6 +11,7 @@
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <system_error>
@@ -65,12 +66,38 @@ struct ViewArguments {
 struct ShownMesh {
   TriangleMesh mesh;
   std::vector<std::string> facts;
+  std::vector<float> confidence;  ///< of each triangle's patch; empty: not known
 };
 
+/// Of every triangle; empty where the file has none.
+std::vector<float> confidence_in(const std::string& file) {
+  const auto stream = open_mesh_stream(file);
+  if (!stream->has_confidence()) return {};
+  constexpr std::size_t kBatch = std::size_t{1} << 16;
+  for (PointCloud batch; stream->read_vertices(batch, kBatch);) {
+  }
+  std::vector<float> confidence;
+  for (std::vector<Triangle64> batch; stream->read_triangles(batch, kBatch);)
+    for (const FacePatch& patch : stream->patches()) confidence.push_back(patch.confidence);
+  return confidence;
+}
+
 ShownMesh whole_mesh(const std::string& file) {
-  ShownMesh shown{read_mesh(file), {}};
+  ShownMesh shown{read_mesh(file), {}, confidence_in(file)};
   shown.facts = {show_mesh(mesh_facts(shown.mesh))};
   return shown;
+}
+
+/// Triangles of one patch come one after another.
+void take_faces(const NodeMesh& mesh, ShownMesh& shown) {
+  std::vector<std::uint32_t> order(mesh.triangles.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::ranges::stable_sort(order, {}, [&](std::uint32_t t) { return mesh.tags[t].hole; });
+  for (const std::uint32_t t : order) {
+    shown.mesh.triangles.push_back(mesh.triangles[t]);
+    shown.mesh.hole.push_back(mesh.tags[t].hole);
+    shown.confidence.push_back(mesh.tags[t].confidence);
+  }
 }
 
 /// The coarsest of its levels.
@@ -82,6 +109,7 @@ ShownMesh simplified_mesh(const ViewArguments& arguments, const Job& job, Progre
       std::clamp<std::uint64_t>(most_leaf_triangles(options.memory_bytes), 1, kMostShownTriangles);
   options.threads = job.run.threads > 0 ? job.run.threads : available_threads();
   options.directory = directory_of(arguments.page);
+  options.keeps_tags = true;
   const auto stream = open_mesh_stream(arguments.mesh);
   ShownMesh shown;
   LevelEvents events;
@@ -89,11 +117,12 @@ ShownMesh simplified_mesh(const ViewArguments& arguments, const Job& job, Progre
   events.done = [&](std::uint32_t node, const PointCloud& points, const NodeMesh& mesh) {
     if (node != 0) return;
     shown.mesh.vertices = points;
-    shown.mesh.triangles = mesh.triangles;
+    take_faces(mesh, shown);
   };
   progress.begin_stage("simplify", stream->faces(), "triangles");
   const Levels levels = make_levels(*stream, options, events, stop);
   progress.end_stage();
+  if (!stream->has_confidence()) shown.confidence.clear();
   shown.facts = {
       format_count(levels.vertices) + " vertices, " + format_count(levels.triangles) + " triangles",
       "shown: " + format_count(shown.mesh.triangles.size()) + " triangles, at most about " +
@@ -143,6 +172,7 @@ void write_page(const ViewArguments& arguments, const Job& job, const StopToken&
   const auto progress = make_progress(progress_style(arguments.keys));
   const ShownMesh shown = shown_mesh(arguments, job, *progress, stop);
   page.facts = shown.facts;
+  page.confidence = shown.confidence;
   UpAxis up = job.output.picture_up;
   if (up == UpAxis::kAuto)
     up = up_axis_of_scans(std::span(&arguments.mesh, 1), coordinate_system_beside(arguments.mesh));

@@ -65,7 +65,7 @@ LevelMaker::StoredMesh LevelMaker::stored_mesh(MeshStream& mesh, const PointSche
                                                const LevelOptions& options,
                                                const LevelEvents& events, const StopToken& stop) {
   level_workers(options);  // a budget that is too small is refused before the work
-  StoredMesh stored{std::make_unique<VertexTable>(options.directory, schema), nullptr, {}};
+  StoredMesh stored{std::make_unique<VertexTable>(options.directory, schema), nullptr, {}, 0};
   read_vertices(mesh, *stored.vertices, stop);
   const Box bounds = stored.vertices->bounds();
   const MortonFrame frame(root_cube(bounds.empty() ? Box{{}, {}} : bounds));
@@ -88,6 +88,7 @@ LevelMaker::StoredMesh LevelMaker::stored_mesh(MeshStream& mesh, const PointSche
   }
   stored.triangles = std::make_unique<SortedTriangles>(sorter.finish(stop));
   stored.holes = holes.largest();
+  stored.hole_count = holes.count();
   if (stored.triangles->size() == 0) throw_bad_input("the mesh has no triangle");
   return stored;
 }

@@ -42,6 +42,7 @@ class LevelMaker {
 
   /// The largest filled holes, where faces keep their tags.
   const std::vector<ListedHole>& holes() const { return mesh_.holes; }
+  std::uint64_t hole_count() const { return mesh_.hole_count; }  ///< of all that are filled
   /// Triangles of each component, the largest first, where faces keep their tags.
   const std::vector<std::uint64_t>& components() const { return components_.triangles(); }
 
@@ -76,6 +77,7 @@ class LevelMaker {
     std::unique_ptr<VertexTable> vertices;
     std::unique_ptr<SortedTriangles> triangles;
     std::vector<ListedHole> holes;
+    std::uint64_t hole_count = 0;
   };
   enum class State : std::uint8_t { kAbsent, kMade, kServes };
 

@@ -22,15 +22,19 @@ void keep_largest(std::vector<ListedHole>& holes) {
 void ListedHoles::add(const FacePatch& patch, const std::array<Vec3, 3>& corners) {
   if (patch.hole != current_.hole) {
     keep_current();
-    current_ = {patch.hole, patch.confidence, 0, {}};
+    current_ = {patch.hole, patch.confidence, 0, {}, {}};
   }
   if (patch.hole <= 0) return;
   current_.triangles += 1;
   for (const Vec3& corner : corners) current_.bounds.extend(corner);
+  current_.area = current_.area + 0.5 * cross(corners[1] - corners[0], corners[2] - corners[0]);
 }
 
 void ListedHoles::keep_current() {
-  if (current_.hole > 0) kept_.push_back(current_);
+  if (current_.hole > 0) {
+    kept_.push_back(current_);
+    ++count_;
+  }
   if (kept_.size() >= 2 * kListed) keep_largest(kept_);
 }
 

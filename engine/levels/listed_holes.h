@@ -15,6 +15,7 @@ struct ListedHole {
   float confidence = 1.0F;
   std::uint64_t triangles = 0;  ///< of the patch
   Box bounds;                   ///< of the patch
+  Vec3 area;                    ///< its triangles' areas, each along its normal, added up
 };
 
 /// Keeps a fixed number of holes, whatever the size of the mesh. The triangles of a patch come one
@@ -25,12 +26,15 @@ class ListedHoles {
   /// After the last triangle: the largest ones by the diagonals of their patches, then by their
   /// numbers.
   std::vector<ListedHole> largest();
+  /// Of all patches, after largest().
+  std::uint64_t count() const { return count_; }
 
  private:
   void keep_current();
 
   ListedHole current_;
   std::vector<ListedHole> kept_;
+  std::uint64_t count_ = 0;
 };
 
 }  // namespace orbweave

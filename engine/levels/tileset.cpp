@@ -76,9 +76,11 @@ TilesetFacts write_tileset(MeshStream& mesh, const fs::path& directory,
   const Levels& levels = maker.levels();
   const auto earth = earth_from_local(options.coordinate_system, origin);
   const Transform to_world = earth ? *earth : upright_transform(options.up_axis, origin);
-  write_text_file(target.temporary() / kTilesetName,
-                  tileset_text(levels, {maker.holes(), columns.has_confidence, maker.components()},
-                               origin, to_world));
+  write_text_file(
+      target.temporary() / kTilesetName,
+      tileset_text(levels,
+                   {maker.holes(), maker.hole_count(), columns.has_confidence, maker.components()},
+                   origin, to_world));
   for (const NamedText& file : options.beside)
     write_text_file(target.temporary() / file.name, file.text);
   TilesetFacts facts;

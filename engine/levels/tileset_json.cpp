@@ -79,6 +79,9 @@ Json hole_json(const ListedHole& hole, bool has_confidence, Vec3 origin) {
                {"triangles", hole.triangles},
                {"middle", {middle.x, middle.y, middle.z}},
                {"diagonal", hole.bounds.diagonal()}};
+  // A patch that faces nowhere as a whole is looked at from where one is.
+  if (const double area = norm(hole.area); area > 0.0)
+    json["normal"] = {hole.area.x / area, hole.area.y / area, hole.area.z / area};
   if (has_confidence) json["confidence"] = hole.confidence;
   return json;
 }
@@ -88,6 +91,7 @@ Json extras_of(const TaggedFaces& faces, Vec3 origin) {
   constexpr std::size_t kListed = 100;
   Json extras;
   if (!faces.holes.empty()) {
+    extras["filled_holes"] = faces.hole_count;
     extras["holes"] = Json::array();
     for (const ListedHole& hole : faces.holes)
       extras["holes"].push_back(hole_json(hole, faces.has_confidence, origin));

@@ -20,6 +20,7 @@ Transform upright_transform(int up_axis, Vec3 origin);
 /// What is said of the faces of the whole mesh.
 struct TaggedFaces {
   std::span<const ListedHole> holes;
+  std::uint64_t hole_count = 0;  ///< of all that are filled
   bool has_confidence = false;
   std::span<const std::uint64_t> components;  ///< triangles of each, the largest first
 };
