@@ -53,6 +53,22 @@ var orbweave = (function () {
     return s.map(function (x) { return Math.round(80 + 150 * x); });
   }
 
+  /// Open edges without those of vertices that are split: there, two run against each other. `first`:
+  /// the first vertex at the place of each.
+  function closedAtSplits(edges, first) {
+    var count = new Map(), keyOf = function (from, to) { return from * first.length + to; };
+    var more = function (key, by) { count.set(key, (count.get(key) || 0) + by); };
+    edges.forEach(function (edge) {
+      var from = first[edge[0]], to = first[edge[1]], against = keyOf(to, from);
+      if (count.get(against) > 0) more(against, -1); else more(keyOf(from, to), 1);
+    });
+    var left = [];
+    count.forEach(function (n, key) {
+      for (; n > 0; --n) left.push([Math.floor(key / first.length), key % first.length]);
+    });
+    return left;
+  }
+
   /// Edges of one triangle, as loops of vertices.
   function openLoops(part) {
     var corners = part.corners, vertices = part.local.length / 3, triangles = corners.length / 3;
@@ -63,21 +79,31 @@ var orbweave = (function () {
         keys[3 * t + k] = (a < b ? a * vertices + b : b * vertices + a) * 2 + (a < b ? 0 : 1);
       }
     keys.sort();
-    var next = new Map();
+    var open = [];
     for (var i = 0; i < keys.length;) {
       var edge = Math.floor(keys[i] / 2), end = i + 1;
       while (end < keys.length && Math.floor(keys[end] / 2) === edge) ++end;
       if (end === i + 1) {
         var low = Math.floor(edge / vertices), high = edge - low * vertices, turned = keys[i] - 2 * edge === 1;
         // Around a hole the other way than around its triangles.
-        next.set(turned ? low : high, turned ? high : low);
+        open.push(turned ? [low, high] : [high, low]);
       }
       i = end;
     }
-    var loops = [];
+    if (part.first) open = closedAtSplits(open, part.first);
+    var next = new Map(), loops = [];
+    open.forEach(function (edge) {
+      if (next.has(edge[0])) next.get(edge[0]).push(edge[1]); else next.set(edge[0], [edge[1]]);
+    });
     while (next.size > 0) {
       var first = next.keys().next().value, loop = [], at = first;
-      while (next.has(at)) { loop.push(at); var to = next.get(at); next.delete(at); at = to; }
+      // Where loops touch at a vertex, a walk goes on until it is back.
+      while (next.has(at)) {
+        loop.push(at);
+        var ends = next.get(at), then = ends.pop();
+        if (ends.length === 0) next.delete(at);
+        at = then;
+      }
       loops.push(loop);
     }
     return loops;

@@ -154,19 +154,19 @@
     }
 
     // -- holes
-    /// Vertices that the tile has several times, since their faces differ, are one.
+    /// With the first vertex at each place: a tile has vertices several times whose faces differ.
     function welded(part) {
-      var corners = part.corners;
+      var first = null;
       if (part.hole || part.component) {
-        var places = new Map(), first = new Uint32Array(part.local.length / 3);
+        var places = new Map();
+        first = new Uint32Array(part.local.length / 3);
         for (var v = 0; v < first.length; ++v) {
           var key = part.local.subarray(3 * v, 3 * v + 3).join();
           if (!places.has(key)) places.set(key, v);
           first[v] = places.get(key);
         }
-        corners = corners.map(function (corner) { return first[corner]; });
       }
-      return { local: part.local, corners: corners, origin: part.origin, patches: [] };
+      return { local: part.local, corners: part.corners, origin: part.origin, patches: [], first: first };
     }
     /// The largest, as the tileset lists them.
     function filledHoles() {
