@@ -191,14 +191,15 @@ constexpr std::uint64_t kMostColorBytes = 6;
 /// Positions, and what a tile has a place for.
 double tile_vertex_bytes(const PointSchema& schema) {
   const bool has_colors = schema.attributes.size() >= 3;
-  return 24.0 + (schema.has_normals ? 12.0 : 0.0) +
+  constexpr double kOfFaces = 3.0 * 4.0;  // hole, confidence, component
+  return 24.0 + kOfFaces + (schema.has_normals ? 12.0 : 0.0) +
          (has_colors ? static_cast<double>(kMostColorBytes) : 0.0);
 }
 
 LevelBytes level_bytes(const ResolvedJob& job, const CloudSize& cloud, const PointSchema& schema,
                        double mesh_bytes) {
-  constexpr double kSorted = 2.0 * 32.0;  // triangles; twice that while runs are merged
-  constexpr double kNodes = 34.0;         // nodes above the leaves
+  constexpr double kSorted = 2.0 * 40.0;  // triangles; twice that while runs are merged
+  constexpr double kNodes = 46.0;         // nodes above the leaves, with what faces carry
   constexpr double kAllLevels = 1.5;      // triangles of all levels, in those of the mesh
   const bool merges = static_cast<double>(cloud.points) * kSorted >
                       static_cast<double>(job.partition.memory_bytes) / 6.0;
