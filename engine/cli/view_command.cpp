@@ -69,21 +69,8 @@ struct ShownMesh {
   std::vector<float> confidence;  ///< of each triangle's patch; empty: not known
 };
 
-/// Of every triangle; empty where the file has none.
-std::vector<float> confidence_in(const std::string& file) {
-  const auto stream = open_mesh_stream(file);
-  if (!stream->has_confidence()) return {};
-  constexpr std::size_t kBatch = std::size_t{1} << 16;
-  for (PointCloud batch; stream->read_vertices(batch, kBatch);) {
-  }
-  std::vector<float> confidence;
-  for (std::vector<Triangle64> batch; stream->read_triangles(batch, kBatch);)
-    for (const FacePatch& patch : stream->patches()) confidence.push_back(patch.confidence);
-  return confidence;
-}
-
 ShownMesh whole_mesh(const std::string& file) {
-  ShownMesh shown{read_mesh(file), {}, confidence_in(file)};
+  ShownMesh shown{read_mesh(file), {}, face_confidence(file)};
   shown.facts = {show_mesh(mesh_facts(shown.mesh))};
   return shown;
 }

@@ -235,4 +235,16 @@ std::unique_ptr<MeshStream> open_mesh_stream(const std::filesystem::path& path) 
   return std::make_unique<HeldMesh>(read_mesh(path));
 }
 
+std::vector<float> face_confidence(const std::filesystem::path& path) {
+  constexpr std::size_t kBatch = std::size_t{1} << 16;
+  const auto stream = open_mesh_stream(path);
+  std::vector<float> confidence;
+  if (!stream->has_confidence()) return confidence;
+  for (PointCloud batch; stream->read_vertices(batch, kBatch);) {
+  }
+  for (std::vector<Triangle64> batch; stream->read_triangles(batch, kBatch);)
+    for (const FacePatch& patch : stream->patches()) confidence.push_back(patch.confidence);
+  return confidence;
+}
+
 }  // namespace orbweave

@@ -54,4 +54,7 @@ std::unique_ptr<MeshStream> ply_mesh_stream(ByteReader reader, Vec3 origin = {})
 /// without faces.
 std::unique_ptr<MeshStream> open_mesh_stream(const std::filesystem::path& path);
 
+/// The confidence of each triangle of a file; empty where its faces have none.
+std::vector<float> face_confidence(const std::filesystem::path& path);
+
 }  // namespace orbweave

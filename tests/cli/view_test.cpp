@@ -411,3 +411,33 @@ TEST_CASE("BrowserShowsPatchesConfidenceSectionsAndComponentsOfTiles", "[slow]")
   CHECK_THAT(page, Contains("confidence 1.00") && Contains("confidence 0.00"));
   CHECK_THAT(page, Contains("2 components") && !Contains("data-trouble"));
 }
+
+TEST_CASE("ReportOfASmallMeshHoldsItsViewer") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "sphere", "--points", "3000", "-o", "cloud.ply"}).status == 0);
+  const auto page_of = [&](const char* mesh, const char* report) {
+    REQUIRE(run_in(in, {"reconstruct", "cloud.ply", "-o", mesh, "--report", report}).status == 0);
+    return file_text(std::filesystem::path(in / report).replace_extension(".html"));
+  };
+  const std::string page = page_of("mesh.ply", "mesh.json");
+  REQUIRE(run_in(in, {"view", "mesh.ply", "-o", "view.html"}).status == 0);
+  const std::string view = file_text(in / "view.html");
+  const std::size_t data = view.find("<script id=\"data\"");
+  REQUIRE(data != std::string::npos);
+  // The same triangles as in the viewer's own page.
+  const std::string coded = view.substr(view.find('>', data) + 1, 4000);
+  CHECK_THAT(page, Contains("srcdoc=") && Contains(coded));
+  // What is not read back has no viewer.
+  CHECK_THAT(page_of("mesh.glb", "glb.json"), !Contains("srcdoc="));
+}
+
+TEST_CASE("BrowserDrawsTheViewerOfAReport", "[slow]") {
+  if (!has_browser()) return;
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "sphere", "--points", "3000", "-o", "cloud.ply"}).status == 0);
+  REQUIRE(
+      run_in(in, {"reconstruct", "cloud.ply", "-o", "mesh.ply", "--report", "mesh.json"}).status ==
+      0);
+  // The report's words around it are black on white.
+  CHECK(shown_colors(in, "file://" + (in / "mesh.html").string()).plain > 10'000);
+}
