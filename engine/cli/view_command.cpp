@@ -11,6 +11,7 @@
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <system_error>
@@ -65,12 +66,25 @@ struct ViewArguments {
 struct ShownMesh {
   TriangleMesh mesh;
   std::vector<std::string> facts;
+  std::vector<float> confidence;  ///< of each triangle's patch; empty: not known
 };
 
 ShownMesh whole_mesh(const std::string& file) {
-  ShownMesh shown{read_mesh(file), {}};
+  ShownMesh shown{read_mesh(file), {}, face_confidence(file)};
   shown.facts = {show_mesh(mesh_facts(shown.mesh))};
   return shown;
+}
+
+/// Triangles of one patch come one after another.
+void take_faces(const NodeMesh& mesh, ShownMesh& shown) {
+  std::vector<std::uint32_t> order(mesh.triangles.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::ranges::stable_sort(order, {}, [&](std::uint32_t t) { return mesh.tags[t].hole; });
+  for (const std::uint32_t t : order) {
+    shown.mesh.triangles.push_back(mesh.triangles[t]);
+    shown.mesh.hole.push_back(mesh.tags[t].hole);
+    shown.confidence.push_back(mesh.tags[t].confidence);
+  }
 }
 
 /// The coarsest of its levels.
@@ -82,19 +96,20 @@ ShownMesh simplified_mesh(const ViewArguments& arguments, const Job& job, Progre
       std::clamp<std::uint64_t>(most_leaf_triangles(options.memory_bytes), 1, kMostShownTriangles);
   options.threads = job.run.threads > 0 ? job.run.threads : available_threads();
   options.directory = directory_of(arguments.page);
+  options.keeps_tags = true;
   const auto stream = open_mesh_stream(arguments.mesh);
   ShownMesh shown;
   LevelEvents events;
   events.read = [&](std::uint64_t triangles) { progress.advance(triangles); };
-  events.done = [&](std::uint32_t node, const PointCloud& points,
-                    const std::vector<Triangle>& triangles) {
+  events.done = [&](std::uint32_t node, const PointCloud& points, const NodeMesh& mesh) {
     if (node != 0) return;
     shown.mesh.vertices = points;
-    shown.mesh.triangles = triangles;
+    take_faces(mesh, shown);
   };
   progress.begin_stage("simplify", stream->faces(), "triangles");
   const Levels levels = make_levels(*stream, options, events, stop);
   progress.end_stage();
+  if (!stream->has_confidence()) shown.confidence.clear();
   shown.facts = {
       format_count(levels.vertices) + " vertices, " + format_count(levels.triangles) + " triangles",
       "shown: " + format_count(shown.mesh.triangles.size()) + " triangles, at most about " +
@@ -144,6 +159,7 @@ void write_page(const ViewArguments& arguments, const Job& job, const StopToken&
   const auto progress = make_progress(progress_style(arguments.keys));
   const ShownMesh shown = shown_mesh(arguments, job, *progress, stop);
   page.facts = shown.facts;
+  page.confidence = shown.confidence;
   UpAxis up = job.output.picture_up;
   if (up == UpAxis::kAuto)
     up = up_axis_of_scans(std::span(&arguments.mesh, 1), coordinate_system_beside(arguments.mesh));

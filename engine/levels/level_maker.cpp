@@ -67,22 +67,35 @@ LevelMaker::StoredMesh LevelMaker::stored_mesh(MeshStream& mesh, const PointSche
                                                const LevelOptions& options,
                                                const LevelEvents& events, const StopToken& stop) {
   level_workers(options);  // a budget that is too small is refused before the work
-  StoredMesh stored{std::make_unique<VertexTable>(options.directory, schema), nullptr};
+  StoredMesh stored;
+  stored.vertices = std::make_unique<VertexTable>(options.directory, schema);
   read_vertices(mesh, *stored.vertices, stop);
   const Box bounds = stored.vertices->bounds();
   const MortonFrame frame(root_cube(bounds.empty() ? Box{{}, {}} : bounds));
   constexpr std::uint64_t kShareOfRun = 6;  // the sort has its vector twice while that grows
   TriangleSorter sorter(options.directory, options.memory_bytes / kShareOfRun);
   RunningChecksum checksum;
+  ListedHoles holes;
   for (std::vector<Triangle64> batch; mesh.read_triangles(batch, kBatch);) {
     stop.check();
     checksum.add(batch.data(), batch.size() * sizeof(Triangle64));
     const CornerPositions corners(*stored.vertices, batch);
-    for (const Triangle64& t : batch) sorter.add({code_of(t, corners, frame), t});
+    const std::span<const FacePatch> patches =
+        options.keeps_tags ? mesh.patches() : std::span<const FacePatch>();
+    checksum.add(patches.data(), patches.size_bytes());
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      const Triangle64& t = batch[i];
+      const FacePatch patch = patches.empty() ? FacePatch{} : patches[i];
+      sorter.add({code_of(t, corners, frame), t, patch});
+      if (!patches.empty())
+        holes.add(patch, {corners.of(t[0]), corners.of(t[1]), corners.of(t[2])});
+    }
     if (events.read) events.read(batch.size());
   }
   stored.triangles = std::make_unique<SortedTriangles>(sorter.finish(stop));
   stored.checksum = checksum.value();
+  stored.holes = holes.largest();
+  stored.hole_count = holes.count();
   if (stored.triangles->size() == 0) throw_bad_input("the mesh has no triangle");
   return stored;
 }
@@ -102,6 +115,7 @@ LevelMaker::LevelMaker(MeshStream& mesh, const PointSchema& schema, const LevelO
   levels_.vertices = mesh_.vertices->size();
   states_.resize(levels_.nodes.size(), State::kAbsent);
   begin_nodes();
+  if (options.keeps_tags) find_components();
 }
 
 /// What is in the key decides the octree and every node. The content of the mesh stands for all
@@ -112,6 +126,7 @@ void LevelMaker::begin_nodes() {
   plan.key = std::string("layout of levels = ") + kLayout +
              "\nleaf triangles = " + std::to_string(options_.leaf_triangles) +
              "\nbytes of a vertex = " + std::to_string(row_bytes_) +
+             "\nfaces have tags = " + (options_.keeps_tags ? "yes" : "no") +
              "\nvertices = " + std::to_string(levels_.vertices) + ", " +
              hex_digits(mesh_.vertices->checksum()) +
              "\ntriangles = " + std::to_string(levels_.triangles) + ", " +
@@ -119,6 +134,21 @@ void LevelMaker::begin_nodes() {
   plan.nodes = static_cast<std::uint32_t>(levels_.nodes.size());
   plan.row_bytes = row_bytes_;
   nodes_->begin(plan);
+}
+
+/// Components are those of the mesh, so all leaves are looked at before the first tile.
+void LevelMaker::find_components() {
+  parts_.resize(levels_.nodes.size());
+  std::uint32_t parts = 0;
+  for (std::uint32_t number = 0; number < levels_.nodes.size(); ++number) {
+    const LevelNode& node = levels_.nodes[number];
+    if (!node.is_leaf()) continue;
+    stop_.check();
+    const NodeMesh mesh = bare_leaf(mesh_.triangles->read(node.first, node.triangles));
+    components_.add(mesh.triangles, [&](std::uint32_t vertex) { return mesh.vertices[vertex]; });
+    parts_[number] = parts++;
+  }
+  components_.finish();
 }
 
 void LevelMaker::on_threads(std::size_t count, const std::function<void(std::size_t)>& work) const {
@@ -168,7 +198,7 @@ void LevelMaker::make_node(std::uint32_t number, const Serves& serves) {
   }
   states_[number] =
       node.is_leaf() || serves(node, levels_.facts[number]) ? State::kServes : State::kMade;
-  if (events_.done) events_.done(number, points(mesh), mesh.triangles);
+  if (events_.done) events_.done(number, points(mesh), mesh);
 }
 
 NodeMesh LevelMaker::made_node(std::uint32_t number) {
@@ -232,7 +262,13 @@ std::vector<std::uint32_t> LevelMaker::border_vertices(const NodeMesh& mesh) con
 
 NodeMesh LevelMaker::leaf(std::uint32_t number) const {
   const LevelNode& node = levels_.nodes[number];
-  return leaf_mesh(*mesh_.vertices, mesh_.triangles->read(node.first, node.triangles));
+  NodeMesh mesh = leaf_mesh(*mesh_.vertices, mesh_.triangles->read(node.first, node.triangles));
+  if (!options_.keeps_tags) mesh.tags.clear();
+  if (components().size() > 1) {
+    const std::vector<std::uint32_t> ranks = components_.ranks(parts_[number], mesh.triangles);
+    for (std::size_t t = 0; t < ranks.size(); ++t) mesh.tags[t].component = ranks[t];
+  }
+  return mesh;
 }
 
 NodeMesh LevelMaker::node(std::uint32_t number) const {
@@ -263,7 +299,11 @@ NodeMesh LevelMaker::simplified(std::uint32_t number) {
       simplify_between(positions(merged), merged.triangles, locked, {.triangles = target});
   facts.error += simpler.error;
   facts.is_sound = facts.is_sound && simpler.is_sound;
-  return used_part(merged, std::move(simpler.triangles), row_bytes_);
+  std::vector<FaceTag> tags =
+      simplified_tags(positions(merged), merged.triangles, merged.tags, simpler.triangles);
+  NodeMesh mesh = used_part(merged, std::move(simpler.triangles), row_bytes_);
+  mesh.tags = std::move(tags);
+  return mesh;
 }
 
 Levels make_levels(MeshStream& mesh, const LevelOptions& options, const LevelEvents& events,

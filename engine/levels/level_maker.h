@@ -8,7 +8,9 @@
 #include <span>
 #include <vector>
 
+#include "engine/geometry/edge_components.h"
 #include "engine/levels/levels.h"
+#include "engine/levels/listed_holes.h"
 #include "engine/levels/node_mesh.h"
 #include "engine/levels/node_store.h"
 #include "engine/levels/sorted_triangles.h"
@@ -40,6 +42,12 @@ class LevelMaker {
   const Levels& levels() const { return levels_; }
   const Box& bounds() const { return mesh_.vertices->bounds(); }  ///< of all vertices
 
+  /// The largest filled holes, where faces keep their tags.
+  const std::vector<ListedHole>& holes() const { return mesh_.holes; }
+  std::uint64_t hole_count() const { return mesh_.hole_count; }  ///< of all that are filled
+  /// Triangles of each component, the largest first, where faces keep their tags.
+  const std::vector<std::uint64_t>& components() const { return components_.triangles(); }
+
   /// Of the files without a name, as they are now.
   std::uint64_t disk_bytes() const {
     return mesh_.vertices->disk_bytes() + mesh_.triangles->disk_bytes() + nodes_->unnamed_bytes();
@@ -66,6 +74,8 @@ class LevelMaker {
     std::unique_ptr<VertexTable> vertices;
     std::unique_ptr<SortedTriangles> triangles;
     std::uint64_t checksum = 0;  ///< of the triangles as they were read
+    std::vector<ListedHole> holes;
+    std::uint64_t hole_count = 0;
   };
   enum class State : std::uint8_t { kAbsent, kMade, kServes };
 
@@ -73,6 +83,7 @@ class LevelMaker {
                                 const LevelOptions& options, const LevelEvents& events,
                                 const StopToken& stop);
   void begin_nodes();
+  void find_components();
   bool children_serve(std::uint32_t number) const;
   void make_node(std::uint32_t number, const Serves& serves);
   NodeMesh made_node(std::uint32_t number);
@@ -91,6 +102,8 @@ class LevelMaker {
   std::size_t row_bytes_;
   Levels levels_;
   std::vector<State> states_;
+  EdgeComponents components_;         ///< its parts are the leaves
+  std::vector<std::uint32_t> parts_;  ///< of each node that is a leaf
   std::mutex mutex_;
   std::vector<MeshEdge> seams_;  ///< edges between leaves
 };

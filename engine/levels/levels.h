@@ -29,6 +29,7 @@ struct LevelOptions {
   int threads = 1;
   std::filesystem::path directory;  ///< for temporary files without a name
   NodeStore* nodes = nullptr;       ///< where simplified nodes lie; null: in such a file
+  bool keeps_tags = false;          ///< faces keep the holes that they fill and their components
 };
 
 /// What is known of a node when it is done.
@@ -46,9 +47,8 @@ struct LevelFacts {
 
 /// What happens on the way. Calls come from several threads.
 struct LevelEvents {
-  /// A node's mesh is done. `schema`: of the points (normals, colours).
-  std::function<void(std::uint32_t node, const PointCloud& points, const std::vector<Triangle>&)>
-      done;
+  /// A node's mesh is done. `points`: its vertices with normals and colours.
+  std::function<void(std::uint32_t node, const PointCloud& points, const NodeMesh& mesh)> done;
   std::function<void(std::uint64_t triangles)> read;  ///< were read since the last call
   /// How many nodes there will be, and the bounds of all vertices.
   std::function<void(std::uint32_t nodes, const Box& bounds)> planned;

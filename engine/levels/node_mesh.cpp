@@ -30,18 +30,26 @@ std::size_t put_values(std::span<const T> values, std::vector<std::byte>& bytes,
 
 }  // namespace
 
-NodeMesh leaf_mesh(const VertexTable& table, std::span<const CodedTriangle> triangles) {
+NodeMesh bare_leaf(std::span<const CodedTriangle> triangles) {
   NodeMesh mesh;
   mesh.vertices.reserve(3 * triangles.size());
   for (const CodedTriangle& t : triangles)
     mesh.vertices.insert(mesh.vertices.end(), t.corners.begin(), t.corners.end());
   sort_and_keep_each_once(mesh.vertices);
-  mesh.rows = table.rows(mesh.vertices);
   mesh.triangles.reserve(triangles.size());
-  for (const CodedTriangle& t : triangles)
+  mesh.tags.reserve(triangles.size());
+  for (const CodedTriangle& t : triangles) {
+    mesh.tags.push_back({t.patch.hole, t.patch.confidence, 0});
     mesh.triangles.push_back({place_of(mesh.vertices, t.corners[0]),
                               place_of(mesh.vertices, t.corners[1]),
                               place_of(mesh.vertices, t.corners[2])});
+  }
+  return mesh;
+}
+
+NodeMesh leaf_mesh(const VertexTable& table, std::span<const CodedTriangle> triangles) {
+  NodeMesh mesh = bare_leaf(triangles);
+  mesh.rows = table.rows(mesh.vertices);
   return mesh;
 }
 
@@ -66,6 +74,7 @@ NodeMesh merged_mesh(std::span<const NodeMesh> parts, std::size_t row_bytes) {
     }
     for (const Triangle& t : part.triangles)
       mesh.triangles.push_back({places[t[0]], places[t[1]], places[t[2]]});
+    mesh.tags.insert(mesh.tags.end(), part.tags.begin(), part.tags.end());
   }
   return mesh;
 }
@@ -98,12 +107,15 @@ std::vector<Vec3> positions_of(const NodeMesh& mesh, std::size_t row_bytes) {
 }
 
 std::vector<std::byte> packed(const NodeMesh& mesh) {
-  const std::array<std::uint64_t, 2> counts = {mesh.vertices.size(), mesh.triangles.size()};
+  const std::array<std::uint64_t, 3> counts = {mesh.vertices.size(), mesh.triangles.size(),
+                                               mesh.tags.size()};
   std::vector<std::byte> bytes(sizeof counts + mesh.vertices.size() * sizeof(std::uint64_t) +
-                               mesh.rows.size() + mesh.triangles.size() * sizeof(Triangle));
+                               mesh.rows.size() + mesh.triangles.size() * sizeof(Triangle) +
+                               mesh.tags.size() * sizeof(FaceTag));
   std::size_t at = put_values(std::span<const std::uint64_t>(counts), bytes, 0);
   at = put_values(std::span<const std::uint64_t>(mesh.vertices), bytes, at);
   at = put_values(std::span<const Triangle>(mesh.triangles), bytes, at);
+  at = put_values(std::span<const FaceTag>(mesh.tags), bytes, at);
   put_values(std::span<const std::byte>(mesh.rows), bytes, at);
   return bytes;
 }
@@ -117,10 +129,11 @@ NodeMesh unpacked(std::span<const std::byte> bytes, std::size_t row_bytes) {
     bytes = bytes.subspan(size);
   };
   std::vector<std::uint64_t> counts;
-  take(counts, 2);
+  take(counts, 3);
   NodeMesh mesh;
   take(mesh.vertices, counts[0]);
   take(mesh.triangles, counts[1]);
+  take(mesh.tags, counts[2]);
   take(mesh.rows, counts[0] * row_bytes);
   return mesh;
 }

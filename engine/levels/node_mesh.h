@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/levels/face_tags.h"
 #include "engine/levels/sorted_triangles.h"
 #include "engine/levels/vertex_table.h"
 #include "io/triangle_mesh.h"
@@ -19,16 +20,19 @@ struct NodeMesh {
   std::vector<std::uint64_t> vertices;  ///< numbers in the whole mesh, ascending
   std::vector<std::byte> rows;          ///< one of each vertex
   std::vector<Triangle> triangles;      ///< of places in `vertices`
+  std::vector<FaceTag> tags;            ///< of each triangle; empty: none is kept
 };
 
-/// The mesh of a leaf: all triangles of its cell. Throws Error (bad input) where a corner is not
-/// finite.
+/// The mesh of a leaf without rows of vertices: all triangles of its cell. Tags have no component.
+NodeMesh bare_leaf(std::span<const CodedTriangle> triangles);
+
+/// The mesh of a leaf. Throws Error (bad input) where a corner is not finite.
 NodeMesh leaf_mesh(const VertexTable& table, std::span<const CodedTriangle> triangles);
 
 /// Meshes of children put together over the vertices that they share, one after another.
 NodeMesh merged_mesh(std::span<const NodeMesh> parts, std::size_t row_bytes);
 
-/// The vertices that triangles use, and the triangles over these.
+/// The vertices that triangles use, and the triangles over these, without tags.
 NodeMesh used_part(const NodeMesh& mesh, std::vector<Triangle> triangles, std::size_t row_bytes);
 
 /// Positions of all vertices.

@@ -159,9 +159,7 @@ void make_pieces(const fs::path& mesh, const SimplifyOptions& options, const Sim
     if (events.planned) events.planned(nodes);
   };
   if (events.made)
-    of_levels.done = [&](std::uint32_t, const PointCloud&, const std::vector<Triangle>&) {
-      events.made();
-    };
+    of_levels.done = [&](std::uint32_t, const PointCloud&, const NodeMesh&) { events.made(); };
   // Positions decide; all else is read again at the end.
   LevelMaker maker(*open_mesh_stream(mesh), PointSchema{}, options.levels, of_levels, stop);
   const auto note_work = [&] {

@@ -8,16 +8,18 @@
 #include <span>
 #include <vector>
 
+#include "io/meshes/mesh_stream.h"
 #include "io/stop_token.h"
 #include "io/system/spool_file.h"
 #include "io/triangle_mesh.h"
 
 namespace orbweave {
 
-/// A triangle and the Morton code of the cell that its centroid lies in.
+/// A triangle, the Morton code of the cell that its centroid lies in, and the hole that it fills.
 struct CodedTriangle {
   std::uint64_t code = 0;
   Triangle64 corners{};
+  FacePatch patch{};
   friend auto operator<=>(const CodedTriangle&, const CodedTriangle&) = default;
 };
 

@@ -5,6 +5,7 @@
 
 #include "engine/levels/level_distances.h"
 #include "engine/levels/level_maker.h"
+#include "engine/levels/tile_mesh.h"
 #include "engine/levels/tileset_index.h"
 #include "engine/levels/tileset_json.h"
 #include "io/meshes/mesh_writer.h"
@@ -18,13 +19,12 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Tiles lie where viewers turn y to z, about the tileset's origin.
-void write_tile(const fs::path& file, const PointCloud& points,
-                const std::vector<Triangle>& triangles, Vec3 tileset_origin) {
-  TriangleMesh mesh;
-  mesh.vertices = points;
-  mesh.triangles = triangles;
+void write_tile(const fs::path& file, const PointCloud& points, const NodeMesh& node,
+                const TileColumns& columns, Vec3 tileset_origin) {
+  const TriangleMesh mesh = tile_mesh(points, node, columns);
   MeshWriterOptions options;
   options.origin = points.bounds().center();
+  options.glb_attributes = tile_attributes(node, columns);
   options.node_offset = -tileset_origin;
   options.up_axis = 2;
   write_mesh(file, mesh, options);
@@ -63,17 +63,24 @@ TilesetFacts write_tileset(MeshStream& mesh, const fs::path& directory,
     origin = bounds.center();
     if (events.planned) events.planned(tiles);
   };
-  of_levels.done = [&](std::uint32_t node, const PointCloud& points,
-                       const std::vector<Triangle>& triangles) {
-    write_tile(target.temporary() / tile_file(node), points, triangles, origin);
+  TileColumns columns;
+  of_levels.done = [&](std::uint32_t node, const PointCloud& points, const NodeMesh& made) {
+    write_tile(target.temporary() / tile_file(node), points, made, columns, origin);
     if (events.written) events.written();
   };
-  LevelMaker maker(mesh, mesh.schema(), options.levels, of_levels, stop);
+  LevelOptions with_tags = options.levels;
+  with_tags.keeps_tags = true;
+  LevelMaker maker(mesh, mesh.schema(), with_tags, of_levels, stop);
+  columns = {!maker.holes().empty(), mesh.has_confidence(), maker.components().size() > 1};
   maker.make();
   const Levels& levels = maker.levels();
   const auto earth = earth_from_local(options.coordinate_system, origin);
   const Transform to_world = earth ? *earth : upright_transform(options.up_axis, origin);
-  write_text_file(target.temporary() / kTilesetName, tileset_text(levels, origin, to_world));
+  write_text_file(
+      target.temporary() / kTilesetName,
+      tileset_text(levels,
+                   {maker.holes(), maker.hole_count(), columns.has_confidence, maker.components()},
+                   origin, to_world));
   for (const NamedText& file : options.beside)
     write_text_file(target.temporary() / file.name, file.text);
   TilesetFacts facts;

@@ -72,6 +72,39 @@ class TileWriter {
   Vec3 origin_;
 };
 
+/// Coordinates about the origin.
+Json hole_json(const ListedHole& hole, bool has_confidence, Vec3 origin) {
+  const Vec3 middle = hole.bounds.center() - origin;
+  Json json = {{"hole", hole.hole},
+               {"triangles", hole.triangles},
+               {"middle", {middle.x, middle.y, middle.z}},
+               {"diagonal", hole.bounds.diagonal()}};
+  // A patch that faces nowhere as a whole is looked at from where one is.
+  if (const double area = norm(hole.area); area > 0.0)
+    json["normal"] = {hole.area.x / area, hole.area.y / area, hole.area.z / area};
+  if (has_confidence) json["confidence"] = hole.confidence;
+  return json;
+}
+
+/// Of a mesh with one component and without patches nothing is said.
+Json extras_of(const TaggedFaces& faces, Vec3 origin) {
+  constexpr std::size_t kListed = 100;
+  Json extras;
+  if (!faces.holes.empty()) {
+    extras["filled_holes"] = faces.hole_count;
+    extras["holes"] = Json::array();
+    for (const ListedHole& hole : faces.holes)
+      extras["holes"].push_back(hole_json(hole, faces.has_confidence, origin));
+  }
+  if (faces.components.size() > 1) {
+    const std::size_t listed = std::min(faces.components.size(), kListed);
+    extras["components"] = faces.components.size();
+    extras["component_triangles"] = std::vector<std::uint64_t>(
+        faces.components.begin(), faces.components.begin() + static_cast<std::ptrdiff_t>(listed));
+  }
+  return extras;
+}
+
 }  // namespace
 
 std::string tile_file(std::uint32_t node) {
@@ -96,14 +129,17 @@ Transform upright_transform(int up_axis, Vec3 origin) {
   return transform;
 }
 
-std::string tileset_text(const Levels& levels, Vec3 origin, const Transform& to_world) {
+std::string tileset_text(const Levels& levels, const TaggedFaces& faces, Vec3 origin,
+                         const Transform& to_world) {
   Box all;
   Json root = TileWriter(levels, origin).tile(0, all);
   root["transform"] = to_world;
   // Without any tile drawn, the whole mesh is missing.
-  const Json document = {{"asset", {{"version", "1.1"}, {"generator", "orbweave"}}},
-                         {"geometricError", std::max(all.diagonal(), levels.facts[0].error)},
-                         {"root", std::move(root)}};
+  Json document = {{"asset", {{"version", "1.1"}, {"generator", "orbweave"}}},
+                   {"geometricError", std::max(all.diagonal(), levels.facts[0].error)},
+                   {"root", std::move(root)}};
+  const Json extras = extras_of(faces, origin);
+  if (!extras.empty()) document["extras"] = extras;
   return json_dump(document, 1) + "\n";
 }
 

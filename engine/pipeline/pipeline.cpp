@@ -16,6 +16,7 @@
 #include "engine/pipeline/output/output_files.h"
 #include "engine/pipeline/output/picture_stage.h"
 #include "engine/pipeline/output/power_crust_files.h"
+#include "engine/pipeline/output/report_viewer.h"
 #include "engine/pipeline/output/simplify_stage.h"
 #include "engine/pipeline/output/tile_export.h"
 #include "engine/pipeline/output/tileset_stage.h"
@@ -452,9 +453,11 @@ RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Pr
   if (!communicator.is_root()) return report_of_job(job, command, communicator.size());
   const ResourceFacts measured = measured_resources(*store, begin);
   clear_older_outputs(runner, !results.partition.coordinate_system.empty());
+  const std::string coordinate_system = results.partition.coordinate_system;
   RunReport report = report_of(runner, command, std::move(results), measured);
   release_freed_memory();  // the text of many holes is as large as what is known of them
-  if (!job.output.report.empty()) write_report(job.output.report, report);
+  if (!job.output.report.empty())
+    write_report(job.output.report, report, report_viewer(job, coordinate_system));
   if (watch != nullptr && watch->at_outputs_written) watch->at_outputs_written();
   end_job(runner);
   return report;

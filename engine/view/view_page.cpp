@@ -59,13 +59,16 @@ std::vector<std::byte> page_data(const TriangleMesh& mesh, const Box& bounds, do
   return bytes;
 }
 
-/// First triangle, how many, hole.
-Json patch_runs(std::span<const std::int32_t> hole) {
+/// First triangle, how many, hole and, where it is known, confidence.
+Json patch_runs(std::span<const std::int32_t> hole, std::span<const float> confidence) {
   Json runs = Json::array();
   for (std::size_t first = 0; first < hole.size();) {
     std::size_t end = first + 1;
     while (end < hole.size() && hole[end] == hole[first]) ++end;
-    if (hole[first] > 0) runs.push_back({first, end - first, hole[first]});
+    if (hole[first] > 0) {
+      runs.push_back({first, end - first, hole[first]});
+      if (!confidence.empty()) runs.back().push_back(confidence[first]);
+    }
     first = end;
   }
   return runs;
@@ -113,7 +116,7 @@ std::string view_page(const TriangleMesh& mesh, const ViewPage& page) {
                {"step", step},
                {"up", page.up_axis},
                {"colors", VertexColors(mesh.vertices.schema).all_are_there()},
-               {"patches", patch_runs(mesh.hole)},
+               {"patches", patch_runs(mesh.hole, page.confidence)},
                {"facts", page.facts}};
   if (!page.report.empty()) meta["report"] = Json::parse(page.report);
   return page_of(meta, "<script id=\"data\" type=\"text/plain\">" +

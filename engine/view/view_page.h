@@ -21,6 +21,7 @@ struct ViewPage {
   std::vector<std::string> facts;  ///< lines about it
   int up_axis = 2;                 ///< that is upright; 0: x, 1: y, 2: z
   std::string report;              ///< a report in JSON; empty: none
+  std::vector<float> confidence;   ///< of each triangle's patch; empty: not known
 };
 
 /// Bytes of a page, within some thousand.

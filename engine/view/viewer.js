@@ -39,9 +39,34 @@ var orbweave = (function () {
     return normals;
   }
 
+  /// Of patches, by how sure they are where that is asked for: from orange (0) to blue (1).
+  function patchColor(mode, confidence) {
+    var sure = [0.5, 0.66, 0.89], unsure = [0.93, 0.55, 0.2];
+    if (mode === 'patches') return sure;
+    return mode === 'confidence' ? add(unsure, sub(sure, unsure), confidence) : null;
+  }
+  /// The colour modes of patches, with their words.
+  var patchModes = [['patches', 'patches in blue'], ['confidence', 'confidence of patches, orange to blue']];
+
   function hue(i) {
     var h = (0.55 + i * 0.61803398875) % 1 * 6, f = h - Math.floor(h), s = [[1, f, 0], [1 - f, 1, 0], [0, 1, f], [0, 1 - f, 1], [f, 0, 1], [1, 0, 1 - f]][Math.floor(h)];
     return s.map(function (x) { return Math.round(80 + 150 * x); });
+  }
+
+  /// Open edges without those of vertices that are split: there, two run against each other. `first`:
+  /// the first vertex at the place of each.
+  function closedAtSplits(edges, first) {
+    var count = new Map(), keyOf = function (from, to) { return from * first.length + to; };
+    var more = function (key, by) { count.set(key, (count.get(key) || 0) + by); };
+    edges.forEach(function (edge) {
+      var from = first[edge[0]], to = first[edge[1]], against = keyOf(to, from);
+      if (count.get(against) > 0) more(against, -1); else more(keyOf(from, to), 1);
+    });
+    var left = [];
+    count.forEach(function (n, key) {
+      for (; n > 0; --n) left.push([Math.floor(key / first.length), key % first.length]);
+    });
+    return left;
   }
 
   /// Edges of one triangle, as loops of vertices.
@@ -54,21 +79,31 @@ var orbweave = (function () {
         keys[3 * t + k] = (a < b ? a * vertices + b : b * vertices + a) * 2 + (a < b ? 0 : 1);
       }
     keys.sort();
-    var next = new Map();
+    var open = [];
     for (var i = 0; i < keys.length;) {
       var edge = Math.floor(keys[i] / 2), end = i + 1;
       while (end < keys.length && Math.floor(keys[end] / 2) === edge) ++end;
       if (end === i + 1) {
         var low = Math.floor(edge / vertices), high = edge - low * vertices, turned = keys[i] - 2 * edge === 1;
         // Around a hole the other way than around its triangles.
-        next.set(turned ? low : high, turned ? high : low);
+        open.push(turned ? [low, high] : [high, low]);
       }
       i = end;
     }
-    var loops = [];
+    if (part.first) open = closedAtSplits(open, part.first);
+    var next = new Map(), loops = [];
+    open.forEach(function (edge) {
+      if (next.has(edge[0])) next.get(edge[0]).push(edge[1]); else next.set(edge[0], [edge[1]]);
+    });
     while (next.size > 0) {
       var first = next.keys().next().value, loop = [], at = first;
-      while (next.has(at)) { loop.push(at); var to = next.get(at); next.delete(at); at = to; }
+      // Where loops touch at a vertex, a walk goes on until it is back.
+      while (next.has(at)) {
+        loop.push(at);
+        var ends = next.get(at), then = ends.pop();
+        if (ends.length === 0) next.delete(at);
+        at = then;
+      }
       loops.push(loop);
     }
     return loops;
@@ -177,11 +212,12 @@ var orbweave = (function () {
       gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, part.gl.triangles);
       gl.uniform3fv(uniform.how, [byId('smooth').checked ? 1 : 0, byId('backs').checked ? 1 : 0, 0]);
       gl.enable(gl.POLYGON_OFFSET_FILL); gl.polygonOffset(1, 1);
-      var plain = scene.plain(part, mode).concat([part.gl.painted ? 0 : 1]), patch = mode === 'patches' ? [0.5, 0.66, 0.89, 1] : plain;
+      var plain = scene.plain(part, mode).concat([part.gl.painted ? 0 : 1]);
       var from = 0;
       part.patches.concat([[part.corners.length / 3, 0, 0]]).forEach(function (run) {
         gl.uniform4fv(uniform.plain, plain); gl.drawElements(gl.TRIANGLES, 3 * (run[0] - from), gl.UNSIGNED_INT, 12 * from);
-        if (run[1] > 0) { gl.uniform4fv(uniform.plain, patch); gl.drawElements(gl.TRIANGLES, 3 * run[1], gl.UNSIGNED_INT, 12 * run[0]); }
+        var patch = patchColor(mode, run.length > 3 ? run[3] : 1);
+        if (run[1] > 0) { gl.uniform4fv(uniform.plain, patch ? patch.concat([1]) : plain); gl.drawElements(gl.TRIANGLES, 3 * run[1], gl.UNSIGNED_INT, 12 * run[0]); }
         from = run[0] + run[1];
       });
       gl.disable(gl.POLYGON_OFFSET_FILL);
@@ -265,13 +301,21 @@ var orbweave = (function () {
       return best;
     }
 
-    function fly(target, distance) {
-      var begin = null, t0 = camera.target, d0 = camera.distance;
+    /// `facing`: the direction to look from, or null: the one there is.
+    function fly(target, distance, facing) {
+      var begin = null, t0 = camera.target, d0 = camera.distance, a0 = camera.azimuth, e0 = camera.elevation, turn = 0, rise = 0;
+      if (facing && Math.hypot(facing[0], facing[1], facing[2]) > 0) {
+        var n = unit(facing);
+        rise = Math.max(-1.5, Math.min(1.5, Math.asin(Math.max(-1, Math.min(1, dot(n, frame[2])))))) - e0;
+        turn = Math.atan2(dot(n, frame[0]), dot(n, frame[1])) - a0;
+        turn -= 2 * Math.PI * Math.round(turn / (2 * Math.PI));
+      }
       var step = function (now) {
         if (begin === null) begin = now;
         var s = Math.min(1, (now - begin) / 400);
         s = s * s * (3 - 2 * s);
         camera.target = add(t0, sub(target, t0), s); camera.distance = d0 + (distance - d0) * s;
+        camera.azimuth = a0 + turn * s; camera.elevation = e0 + rise * s;
         redraw();
         if (s < 1) requestAnimationFrame(step);
       };
@@ -348,6 +392,15 @@ var orbweave = (function () {
       fly(home.target, home.distance);
     });
     window.addEventListener('resize', redraw);
+    /// Of the address: "#colors=patches&axis=2&cut=400&cull=1&hole=1" sets the panel's fields and
+    /// flies to that hole of the list. A colour that is not there yet may come with the first tile.
+    var linked = new URLSearchParams(location.hash.slice(1));
+    function applyLink() {
+      ['colors', 'axis', 'cut'].forEach(function (id) { if (linked.has(id)) byId(id).value = linked.get(id); });
+      ['wire', 'smooth', 'backs', 'cull', 'flip'].forEach(function (id) { if (linked.has(id)) byId(id).checked = linked.get(id) !== '0'; });
+      if (byId('colors').selectedIndex < 0) byId('colors').selectedIndex = 0;
+    }
+    applyLink();
     function showReport(report) {
       var details = document.createElement('details'), pre = document.createElement('pre'), title = document.createElement('summary');
       title.textContent = 'Report'; pre.textContent = JSON.stringify(report, null, 1);
@@ -359,35 +412,52 @@ var orbweave = (function () {
       points.forEach(function (v) { var p = vertex(part, v); for (var a = 0; a < 3; ++a) { low[a] = Math.min(low[a], p[a]); high[a] = Math.max(high[a], p[a]); } });
       return { middle: add(add([0, 0, 0], low, 0.5), high, 0.5), size: Math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]) };
     }
-    /// Those of one part; `of`: words after their number, where it is not the mesh itself.
-    function listHoles(part, of) {
+    /// Words of a hole that is filled; `confidence`: undefined where it is not known.
+    function filledWords(hole, triangles, confidence) {
+      return 'filled, hole ' + hole + ', ' + triangles + ' triangles' + (confidence === undefined ? '' : ', confidence ' + confidence.toFixed(2));
+    }
+    /// Those of one part, and `filled` ones ({ text, at }); `of`: words after the number of open
+    /// ones, where the part is not the mesh itself; `filledCount`: where not all are in the list.
+    function listHoles(part, of, filled, filledCount) {
       var entries = openLoops(part).map(function (loop) {
         var at = place(part, loop);
-        return { text: 'open, ' + loop.length + ' edges', at: at, loop: loop };
+        var first = vertex(part, loop[0]), normal = [0, 0, 0];
+        for (var i = 1; i + 1 < loop.length; ++i)
+          normal = add(normal, cross(sub(vertex(part, loop[i]), first), sub(vertex(part, loop[i + 1]), first)), 1);
+        return { text: 'open, ' + loop.length + ' edges', at: at, normal: normal, loop: loop };
       });
       part.patches.forEach(function (run) {
-        var used = new Set();
-        for (var i = 3 * run[0]; i < 3 * (run[0] + run[1]); ++i) used.add(part.corners[i]);
-        entries.push({ text: 'filled, hole ' + run[2] + ', ' + run[1] + ' triangles', at: place(part, Array.from(used)), loop: null });
+        var used = new Set(), normal = [0, 0, 0];
+        for (var i = 3 * run[0]; i < 3 * (run[0] + run[1]); i += 3) {
+          var corners = [0, 1, 2].map(function (k) { used.add(part.corners[i + k]); return vertex(part, part.corners[i + k]); });
+          normal = add(normal, cross(sub(corners[1], corners[0]), sub(corners[2], corners[0])), 1);
+        }
+        entries.push({ text: filledWords(run[2], run[1], run[3]), at: place(part, Array.from(used)), normal: normal, loop: null });
       });
-      entries.sort(function (a, b) { return (b.loop !== null) - (a.loop !== null) || b.at.size - a.at.size; });
-      var open = entries.filter(function (e) { return e.loop !== null; }).length, most = 300;
-      byId('holecount').textContent = open + ' open' + (of || ', ' + (entries.length - open) + ' filled') + (entries.length > most ? '; the largest ' + most + ':' : '');
-      entries.slice(0, most).forEach(function (entry) {
+      entries = entries.concat(filled || []);
+      entries.sort(function (a, b) { return (b.loop ? 1 : 0) - (a.loop ? 1 : 0) || b.at.size - a.at.size; });
+      var isOpen = function (e) { return Boolean(e.loop); }, most = 150;
+      var open = entries.filter(isOpen).length, closed = filledCount || entries.length - open;
+      entries = entries.slice(0, Math.min(open, most)).concat(entries.slice(open, open + most));
+      byId('holecount').textContent = open + ' open' + (of || '') + ', ' + closed + ' filled' + (entries.length < open + closed ? '; the largest:' : '');
+      entries.forEach(function (entry) {
         var item = document.createElement('li'), button = document.createElement('button');
         button.textContent = entry.text + ', ' + shown(entry.at.size * size / 2).slice(0, 7) + ' wide';
         button.addEventListener('click', function () {
           marks = entry.loop ? entry.loop.map(function (v) { return vertex(part, v); }) : [];
-          fly(entry.at.middle, Math.max(entry.at.size * 2.5, 0.01));
+          fly(entry.at.middle, Math.max(entry.at.size * 2.5, 0.01), entry.normal);
         });
         item.appendChild(button); byId('holes').appendChild(item);
       });
+      var flown = byId('holes').children[Number(linked.get('hole')) - 1];
+      if (flown) flown.firstChild.click();
       document.documentElement.setAttribute('data-holes', String(open));
+      document.documentElement.setAttribute('data-filled', String(closed));
     }
 
-    return { add: add_, drop: drop, draw: draw, redraw: redraw, fly: fly, camera: camera, listHoles: listHoles, showFacts: showFacts, showReport: showReport,
+    return { add: add_, drop: drop, draw: draw, redraw: redraw, fly: fly, camera: camera, listHoles: listHoles, filledWords: filledWords, showFacts: showFacts, showReport: showReport,
       show: function (all) { parts = all; redraw(); } };
   }
 
-  return { makeViewer: makeViewer, byId: byId, hue: hue, sub: sub, dot: dot };
+  return { makeViewer: makeViewer, byId: byId, hue: hue, patchColor: patchColor, patchModes: patchModes, sub: sub, dot: dot };
 }());

@@ -44,7 +44,10 @@
 
   var colors = [['plain', 'plain']];
   if (paint) colors.unshift(['points', 'of the points']);
-  if (meta.patches.length > 0) colors.splice(paint ? 2 : 0, 0, ['patches', 'patches in blue']);
+  if (meta.patches.length > 0) {
+    var modes = orbweave.patchModes.slice(0, meta.patches[0].length > 3 ? 2 : 1);
+    colors = paint ? colors.concat(modes) : modes.concat(colors);
+  }
   colors.push(['components', 'components']);
   var ofComponents = null;
   var viewer = orbweave.makeViewer({

@@ -46,16 +46,33 @@
     var origin = [0, 1, 2].map(function (i) { return dot(column(i), m.slice(12, 15)); });
     var upright = isLocal ? [0, 1, 2].filter(function (i) { return column(i)[2] === 1; })[0] : 2;
 
+    // What tiles say of faces.
+    var extras = tileset.extras || {}, holes = extras.holes || [], ofFaces = [];
+    if (holes.length > 0) ofFaces = orbweave.patchModes.slice(0, 'confidence' in holes[0] ? 2 : 1);
+    if (extras.components > 1) ofFaces.push(['components', 'components']);
+    var bytesOf = function (color) { return color.map(function (x) { return Math.round(255 * x); }); };
+    /// Null where faces of the part say nothing, so that it is plain.
+    function paintOfFaces(part, mode) {
+      var tags = mode === 'components' ? part.component : mode === 'patches' || mode === 'confidence' ? part.hole : null;
+      if (!tags) return null;
+      var plain = bytesOf(plainColor), paint = new Uint8Array(3 * tags.length);
+      for (var v = 0; v < tags.length; ++v)
+        paint.set(mode === 'components' ? orbweave.hue(tags[v]) : tags[v] === 0 ? plain : bytesOf(orbweave.patchColor(mode, part.confidence ? part.confidence[v] : 1)), 3 * v);
+      return paint;
+    }
+    var plainColor = [0.86, 0.82, 0.74];
+
     var facts = [count(all.triangles) + ' triangles', count(all.tiles) + ' tiles of ' + all.levels + ' levels'];
+    if (extras.components > 1) facts.push(count(extras.components) + ' components');
     var viewer = orbweave.makeViewer({
       name: meta.name, facts: facts, up: upright, extent: extent, size: size,
-      colors: [['points', 'of the points'], ['plain', 'plain'], ['levels', 'levels of detail'], ['tiles', 'tiles']],
+      colors: [['points', 'of the points']].concat(ofFaces, [['plain', 'plain'], ['levels', 'levels of detail'], ['tiles', 'tiles']]),
       world: function (p) { return isLocal ? [0, 1, 2].map(function (a) { return origin[a] + middle[a] + p[a] * size / 2; }) : null; },
       plain: function (part, mode) {
         var pick = mode === 'levels' ? part.level : mode === 'tiles' ? part.number : -1;
-        return pick < 0 ? [0.86, 0.82, 0.74] : orbweave.hue(pick).map(function (x) { return x / 255; });
+        return pick < 0 ? plainColor : orbweave.hue(pick).map(function (x) { return x / 255; });
       },
-      paint: function (part, mode) { return mode === 'points' ? part.paint : null; },
+      paint: function (part, mode) { return mode === 'points' ? part.paint : paintOfFaces(part, mode); },
       choose: choose
     });
     if (!viewer) return;
@@ -130,10 +147,32 @@
         loaded.push(tile);
         if (tile === root) {
           note('first-bytes', loadedBytes);
-          if (!part.paint) byId('colors').remove(0);
-          setTimeout(function () { viewer.listHoles({ local: part.local, corners: part.corners, origin: part.origin, patches: [] }, all.levels > 1 ? ' in the coarsest level' : ''); }, 50);
+          if (!part.paint) { byId('colors').remove(0); viewer.redraw(); }
+          setTimeout(function () { viewer.listHoles(welded(part), all.levels > 1 ? ' in the coarsest level' : '', filledHoles(), extras.filled_holes); }, 50);
         }
       }).catch(function (e) { tile.state = 'failed'; held -= tile.bytes; complain(String(e)); }).then(function () { --requests; viewer.redraw(); });
+    }
+
+    // -- holes
+    /// With the first vertex at each place: a tile has vertices several times whose faces differ.
+    function welded(part) {
+      var first = null;
+      if (part.hole || part.component) {
+        var places = new Map();
+        first = new Uint32Array(part.local.length / 3);
+        for (var v = 0; v < first.length; ++v) {
+          var key = part.local.subarray(3 * v, 3 * v + 3).join();
+          if (!places.has(key)) places.set(key, v);
+          first[v] = places.get(key);
+        }
+      }
+      return { local: part.local, corners: part.corners, origin: part.origin, patches: [], first: first };
+    }
+    /// The largest, as the tileset lists them.
+    function filledHoles() {
+      return holes.map(function (hole) {
+        return { text: viewer.filledWords(hole.hole, hole.triangles, hole.confidence), at: { middle: toDrawing(hole.middle), size: hole.diagonal * 2 / size }, normal: hole.normal };
+      });
     }
 
     // -- GLB
@@ -166,11 +205,19 @@
           if (normals) directions[4 * v + k] = Math.round(127 * head.getFloat32(normals.at + v * normals.stride + 4 * k, true));
           if (colors) paint[3 * v + k] = fromLinear(head.getUint16(colors.at + v * colors.stride + 2 * k, true));
         }
+      var floats = function (key) {
+        var from = rows(key);
+        if (!from) return null;
+        var values = new Float32Array(n);
+        for (var i = 0; i < n; ++i) values[i] = head.getFloat32(from.at + i * from.stride, true);
+        return values;
+      };
       // The node turns z to y, which readers of tiles turn back.
       var part = { local: local, corners: corners, normals: directions, paint: paint, origin: toDrawing([matrix[12], -matrix[14], matrix[13]]), patches: [],
-        level: tile.level, number: parseInt(tile.uri, 10) };
+        hole: floats('_HOLE'), confidence: floats('_CONFIDENCE'), component: floats('_COMPONENT'), level: tile.level, number: parseInt(tile.uri, 10) };
+      var tags = (part.hole ? 4 : 0) + (part.confidence ? 4 : 0) + (part.component ? 4 : 0);
       // Here and on the graphics card, with the lines of the wireframe.
-      part.bytes = 2 * (16 * n + (paint ? 3 * n : 0)) + 2 * 4 * corners.length + 8 * corners.length;
+      part.bytes = 2 * (16 * n + (paint ? 3 * n : 0)) + tags * n + 2 * 4 * corners.length + 8 * corners.length;
       return part;
     }
 

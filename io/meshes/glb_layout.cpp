@@ -113,9 +113,27 @@ GlbLayout::GlbLayout(const MeshHeader& header, const MeshWriterOptions& options)
       colors_(header.schema),
       vertex_bytes_(kVectorBytes + (header.schema.has_normals ? kVectorBytes : 0) +
                     (colors_.all_are_there() ? kColorBytes : 0)) {
+  find_own_attributes();
+  vertex_bytes_ += own_.size() * sizeof(float);
   constexpr std::size_t kAlignment = 4;
   document_bytes_ = document({}).size();
   document_bytes_ += (kAlignment - document_bytes_ % kAlignment) % kAlignment;
+}
+
+void GlbLayout::find_own_attributes() {
+  std::size_t offset = 0;
+  for (const AttributeField& field : header_.schema.attributes) {
+    const bool is_own =
+        field.type == ScalarType::kFloat32 &&
+        std::ranges::find(options_.glb_attributes, field.name) != options_.glb_attributes.end();
+    if (is_own) {
+      OwnAttribute own{"_", offset};
+      for (const char letter : field.name)
+        own.name += letter >= 'a' && letter <= 'z' ? static_cast<char>(letter - 'a' + 'A') : letter;
+      own_.push_back(own);
+    }
+    offset += size_of(field.type);
+  }
 }
 
 std::uint64_t GlbLayout::rows_bytes() const {
@@ -152,9 +170,16 @@ std::string GlbLayout::document(const Box& bounds) const {
     primitive["attributes"]["COLOR_0"] = accessors.size();
     accessors.push_back(at_byte(accessor(0, kUnsignedShort, "VEC4", header_.vertices), offset));
     accessors.back()["normalized"] = true;
+    offset += kColorBytes;
+  }
+  for (const OwnAttribute& own : own_) {
+    primitive["attributes"][own.name] = accessors.size();
+    accessors.push_back(at_byte(accessor(0, kFloat, "SCALAR", header_.vertices), offset));
+    offset += sizeof(float);
   }
   json["meshes"] = Json::array({{{"primitives", Json::array({primitive})}}});
-  const std::vector<std::string> dropped = columns_without_place_in_glb(header_.schema);
+  const std::vector<std::string> dropped =
+      columns_without_place_in_glb(header_.schema, options_.glb_attributes);
   if (!dropped.empty()) json["meshes"][0]["extras"] = {{"attributes_left_out", dropped}};
   // Neither metal nor mirror; scans are seen from both sides.
   json["materials"] =
@@ -193,6 +218,7 @@ std::string GlbLayout::front(const Box& bounds) const {
 void GlbLayout::put_vertices(const PointCloud& batch, std::byte* out) const {
   if (header_.schema.has_normals && batch.normals.size() != batch.size())
     throw std::logic_error("a batch does not have the mesh header's normals");
+  const std::size_t attribute_bytes = header_.schema.attribute_bytes();
   const auto put_vector = [&](Vec3 v) {
     const std::array<float, 3> narrow = floats_of(v);
     std::memcpy(out, narrow.data(), sizeof narrow);
@@ -202,12 +228,17 @@ void GlbLayout::put_vertices(const PointCloud& batch, std::byte* out) const {
     put_vector(batch.positions[i] - options_.origin);
     if (header_.schema.has_normals)
       put_vector(unit_normal(batch.normals[i], header_.schema.normal_type));
-    if (!colors_.all_are_there()) continue;
-    const std::array<VertexColors::Channel, 3> color = colors_.of(batch, i);
-    const std::array<std::uint16_t, 4> linear = {
-        linear_fraction(color[0]), linear_fraction(color[1]), linear_fraction(color[2]), 65535};
-    std::memcpy(out, linear.data(), sizeof linear);
-    out += sizeof linear;
+    if (colors_.all_are_there()) {
+      const std::array<VertexColors::Channel, 3> color = colors_.of(batch, i);
+      const std::array<std::uint16_t, 4> linear = {
+          linear_fraction(color[0]), linear_fraction(color[1]), linear_fraction(color[2]), 65535};
+      std::memcpy(out, linear.data(), sizeof linear);
+      out += sizeof linear;
+    }
+    for (const OwnAttribute& own : own_) {
+      std::memcpy(out, batch.attributes.data() + i * attribute_bytes + own.offset, sizeof(float));
+      out += sizeof(float);
+    }
   }
 }
 
@@ -222,11 +253,14 @@ void GlbLayout::put_triangles(std::span<const Triangle64> batch, std::span<const
   }
 }
 
-std::vector<std::string> columns_without_place_in_glb(const PointSchema& schema) {
+std::vector<std::string> columns_without_place_in_glb(const PointSchema& schema,
+                                                      std::span<const std::string> own) {
   const bool keeps_colors = VertexColors(schema).all_are_there();
   std::vector<std::string> names;
   for (const AttributeField& field : schema.attributes)
-    if (!keeps_colors || !is_color_channel(field)) names.push_back(field.name);
+    if ((!keeps_colors || !is_color_channel(field)) &&
+        std::ranges::find(own, field.name) == own.end())
+      names.push_back(field.name);
   return names;
 }
 

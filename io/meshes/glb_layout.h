@@ -22,7 +22,8 @@ namespace orbweave {
 inline constexpr std::uint64_t kMostGlbBytes = std::numeric_limits<std::uint32_t>::max();
 
 /// Vertices are rows of float positions about the origin, unit normals as floats where there are
-/// normals, and colours as four linear 16-bit fractions where there are all three colours. The node
+/// normals, colours as four linear 16-bit fractions where there are all three colours, and floats
+/// of the application's attributes. The node
 /// of the mesh moves it to the origin's place, in doubles, and turns the axis that is upright to
 /// glTF's y.
 class GlbLayout final : public MeshRows {
@@ -41,17 +42,26 @@ class GlbLayout final : public MeshRows {
   const MeshHeader& header() const { return header_; }
 
  private:
+  /// A float attribute of the application.
+  struct OwnAttribute {
+    std::string name;        ///< of the file: "_HOLE"
+    std::size_t offset = 0;  ///< among the attributes of a vertex
+  };
+
+  void find_own_attributes();
   std::string document(const Box& bounds) const;
   std::uint64_t rows_bytes() const;
 
   MeshHeader header_;
   MeshWriterOptions options_;
   VertexColors colors_;
+  std::vector<OwnAttribute> own_;
   std::size_t vertex_bytes_;
   std::size_t document_bytes_ = 0;
 };
 
-/// Names of the attributes that a GLB file has no place for.
-std::vector<std::string> columns_without_place_in_glb(const PointSchema& schema);
+/// Names of the attributes that a GLB file has no place for. `own`: attributes of the application.
+std::vector<std::string> columns_without_place_in_glb(const PointSchema& schema,
+                                                      std::span<const std::string> own = {});
 
 }  // namespace orbweave

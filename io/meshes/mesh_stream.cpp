@@ -1,6 +1,7 @@
 #include "io/meshes/mesh_stream.h"
 
 #include <algorithm>
+#include <bit>
 #include <optional>
 #include <string>
 #include <utility>
@@ -38,15 +39,20 @@ class HeldMesh final : public MeshStream {
   }
   bool read_triangles(std::vector<Triangle64>& batch, std::size_t capacity) override {
     batch.clear();
+    patches_.clear();
     for (; batch.size() < capacity && triangle_ < faces(); ++triangle_) {
       const Triangle& t = mesh_.triangles[triangle_];
       batch.push_back({t[0], t[1], t[2]});
+      if (has_holes()) patches_.push_back({mesh_.hole[triangle_], 1.0F});
     }
     return !batch.empty();
   }
+  bool has_holes() const override { return !mesh_.hole.empty(); }
+  std::span<const FacePatch> patches() const override { return patches_; }
 
  private:
   TriangleMesh mesh_;
+  std::vector<FacePatch> patches_;
   std::size_t vertex_ = 0;
   std::size_t triangle_ = 0;
 };
@@ -70,6 +76,53 @@ std::optional<PlyMeshElements> streamed_elements(const PlyHeader& header) {
   return std::nullopt;
 }
 
+/// The properties of faces that tell of patches.
+class PatchColumns {
+ public:
+  PatchColumns() = default;
+  explicit PatchColumns(const std::vector<RowColumn>& columns) {
+    for (const RowColumn& column : columns) {
+      if (column.name == "hole" && !is_real(column.type)) hole_ = column;
+      if (column.name == "confidence" && is_real(column.type)) confidence_ = column;
+    }
+  }
+  bool has_holes() const { return hole_.has_value(); }
+  bool has_confidence() const { return has_holes() && confidence_.has_value(); }
+
+  /// Of a packed row. What is no number from 0 to 1 counts as not known.
+  FacePatch of(const std::byte* row, bool is_swapped) const {
+    FacePatch patch;
+    patch.hole =
+        static_cast<std::int32_t>(ply_integer(hole_->type, row + hole_->offset, is_swapped));
+    if (has_confidence()) {
+      const double value = real(confidence_->type, row + confidence_->offset, is_swapped);
+      if (value >= 0.0 && value <= 1.0) patch.confidence = static_cast<float>(value);
+    }
+    return patch;
+  }
+
+ private:
+  static bool is_real(ScalarType type) {
+    return type == ScalarType::kFloat32 || type == ScalarType::kFloat64;
+  }
+  static double real(ScalarType type, const std::byte* at, bool is_swapped) {
+    if (type == ScalarType::kFloat64)
+      return std::bit_cast<double>(ply_integer(ScalarType::kInt64, at, is_swapped));
+    const std::int64_t bits = ply_integer(ScalarType::kUint32, at, is_swapped);
+    return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
+  }
+
+  std::optional<RowColumn> hole_;
+  std::optional<RowColumn> confidence_;
+};
+
+PatchColumns patch_columns_of(const PlyElement& faces) {
+  std::vector<RowColumn> columns;
+  for (const PlyProperty& property : faces.properties)
+    if (!property.is_list) columns.push_back({property.name, property.type, 0});
+  return PatchColumns(columns);
+}
+
 /// The vertices and faces of a PLY file whose faces come after its vertices.
 class PlyMeshStream final : public MeshStream {
  public:
@@ -81,6 +134,7 @@ class PlyMeshStream final : public MeshStream {
     vertex_rows_.emplace(reader_, header_, header_.elements[at_.vertex]);
     schema_ = vertex_rows_->schema();
     if (origin != Vec3{}) schema_.position_type = ScalarType::kFloat64;
+    patch_columns_ = patch_columns_of(header_.elements[at_.face]);
   }
   const PointSchema& schema() const override { return schema_; }
   std::uint64_t vertices() const override { return header_.elements[at_.vertex].count; }
@@ -93,6 +147,7 @@ class PlyMeshStream final : public MeshStream {
   }
   bool read_triangles(std::vector<Triangle64>& batch, std::size_t capacity) override {
     batch.clear();
+    patches_.clear();
     if (!face_rows_) begin_faces();
     while (batch.empty()) {
       const std::size_t count = face_rows_->next(capacity);
@@ -101,6 +156,9 @@ class PlyMeshStream final : public MeshStream {
     }
     return true;
   }
+  bool has_holes() const override { return patch_columns_.has_holes(); }
+  bool has_confidence() const override { return patch_columns_.has_confidence(); }
+  std::span<const FacePatch> patches() const override { return patches_; }
 
  private:
   void skip(std::size_t element) {
@@ -109,6 +167,7 @@ class PlyMeshStream final : public MeshStream {
   void begin_faces() {
     for (std::size_t i = at_.vertex + 1; i < at_.face; ++i) skip(i);
     face_rows_.emplace(reader_, header_, header_.elements[at_.face], at_.corner_list);
+    patch_columns_ = PatchColumns(face_rows_->columns());
   }
   bool finish() {
     if (std::exchange(is_finished_, true)) return false;
@@ -124,6 +183,10 @@ class PlyMeshStream final : public MeshStream {
       const auto corner = [&](std::uint32_t i) { return static_cast<std::uint64_t>(corners[i]); };
       for (std::uint32_t i = 2; i < size; ++i)
         batch.push_back({corner(0), corner(i - 1), corner(i)});
+      if (has_holes() && size > 2)
+        patches_.insert(patches_.end(), size - 2,
+                        patch_columns_.of(face_rows_->rows() + row * face_rows_->row_bytes(),
+                                          face_rows_->swapped()));
       corners += size;
     }
   }
@@ -146,6 +209,8 @@ class PlyMeshStream final : public MeshStream {
   PointSchema schema_;
   std::optional<PlyVertexReader> vertex_rows_;
   std::optional<PlyRowReader> face_rows_;
+  PatchColumns patch_columns_;
+  std::vector<FacePatch> patches_;
   bool is_finished_ = false;
 };
 
@@ -168,6 +233,18 @@ std::unique_ptr<MeshStream> open_mesh_stream(const std::filesystem::path& path) 
   if (!holds_faces(path)) refuse_cloud(path);
   if (std::unique_ptr<MeshStream> stream = streamed(path)) return stream;
   return std::make_unique<HeldMesh>(read_mesh(path));
+}
+
+std::vector<float> face_confidence(const std::filesystem::path& path) {
+  constexpr std::size_t kBatch = std::size_t{1} << 16;
+  const auto stream = open_mesh_stream(path);
+  std::vector<float> confidence;
+  if (!stream->has_confidence()) return confidence;
+  for (PointCloud batch; stream->read_vertices(batch, kBatch);) {
+  }
+  for (std::vector<Triangle64> batch; stream->read_triangles(batch, kBatch);)
+    for (const FacePatch& patch : stream->patches()) confidence.push_back(patch.confidence);
+  return confidence;
 }
 
 }  // namespace orbweave

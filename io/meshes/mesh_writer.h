@@ -13,11 +13,13 @@
 namespace orbweave {
 
 struct MeshWriterOptions {
-  bool binary = true;                 ///< PLY and STL: binary or text
-  bool float_positions = false;       ///< PLY, VTP, XDMF: float instead of double coordinates
-  Vec3 origin{};                      ///< is subtracted from positions
-  Vec3 node_offset{};                 ///< GLB: the node adds it to the origin's place
-  int up_axis = 2;                    ///< GLB: the axis that is upright; 0: x, 1: y, 2: z
+  bool binary = true;            ///< PLY and STL: binary or text
+  bool float_positions = false;  ///< PLY, VTP, XDMF: float instead of double coordinates
+  Vec3 origin{};                 ///< is subtracted from positions
+  Vec3 node_offset{};            ///< GLB: the node adds it to the origin's place
+  int up_axis = 2;               ///< GLB: the axis that is upright; 0: x, 1: y, 2: z
+  /// GLB: names of float attributes that become attributes of the application ("hole": "_HOLE").
+  std::vector<std::string> glb_attributes{};
   std::vector<std::string> comments;  ///< PLY header comments
   /// PLY with `hole`: adds the per-face float `confidence`, 1 of scanned faces, else that of the
   /// hole with this id (from 1 on).

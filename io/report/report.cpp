@@ -355,10 +355,11 @@ std::filesystem::path report_page(const std::filesystem::path& report) {
   return page == report ? std::filesystem::path() : page;
 }
 
-void write_report(const std::filesystem::path& path, const RunReport& report) {
+void write_report(const std::filesystem::path& path, const RunReport& report,
+                  const std::string& viewer) {
   const std::filesystem::path page = report_page(path);
   write_text(path, report_json(report));
-  if (!page.empty()) write_text(page, report_html(report));
+  if (!page.empty()) write_text(page, report_html(report, viewer));
 }
 
 void write_fill_report(const std::filesystem::path& path, const FillReport& report) {

@@ -20,7 +20,8 @@ std::string fill_report_json(const FillReport& report);
 /// The page beside a report; empty where there is none: the report is a device, or named .html.
 std::filesystem::path report_page(const std::filesystem::path& report);
 /// Writes PATH (JSON) and, beside it, the same as .html. Atomic.
-void write_report(const std::filesystem::path& path, const RunReport& report);
+void write_report(const std::filesystem::path& path, const RunReport& report,
+                  const std::string& viewer = {});
 /// Writes PATH (JSON). Atomic.
 void write_fill_report(const std::filesystem::path& path, const FillReport& report);
 

@@ -25,6 +25,7 @@ constexpr const char* kStyle =
     ".2em 0;"
     "border-bottom:1px solid #e4e4e4}\n"
     "th{font-weight:600}td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}\n"
+    "iframe{width:100%;height:36em;border:1px solid #e4e4e4}\n"
     "img{max-width:100%;border:1px solid #e4e4e4}code,td,pre{overflow-wrap:anywhere}\n"
     ".verdict{padding:.5em .8em;border-left:.4em solid #c77700;background:#fff6e8}\n"
     ".verdict.clean{border-color:#2e7d32;background:#eef7ee}\n"
@@ -321,6 +322,23 @@ std::string picture(const std::string& path) {
   return "<p><img alt=\"The mesh\" src=\"data:image/png;base64," + base64(bytes) + "\"></p>\n";
 }
 
+/// A page in a frame, so that its style and its names stay apart from the report's.
+std::string viewer_frame(const std::string& viewer) {
+  if (viewer.empty()) return "";
+  std::string text;
+  text.reserve(viewer.size() + viewer.size() / 16);
+  for (const char c : viewer) {
+    if (c == '&')
+      text += "&amp;";
+    else if (c == '"')
+      text += "&quot;";
+    else
+      text += c;
+  }
+  return heading("The mesh to turn") + "<iframe title=\"The mesh\" srcdoc=\"" + text +
+         "\"></iframe>\n";
+}
+
 }  // namespace
 
 std::string html_text(std::string_view text) {
@@ -349,7 +367,7 @@ std::string html_text(std::string_view text) {
   return html;
 }
 
-std::string report_html(const RunReport& report) {
+std::string report_html(const RunReport& report, const std::string& viewer) {
   const std::string title =
       report.options.output.mesh.empty()
           ? "Surface reconstruction"
@@ -358,11 +376,11 @@ std::string report_html(const RunReport& report) {
          html_text(title) + "</title>\n<style>\n" + kStyle + "</style>\n</head>\n<body>\n<h1>" +
          html_text(title) + "</h1>\n" + verdict_line(report) + "<p>orbweave " +
          html_text(report.version) + ": <code>" + html_text(joined(report.command, " ")) +
-         "</code></p>\n" + picture(report.options.output.picture) + mesh_table(report.mesh) +
-         input_table(report) + cleaning_table(report) + work_table(report) +
-         holes_table(report.holes) + stages_table(report) + memory_table(report) +
-         forecast_table(report) + machine_table() + notes_list(report.notes) +
-         options_table(report.options) + "</body>\n</html>\n";
+         "</code></p>\n" + picture(report.options.output.picture) + viewer_frame(viewer) +
+         mesh_table(report.mesh) + input_table(report) + cleaning_table(report) +
+         work_table(report) + holes_table(report.holes) + stages_table(report) +
+         memory_table(report) + forecast_table(report) + machine_table() +
+         notes_list(report.notes) + options_table(report.options) + "</body>\n</html>\n";
 }
 
 }  // namespace orbweave

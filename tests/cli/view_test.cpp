@@ -1,9 +1,11 @@
 // The page that shows a mesh: what is in it, and what a browser makes of it.
 #include <arpa/inet.h>
 #include <netinet/in.h>
+#include <png.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <csignal>
@@ -43,6 +45,100 @@ std::string output_of(const std::string& command) {
   while (pipe && std::fgets(buffer.data(), buffer.size(), pipe.get()) != nullptr)
     output += buffer.data();
   return output;
+}
+
+/// How chromium is called; `in`: where its profile lies.
+std::string browser(const ScratchDirectory& in) {
+  return "chromium --headless --no-sandbox --disable-gpu-sandbox --use-angle=swiftshader "
+         "--enable-unsafe-swiftshader --user-data-dir=" +
+         (in / "profile").string() + " ";
+}
+
+bool has_browser() {
+  if (!output_of("command -v chromium").empty()) return true;
+  std::cout << "SKIPPED: chromium\n";
+  return false;
+}
+
+/// What a picture of the page shows left of the panel, in pixels.
+struct SeenColors {
+  int patch = 0;   ///< blue
+  int unsure = 0;  ///< orange
+  int plain = 0;
+  int all = 0;  ///< but for the background
+};
+
+SeenColors colors_of(const std::filesystem::path& file) {
+  constexpr unsigned kPanel = 270;
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  REQUIRE(png_image_begin_read_from_file(&image, file.c_str()) != 0);
+  image.format = PNG_FORMAT_RGB;
+  std::vector<std::uint8_t> bytes(PNG_IMAGE_SIZE(image));
+  REQUIRE(png_image_finish_read(&image, nullptr, bytes.data(), 0, nullptr) != 0);
+  SeenColors seen;
+  for (unsigned y = 60; y < image.height; ++y)
+    for (unsigned x = 0; x + kPanel < image.width; ++x) {
+      const std::uint8_t* const pixel = bytes.data() + 3 * (std::size_t{y} * image.width + x);
+      const int red = pixel[0], green = pixel[1], blue = pixel[2];
+      if (red > 238 && green > 238 && blue > 235) continue;
+      ++seen.all;
+      if (blue > red + 20) ++seen.patch;
+      if (red > 2 * blue && green > blue + 20) ++seen.unsure;
+      if (red >= green && green >= blue && 3 * blue > 2 * red) ++seen.plain;
+    }
+  return seen;
+}
+
+SeenColors shown_colors(const ScratchDirectory& in, const std::string& address) {
+  const std::filesystem::path picture = in / "page.png";
+  std::filesystem::remove(picture);
+  output_of(browser(in) + "--window-size=900,700 --virtual-time-budget=15000 --screenshot=" +
+            picture.string() + " '" + address + "' 2> /dev/null");
+  return colors_of(picture);
+}
+
+/// With two patches, of which the second is not to be relied on, and a small sphere beside it.
+void write_patched_spheres(const std::filesystem::path& file) {
+  const TriangleMesh small = moved(sphere_mesh(2), [](Vec3 p) {
+    return 0.2 * p + Vec3{0.0, 1.4, 0.0};
+  });
+  TriangleMesh mesh = joined(sphere_mesh(4), small);
+  const auto hole_of = [&](const Triangle& t) {
+    const std::vector<Vec3>& at = mesh.vertices.positions;
+    const Vec3 middle = (1.0 / 3.0) * (at[t[0]] + at[t[1]] + at[t[2]]);
+    if (middle.y > 1.1) return 0;
+    return middle.z > 0.8 ? 1 : middle.z < -0.8 ? 2 : 0;
+  };
+  std::ranges::stable_sort(mesh.triangles, {}, hole_of);
+  for (const Triangle& t : mesh.triangles) mesh.hole.push_back(hole_of(t));
+  MeshWriterOptions options;
+  options.has_confidence = true;
+  options.confidence = {1.0F, 0.0F};
+  write_mesh(file, mesh, options);
+}
+
+/// What both viewers show of the spheres at an address without its fragment.
+void check_patches_are_shown(const ScratchDirectory& in, const std::string& address) {
+  const SeenColors plain = shown_colors(in, address + "#colors=plain");
+  CHECK(plain.all > 10'000);
+  CHECK(plain.plain > plain.all * 9 / 10);
+  CHECK((plain.patch == 0 && plain.unsure == 0));
+  const SeenColors patches = shown_colors(in, address + "#colors=patches");
+  CHECK(patches.all == plain.all);
+  CHECK(patches.patch > 500);
+  CHECK(patches.unsure == 0);
+  // The list has the patches one after the other; a click on the second one turns to it.
+  const SeenColors sure = shown_colors(in, address + "#colors=confidence&hole=1");
+  const SeenColors unsure = shown_colors(in, address + "#colors=confidence&hole=2");
+  CHECK(std::max(sure.patch, unsure.patch) > 10'000);
+  CHECK(std::max(sure.unsure, unsure.unsure) > 10'000);
+  const SeenColors cut = shown_colors(in, address + "#colors=patches&axis=2&cut=400&cull=1");
+  CHECK(cut.patch == 0);
+  CHECK(cut.all < plain.all);
+  CHECK(cut.all > 1'000);
+  const SeenColors components = shown_colors(in, address + "#colors=components");
+  CHECK(components.plain < components.all / 10);
 }
 
 /// The program serves a folder while this lives.
@@ -289,4 +385,59 @@ TEST_CASE("BrowserDrawsTheTilesOfAServedFolder", "[slow]") {
   CHECK_THAT(page, Contains("data-drawn=\"") && Contains("data-holes=\"2\""));
   CHECK_THAT(page, !Contains("data-trouble"));
   CHECK_THAT(page, Contains("2 open in the coarsest level"));
+}
+
+TEST_CASE("BrowserShowsPatchesConfidenceSectionsAndComponentsOfAPage", "[slow]") {
+  if (!has_browser()) return;
+  const ScratchDirectory in;
+  write_patched_spheres(in / "mesh.ply");
+  REQUIRE(run_in(in, {"view", "mesh.ply", "-o", "page.html"}).status == 0);
+  check_patches_are_shown(in, "file://" + (in / "page.html").string());
+}
+
+TEST_CASE("BrowserShowsPatchesConfidenceSectionsAndComponentsOfTiles", "[slow]") {
+  if (!has_browser()) return;
+  const ScratchDirectory in;
+  write_patched_spheres(in / "mesh.ply");
+  REQUIRE(run_in(in, {"tileset", "mesh.ply", "-o", "tiles", "--leaf-triangles", "500"}).status ==
+          0);
+  const ServedFolder served(in, {"view", "tiles", "--folder", "v", "--serve=0"});
+  const std::string address = "http://127.0.0.1:" + std::to_string(served.port()) + "/";
+  check_patches_are_shown(in, address);
+  const std::string page = output_of(browser(in) + "--virtual-time-budget=20000 --dump-dom " +
+                                     address + " 2> /dev/null");
+  // Vertices that tiles have twice at rims of patches open no loop.
+  CHECK_THAT(page, Contains("data-holes=\"0\"") && Contains("data-filled=\"2\""));
+  CHECK_THAT(page, Contains("confidence 1.00") && Contains("confidence 0.00"));
+  CHECK_THAT(page, Contains("2 components") && !Contains("data-trouble"));
+}
+
+TEST_CASE("ReportOfASmallMeshHoldsItsViewer") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "sphere", "--points", "3000", "-o", "cloud.ply"}).status == 0);
+  const auto page_of = [&](const char* mesh, const char* report) {
+    REQUIRE(run_in(in, {"reconstruct", "cloud.ply", "-o", mesh, "--report", report}).status == 0);
+    return file_text(std::filesystem::path(in / report).replace_extension(".html"));
+  };
+  const std::string page = page_of("mesh.ply", "mesh.json");
+  REQUIRE(run_in(in, {"view", "mesh.ply", "-o", "view.html"}).status == 0);
+  const std::string view = file_text(in / "view.html");
+  const std::size_t data = view.find("<script id=\"data\"");
+  REQUIRE(data != std::string::npos);
+  // The same triangles as in the viewer's own page.
+  const std::string coded = view.substr(view.find('>', data) + 1, 4000);
+  CHECK_THAT(page, Contains("srcdoc=") && Contains(coded));
+  // What is not read back has no viewer.
+  CHECK_THAT(page_of("mesh.glb", "glb.json"), !Contains("srcdoc="));
+}
+
+TEST_CASE("BrowserDrawsTheViewerOfAReport", "[slow]") {
+  if (!has_browser()) return;
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "sphere", "--points", "3000", "-o", "cloud.ply"}).status == 0);
+  REQUIRE(
+      run_in(in, {"reconstruct", "cloud.ply", "-o", "mesh.ply", "--report", "mesh.json"}).status ==
+      0);
+  // The report's words around it are black on white.
+  CHECK(shown_colors(in, "file://" + (in / "mesh.html").string()).plain > 10'000);
 }

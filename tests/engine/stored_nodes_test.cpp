@@ -31,10 +31,14 @@ using test::ScratchDirectory;
 constexpr const char* kStage = "tileset";
 constexpr std::uint64_t kLeafTriangles = 300;
 
+/// A quarter of its faces are patches.
 void write_torus(const ScratchDirectory& scratch, double bump = 0.02) {
-  write_mesh(scratch / "mesh.ply", test::moved(test::torus_mesh(6000), [&](Vec3 p) {
-               return (8.0 + bump * std::sin(9.0 * p.x) * std::cos(11.0 * p.y)) * p;
-             }));
+  TriangleMesh mesh = test::moved(test::torus_mesh(6000), [&](Vec3 p) {
+    return (8.0 + bump * std::sin(9.0 * p.x) * std::cos(11.0 * p.y)) * p;
+  });
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+    mesh.hole.push_back(i % 1000 < 250 ? static_cast<std::int32_t>(i / 1000) + 1 : 0);
+  write_mesh(scratch / "mesh.ply", mesh);
 }
 
 LevelOptions level_options(const ScratchDirectory& scratch, NodeStore* nodes) {

@@ -498,6 +498,13 @@ TEST_CASE("ThePageCarriesThePictureWhereThereIsOne") {
   CHECK_THAT(report_html(report), Contains("src=\"data:image/png;base64,iVBORw0KGgo"));
 }
 
+TEST_CASE("ThePageKeepsAViewerInItsFrame") {
+  const std::string page = report_html(example(), "<p id=\"a\">&lt;</p><script>f('\"')</script>");
+  CHECK_THAT(page,
+             Contains("srcdoc=\"<p id=&quot;a&quot;>&amp;lt;</p><script>f('&quot;')</script>\""));
+  CHECK_THAT(report_html(example()), !Contains("<iframe"));
+}
+
 TEST_CASE("Base64OfThePictureIsPaddedAsItShould") {
   const test::ScratchDirectory scratch;
   RunReport report = example();

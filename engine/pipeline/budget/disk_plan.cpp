@@ -188,8 +188,8 @@ struct LevelBytes {
 
 constexpr std::uint64_t kMostColorBytes = 6;
 
-/// Positions, and what a tile has a place for.
-double tile_vertex_bytes(const PointSchema& schema) {
+/// Positions, and what a tile has a place for, but for what it has of faces.
+double level_vertex_bytes(const PointSchema& schema) {
   const bool has_colors = schema.attributes.size() >= 3;
   return 24.0 + (schema.has_normals ? 12.0 : 0.0) +
          (has_colors ? static_cast<double>(kMostColorBytes) : 0.0);
@@ -198,7 +198,8 @@ double tile_vertex_bytes(const PointSchema& schema) {
 LevelBytes level_bytes(const ResolvedJob& job, const CloudSize& cloud, const PointSchema& schema,
                        double mesh_bytes) {
   constexpr std::uint64_t kOne = 1;
-  constexpr double kSorted = 2.0 * 32.0;  // triangles; twice that while runs are merged
+  constexpr double kSorted = 2.0 * 40.0;  // triangles; twice that while runs are merged
+  constexpr double kOfFace = 3.0 * 4.0;   // hole, confidence, component
   constexpr double kAllLevels = 1.5;      // triangles of all levels, in those of the mesh
   const bool merges = static_cast<double>(cloud.points) * kSorted >
                       static_cast<double>(job.partition.memory_bytes) / 6.0;
@@ -206,20 +207,22 @@ LevelBytes level_bytes(const ResolvedJob& job, const CloudSize& cloud, const Poi
   // mesh has. A job that resumes has some while it merges.
   const double stored =
       static_cast<double>(cloud.node_bytes) / static_cast<double>(std::max(cloud.points, kOne));
-  const auto nodes = [](double vertex) { return 22.0 + 0.5 * vertex; };
-  const auto work = [&](double vertex) {
-    return vertex + std::max(kSorted + nodes(vertex), merges ? 2.0 * kSorted + stored : kSorted);
+  const auto nodes = [](double vertex, double face) { return 22.0 + 0.5 * vertex + face; };
+  const auto work = [&](double vertex, double face) {
+    return vertex +
+           std::max(kSorted + nodes(vertex, face), merges ? 2.0 * kSorted + stored : kSorted);
   };
+  const double tile_vertex = level_vertex_bytes(schema);
   LevelBytes bytes;
   if (!job.output.tileset.empty()) {
-    bytes.work = work(tile_vertex_bytes(schema));
-    bytes.tileset = kAllLevels * (2.0 * 12.0 + tile_vertex_bytes(schema));
+    bytes.work = work(tile_vertex, kOfFace);
+    bytes.tileset = kAllLevels * (2.0 * 12.0 + tile_vertex + kOfFace);
   }
   if (job.output.simplify) {
     constexpr double kPosition = 24.0;
     // Those of the tileset stay until the job ends.
-    const double held = job.output.tileset.empty() ? 0.0 : nodes(tile_vertex_bytes(schema));
-    bytes.work = std::max(bytes.work, work(kPosition) + held);
+    const double held = job.output.tileset.empty() ? 0.0 : nodes(tile_vertex, kOfFace);
+    bytes.work = std::max(bytes.work, work(kPosition, 0.0) + held);
     bytes.simplified = mesh_bytes;
     if (job.output.simplify->kind == SimplifyTarget::Kind::kRatio)
       bytes.simplified *= job.output.simplify->value;

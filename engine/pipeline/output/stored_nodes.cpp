@@ -8,6 +8,7 @@ namespace {
 
 constexpr std::uint32_t kMeasures = 7;  // error and bounds
 constexpr std::uint32_t kCounts = 2;    // triangles at borders; whether the node is sound
+static_assert(sizeof(FaceTag) == 12, "a tag is stored as its bytes");
 
 }  // namespace
 
@@ -23,11 +24,12 @@ void StoredNodes::keep(std::uint32_t node, const LevelFacts& facts, const NodeMe
                                                   max.x,       max.y, max.z};
   const std::array<std::uint64_t, kCounts> counts = {facts.border_triangles,
                                                      facts.is_sound ? 1U : 0U};
-  const std::array<ArrayView, 5> arrays = {
+  const std::array<ArrayView, 6> arrays = {
       ArrayView{"vertices", ScalarType::kUint64, 1, mesh.vertices.size(), mesh.vertices.data()},
       ArrayView{"rows", ScalarType::kUint8, static_cast<std::uint32_t>(row_bytes_),
                 mesh.vertices.size(), mesh.rows.data()},
       ArrayView{"triangles", ScalarType::kUint32, 3, mesh.triangles.size(), mesh.triangles.data()},
+      ArrayView{"tags", ScalarType::kUint8, sizeof(FaceTag), mesh.tags.size(), mesh.tags.data()},
       ArrayView{"measures", ScalarType::kFloat64, kMeasures, 1, measures.data()},
       ArrayView{"counts", ScalarType::kUint64, kCounts, 1, counts.data()},
   };
@@ -56,6 +58,7 @@ NodeMesh StoredNodes::mesh(std::uint32_t node) const {
   mesh.vertices = stored->read_all<std::uint64_t>("vertices");
   mesh.rows = stored->read_all<std::byte>("rows");
   mesh.triangles = stored->read_all<Triangle>("triangles");
+  mesh.tags = stored->read_all<FaceTag>("tags");
   return mesh;
 }
 
