@@ -301,8 +301,10 @@ var orbweave = (function () {
       return best;
     }
 
+    var flightMs = 400;
     /// `facing`: the direction to look from, or null: the one there is.
     function fly(target, distance, facing) {
+      var duration = flightMs;
       var begin = null, t0 = camera.target, d0 = camera.distance, a0 = camera.azimuth, e0 = camera.elevation, turn = 0, rise = 0;
       if (facing && Math.hypot(facing[0], facing[1], facing[2]) > 0) {
         var n = unit(facing);
@@ -312,7 +314,7 @@ var orbweave = (function () {
       }
       var step = function (now) {
         if (begin === null) begin = now;
-        var s = Math.min(1, (now - begin) / 400);
+        var s = Math.min(1, duration > 0 ? (now - begin) / duration : 1);
         s = s * s * (3 - 2 * s);
         camera.target = add(t0, sub(target, t0), s); camera.distance = d0 + (distance - d0) * s;
         camera.azimuth = a0 + turn * s; camera.elevation = e0 + rise * s;
@@ -450,7 +452,8 @@ var orbweave = (function () {
         item.appendChild(button); byId('holes').appendChild(item);
       });
       var flown = byId('holes').children[Number(linked.get('hole')) - 1];
-      if (flown) flown.firstChild.click();
+      // A link leads there at once.
+      if (flown) { flightMs = 0; flown.firstChild.click(); flightMs = 400; }
       document.documentElement.setAttribute('data-holes', String(open));
       document.documentElement.setAttribute('data-filled', String(closed));
     }
