@@ -32,9 +32,9 @@ void require_volume(std::span<const Vec3> points);
 Tetrahedra regular_triangulation(std::span<const Vec3> points, std::span<const double> weights,
                                  const StopToken* stop = nullptr, const ShareDone& done = {});
 
-/// The triangulations alone as users of CGAL make them, from a range of points and with no more than
-/// the predicates of its kernel: the number of their tetrahedra. For
-/// the benchmark, which measures the methods in multiples of these.
+/// The triangulations alone as users of CGAL make them, from a range of points and with no more
+/// than the predicates of its kernel: the number of their tetrahedra. For the benchmark, which
+/// measures the methods in multiples of these.
 std::uint64_t count_delaunay(std::span<const Vec3> points);
 std::uint64_t count_regular(std::span<const Vec3> points, std::span<const double> weights);
 
