@@ -9,7 +9,6 @@
 #include <string>
 #include <utility>
 
-#include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/holes/fill_mesh.h"
 #include "engine/holes/small_pieces.h"
 #include "engine/normals/estimate_normals.h"
@@ -18,6 +17,7 @@
 #include "engine/spacing/automatic_radii.h"
 #include "engine/spacing/normal_radius.h"
 #include "engine/spacing/orientation_cell.h"
+#include "engine/surface_in_chunks.h"
 #include "io/keep_points.h"
 #include "partition/allowed_threads.h"
 #include "partition/canonical_order.h"
@@ -30,6 +30,7 @@ namespace {
 constexpr int kMostLevels = 8;
 constexpr int kLeastNeighbors = 3;
 constexpr int kMostNeighbors = 256;
+constexpr std::uint64_t kChunkPoints = 500'000;
 
 void require_range(const char* name, int value, int least, int most) {
   if (value >= least && value <= most) return;
@@ -239,15 +240,16 @@ Reconstruction surface_of(PointCloud cloud, const RadiiChoice& choice, Stages& s
   result.dropped = std::move(dropped);
   result.ball_radii = usable_radii(choice, options);
   stages.begin("reconstruct");
-  BallPivotingResult surface = ball_pivoting(
-      cloud.positions, cloud.normals, {}, {.ball_radii = result.ball_radii, .stop = options.stop});
-  if (surface.triangles.empty())
+  std::vector<Triangle> triangles =
+      triangles_in_chunks(cloud.positions, cloud.normals,
+                          {.ball_radii = result.ball_radii, .stop = options.stop}, kChunkPoints);
+  if (triangles.empty())
     throw_bad_input(
         "no triangle can be formed: no ball touches three points without holding a fourth, on the "
         "side their normals point to",
         {.found = choice.reason,
          .expected = "points on a surface, and normals that agree with it"});
-  result.mesh = used_part(std::move(cloud), std::move(surface.triangles));
+  result.mesh = used_part(std::move(cloud), std::move(triangles));
   if (!options.fill.enabled) return result;
   stages.begin("fill");
   FilledMesh filled =
