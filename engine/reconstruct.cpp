@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/ball_pivoting/surface_in_chunks.h"
 #include "engine/holes/fill_mesh.h"
 #include "engine/holes/small_pieces.h"
 #include "engine/normals/estimate_normals.h"
@@ -17,7 +18,6 @@
 #include "engine/spacing/automatic_radii.h"
 #include "engine/spacing/normal_radius.h"
 #include "engine/spacing/orientation_cell.h"
-#include "engine/surface_in_chunks.h"
 #include "io/keep_points.h"
 #include "partition/allowed_threads.h"
 #include "partition/canonical_order.h"
@@ -30,6 +30,7 @@ namespace {
 constexpr int kMostLevels = 8;
 constexpr int kLeastNeighbors = 3;
 constexpr int kMostNeighbors = 256;
+/// The walk over a chunk holds 180 bytes for each of its points; halos cost less than memory does.
 constexpr std::uint64_t kChunkPoints = 500'000;
 
 void require_range(const char* name, int value, int least, int most) {

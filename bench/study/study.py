@@ -246,8 +246,8 @@ triangulation of the points here, that of points and poles
 Cocone and Tight Cocone need the Delaunay triangulation of the points; Crust also that of points and poles; Power Crust
 that of the points with eight bounding ones, and the regular triangulation of the weighted poles. Each is timed alone
 in the same run, sequential, with filtered exact predicates, spatially sorted: made by CGAL from a range of points,
-with nothing read out of it. Ours is faster than that for polar balls, which are degenerate but for rounding: pairs of
-doubles decide there before exact numbers do.
+with nothing read out of it. Power Crust itself triangulates faster than that: polar balls are degenerate but for rounding, and
+pairs of doubles decide about them before exact numbers do.
 
 ## Meshes (figure 6)
 

@@ -146,8 +146,8 @@ class Corners {
     return places;
   }
 
-  /// By coordinates, of which the first nearly always decides. The places move once, within their
-  /// memory.
+  /// Sorts by coordinates, of which the first nearly always decides. The places move once, within
+  /// their memory.
   static void sort_places(std::span<Place> places) {
     struct Key {
       double x = 0.0;

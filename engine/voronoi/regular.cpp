@@ -66,7 +66,7 @@ Tetrahedra regular_triangulation(std::span<const Vec3> points, std::span<const d
                                  const StopToken* stop, const ShareDone& done) {
   Tetrahedra tetrahedra;
   {
-    auto triangulation = insert(points, weights, stop, done);
+    Regular triangulation = insert(points, weights, stop, done);
     require_dimension(triangulation.dimension(), points.size());
     tetrahedra = read_out(triangulation, points.size(), stop);
   }

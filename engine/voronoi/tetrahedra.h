@@ -63,6 +63,7 @@ constexpr int find_next_place(int i, int j) {
   return -1;
 }
 
+/// Of find_next_place(); -1 where i is j.
 inline constexpr auto kNextPlace = [] {
   std::array<std::array<std::int8_t, 4>, 4> table{};
   for (int i = 0; i < 4; ++i)
@@ -72,7 +73,7 @@ inline constexpr auto kNextPlace = [] {
   return table;
 }();
 
-/// The same, looked up.
+/// find_next_place() from a table: rings of tetrahedra are walked by it.
 constexpr int next_place(int i, int j) {
   return kNextPlace[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
 }

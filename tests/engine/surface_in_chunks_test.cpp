@@ -1,5 +1,5 @@
 // A cloud in memory goes chunk by chunk to the triangles of the whole.
-#include "engine/surface_in_chunks.h"
+#include "engine/ball_pivoting/surface_in_chunks.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "engine/surface_in_chunks.h"
+#include "engine/ball_pivoting/surface_in_chunks.h"
 
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -14,6 +14,7 @@
 namespace orbweave {
 namespace {
 
+/// A cloud in canonical order, and which of its points lie in which chunk.
 class ChunkedCloud {
  public:
   ChunkedCloud(std::span<const Vec3> positions, std::span<const Vec3> normals, Octree octree)

@@ -10,11 +10,11 @@
 
 namespace orbweave {
 
-/// The triangles of ball_pivoting() for all points, with what the walk holds kept to chunks of
-/// `chunk_points` points: the whole at once takes some 170 bytes per point more. Positions distinct
-/// and in the canonical order of the root cube of their bounds. Goes over the whole at once where
-/// the cloud is one chunk, or where halos would be large beside chunks. Runs on the calling TBB
-/// arena. Throws as ball_pivoting().
+/// The triangles of ball_pivoting() for all points. Only the chunks in work, of `chunk_points`
+/// points at most, need the memory of the walk: some 180 bytes per point, measured. Positions are
+/// distinct and in the canonical order of the root cube of their bounds. Small clouds and clouds
+/// whose halos would be large beside their chunks are taken at once. Runs on the calling TBB arena.
+/// Throws as ball_pivoting().
 std::vector<Triangle> triangles_in_chunks(std::span<const Vec3> positions,
                                           std::span<const Vec3> normals,
                                           const BallPivotingOptions& options,
