@@ -18,10 +18,6 @@ using Delaunay = CGAL::Delaunay_triangulation_3<Kernel, Structure>;
 Delaunay insert(std::span<const Vec3> positions, const StopToken* stop, const ShareDone& done) {
   const std::vector<Point> points = cgal_points(positions);
   Delaunay triangulation;
-  // Points of surfaces have fewer tetrahedra than points of volumes, which have 6.8 each.
-  constexpr std::size_t kLeastTetrahedraPerPoint = 6;
-  triangulation.tds().vertices().reserve(points.size() + 1);
-  triangulation.tds().cells().reserve(kLeastTetrahedraPerPoint * points.size());
   Delaunay::Vertex_handle last;
   std::size_t inserted = 0;
   for (const std::size_t i : insertion_order(points)) {

@@ -36,18 +36,15 @@ inline void look_up(std::size_t inserted, std::size_t all, const StopToken* stop
   if (done) done(static_cast<double>(inserted) / static_cast<double>(all));
 }
 
-/// The order in which points are inserted: neighbours follow each other. Among a few tens of
-/// neighbours the order is left as it is, which costs nothing.
+/// The order in which points are inserted: neighbours follow each other.
 inline std::vector<std::size_t> insertion_order(const std::vector<Point>& points) {
   std::vector<std::size_t> order(points.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   if (points.empty()) return order;  // CGAL takes the address of the first
-  constexpr std::ptrdiff_t kLeastSorted = 64;
   CGAL::spatial_sort(
       order.begin(), order.end(),
       CGAL::Spatial_sort_traits_adapter_3<Kernel, CGAL::Pointer_property_map<Point>::const_type>(
-          CGAL::make_property_map(points)),
-      CGAL::Hilbert_sort_median_policy(), kLeastSorted);
+          CGAL::make_property_map(points)));
   return order;
 }
 
@@ -257,71 +254,36 @@ inline void number_by(std::vector<std::uint32_t>& smallest, std::size_t points) 
   for (std::uint32_t& vertex : smallest) vertex = next[vertex]++;
 }
 
-/// Calls visit(cell) for all tetrahedra in the order of storage. What they point to lies all over
-/// the memory: fetch(cell) asks for it some tetrahedra ahead.
-template <class Cells, class Fetch, class Visit>
-void visit_fetching(Cells& cells, const Fetch& fetch, const Visit& visit) {
-  constexpr int kAhead = 16;
-  auto ahead = cells.begin();
-  for (int i = 0; i < kAhead && ahead != cells.end(); ++i, ++ahead) fetch(*ahead);
-  for (auto cell = cells.begin(); cell != cells.end(); ++cell) {
-    if (ahead != cells.end()) fetch(*ahead++);
-    visit(*cell);
-  }
-}
-
-/// Numbers the tetrahedra of a triangulation whose vertices know their indices, below `points`.
-template <class Cells>
-void number_cells(Cells& cells, std::size_t count, std::size_t points) {
-  std::vector<std::uint32_t> number;
-  number.reserve(count);
-  visit_fetching(
-      cells,
-      [](auto& cell) {
-        for (int i = 0; i < 4; ++i) __builtin_prefetch(&cell.vertex(i)->info());
-      },
-      [&](auto& cell) {
-        number.push_back(std::min(std::min(cell.vertex(0)->info(), cell.vertex(1)->info()),
-                                  std::min(cell.vertex(2)->info(), cell.vertex(3)->info())));
-      });
-  number_by(number, points);
-  std::size_t stored = 0;
-  for (auto cell = cells.begin(); cell != cells.end(); ++cell) cell->info() = number[stored++];
-}
-
 /// Reads the tetrahedra out of a triangulation whose vertices know their indices, below `points`.
 template <class Triangulation>
 Tetrahedra read_out(Triangulation& triangulation, std::size_t points, const StopToken* stop) {
   triangulation.infinite_vertex()->info() = kInfinite;
   auto& cells = triangulation.tds().cells();
-  const std::size_t count = triangulation.tds().number_of_cells();
-  number_cells(cells, count, points);
+  std::vector<std::uint32_t> number;
+  number.reserve(triangulation.tds().number_of_cells());
+  for (auto cell = cells.begin(); cell != cells.end(); ++cell) {
+    cell->info() = static_cast<std::uint32_t>(number.size());
+    number.push_back(std::min(std::min(cell->vertex(0)->info(), cell->vertex(1)->info()),
+                              std::min(cell->vertex(2)->info(), cell->vertex(3)->info())));
+  }
   check_stop(stop);
+  number_by(number, points);
   Tetrahedra result;
-  result.vertices.resize(count);
-  result.neighbors.resize(count);
-  result.finite.resize(count);
-  visit_fetching(
-      cells,
-      [&](auto& cell) {
-        __builtin_prefetch(&result.vertices[cell.info()], 1);
-        __builtin_prefetch(&result.neighbors[cell.info()], 1);
-        for (int i = 0; i < 4; ++i) {
-          __builtin_prefetch(&cell.vertex(i)->info());
-          __builtin_prefetch(&cell.neighbor(i)->info());
-        }
-      },
-      [&](auto& cell) {
-        const std::uint32_t c = cell.info();
-        bool is_finite = true;
-        for (int i = 0; i < 4; ++i) {
-          const std::uint32_t vertex = cell.vertex(i)->info();
-          result.vertices[c][static_cast<std::size_t>(i)] = vertex;
-          result.neighbors[c][static_cast<std::size_t>(i)] = cell.neighbor(i)->info();
-          is_finite = is_finite && vertex != kInfinite;
-        }
-        result.finite[c] = is_finite ? 1 : 0;
-      });
+  result.vertices.resize(number.size());
+  result.neighbors.resize(number.size());
+  result.finite.resize(number.size());
+  std::size_t stored = 0;
+  for (auto cell = cells.begin(); cell != cells.end(); ++cell) {
+    const std::uint32_t c = number[stored++];
+    bool is_finite = true;
+    for (int i = 0; i < 4; ++i) {
+      const std::uint32_t vertex = cell->vertex(i)->info();
+      result.vertices[c][static_cast<std::size_t>(i)] = vertex;
+      result.neighbors[c][static_cast<std::size_t>(i)] = number[cell->neighbor(i)->info()];
+      is_finite = is_finite && vertex != kInfinite;
+    }
+    result.finite[c] = is_finite ? 1 : 0;
+  }
   return result;
 }
 
