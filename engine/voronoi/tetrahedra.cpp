@@ -1,6 +1,17 @@
 #include "engine/voronoi/tetrahedra.h"
 
+#include <numeric>
+
 namespace orbweave::voronoi {
+
+void number_by(std::vector<std::uint32_t>& smallest, std::size_t points) {
+  std::vector<std::uint32_t> next(points + 1, 0);
+  for (const std::uint32_t vertex : smallest)
+    if (vertex != kInfinite) ++next[vertex + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  for (std::uint32_t& vertex : smallest)
+    if (vertex != kInfinite) vertex = next[vertex]++;
+}
 
 Stars stars_of(const Tetrahedra& tetrahedra, std::size_t points) {
   Stars stars;

@@ -89,6 +89,11 @@ struct Stars {
   }
 };
 
+/// Numbers for the tetrahedra by their smallest vertices, given in the order of storage: where
+/// neighbouring points have near indices, neighbouring tetrahedra lie near each other in memory.
+/// Those with no vertex but the one at infinity have no number and stay as they are.
+void number_by(std::vector<std::uint32_t>& smallest, std::size_t points);
+
 Stars stars_of(const Tetrahedra& tetrahedra, std::size_t points);
 
 }  // namespace orbweave::voronoi

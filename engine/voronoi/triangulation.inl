@@ -48,6 +48,8 @@ inline std::vector<std::size_t> insertion_order(const std::vector<Point>& points
   return order;
 }
 
+inline Point cgal_point(Vec3 p) { return {p.x, p.y, p.z}; }
+
 inline std::vector<Point> cgal_points(std::span<const Vec3> points) {
   std::vector<Point> all;
   all.reserve(points.size());
@@ -244,15 +246,6 @@ class CenterBatch {
   std::array<WeightedOffset<Lanes>, 3> offsets_;
   std::size_t count_ = 0;
 };
-
-/// Numbers for the tetrahedra by their smallest vertices, given in the order of storage: where
-/// neighbouring points have near indices, neighbouring tetrahedra lie near each other in memory.
-inline void number_by(std::vector<std::uint32_t>& smallest, std::size_t points) {
-  std::vector<std::uint32_t> next(points + 1, 0);
-  for (const std::uint32_t vertex : smallest) ++next[vertex + 1];
-  std::partial_sum(next.begin(), next.end(), next.begin());
-  for (std::uint32_t& vertex : smallest) vertex = next[vertex]++;
-}
 
 /// Reads the tetrahedra out of a triangulation whose vertices know their indices, below `points`.
 template <class Triangulation>

@@ -1,0 +1,45 @@
+#include "engine/voronoi/exact_signs.h"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+
+#include <tuple>
+
+namespace orbweave::voronoi {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+
+Kernel::Point_3 exact(Vec3 p) { return {p.x, p.y, p.z}; }
+
+bool is_before(Vec3 a, Vec3 b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
+
+/// Where p lies on the sphere of the corners.
+int perturbed_sphere_side(const std::array<Vec3, 4>& corners, Vec3 p) {
+  std::array<std::size_t, 4> order = {0, 1, 2, 3};
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t i, std::size_t j) { return is_before(corners[j], corners[i]); });
+  for (const std::size_t greatest : order) {
+    if (is_before(corners[greatest], p)) return -1;
+    // The corner outside makes room for p where p lies on its side of the other three.
+    std::array<Vec3, 4> replaced = corners;
+    replaced[greatest] = p;
+    const int side = exact_plane_side(replaced);
+    if (side != 0) return side;
+  }
+  return -1;
+}
+
+}  // namespace
+
+int exact_plane_side(const std::array<Vec3, 4>& corners) {
+  return static_cast<int>(CGAL::orientation(exact(corners[0]), exact(corners[1]), exact(corners[2]),
+                                            exact(corners[3])));
+}
+
+int exact_sphere_side(const std::array<Vec3, 4>& corners, Vec3 p) {
+  const int side = static_cast<int>(CGAL::side_of_oriented_sphere(
+      exact(corners[0]), exact(corners[1]), exact(corners[2]), exact(corners[3]), exact(p)));
+  return side != 0 ? side : perturbed_sphere_side(corners, p);
+}
+
+}  // namespace orbweave::voronoi

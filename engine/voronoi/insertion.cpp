@@ -1,0 +1,225 @@
+#include "engine/voronoi/insertion.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+
+#include "engine/voronoi/exact_signs.h"
+
+namespace orbweave::voronoi {
+namespace {
+
+constexpr std::uint32_t kNone = 0xffffffffu;
+
+std::size_t at(int place) { return static_cast<std::size_t>(place); }
+
+/// The place of a value that is among four.
+std::size_t place_of(const std::array<std::uint32_t, 4>& values, std::uint32_t value) {
+  return (values[1] == value ? 1U : 0U) + (values[2] == value ? 2U : 0U) +
+         (values[3] == value ? 3U : 0U);
+}
+
+}  // namespace
+
+Insertion::Insertion(std::span<const Vec3> points, const std::array<std::uint32_t, 4>& first)
+    : points_(points) {
+  Cell inner{first, {1, 2, 3, 4}};
+  const auto corner = [&](std::size_t k) { return points[first[k]]; };
+  if (exact_plane_side({corner(0), corner(1), corner(2), corner(3)}) < 0)
+    std::swap(inner.vertices[0], inner.vertices[1]);
+  cells_.push_back(inner);
+  for (std::size_t place = 0; place < 4; ++place) {
+    // The vertex at infinity lies on the other side of the facet: two others change places.
+    Cell outer{inner.vertices, {1, 2, 3, 4}};
+    outer.vertices[place] = kInfinite;
+    outer.neighbors[place] = 0;
+    const std::size_t i = (place + 1) % 4, j = (place + 2) % 4;
+    std::swap(outer.vertices[i], outer.vertices[j]);
+    std::swap(outer.neighbors[i], outer.neighbors[j]);
+    cells_.push_back(outer);
+  }
+  looks_.assign(cells_.size(), 0);
+}
+
+void Insertion::add(std::uint32_t point) {
+  const std::uint32_t first = locate(points_[point]);
+  if (is_known(first, point)) return;
+  find_taken(first, point);
+  fill();
+}
+
+bool Insertion::is_finite(const Cell& cell) const {
+  return ((cell.vertices[0] == kInfinite) | (cell.vertices[1] == kInfinite) |
+          (cell.vertices[2] == kInfinite) | (cell.vertices[3] == kInfinite)) == 0;
+}
+
+/// The tetrahedron that p lies in; outside the hull, one at infinity whose facet sees p. Walks from
+/// the point before: the spheres put all tetrahedra in the order in which p sees them, so that no
+/// way leads back.
+std::uint32_t Insertion::locate(const Vec3& p) const {
+  std::uint32_t cell = last_, from = kNone;
+  if (!is_finite(cells_[cell]))
+    cell = cells_[cell].neighbors[place_of(cells_[cell].vertices, kInfinite)];
+  while (true) {
+    const std::uint32_t next = next_on_way(cell, from, p);
+    if (next == cell || !is_finite(cells_[next])) return next;
+    from = cell;
+    cell = next;
+  }
+}
+
+/// The neighbour beyond a facet that p lies beyond; the tetrahedron itself where p is inside.
+std::uint32_t Insertion::next_on_way(std::uint32_t cell, std::uint32_t from, const Vec3& p) const {
+  for (std::size_t place = 0; place < 4; ++place) {
+    const std::uint32_t next = cells_[cell].neighbors[place];
+    if (next != from && side_with(cells_[cell], place, p) < 0) return next;
+  }
+  return cell;
+}
+
+/// On which side of the facet opposite a place p lies: 1 on that of the tetrahedron.
+int Insertion::side_with(const Cell& cell, std::size_t place, const Vec3& p) const {
+  const auto& facet = kFacet[place];
+  const auto corner = [&](std::size_t k) -> const Vec3& {
+    return points_[cell.vertices[static_cast<std::size_t>(facet[k])]];
+  };
+  // Counter-clockwise seen from outside: clockwise seen from the tetrahedron.
+  const int side = certain_plane_side(corner(0), corner(2), corner(1), p);
+  return side != 0 ? side : exact_plane_side({corner(0), corner(2), corner(1), p});
+}
+
+/// Whether a vertex of the tetrahedron lies in the place of the point.
+bool Insertion::is_known(std::uint32_t cell, std::uint32_t point) {
+  for (const std::uint32_t vertex : cells_[cell].vertices) {
+    if (vertex == kInfinite || points_[vertex] != points_[point]) continue;
+    if (renamed_.empty()) {
+      renamed_.resize(points_.size());
+      std::iota(renamed_.begin(), renamed_.end(), 0U);
+    }
+    renamed_[vertex] = std::min(renamed_[vertex], point);
+    return true;
+  }
+  return false;
+}
+
+/// Whether p lies inside the sphere of a tetrahedron. That of one at infinity is the half space
+/// beyond its facet, and in the plane of the facet the sphere of the tetrahedron behind.
+bool Insertion::takes_away(const Cell& cell, const Vec3& p) const {
+  if (!is_finite(cell)) return takes_away_at_infinity(cell, p);
+  const auto corner = [&](std::size_t k) -> const Vec3& { return points_[cell.vertices[k]]; };
+  int side = certain_sphere_side(corner(0), corner(1), corner(2), corner(3), p);
+  if (side == 0) side = exact_sphere_side({corner(0), corner(1), corner(2), corner(3)}, p);
+  return side > 0;
+}
+
+bool Insertion::takes_away_at_infinity(const Cell& cell, const Vec3& p) const {
+  const std::size_t at_infinity = place_of(cell.vertices, kInfinite);
+  const int side = side_with(cell, at_infinity, p);
+  return side > 0 || (side == 0 && takes_away(cells_[cell.neighbors[at_infinity]], p));
+}
+
+/// The tetrahedra whose spheres have the point inside: they hang together.
+void Insertion::find_taken(std::uint32_t first, std::uint32_t point) {
+  look_ += 2;
+  taken_.clear();
+  rim_.clear();
+  taken_.push_back(first);
+  looks_[first] = look_;
+  for (std::size_t i = 0; i < taken_.size(); ++i) visit_neighbors(taken_[i], point);
+}
+
+void Insertion::visit_neighbors(std::uint32_t cell, std::uint32_t point) {
+  const Cell here = cells_[cell];
+  for (std::size_t place = 0; place < 4; ++place) {
+    const std::uint32_t next = here.neighbors[place];
+    if (looks_[next] == look_) continue;
+    const Cell& there = cells_[next];
+    if (looks_[next] != look_ + 1) {
+      if (takes_away(there, points_[point])) {
+        looks_[next] = look_;
+        taken_.push_back(next);
+        continue;
+      }
+      looks_[next] = look_ + 1;
+    }
+    Rim rim{here.vertices, next, 0, static_cast<std::uint8_t>(place),
+            static_cast<std::uint8_t>(place_of(there.neighbors, cell))};
+    rim.vertices[place] = point;
+    rim_.push_back(rim);
+  }
+}
+
+/// Tetrahedra between the point and the rim, in the place of those taken away.
+void Insertion::fill() {
+  edges_.clear(3 * rim_.size());
+  std::size_t reused = 0;
+  for (Rim& rim : rim_) {
+    rim.cell = reused < taken_.size() ? taken_[reused++] : new_cell();
+    cells_[rim.cell].vertices = rim.vertices;
+    cells_[rim.cell].neighbors[rim.place] = rim.outside;
+    cells_[rim.outside].neighbors[rim.outside_place] = rim.cell;
+    const auto& facet = kFacet[rim.place];
+    for (std::size_t k = 0; k < 3; ++k)
+      edges_.add(rim.vertices[at(facet[k])], rim.vertices[at(facet[(k + 1) % 3])], rim.cell);
+  }
+  free_.insert(free_.end(), taken_.begin() + static_cast<std::ptrdiff_t>(reused), taken_.end());
+  connect();
+  last_ = rim_.back().cell;
+}
+
+/// Connects the new tetrahedra: those at one edge of the rim see it in opposite directions.
+void Insertion::connect() {
+  for (const Rim& rim : rim_) {
+    const auto& facet = kFacet[rim.place];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t from = rim.vertices[at(facet[(k + 1) % 3])];
+      const std::uint32_t to = rim.vertices[at(facet[k])];
+      cells_[rim.cell].neighbors[at(facet[(k + 2) % 3])] = edges_.cell(from, to);
+    }
+  }
+}
+
+std::uint32_t Insertion::new_cell() {
+  if (!free_.empty()) {
+    const std::uint32_t cell = free_.back();
+    free_.pop_back();
+    return cell;
+  }
+  cells_.emplace_back();
+  looks_.push_back(0);
+  return static_cast<std::uint32_t>(cells_.size() - 1);
+}
+
+/// Gives the vertices the smallest indices in their places.
+void Insertion::rename() {
+  if (renamed_.empty()) return;
+  for (Cell& cell : cells_)
+    for (std::uint32_t& vertex : cell.vertices)
+      if (vertex != kInfinite) vertex = renamed_[vertex];
+}
+
+Tetrahedra Insertion::take(const StopToken* stop) {
+  rename();
+  for (const std::uint32_t cell : free_) cells_[cell].vertices.fill(kInfinite);
+  std::vector<std::uint32_t> number;
+  number.reserve(cells_.size());
+  for (const Cell& cell : cells_)
+    number.push_back(*std::min_element(cell.vertices.begin(), cell.vertices.end()));
+  check_stop(stop);
+  number_by(number, points_.size());
+  const std::size_t count = cells_.size() - free_.size();
+  Tetrahedra result;
+  result.vertices.resize(count);
+  result.neighbors.resize(count);
+  result.finite.resize(count);
+  for (std::size_t c = 0; c < cells_.size(); ++c) {
+    if (number[c] == kNone) continue;
+    result.vertices[number[c]] = cells_[c].vertices;
+    result.finite[number[c]] = is_finite(cells_[c]) ? 1 : 0;
+    for (std::size_t place = 0; place < 4; ++place)
+      result.neighbors[number[c]][place] = number[cells_[c].neighbors[place]];
+  }
+  return result;
+}
+
+}  // namespace orbweave::voronoi

@@ -1,0 +1,71 @@
+// The Delaunay triangulation of points that are inserted one by one.
+// Bowyer, Computing Dirichlet tessellations, 1981; Watson, Computing the n-dimensional Delaunay
+// tessellation, 1981.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/voronoi/directed_edges.h"
+#include "engine/voronoi/tetrahedra.h"
+#include "io/stop_token.h"
+
+namespace orbweave::voronoi {
+
+/// The triangulation so far, which the order of insertion does not decide. Some 300 bytes per
+/// point of a surface.
+class Insertion {
+ public:
+  /// The tetrahedron of four points, positively oriented, and those at infinity around it.
+  Insertion(std::span<const Vec3> points, const std::array<std::uint32_t, 4>& first);
+
+  /// Inserts a point, fast where it lies near the one before. A point that lies exactly on a vertex
+  /// becomes none; of those in one place the smallest index is the vertex's.
+  void add(std::uint32_t point);
+
+  /// The tetrahedra, ordered by their vertices. The insertion ends with it.
+  Tetrahedra take(const StopToken* stop);
+
+ private:
+  struct Cell {
+    std::array<std::uint32_t, 4> vertices{};
+    std::array<std::uint32_t, 4> neighbors{};
+  };
+  /// A facet between a tetrahedron that the point takes away and one that stays.
+  struct Rim {
+    std::array<std::uint32_t, 4> vertices{};  ///< of the new tetrahedron, the point among them
+    std::uint32_t outside = 0;                ///< the tetrahedron that stays
+    std::uint32_t cell = 0;                   ///< the new tetrahedron
+    std::uint8_t place = 0;                   ///< of the point
+    std::uint8_t outside_place = 0;           ///< of the facet, in the tetrahedron that stays
+  };
+
+  bool is_finite(const Cell& cell) const;
+  std::uint32_t locate(const Vec3& p) const;
+  std::uint32_t next_on_way(std::uint32_t cell, std::uint32_t from, const Vec3& p) const;
+  int side_with(const Cell& cell, std::size_t place, const Vec3& p) const;
+  bool is_known(std::uint32_t cell, std::uint32_t point);
+  bool takes_away(const Cell& cell, const Vec3& p) const;
+  bool takes_away_at_infinity(const Cell& cell, const Vec3& p) const;
+  void find_taken(std::uint32_t first, std::uint32_t point);
+  void visit_neighbors(std::uint32_t cell, std::uint32_t point);
+  void fill();
+  std::uint32_t new_cell();
+  void connect();
+  void rename();
+
+  std::span<const Vec3> points_;
+  std::vector<Cell> cells_;
+  std::vector<std::uint32_t> free_;   // places of no tetrahedron
+  std::vector<std::uint32_t> looks_;  // per tetrahedron, when it was looked at, and what came of it
+  std::uint32_t look_ = 0;            // of the point that is inserted
+  std::uint32_t last_ = 0;            // a tetrahedron of the point before
+  std::vector<std::uint32_t> taken_;  // tetrahedra whose spheres have the point inside
+  std::vector<Rim> rim_;
+  DirectedEdges edges_;
+  std::vector<std::uint32_t> renamed_;  // smallest index in the place of each vertex; or empty
+};
+
+}  // namespace orbweave::voronoi
