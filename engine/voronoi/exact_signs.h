@@ -2,80 +2,81 @@
 // certain, by exact numbers otherwise.
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "io/vec3.h"
 
 namespace orbweave::voronoi {
 
-/// Per axis the largest of some absolute differences.
-class Extents {
- public:
-  explicit Extents(Vec3 d) : x_(std::abs(d.x)), y_(std::abs(d.y)), z_(std::abs(d.z)) {}
-  void add(Vec3 d) {
-    x_ = std::max(x_, std::abs(d.x));
-    y_ = std::max(y_, std::abs(d.y));
-    z_ = std::max(z_, std::abs(d.z));
-  }
-  double volume() const { return x_ * y_ * z_; }
-  double squared_diagonal() const { return x_ * x_ + y_ * y_ + z_ * z_; }
-  /// Nothing overflows, and what underflows is far below the bounds of the errors.
-  bool are_in_range() const {
-    constexpr double kLeast = 0x1p-100, kMost = 0x1p100;
-    return std::min({x_, y_, z_}) > kLeast && std::max({x_, y_, z_}) < kMost;
-  }
-
- private:
-  double x_, y_, z_;
+/// An offset in space, or several side by side where the numbers are vectors.
+template <class Number>
+struct Offset {
+  Number x, y, z;
 };
 
-/// The sign of a value that lies beyond its error; otherwise 0.
-inline int sign_beyond(double value, double error) {
-  return value > error ? 1 : value < -error ? -1 : 0;
+/// A sum and the square of what rounding can have made of it.
+template <class Number>
+struct RoundedSum {
+  Number value, squared_error;
+};
+
+/// Coordinates of larger magnitude overflow in the squares of the sums below.
+inline constexpr double kMostCoordinate = 0x1p99;
+
+/// The sign of a sum that is certain; otherwise 0, also of what is no number. What underflows is
+/// far below a squared error that is not tiny itself.
+inline int certain_sign(const RoundedSum<double>& sum) {
+  constexpr double kLeastError = 0x1p-1000;
+  const bool is_certain =
+      sum.value * sum.value > sum.squared_error && sum.squared_error > kLeastError;
+  return is_certain ? (sum.value > 0.0 ? 1 : -1) : 0;
 }
 
-/// 1 where a, b, c are counter-clockwise seen from d, -1 where clockwise; 0 where doubles cannot
-/// tell.
-inline int certain_plane_side(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-  // Six terms, each at most the product of the extents, with at most 8 roundings of 2^-53 on the
-  // way to each: the factor is their number, rounded up.
-  constexpr double kError = 64.0 * 0x1p-53;
-  const Vec3 u = b - a, v = c - a, w = d - a;
-  Extents extents(u);
-  extents.add(v);
-  extents.add(w);
-  const int sign = sign_beyond(dot(cross(u, v), w), kError * extents.volume());
-  return extents.are_in_range() ? sign : 0;
-}
-
-/// The side of a sphere through positively oriented corners: 1 where p lies inside, -1 outside; 0
-/// where doubles cannot tell.
-inline int certain_sphere_side(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d,
-                               const Vec3& p) {
-  // 24 terms, each at most the volume times the squared diagonal, with at most 18 roundings of
-  // 2^-53 on the way to each: the factor is their number, rounded up.
+/// Above 0 where p lies inside the sphere of four positively oriented corners, given as offsets
+/// from p.
+template <class Number>
+RoundedSum<Number> sphere_sum(const std::array<Offset<Number>, 4>& corners) {
+  // 24 terms, each at most the product of the largest of x, y, z and the largest square, with at
+  // most 18 roundings of 2^-53 on the way to each: the factor is their number, rounded up. The sums
+  // of squares below are at least the squares of the largest.
   constexpr double kError = 512.0 * 0x1p-53;
-  const Vec3 e = a - p, f = b - p, g = c - p, h = d - p;
-  Extents extents(e);
-  extents.add(f);
-  extents.add(g);
-  extents.add(h);
-  const double ef = e.x * f.y - f.x * e.y, eg = e.x * g.y - g.x * e.y, eh = e.x * h.y - h.x * e.y;
-  const double fg = f.x * g.y - g.x * f.y, fh = f.x * h.y - h.x * f.y, gh = g.x * h.y - h.x * g.y;
-  const double efg = ef * g.z - eg * f.z + fg * e.z, efh = ef * h.z - eh * f.z + fh * e.z;
-  const double egh = eg * h.z - eh * g.z + gh * e.z, fgh = fg * h.z - fh * g.z + gh * f.z;
-  const double determinant = (efh * squared_norm(g) - efg * squared_norm(h)) +
-                             (fgh * squared_norm(e) - egh * squared_norm(f));
-  const int sign = sign_beyond(determinant, kError * extents.volume() * extents.squared_diagonal());
-  return extents.are_in_range() ? sign : 0;
+  const auto& [e, f, g, h] = corners;
+  const Number ex = e.x * e.x, ey = e.y * e.y, ez = e.z * e.z;
+  const Number fx = f.x * f.x, fy = f.y * f.y, fz = f.z * f.z;
+  const Number gx = g.x * g.x, gy = g.y * g.y, gz = g.z * g.z;
+  const Number hx = h.x * h.x, hy = h.y * h.y, hz = h.z * h.z;
+  const Number ef = e.x * f.y - f.x * e.y, eg = e.x * g.y - g.x * e.y, eh = e.x * h.y - h.x * e.y;
+  const Number fg = f.x * g.y - g.x * f.y, fh = f.x * h.y - h.x * f.y, gh = g.x * h.y - h.x * g.y;
+  const Number efg = ef * g.z - eg * f.z + fg * e.z, efh = ef * h.z - eh * f.z + fh * e.z;
+  const Number egh = eg * h.z - eh * g.z + gh * e.z, fgh = fg * h.z - fh * g.z + gh * f.z;
+  const Number x = ex + fx + gx + hx, y = ey + fy + gy + hy, z = ez + fz + gz + hz;
+  const Number square = kError * (x + y + z);
+  return {
+      (efh * (gx + gy + gz) - efg * (hx + hy + hz)) + (fgh * (ex + ey + ez) - egh * (fx + fy + fz)),
+      (x * y * z) * (square * square)};
 }
 
-/// The same as certain_plane_side(), exact: 0 in one plane.
+/// Above 0 where three corners are counter-clockwise seen from p, given as offsets from p.
+template <class Number>
+RoundedSum<Number> plane_sum(const Offset<Number>& a, const Offset<Number>& b,
+                             const Offset<Number>& c) {
+  // Six terms, each at most the product of the largest of x, y, z, with at most 8 roundings of
+  // 2^-53 on the way to each. The sums of squares are at least the squares of the largest.
+  constexpr double kError = 64.0 * 0x1p-53;
+  const Number x = a.x * a.x + b.x * b.x + c.x * c.x;
+  const Number y = a.y * a.y + b.y * b.y + c.y * c.y;
+  const Number z = a.z * a.z + b.z * b.z + c.z * c.z;
+  return {
+      a.x * (c.y * b.z - b.y * c.z) + a.y * (b.x * c.z - c.x * b.z) + a.z * (c.x * b.y - b.x * c.y),
+      (x * y * z) * (kError * kError)};
+}
+
+/// 1 where the first three corners are counter-clockwise seen from the fourth, -1 where clockwise,
+/// 0 in one plane. Exact.
 int exact_plane_side(const std::array<Vec3, 4>& corners);
 
-/// The same as certain_sphere_side(), exact, and never 0. Points on the sphere are told apart by
+/// 1 where p lies inside the sphere of positively oriented corners, -1 outside. Exact, and never 0:
+/// points on the sphere are told apart by
 /// their coordinates: of the five the greatest in lexicographic order is taken to lie a little
 /// outside, far more so than the next ones. Devillers, Teillaud, Perturbations for Delaunay and
 /// Weighted Delaunay 3D Triangulations, 2011, section 4.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <numeric>
 
 #include "engine/voronoi/exact_signs.h"
@@ -22,7 +23,9 @@ std::size_t place_of(const std::array<std::uint32_t, 4>& values, std::uint32_t v
 }  // namespace
 
 Insertion::Insertion(std::span<const Vec3> points, const std::array<std::uint32_t, 4>& first)
-    : points_(points) {
+    : points_(points.begin(), points.end()), infinite_(static_cast<std::uint32_t>(points.size())) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  points_.push_back({kNaN, kNaN, kNaN});
   Cell inner{first, {1, 2, 3, 4}};
   const auto corner = [&](std::size_t k) { return points[first[k]]; };
   if (exact_plane_side({corner(0), corner(1), corner(2), corner(3)}) < 0)
@@ -31,7 +34,7 @@ Insertion::Insertion(std::span<const Vec3> points, const std::array<std::uint32_
   for (std::size_t place = 0; place < 4; ++place) {
     // The vertex at infinity lies on the other side of the facet: two others change places.
     Cell outer{inner.vertices, {1, 2, 3, 4}};
-    outer.vertices[place] = kInfinite;
+    outer.vertices[place] = infinite_;
     outer.neighbors[place] = 0;
     const std::size_t i = (place + 1) % 4, j = (place + 2) % 4;
     std::swap(outer.vertices[i], outer.vertices[j]);
@@ -44,13 +47,14 @@ Insertion::Insertion(std::span<const Vec3> points, const std::array<std::uint32_
 void Insertion::add(std::uint32_t point) {
   const std::uint32_t first = locate(points_[point]);
   if (is_known(first, point)) return;
-  find_taken(first, point);
+  find_taken(first, points_[point]);
+  find_rim(point);
   fill();
 }
 
 bool Insertion::is_finite(const Cell& cell) const {
-  return ((cell.vertices[0] == kInfinite) | (cell.vertices[1] == kInfinite) |
-          (cell.vertices[2] == kInfinite) | (cell.vertices[3] == kInfinite)) == 0;
+  return ((cell.vertices[0] == infinite_) | (cell.vertices[1] == infinite_) |
+          (cell.vertices[2] == infinite_) | (cell.vertices[3] == infinite_)) == 0;
 }
 
 /// The tetrahedron that p lies in; outside the hull, one at infinity whose facet sees p. Walks from
@@ -59,7 +63,7 @@ bool Insertion::is_finite(const Cell& cell) const {
 std::uint32_t Insertion::locate(const Vec3& p) const {
   std::uint32_t cell = last_, from = kNone;
   if (!is_finite(cells_[cell]))
-    cell = cells_[cell].neighbors[place_of(cells_[cell].vertices, kInfinite)];
+    cell = cells_[cell].neighbors[place_of(cells_[cell].vertices, infinite_)];
   while (true) {
     const std::uint32_t next = next_on_way(cell, from, p);
     if (next == cell || !is_finite(cells_[next])) return next;
@@ -81,17 +85,20 @@ std::uint32_t Insertion::next_on_way(std::uint32_t cell, std::uint32_t from, con
 int Insertion::side_with(const Cell& cell, std::size_t place, const Vec3& p) const {
   const auto& facet = kFacet[place];
   const auto corner = [&](std::size_t k) -> const Vec3& {
-    return points_[cell.vertices[static_cast<std::size_t>(facet[k])]];
+    return points_[cell.vertices[at(facet[k])]];
+  };
+  const auto offset = [&](std::size_t k) {
+    return Offset<double>{corner(k).x - p.x, corner(k).y - p.y, corner(k).z - p.z};
   };
   // Counter-clockwise seen from outside: clockwise seen from the tetrahedron.
-  const int side = certain_plane_side(corner(0), corner(2), corner(1), p);
+  const int side = certain_sign(plane_sum(offset(0), offset(2), offset(1)));
   return side != 0 ? side : exact_plane_side({corner(0), corner(2), corner(1), p});
 }
 
 /// Whether a vertex of the tetrahedron lies in the place of the point.
 bool Insertion::is_known(std::uint32_t cell, std::uint32_t point) {
   for (const std::uint32_t vertex : cells_[cell].vertices) {
-    if (vertex == kInfinite || points_[vertex] != points_[point]) continue;
+    if (vertex == infinite_ || points_[vertex] != points_[point]) continue;
     if (renamed_.empty()) {
       renamed_.resize(points_.size());
       std::iota(renamed_.begin(), renamed_.end(), 0U);
@@ -102,50 +109,100 @@ bool Insertion::is_known(std::uint32_t cell, std::uint32_t point) {
   return false;
 }
 
-/// Whether p lies inside the sphere of a tetrahedron. That of one at infinity is the half space
-/// beyond its facet, and in the plane of the facet the sphere of the tetrahedron behind.
-bool Insertion::takes_away(const Cell& cell, const Vec3& p) const {
-  if (!is_finite(cell)) return takes_away_at_infinity(cell, p);
-  const auto corner = [&](std::size_t k) -> const Vec3& { return points_[cell.vertices[k]]; };
-  int side = certain_sphere_side(corner(0), corner(1), corner(2), corner(3), p);
-  if (side == 0) side = exact_sphere_side({corner(0), corner(1), corner(2), corner(3)}, p);
-  return side > 0;
-}
-
-bool Insertion::takes_away_at_infinity(const Cell& cell, const Vec3& p) const {
-  const std::size_t at_infinity = place_of(cell.vertices, kInfinite);
+/// Whether p lies inside the sphere of a tetrahedron, whatever doubles can tell. That of one at
+/// infinity is the half space beyond its facet, and in the plane of the facet the sphere of the
+/// tetrahedron behind.
+bool Insertion::takes_away_exactly(const Cell& cell, const Vec3& p) const {
+  const auto& v = cell.vertices;
+  if (is_finite(cell))
+    return exact_sphere_side({points_[v[0]], points_[v[1]], points_[v[2]], points_[v[3]]}, p) > 0;
+  const std::size_t at_infinity = place_of(v, infinite_);
   const int side = side_with(cell, at_infinity, p);
-  return side > 0 || (side == 0 && takes_away(cells_[cell.neighbors[at_infinity]], p));
+  return side > 0 || (side == 0 && takes_away_exactly(cells_[cell.neighbors[at_infinity]], p));
 }
 
-/// The tetrahedra whose spheres have the point inside: they hang together.
-void Insertion::find_taken(std::uint32_t first, std::uint32_t point) {
+/// The tetrahedra whose spheres have p inside: they hang together. What is asked of tetrahedra is
+/// answered by counting, without branches: the machine foresees none of them.
+void Insertion::find_taken(std::uint32_t first, const Vec3& p) {
   look_ += 2;
-  taken_.clear();
-  rim_.clear();
-  taken_.push_back(first);
-  looks_[first] = look_;
-  for (std::size_t i = 0; i < taken_.size(); ++i) visit_neighbors(taken_[i], point);
+  taken_count_ = 0;
+  make_room();
+  taken_[taken_count_++] = first;
+  looks_[first] = look_ + kTaken;
+  for (std::size_t i = 0; i < taken_count_;) {
+    asked_count_ = 0;
+    for (; i < taken_count_ && asked_count_ < kAskedAtOnce; ++i) ask_neighbors(taken_[i]);
+    answer(p);
+  }
 }
 
-void Insertion::visit_neighbors(std::uint32_t cell, std::uint32_t point) {
-  const Cell here = cells_[cell];
-  for (std::size_t place = 0; place < 4; ++place) {
-    const std::uint32_t next = here.neighbors[place];
-    if (looks_[next] == look_) continue;
-    const Cell& there = cells_[next];
-    if (looks_[next] != look_ + 1) {
-      if (takes_away(there, points_[point])) {
-        looks_[next] = look_;
-        taken_.push_back(next);
-        continue;
-      }
-      looks_[next] = look_ + 1;
+/// Room for as many tetrahedra as can be asked about at once.
+void Insertion::make_room() {
+  if (taken_.size() < taken_count_ + asked_.size())
+    taken_.resize(2 * (taken_count_ + asked_.size()));
+}
+
+void Insertion::ask_neighbors(std::uint32_t cell) {
+  for (const std::uint32_t next : cells_[cell].neighbors) {
+    asked_[asked_count_] = next;
+    asked_count_ += looks_[next] < look_ ? 1U : 0U;
+    looks_[next] = std::max(looks_[next], look_);
+  }
+}
+
+/// Takes those of the tetrahedra that are asked about whose spheres have p inside.
+void Insertion::answer(const Vec3& p) {
+  make_room();
+  asked_[asked_count_] = asked_[0];  // beside the last one where their number is odd
+  for (std::size_t i = 0; i < asked_count_; i += 2) {
+    const std::array<bool, 2> inside = are_inside(asked_[i], asked_[i + 1], p);
+    take_away(asked_[i], inside[0]);
+    if (i + 1 < asked_count_) take_away(asked_[i + 1], inside[1]);
+  }
+}
+
+std::array<bool, 2> Insertion::are_inside(std::uint32_t first, std::uint32_t second,
+                                          const Vec3& p) const {
+  std::array<Offset<Two>, 4> corners;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Vec3& a = points_[cells_[first].vertices[k]];
+    const Vec3& b = points_[cells_[second].vertices[k]];
+    corners[k] = {Two{a.x, b.x} - p.x, Two{a.y, b.y} - p.y, Two{a.z, b.z} - p.z};
+  }
+  const RoundedSum<Two> sums = sphere_sum(corners);
+  const int side_of_first = certain_sign({sums.value[0], sums.squared_error[0]});
+  const int side_of_second = certain_sign({sums.value[1], sums.squared_error[1]});
+  if (side_of_first * side_of_second != 0) return {side_of_first > 0, side_of_second > 0};
+  return {side_of_first == 0 ? takes_away_exactly(cells_[first], p) : side_of_first > 0,
+          side_of_second == 0 ? takes_away_exactly(cells_[second], p) : side_of_second > 0};
+}
+
+void Insertion::take_away(std::uint32_t cell, bool is_inside) {
+  const std::uint32_t taken = is_inside ? kTaken : 0;
+  looks_[cell] += taken;
+  taken_[taken_count_] = cell;
+  taken_count_ += taken;
+}
+
+/// The facets between what is taken away and what stays.
+void Insertion::find_rim(std::uint32_t point) {
+  rim_.resize(4 * taken_count_);
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < taken_count_; ++i) {
+    for (std::size_t place = 0; place < 4; ++place) {
+      rim_[count].cell = taken_[i];
+      rim_[count].place = static_cast<std::uint32_t>(place);
+      count += looks_[cells_[taken_[i]].neighbors[place]] == look_ ? 1U : 0U;
     }
-    Rim rim{here.vertices, next, 0, static_cast<std::uint8_t>(place),
-            static_cast<std::uint8_t>(place_of(there.neighbors, cell))};
-    rim.vertices[place] = point;
-    rim_.push_back(rim);
+  }
+  rim_.resize(count);
+  for (Rim& rim : rim_) {
+    const Cell& cell = cells_[rim.cell];
+    rim.vertices = cell.vertices;
+    rim.vertices[rim.place] = point;
+    rim.outside = cell.neighbors[rim.place];
+    rim.outside_place =
+        static_cast<std::uint32_t>(place_of(cells_[rim.outside].neighbors, rim.cell));
   }
 }
 
@@ -154,7 +211,7 @@ void Insertion::fill() {
   edges_.clear(3 * rim_.size());
   std::size_t reused = 0;
   for (Rim& rim : rim_) {
-    rim.cell = reused < taken_.size() ? taken_[reused++] : new_cell();
+    rim.cell = reused < taken_count_ ? taken_[reused++] : new_cell();
     cells_[rim.cell].vertices = rim.vertices;
     cells_[rim.cell].neighbors[rim.place] = rim.outside;
     cells_[rim.outside].neighbors[rim.outside_place] = rim.cell;
@@ -162,7 +219,8 @@ void Insertion::fill() {
     for (std::size_t k = 0; k < 3; ++k)
       edges_.add(rim.vertices[at(facet[k])], rim.vertices[at(facet[(k + 1) % 3])], rim.cell);
   }
-  free_.insert(free_.end(), taken_.begin() + static_cast<std::ptrdiff_t>(reused), taken_.end());
+  free_.insert(free_.end(), taken_.begin() + static_cast<std::ptrdiff_t>(reused),
+               taken_.begin() + static_cast<std::ptrdiff_t>(taken_count_));
   connect();
   last_ = rim_.back().cell;
 }
@@ -190,23 +248,23 @@ std::uint32_t Insertion::new_cell() {
   return static_cast<std::uint32_t>(cells_.size() - 1);
 }
 
-/// Gives the vertices the smallest indices in their places.
+/// Gives the vertices their final indices: the smallest in their places.
 void Insertion::rename() {
-  if (renamed_.empty()) return;
   for (Cell& cell : cells_)
     for (std::uint32_t& vertex : cell.vertices)
-      if (vertex != kInfinite) vertex = renamed_[vertex];
+      vertex = vertex == infinite_ ? kInfinite : renamed_.empty() ? vertex : renamed_[vertex];
 }
 
 Tetrahedra Insertion::take(const StopToken* stop) {
   rename();
+  infinite_ = kInfinite;
   for (const std::uint32_t cell : free_) cells_[cell].vertices.fill(kInfinite);
   std::vector<std::uint32_t> number;
   number.reserve(cells_.size());
   for (const Cell& cell : cells_)
     number.push_back(*std::min_element(cell.vertices.begin(), cell.vertices.end()));
   check_stop(stop);
-  number_by(number, points_.size());
+  number_by(number, points_.size() - 1);
   const std::size_t count = cells_.size() - free_.size();
   Tetrahedra result;
   result.vertices.resize(count);

@@ -38,8 +38,8 @@ class Insertion {
     std::array<std::uint32_t, 4> vertices{};  ///< of the new tetrahedron, the point among them
     std::uint32_t outside = 0;                ///< the tetrahedron that stays
     std::uint32_t cell = 0;                   ///< the new tetrahedron
-    std::uint8_t place = 0;                   ///< of the point
-    std::uint8_t outside_place = 0;           ///< of the facet, in the tetrahedron that stays
+    std::uint32_t place = 0;                  ///< of the point
+    std::uint32_t outside_place = 0;          ///< of the facet, in the tetrahedron that stays
   };
 
   bool is_finite(const Cell& cell) const;
@@ -47,22 +47,36 @@ class Insertion {
   std::uint32_t next_on_way(std::uint32_t cell, std::uint32_t from, const Vec3& p) const;
   int side_with(const Cell& cell, std::size_t place, const Vec3& p) const;
   bool is_known(std::uint32_t cell, std::uint32_t point);
-  bool takes_away(const Cell& cell, const Vec3& p) const;
-  bool takes_away_at_infinity(const Cell& cell, const Vec3& p) const;
-  void find_taken(std::uint32_t first, std::uint32_t point);
-  void visit_neighbors(std::uint32_t cell, std::uint32_t point);
+  bool takes_away_exactly(const Cell& cell, const Vec3& p) const;
+  void find_taken(std::uint32_t first, const Vec3& p);
+  void ask_neighbors(std::uint32_t cell);
+  void answer(const Vec3& p);
+  std::array<bool, 2> are_inside(std::uint32_t first, std::uint32_t second, const Vec3& p) const;
+  void take_away(std::uint32_t cell, bool is_inside);
+  void make_room();
+  void find_rim(std::uint32_t point);
   void fill();
   std::uint32_t new_cell();
   void connect();
   void rename();
 
-  std::span<const Vec3> points_;
+  /// Numbers of two tetrahedra side by side.
+  using Two = double __attribute__((vector_size(16)));
+  static constexpr std::size_t kAskedAtOnce = 16;
+  static constexpr std::uint32_t kTaken = 1;  ///< added to a look: the tetrahedron is taken away
+
+  std::vector<Vec3> points_;  // and behind them one that is no number
+  std::uint32_t infinite_;    // the vertex at infinity: the index of that one
   std::vector<Cell> cells_;
   std::vector<std::uint32_t> free_;   // places of no tetrahedron
   std::vector<std::uint32_t> looks_;  // per tetrahedron, when it was looked at, and what came of it
   std::uint32_t look_ = 0;            // of the point that is inserted
   std::uint32_t last_ = 0;            // a tetrahedron of the point before
-  std::vector<std::uint32_t> taken_;  // tetrahedra whose spheres have the point inside
+  // Tetrahedra whose spheres have the point inside, and behind them room for others.
+  std::vector<std::uint32_t> taken_;
+  std::size_t taken_count_ = 0;
+  std::array<std::uint32_t, kAskedAtOnce + 5> asked_{};  // tetrahedra beside those
+  std::size_t asked_count_ = 0;
   std::vector<Rim> rim_;
   DirectedEdges edges_;
   std::vector<std::uint32_t> renamed_;  // smallest index in the place of each vertex; or empty
