@@ -23,13 +23,17 @@ struct RoundedSum {
 /// Coordinates of larger magnitude overflow in the squares of the sums below.
 inline constexpr double kMostCoordinate = 0x1p99;
 
-/// The sign of a sum that is certain; otherwise 0, also of what is no number. What underflows is
-/// far below a squared error that is not tiny itself.
-inline int certain_sign(const RoundedSum<double>& sum) {
+/// Whether the sign of a sum is certain, which that of no number is not. What underflows is far
+/// below a squared error that is not tiny itself.
+template <class Number>
+auto certain(const RoundedSum<Number>& sum) {
   constexpr double kLeastError = 0x1p-1000;
-  const bool is_certain =
-      sum.value * sum.value > sum.squared_error && sum.squared_error > kLeastError;
-  return is_certain ? (sum.value > 0.0 ? 1 : -1) : 0;
+  return (sum.value * sum.value > sum.squared_error) & (sum.squared_error > kLeastError);
+}
+
+/// The sign of a sum where it is certain; otherwise 0.
+inline int certain_sign(const RoundedSum<double>& sum) {
+  return certain(sum) ? (sum.value > 0.0 ? 1 : -1) : 0;
 }
 
 /// Above 0 where p lies inside the sphere of four positively oriented corners, given as offsets

@@ -170,11 +170,10 @@ std::array<bool, 2> Insertion::are_inside(std::uint32_t first, std::uint32_t sec
     corners[k] = {Two{a.x, b.x} - p.x, Two{a.y, b.y} - p.y, Two{a.z, b.z} - p.z};
   }
   const RoundedSum<Two> sums = sphere_sum(corners);
-  const int side_of_first = certain_sign({sums.value[0], sums.squared_error[0]});
-  const int side_of_second = certain_sign({sums.value[1], sums.squared_error[1]});
-  if (side_of_first * side_of_second != 0) return {side_of_first > 0, side_of_second > 0};
-  return {side_of_first == 0 ? takes_away_exactly(cells_[first], p) : side_of_first > 0,
-          side_of_second == 0 ? takes_away_exactly(cells_[second], p) : side_of_second > 0};
+  const auto are_certain = certain(sums);
+  if ((are_certain[0] & are_certain[1]) != 0) return {sums.value[0] > 0.0, sums.value[1] > 0.0};
+  return {are_certain[0] != 0 ? sums.value[0] > 0.0 : takes_away_exactly(cells_[first], p),
+          are_certain[1] != 0 ? sums.value[1] > 0.0 : takes_away_exactly(cells_[second], p)};
 }
 
 void Insertion::take_away(std::uint32_t cell, bool is_inside) {
