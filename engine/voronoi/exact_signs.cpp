@@ -2,7 +2,12 @@
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <tuple>
+
+#include "engine/voronoi/power_side.h"
 
 namespace orbweave::voronoi {
 namespace {
@@ -31,14 +36,28 @@ int perturbed_sphere_side(const std::array<Vec3, 4>& corners, Vec3 p) {
 
 }  // namespace
 
+double least_squared_error(std::span<const Vec3> points) {
+  // A product that underflows is off by 2^-1074, times offsets and squares of at most 2^305.
+  constexpr double kMostCoordinate = 0x1p100, kLeast = 0x1p-1000;
+  const bool are_in_range = std::all_of(points.begin(), points.end(), [](const Vec3& p) {
+    return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= kMostCoordinate;
+  });
+  return are_in_range ? kLeast : std::numeric_limits<double>::infinity();
+}
+
 int exact_plane_side(const std::array<Vec3, 4>& corners) {
   return static_cast<int>(CGAL::orientation(exact(corners[0]), exact(corners[1]), exact(corners[2]),
                                             exact(corners[3])));
 }
 
 int exact_sphere_side(const std::array<Vec3, 4>& corners, Vec3 p) {
-  const int side = static_cast<int>(CGAL::side_of_oriented_sphere(
-      exact(corners[0]), exact(corners[1]), exact(corners[2]), exact(corners[3]), exact(p)));
+  // Pairs of doubles nearly always tell, in less time, on which side of a sphere the points of a
+  // round surface lie.
+  int side = certain_power_sign(
+      {{{corners[0], 0.0}, {corners[1], 0.0}, {corners[2], 0.0}, {corners[3], 0.0}, {p, 0.0}}});
+  if (side == 0)
+    side = static_cast<int>(CGAL::side_of_oriented_sphere(
+        exact(corners[0]), exact(corners[1]), exact(corners[2]), exact(corners[3]), exact(p)));
   return side != 0 ? side : perturbed_sphere_side(corners, p);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 
 #include "io/vec3.h"
 
@@ -20,20 +21,19 @@ struct RoundedSum {
   Number value, squared_error;
 };
 
-/// Coordinates of larger magnitude overflow in the squares of the sums below.
-inline constexpr double kMostCoordinate = 0x1p99;
+/// The least squared error that hides whatever underflows in sums over points: infinite where
+/// coordinates are so large that there is none.
+double least_squared_error(std::span<const Vec3> points);
 
-/// Whether the sign of a sum is certain, which that of no number is not. What underflows is far
-/// below a squared error that is not tiny itself.
+/// Whether the sign of a sum is certain, which that of no number is not.
 template <class Number>
-auto certain(const RoundedSum<Number>& sum) {
-  constexpr double kLeastError = 0x1p-1000;
-  return (sum.value * sum.value > sum.squared_error) & (sum.squared_error > kLeastError);
+auto certain(const RoundedSum<Number>& sum, double least_squared_error) {
+  return (sum.value * sum.value > sum.squared_error) & (sum.squared_error > least_squared_error);
 }
 
 /// The sign of a sum where it is certain; otherwise 0.
-inline int certain_sign(const RoundedSum<double>& sum) {
-  return certain(sum) ? (sum.value > 0.0 ? 1 : -1) : 0;
+inline int certain_sign(const RoundedSum<double>& sum, double least_squared_error) {
+  return certain(sum, least_squared_error) ? (sum.value > 0.0 ? 1 : -1) : 0;
 }
 
 /// Above 0 where p lies inside the sphere of four positively oriented corners, given as offsets

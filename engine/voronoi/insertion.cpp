@@ -23,7 +23,9 @@ std::size_t place_of(const std::array<std::uint32_t, 4>& values, std::uint32_t v
 }  // namespace
 
 Insertion::Insertion(std::span<const Vec3> points, const std::array<std::uint32_t, 4>& first)
-    : points_(points.begin(), points.end()), infinite_(static_cast<std::uint32_t>(points.size())) {
+    : points_(points.begin(), points.end()),
+      infinite_(static_cast<std::uint32_t>(points.size())),
+      least_error_(least_squared_error(points)) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   points_.push_back({kNaN, kNaN, kNaN});
   Cell inner{first, {1, 2, 3, 4}};
@@ -91,7 +93,7 @@ int Insertion::side_with(const Cell& cell, std::size_t place, const Vec3& p) con
     return Offset<double>{corner(k).x - p.x, corner(k).y - p.y, corner(k).z - p.z};
   };
   // Counter-clockwise seen from outside: clockwise seen from the tetrahedron.
-  const int side = certain_sign(plane_sum(offset(0), offset(2), offset(1)));
+  const int side = certain_sign(plane_sum(offset(0), offset(2), offset(1)), least_error_);
   return side != 0 ? side : exact_plane_side({corner(0), corner(2), corner(1), p});
 }
 
@@ -170,7 +172,7 @@ std::array<bool, 2> Insertion::are_inside(std::uint32_t first, std::uint32_t sec
     corners[k] = {Two{a.x, b.x} - p.x, Two{a.y, b.y} - p.y, Two{a.z, b.z} - p.z};
   }
   const RoundedSum<Two> sums = sphere_sum(corners);
-  const auto are_certain = certain(sums);
+  const auto are_certain = certain(sums, least_error_);
   if ((are_certain[0] & are_certain[1]) != 0) return {sums.value[0] > 0.0, sums.value[1] > 0.0};
   return {are_certain[0] != 0 ? sums.value[0] > 0.0 : takes_away_exactly(cells_[first], p),
           are_certain[1] != 0 ? sums.value[1] > 0.0 : takes_away_exactly(cells_[second], p)};

@@ -67,6 +67,7 @@ class Insertion {
 
   std::vector<Vec3> points_;  // and behind them one that is no number
   std::uint32_t infinite_;    // the vertex at infinity: the index of that one
+  double least_error_;        // squared: smaller ones may be those of what underflows
   std::vector<Cell> cells_;
   std::vector<std::uint32_t> free_;   // places of no tetrahedron
   std::vector<std::uint32_t> looks_;  // per tetrahedron, when it was looked at, and what came of it
