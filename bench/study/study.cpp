@@ -93,6 +93,7 @@ Json triangulations(const PointCloud& cloud, bool with_balls) {
   const voronoi::TriangulationSeconds seconds =
       voronoi::time_triangulations(cloud.positions, with_balls);
   return {{"points", seconds.points},
+          {"points_here", seconds.points_here},
           {"points_and_poles", seconds.points_and_poles},
           {"bounded_points", seconds.bounded_points},
           {"balls", seconds.balls}};

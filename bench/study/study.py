@@ -209,7 +209,7 @@ The paper's figures are of a 3 GHz Pentium 4 and of its authors' programs; compa
 Slopes over that of ball pivoting: Tight Cocone {base['tight_cocone'] / base['ball_pivoting']:.1f} (the paper: 3.0),
 Power Crust {base['power_crust'] / base['ball_pivoting']:.1f} (5.7), Crust {base['crust'] / base['ball_pivoting']:.1f}
 (7.2). In the paper the order is ball pivoting, Tight Cocone, Power Crust, Crust. Ball pivoting gains more than the others
-because its walk is vectorised, while theirs are bound to the triangulation. Power Crust and Crust change places because
+because its walk is vectorised, while theirs wait for the triangulation. Power Crust and Crust change places because
 the regular triangulation of the weighted poles takes {largest['triangulations']['balls'] / largest['triangulations']['points']:.1f} times the Delaunay
 triangulation of the points here, that of points and poles
 {largest['triangulations']['points_and_poles'] / largest['triangulations']['points']:.1f} times (largest model).
@@ -246,8 +246,9 @@ triangulation of the points here, that of points and poles
 Cocone and Tight Cocone need the Delaunay triangulation of the points; Crust also that of points and poles; Power Crust
 that of the points with eight bounding ones, and the regular triangulation of the weighted poles. Each is timed alone
 in the same run, sequential, with filtered exact predicates, spatially sorted: made by CGAL from a range of points,
-with nothing read out of it. Power Crust itself triangulates faster than that: polar balls are degenerate but for rounding, and
-pairs of doubles decide about them before exact numbers do.
+with nothing read out of it. The methods triangulate faster than that. Points are inserted into plain arrays
+([Methods](methods.md#triangulations)), which takes """ + f"{largest['triangulations']['points_here'] / largest['triangulations']['points']:.2f}" + """ of CGAL's time on the largest model. Polar balls are
+degenerate but for rounding, and pairs of doubles decide about them before CGAL's exact numbers do.
 
 ## Meshes (figure 6)
 

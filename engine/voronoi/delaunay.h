@@ -1,4 +1,4 @@
-// Delaunay and regular triangulations of points in space, by CGAL. Nothing else knows CGAL.
+// Delaunay and regular triangulations of points in space.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@ namespace orbweave::voronoi {
 /// their coordinates, and centres are computed from the vertices in ascending order, exactly where
 /// rounding would show. A point that lies exactly on one before it is a vertex of nothing. Throws
 /// Error (bad input) where all points lie in one plane. O(n log n) for points on a surface; some
-/// 650 bytes per point. `stop` is looked at every thousand points, when
-/// `done` hears of the share that is inserted.
+/// 650 bytes per point. `stop` is looked at every thousand points, when `done` hears of the share
+/// that is inserted.
 Tetrahedra delaunay(std::span<const Vec3> points, const StopToken* stop = nullptr,
                     const ShareDone& done = {});
 

@@ -4,8 +4,10 @@
 #include <cstddef>
 #include <limits>
 #include <numeric>
+#include <string>
 
 #include "engine/voronoi/exact_signs.h"
+#include "io/error.h"
 
 namespace orbweave::voronoi {
 namespace {
@@ -23,10 +25,11 @@ std::size_t place_of(const std::array<std::uint32_t, 4>& values, std::uint32_t v
 }  // namespace
 
 Insertion::Insertion(std::span<const Vec3> points, const std::array<std::uint32_t, 4>& first)
-    : points_(points.begin(), points.end()),
-      infinite_(static_cast<std::uint32_t>(points.size())),
+    : infinite_(static_cast<std::uint32_t>(points.size())),
       least_error_(least_squared_error(points)) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  points_.reserve(points.size() + 1);
+  points_.assign(points.begin(), points.end());
   points_.push_back({kNaN, kNaN, kNaN});
   Cell inner{first, {1, 2, 3, 4}};
   const auto corner = [&](std::size_t k) { return points[first[k]]; };
@@ -244,6 +247,10 @@ std::uint32_t Insertion::new_cell() {
     free_.pop_back();
     return cell;
   }
+  if (cells_.size() == kNone)
+    throw_resource("the Delaunay triangulation is too large",
+                   {.found = std::to_string(points_.size() - 1) + " points",
+                    .expected = "fewer than 2^32 tetrahedra"});
   cells_.emplace_back();
   looks_.push_back(0);
   return static_cast<std::uint32_t>(cells_.size() - 1);

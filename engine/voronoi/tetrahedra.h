@@ -1,5 +1,5 @@
 // A triangulation of space into tetrahedra as plain arrays. The algorithms of the Voronoi family
-// work on these alone; only delaunay.cpp and regular.cpp know the library that makes them.
+// work on these alone; only delaunay.cpp, regular.cpp and exact_signs.cpp know CGAL.
 #pragma once
 
 #include <array>

@@ -148,6 +148,7 @@ TriangulationSeconds time_triangulations(std::span<const Vec3> points, bool with
   const PowerCrustOptions options;
   TriangulationSeconds seconds;
   seconds.points = seconds_of([&] { count_delaunay(points); });
+  seconds.points_here = seconds_of([&] { delaunay_without_centers(points); });
   std::vector<Vec3> both;
   {
     const Cells cells(points, nullptr, {});

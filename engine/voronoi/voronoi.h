@@ -53,12 +53,13 @@ PowerCrustSurface power_crust(std::span<const Vec3> points, const PowerCrustOpti
 std::vector<Vec3> pole_normals(std::span<const Vec3> points, const StopToken* stop = nullptr);
 
 /// Processor seconds that the triangulations alone take which a method cannot do without, each made
-/// anew.
+/// anew by CGAL.
 struct TriangulationSeconds {
   double points = 0.0;            ///< Delaunay, of the points
   double points_and_poles = 0.0;  ///< Delaunay
   double bounded_points = 0.0;    ///< Delaunay, of the points and eight corners
   double balls = 0.0;             ///< regular, of the weighted poles
+  double points_here = 0.0;       ///< Delaunay, of the points, as the methods make it
 };
 /// Without `with_balls`: those of Crust and the Cocone family alone, the other seconds are 0.
 TriangulationSeconds time_triangulations(std::span<const Vec3> points, bool with_balls = true);

@@ -16,19 +16,19 @@ MethodCosts costs_of(ReconstructionMethod method) {
     case ReconstructionMethod::kBallPivoting:
       return {};
     case ReconstructionMethod::kCrust:
-      return {2600, 30.0};
+      return {2600, 20.0};
     case ReconstructionMethod::kPowerCrust:
-      return {3200, 56.0, 9.5};
+      return {3200, 54.0, 9.5};
     case ReconstructionMethod::kCocone:
     case ReconstructionMethod::kSuperCocone:
     case ReconstructionMethod::kTightCocone:
-      return {1100, 12.0};
+      return {1100, 9.5};
   }
   return {};
 }
 
 MethodCosts costs_of(NormalSource source) {
-  return source == NormalSource::kPoles ? MethodCosts{1000, 9.0} : MethodCosts{};
+  return source == NormalSource::kPoles ? MethodCosts{1000, 6.0} : MethodCosts{};
 }
 
 std::string method_name(const Job& job) {
