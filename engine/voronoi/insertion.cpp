@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
-#include <numeric>
 #include <string>
+#include <utility>
 
 #include "engine/voronoi/exact_signs.h"
 #include "io/error.h"
@@ -24,15 +24,18 @@ std::size_t place_of(const std::array<std::uint32_t, 4>& values, std::uint32_t v
 
 }  // namespace
 
-Insertion::Insertion(std::span<const Vec3> points, const std::array<std::uint32_t, 4>& first)
-    : infinite_(static_cast<std::uint32_t>(points.size())),
-      least_error_(least_squared_error(points)) {
+Insertion::Insertion(std::vector<Vec3> points, const std::array<std::uint32_t, 4>& first)
+    : points_(std::move(points)),
+      infinite_(static_cast<std::uint32_t>(points_.size())),
+      least_error_(least_squared_error(points_)) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  points_.reserve(points.size() + 1);
-  points_.assign(points.begin(), points.end());
   points_.push_back({kNaN, kNaN, kNaN});
+  // Room for those of a surface; memory is taken as it is used.
+  constexpr std::size_t kCellsPerPoint = 7;
+  cells_.reserve(kCellsPerPoint * points_.size());
+  looks_.reserve(cells_.capacity());
   Cell inner{first, {1, 2, 3, 4}};
-  const auto corner = [&](std::size_t k) { return points[first[k]]; };
+  const auto corner = [&](std::size_t k) { return points_[first[k]]; };
   if (exact_plane_side({corner(0), corner(1), corner(2), corner(3)}) < 0)
     std::swap(inner.vertices[0], inner.vertices[1]);
   cells_.push_back(inner);
@@ -104,11 +107,7 @@ int Insertion::side_with(const Cell& cell, std::size_t place, const Vec3& p) con
 bool Insertion::is_known(std::uint32_t cell, std::uint32_t point) {
   for (const std::uint32_t vertex : cells_[cell].vertices) {
     if (vertex == infinite_ || points_[vertex] != points_[point]) continue;
-    if (renamed_.empty()) {
-      renamed_.resize(points_.size());
-      std::iota(renamed_.begin(), renamed_.end(), 0U);
-    }
-    renamed_[vertex] = std::min(renamed_[vertex], point);
+    copies_.push_back({vertex, point});
     return true;
   }
   return false;
@@ -256,16 +255,18 @@ std::uint32_t Insertion::new_cell() {
   return static_cast<std::uint32_t>(cells_.size() - 1);
 }
 
-/// Gives the vertices their final indices: the smallest in their places.
-void Insertion::rename() {
+void Insertion::rename(std::span<const std::uint32_t> indices) {
+  std::vector<std::uint32_t> names(indices.begin(), indices.end());
+  for (const Copy& copy : copies_)
+    names[copy.vertex] = std::min(names[copy.vertex], indices[copy.point]);
   for (Cell& cell : cells_)
     for (std::uint32_t& vertex : cell.vertices)
-      vertex = vertex == infinite_ ? kInfinite : renamed_.empty() ? vertex : renamed_[vertex];
+      vertex = vertex == infinite_ ? kInfinite : names[vertex];
+  infinite_ = kInfinite;
 }
 
-Tetrahedra Insertion::take(const StopToken* stop) {
-  rename();
-  infinite_ = kInfinite;
+Tetrahedra Insertion::take(std::span<const std::uint32_t> indices, const StopToken* stop) {
+  rename(indices);
   for (const std::uint32_t cell : free_) cells_[cell].vertices.fill(kInfinite);
   std::vector<std::uint32_t> number;
   number.reserve(cells_.size());

@@ -18,15 +18,16 @@ namespace orbweave::voronoi {
 /// point of a surface.
 class Insertion {
  public:
-  /// The tetrahedron of four points, positively oriented, and those at infinity around it.
-  Insertion(std::span<const Vec3> points, const std::array<std::uint32_t, 4>& first);
+  /// The tetrahedron of four points that do not lie in one plane, and those at infinity around it.
+  /// Insertion is fast where the points come in order, and each lies near the one before.
+  Insertion(std::vector<Vec3> points, const std::array<std::uint32_t, 4>& first);
 
-  /// Inserts a point, fast where it lies near the one before. A point that lies exactly on a vertex
-  /// becomes none; of those in one place the smallest index is the vertex's.
+  /// Inserts a point. One that lies exactly on a vertex is no other.
   void add(std::uint32_t point);
 
-  /// The tetrahedra, ordered by their vertices. The insertion ends with it.
-  Tetrahedra take(const StopToken* stop);
+  /// The tetrahedra, ordered by their vertices. These get indices of their own, those of the points
+  /// in order; of several points in one place, the smallest. The insertion ends with it.
+  Tetrahedra take(std::span<const std::uint32_t> indices, const StopToken* stop);
 
  private:
   struct Cell {
@@ -40,6 +41,11 @@ class Insertion {
     std::uint32_t cell = 0;                   ///< the new tetrahedron
     std::uint32_t place = 0;                  ///< of the point
     std::uint32_t outside_place = 0;          ///< of the facet, in the tetrahedron that stays
+  };
+
+  /// A point in the place of a vertex.
+  struct Copy {
+    std::uint32_t vertex = 0, point = 0;
   };
 
   bool is_finite(const Cell& cell) const;
@@ -58,7 +64,7 @@ class Insertion {
   void fill();
   std::uint32_t new_cell();
   void connect();
-  void rename();
+  void rename(std::span<const std::uint32_t> indices);
 
   /// Numbers of two tetrahedra side by side.
   using Two = double __attribute__((vector_size(16)));
@@ -80,7 +86,7 @@ class Insertion {
   std::size_t asked_count_ = 0;
   std::vector<Rim> rim_;
   DirectedEdges edges_;
-  std::vector<std::uint32_t> renamed_;  // smallest index in the place of each vertex; or empty
+  std::vector<Copy> copies_;
 };
 
 }  // namespace orbweave::voronoi
