@@ -30,26 +30,29 @@ Insertion::Insertion(std::vector<Vec3> points, const std::array<std::uint32_t, 4
       least_error_(least_squared_error(points_)) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   points_.push_back({kNaN, kNaN, kNaN});
-  // Room for those of a surface; memory is taken as it is used.
+  // Room for the tetrahedra of a surface; memory is taken as it is used.
   constexpr std::size_t kCellsPerPoint = 7;
-  cells_.reserve(kCellsPerPoint * points_.size());
-  looks_.reserve(cells_.capacity());
-  Cell inner{first, {1, 2, 3, 4}};
-  const auto corner = [&](std::size_t k) { return points_[first[k]]; };
-  if (exact_plane_side({corner(0), corner(1), corner(2), corner(3)}) < 0)
-    std::swap(inner.vertices[0], inner.vertices[1]);
-  cells_.push_back(inner);
+  vertices_.reserve(kCellsPerPoint * points_.size());
+  neighbors_.reserve(vertices_.capacity());
+  looks_.reserve(vertices_.capacity());
+  std::array<std::uint32_t, 4> inner = first;
+  if (exact_plane_side(
+          {points_[first[0]], points_[first[1]], points_[first[2]], points_[first[3]]}) < 0)
+    std::swap(inner[0], inner[1]);
+  vertices_.push_back(inner);
+  neighbors_.push_back({1, 2, 3, 4});
   for (std::size_t place = 0; place < 4; ++place) {
     // The vertex at infinity lies on the other side of the facet: two others change places.
-    Cell outer{inner.vertices, {1, 2, 3, 4}};
-    outer.vertices[place] = infinite_;
-    outer.neighbors[place] = 0;
+    std::array<std::uint32_t, 4> outer = inner, beside = {1, 2, 3, 4};
+    outer[place] = infinite_;
+    beside[place] = 0;
     const std::size_t i = (place + 1) % 4, j = (place + 2) % 4;
-    std::swap(outer.vertices[i], outer.vertices[j]);
-    std::swap(outer.neighbors[i], outer.neighbors[j]);
-    cells_.push_back(outer);
+    std::swap(outer[i], outer[j]);
+    std::swap(beside[i], beside[j]);
+    vertices_.push_back(outer);
+    neighbors_.push_back(beside);
   }
-  looks_.assign(cells_.size(), 0);
+  looks_.assign(vertices_.size(), 0);
 }
 
 void Insertion::add(std::uint32_t point) {
@@ -60,9 +63,10 @@ void Insertion::add(std::uint32_t point) {
   fill();
 }
 
-bool Insertion::is_finite(const Cell& cell) const {
-  return ((cell.vertices[0] == infinite_) | (cell.vertices[1] == infinite_) |
-          (cell.vertices[2] == infinite_) | (cell.vertices[3] == infinite_)) == 0;
+bool Insertion::is_finite(std::uint32_t cell) const {
+  const auto& v = vertices_[cell];
+  return ((v[0] == infinite_) | (v[1] == infinite_) | (v[2] == infinite_) | (v[3] == infinite_)) ==
+         0;
 }
 
 /// The tetrahedron that p lies in; outside the hull, one at infinity whose facet sees p. Walks from
@@ -70,11 +74,10 @@ bool Insertion::is_finite(const Cell& cell) const {
 /// way leads back.
 std::uint32_t Insertion::locate(const Vec3& p) const {
   std::uint32_t cell = last_, from = kNone;
-  if (!is_finite(cells_[cell]))
-    cell = cells_[cell].neighbors[place_of(cells_[cell].vertices, infinite_)];
+  if (!is_finite(cell)) cell = neighbors_[cell][place_of(vertices_[cell], infinite_)];
   while (true) {
     const std::uint32_t next = next_on_way(cell, from, p);
-    if (next == cell || !is_finite(cells_[next])) return next;
+    if (next == cell || !is_finite(next)) return next;
     from = cell;
     cell = next;
   }
@@ -83,17 +86,17 @@ std::uint32_t Insertion::locate(const Vec3& p) const {
 /// The neighbour beyond a facet that p lies beyond; the tetrahedron itself where p is inside.
 std::uint32_t Insertion::next_on_way(std::uint32_t cell, std::uint32_t from, const Vec3& p) const {
   for (std::size_t place = 0; place < 4; ++place) {
-    const std::uint32_t next = cells_[cell].neighbors[place];
-    if (next != from && side_with(cells_[cell], place, p) < 0) return next;
+    const std::uint32_t next = neighbors_[cell][place];
+    if (next != from && side_with(cell, place, p) < 0) return next;
   }
   return cell;
 }
 
 /// On which side of the facet opposite a place p lies: 1 on that of the tetrahedron.
-int Insertion::side_with(const Cell& cell, std::size_t place, const Vec3& p) const {
+int Insertion::side_with(std::uint32_t cell, std::size_t place, const Vec3& p) const {
   const auto& facet = kFacet[place];
   const auto corner = [&](std::size_t k) -> const Vec3& {
-    return points_[cell.vertices[at(facet[k])]];
+    return points_[vertices_[cell][at(facet[k])]];
   };
   const auto offset = [&](std::size_t k) {
     return Offset<double>{corner(k).x - p.x, corner(k).y - p.y, corner(k).z - p.z};
@@ -105,7 +108,7 @@ int Insertion::side_with(const Cell& cell, std::size_t place, const Vec3& p) con
 
 /// Whether a vertex of the tetrahedron lies in the place of the point.
 bool Insertion::is_known(std::uint32_t cell, std::uint32_t point) {
-  for (const std::uint32_t vertex : cells_[cell].vertices) {
+  for (const std::uint32_t vertex : vertices_[cell]) {
     if (vertex == infinite_ || points_[vertex] != points_[point]) continue;
     copies_.push_back({vertex, point});
     return true;
@@ -116,13 +119,13 @@ bool Insertion::is_known(std::uint32_t cell, std::uint32_t point) {
 /// Whether p lies inside the sphere of a tetrahedron, whatever doubles can tell. That of one at
 /// infinity is the half space beyond its facet, and in the plane of the facet the sphere of the
 /// tetrahedron behind.
-bool Insertion::takes_away_exactly(const Cell& cell, const Vec3& p) const {
-  const auto& v = cell.vertices;
+bool Insertion::takes_away_exactly(std::uint32_t cell, const Vec3& p) const {
+  const auto& v = vertices_[cell];
   if (is_finite(cell))
     return exact_sphere_side({points_[v[0]], points_[v[1]], points_[v[2]], points_[v[3]]}, p) > 0;
   const std::size_t at_infinity = place_of(v, infinite_);
   const int side = side_with(cell, at_infinity, p);
-  return side > 0 || (side == 0 && takes_away_exactly(cells_[cell.neighbors[at_infinity]], p));
+  return side > 0 || (side == 0 && takes_away_exactly(neighbors_[cell][at_infinity], p));
 }
 
 /// The tetrahedra whose spheres have p inside: they hang together. What is asked of tetrahedra is
@@ -147,7 +150,7 @@ void Insertion::make_room() {
 }
 
 void Insertion::ask_neighbors(std::uint32_t cell) {
-  for (const std::uint32_t next : cells_[cell].neighbors) {
+  for (const std::uint32_t next : neighbors_[cell]) {
     asked_[asked_count_] = next;
     asked_count_ += looks_[next] < look_ ? 1U : 0U;
     looks_[next] = std::max(looks_[next], look_);
@@ -169,15 +172,15 @@ std::array<bool, 2> Insertion::are_inside(std::uint32_t first, std::uint32_t sec
                                           const Vec3& p) const {
   std::array<Offset<Two>, 4> corners;
   for (std::size_t k = 0; k < 4; ++k) {
-    const Vec3& a = points_[cells_[first].vertices[k]];
-    const Vec3& b = points_[cells_[second].vertices[k]];
+    const Vec3& a = points_[vertices_[first][k]];
+    const Vec3& b = points_[vertices_[second][k]];
     corners[k] = {Two{a.x, b.x} - p.x, Two{a.y, b.y} - p.y, Two{a.z, b.z} - p.z};
   }
   const RoundedSum<Two> sums = sphere_sum(corners);
   const auto are_certain = certain(sums, least_error_);
   if ((are_certain[0] & are_certain[1]) != 0) return {sums.value[0] > 0.0, sums.value[1] > 0.0};
-  return {are_certain[0] != 0 ? sums.value[0] > 0.0 : takes_away_exactly(cells_[first], p),
-          are_certain[1] != 0 ? sums.value[1] > 0.0 : takes_away_exactly(cells_[second], p)};
+  return {are_certain[0] != 0 ? sums.value[0] > 0.0 : takes_away_exactly(first, p),
+          are_certain[1] != 0 ? sums.value[1] > 0.0 : takes_away_exactly(second, p)};
 }
 
 void Insertion::take_away(std::uint32_t cell, bool is_inside) {
@@ -195,17 +198,15 @@ void Insertion::find_rim(std::uint32_t point) {
     for (std::size_t place = 0; place < 4; ++place) {
       rim_[count].cell = taken_[i];
       rim_[count].place = static_cast<std::uint32_t>(place);
-      count += looks_[cells_[taken_[i]].neighbors[place]] == look_ ? 1U : 0U;
+      count += looks_[neighbors_[taken_[i]][place]] == look_ ? 1U : 0U;
     }
   }
   rim_.resize(count);
   for (Rim& rim : rim_) {
-    const Cell& cell = cells_[rim.cell];
-    rim.vertices = cell.vertices;
+    rim.vertices = vertices_[rim.cell];
     rim.vertices[rim.place] = point;
-    rim.outside = cell.neighbors[rim.place];
-    rim.outside_place =
-        static_cast<std::uint32_t>(place_of(cells_[rim.outside].neighbors, rim.cell));
+    rim.outside = neighbors_[rim.cell][rim.place];
+    rim.outside_place = static_cast<std::uint32_t>(place_of(neighbors_[rim.outside], rim.cell));
   }
 }
 
@@ -215,9 +216,9 @@ void Insertion::fill() {
   std::size_t reused = 0;
   for (Rim& rim : rim_) {
     rim.cell = reused < taken_count_ ? taken_[reused++] : new_cell();
-    cells_[rim.cell].vertices = rim.vertices;
-    cells_[rim.cell].neighbors[rim.place] = rim.outside;
-    cells_[rim.outside].neighbors[rim.outside_place] = rim.cell;
+    vertices_[rim.cell] = rim.vertices;
+    neighbors_[rim.cell][rim.place] = rim.outside;
+    neighbors_[rim.outside][rim.outside_place] = rim.cell;
     const auto& facet = kFacet[rim.place];
     for (std::size_t k = 0; k < 3; ++k)
       edges_.add(rim.vertices[at(facet[k])], rim.vertices[at(facet[(k + 1) % 3])], rim.cell);
@@ -235,7 +236,7 @@ void Insertion::connect() {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t from = rim.vertices[at(facet[(k + 1) % 3])];
       const std::uint32_t to = rim.vertices[at(facet[k])];
-      cells_[rim.cell].neighbors[at(facet[(k + 2) % 3])] = edges_.cell(from, to);
+      neighbors_[rim.cell][at(facet[(k + 2) % 3])] = edges_.cell(from, to);
     }
   }
 }
@@ -246,46 +247,54 @@ std::uint32_t Insertion::new_cell() {
     free_.pop_back();
     return cell;
   }
-  if (cells_.size() == kNone)
+  if (vertices_.size() == kNone)
     throw_resource("the Delaunay triangulation is too large",
                    {.found = std::to_string(points_.size() - 1) + " points",
                     .expected = "fewer than 2^32 tetrahedra"});
-  cells_.emplace_back();
+  vertices_.emplace_back();
+  neighbors_.emplace_back();
   looks_.push_back(0);
-  return static_cast<std::uint32_t>(cells_.size() - 1);
+  return static_cast<std::uint32_t>(vertices_.size() - 1);
+}
+
+/// The numbers of the tetrahedra; those of no tetrahedron are kNone.
+std::vector<std::uint32_t> Insertion::numbers() {
+  for (const std::uint32_t cell : free_) vertices_[cell].fill(kInfinite);
+  std::vector<std::uint32_t> number = std::move(looks_);
+  for (std::size_t c = 0; c < number.size(); ++c)
+    number[c] = *std::min_element(vertices_[c].begin(), vertices_[c].end());
+  number_by(number, points_.size() - 1);
+  return number;
 }
 
 void Insertion::rename(std::span<const std::uint32_t> indices) {
   std::vector<std::uint32_t> names(indices.begin(), indices.end());
   for (const Copy& copy : copies_)
     names[copy.vertex] = std::min(names[copy.vertex], indices[copy.point]);
-  for (Cell& cell : cells_)
-    for (std::uint32_t& vertex : cell.vertices)
-      vertex = vertex == infinite_ ? kInfinite : names[vertex];
+  for (auto& vertices : vertices_)
+    for (std::uint32_t& vertex : vertices) vertex = vertex == infinite_ ? kInfinite : names[vertex];
   infinite_ = kInfinite;
 }
 
 Tetrahedra Insertion::take(std::span<const std::uint32_t> indices, const StopToken* stop) {
   rename(indices);
-  for (const std::uint32_t cell : free_) cells_[cell].vertices.fill(kInfinite);
-  std::vector<std::uint32_t> number;
-  number.reserve(cells_.size());
-  for (const Cell& cell : cells_)
-    number.push_back(*std::min_element(cell.vertices.begin(), cell.vertices.end()));
+  const std::vector<std::uint32_t> number = numbers();
   check_stop(stop);
-  number_by(number, points_.size() - 1);
-  const std::size_t count = cells_.size() - free_.size();
+  const std::size_t count = number.size() - free_.size();
   Tetrahedra result;
   result.vertices.resize(count);
-  result.neighbors.resize(count);
   result.finite.resize(count);
-  for (std::size_t c = 0; c < cells_.size(); ++c) {
+  for (std::uint32_t c = 0; c < number.size(); ++c) {
     if (number[c] == kNone) continue;
-    result.vertices[number[c]] = cells_[c].vertices;
-    result.finite[number[c]] = is_finite(cells_[c]) ? 1 : 0;
-    for (std::size_t place = 0; place < 4; ++place)
-      result.neighbors[number[c]][place] = number[cells_[c].neighbors[place]];
+    result.vertices[number[c]] = vertices_[c];
+    result.finite[number[c]] = is_finite(c) ? 1 : 0;
   }
+  check_stop(stop);
+  result.neighbors = std::move(vertices_);  // the memory, which is much
+  result.neighbors.resize(count);
+  for (std::size_t c = 0; c < number.size(); ++c)
+    for (std::size_t place = 0; place < 4 && number[c] != kNone; ++place)
+      result.neighbors[number[c]][place] = number[neighbors_[c][place]];
   return result;
 }
 

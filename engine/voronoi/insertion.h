@@ -30,10 +30,6 @@ class Insertion {
   Tetrahedra take(std::span<const std::uint32_t> indices, const StopToken* stop);
 
  private:
-  struct Cell {
-    std::array<std::uint32_t, 4> vertices{};
-    std::array<std::uint32_t, 4> neighbors{};
-  };
   /// A facet between a tetrahedron that the point takes away and one that stays.
   struct Rim {
     std::array<std::uint32_t, 4> vertices{};  ///< of the new tetrahedron, the point among them
@@ -48,12 +44,12 @@ class Insertion {
     std::uint32_t vertex = 0, point = 0;
   };
 
-  bool is_finite(const Cell& cell) const;
+  bool is_finite(std::uint32_t cell) const;
   std::uint32_t locate(const Vec3& p) const;
   std::uint32_t next_on_way(std::uint32_t cell, std::uint32_t from, const Vec3& p) const;
-  int side_with(const Cell& cell, std::size_t place, const Vec3& p) const;
+  int side_with(std::uint32_t cell, std::size_t place, const Vec3& p) const;
   bool is_known(std::uint32_t cell, std::uint32_t point);
-  bool takes_away_exactly(const Cell& cell, const Vec3& p) const;
+  bool takes_away_exactly(std::uint32_t cell, const Vec3& p) const;
   void find_taken(std::uint32_t first, const Vec3& p);
   void ask_neighbors(std::uint32_t cell);
   void answer(const Vec3& p);
@@ -64,6 +60,7 @@ class Insertion {
   void fill();
   std::uint32_t new_cell();
   void connect();
+  std::vector<std::uint32_t> numbers();
   void rename(std::span<const std::uint32_t> indices);
 
   /// Numbers of two tetrahedra side by side.
@@ -74,7 +71,8 @@ class Insertion {
   std::vector<Vec3> points_;  // and behind them one that is no number
   std::uint32_t infinite_;    // the vertex at infinity: the index of that one
   double least_error_;        // squared: smaller ones may be those of what underflows
-  std::vector<Cell> cells_;
+  std::vector<std::array<std::uint32_t, 4>> vertices_;  // per tetrahedron, as Tetrahedra has them
+  std::vector<std::array<std::uint32_t, 4>> neighbors_;
   std::vector<std::uint32_t> free_;   // places of no tetrahedron
   std::vector<std::uint32_t> looks_;  // per tetrahedron, when it was looked at, and what came of it
   std::uint32_t look_ = 0;            // of the point that is inserted
