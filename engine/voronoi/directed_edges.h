@@ -38,7 +38,7 @@ class DirectedEdges {
   }
 
  private:
-  static constexpr std::size_t kSlotsPerEdge = 4;
+  static constexpr std::size_t kSlotsPerEdge = 8;
 
   struct Slot {
     std::uint32_t from = 0, to = 0;
