@@ -65,8 +65,7 @@ void Insertion::add(std::uint32_t point) {
 
 bool Insertion::is_finite(std::uint32_t cell) const {
   const auto& v = vertices_[cell];
-  return ((v[0] == infinite_) | (v[1] == infinite_) | (v[2] == infinite_) | (v[3] == infinite_)) ==
-         0;
+  return v[0] != infinite_ && v[1] != infinite_ && v[2] != infinite_ && v[3] != infinite_;
 }
 
 /// The tetrahedron that p lies in; outside the hull, one at infinity whose facet sees p. Walks from
