@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "io/error.h"
@@ -100,6 +101,8 @@ GlbDocument::GlbDocument(ByteReader reader) : file_(reader.name()) {
   check_extensions();
 }
 
+GlbDocument::~GlbDocument() = default;
+
 void GlbDocument::fail(const std::string& problem, const std::string& place, std::string found,
                        std::string expected, std::string advice) const {
   throw_bad_input(problem, {.file = file_,
@@ -159,8 +162,8 @@ void GlbDocument::read_document(ByteReader& reader) {
   left_ -= 2 * kWordBytes + bytes;
   const std::vector<std::byte> text = read_bytes(reader, bytes, "document");
   const char* first = reinterpret_cast<const char*>(text.data());
-  json_ = Json::parse(first, first + text.size(), nullptr, false);
-  if (!json_.is_object())
+  json_ = std::make_unique<Json>(Json::parse(first, first + text.size(), nullptr, false));
+  if (!json_->is_object())
     fail("the document of the GLB file is no JSON object", "byte 20",
          excerpt({first, std::min<std::size_t>(text.size(), 40)}), "{\"asset\": ...}");
 }
@@ -177,7 +180,7 @@ void GlbDocument::read_data(ByteReader& reader) {
 }
 
 void GlbDocument::check_version() const {
-  const Json* asset = object(json_, "asset", "the document");
+  const Json* asset = object(*json_, "asset", "the document");
   if (asset == nullptr) fail("the GLB file has no asset", "the document", "", "\"asset\"");
   const auto minimum = asset->find("minVersion");
   const Json& version = minimum != asset->end() ? *minimum : asset->value("version", Json());
@@ -187,7 +190,7 @@ void GlbDocument::check_version() const {
 }
 
 void GlbDocument::check_extensions() const {
-  const Json* required = array(json_, "extensionsRequired", "the document");
+  const Json* required = array(*json_, "extensionsRequired", "the document");
   if (required == nullptr) return;
   for (const Json& name : *required) {
     if (name.is_string() && is_known_extension(name.get_ref<const std::string&>())) continue;
@@ -197,8 +200,8 @@ void GlbDocument::check_extensions() const {
 }
 
 bool GlbDocument::is_own() const {
-  const auto asset = json_.find("asset");
-  return asset != json_.end() && asset->value("generator", Json()) == "orbweave";
+  const auto asset = json_->find("asset");
+  return asset != json_->end() && asset->value("generator", Json()) == "orbweave";
 }
 
 const GlbDocument::Json* GlbDocument::array(const Json& object, const char* key,
@@ -237,7 +240,7 @@ std::uint64_t GlbDocument::required_number(const Json& object, const char* key,
 
 const GlbDocument::Json& GlbDocument::element(const char* array_name, std::uint64_t index,
                                               const std::string& from) const {
-  const Json* all = array(json_, array_name, "the document");
+  const Json* all = array(*json_, array_name, "the document");
   const std::size_t size = all == nullptr ? 0 : all->size();
   if (index >= size)
     fail("the GLB file names what is not there", from, in_brackets(array_name, index),

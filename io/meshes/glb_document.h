@@ -4,7 +4,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <nlohmann/json.hpp>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -37,8 +38,9 @@ class GlbDocument {
   using Json = nlohmann::json;
 
   explicit GlbDocument(ByteReader reader);
+  ~GlbDocument();
 
-  const Json& json() const { return json_; }
+  const Json& json() const { return *json_; }
   std::uint64_t data_bytes() const { return data_.size(); }
   bool is_own() const;  ///< made by this program
 
@@ -70,7 +72,7 @@ class GlbDocument {
 
   std::string file_;
   std::uint64_t left_ = 0;  ///< bytes of the file behind what was read, as its header has it
-  Json json_;
+  std::unique_ptr<Json> json_;
   std::vector<std::byte> data_;
 };
 
