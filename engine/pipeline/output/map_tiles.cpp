@@ -265,7 +265,9 @@ std::uint64_t export_map_tiles(StageRunner& runner, const TileInput& input, Surf
     tiles.write();
     bytes = tiles.write_index(digest);
     target.commit();
-    runner.store.disk().remove(spooled);
+    // The tiles stay, and are counted with the other outputs.
+    runner.store.disk().add(bytes);
+    runner.store.disk().remove(spooled + bytes);
   });
   return bytes;
 }
