@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 
 #include "io/error.h"
 #include "io/shown_text.h"
+#include "io/streams/byte_source.h"
 #include "io/text/little_endian.h"
 
 namespace orbweave {
@@ -94,11 +97,18 @@ std::uint32_t GlbNumbers::index(std::uint64_t element) const {
 }
 
 GlbDocument::GlbDocument(ByteReader reader) : file_(reader.name()) {
-  read_header(reader);
-  read_document(reader);
-  read_data(reader);
+  const bool is_binary =
+      reader.ensure(kWordBytes) && load_little<std::uint32_t>(reader.data()) == kMagic;
+  if (is_binary) {
+    read_header(reader);
+    read_document(reader);
+    read_data(reader);
+  } else {
+    read_text(reader);
+  }
   check_version();
   check_extensions();
+  read_buffers();
 }
 
 GlbDocument::~GlbDocument() = default;
@@ -136,9 +146,6 @@ std::vector<std::byte> GlbDocument::read_bytes(ByteReader& reader, std::uint64_t
 }
 
 void GlbDocument::read_header(ByteReader& reader) {
-  if (!reader.ensure(kWordBytes) || load_little<std::uint32_t>(reader.data()) != kMagic)
-    fail("this is no GLB file", "byte 0", "other bytes", "\"glTF\"",
-         "A .gltf file has its numbers beside it: write it as one .glb file");
   reader.consume(kWordBytes);
   if (const std::uint32_t version = word(reader, "the version of the format"); version != 2)
     fail("the version of the GLB file is not known", "byte 4", std::to_string(version), "2",
@@ -161,11 +168,25 @@ void GlbDocument::read_document(ByteReader& reader) {
          "a chunk of type " + std::to_string(kJsonChunk) + " within the file");
   left_ -= 2 * kWordBytes + bytes;
   const std::vector<std::byte> text = read_bytes(reader, bytes, "document");
+  parse(text, "byte 20");
+}
+
+void GlbDocument::read_text(ByteReader& reader) {
+  std::vector<std::byte> text;
+  while (reader.ensure(1)) {
+    text.insert(text.end(), reader.data(), reader.data() + reader.available());
+    reader.consume(reader.available());
+  }
+  parse(text, "byte 0");
+}
+
+void GlbDocument::parse(const std::vector<std::byte>& text, const char* place) {
+  constexpr std::size_t kShown = 40;
   const char* first = reinterpret_cast<const char*>(text.data());
   json_ = std::make_unique<Json>(Json::parse(first, first + text.size(), nullptr, false));
   if (!json_->is_object())
-    fail("the document of the GLB file is no JSON object", "byte 20",
-         excerpt({first, std::min<std::size_t>(text.size(), 40)}), "{\"asset\": ...}");
+    fail("this is no glTF file", place, excerpt({first, std::min(text.size(), kShown)}),
+         "\"glTF\", or {\"asset\": ...}");
 }
 
 /// Chunks of other types are left out, as the specification asks for.
@@ -176,7 +197,84 @@ void GlbDocument::read_data(ByteReader& reader) {
   if (bytes > left_ - 2 * kWordBytes)
     fail("a chunk of the GLB file is longer than the file", reader.byte_place(),
          std::to_string(bytes), "at most " + std::to_string(left_ - 2 * kWordBytes));
-  if (type == kBinChunk) data_ = read_bytes(reader, bytes, "data");
+  if (type == kBinChunk) chunk_ = read_bytes(reader, bytes, "data");
+}
+
+void GlbDocument::read_buffers() {
+  const Json* all = array(*json_, "buffers", "the document");
+  for (std::uint64_t i = 0; all != nullptr && i < all->size(); ++i) {
+    const Json& buffer = element("buffers", i, "buffers");
+    const std::string place = in_brackets("buffers", i);
+    const auto uri = buffer.find("uri");
+    buffers_.emplace_back();
+    if (uri == buffer.end() && i == 0) {
+      buffers_.back() = std::move(chunk_);
+    } else if (uri != buffer.end() && uri->is_string()) {
+      buffers_.back() = buffer_of(uri->get_ref<const std::string&>(), place);
+    }
+  }
+}
+
+std::uint64_t GlbDocument::data_bytes() const {
+  std::uint64_t bytes = 0;
+  for (const auto& buffer : buffers_) bytes += buffer ? buffer->size() : 0;
+  return bytes;
+}
+
+/// Of a URI with the data in it, or the name of a file beside this one.
+std::vector<std::byte> GlbDocument::buffer_of(const std::string& uri,
+                                              const std::string& place) const {
+  constexpr std::string_view kData = "data:";
+  constexpr std::string_view kBase64 = ";base64,";
+  if (!uri.starts_with(kData)) return file_beside(uri, place);
+  const std::size_t comma = uri.find(',');
+  const std::size_t text = uri.find(kBase64);
+  if (text == std::string::npos || comma != text + kBase64.size() - 1)
+    fail("the data of a buffer are not read", place, excerpt(uri.substr(0, comma)),
+         "data in base64");
+  return decoded(std::string_view(uri).substr(comma + 1), place);
+}
+
+/// Only of the folder of this file: a mesh must not make the program read elsewhere.
+std::vector<std::byte> GlbDocument::file_beside(const std::string& uri,
+                                                const std::string& place) const {
+  const std::filesystem::path here(file_);
+  const bool is_plain =
+      !uri.empty() && uri.find_first_of("/\\:%?#") == std::string::npos && uri.front() != '.';
+  std::error_code failed;
+  if (!is_plain || !std::filesystem::is_regular_file(here, failed))
+    fail("the data of a buffer are not read", place, excerpt(uri),
+         "data in the file, or a file in its folder with letters, digits and blanks in its name",
+         kOtherFile);
+  const std::filesystem::path beside = here.parent_path() / uri;
+  if (std::filesystem::exists(beside, failed) && !std::filesystem::is_regular_file(beside, failed))
+    fail("the data of a buffer are not read", place, excerpt(uri), "a regular file");
+  ByteReader reader(open_byte_source(beside));
+  std::vector<std::byte> bytes;
+  while (reader.ensure(1)) {
+    bytes.insert(bytes.end(), reader.data(), reader.data() + reader.available());
+    reader.consume(reader.available());
+  }
+  return bytes;
+}
+
+std::vector<std::byte> GlbDocument::decoded(std::string_view text, const std::string& place) const {
+  constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  while (text.ends_with('=')) text.remove_suffix(1);
+  std::vector<std::byte> bytes;
+  bytes.reserve(text.size() / 4 * 3 + 2);
+  std::uint32_t bits = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const std::size_t digit = kDigits.find(text[i]);
+    if (digit == std::string_view::npos)
+      fail("the data of a buffer are damaged", place,
+           "character " + std::to_string(i) + ": " + excerpt(text.substr(i, 1)),
+           "a digit of base64");
+    bits = bits << 6 | static_cast<std::uint32_t>(digit);
+    if (i % 4 != 0) bytes.push_back(static_cast<std::byte>(bits >> (6 - 2 * (i % 4))));
+  }
+  return bytes;
 }
 
 void GlbDocument::check_version() const {
@@ -286,15 +384,17 @@ void GlbDocument::place_in_view(const Json& accessor, std::uint64_t index,
   const Json& view = element("bufferViews", index, numbers.place);
   const std::string place = in_brackets("bufferViews", index);
   const std::uint64_t buffer = required_number(view, "buffer", place);
-  if (buffer != 0 || element("buffers", buffer, place).contains("uri"))
-    fail("numbers outside of the GLB file are not read", place, in_brackets("buffers", buffer),
-         "the first buffer, without a uri", kOtherFile);
+  element("buffers", buffer, place);
+  if (!buffers_[buffer])
+    fail("numbers of a buffer that is nowhere", place, in_brackets("buffers", buffer),
+         "a buffer with a uri, or the first one", kOtherFile);
+  const std::vector<std::byte>& data = *buffers_[buffer];
   const std::uint64_t begin = number(view, "byteOffset", place).value_or(0);
   const std::uint64_t length = required_number(view, "byteLength", place);
-  if (begin > data_.size() || length > data_.size() - begin)
+  if (begin > data.size() || length > data.size() - begin)
     fail("a buffer view is longer than the data of the file", place,
          std::to_string(length) + " bytes from byte " + std::to_string(begin) + " on",
-         "at most " + std::to_string(data_.size()) + " bytes");
+         "at most " + std::to_string(data.size()) + " bytes");
   const std::uint64_t element_bytes = type->bytes * static_cast<std::uint64_t>(numbers.components);
   const std::uint64_t offset = number(accessor, "byteOffset", numbers.place).value_or(0);
   const std::uint64_t stride = number(view, "byteStride", place).value_or(element_bytes);
@@ -308,7 +408,7 @@ void GlbDocument::place_in_view(const Json& accessor, std::uint64_t index,
          std::to_string(numbers.count) + " elements of " + std::to_string(element_bytes) +
              " bytes, " + std::to_string(stride) + " apart, from byte " + std::to_string(offset),
          "at most " + std::to_string(length) + " bytes");
-  numbers.first = data_.data() + begin + (numbers.count == 0 ? 0 : offset);
+  numbers.first = data.data() + begin + (numbers.count == 0 ? 0 : offset);
   numbers.stride = stride;
 }
 

@@ -1,5 +1,5 @@
-// A binary glTF 2.0 file taken apart (Khronos, The glTF 2.0 Specification, 2021): its document and
-// its numbers, every place in it checked against the bytes that are there.
+// A glTF 2.0 file, binary or text, taken apart (Khronos, The glTF 2.0 Specification, 2021): its
+// document and its numbers, every place in it checked against the bytes that are there.
 #pragma once
 
 #include <cstddef>
@@ -41,8 +41,8 @@ class GlbDocument {
   ~GlbDocument();
 
   const Json& json() const { return *json_; }
-  std::uint64_t data_bytes() const { return data_.size(); }
-  bool is_own() const;  ///< made by this program
+  std::uint64_t data_bytes() const;  ///< of all buffers
+  bool is_own() const;               ///< made by this program
 
   /// Element of an array of the document: "meshes", 3.
   const Json& element(const char* array, std::uint64_t index, const std::string& from) const;
@@ -62,10 +62,16 @@ class GlbDocument {
  private:
   void read_header(ByteReader& reader);
   void read_document(ByteReader& reader);
+  void read_text(ByteReader& reader);
+  void parse(const std::vector<std::byte>& text, const char* place);
   void read_data(ByteReader& reader);
   std::uint32_t word(ByteReader& reader, const char* what) const;
   std::vector<std::byte> read_bytes(ByteReader& reader, std::uint64_t bytes,
                                     const char* what) const;
+  void read_buffers();
+  std::vector<std::byte> buffer_of(const std::string& uri, const std::string& place) const;
+  std::vector<std::byte> file_beside(const std::string& uri, const std::string& place) const;
+  std::vector<std::byte> decoded(std::string_view text, const std::string& place) const;
   void check_version() const;
   void check_extensions() const;
   void place_in_view(const Json& accessor, std::uint64_t view, GlbNumbers& numbers) const;
@@ -73,7 +79,8 @@ class GlbDocument {
   std::string file_;
   std::uint64_t left_ = 0;  ///< bytes of the file behind what was read, as its header has it
   std::unique_ptr<Json> json_;
-  std::vector<std::byte> data_;
+  std::vector<std::byte> chunk_;  ///< data in the file, of the first buffer
+  std::vector<std::optional<std::vector<std::byte>>> buffers_;  ///< without those that are nowhere
 };
 
 }  // namespace orbweave

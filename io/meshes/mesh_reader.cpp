@@ -26,6 +26,7 @@ MeshFormat format_of(const std::filesystem::path& path) {
   if (named && named->facts.format == FileFormat::kObj) return MeshFormat::kObj;
   if (named && named->facts.format == FileFormat::kStl) return MeshFormat::kStl;
   if (named && named->facts.format == FileFormat::kGlb) return MeshFormat::kGlb;
+  if (named && named->facts.format == FileFormat::kGltf) return MeshFormat::kGlb;
   throw_usage("cannot read " + files_of_name(path, "meshes") +
                   "; supported: " + extensions_of_read_meshes(),
               {.file = path.string()});

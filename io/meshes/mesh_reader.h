@@ -12,10 +12,11 @@ namespace orbweave {
 bool holds_faces(const std::filesystem::path& path);
 
 /// Reads .ply (also .gz), .obj, .stl (binary or text; vertices with equal coordinates are
-/// joined) and .glb (docs/formats.md) as triangles; polygons are fanned from their first corner. A
-/// PLY face property "hole", and _HOLE of GLB vertices, become TriangleMesh::hole. Where the shift
-/// of its coordinates lies beside the file (io/meshes/shift_file.h), vertices are where the world
-/// has them. Throws Error (bad input) for damaged files and for indices outside the vertices.
+/// joined) and .glb and .gltf (docs/formats.md) as triangles; polygons are fanned from their first
+/// corner. A PLY face property "hole", and _HOLE of GLB vertices, become TriangleMesh::hole. Where
+/// the shift of its coordinates lies beside the file (io/meshes/shift_file.h), vertices are where
+/// the world has them. Throws Error (bad input) for damaged files and for indices outside the
+/// vertices.
 TriangleMesh read_mesh(const std::filesystem::path& path);
 
 }  // namespace orbweave

@@ -24,6 +24,7 @@ enum class FileFormat {
   kLaz,
   kE57,
   kGlb,
+  kGltf,
   kVtp,
   kXdmf
 };
@@ -52,6 +53,7 @@ inline constexpr std::array kFileFormats = {
     FormatFacts{FileFormat::kObj, ".obj", true, true, true, false, false},
     FormatFacts{FileFormat::kStl, ".stl", true, true, true, false, false},
     FormatFacts{FileFormat::kGlb, ".glb", false, true, true, false, false},
+    FormatFacts{FileFormat::kGltf, ".gltf", false, true, false, false, false},
     FormatFacts{FileFormat::kVtp, ".vtp", false, true, true, false, false, false},
     FormatFacts{FileFormat::kXdmf, ".xdmf", false, true, true, false, false, false},
     FormatFacts{FileFormat::kLas, ".las", false, false, false, false, false},

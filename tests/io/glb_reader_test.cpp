@@ -193,6 +193,28 @@ TEST_CASE("MeshesOfOtherProgramsAreRead") {
   }
 }
 
+TEST_CASE("AGltfFileIsReadWithItsDataInsideOrBeside") {
+  const ScratchDirectory scratch;
+  OneTriangle file;
+  const TriangleMesh expected = file.read();
+  const auto read_as = [&](const char* name, const std::string& bytes) {
+    std::ofstream(scratch / name, std::ios::binary) << bytes;
+    const TriangleMesh mesh = read_mesh(scratch / name);
+    CHECK((mesh.vertices.positions == expected.vertices.positions));
+    CHECK(mesh.triangles == expected.triangles);
+    CHECK(holds_faces(scratch / name));
+  };
+  std::ofstream(scratch / "the data.bin", std::ios::binary) << file.data;
+  file.json["buffers"][0]["uri"] = "the data.bin";
+  read_as("beside.gltf", file.json.dump(1));
+  // The 44 bytes: floats 1 and 2 are 0000803f and 00000040.
+  file.json["buffers"][0]["uri"] =
+      "data:application/octet-stream;base64,"
+      "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAAEAAAAAAAAABAAIAAAA=";
+  read_as("inside.gltf", file.json.dump(1));
+  read_as("inside.glb", glb_bytes(file.json, ""));  // as Open3D writes it
+}
+
 TEST_CASE("WhatAGlbReaderDoesNotKnowIsRefusedByPlace") {
   OneTriangle file;
   const auto expect = [&](const char* problem, const char* place) {
@@ -218,9 +240,19 @@ TEST_CASE("WhatAGlbReaderDoesNotKnowIsRefusedByPlace") {
     file.primitive()["mode"] = 1;
     expect("mode 1", "meshes[0].primitives[0]");
   }
-  SECTION("other file") {
-    file.json["buffers"][0]["uri"] = "a.bin";
-    expect("outside of the GLB file", "bufferViews[0]");
+  SECTION("file outside of the folder") {
+    const char* uri = GENERATE("../a.bin", "/etc/hostname", "http://a/b.bin", "%2e%2e/a.bin", "");
+    file.json["buffers"][0]["uri"] = uri;
+    expect("a file in its folder", "buffers[0]");
+  }
+  SECTION("data that are no base64") {
+    file.json["buffers"][0]["uri"] = "data:application/octet-stream;base64,AA*A";
+    expect("character 2", "buffers[0]");
+  }
+  SECTION("buffer that is nowhere") {
+    file.json["buffers"].push_back(Json::object());
+    file.json["bufferViews"][0]["buffer"] = 1;
+    expect("a buffer that is nowhere", "bufferViews[0]");
   }
   SECTION("vertex that is not there") {
     file.json["accessors"][0]["count"] = 2;
