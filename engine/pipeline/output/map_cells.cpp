@@ -10,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include "engine/pipeline/output/number_set.h"
 #include "io/error.h"
 #include "io/job/setting.h"
 #include "io/text/quantity.h"
@@ -46,15 +47,6 @@ Vec3 normal_at(ScalarType type, const std::byte* in) {
   return {floats[0], floats[1], floats[2]};
 }
 
-std::vector<std::uint64_t> vertices_of(std::span<const Triangle64> triangles) {
-  std::vector<std::uint64_t> numbers;
-  numbers.reserve(3 * triangles.size());
-  for (const Triangle64& t : triangles) numbers.insert(numbers.end(), t.begin(), t.end());
-  std::sort(numbers.begin(), numbers.end());
-  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
-  return numbers;
-}
-
 [[noreturn]] void refuse_size(const Job& job, const std::string& problem, const std::string& found,
                               const std::string& expected) {
   throw_usage(problem, {.file = job.output.mesh,
@@ -67,12 +59,15 @@ std::vector<std::uint64_t> vertices_of(std::span<const Triangle64> triangles) {
 /// The cells of a piece's triangles.
 void find_cells(const Job& job, const SpooledVertices& vertices, const MapGrid& grid,
                 PieceRows& rows) {
-  const std::vector<std::uint64_t> numbers = vertices_of(rows.triangles);
-  const std::vector<Vec3> positions = vertices.positions(numbers);
-  const auto position = [&](std::uint64_t number) {
-    const auto at = std::lower_bound(numbers.begin(), numbers.end(), number);
-    return positions[static_cast<std::size_t>(at - numbers.begin())];
-  };
+  NumberSet numbers;
+  for (const Triangle64& t : rows.triangles)
+    for (const std::uint64_t corner : t) numbers.add(corner);
+  numbers.count_up();
+  std::vector<Vec3> positions;
+  positions.reserve(numbers.count());
+  numbers.for_blocks(
+      [&](std::span<const std::uint64_t> block) { vertices.add_positions(block, positions); });
+  const auto position = [&](std::uint64_t number) { return positions[numbers.rank(number)]; };
   rows.cells.clear();
   for (const Triangle64& t : rows.triangles) {
     const Vec3 centroid = (position(t[0]) + position(t[1]) + position(t[2])) / 3.0;
@@ -144,13 +139,11 @@ void SpooledVertices::load(std::span<const std::uint64_t> numbers, PointCloud& v
   });
 }
 
-std::vector<Vec3> SpooledVertices::positions(std::span<const std::uint64_t> numbers) const {
-  std::vector<Vec3> positions;
-  positions.reserve(numbers.size());
+void SpooledVertices::add_positions(std::span<const std::uint64_t> numbers,
+                                    std::vector<Vec3>& positions) const {
   read_rows(numbers, [&](const std::byte* row) {
     std::memcpy(&positions.emplace_back(), row, sizeof(Vec3));
   });
-  return positions;
 }
 
 TrianglesByCell::TrianglesByCell(const std::filesystem::path& directory, std::size_t run_bytes)

@@ -26,8 +26,8 @@ class SpooledVertices {
   void append(const PointCloud& vertices);
   /// The vertices with these numbers, which ascend. Thread-safe.
   void load(std::span<const std::uint64_t> numbers, PointCloud& vertices) const;
-  /// Only where they are. Thread-safe.
-  std::vector<Vec3> positions(std::span<const std::uint64_t> numbers) const;
+  /// Adds where they are. Thread-safe.
+  void add_positions(std::span<const std::uint64_t> numbers, std::vector<Vec3>& positions) const;
   std::uint64_t bytes() const { return file_.bytes(); }
 
  private:

@@ -4,10 +4,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -16,6 +13,7 @@
 #include <vector>
 
 #include "engine/pipeline/output/map_cells.h"
+#include "engine/pipeline/output/number_set.h"
 #include "engine/pipeline/output/tile_columns.h"
 #include "io/error.h"
 #include "io/hex_digits.h"
@@ -35,54 +33,6 @@ namespace fs = std::filesystem;
 constexpr std::size_t kBatchRows = std::size_t{1} << 14;
 /// Batches of triangles and vertices, and what the writer holds.
 constexpr std::size_t kTileBytes = std::size_t{12} << 20;
-
-/// Numbers of vertices: which are in a tile, and how many of the tile's are below each. A bit for
-/// each number, in blocks that are there where a number is.
-class TileNumbers {
- public:
-  void add(std::uint64_t number) {
-    Block& block = blocks_[number / kBlock];
-    block.words[number % kBlock / 64] |= std::uint64_t{1} << (number % 64);
-  }
-  /// After the last number.
-  void count_up() {
-    for (auto& [index, block] : blocks_) {
-      block.before = count_;
-      for (const std::uint64_t word : block.words)
-        count_ += static_cast<std::uint64_t>(std::popcount(word));
-    }
-  }
-  std::uint64_t count() const { return count_; }
-  std::uint64_t rank(std::uint64_t number) const {
-    const Block& block = blocks_.at(number / kBlock);
-    const std::uint64_t word = number % kBlock / 64;
-    std::uint64_t rank = block.before;
-    for (std::uint64_t i = 0; i < word; ++i)
-      rank += static_cast<std::uint64_t>(std::popcount(block.words[i]));
-    const std::uint64_t below = (std::uint64_t{1} << (number % 64)) - 1;
-    return rank + static_cast<std::uint64_t>(std::popcount(block.words[word] & below));
-  }
-  /// take(numbers): all numbers, ascending, a block at a time.
-  template <class Take>
-  void for_blocks(const Take& take) const {
-    std::vector<std::uint64_t> numbers;
-    for (const auto& [index, block] : blocks_) {
-      numbers.clear();
-      for (std::uint64_t i = 0; i < kBlock; ++i)
-        if ((block.words[i / 64] >> (i % 64) & 1) != 0) numbers.push_back(index * kBlock + i);
-      take(numbers);
-    }
-  }
-
- private:
-  static constexpr std::uint64_t kBlock = 4096;
-  struct Block {
-    std::array<std::uint64_t, kBlock / 64> words{};
-    std::uint64_t before = 0;
-  };
-  std::map<std::uint64_t, Block> blocks_;
-  std::uint64_t count_ = 0;
-};
 
 /// What the index says of a tile.
 struct WrittenTile {
@@ -185,7 +135,7 @@ class MapTiles {
   }
 
   void write_tile(Cell& cell) const {
-    TileNumbers numbers;
+    NumberSet numbers;
     WrittenTile& tile = cell.tile;
     for_triangles(cell, [&](std::span<const CellTriangle> batch) {
       tile.triangles += batch.size();
@@ -207,7 +157,7 @@ class MapTiles {
     runner_.progress.advance(tile.triangles);
   }
 
-  void write_vertices(const TileNumbers& numbers, MeshWriter& writer, Box& bounds) const {
+  void write_vertices(const NumberSet& numbers, MeshWriter& writer, Box& bounds) const {
     PointCloud vertices;
     numbers.for_blocks([&](std::span<const std::uint64_t> block) {
       runner_.stop.check();
@@ -218,7 +168,7 @@ class MapTiles {
     });
   }
 
-  void write_triangles(const Cell& cell, const TileNumbers& numbers, MeshWriter& writer) const {
+  void write_triangles(const Cell& cell, NumberSet& numbers, MeshWriter& writer) const {
     std::vector<Triangle64> triangles;
     std::vector<std::int32_t> hole;
     for_triangles(cell, [&](std::span<const CellTriangle> batch) {
