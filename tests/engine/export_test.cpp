@@ -531,6 +531,27 @@ TEST_CASE("MapTilesThatCannotBeNamedAreRefused") {
   CHECK_FALSE(fs::exists(scratch / "mesh.tiles"));
 }
 
+TEST_CASE("AJobOfTooManyMapTilesIsRefusedAndGoesOnWithLargerOnes", "[costly]") {
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, test::noisy_torus(60'000, 0.0, 7));
+  job.output.tiles = true;
+  job.output.tile_size = 1e-5;  // nearly a tile for each triangle
+  try {
+    run(job);
+    FAIL("written");
+  } catch (const Error& error) {
+    CHECK(error.kind() == ErrorKind::kUsage);
+    CHECK_THAT(error.what(), Catch::Contains("100,000 tiles"));
+  }
+  CHECK(entries_in(scratch.path()) == 2);  // the cloud and the work directory
+  job.output.tile_size = 1.0;
+  const RunReport report = run(job);
+  const auto reconstruct =
+      std::ranges::find(report.stages, name_of(Stage::kReconstruct), &StageFacts::name);
+  REQUIRE(reconstruct != report.stages.end());
+  CHECK(reconstruct->chunks_reused == reconstruct->chunks);
+}
+
 TEST_CASE("TilesCanBeCompressedText", "[costly]") {
   const NamedCloud named = rough_torus();
   ScratchDirectory scratch;

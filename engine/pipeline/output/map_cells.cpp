@@ -56,6 +56,13 @@ Vec3 normal_at(ScalarType type, const std::byte* in) {
                         .advice = "Choose larger tiles; the work that is done is kept"});
 }
 
+void check_count(const Job& job, const TrianglesByCell& triangles) {
+  if (triangles.cells().size() <= kMostTiles) return;
+  refuse_size(job, "the mesh falls into too many tiles",
+              "which makes more than " + format_count(kMostTiles) + " tiles",
+              "at most " + format_count(kMostTiles));
+}
+
 /// The cells of a piece's triangles.
 void find_cells(const Job& job, const SpooledVertices& vertices, const MapGrid& grid,
                 PieceRows& rows) {
@@ -207,13 +214,11 @@ std::unique_ptr<CutMesh> cut_by_map(StageRunner& runner, const TileInput& input,
                [&](const MeshPiece& piece, PieceRows& rows) {
                  for (std::size_t i = 0; i < rows.triangles.size(); ++i)
                    cut.triangles.add({rows.cells[i], rows.triangles[i], rows.hole[i], 0});
-                 if (cut.triangles.cells().size() > kMostTiles)
-                   refuse_size(job, "the mesh falls into too many tiles",
-                               "which makes more than " + format_count(kMostTiles) + " tiles",
-                               "at most " + format_count(kMostTiles));
+                 check_count(job, cut.triangles);
                  done(piece, rows);
                });
   cut.triangles.flush();
+  check_count(job, cut.triangles);
   return made;
 }
 
