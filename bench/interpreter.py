@@ -12,7 +12,7 @@ import subprocess
 import sys
 
 BENCH = pathlib.Path(__file__).resolve().parent
-DEBIAN_NAMES = {"numpy": "python3-numpy", "scipy": "python3-scipy", "matplotlib": "python3-matplotlib",
+DEBIAN_NAMES = {"numpy": "python3-numpy", "scipy": "python3-scipy", "matplotlib": "python3-matplotlib", "PIL": "python3-pil",
                 "open3d": "python3-open3d"}
 STARTED_OVER = "ORBWEAVE_PYTHON_STARTED_OVER"
 

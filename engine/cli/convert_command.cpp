@@ -324,7 +324,7 @@ void convert(const ConvertOptions& options, const StopToken& stop) {
   const bool mesh = is_mesh_file(options.in);
   if (options.normals_from_faces && !mesh)
     throw_bad_input("is no mesh, so there are no faces to take normals from",
-                    {.file = options.in, .expected = "a .ply, .obj or .stl file with faces"});
+                    {.file = options.in, .expected = "a .ply, .obj, .stl or .glb file with faces"});
   if ((!mesh || options.normals_from_faces) && is_mesh_only_format(options.out))
     throw_usage("a cloud cannot become a mesh by conversion",
                 {.file = options.out,

@@ -81,7 +81,7 @@ void check(const FillArguments& arguments, const OutputOptions& output) {
   if (arguments.file == "-" || is_mesh_file(arguments.file)) return;
   throw_bad_input("is no mesh, so it has no holes to fill",
                   {.file = arguments.file,
-                   .expected = "a .ply, .obj or .stl file with faces",
+                   .expected = "a .ply, .obj, .stl or .glb file with faces",
                    .advice = "'orbweave reconstruct' makes a mesh of a cloud."});
 }
 
@@ -249,7 +249,7 @@ void add_fill_command(CLI::App& program, const CommandContext& context) {
   CLI::App* command = program.add_subcommand("fill", "Fill the holes of a mesh from anywhere");
   command
       ->add_option("MESH", arguments->file,
-                   "The mesh to read: PLY, OBJ or STL; - reads PLY from standard input")
+                   "The mesh to read: PLY, OBJ, STL or GLB; - reads PLY from standard input")
       ->type_name("")
       ->required();
   add_key_options(*command, kKeys, arguments->job);

@@ -179,7 +179,7 @@ void add_simplify_command(CLI::App& program, const CommandContext& context) {
   const auto arguments = std::make_shared<SimplifyArguments>();
   CLI::App* command =
       program.add_subcommand("simplify", "Write a mesh of any size with fewer triangles");
-  command->add_option("MESH", arguments->mesh, "The mesh to read: PLY, OBJ or STL")
+  command->add_option("MESH", arguments->mesh, "The mesh to read: PLY, OBJ, STL or GLB")
       ->type_name("")
       ->required();
   for (std::size_t i = 0; i < kLimits.size(); ++i)

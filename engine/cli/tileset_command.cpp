@@ -106,7 +106,7 @@ void add_tileset_command(CLI::App& program, const CommandContext& context) {
   const auto arguments = std::make_shared<TilesetArguments>();
   CLI::App* command =
       program.add_subcommand("tileset", "Make levels of detail of a mesh, as 3D Tiles 1.1");
-  command->add_option("MESH", arguments->mesh, "The mesh to read: PLY, OBJ or STL")
+  command->add_option("MESH", arguments->mesh, "The mesh to read: PLY, OBJ, STL or GLB")
       ->type_name("")
       ->required();
   command->add_option("-o,--output", arguments->directory, "The folder to write")

@@ -255,7 +255,7 @@ void add_view_command(CLI::App& program, const CommandContext& context) {
   CLI::App* command = program.add_subcommand("view", "Show a mesh or a tileset in a browser");
   command
       ->add_option("RESULT", arguments->mesh,
-                   "The mesh to show: PLY, OBJ or STL; or a tileset (--folder, --serve)")
+                   "The mesh to show: PLY, OBJ, STL or GLB; or a tileset (--folder, --serve)")
       ->type_name("")
       ->required();
   command->add_option("-o,--output", arguments->page, "The page to write (HTML)")

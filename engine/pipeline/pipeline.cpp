@@ -13,6 +13,7 @@
 #include "engine/pipeline/damage_repair.h"
 #include "engine/pipeline/job_paths.h"
 #include "engine/pipeline/output/export_stage.h"
+#include "engine/pipeline/output/map_tiles.h"
 #include "engine/pipeline/output/output_files.h"
 #include "engine/pipeline/output/picture_stage.h"
 #include "engine/pipeline/output/power_crust_files.h"
@@ -65,6 +66,7 @@ void check_scans(const std::vector<std::string>& files) {
 
 /// Finds out before the work whether its end can be written.
 void check_output(const Job& job, const std::vector<std::string>& files) {
+  check_tile_size(job);
   if (job.output.tiles) check_tile_format(job.output);
   check_paths(job_paths(job, files));
   check_heavy_data(job.output.mesh);

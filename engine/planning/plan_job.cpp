@@ -186,6 +186,7 @@ double seconds_of_run(const ResolvedJob& job, const JobPlan& plan, const TrialRe
   constexpr double kCutAgain = 0.5e-6;  // count, bin, measure and sort of cleaned points
   constexpr double kSort = 0.2e-6;      // of the points as they come
   constexpr double kWritten = 0.7e-6;   // stitch, trace and export
+  constexpr double kByMap = 0.4e-6;     // what tiles on a map grid take more
   constexpr double kCompressed = 1.3e-6;
   constexpr double kStage = 0.008;  // of a stage, whatever its points: keys, files, flushes
   const auto points = static_cast<double>(plan.points);
@@ -196,6 +197,7 @@ double seconds_of_run(const ResolvedJob& job, const JobPlan& plan, const TrialRe
       passes.count + passes.sample + kSort * points + kWritten * kept * costs.vertices_per_point;
   seconds += kStage * static_cast<double>(expected_stages(job, {}).size());
   if (job.needs_cleaning_or_normals()) seconds += kCutAgain * kept;
+  if (job.output.tile_size > 0.0) seconds += kByMap * kept * costs.vertices_per_point;
   if (job.run.compress) seconds += kCompressed * points / job.threads();
   const bool in_chunks = is_cocone(job.reconstruct.method) && plan.chunks > 1;
   seconds += 1e-6 * costs.microseconds_per_point * kept *

@@ -115,6 +115,9 @@ std::unique_ptr<PointSource> open_format(const std::filesystem::path& path,
       return std::make_unique<MeshVertices>(std::move(reader), MeshFormat::kObj);
     case FileFormat::kStl:
       return std::make_unique<MeshVertices>(std::move(reader), MeshFormat::kStl);
+    case FileFormat::kGlb:
+    case FileFormat::kGltf:
+      return std::make_unique<MeshVertices>(std::move(reader), MeshFormat::kGlb);
     default:
       break;
   }

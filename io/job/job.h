@@ -106,7 +106,8 @@ struct OutputOptions {
   bool confidence = false;      ///< PLY: faces carry the confidence of their patches
   bool vertex_quality = false;  ///< PLY: vertices carry spacing, noise, move and normal's origin
   bool vertex_undersampled = false;        ///< PLY: vertices carry where sampling is too sparse
-  bool tiles = false;                      ///< one mesh per chunk instead of one mesh
+  bool tiles = false;                      ///< several meshes instead of one mesh
+  double tile_size = 0.0;                  ///< edge of the tiles' cells, world units; 0: by chunk
   std::string tileset;                     ///< directory of 3D Tiles of the mesh; empty: none
   std::string polygons;                    ///< path of a Power Crust's polygons; empty: none
   std::string medial_axis;                 ///< path of the balls of its medial axis; empty: none

@@ -61,6 +61,16 @@ void set_units_per_meter(Job& job, const WrittenValue& value) {
   if (!is_auto(value)) job.input.units_per_meter = finite_limit(value);
 }
 
+/// The sizes of cells whose names are exact (io/meshes/map_grid.h).
+constexpr double kLeastTileSize = 1e-9;
+constexpr double kLargestTileSize = 1e12;
+
+void set_tile_size(Job& job, const WrittenValue& value) {
+  const double size = number_value(value, 0.0, kLargestTileSize);
+  if (size > 0.0 && size < kLeastTileSize) throw UnsuitableValue{};
+  job.output.tile_size = size;
+}
+
 JobValue auto_or(const std::optional<double>& number) {
   if (!number) return std::string("auto");
   return *number;
@@ -578,9 +588,14 @@ constexpr JobKey kKeys[] = {
      [](Job& job, const W& value) { job.output.check_surface = flag_value(value); },
      [](const Job& job) -> JobValue { return job.output.check_surface; }},
     {"output", "tiles", T::kFlag, "true or false", {},
-     "write one mesh per chunk, with shared border vertices, instead of one mesh", "tiles", "true",
+     "write tiles with shared border vertices, one per chunk or per cell of tile_size, instead of one mesh", "tiles", "true",
      [](Job& job, const W& value) { job.output.tiles = flag_value(value); },
      [](const Job& job) -> JobValue { return job.output.tiles; }},
+    {"output", "tile_size", T::kNumber, "0 or a number from 1e-9 to 1e12", {},
+     "edge of the tiles' square cells in x and y, in scan units, such as 500: each tile holds the triangles whose centroid is in its cell; 0 makes a tile per chunk; needs tiles", "tile-size", "",
+     set_tile_size,
+     [](const Job& job) -> JobValue { return job.output.tile_size; },
+     {.least = 0, .most = kLargestTileSize}},
     {"output", "tileset", T::kPath, "a path, or \"\" for none", {},
      "directory to write levels of detail of the mesh to, as 3D Tiles 1.1; the mesh is a .ply file then", "tileset", "",
      [](Job& job, const W& value) { job.output.tileset = path_value(value); },

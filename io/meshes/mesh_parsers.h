@@ -6,12 +6,13 @@
 
 namespace orbweave {
 
-enum class MeshFormat { kPly, kObj, kStl };
+enum class MeshFormat { kPly, kObj, kStl, kGlb };
 
 /// As read_mesh, from any stream.
 TriangleMesh read_mesh(ByteReader reader, MeshFormat format);
 
 TriangleMesh read_obj_mesh(ByteReader reader);
 TriangleMesh read_stl_mesh(ByteReader reader);
+TriangleMesh read_glb_mesh(ByteReader reader);
 
 }  // namespace orbweave

@@ -25,6 +25,8 @@ MeshFormat format_of(const std::filesystem::path& path) {
   if (named && named->facts.format == FileFormat::kPly) return MeshFormat::kPly;
   if (named && named->facts.format == FileFormat::kObj) return MeshFormat::kObj;
   if (named && named->facts.format == FileFormat::kStl) return MeshFormat::kStl;
+  if (named && named->facts.format == FileFormat::kGlb) return MeshFormat::kGlb;
+  if (named && named->facts.format == FileFormat::kGltf) return MeshFormat::kGlb;
   throw_usage("cannot read " + files_of_name(path, "meshes") +
                   "; supported: " + extensions_of_read_meshes(),
               {.file = path.string()});
@@ -36,7 +38,8 @@ bool holds_faces(const std::filesystem::path& path) {
   ByteReader reader = open_reader(path);
   if (looks_like_ply(reader)) return ply_holds_faces(std::move(reader));
   const std::optional<NamedFormat> named = format_of_name(path);
-  return named && named->facts.holds_faces && named->facts.format != FileFormat::kPly;
+  return named && named->facts.holds_faces && named->facts.is_read &&
+         named->facts.format != FileFormat::kPly;
 }
 
 TriangleMesh read_mesh(ByteReader reader, MeshFormat format) {
@@ -47,6 +50,8 @@ TriangleMesh read_mesh(ByteReader reader, MeshFormat format) {
       return read_obj_mesh(std::move(reader));
     case MeshFormat::kStl:
       return read_stl_mesh(std::move(reader));
+    case MeshFormat::kGlb:
+      return read_glb_mesh(std::move(reader));
   }
   return {};
 }

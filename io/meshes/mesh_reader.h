@@ -8,14 +8,15 @@
 namespace orbweave {
 
 /// True when the file's header says that it holds faces (PLY with a non-empty face element,
-/// OBJ, STL).
+/// OBJ, STL, GLB).
 bool holds_faces(const std::filesystem::path& path);
 
-/// Reads .ply (also .gz), .obj and .stl (binary or text; vertices with equal coordinates are
-/// joined) as triangles; polygons are fanned from their first corner. A PLY face property
-/// "hole" becomes TriangleMesh::hole. Where the shift of its coordinates lies beside the file
-/// (io/meshes/shift_file.h), vertices are where the world has them. Throws Error (bad input) for
-/// damaged files and for indices outside the vertices.
+/// Reads .ply (also .gz), .obj, .stl (binary or text; vertices with equal coordinates are
+/// joined) and .glb and .gltf (docs/formats.md) as triangles; polygons are fanned from their first
+/// corner. A PLY face property "hole", and _HOLE of GLB vertices, become TriangleMesh::hole. Where
+/// the shift of its coordinates lies beside the file (io/meshes/shift_file.h), vertices are where
+/// the world has them. Throws Error (bad input) for damaged files and for indices outside the
+/// vertices.
 TriangleMesh read_mesh(const std::filesystem::path& path);
 
 }  // namespace orbweave

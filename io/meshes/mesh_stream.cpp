@@ -18,7 +18,7 @@ namespace {
 [[noreturn]] void refuse_cloud(const std::filesystem::path& path) {
   throw_bad_input("is no mesh: it has no faces",
                   {.file = path.string(),
-                   .expected = "a .ply, .obj or .stl file with faces",
+                   .expected = "a .ply, .obj, .stl or .glb file with faces",
                    .advice = "'orbweave reconstruct' makes a mesh of a cloud."});
 }
 

@@ -80,7 +80,11 @@ fs::path tile_directory_of(const fs::path& mesh) {
 std::string tile_name(const fs::path& mesh, std::uint32_t number) {
   char text[16];
   std::snprintf(text, sizeof text, "%06u", number);
-  return text + std::string(mesh.extension() == ".gz" ? ".ply.gz" : ".ply");
+  return map_tile_name(mesh, text);
+}
+
+std::string map_tile_name(const fs::path& mesh, const std::string& cell) {
+  return cell + (mesh.extension() == ".gz" ? ".ply.gz" : ".ply");
 }
 
 std::uint64_t file_checksum(const fs::path& file) {

@@ -19,6 +19,8 @@ inline constexpr const char* kTileIndex = "tiles.json";
 std::filesystem::path tile_directory_of(const std::filesystem::path& mesh);
 /// "000012.ply" of "bunny.ply" and 12; ".ply.gz" likewise.
 std::string tile_name(const std::filesystem::path& mesh, std::uint32_t number);
+/// "448000_4511000.ply" of "city.ply" and "448000_4511000"; ".ply.gz" likewise.
+std::string map_tile_name(const std::filesystem::path& mesh, const std::string& cell);
 /// XXH3-64 of a file's bytes, which the index has of every tile as hex_digits(). Throws Error
 /// (resource).
 std::uint64_t file_checksum(const std::filesystem::path& file);

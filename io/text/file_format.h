@@ -24,6 +24,7 @@ enum class FileFormat {
   kLaz,
   kE57,
   kGlb,
+  kGltf,
   kVtp,
   kXdmf
 };
@@ -51,7 +52,8 @@ inline constexpr std::array kFileFormats = {
     FormatFacts{FileFormat::kPcd, ".pcd", true, false, false, false, false},
     FormatFacts{FileFormat::kObj, ".obj", true, true, true, false, false},
     FormatFacts{FileFormat::kStl, ".stl", true, true, true, false, false},
-    FormatFacts{FileFormat::kGlb, ".glb", false, true, true, false, false, false},
+    FormatFacts{FileFormat::kGlb, ".glb", false, true, true, false, false},
+    FormatFacts{FileFormat::kGltf, ".gltf", false, true, false, false, false},
     FormatFacts{FileFormat::kVtp, ".vtp", false, true, true, false, false, false},
     FormatFacts{FileFormat::kXdmf, ".xdmf", false, true, true, false, false, false},
     FormatFacts{FileFormat::kLas, ".las", false, false, false, false, false},

@@ -98,7 +98,7 @@ def read_points(path):
 
 
 def read_mesh(path):
-    """Reads a mesh (.ply, .obj, .stl) and returns a Mesh."""
+    """Reads a mesh (.ply, .obj, .stl, .glb) and returns a Mesh."""
     return _orbweave.read_mesh(os.fsencode(path))
 
 

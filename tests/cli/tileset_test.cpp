@@ -21,6 +21,7 @@ using namespace orbweave::test;
 namespace {
 
 namespace fs = std::filesystem;
+using Json = nlohmann::json;
 
 void make_mesh(const ScratchDirectory& in, Vec3 place = {}) {
   write_mesh(in / "mesh.ply", moved(torus_mesh(3000), [&](Vec3 p) { return p + place; }));
@@ -134,17 +135,35 @@ TEST_CASE("FilesForParaViewOfAJobAreThoseOfItsConvertedPly") {
   CHECK(same.status == 2);
 }
 
-TEST_CASE("GlbIsWrittenAndNotRead") {
+TEST_CASE("GlbIsReadWhereverAMeshMayBe") {
   const ScratchDirectory in;
   make_mesh(in);
   REQUIRE(run_in(in, {"convert", "mesh.ply", "mesh.glb"}).status == 0);
-  for (const char* command : {"inspect", "reconstruct"}) {
-    const ProgramResult result = run_in(in, {command, "mesh.glb", "-o", "out.ply"});
-    CHECK(result.status == 2);
+  // What GLB keeps of the mesh, as PLY.
+  REQUIRE(run_in(in, {"convert", "mesh.glb", "again.ply"}).status == 0);
+  const ProgramResult compared = run_in(in, {"compare", "mesh.glb", "again.ply", "--json"});
+  CHECK(compared.status == 0);
+  CHECK(Json::parse(compared.out)["identical"] == true);
+  const auto facts = [&](const char* file) {
+    const ProgramResult told = run_in(in, {"inspect", file, "--json"});
+    CHECK(told.status == 0);
+    return Json::parse(told.out);
+  };
+  CHECK(facts("mesh.glb") == facts("again.ply"));
+  for (const char* command : {"tileset", "fill", "reconstruct"}) {
+    INFO(command);
+    CHECK(run_in(in, {command, "mesh.glb", "-o", "glb.ply"}).status == 0);
+    CHECK(run_in(in, {command, "again.ply", "-o", "ply.ply"}).status == 0);
+    const char* file = fs::is_directory(in / "glb.ply") ? "000000.glb" : "";
+    CHECK((file_text(in / "glb.ply" / file) == file_text(in / "ply.ply" / file)));
+    fs::remove_all(in / "glb.ply");
+    fs::remove_all(in / "ply.ply");
   }
-  const ProgramResult converted = run_in(in, {"convert", "mesh.glb", "again.ply"});
-  CHECK(converted.status == 2);
-  CHECK_THAT(converted.err, Contains("mesh.glb") && Contains(".glb clouds"));
+  CHECK(run_in(in, {"view", "mesh.glb", "-o", "page.html"}).status == 0);
+  write_text(in / "short.glb", file_text(in / "mesh.glb").substr(0, 1000));
+  const ProgramResult damaged = run_in(in, {"inspect", "short.glb"});
+  CHECK(damaged.status == 3);
+  CHECK_THAT(damaged.err, Contains("short.glb") && Contains("byte 8"));
   const ProgramResult text = run_in(in, {"fill", "mesh.ply", "-o", "text.glb", "--format", "text"});
   CHECK(text.status == 2);
   CHECK_THAT(text.err, Contains("GLB has no text encoding"));

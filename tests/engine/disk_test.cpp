@@ -439,6 +439,24 @@ TEST_CASE("TooLittleRoomIsSaidBeforeTheWork") {
       Contains("the work directory and the mesh and the tileset") && Contains("at least"));
 }
 
+TEST_CASE("TilesOnAMapGridArePartOfTheForecastOfTheDisk") {
+  const ScratchDirectory scratch;
+  Job job = test::job_for(scratch, test::noisy_torus(20'000, 0.0, 7));
+  job.output.tiles = true;
+  const auto report_of = [&] {
+    const RunReport report = test::run(job);
+    CHECK(report.predicted.disk_bytes >= report.measured.disk_bytes);
+    return report;
+  };
+  const RunReport by_chunk = report_of();
+  job.output.tile_size = 0.5;
+  const RunReport by_cell = report_of();
+  // Positions and 40,000 sorted triangles lie beside the tiles.
+  constexpr std::uint64_t kOnTheWay = 20'000 * 24 + 40'000 * 40;
+  CHECK(by_cell.predicted.disk_bytes >= by_chunk.predicted.disk_bytes + kOnTheWay);
+  CHECK(by_cell.measured.disk_bytes >= by_chunk.measured.disk_bytes + kOnTheWay);
+}
+
 TEST_CASE("ATilesetAndASimplifiedMeshArePartOfTheForecastOfTheDisk") {
   const ScratchDirectory scratch;
   Job job = test::job_for(scratch, test::noisy_torus(2000, 0.0, 7));

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <barrier>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <exception>
 #include <filesystem>
 #include <fstream>
@@ -208,6 +209,56 @@ JoinedTiles join_tiles(const fs::path& directory, const TriangleMesh& like) {
   return joined;
 }
 
+/// The mesh as a set of faces: the row of each triangle of the one mesh.
+std::map<Triangle, std::size_t> rows_of(const TriangleMesh& mesh) {
+  std::map<Triangle, std::size_t> rows;
+  for (std::size_t row = 0; row < mesh.triangles.size(); ++row)
+    REQUIRE(rows.emplace(mesh.triangles[row], row).second);
+  return rows;
+}
+
+/// Requires that tiles on a map grid have every triangle of the mesh once, in the tile of the cell
+/// of its centroid, in the mesh's order, with the mesh's vertices. Returns how many tiles.
+std::size_t require_map_tiles_of(const fs::path& directory, const TriangleMesh& mesh, double size) {
+  const auto index = nlohmann::json::parse(bytes_of(directory / "tiles.json"));
+  REQUIRE(index.at("tile_size") == size);
+  const std::map<Triangle, std::size_t> rows = rows_of(mesh);
+  std::vector<int> seen(mesh.triangles.size(), 0);
+  for (const auto& facts : index.at("tiles")) {
+    const std::string name = facts.at("file");
+    INFO(name);
+    const TriangleMesh tile = read_mesh(directory / name);
+    REQUIRE(tile.vertices.size() == facts.at("vertices"));
+    REQUIRE(tile.triangles.size() == facts.at("triangles"));
+    JoinedTiles joined;
+    joined.mesh = mesh;
+    std::vector<bool> known(mesh.vertices.size(), true);
+    nlohmann::json no_runs = {{"runs", nlohmann::json::array()}};
+    TriangleMesh points = tile;
+    points.triangles.clear();
+    join(points, no_runs, joined, known);  // every vertex is the mesh's
+    const std::size_t ids = tile.vertices.schema.attributes.size() - 1;
+    const auto id = [&](std::uint32_t vertex) {
+      return static_cast<std::uint32_t>(attribute_value(tile.vertices, vertex, ids));
+    };
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < tile.triangles.size(); ++i) {
+      const Triangle& t = tile.triangles[i];
+      const std::size_t row = rows.at({id(t[0]), id(t[1]), id(t[2])});
+      REQUIRE(row >= next);
+      next = row + 1;
+      ++seen[row];
+      if (!mesh.hole.empty()) REQUIRE(tile.hole.at(i) == mesh.hole[row]);
+      const auto& at = tile.vertices.positions;
+      const Vec3 centroid = (at[t[0]] + at[t[1]] + at[t[2]]) / 3.0;
+      REQUIRE(std::floor(centroid.x / size) * size == facts.at("corner").at(0));
+      REQUIRE(std::floor(centroid.y / size) * size == facts.at("corner").at(1));
+    }
+  }
+  CHECK(std::all_of(seen.begin(), seen.end(), [](int times) { return times == 1; }));
+  return index.at("tiles").size();
+}
+
 void require_same_mesh(const TriangleMesh& a, const TriangleMesh& b) {
   REQUIRE((a.vertices.positions == b.vertices.positions));
   REQUIRE((a.vertices.normals == b.vertices.normals));
@@ -364,6 +415,141 @@ TEST_CASE("TilesAreTheSameForAnyThreadsAndProcesses", "[slow]") {
     run_by_team(job, members);
     CHECK((files() == expected));
   }
+}
+
+TEST_CASE("MapTilesHaveEachTriangleOfTheMeshInTheCellOfItsCentroid", "[costly]") {
+  const NamedCloud named = rough_torus();
+  ScratchDirectory scratch;
+  for (const bool fill : {true, false}) {
+    Job job = rough_job(scratch, named);
+    job.fill.enabled = fill;
+    job.run.keep_work_dir = true;
+    const RunReport whole = run(job);
+    const TriangleMesh mesh = read_mesh(job.output.mesh);
+    fs::remove(job.output.mesh);
+    job.output.tiles = true;
+    for (const double size : {0.5, 64.0}) {  // exact in binary: the test's own floor is exact, too
+      INFO("fill " << fill << ", size " << size);
+      job.output.tile_size = size;
+      const RunReport report = run(job);
+      CHECK(report.mesh.checksum == whole.mesh.checksum);
+      CHECK(report.mesh.bounds == whole.mesh.bounds);
+      const std::size_t tiles = require_map_tiles_of(scratch / "mesh.tiles", mesh, size);
+      CHECK(tiles >= 4);  // the torus lies around the origin
+      CHECK((tiles == 4) == (size == 64.0));
+      CHECK(fs::exists(scratch / "mesh.tiles" / (size == 64.0 ? "-64_0.ply" : "-0.5_0.0.ply")));
+    }
+  }
+}
+
+TEST_CASE("MapTilesAreTheSameForAnyChunksThreadsMemoryAndProcesses", "[slow]") {
+  const NamedCloud named = rough_torus();
+  ScratchDirectory scratch;
+  Job job = rough_job(scratch, named);
+  job.output.tiles = true;
+  job.output.tile_size = 0.3;
+  const auto files = [&] {
+    std::map<std::string, std::string> bytes;
+    for (const auto& entry : fs::directory_iterator(scratch / "mesh.tiles"))
+      bytes[entry.path().filename().string()] = bytes_of(entry.path());
+    return bytes;
+  };
+  run(job);
+  const auto expected = files();
+  REQUIRE(expected.size() > 10);
+  for (const std::uint64_t chunk_points : {250u, 1500u, 1'000'000u}) {
+    job.partition.chunk_points = chunk_points;
+    run(job);
+    CHECK((files() == expected));
+  }
+  job.partition.memory_bytes = std::uint64_t{512} << 20;
+  for (const int threads : {1, 5}) {
+    job.run.threads = threads;
+    run(job);
+    CHECK((files() == expected));
+  }
+  run_by_team(job, 2);
+  CHECK((files() == expected));
+}
+
+TEST_CASE("InterruptedMapTilesLeaveNothingAndResume", "[costly]") {
+  const NamedCloud named = rough_torus();
+  ScratchDirectory scratch;
+  Job job = rough_job(scratch, named);
+  job.output.tiles = true;
+  job.output.tile_size = 0.5;
+  job.run.threads = 1;
+  class StopInExport : public test::RecordingProgress {
+   public:
+    StopInExport(StopToken& stop, int after) : stop_(stop), left_(after) {}
+    void begin_stage(const std::string& name, std::uint64_t, const std::string&) override {
+      in_export_ = name == "export";
+    }
+    void advance(std::uint64_t) override {
+      if (in_export_ && --left_ == 0) stop_.request();
+    }
+
+   private:
+    StopToken& stop_;
+    int left_;
+    bool in_export_ = false;
+  };
+  const int after = GENERATE(1, 20);  // while the mesh is cut, while tiles are written
+  StopToken stop;
+  StopInExport progress(stop, after);
+  CHECK_THROWS_AS(run_job(job, {"test"}, progress, stop), Error);
+  CHECK(entries_in(scratch.path()) == 2);  // the cloud and the work directory
+  run(job);
+  const std::string resumed = bytes_of(scratch / "mesh.tiles" / "tiles.json");
+  fs::remove_all(scratch / "mesh.tiles");
+  run(job);
+  CHECK(bytes_of(scratch / "mesh.tiles" / "tiles.json") == resumed);  // has all checksums
+}
+
+TEST_CASE("MapTilesThatCannotBeNamedAreRefused") {
+  ScratchDirectory scratch;
+  NamedCloud named = rough_torus(300);
+  for (Vec3& position : named.cloud.positions) position = 10.0 * position;
+  Job job = job_for(scratch, named);
+  for (double& radius : job.reconstruct.ball_radii) radius *= 10.0;
+  const auto refusal = [&] {
+    try {
+      run(job);
+    } catch (const Error& error) {
+      CHECK(error.kind() == ErrorKind::kUsage);
+      CHECK(error.parts().place == "output.tile_size");
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  job.output.tile_size = 500.0;
+  CHECK_THAT(refusal(), Catch::Contains("output.tiles = true"));
+  CHECK_FALSE(fs::exists(job.run.work_dir));
+  job.output.tiles = true;
+  job.output.tile_size = 1e-9;
+  CHECK_THAT(refusal(), Catch::Contains("too small"));
+  CHECK_FALSE(fs::exists(scratch / "mesh.tiles"));
+}
+
+TEST_CASE("AJobOfTooManyMapTilesIsRefusedAndGoesOnWithLargerOnes", "[costly]") {
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, test::noisy_torus(60'000, 0.0, 7));
+  job.output.tiles = true;
+  job.output.tile_size = 1e-5;  // nearly a tile for each triangle
+  try {
+    run(job);
+    FAIL("written");
+  } catch (const Error& error) {
+    CHECK(error.kind() == ErrorKind::kUsage);
+    CHECK_THAT(error.what(), Catch::Contains("100,000 tiles"));
+  }
+  CHECK(entries_in(scratch.path()) == 2);  // the cloud and the work directory
+  job.output.tile_size = 1.0;
+  const RunReport report = run(job);
+  const auto reconstruct =
+      std::ranges::find(report.stages, name_of(Stage::kReconstruct), &StageFacts::name);
+  REQUIRE(reconstruct != report.stages.end());
+  CHECK(reconstruct->chunks_reused == reconstruct->chunks);
 }
 
 TEST_CASE("TilesCanBeCompressedText", "[costly]") {

@@ -249,6 +249,26 @@ TEST_CASE("ABoundaryThatTheBudgetCannotHoldSaysTheLeast") {
   }
 }
 
+TEST_CASE("TilesOnAMapGridStayInsideTheBudgetWithTheSameBytes") {
+  const ScratchDirectory scratch;
+  Random random(3);
+  PointCloud cloud = oriented_cloud();
+  add_scattered(1'000'000, random, cloud);
+  const std::string file = write(scratch, std::move(cloud));
+  // All of it in four tiles, then in more tiles than may be open.
+  for (const char* size : {"100", "0.05"}) {
+    INFO("tiles of " << size);
+    const std::vector<std::string> more = {"--tiles", "--tile-size", size};
+    const ProgramResult small = reconstruct(scratch, file, "small.ply", 0.006, "208MiB", more);
+    INFO(small.err);
+    REQUIRE(small.status == 0);
+    CHECK(peak_of(scratch, "small.ply") < kSmallBudget);
+    REQUIRE(reconstruct(scratch, file, "large.ply", 0.006, "8GiB", more).status == 0);
+    CHECK(bytes_of(scratch / "small.tiles" / "tiles.json") ==
+          bytes_of(scratch / "large.tiles" / "tiles.json"));  // has all checksums
+  }
+}
+
 TEST_CASE("LevelsOfDetailStayInsideTheBudget") {
   const ScratchDirectory scratch;
   const std::string mesh = (scratch / "mesh.ply").string();

@@ -43,6 +43,19 @@ TEST_CASE("AJobExpectsTheStagesOfItsOptions") {
   CHECK(expected_stages(job, size).front().name == name_of(Stage::kCount));
 }
 
+TEST_CASE("TilesOnAMapGridAreTheLeadersWorkAndTakeLonger") {
+  ResolvedJob job = raw_job();
+  job.output.tiles = true;
+  JobSize size;
+  size.points = size.kept_points = 1'000'000;
+  const double by_chunk = seconds_of(expected_stages(job, size), Stage::kTiles);
+  job.output.tile_size = 100.0;
+  const double by_cell = seconds_of(expected_stages(job, size), Stage::kTiles);
+  CHECK(by_cell > by_chunk);
+  size.processes = 4;
+  CHECK(seconds_of(expected_stages(job, size), Stage::kTiles) == by_cell);
+}
+
 TEST_CASE("ExpectedTimesFollowPointsRadiiThreadsAndLoops") {
   ResolvedJob job = raw_job();
   JobSize small;

@@ -22,8 +22,9 @@ BUDGET = 256 * trial.MEBIBYTE
 FUZZ_SEEDS = {"fuzz_e57_source": "", "fuzz_gzip_source": ".txt.gz", "fuzz_las_source": "", "fuzz_laz_reader": "",
               "fuzz_mesh_reader": "", "fuzz_pcd_source": "", "fuzz_ply_source": "", "fuzz_ptx_source": "",
               "fuzz_text_source": ""}  # with what their names need behind them
-MESHES = (".ply", ".obj", ".stl")
-READ = (".ply", ".gz", ".xyz", ".txt", ".csv", ".pts", ".ptx", ".pcd", ".las", ".laz", ".e57", ".stl", ".obj", ".conf")
+MESHES = (".ply", ".obj", ".stl", ".glb")
+READ = (".ply", ".gz", ".xyz", ".txt", ".csv", ".pts", ".ptx", ".pcd", ".las", ".laz", ".e57", ".stl", ".obj", ".glb",
+        ".conf")
 COMMANDS = ["inspect"] * 58 + ["json"] * 25 + ["reconstruct"] * 6 + ["convert"] * 5 + ["plan"] * 3 + ["other"] * 3
 ODD_NAMES = ["scan\udcff", "scan \u00e9\u4e2d", "scan\n1", "scan'\"", "-scan", "scan" * 50, "scan\x1b[31m"]
 
@@ -54,7 +55,7 @@ def write_own(setup):
         (setup.shared / name).write_bytes(data)
     trial.succeed([setup.program, "generate", "sphere", "--points", "200", "--truth", "own-mesh.ply", "-o",
                    "own-generated.ply"], setup.shared)
-    for mesh in ("own-mesh.obj", "own-mesh.stl"):
+    for mesh in ("own-mesh.obj", "own-mesh.stl", "own-mesh.glb"):
         trial.succeed([setup.program, "convert", "own-mesh.ply", mesh], setup.shared)
     trial.succeed([setup.program, "generate", "torus", "--points", "600", "--scans", "2", "--separate", "-o",
                    "own-scan.ply"], setup.shared)

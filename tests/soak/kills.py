@@ -3,7 +3,7 @@
 A trial is a round: some six signals at moments drawn from the stages of an undisturbed run, its start and the removal
 of its work directory, each later in the job than the one before, at a random time within the stage; every start but
 the first is a resumption, some with other threads, with another budget or with packed results. Then the same command
-runs to the end. One job in four writes tiles.
+runs to the end. Two jobs in six write tiles, by chunk or by the cells of a map.
 
 Right is: after every signal an output is absent or whole, and a signal that asks to stop ends in status 130, without a
 mesh before the export; results and documents that are committed when a run is killed are the same files when the next
@@ -33,12 +33,13 @@ VARIED = [[]] * 3 + [["--threads", "1"], ["--threads", "3"], ["--memory", "300Mi
 
 def prepare(setup):
     inputs = small_job.write(setup.program, setup.shared)
-    return inputs, [(form, small_job.Undisturbed(setup.program, setup.shared, form)) for form in ([], small_job.TILES)]
+    return inputs, [(form, small_job.Undisturbed(setup.program, setup.shared, form))
+                    for form in ([], small_job.TILES, small_job.MAP_TILES)]
 
 
 def attack(case):
     inputs, forms = case.setup.prepared
-    form, undisturbed = case.rng.choices(forms, weights=(3, 1))[0]
+    form, undisturbed = case.rng.choices(forms, weights=(4, 1, 1))[0]
     for name in inputs:
         shutil.copy2(case.setup.shared / name, case.directory)
     history, committed, going_on = [], {}, True

@@ -42,6 +42,7 @@ work_dir = "work"
 COMMAND = ["run", "job.toml", "--progress", "none"]
 OUTPUTS = {"mesh.ply", "mesh.tiles", "mesh.png", "mesh.report.json", "mesh.report.html"}
 TILES = ["--set", "output.tiles=true"]
+MAP_TILES = [*TILES, "--set", "output.tile_size=0.25"]
 START, REMOVAL = "start", "removal"
 LOG_STAGE = re.compile(r" info (.+): (?:begins|ends)\b")
 

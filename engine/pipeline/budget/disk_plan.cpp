@@ -214,6 +214,7 @@ LevelBytes level_bytes(const ResolvedJob& job, const CloudSize& cloud, const Poi
   };
   const double tile_vertex = level_vertex_bytes(schema);
   LevelBytes bytes;
+  if (job.output.tile_size > 0.0) bytes.work = stored_bytes(schema) + kSorted;
   if (!job.output.tileset.empty()) {
     bytes.work = work(tile_vertex, kOfFace);
     bytes.tileset = kAllLevels * (2.0 * 12.0 + tile_vertex + kOfFace);

@@ -14,6 +14,8 @@ namespace {
 /// What the points cost that a first radius leaves open, at each further one, of the first one's
 /// time: a few points, each of them with many neighbours.
 constexpr double kFurtherRadius = 4.0;
+/// Times what tiles by chunk take: docs/results/formats.md.
+constexpr double kMapTiles = 3.4;
 /// Levels that automatic radii have on most scans.
 constexpr std::size_t kTypicalRadii = 3;
 /// Core seconds of a loop, large ones among small ones.
@@ -97,10 +99,16 @@ std::size_t radii_of(const ResolvedJob& job, const JobSize& size) {
   return job.reconstruct.ball_radii.empty() ? kTypicalRadii : job.reconstruct.ball_radii.size();
 }
 
+/// Tiles on a map grid are the leader's work.
+bool is_cut_by_map(const ResolvedJob& job, const StageInfo& stage) {
+  return stage.stage == Stage::kTiles && job.output.tile_size > 0.0;
+}
+
 double microseconds_of(const ResolvedJob& job, const JobSize& size, const StageInfo& stage) {
   double microseconds = stage.scaling.microseconds;
   if (stage.stage == Stage::kReconstruct)
     microseconds *= 1.0 + kFurtherRadius * static_cast<double>(radii_of(job, size) - 1);
+  if (is_cut_by_map(job, stage)) microseconds *= kMapTiles;
   if (job.run.compress && is_written(stage.stage)) microseconds += kCompression;
   return microseconds;
 }
@@ -125,7 +133,8 @@ double seconds_of(const ResolvedJob& job, const JobSize& size, const StageInfo& 
   if (stage.stage == Stage::kHoles && size.loops)
     seconds = kSecondsPerLoop * static_cast<double>(*size.loops);
   seconds *= 1.0 - scaling.threads + scaling.threads / job.threads();
-  return scaling.work == StageWork::kShared ? seconds / size.processes : seconds;
+  const bool is_shared = scaling.work == StageWork::kShared && !is_cut_by_map(job, stage);
+  return is_shared ? seconds / size.processes : seconds;
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "engine/pipeline/output/map_tiles.h"
 #include "engine/pipeline/output/mesh_pieces.h"
 #include "engine/pipeline/output/placed_export.h"
 #include "engine/pipeline/output/power_crust_files.h"
@@ -88,10 +89,13 @@ ExportResult export_mesh(const ExportInputs& inputs, StageRunner& runner) {
     throw std::logic_error("the mesh has other counts than its summary says");
 
   const OutputOptions& output = runner.job.output;
-  const std::uint64_t rows = partition.points() + facts.triangles;
+  const bool by_map = output.tiles && output.tile_size > 0.0;
+  const bool by_chunk = output.tiles && !by_map;
+  // Triangles of a map's tiles are sorted first, and written afterwards.
+  const std::uint64_t rows = partition.points() + (by_map ? 2 : 1) * facts.triangles;
   StageClock clock(runner, output.tiles ? Stage::kTiles : Stage::kExport,
-                   output.tiles ? partition.octree.chunks().size() : rows,
-                   output.tiles ? "chunks" : "rows");
+                   by_chunk ? partition.octree.chunks().size() : rows,
+                   by_chunk ? "chunks" : "rows");
   const VertexColumns columns = vertex_columns(partition, output);
   const MeshHeader header{facts.vertices, facts.triangles, false, runner.job.fill.enabled,
                           columns.written()};
@@ -107,8 +111,9 @@ ExportResult export_mesh(const ExportInputs& inputs, StageRunner& runner) {
   const TileInput tiles{partition, inputs.used, inputs.holes, pieces,
                         columns,   header,      options,      runner.stop};
   const std::uint64_t bytes =
-      output.tiles ? export_tiles(runner, clock, tiles, digest)
-                   : export_one_file(runner, pieces, columns, header, options, digest);
+      by_map     ? export_map_tiles(runner, tiles, digest)
+      : by_chunk ? export_tiles(runner, clock, tiles, digest)
+                 : export_one_file(runner, pieces, columns, header, options, digest);
   clock.facts().points = partition.points();
   if (!runner.communicator.is_root()) return {};
   clock.facts().bytes_written = bytes + beside;

@@ -14,6 +14,7 @@
 #include "engine/pipeline/output/vertex_columns.h"
 #include "engine/pipeline/stage/partition.h"
 #include "engine/pipeline/stage/stage_runner.h"
+#include "io/meshes/map_grid.h"
 #include "io/meshes/mesh_checksum.h"
 #include "io/system/placed_file.h"
 
@@ -57,6 +58,7 @@ struct PieceRows {
   std::vector<Triangle> stored;  ///< triangles as they were read
   std::vector<Triangle64> triangles;
   std::vector<std::int32_t> hole;
+  std::vector<MapCell> cells;            ///< of the triangles, where a map grid cuts the mesh
   SurfaceDigest digest;                  ///< of the piece alone
   std::vector<std::byte> encoded;        ///< for a writer that writes in order
   std::unique_ptr<PlacedBuffer> placed;  ///< for one that does not

@@ -1,10 +1,10 @@
 #include "engine/pipeline/output/tile.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "engine/holes/patch/patch_vertices.h"
+#include "engine/pipeline/output/tile_columns.h"
 #include "engine/pipeline/surface/patch_batch.h"
 #include "engine/pipeline/surface/stored_mesh.h"
 #include "engine/stitching/local_numbers.h"
@@ -15,20 +15,6 @@ namespace orbweave {
 namespace {
 
 constexpr std::uint64_t kBatchRows = std::uint64_t{1} << 16;
-
-ScalarType id_type(std::uint64_t vertices) {
-  return vertices <= std::uint64_t{1} << 32 ? ScalarType::kUint32 : ScalarType::kInt64;
-}
-
-/// The mesh's columns and the numbers. A scan's own column of that name gets another one.
-PointSchema tile_schema(const MeshHeader& mesh) {
-  PointSchema schema = mesh.schema;
-  for (AttributeField& field : schema.attributes) {
-    if (field.name == kVertexId) field.name = std::string("scan_") + kVertexId;
-  }
-  schema.attributes.push_back({kVertexId, id_type(mesh.vertices)});
-  return schema;
-}
 
 }  // namespace
 
@@ -259,18 +245,7 @@ void Tile::write_batch(MeshWriter& writer, PointCloud& cloud, std::span<const st
                        Box& bounds) const {
   bounds.extend(cloud.bounds());
   input_.columns.colors.apply(cloud);
-  const PointSchema schema = tile_schema(input_.header);
-  const std::size_t width = input_.header.schema.attribute_bytes();
-  const std::size_t id_bytes = size_of(schema.attributes.back().type);
-  std::vector<std::byte> attributes(ids.size() * (width + id_bytes));
-  std::byte* out = attributes.data();
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    out = std::copy_n(cloud.attributes.data() + i * width, width, out);
-    const auto* id = reinterpret_cast<const std::byte*>(&ids[i]);  // little-endian: its low bytes
-    out = std::copy_n(id, id_bytes, out);
-  }
-  cloud.attributes = std::move(attributes);
-  cloud.schema = schema;
+  add_vertex_ids(input_.header, ids, cloud);
   writer.write_vertices(cloud);
 }
 

@@ -10,9 +10,6 @@
 
 namespace orbweave {
 
-/// Vertices' numbers in the one mesh.
-inline constexpr const char* kVertexId = "vertex_id";
-
 /// Everything must outlive the export.
 struct TileInput {
   const Partition& partition;
