@@ -6,6 +6,8 @@
 #include "engine/stitching/triangle_fans.h"
 #include "io/error.h"
 #include "io/job/setting.h"
+#include "io/system/memory_watch.h"
+#include "io/text/quantity.h"
 
 #ifdef ORBWEAVE_HAS_VORONOI
 #include "engine/voronoi/voronoi.h"
@@ -111,6 +113,23 @@ void require_told_undersampling(const Job& job) {
                .advice = "orbweave inspect --undersampled lists the places of any cloud"});
 }
 
+/// Throws where the process holds more than the job's budget; `share` of the method is done.
+void require_budget(const Job& job, double share) {
+  const std::uint64_t budget = job.partition.memory_bytes;
+  if (resident_bytes() <= budget) return;
+  release_freed_memory();
+  const std::uint64_t held = resident_bytes();
+  if (held <= budget) return;
+  throw_resource(
+      "the method " + method_name(job) + " outgrows the memory budget",
+      {.place = setting_name(job, "partition.memory"),
+       .found = format_bytes(held) + " held, " + std::to_string(static_cast<int>(100.0 * share)) +
+                " % done",
+       .expected = "no more than " + format_bytes(budget),
+       .advice = "The shape has many more tetrahedra than most. Give a larger budget, or " +
+                 setting(job, "reconstruct.method", "ball_pivoting")});
+}
+
 }  // namespace
 
 bool has_voronoi_family() {
@@ -178,6 +197,7 @@ CoconeOfPart cocone_of_part(std::span<const Vec3> positions, std::span<const Vec
 
 voronoi::ShareDone progress_within_chunk(StageRunner& runner, std::uint64_t points) {
   return [&runner, points, shown = std::uint64_t{0}](double share) mutable {
+    require_budget(runner.job, share);
     const auto reached = static_cast<std::uint64_t>(share * static_cast<double>(points - 1));
     if (reached <= shown) return;
     runner.progress.advance(reached - shown);
