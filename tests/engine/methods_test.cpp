@@ -381,13 +381,13 @@ TEST_CASE("MoreTetrahedraThanForeseenStayInsideTheBudget", "[costly]") {
   if (!has_voronoi_family()) return;
   // The poles of a torus lie on a circle, and each is a neighbour of a whole ring of points.
   ScratchDirectory scratch;
-  Job job = job_for(scratch, painted_torus(30'000, 0.0, 1));
+  Job job = job_for(scratch, painted_torus(60'000, 0.0, 1));
   job.run.threads = 1;
   job.reconstruct.method = ReconstructionMethod::kPowerCrust;
-  job.partition.memory_bytes = std::uint64_t{250} << 20;
+  job.partition.memory_bytes = std::uint64_t{400} << 20;
   CHECK_THAT(message_of(job),
              Catch::Matchers::Contains("the method power_crust outgrows the memory budget") &&
-                 Catch::Matchers::Contains("no more than 250.0 MiB") &&
+                 Catch::Matchers::Contains("no more than 400.0 MiB") &&
                  Catch::Matchers::Contains("ball_pivoting"));
 }
 
