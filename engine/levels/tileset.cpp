@@ -5,6 +5,7 @@
 
 #include "engine/levels/level_distances.h"
 #include "engine/levels/level_maker.h"
+#include "engine/levels/packed_tile.h"
 #include "engine/levels/tile_mesh.h"
 #include "engine/levels/tileset_index.h"
 #include "engine/levels/tileset_json.h"
@@ -20,14 +21,17 @@ namespace fs = std::filesystem;
 
 /// Tiles lie where viewers turn y to z, about the tileset's origin.
 void write_tile(const fs::path& file, const PointCloud& points, const NodeMesh& node,
-                const TileColumns& columns, Vec3 tileset_origin) {
+                const TileColumns& columns, Vec3 tileset_origin, TileCompression compression) {
   const TriangleMesh mesh = tile_mesh(points, node, columns);
   MeshWriterOptions options;
   options.origin = points.bounds().center();
   options.glb_attributes = tile_attributes(node, columns);
   options.node_offset = -tileset_origin;
   options.up_axis = 2;
-  write_mesh(file, mesh, options);
+  if (compression == TileCompression::kMeshopt)
+    write_packed_tile(file, mesh, options);
+  else
+    write_mesh(file, mesh, options);
 }
 
 std::vector<TilesetLevel> levels_of(const Levels& levels) {
@@ -65,7 +69,8 @@ TilesetFacts write_tileset(MeshStream& mesh, const fs::path& directory,
   };
   TileColumns columns;
   of_levels.done = [&](std::uint32_t node, const PointCloud& points, const NodeMesh& made) {
-    write_tile(target.temporary() / tile_file(node), points, made, columns, origin);
+    write_tile(target.temporary() / tile_file(node), points, made, columns, origin,
+               options.compression);
     if (events.written) events.written();
   };
   LevelOptions with_tags = options.levels;

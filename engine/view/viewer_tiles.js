@@ -184,19 +184,31 @@
       }
       return sRgb[value];
     }
+    /// The bytes of a view of rows, and where they begin there.
+    function rowsOf(buffer, begin, view_) {
+      var packed = (view_.extensions || {}).EXT_meshopt_compression;
+      if (!packed) return { bytes: buffer, at: begin + (view_.byteOffset || 0) };
+      var source = new Uint8Array(buffer, begin + (packed.byteOffset || 0), packed.byteLength), unpack = orbweave.unpack;
+      var bytes = packed.mode === 'TRIANGLES' ? unpack.triangles(source, packed.count) : unpack.vertices(source, packed.count, packed.byteStride);
+      return { bytes: bytes.buffer, at: 0 };
+    }
     /// Rows of floats about the tile's middle, as docs/levels.md has them.
     function partOf(buffer, tile) {
       var head = new DataView(buffer), documentBytes = head.getUint32(12, true), begin = 20 + documentBytes + 8;
       if (head.getUint32(0, true) !== 0x46546C67) throw new Error(tile.uri + ': no GLB file');
       var json = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 20, documentBytes)));
       var primitive = json.meshes[0].primitives[0], matrix = json.nodes[0].matrix;
+      var viewOf = function (accessor) { return json.bufferViews[accessor.bufferView]; };
+      var indices = json.accessors[primitive.indices], ofIndices = rowsOf(buffer, begin, viewOf(indices));
+      var corners = new Uint32Array(ofIndices.bytes.slice(ofIndices.at, ofIndices.at + 4 * indices.count));
+      // All attributes lie in the same rows.
+      var ofVertices = viewOf(json.accessors[primitive.attributes.POSITION]), vertexRows = rowsOf(buffer, begin, ofVertices);
+      head = new DataView(vertexRows.bytes);
       var rows = function (key) {
         if (!(key in primitive.attributes)) return null;
-        var accessor = json.accessors[primitive.attributes[key]], view_ = json.bufferViews[accessor.bufferView];
-        return { at: begin + (view_.byteOffset || 0) + (accessor.byteOffset || 0), stride: view_.byteStride, count: accessor.count };
+        var accessor = json.accessors[primitive.attributes[key]];
+        return { at: vertexRows.at + (accessor.byteOffset || 0), stride: ofVertices.byteStride, count: accessor.count };
       };
-      var indices = json.accessors[primitive.indices], ofIndices = json.bufferViews[indices.bufferView];
-      var corners = new Uint32Array(buffer.slice(begin + (ofIndices.byteOffset || 0), begin + (ofIndices.byteOffset || 0) + 4 * indices.count));
       var places = rows('POSITION'), normals = rows('NORMAL'), colors = rows('COLOR_0'), n = places.count;
       var local = new Float32Array(3 * n), directions = normals ? new Int8Array(4 * n) : null, paint = colors ? new Uint8Array(3 * n) : null;
       for (var v = 0; v < n; ++v)

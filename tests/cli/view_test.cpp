@@ -68,25 +68,34 @@ struct SeenColors {
   int all = 0;  ///< but for the background
 };
 
-SeenColors colors_of(const std::filesystem::path& file) {
-  constexpr unsigned kPanel = 270;
+/// Red, green and blue of a picture left of the panel, and below the button.
+std::vector<std::array<std::uint8_t, 3>> pixels_of(const std::filesystem::path& file) {
+  constexpr unsigned kPanel = 270, kButton = 60;
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   REQUIRE(png_image_begin_read_from_file(&image, file.c_str()) != 0);
   image.format = PNG_FORMAT_RGB;
   std::vector<std::uint8_t> bytes(PNG_IMAGE_SIZE(image));
   REQUIRE(png_image_finish_read(&image, nullptr, bytes.data(), 0, nullptr) != 0);
-  SeenColors seen;
-  for (unsigned y = 60; y < image.height; ++y)
+  std::vector<std::array<std::uint8_t, 3>> pixels;
+  for (unsigned y = kButton; y < image.height; ++y)
     for (unsigned x = 0; x + kPanel < image.width; ++x) {
       const std::uint8_t* const pixel = bytes.data() + 3 * (std::size_t{y} * image.width + x);
-      const int red = pixel[0], green = pixel[1], blue = pixel[2];
-      if (red > 238 && green > 238 && blue > 235) continue;
-      ++seen.all;
-      if (blue > red + 20) ++seen.patch;
-      if (red > 2 * blue && green > blue + 20) ++seen.unsure;
-      if (red >= green && green >= blue && 3 * blue > 2 * red) ++seen.plain;
+      pixels.push_back({pixel[0], pixel[1], pixel[2]});
     }
+  return pixels;
+}
+
+SeenColors colors_of(const std::filesystem::path& file) {
+  SeenColors seen;
+  for (const auto& pixel : pixels_of(file)) {
+    const int red = pixel[0], green = pixel[1], blue = pixel[2];
+    if (red > 238 && green > 238 && blue > 235) continue;
+    ++seen.all;
+    if (blue > red + 20) ++seen.patch;
+    if (red > 2 * blue && green > blue + 20) ++seen.unsure;
+    if (red >= green && green >= blue && 3 * blue > 2 * red) ++seen.plain;
+  }
   return seen;
 }
 
@@ -363,7 +372,9 @@ TEST_CASE("ViewFolderOfATilesetHasItsTilesAndLeavesEverythingElseAlone") {
        {std::vector<std::string>{"view", "mesh.ply"},
         {"view", "tiles", "--serve=0"},
         {"view", "mesh.ply", "-o", "m.html", "--folder", "d"},
-        {"view", "b", "--serve=65536"}})
+        {"view", "b", "--serve=65536"},
+        {"view", "tiles", "--folder", "d", "--tileset-compression", "meshopt"},
+        {"view", "mesh.ply", "-o", "m.html", "--tileset-compression", "meshopt"}})
     CHECK(run_in(in, wrong).status == 2);
 }
 
@@ -385,6 +396,22 @@ TEST_CASE("BrowserDrawsTheTilesOfAServedFolder", "[slow]") {
   CHECK_THAT(page, Contains("data-drawn=\"") && Contains("data-holes=\"2\""));
   CHECK_THAT(page, !Contains("data-trouble"));
   CHECK_THAT(page, Contains("2 open in the coarsest level"));
+}
+
+TEST_CASE("BrowserShowsCompressedTilesAsTilesWithoutCompression", "[slow]") {
+  if (!has_browser()) return;
+  const ScratchDirectory in;
+  write_patched_spheres(in / "mesh.ply");
+  const auto picture_of = [&](const std::string& compression) {
+    const ServedFolder served(in, {"view", "mesh.ply", "--folder", compression, "--serve=0",
+                                   "--tileset-compression", compression});
+    CHECK(shown_colors(in, "http://127.0.0.1:" + std::to_string(served.port()) + "/#colors=patches")
+              .patch > 500);
+    return pixels_of(in / "page.png");
+  };
+  CHECK((picture_of("meshopt") == picture_of("none")));
+  CHECK(std::filesystem::file_size(in / "meshopt" / "000000.glb") <
+        std::filesystem::file_size(in / "none" / "000000.glb"));
 }
 
 TEST_CASE("BrowserShowsPatchesConfidenceSectionsAndComponentsOfAPage", "[slow]") {
