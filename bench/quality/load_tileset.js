@@ -15,7 +15,7 @@ const http = require('http');
 const os = require('os');
 const path = require('path');
 
-const kMostMilliseconds = 240e3;
+const kMostMilliseconds = 520e3;
 
 const kViewers = {
   cesium: { modules: ['cesium'], page: cesiumPage },
@@ -47,12 +47,13 @@ window.addEventListener('error', tell);
 window.addEventListener('unhandledrejection', tell);
 const complain = console.error;
 console.error = (...all) => { tell(all.join(' ')); complain(...all); };
+setTimeout(() => done({ loaded: 0, errors: [...errors, 'not all tiles came in time'] }), 500e3);
 const done = (facts, canvas) => fetch('/done', { method: 'POST',
-  body: JSON.stringify({ ...facts, errors, picture: canvas ? canvas.toDataURL('image/png') : null }) });
+  body: JSON.stringify({ errors, ...facts, picture: canvas ? canvas.toDataURL('image/png') : null }) });
 `;
 
 function cesiumPage() {
-  return `<!DOCTYPE html><meta charset="utf-8"><style>html, body, #at { margin: 0; width: 100%; height: 100%; }</style><div id="at"></div>
+  return `<!DOCTYPE html><meta charset="utf-8"><style>html, body, #at, #at * { margin: 0; width: 100%; height: 100%; }</style><div id="at"></div>
 <script>${kCommon} window.CESIUM_BASE_URL = '/modules/cesium/Build/Cesium/';</script>
 <script src="/modules/cesium/Build/Cesium/Cesium.js"></script>
 <script>
@@ -62,12 +63,13 @@ function cesiumPage() {
   widget.scene.backgroundColor = Cesium.Color.WHITE;
   widget.scene.renderError.addEventListener((scene, e) => tell(e));
   const tileset = await Cesium.Cesium3DTileset.fromUrl('/tiles/tileset.json',
-    { maximumScreenSpaceError: 0, cacheBytes: 8e9, cullRequestsWhileMoving: false, foveatedScreenSpaceError: false });
+    { maximumScreenSpaceError: 0, cacheBytes: 8e9, cullRequestsWhileMoving: false, foveatedScreenSpaceError: false,
+      dynamicScreenSpaceError: false });
   let loaded = 0;
   tileset.tileLoad.addEventListener(() => { ++loaded; });
   tileset.tileFailed.addEventListener((e) => tell(e.url + ': ' + e.message));
   widget.scene.primitives.add(tileset);
-  const range = 2.5 * tileset.boundingSphere.radius;
+  const range = 3.2 * tileset.boundingSphere.radius;
   widget.camera.viewBoundingSphere(tileset.boundingSphere, new Cesium.HeadingPitchRange(0.4, -0.7, range));
   await new Promise((resolve) => tileset.allTilesLoaded.addEventListener(resolve));
   let triangles = 0;
@@ -105,7 +107,7 @@ tiles.addEventListener('load-error', (e) => tell(e.url + ': ' + e.error));
 tiles.setCamera(camera);
 tiles.setResolutionFromRenderer(camera, renderer);
 scene.add(tiles.group);
-let isPlaced = false, ended = false;
+let isPlaced = false, idle = 0; // frames in which nothing was loaded
 function frame() {
   const sphere = new three.Sphere();
   if (!isPlaced && tiles.getBoundingSphere(sphere)) {
@@ -120,15 +122,11 @@ function frame() {
   camera.updateMatrixWorld();
   tiles.update();
   renderer.render(scene, camera);
-  if (!ended) requestAnimationFrame(frame);
+  const waiting = tiles.stats.queued + tiles.stats.downloading + tiles.stats.parsing;
+  idle = isPlaced && loaded > 0 && waiting === 0 ? idle + 1 : 0;
+  if (idle < 30) requestAnimationFrame(frame);
+  else done({ version: three.REVISION, loaded, triangles: renderer.info.render.triangles }, renderer.domElement);
 }
-tiles.addEventListener('tiles-load-end', () => {
-  if (!isPlaced) return;
-  ended = true;
-  tiles.update();
-  renderer.render(scene, camera);
-  done({ version: three.REVISION, loaded, triangles: renderer.info.render.triangles }, renderer.domElement);
-});
 frame();
 </script>`;
 }

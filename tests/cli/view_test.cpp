@@ -15,11 +15,13 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/view/web_request.h"
+#include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
 #include "tests/support/data.h"
 #include "tests/support/meshes.h"
@@ -438,6 +440,33 @@ TEST_CASE("BrowserShowsPatchesConfidenceSectionsAndComponentsOfTiles", "[slow]")
   CHECK_THAT(page, Contains("data-holes=\"0\"") && Contains("data-filled=\"2\""));
   CHECK_THAT(page, Contains("confidence 1.00") && Contains("confidence 0.00"));
   CHECK_THAT(page, Contains("2 components") && !Contains("data-trouble"));
+}
+
+TEST_CASE("ViewersOfOthersLoadEveryTileOfATileset", "[slow]") {
+  const std::string viewer = GENERATE("cesium", "3d-tiles-renderer");
+  const std::string compression = GENERATE("none", "meshopt");
+  if (output_of("command -v node").empty()) {
+    std::cout << "SKIPPED: node\n";
+    return;
+  }
+  const ScratchDirectory in;
+  write_patched_spheres(in / "mesh.ply");
+  REQUIRE(run_in(in, {"tileset", "mesh.ply", "-o", "tiles", "--leaf-triangles", "500",
+                      "--tileset-compression", compression})
+              .status == 0);
+  const std::string told =
+      output_of("node " + source_path("bench/quality/load_tileset.js").string() + " --in " +
+                viewer + " " + (in / "tiles").string() + " 2>&1");
+  if (told.starts_with("SKIPPED: ")) {
+    std::cout << told;
+    return;
+  }
+  INFO(told);
+  const auto facts = nlohmann::json::parse(told);
+  CHECK(facts["tiles"] > 10);
+  CHECK(facts["loaded"] == facts["tiles"]);
+  CHECK(facts["errors"].empty());
+  CHECK(facts["triangles"] == read_mesh((in / "mesh.ply").string()).triangles.size());
 }
 
 TEST_CASE("ReportOfASmallMeshHoldsItsViewer") {
