@@ -31,7 +31,6 @@
 #include "io/error.h"
 #include "io/job/setting.h"
 #include "io/meshes/mesh_reader.h"
-#include "io/meshes/vertex_colors.h"
 #include "io/points/coordinate_system_file.h"
 #include "io/report/picture.h"
 #include "io/report/picture_up.h"
@@ -121,9 +120,9 @@ ShownMesh simplified_mesh(const ViewArguments& arguments, const Job& job, Progre
 ShownMesh shown_mesh(const ViewArguments& arguments, const Job& job, Progress& progress,
                      const StopToken& stop) {
   const auto stream = open_mesh_stream(arguments.mesh);
-  const bool has_colors = VertexColors(stream->schema()).all_are_there();
   constexpr std::uint64_t kRoomForFacts = 500'000;
-  const std::uint64_t bytes = view_page_bytes(stream->vertices(), stream->faces(), has_colors);
+  const std::uint64_t bytes =
+      view_page_bytes(stream->vertices(), stream->faces(), stream->schema());
   if (bytes + kRoomForFacts <= kMostPageBytes) return whole_mesh(arguments.mesh);
   return simplified_mesh(arguments, job, progress, stop);
 }

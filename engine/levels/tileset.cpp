@@ -13,6 +13,7 @@
 #include "io/meshes/tile_directory.h"
 #include "io/points/coordinate_system.h"
 #include "io/system/path_roles.h"
+#include "io/vertex_values.h"
 
 namespace orbweave {
 namespace {
@@ -26,6 +27,8 @@ void write_tile(const fs::path& file, const PointCloud& points, const NodeMesh& 
   MeshWriterOptions options;
   options.origin = points.bounds().center();
   options.glb_attributes = tile_attributes(node, columns);
+  for (const VertexValue& value : vertex_values(points.schema))
+    options.glb_attributes.push_back(value.name);
   options.node_offset = -tileset_origin;
   options.up_axis = 2;
   if (compression == TileCompression::kMeshopt)
@@ -85,7 +88,7 @@ TilesetFacts write_tileset(MeshStream& mesh, const fs::path& directory,
       target.temporary() / kTilesetName,
       tileset_text(levels,
                    {maker.holes(), maker.hole_count(), columns.has_confidence, maker.components()},
-                   origin, to_world));
+                   maker.value_ranges(), origin, to_world));
   for (const NamedText& file : options.beside)
     write_text_file(target.temporary() / file.name, file.text);
   TilesetFacts facts;

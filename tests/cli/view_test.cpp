@@ -400,6 +400,26 @@ TEST_CASE("BrowserDrawsTheTilesOfAServedFolder", "[slow]") {
   CHECK_THAT(page, Contains("2 open in the coarsest level"));
 }
 
+TEST_CASE("BrowserColorsByTheConfidenceOfPointsInPagesAndTiles", "[slow]") {
+  if (!has_browser()) return;
+  const ScratchDirectory in;
+  TriangleMesh mesh = sphere_mesh(4);
+  mesh.vertices.schema.attributes = {{"confidence", ScalarType::kUint8}};
+  for (const Vec3& p : mesh.vertices.positions)
+    mesh.vertices.attributes.push_back(std::byte{p.z > 0.0});
+  write_mesh(in / "mesh.ply", mesh);
+  REQUIRE(run_in(in, {"view", "mesh.ply", "-o", "page.html"}).status == 0);
+  const ServedFolder served(in, {"view", "mesh.ply", "--folder", "v", "--serve=0"});
+  for (const std::string& address : {"file://" + (in / "page.html").string(),
+                                     "http://127.0.0.1:" + std::to_string(served.port()) + "/"}) {
+    INFO(address);
+    const SeenColors seen = shown_colors(in, address + "#colors=vertex_confidence");
+    CHECK(seen.patch > 5'000);
+    CHECK(seen.unsure > 5'000);
+    CHECK(seen.plain < seen.all / 10);
+  }
+}
+
 TEST_CASE("BrowserShowsCompressedTilesAsTilesWithoutCompression", "[slow]") {
   if (!has_browser()) return;
   const ScratchDirectory in;
