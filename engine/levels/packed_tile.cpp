@@ -42,14 +42,14 @@ Indices ordered_indices(const TriangleMesh& mesh) {
 }
 
 /// Puts rows of vertices in the order in which triangles need them; `indices` follow.
-void order_as_needed(std::vector<std::byte>& rows, std::size_t vertices, Indices& indices) {
+void order_as_needed(std::vector<std::byte>& rows, std::size_t row_bytes, Indices& indices) {
+  const std::size_t vertices = rows.size() / row_bytes;
   Indices places(vertices);
   const std::size_t needed =
       meshopt_optimizeVertexFetchRemap(places.data(), indices.data(), indices.size(), vertices);
   if (needed != vertices) throw std::logic_error("a vertex of a tile has no triangle");
   meshopt_remapIndexBuffer(indices.data(), indices.data(), indices.size(), places.data());
-  meshopt_remapVertexBuffer(rows.data(), rows.data(), vertices, rows.size() / vertices,
-                            places.data());
+  meshopt_remapVertexBuffer(rows.data(), rows.data(), vertices, row_bytes, places.data());
 }
 
 void check_encoded(std::size_t bytes) {
@@ -87,7 +87,7 @@ void write_packed_tile(const std::filesystem::path& file, const TriangleMesh& me
   std::vector<std::byte> rows(vertices.size() * layout.vertex_bytes());
   layout.put_vertices(vertices, rows.data());
   Indices indices = ordered_indices(mesh);
-  order_as_needed(rows, vertices.size(), indices);
+  order_as_needed(rows, layout.vertex_bytes(), indices);
   const PackedRows packed{packed_vertices(rows, layout.vertex_bytes()),
                           packed_triangles(indices, vertices.size())};
   write_text_file(file, layout.packed_file(vertices.bounds(), packed));
