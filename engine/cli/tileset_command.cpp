@@ -27,8 +27,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 3> kKeys = {"partition.memory", "run.threads",
-                                                   "output.picture_up"};
+constexpr std::array<std::string_view, 4> kKeys = {
+    "partition.memory", "run.threads", "output.picture_up", "output.tileset_compression"};
 constexpr std::uint64_t kMostLeafTriangles = std::uint64_t{1} << 22;
 
 struct TilesetArguments {

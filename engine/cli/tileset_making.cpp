@@ -35,6 +35,7 @@ TilesetOptions tileset_options(const std::string& mesh, const fs::path& work_dir
   options.levels.memory_bytes = job.partition.memory_bytes;
   options.levels.threads = job.run.threads > 0 ? job.run.threads : available_threads();
   options.levels.directory = work_directory;
+  options.compression = job.output.tileset_compression;
   options.coordinate_system = coordinate_system_beside(mesh);
   options.up_axis = upright_axis_of(mesh, job, options.coordinate_system);
   return options;

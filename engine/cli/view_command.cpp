@@ -29,8 +29,8 @@
 #include "engine/view/folder_server.h"
 #include "engine/view/view_page.h"
 #include "io/error.h"
+#include "io/job/setting.h"
 #include "io/meshes/mesh_reader.h"
-#include "io/meshes/vertex_colors.h"
 #include "io/points/coordinate_system_file.h"
 #include "io/report/picture.h"
 #include "io/report/picture_up.h"
@@ -45,8 +45,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 3> kKeys = {"partition.memory", "run.threads",
-                                                   "output.picture_up"};
+constexpr std::array<std::string_view, 4> kKeys = {
+    "partition.memory", "run.threads", "output.picture_up", "output.tileset_compression"};
 /// Of a mesh that is simplified for its page.
 constexpr std::uint64_t kMostShownTriangles = 300'000;
 
@@ -120,9 +120,9 @@ ShownMesh simplified_mesh(const ViewArguments& arguments, const Job& job, Progre
 ShownMesh shown_mesh(const ViewArguments& arguments, const Job& job, Progress& progress,
                      const StopToken& stop) {
   const auto stream = open_mesh_stream(arguments.mesh);
-  const bool has_colors = VertexColors(stream->schema()).all_are_there();
   constexpr std::uint64_t kRoomForFacts = 500'000;
-  const std::uint64_t bytes = view_page_bytes(stream->vertices(), stream->faces(), has_colors);
+  const std::uint64_t bytes =
+      view_page_bytes(stream->vertices(), stream->faces(), stream->schema());
   if (bytes + kRoomForFacts <= kMostPageBytes) return whole_mesh(arguments.mesh);
   return simplified_mesh(arguments, job, progress, stop);
 }
@@ -228,12 +228,22 @@ void check_usage(const ViewArguments& arguments) {
   server.serve();
 }
 
+/// Tiles that are there keep their bytes.
+void check_compression(const ViewArguments& arguments, const Job& job) {
+  if (job.output.tileset_compression == TileCompression::kNone) return;
+  if (!arguments.folder.empty() && !tileset_folder(arguments.mesh)) return;
+  throw_usage("no tiles are made that could be compressed",
+              {.place = setting_name(job, "output.tileset_compression"),
+               .expected = "a mesh, and --folder DIR"});
+}
+
 void view(const ViewArguments& arguments, const StopToken& stop) {
   check_usage(arguments);
   const bool makes_folder = !arguments.folder.empty();
   if (!makes_folder && arguments.page.empty())
     check_view_folder(tileset_folder(arguments.mesh).value_or(arguments.mesh));
   const Job job = settings_of(arguments.keys);
+  check_compression(arguments, job);
   const tbb::global_control limit(
       tbb::global_control::max_allowed_parallelism,
       static_cast<std::size_t>(std::max(job.run.threads, available_threads())));

@@ -264,7 +264,7 @@ class LevelMeasure {
       heights_[height].distance = std::sqrt(sums[height].largest);
       heights_[height].mean_distance = std::sqrt(sums[height].distances / count);
       heights_[height].color_error = std::sqrt(sums[height].colors / count);
-      heights_[height].has_colors = maker_.has_colors();
+      heights_[height].has_colors = VertexColors(maker_.schema()).all_are_there();
     }
     return std::move(heights_);
   }

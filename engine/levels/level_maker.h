@@ -60,7 +60,9 @@ class LevelMaker {
   std::vector<Vec3> positions(const NodeMesh& mesh) const { return positions_of(mesh, row_bytes_); }
   /// Its vertices with the normals and colours that are kept.
   PointCloud points(const NodeMesh& mesh) const { return mesh_.vertices->points(mesh.rows); }
-  bool has_colors() const { return !mesh_.vertices->schema().attributes.empty(); }
+  const PointSchema& schema() const { return mesh_.vertices->schema(); }
+  /// Of what vertices tell of their points.
+  std::vector<ShownRange> value_ranges() const { return mesh_.vertices->value_ranges(); }
   /// The vertices of a node that nodes beside it have as well, ascending. Thread-safe.
   std::vector<std::uint32_t> border_vertices(const NodeMesh& mesh) const;
 

@@ -5,6 +5,7 @@
 
 #include "engine/levels/level_distances.h"
 #include "engine/levels/level_maker.h"
+#include "engine/levels/packed_tile.h"
 #include "engine/levels/tile_mesh.h"
 #include "engine/levels/tileset_index.h"
 #include "engine/levels/tileset_json.h"
@@ -12,6 +13,7 @@
 #include "io/meshes/tile_directory.h"
 #include "io/points/coordinate_system.h"
 #include "io/system/path_roles.h"
+#include "io/vertex_values.h"
 
 namespace orbweave {
 namespace {
@@ -20,14 +22,19 @@ namespace fs = std::filesystem;
 
 /// Tiles lie where viewers turn y to z, about the tileset's origin.
 void write_tile(const fs::path& file, const PointCloud& points, const NodeMesh& node,
-                const TileColumns& columns, Vec3 tileset_origin) {
+                const TileColumns& columns, Vec3 tileset_origin, TileCompression compression) {
   const TriangleMesh mesh = tile_mesh(points, node, columns);
   MeshWriterOptions options;
   options.origin = points.bounds().center();
   options.glb_attributes = tile_attributes(node, columns);
+  for (const VertexValue& value : vertex_values(points.schema))
+    options.glb_attributes.push_back(value.name);
   options.node_offset = -tileset_origin;
   options.up_axis = 2;
-  write_mesh(file, mesh, options);
+  if (compression == TileCompression::kMeshopt)
+    write_packed_tile(file, mesh, options);
+  else
+    write_mesh(file, mesh, options);
 }
 
 std::vector<TilesetLevel> levels_of(const Levels& levels) {
@@ -65,7 +72,8 @@ TilesetFacts write_tileset(MeshStream& mesh, const fs::path& directory,
   };
   TileColumns columns;
   of_levels.done = [&](std::uint32_t node, const PointCloud& points, const NodeMesh& made) {
-    write_tile(target.temporary() / tile_file(node), points, made, columns, origin);
+    write_tile(target.temporary() / tile_file(node), points, made, columns, origin,
+               options.compression);
     if (events.written) events.written();
   };
   LevelOptions with_tags = options.levels;
@@ -80,7 +88,7 @@ TilesetFacts write_tileset(MeshStream& mesh, const fs::path& directory,
       target.temporary() / kTilesetName,
       tileset_text(levels,
                    {maker.holes(), maker.hole_count(), columns.has_confidence, maker.components()},
-                   origin, to_world));
+                   maker.value_ranges(), origin, to_world));
   for (const NamedText& file : options.beside)
     write_text_file(target.temporary() / file.name, file.text);
   TilesetFacts facts;

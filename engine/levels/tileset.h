@@ -12,6 +12,7 @@
 #include "engine/levels/level_distances.h"
 #include "engine/levels/levels.h"
 #include "io/named_text.h"
+#include "io/tile_compression.h"
 
 namespace orbweave {
 
@@ -22,6 +23,7 @@ struct TilesetOptions {
   std::string coordinate_system;
   bool measures = false;          ///< how far each level is from the mesh
   std::vector<NamedText> beside;  ///< further files of the folder
+  TileCompression compression = TileCompression::kNone;
   int up_axis = 2;  ///< that is upright where the tileset does not lie on the Earth; 0: x, ...
 };
 
@@ -56,9 +58,9 @@ inline constexpr const char* kTilesetName = "tileset.json";
 
 /// Writes the tiles ("000012.glb"), tileset.json and an index of all files (tiles.json), by which a
 /// later run knows that it may replace the folder. The folder appears whole or not at all. Its
-/// bytes depend on the mesh and the leaves' size alone. Files are put on the process's record,
-/// which there has to be. Throws Error as make_levels() does, and (usage) where `directory` holds
-/// anything else than an earlier tileset.
+/// bytes depend on the mesh, the leaves' size and the compression alone. Files are put on the
+/// process's record, which there has to be. Throws Error as make_levels() does, and (usage) where
+/// `directory` holds anything else than an earlier tileset.
 TilesetFacts write_tileset(MeshStream& mesh, const std::filesystem::path& directory,
                            const TilesetOptions& options, const TilesetEvents& events,
                            const StopToken& stop);

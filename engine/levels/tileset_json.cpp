@@ -129,7 +129,8 @@ Transform upright_transform(int up_axis, Vec3 origin) {
   return transform;
 }
 
-std::string tileset_text(const Levels& levels, const TaggedFaces& faces, Vec3 origin,
+std::string tileset_text(const Levels& levels, const TaggedFaces& faces,
+                         std::span<const ShownRange> values, Vec3 origin,
                          const Transform& to_world) {
   Box all;
   Json root = TileWriter(levels, origin).tile(0, all);
@@ -138,7 +139,10 @@ std::string tileset_text(const Levels& levels, const TaggedFaces& faces, Vec3 or
   Json document = {{"asset", {{"version", "1.1"}, {"generator", "orbweave"}}},
                    {"geometricError", std::max(all.diagonal(), levels.facts[0].error)},
                    {"root", std::move(root)}};
-  const Json extras = extras_of(faces, origin);
+  Json extras = extras_of(faces, origin);
+  for (const ShownRange& value : values)
+    extras["vertex_values"].push_back(
+        {{"name", value.name}, {"low", value.low}, {"high", value.high}});
   if (!extras.empty()) document["extras"] = extras;
   return json_dump(document, 1) + "\n";
 }

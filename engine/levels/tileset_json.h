@@ -8,6 +8,7 @@
 
 #include "engine/levels/levels.h"
 #include "engine/levels/listed_holes.h"
+#include "io/vertex_values.h"
 
 namespace orbweave {
 
@@ -25,9 +26,10 @@ struct TaggedFaces {
   std::span<const std::uint64_t> components;  ///< triangles of each, the largest first
 };
 
-/// `origin`: of the tileset, which the places of tiles are counted from; `to_world`: from these
-/// places to where the tileset lies.
-std::string tileset_text(const Levels& levels, const TaggedFaces& faces, Vec3 origin,
+/// `values`: what vertices tell of their points. `origin`: of the tileset, which the places of
+/// tiles are counted from; `to_world`: from these places to where the tileset lies.
+std::string tileset_text(const Levels& levels, const TaggedFaces& faces,
+                         std::span<const ShownRange> values, Vec3 origin,
                          const Transform& to_world);
 
 /// "000012.glb"

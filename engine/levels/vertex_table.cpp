@@ -24,7 +24,7 @@ Vec3 position_of_row(const std::byte* row) {
 }
 
 VertexTable::VertexTable(const std::filesystem::path& directory, const PointSchema& schema)
-    : file_(directory) {
+    : values_(vertex_values(schema)), ranges_(schema), file_(directory) {
   schema_.has_normals = schema.has_normals;
   for (const std::string_view channel : {"red", "green", "blue"}) {
     std::size_t offset = 0;
@@ -42,6 +42,8 @@ VertexTable::VertexTable(const std::filesystem::path& directory, const PointSche
     kept_.clear();
     schema_.attributes.clear();
   }
+  for (const VertexValue& value : values_)
+    schema_.attributes.push_back({value.name, ScalarType::kFloat32});
   row_bytes_ =
       sizeof(Vec3) + (schema_.has_normals ? sizeof(FloatVector) : 0) + schema_.attribute_bytes();
 }
@@ -64,7 +66,13 @@ void VertexTable::append(const PointCloud& vertices) {
       std::memcpy(at, vertices.attributes.data() + i * attribute_bytes + kept.offset, kept.bytes);
       at += kept.bytes;
     }
+    for (const VertexValue& value : values_) {
+      const float number = value_at(value, vertices.attributes.data() + i * attribute_bytes);
+      std::memcpy(at, &number, sizeof number);
+      at += sizeof number;
+    }
   }
+  ranges_.add(vertices.attributes);
   checksum_.add(rows.data(), rows.size());
   file_.append(rows);
   vertices_ += vertices.size();

@@ -11,6 +11,7 @@
 #include "engine/view/viewer_template.h"
 #include "io/meshes/vertex_colors.h"
 #include "io/text/json_dump.h"
+#include "io/vertex_values.h"
 
 namespace orbweave {
 namespace {
@@ -39,6 +40,34 @@ template <class T>
 void append(std::vector<std::byte>& bytes, const T& value) {
   const auto from = std::as_bytes(std::span(&value, 1));
   bytes.insert(bytes.end(), from.begin(), from.end());
+}
+
+/// Steps of a value between the ends of its range; the last one: not known.
+std::uint8_t value_step(float value, const ShownRange& range) {
+  constexpr std::uint8_t kUnknown = 255;
+  constexpr double kMost = 254.0;
+  if (value < 0.0F) return kUnknown;
+  const double width = range.high > range.low ? range.high - range.low : 1.0;
+  return static_cast<std::uint8_t>(
+      std::lround(kMost * std::clamp((value - range.low) / width, 0.0, 1.0)));
+}
+
+void append_values(std::vector<std::byte>& bytes, const PointCloud& vertices,
+                   std::span<const ShownRange> ranges) {
+  const std::size_t row_bytes = vertices.schema.attribute_bytes();
+  for (const ShownRange& range : ranges)
+    for (const VertexValue& value : vertex_values(vertices.schema)) {
+      if (value.name != range.name) continue;
+      for (std::size_t i = 0; i < vertices.size(); ++i)
+        append(bytes,
+               value_step(value_at(value, vertices.attributes.data() + i * row_bytes), range));
+    }
+}
+
+std::vector<ShownRange> ranges_of(const PointCloud& vertices) {
+  ShownRanges ranges(vertices.schema);
+  ranges.add(vertices.attributes);
+  return ranges.ranges();
 }
 
 /// Corners, then places in steps, then colours.
@@ -98,8 +127,11 @@ std::string page_of(const Json& meta, const std::string& scripts) {
 
 }  // namespace
 
-std::uint64_t view_page_bytes(std::uint64_t vertices, std::uint64_t triangles, bool has_colors) {
-  const std::uint64_t data = triangles * 12 + vertices * (has_colors ? 9 : 6);
+std::uint64_t view_page_bytes(std::uint64_t vertices, std::uint64_t triangles,
+                              const PointSchema& schema) {
+  const bool has_colors = VertexColors(schema).all_are_there();
+  const std::uint64_t of_vertex = (has_colors ? 9 : 6) + vertex_values(schema).size();
+  const std::uint64_t data = triangles * 12 + vertices * of_vertex;
   return kViewerTemplate.size() + kViewerScript.size() + kViewerMeshScript.size() +
          (data + 2) / 3 * 4;
 }
@@ -119,10 +151,14 @@ std::string view_page(const TriangleMesh& mesh, const ViewPage& page) {
                {"patches", patch_runs(mesh.hole, page.confidence)},
                {"facts", page.facts}};
   if (!page.report.empty()) meta["report"] = Json::parse(page.report);
-  return page_of(meta, "<script id=\"data\" type=\"text/plain\">" +
-                           base64(page_data(mesh, bounds, step)) + "</script>\n<script>\n" +
-                           std::string(kViewerScript) + std::string(kViewerMeshScript) +
-                           "</script>");
+  const std::vector<ShownRange> ranges = ranges_of(mesh.vertices);
+  meta["values"] = Json::array();
+  for (const ShownRange& range : ranges) meta["values"].push_back(range.name);
+  std::vector<std::byte> data = page_data(mesh, bounds, step);
+  append_values(data, mesh.vertices, ranges);
+  return page_of(meta, "<script id=\"data\" type=\"text/plain\">" + base64(data) +
+                           "</script>\n<script>\n" + std::string(kViewerScript) +
+                           std::string(kViewerMeshScript) + "</script>");
 }
 
 std::vector<NamedText> view_folder_files(const std::string& name, const std::string& report) {

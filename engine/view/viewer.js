@@ -48,6 +48,21 @@ var orbweave = (function () {
   /// The colour modes of patches, with their words.
   var patchModes = [['patches', 'patches in blue'], ['confidence', 'confidence of patches, orange to blue']];
 
+  /// What vertices tell of their points: words of the panel.
+  var valueWords = { vertex_confidence: 'confidence of points, orange to blue', quality_spacing: 'spacing of points, blue to orange',
+    quality_noise: 'noise, blue to orange', quality_moved: 'moved by cleaning, blue to orange', undersampled: 'sampled too sparsely, in orange' };
+  /// Modes of the values with these names; "confidence" alone is that of patches.
+  function valueModes(names) { return names.map(function (name) { return [name, valueWords[name] || name]; }); }
+  /// Bytes by vertex: `share` is 0 to 1 of the value's range, below 0: not known. Orange is what is less sure.
+  function valuePaint(name, count, share, plain) {
+    var paint = new Uint8Array(3 * count), ramp = [];
+    for (var i = 0; i < 256; ++i)
+      ramp.push(patchColor('confidence', name === 'vertex_confidence' ? i / 255 : 1 - i / 255).map(function (x) { return Math.round(255 * x); }));
+    var unknown = plain.map(function (x) { return Math.round(255 * x); });
+    for (var v = 0; v < count; ++v) { var s = share(v); paint.set(s < 0 ? unknown : ramp[Math.round(255 * Math.min(1, s))], 3 * v); }
+    return paint;
+  }
+
   function hue(i) {
     var h = (0.55 + i * 0.61803398875) % 1 * 6, f = h - Math.floor(h), s = [[1, f, 0], [1 - f, 1, 0], [0, 1, f], [0, 1 - f, 1], [f, 0, 1], [1, 0, 1 - f]][Math.floor(h)];
     return s.map(function (x) { return Math.round(80 + 150 * x); });
@@ -462,5 +477,5 @@ var orbweave = (function () {
       show: function (all) { parts = all; redraw(); } };
   }
 
-  return { makeViewer: makeViewer, byId: byId, hue: hue, patchColor: patchColor, patchModes: patchModes, sub: sub, dot: dot };
+  return { makeViewer: makeViewer, byId: byId, hue: hue, patchColor: patchColor, valueModes: valueModes, valuePaint: valuePaint, patchModes: patchModes, sub: sub, dot: dot };
 }());

@@ -14,6 +14,13 @@
   var steps = new Uint16Array(bytes.buffer, 12 * triangles, 3 * vertices);
   var paint = meta.colors ? new Uint8Array(bytes.buffer, 12 * triangles + 6 * vertices, 3 * vertices) : null;
 
+  var atValues = 12 * triangles + (meta.colors ? 9 : 6) * vertices, plainColor = [0.86, 0.82, 0.74];
+  /// Steps of 1/254 of the range; 255: not known.
+  function paintOfValue(name) {
+    var steps = new Uint8Array(bytes.buffer, atValues + meta.values.indexOf(name) * vertices, vertices);
+    return orbweave.valuePaint(name, vertices, function (v) { return steps[v] === 255 ? -1 : steps[v] / 254; }, plainColor);
+  }
+
   // Coordinates for drawing: about the middle, the largest extent is 2.
   var local = new Float32Array(3 * vertices);
   var middle = [0, 1, 2].map(function (a) { return meta.extent[a] / 2; });
@@ -48,14 +55,15 @@
     var modes = orbweave.patchModes.slice(0, meta.patches[0].length > 3 ? 2 : 1);
     colors = paint ? colors.concat(modes) : modes.concat(colors);
   }
-  colors.push(['components', 'components']);
+  colors = colors.concat(orbweave.valueModes(meta.values), [['components', 'components']]);
   var ofComponents = null;
   var viewer = orbweave.makeViewer({
     name: meta.name, facts: meta.facts, up: meta.up, extent: meta.extent, size: size, colors: colors,
     world: function (p) { return [0, 1, 2].map(function (a) { return meta.min[a] + middle[a] + p[a] * size / 2; }); },
-    plain: function () { return [0.86, 0.82, 0.74]; },
+    plain: function () { return plainColor; },
     paint: function (part, mode) {
       if (mode === 'components' && !ofComponents) ofComponents = componentColors();
+      if (meta.values.indexOf(mode) >= 0) return paintOfValue(mode);
       return mode === 'points' ? paint : mode === 'components' ? ofComponents : null;
     }
   });

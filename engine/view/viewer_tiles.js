@@ -50,6 +50,13 @@
     var extras = tileset.extras || {}, holes = extras.holes || [], ofFaces = [];
     if (holes.length > 0) ofFaces = orbweave.patchModes.slice(0, 'confidence' in holes[0] ? 2 : 1);
     if (extras.components > 1) ofFaces.push(['components', 'components']);
+    // What vertices tell of their points.
+    var ranges = {};
+    (extras.vertex_values || []).forEach(function (range) { ranges[range.name] = range; });
+    function paintOfValue(part, name) {
+      var values = part.values[name], low = ranges[name].low, width = ranges[name].high - low || 1;
+      return orbweave.valuePaint(name, values.length, function (v) { return values[v] < 0 ? -1 : Math.max(0, (values[v] - low) / width); }, plainColor);
+    }
     var bytesOf = function (color) { return color.map(function (x) { return Math.round(255 * x); }); };
     /// Null where faces of the part say nothing, so that it is plain.
     function paintOfFaces(part, mode) {
@@ -66,13 +73,13 @@
     if (extras.components > 1) facts.push(count(extras.components) + ' components');
     var viewer = orbweave.makeViewer({
       name: meta.name, facts: facts, up: upright, extent: extent, size: size,
-      colors: [['points', 'of the points']].concat(ofFaces, [['plain', 'plain'], ['levels', 'levels of detail'], ['tiles', 'tiles']]),
+      colors: [['points', 'of the points']].concat(ofFaces, orbweave.valueModes(Object.keys(ranges)), [['plain', 'plain'], ['levels', 'levels of detail'], ['tiles', 'tiles']]),
       world: function (p) { return isLocal ? [0, 1, 2].map(function (a) { return origin[a] + middle[a] + p[a] * size / 2; }) : null; },
       plain: function (part, mode) {
         var pick = mode === 'levels' ? part.level : mode === 'tiles' ? part.number : -1;
         return pick < 0 ? plainColor : orbweave.hue(pick).map(function (x) { return x / 255; });
       },
-      paint: function (part, mode) { return mode === 'points' ? part.paint : paintOfFaces(part, mode); },
+      paint: function (part, mode) { return mode === 'points' ? part.paint : mode in ranges ? paintOfValue(part, mode) : paintOfFaces(part, mode); },
       choose: choose
     });
     if (!viewer) return;
@@ -184,19 +191,31 @@
       }
       return sRgb[value];
     }
+    /// The bytes of a view of rows, and where they begin there.
+    function rowsOf(buffer, begin, view_) {
+      var packed = (view_.extensions || {}).EXT_meshopt_compression;
+      if (!packed) return { bytes: buffer, at: begin + (view_.byteOffset || 0) };
+      var source = new Uint8Array(buffer, begin + (packed.byteOffset || 0), packed.byteLength), unpack = orbweave.unpack;
+      var bytes = packed.mode === 'TRIANGLES' ? unpack.triangles(source, packed.count) : unpack.vertices(source, packed.count, packed.byteStride);
+      return { bytes: bytes.buffer, at: 0 };
+    }
     /// Rows of floats about the tile's middle, as docs/levels.md has them.
     function partOf(buffer, tile) {
       var head = new DataView(buffer), documentBytes = head.getUint32(12, true), begin = 20 + documentBytes + 8;
       if (head.getUint32(0, true) !== 0x46546C67) throw new Error(tile.uri + ': no GLB file');
       var json = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 20, documentBytes)));
       var primitive = json.meshes[0].primitives[0], matrix = json.nodes[0].matrix;
+      var viewOf = function (accessor) { return json.bufferViews[accessor.bufferView]; };
+      var indices = json.accessors[primitive.indices], ofIndices = rowsOf(buffer, begin, viewOf(indices));
+      var corners = new Uint32Array(ofIndices.bytes.slice(ofIndices.at, ofIndices.at + 4 * indices.count));
+      // All attributes lie in the same rows.
+      var ofVertices = viewOf(json.accessors[primitive.attributes.POSITION]), vertexRows = rowsOf(buffer, begin, ofVertices);
+      head = new DataView(vertexRows.bytes);
       var rows = function (key) {
         if (!(key in primitive.attributes)) return null;
-        var accessor = json.accessors[primitive.attributes[key]], view_ = json.bufferViews[accessor.bufferView];
-        return { at: begin + (view_.byteOffset || 0) + (accessor.byteOffset || 0), stride: view_.byteStride, count: accessor.count };
+        var accessor = json.accessors[primitive.attributes[key]];
+        return { at: vertexRows.at + (accessor.byteOffset || 0), stride: ofVertices.byteStride, count: accessor.count };
       };
-      var indices = json.accessors[primitive.indices], ofIndices = json.bufferViews[indices.bufferView];
-      var corners = new Uint32Array(buffer.slice(begin + (ofIndices.byteOffset || 0), begin + (ofIndices.byteOffset || 0) + 4 * indices.count));
       var places = rows('POSITION'), normals = rows('NORMAL'), colors = rows('COLOR_0'), n = places.count;
       var local = new Float32Array(3 * n), directions = normals ? new Int8Array(4 * n) : null, paint = colors ? new Uint8Array(3 * n) : null;
       for (var v = 0; v < n; ++v)
@@ -215,7 +234,9 @@
       // The node turns z to y, which readers of tiles turn back.
       var part = { local: local, corners: corners, normals: directions, paint: paint, origin: toDrawing([matrix[12], -matrix[14], matrix[13]]), patches: [],
         hole: floats('_HOLE'), confidence: floats('_CONFIDENCE'), component: floats('_COMPONENT'), level: tile.level, number: parseInt(tile.uri, 10) };
-      var tags = (part.hole ? 4 : 0) + (part.confidence ? 4 : 0) + (part.component ? 4 : 0);
+      part.values = {};
+      Object.keys(ranges).forEach(function (name) { part.values[name] = floats('_' + name.toUpperCase()); });
+      var tags = 4 * Object.keys(ranges).length + (part.hole ? 4 : 0) + (part.confidence ? 4 : 0) + (part.component ? 4 : 0);
       // Here and on the graphics card, with the lines of the wireframe.
       part.bytes = 2 * (16 * n + (paint ? 3 * n : 0)) + tags * n + 2 * 4 * corners.length + 8 * corners.length;
       return part;

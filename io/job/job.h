@@ -11,6 +11,7 @@
 #include "io/clouds/text_layout.h"
 #include "io/points/point_source.h"
 #include "io/surface_options.h"
+#include "io/tile_compression.h"
 
 namespace orbweave {
 
@@ -105,10 +106,11 @@ struct OutputOptions {
   bool attributes = true;       ///< carries normals and attributes to the vertices
   bool confidence = false;      ///< PLY: faces carry the confidence of their patches
   bool vertex_quality = false;  ///< PLY: vertices carry spacing, noise, move and normal's origin
-  bool vertex_undersampled = false;        ///< PLY: vertices carry where sampling is too sparse
-  bool tiles = false;                      ///< several meshes instead of one mesh
-  double tile_size = 0.0;                  ///< edge of the tiles' cells, world units; 0: by chunk
-  std::string tileset;                     ///< directory of 3D Tiles of the mesh; empty: none
+  bool vertex_undersampled = false;  ///< PLY: vertices carry where sampling is too sparse
+  bool tiles = false;                ///< several meshes instead of one mesh
+  double tile_size = 0.0;            ///< edge of the tiles' cells, world units; 0: by chunk
+  std::string tileset;               ///< directory of 3D Tiles of the mesh; empty: none
+  TileCompression tileset_compression = TileCompression::kNone;  ///< of its tiles
   std::string polygons;                    ///< path of a Power Crust's polygons; empty: none
   std::string medial_axis;                 ///< path of the balls of its medial axis; empty: none
   std::optional<SimplifyTarget> simplify;  ///< of a further, simplified mesh; none: no such mesh

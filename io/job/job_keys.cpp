@@ -233,6 +233,7 @@ constexpr std::array kPrecisions = {"double", "float"};
 constexpr std::array kPictureBacks = {"auto", "shown", "culled"};
 constexpr std::array kPictureColors = {"patches", "confidence", "points", "component",
                                        "undersampled"};
+constexpr std::array kTileCompressions = {"none", "meshopt"};
 constexpr std::array kUpAxes = {"auto", "x", "y", "z"};
 
 /// What limits of the keys share.
@@ -600,6 +601,10 @@ constexpr JobKey kKeys[] = {
      "directory to write levels of detail of the mesh to, as 3D Tiles 1.1; the mesh is a .ply file then", "tileset", "",
      [](Job& job, const W& value) { job.output.tileset = path_value(value); },
      [](const Job& job) -> JobValue { return job.output.tileset; }},
+    {"output", "tileset_compression", T::kChoice, "", kTileCompressions,
+     "compression of the tileset's tiles: none, or meshopt (EXT_meshopt_compression, without loss)", "tileset-compression", "",
+     [](Job& job, const W& value) { job.output.tileset_compression = static_cast<TileCompression>(choice_value(value, kTileCompressions)); },
+     [](const Job& job) -> JobValue { return name_in(kTileCompressions, job.output.tileset_compression); }},
     {"output", "simplify", T::kSimplification, "\"ratio=R\" (0 < R <= 1), \"triangles=N\", \"error=E\" in scan units, a table such as {ratio = 0.1}, or \"\" for none", {},
      "write a simplified mesh, too: with at most a share of the triangles, at most so many, or within a distance of the mesh; the mesh is a .ply file then", "simplify", "",
      set_simplify,

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "io/text/json_dump.h"
 
@@ -105,6 +106,56 @@ Json at_byte(Json accessor, std::size_t offset) {
   return accessor;
 }
 
+constexpr const char* kPacking = "EXT_meshopt_compression";
+constexpr std::size_t kAlignment = 4;
+
+std::size_t aligned(std::size_t bytes) {
+  return bytes + (kAlignment - bytes % kAlignment) % kAlignment;
+}
+
+/// The views are of a second buffer that is in no file, and have the place of their compressed
+/// bytes in the first one.
+void pack_views(Json& json, const PackedRows& rows, std::uint64_t vertices, std::uint64_t corners) {
+  json["extensionsUsed"] = {kPacking};
+  json["extensionsRequired"] = {kPacking};
+  const std::size_t at_triangles = aligned(rows.vertices.size());
+  Json& of_vertices = json["bufferViews"][0];
+  Json& of_triangles = json["bufferViews"][1];
+  of_vertices["buffer"] = 1;
+  of_triangles["buffer"] = 1;
+  of_vertices["extensions"][kPacking] = {{"buffer", 0},
+                                         {"byteLength", rows.vertices.size()},
+                                         {"byteStride", of_vertices["byteStride"]},
+                                         {"count", vertices},
+                                         {"mode", "ATTRIBUTES"}};
+  of_triangles["extensions"][kPacking] = {{"buffer", 0},
+                                          {"byteOffset", at_triangles},
+                                          {"byteLength", rows.triangles.size()},
+                                          {"byteStride", sizeof(std::uint32_t)},
+                                          {"count", corners},
+                                          {"mode", "TRIANGLES"}};
+  Json unpacked = json["buffers"][0];
+  unpacked["extensions"][kPacking] = {{"fallback", true}};
+  json["buffers"][0]["byteLength"] = at_triangles + aligned(rows.triangles.size());
+  json["buffers"].push_back(unpacked);
+}
+
+/// The front of a file: its header, the document and the header of the binary part.
+std::string front_of(std::string document, std::size_t binary_bytes) {
+  document.resize(aligned(document.size()), ' ');
+  std::string bytes;
+  append_word(bytes, kMagic);
+  append_word(bytes, 2);
+  append_word(bytes, static_cast<std::uint32_t>(kFileHeaderBytes + 2 * kChunkHeaderBytes +
+                                                document.size() + binary_bytes));
+  append_word(bytes, static_cast<std::uint32_t>(document.size()));
+  append_word(bytes, kJsonChunk);
+  bytes += document;
+  append_word(bytes, static_cast<std::uint32_t>(binary_bytes));
+  append_word(bytes, kBinChunk);
+  return bytes;
+}
+
 }  // namespace
 
 GlbLayout::GlbLayout(const MeshHeader& header, const MeshWriterOptions& options)
@@ -115,9 +166,7 @@ GlbLayout::GlbLayout(const MeshHeader& header, const MeshWriterOptions& options)
                     (colors_.all_are_there() ? kColorBytes : 0)) {
   find_own_attributes();
   vertex_bytes_ += own_.size() * sizeof(float);
-  constexpr std::size_t kAlignment = 4;
-  document_bytes_ = document({}).size();
-  document_bytes_ += (kAlignment - document_bytes_ % kAlignment) % kAlignment;
+  document_bytes_ = aligned(document({}).size());
 }
 
 void GlbLayout::find_own_attributes() {
@@ -144,7 +193,7 @@ std::uint64_t GlbLayout::file_bytes() const {
   return kFileHeaderBytes + 2 * kChunkHeaderBytes + document_bytes_ + rows_bytes();
 }
 
-std::string GlbLayout::document(const Box& bounds) const {
+std::string GlbLayout::document(const Box& bounds, const PackedRows* packed) const {
   const bool is_known = !bounds.empty();
   const std::uint64_t vertex_part = header_.vertices * vertex_bytes_;
   Json json;
@@ -195,6 +244,7 @@ std::string GlbLayout::document(const Box& bounds) const {
                                       {"byteLength", header_.triangles * triangle_bytes()},
                                       {"target", kElementArrayBuffer}}});
   json["buffers"] = Json::array({{{"byteLength", rows_bytes()}}});
+  if (packed) pack_views(json, *packed, header_.vertices, 3 * header_.triangles);
   return json_dump(json);
 }
 
@@ -203,16 +253,15 @@ std::string GlbLayout::front(const Box& bounds) const {
   if (text.size() > document_bytes_)
     throw std::logic_error("the document of a GLB file is longer than its place");
   text.resize(document_bytes_, ' ');
-  std::string bytes;
-  append_word(bytes, kMagic);
-  append_word(bytes, 2);
-  append_word(bytes, static_cast<std::uint32_t>(file_bytes()));
-  append_word(bytes, static_cast<std::uint32_t>(document_bytes_));
-  append_word(bytes, kJsonChunk);
-  bytes += text;
-  append_word(bytes, static_cast<std::uint32_t>(rows_bytes()));
-  append_word(bytes, kBinChunk);
-  return bytes;
+  return front_of(std::move(text), rows_bytes());
+}
+
+std::string GlbLayout::packed_file(const Box& bounds, const PackedRows& rows) const {
+  std::string binary = rows.vertices;
+  binary.resize(aligned(binary.size()));
+  binary += rows.triangles;
+  binary.resize(aligned(binary.size()));
+  return front_of(document(bounds, &rows), binary.size()) + binary;
 }
 
 void GlbLayout::put_vertices(const PointCloud& batch, std::byte* out) const {

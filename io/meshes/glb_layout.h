@@ -21,6 +21,13 @@ namespace orbweave {
 /// The largest GLB file: its length is a number of 32 bits.
 inline constexpr std::uint64_t kMostGlbBytes = std::numeric_limits<std::uint32_t>::max();
 
+/// Rows that are compressed as the extension EXT_meshopt_compression of glTF has them: its modes
+/// ATTRIBUTES and TRIANGLES, without a filter.
+struct PackedRows {
+  std::string vertices;
+  std::string triangles;
+};
+
 /// Vertices are rows of float positions about the origin, unit normals as floats where there are
 /// normals, colours as four linear 16-bit fractions where there are all three colours, and floats
 /// of the application's attributes. The node
@@ -37,6 +44,9 @@ class GlbLayout final : public MeshRows {
   void put_triangles(std::span<const Triangle64> batch, std::span<const std::int32_t> hole,
                      std::byte* out) const override;
 
+  /// The whole file, with rows that are compressed; readers have to know the extension.
+  std::string packed_file(const Box& bounds, const PackedRows& rows) const;
+
   /// Of the whole file; may exceed what a file can have.
   std::uint64_t file_bytes() const;
   const MeshHeader& header() const { return header_; }
@@ -49,7 +59,8 @@ class GlbLayout final : public MeshRows {
   };
 
   void find_own_attributes();
-  std::string document(const Box& bounds) const;
+  /// `packed`: null where rows are as they are.
+  std::string document(const Box& bounds, const PackedRows* packed = nullptr) const;
   std::uint64_t rows_bytes() const;
 
   MeshHeader header_;

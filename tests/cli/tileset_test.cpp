@@ -33,8 +33,10 @@ nlohmann::json tileset_in(const fs::path& folder) {
 }
 
 const std::vector<std::string> kLevelsJob = {
-    "reconstruct", "scan.ply",   "-o",   "mesh.ply",  "--tileset", "levels",   "--simplify",
-    "ratio=0.1",   "--progress", "none", "--threads", "2",         "--report", "report.json"};
+    "reconstruct", "scan.ply",   "-o",        "mesh.ply",    "--tileset",
+    "levels",      "--simplify", "ratio=0.1", "--progress",  "none",
+    "--threads",   "2",          "--report",  "report.json", "--tileset-compression",
+    "meshopt"};
 
 /// What the report says of a stage.
 nlohmann::json stage_in_status(const ScratchDirectory& in, const std::string& name) {
@@ -198,6 +200,26 @@ TEST_CASE("TilesetCommandSaysWhatItMade") {
   REQUIRE(again.status == 0);
   CHECK(again.out == made.out);
   CHECK(file_text(in / "tiles" / "tileset.json") == before);
+}
+
+TEST_CASE("CompressedTilesetOfAJobHasTheBytesOfTheCommand") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "bumpy-torus", "--points", "3000", "-o", "scan.ply"}).status ==
+          0);
+  write_text(in / "job.toml",
+             "[input]\nfiles = [\"scan.ply\"]\n[output]\nmesh = \"mesh.ply\"\ntileset = \"a\"\n"
+             "tileset_compression = \"meshopt\"\n");
+  REQUIRE(run_in(in, {"run", "job.toml"}).status == 0);
+  REQUIRE(
+      run_in(in, {"tileset", "mesh.ply", "-o", "b", "--tileset-compression", "meshopt"}).status ==
+      0);
+  for (const char* file : {"tileset.json", "tiles.json", "000000.glb"})
+    CHECK(file_text(in / "a" / file) == file_text(in / "b" / file));
+  CHECK_THAT(file_text(in / "a" / "000000.glb"), Contains("EXT_meshopt_compression"));
+  const ProgramResult refused =
+      run_in(in, {"tileset", "mesh.ply", "-o", "b", "--tileset-compression", "zip"});
+  CHECK(refused.status == 2);
+  CHECK_THAT(refused.err, Contains("zip") && Contains("meshopt"));
 }
 
 TEST_CASE("TilesetOfAJobHasTheBytesOfTheCommand") {

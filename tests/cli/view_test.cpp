@@ -15,11 +15,13 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/view/web_request.h"
+#include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
 #include "tests/support/data.h"
 #include "tests/support/meshes.h"
@@ -68,25 +70,34 @@ struct SeenColors {
   int all = 0;  ///< but for the background
 };
 
-SeenColors colors_of(const std::filesystem::path& file) {
-  constexpr unsigned kPanel = 270;
+/// Red, green and blue of a picture left of the panel, and below the button.
+std::vector<std::array<std::uint8_t, 3>> pixels_of(const std::filesystem::path& file) {
+  constexpr unsigned kPanel = 270, kButton = 60;
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   REQUIRE(png_image_begin_read_from_file(&image, file.c_str()) != 0);
   image.format = PNG_FORMAT_RGB;
   std::vector<std::uint8_t> bytes(PNG_IMAGE_SIZE(image));
   REQUIRE(png_image_finish_read(&image, nullptr, bytes.data(), 0, nullptr) != 0);
-  SeenColors seen;
-  for (unsigned y = 60; y < image.height; ++y)
+  std::vector<std::array<std::uint8_t, 3>> pixels;
+  for (unsigned y = kButton; y < image.height; ++y)
     for (unsigned x = 0; x + kPanel < image.width; ++x) {
       const std::uint8_t* const pixel = bytes.data() + 3 * (std::size_t{y} * image.width + x);
-      const int red = pixel[0], green = pixel[1], blue = pixel[2];
-      if (red > 238 && green > 238 && blue > 235) continue;
-      ++seen.all;
-      if (blue > red + 20) ++seen.patch;
-      if (red > 2 * blue && green > blue + 20) ++seen.unsure;
-      if (red >= green && green >= blue && 3 * blue > 2 * red) ++seen.plain;
+      pixels.push_back({pixel[0], pixel[1], pixel[2]});
     }
+  return pixels;
+}
+
+SeenColors colors_of(const std::filesystem::path& file) {
+  SeenColors seen;
+  for (const auto& pixel : pixels_of(file)) {
+    const int red = pixel[0], green = pixel[1], blue = pixel[2];
+    if (red > 238 && green > 238 && blue > 235) continue;
+    ++seen.all;
+    if (blue > red + 20) ++seen.patch;
+    if (red > 2 * blue && green > blue + 20) ++seen.unsure;
+    if (red >= green && green >= blue && 3 * blue > 2 * red) ++seen.plain;
+  }
   return seen;
 }
 
@@ -363,7 +374,9 @@ TEST_CASE("ViewFolderOfATilesetHasItsTilesAndLeavesEverythingElseAlone") {
        {std::vector<std::string>{"view", "mesh.ply"},
         {"view", "tiles", "--serve=0"},
         {"view", "mesh.ply", "-o", "m.html", "--folder", "d"},
-        {"view", "b", "--serve=65536"}})
+        {"view", "b", "--serve=65536"},
+        {"view", "tiles", "--folder", "d", "--tileset-compression", "meshopt"},
+        {"view", "mesh.ply", "-o", "m.html", "--tileset-compression", "meshopt"}})
     CHECK(run_in(in, wrong).status == 2);
 }
 
@@ -385,6 +398,42 @@ TEST_CASE("BrowserDrawsTheTilesOfAServedFolder", "[slow]") {
   CHECK_THAT(page, Contains("data-drawn=\"") && Contains("data-holes=\"2\""));
   CHECK_THAT(page, !Contains("data-trouble"));
   CHECK_THAT(page, Contains("2 open in the coarsest level"));
+}
+
+TEST_CASE("BrowserColorsByTheConfidenceOfPointsInPagesAndTiles", "[slow]") {
+  if (!has_browser()) return;
+  const ScratchDirectory in;
+  TriangleMesh mesh = sphere_mesh(4);
+  mesh.vertices.schema.attributes = {{"confidence", ScalarType::kUint8}};
+  for (const Vec3& p : mesh.vertices.positions)
+    mesh.vertices.attributes.push_back(std::byte{p.z > 0.0});
+  write_mesh(in / "mesh.ply", mesh);
+  REQUIRE(run_in(in, {"view", "mesh.ply", "-o", "page.html"}).status == 0);
+  const ServedFolder served(in, {"view", "mesh.ply", "--folder", "v", "--serve=0"});
+  for (const std::string& address : {"file://" + (in / "page.html").string(),
+                                     "http://127.0.0.1:" + std::to_string(served.port()) + "/"}) {
+    INFO(address);
+    const SeenColors seen = shown_colors(in, address + "#colors=vertex_confidence");
+    CHECK(seen.patch > 5'000);
+    CHECK(seen.unsure > 5'000);
+    CHECK(seen.plain < seen.all / 10);
+  }
+}
+
+TEST_CASE("BrowserShowsCompressedTilesAsTilesWithoutCompression", "[slow]") {
+  if (!has_browser()) return;
+  const ScratchDirectory in;
+  write_patched_spheres(in / "mesh.ply");
+  const auto picture_of = [&](const std::string& compression) {
+    const ServedFolder served(in, {"view", "mesh.ply", "--folder", compression, "--serve=0",
+                                   "--tileset-compression", compression});
+    CHECK(shown_colors(in, "http://127.0.0.1:" + std::to_string(served.port()) + "/#colors=patches")
+              .patch > 500);
+    return pixels_of(in / "page.png");
+  };
+  CHECK((picture_of("meshopt") == picture_of("none")));
+  CHECK(std::filesystem::file_size(in / "meshopt" / "000000.glb") <
+        std::filesystem::file_size(in / "none" / "000000.glb"));
 }
 
 TEST_CASE("BrowserShowsPatchesConfidenceSectionsAndComponentsOfAPage", "[slow]") {
@@ -411,6 +460,33 @@ TEST_CASE("BrowserShowsPatchesConfidenceSectionsAndComponentsOfTiles", "[slow]")
   CHECK_THAT(page, Contains("data-holes=\"0\"") && Contains("data-filled=\"2\""));
   CHECK_THAT(page, Contains("confidence 1.00") && Contains("confidence 0.00"));
   CHECK_THAT(page, Contains("2 components") && !Contains("data-trouble"));
+}
+
+TEST_CASE("ViewersOfOthersLoadEveryTileOfATileset", "[slow]") {
+  const std::string viewer = GENERATE("cesium", "3d-tiles-renderer");
+  const std::string compression = GENERATE("none", "meshopt");
+  if (output_of("command -v node").empty()) {
+    std::cout << "SKIPPED: node\n";
+    return;
+  }
+  const ScratchDirectory in;
+  write_patched_spheres(in / "mesh.ply");
+  REQUIRE(run_in(in, {"tileset", "mesh.ply", "-o", "tiles", "--leaf-triangles", "500",
+                      "--tileset-compression", compression})
+              .status == 0);
+  const std::string told =
+      output_of("node " + source_path("bench/quality/load_tileset.js").string() + " --in " +
+                viewer + " " + (in / "tiles").string() + " 2>&1");
+  if (told.starts_with("SKIPPED: ")) {
+    std::cout << told;
+    return;
+  }
+  INFO(told);
+  const auto facts = nlohmann::json::parse(told);
+  CHECK(facts["tiles"] > 10);
+  CHECK(facts["loaded"] == facts["tiles"]);
+  CHECK(facts["errors"].empty());
+  CHECK(facts["triangles"] == read_mesh((in / "mesh.ply").string()).triangles.size());
 }
 
 TEST_CASE("ReportOfASmallMeshHoldsItsViewer") {

@@ -224,6 +224,67 @@ TEST_CASE("TilesOfAMeshOfOnePieceWithoutPatchesSayNothingOfFaces") {
   }
 }
 
+namespace {
+
+/// What a vertex tells, by its place; some vertices have no noise.
+float confidence_at(Vec3 p) { return p.z > 0.1003 ? 0.75F : 0.25F; }
+float noise_at(Vec3 p) { return p.x > 0.1003 ? 0.5F : -1.0F; }
+
+template <class T>
+void append_value(std::vector<std::byte>& bytes, T value) {
+  const auto* at = reinterpret_cast<const std::byte*>(&value);
+  bytes.insert(bytes.end(), at, at + sizeof value);
+}
+
+/// A sphere whose vertices have a confidence as scans have it, and what the program adds.
+TriangleMesh telling_sphere() {
+  TriangleMesh mesh = test::sphere_mesh(4);
+  PointCloud& vertices = mesh.vertices;
+  vertices.schema.attributes = {{"time", ScalarType::kUint16},
+                                {"confidence", ScalarType::kFloat64},
+                                {"quality_noise", ScalarType::kFloat32},
+                                {"undersampled", ScalarType::kUint8}};
+  for (const Vec3& p : vertices.positions) {
+    append_value(vertices.attributes, std::uint16_t{7});
+    append_value(vertices.attributes, static_cast<double>(confidence_at(p)));
+    append_value(vertices.attributes, noise_at(p));
+    append_value(vertices.attributes, std::uint8_t{255});
+  }
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("VerticesOfTilesTellWhatTheVerticesOfTheMeshTell") {
+  const ScratchDirectory scratch;
+  write_mesh(scratch / "mesh.ply", telling_sphere());
+  const TilesetFacts facts = tiles_of(scratch / "mesh.ply", scratch / "tiles", 300);
+  REQUIRE(facts.levels.size() > 1);
+  const json document = document_of(scratch / "tiles");
+  const auto m = document["root"]["transform"].get<std::vector<double>>();
+  std::size_t tiles = 0;
+  for (const auto& entry : fs::directory_iterator(scratch / "tiles")) {
+    if (entry.path().extension() != ".glb") continue;
+    ++tiles;
+    const GlbFile glb(entry.path());
+    const std::vector<Vec3> seen = glb.seen_positions();
+    const std::vector<float> confidence = values_of(glb, "_VERTEX_CONFIDENCE", -2.0F);
+    const std::vector<float> noise = values_of(glb, "_QUALITY_NOISE", -2.0F);
+    const std::vector<float> undersampled = values_of(glb, "_UNDERSAMPLED", -2.0F);
+    for (std::size_t v = 0; v < seen.size(); ++v) {
+      const Vec3 at = Vec3{seen[v].x, -seen[v].z, seen[v].y} + Vec3{m[12], m[13], m[14]};
+      CHECK(confidence[v] == confidence_at(at));
+      CHECK(noise[v] == noise_at(at));
+      CHECK(undersampled[v] == -1.0F);
+    }
+  }
+  CHECK(tiles == facts.tiles);
+  // Of what no vertex tells there is no range.
+  CHECK(document["extras"]["vertex_values"] ==
+        json({{{"name", "vertex_confidence"}, {"low", 0.25}, {"high", 0.75}},
+              {{"name", "quality_noise"}, {"low", 0.0}, {"high", 0.5}}}));
+}
+
 TEST_CASE("StreamsTellPatchesOfEveryTriangleOfAPolygon") {
   const ScratchDirectory scratch;
   std::ofstream(scratch / "quads.ply")

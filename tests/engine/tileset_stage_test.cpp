@@ -44,6 +44,7 @@ Job tileset_job(const ScratchDirectory& scratch, const NamedCloud& named) {
 /// The tileset of a mesh file, made by itself.
 FilesOfFolder tileset_of(const ScratchDirectory& scratch, const Job& job) {
   TilesetOptions options;
+  options.compression = job.output.tileset_compression;
   options.up_axis = 1;
   options.levels.directory = scratch / "alone.work";
   const TilesetWork work(options.levels.directory);
@@ -52,12 +53,14 @@ FilesOfFolder tileset_of(const ScratchDirectory& scratch, const Job& job) {
   return files_in(scratch / "alone");
 }
 
-void check_any_cut(std::size_t points, std::uint64_t small_chunks, std::size_t least_files) {
+void check_any_cut(std::size_t points, std::uint64_t small_chunks, std::size_t least_files,
+                   TileCompression compression = TileCompression::kNone) {
   const NamedCloud named = test::noisy_torus(points, 0.0, 7);
   FilesOfFolder first;
   for (const std::uint64_t chunk_points : {small_chunks, std::uint64_t{1'000'000}}) {
     const ScratchDirectory scratch;
     Job job = tileset_job(scratch, named);
+    job.output.tileset_compression = compression;
     job.partition.chunk_points = chunk_points;
     job.run.threads = chunk_points == small_chunks ? 1 : 2;
     const RunReport report = run(job);
@@ -84,6 +87,10 @@ void check_refused(const Job& job, const std::string& found) {
 }
 
 TEST_CASE("TilesetOfAJobIsThatOfItsMeshFileInAnyCut") { check_any_cut(1500, 300, 3); }
+
+TEST_CASE("CompressedTilesetOfAJobIsThatOfItsMeshFileInAnyCut") {
+  check_any_cut(1500, 300, 3, TileCompression::kMeshopt);
+}
 
 TEST_CASE("TilesetOfSeveralLevelsIsThatOfItsMeshFileInAnyCut", "[costly]") {
   check_any_cut(40'000, 6000, 5);

@@ -104,8 +104,19 @@ TEST_CASE("JobWithARankKilledResumesToTheSameMeshOfRawScans") {
 TEST_CASE("TilesetOfATeamThatIsKilledGoesOnByAnyNumberOfRanks", "[soak]") {
   if (skipped_without_mpi()) return;
   const ScratchDirectory undisturbed, in;
-  const Job job = {"reconstruct", "scan.ply", "-o",          "mesh.ply",   "--tileset",
-                   "levels",      "--report", "report.json", "--progress", "none"};
+  const std::string compression = GENERATE("none", "meshopt");
+  const Job job = {"reconstruct",
+                   "scan.ply",
+                   "-o",
+                   "mesh.ply",
+                   "--tileset",
+                   "levels",
+                   "--report",
+                   "report.json",
+                   "--progress",
+                   "none",
+                   "--tileset-compression",
+                   compression};
   for (const ScratchDirectory* where : {&undisturbed, &in})
     REQUIRE(run_in(*where, {"generate", "bumpy-torus", "--points", "200000", "-o", "scan.ply"})
                 .status == 0);

@@ -13,6 +13,7 @@
 #include "io/job/simplified_file.h"
 #include "io/system/disk_space.h"
 #include "io/text/quantity.h"
+#include "io/vertex_values.h"
 
 namespace orbweave {
 namespace {
@@ -189,10 +190,13 @@ struct LevelBytes {
 constexpr std::uint64_t kMostColorBytes = 6;
 
 /// Positions, and what a tile has a place for, but for what it has of faces.
-double level_vertex_bytes(const PointSchema& schema) {
+double level_vertex_bytes(const PointSchema& schema, const OutputOptions& output) {
   const bool has_colors = schema.attributes.size() >= 3;
   return 24.0 + (schema.has_normals ? 12.0 : 0.0) +
-         (has_colors ? static_cast<double>(kMostColorBytes) : 0.0);
+         (has_colors ? static_cast<double>(kMostColorBytes) : 0.0) +
+         static_cast<double>(sizeof(float)) *
+             (static_cast<double>(vertex_values(schema).size()) +
+              (output.vertex_quality ? 3.0 : 0.0) + (output.vertex_undersampled ? 1.0 : 0.0));
 }
 
 LevelBytes level_bytes(const ResolvedJob& job, const CloudSize& cloud, const PointSchema& schema,
@@ -212,7 +216,7 @@ LevelBytes level_bytes(const ResolvedJob& job, const CloudSize& cloud, const Poi
     return vertex +
            std::max(kSorted + nodes(vertex, face), merges ? 2.0 * kSorted + stored : kSorted);
   };
-  const double tile_vertex = level_vertex_bytes(schema);
+  const double tile_vertex = level_vertex_bytes(schema, job.output);
   LevelBytes bytes;
   if (job.output.tile_size > 0.0) bytes.work = stored_bytes(schema) + kSorted;
   if (!job.output.tileset.empty()) {

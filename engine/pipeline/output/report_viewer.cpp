@@ -8,7 +8,6 @@
 #include "io/error.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_stream.h"
-#include "io/meshes/vertex_colors.h"
 #include "io/report/picture.h"
 #include "io/report/picture_up.h"
 #include "io/text/quantity.h"
@@ -30,8 +29,7 @@ bool is_read_back(const OutputOptions& output) {
 /// Whether the budget holds the mesh, its page, and the report's page around it.
 bool has_room(const MeshStream& mesh, std::uint64_t memory_bytes) {
   constexpr std::uint64_t kCopies = 16;
-  const bool has_colors = VertexColors(mesh.schema()).all_are_there();
-  const std::uint64_t page = view_page_bytes(mesh.vertices(), mesh.faces(), has_colors);
+  const std::uint64_t page = view_page_bytes(mesh.vertices(), mesh.faces(), mesh.schema());
   return mesh.faces() <= kMostTriangles && kCopies * page <= memory_bytes;
 }
 

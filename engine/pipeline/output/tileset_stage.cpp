@@ -51,6 +51,7 @@ TilesetOptions options_of(const TilesetInputs& inputs, StageRunner& runner) {
   options.levels.memory_bytes = runner.job.partition.memory_bytes;
   options.levels.threads = runner.threads();
   options.levels.directory = runner.store.directory();
+  options.compression = runner.job.output.tileset_compression;
   options.coordinate_system = coordinate_system_beside(runner.job.output.mesh);
   options.up_axis =
       upright_axis(picture_up(runner.job, partition.coordinate_system), partition.bounds);
