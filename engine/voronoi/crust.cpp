@@ -86,7 +86,7 @@ std::vector<Triangle> crust_triangles(std::span<const Vec3> points, std::span<co
     }
   }
   if (!options.extracts_manifold) return all_triangles(crust, flags);
-  const Stars stars = stars_of(crust, both.size());
+  StarFinder stars(crust, both.size());
   FacetLinks links(both, crust, flags, stop);
   prune_sharp_edges(points, crust, stars, poles.normals, flags, links, stop);
   return walk_outside(points, crust, stars, poles.normals, flags, links, {}, stop);

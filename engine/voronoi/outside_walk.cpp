@@ -21,7 +21,7 @@ Triangle sorted(Triangle t) {
 
 class OutsideWalk {
  public:
-  OutsideWalk(std::span<const Vec3> points, const Tetrahedra& tetrahedra, const Stars& stars,
+  OutsideWalk(std::span<const Vec3> points, const Tetrahedra& tetrahedra, StarFinder& stars,
               std::span<const Vec3> normals, const FacetFlags& flags, const FacetLinks& links,
               std::span<const Vec3> outward_normals)
       : points_(points),
@@ -93,25 +93,27 @@ class OutsideWalk {
     return true;
   }
 
-  /// The tetrahedron at p whose centre lies farthest to the left.
-  std::uint32_t leftmost_cell(std::uint32_t p) const {
+  /// The tetrahedron of a star whose centre lies farthest to the left.
+  static std::uint32_t leftmost_cell(const Tetrahedra& tetrahedra,
+                                     std::span<const std::uint32_t> star) {
     const auto place = [&](std::uint32_t cell) {
-      const Vec3 center = tetrahedra_.centers[cell];
-      const bool is_finite = tetrahedra_.is_finite(cell);
+      const Vec3 center = tetrahedra.centers[cell];
+      const bool is_finite = tetrahedra.is_finite(cell);
       // Tetrahedra at infinity first where they open to the left, last where they do not.
       const int rank = is_finite ? 1 : center.x < 0.0 ? 0 : 2;
       return std::tuple(rank, center.x, center.y, center.z);
     };
-    std::uint32_t best = stars_.of(p).front();
-    for (const std::uint32_t cell : stars_.of(p))
+    std::uint32_t best = star.front();
+    for (const std::uint32_t cell : star)
       if (place(cell) < place(best)) best = cell;
     return best;
   }
 
   /// The facet at the leftmost point of a component that is seen first from the left.
   std::optional<FacetSide> outermost(std::uint32_t p) {
-    if (stars_.of(p).empty()) return std::nullopt;
-    std::vector<std::uint32_t> reached = {leftmost_cell(p)};
+    const std::span<const std::uint32_t> star = stars_.find(p);
+    if (star.empty()) return std::nullopt;
+    std::vector<std::uint32_t> reached = {leftmost_cell(tetrahedra_, star)};
     std::optional<FacetSide> best;
     for (std::size_t i = 0; i < reached.size(); ++i) {
       for (int place = 0; place < 4; ++place) {
@@ -198,7 +200,7 @@ class OutsideWalk {
 
   std::span<const Vec3> points_;
   const Tetrahedra& tetrahedra_;
-  const Stars& stars_;
+  StarFinder& stars_;
   std::span<const Vec3> normals_;
   const FacetFlags& flags_;
   const FacetLinks& links_;
@@ -214,7 +216,7 @@ class OutsideWalk {
 }  // namespace
 
 std::vector<Triangle> walk_outside(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
-                                   const Stars& stars, std::span<const Vec3> normals,
+                                   StarFinder& stars, std::span<const Vec3> normals,
                                    const FacetFlags& flags, const FacetLinks& links,
                                    std::span<const Vec3> outward, const StopToken* stop) {
   std::vector<Triangle> triangles =

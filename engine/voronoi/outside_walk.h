@@ -7,6 +7,7 @@
 
 #include "engine/voronoi/facet_links.h"
 #include "engine/voronoi/facets.h"
+#include "engine/voronoi/star_finder.h"
 #include "engine/voronoi/tetrahedra.h"
 #include "io/stop_token.h"
 #include "io/triangle_mesh.h"
@@ -21,7 +22,7 @@ namespace orbweave::voronoi {
 /// of the flagged facets. `outward`: normals of the points that say which side of a component is
 /// outside; empty: the one that is seen first from the left. Smallest corner first, sorted.
 std::vector<Triangle> walk_outside(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
-                                   const Stars& stars, std::span<const Vec3> normals,
+                                   StarFinder& stars, std::span<const Vec3> normals,
                                    const FacetFlags& flags, const FacetLinks& links,
                                    std::span<const Vec3> outward = {},
                                    const StopToken* stop = nullptr);

@@ -11,7 +11,7 @@ namespace {
 
 class Pruning {
  public:
-  Pruning(std::span<const Vec3> points, const Tetrahedra& tetrahedra, const Stars& stars,
+  Pruning(std::span<const Vec3> points, const Tetrahedra& tetrahedra, StarFinder& stars,
           std::span<const Vec3> normals, FacetFlags& flags, FacetLinks& links)
       : points_(points),
         flags_(flags),
@@ -80,7 +80,7 @@ class Pruning {
 }  // namespace
 
 void prune_sharp_edges(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
-                       const Stars& stars, std::span<const Vec3> normals, FacetFlags& flags,
+                       StarFinder& stars, std::span<const Vec3> normals, FacetFlags& flags,
                        FacetLinks& links, const StopToken* stop) {
   Pruning(points, tetrahedra, stars, normals, flags, links).run(stop);
 }

@@ -6,6 +6,7 @@
 
 #include "engine/voronoi/facet_links.h"
 #include "engine/voronoi/facets.h"
+#include "engine/voronoi/star_finder.h"
 #include "engine/voronoi/tetrahedra.h"
 #include "io/stop_token.h"
 
@@ -17,7 +18,7 @@ namespace orbweave::voronoi {
 /// without an umbrella: boundaries of open surfaces are not eaten away. `links` are those of the
 /// flagged facets, before and after.
 void prune_sharp_edges(std::span<const Vec3> points, const Tetrahedra& tetrahedra,
-                       const Stars& stars, std::span<const Vec3> normals, FacetFlags& flags,
+                       StarFinder& stars, std::span<const Vec3> normals, FacetFlags& flags,
                        FacetLinks& links, const StopToken* stop = nullptr);
 
 }  // namespace orbweave::voronoi

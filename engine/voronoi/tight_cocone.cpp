@@ -88,7 +88,8 @@ PointSides find_sides(std::span<const Vec3> points, const Tetrahedra& tetrahedra
   PointSides found;
   found.good.assign(points.size(), 0);
   found.sides.assign(stars.cells.size(), UmbrellaSide::kNeither);
-  Umbrellas umbrellas(points, tetrahedra, stars, poles.normals, cocone);
+  StarFinder finder(tetrahedra, points.size());
+  Umbrellas umbrellas(points, tetrahedra, finder, poles.normals, cocone);
   for (std::uint32_t p = 0; p < points.size(); ++p) {
     if (p % kStopBlock == 0) check_stop(stop);
     if (flat[p] == 0) continue;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/voronoi/facets.h"
+#include "engine/voronoi/star_finder.h"
 #include "engine/voronoi/tetrahedra.h"
 
 namespace orbweave::voronoi {
@@ -19,7 +20,7 @@ enum class UmbrellaSide : std::uint8_t { kNeither, kAbove, kBelow };
 class Umbrellas {
  public:
   /// All arguments have to outlive the object.
-  Umbrellas(std::span<const Vec3> points, const Tetrahedra& tetrahedra, const Stars& stars,
+  Umbrellas(std::span<const Vec3> points, const Tetrahedra& tetrahedra, StarFinder& stars,
             std::span<const Vec3> normals, const FacetFlags& flags);
 
   /// Whether there is an umbrella at p; sides() holds the sides of the tetrahedra at p then, in the
@@ -33,11 +34,10 @@ class Umbrellas {
 
   std::span<const Vec3> points_;
   const Tetrahedra& tetrahedra_;
-  const Stars& stars_;
+  StarFinder& stars_;
   std::span<const Vec3> normals_;
   const FacetFlags& flags_;
   std::vector<UmbrellaSide> sides_;
-  std::vector<std::uint32_t> place_;  // of a tetrahedron in the star at hand
   std::vector<std::uint32_t> waiting_;
 };
 

@@ -68,7 +68,7 @@ PointSurface cocone_of_cells(Cells& cells, std::span<const Vec3> points,
       cells.facets(points, options.leaves_boundaries ? flat : std::vector<std::uint8_t>(),
                    options.angle_rad, stop);
   if (!options.extracts_manifold) return {all_triangles(cells.tetrahedra, facets), std::move(flat)};
-  const Stars stars = stars_of(cells.tetrahedra, points.size());
+  StarFinder stars(cells.tetrahedra, points.size());
   const std::vector<Vec3>& normals = cells.poles.normals;
   FacetLinks links(points, cells.tetrahedra, facets, stop);
   prune_sharp_edges(points, cells.tetrahedra, stars, normals, facets, links, stop);
