@@ -9,13 +9,9 @@
 // Exit status 0: all tiles were loaded, without an error; 1: not so; 77: node modules or Chromium
 // are not installed.
 'use strict';
-const childProcess = require('child_process');
 const fs = require('fs');
-const http = require('http');
-const os = require('os');
 const path = require('path');
-
-const kMostMilliseconds = 520e3;
+const { chromium, told } = require('./browser.js');
 
 const kViewers = {
   cesium: { modules: ['cesium'], page: cesiumPage },
@@ -27,12 +23,6 @@ function moduleFolder(names) {
   const folders = [...(process.env.NODE_PATH || '').split(':').filter(Boolean),
                    path.join(process.cwd(), 'node_modules'), path.join(__dirname, 'node_modules')];
   return folders.find((folder) => names.every((name) => fs.existsSync(path.join(folder, name)))) || null;
-}
-
-function chromium() {
-  const names = ['chromium', 'chromium-browser', 'google-chrome'];
-  const folders = (process.env.PATH || '').split(':');
-  return folders.flatMap((folder) => names.map((name) => path.join(folder, name))).find((file) => fs.existsSync(file)) || null;
 }
 
 function tilesOf(tile) {
@@ -131,54 +121,6 @@ frame();
 </script>`;
 }
 
-const kTypes = { '.js': 'text/javascript', '.mjs': 'text/javascript', '.json': 'application/json', '.wasm': 'application/wasm',
-                 '.css': 'text/css', '.glb': 'model/gltf-binary' };
-
-/// Answers with the page, with files of the two folders, and takes what the page tells.
-function serve(page, folders, whenDone) {
-  const server = http.createServer((request, response) => {
-    const name = decodeURIComponent(new URL(request.url, 'http://localhost').pathname);
-    if (name === '/') { response.setHeader('Content-Type', 'text/html'); response.end(page); return; }
-    if (name === '/done') {
-      const parts = [];
-      request.on('data', (part) => parts.push(part));
-      request.on('end', () => { response.end(); whenDone(JSON.parse(Buffer.concat(parts).toString())); });
-      return;
-    }
-    const [, folder, ...rest] = name.split('/');
-    const file = folders[folder] && path.join(folders[folder], ...rest);
-    if (!file || rest.includes('..') || !fs.existsSync(file)) { response.statusCode = 404; response.end(); return; }
-    response.setHeader('Content-Type', kTypes[path.extname(file)] || 'application/octet-stream');
-    fs.createReadStream(file).pipe(response);
-  });
-  return new Promise((resolve) => server.listen(0, '127.0.0.1', () => resolve(server)));
-}
-
-async function told(program, page, folders) {
-  const profile = fs.mkdtempSync(path.join(os.tmpdir(), 'orbweave-viewer-'));
-  let browser = null, server = null, timer = null;
-  try {
-    return await new Promise((resolve, reject) => {
-      timer = setTimeout(() => resolve({ loaded: 0, errors: ['nothing was told in time'] }), kMostMilliseconds);
-      serve(page, folders, resolve).then((started) => {
-        server = started;
-        browser = childProcess.spawn(program, ['--headless=new', '--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
-          '--no-first-run', '--window-size=1000,700', `--user-data-dir=${profile}`, `http://127.0.0.1:${server.address().port}/`],
-          { stdio: 'ignore' });
-        browser.on('error', reject);
-        browser.on('exit', (status) => resolve({ loaded: 0, errors: [`the browser ended with status ${status}`] }));
-      }, reject);
-    });
-  } finally {
-    clearTimeout(timer);
-    if (server) { server.close(); server.closeAllConnections(); }
-    if (browser && browser.exitCode === null) {
-      await new Promise((resolve) => { browser.removeAllListeners(); browser.on('exit', resolve); browser.kill(); });
-    }
-    fs.rmSync(profile, { recursive: true, force: true, maxRetries: 5 });
-  }
-}
-
 function argumentsOf(words) {
   const asked = { viewer: 'cesium', picture: null, folder: null };
   for (let i = 0; i < words.length; ++i) {
@@ -198,7 +140,7 @@ async function main() {
     return 77;
   }
   const tileset = JSON.parse(fs.readFileSync(path.join(asked.folder, 'tileset.json'), 'utf8'));
-  const facts = await told(program, viewer.page(), { tiles: asked.folder, modules });
+  const facts = (await told(program, viewer.page(), { tiles: asked.folder, modules })).facts;
   if (asked.picture && facts.picture) fs.writeFileSync(asked.picture, Buffer.from(facts.picture.split(',')[1], 'base64'));
   const result = { viewer: asked.viewer, version: facts.version, tiles: tilesOf(tileset.root), loaded: facts.loaded,
                    triangles: facts.triangles, errors: facts.errors };

@@ -489,6 +489,27 @@ TEST_CASE("ViewersOfOthersLoadEveryTileOfATileset", "[slow]") {
   CHECK(facts["triangles"] == read_mesh((in / "mesh.ply").string()).triangles.size());
 }
 
+TEST_CASE("FramesOfAFolderAreCountedWhileItTurns", "[slow]") {
+  if (!has_browser()) return;
+  if (output_of("command -v node").empty()) {
+    std::cout << "SKIPPED: node\n";
+    return;
+  }
+  const ScratchDirectory in;
+  write_patched_spheres(in / "mesh.ply");
+  REQUIRE(run_in(in, {"view", "mesh.ply", "--folder", "v"}).status == 0);
+  const std::string told = output_of(
+      "node " + source_path("bench/quality/view_frames.js").string() +
+      " --load 1 --hash 'colors=patches&axis=0&cut=400' " + (in / "v").string() + " 2>&1");
+  INFO(told);
+  const auto facts = nlohmann::json::parse(told);
+  CHECK(facts["frames_per_second"] > 0.0);
+  CHECK(facts["tiles"] > 0);
+  CHECK(facts["triangles"] > 0);
+  CHECK(facts["first_bytes"] <= facts["bytes"]);
+  CHECK(facts["trouble"].is_null());
+}
+
 TEST_CASE("ReportOfASmallMeshHoldsItsViewer") {
   const ScratchDirectory in;
   REQUIRE(run_in(in, {"generate", "sphere", "--points", "3000", "-o", "cloud.ply"}).status == 0);
