@@ -1,5 +1,6 @@
 #include "engine/pipeline/surface/in_core_methods.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "engine/pipeline/stage/method_costs.h"
@@ -113,17 +114,24 @@ void require_told_undersampling(const Job& job) {
                .advice = "orbweave inspect --undersampled lists the places of any cloud"});
 }
 
-/// Throws where the process holds more than the job's budget; `share` of the method is done.
-void require_budget(const Job& job, double share) {
+/// Throws where the process will hold more than the job's budget. `before`: bytes held when the
+/// method began; `share` of it is done.
+void require_budget(const Job& job, std::uint64_t before, double share) {
+  // A triangulation is read out into arrays of half its size before it goes.
+  constexpr double kGrowth = 1.5;
   const std::uint64_t budget = job.partition.memory_bytes;
-  if (resident_bytes() <= budget) return;
+  const auto needed = [&] {
+    const auto grown = static_cast<double>(std::max(resident_bytes(), before) - before);
+    return before + static_cast<std::uint64_t>(kGrowth * grown);
+  };
+  if (needed() <= budget) return;
   release_freed_memory();
-  const std::uint64_t held = resident_bytes();
-  if (held <= budget) return;
+  const std::uint64_t most = needed();
+  if (most <= budget) return;
   throw_resource(
       "the method " + method_name(job) + " outgrows the memory budget",
       {.place = setting_name(job, "partition.memory"),
-       .found = format_bytes(held) + " held, " + std::to_string(static_cast<int>(100.0 * share)) +
+       .found = format_bytes(most) + " needed, " + std::to_string(static_cast<int>(100.0 * share)) +
                 " % done",
        .expected = "no more than " + format_bytes(budget),
        .advice = "The shape has many more tetrahedra than most. Give a larger budget, or " +
@@ -196,13 +204,14 @@ CoconeOfPart cocone_of_part(std::span<const Vec3> positions, std::span<const Vec
 }
 
 voronoi::ShareDone progress_within_chunk(StageRunner& runner, std::uint64_t points) {
-  return [&runner, points, shown = std::uint64_t{0}](double share) mutable {
-    require_budget(runner.job, share);
-    const auto reached = static_cast<std::uint64_t>(share * static_cast<double>(points - 1));
-    if (reached <= shown) return;
-    runner.progress.advance(reached - shown);
-    shown = reached;
-  };
+  return
+      [&runner, points, before = resident_bytes(), shown = std::uint64_t{0}](double share) mutable {
+        require_budget(runner.job, before, share);
+        const auto reached = static_cast<std::uint64_t>(share * static_cast<double>(points - 1));
+        if (reached <= shown) return;
+        runner.progress.advance(reached - shown);
+        shown = reached;
+      };
 }
 
 voronoi::PowerCrustSurface power_crust_in_core(std::span<const Vec3> positions,

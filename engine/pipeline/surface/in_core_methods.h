@@ -59,9 +59,9 @@ CoconeOfPart cocone_of_part(std::span<const Vec3> positions, std::span<const Vec
                             const Box& known, const Box& cloud, const StopToken* stop);
 
 /// Shows the share of the only chunk that is done as that of its points, in a stage that counts
-/// points; the last point is shown when the chunk is stored. Throws Error (resource) once this
-/// process holds more memory than the budget: few shapes have more tetrahedra than foreseen, as a
-/// torus whose poles lie on a circle, and these many times as many.
+/// points; the last point is shown when the chunk is stored. Throws Error (resource) once it is
+/// clear that the method needs more memory than the budget: few shapes have more tetrahedra than
+/// foreseen, as a torus whose poles lie on a circle, and these many times as many.
 voronoi::ShareDone progress_within_chunk(StageRunner& runner, std::uint64_t points);
 
 /// As voronoi::power_crust with the published options; throws Error (usage) where there is no
