@@ -1,8 +1,8 @@
 // What a folder of "orbweave view --folder" loads, and how fast it turns, in headless Chromium.
 //
-//   node bench/quality/view_frames.js [--hash FIELDS] [--load SECONDS] [--picture FILE.png] FOLDER
+//   node bench/quality/view_frames.js [--hash FIELDS] [--query FIELDS] [--load SECONDS] [--picture FILE.png] FOLDER
 //
-// FIELDS are those of a link: "colors=patches&axis=0&cut=400". After SECONDS (15) of loading the mesh is turned for ten
+// FIELDS are those of a link: "colors=patches&axis=0&cut=400", and "error=0.5" of its query. After SECONDS (15) of loading the mesh is turned for ten
 // seconds; each frame is waited for. Prints one line of JSON: bytes before the first picture, bytes in all, tiles and triangles
 // that are drawn, frames per second. Exit status 0: a picture was drawn; 1: not so; 77: Chromium is not installed.
 'use strict';
@@ -48,18 +48,18 @@ function drive(seconds) {
 }
 
 async function main() {
-  const asked = { hash: '', load: 15, picture: null, folder: null };
+  const asked = { hash: '', query: '', load: 15, picture: null, folder: null };
   for (let words = process.argv.slice(2); words.length > 0;) {
     const word = words.shift();
     if (word.startsWith('--')) asked[word.slice(2)] = words.shift();
     else asked.folder = word;
   }
-  if (!asked.folder) throw new Error('usage: view_frames.js [--hash FIELDS] [--load SECONDS] [--picture FILE.png] FOLDER');
+  if (!asked.folder) throw new Error('usage: view_frames.js [--hash FIELDS] [--query FIELDS] [--load SECONDS] [--picture FILE.png] FOLDER');
   const program = chromium();
   if (!program) { console.log('SKIPPED: no chromium'); return 77; }
   const page = fs.readFileSync(path.join(asked.folder, 'index.html'), 'utf8');
   const { facts, bytes } = await told(program, page + `<script>(${drive})(${Number(asked.load)})</script>`, { '': asked.folder },
-                                      '/#' + asked.hash);
+                                      `/?${asked.query}#${asked.hash}`);
   if (asked.picture && facts.picture) fs.writeFileSync(asked.picture, Buffer.from(facts.picture.split(',')[1], 'base64'));
   console.log(JSON.stringify({ ...facts, first_bytes: facts.first_bytes + Buffer.byteLength(page), bytes: bytes + Buffer.byteLength(page),
                                picture: undefined }));
