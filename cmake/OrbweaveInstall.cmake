@@ -34,7 +34,6 @@ set(ORBWEAVE_PIPELINE_HEADERS
   io/report/machine.h               machine.h
   io/report/report_facts.h          report_facts.h
   io/report/report.h                report.h
-  io/tile_compression.h             tile_compression.h
 )
 
 # Copies public headers to the build tree's include/orbweave, with their #include lines as programs

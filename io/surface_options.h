@@ -78,6 +78,10 @@ struct FillOptions {
   std::optional<std::uint64_t> min_triangles;
 };
 
+/// How the tiles of levels of detail are compressed. kMeshopt: GLB files with the extension
+/// EXT_meshopt_compression, without loss.
+enum class TileCompression { kNone, kMeshopt };
+
 /// How far a mesh is to be simplified: one of three limits.
 struct SimplifyTarget {
   enum class Kind {

@@ -12,7 +12,7 @@
 #include "engine/levels/level_distances.h"
 #include "engine/levels/levels.h"
 #include "io/named_text.h"
-#include "io/tile_compression.h"
+#include "io/surface_options.h"
 
 namespace orbweave {
 

@@ -11,7 +11,6 @@
 #include "io/clouds/text_layout.h"
 #include "io/points/point_source.h"
 #include "io/surface_options.h"
-#include "io/tile_compression.h"
 
 namespace orbweave {
 

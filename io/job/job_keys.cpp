@@ -596,7 +596,7 @@ constexpr JobKey kKeys[] = {
      "edge of the tiles' square cells in x and y, in scan units, such as 500: each tile holds the triangles whose centroid is in its cell; 0 makes a tile per chunk; needs tiles", "tile-size", "",
      set_tile_size,
      [](const Job& job) -> JobValue { return job.output.tile_size; },
-     {.least = 0, .most = kLargestTileSize}},
+     {.least = kLeastTileSize, .most = kLargestTileSize, .has_zero = true}},
     {"output", "tileset", T::kPath, "a path, or \"\" for none", {},
      "directory to write levels of detail of the mesh to, as 3D Tiles 1.1; the mesh is a .ply file then", "tileset", "",
      [](Job& job, const W& value) { job.output.tileset = path_value(value); },

@@ -39,6 +39,7 @@ struct JobKeyLimits {
   double least = -std::numeric_limits<double>::infinity();  ///< of a number, or of each of a list
   double most = std::numeric_limits<double>::infinity();    ///< likewise
   bool is_above = false;                                    ///< `least` itself is not accepted
+  bool has_zero = false;                                    ///< 0 as well, below `least`
   bool is_whole = false;                                    ///< the numbers of a list are integers
   Choices words = {};                 ///< texts in the place of a value: "auto"
   std::span<const int> values = {};   ///< the only integers; empty: all between the limits

@@ -100,6 +100,7 @@ Json forms_of(const JobKey& key) {
                          {"error", {{"type", "number"}, {"exclusiveMinimum", 0}}}}}});
       break;
   }
+  if (key.limits.has_zero) forms.push_back({{"enum", {0}}});
   if (!key.limits.words.empty()) forms.push_back({{"enum", key.limits.words}});
   return forms;
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -49,7 +50,7 @@ void write_full_mesh(const fs::path& file) {
       vertices.attributes.push_back(static_cast<std::byte>(std::lround(40.0 * (c + 3.0))));
   }
   const auto is_filled = [&](const Triangle& t) { return vertices.positions[t[0]].x > 1.0; };
-  std::ranges::stable_sort(mesh.triangles, {}, is_filled);
+  std::stable_partition(mesh.triangles.begin(), mesh.triangles.end(), std::not_fn(is_filled));
   for (const Triangle& t : mesh.triangles) mesh.hole.push_back(is_filled(t) ? 1 : 0);
   MeshWriterOptions options;
   options.has_confidence = true;
@@ -127,11 +128,11 @@ TileContent content_of(const GlbFile& glb) {
   for (const Triangle& t : glb.triangles()) {
     std::array<std::string, 3> corners = {content.vertices.at(t[0]), content.vertices.at(t[1]),
                                           content.vertices.at(t[2])};
-    std::ranges::rotate(corners, std::ranges::min_element(corners));
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
     content.triangles.push_back(corners);
   }
-  std::ranges::sort(content.vertices);
-  std::ranges::sort(content.triangles);
+  std::sort(content.vertices.begin(), content.vertices.end());
+  std::sort(content.triangles.begin(), content.triangles.end());
   return content;
 }
 
