@@ -11,6 +11,7 @@
 #include "engine/pipeline/budget/disk_plan.h"
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/budget/time_forecast.h"
+#include "engine/pipeline/output/map_tiles.h"
 #include "engine/pipeline/output/power_crust_files.h"
 #include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/points/cloud_measure.h"
@@ -231,6 +232,7 @@ void plan_resources(const ResolvedJob& job, const CountedCloud& cloud, const Par
 JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   require_method(wanted);
   check_power_crust_files(wanted);
+  check_tile_size(wanted);
   JobPlan plan;
   plan.files = expand_globs(wanted.input.files);
   const ResolvedJob job = resolve(wanted, plan.files);

@@ -9,11 +9,6 @@
 namespace orbweave::voronoi {
 namespace {
 
-/// The place of a vertex in a tetrahedron that has it, without a branch.
-int place_in(const std::array<std::uint32_t, 4>& cell, std::uint32_t vertex) {
-  return (cell[1] == vertex ? 1 : 0) + (cell[2] == vertex ? 2 : 0) + (cell[3] == vertex ? 3 : 0);
-}
-
 CenterSides sides_of(std::uint32_t cell, std::span<const Vec3> points, const Tetrahedra& tetrahedra,
                      const Poles& poles, float sine) {
   CenterSides sides;

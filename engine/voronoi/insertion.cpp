@@ -12,15 +12,7 @@
 namespace orbweave::voronoi {
 namespace {
 
-constexpr std::uint32_t kNone = 0xffffffffu;
-
 std::size_t at(int place) { return static_cast<std::size_t>(place); }
-
-/// The place of a value that is among four.
-std::size_t place_of(const std::array<std::uint32_t, 4>& values, std::uint32_t value) {
-  return (values[1] == value ? 1U : 0U) + (values[2] == value ? 2U : 0U) +
-         (values[3] == value ? 3U : 0U);
-}
 
 }  // namespace
 
@@ -69,11 +61,11 @@ bool Insertion::is_finite(std::uint32_t cell) const {
 }
 
 /// The tetrahedron that p lies in; outside the hull, one at infinity whose facet sees p. Walks from
-/// the point before: the spheres put all tetrahedra in the order in which p sees them, so that no
-/// way leads back.
+/// the point before: the spheres put all tetrahedra in the order in which p sees them, so that the
+/// walk ends.
 std::uint32_t Insertion::locate(const Vec3& p) const {
   std::uint32_t cell = last_, from = kNone;
-  if (!is_finite(cell)) cell = neighbors_[cell][place_of(vertices_[cell], infinite_)];
+  if (!is_finite(cell)) cell = neighbors_[cell][at(place_in(vertices_[cell], infinite_))];
   while (true) {
     const std::uint32_t next = next_on_way(cell, from, p);
     if (next == cell || !is_finite(next)) return next;
@@ -122,7 +114,7 @@ bool Insertion::takes_away_exactly(std::uint32_t cell, const Vec3& p) const {
   const auto& v = vertices_[cell];
   if (is_finite(cell))
     return exact_sphere_side({points_[v[0]], points_[v[1]], points_[v[2]], points_[v[3]]}, p) > 0;
-  const std::size_t at_infinity = place_of(v, infinite_);
+  const std::size_t at_infinity = at(place_in(v, infinite_));
   const int side = side_with(cell, at_infinity, p);
   return side > 0 || (side == 0 && takes_away_exactly(neighbors_[cell][at_infinity], p));
 }
@@ -205,7 +197,7 @@ void Insertion::find_rim(std::uint32_t point) {
     rim.vertices = vertices_[rim.cell];
     rim.vertices[rim.place] = point;
     rim.outside = neighbors_[rim.cell][rim.place];
-    rim.outside_place = static_cast<std::uint32_t>(place_of(neighbors_[rim.outside], rim.cell));
+    rim.outside_place = static_cast<std::uint32_t>(place_in(neighbors_[rim.outside], rim.cell));
   }
 }
 
@@ -256,7 +248,7 @@ std::uint32_t Insertion::new_cell() {
   return static_cast<std::uint32_t>(vertices_.size() - 1);
 }
 
-/// The numbers of the tetrahedra; those of no tetrahedron are kNone.
+/// The numbers of the tetrahedra; kNone for places that hold none.
 std::vector<std::uint32_t> Insertion::numbers() {
   for (const std::uint32_t cell : free_) vertices_[cell].fill(kInfinite);
   std::vector<std::uint32_t> number = std::move(looks_);

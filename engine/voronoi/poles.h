@@ -11,9 +11,6 @@
 
 namespace orbweave::voronoi {
 
-/// No tetrahedron.
-inline constexpr std::uint32_t kNone = 0xffffffffu;
-
 /// A pole is the centre of a tetrahedron at the point.
 struct Poles {
   /// Unit vectors to the first pole, or, on the convex hull, where the first pole is at infinity,

@@ -4,14 +4,9 @@
 #include <cstddef>
 
 namespace orbweave::voronoi {
-namespace {
-
-constexpr std::uint32_t kNoCell = 0xffffffffu;
-
-}  // namespace
 
 StarFinder::StarFinder(const Tetrahedra& tetrahedra, std::size_t points)
-    : tetrahedra_(tetrahedra), any_(points, kNoCell), places_(tetrahedra.size(), 0) {
+    : tetrahedra_(tetrahedra), any_(points, kNone), places_(tetrahedra.size(), 0) {
   for (std::uint32_t c = 0; c < tetrahedra.size(); ++c)
     for (const std::uint32_t vertex : tetrahedra.vertices[c])
       if (vertex != kInfinite) any_[vertex] = c;
@@ -19,7 +14,7 @@ StarFinder::StarFinder(const Tetrahedra& tetrahedra, std::size_t points)
 
 std::span<const std::uint32_t> StarFinder::find(std::uint32_t vertex) {
   star_.clear();
-  if (any_[vertex] == kNoCell) return star_;
+  if (any_[vertex] == kNone) return star_;
   add(any_[vertex]);
   for (std::size_t i = 0; i < star_.size(); ++i) {
     const std::uint32_t cell = star_[i];

@@ -14,6 +14,14 @@ namespace orbweave::voronoi {
 /// The vertex at infinity, which every facet of the convex hull forms a tetrahedron with.
 inline constexpr std::uint32_t kInfinite = 0xffffffffu;
 
+/// No tetrahedron.
+inline constexpr std::uint32_t kNone = 0xffffffffu;
+
+/// The place of a value that is among four, without a branch.
+inline int place_in(const std::array<std::uint32_t, 4>& values, std::uint32_t value) {
+  return (values[1] == value ? 1 : 0) + (values[2] == value ? 2 : 0) + (values[3] == value ? 3 : 0);
+}
+
 struct Tetrahedra {
   /// Indices of the vertices, positively oriented: the fourth lies on the side of the first three
   /// that they are counter-clockwise seen from.

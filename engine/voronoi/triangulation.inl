@@ -1,5 +1,5 @@
-// What the Delaunay and the regular triangulation of CGAL have in common: points inserted along a
-// curve that fills space, and the tetrahedra read out as plain arrays.
+// What the Delaunay and the regular triangulation have in common: the order in which points are
+// inserted, along a curve that fills space, and the centres. Triangulations of CGAL are read out.
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Exact_rational.h>

@@ -17,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+#include "engine/planning/plan_job.h"
 #include "io/error.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/store/chunk_store.h"
@@ -524,6 +525,8 @@ TEST_CASE("MapTilesThatCannotBeNamedAreRefused") {
   };
   job.output.tile_size = 500.0;
   CHECK_THAT(refusal(), Catch::Contains("output.tiles = true"));
+  test::RecordingProgress progress;
+  CHECK_THROWS_WITH(plan_job(job, progress, StopToken()), Catch::Contains("output.tiles = true"));
   CHECK_FALSE(fs::exists(job.run.work_dir));
   job.output.tiles = true;
   job.output.tile_size = 1e-9;

@@ -24,6 +24,7 @@
 #include "io/meshes/mesh_writer.h"
 #include "tests/io/glb_file.h"
 #include "tests/support/data.h"
+#include "tests/support/folder_files.h"
 #include "tests/support/meshes.h"
 
 namespace orbweave {
@@ -171,13 +172,6 @@ TriangleMesh soup(const std::vector<std::array<Vec3, 3>>& triangles) {
     mesh.triangles.push_back({first, first + 1, first + 2});
   }
   return mesh;
-}
-
-std::map<std::string, std::string> files_of(const fs::path& directory) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::directory_iterator(directory))
-    files[entry.path().filename().string()] = test::read_file(entry.path());
-  return files;
 }
 
 }  // namespace
@@ -330,7 +324,7 @@ TEST_CASE("NoLevelIsMeasuredFartherFromTheMeshThanItStates") {
     const TilesetFacts again = make_tileset(scratch, mesh, "two", options);
     for (std::size_t i = 0; i < facts.levels.size(); ++i)
       CHECK(again.levels[i].measured->distance == facts.levels[i].measured->distance);
-    CHECK(files_of(scratch / "one") == files_of(scratch / "two"));
+    CHECK(test::files_of(scratch / "one") == test::files_of(scratch / "two"));
   }
 }
 
@@ -376,8 +370,8 @@ TEST_CASE("TilesetIsTheSameForAnyThreadsAndMemory") {
   make_tileset(scratch, mesh, "b", options);
   options.levels.memory_bytes = std::uint64_t{64} << 20;
   make_tileset(scratch, mesh, "c", options);
-  CHECK(files_of(scratch / "a") == files_of(scratch / "b"));
-  CHECK(files_of(scratch / "a") == files_of(scratch / "c"));
+  CHECK(test::files_of(scratch / "a") == test::files_of(scratch / "b"));
+  CHECK(test::files_of(scratch / "a") == test::files_of(scratch / "c"));
 }
 
 TEST_CASE("ColorsAndNormalsComeWithTheirVertices") {
@@ -416,9 +410,9 @@ TEST_CASE("ColorsAndNormalsComeWithTheirVertices") {
 TEST_CASE("ATilesetReplacesAnEarlierOneAndNothingElse") {
   const ScratchDirectory scratch;
   make_tileset(scratch, bumpy_torus());
-  const auto before = files_of(scratch / "tiles");
+  const auto before = test::files_of(scratch / "tiles");
   make_tileset(scratch, open_sheet());
-  CHECK(files_of(scratch / "tiles") != before);
+  CHECK(test::files_of(scratch / "tiles") != before);
   CHECK_FALSE(fs::exists(scratch / "tiles.work"));
   std::ofstream(scratch / "tiles" / "notes.txt") << "mine";
   CHECK_THROWS_WITH(make_tileset(scratch, bumpy_torus()), Contains("notes.txt"));
@@ -445,7 +439,7 @@ TEST_CASE("AnInterruptedTilesetLeavesNothing") {
       CHECK(error.kind() == ErrorKind::kInterrupted);
     }
   }
-  CHECK(files_of(scratch.path()).size() == 1);
+  CHECK(test::files_of(scratch.path()).size() == 1);
 }
 
 TEST_CASE("MeshesThatCannotBecomeTilesAreRefused") {

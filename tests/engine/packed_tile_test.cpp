@@ -19,6 +19,7 @@
 #include "io/meshes/mesh_writer.h"
 #include "tests/io/glb_file.h"
 #include "tests/support/data.h"
+#include "tests/support/folder_files.h"
 #include "tests/support/meshes.h"
 
 namespace orbweave {
@@ -136,13 +137,6 @@ TileContent content_of(const GlbFile& glb) {
   return content;
 }
 
-std::map<std::string, std::string> files_of(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::directory_iterator(folder))
-    files[entry.path().filename().string()] = test::read_file(entry.path());
-  return files;
-}
-
 }  // namespace
 
 TEST_CASE("EveryCompressedTileHoldsBitByBitWhatTheTileWithoutCompressionHolds") {
@@ -172,7 +166,7 @@ TEST_CASE("CompressedTilesetIsTheSameForAnyThreads") {
   write_full_mesh(in / "mesh.ply");
   tiles_of(in, "one", TileCompression::kMeshopt, 1);
   tiles_of(in, "three", TileCompression::kMeshopt, 3);
-  CHECK((files_of(in / "one") == files_of(in / "three")));
+  CHECK((test::files_of(in / "one") == test::files_of(in / "three")));
 }
 
 }  // namespace orbweave

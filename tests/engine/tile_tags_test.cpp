@@ -20,6 +20,7 @@
 #include "io/meshes/mesh_writer.h"
 #include "tests/io/glb_file.h"
 #include "tests/support/data.h"
+#include "tests/support/folder_files.h"
 #include "tests/support/meshes.h"
 
 namespace orbweave {
@@ -127,13 +128,6 @@ std::vector<SeenFace> faces_of(const fs::path& folder, int level) {
   return faces;
 }
 
-std::map<std::string, std::string> bytes_of(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::directory_iterator(folder))
-    files[entry.path().filename().string()] = test::read_file(entry.path());
-  return files;
-}
-
 }  // namespace
 
 TEST_CASE("EveryFaceOfTheFinestTilesHasItsHoleItsConfidenceAndItsComponent") {
@@ -207,7 +201,7 @@ TEST_CASE("TaggedTilesAreTheSameForAnyThreads") {
   write_patched(scratch / "mesh.ply", patched_spheres());
   tiles_of(scratch / "mesh.ply", scratch / "a", 300, 1);
   tiles_of(scratch / "mesh.ply", scratch / "b", 300, 3);
-  CHECK(bytes_of(scratch / "a") == bytes_of(scratch / "b"));
+  CHECK(test::files_of(scratch / "a") == test::files_of(scratch / "b"));
 }
 
 TEST_CASE("TilesOfAMeshOfOnePieceWithoutPatchesSayNothingOfFaces") {
