@@ -84,18 +84,21 @@ class Stages {
   int begun_ = 0;
 };
 
-/// What follows from the distances between points.
+/// What follows from the places of the points and the distances between them.
 struct Spacing {
   RadiiChoice choice;
   double normal_radius = 0.0;
+  Octree octree;
 };
 
 Spacing measure(std::span<const Vec3> positions, const PointCounts& counts, bool for_normals,
                 const ReconstructionOptions& options) {
-  SpacingSampler sampler(root_cube(counts.bounds()), counts);
+  const RootCube root = root_cube(counts.bounds());
+  SpacingSampler sampler(root, counts);
   sampler.add(positions);
   sampler.merge_duplicates();
   Spacing spacing;
+  spacing.octree = cut_octree(counts, root, kChunkPoints);
   spacing.choice = sampler.choose(options.levels, options.stop);
   if (!for_normals) return spacing;
   spacing.normal_radius =
@@ -203,9 +206,9 @@ void orient(PointCloud& cloud, const Spacing& spacing, Orientation side,
     if (turns[i] != 0) cloud.normals[i] = -cloud.normals[i];
 }
 
-/// From a sorted cloud without normals to a sorted cloud with normals, and its radii.
-RadiiChoice give_normals(PointCloud& cloud, const Spacing& spacing, Stages& stages,
-                         const ReconstructionOptions& options, DroppedPoints& dropped) {
+/// From a sorted cloud without normals to a sorted cloud with normals, and its spacing.
+Spacing give_normals(PointCloud& cloud, const Spacing& spacing, Stages& stages,
+                     const ReconstructionOptions& options, DroppedPoints& dropped) {
   const Orientation side = side_of_normals(options.normals, cloud.size());
   stages.begin("normals");
   estimate(cloud, spacing.normal_radius, side, options, dropped);
@@ -213,9 +216,9 @@ RadiiChoice give_normals(PointCloud& cloud, const Spacing& spacing, Stages& stag
   if (is_propagated(side)) orient(cloud, spacing, side, options);
   // Points that were left out may have changed the bounds, and with them the order.
   const CloudCounts counts(cloud.positions);
-  RadiiChoice choice = measure(cloud.positions, counts, false, options).choice;
-  sort_canonically(cloud, root_cube(counts.bounds()));
-  return choice;
+  Spacing of_kept = measure(cloud.positions, counts, false, options);
+  sort_canonically(cloud, of_kept.octree.root());
+  return of_kept;
 }
 
 std::vector<double> usable_radii(const RadiiChoice& choice, const ReconstructionOptions& options) {
@@ -235,15 +238,16 @@ std::vector<double> usable_radii(const RadiiChoice& choice, const Reconstruction
 }
 
 /// The mesh of a sorted cloud with normals.
-Reconstruction surface_of(PointCloud cloud, const RadiiChoice& choice, Stages& stages,
+Reconstruction surface_of(PointCloud cloud, Spacing spacing, Stages& stages,
                           const ReconstructionOptions& options, DroppedPoints dropped) {
+  const RadiiChoice& choice = spacing.choice;
   Reconstruction result;
   result.dropped = std::move(dropped);
   result.ball_radii = usable_radii(choice, options);
   stages.begin("reconstruct");
-  std::vector<Triangle> triangles =
-      triangles_in_chunks(cloud.positions, cloud.normals,
-                          {.ball_radii = result.ball_radii, .stop = options.stop}, kChunkPoints);
+  std::vector<Triangle> triangles = triangles_in_chunks(
+      cloud.positions, cloud.normals, {.ball_radii = result.ball_radii, .stop = options.stop},
+      std::move(spacing.octree));
   if (triangles.empty())
     throw_bad_input(
         "no triangle can be formed: no ball touches three points without holding a fourth, on the "
@@ -280,12 +284,11 @@ Stages stages_of(bool estimates, const ReconstructionOptions& options) {
 }
 
 /// From a sorted cloud to the result.
-Reconstruction finish(PointCloud cloud, const Spacing& spacing, bool estimates, Stages& stages,
+Reconstruction finish(PointCloud cloud, Spacing spacing, bool estimates, Stages& stages,
                       const ReconstructionOptions& options, DroppedPoints dropped) {
-  RadiiChoice choice = spacing.choice;
-  if (estimates) choice = give_normals(cloud, spacing, stages, options, dropped);
+  if (estimates) spacing = give_normals(cloud, spacing, stages, options, dropped);
   round_normals(cloud.normals, cloud.schema.normal_type);
-  return surface_of(std::move(cloud), choice, stages, options, std::move(dropped));
+  return surface_of(std::move(cloud), std::move(spacing), stages, options, std::move(dropped));
 }
 
 Reconstruction reconstruct_cloud(PointCloud cloud, const ReconstructionOptions& options) {
@@ -296,15 +299,14 @@ Reconstruction reconstruct_cloud(PointCloud cloud, const ReconstructionOptions& 
   stages.begin("measure");
   DroppedPoints dropped;
   Spacing spacing;
-  RootCube root;
   {
     const CloudCounts counts = count_measurements(cloud, options, dropped);
     spacing = measure(cloud.positions, counts, estimates, options);
-    root = root_cube(counts.bounds());
   }
   stages.begin("sort");
-  note_duplicates(sort_canonically(cloud, root), dropped);
-  return finish(std::move(cloud), spacing, estimates, stages, options, std::move(dropped));
+  note_duplicates(sort_canonically(cloud, spacing.octree.root()), dropped);
+  return finish(std::move(cloud), std::move(spacing), estimates, stages, options,
+                std::move(dropped));
 }
 
 PointCloud copy_of(const PointColumns& columns) {
@@ -346,14 +348,14 @@ Reconstruction reconstruct_columns(PointColumns columns, const ReconstructionOpt
   if (!counts) return reconstruct_cloud(copy_of(columns), options);
   Stages stages = stages_of(estimates, options);
   stages.begin("measure");
-  const Spacing spacing = measure(columns.positions, *counts, estimates, options);
-  const RootCube root = root_cube(counts->bounds());
+  Spacing spacing = measure(columns.positions, *counts, estimates, options);
   counts.reset();
   stages.begin("sort");
-  PointCloud cloud = rows_of(columns, canonical_rows(columns, root));
+  PointCloud cloud = rows_of(columns, canonical_rows(columns, spacing.octree.root()));
   DroppedPoints dropped;
   note_duplicates(columns.positions.size() - cloud.size(), dropped);
-  return finish(std::move(cloud), spacing, estimates, stages, options, std::move(dropped));
+  return finish(std::move(cloud), std::move(spacing), estimates, stages, options,
+                std::move(dropped));
 }
 
 /// Runs on as many threads as the options say.

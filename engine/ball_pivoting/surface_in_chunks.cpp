@@ -8,9 +8,6 @@
 #include <cstddef>
 #include <utility>
 
-#include "partition/cloud_counts.h"
-#include "partition/octree.h"
-
 namespace orbweave {
 namespace {
 
@@ -81,20 +78,14 @@ class ChunkedCloud {
   std::vector<std::size_t> begin_;  // of each chunk's points, and the number of points
 };
 
-Octree octree_of(std::span<const Vec3> positions, std::uint64_t chunk_points) {
-  const CloudCounts counts(positions);
-  return cut_octree(counts, root_cube(counts.bounds()), chunk_points);
-}
-
 }  // namespace
 
 std::vector<Triangle> triangles_in_chunks(std::span<const Vec3> positions,
                                           std::span<const Vec3> normals,
-                                          const BallPivotingOptions& options,
-                                          std::uint64_t chunk_points) {
+                                          const BallPivotingOptions& options, Octree octree) {
   const auto at_once = [&] { return ball_pivoting(positions, normals, {}, options).triangles; };
-  if (positions.size() <= chunk_points) return at_once();
-  const ChunkedCloud cloud(positions, normals, octree_of(positions, chunk_points));
+  if (octree.chunks().size() <= 1) return at_once();
+  const ChunkedCloud cloud(positions, normals, std::move(octree));
   const double halo = halo_width(options.ball_radii);
   if (!cloud.has_room_for(halo)) return at_once();
   std::vector<std::vector<Triangle>> of_chunks(cloud.chunks());

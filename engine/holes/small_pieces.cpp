@@ -10,8 +10,8 @@ namespace orbweave {
 
 MeshSurvey::MeshSurvey(const TriangleMesh& mesh)
     : surface(mesh),
-      components(find_components(mesh, surface)),
-      unusual(unusual_vertices(mesh, surface)) {}
+      unusual(unusual_vertices(mesh, surface)),
+      components(find_components(mesh, surface, unusual)) {}
 
 std::vector<std::uint8_t> small_pieces(const TriangleMesh& mesh, const MeshSurvey& survey,
                                        const FillOptions& options) {

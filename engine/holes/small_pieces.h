@@ -16,8 +16,8 @@ struct MeshSurvey {
   explicit MeshSurvey(const TriangleMesh& mesh);
 
   MeshSurface surface;
-  MeshComponents components;
   std::vector<std::uint32_t> unusual;  ///< unusual_vertices() of it
+  MeshComponents components;
 };
 
 /// Per piece: 1 where it is smaller than fill.min_triangles or, where that is left open, a crumb of

@@ -7,6 +7,8 @@
 #include "engine/ball_pivoting/halo_width.h"
 #include "io/bounds.h"
 #include "partition/canonical_order.h"
+#include "partition/cloud_counts.h"
+#include "partition/octree.h"
 #include "tests/support/clouds.h"
 
 namespace orbweave {
@@ -23,10 +25,12 @@ PointCloud sorted(NamedCloud named) {
 
 void check_chunks(const PointCloud& cloud, const std::vector<double>& radii,
                   std::uint64_t chunk_points) {
+  const CloudCounts counts(cloud.positions);
+  const Octree octree = cut_octree(counts, root_cube(counts.bounds()), chunk_points);
   const BallPivotingOptions options{.ball_radii = radii};
   const auto whole = ball_pivoting(cloud.positions, cloud.normals, {}, options).triangles;
   REQUIRE_FALSE(whole.empty());
-  CHECK((triangles_in_chunks(cloud.positions, cloud.normals, options, chunk_points) == whole));
+  CHECK((triangles_in_chunks(cloud.positions, cloud.normals, options, octree) == whole));
 }
 
 TEST_CASE("ChunksOfACloudInMemoryHaveTheTrianglesOfTheWhole", "[costly]") {
@@ -58,7 +62,7 @@ TEST_CASE("ACloudOfOneChunkIsTheWhole") {
   const PointCloud cloud = sorted(sphere);
   check_chunks(cloud, {sphere.ball_radius}, 2'000);
   const BallPivotingOptions options{.ball_radii = {sphere.ball_radius}};
-  CHECK(triangles_in_chunks({}, {}, options, 100).empty());
+  CHECK(triangles_in_chunks({}, {}, options, Octree()).empty());
 }
 
 }  // namespace

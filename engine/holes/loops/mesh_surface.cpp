@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "engine/geometry/disjoint_sets.h"
+#include "engine/geometry/concurrent_sets.h"
 #include "engine/holes/patch/patch_vertices.h"
 
 namespace orbweave {
@@ -90,6 +90,83 @@ bool is_inside_sheet(const TriangleMesh& mesh, std::span<const std::uint32_t> at
   }
 }
 
+constexpr std::size_t kBlock = 8192;
+
+std::size_t blocks_of(std::size_t count) { return (count + kBlock - 1) / kBlock; }
+
+/// Calls work(block, begin, end) for each block of numbers below `count`, in parallel.
+template <class Work>
+void for_each_block(std::size_t count, const Work& work) {
+  tbb::parallel_for(std::size_t{0}, blocks_of(count),
+                    [&](std::size_t b) { work(b, b * kBlock, std::min(count, (b + 1) * kBlock)); });
+}
+
+/// Joins the triangles at each vertex that is simply inside a sheet: each has an edge of two
+/// triangles in common with the next.
+void join_closed_fans(const TriangleMesh& mesh, const MeshSurface& surface,
+                      std::span<const std::uint32_t> unusual, ConcurrentSets& sets) {
+  for_each_block(mesh.vertices.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    auto skipped = std::lower_bound(unusual.begin(), unusual.end(), begin);
+    for (std::size_t vertex = begin; vertex < end; ++vertex) {
+      if (skipped != unusual.end() && *skipped == vertex) {
+        ++skipped;
+        continue;
+      }
+      const auto at = surface.at(vertex);
+      for (std::size_t i = 1; i < at.size(); ++i) sets.unite(at[i], at.front());
+    }
+  });
+}
+
+/// Joins the triangles along each edge at a vertex that has just one of them either way.
+void join_over_edges(const TriangleMesh& mesh, const MeshSurface& surface, std::uint32_t vertex,
+                     ConcurrentSets& sets) {
+  const VertexEdges edges(mesh, surface, vertex);
+  for (const std::uint32_t number : surface.at(vertex)) {
+    const std::uint32_t next = after(mesh.triangles[number], vertex);
+    const std::uint32_t opposite = edges.arriving(next);
+    if (opposite != kNone && edges.is_sound(next)) sets.unite(number, opposite);
+  }
+}
+
+/// Triangles of one piece, one after another.
+struct PieceRun {
+  std::uint32_t piece = 0;
+  Piece part;
+};
+
+/// From the first triangle of each triangle's piece to the pieces, in the order of these.
+void number_pieces(const TriangleMesh& mesh, MeshComponents& found) {
+  std::vector<std::uint32_t>& piece_of = found.of_triangle;
+  const std::size_t count = piece_of.size();
+  std::vector<std::uint32_t> roots;  // ascending, so that a piece's number is its place
+  for (std::uint32_t t = 0; t < count; ++t)
+    if (piece_of[t] == t) roots.push_back(t);
+  found.pieces.resize(roots.size());
+  std::vector<std::vector<PieceRun>> runs(blocks_of(count));
+  for_each_block(count, [&](std::size_t b, std::size_t begin, std::size_t end) {
+    std::uint32_t root = kNone;
+    for (std::size_t t = begin; t < end; ++t) {
+      if (piece_of[t] != root) {
+        root = piece_of[t];
+        const auto place = std::lower_bound(roots.begin(), roots.end(), root) - roots.begin();
+        runs[b].push_back({static_cast<std::uint32_t>(place), {}});
+      }
+      PieceRun& run = runs[b].back();
+      piece_of[t] = run.piece;
+      ++run.part.triangles;
+      for (const std::uint32_t vertex : mesh.triangles[t])
+        run.part.box.extend(mesh.vertices.positions[vertex]);
+    }
+  });
+  for (const std::vector<PieceRun>& block : runs)
+    for (const PieceRun& run : block) {
+      Piece& piece = found.pieces[run.piece];
+      piece.triangles += run.part.triangles;
+      piece.box.extend(run.part.box);
+    }
+}
+
 Vec3 vertex_normal(const TriangleMesh& mesh, const MeshSurface& surface, std::uint32_t vertex) {
   Vec3 sum;
   const std::vector<Vec3>& at = mesh.vertices.positions;
@@ -136,12 +213,10 @@ std::vector<double> MeshSurface::values(std::span<const std::uint64_t> vertices)
 }
 
 std::vector<std::uint32_t> unusual_vertices(const TriangleMesh& mesh, const MeshSurface& surface) {
-  constexpr std::size_t kBlock = 8192;
   const std::size_t count = mesh.vertices.size();
-  std::vector<std::vector<std::uint32_t>> blocks((count + kBlock - 1) / kBlock);
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
-    const std::size_t end = std::min(count, (b + 1) * kBlock);
-    for (std::size_t vertex = b * kBlock; vertex < end; ++vertex) {
+  std::vector<std::vector<std::uint32_t>> blocks(blocks_of(count));
+  for_each_block(count, [&](std::size_t b, std::size_t begin, std::size_t end) {
+    for (std::size_t vertex = begin; vertex < end; ++vertex) {
       const auto number = static_cast<std::uint32_t>(vertex);
       const auto at = surface.at(vertex);
       if (!at.empty() && !is_inside_sheet(mesh, at, number)) blocks[b].push_back(number);
@@ -153,33 +228,20 @@ std::vector<std::uint32_t> unusual_vertices(const TriangleMesh& mesh, const Mesh
   return unusual;
 }
 
-MeshComponents find_components(const TriangleMesh& mesh, const MeshSurface& surface) {
-  const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
-  DisjointSets sets(count);
-  for (std::uint32_t vertex = 0; vertex < mesh.vertices.size(); ++vertex) {
-    const VertexEdges edges(mesh, surface, vertex);
-    for (const std::uint32_t number : surface.at(vertex)) {
-      const std::uint32_t next = after(mesh.triangles[number], vertex);
-      if (next < vertex) continue;  // an edge is looked at from its smaller end
-      const std::uint32_t opposite = edges.arriving(next);
-      if (opposite != kNone && edges.is_sound(next)) sets.unite(number, opposite);
-    }
-  }
+MeshComponents find_components(const TriangleMesh& mesh, const MeshSurface& surface,
+                               std::span<const std::uint32_t> unusual) {
+  ConcurrentSets sets(mesh.triangles.size());
+  join_closed_fans(mesh, surface, unusual, sets);
+  tbb::parallel_for(std::size_t{0}, unusual.size(),
+                    [&](std::size_t i) { join_over_edges(mesh, surface, unusual[i], sets); });
   MeshComponents found;
-  found.of_triangle.assign(count, 0);
-  for (std::uint32_t number = 0; number < count; ++number) {
-    const std::uint32_t root = sets.find(number);  // the smallest of its piece
-    if (root == number) {
-      found.of_triangle[number] = static_cast<std::uint32_t>(found.pieces.size());
-      found.pieces.emplace_back();
-    }
-    const std::uint32_t piece = found.of_triangle[number] = found.of_triangle[root];
-    ++found.pieces[piece].triangles;
-    for (const std::uint32_t vertex : mesh.triangles[number]) {
-      found.pieces[piece].box.extend(mesh.vertices.positions[vertex]);
-    }
-  }
+  found.of_triangle = sets.take_roots();
+  number_pieces(mesh, found);
   return found;
+}
+
+MeshComponents find_components(const TriangleMesh& mesh, const MeshSurface& surface) {
+  return find_components(mesh, surface, unusual_vertices(mesh, surface));
 }
 
 MeshBoundary find_boundary(const TriangleMesh& mesh, const MeshSurface& surface,

@@ -37,11 +37,13 @@ class MeshSurface : public Surface {
 /// fan in which every edge is of two triangles. Unused vertices are left out. Parallel.
 std::vector<std::uint32_t> unusual_vertices(const TriangleMesh& mesh, const MeshSurface& surface);
 
-/// Connected pieces (over edges of two triangles), in the order of their first triangles.
+/// Connected pieces (over edges of two triangles), in the order of their first triangles. Parallel.
 struct MeshComponents {
   std::vector<Piece> pieces;
   std::vector<std::uint32_t> of_triangle;
 };
+MeshComponents find_components(const TriangleMesh& mesh, const MeshSurface& surface,
+                               std::span<const std::uint32_t> unusual);
 MeshComponents find_components(const TriangleMesh& mesh, const MeshSurface& surface);
 
 /// The open fans, and the vertices they lie at. Fans that end at an edge of more than two
