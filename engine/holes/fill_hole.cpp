@@ -54,8 +54,13 @@ std::string joined(std::string a, std::string_view b) {
 }
 
 /// The part of a patch that crosses nothing, where every patch crosses the surface.
-HolePatch part_clear_of_surface(const HoleProblem& problem, HolePatch patch,
-                                const std::vector<Contact>& contacts) {
+HolePatch part_clear_of_surface(const HoleProblem& problem, const PatchOptions& options,
+                                HolePatch patch, const std::vector<Contact>& contacts) {
+  if (!contacts.empty() && problem.loop.size() > options.most_partly_edges)
+    return left_open("every patch crosses the surface, and more than " +
+                         std::to_string(options.most_partly_edges) +
+                         " edges are not closed in part in an open scene (fill.max_diameter)",
+                     OpenReason::kTooWide);
   HolePatch part = sound_part(problem, std::move(patch), contacts);
   if (part.method == FillMethod::kNone) return left_open("every patch crosses the surface");
   if (part.open_edges > 0)
@@ -101,13 +106,12 @@ class Attempts {
   /// one that meets nothing bulges out of a crease. One that still meets something is one of many.
   bool try_flat() {
     if (!ends_in_crease(problem_)) return false;
-    HolePatch patch = membrane_fill(problem_, loop(), options_);
-    patch.reason = joined("flat, because the surface turns away all along the rim", patch.reason);
-    take(std::move(patch));
-    if (is_tangled()) untangle_best();
-    if (fewest_contacts_ == 0) return true;
-    if (is_tangled()) put_back();
-    return false;
+    const std::optional<RecessedPlane> plane = recessed_plane(problem_);
+    if (plane && settles(recessed_fill(problem_, loop(), *plane, options_),
+                         "flat, at the ground of a recess"))
+      return true;
+    return settles(membrane_fill(problem_, loop(), options_),
+                   "flat, because the surface turns away all along the rim");
   }
   /// True when planes around the hole meet in an edge that the patch goes on with. Where they do
   /// not, nothing was tried.
@@ -140,7 +144,7 @@ class Attempts {
       return std::move(best_);
     }
     if (!options_.allow_intersections)
-      return part_clear_of_surface(problem_, std::move(best_), least_contacts_);
+      return part_clear_of_surface(problem_, options_, std::move(best_), least_contacts_);
     best_.reason = joined(best_.reason, "every patch crosses the surface, this one " +
                                             std::to_string(fewest_contacts_) + " times");
     return std::move(best_);
@@ -187,6 +191,15 @@ class Attempts {
     }
   }
 
+  bool settles(HolePatch patch, const char* reason) {
+    patch.reason = joined(reason, patch.reason);
+    take(std::move(patch));
+    if (is_tangled()) untangle_best();
+    if (fewest_contacts_ == 0) return true;
+    if (is_tangled()) put_back();
+    return false;
+  }
+
   /// Takes back what has become of the patches: others are tried first.
   void put_back() {
     tangled_.clear();
@@ -226,7 +239,7 @@ HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options) {
   }
   if (options.allow_intersections) return patch;
   const std::vector<Contact> contacts = find_contacts(problem, patch);
-  return part_clear_of_surface(problem, std::move(patch), contacts);
+  return part_clear_of_surface(problem, options, std::move(patch), contacts);
 }
 
 /// A loop whose corners are all different.

@@ -106,14 +106,15 @@ double area_of(const HoleProblem& problem, const HolePatch& patch) {
 
 LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<const Edge64> taken,
                     const HoleFacts& known, const FillOptions& options, const StopToken* stop,
-                    bool flat) {
+                    const LoopManner& manner) {
   const auto begin = std::chrono::steady_clock::now();
   PatchOptions patch_options;
   patch_options.kernel =
       options.kernel == FillKernel::kBiharmonic ? RbfKernel::kBiharmonic : RbfKernel::kTriharmonic;
   patch_options.allow_intersections = options.allow_intersections;
   patch_options.graded = options.graded;
-  patch_options.flat = flat;
+  patch_options.flat = manner.flat;
+  patch_options.most_partly_edges = manner.most_partly_edges;
   patch_options.stop = stop;
   NeighborhoodOptions around;
   around.radius_factor = options.neighborhood;
@@ -199,6 +200,14 @@ bool HolePlan::is_of_solid(std::size_t loop) const {
                       [&](std::uint64_t piece) { return is_scene[piece] != 0; });
 }
 
+LoopManner HolePlan::manner_of(std::size_t loop) const {
+  // As many edges as the widest gap of a scene is wide: the loop spans a third of that.
+  constexpr std::uint32_t kMostPartlyEdges = 48;
+  LoopManner manner;
+  if (is_limited && !is_of_solid(loop)) manner.most_partly_edges = kMostPartlyEdges;
+  return manner;
+}
+
 std::vector<HoleFacts> HolePlan::all_facts() const {
   std::vector<HoleFacts> facts;
   facts.reserve(loops.size());
@@ -277,6 +286,7 @@ HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> verti
   std::erase_if(plan.loops, [&](const BoundaryLoop& loop) {
     return plan.crumbs[loop.components.front()] != 0;
   });
+  plan.is_limited = limits_widths(options);
   std::vector<HoleChoice> choices = choose_holes(plan.loops, pieces, options);
   const LoopKinds kinds = kinds_of(choices);
   for (HoleChoice& choice : choices) {
@@ -309,7 +319,7 @@ std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, 
   if (!islands.empty()) {
     const BoundaryLoop joined = join_islands(plan.loops[hole], plan.loops, islands, plan.vertices);
     patches.push_back(fill_loop(surface, joined, taken_by_others(plan, plan.loops_of(hole)),
-                                plan.facts_of(hole), options, stop));
+                                plan.facts_of(hole), options, stop, plan.manner_of(hole)));
     // A patch around an island that is open somewhere may leave the island unjoined.
     if (patches.front().facts.filled && patches.front().facts.open_edges == 0) {
       for (const std::uint32_t l : islands) {
@@ -327,8 +337,8 @@ std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, 
   }
   for (const std::uint32_t l : plan.loops_of(hole)) {
     if (plan.reasons[l].empty()) {
-      patches.push_back(
-          fill_loop(surface, plan.loops[l], plan.taken[l], plan.facts_of(l), options, stop));
+      patches.push_back(fill_loop(surface, plan.loops[l], plan.taken[l], plan.facts_of(l), options,
+                                  stop, plan.manner_of(l)));
     } else {
       patches.emplace_back().facts = plan.facts_of(l);
     }

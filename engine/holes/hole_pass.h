@@ -27,11 +27,18 @@ struct LoopPatch {
   HoleFacts facts;  ///< all but chunks
 };
 
+/// How a loop is filled, beside what the job's options say.
+struct LoopManner {
+  bool flat = false;                             ///< PatchOptions::flat
+  std::uint32_t most_partly_edges = UINT32_MAX;  ///< PatchOptions::most_partly_edges
+};
+
 /// One loop alone, from what is around it. `taken`: edges that its patch must not use. `known`:
-/// what is known of the loop. `flat`: PatchOptions::flat. `stop` may be null.
+/// what is known of the loop. `stop` may be null.
 LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop,
                     std::span<const std::array<std::uint64_t, 2>> taken, const HoleFacts& known,
-                    const FillOptions& options, const StopToken* stop, bool flat = false);
+                    const FillOptions& options, const StopToken* stop,
+                    const LoopManner& manner = {});
 
 /// For every loop the pairs of its vertices that lie together on another loop: no patch may join
 /// them, since another one may.
@@ -53,6 +60,8 @@ struct HolePlan {
   std::vector<std::uint8_t> is_wanted;  ///< per loop, whether it is to be filled
   std::vector<std::uint8_t> is_scene;   ///< per piece, whether it is of one (pieces_of_scenes)
   bool is_of_solid(std::size_t loop) const;
+  bool is_limited = false;  ///< whether widths of holes in open scenes are limited
+  LoopManner manner_of(std::size_t loop) const;
   /// Whether the largest piece is a closed object. Small closed pieces of a scene are not mended:
   /// they are leaves and clutter, and attempts at them took a tenth of a job.
   bool is_object = true;

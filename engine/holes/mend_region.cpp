@@ -257,7 +257,7 @@ bool RegionMender::fill(const BoundaryLoop& gap, bool flat) {
   known.perimeter = gap.perimeter;
   known.diameter = 2.0 * gap.radius;
   known.center = gap.center;
-  LoopPatch patch = fill_loop(surface_, gap, {}, known, options_, stop_, flat);
+  LoopPatch patch = fill_loop(surface_, gap, {}, known, options_, stop_, {.flat = flat});
   if (patch.facts.open == OpenReason::kTooManyPoints) is_hopeless_ = true;
   if (!patch.facts.filled || patch.facts.open_edges > 0) return false;
   // Triangles at new vertices of other patches keep their numbers: a rim has scanned vertices only.

@@ -412,6 +412,75 @@ TEST_CASE("AHoleBehindACreaseIsClosedFlat") {
   CHECK(farthest_new_vertex(ball, round, off_sphere) < 0.3);
 }
 
+TEST_CASE("ThePaneOfAWindowLiesAtTheGroundOfItsReveal") {
+  // A window in a wall: the reveal, one edge wide and three deep, is seen on three sides; on the
+  // fourth the scan ends at the edge of the wall.
+  constexpr double kStep = 1.0 / 80.0, kDepth = 3.0 * kStep;
+  constexpr double kPane = 11.0, kOpening = 12.0;  // half their widths, edges
+  const auto along = [](double x) { return (x - 0.5) / kStep; };
+  const auto with_window = [&](double cut_to) {
+    TriangleMesh wall = test::square_mesh(80);
+    cut(wall, [&](Vec3 p) {
+      return std::abs(along(p.y)) < kPane && along(p.x) > -kPane && along(p.x) < cut_to;
+    });
+    return moved(std::move(wall), [&](Vec3 p) {
+      const bool is_deep = std::max(std::abs(along(p.x)), std::abs(along(p.y))) < kPane + 0.5;
+      return is_deep ? p - Vec3{0.0, 0.0, kDepth} : p;
+    });
+  };
+  const auto check_pane = [&](const TriangleMesh& wall, const std::string& reason) {
+    const FilledMesh filled = fill_mesh(wall, {});
+    require_sound(wall, filled);
+    REQUIRE(count_filled(filled) == 1);
+    const auto pane = std::find_if(filled.holes.begin(), filled.holes.end(),
+                                   [](const HoleFacts& hole) { return hole.filled; });
+    CHECK_THAT(pane->reason, Catch::Contains(reason));
+    CHECK(pane->points_added > 100);
+    CHECK(farthest_new_vertex(wall, filled, [&](Vec3 p) { return std::abs(p.z + kDepth); }) < 1e-9);
+  };
+  check_pane(with_window(kOpening), "at the ground of a recess");
+  check_pane(with_window(kPane), "turns away all along the rim");
+}
+
+TEST_CASE("WideGapsOfAnOpenSceneThatSomethingStandsInStayOpen") {
+  // A floor with a gap, and a blade that leans from its edge across all of it.
+  const auto floor_with_blade = [](double radius) {
+    TriangleMesh mesh = test::square_mesh(120);
+    cut(mesh, [&](Vec3 p) { return std::hypot(p.x - 0.5, p.y - 0.5) < radius; });
+    const FilledMesh whole = fill_mesh(mesh, {});
+    REQUIRE(count_filled(whole) == 1);
+    const Vec3 middle{0.5, 0.5, 0.0};
+    std::vector<Vec3>& at = mesh.vertices.positions;
+    const auto foot = static_cast<std::uint32_t>(
+        std::min_element(at.begin(), at.end(),
+                         [&](Vec3 a, Vec3 b) { return norm(a - middle) < norm(b - middle); }) -
+        at.begin());
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    const Vec3 far = at[foot] + 1.9 * (middle - at[foot]), up{0.0, 0.0, 0.4 * radius};
+    at.push_back(far + up);
+    at.push_back(far - up);
+    mesh.triangles.push_back({foot, first, first + 1});
+    return mesh;
+  };
+  const auto gap_of = [](const FilledMesh& filled) {
+    return *std::find_if(filled.holes.begin(), filled.holes.end(), [](const HoleFacts& hole) {
+      return hole.edges > 8 && hole.diameter < 0.5;
+    });
+  };
+  const HoleFacts wide = gap_of(fill_mesh(floor_with_blade(0.15), {}));
+  CHECK(wide.edges > 48);
+  CHECK_FALSE(wide.filled);
+  CHECK(wide.open == OpenReason::kTooWide);
+  CHECK_THAT(wide.reason, Catch::Contains("every patch crosses the surface"));
+  // A small one is closed beside the blade, and a wide one where that is asked for.
+  const HoleFacts narrow = gap_of(fill_mesh(floor_with_blade(0.04), {}));
+  CHECK(narrow.edges <= 48);
+  CHECK(narrow.filled);
+  FillOptions no_limit;
+  no_limit.max_diameter = std::numeric_limits<double>::infinity();
+  CHECK(gap_of(fill_mesh(floor_with_blade(0.15), no_limit)).filled);
+}
+
 TEST_CASE("ConfidenceFallsWithTheWidthTheTurnAtTheRimAndOpenEdges") {
   CHECK(patch_confidence({.width = 1.5, .rim_angle = 1.0, .open_share = 0.0}) > 0.95);
   CHECK(patch_confidence({.width = 15.0, .rim_angle = 0.05, .open_share = 0.0}) > 0.9);

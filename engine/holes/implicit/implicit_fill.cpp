@@ -124,15 +124,33 @@ HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop, c
   return best.patch;
 }
 
-HolePatch membrane_fill(const HoleProblem& problem, const LoopTriangles& loop,
-                        const PatchOptions& options) {
+namespace {
+
+/// The membrane, its new vertices moved by `move` (relative to the rim's centre).
+template <class Move>
+HolePatch moved_membrane(const HoleProblem& problem, const LoopTriangles& loop,
+                         const PatchOptions& options, const Move& move) {
   if (problem.loop.size() < 3) return none_because("fewer than three edges");
-  const std::optional<PatchMesh> disc = smooth_disc(problem, loop, 1, options);
+  std::optional<PatchMesh> disc = smooth_disc(problem, loop, 1, options);
   if (!disc) return none_because(too_many_points(options), OpenReason::kTooManyPoints);
+  for (std::uint32_t v = disc->corners(); v < disc->size(); ++v) move(disc->positions()[v]);
   HolePatch patch = finished(problem, loop.rim, *disc);
   patch.method = FillMethod::kDirect;
   patch.values = values_from_corners(problem, patch.positions);
   return patch;
+}
+
+}  // namespace
+
+HolePatch membrane_fill(const HoleProblem& problem, const LoopTriangles& loop,
+                        const PatchOptions& options) {
+  return moved_membrane(problem, loop, options, [](Vec3&) {});
+}
+
+HolePatch recessed_fill(const HoleProblem& problem, const LoopTriangles& loop,
+                        const RecessedPlane& plane, const PatchOptions& options) {
+  return moved_membrane(problem, loop, options,
+                        [&](Vec3& x) { x = x - (dot(x, plane.axis) - plane.depth) * plane.axis; });
 }
 
 }  // namespace orbweave

@@ -4,6 +4,7 @@
 // Reconstruction and Representation of 3D Objects with Radial Basis Functions, SIGGRAPH 2001.
 #pragma once
 
+#include "engine/holes/patch/crease.h"
 #include "engine/holes/patch/direct_fill.h"
 #include "engine/holes/patch/rim_piercings.h"
 #include "engine/holes/problem/hole.h"
@@ -25,5 +26,9 @@ HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop, c
 /// the loop's convex hull, and so out of the way of sheets that a rounder patch would meet.
 HolePatch membrane_fill(const HoleProblem& problem, const LoopTriangles& loop,
                         const PatchOptions& options = {});
+
+/// The membrane with its new vertices in a plane that lies behind the sheet.
+HolePatch recessed_fill(const HoleProblem& problem, const LoopTriangles& loop,
+                        const RecessedPlane& plane, const PatchOptions& options = {});
 
 }  // namespace orbweave

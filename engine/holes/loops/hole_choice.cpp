@@ -84,6 +84,10 @@ std::uint64_t least_triangles(const FillOptions& options, std::uint64_t largest)
   return options.min_triangles.value_or(largest >= kSurface ? kCrumb : 0);
 }
 
+bool limits_widths(const FillOptions& options) {
+  return options.keep_outer_border && !options.max_diameter;
+}
+
 std::vector<std::uint8_t> outer_borders(std::span<const BoundaryLoop> loops,
                                         std::span<const Piece> pieces) {
   std::vector<std::uint8_t> is_border;
@@ -96,7 +100,7 @@ std::vector<HoleChoice> choose_holes(std::span<const BoundaryLoop> loops,
                                      std::span<const Piece> pieces, const FillOptions& options) {
   const std::vector<std::uint8_t> is_border = outer_borders(loops, pieces);
   const std::vector<std::uint8_t> is_scene = pieces_of_scenes(loops, pieces, is_border);
-  const bool is_limited = options.keep_outer_border && !options.max_diameter;
+  const bool is_limited = limits_widths(options);
   std::vector<HoleChoice> choices;
   choices.reserve(loops.size());
   for (std::size_t l = 0; l < loops.size(); ++l) {

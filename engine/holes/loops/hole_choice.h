@@ -23,6 +23,9 @@ struct HoleChoice {
   bool opposes_normals = false;         ///< certainly the border of a piece
 };
 
+/// Whether it follows from the scan how wide a hole of an open scene may be.
+bool limits_widths(const FillOptions& options);
+
 /// Per loop, whether it is the outer border of a sheet.
 std::vector<std::uint8_t> outer_borders(std::span<const BoundaryLoop> loops,
                                         std::span<const Piece> pieces);

@@ -16,6 +16,7 @@ constexpr double kPi = std::numbers::pi;
 
 /// The rim as a plane has it.
 struct FlatRim {
+  Vec3 center;             ///< mean of the corners, world
   Vec3 axis;               ///< unit, as the normals of a patch; zero where there is no area
   double width = 0.0;      ///< of a circle the diameter
   double spacing = 0.0;    ///< mean length of the edges
@@ -35,6 +36,7 @@ FlatRim flat_rim(const HoleProblem& problem) {
   for (Vec3& corner : corners) corner = corner - center;
   for (std::size_t i = 0; i < n; ++i) area = area + 0.5 * cross(corners[i], corners[(i + 1) % n]);
   FlatRim rim;
+  rim.center = first + center;
   rim.spacing = rim_spacing(problem);
   if (!(rim.spacing > 0.0)) return rim;
   rim.axis = normalized(area);
@@ -90,19 +92,46 @@ std::optional<double> angle_behind(const HoleProblem& problem, Vec3 axis, std::u
   return angle.mean();
 }
 
+/// Between a sheet and a plane that count as parallel.
+constexpr double kParallel = kPi / 6.0;
+
+/// Half a width behind the rim.
+std::uint32_t rings_behind(const FlatRim& rim) {
+  constexpr double kFewestRings = 6.0, kMostRings = 48.0;
+  return static_cast<std::uint32_t>(
+      std::clamp(0.5 * rim.width / rim.spacing, kFewestRings, kMostRings));
+}
+
 /// Whether the sheet half a width behind the rim is parallel to the rim's plane, at most places:
 /// what is steep at the rim is a lip, such as the reveal of a window in a wall.
 bool is_lip(const HoleProblem& problem, const FlatRim& rim) {
-  constexpr double kParallel = kPi / 6.0;
-  constexpr double kFewestRings = 6.0, kMostRings = 48.0;
-  const auto rings = static_cast<std::uint32_t>(
-      std::clamp(0.5 * rim.width / rim.spacing, kFewestRings, kMostRings));
+  const std::uint32_t rings = rings_behind(rim);
   std::vector<double> angles =
       angles_of_ring(problem, rings_about(problem, rings), rings, rim.axis);
   if (angles.empty()) return false;
   const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
   std::ranges::nth_element(angles, middle);
   return *middle < kParallel;
+}
+
+/// The vertices half a width behind the rim where the sheet is parallel to the rim's plane.
+std::vector<std::uint32_t> parallel_vertices(const HoleProblem& problem, const FlatRim& rim) {
+  const std::uint32_t rings = rings_behind(rim);
+  const std::vector<std::uint32_t> ring = rings_about(problem, rings);
+  std::vector<std::uint32_t> found;
+  for (std::uint32_t v = 0; v < ring.size(); ++v)
+    if (ring[v] == rings && squared_norm(problem.normals[v]) > 0.0 &&
+        angle_between(problem.normals[v], rim.axis) < kParallel)
+      found.push_back(v);
+  return found;
+}
+
+/// The value below which this share of them lies.
+double quantile(std::vector<double> values, double share) {
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, at);
+  return *at;
 }
 
 }  // namespace
@@ -136,6 +165,27 @@ bool ends_in_crease(const HoleProblem& problem) {
   const double closing = std::sin(std::min(at_rim.mean(), kPi / 2.0)) / (0.5 * rim.width);
   const double bend = (*behind - at_rim.mean()) / (static_cast<double>(rings) * rim.spacing);
   return bend < kBends * closing;
+}
+
+std::optional<RecessedPlane> recessed_plane(const HoleProblem& problem) {
+  constexpr double kDeepest = 0.15;  // share of the corners: outliers lie deeper
+  constexpr double kFront = 0.85;
+  constexpr double kLeastDepth = 1.0, kLeastStep = 0.5;  // edge lengths
+  const FlatRim rim = flat_rim(problem);
+  if (!(rim.width > 0.0) || !is_lip(problem, rim)) return std::nullopt;
+  const std::vector<std::uint32_t> sheet = parallel_vertices(problem, rim);
+  RecessedPlane plane;
+  for (const std::uint32_t v : sheet) plane.axis = plane.axis + problem.normals[v];
+  plane.axis = normalized(plane.axis);
+  std::vector<double> of_sheet, of_rim;
+  for (const std::uint32_t v : sheet)
+    of_sheet.push_back(dot(problem.positions[v] - rim.center, plane.axis));
+  for (const std::uint32_t v : problem.loop)
+    of_rim.push_back(dot(problem.positions[v] - rim.center, plane.axis));
+  plane.depth = quantile(of_rim, kDeepest);
+  if (quantile(of_sheet, 0.5) - plane.depth < kLeastDepth * rim.spacing) return std::nullopt;
+  if (quantile(of_rim, kFront) - plane.depth < kLeastStep * rim.spacing) return std::nullopt;
+  return plane;
 }
 
 }  // namespace orbweave

@@ -1,6 +1,8 @@
 // Whether a surface ends at a hole in a crease, so that its smooth continuation would be wrong.
 #pragma once
 
+#include <optional>
+
 #include "engine/holes/problem/hole.h"
 
 namespace orbweave {
@@ -10,5 +12,17 @@ namespace orbweave {
 /// box, the foot of a statue. A smooth patch would bulge out of such a rim like a balloon; a flat
 /// one assumes least. False for the cap of a sphere, which bends, and for loops of a few edges.
 bool ends_in_crease(const HoleProblem& problem);
+
+/// A plane behind the sheet around a hole: dot(x, axis) = depth, x relative to the rim's centre.
+struct RecessedPlane {
+  Vec3 axis;  ///< unit, on the side of the sheet's normals
+  double depth = 0.0;
+};
+
+/// Where the rim is the lip of a recess, of which the scanner saw some sides down to the ground and
+/// others not: the plane that is parallel to the sheet and goes through the deepest parts of the
+/// rim. A window's pane lies there; between lip and ground a patch slopes. Empty where the rim is
+/// no such lip, or where it lies in one plane as it is. Precondition: ends_in_crease().
+std::optional<RecessedPlane> recessed_plane(const HoleProblem& problem);
 
 }  // namespace orbweave
