@@ -53,14 +53,16 @@ std::string joined(std::string a, std::string_view b) {
   return a += b;
 }
 
+HolePatch left_open_in_scene() {
+  return left_open(
+      "every patch crosses the surface, and a wide gap of an open scene is not closed in part "
+      "(fill.max_diameter)",
+      OpenReason::kTooWide);
+}
+
 /// The part of a patch that crosses nothing, where every patch crosses the surface.
-HolePatch part_clear_of_surface(const HoleProblem& problem, const PatchOptions& options,
-                                HolePatch patch, const std::vector<Contact>& contacts) {
-  if (!contacts.empty() && problem.loop.size() > options.most_partly_edges)
-    return left_open("every patch crosses the surface, and more than " +
-                         std::to_string(options.most_partly_edges) +
-                         " edges are not closed in part in an open scene (fill.max_diameter)",
-                     OpenReason::kTooWide);
+HolePatch part_clear_of_surface(const HoleProblem& problem, HolePatch patch,
+                                const std::vector<Contact>& contacts) {
   HolePatch part = sound_part(problem, std::move(patch), contacts);
   if (part.method == FillMethod::kNone) return left_open("every patch crosses the surface");
   if (part.open_edges > 0)
@@ -86,6 +88,7 @@ class Attempts {
     }
     std::vector<Contact> contacts = find_contacts(problem_, sheet(), patch);
     if (!contacts.empty()) {
+      has_crossed_ = true;
       const std::uint64_t avoidable = piercings().count_avoidable(patch, contacts);
       tangled_.push_back({std::move(contacts), avoidable, std::move(patch)});
       fails("the patch crosses the surface");
@@ -125,6 +128,14 @@ class Attempts {
   /// A hole that calls for too many points is not closed by a few large triangles instead.
   bool is_too_large() const { return too_large_ && tangled_.empty(); }
 
+  /// True where no patch will come to be clear of the surface, and a part of one does not do: the
+  /// loop's own edges run into it, or the patch that meets it least does so too often to be moved.
+  bool is_hopeless() {
+    if (!options_.whole) return false;
+    if (piercings().any()) return true;
+    return is_tangled() && std::none_of(tangled_.begin(), tangled_.end(), may_be_untangled);
+  }
+
   bool is_tangled() const { return !tangled_.empty(); }
 
   /// Of the problem's sheet.
@@ -135,6 +146,7 @@ class Attempts {
 
   HolePatch result() {
     if (best_.method == FillMethod::kNone) untangle_best();
+    if (options_.whole && has_crossed_ && fewest_contacts_ > 0) return left_open_in_scene();
     if (best_.method == FillMethod::kNone) {
       return left_open(last_fault_ == first_fault_ ? first_fault_
                                                    : joined(first_fault_, last_fault_));
@@ -144,7 +156,7 @@ class Attempts {
       return std::move(best_);
     }
     if (!options_.allow_intersections)
-      return part_clear_of_surface(problem_, options_, std::move(best_), least_contacts_);
+      return part_clear_of_surface(problem_, std::move(best_), least_contacts_);
     best_.reason = joined(best_.reason, "every patch crosses the surface, this one " +
                                             std::to_string(fewest_contacts_) + " times");
     return std::move(best_);
@@ -156,6 +168,11 @@ class Attempts {
     std::uint64_t avoidable = 0;  ///< of them
     HolePatch patch;
   };
+  /// Of wide loops in real scans none that started with more contacts came to be clear.
+  static bool may_be_untangled(const Tangled& candidate) {
+    constexpr std::size_t kMostContacts = 32;
+    return candidate.contacts.size() <= kMostContacts;
+  }
 
   const RimPiercings& piercings() {
     if (!piercings_) piercings_.emplace(problem_, sheet());
@@ -177,6 +194,8 @@ class Attempts {
       return a.contacts.size() < b.contacts.size();
     });
     if (tangled_.size() > most_untangled) tangled_.resize(most_untangled);
+    if (options_.whole)
+      std::erase_if(tangled_, [](const Tangled& each) { return !may_be_untangled(each); });
     std::uint64_t least_avoidable = UINT64_MAX / most_times - 1;
     for (Tangled& candidate : tangled_) {
       if (candidate.avoidable > most_times * (least_avoidable + 1)) continue;
@@ -228,6 +247,7 @@ class Attempts {
   std::string first_fault_;              ///< of the simplest method
   std::string last_fault_;
   bool too_large_ = false;
+  bool has_crossed_ = false;
 };
 
 /// A few triangles meet what they meet whatever the method: looked for only where that matters.
@@ -239,7 +259,7 @@ HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options) {
   }
   if (options.allow_intersections) return patch;
   const std::vector<Contact> contacts = find_contacts(problem, patch);
-  return part_clear_of_surface(problem, options, std::move(patch), contacts);
+  return part_clear_of_surface(problem, std::move(patch), contacts);
 }
 
 /// A loop whose corners are all different.
@@ -249,10 +269,12 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
     return fill_small(problem, options);
   }
   Attempts attempts(problem, options);
+  if (attempts.is_hopeless()) return left_open_in_scene();
   const bool is_done = options.flat ? attempts.try_membrane() || attempts.is_too_large()
                                     : attempts.try_creased() || attempts.try_flat() ||
                                           attempts.try_plane() || attempts.try_implicit() ||
-                                          attempts.is_too_large() || attempts.try_membrane();
+                                          attempts.is_too_large() || attempts.is_hopeless() ||
+                                          attempts.try_membrane();
   if (!is_done) attempts.try_direct();
   return attempts.result();
 }
@@ -270,11 +292,13 @@ HolePatch fill_parts(const HoleProblem& problem, const BoxTree& sheet, PatchOpti
 HolePatch fill_canonical(const HoleProblem& problem, const PatchOptions& options) {
   if (simple_parts(problem.loop).empty()) return fill_simple(problem, options);
   Attempts attempts(problem, options);
+  if (attempts.is_hopeless()) return left_open_in_scene();
   // Two holes that touch are two holes. Triangles between all corners of a long loop meet more than
   // the parts do.
   constexpr std::size_t kShortLoop = 32;
-  const bool is_done =
-      attempts.take(fill_parts(problem, attempts.sheet(), options)) || attempts.is_too_large();
+  HolePatch parts = fill_parts(problem, attempts.sheet(), options);
+  if (options.whole && parts.method == FillMethod::kNone) return parts;
+  const bool is_done = attempts.take(std::move(parts)) || attempts.is_too_large();
   const bool is_long = problem.loop.size() > kShortLoop && attempts.is_tangled();
   if (!is_done && !is_long) attempts.try_direct();
   return attempts.result();

@@ -114,7 +114,7 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
   patch_options.allow_intersections = options.allow_intersections;
   patch_options.graded = options.graded;
   patch_options.flat = manner.flat;
-  patch_options.most_partly_edges = manner.most_partly_edges;
+  patch_options.whole = manner.whole && !options.allow_intersections;
   patch_options.stop = stop;
   NeighborhoodOptions around;
   around.radius_factor = options.neighborhood;
@@ -202,10 +202,9 @@ bool HolePlan::is_of_solid(std::size_t loop) const {
 
 LoopManner HolePlan::manner_of(std::size_t loop) const {
   // As many edges as the widest gap of a scene is wide: the loop spans a third of that.
-  constexpr std::uint32_t kMostPartlyEdges = 48;
-  LoopManner manner;
-  if (is_limited && !is_of_solid(loop)) manner.most_partly_edges = kMostPartlyEdges;
-  return manner;
+  constexpr std::size_t kMostPartlyEdges = 48;
+  const bool is_wide = loops[loop].vertices.size() > kMostPartlyEdges;
+  return {.whole = is_wide && is_limited && !is_of_solid(loop)};
 }
 
 std::vector<HoleFacts> HolePlan::all_facts() const {

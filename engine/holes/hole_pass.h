@@ -29,8 +29,8 @@ struct LoopPatch {
 
 /// How a loop is filled, beside what the job's options say.
 struct LoopManner {
-  bool flat = false;                             ///< PatchOptions::flat
-  std::uint32_t most_partly_edges = UINT32_MAX;  ///< PatchOptions::most_partly_edges
+  bool flat = false;   ///< PatchOptions::flat
+  bool whole = false;  ///< PatchOptions::whole, unless intersections are allowed
 };
 
 /// One loop alone, from what is around it. `taken`: edges that its patch must not use. `known`:

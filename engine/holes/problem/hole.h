@@ -30,9 +30,9 @@ struct PatchOptions {
   /// Where every patch crosses the surface: the one that does so least is taken whole (true), or
   /// only its part that crosses nothing (false).
   bool allow_intersections = false;
-  /// Loops of more edges are closed whole, or stay open where every patch crosses the surface: what
-  /// is crossed stands in the gap, and a part beside it would be a guess.
-  std::uint32_t most_partly_edges = UINT32_MAX;
+  /// The loop stays open where every patch crosses the surface, instead of being closed in part:
+  /// what is crossed stands in the gap, and what lies beside it is a guess.
+  bool whole = false;
   /// A membrane or triangles between the corners, whatever a smooth patch would be.
   bool flat = false;
   /// Most new points of a hole; a larger one is reported and stays open.
