@@ -32,6 +32,11 @@ class FanTable {
  private:
   friend FanTable walk_all(const CellGrid&, double, std::span<const std::uint8_t>, VectorWidth,
                            const StopToken*);
+  void walk_everywhere(const CellGrid& grid, double ball_radius, WalkKernel kernel,
+                       const StopToken* stop);
+  void walk_at_active(const CellGrid& grid, double ball_radius,
+                      std::span<const std::uint8_t> active, WalkKernel kernel,
+                      const StopToken* stop);
   std::vector<const Corner*> begin_;
   std::vector<std::uint32_t> count_;
   std::vector<std::uint8_t> closed_, blocked_;
