@@ -117,9 +117,8 @@ CellGrid::CellGrid(std::span<const Vec3> local, std::span<const Vec3> normals,
 
 CellGrid::CellGrid(const CellGrid& whole, std::span<const std::uint8_t> kept)
     : row_(whole.row_), layer_(whole.layer_) {
-  const auto n = static_cast<std::size_t>(std::count_if(kept.begin(), kept.end(), [](auto k) {
-    return k != 0;
-  }));
+  const auto n = static_cast<std::size_t>(
+      std::count_if(kept.begin(), kept.end(), [](auto k) { return k != 0; }));
   original_.reserve(n);
   normals_.reserve(n);
   for (auto* array : {&x_, &y_, &z_}) array->reserve(n + kLanePadding);

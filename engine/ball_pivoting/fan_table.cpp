@@ -61,18 +61,54 @@ class NearestFirst {
   std::uint32_t passed_over_ = 0;
 };
 
+/// Corners of the triangles that there are at the points of a grid of some points.
+class TakenCorners {
+ public:
+  /// `among`: points of `grid`; `taken`: by the indices that `grid` was made of, sorted.
+  TakenCorners(const CellGrid& grid, const CellGrid& among, std::span<const VertexCorner> taken)
+      : taken_(taken), begin_(among.size(), 0), place_(grid.size(), kNone) {
+    if (taken.empty()) return;
+    for (std::uint32_t i = 0; i < among.size(); ++i) place_[grid.original(among.original(i))] = i;
+    for (std::size_t c = taken.size(); c-- > 0;) {
+      const std::uint32_t place = place_[taken[c].vertex];
+      if (place != kNone) begin_[place] = c;
+    }
+    vertex_.resize(among.size());
+    for (std::uint32_t i = 0; i < among.size(); ++i) vertex_[i] = grid.original(among.original(i));
+  }
+
+  /// The corners at a point of `among`, by indices there; kNone: a neighbour that is not there.
+  void list(std::uint32_t point, std::vector<Corner>& corners) const {
+    corners.clear();
+    if (taken_.empty()) return;
+    for (std::size_t c = begin_[point]; c < taken_.size() && taken_[c].vertex == vertex_[point];
+         ++c)
+      corners.push_back(
+          make_corner(place_[first_of(taken_[c].corner)], place_[second_of(taken_[c].corner)]));
+  }
+
+ private:
+  static constexpr std::uint32_t kNone = 0xffffffffu;
+  std::span<const VertexCorner> taken_;
+  std::vector<std::size_t> begin_;     // per point of `among`: its first corner, if there is one
+  std::vector<std::uint32_t> vertex_;  // per point of `among`
+  std::vector<std::uint32_t> place_;   // in `among`
+};
+
 /// Walks at the points of one block of cells; fans come out in sorted order.
 class BlockWalk {
  public:
   /// `groups`: of the grid's points; null where nothing is crowded.
   BlockWalk(const CellGrid& grid, const GroupedPoints* groups, double ball_radius,
-            const std::uint8_t* active, WalkKernel kernel, const StopToken* stop)
+            const std::uint8_t* active, WalkKernel kernel, const StopToken* stop,
+            const TakenCorners* taken = nullptr)
       : grid_(grid),
         groups_(groups),
         ball_radius_(ball_radius),
         active_(active),
         kernel_(kernel),
-        stop_(stop) {}
+        stop_(stop),
+        taken_(taken) {}
 
   /// take(sorted index, fan) is called for every point of cells [first, last) that was walked at.
   template <class Take>
@@ -127,7 +163,9 @@ class BlockWalk {
   void walk_at_gathered(const Take& take) {
     if (active_ != nullptr) {
       for (std::uint32_t w = 0; w < gathered_; ++w) {
-        kernel_.suspect(grid_.arrays(), space_.arrays()[w], active_, space_.fans()[w]);
+        taken_->list(space_.arrays()[w].point, taken_list_);
+        kernel_.suspect(grid_.arrays(), space_.arrays()[w], active_, taken_list_.data(),
+                        static_cast<std::uint32_t>(taken_list_.size()), space_.fans()[w]);
         take(space_.arrays()[w].point, space_.fans()[w]);
       }
       gathered_ = 0;
@@ -149,6 +187,8 @@ class BlockWalk {
   const std::uint8_t* active_;
   const WalkKernel kernel_;
   const StopToken* const stop_;
+  const TakenCorners* const taken_;
+  std::vector<Corner> taken_list_;
   std::uint64_t unlooked_ = kLookEvery;  // candidates since the last look
   ScratchSpace space_;
   NearestFirst nearest_first_;
@@ -246,13 +286,13 @@ class BlockConfirm {
 }  // namespace
 
 FanTable walk_all(const CellGrid& grid, double ball_radius, std::span<const std::uint8_t> active,
-                  VectorWidth width, const StopToken* stop) {
+                  VectorWidth width, const StopToken* stop, std::span<const VertexCorner> taken) {
   FanTable table(grid.size());
   table.closed_.assign(grid.size(), 0);
   table.blocked_.assign(grid.size(), 0);
   const std::vector<std::uint8_t> sorted_active = sorted_activity(grid, active);
   if (!active.empty()) {
-    table.walk_at_active(grid, ball_radius, sorted_active, walk_kernel(width), stop);
+    table.walk_at_active(grid, ball_radius, sorted_active, taken, walk_kernel(width), stop);
   } else {
     table.walk_everywhere(grid, ball_radius, walk_kernel(width), stop);
   }
@@ -293,9 +333,11 @@ void FanTable::walk_everywhere(const CellGrid& grid, double ball_radius, WalkKer
 /// A ball that is empty of all points is empty of the active ones, which are few: what is found
 /// among these alone is all there can be, and is then held against all points.
 void FanTable::walk_at_active(const CellGrid& grid, double ball_radius,
-                              std::span<const std::uint8_t> active, WalkKernel kernel,
+                              std::span<const std::uint8_t> active,
+                              std::span<const VertexCorner> taken, WalkKernel kernel,
                               const StopToken* stop) {
   const CellGrid among(grid, active);
+  const TakenCorners taken_among(grid, among, taken);
   const std::vector<std::uint8_t> everybody(among.size(), 1);
   const Groups groups_among(among), groups(grid);
   const std::vector<std::uint32_t> firsts = cut_into_blocks(among);
@@ -304,7 +346,8 @@ void FanTable::walk_at_active(const CellGrid& grid, double ball_radius,
   tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t block) {
     std::vector<Suspected> suspected;
     std::vector<Corner> corners;
-    BlockWalk walk(among, groups_among.get(), ball_radius, everybody.data(), kernel, stop);
+    BlockWalk walk(among, groups_among.get(), ball_radius, everybody.data(), kernel, stop,
+                   &taken_among);
     walk.run(firsts[block], firsts[block + 1], [&](std::uint32_t i, const Fan& fan) {
       blocked_[grid.original(among.original(i))] = fan.blocked ? 1 : 0;
       if (fan.count == 0) return;

@@ -33,8 +33,9 @@ constexpr double kSliver = 1e-14;
 /// many neighbours on, and how many more where there are hundreds.
 constexpr std::uint32_t kFew = 16, kMany = 48, kMore = 64;
 /// Neighbours are left out before scans only where at least so many circles are to be scanned, or
-/// where there are at least so many neighbours.
-constexpr std::uint32_t kManyWanted = 32, kMostWhole = 200;
+/// where there are at least so many neighbours; before pairs are tried, where there are at least
+/// kManyListed partners.
+constexpr std::uint32_t kManyWanted = 32, kMostWhole = 200, kManyListed = 32;
 /// With how many of the nearest a search in groups begins.
 constexpr std::uint32_t kFewOfCrowd = 24;
 /// From how many neighbours on what is free is clipped before anything else is looked at, and the
@@ -118,7 +119,7 @@ class Walker {
   bool walking() const { return state_ == State::kWalking; }
   void step();
   void close_or_scan(const std::uint8_t* active);
-  void suspect(const std::uint8_t* active);
+  void suspect(const std::uint8_t* active, const Corner* taken, std::uint32_t taken_count);
   void scan_some(const Corner* suspected, std::uint32_t count, const std::uint8_t* active);
 
  private:
@@ -444,8 +445,8 @@ std::uint32_t Walker::list_uncovered(const NearestCaps& near, const std::uint8_t
     if (!(s_.id[end - 1] > scratch_.point)) continue;
     const DirectionOf<Lanes> d = {Lanes::load(s_.dx + first), Lanes::load(s_.dy + first),
                                   Lanes::load(s_.dz + first)};
-    const auto left = near.leave_circle_free(d, Lanes::load(s_.cap_height + first),
-                                             first_lanes(n_ - first));
+    const auto left =
+        near.leave_circle_free(d, Lanes::load(s_.cap_height + first), first_lanes(n_ - first));
     if (!any(left)) continue;
     std::uint32_t found[2 * Lanes::kWidth] = {};
     compress_store_indices(found, first, left);
@@ -468,26 +469,39 @@ bool Walker::is_held(Direction u) const {
 }
 
 /// All corners of active points that there may be.
-void Walker::suspect(const std::uint8_t* active) {
+void Walker::suspect(const std::uint8_t* active, const Corner* taken, std::uint32_t taken_count) {
   fan_.count = 0;
   fan_.closed = fan_.blocked = false;
   if (count_wanted(active) < 2) return;
-  const NearestCaps near(s_, n_);
-  const std::uint32_t listed = list_uncovered(near, active);
+  NearestCaps near(s_, n_);
+  std::uint32_t listed = list_uncovered(near, active);
+  if (n_ >= kMany && listed >= kManyListed) {
+    invert_lengths(scratch_, n_);
+    leave_out_irrelevant();
+    if (nothing_free_) {
+      fan_.blocked = true;
+      return;
+    }
+    near = NearestCaps(s_, n_);
+    listed = list_uncovered(near, active);
+  }
   if (listed < 2) return;
   if (listed <= Partners::kMost) {
-    const std::uint32_t most = corner_bound(n_);
+    const std::uint32_t most = corner_bound(scratch_.count);
     bool too_many = false;
-    const Partners partners(points_, s_, scratch_.list, listed);
-    partners.for_each_pair(
-        normal_, near, [&](std::uint32_t i, std::uint32_t j, Direction u, bool sure) {
-          if (sure && is_held(u)) return;
-          if (fan_.count == most) too_many = true;
-          if (!too_many) emit(i, j);
-        });
+    Partners partners(points_, s_, taken, taken_count);
+    for (std::uint32_t l = 0; l < listed; ++l) partners.add(scratch_.list[l]);
+    partners.end_list();
+    partners.for_each_pair(normal_, near,
+                           [&](std::uint32_t i, std::uint32_t j, Direction u, bool sure) {
+                             if (sure && is_held(u)) return;
+                             if (fan_.count == most) too_many = true;
+                             if (!too_many) emit(i, j);
+                           });
     if (!too_many) return;
   }
-  invert_lengths(scratch_, n_);
+  fan_.count = 0;
+  if (!clipped_) invert_lengths(scratch_, n_);
   scan_all(active);
 }
 
@@ -596,8 +610,8 @@ std::uint32_t walk(const PointArrays& points, const WalkScratch* scratch, std::u
 }
 
 void suspect(const PointArrays& points, const WalkScratch& scratch, const std::uint8_t* active,
-             Fan& fan) {
-  Walker(points, scratch, false, fan).suspect(active);
+             const Corner* taken, std::uint32_t taken_count, Fan& fan) {
+  Walker(points, scratch, false, fan).suspect(active, taken, taken_count);
 }
 
 void confirm(const PointArrays& points, const WalkScratch& scratch, const std::uint8_t* active,

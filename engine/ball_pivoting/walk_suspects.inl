@@ -33,8 +33,8 @@ class NearestCaps {
       const Lanes along = inner(d, at(k));
       const Lanes e = half * along - cap_height;
       const Lanes across = two * cap_height - along * along * inverse_square;
-      const auto covered = both(Lanes::all(0.0) < e,
-                                squared_radius * across + Lanes::all(kDoubt) < e * e);
+      const auto covered =
+          both(Lanes::all(0.0) < e, squared_radius * across + Lanes::all(kDoubt) < e * e);
       wanted = but_not(wanted, covered);
     }
     return wanted;
@@ -71,26 +71,39 @@ class Partners {
  public:
   static constexpr std::uint32_t kMost = 96;
 
-  Partners(const PointArrays& points, const Neighbours& s, const std::uint32_t* listed,
-           std::uint32_t n)
-      : listed_(listed), n_(n) {
-    for (std::uint32_t l = 0; l < n; ++l) {
-      const std::uint32_t k = listed[l];
-      const Vec3& normal = points.normals[s.id[k]];
-      d_.x[l] = s.dx[k], d_.y[l] = s.dy[k], d_.z[l] = s.dz[k];
-      cap_height_[l] = s.cap_height[k];
-      normal_.x[l] = normal.x, normal_.y[l] = normal.y, normal_.z[l] = normal.z;
+  /// `taken`: corners of triangles that there are at the point.
+  Partners(const PointArrays& points, const Neighbours& s, const Corner* taken,
+           std::uint32_t taken_count)
+      : points_(points), s_(s), taken_(taken), taken_count_(taken_count) {}
+
+  /// Adds a neighbour, at most kMost of them, unless both edges to it are taken.
+  void add(std::uint32_t k) {
+    bool out = true, back = true;
+    for (std::uint32_t t = 0; t < taken_count_; ++t) {
+      out = out && first_of(taken_[t]) != s_.id[k];
+      back = back && second_of(taken_[t]) != s_.id[k];
     }
-    for (std::uint32_t l = n; l < n + Lanes::kWidth; ++l) {
+    if (!out && !back) return;
+    const Vec3& normal = points_.normals[s_.id[k]];
+    d_.x[n_] = s_.dx[k], d_.y[n_] = s_.dy[k], d_.z[n_] = s_.dz[k];
+    cap_height_[n_] = s_.cap_height[k];
+    normal_.x[n_] = normal.x, normal_.y[n_] = normal.y, normal_.z[n_] = normal.z;
+    out_[n_] = out ? 1.0 : 0.0;
+    back_[n_] = back ? 1.0 : 0.0;
+    index_[n_++] = k;
+  }
+  void end_list() {
+    for (std::uint32_t l = n_; l < n_ + Lanes::kWidth; ++l) {
       d_.x[l] = d_.y[l] = d_.z[l] = 0.0;
       cap_height_[l] = 1.0;
       normal_.x[l] = normal_.y[l] = normal_.z[l] = 0.0;
+      out_[l] = back_[l] = 0.0;
     }
   }
 
-  /// Calls visit(i, j, u) for pairs whose triangle agrees with the three normals and whose ball, on
-  /// the triangle's positive side, may not hold any of the caps; u is where the ball is centred.
-  /// Pairs that rounding makes doubtful come with kDoubtful.
+  /// Calls visit(i, j, u, sure) for pairs whose triangle agrees with the three normals and has no
+  /// taken edge at the point, unless one of the caps surely holds the ball on the positive side.
+  /// The ball is centred at u; where rounding makes u doubtful, `sure` is false.
   template <class Visit>
   void for_each_pair(Direction normal, const NearestCaps& caps, const Visit& visit) const {
     for (std::uint32_t i = 0; i + 1 < n_; ++i) {
@@ -120,8 +133,10 @@ class Partners {
                                     Lanes::all(normal.z)};
     const Lanes at_p = inner(across, own), at_i = inner(across, normal_.all_at(i)),
                 at_j = inner(across, normal_.at(first));
-    const auto positive = both(zero < at_p, both(zero < at_i, zero < at_j));
-    const auto negative = both(at_p < zero, both(at_i < zero, at_j < zero));
+    const auto positive = both(both(zero < Lanes::all(out_[i]), zero < Lanes::load(back_ + first)),
+                               both(zero < at_p, both(zero < at_i, zero < at_j)));
+    const auto negative = both(both(zero < Lanes::all(back_[i]), zero < Lanes::load(out_ + first)),
+                               both(at_p < zero, both(at_i < zero, at_j < zero)));
     auto left = both(first_lanes(n_ - first), either(positive, negative));
     if (!any(left)) return;
     const Lanes hi = Lanes::all(cap_height_[i]), hj = Lanes::load(cap_height_ + first);
@@ -137,8 +152,7 @@ class Partners {
     if (!any(left)) return;
     const auto sure = both(both(left, known), Lanes::all(kLeastRest) < rest);
     const Lanes height = square_root(at_least_zero(rest) * inverse);
-    const DirectionOf<Lanes> u =
-        centre + scaled(choose(positive, height, zero - height), across);
+    const DirectionOf<Lanes> u = centre + scaled(choose(positive, height, zero - height), across);
     left = but_not(left, caps.hold(u, sure));
     if (!any(left)) return;
     report(i, first, left, positive, sure, u, visit);
@@ -152,7 +166,7 @@ class Partners {
     for (std::uint32_t lane = 0; lane < Lanes::kWidth && first + lane < n_; ++lane) {
       const auto one = lane_mask(lane);
       if (!any(both(left, one))) continue;
-      const std::uint32_t a = listed_[i], b = listed_[first + lane];
+      const std::uint32_t a = index_[i], b = index_[first + lane];
       const bool forward = any(both(positive, one));
       visit(forward ? a : b, forward ? b : a, Direction{x[lane], y[lane], z[lane]},
             any(both(sure, one)));
@@ -163,8 +177,14 @@ class Partners {
   /// both in ball radii: beyond these the centre of the ball is known to a millionth.
   static constexpr double kLeastSine = 1e-3, kLeastRest = 1e-6;
 
-  const std::uint32_t* listed_;
-  std::uint32_t n_;
+  const PointArrays& points_;
+  const Neighbours& s_;
+  const Corner* taken_;
+  const std::uint32_t taken_count_;
+  std::uint32_t n_ = 0;
+  std::uint32_t index_[kMost];  // of the neighbour
   Array d_, normal_;
+  /// Not 0 where the directed edge to the neighbour, or back from it, has no triangle.
+  double out_[kMost + Lanes::kWidth], back_[kMost + Lanes::kWidth];
   double cap_height_[kMost + Lanes::kWidth];
 };
