@@ -42,8 +42,8 @@ BallPivotingResult pivot_whole(const PivotInput& input, const BallPivotingOption
     if (level == 0) {
       state.take_first_level(walk_all(grid, ball_radius, {}, options.width, options.stop));
     } else {
-      state.take_level(
-          walk_all(grid, ball_radius, state.unfinished(), options.width, options.stop));
+      state.take_level(walk_all(grid, ball_radius, state.unfinished(), options.width, options.stop,
+                                state.open_corners()));
     }
     if (!state.any_unfinished()) break;
   }

@@ -115,6 +115,36 @@ CellGrid::CellGrid(std::span<const Vec3> local, std::span<const Vec3> normals,
   begins_.push_back(static_cast<std::uint32_t>(n));
 }
 
+CellGrid::CellGrid(const CellGrid& whole, std::span<const std::uint8_t> kept)
+    : row_(whole.row_), layer_(whole.layer_) {
+  const auto n = static_cast<std::size_t>(
+      std::count_if(kept.begin(), kept.end(), [](auto k) { return k != 0; }));
+  original_.reserve(n);
+  normals_.reserve(n);
+  for (auto* array : {&x_, &y_, &z_}) array->reserve(n + kLanePadding);
+  for (std::uint32_t cell = 0; cell < whole.cells(); ++cell) {
+    const std::size_t first = original_.size();
+    for (std::uint32_t i = whole.begins_[cell]; i < whole.begins_[cell + 1]; ++i) {
+      if (kept[i] == 0) continue;
+      original_.push_back(i);
+      x_.push_back(whole.x_[i]);
+      y_.push_back(whole.y_[i]);
+      z_.push_back(whole.z_[i]);
+      normals_.push_back(whole.normals_[i]);
+    }
+    if (original_.size() == first) continue;
+    keys_.push_back(whole.keys_[cell]);
+    begins_.push_back(static_cast<std::uint32_t>(first));
+  }
+  begins_.push_back(static_cast<std::uint32_t>(n));
+  for (auto* array : {&x_, &y_, &z_}) array->resize(n + kLanePadding, 0.0);
+}
+
+std::uint32_t CellGrid::cell_of(std::uint32_t i) const {
+  const auto next = std::upper_bound(begins_.begin(), begins_.end(), i);
+  return static_cast<std::uint32_t>(next - begins_.begin()) - 1;
+}
+
 CellGrid::Cursor::Cursor(const CellGrid& grid, std::uint32_t first_cell) : grid_(grid) {
   std::fill(std::begin(low_), std::end(low_), 0);
   if (first_cell >= grid.cells()) return;

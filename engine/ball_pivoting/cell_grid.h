@@ -38,6 +38,10 @@ class CellGrid {
   /// Throws Error (usage) beyond a million cells along an axis, see largest_extent_in_cells().
   CellGrid(std::span<const Vec3> local, std::span<const Vec3> normals, const CellSpace& space);
 
+  /// The points of `whole` that are kept (one entry per sorted point), in the same cells and order;
+  /// original() is the index in `whole`. O(n).
+  CellGrid(const CellGrid& whole, std::span<const std::uint8_t> kept);
+
   std::uint32_t size() const { return static_cast<std::uint32_t>(original_.size()); }
   PointArrays arrays() const { return {x_.data(), y_.data(), z_.data(), normals_.data()}; }
   Vec3 position(std::uint32_t i) const { return {x_[i], y_[i], z_[i]}; }
@@ -48,6 +52,9 @@ class CellGrid {
   std::uint32_t cells() const { return static_cast<std::uint32_t>(keys_.size()); }
   std::uint32_t cell_begin(std::uint32_t cell) const { return begins_[cell]; }
   std::uint32_t cell_end(std::uint32_t cell) const { return begins_[cell + 1]; }
+
+  /// The cell of sorted point i. O(log cells).
+  std::uint32_t cell_of(std::uint32_t i) const;
 
   /// Walks over cells in ascending order and keeps track of the runs around each.
   class Cursor {

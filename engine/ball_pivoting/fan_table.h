@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/ball_pivoting/cell_grid.h"
+#include "engine/ball_pivoting/fan_shape.h"
 #include "engine/ball_pivoting/walk.h"
 #include "io/stop_token.h"
 
@@ -31,7 +32,12 @@ class FanTable {
 
  private:
   friend FanTable walk_all(const CellGrid&, double, std::span<const std::uint8_t>, VectorWidth,
-                           const StopToken*);
+                           const StopToken*, std::span<const VertexCorner>);
+  void walk_everywhere(const CellGrid& grid, double ball_radius, WalkKernel kernel,
+                       const StopToken* stop);
+  void walk_at_active(const CellGrid& grid, double ball_radius,
+                      std::span<const std::uint8_t> active, std::span<const VertexCorner> taken,
+                      WalkKernel kernel, const StopToken* stop);
   std::vector<const Corner*> begin_;
   std::vector<std::uint32_t> count_;
   std::vector<std::uint8_t> closed_, blocked_;
@@ -41,8 +47,11 @@ class FanTable {
 /// Walks at every point of the grid; with `active` (by input index) given, only at active ones,
 /// and triangles of active points are found once, at the first of their vertices in the grid's
 /// order, which is fixed in space. Parallel on the calling arena; the result does
-/// not depend on the number of threads nor on the vector width.
+/// not depend on the number of threads nor on the vector width. `taken`, sorted, by input index:
+/// the corners of triangles that there are; a triangle with one of their directed edges may be left
+/// out.
 FanTable walk_all(const CellGrid& grid, double ball_radius, std::span<const std::uint8_t> active,
-                  VectorWidth width, const StopToken* stop = nullptr);
+                  VectorWidth width, const StopToken* stop = nullptr,
+                  std::span<const VertexCorner> taken = {});
 
 }  // namespace orbweave

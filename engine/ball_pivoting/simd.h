@@ -47,6 +47,7 @@ inline double smallest_of(Lanes a, Lanes::Mask m) {
   return _mm512_mask_reduce_min_pd(m, a.v);
 }
 inline Lanes::Mask both(Lanes::Mask a, Lanes::Mask b) { return a & b; }
+inline Lanes::Mask either(Lanes::Mask a, Lanes::Mask b) { return a | b; }
 inline Lanes::Mask but_not(Lanes::Mask a, Lanes::Mask b) {
   return static_cast<Lanes::Mask>(a & ~b);
 }
@@ -127,6 +128,7 @@ inline double smallest_of(Lanes a, Lanes::Mask m) {
   return smallest(choose(m, a, Lanes::all(1e300)));
 }
 inline Lanes::Mask both(Lanes::Mask a, Lanes::Mask b) { return {_mm256_and_pd(a.v, b.v)}; }
+inline Lanes::Mask either(Lanes::Mask a, Lanes::Mask b) { return {_mm256_or_pd(a.v, b.v)}; }
 inline Lanes::Mask but_not(Lanes::Mask a, Lanes::Mask b) { return {_mm256_andnot_pd(b.v, a.v)}; }
 inline bool any(Lanes::Mask m) { return _mm256_movemask_pd(m.v) != 0; }
 inline std::uint32_t count(Lanes::Mask m) {
@@ -179,6 +181,7 @@ inline double smallest(Lanes a) { return a.v; }
 inline double largest(Lanes a) { return a.v; }
 inline double smallest_of(Lanes a, Lanes::Mask) { return a.v; }
 inline Lanes::Mask both(Lanes::Mask a, Lanes::Mask b) { return a && b; }
+inline Lanes::Mask either(Lanes::Mask a, Lanes::Mask b) { return a || b; }
 inline Lanes::Mask but_not(Lanes::Mask a, Lanes::Mask b) { return a && !b; }
 inline bool any(Lanes::Mask m) { return m; }
 inline std::uint32_t count(Lanes::Mask m) { return m ? 1 : 0; }

@@ -28,6 +28,8 @@ class SurfaceState {
   /// ball that touches them was empty.
   std::span<const std::uint8_t> unfinished() const { return unfinished_; }
   bool any_unfinished() const { return any_unfinished_; }
+  /// Corners of the triangles at open points, sorted: their edges are taken.
+  std::span<const VertexCorner> open_corners() const { return open_corners_; }
 
   /// After the last level, once: the levels become one list, and triangles that share no edge with
   /// another one go.

@@ -117,10 +117,28 @@ using WalkFunction = std::uint32_t (*)(const PointArrays& points, const WalkScra
                                        std::uint32_t count, const std::uint8_t* active,
                                        bool nearest_first, Fan* fans);
 
+/// Finds corners at scratch.point, whose neighbours are gathered: those of all triangles of T_rho
+/// whose three vertices are active, if the point's index is the smallest of them, and some more.
+/// `taken`: corners of triangles that there are at the point; corners with the same first or the
+/// same second neighbour may be left out.
+using SuspectFunction = void (*)(const PointArrays& points, const WalkScratch& scratch,
+                                 const std::uint8_t* active, const Corner* taken,
+                                 std::uint32_t taken_count, Fan& fan);
+
+/// Finds the triangles of T_rho at scratch.point, whose neighbours are gathered, on the circles of
+/// some neighbours alone: those that come first in the `count` corners of `suspected`, where equal
+/// ones stand side by side. Every triangle found has a neighbour from there, and all three vertices
+/// are active.
+using ConfirmFunction = void (*)(const PointArrays& points, const WalkScratch& scratch,
+                                 const std::uint8_t* active, const Corner* suspected,
+                                 std::uint32_t count, Fan& fan);
+
 struct WalkKernel {
   GatherFunction gather = nullptr;
   GatherCrowdFunction gather_crowd = nullptr;
   WalkFunction walk = nullptr;
+  SuspectFunction suspect = nullptr;
+  ConfirmFunction confirm = nullptr;
 };
 WalkKernel walk_kernel_generic();
 WalkKernel walk_kernel_avx2();

@@ -4,6 +4,6 @@
 
 namespace orbweave {
 
-WalkKernel walk_kernel_avx2() { return {gather, gather_crowd, walk}; }
+WalkKernel walk_kernel_avx2() { return {gather, gather_crowd, walk, suspect, confirm}; }
 
 }  // namespace orbweave

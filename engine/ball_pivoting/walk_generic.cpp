@@ -3,6 +3,6 @@
 
 namespace orbweave {
 
-WalkKernel walk_kernel_generic() { return {gather, gather_crowd, walk}; }
+WalkKernel walk_kernel_generic() { return {gather, gather_crowd, walk, suspect, confirm}; }
 
 }  // namespace orbweave

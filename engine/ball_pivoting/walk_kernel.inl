@@ -33,8 +33,9 @@ constexpr double kSliver = 1e-14;
 /// many neighbours on, and how many more where there are hundreds.
 constexpr std::uint32_t kFew = 16, kMany = 48, kMore = 64;
 /// Neighbours are left out before scans only where at least so many circles are to be scanned, or
-/// where there are at least so many neighbours.
-constexpr std::uint32_t kManyWanted = 32, kMostWhole = 200;
+/// where there are at least so many neighbours; before pairs are tried, where there are at least
+/// kManyListed partners.
+constexpr std::uint32_t kManyWanted = 32, kMostWhole = 200, kManyListed = 32;
 /// With how many of the nearest a search in groups begins.
 constexpr std::uint32_t kFewOfCrowd = 24;
 /// From how many neighbours on what is free is clipped before anything else is looked at, and the
@@ -53,6 +54,7 @@ inline Lanes pseudo_angle(Lanes cosine, Lanes sine) {
 
 #include "engine/ball_pivoting/walk_clipping.inl"
 #include "engine/ball_pivoting/walk_crowd.inl"
+#include "engine/ball_pivoting/walk_suspects.inl"
 
 /// Collects the neighbours closer than two ball radii, in the order of the arrays.
 void gather(const PointArrays& points, const CandidateRanges& candidates, double ball_radius,
@@ -91,9 +93,9 @@ void gather(const PointArrays& points, const CandidateRanges& candidates, double
 }
 
 /// Reciprocal lengths of all neighbours, for walks among all of them.
-void invert_lengths(const WalkScratch& scratch) {
+void invert_lengths(const WalkScratch& scratch, std::uint32_t n) {
   const Neighbours& list = scratch.neighbours;
-  for (std::uint32_t k = 0; k < scratch.count; k += Lanes::kWidth) {
+  for (std::uint32_t k = 0; k < n; k += Lanes::kWidth) {
     const Lanes length = square_root(Lanes::load(list.cap_height + k) * Lanes::all(2.0));
     (Lanes::all(1.0) / length).store(list.inverse_length + k);
   }
@@ -117,6 +119,8 @@ class Walker {
   bool walking() const { return state_ == State::kWalking; }
   void step();
   void close_or_scan(const std::uint8_t* active);
+  void suspect(const std::uint8_t* active, const Corner* taken, std::uint32_t taken_count);
+  void scan_some(const Corner* suspected, std::uint32_t count, const std::uint8_t* active);
 
  private:
   enum class State { kFailed, kWalking, kClosed };
@@ -137,6 +141,8 @@ class Walker {
   bool accepted(std::uint32_t i, std::uint32_t j) const;
   bool closed_simply() const;
   void scan_all(const std::uint8_t* active);
+  std::uint32_t list_uncovered(const NearestCaps& near, const std::uint8_t* active) const;
+  bool is_held(Direction u) const;
   bool keep_relevant();
   void leave_out_irrelevant() {
     if (!clipped_) nothing_free_ = keep_relevant();
@@ -172,6 +178,7 @@ class Walker {
     for (std::uint32_t k = 0; k < n_; ++k) wanted += is_wanted(k, active) ? 1 : 0;
     return wanted;
   }
+  std::uint32_t index_of(std::uint32_t id) const;
   double furthest_cover(double from) const;
   std::uint32_t longest_arc() const;
   std::uint32_t next_arc(double from, double& distance) const;
@@ -429,6 +436,75 @@ bool Walker::keep_relevant() {
   return nothing_free;
 }
 
+/// Lists the wanted neighbours whose circles no single cap of the nearest covers; returns their
+/// number. Most circles of a large ball are covered like that.
+std::uint32_t Walker::list_uncovered(const NearestCaps& near, const std::uint8_t* active) const {
+  std::uint32_t listed = 0;
+  for (std::uint32_t first = 0; first < n_; first += Lanes::kWidth) {
+    const std::uint32_t end = n_ - first < Lanes::kWidth ? n_ : first + Lanes::kWidth;
+    if (!(s_.id[end - 1] > scratch_.point)) continue;
+    const DirectionOf<Lanes> d = {Lanes::load(s_.dx + first), Lanes::load(s_.dy + first),
+                                  Lanes::load(s_.dz + first)};
+    const auto left =
+        near.leave_circle_free(d, Lanes::load(s_.cap_height + first), first_lanes(n_ - first));
+    if (!any(left)) continue;
+    std::uint32_t found[2 * Lanes::kWidth] = {};
+    compress_store_indices(found, first, left);
+    const std::uint32_t count_found = count(left);
+    for (std::uint32_t f = 0; f < count_found; ++f)
+      if (is_wanted(found[f], active)) scratch_.list[listed++] = found[f];
+  }
+  return listed;
+}
+
+/// Whether a ball holds any of the neighbours beyond doubt.
+bool Walker::is_held(Direction u) const {
+  const DirectionOf<Lanes> at = {Lanes::all(u.x), Lanes::all(u.y), Lanes::all(u.z)};
+  for (std::uint32_t k = 0; k < n_; k += Lanes::kWidth) {
+    const DirectionOf<Lanes> d = {Lanes::load(s_.dx + k), Lanes::load(s_.dy + k),
+                                  Lanes::load(s_.dz + k)};
+    if (any(beyond_doubt(Lanes::load(s_.cap_height + k)) < inner(at, d))) return true;
+  }
+  return false;
+}
+
+/// All corners of active points that there may be.
+void Walker::suspect(const std::uint8_t* active, const Corner* taken, std::uint32_t taken_count) {
+  fan_.count = 0;
+  fan_.closed = fan_.blocked = false;
+  if (count_wanted(active) < 2) return;
+  NearestCaps near(s_, n_);
+  std::uint32_t listed = list_uncovered(near, active);
+  if (n_ >= kMany && listed >= kManyListed) {
+    invert_lengths(scratch_, n_);
+    leave_out_irrelevant();
+    if (nothing_free_) {
+      fan_.blocked = true;
+      return;
+    }
+    near = NearestCaps(s_, n_);
+    listed = list_uncovered(near, active);
+  }
+  if (listed < 2) return;
+  if (listed <= Partners::kMost) {
+    const std::uint32_t most = corner_bound(scratch_.count);
+    bool too_many = false;
+    Partners partners(points_, s_, taken, taken_count);
+    for (std::uint32_t l = 0; l < listed; ++l) partners.add(scratch_.list[l]);
+    partners.end_list();
+    partners.for_each_pair(normal_, near,
+                           [&](std::uint32_t i, std::uint32_t j, Direction u, bool sure) {
+                             if (sure && is_held(u)) return;
+                             if (fan_.count == most) too_many = true;
+                             if (!too_many) emit(i, j);
+                           });
+    if (!too_many) return;
+  }
+  fan_.count = 0;
+  if (!clipped_) invert_lengths(scratch_, n_);
+  scan_all(active);
+}
+
 void Walker::scan_all(const std::uint8_t* active) {
   fan_.count = 0;
   fan_.blocked = false;
@@ -457,6 +533,34 @@ void Walker::close_or_scan(const std::uint8_t* active) {
   fan_.closed = closed_simply();
   fan_.blocked = false;
   if (!fan_.closed) scan_all(active);
+}
+
+/// Where a neighbour stands; kNobody if it is none. Neighbours are in the order of the arrays.
+std::uint32_t Walker::index_of(std::uint32_t id) const {
+  std::uint32_t begin = 0, end = n_;
+  while (begin < end) {
+    const std::uint32_t middle = begin + (end - begin) / 2;
+    if (s_.id[middle] == id) return middle;
+    if (s_.id[middle] < id) {
+      begin = middle + 1;
+    } else {
+      end = middle;
+    }
+  }
+  return kNobody;
+}
+
+/// All corners on the circles of the neighbours that come first in `suspected`.
+void Walker::scan_some(const Corner* suspected, std::uint32_t count, const std::uint8_t* active) {
+  fan_.count = 0;
+  fan_.closed = fan_.blocked = false;
+  for (std::uint32_t c = 0; c < count; ++c) {
+    if (c > 0 && first_of(suspected[c]) == first_of(suspected[c - 1])) continue;
+    const std::uint32_t k = index_of(first_of(suspected[c]));
+    if (k == kNobody) continue;
+    s_.inverse_length[k] = 1.0 / std::sqrt(s_.cap_height[k] * 2.0);
+    scan_circle(turned(circle_from_top(k)), k, active);
+  }
 }
 
 #include "engine/ball_pivoting/walk_lockstep.inl"
@@ -497,12 +601,22 @@ std::uint32_t walk(const PointArrays& points, const WalkScratch* scratch, std::u
   for (std::uint32_t w = 0; w < count; ++w) {
     if (fans[w].closed) continue;
     fans[w].count = 0;
-    invert_lengths(scratch[w]);
+    if (active == nullptr) invert_lengths(scratch[w], scratch[w].count);
     new (walkers + left++) Walker(points, scratch[w], active == nullptr, fans[w]);
   }
   if (active == nullptr) walk_in_turns(walkers, left);
   for (std::uint32_t w = 0; w < left; ++w) walkers[w].close_or_scan(active);
   return count - left;
+}
+
+void suspect(const PointArrays& points, const WalkScratch& scratch, const std::uint8_t* active,
+             const Corner* taken, std::uint32_t taken_count, Fan& fan) {
+  Walker(points, scratch, false, fan).suspect(active, taken, taken_count);
+}
+
+void confirm(const PointArrays& points, const WalkScratch& scratch, const std::uint8_t* active,
+             const Corner* suspected, std::uint32_t count, Fan& fan) {
+  Walker(points, scratch, false, fan).scan_some(suspected, count, active);
 }
 
 }  // namespace

@@ -213,6 +213,37 @@ TEST_CASE("ScansOfActivePointsFindEveryTriangleOfTheirs") {
   }
 }
 
+TEST_CASE("ScansLeaveOutNoTriangleWhoseEdgesAreFree") {
+  for (NamedCloud& named : test::clouds_for_oracle()) {
+    const CellSpace space(named.ball_radius, lattice_step({{named.ball_radius}}), {});
+    const CellGrid grid(perturbed(named), named.cloud.normals, space);
+    const std::vector<std::uint8_t> active(grid.size(), 1);
+    const std::set<Triangle> expected = oracle(named);
+    std::vector<VertexCorner> taken;
+    std::set<Edge> taken_edges;
+    std::size_t number = 0;
+    for (const Triangle& t : expected) {
+      if (number++ % 5 != 0) continue;
+      for (int k = 0; k < 3; ++k) {
+        taken.push_back({t[k], make_corner(t[(k + 1) % 3], t[(k + 2) % 3])});
+        taken_edges.insert({t[k], t[(k + 1) % 3]});
+      }
+    }
+    std::sort(taken.begin(), taken.end());
+    for (const VectorWidth width : supported_widths()) {
+      INFO(named.name << ", width " << static_cast<int>(width));
+      const std::set<Triangle> found =
+          all_found(walk_all(grid, named.ball_radius, active, width, nullptr, taken));
+      CHECK(std::includes(expected.begin(), expected.end(), found.begin(), found.end()));
+      for (const Triangle& t : expected) {
+        bool free = true;
+        for (int k = 0; k < 3; ++k) free = free && !taken_edges.contains({t[k], t[(k + 1) % 3]});
+        if (free) REQUIRE(found.contains(t));
+      }
+    }
+  }
+}
+
 TEST_CASE("ABlockedPointHasNoTriangleAtAnyLargerRadius") {
   std::size_t blocked = 0;
   for (const double growth : {1.0, 1.3, 2.0}) {
