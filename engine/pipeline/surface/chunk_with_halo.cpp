@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io/store/chunk_points.h"
+#include "io/system/first_touch.h"
 
 namespace orbweave {
 namespace {
@@ -56,8 +57,11 @@ ChunkPoints load_chunk_with_halo(const ChunkStore& store, const Partition& parti
     count += parts.back().rows.size();
   }
   ChunkPoints points;
+  reserve_touched(points.positions, count);
   points.positions.resize(count);
+  reserve_touched(points.normals, count);
   points.normals.resize(count);
+  reserve_touched(points.global, count);
   points.global.resize(count);
   points.owned.resize(count, 0);
   std::size_t at = 0;

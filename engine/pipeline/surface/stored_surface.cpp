@@ -10,6 +10,7 @@
 #include "engine/pipeline/surface/stored_mesh.h"
 #include "engine/stitching/local_numbers.h"
 #include "io/store/chunk_points.h"
+#include "io/system/first_touch.h"
 
 namespace orbweave {
 
@@ -114,7 +115,10 @@ std::shared_ptr<const StoredSurface::LoadedChunk> StoredSurface::Cache::load(Chu
   loaded->points = load_points(surface_.store_, chunk, schema, partition.stage);
   const auto stored = surface_.store_.open(kMeshStage, chunk);
   loaded->first_vertex = partition.first_vertex[chunk];
-  loaded->triangles = stored->read_all<Triangle>(kStoredTriangles);
+  const std::uint64_t triangles = stored->rows(kStoredTriangles);
+  reserve_touched(loaded->triangles, triangles);
+  loaded->triangles.resize(triangles);
+  stored->read(kStoredTriangles, 0, triangles, loaded->triangles.data());
   loaded->outer_vertices = stored->read_all<std::uint64_t>(kStoredOuter);
   loaded->neighbors = partition.octree.neighbors(chunk, surface_.reach_);
 
@@ -124,6 +128,7 @@ std::shared_ptr<const StoredSurface::LoadedChunk> StoredSurface::Cache::load(Chu
     for (const std::uint32_t vertex : t) ++first[vertex + 1];
   }
   for (std::size_t slot = 1; slot < first.size(); ++slot) first[slot] += first[slot - 1];
+  reserve_touched(loaded->at, first.back());
   loaded->at.resize(first.back());
   std::vector<std::uint32_t> place(first.begin(), first.end() - 1);
   for (std::uint32_t t = 0; t < loaded->triangles.size(); ++t) {
