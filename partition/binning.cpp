@@ -17,8 +17,8 @@
 #include <utility>
 
 #include "io/error.h"
+#include "io/first_touch.h"
 #include "io/system/file_calls.h"
-#include "io/system/first_touch.h"
 #include "io/system/work_directory_errors.h"
 #include "partition/bin_records.h"
 

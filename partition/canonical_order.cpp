@@ -13,7 +13,7 @@
 #include <numeric>
 
 #include "io/error.h"
-#include "io/system/first_touch.h"
+#include "io/first_touch.h"
 #include "partition/radix_sort.h"
 
 namespace orbweave {

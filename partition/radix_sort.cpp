@@ -9,7 +9,7 @@
 #include <span>
 #include <utility>
 
-#include "io/system/first_touch.h"
+#include "io/first_touch.h"
 
 namespace orbweave {
 namespace {

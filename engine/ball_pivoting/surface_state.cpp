@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "io/system/first_touch.h"
+#include "io/first_touch.h"
 
 namespace orbweave {
 namespace {

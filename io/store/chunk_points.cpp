@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "io/system/first_touch.h"
+#include "io/first_touch.h"
 
 namespace orbweave {
 namespace {

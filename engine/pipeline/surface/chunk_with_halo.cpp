@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "io/first_touch.h"
 #include "io/store/chunk_points.h"
-#include "io/system/first_touch.h"
 
 namespace orbweave {
 namespace {

@@ -1,4 +1,4 @@
-#include "io/system/first_touch.h"
+#include "io/first_touch.h"
 
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
