@@ -184,6 +184,12 @@ void begin_holes(const SurfaceInputs& inputs, std::size_t batches, StageRunner& 
 
 void fill_batches(const TracedHoles& holes, const Partition& partition, const Surface& surface,
                   StageClock& clock, StageRunner& runner) {
+  // Read before threads ask for it: one that waits for another to read it cannot help.
+  if (!holes.batches.empty() && runner.communicator.size() == 1 &&
+      !runner.store.has(kHoleStage, 0)) {
+    const std::uint32_t first = holes.plan.loops_of(holes.plan.groups.front()).front();
+    surface.position(holes.plan.loops[first].vertices.front());
+  }
   std::vector<ChunkWork> tasks;
   for (ChunkId batch = 0; batch < holes.batches.size(); ++batch)
     tasks.push_back(work_of(holes, batch));
