@@ -66,7 +66,10 @@ void share_chunks(StageRunner& runner, StageClock& clock, const std::string& sta
 }
 
 void show_commits(StageRunner& runner) {
-  if (runner.communicator.size() > 1) runner.store.finish_commits();
+  if (runner.communicator.size() > 1) return runner.store.finish_commits();
+  // Nothing is waited for, but the flush begins now: beside the next stage's work, not beside its
+  // writes.
+  runner.store.await_durable(0);
 }
 
 void by_root(StageRunner& runner, const std::function<void()>& work) {
