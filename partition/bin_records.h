@@ -47,10 +47,22 @@ struct RecordLayout {
 
   /// Appends the points of whole records.
   void unpack(std::span<const std::byte> records, PointCloud& cloud) const {
-    const std::size_t first = cloud.positions.size(), end = first + records.size() / bytes;
-    cloud.positions.resize(end);
-    if (has_normals) cloud.normals.resize(end);
-    cloud.attributes.resize(end * attribute_bytes);
+    const std::size_t first = cloud.size();
+    resize(cloud, first + records.size() / bytes);
+    unpack_at(records, cloud, first);
+  }
+
+  /// Makes the columns of the layout this long.
+  void resize(PointCloud& cloud, std::size_t points) const {
+    cloud.positions.resize(points);
+    if (has_normals) cloud.normals.resize(points);
+    cloud.attributes.resize(points * attribute_bytes);
+  }
+
+  /// The points of whole records from point `first` on, which the cloud has room for. Thread-safe
+  /// for records of different points.
+  void unpack_at(std::span<const std::byte> records, PointCloud& cloud, std::size_t first) const {
+    const std::size_t end = first + records.size() / bytes;
     const std::byte* from = records.data();
     for (std::size_t i = first; i < end; ++i, from += bytes) {
       std::memcpy(&cloud.positions[i], from, sizeof(Vec3));

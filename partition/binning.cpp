@@ -4,6 +4,7 @@
 #include <limits.h>
 #include <sys/stat.h>
 #include <sys/uio.h>
+#include <tbb/parallel_for.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,6 +17,7 @@
 #include <utility>
 
 #include "io/error.h"
+#include "io/first_touch.h"
 #include "io/system/file_calls.h"
 #include "io/system/work_directory_errors.h"
 #include "partition/bin_records.h"
@@ -156,7 +158,6 @@ std::size_t block_bytes(std::size_t buffer_bytes, std::size_t bins, std::size_t 
 }  // namespace
 
 struct Binner::State {
-  using RecordVisitor = std::function<void(std::span<const std::byte>)>;
   const Octree& octree;
   PointSchema schema;
   RecordLayout layout;
@@ -189,7 +190,8 @@ struct Binner::State {
   void make_room();
   void spill_bins(std::size_t blocks);
   void release_blocks(Bin& bin);
-  void visit_records(const Bin& bin, const RecordVisitor& visit);
+  std::size_t unpack_blocks(const Bin& bin, std::size_t first, std::size_t points,
+                            PointCloud& cloud) const;
 };
 
 void Binner::State::start_block(Bin& bin) {
@@ -243,9 +245,25 @@ void Binner::State::release_blocks(Bin& bin) {
   bin.fill = bin.fill_end = nullptr;
 }
 
-void Binner::State::visit_records(const Bin& bin, const RecordVisitor& visit) {
-  for (std::size_t block = 0; block < bin.blocks.size(); ++block)
-    visit({bin.blocks[block], used_bytes(bin, block)});
+/// Unpacks blocks from the first one on until the cloud has this number of points or none is left;
+/// returns where the next blocks begin. Parallel.
+std::size_t Binner::State::unpack_blocks(const Bin& bin, std::size_t first, std::size_t points,
+                                         PointCloud& cloud) const {
+  const std::size_t records = pool.block_bytes() / layout.bytes;
+  const std::size_t left = bin.blocks.size() - first;
+  const std::size_t blocks = std::min(left, std::max<std::size_t>((points - 1) / records + 1, 1));
+  if (blocks == 0) return first;
+  const std::size_t size =
+      (blocks - 1) * records + used_bytes(bin, first + blocks - 1) / layout.bytes;
+  reserve_touched(cloud.positions, size);
+  if (layout.has_normals) reserve_touched(cloud.normals, size);
+  reserve_touched(cloud.attributes, size * layout.attribute_bytes);
+  layout.resize(cloud, size);
+  tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t i) {
+    const std::size_t block = first + i;
+    layout.unpack_at({bin.blocks[block], used_bytes(bin, block)}, cloud, i * records);
+  });
+  return first + blocks;
 }
 
 Binner::Binner(const Octree& octree, PointSchema schema, Options options)
@@ -288,22 +306,13 @@ void Binner::take(ChunkId chunk, std::size_t piece_points,
   State& state = *state_;
   if (state.spill.written() > 0) throw std::logic_error("Binner::take: bins have spilled");
   Bin& bin = state.bins.at(chunk);
-  std::uint64_t left = bin.points;
-  PointCloud cloud;
-  const auto begin_piece = [&] {
-    cloud = PointCloud();
+  std::size_t block = 0;
+  do {
+    PointCloud cloud;
     cloud.schema = state.schema;
-    cloud.reserve(std::min<std::uint64_t>(left, piece_points));
-  };
-  begin_piece();
-  state.visit_records(bin, [&](std::span<const std::byte> records) {
-    state.layout.unpack(records, cloud);
-    if (cloud.size() < piece_points) return;
-    left -= cloud.size();
+    block = state.unpack_blocks(bin, block, piece_points, cloud);
     use(std::move(cloud));
-    begin_piece();
-  });
-  use(std::move(cloud));
+  } while (block < bin.blocks.size());
   const std::scoped_lock lock(state.mutex);
   state.release_blocks(bin);
   bin = Bin();

@@ -13,6 +13,7 @@
 #include <numeric>
 
 #include "io/error.h"
+#include "io/first_touch.h"
 #include "partition/radix_sort.h"
 
 namespace orbweave {
@@ -80,7 +81,9 @@ class TieOrder {
 
 std::vector<KeyIndex> coded_points(std::span<const Vec3> positions, const RootCube& root) {
   const MortonFrame frame(root);
-  std::vector<KeyIndex> items(positions.size());
+  std::vector<KeyIndex> items;
+  reserve_touched(items, positions.size());
+  items.resize(positions.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, items.size(), kGrain),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t i = range.begin(); i < range.end(); ++i)
@@ -111,7 +114,9 @@ std::vector<std::uint32_t> resolve_ties(const PointColumns& cloud, std::vector<K
 template <class T>
 void select_rows(std::vector<T>& rows, std::size_t width, const std::vector<std::uint32_t>& order) {
   if (rows.empty()) return;
-  std::vector<T> selected(order.size() * width);
+  std::vector<T> selected;
+  reserve_touched(selected, order.size() * width);
+  selected.resize(order.size() * width);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, order.size(), kGrain),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t i = range.begin(); i < range.end(); ++i)

@@ -9,6 +9,8 @@
 #include <span>
 #include <utility>
 
+#include "io/first_touch.h"
+
 namespace orbweave {
 namespace {
 
@@ -131,6 +133,7 @@ void radix_sort(std::vector<KeyIndex>& items) {
 
   const auto scratch = std::make_unique_for_overwrite<KeyIndex[]>(items.size());
   const std::span<KeyIndex> spare(scratch.get(), items.size());
+  touch_pages(scratch.get(), spare.size_bytes());
   const std::vector<std::uint32_t> ends = scatter_in_slices(items, spare, shift);
   tbb::parallel_for(std::size_t{0}, ends.size(), [&](std::size_t bucket) {
     const std::size_t begin = bucket == 0 ? 0 : ends[bucket - 1];

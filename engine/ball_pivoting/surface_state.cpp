@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "io/first_touch.h"
+
 namespace orbweave {
 namespace {
 
@@ -24,7 +26,9 @@ template <class T>
 std::vector<T> joined(std::vector<std::vector<T>> parts) {
   std::vector<std::size_t> offsets(parts.size() + 1, 0);
   for (std::size_t b = 0; b < parts.size(); ++b) offsets[b + 1] = offsets[b] + parts[b].size();
-  std::vector<T> all(offsets.back());
+  std::vector<T> all;
+  reserve_touched(all, offsets.back());
+  all.resize(offsets.back());
   tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t b) {
     std::copy(parts[b].begin(), parts[b].end(),
               all.begin() + static_cast<std::ptrdiff_t>(offsets[b]));

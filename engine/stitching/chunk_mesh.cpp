@@ -1,5 +1,7 @@
 #include "engine/stitching/chunk_mesh.h"
 
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/parallel_invoke.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -7,7 +9,7 @@
 #include <numeric>
 #include <utility>
 
-#include "engine/geometry/disjoint_sets.h"
+#include "engine/geometry/concurrent_sets.h"
 
 namespace orbweave {
 namespace {
@@ -17,21 +19,8 @@ constexpr std::uint32_t kNoNode = 0xffffffffu;
 /// Nodes of a chunk: one per point, and one more per fan where several meet.
 class FanNodes {
  public:
-  explicit FanNodes(const BallPivotingResult& result) : result_(result), sets_(result.fans.size()) {
-    const auto& members = result.fan_members;
-    nodes_.resize(members.size());
-    for (std::size_t i = 0; i < members.size(); ++i) {
-      const bool same_fan_before = [&] {
-        for (std::size_t k = i; k-- > 0 && members[k].vertex == members[i].vertex;) {
-          if (members[k].fan != members[i].fan) continue;
-          nodes_[i] = nodes_[k];
-          return true;
-        }
-        return false;
-      }();
-      if (!same_fan_before) nodes_[i] = sets_.add();
-    }
-  }
+  explicit FanNodes(const BallPivotingResult& result)
+      : result_(result), nodes_(result.fan_members.size()), sets_(number_members()) {}
 
   /// The node of the corner (vertex, first, .) of a triangle.
   std::uint32_t at(std::uint32_t vertex, std::uint32_t first) const {
@@ -43,34 +32,57 @@ class FanNodes {
     return known ? nodes_[static_cast<std::size_t>(found - members.begin())] : vertex;
   }
   std::uint32_t of_member(std::size_t member) const { return nodes_[member]; }
+  /// Thread-safe.
   void join(const Triangle& t) {
     const std::uint32_t a = at(t[0], t[1]);
     sets_.unite(a, at(t[1], t[2]));
     sets_.unite(a, at(t[2], t[0]));
   }
-  DisjointSets& sets() { return sets_; }
+  std::size_t size() const { return size_; }
+  /// The root of each node; the joins are used up.
+  std::vector<std::uint32_t> take_roots() { return sets_.take_roots(); }
 
  private:
+  /// Returns how many nodes there are.
+  std::size_t number_members() {
+    const auto& members = result_.fan_members;
+    size_ = result_.fans.size();
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      const bool same_fan_before = [&] {
+        for (std::size_t k = i; k-- > 0 && members[k].vertex == members[i].vertex;) {
+          if (members[k].fan != members[i].fan) continue;
+          nodes_[i] = nodes_[k];
+          return true;
+        }
+        return false;
+      }();
+      if (!same_fan_before) nodes_[i] = static_cast<std::uint32_t>(size_++);
+    }
+    return size_;
+  }
+
   const BallPivotingResult& result_;
-  DisjointSets sets_;
+  std::size_t size_ = 0;
   std::vector<std::uint32_t> nodes_;  // per fan member
+  ConcurrentSets sets_;
 };
 
 /// Numbers the components that matter from 0.
 class ComponentNumbers {
  public:
   explicit ComponentNumbers(FanNodes& nodes)
-      : nodes_(nodes), number_(nodes.sets().size(), kNoNode) {}
+      : number_(nodes.size(), kNoNode), roots_(nodes.take_roots()) {}
+  std::uint32_t root(std::uint32_t node) const { return roots_[node]; }
   std::uint64_t of(std::uint32_t node) {
-    std::uint32_t& number = number_[nodes_.sets().find(node)];
+    std::uint32_t& number = number_[roots_[node]];
     if (number == kNoNode) number = count_++;
     return number;
   }
   std::uint64_t count() const { return count_; }
 
  private:
-  FanNodes& nodes_;
   std::vector<std::uint32_t> number_;
+  std::vector<std::uint32_t> roots_;
   std::uint32_t count_ = 0;
 };
 
@@ -113,39 +125,82 @@ void add_boundary(const ChunkPoints& points, const BallPivotingResult& result,
   list.erase(std::unique(list.begin(), list.end(), same_vertex), list.end());
 }
 
+/// Triangles or vertices of one component that follow each other.
+struct Run {
+  std::uint32_t root = 0;
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  Box box;  ///< of vertices that the run is to bound
+};
+
+/// Finds the runs among `count` items with find(begin, end, runs), many blocks at once, and takes
+/// them in order with take(run).
+template <class Find, class Take>
+void for_runs(std::size_t count, const Find& find, const Take& take) {
+  // What the runs of so many blocks take is little, though each item may be a run.
+  constexpr std::size_t kBlock = 4096, kBlocks = 64;
+  std::vector<std::vector<Run>> runs(kBlocks);
+  for (std::size_t first = 0; first < count; first += kBlock * kBlocks) {
+    tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t block) {
+      runs[block].clear();
+      const std::size_t begin = std::min(count, first + block * kBlock);
+      find(begin, std::min(count, begin + kBlock), runs[block]);
+    });
+    for (const std::vector<Run>& of_block : runs)
+      for (const Run& run : of_block) take(run);
+  }
+}
+
+/// The run of the next item.
+Run& run_of(std::uint32_t root, std::size_t item, std::vector<Run>& runs) {
+  if (runs.empty() || runs.back().root != root)
+    runs.push_back({root, static_cast<std::uint32_t>(item), 0, {}});
+  ++runs.back().count;
+  return runs.back();
+}
+
 /// The components that the chunk owns triangles of, numbered by their first triangles.
 void add_pieces(const ChunkPoints& points, const BallPivotingResult& result,
                 std::span<const std::uint8_t> used, const FanNodes& nodes,
                 ComponentNumbers& numbers, ChunkMesh& mesh) {
-  std::uint32_t last_node = kNoNode;
-  std::uint64_t number = 0;
-  for (const Triangle& t : result.triangles) {  // ascending
-    const std::uint32_t node = nodes.at(t[0], t[1]);
-    if (node != last_node) number = numbers.of(node);
-    last_node = node;
+  const auto find_in_triangles = [&](std::size_t begin, std::size_t end, std::vector<Run>& runs) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Triangle& t = result.triangles[i];
+      Run& run = run_of(numbers.root(nodes.at(t[0], t[1])), i, runs);
+      if (result.fan_members.empty()) continue;
+      for (const std::uint32_t vertex : t)
+        if (result.fans[vertex] > 1) run.box.extend(points.positions[vertex]);
+    }
+  };
+  for_runs(result.triangles.size(), find_in_triangles, [&](const Run& run) {  // ascending
+    const std::uint64_t number = numbers.of(run.root);
     if (number == mesh.pieces.size()) {
+      const Triangle& t = result.triangles[run.first];
       mesh.pieces.emplace_back().first = {points.global[t[0]], points.global[t[1]],
                                           points.global[t[2]]};
     }
-    ++mesh.pieces[number].triangles;
-    if (result.fan_members.empty()) continue;
-    for (const std::uint32_t vertex : t) {
-      if (result.fans[vertex] > 1) mesh.pieces[number].box.extend(points.positions[vertex]);
-    }
-  }
+    mesh.pieces[number].triangles += run.count;
+    mesh.pieces[number].box.extend(run.box);
+  });
   // All other vertices are of one piece each, and in the order of memory.
-  for (std::uint32_t vertex = 0; vertex < used.size(); ++vertex) {
-    if (used[vertex] == 0 || result.fans[vertex] > 1) continue;
-    mesh.pieces[numbers.of(vertex)].box.extend(points.positions[vertex]);
-  }
+  const auto find_in_vertices = [&](std::size_t begin, std::size_t end, std::vector<Run>& runs) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (used[i] == 0 || result.fans[i] > 1) continue;
+      run_of(numbers.root(static_cast<std::uint32_t>(i)), i, runs).box.extend(points.positions[i]);
+    }
+  };
+  for_runs(used.size(), find_in_vertices,
+           [&](const Run& run) { mesh.pieces[numbers.of(run.root)].box.extend(run.box); });
 }
 
 /// Joins the nodes of each triangle.
 void join_triangles(std::span<const Triangle> triangles, FanNodes& nodes, const StopToken* stop) {
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    if (t % kStopBlock == 0) check_stop(stop);
-    nodes.join(triangles[t]);
-  }
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, triangles.size(), kStopBlock),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      check_stop(stop);
+                      for (std::size_t t = range.begin(); t < range.end(); ++t)
+                        nodes.join(triangles[t]);
+                    });
 }
 
 /// Pieces, seam and boundary of a chunk whose nodes are joined.
@@ -203,6 +258,16 @@ std::vector<std::uint32_t> number_points(const ChunkPoints& points,
   return local;
 }
 
+void renumber(std::span<const std::uint32_t> local, std::span<Triangle> triangles) {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, triangles.size(), kStopBlock),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                        Triangle& t = triangles[i];
+                        t = {local[t[0]], local[t[1]], local[t[2]]};
+                      }
+                    });
+}
+
 }  // namespace
 
 ChunkMesh make_chunk_mesh(const ChunkPoints& points, BallPivotingResult result, const Box& box,
@@ -225,9 +290,10 @@ ChunkMesh make_chunk_mesh(const ChunkPoints& points, BallPivotingResult result, 
                            on_seam = seam_points(points, mesh, box, seam_width, used);
                          });
   });
-  number_components(points, result, used, on_seam, nodes, mesh, stop);
+  tbb::this_task_arena::isolate(
+      [&] { number_components(points, result, used, on_seam, nodes, mesh, stop); });
   mesh.triangles = std::move(result.triangles);
-  for (Triangle& t : mesh.triangles) t = {local[t[0]], local[t[1]], local[t[2]]};
+  tbb::this_task_arena::isolate([&] { renumber(local, mesh.triangles); });
   return mesh;
 }
 

@@ -1,5 +1,7 @@
 #include "engine/stitching/mesh_summary.h"
 
+#include <oneapi/tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <numeric>
 #include <tuple>
@@ -17,8 +19,8 @@ class LoopWalks {
   explicit LoopWalks(std::span<const OpenFan> fans)
       : fans_(fans), arriving_(fans.size()), done_(fans.size(), false) {
     std::iota(arriving_.begin(), arriving_.end(), 0u);
-    std::sort(arriving_.begin(), arriving_.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return fans[a] < fans[b]; });
+    tbb::parallel_sort(arriving_.begin(), arriving_.end(),
+                       [&](std::uint32_t a, std::uint32_t b) { return fans[a] < fans[b]; });
   }
 
   std::uint64_t count() {

@@ -1,5 +1,7 @@
 #include "io/report/report.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <initializer_list>
 #include <nlohmann/json.hpp>
@@ -145,11 +147,19 @@ void append_hole_lines(std::span<const HoleFacts> holes, const std::string& inde
   constexpr std::size_t kUsualLine = 512;  // bytes; more would be copied when it grows
   text.reserve(text.size() + kUsualLine * holes.size());
   text += "[";
-  const char* separator = "\n  ";
-  for (const HoleFacts& hole : holes) {
-    text += separator + indent;
-    text += json_dump(hole_json(hole));
-    separator = ",\n  ";
+  // A few blocks at a time, so that most lines are held once.
+  constexpr std::size_t kBlock = 256, kBlocks = 64;
+  std::vector<std::string> blocks(kBlocks);
+  for (std::size_t first = 0; first < holes.size(); first += kBlock * kBlocks) {
+    const auto some = holes.subspan(first, std::min(kBlock * kBlocks, holes.size() - first));
+    tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t b) {
+      blocks[b].clear();
+      for (std::size_t i = b * kBlock; i < std::min((b + 1) * kBlock, some.size()); ++i) {
+        blocks[b] += (first + i == 0 ? "\n  " : ",\n  ") + indent;
+        blocks[b] += json_dump(hole_json(some[i]));
+      }
+    });
+    for (const std::string& block : blocks) text += block;
   }
   text += holes.empty() ? "]" : "\n" + indent + "]";
 }

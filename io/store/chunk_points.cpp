@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "io/first_touch.h"
+
 namespace orbweave {
 namespace {
 
@@ -190,15 +192,18 @@ void load_point_rows(const ChunkStore& store, ChunkId chunk, const PointSchema& 
   const auto stored = store.open(stage, chunk);
   expect_schema(*stored, schema);
   points.schema = schema;
+  reserve_touched(points.positions, count);
   points.positions.resize(count);
   stored->read(kPositions, first, count, points.positions.data());
   if (schema.has_normals) {
+    reserve_touched(points.normals, count);
     points.normals.resize(count);
     read_normals(*stored, schema.normal_type, first, count, points.normals.data());
   } else {
     points.normals.clear();
   }
   if (const std::size_t width = schema.attribute_bytes(); width > 0) {
+    reserve_touched(points.attributes, count * width);
     points.attributes.resize(count * width);
     stored->read(kAttributes, first, count, points.attributes.data());
   } else {

@@ -476,11 +476,12 @@ void ChunkStore::discard_damaged(const std::string& stage) {
 }
 
 void ChunkStore::discard_stage(const std::string& stage) {
-  state_->commits.finish();
-  state_->forget_all();
   const fs::path folder = state_->directory / stage;
   std::error_code error;
+  // A stage that has nothing is not waited for: others may have results on their way.
   if (!fs::exists(folder, error)) return;
+  state_->commits.finish();
+  state_->forget_all();
   state_->disk.remove(room_of_directory(folder));
   state_->clear_folder(folder);
   flush_names(state_->directory);

@@ -88,6 +88,8 @@ std::uint64_t CommitQueue::settled() const {
 
 void CommitQueue::await_settled(std::uint64_t files) {
   std::unique_lock lock(mutex_);
+  hurries_ = !queue_.empty();
+  changed_.notify_all();
   wait_until(lock, [&] { return settled_ >= files || failed_; });
   rethrow_failure(lock);
 }
@@ -114,7 +116,8 @@ void CommitQueue::work() {
     changed_.wait(lock, [&] { return stop_ || !queue_.empty(); });
     if (queue_.empty()) return;
     changed_.wait_for(lock, kLinger,
-                      [&] { return stop_ || hurried_ > 0 || queue_.size() >= kLimit; });
+                      [&] { return stop_ || hurries_ || hurried_ > 0 || queue_.size() >= kLimit; });
+    hurries_ = false;
     if (queue_.empty()) continue;  // dropped meanwhile
     std::deque<Item> batch = std::exchange(queue_, {});
     const std::uint64_t pushed = pushed_;

@@ -44,7 +44,8 @@ class CommitQueue {
   /// Stays where it is once something went wrong.
   std::uint64_t pushed() const;
   std::uint64_t settled() const;
-  /// Waits until so many are; rethrows what went wrong.
+  /// Waits until so many are; rethrows what went wrong. What is queued lingers no longer, even
+  /// where there is nothing to wait for.
   void await_settled(std::uint64_t files);
   /// Waits until `target` is not in the queue.
   void await(const std::filesystem::path& target);
@@ -93,7 +94,8 @@ class CommitQueue {
   bool failed_ = false;  // at any time
   bool busy_ = false;
   bool stop_ = false;
-  int hurried_ = 0;  // callers that wait
+  int hurried_ = 0;       // callers that wait
+  bool hurries_ = false;  // what is queued lingers no longer
   std::exception_ptr failure_;
   std::thread thread_;
 };

@@ -3,6 +3,9 @@
 #include <fcntl.h>
 #include <hdf5.h>
 #include <sys/stat.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -144,6 +147,9 @@ void write_rows(const std::filesystem::path& path, int file, const void* data, s
   if (!write_at(file, offset, rows)) throw_write_error(path, errno);
 }
 
+/// Blocks whose checksums one thread takes.
+constexpr std::size_t kGrain = 64;
+
 StoredArray describe(const ArrayView& view, const ResultIdentity& identity) {
   StoredArray array;
   array.name = view.name;
@@ -153,12 +159,20 @@ StoredArray describe(const ArrayView& view, const ResultIdentity& identity) {
   array.seed = seed_of_checksums(identity, view.name);
   const std::size_t row_bytes = array.row_bytes();
   const char* data = static_cast<const char*>(view.data);
-  for (std::uint64_t block = 0; block < block_count(view.rows); ++block) {
+  array.checksums.resize(block_count(view.rows));
+  const auto sum_up = [&](std::size_t block) {
     const std::uint64_t first = block * kRowsPerChecksum;
     const std::uint64_t rows = std::min(kRowsPerChecksum, view.rows - first);
-    array.checksums.push_back(
-        block_checksum(array, block, data + first * row_bytes, rows * row_bytes));
-  }
+    array.checksums[block] =
+        block_checksum(array, block, data + first * row_bytes, rows * row_bytes);
+  };
+  // A thread that waits here must not begin other work: its caller may hold memory for this alone.
+  tbb::this_task_arena::isolate([&] {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, array.checksums.size(), kGrain),
+                      [&](const tbb::blocked_range<std::size_t>& blocks) {
+                        for (std::size_t b = blocks.begin(); b < blocks.end(); ++b) sum_up(b);
+                      });
+  });
   return array;
 }
 

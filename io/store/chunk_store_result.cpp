@@ -1,4 +1,6 @@
 // Reading rows of a stored result: positioned reads, unpacking, checksums. No HDF5 is needed here.
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 #include <unistd.h>
 #include <xxhash.h>
 
@@ -78,19 +80,35 @@ class FileResult : public StoredResult {
   void read_blocks(const StoredArray& array, std::uint64_t first, std::uint64_t last,
                    char* out) const {
     constexpr std::uint64_t kPieceRows = 32 * kRowsPerChecksum;
+    // Fewer are read while a second thread wakes up.
+    constexpr std::uint64_t kPiecesOfSeveral = 4;
     const std::size_t row_bytes = array.row_bytes();
     if (!array.blocks.empty()) return read_packed(array, first, last, out);
-    for (std::uint64_t piece = first; piece < last; piece += kPieceRows) {
-      const std::uint64_t piece_end = std::min(piece + kPieceRows, last);
-      const std::size_t bytes = (piece_end - piece) * row_bytes;
-      read_rows(path_, file_.get(), out, bytes, array.offset + piece * row_bytes);
-      bytes_read_ += bytes;
-      for (std::uint64_t row = piece; row < piece_end; row += kRowsPerChecksum) {
-        const std::size_t bytes_of_block =
-            (std::min(row + kRowsPerChecksum, piece_end) - row) * row_bytes;
-        verify(array, row / kRowsPerChecksum, out, bytes_of_block);
-        out += bytes_of_block;
-      }
+    const auto read_piece = [&](std::uint64_t piece) {
+      const std::uint64_t begin = first + piece * kPieceRows;
+      const std::uint64_t end = std::min(begin + kPieceRows, last);
+      read_piece_of(array, begin, end, out + (begin - first) * row_bytes);
+    };
+    const std::uint64_t pieces = (last - first + kPieceRows - 1) / kPieceRows;
+    if (pieces < kPiecesOfSeveral) {
+      for (std::uint64_t piece = 0; piece < pieces; ++piece) read_piece(piece);
+      return;
+    }
+    // A thread that waits here must not begin other work: its caller may hold a lock.
+    tbb::this_task_arena::isolate([&] { tbb::parallel_for(std::uint64_t{0}, pieces, read_piece); });
+  }
+
+  /// Whole blocks of an array that is not packed.
+  void read_piece_of(const StoredArray& array, std::uint64_t first, std::uint64_t last,
+                     char* out) const {
+    const std::size_t row_bytes = array.row_bytes();
+    read_rows(path_, file_.get(), out, (last - first) * row_bytes,
+              array.offset + first * row_bytes);
+    bytes_read_ += (last - first) * row_bytes;
+    for (std::uint64_t row = first; row < last; row += kRowsPerChecksum) {
+      const std::size_t bytes = (std::min(row + kRowsPerChecksum, last) - row) * row_bytes;
+      verify(array, row / kRowsPerChecksum, out, bytes);
+      out += bytes;
     }
   }
 

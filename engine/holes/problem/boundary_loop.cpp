@@ -1,5 +1,8 @@
 #include "engine/holes/problem/boundary_loop.h"
 
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -41,6 +44,7 @@ class LoopTracer {
 
   std::vector<BoundaryLoop> trace() {
     pair_fans();
+    follow_edges();
     std::vector<std::uint8_t> done(fans_.size(), 0);
     std::vector<BoundaryLoop> loops;
     for (std::uint32_t first = 0; first < fans_.size(); ++first) {
@@ -48,6 +52,7 @@ class LoopTracer {
       std::optional<BoundaryLoop> loop = walk(first, done);
       if (loop) loops.push_back(std::move(*loop));
     }
+    tbb::parallel_for(std::size_t{0}, loops.size(), [&](std::size_t l) { finish(loops[l]); });
     std::sort(loops.begin(), loops.end(),
               [](const BoundaryLoop& a, const BoundaryLoop& b) { return a.vertices < b.vertices; });
     return loops;
@@ -112,6 +117,21 @@ class LoopTracer {
     return found ? static_cast<std::uint32_t>(at - fans_.begin()) : kNone;
   }
 
+  /// next_[f]: the fan after the edge that leaves f, or kNone.
+  void follow_edges() {
+    constexpr std::size_t kGrain = 1024;
+    next_.resize(fans_.size());
+    tbb::parallel_for(
+        tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(fans_.size()), kGrain),
+        [&](const tbb::blocked_range<std::uint32_t>& range) {
+          for (std::uint32_t f = range.begin(); f < range.end(); ++f) {
+            const std::uint32_t reached = reached_from(f);
+            next_[f] = reached == kNone ? kNone : after_[reached];
+          }
+        });
+    after_ = {};
+  }
+
   std::optional<BoundaryLoop> walk(std::uint32_t first, std::vector<std::uint8_t>& done) const {
     BoundaryLoop loop;
     std::uint32_t fan = first;
@@ -120,10 +140,14 @@ class LoopTracer {
       done[fan] = 1;
       loop.vertices.push_back(fans_[fan].vertex);
       loop.components.push_back(fans_[fan].component);
-      const std::uint32_t reached = reached_from(fan);
-      if (reached == kNone) return std::nullopt;
-      fan = after_[reached];
+      fan = next_[fan];
+      if (fan == kNone) return std::nullopt;
     } while (fan != first);
+    return loop;
+  }
+
+  /// The loop as it is kept, and its measures.
+  void finish(BoundaryLoop& loop) const {
     std::reverse(loop.vertices.begin(), loop.vertices.end());
     rotate_to_least(loop.vertices);
     std::sort(loop.components.begin(), loop.components.end());
@@ -131,7 +155,6 @@ class LoopTracer {
                           loop.components.end());
     loop.components.shrink_to_fit();
     measure(loop);
-    return loop;
   }
 
   /// The least of all rotations that begin at the smallest vertex.
@@ -167,6 +190,7 @@ class LoopTracer {
   std::vector<OpenFan> fans_;  // by vertex, previous
   std::span<const BoundaryVertex> vertices_;
   std::vector<std::uint32_t> after_;
+  std::vector<std::uint32_t> next_;
 };
 
 }  // namespace

@@ -21,7 +21,7 @@ void show_done_by_others(StageRunner& runner) {
 
 void share_chunks(StageRunner& runner, StageClock& clock, const std::string& stage,
                   std::vector<ChunkWork> chunks, std::size_t memory_bytes,
-                  const std::function<void(ChunkId)>& work) {
+                  const std::function<void(ChunkId)>& work, Durability durability) {
   // A long task that starts last is what everybody would wait for. Tasks of about the same length
   // stay in the order of the chunks, and a process takes several in a row: halos are then read
   // while they are still in memory.
@@ -54,7 +54,8 @@ void share_chunks(StageRunner& runner, StageClock& clock, const std::string& sta
                }
                show_done_by_others(runner);
              });
-  runner.store.finish_commits();
+  if (durability == Durability::kAwaited) runner.store.finish_commits();
+  show_commits(runner);
   runner.communicator.barrier(runner.stop, [&] { show_done_by_others(runner); });
   if (runner.communicator.is_root() && runner.communicator.size() > 1) {
     // The others' results are not among what this process wrote.
@@ -62,6 +63,13 @@ void share_chunks(StageRunner& runner, StageClock& clock, const std::string& sta
   }
   show_done_by_others(runner);
   clock.facts().chunks = chunks.size();
+}
+
+void show_commits(StageRunner& runner) {
+  if (runner.communicator.size() > 1) return runner.store.finish_commits();
+  // Nothing is waited for, but the flush begins now: beside the next stage's work, not beside its
+  // writes.
+  runner.store.await_durable(0);
 }
 
 void by_root(StageRunner& runner, const std::function<void()>& work) {

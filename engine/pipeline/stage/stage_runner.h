@@ -58,12 +58,25 @@ struct ChunkWork {
 
 class StageClock;
 
+/// Whether the results of a stage are durable when the stage ends.
+enum class Durability {
+  kAwaited,
+  /// A process alone goes on while its results are flushed. Results become durable in the order of
+  /// their commits, so a later wait is one for these, too.
+  kFollows,
+};
+
 /// Runs `work` for every chunk that `stage` lacks, by the whole team, the longest first, with at
 /// most `memory_bytes` in flight in each process. Every member calls it with the same chunks;
-/// when it returns, all results are durable and everybody sees them.
+/// when it returns, everybody sees all results, and unless `durability` says otherwise they are
+/// durable.
 void share_chunks(StageRunner& runner, StageClock& clock, const std::string& stage,
                   std::vector<ChunkWork> chunks, std::size_t memory_bytes,
-                  const std::function<void(ChunkId)>& work);
+                  const std::function<void(ChunkId)>& work,
+                  Durability durability = Durability::kAwaited);
+
+/// What this process committed becomes visible to the others. A process alone sees it already.
+void show_commits(StageRunner& runner);
 
 /// The leader does the work, the others wait. Everybody sees afterwards what the leader left in the
 /// store.

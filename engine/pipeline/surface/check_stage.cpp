@@ -150,8 +150,9 @@ class Check {
       const std::uint64_t points = partition.points_in(chunk);
       tasks.push_back({chunk, kPerPoint * points, points, points});
     }
-    share_chunks(runner_, clock, kCheckStage, std::move(tasks), inputs_.memory_bytes,
-                 [this](ChunkId chunk) { commit(chunk, crossing_at(chunk)); });
+    share_chunks(
+        runner_, clock, kCheckStage, std::move(tasks), inputs_.memory_bytes,
+        [this](ChunkId chunk) { commit(chunk, crossing_at(chunk)); }, Durability::kFollows);
   }
 
   std::vector<HolePair> all_pairs() const {
@@ -239,7 +240,8 @@ CheckResult check_crossings(const CheckInputs& inputs, StageRunner& runner) {
   return result;
 }
 
-void drop_crossing_patches(const DroppedHoles& dropped, ChunkId batches, ChunkStore& store) {
+void drop_crossing_patches(const DroppedHoles& dropped, ChunkId batches, StageRunner& runner) {
+  ChunkStore& store = runner.store;
   store.discard_stage(kSettledStage);
   for (ChunkId batch = 0; batch < batches && !dropped.empty(); ++batch) {
     PatchBatch facts = load_patch_facts(store, batch);
@@ -260,7 +262,7 @@ void drop_crossing_patches(const DroppedHoles& dropped, ChunkId batches, ChunkSt
     }
     commit_patch_batch(store, batch, patches, kSettledStage);
   }
-  store.finish_commits();
+  show_commits(runner);
 }
 
 }  // namespace orbweave

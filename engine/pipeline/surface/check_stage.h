@@ -41,6 +41,6 @@ CheckResult check_crossings(const CheckInputs& inputs, StageRunner& runner);
 
 /// Takes the patches of these holes out of the stored batches, and says why. Only the root calls
 /// it.
-void drop_crossing_patches(const DroppedHoles& dropped, ChunkId batches, ChunkStore& store);
+void drop_crossing_patches(const DroppedHoles& dropped, ChunkId batches, StageRunner& runner);
 
 }  // namespace orbweave

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "io/first_touch.h"
 #include "io/store/chunk_points.h"
 
 namespace orbweave {
@@ -56,8 +57,11 @@ ChunkPoints load_chunk_with_halo(const ChunkStore& store, const Partition& parti
     count += parts.back().rows.size();
   }
   ChunkPoints points;
+  reserve_touched(points.positions, count);
   points.positions.resize(count);
+  reserve_touched(points.normals, count);
   points.normals.resize(count);
+  reserve_touched(points.global, count);
   points.global.resize(count);
   points.owned.resize(count, 0);
   std::size_t at = 0;

@@ -184,11 +184,18 @@ void begin_holes(const SurfaceInputs& inputs, std::size_t batches, StageRunner& 
 
 void fill_batches(const TracedHoles& holes, const Partition& partition, const Surface& surface,
                   StageClock& clock, StageRunner& runner) {
+  // Read before threads ask for it: one that waits for another to read it cannot help.
+  if (!holes.batches.empty() && runner.communicator.size() == 1 &&
+      !runner.store.has(kHoleStage, 0)) {
+    const std::uint32_t first = holes.plan.loops_of(holes.plan.groups.front()).front();
+    surface.position(holes.plan.loops[first].vertices.front());
+  }
   std::vector<ChunkWork> tasks;
   for (ChunkId batch = 0; batch < holes.batches.size(); ++batch)
     tasks.push_back(work_of(holes, batch));
-  share_chunks(runner, clock, kHoleStage, std::move(tasks), bytes_for_chunks(runner.job, partition),
-               [&](ChunkId batch) { fill_batch(holes, batch, surface, runner); });
+  share_chunks(
+      runner, clock, kHoleStage, std::move(tasks), bytes_for_chunks(runner.job, partition),
+      [&](ChunkId batch) { fill_batch(holes, batch, surface, runner); }, Durability::kFollows);
 }
 
 /// The chunks that a loop lies in, ascending.
@@ -339,7 +346,7 @@ Mended mend(HoleInputs& inputs, TracedHoles& holes, StoredSurface& surface, Stag
                            holes.fans,     inputs.boundary.pinched};
   Mended mended = mend_holes(to_mend, runner);
   runner.communicator.barrier(runner.stop);  // patches change only when all have read them
-  by_root(runner, [&] { store_mended(mended, to_mend, runner.store); });
+  by_root(runner, [&] { store_mended(mended, to_mend, runner); });
   if (mended.empty()) return mended;
   inputs.facts.area -= mended.taken_area;
   filled.pieces_removed += mended.pieces_gone;
@@ -385,7 +392,7 @@ HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
       runner);
   const StageClock clock(runner, Stage::kSettle, holes.batches.size(), "batches");
   const auto batches = static_cast<ChunkId>(holes.batches.size());
-  by_root(runner, [&] { drop_crossing_patches(check.dropped, batches, runner.store); });
+  by_root(runner, [&] { drop_crossing_patches(check.dropped, batches, runner); });
   const Mended mended = mend(inputs, holes, surface, runner, result.filled);
   const ChunkId stored = batches + (mended.empty() ? 0 : 1);
   SplitVertices split =

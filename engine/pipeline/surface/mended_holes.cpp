@@ -142,7 +142,8 @@ Mended mend_holes(const MendInputs& inputs, StageRunner& runner) {
   return mend_solids(filled, faults, runner.job.fill, &runner.stop);
 }
 
-void store_mended(const Mended& mended, const MendInputs& inputs, ChunkStore& store) {
+void store_mended(const Mended& mended, const MendInputs& inputs, StageRunner& runner) {
+  ChunkStore& store = runner.store;
   if (mended.empty()) return;
   drop_replaced(mended, inputs, store);
   PatchBatch batch;
@@ -154,7 +155,7 @@ void store_mended(const Mended& mended, const MendInputs& inputs, ChunkStore& st
     append_patch(std::move(none), {}, batch);
   }
   commit_patch_batch(store, inputs.batches, batch, kSettledStage);
-  store.finish_commits();
+  show_commits(runner);
 }
 
 }  // namespace orbweave

@@ -26,6 +26,6 @@ Mended mend_holes(const MendInputs& inputs, StageRunner& runner);
 
 /// Takes replaced patches out of the stored batches, and adds the new ones as one more batch. Only
 /// the root calls it.
-void store_mended(const Mended& mended, const MendInputs& inputs, ChunkStore& store);
+void store_mended(const Mended& mended, const MendInputs& inputs, StageRunner& runner);
 
 }  // namespace orbweave

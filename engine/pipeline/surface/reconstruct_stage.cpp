@@ -84,16 +84,18 @@ void reconstruct_chunks(const SurfaceInputs& inputs, StageRunner& runner) {
   }
   const BallPivotingOptions options{.ball_radii = radii, .stop = &runner.stop};
   const MemoryPlan plan = runner.job.memory_plan(partition.points(), partition.schema);
-  share_chunks(runner, clock, kMeshStage, std::move(tasks), plan.chunks_in_flight_bytes,
-               [&](ChunkId chunk) {
-                 const ChunkPoints points =
-                     load_chunk_with_halo(runner.store, partition, chunk, halo, &runner.stop);
-                 BallPivotingResult result =
-                     ball_pivoting(points.positions, points.normals, points.owned, options);
-                 commit_chunk_mesh(runner.store, chunk,
-                                   make_chunk_mesh(points, std::move(result), chunks[chunk].box,
-                                                   2.0 * radii.back(), &runner.stop));
-               });
+  share_chunks(
+      runner, clock, kMeshStage, std::move(tasks), plan.chunks_in_flight_bytes,
+      [&](ChunkId chunk) {
+        const ChunkPoints points =
+            load_chunk_with_halo(runner.store, partition, chunk, halo, &runner.stop);
+        BallPivotingResult result =
+            ball_pivoting(points.positions, points.normals, points.owned, options);
+        commit_chunk_mesh(runner.store, chunk,
+                          make_chunk_mesh(points, std::move(result), chunks[chunk].box,
+                                          2.0 * radii.back(), &runner.stop));
+      },
+      Durability::kFollows);
   clock.facts().points = partition.points();
 }
 

@@ -84,7 +84,7 @@ void require_memory(const SurfaceInputs& inputs, const ResolvedJob& job, const B
   require_memory_for_boundary(job, inputs.partition, load);
 }
 
-void commit_stitched(ChunkStore& store, const Stitched& stitched) {
+void commit_stitched(StageRunner& runner, const Stitched& stitched) {
   const MeshFacts& facts = stitched.facts;
   const StitchedBoundary& boundary = stitched.boundary;
   const VoronoiFacts& voronoi = stitched.voronoi;
@@ -114,7 +114,8 @@ void commit_stitched(ChunkStore& store, const Stitched& stitched) {
       array("pieces", 10, boundary.pieces),
       array("pinched", 1, boundary.pinched),
   };
-  store.commit(kStitchStage, 0, arrays, true);
+  runner.store.commit(kStitchStage, 0, arrays, false);
+  show_commits(runner);
 }
 
 /// It may have been stitched under a larger budget.
@@ -218,7 +219,7 @@ Stitched stitch(const SurfaceInputs& inputs, StageRunner& runner) {
     stitched = stitch_chunks(inputs, runner.job, runner.store, runner.stop,
                              [&] { runner.progress.advance(1); });
     runner.store.begin_stage(kStitchStage, key);
-    commit_stitched(runner.store, *stitched);
+    commit_stitched(runner, *stitched);
   });
   if (!stitched) stitched = load_stitched(runner.job, inputs.partition, runner.store);
   clock.facts().chunks = chunks;

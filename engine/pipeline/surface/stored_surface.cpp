@@ -1,5 +1,8 @@
 #include "engine/pipeline/surface/stored_surface.h"
 
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
 #include <algorithm>
 #include <list>
 #include <mutex>
@@ -9,6 +12,7 @@
 #include "engine/holes/patch/patch_vertices.h"
 #include "engine/pipeline/surface/stored_mesh.h"
 #include "engine/stitching/local_numbers.h"
+#include "io/first_touch.h"
 #include "io/store/chunk_points.h"
 
 namespace orbweave {
@@ -41,6 +45,15 @@ struct StoredSurface::LoadedChunk {
 };
 
 namespace {
+
+/// Points of a chunk that several threads go through.
+constexpr std::size_t kLeastShared = 100'000;
+
+/// A thread that waits here must not begin other work: its caller holds a lock.
+template <class Visit>
+void in_parallel(std::size_t ranges, const Visit& visit) {
+  tbb::this_task_arena::isolate([&] { tbb::parallel_for(std::size_t{0}, ranges, visit); });
+}
 
 double distance_to(const Box& box, Vec3 p) {
   double most = 0.0;
@@ -96,6 +109,7 @@ class StoredSurface::Cache {
     }
   }
   std::shared_ptr<const LoadedChunk> load(ChunkId chunk) const;
+  static void find_corners(LoadedChunk& loaded);
 
   const StoredSurface& surface_;
   std::size_t memory_bytes_;
@@ -104,6 +118,33 @@ class StoredSurface::Cache {
   std::list<std::pair<ChunkId, std::shared_ptr<const LoadedChunk>>> entries_;
   std::size_t held_bytes_ = 0;
 };
+
+/// Each thread takes the vertices of a range and goes through all triangles: they are read in the
+/// order of memory, and written to are a few pages around.
+void StoredSurface::Cache::find_corners(LoadedChunk& loaded) {
+  const std::size_t count = loaded.numbers().count();
+  const std::size_t ranges =
+      count < kLeastShared ? 1 : std::min(tbb::this_task_arena::max_concurrency(), 4);
+  const auto for_range = [&](std::size_t range, const auto& visit) {
+    const std::size_t begin = count * range / ranges, end = count * (range + 1) / ranges;
+    for (std::uint32_t t = 0; t < loaded.triangles.size(); ++t)
+      for (const std::uint32_t vertex : loaded.triangles[t])
+        if (vertex - begin < end - begin) visit(vertex, t);
+  };
+  std::vector<std::uint32_t>& first = loaded.first;
+  first.assign(count + 1, 0);
+  in_parallel(ranges, [&](std::size_t range) {
+    for_range(range, [&](std::uint32_t vertex, std::uint32_t) { ++first[vertex + 1]; });
+  });
+  for (std::size_t slot = 1; slot < first.size(); ++slot) first[slot] += first[slot - 1];
+  reserve_touched(loaded.at, first.back());
+  loaded.at.resize(first.back());
+  std::vector<std::uint32_t> place(first.begin(), first.end() - 1);
+  in_parallel(ranges, [&](std::size_t range) {
+    for_range(range,
+              [&](std::uint32_t vertex, std::uint32_t t) { loaded.at[place[vertex]++] = t; });
+  });
+}
 
 std::shared_ptr<const StoredSurface::LoadedChunk> StoredSurface::Cache::load(ChunkId chunk) const {
   auto loaded = std::make_shared<LoadedChunk>();
@@ -114,21 +155,14 @@ std::shared_ptr<const StoredSurface::LoadedChunk> StoredSurface::Cache::load(Chu
   loaded->points = load_points(surface_.store_, chunk, schema, partition.stage);
   const auto stored = surface_.store_.open(kMeshStage, chunk);
   loaded->first_vertex = partition.first_vertex[chunk];
-  loaded->triangles = stored->read_all<Triangle>(kStoredTriangles);
+  const std::uint64_t triangles = stored->rows(kStoredTriangles);
+  reserve_touched(loaded->triangles, triangles);
+  loaded->triangles.resize(triangles);
+  stored->read(kStoredTriangles, 0, triangles, loaded->triangles.data());
   loaded->outer_vertices = stored->read_all<std::uint64_t>(kStoredOuter);
   loaded->neighbors = partition.octree.neighbors(chunk, surface_.reach_);
 
-  std::vector<std::uint32_t>& first = loaded->first;
-  first.assign(loaded->numbers().count() + 1, 0);
-  for (const Triangle& t : loaded->triangles) {
-    for (const std::uint32_t vertex : t) ++first[vertex + 1];
-  }
-  for (std::size_t slot = 1; slot < first.size(); ++slot) first[slot] += first[slot - 1];
-  loaded->at.resize(first.back());
-  std::vector<std::uint32_t> place(first.begin(), first.end() - 1);
-  for (std::uint32_t t = 0; t < loaded->triangles.size(); ++t) {
-    for (const std::uint32_t vertex : loaded->triangles[t]) loaded->at[place[vertex]++] = t;
-  }
+  find_corners(*loaded);
   return loaded;
 }
 

@@ -1,0 +1,23 @@
+// Memory that several threads take from the system together.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace orbweave {
+
+/// Writes to every page of a block that holds nothing yet. The kernel clears a page when it is
+/// written for the first time, which takes longer than filling the page: the threads of the calling
+/// thread's TBB arena share that.
+void touch_pages(void* block, std::size_t bytes);
+
+/// Room for `size` elements, of which each will be used: pages that are touched are held. Nothing
+/// where the room is there.
+template <class T>
+void reserve_touched(std::vector<T>& elements, std::size_t size) {
+  if (size <= elements.capacity()) return;
+  elements.reserve(size);
+  touch_pages(elements.data() + elements.size(), (size - elements.size()) * sizeof(T));
+}
+
+}  // namespace orbweave
