@@ -183,7 +183,7 @@ TrialOptions trial_options(const ResolvedJob& job, const Partition& measured, co
 double seconds_of_run(const ResolvedJob& job, const JobPlan& plan, const TrialResult& trial,
                       const PassSeconds& passes) {
   // Calibrated on the scans of docs/results/scans.md, as seconds per point.
-  constexpr double kSharedWell = 0.9;   // part of the threads' time that chunks keep them busy
+  constexpr double kSharedWell = 0.95;  // part of the threads' time that chunks keep them busy
   constexpr double kCutAgain = 0.5e-6;  // count, bin, measure and sort of cleaned points
   constexpr double kSort = 0.2e-6;      // of the points as they come
   constexpr double kWritten = 0.7e-6;   // stitch, trace and export

@@ -13,13 +13,13 @@ namespace {
 
 /// What the points cost that a first radius leaves open, at each further one, of the first one's
 /// time: a few points, each of them with many neighbours.
-constexpr double kFurtherRadius = 4.0;
+constexpr double kFurtherRadius = 3.2;
 /// Times what tiles by chunk take: docs/results/formats.md.
 constexpr double kMapTiles = 3.4;
 /// Levels that automatic radii have on most scans.
 constexpr std::size_t kTypicalRadii = 3;
 /// Core seconds of a loop, large ones among small ones.
-constexpr double kSecondsPerLoop = 0.0008;
+constexpr double kSecondsPerLoop = 0.0006;
 /// Of the time of a stage whose time grows no further.
 constexpr double kConstantPoints = 1e6;
 /// What compressing adds to a stage that writes points or triangles, in microseconds per point
