@@ -126,31 +126,56 @@ HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop, c
 
 namespace {
 
-/// The membrane, its new vertices moved by `move` (relative to the rim's centre).
+/// The membrane, its new vertices moved by `move`.
 template <class Move>
 HolePatch moved_membrane(const HoleProblem& problem, const LoopTriangles& loop,
                          const PatchOptions& options, const Move& move) {
   if (problem.loop.size() < 3) return none_because("fewer than three edges");
   std::optional<PatchMesh> disc = smooth_disc(problem, loop, 1, options);
   if (!disc) return none_because(too_many_points(options), OpenReason::kTooManyPoints);
-  for (std::uint32_t v = disc->corners(); v < disc->size(); ++v) move(disc->positions()[v]);
+  move(*disc);
   HolePatch patch = finished(problem, loop.rim, *disc);
   patch.method = FillMethod::kDirect;
   patch.values = values_from_corners(problem, patch.positions);
   return patch;
 }
 
+Vec3 on_ground(const RecessedPlane& plane, Vec3 x) {
+  return x - (dot(x, plane.axis) - plane.depth) * plane.axis;
+}
+
+/// New vertices go to the plane; those beside a corner that stands above it go most of the way to
+/// the place below the corner, too: what was not seen between is steep.
+void move_to_ground(const RecessedPlane& plane, double spacing, PatchMesh& disc) {
+  constexpr double kLeastStep = 0.5;  // edge lengths
+  constexpr double kWay = 0.6;
+  const std::vector<std::vector<std::uint32_t>> neighbors = disc.neighbors();
+  std::vector<Vec3>& at = disc.positions();
+  for (std::uint32_t v = disc.corners(); v < disc.size(); ++v) {
+    at[v] = on_ground(plane, at[v]);
+    Vec3 below;
+    std::size_t above = 0;
+    for (const std::uint32_t n : neighbors[v]) {
+      if (n >= disc.corners() || dot(at[n], plane.axis) < plane.depth + kLeastStep * spacing)
+        continue;
+      below = below + on_ground(plane, at[n]);
+      ++above;
+    }
+    if (above > 0) at[v] = at[v] + kWay * (below / static_cast<double>(above) - at[v]);
+  }
+}
+
 }  // namespace
 
 HolePatch membrane_fill(const HoleProblem& problem, const LoopTriangles& loop,
                         const PatchOptions& options) {
-  return moved_membrane(problem, loop, options, [](Vec3&) {});
+  return moved_membrane(problem, loop, options, [](PatchMesh&) {});
 }
 
 HolePatch recessed_fill(const HoleProblem& problem, const LoopTriangles& loop,
                         const RecessedPlane& plane, const PatchOptions& options) {
   return moved_membrane(problem, loop, options,
-                        [&](Vec3& x) { x = x - (dot(x, plane.axis) - plane.depth) * plane.axis; });
+                        [&](PatchMesh& disc) { move_to_ground(plane, loop.rim.spacing, disc); });
 }
 
 }  // namespace orbweave

@@ -168,7 +168,7 @@ bool ends_in_crease(const HoleProblem& problem) {
 }
 
 std::optional<RecessedPlane> recessed_plane(const HoleProblem& problem) {
-  constexpr double kDeepest = 0.15;  // share of the corners: outliers lie deeper
+  constexpr double kDeepest = 0.10;  // share of the corners: outliers lie deeper
   constexpr double kFront = 0.85;
   constexpr double kLeastDepth = 1.0, kLeastStep = 0.5;  // edge lengths
   const FlatRim rim = flat_rim(problem);
