@@ -171,9 +171,9 @@ class BlockWalk {
       gathered_ = 0;
       return;
     }
-    const bool nearest_first = active_ == nullptr && nearest_first_.is_worth_it();
-    const std::uint32_t settled = kernel_.walk(grid_.arrays(), space_.arrays(), gathered_, active_,
-                                               nearest_first, space_.fans());
+    const bool nearest_first = nearest_first_.is_worth_it();
+    const std::uint32_t settled =
+        kernel_.walk(grid_.arrays(), space_.arrays(), gathered_, nearest_first, space_.fans());
     if (nearest_first) nearest_first_.learn(settled, gathered_);
     for (std::uint32_t w = 0; w < gathered_; ++w) {
       take(space_.arrays()[w].point, space_.fans()[w]);

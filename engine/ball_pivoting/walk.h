@@ -107,20 +107,17 @@ inline constexpr std::uint32_t kMostOfCrowd = 2048;
 using GatherCrowdFunction = bool (*)(const PointArrays& points, const GroupedPoints& groups,
                                      double ball_radius, WalkScratch& scratch);
 
-/// Finds the triangles at `count` points, at most kWalksAtOnce, whose neighbours are gathered. With
-/// `active` null: if the walk around a point's normal closes, its fan; otherwise all triangles of
-/// T_rho at the point. With `active` given (by index): all triangles of T_rho whose three vertices
-/// are active, each at the vertex of the smallest index. Walks with no point `active` may go among
-/// the nearest neighbours first; that saves time or costs some, and changes nothing else. Returns
-/// how many fans were settled there.
+/// Finds the triangles at `count` points, at most kWalksAtOnce, whose neighbours are gathered: if
+/// the walk around a point's normal closes, its fan; otherwise all triangles of T_rho at the point.
+/// Walks may go among the nearest neighbours first; that saves time or costs some, and changes
+/// nothing else. Returns how many fans were settled there.
 using WalkFunction = std::uint32_t (*)(const PointArrays& points, const WalkScratch* scratch,
-                                       std::uint32_t count, const std::uint8_t* active,
-                                       bool nearest_first, Fan* fans);
+                                       std::uint32_t count, bool nearest_first, Fan* fans);
 
-/// Finds corners at scratch.point, whose neighbours are gathered: those of all triangles of T_rho
-/// whose three vertices are active, if the point's index is the smallest of them, and some more.
-/// `taken`: corners of triangles that there are at the point; corners with the same first or the
-/// same second neighbour may be left out.
+/// Finds corners at scratch.point, whose neighbours are gathered (`active`: by index): those of all
+/// triangles of T_rho whose three vertices are active, if the point's index is the smallest of
+/// them, and some more. `taken`: corners of triangles that there are at the point; corners with the
+/// same first or the same second neighbour may be left out.
 using SuspectFunction = void (*)(const PointArrays& points, const WalkScratch& scratch,
                                  const std::uint8_t* active, const Corner* taken,
                                  std::uint32_t taken_count, Fan& fan);

@@ -118,7 +118,7 @@ class Walker {
   void begin_walk();
   bool walking() const { return state_ == State::kWalking; }
   void step();
-  void close_or_scan(const std::uint8_t* active);
+  void close_or_scan();
   void suspect(const std::uint8_t* active, const Corner* taken, std::uint32_t taken_count);
   void scan_some(const Corner* suspected, std::uint32_t count, const std::uint8_t* active);
 
@@ -529,10 +529,10 @@ void Walker::scan_all(const std::uint8_t* active) {
 }
 
 /// The fan that the walk closed, or else all triangles.
-void Walker::close_or_scan(const std::uint8_t* active) {
+void Walker::close_or_scan() {
   fan_.closed = closed_simply();
   fan_.blocked = false;
-  if (!fan_.closed) scan_all(active);
+  if (!fan_.closed) scan_all(nullptr);
 }
 
 /// Where a neighbour stands; kNobody if it is none. Neighbours are in the order of the arrays.
@@ -592,20 +592,20 @@ void walk_among_near(const PointArrays& points, const WalkScratch* scratch, std:
 }
 
 std::uint32_t walk(const PointArrays& points, const WalkScratch* scratch, std::uint32_t count,
-                   const std::uint8_t* active, bool nearest_first, Fan* fans) {
+                   bool nearest_first, Fan* fans) {
   for (std::uint32_t w = 0; w < count; ++w) fans[w].closed = fans[w].blocked = false;
-  if (nearest_first && active == nullptr) walk_among_near(points, scratch, count, fans);
+  if (nearest_first) walk_among_near(points, scratch, count, fans);
   alignas(Walker) unsigned char room[kWalksAtOnce * sizeof(Walker)];
   Walker* walkers = reinterpret_cast<Walker*>(room);
   std::uint32_t left = 0;
   for (std::uint32_t w = 0; w < count; ++w) {
     if (fans[w].closed) continue;
     fans[w].count = 0;
-    if (active == nullptr) invert_lengths(scratch[w], scratch[w].count);
-    new (walkers + left++) Walker(points, scratch[w], active == nullptr, fans[w]);
+    invert_lengths(scratch[w], scratch[w].count);
+    new (walkers + left++) Walker(points, scratch[w], true, fans[w]);
   }
-  if (active == nullptr) walk_in_turns(walkers, left);
-  for (std::uint32_t w = 0; w < left; ++w) walkers[w].close_or_scan(active);
+  walk_in_turns(walkers, left);
+  for (std::uint32_t w = 0; w < left; ++w) walkers[w].close_or_scan();
   return count - left;
 }
 

@@ -41,7 +41,7 @@ class Fans {
         space_.arrays()[w].point = first + w;
         kernel.gather(points, everybody, named.ball_radius, space_.arrays()[w]);
       }
-      settled += kernel.walk(points, space_.arrays(), count, nullptr, nearest_first, space_.fans());
+      settled += kernel.walk(points, space_.arrays(), count, nearest_first, space_.fans());
       for (std::uint32_t w = 0; w < count; ++w) {
         const Fan& fan = space_.fans()[w];
         text.push_back(fan.closed ? 1 : 0);
@@ -212,7 +212,7 @@ TEST_CASE("NeighboursThatMatterInACrowdFindWhatAllFind", "[costly]") {
           continue;
         ++taken;
         REQUIRE(scratch[1].count <= kMostOfCrowd);
-        kernel.walk(grid.arrays(), scratch, 2, nullptr, false, space.fans());
+        kernel.walk(grid.arrays(), scratch, 2, false, space.fans());
         const Fan &among_all = space.fans()[0], &among_few = space.fans()[1];
         INFO(named.name << ", width " << static_cast<int>(width) << ", point " << point);
         REQUIRE(among_few.closed == among_all.closed);
