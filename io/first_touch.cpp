@@ -1,10 +1,9 @@
 #include "io/first_touch.h"
 
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <cstdint>
+
+#include "io/whole_loop.h"
 
 namespace orbweave {
 namespace {
@@ -28,10 +27,9 @@ void touch_pages(void* block, std::size_t bytes) {
     for (std::uintptr_t at = first; at < last; at = (at / kPageBytes + 1) * kPageBytes)
       begin[at - address] = std::byte{0};
   };
-  // A thread that waits here must not begin other work: its caller may hold a lock.
-  tbb::this_task_arena::isolate([&] {
-    tbb::parallel_for(address / kPieceBytes, (end + kPieceBytes - 1) / kPieceBytes, touch);
-  });
+  const std::uintptr_t first_piece = address / kPieceBytes;
+  for_each_whole((end + kPieceBytes - 1) / kPieceBytes - first_piece,
+                 [&](std::size_t piece) { touch(first_piece + piece); });
 }
 
 }  // namespace orbweave

@@ -1,13 +1,17 @@
 #include "engine/geometry/concurrent_sets.h"
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
+#include <algorithm>
+
+#include "io/whole_loop.h"
 
 namespace orbweave {
 
 std::vector<std::uint32_t> ConcurrentSets::take_roots() {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, parent_.size()), [&](const auto& range) {
-    for (std::size_t x = range.begin(); x < range.end(); ++x) {
+  constexpr std::size_t kBlock = 8192;
+  const std::size_t count = parent_.size();
+  for_each_whole((count + kBlock - 1) / kBlock, [&](std::size_t block) {
+    const std::size_t end = std::min(count, (block + 1) * kBlock);
+    for (std::size_t x = block * kBlock; x < end; ++x) {
       const std::uint32_t root = find(static_cast<std::uint32_t>(x));
       std::atomic_ref(parent_[x]).store(root, std::memory_order_relaxed);
     }

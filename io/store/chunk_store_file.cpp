@@ -3,9 +3,6 @@
 #include <fcntl.h>
 #include <hdf5.h>
 #include <sys/stat.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -23,6 +20,7 @@
 #include "io/system/owned_files.h"
 #include "io/system/system_advice.h"
 #include "io/system/work_directory_errors.h"
+#include "io/whole_loop.h"
 
 namespace orbweave {
 namespace {
@@ -166,12 +164,10 @@ StoredArray describe(const ArrayView& view, const ResultIdentity& identity) {
     array.checksums[block] =
         block_checksum(array, block, data + first * row_bytes, rows * row_bytes);
   };
-  // A thread that waits here must not begin other work: its caller may hold memory for this alone.
-  tbb::this_task_arena::isolate([&] {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, array.checksums.size(), kGrain),
-                      [&](const tbb::blocked_range<std::size_t>& blocks) {
-                        for (std::size_t b = blocks.begin(); b < blocks.end(); ++b) sum_up(b);
-                      });
+  const std::size_t blocks = array.checksums.size();
+  for_each_whole((blocks + kGrain - 1) / kGrain, [&](std::size_t part) {
+    const std::size_t end = std::min(blocks, (part + 1) * kGrain);
+    for (std::size_t b = part * kGrain; b < end; ++b) sum_up(b);
   });
   return array;
 }

@@ -1,6 +1,4 @@
 // Reading rows of a stored result: positioned reads, unpacking, checksums. No HDF5 is needed here.
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 #include <unistd.h>
 #include <xxhash.h>
 
@@ -13,6 +11,7 @@
 #include "io/store/packed_blocks.h"
 #include "io/system/file_descriptor.h"
 #include "io/system/work_directory_errors.h"
+#include "io/whole_loop.h"
 
 namespace orbweave {
 namespace {
@@ -94,8 +93,7 @@ class FileResult : public StoredResult {
       for (std::uint64_t piece = 0; piece < pieces; ++piece) read_piece(piece);
       return;
     }
-    // A thread that waits here must not begin other work: its caller may hold a lock.
-    tbb::this_task_arena::isolate([&] { tbb::parallel_for(std::uint64_t{0}, pieces, read_piece); });
+    for_each_whole(pieces, read_piece);
   }
 
   /// Whole blocks of an array that is not packed.

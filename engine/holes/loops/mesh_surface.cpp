@@ -1,11 +1,10 @@
 #include "engine/holes/loops/mesh_surface.h"
 
-#include <oneapi/tbb/parallel_for.h>
-
 #include <algorithm>
 
 #include "engine/geometry/concurrent_sets.h"
 #include "engine/holes/patch/patch_vertices.h"
+#include "io/whole_loop.h"
 
 namespace orbweave {
 namespace {
@@ -97,8 +96,8 @@ std::size_t blocks_of(std::size_t count) { return (count + kBlock - 1) / kBlock;
 /// Calls work(block, begin, end) for each block of numbers below `count`, in parallel.
 template <class Work>
 void for_each_block(std::size_t count, const Work& work) {
-  tbb::parallel_for(std::size_t{0}, blocks_of(count),
-                    [&](std::size_t b) { work(b, b * kBlock, std::min(count, (b + 1) * kBlock)); });
+  for_each_whole(blocks_of(count),
+                 [&](std::size_t b) { work(b, b * kBlock, std::min(count, (b + 1) * kBlock)); });
 }
 
 /// Joins the triangles at each vertex that is simply inside a sheet: each has an edge of two
@@ -232,8 +231,9 @@ MeshComponents find_components(const TriangleMesh& mesh, const MeshSurface& surf
                                std::span<const std::uint32_t> unusual) {
   ConcurrentSets sets(mesh.triangles.size());
   join_closed_fans(mesh, surface, unusual, sets);
-  tbb::parallel_for(std::size_t{0}, unusual.size(),
-                    [&](std::size_t i) { join_over_edges(mesh, surface, unusual[i], sets); });
+  for_each_block(unusual.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) join_over_edges(mesh, surface, unusual[i], sets);
+  });
   MeshComponents found;
   found.of_triangle = sets.take_roots();
   number_pieces(mesh, found);

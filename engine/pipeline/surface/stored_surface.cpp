@@ -1,6 +1,5 @@
 #include "engine/pipeline/surface/stored_surface.h"
 
-#include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
@@ -14,6 +13,7 @@
 #include "engine/stitching/local_numbers.h"
 #include "io/first_touch.h"
 #include "io/store/chunk_points.h"
+#include "io/whole_loop.h"
 
 namespace orbweave {
 
@@ -48,12 +48,6 @@ namespace {
 
 /// Points of a chunk that several threads go through.
 constexpr std::size_t kLeastShared = 100'000;
-
-/// A thread that waits here must not begin other work: its caller holds a lock.
-template <class Visit>
-void in_parallel(std::size_t ranges, const Visit& visit) {
-  tbb::this_task_arena::isolate([&] { tbb::parallel_for(std::size_t{0}, ranges, visit); });
-}
 
 double distance_to(const Box& box, Vec3 p) {
   double most = 0.0;
@@ -133,14 +127,14 @@ void StoredSurface::Cache::find_corners(LoadedChunk& loaded) {
   };
   std::vector<std::uint32_t>& first = loaded.first;
   first.assign(count + 1, 0);
-  in_parallel(ranges, [&](std::size_t range) {
+  for_each_whole(ranges, [&](std::size_t range) {
     for_range(range, [&](std::uint32_t vertex, std::uint32_t) { ++first[vertex + 1]; });
   });
   for (std::size_t slot = 1; slot < first.size(); ++slot) first[slot] += first[slot - 1];
   reserve_touched(loaded.at, first.back());
   loaded.at.resize(first.back());
   std::vector<std::uint32_t> place(first.begin(), first.end() - 1);
-  in_parallel(ranges, [&](std::size_t range) {
+  for_each_whole(ranges, [&](std::size_t range) {
     for_range(range,
               [&](std::uint32_t vertex, std::uint32_t t) { loaded.at[place[vertex]++] = t; });
   });
