@@ -10,6 +10,7 @@
 #include <fstream>
 #include <functional>
 #include <map>
+#include <mutex>
 #include <random>
 #include <string>
 #include <vector>
@@ -72,11 +73,18 @@ Job wide_job(const ScratchDirectory& scratch) {
   return job;
 }
 
-/// Remembers in which stages points were worked on that were not done before.
+/// Remembers in which stages points were worked on that were not done before. Several threads tell
+/// of points at once.
 class CountingProgress final : public RecordingProgress {
  public:
   std::map<std::string, std::uint64_t> points;
-  void add_points(std::uint64_t count) override { points[stages.back()] += count; }
+  void add_points(std::uint64_t count) override {
+    const std::scoped_lock lock(mutex_);
+    points[stages.back()] += count;
+  }
+
+ private:
+  std::mutex mutex_;
 };
 
 struct Told {
