@@ -112,8 +112,8 @@ class BoxTree {
     for (const Item& item : items_) of_items += girth(item.box);
     for (std::size_t node = nodes_.size() / 2; node < nodes_.size(); ++node)
       of_leaves += girth(nodes_[node]);
-    const double per_leaf =
-        static_cast<double>(items_.size()) / static_cast<double>(nodes_.size() - nodes_.size() / 2);
+    const std::size_t leaves = nodes_.size() - nodes_.size() / 2;
+    const double per_leaf = static_cast<double>(items_.size()) / static_cast<double>(leaves);
     return of_leaves * per_leaf > kLoose * of_items;
   }
 
