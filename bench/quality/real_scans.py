@@ -7,11 +7,12 @@ supports, doubtful patches, orientation patches that contradict their neighbours
 (`ground.py`), and whether the mesh is watertight. Clouds without normals of their own that are no scans (kitten, oni) run as
 objects. The exit status is 1 where triangles of this program's mesh cross.
 
-usage: bench/quality/real_scans.py DATA_DIR [--before PROGRAM] [--only NAME]
+usage: bench/quality/real_scans.py DATA_DIR [--before PROGRAM --before-root DIR] [--only NAME]
 """
 import argparse
 import json
 import pathlib
+import re
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
@@ -53,11 +54,11 @@ def inputs_of(path):
     return [path.parent / name for name in names], [f"input.poses={json.dumps(str(path))}"]
 
 
-def measure(options, work, scan, label, program):
+def measure(options, work, scan, label, program, root):
     name, path, config, meter = scan
-    mesh = work / f"real-{label}-{name.replace(' ', '-').replace(',', '')}.ply"
+    mesh = work / f"real-{label}-{re.sub('[^a-z0-9]+', '-', name)}.ply"
     files, settings = inputs_of(pathlib.Path(options.data) / path)
-    result = harness.run_job(program, harness.ROOT / config, files, mesh, settings)
+    result = harness.run_job(program, root / config, files, mesh, settings)
     report = result["report"]
     facts = json.loads(harness.run([options.program, "inspect", mesh, "--json"])["stdout"])
     holes = report["holes"]
@@ -78,11 +79,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", help="directory of real scans")
     parser.add_argument("--before", help="another program, run in turn with this one")
+    parser.add_argument("--before-root", default=harness.ROOT, type=pathlib.Path,
+                        help="the tree whose configs/ the other program understands")
     parser.add_argument("--only", help="scans whose name contains this")
     harness.add_common_options(parser)
     options = parser.parse_args()
     work = harness.prepare(options)
-    programs = ([("before", options.before)] if options.before else []) + [("now", options.program)]
+    programs = [("before", options.before, options.before_root)] if options.before else []
+    programs.append(("now", options.program, harness.ROOT))
     rows = []
     for scan in SCANS:
         if options.only and options.only not in scan[0]:
@@ -90,8 +94,8 @@ def main():
         if not (pathlib.Path(options.data) / scan[1]).exists():
             print(f"skipped, no such file: {scan[1]}")
             continue
-        for label, program in programs:
-            rows.append(measure(options, work, scan, label, program))
+        for label, program, root in programs:
+            rows.append(measure(options, work, scan, label, program, root))
             print(harness.table(rows[-1:], COLUMNS), flush=True)
     print("\n" + harness.table(rows, COLUMNS))
     harness.write_results(options, "real_scans", rows)
