@@ -4,8 +4,8 @@
 Columns: share of the points that are vertices, pairs of triangles that cross (of the mesh file, by the newer program's
 `inspect`), places where sheets touch, edges at the border, loops filled of all, share of the area that no point
 supports, doubtful patches, orientation patches that contradict their neighbours, share of the ground that faces up
-(`ground.py`), and whether the mesh is watertight. Clouds without normals of their own that are no scans (kitten, oni) run as
-objects. The exit status is 1 where triangles of this program's mesh cross.
+(`ground.py`), and whether the mesh is watertight. Clouds that are no scans (kitten, oni, points of the Stanford meshes) run
+as objects. The exit status is 1 where triangles of this program's mesh cross.
 
 usage: bench/quality/real_scans.py DATA_DIR [--before PROGRAM --before-root DIR] [--only NAME]
 """

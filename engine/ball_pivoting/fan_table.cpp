@@ -95,10 +95,28 @@ class TakenCorners {
   std::vector<std::uint32_t> place_;   // in `among`
 };
 
+/// Looks at the request to stop after so many candidates, and before the first.
+class StopLooks {
+ public:
+  explicit StopLooks(const StopToken* stop) : stop_(stop) {}
+  void after(std::uint32_t candidates) {
+    unlooked_ += candidates;
+    if (unlooked_ < kLookEvery) return;
+    unlooked_ = 0;
+    check_stop(stop_);
+  }
+
+ private:
+  const StopToken* stop_;
+  std::uint64_t unlooked_ = kLookEvery;
+};
+
 /// Walks at the points of one block of cells; fans come out in sorted order.
 class BlockWalk {
  public:
-  /// `groups`: of the grid's points; null where nothing is crowded.
+  /// `groups`: of the grid's points; null where nothing is crowded. `active`: null, or of all
+  /// points; then triangles are looked for at the first of their vertices, with the edges that
+  /// `taken` leaves.
   BlockWalk(const CellGrid& grid, const GroupedPoints* groups, double ball_radius,
             const std::uint8_t* active, WalkKernel kernel, const StopToken* stop,
             const TakenCorners* taken = nullptr)
@@ -107,7 +125,7 @@ class BlockWalk {
         ball_radius_(ball_radius),
         active_(active),
         kernel_(kernel),
-        stop_(stop),
+        looks_(stop),
         taken_(taken) {}
 
   /// take(sorted index, fan) is called for every point of cells [first, last) that was walked at.
@@ -116,15 +134,13 @@ class BlockWalk {
     CellGrid::Cursor cursor(grid_, first);
     for (std::uint32_t cell = first; cell < last; ++cell) {
       const std::uint32_t begin = grid_.cell_begin(cell), end = grid_.cell_end(cell);
-      if (!wanted(begin, end)) continue;
       const CandidateRanges candidates = cursor.around(cell);
       const bool crowded = groups_ != nullptr && candidates.size() >= kCrowd;
       make_room(crowded ? kMostOfCrowd : candidates.size(), take);
       for (std::uint32_t i = begin; i < end; ++i) {
-        if (active_ != nullptr && active_[i] == 0) continue;
         if (!crowded || !gather_crowd(i)) {
           make_room(candidates.size(), take);
-          look_at_stop(candidates.size());
+          looks_.after(candidates.size());
           WalkScratch& scratch = space_.arrays()[gathered_];
           scratch.point = i;
           kernel_.gather(grid_.arrays(), candidates, ball_radius_, scratch);
@@ -138,7 +154,7 @@ class BlockWalk {
 
  private:
   bool gather_crowd(std::uint32_t point) {
-    look_at_stop(kMostOfCrowd);
+    looks_.after(kMostOfCrowd);
     WalkScratch& scratch = space_.arrays()[gathered_];
     scratch.point = point;
     return kernel_.gather_crowd(grid_.arrays(), *groups_, ball_radius_, scratch);
@@ -148,16 +164,6 @@ class BlockWalk {
     if (!space_.is_too_small(candidates)) return;
     walk_at_gathered(take);
     space_.grow(candidates);
-  }
-  bool wanted(std::uint32_t begin, std::uint32_t end) const {
-    return active_ == nullptr ||
-           std::any_of(active_ + begin, active_ + end, [](std::uint8_t a) { return a != 0; });
-  }
-  void look_at_stop(std::uint32_t candidates) {
-    unlooked_ += candidates;
-    if (unlooked_ < kLookEvery) return;
-    unlooked_ = 0;
-    check_stop(stop_);
   }
   template <class Take>
   void walk_at_gathered(const Take& take) {
@@ -186,10 +192,9 @@ class BlockWalk {
   const double ball_radius_;
   const std::uint8_t* active_;
   const WalkKernel kernel_;
-  const StopToken* const stop_;
+  StopLooks looks_;
   const TakenCorners* const taken_;
   std::vector<Corner> taken_list_;
-  std::uint64_t unlooked_ = kLookEvery;  // candidates since the last look
   ScratchSpace space_;
   NearestFirst nearest_first_;
   std::uint32_t gathered_ = 0;  // points of the next call
@@ -229,7 +234,7 @@ class BlockConfirm {
         ball_radius_(ball_radius),
         active_(active),
         kernel_(kernel),
-        stop_(stop) {}
+        looks_(stop) {}
 
   /// Calls take(fan) for every suspected point. Points ascend; `corners`: of one after the other.
   template <class Take>
@@ -258,11 +263,7 @@ class BlockConfirm {
     const bool crowded = groups_ != nullptr && size >= kCrowd;
     make_room(crowded ? kMostOfCrowd : size);
     space_.arrays()[0].point = point;
-    unlooked_ += crowded ? kMostOfCrowd : size;
-    if (unlooked_ >= kLookEvery) {
-      unlooked_ = 0;
-      check_stop(stop_);
-    }
+    looks_.after(crowded ? kMostOfCrowd : size);
     if (crowded && kernel_.gather_crowd(grid_.arrays(), *groups_, ball_radius_, space_.arrays()[0]))
       return;
     make_room(size);
@@ -278,8 +279,7 @@ class BlockConfirm {
   const double ball_radius_;
   const std::uint8_t* active_;
   const WalkKernel kernel_;
-  const StopToken* const stop_;
-  std::uint64_t unlooked_ = 0;  // candidates since the last look
+  StopLooks looks_;
   ScratchSpace space_;
 };
 

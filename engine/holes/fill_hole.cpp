@@ -168,7 +168,8 @@ class Attempts {
     std::uint64_t avoidable = 0;  ///< of them
     HolePatch patch;
   };
-  /// Of wide loops in real scans none that started with more contacts came to be clear.
+  /// Hardly any patch of a wide loop in real scans that started with more contacts came to be
+  /// clear.
   static bool may_be_untangled(const Tangled& candidate) {
     constexpr std::size_t kMostContacts = 32;
     return candidate.contacts.size() <= kMostContacts;
@@ -213,7 +214,7 @@ class Attempts {
   bool settles(HolePatch patch, const char* reason) {
     patch.reason = joined(reason, patch.reason);
     take(std::move(patch));
-    if (is_tangled()) untangle_best();
+    if (fewest_contacts_ > 0 && is_tangled()) untangle_best();
     if (fewest_contacts_ == 0) return true;
     if (is_tangled()) put_back();
     return false;

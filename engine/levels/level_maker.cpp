@@ -1,9 +1,5 @@
 #include "engine/levels/level_maker.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -14,6 +10,7 @@
 #include "io/hex_digits.h"
 #include "io/system/running_checksum.h"
 #include "partition/canonical_order.h"
+#include "partition/executor.h"
 
 namespace orbweave {
 namespace {
@@ -152,16 +149,11 @@ void LevelMaker::find_components() {
 }
 
 void LevelMaker::on_threads(std::size_t count, const std::function<void(std::size_t)>& work) const {
-  tbb::task_arena arena(level_workers(options_));
-  arena.execute([&] {
-    tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, count, 1),
-        [&](const auto& range) {
-          for (std::size_t i = range.begin(); i < range.end(); ++i)
-            tbb::this_task_arena::isolate([&] { work(i); });
-        },
-        tbb::simple_partitioner());
-  });
+  // A loop of TBB would be cancelled by the first failure, and with it, without a word, every loop
+  // within the nodes in the making: what these had not come to would be missing in stored nodes.
+  std::vector<ChunkTask> tasks;
+  for (std::size_t i = 0; i < count; ++i) tasks.push_back({static_cast<ChunkId>(i), 0, 1});
+  run_chunks(tasks, {.threads = level_workers(options_)}, work);
 }
 
 bool LevelMaker::children_serve(std::uint32_t number) const {

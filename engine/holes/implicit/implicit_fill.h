@@ -27,7 +27,8 @@ HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop, c
 HolePatch membrane_fill(const HoleProblem& problem, const LoopTriangles& loop,
                         const PatchOptions& options = {});
 
-/// The membrane with its new vertices in a plane that lies behind the sheet.
+/// The membrane with its new vertices in a plane that lies behind the sheet. It rises steeply to
+/// those parts of the rim that stand above the plane.
 HolePatch recessed_fill(const HoleProblem& problem, const LoopTriangles& loop,
                         const RecessedPlane& plane, const PatchOptions& options = {});
 

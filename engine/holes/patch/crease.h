@@ -21,8 +21,8 @@ struct RecessedPlane {
 
 /// Where the rim is the lip of a recess, of which the scanner saw some sides down to the ground and
 /// others not: the plane that is parallel to the sheet and goes through the deepest parts of the
-/// rim. A window's pane lies there; between lip and ground a patch slopes. Empty where the rim is
-/// no such lip, or where it lies in one plane as it is. Precondition: ends_in_crease().
+/// rim. A window's pane lies there. Empty where the rim is no such lip, or where it lies in one
+/// plane as it is. Precondition: ends_in_crease().
 std::optional<RecessedPlane> recessed_plane(const HoleProblem& problem);
 
 }  // namespace orbweave
