@@ -5,6 +5,7 @@
 
 #include <cstdint>
 
+#include "engine/geometry/vector_width.h"
 #include "io/vec3.h"
 
 namespace orbweave {
@@ -141,9 +142,6 @@ WalkKernel walk_kernel_generic();
 WalkKernel walk_kernel_avx2();
 WalkKernel walk_kernel_avx512();
 
-enum class VectorWidth { kScalar, kAvx2, kAvx512 };
-/// The widest form this machine runs, or nullptr-free lookup of a given one.
-VectorWidth widest_supported();
 WalkKernel walk_kernel(VectorWidth width);
 
 }  // namespace orbweave

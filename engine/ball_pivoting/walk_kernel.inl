@@ -14,7 +14,7 @@
 
 #include <new>
 
-#include "engine/ball_pivoting/simd.h"
+#include "engine/geometry/simd.h"
 #include "engine/ball_pivoting/walk.h"
 
 namespace orbweave {

@@ -5,14 +5,13 @@ namespace orbweave {
 
 NeighborKernel neighbor_kernel_generic() { return kKernel; }
 
-const NeighborKernel& neighbor_kernel() {
+NeighborKernel neighbor_kernel(VectorWidth width) {
 #if defined(ORBWEAVE_X86)
-  static const NeighborKernel kernel =
-      __builtin_cpu_supports("avx2") ? neighbor_kernel_avx2() : neighbor_kernel_generic();
-#else
-  static const NeighborKernel kernel = neighbor_kernel_generic();
+  if (width == VectorWidth::kAvx512) return neighbor_kernel_avx512();
+  if (width == VectorWidth::kAvx2) return neighbor_kernel_avx2();
 #endif
-  return kernel;
+  (void)width;
+  return neighbor_kernel_generic();
 }
 
 }  // namespace orbweave

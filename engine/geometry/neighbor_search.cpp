@@ -4,6 +4,7 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -22,21 +23,6 @@ constexpr double kTrusted = 3.0;
 /// More than rounding adds to a squared sum of two distances.
 constexpr double kRoundingMargin = 1e-12;
 using Range = tbb::blocked_range<std::size_t>;
-
-/// How far apart two intervals are. Rounding keeps the order: never more than the computed
-/// distance of two members.
-double gap(double low_a, double high_a, double low_b, double high_b) {
-  const double above = low_a - high_b, below = low_b - high_a;
-  const double apart = above > below ? above : below;
-  return apart > 0.0 ? apart : 0.0;
-}
-
-double squared_gap(Vec3 low_a, Vec3 high_a, Vec3 low_b, Vec3 high_b) {
-  const Vec3 apart{gap(low_a.x, high_a.x, low_b.x, high_b.x),
-                   gap(low_a.y, high_a.y, low_b.y, high_b.y),
-                   gap(low_a.z, high_a.z, low_b.z, high_b.z)};
-  return squared_norm(apart);
-}
 
 Vec3 lower(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
 Vec3 upper(Vec3 a, Vec3 b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
@@ -58,22 +44,41 @@ NeighborSearch::NeighborSearch(std::span<const Vec3> positions)
     : size_(static_cast<std::uint32_t>(positions.size())) {
   const std::size_t blocks = (positions.size() + kBlock - 1) / kBlock;
   for (std::vector<double>* axis : {&x_, &y_, &z_}) axis->assign(blocks * kBlock, kNotANumber);
-  for (std::vector<double>& column : bounds_) column.assign(blocks * kPartsPerBlock, kInfinity);
+  for (std::vector<double>& column : bounds_)
+    column.assign(blocks * kPartsPerBlock + kMostLanes, kInfinity);
   if (blocks == 0) return;
   levels_.emplace_back(blocks);
   tbb::parallel_for(Range(0, blocks, 1024), [&](const Range& r) {
-    for (std::size_t b = r.begin(); b < r.end(); ++b) levels_[0][b] = fill_block(positions, b);
+    for (std::size_t b = r.begin(); b < r.end(); ++b) levels_[0].set(b, fill_block(positions, b));
   });
-  while (levels_.back().size() > 1) {
-    const std::vector<Bounds>& below = levels_.back();
-    std::vector<Bounds> above((below.size() + kFan - 1) / kFan);
-    for (std::size_t i = 0; i < below.size(); ++i) {
-      Bounds& box = above[i / kFan];
-      if (i % kFan == 0) box = below[i];
-      box = {lower(box.low, below[i].low), upper(box.high, below[i].high)};
+  while (levels_.back().size > 1) {
+    const Boxes& below = levels_.back();
+    Boxes above((below.size + kFan - 1) / kFan);
+    for (std::size_t parent = 0; parent < above.size; ++parent) {
+      const std::size_t first = parent * kFan;
+      Bounds box = below.at(first);
+      for (std::size_t i = first + 1; i < std::min(first + kFan, below.size); ++i)
+        box = {lower(box.low, below.at(i).low), upper(box.high, below.at(i).high)};
+      above.set(parent, box);
     }
     levels_.push_back(std::move(above));
   }
+}
+
+NeighborSearch::Boxes::Boxes(std::size_t count) : size(count) {
+  for (std::vector<double>& column : columns) column.assign(count + kMostLanes, kInfinity);
+}
+
+void NeighborSearch::Boxes::set(std::size_t box, const Bounds& bounds) {
+  for (int axis = 0; axis < 3; ++axis) {
+    columns[axis][box] = bounds.low[axis];
+    columns[axis + 3][box] = bounds.high[axis];
+  }
+}
+
+NeighborSearch::Bounds NeighborSearch::Boxes::at(std::size_t box) const {
+  return {{columns[0][box], columns[1][box], columns[2][box]},
+          {columns[3][box], columns[4][box], columns[5][box]}};
 }
 
 /// A part without points is infinitely far away.
@@ -106,23 +111,24 @@ PositionColumns NeighborSearch::columns() const {
   return columns;
 }
 
+/// Collects the blocks below a node, which is within reach itself, that are within reach.
 void NeighborSearch::Query::descend(const NeighborSearch& search, std::size_t level,
                                     std::uint32_t node, double reach) {
-  const std::vector<Bounds>& boxes = search.levels_[level];
-  const Bounds& box = boxes[node];
-  if (!(squared_gap(box.low, box.high, low_, high_) <= reach)) return;
   if (level == 0) {
+    const Boxes& boxes = search.levels_[level];
     block_.push_back(node);
-    for (int axis = 0; axis < 3; ++axis) {
-      bounds_[axis].push_back(box.low[axis]);
-      bounds_[axis + 3].push_back(box.high[axis]);
-    }
+    for (int column = 0; column < 6; ++column)
+      bounds_[column].push_back(boxes.columns[column][node]);
     return;
   }
+  const Boxes& children = search.levels_[level - 1];
   const std::size_t first = std::size_t{node} * kFan;
-  const std::size_t last = std::min(first + kFan, search.levels_[level - 1].size());
-  for (std::size_t child = first; child < last; ++child)
-    descend(search, level - 1, static_cast<std::uint32_t>(child), reach);
+  const double* columns[6];
+  for (int column = 0; column < 6; ++column) columns[column] = children.columns[column].data();
+  unsigned near = kernel_.near_boxes(columns, first, &low_.x, &high_.x, reach);
+  if (children.size - first < kFan) near &= (1u << (children.size - first)) - 1u;
+  for (; near != 0; near &= near - 1)
+    descend(search, level - 1, static_cast<std::uint32_t>(first) + std::countr_zero(near), reach);
 }
 
 /// The blocks that any of the query points may need.
@@ -131,11 +137,11 @@ void NeighborSearch::Query::collect(const NeighborSearch& search, double reach) 
   block_.clear();
   for (std::vector<double>& column : bounds_) column.clear();
   descend(search, search.levels_.size() - 1, 0, reach);
-  for (std::vector<double>& column : bounds_) column.resize(block_.size() + 4);
+  for (std::vector<double>& column : bounds_) column.resize(block_.size() + kMostLanes);
   const std::size_t points = block_.size() * kBlock;
-  if (near_squared_.size() >= 2 * points + 8) return;
-  near_squared_.resize(2 * points + 8);
-  near_index_.resize(points + 8);
+  if (near_index_.size() >= points + kMostLanes) return;
+  near_squared_.resize(2 * (points + kMostLanes));
+  near_index_.resize(points + kMostLanes);
 }
 
 BlockColumns NeighborSearch::Query::blocks() const {
@@ -160,8 +166,8 @@ void NeighborSearch::Query::find_row(const NeighborSearch& search, std::uint32_t
   double limit = std::min(sure, start_);
   std::uint32_t count = 0;
   for (double growth = kGrowth;; growth *= growth) {
-    count = kernel_->gather(search.columns(), blocks(), &place.x, index, limit,
-                            {near_squared_.data(), near_index_.data()});
+    count = kernel_.gather(search.columns(), blocks(), &place.x, index, limit,
+                           {near_squared_.data(), near_index_.data()});
     if (count >= stride_ || !(limit < sure)) break;
     limit = growth * limit > limit ? std::min(sure, growth * limit) : sure;
     if (limit > reach_) collect(search, std::min(sure, kGrowth * limit));
@@ -170,7 +176,7 @@ void NeighborSearch::Query::find_row(const NeighborSearch& search, std::uint32_t
                         found_index_.data() + row_begin(index)};
   const FoundColumns from{near_squared_.data(), near_index_.data()};
   if (count > stride_) {
-    row_limit_ = kernel_->select(from, count, static_cast<std::uint32_t>(stride_), to);
+    row_limit_ = kernel_.select(from, count, static_cast<std::uint32_t>(stride_), to);
   } else {
     std::copy_n(from.squared, count, to.squared);
     std::copy_n(from.index, count, to.index);
@@ -188,9 +194,8 @@ void NeighborSearch::Query::find(const NeighborSearch& search, std::uint32_t beg
   begin_ = begin;
   end_ = end;
   stride_ = std::min<std::size_t>(count, search.size_);
-  constexpr std::size_t kRoom = 4;
-  found_squared_.resize((end - begin) * stride_ + kRoom);
-  found_index_.resize((end - begin) * stride_ + kRoom);
+  found_squared_.resize((end - begin) * stride_ + kMostLanes);
+  found_index_.resize((end - begin) * stride_ + kMostLanes);
   found_count_.assign(end - begin, 0);
   if (stride_ == 0 || begin == end) return;
   low_ = {kInfinity, kInfinity, kInfinity};
@@ -200,7 +205,7 @@ void NeighborSearch::Query::find(const NeighborSearch& search, std::uint32_t beg
     low_ = lower(low_, p);
     high_ = upper(high_, p);
   }
-  const Bounds& box = search.levels_[0][begin / kBlock];
+  const Bounds box = search.levels_[0].at(begin / kBlock);
   const auto wanted = static_cast<double>(stride_);
   const double expected = kMargin * expected_reach(box.high - box.low, wanted);
   const double guess = guess_ > 0.0 ? std::min(guess_ * wanted, kTrusted * expected) : expected;

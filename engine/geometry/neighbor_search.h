@@ -60,7 +60,7 @@ class NeighborSearch {
     void descend(const NeighborSearch& search, std::size_t level, std::uint32_t node, double reach);
     BlockColumns blocks() const;
 
-    const NeighborKernel* kernel_ = &neighbor_kernel();
+    NeighborKernel kernel_ = neighbor_kernel(widest_supported());
     std::uint32_t begin_ = 0, end_ = 0;
     std::size_t stride_ = 0;
     std::vector<double> found_squared_;
@@ -81,17 +81,26 @@ class NeighborSearch {
   };
 
  private:
-  static constexpr std::uint32_t kFan = 8;  // children of a node
+  static constexpr std::uint32_t kFan = kBoxesAtOnce;  // children of a node
   struct Bounds {
     Vec3 low, high;
+  };
+  /// Boxes in columns: low x, y, z, high x, y, z. Those beyond the last are infinitely far away.
+  struct Boxes {
+    explicit Boxes(std::size_t count);
+    void set(std::size_t box, const Bounds& bounds);
+    Bounds at(std::size_t box) const;
+
+    std::size_t size;
+    std::vector<double> columns[6];
   };
   Bounds fill_block(std::span<const Vec3> positions, std::size_t block);
   PositionColumns columns() const;
 
   std::uint32_t size_ = 0;
-  std::vector<double> x_, y_, z_;            // padded to whole blocks by what is no number
-  std::vector<double> bounds_[6];            // of the parts of blocks: low x, y, z, high x, y, z
-  std::vector<std::vector<Bounds>> levels_;  // of blocks, of their parents, ... of the root
+  std::vector<double> x_, y_, z_;  // padded to whole blocks by what is no number
+  std::vector<double> bounds_[6];  // of the parts of blocks: low x, y, z, high x, y, z
+  std::vector<Boxes> levels_;      // of blocks, of their parents, ... of the root
 };
 
 }  // namespace orbweave

@@ -20,6 +20,7 @@
 #include "io/error.h"
 #include "io/report/report.h"
 #include "tests/support/clouds.h"
+#include "tests/support/vector_widths.h"
 
 namespace orbweave {
 namespace {
@@ -98,14 +99,6 @@ BallPivotingResult reconstruct(const NamedCloud& named, std::vector<double> fact
   return ball_pivoting(named.cloud.positions, named.cloud.normals, {}, {factors, width});
 }
 
-std::vector<VectorWidth> supported_widths() {
-  std::vector<VectorWidth> widths;
-  for (const VectorWidth w : {VectorWidth::kScalar, VectorWidth::kAvx2, VectorWidth::kAvx512}) {
-    if (w <= widest_supported()) widths.push_back(w);
-  }
-  return widths;
-}
-
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
 std::map<Edge, int> directed_edges(const std::vector<Triangle>& triangles) {
@@ -154,7 +147,7 @@ TEST_CASE("WalksFindEveryTriangleThatHasRoom") {
 void require_all_that_has_room(const NamedCloud& named) {
   const std::set<Triangle> expected = oracle(named);
   REQUIRE(expected.size() > 15);
-  for (const VectorWidth width : supported_widths()) {
+  for (const VectorWidth width : test::supported_widths()) {
     INFO(named.name << ", width " << static_cast<int>(width));
     const FanTable fans = walk(named, width);
     const std::set<Triangle> found = all_found(fans);
@@ -205,7 +198,7 @@ TEST_CASE("ScansOfActivePointsFindEveryTriangleOfTheirs") {
     std::erase_if(expected, [&](const Triangle& t) {
       return active[t[0]] == 0 || active[t[1]] == 0 || active[t[2]] == 0;
     });
-    for (const VectorWidth width : supported_widths()) {
+    for (const VectorWidth width : test::supported_widths()) {
       INFO(named.name << ", width " << static_cast<int>(width));
       const FanTable fans = walk_all(grid, named.ball_radius, active, width);
       CHECK(all_found(fans) == expected);
@@ -230,7 +223,7 @@ TEST_CASE("ScansLeaveOutNoTriangleWhoseEdgesAreFree") {
       }
     }
     std::sort(taken.begin(), taken.end());
-    for (const VectorWidth width : supported_widths()) {
+    for (const VectorWidth width : test::supported_widths()) {
       INFO(named.name << ", width " << static_cast<int>(width));
       const std::set<Triangle> found =
           all_found(walk_all(grid, named.ball_radius, active, width, nullptr, taken));
@@ -271,7 +264,7 @@ TEST_CASE("VectorWidthChangesNoDecision") {
   clouds.push_back(test::noisy_torus(5000, 0.4, 7));
   for (const NamedCloud& named : clouds) {
     const BallPivotingResult scalar = reconstruct(named, {1.0, 1.5, 2.25}, VectorWidth::kScalar);
-    for (const VectorWidth width : supported_widths()) {
+    for (const VectorWidth width : test::supported_widths()) {
       INFO(named.name << ", width " << static_cast<int>(width));
       REQUIRE(reconstruct(named, {1.0, 1.5, 2.25}, width).triangles == scalar.triangles);
     }

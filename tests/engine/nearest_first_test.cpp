@@ -11,6 +11,7 @@
 #include "engine/ball_pivoting/crowd_tree.h"
 #include "engine/ball_pivoting/scratch_space.h"
 #include "tests/support/clouds.h"
+#include "tests/support/vector_widths.h"
 
 namespace orbweave {
 namespace {
@@ -58,19 +59,11 @@ class Fans {
   ScratchSpace space_;
 };
 
-std::vector<VectorWidth> supported_widths() {
-  std::vector<VectorWidth> widths;
-  for (const VectorWidth w : {VectorWidth::kScalar, VectorWidth::kAvx2, VectorWidth::kAvx512}) {
-    if (w <= widest_supported()) widths.push_back(w);
-  }
-  return widths;
-}
-
 /// Returns how many fans the nearest neighbours settled.
 std::size_t require_same_fans(const NamedCloud& named) {
   const Fans among_all(named, VectorWidth::kScalar, false);
   std::size_t settled = 0;
-  for (const VectorWidth width : supported_widths()) {
+  for (const VectorWidth width : test::supported_widths()) {
     INFO(named.name << ", width " << static_cast<int>(width));
     REQUIRE(Fans(named, width, false).text == among_all.text);
     const Fans nearest_first(named, width, true);
@@ -202,7 +195,7 @@ TEST_CASE("NeighboursThatMatterInACrowdFindWhatAllFind", "[costly]") {
     everybody.count = 1;
     ScratchSpace space;
     space.grow(std::max(n, kMostOfCrowd));
-    for (const VectorWidth width : supported_widths()) {
+    for (const VectorWidth width : test::supported_widths()) {
       const WalkKernel kernel = walk_kernel(width);
       for (std::uint32_t point = 0; point < n; point += 29) {
         WalkScratch* const scratch = space.arrays();

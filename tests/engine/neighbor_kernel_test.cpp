@@ -5,11 +5,13 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "io/vec3.h"
 #include "tests/support/clouds.h"
+#include "tests/support/vector_widths.h"
 
 namespace orbweave {
 namespace {
@@ -29,9 +31,10 @@ struct Blocks {
       block.push_back(b);
       bound(b * kPointsPerBlock, kPointsPerBlock, bounds);
     }
-    for (auto& column : bounds) column.resize(column.size() + 4);
+    for (auto& column : bounds) column.resize(column.size() + kMostLanes);
     constexpr std::uint32_t kPart = kPointsPerBlock / kPartsPerBlock;
     for (std::uint32_t first = 0; first < kPoints; first += kPart) bound(first, kPart, parts);
+    for (auto& column : parts) column.resize(column.size() + kMostLanes);
   }
   void bound(std::uint32_t first, std::uint32_t count, std::vector<double> (&columns)[6]) {
     int column = 0;
@@ -62,8 +65,8 @@ using Found = std::vector<std::pair<double, std::uint32_t>>;
 
 /// What is found, with room for the work of a selection.
 struct Room {
-  std::vector<double> squared = std::vector<double>(2 * kPoints + 8);
-  std::vector<std::uint32_t> index = std::vector<std::uint32_t>(kPoints + 8);
+  std::vector<double> squared = std::vector<double>(2 * (kPoints + kMostLanes));
+  std::vector<std::uint32_t> index = std::vector<std::uint32_t>(kPoints + kMostLanes);
   FoundColumns columns() { return {squared.data(), index.data()}; }
   Found first(std::uint32_t count) const {
     Found found;
@@ -88,7 +91,8 @@ TEST_CASE("EveryFormOfASearchFindsThePointsWithinTheLimit") {
         if (i != self && blocks.squared(i, place) <= limit)
           expected.emplace_back(blocks.squared(i, place), i);
     }
-    for (const NeighborKernel& kernel : {neighbor_kernel_generic(), neighbor_kernel()}) {
+    for (const VectorWidth width : test::supported_widths()) {
+      const NeighborKernel kernel = neighbor_kernel(width);
       Room room;
       const std::uint32_t count = kernel.gather(blocks.positions(), blocks.columns(), &place.x,
                                                 self, limit, room.columns());
@@ -116,7 +120,8 @@ TEST_CASE("EveryFormOfASearchSelectsTheNearestAndOfEquallyDistantOnesTheFirst") 
     const double last = expected.back().first;
     std::sort(expected.begin(), expected.end(),
               [](const auto& a, const auto& b) { return a.second < b.second; });
-    for (const NeighborKernel& kernel : {neighbor_kernel_generic(), neighbor_kernel()}) {
+    for (const VectorWidth width : test::supported_widths()) {
+      const NeighborKernel kernel = neighbor_kernel(width);
       Room from, to;
       std::copy(squared.begin(), squared.end(), from.squared.begin());
       for (std::uint32_t i = 0; i < count; ++i) from.index[i] = 3 * i;
@@ -124,6 +129,42 @@ TEST_CASE("EveryFormOfASearchSelectsTheNearestAndOfEquallyDistantOnesTheFirst") 
       REQUIRE(to.first(wanted) == expected);
       REQUIRE(limit >= last);
     }
+  }
+}
+
+TEST_CASE("EveryFormOfASearchFindsTheBoxesWithinTheLimitOfABox") {
+  test::Random random(23);
+  const auto coordinate = [&] { return std::floor(12.0 * random.uniform()) / 4.0; };
+  const auto interval = [&] {
+    const double a = coordinate(), b = coordinate();
+    return std::pair(std::min(a, b), std::max(a, b));
+  };
+  constexpr std::size_t kFirst = 3, kBoxes = kFirst + kBoxesAtOnce;
+  for (int trial = 0; trial < 500; ++trial) {
+    std::vector<double> columns[6];
+    Vec3 low, high;
+    for (int axis = 0; axis < 3; ++axis) {
+      std::tie(low[axis], high[axis]) = interval();
+      for (std::size_t box = 0; box < kBoxes; ++box) {
+        const auto [from, to] = interval();
+        columns[axis].push_back(from);
+        columns[axis + 3].push_back(to);
+      }
+    }
+    const double limit = std::floor(16.0 * random.uniform()) / 16.0;
+    unsigned expected = 0;
+    for (std::size_t box = kFirst; box < kBoxes; ++box) {
+      Vec3 apart;
+      for (int axis = 0; axis < 3; ++axis)
+        apart[axis] =
+            std::max({columns[axis][box] - high[axis], low[axis] - columns[axis + 3][box], 0.0});
+      if (squared_norm(apart) <= limit) expected |= 1u << (box - kFirst);
+    }
+    const double* bounds[6];
+    for (int column = 0; column < 6; ++column) bounds[column] = columns[column].data();
+    for (const VectorWidth width : test::supported_widths())
+      REQUIRE(neighbor_kernel(width).near_boxes(bounds, kFirst, &low.x, &high.x, limit) ==
+              expected);
   }
 }
 

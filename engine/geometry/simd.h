@@ -1,7 +1,7 @@
-// The few vector operations of the walk, for three widths. A translation unit that defines
-// ORBWEAVE_SIMD_AVX512 or ORBWEAVE_SIMD_AVX2 (and is compiled for it) gets that one, every other
-// the scalar form. All forms compute the same bits per lane: additions and multiplications are
-// never fused, square root and division are correctly rounded everywhere.
+// The few vector operations of the walk and of searches for neighbours, for three widths. A
+// translation unit that defines ORBWEAVE_SIMD_AVX512 or ORBWEAVE_SIMD_AVX2 (and is compiled for it)
+// gets that one, every other the scalar form. All forms compute the same bits per lane: additions
+// and multiplications are never fused, square root and division are correctly rounded everywhere.
 #pragma once
 
 #if defined(ORBWEAVE_SIMD_AVX512) || defined(ORBWEAVE_SIMD_AVX2)
@@ -31,6 +31,7 @@ struct Lanes {
   friend Lanes operator*(Lanes a, Lanes b) { return {_mm512_mul_pd(a.v, b.v)}; }
   friend Lanes operator/(Lanes a, Lanes b) { return {_mm512_div_pd(a.v, b.v)}; }
   friend Mask operator<(Lanes a, Lanes b) { return _mm512_cmp_pd_mask(a.v, b.v, _CMP_LT_OQ); }
+  friend Mask operator<=(Lanes a, Lanes b) { return _mm512_cmp_pd_mask(a.v, b.v, _CMP_LE_OQ); }
   friend Mask operator==(Lanes a, Lanes b) { return _mm512_cmp_pd_mask(a.v, b.v, _CMP_EQ_OQ); }
 };
 inline Lanes square_root(Lanes a) { return {_mm512_sqrt_pd(a.v)}; }
@@ -52,6 +53,7 @@ inline Lanes::Mask but_not(Lanes::Mask a, Lanes::Mask b) {
   return static_cast<Lanes::Mask>(a & ~b);
 }
 inline bool any(Lanes::Mask m) { return m != 0; }
+inline unsigned bits_of(Lanes::Mask m) { return m; }
 inline std::uint32_t count(Lanes::Mask m) {
   return static_cast<std::uint32_t>(__builtin_popcount(m));
 }
@@ -64,6 +66,11 @@ inline void compress_store_indices(std::uint32_t* p, std::uint32_t first, Lanes:
   const __m256i index = _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(first)),
                                          _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), _mm256_maskz_compress_epi32(m, index));
+}
+/// Stores the numbers of a full vector that are in lanes of the mask side by side.
+inline void compress_store_numbers(std::uint32_t* p, const std::uint32_t* numbers, Lanes::Mask m) {
+  const __m256i all = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(numbers));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), _mm256_maskz_compress_epi32(m, all));
 }
 inline Lanes::Mask first_lanes(std::uint32_t n) {
   return static_cast<Lanes::Mask>(n >= 8 ? 0xff : (1u << n) - 1u);
@@ -108,6 +115,7 @@ struct Lanes {
   friend Lanes operator*(Lanes a, Lanes b) { return {_mm256_mul_pd(a.v, b.v)}; }
   friend Lanes operator/(Lanes a, Lanes b) { return {_mm256_div_pd(a.v, b.v)}; }
   friend Mask operator<(Lanes a, Lanes b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_LT_OQ)}; }
+  friend Mask operator<=(Lanes a, Lanes b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_LE_OQ)}; }
   friend Mask operator==(Lanes a, Lanes b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_EQ_OQ)}; }
 };
 inline Lanes square_root(Lanes a) { return {_mm256_sqrt_pd(a.v)}; }
@@ -130,10 +138,10 @@ inline double smallest_of(Lanes a, Lanes::Mask m) {
 inline Lanes::Mask both(Lanes::Mask a, Lanes::Mask b) { return {_mm256_and_pd(a.v, b.v)}; }
 inline Lanes::Mask either(Lanes::Mask a, Lanes::Mask b) { return {_mm256_or_pd(a.v, b.v)}; }
 inline Lanes::Mask but_not(Lanes::Mask a, Lanes::Mask b) { return {_mm256_andnot_pd(b.v, a.v)}; }
-inline bool any(Lanes::Mask m) { return _mm256_movemask_pd(m.v) != 0; }
+inline unsigned bits_of(Lanes::Mask m) { return static_cast<unsigned>(_mm256_movemask_pd(m.v)); }
+inline bool any(Lanes::Mask m) { return bits_of(m) != 0; }
 inline std::uint32_t count(Lanes::Mask m) {
-  return static_cast<std::uint32_t>(
-      __builtin_popcount(static_cast<unsigned>(_mm256_movemask_pd(m.v))));
+  return static_cast<std::uint32_t>(__builtin_popcount(bits_of(m)));
 }
 /// Stores the lanes of the mask side by side; writes up to a full vector behind `p`.
 inline void compress_store(double* p, Lanes a, Lanes::Mask m) {
@@ -148,6 +156,13 @@ inline void compress_store_indices(std::uint32_t* p, std::uint32_t first, Lanes:
       _mm_load_si128(reinterpret_cast<const __m128i*>(kCompressed.lane[_mm256_movemask_pd(m.v)]));
   _mm_storeu_si128(reinterpret_cast<__m128i*>(p),
                    _mm_add_epi32(_mm_set1_epi32(static_cast<int>(first)), lanes));
+}
+/// Stores the numbers of a full vector that are in lanes of the mask side by side.
+inline void compress_store_numbers(std::uint32_t* p, const std::uint32_t* numbers, Lanes::Mask m) {
+  const __m128i order =
+      _mm_load_si128(reinterpret_cast<const __m128i*>(kCompressed.lane[_mm256_movemask_pd(m.v)]));
+  const __m128 all = _mm_castsi128_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(numbers)));
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(p), _mm_castps_si128(_mm_permutevar_ps(all, order)));
 }
 inline Lanes::Mask first_lanes(std::uint32_t n) {
   return Lanes::counting_from(0.0) < Lanes::all(static_cast<double>(n));
@@ -171,6 +186,7 @@ struct Lanes {
   friend Lanes operator*(Lanes a, Lanes b) { return {a.v * b.v}; }
   friend Lanes operator/(Lanes a, Lanes b) { return {a.v / b.v}; }
   friend Mask operator<(Lanes a, Lanes b) { return a.v < b.v; }
+  friend Mask operator<=(Lanes a, Lanes b) { return a.v <= b.v; }
   friend Mask operator==(Lanes a, Lanes b) { return a.v == b.v; }
 };
 inline Lanes square_root(Lanes a) { return {std::sqrt(a.v)}; }
@@ -184,12 +200,16 @@ inline Lanes::Mask both(Lanes::Mask a, Lanes::Mask b) { return a && b; }
 inline Lanes::Mask either(Lanes::Mask a, Lanes::Mask b) { return a || b; }
 inline Lanes::Mask but_not(Lanes::Mask a, Lanes::Mask b) { return a && !b; }
 inline bool any(Lanes::Mask m) { return m; }
+inline unsigned bits_of(Lanes::Mask m) { return m ? 1u : 0u; }
 inline std::uint32_t count(Lanes::Mask m) { return m ? 1 : 0; }
 inline void compress_store(double* p, Lanes a, Lanes::Mask m) {
   if (m) *p = a.v;
 }
 inline void compress_store_indices(std::uint32_t* p, std::uint32_t first, Lanes::Mask m) {
   if (m) *p = first;
+}
+inline void compress_store_numbers(std::uint32_t* p, const std::uint32_t* numbers, Lanes::Mask m) {
+  if (m) *p = *numbers;
 }
 inline Lanes::Mask first_lanes(std::uint32_t n) { return n > 0; }
 inline Lanes::Mask lane_mask(std::uint32_t) { return true; }
