@@ -71,6 +71,11 @@ std::uint32_t gather(const PositionColumns& positions, const BlockColumns& block
         bits_near(blocks.bounds, b, left < kBoxesAtOnce ? left : kBoxesAtOnce, p, within);
     for (; near != 0; near &= near - 1) {
       const std::uint32_t block = blocks.block[b + static_cast<std::uint32_t>(__builtin_ctz(near))];
+      if constexpr (kWidth == kPart) {
+        for (std::uint32_t part = 0; part < kPartsPerBlock; ++part)
+          take_part(block * kPointsPerBlock + kPart * part);
+        continue;
+      }
       unsigned parts = bits_near(positions.bounds, kPartsPerBlock * std::size_t{block},
                                  kPartsPerBlock, p, within);
       for (; parts != 0; parts &= parts - 1)
