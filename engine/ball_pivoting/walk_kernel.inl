@@ -14,8 +14,8 @@
 
 #include <new>
 
-#include "engine/geometry/simd.h"
 #include "engine/ball_pivoting/walk.h"
+#include "engine/geometry/simd.h"
 
 namespace orbweave {
 namespace {

@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <mutex>
@@ -24,6 +25,7 @@
 #include "io/store/work_directory.h"
 #include "io/system/atomic_file.h"
 #include "io/system/directory.h"
+#include "io/system/file_calls.h"
 #include "io/system/file_descriptor.h"
 #include "io/system/owned_files.h"
 #include "io/system/path_roles.h"
@@ -34,15 +36,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Whether one call flushes whatever was written before: what was not flushed at first is then.
+#ifdef __linux__
+constexpr bool kFlushesAllAtOnce = true;
+#else
+constexpr bool kFlushesAllAtOnce = false;
+#endif
+
 /// What goes with the work directory itself.
 constexpr std::array<const char*, 3> kLastFiles = {kStoreFile, kOwnerLock, kEndedFile};
-
-void write_text(const fs::path& path, const std::string& text,
-                const std::shared_ptr<OwnedFiles>& record) {
-  AtomicFile file(path, record);
-  file.write(std::string_view(text));
-  file.commit();
-}
 
 /// Names of what it holds, each with the directory's.
 std::vector<fs::path> listed(const fs::path& directory) {
@@ -142,6 +144,11 @@ struct ChunkStore::State {
 
   CommitQueue commits;  // ends first: its thread refers to nothing above, but its files do
 
+  void write_text(const fs::path& path, const std::string& text) const;
+  /// What a directory lists, where files are flushed by now.
+  void flush_names_of(const fs::path& folder) const {
+    if (commits.flushes()) flush_names(folder);
+  }
   fs::path target(const std::string& stage, ChunkId chunk) const {
     return directory / stage / result_name(chunk);
   }
@@ -208,6 +215,12 @@ ResultIdentity ChunkStore::State::identity_of(const std::string& stage,
   return {identity.id, stage, key ? key->edition : std::string(), place};
 }
 
+void ChunkStore::State::write_text(const fs::path& path, const std::string& text) const {
+  AtomicFile file(path, record);
+  file.write(std::string_view(text));
+  file.commit(commits.flushes() ? AtomicFile::Flush::kYes : AtomicFile::Flush::kNo);
+}
+
 void ChunkStore::State::throw_absent(const fs::path& path, int reason) const {
   std::error_code ignored;
   if (reason == ENOENT && fs::exists(directory, ignored)) throw CorruptResult(path, "no such file");
@@ -238,7 +251,7 @@ void ChunkStore::State::take_over(const fs::path& path) const {
 
 /// A stage's, where it is not there.
 void ChunkStore::State::make_folder(const fs::path& folder) const {
-  if (record->make_directory(folder)) return flush_names(directory);
+  if (record->make_directory(folder)) return flush_names_of(directory);
   if (errno != EEXIST) throw_directory_error(folder, errno);
   if (!fs::is_directory(folder)) throw_stranger(folder);
 }
@@ -295,6 +308,8 @@ ChunkStore::ChunkStore(std::filesystem::path directory) : state_(std::make_uniqu
   const std::vector<MadeDirectory> made = make_work_directory(state.directory);
   StoreIdentity found = identify_store(state.directory);
   const bool has_begun_anew = found.is_new;
+  if ((has_begun_anew || !made.empty()) && kFlushesAllAtOnce)
+    state.commits.set_first_flush(std::chrono::steady_clock::now() + time_unflushed);
   if (found.state == Found::kVacant) {
     found.made.insert(found.made.end(), made.begin(), made.end());
     if (!write_identity(state.directory, found, true)) found = identify_store(state.directory);
@@ -370,8 +385,8 @@ void ChunkStore::begin_stage_anew(const std::string& stage, const std::string& k
   discard_stage(stage);
   const fs::path folder = state_->directory / stage;
   state_->make_folder(folder);
-  write_text(folder / kKeyFile, stage_key_document(state_->identity.id, stage, {key, new_id()}),
-             state_->record);
+  state_->write_text(folder / kKeyFile,
+                     stage_key_document(state_->identity.id, stage, {key, new_id()}));
 }
 
 // A document lies beside its checksum, so that it stays plain JSON. The checksum is written
@@ -382,8 +397,8 @@ void ChunkStore::commit_document(const std::string& stage, const std::string& na
   if (!fs::is_directory(folder) && fs::is_directory(state_->directory)) state_->make_folder(folder);
   const ResultIdentity identity = state_->identity_of(stage, place_of_document(name));
   for (const char* ending : {".json", ".json.xxh3"}) state_->take_over(folder / (name + ending));
-  write_text(folder / (name + ".json"), text, state_->record);
-  write_text(folder / (name + ".json.xxh3"), document_mark(identity, text), state_->record);
+  state_->write_text(folder / (name + ".json"), text);
+  state_->write_text(folder / (name + ".json.xxh3"), document_mark(identity, text));
   state_->bytes_written += text.size();
   state_->disk.add(room_of_file(text.size()) + room_of_file(1));
 }
@@ -484,7 +499,7 @@ void ChunkStore::discard_stage(const std::string& stage) {
   state_->forget_all();
   state_->disk.remove(room_of_directory(folder));
   state_->clear_folder(folder);
-  flush_names(state_->directory);
+  state_->flush_names_of(state_->directory);
 }
 
 void ChunkStore::discard_results(const std::string& stage) {
@@ -537,8 +552,8 @@ std::vector<std::string> ChunkStore::remove_all() {
 void ChunkStore::set_ended(const std::string& how) {
   // It outlives the id of the store, and speaks of the job, its inputs and its outputs as they are:
   // it is true of no other.
-  write_text(state_->directory / kEndedFile, ended_document(state_->identity, escaped_text(how)),
-             state_->record);
+  state_->write_text(state_->directory / kEndedFile,
+                     ended_document(state_->identity, escaped_text(how)));
 }
 
 bool ChunkStore::has_ended(const std::string& how) const {
@@ -548,7 +563,7 @@ bool ChunkStore::has_ended(const std::string& how) const {
 void ChunkStore::clear_ended() { state_->record->remove_or_refuse(state_->directory / kEndedFile); }
 
 void ChunkStore::mark_team(const std::string& run) {
-  write_text(state_->directory / kTeamMark, lock_text(run, state_->identity.id), state_->record);
+  state_->write_text(state_->directory / kTeamMark, lock_text(run, state_->identity.id));
 }
 
 bool ChunkStore::claim(const std::filesystem::path& path) {

@@ -133,15 +133,25 @@ void CommitQueue::work() {
   }
 }
 
+/// Every fdatasync costs a flush of the device's cache, some milliseconds; syncfs costs one for
+/// all, those before included. False: the files are asked one by one which of them could not be
+/// flushed.
+bool CommitQueue::flush(const std::deque<Item>& batch) {
+  if (!owes_flush_ && batch.size() < kFlushTogether) return false;
+  if (!flush_together(batch.front().file)) return false;
+  owes_flush_ = false;
+  return true;
+}
+
 void CommitQueue::settle(std::deque<Item>& batch) {
-  // Every fdatasync costs a flush of the device's cache, some milliseconds; syncfs costs one for
-  // all. When it fails, the files are asked one by one which of them it was.
-  const bool flushed = batch.size() >= kFlushTogether && flush_together(batch.front().file);
+  const bool flushes = this->flushes();
+  owes_flush_ = owes_flush_ || !flushes;
+  const bool all = !flushes || flush(batch);
   std::vector<Item> durable;
   for (Item& item : batch) {
     try {
-      if (!flushed && file_calls.fdatasync(item.file.get()) != 0)
-        throw_flush_error(item.target, errno);
+      const bool done = all || (!owes_flush_ && file_calls.fdatasync(item.file.get()) == 0);
+      if (!done) throw_flush_error(item.target, errno);
       durable.push_back(std::move(item));
     } catch (...) {
       fail(std::current_exception());
@@ -149,10 +159,10 @@ void CommitQueue::settle(std::deque<Item>& batch) {
       forget(item);
     }
   }
-  rename_all(durable);
+  rename_all(durable, flushes);
 }
 
-void CommitQueue::rename_all(std::span<Item> durable) {
+void CommitQueue::rename_all(std::span<Item> durable, bool flushes) {
   std::set<std::filesystem::path> directories;
   for (const Item& item : durable) {
     try {
@@ -165,6 +175,7 @@ void CommitQueue::rename_all(std::span<Item> durable) {
       remove(item.part);
     }
   }
+  if (!flushes) return;
   for (const std::filesystem::path& directory : directories) {
     try {
       flush_names(directory);

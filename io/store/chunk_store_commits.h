@@ -30,6 +30,10 @@ class CommitQueue {
   CommitQueue() = default;
   /// Whose files are renamed and removed; before the first push.
   void use(OwnedFiles& record) { record_ = &record; }
+  /// From when on files are flushed; before the first push. Sooner, they are renamed alone, and the
+  /// first flush is one of all that was written by then.
+  void set_first_flush(std::chrono::steady_clock::time_point when) { first_flush_ = when; }
+  bool flushes() const { return std::chrono::steady_clock::now() >= first_flush_; }
   /// Finishes what is queued; errors are lost, their files are removed.
   ~CommitQueue();
   CommitQueue(const CommitQueue&) = delete;
@@ -75,13 +79,16 @@ class CommitQueue {
   void wait_until(std::unique_lock<std::mutex>& lock, const Condition& condition);
   void work();
   void settle(std::deque<Item>& batch);
-  void rename_all(std::span<Item> durable);
+  bool flush(const std::deque<Item>& batch);
+  void rename_all(std::span<Item> durable, bool flushes);
   void forget(const Item& item);
   void remove(const std::filesystem::path& part);
   void fail(std::exception_ptr failure);
   void rethrow_failure(std::unique_lock<std::mutex>& lock);
 
   OwnedFiles* record_ = nullptr;
+  std::chrono::steady_clock::time_point first_flush_{};
+  bool owes_flush_ = false;  // files have been renamed that were not flushed
   // Lock order: mutex_ before names_.
   mutable std::shared_mutex names_;
   std::unordered_map<std::string, std::filesystem::path> unnamed_;  // target -> part

@@ -121,18 +121,19 @@ void AtomicFile::write_all(const std::byte* bytes, std::size_t count) {
 #endif
 }
 
-void AtomicFile::commit() {
+void AtomicFile::commit(Flush flush) {
   if (temporary_.empty()) {
     if (::close(std::exchange(descriptor_, -1)) != 0) fail("cannot write the file");
     return;
   }
-  if (file_calls.fsync(descriptor_) != 0) fail("cannot flush the file");
+  const bool flushes = flush == Flush::kYes;
+  if (flushes && file_calls.fsync(descriptor_) != 0) fail("cannot flush the file");
   give_name();
   at_risk_.forget();
   ::close(std::exchange(descriptor_, -1));
   // Without this the name itself may be lost in a power cut. Some file systems refuse to flush a
   // directory; the file is whole all the same.
-  flush_directory(directory_of(target_));
+  if (flushes) flush_directory(directory_of(target_));
 }
 
 void AtomicFile::fail(const char* problem) const {

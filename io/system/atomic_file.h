@@ -15,12 +15,12 @@ namespace orbweave {
 class OwnedFiles;
 
 /// Writes beside the target (".<name>.<random>.part" in the same directory) and renames on
-/// commit, after flushing to the device. Destroyed without commit, it removes what it wrote.
-/// A target that is a link is written through: the temporary lies beside the file that the link
-/// leads to, and the link stays. A target that exists and is no regular file (a pipe, a device) is
-/// written to directly. The temporary is on the process's record (io/system/owned_files.h), where
-/// it has one: the next run removes what a killed one left. Every failure is an Error (resource)
-/// that names the target and the system's reason.
+/// commit, after flushing to the device unless told otherwise. Destroyed without commit, it removes
+/// what it wrote. A target that is a link is written through: the temporary lies beside the file
+/// that the link leads to, and the link stays. A target that exists and is no regular file (a pipe,
+/// a device) is written to directly. The temporary is on the process's record
+/// (io/system/owned_files.h), where it has one: the next run removes what a killed one left. Every
+/// failure is an Error (resource) that names the target and the system's reason.
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path target);
@@ -36,8 +36,10 @@ class AtomicFile {
   std::uint64_t bytes_written() const { return bytes_written_; }
   /// Where the bytes are until commit; empty for a target that is no regular file.
   const std::filesystem::path& temporary() const { return temporary_; }
-  /// Flush, fsync, rename, fsync of the directory.
-  void commit();
+  enum class Flush { kYes, kNo };
+  /// Flush, fsync, rename, fsync of the directory. `kNo` leaves both fsyncs to the system: a power
+  /// cut may take the bytes or the name.
+  void commit(Flush flush = Flush::kYes);
 
  private:
   void open_target_itself();

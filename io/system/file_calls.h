@@ -8,6 +8,7 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstddef>
 #include <cstdio>
 
@@ -32,5 +33,9 @@ struct FileCalls {
 /// Only a test's main() assigns to the table, before any other thread runs. A call costs one load
 /// more than a direct one, beside the microsecond that the system takes.
 inline constinit FileCalls file_calls;
+
+/// A store that was made anew flushes nothing for so long: a power cut could only take what is
+/// computed again in that time. Only a test's main() assigns to it.
+inline constinit std::chrono::seconds time_unflushed{10};
 
 }  // namespace orbweave

@@ -7,6 +7,7 @@
 
 #include "tests/support/sanitized.h"
 
+using orbweave::test::count_flushes;
 using orbweave::test::kIsSanitized;
 using orbweave::test::try_faults;
 
@@ -16,6 +17,15 @@ namespace {
 constexpr std::uint64_t kStep = kIsSanitized ? 5 : 1;
 
 }  // namespace
+
+TEST_CASE("OfANewWorkDirectoryNothingIsFlushedAtFirstButTheOutputs") {
+  constexpr std::uint64_t kFarTooLong = 86400;
+  const auto [in_new, in_older] = count_flushes(kFarTooLong);
+  // The directory's identity; file and directory of mesh, report and page.
+  CHECK(in_new <= 1 + 3 * 2);
+  CHECK(in_older > 5 * in_new);
+  CHECK(count_flushes(0).in_new > 5 * in_new);
+}
 
 TEST_CASE("OneFailedFlushIsToldAndTheRepeatedCommandMakesTheSameBytes", "[soak]") {
   try_faults("sync", "eio", 1, kStep);

@@ -16,6 +16,7 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <fstream>
@@ -179,6 +180,8 @@ int main(int argc, char** argv) {
                           .fallocate = faulty_fallocate,
                           .syncfs = faulty_syncfs,
                           .rename = faulty_rename};
+  const char* unflushed = std::getenv("ORBWEAVE_TIME_UNFLUSHED");
+  orbweave::time_unflushed = std::chrono::seconds(unflushed != nullptr ? std::stoi(unflushed) : 0);
   const int status = run(argc, argv);
   write_counts();
   return status;

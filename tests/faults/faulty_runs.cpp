@@ -53,10 +53,13 @@ void make_scans(const fs::path& directory) {
 
 /// Runs the job with a fault ("KIND:NUMBER:EFFECT"); counts of calls by kind go to `counts`.
 ProgramResult run_with_fault(const fs::path& directory, const std::string& fault,
-                             std::map<std::string, std::uint64_t>& counts) {
+                             std::map<std::string, std::uint64_t>& counts,
+                             std::uint64_t seconds_unflushed = 0) {
   const ScratchDirectory elsewhere;
   const fs::path file = elsewhere / "counts";
-  std::vector<std::string> environment = {"ORBWEAVE_FAULT_COUNTS=" + file.string()};
+  std::vector<std::string> environment = {
+      "ORBWEAVE_FAULT_COUNTS=" + file.string(),
+      "ORBWEAVE_TIME_UNFLUSHED=" + std::to_string(seconds_unflushed)};
   if (!fault.empty()) environment.push_back("ORBWEAVE_FAULT=" + fault);
   const ProgramResult result =
       run_program(kCommand, {.directory = directory,
@@ -131,6 +134,19 @@ void try_faults(const std::string& kind, const std::string& effect, std::uint64_
             << counts[kind] << " calls; " << outcome.done << " runs ended well, " << outcome.refused
             << " said why not, and the repeated command ended with the same bytes\n";
   CHECK(outcome.injected > 0);
+}
+
+FlushCounts count_flushes(std::uint64_t seconds_unflushed) {
+  const ScratchDirectory in;
+  make_scans(in.path());
+  std::map<std::string, std::uint64_t> counts;
+  REQUIRE(run_with_fault(in.path(), "", counts, seconds_unflushed).status == 0);
+  const std::uint64_t in_new = counts["sync"];
+  // The middle of the writes: stages are there by then.
+  const std::string fault = "write:" + std::to_string(counts["write"] / 2) + ":eio";
+  REQUIRE(run_with_fault(in.path(), fault, counts, seconds_unflushed).status == kResourceStatus);
+  REQUIRE(run_with_fault(in.path(), "", counts, seconds_unflushed).status == 0);
+  return {in_new, counts["sync"]};
 }
 
 }  // namespace orbweave::test

@@ -14,4 +14,12 @@ namespace orbweave::test {
 void try_faults(const std::string& kind, const std::string& effect, std::uint64_t first = 1,
                 std::uint64_t step = 1);
 
+/// Calls that flush in a job whose new work directory is not flushed for so long, and in the same
+/// job where a run that failed has left one.
+struct FlushCounts {
+  std::uint64_t in_new = 0;
+  std::uint64_t in_older = 0;
+};
+FlushCounts count_flushes(std::uint64_t seconds_unflushed);
+
 }  // namespace orbweave::test
