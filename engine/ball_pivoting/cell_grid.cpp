@@ -8,6 +8,7 @@
 
 #include "io/bounds.h"
 #include "io/error.h"
+#include "io/first_touch.h"
 #include "partition/radix_sort.h"
 
 namespace orbweave {
@@ -79,6 +80,9 @@ std::int64_t CellSpace::along(double local, int axis) const {
 CellGrid::CellGrid(std::span<const Vec3> local, std::span<const Vec3> normals,
                    const CellSpace& space) {
   const std::size_t n = local.size();
+  reserve_touched(original_, n);
+  for (auto* array : {&x_, &y_, &z_}) reserve_touched(*array, n + kLanePadding);
+  reserve_touched(normals_, n);
   original_.resize(n);
   x_.assign(n + kLanePadding, 0.0);
   y_.assign(n + kLanePadding, 0.0);
@@ -89,7 +93,9 @@ CellGrid::CellGrid(std::span<const Vec3> local, std::span<const Vec3> normals,
   const CellKeys key_of(bounds_of(local), space);
   row_ = key_of.row;
   layer_ = key_of.layer;
-  std::vector<KeyIndex> order(n);
+  std::vector<KeyIndex> order;
+  reserve_touched(order, n);
+  order.resize(n);
   tbb::parallel_for(Range(0, n, 4096), [&](const Range& r) {
     for (std::size_t i = r.begin(); i < r.end(); ++i) {
       order[i] = {key_of(local[i]), static_cast<std::uint32_t>(i)};
@@ -119,9 +125,9 @@ CellGrid::CellGrid(const CellGrid& whole, std::span<const std::uint8_t> kept)
     : row_(whole.row_), layer_(whole.layer_) {
   const auto n = static_cast<std::size_t>(
       std::count_if(kept.begin(), kept.end(), [](auto k) { return k != 0; }));
-  original_.reserve(n);
-  normals_.reserve(n);
-  for (auto* array : {&x_, &y_, &z_}) array->reserve(n + kLanePadding);
+  reserve_touched(original_, n);
+  reserve_touched(normals_, n);
+  for (auto* array : {&x_, &y_, &z_}) reserve_touched(*array, n + kLanePadding);
   for (std::uint32_t cell = 0; cell < whole.cells(); ++cell) {
     const std::size_t first = original_.size();
     for (std::uint32_t i = whole.begins_[cell]; i < whole.begins_[cell + 1]; ++i) {

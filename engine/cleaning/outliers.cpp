@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <memory>
 
 #include "engine/geometry/neighbor_search.h"
 
@@ -19,7 +19,6 @@ constexpr std::size_t kFewest = 3;
 /// lie any number of deviations off.
 constexpr double kLeastDeviation = 0.15;
 constexpr std::size_t kGrain = 32;  // blocks
-constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
 
 /// Mean distances of all points to their neighbours, and who these are for points [begin, end).
 class Neighborhoods {
@@ -31,7 +30,8 @@ class Neighborhoods {
         options_(options),
         row_(std::min(options.neighbors, positions.size())),
         means_(positions.size()),
-        neighbors_((end - begin) * row_, kNobody) {
+        counts_(end - begin),
+        neighbors_(std::make_unique_for_overwrite<std::uint32_t[]>((end - begin) * row_)) {
     const NeighborSearch search(positions);
     const std::uint32_t blocks = (search.size() - 1) / NeighborSearch::kBlock + 1;
     tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, blocks, kGrain), [&](const auto& range) {
@@ -70,7 +70,8 @@ class Neighborhoods {
       means_[i] = mean_distance(query.squared_of(i));
       if (i < begin_ || i >= end_) continue;
       const std::span<const std::uint32_t> found = query.of(i);
-      std::copy(found.begin(), found.end(), neighbors_.begin() + row_begin(i));
+      counts_[i - begin_] = static_cast<std::uint32_t>(found.size());
+      std::copy(found.begin(), found.end(), row_of(i));
     }
   }
 
@@ -81,19 +82,19 @@ class Neighborhoods {
     return sum / static_cast<double>(options_.neighbors);
   }
 
-  std::ptrdiff_t row_begin(std::uint32_t point) const {
-    return static_cast<std::ptrdiff_t>((point - begin_) * row_);
+  std::uint32_t* row_of(std::uint32_t point) const {
+    return neighbors_.get() + std::size_t{point - begin_} * row_;
   }
   std::span<const std::uint32_t> neighbors(std::uint32_t point) const {
-    const auto first = neighbors_.begin() + row_begin(point);
-    return {first, std::find(first, first + static_cast<std::ptrdiff_t>(row_), kNobody)};
+    return {row_of(point), counts_[point - begin_]};
   }
 
   std::uint32_t begin_, end_;
   OutlierOptions options_;
   std::size_t row_;
   std::vector<double> means_;
-  std::vector<std::uint32_t> neighbors_;  // ascending, then kNobody
+  std::vector<std::uint32_t> counts_;
+  std::unique_ptr<std::uint32_t[]> neighbors_;  // rows, of which each thread writes its own first
 };
 
 }  // namespace

@@ -89,7 +89,7 @@ PatchOrientation orient_cloud(StageRunner& runner, const RawCloud& cloud, Orient
   visit_chunks(runner, cloud, kPatchStage, orientation_halo(options),
                [&](ChunkId chunk, PassPoints&& points) {
                  commit_patches(runner.store, chunk,
-                                orient_patches(points.positions, points.normals, points.global,
+                                orient_patches(points.positions, points.normals, points.numbers(),
                                                points.begin, points.end, options));
                });
   PatchOrientation orientation;

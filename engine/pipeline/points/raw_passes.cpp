@@ -8,6 +8,7 @@
 #include "engine/pipeline/stage/stage_begin.h"
 #include "engine/pipeline/stage/stage_keys.h"
 #include "io/error.h"
+#include "io/first_touch.h"
 #include "io/job/setting.h"
 #include "io/store/chunk_points.h"
 #include "partition/memory_plan.h"
@@ -36,20 +37,28 @@ PassPoints load_pass_points(const StageRunner& runner, const RawCloud& cloud, Ch
   // The cubes say where points were before they were moved: by up to `drift`, both here and there.
   std::vector<ChunkId> sources = cloud.partition.octree.neighbors(chunk, halo + 2.0 * cloud.drift);
   sources.insert(std::upper_bound(sources.begin(), sources.end(), chunk), chunk);
-  for (const ChunkId source : sources) {
+  std::vector<PointsInBox> found(sources.size());
+  std::size_t count = points.own.size();
+  for (std::size_t i = 0; i < sources.size(); ++i) {
     runner.stop.check();
-    const std::uint64_t first = first_number(cloud, source);
-    if (source == chunk) {
+    if (sources[i] != chunk)
+      found[i] = load_points_in_box(runner.store, sources[i], cloud.schema, reach, {}, cloud.stage);
+    count += found[i].rows.size();
+  }
+  reserve_touched(points.positions, count);
+  if (cloud.schema.has_normals) reserve_touched(points.normals, count);
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const PointsInBox others = std::move(found[i]);
+    const std::uint64_t first = first_number(cloud, sources[i]);
+    if (sources[i] == chunk) {
+      points.first_number = first;
       points.begin = static_cast<std::uint32_t>(points.positions.size());
       append(points, points.own);
       points.end = static_cast<std::uint32_t>(points.positions.size());
-      for (std::uint64_t i = 0; i < points.own.size(); ++i) points.global.push_back(first + i);
       continue;
     }
-    const PointsInBox found =
-        load_points_in_box(runner.store, source, cloud.schema, reach, {}, cloud.stage);
-    append(points, found.points);
-    for (const std::uint32_t row : found.rows) points.global.push_back(first + row);
+    append(points, others.points);
+    (sources[i] < chunk ? points.before : points.after).push_back({first, others.rows});
   }
   return points;
 }
@@ -109,6 +118,19 @@ void require_points(const StageRunner& runner, const RawCloud& cloud) {
 }
 
 }  // namespace
+
+std::vector<std::uint64_t> PassPoints::numbers() const {
+  std::vector<std::uint64_t> numbers;
+  numbers.reserve(positions.size());
+  const auto add = [&](const std::vector<Source>& sources) {
+    for (const Source& source : sources)
+      for (const std::uint32_t row : source.rows) numbers.push_back(source.first_number + row);
+  };
+  add(before);
+  for (std::uint32_t i = 0; i < end - begin; ++i) numbers.push_back(first_number + i);
+  add(after);
+  return numbers;
+}
 
 void require_points_for(StageRunner& runner, const RawCloud& cloud, const std::string& stage) {
   runner.communicator.barrier(runner.stop);  // what is there changes only when all have seen it

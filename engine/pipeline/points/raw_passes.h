@@ -30,12 +30,21 @@ struct RawCloud {
 
 /// A chunk's points with those of its halo, in raw order.
 struct PassPoints {
+  /// A chunk whose points are among these: the number of its first, and those that are here.
+  struct Source {
+    std::uint64_t first_number = 0;
+    std::vector<std::uint32_t> rows;
+  };
   std::vector<Vec3> positions;
-  std::vector<Vec3> normals;          ///< empty without
-  std::vector<std::uint64_t> global;  ///< numbers of the points, ascending
-  std::uint32_t begin = 0;            ///< the chunk's own points
+  std::vector<Vec3> normals;  ///< empty without
+  std::uint32_t begin = 0;    ///< the chunk's own points
   std::uint32_t end = 0;
-  PointCloud own;  ///< these, with their attributes
+  PointCloud own;                     ///< these, with their attributes
+  std::uint64_t first_number = 0;     ///< of these
+  std::vector<Source> before, after;  ///< the others
+
+  /// Numbers of the points, ascending.
+  std::vector<std::uint64_t> numbers() const;
 };
 
 /// What a pass leaves of a chunk's own points, in their order.
