@@ -11,6 +11,7 @@
 #include "engine/pipeline/budget/disk_plan.h"
 #include "engine/pipeline/points/halo_work.h"
 #include "engine/pipeline/points/point_stream.h"
+#include "engine/pipeline/points/remembered_points.h"
 #include "engine/pipeline/stage/stages.h"
 #include "partition/count_grid.h"
 #include "partition/memory_plan.h"
@@ -33,6 +34,7 @@ struct CountedCloud {
   std::string coordinate_system;
   std::optional<Vec3> meters_per_unit;  ///< of x, y and z; empty: not known
   bool has_wide_colors = false;         ///< 16-bit colours beyond 255, of the points counted
+  RememberedPoints remembered;          ///< those that were counted, where they fit in memory
   CountGrid grid;
   /// Where points crowd; empty where the job says how large chunks are, and where there is one
   /// chunk or so many that few of them lie near a crowd.

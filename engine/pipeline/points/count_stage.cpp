@@ -83,11 +83,21 @@ void require_budget(const ResolvedJob& job, PointSchema scans) {
   job.memory_plan(0, scans);
 }
 
+/// What the points may take in memory from the first pass to the second: a fraction of what is left
+/// beside what reading takes.
+std::size_t bytes_to_remember(const RunControl& control, const PointSchema& schema) {
+  constexpr std::size_t kPart = 4;
+  const std::size_t taken =
+      MemoryCosts::kBaseBytes + MemoryCosts::stream_bytes(schema, control.threads());
+  const std::size_t budget = control.job.partition.memory_bytes;
+  return budget > taken ? (budget - taken) / kPart : 0;
+}
+
 using Share = std::function<std::unique_ptr<PointSource>(std::unique_ptr<PointSource>)>;
 
 /// First pass over the rows that `share` leaves.
 CountedCloud count_share(const RunControl& control, const CloudInput& input, const Share& share,
-                         const PointFilter& filter) {
+                         const PointFilter& filter, bool remembers) {
   CountedCloud cloud;
   cloud.filter = filter;
   const auto source = share(input.open(&cloud.notes));
@@ -95,6 +105,7 @@ CountedCloud count_share(const RunControl& control, const CloudInput& input, con
   if (input.are_scans) require_budget(control.job, cloud.schema);
   cloud.coordinate_system = source->coordinate_system();
   cloud.meters_per_unit = source->meters_per_unit();
+  if (remembers) cloud.remembered = RememberedPoints(bytes_to_remember(control, cloud.schema));
   const bool has_view = view_offset(cloud.schema).has_value();
   const std::optional<WideColors> colors = wide_colors(cloud.schema);
   stream_points(*source, {.threads = control.threads(), .stop = &control.stop, .filter = &filter},
@@ -108,6 +119,7 @@ CountedCloud count_share(const RunControl& control, const CloudInput& input, con
                   add_counts(cloud.dropped, batch.dropped);
                   control.progress.advance(batch.points_read);
                   control.progress.add_points(batch.points_read);
+                  cloud.remembered.take(batch.points);
                 });
   for (const auto& [reason, count] : source->left_out()) cloud.rows_left_out += count;
   cloud.points_read += cloud.rows_left_out;
@@ -193,7 +205,7 @@ std::uint64_t worthwhile_points(const std::vector<double>& radii, double points_
 CountedCloud count_points(const RunControl& control, const CloudInput& input) {
   const Share all = [](std::unique_ptr<PointSource> source) { return source; };
   CountedCloud cloud = count_without_strays(control.job, input, [&](const PointFilter& filter) {
-    return count_share(control, input, all, filter);
+    return count_share(control, input, all, filter, false);
   });
   plan_cut(control.job, input, cloud, 1);
   cut_chunks(control, input, cloud);
@@ -206,7 +218,9 @@ CountedCloud count_by_team(const CloudInput& input, const CutExchange& cut, Stag
     return own_share(std::move(source), runner.communicator);
   };
   CountedCloud cloud = count_without_strays(runner.job, input, [&](const PointFilter& filter) {
-    return whole_cloud(count_share(runner, input, own, filter), cut, runner);
+    // Members of a team may be given other rows the second time; a store is quickly read again.
+    const bool remembers = runner.communicator.size() == 1 && input.are_scans;
+    return whole_cloud(count_share(runner, input, own, filter, remembers), cut, runner);
   });
   plan_cut(runner.job, input, cloud, runner.communicator.size());
   if (runner.communicator.is_root()) cut_chunks(runner, input, cloud);

@@ -37,10 +37,12 @@ constexpr std::uint64_t kPartsOfShare = 16;
 /// Second pass: every point of the member's share that an earlier run has not binned goes to the
 /// bin of its chunk, and to the store where that keeps bins. Returns the points of the share.
 std::uint64_t bin_points(StageRunner& runner, const CloudInput& input, const CutExchange& cut,
-                         const CountedCloud& cloud, Binner& binner, SpacingSampler& sampler,
-                         BinLog& log, std::uint64_t points_before) {
-  const auto source =
-      own_share(input.open(nullptr), runner.communicator, points_before, cloud.rows_left_out == 0);
+                         CountedCloud& cloud, Binner& binner, SpacingSampler& sampler, BinLog& log,
+                         std::uint64_t points_before) {
+  const bool are_here = cloud.remembered.are_all() && points_before == 0;
+  const auto source = are_here ? cloud.remembered.source(cloud.schema)
+                               : own_share(input.open(nullptr), runner.communicator, points_before,
+                                           cloud.rows_left_out == 0);
   StageClock clock(runner, input.stages.bin, cloud.own_share, "points");
   runner.progress.advance(points_before);
   std::uint64_t points_read = points_before, points_kept = points_before, bytes_kept = 0;
@@ -65,6 +67,7 @@ std::uint64_t bin_points(StageRunner& runner, const CloudInput& input, const Cut
         points_kept = points_read;
         bytes_kept = binner.spilled_bytes();
       });
+  if (are_here) points_read = cloud.own_share - cloud.rows_left_out;  // the others were dropped
   if (input.are_scans) check_unchanged(runner, input.stages.points());
   if (cut.keeps) log.append(points_read, binner.publish(), sampler, true);
   clock.facts().points = points_read - points_before;
