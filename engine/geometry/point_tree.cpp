@@ -23,24 +23,13 @@ struct Positions {
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Positions>,
                                                  Positions, 3, std::uint32_t>;
 
-// An object, not a function, so that sorting compares without a call. No branch between the two
-// parts: the processor would foresee it wrong half of the time.
-constexpr auto nearer = [](const Neighbor& a, const Neighbor& b) {
-  return static_cast<bool>(static_cast<int>(a.squared_distance < b.squared_distance) |
-                           (static_cast<int>(a.squared_distance == b.squared_distance) &
-                            static_cast<int>(a.index < b.index)));
-};
-
 /// Keeps the best `count` by (distance, index). Up to twice as many are held before those that are
 /// too far are dropped, so that an entry takes constant time.
 class Best {
  public:
   using DistanceType = double;
-  Best(std::size_t count, double squared_reach, std::vector<Neighbor>& found)
-      : count_(count),
-        most_(count <= kFew ? count : 2 * count),
-        found_(found),
-        worst_(squared_reach) {
+  Best(std::size_t count, std::vector<Neighbor>& found)
+      : count_(count), most_(count <= kFew ? count : 2 * count), found_(found) {
     found_.clear();
   }
   bool full() const { return found_.size() >= count_; }
@@ -62,7 +51,7 @@ class Best {
   void finish() {
     if (most_ == count_) return;
     if (found_.size() > count_) drop();
-    std::sort(found_.begin(), found_.end(), nearer);
+    std::sort(found_.begin(), found_.end(), kNearerFirst);
   }
 
  private:
@@ -71,15 +60,16 @@ class Best {
 
   void insert(const Neighbor& candidate) {
     if (full()) {
-      if (!nearer(candidate, found_.back())) return;
+      if (!kNearerFirst(candidate, found_.back())) return;
       found_.pop_back();
     }
-    found_.insert(std::upper_bound(found_.begin(), found_.end(), candidate, nearer), candidate);
+    found_.insert(std::upper_bound(found_.begin(), found_.end(), candidate, kNearerFirst),
+                  candidate);
     if (full()) bound_by(found_.back());
   }
   void drop() {
     const auto last = found_.begin() + static_cast<std::ptrdiff_t>(count_ - 1);
-    std::nth_element(found_.begin(), last, found_.end(), nearer);
+    std::nth_element(found_.begin(), last, found_.end(), kNearerFirst);
     bound_by(*last);
     found_.resize(count_);
   }
@@ -89,7 +79,7 @@ class Best {
 
   std::size_t count_, most_;
   std::vector<Neighbor>& found_;
-  double worst_;
+  double worst_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace
@@ -107,20 +97,12 @@ PointTree::~PointTree() = default;
 PointTree::PointTree(PointTree&&) noexcept = default;
 PointTree& PointTree::operator=(PointTree&&) noexcept = default;
 
-void PointTree::nearest(Vec3 query, std::size_t count, std::vector<Neighbor>& found,
-                        double likely_squared_reach) const {
-  const std::size_t points = state_->positions.points.size();
+void PointTree::nearest(Vec3 query, std::size_t count, std::vector<Neighbor>& found) const {
   const double coordinates[3] = {query.x, query.y, query.z};
-  const auto search = [&](double squared_reach) {
-    Best best(count, squared_reach, found);
-    if (count == 0 || points == 0) return;
-    state_->tree.findNeighbors(best, coordinates, nanoflann::SearchParams());
-    best.finish();
-  };
-  search(likely_squared_reach);
-  constexpr double kAnywhere = std::numeric_limits<double>::infinity();
-  if (found.size() < std::min(count, points) && likely_squared_reach != kAnywhere)
-    search(kAnywhere);
+  Best best(count, found);
+  if (count == 0 || state_->positions.points.empty()) return;
+  state_->tree.findNeighbors(best, coordinates, nanoflann::SearchParams());
+  best.finish();
 }
 
 Neighbor PointTree::nearest(Vec3 query) const {

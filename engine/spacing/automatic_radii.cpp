@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/geometry/point_tree.h"
 #include "engine/spacing/site_points.h"
+#include "engine/spacing/site_search.h"
 
 namespace orbweave {
 namespace {
@@ -27,22 +27,23 @@ std::vector<double> mean_distances(const SpacingSite& site, std::size_t neighbor
                                    PointSelection selection, bool only_sure,
                                    const StopToken* stop) {
   const std::vector<Vec3>& points = site.points;
-  std::vector<Vec3> places;
-  for (const Vec3& p : points)
-    if (site.core.contains(p) && selection.takes(p)) places.push_back(p);
+  std::vector<std::uint32_t> places;
+  for (std::uint32_t i = 0; i < points.size(); ++i)
+    if (site.core.contains(points[i]) && selection.takes(points[i])) places.push_back(i);
   if (points.size() < 2 || places.empty()) return {};
-  const PointTree tree(points);
+  const SiteSearch search(points);
   const std::size_t count = std::min(neighbors, points.size() - 1);
   constexpr double kUnsure = -1.0;
   std::vector<double> means(places.size(), kUnsure);
   using Range = tbb::blocked_range<std::size_t>;
   tbb::parallel_for(Range(0, places.size(), kPlacesAtOnce), [&](const Range& range) {
     check_stop(stop);
+    SiteSearch::Query query;
     std::vector<Neighbor> found;
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      tree.nearest(places[i], count + 1, found);
+      query.nearest(search, places[i], count + 1, found);
       const double reach = std::sqrt(found.back().squared_distance);
-      if (only_sure && reach > distance_to_border(places[i], site.box)) continue;
+      if (only_sure && reach > distance_to_border(points[places[i]], site.box)) continue;
       double sum = 0.0;
       for (std::size_t k = 1; k <= count; ++k) sum += std::sqrt(found[k].squared_distance);
       means[i] = sum / static_cast<double>(count);

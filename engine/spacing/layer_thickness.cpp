@@ -8,9 +8,9 @@
 #include <limits>
 #include <optional>
 
-#include "engine/geometry/point_tree.h"
 #include "engine/spacing/place_noise.h"
 #include "engine/spacing/site_points.h"
+#include "engine/spacing/site_search.h"
 
 namespace orbweave {
 namespace {
@@ -43,24 +43,9 @@ struct Measured : PlaceNoise {
 /// fitted several times at each.
 constexpr std::size_t kPlacesAtOnce = 64;
 
-/// Where so many neighbours lie, by the nearest ones, which are known; infinite where too few are.
-/// The squared distance grows with a power of the number: 1 on a surface, 2/3 where points fill the
-/// space.
-double likely_squared_reach(std::size_t count, const std::vector<Neighbor>& known) {
-  constexpr double kMargin = 1.3;
-  constexpr std::size_t kFew = 16;
-  if (known.size() < kFew) return std::numeric_limits<double>::infinity();
-  const std::size_t quarter = known.size() / 4;
-  const double far = known.back().squared_distance, near = known[quarter].squared_distance;
-  const double ratio = static_cast<double>(known.size()) / static_cast<double>(quarter);
-  const double power = std::clamp(std::log(far / near) / std::log(ratio), 0.5, 1.2);
-  const double growth = static_cast<double>(count) / static_cast<double>(known.size());
-  return kMargin * far * std::pow(growth, power);
-}
-
 /// Places of a site, in their order, and which of them are looked at first.
 struct Places {
-  std::vector<Vec3> positions;
+  std::vector<std::uint32_t> points;  ///< of the site
   std::vector<std::size_t> first;
   std::vector<std::size_t> others;
 };
@@ -68,13 +53,14 @@ struct Places {
 /// The first are chosen by hash as well.
 Places places_of(const SpacingSite& site, PointSelection selection) {
   Places places;
-  for (const Vec3& p : site.points)
-    if (site.core.contains(p) && selection.takes(p)) places.positions.push_back(p);
-  const std::size_t count = places.positions.size();
+  for (std::uint32_t i = 0; i < site.points.size(); ++i)
+    if (site.core.contains(site.points[i]) && selection.takes(site.points[i]))
+      places.points.push_back(i);
+  const std::size_t count = places.points.size();
   const std::size_t wanted = std::max(count / kFirstLookPart, kFirstLookPlaces);
   if (wanted < count) selection.last = selection.last / count * wanted;
   for (std::size_t i = 0; i < count; ++i)
-    (selection.takes(places.positions[i]) ? places.first : places.others).push_back(i);
+    (selection.takes(site.points[places.points[i]]) ? places.first : places.others).push_back(i);
   return places;
 }
 
@@ -97,15 +83,15 @@ bool is_filled(const AtPlaces& at_place) {
 std::vector<Measured> measure_site(const SpacingSite& site, PointSelection selection,
                                    bool only_sure, const StopToken* stop) {
   const Places places = places_of(site, selection);
-  if (places.positions.empty()) return {};
-  const PointTree tree(site.points);
-  AtPlaces at_place(places.positions.size());
-  const auto measure_at = [&](NoiseMeter& meter, std::size_t i) {
-    const Vec3 p = places.positions[i];
+  if (places.points.empty()) return {};
+  const SiteSearch search(site.points);
+  AtPlaces at_place(places.points.size());
+  const auto measure_at = [&](NoiseMeter& meter, SiteSearch::Query& query, std::size_t i) {
+    const Vec3 p = site.points[places.points[i]];
     constexpr double kAnywhere = std::numeric_limits<double>::infinity();
     const double reach = only_sure ? distance_to_border(p, site.box) : kAnywhere;
     const auto find = [&](std::size_t count, std::vector<Neighbor>& found) {
-      tree.nearest(p, count + 1, found, likely_squared_reach(count + 1, found));
+      query.nearest(search, places.points[i], count + 1, found);
     };
     at_place[i] = meter.at(p, site.points, {.reach = reach}, find);
   };
@@ -114,14 +100,15 @@ std::vector<Measured> measure_site(const SpacingSite& site, PointSelection selec
     tbb::parallel_for(Range(0, chosen.size(), kPlacesAtOnce), [&](const Range& range) {
       check_stop(stop);
       NoiseMeter meter;
-      for (std::size_t k = range.begin(); k < range.end(); ++k) measure_at(meter, chosen[k]);
+      SiteSearch::Query query;
+      for (std::size_t k = range.begin(); k < range.end(); ++k) measure_at(meter, query, chosen[k]);
     });
   };
   measure_all_of(places.first);
   if (!is_filled(at_place)) measure_all_of(places.others);
   std::vector<Measured> measured;
   for (std::size_t i = 0; i < at_place.size(); ++i)
-    if (at_place[i]) measured.push_back({*at_place[i], places.positions[i]});
+    if (at_place[i]) measured.push_back({*at_place[i], site.points[places.points[i]]});
   return measured;
 }
 

@@ -78,10 +78,7 @@ class PlaceMeasure {
     const auto squared = query_.squared_of(point);
     found.assign(1, {0.0, point});
     for (std::size_t i = 0; i < indices.size(); ++i) found.push_back({squared[i], indices[i]});
-    const auto is_nearer = [](const Neighbor& a, const Neighbor& b) {
-      return std::tie(a.squared_distance, a.index) < std::tie(b.squared_distance, b.index);
-    };
-    std::sort(found.begin() + 1, found.end(), is_nearer);
+    std::sort(found.begin() + 1, found.end(), kNearerFirst);
   }
 
   std::span<const Vec3> positions_;

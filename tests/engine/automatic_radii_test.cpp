@@ -8,6 +8,7 @@
 
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/geometry/point_tree.h"
+#include "engine/spacing/site_search.h"
 #include "engine/synthetic/synthetic_cloud.h"
 #include "io/bounds.h"
 #include "io/clouds/open_point_source.h"
@@ -88,18 +89,21 @@ Quality quality_with(const PointCloud& cloud, const std::vector<double>& radii) 
 
 }  // namespace
 
-TEST_CASE("NearestPointsAreTheSameWhateverReachIsExpected") {
-  std::vector<Vec3> points = positions_of(Shape::kSphere, 3000);
-  for (std::size_t i = 0; i < 40; ++i) points.push_back(points[7]);  // duplicates
-  const PointTree tree(points);
-  for (const std::size_t count : {1u, 20u, 60u, 700u, 5000u}) {
-    for (const std::size_t query : {7u, 100u, 2500u}) {
-      std::vector<Neighbor> expected, found;
-      tree.nearest(points[query], count, expected);
-      REQUIRE(expected.size() == std::min(count, points.size()));
-      for (const double share : {0.0, 0.3, 1.0, 1.7, 50.0, std::nan("")}) {
-        tree.nearest(points[query], count, found, share * expected.back().squared_distance);
-        CHECK(found == expected);
+TEST_CASE("ASiteIsSearchedAsATreeIs") {
+  std::vector<Vec3> lattice;  // ties are everywhere
+  for (int i = 0; i < 9 * 9 * 9; ++i)
+    lattice.push_back({double(i % 9), double(i / 9 % 9), double(i / 81)});
+  std::vector<Vec3> pair = {lattice[0], lattice[5]};
+  for (const auto& points : {positions_of(Shape::kSphere, 3000), lattice, pair}) {
+    const PointTree tree(points);
+    const SiteSearch search(points);
+    SiteSearch::Query query;
+    for (const std::size_t count : {1u, 7u, 20u, 60u, 700u, 5000u}) {
+      for (std::uint32_t point = 0; point < points.size(); point += 1 + point / 2) {
+        std::vector<Neighbor> expected, found;
+        tree.nearest(points[point], count, expected);
+        query.nearest(search, point, count, found);
+        REQUIRE(found == expected);
       }
     }
   }

@@ -1,0 +1,71 @@
+#include "engine/spacing/site_search.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "io/bounds.h"
+#include "partition/canonical_order.h"
+#include "partition/radix_sort.h"
+#include "partition/root_cube.h"
+
+namespace orbweave {
+namespace {
+
+/// How many more are asked for at first than are wanted: of those as far away as the last one, the
+/// search may take others than their indices say.
+constexpr std::size_t kSpare = 4;
+
+std::vector<std::uint32_t> morton_order(std::span<const Vec3> positions) {
+  std::vector<KeyIndex> keys;
+  keys.reserve(positions.size());
+  if (!positions.empty()) {
+    const MortonFrame frame(root_cube(bounds_of(positions)));
+    for (const Vec3& p : positions)
+      keys.push_back({frame.code(p), static_cast<std::uint32_t>(keys.size())});
+    radix_sort(keys);
+  }
+  std::vector<std::uint32_t> order;
+  order.reserve(keys.size());
+  for (const KeyIndex& key : keys) order.push_back(key.index);
+  return order;
+}
+
+std::vector<std::uint32_t> inverse(std::span<const std::uint32_t> order) {
+  std::vector<std::uint32_t> rank(order.size());
+  for (std::uint32_t r = 0; r < order.size(); ++r) rank[order[r]] = r;
+  return rank;
+}
+
+std::vector<Vec3> in_order(std::span<const Vec3> positions, std::span<const std::uint32_t> order) {
+  std::vector<Vec3> sorted;
+  sorted.reserve(order.size());
+  for (const std::uint32_t i : order) sorted.push_back(positions[i]);
+  return sorted;
+}
+
+}  // namespace
+
+SiteSearch::SiteSearch(std::span<const Vec3> positions)
+    : position_of_rank_(morton_order(positions)),
+      rank_of_position_(inverse(position_of_rank_)),
+      search_(in_order(positions, position_of_rank_)) {}
+
+void SiteSearch::Query::nearest(const SiteSearch& search, std::uint32_t point, std::size_t count,
+                                std::vector<Neighbor>& found) {
+  constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+  const std::uint32_t rank = search.rank_of_position_[point];
+  for (std::size_t spare = kSpare;; spare *= 2) {
+    query_.find(search.search_, rank, rank + 1, count + spare, kAnywhere);
+    const auto ranks = query_.of(rank);
+    const auto squared = query_.squared_of(rank);
+    found.assign(1, {0.0, point});
+    for (std::size_t i = 0; i < ranks.size(); ++i)
+      found.push_back({squared[i], search.position_of_rank_[ranks[i]]});
+    std::sort(found.begin(), found.end(), kNearerFirst);
+    const bool are_all = ranks.size() < count + spare;
+    if (are_all || found.back().squared_distance > found[count - 1].squared_distance) break;
+  }
+  if (found.size() > count) found.resize(count);
+}
+
+}  // namespace orbweave
