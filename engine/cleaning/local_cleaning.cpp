@@ -36,7 +36,7 @@ void take_over(const LeveledPoints& points, const ProjectedPoints& projected,
                ProjectedPoints& result) {
   for (std::uint32_t row = 0; row < chosen.size(); ++row) {
     if (chosen[row] == 0) continue;
-    const std::uint32_t to = point_of_row.empty() ? row : point_of_row[row] - points.begin;
+    const std::uint32_t to = point_of_row[row] - points.begin;
     result.positions[to] = projected.positions[row];
     result.normals[to] = projected.normals[row];
     result.moved[to] = projected.moved[row];
@@ -49,10 +49,8 @@ void project_level(const LeveledPoints& points, const PointRuns& runs,
                    ProjectedPoints& result) {
   const auto own = std::span(asked).subspan(points.begin, points.end - points.begin);
   if (2 * static_cast<std::size_t>(std::count(own.begin(), own.end(), 1)) > own.size())
-    return take_over(
-        points,
-        project_points(points.positions, points.normals, points.begin, points.end, options, own),
-        own, {}, result);
+    return project_chosen(points.positions, points.normals, points.begin, points.end, options, own,
+                          result);
   const NearPart part = part_of(runs.near(asked, projection_halo(options)), points.positions,
                                 points.normals, points.begin, points.end);
   std::vector<std::uint8_t> chosen;
@@ -114,11 +112,7 @@ ProjectedPoints project_locally(const LeveledPoints& points, std::span<const dou
     return project_points(points.positions, points.normals, points.begin, points.end, of_level,
                           chosen);
   }
-  ProjectedPoints result;
-  const auto first = points.positions.begin(), first_normal = points.normals.begin();
-  result.positions.assign(first + points.begin, first + points.end);
-  result.normals.assign(first_normal + points.begin, first_normal + points.end);
-  result.moved.assign(points.end - points.begin, 0);
+  ProjectedPoints result = as_given(points.positions, points.normals, points.begin, points.end);
   if (radii.size() < 2) return result;
   const PointRuns runs(points.positions, kRadiiPerRun * radii[1]);
   for (std::size_t level = 1; level < radii.size(); ++level) {

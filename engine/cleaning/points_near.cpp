@@ -6,6 +6,8 @@
 #include <numeric>
 #include <utility>
 
+#include "io/whole_loop.h"
+
 namespace orbweave {
 namespace {
 
@@ -66,10 +68,21 @@ NearPart part_of(std::vector<std::uint32_t> points, std::span<const Vec3> positi
 }
 
 PointRuns::PointRuns(std::span<const Vec3> positions, double side) : side_(side) {
-  for (std::uint32_t i = 0; i < positions.size(); ++i) {
-    const LatticeCell cube = cube_of(positions[i], side);
-    if (runs_.empty() || runs_.back().cube != cube) runs_.push_back({cube, i, i});
-    ++runs_.back().end;
+  constexpr std::size_t kGrain = 16384;
+  std::vector<std::vector<Run>> of_part((positions.size() + kGrain - 1) / kGrain);
+  for_each_whole(of_part.size(), [&](std::size_t part) {
+    std::vector<Run>& runs = of_part[part];
+    const std::size_t end = std::min(positions.size(), (part + 1) * kGrain);
+    for (auto i = static_cast<std::uint32_t>(part * kGrain); i < end; ++i) {
+      const LatticeCell cube = cube_of(positions[i], side);
+      if (runs.empty() || runs.back().cube != cube) runs.push_back({cube, i, i});
+      ++runs.back().end;
+    }
+  });
+  for (const std::vector<Run>& runs : of_part) {
+    auto first = runs.begin();
+    if (!runs_.empty() && runs_.back().cube == first->cube) runs_.back().end = (first++)->end;
+    runs_.insert(runs_.end(), first, runs.end());
   }
 }
 

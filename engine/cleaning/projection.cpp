@@ -14,6 +14,7 @@
 #include "engine/geometry/local_surface.h"
 #include "engine/geometry/neighbor_grid.h"
 #include "io/error.h"
+#include "io/first_touch.h"
 
 namespace orbweave {
 namespace {
@@ -318,10 +319,25 @@ ProjectedPoints project_points(std::span<const Vec3> positions, std::span<const 
                                std::uint32_t begin, std::uint32_t end,
                                const ProjectionOptions& options,
                                std::span<const std::uint8_t> chosen) {
+  ProjectedPoints result = as_given(positions, normals, begin, end);
+  project_chosen(positions, normals, begin, end, options, chosen, result);
+  return result;
+}
+
+ProjectedPoints as_given(std::span<const Vec3> positions, std::span<const Vec3> normals,
+                         std::uint32_t begin, std::uint32_t end) {
   ProjectedPoints result;
+  reserve_touched(result.positions, end - begin);
   result.positions.assign(positions.begin() + begin, positions.begin() + end);
+  reserve_touched(result.normals, end - begin);
   result.normals.assign(normals.begin() + begin, normals.begin() + end);
   result.moved.assign(end - begin, 0);
+  return result;
+}
+
+void project_chosen(std::span<const Vec3> positions, std::span<const Vec3> normals,
+                    std::uint32_t begin, std::uint32_t end, const ProjectionOptions& options,
+                    std::span<const std::uint8_t> chosen, ProjectedPoints& result) {
   const NeighborGrid grid(positions, options.radius);
   refuse_too_many(grid, positions.size(), options.radius_name);
   tbb::enumerable_thread_specific<CellProjection> projections([&] {
@@ -329,7 +345,6 @@ ProjectedPoints project_points(std::span<const Vec3> positions, std::span<const 
   });
   tbb::parallel_for(std::uint32_t{0}, grid.cells(),
                     [&](std::uint32_t cell) { projections.local().project(cell); });
-  return result;
 }
 
 }  // namespace orbweave

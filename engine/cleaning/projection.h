@@ -47,4 +47,14 @@ ProjectedPoints project_points(std::span<const Vec3> positions, std::span<const 
                                const ProjectionOptions& options,
                                std::span<const std::uint8_t> chosen = {});
 
+/// The points [begin, end) as they are given, before any projection.
+ProjectedPoints as_given(std::span<const Vec3> positions, std::span<const Vec3> normals,
+                         std::uint32_t begin, std::uint32_t end);
+
+/// As project_points(), but what becomes of the chosen points goes to `result`, which has a row for
+/// each of [begin, end); others, and points that stay as given, are not written.
+void project_chosen(std::span<const Vec3> positions, std::span<const Vec3> normals,
+                    std::uint32_t begin, std::uint32_t end, const ProjectionOptions& options,
+                    std::span<const std::uint8_t> chosen, ProjectedPoints& result);
+
 }  // namespace orbweave

@@ -90,18 +90,31 @@ void NeighborGrid::sort_by_number(std::span<const Vec3> positions, double side) 
       });
   if (!keys.empty()) radix_sort(keys);
   const auto opens_cell = [&](std::size_t i) { return i == 0 || keys[i].key != keys[i - 1].key; };
-  std::size_t cells = 0;
-  for (std::size_t i = 0; i < keys.size(); ++i) cells += opens_cell(i);
-  cells_.reserve(cells);
-  numbers_.reserve(cells);
-  begins_.reserve(cells + 1);
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    order_[i] = keys[i].index;
-    if (!opens_cell(i)) continue;
-    cells_.push_back(cell_of(positions[keys[i].index], side));
-    numbers_.push_back(keys[i].key);
-    begins_.push_back(static_cast<std::uint32_t>(i));
-  }
+  // Parts of the keys are listed by several threads, each from the cell on that follows those of
+  // the parts before.
+  constexpr std::size_t kPart = 16384;
+  const std::size_t parts = (keys.size() + kPart - 1) / kPart;
+  const auto end_of = [&](std::size_t part) { return std::min(keys.size(), (part + 1) * kPart); };
+  std::vector<std::size_t> first_cell(parts + 1, 0);
+  tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+    for (std::size_t i = part * kPart; i < end_of(part); ++i)
+      first_cell[part + 1] += opens_cell(i) ? 1 : 0;
+  });
+  std::partial_sum(first_cell.begin(), first_cell.end(), first_cell.begin());
+  cells_.resize(first_cell.back());
+  numbers_.resize(first_cell.back());
+  begins_.reserve(first_cell.back() + 1);
+  begins_.resize(first_cell.back());
+  tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+    std::size_t cell = first_cell[part];
+    for (std::size_t i = part * kPart; i < end_of(part); ++i) {
+      order_[i] = keys[i].index;
+      if (!opens_cell(i)) continue;
+      cells_[cell] = cell_of(positions[keys[i].index], side);
+      numbers_[cell] = keys[i].key;
+      begins_[cell++] = static_cast<std::uint32_t>(i);
+    }
+  });
 }
 
 void NeighborGrid::sort_by_cell(std::span<const Vec3> positions, double side) {
