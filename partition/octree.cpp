@@ -227,6 +227,8 @@ int depth_of_cells(const PointCounts& grid, const RootCube& root) {
 Octree cut_octree(const PointCounts& grid, const RootCube& root, std::uint64_t chunk_points) {
   if (grid.points() == 0) return Octree(root, {});
   const int depth_limit = depth_of_cells(grid, root);
+  if (grid.points() <= chunk_points)
+    return Octree(root, {{0, span_of(0), 0, node_box(root, 0, 0), grid.points()}});
   const CodedCells coded = code_cells(grid, root);
   Cutter cutter(coded, root, chunk_points, depth_limit);
   cutter.cut(0, coded.cells.size(), 0, 0);
