@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <numbers>
 #include <numeric>
 #include <tuple>
@@ -142,7 +143,9 @@ class Patches {
         cells_(positions, options.cell),
         search_(positions),
         state_(cells_.cells.size(), kUnknown),
-        neighbors_(positions.size() * options.neighbors, kNobody),
+        neighbors_(
+            std::make_unique_for_overwrite<std::uint32_t[]>(positions.size() * options.neighbors)),
+        counts_(positions.size(), 0),
         radius_(positions.size(), 0.0),
         first_(positions.size(), kNobody),
         turn_(positions.size(), 0) {}
@@ -165,10 +168,7 @@ class Patches {
   enum State : std::uint8_t { kUnknown, kAsked, kDone };
 
   std::span<const std::uint32_t> neighbors(std::uint32_t i) const {
-    const std::uint32_t* row = neighbors_.data() + i * options_.neighbors;
-    std::size_t count = 0;
-    while (count < options_.neighbors && row[count] != kNobody) ++count;
-    return {row, count};
+    return {neighbors_.get() + i * options_.neighbors, counts_[i]};
   }
 
   bool asked(std::uint32_t i) const {
@@ -201,9 +201,9 @@ class Patches {
       double farthest = 0.0;
       for (const double squared : query.squared_of(i)) farthest = std::max(farthest, squared);
       radius_[i] = std::sqrt(farthest);
-      std::size_t at = i * options_.neighbors;
+      std::uint32_t* const row = neighbors_.get() + i * options_.neighbors;
       for (const std::uint32_t n : query.of(i))
-        if (!is_zero(normals_[n])) neighbors_[at++] = n;
+        if (!is_zero(normals_[n])) row[counts_[i]++] = n;
     }
   }
 
@@ -378,10 +378,11 @@ class Patches {
   OrientationOptions options_;
   Cells cells_;
   NeighborSearch search_;
-  std::vector<std::uint8_t> state_;       // of cells
-  std::vector<std::uint32_t> neighbors_;  // options.neighbors per point, then kNobody
-  std::vector<double> radius_;            // distance of the farthest
-  std::vector<std::uint32_t> first_;      // first point of a point's patch
+  std::vector<std::uint8_t> state_;             // of cells
+  std::unique_ptr<std::uint32_t[]> neighbors_;  ///< rows, of which each thread writes its own first
+  std::vector<std::uint32_t> counts_;
+  std::vector<double> radius_;        // distance of the farthest
+  std::vector<std::uint32_t> first_;  // first point of a point's patch
   std::vector<std::uint8_t> turn_;
 };
 
