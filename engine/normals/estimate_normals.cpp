@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 #include "engine/geometry/local_surface.h"
 #include "engine/geometry/neighbor_grid.h"
@@ -181,6 +180,17 @@ std::vector<std::uint32_t> representatives(std::span<const Vec3> positions, std:
   return of_point;
 }
 
+/// Those of the points [begin, end).
+EstimatedNormals rows_of(EstimatedNormals all, std::uint32_t begin, std::uint32_t end) {
+  const auto keep = [&](auto& values) {
+    values.resize(end);
+    values.erase(values.begin(), values.begin() + begin);
+  };
+  keep(all.normals);
+  keep(all.roughness);
+  return all;
+}
+
 }  // namespace
 
 double normal_halo(const NormalEstimateOptions& options) {
@@ -198,17 +208,18 @@ EstimatedNormals estimate_normals(std::span<const Vec3> positions, std::uint32_t
                        std::vector<float>(positions.size(), 1.0f)};
   std::vector<std::uint8_t> asked(positions.size(), 0);
   const auto is_chosen = [&](std::uint32_t i) { return chosen.empty() || chosen[i - begin] != 0; };
-  std::vector<std::uint32_t> source(end - begin);
-  std::iota(source.begin(), source.end(), begin);
-  if (options.shared_side > 0.0) {
-    source = representatives(positions, begin, end, options.shared_side);
-    for (std::uint32_t i = begin; i < end; ++i)
-      if (is_chosen(i)) asked[source[i - begin]] = 1;
+  if (!(options.shared_side > 0.0)) {
+    for (std::uint32_t i = begin; i < end; ++i) asked[i] = is_chosen(i) ? 1 : 0;
     estimate_asked(positions, search, options, asked, all);
-    std::fill(asked.begin(), asked.end(), 0);
-    for (std::uint32_t i = begin; i < end; ++i)
-      if (all.normals[source[i - begin]] == Vec3{}) source[i - begin] = i;
+    return rows_of(std::move(all), begin, end);
   }
+  std::vector<std::uint32_t> source = representatives(positions, begin, end, options.shared_side);
+  for (std::uint32_t i = begin; i < end; ++i)
+    if (is_chosen(i)) asked[source[i - begin]] = 1;
+  estimate_asked(positions, search, options, asked, all);
+  std::fill(asked.begin(), asked.end(), 0);
+  for (std::uint32_t i = begin; i < end; ++i)
+    if (all.normals[source[i - begin]] == Vec3{}) source[i - begin] = i;
   for (std::uint32_t i = begin; i < end; ++i)
     asked[i] = is_chosen(i) && source[i - begin] == i && all.normals[i] == Vec3{} ? 1 : 0;
   estimate_asked(positions, search, options, asked, all);

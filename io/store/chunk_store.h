@@ -135,7 +135,8 @@ class ChunkStore {
   /// the program did not write it; the directory is left with that.
   std::vector<std::string> remove_all();
 
-  /// Writes what tells this run from others to the members that join it (kTeamMark).
+  /// Writes what tells this run from others to the members that join it (kTeamMark). Before the
+  /// first commit: what a team stores is flushed from the beginning.
   void mark_team(const std::string& run);
   /// Makes an empty file of a job's own in the directory, or takes the one of an earlier run. False
   /// where there is one that the program did not write.

@@ -56,21 +56,27 @@ CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
   return facts;
 }
 
+std::vector<std::uint8_t> turned(std::vector<std::uint8_t> flags) {
+  for (std::uint8_t& flag : flags) flag ^= 1;
+  return flags;
+}
+
 /// 1 for each of the chunk's own points that is no outlier. Clusters may have a wider halo.
 std::vector<std::uint8_t> inliers(const PassPoints& points, const OutlierOptions& options) {
   const Box reach = points.own.bounds().grown(outlier_halo(options));
+  const auto is_near = [&](Vec3 p) { return reach.contains(p); };
+  if (std::all_of(points.positions.begin(), points.positions.end(), is_near))
+    return turned(find_outliers(points.positions, points.begin, points.end, options));
   std::vector<Vec3> positions;
   positions.reserve(points.positions.size());
   std::uint32_t begin = 0, end = 0;
   for (std::uint32_t i = 0; i < points.positions.size(); ++i) {
     if (i == points.begin) begin = static_cast<std::uint32_t>(positions.size());
     if (i == points.end) end = static_cast<std::uint32_t>(positions.size());
-    if (reach.contains(points.positions[i])) positions.push_back(points.positions[i]);
+    if (is_near(points.positions[i])) positions.push_back(points.positions[i]);
   }
   if (points.end == points.positions.size()) end = static_cast<std::uint32_t>(positions.size());
-  std::vector<std::uint8_t> kept = find_outliers(positions, begin, end, options);
-  for (std::uint8_t& flag : kept) flag ^= 1;
-  return kept;
+  return turned(find_outliers(positions, begin, end, options));
 }
 
 /// Outliers and small clusters, in one pass: both are what the points as they came tell.
