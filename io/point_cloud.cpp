@@ -51,36 +51,30 @@ void PointCloud::append(const PointCloud& other) {
   attributes.insert(attributes.end(), other.attributes.begin(), other.attributes.end());
 }
 
-PointCloud kept_points(const PointCloud& cloud, std::span<const std::uint8_t> kept) {
-  PointCloud result;
-  result.schema = cloud.schema;
+PointCloud kept_points(PointCloud cloud, std::span<const std::uint8_t> kept) {
   const std::size_t points = cloud.size();
-  const auto count = points - static_cast<std::size_t>(std::count(
-                                  kept.begin(), kept.begin() + static_cast<std::ptrdiff_t>(points),
-                                  std::uint8_t{0}));
-  if (count == points) {
-    result.append(cloud);
-    return result;
-  }
-  result.reserve(count);
-  // Column after column, in the order of memory.
-  const auto take = [&](const std::vector<Vec3>& from, std::vector<Vec3>& to) {
-    if (from.empty()) return;
-    for (std::size_t i = 0; i < points; ++i)
-      if (kept[i] != 0) to.push_back(from[i]);
+  const auto first_gone = std::find(kept.begin(), kept.end(), std::uint8_t{0});
+  const auto begin = std::min(points, static_cast<std::size_t>(first_gone - kept.begin()));
+  // Column after column, in the order of memory; points only move to the front.
+  const auto close_up = [&](std::vector<Vec3>& values) {
+    if (values.empty()) return;
+    std::size_t to = begin;
+    for (std::size_t i = begin; i < points; ++i)
+      if (kept[i] != 0) values[to++] = values[i];
+    values.resize(to);
   };
-  take(cloud.positions, result.positions);
-  take(cloud.normals, result.normals);
+  close_up(cloud.positions);
+  close_up(cloud.normals);
   const std::size_t bytes = cloud.schema.attribute_bytes();
-  if (bytes == 0) return result;
-  for (std::size_t begin = 0, end = 0; begin < points; begin = end + 1) {
-    for (end = begin; end < points && kept[end] != 0;) ++end;
-    const auto row = cloud.attributes.begin();
-    result.attributes.insert(result.attributes.end(),
-                             row + static_cast<std::ptrdiff_t>(begin * bytes),
-                             row + static_cast<std::ptrdiff_t>(end * bytes));
+  if (bytes == 0) return cloud;
+  std::byte* const rows = cloud.attributes.data();
+  std::byte* to = rows + begin * bytes;
+  for (std::size_t first = begin, last = begin; first < points; first = last + 1) {
+    for (last = first; last < points && kept[last] != 0;) ++last;
+    to = std::copy(rows + first * bytes, rows + last * bytes, to);
   }
-  return result;
+  cloud.attributes.resize(static_cast<std::size_t>(to - rows));
+  return cloud;
 }
 
 Box PointCloud::bounds() const {

@@ -58,7 +58,7 @@ struct PointCloud {
 };
 
 /// The points whose flag is not 0, in their order. There is a flag for every point.
-PointCloud kept_points(const PointCloud& cloud, std::span<const std::uint8_t> kept);
+PointCloud kept_points(PointCloud cloud, std::span<const std::uint8_t> kept);
 
 /// Value of one attribute as a double, for display and for formats of one type.
 double attribute_value(const PointCloud& cloud, std::size_t point, std::size_t field);

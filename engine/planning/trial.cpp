@@ -34,7 +34,7 @@ void drop_outliers(PointCloud& cloud, const TrialOptions& options) {
                                                    .max_radius = options.reach_of_outliers,
                                                    .stop = options.stop});
   for (std::uint8_t& flag : flags) flag ^= 1;
-  cloud = kept_points(cloud, flags);
+  cloud = kept_points(std::move(cloud), flags);
 }
 
 /// Normals for the smoothing, of either sign.
@@ -75,18 +75,22 @@ void smooth_and_thin(PointCloud& cloud, const TrialOptions& options) {
   if (!thins) return;
   const std::vector<std::uint8_t> kept = thinned(cloud, cleaning.thin_to_spacing, options);
   project(cloud, options, kept);
-  cloud = kept_points(cloud, kept);
+  cloud = kept_points(std::move(cloud), kept);
+}
+
+void thin(PointCloud& cloud, double spacing, const TrialOptions& options) {
+  const std::vector<std::uint8_t> kept = thinned(cloud, spacing, options);
+  cloud = kept_points(std::move(cloud), kept);
 }
 
 void clean(PointCloud& cloud, const TrialOptions& options) {
   const CleaningOptions& cleaning = options.cleaning;
   if (cleaning.outlier_sigma > 0.0) drop_outliers(cloud, options);
-  if (cleaning.merge_tolerance > 0.0)
-    cloud = kept_points(cloud, thinned(cloud, cleaning.merge_tolerance, options));
+  if (cleaning.merge_tolerance > 0.0) thin(cloud, cleaning.merge_tolerance, options);
   if (cleaning.smooth_radius > 0.0)
     smooth_and_thin(cloud, options);
   else if (cleaning.thin_to_spacing > 0.0)
-    cloud = kept_points(cloud, thinned(cloud, cleaning.thin_to_spacing, options));
+    thin(cloud, cleaning.thin_to_spacing, options);
 }
 
 ReconstructionOptions surface_options(const TrialOptions& options) {

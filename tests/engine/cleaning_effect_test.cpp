@@ -35,7 +35,7 @@ void clean(PointCloud& cloud, const CleaningChoice& options, double spacing) {
   auto flags = find_outliers(cloud.positions, 0, size_of(cloud),
                              {.sigma = options.outlier_sigma, .max_radius = 16.0 * spacing});
   for (std::uint8_t& flag : flags) flag ^= 1;
-  cloud = kept_points(cloud, flags);
+  cloud = kept_points(std::move(cloud), flags);
   for (int pass = 0; pass < options.smooth_passes; ++pass) {
     ProjectedPoints result = project_points(cloud.positions, cloud.normals, 0, size_of(cloud),
                                             {options.smooth_radius, true});
@@ -43,8 +43,9 @@ void clean(PointCloud& cloud, const CleaningChoice& options, double spacing) {
     cloud.normals = std::move(result.normals);
   }
   test::put_in_order(cloud);
-  cloud = kept_points(cloud, thin_points(cloud.positions, cloud.normals, 0, size_of(cloud),
-                                         {options.thin_to_spacing, 0.0}));
+  const auto kept = thin_points(cloud.positions, cloud.normals, 0, size_of(cloud),
+                                {options.thin_to_spacing, 0.0});
+  cloud = kept_points(std::move(cloud), kept);
 }
 
 struct Surface {

@@ -110,7 +110,7 @@ RawPass stray_pass(const StageRunner& runner, const CleaningOptions& options,
             ++result.also_dropped;
           }
         }
-        result.points = kept_points(points.own, kept);
+        result.points = kept_points(std::move(points.own), kept);
         return result;
       }};
 }
@@ -129,7 +129,7 @@ RawPass merge_pass(const StageRunner& runner, const CleaningOptions& options) {
             add_moves(points.own, merged.positions);
             points.own.positions = std::move(merged.positions);
             if (!merged.normals.empty()) points.own.normals = std::move(merged.normals);
-            return PassResult{kept_points(points.own, merged.kept)};
+            return PassResult{kept_points(std::move(points.own), merged.kept)};
           }};
 }
 
@@ -154,7 +154,7 @@ RawPass surfaceness_pass(const StageRunner& runner, const CleaningOptions& optio
             std::vector<std::uint8_t> kept;
             for (const float one : surfaceness_locally(points, levels, of_level))
               kept.push_back(one >= least ? 1 : 0);
-            return PassResult{kept_points(points.own, kept)};
+            return PassResult{kept_points(std::move(points.own), kept)};
           }};
 }
 
@@ -212,7 +212,7 @@ PointCloud with_normals(PassPoints&& points, std::vector<Vec3> normals, const Si
     if (dot(normals[i], rule.wanted(points.own, i, view)) < 0.0) normals[i] = -normals[i];
   }
   points.own.normals = std::move(normals);
-  return kept_points(points.own, kept);
+  return kept_points(std::move(points.own), kept);
 }
 
 /// `untouched`: the level whose options points have that are not to be moved.

@@ -92,8 +92,8 @@ RawPass thin_pass(const StageRunner& runner, const LocalCleaning& cleaning, bool
           .work = [cleaning, thinning, oriented](PassPoints&& points) {
             normalize_all(points.normals);
             const auto levels = cleaning.levels_of(points.positions);
-            return PassResult{
-                kept_points(points.own, thinned(points, cleaning, levels, thinning, oriented))};
+            const auto kept = thinned(points, cleaning, levels, thinning, oriented);
+            return PassResult{kept_points(std::move(points.own), kept)};
           }};
 }
 
@@ -112,7 +112,7 @@ RawPass thin_and_smooth_pass(const StageRunner& runner, const LocalCleaning& cle
             const auto levels = cleaning.levels_of(points.positions);
             const auto kept = thinned(points, cleaning, levels, thinning, oriented);
             project(points, cleaning, levels, projection, kept);
-            return PassResult{kept_points(points.own, kept), kept_rows(kept)};
+            return PassResult{kept_points(std::move(points.own), kept), kept_rows(kept)};
           }};
 }
 
