@@ -219,7 +219,7 @@ void StoredSurface::triangles_at(std::span<const std::uint64_t> vertices,
         if (other != held) neighbor = cache_->get(held = other);
         neighbor->add_triangles(vertices[i], out);
       }
-      if (!removed_.empty()) {
+      if (removed_at_.may_have(vertices[i])) {
         out.erase(std::remove_if(out.begin() + begin, out.end(),
                                  [&](const Triangle64& t) {
                                    return std::binary_search(removed_.begin(), removed_.end(), t);
