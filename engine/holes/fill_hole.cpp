@@ -86,7 +86,7 @@ class Attempts {
     if (const std::string defect = patch_defect(problem_, patch); !defect.empty()) {
       return fails(defect);
     }
-    std::vector<Contact> contacts = find_contacts(problem_, sheet(), patch);
+    std::vector<Contact> contacts = find_contacts(problem_, sheet(), patch, most_wanted());
     if (!contacts.empty()) {
       has_crossed_ = true;
       const std::uint64_t avoidable = piercings().count_avoidable(patch, contacts);
@@ -170,10 +170,13 @@ class Attempts {
   };
   /// Hardly any patch of a wide loop in real scans that started with more contacts came to be
   /// clear.
+  static constexpr std::size_t kMostContacts = 32;
   static bool may_be_untangled(const Tangled& candidate) {
-    constexpr std::size_t kMostContacts = 32;
     return candidate.contacts.size() <= kMostContacts;
   }
+  /// How many contacts of a patch are looked for: where more leave the hole open, no more than
+  /// show that.
+  std::uint64_t most_wanted() const { return options_.whole ? kMostContacts + 1 : UINT64_MAX; }
 
   const RimPiercings& piercings() {
     if (!piercings_) piercings_.emplace(problem_, sheet());
