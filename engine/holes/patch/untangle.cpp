@@ -78,15 +78,12 @@ class Surroundings {
     find_ring();
     boxes_.clear();
     planes_.clear();
-    is_free_.clear();
     sides_.clear();
     for (const Triangle& t : others_) {
       boxes_.push_back(box_of(positions_, t));
       planes_.emplace_back(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
-      is_free_.push_back(1);
       for (const std::uint32_t v : ring_) {
         const bool is_corner = v == t[0] || v == t[1] || v == t[2];
-        if (is_corner) is_free_.back() = 0;
         sides_.push_back(
             static_cast<std::int8_t>(is_corner ? kCorner : planes_.back().side(positions_[v])));
       }
@@ -122,8 +119,7 @@ class Surroundings {
       for (std::size_t i = 0; i < own_.size(); ++i) {
         if (is_fixed(k, i) || is_apart(k, i, side) || !own_boxes_[i].intersects(boxes_[k]))
           continue;
-        if (is_free_[k] != 0 && is_beside(own_planes_[i], others_[k])) continue;
-        found += triangles_intersect(positions_, own_[i], others_[k]) ? 1 : 0;
+        found += meet(i, k, side) ? 1 : 0;
         if (found >= limit) break;
       }
       if (found > before) std::swap(order_[place], order_[place / 2]);
@@ -194,11 +190,39 @@ class Surroundings {
     return fixed_ > 0 && is_fixed_[other * own_.size() + own] != 0;
   }
 
-  /// All of a triangle on one side of the plane.
-  bool is_beside(const QuickPlane& plane, const Triangle& t) const {
-    const int side = plane.side(positions_[t[0]]);
-    return side != 0 && plane.side(positions_[t[1]]) == side &&
-           plane.side(positions_[t[2]]) == side;
+  /// Whether an own triangle meets another one, which lies on that side of the moving vertex: told
+  /// by the sides of the corners where these are known.
+  bool meet(std::size_t own, std::size_t other, int side) const {
+    const Triangle& t = others_[other];
+    const auto [a, b] = ends_[own];
+    const std::uint32_t first = ring_[a], second = ring_[b];
+    std::array<int, 3> of_other{};
+    bool is_above = false, is_below = false, has_common = false, is_known = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (t[k] == first || t[k] == second) {
+        has_common = true;
+        continue;
+      }
+      of_other[k] = own_planes_[own].side(positions_[t[k]]);
+      is_above = is_above || of_other[k] > 0;
+      is_below = is_below || of_other[k] < 0;
+      is_known = is_known && of_other[k] != 0;
+    }
+    if (is_known && is_above != is_below) return false;
+    const std::int8_t* sides = sides_.data() + other * ring_.size();
+    if (!is_known || has_common || side == 0 || sides[a] == 0 || sides[b] == 0)
+      return triangles_intersect(positions_, own_[own], t);
+    std::array<Vec3, 3> own_corners, other_corners;
+    std::array<int, 3> of_own{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t v = own_[own][k];
+      own_corners[k] = positions_[v];
+      other_corners[k] = positions_[t[k]];
+      // Sides count the other way round there.
+      of_own[k] = -(v == vertex_ ? side : v == first ? sides[a] : sides[b]);
+      of_other[k] = -of_other[k];
+    }
+    return triangles_across_intersect(own_corners, other_corners, of_own, of_other);
   }
 
   /// Adds the pairs among the own triangles.
@@ -242,7 +266,6 @@ class Surroundings {
   std::vector<Box> boxes_;
   std::vector<QuickPlane> planes_;
   std::vector<std::int8_t> sides_;  ///< others x ring
-  std::vector<char> is_free_;       ///< per other: has no corner in the ring
   std::vector<char> is_fixed_;      ///< others x own
   std::size_t fixed_ = 0;
   // Of the vertex where it is now.
@@ -416,12 +439,15 @@ class Untangler {
   void look_around(std::uint32_t vertex, const BoxTree& tree) {
     const double reach = kSteps.back() * rim_.spacing;
     around_.begin(vertex);
-    Box box;
+    Box within;
+    within.extend(positions_[vertex]);
+    // Rounding does not decide what the vertex can come to.
+    constexpr double kSlack = 1.0 + 1e-6;
+    within = within.grown(kSlack * reach);
     for (const std::uint32_t i : triangles_at(vertex)) {
       around_.add_own(patch_.triangles[i]);
-      box.extend(box_of(patch_.triangles[i]));
+      within.extend(box_of(patch_.triangles[i]));
     }
-    const Box within = box.grown(reach);
     tree.for_each(within.grown(reach), [&](std::uint32_t i) {
       const Triangle& t = patch_.triangles[i];
       const bool is_own = std::find(t.begin(), t.end(), vertex) != t.end();
