@@ -83,7 +83,7 @@ class Attempts {
   bool take(HolePatch patch) {
     check_stop(options_.stop);
     if (patch.method == FillMethod::kNone) return fails(patch.reason, patch.open);
-    if (const std::string defect = patch_defect(problem_, patch); !defect.empty()) {
+    if (const std::string defect = patch_defect(problem_, rim().faces, patch); !defect.empty()) {
       return fails(defect);
     }
     std::vector<Contact> contacts = find_contacts(problem_, sheet(), patch, most_wanted());
@@ -99,7 +99,7 @@ class Attempts {
     return true;
   }
 
-  bool try_plane() { return take(plane_fill(problem_, options_)); }
+  bool try_plane() { return take(plane_fill(problem_, rim(), options_)); }
   bool try_implicit() {
     return take(implicit_fill(problem_, loop(), sheet(), piercings(), options_));
   }
@@ -108,7 +108,7 @@ class Attempts {
   /// True when a flat patch meets nothing, if need be after it was moved out of the way: a smooth
   /// one that meets nothing bulges out of a crease. One that still meets something is one of many.
   bool try_flat() {
-    if (!ends_in_crease(problem_)) return false;
+    if (!ends_in_crease(problem_, rim())) return false;
     const std::optional<RecessedPlane> plane = recessed_plane(problem_);
     if (plane && settles(recessed_fill(problem_, loop(), *plane, options_),
                          "flat, at the ground of a recess"))
@@ -119,7 +119,7 @@ class Attempts {
   /// True when planes around the hole meet in an edge that the patch goes on with. Where they do
   /// not, nothing was tried.
   bool try_creased() {
-    HolePatch patch = creased_fill(problem_, options_);
+    HolePatch patch = creased_fill(problem_, rim(), options_);
     if (patch.method == FillMethod::kNone && patch.reason.empty()) return false;
     return take(std::move(patch));
   }
@@ -183,8 +183,13 @@ class Attempts {
     return *piercings_;
   }
 
+  const Rim& rim() {
+    if (!rim_) rim_ = find_rim(problem_);
+    return *rim_;
+  }
+
   const LoopTriangles& loop() {
-    if (!loop_) loop_ = triangles_of_loop(problem_);
+    if (!loop_) loop_ = triangles_of_loop(problem_, rim());
     return *loop_;
   }
 
@@ -241,6 +246,7 @@ class Attempts {
 
   const HoleProblem& problem_;
   const PatchOptions& options_;
+  std::optional<Rim> rim_;
   std::optional<LoopTriangles> loop_;
   std::optional<RimPiercings> piercings_;
   std::optional<BoxTree> sheet_;

@@ -53,8 +53,9 @@ constexpr double kMostBending = 1.5;
 /// the plate leaves the rim's faces at a steep angle on the mean, the rim is crumpled: the normals
 /// along it, and with them the distance, mean nothing. So they do where the rim itself runs into
 /// the sheet, or the plate does often: the zero sets of such rims fold or run into it too.
-bool is_worth_a_zero_set(const HoleProblem& problem, const PatchMesh& disc, const HolePatch& plate,
-                         const BoxTree& sheet, const RimPiercings& piercings) {
+bool is_worth_a_zero_set(const HoleProblem& problem, const Rim& rim, const PatchMesh& disc,
+                         const HolePatch& plate, const BoxTree& sheet,
+                         const RimPiercings& piercings) {
   constexpr std::uint32_t kLeastPoints = 8;
   constexpr std::uint32_t kMostPoints = 20'000;
   constexpr std::uint64_t kFewContacts = 8;
@@ -65,7 +66,7 @@ bool is_worth_a_zero_set(const HoleProblem& problem, const PatchMesh& disc, cons
   const std::uint32_t points = disc.size() - disc.corners();
   if (points < kLeastPoints || points > kMostPoints) return false;
   if (piercings.any()) return false;
-  const double angle = rim_angles(problem, plate).mean;
+  const double angle = rim_angles(problem, rim.faces, plate).mean;
   if (!(angle < kCrumpled)) return false;
   const std::size_t triangles = plate.triangles.size();
   const std::uint64_t most =
@@ -90,15 +91,14 @@ HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop, c
   std::optional<PatchMesh> disc = smooth_disc(problem, loop, 2, options);
   if (!disc) return none_because(too_many_points(options), OpenReason::kTooManyPoints);
   HolePatch plate = finished(problem, rim, *disc);
-  if (!is_worth_a_zero_set(problem, *disc, plate, sheet, piercings)) {
+  if (!is_worth_a_zero_set(problem, rim, *disc, plate, sheet, piercings)) {
     plate.reason = "thin plate";
     plate.values = values_from_corners(problem, plate.positions);
     return plate;
   }
   const std::vector<std::uint32_t> sites = choose_sites(problem, rim, most_sites(rim, options));
   const SignedDistances distances = signed_distances(problem, rim, sites);
-  const std::vector<Triangle> rim_faces = faces_at_rim(problem);
-  const double usual_energy = kMostBending * bending_energy(problem, rim_faces, plate);
+  const double usual_energy = kMostBending * bending_energy(problem, rim.faces, plate);
   Candidate best;
   std::string fault;
   for (const RbfKernel kernel : {RbfKernel::kTriharmonic, RbfKernel::kBiharmonic}) {
@@ -107,7 +107,7 @@ HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop, c
       fault = std::move(zero.fault);
       continue;
     }
-    const double energy = bending_energy(problem, rim_faces, *zero.patch);
+    const double energy = bending_energy(problem, rim.faces, *zero.patch);
     if (energy < best.energy) best = {std::move(*zero.patch), energy};
     if (best.energy <= usual_energy) break;
   }

@@ -283,7 +283,8 @@ class Untangler {
         sheet_(sheet),
         patch_(patch),
         given_(static_cast<std::uint32_t>(problem.positions.size())),
-        rim_(find_rim(problem)),
+        spacing_(rim_spacing(problem)),
+        center_(center_of_loop(problem)),
         positions_(problem.positions),
         around_(positions_) {
     positions_.insert(positions_.end(), patch.positions.begin(), patch.positions.end());
@@ -437,7 +438,7 @@ class Untangler {
 
   /// `tree`: of the patch at the start of the round, in which every vertex moves once at most.
   void look_around(std::uint32_t vertex, const BoxTree& tree) {
-    const double reach = kSteps.back() * rim_.spacing;
+    const double reach = kSteps.back() * spacing_;
     around_.begin(vertex);
     Box within;
     within.extend(positions_[vertex]);
@@ -478,7 +479,7 @@ class Untangler {
     look_around(vertex, tree);
     const Vec3 start = positions_[vertex];
     const Vec3 normal = normal_of(around_.own());
-    const Vec3 inward = rim_.center - start;
+    const Vec3 inward = center_ - start;
     const Vec3 along = normalized(inward - dot(inward, normal) * normal);
     const Vec3 sideways = cross(normal, along);
     std::size_t fewest = around_.count(SIZE_MAX);
@@ -486,7 +487,7 @@ class Untangler {
     for (const double step : kSteps) {
       for (const Vec3 direction : {normal, -normal, along, -along, sideways, -sideways}) {
         if (fewest == around_.fixed()) break;
-        positions_[vertex] = start + step * rim_.spacing * direction;
+        positions_[vertex] = start + step * spacing_ * direction;
         const std::size_t found = around_.count(fewest);
         if (found < fewest) {
           fewest = found;
@@ -520,7 +521,8 @@ class Untangler {
   const BoxTree& sheet_;
   HolePatch& patch_;
   std::uint32_t given_;
-  Rim rim_;
+  double spacing_ = 0.0;          ///< of the rim
+  Vec3 center_;                   ///< of the rim
   std::vector<Vec3> positions_;   ///< of the problem, then of the patch
   Surroundings around_;           ///< of the vertex that is being moved
   std::vector<char> is_changed_;  ///< per triangle of the patch: since contacts were found
