@@ -79,14 +79,15 @@ class Attempts {
       : problem_(problem), options_(options) {}
 
   /// True when the patch is sound and meets nothing but what the loop's own edges meet: no other
-  /// one is better.
-  bool take(HolePatch patch) {
+  /// one is better. `is_clear`: it is known to meet nothing.
+  bool take(HolePatch patch, bool is_clear = false) {
     check_stop(options_.stop);
     if (patch.method == FillMethod::kNone) return fails(patch.reason, patch.open);
     if (const std::string defect = patch_defect(problem_, rim().faces, patch); !defect.empty()) {
       return fails(defect);
     }
-    std::vector<Contact> contacts = find_contacts(problem_, sheet(), patch, most_wanted());
+    std::vector<Contact> contacts;
+    if (!is_clear) contacts = find_contacts(problem_, sheet(), patch, most_wanted());
     if (!contacts.empty()) {
       has_crossed_ = true;
       const std::uint64_t avoidable = piercings().count_avoidable(patch, contacts);
@@ -101,7 +102,8 @@ class Attempts {
 
   bool try_plane() { return take(plane_fill(problem_, rim(), options_)); }
   bool try_implicit() {
-    return take(implicit_fill(problem_, loop(), sheet(), piercings(), options_));
+    auto [patch, is_clear] = implicit_fill(problem_, loop(), sheet(), piercings(), options_);
+    return take(std::move(patch), is_clear);
   }
   bool try_membrane() { return take(membrane_fill(problem_, loop(), options_)); }
 

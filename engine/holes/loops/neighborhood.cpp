@@ -285,7 +285,7 @@ GatheredHole gather_hole(const Surface& surface, const BoundaryLoop& loop,
   sort_unique(problem.forbidden);
   for (std::size_t i = 0; i < sorted.vertices.size(); ++i)
     if (sorted.gathered[i] != Rings::kNone) gathered.vertices.push_back(sorted.vertices[i]);
-  problem.channels = surface.channels();
+  problem.channels = options.with_values ? surface.channels() : 0;
   if (problem.channels > 0) problem.values = surface.values(gathered.vertices);
   return gathered;
 }
