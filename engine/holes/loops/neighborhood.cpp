@@ -25,13 +25,10 @@ class ReachedNumbers {
   /// kNone where the vertex was not reached.
   std::uint32_t of(std::uint64_t vertex) const { return slots_[slot_of(vertex)].number; }
 
-  /// The vertex's number; `next` where it is reached for the first time.
-  std::uint32_t reach(std::uint64_t vertex, std::uint32_t next) {
-    Slot& slot = slots_[slot_of(vertex)];
-    if (slot.number != kNone) return slot.number;
-    slot = {vertex, next};
-    if (2 * (std::size_t{next} + 1) > slots_.size()) resize(2 * slots_.size());
-    return next;
+  /// `number`: how many vertices were reached before.
+  void add(std::uint64_t vertex, std::uint32_t number) {
+    slots_[slot_of(vertex)] = {vertex, number};
+    if (2 * (std::size_t{number} + 1) > slots_.size()) resize(2 * slots_.size());
   }
 
  private:
@@ -78,9 +75,7 @@ class Rings {
       : surface_(surface), ring_(loop.vertices), numbers_(16 * loop.vertices.size()) {
     sort_unique(ring_);
     for (const std::uint64_t vertex : ring_) {
-      ring_numbers_.push_back(numbers_.reach(vertex, count()));
-      reached_.push_back({vertex, count()});
-      depth_of_.push_back(0);
+      ring_numbers_.push_back(add(vertex, 0));
     }
   }
 
@@ -133,23 +128,35 @@ class Rings {
  private:
   static constexpr std::uint32_t kBeyond = UINT32_MAX;
 
-  /// A triangle at a vertex of the ring, unless it was met before: at a vertex of a ring before, or
-  /// at a smaller one of this ring.
+  std::uint32_t add(std::uint64_t vertex, std::uint32_t depth) {
+    const std::uint32_t number = count();
+    numbers_.add(vertex, number);
+    reached_.push_back({vertex, number});
+    depth_of_.push_back(depth);
+    return number;
+  }
+
+  /// Whether a triangle with this corner was met at it: in a ring before, or at a smaller vertex of
+  /// this ring.
+  bool was_met_at(std::uint64_t corner, std::uint32_t number, std::uint64_t vertex) const {
+    return number != kNone &&
+           (depth_of_[number] < depth_ || (depth_of_[number] == depth_ && corner < vertex));
+  }
+
+  /// A triangle at a vertex of the ring, unless it was met before.
   void take(const Triangle64& t, std::uint64_t vertex, std::uint32_t number) {
+    const std::size_t own = t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2;
+    const std::size_t first = (own + 1) % 3, second = (own + 2) % 3;
     Triangle numbers{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (t[k] == vertex) {
-        numbers[k] = number;
-        continue;
-      }
-      const std::uint32_t other = numbers[k] = numbers_.reach(t[k], count());
-      if (other == count()) {
-        reached_.push_back({t[k], other});
-        depth_of_.push_back(kBeyond);
-        beyond_.push_back(reached_.back());
-      } else if (depth_of_[other] < depth_ || (depth_of_[other] == depth_ && t[k] < vertex)) {
-        return;
-      }
+    numbers[own] = number;
+    numbers[first] = numbers_.of(t[first]);
+    if (was_met_at(t[first], numbers[first], vertex)) return;
+    numbers[second] = numbers_.of(t[second]);
+    if (was_met_at(t[second], numbers[second], vertex)) return;
+    for (const std::size_t k : {first, second}) {
+      if (numbers[k] != kNone) continue;
+      numbers[k] = add(t[k], kBeyond);
+      beyond_.push_back(reached_.back());
     }
     triangles_.push_back(numbers);
   }
@@ -192,6 +199,25 @@ struct Sorted {
   std::vector<std::uint32_t> place_of;  ///< per number in the order reached
 };
 
+/// Triangles with one first vertex.
+void sort_few(std::vector<Triangle>& triangles, std::size_t begin, std::size_t end) {
+  constexpr std::size_t kFew = 16;
+  if (end - begin > kFew) {
+    std::sort(triangles.begin() + static_cast<std::ptrdiff_t>(begin),
+              triangles.begin() + static_cast<std::ptrdiff_t>(end));
+    return;
+  }
+  const auto is_before = [](const Triangle& a, const Triangle& b) {
+    return a[1] != b[1] ? a[1] < b[1] : a[2] < b[2];
+  };
+  for (std::size_t i = begin + 1; i < end; ++i) {
+    const Triangle t = triangles[i];
+    std::size_t k = i;
+    for (; k > begin && is_before(t, triangles[k - 1]); --k) triangles[k] = triangles[k - 1];
+    triangles[k] = t;
+  }
+}
+
 /// By their first vertices, few triangles at each; then these.
 void sort_triangles(const std::vector<Triangle>& triangles, std::size_t vertices,
                     std::vector<Triangle>& sorted) {
@@ -202,9 +228,7 @@ void sort_triangles(const std::vector<Triangle>& triangles, std::size_t vertices
   for (const Triangle& t : triangles) sorted[next[t[0]]++] = t;
   // Each vertex's end is the next one's begin by now.
   std::uint32_t begin = 0;
-  for (std::size_t v = 0; v < vertices; begin = next[v++]) {
-    if (next[v] - begin > 1) std::sort(sorted.begin() + begin, sorted.begin() + next[v]);
-  }
+  for (std::size_t v = 0; v < vertices; begin = next[v++]) sort_few(sorted, begin, next[v]);
 }
 
 Sorted sorted_by_vertices(Rings& rings) {
@@ -212,6 +236,8 @@ Sorted sorted_by_vertices(Rings& rings) {
   std::sort(reached.begin(), reached.end());
   Sorted result;
   result.place_of.resize(reached.size());
+  result.vertices.reserve(reached.size());
+  result.gathered.reserve(reached.size());
   std::uint32_t next = 0;
   for (std::uint32_t place = 0; place < reached.size(); ++place) {
     result.vertices.push_back(reached[place].vertex);
@@ -235,6 +261,8 @@ void add_vertices(const Surface& surface, const Sorted& sorted, HoleProblem& pro
     const Vec3 area = cross(positions[t[1]] - a, positions[t[2]] - a);
     for (const std::uint32_t v : t) normals[v] = normals[v] + area;
   }
+  problem.positions.reserve(positions.size());
+  problem.normals.reserve(positions.size());
   for (std::size_t v = 0; v < positions.size(); ++v) {
     if (sorted.gathered[v] == Rings::kNone) continue;
     problem.positions.push_back(positions[v]);
@@ -246,6 +274,7 @@ void add_vertices(const Surface& surface, const Sorted& sorted, HoleProblem& pro
 void add_triangles(const Sorted& sorted, HoleProblem& problem) {
   std::vector<std::uint8_t> on_rim(problem.positions.size(), 0);
   for (const std::uint32_t v : problem.loop) on_rim[v] = 1;
+  problem.sheet.reserve(sorted.triangles.size());
   for (const Triangle& in_places : sorted.triangles) {
     Triangle t{};
     std::array<bool, 3> is_on_rim{};

@@ -39,8 +39,11 @@ struct StoredSurface::LoadedChunk {
     const LocalNumbers known = numbers();
     const std::uint64_t slot = known.local(vertex);
     if (slot == known.count()) return;
-    for (std::uint32_t i = first[slot]; i < first[slot + 1]; ++i)
-      out.push_back(known.global(triangles[at[i]]));
+    const std::uint32_t begin = first[slot], end = first[slot + 1];
+    const std::size_t before = out.size();
+    out.resize(before + (end - begin));
+    Triangle64* to = out.data() + before;
+    for (std::uint32_t i = begin; i < end; ++i) *to++ = known.global(triangles[at[i]]);
   }
 };
 
