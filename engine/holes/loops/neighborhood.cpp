@@ -74,6 +74,7 @@ class Rings {
   Rings(const Surface& surface, const BoundaryLoop& loop)
       : surface_(surface), ring_(loop.vertices), numbers_(16 * loop.vertices.size()) {
     sort_unique(ring_);
+    reserve(ring_.size());
     for (const std::uint64_t vertex : ring_) {
       ring_numbers_.push_back(add(vertex, 0));
     }
@@ -96,13 +97,13 @@ class Rings {
   /// What is taken out of the next ring is not reached, now or later. `is_in` of a position.
   template <class IsIn>
   void keep_of_next(const IsIn& is_in) {
-    std::vector<std::uint64_t> vertices;
-    for (const Reached& each : beyond_) vertices.push_back(each.vertex);
-    std::vector<Vec3> places(vertices.size());
-    surface_.positions(vertices, places);
+    ring_.clear();
+    for (const Reached& each : beyond_) ring_.push_back(each.vertex);
+    places_.resize(ring_.size());
+    surface_.positions(ring_, places_);
     std::size_t kept = 0;
     for (std::size_t i = 0; i < beyond_.size(); ++i)
-      if (is_in(places[i])) beyond_[kept++] = beyond_[i];
+      if (is_in(places_[i])) beyond_[kept++] = beyond_[i];
     beyond_.resize(kept);
   }
 
@@ -127,6 +128,18 @@ class Rings {
 
  private:
   static constexpr std::uint32_t kBeyond = UINT32_MAX;
+
+  /// As much as a hole of a few edges needs.
+  void reserve(std::size_t ring) {
+    constexpr std::size_t kVertices = 8, kTriangles = 12, kPerVertex = 6;
+    ring_numbers_.reserve(2 * ring);
+    reached_.reserve(kVertices * ring);
+    depth_of_.reserve(kVertices * ring);
+    triangles_.reserve(kTriangles * ring);
+    beyond_.reserve(2 * ring);
+    at_ring_.reserve(2 * kPerVertex * ring);
+    ends_.reserve(2 * ring);
+  }
 
   std::uint32_t add(std::uint64_t vertex, std::uint32_t depth) {
     const std::uint32_t number = count();
@@ -172,6 +185,7 @@ class Rings {
   std::uint32_t depth_ = 0;
   std::vector<Triangle64> at_ring_;
   std::vector<std::size_t> ends_;
+  std::vector<Vec3> places_;
 };
 
 void walk_rings(const BoundaryLoop& loop, const NeighborhoodOptions& options, Rings& rings) {

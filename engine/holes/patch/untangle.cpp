@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
@@ -89,6 +90,7 @@ class Surroundings {
       }
     }
     find_fixed();
+    find_near();
     order_.clear();
     for (std::uint32_t k = 0; k < others_.size(); ++k)
       if (!stays_beside(k, reach)) order_.push_back(k);
@@ -116,12 +118,10 @@ class Surroundings {
       if (!all.intersects(boxes_[k])) continue;
       const std::size_t before = found;
       const int side = planes_[k].side(positions_[vertex_]);
-      for (std::size_t i = 0; i < own_.size(); ++i) {
-        if (is_fixed(k, i) || is_apart(k, i, side) || !own_boxes_[i].intersects(boxes_[k]))
-          continue;
-        found += meet(i, k, side) ? 1 : 0;
-        if (found >= limit) break;
-      }
+      for_each_near(k, side, [&](std::size_t i) {
+        if (own_boxes_[i].intersects(boxes_[k])) found += meet(i, k, side) ? 1 : 0;
+        return found < limit;
+      });
       if (found > before) std::swap(order_[place], order_[place / 2]);
       if (found >= limit) return found;
     }
@@ -184,6 +184,38 @@ class Surroundings {
         ++fixed_;
       }
     }
+  }
+
+  /// One bit per own triangle that another one may meet, where the vertex lies above it or below.
+  struct Near {
+    std::uint64_t above = 0, below = 0;
+  };
+  static constexpr std::size_t kMostBits = 64;
+
+  void find_near() {
+    near_.assign(others_.size(), {});
+    if (own_.size() > kMostBits) return;
+    for (std::size_t k = 0; k < others_.size(); ++k) {
+      for (std::size_t i = 0; i < own_.size(); ++i) {
+        if (is_fixed(k, i)) continue;
+        near_[k].above |= static_cast<std::uint64_t>(!is_apart(k, i, 1)) << i;
+        near_[k].below |= static_cast<std::uint64_t>(!is_apart(k, i, -1)) << i;
+      }
+    }
+  }
+
+  /// Calls visit(own triangle) for those that another one may meet with the vertex on that side of
+  /// it, until it returns false.
+  template <class Visit>
+  void for_each_near(std::size_t other, int side, const Visit& visit) const {
+    if (side == 0 || own_.size() > kMostBits) {
+      for (std::size_t i = 0; i < own_.size(); ++i)
+        if (!is_fixed(other, i) && !is_apart(other, i, side) && !visit(i)) return;
+      return;
+    }
+    std::uint64_t bits = side > 0 ? near_[other].above : near_[other].below;
+    for (; bits != 0; bits &= bits - 1)
+      if (!visit(static_cast<std::size_t>(std::countr_zero(bits)))) return;
   }
 
   bool is_fixed(std::size_t other, std::size_t own) const {
@@ -267,6 +299,7 @@ class Surroundings {
   std::vector<QuickPlane> planes_;
   std::vector<std::int8_t> sides_;  ///< others x ring
   std::vector<char> is_fixed_;      ///< others x own
+  std::vector<Near> near_;          ///< per other
   std::size_t fixed_ = 0;
   // Of the vertex where it is now.
   std::vector<Box> own_boxes_;
