@@ -83,6 +83,7 @@ class VerticesByX {
         std::lower_bound(positions_.begin(), positions_.end(), p.x - kSlack * offset, is_left);
     std::vector<Vec3> near;
     for (; at != positions_.end() && at->x <= p.x + kSlack * offset; ++at) {
+      if (std::abs(at->y - p.y) > kSlack * offset) continue;
       const Vec3 d = *at - p;
       if (*at != p && squared_norm(d) < kReach * kReach * offset * offset) near.push_back(d);
     }
