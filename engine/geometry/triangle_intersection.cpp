@@ -311,6 +311,12 @@ int side_of_plane(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
   return quick != 2 ? quick : exact_side_of_plane(a, b, c, d);
 }
 
+bool triangles_across_intersect(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t,
+                                const std::array<int, 3>& sides_of_s,
+                                const std::array<int, 3>& sides_of_t) {
+  return overlap_on_line(s, t, sides_of_s, sides_of_t);
+}
+
 bool segment_meets_triangle(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c) {
   return segment_meets(p, q, a, b, c);
 }

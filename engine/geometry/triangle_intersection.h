@@ -4,6 +4,7 @@
 // and Robust Triangle-Triangle Overlap Test Using Orientation Predicates, 2003.
 #pragma once
 
+#include <array>
 #include <span>
 
 #include "io/triangle_mesh.h"
@@ -19,6 +20,13 @@ int side_of_plane(Vec3 a, Vec3 b, Vec3 c, Vec3 d);
 /// that they share by index: closed triangles that touch otherwise, and neighbours over an edge
 /// that are folded onto each other. Exact.
 bool triangles_intersect(std::span<const Vec3> positions, const Triangle& s, const Triangle& t);
+
+/// As triangles_intersect, of triangles without a common vertex, from what is known of them: on
+/// which side of the other one's plane each corner lies, as side_of_plane has it. Precondition: no
+/// side is 0, and not all corners of a triangle lie on one side.
+bool triangles_across_intersect(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t,
+                                const std::array<int, 3>& sides_of_s,
+                                const std::array<int, 3>& sides_of_t);
 
 /// Whether the closed segment pq meets the closed triangle abc. Exact.
 bool segment_meets_triangle(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c);

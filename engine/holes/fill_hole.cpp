@@ -79,14 +79,15 @@ class Attempts {
       : problem_(problem), options_(options) {}
 
   /// True when the patch is sound and meets nothing but what the loop's own edges meet: no other
-  /// one is better.
-  bool take(HolePatch patch) {
+  /// one is better. `is_clear`: it is known to meet nothing.
+  bool take(HolePatch patch, bool is_clear = false) {
     check_stop(options_.stop);
     if (patch.method == FillMethod::kNone) return fails(patch.reason, patch.open);
-    if (const std::string defect = patch_defect(problem_, patch); !defect.empty()) {
+    if (const std::string defect = patch_defect(problem_, rim().faces, patch); !defect.empty()) {
       return fails(defect);
     }
-    std::vector<Contact> contacts = find_contacts(problem_, sheet(), patch);
+    std::vector<Contact> contacts;
+    if (!is_clear) contacts = find_contacts(problem_, sheet(), patch, most_wanted());
     if (!contacts.empty()) {
       has_crossed_ = true;
       const std::uint64_t avoidable = piercings().count_avoidable(patch, contacts);
@@ -99,16 +100,17 @@ class Attempts {
     return true;
   }
 
-  bool try_plane() { return take(plane_fill(problem_, options_)); }
+  bool try_plane() { return take(plane_fill(problem_, rim(), options_)); }
   bool try_implicit() {
-    return take(implicit_fill(problem_, loop(), sheet(), piercings(), options_));
+    auto [patch, is_clear] = implicit_fill(problem_, loop(), sheet(), piercings(), options_);
+    return take(std::move(patch), is_clear);
   }
   bool try_membrane() { return take(membrane_fill(problem_, loop(), options_)); }
 
   /// True when a flat patch meets nothing, if need be after it was moved out of the way: a smooth
   /// one that meets nothing bulges out of a crease. One that still meets something is one of many.
   bool try_flat() {
-    if (!ends_in_crease(problem_)) return false;
+    if (!ends_in_crease(problem_, rim())) return false;
     const std::optional<RecessedPlane> plane = recessed_plane(problem_);
     if (plane && settles(recessed_fill(problem_, loop(), *plane, options_),
                          "flat, at the ground of a recess"))
@@ -119,7 +121,7 @@ class Attempts {
   /// True when planes around the hole meet in an edge that the patch goes on with. Where they do
   /// not, nothing was tried.
   bool try_creased() {
-    HolePatch patch = creased_fill(problem_, options_);
+    HolePatch patch = creased_fill(problem_, rim(), options_);
     if (patch.method == FillMethod::kNone && patch.reason.empty()) return false;
     return take(std::move(patch));
   }
@@ -170,18 +172,26 @@ class Attempts {
   };
   /// Hardly any patch of a wide loop in real scans that started with more contacts came to be
   /// clear.
+  static constexpr std::size_t kMostContacts = 32;
   static bool may_be_untangled(const Tangled& candidate) {
-    constexpr std::size_t kMostContacts = 32;
     return candidate.contacts.size() <= kMostContacts;
   }
+  /// How many contacts of a patch are looked for: where more leave the hole open, no more than
+  /// show that.
+  std::uint64_t most_wanted() const { return options_.whole ? kMostContacts + 1 : UINT64_MAX; }
 
   const RimPiercings& piercings() {
     if (!piercings_) piercings_.emplace(problem_, sheet());
     return *piercings_;
   }
 
+  const Rim& rim() {
+    if (!rim_) rim_ = find_rim(problem_);
+    return *rim_;
+  }
+
   const LoopTriangles& loop() {
-    if (!loop_) loop_ = triangles_of_loop(problem_);
+    if (!loop_) loop_ = triangles_of_loop(problem_, rim());
     return *loop_;
   }
 
@@ -238,6 +248,7 @@ class Attempts {
 
   const HoleProblem& problem_;
   const PatchOptions& options_;
+  std::optional<Rim> rim_;
   std::optional<LoopTriangles> loop_;
   std::optional<RimPiercings> piercings_;
   std::optional<BoxTree> sheet_;

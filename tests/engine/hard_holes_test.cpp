@@ -1,7 +1,9 @@
 // Holes that are hard, each with what has to come out.
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numbers>
 
@@ -82,6 +84,26 @@ TEST_CASE("ThreeAndFourEdgeHolesAreClosedWithoutNewPoints") {
     CHECK(filled.mesh.vertices.size() == mesh.vertices.size());
     CHECK(filled.mesh.triangles.size() == whole.triangles.size());
   }
+}
+
+TEST_CASE("ANewVertexInAHoleOfThreeEdgesHasAttributes") {
+  // The only triangle between the corners is in use: the patch needs a vertex of its own.
+  TriangleMesh mesh;
+  mesh.vertices.schema.attributes = {{"height", ScalarType::kFloat64}};
+  mesh.vertices.positions = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}};
+  mesh.vertices.attributes.resize(3 * sizeof(double));
+  const std::array<double, 3> heights = {6.0, 6.0, 6.0};
+  std::memcpy(mesh.vertices.attributes.data(), heights.data(), sizeof heights);
+  mesh.triangles = {{0, 1, 2}};
+  FillOptions options;
+  options.keep_outer_border = false;
+  options.allow_intersections = true;
+  const FilledMesh filled = fill_mesh(mesh, options);
+  REQUIRE(filled.mesh.vertices.size() == 4);
+  REQUIRE(filled.mesh.vertices.attributes.size() == 4 * sizeof(double));
+  double height = 0.0;
+  std::memcpy(&height, filled.mesh.vertices.attributes.data() + sizeof heights, sizeof height);
+  CHECK(height == 6.0);
 }
 
 TEST_CASE("AHoleInASphereIsFilledOnTheSphere") {

@@ -1,15 +1,18 @@
 #include "engine/holes/rbf/rbf.h"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <random>
 #include <string>
 #include <vector>
 
 #include "engine/holes/rbf/rbf_kernel.h"
+#include "engine/holes/rbf/rbf_loops.h"
 #include "tests/support/clouds.h"
 
 namespace orbweave {
@@ -72,6 +75,42 @@ TEST_CASE("LogarithmIsAccurateToTheLastPlaces") {
     REQUIRE(std::abs(rbf_log(x) - truth) <= 4e-16 * std::max(1.0, std::abs(truth)));
   }
   REQUIRE(rbf_log(1.0) == 0.0);
+}
+
+TEST_CASE("EveryVectorWidthSumsRadialFunctionsToTheSameBits") {
+  std::mt19937_64 random(5);
+  const auto number = [&] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; };
+  const RbfLoops wide = rbf_loops(), generic = rbf_loops_generic();
+  for (const RbfForm form : {RbfForm::kPlaneBiharmonic, RbfForm::kPlaneTriharmonic,
+                             RbfForm::kSpaceBiharmonic, RbfForm::kSpaceTriharmonic}) {
+    for (const std::size_t count : {1, 2, 3, 4, 7, 64, 255}) {
+      std::vector<double> x(count), y(count), z(count), weights(count);
+      for (std::vector<double>* column : {&x, &y, &z, &weights})
+        std::generate(column->begin(), column->end(), number);
+      const RbfColumns centers{x.data(), y.data(), z.data(), weights.data(), count};
+      // At a centre, where logarithm and inverse have no value of their own, and beside all.
+      for (const std::array<double, 3>& place :
+           {std::array{x[0], y[0], z[0]}, std::array{number(), number(), number()}}) {
+        std::vector<double> phi(count), other(count);
+        wide.kernel_at(form, place.data(), centers, phi.data());
+        generic.kernel_at(form, place.data(), centers, other.data());
+        CHECK(phi == other);
+        CHECK(std::all_of(phi.begin(), phi.end(), [](double v) { return std::isfinite(v); }));
+        const RbfSums sums = wide.sums_at(form, place.data(), centers);
+        const RbfSums sums_of_generic = generic.sums_at(form, place.data(), centers);
+        CHECK(sums.value == sums_of_generic.value);
+        CHECK(sums.slope == sums_of_generic.slope);
+        for (int axis = 0; axis < 3; ++axis)
+          CHECK(sums.slope_by_center[axis] == sums_of_generic.slope_by_center[axis]);
+      }
+      std::vector<double> squared(count);
+      std::generate(squared.begin(), squared.end(), [&] { return std::abs(number()); });
+      std::vector<double> same = squared;
+      wide.kernel(form, squared.data(), count);
+      generic.kernel(form, same.data(), count);
+      CHECK(squared == same);
+    }
+  }
 }
 
 TEST_CASE("MembersOfAFamilyAreTheInterpolantsOfTheirSmoothingToTheLastBit") {

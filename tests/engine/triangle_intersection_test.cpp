@@ -81,6 +81,34 @@ TEST_CASE("TrianglesInOnePlaneIntersectWhereTheyOverlap") {
   CHECK(intersect(p, {0, 1, 2}, {0, 13, 14}));  // one inside the other's corner
 }
 
+TEST_CASE("KnownSidesTellWhetherTrianglesAcrossEachOthersPlanesIntersect") {
+  Random random(11);
+  const auto place = [&] {
+    return Vec3{random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5};
+  };
+  const auto sides_of = [](const std::array<Vec3, 3>& plane, const std::array<Vec3, 3>& t) {
+    std::array<int, 3> sides{};
+    for (std::size_t k = 0; k < 3; ++k)
+      sides[k] = side_of_plane(plane[0], plane[1], plane[2], t[k]);
+    return sides;
+  };
+  const auto is_across = [](const std::array<int, 3>& sides) {
+    return sides[0] * sides[1] * sides[2] != 0 && (sides[0] != sides[1] || sides[1] != sides[2]);
+  };
+  std::size_t met = 0, missed = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const std::array<Vec3, 3> s = {place(), place(), place()}, t = {place(), place(), place()};
+    const std::array<int, 3> of_s = sides_of(t, s), of_t = sides_of(s, t);
+    if (!is_across(of_s) || !is_across(of_t)) continue;
+    const bool expected = triangles_intersect(std::vector<Vec3>{s[0], s[1], s[2], t[0], t[1], t[2]},
+                                              {0, 1, 2}, {3, 4, 5});
+    CHECK(triangles_across_intersect(s, t, of_s, of_t) == expected);
+    ++(expected ? met : missed);
+  }
+  CHECK(met > 100);
+  CHECK(missed > 100);
+}
+
 TEST_CASE("SideOfPlaneIsExact") {
   // A plane that no double normal describes, and the nearest doubles on both sides of it.
   const Vec3 a{0.1, 0.1, 0.1}, b{12.7, 12.7, 12.7}, c{24.3, 24.3, 24.3 + 0x1p-40};

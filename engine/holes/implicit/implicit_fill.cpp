@@ -53,8 +53,10 @@ constexpr double kMostBending = 1.5;
 /// the plate leaves the rim's faces at a steep angle on the mean, the rim is crumpled: the normals
 /// along it, and with them the distance, mean nothing. So they do where the rim itself runs into
 /// the sheet, or the plate does often: the zero sets of such rims fold or run into it too.
-bool is_worth_a_zero_set(const HoleProblem& problem, const PatchMesh& disc, const HolePatch& plate,
-                         const BoxTree& sheet, const RimPiercings& piercings) {
+/// Returns how often the plate meets something where a zero set is worth a look, else nothing.
+std::optional<std::uint64_t> worth_a_zero_set(const HoleProblem& problem, const Rim& rim,
+                                              const PatchMesh& disc, const HolePatch& plate,
+                                              const BoxTree& sheet, const RimPiercings& piercings) {
   constexpr std::uint32_t kLeastPoints = 8;
   constexpr std::uint32_t kMostPoints = 20'000;
   constexpr std::uint64_t kFewContacts = 8;
@@ -63,16 +65,17 @@ bool is_worth_a_zero_set(const HoleProblem& problem, const PatchMesh& disc, cons
   constexpr double kCrumpled = std::numbers::pi / 3.0;
   constexpr double kSteep = std::numbers::pi / 4.0;  // of a plate that meets the sheet
   const std::uint32_t points = disc.size() - disc.corners();
-  if (points < kLeastPoints || points > kMostPoints) return false;
-  if (piercings.any()) return false;
-  const double angle = rim_angles(problem, plate).mean;
-  if (!(angle < kCrumpled)) return false;
+  if (points < kLeastPoints || points > kMostPoints) return std::nullopt;
+  if (piercings.any()) return std::nullopt;
+  const double angle = rim_angles(problem, rim.faces, plate).mean;
+  if (!(angle < kCrumpled)) return std::nullopt;
   const std::size_t triangles = plate.triangles.size();
   const std::uint64_t most =
       triangles > kManyTriangles || angle > kSteep
           ? 0
           : std::max<std::uint64_t>(kFewContacts, triangles / kTrianglesPerContact);
-  return count_intersections(problem, sheet, plate, most + 1) <= most;
+  const std::uint64_t contacts = count_intersections(problem, sheet, plate, most + 1);
+  return contacts <= most ? std::optional(contacts) : std::nullopt;
 }
 
 }  // namespace
@@ -80,25 +83,27 @@ bool is_worth_a_zero_set(const HoleProblem& problem, const PatchMesh& disc, cons
 HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
                         const PatchOptions& options) {
   const BoxTree sheet = BoxTree::of_sheet(problem.positions, problem.sheet);
-  return implicit_fill(problem, loop, sheet, RimPiercings(problem, sheet), options);
+  return implicit_fill(problem, loop, sheet, RimPiercings(problem, sheet), options).patch;
 }
 
-HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop, const BoxTree& sheet,
-                        const RimPiercings& piercings, const PatchOptions& options) {
-  if (problem.loop.size() < 3) return none_because("fewer than three edges");
+ImplicitPatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
+                            const BoxTree& sheet, const RimPiercings& piercings,
+                            const PatchOptions& options) {
+  if (problem.loop.size() < 3) return {none_because("fewer than three edges")};
   const Rim& rim = loop.rim;
   std::optional<PatchMesh> disc = smooth_disc(problem, loop, 2, options);
-  if (!disc) return none_because(too_many_points(options), OpenReason::kTooManyPoints);
+  if (!disc) return {none_because(too_many_points(options), OpenReason::kTooManyPoints)};
   HolePatch plate = finished(problem, rim, *disc);
-  if (!is_worth_a_zero_set(problem, *disc, plate, sheet, piercings)) {
+  const std::optional<std::uint64_t> contacts_of_plate =
+      worth_a_zero_set(problem, rim, *disc, plate, sheet, piercings);
+  if (!contacts_of_plate) {
     plate.reason = "thin plate";
     plate.values = values_from_corners(problem, plate.positions);
-    return plate;
+    return {std::move(plate)};
   }
   const std::vector<std::uint32_t> sites = choose_sites(problem, rim, most_sites(rim, options));
   const SignedDistances distances = signed_distances(problem, rim, sites);
-  const std::vector<Triangle> rim_faces = faces_at_rim(problem);
-  const double usual_energy = kMostBending * bending_energy(problem, rim_faces, plate);
+  const double usual_energy = kMostBending * bending_energy(problem, rim.faces, plate);
   Candidate best;
   std::string fault;
   for (const RbfKernel kernel : {RbfKernel::kTriharmonic, RbfKernel::kBiharmonic}) {
@@ -107,21 +112,22 @@ HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop, c
       fault = std::move(zero.fault);
       continue;
     }
-    const double energy = bending_energy(problem, rim_faces, *zero.patch);
+    const double energy = bending_energy(problem, rim.faces, *zero.patch);
     if (energy < best.energy) best = {std::move(*zero.patch), energy};
     if (best.energy <= usual_energy) break;
   }
   const bool is_rough = best.energy > 2.0 * usual_energy;
+  bool is_clear = !is_rough && count_intersections(problem, sheet, best.patch, 1) == 0;
   // Where only one of the two is clear of the sheet, it is that one.
-  if (is_rough || (count_intersections(problem, sheet, best.patch, 1) > 0 &&
-                   count_intersections(problem, sheet, plate, 1) == 0)) {
+  if (is_rough || (!is_clear && contacts_of_plate == 0)) {
     if (fault.empty())
       fault = is_rough ? "the zero set is rough" : "the zero set meets the surface";
-    best.patch = plate;
+    best.patch = std::move(plate);
     best.patch.reason = "thin plate: " + fault;
+    is_clear = contacts_of_plate == 0;
   }
   best.patch.values = values_from_sites(problem, sites, best.patch.positions, options);
-  return best.patch;
+  return {std::move(best.patch), is_clear};
 }
 
 namespace {

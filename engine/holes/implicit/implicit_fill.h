@@ -19,8 +19,14 @@ namespace orbweave {
 /// `sheet`: of the problem's sheet.
 HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
                         const PatchOptions& options = {});
-HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop, const BoxTree& sheet,
-                        const RimPiercings& piercings, const PatchOptions& options);
+/// A patch, and whether it is known to meet neither the sheet nor itself.
+struct ImplicitPatch {
+  HolePatch patch;
+  bool is_clear = false;
+};
+ImplicitPatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
+                            const BoxTree& sheet, const RimPiercings& piercings,
+                            const PatchOptions& options);
 
 /// The membrane over the loop: refined like the others, but as flat as can be. It stays within
 /// the loop's convex hull, and so out of the way of sheets that a rounder patch would meet.

@@ -1,6 +1,8 @@
 #include "engine/holes/implicit/surface_sites.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <span>
 
@@ -18,14 +20,24 @@ struct Candidate {
   Vec3 position;  ///< relative to the rim's centre
 };
 
+/// Of several least distances at once, so that none waits for the one before.
+double nearest_squared(Vec3 p, std::span<const Vec3> corners) {
+  std::array<double, 4> least;
+  least.fill(std::numeric_limits<double>::infinity());
+  std::size_t i = 0;
+  for (; i + least.size() <= corners.size(); i += least.size())
+    for (std::size_t k = 0; k < least.size(); ++k)
+      least[k] = std::min(least[k], squared_norm(p - corners[i + k]));
+  for (; i < corners.size(); ++i) least[0] = std::min(least[0], squared_norm(p - corners[i]));
+  return std::min(std::min(least[0], least[1]), std::min(least[2], least[3]));
+}
+
 std::vector<Candidate> candidates_by_distance(const HoleProblem& problem, const Rim& rim) {
   std::vector<Candidate> candidates;
   for (std::uint32_t v = 0; v < problem.positions.size(); ++v) {
     if (!(squared_norm(problem.normals[v]) > 0.0)) continue;
     const Vec3 p = problem.positions[v] - rim.center;
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Vec3 corner : rim.corners) nearest = std::min(nearest, squared_norm(p - corner));
-    candidates.push_back({std::sqrt(nearest), v, p});
+    candidates.push_back({std::sqrt(nearest_squared(p, rim.corners)), v, p});
   }
   std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
     return a.from_rim != b.from_rim ? a.from_rim < b.from_rim : a.vertex < b.vertex;
@@ -53,17 +65,34 @@ std::vector<Candidate> thin(std::span<const Candidate> candidates, double scale,
   return kept;
 }
 
-/// Vertices that may be nearer than the vertex to a point at most `offset` off it, relative to it.
-std::vector<Vec3> vertices_near(const HoleProblem& problem, std::uint32_t vertex, double offset) {
-  constexpr double kReach = 2.001;  // offsets
-  const Vec3 p = problem.positions[vertex];
-  std::vector<Vec3> near;
-  for (const Vec3 q : problem.positions) {
-    const Vec3 d = q - p;
-    if (q != p && squared_norm(d) < kReach * kReach * offset * offset) near.push_back(d);
+/// The vertices by their first coordinates, to find those near one of them.
+class VerticesByX {
+ public:
+  explicit VerticesByX(std::span<const Vec3> positions)
+      : positions_(positions.begin(), positions.end()) {
+    std::sort(positions_.begin(), positions_.end(), [](Vec3 a, Vec3 b) { return a.x < b.x; });
   }
-  return near;
-}
+
+  /// Those that may be nearer than the vertex at p to a point at most `offset` off it, relative to
+  /// it; in no order.
+  std::vector<Vec3> near(Vec3 p, double offset) const {
+    constexpr double kReach = 2.001;  // offsets
+    constexpr double kSlack = 2.002;  // rounding does not decide who is looked at
+    const auto is_left = [](Vec3 q, double x) { return q.x < x; };
+    auto at =
+        std::lower_bound(positions_.begin(), positions_.end(), p.x - kSlack * offset, is_left);
+    std::vector<Vec3> near;
+    for (; at != positions_.end() && at->x <= p.x + kSlack * offset; ++at) {
+      if (std::abs(at->y - p.y) > kSlack * offset) continue;
+      const Vec3 d = *at - p;
+      if (*at != p && squared_norm(d) < kReach * kReach * offset * offset) near.push_back(d);
+    }
+    return near;
+  }
+
+ private:
+  std::vector<Vec3> positions_;
+};
 
 /// The largest fraction of `offset`, halved so often, at which the vertex is the nearest of all to
 /// the point off it; 0 where there is none.
@@ -110,6 +139,7 @@ std::vector<std::uint32_t> choose_sites(const HoleProblem& problem, const Rim& r
 SignedDistances signed_distances(const HoleProblem& problem, const Rim& rim,
                                  const std::vector<std::uint32_t>& sites) {
   SignedDistances distances;
+  const VerticesByX vertices(problem.positions);
   for (const std::uint32_t v : sites) {
     distances.points.push_back(problem.positions[v] - rim.center);
     distances.values.push_back(0.0);
@@ -118,7 +148,7 @@ SignedDistances signed_distances(const HoleProblem& problem, const Rim& rim,
   for (std::size_t i = 0; i < sites.size(); ++i) {
     const Vec3 normal = problem.normals[sites[i]];
     const double first = i % 2 == 0 ? 1.0 : -1.0;
-    const std::vector<Vec3> near = vertices_near(problem, sites[i], rim.spacing);
+    const std::vector<Vec3> near = vertices.near(problem.positions[sites[i]], rim.spacing);
     for (const double side : {first, -first}) {
       const double offset = clear_offset(near, side * normal, rim.spacing);
       const Vec3 place = distances.points[i] + side * offset * normal;

@@ -1,7 +1,6 @@
 #include "engine/holes/loops/neighborhood.h"
 
 #include <algorithm>
-#include <iterator>
 #include <numeric>
 #include <utility>
 
@@ -16,33 +15,26 @@ void sort_unique(std::vector<T>& list) {
   list.erase(std::unique(list.begin(), list.end()), list.end());
 }
 
-/// Vertices reached, and the triangles at them.
-struct Reached {
-  std::vector<std::uint64_t> vertices;  // sorted
-  std::vector<Triangle64> triangles;    // sorted by sort_triangles
-};
-
-/// Marks of vertices, by their numbers.
-class Marks {
+/// Numbers of vertices in the order in which they are reached.
+class ReachedNumbers {
  public:
   static constexpr std::uint32_t kNone = UINT32_MAX;
 
-  explicit Marks(std::size_t expected) { resize(2 * expected); }
+  explicit ReachedNumbers(std::size_t expected) { resize(2 * expected); }
 
-  /// kNone where the vertex has none.
-  std::uint32_t of(std::uint64_t vertex) const { return slots_[slot_of(vertex)].mark; }
+  /// kNone where the vertex was not reached.
+  std::uint32_t of(std::uint64_t vertex) const { return slots_[slot_of(vertex)].number; }
 
-  void set(std::uint64_t vertex, std::uint32_t mark) {
-    Slot& slot = slots_[slot_of(vertex)];
-    const bool is_new = slot.mark == kNone;
-    slot = {vertex, mark};
-    if (is_new && 2 * ++used_ > slots_.size()) resize(2 * slots_.size());
+  /// `number`: how many vertices were reached before.
+  void add(std::uint64_t vertex, std::uint32_t number) {
+    slots_[slot_of(vertex)] = {vertex, number};
+    if (2 * (std::size_t{number} + 1) > slots_.size()) resize(2 * slots_.size());
   }
 
  private:
   struct Slot {
     std::uint64_t vertex = 0;
-    std::uint32_t mark = kNone;
+    std::uint32_t number = kNone;
   };
 
   void resize(std::size_t least) {
@@ -51,7 +43,7 @@ class Marks {
     std::vector<Slot> before(size);
     before.swap(slots_);
     for (const Slot& slot : before)
-      if (slot.mark != kNone) slots_[slot_of(slot.vertex)] = slot;
+      if (slot.number != kNone) slots_[slot_of(slot.vertex)] = slot;
   }
 
   /// Its own slot, or the free one where it would go.
@@ -59,207 +51,258 @@ class Marks {
     constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15;
     const std::size_t mask = slots_.size() - 1;
     std::size_t slot = static_cast<std::size_t>((vertex * kGolden) >> 32) & mask;
-    while (slots_[slot].mark != kNone && slots_[slot].vertex != vertex) slot = (slot + 1) & mask;
+    while (slots_[slot].number != kNone && slots_[slot].vertex != vertex) slot = (slot + 1) & mask;
     return slot;
   }
 
   std::vector<Slot> slots_;
-  std::size_t used_ = 0;
 };
 
-/// Rings of vertices around a loop, marked by their numbers.
+/// A vertex, and its number in the order in which vertices are reached.
+struct Reached {
+  std::uint64_t vertex = 0;
+  std::uint32_t number = 0;
+  friend bool operator<(const Reached& a, const Reached& b) { return a.vertex < b.vertex; }
+};
+
+/// Rings of vertices around a loop, and the triangles at them. Each vertex is looked up once per
+/// triangle at a ring; everything else goes by numbers in arrays.
 class Rings {
  public:
+  static constexpr std::uint32_t kNone = ReachedNumbers::kNone;
+
   Rings(const Surface& surface, const BoundaryLoop& loop)
-      : surface_(surface), ring_(loop.vertices), marks_(16 * loop.vertices.size()) {
+      : surface_(surface), ring_(loop.vertices), numbers_(16 * loop.vertices.size()) {
     sort_unique(ring_);
-    for (const std::uint64_t vertex : ring_) marks_.set(vertex, 0);
+    reserve(ring_.size());
+    for (const std::uint64_t vertex : ring_) {
+      ring_numbers_.push_back(add(vertex, 0));
+    }
   }
 
-  bool empty() const { return ring_.empty(); }
   const std::vector<std::uint64_t>& ring() const { return ring_; }
 
-  /// Adds the triangles at the ring; returns the vertices beyond it, sorted.
-  std::vector<std::uint64_t> take_triangles(std::vector<Triangle64>& triangles) {
-    std::vector<std::uint64_t> beyond;
+  /// Adds the triangles at the ring; the vertices beyond it become the next ring.
+  void take_triangles() {
+    beyond_.clear();
     at_ring_.clear();
     ends_.clear();
     surface_.triangles_at(ring_, at_ring_, ends_);
     std::size_t i = 0;
-    for (std::size_t k = 0; k < ring_.size(); ++k) {
-      for (; i < ends_[k]; ++i) {
-        const Triangle64& t = at_ring_[i];
-        if (was_seen(t, ring_[k])) continue;
-        triangles.push_back(t);
-        for (const std::uint64_t vertex : t) {
-          if (marks_.of(vertex) != Marks::kNone) continue;
-          marks_.set(vertex, kBeyond);
-          beyond.push_back(vertex);
-        }
-      }
-    }
-    std::sort(beyond.begin(), beyond.end());
-    return beyond;
+    for (std::size_t k = 0; k < ring_.size(); ++k)
+      for (; i < ends_[k]; ++i) take(at_ring_[i], ring_[k], ring_numbers_[k]);
+    std::sort(beyond_.begin(), beyond_.end());
   }
 
-  /// What is not in the ring is not reached, now or later.
-  void go_on_with(std::vector<std::uint64_t> ring) {
-    ring_ = std::move(ring);
-    ++depth_;
-    for (const std::uint64_t vertex : ring_) marks_.set(vertex, depth_);
+  /// What is taken out of the next ring is not reached, now or later. `is_in` of a position.
+  template <class IsIn>
+  void keep_of_next(const IsIn& is_in) {
+    ring_.clear();
+    for (const Reached& each : beyond_) ring_.push_back(each.vertex);
+    places_.resize(ring_.size());
+    surface_.positions(ring_, places_);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < beyond_.size(); ++i)
+      if (is_in(places_[i])) beyond_[kept++] = beyond_[i];
+    beyond_.resize(kept);
   }
+
+  void go_on() {
+    ++depth_;
+    ring_.clear();
+    ring_numbers_.clear();
+    for (const Reached& each : beyond_) {
+      ring_.push_back(each.vertex);
+      ring_numbers_.push_back(each.number);
+      depth_of_[each.number] = depth_;
+    }
+  }
+
+  std::uint32_t count() const { return static_cast<std::uint32_t>(reached_.size()); }
+  /// All vertices that triangles have, in the order in which they were reached.
+  std::vector<Reached>& reached() { return reached_; }
+  const std::vector<Triangle>& triangles() const { return triangles_; }
+  std::uint32_t number_of(std::uint64_t vertex) const { return numbers_.of(vertex); }
+  /// Whether a vertex was in a ring.
+  bool is_gathered(std::uint32_t number) const { return depth_of_[number] != kBeyond; }
 
  private:
-  static constexpr std::uint32_t kBeyond = Marks::kNone - 1;
+  static constexpr std::uint32_t kBeyond = UINT32_MAX;
 
-  /// At a vertex of a ring before, or at a smaller one of this ring.
-  bool was_seen(const Triangle64& t, std::uint64_t vertex) const {
-    return std::any_of(t.begin(), t.end(), [&](std::uint64_t other) {
-      if (other == vertex) return false;
-      const std::uint32_t mark = marks_.of(other);
-      return mark < depth_ || (mark == depth_ && other < vertex);
-    });
+  /// As much as a hole of a few edges needs.
+  void reserve(std::size_t ring) {
+    constexpr std::size_t kVertices = 8, kTriangles = 12, kPerVertex = 6;
+    ring_numbers_.reserve(2 * ring);
+    reached_.reserve(kVertices * ring);
+    depth_of_.reserve(kVertices * ring);
+    triangles_.reserve(kTriangles * ring);
+    beyond_.reserve(2 * ring);
+    at_ring_.reserve(2 * kPerVertex * ring);
+    ends_.reserve(2 * ring);
+  }
+
+  std::uint32_t add(std::uint64_t vertex, std::uint32_t depth) {
+    const std::uint32_t number = count();
+    numbers_.add(vertex, number);
+    reached_.push_back({vertex, number});
+    depth_of_.push_back(depth);
+    return number;
+  }
+
+  /// Whether a triangle with this corner was met at it: in a ring before, or at a smaller vertex of
+  /// this ring.
+  bool was_met_at(std::uint64_t corner, std::uint32_t number, std::uint64_t vertex) const {
+    return number != kNone &&
+           (depth_of_[number] < depth_ || (depth_of_[number] == depth_ && corner < vertex));
+  }
+
+  /// A triangle at a vertex of the ring, unless it was met before.
+  void take(const Triangle64& t, std::uint64_t vertex, std::uint32_t number) {
+    const std::size_t own = t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2;
+    const std::size_t first = (own + 1) % 3, second = (own + 2) % 3;
+    Triangle numbers{};
+    numbers[own] = number;
+    numbers[first] = numbers_.of(t[first]);
+    if (was_met_at(t[first], numbers[first], vertex)) return;
+    numbers[second] = numbers_.of(t[second]);
+    if (was_met_at(t[second], numbers[second], vertex)) return;
+    for (const std::size_t k : {first, second}) {
+      if (numbers[k] != kNone) continue;
+      numbers[k] = add(t[k], kBeyond);
+      beyond_.push_back(reached_.back());
+    }
+    triangles_.push_back(numbers);
   }
 
   const Surface& surface_;
   std::vector<std::uint64_t> ring_;  // sorted
-  Marks marks_;
+  std::vector<std::uint32_t> ring_numbers_;
+  ReachedNumbers numbers_;
+  std::vector<Reached> reached_;
+  std::vector<std::uint32_t> depth_of_;  // per number: the ring
+  std::vector<Triangle> triangles_;      // in numbers
+  std::vector<Reached> beyond_;          // sorted
   std::uint32_t depth_ = 0;
   std::vector<Triangle64> at_ring_;
   std::vector<std::size_t> ends_;
-};
-
-Reached walk_rings(const Surface& surface, const BoundaryLoop& loop,
-                   const NeighborhoodOptions& options) {
-  constexpr std::uint32_t kLeastRings = 2;
-  Reached reached;
-  const double limit = options.radius_factor * loop.radius;
-  Rings rings(surface, loop);
-  for (std::uint32_t depth = 0; !rings.empty(); ++depth) {
-    const std::vector<std::uint64_t>& ring = rings.ring();
-    reached.vertices.insert(reached.vertices.end(), ring.begin(), ring.end());
-    const bool is_last = options.max_rings > 0 && depth >= options.max_rings;
-    if (is_last && !options.whole_fans) break;
-    std::vector<std::uint64_t> beyond = rings.take_triangles(reached.triangles);
-    if (is_last) break;
-    if (depth >= kLeastRings && reached.vertices.size() > options.max_vertices) break;
-    if (depth >= kLeastRings) {
-      std::vector<Vec3> places(beyond.size());
-      surface.positions(beyond, places);
-      std::size_t kept = 0;
-      for (std::size_t i = 0; i < beyond.size(); ++i)
-        if (norm(places[i] - loop.center) <= limit) beyond[kept++] = beyond[i];
-      beyond.resize(kept);
-    }
-    rings.go_on_with(std::move(beyond));
-  }
-  std::sort(reached.vertices.begin(), reached.vertices.end());
-  return reached;
-}
-
-/// Numbers of the gathered vertices.
-class Numbers {
- public:
-  static constexpr std::uint32_t kNone = Marks::kNone;
-
-  explicit Numbers(std::span<const std::uint64_t> vertices) : marks_(vertices.size()) {
-    for (std::uint32_t i = 0; i < vertices.size(); ++i) marks_.set(vertices[i], i);
-  }
-
-  /// kNone where the vertex was not gathered.
-  std::uint32_t of(std::uint64_t vertex) const { return marks_.of(vertex); }
-
-  Triangle of(const Triangle64& t) const { return {of(t[0]), of(t[1]), of(t[2])}; }
-
- private:
-  Marks marks_;
-};
-
-/// By the places of their first vertices among those gathered, few triangles at each; then these.
-void sort_triangles(const Numbers& numbers, Reached& reached) {
-  const std::vector<std::uint64_t>& vertices = reached.vertices;
-  // Odd places are vertices, even ones the gaps between them.
-  const auto place_of = [&](std::uint64_t vertex) {
-    const std::uint32_t number = numbers.of(vertex);
-    if (number != Numbers::kNone) return std::size_t{2} * number + 1;
-    const auto gap = std::lower_bound(vertices.begin(), vertices.end(), vertex) - vertices.begin();
-    return 2 * static_cast<std::size_t>(gap);
-  };
-  std::vector<std::size_t> places(reached.triangles.size());
-  std::vector<std::size_t> next(2 * vertices.size() + 2, 0);
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    places[i] = place_of(reached.triangles[i][0]);
-    ++next[places[i] + 1];
-  }
-  std::partial_sum(next.begin(), next.end(), next.begin());
-  std::vector<Triangle64> sorted(places.size());
-  for (std::size_t i = 0; i < places.size(); ++i) sorted[next[places[i]]++] = reached.triangles[i];
-  // Each place's end is the next one's begin by now.
-  std::size_t begin = 0;
-  for (std::size_t place = 0; place + 1 < next.size(); begin = next[place++]) {
-    if (next[place] - begin > 1)
-      std::sort(sorted.begin() + static_cast<std::ptrdiff_t>(begin),
-                sorted.begin() + static_cast<std::ptrdiff_t>(next[place]));
-  }
-  reached.triangles = std::move(sorted);
-}
-
-bool is_gathered(const Triangle& t) {
-  return t[0] != Numbers::kNone && t[1] != Numbers::kNone && t[2] != Numbers::kNone;
-}
-
-/// Where the vertices lie that triangles have but that were not gathered.
-class OuterPlaces {
- public:
-  OuterPlaces(const Surface& surface, const Reached& reached, std::span<const Triangle> triangles) {
-    for (std::size_t i = 0; i < triangles.size(); ++i) {
-      for (int k = 0; k < 3; ++k)
-        if (triangles[i][k] == Numbers::kNone) vertices_.push_back(reached.triangles[i][k]);
-    }
-    sort_unique(vertices_);
-    places_.resize(vertices_.size());
-    surface.positions(vertices_, places_);
-  }
-  Vec3 of(std::uint64_t vertex) const {
-    return places_[std::lower_bound(vertices_.begin(), vertices_.end(), vertex) -
-                   vertices_.begin()];
-  }
-
- private:
-  std::vector<std::uint64_t> vertices_;  // sorted
   std::vector<Vec3> places_;
 };
 
-/// Positions, and unit normals from all faces at each vertex, weighted by area.
-void add_vertices(const Surface& surface, const Reached& reached,
-                  std::span<const Triangle> triangles, HoleProblem& problem) {
-  problem.positions.resize(reached.vertices.size());
-  surface.positions(reached.vertices, problem.positions);
-  problem.normals.resize(reached.vertices.size());
-  const OuterPlaces outer(surface, reached, triangles);
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    const Triangle& t = triangles[i];
-    const auto at = [&](int k) {
-      return t[k] != Numbers::kNone ? problem.positions[t[k]] : outer.of(reached.triangles[i][k]);
-    };
-    const Vec3 a = at(0);
-    const Vec3 area = cross(at(1) - a, at(2) - a);
-    for (const std::uint32_t v : t)
-      if (v != Numbers::kNone) problem.normals[v] = problem.normals[v] + area;
+void walk_rings(const BoundaryLoop& loop, const NeighborhoodOptions& options, Rings& rings) {
+  constexpr std::uint32_t kLeastRings = 2;
+  const double limit = options.radius_factor * loop.radius;
+  std::size_t gathered = 0;
+  for (std::uint32_t depth = 0; !rings.ring().empty(); ++depth) {
+    gathered += rings.ring().size();
+    const bool is_last = options.max_rings > 0 && depth >= options.max_rings;
+    if (is_last && !options.whole_fans) break;
+    rings.take_triangles();
+    if (is_last) break;
+    if (depth >= kLeastRings && gathered > options.max_vertices) break;
+    if (depth >= kLeastRings)
+      rings.keep_of_next([&](Vec3 place) { return norm(place - loop.center) <= limit; });
+    rings.go_on();
   }
-  for (Vec3& normal : problem.normals) normal = normalized(normal);
 }
 
-/// Edges between rim vertices that are in use.
-void add_used_edges(std::span<const Triangle> triangles, HoleProblem& problem) {
+/// What was reached, in the order of the mesh's numbers.
+struct Sorted {
+  std::vector<std::uint64_t> vertices;  ///< ascending; those that were not gathered among them
+  std::vector<Triangle> triangles;      ///< in places among these, sorted
+  std::vector<std::uint32_t> gathered;  ///< per vertex: its number among those gathered, or kNone
+  std::vector<std::uint32_t> place_of;  ///< per number in the order reached
+};
+
+/// Triangles with one first vertex.
+void sort_few(std::vector<Triangle>& triangles, std::size_t begin, std::size_t end) {
+  constexpr std::size_t kFew = 16;
+  if (end - begin > kFew) {
+    std::sort(triangles.begin() + static_cast<std::ptrdiff_t>(begin),
+              triangles.begin() + static_cast<std::ptrdiff_t>(end));
+    return;
+  }
+  const auto is_before = [](const Triangle& a, const Triangle& b) {
+    return a[1] != b[1] ? a[1] < b[1] : a[2] < b[2];
+  };
+  for (std::size_t i = begin + 1; i < end; ++i) {
+    const Triangle t = triangles[i];
+    std::size_t k = i;
+    for (; k > begin && is_before(t, triangles[k - 1]); --k) triangles[k] = triangles[k - 1];
+    triangles[k] = t;
+  }
+}
+
+/// By their first vertices, few triangles at each; then these.
+void sort_triangles(const std::vector<Triangle>& triangles, std::size_t vertices,
+                    std::vector<Triangle>& sorted) {
+  std::vector<std::uint32_t> next(vertices + 1, 0);
+  for (const Triangle& t : triangles) ++next[t[0] + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  sorted.resize(triangles.size());
+  for (const Triangle& t : triangles) sorted[next[t[0]]++] = t;
+  // Each vertex's end is the next one's begin by now.
+  std::uint32_t begin = 0;
+  for (std::size_t v = 0; v < vertices; begin = next[v++]) sort_few(sorted, begin, next[v]);
+}
+
+Sorted sorted_by_vertices(Rings& rings) {
+  std::vector<Reached>& reached = rings.reached();
+  std::sort(reached.begin(), reached.end());
+  Sorted result;
+  result.place_of.resize(reached.size());
+  result.vertices.reserve(reached.size());
+  result.gathered.reserve(reached.size());
+  std::uint32_t next = 0;
+  for (std::uint32_t place = 0; place < reached.size(); ++place) {
+    result.vertices.push_back(reached[place].vertex);
+    result.place_of[reached[place].number] = place;
+    result.gathered.push_back(rings.is_gathered(reached[place].number) ? next++ : Rings::kNone);
+  }
+  std::vector<Triangle> triangles = rings.triangles();
+  for (Triangle& t : triangles)
+    for (std::uint32_t& v : t) v = result.place_of[v];
+  sort_triangles(triangles, reached.size(), result.triangles);
+  return result;
+}
+
+/// Positions, and unit normals from all faces at each vertex, weighted by area.
+void add_vertices(const Surface& surface, const Sorted& sorted, HoleProblem& problem) {
+  std::vector<Vec3> positions(sorted.vertices.size());
+  surface.positions(sorted.vertices, positions);
+  std::vector<Vec3> normals(positions.size());
+  for (const Triangle& t : sorted.triangles) {
+    const Vec3 a = positions[t[0]];
+    const Vec3 area = cross(positions[t[1]] - a, positions[t[2]] - a);
+    for (const std::uint32_t v : t) normals[v] = normals[v] + area;
+  }
+  problem.positions.reserve(positions.size());
+  problem.normals.reserve(positions.size());
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    if (sorted.gathered[v] == Rings::kNone) continue;
+    problem.positions.push_back(positions[v]);
+    problem.normals.push_back(normalized(normals[v]));
+  }
+}
+
+/// The triangles between gathered vertices, and the edges between rim vertices that are in use.
+void add_triangles(const Sorted& sorted, HoleProblem& problem) {
   std::vector<std::uint8_t> on_rim(problem.positions.size(), 0);
   for (const std::uint32_t v : problem.loop) on_rim[v] = 1;
-  const auto is_on_rim = [&](std::uint32_t v) { return v != Numbers::kNone && on_rim[v] != 0; };
-  for (const Triangle& t : triangles) {
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-      if (is_on_rim(a) && is_on_rim(b))
-        problem.forbidden.push_back({std::min(a, b), std::max(a, b)});
+  problem.sheet.reserve(sorted.triangles.size());
+  for (const Triangle& in_places : sorted.triangles) {
+    Triangle t{};
+    std::array<bool, 3> is_on_rim{};
+    bool is_gathered = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      t[k] = sorted.gathered[in_places[k]];
+      is_gathered = is_gathered && t[k] != Rings::kNone;
+      is_on_rim[k] = t[k] != Rings::kNone && on_rim[t[k]] != 0;
+    }
+    if (is_gathered) problem.sheet.push_back(t);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t next = (k + 1) % 3;
+      if (is_on_rim[k] && is_on_rim[next])
+        problem.forbidden.push_back({std::min(t[k], t[next]), std::max(t[k], t[next])});
     }
   }
 }
@@ -268,24 +311,25 @@ void add_used_edges(std::span<const Triangle> triangles, HoleProblem& problem) {
 
 GatheredHole gather_hole(const Surface& surface, const BoundaryLoop& loop,
                          std::span<const Edge64> taken, const NeighborhoodOptions& options) {
-  Reached reached = walk_rings(surface, loop, options);
+  Rings rings(surface, loop);
+  walk_rings(loop, options, rings);
+  const Sorted sorted = sorted_by_vertices(rings);
+  const auto number_of = [&](std::uint64_t vertex) {
+    const std::uint32_t number = rings.number_of(vertex);
+    return number == Rings::kNone ? Rings::kNone : sorted.gathered[sorted.place_of[number]];
+  };
   GatheredHole gathered;
   HoleProblem& problem = gathered.problem;
-  const Numbers numbers(reached.vertices);
-  sort_triangles(numbers, reached);
-  std::vector<Triangle> triangles;
-  triangles.reserve(reached.triangles.size());
-  for (const Triangle64& t : reached.triangles) triangles.push_back(numbers.of(t));
-  add_vertices(surface, reached, triangles, problem);
-  for (const std::uint64_t vertex : loop.vertices) problem.loop.push_back(numbers.of(vertex));
+  add_vertices(surface, sorted, problem);
+  for (const std::uint64_t vertex : loop.vertices) problem.loop.push_back(number_of(vertex));
   for (const Edge64& edge : taken)
-    problem.forbidden.push_back({numbers.of(edge[0]), numbers.of(edge[1])});
-  add_used_edges(triangles, problem);
+    problem.forbidden.push_back({number_of(edge[0]), number_of(edge[1])});
+  add_triangles(sorted, problem);
   sort_unique(problem.forbidden);
-  std::copy_if(triangles.begin(), triangles.end(), std::back_inserter(problem.sheet), is_gathered);
-  problem.channels = surface.channels();
-  if (problem.channels > 0) problem.values = surface.values(reached.vertices);
-  gathered.vertices = std::move(reached.vertices);
+  for (std::size_t i = 0; i < sorted.vertices.size(); ++i)
+    if (sorted.gathered[i] != Rings::kNone) gathered.vertices.push_back(sorted.vertices[i]);
+  problem.channels = options.with_values ? surface.channels() : 0;
+  if (problem.channels > 0) problem.values = surface.values(gathered.vertices);
   return gathered;
 }
 

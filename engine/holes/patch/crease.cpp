@@ -136,7 +136,7 @@ double quantile(std::vector<double> values, double share) {
 
 }  // namespace
 
-bool ends_in_crease(const HoleProblem& problem) {
+bool ends_in_crease(const HoleProblem& problem, const Rim& rim_of_hole) {
   constexpr std::size_t kLeastEdges = 20;
   constexpr double kFlat = 0.05;  // distance from the plane by the width of the hole
   constexpr double kRough = 1.0;  // and by the spacing, where that is more
@@ -152,7 +152,7 @@ bool ends_in_crease(const HoleProblem& problem) {
   if (!(rim.width > 0.0)) return false;
   const double roughness = rim.off_plane / std::max(kFlat * rim.width, kRough * rim.spacing);
   if (roughness > kLipRoughness) return false;
-  const MeanAngle at_rim = angle_at_rim(find_rim(problem), rim.axis);
+  const MeanAngle at_rim = angle_at_rim(rim_of_hole, rim.axis);
   if (2 * at_rim.count < problem.loop.size() || at_rim.mean() < kSteepLip) return false;
   if ((roughness > 1.0 || at_rim.mean() < kSteep) && !is_lip(problem, rim)) return false;
   const double quarter = 0.25 * rim.width / rim.spacing;

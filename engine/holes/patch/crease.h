@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "engine/holes/patch/rim.h"
 #include "engine/holes/problem/hole.h"
 
 namespace orbweave {
@@ -11,7 +12,8 @@ namespace orbweave {
 /// sheet does not bend towards the hole as it comes near: the reveal of a window, the wall of a
 /// box, the foot of a statue. A smooth patch would bulge out of such a rim like a balloon; a flat
 /// one assumes least. False for the cap of a sphere, which bends, and for loops of a few edges.
-bool ends_in_crease(const HoleProblem& problem);
+/// `rim`: of the problem.
+bool ends_in_crease(const HoleProblem& problem, const Rim& rim);
 
 /// A plane behind the sheet around a hole: dot(x, axis) = depth, x relative to the rim's centre.
 struct RecessedPlane {

@@ -170,10 +170,14 @@ HolePatch none_because(std::string reason, OpenReason open = OpenReason::kOther)
 }  // namespace
 
 HolePatch creased_fill(const HoleProblem& problem, const PatchOptions& options) {
+  if (problem.loop.empty()) return {};
+  return creased_fill(problem, find_rim(problem), options);
+}
+
+HolePatch creased_fill(const HoleProblem& problem, const Rim& rim, const PatchOptions& options) {
   constexpr std::size_t kLeastEdges = 12;
   constexpr std::size_t kMostPoints = 500;  // on edges: the pairs of them are listed
   if (problem.loop.size() < kLeastEdges) return {};
-  const Rim rim = find_rim(problem);
   const std::optional<PlanesAtRim> crease = find_planes_at_rim(problem, rim);
   if (!crease) return {};
   const std::optional<InnerEdges> edges =

@@ -2,6 +2,7 @@
 // it meets the next, and edges of the patch lie on that line.
 #pragma once
 
+#include "engine/holes/patch/rim.h"
 #include "engine/holes/problem/hole.h"
 
 namespace orbweave {
@@ -12,5 +13,7 @@ namespace orbweave {
 /// planes, with one where the planes do not meet inside the hole. Precondition: no corner is
 /// visited twice.
 HolePatch creased_fill(const HoleProblem& problem, const PatchOptions& options = {});
+/// The same; `rim`: of the problem.
+HolePatch creased_fill(const HoleProblem& problem, const Rim& rim, const PatchOptions& options);
 
 }  // namespace orbweave

@@ -116,7 +116,11 @@ HolePatch patch_of(const HoleProblem& problem, const Rim& rim, const Disc& disc)
 }  // namespace
 
 LoopTriangles triangles_of_loop(const HoleProblem& problem) {
-  LoopTriangles start{find_rim(problem), {}, {}};
+  return triangles_of_loop(problem, find_rim(problem));
+}
+
+LoopTriangles triangles_of_loop(const HoleProblem& problem, Rim rim) {
+  LoopTriangles start{std::move(rim), {}, {}};
   if (problem.loop.size() > 3) start.sound = sound_triangles(problem, start.rim, problem.forbidden);
   if (start.sound.empty() && !problem.forbidden.empty())
     start.loose = sound_triangles(problem, start.rim, {});

@@ -18,6 +18,7 @@ struct LoopTriangles {
   std::vector<CornerTriangle> loose;
 };
 LoopTriangles triangles_of_loop(const HoleProblem& problem);
+LoopTriangles triangles_of_loop(const HoleProblem& problem, Rim rim);
 
 /// Triangles between the loop's corners where that is possible (triangulate_loop), else about one
 /// new vertex in their middle, else (the loop visits a vertex twice) about a ring of them. For

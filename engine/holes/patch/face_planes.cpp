@@ -61,17 +61,38 @@ void split(std::span<const PlacedFace> faces, std::size_t label, std::size_t new
       labels[i] = static_cast<std::uint8_t>(new_label);
 }
 
-/// Rounds of k-means on the sphere of normals.
+/// The means of the groups' normals, of unit length.
+void means_of_normals(std::span<const PlacedFace> faces, const Labels& labels,
+                      std::vector<Vec3>& means) {
+  std::vector<std::size_t> counts(means.size(), 0);
+  std::fill(means.begin(), means.end(), Vec3{});
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    ++counts[labels[i]];
+    means[labels[i]] = means[labels[i]] + faces[i].normal;
+  }
+  for (std::size_t label = 0; label < means.size(); ++label)
+    if (counts[label] > 0)
+      means[label] = normalized(means[label] / static_cast<double>(counts[label]));
+}
+
+/// Rounds of k-means on the sphere of normals. One that changes nothing is the last.
 void gather_by_normals(std::span<const PlacedFace> faces, std::size_t count, Labels& labels) {
   constexpr int kRounds = 8;
   std::vector<Vec3> means(count);
-  for (int round = 0; round < kRounds; ++round) {
-    for (std::size_t label = 0; label < count; ++label)
-      means[label] = normalized(group_of(faces, labels, label).normal);
-    for (std::size_t i = 0; i < faces.size(); ++i)
-      for (std::size_t label = 0; label < count; ++label)
-        if (dot(faces[i].normal, means[label]) > dot(faces[i].normal, means[labels[i]]))
-          labels[i] = static_cast<std::uint8_t>(label);
+  bool has_changed = true;
+  for (int round = 0; round < kRounds && has_changed; ++round) {
+    means_of_normals(faces, labels, means);
+    has_changed = false;
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+      double most = dot(faces[i].normal, means[labels[i]]);
+      for (std::size_t label = 0; label < count; ++label) {
+        const double cosine = dot(faces[i].normal, means[label]);
+        if (!(cosine > most)) continue;
+        most = cosine;
+        labels[i] = static_cast<std::uint8_t>(label);
+        has_changed = true;
+      }
+    }
   }
 }
 
@@ -101,9 +122,10 @@ std::size_t widest_group(std::span<const PlacedFace> faces, std::size_t count,
 }
 
 bool has_few(std::span<const PlacedFace> faces, std::size_t count, const Labels& labels) {
-  for (std::size_t label = 0; label < count; ++label)
-    if (group_of(faces, labels, label).count < kLeastFaces) return true;
-  return false;
+  std::vector<std::size_t> counts(count, 0);
+  for (std::size_t i = 0; i < faces.size(); ++i) ++counts[labels[i]];
+  return std::any_of(counts.begin(), counts.end(),
+                     [](std::size_t faces_of_one) { return faces_of_one < kLeastFaces; });
 }
 
 double rms_of_best(std::vector<double> squares) {
@@ -169,13 +191,18 @@ std::vector<FittedPlane> fit_planes(std::span<const PlacedFace> faces, std::size
     gather_by_normals(faces, groups + 1, labels);
   }
   std::vector<FittedPlane> planes;
-  for (int round = 0; round < kRounds; ++round) {
+  bool has_changed = true;
+  for (int round = 0; round < kRounds && has_changed; ++round) {
     if (has_few(faces, count, labels)) return {};
     planes.clear();
     for (std::size_t label = 0; label < count; ++label)
       planes.push_back(plane_of(faces, labels, label));
-    for (std::size_t i = 0; i < faces.size(); ++i)
-      labels[i] = static_cast<std::uint8_t>(nearest_plane(planes, faces[i], scale));
+    has_changed = false;
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+      const auto nearest = static_cast<std::uint8_t>(nearest_plane(planes, faces[i], scale));
+      has_changed = has_changed || nearest != labels[i];
+      labels[i] = nearest;
+    }
   }
   return planes;
 }

@@ -114,11 +114,12 @@ std::string index_defect(const HoleProblem& problem, const HolePatch& patch) {
 }
 
 /// Edges of the sheet between corners of the loop: the only ones that a patch can repeat.
-std::vector<Edge> sheet_edges_along(const HoleProblem& problem) {
+std::vector<Edge> sheet_edges_along(const HoleProblem& problem,
+                                    std::span<const Triangle> rim_faces) {
   std::vector<char> is_corner(problem.positions.size(), 0);
   for (const std::uint32_t v : problem.loop) is_corner[v] = 1;
   std::vector<Edge> edges;
-  for (const Triangle& t : problem.sheet) {
+  for (const Triangle& t : rim_faces) {
     if (is_corner[t[0]] + is_corner[t[1]] + is_corner[t[2]] < 2) continue;
     for (int k = 0; k < 3; ++k) {
       const Edge edge = {t[k], t[(k + 1) % 3]};
@@ -153,10 +154,10 @@ std::string given_edge_defect(const HoleProblem& problem, const GivenEdges& know
 
 /// Rim edges once and in the loop's direction, edges inside once in each, and so those that the
 /// loop runs along both ways.
-std::string edge_defect(const HoleProblem& problem, const PatchCorners& corners,
-                        const std::vector<Edge>& rim) {
+std::string edge_defect(const HoleProblem& problem, std::span<const Triangle> rim_faces,
+                        const PatchCorners& corners, const std::vector<Edge>& rim) {
   const auto given = static_cast<std::uint32_t>(problem.positions.size());
-  const GivenEdges known{rim, sheet_edges_along(problem)};
+  const GivenEdges known{rim, sheet_edges_along(problem, rim_faces)};
   for (std::uint32_t v = 0; v < corners.vertices(); ++v) {
     const std::span<const PatchCorners::Corner> at = corners.at(v);
     for (std::size_t i = 0; i < at.size(); ++i) {
@@ -263,6 +264,11 @@ std::string piece_defect(const HoleProblem& problem, const HolePatch& patch) {
 }  // namespace
 
 std::string patch_defect(const HoleProblem& problem, const HolePatch& patch) {
+  return patch_defect(problem, problem.sheet, patch);
+}
+
+std::string patch_defect(const HoleProblem& problem, std::span<const Triangle> rim_faces,
+                         const HolePatch& patch) {
   if (patch.method == FillMethod::kNone) {
     const bool empty = patch.triangles.empty() && patch.positions.empty();
     return empty ? "" : "triangles of a hole that stays open";
@@ -271,7 +277,8 @@ std::string patch_defect(const HoleProblem& problem, const HolePatch& patch) {
   if (std::string defect = index_defect(problem, patch); !defect.empty()) return defect;
   const std::vector<Edge> rim = edges_of_loop(problem.loop);
   const PatchCorners corners(patch.triangles, problem.positions.size() + patch.positions.size());
-  if (std::string defect = edge_defect(problem, corners, rim); !defect.empty()) return defect;
+  if (std::string defect = edge_defect(problem, rim_faces, corners, rim); !defect.empty())
+    return defect;
   if (std::string defect = fan_defect(problem, corners, rim); !defect.empty()) return defect;
   return piece_defect(problem, patch);
 }

@@ -293,6 +293,18 @@ Opposite opposite_angles(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
           !(upper > kFlat * std::max({pp, qq, edge}) && lower > kFlat * std::max({rr, ss, edge}))};
 }
 
+/// Whether both angles at c and d over the edge a-b are acute at most and no triangle is flat: told
+/// without roots, for most edges. False proves nothing.
+bool is_surely_delaunay(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
+  constexpr double kNotFlat = 1.1e-4 * 1.1e-4;  // above what counts as flat, rounding included
+  const Vec3 p = a - c, q = b - c, r = a - d, s = b - d;
+  if (!(dot(p, q) >= 0.0 && dot(r, s) >= 0.0)) return false;
+  // Before an acute angle the square of the edge is at most the sum of the sides' squares.
+  const double upper = squared_norm(p) + squared_norm(q), lower = squared_norm(r) + squared_norm(s);
+  return squared_norm(cross(p, q)) > kNotFlat * upper * upper &&
+         squared_norm(cross(r, s)) > kNotFlat * lower * lower;
+}
+
 }  // namespace
 
 bool PatchMesh::flip_improves(std::uint32_t h) const {
@@ -301,6 +313,7 @@ bool PatchMesh::flip_improves(std::uint32_t h) const {
   const std::uint32_t b = mesh_.target(h);
   const std::uint32_t c = mesh_.apex(h);
   const std::uint32_t d = mesh_.apex(mesh_.twin[h]);
+  if (is_surely_delaunay(at(a), at(b), at(c), at(d))) return false;
   const auto [sine, lengths, is_flat] = opposite_angles(at(a), at(b), at(c), at(d));
   const bool is_delaunay = !(sine < -kRounding * lengths);
   if (is_delaunay && !is_flat) return false;

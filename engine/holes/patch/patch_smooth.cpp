@@ -6,6 +6,7 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "engine/holes/patch/patch_mesh.h"
@@ -15,7 +16,6 @@ namespace orbweave {
 namespace {
 
 using Sparse = Eigen::SparseMatrix<double>;
-using Entry = Eigen::Triplet<double, int>;
 
 /// The patch with the sheet along its rim: vertices of the patch, then the sheet's others.
 struct Strip {
@@ -35,25 +35,86 @@ double half_cotangent(Vec3 a, Vec3 b, Vec3 c) {
   return 0.5 * std::clamp(cotangent, kLeast, kMost);
 }
 
-/// Sum over the neighbours of weight x (neighbour - vertex), for every vertex of the strip.
-Sparse laplacian(const Strip& strip) {
-  std::vector<Entry> entries;
-  entries.reserve(12 * strip.triangles.size());
-  for (const CornerTriangle& t : strip.triangles) {
-    for (int k = 0; k < 3; ++k) {
-      const auto a = static_cast<int>(t[(k + 1) % 3]);
-      const auto b = static_cast<int>(t[(k + 2) % 3]);
-      const double weight =
-          half_cotangent(strip.positions[t[k]], strip.positions[a], strip.positions[b]);
-      entries.insert(entries.end(),
-                     {{a, b, weight}, {b, a, weight}, {a, a, -weight}, {b, b, -weight}});
+/// Compressed columns in the making: one entry after the other, by column and then row.
+class Columns {
+ public:
+  Columns(Eigen::Index rows, Eigen::Index columns, std::size_t expected)
+      : rows_(rows), columns_(columns) {
+    begins_.reserve(static_cast<std::size_t>(columns) + 1);
+    begins_.push_back(0);
+    inner_.reserve(expected);
+    values_.reserve(expected);
+  }
+  void add(int row, double value) {
+    inner_.push_back(row);
+    values_.push_back(value);
+  }
+  void end_column() { begins_.push_back(static_cast<int>(inner_.size())); }
+
+  Sparse matrix() const {
+    Sparse matrix(rows_, columns_);
+    matrix.resizeNonZeros(static_cast<Eigen::Index>(inner_.size()));
+    std::copy(begins_.begin(), begins_.end(), matrix.outerIndexPtr());
+    std::copy(inner_.begin(), inner_.end(), matrix.innerIndexPtr());
+    std::copy(values_.begin(), values_.end(), matrix.valuePtr());
+    return matrix;
+  }
+
+ private:
+  Eigen::Index rows_ = 0, columns_ = 0;
+  std::vector<int> begins_, inner_;
+  std::vector<double> values_;
+};
+
+/// A neighbour of a vertex, and what it weighs.
+struct Weight {
+  std::uint32_t neighbor = 0;
+  double weight = 0.0;
+};
+
+/// The weights of edges at each vertex, triangle by triangle: an edge occurs once per triangle.
+class EdgeWeights {
+ public:
+  explicit EdgeWeights(const Strip& strip)
+      : first_(strip.positions.size() + 1, 0), at_vertex_(strip.positions.size(), 0.0) {
+    for (const CornerTriangle& t : strip.triangles)
+      for (const std::uint32_t v : t) first_[v + 1] += 2;
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    weights_.resize(first_.back());
+    std::vector<std::uint32_t> place(first_.begin(), first_.end() - 1);
+    for (const CornerTriangle& t : strip.triangles) {
+      for (int k = 0; k < 3; ++k) {
+        const std::uint32_t a = t[(k + 1) % 3], b = t[(k + 2) % 3];
+        const double weight =
+            half_cotangent(strip.positions[t[k]], strip.positions[a], strip.positions[b]);
+        weights_[place[a]++] = {b, weight};
+        weights_[place[b]++] = {a, weight};
+        at_vertex_[a] -= weight;
+        at_vertex_[b] -= weight;
+      }
     }
   }
-  const auto n = static_cast<Eigen::Index>(strip.positions.size());
-  Sparse matrix(n, n);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
-}
+
+  /// The column of a vertex: ascending neighbours and the vertex itself, each once.
+  void take_column(std::uint32_t vertex, std::vector<Weight>& column) const {
+    column.assign(1, {vertex, at_vertex_[vertex]});
+    for (std::uint32_t i = first_[vertex]; i < first_[vertex + 1]; ++i) {
+      const auto at = std::lower_bound(
+          column.begin(), column.end(), weights_[i].neighbor,
+          [](const Weight& known, std::uint32_t other) { return known.neighbor < other; });
+      if (at != column.end() && at->neighbor == weights_[i].neighbor)
+        at->weight += weights_[i].weight;
+      else
+        column.insert(at, weights_[i]);
+    }
+  }
+  std::size_t size() const { return weights_.size(); }
+
+ private:
+  std::vector<std::uint32_t> first_;
+  std::vector<Weight> weights_;
+  std::vector<double> at_vertex_;
+};
 
 /// A third of the area around each vertex, no less than a thousandth of the mean.
 std::vector<double> areas(const Strip& strip) {
@@ -70,45 +131,52 @@ std::vector<double> areas(const Strip& strip) {
   return areas;
 }
 
-/// Columns of the vertices that move, and of the others times where they are.
+/// What each row of the Laplacian counts: with order 2 one by the square root of the vertex's area,
+/// where the vertex moves or its triangles are all there; with order 1 minus one where it moves.
+/// 0: not at all.
+std::vector<double> row_scales(const Strip& strip, const std::vector<int>& unknown, int order) {
+  std::vector<double> scales(unknown.size(), 0.0);
+  const std::vector<double> area = order >= 2 ? areas(strip) : std::vector<double>{};
+  for (std::size_t v = 0; v < unknown.size(); ++v) {
+    const bool rim = order >= 2 && v < strip.is_whole.size() && strip.is_whole[v] != 0;
+    if (unknown[v] < 0 && !rim) continue;
+    scales[v] = order >= 2 ? 1.0 / std::sqrt(area[v]) : -1.0;
+  }
+  return scales;
+}
+
+/// Scaled rows of the Laplacian, the sum over the neighbours of weight x (neighbour - vertex):
+/// columns of the vertices that move, and of the others times where they are.
 struct Split {
   Sparse moving;
   Eigen::MatrixXd fixed;  ///< rows x 3
 };
 
-Split split_columns(const Sparse& matrix, const Strip& strip, const std::vector<int>& unknown,
-                    int unknowns) {
+/// With order 1 the rows are those of the vertices that move alone.
+Split split_columns(const Strip& strip, const std::vector<int>& unknown, int unknowns, int order) {
+  const EdgeWeights weights(strip);
+  const std::vector<double> scales = row_scales(strip, unknown, order);
+  const auto rows = order >= 2 ? static_cast<Eigen::Index>(unknown.size()) : unknowns;
   Split split;
-  split.fixed = Eigen::MatrixXd::Zero(matrix.rows(), 3);
-  std::vector<Entry> entries;
-  for (Eigen::Index column = 0; column < matrix.outerSize(); ++column) {
-    const Vec3 p = strip.positions[column];
-    for (Sparse::InnerIterator it(matrix, column); it; ++it) {
-      if (unknown[column] >= 0) {
-        entries.emplace_back(static_cast<int>(it.row()), unknown[column], it.value());
-      } else {
-        split.fixed.row(it.row()) += it.value() * Eigen::RowVector3d(p.x, p.y, p.z);
-      }
+  split.fixed = Eigen::MatrixXd::Zero(rows, 3);
+  Columns moving(rows, unknowns, weights.size());
+  std::vector<Weight> column;
+  for (std::uint32_t v = 0; v < unknown.size(); ++v) {
+    weights.take_column(v, column);
+    const Vec3 p = strip.positions[v];
+    for (const Weight& entry : column) {
+      if (scales[entry.neighbor] == 0.0) continue;
+      const int row = order >= 2 ? static_cast<int>(entry.neighbor) : unknown[entry.neighbor];
+      const double value = scales[entry.neighbor] * entry.weight;
+      if (unknown[v] >= 0)
+        moving.add(row, value);
+      else
+        split.fixed.row(row) += value * Eigen::RowVector3d(p.x, p.y, p.z);
     }
+    if (unknown[v] >= 0) moving.end_column();
   }
-  split.moving.resize(matrix.rows(), unknowns);
-  split.moving.setFromTriplets(entries.begin(), entries.end());
+  split.moving = moving.matrix();
   return split;
-}
-
-/// Rows that count, divided by the square root of the area, the others zero.
-Sparse row_scale(const Strip& strip, const std::vector<int>& unknown) {
-  const std::vector<double> area = areas(strip);
-  std::vector<Entry> entries;
-  for (std::size_t v = 0; v < unknown.size(); ++v) {
-    const bool rim = v < strip.is_whole.size() && strip.is_whole[v] != 0;
-    if (unknown[v] < 0 && !rim) continue;
-    entries.emplace_back(static_cast<int>(v), static_cast<int>(v), 1.0 / std::sqrt(area[v]));
-  }
-  const auto n = static_cast<Eigen::Index>(strip.positions.size());
-  Sparse scale(n, n);
-  scale.setFromTriplets(entries.begin(), entries.end());
-  return scale;
 }
 
 /// A system of least energy: `matrix` times the places of the unknowns is `right`.
@@ -132,31 +200,57 @@ struct Energy {
 };
 
 Energy energy_of(const Strip& strip, const std::vector<int>& unknown, int unknowns, int order) {
-  Sparse rows = laplacian(strip);
-  if (order >= 2) rows = (row_scale(strip, unknown) * rows).eval();
-  Split split = split_columns(rows, strip, unknown, unknowns);
+  Split split = split_columns(strip, unknown, unknowns, order);
   Energy energy;
   if (order >= 2) {
     energy.half.swap(split.moving);
     energy.right = -(energy.half.transpose() * split.fixed);
     return energy;
   }
-  Sparse choose(unknowns, rows.rows());
-  std::vector<Entry> entries;
-  for (std::size_t v = 0; v < unknown.size(); ++v) {
-    if (unknown[v] >= 0) entries.emplace_back(unknown[v], static_cast<int>(v), -1.0);
-  }
-  choose.setFromTriplets(entries.begin(), entries.end());
-  energy.matrix = choose * split.moving;
-  energy.right = -(choose * split.fixed);
+  energy.matrix.swap(split.moving);
+  energy.right = -split.fixed;
   return energy;
 }
 
+/// The lower triangle of the square of a matrix: its transpose times itself.
+Sparse lower_square(const Sparse& half) {
+  const Eigen::SparseMatrix<double, Eigen::RowMajor> by_rows = half;
+  Columns lower(half.cols(), half.cols(), 12 * static_cast<std::size_t>(half.cols()));
+  std::vector<double> sums(static_cast<std::size_t>(half.cols()), 0.0);
+  std::vector<int> last(static_cast<std::size_t>(half.cols()), -1), touched;
+  for (int j = 0; j < half.cols(); ++j) {
+    touched.clear();
+    for (Sparse::InnerIterator of_j(half, j); of_j; ++of_j) {
+      const int* columns = by_rows.innerIndexPtr();
+      const int end = by_rows.outerIndexPtr()[of_j.row() + 1];
+      for (int at = end - 1; at >= by_rows.outerIndexPtr()[of_j.row()] && columns[at] >= j; --at) {
+        const int i = columns[at];
+        const double product = by_rows.valuePtr()[at] * of_j.value();
+        sums[i] = last[i] == j ? sums[i] + product : product;
+        if (last[i] != j) touched.push_back(i);
+        last[i] = j;
+      }
+    }
+    std::sort(touched.begin(), touched.end());
+    for (const int i : touched) lower.add(i, sums[i]);
+    lower.end_column();
+  }
+  return lower.matrix();
+}
+
+/// The order of Eigen's AMDOrdering, for a matrix that is symmetric as it is.
+struct SymmetricOrdering {
+  using PermutationType = Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int>;
+  void operator()(const Sparse& matrix, PermutationType& permutation) const {
+    Sparse pattern = matrix;
+    Eigen::internal::minimum_degree_ordering(pattern, permutation);
+  }
+};
+
 /// Exactly; empty where the system is singular. n^1.5 at best.
 Eigen::MatrixXd solved(const Energy& energy) {
-  const Sparse matrix =
-      energy.half.rows() == 0 ? energy.matrix : Sparse(energy.half.transpose() * energy.half);
-  const Eigen::SimplicialLDLT<Sparse> solver(matrix);
+  const Sparse matrix = energy.half.rows() == 0 ? energy.matrix : lower_square(energy.half);
+  const Eigen::SimplicialLDLT<Sparse, Eigen::Lower, SymmetricOrdering> solver(matrix);
   if (solver.info() != Eigen::Success) return {};
   return solver.solve(energy.right);
 }

@@ -47,7 +47,12 @@ std::vector<double> values_from_corners(const HoleProblem& problem, std::span<co
   if (channels == 0) return values;
   const Range range(problem, problem.loop);
   std::vector<Vec3> corners;
-  for (const std::uint32_t v : problem.loop) corners.push_back(problem.positions[v]);
+  std::vector<double> rows;  // of the corners
+  for (const std::uint32_t v : problem.loop) {
+    corners.push_back(problem.positions[v]);
+    const std::span<const double> row = values_of(problem, v);
+    rows.insert(rows.end(), row.begin(), row.end());
+  }
   std::vector<double> weights(corners.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::span<double> row = std::span(values).subspan(i * channels, channels);
@@ -58,7 +63,7 @@ std::vector<double> values_from_corners(const HoleProblem& problem, std::span<co
     for (double& weight : weights) weight = weight > 0.0 ? nearest / weight : 1.0;
     double sum = 0.0;
     for (std::size_t k = 0; k < corners.size(); ++k) {
-      add_scaled(values_of(problem, problem.loop[k]), weights[k], row);
+      add_scaled(std::span(rows).subspan(k * channels, channels), weights[k], row);
       sum += weights[k];
     }
     for (double& value : row) value /= sum;

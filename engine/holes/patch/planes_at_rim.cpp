@@ -128,6 +128,9 @@ void drop_shortest(std::vector<RimRun>& runs) {
   runs.erase(runs.begin());
 }
 
+/// Edges of the rim in one plane: more than its anchors may be moved together.
+constexpr std::uint32_t kLeastRun = 6;
+
 /// Empty where the rim does not run through each plane once.
 std::vector<RimRun> one_run_per_plane(std::span<const FittedPlane> planes, const Rim& rim) {
   std::vector<RimRun> runs = runs_of_rim(planes, rim);
@@ -137,7 +140,6 @@ std::vector<RimRun> one_run_per_plane(std::span<const FittedPlane> planes, const
     drop_shortest(runs);
   }
   if (runs.size() != planes.size()) return {};
-  constexpr std::uint32_t kLeastRun = 6;  // more than its anchors may be moved together
   std::vector<std::uint8_t> seen(planes.size(), 0);
   for (const RimRun& run : runs)
     if (seen[run.plane]++ != 0 || run.edges < kLeastRun) return {};
@@ -191,9 +193,12 @@ std::optional<PlanesAtRim> find_planes_at_rim(const HoleProblem& problem, const 
   const std::vector<PlacedFace> faces = faces_behind(problem, rim);
   if (faces.size() < kLeastFaces) return std::nullopt;
   for (const std::size_t count : {std::size_t{2}, std::size_t{3}}) {
+    if (rim.corners.size() < count * kLeastRun) break;
     const std::vector<FittedPlane> planes = fit_planes(faces, count, rim.spacing);
-    if (planes.empty() || !meet_at_edges(planes) || !lie_in_planes(planes, faces, rim)) continue;
-    if (std::optional<PlanesAtRim> found = planes_along(planes, rim)) return found;
+    if (planes.empty() || !meet_at_edges(planes)) continue;
+    // What takes longest comes last.
+    std::optional<PlanesAtRim> found = planes_along(planes, rim);
+    if (found && lie_in_planes(planes, faces, rim)) return found;
   }
   return std::nullopt;
 }

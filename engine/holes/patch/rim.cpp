@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/holes/rbf/bending_energy.h"
+
 namespace orbweave {
 namespace {
 
@@ -47,7 +49,7 @@ void for_each_rim_face(const HoleProblem& problem, std::span<const Triangle> tri
 }
 
 void find_faces(const HoleProblem& problem, Rim& rim) {
-  for_each_rim_face(problem, problem.sheet, false, [&](std::uint32_t i, const Triangle& t) {
+  for_each_rim_face(problem, rim.faces, false, [&](std::uint32_t i, const Triangle& t) {
     const Vec3 a = problem.positions[t[0]];
     rim.face_normals[i] =
         normalized(cross(problem.positions[t[1]] - a, problem.positions[t[2]] - a));
@@ -56,20 +58,25 @@ void find_faces(const HoleProblem& problem, Rim& rim) {
 
 }  // namespace
 
+Vec3 center_of_loop(const HoleProblem& problem) {
+  const Vec3 first = problem.positions[problem.loop[0]];
+  Vec3 sum;
+  for (const std::uint32_t v : problem.loop) sum = sum + (problem.positions[v] - first);
+  return first + sum / static_cast<double>(problem.loop.size());
+}
+
 Rim find_rim(const HoleProblem& problem) {
   Rim rim;
   const std::size_t n = problem.loop.size();
   rim.spacing = rim_spacing(problem);
-  const Vec3 first = problem.positions[problem.loop[0]];
-  Vec3 sum;
-  for (const std::uint32_t v : problem.loop) sum = sum + (problem.positions[v] - first);
-  rim.center = first + sum / static_cast<double>(n);
+  rim.center = center_of_loop(problem);
   rim.corners.reserve(n);
   for (const std::uint32_t v : problem.loop) {
     rim.corners.push_back(problem.positions[v] - rim.center);
     rim.radius = std::max(rim.radius, norm(rim.corners.back()));
   }
   rim.face_normals.resize(n);
+  rim.faces = faces_at_rim(problem);
   find_faces(problem, rim);
   return rim;
 }
@@ -149,6 +156,12 @@ std::vector<Vec3> normals_of_patch(const HoleProblem& problem, const HolePatch& 
 }
 
 RimAngles rim_angles(const HoleProblem& problem, const HolePatch& patch) {
+  return rim_angles(problem, problem.sheet, patch);
+}
+
+RimAngles rim_angles(const HoleProblem& problem, std::span<const Triangle> rim_faces,
+                     const HolePatch& patch) {
+  if (patch.triangles.empty()) return {};
   const std::size_t given = problem.positions.size();
   const auto area_of = [&](const Triangle& t) {
     const auto at = [&](std::uint32_t v) {
@@ -158,7 +171,7 @@ RimAngles rim_angles(const HoleProblem& problem, const HolePatch& patch) {
     return cross(at(t[1]) - a, at(t[2]) - a);
   };
   std::vector<Vec3> behind(problem.loop.size());
-  for_each_rim_face(problem, problem.sheet, false,
+  for_each_rim_face(problem, rim_faces, false,
                     [&](std::uint32_t i, const Triangle& t) { behind[i] = area_of(t); });
   RimAngles angles;
   double sum = 0.0;

@@ -20,8 +20,13 @@ struct Rim {
   /// Unit normals of the sheet's faces behind edges (i, i + 1); zero where there is none (an edge
   /// that the loop uses in both directions) or the face has no area.
   std::vector<Vec3> face_normals;
+  /// The sheet's triangles that have two vertices on the rim at least, in the sheet's order.
+  std::vector<Triangle> faces;
 };
 Rim find_rim(const HoleProblem& problem);
+
+/// The mean of the loop's corners.
+Vec3 center_of_loop(const HoleProblem& problem);
 
 /// The triangles of the sheet that have a corner. It is not whole at corners of a vertex that the
 /// loop visits several times: which triangles belong to which visit is not asked.
@@ -40,6 +45,9 @@ struct RimAngles {
   double mean = 0.0;
 };
 RimAngles rim_angles(const HoleProblem& problem, const HolePatch& patch);
+/// The same; `rim_faces` as Rim::faces.
+RimAngles rim_angles(const HoleProblem& problem, std::span<const Triangle> rim_faces,
+                     const HolePatch& patch);
 
 /// Unit normals of the patch's new vertices from its faces, weighted by area.
 std::vector<Vec3> normals_of_patch(const HoleProblem& problem, const HolePatch& patch);

@@ -58,10 +58,8 @@ struct FairDisc {
 struct DiscRim {
   const HoleProblem& problem;
   const Rim& rim;
-  std::vector<Triangle> faces;  ///< faces_at_rim
-
   double energy_of(const PatchMesh& disc) const {
-    return bending_energy(problem, faces, patch_of_disc(problem, rim, disc));
+    return bending_energy(problem, rim.faces, patch_of_disc(problem, rim, disc));
   }
 };
 
@@ -133,7 +131,7 @@ std::optional<PatchMesh> smooth_disc(const HoleProblem& problem, const LoopTrian
   const double spacing = patch_spacing(rim, points, options);
   const double most = options.graded ? std::min(points, kMostPoints) : points;
   if (most > 1.5 * options.max_new_points + 16.0) return std::nullopt;
-  const DiscRim around{problem, rim, faces_at_rim(problem)};
+  const DiscRim around{problem, rim};
   std::optional<FairDisc> best = order < 2
                                      ? fairest_by_levels(around, {}, spacing, most, start, options)
                                      : fairest_plate(around, start, spacing, most, options);

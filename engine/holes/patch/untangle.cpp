@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
@@ -78,20 +79,18 @@ class Surroundings {
     find_ring();
     boxes_.clear();
     planes_.clear();
-    is_free_.clear();
     sides_.clear();
     for (const Triangle& t : others_) {
       boxes_.push_back(box_of(positions_, t));
       planes_.emplace_back(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
-      is_free_.push_back(1);
       for (const std::uint32_t v : ring_) {
         const bool is_corner = v == t[0] || v == t[1] || v == t[2];
-        if (is_corner) is_free_.back() = 0;
         sides_.push_back(
             static_cast<std::int8_t>(is_corner ? kCorner : planes_.back().side(positions_[v])));
       }
     }
     find_fixed();
+    find_near();
     order_.clear();
     for (std::uint32_t k = 0; k < others_.size(); ++k)
       if (!stays_beside(k, reach)) order_.push_back(k);
@@ -119,13 +118,10 @@ class Surroundings {
       if (!all.intersects(boxes_[k])) continue;
       const std::size_t before = found;
       const int side = planes_[k].side(positions_[vertex_]);
-      for (std::size_t i = 0; i < own_.size(); ++i) {
-        if (is_fixed(k, i) || is_apart(k, i, side) || !own_boxes_[i].intersects(boxes_[k]))
-          continue;
-        if (is_free_[k] != 0 && is_beside(own_planes_[i], others_[k])) continue;
-        found += triangles_intersect(positions_, own_[i], others_[k]) ? 1 : 0;
-        if (found >= limit) break;
-      }
+      for_each_near(k, side, [&](std::size_t i) {
+        if (own_boxes_[i].intersects(boxes_[k])) found += meet(i, k, side) ? 1 : 0;
+        return found < limit;
+      });
       if (found > before) std::swap(order_[place], order_[place / 2]);
       if (found >= limit) return found;
     }
@@ -190,15 +186,75 @@ class Surroundings {
     }
   }
 
+  /// One bit per own triangle that another one may meet, where the vertex lies above it or below.
+  struct Near {
+    std::uint64_t above = 0, below = 0;
+  };
+  static constexpr std::size_t kMostBits = 64;
+
+  void find_near() {
+    near_.assign(others_.size(), {});
+    if (own_.size() > kMostBits) return;
+    for (std::size_t k = 0; k < others_.size(); ++k) {
+      for (std::size_t i = 0; i < own_.size(); ++i) {
+        if (is_fixed(k, i)) continue;
+        near_[k].above |= static_cast<std::uint64_t>(!is_apart(k, i, 1)) << i;
+        near_[k].below |= static_cast<std::uint64_t>(!is_apart(k, i, -1)) << i;
+      }
+    }
+  }
+
+  /// Calls visit(own triangle) for those that another one may meet with the vertex on that side of
+  /// it, until it returns false.
+  template <class Visit>
+  void for_each_near(std::size_t other, int side, const Visit& visit) const {
+    if (side == 0 || own_.size() > kMostBits) {
+      for (std::size_t i = 0; i < own_.size(); ++i)
+        if (!is_fixed(other, i) && !is_apart(other, i, side) && !visit(i)) return;
+      return;
+    }
+    std::uint64_t bits = side > 0 ? near_[other].above : near_[other].below;
+    for (; bits != 0; bits &= bits - 1)
+      if (!visit(static_cast<std::size_t>(std::countr_zero(bits)))) return;
+  }
+
   bool is_fixed(std::size_t other, std::size_t own) const {
     return fixed_ > 0 && is_fixed_[other * own_.size() + own] != 0;
   }
 
-  /// All of a triangle on one side of the plane.
-  bool is_beside(const QuickPlane& plane, const Triangle& t) const {
-    const int side = plane.side(positions_[t[0]]);
-    return side != 0 && plane.side(positions_[t[1]]) == side &&
-           plane.side(positions_[t[2]]) == side;
+  /// Whether an own triangle meets another one, which lies on that side of the moving vertex: told
+  /// by the sides of the corners where these are known.
+  bool meet(std::size_t own, std::size_t other, int side) const {
+    const Triangle& t = others_[other];
+    const auto [a, b] = ends_[own];
+    const std::uint32_t first = ring_[a], second = ring_[b];
+    std::array<int, 3> of_other{};
+    bool is_above = false, is_below = false, has_common = false, is_known = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (t[k] == first || t[k] == second) {
+        has_common = true;
+        continue;
+      }
+      of_other[k] = own_planes_[own].side(positions_[t[k]]);
+      is_above = is_above || of_other[k] > 0;
+      is_below = is_below || of_other[k] < 0;
+      is_known = is_known && of_other[k] != 0;
+    }
+    if (is_known && is_above != is_below) return false;
+    const std::int8_t* sides = sides_.data() + other * ring_.size();
+    if (!is_known || has_common || side == 0 || sides[a] == 0 || sides[b] == 0)
+      return triangles_intersect(positions_, own_[own], t);
+    std::array<Vec3, 3> own_corners, other_corners;
+    std::array<int, 3> of_own{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t v = own_[own][k];
+      own_corners[k] = positions_[v];
+      other_corners[k] = positions_[t[k]];
+      // Sides count the other way round there.
+      of_own[k] = -(v == vertex_ ? side : v == first ? sides[a] : sides[b]);
+      of_other[k] = -of_other[k];
+    }
+    return triangles_across_intersect(own_corners, other_corners, of_own, of_other);
   }
 
   /// Adds the pairs among the own triangles.
@@ -242,8 +298,8 @@ class Surroundings {
   std::vector<Box> boxes_;
   std::vector<QuickPlane> planes_;
   std::vector<std::int8_t> sides_;  ///< others x ring
-  std::vector<char> is_free_;       ///< per other: has no corner in the ring
   std::vector<char> is_fixed_;      ///< others x own
+  std::vector<Near> near_;          ///< per other
   std::size_t fixed_ = 0;
   // Of the vertex where it is now.
   std::vector<Box> own_boxes_;
@@ -260,7 +316,8 @@ class Untangler {
         sheet_(sheet),
         patch_(patch),
         given_(static_cast<std::uint32_t>(problem.positions.size())),
-        rim_(find_rim(problem)),
+        spacing_(rim_spacing(problem)),
+        center_(center_of_loop(problem)),
         positions_(problem.positions),
         around_(positions_) {
     positions_.insert(positions_.end(), patch.positions.begin(), patch.positions.end());
@@ -414,14 +471,17 @@ class Untangler {
 
   /// `tree`: of the patch at the start of the round, in which every vertex moves once at most.
   void look_around(std::uint32_t vertex, const BoxTree& tree) {
-    const double reach = kSteps.back() * rim_.spacing;
+    const double reach = kSteps.back() * spacing_;
     around_.begin(vertex);
-    Box box;
+    Box within;
+    within.extend(positions_[vertex]);
+    // Rounding does not decide what the vertex can come to.
+    constexpr double kSlack = 1.0 + 1e-6;
+    within = within.grown(kSlack * reach);
     for (const std::uint32_t i : triangles_at(vertex)) {
       around_.add_own(patch_.triangles[i]);
-      box.extend(box_of(patch_.triangles[i]));
+      within.extend(box_of(patch_.triangles[i]));
     }
-    const Box within = box.grown(reach);
     tree.for_each(within.grown(reach), [&](std::uint32_t i) {
       const Triangle& t = patch_.triangles[i];
       const bool is_own = std::find(t.begin(), t.end(), vertex) != t.end();
@@ -452,7 +512,7 @@ class Untangler {
     look_around(vertex, tree);
     const Vec3 start = positions_[vertex];
     const Vec3 normal = normal_of(around_.own());
-    const Vec3 inward = rim_.center - start;
+    const Vec3 inward = center_ - start;
     const Vec3 along = normalized(inward - dot(inward, normal) * normal);
     const Vec3 sideways = cross(normal, along);
     std::size_t fewest = around_.count(SIZE_MAX);
@@ -460,7 +520,7 @@ class Untangler {
     for (const double step : kSteps) {
       for (const Vec3 direction : {normal, -normal, along, -along, sideways, -sideways}) {
         if (fewest == around_.fixed()) break;
-        positions_[vertex] = start + step * rim_.spacing * direction;
+        positions_[vertex] = start + step * spacing_ * direction;
         const std::size_t found = around_.count(fewest);
         if (found < fewest) {
           fewest = found;
@@ -494,7 +554,8 @@ class Untangler {
   const BoxTree& sheet_;
   HolePatch& patch_;
   std::uint32_t given_;
-  Rim rim_;
+  double spacing_ = 0.0;          ///< of the rim
+  Vec3 center_;                   ///< of the rim
   std::vector<Vec3> positions_;   ///< of the problem, then of the patch
   Surroundings around_;           ///< of the vertex that is being moved
   std::vector<char> is_changed_;  ///< per triangle of the patch: since contacts were found

@@ -44,17 +44,18 @@ double least_upright(const Rim& rim, Vec3 axis) {
 // Badoiu, Clarkson: Smaller Core-Sets for Balls, SODA 2003.
 Vec3 most_upright_axis(const Rim& rim, Vec3 start) {
   constexpr int kSteps = 200;
+  std::vector<Vec3> normals = rim.face_normals;
+  std::erase(normals, Vec3{});
   Vec3 center = start;
   for (int step = 1; step <= kSteps; ++step) {
-    Vec3 furthest = start;
+    const Vec3* furthest = &start;
     double least = 2.0;
-    for (const Vec3 normal : rim.face_normals) {
+    for (const Vec3& normal : normals) {
       const double cosine = dot(normal, center);
-      if (normal == Vec3{} || cosine >= least) continue;
-      least = cosine;
-      furthest = normal;
+      furthest = cosine < least ? &normal : furthest;
+      least = cosine < least ? cosine : least;
     }
-    center = center + (furthest - center) / static_cast<double>(step + 1);
+    center = center + (*furthest - center) / static_cast<double>(step + 1);
   }
   return normalized(center);
 }

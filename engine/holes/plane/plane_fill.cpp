@@ -130,8 +130,7 @@ class PatchSurface {
 };
 
 // The rim with its corners relative to `origin`, as the frame and the heights are.
-Rim rim_about(const HoleProblem& problem, Vec3 origin) {
-  Rim rim = find_rim(problem);
+Rim rim_about(Rim rim, Vec3 origin) {
   const Vec3 shift = rim.center - origin;
   for (Vec3& corner : rim.corners) corner = corner + shift;
   rim.center = origin;
@@ -140,9 +139,8 @@ Rim rim_about(const HoleProblem& problem, Vec3 origin) {
 
 // The patch over the plane with these heights; none where the loop cannot be triangulated or takes
 // too many points.
-HolePatch patch_over_plane(const HoleProblem& problem, const HoleFrame& frame, Vec3 origin,
+HolePatch patch_over_plane(const HoleProblem& problem, const Rim& rim, const HoleFrame& frame,
                            const HoleHeights& heights, const PatchOptions& options) {
-  const Rim rim = rim_about(problem, origin);
   std::vector<GridPoint> points;
   std::vector<Vec3> places;
   for (const Vec3 corner : rim.corners) {
@@ -171,7 +169,8 @@ HolePatch patch_with_bridges(const HoleProblem& problem, const Rim& rim, const H
     return rim.center + frame.to_space(place);
   };
   const BridgedProblem bridged = cut_bridges(problem, rim.spacing, on_patch);
-  HolePatch patch = patch_over_plane(bridged.problem, frame, rim.center, heights, options);
+  HolePatch patch = patch_over_plane(
+      bridged.problem, rim_about(find_rim(bridged.problem), rim.center), frame, heights, options);
   if (patch.method == FillMethod::kNone) return patch;
   give_bridge_points(bridged, patch);
   for (std::uint32_t v = 0; v < bridged.points; ++v) {
@@ -186,7 +185,10 @@ HolePatch patch_with_bridges(const HoleProblem& problem, const Rim& rim, const H
 
 HolePatch plane_fill(const HoleProblem& problem, const PatchOptions& options) {
   if (problem.loop.size() < 3) return no_patch("the loop has no inside");
-  const Rim rim = find_rim(problem);
+  return plane_fill(problem, find_rim(problem), options);
+}
+
+HolePatch plane_fill(const HoleProblem& problem, const Rim& rim, const PatchOptions& options) {
   if (!(rim.spacing > 0.0 && std::isfinite(rim.radius))) return no_patch("the loop has no extent");
   const FrameChoice choice = choose_frame(problem, rim);
   if (!choice.frame) return no_patch(choice.reason);
@@ -197,9 +199,8 @@ HolePatch plane_fill(const HoleProblem& problem, const PatchOptions& options) {
   const PlaneOutline outline(places, grid_clearance(rim));
   const HoleHeights heights(problem, rim, frame, outline, options);
 
-  HolePatch patch = has_bridges(problem)
-                        ? patch_with_bridges(problem, rim, frame, heights, options)
-                        : patch_over_plane(problem, frame, rim.center, heights, options);
+  HolePatch patch = has_bridges(problem) ? patch_with_bridges(problem, rim, frame, heights, options)
+                                         : patch_over_plane(problem, rim, frame, heights, options);
   const RbfInterpolant* const fit = heights.interpolant();
   if (fit != nullptr && !fit->valid()) {
     return no_patch("the points around it determine no interpolant");

@@ -3,6 +3,7 @@
 // of Points, GVIP 2005, section 3.
 #pragma once
 
+#include "engine/holes/patch/rim.h"
 #include "engine/holes/problem/hole.h"
 
 namespace orbweave {
@@ -15,5 +16,7 @@ namespace orbweave {
 /// The residual is that of the sites: the rim, the sheet beside it, and fewer and fewer vertices
 /// further out (plane_sites.h).
 HolePatch plane_fill(const HoleProblem& problem, const PatchOptions& options);
+/// The same; `rim`: of the problem.
+HolePatch plane_fill(const HoleProblem& problem, const Rim& rim, const PatchOptions& options);
 
 }  // namespace orbweave

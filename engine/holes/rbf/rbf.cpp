@@ -231,7 +231,7 @@ class RbfInterpolant::Fit {
       for (Index i = 0; i < phi.rows(); ++i) {
         column[i] = squared_norm(data_.sites[rows[i]] - center);
       }
-      rbf_kernel(form_, {column, rows.size()});
+      rbf_loops().kernel(form_, column, rows.size());
     }
     return phi;
   }
@@ -438,18 +438,10 @@ std::vector<double> RbfInterpolant::values_at(const std::vector<Vec3>& in_frame)
   return values;
 }
 
-// The squared distances of x from centres first, first + 1, ...
-void RbfInterpolant::squared_distances(RbfSite x, std::size_t first,
-                                       std::span<double> squared) const {
-  const double* cx = centers_[0].data() + first;
-  const double* cy = centers_[1].data() + first;
-  const double* cz = centers_[2].data() + first;
-  for (std::size_t i = 0; i < squared.size(); ++i) {
-    const double dx = x.x - cx[i];
-    const double dy = x.y - cy[i];
-    const double dz = x.z - cz[i];
-    squared[i] = dx * dx + dy * dy + dz * dz;
-  }
+// Centres from `first` on, a block at most, with the weights of channel 0.
+RbfColumns RbfInterpolant::block_of_centers(std::size_t first) const {
+  return {centers_[0].data() + first, centers_[1].data() + first, centers_[2].data() + first,
+          weights_.data() + first, std::min(kBlock, centers_[0].size() - first)};
 }
 
 void RbfInterpolant::evaluate_scaled(RbfSite x, std::span<double> out) const {
@@ -463,9 +455,9 @@ void RbfInterpolant::evaluate_scaled(RbfSite x, std::span<double> out) const {
   std::array<double, kBlock> block;
   const std::size_t count = centers_[0].size();
   for (std::size_t first = 0; first < count; first += kBlock) {
-    const std::span<double> phi(block.data(), std::min(kBlock, count - first));
-    squared_distances(x, first, phi);
-    rbf_kernel(form, phi);
+    const RbfColumns centers = block_of_centers(first);
+    rbf_loops().kernel_at(form, std::array{x.x, x.y, x.z}.data(), centers, block.data());
+    const std::span<const double> phi(block.data(), centers.count);
     for (std::size_t c = 0; c < out.size(); ++c) {
       out[c] += sum_of_products(phi, weights_.data() + c * count + first);
     }
@@ -492,23 +484,14 @@ RbfInterpolant::ValueGradient RbfInterpolant::evaluate_with_gradient(RbfSite x) 
     result.value += polynomial_[t] * monomials[t];
     result.gradient = result.gradient + polynomial_[t] * slopes[t];
   }
-  std::array<double, kBlock> block;
-  std::array<double, kBlock> slope_block;
   const std::size_t count = centers_[0].size();
   for (std::size_t first = 0; first < count; first += kBlock) {
-    const std::span<double> phi(block.data(), std::min(kBlock, count - first));
-    const std::span<double> slope(slope_block.data(), phi.size());
-    squared_distances(y, first, phi);
-    rbf_kernel_slope(form, phi, slope);
-    const double* weights = weights_.data() + first;
-    result.value += sum_of_products(phi, weights);
+    const RbfSums sums =
+        rbf_loops().sums_at(form, std::array{y.x, y.y, y.z}.data(), block_of_centers(first));
+    result.value += sums.value;
     // The gradient of phi is 2 slope (y - center).
-    const double sum = sum_of_products(slope, weights);
-    for (std::size_t i = 0; i < slope.size(); ++i) slope[i] *= weights[i];
-    for (int axis = 0; axis < 3; ++axis) {
-      const double of_centers = sum_of_products(slope, centers_[axis].data() + first);
-      result.gradient[axis] += 2.0 * (sum * y[axis] - of_centers);
-    }
+    for (int axis = 0; axis < 3; ++axis)
+      result.gradient[axis] += 2.0 * (sums.slope * y[axis] - sums.slope_by_center[axis]);
   }
   result.gradient = result.gradient / scale_;
   return result;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/holes/problem/hole.h"
+#include "engine/holes/rbf/rbf_loops.h"
 
 namespace orbweave {
 
@@ -84,7 +85,7 @@ class RbfInterpolant {
   bool choose_greedily(Fit& fit, std::uint32_t cap);
   std::vector<double> residuals_at(const Fit& fit) const;
   std::vector<double> values_at(const std::vector<Vec3>& in_frame) const;
-  void squared_distances(RbfSite x, std::size_t first, std::span<double> squared) const;
+  RbfColumns block_of_centers(std::size_t first) const;
   void evaluate_scaled(RbfSite x, std::span<double> out) const;
 
   RbfOptions options_;

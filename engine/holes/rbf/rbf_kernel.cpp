@@ -1,17 +1,9 @@
 #include "engine/holes/rbf/rbf_kernel.h"
 
-#include <cmath>
-#include <limits>
 #include <numbers>
 
 namespace orbweave {
 namespace {
-
-// Added to a distance it changes nothing but 0, which then has a finite logarithm and inverse to
-// be multiplied by 0. A comparison would keep the loops below from being vectorised.
-constexpr double kTiny = std::numeric_limits<double>::min();
-
-double log_squared(double squared) { return rbf_log(squared + kTiny); }
 
 bool is_plane(RbfForm form) {
   return form == RbfForm::kPlaneBiharmonic || form == RbfForm::kPlaneTriharmonic;
@@ -29,58 +21,6 @@ RbfForm rbf_form(int dimension, RbfKernel kernel) {
     return biharmonic ? RbfForm::kPlaneBiharmonic : RbfForm::kPlaneTriharmonic;
   }
   return biharmonic ? RbfForm::kSpaceBiharmonic : RbfForm::kSpaceTriharmonic;
-}
-
-void rbf_kernel(RbfForm form, std::span<double> squared) {
-  switch (form) {
-    case RbfForm::kPlaneBiharmonic:
-      for (double& q : squared) q = 0.5 * q * log_squared(q);
-      break;
-    case RbfForm::kPlaneTriharmonic:
-      for (double& q : squared) q = -0.5 * q * q * log_squared(q);
-      break;
-    case RbfForm::kSpaceBiharmonic:
-      for (double& q : squared) q = -std::sqrt(q);
-      break;
-    case RbfForm::kSpaceTriharmonic:
-      for (double& q : squared) q = q * std::sqrt(q);
-      break;
-  }
-}
-
-void rbf_kernel_slope(RbfForm form, std::span<double> squared, std::span<double> slope) {
-  const std::size_t n = squared.size();
-  switch (form) {
-    case RbfForm::kPlaneBiharmonic:
-      for (std::size_t i = 0; i < n; ++i) {
-        const double half_log = 0.5 * log_squared(squared[i]);
-        squared[i] *= half_log;
-        slope[i] = half_log + 0.5;
-      }
-      break;
-    case RbfForm::kPlaneTriharmonic:
-      for (std::size_t i = 0; i < n; ++i) {
-        const double q = squared[i];
-        const double log = log_squared(q);
-        squared[i] = -0.5 * q * q * log;
-        slope[i] = -q * (log + 0.5);
-      }
-      break;
-    case RbfForm::kSpaceBiharmonic:
-      for (std::size_t i = 0; i < n; ++i) {
-        const double r = std::sqrt(squared[i]);
-        squared[i] = -r;
-        slope[i] = -0.5 / (r + kTiny);
-      }
-      break;
-    case RbfForm::kSpaceTriharmonic:
-      for (std::size_t i = 0; i < n; ++i) {
-        const double r = std::sqrt(squared[i]);
-        squared[i] *= r;
-        slope[i] = 1.5 * r;
-      }
-      break;
-  }
 }
 
 // phi is a multiple c of the fundamental solution of (-Laplace)^p. Minimising

@@ -5,15 +5,15 @@
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <span>
 
 #include "engine/holes/problem/hole.h"
+#include "engine/holes/rbf/rbf_loops.h"
 
 namespace orbweave {
 
 /// The natural logarithm of a positive normal number, to about two units in the last place: with
 /// x = 2^k m and s = (m - 1) / (m + 1), log x = k log 2 + 2 artanh s, |s| < 0.172. Branch-free
-/// and without conversions, so that compilers vectorise loops over it.
+/// and without conversions, so that rbf_loops.inl computes the same bits on several lanes.
 inline double rbf_log(double x) {
   constexpr std::uint64_t kRootHalf = 0x3fe6a09e667f3bcd;  // sqrt(1/2): m lies in [it, 2 x it)
   constexpr std::uint64_t kOne = 0x3ff0000000000000;
@@ -33,14 +33,7 @@ inline double rbf_log(double x) {
   return k * 0x1.62e42fefa39efp-1 + 2.0 * (s + s * (t * series));
 }
 
-/// A kernel with the sign that makes it conditionally positive definite.
-enum class RbfForm { kPlaneBiharmonic, kPlaneTriharmonic, kSpaceBiharmonic, kSpaceTriharmonic };
 RbfForm rbf_form(int dimension, RbfKernel kernel);
-
-/// phi of squared distances, in place.
-void rbf_kernel(RbfForm form, std::span<double> squared);
-/// From squared distances: phi in place, and d phi / d (r^2).
-void rbf_kernel_slope(RbfForm form, std::span<double> squared, std::span<double> slope);
 
 /// Smoothing: what is added to the kernel matrix's diagonal so that details shorter than about
 /// 2 pi x `length` fade where sites lie `spacing` apart.

@@ -1,6 +1,7 @@
 // Which chords of a loop may be used, and how triangles bend and spread.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -40,7 +41,15 @@ struct Facet {
   Vec3 normal;
   double area = 0.0;
 };
-Facet facet(Vec3 a, Vec3 b, Vec3 c);
+inline Facet facet(Vec3 a, Vec3 b, Vec3 c) {
+  // Area below this share of the longest edge's square is rounding.
+  constexpr double kFlat = 1e-10;
+  const Vec3 normal = cross(b - a, c - a);
+  const double doubled = norm(normal);
+  const double longest = std::max({squared_norm(b - a), squared_norm(c - b), squared_norm(a - c)});
+  if (!(doubled > kFlat * longest)) return {Vec3{}, 0.5 * doubled};
+  return {normal / doubled, 0.5 * doubled};
+}
 
 /// The least cost triangulation of the corners `ring` of the loop, in its order; `behind[i]` is the
 /// normal behind the edge from ring[i] to the next. Appends to `out`; false where there is none.

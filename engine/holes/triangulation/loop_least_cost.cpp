@@ -19,7 +19,10 @@ constexpr std::uint32_t kImpossible = std::numeric_limits<std::uint32_t>::max();
 
 std::uint32_t bend(Vec3 a, Vec3 b) {
   if (a == Vec3{} || b == Vec3{}) return 0;
-  return static_cast<std::uint32_t>(std::lround(kSteps * std::clamp(1.0 - dot(a, b), 0.0, 2.0)));
+  const double steps = kSteps * std::clamp(1.0 - dot(a, b), 0.0, 2.0);
+  // As std::lround, which is a call: what is left of the steps has no rounding.
+  const auto whole = static_cast<std::int64_t>(steps);
+  return static_cast<std::uint32_t>(whole + (steps - static_cast<double>(whole) >= 0.5 ? 1 : 0));
 }
 
 struct Cost {
@@ -33,11 +36,17 @@ Cost sum(const Cost& a, const Cost& b) {
   return {std::max(a.bend, b.bend), a.area + b.area, a.length + b.length};
 }
 
+constexpr double kSame = 1e-9;
+
 bool is_less(const Cost& a, const Cost& b) {
-  constexpr double kSame = 1e-9;
   if (a.bend != b.bend) return a.bend < b.bend;
   if (std::abs(a.area - b.area) > kSame * b.area) return a.area < b.area;
   return a.length < b.length * (1.0 - kSame);
+}
+
+/// Whether no cost that bends at least this much and has at least this area is less.
+bool is_no_less(std::uint32_t bend, double area, const Cost& than) {
+  return bend > than.bend || (bend == than.bend && area - than.area > kSame * than.area);
 }
 
 /// Liepa's way, O(n^3): the best triangle at an edge is chosen without regard to the triangle that
@@ -46,7 +55,8 @@ class LeastCost {
  public:
   LeastCost(const LoopInSpace& loop, const LoopChords& chords, std::span<const std::uint32_t> ring,
             std::span<const Vec3> behind)
-      : loop_(loop), chords_(chords), ring_(ring), behind_(behind), n_(ring.size()) {
+      : chords_(chords), ring_(ring), behind_(behind), n_(ring.size()) {
+    for (const std::uint32_t corner : ring) corners_.push_back(loop.corners[corner]);
     cells_.resize(n_ * n_);
     bends_.assign(n_ * n_, kImpossible);
     for (std::size_t i = 0; i + 1 < n_; ++i) set(i, i + 1, {{0, 0.0, 0.0}, 0, behind_[i]});
@@ -81,8 +91,6 @@ class LeastCost {
     std::uint32_t apex = 0;  ///< of the triangle at the edge i-j
     Vec3 normal;             ///< of that triangle, or of the face behind the rim
   };
-  Vec3 at(std::size_t i) const { return loop_.corners[ring_[i]]; }
-
   /// At (i, j) and at (j, i): what is looked at one after the other then lies so in memory.
   void set(std::size_t i, std::size_t j, const Cell& cell) {
     cells_[i * n_ + j] = cells_[j * n_ + i] = cell;
@@ -92,7 +100,8 @@ class LeastCost {
   void choose(std::size_t i, std::size_t j) {
     const bool closes = i == 0 && j + 1 == n_;
     if (!closes && !chords_.allows(ring_[i], ring_[j])) return;
-    const double chord = closes ? 0.0 : squared_norm(at(j) - at(i));
+    const Vec3 first = corners_[i], last = corners_[j];
+    const double chord = closes ? 0.0 : squared_norm(last - first);
     Cell best;
     for (std::size_t k = i + 1; k < j; ++k) {
       const std::uint32_t least = std::max(bends_[i * n_ + k], bends_[j * n_ + k]);
@@ -100,10 +109,12 @@ class LeastCost {
       const Cell& left = cells_[i * n_ + k];
       const Cell& right = cells_[j * n_ + k];
       Cost cost = sum(left.cost, right.cost);
-      const Facet face = facet(at(i), at(k), at(j));
+      if (is_no_less(least, cost.area, best.cost)) continue;
+      const Facet face = facet(first, corners_[k], last);
       const std::uint32_t own = face.normal == Vec3{} ? kFlatBend
                                                       : std::max(bend(face.normal, left.normal),
                                                                  bend(face.normal, right.normal));
+      if (own > best.cost.bend) continue;
       cost.bend = std::max({cost.bend, own, closes ? bend(face.normal, behind_[n_ - 1]) : 0U});
       cost.area += face.area;
       cost.length += chord;
@@ -112,11 +123,11 @@ class LeastCost {
     set(i, j, best);
   }
 
-  const LoopInSpace& loop_;
   const LoopChords& chords_;
   std::span<const std::uint32_t> ring_;
   std::span<const Vec3> behind_;
   std::size_t n_;
+  std::vector<Vec3> corners_;  ///< of the ring
   std::vector<Cell> cells_;
   std::vector<std::uint32_t> bends_;
 };
@@ -196,7 +207,9 @@ class LeastCostByApex {
     if (j - i == 1) best.cost.bend = bend(normal, behind_[i]);
     for (std::size_t apex = i + 1; apex < j; ++apex) {
       const Cell& candidate = cell(i, j, apex);
-      if (candidate.cost.bend == kImpossible || candidate.cost.bend > best.cost.bend) continue;
+      if (candidate.cost.bend == kImpossible ||
+          is_no_less(candidate.cost.bend, candidate.cost.area, best.cost))
+        continue;
       Cost cost = candidate.cost;
       cost.bend = std::max(cost.bend, bend(normal, candidate.normal));
       if (is_less(cost, best.cost)) best = {cost, static_cast<std::uint32_t>(apex)};

@@ -46,16 +46,6 @@ bool LoopChords::forbid_repeated(std::span<const CornerTriangle> triangles) {
   return found;
 }
 
-Facet facet(Vec3 a, Vec3 b, Vec3 c) {
-  // Area below this share of the longest edge's square is rounding.
-  constexpr double kFlat = 1e-10;
-  const Vec3 normal = cross(b - a, c - a);
-  const double doubled = norm(normal);
-  const double longest = std::max({squared_norm(b - a), squared_norm(c - b), squared_norm(a - c)});
-  if (!(doubled > kFlat * longest)) return {Vec3{}, 0.5 * doubled};
-  return {normal / doubled, 0.5 * doubled};
-}
-
 namespace {
 
 std::vector<CornerTriangle> attempt(const LoopInSpace& loop, const LoopChords& chords,

@@ -39,8 +39,11 @@ struct StoredSurface::LoadedChunk {
     const LocalNumbers known = numbers();
     const std::uint64_t slot = known.local(vertex);
     if (slot == known.count()) return;
-    for (std::uint32_t i = first[slot]; i < first[slot + 1]; ++i)
-      out.push_back(known.global(triangles[at[i]]));
+    const std::uint32_t begin = first[slot], end = first[slot + 1];
+    const std::size_t before = out.size();
+    out.resize(before + (end - begin));
+    Triangle64* to = out.data() + before;
+    for (std::uint32_t i = begin; i < end; ++i) *to++ = known.global(triangles[at[i]]);
   }
 };
 
@@ -219,7 +222,7 @@ void StoredSurface::triangles_at(std::span<const std::uint64_t> vertices,
         if (other != held) neighbor = cache_->get(held = other);
         neighbor->add_triangles(vertices[i], out);
       }
-      if (!removed_.empty()) {
+      if (removed_at_.may_have(vertices[i])) {
         out.erase(std::remove_if(out.begin() + begin, out.end(),
                                  [&](const Triangle64& t) {
                                    return std::binary_search(removed_.begin(), removed_.end(), t);

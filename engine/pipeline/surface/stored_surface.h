@@ -2,6 +2,7 @@
 // asked for, in bounded memory.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -14,6 +15,31 @@
 
 namespace orbweave {
 
+/// Which vertices triangles may have: most vertices that others have are told apart by one bit.
+class VertexFilter {
+ public:
+  VertexFilter() = default;
+  explicit VertexFilter(std::span<const Triangle64> triangles) {
+    if (triangles.empty()) return;
+    constexpr std::size_t kBitsPerCorner = 8;
+    bits_.resize(std::bit_ceil(3 * kBitsPerCorner * triangles.size() / 64 + 1));
+    for (const Triangle64& t : triangles)
+      for (const std::uint64_t vertex : t)
+        bits_[bit_of(vertex) / 64] |= std::uint64_t{1} << (bit_of(vertex) % 64);
+  }
+  bool may_have(std::uint64_t vertex) const {
+    return !bits_.empty() && ((bits_[bit_of(vertex) / 64] >> (bit_of(vertex) % 64)) & 1) != 0;
+  }
+
+ private:
+  std::size_t bit_of(std::uint64_t vertex) const {
+    constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15;
+    return static_cast<std::size_t>((vertex * kGolden) >> 20) & (64 * bits_.size() - 1);
+  }
+
+  std::vector<std::uint64_t> bits_;
+};
+
 class StoredSurface : public Surface {
  public:
   /// `reach`: no triangle has an edge longer than that. `memory_bytes`: what the chunks kept may
@@ -24,7 +50,10 @@ class StoredSurface : public Surface {
   ~StoredSurface() override;
 
   /// Triangles that no longer count, sorted. Not while others ask.
-  void remove(std::vector<Triangle64> triangles) { removed_ = std::move(triangles); }
+  void remove(std::vector<Triangle64> triangles) {
+    removed_ = std::move(triangles);
+    removed_at_ = VertexFilter(removed_);
+  }
   const std::vector<Triangle64>& removed() const { return removed_; }
 
   /// From now on the chunks kept may hold that much. Not while others ask.
@@ -55,6 +84,7 @@ class StoredSurface : public Surface {
   double reach_;
   bool with_values_;
   std::vector<Triangle64> removed_;
+  VertexFilter removed_at_;
   std::unique_ptr<Cache> cache_;
 };
 
