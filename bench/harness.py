@@ -70,9 +70,10 @@ def _wait_for_group(group, seconds=60.0):
     os.killpg(group, signal.SIGKILL)
 
 
-def run_within(command, seconds, memory_bytes=None):
-    """As run(), at the lowest priority and with limits on wall time and resident memory. A program that exceeds one is
-    stopped; the result is then {"stopped": reason} with what was measured until then."""
+def run_within(command, cpu_seconds, memory_bytes):
+    """As run(), at the lowest priority and with limits on processor time and resident memory: wall time would say how busy
+    the machine is. At three times the limit of wall time a program is stopped all the same. A program that was stopped
+    has {"stopped": reason} and what was measured until then."""
     words = ["nice", "-n", "19", *(str(word) for word in command)]
     begin = time.monotonic()
     usage, reason = {"peak_memory_bytes": 0, "cpu_seconds": 0.0}, None
@@ -83,10 +84,10 @@ def run_within(command, seconds, memory_bytes=None):
                 while process.poll() is None and reason is None:
                     time.sleep(0.2)
                     usage = _usage(process.pid) or usage
-                    if time.monotonic() - begin > seconds:
-                        reason = f"not ended in {seconds:.0f} s"
-                    elif memory_bytes is not None and usage["peak_memory_bytes"] > memory_bytes:
-                        reason = f"more than {memory_bytes / 2**30:.0f} GiB after {time.monotonic() - begin:.0f} s"
+                    if usage["cpu_seconds"] > cpu_seconds or time.monotonic() - begin > 3 * cpu_seconds:
+                        reason = f"not ended in {usage['cpu_seconds']:.0f} CPU s"
+                    elif usage["peak_memory_bytes"] > memory_bytes:
+                        reason = f"more than {memory_bytes / 2**30:.0f} GiB after {usage['cpu_seconds']:.0f} CPU s"
             finally:
                 if process.poll() is None:
                     os.killpg(process.pid, signal.SIGKILL)

@@ -15,6 +15,7 @@
 #include "engine/holes/patch/crease.h"
 #include "engine/holes/patch/creased_fill.h"
 #include "engine/holes/patch/direct_fill.h"
+#include "engine/holes/patch/folded_patch.h"
 #include "engine/holes/patch/patch_defect.h"
 #include "engine/holes/patch/patch_intersections.h"
 #include "engine/holes/patch/rim.h"
@@ -60,6 +61,10 @@ HolePatch left_open_in_scene() {
       OpenReason::kTooWide);
 }
 
+HolePatch left_open_folded() {
+  return left_open("every patch folds back over the surface around it");
+}
+
 /// The part of a patch that crosses nothing, where every patch crosses the surface.
 HolePatch part_clear_of_surface(const HoleProblem& problem, HolePatch patch,
                                 const std::vector<Contact>& contacts) {
@@ -93,6 +98,10 @@ class Attempts {
       tangled_.push_back({std::move(contacts), avoidable, std::move(patch)});
       fails("the patch crosses the surface");
       return avoidable == 0;
+    }
+    if (is_refused(patch)) {
+      has_folded_ = true;
+      return fails("the patch folds back over the surface around it");
     }
     best_ = std::move(patch);
     fewest_contacts_ = 0;
@@ -147,16 +156,17 @@ class Attempts {
   HolePatch result() {
     if (best_.method == FillMethod::kNone) untangle_best();
     if (options_.whole && has_crossed_ && fewest_contacts_ > 0) return left_open_in_scene();
+    if (best_.method == FillMethod::kNone && has_folded_) return left_open_folded();
     if (best_.method == FillMethod::kNone) {
       return left_open(last_fault_ == first_fault_ ? first_fault_
                                                    : joined(first_fault_, last_fault_));
     }
     if (fewest_contacts_ == 0) {
       best_.reason = joined(first_fault_, best_.reason);
-      return std::move(best_);
+      return unless_folded(std::move(best_));
     }
     if (!options_.allow_intersections)
-      return part_clear_of_surface(problem_, std::move(best_), least_contacts_);
+      return unless_folded(part_clear_of_surface(problem_, std::move(best_), least_contacts_));
     best_.reason = joined(best_.reason, "every patch crosses the surface, this one " +
                                             std::to_string(fewest_contacts_) + " times");
     return std::move(best_);
@@ -173,6 +183,14 @@ class Attempts {
   static bool may_be_untangled(const Tangled& candidate) {
     constexpr std::size_t kMostContacts = 32;
     return candidate.contacts.size() <= kMostContacts;
+  }
+
+  bool is_refused(const HolePatch& patch) const {
+    return options_.unfolded && is_folded(problem_, patch);
+  }
+
+  HolePatch unless_folded(HolePatch patch) const {
+    return is_refused(patch) ? left_open_folded() : std::move(patch);
   }
 
   const RimPiercings& piercings() {
@@ -249,6 +267,7 @@ class Attempts {
   std::string last_fault_;
   bool too_large_ = false;
   bool has_crossed_ = false;
+  bool has_folded_ = false;
 };
 
 /// A few triangles meet what they meet whatever the method: looked for only where that matters.
@@ -258,6 +277,7 @@ HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options) {
   if (std::string defect = patch_defect(problem, patch); !defect.empty()) {
     return left_open(std::move(defect));
   }
+  if (options.unfolded && is_folded(problem, patch)) return left_open_folded();
   if (options.allow_intersections) return patch;
   const std::vector<Contact> contacts = find_contacts(problem, patch);
   return part_clear_of_surface(problem, std::move(patch), contacts);
