@@ -65,9 +65,14 @@ HolePatch left_open_folded() {
   return left_open("every patch folds back over the surface around it");
 }
 
-/// The part of a patch that crosses nothing, where every patch crosses the surface.
-HolePatch part_clear_of_surface(const HoleProblem& problem, HolePatch patch,
-                                const std::vector<Contact>& contacts) {
+/// The part of a patch that crosses nothing, where every patch crosses the surface. Triangles that
+/// are folded go, too, where they may not stay.
+HolePatch part_clear_of_surface(const HoleProblem& problem, const PatchOptions& options,
+                                HolePatch patch, std::vector<Contact> contacts) {
+  if (options.unfolded && !contacts.empty()) {
+    const auto sheet = static_cast<std::uint32_t>(patch.triangles.size());
+    for (const std::uint32_t t : folded_triangles(problem, patch)) contacts.push_back({t, sheet});
+  }
   HolePatch part = sound_part(problem, std::move(patch), contacts);
   if (part.method == FillMethod::kNone) return left_open("every patch crosses the surface");
   if (part.open_edges > 0)
@@ -166,7 +171,8 @@ class Attempts {
       return unless_folded(std::move(best_));
     }
     if (!options_.allow_intersections)
-      return unless_folded(part_clear_of_surface(problem_, std::move(best_), least_contacts_));
+      return part_clear_of_surface(problem_, options_, std::move(best_),
+                                   std::move(least_contacts_));
     best_.reason = joined(best_.reason, "every patch crosses the surface, this one " +
                                             std::to_string(fewest_contacts_) + " times");
     return std::move(best_);
@@ -279,8 +285,8 @@ HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options) {
   }
   if (options.unfolded && is_folded(problem, patch)) return left_open_folded();
   if (options.allow_intersections) return patch;
-  const std::vector<Contact> contacts = find_contacts(problem, patch);
-  return part_clear_of_surface(problem, std::move(patch), contacts);
+  std::vector<Contact> contacts = find_contacts(problem, patch);
+  return part_clear_of_surface(problem, options, std::move(patch), std::move(contacts));
 }
 
 /// A loop whose corners are all different.
@@ -301,11 +307,18 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
 }
 
 /// Parts close their loops whole. Which of their triangles cross the surface is known once all
-/// parts are together.
+/// parts are together, and so is the share that is folded where a part has no unfolded patch.
 HolePatch fill_parts(const HoleProblem& problem, const BoxTree& sheet, PatchOptions options) {
   options.allow_intersections = true;
-  HolePatch patch = fill_by_parts(
-      problem, sheet, [&](const HoleProblem& part) { return fill_simple(part, options); });
+  const auto filled = [&] {
+    return fill_by_parts(problem, sheet,
+                         [&](const HoleProblem& part) { return fill_simple(part, options); });
+  };
+  HolePatch patch = filled();
+  if (patch.method == FillMethod::kNone && options.unfolded) {
+    options.unfolded = false;
+    patch = filled();
+  }
   if (patch.method != FillMethod::kNone) patch.reason = "taken apart where the loop touches itself";
   return patch;
 }

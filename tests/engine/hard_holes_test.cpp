@@ -442,6 +442,38 @@ TEST_CASE("ThePaneOfAWindowLiesAtTheGroundOfItsReveal") {
   check_pane(with_window(kPane), "turns away all along the rim");
 }
 
+TEST_CASE("LoopsThatOnlyAFoldedPatchClosesStayOpenInAScene") {
+  // A floor with a slit whose sides are thrust over each other half way along it: what joins the
+  // edges there runs back between the two layers, underside up.
+  const auto floor_with_slit = [](double thrust) {
+    TriangleMesh mesh = test::square_mesh(100);
+    cut(mesh, [](Vec3 p) { return std::abs(p.x - 0.5) < 0.021 && std::abs(p.y - 0.5) < 0.06; });
+    for (Vec3& p : mesh.vertices.positions) {
+      const double share = std::max(0.0, 1.0 - std::abs(p.y - 0.5) / 0.03) *
+                           std::max(0.0, 1.0 - std::abs(p.x - 0.5) / 0.2);
+      const bool is_left = p.x < 0.5;
+      p.x += (is_left ? thrust : -thrust) * share;
+      p.z += is_left ? 0.0 : 0.5 * std::abs(thrust) * share;
+    }
+    return mesh;
+  };
+  const auto slit_of = [](const FilledMesh& filled) {
+    return *std::find_if(filled.holes.begin(), filled.holes.end(),
+                         [](const HoleFacts& hole) { return hole.diameter < 0.5; });
+  };
+  const TriangleMesh thrust = floor_with_slit(0.05);
+  const FilledMesh left = fill_mesh(thrust, {});
+  const HoleFacts open = slit_of(left);
+  CHECK_FALSE(open.filled);
+  CHECK_THAT(open.reason, Catch::Contains("folds back"));
+  CHECK(left.mesh.triangles.size() == thrust.triangles.size());
+  // Without a thrust the slit is a hole like others, and so it is where all is to be closed.
+  CHECK(slit_of(fill_mesh(floor_with_slit(0.0), {})).filled);
+  FillOptions no_limit;
+  no_limit.max_diameter = std::numeric_limits<double>::infinity();
+  CHECK(slit_of(fill_mesh(thrust, no_limit)).filled);
+}
+
 TEST_CASE("WideGapsOfAnOpenSceneThatSomethingStandsInStayOpen") {
   // A floor with a gap, and a blade that leans from its edge across all of it.
   const auto floor_with_blade = [](double radius) {
