@@ -16,6 +16,7 @@
 #include "engine/holes/patch/creased_fill.h"
 #include "engine/holes/patch/direct_fill.h"
 #include "engine/holes/patch/folded_patch.h"
+#include "engine/holes/patch/patch_confidence.h"
 #include "engine/holes/patch/patch_defect.h"
 #include "engine/holes/patch/patch_intersections.h"
 #include "engine/holes/patch/rim.h"
@@ -52,6 +53,12 @@ HolePatch left_open(std::string reason, OpenReason open = OpenReason::kOther) {
 std::string joined(std::string a, std::string_view b) {
   if (!a.empty() && !b.empty()) a += "; ";
   return a += b;
+}
+
+/// A patch of several parts has theirs already.
+void judge(const HoleProblem& problem, HolePatch& patch) {
+  if (patch.confidence == 0.0 && rim_spacing(problem) > 0.0)
+    patch.confidence = patch_confidence(evidence_of(problem, patch));
 }
 
 HolePatch left_open_in_scene() {
@@ -166,6 +173,7 @@ class Attempts {
       return left_open(last_fault_ == first_fault_ ? first_fault_
                                                    : joined(first_fault_, last_fault_));
     }
+    judge(problem_, best_);
     if (fewest_contacts_ == 0) {
       best_.reason = joined(first_fault_, best_.reason);
       return unless_folded(std::move(best_));
@@ -237,6 +245,7 @@ class Attempts {
 
   bool settles(HolePatch patch, const char* reason) {
     patch.reason = joined(reason, patch.reason);
+    patch.is_flat = true;
     take(std::move(patch));
     if (fewest_contacts_ > 0 && is_tangled()) untangle_best();
     if (fewest_contacts_ == 0) return true;
@@ -284,6 +293,7 @@ HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options) {
     return left_open(std::move(defect));
   }
   if (options.unfolded && is_folded(problem, patch)) return left_open_folded();
+  judge(problem, patch);
   if (options.allow_intersections) return patch;
   std::vector<Contact> contacts = find_contacts(problem, patch);
   return part_clear_of_surface(problem, options, std::move(patch), std::move(contacts));
@@ -366,6 +376,7 @@ HolePatch fill_hole(const HoleProblem& problem, const PatchOptions& options) {
   const RimAngles angles = rim_angles(problem, patch);
   patch.rim_dihedral_rad = angles.largest;
   patch.rim_mean_rad = angles.mean;
+  patch.confidence *= 1.0 - patch.open_edges / static_cast<double>(problem.loop.size());
   return patch;
 }
 

@@ -10,7 +10,6 @@
 #include "engine/holes/loops/islands.h"
 #include "engine/holes/loops/neighborhood.h"
 #include "engine/holes/loops/open_scenes.h"
-#include "engine/holes/patch/patch_confidence.h"
 
 namespace orbweave {
 namespace {
@@ -87,23 +86,6 @@ std::vector<std::vector<Edge64>> shared_pairs(std::span<const BoundaryLoop> loop
   return pairs;
 }
 
-namespace {
-
-double area_of(const HoleProblem& problem, const HolePatch& patch) {
-  const auto given = static_cast<std::uint32_t>(problem.positions.size());
-  const auto position = [&](std::uint32_t v) {
-    return v < given ? problem.positions[v] : patch.positions[v - given];
-  };
-  double area = 0.0;
-  for (const Triangle& t : patch.triangles) {
-    const Vec3 a = position(t[0]);
-    area += 0.5 * norm(cross(position(t[1]) - a, position(t[2]) - a));
-  }
-  return area;
-}
-
-}  // namespace
-
 LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<const Edge64> taken,
                     const HoleFacts& known, const FillOptions& options, const StopToken* stop,
                     const LoopManner& manner) {
@@ -144,10 +126,7 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
     facts.condition = patch.condition;
     facts.rim_dihedral_deg = patch.rim_dihedral_rad * 180.0 / std::numbers::pi;
     facts.rim_mean_deg = patch.rim_mean_rad * 180.0 / std::numbers::pi;
-    const double edges = static_cast<double>(loop.vertices.size());
-    facts.confidence = patch_confidence({.width = loop_width(loop) / loop_spacing(loop),
-                                         .rim_angle = patch.rim_mean_rad,
-                                         .open_share = patch.open_edges / edges});
+    facts.confidence = patch.confidence;
     result.triangles.reserve(patch.triangles.size());
     for (const Triangle& t : patch.triangles) {
       result.triangles.push_back(in_mesh_numbers(t, gathered.vertices));
