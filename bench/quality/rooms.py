@@ -7,7 +7,8 @@ through two scans, and trees. This program runs the job files of configs/; Open3
 turned towards the true places of the scanners. F-score: harmonic mean of the share of the mesh within two spacings
 of the truth and of the share of the truth within two spacings of the mesh, by area (`orbweave compare`). Of Poisson's
 mesh and its trimmed one the better counts. A peer that exceeds --peer-seconds or --peer-memory is stopped and has
-no F-score. Filled: area of patches without panes. A pane counts as closed flat where
+no F-score. The last table has what patches that close their loops whole were said to be worth, and what they were.
+Filled: area of patches without panes. A pane counts as closed flat where
 the mesh is within two spacings of it, by the root mean square of points spread over the pane. The exit status is 1 where a
 peer's F-score is higher, more than 3 % are filled, triangles cross, or fewer than 90 % of the panes up to 48 spacings
 are closed flat, or a wider one is neither flat nor listed.
@@ -27,6 +28,7 @@ interpreter.need("numpy")
 
 import harness  # noqa: E402
 import numpy as np  # noqa: E402
+import patch_truth  # noqa: E402
 from meshes import read_ply, write_cloud  # noqa: E402
 
 NOISE = 0.2  # spacings
@@ -131,7 +133,8 @@ def ours(scene, options):
     panes = [pane_row(scene, number, report, mesh) for number in scene.panes] if scene.name == "room" else []
     filled = (facts["patch_area"] - sum(row["area"] for row in panes if row.get("closed"))) / facts["area"]
     within = [row for row in panes if row["width_spacings"] <= LIMIT]
-    return panes, {"scene": scene.name, "points": report["input"]["points_read"], "program": "orbweave",
+    patches = patch_truth.patch_rows(scene.program, scene.work, mesh, report, scene.truth, scene.spacing)
+    return panes, patches, {"scene": scene.name, "points": report["input"]["points_read"], "program": "orbweave",
                    "wall_seconds": result["wall_seconds"],
                    "cpu_seconds": result["user_seconds"] + result["system_seconds"],
                    "peak_gib": result["peak_memory_bytes"] / 2**30, **scene.judged(mesh), "components": facts["components"],
@@ -186,11 +189,12 @@ def main():
     harness.add_common_options(parser)
     options = parser.parse_args()
     work = harness.prepare(options)
-    rows, pane_rows, missed = [], [], []
+    rows, pane_rows, all_patches, missed = [], [], [], []
     for name in [options.only] if options.only else sorted(CONFIGS, reverse=True):
         for points in (int(text) for text in options.points.split(",")):
             scene = Scene(options, work, name, points)
-            panes, row = ours(scene, options)
+            panes, patches, row = ours(scene, options)
+            all_patches += patches
             others = [] if options.no_peers else peers(scene, row["radii"], options)
             rows += [row, *others]
             pane_rows += panes
@@ -201,7 +205,10 @@ def main():
     print("\n" + harness.table(rows, COLUMNS))
     if pane_rows:
         print("\n" + harness.table(pane_rows, PANE_COLUMNS))
-    harness.write_results(options, "rooms", rows, {"panes": pane_rows})
+    whole = [patch for patch in all_patches if patch["open_edges"] == 0]
+    confidence = list(patch_truth.class_rows("all", whole))
+    print("\n" + harness.table(confidence, patch_truth.COLUMNS))
+    harness.write_results(options, "rooms", rows, {"panes": pane_rows, "confidence": confidence})
     print("missed: " + "; ".join(missed) if missed else "all targets hold")
     return 1 if missed else 0
 

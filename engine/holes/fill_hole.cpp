@@ -55,10 +55,14 @@ std::string joined(std::string a, std::string_view b) {
   return a += b;
 }
 
-/// A patch of several parts has theirs already.
-void judge(const HoleProblem& problem, HolePatch& patch) {
-  if (patch.confidence == 0.0 && rim_spacing(problem) > 0.0)
-    patch.confidence = patch_confidence(evidence_of(problem, patch));
+/// A patch of several parts has theirs already. The rim of a hole in an object seen from all around
+/// is rough because the surface curves. What is missing of an open scene, where patches may not
+/// fold, lies in the shadow of something, and a rough rim runs over both.
+void judge(const HoleProblem& problem, const PatchOptions& options, HolePatch& patch) {
+  if (patch.confidence > 0.0 || !(rim_spacing(problem) > 0.0)) return;
+  PatchEvidence evidence = evidence_of(problem, patch);
+  if (!options.unfolded && !evidence.is_pane) evidence.roughness = 0.0;
+  patch.confidence = patch_confidence(evidence);
 }
 
 HolePatch left_open_in_scene() {
@@ -173,7 +177,7 @@ class Attempts {
       return left_open(last_fault_ == first_fault_ ? first_fault_
                                                    : joined(first_fault_, last_fault_));
     }
-    judge(problem_, best_);
+    judge(problem_, options_, best_);
     if (fewest_contacts_ == 0) {
       best_.reason = joined(first_fault_, best_.reason);
       return unless_folded(std::move(best_));
@@ -293,7 +297,7 @@ HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options) {
     return left_open(std::move(defect));
   }
   if (options.unfolded && is_folded(problem, patch)) return left_open_folded();
-  judge(problem, patch);
+  judge(problem, options, patch);
   if (options.allow_intersections) return patch;
   std::vector<Contact> contacts = find_contacts(problem, patch);
   return part_clear_of_surface(problem, options, std::move(patch), std::move(contacts));
