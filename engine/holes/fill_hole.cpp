@@ -56,12 +56,12 @@ std::string joined(std::string a, std::string_view b) {
 }
 
 /// A patch of several parts has theirs already. The rim of a hole in an object seen from all around
-/// is rough because the surface curves. What is missing of an open scene, where patches may not
-/// fold, lies in the shadow of something, and a rough rim runs over both.
-void judge(const HoleProblem& problem, const PatchOptions& options, HolePatch& patch) {
+/// is rough because the surface curves. What is missing of an open scene lies in the shadow of
+/// something, and a rough rim runs over both.
+void judge(const HoleProblem& problem, bool in_scene, HolePatch& patch) {
   if (patch.confidence > 0.0 || !(rim_spacing(problem) > 0.0)) return;
   PatchEvidence evidence = evidence_of(problem, patch);
-  if (!options.unfolded && !evidence.is_pane) evidence.roughness = 0.0;
+  if (!in_scene && !evidence.is_pane) evidence.roughness = 0.0;
   patch.confidence = patch_confidence(evidence);
 }
 
@@ -96,8 +96,8 @@ HolePatch part_clear_of_surface(const HoleProblem& problem, const PatchOptions& 
 /// are moved out of the way of what they meet.
 class Attempts {
  public:
-  Attempts(const HoleProblem& problem, const PatchOptions& options)
-      : problem_(problem), options_(options) {}
+  Attempts(const HoleProblem& problem, const PatchOptions& options, bool in_scene)
+      : problem_(problem), options_(options), in_scene_(in_scene) {}
 
   /// True when the patch is sound and meets nothing but what the loop's own edges meet: no other
   /// one is better.
@@ -177,7 +177,7 @@ class Attempts {
       return left_open(last_fault_ == first_fault_ ? first_fault_
                                                    : joined(first_fault_, last_fault_));
     }
-    judge(problem_, options_, best_);
+    judge(problem_, in_scene_, best_);
     if (fewest_contacts_ == 0) {
       best_.reason = joined(first_fault_, best_.reason);
       return unless_folded(std::move(best_));
@@ -275,6 +275,7 @@ class Attempts {
 
   const HoleProblem& problem_;
   const PatchOptions& options_;
+  const bool in_scene_;
   std::optional<LoopTriangles> loop_;
   std::optional<RimPiercings> piercings_;
   std::optional<BoxTree> sheet_;
@@ -290,26 +291,26 @@ class Attempts {
 };
 
 /// A few triangles meet what they meet whatever the method: looked for only where that matters.
-HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options) {
+HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options, bool in_scene) {
   HolePatch patch = direct_fill(problem);
   if (patch.method == FillMethod::kNone) return patch;
   if (std::string defect = patch_defect(problem, patch); !defect.empty()) {
     return left_open(std::move(defect));
   }
   if (options.unfolded && is_folded(problem, patch)) return left_open_folded();
-  judge(problem, options, patch);
+  judge(problem, in_scene, patch);
   if (options.allow_intersections) return patch;
   std::vector<Contact> contacts = find_contacts(problem, patch);
   return part_clear_of_surface(problem, options, std::move(patch), std::move(contacts));
 }
 
 /// A loop whose corners are all different.
-HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
+HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options, bool in_scene) {
   const bool has_extent = rim_spacing(problem) > 0.0;
   if (problem.loop.size() <= options.direct_edges || !has_extent) {
-    return fill_small(problem, options);
+    return fill_small(problem, options, in_scene);
   }
-  Attempts attempts(problem, options);
+  Attempts attempts(problem, options, in_scene);
   if (attempts.is_hopeless()) return left_open_in_scene();
   const bool is_done = options.flat ? attempts.try_membrane() || attempts.is_too_large()
                                     : attempts.try_creased() || attempts.try_flat() ||
@@ -324,9 +325,11 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
 /// parts are together, and so is the share that is folded where a part has no unfolded patch.
 HolePatch fill_parts(const HoleProblem& problem, const BoxTree& sheet, PatchOptions options) {
   options.allow_intersections = true;
+  const bool in_scene = options.unfolded;
   const auto filled = [&] {
-    return fill_by_parts(problem, sheet,
-                         [&](const HoleProblem& part) { return fill_simple(part, options); });
+    return fill_by_parts(problem, sheet, [&](const HoleProblem& part) {
+      return fill_simple(part, options, in_scene);
+    });
   };
   HolePatch patch = filled();
   if (patch.method == FillMethod::kNone && options.unfolded) {
@@ -338,8 +341,9 @@ HolePatch fill_parts(const HoleProblem& problem, const BoxTree& sheet, PatchOpti
 }
 
 HolePatch fill_canonical(const HoleProblem& problem, const PatchOptions& options) {
-  if (simple_parts(problem.loop).empty()) return fill_simple(problem, options);
-  Attempts attempts(problem, options);
+  const bool in_scene = options.unfolded;  // where patches may not fold
+  if (simple_parts(problem.loop).empty()) return fill_simple(problem, options, in_scene);
+  Attempts attempts(problem, options, in_scene);
   if (attempts.is_hopeless()) return left_open_in_scene();
   // Two holes that touch are two holes. Triangles between all corners of a long loop meet more than
   // the parts do.
