@@ -70,6 +70,51 @@ def _wait_for_group(group, seconds=60.0):
     os.killpg(group, signal.SIGKILL)
 
 
+def run_within(command, cpu_seconds, memory_bytes):
+    """As run(), at the lowest priority and with limits on processor time and resident memory: wall time would say how busy
+    the machine is. At three times the limit of wall time a program is stopped all the same. A program that was stopped
+    has {"stopped": reason} and what was measured until then."""
+    words = ["nice", "-n", "19", *(str(word) for word in command)]
+    begin = time.monotonic()
+    usage, reason = {"peak_memory_bytes": 0, "cpu_seconds": 0.0}, None
+    with tempfile.TemporaryFile("w+") as output, tempfile.TemporaryFile("w+") as errors:
+        with subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=output, stderr=errors,
+                              start_new_session=True) as process:
+            try:
+                while process.poll() is None and reason is None:
+                    time.sleep(0.2)
+                    usage = _usage(process.pid) or usage
+                    if usage["cpu_seconds"] > cpu_seconds or time.monotonic() - begin > 3 * cpu_seconds:
+                        reason = f"not ended in {usage['cpu_seconds']:.0f} CPU s"
+                    elif usage["peak_memory_bytes"] > memory_bytes:
+                        reason = f"more than {memory_bytes / 2**30:.0f} GiB after {usage['cpu_seconds']:.0f} CPU s"
+            finally:
+                if process.poll() is None:
+                    os.killpg(process.pid, signal.SIGKILL)
+        measured = {"wall_seconds": time.monotonic() - begin, **usage}
+        if reason:
+            return {"stopped": reason, **measured}
+        output.seek(0)
+        errors.seek(0)
+        if process.returncode != 0:
+            sys.exit(f"exit status {process.returncode} from: {' '.join(words)}\n{errors.read()[-2000:]}")
+        return {**measured, "stdout": output.read()}
+
+
+def _usage(pid):
+    """Peak of resident memory and processor seconds of a process so far; none where it has ended."""
+    try:
+        status = pathlib.Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
+        times = pathlib.Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    except OSError:
+        return None
+    peak = re.search(r"^VmHWM:\s*(\d+) kB", status, re.M)
+    if not peak:
+        return None
+    return {"peak_memory_bytes": int(peak.group(1)) * 1024,
+            "cpu_seconds": (int(times[11]) + int(times[12])) / os.sysconf("SC_CLK_TCK")}
+
+
 def spread(samples):
     """Median, extremes and the half range relative to the median."""
     middle = statistics.median(samples)

@@ -6,7 +6,9 @@ Scans come from `orbweave generate room` and `house`, with noise of 0.2 spacings
 through two scans, and trees. This program runs the job files of configs/; Open3D gets the same points, with normals
 turned towards the true places of the scanners. F-score: harmonic mean of the share of the mesh within two spacings
 of the truth and of the share of the truth within two spacings of the mesh, by area (`orbweave compare`). Of Poisson's
-mesh and its trimmed one the better counts. Filled: area of patches without panes. A pane counts as closed flat where
+mesh and its trimmed one the better counts. A peer that exceeds --peer-seconds or --peer-memory is stopped and has
+no F-score. The last table has what patches that close their loops whole were said to be worth, and what they were.
+Filled: area of patches without panes. A pane counts as closed flat where
 the mesh is within two spacings of it, by the root mean square of points spread over the pane. The exit status is 1 where a
 peer's F-score is higher, more than 3 % are filled, triangles cross, or fewer than 90 % of the panes up to 48 spacings
 are closed flat, or a wider one is neither flat nor listed.
@@ -15,6 +17,7 @@ usage: bench/quality/rooms.py [--points N,...] [--only SCENE] [--no-peers]
 """
 import argparse
 import json
+import os
 import pathlib
 import sys
 
@@ -25,6 +28,7 @@ interpreter.need("numpy")
 
 import harness  # noqa: E402
 import numpy as np  # noqa: E402
+import patch_truth  # noqa: E402
 from meshes import read_ply, write_cloud  # noqa: E402
 
 NOISE = 0.2  # spacings
@@ -32,8 +36,9 @@ LIMIT = 48  # edge lengths: of fill.max_diameter = "auto"
 TRIPODS = np.array([[1.2, 1.6, 1.5], [5.2, 1.2, 1.6], [4.4, 3.7, 1.55], [2.6, 4.4, 1.5]])
 CONFIGS = {"room": "configs/terrestrial-scan.toml", "house": "configs/airborne-lidar.toml"}
 POISSON_DEPTH = 10
-COLUMNS = ["scene", "points", "program", "wall_seconds", "precision", "recall", "f_score", "mean_spacings",
-           "opposite", "components", "crossing_pairs", "filled", "panes", "panes_flat", "doubtful"]
+PEER_CORES = {"bpa": 1, "poisson": os.cpu_count()}  # that a method makes use of
+COLUMNS = ["scene", "points", "program", "wall_seconds", "cpu_seconds", "precision", "recall", "f_score", "mean_spacings",
+           "opposite", "components", "crossing_pairs", "filled", "panes", "panes_flat", "doubtful", "peak_gib", "stopped"]
 PANE_COLUMNS = ["scene", "points", "pane", "width_spacings", "closed", "reason", "rms_spacings", "confidence",
                 "verdict"]
 
@@ -128,15 +133,18 @@ def ours(scene, options):
     panes = [pane_row(scene, number, report, mesh) for number in scene.panes] if scene.name == "room" else []
     filled = (facts["patch_area"] - sum(row["area"] for row in panes if row.get("closed"))) / facts["area"]
     within = [row for row in panes if row["width_spacings"] <= LIMIT]
-    return panes, {"scene": scene.name, "points": report["input"]["points_read"], "program": "orbweave",
-                   "wall_seconds": result["wall_seconds"], **scene.judged(mesh), "components": facts["components"],
+    patches = patch_truth.patch_rows(scene.program, scene.work, mesh, report, scene.truth, scene.spacing)
+    return panes, patches, {"scene": scene.name, "points": report["input"]["points_read"], "program": "orbweave",
+                   "wall_seconds": result["wall_seconds"],
+                   "cpu_seconds": result["user_seconds"] + result["system_seconds"],
+                   "peak_gib": result["peak_memory_bytes"] / 2**30, **scene.judged(mesh), "components": facts["components"],
                    "crossing_pairs": facts["patch_crossing_pairs"], "filled": filled,
                    "panes": len(within), "panes_flat": sum(row["flat"] for row in within),
                    "doubtful": sum(hole.get("confidence", 1.0) < 0.5 for hole in report["holes"] if hole["filled"]),
                    "radii": report["radii"]["values"]}
 
 
-def peers(scene, radii):
+def peers(scene, radii, options):
     cloud = scene.cloud_for_peers()
     rows = []
     for method, words in (("bpa", ["--radii", ",".join(map(repr, radii))]),
@@ -144,16 +152,22 @@ def peers(scene, radii):
         mesh = scene.work / "peer.ply"
         command = [harness.peer_python(), harness.PEERS / "open3d_scans.py", cloud, "--method", method, "--mesh", mesh,
                    *words]
-        facts = json.loads(harness.run(command)["stdout"].splitlines()[-1])
+        result = harness.run_within(command, PEER_CORES[method] * options.peer_seconds, options.peer_memory * 2**30)
+        row = {"scene": scene.name, "points": scene.points, "wall_seconds": result["wall_seconds"],
+               "cpu_seconds": result["cpu_seconds"], "peak_gib": result["peak_memory_bytes"] / 2**30}
+        if "stopped" in result:
+            rows.append({**row, "program": f"Open3D {method}", "stopped": result["stopped"]})
+            continue
+        facts = json.loads(result["stdout"].splitlines()[-1])
         for name, path in ((method, mesh), (method + " trimmed", scene.work / "peer-trimmed.ply")):
             if name != "bpa trimmed":
-                rows.append({"scene": scene.name, "points": facts["points"], "program": f"Open3D {name}",
+                rows.append({**row, "points": facts["points"], "program": f"Open3D {name}",
                              "wall_seconds": facts["seconds"], **scene.judged(path)})
     return rows
 
 
 def misses(scene, row, panes, others):
-    if any(other["f_score"] >= row["f_score"] for other in others):
+    if any(other.get("f_score", 0.0) >= row["f_score"] for other in others):
         yield "F-score"
     if row["filled"] > 0.03:
         yield f"filled {100 * row['filled']:.1f} %"
@@ -170,23 +184,31 @@ def main():
     parser.add_argument("--points", default="1000000", help="N,...: sizes of the clouds (1000000)")
     parser.add_argument("--only", choices=sorted(CONFIGS), help="one of the two scenes")
     parser.add_argument("--no-peers", action="store_true", help="this program alone")
+    parser.add_argument("--peer-seconds", type=float, default=600.0, help="a peer that takes more, of each core that it uses, is stopped (600)")
+    parser.add_argument("--peer-memory", type=float, default=10.0, help="GiB: a peer that takes more is stopped (10)")
     harness.add_common_options(parser)
     options = parser.parse_args()
     work = harness.prepare(options)
-    rows, pane_rows, missed = [], [], []
+    rows, pane_rows, all_patches, missed = [], [], [], []
     for name in [options.only] if options.only else sorted(CONFIGS, reverse=True):
         for points in (int(text) for text in options.points.split(",")):
             scene = Scene(options, work, name, points)
-            panes, row = ours(scene, options)
-            others = [] if options.no_peers else peers(scene, row["radii"])
+            panes, patches, row = ours(scene, options)
+            all_patches += patches
+            others = [] if options.no_peers else peers(scene, row["radii"], options)
             rows += [row, *others]
             pane_rows += panes
             missed += [f"{name} {points}: {what}" for what in misses(scene, row, panes, others)]
             print(f"{name}, {points}: F-score {row['f_score']:.4f}", flush=True)
+            for other in others:
+                print(f"  {other['program']}: {other.get('stopped') or round(other['f_score'], 4)}", flush=True)
     print("\n" + harness.table(rows, COLUMNS))
     if pane_rows:
         print("\n" + harness.table(pane_rows, PANE_COLUMNS))
-    harness.write_results(options, "rooms", rows, {"panes": pane_rows})
+    whole = [patch for patch in all_patches if patch["open_edges"] == 0]
+    confidence = list(patch_truth.class_rows("all", whole))
+    print("\n" + harness.table(confidence, patch_truth.COLUMNS))
+    harness.write_results(options, "rooms", rows, {"panes": pane_rows, "confidence": confidence})
     print("missed: " + "; ".join(missed) if missed else "all targets hold")
     return 1 if missed else 0
 

@@ -15,6 +15,8 @@
 #include "engine/holes/patch/crease.h"
 #include "engine/holes/patch/creased_fill.h"
 #include "engine/holes/patch/direct_fill.h"
+#include "engine/holes/patch/folded_patch.h"
+#include "engine/holes/patch/patch_confidence.h"
 #include "engine/holes/patch/patch_defect.h"
 #include "engine/holes/patch/patch_intersections.h"
 #include "engine/holes/patch/rim.h"
@@ -53,6 +55,16 @@ std::string joined(std::string a, std::string_view b) {
   return a += b;
 }
 
+/// A patch of several parts has theirs already. The rim of a hole in an object seen from all around
+/// is rough because the surface curves. What is missing of an open scene lies in the shadow of
+/// something, and a rough rim runs over both.
+void judge(const HoleProblem& problem, bool in_scene, HolePatch& patch) {
+  if (patch.confidence > 0.0 || !(rim_spacing(problem) > 0.0)) return;
+  PatchEvidence evidence = evidence_of(problem, patch);
+  if (!in_scene && !evidence.is_pane) evidence.roughness = 0.0;
+  patch.confidence = patch_confidence(evidence);
+}
+
 HolePatch left_open_in_scene() {
   return left_open(
       "every patch crosses the surface, and a wide gap of an open scene is not closed in part "
@@ -60,9 +72,18 @@ HolePatch left_open_in_scene() {
       OpenReason::kTooWide);
 }
 
-/// The part of a patch that crosses nothing, where every patch crosses the surface.
-HolePatch part_clear_of_surface(const HoleProblem& problem, HolePatch patch,
-                                const std::vector<Contact>& contacts) {
+HolePatch left_open_folded() {
+  return left_open("every patch folds back over the surface around it");
+}
+
+/// The part of a patch that crosses nothing, where every patch crosses the surface. Triangles that
+/// are folded go, too, where they may not stay.
+HolePatch part_clear_of_surface(const HoleProblem& problem, const PatchOptions& options,
+                                HolePatch patch, std::vector<Contact> contacts) {
+  if (options.unfolded && !contacts.empty()) {
+    const auto sheet = static_cast<std::uint32_t>(patch.triangles.size());
+    for (const std::uint32_t t : folded_triangles(problem, patch)) contacts.push_back({t, sheet});
+  }
   HolePatch part = sound_part(problem, std::move(patch), contacts);
   if (part.method == FillMethod::kNone) return left_open("every patch crosses the surface");
   if (part.open_edges > 0)
@@ -75,8 +96,8 @@ HolePatch part_clear_of_surface(const HoleProblem& problem, HolePatch patch,
 /// are moved out of the way of what they meet.
 class Attempts {
  public:
-  Attempts(const HoleProblem& problem, const PatchOptions& options)
-      : problem_(problem), options_(options) {}
+  Attempts(const HoleProblem& problem, const PatchOptions& options, bool in_scene)
+      : problem_(problem), options_(options), in_scene_(in_scene) {}
 
   /// True when the patch is sound and meets nothing but what the loop's own edges meet: no other
   /// one is better. `is_clear`: it is known to meet nothing.
@@ -94,6 +115,10 @@ class Attempts {
       tangled_.push_back({std::move(contacts), avoidable, std::move(patch)});
       fails("the patch crosses the surface");
       return avoidable == 0;
+    }
+    if (is_refused(patch)) {
+      has_folded_ = true;
+      return fails("the patch folds back over the surface around it");
     }
     best_ = std::move(patch);
     fewest_contacts_ = 0;
@@ -149,16 +174,19 @@ class Attempts {
   HolePatch result() {
     if (best_.method == FillMethod::kNone) untangle_best();
     if (options_.whole && has_crossed_ && fewest_contacts_ > 0) return left_open_in_scene();
+    if (best_.method == FillMethod::kNone && has_folded_) return left_open_folded();
     if (best_.method == FillMethod::kNone) {
       return left_open(last_fault_ == first_fault_ ? first_fault_
                                                    : joined(first_fault_, last_fault_));
     }
+    judge(problem_, in_scene_, best_);
     if (fewest_contacts_ == 0) {
       best_.reason = joined(first_fault_, best_.reason);
-      return std::move(best_);
+      return unless_folded(std::move(best_));
     }
     if (!options_.allow_intersections)
-      return part_clear_of_surface(problem_, std::move(best_), least_contacts_);
+      return part_clear_of_surface(problem_, options_, std::move(best_),
+                                   std::move(least_contacts_));
     best_.reason = joined(best_.reason, "every patch crosses the surface, this one " +
                                             std::to_string(fewest_contacts_) + " times");
     return std::move(best_);
@@ -179,6 +207,14 @@ class Attempts {
   /// How many contacts of a patch are looked for: where more leave the hole open, no more than
   /// show that.
   std::uint64_t most_wanted() const { return options_.whole ? kMostContacts + 1 : UINT64_MAX; }
+
+  bool is_refused(const HolePatch& patch) const {
+    return options_.unfolded && is_folded(problem_, patch);
+  }
+
+  HolePatch unless_folded(HolePatch patch) const {
+    return is_refused(patch) ? left_open_folded() : std::move(patch);
+  }
 
   const RimPiercings& piercings() {
     if (!piercings_) piercings_.emplace(problem_, sheet());
@@ -223,6 +259,7 @@ class Attempts {
 
   bool settles(HolePatch patch, const char* reason) {
     patch.reason = joined(reason, patch.reason);
+    patch.is_flat = true;
     take(std::move(patch));
     if (fewest_contacts_ > 0 && is_tangled()) untangle_best();
     if (fewest_contacts_ == 0) return true;
@@ -248,6 +285,7 @@ class Attempts {
 
   const HoleProblem& problem_;
   const PatchOptions& options_;
+  const bool in_scene_;
   std::optional<Rim> rim_;
   std::optional<LoopTriangles> loop_;
   std::optional<RimPiercings> piercings_;
@@ -260,27 +298,30 @@ class Attempts {
   std::string last_fault_;
   bool too_large_ = false;
   bool has_crossed_ = false;
+  bool has_folded_ = false;
 };
 
 /// A few triangles meet what they meet whatever the method: looked for only where that matters.
-HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options) {
+HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options, bool in_scene) {
   HolePatch patch = direct_fill(problem);
   if (patch.method == FillMethod::kNone) return patch;
   if (std::string defect = patch_defect(problem, patch); !defect.empty()) {
     return left_open(std::move(defect));
   }
+  if (options.unfolded && is_folded(problem, patch)) return left_open_folded();
+  judge(problem, in_scene, patch);
   if (options.allow_intersections) return patch;
-  const std::vector<Contact> contacts = find_contacts(problem, patch);
-  return part_clear_of_surface(problem, std::move(patch), contacts);
+  std::vector<Contact> contacts = find_contacts(problem, patch);
+  return part_clear_of_surface(problem, options, std::move(patch), std::move(contacts));
 }
 
 /// A loop whose corners are all different.
-HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
+HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options, bool in_scene) {
   const bool has_extent = rim_spacing(problem) > 0.0;
   if (problem.loop.size() <= options.direct_edges || !has_extent) {
-    return fill_small(problem, options);
+    return fill_small(problem, options, in_scene);
   }
-  Attempts attempts(problem, options);
+  Attempts attempts(problem, options, in_scene);
   if (attempts.is_hopeless()) return left_open_in_scene();
   const bool is_done = options.flat ? attempts.try_membrane() || attempts.is_too_large()
                                     : attempts.try_creased() || attempts.try_flat() ||
@@ -292,18 +333,28 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
 }
 
 /// Parts close their loops whole. Which of their triangles cross the surface is known once all
-/// parts are together.
+/// parts are together, and so is the share that is folded where a part has no unfolded patch.
 HolePatch fill_parts(const HoleProblem& problem, const BoxTree& sheet, PatchOptions options) {
   options.allow_intersections = true;
-  HolePatch patch = fill_by_parts(
-      problem, sheet, [&](const HoleProblem& part) { return fill_simple(part, options); });
+  const bool in_scene = options.unfolded;
+  const auto filled = [&] {
+    return fill_by_parts(problem, sheet, [&](const HoleProblem& part) {
+      return fill_simple(part, options, in_scene);
+    });
+  };
+  HolePatch patch = filled();
+  if (patch.method == FillMethod::kNone && options.unfolded) {
+    options.unfolded = false;
+    patch = filled();
+  }
   if (patch.method != FillMethod::kNone) patch.reason = "taken apart where the loop touches itself";
   return patch;
 }
 
 HolePatch fill_canonical(const HoleProblem& problem, const PatchOptions& options) {
-  if (simple_parts(problem.loop).empty()) return fill_simple(problem, options);
-  Attempts attempts(problem, options);
+  const bool in_scene = options.unfolded;  // where patches may not fold
+  if (simple_parts(problem.loop).empty()) return fill_simple(problem, options, in_scene);
+  Attempts attempts(problem, options, in_scene);
   if (attempts.is_hopeless()) return left_open_in_scene();
   // Two holes that touch are two holes. Triangles between all corners of a long loop meet more than
   // the parts do.
@@ -344,6 +395,7 @@ HolePatch fill_hole(const HoleProblem& problem, const PatchOptions& options) {
   const RimAngles angles = rim_angles(problem, patch);
   patch.rim_dihedral_rad = angles.largest;
   patch.rim_mean_rad = angles.mean;
+  patch.confidence *= 1.0 - patch.open_edges / static_cast<double>(problem.loop.size());
   return patch;
 }
 

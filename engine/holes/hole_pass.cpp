@@ -10,7 +10,6 @@
 #include "engine/holes/loops/islands.h"
 #include "engine/holes/loops/neighborhood.h"
 #include "engine/holes/loops/open_scenes.h"
-#include "engine/holes/patch/patch_confidence.h"
 
 namespace orbweave {
 namespace {
@@ -87,23 +86,6 @@ std::vector<std::vector<Edge64>> shared_pairs(std::span<const BoundaryLoop> loop
   return pairs;
 }
 
-namespace {
-
-double area_of(const HoleProblem& problem, const HolePatch& patch) {
-  const auto given = static_cast<std::uint32_t>(problem.positions.size());
-  const auto position = [&](std::uint32_t v) {
-    return v < given ? problem.positions[v] : patch.positions[v - given];
-  };
-  double area = 0.0;
-  for (const Triangle& t : patch.triangles) {
-    const Vec3 a = position(t[0]);
-    area += 0.5 * norm(cross(position(t[1]) - a, position(t[2]) - a));
-  }
-  return area;
-}
-
-}  // namespace
-
 LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<const Edge64> taken,
                     const HoleFacts& known, const FillOptions& options, const StopToken* stop,
                     const LoopManner& manner) {
@@ -115,6 +97,7 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
   patch_options.graded = options.graded;
   patch_options.flat = manner.flat;
   patch_options.whole = manner.whole && !options.allow_intersections;
+  patch_options.unfolded = manner.unfolded && !options.allow_intersections;
   patch_options.stop = stop;
   NeighborhoodOptions around;
   around.radius_factor = options.neighborhood;
@@ -150,10 +133,7 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
     facts.condition = patch.condition;
     facts.rim_dihedral_deg = patch.rim_dihedral_rad * 180.0 / std::numbers::pi;
     facts.rim_mean_deg = patch.rim_mean_rad * 180.0 / std::numbers::pi;
-    const double edges = static_cast<double>(loop.vertices.size());
-    facts.confidence = patch_confidence({.width = loop_width(loop) / loop_spacing(loop),
-                                         .rim_angle = patch.rim_mean_rad,
-                                         .open_share = patch.open_edges / edges});
+    facts.confidence = patch.confidence;
     result.triangles.reserve(patch.triangles.size());
     for (const Triangle& t : patch.triangles) {
       result.triangles.push_back(in_mesh_numbers(t, gathered.vertices));
@@ -211,7 +191,9 @@ LoopManner HolePlan::manner_of(std::size_t loop) const {
   // As many edges as the widest gap of a scene is wide: the loop spans a third of that.
   constexpr std::size_t kMostPartlyEdges = 48;
   const bool is_wide = loops[loop].vertices.size() > kMostPartlyEdges;
-  return {.whole = is_wide && is_limited && !is_of_solid(loop)};
+  // A closed object is asked to be watertight, and the sides of a cone do face away from its base.
+  return {.whole = is_wide && is_limited && !is_of_solid(loop),
+          .unfolded = is_limited && !is_object};
 }
 
 std::vector<HoleFacts> HolePlan::all_facts() const {

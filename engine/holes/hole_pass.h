@@ -29,8 +29,9 @@ struct LoopPatch {
 
 /// How a loop is filled, beside what the job's options say.
 struct LoopManner {
-  bool flat = false;   ///< PatchOptions::flat
-  bool whole = false;  ///< PatchOptions::whole, unless intersections are allowed
+  bool flat = false;      ///< PatchOptions::flat
+  bool whole = false;     ///< PatchOptions::whole, unless intersections are allowed
+  bool unfolded = false;  ///< PatchOptions::unfolded, unless intersections are allowed
 };
 
 /// One loop alone, from what is around it. `taken`: edges that its patch must not use. `known`:

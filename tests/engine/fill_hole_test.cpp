@@ -534,6 +534,7 @@ TEST_CASE("WhereABladeCutsAHoleThePatchStopsBesideIt") {
   CHECK(part.triangles.size() < whole.triangles.size());
   CHECK(part.triangles.size() + 8 > whole.triangles.size());
   CHECK(part.open_edges >= 3);
+  CHECK(part.confidence < whole.confidence);
   CHECK(part.reason.find("open along " + std::to_string(part.open_edges) + " edges") !=
         std::string::npos);
 }

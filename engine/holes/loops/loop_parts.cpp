@@ -183,6 +183,7 @@ std::vector<std::vector<std::uint32_t>> simple_parts(const std::vector<std::uint
 HolePatch fill_by_parts(const HoleProblem& problem, const BoxTree& sheet,
                         const std::function<HolePatch(const HoleProblem&)>& fill) {
   HolePatch whole;
+  double area = 0.0, confidence = 0.0;  // the latter weighted by area
   PartCutter cutter(problem, sheet);
   ForbiddenEdges forbidden(problem);
   for (std::vector<std::uint32_t>& loop : simple_parts(problem.loop)) {
@@ -191,8 +192,12 @@ HolePatch fill_by_parts(const HoleProblem& problem, const BoxTree& sheet,
     HolePatch patch = fill(part.problem);
     if (patch.method == FillMethod::kNone) return patch;
     forbidden.add(part, patch);
+    const double size = area_of(part.problem, patch);
+    area += size;
+    confidence += patch.confidence * size;
     append(problem, part, std::move(patch), whole);
   }
+  if (area > 0.0) whole.confidence = confidence / area;
   return whole;
 }
 

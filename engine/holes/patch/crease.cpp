@@ -167,6 +167,13 @@ bool ends_in_crease(const HoleProblem& problem, const Rim& rim_of_hole) {
   return bend < kBends * closing;
 }
 
+RimShape rim_shape(const HoleProblem& problem) {
+  const FlatRim rim = flat_rim(problem);
+  if (!(rim.width > 0.0)) return {};
+  return {rim.off_plane / rim.spacing,
+          problem.normals.size() == problem.positions.size() && is_lip(problem, rim)};
+}
+
 std::optional<RecessedPlane> recessed_plane(const HoleProblem& problem) {
   constexpr double kDeepest = 0.10;  // share of the corners: outliers lie deeper
   constexpr double kFront = 0.85;
@@ -183,9 +190,21 @@ std::optional<RecessedPlane> recessed_plane(const HoleProblem& problem) {
   for (const std::uint32_t v : problem.loop)
     of_rim.push_back(dot(problem.positions[v] - rim.center, plane.axis));
   plane.depth = quantile(of_rim, kDeepest);
-  if (quantile(of_sheet, 0.5) - plane.depth < kLeastDepth * rim.spacing) return std::nullopt;
+  plane.wall = quantile(of_sheet, 0.5);
+  if (plane.wall - plane.depth < kLeastDepth * rim.spacing) return std::nullopt;
   if (quantile(of_rim, kFront) - plane.depth < kLeastStep * rim.spacing) return std::nullopt;
   return plane;
+}
+
+double roughness_of_recess(const HoleProblem& problem, const RecessedPlane& plane) {
+  const FlatRim rim = flat_rim(problem);
+  double squares = 0.0;
+  for (const std::uint32_t v : problem.loop) {
+    const double at = dot(problem.positions[v] - rim.center, plane.axis);
+    const double off = std::min(std::abs(at - plane.depth), std::abs(at - plane.wall));
+    squares += off * off;
+  }
+  return std::sqrt(squares / static_cast<double>(problem.loop.size())) / rim.spacing;
 }
 
 }  // namespace orbweave

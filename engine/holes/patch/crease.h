@@ -15,10 +15,21 @@ namespace orbweave {
 /// `rim`: of the problem.
 bool ends_in_crease(const HoleProblem& problem, const Rim& rim);
 
+/// A rim measured by its own plane, which is perpendicular to its area vector.
+struct RimShape {
+  /// Root of the mean squared distance of the corners from the plane, in mean lengths of the edges.
+  double roughness = 0.0;
+  /// The sheet half a width behind the rim is parallel to the plane at most places: the rim is that
+  /// of an opening in a wall, and not the end of a tube or the foot of a statue.
+  bool is_in_wall = false;
+};
+RimShape rim_shape(const HoleProblem& problem);
+
 /// A plane behind the sheet around a hole: dot(x, axis) = depth, x relative to the rim's centre.
 struct RecessedPlane {
   Vec3 axis;  ///< unit, on the side of the sheet's normals
   double depth = 0.0;
+  double wall = 0.0;  ///< where the sheet lies, by the same measure
 };
 
 /// Where the rim is the lip of a recess, of which the scanner saw some sides down to the ground and
@@ -26,5 +37,9 @@ struct RecessedPlane {
 /// rim. A window's pane lies there. Empty where the rim is no such lip, or where it lies in one
 /// plane as it is. Precondition: ends_in_crease().
 std::optional<RecessedPlane> recessed_plane(const HoleProblem& problem);
+
+/// As RimShape::roughness, from the ground of a recess or the wall, whichever of the two is closer
+/// to a corner.
+double roughness_of_recess(const HoleProblem& problem, const RecessedPlane& plane);
 
 }  // namespace orbweave

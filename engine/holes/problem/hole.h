@@ -33,6 +33,8 @@ struct PatchOptions {
   /// The loop stays open where every patch crosses the surface, instead of being closed in part:
   /// what is crossed stands in the gap, and what lies beside it is a guess.
   bool whole = false;
+  /// The loop stays open where every patch folds back over the sheet around it (is_folded()).
+  bool unfolded = false;
   /// A membrane or triangles between the corners, whatever a smooth patch would be.
   bool flat = false;
   /// Most new points of a hole; a larger one is reported and stays open.
@@ -77,6 +79,9 @@ struct HolePatch {
   double condition = 0.0;               ///< estimate for the linear system; 0: none
   double rim_dihedral_rad = 0.0;        ///< largest angle between a rim face and its patch face
   double rim_mean_rad = 0.0;            ///< mean of these angles
+  /// A membrane over a rim at which the surface ends in a crease (ends_in_crease()).
+  bool is_flat = false;
+  double confidence = 0.0;  ///< how much it can be relied on (patch_confidence.h)
   /// Edges at which a filled hole is still open, because triangles there would cross the surface;
   /// 0: the patch closes the whole loop.
   std::uint32_t open_edges = 0;
@@ -84,5 +89,8 @@ struct HolePatch {
 
 /// The mean length of the loop's edges, world units.
 double rim_spacing(const HoleProblem& problem);
+
+/// Of the patch's triangles, world units.
+double area_of(const HoleProblem& problem, const HolePatch& patch);
 
 }  // namespace orbweave
