@@ -72,18 +72,20 @@ HolePatch left_open_in_scene() {
       OpenReason::kTooWide);
 }
 
-HolePatch left_open_folded() {
-  return left_open("every patch folds back over the surface around it");
+constexpr const char* kFoldsBack = "the patch folds back over the surface around it";
+
+/// A patch that folds back closes its loop, and is hardly the surface.
+void doubt_folds(const HoleProblem& problem, const PatchOptions& options, HolePatch& patch) {
+  constexpr double kMostOfFolded = 0.05;
+  if (!options.unfolded || !is_folded(problem, patch)) return;
+  patch.confidence = std::min(patch.confidence, kMostOfFolded);
+  if (patch.reason.find(kFoldsBack) == std::string::npos)
+    patch.reason = joined(patch.reason, kFoldsBack);
 }
 
-/// The part of a patch that crosses nothing, where every patch crosses the surface. Triangles that
-/// are folded go, too, where they may not stay.
-HolePatch part_clear_of_surface(const HoleProblem& problem, const PatchOptions& options,
-                                HolePatch patch, std::vector<Contact> contacts) {
-  if (options.unfolded && !contacts.empty()) {
-    const auto sheet = static_cast<std::uint32_t>(patch.triangles.size());
-    for (const std::uint32_t t : folded_triangles(problem, patch)) contacts.push_back({t, sheet});
-  }
+/// The part of a patch that crosses nothing, where every patch crosses the surface.
+HolePatch part_clear_of_surface(const HoleProblem& problem, HolePatch patch,
+                                const std::vector<Contact>& contacts) {
   HolePatch part = sound_part(problem, std::move(patch), contacts);
   if (part.method == FillMethod::kNone) return left_open("every patch crosses the surface");
   if (part.open_edges > 0)
@@ -116,9 +118,9 @@ class Attempts {
       fails("the patch crosses the surface");
       return avoidable == 0;
     }
-    if (is_refused(patch)) {
-      has_folded_ = true;
-      return fails("the patch folds back over the surface around it");
+    if (options_.unfolded && is_folded(problem_, patch)) {
+      if (folded_.method == FillMethod::kNone) folded_ = std::move(patch);
+      return fails(kFoldsBack);
     }
     best_ = std::move(patch);
     fewest_contacts_ = 0;
@@ -172,9 +174,12 @@ class Attempts {
   }
 
   HolePatch result() {
+    if (best_.method == FillMethod::kNone && folded_.method != FillMethod::kNone) {
+      best_ = std::move(folded_);
+      fewest_contacts_ = 0;
+    }
     if (best_.method == FillMethod::kNone) untangle_best();
     if (options_.whole && has_crossed_ && fewest_contacts_ > 0) return left_open_in_scene();
-    if (best_.method == FillMethod::kNone && has_folded_) return left_open_folded();
     if (best_.method == FillMethod::kNone) {
       return left_open(last_fault_ == first_fault_ ? first_fault_
                                                    : joined(first_fault_, last_fault_));
@@ -182,11 +187,11 @@ class Attempts {
     judge(problem_, in_scene_, best_);
     if (fewest_contacts_ == 0) {
       best_.reason = joined(first_fault_, best_.reason);
-      return unless_folded(std::move(best_));
+      doubt_folds(problem_, options_, best_);
+      return std::move(best_);
     }
     if (!options_.allow_intersections)
-      return part_clear_of_surface(problem_, options_, std::move(best_),
-                                   std::move(least_contacts_));
+      return part_clear_of_surface(problem_, std::move(best_), least_contacts_);
     best_.reason = joined(best_.reason, "every patch crosses the surface, this one " +
                                             std::to_string(fewest_contacts_) + " times");
     return std::move(best_);
@@ -207,14 +212,6 @@ class Attempts {
   /// How many contacts of a patch are looked for: where more leave the hole open, no more than
   /// show that.
   std::uint64_t most_wanted() const { return options_.whole ? kMostContacts + 1 : UINT64_MAX; }
-
-  bool is_refused(const HolePatch& patch) const {
-    return options_.unfolded && is_folded(problem_, patch);
-  }
-
-  HolePatch unless_folded(HolePatch patch) const {
-    return is_refused(patch) ? left_open_folded() : std::move(patch);
-  }
 
   const RimPiercings& piercings() {
     if (!piercings_) piercings_.emplace(problem_, sheet());
@@ -292,13 +289,13 @@ class Attempts {
   std::optional<BoxTree> sheet_;
   std::vector<Tangled> tangled_;
   HolePatch best_;
+  HolePatch folded_;  ///< the first that meets nothing but folds back
   std::uint64_t fewest_contacts_ = UINT64_MAX;
   std::vector<Contact> least_contacts_;  ///< of best_
   std::string first_fault_;              ///< of the simplest method
   std::string last_fault_;
   bool too_large_ = false;
   bool has_crossed_ = false;
-  bool has_folded_ = false;
 };
 
 /// A few triangles meet what they meet whatever the method: looked for only where that matters.
@@ -308,11 +305,11 @@ HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options, bo
   if (std::string defect = patch_defect(problem, patch); !defect.empty()) {
     return left_open(std::move(defect));
   }
-  if (options.unfolded && is_folded(problem, patch)) return left_open_folded();
   judge(problem, in_scene, patch);
+  doubt_folds(problem, options, patch);
   if (options.allow_intersections) return patch;
-  std::vector<Contact> contacts = find_contacts(problem, patch);
-  return part_clear_of_surface(problem, options, std::move(patch), std::move(contacts));
+  const std::vector<Contact> contacts = find_contacts(problem, patch);
+  return part_clear_of_surface(problem, std::move(patch), contacts);
 }
 
 /// A loop whose corners are all different.
@@ -333,26 +330,19 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options, b
 }
 
 /// Parts close their loops whole. Which of their triangles cross the surface is known once all
-/// parts are together, and so is the share that is folded where a part has no unfolded patch.
+/// parts are together.
 HolePatch fill_parts(const HoleProblem& problem, const BoxTree& sheet, PatchOptions options) {
   options.allow_intersections = true;
   const bool in_scene = options.unfolded;
-  const auto filled = [&] {
-    return fill_by_parts(problem, sheet, [&](const HoleProblem& part) {
-      return fill_simple(part, options, in_scene);
-    });
-  };
-  HolePatch patch = filled();
-  if (patch.method == FillMethod::kNone && options.unfolded) {
-    options.unfolded = false;
-    patch = filled();
-  }
+  HolePatch patch = fill_by_parts(problem, sheet, [&](const HoleProblem& part) {
+    return fill_simple(part, options, in_scene);
+  });
   if (patch.method != FillMethod::kNone) patch.reason = "taken apart where the loop touches itself";
   return patch;
 }
 
 HolePatch fill_canonical(const HoleProblem& problem, const PatchOptions& options) {
-  const bool in_scene = options.unfolded;  // where patches may not fold
+  const bool in_scene = options.unfolded;  // where patches do not fold
   if (simple_parts(problem.loop).empty()) return fill_simple(problem, options, in_scene);
   Attempts attempts(problem, options, in_scene);
   if (attempts.is_hopeless()) return left_open_in_scene();

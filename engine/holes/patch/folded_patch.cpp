@@ -3,7 +3,7 @@
 namespace orbweave {
 namespace {
 
-/// Calls visit(triangle, twice its area, whether it is folded).
+/// Calls visit(twice the area of a triangle, whether it is folded).
 template <class Visit>
 void for_each_triangle(const HoleProblem& problem, const HolePatch& patch, const Visit& visit) {
   constexpr double kFacesAway = -0.5;  // cosine
@@ -11,31 +11,22 @@ void for_each_triangle(const HoleProblem& problem, const HolePatch& patch, const
   const auto at = [&](std::uint32_t v) {
     return v < given ? problem.positions[v] : patch.positions[v - given];
   };
-  for (std::uint32_t i = 0; i < patch.triangles.size(); ++i) {
-    const Triangle& t = patch.triangles[i];
+  for (const Triangle& t : patch.triangles) {
     const Vec3 a = at(t[0]);
     const Vec3 area = cross(at(t[1]) - a, at(t[2]) - a);
     Vec3 sheet;
     for (const std::uint32_t v : t)
       if (v < given) sheet = sheet + problem.normals[v];
     const double size = norm(area);
-    visit(i, size, dot(area, normalized(sheet)) < kFacesAway * size);
+    visit(size, dot(area, normalized(sheet)) < kFacesAway * size);
   }
 }
 
 }  // namespace
 
-std::vector<std::uint32_t> folded_triangles(const HoleProblem& problem, const HolePatch& patch) {
-  std::vector<std::uint32_t> folded;
-  for_each_triangle(problem, patch, [&](std::uint32_t t, double, bool is_folded) {
-    if (is_folded) folded.push_back(t);
-  });
-  return folded;
-}
-
 double folded_share(const HoleProblem& problem, const HolePatch& patch) {
   double folded = 0.0, all = 0.0;
-  for_each_triangle(problem, patch, [&](std::uint32_t, double size, bool is_folded) {
+  for_each_triangle(problem, patch, [&](double size, bool is_folded) {
     all += size;
     if (is_folded) folded += size;
   });

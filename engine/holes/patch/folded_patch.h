@@ -1,19 +1,13 @@
 // Whether a patch folds back over the sheet that it is to continue.
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
 #include "engine/holes/problem/hole.h"
 
 namespace orbweave {
 
-/// Numbers of the triangles of a patch that face away from the sheet, ascending: more than 120
-/// degrees lie between such a triangle's normal and the mean of the sheet's normals at its corners
-/// on the rim. Triangles of new vertices alone count as unfolded.
-std::vector<std::uint32_t> folded_triangles(const HoleProblem& problem, const HolePatch& patch);
-
-/// Their share of the patch's area; 0 for a patch without area.
+/// The share of a patch's area that faces away from the sheet: more than 120 degrees lie between
+/// the normal of such a triangle and the mean of the sheet's normals at its corners on the rim.
+/// Triangles of new vertices alone count as unfolded. 0 for a patch without area.
 double folded_share(const HoleProblem& problem, const HolePatch& patch);
 
 /// True where more than a tenth of the area is folded. No surface that is seen from one side

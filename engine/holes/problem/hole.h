@@ -33,7 +33,8 @@ struct PatchOptions {
   /// The loop stays open where every patch crosses the surface, instead of being closed in part:
   /// what is crossed stands in the gap, and what lies beside it is a guess.
   bool whole = false;
-  /// The loop stays open where every patch folds back over the sheet around it (is_folded()).
+  /// A patch that folds back over the sheet around it (is_folded()) is taken only where every other
+  /// does so, or crosses the surface, and then is hardly trusted.
   bool unfolded = false;
   /// A membrane or triangles between the corners, whatever a smooth patch would be.
   bool flat = false;
