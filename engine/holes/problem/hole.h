@@ -34,7 +34,7 @@ struct PatchOptions {
   /// what is crossed stands in the gap, and what lies beside it is a guess.
   bool whole = false;
   /// A patch that folds back over the sheet around it (is_folded()) is taken only where every other
-  /// does so, or crosses the surface, and then is hardly trusted.
+  /// does so, or crosses the surface, and its reason says so.
   bool unfolded = false;
   /// A membrane or triangles between the corners, whatever a smooth patch would be.
   bool flat = false;
