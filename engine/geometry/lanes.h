@@ -4,6 +4,8 @@
 
 #if defined(__AVX2__)
 #include <immintrin.h>
+
+#include "engine/geometry/packed_lanes.h"
 #endif
 
 #include <cstdint>
@@ -44,24 +46,6 @@ inline unsigned bits_of(FourMask mask) {
 }
 inline Four square_root(Four v) { return _mm256_sqrt_pd(v); }
 
-/// For each mask of four lanes its lanes, in order, whole and as pairs of halves.
-struct PackedLanes {
-  alignas(16) std::int32_t lanes[16][4] = {};
-  alignas(32) std::int32_t halves[16][8] = {};
-  constexpr PackedLanes() {
-    for (int mask = 0; mask < 16; ++mask) {
-      int to = 0;
-      for (int from = 0; from < 4; ++from) {
-        if ((mask >> from & 1) == 0) continue;
-        lanes[mask][to] = from;
-        halves[mask][2 * to] = 2 * from;
-        halves[mask][2 * to++ + 1] = 2 * from + 1;
-      }
-    }
-  }
-};
-inline constexpr PackedLanes kPackedLanes;
-
 /// Stores lanes of a mask side by side; writes up to four values.
 class Packing {
  public:
@@ -72,22 +56,8 @@ class Packing {
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
                         _mm256_permutevar8x32_epi32(_mm256_castpd_si256(v), order));
   }
-  /// The numbers of the lanes, of which the first is `first`.
-  void store_numbers(std::uint32_t* to, std::uint32_t first) const {
-    _mm_storeu_si128(reinterpret_cast<__m128i*>(to),
-                     _mm_add_epi32(lanes(), _mm_set1_epi32(static_cast<int>(first))));
-  }
-  /// Those of four numbers.
-  void store_of(std::uint32_t* to, const std::uint32_t* from) const {
-    const __m128i four = _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
-    const __m128 packed = _mm_permutevar_ps(_mm_castsi128_ps(four), lanes());
-    _mm_storeu_si128(reinterpret_cast<__m128i*>(to), _mm_castps_si128(packed));
-  }
 
  private:
-  __m128i lanes() const {
-    return _mm_load_si128(reinterpret_cast<const __m128i*>(kPackedLanes.lanes[bits_]));
-  }
   unsigned bits_;
 };
 
@@ -108,20 +78,6 @@ class Packing {
   void store(double* to, Four v) const {
     for (int lane = 0; lane < 4; ++lane) {
       *to = v[lane];
-      to += bits_ >> lane & 1;
-    }
-  }
-  /// The numbers of the lanes, of which the first is `first`.
-  void store_numbers(std::uint32_t* to, std::uint32_t first) const {
-    for (std::uint32_t lane = 0; lane < 4; ++lane) {
-      *to = first + lane;
-      to += bits_ >> lane & 1;
-    }
-  }
-  /// Those of four numbers.
-  void store_of(std::uint32_t* to, const std::uint32_t* from) const {
-    for (int lane = 0; lane < 4; ++lane) {
-      *to = from[lane];
       to += bits_ >> lane & 1;
     }
   }

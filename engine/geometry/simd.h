@@ -7,6 +7,9 @@
 #if defined(ORBWEAVE_SIMD_AVX512) || defined(ORBWEAVE_SIMD_AVX2)
 #include <immintrin.h>
 #endif
+#if defined(ORBWEAVE_SIMD_AVX2)
+#include "engine/geometry/packed_lanes.h"
+#endif
 
 #include <cmath>
 #include <cstdint>
@@ -79,25 +82,6 @@ inline Lanes::Mask lane_mask(std::uint32_t lane) { return static_cast<Lanes::Mas
 
 #elif defined(ORBWEAVE_SIMD_AVX2)
 
-/// For each mask of four lanes the lanes of it, in order, and then any others.
-struct CompressedLanes {
-  alignas(16) std::int32_t lane[16][4] = {};    // of four
-  alignas(32) std::int32_t halves[16][8] = {};  // the same as pairs of halves
-  constexpr CompressedLanes() {
-    for (int mask = 0; mask < 16; ++mask) {
-      int to = 0;
-      for (int from = 0; from < 4; ++from) {
-        if ((mask >> from & 1) == 0) continue;
-        lane[mask][to] = from;
-        halves[mask][2 * to] = 2 * from;
-        halves[mask][2 * to + 1] = 2 * from + 1;
-        ++to;
-      }
-    }
-  }
-};
-inline constexpr CompressedLanes kCompressed;
-
 struct Lanes {
   static constexpr std::uint32_t kWidth = 4;
   struct Mask {
@@ -146,21 +130,21 @@ inline std::uint32_t count(Lanes::Mask m) {
 /// Stores the lanes of the mask side by side; writes up to a full vector behind `p`.
 inline void compress_store(double* p, Lanes a, Lanes::Mask m) {
   const __m256i order = _mm256_load_si256(
-      reinterpret_cast<const __m256i*>(kCompressed.halves[_mm256_movemask_pd(m.v)]));
+      reinterpret_cast<const __m256i*>(kPackedLanes.halves[_mm256_movemask_pd(m.v)]));
   const __m256i packed = _mm256_permutevar8x32_epi32(_mm256_castpd_si256(a.v), order);
   _mm256_storeu_pd(p, _mm256_castsi256_pd(packed));
 }
 /// Stores first + lane for the lanes of the mask; writes up to a full vector behind `p`.
 inline void compress_store_indices(std::uint32_t* p, std::uint32_t first, Lanes::Mask m) {
   const __m128i lanes =
-      _mm_load_si128(reinterpret_cast<const __m128i*>(kCompressed.lane[_mm256_movemask_pd(m.v)]));
+      _mm_load_si128(reinterpret_cast<const __m128i*>(kPackedLanes.lanes[_mm256_movemask_pd(m.v)]));
   _mm_storeu_si128(reinterpret_cast<__m128i*>(p),
                    _mm_add_epi32(_mm_set1_epi32(static_cast<int>(first)), lanes));
 }
 /// Stores the numbers of a full vector that are in lanes of the mask side by side.
 inline void compress_store_numbers(std::uint32_t* p, const std::uint32_t* numbers, Lanes::Mask m) {
   const __m128i order =
-      _mm_load_si128(reinterpret_cast<const __m128i*>(kCompressed.lane[_mm256_movemask_pd(m.v)]));
+      _mm_load_si128(reinterpret_cast<const __m128i*>(kPackedLanes.lanes[_mm256_movemask_pd(m.v)]));
   const __m128 all = _mm_castsi128_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(numbers)));
   _mm_storeu_si128(reinterpret_cast<__m128i*>(p), _mm_castps_si128(_mm_permutevar_ps(all, order)));
 }

@@ -58,10 +58,10 @@ std::string joined(std::string a, std::string_view b) {
 /// A patch of several parts has theirs already. The rim of a hole in an object seen from all around
 /// is rough because the surface curves. What is missing of an open scene lies in the shadow of
 /// something, and a rough rim runs over both.
-void judge(const HoleProblem& problem, bool in_scene, HolePatch& patch) {
+void judge(const HoleProblem& problem, const PatchOptions& options, HolePatch& patch) {
   if (patch.confidence > 0.0 || !(rim_spacing(problem) > 0.0)) return;
   PatchEvidence evidence = evidence_of(problem, patch);
-  if (!in_scene && !evidence.is_pane) evidence.roughness = 0.0;
+  if (!options.in_scene && !evidence.is_pane) evidence.roughness = 0.0;
   patch.confidence = patch_confidence(evidence);
 }
 
@@ -74,11 +74,10 @@ HolePatch left_open_in_scene() {
 
 constexpr const char* kFoldsBack = "the patch folds back over the surface around it";
 
-/// A patch that folds back closes its loop, and faces the wrong way where it does.
-void tell_of_folds(const HoleProblem& problem, const PatchOptions& options, HolePatch& patch) {
-  if (!options.unfolded || !is_folded(problem, patch)) return;
-  if (patch.reason.find(kFoldsBack) == std::string::npos)
-    patch.reason = joined(patch.reason, kFoldsBack);
+/// What is told of a patch that closes its loop and folds back; empty of others.
+std::string_view fault_of_folds(const HoleProblem& problem, const PatchOptions& options,
+                                const HolePatch& patch) {
+  return options.in_scene && is_folded(problem, patch) ? kFoldsBack : "";
 }
 
 /// The part of a patch that crosses nothing, where every patch crosses the surface.
@@ -96,8 +95,8 @@ HolePatch part_clear_of_surface(const HoleProblem& problem, HolePatch patch,
 /// are moved out of the way of what they meet.
 class Attempts {
  public:
-  Attempts(const HoleProblem& problem, const PatchOptions& options, bool in_scene)
-      : problem_(problem), options_(options), in_scene_(in_scene) {}
+  Attempts(const HoleProblem& problem, const PatchOptions& options)
+      : problem_(problem), options_(options) {}
 
   /// True when the patch is sound and meets nothing but what the loop's own edges meet: no other
   /// one is better. `is_clear`: it is known to meet nothing.
@@ -116,7 +115,7 @@ class Attempts {
       fails("the patch crosses the surface");
       return avoidable == 0;
     }
-    if (options_.unfolded && is_folded(problem_, patch)) {
+    if (!fault_of_folds(problem_, options_, patch).empty()) {
       if (folded_.method == FillMethod::kNone) folded_ = std::move(patch);
       return fails(kFoldsBack);
     }
@@ -182,10 +181,11 @@ class Attempts {
       return left_open(last_fault_ == first_fault_ ? first_fault_
                                                    : joined(first_fault_, last_fault_));
     }
-    judge(problem_, in_scene_, best_);
+    judge(problem_, options_, best_);
     if (fewest_contacts_ == 0) {
       best_.reason = joined(first_fault_, best_.reason);
-      tell_of_folds(problem_, options_, best_);
+      if (first_fault_ != kFoldsBack)
+        best_.reason = joined(best_.reason, fault_of_folds(problem_, options_, best_));
       return std::move(best_);
     }
     if (!options_.allow_intersections)
@@ -280,7 +280,6 @@ class Attempts {
 
   const HoleProblem& problem_;
   const PatchOptions& options_;
-  const bool in_scene_;
   std::optional<Rim> rim_;
   std::optional<LoopTriangles> loop_;
   std::optional<RimPiercings> piercings_;
@@ -297,26 +296,26 @@ class Attempts {
 };
 
 /// A few triangles meet what they meet whatever the method: looked for only where that matters.
-HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options, bool in_scene) {
+HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options) {
   HolePatch patch = direct_fill(problem);
   if (patch.method == FillMethod::kNone) return patch;
   if (std::string defect = patch_defect(problem, patch); !defect.empty()) {
     return left_open(std::move(defect));
   }
-  judge(problem, in_scene, patch);
-  tell_of_folds(problem, options, patch);
+  judge(problem, options, patch);
+  patch.reason = joined(patch.reason, fault_of_folds(problem, options, patch));
   if (options.allow_intersections) return patch;
   const std::vector<Contact> contacts = find_contacts(problem, patch);
   return part_clear_of_surface(problem, std::move(patch), contacts);
 }
 
 /// A loop whose corners are all different.
-HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options, bool in_scene) {
+HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
   const bool has_extent = rim_spacing(problem) > 0.0;
   if (problem.loop.size() <= options.direct_edges || !has_extent) {
-    return fill_small(problem, options, in_scene);
+    return fill_small(problem, options);
   }
-  Attempts attempts(problem, options, in_scene);
+  Attempts attempts(problem, options);
   if (attempts.is_hopeless()) return left_open_in_scene();
   const bool is_done = options.flat ? attempts.try_membrane() || attempts.is_too_large()
                                     : attempts.try_creased() || attempts.try_flat() ||
@@ -331,18 +330,15 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options, b
 /// parts are together.
 HolePatch fill_parts(const HoleProblem& problem, const BoxTree& sheet, PatchOptions options) {
   options.allow_intersections = true;
-  const bool in_scene = options.unfolded;
-  HolePatch patch = fill_by_parts(problem, sheet, [&](const HoleProblem& part) {
-    return fill_simple(part, options, in_scene);
-  });
+  HolePatch patch = fill_by_parts(
+      problem, sheet, [&](const HoleProblem& part) { return fill_simple(part, options); });
   if (patch.method != FillMethod::kNone) patch.reason = "taken apart where the loop touches itself";
   return patch;
 }
 
 HolePatch fill_canonical(const HoleProblem& problem, const PatchOptions& options) {
-  const bool in_scene = options.unfolded;  // where patches do not fold
-  if (simple_parts(problem.loop).empty()) return fill_simple(problem, options, in_scene);
-  Attempts attempts(problem, options, in_scene);
+  if (simple_parts(problem.loop).empty()) return fill_simple(problem, options);
+  Attempts attempts(problem, options);
   if (attempts.is_hopeless()) return left_open_in_scene();
   // Two holes that touch are two holes. Triangles between all corners of a long loop meet more than
   // the parts do.

@@ -15,7 +15,7 @@ namespace orbweave {
 /// triangles between the corners. Where none is clear, the two with the fewest contacts are moved
 /// out of the way (untangle), and the better one is taken: whole if options.allow_intersections,
 /// else its part that crosses nothing (sound_part), or none. A hole that calls for more points than
-/// options.max_new_points stays open. With options.unfolded a patch that folds back over the sheet
+/// options.max_new_points stays open. With options.in_scene a patch that folds back over the sheet
 /// (is_folded) is the last that is taken, and says so. The result does not depend on where
 /// the loop begins. A pure function of its arguments; never throws for what the hole is like: a
 /// loop that cannot be closed comes back with FillMethod::kNone and a reason. Guarantees for a

@@ -97,7 +97,7 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
   patch_options.graded = options.graded;
   patch_options.flat = manner.flat;
   patch_options.whole = manner.whole && !options.allow_intersections;
-  patch_options.unfolded = manner.unfolded && !options.allow_intersections;
+  patch_options.in_scene = manner.in_scene;
   patch_options.stop = stop;
   NeighborhoodOptions around;
   around.radius_factor = options.neighborhood;
@@ -191,9 +191,7 @@ LoopManner HolePlan::manner_of(std::size_t loop) const {
   // As many edges as the widest gap of a scene is wide: the loop spans a third of that.
   constexpr std::size_t kMostPartlyEdges = 48;
   const bool is_wide = loops[loop].vertices.size() > kMostPartlyEdges;
-  // A closed object is asked to be watertight, and the sides of a cone do face away from its base.
-  return {.whole = is_wide && is_limited && !is_of_solid(loop),
-          .unfolded = is_limited && !is_object};
+  return {.whole = is_wide && is_limited && !is_of_solid(loop), .in_scene = !is_object};
 }
 
 std::vector<HoleFacts> HolePlan::all_facts() const {

@@ -31,7 +31,7 @@ struct LoopPatch {
 struct LoopManner {
   bool flat = false;      ///< PatchOptions::flat
   bool whole = false;     ///< PatchOptions::whole, unless intersections are allowed
-  bool unfolded = false;  ///< PatchOptions::unfolded, unless intersections are allowed
+  bool in_scene = false;  ///< PatchOptions::in_scene
 };
 
 /// One loop alone, from what is around it. `taken`: edges that its patch must not use. `known`:

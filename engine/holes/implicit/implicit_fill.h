@@ -11,6 +11,12 @@
 
 namespace orbweave {
 
+/// A patch, and whether it is known to meet neither the sheet nor itself.
+struct ImplicitPatch {
+  HolePatch patch;
+  bool is_clear = false;
+};
+
 /// Patch of the topology of a disc. It starts as a thin plate, refined at the rim's spacing and
 /// tangent to the sheet, and is then moved onto the zero set of the interpolant. Where that has no
 /// usable zero set near (no normals, no convergence, folded or intersecting patch) the thin plate
@@ -19,11 +25,6 @@ namespace orbweave {
 /// `sheet`: of the problem's sheet.
 HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
                         const PatchOptions& options = {});
-/// A patch, and whether it is known to meet neither the sheet nor itself.
-struct ImplicitPatch {
-  HolePatch patch;
-  bool is_clear = false;
-};
 ImplicitPatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
                             const BoxTree& sheet, const RimPiercings& piercings,
                             const PatchOptions& options);

@@ -242,8 +242,7 @@ Sparse lower_square(const Sparse& half) {
 struct SymmetricOrdering {
   using PermutationType = Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int>;
   void operator()(const Sparse& matrix, PermutationType& permutation) const {
-    Sparse pattern = matrix;
-    Eigen::internal::minimum_degree_ordering(pattern, permutation);
+    Eigen::AMDOrdering<int>()(matrix.selfadjointView<Eigen::Lower>(), permutation);
   }
 };
 

@@ -140,13 +140,9 @@ HolePatch patch_of_disc(const HoleProblem& problem, const Rim& rim, const PatchM
 
 std::vector<Vec3> normals_of_patch(const HoleProblem& problem, const HolePatch& patch) {
   const std::size_t given = problem.positions.size();
-  const auto at = [&](std::uint32_t v) {
-    return v < given ? problem.positions[v] : patch.positions[v - given];
-  };
   std::vector<Vec3> normals(patch.positions.size());
   for (const Triangle& t : patch.triangles) {
-    const Vec3 a = at(t[0]);
-    const Vec3 area = cross(at(t[1]) - a, at(t[2]) - a);
+    const Vec3 area = doubled_area(problem, patch, t);
     for (const std::uint32_t v : t) {
       if (v >= given) normals[v - given] = normals[v - given] + area;
     }
@@ -162,14 +158,7 @@ RimAngles rim_angles(const HoleProblem& problem, const HolePatch& patch) {
 RimAngles rim_angles(const HoleProblem& problem, std::span<const Triangle> rim_faces,
                      const HolePatch& patch) {
   if (patch.triangles.empty()) return {};
-  const std::size_t given = problem.positions.size();
-  const auto area_of = [&](const Triangle& t) {
-    const auto at = [&](std::uint32_t v) {
-      return v < given ? problem.positions[v] : patch.positions[v - given];
-    };
-    const Vec3 a = at(t[0]);
-    return cross(at(t[1]) - a, at(t[2]) - a);
-  };
+  const auto area_of = [&](const Triangle& t) { return doubled_area(problem, patch, t); };
   std::vector<Vec3> behind(problem.loop.size());
   for_each_rim_face(problem, rim_faces, false,
                     [&](std::uint32_t i, const Triangle& t) { behind[i] = area_of(t); });

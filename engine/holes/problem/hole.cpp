@@ -30,15 +30,8 @@ double rim_spacing(const HoleProblem& problem) {
 }
 
 double area_of(const HoleProblem& problem, const HolePatch& patch) {
-  const auto given = static_cast<std::uint32_t>(problem.positions.size());
-  const auto position = [&](std::uint32_t v) {
-    return v < given ? problem.positions[v] : patch.positions[v - given];
-  };
   double area = 0.0;
-  for (const Triangle& t : patch.triangles) {
-    const Vec3 a = position(t[0]);
-    area += 0.5 * norm(cross(position(t[1]) - a, position(t[2]) - a));
-  }
+  for (const Triangle& t : patch.triangles) area += 0.5 * norm(doubled_area(problem, patch, t));
   return area;
 }
 

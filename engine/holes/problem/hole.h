@@ -33,9 +33,10 @@ struct PatchOptions {
   /// The loop stays open where every patch crosses the surface, instead of being closed in part:
   /// what is crossed stands in the gap, and what lies beside it is a guess.
   bool whole = false;
-  /// A patch that folds back over the sheet around it (is_folded()) is taken only where every other
-  /// does so, or crosses the surface, and its reason says so.
-  bool unfolded = false;
+  /// The hole is one of an open scene. A patch that folds back over the sheet around it
+  /// (is_folded()) is taken only where every other does so, or crosses the surface, and its reason
+  /// says so. What is missing lies in the shadow of something: a rough rim lowers the confidence.
+  bool in_scene = false;
   /// A membrane or triangles between the corners, whatever a smooth patch would be.
   bool flat = false;
   /// Most new points of a hole; a larger one is reported and stays open.
@@ -90,6 +91,18 @@ struct HolePatch {
 
 /// The mean length of the loop's edges, world units.
 double rim_spacing(const HoleProblem& problem);
+
+/// Of a vertex of the problem, or of a new one behind these.
+inline Vec3 position_of(const HoleProblem& problem, const HolePatch& patch, std::uint32_t v) {
+  const std::size_t given = problem.positions.size();
+  return v < given ? problem.positions[v] : patch.positions[v - given];
+}
+
+/// Twice the area vector of a triangle of such vertices.
+inline Vec3 doubled_area(const HoleProblem& problem, const HolePatch& patch, const Triangle& t) {
+  const Vec3 a = position_of(problem, patch, t[0]);
+  return cross(position_of(problem, patch, t[1]) - a, position_of(problem, patch, t[2]) - a);
+}
 
 /// Of the patch's triangles, world units.
 double area_of(const HoleProblem& problem, const HolePatch& patch);

@@ -71,16 +71,11 @@ double bending_energy(const HoleProblem& problem, const HolePatch& patch) {
 
 double bending_energy(const HoleProblem& problem, std::span<const Triangle> rim_faces,
                       const HolePatch& patch) {
-  const std::size_t given = problem.positions.size();
-  const auto at = [&](std::uint32_t v) {
-    return v < given ? problem.positions[v] : patch.positions[v - given];
-  };
   std::vector<Vec3> areas;  // as vectors, doubled
   areas.reserve(patch.triangles.size() + rim_faces.size());
   for (const std::span<const Triangle> triangles : {std::span(patch.triangles), rim_faces})
-    for (const Triangle& t : triangles)
-      areas.push_back(cross(at(t[1]) - at(t[0]), at(t[2]) - at(t[0])));
-  const std::size_t vertices = given + patch.positions.size();
+    for (const Triangle& t : triangles) areas.push_back(doubled_area(problem, patch, t));
+  const std::size_t vertices = problem.positions.size() + patch.positions.size();
   const Sides sides(patch.triangles, rim_faces, vertices);
   double energy = 0.0;
   for (std::uint32_t low = 0; low < vertices; ++low) {
@@ -92,7 +87,10 @@ double bending_energy(const HoleProblem& problem, std::span<const Triangle> rim_
       const double area = 0.5 * (norm(a) + norm(b));
       if (!(area > 0.0)) continue;
       const double angle = std::atan2(norm(cross(a, b)), dot(a, b));
-      energy += 3.0 * angle * angle * squared_norm(at(first.high) - at(low)) / area;
+      energy +=
+          3.0 * angle * angle *
+          squared_norm(position_of(problem, patch, first.high) - position_of(problem, patch, low)) /
+          area;
     }
   }
   return energy;
