@@ -23,13 +23,11 @@ struct Positions {
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Positions>,
                                                  Positions, 3, std::uint32_t>;
 
-/// Keeps the best `count` by (distance, index). Up to twice as many are held before those that are
-/// too far are dropped, so that an entry takes constant time.
+/// Keeps the best `count` by (distance, index), in order.
 class Best {
  public:
   using DistanceType = double;
-  Best(std::size_t count, std::vector<Neighbor>& found)
-      : count_(count), most_(count <= kFew ? count : 2 * count), found_(found) {
+  Best(std::size_t count, std::vector<Neighbor>& found) : count_(count), found_(found) {
     found_.clear();
   }
   bool full() const { return found_.size() >= count_; }
@@ -39,45 +37,19 @@ class Best {
   double worstDist() const { return worst_; }
   bool addPoint(double squared_distance, std::uint32_t index) {
     const Neighbor candidate{squared_distance, index};
-    if (most_ == count_) {
-      insert(candidate);
-    } else {
-      found_.push_back(candidate);
-      if (found_.size() == most_) drop();
-    }
-    return true;
-  }
-  /// To be called after the last point: sorts.
-  void finish() {
-    if (most_ == count_) return;
-    if (found_.size() > count_) drop();
-    std::sort(found_.begin(), found_.end(), kNearerFirst);
-  }
-
- private:
-  /// Few are kept in order.
-  static constexpr std::size_t kFew = 24;
-
-  void insert(const Neighbor& candidate) {
     if (full()) {
-      if (!kNearerFirst(candidate, found_.back())) return;
+      if (!kNearerFirst(candidate, found_.back())) return true;
       found_.pop_back();
     }
     found_.insert(std::upper_bound(found_.begin(), found_.end(), candidate, kNearerFirst),
                   candidate);
-    if (full()) bound_by(found_.back());
-  }
-  void drop() {
-    const auto last = found_.begin() + static_cast<std::ptrdiff_t>(count_ - 1);
-    std::nth_element(found_.begin(), last, found_.end(), kNearerFirst);
-    bound_by(*last);
-    found_.resize(count_);
-  }
-  void bound_by(const Neighbor& worst) {
-    worst_ = worst.squared_distance * (1.0 + 1e-14) + std::numeric_limits<double>::min();
+    if (full())
+      worst_ = found_.back().squared_distance * (1.0 + 1e-14) + std::numeric_limits<double>::min();
+    return true;
   }
 
-  std::size_t count_, most_;
+ private:
+  std::size_t count_;
   std::vector<Neighbor>& found_;
   double worst_ = std::numeric_limits<double>::infinity();
 };
@@ -102,7 +74,6 @@ void PointTree::nearest(Vec3 query, std::size_t count, std::vector<Neighbor>& fo
   Best best(count, found);
   if (count == 0 || state_->positions.points.empty()) return;
   state_->tree.findNeighbors(best, coordinates, nanoflann::SearchParams());
-  best.finish();
 }
 
 Neighbor PointTree::nearest(Vec3 query) const {

@@ -28,7 +28,8 @@ inline constexpr auto kNearerFirst = [](const Neighbor& a, const Neighbor& b) {
 
 /// A k-d tree over positions, which must outlive it and be finite. Fewer than 2^32 points.
 /// Results are exact to rounding; equally near points come in order of index, so they do not depend
-/// on the tree. Safe for queries from many threads.
+/// on the tree. Safe for queries from many threads. For a few dozen neighbours: each is put in its
+/// place among those found.
 class PointTree {
  public:
   explicit PointTree(std::span<const Vec3> positions);

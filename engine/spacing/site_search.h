@@ -12,8 +12,8 @@
 
 namespace orbweave {
 
-/// Finds what PointTree finds, for points of the cloud itself, at a third of its cost: the points
-/// are put in an order in which neighbours lie beside each other, and searched block by block.
+/// Finds what PointTree finds, for points of the cloud itself and many neighbours: the points are
+/// put in an order in which neighbours lie beside each other, and searched block by block.
 /// Positions must be distinct and finite; they need not outlive it. Fewer than 2^32 points. Safe
 /// for queries from many threads.
 class SiteSearch {
