@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
+#include <utility>
 #include <vector>
 
 namespace orbweave {
@@ -19,5 +21,26 @@ void reserve_touched(std::vector<T>& elements, std::size_t size) {
   elements.reserve(size);
   touch_pages(elements.data() + elements.size(), (size - elements.size()) * sizeof(T));
 }
+
+/// Leaves new elements of a type without initial values as they are.
+template <class T>
+struct UnsetAllocator : std::allocator<T> {
+  template <class Other>
+  struct rebind {
+    using other = UnsetAllocator<Other>;
+  };
+  template <class Element>
+  void construct(Element* place) {
+    ::new (static_cast<void*>(place)) Element;
+  }
+  template <class Element, class... Arguments>
+  void construct(Element* place, Arguments&&... arguments) {
+    std::construct_at(place, std::forward<Arguments>(arguments)...);
+  }
+};
+
+/// A list whose resize() writes nothing: several threads fill it next, and take its pages.
+template <class T>
+using UnsetVector = std::vector<T, UnsetAllocator<T>>;
 
 }  // namespace orbweave

@@ -79,11 +79,9 @@ class TieOrder {
   const PointColumns cloud_;
 };
 
-std::vector<KeyIndex> coded_points(std::span<const Vec3> positions, const RootCube& root) {
+KeyList coded_points(std::span<const Vec3> positions, const RootCube& root) {
   const MortonFrame frame(root);
-  std::vector<KeyIndex> items;
-  reserve_touched(items, positions.size());
-  items.resize(positions.size());
+  KeyList items(positions.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, items.size(), kGrain),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t i = range.begin(); i < range.end(); ++i)
@@ -93,7 +91,7 @@ std::vector<KeyIndex> coded_points(std::span<const Vec3> positions, const RootCu
 }
 
 /// Sorts the runs of equal code and returns the rows to keep, in order.
-std::vector<std::uint32_t> resolve_ties(const PointColumns& cloud, std::vector<KeyIndex>& items) {
+std::vector<std::uint32_t> resolve_ties(const PointColumns& cloud, KeyList& items) {
   std::vector<std::uint32_t> kept;
   kept.reserve(items.size());
   const TieOrder before(cloud);
@@ -178,7 +176,7 @@ std::vector<std::uint32_t> canonical_rows(const PointColumns& columns, const Roo
   if (points > UINT32_MAX)
     throw_resource("a chunk of " + std::to_string(points) + " points is too large to sort",
                    {.advice = "Set partition.chunk_points below 4294967296"});
-  std::vector<KeyIndex> items = coded_points(columns.positions, root);
+  KeyList items = coded_points(columns.positions, root);
   radix_sort(items);
   return resolve_ties(columns, items);
 }

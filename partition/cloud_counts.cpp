@@ -19,8 +19,8 @@ std::uint64_t code_of(CellIndex at) {
                     static_cast<std::uint32_t>(at.z));
 }
 
-std::vector<KeyIndex> sorted_codes(std::span<const Vec3> positions, const CountLattice& lattice) {
-  std::vector<KeyIndex> codes(positions.size());
+KeyList sorted_codes(std::span<const Vec3> positions, const CountLattice& lattice) {
+  KeyList codes(positions.size());
   tbb::parallel_for(
       tbb::blocked_range<std::size_t>(0, codes.size(), kGrain),
       [&](const tbb::blocked_range<std::size_t>& range) {
@@ -32,8 +32,8 @@ std::vector<KeyIndex> sorted_codes(std::span<const Vec3> positions, const CountL
 }
 
 /// The leaves of a tree of the cells, each once.
-std::vector<KeyIndex> leaves_of(const std::vector<KeyIndex>& codes) {
-  std::vector<KeyIndex> leaves;
+KeyList leaves_of(std::span<const KeyIndex> codes) {
+  KeyList leaves;
   for (const KeyIndex& code : codes) {
     const std::uint64_t leaf = code.key >> (3 * kLeafLog2);
     if (leaves.empty() || leaves.back().key != leaf) leaves.push_back({leaf, 0});
@@ -55,7 +55,7 @@ void CloudCounts::count() {
     cells_ = {{lattice_.at(bounds_.min), static_cast<std::uint32_t>(positions_.size())}};
     return;
   }
-  const std::vector<KeyIndex> codes = sorted_codes(positions_, lattice_);
+  const KeyList codes = sorted_codes(positions_, lattice_);
   const int levels = doublings_to_fit(
       leaves_of(codes), cells_limit_bytes(positions_.size(), CountGrid::kUsualLimitBytes),
       kFinestLog2 - kCoarsestLog2);

@@ -20,7 +20,7 @@ std::size_t cells_limit_bytes(std::uint64_t points, std::size_t limit_bytes) {
   return std::min(wanted, limit_bytes);
 }
 
-int doublings_to_fit(const std::vector<KeyIndex>& leaves, std::size_t limit_bytes, int most) {
+int doublings_to_fit(std::span<const KeyIndex> leaves, std::size_t limit_bytes, int most) {
   // distinct[k]: nodes of 2^k leaves a side, from the highest bit in which neighbours differ.
   std::array<std::size_t, kMortonDepth + kUpperLog2 + 1> distinct{};
   for (std::size_t i = 1; i < leaves.size(); ++i)

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "io/box.h"
@@ -40,7 +41,7 @@ std::size_t cells_limit_bytes(std::uint64_t points, std::size_t limit_bytes);
 
 /// How often a grid's cells must double until the tree fits `limit_bytes`; at most `most`.
 /// `leaves`: the Morton codes of its leaves, ascending (equal ones count once).
-int doublings_to_fit(const std::vector<KeyIndex>& leaves, std::size_t limit_bytes, int most);
+int doublings_to_fit(std::span<const KeyIndex> leaves, std::size_t limit_bytes, int most);
 
 /// A cell by its indices.
 struct CellIndex {

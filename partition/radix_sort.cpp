@@ -5,11 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <memory>
+#include <numeric>
 #include <span>
 #include <utility>
-
-#include "io/first_touch.h"
 
 namespace orbweave {
 namespace {
@@ -125,22 +123,45 @@ std::vector<std::uint32_t> scatter_in_slices(std::span<const KeyIndex> from, std
 
 }  // namespace
 
-void radix_sort(std::vector<KeyIndex>& items) {
+void radix_sort(std::span<KeyIndex> items) {
   if (items.size() <= kSmall) return sort_small(items);
   const int bits = varying_bits(items);
   if (bits == 0) return;
   const int shift = std::max(0, bits - kTopBits);
 
-  const auto scratch = std::make_unique_for_overwrite<KeyIndex[]>(items.size());
-  const std::span<KeyIndex> spare(scratch.get(), items.size());
-  touch_pages(scratch.get(), spare.size_bytes());
+  KeyList spare(items.size());
   const std::vector<std::uint32_t> ends = scatter_in_slices(items, spare, shift);
   tbb::parallel_for(std::size_t{0}, ends.size(), [&](std::size_t bucket) {
     const std::size_t begin = bucket == 0 ? 0 : ends[bucket - 1];
     const std::size_t size = ends[bucket] - begin;
-    sort_bucket(spare.subspan(begin, size), std::span(items).subspan(begin, size), shift);
-    std::copy_n(spare.begin() + begin, size, items.begin() + begin);
+    sort_bucket(std::span(spare).subspan(begin, size), items.subspan(begin, size), shift);
+    std::copy_n(spare.begin() + static_cast<std::ptrdiff_t>(begin), size,
+                items.begin() + static_cast<std::ptrdiff_t>(begin));
   });
+}
+
+std::vector<std::uint32_t> run_begins(std::span<const KeyIndex> items) {
+  const auto begins_run = [&](std::size_t i) {
+    return i == 0 || items[i].key != items[i - 1].key;
+  };
+  const auto visit = [&](std::size_t slice, const auto& use) {
+    const std::size_t begin = slice * kSlice, end = std::min(items.size(), begin + kSlice);
+    for (std::size_t i = begin; i < end; ++i)
+      if (begins_run(i)) use(static_cast<std::uint32_t>(i));
+  };
+  const std::size_t slices = slices_of(items.size());
+  std::vector<std::size_t> first(slices + 1, 0);
+  tbb::parallel_for(std::size_t{0}, slices, [&](std::size_t slice) {
+    visit(slice, [&](std::uint32_t) { ++first[slice + 1]; });
+  });
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<std::uint32_t> begins(first.back() + 1);
+  tbb::parallel_for(std::size_t{0}, slices, [&](std::size_t slice) {
+    std::size_t at = first[slice];
+    visit(slice, [&](std::uint32_t i) { begins[at++] = i; });
+  });
+  begins.back() = static_cast<std::uint32_t>(items.size());
+  return begins;
 }
 
 }  // namespace orbweave

@@ -16,6 +16,9 @@ namespace {
 
 using Range = tbb::blocked_range<std::size_t>;
 
+/// Points, or cells, that one thread takes at a time.
+constexpr std::size_t kGrain = 4096;
+
 /// Cells are wider than two radii by more than rounding, so that neighbours are never two apart.
 constexpr double kCellMargin = 1.0 + 1e-9;
 
@@ -77,32 +80,34 @@ std::int64_t CellSpace::along(double local, int axis) const {
   return cell;
 }
 
+/// Room for so many points, and the padding behind them.
+void CellGrid::make_room(std::size_t points) {
+  original_.resize(points);
+  reserve_touched(normals_, points);
+  normals_.resize(points);
+  for (auto* array : {&x_, &y_, &z_}) {
+    array->resize(points + kLanePadding);
+    std::fill_n(array->end() - kLanePadding, kLanePadding, 0.0);
+  }
+}
+
 CellGrid::CellGrid(std::span<const Vec3> local, std::span<const Vec3> normals,
                    const CellSpace& space) {
   const std::size_t n = local.size();
-  reserve_touched(original_, n);
-  for (auto* array : {&x_, &y_, &z_}) reserve_touched(*array, n + kLanePadding);
-  reserve_touched(normals_, n);
-  original_.resize(n);
-  x_.assign(n + kLanePadding, 0.0);
-  y_.assign(n + kLanePadding, 0.0);
-  z_.assign(n + kLanePadding, 0.0);
-  normals_.resize(n);
+  make_room(n);
   begins_.assign(1, 0);
   if (n == 0) return;
   const CellKeys key_of(bounds_of(local), space);
   row_ = key_of.row;
   layer_ = key_of.layer;
-  std::vector<KeyIndex> order;
-  reserve_touched(order, n);
-  order.resize(n);
-  tbb::parallel_for(Range(0, n, 4096), [&](const Range& r) {
+  KeyList order(n);
+  tbb::parallel_for(Range(0, n, kGrain), [&](const Range& r) {
     for (std::size_t i = r.begin(); i < r.end(); ++i) {
       order[i] = {key_of(local[i]), static_cast<std::uint32_t>(i)};
     }
   });
   radix_sort(order);
-  tbb::parallel_for(Range(0, n, 4096), [&](const Range& r) {
+  tbb::parallel_for(Range(0, n, kGrain), [&](const Range& r) {
     for (std::size_t i = r.begin(); i < r.end(); ++i) {
       const std::uint32_t from = order[i].index;
       original_[i] = from;
@@ -112,38 +117,64 @@ CellGrid::CellGrid(std::span<const Vec3> local, std::span<const Vec3> normals,
       normals_[i] = normals[from];
     }
   });
-  begins_.clear();
-  for (std::size_t i = 0; i < n; ++i) {
-    if (i != 0 && order[i].key == order[i - 1].key) continue;
-    keys_.push_back(order[i].key);
-    begins_.push_back(static_cast<std::uint32_t>(i));
-  }
-  begins_.push_back(static_cast<std::uint32_t>(n));
+  begins_ = run_begins(order);
+  keys_.resize(begins_.size() - 1);
+  tbb::parallel_for(Range(0, keys_.size(), kGrain), [&](const Range& r) {
+    for (std::size_t cell = r.begin(); cell < r.end(); ++cell)
+      keys_[cell] = order[begins_[cell]].key;
+  });
 }
 
 CellGrid::CellGrid(const CellGrid& whole, std::span<const std::uint8_t> kept)
     : row_(whole.row_), layer_(whole.layer_) {
-  const auto n = static_cast<std::size_t>(
-      std::count_if(kept.begin(), kept.end(), [](auto k) { return k != 0; }));
-  reserve_touched(original_, n);
-  reserve_touched(normals_, n);
-  for (auto* array : {&x_, &y_, &z_}) reserve_touched(*array, n + kLanePadding);
-  for (std::uint32_t cell = 0; cell < whole.cells(); ++cell) {
-    const std::size_t first = original_.size();
-    for (std::uint32_t i = whole.begins_[cell]; i < whole.begins_[cell + 1]; ++i) {
-      if (kept[i] == 0) continue;
-      original_.push_back(i);
-      x_.push_back(whole.x_[i]);
-      y_.push_back(whole.y_[i]);
-      z_.push_back(whole.z_[i]);
-      normals_.push_back(whole.normals_[i]);
+  // Blocks of cells, each with the number of cells and points kept before it.
+  struct Before {
+    std::size_t cells = 0;
+    std::size_t points = 0;
+  };
+  const std::size_t blocks = (whole.cells() + kGrain - 1) / kGrain;
+  const auto visit = [&](std::size_t block, const auto& use_cell, const auto& use_point) {
+    const std::size_t end = std::min<std::size_t>(whole.cells(), (block + 1) * kGrain);
+    for (std::size_t cell = block * kGrain; cell < end; ++cell) {
+      bool any = false;
+      for (std::uint32_t i = whole.begins_[cell]; i < whole.begins_[cell + 1]; ++i) {
+        if (kept[i] == 0) continue;
+        if (!any) use_cell(cell);
+        any = true;
+        use_point(i);
+      }
     }
-    if (original_.size() == first) continue;
-    keys_.push_back(whole.keys_[cell]);
-    begins_.push_back(static_cast<std::uint32_t>(first));
+  };
+  std::vector<Before> before(blocks + 1);
+  tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t block) {
+    visit(
+        block, [&](std::size_t) { ++before[block + 1].cells; },
+        [&](std::uint32_t) { ++before[block + 1].points; });
+  });
+  for (std::size_t block = 0; block < blocks; ++block) {
+    before[block + 1].cells += before[block].cells;
+    before[block + 1].points += before[block].points;
   }
-  begins_.push_back(static_cast<std::uint32_t>(n));
-  for (auto* array : {&x_, &y_, &z_}) array->resize(n + kLanePadding, 0.0);
+  make_room(before.back().points);
+  keys_.resize(before.back().cells);
+  begins_.resize(before.back().cells + 1);
+  begins_.back() = static_cast<std::uint32_t>(before.back().points);
+  tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t block) {
+    Before at = before[block];
+    visit(
+        block,
+        [&](std::size_t cell) {
+          keys_[at.cells] = whole.keys_[cell];
+          begins_[at.cells++] = static_cast<std::uint32_t>(at.points);
+        },
+        [&](std::uint32_t i) {
+          original_[at.points] = i;
+          x_[at.points] = whole.x_[i];
+          y_[at.points] = whole.y_[i];
+          z_[at.points] = whole.z_[i];
+          normals_[at.points++] = whole.normals_[i];
+        });
+  });
 }
 
 std::uint32_t CellGrid::cell_of(std::uint32_t i) const {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/ball_pivoting/walk.h"
+#include "io/first_touch.h"
 
 namespace orbweave {
 
@@ -70,10 +71,12 @@ class CellGrid {
   };
 
  private:
-  std::vector<double> x_, y_, z_;  // padded by kLanePadding
+  void make_room(std::size_t points);
+
+  UnsetVector<double> x_, y_, z_;  // padded by kLanePadding
   std::vector<Vec3> normals_;
-  std::vector<std::uint32_t> original_;
-  std::vector<std::uint64_t> keys_;  // of non-empty cells, ascending
+  UnsetVector<std::uint32_t> original_;
+  UnsetVector<std::uint64_t> keys_;  // of non-empty cells, ascending
   std::vector<std::uint32_t> begins_;
   std::uint64_t row_ = 0;    // key distance of neighbouring rows
   std::uint64_t layer_ = 0;  // key distance of neighbouring layers

@@ -1,5 +1,6 @@
 #include "engine/ball_pivoting/fan_table.h"
 
+#include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
@@ -10,6 +11,8 @@
 
 namespace orbweave {
 namespace {
+
+using Points = tbb::blocked_range<std::uint32_t>;
 
 constexpr std::uint32_t kBlockPoints = 4096;
 /// From how many candidates on the neighbours are looked for in groups, and how many points of one
@@ -38,7 +41,10 @@ std::vector<std::uint8_t> sorted_activity(const CellGrid& grid,
   std::vector<std::uint8_t> sorted;
   if (active.empty()) return sorted;
   sorted.resize(grid.size());
-  for (std::uint32_t i = 0; i < grid.size(); ++i) sorted[i] = active[grid.original(i)];
+  tbb::parallel_for(Points(0, grid.size(), kBlockPoints), [&](const Points& range) {
+    for (std::uint32_t i = range.begin(); i < range.end(); ++i)
+      sorted[i] = active[grid.original(i)];
+  });
   return sorted;
 }
 
@@ -66,15 +72,25 @@ class TakenCorners {
  public:
   /// `among`: points of `grid`; `taken`: by the indices that `grid` was made of, sorted.
   TakenCorners(const CellGrid& grid, const CellGrid& among, std::span<const VertexCorner> taken)
-      : taken_(taken), begin_(among.size(), 0), place_(grid.size(), kNone) {
+      : taken_(taken) {
     if (taken.empty()) return;
-    for (std::uint32_t i = 0; i < among.size(); ++i) place_[grid.original(among.original(i))] = i;
-    for (std::size_t c = taken.size(); c-- > 0;) {
-      const std::uint32_t place = place_[taken[c].vertex];
-      if (place != kNone) begin_[place] = c;
-    }
+    begin_.assign(among.size(), 0);
     vertex_.resize(among.size());
-    for (std::uint32_t i = 0; i < among.size(); ++i) vertex_[i] = grid.original(among.original(i));
+    place_.assign(grid.size(), kNone);
+    tbb::parallel_for(Points(0, among.size(), kBlockPoints), [&](const Points& range) {
+      for (std::uint32_t i = range.begin(); i < range.end(); ++i) {
+        vertex_[i] = grid.original(among.original(i));
+        place_[vertex_[i]] = i;
+      }
+    });
+    using Corners = tbb::blocked_range<std::size_t>;
+    tbb::parallel_for(Corners(0, taken.size(), kBlockPoints), [&](const Corners& range) {
+      for (std::size_t c = range.begin(); c < range.end(); ++c) {
+        if (c > 0 && taken[c].vertex == taken[c - 1].vertex) continue;
+        const std::uint32_t place = place_[taken[c].vertex];
+        if (place != kNone) begin_[place] = c;
+      }
+    });
   }
 
   /// The corners at a point of `among`, by indices there; kNone: a neighbour that is not there.

@@ -101,6 +101,31 @@ void sort_unique(std::vector<VertexCorner>& list) {
   list.erase(std::unique(list.begin(), list.end()), list.end());
 }
 
+/// Two sorted lists as one, in blocks of the longer.
+std::vector<Triangle> merged(std::span<const Triangle> longer, std::span<const Triangle> shorter) {
+  std::vector<Triangle> all;
+  reserve_touched(all, longer.size() + shorter.size());
+  all.resize(longer.size() + shorter.size());
+  const std::uint32_t blocks = std::max(1u, blocks_of(longer.size()));
+  const auto begin_of = [&](std::uint32_t block) {
+    return std::min<std::size_t>(longer.size(), std::size_t{block} * kBlockPoints);
+  };
+  const auto begin_in_shorter = [&](std::uint32_t block) -> std::size_t {
+    if (block == 0) return 0;
+    if (block == blocks) return shorter.size();
+    const auto at = std::lower_bound(shorter.begin(), shorter.end(), longer[begin_of(block)]);
+    return static_cast<std::size_t>(at - shorter.begin());
+  };
+  tbb::parallel_for(std::uint32_t{0}, blocks, [&](std::uint32_t block) {
+    const std::size_t from = begin_of(block), other = begin_in_shorter(block);
+    const auto own = longer.subspan(from, begin_of(block + 1) - from);
+    const auto beside = shorter.subspan(other, begin_in_shorter(block + 1) - other);
+    std::merge(own.begin(), own.end(), beside.begin(), beside.end(),
+               all.begin() + static_cast<std::ptrdiff_t>(from + other));
+  });
+  return all;
+}
+
 /// Takes the members of one sorted list out of another.
 template <class T>
 void remove_sorted(std::span<const T> taken, std::vector<T>& list) {
@@ -320,10 +345,8 @@ std::vector<VertexCorner> SurfaceState::isolated_corners() const {
 
 void SurfaceState::merge_levels() {
   tbb::parallel_sort(later_triangles_.begin(), later_triangles_.end());
-  const auto first_level = static_cast<std::ptrdiff_t>(triangles_.size());
-  triangles_.insert(triangles_.end(), later_triangles_.begin(), later_triangles_.end());
+  if (!later_triangles_.empty()) triangles_ = merged(triangles_, later_triangles_);
   later_triangles_ = {};
-  std::inplace_merge(triangles_.begin(), triangles_.begin() + first_level, triangles_.end());
 }
 
 void SurfaceState::drop_isolated() {

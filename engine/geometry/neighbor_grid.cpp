@@ -81,38 +81,27 @@ NeighborGrid::NeighborGrid(std::span<const Vec3> positions, double radius)
 }
 
 void NeighborGrid::sort_by_number(std::span<const Vec3> positions, double side) {
-  std::vector<KeyIndex> keys(positions.size());
-  tbb::parallel_for(
-      tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(keys.size()), 4096),
-      [&](const auto& range) {
-        for (std::uint32_t i = range.begin(); i < range.end(); ++i)
-          keys[i] = {box_.number(cell_of(positions[i], side)), i};
-      });
-  if (!keys.empty()) radix_sort(keys);
-  const auto opens_cell = [&](std::size_t i) { return i == 0 || keys[i].key != keys[i - 1].key; };
-  // Parts of the keys are listed by several threads, each from the cell on that follows those of
-  // the parts before.
-  constexpr std::size_t kPart = 16384;
-  const std::size_t parts = (keys.size() + kPart - 1) / kPart;
-  const auto end_of = [&](std::size_t part) { return std::min(keys.size(), (part + 1) * kPart); };
-  std::vector<std::size_t> first_cell(parts + 1, 0);
-  tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
-    for (std::size_t i = part * kPart; i < end_of(part); ++i)
-      first_cell[part + 1] += opens_cell(i) ? 1 : 0;
+  KeyList keys(positions.size());
+  const auto items = [](std::size_t count) {
+    return tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(count), 4096);
+  };
+  tbb::parallel_for(items(keys.size()), [&](const auto& range) {
+    for (std::uint32_t i = range.begin(); i < range.end(); ++i)
+      keys[i] = {box_.number(cell_of(positions[i], side)), i};
   });
-  std::partial_sum(first_cell.begin(), first_cell.end(), first_cell.begin());
-  cells_.resize(first_cell.back());
-  numbers_.resize(first_cell.back());
-  begins_.reserve(first_cell.back() + 1);
-  begins_.resize(first_cell.back());
-  tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
-    std::size_t cell = first_cell[part];
-    for (std::size_t i = part * kPart; i < end_of(part); ++i) {
-      order_[i] = keys[i].index;
-      if (!opens_cell(i)) continue;
-      cells_[cell] = cell_of(positions[keys[i].index], side);
-      numbers_[cell] = keys[i].key;
-      begins_[cell++] = static_cast<std::uint32_t>(i);
+  radix_sort(keys);
+  tbb::parallel_for(items(keys.size()), [&](const auto& range) {
+    for (std::uint32_t i = range.begin(); i < range.end(); ++i) order_[i] = keys[i].index;
+  });
+  begins_ = run_begins(keys);
+  begins_.pop_back();  // the constructor adds the end
+  cells_.resize(begins_.size());
+  numbers_.resize(begins_.size());
+  tbb::parallel_for(items(begins_.size()), [&](const auto& range) {
+    for (std::uint32_t cell = range.begin(); cell < range.end(); ++cell) {
+      const KeyIndex& first = keys[begins_[cell]];
+      cells_[cell] = cell_of(positions[first.index], side);
+      numbers_[cell] = first.key;
     }
   });
 }
