@@ -1,5 +1,7 @@
 #include "engine/ball_pivoting/rivals.h"
 
+#include <oneapi/tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <limits>
 #include <tuple>
@@ -45,7 +47,7 @@ std::vector<DirectedEdge> sorted_edges(std::span<const Triangle> triangles) {
       edges.push_back({triangles[t][k], triangles[t][(k + 1) % 3], t});
     }
   }
-  std::sort(edges.begin(), edges.end());
+  tbb::parallel_sort(edges.begin(), edges.end());
   return edges;
 }
 

@@ -53,9 +53,9 @@ class SurfaceState {
   std::vector<VertexCorner> corners_found_elsewhere(const FanTable& fans) const;
   std::vector<Triangle> first_level_losers(const FanTable& fans,
                                            std::span<const VertexCorner> elsewhere) const;
-  void close_or_keep(std::span<const VertexCorner> sorted);
-  void find_unfinished();
-  void merge_levels();
+  void close_or_keep(std::span<const VertexCorner> added);
+  void end_level();
+  void merge_levels(std::span<const Triangle> isolated);
   void emit_first_level(const FanTable& fans, std::span<const VertexCorner> elsewhere,
                         std::span<const Triangle> losers);
 
@@ -65,10 +65,12 @@ class SurfaceState {
   std::vector<std::uint8_t> open_;        // points whose fan is not closed
   std::vector<std::uint8_t> unfinished_;  // those of them that are not blocked
   std::vector<std::uint8_t> fan_counts_;
-  std::vector<VertexCorner> open_corners_;     // at open points, sorted
-  std::vector<VertexCorner> pinched_corners_;  // at closed points of several fans
-  std::vector<Triangle> triangles_;            // of the first level, at last of all; sorted
-  std::vector<Triangle> later_triangles_;      // of the other levels
+  std::vector<VertexCorner> open_corners_;          // at open points, sorted
+  std::vector<std::size_t> open_begins_;            // per point: its first open corner; and the end
+  std::vector<VertexCorner> pinched_corners_;       // at closed points of several fans
+  std::vector<std::vector<Triangle>> first_level_;  // triangles by blocks of points, sorted
+  std::vector<Triangle> later_triangles_;           // of the other levels
+  std::vector<Triangle> triangles_;                 // of all levels, at last; sorted
   std::uint64_t conflicts_lost_ = 0;
   std::uint64_t isolated_dropped_ = 0;
   bool any_unfinished_ = false;
