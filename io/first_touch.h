@@ -15,8 +15,8 @@ void touch_pages(void* block, std::size_t bytes);
 
 /// Room for `size` elements, of which each will be used: pages that are touched are held. Nothing
 /// where the room is there.
-template <class T>
-void reserve_touched(std::vector<T>& elements, std::size_t size) {
+template <class T, class Allocator>
+void reserve_touched(std::vector<T, Allocator>& elements, std::size_t size) {
   if (size <= elements.capacity()) return;
   elements.reserve(size);
   touch_pages(elements.data() + elements.size(), (size - elements.size()) * sizeof(T));
@@ -39,7 +39,9 @@ struct UnsetAllocator : std::allocator<T> {
   }
 };
 
-/// A list whose resize() writes nothing: several threads fill it next, and take its pages.
+/// A list whose resize() writes nothing: several threads fill it next, and take its pages. A loop
+/// of theirs that ends early, since the work around it has failed, leaves values at random: nothing
+/// but loops of the same kind may read the list before the failure is thrown.
 template <class T>
 using UnsetVector = std::vector<T, UnsetAllocator<T>>;
 

@@ -81,7 +81,10 @@ class TieOrder {
 
 KeyList coded_points(std::span<const Vec3> positions, const RootCube& root) {
   const MortonFrame frame(root);
-  KeyList items(positions.size());
+  KeyList items;
+  reserve_touched(items, positions.size());
+  // A loop that ends early, since the work around it has failed, leaves indices of points, too.
+  items.assign(positions.size(), {});
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, items.size(), kGrain),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t i = range.begin(); i < range.end(); ++i)

@@ -1,4 +1,5 @@
 #include "partition/cloud_counts.h"
+#include "io/first_touch.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -6,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/first_touch.h"
 #include "partition/canonical_order.h"
 #include "partition/count_grid.h"
 
@@ -20,7 +22,10 @@ std::uint64_t code_of(CellIndex at) {
 }
 
 KeyList sorted_codes(std::span<const Vec3> positions, const CountLattice& lattice) {
-  KeyList codes(positions.size());
+  KeyList codes;
+  reserve_touched(codes, positions.size());
+  // A loop that ends early, since the work around it has failed, leaves indices of points, too.
+  codes.assign(positions.size(), {});
   tbb::parallel_for(
       tbb::blocked_range<std::size_t>(0, codes.size(), kGrain),
       [&](const tbb::blocked_range<std::size_t>& range) {

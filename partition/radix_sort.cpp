@@ -141,9 +141,7 @@ void radix_sort(std::span<KeyIndex> items) {
 }
 
 std::vector<std::uint32_t> run_begins(std::span<const KeyIndex> items) {
-  const auto begins_run = [&](std::size_t i) {
-    return i == 0 || items[i].key != items[i - 1].key;
-  };
+  const auto begins_run = [&](std::size_t i) { return i == 0 || items[i].key != items[i - 1].key; };
   const auto visit = [&](std::size_t slice, const auto& use) {
     const std::size_t begin = slice * kSlice, end = std::min(items.size(), begin + kSlice);
     for (std::size_t i = begin; i < end; ++i)

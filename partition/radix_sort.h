@@ -23,7 +23,8 @@ using KeyList = UnsetVector<KeyIndex>;
 /// arena. O(n); needs as much memory again for its time. Fewer than 2^32 items.
 void radix_sort(std::span<KeyIndex> items);
 
-/// Where the runs of equal keys begin, and the number of items. Parallel in the calling arena; O(n).
+/// Where the runs of equal keys begin, and the number of items. Parallel in the calling arena;
+/// O(n).
 std::vector<std::uint32_t> run_begins(std::span<const KeyIndex> items);
 
 }  // namespace orbweave

@@ -106,7 +106,7 @@ std::span<const VertexCorner> part_of(std::span<const VertexCorner> sorted, std:
   return sorted.subspan(begin, CornerLookup::first_from(sorted, vertex + kBlockPoints) - begin);
 }
 
-/// The same of triangles, by their first corners.
+/// The part of sorted triangles whose first corners are points of a block.
 std::span<const Triangle> part_of(std::span<const Triangle> sorted, std::uint32_t block) {
   const auto first_from = [&](std::uint64_t vertex) {
     return std::partition_point(sorted.begin(), sorted.end(),

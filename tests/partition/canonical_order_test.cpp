@@ -217,4 +217,21 @@ TEST_CASE("RadixSortEqualsStableSort") {
   CHECK(equal);
 }
 
+TEST_CASE("RunsOfEqualKeysAreFoundWhereverTheyLie") {
+  std::mt19937_64 random(5);
+  const std::size_t count = GENERATE(0, 1, 131'072, 131'073, 400'000);
+  const std::uint64_t longest = GENERATE(1, 3, 200'000);
+  std::vector<KeyIndex> items;
+  std::vector<std::uint32_t> expected;
+  for (std::uint64_t key = 0; items.size() < count; ++key) {
+    expected.push_back(static_cast<std::uint32_t>(items.size()));
+    for (std::uint64_t i = random() % longest; items.size() < count; --i) {
+      items.push_back({key, static_cast<std::uint32_t>(items.size())});
+      if (i == 0) break;
+    }
+  }
+  expected.push_back(static_cast<std::uint32_t>(count));
+  CHECK(run_begins(items) == expected);
+}
+
 }  // namespace orbweave
