@@ -1,6 +1,7 @@
 #include "engine/holes/loops/neighborhood.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <utility>
 
@@ -15,47 +16,81 @@ void sort_unique(std::vector<T>& list) {
   list.erase(std::unique(list.begin(), list.end()), list.end());
 }
 
-/// Numbers of vertices in the order in which they are reached.
+/// Numbers of vertices in the order in which they are reached. Vertices near one another have
+/// numbers in the mesh near one another: they lie together here, too.
 class ReachedNumbers {
  public:
   static constexpr std::uint32_t kNone = UINT32_MAX;
 
-  explicit ReachedNumbers(std::size_t expected) { resize(2 * expected); }
+  explicit ReachedNumbers(std::size_t expected) {
+    resize(expected / 2);
+    blocks_.reserve(expected / 4);
+  }
 
   /// kNone where the vertex was not reached.
-  std::uint32_t of(std::uint64_t vertex) const { return slots_[slot_of(vertex)].number; }
+  std::uint32_t of(std::uint64_t vertex) const {
+    const std::uint32_t block = slots_[slot_of(vertex / kBlock)].block;
+    return block == kNone ? kNone : blocks_[block].numbers[vertex % kBlock];
+  }
 
   /// `number`: how many vertices were reached before.
   void add(std::uint64_t vertex, std::uint32_t number) {
-    slots_[slot_of(vertex)] = {vertex, number};
-    if (2 * (std::size_t{number} + 1) > slots_.size()) resize(2 * slots_.size());
+    Slot& slot = slots_[slot_of(vertex / kBlock)];
+    if (slot.block == kNone) {
+      slot = {vertex / kBlock, static_cast<std::uint32_t>(blocks_.size())};
+      blocks_.emplace_back();
+      blocks_.back().first = vertex - vertex % kBlock;
+      blocks_.back().numbers.fill(kNone);
+      blocks_.back().numbers[vertex % kBlock] = number;
+      if (2 * blocks_.size() > slots_.size()) resize(2 * slots_.size());
+    } else {
+      blocks_[slot.block].numbers[vertex % kBlock] = number;
+    }
+  }
+
+  /// Calls visit(vertex, number) for all that were reached, by ascending vertices.
+  template <class Visit>
+  void for_each_sorted(const Visit& visit) {
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // the first vertex, which block
+    order.reserve(blocks_.size());
+    for (std::uint32_t i = 0; i < blocks_.size(); ++i) order.emplace_back(blocks_[i].first, i);
+    std::sort(order.begin(), order.end());
+    for (const auto& [first, i] : order)
+      for (std::size_t k = 0; k < kBlock; ++k)
+        if (blocks_[i].numbers[k] != kNone) visit(first + k, blocks_[i].numbers[k]);
   }
 
  private:
+  static constexpr std::size_t kBlock = 8;  ///< vertices
+  struct Block {
+    std::uint64_t first = 0;
+    std::array<std::uint32_t, kBlock> numbers{};
+  };
   struct Slot {
-    std::uint64_t vertex = 0;
-    std::uint32_t number = kNone;
+    std::uint64_t key = 0;  ///< the block's first vertex by its size
+    std::uint32_t block = kNone;
   };
 
   void resize(std::size_t least) {
-    std::size_t size = 64;
+    std::size_t size = 32;
     while (size < least) size *= 2;
     std::vector<Slot> before(size);
     before.swap(slots_);
     for (const Slot& slot : before)
-      if (slot.number != kNone) slots_[slot_of(slot.vertex)] = slot;
+      if (slot.block != kNone) slots_[slot_of(slot.key)] = slot;
   }
 
   /// Its own slot, or the free one where it would go.
-  std::size_t slot_of(std::uint64_t vertex) const {
+  std::size_t slot_of(std::uint64_t key) const {
     constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15;
     const std::size_t mask = slots_.size() - 1;
-    std::size_t slot = static_cast<std::size_t>((vertex * kGolden) >> 32) & mask;
-    while (slots_[slot].number != kNone && slots_[slot].vertex != vertex) slot = (slot + 1) & mask;
+    std::size_t slot = static_cast<std::size_t>((key * kGolden) >> 32) & mask;
+    while (slots_[slot].block != kNone && slots_[slot].key != key) slot = (slot + 1) & mask;
     return slot;
   }
 
   std::vector<Slot> slots_;
+  std::vector<Block> blocks_;
 };
 
 /// A vertex, and its number in the order in which vertices are reached.
@@ -118,9 +153,12 @@ class Rings {
     }
   }
 
-  std::uint32_t count() const { return static_cast<std::uint32_t>(reached_.size()); }
-  /// All vertices that triangles have, in the order in which they were reached.
-  std::vector<Reached>& reached() { return reached_; }
+  std::uint32_t count() const { return static_cast<std::uint32_t>(depth_of_.size()); }
+  /// Calls visit(vertex, number) for all vertices that triangles have, by ascending vertices.
+  template <class Visit>
+  void for_each_sorted(const Visit& visit) {
+    numbers_.for_each_sorted(visit);
+  }
   const std::vector<Triangle>& triangles() const { return triangles_; }
   std::uint32_t number_of(std::uint64_t vertex) const { return numbers_.of(vertex); }
   /// Whether a vertex was in a ring.
@@ -133,7 +171,6 @@ class Rings {
   void reserve(std::size_t ring) {
     constexpr std::size_t kVertices = 8, kTriangles = 12, kPerVertex = 6;
     ring_numbers_.reserve(2 * ring);
-    reached_.reserve(kVertices * ring);
     depth_of_.reserve(kVertices * ring);
     triangles_.reserve(kTriangles * ring);
     beyond_.reserve(2 * ring);
@@ -144,7 +181,6 @@ class Rings {
   std::uint32_t add(std::uint64_t vertex, std::uint32_t depth) {
     const std::uint32_t number = count();
     numbers_.add(vertex, number);
-    reached_.push_back({vertex, number});
     depth_of_.push_back(depth);
     return number;
   }
@@ -169,7 +205,7 @@ class Rings {
     for (const std::size_t k : {first, second}) {
       if (numbers[k] != kNone) continue;
       numbers[k] = add(t[k], kBeyond);
-      beyond_.push_back(reached_.back());
+      beyond_.push_back({t[k], numbers[k]});
     }
     triangles_.push_back(numbers);
   }
@@ -178,7 +214,6 @@ class Rings {
   std::vector<std::uint64_t> ring_;  // sorted
   std::vector<std::uint32_t> ring_numbers_;
   ReachedNumbers numbers_;
-  std::vector<Reached> reached_;
   std::vector<std::uint32_t> depth_of_;  // per number: the ring
   std::vector<Triangle> triangles_;      // in numbers
   std::vector<Reached> beyond_;          // sorted
@@ -246,22 +281,20 @@ void sort_triangles(const std::vector<Triangle>& triangles, std::size_t vertices
 }
 
 Sorted sorted_by_vertices(Rings& rings) {
-  std::vector<Reached>& reached = rings.reached();
-  std::sort(reached.begin(), reached.end());
   Sorted result;
-  result.place_of.resize(reached.size());
-  result.vertices.reserve(reached.size());
-  result.gathered.reserve(reached.size());
+  result.place_of.resize(rings.count());
+  result.vertices.reserve(rings.count());
+  result.gathered.reserve(rings.count());
   std::uint32_t next = 0;
-  for (std::uint32_t place = 0; place < reached.size(); ++place) {
-    result.vertices.push_back(reached[place].vertex);
-    result.place_of[reached[place].number] = place;
-    result.gathered.push_back(rings.is_gathered(reached[place].number) ? next++ : Rings::kNone);
-  }
+  rings.for_each_sorted([&](std::uint64_t vertex, std::uint32_t number) {
+    result.place_of[number] = static_cast<std::uint32_t>(result.vertices.size());
+    result.vertices.push_back(vertex);
+    result.gathered.push_back(rings.is_gathered(number) ? next++ : Rings::kNone);
+  });
   std::vector<Triangle> triangles = rings.triangles();
   for (Triangle& t : triangles)
     for (std::uint32_t& v : t) v = result.place_of[v];
-  sort_triangles(triangles, reached.size(), result.triangles);
+  sort_triangles(triangles, rings.count(), result.triangles);
   return result;
 }
 

@@ -97,28 +97,62 @@ class LeastCost {
     bends_[i * n_ + j] = bends_[j * n_ + i] = cell.cost.bend;
   }
 
+  /// With the triangle i, k, j; bends more than `most` where that much is sure before all is known.
+  Cell with_apex(std::size_t i, std::size_t k, std::size_t j, const Cost& parts, double chord,
+                 std::uint32_t most) const {
+    const bool closes = i == 0 && j + 1 == n_;
+    const Facet face = facet(corners_[i], corners_[k], corners_[j]);
+    Cell cell{parts, static_cast<std::uint32_t>(k), face.normal};
+    const std::uint32_t own = face.normal == Vec3{}
+                                  ? kFlatBend
+                                  : std::max(bend(face.normal, cells_[i * n_ + k].normal),
+                                             bend(face.normal, cells_[j * n_ + k].normal));
+    cell.cost.bend = std::max(parts.bend, own);
+    if (own > most) return cell;
+    if (closes) cell.cost.bend = std::max(cell.cost.bend, bend(face.normal, behind_[n_ - 1]));
+    cell.cost.area += face.area;
+    cell.cost.length += chord;
+    return cell;
+  }
+
+  /// The cost with an apex that is likely to be good: what costs clearly more need not be looked
+  /// at. Its area is taken for so much larger that no candidate that may decide is left out.
+  Cost bound(std::size_t i, std::size_t j, double chord) const {
+    constexpr double kSlack = 1e-6;  // far above kSame, however many candidates follow
+    constexpr std::size_t kFew = 6;
+    Cost least;
+    if (j - i < kFew) return least;
+    for (const std::size_t k :
+         {std::size_t{cells_[i * n_ + j - 1].apex}, std::size_t{cells_[(i + 1) * n_ + j].apex}}) {
+      if (k <= i || k >= j) continue;
+      const std::uint32_t parts = std::max(bends_[i * n_ + k], bends_[j * n_ + k]);
+      if (parts == kImpossible) continue;
+      const Cost cost = with_apex(i, k, j, sum(cells_[i * n_ + k].cost, cells_[j * n_ + k].cost),
+                                  chord, kImpossible)
+                            .cost;
+      if (is_less(cost, least)) least = cost;
+    }
+    least.area *= 1.0 + kSlack;
+    return least;
+  }
+
   void choose(std::size_t i, std::size_t j) {
     const bool closes = i == 0 && j + 1 == n_;
     if (!closes && !chords_.allows(ring_[i], ring_[j])) return;
-    const Vec3 first = corners_[i], last = corners_[j];
-    const double chord = closes ? 0.0 : squared_norm(last - first);
+    const double chord = closes ? 0.0 : squared_norm(corners_[j] - corners_[i]);
+    const Cost bounded = bound(i, j, chord);
+    std::uint32_t most = bounded.bend;  // of what may still be the best
     Cell best;
     for (std::size_t k = i + 1; k < j; ++k) {
       const std::uint32_t least = std::max(bends_[i * n_ + k], bends_[j * n_ + k]);
-      if (least == kImpossible || least > best.cost.bend) continue;
-      const Cell& left = cells_[i * n_ + k];
-      const Cell& right = cells_[j * n_ + k];
-      Cost cost = sum(left.cost, right.cost);
-      if (is_no_less(least, cost.area, best.cost)) continue;
-      const Facet face = facet(first, corners_[k], last);
-      const std::uint32_t own = face.normal == Vec3{} ? kFlatBend
-                                                      : std::max(bend(face.normal, left.normal),
-                                                                 bend(face.normal, right.normal));
-      if (own > best.cost.bend) continue;
-      cost.bend = std::max({cost.bend, own, closes ? bend(face.normal, behind_[n_ - 1]) : 0U});
-      cost.area += face.area;
-      cost.length += chord;
-      if (is_less(cost, best.cost)) best = {cost, static_cast<std::uint32_t>(k), face.normal};
+      if (least == kImpossible || least > most) continue;
+      const Cost parts = sum(cells_[i * n_ + k].cost, cells_[j * n_ + k].cost);
+      if (is_no_less(least, parts.area, best.cost) || is_no_less(least, parts.area, bounded))
+        continue;
+      const Cell cell = with_apex(i, k, j, parts, chord, most);
+      if (cell.cost.bend > most || !is_less(cell.cost, best.cost)) continue;
+      best = cell;
+      most = std::min(most, best.cost.bend);
     }
     set(i, j, best);
   }
