@@ -216,15 +216,22 @@ bool is_beside(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, int s
   return false;
 }
 
+double sum_of(Vec3 v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
+
+/// What a height over the plane that u and v span may be off by, per unit of the place's distance:
+/// far above what rounding can add up to, a dozen roundings of terms of this size.
+double rounding_bound(Vec3 u, Vec3 v) {
+  constexpr double kBound = 32.0 * kEpsilon;
+  return kBound * sum_of(u) * sum_of(v);
+}
+
 /// The plane of a triangle, by which most pairs are told apart.
 class QuickPlane {
  public:
   explicit QuickPlane(const std::array<Vec3, 3>& t) : t_(t) {
     const Vec3 u = t[1] - t[0], v = t[2] - t[0];
     normal_ = cross(u, v);
-    // Far above what rounding can add up to: a dozen roundings of terms of this size.
-    constexpr double kBound = 32.0 * kEpsilon;
-    bound_ = kBound * sum_of(u) * sum_of(v);
+    bound_ = rounding_bound(u, v);
   }
 
   /// As side_of_plane; 2 where doubles cannot tell.
@@ -239,8 +246,6 @@ class QuickPlane {
   }
 
  private:
-  static double sum_of(Vec3 v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
-
   const std::array<Vec3, 3>& t_;
   Vec3 normal_;
   double bound_ = 0.0;
@@ -336,6 +341,13 @@ std::optional<bool> distinct_intersect(const std::array<Vec3, 3>& s, const std::
 }
 
 }  // namespace
+
+ApartByPlane::ApartByPlane(std::span<const Vec3> positions, const Triangle& triangle)
+    : triangle_(triangle), from_(positions[triangle[0]]) {
+  const Vec3 u = positions[triangle[1]] - from_, v = positions[triangle[2]] - from_;
+  normal_ = cross(u, v);
+  bound_ = rounding_bound(u, v);
+}
 
 bool triangles_intersect(std::span<const Vec3> positions, const Triangle& s, const Triangle& t) {
   if (!have_common_vertex(s, t)) {

@@ -5,6 +5,8 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <cstdint>
 #include <span>
 
 #include "io/triangle_mesh.h"
@@ -27,6 +29,34 @@ bool triangles_intersect(std::span<const Vec3> positions, const Triangle& s, con
 bool triangles_across_intersect(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t,
                                 const std::array<int, 3>& sides_of_s,
                                 const std::array<int, 3>& sides_of_t);
+
+/// A triangle by its plane: tells most others apart from it that are held against it.
+class ApartByPlane {
+ public:
+  ApartByPlane(std::span<const Vec3> positions, const Triangle& triangle);
+
+  /// True where the corners of another triangle that are not its own lie strictly on one side of
+  /// its plane, and there are such: the two do not intersect (triangles_intersect()). Quick; false
+  /// proves nothing.
+  bool has_beside(std::span<const Vec3> positions, const Triangle& other) const {
+    int side = 0;
+    for (const std::uint32_t v : other) {
+      if (v == triangle_[0] || v == triangle_[1] || v == triangle_[2]) continue;
+      const Vec3 d = positions[v] - from_;
+      const double height = dot(normal_, d);
+      const double bound = bound_ * (std::abs(d.x) + std::abs(d.y) + std::abs(d.z));
+      const int here = height > bound ? 1 : height < -bound ? -1 : 0;
+      if (here == 0 || here == -side) return false;
+      side = here;
+    }
+    return side != 0;
+  }
+
+ private:
+  Triangle triangle_;
+  Vec3 from_, normal_;
+  double bound_ = 0.0;
+};
 
 /// Whether the closed segment pq meets the closed triangle abc. Exact.
 bool segment_meets_triangle(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c);

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <vector>
+
+#include "io/box.h"
 
 namespace orbweave {
 namespace {
@@ -21,7 +24,7 @@ struct Candidate {
 };
 
 /// Of several least distances at once, so that none waits for the one before.
-double nearest_squared(Vec3 p, std::span<const Vec3> corners) {
+double nearest_of(Vec3 p, std::span<const Vec3> corners) {
   std::array<double, 4> least;
   least.fill(std::numeric_limits<double>::infinity());
   std::size_t i = 0;
@@ -32,12 +35,57 @@ double nearest_squared(Vec3 p, std::span<const Vec3> corners) {
   return std::min(std::min(least[0], least[1]), std::min(least[2], least[3]));
 }
 
+/// The corners of a rim in runs that lie together, for nearest ones of many places.
+class CornerRuns {
+ public:
+  explicit CornerRuns(std::span<const Vec3> corners) : corners_(corners) {
+    for (std::size_t first = 0; first < corners.size(); first += kRun) {
+      Box& box = boxes_.emplace_back();
+      for (const Vec3 corner : run(first / kRun)) box.extend(corner);
+    }
+  }
+
+  /// The squared distance to the nearest corner. Places near one another are best asked for in
+  /// turn.
+  double nearest_squared(Vec3 p) {
+    double least = nearest_of(p, run(last_));
+    for (std::size_t i = 0; i < boxes_.size(); ++i) {
+      if (i == last_ || !(squared_distance(p, boxes_[i]) < least)) continue;
+      const double here = nearest_of(p, run(i));
+      if (!(here < least)) continue;
+      least = here;
+      last_ = i;
+    }
+    return least;
+  }
+
+ private:
+  static constexpr std::size_t kRun = 16;
+
+  std::span<const Vec3> run(std::size_t i) const {
+    return corners_.subspan(i * kRun, std::min(kRun, corners_.size() - i * kRun));
+  }
+
+  /// No more than the squared distance of any corner in the box, rounded as that is.
+  static double squared_distance(Vec3 p, const Box& box) {
+    Vec3 apart;
+    for (int axis = 0; axis < 3; ++axis)
+      apart[axis] = std::max({0.0, box.min[axis] - p[axis], p[axis] - box.max[axis]});
+    return squared_norm(apart);
+  }
+
+  std::span<const Vec3> corners_;
+  std::vector<Box> boxes_;
+  std::size_t last_ = 0;  // the run that was nearest
+};
+
 std::vector<Candidate> candidates_by_distance(const HoleProblem& problem, const Rim& rim) {
   std::vector<Candidate> candidates;
+  CornerRuns corners(rim.corners);
   for (std::uint32_t v = 0; v < problem.positions.size(); ++v) {
     if (!(squared_norm(problem.normals[v]) > 0.0)) continue;
     const Vec3 p = problem.positions[v] - rim.center;
-    candidates.push_back({std::sqrt(nearest_squared(p, rim.corners)), v, p});
+    candidates.push_back({std::sqrt(corners.nearest_squared(p)), v, p});
   }
   std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
     return a.from_rim != b.from_rim ? a.from_rim < b.from_rim : a.vertex < b.vertex;

@@ -18,7 +18,10 @@ class ContactSearch {
   /// `near`: the sheet's triangles that may meet the patch, ascending.
   ContactSearch(std::span<const Vec3> positions, std::span<const Triangle> own, const BoxTree& tree,
                 std::span<const Triangle> sheet, std::span<const std::uint32_t> near)
-      : positions_(positions), own_(own), tree_(tree), sheet_(sheet), near_(near) {}
+      : positions_(positions), own_(own), tree_(tree), sheet_(sheet), near_(near) {
+    planes_.reserve(own.size());
+    for (const Triangle& t : own) planes_.emplace_back(positions, t);
+  }
 
   /// Triangles that others are looked for at: those of the patch, then of the sheet.
   std::size_t size() const { return own_.size() + near_.size(); }
@@ -29,8 +32,11 @@ class ContactSearch {
       const bool is_own = i < own_.size();
       const std::size_t number = is_own ? i : own_.size() + near_[i - own_.size()];  // in contacts
       const Triangle& t = is_own ? own_[i] : sheet_[number - own_.size()];
+      const ApartByPlane plane = is_own ? planes_[i] : ApartByPlane(positions_, t);
       const bool more = tree_.for_each(box_of(positions_, t), [&](std::uint32_t k) {
         if (is_own && k <= i) return true;
+        if (plane.has_beside(positions_, own_[k]) || planes_[k].has_beside(positions_, t))
+          return true;
         if (triangles_intersect(positions_, own_[k], t))
           contacts.push_back({k, static_cast<std::uint32_t>(number)});
         return contacts.size() < limit;
@@ -64,6 +70,7 @@ class ContactSearch {
   const BoxTree& tree_;
   std::span<const Triangle> sheet_;
   std::span<const std::uint32_t> near_;
+  std::vector<ApartByPlane> planes_;  // of the patch's triangles
 };
 
 std::vector<Vec3> all_positions(const HoleProblem& problem, const HolePatch& patch) {
