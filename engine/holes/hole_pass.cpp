@@ -47,6 +47,19 @@ Triangle64 in_mesh_numbers(const Triangle& t, std::span<const std::uint64_t> ver
   return result;
 }
 
+/// Vertices around a loop that its patch is shaped after. Within twice the radius of a long one,
+/// which is wide in one direction alone, there are far more than around a round one of as many
+/// edges: of these the rings nearest to the rim are kept.
+std::uint32_t most_around(const BoundaryLoop& loop, std::uint32_t most) {
+  constexpr std::size_t kLeast = 300;
+  constexpr double kRound = 5.0;  // radii; a circle's perimeter is 2 pi of them, a slit's 4
+  const bool is_long = loop.perimeter < kRound * loop.radius;
+  if (!is_long) return most;
+  const std::size_t edges = loop.vertices.size();
+  return static_cast<std::uint32_t>(
+      std::min<std::size_t>(most, std::max(kLeast, edges * edges / 4)));
+}
+
 }  // namespace
 
 std::vector<std::vector<Edge64>> shared_pairs(std::span<const BoundaryLoop> loops) {
@@ -101,6 +114,7 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
   patch_options.stop = stop;
   NeighborhoodOptions around;
   around.radius_factor = options.neighborhood;
+  around.max_vertices = most_around(loop, around.max_vertices);
   if (loop.vertices.size() <= patch_options.direct_edges) {
     // Triangles between the corners are chosen by the faces behind them; what else they could meet
     // is looked for only where that matters.

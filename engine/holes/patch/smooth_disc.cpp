@@ -106,7 +106,7 @@ std::optional<FairDisc> fairest_by_levels(const DiscRim& around, const RimSheet&
 /// small enough for that and has more than a few points.
 std::optional<FairDisc> fairest_plate(const DiscRim& around, const PatchMesh& start, double spacing,
                                       double points, const PatchOptions& options) {
-  constexpr double kSmall = 2000.0;
+  constexpr double kSmall = 300.0;  // on larger ones the other is no closer to what was cut out
   const RimSheet sheet = sheet_at_rim(around.problem, around.rim);
   std::optional<FairDisc> best = fairest_by_levels(around, sheet, spacing, points, start, options);
   constexpr std::uint32_t kFew = 3;
