@@ -19,6 +19,7 @@
 #include "engine/holes/patch/patch_confidence.h"
 #include "engine/holes/patch/patch_defect.h"
 #include "engine/holes/patch/patch_intersections.h"
+#include "engine/holes/patch/patch_values.h"
 #include "engine/holes/patch/rim.h"
 #include "engine/holes/patch/rim_piercings.h"
 #include "engine/holes/patch/smooth_disc.h"
@@ -181,6 +182,7 @@ class Attempts {
       return left_open(last_fault_ == first_fault_ ? first_fault_
                                                    : joined(first_fault_, last_fault_));
     }
+    give_values(problem_, best_);
     judge(problem_, options_, best_);
     if (fewest_contacts_ == 0) {
       best_.reason = joined(first_fault_, best_.reason);

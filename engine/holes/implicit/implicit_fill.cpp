@@ -83,7 +83,10 @@ std::optional<std::uint64_t> worth_a_zero_set(const HoleProblem& problem, const 
 HolePatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
                         const PatchOptions& options) {
   const BoxTree sheet = BoxTree::of_sheet(problem.positions, problem.sheet);
-  return implicit_fill(problem, loop, sheet, RimPiercings(problem, sheet), options).patch;
+  HolePatch patch =
+      implicit_fill(problem, loop, sheet, RimPiercings(problem, sheet), options).patch;
+  give_values(problem, patch);
+  return patch;
 }
 
 ImplicitPatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loop,
@@ -98,7 +101,7 @@ ImplicitPatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loo
       worth_a_zero_set(problem, rim, *disc, plate, sheet, piercings);
   if (!contacts_of_plate) {
     plate.reason = "thin plate";
-    plate.values = values_from_corners(problem, plate.positions);
+    plate.lacks_values = true;
     return {std::move(plate)};
   }
   const std::vector<std::uint32_t> sites = choose_sites(problem, rim, most_sites(rim, options));
@@ -142,7 +145,7 @@ HolePatch moved_membrane(const HoleProblem& problem, const LoopTriangles& loop,
   move(*disc);
   HolePatch patch = finished(problem, loop.rim, *disc);
   patch.method = FillMethod::kDirect;
-  patch.values = values_from_corners(problem, patch.positions);
+  patch.lacks_values = true;
   return patch;
 }
 

@@ -11,7 +11,7 @@
 
 namespace orbweave {
 
-/// A patch, and whether it is known to meet neither the sheet nor itself.
+/// A patch, and whether it is known to meet neither the sheet nor itself. It may lack values.
 struct ImplicitPatch {
   HolePatch patch;
   bool is_clear = false;
@@ -30,12 +30,13 @@ ImplicitPatch implicit_fill(const HoleProblem& problem, const LoopTriangles& loo
                             const PatchOptions& options);
 
 /// The membrane over the loop: refined like the others, but as flat as can be. It stays within
-/// the loop's convex hull, and so out of the way of sheets that a rounder patch would meet.
+/// the loop's convex hull, and so out of the way of sheets that a rounder patch would meet. It
+/// lacks values.
 HolePatch membrane_fill(const HoleProblem& problem, const LoopTriangles& loop,
                         const PatchOptions& options = {});
 
 /// The membrane with its new vertices in a plane that lies behind the sheet. It rises steeply to
-/// those parts of the rim that stand above the plane.
+/// those parts of the rim that stand above the plane. It lacks values.
 HolePatch recessed_fill(const HoleProblem& problem, const LoopTriangles& loop,
                         const RecessedPlane& plane, const PatchOptions& options = {});
 

@@ -79,7 +79,8 @@ bool contains(const std::vector<Edge>& sorted, Edge edge) {
 std::string array_defect(const HoleProblem& problem, const HolePatch& patch) {
   const std::size_t n = patch.positions.size();
   if (patch.normals.size() != n) return "not one normal per new vertex";
-  if (patch.values.size() != n * problem.channels) return "not all values per new vertex";
+  if (patch.values.size() != (patch.lacks_values ? 0 : n * problem.channels))
+    return "not all values per new vertex";
   if (!std::all_of(patch.positions.begin(), patch.positions.end(), is_finite)) {
     return "a position that is not finite";
   }

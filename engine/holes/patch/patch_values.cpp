@@ -72,6 +72,12 @@ std::vector<double> values_from_corners(const HoleProblem& problem, std::span<co
   return values;
 }
 
+void give_values(const HoleProblem& problem, HolePatch& patch) {
+  if (!patch.lacks_values) return;
+  patch.values = values_from_corners(problem, patch.positions);
+  patch.lacks_values = false;
+}
+
 std::vector<double> values_from_sites(const HoleProblem& problem,
                                       std::span<const std::uint32_t> sites,
                                       std::span<const Vec3> points, const PatchOptions& options) {

@@ -418,9 +418,11 @@ class Untangler {
       is_changed_[index] = 1;
     }
     is_changed_.resize(patch_.triangles.size(), 1);
-    const std::vector<double> values = values_from_corners(problem_, centers);
     patch_.positions.insert(patch_.positions.end(), centers.begin(), centers.end());
-    patch_.values.insert(patch_.values.end(), values.begin(), values.end());
+    if (!patch_.lacks_values) {
+      const std::vector<double> values = values_from_corners(problem_, centers);
+      patch_.values.insert(patch_.values.end(), values.begin(), values.end());
+    }
     patch_.normals.resize(patch_.positions.size());
     return !centers.empty();
   }

@@ -75,12 +75,14 @@ struct HolePatch {
   std::vector<Vec3> positions;          ///< new vertices
   std::vector<Vec3> normals;            ///< unit, theirs
   std::vector<double> values;           ///< new vertices x channels
-  std::vector<Triangle> triangles;      ///< oriented like the sheet
-  std::uint32_t sites = 0;              ///< of the interpolant; 0: none was needed
-  double residual = 0.0;                ///< largest distance of a site from it, world units
-  double condition = 0.0;               ///< estimate for the linear system; 0: none
-  double rim_dihedral_rad = 0.0;        ///< largest angle between a rim face and its patch face
-  double rim_mean_rad = 0.0;            ///< mean of these angles
+  /// There are none yet: they follow from the corners' (give_values()) once the patch is taken.
+  bool lacks_values = false;
+  std::vector<Triangle> triangles;  ///< oriented like the sheet
+  std::uint32_t sites = 0;          ///< of the interpolant; 0: none was needed
+  double residual = 0.0;            ///< largest distance of a site from it, world units
+  double condition = 0.0;           ///< estimate for the linear system; 0: none
+  double rim_dihedral_rad = 0.0;    ///< largest angle between a rim face and its patch face
+  double rim_mean_rad = 0.0;        ///< mean of these angles
   /// A membrane over a rim at which the surface ends in a crease (ends_in_crease()).
   bool is_flat = false;
   double confidence = 0.0;  ///< how much it can be relied on (patch_confidence.h)
