@@ -94,7 +94,11 @@ bool PatchMesh::may_join(std::uint32_t a, std::uint32_t b) const {
 std::uint32_t PatchMesh::split(std::uint32_t h, Vec3 position) {
   positions_.push_back(position);
   mesh_.from.push_back(kNone32);
-  return mesh_.split_edge(h, size() - 1);
+  const std::uint32_t g = mesh_.twin[h];
+  const std::uint32_t upper = mesh_.split_edge(h, size() - 1);
+  is_changed_.resize(mesh_.size() / 3, 1);
+  is_changed_[h / 3] = is_changed_[g / 3] = 1;
+  return upper;
 }
 
 bool PatchMesh::is_long(std::uint32_t h, double longest) const {
@@ -179,7 +183,7 @@ std::uint32_t PatchMesh::split_long_edges(double longest, std::uint32_t max_poin
     for (int round = 0; round < kRounds; ++round) {
       check_stop(stop);
       if (split_pass(limit, max_points - (size() - before)) == 0) break;
-      flip_to_delaunay();
+      flip_changed();
     }
     if (limit > longest) {
       collapse_down_to(kClose * limit, before);
@@ -344,22 +348,36 @@ bool PatchMesh::flip_keeps_shape(std::uint32_t h) const {
 }
 
 std::uint32_t PatchMesh::flip_to_delaunay() {
-  std::queue<std::uint32_t> queue;
+  is_changed_.assign(mesh_.size() / 3, 1);
+  return flip_changed();
+}
+
+/// As flip_to_delaunay(), where only triangles that are marked have changed since it ended: no edge
+/// between two others is worth a flip now.
+std::uint32_t PatchMesh::flip_changed() {
+  is_changed_.resize(mesh_.size() / 3, 1);
+  std::vector<std::uint32_t> queue;  // goes on while it is gone through
   for (std::uint32_t h = 0; h < mesh_.size(); ++h) {
-    if (mesh_.twin[h] != kNone32 && h < mesh_.twin[h]) queue.push(h);
+    if (mesh_.twin[h] != kNone32 && h < mesh_.twin[h]) queue.push_back(h);
   }
+  std::vector<std::uint32_t> waiting;  // edges that others, which may go, keep from a flip
   std::uint32_t count = 0;
-  for (; !queue.empty(); queue.pop()) {
-    const std::uint32_t h = queue.front();
+  for (std::size_t i = 0; i < queue.size(); ++i) {
+    const std::uint32_t h = queue[i];
     const std::uint32_t g = mesh_.twin[h];
-    if (g == kNone32 || !flip_improves(h) || !flip_keeps_shape(h) ||
-        !may_join(mesh_.apex(h), mesh_.apex(g))) {
+    if (g == kNone32 || (is_changed_[h / 3] == 0 && is_changed_[g / 3] == 0)) continue;
+    if (!flip_improves(h) || !flip_keeps_shape(h)) continue;
+    if (!may_join(mesh_.apex(h), mesh_.apex(g))) {
+      waiting.push_back(h);
       continue;
     }
     mesh_.flip(h);
-    for (const std::uint32_t e : {h, HalfEdges::next(h), g, HalfEdges::next(g)}) queue.push(e);
+    is_changed_[h / 3] = is_changed_[g / 3] = 1;
+    for (const std::uint32_t e : {h, HalfEdges::next(h), g, HalfEdges::next(g)}) queue.push_back(e);
     ++count;
   }
+  std::fill(is_changed_.begin(), is_changed_.end(), 0);
+  for (const std::uint32_t h : waiting) is_changed_[h / 3] = 1;
   return count;
 }
 

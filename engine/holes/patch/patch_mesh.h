@@ -85,6 +85,7 @@ class PatchMesh {
   std::uint32_t split(std::uint32_t h, Vec3 position);
   std::uint32_t split_pass(double longest, std::uint32_t max_points);
   std::vector<std::uint32_t> edges_to_split() const;
+  std::uint32_t flip_changed();
   bool flip_improves(std::uint32_t h) const;
   bool flip_keeps_shape(std::uint32_t h) const;
   void drop_unused(std::uint32_t first);
@@ -101,6 +102,8 @@ class PatchMesh {
   std::vector<std::uint32_t> next_visit_;   ///< per corner: the next one of its vertex, in a cycle
   std::vector<std::array<std::uint32_t, 2>> forbidden_;
   HalfEdges mesh_;
+  /// Per triangle: some edge of it may be worth a flip, as far as that is not known to be none.
+  std::vector<std::uint8_t> is_changed_;
 };
 
 }  // namespace orbweave

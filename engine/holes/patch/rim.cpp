@@ -108,8 +108,11 @@ RimSheet sheet_at_rim(const HoleProblem& problem, const Rim& rim) {
   return sheet;
 }
 
-HolePatch patch_of_disc(const HoleProblem& problem, const Rim& rim, std::span<const Vec3> positions,
-                        std::span<const CornerTriangle> triangles) {
+namespace {
+
+/// A patch without normals.
+HolePatch shape_of(const HoleProblem& problem, const Rim& rim, std::span<const Vec3> positions,
+                   std::span<const CornerTriangle> triangles) {
   constexpr std::uint32_t kUnused = UINT32_MAX;
   const auto corners = static_cast<std::uint32_t>(problem.loop.size());
   const auto given = static_cast<std::uint32_t>(problem.positions.size());
@@ -130,12 +133,24 @@ HolePatch patch_of_disc(const HoleProblem& problem, const Rim& rim, std::span<co
   for (const CornerTriangle& t : triangles) {
     patch.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
   }
+  return patch;
+}
+
+}  // namespace
+
+HolePatch patch_of_disc(const HoleProblem& problem, const Rim& rim, std::span<const Vec3> positions,
+                        std::span<const CornerTriangle> triangles) {
+  HolePatch patch = shape_of(problem, rim, positions, triangles);
   patch.normals = normals_of_patch(problem, patch);
   return patch;
 }
 
 HolePatch patch_of_disc(const HoleProblem& problem, const Rim& rim, const PatchMesh& disc) {
   return patch_of_disc(problem, rim, disc.positions(), disc.triangles());
+}
+
+HolePatch shape_of_disc(const HoleProblem& problem, const Rim& rim, const PatchMesh& disc) {
+  return shape_of(problem, rim, disc.positions(), disc.triangles());
 }
 
 std::vector<Vec3> normals_of_patch(const HoleProblem& problem, const HolePatch& patch) {

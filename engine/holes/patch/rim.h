@@ -38,6 +38,8 @@ RimSheet sheet_at_rim(const HoleProblem& problem, const Rim& rim);
 HolePatch patch_of_disc(const HoleProblem& problem, const Rim& rim, std::span<const Vec3> positions,
                         std::span<const CornerTriangle> triangles);
 HolePatch patch_of_disc(const HoleProblem& problem, const Rim& rim, const PatchMesh& disc);
+/// The same, without normals.
+HolePatch shape_of_disc(const HoleProblem& problem, const Rim& rim, const PatchMesh& disc);
 
 /// Angles between the faces behind the rim and the patch's faces before it, radians.
 struct RimAngles {

@@ -54,13 +54,35 @@ struct FairDisc {
   double energy = 0.0;
 };
 
-/// A hole, and what its discs' energies are measured with.
-struct DiscRim {
+/// A hole, and what its discs' energies are measured with: the vertices of the rim's faces alone,
+/// in their order.
+class DiscRim {
+ public:
+  DiscRim(const HoleProblem& hole, const Rim& its_rim) : problem(hole), rim(its_rim) {
+    std::vector<std::uint32_t> used = problem.loop;
+    for (const Triangle& t : rim.faces) used.insert(used.end(), t.begin(), t.end());
+    std::sort(used.begin(), used.end());
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    const auto number_of = [&](std::uint32_t v) {
+      return static_cast<std::uint32_t>(std::lower_bound(used.begin(), used.end(), v) -
+                                        used.begin());
+    };
+    for (const std::uint32_t v : used) measured_.positions.push_back(problem.positions[v]);
+    for (const std::uint32_t v : problem.loop) measured_.loop.push_back(number_of(v));
+    for (const Triangle& t : rim.faces)
+      faces_.push_back({number_of(t[0]), number_of(t[1]), number_of(t[2])});
+  }
+
+  double energy_of(const PatchMesh& disc) const {
+    return bending_energy(measured_, faces_, shape_of_disc(measured_, rim, disc));
+  }
+
   const HoleProblem& problem;
   const Rim& rim;
-  double energy_of(const PatchMesh& disc) const {
-    return bending_energy(problem, rim.faces, patch_of_disc(problem, rim, disc));
-  }
+
+ private:
+  HoleProblem measured_;
+  std::vector<Triangle> faces_;
 };
 
 /// Rounds until the energy falls no more. A plate that has grown is another plate: its triangles,
