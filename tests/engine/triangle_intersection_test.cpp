@@ -2,6 +2,7 @@
 
 #include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <vector>
 
 #include "engine/holes/patch/patch_intersections.h"
@@ -107,6 +108,25 @@ TEST_CASE("KnownSidesTellWhetherTrianglesAcrossEachOthersPlanesIntersect") {
   }
   CHECK(met > 100);
   CHECK(missed > 100);
+}
+
+TEST_CASE("TrianglesBesideAPlaneDoNotIntersect") {
+  // On a coarse lattice many corners lie in others' planes and many triangles share corners.
+  Random random(11);
+  std::size_t beside = 0;
+  for (int round = 0; round < 20'000; ++round) {
+    std::vector<Vec3> p;
+    for (int i = 0; i < 6; ++i)
+      p.push_back({std::floor(5.0 * random.uniform()), std::floor(5.0 * random.uniform()),
+                   std::floor(5.0 * random.uniform())});
+    const Triangle s = {0, 1, 2};
+    const auto shared = static_cast<std::uint32_t>(round % 3);
+    const Triangle t = {3 - shared, 4 - shared, 5 - shared};
+    if (!ApartByPlane(p, s).has_beside(p, t)) continue;
+    ++beside;
+    REQUIRE_FALSE(triangles_intersect(p, s, t));
+  }
+  CHECK(beside > 5'000);
 }
 
 TEST_CASE("SideOfPlaneIsExact") {

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "io/box.h"
+#include "engine/holes/patch/box_tree.h"
 
 namespace orbweave {
 namespace {
