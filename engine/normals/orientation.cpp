@@ -1,6 +1,8 @@
 // The signs of all patches, from their votes and from what they enclose.
 #include "engine/normals/orientation.h"
 
+#include <oneapi/tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,12 +12,25 @@
 #include "engine/normals/ground_patches.h"
 #include "engine/normals/orientation_graph.h"
 #include "io/box.h"
+#include "io/whole_loop.h"
 
 namespace orbweave {
 namespace {
 
 /// Votes for a patch's sign should be at least this to one against it.
 constexpr double kClear = 3.0;
+
+/// Rows that one thread treats without a break.
+constexpr std::size_t kBlock = 16384;
+
+std::size_t blocks_of(std::size_t rows) { return (rows + kBlock - 1) / kBlock; }
+
+/// Chunks come in order and have theirs in order.
+template <class T, class Before>
+void sort_rows(std::vector<T>& rows, Before before) {
+  if (!std::is_sorted(rows.begin(), rows.end(), before))
+    tbb::parallel_sort(rows.begin(), rows.end(), before);
+}
 
 std::uint32_t row_of(const std::vector<PatchSum>& sums, PatchId patch) {
   const auto at = std::lower_bound(sums.begin(), sums.end(), patch,
@@ -25,15 +40,20 @@ std::uint32_t row_of(const std::vector<PatchSum>& sums, PatchId patch) {
 }
 
 std::vector<SignedEdge> edges_of(const std::vector<PatchSum>& sums, std::vector<PatchVote> votes) {
-  std::sort(votes.begin(), votes.end(), [](const PatchVote& a, const PatchVote& b) {
+  sort_rows(votes, [](const PatchVote& a, const PatchVote& b) {
     return std::tie(a.from, a.to, a.votes, a.weight) < std::tie(b.from, b.to, b.votes, b.weight);
   });
-  std::vector<SignedEdge> edges;
-  edges.reserve(votes.size());
-  for (const PatchVote& v : votes) {
-    const std::uint32_t a = row_of(sums, v.from), b = row_of(sums, v.to);
-    if (a < sums.size() && b < sums.size()) edges.push_back({a, b, v.votes, v.weight});
-  }
+  std::vector<SignedEdge> edges(votes.size());
+  for_each_whole(blocks_of(votes.size()), [&](std::size_t block) {
+    const std::size_t first = block * kBlock;
+    for (std::size_t i = first; i < std::min(first + kBlock, votes.size()); ++i) {
+      const PatchVote& v = votes[i];
+      const bool is_same = i > first && votes[i - 1].from == v.from;
+      const std::uint32_t from = is_same ? edges[i - 1].a : row_of(sums, v.from);
+      edges[i] = {from, row_of(sums, v.to), v.votes, v.weight};
+    }
+  });
+  std::erase_if(edges, [&](const SignedEdge& e) { return std::max(e.a, e.b) >= sums.size(); });
   return edges;
 }
 
@@ -192,7 +212,7 @@ void list_doubtful(const std::vector<PatchSum>& sums, PatchOrientation& result) 
 /// Weak joins are listed for parts of this share of the surface. The sky is as large as all.
 JoinOptions join_options(const std::vector<PatchSum>& sums, const StopToken* stop) {
   constexpr double kLarge = 0.02;
-  JoinOptions options{.stop = stop};
+  JoinOptions options{.in_runs = static_cast<std::uint32_t>(sums.size()), .stop = stop};
   double area = 0.0;
   for (const PatchSum& sum : sums) {
     options.sizes.push_back(surface_area(sum));
@@ -207,8 +227,7 @@ JoinOptions join_options(const std::vector<PatchSum>& sums, const StopToken* sto
 
 PatchOrientation orient_patch_graph(std::vector<PatchSum> sums, std::vector<PatchVote> votes,
                                     const PatchGraphOptions& options) {
-  std::sort(sums.begin(), sums.end(),
-            [](const PatchSum& a, const PatchSum& b) { return a.patch < b.patch; });
+  sort_rows(sums, [](const PatchSum& a, const PatchSum& b) { return a.patch < b.patch; });
   const std::vector<SignedEdge> edges = edges_of(sums, std::move(votes));
   std::vector<SignedEdge> all = edges;
   std::vector<std::uint8_t> is_ground(sums.size());

@@ -1,12 +1,20 @@
 #include "engine/normals/orientation_graph.h"
 
+#include <oneapi/tbb/parallel_sort.h>
+
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstddef>
+#include <limits>
 #include <numeric>
+#include <optional>
 #include <queue>
+#include <span>
 #include <tuple>
-#include <unordered_map>
 #include <utility>
+
+#include "io/whole_loop.h"
 
 namespace orbweave {
 namespace {
@@ -29,7 +37,7 @@ void normalize(std::vector<SignedEdge>& edges) {
   std::erase_if(edges, [](const SignedEdge& e) { return e.a == e.b; });
   for (SignedEdge& e : edges)
     if (e.b < e.a) std::swap(e.a, e.b);
-  std::sort(edges.begin(), edges.end(), before);
+  tbb::parallel_sort(edges.begin(), edges.end(), before);
   std::size_t kept = 0;
   for (const SignedEdge& e : edges) {
     if (kept > 0 && edges[kept - 1].a == e.a && edges[kept - 1].b == e.b) {
@@ -45,23 +53,134 @@ void normalize(std::vector<SignedEdge>& edges) {
 /// Votes between large parts are to go one way at least this to one against the other.
 constexpr double kClear = 3.0;
 
+/// The votes of pairs of nodes, by the nodes of a pair in either order: a hash table with open
+/// addresses, half of them free.
+class PairTable {
+ public:
+  explicit PairTable(std::size_t pairs) { resize(pairs); }
+
+  /// Null where the pair has none.
+  Votes* find(std::uint32_t a, std::uint32_t b) {
+    Slot& slot = slots_[place_of(key_of(a, b))];
+    return slot.key == kFree || slot.is_erased ? nullptr : &slot.votes;
+  }
+
+  /// A pair that was never there has votes of 0, and is new. Ends what find() returned.
+  std::pair<Votes*, bool> find_or_add(std::uint32_t a, std::uint32_t b) {
+    if (2 * taken_ >= slots_.size()) resize(2 * (taken_ - erased_));
+    const std::uint64_t key = key_of(a, b);
+    Slot& slot = slots_[place_of(key)];
+    const bool is_new = slot.key == kFree;
+    if (is_new) {
+      slot.key = key;
+      ++taken_;
+    }
+    return {&slot.votes, is_new};
+  }
+
+  /// For good: one of the two nodes is no root any more.
+  void erase(std::uint32_t a, std::uint32_t b) {
+    slots_[place_of(key_of(a, b))].is_erased = true;
+    ++erased_;
+  }
+
+ private:
+  static constexpr std::uint64_t kFree = std::numeric_limits<std::uint64_t>::max();
+  struct Slot {
+    std::uint64_t key = kFree;
+    Votes votes;
+    bool is_erased = false;
+  };
+
+  static std::uint64_t key_of(std::uint32_t a, std::uint32_t b) {
+    return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+  }
+
+  /// Of the key, or a free one where it belongs.
+  std::size_t place_of(std::uint64_t key) const {
+    // Fibonacci hashing: Knuth, The Art of Computer Programming, volume 3, section 6.4.
+    std::size_t place = (key * 0x9e3779b97f4a7c15U) >> shift_;
+    while (slots_[place].key != key && slots_[place].key != kFree)
+      place = (place + 1) & (slots_.size() - 1);
+    return place;
+  }
+
+  void resize(std::size_t pairs) {
+    const std::size_t size = std::bit_ceil(std::max<std::size_t>(4 * pairs, 8));
+    const std::vector<Slot> old = std::exchange(slots_, std::vector<Slot>(size));
+    shift_ = 64 - std::countr_zero(size);
+    taken_ = erased_ = 0;
+    for (const Slot& slot : old) {
+      if (slot.key == kFree || slot.is_erased) continue;
+      slots_[place_of(slot.key)] = slot;
+      ++taken_;
+    }
+  }
+
+  std::vector<Slot> slots_;
+  int shift_ = 0;
+  std::size_t taken_ = 0;   // slots that are not free
+  std::size_t erased_ = 0;  // of them
+};
+
+/// The nodes that each node has votes with, and some that are no roots any more.
+class Neighbors {
+ public:
+  Neighbors(std::uint32_t nodes, std::size_t pairs) : last_(nodes, kNone), degree_(nodes, 0) {
+    links_.reserve(2 * pairs);
+  }
+
+  void add(std::uint32_t of, std::uint32_t node) {
+    links_.push_back({node, last_[of]});
+    last_[of] = static_cast<std::uint32_t>(links_.size() - 1);
+    ++degree_[of];
+  }
+  /// Says that one of them is no root any more.
+  void lose_one(std::uint32_t of) { --degree_[of]; }
+  /// Those that are roots.
+  std::uint32_t degree(std::uint32_t of) const { return degree_[of]; }
+
+  /// Calls visit(node) for each, in no order; visit may add.
+  template <class Visit>
+  void visit_all(std::uint32_t of, Visit visit) const {
+    for (std::uint32_t at = last_[of]; at != kNone;) {
+      const Link link = links_[at];
+      visit(link.node);
+      at = link.before;
+    }
+  }
+
+ private:
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  struct Link {
+    std::uint32_t node, before;
+  };
+  std::vector<Link> links_;
+  std::vector<std::uint32_t> last_;
+  std::vector<std::uint32_t> degree_;
+};
+
 class Agglomeration {
  public:
-  Agglomeration(std::uint32_t nodes, const std::vector<SignedEdge>& edges,
-                const JoinOptions& options)
+  Agglomeration(std::uint32_t nodes, std::span<const SignedEdge> edges, const JoinOptions& options)
       : options_(options),
-        links_(nodes),
+        votes_(edges.size()),
+        links_(nodes, edges.size()),
         parent_(nodes),
         turn_(nodes, 0),
         first_(nodes),
         size_(options.sizes) {
     std::iota(parent_.begin(), parent_.end(), 0u);
     std::iota(first_.begin(), first_.end(), 0u);
+    std::vector<Offer> offers;
+    offers.reserve(2 * edges.size());
     for (const SignedEdge& e : edges) {
-      links_[e.a][e.b] = {e.votes, e.weight};
-      links_[e.b][e.a] = {e.votes, e.weight};
-      offer(e.a, e.b, {e.votes, e.weight});
+      *votes_.find_or_add(e.a, e.b).first = {e.votes, e.weight};
+      links_.add(e.a, e.b);
+      links_.add(e.b, e.a);
+      if (const auto offer = offer_of(e.a, e.b, {e.votes, e.weight})) offers.push_back(*offer);
     }
+    offers_ = std::priority_queue<Offer>({}, std::move(offers));
   }
 
   SignedParts run() {
@@ -86,39 +205,49 @@ class Agglomeration {
     }
   };
 
-  void offer(std::uint32_t a, std::uint32_t b, Votes votes) {
+  std::optional<Offer> offer_of(std::uint32_t a, std::uint32_t b, Votes votes) const {
     const double strength = std::abs(votes.votes);
-    if (!(strength > 0.0) || strength < options_.least_share * votes.weight) return;
+    if (!(strength > 0.0) || strength < options_.least_share * votes.weight) return std::nullopt;
     const auto [first, second] = std::minmax(first_[a], first_[b]);
-    offers_.push({strength, first, second, a, b});
+    return Offer{strength, first, second, a, b};
   }
 
-  bool is_current(const Offer& offer) const {
+  bool is_current(const Offer& offer) {
     if (parent_[offer.a] != offer.a || parent_[offer.b] != offer.b) return false;
-    const auto found = links_[offer.a].find(offer.b);
-    return found != links_[offer.a].end() && std::abs(found->second.votes) == offer.strength;
+    const Votes* const votes = votes_.find(offer.a, offer.b);
+    return votes != nullptr && std::abs(votes->votes) == offer.strength;
   }
 
   /// The part with fewer links goes into the other one and is turned where the votes say so.
   void join(std::uint32_t a, std::uint32_t b) {
-    const auto rank = [&](std::uint32_t x) { return std::tuple(links_[x].size(), first_[x]); };
+    const auto rank = [&](std::uint32_t x) { return std::tuple(links_.degree(x), first_[x]); };
     if (rank(a) > rank(b)) std::swap(a, b);
-    const bool turned = links_[a][b].votes < 0.0;
-    if (!size_.empty()) join_sizes(a, b, links_[a][b]);
+    const Votes between = *votes_.find(a, b);
+    const bool turned = between.votes < 0.0;
+    if (!size_.empty()) join_sizes(a, b, between);
     parent_[a] = b;
     turn_[a] = turned ? 1 : 0;
-    links_[b].erase(a);
-    links_[a].erase(b);
+    votes_.erase(a, b);
+    links_.lose_one(b);
     first_[b] = std::min(first_[a], first_[b]);
-    for (const auto& [other, votes] : links_[a]) {
-      const double moved = turned ? -votes.votes : votes.votes;
-      Votes& to = links_[b][other];
-      to = {to.votes + moved, to.weight + votes.weight};
-      links_[other].erase(a);
-      links_[other][b] = to;
-      offer(b, other, to);
+    links_.visit_all(a, [&](std::uint32_t other) {
+      if (parent_[other] == other && other != b) move_votes(a, b, other, turned);
+    });
+  }
+
+  /// Adds the votes between a and another part to those between b and that part.
+  void move_votes(std::uint32_t a, std::uint32_t b, std::uint32_t other, bool turned) {
+    const Votes votes = *votes_.find(a, other);
+    votes_.erase(a, other);
+    const double moved = turned ? -votes.votes : votes.votes;
+    const auto [to, is_new] = votes_.find_or_add(b, other);
+    *to = {to->votes + moved, to->weight + votes.weight};
+    links_.lose_one(other);
+    if (is_new) {
+      links_.add(b, other);
+      links_.add(other, b);
     }
-    links_[a] = {};
+    if (const auto offer = offer_of(b, other, *to)) offers_.push(*offer);
   }
 
   /// `b` stays.
@@ -163,8 +292,8 @@ class Agglomeration {
   }
 
   const JoinOptions& options_;
-  // Only looked up, or each entry treated alone: the order of entries does not matter.
-  std::vector<std::unordered_map<std::uint32_t, Votes>> links_;
+  PairTable votes_;
+  Neighbors links_;
   std::vector<std::uint32_t> parent_;
   std::vector<std::uint8_t> turn_;    // against the parent
   std::vector<std::uint32_t> first_;  // smallest node of a root's part
@@ -173,12 +302,90 @@ class Agglomeration {
   std::priority_queue<Offer> offers_;
 };
 
+/// Nodes that are joined before others, where that is asked: so many in a row.
+constexpr std::uint32_t kRun = 512;
+/// Pairs of a run whose votes are less unanimous are left to the whole graph.
+constexpr double kUnanimous = 0.8;
+
+/// The parts of a run of nodes, by the edges within it. `edges`: sorted.
+void join_run(std::uint32_t begin, std::uint32_t end, std::span<const SignedEdge> edges,
+              const StopToken* stop, SignedParts& parts) {
+  const auto from = std::partition_point(edges.begin(), edges.end(),
+                                         [&](const SignedEdge& e) { return e.a < begin; });
+  std::vector<SignedEdge> own;
+  for (auto edge = from; edge != edges.end() && edge->a < end; ++edge)
+    if (edge->b < end) own.push_back({edge->a - begin, edge->b - begin, edge->votes, edge->weight});
+  const JoinOptions options{.least_share = kUnanimous, .stop = stop};
+  const SignedParts joined = Agglomeration(end - begin, own, options).run();
+  for (std::uint32_t v = begin; v < end; ++v) {
+    parts.part[v] = begin + joined.part[v - begin];
+    parts.turn[v] = joined.turn[v - begin];
+  }
+}
+
+/// The parts of all runs; other nodes are parts of their own.
+SignedParts join_runs(std::uint32_t nodes, std::span<const SignedEdge> edges,
+                      const JoinOptions& options) {
+  SignedParts parts{std::vector<std::uint32_t>(nodes), std::vector<std::uint8_t>(nodes), {}};
+  std::iota(parts.part.begin(), parts.part.end(), 0u);
+  const std::uint32_t in_runs = std::min(options.in_runs, nodes);
+  for_each_whole((in_runs + kRun - 1) / kRun, [&](std::size_t run) {
+    const auto begin = static_cast<std::uint32_t>(run) * kRun;
+    join_run(begin, std::min(begin + kRun, in_runs), edges, options.stop, parts);
+  });
+  return parts;
+}
+
+/// The graph whose nodes are the parts of another one.
+struct Contracted {
+  std::vector<std::uint32_t> nodes;  ///< the smallest node of each part, ascending
+  std::vector<std::uint32_t> row;    ///< of a node's part in `nodes`
+  std::vector<SignedEdge> edges;
+  std::vector<double> sizes;
+};
+
+Contracted contract(const SignedParts& parts, std::span<const SignedEdge> edges,
+                    const std::vector<double>& sizes) {
+  Contracted graph;
+  graph.row.resize(parts.part.size());
+  for (std::uint32_t v = 0; v < parts.part.size(); ++v) {
+    if (parts.part[v] == v) {
+      graph.row[v] = static_cast<std::uint32_t>(graph.nodes.size());
+      graph.nodes.push_back(v);
+    }
+    graph.row[v] = graph.row[parts.part[v]];
+  }
+  for (const SignedEdge& e : edges) {
+    const bool turned = parts.turn[e.a] != parts.turn[e.b];
+    const std::uint32_t a = graph.row[e.a], b = graph.row[e.b];
+    if (a != b) graph.edges.push_back({a, b, turned ? -e.votes : e.votes, e.weight});
+  }
+  normalize(graph.edges);
+  if (sizes.empty()) return graph;
+  graph.sizes.resize(graph.nodes.size());
+  for (std::uint32_t v = 0; v < graph.row.size(); ++v) graph.sizes[graph.row[v]] += sizes[v];
+  return graph;
+}
+
 }  // namespace
 
 SignedParts join_by_votes(std::uint32_t nodes, std::vector<SignedEdge> edges,
                           const JoinOptions& options) {
   normalize(edges);
-  return Agglomeration(nodes, edges, options).run();
+  if (options.in_runs == 0) return Agglomeration(nodes, edges, options).run();
+  SignedParts parts = join_runs(nodes, edges, options);
+  const Contracted graph = contract(parts, edges, options.sizes);
+  JoinOptions of_parts = options;
+  of_parts.sizes = graph.sizes;
+  SignedParts whole =
+      Agglomeration(static_cast<std::uint32_t>(graph.nodes.size()), graph.edges, of_parts).run();
+  for (std::uint32_t v = 0; v < nodes; ++v) {
+    parts.part[v] = graph.nodes[whole.part[graph.row[v]]];
+    parts.turn[v] ^= whole.turn[graph.row[v]];
+  }
+  parts.weak = std::move(whole.weak);
+  for (WeakJoin& join : parts.weak) join.node = graph.nodes[join.node];
+  return parts;
 }
 
 }  // namespace orbweave

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "io/box.h"
+#include "io/whole_loop.h"
 
 namespace orbweave {
 namespace {
@@ -65,12 +66,12 @@ class Fit {
 
   /// What the best scanners leave: the best among some places, which are then moved.
   double best(std::span<const Vec3> places, const Stand& stand, const StopToken* stop) const {
-    Light lights;
-    lights.reserve(places.size() * samples_.size());
-    for (const Vec3& place : places) {
+    Light lights(places.size() * samples_.size());
+    for_each_whole(places.size(), [&](std::size_t place) {
       check_stop(stop);
-      add_light_from(place, stand.side, lights);
-    }
+      set_light_from(places[place], stand.side,
+                     std::span(lights).subspan(place * samples_.size(), samples_.size()));
+    });
     Scanners chosen;
     Left left{Light(samples_.size(), 1.0), weights_};
     for (int k = 0; k < kScanners; ++k) {
@@ -102,22 +103,23 @@ class Fit {
   std::optional<std::size_t> brightest(const Light& lights, const Left& left) const {
     Light wanted = left.errors;
     for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] *= left.weights[i];
-    std::optional<std::size_t> best;
-    double best_gain = 0.0;
-    for (std::size_t place = 0; place * samples_.size() < lights.size(); ++place) {
-      const Lights light = light_of(lights, place);
-      double power = 0.0, gain = 0.0;
-      for (std::size_t i = 0; i < light.size(); ++i) {
-        power += left.weights[i] * light[i] * light[i];
-        gain += wanted[i] * light[i];
-      }
-      if (!(power > 0.0) || !(gain > 0.0)) continue;
-      gain /= std::sqrt(power);
-      if (gain <= best_gain) continue;
-      best_gain = gain;
-      best = place;
+    std::vector<double> gains(lights.size() / samples_.size());
+    for_each_whole(gains.size(), [&](std::size_t place) {
+      gains[place] = gain_of(light_of(lights, place), wanted, left.weights);
+    });
+    const auto best = std::max_element(gains.begin(), gains.end());
+    if (best == gains.end() || !(*best > 0.0)) return std::nullopt;
+    return static_cast<std::size_t>(best - gains.begin());
+  }
+
+  /// 0 where it explains none.
+  static double gain_of(Lights light, Lights wanted, Lights weights) {
+    double power = 0.0, gain = 0.0;
+    for (std::size_t i = 0; i < light.size(); ++i) {
+      power += weights[i] * light[i] * light[i];
+      gain += wanted[i] * light[i];
     }
-    return best;
+    return power > 0.0 && gain > 0.0 ? gain / std::sqrt(power) : 0.0;
   }
 
   static Light of_unit_power(Lights light, Lights weights) {
@@ -146,8 +148,8 @@ class Fit {
           Vec3 place = scanners.places[k];
           place[way / 2] += way % 2 == 0 ? step : -step;
           if (stand.bounds.contains(place) != stand.is_inside()) continue;
-          Light light;
-          add_light_from(place, stand.side, light);
+          Light light(samples_.size());
+          set_light_from(place, stand.side, light);
           light = of_unit_power(light, weights_);
           std::swap(light, scanners.lights[k]);
           const double other = error_of(explain(scanners.lights));
@@ -162,13 +164,14 @@ class Fit {
     return error;
   }
 
-  void add_light_from(Vec3 place, double side, Light& lights) const {
-    for (const DensitySample& s : samples_) {
+  void set_light_from(Vec3 place, double side, std::span<double> light) const {
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+      const DensitySample& s = samples_[i];
       const Vec3 to = place - s.position;
       const double squared = squared_norm(to);
       const double along = side * dot(s.normal, to);
       const bool is_seen = squared > 0.0 && along > 0.0;
-      lights.push_back(is_seen ? along / (squared * std::sqrt(squared)) * s.area / s.points : 0.0);
+      light[i] = is_seen ? along / (squared * std::sqrt(squared)) * s.area / s.points : 0.0;
     }
   }
 
@@ -201,22 +204,28 @@ class Fit {
   }
 
   /// What is left of 1 by the best sum of lights with strengths that are not negative: coordinate
-  /// descent.
+  /// descent on the normal equations.
   Light solve(const std::vector<Light>& lights, const Light& weights) const {
     constexpr int kRounds = 60;
-    std::array<double, kScanners> strength{}, power{};
-    for (std::size_t k = 0; k < lights.size(); ++k)
-      power[k] = weighted(weights, lights[k], lights[k]);
-    Light left(samples_.size(), 1.0);
+    const std::size_t count = lights.size();
+    const Light one(samples_.size(), 1.0);
+    std::array<std::array<double, kScanners>, kScanners> shared{};
+    std::array<double, kScanners> strength{}, wanted{};
+    for (std::size_t k = 0; k < count; ++k) {
+      wanted[k] = weighted(weights, lights[k], one);
+      for (std::size_t l = 0; l <= k; ++l)
+        shared[k][l] = shared[l][k] = weighted(weights, lights[k], lights[l]);
+    }
     for (int round = 0; round < kRounds; ++round)
-      for (std::size_t k = 0; k < lights.size(); ++k) {
-        if (!(power[k] > 0.0)) continue;
-        const double next =
-            std::max(0.0, strength[k] + weighted(weights, lights[k], left) / power[k]);
-        const double change = next - strength[k];
-        strength[k] = next;
-        for (std::size_t i = 0; i < left.size(); ++i) left[i] -= change * lights[k][i];
+      for (std::size_t k = 0; k < count; ++k) {
+        if (!(shared[k][k] > 0.0)) continue;
+        double left = wanted[k];
+        for (std::size_t l = 0; l < count; ++l) left -= shared[k][l] * strength[l];
+        strength[k] = std::max(0.0, strength[k] + left / shared[k][k]);
       }
+    Light left = one;
+    for (std::size_t k = 0; k < count; ++k)
+      for (std::size_t i = 0; i < left.size(); ++i) left[i] -= strength[k] * lights[k][i];
     return left;
   }
 
@@ -278,8 +287,10 @@ DensityFit fit_density(std::span<const DensitySample> samples, const StopToken* 
   const Fit search(samples);
   fit.even = search.even();
   if (!(fit.even > kUneven)) return fit;
-  fit.inside = search.best(lattice(box, side), {box, -1.0, side}, stop);
-  fit.outside = search.best(places_outside(box, side), {box, 1.0, side}, stop);
+  for_each_whole(2, [&](std::size_t k) {
+    if (k == 0) fit.inside = search.best(lattice(box, side), {box, -1.0, side}, stop);
+    if (k == 1) fit.outside = search.best(places_outside(box, side), {box, 1.0, side}, stop);
+  });
   return fit;
 }
 

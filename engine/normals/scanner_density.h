@@ -34,7 +34,8 @@ struct DensityFit {
 
 /// Up to four scanners, one after the other, from the places of a coarse lattice: each the one that
 /// explains most of what is left. A scanner lights what faces it; that things stand in the way is
-/// not considered. O(samples * places) time and memory, some thousand places.
+/// not considered. O(samples * places) time and memory, some thousand places. Runs on
+/// the calling TBB arena.
 DensityFit fit_density(std::span<const DensitySample> samples, const StopToken* stop = nullptr);
 
 }  // namespace orbweave
