@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -42,14 +43,14 @@ class Communicator {
 
   /// Sets the common counter to 0 for every process; includes a barrier.
   virtual void reset_counter(const StopToken& /*stop*/) { counter_ = 0; }
-  /// The counter's value, which then rises by one: every number goes to one process alone.
+  /// The counter's value, which then rises by `amount`: every number goes to one process alone.
   /// Thread-safe.
-  std::uint64_t fetch_next() {
-    ++counter_calls_;
-    return count_up();
-  }
+  std::uint64_t fetch_next(std::uint64_t amount = 1);
   /// Calls of fetch_next() by this process.
   std::uint64_t counter_calls() const { return counter_calls_; }
+  /// What the shortest of them took: the others waited for calls of other processes; 0 before the
+  /// first.
+  double counter_seconds() const { return counter_calls_ > 0 ? counter_seconds_.load() : 0.0; }
 
   /// Returns every process's text to the root, by rank, and nothing to the others; includes a
   /// barrier.
@@ -68,11 +69,12 @@ class Communicator {
   virtual Done done_by_others() { return {}; }
 
  protected:
-  virtual std::uint64_t count_up() { return counter_++; }
+  virtual std::uint64_t count_up(std::uint64_t amount) { return counter_.fetch_add(amount); }
 
  private:
   std::atomic<std::uint64_t> counter_{0};
   std::atomic<std::uint64_t> counter_calls_{0};
+  std::atomic<double> counter_seconds_{std::numeric_limits<double>::infinity()};
 };
 
 }  // namespace orbweave

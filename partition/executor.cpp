@@ -12,8 +12,9 @@
 #include <vector>
 
 #include "io/system/memory_watch.h"
+#include "io/system/process_times.h"
 #include "partition/allowed_threads.h"
-#include "partition/chunk_blocks.h"
+#include "partition/task_shares.h"
 
 namespace orbweave {
 namespace {
@@ -70,42 +71,56 @@ class MemoryGate {
   double cost_ = 1.0;  // bytes held per byte planned, never less than 1
 };
 
-/// The tasks that this process takes, in ascending order: all of them, or those of the blocks that
-/// the common counter gives it. Not thread-safe.
+/// The tasks that this process takes, in ascending order: all of them, or those that it has by its
+/// number and then those that the common counter gives it. Not thread-safe.
 class TaskCounter {
  public:
   TaskCounter(std::span<const ChunkTask> tasks, const ExecutorOptions& options)
-      : tasks_(tasks.size()), communicator_(options.communicator) {
+      : communicator_(options.communicator),
+        shares_(lengths_of(tasks), communicator_ == nullptr ? 1 : communicator_->size(),
+                options.threads_of_each),
+        begin_seconds_(steady_seconds()) {
     if (communicator_ != nullptr && communicator_->size() == 1) communicator_ = nullptr;
     if (communicator_ == nullptr) {
-      end_ = tasks_;
+      own_.end = seen_ = shares_.tasks();
       return;
     }
-    std::vector<std::uint64_t> lengths;
-    lengths.reserve(tasks_);
-    for (const ChunkTask& task : tasks) lengths.push_back(task.length);
-    blocks_ = cut_blocks(lengths, communicator_->size(), options.threads_of_each);
+    own_ = shares_.by_number(communicator_->rank());
+    seen_ = shares_.first_counted();
+    length_ = shares_.length(own_);
   }
 
   /// The next task; the number of all tasks where none is left.
   std::size_t take() {
-    if (next_ == end_ && end_ < tasks_) take_block();
-    return next_ < tasks_ ? next_++ : tasks_;
+    if (own_.begin == own_.end && seen_ < shares_.tasks()) take_block();
+    return own_.begin < own_.end ? own_.begin++ : shares_.tasks();
   }
 
  private:
-  void take_block() {
-    const std::uint64_t block = communicator_->fetch_next();
-    const bool is_over = block + 1 >= blocks_.size();
-    next_ = is_over ? tasks_ : blocks_[block];
-    end_ = is_over ? tasks_ : blocks_[block + 1];
+  static std::vector<std::uint64_t> lengths_of(std::span<const ChunkTask> tasks) {
+    std::vector<std::uint64_t> lengths;
+    lengths.reserve(tasks.size());
+    for (const ChunkTask& task : tasks) lengths.push_back(task.length);
+    return lengths;
   }
 
-  std::size_t tasks_;
+  void take_block() {
+    const double wanted =
+        length_worth_a_call(length_, steady_seconds() - begin_seconds_, communicator_->size(),
+                            communicator_->counter_seconds());
+    const std::size_t count = shares_.of_call(seen_, wanted);
+    const std::size_t before = communicator_->fetch_next(count);
+    own_.begin = std::min(shares_.first_counted() + before, shares_.tasks());
+    own_.end = seen_ = std::min(own_.begin + count, shares_.tasks());
+    length_ += shares_.length(own_);
+  }
+
   Communicator* communicator_;
-  std::vector<std::size_t> blocks_;
-  std::size_t next_ = 0;  // of the block
-  std::size_t end_ = 0;   // of the block
+  TaskShares shares_;
+  double begin_seconds_;
+  TaskRange own_;             // taken, not yet begun
+  std::size_t seen_ = 0;      // the first task that may be left
+  std::uint64_t length_ = 0;  // of all that was taken
 };
 
 /// Hands tasks out in order as memory allows; one object per run_chunks.

@@ -21,7 +21,7 @@ struct ExecutorOptions {
   /// called reset_counter() before; null: all tasks are this process's.
   Communicator* communicator = nullptr;
   /// Threads that a process has, about; the same number in every process. Sizes of the blocks that
-  /// the common counter gives out follow from it (partition/chunk_blocks.h).
+  /// the common counter gives out follow from it (partition/task_shares.h).
   int threads_of_each = 1;
   /// What the whole process may hold; 0: not watched. Chunks that hold more than was planned make
   /// the plan of the following ones larger, and none starts while memory is short.

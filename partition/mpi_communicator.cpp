@@ -313,7 +313,9 @@ void MpiCommunicator::reset_counter(const StopToken& stop) {
   state_->told = {};
 }
 
-std::uint64_t MpiCommunicator::count_up() { return state_->add(state_->count_words + kNext, 1); }
+std::uint64_t MpiCommunicator::count_up(std::uint64_t amount) {
+  return state_->add(state_->count_words + kNext, amount);
+}
 
 void MpiCommunicator::add_done(std::uint64_t units, std::uint64_t points) {
   if (!is_root()) state_->add_later(state_->count_words + kDoneUnits, {units, points});

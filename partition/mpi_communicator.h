@@ -45,7 +45,7 @@ class MpiCommunicator : public Communicator {
                          const std::function<void(const std::string&)>& print);
 
  protected:
-  std::uint64_t count_up() override;
+  std::uint64_t count_up(std::uint64_t amount) override;
 
  private:
   struct State;

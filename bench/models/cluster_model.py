@@ -1,9 +1,9 @@
 """How long a job takes on a cluster, from the chunk times of one measured job: event-driven list scheduling.
 
-Every worker takes a block of the longest tasks that are left from the common counter (partition/chunk_blocks.h); each
-of its threads takes the next task of the block, reads its bytes, computes, writes its bytes, and takes another; a stage
-ends with its last task, the next begins when all have met. Transfers
-under way share the bandwidth of the storage evenly, each limited to its thread's share of its worker's. What the
+Every worker has its share of half of the work by its number, then takes blocks of the longest tasks that are left from the
+common counter (partition/task_shares.h); each of its threads takes the next task of the block, reads its bytes, computes,
+writes its bytes, and takes another; a stage ends with its last task, when all know that none is left, and the next begins
+when all have met. Transfers under way share the bandwidth of the storage evenly, each limited to its thread's share of its worker's. What the
 leader does alone, everybody waits for. The bound of such a schedule: Graham, 1969, Bounds on Multiprocessing Timing
 Anomalies, section 2 (longest first: at most 4/3 of the best)."""
 import dataclasses
@@ -25,7 +25,8 @@ ASSUMPTIONS = (
     "bench/models/stage_kinds.py says; the input is of a format whose rows can be shared (not text, not compressed)",
     "bins of a team pass through the storage, though those of one process may stay in memory; how many bytes that is was "
     "counted where there is a report of a team (--team-report, --check), and follows from bench/models/stage_kinds.py otherwise",
-    "longest first is exact; lengths by which blocks are cut are known to within a factor of two",
+    "longest first is exact; lengths by which blocks are cut are known to within a factor of two, and workers know how long "
+    "a call of the counter takes",
     "all workers are alike and live to the end; one process alone needs no counter",
     "memory does not limit how many threads of a worker are at work",
 )
@@ -89,22 +90,36 @@ class Task:
     bytes_written: float
 
 
-SHARES = 2  # of a worker in what is left, each a block: partition/chunk_blocks.cpp
+SHARES = 2     # of a worker in what is left, each a block: partition/task_shares.cpp
+ROUNDS = 2.0  # of the counter serving all workers, that a block lasts at least
 
 
-def cut_blocks(lengths, workers, threads):
-    """First task of every block, and the number of tasks, as cut_blocks() of partition/chunk_blocks.h."""
-    least, left, begins = min(threads, -(-len(lengths) // workers)), sum(lengths), [0]
-    while begins[-1] < len(lengths):
-        first = end = begins[-1]
-        taken = 0
-        while end < len(lengths) and (end == first or (2 * taken + lengths[end]) * SHARES * workers <= 2 * left):
-            taken += lengths[end]
-            end += 1
-        end = min(max(end, first + (least if len(begins) <= workers else 1)), len(lengths))
-        left -= sum(lengths[first:end])
-        begins.append(end)
-    return begins
+class TaskShares:
+    """Which tasks a worker has by its number, and how many it takes by a call of the counter: partition/task_shares.h."""
+
+    def __init__(self, lengths, workers, threads):
+        self.workers = workers
+        self.ends = [0]  # length of the tasks before each
+        for length in lengths:
+            self.ends.append(self.ends[-1] + max(length, 1))
+        tasks, all_of_them = len(lengths), self.ends[-1]
+        least = min(threads, -(-tasks // workers))
+        self.begins = [0]  # of the tasks that a worker has by its number; behind them those of the counter
+        for worker in range(workers):
+            end = self.begins[-1]
+            while end < tasks and self.ends[end + 1] * SHARES * workers <= (worker + 1) * all_of_them:
+                end += 1
+            self.begins.append(min(max(end, self.begins[-1] + least), tasks))
+
+    def of_call(self, first, wanted):
+        """How many tasks a worker takes by a call, at least one: those of the wanted length, if that is between a worker's
+        share and a block's of what is left. first: the first task that may be left, as far as the worker knows."""
+        left = self.ends[-1] - self.ends[first]
+        target = min(max(wanted, left / (SHARES * self.workers)), left / self.workers)
+        task = first + 1
+        while task + 1 < len(self.ends) and self.ends[task + 1] - self.ends[first] <= target:
+            task += 1
+        return max(task - first, 1)
 
 
 def known_lengths(tasks):
@@ -117,37 +132,61 @@ class _Counter:
     """Gives out tasks to workers, block by block."""
 
     def __init__(self, queue, cluster):
+        self.tasks, self.workers = len(queue), cluster.workers
         self.counting = cluster.counter_seconds if cluster.workers > 1 else 0.0
         self.by_blocks = cluster.by_blocks and cluster.workers > 1
-        self.begins = (cut_blocks(known_lengths(queue), cluster.workers, cluster.threads) if self.by_blocks
-                       else list(range(len(queue) + 1)))
-        self.free, self.blocks, self.calls = 0.0, 0, 0
+        self.free, self.calls = 0.0, 0
+        self.given = 0                             # tasks that have been given out
         self.own = [(0, 0, 0.0)] * cluster.workers  # next task, end of the block, when the worker has the block
+        self.seen = [(0, 0)] * cluster.workers      # first task that may be left, the length of all its blocks
+        if not self.by_blocks:
+            return
+        self.shares = TaskShares(known_lengths(queue), cluster.workers, cluster.threads)
+        begins, ends = self.shares.begins, self.shares.ends
+        self.given = begins[-1]
+        self.own = [(begins[worker], begins[worker + 1], 0.0) for worker in range(cluster.workers)]
+        self.seen = [(self.given, ends[begins[worker + 1]] - ends[begins[worker]]) for worker in range(cluster.workers)]
 
     def take(self, worker, now):
         """The next task of a worker and when it begins; None where none is left."""
         task, end, since = self.own[worker]
         if task == end:
-            if self.blocks + 1 >= len(self.begins):
+            if self.seen[worker][0] >= self.tasks:
                 return None
+            wanted = self._tasks_of_call(worker, now)
             self.calls += 1
             self.free = since = max(self.free, now) + self.counting
-            task, end = self.begins[self.blocks:self.blocks + 2]
-            self.blocks += 1
+            task = self.given
+            self.given = end = min(self.tasks, self.given + wanted)
+            more = self.shares.ends[end] - self.shares.ends[task] if self.by_blocks else 0
+            self.seen[worker] = (end, self.seen[worker][1] + more)
+            if task == end:
+                return None
         self.own[worker] = (task + 1, end, since)
         return task, max(now, since)
 
+    def _tasks_of_call(self, worker, now):
+        if not self.by_blocks:
+            return 1
+        seen, length = self.seen[worker]
+        # What the worker does, at its pace so far, while the counter serves all workers some times.
+        return self.shares.of_call(seen, length * ROUNDS * self.workers * self.counting / now if now > 0.0 else 0.0)
+
 
 def counter_calls(tasks, cluster):
-    """Of all workers, with the one call by which each learns that no task is left."""
+    """Of all workers, with the one call by which a worker learns that no task is left."""
     if cluster.workers == 1:
         return 0
-    queue = sorted(tasks, key=lambda task: task.seconds, reverse=True)
-    return len(_Counter(queue, cluster).begins) - 1 + cluster.workers
+    return _schedule(tasks, cluster)[1]
 
 
 def makespan(tasks, cluster):
-    """Seconds until the last task of a shared stage ends."""
+    """Seconds until the last task of a shared stage ends, and all workers know."""
+    return _schedule(tasks, cluster)[0]
+
+
+def _schedule(tasks, cluster):
+    """Seconds and calls of the counter."""
     queue = sorted(tasks, key=lambda task: task.seconds, reverse=True)
     counter = _Counter(queue, cluster)
     steps = [(task.bytes_read, task.seconds * cluster.pace(), task.bytes_written) for task in queue]
@@ -176,7 +215,7 @@ def makespan(tasks, cluster):
             step[rank] += 1
         else:
             begin(worker_of[rank], now)
-    return now
+    return max(now, counter.free), counter.calls
 
 
 @dataclasses.dataclass(frozen=True)

@@ -43,7 +43,8 @@ struct SpaceOfParts {
 using RowsOfParts = std::map<std::uint32_t, std::vector<std::uint32_t>>;
 
 /// Samples the parts of `rows`, the larger ones more densely; some ten thousand rays in all.
-/// `turn`: of patches, on top of their sums. The result depends on the rows' order alone.
+/// `turn`: of patches, on top of their sums. The result depends on the rows' order alone. Runs on
+/// the calling TBB arena.
 SpaceOfParts find_free_space(std::span<const PatchSum> sums, double cell,
                              std::span<const std::uint32_t> part,
                              std::span<const std::uint8_t> turn, const RowsOfParts& rows,

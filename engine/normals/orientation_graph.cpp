@@ -302,7 +302,7 @@ class Agglomeration {
   std::priority_queue<Offer> offers_;
 };
 
-/// Nodes that are joined before others, where that is asked: so many in a row.
+/// Length of the runs of nodes that are joined first, where that is asked.
 constexpr std::uint32_t kRun = 512;
 /// Pairs of a run whose votes are less unanimous are left to the whole graph.
 constexpr double kUnanimous = 0.8;

@@ -32,9 +32,9 @@ struct JoinOptions {
   double least_share = 0.0;     ///< pairs whose sum is less than so much of its weight stay apart
   std::vector<double> sizes{};  ///< of the nodes; empty: weak joins are not listed
   double large = 0.0;           ///< weak joins are listed where both parts are so large
-  /// The first nodes, so many, are joined in runs of 512 that follow each other: first within each
-  /// run, as far as votes are unanimous, then all together. Fast where neighbours are numbered
-  /// nearby; the runs are shared by the threads.
+  /// Number of nodes, from the first on, that are joined in runs of 512: first within each run, as
+  /// far as votes are unanimous, then all together. Fast where neighbours are numbered nearby; the
+  /// threads share the runs.
   std::uint32_t in_runs = 0;
   const StopToken* stop = nullptr;  ///< may be null
 };

@@ -5,7 +5,7 @@ import sys
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "bench" / "models"))
-from cluster_model import (Cluster, Task, bytes_moved, calls_of, counter_calls, cut_blocks, job_seconds,  # noqa: E402
+from cluster_model import (Cluster, Task, TaskShares, bytes_moved, calls_of, counter_calls, job_seconds,  # noqa: E402
                            makespan, stages_of)
 
 
@@ -52,10 +52,22 @@ class ClusterModel(unittest.TestCase):
 
     def test_the_counter_gives_out_one_task_at_a_time(self):
         cluster = Cluster(workers=4, task_seconds=0.0, counter_seconds=0.25)
-        self.assertAlmostEqual(makespan(computing(1, 1, 1, 1), cluster), 2.0)
+        self.assertAlmostEqual(makespan(computing(1, 1, 1, 1), dataclasses.replace(cluster, by_blocks=False)), 2.0)
+
+    def test_a_worker_needs_no_call_for_what_it_has_by_its_number(self):
+        cluster = Cluster(workers=4, task_seconds=0.0, counter_seconds=0.25)
+        self.assertAlmostEqual(makespan(computing(1, 1, 1, 1), cluster), 1.0)
+        self.assertEqual(counter_calls(computing(1, 1, 1, 1), cluster), 0)
+
+    def test_a_stage_ends_when_all_workers_know_that_nothing_is_left(self):
+        # The first gets the fifth task, the others ask for another one in vain.
+        cluster = Cluster(workers=4, task_seconds=0.0, counter_seconds=0.5)
+        self.assertAlmostEqual(makespan(computing(1, 1, 1, 1, 0.25), cluster), 1.0 + 4 * 0.5)
 
     def test_a_worker_takes_a_block_by_one_call(self):
-        self.assertEqual(cut_blocks([1] * 16, 2, 1), [0, 4, 7, 9, 11, 12, 13, 14, 15, 16])
+        shares = TaskShares([1] * 16, 2, 1)
+        self.assertEqual(shares.begins, [0, 4, 8])
+        self.assertEqual([shares.of_call(8, wanted) for wanted in (0.0, 3.0, 100.0)], [2, 3, 4])
         cluster = Cluster(workers=2, task_seconds=0.0, counter_seconds=1.0)
         # Both get half of eight tasks; the second waits for its block.
         self.assertAlmostEqual(makespan(computing(*[0.0] * 8), at_once(2)), 0.0)
@@ -63,11 +75,24 @@ class ClusterModel(unittest.TestCase):
                         makespan(computing(*[0.01] * 64), dataclasses.replace(cluster, by_blocks=False)) / 2)
 
     def test_blocks_are_those_of_the_program(self):
-        # tests/partition/chunk_blocks_test.cpp has the same.
-        for workers, threads, blocks in ((2, 16, 30), (64, 16, 654), (1000, 16, 925)):
-            self.assertEqual(len(cut_blocks([1] * 7400, workers, threads)) - 1, blocks)
-        self.assertEqual(counter_calls(computing(*[1.0] * 7400), at_once(64, threads=16)), 654 + 64)
+        def calls(workers, wanted):
+            shares = TaskShares([1] * 7400, workers, 16)
+            seen, given, blocks = [shares.begins[-1]] * workers, shares.begins[-1], 0
+            while given < 7400:
+                for worker in range(workers):
+                    end = min(given + shares.of_call(seen[worker], wanted), 7400)
+                    blocks += given < end
+                    given = seen[worker] = end
+            return blocks
+        # tests/partition/task_shares_test.cpp has the same.
+        self.assertEqual([calls(workers, 0.0) for workers in (2, 64, 1000)], [17, 194, 0])
+        self.assertEqual(calls(64, 1e9), 65)
         self.assertEqual(counter_calls(computing(*[1.0] * 7400), at_once(1)), 0)
+
+    def test_blocks_that_are_soon_done_are_larger(self):
+        cluster = Cluster(workers=64, threads=16, counter_seconds=0.005)
+        self.assertLess(counter_calls(computing(*[0.001] * 7400), cluster),
+                        counter_calls(computing(*[10.0] * 7400), cluster) / 2)
 
     def test_counts_are_merged_in_pairs(self):
         stages = stages_of(report([("count", 0.0, [])]))
@@ -82,7 +107,7 @@ class ClusterModel(unittest.TestCase):
         stages = stages_of(measured, team=team)
         self.assertEqual(bytes_moved(stages, at_once(1)), 0)
         self.assertEqual(bytes_moved(stages, at_once(3)), 15 + 3 * 4)
-        self.assertEqual(calls_of(stages, at_once(2)), 4 + 2)
+        self.assertEqual(calls_of(stages, at_once(2)), 2 + 1)
 
     def test_count_grids_are_as_many_as_workers_and_no_larger_for_more_points(self):
         team = {"ranks": 2, "stages": [{"name": "count", "bytes_read": 6, "bytes_written": 4}]}

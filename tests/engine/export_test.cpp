@@ -78,7 +78,7 @@ class ThreadTeam : public Communicator {
   }
 
  protected:
-  std::uint64_t count_up() override { return shared_.next++; }
+  std::uint64_t count_up(std::uint64_t amount) override { return shared_.next.fetch_add(amount); }
 
  private:
   Shared& shared_;

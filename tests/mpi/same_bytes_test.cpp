@@ -198,8 +198,9 @@ TEST_CASE("TheReportCountsTheBytesAndTheCallsOfAllRanks") {
   const double chunks = three["partition"]["chunks"];
   for (const char* stage : {"sort", "reconstruct"}) {
     INFO(stage);
-    CHECK(number(three, stage, "counter_calls") >= 3);
-    CHECK(number(three, stage, "counter_calls") <= chunks + 3);
+    // Half of the work is dealt out without a call; every rank asks in vain once at most.
+    CHECK(number(three, stage, "counter_calls") >= 1);
+    CHECK(number(three, stage, "counter_calls") <= chunks / 2 + 3);
   }
 }
 

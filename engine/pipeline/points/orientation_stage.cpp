@@ -1,5 +1,7 @@
 #include "engine/pipeline/points/orientation_stage.h"
 
+#include <oneapi/tbb/task_arena.h>
+
 #include <algorithm>
 #include <array>
 
@@ -9,6 +11,7 @@
 #include "engine/spacing/orientation_cell.h"
 #include "io/job/job_values.h"
 #include "io/text/quantity.h"
+#include "partition/allowed_threads.h"
 
 namespace orbweave {
 namespace {
@@ -50,7 +53,9 @@ PatchOrientation orient_graph(StageRunner& runner, const RawCloud& cloud,
     append_all(*stored, "votes", votes);
   }
   runner.progress.advance(sums.size());
-  return orient_patch_graph(std::move(sums), std::move(votes), options);
+  tbb::task_arena arena(allowed_threads(runner.threads()));
+  return arena.execute(
+      [&] { return orient_patch_graph(std::move(sums), std::move(votes), options); });
 }
 
 /// For the members that are to turn normals as well.
