@@ -108,19 +108,21 @@ class TaskCounter {
     const double wanted =
         length_worth_a_call(length_, steady_seconds() - begin_seconds_, communicator_->size(),
                             communicator_->counter_seconds());
-    const std::size_t count = shares_.of_call(seen_, wanted);
+    const std::size_t count = shares_.of_call(seen_, wanted, latest_length_);
     const std::size_t before = communicator_->fetch_next(count);
     own_.begin = std::min(shares_.first_counted() + before, shares_.tasks());
     own_.end = seen_ = std::min(own_.begin + count, shares_.tasks());
-    length_ += shares_.length(own_);
+    latest_length_ = shares_.length(own_);
+    length_ += latest_length_;
   }
 
   Communicator* communicator_;
   TaskShares shares_;
   double begin_seconds_;
-  TaskRange own_;             // taken, not yet begun
-  std::size_t seen_ = 0;      // the first task that may be left
-  std::uint64_t length_ = 0;  // of all that was taken
+  TaskRange own_;                    // taken, not yet begun
+  std::size_t seen_ = 0;             // the first task that may be left
+  std::uint64_t length_ = 0;         // of all that was taken
+  std::uint64_t latest_length_ = 0;  // of the latest block from the counter
 };
 
 /// Hands tasks out in order as memory allows; one object per run_chunks.

@@ -32,12 +32,15 @@ TaskRange TaskShares::by_number(int rank) const {
   return {begins_[row], begins_[row + 1]};
 }
 
-std::size_t TaskShares::of_call(std::size_t first, double wanted_length) const {
+std::size_t TaskShares::of_call(std::size_t first, double wanted_length,
+                                std::uint64_t latest_length) const {
   if (first >= tasks()) return 1;
   const auto left = static_cast<double>(ends_.back() - ends_[first]);
   const auto processes = static_cast<double>(processes_);
-  const double target = std::min(
-      std::max(wanted_length, left / (static_cast<double>(kShares) * processes)), left / processes);
+  const double share =
+      std::max(0.0, left - (processes - 1.0) * static_cast<double>(latest_length)) /
+      (static_cast<double>(kShares) * processes);
+  const double target = std::max(share, std::min(wanted_length, left / processes));
   const auto past = std::upper_bound(ends_.begin() + static_cast<std::ptrdiff_t>(first),
                                      ends_.end(), target, [&](double most, std::uint64_t end) {
                                        return most < static_cast<double>(end - ends_[first]);

@@ -36,8 +36,10 @@ class TaskShares {
 
   /// How many tasks a process takes by its next call of the counter, at least one: those of the
   /// wanted length, if that is between 1 / (2 processes) and 1 / processes of what is left.
-  /// `first`: the first task that may be left, as far as the process knows.
-  std::size_t of_call(std::size_t first, double wanted_length) const;
+  /// `first`: the first task that may be left, as far as the process knows. `latest_length`: of the
+  /// process's latest block from the counter, as which the others have taken theirs since; 0 before
+  /// the first.
+  std::size_t of_call(std::size_t first, double wanted_length, std::uint64_t latest_length) const;
 
  private:
   std::size_t processes_;

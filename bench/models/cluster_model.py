@@ -111,11 +111,13 @@ class TaskShares:
                 end += 1
             self.begins.append(min(max(end, self.begins[-1] + least), tasks))
 
-    def of_call(self, first, wanted):
+    def of_call(self, first, wanted, latest):
         """How many tasks a worker takes by a call, at least one: those of the wanted length, if that is between a worker's
-        share and a block's of what is left. first: the first task that may be left, as far as the worker knows."""
+        share and a block's of what is left. first: the first task that may be left, as far as the worker knows; latest:
+        length of its latest block from the counter, as which the others have taken theirs since."""
         left = self.ends[-1] - self.ends[first]
-        target = min(max(wanted, left / (SHARES * self.workers)), left / self.workers)
+        share = max(0.0, left - (self.workers - 1.0) * latest) / (SHARES * self.workers)
+        target = max(share, min(wanted, left / self.workers))
         task = first + 1
         while task + 1 < len(self.ends) and self.ends[task + 1] - self.ends[first] <= target:
             task += 1
@@ -138,14 +140,14 @@ class _Counter:
         self.free, self.calls = 0.0, 0
         self.given = 0                             # tasks that have been given out
         self.own = [(0, 0, 0.0)] * cluster.workers  # next task, end of the block, when the worker has the block
-        self.seen = [(0, 0)] * cluster.workers      # first task that may be left, the length of all its blocks
+        self.seen = [(0, 0, 0)] * cluster.workers   # first task that may be left; length of all its blocks and the latest
         if not self.by_blocks:
             return
         self.shares = TaskShares(known_lengths(queue), cluster.workers, cluster.threads)
         begins, ends = self.shares.begins, self.shares.ends
         self.given = begins[-1]
         self.own = [(begins[worker], begins[worker + 1], 0.0) for worker in range(cluster.workers)]
-        self.seen = [(self.given, ends[begins[worker + 1]] - ends[begins[worker]]) for worker in range(cluster.workers)]
+        self.seen = [(self.given, ends[begins[worker + 1]] - ends[begins[worker]], 0) for worker in range(cluster.workers)]
 
     def take(self, worker, now):
         """The next task of a worker and when it begins; None where none is left."""
@@ -159,7 +161,7 @@ class _Counter:
             task = self.given
             self.given = end = min(self.tasks, self.given + wanted)
             more = self.shares.ends[end] - self.shares.ends[task] if self.by_blocks else 0
-            self.seen[worker] = (end, self.seen[worker][1] + more)
+            self.seen[worker] = (end, self.seen[worker][1] + more, more)
             if task == end:
                 return None
         self.own[worker] = (task + 1, end, since)
@@ -168,9 +170,10 @@ class _Counter:
     def _tasks_of_call(self, worker, now):
         if not self.by_blocks:
             return 1
-        seen, length = self.seen[worker]
+        seen, length, latest = self.seen[worker]
         # What the worker does, at its pace so far, while the counter serves all workers some times.
-        return self.shares.of_call(seen, length * ROUNDS * self.workers * self.counting / now if now > 0.0 else 0.0)
+        wanted = length * ROUNDS * self.workers * self.counting / now if now > 0.0 else 0.0
+        return self.shares.of_call(seen, wanted, latest)
 
 
 def counter_calls(tasks, cluster):

@@ -67,7 +67,7 @@ class ClusterModel(unittest.TestCase):
     def test_a_worker_takes_a_block_by_one_call(self):
         shares = TaskShares([1] * 16, 2, 1)
         self.assertEqual(shares.begins, [0, 4, 8])
-        self.assertEqual([shares.of_call(8, wanted) for wanted in (0.0, 3.0, 100.0)], [2, 3, 4])
+        self.assertEqual([shares.of_call(8, wanted, 0) for wanted in (0.0, 3.0, 100.0)], [2, 3, 4])
         cluster = Cluster(workers=2, task_seconds=0.0, counter_seconds=1.0)
         # Both get half of eight tasks; the second waits for its block.
         self.assertAlmostEqual(makespan(computing(*[0.0] * 8), at_once(2)), 0.0)
@@ -77,15 +77,16 @@ class ClusterModel(unittest.TestCase):
     def test_blocks_are_those_of_the_program(self):
         def calls(workers, wanted):
             shares = TaskShares([1] * 7400, workers, 16)
-            seen, given, blocks = [shares.begins[-1]] * workers, shares.begins[-1], 0
+            seen, latest, given, blocks = [shares.begins[-1]] * workers, [0] * workers, shares.begins[-1], 0
             while given < 7400:
                 for worker in range(workers):
-                    end = min(given + shares.of_call(seen[worker], wanted), 7400)
+                    end = min(given + shares.of_call(seen[worker], wanted, latest[worker]), 7400)
                     blocks += given < end
+                    latest[worker] = end - given
                     given = seen[worker] = end
             return blocks
         # tests/partition/task_shares_test.cpp has the same.
-        self.assertEqual([calls(workers, 0.0) for workers in (2, 64, 1000)], [17, 194, 0])
+        self.assertEqual([calls(workers, 0.0) for workers in (2, 64, 1000)], [32, 668, 0])
         self.assertEqual(calls(64, 1e9), 65)
         self.assertEqual(counter_calls(computing(*[1.0] * 7400), at_once(1)), 0)
 
