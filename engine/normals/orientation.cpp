@@ -212,7 +212,7 @@ void list_doubtful(const std::vector<PatchSum>& sums, PatchOrientation& result) 
 /// Weak joins are listed for parts of this share of the surface. The sky is as large as all.
 JoinOptions join_options(const std::vector<PatchSum>& sums, const StopToken* stop) {
   constexpr double kLarge = 0.02;
-  JoinOptions options{.in_runs = static_cast<std::uint32_t>(sums.size()), .stop = stop};
+  JoinOptions options{.stop = stop};
   double area = 0.0;
   for (const PatchSum& sum : sums) {
     options.sizes.push_back(surface_area(sum));

@@ -302,90 +302,12 @@ class Agglomeration {
   std::priority_queue<Offer> offers_;
 };
 
-/// Length of the runs of nodes that are joined first, where that is asked.
-constexpr std::uint32_t kRun = 512;
-/// Pairs of a run whose votes are less unanimous are left to the whole graph.
-constexpr double kUnanimous = 0.8;
-
-/// The parts of a run of nodes, by the edges within it. `edges`: sorted.
-void join_run(std::uint32_t begin, std::uint32_t end, std::span<const SignedEdge> edges,
-              const StopToken* stop, SignedParts& parts) {
-  const auto from = std::partition_point(edges.begin(), edges.end(),
-                                         [&](const SignedEdge& e) { return e.a < begin; });
-  std::vector<SignedEdge> own;
-  for (auto edge = from; edge != edges.end() && edge->a < end; ++edge)
-    if (edge->b < end) own.push_back({edge->a - begin, edge->b - begin, edge->votes, edge->weight});
-  const JoinOptions options{.least_share = kUnanimous, .stop = stop};
-  const SignedParts joined = Agglomeration(end - begin, own, options).run();
-  for (std::uint32_t v = begin; v < end; ++v) {
-    parts.part[v] = begin + joined.part[v - begin];
-    parts.turn[v] = joined.turn[v - begin];
-  }
-}
-
-/// The parts of all runs; other nodes are parts of their own.
-SignedParts join_runs(std::uint32_t nodes, std::span<const SignedEdge> edges,
-                      const JoinOptions& options) {
-  SignedParts parts{std::vector<std::uint32_t>(nodes), std::vector<std::uint8_t>(nodes), {}};
-  std::iota(parts.part.begin(), parts.part.end(), 0u);
-  const std::uint32_t in_runs = std::min(options.in_runs, nodes);
-  for_each_whole((in_runs + kRun - 1) / kRun, [&](std::size_t run) {
-    const auto begin = static_cast<std::uint32_t>(run) * kRun;
-    join_run(begin, std::min(begin + kRun, in_runs), edges, options.stop, parts);
-  });
-  return parts;
-}
-
-/// The graph whose nodes are the parts of another one.
-struct Contracted {
-  std::vector<std::uint32_t> nodes;  ///< the smallest node of each part, ascending
-  std::vector<std::uint32_t> row;    ///< of a node's part in `nodes`
-  std::vector<SignedEdge> edges;
-  std::vector<double> sizes;
-};
-
-Contracted contract(const SignedParts& parts, std::span<const SignedEdge> edges,
-                    const std::vector<double>& sizes) {
-  Contracted graph;
-  graph.row.resize(parts.part.size());
-  for (std::uint32_t v = 0; v < parts.part.size(); ++v) {
-    if (parts.part[v] == v) {
-      graph.row[v] = static_cast<std::uint32_t>(graph.nodes.size());
-      graph.nodes.push_back(v);
-    }
-    graph.row[v] = graph.row[parts.part[v]];
-  }
-  for (const SignedEdge& e : edges) {
-    const bool turned = parts.turn[e.a] != parts.turn[e.b];
-    const std::uint32_t a = graph.row[e.a], b = graph.row[e.b];
-    if (a != b) graph.edges.push_back({a, b, turned ? -e.votes : e.votes, e.weight});
-  }
-  normalize(graph.edges);
-  if (sizes.empty()) return graph;
-  graph.sizes.resize(graph.nodes.size());
-  for (std::uint32_t v = 0; v < graph.row.size(); ++v) graph.sizes[graph.row[v]] += sizes[v];
-  return graph;
-}
-
 }  // namespace
 
 SignedParts join_by_votes(std::uint32_t nodes, std::vector<SignedEdge> edges,
                           const JoinOptions& options) {
   normalize(edges);
-  if (options.in_runs == 0) return Agglomeration(nodes, edges, options).run();
-  SignedParts parts = join_runs(nodes, edges, options);
-  const Contracted graph = contract(parts, edges, options.sizes);
-  JoinOptions of_parts = options;
-  of_parts.sizes = graph.sizes;
-  SignedParts whole =
-      Agglomeration(static_cast<std::uint32_t>(graph.nodes.size()), graph.edges, of_parts).run();
-  for (std::uint32_t v = 0; v < nodes; ++v) {
-    parts.part[v] = graph.nodes[whole.part[graph.row[v]]];
-    parts.turn[v] ^= whole.turn[graph.row[v]];
-  }
-  parts.weak = std::move(whole.weak);
-  for (WeakJoin& join : parts.weak) join.node = graph.nodes[join.node];
-  return parts;
+  return Agglomeration(nodes, edges, options).run();
 }
 
 }  // namespace orbweave

@@ -32,10 +32,6 @@ struct JoinOptions {
   double least_share = 0.0;     ///< pairs whose sum is less than so much of its weight stay apart
   std::vector<double> sizes{};  ///< of the nodes; empty: weak joins are not listed
   double large = 0.0;           ///< weak joins are listed where both parts are so large
-  /// Number of nodes, from the first on, that are joined in runs of 512: first within each run, as
-  /// far as votes are unanimous, then all together. Fast where neighbours are numbered nearby; the
-  /// threads share the runs.
-  std::uint32_t in_runs = 0;
   const StopToken* stop = nullptr;  ///< may be null
 };
 
@@ -44,7 +40,7 @@ struct JoinOptions {
 /// in Keuper, Levinkov, Bonneel, Lavoué, Brox, Andres: Efficient Decomposition of Image and Mesh
 /// Graphs by Lifted Multicuts, 2015, section 4, with signs that turn instead of cuts. Pairs whose
 /// sum is 0 are not joined. Edges in any order, parallel ones allowed; the result is a function of
-/// the edges' sorted list. O(e log^2 e). Runs on the calling TBB arena.
+/// the edges' sorted list. O(e log^2 e).
 SignedParts join_by_votes(std::uint32_t nodes, std::vector<SignedEdge> edges,
                           const JoinOptions& options = {});
 
