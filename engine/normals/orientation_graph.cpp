@@ -14,8 +14,6 @@
 #include <tuple>
 #include <utility>
 
-#include "io/whole_loop.h"
-
 namespace orbweave {
 namespace {
 

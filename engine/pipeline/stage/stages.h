@@ -146,7 +146,7 @@ inline constexpr std::array<StageInfo, 32> kStages = {{
     {Stage::kPatches, "raw_patches", "raw_patches", "orientation", StageLine::kRaw, true, true,
      StageRepair::kLine, true, "", {.microseconds = 0.5}},
     {Stage::kOrientation, "orient", "", "orientation", StageLine::kRaw, true, true,
-     StageRepair::kLine, false, "", {.threads = 0.5, .microseconds = 0.1}},
+     StageRepair::kLine, false, "", {.threads = 0.3, .microseconds = 0.15}},
     {Stage::kTurns, "raw_turns", "raw_turns", "orientation", StageLine::kRaw, true, true,
      StageRepair::kLine, true, "ended.json", {.microseconds = 0.1}},
     {Stage::kCount, "count", "points_cut", "counts of points", StageLine::kFinal, false, true,
