@@ -40,8 +40,8 @@ struct UnsetAllocator : std::allocator<T> {
 };
 
 /// A list whose resize() writes nothing: several threads fill it next, and take its pages. A loop
-/// of theirs that ends early, since the work around it has failed, leaves values at random: nothing
-/// but loops of the same kind may read the list before the failure is thrown.
+/// that ends early leaves values at random: check_loops_are_whole() comes before the first use of
+/// the values that is not such a loop.
 template <class T>
 using UnsetVector = std::vector<T, UnsetAllocator<T>>;
 

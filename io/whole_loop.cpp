@@ -4,6 +4,8 @@
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
 
+#include "io/error.h"
+
 namespace orbweave {
 
 void for_each_whole(std::size_t count, const std::function<void(std::size_t)>& body) {
@@ -11,6 +13,11 @@ void for_each_whole(std::size_t count, const std::function<void(std::size_t)>& b
     tbb::task_group_context own(tbb::task_group_context::isolated);
     tbb::parallel_for(std::size_t{0}, count, body, own);
   });
+}
+
+void check_loops_are_whole() {
+  if (tbb::is_current_task_group_canceling())
+    throw Error(ErrorKind::kInterrupted, "interrupted; another part of the work has failed");
 }
 
 }  // namespace orbweave

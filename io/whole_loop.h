@@ -13,4 +13,9 @@ namespace orbweave {
 /// planned for the caller alone.
 void for_each_whole(std::size_t count, const std::function<void(std::size_t)>& body);
 
+/// Throws Error (interrupted) where a task around the caller has failed: other loops of the caller
+/// may have ended early then, and lists that the loops fill may hold values at random. The failure
+/// itself is what the caller of the failed loop gets to see.
+void check_loops_are_whole();
+
 }  // namespace orbweave

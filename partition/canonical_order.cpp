@@ -14,6 +14,7 @@
 
 #include "io/error.h"
 #include "io/first_touch.h"
+#include "io/whole_loop.h"
 #include "partition/radix_sort.h"
 
 namespace orbweave {
@@ -81,10 +82,7 @@ class TieOrder {
 
 KeyList coded_points(std::span<const Vec3> positions, const RootCube& root) {
   const MortonFrame frame(root);
-  KeyList items;
-  reserve_touched(items, positions.size());
-  // A loop that ends early, since the work around it has failed, leaves indices of points, too.
-  items.assign(positions.size(), {});
+  KeyList items(positions.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, items.size(), kGrain),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t i = range.begin(); i < range.end(); ++i)
@@ -181,6 +179,7 @@ std::vector<std::uint32_t> canonical_rows(const PointColumns& columns, const Roo
                    {.advice = "Set partition.chunk_points below 4294967296"});
   KeyList items = coded_points(columns.positions, root);
   radix_sort(items);
+  check_loops_are_whole();
   return resolve_ties(columns, items);
 }
 

@@ -1,5 +1,5 @@
 #include "partition/cloud_counts.h"
-#include "io/first_touch.h"
+#include "io/whole_loop.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -22,10 +22,7 @@ std::uint64_t code_of(CellIndex at) {
 }
 
 KeyList sorted_codes(std::span<const Vec3> positions, const CountLattice& lattice) {
-  KeyList codes;
-  reserve_touched(codes, positions.size());
-  // A loop that ends early, since the work around it has failed, leaves indices of points, too.
-  codes.assign(positions.size(), {});
+  KeyList codes(positions.size());
   tbb::parallel_for(
       tbb::blocked_range<std::size_t>(0, codes.size(), kGrain),
       [&](const tbb::blocked_range<std::size_t>& range) {
@@ -33,12 +30,13 @@ KeyList sorted_codes(std::span<const Vec3> positions, const CountLattice& lattic
           codes[i] = {code_of(lattice.at(positions[i])), static_cast<std::uint32_t>(i)};
       });
   radix_sort(codes);
+  check_loops_are_whole();
   return codes;
 }
 
 /// The leaves of a tree of the cells, each once.
-KeyList leaves_of(std::span<const KeyIndex> codes) {
-  KeyList leaves;
+std::vector<KeyIndex> leaves_of(std::span<const KeyIndex> codes) {
+  std::vector<KeyIndex> leaves;
   for (const KeyIndex& code : codes) {
     const std::uint64_t leaf = code.key >> (3 * kLeafLog2);
     if (leaves.empty() || leaves.back().key != leaf) leaves.push_back({leaf, 0});

@@ -191,7 +191,7 @@ void CountGrid::State::build() {
   root_side = root_cube(bounds).side;
   lattice = Lattice(finest(), bounds, root_side);
   tree = std::make_unique<CountTree>();
-  KeyList leaves;
+  std::vector<KeyIndex> leaves;
   leaves.reserve(early.size() + 1);
   for (const Vec3& p : early)
     leaves.push_back(
@@ -264,7 +264,7 @@ std::size_t CountGrid::State::insert(std::span<const Vec3> positions) {
 /// Doubles the cell as often as it takes. How often is found from the leaves alone, so the tree
 /// is rebuilt once and ends where doubling step by step would end.
 void CountGrid::State::coarsen_to_limit() {
-  KeyList leaves;
+  std::vector<KeyIndex> leaves;
   leaves.reserve(tree->leaves());
   tree->for_each_leaf([&](const Leaf& leaf) {
     leaves.push_back({morton_of(leaf.origin(), kLeafLog2), 0});

@@ -32,7 +32,7 @@ Box node_box(const RootCube& root, std::uint64_t begin, int depth) {
 
 /// The grid's cells in Morton order, with sums of their counts.
 struct CodedCells {
-  KeyList cells;                          ///< first code; index into counts
+  std::vector<KeyIndex> cells;            ///< first code; index into counts
   std::vector<std::uint64_t> sum_before;  ///< points before the i-th cell in Morton order
 };
 

@@ -9,6 +9,7 @@
 #include "io/bounds.h"
 #include "io/error.h"
 #include "io/first_touch.h"
+#include "io/whole_loop.h"
 #include "partition/radix_sort.h"
 
 namespace orbweave {
@@ -123,6 +124,7 @@ CellGrid::CellGrid(std::span<const Vec3> local, std::span<const Vec3> normals,
     for (std::size_t cell = r.begin(); cell < r.end(); ++cell)
       keys_[cell] = order[begins_[cell]].key;
   });
+  check_loops_are_whole();
 }
 
 CellGrid::CellGrid(const CellGrid& whole, std::span<const std::uint8_t> kept)
@@ -175,6 +177,7 @@ CellGrid::CellGrid(const CellGrid& whole, std::span<const std::uint8_t> kept)
           normals_[at.points++] = whole.normals_[i];
         });
   });
+  check_loops_are_whole();
 }
 
 std::uint32_t CellGrid::cell_of(std::uint32_t i) const {

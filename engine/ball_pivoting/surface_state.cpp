@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint32_t kBlockPoints = 8192;
 
-/// Triangles that a block of points rarely has more of.
+/// Room for the triangles of a block of points: a surface has two for each point.
 constexpr std::size_t kBlockTriangles = 2 * kBlockPoints;
 
 Triangle triangle_of(std::uint32_t vertex, Corner c) {
@@ -75,7 +75,7 @@ std::vector<T> gather_over_points(std::size_t points, const StopToken* stop, con
 
 struct NoScratch {};
 
-/// Finds the corners of one vertex after the other, which ascend, in a list sorted by vertex.
+/// Looks up corners in a list sorted by vertex. The vertices that are asked for ascend.
 class CornerLookup {
  public:
   std::span<const VertexCorner> at(std::span<const VertexCorner> sorted, std::uint32_t vertex) {
@@ -173,11 +173,10 @@ void remove_sorted(std::span<const T> taken, std::vector<T>& list) {
   list.erase(kept, list.end());
 }
 
-/// Of three sorted lists the members of the first two, in order, without those of the third, which
-/// are among them. Returns where they end.
+/// Merges two sorted lists without the members that `taken` lists, which is sorted as well.
 template <class Place>
-Place merge_without(std::span<const Triangle> a, std::span<const Triangle> b,
-                    std::span<const Triangle> taken, Place to) {
+void merge_without(std::span<const Triangle> a, std::span<const Triangle> b,
+                   std::span<const Triangle> taken, Place to) {
   std::size_t i = 0, k = 0, t = 0;
   while (i < a.size() || k < b.size()) {
     const bool first = k == b.size() || (i < a.size() && a[i] < b[k]);
@@ -187,7 +186,6 @@ Place merge_without(std::span<const Triangle> a, std::span<const Triangle> b,
     else
       *to++ = next;
   }
-  return to;
 }
 
 }  // namespace
@@ -201,9 +199,9 @@ SurfaceState::SurfaceState(RivalContext context, std::span<const std::uint8_t> o
       unfinished_(context.local.size(), 1),
       fan_counts_(context.local.size(), 0) {}
 
-/// Triangles that a walk at another of their vertices found, but the walk here did not. The
-/// smallest vertex of a triangle asks both others; these ask the third one where the smallest has
-/// nothing to ask for.
+/// Triangles that a walk at another of their vertices found, but the walk here did not. Where the
+/// walk at a triangle's smallest vertex found the triangle, both others are looked at from there;
+/// where it did not, the third vertex is looked at from each of the two that did.
 std::vector<VertexCorner> SurfaceState::corners_found_elsewhere(const FanTable& fans) const {
   auto list = gather_over_points<VertexCorner, NoScratch>(
       fans.points(), stop_, [&](std::uint32_t vertex, std::vector<VertexCorner>& out, NoScratch&) {
@@ -369,7 +367,7 @@ void SurfaceState::take_first_level(const FanTable& fans) {
   end_level();
 }
 
-/// Points that have closed are finished; the corners of the others are listed by their points.
+/// Ends a level: closed points are finished, and open corners can be looked up by their points.
 void SurfaceState::end_level() {
   any_unfinished_ = false;
   for (std::size_t i = 0; i < open_.size(); ++i) {
@@ -481,6 +479,7 @@ void SurfaceState::drop_isolated() {
   isolated_dropped_ += isolated.size();
   merge_levels(isolated);
   remove_sorted<VertexCorner>(corners, open_corners_);
+  open_begins_ = {};  // edges are looked up no more
 }
 
 void SurfaceState::describe(std::vector<BoundaryFan>& boundary,

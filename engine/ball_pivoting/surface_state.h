@@ -66,7 +66,7 @@ class SurfaceState {
   std::vector<std::uint8_t> unfinished_;  // those of them that are not blocked
   std::vector<std::uint8_t> fan_counts_;
   std::vector<VertexCorner> open_corners_;          // at open points, sorted
-  std::vector<std::size_t> open_begins_;            // per point: its first open corner; and the end
+  std::vector<std::size_t> open_begins_;            // per point: its first open corner, and the end
   std::vector<VertexCorner> pinched_corners_;       // at closed points of several fans
   std::vector<std::vector<Triangle>> first_level_;  // triangles by blocks of points, sorted
   std::vector<Triangle> later_triangles_;           // of the other levels

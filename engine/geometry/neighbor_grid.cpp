@@ -77,7 +77,6 @@ NeighborGrid::NeighborGrid(std::span<const Vec3> positions, double radius)
     sort_by_number(positions, cell_side(radius));
   else
     sort_by_cell(positions, cell_side(radius));
-  begins_.push_back(static_cast<std::uint32_t>(order_.size()));
 }
 
 void NeighborGrid::sort_by_number(std::span<const Vec3> positions, double side) {
@@ -94,10 +93,9 @@ void NeighborGrid::sort_by_number(std::span<const Vec3> positions, double side) 
     for (std::uint32_t i = range.begin(); i < range.end(); ++i) order_[i] = keys[i].index;
   });
   begins_ = run_begins(keys);
-  begins_.pop_back();  // the constructor adds the end
-  cells_.resize(begins_.size());
-  numbers_.resize(begins_.size());
-  tbb::parallel_for(items(begins_.size()), [&](const auto& range) {
+  cells_.resize(begins_.size() - 1);
+  numbers_.resize(cells_.size());
+  tbb::parallel_for(items(cells_.size()), [&](const auto& range) {
     for (std::uint32_t cell = range.begin(); cell < range.end(); ++cell) {
       const KeyIndex& first = keys[begins_[cell]];
       cells_[cell] = cell_of(positions[first.index], side);
@@ -117,6 +115,7 @@ void NeighborGrid::sort_by_cell(std::span<const Vec3> positions, double side) {
     cells_.push_back(cell);
     begins_.push_back(static_cast<std::uint32_t>(i));
   }
+  begins_.push_back(static_cast<std::uint32_t>(order_.size()));
 }
 
 std::span<const std::uint32_t> NeighborGrid::members(std::uint32_t cell) const {

@@ -218,45 +218,28 @@ bool is_beside(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, int s
 
 double sum_of(Vec3 v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
-/// What a height over the plane that u and v span may be off by, per unit of the place's distance:
-/// far above what rounding can add up to, a dozen roundings of terms of this size.
-double rounding_bound(Vec3 u, Vec3 v) {
-  constexpr double kBound = 32.0 * kEpsilon;
-  return kBound * sum_of(u) * sum_of(v);
-}
-
-/// The plane of a triangle, by which most pairs are told apart.
-class QuickPlane {
+/// A triangle's plane, with the exact answer where the quick one is not known.
+class TrianglePlane {
  public:
-  explicit QuickPlane(const std::array<Vec3, 3>& t) : t_(t) {
-    const Vec3 u = t[1] - t[0], v = t[2] - t[0];
-    normal_ = cross(u, v);
-    bound_ = rounding_bound(u, v);
-  }
+  explicit TrianglePlane(const std::array<Vec3, 3>& t) : t_(t), quick_(t[0], t[1], t[2]) {}
 
-  /// As side_of_plane; 2 where doubles cannot tell.
-  int quick_side(Vec3 p) const {
-    const Vec3 d = p - t_[0];
-    const double height = dot(normal_, d);
-    return std::abs(height) > bound_ * sum_of(d) ? -sign_of(height) : 2;
-  }
+  int quick_side(Vec3 p) const { return quick_.side(p); }
   int side(Vec3 p) const {
-    const int quick = quick_side(p);
-    return quick != 2 ? quick : exact_side_of_plane(t_[0], t_[1], t_[2], p);
+    const int quick = quick_.side(p);
+    return quick != QuickPlane::kUnknown ? quick : exact_side_of_plane(t_[0], t_[1], t_[2], p);
   }
 
  private:
   const std::array<Vec3, 3>& t_;
-  Vec3 normal_;
-  double bound_ = 0.0;
+  QuickPlane quick_;
 };
 
 /// True when the vertices of t that s does not have lie strictly on one side of s. Quick; false
 /// proves nothing.
 bool is_off_plane(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, int shared) {
-  const QuickPlane plane(s);
+  const TrianglePlane plane(s);
   const int side = plane.quick_side(t[2]);
-  if (side == 2) return false;
+  if (side == QuickPlane::kUnknown) return false;
   for (int k = shared; k < 2; ++k)
     if (plane.quick_side(t[k]) != side) return false;
   return true;
@@ -264,7 +247,7 @@ bool is_off_plane(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t, in
 
 using Sides = std::array<int, 3>;
 
-Sides sides_of(const QuickPlane& plane, const std::array<Vec3, 3>& t) {
+Sides sides_of(const TrianglePlane& plane, const std::array<Vec3, 3>& t) {
   return {plane.side(t[0]), plane.side(t[1]), plane.side(t[2])};
 }
 
@@ -330,10 +313,10 @@ namespace {
 
 /// Of two triangles without a common vertex; empty where a corner lies in the other's plane.
 std::optional<bool> distinct_intersect(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t) {
-  const QuickPlane of_s(s);
+  const TrianglePlane of_s(s);
   const Sides sides_t = sides_of(of_s, t);
   if (is_one_side(sides_t)) return false;
-  const QuickPlane of_t(t);
+  const TrianglePlane of_t(t);
   const Sides sides_s = sides_of(of_t, s);
   if (is_one_side(sides_s)) return false;
   if (has_zero(sides_s) || has_zero(sides_t)) return std::nullopt;
@@ -342,11 +325,12 @@ std::optional<bool> distinct_intersect(const std::array<Vec3, 3>& s, const std::
 
 }  // namespace
 
-ApartByPlane::ApartByPlane(std::span<const Vec3> positions, const Triangle& triangle)
-    : triangle_(triangle), from_(positions[triangle[0]]) {
-  const Vec3 u = positions[triangle[1]] - from_, v = positions[triangle[2]] - from_;
+QuickPlane::QuickPlane(Vec3 a, Vec3 b, Vec3 c) : from_(a) {
+  // Far above what rounding can add up to: a dozen roundings of terms of this size.
+  constexpr double kBound = 32.0 * kEpsilon;
+  const Vec3 u = b - a, v = c - a;
   normal_ = cross(u, v);
-  bound_ = rounding_bound(u, v);
+  bound_ = kBound * sum_of(u) * sum_of(v);
 }
 
 bool triangles_intersect(std::span<const Vec3> positions, const Triangle& s, const Triangle& t) {

@@ -30,10 +30,32 @@ bool triangles_across_intersect(const std::array<Vec3, 3>& s, const std::array<V
                                 const std::array<int, 3>& sides_of_s,
                                 const std::array<int, 3>& sides_of_t);
 
-/// A triangle by its plane: tells most others apart from it that are held against it.
+/// The plane through three points, by which doubles tell most places apart.
+class QuickPlane {
+ public:
+  static constexpr int kUnknown = 2;
+
+  QuickPlane(Vec3 a, Vec3 b, Vec3 c);
+
+  /// As side_of_plane(); kUnknown where doubles cannot tell.
+  int side(Vec3 p) const {
+    const Vec3 d = p - from_;
+    const double height = dot(normal_, d);
+    const double bound = bound_ * (std::abs(d.x) + std::abs(d.y) + std::abs(d.z));
+    return height > bound ? -1 : height < -bound ? 1 : kUnknown;
+  }
+
+ private:
+  Vec3 from_, normal_;
+  double bound_ = 0.0;  ///< what a height may be off by, per unit of the place's distance
+};
+
+/// A triangle that others are held against: its plane tells that most of them do not intersect it.
 class ApartByPlane {
  public:
-  ApartByPlane(std::span<const Vec3> positions, const Triangle& triangle);
+  ApartByPlane(std::span<const Vec3> positions, const Triangle& triangle)
+      : triangle_(triangle),
+        plane_(positions[triangle[0]], positions[triangle[1]], positions[triangle[2]]) {}
 
   /// True where the corners of another triangle that are not its own lie strictly on one side of
   /// its plane, and there are such: the two do not intersect (triangles_intersect()). Quick; false
@@ -42,11 +64,8 @@ class ApartByPlane {
     int side = 0;
     for (const std::uint32_t v : other) {
       if (v == triangle_[0] || v == triangle_[1] || v == triangle_[2]) continue;
-      const Vec3 d = positions[v] - from_;
-      const double height = dot(normal_, d);
-      const double bound = bound_ * (std::abs(d.x) + std::abs(d.y) + std::abs(d.z));
-      const int here = height > bound ? 1 : height < -bound ? -1 : 0;
-      if (here == 0 || here == -side) return false;
+      const int here = plane_.side(positions[v]);
+      if (here == QuickPlane::kUnknown || here == -side) return false;
       side = here;
     }
     return side != 0;
@@ -54,8 +73,7 @@ class ApartByPlane {
 
  private:
   Triangle triangle_;
-  Vec3 from_, normal_;
-  double bound_ = 0.0;
+  QuickPlane plane_;
 };
 
 /// Whether the closed segment pq meets the closed triangle abc. Exact.

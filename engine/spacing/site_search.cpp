@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kSpare = 4;
 
 std::vector<std::uint32_t> morton_order(std::span<const Vec3> positions) {
-  KeyList keys;
+  std::vector<KeyIndex> keys;
   keys.reserve(positions.size());
   if (!positions.empty()) {
     const MortonFrame frame(root_cube(bounds_of(positions)));

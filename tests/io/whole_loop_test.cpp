@@ -8,7 +8,11 @@
 #include <catch2/catch.hpp>
 #include <stdexcept>
 
+#include "io/bounds.h"
+#include "io/error.h"
 #include "io/store/chunk_store.h"
+#include "partition/canonical_order.h"
+#include "partition/root_cube.h"
 #include "tests/io/stored_arrays.h"
 #include "tests/support/data.h"
 
@@ -47,6 +51,18 @@ TEST_CASE("AWholeLoopThrowsWhatACallThrows") {
                                    if (i == 57) throw std::runtime_error("57");
                                  }),
                   std::runtime_error);
+}
+
+TEST_CASE("LoopsThatMayHaveEndedEarlyAreTold") {
+  CHECK_NOTHROW(check_loops_are_whole());
+  while_cancelled([] { CHECK_THROWS_AS(check_loops_are_whole(), Error); });
+  for_each_whole(2, [](std::size_t) { check_loops_are_whole(); });
+}
+
+TEST_CASE("NothingIsSortedByKeysAtRandomWhileAnotherTaskFails") {
+  const std::vector<Vec3> positions(100'000, Vec3{1.0, 2.0, 3.0});
+  const RootCube root = root_cube(bounds_of(positions));
+  while_cancelled([&] { CHECK_THROWS_AS(canonical_rows({positions, {}, {}, 0}, root), Error); });
 }
 
 TEST_CASE("ResultsThatAreStoredAndReadWhileAnotherTaskFailsAreWhole") {
