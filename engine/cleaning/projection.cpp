@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 
+#include "engine/geometry/cell_rows.h"
 #include "engine/geometry/local_surface.h"
 #include "engine/geometry/neighbor_grid.h"
 #include "io/error.h"
@@ -50,12 +51,12 @@ struct Group {
 class Projector {
  public:
   Projector(std::span<const Vec3> positions, std::span<const Vec3> normals,
-            const ProjectionOptions& options, const NeighborGrid& grid)
-      : positions_(positions), normals_(normals), options_(options), grid_(grid) {}
+            const ProjectionOptions& options, const CellRows& rows)
+      : positions_(positions), normals_(normals), options_(options), rows_(rows) {}
 
   /// Copies the points around a cell into columns.
   void enter(std::uint32_t cell) {
-    grid_.gather(cell, cursor_, cells_, candidates_);
+    rows_.gather(cell, candidates_);
     around_.reserve(candidates_.size());
     for (NearPoints& near : near_) near.reserve(candidates_.size());
     const LaneColumns& to = around_.columns.points;
@@ -117,10 +118,9 @@ class Projector {
 
   std::span<const Vec3> positions_, normals_;
   ProjectionOptions options_;
-  const NeighborGrid& grid_;
+  const CellRows& rows_;
   const SurfaceKernel& kernel_ = surface_kernel();
-  NeighborGrid::Cursor cursor_;
-  std::vector<std::uint32_t> cells_, candidates_;
+  std::vector<std::uint32_t> candidates_;
   NearPoints around_;  // the candidates
   std::array<NearPoints, kSurfacesAtOnce> near_;
 };
@@ -232,7 +232,7 @@ class CellProjection {
   CellProjection(std::span<const Vec3> positions, std::span<const Vec3> normals,
                  std::uint32_t begin, std::uint32_t end, const ProjectionOptions& options,
                  std::span<const std::uint8_t> chosen, const NeighborGrid& grid,
-                 ProjectedPoints& result)
+                 const CellRows& rows, ProjectedPoints& result)
       : positions_(positions),
         normals_(normals),
         begin_(begin),
@@ -240,7 +240,7 @@ class CellProjection {
         options_(options),
         chosen_(chosen),
         grid_(grid),
-        projector_(positions, normals, options, grid),
+        projector_(positions, normals, options, rows),
         grouping_(positions, normals, options),
         result_(result) {}
 
@@ -340,8 +340,9 @@ void project_chosen(std::span<const Vec3> positions, std::span<const Vec3> norma
                     std::span<const std::uint8_t> chosen, ProjectedPoints& result) {
   const NeighborGrid grid(positions, options.radius);
   refuse_too_many(grid, positions.size(), options.radius_name);
+  const CellRows rows(grid);
   tbb::enumerable_thread_specific<CellProjection> projections([&] {
-    return CellProjection(positions, normals, begin, end, options, chosen, grid, result);
+    return CellProjection(positions, normals, begin, end, options, chosen, grid, rows, result);
   });
   tbb::parallel_for(std::uint32_t{0}, grid.cells(),
                     [&](std::uint32_t cell) { projections.local().project(cell); });

@@ -10,6 +10,7 @@
 #include <limits>
 #include <tuple>
 
+#include "engine/geometry/cell_rows.h"
 #include "engine/geometry/neighbor_grid.h"
 
 namespace orbweave {
@@ -101,8 +102,13 @@ class KeptPoints {
 /// Decides cell after cell; the kept points become more as it goes.
 class Thinning {
  public:
-  Thinning(const Cloud& cloud, const NeighborGrid& grid, std::span<const std::uint8_t> states = {})
-      : cloud_(cloud), grid_(grid), states_(states), kept_(grid, cloud.positions.size()) {}
+  Thinning(const Cloud& cloud, const NeighborGrid& grid, const CellRows& rows,
+           std::span<const std::uint8_t> states = {})
+      : cloud_(cloud),
+        grid_(grid),
+        rows_(rows),
+        states_(states),
+        kept_(grid, cloud.positions.size()) {}
 
   KeptPoints run() {
     for (std::uint32_t cell = 0; cell < grid_.cells() && !states_.empty(); ++cell)
@@ -124,7 +130,6 @@ class Thinning {
  private:
   /// What a thread needs to decide cell after cell.
   struct Scratch {
-    NeighborGrid::Cursor cursor;
     std::vector<std::uint32_t> cells, rivals;
     RankedPoints ranked;
   };
@@ -136,7 +141,7 @@ class Thinning {
   void decide(std::uint32_t cell, Scratch& scratch) {
     std::vector<std::uint32_t>& rivals = scratch.rivals;
     rivals.clear();
-    grid_.around(cell, scratch.cursor, scratch.cells);
+    rows_.around(cell, scratch.cells);
     for (const std::uint32_t near : scratch.cells) {
       const auto kept = kept_.of(near);
       rivals.insert(rivals.end(), kept.begin(), kept.end());
@@ -156,6 +161,7 @@ class Thinning {
 
   const Cloud& cloud_;
   const NeighborGrid& grid_;
+  const CellRows& rows_;
   std::span<const std::uint8_t> states_;
   KeptPoints kept_;
 };
@@ -178,13 +184,13 @@ std::uint32_t representative(std::uint32_t point, const std::vector<std::uint32_
 /// Pairs (kept point, point that it stands for), sorted.
 std::vector<std::pair<std::uint32_t, std::uint32_t>> groups_of(const Cloud& cloud,
                                                                const NeighborGrid& grid,
+                                                               const CellRows& rows,
                                                                const KeptPoints& kept) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> groups(cloud.positions.size());
   tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, grid.cells()), [&](const auto& range) {
     std::vector<std::uint32_t> cells;
-    NeighborGrid::Cursor cursor;
     for (std::uint32_t cell = range.begin(); cell < range.end(); ++cell) {
-      grid.around(cell, cursor, cells);
+      rows.around(cell, cells);
       std::size_t grouped = cell;
       for (const std::uint32_t point : grid.members(cell)) {
         if (grouped++ % kLookEvery == 0) check_stop(cloud.stop);
@@ -218,7 +224,8 @@ std::vector<std::uint8_t> thin_points(std::span<const Vec3> positions,
                                       std::span<const std::uint8_t> states) {
   const Cloud cloud(positions, normals, options);
   const NeighborGrid grid(positions, options.spacing);
-  return flags_of(Thinning(cloud, grid, states).run(), grid, begin, end);
+  const CellRows rows(grid);
+  return flags_of(Thinning(cloud, grid, rows, states).run(), grid, begin, end);
 }
 
 double merging_halo(const ThinningOptions& options) {
@@ -231,12 +238,13 @@ MergedPoints merge_points(std::span<const Vec3> positions, std::span<const Vec3>
                           std::uint32_t begin, std::uint32_t end, const ThinningOptions& options) {
   const Cloud cloud(positions, normals, options);
   const NeighborGrid grid(positions, options.spacing);
-  const KeptPoints kept_points = Thinning(cloud, grid).run();
+  const CellRows rows(grid);
+  const KeptPoints kept_points = Thinning(cloud, grid, rows).run();
   MergedPoints merged;
   merged.kept = flags_of(kept_points, grid, begin, end);
   merged.positions.assign(positions.begin() + begin, positions.begin() + end);
   if (!normals.empty()) merged.normals.assign(normals.begin() + begin, normals.begin() + end);
-  const auto groups = groups_of(cloud, grid, kept_points);
+  const auto groups = groups_of(cloud, grid, rows, kept_points);
   for (std::size_t first = 0, last = 0; first < groups.size(); first = last) {
     const std::uint32_t kept = groups[first].first;
     Vec3 shift, normal;

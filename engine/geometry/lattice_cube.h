@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "engine/geometry/neighbor_grid.h"
+#include "engine/geometry/lattice_box.h"
 #include "io/vec3.h"
 
 namespace orbweave {

@@ -1,23 +1,14 @@
 // Points sorted into cubic cells, for queries that all have the same radius.
 #pragma once
 
-#include <array>
-#include <compare>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "engine/geometry/lattice_box.h"
 #include "io/vec3.h"
 
 namespace orbweave {
-
-/// Number of a cell of the lattice that is anchored at the world's zero.
-struct LatticeCell {
-  std::int64_t z = 0;
-  std::int64_t y = 0;
-  std::int64_t x = 0;
-  friend auto operator<=>(const LatticeCell&, const LatticeCell&) = default;
-};
 
 /// Cells are a hundredth wider than the radius, so that everything within the radius of a point
 /// lies in the cells around its own in spite of rounding (as long as the radius is more than 1e-12
@@ -26,46 +17,33 @@ struct LatticeCell {
 class NeighborGrid {
  public:
   NeighborGrid(std::span<const Vec3> positions, double radius);
+  /// Of items that lie in these cells of some lattice.
+  explicit NeighborGrid(std::span<const LatticeCell> of_items);
 
   static double cell_side(double radius) { return kSidePerRadius * radius; }
   static double radius_of_side(double side) { return side / kSidePerRadius; }
 
   std::uint32_t cells() const { return static_cast<std::uint32_t>(cells_.size()); }
+  /// The occupied cells, ascending.
+  std::span<const LatticeCell> lattice_cells() const { return cells_; }
   LatticeCell lattice_cell(std::uint32_t cell) const { return cells_[cell]; }
   /// Where a cell's points begin among those of all cells in a row.
   std::uint32_t begin(std::uint32_t cell) const { return begins_[cell]; }
   /// Points of a cell, ascending.
   std::span<const std::uint32_t> members(std::uint32_t cell) const;
-  /// Where the rows of cells around the last cell asked for were found: those around the next cell
-  /// are not far behind. Any cursor gives the same cells.
-  struct Cursor {
-    std::array<std::uint32_t, 9> rows{};
-  };
-  /// Replaces `found` by the occupied cells among the 27 around (and with) a cell.
-  void around(std::uint32_t cell, Cursor& cursor, std::vector<std::uint32_t>& found) const;
-  /// Replaces `candidates` by the points of these cells, cell by cell in the order of the lattice:
-  /// all that lie within the radius of any point of the cell, and more. `cells` is for its use.
-  void gather(std::uint32_t cell, Cursor& cursor, std::vector<std::uint32_t>& cells,
-              std::vector<std::uint32_t>& candidates) const;
+  /// Points of the cells [first, last), cell by cell.
+  std::span<const std::uint32_t> members(std::uint32_t first, std::uint32_t last) const;
 
  private:
   static constexpr double kSidePerRadius = 1.01;
-  /// The part of the lattice that is occupied.
-  struct CellBox {
-    LatticeCell low, high;
-    CellBox(std::span<const Vec3> positions, double side);
-    /// Whether numbers of its cells, in their order, have 64 bits.
-    bool has_numbers() const;
-    std::uint64_t number(const LatticeCell& cell) const;
-  };
 
-  void sort_by_number(std::span<const Vec3> positions, double side);
-  void sort_by_cell(std::span<const Vec3> positions, double side);
+  template <class CellAt>
+  void sort_by_number(const LatticeBox& box, const CellAt& cell_at);
+  template <class CellAt>
+  void sort_by_cell(const CellAt& cell_at);
 
-  CellBox box_;
-  std::vector<std::uint32_t> order_;    ///< points by cell
-  std::vector<LatticeCell> cells_;      ///< occupied ones, ascending
-  std::vector<std::uint64_t> numbers_;  ///< of these; empty where they do not have 64 bits
+  std::vector<std::uint32_t> order_;  ///< points by cell
+  std::vector<LatticeCell> cells_;    ///< occupied ones, ascending
   std::vector<std::uint32_t> begins_;
 };
 

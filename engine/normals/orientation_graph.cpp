@@ -25,17 +25,39 @@ struct Votes {
 /// By size first, so that a node that starts with the other sign has its votes added in the same
 /// order.
 constexpr auto before = [](const SignedEdge& x, const SignedEdge& y) {
+  if (x.a != y.a) return x.a < y.a;
+  if (x.b != y.b) return x.b < y.b;
   const double size_x = std::abs(x.votes), size_y = std::abs(y.votes);
-  return std::tie(x.a, x.b, size_x, x.votes, x.weight) <
-         std::tie(y.a, y.b, size_y, y.votes, y.weight);
+  return std::tie(size_x, x.votes, x.weight) < std::tie(size_y, y.votes, y.weight);
 };
 
+/// By their first nodes in time that is proportional to them, few edges at each.
+void sort_few(std::uint32_t nodes, std::vector<SignedEdge>& edges) {
+  std::vector<std::uint32_t> next(nodes + 1, 0);
+  for (const SignedEdge& e : edges) ++next[e.a + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<SignedEdge> sorted(edges.size());
+  for (const SignedEdge& e : edges) sorted[next[e.a]++] = e;
+  // Each node's end is the next one's begin by now.
+  auto begin = sorted.begin();
+  for (std::uint32_t node = 0; node < nodes; ++node) {
+    const auto end = sorted.begin() + next[node];
+    std::sort(begin, end, before);
+    begin = end;
+  }
+  edges.swap(sorted);
+}
+
 /// Sorted by (a, b) with a < b, parallel ones added up.
-void normalize(std::vector<SignedEdge>& edges) {
+void normalize(std::uint32_t nodes, std::vector<SignedEdge>& edges) {
+  constexpr std::size_t kFew = std::size_t{1} << 14;
   std::erase_if(edges, [](const SignedEdge& e) { return e.a == e.b; });
   for (SignedEdge& e : edges)
     if (e.b < e.a) std::swap(e.a, e.b);
-  tbb::parallel_sort(edges.begin(), edges.end(), before);
+  if (edges.size() <= kFew && nodes <= kFew)
+    sort_few(nodes, edges);
+  else
+    tbb::parallel_sort(edges.begin(), edges.end(), before);
   std::size_t kept = 0;
   for (const SignedEdge& e : edges) {
     if (kept > 0 && edges[kept - 1].a == e.a && edges[kept - 1].b == e.b) {
@@ -304,7 +326,7 @@ class Agglomeration {
 
 SignedParts join_by_votes(std::uint32_t nodes, std::vector<SignedEdge> edges,
                           const JoinOptions& options) {
-  normalize(edges);
+  normalize(nodes, edges);
   return Agglomeration(nodes, edges, options).run();
 }
 

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <memory>
 #include <numbers>
 #include <numeric>
@@ -16,6 +15,7 @@
 #include "engine/normals/orientation.h"
 #include "engine/normals/orientation_graph.h"
 #include "engine/normals/orientation_vote.h"
+#include "io/whole_loop.h"
 
 namespace orbweave {
 namespace {
@@ -288,7 +288,6 @@ class Patches {
     // The ends of confident edges are joined already.
     std::erase_if(joining.weak,
                   [&](const Edge& e) { return signs.find(e.a).first == signs.find(e.b).first; });
-    sort_by_votes(joining.weak);
     std::vector<SignedEdge> between;
     for (const Edge& e : joining.weak) {
       const auto [root_a, turn_a] = signs.find(e.a);
@@ -314,38 +313,60 @@ class Patches {
                       : std::numbers::pi * radius_[i] * radius_[i] / static_cast<double>(count);
   }
 
+  /// Of one cell: its patches that begin among the own points, in the order of their first points,
+  /// and the votes of each by the patches that they are for.
+  struct CellPatches {
+    std::vector<PatchSum> sums;
+    std::vector<std::vector<PatchVote>> votes;
+  };
+
   OrientedPatches result(const std::vector<std::uint8_t>& own) const {
+    check_loops_are_whole();
     OrientedPatches out;
+    out.patch_of.resize(end_ - begin_);
+    out.turn.resize(end_ - begin_);
+    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(begin_, end_, 4096),
+                      [&](const auto& range) {
+                        for (std::uint32_t i = range.begin(); i < range.end(); ++i) {
+                          const bool none = is_zero(normals_[i]);
+                          out.patch_of[i - begin_] = none ? global_[i] : global_[first_[i]];
+                          out.turn[i - begin_] = none ? 0 : turn_[i];
+                        }
+                      });
+    std::vector<CellPatches> of_cell(cells_.cells.size());
+    std::vector<std::uint32_t> row_of(end_ - begin_, kNobody);  // in its cell, by a patch's first
+    for_each_whole(of_cell.size(), [&](std::size_t c) {
+      check_stop(options_.stop);
+      if (own[c] == kDone) sum_up(cells_.cells[c], row_of, of_cell[c]);
+    });
     for (std::uint32_t i = begin_; i < end_; ++i) {
-      const bool none = is_zero(normals_[i]);
-      out.patch_of.push_back(none ? global_[i] : global_[first_[i]]);
-      out.turn.push_back(none ? 0 : turn_[i]);
+      const std::uint32_t row = row_of[i - begin_];
+      if (row == kNobody) continue;
+      const CellPatches& patches = of_cell[cells_.cell_of[i]];
+      out.sums.push_back(patches.sums[row]);
+      out.votes.insert(out.votes.end(), patches.votes[row].begin(), patches.votes[row].end());
     }
-    // Rows of `sums` by the patch's first point; points come in ascending order.
-    std::vector<std::uint32_t> row_of(end_ - begin_, kNobody);
-    std::vector<std::map<PatchId, PatchVote>> votes;
-    for (std::uint32_t i = begin_; i < positions_.size(); ++i) {
-      if (i % kStopBlock == 0) check_stop(options_.stop);
-      if (own[cells_.cell_of[i]] != kDone || is_zero(normals_[i])) continue;
+    return out;
+  }
+
+  void sum_up(const Cell& cell, std::vector<std::uint32_t>& row_of, CellPatches& patches) const {
+    for (const std::uint32_t i : members(cell)) {
       const std::uint32_t first = first_[i];
-      if (first < begin_ || first >= end_) continue;
+      if (is_zero(normals_[i]) || first < begin_ || first >= end_) continue;
       std::uint32_t& row = row_of[first - begin_];
       if (row == kNobody) {
-        row = static_cast<std::uint32_t>(out.sums.size());
+        row = static_cast<std::uint32_t>(patches.sums.size());
         PatchSum sum;
         sum.patch = global_[first];
         sum.lowest = sum.highest = positions_[i];
-        sum.flux_origin = options_.cell * cells_.cells[cells_.cell_of[i]].corner;
-        out.sums.push_back(sum);
-        votes.emplace_back();
+        sum.flux_origin = options_.cell * cell.corner;
+        patches.sums.push_back(sum);
+        patches.votes.emplace_back();
       }
-      add(out.sums[row], i);
+      add(patches.sums[row], i);
       for (const std::uint32_t q : neighbors(i))
-        if (first_[q] != first) add(votes[row], out.sums[row].patch, i, q);
+        if (first_[q] != first) add(patches.votes[row], patches.sums[row].patch, i, q);
     }
-    for (const auto& of_patch : votes)
-      for (const auto& [to, vote] : of_patch) out.votes.push_back(vote);
-    return out;
   }
 
   void add(PatchSum& sum, std::uint32_t i) const {
@@ -362,14 +383,19 @@ class Patches {
     sum.flux += dot(n, p - sum.flux_origin);
   }
 
-  void add(std::map<PatchId, PatchVote>& votes, PatchId from, std::uint32_t p,
-           std::uint32_t q) const {
+  void add(std::vector<PatchVote>& votes, PatchId from, std::uint32_t p, std::uint32_t q) const {
     const double v = vote(turned_normal(p), turned_normal(q), positions_[q] - positions_[p]);
-    PatchVote& sum = votes[global_[first_[q]]];
-    sum.from = from;
-    sum.to = global_[first_[q]];
-    sum.votes += v;
-    sum.weight += std::abs(v);
+    const PatchId to = global_[first_[q]];
+    auto sum = std::lower_bound(votes.begin(), votes.end(), to,
+                                [](const PatchVote& x, PatchId patch) { return x.to < patch; });
+    if (sum == votes.end() || sum->to != to) {
+      PatchVote fresh;
+      fresh.from = from;
+      fresh.to = to;
+      sum = votes.insert(sum, fresh);
+    }
+    sum->votes += v;
+    sum->weight += std::abs(v);
   }
 
   std::span<const Vec3> positions_, normals_;
