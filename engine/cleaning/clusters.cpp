@@ -7,6 +7,7 @@
 #include "engine/geometry/cell_rows.h"
 #include "engine/geometry/lattice_cube.h"
 #include "engine/geometry/neighbor_grid.h"
+#include "io/whole_loop.h"
 
 namespace orbweave {
 namespace {
@@ -45,6 +46,7 @@ class Components {
       : runs_(runs), cubes_(runs.cubes), parents_(cubes_.cells()) {
     std::iota(parents_.begin(), parents_.end(), 0u);
     const CellRows rows(cubes_);
+    check_loops_are_whole();
     std::vector<std::uint32_t> around;
     for (std::uint32_t cube = 0; cube < cubes_.cells(); ++cube) {
       if (cube % kStopBlock == 0) check_stop(options.stop);
