@@ -133,15 +133,17 @@ class Attempts {
   bool try_membrane() { return take(membrane_fill(problem_, loop(), options_)); }
 
   /// True when a flat patch meets nothing, if need be after it was moved out of the way: a smooth
-  /// one that meets nothing bulges out of a crease. One that still meets something is one of many.
+  /// one that meets nothing bulges out of a crease or a recess. One that still meets something is
+  /// one of many.
   bool try_flat() {
-    if (!ends_in_crease(problem_, rim())) return false;
+    const bool is_crease = ends_in_crease(problem_, rim());
     const std::optional<RecessedPlane> plane = recessed_plane(problem_);
-    if (plane && settles(recessed_fill(problem_, loop(), *plane, options_),
-                         "flat, at the ground of a recess"))
+    const bool is_recess = plane && (is_crease || is_stepped(problem_, *plane));
+    if (is_recess && settles(recessed_fill(problem_, loop(), *plane, options_),
+                             "flat, at the ground of a recess"))
       return true;
-    return settles(membrane_fill(problem_, loop(), options_),
-                   "flat, because the surface turns away all along the rim");
+    return is_crease && settles(membrane_fill(problem_, loop(), options_),
+                                "flat, because the surface turns away all along the rim");
   }
   /// True when planes around the hole meet in an edge that the patch goes on with. Where they do
   /// not, nothing was tried.

@@ -435,16 +435,13 @@ TEST_CASE("AHoleBehindACreaseIsClosedFlat") {
 }
 
 TEST_CASE("ThePaneOfAWindowLiesAtTheGroundOfItsReveal") {
-  // A window in a wall: the reveal, one edge wide and three deep, is seen on three sides; on the
-  // fourth the scan ends at the edge of the wall.
+  // A window in a wall, its reveal one edge wide and three deep.
   constexpr double kStep = 1.0 / 80.0, kDepth = 3.0 * kStep;
   constexpr double kPane = 11.0, kOpening = 12.0;  // half their widths, edges
   const auto along = [](double x) { return (x - 0.5) / kStep; };
-  const auto with_window = [&](double cut_to) {
+  const auto with_window = [&](const auto& is_unseen) {
     TriangleMesh wall = test::square_mesh(80);
-    cut(wall, [&](Vec3 p) {
-      return std::abs(along(p.y)) < kPane && along(p.x) > -kPane && along(p.x) < cut_to;
-    });
+    cut(wall, [&](Vec3 p) { return is_unseen(along(p.x), along(p.y)); });
     return moved(std::move(wall), [&](Vec3 p) {
       const bool is_deep = std::max(std::abs(along(p.x)), std::abs(along(p.y))) < kPane + 0.5;
       return is_deep ? p - Vec3{0.0, 0.0, kDepth} : p;
@@ -461,8 +458,22 @@ TEST_CASE("ThePaneOfAWindowLiesAtTheGroundOfItsReveal") {
     CHECK(pane->confidence > 0.85);
     CHECK(farthest_new_vertex(wall, filled, [&](Vec3 p) { return std::abs(p.z + kDepth); }) < 1e-9);
   };
-  check_pane(with_window(kOpening), "at the ground of a recess");
-  check_pane(with_window(kPane), "turns away all along the rim");
+  // The reveal is seen on three sides; on the fourth the scan ends at the edge of the wall.
+  const auto from_the_side = [&](double x, double y) {
+    return std::abs(y) < kPane && x > -kPane && x < kOpening;
+  };
+  check_pane(with_window(from_the_side), "at the ground of a recess");
+  // The reveal is seen all around.
+  const auto from_the_front = [&](double x, double y) {
+    return std::abs(y) < kPane && std::abs(x) < kPane;
+  };
+  check_pane(with_window(from_the_front), "turns away all along the rim");
+  // The scan ends at the edge of the wall nearly everywhere: half of one side is seen.
+  const auto but_for_a_part = [&](double x, double y) {
+    const bool is_seen = x < -kPane && std::abs(y) < 0.5 * kPane;
+    return std::max(std::abs(x), std::abs(y)) < kOpening && !is_seen;
+  };
+  check_pane(with_window(but_for_a_part), "at the ground of a recess");
 }
 
 TEST_CASE("PatchesOfASceneThatFoldBackSaySo") {

@@ -13,6 +13,8 @@ namespace orbweave {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
+/// Loops of fewer edges say too little of the surface around them.
+constexpr std::size_t kLeastEdges = 20;
 
 /// The rim as a plane has it.
 struct FlatRim {
@@ -137,7 +139,6 @@ double quantile(std::vector<double> values, double share) {
 }  // namespace
 
 bool ends_in_crease(const HoleProblem& problem, const Rim& rim_of_hole) {
-  constexpr std::size_t kLeastEdges = 20;
   constexpr double kFlat = 0.05;  // distance from the plane by the width of the hole
   constexpr double kRough = 1.0;  // and by the spacing, where that is more
   // Between the sheet behind the rim and the plane, 75 degrees; 40 of a lip, which scans round off
@@ -178,6 +179,8 @@ std::optional<RecessedPlane> recessed_plane(const HoleProblem& problem) {
   constexpr double kDeepest = 0.10;  // share of the corners: outliers lie deeper
   constexpr double kFront = 0.85;
   constexpr double kLeastDepth = 1.0, kLeastStep = 0.5;  // edge lengths
+  if (problem.loop.size() < kLeastEdges || problem.normals.size() != problem.positions.size())
+    return std::nullopt;
   const FlatRim rim = flat_rim(problem);
   if (!(rim.width > 0.0) || !is_lip(problem, rim)) return std::nullopt;
   const std::vector<std::uint32_t> sheet = parallel_vertices(problem, rim);
@@ -194,6 +197,17 @@ std::optional<RecessedPlane> recessed_plane(const HoleProblem& problem) {
   if (plane.wall - plane.depth < kLeastDepth * rim.spacing) return std::nullopt;
   if (quantile(of_rim, kFront) - plane.depth < kLeastStep * rim.spacing) return std::nullopt;
   return plane;
+}
+
+bool is_stepped(const HoleProblem& problem, const RecessedPlane& plane) {
+  constexpr double kLeastStep = 1.5;  // edge lengths
+  // Corners spread evenly from one level to the other have 0.29.
+  constexpr double kMostBetween = 0.15;  // of the step
+  constexpr double kDeepest = 0.25;      // of the width
+  const FlatRim rim = flat_rim(problem);
+  const double step = (plane.wall - plane.depth) / rim.spacing;
+  return step >= kLeastStep && step * rim.spacing <= kDeepest * rim.width &&
+         roughness_of_recess(problem, plane) <= kMostBetween * step;
 }
 
 double roughness_of_recess(const HoleProblem& problem, const RecessedPlane& plane) {

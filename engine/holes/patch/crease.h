@@ -35,8 +35,13 @@ struct RecessedPlane {
 /// Where the rim is the lip of a recess, of which the scanner saw some sides down to the ground and
 /// others not: the plane that is parallel to the sheet and goes through the deepest parts of the
 /// rim. A window's pane lies there. Empty where the rim is no such lip, or where it lies in one
-/// plane as it is. Precondition: ends_in_crease().
+/// plane as it is. Precondition: ends_in_crease(), or is_stepped() of what comes of it.
 std::optional<RecessedPlane> recessed_plane(const HoleProblem& problem);
+
+/// True where the corners of the rim lie on two levels, the sheet and the ground, with hardly any
+/// between, and the ground is shallow for the width of the hole. The scanner saw parts of a
+/// recess's ground and none of the sides there: the sheet need not be steep along such a rim.
+bool is_stepped(const HoleProblem& problem, const RecessedPlane& plane);
 
 /// As RimShape::roughness, from the ground of a recess or the wall, whichever of the two is closer
 /// to a corner.
