@@ -1,11 +1,16 @@
 #include "engine/cleaning/points_near.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <numeric>
 #include <utility>
 
+#include "engine/geometry/cell_rows.h"
+#include "engine/geometry/neighbor_grid.h"
 #include "io/whole_loop.h"
 
 namespace orbweave {
@@ -21,29 +26,25 @@ LatticeCell coarse(const LatticeCell& cube, std::int64_t step) {
   return {floor_of(cube.z, step), floor_of(cube.y, step), floor_of(cube.x, step)};
 }
 
-void sort_out(std::vector<LatticeCell>& cubes) {
-  std::sort(cubes.begin(), cubes.end());
-  cubes.erase(std::unique(cubes.begin(), cubes.end()), cubes.end());
+constexpr std::size_t kGrain = 4096;  // runs or cubes that a thread takes at a time
+
+using Scratch = std::vector<std::uint32_t>;
+
+/// Calls visit(cell, scratch) for all cells of a grid, many at once.
+template <class Visit>
+void for_cells(const NeighborGrid& grid, const Visit& visit) {
+  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, grid.cells(), kGrain),
+                    [&](const auto& range) {
+                      Scratch scratch;
+                      for (std::uint32_t cell = range.begin(); cell < range.end(); ++cell)
+                        visit(cell, scratch);
+                    });
 }
 
 std::vector<std::uint32_t> all_points(std::size_t count) {
   std::vector<std::uint32_t> points(count);
   std::iota(points.begin(), points.end(), 0u);
   return points;
-}
-
-/// These cubes and all that touch them, ascending.
-std::vector<LatticeCell> with_neighbors(std::vector<LatticeCell> cubes) {
-  sort_out(cubes);
-  std::vector<LatticeCell> around;
-  around.reserve(27 * cubes.size());
-  for (const LatticeCell& cube : cubes)
-    for (std::int64_t z = -1; z <= 1; ++z)
-      for (std::int64_t y = -1; y <= 1; ++y)
-        for (std::int64_t x = -1; x <= 1; ++x)
-          around.push_back({cube.z + z, cube.y + y, cube.x + x});
-  sort_out(around);
-  return around;
 }
 
 }  // namespace
@@ -68,12 +69,12 @@ NearPart part_of(std::vector<std::uint32_t> points, std::span<const Vec3> positi
 }
 
 PointRuns::PointRuns(std::span<const Vec3> positions, double side) : side_(side) {
-  constexpr std::size_t kGrain = 16384;
-  std::vector<std::vector<Run>> of_part((positions.size() + kGrain - 1) / kGrain);
+  constexpr std::size_t kPoints = 16384;
+  std::vector<std::vector<Run>> of_part((positions.size() + kPoints - 1) / kPoints);
   for_each_whole(of_part.size(), [&](std::size_t part) {
     std::vector<Run>& runs = of_part[part];
-    const std::size_t end = std::min(positions.size(), (part + 1) * kGrain);
-    for (auto i = static_cast<std::uint32_t>(part * kGrain); i < end; ++i) {
+    const std::size_t end = std::min(positions.size(), (part + 1) * kPoints);
+    for (auto i = static_cast<std::uint32_t>(part * kPoints); i < end; ++i) {
       const LatticeCell cube = cube_of(positions[i], side);
       if (runs.empty() || runs.back().cube != cube) runs.push_back({cube, i, i});
       ++runs.back().end;
@@ -93,25 +94,43 @@ std::vector<std::uint32_t> PointRuns::near(std::span<const std::uint8_t> wanted,
   constexpr double kRounding = 1.01;
   const auto step =
       std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(kRounding * reach / side_)));
-  std::vector<LatticeCell> cubes;
-  for (const Run& run : runs_) {
-    const auto flags = wanted.subspan(run.begin, run.end - run.begin);
-    if (std::memchr(flags.data(), 1, flags.size()) == nullptr) continue;
-    const LatticeCell cube = coarse(run.cube, step);
-    if (cubes.empty() || cubes.back() != cube) cubes.push_back(cube);
-  }
-  const std::vector<LatticeCell> around = with_neighbors(std::move(cubes));
+  const NeighborGrid cubes(coarse_cubes(step));
+  const CellRows rows(cubes);
+  check_loops_are_whole();
+  std::vector<std::uint8_t> is_wanted(cubes.cells(), 0);
+  for_cells(cubes, [&](std::uint32_t cube, Scratch&) {
+    const auto has_wanted = [&](std::uint32_t run) {
+      const auto flags = wanted.subspan(runs_[run].begin, runs_[run].end - runs_[run].begin);
+      return std::memchr(flags.data(), 1, flags.size()) != nullptr;
+    };
+    is_wanted[cube] = std::ranges::any_of(cubes.members(cube), has_wanted) ? 1 : 0;
+  });
+  std::vector<std::uint8_t> is_near(runs_.size(), 0);
+  for_cells(cubes, [&](std::uint32_t cube, Scratch& around) {
+    rows.around(cube, around);
+    const auto is_wanted_cube = [&](std::uint32_t other) { return is_wanted[other] != 0; };
+    if (std::ranges::none_of(around, is_wanted_cube)) return;
+    for (const std::uint32_t run : cubes.members(cube)) is_near[run] = 1;
+  });
+  check_loops_are_whole();
+  std::size_t found = 0;
+  for (std::size_t run = 0; run < runs_.size(); ++run)
+    if (is_near[run] != 0) found += runs_[run].end - runs_[run].begin;
   std::vector<std::uint32_t> points;
-  LatticeCell last;
-  bool is_near = false;
-  for (const Run& run : runs_) {
-    const LatticeCell cube = coarse(run.cube, step);
-    if (run.begin == 0 || cube != last)
-      is_near = std::binary_search(around.begin(), around.end(), cube);
-    last = cube;
-    for (std::uint32_t i = run.begin; i < run.end && is_near; ++i) points.push_back(i);
-  }
+  points.reserve(found);
+  for (std::size_t run = 0; run < runs_.size(); ++run)
+    for (std::uint32_t i = runs_[run].begin; i < runs_[run].end && is_near[run] != 0; ++i)
+      points.push_back(i);
   return points;
+}
+
+std::vector<LatticeCell> PointRuns::coarse_cubes(std::int64_t step) const {
+  std::vector<LatticeCell> cubes(runs_.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cubes.size(), kGrain), [&](const auto& r) {
+    for (std::size_t run = r.begin(); run < r.end(); ++run)
+      cubes[run] = coarse(runs_[run].cube, step);
+  });
+  return cubes;
 }
 
 }  // namespace orbweave

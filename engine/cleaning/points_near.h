@@ -38,6 +38,9 @@ class PointRuns {
     std::uint32_t begin = 0;
     std::uint32_t end = 0;
   };
+  /// Of the runs, in a lattice that is `step` times as coarse.
+  std::vector<LatticeCell> coarse_cubes(std::int64_t step) const;
+
   double side_;
   std::vector<Run> runs_;
 };
