@@ -47,12 +47,11 @@ class Components {
     std::iota(parents_.begin(), parents_.end(), 0u);
     const CellRows rows(cubes_);
     check_loops_are_whole();
-    std::vector<std::uint32_t> around;
     for (std::uint32_t cube = 0; cube < cubes_.cells(); ++cube) {
       if (cube % kStopBlock == 0) check_stop(options.stop);
-      rows.around(cube, around);
-      for (const std::uint32_t other : around)
+      rows.for_each_around(cube, [&](std::uint32_t other) {
         if (other < cube) parents_[root_of(other)] = root_of(cube);
+      });
     }
     sum_up();
   }

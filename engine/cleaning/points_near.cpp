@@ -26,19 +26,15 @@ LatticeCell coarse(const LatticeCell& cube, std::int64_t step) {
   return {floor_of(cube.z, step), floor_of(cube.y, step), floor_of(cube.x, step)};
 }
 
-constexpr std::size_t kGrain = 4096;  // runs or cubes that a thread takes at a time
+constexpr std::uint32_t kGrain = 4096;  // runs or cubes that a thread takes at a time
 
-using Scratch = std::vector<std::uint32_t>;
-
-/// Calls visit(cell, scratch) for all cells of a grid, many at once.
+/// Calls visit(i) for all below `count`, many at once.
 template <class Visit>
-void for_cells(const NeighborGrid& grid, const Visit& visit) {
-  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, grid.cells(), kGrain),
-                    [&](const auto& range) {
-                      Scratch scratch;
-                      for (std::uint32_t cell = range.begin(); cell < range.end(); ++cell)
-                        visit(cell, scratch);
-                    });
+void for_all(std::size_t count, const Visit& visit) {
+  using Range = tbb::blocked_range<std::uint32_t>;
+  tbb::parallel_for(Range(0, static_cast<std::uint32_t>(count), kGrain), [&](const Range& range) {
+    for (std::uint32_t i = range.begin(); i < range.end(); ++i) visit(i);
+  });
 }
 
 std::vector<std::uint32_t> all_points(std::size_t count) {
@@ -98,7 +94,7 @@ std::vector<std::uint32_t> PointRuns::near(std::span<const std::uint8_t> wanted,
   const CellRows rows(cubes);
   check_loops_are_whole();
   std::vector<std::uint8_t> is_wanted(cubes.cells(), 0);
-  for_cells(cubes, [&](std::uint32_t cube, Scratch&) {
+  for_all(cubes.cells(), [&](std::uint32_t cube) {
     const auto has_wanted = [&](std::uint32_t run) {
       const auto flags = wanted.subspan(runs_[run].begin, runs_[run].end - runs_[run].begin);
       return std::memchr(flags.data(), 1, flags.size()) != nullptr;
@@ -106,11 +102,12 @@ std::vector<std::uint32_t> PointRuns::near(std::span<const std::uint8_t> wanted,
     is_wanted[cube] = std::ranges::any_of(cubes.members(cube), has_wanted) ? 1 : 0;
   });
   std::vector<std::uint8_t> is_near(runs_.size(), 0);
-  for_cells(cubes, [&](std::uint32_t cube, Scratch& around) {
-    rows.around(cube, around);
-    const auto is_wanted_cube = [&](std::uint32_t other) { return is_wanted[other] != 0; };
-    if (std::ranges::none_of(around, is_wanted_cube)) return;
-    for (const std::uint32_t run : cubes.members(cube)) is_near[run] = 1;
+  for_all(cubes.cells(), [&](std::uint32_t cube) {
+    bool is_around_wanted = false;
+    rows.for_each_around(cube, [&](std::uint32_t other) {
+      is_around_wanted = is_around_wanted || is_wanted[other] != 0;
+    });
+    for (const std::uint32_t run : cubes.members(cube)) is_near[run] = is_around_wanted ? 1 : 0;
   });
   check_loops_are_whole();
   std::size_t found = 0;
@@ -126,10 +123,7 @@ std::vector<std::uint32_t> PointRuns::near(std::span<const std::uint8_t> wanted,
 
 std::vector<LatticeCell> PointRuns::coarse_cubes(std::int64_t step) const {
   std::vector<LatticeCell> cubes(runs_.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cubes.size(), kGrain), [&](const auto& r) {
-    for (std::size_t run = r.begin(); run < r.end(); ++run)
-      cubes[run] = coarse(runs_[run].cube, step);
-  });
+  for_all(cubes.size(), [&](std::uint32_t run) { cubes[run] = coarse(runs_[run].cube, step); });
   return cubes;
 }
 

@@ -130,7 +130,7 @@ class Thinning {
  private:
   /// What a thread needs to decide cell after cell.
   struct Scratch {
-    std::vector<std::uint32_t> cells, rivals;
+    std::vector<std::uint32_t> rivals;
     RankedPoints ranked;
   };
 
@@ -141,11 +141,10 @@ class Thinning {
   void decide(std::uint32_t cell, Scratch& scratch) {
     std::vector<std::uint32_t>& rivals = scratch.rivals;
     rivals.clear();
-    rows_.around(cell, scratch.cells);
-    for (const std::uint32_t near : scratch.cells) {
+    rows_.for_each_around(cell, [&](std::uint32_t near) {
       const auto kept = kept_.of(near);
       rivals.insert(rivals.end(), kept.begin(), kept.end());
-    }
+    });
     std::size_t decided = cell;  // looks of small cells are spread
     rank(grid_.members(cell), cloud_.positions, scratch.ranked);
     for (const auto& ranked_point : scratch.ranked) {
@@ -168,15 +167,14 @@ class Thinning {
 
 /// The nearest kept point that replaces a point (of equally near ones the first); the point itself
 /// where it is kept.
-std::uint32_t representative(std::uint32_t point, const std::vector<std::uint32_t>& cells,
-                             const KeptPoints& kept_points, const Cloud& cloud) {
+/// `near`: the kept points around its cell.
+std::uint32_t representative(std::uint32_t point, std::span<const std::uint32_t> near,
+                             const Cloud& cloud) {
   auto best = std::tuple(std::numeric_limits<double>::infinity(), point);
-  for (const std::uint32_t near : cells) {
-    for (const std::uint32_t kept : kept_points.of(near)) {
-      if (kept == point) return point;
-      if (cloud.replaces(point, kept))
-        best = std::min(best, std::tuple(cloud.squared_distance(point, kept), kept));
-    }
+  for (const std::uint32_t kept : near) {
+    if (kept == point) return point;
+    if (cloud.replaces(point, kept))
+      best = std::min(best, std::tuple(cloud.squared_distance(point, kept), kept));
   }
   return std::get<1>(best);
 }
@@ -188,13 +186,16 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> groups_of(const Cloud& clou
                                                                const KeptPoints& kept) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> groups(cloud.positions.size());
   tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, grid.cells()), [&](const auto& range) {
-    std::vector<std::uint32_t> cells;
+    std::vector<std::uint32_t> near;
     for (std::uint32_t cell = range.begin(); cell < range.end(); ++cell) {
-      rows.around(cell, cells);
+      near.clear();
+      rows.for_each_around(cell, [&](std::uint32_t other) {
+        near.insert(near.end(), kept.of(other).begin(), kept.of(other).end());
+      });
       std::size_t grouped = cell;
       for (const std::uint32_t point : grid.members(cell)) {
         if (grouped++ % kLookEvery == 0) check_stop(cloud.stop);
-        groups[point] = {representative(point, cells, kept, cloud), point};
+        groups[point] = {representative(point, near, cloud), point};
       }
     }
   });

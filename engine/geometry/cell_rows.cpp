@@ -19,8 +19,7 @@ LatticeCell moved_by(const LatticeCell& cell, std::int64_t z, std::int64_t y, st
 CellRows::CellRows(const NeighborGrid& grid) : grid_(grid), of_cell_(grid.cells()) {
   if (of_cell_.empty()) return;
   const std::span<const LatticeCell> cells = grid.lattice_cells();
-  LatticeBox box{cells.front(), cells.front()};
-  for (const LatticeCell& cell : cells) box.extend(cell);
+  LatticeBox box = LatticeBox::around(cells);
   // Cells around those at the border have numbers of their own.
   box.extend(moved_by(box.low, -1, -1, -1));
   box.extend(moved_by(box.high, 1, 1, 1));

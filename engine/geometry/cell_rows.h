@@ -17,12 +17,12 @@ class CellRows {
  public:
   explicit CellRows(const NeighborGrid& grid);
 
-  /// Replaces `found` by the occupied cells among the 27 around (and with) a cell, ascending.
-  void around(std::uint32_t cell, std::vector<std::uint32_t>& found) const {
-    found.clear();
+  /// Calls visit(cell) for the occupied cells among the 27 around (and with) a cell, ascending.
+  template <class Visit>
+  void for_each_around(std::uint32_t cell, const Visit& visit) const {
     const Rows& rows = of_cell_[cell];
     for (std::size_t row = 0; row < kRows; ++row)
-      for (std::uint32_t i = 0; i < rows.count(row); ++i) found.push_back(rows.begins[row] + i);
+      for (std::uint32_t i = 0; i < rows.count(row); ++i) visit(rows.begins[row] + i);
   }
   /// Replaces `candidates` by the points of these cells, cell by cell in the order of the lattice:
   /// all that lie within the grid's radius of any point of the cell, and more.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <compare>
 #include <cstdint>
+#include <span>
 
 namespace orbweave {
 
@@ -18,6 +19,14 @@ struct LatticeCell {
 /// The cells between two corners, both included.
 struct LatticeBox {
   LatticeCell low, high;
+
+  /// The smallest one around all of some cells; a single cell around none.
+  static LatticeBox around(std::span<const LatticeCell> cells) {
+    LatticeBox box;
+    if (!cells.empty()) box = {cells.front(), cells.front()};
+    for (const LatticeCell& cell : cells) box.extend(cell);
+    return box;
+  }
 
   void extend(const LatticeCell& cell) {
     low = {std::min(low.z, cell.z), std::min(low.y, cell.y), std::min(low.x, cell.x)};
@@ -42,7 +51,7 @@ struct LatticeBox {
 
  private:
   static double width(std::int64_t from, std::int64_t to) {
-    return static_cast<double>(to - from) + 1.0;
+    return static_cast<double>(to) - static_cast<double>(from) + 1.0;
   }
 };
 

@@ -40,19 +40,15 @@ LatticeBox box_of(std::span<const Vec3> positions, double side) {
 NeighborGrid::NeighborGrid(std::span<const Vec3> positions, double radius)
     : order_(positions.size()) {
   const double side = cell_side(radius);
-  const LatticeBox box = box_of(positions, side);
-  const auto cell_at = [&](std::uint32_t i) { return cell_of(positions[i], side); };
-  if (box.has_numbers())
-    sort_by_number(box, cell_at);
-  else
-    sort_by_cell(cell_at);
+  sort(box_of(positions, side), [&](std::uint32_t i) { return cell_of(positions[i], side); });
 }
 
 NeighborGrid::NeighborGrid(std::span<const LatticeCell> of_items) : order_(of_items.size()) {
-  LatticeBox box;
-  if (!of_items.empty()) box = {of_items.front(), of_items.front()};
-  for (const LatticeCell& cell : of_items) box.extend(cell);
-  const auto cell_at = [&](std::uint32_t i) { return of_items[i]; };
+  sort(LatticeBox::around(of_items), [&](std::uint32_t i) { return of_items[i]; });
+}
+
+template <class CellAt>
+void NeighborGrid::sort(const LatticeBox& box, const CellAt& cell_at) {
   if (box.has_numbers())
     sort_by_number(box, cell_at);
   else

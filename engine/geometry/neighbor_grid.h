@@ -37,6 +37,9 @@ class NeighborGrid {
  private:
   static constexpr double kSidePerRadius = 1.01;
 
+  /// `box`: of the cells cell_at(0), cell_at(1) and so on.
+  template <class CellAt>
+  void sort(const LatticeBox& box, const CellAt& cell_at);
   template <class CellAt>
   void sort_by_number(const LatticeBox& box, const CellAt& cell_at);
   template <class CellAt>

@@ -35,7 +35,8 @@ void check_all_cells(const std::vector<Vec3>& points, double radius) {
   const CellRows rows(grid);
   std::vector<std::uint32_t> around, gathered, expected;
   for (std::uint32_t cell = 0; cell < grid.cells(); ++cell) {
-    rows.around(cell, around);
+    around.clear();
+    rows.for_each_around(cell, [&](std::uint32_t near) { around.push_back(near); });
     REQUIRE(around == cells_that_touch(grid, cell));
     expected.clear();
     for (const std::uint32_t near : around)
