@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/geometry/symmetric_eigen.h"
 #include "engine/spacing/site_points.h"
 #include "engine/spacing/site_search.h"
 
@@ -13,6 +14,10 @@ namespace orbweave {
 namespace {
 
 constexpr std::size_t kNeighbors = 6;
+constexpr std::size_t kSurfaceNeighbors = 12;
+/// Share of the variance across a surface. Points all through space have a third at most, and 0.17
+/// of a dozen in the mean; those of an edge of a box 0.1.
+constexpr double kMostVariation = 0.1;
 /// Approximate maximum number of points measured; quantiles of more points are no better.
 constexpr std::uint64_t kMeasuredPoints = 32768;
 constexpr int kMostAutomaticLevels = 8;
@@ -21,69 +26,106 @@ constexpr std::size_t kPlacesAtOnce = 256;
 /// Farther from their neighbours than that, points are strays and not a sparse part.
 constexpr double kFarthestPerMedian = 16.0;
 
-/// Mean distance to the nearest neighbours of the core's selected points; with `only_sure`, of
-/// those whose neighbours are all in the site for certain.
-std::vector<double> mean_distances(const SpacingSite& site, std::size_t neighbors,
-                                   PointSelection selection, bool only_sure,
-                                   const StopToken* stop) {
+struct Measured {
+  double mean = 0.0;       ///< distance to the nearest neighbours, world units
+  bool on_surface = true;  ///< as far as the nearest neighbours tell, where that was asked
+};
+
+struct Measuring {
+  std::size_t neighbors = kNeighbors;
+  bool judges_surface = false;
+  bool only_sure = true;  ///< only points whose neighbours are all in the site for certain
+  const StopToken* stop = nullptr;
+};
+
+/// Whether a point and its nearest neighbours lie about a surface rather than all through space, as
+/// leaves do. Pauly, Gross, Kobbelt: Efficient Simplification of Point-Sampled Surfaces, 2002,
+/// section 2.1.
+bool lies_on_surface(std::span<const Vec3> points, std::span<const Neighbor> nearest) {
+  const Vec3 origin = points[nearest.front().index];
+  Vec3 center;
+  for (const Neighbor& n : nearest) center = center + (points[n.index] - origin);
+  center = center / static_cast<double>(nearest.size());
+  SymmetricMatrix spread;
+  for (const Neighbor& n : nearest) spread += outer(points[n.index] - origin - center);
+  const auto [across, along, longest] = eigen_of(spread).values;
+  return across <= kMostVariation * (across + along + longest);
+}
+
+/// The core's selected points.
+std::vector<Measured> measure(const SpacingSite& site, PointSelection selection,
+                              const Measuring& measuring) {
   const std::vector<Vec3>& points = site.points;
   std::vector<std::uint32_t> places;
   for (std::uint32_t i = 0; i < points.size(); ++i)
     if (site.core.contains(points[i]) && selection.takes(points[i])) places.push_back(i);
   if (points.size() < 2 || places.empty()) return {};
   const SiteSearch search(points);
-  const std::size_t count = std::min(neighbors, points.size() - 1);
+  const std::size_t count = std::min(measuring.neighbors, points.size() - 1);
+  const std::size_t wanted = measuring.judges_surface ? std::max(count, kSurfaceNeighbors) : count;
   constexpr double kUnsure = -1.0;
-  std::vector<double> means(places.size(), kUnsure);
+  std::vector<Measured> all(places.size(), {kUnsure});
   using Range = tbb::blocked_range<std::size_t>;
   tbb::parallel_for(Range(0, places.size(), kPlacesAtOnce), [&](const Range& range) {
-    check_stop(stop);
+    check_stop(measuring.stop);
     SiteSearch::Query query;
     std::vector<Neighbor> found;
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      query.nearest(search, places[i], count + 1, found);
-      const double reach = std::sqrt(found.back().squared_distance);
-      if (only_sure && reach > distance_to_border(points[places[i]], site.box)) continue;
+      query.nearest(search, places[i], wanted + 1, found);
+      const double reach = std::sqrt(found[count].squared_distance);
+      if (measuring.only_sure && reach > distance_to_border(points[places[i]], site.box)) continue;
       double sum = 0.0;
       for (std::size_t k = 1; k <= count; ++k) sum += std::sqrt(found[k].squared_distance);
-      means[i] = sum / static_cast<double>(count);
+      all[i].mean = sum / static_cast<double>(count);
+      if (measuring.judges_surface) all[i].on_surface = lies_on_surface(points, found);
     }
   });
-  std::erase(means, kUnsure);
-  return means;
-}
-
-std::vector<double> all_mean_distances(std::span<const SpacingSite> sites, std::size_t neighbors,
-                                       bool only_sure, const StopToken* stop) {
-  const PointSelection selection = select_points(sites, kMeasuredPoints);
-  std::vector<std::vector<double>> of_site(sites.size());
-  tbb::parallel_for(std::size_t{0}, sites.size(), [&](std::size_t i) {
-    of_site[i] = mean_distances(sites[i], neighbors, selection, only_sure, stop);
-  });
-  std::vector<double> all;
-  for (const auto& part : of_site) all.insert(all.end(), part.begin(), part.end());
-  std::sort(all.begin(), all.end());
+  std::erase_if(all, [](const Measured& m) { return m.mean == kUnsure; });
   return all;
 }
 
-double quantile(const std::vector<double>& sorted, std::size_t percent) {
-  return sorted[(sorted.size() - 1) * percent / 100];
+/// Ascending.
+std::vector<Measured> measure_all(std::span<const SpacingSite> sites, const Measuring& measuring) {
+  const PointSelection selection = select_points(sites, kMeasuredPoints);
+  std::vector<std::vector<Measured>> of_site(sites.size());
+  tbb::parallel_for(std::size_t{0}, sites.size(),
+                    [&](std::size_t i) { of_site[i] = measure(sites[i], selection, measuring); });
+  std::vector<Measured> all;
+  for (const auto& part : of_site) all.insert(all.end(), part.begin(), part.end());
+  std::sort(all.begin(), all.end(),
+            [](const Measured& a, const Measured& b) { return a.mean < b.mean; });
+  return all;
+}
+
+std::vector<Measured> measure_distinct(std::span<const SpacingSite> sites, Measuring measuring) {
+  const DistinctSites distinct(sites, measuring.stop);
+  std::vector<Measured> all = measure_all(distinct.all(), measuring);
+  measuring.only_sure = false;
+  return all.empty() ? measure_all(distinct.all(), measuring) : all;
+}
+
+double quantile(const std::vector<Measured>& sorted, std::size_t percent) {
+  return sorted[(sorted.size() - 1) * percent / 100].mean;
 }
 
 /// What the largest ball must span: all but a fiftieth of the points and all but a tenth of the
-/// surface. (A part a hundred times sparser than the rest holds hardly any points.)
-double sparse_spacing(const std::vector<double>& means) {
-  const double far = kFarthestPerMedian * quantile(means, 50);
+/// surface. (A part a hundred times sparser than the rest holds hardly any points. A tree's leaves
+/// take up much room, and are no surface.)
+double sparse_spacing(const std::vector<Measured>& measured) {
+  const double median = quantile(measured, 50);
+  const double far = kFarthestPerMedian * median;
+  const auto counts = [&](const Measured& m) { return m.on_surface && m.mean <= far; };
   double area = 0.0, below = 0.0;
-  for (const double mean : means)
-    if (mean <= far) area += mean * mean;
-  double by_area = quantile(means, 50);
-  for (const double mean : means) {
-    below += mean * mean;
-    if (mean > far || below > 0.9 * area) break;
-    by_area = mean;
+  for (const Measured& m : measured)
+    if (counts(m)) area += m.mean * m.mean;
+  double by_area = median;
+  for (const Measured& m : measured) {
+    if (!counts(m)) continue;
+    below += m.mean * m.mean;
+    if (below > 0.9 * area) break;
+    by_area = m.mean;
   }
-  return std::max(by_area, std::min(far, quantile(means, 98)));
+  return std::max(by_area, std::min(far, quantile(measured, 98)));
 }
 
 /// One where a step of growth would reach the sparse parts, else as many as lead there.
@@ -95,9 +137,9 @@ int levels_for(double spacing, double sparse) {
   return levels;
 }
 
-std::string density_reason(const std::vector<double>& means, int levels) {
-  const double sparse = sparse_spacing(means);
-  const std::string times = short_text(sparse / quantile(means, 50)) + " times the median";
+std::string density_reason(const std::vector<Measured>& measured, int levels) {
+  const double sparse = sparse_spacing(measured);
+  const std::string times = short_text(sparse / quantile(measured, 50)) + " times the median";
   if (levels == 1)
     return "; the sparser parts have " + short_text(sparse) + ", " + times +
            ", which one radius serves";
@@ -105,15 +147,15 @@ std::string density_reason(const std::vector<double>& means, int levels) {
          std::to_string(levels) + " levels lead";
 }
 
-std::string reason_of(const RadiiChoice& choice, const std::vector<double>& means,
+std::string reason_of(const RadiiChoice& choice, const std::vector<Measured>& measured,
                       std::uint64_t points) {
   const bool lone = choice.radii.size() == 1;
-  const double sparse = quantile(means, 95);
+  const double sparse = quantile(measured, 95);
   std::string reason = "the mean distance to the " + std::to_string(kNeighbors) +
-                       " nearest neighbours, measured at " + std::to_string(means.size()) + " of " +
-                       std::to_string(points) + " points, has the median " +
+                       " nearest neighbours, measured at " + std::to_string(measured.size()) +
+                       " of " + std::to_string(points) + " points, has the median " +
                        short_text(choice.spacing) + " and the ninth decile " +
-                       short_text(quantile(means, 90)) + "; the radius is " +
+                       short_text(quantile(measured, 90)) + "; the radius is " +
                        short_text(kRadiusPerSpacing) + " times the " + (lone ? "latter" : "former");
   if (!lone) reason += " and then grows by " + short_text(kRadiusGrowth) + " from level to level";
   if (sparse > choice.radii.back())
@@ -126,31 +168,32 @@ std::string reason_of(const RadiiChoice& choice, const std::vector<double>& mean
 
 std::vector<double> neighbor_distances(std::span<const SpacingSite> sites, std::size_t neighbors,
                                        const StopToken* stop) {
-  const DistinctSites distinct(sites, stop);
-  std::vector<double> means = all_mean_distances(distinct.all(), neighbors, true, stop);
-  if (means.empty()) means = all_mean_distances(distinct.all(), neighbors, false, stop);
+  std::vector<double> means;
+  for (const Measured& m : measure_distinct(sites, {.neighbors = neighbors, .stop = stop}))
+    means.push_back(m.mean);
   return means;
 }
 
 RadiiChoice choose_radii(std::span<const SpacingSite> sites, std::uint64_t points, int levels,
                          const StopToken* stop) {
+  const bool by_density = levels == 0;
   RadiiChoice choice;
-  const std::vector<double> means = neighbor_distances(sites, kNeighbors, stop);
-  if (means.empty()) {
+  const std::vector<Measured> measured =
+      measure_distinct(sites, {.judges_surface = by_density, .stop = stop});
+  if (measured.empty()) {
     choice.reason = points < 2 ? "there are fewer than two points"
                                : "no two different points were found near one another";
     return choice;
   }
-  choice.spacing = quantile(means, 50);
-  const bool by_density = levels == 0;
-  if (by_density) levels = levels_for(choice.spacing, sparse_spacing(means));
-  double ball_radius = kRadiusPerSpacing * (levels == 1 ? quantile(means, 90) : choice.spacing);
+  choice.spacing = quantile(measured, 50);
+  if (by_density) levels = levels_for(choice.spacing, sparse_spacing(measured));
+  double ball_radius = kRadiusPerSpacing * (levels == 1 ? quantile(measured, 90) : choice.spacing);
   for (int level = 0; level < levels; ++level) {
     choice.radii.push_back(ball_radius);
     ball_radius *= kRadiusGrowth;
   }
-  choice.reason = reason_of(choice, means, points);
-  if (by_density) choice.reason += density_reason(means, levels);
+  choice.reason = reason_of(choice, measured, points);
+  if (by_density) choice.reason += density_reason(measured, levels);
   return choice;
 }
 

@@ -51,8 +51,9 @@ std::vector<double> neighbor_distances(std::span<const SpacingSite> sites, std::
 /// taken from the ninth decile; several begin at the median and grow into them. From the density
 /// follows one level where a step of growth reaches from the median to the sparse parts (the 98th
 /// percentile of the points or, where that is more, the 90th of the surface, a point counting as
-/// the square of its distance; points beyond 16 medians are strays), else as many as lead there, at
-/// most 8. No radii where no two points differ. `points` is the size of the whole cloud, for the
+/// the square of its distance; points beyond 16 medians are strays, points whose dozen neighbours
+/// lie all through space, as leaves do, are no surface), else as many as lead there, at most 8. No
+/// radii where no two points differ. `points` is the size of the whole cloud, for the
 /// reason. Runs on the calling TBB arena.
 RadiiChoice choose_radii(std::span<const SpacingSite> sites, std::uint64_t points, int levels,
                          const StopToken* stop = nullptr);

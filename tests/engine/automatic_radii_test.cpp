@@ -140,6 +140,24 @@ TEST_CASE("AFewStraysAddNoRadii") {
   CHECK(choice_for(points, 0).radii.size() == 1);
 }
 
+TEST_CASE("LeavesAddNoRadiiAndASparseSheetOfAsManyPointsDoes") {
+  const std::vector<Vec3> ground = positions_of(Shape::kTorus, 20000);
+  constexpr int kSparse = 300;
+  const double apart = 6.0 * choice_for(ground, 0).spacing;
+  const double width = apart * std::cbrt(kSparse);
+  std::mt19937_64 random(7);
+  const auto fraction = [&] { return std::ldexp(static_cast<double>(random() >> 11), -53); };
+  std::vector<Vec3> leaves = ground, sheet = ground;
+  for (int i = 0; i < kSparse; ++i) {
+    leaves.push_back(Vec3{5, 5, 5} + width * Vec3{fraction(), fraction(), fraction()});
+    const int column = i % 20, row = i / 20;
+    sheet.push_back(Vec3{5, 5, 5} +
+                    apart * Vec3{column + 0.3 * fraction(), row + 0.3 * fraction(), 0.0});
+  }
+  CHECK(choice_for(leaves, 0).radii.size() == 1);
+  CHECK(choice_for(sheet, 0).radii.size() >= 4);
+}
+
 TEST_CASE("AutomaticRadiiDoNotDependOnTheOrderOfPoints") {
   for (const bool varying : {false, true}) {
     std::vector<Vec3> points = positions_of(Shape::kBumpyTorus, 20000, varying, 0.2);
