@@ -26,6 +26,7 @@
 #include "engine/holes/patch/sound_part.h"
 #include "engine/holes/patch/untangle.h"
 #include "engine/holes/plane/plane_fill.h"
+#include "io/hole_facts.h"
 
 namespace orbweave {
 namespace {
@@ -71,6 +72,15 @@ HolePatch left_open_in_scene() {
       "every patch crosses the surface, and a wide gap of an open scene is not closed in part "
       "(fill.max_diameter)",
       OpenReason::kTooWide);
+}
+
+/// Whether a patch is wide, doubtful and of an open scene: more likely than not it is far from the
+/// surface, over much area.
+bool is_wide_guess(const HoleProblem& problem, const PatchOptions& options,
+                   const HolePatch& patch) {
+  constexpr double kWide = 24.0;  // mean lengths of the loop's edges
+  return options.whole && patch.method != FillMethod::kNone && patch.confidence < kDoubtful &&
+         evidence_of(problem, patch).width >= kWide;
 }
 
 constexpr const char* kFoldsBack = "the patch folds back over the surface around it";
@@ -398,6 +408,12 @@ HolePatch fill_hole(const HoleProblem& problem, const PatchOptions& options) {
   patch.rim_dihedral_rad = angles.largest;
   patch.rim_mean_rad = angles.mean;
   patch.confidence *= 1.0 - patch.open_edges / static_cast<double>(problem.loop.size());
+  if (is_wide_guess(problem, options, patch)) {
+    return left_open(
+        "a patch would be a guess (a confidence below 0.5), and a wide gap of an open scene is not "
+        "closed by one (fill.max_diameter)",
+        OpenReason::kTooWide);
+  }
   return patch;
 }
 

@@ -558,29 +558,55 @@ TEST_CASE("ConfidenceFallsWithTheWidthTheTurnAtTheRimAndTheRoughnessOfTheRim") {
         kDoubtful);
 }
 
+namespace {
+
+/// The square of side 1 in `cells` cells a side, and on it a box a tenth as high as the square is
+/// wide. Neither the front of the box nor the floor before it was seen, a quarter of the square
+/// wide and deep.
+TriangleMesh floor_with_shadow(std::uint32_t cells) {
+  const double step = 1.0 / cells;
+  TriangleMesh floor = test::square_mesh(cells);
+  cut(floor,
+      [&](Vec3 p) { return std::abs(p.y - 0.5) < 0.1375 && p.x - 0.5 > -0.275 && p.x < 0.5; });
+  return moved(std::move(floor), [&](Vec3 p) {
+    const bool is_on_box =
+        std::abs(p.y - 0.5) < 0.1375 - 0.5 * step && p.x > 0.5 - 0.5 * step && p.x < 0.75;
+    return is_on_box ? p + Vec3{0.0, 0.0, 0.1} : p;
+  });
+}
+
+}  // namespace
+
 TEST_CASE("APatchInTheShadowOfABoxIsTrustedLessThanAPaneOfTheSameWidth") {
-  // A box on a floor; neither its front nor the floor before it was seen. What joins the floor to
-  // the lid is a ramp, where the truth is the floor and a wall.
-  constexpr double kStep = 1.0 / 80.0, kHeight = 8.0 * kStep;
-  const auto along = [](double x) { return (x - 0.5) / kStep; };
-  TriangleMesh floor = test::square_mesh(80);
-  cut(floor, [&](Vec3 p) {
-    return std::abs(along(p.y)) < 11.0 && along(p.x) > -22.0 && along(p.x) < 0.0;
-  });
-  floor = moved(std::move(floor), [&](Vec3 p) {
-    const bool is_on_box = std::abs(along(p.y)) < 10.5 && along(p.x) > -0.5 && along(p.x) < 20.0;
-    return is_on_box ? p + Vec3{0.0, 0.0, kHeight} : p;
-  });
+  // What joins the floor to the lid is a ramp, where the truth is the floor and a wall.
+  constexpr double kStep = 1.0 / 80.0;
+  const TriangleMesh floor = floor_with_shadow(80);
   const FilledMesh filled = fill_mesh(floor, {});
   const auto shadow = std::find_if(filled.holes.begin(), filled.holes.end(),
                                    [](const HoleFacts& hole) { return hole.filled; });
   REQUIRE(shadow != filled.holes.end());
   REQUIRE(shadow->points_added > 100);
-  const auto off_truth = [&](Vec3 p) {
-    return std::min(std::abs(p.z), std::abs(along(p.x)) * kStep);
-  };
+  const auto off_truth = [&](Vec3 p) { return std::min(std::abs(p.z), std::abs(p.x - 0.5)); };
   CHECK(farthest_new_vertex(floor, filled, off_truth) > 2.0 * kStep);
   CHECK(shadow->confidence < kDoubtful);
+}
+
+TEST_CASE("AWideShadowInAnOpenSceneIsNotClosedByAGuess") {
+  const TriangleMesh floor = floor_with_shadow(140);  // 38 edges wide and deep
+  const FilledMesh left_open = fill_mesh(floor, {});
+  const auto shadow =
+      std::find_if(left_open.holes.begin(), left_open.holes.end(),
+                   [](const HoleFacts& h) { return h.open != OpenReason::kOuterBorder; });
+  REQUIRE(shadow != left_open.holes.end());
+  CHECK_FALSE(shadow->filled);
+  CHECK(shadow->open == OpenReason::kTooWide);
+  CHECK(shadow->reason.find("guess") != std::string::npos);
+  FillOptions all;
+  all.max_diameter = std::numeric_limits<double>::infinity();
+  const FilledMesh closed = fill_mesh(floor, all);
+  const HoleFacts& patch = closed.holes.at(static_cast<std::size_t>(shadow->id - 1));
+  CHECK(patch.filled);
+  CHECK(patch.confidence < kDoubtful);
 }
 
 TEST_CASE("ANarrowPatchInASmoothSurfaceIsTrustedAndTheBottomOfABeakerIsNot") {
