@@ -100,11 +100,7 @@ void MeshSummary::add(const ChunkMesh& chunk, std::uint64_t first_vertex, std::u
   facts_.area += chunk.area;
   conflicts_lost_ += chunk.conflicts_lost;
   voronoi_ += chunk.voronoi;
-  for (std::size_t i = 0; i < chunk.fans.size(); ++i) {
-    facts_.vertices += chunk.fans[i] > 0 ? 1 : 0;
-    unused_points_ += chunk.fans[i] > 0 ? 0 : 1;
-    if (chunk.fans[i] > 1) boundary_.pinched.push_back(first_vertex + i);
-  }
+  count_fans(chunk.fans, first_vertex);
   const std::uint64_t before = boundary_.pieces.size();
   for (OpenFan fan : chunk.boundary) {
     fan.component += before;
@@ -112,6 +108,7 @@ void MeshSummary::add(const ChunkMesh& chunk, std::uint64_t first_vertex, std::u
   }
   for (const SeamNode& node : chunk.seam)
     seam_.push_back({node.vertex, node.fan, node.component + before});
+  runs_.push_back(seam_.size());
   if (keeps_vertices_) {
     boundary_.vertices.insert(boundary_.vertices.end(), chunk.boundary_vertices.begin(),
                               chunk.boundary_vertices.end());
@@ -122,10 +119,46 @@ void MeshSummary::add(const ChunkMesh& chunk, std::uint64_t first_vertex, std::u
   if (seam_.size() > settle_at_) settle_seams();
 }
 
+/// Most points have one fan or none: those of a block that has no others are only counted.
+void MeshSummary::count_fans(std::span<const std::uint8_t> fans, std::uint64_t first_vertex) {
+  constexpr std::size_t kBlock = 4096;
+  for (std::size_t begin = 0; begin < fans.size(); begin += kBlock) {
+    const auto block = fans.subspan(begin, std::min(kBlock, fans.size() - begin));
+    std::uint8_t most = 0;
+    for (const std::uint8_t count : block) most = std::max(most, count);
+    const auto unused =
+        static_cast<std::uint64_t>(std::count(block.begin(), block.end(), std::uint8_t{0}));
+    facts_.vertices += block.size() - unused;
+    unused_points_ += unused;
+    if (most <= 1) continue;
+    for (std::size_t i = 0; i < block.size(); ++i)
+      if (block[i] > 1) boundary_.pinched.push_back(first_vertex + begin + i);
+  }
+}
+
+/// Every chunk's nodes are sorted: two runs are merged into one until one is left.
+void MeshSummary::sort_seam() {
+  std::vector<SeamNode> merged;
+  while (runs_.size() > 2) {
+    merged.resize(seam_.size());
+    std::vector<std::size_t> begins = {0};
+    for (std::size_t r = 0; r + 1 < runs_.size(); r += 2) {
+      const auto at = [&](std::size_t run) {
+        return seam_.begin() + static_cast<std::ptrdiff_t>(runs_[std::min(run, runs_.size() - 1)]);
+      };
+      std::merge(at(r), at(r + 1), at(r + 1), at(r + 2),
+                 merged.begin() + static_cast<std::ptrdiff_t>(runs_[r]));
+      begins.push_back(runs_[std::min(r + 2, runs_.size() - 1)]);
+    }
+    seam_.swap(merged);
+    runs_.swap(begins);
+  }
+}
+
 /// Pieces of different chunks are one where they share a node; what no later chunk can share goes.
 void MeshSummary::settle_seams() {
   constexpr std::size_t kLeastNodes = std::size_t{1} << 16;
-  std::sort(seam_.begin(), seam_.end());
+  sort_seam();
   std::size_t kept = 0;
   for (const SeamNode& node : seam_) {
     const SeamNode* last = kept == 0 ? nullptr : &seam_[kept - 1];
@@ -137,8 +170,14 @@ void MeshSummary::settle_seams() {
     }
   }
   seam_.resize(kept);
-  if (last_use_)
-    std::erase_if(seam_, [&](const SeamNode& node) { return last_use_(node.vertex) < chunks_; });
+  if (last_use_) {
+    Users users;
+    std::erase_if(seam_, [&](const SeamNode& node) {
+      if (node.vertex >= users.end) users = last_use_(node.vertex);
+      return users.last < chunks_;
+    });
+  }
+  runs_ = {0, seam_.size()};
   settle_at_ = std::max(kLeastNodes, 2 * seam_.size());
 }
 

@@ -31,8 +31,12 @@ void derive_facts(MeshFacts& facts);
 
 class MeshSummary {
  public:
-  /// Number of the last chunk, in canonical order, whose triangles may use a vertex.
-  using LastUse = std::function<std::uint64_t(std::uint64_t vertex)>;
+  /// Which chunks may use a vertex, and those after it up to another.
+  struct Users {
+    std::uint64_t last = 0;  ///< number of the last one, in canonical order
+    std::uint64_t end = 0;   ///< the first vertex, beyond that one, of which others may be the last
+  };
+  using LastUse = std::function<Users(std::uint64_t vertex)>;
 
   /// Positions and normals of boundary vertices are kept where holes are to be looked at. Seams
   /// are forgotten once they are complete, where `last_use` says when that is; else at the end.
@@ -56,6 +60,8 @@ class MeshSummary {
   const VoronoiFacts& voronoi() const { return voronoi_; }
 
  private:
+  void count_fans(std::span<const std::uint8_t> fans, std::uint64_t first_vertex);
+  void sort_seam();
   void settle_seams();
   void join_pieces();
 
@@ -63,8 +69,9 @@ class MeshSummary {
   bool keeps_vertices_;
   LastUse last_use_;
   StitchedBoundary boundary_;
-  std::vector<SeamNode> seam_;  // of the chunks, until the last has come
-  std::size_t settle_at_ = 0;   ///< nodes
+  std::vector<SeamNode> seam_;           // of the chunks, until the last has come
+  std::vector<std::size_t> runs_ = {0};  // where its sorted runs begin, and its end
+  std::size_t settle_at_ = 0;            ///< nodes
   std::uint64_t chunks_ = 0;
   DisjointSets sets_{0};  ///< of pieces
   std::uint64_t conflicts_lost_ = 0;

@@ -170,8 +170,9 @@ Stitched stitch_chunks(const SurfaceInputs& inputs, const ResolvedJob& job, cons
   const BorderRows rows = border_rows(store, chunks, stop);
   require_memory(inputs, job, rows, store, stop);
   const std::vector<ChunkId> last = last_users(partition, inputs.radii.values.back());
-  MeshSummary summary(job.fill.enabled, [&](std::uint64_t vertex) -> std::uint64_t {
-    return last[partition.chunk_of(vertex)];
+  MeshSummary summary(job.fill.enabled, [&](std::uint64_t vertex) -> MeshSummary::Users {
+    const ChunkId chunk = partition.chunk_of(vertex);
+    return {last[chunk], partition.first_vertex[chunk + 1]};
   });
   summary.reserve(rows.fans, rows.vertices, rows.pieces);
   Stitched stitched;
