@@ -6,8 +6,11 @@
 #include <cstring>
 #include <limits>
 #include <numbers>
+#include <set>
 
 #include "engine/holes/fill_mesh.h"
+#include "engine/holes/hole_pass.h"
+#include "engine/holes/loops/mesh_surface.h"
 #include "engine/holes/loops/open_scenes.h"
 #include "engine/holes/patch/patch_confidence.h"
 #include "engine/validation/mesh_facts.h"
@@ -619,6 +622,49 @@ TEST_CASE("ANarrowPatchInASmoothSurfaceIsTrustedAndTheBottomOfABeakerIsNot") {
     CHECK(hole.confidence < kDoubtful);
   options.max_edges = 3;
   for (const HoleFacts& hole : fill_mesh(tube(2.0), options).holes) CHECK(hole.confidence == 0.0);
+}
+
+namespace {
+
+/// Notes which vertices were asked for.
+class AskedSurface : public MeshSurface {
+ public:
+  using MeshSurface::MeshSurface;
+  void triangles_at(std::uint64_t vertex, std::vector<Triangle64>& out) const override {
+    asked.insert(vertex);
+    MeshSurface::triangles_at(vertex, out);
+  }
+  mutable std::set<std::uint64_t> asked;
+};
+
+/// How many vertices of the square in 160 cells a side are looked at to fill its only hole.
+std::size_t vertices_around_hole(const std::function<bool(Vec3 steps)>& gone) {
+  constexpr std::size_t kSide = 160;
+  TriangleMesh sheet = test::square_mesh(kSide);
+  cut(sheet, [&](Vec3 p) { return gone(double(kSide) * (p - Vec3{0.5, 0.5, 0.0})); });
+  const AskedSurface surface(sheet);
+  const MeshComponents components = find_components(sheet, surface);
+  MeshBoundary boundary = find_boundary(sheet, surface, components.of_triangle);
+  const FillOptions options;
+  const HolePlan plan =
+      plan_holes(std::move(boundary.fans), boundary.vertices, components.pieces, options);
+  REQUIRE(plan.groups.size() == 1);
+  surface.asked.clear();
+  REQUIRE(fill_group(surface, plan, plan.groups[0], options).at(0).facts.filled);
+  return surface.asked.size();
+}
+
+}  // namespace
+
+TEST_CASE("AroundALongHoleOnlyWhatIsNearItsRimIsLookedAt") {
+  // Both have some 120 edges. A circle's neighbourhood is limited by its radius, a slit's, of which
+  // twice the radius is the length, by its edges: a quarter of their square, and a ring.
+  const std::size_t around_slit =
+      vertices_around_hole([](Vec3 p) { return std::abs(p.x) < 30.0 && std::abs(p.y) < 0.75; });
+  const std::size_t around_disc =
+      vertices_around_hole([](Vec3 p) { return std::hypot(p.x, p.y) < 16.0; });
+  CHECK(around_slit < 5000);  // 11,000 lie within twice the radius
+  CHECK(around_disc > 1500);
 }
 
 TEST_CASE("SmallPiecesAreRemovedOnRequest") {
