@@ -118,6 +118,34 @@ TEST_CASE("CrumpledHolesAreFilledWithoutACrossingInAnyCut", "[costly]") {
   CHECK(open.mesh.crossing_pairs == count_crossing_pairs(read_mesh(job.output.mesh)));
 }
 
+TEST_CASE("WhatKeepsAWideShadowOpenIsToldByTheJob") {
+  // A floor of 100 by 100 steps, of which a box hides 38 by 38 beside it: a ramp to its lid would
+  // be a guess.
+  NamedCloud named{"floor", {}, 1.1};
+  named.cloud.schema.has_normals = true;
+  for (int x = 0; x < 100; ++x) {
+    for (int y = 0; y < 100; ++y) {
+      const bool is_beside = std::abs(y - 50) < 19;
+      if (is_beside && x > 11 && x < 50) continue;
+      const bool is_on_box = is_beside && x >= 50 && x < 85;
+      named.cloud.positions.push_back({double(x), double(y), is_on_box ? 1.0 : 0.0});
+      named.cloud.normals.push_back({0.0, 0.0, 1.0});
+    }
+  }
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, named);
+  for (const std::uint64_t chunk_points : {1'000'000u, 2'000u}) {
+    job.partition.chunk_points = chunk_points;
+    const RunReport report = run(job);
+    const auto wide =
+        std::find_if(report.holes.begin(), report.holes.end(),
+                     [](const HoleFacts& h) { return h.open == OpenReason::kTooWide; });
+    REQUIRE(wide != report.holes.end());
+    CHECK_FALSE(wide->filled);
+    CHECK(wide->reason.find("guess") != std::string::npos);
+  }
+}
+
 TEST_CASE("FactsOfAFilledMeshAreThoseOfItsFile", "[costly]") {
   for (const double noise : {0.0, 0.6, 0.9}) {
     for (const bool keep_border : {true, false}) {

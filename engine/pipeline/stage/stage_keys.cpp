@@ -112,7 +112,7 @@ std::string raw_points_key(const ResolvedJob& job) {
 }
 
 std::string points_key(const ResolvedJob& job) {
-  std::string key = key_line("layout of points", "9") + scan_lines(job) +
+  std::string key = key_line("layout of points", "10") + scan_lines(job) +
                     option_line(job, "output.vertex_quality");
   key += job.needs_cleaning_or_normals()
              ? section_lines(job, "cleaning", {}) + section_lines(job, "normals", {})
@@ -142,7 +142,7 @@ std::string stitch_key(const ResolvedJob& job, const std::string& mesh_key) {
 
 std::string hole_key(const ResolvedJob& job, const std::string& mesh_key) {
   constexpr std::array<std::string_view, 1> kNotTheirs = {"enabled"};
-  return mesh_key + key_line("layout of holes", "12") + section_lines(job, "fill", kNotTheirs);
+  return mesh_key + key_line("layout of holes", "13") + section_lines(job, "fill", kNotTheirs);
 }
 
 std::string check_key(const ResolvedJob& job, const std::string& mesh_key) {

@@ -274,10 +274,7 @@ PatchTotals collect_patches(TracedHoles& holes, ChunkId batches, const Partition
       sum.area += facts.area;
       const auto l = static_cast<std::size_t>(facts.id - 1);
       if (l >= filled.holes.size()) filled.holes.resize(l + 1);  // a gap that mending made
-      HoleFacts& hole = filled.holes[l];
-      // The option that decided is the plan's to say: a batch holds the text alone.
-      if (!facts.filled) facts.open = hole.open;
-      hole = std::move(facts);
+      filled.holes[l] = std::move(facts);
     }
     first_vertex += vertices;
     filled.new_vertices.push_back(vertices);

@@ -10,7 +10,7 @@
 namespace orbweave {
 namespace {
 
-constexpr std::uint32_t kFactColumns = 21;
+constexpr std::uint32_t kFactColumns = 22;
 using FactRow = std::array<double, kFactColumns>;
 
 /// Texts go to one array, their lengths to the rows. Counts are whole doubles.
@@ -36,7 +36,8 @@ FactRow row_of(const HoleFacts& f, std::string& texts) {
           static_cast<double>(f.open_edges),
           f.area,
           f.rim_mean_deg,
-          f.confidence};
+          f.confidence,
+          static_cast<double>(f.open)};
 }
 
 HoleFacts facts_of(const FactRow& row, const std::vector<char>& texts, std::size_t& place) {
@@ -67,6 +68,7 @@ HoleFacts facts_of(const FactRow& row, const std::vector<char>& texts, std::size
   f.area = row[18];
   f.rim_mean_deg = row[19];
   f.confidence = row[20];
+  f.open = static_cast<OpenReason>(count(row[21]));
   return f;
 }
 
