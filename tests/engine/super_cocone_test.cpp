@@ -19,6 +19,7 @@
 #include "tests/support/data.h"
 #include "tests/support/jobs.h"
 #include "tests/support/meshes.h"
+#include "tests/support/sanitized.h"
 
 namespace orbweave {
 namespace {
@@ -172,7 +173,8 @@ TEST_CASE("ACoconeBeyondTheBudgetGoesInChunksAndSaysSo", "[costly]") {
   CHECK(report.chunks > 1);
   CHECK(report.mesh.watertight);
   CHECK(report.mesh.euler_characteristic == 0);
-  CHECK(report.peak_memory_bytes < job.partition.memory_bytes);
+  // A sanitizer keeps what is freed, and a byte of its own for eight of the program's.
+  if (!test::kIsSanitized) CHECK(report.peak_memory_bytes < job.partition.memory_bytes);
   CHECK(std::any_of(report.notes.begin(), report.notes.end(), [](const std::string& note) {
     return note.find("the mesh depends on the chunks") != std::string::npos;
   }));
