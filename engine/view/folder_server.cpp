@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <netinet/in.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/time.h>
@@ -155,7 +156,10 @@ void FolderServer::serve() const {
   static std::counting_semaphore<kMostConnections> free_places(kMostConnections);
   for (;;) {
     free_places.acquire();
-    const int accepted = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
+    // Waiting is for poll: a thread sanitizer would hold signals back while accept4 waits.
+    pollfd waiting{listener_, POLLIN, 0};
+    const int accepted =
+        ::poll(&waiting, 1, -1) < 0 ? -1 : ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
     if (accepted < 0) {
       free_places.release();
       // Out of descriptors, perhaps: others end.
