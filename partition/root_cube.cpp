@@ -24,7 +24,9 @@ RootCube root_cube(const Box& bounds) {
   }
   // Cells of side / 2^21 and their reciprocals must be doubles, and the far side of the cube.
   if (!(extent < 0x1p1000))
-    throw_bad_input("the cloud is too large", {.found = "an extent beyond 1e301"});
+    throw_bad_input("the cloud is too large", {.found = "an extent beyond 1e301",
+                                               .expected = "coordinates of a scan",
+                                               .advice = "Look for a damaged number in the file"});
   extent = std::max(extent, 0x1p-900);
   RootCube root;
   root.side = std::exp2(std::ceil(std::log2(extent)));

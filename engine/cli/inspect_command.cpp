@@ -61,9 +61,15 @@ constexpr std::array<std::string_view, 3> kKeys = {"output.picture_up", "output.
 /// A large cloud is read twice; standard input cannot be, so its spacing then stays unknown.
 CloudFacts facts_of_cloud(const std::string& file, const SelectedSource& selected) {
   const auto source = selected.open(file);
-  if (file == "-") return cloud_facts(*source);
-  const auto again = selected.open(file);
-  return cloud_facts(*source, again.get());
+  const auto again = file == "-" ? nullptr : selected.open(file);
+  try {
+    return cloud_facts(*source, again.get());
+  } catch (const Error& error) {
+    // What is wrong with all points together is not said of a place in a file.
+    ErrorParts parts = error.parts();
+    if (parts.file.empty()) parts.file = file;
+    throw Error(error.kind(), error.problem(), std::move(parts));
+  }
 }
 
 std::string mesh_text(const MeshFacts& facts) {

@@ -49,6 +49,14 @@ TEST_CASE("InspectTellsACloudsFacts") {
                            Contains("not finite   1\n") && Contains("(3 x 1 x 2.5)"));
 }
 
+TEST_CASE("InspectNamesTheFileOfACloudThatNoCubeHolds") {
+  const ScratchDirectory in;
+  write_text(in / "huge.xyz", "0 0 0\n1 0 0\n0 1 0\n1e305 0 0\n");
+  const ProgramResult refused = run_in(in, {"inspect", "huge.xyz"});
+  CHECK(refused.status == 3);
+  CHECK_THAT(refused.err, Contains("huge.xyz: the cloud is too large"));
+}
+
 TEST_CASE("InspectListsUndersampledPlacesOfACloud") {
   const ScratchDirectory in;
   generate(in, "sphere");
