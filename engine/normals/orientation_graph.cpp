@@ -1,11 +1,13 @@
 #include "engine/normals/orientation_graph.h"
 
 #include <oneapi/tbb/parallel_sort.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -48,16 +50,25 @@ void sort_few(std::uint32_t nodes, std::vector<SignedEdge>& edges) {
   edges.swap(sorted);
 }
 
+constexpr std::size_t kFew = std::size_t{1} << 14;
+
+/// By all threads where there are many. Callers have scratch of their thread in use: no other work
+/// of theirs may begin on it meanwhile.
+template <class T, class Less>
+void sort_isolated(std::vector<T>& items, Less less) {
+  if (items.size() <= kFew) return std::sort(items.begin(), items.end(), less);
+  tbb::this_task_arena::isolate([&] { tbb::parallel_sort(items.begin(), items.end(), less); });
+}
+
 /// Sorted by (a, b) with a < b, parallel ones added up.
 void normalize(std::uint32_t nodes, std::vector<SignedEdge>& edges) {
-  constexpr std::size_t kFew = std::size_t{1} << 14;
   std::erase_if(edges, [](const SignedEdge& e) { return e.a == e.b; });
   for (SignedEdge& e : edges)
     if (e.b < e.a) std::swap(e.a, e.b);
   if (edges.size() <= kFew && nodes <= kFew)
     sort_few(nodes, edges);
   else
-    tbb::parallel_sort(edges.begin(), edges.end(), before);
+    sort_isolated(edges, before);
   std::size_t kept = 0;
   for (const SignedEdge& e : edges) {
     if (kept > 0 && edges[kept - 1].a == e.a && edges[kept - 1].b == e.b) {
@@ -199,7 +210,7 @@ class Agglomeration {
       links_.add(e.b, e.a);
       if (const auto offer = offer_of(e.a, e.b, {e.votes, e.weight})) given_.push_back(*offer);
     }
-    tbb::parallel_sort(given_.begin(), given_.end());
+    sort_isolated(given_, std::less<Offer>());
   }
 
   SignedParts run() {
