@@ -26,7 +26,7 @@ RootCube root_cube(const Box& bounds) {
   if (!(extent < 0x1p1000))
     throw_bad_input("the cloud is too large", {.found = "an extent beyond 1e301",
                                                .expected = "coordinates of a scan",
-                                               .advice = "Look for a damaged number in the file"});
+                                               .advice = "Look for a damaged coordinate"});
   extent = std::max(extent, 0x1p-900);
   RootCube root;
   root.side = std::exp2(std::ceil(std::log2(extent)));

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "engine/cli/cloud_listing.h"
 #include "engine/cli/commands.h"
@@ -65,9 +66,10 @@ CloudFacts facts_of_cloud(const std::string& file, const SelectedSource& selecte
   try {
     return cloud_facts(*source, again.get());
   } catch (const Error& error) {
-    // What is wrong with all points together is not said of a place in a file.
+    // What is wrong with all points together names no file.
+    if (error.kind() != ErrorKind::kBadInput || !error.parts().file.empty()) throw;
     ErrorParts parts = error.parts();
-    if (parts.file.empty()) parts.file = file;
+    parts.file = file == "-" ? "standard input" : file;
     throw Error(error.kind(), error.problem(), std::move(parts));
   }
 }

@@ -74,8 +74,8 @@ HolePatch left_open_in_scene() {
       OpenReason::kTooWide);
 }
 
-/// Whether a patch is wide, doubtful and of an open scene: more likely than not it is far from the
-/// surface, over much area.
+/// Whether a patch is wide, doubtful and of an open scene. Much area, more likely wrong than right,
+/// would be invented.
 bool is_wide_guess(const HoleProblem& problem, const PatchOptions& options,
                    const HolePatch& patch) {
   constexpr double kWide = 24.0;  // mean lengths of the loop's edges
@@ -409,6 +409,7 @@ HolePatch fill_hole(const HoleProblem& problem, const PatchOptions& options) {
   patch.rim_mean_rad = angles.mean;
   patch.confidence *= 1.0 - patch.open_edges / static_cast<double>(problem.loop.size());
   if (is_wide_guess(problem, options, patch)) {
+    static_assert(kDoubtful == 0.5, "the reason names it");
     return left_open(
         "a patch would be a guess (a confidence below 0.5), and a wide gap of an open scene is not "
         "closed by one (fill.max_diameter)",

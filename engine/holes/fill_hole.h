@@ -15,13 +15,14 @@ namespace orbweave {
 /// triangles between the corners. Where none is clear, the two with the fewest contacts are moved
 /// out of the way (untangle), and the better one is taken: whole if options.allow_intersections,
 /// else its part that crosses nothing (sound_part), or none. A hole that calls for more points than
-/// options.max_new_points stays open. With options.in_scene a patch that folds back over the sheet
-/// (is_folded) is the last that is taken, and says so. The result does not depend on where
-/// the loop begins. A pure function of its arguments; never throws for what the hole is like: a
-/// loop that cannot be closed comes back with FillMethod::kNone and a reason. Guarantees for a
-/// filled hole without open_edges: the patch's boundary is the loop, edge by edge and against the
-/// sheet's direction. For every filled hole: no edge inside is in `forbidden` or used by more than
-/// two triangles of the patch; given vertices are used by index only.
+/// options.max_new_points stays open, and with options.whole one whose patch is wide and doubtful.
+/// With options.in_scene a patch that folds back over the sheet (is_folded) is the last that is
+/// taken, and says so. The result does not depend on where the loop begins. A pure function of its
+/// arguments; never throws for what the hole is like: a loop that cannot be closed comes back with
+/// FillMethod::kNone and a reason. Guarantees for a filled hole without open_edges: the patch's
+/// boundary is the loop, edge by edge and against the sheet's direction. For every filled hole: no
+/// edge inside is in `forbidden` or used by more than two triangles of the patch; given vertices
+/// are used by index only.
 HolePatch fill_hole(const HoleProblem& problem, const PatchOptions& options = {});
 
 }  // namespace orbweave

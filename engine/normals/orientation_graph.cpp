@@ -52,8 +52,8 @@ void sort_few(std::uint32_t nodes, std::vector<SignedEdge>& edges) {
 
 constexpr std::size_t kFew = std::size_t{1} << 14;
 
-/// By all threads where there are many. Callers have scratch of their thread in use: no other work
-/// of theirs may begin on it meanwhile.
+/// Sorts by all threads where there are many items. A caller may be using scratch of its thread:
+/// isolated, the thread takes up no other work of the caller while it waits.
 template <class T, class Less>
 void sort_isolated(std::vector<T>& items, Less less) {
   if (items.size() <= kFew) return std::sort(items.begin(), items.end(), less);
@@ -234,7 +234,8 @@ class Agglomeration {
     }
   };
 
-  /// Sorting what is given at once takes less time than a heap of it, and leaves a small heap.
+  /// Sorting the given offers at once takes less time than a heap of them, and the heap of the
+  /// others stays small.
   Offer take_best() {
     const bool is_given = offers_.empty() || (!given_.empty() && offers_.top() < given_.back());
     const Offer best = is_given ? given_.back() : offers_.top();

@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::size_t kNeighbors = 6;
 constexpr std::size_t kSurfaceNeighbors = 12;
-/// Share of the variance across a surface. Points all through space have a third at most, and 0.17
-/// of a dozen in the mean; those of an edge of a box 0.1.
+/// Largest share of the variance that lies across a surface. A dozen points all through space have
+/// 0.17 in the mean and a third at most, a dozen at an edge of a box 0.07 in the mean.
 constexpr double kMostVariation = 0.1;
 /// Approximate maximum number of points measured; quantiles of more points are no better.
 constexpr std::uint64_t kMeasuredPoints = 32768;

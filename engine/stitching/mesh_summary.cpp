@@ -119,7 +119,7 @@ void MeshSummary::add(const ChunkMesh& chunk, std::uint64_t first_vertex, std::u
   if (seam_.size() > settle_at_) settle_seams();
 }
 
-/// Most points have one fan or none: those of a block that has no others are only counted.
+/// Most blocks of points have no point of several fans, and are only counted.
 void MeshSummary::count_fans(std::span<const std::uint8_t> fans, std::uint64_t first_vertex) {
   constexpr std::size_t kBlock = 4096;
   for (std::size_t begin = 0; begin < fans.size(); begin += kBlock) {
@@ -136,7 +136,7 @@ void MeshSummary::count_fans(std::span<const std::uint8_t> fans, std::uint64_t f
   }
 }
 
-/// Every chunk's nodes are sorted: two runs are merged into one until one is left.
+/// Merges the sorted nodes of the chunks, run by run, in a second list as long as the first.
 void MeshSummary::sort_seam() {
   std::vector<SeamNode> merged;
   while (runs_.size() > 2) {

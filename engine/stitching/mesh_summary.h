@@ -31,10 +31,10 @@ void derive_facts(MeshFacts& facts);
 
 class MeshSummary {
  public:
-  /// Which chunks may use a vertex, and those after it up to another.
+  /// The last chunk, in canonical order, whose triangles may use a vertex.
   struct Users {
-    std::uint64_t last = 0;  ///< number of the last one, in canonical order
-    std::uint64_t end = 0;   ///< the first vertex, beyond that one, of which others may be the last
+    std::uint64_t last = 0;  ///< number of the chunk
+    std::uint64_t end = 0;   ///< all vertices from the one asked for to before this have that chunk
   };
   using LastUse = std::function<Users(std::uint64_t vertex)>;
 
@@ -70,7 +70,7 @@ class MeshSummary {
   LastUse last_use_;
   StitchedBoundary boundary_;
   std::vector<SeamNode> seam_;           // of the chunks, until the last has come
-  std::vector<std::size_t> runs_ = {0};  // where its sorted runs begin, and its end
+  std::vector<std::size_t> runs_ = {0};  // where sorted runs of seam_ begin, and where it ends
   std::size_t settle_at_ = 0;            ///< nodes
   std::uint64_t chunks_ = 0;
   DisjointSets sets_{0};  ///< of pieces

@@ -156,7 +156,7 @@ void FolderServer::serve() const {
   static std::counting_semaphore<kMostConnections> free_places(kMostConnections);
   for (;;) {
     free_places.acquire();
-    // Waiting is for poll: a thread sanitizer would hold signals back while accept4 waits.
+    // poll() waits, because the thread sanitizer holds signals back while accept4() does.
     pollfd waiting{listener_, POLLIN, 0};
     const int accepted =
         ::poll(&waiting, 1, -1) < 0 ? -1 : ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);

@@ -173,7 +173,7 @@ TEST_CASE("ACoconeBeyondTheBudgetGoesInChunksAndSaysSo", "[costly]") {
   CHECK(report.chunks > 1);
   CHECK(report.mesh.watertight);
   CHECK(report.mesh.euler_characteristic == 0);
-  // A sanitizer keeps what is freed, and a byte of its own for eight of the program's.
+  // The address sanitizer holds freed memory back and keeps notes of the rest.
   if (!test::kIsSanitized) CHECK(report.peak_memory_bytes < job.partition.memory_bytes);
   CHECK(std::any_of(report.notes.begin(), report.notes.end(), [](const std::string& note) {
     return note.find("the mesh depends on the chunks") != std::string::npos;
