@@ -113,6 +113,71 @@ TEST_CASE("EveryVectorWidthSumsRadialFunctionsToTheSameBits") {
   }
 }
 
+TEST_CASE("EveryVectorWidthFactorsMatricesToTheSameBits") {
+  std::mt19937_64 random(6);
+  const auto number = [&] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; };
+  const RbfLoops wide = rbf_loops(), generic = rbf_loops_generic();
+  for (const std::size_t size : {1, 2, 3, 4, 5, 8, 11, 16, 37, 100}) {
+    INFO(size);
+    const std::size_t stride = (size + 3) / 4 * 4, terms = 3;
+    const auto columns = [&](std::size_t count) {
+      std::vector<double> values(count * stride, 0.0);
+      for (std::size_t k = 0; k < count; ++k)
+        for (std::size_t i = 0; i < size; ++i) values[k * stride + i] = number();
+      return values;
+    };
+    // Symmetric, and positive definite by its diagonal.
+    std::vector<double> matrix = columns(size);
+    for (std::size_t i = 0; i < size; ++i) {
+      for (std::size_t k = 0; k < i; ++k) matrix[i * stride + k] = matrix[k * stride + i];
+      matrix[i * stride + i] += 3.0 * static_cast<double>(size);
+    }
+    const std::vector<double> a = columns(terms), b = columns(terms), c = columns(terms);
+    std::vector<double> expected = matrix;
+    for (std::size_t i = 0; i < size; ++i)
+      for (std::size_t j = 0; j < size; ++j)
+        for (std::size_t t = 0; t < terms; ++t)
+          expected[j * stride + i] -=
+              a[t * stride + i] * b[t * stride + j] + c[t * stride + i] * a[t * stride + j];
+    std::vector<double> other = matrix, sums(stride), other_sums(stride);
+    const PaddedTerms subtracted{a.data(), b.data(), c.data(), terms};
+    wide.subtract({matrix.data(), size, stride}, subtracted, sums.data());
+    generic.subtract({other.data(), size, stride}, subtracted, other_sums.data());
+    REQUIRE(matrix == other);
+    REQUIRE(sums == other_sums);
+    for (std::size_t i = 0; i < size; ++i) {
+      double sum = 0.0;
+      for (std::size_t j = 0; j < size; ++j) {
+        const double lower = expected[std::min(i, j) * stride + std::max(i, j)];
+        if (i >= j) CHECK(matrix[j * stride + i] == Approx(lower).margin(1e-12));
+        sum += std::abs(lower);
+      }
+      CHECK(sums[i] == Approx(sum));
+    }
+    REQUIRE(wide.factor({matrix.data(), size, stride}));
+    REQUIRE(generic.factor({other.data(), size, stride}));
+    REQUIRE(matrix == other);
+    // The factor is that of the lower triangle: the upper one of `expected` is put in its place.
+    for (std::size_t i = 0; i < size; ++i)
+      for (std::size_t k = 0; k < i; ++k) expected[i * stride + k] = expected[k * stride + i];
+    const std::vector<double> truth = columns(1);
+    std::vector<double> x(stride, 0.0);
+    for (std::size_t i = 0; i < size; ++i)
+      for (std::size_t j = 0; j < size; ++j) x[i] += expected[j * stride + i] * truth[j];
+    std::vector<double> same = x;
+    wide.solve({matrix.data(), size, stride}, x.data());
+    wide.solve_transposed({matrix.data(), size, stride}, x.data());
+    generic.solve({other.data(), size, stride}, same.data());
+    generic.solve_transposed({other.data(), size, stride}, same.data());
+    REQUIRE(x == same);
+    for (std::size_t i = 0; i < stride; ++i) CHECK(x[i] == Approx(truth[i]).margin(1e-12));
+  }
+  std::vector<double> indefinite = {1.0, 2.0, 0.0, 0.0, 2.0, 1.0, 0.0, 0.0};
+  CHECK_FALSE(wide.factor({indefinite.data(), 2, 4}));
+  std::vector<double> undefined(4, std::numeric_limits<double>::quiet_NaN());
+  CHECK_FALSE(wide.factor({undefined.data(), 1, 4}));
+}
+
 TEST_CASE("MembersOfAFamilyAreTheInterpolantsOfTheirSmoothingToTheLastBit") {
   const Samples samples = sample(wave, 90, 2, 8);
   for (const std::uint32_t max_sites : {1200u, 40u}) {

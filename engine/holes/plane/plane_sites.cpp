@@ -48,8 +48,13 @@ class PlaneCells {
  public:
   explicit PlaneCells(double size) : size_(size) {}
 
+  // Calls visit(site) for those in the cells around x; for all where they are few.
   template <class Visit>
   void for_each_near(Vec3 x, const Visit& visit) const {
+    if (sorted_.empty()) {
+      for (std::uint32_t i = 0; i < count_; ++i) visit(i);
+      return;
+    }
     const std::int64_t row = cell(x.y);
     for (int dx = -1; dx <= 1; ++dx) {
       const Entry key{cell(x.x) + dx, row - 1, 0};
@@ -60,7 +65,11 @@ class PlaneCells {
     }
   }
 
+  // All places, of which those before `first` were added before.
   void add(std::span<const Vec3> places, std::uint32_t first) {
+    count_ = static_cast<std::uint32_t>(places.size());
+    if (count_ <= kFew) return;
+    if (sorted_.empty()) first = 0;
     const auto middle = static_cast<std::ptrdiff_t>(sorted_.size());
     for (std::uint32_t i = first; i < places.size(); ++i) {
       sorted_.push_back({cell(places[i].x), cell(places[i].y), i});
@@ -70,6 +79,8 @@ class PlaneCells {
   }
 
  private:
+  static constexpr std::uint32_t kFew = 64;  // are looked at one by one
+
   struct Entry {
     std::int64_t x = 0;
     std::int64_t y = 0;
@@ -82,7 +93,8 @@ class PlaneCells {
   }
 
   double size_;
-  std::vector<Entry> sorted_;
+  std::uint32_t count_ = 0;
+  std::vector<Entry> sorted_;  // empty where the sites are few
 };
 
 // Places kept so far, in nested cells, to ask whether one lies within any distance of another.
@@ -151,8 +163,8 @@ class NestedCells {
 bool is_above(Vec3 a, Vec3 b, double spacing) {
   const double dx = a.x - b.x;
   const double dy = a.y - b.y;
-  const double distance = std::sqrt(dx * dx + dy * dy);
-  return distance < spacing && std::abs(a.z - b.z) > kMostSlope * distance;
+  const double squared = dx * dx + dy * dy;
+  return squared < spacing * spacing && std::abs(a.z - b.z) > kMostSlope * std::sqrt(squared);
 }
 
 class Gathering {
@@ -166,6 +178,7 @@ class Gathering {
         fans_(problem),
         reached_(problem.positions.size(), 0),
         nearest_(problem.positions.size(), 0),
+        upright_(problem.sheet.size(), Upright::kUnknown),
         places_(problem.positions.size()),
         cells_(rim.spacing) {
     for (std::size_t v = 0; v < places_.size(); ++v)
@@ -192,11 +205,21 @@ class Gathering {
   }
 
  private:
+  enum class Upright : std::uint8_t { kUnknown, kYes, kNo };
+
   Vec3 place(std::uint32_t v) const { return places_[v]; }
 
   void take(std::uint32_t v) {
     sites_.vertices.push_back(v);
     sites_.places.push_back(place(v));
+  }
+
+  // Each face is asked for at each of its corners.
+  bool is_upright(std::uint32_t face) {
+    Upright& known = upright_[face];
+    if (known == Upright::kUnknown)
+      known = is_upright(problem_.sheet[face]) ? Upright::kYes : Upright::kNo;
+    return known == Upright::kYes;
   }
 
   bool is_upright(const Triangle& t) const {
@@ -212,11 +235,12 @@ class Gathering {
     for (const std::uint32_t v : ring) {
       for (const std::uint32_t face : fans_.at(v)) {
         const Triangle& t = problem_.sheet[face];
-        if (!is_upright(t)) continue;
+        if (!is_upright(face)) continue;
         for (const std::uint32_t w : t) {
           if (reached_[w] == 0) beyond.push_back(w);
           if (reached_[w] == 0 ||
-              (nearest_[v] != nearest_[w] && from_rim(w, nearest_[v]) < from_rim(w, nearest_[w]))) {
+              (nearest_[v] != nearest_[w] &&
+               squared_from_rim(w, nearest_[v]) < squared_from_rim(w, nearest_[w]))) {
             nearest_[w] = nearest_[v];
           }
           reached_[w] = 1;
@@ -243,9 +267,9 @@ class Gathering {
   }
 
   // In the plane.
-  double from_rim(std::uint32_t v, std::uint32_t rim_vertex) const {
+  double squared_from_rim(std::uint32_t v, std::uint32_t rim_vertex) const {
     const Vec3 d = place(v) - place(rim_vertex);
-    return std::sqrt(d.x * d.x + d.y * d.y);
+    return d.x * d.x + d.y * d.y;
   }
 
   PlaneSites thinned() const {
@@ -254,7 +278,8 @@ class Gathering {
     NestedCells cells(rim_.spacing);
     for (std::size_t i = 0; i < sites_.places.size(); ++i) {
       const std::uint32_t v = sites_.vertices[i];
-      const double apart = from_rim(v, nearest_[v]) - kFullDensity * rim_.spacing;
+      const double apart =
+          std::sqrt(squared_from_rim(v, nearest_[v])) - kFullDensity * rim_.spacing;
       const Vec3 x = sites_.places[i];
       if (apart > 0.0 && cells.has_within(x, apart)) continue;
       cells.add(x);
@@ -271,6 +296,7 @@ class Gathering {
   Fans fans_;
   std::vector<std::uint8_t> reached_;   // from a ring; those refused then stay so
   std::vector<std::uint32_t> nearest_;  // rim vertex, about
+  std::vector<Upright> upright_;        // per face
   std::vector<Vec3> places_;            // of all vertices, in the frame
   PlaneCells cells_;
   PlaneSites sites_;

@@ -30,32 +30,6 @@ constexpr double kMostCondition = 1e15;
 constexpr std::uint32_t kFirstShare = 6;
 constexpr std::size_t kBlock = 256;
 
-// 1-norm condition of K = L L^T from its 1-norm, after Hager, Condition Estimates, SIAM J. Sci.
-// Stat. Comput. 1984.
-double estimate_condition(const Eigen::Ref<const MatrixXd>& lower, double norm) {
-  const Index n = lower.rows();
-  const auto solve = [&lower](VectorXd& x) {
-    lower.triangularView<Eigen::Lower>().solveInPlace(x);
-    lower.triangularView<Eigen::Lower>().transpose().solveInPlace(x);
-  };
-  VectorXd x = VectorXd::Constant(n, 1.0 / static_cast<double>(n));
-  double inverse_norm = 0.0;
-  for (int step = 0; step < 5; ++step) {
-    VectorXd y = x;
-    solve(y);
-    const double estimate = y.lpNorm<1>();
-    if (!(estimate > inverse_norm)) break;
-    inverse_norm = estimate;
-    VectorXd z = y.unaryExpr([](double v) { return v < 0.0 ? -1.0 : 1.0; });
-    solve(z);
-    Index best = 0;
-    z.cwiseAbs().maxCoeff(&best);
-    x.setZero();
-    x[best] = 1.0;
-  }
-  return norm * inverse_norm;
-}
-
 // In four sums, so that additions need not wait for each other.
 double sum_of_products(std::span<const double> a, const double* b) {
   std::array<double, 4> sums{};
@@ -67,11 +41,10 @@ double sum_of_products(std::span<const double> a, const double* b) {
   return (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
-// n log(y' K^-1 y / n) + log det K of values y with K = L L^T, from L^-1 y.
-double deviance_of(const Eigen::Ref<const MatrixXd>& lower, const VectorXd& solved) {
-  double log_determinant = 0.0;
-  for (Index i = 0; i < lower.rows(); ++i) log_determinant += 2.0 * rbf_log(lower(i, i));
-  const auto n = static_cast<double>(lower.rows());
+// n log(y' K^-1 y / n) + log det K of values y with K = L L^T, from L^-1 y and half of log det K.
+double deviance_of(double log_diagonal, const VectorXd& solved) {
+  const double log_determinant = 2.0 * log_diagonal;
+  const auto n = static_cast<double>(solved.size());
   const double mean = std::max(solved.squaredNorm() / n, std::numeric_limits<double>::min());
   return n * rbf_log(mean) + log_determinant;
 }
@@ -88,15 +61,15 @@ double deviance_of(const Eigen::Ref<const MatrixXd>& lower, const VectorXd& solv
 // appending rows to the factor, so that greedy rounds cost no more than the last solve alone.
 class RbfInterpolant::Fit {
  public:
-  /// `keeps`: what append() computes for the first centres is kept for the next ridge.
+  /// `capacity`: the most centres. All sites are taken at once where they are no more than that;
+  /// else centres are appended. `keeps`: all sites will be taken for several ridges.
   Fit(RbfForm form, const UniqueSites& data, std::uint32_t capacity, bool keeps)
-      : form_(form), data_(data), keeps_(keeps), terms_(rbf_terms(form)) {
-    const Index rows = std::max<Index>(0, static_cast<Index>(capacity) - terms_);
-    lower_.resize(rows, rows);
-    p_.resize(rows, terms_);
-    g_.resize(rows, terms_);
-    column_sums_ = VectorXd::Zero(rows);
-  }
+      : form_(form),
+        data_(data),
+        keeps_(keeps),
+        is_whole_(data.sites.size() <= capacity),
+        capacity_(capacity),
+        terms_(rbf_terms(form)) {}
 
   /// Chooses the special centres; false where the sites do not determine the polynomial.
   bool start() {
@@ -117,8 +90,11 @@ class RbfInterpolant::Fit {
     }
     to_monomials_ = special.inverse();
     kernel_special_ = kernel_matrix(centers_, centers_);
+    is_whole_ ? place_all() : make_room();
     return true;
   }
+
+  bool is_whole() const { return is_whole_; }
 
   /// Begins anew with the special centres alone.
   void restart(double ridge) {
@@ -129,6 +105,22 @@ class RbfInterpolant::Fit {
     add_ridge(centers_, phi_special_);
   }
 
+  /// Takes all sites; false where the system is singular. Rows are padded to whole vectors.
+  bool take_all() {
+    lower_ = keeps_ ? kernel_rest_ : std::move(kernel_rest_);
+    for (Index i = 0; i < lower_.cols() && ridge_ > 0.0; ++i)
+      if (data_.exact[rest_[i]] == 0) lower_(i, i) += ridge_;
+    g_ = phi_rest_;
+    for (int t = 0; t < terms_; ++t)
+      for (int l = 0; l < terms_; ++l) g_.col(t) -= phi_special_(l, t) * p_.col(l);
+    rbf_loops().subtract(padded(),
+                         {p_.data(), g_.data(), phi_rest_.data(), static_cast<std::size_t>(terms_)},
+                         column_sums_.data());
+    if (!rbf_loops().factor(padded())) return false;
+    centers_.insert(centers_.end(), rest_.begin(), rest_.end());
+    return true;
+  }
+
   /// Adds centres; false (and nothing added) where the system is singular then.
   bool append(std::span<const std::uint32_t> added) {
     const Index m = others();
@@ -136,13 +128,11 @@ class RbfInterpolant::Fit {
     if (b == 0) return true;
     const std::span<const std::uint32_t> special(centers_.data(), terms_);
     const std::span<const std::uint32_t> present(centers_.data() + terms_, m);
-    if (!is_kept(added)) keep(added, special);
-    const MatrixXd& p = kept_.p;
-    const MatrixXd& phi = kept_.phi;
+    const MatrixXd p = lagrange(added);
+    const MatrixXd phi = kernel_matrix(added, special);
     const MatrixXd g = phi - p * phi_special_;
-    MatrixXd kernel = keeps_ ? kept_.kernel : std::move(kept_.kernel);
-    add_ridge(added, kernel);
-    MatrixXd corner = std::move(kernel);
+    MatrixXd corner = kernel_matrix(added, added);
+    add_ridge(added, corner);
     corner.noalias() -= p * g.transpose();
     corner.noalias() -= phi * p.transpose();
     VectorXd sums = corner.cwiseAbs().rowwise().sum();
@@ -178,17 +168,17 @@ class RbfInterpolant::Fit {
     polynomial = f.topRows(terms_);
     condition = 1.0;
     if (m > 0) {
-      const auto lower = lower_.topLeftCorner(m, m);
       const auto p = p_.topRows(m);
-      MatrixXd x = f.bottomRows(m) - p * f.topRows(terms_);
-      lower.triangularView<Eigen::Lower>().solveInPlace(x);
-      deviance = deviance_of(lower, x.col(0));
+      MatrixXd x = MatrixXd::Zero(is_whole_ ? lower_.rows() : m, f.cols());
+      x.topRows(m) = f.bottomRows(m) - p * f.topRows(terms_);
+      substitute(x);
+      deviance = deviance_of(log_of_diagonal(), x.col(0).head(m));
       if (deviance >= deviance_limit) return false;
-      lower.triangularView<Eigen::Lower>().transpose().solveInPlace(x);
-      weights.bottomRows(m) = x;
-      weights.topRows(terms_) = -(p.transpose() * x);
-      polynomial -= g_.topRows(m).transpose() * x;
-      condition = estimate_condition(lower, column_sums_.head(m).maxCoeff());
+      substitute_transposed(x);
+      weights.bottomRows(m) = x.topRows(m);
+      weights.topRows(terms_) = -(p.transpose() * x.topRows(m));
+      polynomial -= g_.topRows(m).transpose() * x.topRows(m);
+      condition = estimate_condition();
     }
     polynomial = to_monomials_ * polynomial;
     return weights.allFinite() && polynomial.allFinite() && condition < kMostCondition;
@@ -243,35 +233,114 @@ class RbfInterpolant::Fit {
       if (data_.exact[centers[i]] == 0) kernel(i, i) += ridge_;
   }
 
-  /// What centres that are added have with the special ones and with themselves, whatever the
-  /// ridge.
-  struct Added {
-    std::vector<std::uint32_t> centers;
-    MatrixXd p, phi, kernel;
-  };
-
-  bool is_kept(std::span<const std::uint32_t> added) const {
-    return keeps_ &&
-           std::equal(added.begin(), added.end(), kept_.centers.begin(), kept_.centers.end());
+  void make_room() {
+    const Index rows = std::max<Index>(0, static_cast<Index>(capacity_) - terms_);
+    lower_.resize(rows, rows);
+    p_.resize(rows, terms_);
+    g_.resize(rows, terms_);
+    column_sums_ = VectorXd::Zero(rows);
   }
-  void keep(std::span<const std::uint32_t> added, std::span<const std::uint32_t> special) {
-    kept_ = {{added.begin(), added.end()},
-             lagrange(added),
-             kernel_matrix(added, special),
-             kernel_matrix(added, added)};
+
+  /// What the sites have with each other, whatever the ridge, in padded columns.
+  void place_all() {
+    std::vector<std::uint8_t> is_special(data_.sites.size(), 0);
+    for (const std::uint32_t center : centers_) is_special[center] = 1;
+    for (std::uint32_t i = 0; i < is_special.size(); ++i)
+      if (is_special[i] == 0) rest_.push_back(i);
+    const Index n = static_cast<Index>(rest_.size());
+    const Index stride = (n + 3) / 4 * 4;
+    p_ = MatrixXd::Zero(stride, terms_);
+    p_.topRows(n) = lagrange(rest_);
+    std::array<std::vector<double>, 3> axes;
+    for (int axis = 0; axis < 3; ++axis) {
+      axes[axis].assign(static_cast<std::size_t>(stride), 0.0);
+      for (Index i = 0; i < n; ++i) axes[axis][i] = data_.sites[rest_[i]][axis];
+    }
+    const auto fill = [&](MatrixXd& phi, Index column, std::uint32_t center, Index first) {
+      const Vec3 x = data_.sites[center];
+      const RbfColumns places{axes[0].data() + first, axes[1].data() + first,
+                              axes[2].data() + first, nullptr,
+                              static_cast<std::size_t>(stride - first)};
+      double* const to = phi.col(column).data();
+      rbf_loops().kernel_at(form_, std::array{x.x, x.y, x.z}.data(), places, to + first);
+      std::fill(to + n, to + stride, 0.0);
+    };
+    // The lower triangle alone.
+    kernel_rest_ = MatrixXd::Zero(stride, n);
+    for (Index j = 0; j < n; ++j) fill(kernel_rest_, j, rest_[j], j / 4 * 4);
+    phi_rest_.resize(stride, terms_);
+    for (int t = 0; t < terms_; ++t) fill(phi_rest_, t, centers_[t], 0);
+    column_sums_ = VectorXd::Zero(stride);
+  }
+
+  PaddedMatrix padded() {
+    return {lower_.data(), static_cast<std::size_t>(lower_.cols()),
+            static_cast<std::size_t>(lower_.rows())};
+  }
+
+  auto appended() { return lower_.topLeftCorner(others(), others()); }
+
+  /// x = L^-1 x, and x = L'^-1 x.
+  template <class Columns>
+  void substitute(Columns& x) {
+    if (!is_whole_) return appended().template triangularView<Eigen::Lower>().solveInPlace(x);
+    for (Index c = 0; c < x.cols(); ++c) rbf_loops().solve(padded(), x.col(c).data());
+  }
+  template <class Columns>
+  void substitute_transposed(Columns& x) {
+    if (!is_whole_)
+      return appended().template triangularView<Eigen::Lower>().transpose().solveInPlace(x);
+    for (Index c = 0; c < x.cols(); ++c) rbf_loops().solve_transposed(padded(), x.col(c).data());
+  }
+
+  double log_of_diagonal() const {
+    double sum = 0.0;
+    for (Index i = 0; i < others(); ++i) sum += rbf_log(lower_(i, i));
+    return is_whole_ ? -sum : sum;
+  }
+
+  // 1-norm condition of K, after Hager, Condition Estimates, SIAM J. Sci. Stat. Comput. 1984.
+  double estimate_condition() {
+    const Index n = others();
+    const auto solve = [this](VectorXd& x) {
+      substitute(x);
+      substitute_transposed(x);
+    };
+    VectorXd x = VectorXd::Zero(is_whole_ ? lower_.rows() : n);
+    x.head(n).setConstant(1.0 / static_cast<double>(n));
+    double inverse_norm = 0.0;
+    for (int step = 0; step < 5; ++step) {
+      VectorXd y = x;
+      solve(y);
+      const double estimate = y.lpNorm<1>();
+      if (!(estimate > inverse_norm)) break;
+      inverse_norm = estimate;
+      VectorXd z = y.unaryExpr([](double v) { return v < 0.0 ? -1.0 : 1.0; });
+      z.tail(z.size() - n).setZero();
+      solve(z);
+      Index best = 0;
+      z.cwiseAbs().maxCoeff(&best);
+      x.setZero();
+      x[best] = 1.0;
+    }
+    return column_sums_.head(n).maxCoeff() * inverse_norm;
   }
 
   RbfForm form_;
   const UniqueSites& data_;
   bool keeps_ = false;
+  bool is_whole_ = false;
+  std::uint32_t capacity_ = 0;
   double ridge_ = 0.0;
   int terms_ = 0;
-  Added kept_;                          // the last ones
   std::vector<std::uint32_t> centers_;  // the special ones first
+  std::vector<std::uint32_t> rest_;     // all others, where all are taken
+  MatrixXd kernel_rest_;                // of these
+  MatrixXd phi_rest_;                   // of these and the special ones
   MatrixXd to_monomials_;               // from values at the special centres
   MatrixXd kernel_special_;
   MatrixXd phi_special_;  // with the ridge
-  MatrixXd lower_;        // Cholesky factor of K, lower triangle
+  MatrixXd lower_;        // Cholesky factor of K, lower triangle; padded where all are taken
   MatrixXd p_;            // p_l at the other centres
   MatrixXd g_;            // phi(x, s_l) - sum_m p_m(x) phi(s_m, s_l) at them
   VectorXd column_sums_;  // of |K|
@@ -280,21 +349,18 @@ class RbfInterpolant::Fit {
 struct RbfInterpolant::Family::State {
   RbfInterpolant blank;  // with the frame
   std::span<const double> values;
-  std::size_t members = 1;
   RbfForm form{};
   UniqueSites data;
   std::uint32_t cap = 0;
   std::optional<Fit> fit;  // where the sites determine an interpolant
 
-  bool takes_all() const { return data.sites.size() <= cap; }
   void measure(RbfInterpolant& interpolant) const;
 };
 
 RbfInterpolant::Family::Family(std::span<const RbfSite> sites, std::span<const double> values,
                                std::uint32_t channels, const RbfOptions& options,
                                std::size_t members)
-    : state_(
-          new State{RbfInterpolant(channels, options), values, members, {}, {}, 0, std::nullopt}) {
+    : state_(new State{RbfInterpolant(channels, options), values, {}, {}, 0, std::nullopt}) {
   const auto finite = [](double v) { return std::isfinite(v); };
   if (sites.empty() || channels == 0 || values.size() != sites.size() * channels) return;
   if (!std::all_of(values.begin(), values.end(), finite)) return;
@@ -306,9 +372,7 @@ RbfInterpolant::Family::Family(std::span<const RbfSite> sites, std::span<const d
   state_->data = merge_duplicates(in_frame, values, channels, options.exact_sites);
   state_->form = rbf_form(options.dimension, options.kernel);
   state_->cap = std::max(options.max_sites, static_cast<std::uint32_t>(rbf_terms(state_->form)));
-  const auto unique = static_cast<std::uint32_t>(state_->data.sites.size());
-  state_->fit.emplace(state_->form, state_->data, std::min(unique, state_->cap),
-                      members > 1 && state_->takes_all());
+  state_->fit.emplace(state_->form, state_->data, state_->cap, members > 1);
   if (!state_->fit->start()) state_->fit.reset();
 }
 
@@ -321,9 +385,9 @@ RbfInterpolant RbfInterpolant::Family::with_smoothing(double length, double devi
   if (!state_->fit) return member;
   state_->fit->restart(
       rbf_ridge(state_->form, length / member.scale_, options.site_spacing / member.scale_));
-  member.valid_ = state_->takes_all() ? member.use_all(*state_->fit, deviance_limit)
-                                      : member.choose_greedily(*state_->fit, state_->cap) &&
-                                            !(member.deviance_ >= deviance_limit);
+  member.valid_ = state_->fit->is_whole() ? member.use_all(*state_->fit, deviance_limit)
+                                          : member.choose_greedily(*state_->fit, state_->cap) &&
+                                                !(member.deviance_ >= deviance_limit);
   if (member.valid_ && options.measure) state_->measure(member);
   return member;
 }
@@ -378,13 +442,7 @@ void RbfInterpolant::take(const Fit& fit) {
 }
 
 bool RbfInterpolant::use_all(Fit& fit, double deviance_limit) {
-  std::vector<std::uint8_t> present(fit.data().sites.size(), 0);
-  for (const std::uint32_t center : fit.centers()) present[center] = 1;
-  std::vector<std::uint32_t> rest;
-  for (std::uint32_t i = 0; i < present.size(); ++i) {
-    if (present[i] == 0) rest.push_back(i);
-  }
-  if (!fit.append(rest) || !fit.solve(deviance_limit)) return false;
+  if (!fit.take_all() || !fit.solve(deviance_limit)) return false;
   take(fit);
   return true;
 }

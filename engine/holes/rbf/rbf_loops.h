@@ -26,6 +26,24 @@ struct RbfSums {
   double slope_by_center[3] = {};
 };
 
+/// A symmetric matrix, or its Cholesky factor in the lower triangle, in columns. `stride`, the
+/// distance between columns, is a multiple of four and at least `size`; the rows from `size` to
+/// `stride` are 0.
+struct PaddedMatrix {
+  double* values = nullptr;
+  std::size_t size = 0;
+  std::size_t stride = 0;
+};
+
+/// What is subtracted of a kernel matrix where the polynomial is eliminated: with `count` columns
+/// of `stride` rows in each of a, b and c, padded as the matrix, sum a_t b_t' + c_t a_t'.
+struct PaddedTerms {
+  const double* a = nullptr;
+  const double* b = nullptr;
+  const double* c = nullptr;
+  std::size_t count = 0;
+};
+
 struct RbfLoops {
   /// phi of squared distances, in place.
   void (*kernel)(RbfForm form, double* squared, std::size_t count) = nullptr;
@@ -33,6 +51,16 @@ struct RbfLoops {
   void (*kernel_at)(RbfForm form, const double place[3], const RbfColumns& centers,
                     double* phi) = nullptr;
   RbfSums (*sums_at)(RbfForm form, const double place[3], const RbfColumns& centers) = nullptr;
+  /// The lower triangle of matrix -= sum a_t b_t' + c_t a_t'. `row_sums`: the sums of magnitudes
+  /// along the rows of the symmetric matrix, `stride` of them.
+  void (*subtract)(const PaddedMatrix& matrix, const PaddedTerms& terms,
+                   double* row_sums) = nullptr;
+  /// The lower triangle becomes L of L L', its diagonal 1 / L_ii; false where the matrix is not
+  /// positive definite to rounding.
+  bool (*factor)(const PaddedMatrix& matrix) = nullptr;
+  /// x = L^-1 x and x = L'^-1 x, of `stride` values that are 0 from `size` on.
+  void (*solve)(const PaddedMatrix& factor, double* x) = nullptr;
+  void (*solve_transposed)(const PaddedMatrix& factor, double* x) = nullptr;
 };
 
 RbfLoops rbf_loops_generic();

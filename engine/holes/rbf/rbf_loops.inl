@@ -2,6 +2,7 @@
 // unit of this file may use anything that is shared with units compiled for other machines.
 
 #include "engine/geometry/lanes.h"
+#include "engine/holes/rbf/cholesky.inl"
 #include "engine/holes/rbf/rbf_loops.h"
 
 namespace orbweave {
@@ -176,7 +177,7 @@ RbfSums sums_at(RbfForm form, const double place[3], const RbfColumns& centers) 
   return with_form(form, [&](auto of) { return sums_of_place<decltype(of)>(place, centers); });
 }
 
-constexpr RbfLoops kLoops = {kernel, kernel_at, sums_at};
+constexpr RbfLoops kLoops = {kernel, kernel_at, sums_at, subtract, factor, solve, solve_transposed};
 
 }  // namespace
 }  // namespace orbweave
