@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "engine/geometry/plane_axes.h"
 #include "engine/holes/patch/patch_mesh.h"
@@ -40,10 +41,12 @@ double least_upright(const Rim& rim, Vec3 axis) {
 }
 
 // The direction that makes the least cosine with a face largest: the centre of the smallest cap of
-// the sphere around all faces' normals, to about a degree.
+// the sphere around all faces' normals, to about a degree. After n steps the error is at most the
+// cap's radius by the root of n.
 // Badoiu, Clarkson: Smaller Core-Sets for Balls, SODA 2003.
 Vec3 most_upright_axis(const Rim& rim, Vec3 start) {
   constexpr int kSteps = 200;
+  constexpr double kDegree = std::numbers::pi / 180.0;
   std::vector<Vec3> normals = rim.face_normals;
   std::erase(normals, Vec3{});
   Vec3 center = start;
@@ -55,7 +58,9 @@ Vec3 most_upright_axis(const Rim& rim, Vec3 start) {
       furthest = cosine < least ? &normal : furthest;
       least = cosine < least ? cosine : least;
     }
-    center = center + (*furthest - center) / static_cast<double>(step + 1);
+    const Vec3 way = *furthest - center;
+    if (squared_norm(way) < kDegree * kDegree * static_cast<double>(step)) break;
+    center = center + way / static_cast<double>(step + 1);
   }
   return normalized(center);
 }
