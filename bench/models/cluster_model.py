@@ -236,8 +236,9 @@ class Stage:
         """Of a job of so many times the points."""
         if self.kind.grows == "constant":
             return self
+        fixed = min(self.kind.fixed, self.seconds)
         return dataclasses.replace(
-            self, seconds=self.seconds * factor, bytes_read=self.bytes_read * factor,
+            self, seconds=fixed + (self.seconds - fixed) * factor, bytes_read=self.bytes_read * factor,
             bytes_written=self.bytes_written * factor, chunk_seconds=_more_of(self.chunk_seconds, factor),
             team_bytes=tuple(amount * factor for amount in self.team_bytes))
 
@@ -252,13 +253,14 @@ def _more_of(values, factor):
 
 
 def unhindered(report):
-    """The report with CPU seconds for wall seconds, chunks in proportion: of a machine that was busy otherwise.
-    Waiting for the disk is lost with it."""
+    """The report with CPU seconds for wall seconds: of a machine that was busy otherwise. Waiting for the disk is lost
+    with it, and what threads of the background did beside the work."""
     stages = []
     for facts in report["stages"]:
-        scale = facts["cpu_seconds"] / facts["seconds"] if facts["seconds"] > 0.0 else 1.0
-        stages.append({**facts, "seconds": facts["cpu_seconds"],
-                       "chunk_seconds": [seconds * scale for seconds in facts.get("chunk_seconds") or ()]})
+        chunks = facts.get("chunk_cpu_seconds") or ()
+        outside = (facts[name] - sum(facts.get(of_chunks) or ()) for name, of_chunks in
+                   (("seconds", "chunk_seconds"), ("cpu_seconds", "chunk_cpu_seconds")))
+        stages.append({**facts, "seconds": sum(chunks) + max(0.0, min(outside)), "chunk_seconds": chunks})
     return {**report, "stages": stages}
 
 
@@ -347,7 +349,9 @@ def stage_seconds(stage, cluster):
         return once + _alone(stage, dataclasses.replace(cluster, workers=1), stage.seconds, moved)
     if not stage.chunk_seconds:
         return once + _even_share(stage, cluster, moved)
-    return once + stage.seconds + makespan(tasks_of(stage, cluster), cluster)
+    # What no chunk accounts for: every process does it, its threads as far as they help the stage.
+    every = _alone(stage, dataclasses.replace(cluster, workers=1), stage.seconds, 0.0)
+    return once + every + makespan(tasks_of(stage, cluster), cluster)
 
 
 def tasks_of(stage, cluster):

@@ -88,6 +88,11 @@ def given_report(path):
     return report
 
 
+def check_has_cpu_seconds(path, report):
+    if not all(stage.get("chunk_cpu_seconds") for stage in report["stages"] if stage.get("chunk_seconds")):
+        sys.exit(f"{path}: its stages lack chunk_cpu_seconds (an older version made it); run the job anew")
+
+
 def curve(options, stages, points, own):
     """A row per number of workers; own: the points of the measured job."""
     grown = [stage.grown(points / own) for stage in stages]
@@ -280,6 +285,7 @@ def measured_stages(options, work, samples):
     if options.report:
         report = given_report(options.report)
         if options.cpu_seconds:
+            check_has_cpu_seconds(options.report, report)
             report = cluster_model.unhindered(report)
         points = report["input"]["points_read"]
         team = given_team(options.team_report, points) if options.team_report else None

@@ -37,6 +37,7 @@ nlohmann::ordered_json scaling_json(const StageScaling& scaling) {
   return {{"work", name_of(scaling.work)},
           {"threads", scaling.threads},
           {"grows", scaling.constant ? "constant" : "points"},
+          {"fixed", scaling.fixed_seconds},
           {"computes", scaling.computes},
           {"leader", scaling.leader_share},
           {"merge", scaling.merge_seconds},

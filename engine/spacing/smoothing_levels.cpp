@@ -2,6 +2,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <cmath>
@@ -61,14 +62,8 @@ double wanted_radius(double spacing, double noise) {
 
 SmoothingLevels::SmoothingLevels(std::vector<NoisePlace> places, double cell,
                                  const WholeCloudNoise& whole, const StopToken* stop)
-    : cell_(cell), whole_(whole), places_(std::move(places)) {
-  const auto comes_first = [&](const NoisePlace& a, const NoisePlace& b) {
-    const Vec3 p = a.position, q = b.position;
-    return std::tuple(cube_of(p, cell), p.x, p.y, p.z) <
-           std::tuple(cube_of(q, cell), q.x, q.y, q.z);
-  };
-  std::sort(places_.begin(), places_.end(), comes_first);
-  for (const NoisePlace& place : places_) cell_of_place_.push_back(cube_of(place.position, cell));
+    : cell_(cell), whole_(whole) {
+  sort_by_cubes(std::move(places));
   std::vector<LatticeCell> cells = cell_of_place_;
   cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   cubes_.resize(cells.size());
@@ -81,6 +76,27 @@ SmoothingLevels::SmoothingLevels(std::vector<NoisePlace> places, double cell,
       radius_of_cube[i] = measure(cells[i], scratch, cubes_[i]);
   });
   number_levels(radius_of_cube);
+}
+
+void SmoothingLevels::sort_by_cubes(std::vector<NoisePlace> places) {
+  struct PlaceInCube {
+    LatticeCell cube;
+    NoisePlace place;
+    bool operator<(const PlaceInCube& other) const {
+      const Vec3 p = place.position, q = other.place.position;
+      return std::tie(cube, p.x, p.y, p.z, place.spacing, place.noise) <
+             std::tie(other.cube, q.x, q.y, q.z, other.place.spacing, other.place.noise);
+    }
+  };
+  std::vector<PlaceInCube> sorted(places.size());
+  std::transform(places.begin(), places.end(), sorted.begin(), [this](const NoisePlace& place) {
+    return PlaceInCube{cube_of(place.position, cell_), place};
+  });
+  tbb::parallel_sort(sorted.begin(), sorted.end());
+  for (const PlaceInCube& each : sorted) {
+    cell_of_place_.push_back(each.cube);
+    places_.push_back(each.place);
+  }
 }
 
 double SmoothingLevels::measure(const LatticeCell& cell, Scratch& scratch, Cube& cube) const {

@@ -56,6 +56,7 @@ class SmoothingLevels {
     std::vector<double> spacings, noises;
   };
 
+  void sort_by_cubes(std::vector<NoisePlace> places);
   /// The noise of a cube; returns its radius.
   double measure(const LatticeCell& cell, Scratch& scratch, Cube& cube) const;
   double step_of(double wanted) const;

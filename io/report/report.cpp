@@ -190,6 +190,7 @@ Json stage_json(const StageFacts& stage) {
           {"chunks_reused", stage.chunks_reused},
           {"peak_memory_bytes", stage.peak_memory_bytes},
           {"chunk_seconds", stage.chunk_seconds},
+          {"chunk_cpu_seconds", stage.chunk_cpu_seconds},
           {"counter_calls", stage.counter_calls}};
 }
 

@@ -141,6 +141,7 @@ constexpr ReportField kRunFields[] = {
     {"stages[].chunks_reused", "of them, those that an earlier run had done"},
     {"stages[].peak_memory_bytes", "largest resident memory while it ran"},
     {"stages[].chunk_seconds", "time of each chunk that the root did"},
+    {"stages[].chunk_cpu_seconds", "CPU time of each of them, of the thread that it began on"},
     {"stages[].counter_calls", "calls to the counter that deals chunks to processes"},
     {"traffic", "what all stages moved"},
     {"traffic.bytes_read", "from disk"},

@@ -5,6 +5,8 @@ import sys
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "bench" / "models"))
+import cluster_model  # noqa: E402
+import stage_kinds  # noqa: E402
 from cluster_model import (Cluster, Task, TaskShares, bytes_moved, calls_of, counter_calls, job_seconds,  # noqa: E402
                            makespan, stages_of)
 
@@ -131,6 +133,29 @@ class ClusterModel(unittest.TestCase):
         stages = stages_of(report([("reconstruct", 6.0, [1.0, 2.0, 3.0])]))
         self.assertAlmostEqual(sum(job_seconds([stages[0].grown(2.5)], at_once(1)).values()), 15.0)
         self.assertEqual(len(stages[0].grown(10).chunk_seconds), 30)
+
+    def test_what_any_job_takes_of_a_stage_does_not_grow(self):
+        fixed = stage_kinds.KINDS["orient"].fixed
+        self.assertGreater(fixed, 0.0)
+        stages = stages_of(report([("orient", fixed + 1.0, [])]))
+        self.assertAlmostEqual(stages[0].grown(10).seconds, fixed + 10.0)
+        small = stages_of(report([("orient", 0.5 * fixed, [])]))
+        self.assertAlmostEqual(small[0].grown(10).seconds, 0.5 * fixed)
+
+    def test_every_process_does_what_no_chunk_accounts_for_with_all_its_threads(self):
+        stages = stages_of(report([("reconstruct", 16.0, [1.0] * 8)]))
+        self.assertAlmostEqual(job_seconds(stages, at_once(2, threads=4))["reconstruct"], 2.0 + 1.0)
+
+    def test_a_busy_machine_is_known_by_its_cpu_seconds(self):
+        busy = {"stages": [
+            # Half of the chunks' time was somebody else's; the disk was waited for, and a thread flushed meanwhile.
+            {"name": "reconstruct", "seconds": 5.0, "cpu_seconds": 2.3, "chunk_seconds": [2.0, 2.0],
+             "chunk_cpu_seconds": [1.0, 1.0], "bytes_read": 0, "bytes_written": 0},
+            {"name": "stitch", "seconds": 3.0, "cpu_seconds": 1.0, "bytes_read": 0, "bytes_written": 0}]}
+        stages = cluster_model.unhindered(busy)["stages"]
+        self.assertAlmostEqual(stages[0]["seconds"], 2.3)
+        self.assertEqual(stages[0]["chunk_seconds"], [1.0, 1.0])
+        self.assertAlmostEqual(stages[1]["seconds"], 1.0)
 
     def test_kinds_of_stages_can_be_told(self):
         measured = report([("stitch", 4.0, [])])

@@ -206,7 +206,7 @@ TEST_CASE("TheReportHasItsStableKeys") {
   CHECK(keys_of(json["stages"][0]) == Keys{"name", "seconds", "cpu_seconds", "points",
                                            "points_per_second", "bytes_read", "bytes_written",
                                            "chunks", "chunks_reused", "peak_memory_bytes",
-                                           "chunk_seconds", "counter_calls"});
+                                           "chunk_seconds", "chunk_cpu_seconds", "counter_calls"});
   CHECK(keys_of(json["traffic"]) ==
         Keys{"bytes_read", "bytes_written", "bytes_per_point", "counter_calls"});
   CHECK(keys_of(json["machine"]) == Keys{"cores", "cpu_model", "memory_bytes"});

@@ -12,6 +12,7 @@
 #include "io/job/setting.h"
 #include "io/store/chunk_points.h"
 #include "io/text/quantity.h"
+#include "io/whole_loop.h"
 
 namespace orbweave {
 namespace {
@@ -113,9 +114,10 @@ std::uint64_t bytes_of_method(const ResolvedJob& job, const Partition& partition
 std::vector<std::uint64_t> points_with_halos(const ChunkStore& store, const Partition& partition,
                                              double halo_width) {
   const std::vector<Chunk>& chunks = partition.octree.chunks();
-  std::vector<std::vector<Box>> blocks;
-  for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk)
-    blocks.push_back(stored_block_bounds(store, chunk, partition.stage));
+  std::vector<std::vector<Box>> blocks(chunks.size());
+  for_each_whole(chunks.size(), [&](std::size_t chunk) {
+    blocks[chunk] = stored_block_bounds(store, static_cast<ChunkId>(chunk), partition.stage);
+  });
   std::vector<std::uint64_t> points;
   for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk) {
     const Box reach = chunks[chunk].box.grown(halo_width);

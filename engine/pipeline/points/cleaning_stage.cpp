@@ -269,41 +269,39 @@ CutPoints raw_points(StageRunner& runner) {
       runner, kRawCut, [&] { return cut_and_sort(scans_as_input(runner.job, kRawCut), runner); });
 }
 
-/// Mean distance between the points of two stages; the later one holds the same points, or those
-/// of them that its rows name.
-void measure_moves(StageRunner& runner, const RawCloud& cloud, const std::string& before,
-                   CleaningFacts& facts) {
+/// How many of a chunk's points were moved, and how far together.
+std::string moves_document(ChunkId chunk) { return "moves_" + std::to_string(chunk); }
+
+/// Measures the moves of a chunk's points from the stage `before`, of which a pass leaves all, or
+/// those that its rows name.
+void measure_moves(const StageRunner& runner, const std::string& before, const PointSchema& schema,
+                   const std::string& stage, ChunkId chunk, const PassResult& after) {
+  const PointCloud from = load_points(runner.store, chunk, schema, before);
+  double sum = 0.0;
+  std::uint64_t moved = 0;
+  for (std::size_t i = 0; i < after.points.size(); ++i) {
+    const Vec3 was = from.positions[after.rows.empty() ? i : after.rows[i]];
+    if (was == after.points.positions[i]) continue;
+    sum += norm(after.points.positions[i] - was);
+    ++moved;
+  }
+  runner.store.commit_document(stage, moves_document(chunk),
+                               nlohmann::json::array({moved, sum}).dump());
+}
+
+/// The mean of what all chunks of a pass were measured to have moved.
+void take_moves(const StageRunner& runner, const RawCloud& cloud, CleaningFacts& facts) {
   double sum = 0.0;
   std::uint64_t moved = 0;
   for (ChunkId chunk = 0; chunk < cloud.partition.octree.chunks().size(); ++chunk) {
-    runner.stop.check();
-    const PointCloud from = load_points(runner.store, chunk, cloud.schema, before);
-    const PointCloud to = load_points(runner.store, chunk, cloud.schema, cloud.stage);
-    const std::vector<std::uint32_t> rows = load_source_rows(runner.store, chunk, cloud.stage);
-    for (std::size_t i = 0; i < to.size(); ++i) {
-      const Vec3 was = from.positions[rows.empty() ? i : rows[i]];
-      if (was == to.positions[i]) continue;
-      sum += norm(to.positions[i] - was);
-      ++moved;
-    }
+    const auto stored = runner.store.document(cloud.stage, moves_document(chunk));
+    if (!stored) continue;
+    const nlohmann::json moves = nlohmann::json::parse(*stored);
+    moved += moves.at(0).get<std::uint64_t>();
+    sum += moves.at(1).get<double>();
   }
   facts.points_moved = moved;
   facts.mean_move = moved == 0 ? 0.0 : sum / static_cast<double>(moved);
-}
-
-/// The same, from what an earlier run left of it where it did.
-void take_moves(StageRunner& runner, const RawCloud& cloud, const std::string& before,
-                CleaningFacts& facts) {
-  constexpr const char* kMoves = "moves";
-  if (const auto stored = runner.store.document(cloud.stage, kMoves)) {
-    const nlohmann::json moves = nlohmann::json::parse(*stored);
-    facts.points_moved = moves.at(0);
-    facts.mean_move = moves.at(1);
-    return;
-  }
-  measure_moves(runner, cloud, before, facts);
-  runner.store.commit_document(cloud.stage, kMoves,
-                               nlohmann::json::array({facts.points_moved, facts.mean_move}).dump());
 }
 
 /// A radius beyond that flattens everything, and its halo holds it all; the unit was mistaken.
@@ -390,12 +388,18 @@ void smooth(StageRunner& runner, const LocalCleaning& local, bool oriented, RawC
   const std::string before = cloud.stage;
   const bool thins = local.spacings.back() > 0.0;
   cloud.kept_stage = before;
+  std::vector<RawPass> passes;
   for (int pass = 0; pass + (thins ? 1 : 0) < facts.options.smooth_passes; ++pass)
-    run_pass(runner, smooth_pass(runner, local, oriented, pass), cloud);
-  if (thins) run_pass(runner, thin_and_smooth_pass(runner, local, oriented), cloud);
+    passes.push_back(smooth_pass(runner, local, oriented, pass));
+  if (thins) passes.push_back(thin_and_smooth_pass(runner, local, oriented));
+  passes.back().look = [&runner, before, schema = cloud.schema, stage = passes.back().stage](
+                           ChunkId chunk, const PassResult& after) {
+    measure_moves(runner, before, schema, stage, chunk, after);
+  };
+  for (const RawPass& pass : passes) run_pass(runner, pass, cloud);
   cloud.kept_stage.clear();
   if (!runner.communicator.is_root()) return;
-  take_moves(runner, cloud, before, facts);
+  take_moves(runner, cloud, facts);
   runner.store.discard_results(before);
 }
 

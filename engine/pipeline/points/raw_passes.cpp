@@ -173,6 +173,7 @@ void run_pass(StageRunner& runner, const RawPass& pass, RawCloud& cloud) {
       PassResult result =
           points.own.empty() ? PassResult{std::move(points.own)} : pass.work(std::move(points));
       result.points.schema = schema;
+      if (pass.look && !result.points.empty()) pass.look(chunk, result);
       if (result.also_dropped > 0)
         runner.store.commit_document(pass.stage, also_document(chunk),
                                      std::to_string(result.also_dropped));

@@ -65,6 +65,8 @@ struct RawPass {
   DropReason dropped_reason = DropReason::kNone;  ///< why points may be missing afterwards
   DropReason also_reason = DropReason::kNone;     ///< why others may
   std::function<PassResult(PassPoints&&)> work;
+  /// Called with what the pass leaves of a chunk, before that is committed; empty: nothing is.
+  std::function<void(ChunkId, const PassResult&)> look = {};
 };
 
 /// Calls `visit` for every chunk whose result `stage` lacks, in parallel, with its points and halo.

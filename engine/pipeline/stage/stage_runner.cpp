@@ -40,9 +40,10 @@ void share_chunks(StageRunner& runner, StageClock& clock, const std::string& sta
              [&](ChunkId task) {
                const ChunkWork& chunk = chunks[task];
                const bool reused = runner.store.has(stage, chunk.chunk);
-               const double begin = steady_seconds();
+               const double begin = steady_seconds(), cpu_begin = thread_cpu_seconds();
                if (!reused) work(chunk.chunk);
                const double seconds = steady_seconds() - begin;
+               const double cpu_seconds = thread_cpu_seconds() - cpu_begin;
                runner.communicator.add_done(1, reused ? 0 : chunk.points);
                runner.progress.advance(1);
                if (!reused) runner.progress.add_points(chunk.points);
@@ -51,6 +52,7 @@ void share_chunks(StageRunner& runner, StageClock& clock, const std::string& sta
                  ++clock.facts().chunks_reused;
                } else {
                  clock.facts().chunk_seconds.push_back(seconds);
+                 clock.facts().chunk_cpu_seconds.push_back(cpu_seconds);
                }
                show_done_by_others(runner);
              });

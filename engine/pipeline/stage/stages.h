@@ -69,6 +69,7 @@ struct StageScaling {
   StageWork work = StageWork::kLeader;
   double threads = 0.0;        ///< share of the seconds that one process's threads divide
   bool constant = false;       ///< the seconds do not grow with the points
+  double fixed_seconds = 0.0;  ///< of one thread, that do not grow where the others do
   bool computes = false;       ///< the targets for threads hold for the stage
   double leader_share = 0.0;   ///< share of a shared stage that the leader does alone
   double merge_seconds = 0.0;  ///< to add what one process has to what another has
@@ -146,7 +147,8 @@ inline constexpr std::array<StageInfo, 32> kStages = {{
     {Stage::kPatches, "raw_patches", "raw_patches", "orientation", StageLine::kRaw, true, true,
      StageRepair::kLine, true, "", {.microseconds = 0.5}},
     {Stage::kOrientation, "orient", "", "orientation", StageLine::kRaw, true, true,
-     StageRepair::kLine, false, "", {.threads = 0.3, .microseconds = 0.15}},
+     StageRepair::kLine, false, "",
+     {.threads = 0.3, .fixed_seconds = 0.08, .microseconds = 0.15}},
     {Stage::kTurns, "raw_turns", "raw_turns", "orientation", StageLine::kRaw, true, true,
      StageRepair::kLine, true, "ended.json", {.microseconds = 0.1}},
     {Stage::kCount, "count", "points_cut", "counts of points", StageLine::kFinal, false, true,
