@@ -9,7 +9,7 @@ double steady_seconds();
 /// Seconds that all threads of the process have worked so far, in the program and in the system.
 double process_cpu_seconds();
 
-/// The same of the thread that asks.
+/// Seconds that the calling thread has worked so far.
 double thread_cpu_seconds();
 
 }  // namespace orbweave
