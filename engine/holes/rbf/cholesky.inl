@@ -4,7 +4,7 @@
 // Golub, Van Loan: Matrix Computations, 4th edition 2013, section 4.2 (Cholesky by columns).
 
 #include "engine/geometry/lanes.h"
-#include "engine/holes/rbf/rbf_loops.h"
+#include "engine/holes/rbf/padded_matrix.h"
 
 namespace orbweave {
 namespace {

@@ -4,6 +4,8 @@
 
 #include <cstddef>
 
+#include "engine/holes/rbf/padded_matrix.h"
+
 namespace orbweave {
 
 /// A kernel with the sign that makes it conditionally positive definite.
@@ -24,24 +26,6 @@ struct RbfSums {
   double value = 0.0;
   double slope = 0.0;
   double slope_by_center[3] = {};
-};
-
-/// A symmetric matrix, or its Cholesky factor in the lower triangle, in columns. `stride`, the
-/// distance between columns, is a multiple of four and at least `size`; the rows from `size` to
-/// `stride` are 0.
-struct PaddedMatrix {
-  double* values = nullptr;
-  std::size_t size = 0;
-  std::size_t stride = 0;
-};
-
-/// What is subtracted of a kernel matrix where the polynomial is eliminated: with `count` columns
-/// of `stride` rows in each of a, b and c, padded as the matrix, sum a_t b_t' + c_t a_t'.
-struct PaddedTerms {
-  const double* a = nullptr;
-  const double* b = nullptr;
-  const double* c = nullptr;
-  std::size_t count = 0;
 };
 
 struct RbfLoops {
