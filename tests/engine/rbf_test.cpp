@@ -196,6 +196,10 @@ TEST_CASE("MembersOfAFamilyAreTheInterpolantsOfTheirSmoothingToTheLastBit") {
       REQUIRE(member.evaluate({0.3, -0.2, 0.0}) == alone.evaluate({0.3, -0.2, 0.0}));
       CHECK(family.with_smoothing(length, alone.deviance() + 1.0).valid());
       CHECK_FALSE(family.with_smoothing(length, alone.deviance()).valid());
+      // A family that was told of one member alone keeps nothing, and yet makes others.
+      RbfInterpolant::Family single(samples.sites, samples.values, 1, options);
+      CHECK(single.with_smoothing(0.0).valid());
+      CHECK(single.with_smoothing(length).deviance() == alone.deviance());
     }
   }
 }

@@ -107,7 +107,7 @@ class RbfInterpolant::Fit {
 
   /// Takes all sites; false where the system is singular. Rows are padded to whole vectors.
   bool take_all() {
-    lower_ = keeps_ ? kernel_rest_ : std::move(kernel_rest_);
+    lower_ = keeps_ ? kernel_rest_ : kernel_of_rest();
     for (Index i = 0; i < lower_.cols() && ridge_ > 0.0; ++i)
       if (data_.exact[rest_[i]] == 0) lower_(i, i) += ridge_;
     g_ = phi_rest_;
@@ -251,26 +251,33 @@ class RbfInterpolant::Fit {
     const Index stride = (n + 3) / 4 * 4;
     p_ = MatrixXd::Zero(stride, terms_);
     p_.topRows(n) = lagrange(rest_);
-    std::array<std::vector<double>, 3> axes;
-    for (int axis = 0; axis < 3; ++axis) {
-      axes[axis].assign(static_cast<std::size_t>(stride), 0.0);
-      for (Index i = 0; i < n; ++i) axes[axis][i] = data_.sites[rest_[i]][axis];
-    }
-    const auto fill = [&](MatrixXd& phi, Index column, std::uint32_t center, Index first) {
-      const Vec3 x = data_.sites[center];
-      const RbfColumns places{axes[0].data() + first, axes[1].data() + first,
-                              axes[2].data() + first, nullptr,
-                              static_cast<std::size_t>(stride - first)};
-      double* const to = phi.col(column).data();
-      rbf_loops().kernel_at(form_, std::array{x.x, x.y, x.z}.data(), places, to + first);
-      std::fill(to + n, to + stride, 0.0);
-    };
-    // The lower triangle alone.
-    kernel_rest_ = MatrixXd::Zero(stride, n);
-    for (Index j = 0; j < n; ++j) fill(kernel_rest_, j, rest_[j], j / 4 * 4);
+    places_of_rest_ = MatrixXd::Zero(stride, 3);
+    for (int axis = 0; axis < 3; ++axis)
+      for (Index i = 0; i < n; ++i) places_of_rest_(i, axis) = data_.sites[rest_[i]][axis];
     phi_rest_.resize(stride, terms_);
-    for (int t = 0; t < terms_; ++t) fill(phi_rest_, t, centers_[t], 0);
+    for (int t = 0; t < terms_; ++t) fill_with_kernel(phi_rest_, t, centers_[t], 0);
+    if (keeps_) kernel_rest_ = kernel_of_rest();
     column_sums_ = VectorXd::Zero(stride);
+  }
+
+  /// Of the sites that are not special, the lower triangle alone.
+  MatrixXd kernel_of_rest() const {
+    const Index n = static_cast<Index>(rest_.size());
+    MatrixXd kernel = MatrixXd::Zero(places_of_rest_.rows(), n);
+    for (Index j = 0; j < n; ++j) fill_with_kernel(kernel, j, rest_[j], j / 4 * 4);
+    return kernel;
+  }
+
+  /// Rows from `first` on of a padded column: what the sites that are not special have with a site.
+  void fill_with_kernel(MatrixXd& to, Index column, std::uint32_t site, Index first) const {
+    const Vec3 x = data_.sites[site];
+    const RbfColumns places{places_of_rest_.col(0).data() + first,
+                            places_of_rest_.col(1).data() + first,
+                            places_of_rest_.col(2).data() + first, nullptr,
+                            static_cast<std::size_t>(to.rows() - first)};
+    rbf_loops().kernel_at(form_, std::array{x.x, x.y, x.z}.data(), places,
+                          to.col(column).data() + first);
+    to.col(column).tail(to.rows() - static_cast<Index>(rest_.size())).setZero();
   }
 
   PaddedMatrix padded() {
@@ -335,7 +342,8 @@ class RbfInterpolant::Fit {
   int terms_ = 0;
   std::vector<std::uint32_t> centers_;  // the special ones first
   std::vector<std::uint32_t> rest_;     // all others, where all are taken
-  MatrixXd kernel_rest_;                // of these
+  MatrixXd places_of_rest_;             // x, y, z
+  MatrixXd kernel_rest_;                // of these, where it is kept
   MatrixXd phi_rest_;                   // of these and the special ones
   MatrixXd to_monomials_;               // from values at the special centres
   MatrixXd kernel_special_;
