@@ -183,13 +183,14 @@ TrialOptions trial_options(const ResolvedJob& job, const Partition& measured, co
 double seconds_of_run(const ResolvedJob& job, const JobPlan& plan, const TrialResult& trial,
                       const PassSeconds& passes) {
   // Calibrated on the scans of docs/results/scans.md, as seconds per point.
-  constexpr double kSharedWell = 0.95;  // part of the threads' time that chunks keep them busy
-  constexpr double kCutAgain = 0.5e-6;  // count, bin, measure and sort of cleaned points
-  constexpr double kSort = 0.2e-6;      // of the points as they come
-  constexpr double kWritten = 0.7e-6;   // stitch, trace and export
-  constexpr double kByMap = 0.4e-6;     // what tiles on a map grid take more
+  constexpr double kCutAgain = 0.35e-6;  // count, bin, measure and sort of cleaned points
+  constexpr double kSort = 0.06e-6;      // of the points as they come
+  constexpr double kWritten = 0.42e-6;   // stitch, trace and export
+  constexpr double kByMap = 0.4e-6;      // what tiles on a map grid take more
   constexpr double kCompressed = 1.3e-6;
-  constexpr double kStage = 0.008;  // of a stage, whatever its points: keys, files, flushes
+  constexpr double kStage = 0.005;  // of a stage, whatever its points: keys, files, flushes
+  // What a point of a chunk takes of what one of a small sample does, whose borders are holes.
+  constexpr double kOfSample = 0.79;
   const auto points = static_cast<double>(plan.points);
   const double sampled = static_cast<double>(std::max<std::uint64_t>(trial.points, 1));
   const double kept = points * static_cast<double>(trial.points_kept) / sampled;
@@ -204,7 +205,7 @@ double seconds_of_run(const ResolvedJob& job, const JobPlan& plan, const TrialRe
   seconds += 1e-6 * costs.microseconds_per_point * kept *
              (in_chunks ? kCoconeBoxesPerChunk / job.threads() : 1.0);
   seconds += 1e-6 * costs_of(job.normals.source).microseconds_per_point * points;
-  return seconds + points * trial.cpu_seconds / sampled / (kSharedWell * job.threads());
+  return seconds + kOfSample * points * trial.cpu_seconds / sampled / job.threads();
 }
 
 /// Reconstructs samples of the scan for the time that it takes.

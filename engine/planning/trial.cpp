@@ -21,7 +21,7 @@
 namespace orbweave {
 namespace {
 
-constexpr std::uint64_t kSamples = 4;
+constexpr std::uint64_t kSamples = 8;
 constexpr std::uint64_t kSamplePoints = 16'384;
 /// Where the grid does not resolve a dense place, its leaf holds any number.
 constexpr std::size_t kMostSamplePoints = 2 * kSamplePoints;

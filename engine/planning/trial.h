@@ -19,9 +19,9 @@ namespace orbweave {
 /// Collects samples while a cloud streams by: cubes of an octree with the points in them.
 class TrialSamples {
  public:
-  /// Four leaves of at most 16,384 points, as far as the grid resolves, at even distances along the
-  /// order of the points. `grid` holds the whole cloud and is settled. The choice depends on the
-  /// cloud as a set.
+  /// Eight leaves of at most 16,384 points, as far as the grid resolves, at even distances along
+  /// the order of the points. `grid` holds the whole cloud and is settled. The choice depends on
+  /// the cloud as a set.
   TrialSamples(const RootCube& root, const PointCounts& grid);
 
   /// Every point of the cloud is added once. A sample takes 32,768 points at most. Not thread-safe.
