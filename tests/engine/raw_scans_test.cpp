@@ -205,6 +205,20 @@ TEST_CASE("ThickLayersAreCleanedOnlyOnRequestAndSaidSo", "[slow]") {
   CHECK(mean_distance(read_mesh(job.output.mesh)) < 0.7 * raw_distance);
 }
 
+TEST_CASE("MovesOfTheSmoothingAreTheSameInAnyCut") {
+  const ScratchDirectory scratch;
+  Job job = test::cleaning_job(scratch, 2500);
+  const RunReport in_many = run(job);
+  job.partition.chunk_points = 1'000'000;
+  job.run.work_dir += ".whole";
+  const RunReport whole = run(job);
+  CHECK(whole.chunks == 1);
+  CHECK(in_many.chunks > 3);
+  CHECK(whole.cleaning.points_moved > 0);
+  CHECK(in_many.cleaning.points_moved == whole.cleaning.points_moved);
+  CHECK(in_many.cleaning.mean_move == Approx(whole.cleaning.mean_move));
+}
+
 TEST_CASE("CleanScansStayAsTheyAreWhenTheCleanUpIsAutomatic") {
   ScratchDirectory scratch;
   const NamedCloud named = painted_torus(6000, 0.0, 2);
