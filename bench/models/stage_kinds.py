@@ -12,7 +12,7 @@ class Kind:
     work: str                # "shared": dealt out to all workers; "leader": one process, the others wait; "redundant"
     threads: float = 0.0     # share of its seconds that the threads of one process divide among them
     grows: str = "points"    # its seconds grow with the points, or are "constant"
-    fixed: float = 0.0       # seconds of one thread that do not grow where the others do
+    fixed: float = 0.0       # seconds of one thread that do not grow with the points
     computes: bool = False   # the targets of threads hold for it
     leader: float = 0.0      # share of its seconds, of a shared one, that the leader does alone beside the others
     merge: float = 0.0       # seconds to add what one worker has to what another has; in pairs, log2(workers) in a row

@@ -189,7 +189,7 @@ double seconds_of_run(const ResolvedJob& job, const JobPlan& plan, const TrialRe
   constexpr double kByMap = 0.4e-6;      // what tiles on a map grid take more
   constexpr double kCompressed = 1.3e-6;
   constexpr double kStage = 0.005;  // of a stage, whatever its points: keys, files, flushes
-  // What a point of a chunk takes of what one of a small sample does, whose borders are holes.
+  // Time per point in a chunk over time per point in a small sample: the sample has more border.
   constexpr double kOfSample = 0.79;
   const auto points = static_cast<double>(plan.points);
   const double sampled = static_cast<double>(std::max<std::uint64_t>(trial.points, 1));

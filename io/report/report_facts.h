@@ -34,7 +34,8 @@ struct StageFacts {
   std::uint64_t peak_memory_bytes = 0;  ///< resident, as sampled while the stage ran
   /// Wall time of each chunk that this process computed, in the order they ended.
   std::vector<double> chunk_seconds = {};
-  /// CPU time that each of them took of the thread that it began on: with one thread, all of it.
+  /// CPU time of each of these chunks on the thread that the chunk began on. A job of one thread
+  /// has no other.
   std::vector<double> chunk_cpu_seconds = {};
   /// Of the common counter that chunks are dealt by; 0: by one process.
   std::uint64_t counter_calls = 0;

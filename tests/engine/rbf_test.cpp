@@ -113,58 +113,76 @@ TEST_CASE("EveryVectorWidthSumsRadialFunctionsToTheSameBits") {
   }
 }
 
-TEST_CASE("EveryVectorWidthFactorsMatricesToTheSameBits") {
+/// Columns of `size` random rows, padded with 0 to `stride`.
+std::vector<double> padded_columns(std::size_t count, std::size_t size, std::size_t stride,
+                                   std::mt19937_64& random) {
+  std::vector<double> values(count * stride, 0.0);
+  for (std::size_t k = 0; k < count; ++k)
+    for (std::size_t i = 0; i < size; ++i)
+      values[k * stride + i] = static_cast<double>(random() >> 11) * 0x1p-53 - 0.5;
+  return values;
+}
+
+/// Symmetric, and positive definite by its diagonal.
+std::vector<double> padded_matrix(std::size_t size, std::size_t stride, std::mt19937_64& random) {
+  std::vector<double> matrix = padded_columns(size, size, stride, random);
+  for (std::size_t i = 0; i < size; ++i) {
+    for (std::size_t k = 0; k < i; ++k) matrix[i * stride + k] = matrix[k * stride + i];
+    matrix[i * stride + i] += 3.0 * static_cast<double>(size);
+  }
+  return matrix;
+}
+
+constexpr std::size_t kPaddedSizes[] = {1, 2, 3, 4, 5, 8, 11, 16, 37, 100};
+
+TEST_CASE("EveryVectorWidthSubtractsPolynomialsToTheSameBits") {
   std::mt19937_64 random(6);
-  const auto number = [&] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; };
-  const RbfLoops wide = rbf_loops(), generic = rbf_loops_generic();
-  for (const std::size_t size : {1, 2, 3, 4, 5, 8, 11, 16, 37, 100}) {
+  for (const std::size_t size : kPaddedSizes) {
     INFO(size);
     const std::size_t stride = (size + 3) / 4 * 4, terms = 3;
-    const auto columns = [&](std::size_t count) {
-      std::vector<double> values(count * stride, 0.0);
-      for (std::size_t k = 0; k < count; ++k)
-        for (std::size_t i = 0; i < size; ++i) values[k * stride + i] = number();
-      return values;
+    std::vector<double> matrix = padded_matrix(size, stride, random);
+    const std::vector<double> a = padded_columns(terms, size, stride, random),
+                              b = padded_columns(terms, size, stride, random),
+                              c = padded_columns(terms, size, stride, random);
+    const auto expected = [&, before = matrix](std::size_t i, std::size_t j) {
+      double value = before[j * stride + i];
+      for (std::size_t t = 0; t < terms; ++t)
+        value -= a[t * stride + i] * b[t * stride + j] + c[t * stride + i] * a[t * stride + j];
+      return value;
     };
-    // Symmetric, and positive definite by its diagonal.
-    std::vector<double> matrix = columns(size);
-    for (std::size_t i = 0; i < size; ++i) {
-      for (std::size_t k = 0; k < i; ++k) matrix[i * stride + k] = matrix[k * stride + i];
-      matrix[i * stride + i] += 3.0 * static_cast<double>(size);
-    }
-    const std::vector<double> a = columns(terms), b = columns(terms), c = columns(terms);
-    std::vector<double> expected = matrix;
-    for (std::size_t i = 0; i < size; ++i)
-      for (std::size_t j = 0; j < size; ++j)
-        for (std::size_t t = 0; t < terms; ++t)
-          expected[j * stride + i] -=
-              a[t * stride + i] * b[t * stride + j] + c[t * stride + i] * a[t * stride + j];
     std::vector<double> other = matrix, sums(stride), other_sums(stride);
     const PaddedTerms subtracted{a.data(), b.data(), c.data(), terms};
-    wide.subtract({matrix.data(), size, stride}, subtracted, sums.data());
-    generic.subtract({other.data(), size, stride}, subtracted, other_sums.data());
+    rbf_loops().subtract({matrix.data(), size, stride}, subtracted, sums.data());
+    rbf_loops_generic().subtract({other.data(), size, stride}, subtracted, other_sums.data());
     REQUIRE(matrix == other);
     REQUIRE(sums == other_sums);
     for (std::size_t i = 0; i < size; ++i) {
       double sum = 0.0;
       for (std::size_t j = 0; j < size; ++j) {
-        const double lower = expected[std::min(i, j) * stride + std::max(i, j)];
+        const double lower = expected(std::max(i, j), std::min(i, j));
         if (i >= j) CHECK(matrix[j * stride + i] == Approx(lower).margin(1e-12));
         sum += std::abs(lower);
       }
       CHECK(sums[i] == Approx(sum));
     }
+  }
+}
+
+TEST_CASE("EveryVectorWidthFactorsMatricesToTheSameBits") {
+  std::mt19937_64 random(7);
+  const RbfLoops wide = rbf_loops(), generic = rbf_loops_generic();
+  for (const std::size_t size : kPaddedSizes) {
+    INFO(size);
+    const std::size_t stride = (size + 3) / 4 * 4;
+    std::vector<double> matrix = padded_matrix(size, stride, random);
+    const std::vector<double> truth = padded_columns(1, size, stride, random);
+    std::vector<double> x(stride, 0.0);
+    for (std::size_t i = 0; i < size; ++i)
+      for (std::size_t j = 0; j < size; ++j) x[i] += matrix[j * stride + i] * truth[j];
+    std::vector<double> other = matrix, same = x;
     REQUIRE(wide.factor({matrix.data(), size, stride}));
     REQUIRE(generic.factor({other.data(), size, stride}));
     REQUIRE(matrix == other);
-    // The factor is that of the lower triangle: the upper one of `expected` is put in its place.
-    for (std::size_t i = 0; i < size; ++i)
-      for (std::size_t k = 0; k < i; ++k) expected[i * stride + k] = expected[k * stride + i];
-    const std::vector<double> truth = columns(1);
-    std::vector<double> x(stride, 0.0);
-    for (std::size_t i = 0; i < size; ++i)
-      for (std::size_t j = 0; j < size; ++j) x[i] += expected[j * stride + i] * truth[j];
-    std::vector<double> same = x;
     wide.solve({matrix.data(), size, stride}, x.data());
     wide.solve_transposed({matrix.data(), size, stride}, x.data());
     generic.solve({other.data(), size, stride}, same.data());
@@ -172,10 +190,13 @@ TEST_CASE("EveryVectorWidthFactorsMatricesToTheSameBits") {
     REQUIRE(x == same);
     for (std::size_t i = 0; i < stride; ++i) CHECK(x[i] == Approx(truth[i]).margin(1e-12));
   }
+}
+
+TEST_CASE("MatricesThatAreNotPositiveDefiniteAreNotFactored") {
   std::vector<double> indefinite = {1.0, 2.0, 0.0, 0.0, 2.0, 1.0, 0.0, 0.0};
-  CHECK_FALSE(wide.factor({indefinite.data(), 2, 4}));
+  CHECK_FALSE(rbf_loops().factor({indefinite.data(), 2, 4}));
   std::vector<double> undefined(4, std::numeric_limits<double>::quiet_NaN());
-  CHECK_FALSE(wide.factor({undefined.data(), 1, 4}));
+  CHECK_FALSE(rbf_loops().factor({undefined.data(), 1, 4}));
 }
 
 TEST_CASE("MembersOfAFamilyAreTheInterpolantsOfTheirSmoothingToTheLastBit") {

@@ -139,7 +139,7 @@ void solve_transposed(const PaddedMatrix& m, double* x) {
   }
 }
 
-/// Of lanes above the diagonal, and on it as well, nothing is left.
+/// The lanes up to `lane`, which is on the diagonal, become 0.
 inline Four below_diagonal(Four v, std::size_t lane) {
   for (std::size_t i = 0; i <= lane; ++i) v[i] = 0.0;
   return v;

@@ -6,7 +6,8 @@
 
 namespace orbweave {
 
-/// A symmetric matrix, or its Cholesky factor in the lower triangle, in columns. `stride`, the
+/// A symmetric matrix in columns, or its Cholesky factor in the lower triangle, whose diagonal has
+/// the inverses. `stride`, the
 /// distance between columns, is `size` rounded up to a multiple of four; the rows from `size` on
 /// are 0.
 struct PaddedMatrix {

@@ -300,6 +300,7 @@ class RbfInterpolant::Fit {
     for (Index c = 0; c < x.cols(); ++c) rbf_loops().solve_transposed(padded(), x.col(c).data());
   }
 
+  /// The sum of the logarithms of L's diagonal, of which a padded factor holds the inverses.
   double log_of_diagonal() const {
     double sum = 0.0;
     for (Index i = 0; i < others(); ++i) sum += rbf_log(lower_(i, i));

@@ -289,7 +289,7 @@ void measure_moves(const StageRunner& runner, const std::string& before, const P
                                nlohmann::json::array({moved, sum}).dump());
 }
 
-/// The mean of what all chunks of a pass were measured to have moved.
+/// Adds up the moves of all chunks of the latest pass.
 void take_moves(const StageRunner& runner, const RawCloud& cloud, CleaningFacts& facts) {
   double sum = 0.0;
   std::uint64_t moved = 0;

@@ -69,7 +69,7 @@ struct StageScaling {
   StageWork work = StageWork::kLeader;
   double threads = 0.0;        ///< share of the seconds that one process's threads divide
   bool constant = false;       ///< the seconds do not grow with the points
-  double fixed_seconds = 0.0;  ///< of one thread, that do not grow where the others do
+  double fixed_seconds = 0.0;  ///< of one thread, that do not grow with the points
   bool computes = false;       ///< the targets for threads hold for the stage
   double leader_share = 0.0;   ///< share of a shared stage that the leader does alone
   double merge_seconds = 0.0;  ///< to add what one process has to what another has
