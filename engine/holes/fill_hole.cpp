@@ -409,14 +409,11 @@ HolePatch fill_canonical(const HoleProblem& problem, const PatchOptions& options
   if (simple_parts(problem.loop).empty()) return fill_simple(problem, options);
   Attempts attempts(problem, options);
   if (attempts.is_hopeless()) return left_open_in_scene();
-  // Two holes that touch are two holes. Triangles between all corners of a long loop meet more than
-  // the parts do.
-  constexpr std::size_t kShortLoop = 32;
+  // Two holes that touch are two holes. Triangles between all corners meet more than the parts do.
   HolePatch parts = fill_parts(problem, attempts.sheet(), options);
   if (options.whole && parts.method == FillMethod::kNone) return parts;
   const bool is_done = attempts.take(std::move(parts)) || attempts.is_too_large();
-  const bool is_long = problem.loop.size() > kShortLoop && attempts.is_tangled();
-  if (!is_done && !is_long) attempts.try_direct();
+  if (!is_done && !attempts.is_tangled()) attempts.try_direct();
   return attempts.result();
 }
 
