@@ -9,6 +9,7 @@
 
 #include "engine/holes/patch/smooth_disc.h"
 #include "engine/holes/rbf/rbf.h"
+#include "io/whole_loop.h"
 
 namespace orbweave {
 namespace {
@@ -48,14 +49,12 @@ Offset project(const RbfInterpolant& rbf, const Descent& descent, Vec3& p) {
 
 /// The interior points that triangles use, ascending.
 std::vector<std::uint32_t> inner_points(const PatchMesh& disc) {
+  std::vector<char> is_used(disc.size(), 0);
+  for (const CornerTriangle& t : disc.triangles())
+    for (const std::uint32_t v : t) is_used[v] = 1;
   std::vector<std::uint32_t> points;
-  for (const CornerTriangle& t : disc.triangles()) {
-    for (const std::uint32_t v : t) {
-      if (v >= disc.corners()) points.push_back(v);
-    }
-  }
-  std::sort(points.begin(), points.end());
-  points.erase(std::unique(points.begin(), points.end()), points.end());
+  for (std::uint32_t v = disc.corners(); v < disc.size(); ++v)
+    if (is_used[v] != 0) points.push_back(v);
   return points;
 }
 
@@ -73,9 +72,20 @@ void relax(std::span<const std::uint32_t> points, std::span<const Vec3> normals,
   }
 }
 
-/// Some thousand evaluations of a thousand sites take a hundredth of a second.
-void look_at_stop(std::uint32_t point, const StopToken* stop) {
-  if (point % 1024 == 0) check_stop(stop);
+/// Calls visit(0) to visit(count - 1), by several threads where there are many points. Some hundred
+/// evaluations of a thousand sites take a hundredth of a second at most.
+template <class Visit>
+void for_each_point(std::size_t count, const StopToken* stop, const Visit& visit) {
+  constexpr std::size_t kBlock = 128;
+  constexpr std::size_t kShared = 4 * kBlock;
+  const std::size_t block = count < kShared ? count : kBlock;
+  if (count == 0) return;
+  const auto visit_block = [&](std::size_t b) {
+    check_stop(stop);
+    for (std::size_t i = b * block; i < std::min(count, (b + 1) * block); ++i) visit(i);
+  };
+  if (block == count) return visit_block(0);
+  for_each_whole((count + block - 1) / block, visit_block);
 }
 
 /// Brings the disc onto the zero set and keeps its triangles well shaped meanwhile.
@@ -88,11 +98,10 @@ void settle(const RbfInterpolant& rbf, const Rim& rim, const PatchOptions& optio
   const Descent rough{longest, 0.05 * rim.spacing, 2};
   for (int round = 0; round < rounds; ++round) {
     const std::vector<std::uint32_t> points = inner_points(disc);
-    std::vector<Vec3> normals;
-    for (const std::uint32_t v : points) {
-      look_at_stop(v, options.stop);
-      normals.push_back(project(rbf, rough, disc.positions()[v]).direction);
-    }
+    std::vector<Vec3> normals(points.size());
+    for_each_point(points.size(), options.stop, [&](std::size_t i) {
+      normals[i] = project(rbf, rough, disc.positions()[points[i]]).direction;
+    });
     relax(points, normals, disc);
     disc.collapse_short_edges(kShortestEdge * rim.spacing);
     if (points.size() < options.max_new_points) {
@@ -103,10 +112,9 @@ void settle(const RbfInterpolant& rbf, const Rim& rim, const PatchOptions& optio
     disc.flip_to_delaunay();
   }
   const Descent fine{longest, 1e-3 * rim.spacing, 8};
-  for (const std::uint32_t v : inner_points(disc)) {
-    look_at_stop(v, options.stop);
-    project(rbf, fine, disc.positions()[v]);
-  }
+  const std::vector<std::uint32_t> points = inner_points(disc);
+  for_each_point(points.size(), options.stop,
+                 [&](std::size_t i) { project(rbf, fine, disc.positions()[points[i]]); });
 }
 
 /// Whether the disc lies on the zero set in folds. A few faces that look the wrong way are none:
@@ -125,14 +133,15 @@ bool is_folded(const RbfInterpolant& rbf, const PatchMesh& disc) {
   return turned > 2 + triangles.size() / stride / 50;
 }
 
-/// What is wrong with a disc on the zero set; empty: nothing.
-std::string fault_of(const RbfInterpolant& rbf, const Rim& rim, const PatchMesh& disc) {
+/// What is wrong with a disc on the zero set; empty: nothing. `offsets`: of its inner points.
+std::string fault_of(const RbfInterpolant& rbf, const Rim& rim, const PatchMesh& disc,
+                     std::span<const std::uint32_t> points, std::span<const Offset> offsets) {
   constexpr double kSlack = 0.05;       // of the rim's spacing, distance from the zero set
   constexpr double kLeastSlope = 0.05;  // the data have slope 1
-  for (const std::uint32_t v : inner_points(disc)) {
-    const Vec3 p = disc.positions()[v];
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3 p = disc.positions()[points[i]];
     if (!is_finite(p) || norm(p) > 3.0 * rim.radius) return "the zero set runs away";
-    const Offset offset = offset_from(rbf, p);
+    const Offset& offset = offsets[i];
     if (!(offset.slope > kLeastSlope) || std::abs(offset.distance) > kSlack * rim.spacing) {
       return "no zero set near";
     }
@@ -153,13 +162,17 @@ ZeroSetPatch patch_on_zero_set(const HoleProblem& problem, const Rim& rim,
   const RbfInterpolant rbf(distances.points, distances.values, 1, rbf_options);
   if (!rbf.valid()) return {{}, "the system is singular"};
   settle(rbf, rim, options, disc);
-  std::string fault = fault_of(rbf, rim, disc);
+  const std::vector<std::uint32_t> points = inner_points(disc);
+  std::vector<Offset> offsets(points.size());
+  for_each_point(points.size(), options.stop, [&](std::size_t i) {
+    offsets[i] = offset_from(rbf, disc.positions()[points[i]]);
+  });
+  std::string fault = fault_of(rbf, rim, disc, points, offsets);
   if (!fault.empty()) return {{}, std::move(fault)};
+  // The patch has the inner points in the disc's order, and no others.
   HolePatch patch = patch_of_disc(problem, rim, disc);
   patch.method = FillMethod::kImplicit;
-  for (std::size_t i = 0; i < patch.positions.size(); ++i) {
-    patch.normals[i] = offset_from(rbf, patch.positions[i] - rim.center).direction;
-  }
+  for (std::size_t i = 0; i < points.size(); ++i) patch.normals[i] = offsets[i].direction;
   patch.sites = rbf.sites();
   patch.residual = rbf.residual();
   patch.condition = rbf.condition();
