@@ -197,9 +197,9 @@ class Attempts {
   }
 
   /// True where triangles between the corners alone meet the surface oftener than at every other
-  /// edge of the loop. A smooth patch does so, too, most of the time: on six scans 6 of 280 came to
-  /// be clear of it, none of 90 with more than 32 contacts. It takes several times as long as all
-  /// else that is tried.
+  /// edge of the loop. A smooth patch does so, too, most of the time, and takes several times as
+  /// long as all else that is tried: of 386 such loops of six scans 7 came to be clear by one, of
+  /// the 90 with more than 32 contacts none.
   bool is_rough() {
     constexpr std::uint64_t kFew = 8;
     const std::uint64_t least = options_.whole ? kMostContacts : kFew;
@@ -292,7 +292,7 @@ class Attempts {
   }
 
   void untangle_best() {
-    // A third came to be clear in 18 of 1,100 attempts on four scans.
+    // Of 583 third ones of three scans 13 came to be clear.
     constexpr std::size_t kMostCandidates = 2;
     // One that starts with so many more than are left of another does not come to fewer.
     const std::uint64_t most_times = piercings().any() ? 6 : 8;

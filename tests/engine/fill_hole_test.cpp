@@ -347,6 +347,34 @@ TEST_CASE("WhereEveryPatchMeetsTheSurfaceTheOptionDecides") {
   }
 }
 
+TEST_CASE("LoopFullOfBladesGetsNoNewPointsAndAFreeOneADome") {
+  // The rim of a hemisphere, and blades that stand in it.
+  const auto rim_with_blades = [](int blades) {
+    HoleProblem problem =
+        problems_of(without(sphere_mesh(4), [](Vec3 p) { return p.z > 0.0; }), 1e9).front();
+    for (int i = 0; i < blades; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / blades;
+      const Vec3 foot{0.5 * std::cos(angle), 0.5 * std::sin(angle), 0.0};
+      const auto first = static_cast<std::uint32_t>(problem.positions.size());
+      for (const Vec3 corner : {Vec3{0, 0, 2.0}, Vec3{0.01, 0, -0.3}, Vec3{0, 0.01, -0.3}}) {
+        problem.positions.push_back(foot + corner);
+        problem.normals.push_back({});
+      }
+      problem.sheet.push_back({first, first + 1, first + 2});
+    }
+    return problem;
+  };
+  const HolePatch dome = fill_hole(rim_with_blades(0));
+  CHECK(dome.method == FillMethod::kImplicit);
+  CHECK(dome.positions.size() > 500);
+  const HoleProblem rough = rim_with_blades(80);
+  const HolePatch whole = fill_hole(rough, kCrossingAllowed);
+  CHECK(whole.method == FillMethod::kDirect);
+  CHECK(whole.positions.empty());
+  CHECK(patch_defect(rough, whole) == "");
+  check_clear_part(rough, fill_hole(rough));
+}
+
 TEST_CASE("MonkeySaddleIsFilledInItsPlane") {
   const auto height = [](double x, double y) { return 0.5 * (x * x * x - 3.0 * x * y * y); };
   const HoleProblem problem = inner_problem_of(
