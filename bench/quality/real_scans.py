@@ -75,12 +75,17 @@ def measure(options, work, scan, label, program, root):
             "faces_up": ground, "watertight": facts["watertight"]}
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def add_scan_options(parser):
+    """Where the scans are, and the other program."""
     parser.add_argument("data", help="directory of real scans")
     parser.add_argument("--before", help="another program, run in turn with this one")
     parser.add_argument("--before-root", default=harness.ROOT, type=pathlib.Path,
                         help="the tree whose configs/ the other program understands")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    add_scan_options(parser)
     parser.add_argument("--only", help="scans whose name contains this")
     harness.add_common_options(parser)
     options = parser.parse_args()

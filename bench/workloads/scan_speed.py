@@ -27,7 +27,7 @@ import interpreter  # noqa: E402
 interpreter.need("numpy")
 
 import harness  # noqa: E402
-from real_scans import RAW, SCANS, TERRAIN, inputs_of  # noqa: E402
+from real_scans import RAW, SCANS, TERRAIN, add_scan_options, inputs_of  # noqa: E402
 
 MOST_SHARE = 0.15  # of the hole pass in the CPU time of the job
 MOST_LOOP_US = 200.0
@@ -113,10 +113,7 @@ def misses_of(now, before):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("data", help="directory of real scans")
-    parser.add_argument("--before", help="another program, run in turn with this one")
-    parser.add_argument("--before-root", default=harness.ROOT, type=pathlib.Path,
-                        help="the tree whose configs/ the other program understands")
+    add_scan_options(parser)
     parser.add_argument("--only", action="append", help="scans whose name contains this; may be repeated")
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--stages", action="store_true", help="a table of the stages of each scan, too")
