@@ -102,6 +102,13 @@ HolePatch part_clear_of_surface(const HoleProblem& problem, HolePatch patch,
   return part;
 }
 
+/// Triangles between a loop's corners alone.
+struct Corners {
+  HolePatch patch;
+  std::vector<Contact> contacts;
+  std::uint64_t avoidable = 0;  ///< of them
+};
+
 /// Tries methods until one gives a sound patch that meets nothing. Where none does, the best ones
 /// are moved out of the way of what they meet.
 class Attempts {
@@ -245,12 +252,6 @@ class Attempts {
     std::vector<Contact> contacts;
     std::uint64_t avoidable = 0;  ///< of them
     HolePatch patch;
-  };
-  /// Triangles between the corners alone.
-  struct Corners {
-    HolePatch patch;
-    std::vector<Contact> contacts;
-    std::uint64_t avoidable = 0;  ///< of them
   };
   /// Hardly any patch of a wide loop in real scans that started with more contacts came to be
   /// clear.
