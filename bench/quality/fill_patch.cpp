@@ -191,7 +191,9 @@ Patch fill_by_engine(const MeshIndex& index, const Disc& disc, const Cut& around
   const auto given = static_cast<std::uint32_t>(around.vertices.size());
   const auto whole = static_cast<std::uint32_t>(index.mesh().vertices.size());
   std::unordered_map<std::uint32_t, std::uint32_t> numbers;
-  for (std::size_t f = around.mesh.triangles.size(); f < filled.mesh.triangles.size(); ++f) {
+  // Where a closed object was mended, triangles of the scan are gone: no number tells which is
+  // first.
+  for (std::size_t f = 0; f < filled.mesh.triangles.size(); ++f) {
     if (filled.mesh.hole[f] != facts->id) continue;
     Triangle t = filled.mesh.triangles[f];
     for (std::uint32_t& v : t) {
