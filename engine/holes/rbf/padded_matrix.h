@@ -7,9 +7,8 @@
 namespace orbweave {
 
 /// A symmetric matrix in columns, or its Cholesky factor in the lower triangle, whose diagonal has
-/// the inverses. `stride`, the
-/// distance between columns, is `size` rounded up to a multiple of four; the rows from `size` on
-/// are 0.
+/// the inverses. `stride`, the distance between columns, is `size` rounded up to a multiple of
+/// four; the rows from `size` on are 0.
 struct PaddedMatrix {
   double* values = nullptr;
   std::size_t size = 0;
