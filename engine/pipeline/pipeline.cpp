@@ -457,7 +457,8 @@ RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Pr
   clear_older_outputs(runner, !results.partition.coordinate_system.empty());
   const std::string coordinate_system = results.partition.coordinate_system;
   RunReport report = report_of(runner, command, std::move(results), measured);
-  release_freed_memory();  // the text of many holes is as large as what is known of them
+  // The text of many holes is as large as what is known of them.
+  release_freed_memory(job.partition.memory_bytes);
   if (!job.output.report.empty())
     write_report(job.output.report, report, report_viewer(job, coordinate_system));
   if (watch != nullptr && watch->at_outputs_written) watch->at_outputs_written();

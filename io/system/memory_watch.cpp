@@ -43,6 +43,11 @@ void release_freed_memory() {
 #endif
 }
 
+void release_freed_memory(std::uint64_t budget_bytes) {
+  constexpr std::uint64_t kSpared = 10;  // parts of the budget
+  if (resident_bytes() >= budget_bytes / kSpared) release_freed_memory();
+}
+
 MemoryWatch::MemoryWatch() {
   sample();
   thread_ = std::thread([this] { run(); });

@@ -16,6 +16,10 @@ std::uint64_t resident_bytes();
 /// falls by what it kept for later. Takes milliseconds per gigabyte held.
 void release_freed_memory();
 
+/// The same where the process holds a tenth of its budget or more. Below that the memory does no
+/// harm: to take it from the system again would cost a small job more than all that is in it.
+void release_freed_memory(std::uint64_t budget_bytes);
+
 /// Samples resident memory from its construction to its end, every few milliseconds, on a thread
 /// of its own. What is larger for a shorter time may go unseen.
 class MemoryWatch {

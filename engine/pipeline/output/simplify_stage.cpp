@@ -77,7 +77,7 @@ void make_simplified(const SimplifyInputs& inputs, StageRunner& runner) {
     runner.warn("no simplified mesh is made: the mesh has no triangle");
     return;
   }
-  release_freed_memory();
+  release_freed_memory(runner.job.partition.memory_bytes);
   const Job job = job_of_simplified(runner.job);
   const fs::path file = job.output.mesh;
   StageClock clock(runner, Stage::kSimplify, inputs.triangles, "triangles");

@@ -74,7 +74,7 @@ void make_tileset(const TilesetInputs& inputs, StageRunner& runner) {
     runner.warn("no tileset is made: the mesh has no triangle");
     return;
   }
-  release_freed_memory();
+  release_freed_memory(runner.job.partition.memory_bytes);
   StageClock clock(runner, Stage::kTileset, inputs.triangles, "triangles");
   StoredNodes nodes(runner.store, directory_of(Stage::kTileset));
   TilesetOptions options = options_of(inputs, runner);

@@ -29,6 +29,8 @@ constexpr std::uint64_t kBatchWork = 100'000;
 constexpr std::size_t kHoleBytes = std::size_t{48} << 20;
 /// A batch of holes of a few edges, patches and texts included.
 constexpr std::size_t kBatchBytes = std::size_t{4} << 20;
+/// Chunks stay in that part of the budget while loops are traced, which needs what is left.
+constexpr std::size_t kKeptPart = 32;
 
 /// As many sites as the square of its edges are around a hole; its system has the square of that.
 std::size_t bytes_to_fill(std::uint64_t edges) {
@@ -310,6 +312,8 @@ void remove_pieces(HoleInputs& inputs, std::span<const std::uint8_t> is_removed,
 TracedHoles trace_holes(HoleInputs& inputs, StoredSurface& surface, StageRunner& runner,
                         FilledHoles& filled) {
   const StageClock clock(runner, Stage::kTrace, 0, "edges");
+  // The chunks of a small surface are not read again by the next stage.
+  const std::size_t kept_bytes = runner.job.partition.memory_bytes / kKeptPart;
   const FillOptions& options = runner.job.fill;
   StitchedBoundary& boundary = inputs.boundary;
   TracedHoles holes;
@@ -317,18 +321,18 @@ TracedHoles trace_holes(HoleInputs& inputs, StoredSurface& surface, StageRunner&
   remove_pieces(inputs, holes.is_removed, surface, filled);
   holes.fans = kept_fans(std::move(boundary.fans), holes.is_removed);
   runner.progress.advance(holes.fans.size());
-  surface.limit_memory(0);
+  surface.limit_memory(kept_bytes);
   holes.plan = plan_holes(holes.fans, std::move(boundary.vertices), pieces_of(boundary), options);
   const std::vector<std::uint8_t>& crumbs = holes.plan.crumbs;
   if (std::find(crumbs.begin(), crumbs.end(), 1) != crumbs.end()) {
     surface.limit_memory(bytes_for_chunks(runner.job, inputs.surface.partition));
     remove_pieces(inputs, crumbs, surface, filled);
-    surface.limit_memory(0);
+    surface.limit_memory(kept_bytes);
     for (std::size_t p = 0; p < crumbs.size(); ++p) holes.is_removed[p] |= crumbs[p];
     holes.fans = kept_fans(std::move(holes.fans), crumbs);
   }
   holes.batches = cut_into_batches(holes.plan);
-  release_freed_memory();
+  release_freed_memory(runner.job.partition.memory_bytes);
   return holes;
 }
 
@@ -356,7 +360,8 @@ Mended mend(HoleInputs& inputs, TracedHoles& holes, StoredSurface& surface, Stag
 }  // namespace
 
 HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
-  release_freed_memory();  // what the chunks' parts of the boundary were
+  // What the chunks' parts of the boundary were.
+  release_freed_memory(runner.job.partition.memory_bytes);
   const Partition& partition = inputs.surface.partition;
   StoredSurface surface(runner.store, partition, 2.0 * inputs.surface.radii.values.back(),
                         bytes_for_chunks(runner.job, partition), true);
@@ -397,7 +402,7 @@ HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
   result.filled.splits = std::move(split.splits);
   result.filled.copies = std::move(split.copies);
   surface.limit_memory(0);
-  release_freed_memory();
+  release_freed_memory(runner.job.partition.memory_bytes);
   const PatchTotals patches = collect_patches(holes, stored, partition, runner, result.filled);
   result.facts =
       facts_after_fill(std::move(inputs.facts),
