@@ -12,6 +12,8 @@
 #include <tuple>
 
 #include "io/bounds.h"
+#include "io/whole_loop.h"
+#include "partition/radix_sort.h"
 
 namespace orbweave {
 
@@ -53,15 +55,50 @@ bool are_distinct(const SpacingSite& site) {
 }
 
 /// As std::sort, with looks at the request to stop.
-void sort_points(std::span<Vec3> points, const StopToken* stop) {
+void sort_by_comparisons(std::span<Vec3> points, const StopToken* stop) {
   constexpr std::size_t kBlock = std::size_t{1} << 16;
   check_stop(stop);
   if (points.size() <= kBlock) return std::sort(points.begin(), points.end(), comes_before);
   const std::size_t half = points.size() / 2;
-  tbb::parallel_invoke([&] { sort_points(points.first(half), stop); },
-                       [&] { sort_points(points.subspan(half), stop); });
+  tbb::parallel_invoke([&] { sort_by_comparisons(points.first(half), stop); },
+                       [&] { sort_by_comparisons(points.subspan(half), stop); });
   std::inplace_merge(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(half),
                      points.end(), comes_before);
+}
+
+/// Whole numbers in the order of the values, which are finite. Both zeros are one.
+std::uint64_t ordered_bits(double value) {
+  constexpr std::uint64_t kSign = std::uint64_t{1} << 63;
+  const auto bits = std::bit_cast<std::uint64_t>(value == 0.0 ? 0.0 : value);
+  return (bits & kSign) != 0 ? ~bits : bits | kSign;
+}
+
+/// In the order of comes_before: by the first coordinate at once, then those that share it. Points
+/// without number are sorted where they are, which takes longer but no memory.
+void sort_points(std::vector<Vec3>& points, const StopToken* stop) {
+  constexpr std::size_t kFew = std::size_t{1} << 14, kMost = std::size_t{1} << 21;
+  constexpr std::size_t kGrain = 4096;
+  if (points.size() <= kFew || points.size() > kMost) return sort_by_comparisons(points, stop);
+  KeyList order(points.size());
+  for_each_whole((points.size() + kGrain - 1) / kGrain, [&](std::size_t block) {
+    const std::size_t end = std::min(points.size(), (block + 1) * kGrain);
+    for (std::size_t i = block * kGrain; i < end; ++i)
+      order[i] = {ordered_bits(points[i].x), static_cast<std::uint32_t>(i)};
+  });
+  check_stop(stop);
+  radix_sort(order);
+  check_loops_are_whole();
+  std::vector<Vec3> sorted(points.size());
+  for_each_whole((points.size() + kGrain - 1) / kGrain, [&](std::size_t block) {
+    const std::size_t end = std::min(points.size(), (block + 1) * kGrain);
+    for (std::size_t i = block * kGrain; i < end; ++i) sorted[i] = points[order[i].index];
+  });
+  const std::vector<std::uint32_t> runs = run_begins(order);
+  check_loops_are_whole();
+  for (std::size_t run = 0; run + 1 < runs.size(); ++run)
+    if (runs[run + 1] - runs[run] > 1)
+      sort_by_comparisons(std::span(sorted).subspan(runs[run], runs[run + 1] - runs[run]), stop);
+  points.swap(sorted);
 }
 
 /// A value of an axis, along which points differ, that leaves about half of them below it.
