@@ -99,10 +99,11 @@ Spacing measure(std::span<const Vec3> positions, const PointCounts& counts, bool
   sampler.merge_duplicates();
   Spacing spacing;
   spacing.octree = cut_octree(counts, root, kChunkPoints);
-  spacing.choice = sampler.choose(options.levels, options.stop);
+  const SearchedSites sites(sampler.sites(), options.stop);
+  spacing.choice = choose_radii(sites, sampler.cloud_points(), options.levels, options.stop);
   if (!for_normals) return spacing;
   spacing.normal_radius =
-      normal_radius(sampler, static_cast<std::size_t>(options.normals.neighbors), options.stop);
+      normal_radius(sites, static_cast<std::size_t>(options.normals.neighbors), options.stop);
   return spacing;
 }
 

@@ -116,7 +116,8 @@ std::vector<double> chosen_radii(const PointCloud& cloud, const TrialOptions& op
   const Box everything{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
   const SpacingSite whole{everything, everything, cloud.positions};
   std::vector<double> radii =
-      choose_radii(std::span(&whole, 1), cloud.size(), 0, options.stop).radii;
+      choose_radii(SearchedSites(std::span(&whole, 1), options.stop), cloud.size(), 0, options.stop)
+          .radii;
   while (!radii.empty() && radii.size() < kMostRadii && radii.back() < options.least_last_radius)
     radii.push_back(kRadiusGrowth * radii.back());
   return radii;

@@ -8,7 +8,6 @@
 
 #include "engine/geometry/symmetric_eigen.h"
 #include "engine/spacing/site_points.h"
-#include "engine/spacing/site_search.h"
 
 namespace orbweave {
 namespace {
@@ -53,14 +52,13 @@ bool lies_on_surface(std::span<const Vec3> points, std::span<const Neighbor> nea
 }
 
 /// The core's selected points.
-std::vector<Measured> measure(const SpacingSite& site, PointSelection selection,
-                              const Measuring& measuring) {
+std::vector<Measured> measure(const SpacingSite& site, const SiteSearch& search,
+                              PointSelection selection, const Measuring& measuring) {
   const std::vector<Vec3>& points = site.points;
   std::vector<std::uint32_t> places;
   for (std::uint32_t i = 0; i < points.size(); ++i)
     if (site.core.contains(points[i]) && selection.takes(points[i])) places.push_back(i);
   if (points.size() < 2 || places.empty()) return {};
-  const SiteSearch search(points);
   const std::size_t count = std::min(measuring.neighbors, points.size() - 1);
   const std::size_t wanted = measuring.judges_surface ? std::max(count, kSurfaceNeighbors) : count;
   constexpr double kUnsure = -1.0;
@@ -85,11 +83,12 @@ std::vector<Measured> measure(const SpacingSite& site, PointSelection selection,
 }
 
 /// Ascending.
-std::vector<Measured> measure_all(std::span<const SpacingSite> sites, const Measuring& measuring) {
-  const PointSelection selection = select_points(sites, kMeasuredPoints);
-  std::vector<std::vector<Measured>> of_site(sites.size());
-  tbb::parallel_for(std::size_t{0}, sites.size(),
-                    [&](std::size_t i) { of_site[i] = measure(sites[i], selection, measuring); });
+std::vector<Measured> measure_all(const SearchedSites& sites, const Measuring& measuring) {
+  const PointSelection selection = select_points(sites.all(), kMeasuredPoints);
+  std::vector<std::vector<Measured>> of_site(sites.all().size());
+  tbb::parallel_for(std::size_t{0}, of_site.size(), [&](std::size_t i) {
+    of_site[i] = measure(sites.all()[i], sites.search(i), selection, measuring);
+  });
   std::vector<Measured> all;
   for (const auto& part : of_site) all.insert(all.end(), part.begin(), part.end());
   std::sort(all.begin(), all.end(),
@@ -97,11 +96,11 @@ std::vector<Measured> measure_all(std::span<const SpacingSite> sites, const Meas
   return all;
 }
 
-std::vector<Measured> measure_distinct(std::span<const SpacingSite> sites, Measuring measuring) {
-  const DistinctSites distinct(sites, measuring.stop);
-  std::vector<Measured> all = measure_all(distinct.all(), measuring);
+/// At points whose neighbours are all in a site for certain, or else at any.
+std::vector<Measured> measure_somewhere(const SearchedSites& sites, Measuring measuring) {
+  std::vector<Measured> all = measure_all(sites, measuring);
   measuring.only_sure = false;
-  return all.empty() ? measure_all(distinct.all(), measuring) : all;
+  return all.empty() ? measure_all(sites, measuring) : all;
 }
 
 double quantile(const std::vector<Measured>& sorted, std::size_t percent) {
@@ -166,20 +165,20 @@ std::string reason_of(const RadiiChoice& choice, const std::vector<Measured>& me
 
 }  // namespace
 
-std::vector<double> neighbor_distances(std::span<const SpacingSite> sites, std::size_t neighbors,
+std::vector<double> neighbor_distances(const SearchedSites& sites, std::size_t neighbors,
                                        const StopToken* stop) {
   std::vector<double> means;
-  for (const Measured& m : measure_distinct(sites, {.neighbors = neighbors, .stop = stop}))
+  for (const Measured& m : measure_somewhere(sites, {.neighbors = neighbors, .stop = stop}))
     means.push_back(m.mean);
   return means;
 }
 
-RadiiChoice choose_radii(std::span<const SpacingSite> sites, std::uint64_t points, int levels,
+RadiiChoice choose_radii(const SearchedSites& sites, std::uint64_t points, int levels,
                          const StopToken* stop) {
   const bool by_density = levels == 0;
   RadiiChoice choice;
   const std::vector<Measured> measured =
-      measure_distinct(sites, {.judges_surface = by_density, .stop = stop});
+      measure_somewhere(sites, {.judges_surface = by_density, .stop = stop});
   if (measured.empty()) {
     choice.reason = points < 2 ? "there are fewer than two points"
                                : "no two different points were found near one another";

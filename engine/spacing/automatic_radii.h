@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/spacing/searched_sites.h"
 #include "engine/spacing/spacing_site.h"
 #include "io/box.h"
 #include "io/stop_token.h"
@@ -40,7 +41,7 @@ inline constexpr double kMostSpacingsPerRadius = 64.0;
 
 /// Mean distance to the `neighbors` nearest neighbours of every point measured (see choose_radii),
 /// ascending. Runs on the calling TBB arena.
-std::vector<double> neighbor_distances(std::span<const SpacingSite> sites, std::size_t neighbors,
+std::vector<double> neighbor_distances(const SearchedSites& sites, std::size_t neighbors,
                                        const StopToken* stop = nullptr);
 
 /// Radii for `levels` levels; 0: as many as the density asks for. What is measured is the mean
@@ -55,7 +56,7 @@ std::vector<double> neighbor_distances(std::span<const SpacingSite> sites, std::
 /// lie all through space, as leaves do, are no surface), else as many as lead there, at most 8. No
 /// radii where no two points differ. `points` is the size of the whole cloud, for the
 /// reason. Runs on the calling TBB arena.
-RadiiChoice choose_radii(std::span<const SpacingSite> sites, std::uint64_t points, int levels,
+RadiiChoice choose_radii(const SearchedSites& sites, std::uint64_t points, int levels,
                          const StopToken* stop = nullptr);
 
 /// Collects the sites' points while the cloud streams by.
@@ -85,6 +86,7 @@ class SpacingSampler {
   void merge_duplicates(const StopToken* stop = nullptr);
   RadiiChoice choose(int levels, const StopToken* stop = nullptr) const;
   std::span<const SpacingSite> sites() const;
+  std::uint64_t cloud_points() const;
   std::size_t memory_bytes() const;
 
   static constexpr std::uint64_t kMostPoints = std::uint64_t{1} << 19;

@@ -10,7 +10,6 @@
 
 #include "engine/spacing/place_noise.h"
 #include "engine/spacing/site_points.h"
-#include "engine/spacing/site_search.h"
 
 namespace orbweave {
 namespace {
@@ -80,11 +79,11 @@ bool is_filled(const AtPlaces& at_place) {
 /// What is measured at the selected points of a site, in their order; at some of them where points
 /// fill the site. With `only_sure`: nothing where a neighbourhood could reach out of the site
 /// before it is wide.
-std::vector<Measured> measure_site(const SpacingSite& site, PointSelection selection,
-                                   bool only_sure, const StopToken* stop) {
+std::vector<Measured> measure_site(const SpacingSite& site, const SiteSearch& search,
+                                   PointSelection selection, bool only_sure,
+                                   const StopToken* stop) {
   const Places places = places_of(site, selection);
   if (places.points.empty()) return {};
-  const SiteSearch search(site.points);
   AtPlaces at_place(places.points.size());
   const auto measure_at = [&](NoiseMeter& meter, SiteSearch::Query& query, std::size_t i) {
     const Vec3 p = site.points[places.points[i]];
@@ -112,14 +111,14 @@ std::vector<Measured> measure_site(const SpacingSite& site, PointSelection selec
   return measured;
 }
 
-std::vector<Measured> measure_all(std::span<const SpacingSite> sites, bool only_sure,
+std::vector<Measured> measure_all(const SearchedSites& sites, bool only_sure,
                                   const StopToken* stop) {
   const std::uint64_t wanted =
-      std::clamp(points_of(sites) / kPointsPerPlace, kFewestPlaces, kMostPlaces);
-  const PointSelection selection = select_points(sites, wanted);
-  std::vector<std::vector<Measured>> of_site(sites.size());
-  tbb::parallel_for(std::size_t{0}, sites.size(), [&](std::size_t i) {
-    of_site[i] = measure_site(sites[i], selection, only_sure, stop);
+      std::clamp(points_of(sites.all()) / kPointsPerPlace, kFewestPlaces, kMostPlaces);
+  const PointSelection selection = select_points(sites.all(), wanted);
+  std::vector<std::vector<Measured>> of_site(sites.all().size());
+  tbb::parallel_for(std::size_t{0}, of_site.size(), [&](std::size_t i) {
+    of_site[i] = measure_site(sites.all()[i], sites.search(i), selection, only_sure, stop);
   });
   std::vector<Measured> all;
   for (const auto& part : of_site) all.insert(all.end(), part.begin(), part.end());
@@ -162,10 +161,9 @@ bool LayerThickness::is_thick_somewhere() const { return is_thick() || thick_sha
 
 bool LayerThickness::is_thick() const { return thickness > kThickPerSpacing * spacing; }
 
-LayerThickness measure_layers(std::span<const SpacingSite> sites, const StopToken* stop) {
-  const DistinctSites distinct(sites, stop);
-  std::vector<Measured> all = measure_all(distinct.all(), true, stop);
-  if (all.empty()) all = measure_all(distinct.all(), false, stop);
+LayerThickness measure_layers(const SearchedSites& sites, const StopToken* stop) {
+  std::vector<Measured> all = measure_all(sites, true, stop);
+  if (all.empty()) all = measure_all(sites, false, stop);
   LayerThickness layers;
   layers.measured = all.size();
   if (all.empty()) return layers;

@@ -29,7 +29,7 @@ struct LayerThickness {
 /// local surface is a quadric, so that curvature does not count as thickness, in a neighbourhood
 /// that grows until it is clearly wider than the layers are thick (docs/cleaning.md). `measured` is
 /// 0 where there are too few points. Runs on the calling TBB arena.
-LayerThickness measure_layers(std::span<const SpacingSite> sites, const StopToken* stop = nullptr);
+LayerThickness measure_layers(const SearchedSites& sites, const StopToken* stop = nullptr);
 
 /// The cleaning that such layers call for. Every value is 0 where the layers are thin.
 struct CleaningChoice {

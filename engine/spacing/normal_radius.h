@@ -3,12 +3,12 @@
 
 #include <cstddef>
 
-#include "engine/spacing/automatic_radii.h"
+#include "engine/spacing/searched_sites.h"
 #include "io/stop_token.h"
 
 namespace orbweave {
 
 /// World units; 0 where no distance between points is known.
-double normal_radius(const SpacingSampler& sampler, std::size_t neighbors, const StopToken* stop);
+double normal_radius(const SearchedSites& sites, std::size_t neighbors, const StopToken* stop);
 
 }  // namespace orbweave

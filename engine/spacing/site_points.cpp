@@ -81,11 +81,11 @@ void sort_points(std::vector<Vec3>& points, const StopToken* stop) {
   if (points.size() <= kFew || points.size() > kMost) return sort_by_comparisons(points, stop);
   KeyList order(points.size());
   for_each_whole((points.size() + kGrain - 1) / kGrain, [&](std::size_t block) {
+    check_stop(stop);
     const std::size_t end = std::min(points.size(), (block + 1) * kGrain);
     for (std::size_t i = block * kGrain; i < end; ++i)
       order[i] = {ordered_bits(points[i].x), static_cast<std::uint32_t>(i)};
   });
-  check_stop(stop);
   radix_sort(order);
   check_loops_are_whole();
   std::vector<Vec3> sorted(points.size());

@@ -200,10 +200,12 @@ void SpacingSampler::merge_duplicates(const StopToken* stop) {
 }
 
 RadiiChoice SpacingSampler::choose(int levels, const StopToken* stop) const {
-  return choose_radii(state_->sites, state_->points, levels, stop);
+  return choose_radii(SearchedSites(state_->sites, stop), state_->points, levels, stop);
 }
 
 std::span<const SpacingSite> SpacingSampler::sites() const { return state_->sites; }
+
+std::uint64_t SpacingSampler::cloud_points() const { return state_->points; }
 
 std::size_t SpacingSampler::memory_bytes() const {
   std::size_t bytes = state_->lattice ? state_->lattice->memory_bytes() : 0;

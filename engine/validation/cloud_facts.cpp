@@ -76,7 +76,8 @@ std::uint64_t count_duplicates(std::vector<std::uint64_t>& hashes) {
   return duplicates;
 }
 
-void measure_spacing(std::span<const SpacingSite> sites, CloudFacts& facts) {
+void measure_spacing(std::span<const SpacingSite> of_cloud, CloudFacts& facts) {
+  const SearchedSites sites(of_cloud);
   const auto median = [&](std::size_t neighbors) -> std::optional<double> {
     const std::vector<double> distances = neighbor_distances(sites, neighbors);
     if (distances.empty()) return std::nullopt;

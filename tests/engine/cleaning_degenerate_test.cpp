@@ -84,7 +84,8 @@ TEST_CASE("PointsWithoutNormalsAreNoPatchesAndChooseNoCleanUp") {
     CHECK(patches.sums.empty());
     CHECK(patches.votes.empty());
     const Box all{{-1e9, -1e9, -1e9}, {1e9, 1e9, 1e9}};
-    CHECK(measure_layers(std::vector{SpacingSite{all, all, positions}}).measured == 0);
+    CHECK(measure_layers(SearchedSites(std::vector{SpacingSite{all, all, positions}})).measured ==
+          0);
   }
 }
 

@@ -93,7 +93,7 @@ TEST_CASE("TheTenBunnyScansBecomeOneSurface") {
     const Vec3 normal = estimated.normals[i];
     cloud.normals[i] = dot(normal, cloud.normals[i]) < 0.0 ? -normal : normal;
   }
-  clean(cloud, choose_cleaning(measure_layers(sampler.sites())), spacing);
+  clean(cloud, choose_cleaning(measure_layers(SearchedSites(sampler.sites()))), spacing);
   const Surface surface = surface_of(cloud);
   CHECK(cloud.size() > 130000);
   CHECK(surface.used > 0.998);
@@ -107,7 +107,7 @@ TEST_CASE("TheCleanedLionLosesMostOfItsBoundary") {
   test::put_in_order(cloud);
   for (Vec3& normal : cloud.normals) normal = normalized(normal);
   const SpacingSampler sampler = sampler_of(cloud.positions);
-  const CleaningChoice choice = choose_cleaning(measure_layers(sampler.sites()));
+  const CleaningChoice choice = choose_cleaning(measure_layers(SearchedSites(sampler.sites())));
   REQUIRE(choice.smooth_radius > 0.0);
   clean(cloud, choice, sampler.choose(1).spacing);
   const Surface surface = surface_of(cloud);

@@ -21,7 +21,7 @@ LayerThickness layers_of(const std::vector<Vec3>& positions) {
   grid.settle(root.side);
   SpacingSampler sampler(root, grid);
   sampler.add(positions);
-  return measure_layers(sampler.sites());
+  return measure_layers(SearchedSites(sampler.sites()));
 }
 
 std::vector<Vec3> generated(Shape shape, double noise) {
@@ -151,8 +151,10 @@ TEST_CASE("PlacesFollowTheNumberOfPoints") {
 
 TEST_CASE("TinyCloudsAreLeftAlone") {
   for (const std::size_t n : {0u, 1u, 5u}) {
-    const CleaningChoice choice = choose_cleaning(measure_layers(std::vector{SpacingSite{
-        {{0, 0, 0}, {9, 9, 9}}, {{0, 0, 0}, {9, 9, 9}}, std::vector<Vec3>(n, Vec3{1, 2, 3})}}));
+    const CleaningChoice choice = choose_cleaning(measure_layers(
+        SearchedSites(std::vector{SpacingSite{{{0, 0, 0}, {9, 9, 9}},
+                                              {{0, 0, 0}, {9, 9, 9}},
+                                              std::vector<Vec3>(n, Vec3{1, 2, 3})}})));
     CHECK(does_nothing(choice));
     CHECK_FALSE(choice.reason.empty());
   }

@@ -61,12 +61,13 @@ std::vector<NamedWork> works(const test::NamedCloud& named, const ChunkPoints& c
       {"distances",
        [&positions](const StopToken* stop) {
          const Box all = {{-9.0, -9.0, -9.0}, {9.0, 9.0, 9.0}};
-         choose_radii(std::vector{SpacingSite{all, all, positions}}, kPoints, 1, stop);
+         choose_radii(SearchedSites(std::vector{SpacingSite{all, all, positions}}, stop), kPoints,
+                      1, stop);
        }},
       {"layers",
        [&positions](const StopToken* stop) {
          const Box all = {{-9.0, -9.0, -9.0}, {9.0, 9.0, 9.0}};
-         measure_layers(std::vector{SpacingSite{all, all, positions}}, stop);
+         measure_layers(SearchedSites(std::vector{SpacingSite{all, all, positions}}, stop), stop);
        }},
       {"outliers",
        [&positions, end, reach](const StopToken* stop) {

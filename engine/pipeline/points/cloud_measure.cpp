@@ -47,16 +47,18 @@ Octree final_octree(const ResolvedJob& job, const CountedCloud& cloud, const Par
 
 Partition measure(const CloudInput& input, SpacingSampler& sampler, const RunControl& control) {
   sampler.merge_duplicates(&control.stop);
-  const RadiiChoice choice = sampler.choose(control.job.reconstruct.levels, &control.stop);
+  const SearchedSites sites(sampler.sites(), &control.stop);
+  const RadiiChoice choice =
+      choose_radii(sites, sampler.cloud_points(), control.job.reconstruct.levels, &control.stop);
   Partition measured;
   measured.spacing = choice.spacing;
   measured.automatic_radii = choice.radii;
   measured.radii_reason = choice.reason;
   if (!input.are_scans) return measured;
-  measured.layers = measure_layers(sampler.sites(), &control.stop);
+  measured.layers = measure_layers(sites, &control.stop);
   if (!control.job.needs_cleaning_or_normals()) return measured;
   const auto neighbors = static_cast<std::size_t>(control.job.normals.neighbors);
-  measured.normal_radius = normal_radius(sampler, neighbors, &control.stop);
+  measured.normal_radius = normal_radius(sites, neighbors, &control.stop);
   return measured;
 }
 
