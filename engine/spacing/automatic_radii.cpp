@@ -56,7 +56,7 @@ std::vector<Measured> measure(const SpacingSite& site, const SiteSearch& search,
                               PointSelection selection, const Measuring& measuring) {
   const std::vector<Vec3>& points = site.points;
   std::vector<std::uint32_t> places;
-  for (std::uint32_t i = 0; i < points.size(); ++i)
+  for (const std::uint32_t i : search.by_rank())
     if (site.core.contains(points[i]) && selection.takes(points[i])) places.push_back(i);
   if (points.size() < 2 || places.empty()) return {};
   const std::size_t count = std::min(measuring.neighbors, points.size() - 1);

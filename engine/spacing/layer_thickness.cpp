@@ -82,7 +82,7 @@ bool is_filled(const AtPlaces& at_place) {
 std::vector<Measured> measure_site(const SpacingSite& site, const SiteSearch& search,
                                    PointSelection selection, bool only_sure,
                                    const StopToken* stop) {
-  const Places places = places_of(site, selection);
+  Places places = places_of(site, selection);
   if (places.points.empty()) return {};
   AtPlaces at_place(places.points.size());
   const auto measure_at = [&](NoiseMeter& meter, SiteSearch::Query& query, std::size_t i) {
@@ -103,6 +103,11 @@ std::vector<Measured> measure_site(const SpacingSite& site, const SiteSearch& se
       for (std::size_t k = range.begin(); k < range.end(); ++k) measure_at(meter, query, chosen[k]);
     });
   };
+  const auto comes_before = [&](std::size_t a, std::size_t b) {
+    return search.rank(places.points[a]) < search.rank(places.points[b]);
+  };
+  std::sort(places.first.begin(), places.first.end(), comes_before);
+  std::sort(places.others.begin(), places.others.end(), comes_before);
   measure_all_of(places.first);
   if (!is_filled(at_place)) measure_all_of(places.others);
   std::vector<Measured> measured;

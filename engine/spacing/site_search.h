@@ -20,6 +20,12 @@ class SiteSearch {
  public:
   explicit SiteSearch(std::span<const Vec3> positions);
 
+  /// All points in the order of the search: near ones follow one another. Points that are asked for
+  /// in this order are found sooner.
+  std::span<const std::uint32_t> by_rank() const { return position_of_rank_; }
+  /// Where a point comes in that order.
+  std::uint32_t rank(std::uint32_t point) const { return rank_of_position_[point]; }
+
   /// What a thread needs to search; reuse it.
   class Query {
    public:
