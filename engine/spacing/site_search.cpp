@@ -50,6 +50,31 @@ SiteSearch::SiteSearch(std::span<const Vec3> positions)
       rank_of_position_(inverse(position_of_rank_)),
       search_(in_order(positions, position_of_rank_)) {}
 
+/// Nearest first. Many are dealt by their squared distances, which are about evenly spread on a
+/// surface, to as many places as there are neighbours; few are left to be sorted in each.
+void SiteSearch::Query::sort(std::vector<Neighbor>& found) {
+  constexpr std::size_t kFew = 64;
+  double most = 0.0;
+  for (const Neighbor& each : found) most = std::max(most, each.squared_distance);
+  const double scale = static_cast<double>(found.size() - 1) / most;
+  if (found.size() <= kFew || !(scale < std::numeric_limits<double>::max())) {
+    std::sort(found.begin(), found.end(), kNearerFirst);
+    return;
+  }
+  const auto place = [&](const Neighbor& each) {
+    return static_cast<std::size_t>(each.squared_distance * scale);
+  };
+  ends_.assign(found.size() + 2, 0);
+  for (const Neighbor& each : found) ++ends_[place(each) + 2];
+  for (std::size_t i = 2; i < ends_.size(); ++i) ends_[i] += ends_[i - 1];
+  sorted_.resize(found.size());
+  for (const Neighbor& each : found) sorted_[ends_[place(each) + 1]++] = each;
+  for (std::size_t i = 0; i + 1 < ends_.size(); ++i)
+    if (ends_[i + 1] - ends_[i] > 1)
+      std::sort(sorted_.begin() + ends_[i], sorted_.begin() + ends_[i + 1], kNearerFirst);
+  found.swap(sorted_);
+}
+
 void SiteSearch::Query::nearest(const SiteSearch& search, std::uint32_t point, std::size_t count,
                                 std::vector<Neighbor>& found) {
   constexpr double kAnywhere = std::numeric_limits<double>::infinity();
@@ -61,7 +86,7 @@ void SiteSearch::Query::nearest(const SiteSearch& search, std::uint32_t point, s
     found.assign(1, {0.0, point});
     for (std::size_t i = 0; i < ranks.size(); ++i)
       found.push_back({squared[i], search.position_of_rank_[ranks[i]]});
-    std::sort(found.begin(), found.end(), kNearerFirst);
+    sort(found);
     const bool are_all = ranks.size() < count + spare;
     if (are_all || found.back().squared_distance > found[count - 1].squared_distance) break;
   }

@@ -35,7 +35,11 @@ class SiteSearch {
                  std::vector<Neighbor>& found);
 
    private:
+    void sort(std::vector<Neighbor>& found);
+
     NeighborSearch::Query query_;
+    std::vector<Neighbor> sorted_;
+    std::vector<std::uint32_t> ends_;
   };
 
  private:
