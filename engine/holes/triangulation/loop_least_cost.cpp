@@ -37,6 +37,8 @@ Cost sum(const Cost& a, const Cost& b) {
 }
 
 constexpr double kSame = 1e-9;
+/// An area that is so many times another is more than the same, however it was rounded.
+constexpr double kSurely = 1.0 + 1e-6;
 
 bool is_less(const Cost& a, const Cost& b) {
   if (a.bend != b.bend) return a.bend < b.bend;
@@ -115,6 +117,12 @@ class LeastCost {
     return cell;
   }
 
+  /// Whether a triangle has more than that area, without what its normal would cost.
+  bool is_larger(std::size_t i, std::size_t k, std::size_t j, double area) const {
+    return squared_norm(cross(corners_[k] - corners_[i], corners_[j] - corners_[i])) >
+           4.0 * area * area;
+  }
+
   /// The cost with an apex that is likely to be good: what costs clearly more need not be looked
   /// at. Its area is taken for so much larger that no candidate that may decide is left out.
   Cost bound(std::size_t i, std::size_t j, double chord) const {
@@ -148,6 +156,8 @@ class LeastCost {
       if (least == kImpossible || least > most) continue;
       const Cost parts = sum(cells_[i * n_ + k].cost, cells_[j * n_ + k].cost);
       if (is_no_less(least, parts.area, best.cost) || is_no_less(least, parts.area, bounded))
+        continue;
+      if (least == best.cost.bend && is_larger(i, k, j, kSurely * best.cost.area - parts.area))
         continue;
       const Cell cell = with_apex(i, k, j, parts, chord, most);
       if (cell.cost.bend > most || !is_less(cell.cost, best.cost)) continue;
