@@ -100,10 +100,13 @@ Spacing measure(std::span<const Vec3> positions, const PointCounts& counts, bool
   Spacing spacing;
   spacing.octree = cut_octree(counts, root, kChunkPoints);
   const SearchedSites sites(sampler.sites(), options.stop);
-  spacing.choice = choose_radii(sites, sampler.cloud_points(), options.levels, options.stop);
+  const auto neighbors = static_cast<std::size_t>(options.normals.neighbors);
+  const SampledNeighbors sample(
+      sites, std::max(neighbors_for_radii(options.levels), for_normals ? neighbors : 0),
+      options.stop);
+  spacing.choice = choose_radii(sample, sampler.cloud_points(), options.levels, options.stop);
   if (!for_normals) return spacing;
-  spacing.normal_radius =
-      normal_radius(sites, static_cast<std::size_t>(options.normals.neighbors), options.stop);
+  spacing.normal_radius = normal_radius(sample, neighbors, options.stop);
   return spacing;
 }
 

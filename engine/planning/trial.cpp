@@ -115,8 +115,10 @@ std::vector<double> chosen_radii(const PointCloud& cloud, const TrialOptions& op
   constexpr std::size_t kMostRadii = 8;
   const Box everything{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
   const SpacingSite whole{everything, everything, cloud.positions};
+  const SearchedSites sites(std::span(&whole, 1), options.stop);
   std::vector<double> radii =
-      choose_radii(SearchedSites(std::span(&whole, 1), options.stop), cloud.size(), 0, options.stop)
+      choose_radii(SampledNeighbors(sites, neighbors_for_radii(0), options.stop), cloud.size(), 0,
+                   options.stop)
           .radii;
   while (!radii.empty() && radii.size() < kMostRadii && radii.back() < options.least_last_radius)
     radii.push_back(kRadiusGrowth * radii.back());

@@ -17,8 +17,6 @@ constexpr std::size_t kSurfaceNeighbors = 12;
 /// Largest share of the variance that lies across a surface. A dozen points all through space have
 /// 0.17 in the mean and a third at most, a dozen at an edge of a box 0.07 in the mean.
 constexpr double kMostVariation = 0.1;
-/// Approximate maximum number of points measured; quantiles of more points are no better.
-constexpr std::uint64_t kMeasuredPoints = 32768;
 constexpr int kMostAutomaticLevels = 8;
 /// Points that one thread takes at once, between two looks at the request to stop.
 constexpr std::size_t kPlacesAtOnce = 256;
@@ -51,56 +49,37 @@ bool lies_on_surface(std::span<const Vec3> points, std::span<const Neighbor> nea
   return across <= kMostVariation * (across + along + longest);
 }
 
-/// The core's selected points.
-std::vector<Measured> measure(const SpacingSite& site, const SiteSearch& search,
-                              PointSelection selection, const Measuring& measuring) {
-  const std::vector<Vec3>& points = site.points;
-  std::vector<std::uint32_t> places;
-  for (const std::uint32_t i : search.by_rank())
-    if (site.core.contains(points[i]) && selection.takes(points[i])) places.push_back(i);
-  if (points.size() < 2 || places.empty()) return {};
-  const std::size_t count = std::min(measuring.neighbors, points.size() - 1);
-  const std::size_t wanted = measuring.judges_surface ? std::max(count, kSurfaceNeighbors) : count;
+/// At the places of a sample that are sure, ascending by the mean distance.
+std::vector<Measured> measure(const SampledNeighbors& sample, const Measuring& measuring) {
   constexpr double kUnsure = -1.0;
-  std::vector<Measured> all(places.size(), {kUnsure});
+  std::vector<Measured> all(sample.size(), {kUnsure});
   using Range = tbb::blocked_range<std::size_t>;
-  tbb::parallel_for(Range(0, places.size(), kPlacesAtOnce), [&](const Range& range) {
+  tbb::parallel_for(Range(0, sample.size(), kPlacesAtOnce), [&](const Range& range) {
     check_stop(measuring.stop);
-    SiteSearch::Query query;
-    std::vector<Neighbor> found;
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      query.nearest(search, places[i], wanted + 1, found);
-      const double reach = std::sqrt(found[count].squared_distance);
-      if (measuring.only_sure && reach > distance_to_border(points[places[i]], site.box)) continue;
+      const auto [site, point, nearest] = sample.at(i);
+      const std::size_t count = std::min(measuring.neighbors, nearest.size() - 1);
+      const double reach = std::sqrt(nearest[count].squared_distance);
+      if (measuring.only_sure && reach > distance_to_border(site.points[point], site.box)) continue;
       double sum = 0.0;
-      for (std::size_t k = 1; k <= count; ++k) sum += std::sqrt(found[k].squared_distance);
+      for (std::size_t k = 1; k <= count; ++k) sum += std::sqrt(nearest[k].squared_distance);
       all[i].mean = sum / static_cast<double>(count);
-      if (measuring.judges_surface) all[i].on_surface = lies_on_surface(points, found);
+      if (!measuring.judges_surface) continue;
+      const std::size_t around = std::min(kSurfaceNeighbors + 1, nearest.size());
+      all[i].on_surface = lies_on_surface(site.points, nearest.first(around));
     }
   });
   std::erase_if(all, [](const Measured& m) { return m.mean == kUnsure; });
-  return all;
-}
-
-/// Ascending.
-std::vector<Measured> measure_all(const SearchedSites& sites, const Measuring& measuring) {
-  const PointSelection selection = select_points(sites.all(), kMeasuredPoints);
-  std::vector<std::vector<Measured>> of_site(sites.all().size());
-  tbb::parallel_for(std::size_t{0}, of_site.size(), [&](std::size_t i) {
-    of_site[i] = measure(sites.all()[i], sites.search(i), selection, measuring);
-  });
-  std::vector<Measured> all;
-  for (const auto& part : of_site) all.insert(all.end(), part.begin(), part.end());
   std::sort(all.begin(), all.end(),
             [](const Measured& a, const Measured& b) { return a.mean < b.mean; });
   return all;
 }
 
 /// At points whose neighbours are all in a site for certain, or else at any.
-std::vector<Measured> measure_somewhere(const SearchedSites& sites, Measuring measuring) {
-  std::vector<Measured> all = measure_all(sites, measuring);
+std::vector<Measured> measure_somewhere(const SampledNeighbors& sample, Measuring measuring) {
+  std::vector<Measured> all = measure(sample, measuring);
   measuring.only_sure = false;
-  return all.empty() ? measure_all(sites, measuring) : all;
+  return all.empty() ? measure(sample, measuring) : all;
 }
 
 double quantile(const std::vector<Measured>& sorted, std::size_t percent) {
@@ -165,20 +144,22 @@ std::string reason_of(const RadiiChoice& choice, const std::vector<Measured>& me
 
 }  // namespace
 
-std::vector<double> neighbor_distances(const SearchedSites& sites, std::size_t neighbors,
+std::size_t neighbors_for_radii(int levels) { return levels == 0 ? kSurfaceNeighbors : kNeighbors; }
+
+std::vector<double> neighbor_distances(const SampledNeighbors& sample, std::size_t neighbors,
                                        const StopToken* stop) {
   std::vector<double> means;
-  for (const Measured& m : measure_somewhere(sites, {.neighbors = neighbors, .stop = stop}))
+  for (const Measured& m : measure_somewhere(sample, {.neighbors = neighbors, .stop = stop}))
     means.push_back(m.mean);
   return means;
 }
 
-RadiiChoice choose_radii(const SearchedSites& sites, std::uint64_t points, int levels,
+RadiiChoice choose_radii(const SampledNeighbors& sample, std::uint64_t points, int levels,
                          const StopToken* stop) {
   const bool by_density = levels == 0;
   RadiiChoice choice;
   const std::vector<Measured> measured =
-      measure_somewhere(sites, {.judges_surface = by_density, .stop = stop});
+      measure_somewhere(sample, {.judges_surface = by_density, .stop = stop});
   if (measured.empty()) {
     choice.reason = points < 2 ? "there are fewer than two points"
                                : "no two different points were found near one another";

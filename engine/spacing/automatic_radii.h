@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/spacing/searched_sites.h"
+#include "engine/spacing/sampled_neighbors.h"
 #include "engine/spacing/spacing_site.h"
 #include "io/box.h"
 #include "io/stop_token.h"
@@ -39,9 +39,12 @@ inline constexpr double kRadiusGrowth = 1.5;
 /// sensible time.
 inline constexpr double kMostSpacingsPerRadius = 64.0;
 
+/// Neighbours that a sample has to have for choose_radii.
+std::size_t neighbors_for_radii(int levels);
+
 /// Mean distance to the `neighbors` nearest neighbours of every point measured (see choose_radii),
-/// ascending. Runs on the calling TBB arena.
-std::vector<double> neighbor_distances(const SearchedSites& sites, std::size_t neighbors,
+/// ascending. The sample has at least so many. Runs on the calling TBB arena.
+std::vector<double> neighbor_distances(const SampledNeighbors& sample, std::size_t neighbors,
                                        const StopToken* stop = nullptr);
 
 /// Radii for `levels` levels; 0: as many as the density asks for. What is measured is the mean
@@ -56,7 +59,7 @@ std::vector<double> neighbor_distances(const SearchedSites& sites, std::size_t n
 /// lie all through space, as leaves do, are no surface), else as many as lead there, at most 8. No
 /// radii where no two points differ. `points` is the size of the whole cloud, for the
 /// reason. Runs on the calling TBB arena.
-RadiiChoice choose_radii(const SearchedSites& sites, std::uint64_t points, int levels,
+RadiiChoice choose_radii(const SampledNeighbors& sample, std::uint64_t points, int levels,
                          const StopToken* stop = nullptr);
 
 /// Collects the sites' points while the cloud streams by.

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "engine/spacing/automatic_radii.h"
+#include "engine/spacing/searched_sites.h"
 #include "engine/spacing/smoothing_levels.h"
 
 namespace orbweave {

@@ -9,11 +9,11 @@ namespace orbweave {
 
 /// The neighbours for a normal: half as far again as they are where points are sparse. (The mean
 /// distance to the k nearest of a disc's points is two thirds of that to the farthest.)
-double normal_radius(const SearchedSites& sites, std::size_t neighbors, const StopToken* stop) {
+double normal_radius(const SampledNeighbors& sample, std::size_t neighbors, const StopToken* stop) {
   constexpr double kFarthestPerMean = 1.5;
   constexpr double kMargin = 1.5;
   constexpr double kMostPerMedian = 16.0;
-  const std::vector<double> means = neighbor_distances(sites, neighbors, stop);
+  const std::vector<double> means = neighbor_distances(sample, neighbors, stop);
   if (means.empty()) return 0.0;
   const double median = means[means.size() / 2];
   const double sparse = means[(means.size() - 1) * 99 / 100];

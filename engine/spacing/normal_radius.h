@@ -3,12 +3,13 @@
 
 #include <cstddef>
 
-#include "engine/spacing/searched_sites.h"
+#include "engine/spacing/sampled_neighbors.h"
 #include "io/stop_token.h"
 
 namespace orbweave {
 
-/// World units; 0 where no distance between points is known.
-double normal_radius(const SearchedSites& sites, std::size_t neighbors, const StopToken* stop);
+/// World units; the sample has at least so many neighbours. 0 where no distance between points is
+/// known.
+double normal_radius(const SampledNeighbors& sample, std::size_t neighbors, const StopToken* stop);
 
 }  // namespace orbweave

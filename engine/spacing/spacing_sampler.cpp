@@ -200,7 +200,9 @@ void SpacingSampler::merge_duplicates(const StopToken* stop) {
 }
 
 RadiiChoice SpacingSampler::choose(int levels, const StopToken* stop) const {
-  return choose_radii(SearchedSites(state_->sites, stop), state_->points, levels, stop);
+  const SearchedSites sites(state_->sites, stop);
+  return choose_radii(SampledNeighbors(sites, neighbors_for_radii(levels), stop), state_->points,
+                      levels, stop);
 }
 
 std::span<const SpacingSite> SpacingSampler::sites() const { return state_->sites; }

@@ -77,14 +77,16 @@ std::uint64_t count_duplicates(std::vector<std::uint64_t>& hashes) {
 }
 
 void measure_spacing(std::span<const SpacingSite> of_cloud, CloudFacts& facts) {
+  constexpr std::size_t kNeighbors = 6;
   const SearchedSites sites(of_cloud);
+  const SampledNeighbors sample(sites, kNeighbors);
   const auto median = [&](std::size_t neighbors) -> std::optional<double> {
-    const std::vector<double> distances = neighbor_distances(sites, neighbors);
+    const std::vector<double> distances = neighbor_distances(sample, neighbors);
     if (distances.empty()) return std::nullopt;
     return distances[(distances.size() - 1) / 2];
   };
   facts.spacing = median(1);
-  facts.spacing_of_six = median(6);
+  facts.spacing_of_six = median(kNeighbors);
 }
 
 void measure_whole(std::vector<Vec3> points, CloudFacts& facts) {

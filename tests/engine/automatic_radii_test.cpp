@@ -181,8 +181,10 @@ TEST_CASE("OfASiteWithMillionsOfPointsAPartIsMeasuredLikeTheWhole", "[costly]") 
   constexpr std::size_t kPoints = SpacingSampler::kMostPointsOfSite + 300'000;
   std::vector<Vec3> points = positions_of(Shape::kBumpyTorus, kPoints);
   const Box box = bounds_of(points);
+  const std::vector<SpacingSite> site{{box, box, points}};
+  const SearchedSites searched(site);
   const RadiiChoice whole =
-      choose_radii(SearchedSites(std::vector<SpacingSite>{{box, box, points}}), kPoints, 1);
+      choose_radii(SampledNeighbors(searched, neighbors_for_radii(1)), kPoints, 1);
   const auto choice_of = [&](const std::vector<Vec3>& in_order) {
     SpacingSampler sampler(std::vector<SpacingSite>{{box, box, in_order}}, kPoints);
     const StopToken stop;

@@ -61,8 +61,9 @@ std::vector<NamedWork> works(const test::NamedCloud& named, const ChunkPoints& c
       {"distances",
        [&positions](const StopToken* stop) {
          const Box all = {{-9.0, -9.0, -9.0}, {9.0, 9.0, 9.0}};
-         choose_radii(SearchedSites(std::vector{SpacingSite{all, all, positions}}, stop), kPoints,
-                      1, stop);
+         const std::vector whole{SpacingSite{all, all, positions}};
+         const SearchedSites sites(whole, stop);
+         choose_radii(SampledNeighbors(sites, neighbors_for_radii(1), stop), kPoints, 1, stop);
        }},
       {"layers",
        [&positions](const StopToken* stop) {

@@ -48,17 +48,20 @@ Octree final_octree(const ResolvedJob& job, const CountedCloud& cloud, const Par
 Partition measure(const CloudInput& input, SpacingSampler& sampler, const RunControl& control) {
   sampler.merge_duplicates(&control.stop);
   const SearchedSites sites(sampler.sites(), &control.stop);
-  const RadiiChoice choice =
-      choose_radii(sites, sampler.cloud_points(), control.job.reconstruct.levels, &control.stop);
+  const int levels = control.job.reconstruct.levels;
+  const bool for_normals = input.are_scans && control.job.needs_cleaning_or_normals();
+  const auto neighbors = static_cast<std::size_t>(control.job.normals.neighbors);
+  const SampledNeighbors sample(
+      sites, std::max(neighbors_for_radii(levels), for_normals ? neighbors : 0), &control.stop);
+  const RadiiChoice choice = choose_radii(sample, sampler.cloud_points(), levels, &control.stop);
   Partition measured;
   measured.spacing = choice.spacing;
   measured.automatic_radii = choice.radii;
   measured.radii_reason = choice.reason;
   if (!input.are_scans) return measured;
   measured.layers = measure_layers(sites, &control.stop);
-  if (!control.job.needs_cleaning_or_normals()) return measured;
-  const auto neighbors = static_cast<std::size_t>(control.job.normals.neighbors);
-  measured.normal_radius = normal_radius(sites, neighbors, &control.stop);
+  if (!for_normals) return measured;
+  measured.normal_radius = normal_radius(sample, neighbors, &control.stop);
   return measured;
 }
 
