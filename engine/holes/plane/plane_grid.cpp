@@ -33,9 +33,8 @@ constexpr double kUngraded = 24.0;
 constexpr double kLeastUngraded = 4.0;
 constexpr double kMostBeside = 80'000.0;
 
-double ungraded_rows(const Rim& rim) {
-  return std::clamp(kMostBeside / static_cast<double>(rim.corners.size()), kLeastUngraded,
-                    kUngraded);
+double ungraded_rows(std::uint64_t edges) {
+  return std::clamp(kMostBeside / static_cast<double>(edges), kLeastUngraded, kUngraded);
 }
 
 // Lengths of the rim's edges: means over a few dozen arcs of it.
@@ -141,7 +140,7 @@ class Lattice {
   Lattice(const Rim& rim, const PlaneOutline& outline, const HoleHeights& heights, bool graded,
           std::uint32_t most, const StopToken* stop)
       : spacing_(rim.spacing),
-        ungraded_(ungraded_rows(rim) * rim.spacing),
+        ungraded_(ungraded_rows(rim.corners.size()) * rim.spacing),
         sizing_(rim, outline.polygon()),
         outline_(outline),
         heights_(heights),
@@ -260,6 +259,16 @@ std::optional<std::vector<GridPoint>> plane_grid(const Rim& rim, const PlaneOutl
                                                  const HoleHeights& heights, bool graded,
                                                  std::uint32_t most, const StopToken* stop) {
   return Lattice(rim, outline, heights, graded, most, stop).points();
+}
+
+double expected_grid_points(std::uint64_t edges, bool graded) {
+  // Of a disc, a point for each 0.87 squared spacings. Where graded there are as many points beyond
+  // the ungraded rows as in them; that much more than the sum was counted.
+  constexpr double kPerPoint = 0.87, kMoreCounted = 1.15;
+  const auto rim = static_cast<double>(edges);
+  const double disc = rim * rim / (4.0 * std::numbers::pi * kPerPoint);
+  if (!graded) return disc;
+  return std::min(disc, kMoreCounted * 2.0 * ungraded_rows(edges) * rim / kPerPoint);
 }
 
 double grid_clearance(const Rim& rim) {

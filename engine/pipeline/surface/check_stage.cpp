@@ -1,5 +1,7 @@
 #include "engine/pipeline/surface/check_stage.h"
 
+#include <oneapi/tbb/task_arena.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <span>
@@ -7,9 +9,31 @@
 
 #include "engine/geometry/crossing_pairs.h"
 #include "engine/pipeline/surface/patch_batch.h"
+#include "partition/canonical_order.h"
+#include "partition/radix_sort.h"
+#include "partition/root_cube.h"
 
 namespace orbweave {
 namespace {
+
+/// Calls visit(items) for the cells of an octree that hold at most so many of the items, which are
+/// sorted by their Morton codes. All agree from bit `bits` upwards.
+template <class Visit>
+void for_each_cell(std::span<const KeyIndex> items, int bits, std::size_t most,
+                   const Visit& visit) {
+  if (items.empty()) return;
+  if (items.size() <= most || bits == 0) return visit(items);
+  const int shift = bits - 3;
+  while (!items.empty()) {
+    const std::uint64_t cell = items.front().key >> shift;
+    const auto end = std::partition_point(items.begin(), items.end(), [&](const KeyIndex& item) {
+      return item.key >> shift == cell;
+    });
+    const auto count = static_cast<std::size_t>(end - items.begin());
+    for_each_cell(items.first(count), shift, most, visit);
+    items = items.subspan(count);
+  }
+}
 
 /// Triangles of several chunks and patches in numbers of their own.
 class GatheredTriangles {
@@ -31,8 +55,11 @@ class GatheredTriangles {
     hole_.resize(triangles_.size(), 0);
   }
 
-  /// Adds the patches of these holes that lie in one batch.
-  void add_patches(const ChunkStore& store, std::span<const PatchPlace> places) {
+  /// Adds the patches of these holes that lie in one batch, but for new triangles that are nowhere
+  /// near by their boxes.
+  template <class IsNear>
+  void add_patches(const ChunkStore& store, std::span<const PatchPlace> places,
+                   const IsNear& is_near) {
     const PatchBatch batch = load_patch_batch(store, places.front().batch);
     std::vector<std::int32_t> ids;
     for (const PatchPlace& place : places) ids.push_back(place.hole);
@@ -42,10 +69,53 @@ class GatheredTriangles {
     for (std::size_t t = 0; t < batch.triangles.size(); ++t) {
       if (!std::binary_search(ids.begin(), ids.end(), batch.hole[t])) continue;
       Triangle64 triangle = batch.triangles[t];
+      Box box;
+      const bool is_new = std::all_of(triangle.begin(), triangle.end(),
+                                      [](std::uint64_t vertex) { return vertex >= kNewVertex; });
+      for (std::size_t k = 0; is_new && k < triangle.size(); ++k)
+        box.extend(batch.positions[triangle[k] - kNewVertex]);
+      if (is_new && !is_near(box)) continue;
       for (std::uint64_t& vertex : triangle) vertex += vertex >= kNewVertex ? base : 0;
       triangles_.push_back(triangle);
       hole_.push_back(batch.hole[t]);
     }
+  }
+
+  /// Boxes of few triangles each, close to one another, that hold the patches of these holes, which
+  /// ascend. One box of a patch as wide as the scan would take in the whole surface.
+  std::vector<Box> boxes_within(std::span<const std::int32_t> holes) const {
+    constexpr std::size_t kGroup = 16;
+    constexpr int kMortonBits = 63;
+    if (holes.empty()) return {};
+    const std::vector<std::uint64_t> others = other_vertices();
+    std::vector<Vec3> places(others.size());
+    mesh_.positions(others, places);
+    const auto position = [&](std::uint64_t v) {
+      if (v >= kNewVertex) return added_[v - kNewVertex];
+      if (v - first_ < own_) return positions_[v - first_];
+      return places[static_cast<std::size_t>(std::lower_bound(others.begin(), others.end(), v) -
+                                             others.begin())];
+    };
+    std::vector<std::uint32_t> wanted;
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t)
+      if (std::binary_search(holes.begin(), holes.end(), hole_[t])) wanted.push_back(t);
+    if (wanted.empty()) return {};
+    Box all;
+    for (const std::uint32_t t : wanted) all.extend(position(triangles_[t][0]));
+    const MortonFrame frame(root_cube(all));
+    KeyList order(wanted.size());
+    for (std::size_t i = 0; i < order.size(); ++i)
+      order[i] = {frame.code(position(triangles_[wanted[i]][0])), wanted[i]};
+    // Isolated: a thread that waits here must not begin another chunk, whose memory is not free
+    // yet.
+    tbb::this_task_arena::isolate([&] { radix_sort(order); });
+    std::vector<Box> boxes;
+    for_each_cell(order, kMortonBits, kGroup, [&](std::span<const KeyIndex> cell) {
+      boxes.emplace_back();
+      for (const KeyIndex& item : cell)
+        for (const std::uint64_t v : triangles_[item.index]) boxes.back().extend(position(v));
+    });
+    return boxes;
   }
 
   /// Pairs with one of the first `own` triangles. `all`: pairs of the surface alone, too.
@@ -53,19 +123,37 @@ class GatheredTriangles {
     number();
     PairsWanted wanted{static_cast<std::uint32_t>(own), {}};
     if (!all) wanted.mark = hole_;
-    return holes_of_pairs(crossing_pairs(positions_, numbered_, wanted, &stop), hole_);
+    std::vector<TrianglePair> pairs = crossing_pairs(positions_, numbered_, wanted, &stop);
+    // The first ones among themselves were looked at with the first of the others.
+    if (has_crossed_) std::erase_if(pairs, [&](const TrianglePair& pair) { return pair[1] < own; });
+    has_crossed_ = true;
+    return holes_of_pairs(pairs, hole_);
+  }
+
+  /// Drops all triangles but the first `own`.
+  void keep_first(std::size_t own) {
+    triangles_.resize(own);
+    hole_.resize(own);
   }
 
  private:
-  /// Gives every vertex a number: the chunk's own points, other points, new vertices.
-  void number() {
+  /// Points of other chunks, ascending.
+  std::vector<std::uint64_t> other_vertices() const {
     std::vector<std::uint64_t> others;
     for (const Triangle64& t : triangles_)
       for (const std::uint64_t v : t)
         if (v < kNewVertex && v - first_ >= own_) others.push_back(v);
     std::sort(others.begin(), others.end());
     others.erase(std::unique(others.begin(), others.end()), others.end());
+    return others;
+  }
+
+  /// Gives every vertex a number: the chunk's own points, other points, new vertices.
+  void number() {
+    const std::vector<std::uint64_t> others = other_vertices();
+    positions_.resize(own_);
     positions_.resize(own_ + others.size());
+    numbered_.clear();
     mesh_.positions(others, std::span(positions_).subspan(own_));
     const std::uint64_t first_added = positions_.size();
     positions_.insert(positions_.end(), added_.begin(), added_.end());
@@ -90,6 +178,7 @@ class GatheredTriangles {
   std::vector<Triangle64> triangles_;
   std::vector<std::int32_t> hole_;  // per triangle; 0: the surface
   std::vector<Triangle> numbered_;
+  bool has_crossed_ = false;
 };
 
 /// The patches whose loops begin in one chunk.
@@ -119,11 +208,12 @@ std::vector<PatchPlace> patches_near(const ChunkPatches& patches, const IsNear& 
 }
 
 /// Adds patches, batch by batch.
-void add_patches(const ChunkStore& store, std::span<const PatchPlace> places,
+template <class IsNear>
+void add_patches(const ChunkStore& store, std::span<const PatchPlace> places, const IsNear& is_near,
                  GatheredTriangles& gathered) {
   for (std::size_t i = 0, end = 0; i < places.size(); i = end) {
     for (end = i; end < places.size() && places[end].batch == places[i].batch;) ++end;
-    gathered.add_patches(store, places.subspan(i, end - i));
+    gathered.add_patches(store, places.subspan(i, end - i), is_near);
   }
 }
 
@@ -134,21 +224,30 @@ std::vector<Box> boxes_of(std::span<const PatchPlace> places) {
 }
 
 class Check {
+  /// Triangles of a patch whose box says too little, and that count in a chunk's memory.
+  static constexpr std::uint64_t kLarge = 10'000;
+  /// Triangles of other chunks that are held at once.
+  static constexpr std::size_t kMostOthers = 1'000'000;
+
  public:
   Check(const CheckInputs& inputs, StageRunner& runner)
       : inputs_(inputs),
         runner_(runner),
         patches_(
-            patches_by_chunk(inputs.patches, inputs.surface.partition.octree.chunks().size())) {}
+            patches_by_chunk(inputs.patches, inputs.surface.partition.octree.chunks().size())) {
+    for (const PatchPlace& place : inputs.patches)
+      if (place.triangles >= kLarge) large_patches_.push_back(place);
+  }
 
   void run(StageClock& clock) {
     const Partition& partition = inputs_.surface.partition;
     std::vector<ChunkWork> tasks;
     for (ChunkId chunk = 0; chunk < partition.octree.chunks().size(); ++chunk) {
       // Positions, triangles in two numberings and their boxes, of the chunk and what is near it.
-      constexpr std::size_t kPerPoint = 300;
+      constexpr std::size_t kPerPoint = 300, kPerPatchTriangle = 180;
       const std::uint64_t points = partition.points_in(chunk);
-      tasks.push_back({chunk, kPerPoint * points, points, points});
+      const std::uint64_t bytes = kPerPoint * points + kPerPatchTriangle * patch_triangles(chunk);
+      tasks.push_back({chunk, bytes, points, points});
     }
     share_chunks(
         runner_, clock, kCheckStage, std::move(tasks), inputs_.memory_bytes,
@@ -166,6 +265,18 @@ class Check {
   }
 
  private:
+  /// Triangles of large patches that the chunk is checked with. Small ones do not count beside its
+  /// points.
+  std::uint64_t patch_triangles(ChunkId chunk) const {
+    const double reach = 2.0 * inputs_.surface.radii.values.back();
+    const Box surface = inputs_.surface.partition.octree.chunks()[chunk].box.grown(reach);
+    std::uint64_t triangles = 0;
+    for (const PatchPlace& place : large_patches_)
+      if (place.chunk == chunk || (place.chunk > chunk && place.box.intersects(surface)))
+        triangles += place.triangles;
+    return triangles;
+  }
+
   /// Pairs of the chunk's triangles and patches with each other and with those of later chunks.
   /// Unless the job asks for all pairs, only triangles near patches are looked at.
   std::vector<HolePair> crossing_at(ChunkId chunk) const {
@@ -184,7 +295,19 @@ class Check {
     }
     if (!all && own.places.empty() && others.empty()) return {};
     GatheredTriangles gathered(inputs_.mesh, inputs_.surface.partition, chunk);
-    std::vector<Box> near_own = boxes_of(own.places);
+    add_patches(
+        runner_.store, own.places, [](const Box&) { return true; }, gathered);
+    std::vector<Box> near_own;
+    std::vector<std::int32_t> large;
+    for (const PatchPlace& place : own.places) {
+      if (place.triangles >= kLarge)
+        large.push_back(place.hole);
+      else
+        near_own.push_back(place.box);
+    }
+    std::sort(large.begin(), large.end());
+    const std::vector<Box> within = gathered.boxes_within(large);
+    near_own.insert(near_own.end(), within.begin(), within.end());
     if (all) {
       gathered.add_surface(chunk);
       near_own.push_back(surface);
@@ -193,13 +316,23 @@ class Check {
       near_any.insert(near_any.end(), near_own.begin(), near_own.end());
       gathered.add_surface(chunk, BoxTree(near_any));
     }
-    add_patches(runner_.store, own.places, gathered);
     const std::size_t count = gathered.size();
     const BoxTree places(near_own);
-    for (ChunkId other = chunk + 1; other < chunks.size(); ++other)
-      if (places.meets(chunks[other].box.grown(reach))) gathered.add_surface(other, places);
-    add_patches(runner_.store, others, gathered);
-    return gathered.crossing(count, all, runner_.stop);
+    std::vector<HolePair> pairs;
+    const auto cross = [&] {
+      const std::vector<HolePair> more = gathered.crossing(count, all, runner_.stop);
+      pairs.insert(pairs.end(), more.begin(), more.end());
+      gathered.keep_first(count);
+    };
+    for (ChunkId other = chunk + 1; other < chunks.size(); ++other) {
+      if (!places.meets(chunks[other].box.grown(reach))) continue;
+      gathered.add_surface(other, places);
+      // A patch may reach over the whole scan: what it may meet is read a part at a time.
+      if (gathered.size() - count > kMostOthers) cross();
+    }
+    add_patches(runner_.store, others, is_near, gathered);
+    cross();
+    return pairs;
   }
 
   void commit(ChunkId chunk, const std::vector<HolePair>& pairs) const {
@@ -212,6 +345,7 @@ class Check {
   const CheckInputs& inputs_;
   StageRunner& runner_;
   const std::vector<ChunkPatches> patches_;
+  std::vector<PatchPlace> large_patches_;
 };
 
 }  // namespace

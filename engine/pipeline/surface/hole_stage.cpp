@@ -7,6 +7,8 @@
 
 #include "engine/holes/hole_pass.h"
 #include "engine/holes/loops/hole_choice.h"
+#include "engine/holes/plane/plane_grid.h"
+#include "engine/holes/problem/hole.h"
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/budget/time_forecast.h"
 #include "engine/pipeline/surface/check_stage.h"
@@ -37,6 +39,14 @@ std::size_t bytes_to_fill(std::uint64_t edges) {
   const std::size_t sites =
       std::min<std::uint64_t>(edges, 100) * std::min<std::uint64_t>(edges, 100);
   return std::min(kHoleBytes, kBatchBytes + 3 * sizeof(double) * sites * sites);
+}
+
+/// What a patch of many points holds while it is made.
+std::size_t bytes_of_patch(std::uint64_t edges, const FillOptions& options) {
+  constexpr double kBytesPerPoint = 680.0;
+  const double points = std::min(expected_grid_points(edges, options.graded),
+                                 static_cast<double>(PatchOptions{}.max_new_points));
+  return static_cast<std::size_t>(kBytesPerPoint * points);
 }
 
 std::vector<Piece> pieces_of(const StitchedBoundary& boundary) {
@@ -102,39 +112,56 @@ std::vector<Batch> cut_into_batches(const HolePlan& plan) {
   return batches;
 }
 
-ChunkWork work_of(const TracedHoles& holes, ChunkId batch) {
-  std::uint64_t work = 0, most = 0;
+/// Of the largest group of loops that are filled at once.
+std::uint64_t most_edges(const TracedHoles& holes, const Batch& batch) {
+  std::uint64_t most = 0;
+  for (std::size_t i = 0; i < batch.count; ++i)
+    most = std::max(most, edges_of_group(holes.plan, batch.first + i));
+  return most;
+}
+
+std::uint64_t most_edges(const TracedHoles& holes) {
+  std::uint64_t most = 0;
+  for (const Batch& batch : holes.batches) most = std::max(most, most_edges(holes, batch));
+  return most;
+}
+
+ChunkWork work_of(const TracedHoles& holes, ChunkId batch, const FillOptions& options) {
+  std::uint64_t work = 0;
   for (std::size_t i = 0; i < holes.batches[batch].count; ++i) {
     const std::uint64_t edges = edges_of_group(holes.plan, holes.batches[batch].first + i);
     work += edges * edges;
-    most = std::max(most, edges);
   }
-  return {batch, bytes_to_fill(most), work, 0};
+  const std::uint64_t most = most_edges(holes, holes.batches[batch]);
+  return {batch, bytes_to_fill(most) + bytes_of_patch(most, options), work, 0};
 }
 
-/// Half of what is left, but no more than of what is spent where no boundary is in the way. Which
-/// chunks are kept decides how often they are read, never what comes of them.
-std::size_t bytes_for_chunks(const ResolvedJob& job, const Partition& partition) {
+/// Half of what is left beside what else is held, but no more than of what is spent where no
+/// boundary is in the way. Which chunks are kept decides how often they are read, never what comes
+/// of them.
+std::size_t bytes_for_chunks(const ResolvedJob& job, const Partition& partition,
+                             std::uint64_t beside = 0) {
   const MemoryPlan plan = job.memory_plan(partition.points(), partition.schema);
   const std::uint64_t budget = job.partition.memory_bytes;
-  const std::uint64_t left = budget - std::min(budget, resident_bytes());
+  const std::uint64_t left = budget - std::min(budget, resident_bytes() + beside);
   return std::min<std::size_t>(plan.chunks_in_flight_bytes, left) / 2;
 }
 
 /// What the stage has to hold, once the boundary is traced.
-HoleLoad load_of(const TracedHoles& holes, const Partition& partition,
-                 const StoredSurface& surface) {
+HoleLoad load_of(const TracedHoles& holes, const Partition& partition, const StoredSurface& surface,
+                 const FillOptions& options) {
   std::vector<std::uint8_t> is_seen(partition.octree.chunks().size(), 0);
   for (const OpenFan& fan : holes.fans) is_seen[partition.chunk_of(fan.vertex)] = 1;
   std::uint64_t chunk = 0, chunks = 0, batch = 0;
+  const std::uint64_t patch = bytes_of_patch(most_edges(holes), options);
   for (ChunkId c = 0; c < is_seen.size(); ++c) {
     if (is_seen[c] == 0 || holes.batches.empty()) continue;
     chunk = std::max<std::uint64_t>(chunk, surface.chunk_bytes(c));
     chunks += surface.chunk_bytes(c);
   }
   for (ChunkId b = 0; b < holes.batches.size(); ++b)
-    batch = std::max<std::uint64_t>(batch, work_of(holes, b).memory_bytes);
-  return {holes.fans.size(), holes.plan.loops.size(), chunk, batch, chunks};
+    batch = std::max<std::uint64_t>(batch, bytes_to_fill(most_edges(holes, holes.batches[b])));
+  return {holes.fans.size(), holes.plan.loops.size(), chunk, batch, chunks, 0, patch};
 }
 
 Box box_of(const Surface& surface, const LoopPatch& patch) {
@@ -155,7 +182,8 @@ std::vector<PatchPlace> places_of_patches(const TracedHoles& holes, const Partit
     for (std::size_t i = 0; i < patches.facts.size(); ++i)
       if (!patches.boxes[i].empty())
         places.push_back({patches.facts[i].id, batch,
-                          partition.chunk_of(patches.facts[i].first_vertex), patches.boxes[i]});
+                          partition.chunk_of(patches.facts[i].first_vertex), patches.boxes[i],
+                          patches.facts[i].triangles_added});
   }
   return places;
 }
@@ -194,7 +222,7 @@ void fill_batches(const TracedHoles& holes, const Partition& partition, const Su
   }
   std::vector<ChunkWork> tasks;
   for (ChunkId batch = 0; batch < holes.batches.size(); ++batch)
-    tasks.push_back(work_of(holes, batch));
+    tasks.push_back(work_of(holes, batch, runner.job.fill));
   share_chunks(
       runner, clock, kHoleStage, std::move(tasks), bytes_for_chunks(runner.job, partition),
       [&](ChunkId batch) { fill_batch(holes, batch, surface, runner); }, Durability::kFollows);
@@ -368,10 +396,10 @@ HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
   HoleResult result;
   TracedHoles holes = trace_holes(inputs, surface, runner, result.filled);
   // What the boundary takes is known by now: the prediction rises by it, chunks get what it leaves.
-  const HoleLoad load = load_of(holes, partition, surface);
+  const HoleLoad load = load_of(holes, partition, surface, runner.job.fill);
   require_memory_for_holes(runner.job, partition, load);
   result.predicted_peak_bytes = predicted_hole_bytes(runner.job, partition, load);
-  surface.limit_memory(bytes_for_chunks(runner.job, partition));
+  surface.limit_memory(bytes_for_chunks(runner.job, partition, load.patch_bytes));
   JobSize size = size_of_job(partition, inputs.surface.radii.values, runner.communicator.size());
   size.loops = holes.plan.loops.size();
   runner.progress.expect(expected_stages(runner.job, size));
