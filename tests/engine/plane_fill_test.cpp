@@ -187,6 +187,18 @@ TEST_CASE("NewPointsLieAtTheRimsSpacing") {
   CHECK(lengths.least_angle > 8.0 * kDegree);
 }
 
+TEST_CASE("FarFromTheRimTrianglesGrowAndNewPointsLieAllOver") {
+  // 64 spacings from its middle to its rim.
+  const HoleProblem problem =
+      inner_problem_of(without(uneven_field(160, waves, 0.0), near({0, 0, 0}, 0.8)));
+  const HolePatch patch = plane_fill(problem, {});
+  check_sound(problem, patch);
+  CHECK(edge_lengths(problem, patch).longest < 6.0 * rim_spacing(problem));
+  PatchOptions uniform;
+  uniform.graded = false;
+  CHECK(patch.positions.size() < plane_fill(problem, uniform).positions.size());
+}
+
 TEST_CASE("NewPointsAreDenserWhereTheRimIs") {
   // Columns narrow towards x = 1: to a tenth of their width.
   const auto place = [](double u, double v) {

@@ -30,7 +30,7 @@ constexpr double kFinerBelowCoarse = 0.81;
 // larger triangles there.
 constexpr double kUngraded = 24.0;
 // So far at least; a rim of many edges has so many points beside it that it does with fewer rows.
-constexpr double kLeastUngraded = 4.0;
+constexpr double kLeastUngraded = 2.0;
 constexpr double kMostBeside = 80'000.0;
 
 double ungraded_rows(std::uint64_t edges) {
@@ -219,7 +219,7 @@ class Lattice {
       }
       return true;
     }
-    if (!inside || room < kClear * std::min(wanted, step)) return true;
+    if (!inside || room < clearance_at(x, std::min(wanted, step))) return true;
     if (found_.fetch_add(1, std::memory_order_relaxed) >= most_) return false;
     points.push_back(evaluated ? point : lifted(x));
     return true;
@@ -229,6 +229,13 @@ class Lattice {
     const double size = sizing_.at(x);
     if (!graded_) return size;
     return size * std::max(1.0, sizing_.distance(x) / ungraded_);
+  }
+
+  /// Of a point at that spacing from the rim. Where the spacing grows with the distance, a point
+  /// has far more; the outline tells distances no farther than its reach.
+  double clearance_at(Vec3 x, double spacing) const {
+    const bool grows = graded_ && sizing_.distance(x) > ungraded_;
+    return grows ? std::min(kClear * spacing, outline_.reach()) : kClear * spacing;
   }
 
   GridPoint lifted(Vec3 x) const {
@@ -263,12 +270,13 @@ std::optional<std::vector<GridPoint>> plane_grid(const Rim& rim, const PlaneOutl
 
 double expected_grid_points(std::uint64_t edges, bool graded) {
   // Of a disc, a point for each 0.87 squared spacings. Where graded there are as many points beyond
-  // the ungraded rows as in them; that much more than the sum was counted.
-  constexpr double kPerPoint = 0.87, kMoreCounted = 1.15;
+  // the ungraded rows as in them; up to that many times the sum was counted.
+  constexpr double kPerPoint = 0.87, kMoreCounted = 1.6;
   const auto rim = static_cast<double>(edges);
   const double disc = rim * rim / (4.0 * std::numbers::pi * kPerPoint);
   if (!graded) return disc;
-  return std::min(disc, kMoreCounted * 2.0 * ungraded_rows(edges) * rim / kPerPoint);
+  const double coarsest = std::ldexp(disc, -2 * kMostLevels);  // the spacing grows no further
+  return std::min(disc, kMoreCounted * 2.0 * ungraded_rows(edges) * rim / kPerPoint + coarsest);
 }
 
 double grid_clearance(const Rim& rim) {

@@ -20,6 +20,8 @@ class PlaneOutline {
   /// The distance to the nearest edge, `reach` at most.
   double distance(Vec3 x) const;
 
+  double reach() const { return reach_; }
+
   const std::vector<Vec3>& polygon() const { return polygon_; }
   Vec3 low() const { return low_; }
   Vec3 high() const { return high_; }

@@ -211,10 +211,10 @@ std::uint64_t predicted_hole_bytes(const ResolvedJob& job, const Partition& part
   const std::uint64_t half = plan.chunks_in_flight_bytes / 2;
   // Those that are kept, and one in use that no longer is.
   const std::uint64_t chunks = load.chunk_bytes + std::min(half, load.all_chunk_bytes);
-  const std::uint64_t batches = std::min(half, threads * load.batch_bytes);
-  const std::uint64_t peak =
-      whole_cloud_bytes(partition) +
-      std::max(traced_bytes(load), filled_bytes(load) + chunks + batches + load.patch_bytes);
+  const std::uint64_t batches = std::min(half, threads * load.batch_bytes) + load.patch_bytes -
+                                std::min(load.patch_bytes, load.batch_bytes);
+  const std::uint64_t peak = whole_cloud_bytes(partition) +
+                             std::max(traced_bytes(load), filled_bytes(load) + chunks + batches);
   return std::min(peak, std::max(job.partition.memory_bytes, least_hole_bytes(partition, load)));
 }
 

@@ -41,12 +41,14 @@ std::size_t bytes_to_fill(std::uint64_t edges) {
   return std::min(kHoleBytes, kBatchBytes + 3 * sizeof(double) * sites * sites);
 }
 
-/// What a patch of many points holds while it is made.
-std::size_t bytes_of_patch(std::uint64_t edges, const FillOptions& options) {
-  constexpr double kBytesPerPoint = 680.0;
+/// What a hole of many edges holds while it is filled, its patch included.
+std::size_t bytes_with_patch(std::uint64_t edges, const FillOptions& options) {
+  constexpr double kBytesPerPoint = 500.0;
+  constexpr std::size_t kBytesPerEdge = 2000;
   const double points = std::min(expected_grid_points(edges, options.graded),
                                  static_cast<double>(PatchOptions{}.max_new_points));
-  return static_cast<std::size_t>(kBytesPerPoint * points);
+  return bytes_to_fill(edges) + kBytesPerEdge * edges +
+         static_cast<std::size_t>(kBytesPerPoint * points);
 }
 
 std::vector<Piece> pieces_of(const StitchedBoundary& boundary) {
@@ -133,7 +135,7 @@ ChunkWork work_of(const TracedHoles& holes, ChunkId batch, const FillOptions& op
     work += edges * edges;
   }
   const std::uint64_t most = most_edges(holes, holes.batches[batch]);
-  return {batch, bytes_to_fill(most) + bytes_of_patch(most, options), work, 0};
+  return {batch, bytes_with_patch(most, options), work, 0};
 }
 
 /// Half of what is left beside what else is held, but no more than of what is spent where no
@@ -153,7 +155,7 @@ HoleLoad load_of(const TracedHoles& holes, const Partition& partition, const Sto
   std::vector<std::uint8_t> is_seen(partition.octree.chunks().size(), 0);
   for (const OpenFan& fan : holes.fans) is_seen[partition.chunk_of(fan.vertex)] = 1;
   std::uint64_t chunk = 0, chunks = 0, batch = 0;
-  const std::uint64_t patch = bytes_of_patch(most_edges(holes), options);
+  const std::uint64_t patch = bytes_with_patch(most_edges(holes), options);
   for (ChunkId c = 0; c < is_seen.size(); ++c) {
     if (is_seen[c] == 0 || holes.batches.empty()) continue;
     chunk = std::max<std::uint64_t>(chunk, surface.chunk_bytes(c));
