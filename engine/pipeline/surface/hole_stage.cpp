@@ -166,11 +166,23 @@ HoleLoad load_of(const TracedHoles& holes, const Partition& partition, const Sto
   return {holes.fans.size(), holes.plan.loops.size(), chunk, batch, chunks, 0, patch};
 }
 
+/// Asks for the vertices of the surface in their order: those of one chunk after another.
 Box box_of(const Surface& surface, const LoopPatch& patch) {
   Box box;
-  for (const Triangle64& t : patch.triangles)
-    for (const std::uint64_t v : t)
-      box.extend(v < kNewVertex ? surface.position(v) : patch.positions[v - kNewVertex]);
+  std::vector<std::uint64_t> known;
+  for (const Triangle64& t : patch.triangles) {
+    for (const std::uint64_t v : t) {
+      if (v < kNewVertex)
+        known.push_back(v);
+      else
+        box.extend(patch.positions[v - kNewVertex]);
+    }
+  }
+  std::sort(known.begin(), known.end());
+  known.erase(std::unique(known.begin(), known.end()), known.end());
+  std::vector<Vec3> places(known.size());
+  surface.positions(known, places);
+  for (const Vec3 place : places) box.extend(place);
   return box;
 }
 
