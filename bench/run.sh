@@ -14,7 +14,7 @@ of_scans=(workloads/kernel workloads/scan_speed quality/right_surface same_bytes
   quality/raw_scans peers/raw_peers study/study)
 of_scale=(workloads/job workloads/threads workloads/chunks workloads/ranks models/simulate workloads/memory
   workloads/compression)
-others=(workloads/hostile quality/scans_noise quality/noise_growth quality/orientation_cases quality/round_trip
+others=(workloads/hostile workloads/large_holes quality/scans_noise quality/noise_growth quality/orientation_cases quality/round_trip
   workloads/python_module)
 
 data=${ORBWEAVE_DATA_DIR:-../shared/data}

@@ -26,6 +26,7 @@
 #include "engine/holes/patch/sound_part.h"
 #include "engine/holes/patch/untangle.h"
 #include "engine/holes/plane/plane_fill.h"
+#include "engine/holes/plane/plane_grid.h"
 #include "io/hole_facts.h"
 
 namespace orbweave {
@@ -455,6 +456,11 @@ HolePatch fill_hole(const HoleProblem& problem, const PatchOptions& options) {
         OpenReason::kTooWide);
   }
   return patch;
+}
+
+std::uint64_t expected_new_points(std::uint64_t edges, bool graded) {
+  const double most = PatchOptions{}.max_new_points;
+  return static_cast<std::uint64_t>(std::min(expected_grid_points(edges, graded), most));
 }
 
 }  // namespace orbweave

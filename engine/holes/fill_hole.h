@@ -3,6 +3,8 @@
 // of Points, GVIP 2005, section 3. docs/holes.md says what is done otherwise, and why.
 #pragma once
 
+#include <cstdint>
+
 #include "engine/holes/problem/hole.h"
 
 namespace orbweave {
@@ -24,5 +26,8 @@ namespace orbweave {
 /// edge inside is in `forbidden` or used by more than two triangles of the patch; given vertices
 /// are used by index only.
 HolePatch fill_hole(const HoleProblem& problem, const PatchOptions& options = {});
+
+/// About how many new points a hole of so many edges takes at most.
+std::uint64_t expected_new_points(std::uint64_t edges, bool graded);
 
 }  // namespace orbweave

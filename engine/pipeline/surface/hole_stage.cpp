@@ -5,10 +5,9 @@
 #include <span>
 #include <utility>
 
+#include "engine/holes/fill_hole.h"
 #include "engine/holes/hole_pass.h"
 #include "engine/holes/loops/hole_choice.h"
-#include "engine/holes/plane/plane_grid.h"
-#include "engine/holes/problem/hole.h"
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/budget/time_forecast.h"
 #include "engine/pipeline/surface/check_stage.h"
@@ -43,12 +42,9 @@ std::size_t bytes_to_fill(std::uint64_t edges) {
 
 /// What a hole of many edges holds while it is filled, its patch included.
 std::size_t bytes_with_patch(std::uint64_t edges, const FillOptions& options) {
-  constexpr double kBytesPerPoint = 500.0;
-  constexpr std::size_t kBytesPerEdge = 2000;
-  const double points = std::min(expected_grid_points(edges, options.graded),
-                                 static_cast<double>(PatchOptions{}.max_new_points));
+  constexpr std::size_t kBytesPerPoint = 500, kBytesPerEdge = 2000;
   return bytes_to_fill(edges) + kBytesPerEdge * edges +
-         static_cast<std::size_t>(kBytesPerPoint * points);
+         kBytesPerPoint * expected_new_points(edges, options.graded);
 }
 
 std::vector<Piece> pieces_of(const StitchedBoundary& boundary) {
