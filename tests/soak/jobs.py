@@ -78,8 +78,10 @@ def named(error, job):
 
 
 def as_meant(job):
-    """The job's text with its \\u202e as the characters that they stand for."""
-    return re.sub(r"\\u([0-9a-fA-F]{4})", lambda found: chr(int(found[1], 16)), job)
+    """The job's text with its \\u202e and \\n as the characters that they stand for."""
+    short = {"b": "\b", "t": "\t", "n": "\n", "f": "\f", "r": "\r", '"': '"', "\\": "\\"}
+    return re.sub(r"\\(?:u([0-9a-fA-F]{4})|([btnfr\"\\]))",
+                  lambda found: chr(int(found[1], 16)) if found[1] else short[found[2]], job)
 
 
 def as_written(shown):

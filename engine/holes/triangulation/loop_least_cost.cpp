@@ -19,7 +19,9 @@ constexpr std::uint32_t kImpossible = std::numeric_limits<std::uint32_t>::max();
 
 std::uint32_t bend(Vec3 a, Vec3 b) {
   if (a == Vec3{} || b == Vec3{}) return 0;
-  const double steps = kSteps * std::clamp(1.0 - dot(a, b), 0.0, 2.0);
+  // Of normals that are no numbers, as those of triangles whose areas overflow: the largest.
+  const double apart = 1.0 - dot(a, b);
+  const double steps = kSteps * (apart < 2.0 ? std::max(apart, 0.0) : 2.0);
   // As std::lround, which is a call: what is left of the steps has no rounding.
   const auto whole = static_cast<std::int64_t>(steps);
   return static_cast<std::uint32_t>(whole + (steps - static_cast<double>(whole) >= 0.5 ? 1 : 0));
