@@ -7,6 +7,7 @@
 #include "engine/cleaning/projection.h"
 #include "engine/cleaning/thinning.h"
 #include "engine/normals/estimate_normals.h"
+#include "engine/spacing/automatic_radii.h"
 #include "engine/spacing/layer_thickness.h"
 #include "io/clouds/open_point_source.h"
 #include "io/points/point_source.h"

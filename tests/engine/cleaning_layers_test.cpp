@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "engine/spacing/automatic_radii.h"
 #include "engine/spacing/layer_thickness.h"
 #include "engine/synthetic/synthetic_cloud.h"
 #include "io/clouds/open_point_source.h"
