@@ -27,7 +27,8 @@ namespace orbweave {
 /// are used by index only.
 HolePatch fill_hole(const HoleProblem& problem, const PatchOptions& options = {});
 
-/// About how many new points a hole of so many edges takes at most.
+/// About how many new points a patch has at most, whose rim has so many edges: an estimate for the
+/// memory that the hole takes.
 std::uint64_t expected_new_points(std::uint64_t edges, bool graded);
 
 }  // namespace orbweave

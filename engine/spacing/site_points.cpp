@@ -73,8 +73,8 @@ std::uint64_t ordered_bits(double value) {
   return (bits & kSign) != 0 ? ~bits : bits | kSign;
 }
 
-/// In the order of comes_before: by the first coordinate at once, then those that share it. Points
-/// without number are sorted where they are, which takes longer but no memory.
+/// Sorts by comes_before: all points by their first coordinates, then those that share one.
+/// Millions of points are sorted in place by comparisons, which takes longer but no more memory.
 void sort_points(std::vector<Vec3>& points, const StopToken* stop) {
   constexpr std::size_t kFew = std::size_t{1} << 14, kMost = std::size_t{1} << 21;
   constexpr std::size_t kGrain = 4096;

@@ -50,8 +50,8 @@ SiteSearch::SiteSearch(std::span<const Vec3> positions)
       rank_of_position_(inverse(position_of_rank_)),
       search_(in_order(positions, position_of_rank_)) {}
 
-/// Nearest first. Many are dealt by their squared distances, which are about evenly spread on a
-/// surface, to as many places as there are neighbours; few are left to be sorted in each.
+/// Sorts neighbours, nearest first. Many neighbours are dealt to as many buckets by their squared
+/// distances, which are about evenly spread on a surface; each bucket is sorted on its own.
 void SiteSearch::Query::sort(std::vector<Neighbor>& found) {
   constexpr std::size_t kFew = 64;
   double most = 0.0;

@@ -16,8 +16,9 @@ std::uint64_t resident_bytes();
 /// falls by what it kept for later. Takes milliseconds per gigabyte held.
 void release_freed_memory();
 
-/// The same where the process holds a tenth of its budget or more. Below that the memory does no
-/// harm: to take it from the system again would cost a small job more than all that is in it.
+/// The same where the process holds a tenth of its budget or more, else nothing. Freed memory does
+/// no harm below that, and a small job takes several percent longer when the system has to hand it
+/// out again.
 void release_freed_memory(std::uint64_t budget_bytes);
 
 /// Samples resident memory from its construction to its end, every few milliseconds, on a thread

@@ -231,8 +231,9 @@ class Lattice {
     return size * std::max(1.0, sizing_.distance(x) / ungraded_);
   }
 
-  /// Of a point at that spacing from the rim. Where the spacing grows with the distance, a point
-  /// has far more; the outline tells distances no farther than its reach.
+  /// Least distance from the rim of a point at x, where points lie `spacing` apart. The outline
+  /// tells no distance beyond its reach. A point whose spacing grows with the distance from the rim
+  /// is farther away than that: several rows of points lie between.
   double clearance_at(Vec3 x, double spacing) const {
     const bool grows = graded_ && sizing_.distance(x) > ungraded_;
     return grows ? std::min(kClear * spacing, outline_.reach()) : kClear * spacing;
@@ -269,8 +270,8 @@ std::optional<std::vector<GridPoint>> plane_grid(const Rim& rim, const PlaneOutl
 }
 
 double expected_grid_points(std::uint64_t edges, bool graded) {
-  // Of a disc, a point for each 0.87 squared spacings. Where graded there are as many points beyond
-  // the ungraded rows as in them; up to that many times the sum was counted.
+  // A disc has a point for each 0.87 squared spacings. A graded patch has as many points beyond the
+  // ungraded rows as in them. Up to kMoreCounted times this estimate were counted.
   constexpr double kPerPoint = 0.87, kMoreCounted = 1.6;
   const auto rim = static_cast<double>(edges);
   const double disc = rim * rim / (4.0 * std::numbers::pi * kPerPoint);

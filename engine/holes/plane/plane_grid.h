@@ -26,7 +26,7 @@ std::optional<std::vector<GridPoint>> plane_grid(const Rim& rim, const PlaneOutl
                                                  const HoleHeights& heights, bool graded,
                                                  std::uint32_t most, const StopToken* stop);
 
-/// About how many points there are at most inside a rim of so many edges.
+/// About how many points plane_grid() gives at most, inside a rim of so many edges.
 double expected_grid_points(std::uint64_t edges, bool graded);
 
 /// The largest distance from the outline that plane_grid asks for.

@@ -19,7 +19,7 @@ constexpr std::uint32_t kImpossible = std::numeric_limits<std::uint32_t>::max();
 
 std::uint32_t bend(Vec3 a, Vec3 b) {
   if (a == Vec3{} || b == Vec3{}) return 0;
-  // Of normals that are no numbers, as those of triangles whose areas overflow: the largest.
+  // A triangle whose area overflows has a normal that is no number: it bends as much as can be.
   const double apart = 1.0 - dot(a, b);
   const double steps = kSteps * (apart < 2.0 ? std::max(apart, 0.0) : 2.0);
   // As std::lround, which is a call: what is left of the steps has no rounding.
@@ -39,7 +39,7 @@ Cost sum(const Cost& a, const Cost& b) {
 }
 
 constexpr double kSame = 1e-9;
-/// An area that is so many times another is more than the same, however it was rounded.
+/// An area of more than so many times another is larger for certain, however both were rounded.
 constexpr double kSurely = 1.0 + 1e-6;
 
 bool is_less(const Cost& a, const Cost& b) {

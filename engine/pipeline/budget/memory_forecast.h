@@ -34,8 +34,8 @@ struct HoleLoad {
   std::uint64_t batch_bytes = 0;      ///< of the largest batch of holes
   std::uint64_t all_chunk_bytes = 0;  ///< of all chunks with a boundary
   std::uint64_t pieces = 0;           ///< connected ones, of the mesh or of all chunks' meshes
-  /// Of the largest hole with its patch, as far as the rim tells; many such loops end open, and
-  /// cost nothing.
+  /// Of the largest hole with its patch, as far as the rim tells. The budget need not hold that
+  /// much: many such loops stay open and cost nothing.
   std::uint64_t patch_bytes = 0;
 };
 

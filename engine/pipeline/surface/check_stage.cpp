@@ -55,8 +55,8 @@ class GatheredTriangles {
     hole_.resize(triangles_.size(), 0);
   }
 
-  /// Adds the patches of these holes that lie in one batch, but for new triangles that are nowhere
-  /// near by their boxes.
+  /// Adds the patches of these holes, which lie in one batch. Triangles of new vertices alone whose
+  /// boxes are not near are left out.
   template <class IsNear>
   void add_patches(const ChunkStore& store, std::span<const PatchPlace> places,
                    const IsNear& is_near) {
@@ -70,19 +70,22 @@ class GatheredTriangles {
       if (!std::binary_search(ids.begin(), ids.end(), batch.hole[t])) continue;
       Triangle64 triangle = batch.triangles[t];
       Box box;
-      const bool is_new = std::all_of(triangle.begin(), triangle.end(),
-                                      [](std::uint64_t vertex) { return vertex >= kNewVertex; });
-      for (std::size_t k = 0; is_new && k < triangle.size(); ++k)
-        box.extend(batch.positions[triangle[k] - kNewVertex]);
-      if (is_new && !is_near(box)) continue;
+      std::size_t new_vertices = 0;
+      for (const std::uint64_t vertex : triangle) {
+        if (vertex < kNewVertex) continue;
+        box.extend(batch.positions[vertex - kNewVertex]);
+        ++new_vertices;
+      }
+      if (new_vertices == triangle.size() && !is_near(box)) continue;
       for (std::uint64_t& vertex : triangle) vertex += vertex >= kNewVertex ? base : 0;
       triangles_.push_back(triangle);
       hole_.push_back(batch.hole[t]);
     }
   }
 
-  /// Boxes of few triangles each, close to one another, that hold the patches of these holes, which
-  /// ascend. One box of a patch as wide as the scan would take in the whole surface.
+  /// Boxes of a few triangles each, close to one another, that hold the patches of some holes.
+  /// `holes` ascend. One box around a patch that is as wide as the scan would hold the whole
+  /// surface.
   std::vector<Box> boxes_within(std::span<const std::int32_t> holes) const {
     constexpr std::size_t kGroup = 16;
     constexpr int kMortonBits = 63;
@@ -124,7 +127,7 @@ class GatheredTriangles {
     PairsWanted wanted{static_cast<std::uint32_t>(own), {}};
     if (!all) wanted.mark = hole_;
     std::vector<TrianglePair> pairs = crossing_pairs(positions_, numbered_, wanted, &stop);
-    // The first ones among themselves were looked at with the first of the others.
+    // Pairs among the first `own` triangles were found by the first call.
     if (has_crossed_) std::erase_if(pairs, [&](const TrianglePair& pair) { return pair[1] < own; });
     has_crossed_ = true;
     return holes_of_pairs(pairs, hole_);
@@ -151,7 +154,6 @@ class GatheredTriangles {
   /// Gives every vertex a number: the chunk's own points, other points, new vertices.
   void number() {
     const std::vector<std::uint64_t> others = other_vertices();
-    positions_.resize(own_);
     positions_.resize(own_ + others.size());
     numbered_.clear();
     mesh_.positions(others, std::span(positions_).subspan(own_));
@@ -224,7 +226,7 @@ std::vector<Box> boxes_of(std::span<const PatchPlace> places) {
 }
 
 class Check {
-  /// Triangles of a patch whose box says too little, and that count in a chunk's memory.
+  /// A patch of so many triangles is held by many boxes, and counts in the memory of a chunk.
   static constexpr std::uint64_t kLarge = 10'000;
   /// Triangles of other chunks that are held at once.
   static constexpr std::size_t kMostOthers = 1'000'000;
@@ -265,15 +267,17 @@ class Check {
   }
 
  private:
-  /// Triangles of large patches that the chunk is checked with. Small ones do not count beside its
-  /// points.
+  /// Triangles of large patches that the chunk is checked with. Small patches do not count beside
+  /// the chunk's points.
   std::uint64_t patch_triangles(ChunkId chunk) const {
     const double reach = 2.0 * inputs_.surface.radii.values.back();
     const Box surface = inputs_.surface.partition.octree.chunks()[chunk].box.grown(reach);
+    const Box& own = patches_[chunk].box;
     std::uint64_t triangles = 0;
-    for (const PatchPlace& place : large_patches_)
-      if (place.chunk == chunk || (place.chunk > chunk && place.box.intersects(surface)))
-        triangles += place.triangles;
+    for (const PatchPlace& place : large_patches_) {
+      const bool is_near = place.box.intersects(surface) || place.box.intersects(own);
+      if (place.chunk == chunk || (place.chunk > chunk && is_near)) triangles += place.triangles;
+    }
     return triangles;
   }
 
@@ -327,7 +331,7 @@ class Check {
     for (ChunkId other = chunk + 1; other < chunks.size(); ++other) {
       if (!places.meets(chunks[other].box.grown(reach))) continue;
       gathered.add_surface(other, places);
-      // A patch may reach over the whole scan: what it may meet is read a part at a time.
+      // A patch may reach over the whole scan: the surface near it is read a part at a time.
       if (gathered.size() - count > kMostOthers) cross();
     }
     add_patches(runner_.store, others, is_near, gathered);

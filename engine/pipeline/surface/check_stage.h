@@ -20,7 +20,7 @@ struct PatchPlace {
   ChunkId batch = 0;
   ChunkId chunk = 0;  ///< of the loop's first vertex
   Box box;
-  std::uint64_t triangles = 0;
+  std::uint64_t triangles = 0;  ///< of the patch
 };
 
 struct CheckInputs {

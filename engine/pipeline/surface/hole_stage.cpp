@@ -30,7 +30,7 @@ constexpr std::uint64_t kBatchWork = 100'000;
 constexpr std::size_t kHoleBytes = std::size_t{48} << 20;
 /// A batch of holes of a few edges, patches and texts included.
 constexpr std::size_t kBatchBytes = std::size_t{4} << 20;
-/// Chunks stay in that part of the budget while loops are traced, which needs what is left.
+/// Chunks of the surface may stay in this part of the budget (one over it) while loops are traced.
 constexpr std::size_t kKeptPart = 32;
 
 /// As many sites as the square of its edges are around a hole; its system has the square of that.
@@ -350,7 +350,7 @@ void remove_pieces(HoleInputs& inputs, std::span<const std::uint8_t> is_removed,
 TracedHoles trace_holes(HoleInputs& inputs, StoredSurface& surface, StageRunner& runner,
                         FilledHoles& filled) {
   const StageClock clock(runner, Stage::kTrace, 0, "edges");
-  // The chunks of a small surface are not read again by the next stage.
+  // The next stage need not read the chunks of a small surface again.
   const std::size_t kept_bytes = runner.job.partition.memory_bytes / kKeptPart;
   const FillOptions& options = runner.job.fill;
   StitchedBoundary& boundary = inputs.boundary;
