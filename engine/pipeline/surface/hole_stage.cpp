@@ -432,14 +432,15 @@ HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
       runner);
   const StageClock clock(runner, Stage::kSettle, holes.batches.size(), "batches");
   const auto batches = static_cast<ChunkId>(holes.batches.size());
+  surface.limit_memory(bytes_for_chunks(runner.job, partition));
   by_root(runner, [&] { drop_crossing_patches(check.dropped, batches, runner); });
   const Mended mended = mend(inputs, holes, surface, runner, result.filled);
   const ChunkId stored = batches + (mended.empty() ? 0 : 1);
-  SplitVertices split =
-      split_pinched(inputs.boundary.pinched, surface, runner.store, stored, runner.stop);
+  surface.limit_memory(0);
+  SplitVertices split = split_pinched(inputs.boundary.pinched, surface, runner.store, stored,
+                                      bytes_for_chunks(runner.job, partition), runner.stop);
   result.filled.splits = std::move(split.splits);
   result.filled.copies = std::move(split.copies);
-  surface.limit_memory(0);
   release_freed_memory(runner.job.partition.memory_bytes);
   const PatchTotals patches = collect_patches(holes, stored, partition, runner, result.filled);
   result.facts =

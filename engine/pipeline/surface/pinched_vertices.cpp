@@ -11,17 +11,12 @@
 namespace orbweave {
 namespace {
 
-/// A patch's triangle at a pinched vertex.
-struct AtVertex {
-  std::uint64_t vertex = 0;
-  Triangle64 triangle{};
-};
-
-/// By vertex, then in the order of the batches. New vertices are counted over all batches.
-std::vector<AtVertex> patched_triangles(std::span<const std::uint64_t> pinched,
-                                        const ChunkStore& store, ChunkId batches,
-                                        const StopToken& stop) {
-  std::vector<AtVertex> patched;
+/// Triangles of the patches at pinched vertices, by vertex, then in the order of the batches. New
+/// vertices are counted over all batches.
+std::vector<TriangleAt> patched_triangles(std::span<const std::uint64_t> pinched,
+                                          const ChunkStore& store, ChunkId batches,
+                                          const StopToken& stop) {
+  std::vector<TriangleAt> patched;
   std::uint64_t base = 0;
   for (ChunkId batch = 0; batch < batches; ++batch) {
     stop.check();
@@ -36,8 +31,16 @@ std::vector<AtVertex> patched_triangles(std::span<const std::uint64_t> pinched,
     base += patches.positions.size();
   }
   std::stable_sort(patched.begin(), patched.end(),
-                   [](const AtVertex& a, const AtVertex& b) { return a.vertex < b.vertex; });
+                   [](const TriangleAt& a, const TriangleAt& b) { return a.vertex < b.vertex; });
   return patched;
+}
+
+void add_triangles_at(std::uint64_t vertex, std::span<const TriangleAt> of_all,
+                      std::vector<Triangle64>& around) {
+  const auto [first, last] = std::equal_range(
+      of_all.begin(), of_all.end(), TriangleAt{vertex, {}},
+      [](const TriangleAt& a, const TriangleAt& b) { return a.vertex < b.vertex; });
+  for (auto at = first; at != last; ++at) around.push_back(at->triangle);
 }
 
 /// What meets at a pinched vertex, and the number of the fan that each triangle lies in.
@@ -46,13 +49,11 @@ struct FansAt {
   std::vector<std::uint32_t> group;
 };
 
-FansAt fans_at(std::uint64_t vertex, std::span<const AtVertex> patched, const Surface& surface) {
+FansAt fans_at(std::uint64_t vertex, std::span<const TriangleAt> scanned,
+               std::span<const TriangleAt> patched) {
   FansAt fans;
-  surface.triangles_at(vertex, fans.around);
-  const auto [first, last] =
-      std::equal_range(patched.begin(), patched.end(), AtVertex{vertex, {}},
-                       [](const AtVertex& a, const AtVertex& b) { return a.vertex < b.vertex; });
-  for (auto at = first; at != last; ++at) fans.around.push_back(at->triangle);
+  add_triangles_at(vertex, scanned, fans.around);
+  add_triangles_at(vertex, patched, fans.around);
   fans.group = fan_groups(fans.around, vertex);
   return fans;
 }
@@ -69,23 +70,27 @@ void split_at(std::uint64_t vertex, const FansAt& fans, SplitVertices& split) {
 
 }  // namespace
 
-SplitVertices split_pinched(std::span<const std::uint64_t> pinched, const Surface& surface,
-                            const ChunkStore& store, ChunkId batches, const StopToken& stop) {
+SplitVertices split_pinched(std::span<const std::uint64_t> pinched, const StoredSurface& surface,
+                            const ChunkStore& store, ChunkId batches, std::size_t memory_bytes,
+                            const StopToken& stop) {
   SplitVertices split;
   if (pinched.empty()) return split;
-  const std::vector<AtVertex> patched = patched_triangles(pinched, store, batches, stop);
-  // Vertices whose fans are held at a time.
-  constexpr std::size_t kHeld = 4096, kGrain = 64;
-  std::vector<FansAt> fans(std::min(kHeld, pinched.size()));
-  for (std::size_t first = 0; first < pinched.size(); first += kHeld) {
-    stop.check();
-    const std::size_t count = std::min(kHeld, pinched.size() - first);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kGrain),
+  const std::vector<TriangleAt> patched = patched_triangles(pinched, store, batches, stop);
+  // A dozen triangles, twice: as they are found, and in fans.
+  constexpr std::size_t kBytesPerVertex = 1024, kLeastHeld = 4096, kGrain = 64;
+  const std::size_t held =
+      std::min(pinched.size(), std::max(kLeastHeld, memory_bytes / kBytesPerVertex));
+  std::vector<FansAt> fans(held);
+  for (std::size_t first = 0; first < pinched.size(); first += held) {
+    const auto part = pinched.subspan(first, std::min(held, pinched.size() - first));
+    const std::vector<TriangleAt> scanned = surface.collect_triangles_at(part, stop);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, part.size(), kGrain),
                       [&](const tbb::blocked_range<std::size_t>& range) {
+                        stop.check();
                         for (std::size_t i = range.begin(); i < range.end(); ++i)
-                          fans[i] = fans_at(pinched[first + i], patched, surface);
+                          fans[i] = fans_at(part[i], scanned, patched);
                       });
-    for (std::size_t i = 0; i < count; ++i) split_at(pinched[first + i], fans[i], split);
+    for (std::size_t i = 0; i < part.size(); ++i) split_at(part[i], fans[i], split);
   }
   std::sort(split.splits.begin(), split.splits.end());
   return split;

@@ -17,8 +17,9 @@ struct SplitVertices {
 };
 
 /// Doubles the vertices of `pinched` (ascending) whose triangles, patches of the first `batches`
-/// batches included, still have several fans.
-SplitVertices split_pinched(std::span<const std::uint64_t> pinched, const Surface& surface,
-                            const ChunkStore& store, ChunkId batches, const StopToken& stop);
+/// batches included, still have several fans. What is gathered at a time takes `memory_bytes`.
+SplitVertices split_pinched(std::span<const std::uint64_t> pinched, const StoredSurface& surface,
+                            const ChunkStore& store, ChunkId batches, std::size_t memory_bytes,
+                            const StopToken& stop);
 
 }  // namespace orbweave

@@ -1,5 +1,6 @@
 #include "engine/pipeline/surface/stored_surface.h"
 
+#include <oneapi/tbb/parallel_sort.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
@@ -51,6 +52,8 @@ namespace {
 
 /// Points of a chunk that several threads go through.
 constexpr std::size_t kLeastShared = 100'000;
+/// Triangles that are read at a time where a chunk is not kept.
+constexpr std::uint64_t kRowsAtATime = std::uint64_t{1} << 18;
 
 double distance_to(const Box& box, Vec3 p) {
   double most = 0.0;
@@ -224,14 +227,67 @@ void StoredSurface::triangles_at(std::span<const std::uint64_t> vertices,
       }
       if (removed_at_.may_have(vertices[i])) {
         out.erase(std::remove_if(out.begin() + begin, out.end(),
-                                 [&](const Triangle64& t) {
-                                   return std::binary_search(removed_.begin(), removed_.end(), t);
-                                 }),
+                                 [&](const Triangle64& t) { return is_removed(t); }),
                   out.end());
       }
       ends.push_back(out.size());
     }
   }
+}
+
+bool StoredSurface::is_removed(const Triangle64& triangle) const {
+  return std::binary_search(removed_.begin(), removed_.end(), triangle);
+}
+
+void StoredSurface::collect_of_chunk(ChunkId chunk, std::span<const std::uint64_t> vertices,
+                                     std::vector<TriangleAt>& out) const {
+  const auto stored = store_.open(kMeshStage, chunk);
+  const auto outer = stored->read_all<std::uint64_t>(kStoredOuter);
+  const LocalNumbers numbers(partition_.first_vertex[chunk], partition_.points_in(chunk), outer);
+  std::vector<std::uint8_t> is_asked(numbers.count(), 0);
+  const auto begin =
+      std::lower_bound(vertices.begin(), vertices.end(), partition_.first_vertex[chunk]);
+  const auto end = std::lower_bound(begin, vertices.end(), partition_.first_vertex[chunk + 1]);
+  for (auto vertex = begin; vertex != end; ++vertex) is_asked[numbers.local(*vertex)] = 1;
+  bool any = begin != end;
+  for (std::size_t i = 0; i < outer.size(); ++i) {
+    if (!std::binary_search(vertices.begin(), vertices.end(), outer[i])) continue;
+    is_asked[numbers.own() + i] = 1;
+    any = true;
+  }
+  if (!any) return;
+  const std::uint64_t count = stored->rows(kStoredTriangles);
+  std::vector<Triangle> triangles;
+  for (std::uint64_t first = 0; first < count; first += triangles.size()) {
+    triangles.resize(std::min(kRowsAtATime, count - first));
+    stored->read(kStoredTriangles, first, triangles.size(), triangles.data());
+    for (const Triangle& t : triangles) {
+      for (const std::uint32_t corner : t) {
+        if (is_asked[corner] == 0) continue;
+        const TriangleAt at{numbers.global(corner), numbers.global(t)};
+        if (!removed_at_.may_have(at.vertex) || !is_removed(at.triangle)) out.push_back(at);
+      }
+    }
+  }
+}
+
+std::vector<TriangleAt> StoredSurface::collect_triangles_at(std::span<const std::uint64_t> vertices,
+                                                            const StopToken& stop) const {
+  std::vector<std::uint8_t> may_have_some(partition_.octree.chunks().size(), 0);
+  for (std::size_t i = 0; i < vertices.size();) {
+    const ChunkId chunk = partition_.chunk_of(vertices[i]);
+    may_have_some[chunk] = 1;
+    for (const ChunkId other : partition_.octree.neighbors(chunk, reach_)) may_have_some[other] = 1;
+    const std::uint64_t next = partition_.first_vertex[chunk + 1];
+    while (i < vertices.size() && vertices[i] < next) ++i;
+  }
+  std::vector<TriangleAt> found;
+  for (ChunkId chunk = 0; chunk < may_have_some.size(); ++chunk) {
+    stop.check();
+    if (may_have_some[chunk] != 0) collect_of_chunk(chunk, vertices, found);
+  }
+  tbb::parallel_sort(found.begin(), found.end());
+  return found;
 }
 
 std::vector<Vec3> StoredSurface::positions_of(ChunkId chunk) const {
@@ -243,7 +299,7 @@ void StoredSurface::triangles_of(ChunkId chunk, std::vector<Triangle64>& out) co
   const LocalNumbers numbers = own->numbers();
   for (const Triangle& t : own->triangles) {
     const Triangle64 global = numbers.global(t);
-    if (!std::binary_search(removed_.begin(), removed_.end(), global)) out.push_back(global);
+    if (!is_removed(global)) out.push_back(global);
   }
 }
 
@@ -266,7 +322,7 @@ void StoredSurface::triangles_near(ChunkId chunk, const BoxTree& places,
   for (const std::uint32_t number :
        numbers_near(static_cast<std::uint32_t>(own->triangles.size()), places, box_of)) {
     const Triangle64 global = numbers.global(own->triangles[number]);
-    if (!std::binary_search(removed_.begin(), removed_.end(), global)) out.push_back(global);
+    if (!is_removed(global)) out.push_back(global);
   }
 }
 

@@ -11,6 +11,7 @@
 #include "engine/holes/patch/box_tree.h"
 #include "engine/holes/problem/surface.h"
 #include "engine/pipeline/stage/partition.h"
+#include "io/stop_token.h"
 #include "io/store/chunk_store.h"
 
 namespace orbweave {
@@ -40,6 +41,13 @@ class VertexFilter {
   std::vector<std::uint64_t> bits_;
 };
 
+/// A vertex that was asked for, and a triangle there.
+struct TriangleAt {
+  std::uint64_t vertex = 0;
+  Triangle64 triangle{};
+  auto operator<=>(const TriangleAt&) const = default;
+};
+
 class StoredSurface : public Surface {
  public:
   /// `reach`: no triangle has an edge longer than that. `memory_bytes`: what the chunks kept may
@@ -66,6 +74,10 @@ class StoredSurface : public Surface {
   void positions(std::span<const std::uint64_t> vertices, std::span<Vec3> out) const override;
   void triangles_at(std::span<const std::uint64_t> vertices, std::vector<Triangle64>& out,
                     std::vector<std::size_t>& ends) const override;
+  /// The triangles at vertices (ascending) that lie all over the surface, sorted. Reads the
+  /// triangles of each chunk at most once and keeps no chunk, whatever the order of the vertices.
+  std::vector<TriangleAt> collect_triangles_at(std::span<const std::uint64_t> vertices,
+                                               const StopToken& stop) const;
   /// The points of a chunk, in their order.
   std::vector<Vec3> positions_of(ChunkId chunk) const;
   /// Adds the triangles that the chunk owns.
@@ -78,6 +90,10 @@ class StoredSurface : public Surface {
  private:
   struct LoadedChunk;
   class Cache;
+
+  bool is_removed(const Triangle64& triangle) const;
+  void collect_of_chunk(ChunkId chunk, std::span<const std::uint64_t> vertices,
+                        std::vector<TriangleAt>& out) const;
 
   const ChunkStore& store_;
   const Partition& partition_;
