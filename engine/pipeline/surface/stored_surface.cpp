@@ -281,10 +281,16 @@ std::vector<TriangleAt> StoredSurface::collect_triangles_at(std::span<const std:
     const std::uint64_t next = partition_.first_vertex[chunk + 1];
     while (i < vertices.size() && vertices[i] < next) ++i;
   }
-  std::vector<TriangleAt> found;
-  for (ChunkId chunk = 0; chunk < may_have_some.size(); ++chunk) {
+  std::vector<std::vector<TriangleAt>> of_chunk(may_have_some.size());
+  for_each_whole(of_chunk.size(), [&](std::size_t chunk) {
     stop.check();
-    if (may_have_some[chunk] != 0) collect_of_chunk(chunk, vertices, found);
+    if (may_have_some[chunk] != 0)
+      collect_of_chunk(static_cast<ChunkId>(chunk), vertices, of_chunk[chunk]);
+  });
+  std::vector<TriangleAt> found;
+  for (std::vector<TriangleAt>& some : of_chunk) {
+    found.insert(found.end(), some.begin(), some.end());
+    some = {};
   }
   tbb::parallel_sort(found.begin(), found.end());
   return found;

@@ -1,0 +1,112 @@
+// The stitched mesh, read back chunk by chunk.
+#include "engine/pipeline/surface/stored_surface.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <vector>
+
+#include "engine/pipeline/stage/partition.h"
+#include "engine/pipeline/stage/stages.h"
+#include "io/error.h"
+#include "io/stop_token.h"
+#include "io/store/chunk_store.h"
+#include "tests/support/jobs.h"
+
+namespace orbweave {
+namespace {
+
+using test::job_for;
+using test::NamedCloud;
+using test::run;
+using test::ScratchDirectory;
+
+/// A job's chunks, as its hole pass finds them.
+struct Chunks {
+  ScratchDirectory scratch;
+  double reach = 0.0;
+  std::string work_dir;
+
+  Chunks() {
+    const NamedCloud named = test::painted_torus(6000, 0.3, 7);
+    Job job = job_for(scratch, named);
+    job.partition.chunk_points = 400;
+    job.run.keep_work_dir = true;
+    job.run.work_dir = (scratch / "kept").string();
+    const RunReport report = run(job);
+    REQUIRE(report.chunks > 8);
+    reach = 2.0 * report.radii.back();
+    work_dir = job.run.work_dir;
+  }
+};
+
+std::vector<TriangleAt> one_by_one(const StoredSurface& surface,
+                                   const std::vector<std::uint64_t>& vertices) {
+  std::vector<TriangleAt> found;
+  for (const std::uint64_t vertex : vertices) {
+    std::vector<Triangle64> around;
+    surface.triangles_at(vertex, around);
+    for (const Triangle64& t : around) found.push_back({vertex, t});
+  }
+  return found;
+}
+
+TEST_CASE("TrianglesAtVerticesAllOverAreThoseAtEachVertex") {
+  const Chunks chunks;
+  const ChunkStore store(chunks.work_dir);
+  const Partition partition = expected_partition(store, kPointsStage);
+  constexpr std::size_t kRoom = std::size_t{64} << 20;
+  StoredSurface surface(store, partition, chunks.reach, kRoom, false);
+  std::vector<std::uint64_t> all, some;
+  for (std::uint64_t v = 0; v < partition.points(); ++v) {
+    all.push_back(v);
+    if (v % 7 == 3) some.push_back(v);
+  }
+  const StopToken stop;
+  const std::vector<TriangleAt> found = surface.collect_triangles_at(all, stop);
+  REQUIRE(found.size() > all.size());
+  CHECK((found == one_by_one(surface, all)));
+  CHECK((surface.collect_triangles_at(some, stop) == one_by_one(surface, some)));
+  CHECK(surface.collect_triangles_at({}, stop).empty());
+
+  // Without triangles that were removed.
+  std::vector<Triangle64> removed;
+  for (std::size_t i = 0; i < found.size(); i += 50) removed.push_back(found[i].triangle);
+  std::sort(removed.begin(), removed.end());
+  surface.remove(removed);
+  const std::vector<TriangleAt> left = surface.collect_triangles_at(all, stop);
+  CHECK(left.size() < found.size());
+  CHECK((left == one_by_one(surface, all)));
+}
+
+TEST_CASE("TrianglesAtVerticesAllOverAreReadOnceWithoutMemoryForChunks") {
+  const Chunks chunks;
+  const ChunkStore store(chunks.work_dir);
+  const Partition partition = expected_partition(store, kPointsStage);
+  const StoredSurface surface(store, partition, chunks.reach, 0, false);
+  std::vector<std::uint64_t> vertices;
+  for (std::uint64_t v = 0; v < partition.points(); v += 3) vertices.push_back(v);
+  std::uint64_t stored = 0;
+  for (ChunkId chunk = 0; chunk < partition.octree.chunks().size(); ++chunk) {
+    const auto result = store.open(kMeshStage, chunk);
+    stored += result->rows("triangles") * sizeof(Triangle) +
+              result->rows("outer_vertices") * sizeof(std::uint64_t);
+  }
+  const std::uint64_t before = store.bytes_read();
+  REQUIRE_FALSE(surface.collect_triangles_at(vertices, StopToken()).empty());
+  CHECK(store.bytes_read() - before <= stored + stored / 4);
+}
+
+TEST_CASE("GatheringTrianglesEndsWhenTheJobIsStopped") {
+  const Chunks chunks;
+  const ChunkStore store(chunks.work_dir);
+  const Partition partition = expected_partition(store, kPointsStage);
+  const StoredSurface surface(store, partition, chunks.reach, 0, false);
+  const std::vector<std::uint64_t> vertices = {0, partition.points() - 1};
+  StopToken stop;
+  stop.request();
+  CHECK_THROWS_AS(surface.collect_triangles_at(vertices, stop), Error);
+}
+
+}  // namespace
+}  // namespace orbweave
