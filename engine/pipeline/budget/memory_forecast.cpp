@@ -109,6 +109,24 @@ std::uint64_t bytes_of_method(const ResolvedJob& job, const Partition& partition
                          per_point);
 }
 
+/// The points of a chunk and its halo, as if the points of each neighbour filled the cube evenly.
+double points_around(const Partition& partition, ChunkId self, double halo_width) {
+  const std::vector<Chunk>& chunks = partition.octree.chunks();
+  const Box reach = chunks[self].box.grown(halo_width);
+  auto points = static_cast<double>(chunks[self].points);
+  for (const ChunkId other : partition.octree.neighbors(self, halo_width)) {
+    const Box& box = chunks[other].box;
+    double share = 1.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double low = std::max(reach.min[axis], box.min[axis]);
+      const double high = std::min(reach.max[axis], box.max[axis]);
+      share *= std::clamp((high - low) / (box.max[axis] - box.min[axis]), 0.0, 1.0);
+    }
+    points += share * static_cast<double>(chunks[other].points);
+  }
+  return points;
+}
+
 }  // namespace
 
 std::vector<std::uint64_t> points_with_halos(const ChunkStore& store, const Partition& partition,
@@ -137,10 +155,12 @@ std::vector<std::uint64_t> expected_points_with_halos(const Partition& partition
   const double halo =
       partition.spacing > 0.0 ? halo_width / partition.spacing : 0.0;  // in spacings
   const auto all = static_cast<double>(partition.octree.points());
+  const std::vector<Chunk>& chunks = partition.octree.chunks();
   std::vector<std::uint64_t> points;
-  for (const Chunk& chunk : partition.octree.chunks()) {
-    const double side = std::sqrt(static_cast<double>(distinct_points(chunk))) + 2.0 * halo;
-    points.push_back(static_cast<std::uint64_t>(std::min(side * side, all)));
+  for (ChunkId chunk = 0; chunk < chunks.size(); ++chunk) {
+    const double side = std::sqrt(static_cast<double>(distinct_points(chunks[chunk]))) + 2.0 * halo;
+    const double around = points_around(partition, chunk, halo_width);
+    points.push_back(static_cast<std::uint64_t>(std::min(std::max(side * side, around), all)));
   }
   return points;
 }

@@ -16,7 +16,8 @@ std::vector<std::uint64_t> points_with_halos(const ChunkStore& store, const Part
                                              double halo_width);
 
 /// The forecast before points are sorted: as if the points of a chunk lay on a surface, at the
-/// point spacing of the whole cloud.
+/// point spacing of the whole cloud, or those of its neighbours all over their cubes, whichever is
+/// more.
 std::vector<std::uint64_t> expected_points_with_halos(const Partition& partition,
                                                       double halo_width);
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 
+#include "engine/ball_pivoting/halo_width.h"
 #include "engine/normals/normal_side.h"
+#include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/stage/stages.h"
 #include "io/report/reasons.h"
@@ -129,12 +131,22 @@ double seconds_of(const ResolvedJob& job, const JobSize& size, const StageInfo& 
   if (stage.stage == Stage::kNormals && job.normals.source == NormalSource::kPoles)
     return 1e-6 * costs_of(job.normals.source).microseconds_per_point * points;
   double seconds = 1e-6 * microseconds_of(job, size, stage) * points;
+  if (stage.stage == Stage::kReconstruct && !is_in_core(job.reconstruct.method))
+    seconds *= size.halo_work;
   if (stage.stage == Stage::kCells) seconds *= kCoconeBoxesPerChunk;
   if (stage.stage == Stage::kHoles && size.loops)
     seconds = kSecondsPerLoop * static_cast<double>(*size.loops);
   seconds *= 1.0 - scaling.threads + scaling.threads / job.threads();
   const bool is_shared = scaling.work == StageWork::kShared && !is_cut_by_map(job, stage);
   return is_shared ? seconds / size.processes : seconds;
+}
+
+double halo_work_of(const Partition& partition, std::span<const double> radii) {
+  if (radii.empty() || partition.points() == 0) return 1.0;
+  double points = 0.0;
+  for (const std::uint64_t of_chunk : expected_points_with_halos(partition, halo_width(radii)))
+    points += static_cast<double>(of_chunk);
+  return std::max(1.0, points / static_cast<double>(partition.octree.points()));
 }
 
 }  // namespace
@@ -160,7 +172,8 @@ JobSize size_of_job(const Partition& partition, std::span<const double> radii, i
     const auto dropped = partition.dropped.find(text_of(reason));
     if (dropped != partition.dropped.end()) points += dropped->second;
   }
-  return {points, partition.points(), radii.size(), std::nullopt, processes};
+  return {points,       partition.points(), radii.size(),
+          std::nullopt, processes,          halo_work_of(partition, radii)};
 }
 
 double sum_of_seconds(std::span<const ExpectedStage> stages) {

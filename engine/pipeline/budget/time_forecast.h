@@ -19,6 +19,7 @@ struct JobSize {
   std::size_t radii = 0;               ///< ball radii; 0: not known
   std::optional<std::uint64_t> loops;  ///< boundary loops to be filled
   int processes = 1;
+  double halo_work = 1.0;  ///< points of all chunks with their halos over the points
 };
 
 /// The stages of the job in their order, each with its seconds, with all threads on cores of their
