@@ -49,7 +49,6 @@ struct Seen {
 struct Scene {
   std::span<const PatchSum> sums;
   std::span<const std::uint32_t> part;
-  std::span<const std::uint8_t> turn;
   PatchRays rays;
 };
 
@@ -79,7 +78,7 @@ class Viewer {
       : scene_(scene), v_(patch), turns_(turns) {}
 
   Seen look_around() {
-    const Vec3 normal = scene_.turn[v_] ? -scene_.rays.normal(v_) : scene_.rays.normal(v_);
+    const Vec3 normal = scene_.rays.normal(v_);
     seen_.front = look(normal, true);
     seen_.back = look(-normal, false);
     if (is_shut(seen_) && seen_.back.reach > kByFarWider * seen_.front.reach)
@@ -126,8 +125,7 @@ class Viewer {
       if (hit.patch == PatchRays::kNothing) {
         found.left += 1.0 / static_cast<double>(kDisc.size());
       } else if (scene_.part[hit.patch] != scene_.part[v_]) {
-        const Vec3 normal = scene_.rays.normal(hit.patch);
-        const Vec3 met = scene_.turn[hit.patch] ? -normal : normal;
+        const Vec3 met = scene_.rays.normal(hit.patch);
         Facing& facing = seen_.facing.emplace_back();
         facing.from = scene_.part[v_];
         facing.to = scene_.part[hit.patch];
@@ -151,7 +149,7 @@ class Search {
  public:
   Search(std::span<const PatchSum> sums, double cell, std::span<const std::uint32_t> part,
          std::span<const std::uint8_t> turn)
-      : scene_{sums, part, turn, PatchRays(sums, cell)} {}
+      : scene_{sums, part, PatchRays(sums, cell, turn)} {}
 
   SpaceOfParts run(const RowsOfParts& rows_of_parts, const StopToken* stop) {
     const std::vector<std::uint32_t> samples = samples_of(rows_of_parts);

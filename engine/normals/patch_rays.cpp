@@ -9,20 +9,25 @@ namespace {
 
 /// Cells along an axis that a key holds; clouds that are wider than that are searched in part.
 constexpr std::int64_t kMostCells = std::int64_t{1} << 21;
+/// Around a patch's bounds, in distances of its points.
+constexpr double kMargin = 1.5;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-PatchRays::PatchRays(std::span<const PatchSum> sums, double cell)
+PatchRays::PatchRays(std::span<const PatchSum> sums, double cell,
+                     std::span<const std::uint8_t> turn)
     : sums_(sums), cell_(cell), planes_(sums.size()), by_cell_(sums.size()) {
   if (sums.empty()) return;
   lowest_.fill(std::numeric_limits<std::int64_t>::max());
   highest_.fill(std::numeric_limits<std::int64_t>::min());
   for (std::uint32_t v = 0; v < sums.size(); ++v) {
     const double area = norm(sums[v].area_normal);
-    if (area > 0.0)
-      planes_[v] = {sums[v].area_normal / area, sums[v].flux / area,
+    if (area > 0.0) {
+      const double sign = !turn.empty() && turn[v] != 0 ? -1.0 : 1.0;
+      planes_[v] = {(sign / area) * sums[v].area_normal, sign / area * sums[v].flux,
                     std::sqrt(area / static_cast<double>(sums[v].points))};
+    }
     const Place place = cell_of(sums[v].flux_origin);
     for (int axis = 0; axis < 3; ++axis) {
       lowest_[axis] = std::min(lowest_[axis], place[axis]);
@@ -74,11 +79,28 @@ double PatchRays::distance_to(std::uint32_t patch, Vec3 origin, Vec3 direction) 
   const double distance = (plane.offset - dot(plane.normal, origin - sum.flux_origin)) / along;
   if (!(distance > 0.0)) return kNever;
   const Vec3 at = origin + distance * direction;
-  const double margin = 1.5 * plane.spacing;
+  const double margin = kMargin * plane.spacing;
   for (int axis = 0; axis < 3; ++axis)
     if (at[axis] < sum.lowest[axis] - margin || at[axis] > sum.highest[axis] + margin)
       return kNever;
   return distance;
+}
+
+bool PatchRays::is_beside(std::uint32_t from, std::uint32_t patch) const {
+  const double margin = kMargin * (planes_[from].spacing + planes_[patch].spacing);
+  const PatchSum &own = sums_[from], &other = sums_[patch];
+  for (int axis = 0; axis < 3; ++axis)
+    if (other.lowest[axis] - margin > own.highest[axis] ||
+        other.highest[axis] + margin < own.lowest[axis])
+      return false;
+  return true;
+}
+
+bool PatchRays::is_same_layer(std::uint32_t from, std::uint32_t patch, Vec3 direction) const {
+  constexpr double kAlike = 0.5;  // cosine
+  const Vec3 own = planes_[from].normal, other = planes_[patch].normal;
+  return dot(own, other) > kAlike && (dot(own, direction) > 0.0) == (dot(other, direction) > 0.0) &&
+         is_beside(from, patch);
 }
 
 PatchRays::Hit PatchRays::first(std::uint32_t from, Vec3 direction) const {
@@ -100,7 +122,9 @@ PatchRays::Hit PatchRays::first(std::uint32_t from, Vec3 direction) const {
       for (std::uint32_t row = rows->second.first; row < rows->second.second; ++row) {
         const std::uint32_t patch = by_cell_[row];
         const double distance = patch == from ? kNever : distance_to(patch, origin, direction);
-        if (distance > nearest && distance < hit.distance) hit = {patch, distance};
+        if (!(distance > nearest && distance < hit.distance)) continue;
+        if (is_same_layer(from, patch, direction)) continue;
+        hit = {patch, distance};
       }
     if (hit.patch != kNothing) return hit;
     const int axis = next.x <= next.y && next.x <= next.z ? 0 : next.y <= next.z ? 1 : 2;

@@ -24,15 +24,18 @@ class PatchRays {
     double distance = 0.0;  ///< to the hit, or to where the ray leaves the patches' bounds
   };
 
-  /// `cell`: side of the patches' lattice. The sums must outlive this.
-  PatchRays(std::span<const PatchSum> sums, double cell);
+  /// `cell`: side of the patches' lattice. `turn`: of patches, on top of their sums; empty: none.
+  /// The sums must outlive this.
+  PatchRays(std::span<const PatchSum> sums, double cell, std::span<const std::uint8_t> turn);
 
   /// A point of the patch's plane in the middle of its bounds.
   Vec3 middle(std::uint32_t patch) const;
-  /// Zero for a patch without an area vector, which no ray meets.
+  /// As turned. Zero for a patch without an area vector, which no ray meets.
   Vec3 normal(std::uint32_t patch) const { return planes_[patch].normal; }
   /// The first patch in a direction (a unit vector) from the middle of another. What lies nearer
-  /// than the points of the patch lie to each other does not count: it may be the same layer.
+  /// than the points of the patch lie to each other does not count: it may be the same layer. Nor
+  /// does a patch beside this one that faces about as this one does and is met from the same side:
+  /// on a curved surface the plane of a neighbour reaches over this one.
   Hit first(std::uint32_t from, Vec3 direction) const;
 
  private:
@@ -46,6 +49,8 @@ class PatchRays {
   Place cell_of(Vec3 position) const;
   std::uint64_t key_of(const Place& place) const;
   double distance_to(std::uint32_t patch, Vec3 origin, Vec3 direction) const;
+  bool is_beside(std::uint32_t from, std::uint32_t patch) const;
+  bool is_same_layer(std::uint32_t from, std::uint32_t patch, Vec3 direction) const;
 
   std::span<const PatchSum> sums_;
   double cell_;

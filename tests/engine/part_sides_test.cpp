@@ -245,7 +245,7 @@ TEST_CASE("RaysMeetTheNearestPatchThatIsNoLayerOfTheirOwn") {
     sum.flux = 16.0 * (height - sum.flux_origin.z);
     sums.push_back(sum);
   }
-  const PatchRays rays(sums, 8.0);
+  const PatchRays rays(sums, 8.0, {});
   const PatchRays::Hit up = rays.first(0, {0, 0, 1});
   CHECK(up.patch == 2);
   CHECK(up.distance == Approx(6.0));
