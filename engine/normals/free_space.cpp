@@ -149,7 +149,7 @@ class Search {
  public:
   Search(std::span<const PatchSum> sums, double cell, std::span<const std::uint32_t> part,
          std::span<const std::uint8_t> turn)
-      : scene_{sums, part, PatchRays(sums, cell, turn)} {}
+      : scene_{sums, part, PatchRays(sums, cell, turn, part)} {}
 
   SpaceOfParts run(const RowsOfParts& rows_of_parts, const StopToken* stop) {
     const std::vector<std::uint32_t> samples = samples_of(rows_of_parts);

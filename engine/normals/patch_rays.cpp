@@ -16,8 +16,8 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 }  // namespace
 
 PatchRays::PatchRays(std::span<const PatchSum> sums, double cell,
-                     std::span<const std::uint8_t> turn)
-    : sums_(sums), cell_(cell), planes_(sums.size()), by_cell_(sums.size()) {
+                     std::span<const std::uint8_t> turn, std::span<const std::uint32_t> part)
+    : sums_(sums), part_(part), cell_(cell), planes_(sums.size()), by_cell_(sums.size()) {
   if (sums.empty()) return;
   lowest_.fill(std::numeric_limits<std::int64_t>::max());
   highest_.fill(std::numeric_limits<std::int64_t>::min());
@@ -98,6 +98,7 @@ bool PatchRays::is_beside(std::uint32_t from, std::uint32_t patch) const {
 
 bool PatchRays::is_same_layer(std::uint32_t from, std::uint32_t patch, Vec3 direction) const {
   constexpr double kAlike = 0.5;  // cosine
+  if (!part_.empty() && part_[from] != part_[patch]) return false;
   const Vec3 own = planes_[from].normal, other = planes_[patch].normal;
   return dot(own, other) > kAlike && (dot(own, direction) > 0.0) == (dot(other, direction) > 0.0) &&
          is_beside(from, patch);

@@ -14,7 +14,7 @@
 namespace orbweave {
 
 /// Patches as pieces of planes: through the mean of their points, perpendicular to their area
-/// vector, as large as their bounds and half the distance of their points around them.
+/// vector, as large as their bounds and one and a half distances of their points around them.
 class PatchRays {
  public:
   static constexpr std::uint32_t kNothing = std::numeric_limits<std::uint32_t>::max();
@@ -25,8 +25,9 @@ class PatchRays {
   };
 
   /// `cell`: side of the patches' lattice. `turn`: of patches, on top of their sums; empty: none.
-  /// The sums must outlive this.
-  PatchRays(std::span<const PatchSum> sums, double cell, std::span<const std::uint8_t> turn);
+  /// `part`: that a patch belongs to; empty: all to one. Sums and parts must outlive this.
+  PatchRays(std::span<const PatchSum> sums, double cell, std::span<const std::uint8_t> turn,
+            std::span<const std::uint32_t> part);
 
   /// A point of the patch's plane in the middle of its bounds.
   Vec3 middle(std::uint32_t patch) const;
@@ -34,8 +35,8 @@ class PatchRays {
   Vec3 normal(std::uint32_t patch) const { return planes_[patch].normal; }
   /// The first patch in a direction (a unit vector) from the middle of another. What lies nearer
   /// than the points of the patch lie to each other does not count: it may be the same layer. Nor
-  /// does a patch beside this one that faces about as this one does and is met from the same side:
-  /// on a curved surface the plane of a neighbour reaches over this one.
+  /// does a patch of the same part beside this one that faces about as this one does and is met
+  /// from the same side: on a curved surface the plane of a neighbour reaches over this one.
   Hit first(std::uint32_t from, Vec3 direction) const;
 
  private:
@@ -53,6 +54,7 @@ class PatchRays {
   bool is_same_layer(std::uint32_t from, std::uint32_t patch, Vec3 direction) const;
 
   std::span<const PatchSum> sums_;
+  std::span<const std::uint32_t> part_;
   double cell_;
   std::vector<Plane> planes_;
   Place lowest_{}, highest_{};  // cells that hold patches

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <numbers>
 #include <vector>
 
 #include <catch2/catch.hpp>
@@ -230,6 +231,53 @@ TEST_CASE("LargePartsJoinedByContradictingVotesAreAGuess") {
   CHECK(found.doubtful_area == Approx(0.5));
 }
 
+TEST_CASE("RoundObjectsFaceOutwardWhereverTheLatticeCutsThem") {
+  test::Random random(8);
+  for (const double points : {15'000.0, 40'000.0, 60'000.0, 110'000.0}) {
+    for (int place = 0; place < 3; ++place) {
+      const double radius = std::sqrt(points / (4.0 * std::numbers::pi));
+      const auto shift = [&] { return 40.0 * (random.uniform() - 0.5); };
+      const Vec3 center{shift(), shift(), shift()};
+      PointCloud cloud;
+      while (static_cast<double>(cloud.size()) < points) {
+        const auto along = [&] { return 2.0 * random.uniform() - 1.0; };
+        const Vec3 to{along(), along(), along()};
+        if (norm(to) > 1.0 || norm(to) < 0.1) continue;
+        cloud.normals.push_back(normalized(to));
+        cloud.positions.push_back(center + radius * cloud.normals.back());
+      }
+      const Oriented result = oriented(std::move(cloud));
+      CAPTURE(points, center.x, center.y, center.z);
+      CHECK(result.right > 0.999);
+      CHECK(result.found.interiors == 0);
+    }
+  }
+}
+
+TEST_CASE("ThePlaneOfANeighbourOnARoundSurfaceShutsNothingIn") {
+  // Two neighbours of a surface that bends down from one to the next, the second turned over.
+  std::vector<PatchSum> sums(2);
+  for (std::uint64_t i = 0; i < 2; ++i) {
+    PatchSum& sum = sums[i];
+    const double slope = i == 0 ? 0.0 : 0.6;
+    const Vec3 normal = normalized({slope, 0.0, 1.0});
+    const Vec3 center{i == 0 ? 0.0 : 4.0, 0.0, i == 0 ? 0.0 : -0.4};
+    sum.patch = i;
+    sum.points = 16;
+    sum.lowest = center - Vec3{2, 2, slope * 2};
+    sum.highest = center + Vec3{2, 2, slope * 2};
+    sum.flux_origin = {8.0 * static_cast<double>(i), 0, 0};
+    sum.area_normal = (i == 0 ? 16.0 : -16.0) * normal;
+    sum.area = 16.0;
+    sum.flux = dot(sum.area_normal, center - sum.flux_origin);
+  }
+  const std::vector<std::uint8_t> turn = {0, 1};
+  const PatchRays rays(sums, 8.0, turn, {});
+  const Vec3 outward = normalized({0.9, 0.0, 0.3});
+  REQUIRE(PatchRays(sums, 8.0, {}, {}).first(0, outward).patch == 1);
+  CHECK(rays.first(0, outward).patch == PatchRays::kNothing);
+}
+
 TEST_CASE("RaysMeetTheNearestPatchThatIsNoLayerOfTheirOwn") {
   // Level patches of 4 x 4 at heights 0, 0.1, 6 and 14; 16 points each lie 1 apart.
   std::vector<PatchSum> sums;
@@ -245,7 +293,7 @@ TEST_CASE("RaysMeetTheNearestPatchThatIsNoLayerOfTheirOwn") {
     sum.flux = 16.0 * (height - sum.flux_origin.z);
     sums.push_back(sum);
   }
-  const PatchRays rays(sums, 8.0, {});
+  const PatchRays rays(sums, 8.0, {}, {});
   const PatchRays::Hit up = rays.first(0, {0, 0, 1});
   CHECK(up.patch == 2);
   CHECK(up.distance == Approx(6.0));
