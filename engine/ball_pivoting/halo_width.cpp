@@ -24,6 +24,8 @@ double halo_width(std::span<const double> ball_radii) {
   return width * kRoom;
 }
 
+double longest_edge(std::span<const double> ball_radii) { return 2.0 * ball_radii.back() * kRoom; }
+
 std::vector<double> walk_reaches(std::span<const double> ball_radii) {
   std::vector<double> reaches(ball_radii.size());
   // The fans of the vertices of triangles that may support an owned one.

@@ -10,6 +10,10 @@ namespace orbweave {
 /// uncut cloud. docs/dev/halo.md derives it.
 double halo_width(std::span<const double> ball_radii);
 
+/// What no edge of a triangle is longer than: its ends touched one ball before the perturbation was
+/// taken back, which is why it may be a little longer than the largest ball.
+double longest_edge(std::span<const double> ball_radii);
+
 /// Per level, how far from the owned points a triangle of the level can still matter to them:
 /// points that are farther away need no walk. docs/dev/halo.md.
 std::vector<double> walk_reaches(std::span<const double> ball_radii);

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/ball_pivoting/halo_width.h"
 #include "tests/support/clouds.h"
 
 namespace orbweave {
@@ -94,6 +95,40 @@ std::vector<double> radii_of(const NamedCloud& named, std::vector<double> factor
 }
 
 }  // namespace
+
+TEST_CASE("EdgesAreALittleLongerThanABallAtMost") {
+  // A lattice turned by 45 degrees: its diagonals are 1 long.
+  std::vector<Vec3> positions, normals;
+  for (int i = -40; i <= 40; ++i) {
+    for (int j = -40; j <= 40; ++j) {
+      if ((i + j) % 2 != 0) continue;
+      positions.push_back({0.5 * i, 0.5 * j, 0.0});
+      normals.push_back({0.0, 0.0, 1.0});
+    }
+  }
+  // Balls that are too small for the diagonals but for what points are moved by.
+  const std::vector<double> radii = {0.49999995};
+  const auto result = ball_pivoting(positions, normals, {}, {radii, {}});
+  double longest = 0.0;
+  for (const Triangle& t : result.triangles)
+    for (int k = 0; k < 3; ++k)
+      longest = std::max(longest, norm(positions[t[k]] - positions[t[(k + 1) % 3]]));
+  CHECK(longest > 2.0 * radii.back());
+  CHECK(longest <= longest_edge(radii));
+}
+
+TEST_CASE("WalksReachAsFarAsTheHaloShows") {
+  for (const std::vector<double>& radii :
+       {std::vector<double>{1.0}, {1.0, 1.5, 2.25, 3.4}, {1.0, 5.0}}) {
+    const std::vector<double> reaches = walk_reaches(radii);
+    REQUIRE(reaches.size() == radii.size());
+    for (std::size_t level = 0; level < radii.size(); ++level) {
+      // A walk sees the points within two radii.
+      CHECK(reaches[level] + 2.0 * radii[level] <= halo_width(radii) * (1.0 + 1e-12));
+      if (level > 0) CHECK(reaches[level] < reaches[level - 1]);
+    }
+  }
+}
 
 TEST_CASE("ChunkedMeshEqualsWholeMesh", "[slow]") {
   const std::vector<std::vector<double>> levels = {

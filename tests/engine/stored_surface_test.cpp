@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/ball_pivoting/halo_width.h"
 #include "engine/pipeline/stage/partition.h"
 #include "engine/pipeline/stage/stages.h"
 #include "io/error.h"
@@ -35,7 +36,7 @@ struct Chunks {
     job.run.work_dir = (scratch / "kept").string();
     const RunReport report = run(job);
     REQUIRE(report.chunks > 8);
-    reach = 2.0 * report.radii.back();
+    reach = longest_edge(report.radii);
     work_dir = job.run.work_dir;
   }
 };

@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "engine/ball_pivoting/halo_width.h"
 #include "engine/geometry/crossing_pairs.h"
 #include "engine/pipeline/surface/patch_batch.h"
 #include "partition/canonical_order.h"
@@ -270,7 +271,7 @@ class Check {
   /// Triangles of large patches that the chunk is checked with. Small patches do not count beside
   /// the chunk's points.
   std::uint64_t patch_triangles(ChunkId chunk) const {
-    const double reach = 2.0 * inputs_.surface.radii.values.back();
+    const double reach = longest_edge(inputs_.surface.radii.values);
     const Box surface = inputs_.surface.partition.octree.chunks()[chunk].box.grown(reach);
     const Box& own = patches_[chunk].box;
     std::uint64_t triangles = 0;
@@ -286,7 +287,7 @@ class Check {
   std::vector<HolePair> crossing_at(ChunkId chunk) const {
     const std::vector<Chunk>& chunks = inputs_.surface.partition.octree.chunks();
     const bool all = runner_.job.output.check_surface;
-    const double reach = 2.0 * inputs_.surface.radii.values.back();
+    const double reach = longest_edge(inputs_.surface.radii.values);
     const ChunkPatches& own = patches_[chunk];
     const Box surface = chunks[chunk].box.grown(reach);
     const auto is_near = [&](const Box& box) {

@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "engine/ball_pivoting/halo_width.h"
 #include "engine/holes/fill_hole.h"
 #include "engine/holes/hole_pass.h"
 #include "engine/holes/loops/hole_choice.h"
@@ -401,7 +402,7 @@ HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
   // What the chunks' parts of the boundary were.
   release_freed_memory(runner.job.partition.memory_bytes);
   const Partition& partition = inputs.surface.partition;
-  StoredSurface surface(runner.store, partition, 2.0 * inputs.surface.radii.values.back(),
+  StoredSurface surface(runner.store, partition, longest_edge(inputs.surface.radii.values),
                         bytes_for_chunks(runner.job, partition), true);
   HoleResult result;
   TracedHoles holes = trace_holes(inputs, surface, runner, result.filled);
@@ -454,7 +455,7 @@ HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
 
 std::uint64_t count_crossings_unfilled(const SurfaceInputs& inputs, StageRunner& runner) {
   const std::size_t memory_bytes = bytes_for_chunks(runner.job, inputs.partition);
-  const StoredSurface surface(runner.store, inputs.partition, 2.0 * inputs.radii.values.back(),
+  const StoredSurface surface(runner.store, inputs.partition, longest_edge(inputs.radii.values),
                               memory_bytes / 2, false);
   return check_crossings({inputs, surface, {}, memory_bytes / 2}, runner)
       .crossing_pairs.value_or(0);

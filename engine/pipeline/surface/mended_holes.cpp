@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "engine/ball_pivoting/halo_width.h"
 #include "engine/pipeline/surface/patch_batch.h"
 
 namespace orbweave {
@@ -119,7 +120,7 @@ Mended mend_holes(const MendInputs& inputs, StageRunner& runner) {
   StoredPatches patches = list_patches(inputs, runner);
   faults.loops = open_loops_of_solids(plan, patches.holes);
   const Partition& partition = inputs.surface.partition;
-  const double reach = 2.0 * inputs.surface.radii.values.back();
+  const double reach = longest_edge(inputs.surface.radii.values);
   const auto scanned_near = [&](const Box& box, std::vector<Triangle64>& out) {
     const std::vector<Chunk>& chunks = partition.octree.chunks();
     const BoxTree place(std::span(&box, 1));

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
+#include "engine/ball_pivoting/halo_width.h"
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/surface/chunk_with_halo.h"
@@ -48,7 +49,7 @@ void reconstruct_whole(const SurfaceInputs& inputs, StageRunner& runner) {
             load_chunk_with_halo(runner.store, partition, chunk, 0.0, &runner.stop);
         InCoreSurface found = surface_of_whole(points, runner);
         ChunkMesh mesh = make_chunk_mesh(points, std::move(found.surface), chunks[chunk].box,
-                                         2.0 * inputs.radii.values.back(), &runner.stop);
+                                         longest_edge(inputs.radii.values), &runner.stop);
         mesh.undersampled = std::move(found.undersampled);
         mesh.voronoi.undersampled_points = static_cast<std::uint64_t>(
             std::count(mesh.undersampled.begin(), mesh.undersampled.end(), 1));
@@ -93,7 +94,7 @@ void reconstruct_chunks(const SurfaceInputs& inputs, StageRunner& runner) {
             ball_pivoting(points.positions, points.normals, points.owned, options);
         commit_chunk_mesh(runner.store, chunk,
                           make_chunk_mesh(points, std::move(result), chunks[chunk].box,
-                                          2.0 * radii.back(), &runner.stop));
+                                          longest_edge(radii), &runner.stop));
       },
       Durability::kFollows);
   clock.facts().points = partition.points();

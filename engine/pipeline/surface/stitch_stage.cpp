@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "engine/ball_pivoting/halo_width.h"
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/surface/stored_mesh.h"
@@ -32,13 +33,11 @@ namespace {
                  setting(job, "reconstruct.ball_radii", "auto")});
 }
 
-/// For every chunk, the last one whose triangles may use its vertices: none has an edge longer than
-/// two radii, and a bit for points that were decided on as if they lay a little elsewhere.
-std::vector<ChunkId> last_users(const Partition& partition, double radius) {
-  constexpr double kReach = 2.001;
+/// For every chunk, the last one whose triangles may use its vertices.
+std::vector<ChunkId> last_users(const Partition& partition, double longest_edge) {
   std::vector<ChunkId> last;
   for (ChunkId chunk = 0; chunk < partition.octree.chunks().size(); ++chunk) {
-    const std::vector<ChunkId> near = partition.octree.neighbors(chunk, kReach * radius);
+    const std::vector<ChunkId> near = partition.octree.neighbors(chunk, longest_edge);
     last.push_back(near.empty() ? chunk : std::max(chunk, near.back()));
   }
   return last;
@@ -169,7 +168,7 @@ Stitched stitch_chunks(const SurfaceInputs& inputs, const ResolvedJob& job, cons
   const std::size_t chunks = partition.octree.chunks().size();
   const BorderRows rows = border_rows(store, chunks, stop);
   require_memory(inputs, job, rows, store, stop);
-  const std::vector<ChunkId> last = last_users(partition, inputs.radii.values.back());
+  const std::vector<ChunkId> last = last_users(partition, longest_edge(inputs.radii.values));
   MeshSummary summary(job.fill.enabled, [&](std::uint64_t vertex) -> MeshSummary::Users {
     const ChunkId chunk = partition.chunk_of(vertex);
     return {last[chunk], partition.first_vertex[chunk + 1]};
