@@ -33,9 +33,12 @@ struct MeshFacts {
   std::optional<std::uint64_t> patch_crossing_pairs;
   std::int64_t euler_characteristic = 0;  ///< of the referenced vertices
   double area = 0.0;                      ///< square world units
-  double patch_area = 0.0;                ///< of filled holes, as far as they are known
-  bool watertight = false;                ///< closed, manifold, consistently oriented
-  std::string checksum;                   ///< of coordinates and oriented triangles only
+  /// Within the triangles of the scan, counted from the middle of the points, cubic world units;
+  /// negative: they face inward. Rough unless the surface is closed without patches.
+  double scanned_volume = 0.0;
+  double patch_area = 0.0;  ///< of filled holes, as far as they are known
+  bool watertight = false;  ///< closed, manifold, consistently oriented
+  std::string checksum;     ///< of coordinates and oriented triangles only
   Box bounds;
 };
 

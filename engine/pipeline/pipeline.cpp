@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -156,6 +157,33 @@ void warn_of_holes(StageRunner& runner, const RunResults& results) {
                    : short_radii(runner.job, results.partition, results.radii.values)));
 }
 
+/// Whether what is open is too small to be looked into: a loop of all border edges would enclose a
+/// thousandth of the area at most.
+bool is_all_but_closed(const MeshFacts& mesh) {
+  const auto edges = static_cast<double>(mesh.boundary_edges);
+  // The square of an edge of even triangles, of their area, over a circle's area of its
+  // perimeter's.
+  constexpr double kEdge = 2.3, kCircle = 12.6, kLeast = 1e-3;
+  return edges * edges * kEdge <= kLeast * kCircle * static_cast<double>(mesh.triangles);
+}
+
+/// A closed surface that shows its inner side although nothing says that it was seen from there.
+void warn_of_inside_out(StageRunner& runner, const RunResults& results) {
+  // Volumes that are smaller are those of thin plates, as far as patches let them be known.
+  constexpr double kLeastVolume = 1e-3, kMostPatched = 0.2;
+  const MeshFacts& mesh = results.mesh;
+  const NormalFacts& normals = results.partition.normals;
+  if (!is_all_but_closed(mesh) || mesh.patch_area > kMostPatched * mesh.area) return;
+  if (mesh.scanned_volume > -kLeastVolume * std::pow(mesh.area, 1.5)) return;
+  if (normals.interiors > 0 || runner.job.normals.orientation == Orientation::kInward) return;
+  runner.warn(
+      std::string("the surface is closed and faces inward, as a room does; of an object, ") +
+      (runner.job.estimates_normals ? "the normals' side was taken wrongly, try another " +
+                                          setting_name(runner.job, "normals.orientation")
+                                    : "the input's normals point to the wrong side, try " +
+                                          setting(runner.job, "normals.source", "estimate")));
+}
+
 /// Loops with their first vertices as the mesh file numbers them.
 std::vector<HoleFacts> in_output_numbers(std::vector<HoleFacts> holes, const UsedVertices& used) {
   VertexRanks ranks(used);
@@ -261,6 +289,7 @@ void run_stages(StageRunner& runner, RunResults& results) {
   results.mesh.bounds = exported.bounds;
   results.holes = in_output_numbers(std::move(holes.filled.holes), used);
   warn_of_holes(runner, results);
+  warn_of_inside_out(runner, results);
 }
 
 /// Runs the stages; a stored result that turns out to be damaged is dropped and made anew.

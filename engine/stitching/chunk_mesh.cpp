@@ -226,17 +226,21 @@ void number_components(const ChunkPoints& points, const BallPivotingResult& resu
   mesh.pieces.resize(numbers.count());
 }
 
-double area_of(const ChunkPoints& points, const Triangle& t) {
+/// Adds the triangle's area, and the volume of the cone to it.
+void measure(const ChunkPoints& points, const Triangle& t, ChunkMesh& mesh) {
   const Vec3 a = points.positions[t[0]];
-  return 0.5 * norm(cross(points.positions[t[1]] - a, points.positions[t[2]] - a));
+  const Vec3 across = cross(points.positions[t[1]] - a, points.positions[t[2]] - a);
+  mesh.area += 0.5 * norm(across);
+  mesh.volume += dot(a - points.origin, across) / 6.0;
 }
 
-/// Flags of the points that the triangles use; their area as well, which takes the same corners.
+/// Flags of the points that the triangles use; their area and volume as well, which take the same
+/// corners.
 std::vector<std::uint8_t> used_points(const ChunkPoints& points,
-                                      std::span<const Triangle> triangles, double& area) {
+                                      std::span<const Triangle> triangles, ChunkMesh& mesh) {
   std::vector<std::uint8_t> used(points.positions.size(), 0);
   for (const Triangle& t : triangles) {
-    area += area_of(points, t);
+    measure(points, t, mesh);
     for (const std::uint32_t vertex : t) used[vertex] = 1;
   }
   return used;
@@ -284,7 +288,7 @@ ChunkMesh make_chunk_mesh(const ChunkPoints& points, BallPivotingResult result, 
   tbb::this_task_arena::isolate([&] {
     tbb::parallel_invoke([&] { join_triangles(result.triangles, nodes, stop); },
                          [&] {
-                           used = used_points(points, result.triangles, mesh.area);
+                           used = used_points(points, result.triangles, mesh);
                            check_stop(stop);
                            local = number_points(points, used, mesh);
                            on_seam = seam_points(points, mesh, box, seam_width, used);

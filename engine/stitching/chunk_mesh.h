@@ -46,7 +46,8 @@ struct ChunkMesh {
   std::vector<ChunkPiece> pieces;                 ///< the chunk's components
   std::uint64_t conflicts_lost = 0;
   std::uint64_t isolated_dropped = 0;
-  double area = 0.0;  ///< of `triangles`
+  double area = 0.0;    ///< of `triangles`
+  double volume = 0.0;  ///< of the cones from ChunkPoints::origin to them; positive: faces outward
   /// Of methods that tell: 1 per owned point that is sampled too sparsely; else empty.
   std::vector<std::uint8_t> undersampled;
   VoronoiFacts voronoi;  ///< likewise
@@ -60,6 +61,7 @@ struct ChunkPoints {
   std::vector<std::uint8_t> owned;
   std::uint32_t owned_begin = 0;  ///< owned points are contiguous
   std::uint32_t owned_end = 0;
+  Vec3 origin;  ///< that volumes are counted from: the same for all chunks
 
   bool is_owned(std::uint32_t point) const { return point >= owned_begin && point < owned_end; }
 };

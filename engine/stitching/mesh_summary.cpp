@@ -98,6 +98,7 @@ void MeshSummary::reserve(std::uint64_t fans, std::uint64_t vertices, std::uint6
 void MeshSummary::add(const ChunkMesh& chunk, std::uint64_t first_vertex, std::uint64_t triangles) {
   facts_.triangles += triangles;
   facts_.area += chunk.area;
+  facts_.scanned_volume += chunk.volume;
   conflicts_lost_ += chunk.conflicts_lost;
   voronoi_ += chunk.voronoi;
   count_fans(chunk.fans, first_vertex);

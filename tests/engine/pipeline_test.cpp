@@ -275,6 +275,24 @@ TEST_CASE("RadiiFarFromTheSpacingSaySo") {
   CHECK_FALSE(std::filesystem::exists(job.output.mesh));
 }
 
+TEST_CASE("AClosedSurfaceThatFacesInwardIsWarnedOf") {
+  NamedCloud named = test::noisy_torus(4000, 0.1, 9);
+  for (Vec3& p : named.cloud.positions) p = p + Vec3{5e5, 4e6, 100.0};
+  const auto says_inward = [&](std::uint64_t chunk_points) {
+    ScratchDirectory scratch;
+    Job job = job_for(scratch, named);
+    job.partition.chunk_points = chunk_points;
+    const RunReport report = run(job);
+    return std::any_of(report.warnings.begin(), report.warnings.end(), [](const std::string& line) {
+      return line.find("faces inward") != std::string::npos;
+    });
+  };
+  CHECK_FALSE(says_inward(1'000'000));
+  for (Vec3& normal : named.cloud.normals) normal = -normal;
+  CHECK(says_inward(1'000'000));
+  CHECK(says_inward(500));
+}
+
 TEST_CASE("PlanWritesNothingAndAgreesWithTheRun", "[costly]") {
   const NamedCloud named = painted_torus(9000, 0.1, 27);
   ScratchDirectory scratch;

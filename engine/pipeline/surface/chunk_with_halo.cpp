@@ -57,6 +57,7 @@ ChunkPoints load_chunk_with_halo(const ChunkStore& store, const Partition& parti
     count += parts.back().rows.size();
   }
   ChunkPoints points;
+  points.origin = partition.bounds.center();
   reserve_touched(points.positions, count);
   points.positions.resize(count);
   reserve_touched(points.normals, count);

@@ -136,6 +136,7 @@ ChunkPoints SeamAgreement::points_of(ChunkId chunk,
   const std::size_t own = partition_.points_in(chunk);
   const Places places = places_of(std::move(outer));
   ChunkPoints points;
+  points.origin = partition_.bounds.center();
   points.positions = places.positions;
   points.normals = places.normals;
   points.global = places.vertices;

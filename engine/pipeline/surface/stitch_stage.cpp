@@ -106,6 +106,7 @@ void commit_stitched(StageRunner& runner, const Stitched& stitched) {
   const ArrayView arrays[] = {
       array("counts", 1, counts),
       {"area", ScalarType::kFloat64, 1, 1, &facts.area},
+      {"volume", ScalarType::kFloat64, 1, 1, &facts.scanned_volume},
       array("triangles", 1, stitched.triangles),
       {"used", ScalarType::kUint32, 1, stitched.used.size(), stitched.used.data()},
       array("fans", 4, boundary.fans),
@@ -142,6 +143,7 @@ Stitched load_stitched(const ResolvedJob& job, const Partition& partition,
   facts.nonmanifold_vertices = counts.at(5);
   facts.pinches = counts.at(5);
   facts.area = stored->read_all<double>("area").at(0);
+  facts.scanned_volume = stored->read_all<double>("volume").at(0);
   derive_facts(facts);
   stitched.conflicts_lost = counts.at(6);
   stitched.unused_points = counts.at(7);

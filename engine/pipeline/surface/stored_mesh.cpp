@@ -23,7 +23,7 @@ void commit_chunk_mesh(ChunkStore& store, ChunkId chunk, const ChunkMesh& mesh) 
       mesh.conflicts_lost,        mesh.isolated_dropped, voronoi.undersampled_points,
       voronoi.uncertified_points, voronoi.grown_boxes,   voronoi.contested_triangles,
       voronoi.seam_triangles};
-  const std::vector<double> area = {mesh.area};
+  const std::vector<double> area = {mesh.area}, volume = {mesh.volume};
   const ArrayView arrays[] = {
       view(kStoredTriangles, ScalarType::kUint32, 3, mesh.triangles, 3),
       view("fans", ScalarType::kUint8, 1, mesh.fans, 1),
@@ -35,6 +35,7 @@ void commit_chunk_mesh(ChunkStore& store, ChunkId chunk, const ChunkMesh& mesh) 
       view("seam", ScalarType::kUint64, 3, mesh.seam, 3),
       view("counts", ScalarType::kUint64, 1, counts, 1),
       view("area", ScalarType::kFloat64, 1, area, 1),
+      view("volume", ScalarType::kFloat64, 1, volume, 1),
       view(kStoredUndersampled, ScalarType::kUint8, 1, mesh.undersampled, 1),
   };
   store.commit(kMeshStage, chunk, arrays);
@@ -59,6 +60,7 @@ ChunkMesh load_chunk_mesh(const ChunkStore& store, ChunkId chunk, bool summary_o
   mesh.isolated_dropped = counts.at(1);
   mesh.voronoi = {counts.at(2), counts.at(3), counts.at(4), counts.at(5), counts.at(6)};
   mesh.area = stored->read_all<double>("area").at(0);
+  mesh.volume = stored->read_all<double>("volume").at(0);
   return mesh;
 }
 
