@@ -14,7 +14,7 @@ struct MemoryCosts {
   /// surfaces that cost more than most.
   static constexpr std::size_t kReconstructBytes = 320;
   /// The same as most surfaces take it.
-  static constexpr std::size_t kUsualReconstructBytes = 250;
+  static constexpr std::size_t kUsualReconstructBytes = 275;
   /// Sorting a chunk: record as read, as sorted, keys.
   static std::size_t sort_bytes(const PointSchema& schema);
   /// Points of the cloud as they are read, before they have a place of their own.

@@ -53,20 +53,25 @@ TEST_CASE("PlacesHoldEveryPointOnce") {
 
 TEST_CASE("ChunksStayApartOnAnEvenSurface") {
   const Cut even = cut(sphere(50'000, 0.0), 10'000);
-  const Octree kept = without_needless_halos(even.places, even.octree, 0.1, 10'000, 50'000);
+  const Octree kept =
+      without_needless_halos(even.places, even.octree, 0.1, 10'000, {50'000, 50'000});
   CHECK(kept.chunks().size() == even.octree.chunks().size());
 }
 
 TEST_CASE("ChunksAroundACrowdAreOneAsFarAsMemoryAllows") {
   const Cut crowded = cut(sphere(50'000, 0.1), 10'000);
   REQUIRE(halo_work(crowded.places, crowded.octree, 0.3) > 2.0);
-  CHECK(
-      without_needless_halos(crowded.places, crowded.octree, 0.3, 10'000, 50'000).chunks().size() ==
-      1);
+  CHECK(without_needless_halos(crowded.places, crowded.octree, 0.3, 10'000, {50'000, 50'000})
+            .chunks()
+            .size() == 1);
   const Octree limited =
-      without_needless_halos(crowded.places, crowded.octree, 0.3, 10'000, 20'000);
+      without_needless_halos(crowded.places, crowded.octree, 0.3, 10'000, {20'000, 50'000});
   CHECK(limited.chunks().size() > 1);
   for (const Chunk& chunk : limited.chunks()) CHECK(chunk.points <= 20'000);
+  // Where the halos leave no room, chunks stay as they are.
+  CHECK(without_needless_halos(crowded.places, crowded.octree, 0.3, 10'000, {50'000, 49'999})
+            .chunks()
+            .size() > 1);
 }
 
 }  // namespace orbweave

@@ -165,6 +165,11 @@ std::vector<std::uint64_t> expected_points_with_halos(const Partition& partition
   return points;
 }
 
+std::uint64_t most_points_with_halo(const ResolvedJob& job) {
+  const std::uint64_t budget = job.partition.memory_bytes;
+  return (budget - std::min(budget, kWorkingBytes)) / MemoryCosts::kUsualReconstructBytes;
+}
+
 std::uint64_t predicted_peak_bytes(const ResolvedJob& job, const Partition& partition,
                                    std::span<const double> radii) {
   const std::uint64_t points = partition.octree.points();
@@ -259,9 +264,9 @@ void require_memory_for_largest(const ResolvedJob& job, const Partition& partiti
                                 std::span<const double> radii) {
   const auto largest = std::max_element(points.begin(), points.end());
   if (largest == points.end()) return;
+  if (*largest <= most_points_with_halo(job)) return;
   const std::uint64_t needed = kWorkingBytes + *largest * MemoryCosts::kUsualReconstructBytes;
   const std::uint64_t budget = job.partition.memory_bytes;
-  if (needed <= budget) return;
   const auto chunk = static_cast<ChunkId>(largest - points.begin());
   throw_resource(
       "the memory budget is too small for the points within the reach of a ball",

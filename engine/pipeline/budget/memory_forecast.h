@@ -21,6 +21,10 @@ std::vector<std::uint64_t> points_with_halos(const ChunkStore& store, const Part
 std::vector<std::uint64_t> expected_points_with_halos(const Partition& partition,
                                                       double halo_width);
 
+/// Points of a chunk and its halo, at most, that the memory has room for where no other chunk is
+/// worked on.
+std::uint64_t most_points_with_halo(const ResolvedJob& job);
+
 /// Peak of the process. `partition` needs schema, octree, spacing and, of scans that are to be
 /// cleaned, normal_radius and layers; `radii` are those of the job. Holes that are filled may take
 /// more: predicted_hole_bytes.

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/ball_pivoting/halo_width.h"
+#include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/points/count_stage.h"
 #include "engine/pipeline/stage/method_costs.h"
 #include "engine/spacing/normal_radius.h"
@@ -23,11 +24,12 @@ std::uint64_t chunk_points(const ResolvedJob& job, const CountedCloud& cloud,
   return std::max(plan.chunk_points, cloud.memory.chunk_points);
 }
 
-/// What the memory has room for where a chunk is in flight alone.
-std::uint64_t most_chunk_points(const CountedCloud& cloud) {
-  const std::uint64_t bytes = cloud.memory.chunks_in_flight_bytes / 5 * 4;
-  return std::min(bytes / MemoryCosts::kReconstructBytes,
-                  bytes / 2 / MemoryCosts::sort_bytes(cloud.schema));
+ChunkRoom room_of(const ResolvedJob& job, const CountedCloud& cloud, std::uint64_t chunk_points) {
+  // Places hold points as if all were in their middles.
+  const std::uint64_t with_halo = most_points_with_halo(job) / 10 * 9;
+  const std::uint64_t sorted = cloud.memory.chunks_in_flight_bytes / 5 * 2;
+  const std::uint64_t points = std::min(with_halo, sorted / MemoryCosts::sort_bytes(cloud.schema));
+  return {std::max(points, chunk_points), with_halo};
 }
 
 }  // namespace
@@ -39,7 +41,7 @@ Octree final_octree(const ResolvedJob& job, const CountedCloud& cloud, const Par
       job.reconstruct.ball_radii.empty() ? partition.automatic_radii : job.reconstruct.ball_radii;
   if (!radii.empty() && !cloud.places.empty()) {
     return without_needless_halos(cloud.places, cloud.octree, halo_width(radii), points,
-                                  std::max(points, most_chunk_points(cloud)));
+                                  room_of(job, cloud, points));
   }
   if (points <= cloud.memory.chunk_points) return cloud.octree;
   return coarsened(cloud.octree, points);

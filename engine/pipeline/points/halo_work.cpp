@@ -41,24 +41,40 @@ std::vector<CrowdedPlace> crowded_places(const PointCounts& grid, const RootCube
   return places;
 }
 
+std::vector<std::uint64_t> points_with_halos(std::span<const CrowdedPlace> places,
+                                             const Octree& octree, double halo) {
+  std::vector<std::uint64_t> points;
+  for (const Chunk& chunk : octree.chunks()) {
+    const Box box = chunk.box.grown(halo);
+    points.push_back(0);
+    for (const CrowdedPlace& place : places)
+      if (box.contains(place.middle)) points.back() += place.points;
+  }
+  return points;
+}
+
 double halo_work(std::span<const CrowdedPlace> places, const Octree& octree, double halo) {
   double points = 0.0, loaded = 0.0;
   for (const CrowdedPlace& place : places) points += static_cast<double>(place.points);
-  for (const Chunk& chunk : octree.chunks()) {
-    const Box box = chunk.box.grown(halo);
-    for (const CrowdedPlace& place : places)
-      if (box.contains(place.middle)) loaded += static_cast<double>(place.points);
-  }
+  for (const std::uint64_t of_chunk : points_with_halos(places, octree, halo))
+    loaded += static_cast<double>(of_chunk);
   return points > 0.0 ? loaded / points : 1.0;
 }
 
 Octree without_needless_halos(std::span<const CrowdedPlace> places, const Octree& fine, double halo,
-                              std::uint64_t chunk_points, std::uint64_t most_points) {
+                              std::uint64_t chunk_points, const ChunkRoom& room) {
+  const auto fits = [&](const Octree& octree) {
+    const std::vector<std::uint64_t> points = points_with_halos(places, octree, halo);
+    return std::all_of(points.begin(), points.end(),
+                       [&](std::uint64_t of_chunk) { return of_chunk <= room.with_halo; });
+  };
   Octree octree = coarsened(fine, chunk_points);
-  while (octree.chunks().size() > 1 && chunk_points < most_points &&
+  while (octree.chunks().size() > 1 && chunk_points < room.points &&
          halo_work(places, octree, halo) > kMostWork) {
-    chunk_points = std::min(2 * chunk_points, most_points);
-    octree = coarsened(fine, chunk_points);
+    chunk_points = std::min(2 * chunk_points, room.points);
+    Octree larger = coarsened(fine, chunk_points);
+    if (!fits(larger)) break;
+    octree = std::move(larger);
   }
   return octree;
 }
