@@ -10,7 +10,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-of_scans=(workloads/kernel workloads/scan_speed quality/right_surface same_bytes quality/fill workloads/formats quality/orientation
+of_scans=(workloads/kernel workloads/scan_speed workloads/mosaics quality/right_surface same_bytes quality/fill workloads/formats quality/orientation
   quality/raw_scans peers/raw_peers study/study)
 of_scale=(workloads/job workloads/threads workloads/chunks workloads/ranks models/simulate workloads/memory
   workloads/compression)
