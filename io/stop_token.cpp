@@ -6,9 +6,7 @@ namespace orbweave {
 
 void StopToken::check() const {
   checks_.fetch_add(1, std::memory_order_relaxed);
-  if (requested())
-    throw Error(ErrorKind::kInterrupted, "interrupted; what is done is kept",
-                {.advice = "The same command resumes"});
+  if (requested()) throw Error(ErrorKind::kInterrupted, "interrupted");
 }
 
 }  // namespace orbweave

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <exception>
 #include <filesystem>
@@ -27,11 +28,20 @@ Failure defect(const std::string& what) {
 }
 
 constexpr std::string_view kNoMemory =
-    "out of memory; give a smaller --memory or --chunk-points, or fewer --threads. "
-    "What is done is kept, the same command resumes";
+    "out of memory; where the command takes them, give a smaller --memory or fewer --threads";
 constexpr std::string_view kNoThread =
     "the system starts no more threads: memory (ulimit -v) or processes (ulimit -u) are limited; "
-    "give fewer --threads. What is done is kept, the same command resumes";
+    "give fewer --threads";
+/// As StopToken says it.
+constexpr std::string_view kInterrupted = "interrupted";
+constexpr std::string_view kResumes = ". What is done is kept, the same command resumes";
+
+std::atomic<bool> resumes{false};
+
+/// What to say of a lack: with the promise where there is one.
+std::string with_promise(std::string_view lack) {
+  return std::string(lack) + (resumes ? std::string(kResumes) : "");
+}
 
 /// As the standard library or the scheduler says it.
 bool is_lack_of_threads(const std::exception& error) {
@@ -44,9 +54,10 @@ bool is_lack_of_threads(const std::exception& error) {
 }
 
 /// No memory may be left: writes what is there already.
-[[noreturn]] void leave(ErrorKind kind, std::string_view what) {
+[[noreturn]] void leave(ErrorKind kind, std::string_view what, bool promises = false) {
+  const std::string_view promise = promises && resumes ? kResumes : "";
   for (const std::string_view text :
-       {std::string_view("orbweave: error: "), what, std::string_view("\n")}) {
+       {std::string_view("orbweave: error: "), what, promise, std::string_view("\n")}) {
     const ssize_t ignored = write(STDERR_FILENO, text.data(), text.size());
     static_cast<void>(ignored);
   }
@@ -62,11 +73,11 @@ bool is_lack_of_threads(const std::exception& error) {
   } catch (const Error& error) {
     leave(error.kind(), error.what());
   } catch (const std::bad_alloc&) {
-    leave(ErrorKind::kResource, kNoMemory);
+    leave(ErrorKind::kResource, kNoMemory, true);
   } catch (const std::system_error& error) {
-    leave(ErrorKind::kResource, is_lack_of_threads(error) ? kNoThread : error.what());
+    leave(ErrorKind::kResource, is_lack_of_threads(error) ? kNoThread : error.what(), true);
   } catch (const std::exception& error) {
-    if (is_lack_of_threads(error)) leave(ErrorKind::kResource, kNoThread);
+    if (is_lack_of_threads(error)) leave(ErrorKind::kResource, kNoThread, true);
     leave(ErrorKind::kDefect, error.what());
   } catch (...) {
     leave(ErrorKind::kDefect, "a defect in orbweave: an unknown exception");
@@ -95,7 +106,7 @@ std::uint64_t address_space_left() {
 /// space is limited and used up; any other crash stays one.
 void on_crash(int signal) {
   constexpr std::uint64_t kShort = std::uint64_t{16} << 20;
-  if (address_space_left() < kShort) leave(ErrorKind::kResource, kNoMemory);
+  if (address_space_left() < kShort) leave(ErrorKind::kResource, kNoMemory, true);
   ::signal(signal, SIG_DFL);
   raise(signal);
 }
@@ -109,6 +120,8 @@ void catch_crashes_for_want_of_memory() {
 
 }  // namespace
 
+void promise_to_resume() { resumes = true; }
+
 void end_plainly_when_nothing_catches() {
   std::set_terminate(on_terminate);
   catch_crashes_for_want_of_memory();
@@ -118,14 +131,17 @@ Failure current_failure() {
   try {
     throw;
   } catch (const Error& error) {
-    return {error.kind(), error.what()};
+    const bool is_bare = error.kind() == ErrorKind::kInterrupted && error.what() == kInterrupted;
+    return {error.kind(), is_bare ? with_promise(kInterrupted) : error.what()};
   } catch (const std::bad_alloc&) {
-    return {ErrorKind::kResource, std::string(kNoMemory)};
+    return {ErrorKind::kResource, with_promise(kNoMemory)};
   } catch (const std::system_error& error) {
-    return {ErrorKind::kResource, std::string("the system refused: ") + error.what() +
-                                      ". What is done is kept, the same command resumes"};
+    return {ErrorKind::kResource,
+            with_promise(is_lack_of_threads(error)
+                             ? std::string(kNoThread)
+                             : std::string("the system refused: ") + error.what())};
   } catch (const std::exception& error) {
-    if (is_lack_of_threads(error)) return {ErrorKind::kResource, std::string(kNoThread)};
+    if (is_lack_of_threads(error)) return {ErrorKind::kResource, with_promise(kNoThread)};
     return defect(error.what());
   } catch (...) {
     return defect("an unknown exception");

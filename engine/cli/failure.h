@@ -17,6 +17,10 @@ struct Failure {
 /// memory and no refusal of the system is a defect, and says how to report it.
 Failure current_failure();
 
+/// From now on messages about a lack of memory, of threads and the like end with the word that what
+/// is done is kept: the command has a work directory that it resumes from.
+void promise_to_resume();
+
 /// From now on an exception that nothing catches ends the process with a plain message and the
 /// status that current_failure() has for it, without a core: such as that a thread cannot be
 /// started in a library that lets no exception out, or that no memory is left to say what happened.

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "engine/cli/commands.h"
+#include "engine/cli/failure.h"
 #include "engine/cli/freed_memory.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
@@ -97,6 +98,7 @@ void run(const JobArguments& arguments, const CommandContext& context) {
   const tbb::global_control control = allow_threads(threads);
   const bool leads = context.communicator.is_root();
   const std::string work_dir = work_dir_of(job);
+  promise_to_resume();
   // All that a member has to say its leader says.
   set_last_word(leads ? "interrupted. What is done is kept in " + shown(work_dir) +
                             "; the same command resumes."

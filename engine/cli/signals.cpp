@@ -65,6 +65,11 @@ void on_end_of_patience(int) {
   leave_at_once();
 }
 
+bool is_ignored(int signal) {
+  struct sigaction action {};
+  return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+}
+
 void install(int signal, void (*handler)(int)) {
   struct sigaction action {};
   action.sa_handler = handler;
@@ -80,6 +85,8 @@ void handle_signals(StopToken& stop) {
   set_last_word(interruption());
   install(SIGINT, on_signal);
   install(SIGTERM, on_signal);
+  // What nohup starts outlives its terminal.
+  if (!is_ignored(SIGHUP)) install(SIGHUP, on_signal);
   install(SIGALRM, on_end_of_patience);
   install(SIGPIPE, SIG_IGN);
   install(SIGXFSZ, SIG_IGN);  // a file beyond the limit of its size fails as on a full disk

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "engine/cli/commands.h"
+#include "engine/cli/failure.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
 #include "engine/cli/output_checks.h"
@@ -163,6 +164,7 @@ void simplify(const SimplifyArguments& arguments, const StopToken& stop) {
       tbb::global_control::max_allowed_parallelism,
       static_cast<std::size_t>(std::max(options.levels.threads, available_threads())));
   const auto progress = make_progress(progress_style(arguments.keys));
+  promise_to_resume();
   const TilesetWork work(work_directory);
   const SimplifiedFacts facts = simplified(arguments, options, job.output, *progress, stop);
   note_written(job.output.mesh);

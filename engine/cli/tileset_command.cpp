@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "engine/cli/commands.h"
+#include "engine/cli/failure.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
@@ -88,6 +89,7 @@ void tileset(const TilesetArguments& arguments, const StopToken& stop) {
       tbb::global_control::max_allowed_parallelism,
       static_cast<std::size_t>(std::max(options.levels.threads, available_threads())));
   const auto progress = make_progress(progress_style(arguments.keys));
+  promise_to_resume();
   const TilesetWork work(work_directory);
   const TilesetFacts facts =
       make_tileset(arguments.mesh, arguments.directory, options, *progress, stop);

@@ -22,10 +22,13 @@
 namespace {
 
 /// Exit status of a child process that runs `body` and then exits with what it returned.
-int status_of_child(const std::function<int(orbweave::StopToken&)>& body) {
+/// `hang_up`: what SIGHUP does before.
+int status_of_child(const std::function<int(orbweave::StopToken&)>& body,
+                    void (*hang_up)(int) = SIG_DFL) {
   const pid_t child = fork();
   if (child == 0) {
     static orbweave::StopToken stop;
+    ::signal(SIGHUP, hang_up);
     orbweave::handle_signals(stop);
     _exit(body(stop));
   }
@@ -39,12 +42,40 @@ void without_catching(const std::function<void()>& work) noexcept { work(); }
 }  // namespace
 
 TEST_CASE("FirstSignalOnlyAsksToStop") {
-  const int signal = GENERATE(SIGINT, SIGTERM);
+  const int signal = GENERATE(SIGINT, SIGTERM, SIGHUP);
   CHECK(status_of_child([signal](orbweave::StopToken& stop) {
           if (stop.requested()) return 1;
           raise(signal);
           return stop.requested() ? 0 : 2;
         }) == 0);
+}
+
+TEST_CASE("WhatOutlivesItsTerminalGoesOn") {
+  CHECK(status_of_child(
+            [](orbweave::StopToken& stop) {
+              raise(SIGHUP);
+              return stop.requested() ? 1 : 0;
+            },
+            SIG_IGN) == 0);
+}
+
+TEST_CASE("OnlyCommandsThatResumeSaySo") {
+  const auto said = [](bool resumes) {
+    return status_of_child([resumes](orbweave::StopToken& stop) {
+      if (resumes) orbweave::promise_to_resume();
+      stop.request();
+      try {
+        stop.check();
+      } catch (...) {
+        const std::string what = orbweave::current_failure().what;
+        const bool promises = what.find("the same command resumes") != std::string::npos;
+        return promises == resumes ? 0 : 2;
+      }
+      return 1;
+    });
+  };
+  CHECK(said(false) == 0);
+  CHECK(said(true) == 0);
 }
 
 TEST_CASE("SecondSignalEndsTheProcessAtOnce") {
@@ -56,7 +87,7 @@ TEST_CASE("SecondSignalEndsTheProcessAtOnce") {
 }
 
 TEST_CASE("WhatLeavesNothingBehindIsEndedByTheFirstSignal") {
-  const int signal = GENERATE(SIGINT, SIGTERM);
+  const int signal = GENERATE(SIGINT, SIGTERM, SIGHUP);
   CHECK(status_of_child([signal](orbweave::StopToken&) {
           const orbweave::EndAtOnceOnSignals scope;
           raise(signal);
@@ -87,7 +118,7 @@ TEST_CASE("ClosedPipeIsAnErrorOfTheWriteAndNoDeath") {
 }
 
 TEST_CASE("WorkThatGoesOnAfterASignalIsLeftBehind") {
-  const int signal = GENERATE(SIGINT, SIGTERM);
+  const int signal = GENERATE(SIGINT, SIGTERM, SIGHUP);
   const orbweave::test::ScratchDirectory in;
   CHECK(status_of_child([signal, &in](orbweave::StopToken&) {
           orbweave::AtomicFile file(in / "out.ply");
