@@ -14,6 +14,9 @@
 namespace orbweave {
 namespace {
 
+/// As in the headers of other formats: what a line of numbers without ends would have is no point.
+constexpr std::size_t kMostColumns = 4096;
+
 std::vector<std::string_view> fields_of(std::string_view line, char separator) {
   std::vector<std::string_view> fields;
   while (const auto field = take_field(line, separator)) fields.push_back(*field);
@@ -231,6 +234,14 @@ TextLayout find_text_layout(const TextSample& sample, const TextOptions& options
   const std::string_view first = sample.lines[0];
   layout.separator = options.separator != '\0' ? options.separator : find_separator(first);
   const auto fields = fields_of(first, layout.separator);
+  if (fields.size() > kMostColumns)
+    throw_bad_input(
+        "too many columns for a point",
+        {.file = sample.file,
+         .place = line_place(sample),
+         .found = std::to_string(fields.size()) + " columns",
+         .expected = "at most " + std::to_string(kMostColumns),
+         .advice = "A line holds one point; name the separator where it is another one"});
   if (!options.columns.empty()) {
     layout.columns = chosen_columns(options);
     layout.has_header_line = only_words(fields);

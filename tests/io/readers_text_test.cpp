@@ -149,6 +149,14 @@ TEST_CASE("HeaderLinesNameTheColumns") {
   CHECK(attribute_names(comment.schema) == Names{"temperature"});
 }
 
+TEST_CASE("ALineOfVeryManyNumbersIsNoPoint") {
+  std::string line;
+  for (int column = 0; column < 4096; ++column) line += "1 ";
+  CHECK(read_text("a.xyz", line + "\n").size() == 1);
+  CHECK_THROWS_WITH(read_text("a.xyz", line + "1\n"),
+                    Contains("too many columns") && Contains("4097 columns"));
+}
+
 TEST_CASE("ColumnsWithoutNamesAreToldByTheirValues") {
   const PointCloud normals = read_text("a.xyz", "1 2 3 0 0 1\n4 5 6 0.6 -0.8 0\n");
   CHECK(normals.schema.has_normals);
