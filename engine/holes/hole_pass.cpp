@@ -16,29 +16,6 @@ namespace {
 
 using Edge64 = std::array<std::uint64_t, 2>;
 
-/// A vertex that several corners of loops share.
-struct Visit {
-  std::uint64_t vertex = 0;
-  std::uint32_t loop = 0;
-  friend auto operator<=>(const Visit&, const Visit&) = default;
-};
-
-/// Visits of vertices that more than one loop visits, sorted.
-std::vector<Visit> shared_visits(std::span<const BoundaryLoop> loops) {
-  std::vector<Visit> visits;
-  for (std::uint32_t l = 0; l < loops.size(); ++l) {
-    for (const std::uint64_t vertex : loops[l].vertices) visits.push_back({vertex, l});
-  }
-  std::sort(visits.begin(), visits.end());
-  visits.erase(std::unique(visits.begin(), visits.end()), visits.end());
-  std::vector<Visit> shared;
-  for (std::size_t i = 0, end = 0; i < visits.size(); i = end) {
-    for (end = i; end < visits.size() && visits[end].vertex == visits[i].vertex;) ++end;
-    if (end - i > 1) shared.insert(shared.end(), visits.begin() + i, visits.begin() + end);
-  }
-  return shared;
-}
-
 Triangle64 in_mesh_numbers(const Triangle& t, std::span<const std::uint64_t> vertices) {
   Triangle64 result;
   for (int k = 0; k < 3; ++k) {
@@ -61,43 +38,6 @@ std::uint32_t most_around(const BoundaryLoop& loop, std::uint32_t most) {
 }
 
 }  // namespace
-
-std::vector<std::vector<Edge64>> shared_pairs(std::span<const BoundaryLoop> loops) {
-  const std::vector<Visit> visits = shared_visits(loops);
-  // (loop, other loop, vertex) for every vertex that the two have in common.
-  struct Common {
-    std::uint32_t loop, other;
-    std::uint64_t vertex;
-    auto operator<=>(const Common&) const = default;
-  };
-  std::vector<Common> common;
-  for (std::size_t i = 0, end = 0; i < visits.size(); i = end) {
-    for (end = i; end < visits.size() && visits[end].vertex == visits[i].vertex;) ++end;
-    for (std::size_t a = i; a < end; ++a) {
-      for (std::size_t b = i; b < end; ++b) {
-        if (a != b) common.push_back({visits[a].loop, visits[b].loop, visits[a].vertex});
-      }
-    }
-  }
-  std::sort(common.begin(), common.end());
-  std::vector<std::vector<Edge64>> pairs(loops.size());
-  for (std::size_t i = 0, end = 0; i < common.size(); i = end) {
-    for (end = i; end < common.size() && common[end].loop == common[i].loop &&
-                  common[end].other == common[i].other;) {
-      ++end;
-    }
-    for (std::size_t a = i; a < end; ++a) {
-      for (std::size_t b = a + 1; b < end; ++b) {
-        pairs[common[i].loop].push_back({common[a].vertex, common[b].vertex});
-      }
-    }
-  }
-  for (std::vector<Edge64>& list : pairs) {
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-  }
-  return pairs;
-}
 
 LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<const Edge64> taken,
                     const HoleFacts& known, const FillOptions& options, const StopToken* stop,
@@ -166,7 +106,8 @@ namespace {
 std::vector<Edge64> taken_by_others(const HolePlan& plan, std::span<const std::uint32_t> group) {
   std::vector<Edge64> taken;
   for (const std::uint32_t l : group) {
-    taken.insert(taken.end(), plan.taken[l].begin(), plan.taken[l].end());
+    const std::vector<Edge64> pairs = plan.shared.pairs_on(plan.loops[l], l);
+    taken.insert(taken.end(), pairs.begin(), pairs.end());
   }
   std::sort(taken.begin(), taken.end());
   taken.erase(std::unique(taken.begin(), taken.end()), taken.end());
@@ -301,7 +242,7 @@ HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> verti
   choices = {};
   plan.islands = find_islands(plan.loops, kinds.is_hole, kinds.may_be_island, plan.vertices);
   plan.vertices = vertices_around_islands(plan);
-  plan.taken = shared_pairs(plan.loops);
+  plan.shared = SharedVertices(plan.loops);
   std::vector<std::uint8_t> is_island(plan.loops.size(), 0);
   for (const auto& list : plan.islands) {
     for (const std::uint32_t l : list) is_island[l] = 1;
@@ -337,8 +278,8 @@ std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, 
   }
   for (const std::uint32_t l : plan.loops_of(hole)) {
     if (plan.reasons[l].empty()) {
-      patches.push_back(fill_loop(surface, plan.loops[l], plan.taken[l], plan.facts_of(l), options,
-                                  stop, plan.manner_of(l)));
+      patches.push_back(fill_loop(surface, plan.loops[l], plan.shared.pairs_on(plan.loops[l], l),
+                                  plan.facts_of(l), options, stop, plan.manner_of(l)));
     } else {
       patches.emplace_back().facts = plan.facts_of(l);
     }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/holes/loops/hole_choice.h"
+#include "engine/holes/loops/shared_vertices.h"
 #include "engine/holes/problem/boundary_loop.h"
 #include "engine/holes/problem/hole.h"
 #include "engine/holes/problem/surface.h"
@@ -41,11 +42,6 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop,
                     const FillOptions& options, const StopToken* stop,
                     const LoopManner& manner = {});
 
-/// For every loop the pairs of its vertices that lie together on another loop: no patch may join
-/// them, since another one may.
-std::vector<std::vector<std::array<std::uint64_t, 2>>> shared_pairs(
-    std::span<const BoundaryLoop> loops);
-
 /// The loops of a mesh and what is to become of them.
 struct HolePlan {
   std::vector<BoundaryVertex> vertices;  ///< of holes with islands and of these, ascending
@@ -54,7 +50,7 @@ struct HolePlan {
   std::vector<OpenReason> open;      ///< per loop: the option that decided
   std::int32_t first_id = 1;         ///< of the first loop
   std::vector<std::vector<std::uint32_t>> islands;  ///< per loop: loops of islands in it
-  std::vector<std::vector<std::array<std::uint64_t, 2>>> taken;  ///< shared_pairs
+  SharedVertices shared;                            ///< by the loops
   std::vector<std::uint32_t> groups;  ///< loops to be filled, without islands of others
   /// Per piece, whether it is to be removed (find_crumbs); its loops are not among `loops`.
   std::vector<std::uint8_t> crumbs;

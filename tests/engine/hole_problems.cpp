@@ -49,12 +49,13 @@ std::vector<HoleProblem> problems_of(const TriangleMesh& mesh, double radius_fac
   const MeshComponents components = find_components(mesh, surface);
   MeshBoundary boundary = find_boundary(mesh, surface, components.of_triangle);
   const std::vector<BoundaryLoop> loops = trace_loops(std::move(boundary.fans), boundary.vertices);
-  const auto taken = shared_pairs(loops);
+  const SharedVertices shared(loops);
   NeighborhoodOptions options;
   options.radius_factor = radius_factor;
   std::vector<HoleProblem> problems;
-  for (std::size_t l = 0; l < loops.size(); ++l) {
-    problems.push_back(gather_hole(surface, loops[l], taken[l], options).problem);
+  for (std::uint32_t l = 0; l < loops.size(); ++l) {
+    const auto taken = shared.pairs_on(loops[l], l);
+    problems.push_back(gather_hole(surface, loops[l], taken, options).problem);
   }
   return problems;
 }

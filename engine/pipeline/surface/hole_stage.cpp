@@ -422,7 +422,7 @@ HoleResult fill_holes(HoleInputs inputs, StageRunner& runner) {
   }
   holes.plan.vertices = {};
   holes.plan.islands = {};
-  holes.plan.taken = {};
+  holes.plan.shared = {};
   // What an attempt before settled would hide patches from the check.
   by_root(runner, [&] { runner.store.discard_stage(kSettledStage); });
   // What has been gathered for the check and what is read for it share the memory.
