@@ -32,7 +32,7 @@ struct Survey {
 };
 
 Survey survey_of(const TriangleMesh& mesh, MeshSurvey whole, const FillOptions& options,
-                 bool has_point_normals) {
+                 bool has_point_normals, const StopToken* stop) {
   const MeshComponents& components = whole.components;
   Survey survey{{}, 0, std::move(whole.surface), {}, {}, {}};
   const std::uint64_t least = options.min_triangles.value_or(0);
@@ -55,8 +55,8 @@ Survey survey_of(const TriangleMesh& mesh, MeshSurvey whole, const FillOptions& 
   FillOptions kept = options;
   kept.min_triangles = least;  // a mesh that is given keeps its crumbs
   survey.fans = boundary.fans;
-  survey.plan =
-      plan_holes(std::move(boundary.fans), std::move(boundary.vertices), components.pieces, kept);
+  survey.plan = plan_holes(std::move(boundary.fans), std::move(boundary.vertices),
+                           components.pieces, kept, stop);
   // Ids go on after those that the mesh has already.
   std::int32_t last = 0;
   for (const std::int32_t id : mesh.hole) last = std::max(last, id);
@@ -65,9 +65,10 @@ Survey survey_of(const TriangleMesh& mesh, MeshSurvey whole, const FillOptions& 
 }
 
 /// Takes small pieces out; what is known of the mesh that is left.
-MeshSurvey drop_small_pieces(TriangleMesh& mesh, const FillOptions& options) {
+MeshSurvey drop_small_pieces(TriangleMesh& mesh, const FillOptions& options,
+                             const StopToken* stop) {
   MeshSurvey survey(mesh);
-  const std::vector<std::uint8_t> is_removed = small_pieces(mesh, survey, options);
+  const std::vector<std::uint8_t> is_removed = small_pieces(mesh, survey, options, stop);
   if (std::find(is_removed.begin(), is_removed.end(), 1) == is_removed.end()) return survey;
   mesh = without_pieces(std::move(mesh), survey.components, is_removed);
   return MeshSurvey(mesh);
@@ -275,15 +276,15 @@ void split_pinches(std::span<const std::uint32_t> vertices, FilledMesh& filled) 
 }  // namespace
 
 std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const FillOptions& options) {
-  return survey_of(mesh, MeshSurvey(mesh), options, false).plan.all_facts();
+  return survey_of(mesh, MeshSurvey(mesh), options, false, nullptr).plan.all_facts();
 }
 
 FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options,
                      const FillMeshSettings& settings) {
   const StopToken* stop = settings.stop;
   Survey survey = survey_of(
-      mesh, settings.drops_small_pieces ? drop_small_pieces(mesh, options) : MeshSurvey(mesh),
-      options, settings.has_point_normals);
+      mesh, settings.drops_small_pieces ? drop_small_pieces(mesh, options, stop) : MeshSurvey(mesh),
+      options, settings.has_point_normals, stop);
   const HolePlan& plan = survey.plan;
   std::vector<LoopPatch> patches(plan.loops.size());
   for (std::size_t l = 0; l < patches.size(); ++l) patches[l].facts = plan.facts_of(l);

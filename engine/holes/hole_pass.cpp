@@ -203,13 +203,13 @@ LoopKinds kinds_of(std::span<const HoleChoice> choices) {
 
 /// The crumbs among the pieces that are no islands: those are joined to the rest.
 std::vector<std::uint8_t> crumbs_of(const HolePlan& plan, std::span<const Piece> pieces,
-                                    const FillOptions& options) {
+                                    const FillOptions& options, const StopToken* stop) {
   std::vector<std::uint8_t> crumbs =
       find_crumbs(plan.loops, pieces, outer_borders(plan.loops, pieces));
   if (std::find(crumbs.begin(), crumbs.end(), 1) == crumbs.end()) return crumbs;
   const LoopKinds kinds = kinds_of(choose_holes(plan.loops, pieces, options));
   for (const auto& list :
-       find_islands(plan.loops, kinds.is_hole, kinds.may_be_island, plan.vertices))
+       find_islands(plan.loops, kinds.is_hole, kinds.may_be_island, plan.vertices, stop))
     for (const std::uint32_t l : list)
       for (const std::uint64_t piece : plan.loops[l].components) crumbs[piece] = 0;
   return crumbs;
@@ -218,12 +218,13 @@ std::vector<std::uint8_t> crumbs_of(const HolePlan& plan, std::span<const Piece>
 }  // namespace
 
 HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> vertices,
-                    std::span<const Piece> pieces, const FillOptions& options) {
+                    std::span<const Piece> pieces, const FillOptions& options,
+                    const StopToken* stop) {
   HolePlan plan;
   plan.vertices = std::move(vertices);
-  plan.loops = trace_loops(std::move(fans), plan.vertices);
+  plan.loops = trace_loops(std::move(fans), plan.vertices, stop);
   plan.crumbs.resize(pieces.size(), 0);
-  if (!options.min_triangles) plan.crumbs = crumbs_of(plan, pieces, options);
+  if (!options.min_triangles) plan.crumbs = crumbs_of(plan, pieces, options, stop);
   std::erase_if(plan.loops, [&](const BoundaryLoop& loop) {
     return plan.crumbs[loop.components.front()] != 0;
   });
@@ -240,7 +241,7 @@ HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> verti
   plan.is_object = largest == pieces.end() ||
                    plan.is_scene[static_cast<std::size_t>(largest - pieces.begin())] == 0;
   choices = {};
-  plan.islands = find_islands(plan.loops, kinds.is_hole, kinds.may_be_island, plan.vertices);
+  plan.islands = find_islands(plan.loops, kinds.is_hole, kinds.may_be_island, plan.vertices, stop);
   plan.vertices = vertices_around_islands(plan);
   plan.shared = SharedVertices(plan.loops);
   std::vector<std::uint8_t> is_island(plan.loops.size(), 0);
@@ -258,7 +259,8 @@ std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, 
   std::vector<LoopPatch> patches;
   const std::vector<std::uint32_t>& islands = plan.islands[hole];
   if (!islands.empty()) {
-    const BoundaryLoop joined = join_islands(plan.loops[hole], plan.loops, islands, plan.vertices);
+    const BoundaryLoop joined =
+        join_islands(plan.loops[hole], plan.loops, islands, plan.vertices, stop);
     patches.push_back(fill_loop(surface, joined, taken_by_others(plan, plan.loops_of(hole)),
                                 plan.facts_of(hole), options, stop, plan.manner_of(hole)));
     // A patch around an island that is open somewhere may leave the island unjoined.

@@ -70,9 +70,11 @@ struct HolePlan {
   /// Those of all loops.
   std::vector<HoleFacts> all_facts() const;
 };
-/// Crumbs are looked for where FillOptions::min_triangles names no number.
+/// Crumbs are looked for where FillOptions::min_triangles names no number. `stop`, which may be
+/// null, is looked at several times a second.
 HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> vertices,
-                    std::span<const Piece> pieces, const FillOptions& options);
+                    std::span<const Piece> pieces, const FillOptions& options,
+                    const StopToken* stop = nullptr);
 
 /// Gathers the neighbourhood and fills the hole, joining its islands where that is possible. One
 /// result per loop of the group; a joined island's has no triangles of its own. The results depend

@@ -14,7 +14,7 @@ MeshSurvey::MeshSurvey(const TriangleMesh& mesh)
       components(find_components(mesh, surface, unusual)) {}
 
 std::vector<std::uint8_t> small_pieces(const TriangleMesh& mesh, const MeshSurvey& survey,
-                                       const FillOptions& options) {
+                                       const FillOptions& options, const StopToken* stop) {
   const std::vector<Piece>& pieces = survey.components.pieces;
   std::uint64_t largest = 0;
   for (const Piece& piece : pieces) largest = std::max(largest, piece.triangles);
@@ -29,7 +29,7 @@ std::vector<std::uint8_t> small_pieces(const TriangleMesh& mesh, const MeshSurve
   for (BoundaryVertex& known : boundary.vertices)
     known.normal = mesh.vertices.normals[known.vertex];
   const HolePlan plan =
-      plan_holes(std::move(boundary.fans), std::move(boundary.vertices), pieces, options);
+      plan_holes(std::move(boundary.fans), std::move(boundary.vertices), pieces, options, stop);
   for (std::size_t p = 0; p < is_removed.size(); ++p) is_removed[p] |= plan.crumbs[p];
   return is_removed;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/holes/loops/mesh_surface.h"
+#include "io/stop_token.h"
 #include "io/surface_options.h"
 #include "io/triangle_mesh.h"
 
@@ -21,9 +22,10 @@ struct MeshSurvey {
 };
 
 /// Per piece: 1 where it is smaller than fill.min_triangles or, where that is left open, a crumb of
-/// a closed object. Crumbs are told by the vertices' normals, which point outside.
+/// a closed object. Crumbs are told by the vertices' normals, which point outside. `stop` may be
+/// null.
 std::vector<std::uint8_t> small_pieces(const TriangleMesh& mesh, const MeshSurvey& survey,
-                                       const FillOptions& options);
+                                       const FillOptions& options, const StopToken* stop = nullptr);
 
 /// The mesh without the pieces that are flagged, and without the vertices that no triangle uses.
 TriangleMesh without_pieces(TriangleMesh mesh, const MeshComponents& components,

@@ -101,9 +101,9 @@ bool holds_a_mesh(const ResolvedJob& job, const ChunkStore& store, const Surface
 }
 
 std::vector<HoleFacts> loops_of(const Stitched& stitched, const FillOptions& fill,
-                                const UsedVertices& used) {
+                                const UsedVertices& used, const StopToken& stop) {
   VertexRanks ranks(used);
-  std::vector<HoleFacts> loops = list_loops(stitched.boundary, fill);
+  std::vector<HoleFacts> loops = list_loops(stitched.boundary, fill, stop);
   for (HoleFacts& loop : loops) loop.first_vertex = value_of(ranks.of(loop.first_vertex));
   return loops;
 }
@@ -123,7 +123,7 @@ std::optional<std::vector<HoleFacts>> stored_loops(const ResolvedJob& job, const
     std::optional<Stitched> stored = stored_stitch(inputs, job, store);
     const Stitched stitched = stored ? std::move(*stored) : stitch_chunks(inputs, job, store, stop);
     const UsedVertices used(store, *partition, stitched.used, {});
-    return loops_of(stitched, job.fill, used);
+    return loops_of(stitched, job.fill, used, stop);
   } catch (const Error&) {
     return std::nullopt;  // in use by a run, or damaged: a plan can do without
   }

@@ -4,7 +4,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "engine/holes/hole_pass.h"
 #include "engine/holes/loops/mesh_surface.h"
+#include "io/error.h"
 #include "tests/support/meshes.h"
 
 namespace orbweave {
@@ -105,6 +107,22 @@ TEST_CASE("LoopsThatRunIntoANonManifoldEdgeAreLeftOut") {
   const auto loops = loops_of(mesh);
   REQUIRE(loops.size() == 1);
   CHECK(loops[0].vertices.size() == 16);
+}
+
+TEST_CASE("TracingEndsWhenItIsAskedTo") {
+  const TriangleMesh mesh = test::square_mesh(4);
+  const MeshSurface surface(mesh);
+  const MeshComponents components = find_components(mesh, surface);
+  MeshBoundary boundary = find_boundary(mesh, surface, components.of_triangle);
+  StopToken stop;
+  stop.request();
+  try {
+    plan_holes(std::move(boundary.fans), std::move(boundary.vertices), components.pieces, {},
+               &stop);
+    FAIL("the loops were traced");
+  } catch (const Error& error) {
+    CHECK(error.kind() == ErrorKind::kInterrupted);
+  }
 }
 
 }  // namespace orbweave

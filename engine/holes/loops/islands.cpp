@@ -6,6 +6,7 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <memory>
 
 #include "engine/geometry/plane_axes.h"
 
@@ -15,6 +16,23 @@ namespace {
 /// How far from the hole's plane an island's centre may be, in radii of the hole.
 constexpr double kMostHeight = 0.5;
 constexpr double kLeastAgreement = 0.5;
+
+/// Looks at a token once in so many steps of some nanoseconds.
+class Looks {
+ public:
+  explicit Looks(const StopToken* stop) : stop_(stop) {}
+  void after(std::size_t steps) {
+    steps_ += steps;
+    if (steps_ < kSteps) return;
+    steps_ = 0;
+    check_stop(stop_);
+  }
+
+ private:
+  static constexpr std::size_t kSteps = 256 * kStopBlock;
+  const StopToken* stop_;
+  std::size_t steps_ = 0;
+};
 
 class Positions {
  public:
@@ -81,10 +99,16 @@ class PlaneLoop {
   PlaneLoop(const BoundaryLoop& loop, const Positions& positions)
       : center_(loop.center), normal_(normalized(loop.area_vector)), axes_(plane_axes(normal_)) {
     for (const std::uint64_t vertex : loop.vertices) corners_.push_back(seen(positions.of(vertex)));
+    vertices_ = loop.vertices;
+    std::sort(vertices_.begin(), vertices_.end());
   }
 
   Vec3 normal() const { return normal_; }
   double height(Vec3 p) const { return dot(p - center_, normal_); }
+  std::size_t size() const { return corners_.size(); }
+  bool visits(std::uint64_t vertex) const {
+    return std::binary_search(vertices_.begin(), vertices_.end(), vertex);
+  }
   bool contains(Vec3 point) const {
     const auto [x, y] = seen(point);
     bool inside = false;
@@ -105,41 +129,60 @@ class PlaneLoop {
   Vec3 center_, normal_;
   PlaneAxes axes_;
   std::vector<std::array<double, 2>> corners_;
+  std::vector<std::uint64_t> vertices_;  // sorted
 };
 
-bool lies_in(const BoundaryLoop& island, const BoundaryLoop& hole, const Positions& positions) {
+/// Whether an island is small enough and a piece of its own, nowhere joined to the hole's.
+bool may_lie_in(const BoundaryLoop& island, const BoundaryLoop& hole) {
   if (island.radius >= hole.radius) return false;
-  // A piece of its own, nowhere joined to the hole's.
   std::vector<std::uint64_t> common;
   std::set_intersection(island.components.begin(), island.components.end(), hole.components.begin(),
                         hole.components.end(), std::back_inserter(common));
-  if (!common.empty()) return false;
-  const PlaneLoop plane(hole, positions);
-  if (std::abs(plane.height(island.center)) > kMostHeight * hole.radius) return false;
-  if (dot(plane.normal(), normalized(island.mean_normal)) < kLeastAgreement) return false;
-  std::vector<std::uint64_t> rim = hole.vertices;
-  std::sort(rim.begin(), rim.end());
-  return std::all_of(island.vertices.begin(), island.vertices.end(), [&](std::uint64_t vertex) {
-    return !std::binary_search(rim.begin(), rim.end(), vertex) &&
-           plane.contains(positions.of(vertex));
-  });
+  return common.empty();
 }
+
+/// The holes' polygons, each made when it is first asked for.
+class PlaneLoops {
+ public:
+  PlaneLoops(std::span<const BoundaryLoop> loops, const Positions& positions, const StopToken* stop)
+      : loops_(loops), positions_(positions), made_(loops.size()), looks_(stop) {}
+
+  bool lies_in(const BoundaryLoop& island, std::uint32_t hole) {
+    if (!may_lie_in(island, loops_[hole])) return false;
+    if (!made_[hole]) made_[hole] = std::make_unique<PlaneLoop>(loops_[hole], positions_);
+    const PlaneLoop& plane = *made_[hole];
+    if (std::abs(plane.height(island.center)) > kMostHeight * loops_[hole].radius) return false;
+    if (dot(plane.normal(), normalized(island.mean_normal)) < kLeastAgreement) return false;
+    return std::all_of(island.vertices.begin(), island.vertices.end(), [&](std::uint64_t vertex) {
+      looks_.after(plane.size());
+      return !plane.visits(vertex) && plane.contains(positions_.of(vertex));
+    });
+  }
+
+ private:
+  std::span<const BoundaryLoop> loops_;
+  const Positions& positions_;
+  std::vector<std::unique_ptr<PlaneLoop>> made_;
+  Looks looks_;
+};
 
 }  // namespace
 
 std::vector<std::vector<std::uint32_t>> find_islands(std::span<const BoundaryLoop> loops,
                                                      std::span<const std::uint8_t> is_hole,
                                                      std::span<const std::uint8_t> may_be_island,
-                                                     std::span<const BoundaryVertex> vertices) {
+                                                     std::span<const BoundaryVertex> vertices,
+                                                     const StopToken* stop) {
   const Positions positions(vertices);
   const HoleGrid grid(loops, is_hole);
+  PlaneLoops planes(loops, positions, stop);
   std::vector<std::vector<std::uint32_t>> islands(loops.size());
   for (std::uint32_t l = 0; l < loops.size(); ++l) {
     if (may_be_island[l] == 0) continue;
     std::uint32_t smallest = l;
     for (const std::uint32_t hole : grid.around(loops[l].center)) {
       const bool smaller = smallest == l || loops[hole].radius < loops[smallest].radius;
-      if (smaller && hole != l && lies_in(loops[l], loops[hole], positions)) smallest = hole;
+      if (smaller && hole != l && planes.lies_in(loops[l], hole)) smallest = hole;
     }
     if (smallest != l) islands[smallest].push_back(l);
   }
@@ -148,25 +191,21 @@ std::vector<std::vector<std::uint32_t>> find_islands(std::span<const BoundaryLoo
 
 namespace {
 
+/// The shortest way from what is joined to an island. Of equally short ones the one whose corner of
+/// the island comes first, then the one whose corner of the joined loop does.
 struct Bridge {
   double squared_length = std::numeric_limits<double>::infinity();
-  std::size_t from = 0;    // corner of the joined loop
-  std::size_t island = 0;  // of those left
-  std::size_t to = 0;      // corner of the island
+  std::size_t to = 0;    // corner of the island
+  std::size_t from = 0;  // corner of the joined loop
+  friend auto operator<=>(const Bridge&, const Bridge&) = default;
 };
 
-Bridge shortest_bridge(std::span<const Vec3> joined, std::span<const std::vector<Vec3>> left) {
-  Bridge best;
-  for (std::size_t i = 0; i < left.size(); ++i) {
-    for (std::size_t to = 0; to < left[i].size(); ++to) {
-      for (std::size_t from = 0; from < joined.size(); ++from) {
-        const double length = squared_norm(left[i][to] - joined[from]);
-        if (length < best.squared_length) best = {length, from, i, to};
-      }
-    }
-  }
-  return best;
-}
+/// An island that is not joined yet.
+struct Island {
+  std::vector<std::uint64_t> vertices;
+  std::vector<Vec3> corners;
+  Bridge bridge;
+};
 
 /// Goes round the loop up to corner `from`, over to the island, round it and back.
 template <class T>
@@ -179,32 +218,85 @@ std::vector<T> spliced(std::vector<T> loop, std::size_t from, const std::vector<
   return loop;
 }
 
+/// Joins islands one by one, always the one that is nearest to what is joined (Prim, Shortest
+/// connection networks, 1957). Each island knows its bridge, so that only the corners joined last
+/// are compared with its own: the time grows with the square of the number of corners.
+class IslandJoiner {
+ public:
+  IslandJoiner(const BoundaryLoop& hole, const Positions& positions, const StopToken* stop)
+      : positions_(positions), joined_(hole.vertices), looks_(stop) {
+    rim_ = corners_of(hole);
+  }
+
+  void add(const BoundaryLoop& island) {
+    Island& added = left_.emplace_back(Island{island.vertices, corners_of(island), {}});
+    shorten(added, 0, rim_.size());
+  }
+
+  std::vector<std::uint64_t> joined() && {
+    while (!left_.empty()) join_nearest();
+    return std::move(joined_);
+  }
+
+ private:
+  std::vector<Vec3> corners_of(const BoundaryLoop& loop) const {
+    std::vector<Vec3> corners;
+    for (const std::uint64_t vertex : loop.vertices) corners.push_back(positions_.of(vertex));
+    return corners;
+  }
+
+  /// Compares corners [begin, end) of the joined loop with the island's.
+  void shorten(Island& island, std::size_t begin, std::size_t end) {
+    Bridge& best = island.bridge;
+    for (std::size_t to = 0; to < island.corners.size(); ++to) {
+      for (std::size_t from = begin; from < end; ++from) {
+        const double length = squared_norm(island.corners[to] - rim_[from]);
+        if (length > best.squared_length) continue;
+        best = std::min(best, Bridge{length, to, from});
+      }
+      looks_.after(end - begin);
+    }
+  }
+
+  void join_nearest() {
+    // Islands that are equally near are joined in their order.
+    const auto nearest = std::ranges::min_element(
+        left_, {}, [](const Island& island) { return island.bridge.squared_length; });
+    const Bridge bridge = nearest->bridge;
+    const std::size_t corners = nearest->corners.size();
+    joined_ = spliced(std::move(joined_), bridge.from, nearest->vertices, bridge.to);
+    rim_ = spliced(std::move(rim_), bridge.from, nearest->corners, bridge.to);
+    left_.erase(nearest);
+    // Behind the island come the two ends of the bridge once more, which are never nearer than
+    // where the loop visits them first.
+    const std::size_t first = bridge.from + 1, added = corners + 2;
+    for (Island& island : left_) {
+      if (island.bridge.from > bridge.from) island.bridge.from += added;
+      shorten(island, first, first + corners);
+    }
+  }
+
+  const Positions& positions_;
+  std::vector<std::uint64_t> joined_;
+  std::vector<Vec3> rim_;  // positions of `joined_`
+  std::vector<Island> left_;
+  Looks looks_;
+};
+
 }  // namespace
 
 BoundaryLoop join_islands(const BoundaryLoop& hole, std::span<const BoundaryLoop> loops,
                           std::span<const std::uint32_t> islands,
-                          std::span<const BoundaryVertex> vertices) {
+                          std::span<const BoundaryVertex> vertices, const StopToken* stop) {
   const Positions positions(vertices);
   BoundaryLoop joined = hole;
-  std::vector<Vec3> rim;
-  for (const std::uint64_t vertex : hole.vertices) rim.push_back(positions.of(vertex));
-  std::vector<std::vector<std::uint64_t>> left;
-  std::vector<std::vector<Vec3>> left_at;
+  IslandJoiner joiner(hole, positions, stop);
   for (const std::uint32_t l : islands) {
-    left.push_back(loops[l].vertices);
-    std::vector<Vec3>& at = left_at.emplace_back();
-    for (const std::uint64_t vertex : loops[l].vertices) at.push_back(positions.of(vertex));
+    joiner.add(loops[l]);
     joined.components.insert(joined.components.end(), loops[l].components.begin(),
                              loops[l].components.end());
   }
-  while (!left.empty()) {
-    const Bridge bridge = shortest_bridge(rim, left_at);
-    const auto next = static_cast<std::ptrdiff_t>(bridge.island);
-    joined.vertices = spliced(joined.vertices, bridge.from, left[bridge.island], bridge.to);
-    rim = spliced(rim, bridge.from, left_at[bridge.island], bridge.to);
-    left.erase(left.begin() + next);
-    left_at.erase(left_at.begin() + next);
-  }
+  joined.vertices = std::move(joiner).joined();
   std::sort(joined.components.begin(), joined.components.end());
   joined.components.erase(std::unique(joined.components.begin(), joined.components.end()),
                           joined.components.end());

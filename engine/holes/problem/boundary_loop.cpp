@@ -35,8 +35,9 @@ struct TangentFrame : PlaneAxes {
 
 class LoopTracer {
  public:
-  LoopTracer(std::vector<OpenFan> fans, std::span<const BoundaryVertex> vertices)
-      : fans_(std::move(fans)), vertices_(vertices) {
+  LoopTracer(std::vector<OpenFan> fans, std::span<const BoundaryVertex> vertices,
+             const StopToken* stop)
+      : fans_(std::move(fans)), vertices_(vertices), stop_(stop) {
     std::sort(fans_.begin(), fans_.end(), [](const OpenFan& a, const OpenFan& b) {
       return std::tie(a.vertex, a.previous, a.next) < std::tie(b.vertex, b.previous, b.next);
     });
@@ -48,6 +49,7 @@ class LoopTracer {
     std::vector<std::uint8_t> done(fans_.size(), 0);
     std::vector<BoundaryLoop> loops;
     for (std::uint32_t first = 0; first < fans_.size(); ++first) {
+      if (first % kStopBlock == 0) check_stop(stop_);
       if (done[first] != 0) continue;
       std::optional<BoundaryLoop> loop = walk(first, done);
       if (loop) loops.push_back(std::move(*loop));
@@ -158,11 +160,12 @@ class LoopTracer {
   }
 
   /// The least of all rotations that begin at the smallest vertex.
-  static void rotate_to_least(std::vector<std::uint64_t>& loop) {
+  void rotate_to_least(std::vector<std::uint64_t>& loop) const {
     const std::uint64_t smallest = *std::min_element(loop.begin(), loop.end());
     std::vector<std::uint64_t> best;
     for (std::size_t i = 0; i < loop.size(); ++i) {
       if (loop[i] != smallest) continue;
+      if (!best.empty()) check_stop(stop_);
       std::vector<std::uint64_t> turned(loop.begin() + static_cast<std::ptrdiff_t>(i), loop.end());
       turned.insert(turned.end(), loop.begin(), loop.begin() + static_cast<std::ptrdiff_t>(i));
       if (best.empty() || turned < best) best = std::move(turned);
@@ -189,6 +192,7 @@ class LoopTracer {
 
   std::vector<OpenFan> fans_;  // by vertex, previous
   std::span<const BoundaryVertex> vertices_;
+  const StopToken* stop_;
   std::vector<std::uint32_t> after_;
   std::vector<std::uint32_t> next_;
 };
@@ -196,8 +200,9 @@ class LoopTracer {
 }  // namespace
 
 std::vector<BoundaryLoop> trace_loops(std::vector<OpenFan> fans,
-                                      std::span<const BoundaryVertex> vertices) {
-  return LoopTracer(std::move(fans), vertices).trace();
+                                      std::span<const BoundaryVertex> vertices,
+                                      const StopToken* stop) {
+  return LoopTracer(std::move(fans), vertices, stop).trace();
 }
 
 }  // namespace orbweave

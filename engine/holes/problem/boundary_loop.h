@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "io/stop_token.h"
 #include "io/triangle_mesh.h"
 #include "io/vec3.h"
 
@@ -48,8 +49,10 @@ struct BoundaryLoop {
 /// fan of all); where fans overlap, as those of two sheets that touch do, each loop stays on its
 /// fan. `vertices` sorted by number, one per boundary vertex. The loops come in canonical order:
 /// by their vertices. Fans whose edges end nowhere (a non-manifold edge) are left out.
-/// O(n log n); memory about 150 bytes per fan.
+/// O(n log n); memory about 150 bytes per fan. `stop`, which may be null, is looked at several
+/// times a second.
 std::vector<BoundaryLoop> trace_loops(std::vector<OpenFan> fans,
-                                      std::span<const BoundaryVertex> vertices);
+                                      std::span<const BoundaryVertex> vertices,
+                                      const StopToken* stop = nullptr);
 
 }  // namespace orbweave

@@ -361,7 +361,8 @@ TracedHoles trace_holes(HoleInputs& inputs, StoredSurface& surface, StageRunner&
   holes.fans = kept_fans(std::move(boundary.fans), holes.is_removed);
   runner.progress.advance(holes.fans.size());
   surface.limit_memory(kept_bytes);
-  holes.plan = plan_holes(holes.fans, std::move(boundary.vertices), pieces_of(boundary), options);
+  holes.plan = plan_holes(holes.fans, std::move(boundary.vertices), pieces_of(boundary), options,
+                          &runner.stop);
   const std::vector<std::uint8_t>& crumbs = holes.plan.crumbs;
   if (std::find(crumbs.begin(), crumbs.end(), 1) != crumbs.end()) {
     surface.limit_memory(bytes_for_chunks(runner.job, inputs.surface.partition));
@@ -461,9 +462,10 @@ std::uint64_t count_crossings_unfilled(const SurfaceInputs& inputs, StageRunner&
       .crossing_pairs.value_or(0);
 }
 
-std::vector<HoleFacts> list_loops(const StitchedBoundary& boundary, const FillOptions& options) {
+std::vector<HoleFacts> list_loops(const StitchedBoundary& boundary, const FillOptions& options,
+                                  const StopToken& stop) {
   return plan_holes(kept_fans(boundary.fans, small_pieces(boundary, options)), boundary.vertices,
-                    pieces_of(boundary), options)
+                    pieces_of(boundary), options, &stop)
       .all_facts();
 }
 

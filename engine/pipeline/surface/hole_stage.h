@@ -32,6 +32,7 @@ HoleResult fill_holes(HoleInputs inputs, StageRunner& runner);
 std::uint64_t count_crossings_unfilled(const SurfaceInputs& inputs, StageRunner& runner);
 
 /// The loops of a stitched mesh, nothing filled; `reason` says why where one would stay open.
-std::vector<HoleFacts> list_loops(const StitchedBoundary& boundary, const FillOptions& options);
+std::vector<HoleFacts> list_loops(const StitchedBoundary& boundary, const FillOptions& options,
+                                  const StopToken& stop);
 
 }  // namespace orbweave
