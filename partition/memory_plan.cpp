@@ -11,6 +11,9 @@ namespace {
 constexpr std::uint64_t kLeastChunkPoints = 20'000;
 /// Larger chunks gain nothing where halos are narrow: they are a percent or two already.
 constexpr std::uint64_t kMostChunkPoints = 1'000'000;
+/// Three corners of two triangles for each point are numbered with 32 bits, with room for more than
+/// two.
+constexpr std::uint64_t kMostGivenPoints = std::uint64_t{1} << 28;
 /// The same where several radii make halos wide.
 constexpr std::uint64_t kMostWithWideHalos = 4'000'000;
 /// What the smallest chunks and their bins take of points that are small.
@@ -79,7 +82,7 @@ MemoryPlan plan_memory(std::uint64_t budget_bytes, std::uint64_t points, int thr
   if (wanted_chunk_points != 0) {
     const std::uint64_t most = std::min(spendable / MemoryCosts::kReconstructBytes,
                                         spendable / 2 / MemoryCosts::sort_bytes(schema));
-    plan.chunk_points = std::min<std::uint64_t>(wanted_chunk_points, most);
+    plan.chunk_points = std::min({wanted_chunk_points, most, kMostGivenPoints});
     return plan;
   }
   const auto workers = static_cast<std::size_t>(std::max(threads, 1));

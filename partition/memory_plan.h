@@ -30,7 +30,7 @@ struct MemoryPlan {
 };
 
 /// Chooses the chunk size (unless `wanted_chunk_points` gives it, which is taken as far as the
-/// budget has room for one such chunk) and buffers. Chunks get at least
+/// budget has room for one such chunk, up to 2^28 points) and buffers. Chunks get at least
 /// `worthwhile_points` where the budget allows: halos are computed twice. Throws Error
 /// (resource) where the budget is below what the program needs, and says how much that is.
 MemoryPlan plan_memory(std::uint64_t budget_bytes, std::uint64_t points, int threads,

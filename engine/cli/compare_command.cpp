@@ -11,7 +11,7 @@
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
 #include "engine/validation/compare.h"
-#include "io/meshes/mesh_reader.h"
+#include "engine/validation/usable_mesh.h"
 #include "io/system/path_roles.h"
 #include "io/text/quantity.h"
 
@@ -97,8 +97,8 @@ void check_places(const CompareArguments& files) {
 void compare(const CompareArguments& files) {
   end_at_once_on_signals();
   check_places(files);
-  TriangleMesh a = read_mesh(files.a);
-  const TriangleMesh b = read_mesh(files.b);
+  TriangleMesh a = read_usable_mesh(files.a);
+  const TriangleMesh b = read_usable_mesh(files.b);
   const MeshComparison found = compare_meshes(a, b, files.options);
   std::string colours;
   if (!files.errors.empty()) {

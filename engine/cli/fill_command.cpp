@@ -20,10 +20,10 @@
 #include "engine/pipeline/stage/writer_options.h"
 #include "engine/validation/mesh_crossings.h"
 #include "engine/validation/mesh_facts.h"
+#include "engine/validation/usable_mesh.h"
 #include "engine/validation/usable_triangles.h"
 #include "io/error.h"
 #include "io/job/output_origin.h"
-#include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/meshes/shift_file.h"
 #include "io/points/color_depth.h"
@@ -125,7 +125,7 @@ void warn_of_structure(const std::string& file, const MeshFacts& mesh, Progress&
 /// Reads the mesh, takes out what is no surface, and warns of what is odd.
 TriangleMesh usable_mesh(FillReport& report, Progress& progress) {
   progress.begin_stage("read", 0, "triangles");
-  TriangleMesh mesh = read_mesh(report.file);
+  TriangleMesh mesh = read_usable_mesh(report.file);
   if (const auto colors = wide_colors(mesh.vertices.schema))
     ColorDepth(mesh.vertices.schema, report.options.output.color_bits,
                exceed_8_bits(mesh.vertices, *colors))

@@ -26,10 +26,10 @@
 #include "engine/validation/compare.h"
 #include "engine/validation/mesh_crossings.h"
 #include "engine/validation/mesh_facts.h"
+#include "engine/validation/usable_mesh.h"
 #include "engine/validation/usable_triangles.h"
 #include "io/clouds/open_point_source.h"
 #include "io/error.h"
-#include "io/meshes/mesh_reader.h"
 #include "io/report/hole_summary.h"
 #include "io/report/picture.h"
 #include "io/report/picture_up.h"
@@ -184,7 +184,7 @@ Json against_json(const Against& against, const std::string& file) {
 }
 
 Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
-  TriangleMesh mesh = read_mesh(file);
+  TriangleMesh mesh = read_usable_mesh(file);
   MeshFacts facts = mesh_facts(mesh);
   facts.crossing_pairs = count_crossing_pairs(mesh);
   if (!options.picture.empty())

@@ -17,6 +17,7 @@
 #include "engine/holes/patch/numbers_near.h"
 #include "engine/holes/patch/patch_vertices.h"
 #include "engine/holes/small_pieces.h"
+#include "io/mesh_size.h"
 
 namespace orbweave {
 namespace {
@@ -86,6 +87,19 @@ void remove_triangles(std::span<const std::uint8_t> keep, FilledMesh& filled) {
   filled.triangles_removed = mesh.triangles.size() - kept;
   mesh.triangles.resize(kept);
   if (!mesh.hole.empty()) mesh.hole.resize(kept);
+}
+
+/// Throws where 32 bits do not number what the patches add as well.
+void require_room(const TriangleMesh& mesh, std::span<const LoopPatch> patches,
+                  std::span<const LoopPatch> mending) {
+  std::uint64_t vertices = mesh.vertices.size(), triangles = mesh.triangles.size();
+  for (const std::span<const LoopPatch> list : {patches, mending}) {
+    for (const LoopPatch& patch : list) {
+      vertices += patch.positions.size();
+      triangles += patch.triangles.size();
+    }
+  }
+  require_mesh_in_core({}, vertices, triangles);
 }
 
 void append(const LoopPatch& patch, std::int32_t id, TriangleMesh& mesh) {
@@ -276,12 +290,14 @@ void split_pinches(std::span<const std::uint32_t> vertices, FilledMesh& filled) 
 }  // namespace
 
 std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const FillOptions& options) {
+  require_mesh_in_core({}, mesh.vertices.size(), mesh.triangles.size());
   return survey_of(mesh, MeshSurvey(mesh), options, false, nullptr).plan.all_facts();
 }
 
 FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options,
                      const FillMeshSettings& settings) {
   const StopToken* stop = settings.stop;
+  require_mesh_in_core({}, mesh.vertices.size(), mesh.triangles.size());
   Survey survey = survey_of(
       mesh, settings.drops_small_pieces ? drop_small_pieces(mesh, options, stop) : MeshSurvey(mesh),
       options, settings.has_point_normals, stop);
@@ -304,6 +320,7 @@ FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options,
   const Mended mended = mend(mesh, survey, patches, options, stop);
   if (!mended.empty()) apply(mended, mesh, plan.first_id, survey.keep, patches);
   std::vector<std::uint32_t> changed = changed_vertices(mesh, survey, patches, mended.patches);
+  require_room(mesh, patches, mended.patches);
   auto new_vertex = static_cast<std::uint32_t>(mesh.vertices.size());
   FilledMesh filled;
   filled.mesh = std::move(mesh);

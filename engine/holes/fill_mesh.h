@@ -43,7 +43,8 @@ struct FillMeshSettings {
 /// Fills the holes of a mesh. Loops are numbered in the order of their vertices. Normals of new
 /// vertices are written where the mesh has normals, attributes are interpolated. The mesh must
 /// have no degenerate and no repeated triangles; loops that run into an edge of more than two
-/// triangles or of two in the same direction stay open. Runs on the calling TBB arena; the result
+/// triangles or of two in the same direction stay open. Throws Error (resource) for a mesh that is
+/// too large (io/mesh_size.h). Runs on the calling TBB arena; the result
 /// does not depend on the number of threads.
 FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options,
                      const FillMeshSettings& settings = {});

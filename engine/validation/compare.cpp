@@ -14,11 +14,13 @@
 #include "engine/validation/area_samples.h"
 #include "engine/validation/mesh_facts.h"
 #include "io/error.h"
+#include "io/mesh_size.h"
 
 namespace orbweave {
 namespace {
 
 void check_indices(const TriangleMesh& mesh) {
+  require_mesh_in_core({}, mesh.vertices.size(), mesh.triangles.size());
   for (const Triangle& t : mesh.triangles)
     if (*std::max_element(t.begin(), t.end()) >= mesh.vertices.size())
       throw_bad_input("a triangle has a vertex that does not exist");

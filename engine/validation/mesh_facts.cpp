@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "engine/geometry/disjoint_sets.h"
 #include "engine/validation/boundary_loops.h"
 #include "engine/validation/edge_table.h"
 #include "io/error.h"
+#include "io/mesh_size.h"
 #include "io/meshes/mesh_checksum.h"
 
 namespace orbweave {
@@ -49,6 +49,7 @@ EdgeConflicts edge_conflicts(std::span<const Triangle> triangles, std::uint32_t 
 }
 
 void check_indices(const TriangleMesh& mesh) {
+  require_mesh_in_core({}, mesh.vertices.size(), mesh.triangles.size());
   const std::size_t vertices = mesh.vertices.size();
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     for (const std::uint32_t index : mesh.triangles[i])
@@ -59,9 +60,6 @@ void check_indices(const TriangleMesh& mesh) {
                          .found = "index " + std::to_string(index),
                          .expected = "less than " + std::to_string(vertices),
                          .advice = {}});
-  if (mesh.triangles.size() >= std::numeric_limits<std::uint32_t>::max() / 3)
-    throw_resource("a mesh of " + std::to_string(mesh.triangles.size()) +
-                   " triangles is too large to be examined in core");
 }
 
 std::vector<std::uint8_t> used_vertices(std::size_t vertices, std::span<const Triangle> triangles) {

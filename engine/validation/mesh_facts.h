@@ -21,7 +21,8 @@ namespace orbweave {
 /// - A duplicate has the same three vertices as an earlier triangle, however oriented.
 /// - The bounds are those of all vertices; the checksum is MeshChecksum over those that
 ///   triangles use.
-/// Throws Error: bad input for an index outside the vertices, resource from 2^32 / 3 triangles.
+/// Throws Error: bad input for an index outside the vertices, resource for a mesh that is too large
+/// (io/mesh_size.h).
 MeshFacts mesh_facts(const TriangleMesh& mesh);
 
 /// How far vertices lie from their neighbours, about: the side of a square of the surface that each

@@ -3,11 +3,13 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <string>
 #include <string_view>
 #include <unordered_map>
 #include <utility>
 
 #include "io/error.h"
+#include "io/mesh_size.h"
 #include "io/meshes/mesh_parsers.h"
 #include "io/text/little_endian.h"
 #include "io/text/text_fields.h"
@@ -37,7 +39,7 @@ struct PositionKeyHash {
 /// Joins corners of equal coordinates to vertices, numbered as they appear.
 class VertexJoiner {
  public:
-  explicit VertexJoiner(TriangleMesh& mesh) : mesh_(mesh) {}
+  VertexJoiner(TriangleMesh& mesh, std::string file) : mesh_(mesh), file_(std::move(file)) {}
 
   void add_triangle(const std::array<Vec3, 3>& corners) {
     mesh_.triangles.push_back({index_of(corners[0]), index_of(corners[1]), index_of(corners[2])});
@@ -49,7 +51,9 @@ class VertexJoiner {
     std::vector<Vec3>& positions = mesh_.vertices.positions;
     const auto [at, is_new] =
         indices_.try_emplace(key, static_cast<std::uint32_t>(positions.size()));
-    if (is_new) positions.push_back(p);
+    if (!is_new) return at->second;
+    if (positions.size() == kMostMeshVertices) require_mesh_in_core(file_, positions.size() + 1, 0);
+    positions.push_back(p);
     return at->second;
   }
   static std::uint64_t bits(double value) {
@@ -57,6 +61,7 @@ class VertexJoiner {
   }
 
   TriangleMesh& mesh_;
+  std::string file_;
   std::unordered_map<PositionKey, std::uint32_t, PositionKeyHash> indices_;
 };
 
@@ -85,7 +90,7 @@ TriangleMesh read_binary(ByteReader& reader) {
   if (left && *left / kFacetBytes < count) truncated(reader, *left / kFacetBytes, count);
   TriangleMesh mesh;
   mesh.vertices.schema.position_type = ScalarType::kFloat32;
-  VertexJoiner joiner(mesh);
+  VertexJoiner joiner(mesh, reader.name());
   for (std::uint32_t i = 0; i < count; ++i) {
     if (!reader.ensure(kFacetBytes)) truncated(reader, i, count);
     const std::byte* corners = reader.data() + 3 * sizeof(float);  // after the normal
@@ -104,7 +109,7 @@ TriangleMesh read_binary(ByteReader& reader) {
 
 class TextStlParser {
  public:
-  explicit TextStlParser(ByteReader& reader) : reader_(reader), joiner_(mesh_) {}
+  explicit TextStlParser(ByteReader& reader) : reader_(reader), joiner_(mesh_, reader.name()) {}
 
   TriangleMesh parse() {
     std::string_view line;

@@ -56,6 +56,13 @@ TEST_CASE("AGivenChunkSizeIsTaken") {
   REQUIRE(plan_memory(kGiB, 1'000'000, 2, 1234, oriented(), 500'000).chunk_points == 1234);
 }
 
+TEST_CASE("CornersOfTheLargestChunkThatCanBeGivenAreNumberedWith32Bits") {
+  const std::uint64_t most =
+      plan_memory(1'000 * kGiB, 4'000'000'000, 2, 3'000'000'000, oriented()).chunk_points;
+  CHECK(most == std::uint64_t{1} << 28);
+  CHECK(3 * 2 * most < UINT32_MAX);
+}
+
 TEST_CASE("AGivenChunkSizeIsCappedWhereTheBudgetHasNoRoomForOneChunk") {
   const MemoryPlan plan = plan_memory(kGiB / 4, 1'000'000'000, 2, 1'000'000'000, oriented());
   REQUIRE(plan.chunk_points > 20'000);

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "engine/geometry/disjoint_sets.h"
+#include "io/mesh_size.h"
 
 namespace orbweave {
 namespace {
@@ -121,6 +122,7 @@ std::uint64_t split_vertices(TriangleMesh& mesh, const VertexStars& stars,
       }
     }
   }
+  require_mesh_in_core({}, mesh.vertices.size() + copies.size(), mesh.triangles.size());
   mesh.vertices.append(copies);
   return copies.size();
 }

@@ -1,0 +1,14 @@
+// Meshes from files that are to be computed with.
+#pragma once
+
+#include <string>
+
+#include "io/triangle_mesh.h"
+
+namespace orbweave {
+
+/// Reads a mesh, as read_mesh() does. Throws Error (resource) for one that is too large
+/// (io/mesh_size.h).
+TriangleMesh read_usable_mesh(const std::string& file);
+
+}  // namespace orbweave
