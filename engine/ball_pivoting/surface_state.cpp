@@ -155,6 +155,13 @@ void append(std::span<const T> more, std::vector<T>& list) {
   list.insert(list.end(), more.begin(), more.end());
 }
 
+constexpr std::uint8_t kMostFans = 255;
+
+/// The number of fans as far as it is counted.
+std::uint8_t counted(const FanShape& shape) {
+  return static_cast<std::uint8_t>(std::min<std::uint32_t>(shape.fans, kMostFans));
+}
+
 void sort_unique(std::vector<VertexCorner>& list) {
   tbb::parallel_sort(list.begin(), list.end());
   list.erase(std::unique(list.begin(), list.end()), list.end());
@@ -274,7 +281,7 @@ void SurfaceState::close_or_keep(std::span<const VertexCorner> added) {
   const auto settle = [&](std::span<const VertexCorner> corners, Settled& out) {
     const std::uint32_t vertex = corners.front().vertex;
     const FanShape& shape = out.finder.shape_of(corners);
-    fan_counts_[vertex] = static_cast<std::uint8_t>(std::min(shape.fans, 255u));
+    fan_counts_[vertex] = counted(shape);
     open_[vertex] = shape.closed ? 0 : 1;
     if (shape.closed && shape.fans < 2) return;
     append(corners, shape.closed ? out.pinched : out.open);
@@ -472,7 +479,8 @@ void SurfaceState::drop_isolated() {
   const std::vector<VertexCorner> corners = isolated_corners();
   std::vector<Triangle> isolated;  // sorted, as the corners at their smallest vertices are
   for (const VertexCorner& c : corners) {
-    --fan_counts_[c.vertex];  // it was a fan of its own
+    // It was a fan of its own. Where there are more than are counted, they are counted anew.
+    if (fan_counts_[c.vertex] < kMostFans) --fan_counts_[c.vertex];
     const Triangle t{c.vertex, first_of(c.corner), second_of(c.corner)};
     if (t == smallest_first(t) && is_owned(c.vertex)) isolated.push_back(t);
   }
@@ -480,6 +488,19 @@ void SurfaceState::drop_isolated() {
   merge_levels(isolated);
   remove_sorted<VertexCorner>(corners, open_corners_);
   open_begins_ = {};  // edges are looked up no more
+  count_many_fans_anew(corners);
+}
+
+/// Counts the fans that are left at vertices of `dropped` corners that had too many to be counted.
+void SurfaceState::count_many_fans_anew(std::span<const VertexCorner> dropped) {
+  FanFinder finder;
+  CornerLookup left;
+  for (std::size_t i = 0; i < dropped.size(); ++i) {
+    const std::uint32_t vertex = dropped[i].vertex;
+    if (fan_counts_[vertex] < kMostFans || (i > 0 && dropped[i - 1].vertex == vertex)) continue;
+    const std::span<const VertexCorner> corners = left.at(open_corners_, vertex);
+    fan_counts_[vertex] = corners.empty() ? 0 : counted(finder.shape_of(corners));
+  }
 }
 
 void SurfaceState::describe(std::vector<BoundaryFan>& boundary,

@@ -56,6 +56,7 @@ class SurfaceState {
   void close_or_keep(std::span<const VertexCorner> added);
   void end_level();
   void merge_levels(std::span<const Triangle> isolated);
+  void count_many_fans_anew(std::span<const VertexCorner> dropped);
   void emit_first_level(const FanTable& fans, std::span<const VertexCorner> elsewhere,
                         std::span<const Triangle> losers);
 

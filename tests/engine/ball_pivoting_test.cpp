@@ -309,6 +309,47 @@ TEST_CASE("NoTriangleStandsAlone") {
   }
 }
 
+namespace {
+
+/// A point with `pairs` triangles that stand alone and `triples` of two triangles each: their other
+/// vertices are close together on the unit sphere around the point, which comes first.
+NamedCloud star(int pairs, int triples) {
+  constexpr double kApart = 0.02, kGoldenAngle = 2.39996322972865332;
+  NamedCloud named{"star", {}, 0.501};
+  named.cloud.positions = {Vec3{}};
+  named.cloud.normals = {Vec3{0.0, 0.0, 1.0}};
+  for (int i = 0; i < pairs + triples; ++i) {
+    const double z = 0.9 - 1.8 * (i + 0.5) / (pairs + triples);
+    const double angle = kGoldenAngle * i, flat = std::sqrt(1.0 - z * z);
+    const Vec3 out{flat * std::cos(angle), flat * std::sin(angle), z};
+    const Vec3 east{-std::sin(angle), std::cos(angle), 0.0};
+    for (int k = 0; k < (i < pairs ? 2 : 3); ++k) {
+      named.cloud.positions.push_back(normalized(out + kApart * k * east));
+      named.cloud.normals.push_back(cross(out, east));
+    }
+  }
+  return named;
+}
+
+}  // namespace
+
+TEST_CASE("FansAreCountedAtAPointOfHundredsOfTrianglesThatStandAlone") {
+  const BallPivotingResult result = reconstruct(star(300, 3));
+  REQUIRE(result.isolated_dropped > 255);
+  std::set<std::uint32_t> firsts, seconds;  // neighbours of the point in its triangles
+  for (const Triangle& t : result.triangles) {
+    if (t[0] != 0) continue;
+    firsts.insert(t[1]);
+    seconds.insert(t[2]);
+  }
+  REQUIRE_FALSE(firsts.empty());
+  // A fan begins with a neighbour at which no other triangle of it ends.
+  const auto fans = std::ranges::count_if(
+      firsts, [&](std::uint32_t neighbor) { return !seconds.contains(neighbor); });
+  CHECK(fans > 0);
+  CHECK(result.fans[0] == fans);
+}
+
 TEST_CASE("CleanTorusIsClosedWithTwiceAsManyTrianglesAsVertices") {
   for (const std::size_t points : {500u, 3000u, 20000u}) {
     const NamedCloud named = test::noisy_torus(points, 0.0, 1);
