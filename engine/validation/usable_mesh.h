@@ -8,7 +8,8 @@
 namespace orbweave {
 
 /// Reads a mesh, as read_mesh() does. Throws Error (resource) for one that is too large
-/// (io/mesh_size.h).
+/// (io/mesh_size.h), and (bad input) for coordinates that cannot be computed with
+/// (engine/validation/usable_scale.h).
 TriangleMesh read_usable_mesh(const std::string& file);
 
 }  // namespace orbweave

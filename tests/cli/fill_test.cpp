@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/cli/holed_meshes.h"
+#include "tests/support/meshes.h"
 
 using Catch::Matchers::Contains;
 using nlohmann::json;
@@ -426,6 +427,34 @@ TEST_CASE("WrongOptionsAndOutputsOfFillAreFoundBeforeAnyWork", "[costly]") {
   CHECK_THAT(result.err, Contains(given.fragment));
   CHECK(file_text(in / "in.ply") == before);
   CHECK(names_in(in) == std::vector<std::string>{"in.ply"});
+}
+
+TEST_CASE("MeshesOfAScaleThatCannotBeComputedWithAreRefusedByName") {
+  const ScratchDirectory in;
+  const TriangleMesh given = holed_sheet(in);
+  struct Scale {
+    double factor;
+    std::string message;
+  };
+  for (const Scale& scale :
+       {Scale{1e160, "in.ply: the mesh is too large to be computed with; found a coordinate of "},
+        Scale{1e-162, "in.ply: the mesh is too small to be computed with; found an extent of "}}) {
+    write_mesh(in / "in.ply", moved(given, [&](Vec3 p) { return scale.factor * p; }));
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"fill", "in.ply", "-o", "out.ply", "--progress", "none"},
+          {"inspect", "in.ply"},
+          {"compare", "in.ply", "in.ply"}}) {
+      CAPTURE(arguments, scale.factor);
+      const ProgramResult result = run_in(in, arguments);
+      CHECK(result.status == 3);
+      CHECK(result.out.empty());
+      CHECK_THAT(result.err, Contains(scale.message) &&
+                                 Contains("expected an extent from 1e-75 to 1e75. Scale the"));
+      CHECK(names_in(in) == std::vector<std::string>{"in.ply"});
+    }
+  }
+  write_mesh(in / "in.ply", moved(given, [](Vec3 p) { return 1e60 * p; }));
+  CHECK(facts_of(in, "in.ply")["holes"].size() == 2);
 }
 
 TEST_CASE("InspectListsTheLoopsAndWhichAreHoles") {

@@ -15,11 +15,11 @@
 #include "engine/pipeline/points/stray_search.h"
 #include "engine/pipeline/stage/method_costs.h"
 #include "engine/spacing/automatic_radii.h"
+#include "engine/validation/usable_scale.h"
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
 #include "io/job/setting.h"
 #include "io/points/color_depth.h"
-#include "io/text/quantity.h"
 
 namespace orbweave {
 namespace {
@@ -130,18 +130,6 @@ CountedCloud count_share(const RunControl& control, const CloudInput& input, con
   return cloud;
 }
 
-/// Squares of squares of lengths have to be numbers.
-void require_usable_scale(const ResolvedJob& job, const Box& bounds) {
-  constexpr double kLeastExtent = 1e-75;
-  const double extent = bounds.largest_extent();
-  if (!(extent > 0.0) || extent >= kLeastExtent) return;
-  throw_bad_input("the cloud is too small to be computed with",
-                  {.file = job.files.front(),
-                   .found = "an extent of " + format_number(extent),
-                   .expected = "an extent from 1e-75 to 1e75",
-                   .advice = "Scale the coordinates to a larger unit."});
-}
-
 [[noreturn]] void refuse_empty(const ResolvedJob& job, const CountedCloud& cloud) {
   if (cloud.points_read == 0)
     throw_bad_input("the cloud holds no points", {.file = job.files.front()});
@@ -160,7 +148,7 @@ bool is_one_chunk(const ResolvedJob& job, const CloudInput& input) {
 void plan_cut(const ResolvedJob& job, const CloudInput& input, CountedCloud& cloud, int processes) {
   cloud.points_used = cloud.grid.points();
   if (cloud.points_used == 0) refuse_empty(job, cloud);
-  require_usable_scale(job, cloud.grid.bounds());
+  require_usable_scale(job.files.front(), "cloud", cloud.grid.bounds());
   require_memory_for_method(job, cloud.points_used);
   if (input.are_scans) require_memory_for_poles(job, cloud.points_used);
   cloud.grid.settle(root_cube(cloud.grid.bounds()).side);
