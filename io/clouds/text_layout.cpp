@@ -7,7 +7,7 @@
 
 #include "io/error.h"
 #include "io/streams/byte_reader.h"
-#include "io/text/lower_case.h"
+#include "io/text/column_name.h"
 #include "io/text/text_fields.h"
 #include "io/text/text_number.h"
 
@@ -39,22 +39,6 @@ char find_separator(std::string_view line) {
   return tabbed.size() >= 3 && blank_inside ? '\t' : ' ';
 }
 
-/// The name that roles go by; any other name as it stands.
-std::string canonical_name(std::string_view name) {
-  const std::string lower = lower_case(std::string(name));
-  constexpr std::array<std::pair<std::string_view, const char*>, 21> kSynonyms = {
-      {{"x", "x"},         {"y", "y"},         {"z", "z"},
-       {"nx", "nx"},       {"ny", "ny"},       {"nz", "nz"},
-       {"normal_x", "nx"}, {"normal_y", "ny"}, {"normal_z", "nz"},
-       {"normalx", "nx"},  {"normaly", "ny"},  {"normalz", "nz"},
-       {"r", "red"},       {"g", "green"},     {"b", "blue"},
-       {"red", "red"},     {"green", "green"}, {"blue", "blue"},
-       {"a", "alpha"},     {"alpha", "alpha"}, {"intensity", "intensity"}}};
-  for (const auto& [synonym, canonical] : kSynonyms)
-    if (lower == synonym) return canonical;
-  return std::string(name);
-}
-
 bool names_position(const std::vector<TextColumn>& columns) {
   for (const char* name : {"x", "y", "z"})
     if (std::none_of(columns.begin(), columns.end(),
@@ -70,7 +54,7 @@ std::string place_name(std::size_t column) {
 std::vector<TextColumn> named_columns(const std::vector<std::string_view>& names) {
   std::vector<TextColumn> columns;
   for (const std::string_view name : names)
-    columns.push_back({name.empty() ? place_name(columns.size()) : canonical_name(name)});
+    columns.push_back({name.empty() ? place_name(columns.size()) : canonical_column_name(name)});
   return columns;
 }
 
@@ -85,7 +69,7 @@ const std::string* find_twice(const std::vector<TextColumn>& columns) {
 TextColumn parse_column(const std::string& text) {
   if (text == "-") return {};
   const std::size_t colon = text.find(':');
-  TextColumn column{canonical_name(text.substr(0, colon))};
+  TextColumn column{canonical_column_name(text.substr(0, colon))};
   if (column.name.empty()) throw_usage("a column has no name", {.found = excerpt(text)});
   if (colon == text.npos) return column;
   const std::string type = text.substr(colon + 1);

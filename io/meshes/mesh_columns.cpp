@@ -5,9 +5,11 @@
 #include <bit>
 #include <cstring>
 #include <optional>
-#include <set>
+#include <string>
 #include <string_view>
 #include <utility>
+
+#include "io/text/distinct_names.h"
 
 namespace orbweave {
 namespace {
@@ -34,18 +36,16 @@ std::optional<std::array<std::size_t, 3>> color_fields(const PointSchema& schema
   return fields;
 }
 
-/// A name that neither XML nor HDF5 takes for anything else; no two alike.
-std::string plain_name(const std::string& name, std::set<std::string>& taken) {
+/// A name that neither XML nor HDF5 takes for anything else.
+std::string plain_name(const std::string& name) {
   std::string plain;
   for (const char c : name) {
     const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
                           (c >= '0' && c <= '9') || c == '_' || c == '-' || c == '.';
     plain += is_plain ? c : '_';
   }
-  if (plain.empty() || plain.find_first_not_of('.') == std::string::npos) plain = "_" + plain;
-  std::string unique = plain;
-  for (int i = 2; !taken.insert(unique).second; ++i) unique = plain + "_" + std::to_string(i);
-  return unique;
+  const bool is_path = plain.find_first_not_of('.') == std::string::npos;
+  return is_path ? "_" + plain : plain;
 }
 
 template <class Real>
@@ -91,11 +91,11 @@ void MeshColumns::add_attributes(const MeshHeader& header) {
     offsets.push_back(offset);
     offset += size_of(field.type);
   }
-  std::set<std::string> taken = {"Points", "Normals", "connectivity", "offsets", "hole"};
+  DistinctNames names({"Points", "Normals", "connectivity", "offsets", "hole"});
   const auto colors = color_fields(header.schema);
   if (colors) {
     const auto [red, green, blue] = *colors;
-    vertices_.push_back({plain_name(kColors, taken),
+    vertices_.push_back({names.give(kColors),
                          Of::kColor,
                          fields[red].type,
                          3,
@@ -104,7 +104,7 @@ void MeshColumns::add_attributes(const MeshHeader& header) {
   }
   for (std::size_t i = 0; i < fields.size(); ++i) {
     if (colors && std::ranges::find(*colors, i) != colors->end()) continue;
-    vertices_.push_back({plain_name(fields[i].name, taken),
+    vertices_.push_back({names.give(plain_name(fields[i].name)),
                          Of::kAttribute,
                          fields[i].type,
                          1,

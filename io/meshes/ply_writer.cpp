@@ -1,12 +1,13 @@
 #include <algorithm>
 #include <bit>
 #include <limits>
-#include <set>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
+#include "io/meshes/attribute_names.h"
 #include "io/meshes/mesh_formats.h"
 #include "io/ply/intensity_name.h"
 #include "io/text/quantity.h"
@@ -39,32 +40,14 @@ bool has_field(const std::vector<AttributeField>& attributes, std::string_view n
 
 /// Viewers take `intensity` for a grey that goes before colours: beside colours it gets a name that
 /// is that of a scalar field to them.
-std::vector<AttributeField> without_second_color(std::vector<AttributeField> attributes) {
+PointSchema without_second_color(PointSchema schema) {
+  std::vector<AttributeField>& attributes = schema.attributes;
   const bool has_colors = has_field(attributes, "red") && has_field(attributes, "green") &&
                           has_field(attributes, "blue");
-  if (!has_colors || has_field(attributes, kScalarIntensity)) return attributes;
+  if (!has_colors || has_field(attributes, kScalarIntensity)) return schema;
   for (AttributeField& field : attributes)
     if (field.name == kIntensity) field.name = kScalarIntensity;
-  return attributes;
-}
-
-/// Names of the attributes in the header: words, no two alike.
-std::vector<std::string> property_names(const std::vector<AttributeField>& given) {
-  const std::vector<AttributeField> attributes = without_second_color(given);
-  std::set<std::string> taken = {"x", "y", "z", "nx", "ny", "nz"};
-  // A name that stays as it is goes before one that becomes the same.
-  for (const AttributeField& field : attributes)
-    if (one_word(field.name) == field.name) taken.insert(field.name);
-  std::vector<std::string> names;
-  for (const AttributeField& field : attributes) {
-    const std::string word = one_word(field.name);
-    std::string name = word;
-    for (int i = 2; word != field.name && taken.contains(name); ++i)
-      name = word + "_" + std::to_string(i);
-    taken.insert(name);
-    names.push_back(name);
-  }
-  return names;
+  return schema;
 }
 
 std::string one_line(std::string comment) {
@@ -132,7 +115,8 @@ class PlyLayout {
     };
     add_properties(position_type_, {"x", "y", "z"});
     if (header_.schema.has_normals) add_properties(header_.schema.normal_type, {"nx", "ny", "nz"});
-    const std::vector<std::string> names = property_names(header_.schema.attributes);
+    const std::vector<std::string> names =
+        attribute_names(without_second_color(header_.schema), one_word);
     for (std::size_t i = 0; i < names.size(); ++i)
       add_properties(header_.schema.attributes[i].type, {names[i].c_str()});
     if (!header_.is_cloud) {

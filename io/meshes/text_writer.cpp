@@ -1,6 +1,9 @@
+#include <string>
 #include <utility>
 
+#include "io/meshes/attribute_names.h"
 #include "io/meshes/mesh_formats.h"
+#include "io/text/column_name.h"
 
 namespace orbweave {
 namespace {
@@ -58,14 +61,17 @@ class TextCloudWriter final : public MeshWriter {
 
  private:
   std::string names() const {
+    const auto plain = [this](std::string name) { return plain_name(std::move(name)); };
     std::string line = "x,y,z";
     if (header_.schema.has_normals) line += ",nx,ny,nz";
-    for (const AttributeField& field : header_.schema.attributes) {
-      line += separator_;
-      for (const char c : field.name)
-        line += c == separator_ || static_cast<unsigned char>(c) < ' ' ? '_' : c;
-    }
+    for (const std::string& name : attribute_names(header_.schema, plain, canonical_column_name))
+      line += separator_ + name;
     return line + "\n";
+  }
+  std::string plain_name(std::string name) const {
+    for (char& c : name)
+      if (c == separator_ || static_cast<unsigned char>(c) < ' ') c = '_';
+    return name;
   }
   void add_vector(TextBuilder& text, Vec3 v) const {
     text.add_number(v.x);

@@ -259,7 +259,7 @@ TEST_CASE("ANameThatAPlyHeaderCannotHoldGetsUnderlinesAndNoTwoAreAlike") {
   CHECK(ply.find(" a_b_3\n") != std::string::npos);
   CHECK(run_in(in, {"inspect", "a.ply"}).status == 0);
   check_shown(run_in(in, {"convert", "a.csv", "b.csv"}));
-  CHECK(file_text(in / "b.csv").starts_with("x,y,z,a b,a_b,a_b\n"));
+  CHECK(file_text(in / "b.csv").starts_with("x,y,z,a b,a_b,a_b_2\n"));
 }
 
 TEST_CASE("FilesMayHaveAnyName", "[costly]") {
@@ -327,4 +327,18 @@ TEST_CASE("AJobFileThatIsNoUtf8SaysHowToNameItsScans") {
   CHECK_THAT(result.err, Contains("job.toml: line 2: not valid TOML: a byte that is no UTF-8 text; "
                                   "found byte 228. Name files whose names are no UTF-8 by a "
                                   "pattern, or on the command line"));
+}
+
+TEST_CASE("AnAttributeWithTheNameOfANormalLeavesAMeshThatReads") {
+  const ScratchDirectory in;
+  std::string cloud = "x,y,z,nx\n";
+  for (const Vec3& p : sphere()) {
+    for (int axis = 0; axis < 3; ++axis) cloud += std::to_string(p[axis]) + ",";
+    cloud += "7\n";
+  }
+  write_text(in / "scan.csv", cloud);
+  REQUIRE(run_in(in, {"reconstruct", "scan.csv", "-o", "mesh.ply"}).status == 0);
+  const ProgramResult facts = run_in(in, {"inspect", "mesh.ply"});
+  CHECK(facts.status == 0);
+  CHECK_THAT(file_text(in / "mesh.ply").substr(0, 1000), Contains(" nx_2\n"));
 }

@@ -20,6 +20,7 @@
 #include "engine/planning/plan_job.h"
 #include "io/error.h"
 #include "io/meshes/mesh_reader.h"
+#include "io/points/own_attribute.h"
 #include "io/store/chunk_store.h"
 #include "io/store/chunk_store_file.h"
 #include "io/system/owned_files.h"
@@ -667,6 +668,16 @@ TEST_CASE("AScansOwnVertexIdsAreKept") {
   REQUIRE(tile.schema.attributes.size() == 3);
   CHECK(tile.schema.attributes[0].name == "scan_vertex_id");
   CHECK(tile.schema.attributes[2].name == "vertex_id");
+}
+
+TEST_CASE("AttributesOfTheProgramDisplaceThoseOfTheScanToNamesThatAreFree") {
+  PointSchema schema;
+  schema.attributes = {{"id", ScalarType::kInt32}, {"scan_id", ScalarType::kInt32}};
+  add_own_attribute(schema, {"id", ScalarType::kUint8});
+  REQUIRE(schema.attributes.size() == 3);
+  CHECK(schema.attributes[0].name == "scan_id_2");
+  CHECK(schema.attributes[1].name == "scan_id");
+  CHECK(schema.attributes[2] == AttributeField{"id", ScalarType::kUint8});
 }
 
 TEST_CASE("PointsTooManyForTheFormatAreRefusedOnceTheyAreCounted") {

@@ -253,6 +253,52 @@ TEST_CASE("TextCloudsReadBackExactly") {
   CHECK_THAT(read_file(scratch / "a.csv"), Catch::StartsWith("x,y,z,nx,ny,nz,red,green,blue,t\n"));
 }
 
+TEST_CASE("NamesThatAreTakenGetNumbersAndTheFileReadsBack") {
+  using Names = std::vector<std::string>;
+  const ScratchDirectory scratch;
+  PointCloud cloud;
+  cloud.schema.has_normals = true;
+  for (const char* name : {"x", "nx", "a b", "a_b", "same", "same"})
+    cloud.schema.attributes.push_back({name, ScalarType::kUint8});
+  cloud.positions = {{1, 2, 3}};
+  cloud.normals = {{0, 0, 1}};
+  cloud.attributes = {std::byte{1}, std::byte{2}, std::byte{3},
+                      std::byte{4}, std::byte{5}, std::byte{6}};
+  const auto names_from = [&](const char* file) {
+    write_cloud(scratch / file, cloud);
+    const PointCloud back = test::read_cloud(scratch / file);
+    CHECK(back.positions == cloud.positions);
+    CHECK(back.normals == cloud.normals);
+    CHECK(test::value_of(back, 0, "x_2") == 1);
+    return test::attribute_names(back.schema);
+  };
+  CHECK(names_from("a.ply") == Names{"x_2", "nx_2", "a_b_2", "a_b", "same", "same_2"});
+  CHECK(names_from("a.csv") == Names{"x_2", "nx_2", "a b", "a_b", "same", "same_2"});
+}
+
+TEST_CASE("NamesThatReadersTakeForTheSameAreToldApartInCsv") {
+  const ScratchDirectory scratch;
+  PointCloud cloud;
+  for (const char* name : {"X", "red", "R"})
+    cloud.schema.attributes.push_back({name, ScalarType::kUint8});
+  cloud.positions = {{1, 2, 3}};
+  cloud.attributes.resize(3);
+  write_cloud(scratch / "a.csv", cloud);
+  CHECK(test::attribute_names(test::read_cloud(scratch / "a.csv").schema) ==
+        std::vector<std::string>{"X_2", "red", "R_2"});
+}
+
+TEST_CASE("ANameOfNormalsStaysWhereThereAreNone") {
+  const ScratchDirectory scratch;
+  PointCloud cloud;
+  cloud.schema.attributes = {{"nx", ScalarType::kUint8}};
+  cloud.positions = {{1, 2, 3}};
+  cloud.attributes.resize(1);
+  write_cloud(scratch / "a.ply", cloud);
+  CHECK(test::attribute_names(test::read_cloud(scratch / "a.ply").schema) ==
+        std::vector<std::string>{"nx"});
+}
+
 TEST_CASE("SameContentSameBytes") {
   const ScratchDirectory scratch;
   const TriangleMesh mesh = dressed_tetrahedron();

@@ -1,9 +1,10 @@
 #include "engine/pipeline/output/tile_columns.h"
 
 #include <algorithm>
-#include <string>
 #include <utility>
 #include <vector>
+
+#include "io/points/own_attribute.h"
 
 namespace orbweave {
 namespace {
@@ -16,10 +17,7 @@ ScalarType id_type(std::uint64_t vertices) {
 
 PointSchema tile_schema(const MeshHeader& mesh) {
   PointSchema schema = mesh.schema;
-  for (AttributeField& field : schema.attributes) {
-    if (field.name == kVertexId) field.name = std::string("scan_") + kVertexId;
-  }
-  schema.attributes.push_back({kVertexId, id_type(mesh.vertices)});
+  add_own_attribute(schema, {kVertexId, id_type(mesh.vertices)});
   return schema;
 }
 

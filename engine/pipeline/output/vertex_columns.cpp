@@ -2,21 +2,18 @@
 
 #include <algorithm>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
 #include "engine/pipeline/surface/stored_mesh.h"
+#include "io/points/own_attribute.h"
 #include "io/store/chunk_points.h"
 
 namespace orbweave {
 namespace {
 
-/// A scan's own column of that name gets another one.
 PointSchema with_undersampled(PointSchema schema) {
-  for (AttributeField& field : schema.attributes)
-    if (field.name == kUndersampledColumn) field.name = std::string("scan_") + kUndersampledColumn;
-  schema.attributes.push_back({kUndersampledColumn, ScalarType::kUint8});
+  add_own_attribute(schema, {kUndersampledColumn, ScalarType::kUint8});
   return schema;
 }
 

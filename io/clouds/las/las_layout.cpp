@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
-#include <map>
-#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "io/scalar_types.h"
+#include "io/text/distinct_names.h"
 #include "io/text/little_endian.h"
 #include "io/text/lower_case.h"
 
@@ -158,15 +157,9 @@ void Layout::take_normals(std::vector<StoredValue>& extra) {
 
 /// Gives each extra value a name that no other attribute and no coordinate has.
 void Layout::name_apart(std::vector<StoredValue>& extra) const {
-  std::set<std::string> taken = {"x", "y", "z", "nx", "ny", "nz"};
-  for (const Column& column : columns_) taken.insert(column.value.name);
-  std::map<std::string, int> copies;  // a record has room for 65,000 values of one name
-  for (StoredValue& value : extra) {
-    const std::string base = plain_name(value.name);
-    value.name = base;
-    while (!taken.insert(value.name).second)
-      value.name = base + "_" + std::to_string(++copies.try_emplace(base, 1).first->second);
-  }
+  DistinctNames names({"x", "y", "z", "nx", "ny", "nz"});
+  for (const Column& column : columns_) names.take(column.value.name);
+  for (StoredValue& value : extra) value.name = names.give(plain_name(value.name));
 }
 
 bool Layout::is_withheld(const std::byte* record) const {

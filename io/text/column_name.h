@@ -1,0 +1,12 @@
+// Names of columns in text clouds.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace orbweave {
+
+/// The name that a column's role goes by ("Normal_X": "nx"); any other name as it stands.
+std::string canonical_column_name(std::string_view name);
+
+}  // namespace orbweave
