@@ -5,6 +5,7 @@
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
 #include "io/system/hdf5_exit.h"
+#include "io/system/standard_streams.h"
 
 namespace {
 
@@ -14,6 +15,7 @@ ORBWEAVE_END_PLAINLY_FROM_THE_START;
 }  // namespace
 
 int main(int argc, char** argv) {
+  orbweave::hold_closed_streams();
   orbweave::close_hdf5_at_exit();
   try {
     orbweave::handle_signals(stop);

@@ -6,6 +6,7 @@
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
 #include "io/system/hdf5_exit.h"
+#include "io/system/standard_streams.h"
 #include "partition/mpi_communicator.h"
 
 namespace {
@@ -40,6 +41,7 @@ void run(const std::vector<std::string>& arguments, orbweave::MpiCommunicator& c
 }  // namespace
 
 int main(int argc, char** argv) {
+  orbweave::hold_closed_streams();
   orbweave::close_hdf5_at_exit();
   try {
     orbweave::MpiCommunicator communicator;

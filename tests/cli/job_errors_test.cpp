@@ -332,3 +332,20 @@ TEST_CASE("AReaderThatClosesThePipeLeavesNoWorkDirectory") {
   CHECK_THAT(result.err, Contains("standard output: the reader has closed the pipe"));
   CHECK(names_in(in) == std::vector<std::string>{"scan.ply", "ten"});
 }
+
+TEST_CASE("WhatIsMeantForAClosedStreamReachesNoFile") {
+  const ScratchDirectory in;
+  generate(in, "sphere", "2000", "scan.ply");
+  const std::vector<std::string> job = {
+      "reconstruct", "scan.ply",        "-o",         "-",   "--work-dir",
+      "work",        "--keep-work-dir", "--progress", "none"};
+  for (const char* closed : {"exec >&-", "exec <&- >&-", "exec >&- 2>&-"}) {
+    INFO(closed);
+    CHECK(run_limited(in, closed, job).status == 4);
+    CHECK(file_text(in / "work" / "lock").find("ply") == std::string::npos);
+  }
+  CHECK_THAT(run_limited(in, "exec >&-", job).err, Contains("standard output: cannot write"));
+  const auto resumed = run_in(in, job);
+  CHECK(resumed.status == 0);
+  CHECK(resumed.out.starts_with("ply\n"));
+}

@@ -53,6 +53,17 @@ TEST_CASE("WhatAllRanksFindWrongIsToldOnceAsByOneProcess") {
   CHECK_THAT(three.err, Contains(one.err));
 }
 
+TEST_CASE("WhatIsMeantForAClosedStreamReachesNoFileOfATeam") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "sphere", "--points", "2000", "-o", "scan.ply"}).status == 0);
+  ProgramSetting shell = mpi_setting(in.path());
+  shell.program = "/bin/sh";
+  const std::string job = " reconstruct scan.ply -o - --keep-work-dir --work-dir work >&-";
+  CHECK(run_program({"-c", ORBWEAVE_MPI_PROGRAM + job}, shell).status == 4);
+  CHECK(file_text(in / "work" / "lock").find("ply") == std::string::npos);
+}
+
 TEST_CASE("NobodyIsToldToRemoveADirectoryOfTheUsers") {
   if (skipped_without_mpi()) return;
   const ScratchDirectory in;
