@@ -85,33 +85,6 @@ class StoppableSource : public PointSource {
   const StopToken& stop_;
 };
 
-/// The extent of a cloud, and whether floats would move any of its points.
-class FloatMoves {
- public:
-  void add(const std::vector<Vec3>& positions) {
-    for (const Vec3& p : positions) {
-      if (!is_finite(p)) continue;
-      bounds_.extend(p);
-      for (int axis = 0; axis < 3; ++axis)
-        any_ = any_ || p[axis] != static_cast<double>(static_cast<float>(p[axis]));
-    }
-  }
-  bool any() const { return any_; }
-  const Box& bounds() const { return bounds_; }
-
- private:
-  Box bounds_;
-  bool any_ = false;
-};
-
-/// The spacing of the points that are selected; 0: not known.
-double spacing_of(const std::string& in, const SelectedSource& selected, const StopToken& stop) {
-  if (in == "-") return 0.0;
-  StoppableSource source(selected.open(in), stop);
-  StoppableSource again(selected.open(in), stop);
-  return cloud_facts(source, &again).spacing.value_or(0.0);
-}
-
 MeshWriterOptions writer_options(const Job& job, Vec3 origin) {
   MeshWriterOptions options;
   options.float_positions = job.output.float_positions;
@@ -123,33 +96,76 @@ bool writes_floats(const Job& job) {
   return has_float_coordinates(job.output.mesh, writer_options(job, {}));
 }
 
+/// Whether coordinates of the file may differ from those that are read.
+bool may_round(const Job& job) {
+  return writes_floats(job) || job.output.origin_rule == OriginRule::kGiven;
+}
+
+/// The extent of a cloud, and whether the numbers of the file would move any of its points: those
+/// about a given origin, else those as they are.
+class Rounding {
+ public:
+  explicit Rounding(const Job& job) : floats_(writes_floats(job)) {
+    if (job.output.origin_rule == OriginRule::kGiven) origin_ = job.output.origin;
+  }
+  void add(const std::vector<Vec3>& positions) {
+    for (const Vec3& p : positions) {
+      if (!is_finite(p)) continue;
+      bounds_.extend(p);
+      for (int axis = 0; axis < 3; ++axis) {
+        const double local = p[axis] - origin_[axis];
+        const double kept = floats_ ? static_cast<double>(static_cast<float>(local)) : local;
+        moves_any_ = moves_any_ || kept + origin_[axis] != p[axis];
+      }
+    }
+  }
+  bool floats() const { return floats_; }
+  bool moves_any() const { return moves_any_; }
+  const Box& bounds() const { return bounds_; }
+
+ private:
+  bool floats_;
+  Vec3 origin_;
+  Box bounds_;
+  bool moves_any_ = false;
+};
+
+/// The spacing of the points that are selected; 0: not known.
+double spacing_of(const std::string& in, const SelectedSource& selected, const StopToken& stop) {
+  if (in == "-") return 0.0;
+  StoppableSource source(selected.open(in), stop);
+  StoppableSource again(selected.open(in), stop);
+  return cloud_facts(source, &again).spacing.value_or(0.0);
+}
+
 /// Where the coordinates of the file are counted from; throws where they would lose too much.
-/// `spacing`: of the points, asked for only where floats would move one of them.
-Vec3 chosen_origin(const Job& job, const FloatMoves& moves,
+/// `spacing`: of the points, asked for only where one of them would be moved.
+Vec3 chosen_origin(const Job& job, const Rounding& rounding,
                    const std::function<double()>& spacing) {
-  const bool floats = writes_floats(job) && moves.any();
+  if (!rounding.moves_any())
+    return job.output.origin_rule == OriginRule::kGiven ? job.output.origin : Vec3{};
   const OutputOrigin chosen =
-      output_origin(job.output, floats, moves.bounds(), floats ? spacing() : 0.0);
+      output_origin(job.output, rounding.floats(), rounding.bounds(), spacing());
   const std::string warning = check_output_origin(job, chosen);
   if (!warning.empty()) print_warning(warning);
   return chosen.origin;
 }
 
 Vec3 origin_of_mesh(const Job& job, const TriangleMesh& mesh) {
-  FloatMoves moves;
-  if (writes_floats(job)) moves.add(mesh.vertices.positions);
-  return chosen_origin(job, moves, [&] { return vertex_spacing(mesh); });
+  Rounding rounding(job);
+  if (may_round(job)) rounding.add(mesh.vertices.positions);
+  return chosen_origin(job, rounding, [&] { return vertex_spacing(mesh); });
 }
 
-/// A pass over the points before they are written, where floats are asked for.
+/// A pass over the points before they are written, where their coordinates may change.
 Vec3 origin_of_cloud(const Job& job, const std::string& in, const SelectedSource& selected,
                      const StopToken& stop) {
-  FloatMoves moves;
-  if (writes_floats(job)) {
+  Rounding rounding(job);
+  if (may_round(job)) {
     StoppableSource source(selected.open(in), stop);
-    for (PointCloud batch; source.read(batch, kBatchPoints);) moves.add(batch.positions);
+    for (PointCloud batch; source.read(batch, kBatchPoints);) rounding.add(batch.positions);
   }
-  return chosen_origin(job, moves, [&] { return spacing_of(in, selected, stop); });
+  return chosen_origin(job, rounding, [&] { return spacing_of(in, selected, stop); });
 }
 
 /// Beside the file, where other programs look for it; the formats have no place for it.
@@ -235,16 +251,16 @@ void print_left_out(const PointSource& source, const SelectedSource& selected,
     std::cout << format_count(count) << " dropped: " << reason << "\n";
 }
 
-/// Points from standard input that come without their number, are to become floats or have colours
-/// that may have to be scaled are kept until all are known.
+/// Points from standard input that come without their number, whose coordinates may change or whose
+/// colours may have to be scaled are kept until all are known.
 void convert_stream(PointSource& source, const SelectedSource& selected,
                     const ConvertOptions& options) {
   const Job job = options.job();
   PointCloud cloud = read_all(source);
   apply_colors(job, cloud);
-  FloatMoves moves;
-  if (writes_floats(job)) moves.add(cloud.positions);
-  const Vec3 origin = chosen_origin(job, moves, [] { return 0.0; });
+  Rounding rounding(job);
+  if (may_round(job)) rounding.add(cloud.positions);
+  const Vec3 origin = chosen_origin(job, rounding, [] { return 0.0; });
   write_cloud(options.out, cloud, writer_options(job, origin));
   note_written(options.out);
   write_beside(options, origin, source.coordinate_system());
@@ -284,7 +300,7 @@ void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
   const bool is_known = source->keeps_declared_points();
   const bool has_wide_colors =
       job.output.color_bits == 8 && wide_colors(source->schema()).has_value();
-  const bool is_asked_twice = !is_known || writes_floats(job) || has_wide_colors;
+  const bool is_asked_twice = !is_known || may_round(job) || has_wide_colors;
   // A pipe can be read only once.
   if (is_asked_twice && !std::filesystem::is_regular_file(options.in))
     return convert_stream(*source, selected, options);

@@ -162,8 +162,9 @@ TriangleMesh filled_mesh(FillReport& report, Progress& progress) {
 void choose_origin(const TriangleMesh& mesh, FillReport& report, Progress& progress) {
   const OutputOptions& output = report.options.output;
   const bool floats = has_float_coordinates(output.mesh, writer_options(output, {}));
+  const bool may_lose = floats || output.origin_rule == OriginRule::kGiven;
   const OutputOrigin chosen =
-      output_origin(output, floats, report.after.bounds, floats ? vertex_spacing(mesh) : 0.0);
+      output_origin(output, floats, report.after.bounds, may_lose ? vertex_spacing(mesh) : 0.0);
   const std::string warning = check_output_origin(report.options, chosen);
   if (!warning.empty()) progress.warn(warning);
   report.origin = chosen.origin;

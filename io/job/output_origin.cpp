@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cfloat>
 #include <charconv>
 #include <cmath>
 
@@ -15,19 +16,28 @@ namespace {
 constexpr double kMovePerSpacing = 1e-3;      // what does not matter
 constexpr double kMostMovePerSpacing = 1e-1;  // more than that damages the surface
 constexpr double kMovePerExtent = 1e-6;       // where the spacing is not known
+constexpr double kMostMovePerExtent = 1e-4;   // likewise
 
-/// Half the distance of the floats around a number.
-double half_step(double number) {
-  constexpr int kDigits = 24;
-  if (number == 0.0) return 0.0;
+/// Half the distance of the numbers of so many binary digits around a number.
+double half_step(double number, int digits) {
+  if (number == 0.0 || !std::isfinite(number)) return number;
   int exponent = 0;
   std::frexp(number, &exponent);  // number < 2^exponent
-  return std::ldexp(1.0, exponent - kDigits - 1);
+  return std::ldexp(1.0, exponent - digits - 1);
 }
 
-double axis_move(const Box& bounds, Vec3 origin, int axis) {
+double axis_move(const Box& bounds, Vec3 origin, int axis, int digits = FLT_MANT_DIG) {
   return half_step(std::max(std::abs(bounds.min[axis] - origin[axis]),
-                            std::abs(bounds.max[axis] - origin[axis])));
+                            std::abs(bounds.max[axis] - origin[axis])),
+                   digits);
+}
+
+/// Doubles lose nothing on the axes where the origin is 0.
+double largest_double_move(const Box& bounds, Vec3 origin) {
+  Vec3 move;
+  for (int axis = 0; axis < 3; ++axis)
+    if (origin[axis] != 0.0) move[axis] = axis_move(bounds, origin, axis, DBL_MANT_DIG);
+  return norm(move);
 }
 
 /// A multiple of 10^exponent, written with as few digits.
@@ -75,6 +85,25 @@ std::string move_text(const OutputOrigin& chosen) {
   return text;
 }
 
+std::string numbers_of(const OutputOrigin& chosen) { return chosen.floats ? "floats" : "doubles"; }
+
+std::string way_out(const Job& job, const OutputOrigin& chosen) {
+  const std::string auto_rule = setting(job, "output.origin", "auto");
+  if (!chosen.floats) return auto_rule + " keeps the coordinates as they are";
+  if (job.output.origin_rule == OriginRule::kAuto) return "A .ply or .obj file keeps doubles";
+  return auto_rule +
+         " counts them from a place among the points; a .ply or .obj file keeps doubles";
+}
+
+[[noreturn]] void refuse(const Job& job, const OutputOrigin& chosen, const std::string& expected) {
+  throw_usage("the " + numbers_of(chosen) + " of the mesh file would move its vertices",
+              {.file = job.output.mesh,
+               .place = setting_name(job, "output.origin"),
+               .found = move_text(chosen),
+               .expected = expected,
+               .advice = way_out(job, chosen)});
+}
+
 /// The shortest text without an exponent that reads back as the number.
 std::string plain_text(double number) {
   std::array<char, 400> text{};  // of the largest number, too
@@ -93,32 +122,37 @@ double largest_float_move(const Box& bounds, Vec3 origin) {
 
 OutputOrigin output_origin(const OutputOptions& output, bool floats, const Box& bounds,
                            double spacing) {
-  OutputOrigin chosen{{}, 0.0, spacing};
+  OutputOrigin chosen{.origin = {},
+                      .floats = floats,
+                      .largest_move = 0.0,
+                      .spacing = spacing,
+                      .extent = bounds.largest_extent()};
   if (output.origin_rule == OriginRule::kGiven) chosen.origin = output.origin;
-  if (!floats || bounds.empty()) return chosen;
+  if (bounds.empty()) return chosen;
   const double harmless = largest_harmless_move(bounds, spacing);
-  if (output.origin_rule == OriginRule::kAuto && largest_float_move(bounds, {}) > harmless)
+  if (floats && output.origin_rule == OriginRule::kAuto &&
+      largest_float_move(bounds, {}) > harmless)
     chosen.origin = round_origin(bounds, harmless);
-  chosen.largest_move = largest_float_move(bounds, chosen.origin);
+  chosen.largest_move = floats ? largest_float_move(bounds, chosen.origin)
+                               : largest_double_move(bounds, chosen.origin);
   return chosen;
 }
 
 std::string check_output_origin(const Job& job, const OutputOrigin& chosen) {
-  if (!(chosen.spacing > 0.0) || chosen.largest_move <= kMovePerSpacing * chosen.spacing) return {};
-  const bool is_none = job.output.origin_rule == OriginRule::kNone;
-  if (is_none || chosen.largest_move > kMostMovePerSpacing * chosen.spacing)
-    throw_usage("the floats of the mesh file would move its vertices",
-                {.file = job.output.mesh,
-                 .place = setting_name(job, "output.origin"),
-                 .found = move_text(chosen),
-                 .expected = std::string("at most ") + (is_none ? "a thousandth" : "a tenth") +
-                             " of the spacing " + format_number(chosen.spacing),
-                 .advice = (is_none ? setting(job, "output.origin", "auto") +
-                                          " counts them from a place among the points; a"
-                                    : std::string("A")) +
-                           " .ply or .obj file keeps doubles"});
-  return "the floats of " + job.output.mesh + " move its vertices by " + move_text(chosen) +
-         "; a .ply or .obj file keeps doubles";
+  if (chosen.spacing > 0.0) {
+    if (chosen.largest_move <= kMovePerSpacing * chosen.spacing) return {};
+    const bool is_none = job.output.origin_rule == OriginRule::kNone;
+    if (is_none || chosen.largest_move > kMostMovePerSpacing * chosen.spacing)
+      refuse(job, chosen,
+             std::string("at most ") + (is_none ? "a thousandth" : "a tenth") + " of the spacing " +
+                 format_number(chosen.spacing));
+    return "the " + numbers_of(chosen) + " of " + job.output.mesh + " move its vertices by " +
+           move_text(chosen) + ". " + way_out(job, chosen);
+  }
+  const double most = kMostMovePerExtent * chosen.extent;
+  if (job.output.origin_rule == OriginRule::kGiven && chosen.largest_move > most)
+    refuse(job, chosen, "at most a ten-thousandth of the extent " + format_number(chosen.extent));
+  return {};
 }
 
 std::string origin_text(Vec3 origin) {

@@ -93,6 +93,52 @@ TEST_CASE("FloatsThatLoseTooMuchAreRefusedWithTheFigure") {
              Contains("at most a tenth of the spacing"));
 }
 
+TEST_CASE("DoublesFarFromAGivenOriginAreRefusedAsFloatsAre") {
+  Job job;
+  job.output.mesh = "m.ply";
+  job.output.origin_rule = OriginRule::kGiven;
+  const Box unit{{-1, -1, -1}, {1, 1, 1}};
+  const auto message_at = [&](Vec3 origin, double spacing) {
+    job.output.origin = origin;
+    return message_of(job, output_origin(job.output, false, unit, spacing));
+  };
+  CHECK_THAT(message_at({1e20, 0, 0}, 0.05),
+             Contains("the doubles of the mesh file") && Contains("m.ply") &&
+                 Contains("output.origin") && Contains("at most a tenth of the spacing 0.05") &&
+                 Contains("output.origin = \"auto\" keeps the coordinates as they are"));
+  CHECK_THAT(message_at({0, 1e15, 0}, 0.05), Contains("up to 0.0625, which is 1.25"));
+  CHECK_THAT(message_at({1e308, 0, -1e308}, 0.05), Contains("up to"));
+  CHECK_THAT(message_at({1e20, 0, 0}, 0.0), Contains("at most a ten-thousandth of the extent 2"));
+  CHECK(message_at({1e6, 0, 0}, 0.05).empty());
+  CHECK(message_at({1e6, 0, 0}, 0.0).empty());
+  job.output.origin = {1e13, 0, 0};
+  CHECK_THAT(check_output_origin(job, output_origin(job.output, false, unit, 0.05)),
+             Contains("the doubles of m.ply move its vertices by up to 0.000976"));
+}
+
+TEST_CASE("NoCommandLosesCoordinatesToAnOriginFarAway") {
+  const test::ScratchDirectory in;
+  REQUIRE(test::run_in(
+              in, {"generate", "sphere", "--points", "2000", "-o", "s.ply", "--truth", "t.ply"})
+              .status == 0);
+  using Command = std::vector<std::string>;
+  for (const Command& command :
+       {Command{"reconstruct", "s.ply", "-o", "m.ply"}, Command{"convert", "s.ply", "m.ply"},
+        Command{"convert", "t.ply", "m.obj"}, Command{"fill", "t.ply", "-o", "m.ply"},
+        Command{"simplify", "t.ply", "-o", "m.ply", "--triangles", "500"}})
+    for (const char* origin : {"1e20,0,0", "0,0,1e16"}) {
+      INFO(command[0] << " " << origin);
+      Command whole = command;
+      whole.insert(whole.end(), {"--origin", origin});
+      const test::ProgramResult result = test::run_in(in, whole);
+      CHECK(result.status == 2);
+      CHECK_THAT(result.err, Contains("doubles of the mesh file would move its vertices"));
+      CHECK_FALSE(std::filesystem::exists(in / "m.ply"));
+      CHECK_FALSE(std::filesystem::exists(in / "m.obj"));
+    }
+  CHECK(test::run_in(in, {"convert", "s.ply", "c.ply", "--origin", "1000,0,0"}).status == 0);
+}
+
 TEST_CASE("AShiftFileIsReadBackAsItWasWritten") {
   const test::ScratchDirectory scratch;
   const Vec3 origin{512'340, 4'176'135.125, 0};
