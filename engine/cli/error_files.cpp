@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "engine/cli/mesh_drawing.h"
+#include "engine/cli/numbers.h"
 #include "io/error.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/shown_text.h"
@@ -70,10 +71,14 @@ void add_error_options(CLI::App& command, ErrorFiles& files, const std::string& 
 }
 
 void add_measure_options(CLI::App& command, CompareOptions& options, const std::string& within) {
-  command.add_option("--within", options.within, within)
+  const auto take_distances = [&options](const std::vector<std::string>& distances) {
+    options.within.clear();
+    for (const std::string& distance : distances)
+      options.within.push_back(positive_argument("--within", distance));
+  };
+  command.add_option_function<std::vector<std::string>>("--within", take_distances, within)
       ->type_name("D,...")
-      ->delimiter(',')
-      ->check(CLI::PositiveNumber);
+      ->delimiter(',');
   command
       .add_option("--samples", options.area_samples,
                   "Points that are spread over each surface by area (500000)")

@@ -26,6 +26,13 @@ double number_argument(const std::string& option, const std::string& text) {
   return parsed(option, text, "a number");
 }
 
+double positive_argument(const std::string& option, const std::string& text) {
+  constexpr const char* kExpected = "a finite number above 0";
+  const double value = parsed(option, text, kExpected);
+  if (!(value > 0.0)) reject(option, text, kExpected);
+  return value;
+}
+
 std::uint64_t count_argument(const std::string& option, const std::string& text) {
   constexpr const char* kExpected = "a whole number, such as 10000 or 2e6";
   constexpr double kLargest = 9007199254740992.0;  // doubles count exactly up to here

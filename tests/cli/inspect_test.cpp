@@ -252,8 +252,22 @@ TEST_CASE("CompareMeasuresSurfacesByAreaAndWritesErrors") {
   CHECK(found["by_area"]["opposite_normals"] == 0.0);
   CHECK(run_in(in, {"compare", "out.ply", "mesh.ply", "--errors", "e.obj"}).status == 2);
   CHECK(run_in(in, {"compare", "out.ply", "mesh.ply", "--errors", "mesh.ply"}).status == 2);
-  CHECK(run_in(in, {"compare", "out.ply", "mesh.ply", "--within", "0"}).status == 2);
   CHECK(run_in(in, {"compare", "out.ply", "mesh.ply", "--samples", "1000000000000"}).status == 2);
+}
+
+TEST_CASE("DistancesToLookWithinAreFiniteAndAboveZero") {
+  const ScratchDirectory in;
+  generate(in, "sphere");
+  for (const std::string within : {"0", "-1", "nan", "1,nan", "inf", "1,far"}) {
+    INFO(within);
+    for (const auto& result :
+         {run_in(in, {"compare", "mesh.ply", "mesh.ply", "--within", within}),
+          run_in(in, {"inspect", "mesh.ply", "--against", "cloud.ply", "--within", within})}) {
+      CHECK(result.status == 2);
+      CHECK_THAT(result.err, Contains("--within") && Contains("expected a finite number above 0"));
+      CHECK(result.err.size() < 150);
+    }
+  }
 }
 
 TEST_CASE("FloatThatWouldMovePointsIsCountedFromAnOrigin") {
