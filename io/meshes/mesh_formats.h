@@ -23,11 +23,12 @@ std::unique_ptr<MeshRows> make_ply_rows(const MeshHeader& header, const MeshWrit
 std::unique_ptr<MeshWriter> make_obj_writer(std::unique_ptr<ByteSink> sink,
                                             const MeshHeader& header,
                                             const MeshWriterOptions& options);
-/// `directory`: where the vertices wait, in an unlinked file, until the triangles need them.
+/// `path`: of the STL file; beside it the vertices wait, in an unlinked file, until the triangles
+/// need them.
 std::unique_ptr<MeshWriter> make_stl_writer(std::unique_ptr<ByteSink> sink,
                                             const MeshHeader& header,
                                             const MeshWriterOptions& options,
-                                            const std::filesystem::path& directory);
+                                            const std::filesystem::path& path);
 /// GLB: its front is written last, so the path has to be that of a regular file.
 std::unique_ptr<MeshWriter> make_glb_writer(const std::filesystem::path& path,
                                             const MeshHeader& header,

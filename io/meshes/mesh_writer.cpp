@@ -120,7 +120,7 @@ std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
     case FileFormat::kObj:
       return make_obj_writer(open_byte_sink(path), header, options);
     case FileFormat::kStl:
-      return make_stl_writer(open_byte_sink(path), header, options, path.parent_path());
+      return make_stl_writer(open_byte_sink(path), header, options, path);
     case FileFormat::kGlb:
       return make_glb_writer(path, header, options);
     case FileFormat::kVtp:

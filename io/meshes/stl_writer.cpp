@@ -6,12 +6,14 @@
 #include <random>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include "io/error.h"
 #include "io/meshes/mesh_formats.h"
 #include "io/system/file_calls.h"
+#include "io/system/file_descriptor.h"
+#include "io/system/system_advice.h"
+#include "io/system/temporary_name.h"
 
 namespace orbweave {
 namespace {
@@ -20,8 +22,9 @@ namespace {
 /// object, however the process ends.
 class PositionFile {
  public:
-  explicit PositionFile(const std::filesystem::path& directory) {
-    std::string name = ((directory.empty() ? "." : directory) / ".positions-XXXXXX").string();
+  /// `mesh`: the file that the positions are for; they lie in its directory.
+  explicit PositionFile(const std::filesystem::path& mesh) : mesh_(mesh) {
+    std::string name = (directory_of(mesh) / ".positions-XXXXXX").string();
     descriptor_ = ::mkostemp(name.data(), O_CLOEXEC);
     if (descriptor_ < 0) fail();
     ::unlink(name.c_str());
@@ -61,11 +64,14 @@ class PositionFile {
     if (mapped == MAP_FAILED) fail();
     mapped_ = mapped;
   }
-  [[noreturn]] static void fail() {
-    throw_resource("cannot keep the vertices of an STL file on disk: " +
-                   std::system_category().message(errno));
+  [[noreturn]] void fail() const {
+    const int error = errno;
+    throw_resource(
+        "cannot keep the vertices on disk while the file is written: " + system_reason(error),
+        {.file = mesh_.string(), .advice = advice_on(error)});
   }
 
+  std::filesystem::path mesh_;
   int descriptor_ = -1;
   std::size_t count_ = 0;
   void* mapped_ = nullptr;
@@ -75,12 +81,12 @@ class PositionFile {
 class StlWriter final : public MeshWriter {
  public:
   StlWriter(std::unique_ptr<ByteSink> sink, const MeshHeader& header,
-            const MeshWriterOptions& options, const std::filesystem::path& directory)
+            const MeshWriterOptions& options, const std::filesystem::path& path)
       : sink_(std::move(sink)),
         binary_(options.binary),
         origin_(options.origin),
         counter_(header),
-        positions_(directory) {
+        positions_(path) {
     if (binary_)
       write_binary_header(static_cast<std::uint32_t>(header.triangles));
     else
@@ -174,8 +180,8 @@ class StlWriter final : public MeshWriter {
 std::unique_ptr<MeshWriter> make_stl_writer(std::unique_ptr<ByteSink> sink,
                                             const MeshHeader& header,
                                             const MeshWriterOptions& options,
-                                            const std::filesystem::path& directory) {
-  return std::make_unique<StlWriter>(std::move(sink), header, options, directory);
+                                            const std::filesystem::path& path) {
+  return std::make_unique<StlWriter>(std::move(sink), header, options, path);
 }
 
 }  // namespace orbweave

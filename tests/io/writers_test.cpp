@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <stdexcept>
 
 #include "io/error.h"
@@ -47,6 +48,24 @@ TriangleMesh dressed_tetrahedron() {
   }
   mesh.hole = {0, 0, 3, 3};
   return mesh;
+}
+
+/// What `write` throws where no file may have more bytes; kNone where it throws nothing.
+Error with_files_of(rlim_t bytes, const std::function<void()>& write) {
+  rlimit old{};
+  REQUIRE(::getrlimit(RLIMIT_FSIZE, &old) == 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{bytes, old.rlim_max};
+  REQUIRE(::setrlimit(RLIMIT_FSIZE, &small) == 0);
+  Error thrown(ErrorKind::kNone, "");
+  try {
+    write();
+  } catch (const Error& error) {
+    thrown = error;
+  }
+  ::setrlimit(RLIMIT_FSIZE, &old);
+  std::signal(SIGXFSZ, handler);
+  return thrown;
 }
 
 MeshHeader header_of(const TriangleMesh& mesh) {
@@ -363,26 +382,18 @@ TEST_CASE("PathsThatCannotBeWrittenAreAResourceErrorWithPathAndReason") {
   }
 }
 
-TEST_CASE("AFullDiskIsAResourceErrorAndLeavesNothing") {
+TEST_CASE("AFullDiskIsAResourceErrorThatNamesTheFileAndLeavesNothing") {
   const ScratchDirectory scratch;
-  rlimit old{};
-  REQUIRE(::getrlimit(RLIMIT_FSIZE, &old) == 0);
-  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-  rlimit small = old;
-  small.rlim_cur = 1000;
-  REQUIRE(::setrlimit(RLIMIT_FSIZE, &small) == 0);
-  PointCloud cloud;
-  cloud.positions.resize(1000);
-  bool refused = false;
-  try {
-    write_cloud(scratch / "a.ply", cloud);
-  } catch (const Error& error) {
-    refused = error.kind() == ErrorKind::kResource;
+  TriangleMesh mesh;
+  mesh.vertices.positions.resize(1000);
+  for (const std::string name : {"a.ply", "a.stl", "a.obj"}) {
+    INFO(name);
+    const Error refusal = with_files_of(1000, [&] { write_mesh(scratch / name, mesh); });
+    CHECK(refusal.kind() == ErrorKind::kResource);
+    CHECK_THAT(refusal.what(), Contains(name + ": cannot") && Contains("File too large") &&
+                                   Contains("Raise the limit of file sizes"));
+    CHECK(files_in(scratch.path()) == 0);
   }
-  ::setrlimit(RLIMIT_FSIZE, &old);
-  std::signal(SIGXFSZ, handler);
-  CHECK(refused);
-  CHECK(files_in(scratch.path()) == 0);
 }
 
 TEST_CASE("ExtensionsNobodyWritesAreAUsageErrorBeforeAnyFile") {
