@@ -11,6 +11,7 @@
 #include "engine/cli/numbers.h"
 #include "io/error.h"
 #include "io/meshes/mesh_writer.h"
+#include "io/report/output_names.h"
 #include "io/shown_text.h"
 #include "io/text/file_format.h"
 #include "io/text/quantity.h"
@@ -88,6 +89,7 @@ void add_measure_options(CLI::App& command, CompareOptions& options, const std::
 
 /// Other formats have no place for a number at each vertex.
 void check_error_files(const ErrorFiles& files) {
+  check_picture_name(files.picture);
   if (files.mesh.empty()) return;
   const std::optional<NamedFormat> format = format_of_name(files.mesh);
   if (files.mesh == "-" || !format || format->facts.format != FileFormat::kPly)

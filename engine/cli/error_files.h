@@ -29,7 +29,8 @@ void add_error_options(CLI::App& command, ErrorFiles& files, const std::string& 
 /// --within, with these words about it, and --samples.
 void add_measure_options(CLI::App& command, CompareOptions& options, const std::string& within);
 
-/// Throws Error (usage) where the mesh's name is not one of a PLY.
+/// Throws Error (usage) where the mesh's name is not one of a PLY, or the picture's not one of a
+/// PNG.
 void check_error_files(const ErrorFiles& files);
 std::vector<PathRole> roles_of(const ErrorFiles& files);
 

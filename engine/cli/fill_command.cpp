@@ -28,6 +28,7 @@
 #include "io/meshes/shift_file.h"
 #include "io/points/color_depth.h"
 #include "io/points/coordinate_system_file.h"
+#include "io/report/output_names.h"
 #include "io/report/point_colors.h"
 #include "io/report/progress.h"
 #include "io/system/path_roles.h"
@@ -78,6 +79,7 @@ void check(const FillArguments& arguments, const OutputOptions& output) {
   paths.push_back({"the report", output.report, PathUse::kWrittenFile});
   paths.push_back({"the picture", output.picture, PathUse::kWrittenFile});
   check_paths(paths);
+  check_output_names(output);
   if (arguments.file == "-" || is_mesh_file(arguments.file)) return;
   throw_bad_input("is no mesh, so it has no holes to fill",
                   {.file = arguments.file,

@@ -31,6 +31,7 @@
 #include "io/clouds/open_point_source.h"
 #include "io/error.h"
 #include "io/report/hole_summary.h"
+#include "io/report/output_names.h"
 #include "io/report/picture.h"
 #include "io/report/picture_up.h"
 #include "io/shown_text.h"
@@ -248,6 +249,7 @@ void check_places(const InspectOptions& options) {
   for (const std::string& file : options.files)
     paths.push_back({"the file that is read", file, PathUse::kReadFile});
   check_paths(paths);
+  check_picture_name(options.picture);
   if (options.undersampled && std::ranges::find(options.files, "-") != options.files.end())
     throw_usage("--undersampled reads the cloud a second time, which standard input does not allow",
                 {.advice = "Store the cloud in a file"});

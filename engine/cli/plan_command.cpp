@@ -14,6 +14,7 @@
 #include "engine/planning/plan_job.h"
 #include "io/job/setting.h"
 #include "io/report/hole_summary.h"
+#include "io/report/output_names.h"
 #include "io/report/reasons.h"
 #include "io/system/glob.h"
 #include "io/text/quantity.h"
@@ -164,6 +165,7 @@ void check_places(const Job& job, const std::string& job_file) {
   if (job.output.mesh.empty()) return;
   const std::vector<PathRole> paths = job_paths(job, expand_globs(job.input.files), job_file);
   check_collisions(paths);
+  check_output_names(job.output);
 }
 
 void show_plan(const PlanOptions& options, const StopToken& stop) {

@@ -81,7 +81,7 @@ void check_outputs(const JobArguments& arguments, const Job& job) {
     throw_usage("names no mesh to write",
                 {.file = arguments.job_file, .expected = "[output] mesh = \"mesh.ply\""});
   check_mesh_name(output);
-  check_paths(job_paths(job, expand_globs(job.input.files), arguments.job_file));
+  check_job_paths(job, expand_globs(job.input.files), arguments.job_file);
 }
 
 /// TBB takes no more threads than there are cores; more are used when they are asked for.

@@ -19,6 +19,7 @@
 #include "engine/levels/tileset_work.h"
 #include "io/error.h"
 #include "io/report/machine.h"
+#include "io/report/output_names.h"
 #include "io/system/path_roles.h"
 #include "io/text/quantity.h"
 #include "partition/executor.h"
@@ -48,6 +49,7 @@ void check_places(const TilesetArguments& arguments, const fs::path& work) {
       {"the report", arguments.report, PathUse::kWrittenFile},
       {"the work directory", work, PathUse::kWorkDirectory}};
   check_paths(paths);
+  check_report_name(arguments.report);
 }
 
 std::string summary(const TilesetArguments& arguments, const TilesetFacts& facts) {

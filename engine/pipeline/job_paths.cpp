@@ -10,6 +10,7 @@
 #include "io/meshes/shift_file.h"
 #include "io/meshes/tile_directory.h"
 #include "io/points/coordinate_system_file.h"
+#include "io/report/output_names.h"
 #include "io/report/report.h"
 
 namespace orbweave {
@@ -68,6 +69,12 @@ std::vector<PathRole> job_paths(const Job& job, const std::vector<std::string>& 
   for (const std::string& file : files)
     paths.push_back({"a scan of the job", file, PathUse::kReadFile});
   return paths;
+}
+
+void check_job_paths(const Job& job, const std::vector<std::string>& files,
+                     const std::string& job_file) {
+  check_paths(job_paths(job, files, job_file));
+  check_output_names(job.output);
 }
 
 }  // namespace orbweave

@@ -15,4 +15,9 @@ namespace orbweave {
 std::vector<PathRole> job_paths(const Job& job, const std::vector<std::string>& files,
                                 const std::string& job_file = {});
 
+/// Throws where check_paths() does for these, and Error (usage) where the name of the report or of
+/// the picture does not fit what is written there.
+void check_job_paths(const Job& job, const std::vector<std::string>& files,
+                     const std::string& job_file = {});
+
 }  // namespace orbweave

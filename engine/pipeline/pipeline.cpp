@@ -69,7 +69,7 @@ void check_scans(const std::vector<std::string>& files) {
 void check_output(const Job& job, const std::vector<std::string>& files) {
   check_tile_size(job);
   if (job.output.tiles) check_tile_format(job.output);
-  check_paths(job_paths(job, files));
+  check_job_paths(job, files);
   check_heavy_data(job.output.mesh);
   check_heavy_data(simplified_file(job.output));
   check_tileset(job);

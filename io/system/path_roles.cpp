@@ -251,6 +251,10 @@ void check_folder(const Place& place) {
 void check_collisions(std::span<const PathRole> paths) { check_pairs(resolve_all(paths)); }
 
 void check_paths(std::span<const PathRole> paths) {
+  for (const PathRole& path : paths)
+    if (path.path == "-" && path.use == PathUse::kWrittenDirectory)
+      throw_usage(path.role + " is not written to standard output",
+                  {.expected = "the name of a folder"});
   const std::vector<Place> places = resolve_all(paths);
   check_pairs(places);
   for (const Place& place : places) {

@@ -123,6 +123,36 @@ TEST_CASE("FilesBesideOutputsCountAsWell") {
   check_refused(in, joined(base, {"--work-dir", "w"}), {"the log", "a scan of the job"});
 }
 
+TEST_CASE("PicturesAndReportsAreNotWrittenUnderNamesOfOtherFormats") {
+  const ScratchDirectory in;
+  make_scan(in);
+  REQUIRE(
+      run_in(in, {"generate", "sphere", "--points", "500", "-o", "ball.ply", "--truth", "mesh.ply"})
+          .status == 0);
+  const Arguments picture = {"a picture is a PNG file", "found .jpg", "ends in .png"};
+  const Arguments report = {"a report is a JSON file", "found .html", ".json"};
+  const Arguments stream = {"a report is not written to standard output"};
+  for (const Arguments& job : {Arguments{"reconstruct", "scan.ply", "-o", "m.ply"},
+                               Arguments{"plan", "scan.ply", "-o", "m.ply"},
+                               Arguments{"fill", "mesh.ply", "-o", "m.ply"}}) {
+    check_refused(in, joined(job, {"--picture", "i.jpg"}), picture);
+    check_refused(in, joined(job, {"--picture", "-"}), {"a picture is a PNG file"});
+    check_refused(in, joined(job, {"--report", "r.html"}), report);
+    check_refused(in, joined(job, {"--report", "-"}), stream);
+  }
+  check_refused(in, {"inspect", "mesh.ply", "--picture", "i.jpg"}, picture);
+  check_refused(in, {"compare", "mesh.ply", "mesh.ply", "--errors-picture", "i.jpg"}, picture);
+  const Arguments tileset = {"tileset", "mesh.ply", "-o"};
+  check_refused(in, joined(tileset, {"t", "--report", "r.html"}), report);
+  check_refused(in, joined(tileset, {"t", "--report", "-"}), stream);
+  check_refused(in, joined(tileset, {"-"}),
+                {"the folder of the tiles is not written to standard output"});
+  check_refused(in, {"view", "mesh.ply", "--folder", "-"}, {"the folder is not written to"});
+  check_refused(in, {"reconstruct", "scan.ply", "-o", "m.ply", "--tileset", "-"},
+                {"the directory of the tileset is not written to"});
+  CHECK(reconstruct(in, {"scan.ply", "-o", "m.ply", "--picture", "i.PNG"}).status == 0);
+}
+
 TEST_CASE("PathsOfAllOtherCommandsAreCheckedBeforeTheWork", "[costly]") {
   const ScratchDirectory in;
   make_scan(in);
