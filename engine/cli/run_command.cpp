@@ -30,10 +30,13 @@ namespace {
 
 std::string summary(const RunReport& report) {
   const OutputOptions& output = report.options.output;
-  if (report.ended_before)
-    return facts_table(
-        {{"mesh", output.mesh},
-         {"", "whole: the run before was killed only when it cleared away its work"}});
+  if (report.ended_before) {
+    const std::string removed =
+        work_dir_of(report.options) + ", the work directory that it left, is removed";
+    return facts_table({{"mesh", output.mesh},
+                        {"", "whole, as an earlier run of this job wrote it"},
+                        {"", removed}});
+  }
   Facts facts;
   Facts beside;  // what lies beside the mesh
   const BesideMesh files{!report.coordinate_system.empty(), report.origin != Vec3{}};

@@ -135,8 +135,8 @@ struct RunReport {
   ResourceFacts predicted;  ///< from the counting pass
   ResourceFacts measured;
   int ranks = 1;  ///< processes that worked on it
-  /// An earlier run had written all outputs and was killed while it removed its work directory;
-  /// nothing else is told then.
+  /// An earlier run had written all outputs and left its work directory, which it was to keep or
+  /// had no time to remove. It is removed now; nothing else is told then.
   bool ended_before = false;
   std::vector<std::string> notes;     ///< all that the run said, warnings too
   std::vector<std::string> warnings;  ///< of them

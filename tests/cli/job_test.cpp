@@ -52,6 +52,20 @@ ProgramResult interrupted_run(const ScratchDirectory& in, const std::vector<std:
 
 }  // namespace
 
+TEST_CASE("ARunThatFindsItsOutputsWholeSaysThatItRemovesTheWorkDirectoryThatWasKept") {
+  const ScratchDirectory in;
+  generate(in, "2000");
+  write_text(in / "job.toml", kJob);
+  REQUIRE(run_in(in, {"run", "job.toml", "--keep-work-dir"}).status == 0);
+  const ProgramResult again = run_in(in, {"run", "job.toml"});
+  CHECK(again.status == 0);
+  CHECK_THAT(again.out, Contains("mesh.ply") &&
+                            Contains("whole, as an earlier run of this job wrote it") &&
+                            Contains("mesh.work, the work directory that it left, is removed"));
+  CHECK_THAT(again.out, !Contains("killed"));
+  CHECK_FALSE(exists(in / "mesh.work"));
+}
+
 TEST_CASE("JobFileAndCommandLineMakeTheSameMesh") {
   const ScratchDirectory in;
   generate(in, "5000");
