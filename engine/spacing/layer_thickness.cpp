@@ -181,6 +181,8 @@ LayerThickness measure_layers(const SearchedSites& sites, const StopToken* stop)
 
 namespace {
 
+constexpr const char* kNoNoise = "too few points to measure the noise";
+
 std::string percent_of(double share) { return short_text(std::round(100.0 * share)) + " %"; }
 
 std::string brief_length(double value, double meters_per_unit) {
@@ -191,7 +193,7 @@ std::string brief_length(double value, double meters_per_unit) {
 }  // namespace
 
 std::string short_noise(const LayerThickness& layers, double meters_per_unit) {
-  if (layers.measured == 0) return "too few points to measure the noise";
+  if (layers.measured == 0) return kNoNoise;
   const double percent = 100.0 * layers.thickness / layers.spacing;
   const double limit = 100.0 * kThickPerSpacing;
   // A share beside the limit keeps its digits: 8.97 % is not "9 %; below 9 %".
@@ -217,27 +219,22 @@ std::string short_reason(const LayerThickness& layers, double meters_per_unit) {
 CleaningChoice choose_cleaning(const LayerThickness& layers) {
   CleaningChoice choice;
   if (layers.measured == 0) {
-    choice.reason = "too few points to measure the noise: no cleaning";
+    choice.noise = kNoNoise;
     return choice;
   }
   const auto percent = [](double share) { return short_text(100.0 * share) + " %"; };
-  const std::string noise = "noise " + short_text(layers.thickness) + " RMS, " +
-                            percent(layers.thickness / layers.spacing) + " of the point spacing (" +
-                            short_text(layers.spacing) + "); ";
-  if (!layers.is_thick_somewhere()) {
-    choice.reason = noise + "up to " + percent(kThickPerSpacing) + ": no cleaning needed";
-    return choice;
-  }
+  const bool is_thick = layers.is_thick_somewhere();
+  const char* const beside = !is_thick           ? "up to "
+                             : layers.is_thick() ? "above "
+                                                 : "on the whole below ";
+  choice.noise = "noise " + short_text(layers.thickness) + " RMS, " +
+                 percent(layers.thickness / layers.spacing) + " of the point spacing (" +
+                 short_text(layers.spacing) + "); " + beside + percent(kThickPerSpacing);
+  if (!is_thick) return choice;
   choice.outlier_sigma = kOutlierSigma;
   choice.cluster_points = kClusterPoints;
   choice.smooth_radius = whole_cloud_noise(layers).radius;
   choice.thin_to_spacing = kThinningPerRadius * choice.smooth_radius;
-  choice.reason =
-      noise + (layers.is_thick() ? "above " : "on the whole below ") + percent(kThickPerSpacing) +
-      ": outliers beyond " + short_text(choice.outlier_sigma) + " standard deviations dropped, " +
-      std::to_string(choice.smooth_passes) + " smoothing passes of radius " +
-      short_text(choice.smooth_radius) + " (" + short_text(choice.smooth_radius / layers.spacing) +
-      " point spacings), thinning to a spacing of " + short_text(choice.thin_to_spacing);
   return choice;
 }
 

@@ -39,7 +39,8 @@ struct CleaningChoice {
   int smooth_passes = 2;
   double thin_to_spacing = 0.0;      ///< likewise
   std::uint64_t cluster_points = 0;  ///< small clusters have fewer
-  std::string reason;                ///< in words
+  /// What was measured, in words: "noise 0.0072 RMS, 17 % of the point spacing (0.043); above 9 %".
+  std::string noise;
 };
 CleaningChoice choose_cleaning(const LayerThickness& layers);
 

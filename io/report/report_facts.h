@@ -85,7 +85,7 @@ struct CleaningFacts {
   double thickness = 0.0;          ///< of the scanned layers; world units; 0: not measured
   double spacing = 0.0;            ///< of the raw points
   CleaningOptions options;         ///< what was applied
-  std::string reason;              ///< why, where it was chosen; what would have been chosen
+  std::string reason;              ///< noise, and what was done about it or would have been
   std::uint64_t points_moved = 0;  ///< by smoothing, of those that thinning left
   double mean_move = 0.0;          ///< of the points moved, over all passes; world units
   /// The radius of the smoothing and the spacing of the thinning follow the noise place by place.

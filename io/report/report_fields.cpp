@@ -35,7 +35,7 @@ constexpr ReportField kRunFields[] = {
     {"cleaning.smooth_radius", "radius of the smoothing, in scan units; 0: none"},
     {"cleaning.smooth_passes", "projections of the smoothing"},
     {"cleaning.thin_to_spacing", "spacing of the thinning, in scan units; 0: none"},
-    {"cleaning.reason", "why these values; null where the job gives them"},
+    {"cleaning.reason", "the noise, and what was done about it or what cleaning.auto would do"},
     {"cleaning.cluster_points", "clusters of fewer points were dropped; 0: none"},
     {"cleaning.min_surfaceness", "points whose neighbours lie less like a surface were dropped; 0: none"},
     {"cleaning.least_radius", "smallest radius of a smoothing that follows the noise, in scan units"},

@@ -48,10 +48,9 @@ CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
   if (runner.job.cleaning.automatic) {
     runner.note("cleaning: " + short_reason(scans.layers, unit), "cleaning: " + facts.reason);
   } else if (!runner.job.cleans() && scans.layers.is_thick()) {
-    const std::string on = setting(runner.job, "cleaning.auto", "true");
-    runner.warn(
-        short_noise(scans.layers, unit) + ": the mesh may be rough or have holes; try " + on,
-        "no cleaning, although the noise is large; " + on + " would do it: " + facts.reason);
+    runner.warn(short_noise(scans.layers, unit) + ": the mesh may be rough or have holes; try " +
+                    setting(runner.job, "cleaning.auto", "true"),
+                "the mesh may be rough or have holes: " + facts.reason);
   }
   return facts;
 }

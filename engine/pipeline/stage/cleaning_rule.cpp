@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "engine/cleaning/clusters.h"
 #include "engine/cleaning/projection.h"
 #include "engine/spacing/layer_thickness.h"
+#include "engine/spacing/site_points.h"
 
 namespace orbweave {
 namespace {
@@ -37,6 +41,57 @@ CleaningOptions applied_options(const CleaningOptions& wanted, const CleaningOpt
   return options;
 }
 
+/// A step of the cleaning as a verb and what it is applied to.
+struct Step {
+  const char* would;
+  const char* did;
+  std::string what;
+};
+
+/// In the order of the passes.
+std::vector<Step> steps_of(const CleaningOptions& options, double spacing) {
+  std::vector<Step> steps;
+  const auto drop = [&](std::string what) {
+    steps.push_back({"drop", "dropped", std::move(what)});
+  };
+  if (options.outlier_sigma > 0.0)
+    drop("outliers beyond " + short_text(options.outlier_sigma) + " standard deviations");
+  if (options.cluster_points.value_or(0) > 0)
+    drop("clusters of fewer than " + std::to_string(*options.cluster_points) + " points");
+  if (options.merge_tolerance > 0.0)
+    steps.push_back({"merge", "merged", "points within " + short_text(options.merge_tolerance)});
+  if (options.min_surfaceness > 0.0)
+    drop("points of a surfaceness below " + short_text(options.min_surfaceness));
+  if (options.smooth_radius > 0.0) {
+    std::string what = "in " + std::to_string(options.smooth_passes) +
+                       (options.smooth_passes == 1 ? " pass" : " passes") + " of radius " +
+                       short_text(options.smooth_radius);
+    if (spacing > 0.0) what += " (" + short_text(options.smooth_radius / spacing) + " spacings)";
+    steps.push_back({"smooth", "smoothed", std::move(what)});
+  }
+  if (options.thin_to_spacing > 0.0)
+    steps.push_back({"thin", "thinned", "to a spacing of " + short_text(options.thin_to_spacing)});
+  return steps;
+}
+
+std::string text_of(const std::vector<Step>& steps, const char* Step::*verb) {
+  std::string text;
+  for (const Step& step : steps)
+    text += (text.empty() ? "" : ", ") + std::string(step.*verb) + " " + step.what;
+  return text;
+}
+
+/// What was measured, and what is done about it; else what automatic cleaning would do.
+std::string reason_of(const CleaningChoice& choice, const CleaningOptions& applied,
+                      const LayerThickness& layers) {
+  const std::vector<Step> steps = steps_of(applied, layers.spacing);
+  if (!steps.empty()) return choice.noise + ": " + text_of(steps, &Step::did);
+  if (layers.measured == 0) return choice.noise + ": no cleaning";
+  const std::vector<Step> wanted = steps_of(cleaning_options(choice), layers.spacing);
+  if (wanted.empty()) return choice.noise + ": no cleaning needed";
+  return choice.noise + ": not cleaned; cleaning.auto would " + text_of(wanted, &Step::would);
+}
+
 }  // namespace
 
 CleaningFacts cleaning_for(const CleaningOptions& wanted, const Partition& scans) {
@@ -45,7 +100,7 @@ CleaningFacts cleaning_for(const CleaningOptions& wanted, const Partition& scans
   facts.spacing = scans.spacing;
   const CleaningChoice choice = choose_cleaning(scans.layers);
   facts.options = applied_options(wanted, cleaning_options(choice));
-  facts.reason = choice.reason;
+  facts.reason = reason_of(choice, facts.options, scans.layers);
   // Numbers that the job has hold everywhere.
   facts.is_local = wanted.automatic && choice.smooth_radius > 0.0 && wanted.smooth_radius == 0.0 &&
                    wanted.thin_to_spacing == 0.0;

@@ -9,8 +9,8 @@
 
 namespace orbweave {
 
-/// What was measured of the scans, and what cleaning follows from it: with automatic cleaning what
-/// is applied, otherwise (in `reason`) what would have been.
+/// What was measured of the scans, and what cleaning is applied. `reason` says both in words, and
+/// where nothing is applied what automatic cleaning would do.
 CleaningFacts cleaning_for(const CleaningOptions& wanted, const Partition& scans);
 
 /// How noise is measured place by place; without a token to stop by.
