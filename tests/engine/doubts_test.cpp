@@ -1,5 +1,8 @@
 // Where the result of a run is in doubt, the run says so, and nothing that is not true.
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <string>
+#include <vector>
 
 #include "tests/support/clouds.h"
 #include "tests/support/jobs.h"
@@ -16,6 +19,13 @@ Job job_without_fill(const ScratchDirectory& scratch, const NamedCloud& named) {
   job.reconstruct.ball_radii.clear();
   job.fill.enabled = false;
   return job;
+}
+
+bool warns_of(const Job& job, const std::string& what) {
+  const std::vector<std::string> warnings = run(job).warnings;
+  return std::ranges::any_of(warnings, [&](const std::string& warning) {
+    return warning.find(what) != std::string::npos;
+  });
 }
 
 }  // namespace
@@ -37,4 +47,23 @@ TEST_CASE("TheReasonOfTheCleaningTellsWhatWasDoneFromWhatWasNot") {
                                            Contains(", smoothed in 2 passes of radius ") &&
                                            Contains(", thinned to a spacing of ") &&
                                            Contains("fewer than 3 points"));
+}
+
+TEST_CASE("NoiseThatNothingSmoothsOrThinsIsWarnedOf") {
+  ScratchDirectory scratch;
+  const Job job = job_without_fill(scratch, noisy_torus(4000, 0.4, 3));
+  CHECK(warns_of(job, "above 9 %"));
+  Job other = job;
+  other.cleaning.merge_tolerance = 1e-3;
+  CHECK(warns_of(other, "above 9 %"));
+  other = job;
+  other.cleaning.outlier_sigma = 6.0;
+  other.cleaning.cluster_points = 3;
+  CHECK(warns_of(other, "above 9 %"));
+  other = job;
+  other.cleaning.thin_to_spacing = 0.3;
+  CHECK_FALSE(warns_of(other, "above 9 %"));
+  other = job;
+  other.cleaning.smooth_radius = 0.3;
+  CHECK_FALSE(warns_of(other, "above 9 %"));
 }

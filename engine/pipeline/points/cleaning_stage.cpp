@@ -45,9 +45,11 @@ constexpr std::size_t kNeighborsInLayers = 256;
 CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
   CleaningFacts facts = cleaning_for(runner.job.cleaning, scans);
   const double unit = meters_per_unit(runner.job, scans);
+  const bool acts_on_noise =
+      facts.options.smooth_radius > 0.0 || facts.options.thin_to_spacing > 0.0;
   if (runner.job.cleaning.automatic) {
     runner.note("cleaning: " + short_reason(scans.layers, unit), "cleaning: " + facts.reason);
-  } else if (!runner.job.cleans() && scans.layers.is_thick()) {
+  } else if (!acts_on_noise && scans.layers.is_thick()) {
     runner.warn(short_noise(scans.layers, unit) + ": the mesh may be rough or have holes; try " +
                     setting(runner.job, "cleaning.auto", "true"),
                 "the mesh may be rough or have holes: " + facts.reason);
