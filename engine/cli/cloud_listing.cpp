@@ -161,6 +161,8 @@ void add_doubts(const CloudFacts& facts, Facts& lines) {
     lines.emplace_back("duplicates", format_count(*facts.duplicates));
   if (facts.not_finite > 0) lines.emplace_back("not finite", format_count(facts.not_finite));
   if (facts.zero_normals > 0) lines.emplace_back("zero normals", format_count(facts.zero_normals));
+  if (facts.normals_not_finite > 0)
+    lines.emplace_back("normals not finite", format_count(facts.normals_not_finite));
   const char* name = "left out";
   for (const auto& [reason, count] : facts.left_out) {
     lines.emplace_back(name, format_count(count) + " dropped: " + reason);
@@ -203,6 +205,7 @@ Json cloud_json(const CloudFacts& facts) {
           {"duplicates", json_or_null(facts.duplicates)},
           {"not_finite", facts.not_finite},
           {"zero_normals", facts.zero_normals},
+          {"normals_not_finite", facts.normals_not_finite},
           {"format", text_or_null(file.format)},
           {"version", text_or_null(file.version)},
           {"encoding", text_or_null(file.encoding)},

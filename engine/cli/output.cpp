@@ -146,6 +146,15 @@ void add_removed(Facts& facts, std::uint64_t pieces, std::uint64_t triangles) {
                                     counted(triangles, "triangle", "triangles"));
 }
 
+void add_dropped(Facts& facts, const DroppedPoints& dropped) {
+  const Counted counts(dropped.begin(), dropped.end());
+  std::uint64_t sum = 0;
+  for (const auto& [reason, count] : counts) sum += count;
+  if (sum == 0) return;
+  facts.emplace_back("dropped",
+                     counted(sum, "point", "points") + ": " + counted_list(counts, counts.size()));
+}
+
 void add_unused(Facts& facts, std::uint64_t points) {
   if (points == 0) return;
   facts.emplace_back("unused",

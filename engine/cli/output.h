@@ -9,6 +9,7 @@
 
 #include "engine/validation/compare.h"
 #include "io/box.h"
+#include "io/points/dropped_points.h"
 #include "io/report/report.h"
 
 namespace orbweave {
@@ -40,6 +41,8 @@ std::string counted(std::uint64_t count, const char* one, const char* many);  //
 std::string show_mesh(const MeshFacts& mesh);  ///< counts, and whether it is closed
 /// Separate pieces that were too small, where there were any.
 void add_removed(Facts& facts, std::uint64_t pieces, std::uint64_t triangles);
+/// Points of the scans that were left out before, with the reasons, where there are any.
+void add_dropped(Facts& facts, const DroppedPoints& dropped);
 /// Points of the cloud that the mesh leaves out, where there are any.
 void add_unused(Facts& facts, std::uint64_t points);
 /// What became of the loops: how many, filled by what, open for what reason. Nothing for none.

@@ -47,8 +47,8 @@ std::string summary(const RunReport& report) {
   facts.emplace_back("", show_mesh(report.mesh));
   for (const OutputFile& older : older_outputs(output, !report.coordinate_system.empty()))
     facts.emplace_back("", older.file.string() + " is not of this run");
-  const ReconstructionMethod method = report.options.reconstruct.method;
-  if (is_in_core(method) && !has_own_vertices(method)) add_unused(facts, report.points_unused);
+  add_dropped(facts, report.points_dropped);
+  if (!has_own_vertices(report.options.reconstruct.method)) add_unused(facts, report.points_unused);
   add_removed(facts, report.pieces_removed, report.triangles_removed);
   add_holes(facts, report.holes, report.mesh, report.options);
   if (report.origin != Vec3{}) facts.emplace_back("origin", origin_text(report.origin));

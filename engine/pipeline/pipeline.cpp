@@ -13,6 +13,7 @@
 #include "engine/pipeline/budget/time_forecast.h"
 #include "engine/pipeline/damage_repair.h"
 #include "engine/pipeline/job_paths.h"
+#include "engine/pipeline/mesh_doubts.h"
 #include "engine/pipeline/output/export_stage.h"
 #include "engine/pipeline/output/map_tiles.h"
 #include "engine/pipeline/output/output_files.h"
@@ -143,47 +144,6 @@ Vec3 checked_origin(StageRunner& runner, const Partition& partition) {
   return chosen.origin;
 }
 
-/// A surface full of holes: says so, and why where that can be told.
-void warn_of_holes(StageRunner& runner, const RunResults& results) {
-  const MeshFacts& mesh = results.mesh;
-  const bool riddled = mesh.boundary_edges * 5 > mesh.triangles;
-  const bool sparse = results.points_unused * 2 > results.partition.points();
-  if (!riddled && !sparse) return;
-  runner.warn("the mesh is riddled with holes: " + std::to_string(mesh.boundary_edges) +
-              " boundary edges on " + std::to_string(mesh.triangles) + " triangles, " +
-              std::to_string(results.points_unused) + " points unused; " +
-              (is_in_core(runner.job.reconstruct.method)
-                   ? "method " + method_name(runner.job)
-                   : short_radii(runner.job, results.partition, results.radii.values)));
-}
-
-/// Whether what is open is too small to be looked into: a loop of all border edges would enclose a
-/// thousandth of the area at most.
-bool is_all_but_closed(const MeshFacts& mesh) {
-  const auto edges = static_cast<double>(mesh.boundary_edges);
-  // The square of an edge of even triangles, of their area, over a circle's area of its
-  // perimeter's.
-  constexpr double kEdge = 2.3, kCircle = 12.6, kLeast = 1e-3;
-  return edges * edges * kEdge <= kLeast * kCircle * static_cast<double>(mesh.triangles);
-}
-
-/// A closed surface that shows its inner side although nothing says that it was seen from there.
-void warn_of_inside_out(StageRunner& runner, const RunResults& results) {
-  // Volumes that are smaller are those of thin plates, as far as patches let them be known.
-  constexpr double kLeastVolume = 1e-3, kMostPatched = 0.2;
-  const MeshFacts& mesh = results.mesh;
-  const NormalFacts& normals = results.partition.normals;
-  if (!is_all_but_closed(mesh) || mesh.patch_area > kMostPatched * mesh.area) return;
-  if (mesh.scanned_volume > -kLeastVolume * std::pow(mesh.area, 1.5)) return;
-  if (normals.interiors > 0 || runner.job.normals.orientation == Orientation::kInward) return;
-  runner.warn(
-      std::string("the surface is closed and faces inward, as a room does; of an object, ") +
-      (runner.job.estimates_normals ? "the normals' side was taken wrongly, try another " +
-                                          setting_name(runner.job, "normals.orientation")
-                                    : "the input's normals point to the wrong side, try " +
-                                          setting(runner.job, "normals.source", "estimate")));
-}
-
 /// Loops with their first vertices as the mesh file numbers them.
 std::vector<HoleFacts> in_output_numbers(std::vector<HoleFacts> holes, const UsedVertices& used) {
   VertexRanks ranks(used);
@@ -288,8 +248,7 @@ void run_stages(StageRunner& runner, RunResults& results) {
   results.mesh.checksum = std::move(exported.checksum);
   results.mesh.bounds = exported.bounds;
   results.holes = in_output_numbers(std::move(holes.filled.holes), used);
-  warn_of_holes(runner, results);
-  warn_of_inside_out(runner, results);
+  warn_of_doubtful_mesh(runner, results);
 }
 
 /// Runs the stages; a stored result that turns out to be damaged is dropped and made anew.

@@ -63,7 +63,10 @@ void gather(PointSource& source, const CloudFactsOptions& options, CloudFacts& f
     values.add(batch);
     facts.points += batch.size();
     facts.not_finite += batch.size() - finite.size();
-    for (const Vec3& n : batch.normals) facts.zero_normals += n == Vec3{} || !is_finite(n);
+    for (const Vec3& n : batch.normals) {
+      facts.zero_normals += n == Vec3{};
+      facts.normals_not_finite += !is_finite(n);
+    }
     if (!finite.empty()) gathered.add(finite, options);
   }
   facts.values = values.facts();

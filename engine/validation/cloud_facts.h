@@ -24,7 +24,8 @@ struct CloudFacts {
   std::string coordinate_system;  ///< WKT or a code; empty: unknown
   std::optional<Vec3> meters_per_unit;
   std::uint64_t not_finite = 0;             ///< points with a NaN or infinite coordinate
-  std::uint64_t zero_normals = 0;           ///< zero, or not finite
+  std::uint64_t zero_normals = 0;           ///< points whose normal is zero
+  std::uint64_t normals_not_finite = 0;     ///< points whose normal has a NaN or infinite component
   std::optional<std::uint64_t> duplicates;  ///< finite points equal to an earlier one
   /// Median distance to the nearest neighbour, and median of the mean distance to the six nearest;
   /// exact duplicates are one point. None where no two points differ.

@@ -238,6 +238,24 @@ TEST_CASE("SummaryAndReportCountThePointsThatTightCoconeLeavesOut") {
                                            " points of the scan that no triangle uses\n"));
 }
 
+TEST_CASE("SummaryCountsThePointsThatTheMeshLacks") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "torus", "--points", "1000", "--noise", "1.5", "-o", "scan.ply"})
+              .status == 0);
+  const auto done = run_in(in, {"reconstruct", "scan.ply", "-o", "mesh.ply", "--outlier-sigma", "2",
+                                "--report", "report.json"});
+  REQUIRE(done.status == 0);
+  const json report = json::parse(file_text(in / "report.json"));
+  const int unused = report["points_unused"];
+  const int outliers = report["input"]["points_dropped"]["outlier"];
+  REQUIRE((unused > 1 && outliers > 1));
+  CHECK_THAT(done.out,
+             Contains("\ndropped  ") &&
+                 Contains(std::to_string(outliers) + " points: " + std::to_string(outliers) +
+                          " outlier\n") &&
+                 Contains(std::to_string(unused) + " points of the scan that no triangle uses\n"));
+}
+
 TEST_CASE("StatusOfWhatIsNoWorkDirectoryIsWrongUsage") {
   const ScratchDirectory in;
   const auto status = run_in(in, {"status", "nowhere"});

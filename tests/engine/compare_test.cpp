@@ -306,7 +306,8 @@ TEST_CASE("CloudFactsCountWhatIsWrongWithACloud") {
   CHECK(facts.bounds == bounds);
   CHECK(facts.has_normals);
   CHECK(facts.not_finite == 1);
-  CHECK(facts.zero_normals == 2);
+  CHECK(facts.zero_normals == 1);
+  CHECK(facts.normals_not_finite == 1);
   CHECK(facts.duplicates == 3);
   const double nominal = std::sqrt(surface_area(Shape::kTorus) / 4000);
   REQUIRE(facts.spacing.has_value());

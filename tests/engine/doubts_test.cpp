@@ -1,6 +1,8 @@
 // Where the result of a run is in doubt, the run says so, and nothing that is not true.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -66,4 +68,26 @@ TEST_CASE("NoiseThatNothingSmoothsOrThinsIsWarnedOf") {
   other = job;
   other.cleaning.smooth_radius = 0.3;
   CHECK_FALSE(warns_of(other, "above 9 %"));
+}
+
+TEST_CASE("AFifthOfThePointsThatTheMeshLacksIsWarnedOf") {
+  const auto job_of = [](const ScratchDirectory& scratch, std::size_t every) {
+    NamedCloud named = noisy_torus(4000, 0.0, 3);
+    for (std::size_t i = 0; i < named.cloud.size(); i += every)
+      named.cloud.normals[i] = {std::nan(""), 0.0, 0.0};
+    return job_without_fill(scratch, named);
+  };
+  ScratchDirectory scratch;
+  CHECK_FALSE(warns_of(job_of(scratch, 10), "are not in the mesh"));
+  CHECK(warns_of(job_of(scratch, 2), " points are not in the mesh ("));
+  CHECK(warns_of(job_of(scratch, 2), " normal not finite); ball radi"));
+}
+
+TEST_CASE("PointsThatTheJobDropsAreNotMissing") {
+  ScratchDirectory scratch;
+  Job job = job_without_fill(scratch, noisy_torus(4000, 0.0, 3));
+  job.cleaning.thin_to_spacing = 0.15;
+  const RunReport report = run(job);
+  CHECK(report.points_dropped.at("thinned") > 2000);
+  CHECK(report.warnings.empty());
 }

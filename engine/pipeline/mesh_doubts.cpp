@@ -1,0 +1,104 @@
+#include "engine/pipeline/mesh_doubts.h"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <string>
+
+#include "engine/pipeline/stage/method_costs.h"
+#include "engine/pipeline/surface/radii_choice.h"
+#include "io/job/setting.h"
+#include "io/points/dropped_points.h"
+#include "io/report/hole_summary.h"
+#include "io/report/reasons.h"
+#include "io/text/quantity.h"
+
+namespace orbweave {
+namespace {
+
+/// Most points that a good mesh of a real scan lacks: trees and strays of airborne scans are up to
+/// a tenth of the points.
+constexpr double kMostMissing = 0.2;
+
+/// Points that were left out because they had no normal, by reason.
+Counted without_normal(const DroppedPoints& dropped) {
+  constexpr std::array kReasons = {DropReason::kNormalNotFinite, DropReason::kZeroNormal,
+                                   DropReason::kTooFewNeighbors};
+  Counted found;
+  for (const DropReason reason : kReasons) {
+    const auto at = dropped.find(text_of(reason));
+    if (at != dropped.end()) found.emplace_back(*at);
+  }
+  return found;
+}
+
+std::uint64_t sum_of(const Counted& counts) {
+  std::uint64_t sum = 0;
+  for (const auto& [reason, count] : counts) sum += count;
+  return sum;
+}
+
+std::string way_of_surface(const StageRunner& runner, const RunResults& results) {
+  return is_in_core(runner.job.reconstruct.method)
+             ? "method " + method_name(runner.job)
+             : short_radii(runner.job, results.partition, results.radii.values);
+}
+
+std::string missing_points(const RunResults& results, const Counted& dropped) {
+  Counted missing = dropped;
+  if (results.points_unused > 0)
+    missing.insert(missing.begin(), {"that no triangle uses", results.points_unused});
+  return format_count(sum_of(missing)) + " of " +
+         format_count(results.partition.points() + sum_of(dropped)) +
+         " points are not in the mesh (" + counted_list(missing, missing.size()) + ")";
+}
+
+/// Whether what is open is too small to be looked into: a loop of all border edges would enclose a
+/// thousandth of the area at most.
+bool is_all_but_closed(const MeshFacts& mesh) {
+  const auto edges = static_cast<double>(mesh.boundary_edges);
+  // The square of an edge of even triangles, of their area, over a circle's area of its
+  // perimeter's.
+  constexpr double kEdge = 2.3, kCircle = 12.6, kLeast = 1e-3;
+  return edges * edges * kEdge <= kLeast * kCircle * static_cast<double>(mesh.triangles);
+}
+
+/// A closed surface that shows its inner side although nothing says that it was seen from there.
+void warn_of_inside_out(StageRunner& runner, const RunResults& results) {
+  // Volumes that are smaller are those of thin plates, as far as patches let them be known.
+  constexpr double kLeastVolume = 1e-3, kMostPatched = 0.2;
+  const MeshFacts& mesh = results.mesh;
+  const NormalFacts& normals = results.partition.normals;
+  if (!is_all_but_closed(mesh) || mesh.patch_area > kMostPatched * mesh.area) return;
+  if (mesh.scanned_volume > -kLeastVolume * std::pow(mesh.area, 1.5)) return;
+  if (normals.interiors > 0 || runner.job.normals.orientation == Orientation::kInward) return;
+  runner.warn(
+      std::string("the surface is closed and faces inward, as a room does; of an object, ") +
+      (runner.job.estimates_normals ? "the normals' side was taken wrongly, try another " +
+                                          setting_name(runner.job, "normals.orientation")
+                                    : "the input's normals point to the wrong side, try " +
+                                          setting(runner.job, "normals.source", "estimate")));
+}
+
+/// Points that the mesh lacks, or a surface full of holes.
+void warn_of_what_is_missing(StageRunner& runner, const RunResults& results) {
+  const MeshFacts& mesh = results.mesh;
+  const std::string way = way_of_surface(runner, results);
+  if (mesh.boundary_edges * 5 > mesh.triangles)
+    return runner.warn("the mesh is riddled with holes: " + std::to_string(mesh.boundary_edges) +
+                       " boundary edges on " + std::to_string(mesh.triangles) + " triangles, " +
+                       std::to_string(results.points_unused) + " points unused; " + way);
+  const Counted dropped = without_normal(results.partition.dropped);
+  const auto missing = static_cast<double>(results.points_unused + sum_of(dropped));
+  const auto all = static_cast<double>(results.partition.points() + sum_of(dropped));
+  if (missing > kMostMissing * all) runner.warn(missing_points(results, dropped) + "; " + way);
+}
+
+}  // namespace
+
+void warn_of_doubtful_mesh(StageRunner& runner, const RunResults& results) {
+  warn_of_what_is_missing(runner, results);
+  warn_of_inside_out(runner, results);
+}
+
+}  // namespace orbweave
