@@ -44,6 +44,14 @@ std::string way_of_surface(const StageRunner& runner, const RunResults& results)
              : short_radii(runner.job, results.partition, results.radii.values);
 }
 
+/// Whether all balls are too wide to reach the points between those that they rest on.
+bool passes_over_points(const StageRunner& runner, const RunResults& results) {
+  constexpr double kWideBall = 3.0;
+  const double spacing = results.partition.spacing;
+  return !is_in_core(runner.job.reconstruct.method) && spacing > 0.0 &&
+         results.radii.values.front() > kWideBall * spacing;
+}
+
 std::string missing_points(const RunResults& results, const Counted& dropped) {
   Counted missing = dropped;
   if (results.points_unused > 0)
@@ -91,7 +99,13 @@ void warn_of_what_is_missing(StageRunner& runner, const RunResults& results) {
   const Counted dropped = without_normal(results.partition.dropped);
   const auto missing = static_cast<double>(results.points_unused + sum_of(dropped));
   const auto all = static_cast<double>(results.partition.points() + sum_of(dropped));
-  if (missing > kMostMissing * all) runner.warn(missing_points(results, dropped) + "; " + way);
+  if (missing <= kMostMissing * all) return;
+  const bool is_wide =
+      results.points_unused > sum_of(dropped) && passes_over_points(runner, results);
+  runner.warn(missing_points(results, dropped) + "; " + way +
+              (is_wide
+                   ? ": balls this wide pass over points; radii of one to five spacings reach them"
+                   : ""));
 }
 
 }  // namespace

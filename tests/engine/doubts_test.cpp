@@ -91,3 +91,15 @@ TEST_CASE("PointsThatTheJobDropsAreNotMissing") {
   CHECK(report.points_dropped.at("thinned") > 2000);
   CHECK(report.warnings.empty());
 }
+
+TEST_CASE("ABallThatPassesOverPointsIsWarnedOfWithItsWidthInSpacings") {
+  ScratchDirectory scratch;
+  Job job = job_without_fill(scratch, noisy_torus(4000, 0.5, 3));
+  job.reconstruct.ball_radii = {0.35};
+  const RunReport report = run(job);
+  REQUIRE(report.points_unused * 5 > report.points_read);
+  REQUIRE(report.warnings.size() == 2);
+  CHECK_THAT(report.warnings.back(), Contains(" that no triangle uses); ball radius 0.35, ") &&
+                                         Contains(" times the point spacing ") &&
+                                         Contains("pass over points"));
+}
