@@ -163,6 +163,7 @@ void add_doubts(const CloudFacts& facts, Facts& lines) {
   if (facts.zero_normals > 0) lines.emplace_back("zero normals", format_count(facts.zero_normals));
   if (facts.normals_not_finite > 0)
     lines.emplace_back("normals not finite", format_count(facts.normals_not_finite));
+  if (!facts.doubt.empty()) lines.emplace_back("in doubt", facts.doubt);
   const char* name = "left out";
   for (const auto& [reason, count] : facts.left_out) {
     lines.emplace_back(name, format_count(count) + " dropped: " + reason);
@@ -204,6 +205,7 @@ Json cloud_json(const CloudFacts& facts) {
           {"spacing_of_six", json_or_null(facts.spacing_of_six)},
           {"duplicates", json_or_null(facts.duplicates)},
           {"not_finite", facts.not_finite},
+          {"coordinate_step", facts.coordinate_step > 0.0 ? Json(facts.coordinate_step) : Json()},
           {"zero_normals", facts.zero_normals},
           {"normals_not_finite", facts.normals_not_finite},
           {"format", text_or_null(file.format)},

@@ -110,6 +110,7 @@ std::string plan_json(const JobPlan& plan, const FillOptions& fill) {
         {"largest_chunk_points", plan.largest_chunk_points},
         {"halo_width", plan.halo_width},
         {"chunks_in_flight", plan.chunks_in_flight}}},
+      {"doubts", plan.doubts},
       {"radii", {{"values", plan.radii}, {"reason", plan.radii_reason}}},
       {"normals",
        {{"source", text_of(plan.normals.source)},
@@ -151,6 +152,7 @@ std::string plan_text(const JobPlan& plan, const Job& job) {
   for (const auto& [reason, count] : plan.points_dropped)
     below_points =
         facts.insert(below_points, {"", format_count(count) + " dropped: " + reason}) + 1;
+  for (const std::string& doubt : plan.doubts) facts.emplace_back("in doubt", doubt);
   for (const auto& fact : cleaning_plan(plan)) facts.push_back(fact);
   for (const auto& fact : fill_plan(job)) facts.push_back(fact);
   if (plan.loops) add_loops(facts, *plan.loops);

@@ -27,6 +27,7 @@
 #include "engine/pipeline/surface/stitch_stage.h"
 #include "engine/pipeline/surface/used_vertices.h"
 #include "engine/planning/trial.h"
+#include "engine/spacing/coordinate_step.h"
 #include "io/error.h"
 #include "io/system/glob.h"
 #include "io/system/process_times.h"
@@ -255,6 +256,8 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   if (measured.layers.measured > 0)
     plan.noise_note = job.cleaning.automatic ? short_reason(measured.layers, unit)
                                              : short_noise(measured.layers, unit);
+  const std::string steps = objection_to_step(measured.coordinate_step, measured.spacing);
+  if (!steps.empty()) plan.doubts.push_back(steps);
   plan.normals = normals_of(job, cloud);
   plan_chunks(job, cloud, measured, plan);
   plan_resources(job, cloud, measured, plan);

@@ -32,7 +32,9 @@ struct JobPlan {
   std::string radii_reason;  ///< radii are those of the raw points where these are cleaned
   CleaningFacts cleaning;    ///< the cleaning; all options 0: none
   std::string noise_note;    ///< noise of the scans, for one line; empty: not measured
-  NormalFacts normals;       ///< source and orientation
+  /// What is doubtful about the scans, a sentence each; a run warns of it.
+  std::vector<std::string> doubts;
+  NormalFacts normals;  ///< source and orientation
   int chunks_in_flight = 0;
   std::uint64_t peak_memory_bytes = 0;  ///< predicted
   std::uint64_t disk_bytes = 0;         ///< predicted: work directory and output

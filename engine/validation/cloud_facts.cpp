@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "engine/spacing/automatic_radii.h"
+#include "engine/spacing/coordinate_step.h"
 #include "partition/count_grid.h"
 #include "partition/root_cube.h"
 
@@ -88,8 +89,10 @@ void measure_spacing(std::span<const SpacingSite> of_cloud, CloudFacts& facts) {
     if (distances.empty()) return std::nullopt;
     return distances[(distances.size() - 1) / 2];
   };
+  facts.coordinate_step = coordinate_step(sites.all());
   facts.spacing = median(1);
   facts.spacing_of_six = median(kNeighbors);
+  facts.doubt = objection_to_step(facts.coordinate_step, facts.spacing_of_six.value_or(0.0));
 }
 
 void measure_whole(std::vector<Vec3> points, CloudFacts& facts) {

@@ -31,6 +31,8 @@ struct CloudFacts {
   /// exact duplicates are one point. None where no two points differ.
   std::optional<double> spacing;
   std::optional<double> spacing_of_six;
+  double coordinate_step = 0.0;  ///< last place of floats that coordinates were rounded to; 0: none
+  std::string doubt;             ///< what is wrong with that step; empty: nothing
 };
 
 struct CloudFactsOptions {

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/planning/plan_job.h"
+#include "engine/spacing/coordinate_step.h"
 #include "tests/support/clouds.h"
 #include "tests/support/jobs.h"
 
@@ -28,6 +30,34 @@ bool warns_of(const Job& job, const std::string& what) {
   return std::ranges::any_of(warnings, [&](const std::string& warning) {
     return warning.find(what) != std::string::npos;
   });
+}
+
+/// A sheet of points 0.05 apart, neither on a lattice nor in a row.
+NamedCloud uneven_sheet(Vec3 corner) {
+  Random random(5);
+  NamedCloud named;
+  named.ball_radius = 0.07;
+  named.cloud.schema.has_normals = true;
+  for (int i = 0; i < 3600; ++i) {
+    const Vec3 place{0.05 * (i % 60) + 0.02 * random.uniform(),
+                     0.05 * (i / 60) + 0.02 * random.uniform(), 0.001 * random.uniform()};
+    named.cloud.positions.push_back(corner + place);
+    named.cloud.normals.push_back({0, 0, 1});
+  }
+  put_in_order(named.cloud);
+  return named;
+}
+
+PointCloud as_floats(PointCloud cloud) {
+  for (Vec3& p : cloud.positions)
+    for (int axis = 0; axis < 3; ++axis) p[axis] = static_cast<double>(static_cast<float>(p[axis]));
+  put_in_order(cloud);
+  return cloud;
+}
+
+double step_of(const PointCloud& cloud) {
+  const SpacingSite site{cloud.bounds(), cloud.bounds(), cloud.positions};
+  return coordinate_step({&site, 1});
 }
 
 }  // namespace
@@ -102,4 +132,34 @@ TEST_CASE("ABallThatPassesOverPointsIsWarnedOfWithItsWidthInSpacings") {
   CHECK_THAT(report.warnings.back(), Contains(" that no triangle uses); ball radius 0.35, ") &&
                                          Contains(" times the point spacing ") &&
                                          Contains("pass over points"));
+}
+
+TEST_CASE("TheStepOfCoordinatesIsThatOfFloatsTheyWereRoundedTo") {
+  const Vec3 map{3.0e5, 4.2e6, 100.0};
+  const NamedCloud sheet = uneven_sheet(map);
+  CHECK(step_of(sheet.cloud) == 0.0);
+  CHECK(step_of(as_floats(sheet.cloud)) == 0.5);
+  CHECK(step_of(as_floats(uneven_sheet({}).cloud)) < 1e-6);
+  // Whole metres and voxels are no rounded floats.
+  NamedCloud grid = grid_sheet(40, 0.0);
+  for (Vec3& p : grid.cloud.positions) p = {std::round(p.x) + 3e5, std::round(p.y) + 4.2e6, 7.0};
+  CHECK(step_of(grid.cloud) == 0.0);
+  CHECK(step_of({}) == 0.0);
+}
+
+TEST_CASE("CoordinatesInCoarseStepsAreWarnedOf") {
+  ScratchDirectory scratch;
+  NamedCloud sheet = uneven_sheet({3.0e5, 1.0e6, 100.0});
+  Job job = job_without_fill(scratch, sheet);
+  CHECK_FALSE(warns_of(job, "coordinates come in steps"));
+  sheet.cloud = as_floats(sheet.cloud);
+  job = job_without_fill(scratch, sheet);
+  CHECK(warns_of(job, "coordinates come in steps of about 0.0625, the points lie "));
+  job.normals.source = NormalSource::kEstimate;
+  CHECK(warns_of(job, ": export them as doubles, or with an offset"));
+  RecordingProgress progress;
+  const StopToken stop;
+  const JobPlan plan = plan_job(job, progress, stop);
+  REQUIRE(plan.doubts.size() == 1);
+  CHECK_THAT(plan.doubts.front(), Contains("coordinates come in steps of about 0.0625"));
 }

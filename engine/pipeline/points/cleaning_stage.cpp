@@ -26,6 +26,7 @@
 #include "engine/pipeline/stage/scan_units.h"
 #include "engine/pipeline/stage/stage_keys.h"
 #include "engine/pipeline/surface/in_core_methods.h"
+#include "engine/spacing/coordinate_step.h"
 #include "engine/spacing/layer_thickness.h"
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
@@ -55,6 +56,11 @@ CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
                 "the mesh may be rough or have holes: " + facts.reason);
   }
   return facts;
+}
+
+void warn_of_steps(StageRunner& runner, const Partition& scans) {
+  const std::string objection = objection_to_step(scans.coordinate_step, scans.spacing);
+  if (!objection.empty()) runner.warn(objection);
 }
 
 std::vector<std::uint8_t> turned(std::vector<std::uint8_t> flags) {
@@ -450,6 +456,7 @@ std::vector<double> radii_in_spacings(const Partition& measured) {
 CutPoints partition_cleaned(StageRunner& runner) {
   CutPoints raw = raw_points(runner);
   RawCloud cloud = raw_cloud(runner, std::move(raw.partition));
+  warn_of_steps(runner, cloud.partition);
   CleaningFacts facts = describe_layers(runner, cloud.partition);
   check_radius(runner.job, facts);
   NormalFacts normals;
@@ -495,6 +502,7 @@ CutPoints partition_cleaned(StageRunner& runner) {
 CutPoints partition_scans(StageRunner& runner) {
   return partition_by_team(runner, kFinalCut, [&] {
     CutPoints cut = cut_and_sort(scans_as_input(runner.job, kFinalCut), runner);
+    warn_of_steps(runner, cut.partition);
     cut.partition.cleaning = describe_layers(runner, cut.partition);
     cut.partition.normals.source = NormalSource::kFile;
     return cut;

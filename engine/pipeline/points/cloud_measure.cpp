@@ -7,6 +7,7 @@
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/points/count_stage.h"
 #include "engine/pipeline/stage/method_costs.h"
+#include "engine/spacing/coordinate_step.h"
 #include "engine/spacing/normal_radius.h"
 
 namespace orbweave {
@@ -61,6 +62,7 @@ Partition measure(const CloudInput& input, SpacingSampler& sampler, const RunCon
   measured.automatic_radii = choice.radii;
   measured.radii_reason = choice.reason;
   if (!input.are_scans) return measured;
+  measured.coordinate_step = coordinate_step(sites.all());
   measured.layers = measure_layers(sites, &control.stop);
   if (!for_normals) return measured;
   measured.normal_radius = normal_radius(sample, neighbors, &control.stop);

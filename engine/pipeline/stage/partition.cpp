@@ -160,6 +160,7 @@ std::string partition_to_json(const Partition& partition) {
       {"coordinate_system", partition.coordinate_system},
       {"has_wide_colors", partition.has_wide_colors},
   };
+  if (partition.coordinate_step > 0.0) document["coordinate_step"] = partition.coordinate_step;
   if (partition.meters_per_unit) document["meters_per_unit"] = to_json(*partition.meters_per_unit);
   return document_text(document);
 }
@@ -189,6 +190,7 @@ Partition partition_from_json(const std::string& text) {
   partition.normals = normals_from(document.at("normals"));
   partition.coordinate_system = document.at("coordinate_system");
   partition.has_wide_colors = document.at("has_wide_colors");
+  partition.coordinate_step = document.value("coordinate_step", 0.0);
   if (document.contains("meters_per_unit"))
     partition.meters_per_unit = vec3_from(document.at("meters_per_unit"));
   return partition;
