@@ -183,6 +183,14 @@ namespace {
 
 constexpr const char* kNoNoise = "too few points to measure the noise";
 
+/// Noise that is so large a part of the spacing may be the gap between two surfaces.
+std::string other_reading(const LayerThickness& layers) {
+  constexpr double kGapPerSpacing = 0.6;
+  return layers.thickness > kGapPerSpacing * layers.spacing
+             ? ", or two surfaces this close, which cleaning would merge"
+             : "";
+}
+
 std::string percent_of(double share) { return short_text(std::round(100.0 * share)) + " %"; }
 
 std::string brief_length(double value, double meters_per_unit) {
@@ -200,8 +208,9 @@ std::string short_noise(const LayerThickness& layers, double meters_per_unit) {
   const std::string share =
       std::abs(percent - limit) < 0.5 ? short_text(percent) : short_text(std::round(percent));
   return "noise " + brief_length(layers.thickness, meters_per_unit) + " RMS, " + share +
-         " % of the point spacing (" + brief_length(layers.spacing, meters_per_unit) + "); " +
-         (layers.is_thick() ? "above " : "below ") + short_text(limit) + " %";
+         " % of the point spacing (" + brief_length(layers.spacing, meters_per_unit) + ")" +
+         other_reading(layers) + "; " + (layers.is_thick() ? "above " : "below ") +
+         short_text(limit) + " %";
 }
 
 std::string short_reason(const LayerThickness& layers, double meters_per_unit) {
@@ -229,7 +238,8 @@ CleaningChoice choose_cleaning(const LayerThickness& layers) {
                                                  : "on the whole below ";
   choice.noise = "noise " + short_text(layers.thickness) + " RMS, " +
                  percent(layers.thickness / layers.spacing) + " of the point spacing (" +
-                 short_text(layers.spacing) + "); " + beside + percent(kThickPerSpacing);
+                 short_text(layers.spacing) + ")" + other_reading(layers) + "; " + beside +
+                 percent(kThickPerSpacing);
   if (!is_thick) return choice;
   choice.outlier_sigma = kOutlierSigma;
   choice.cluster_points = kClusterPoints;

@@ -55,6 +55,21 @@ PointCloud as_floats(PointCloud cloud) {
   return cloud;
 }
 
+/// The two sides of a plate, exact, a number of grid steps apart.
+NamedCloud thin_plate(double steps) {
+  NamedCloud named;
+  named.ball_radius = 1.1;
+  named.cloud.schema.has_normals = true;
+  for (int i = 0; i < 60; ++i)
+    for (int j = 0; j < 60; ++j)
+      for (const double side : {-1.0, 1.0}) {
+        named.cloud.positions.push_back({1.0 * i, 1.0 * j, 0.5 * side * steps});
+        named.cloud.normals.push_back({0, 0, side});
+      }
+  put_in_order(named.cloud);
+  return named;
+}
+
 double step_of(const PointCloud& cloud) {
   const SpacingSite site{cloud.bounds(), cloud.bounds(), cloud.positions};
   return coordinate_step({&site, 1});
@@ -162,4 +177,15 @@ TEST_CASE("CoordinatesInCoarseStepsAreWarnedOf") {
   const JobPlan plan = plan_job(job, progress, stop);
   REQUIRE(plan.doubts.size() == 1);
   CHECK_THAT(plan.doubts.front(), Contains("coordinates come in steps of about 0.0625"));
+}
+
+TEST_CASE("TwoSurfacesThatLieCloseAreNotTakenForNoiseAlone") {
+  ScratchDirectory scratch;
+  const std::string other = "), or two surfaces this close, which cleaning would merge; above 9 %";
+  for (const double steps : {1.5, 2.5})
+    CHECK(warns_of(job_without_fill(scratch, thin_plate(steps)), other));
+  CHECK_FALSE(warns_of(job_without_fill(scratch, noisy_torus(4000, 0.4, 3)), "two surfaces"));
+  Job job = job_without_fill(scratch, thin_plate(2.0));
+  job.cleaning.automatic = true;
+  CHECK_THAT(run(job).cleaning.reason, Contains(other));
 }
