@@ -24,6 +24,7 @@
 #include "engine/pipeline/output/tile_export.h"
 #include "engine/pipeline/output/tileset_stage.h"
 #include "engine/pipeline/points/cleaning_stage.h"
+#include "engine/pipeline/points/missing_poses.h"
 #include "engine/pipeline/run_results.h"
 #include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/stage/scan_units.h"
@@ -130,6 +131,11 @@ void note_what_is_left_out(StageRunner& runner, const Partition& partition) {
   runner.note(mesh + " has no place for " + names + "; a .ply file has");
 }
 
+void warn_of_missing_poses(StageRunner& runner) {
+  const std::string objection = objection_to_missing_poses(runner.job);
+  if (!objection.empty()) runner.warn(objection);
+}
+
 /// The origin of the mesh file's coordinates, or an end to the job where they would lose too much.
 Vec3 checked_origin(StageRunner& runner, const Partition& partition) {
   const OutputOrigin chosen = mesh_origin(runner.job.output, partition);
@@ -191,6 +197,7 @@ void note_method(StageRunner& runner, const Partition& partition) {
 
 /// Points in chunks, and what follows from them alone.
 void run_points(StageRunner& runner, RunResults& results) {
+  if (runner.communicator.is_root()) warn_of_missing_poses(runner);
   CutPoints points = partition_points(runner.job, runner);
   results.partition = std::move(points.partition);
   require_a_triangle(runner.job, results.partition);

@@ -16,6 +16,7 @@
 #include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/points/cloud_measure.h"
 #include "engine/pipeline/points/count_stage.h"
+#include "engine/pipeline/points/missing_poses.h"
 #include "engine/pipeline/points/scan_input.h"
 #include "engine/pipeline/stage/cleaning_rule.h"
 #include "engine/pipeline/stage/method_costs.h"
@@ -258,6 +259,8 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
                                              : short_noise(measured.layers, unit);
   const std::string steps = objection_to_step(measured.coordinate_step, measured.spacing);
   if (!steps.empty()) plan.doubts.push_back(steps);
+  const std::string poses = objection_to_missing_poses(job);
+  if (!poses.empty()) plan.doubts.push_back(poses);
   plan.normals = normals_of(job, cloud);
   plan_chunks(job, cloud, measured, plan);
   plan_resources(job, cloud, measured, plan);

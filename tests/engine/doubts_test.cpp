@@ -3,13 +3,17 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstddef>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "engine/planning/plan_job.h"
 #include "engine/spacing/coordinate_step.h"
+#include "io/meshes/mesh_writer.h"
 #include "tests/support/clouds.h"
+#include "tests/support/data.h"
 #include "tests/support/jobs.h"
+#include "tests/support/program.h"
 
 using Catch::Matchers::Contains;
 using Catch::Matchers::EndsWith;
@@ -188,4 +192,27 @@ TEST_CASE("TwoSurfacesThatLieCloseAreNotTakenForNoiseAlone") {
   Job job = job_without_fill(scratch, thin_plate(2.0));
   job.cleaning.automatic = true;
   CHECK_THAT(run(job).cleaning.reason, Contains(other));
+}
+
+TEST_CASE("PosesBesideScansThatAreTakenWithoutThemAreNamed") {
+  ScratchDirectory scratch;
+  const NamedCloud torus = noisy_torus(4000, 0.0, 3);
+  const std::vector<std::string> files = {(scratch / "a.ply").string(),
+                                          (scratch / "b.ply").string()};
+  for (const std::string& file : files) write_cloud(file, torus.cloud);
+  Job job = job_without_fill(scratch, torus);
+  job.input.files = files;
+  write_text(scratch / "other.conf", "bmesh c.ply 0 0 0 0 0 0 1\n");
+  CHECK_FALSE(warns_of(job, "poses"));
+  write_text(scratch / "scans.conf", "bmesh a.ply 0 0 0 0 0 0 1\nbmesh b.ply 0 0 0 0 0 0 1\n");
+  CHECK(warns_of(job, "scans.conf names a.ply: if it holds their poses, give them by input.poses"));
+  Job posed = job;
+  posed.input.poses = (scratch / "scans.conf").string();
+  CHECK_FALSE(warns_of(posed, "poses"));
+  Job alone = job;
+  alone.input.files.resize(1);
+  CHECK_FALSE(warns_of(alone, "poses"));
+  std::filesystem::remove(scratch / "scans.conf");
+  write_text(scratch / "scans.aln", "1\nb.ply\n#\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n0\n");
+  CHECK(warns_of(job, "scans.aln names b.ply: if it holds their poses, give them by input.pose"));
 }
