@@ -6,15 +6,10 @@
 
 #include "engine/levels/corner_groups.h"
 #include "engine/levels/marks.h"
+#include "io/sort_unique.h"
 
 namespace orbweave {
 namespace {
-
-template <class T>
-void sort_and_keep_each_once(std::vector<T>& values) {
-  std::sort(values.begin(), values.end());
-  values.erase(std::unique(values.begin(), values.end()), values.end());
-}
 
 /// An edge as a triangle runs through it, but for its lower vertex.
 struct DirectedEdge {
@@ -90,7 +85,7 @@ std::vector<std::uint32_t> unsound_vertices(std::span<const Triangle> triangles)
   std::vector<std::uint32_t> unsound;
   add_ends_of_unsound_edges(triangles, unsound);
   add_vertices_of_several_fans(triangles, unsound);
-  sort_and_keep_each_once(unsound);
+  sort_unique(unsound);
   return unsound;
 }
 
@@ -104,7 +99,7 @@ std::vector<EdgeEnds> edges_among(std::span<const Triangle> triangles,
       if (among[c] && among[(c + 1) % 3])
         edges.push_back({std::min(t[c], t[(c + 1) % 3]), std::max(t[c], t[(c + 1) % 3])});
   }
-  sort_and_keep_each_once(edges);
+  sort_unique(edges);
   return edges;
 }
 

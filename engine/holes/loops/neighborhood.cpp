@@ -5,16 +5,12 @@
 #include <numeric>
 #include <utility>
 
+#include "io/sort_unique.h"
+
 namespace orbweave {
 namespace {
 
 using Edge64 = std::array<std::uint64_t, 2>;
-
-template <class T>
-void sort_unique(std::vector<T>& list) {
-  std::sort(list.begin(), list.end());
-  list.erase(std::unique(list.begin(), list.end()), list.end());
-}
 
 /// Numbers of vertices in the order in which they are reached. Vertices near one another have
 /// numbers in the mesh near one another: they lie together here, too.

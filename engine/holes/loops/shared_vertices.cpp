@@ -2,17 +2,9 @@
 
 #include <algorithm>
 
+#include "io/sort_unique.h"
+
 namespace orbweave {
-namespace {
-
-template <class T>
-void sort_unique(std::vector<T>& list) {
-  std::sort(list.begin(), list.end());
-  list.erase(std::unique(list.begin(), list.end()), list.end());
-}
-
-}  // namespace
-
 SharedVertices::SharedVertices(std::span<const BoundaryLoop> loops) {
   std::vector<Visit> visits;
   for (std::uint32_t l = 0; l < loops.size(); ++l) {

@@ -6,16 +6,11 @@
 #include <span>
 #include <utility>
 
+#include "io/sort_unique.h"
 #include "io/store/chunk_points.h"
 
 namespace orbweave {
 namespace {
-
-template <class T>
-void sort_out(std::vector<T>& list) {
-  std::sort(list.begin(), list.end());
-  list.erase(std::unique(list.begin(), list.end()), list.end());
-}
 
 bool has(const std::vector<std::uint64_t>& sorted, std::uint64_t vertex) {
   return std::binary_search(sorted.begin(), sorted.end(), vertex);
@@ -24,7 +19,7 @@ bool has(const std::vector<std::uint64_t>& sorted, std::uint64_t vertex) {
 std::vector<std::uint64_t> vertices_of(std::span<const Triangle64> triangles) {
   std::vector<std::uint64_t> vertices;
   for (const Triangle64& t : triangles) vertices.insert(vertices.end(), t.begin(), t.end());
-  sort_out(vertices);
+  sort_unique(vertices);
   return vertices;
 }
 
@@ -71,7 +66,7 @@ const std::vector<Triangle64>& SeamAgreement::seam_of(ChunkId chunk) {
 std::vector<ChunkId> SeamAgreement::chunks_of(const Triangle64& triangle) const {
   std::vector<ChunkId> chunks;
   for (const std::uint64_t vertex : triangle) chunks.push_back(partition_.chunk_of(vertex));
-  sort_out(chunks);
+  sort_unique(chunks);
   return chunks;
 }
 
@@ -103,7 +98,7 @@ AgreedTriangles SeamAgreement::of(ChunkId chunk, const ChunkCells& cells) {
     }
   }
   add_around(chunk, agreed.all);
-  sort_out(agreed.all);
+  sort_unique(agreed.all);
   return agreed;
 }
 
@@ -120,7 +115,7 @@ void SeamAgreement::add_around(ChunkId chunk, std::vector<Triangle64>& triangles
     across.insert(across.end(), seam.begin(), seam.end());
     while (i < outer.size() && is_owned(outer[i], owner)) ++i;
   }
-  sort_out(across);
+  sort_unique(across);
   const Places places = places_of(vertices_of(across));
   std::copy_if(across.begin(), across.end(), std::back_inserter(triangles),
                [&](const Triangle64& t) { return all_have(t, places); });
