@@ -39,7 +39,7 @@ std::uint32_t most_around(const BoundaryLoop& loop, std::uint32_t most) {
 
 }  // namespace
 
-LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<const Edge64> taken,
+LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<const Edge64> apart,
                     const HoleFacts& known, const FillOptions& options, const StopToken* stop,
                     const LoopManner& manner) {
   const auto begin = std::chrono::steady_clock::now();
@@ -62,12 +62,12 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
     around.whole_fans = !options.allow_intersections;
     around.with_values = false;
   }
-  GatheredHole gathered = gather_hole(surface, loop, taken, around);
+  GatheredHole gathered = gather_hole(surface, loop, apart, around);
   HolePatch patch = fill_hole(gathered.problem, patch_options);
   if (!around.with_values && surface.channels() > 0 && !patch.positions.empty()) {
     // Hardly any patch of a few edges has new vertices.
     around.with_values = true;
-    gathered = gather_hole(surface, loop, taken, around);
+    gathered = gather_hole(surface, loop, apart, around);
     patch = fill_hole(gathered.problem, patch_options);
   }
 
@@ -102,16 +102,14 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
 
 namespace {
 
-/// Everything that the loops of the group must not join.
-std::vector<Edge64> taken_by_others(const HolePlan& plan, std::span<const std::uint32_t> group) {
-  std::vector<Edge64> taken;
-  for (const std::uint32_t l : group) {
-    const std::vector<Edge64> pairs = plan.shared.pairs_on(plan.loops[l], l);
-    taken.insert(taken.end(), pairs.begin(), pairs.end());
+/// The vertices that the loops of the group have in common with others.
+std::vector<Edge64> groups_of(const HolePlan& plan, std::span<const std::uint32_t> loops) {
+  std::vector<Edge64> apart;
+  for (const std::uint32_t l : loops) {
+    const std::vector<Edge64> more = plan.shared.groups_on(plan.loops[l], l);
+    apart.insert(apart.end(), more.begin(), more.end());
   }
-  std::sort(taken.begin(), taken.end());
-  taken.erase(std::unique(taken.begin(), taken.end()), taken.end());
-  return taken;
+  return apart;
 }
 
 }  // namespace
@@ -261,7 +259,7 @@ std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, 
   if (!islands.empty()) {
     const BoundaryLoop joined =
         join_islands(plan.loops[hole], plan.loops, islands, plan.vertices, stop);
-    patches.push_back(fill_loop(surface, joined, taken_by_others(plan, plan.loops_of(hole)),
+    patches.push_back(fill_loop(surface, joined, groups_of(plan, plan.loops_of(hole)),
                                 plan.facts_of(hole), options, stop, plan.manner_of(hole)));
     // A patch around an island that is open somewhere may leave the island unjoined.
     if (patches.front().facts.filled && patches.front().facts.open_edges == 0) {
@@ -280,7 +278,7 @@ std::vector<LoopPatch> fill_group(const Surface& surface, const HolePlan& plan, 
   }
   for (const std::uint32_t l : plan.loops_of(hole)) {
     if (plan.reasons[l].empty()) {
-      patches.push_back(fill_loop(surface, plan.loops[l], plan.shared.pairs_on(plan.loops[l], l),
+      patches.push_back(fill_loop(surface, plan.loops[l], plan.shared.groups_on(plan.loops[l], l),
                                   plan.facts_of(l), options, stop, plan.manner_of(l)));
     } else {
       patches.emplace_back().facts = plan.facts_of(l);

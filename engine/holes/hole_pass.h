@@ -35,10 +35,10 @@ struct LoopManner {
   bool in_scene = false;  ///< PatchOptions::in_scene
 };
 
-/// One loop alone, from what is around it. `taken`: edges that its patch must not use. `known`:
-/// what is known of the loop. `stop` may be null.
+/// One loop alone, from what is around it. `apart`: vertices that its patch must not join, as
+/// for gather_hole(). `known`: what is known of the loop. `stop` may be null.
 LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop,
-                    std::span<const std::array<std::uint64_t, 2>> taken, const HoleFacts& known,
+                    std::span<const std::array<std::uint64_t, 2>> apart, const HoleFacts& known,
                     const FillOptions& options, const StopToken* stop,
                     const LoopManner& manner = {});
 

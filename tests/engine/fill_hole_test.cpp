@@ -192,6 +192,9 @@ TEST_CASE("ForbiddenDiagonalsAreNotUsed") {
 TEST_CASE("LargeLoopWithAllChordsForbiddenIsClosedAllTheSame") {
   HoleProblem problem = inner_problem_of(
       without(height_field(20, waves), [](Vec3 p) { return std::hypot(p.x, p.y) < 0.5; }));
+  HoleProblem grouped = problem;
+  for (const std::uint32_t v : problem.loop) grouped.apart.push_back({v, 0});
+  std::sort(grouped.apart.begin(), grouped.apart.end());
   for (const std::uint32_t a : problem.loop) {
     for (const std::uint32_t b : problem.loop) {
       if (a < b) problem.forbidden.push_back({a, b});
@@ -202,6 +205,13 @@ TEST_CASE("LargeLoopWithAllChordsForbiddenIsClosedAllTheSame") {
                           problem.forbidden.end());
   check_sound(problem, fill_hole(problem));
   check_sound(problem, direct_fill(problem));
+  // A group of vertices forbids what all its pairs do.
+  for (const auto& fill : {+[](const HoleProblem& of) { return fill_hole(of); },
+                           +[](const HoleProblem& of) { return direct_fill(of); }}) {
+    const HolePatch of_pairs = fill(problem), of_group = fill(grouped);
+    CHECK(of_group.triangles == of_pairs.triangles);
+    CHECK(of_group.positions == of_pairs.positions);
+  }
 }
 
 TEST_CASE("FigureEightIsClosedAsOneLoop") {

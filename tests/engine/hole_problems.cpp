@@ -54,8 +54,8 @@ std::vector<HoleProblem> problems_of(const TriangleMesh& mesh, double radius_fac
   options.radius_factor = radius_factor;
   std::vector<HoleProblem> problems;
   for (std::uint32_t l = 0; l < loops.size(); ++l) {
-    const auto taken = shared.pairs_on(loops[l], l);
-    problems.push_back(gather_hole(surface, loops[l], taken, options).problem);
+    const auto apart = shared.groups_on(loops[l], l);
+    problems.push_back(gather_hole(surface, loops[l], apart, options).problem);
   }
   return problems;
 }

@@ -93,6 +93,12 @@ TEST_CASE("ForbiddenAndRepeatedEdgesAreSeen") {
     filled.problem.forbidden = {{0, 1}, {1, 3}};  // rim edges may be used as such
     CHECK(defect(filled) == "");
   }
+  SECTION("a chord of vertices that another hole has as well") {
+    filled.problem.apart = {{0, 1}, {0, 4}, {1, 1}, {2, 3}, {2, 4}};
+    CHECK(defect(filled) == "edge 0-2 is forbidden");
+    filled.problem.apart = {{0, 1}, {1, 1}, {1, 4}, {2, 3}, {2, 4}};
+    CHECK(defect(filled) == "");
+  }
   SECTION("a chord that the sheet has") {
     filled.problem.sheet.push_back({2, 0, 6});
     CHECK(defect(filled) == "edge 0-2 is in the sheet already");

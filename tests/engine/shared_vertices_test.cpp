@@ -27,9 +27,18 @@ std::vector<Pair> plain_pairs(const std::vector<BoundaryLoop>& loops, std::size_
   return {pairs.begin(), pairs.end()};
 }
 
+/// The pairs of the groups that are made.
+std::vector<Pair> pairs_of(const std::vector<Pair>& groups) {
+  std::set<Pair> pairs;
+  for (const auto& [a, group_of_a] : groups)
+    for (const auto& [b, group_of_b] : groups)
+      if (a < b && group_of_a == group_of_b) pairs.insert({a, b});
+  return {pairs.begin(), pairs.end()};
+}
+
 }  // namespace
 
-TEST_CASE("PairsAreThoseOfVerticesThatLieTogetherOnAnotherLoop") {
+TEST_CASE("GroupsJoinTheVerticesThatLieTogetherOnAnotherLoop") {
   std::mt19937_64 random(7);
   for (int round = 0; round < 200; ++round) {
     std::vector<BoundaryLoop> loops(2 + random() % 6);
@@ -37,7 +46,7 @@ TEST_CASE("PairsAreThoseOfVerticesThatLieTogetherOnAnotherLoop") {
       for (std::uint64_t i = 3 + random() % 8; i > 0; --i) loop.vertices.push_back(random() % 14);
     const SharedVertices shared(loops);
     for (std::uint32_t l = 0; l < loops.size(); ++l)
-      REQUIRE(shared.pairs_on(loops[l], l) == plain_pairs(loops, l));
+      REQUIRE(pairs_of(shared.groups_on(loops[l], l)) == plain_pairs(loops, l));
   }
 }
 
@@ -49,7 +58,9 @@ TEST_CASE("LoopsThatMeetAtThousandsOfVerticesHoldOneEntryForEach") {
     loops[0].vertices.insert(loops[0].vertices.end(), {3 * tip, 3 * tip + 1});
     loops[1].vertices.insert(loops[1].vertices.end(), {3 * tip, 3 * tip + 2});
   }
-  CHECK(SharedVertices(loops).size() == 2 * kTips);
+  const SharedVertices shared(loops);
+  CHECK(shared.size() == 2 * kTips);
+  CHECK(shared.groups_on(loops[0], 0).size() == kTips);
 }
 
 }  // namespace orbweave

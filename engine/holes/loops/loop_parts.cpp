@@ -109,12 +109,23 @@ class PartCutter {
     }
     for (const std::uint32_t v : loop) is_corner_[v] = 0;
     std::sort(own.forbidden.begin(), own.forbidden.end());
+    add_apart(loop, own);
     for (const std::uint32_t v : part.vertices) number_[v] = kNone;
     return part;
   }
 
  private:
   static constexpr std::uint32_t kNone = UINT32_MAX;
+
+  /// The groups of the part's corners.
+  void add_apart(const std::vector<std::uint32_t>& loop, HoleProblem& own) const {
+    const std::vector<Edge>& all = problem_.apart;
+    for (const std::uint32_t v : loop)
+      for (auto at = std::lower_bound(all.begin(), all.end(), Edge{v, 0});
+           at != all.end() && (*at)[0] == v; ++at)
+        own.apart.push_back({number_[v], (*at)[1]});
+    std::sort(own.apart.begin(), own.apart.end());
+  }
 
   /// Those of the loop and of the part's sheet, ascending.
   void take_vertices(const std::vector<std::uint32_t>& loop, Part& part) {

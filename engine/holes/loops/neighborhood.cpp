@@ -339,7 +339,7 @@ void add_triangles(const Sorted& sorted, HoleProblem& problem) {
 }  // namespace
 
 GatheredHole gather_hole(const Surface& surface, const BoundaryLoop& loop,
-                         std::span<const Edge64> taken, const NeighborhoodOptions& options) {
+                         std::span<const Edge64> apart, const NeighborhoodOptions& options) {
   Rings rings(surface, loop);
   walk_rings(loop, options, rings);
   const Sorted sorted = sorted_by_vertices(rings);
@@ -351,8 +351,14 @@ GatheredHole gather_hole(const Surface& surface, const BoundaryLoop& loop,
   HoleProblem& problem = gathered.problem;
   add_vertices(surface, sorted, problem);
   for (const std::uint64_t vertex : loop.vertices) problem.loop.push_back(number_of(vertex));
-  for (const Edge64& edge : taken)
-    problem.forbidden.push_back({number_of(edge[0]), number_of(edge[1])});
+  std::vector<std::uint64_t> groups;
+  for (const Edge64& known : apart) groups.push_back(known[1]);
+  sort_unique(groups);
+  for (const auto& [vertex, group] : apart) {
+    const auto at = std::lower_bound(groups.begin(), groups.end(), group) - groups.begin();
+    problem.apart.push_back({number_of(vertex), static_cast<std::uint32_t>(at)});
+  }
+  sort_unique(problem.apart);
   add_triangles(sorted, problem);
   sort_unique(problem.forbidden);
   for (std::size_t i = 0; i < sorted.vertices.size(); ++i)

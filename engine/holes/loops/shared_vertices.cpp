@@ -17,8 +17,8 @@ SharedVertices::SharedVertices(std::span<const BoundaryLoop> loops) {
   }
 }
 
-std::vector<std::array<std::uint64_t, 2>> SharedVertices::pairs_on(const BoundaryLoop& loop,
-                                                                   std::uint32_t number) const {
+std::vector<std::array<std::uint64_t, 2>> SharedVertices::groups_on(const BoundaryLoop& loop,
+                                                                    std::uint32_t number) const {
   std::vector<std::uint64_t> vertices = loop.vertices;
   sort_unique(vertices);
   std::vector<Visit> of_others;
@@ -29,13 +29,14 @@ std::vector<std::array<std::uint64_t, 2>> SharedVertices::pairs_on(const Boundar
   }
   std::stable_sort(of_others.begin(), of_others.end(),
                    [](const Visit& a, const Visit& b) { return a.loop < b.loop; });
-  std::vector<std::array<std::uint64_t, 2>> pairs;
-  for (std::size_t a = 0; a < of_others.size(); ++a) {
-    for (std::size_t b = a + 1; b < of_others.size() && of_others[b].loop == of_others[a].loop; ++b)
-      pairs.push_back({of_others[a].vertex, of_others[b].vertex});
+  std::vector<std::array<std::uint64_t, 2>> groups;
+  for (std::size_t i = 0, end = 0; i < of_others.size(); i = end) {
+    for (end = i; end < of_others.size() && of_others[end].loop == of_others[i].loop;) ++end;
+    if (end - i < 2) continue;
+    const std::uint64_t group = std::uint64_t{number} << 32 | of_others[i].loop;
+    for (std::size_t at = i; at < end; ++at) groups.push_back({of_others[at].vertex, group});
   }
-  sort_unique(pairs);
-  return pairs;
+  return groups;
 }
 
 }  // namespace orbweave

@@ -12,17 +12,17 @@
 
 namespace orbweave {
 
-/// Memory grows with the number of vertices that are shared, not with that of their pairs:
-/// these are made for loops that are filled alone.
+/// Memory grows with the number of vertices that are shared, not with that of their pairs.
 class SharedVertices {
  public:
   SharedVertices() = default;
   explicit SharedVertices(std::span<const BoundaryLoop> loops);
 
-  /// Pairs of vertices of loop `number`, which is `loop`, that lie together on another loop, sorted
-  /// and unique: no patch may join them, since another one may.
-  std::vector<std::array<std::uint64_t, 2>> pairs_on(const BoundaryLoop& loop,
-                                                     std::uint32_t number) const;
+  /// (vertex, group) of the vertices that loop `number`, which is `loop`, has in common with
+  /// another loop: a group for each other loop that has several, with a number that no group of any
+  /// other loop has. No patch may join two vertices of a group, since another one may.
+  std::vector<std::array<std::uint64_t, 2>> groups_on(const BoundaryLoop& loop,
+                                                      std::uint32_t number) const;
   /// Entries that are held: one for each shared vertex and loop at it.
   std::size_t size() const { return visits_.size(); }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -43,14 +44,15 @@ std::vector<Edge> repeated_chords(const HoleProblem& problem,
   return repeated;
 }
 
-/// Triangles between the corners such that no edge is forbidden or used twice over; empty where
-/// none were found.
+/// Triangles between the corners such that no edge is forbidden, joins vertices that are to stay
+/// apart, or is used twice over; empty where none were found.
 std::vector<CornerTriangle> sound_triangles(const HoleProblem& problem, const Rim& rim,
-                                            std::vector<Edge> forbidden) {
+                                            std::vector<Edge> forbidden,
+                                            std::span<const Edge> apart) {
   constexpr int kAttempts = 8;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     std::vector<CornerTriangle> triangles =
-        triangulate_loop({rim.corners, problem.loop, rim.face_normals, forbidden});
+        triangulate_loop({rim.corners, problem.loop, rim.face_normals, forbidden, apart});
     if (triangles.empty()) return {};
     const std::vector<Edge> repeated = repeated_chords(problem, triangles);
     if (repeated.empty()) return triangles;
@@ -121,9 +123,10 @@ LoopTriangles triangles_of_loop(const HoleProblem& problem) {
 
 LoopTriangles triangles_of_loop(const HoleProblem& problem, Rim rim) {
   LoopTriangles start{std::move(rim), {}, {}};
-  if (problem.loop.size() > 3) start.sound = sound_triangles(problem, start.rim, problem.forbidden);
-  if (start.sound.empty() && !problem.forbidden.empty())
-    start.loose = sound_triangles(problem, start.rim, {});
+  if (problem.loop.size() > 3)
+    start.sound = sound_triangles(problem, start.rim, problem.forbidden, problem.apart);
+  if (start.sound.empty() && (!problem.forbidden.empty() || !problem.apart.empty()))
+    start.loose = sound_triangles(problem, start.rim, {}, {});
   return start;
 }
 
@@ -153,7 +156,8 @@ PatchMesh disc_of_loop(const HoleProblem& problem, const LoopTriangles& start) {
   const Rim& rim = start.rim;
   Disc disc{rim.corners, start.sound.empty() ? start.loose : start.sound};
   if (disc.triangles.empty() || disc.triangles.size() == 1) disc = fan(problem, rim);
-  PatchMesh mesh(std::move(disc.positions), problem.loop, disc.triangles, problem.forbidden);
+  PatchMesh mesh(std::move(disc.positions), problem.loop, disc.triangles, problem.forbidden,
+                 problem.apart);
   mesh.split_forbidden_chords();
   return mesh;
 }

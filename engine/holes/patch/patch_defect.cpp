@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/geometry/vertex_groups.h"
 #include "engine/holes/patch/loop_edges.h"
 
 namespace orbweave {
@@ -146,7 +147,8 @@ std::string given_edge_defect(const HoleProblem& problem, const GivenEdges& know
   if (!is_inside && (!on_rim || on_reverse))
     return text_of(edge) + " is a boundary that is not the loop's";
   if (on_rim) return {};
-  if (std::binary_search(problem.forbidden.begin(), problem.forbidden.end(), undirected(edge)))
+  if (std::binary_search(problem.forbidden.begin(), problem.forbidden.end(), undirected(edge)) ||
+      share_a_group(problem.apart, edge[0], edge[1]))
     return text_of(edge) + " is forbidden";
   if (contains(known.sheet, edge) || contains(known.sheet, reverse))
     return text_of(edge) + " is in the sheet already";

@@ -7,17 +7,20 @@
 #include <tuple>
 #include <utility>
 
+#include "engine/geometry/vertex_groups.h"
 #include "engine/holes/triangulation/loop_chords.h"
 
 namespace orbweave {
 
 PatchMesh::PatchMesh(std::vector<Vec3> positions, std::span<const std::uint32_t> vertices,
                      std::span<const CornerTriangle> triangles,
-                     std::span<const std::array<std::uint32_t, 2>> forbidden)
+                     std::span<const std::array<std::uint32_t, 2>> forbidden,
+                     std::span<const std::array<std::uint32_t, 2>> apart)
     : positions_(std::move(positions)),
       corners_(static_cast<std::uint32_t>(vertices.size())),
       vertices_(vertices.begin(), vertices.end()),
-      forbidden_(forbidden.begin(), forbidden.end()) {
+      forbidden_(forbidden.begin(), forbidden.end()),
+      apart_(apart.begin(), apart.end()) {
   std::map<std::uint32_t, std::vector<std::uint32_t>> visits;
   for (std::uint32_t i = 0; i < corners_; ++i) visits[vertices_[i]].push_back(i);
   first_visit_.resize(corners_);
@@ -53,9 +56,10 @@ std::vector<std::vector<std::uint32_t>> PatchMesh::neighbors() const {
 // ---- Which edges may be --------------------------------------------------------------------
 
 bool PatchMesh::is_forbidden(std::uint32_t a, std::uint32_t b) const {
-  return a < corners_ && b < corners_ &&
-         std::binary_search(forbidden_.begin(), forbidden_.end(),
-                            vertex_pair(vertices_[a], vertices_[b]));
+  if (a >= corners_ || b >= corners_) return false;
+  const VertexPair pair = vertex_pair(vertices_[a], vertices_[b]);
+  return std::binary_search(forbidden_.begin(), forbidden_.end(), pair) ||
+         share_a_group(apart_, pair[0], pair[1]);
 }
 
 std::uint32_t PatchMesh::find_edge(std::uint32_t a, std::uint32_t b) const {

@@ -30,10 +30,12 @@ class PatchMesh {
  public:
   /// `positions`: first the loop's corners, then interior points (not all need be used);
   /// `vertices`: mesh vertex of each corner; `triangles`: a disc whose boundary is the loop, each
-  /// edge once; `forbidden` as in HoleProblem. Without triangles where these are no such disc.
+  /// edge once; `forbidden`, `apart` as in HoleProblem. Without triangles where these are no such
+  /// disc.
   PatchMesh(std::vector<Vec3> positions, std::span<const std::uint32_t> vertices,
             std::span<const CornerTriangle> triangles,
-            std::span<const std::array<std::uint32_t, 2>> forbidden);
+            std::span<const std::array<std::uint32_t, 2>> forbidden,
+            std::span<const std::array<std::uint32_t, 2>> apart = {});
 
   const std::vector<Vec3>& positions() const { return positions_; }
   std::vector<Vec3>& positions() { return positions_; }
@@ -100,7 +102,7 @@ class PatchMesh {
   std::vector<std::uint32_t> vertices_;
   std::vector<std::uint32_t> first_visit_;  ///< per corner: the first corner of its vertex
   std::vector<std::uint32_t> next_visit_;   ///< per corner: the next one of its vertex, in a cycle
-  std::vector<std::array<std::uint32_t, 2>> forbidden_;
+  std::vector<std::array<std::uint32_t, 2>> forbidden_, apart_;
   HalfEdges mesh_;
   /// Per triangle: some edge of it may be worth a flip, as far as that is not known to be none.
   std::vector<std::uint8_t> is_changed_;

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/geometry/vertex_groups.h"
 #include "engine/holes/loops/bridges.h"
 #include "engine/holes/patch/patch_mesh.h"
 #include "engine/holes/patch/patch_values.h"
@@ -45,8 +46,10 @@ PlaneDisc triangulate(const HoleProblem& problem, const Rim& rim, std::vector<Gr
   const auto corners = static_cast<std::uint32_t>(rim.corners.size());
   const auto is_forbidden = [&](std::uint32_t a, std::uint32_t b) {
     const auto [low, high] = std::minmax(problem.loop[a], problem.loop[b]);
-    return low == high || std::binary_search(problem.forbidden.begin(), problem.forbidden.end(),
-                                             std::array<std::uint32_t, 2>{low, high});
+    return low == high ||
+           std::binary_search(problem.forbidden.begin(), problem.forbidden.end(),
+                              std::array<std::uint32_t, 2>{low, high}) ||
+           share_a_group(problem.apart, low, high);
   };
   std::vector<Vec3> places;
   for (const GridPoint& point : points) places.push_back(point.place);
@@ -101,7 +104,8 @@ class PatchSurface {
     for (std::size_t v = positions.size(); v < disc.points.size(); ++v) {
       positions.push_back(frame_.to_space(disc.points[v].place));
     }
-    return PatchMesh(std::move(positions), problem_.loop, disc.triangles, problem_.forbidden);
+    return PatchMesh(std::move(positions), problem_.loop, disc.triangles, problem_.forbidden,
+                     problem_.apart);
   }
 
   // What is Delaunay in space may be folded over the plane: then as it is Delaunay there.

@@ -32,6 +32,7 @@ class LoopChords {
  private:
   std::span<const std::uint32_t> vertices_;
   std::span<const VertexPair> forbidden_;
+  std::span<const std::array<std::uint32_t, 2>> apart_;
   std::vector<VertexPair> more_;  ///< rim edges and repeated chords; only of loops that touch
   bool touches_ = false;          ///< some vertex is visited several times
 };

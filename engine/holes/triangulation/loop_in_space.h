@@ -15,6 +15,8 @@ struct LoopInSpace {
   /// Unit normal of the face behind edge (i, i + 1), zero where unknown; or empty.
   std::span<const Vec3> rim_normals;
   std::span<const std::array<std::uint32_t, 2>> forbidden;  ///< mesh vertices, sorted
+  /// (mesh vertex, group), sorted: vertices of one group are not joined.
+  std::span<const std::array<std::uint32_t, 2>> apart = {};
 };
 
 /// Up to so many corners the largest dihedral angle is the least of all triangulations.

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 
+#include "engine/geometry/vertex_groups.h"
 #include "engine/holes/triangulation/loop_chords.h"
 
 namespace orbweave {
 
 LoopChords::LoopChords(const LoopInSpace& loop)
-    : vertices_(loop.vertices), forbidden_(loop.forbidden) {
+    : vertices_(loop.vertices), forbidden_(loop.forbidden), apart_(loop.apart) {
   std::vector<std::uint32_t> sorted(vertices_.begin(), vertices_.end());
   std::sort(sorted.begin(), sorted.end());
   touches_ = std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end();
@@ -21,7 +22,8 @@ LoopChords::LoopChords(const LoopInSpace& loop)
 bool LoopChords::allows(std::uint32_t a, std::uint32_t b) const {
   const VertexPair pair = vertex_pair(vertices_[a], vertices_[b]);
   return pair[0] != pair[1] && !std::binary_search(forbidden_.begin(), forbidden_.end(), pair) &&
-         !std::binary_search(more_.begin(), more_.end(), pair);
+         !std::binary_search(more_.begin(), more_.end(), pair) &&
+         !share_a_group(apart_, pair[0], pair[1]);
 }
 
 bool LoopChords::forbid_repeated(std::span<const CornerTriangle> triangles) {
