@@ -29,7 +29,7 @@ struct GenerateOptions {
   std::string noise = "0";
   std::string density = "uniform";
   std::string seed = "1";
-  std::string scans = "0";
+  std::string scans;  ///< empty: no scans, but a cloud
   std::string misregistration = "0";
   std::string noise_growth = "0";
   bool undisturbed = false;
@@ -69,8 +69,9 @@ std::uint32_t truth_resolution(std::uint64_t points) {
 VirtualScannerOptions scanner_options(const GenerateOptions& given) {
   VirtualScannerOptions options;
   options.surface = synthetic_options(given);
-  options.scans =
-      static_cast<int>(std::min<std::uint64_t>(count_argument("--scans", given.scans), 1'000'000));
+  if (!given.scans.empty())
+    options.scans = static_cast<int>(
+        std::min<std::uint64_t>(count_argument("--scans", given.scans), 1'000'000));
   options.misregistration = number_argument("--misregistration", given.misregistration);
   return options;
 }
@@ -132,7 +133,7 @@ void generate_shape(const GenerateOptions& given, const MeshWriterOptions& forma
   check_places(given, std::min(scans, kMostScans), PoseFile::kStanford);
   if (!given.truth.empty())
     write_truth(truth_mesh(options, truth_resolution(options.points)), given.truth, format);
-  scans > 0 ? generate_scans(given, format, stop) : generate_cloud(given, format, stop);
+  given.scans.empty() ? generate_cloud(given, format, stop) : generate_scans(given, format, stop);
 }
 
 SceneScannerOptions scene_options(const GenerateOptions& given, SceneKind scene) {
@@ -151,9 +152,9 @@ SceneScannerOptions scene_options(const GenerateOptions& given, SceneKind scene)
 
 void generate_scene(const GenerateOptions& given, SceneKind scene, const MeshWriterOptions& format,
                     const StopToken& stop) {
-  if (given.density != "uniform" || given.scans != "0")
+  if (given.density != "uniform" || !given.scans.empty())
     throw_usage("scenes have scanners of their own",
-                {.found = given.scans != "0" ? "--scans" : "--density",
+                {.found = !given.scans.empty() ? "--scans" : "--density",
                  .expected = {},
                  .advice = "Leave --scans and --density out."});
   const SceneScanner scanner(scene_options(given, scene));

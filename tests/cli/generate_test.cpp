@@ -80,6 +80,7 @@ TEST_CASE("OptionsOfScansWithoutScansAreUsageErrors") {
   CHECK(status({"--separate", "-o", "a.ply"}) == 2);
   CHECK(status({"--scans", "6", "--separate", "-o", "-"}) == 2);
   CHECK(status({"--scans", "256", "-o", "a.ply"}) == 2);
+  CHECK(status({"--scans", "0", "-o", "a.ply"}) == 2);
   CHECK(status({"--scans", "6", "--density", "varying", "-o", "a.ply"}) == 2);
   CHECK(std::filesystem::is_empty(in.path()));
 }
