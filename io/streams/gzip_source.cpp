@@ -57,6 +57,7 @@ class GzipSource final : public ByteSource {
     const auto room = static_cast<uInt>(std::min<std::size_t>(out.size(), std::size_t{1} << 30));
     stream_.next_out = reinterpret_cast<Bytef*>(out.data());
     stream_.avail_out = room;
+    if (!inside_member_) check_start();
     inside_member_ = true;
     const int status = inflate(&stream_, Z_NO_FLUSH);
     if (status == Z_MEM_ERROR) throw_resource("no memory to decompress", {.file = name()});
@@ -64,9 +65,21 @@ class GzipSource final : public ByteSource {
       damaged("the compressed data is damaged");
     if (status == Z_STREAM_END) {
       inside_member_ = false;
+      member_has_ended_ = true;
       inflateReset(&stream_);
     }
     return room - stream_.avail_out;
+  }
+
+  /// What follows a member is another one.
+  void check_start() const {
+    constexpr Bytef kFirstByte = 0x1f;
+    if (!member_has_ended_ || *stream_.next_in == kFirstByte) return;
+    throw_bad_input("the file goes on behind its compressed data",
+                    {.file = name(),
+                     .place = "byte " + std::to_string(bytes_read()),
+                     .found = "bytes that are no gzip data",
+                     .expected = "the end of the file"});
   }
 
   [[noreturn]] void damaged(const std::string& problem) const {
@@ -80,6 +93,7 @@ class GzipSource final : public ByteSource {
   std::vector<std::byte> input_;
   z_stream stream_{};
   bool inside_member_ = false;
+  bool member_has_ended_ = false;
   bool at_end_ = false;
 };
 

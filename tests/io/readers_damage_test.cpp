@@ -166,6 +166,8 @@ TEST_CASE("DamagedGzipIsRefused") {
     REQUIRE(test::read_cloud(scratch / name).positions == cloud.positions);
     check_refused("short-" + name, good.substr(0, good.size() / 2), {"ends early"});
     check_refused("tail-" + name, good.substr(0, good.size() - 4), {"ends early"});
+    check_refused("more-" + name, good + "x",
+                  {"goes on behind its compressed data", "byte " + std::to_string(good.size())});
     std::string flipped = good;
     flipped[good.size() - 6] ^= 1;  // the checksum
     check_refused("flipped-" + name, flipped, {"damaged"});
