@@ -1,12 +1,14 @@
 #include "io/job/job_file.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <fstream>
 #include <map>
 #include <optional>
 
 #include "io/error.h"
 #include "io/job/toml_document.h"
+#include "io/system/file_descriptor.h"
 #include "io/text/nearest_name.h"
 
 namespace orbweave {
@@ -103,9 +105,12 @@ void check_names_of_sections(const std::vector<TomlEntry>& entries, const std::s
 
 std::string file_text(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
+  const int error = errno;
   std::error_code ignored;
-  if (!file || std::filesystem::is_directory(path, ignored))
-    throw_usage("cannot open the job file", {.file = path.string()});
+  const bool is_folder = std::filesystem::is_directory(path, ignored);
+  if (!file || is_folder)
+    throw_usage("cannot open the job file: " + system_reason(is_folder ? EISDIR : error),
+                {.file = path.string()});
   std::string text(kTomlLimitBytes + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (file.bad()) throw_usage("cannot read the job file", {.file = path.string()});

@@ -165,6 +165,17 @@ TEST_CASE("CloudWithoutNormalsIsBadInputWhereTheyAreToComeFromTheFile") {
   check_no_mesh(in);
 }
 
+TEST_CASE("AJobFileThatCannotBeOpenedHasTheSystemsReason") {
+  const ScratchDirectory in;
+  std::filesystem::create_directory(in / "folder.toml");
+  for (const auto& [file, reason] : {std::pair("nope.toml", "No such file or directory"),
+                                     std::pair("folder.toml", "Is a directory")}) {
+    const auto result = run_in(in, {"run", file});
+    CHECK(result.status == 2);
+    CHECK_THAT(result.err, Contains(std::string(file) + ": cannot open the job file: " + reason));
+  }
+}
+
 TEST_CASE("UnknownKeyInTheJobFileGetsTheNearestOne") {
   const ScratchDirectory in;
   write_text(in / "job.toml",
