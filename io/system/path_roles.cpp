@@ -5,11 +5,12 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <optional>
 #include <unordered_map>
 
 #include "io/error.h"
+#include "io/system/file_descriptor.h"
+#include "io/system/system_advice.h"
 #include "io/system/temporary_name.h"
 
 namespace orbweave {
@@ -226,12 +227,12 @@ void check_kind(const Place& place) {
 }
 
 [[noreturn]] void throw_folder(const Place& place, const std::string& found,
-                               const std::string& folder) {
+                               const std::string& advice) {
   throw_resource(place.role->role + " cannot be written there",
                  {.file = place.role->path.string(),
                   .found = found,
                   .expected = "a directory that exists and may be written",
-                  .advice = "Create " + folder + " or choose another place"});
+                  .advice = advice});
 }
 
 /// Folders of outputs have to be there; those of a work directory are made.
@@ -241,9 +242,12 @@ void check_folder(const Place& place) {
   if (place.role->use == PathUse::kWorkDirectory)
     folder = place.exists ? place.target : split_at_nearest(place.target).first;
   if (!is_folder(folder))
-    throw_folder(place, folder.string() + ", which is no directory", folder.string());
-  if (::access(folder.c_str(), W_OK) != 0)
-    throw_folder(place, std::strerror(errno), folder.string());
+    throw_folder(place, folder.string() + ", which is no directory",
+                 "Create " + folder.string() + " or choose another place");
+  if (::access(folder.c_str(), W_OK) == 0) return;
+  const int error = errno;
+  throw_folder(place, folder.string() + ": " + system_reason(error),
+               advice_on(error, "choose another place"));
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "engine/planning/plan_job.h"
 #include "io/error.h"
 #include "io/meshes/mesh_writer.h"
+#include "io/system/path_roles.h"
 #include "tests/support/jobs.h"
 #include "tests/support/raw_scans.h"
 
@@ -234,6 +235,20 @@ void check_damage(const Job& job, const Stages& only = {}) {
 }
 
 }  // namespace
+
+TEST_CASE("AFolderThatMayNotBeWrittenAsksForOtherPermissions") {
+  if (NotRoot::skipped()) return;
+  const ScratchDirectory scratch;
+  fs::create_directory(scratch / "ro");
+  fs::permissions(scratch / "ro", fs::perms{0555});
+  fs::permissions(scratch.path(), fs::perms{0755});  // anybody may enter
+  const std::vector<PathRole> paths = {
+      {"the mesh", scratch / "ro" / "m.ply", PathUse::kWrittenFile}};
+  const NotRoot user;
+  CHECK_THROWS_WITH(check_paths(paths), Contains("ro: Permission denied") &&
+                                            Contains("Change the permissions there or choose") &&
+                                            !Contains("Create"));
+}
 
 TEST_CASE("AFullDiskInAnyStageEndsInStatus4AndTheSameCommandResumes", "[costly]") {
   ScratchDirectory scratch;
