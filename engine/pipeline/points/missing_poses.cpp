@@ -1,8 +1,10 @@
 #include "engine/pipeline/points/missing_poses.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <string>
 #include <system_error>
 
 #include "io/job/setting.h"
