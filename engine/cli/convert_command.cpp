@@ -57,9 +57,9 @@ struct ConvertOptions {
 void print_written(const ConvertOptions& options, std::uint64_t points, std::uint64_t triangles,
                    Vec3 origin) {
   if (options.out == "-") return;
-  std::cout << shown(options.out) << ": " << format_count(points)
-            << (triangles > 0 ? " vertices" : " points");
-  if (triangles > 0) std::cout << ", " << format_count(triangles) << " triangles";
+  std::cout << shown(options.out) << ": "
+            << (triangles > 0 ? show_counts(points, triangles)
+                              : counted(points, "point", "points"));
   if (origin != Vec3{}) std::cout << ", counted from " << origin_text(origin);
   std::cout << "\n";
 }

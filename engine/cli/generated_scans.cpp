@@ -90,7 +90,7 @@ void write_points(PointSource& source, const std::string& path, const PointFiles
   writer->finish();
   note_written(path);
   if (path != "-")
-    std::cout << shown(path) << ": " << format_count(points) << " points, "
+    std::cout << shown(path) << ": " << counted(points, "point", "points") << ", "
               << format_number(files.spacing) << " apart\n";
 }
 

@@ -127,6 +127,11 @@ std::string counted(std::uint64_t count, const char* one, const char* many) {
   return format_count(count) + " " + (count == 1 ? one : many);
 }
 
+std::string show_counts(std::uint64_t vertices, std::uint64_t triangles) {
+  return counted(vertices, "vertex", "vertices") + ", " +
+         counted(triangles, "triangle", "triangles");
+}
+
 std::string show_mesh(const MeshFacts& mesh) {
   const std::string border = mesh.watertight
                                  ? "closed"
@@ -134,8 +139,7 @@ std::string show_mesh(const MeshFacts& mesh) {
                                        " in " + counted(mesh.boundary_loops, "loop", "loops");
   const std::uint64_t crossing =
       mesh.crossing_pairs.value_or(mesh.patch_crossing_pairs.value_or(0));
-  return counted(mesh.vertices, "vertex", "vertices") + ", " +
-         counted(mesh.triangles, "triangle", "triangles") + ", " + border +
+  return show_counts(mesh.vertices, mesh.triangles) + ", " + border +
          (crossing > 0 ? ", " + counted(crossing, "pair", "pairs") + " of triangles that cross"
                        : "");
 }

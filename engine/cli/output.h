@@ -38,6 +38,8 @@ std::string show_percent(double share);  ///< "12.3 %"
 /// millionth of the largest extent takes.
 std::string show_box(const Box& box);
 std::string counted(std::uint64_t count, const char* one, const char* many);  ///< "3 loops"
+/// "3 vertices, 1 triangle"
+std::string show_counts(std::uint64_t vertices, std::uint64_t triangles);
 std::string show_mesh(const MeshFacts& mesh);  ///< counts, and whether it is closed
 /// Separate pieces that were too small, where there were any.
 void add_removed(Facts& facts, std::uint64_t pieces, std::uint64_t triangles);

@@ -144,7 +144,7 @@ std::string plan_text(const JobPlan& plan, const Job& job) {
                  {"points", format_count(plan.points)},
                  {"bounds", show_box(plan.bounds)},
                  {"chunks", format_count(plan.chunks) + " of up to " +
-                                format_count(plan.largest_chunk_points) + " points"},
+                                counted(plan.largest_chunk_points, "point", "points")},
                  {"in flight", std::to_string(plan.chunks_in_flight)},
                  {"halo width", format_number(plan.halo_width)},
                  {"ball radii", radii_of(plan)}};

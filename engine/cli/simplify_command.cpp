@@ -107,12 +107,11 @@ MeshWriterOptions written_options(const SimplifyArguments& arguments, const Job&
 std::string summary(const OutputOptions& output, const SimplifiedFacts& facts) {
   const double ratio =
       static_cast<double>(facts.triangles) / static_cast<double>(facts.triangles_read);
-  Facts lines = {
-      {"mesh", output.mesh},
-      {"", format_count(facts.vertices) + " vertices, " + format_count(facts.triangles) +
-               " triangles: " + show_percent(ratio) + " of " + format_count(facts.triangles_read)},
-      {"error", "at most " + format_number(facts.error)},
-      {"bytes", format_bytes(facts.bytes)}};
+  Facts lines = {{"mesh", output.mesh},
+                 {"", show_counts(facts.vertices, facts.triangles) + ": " + show_percent(ratio) +
+                          " of " + format_count(facts.triangles_read)},
+                 {"error", "at most " + format_number(facts.error)},
+                 {"bytes", format_bytes(facts.bytes)}};
   if (facts.origin != Vec3{}) lines.emplace_back("origin", origin_text(facts.origin));
   return facts_table(lines);
 }

@@ -55,8 +55,7 @@ void check_places(const TilesetArguments& arguments, const fs::path& work) {
 std::string summary(const TilesetArguments& arguments, const TilesetFacts& facts) {
   std::string text = facts_table(
       {{"tileset", (fs::path(arguments.directory) / kTilesetName).string()},
-       {"mesh", format_count(facts.vertices) + " vertices, " + format_count(facts.triangles) +
-                    " triangles"},
+       {"mesh", show_counts(facts.vertices, facts.triangles)},
        {"place", facts.is_on_earth ? "on the Earth, by the mesh's coordinate system"
                                    : "local: no coordinate system that PROJ can transform"},
        {"bytes", format_bytes(facts.bytes)}});

@@ -41,12 +41,12 @@ void require_undersampling(const Job& job, std::uint64_t points) {
   const std::uint64_t needed =
       MemoryCosts::kBaseBytes + points * costs_of(ReconstructionMethod::kCocone).bytes_per_point;
   if (needed <= job.partition.memory_bytes) return;
-  throw_resource(
-      "the memory budget is too small for --undersampled, which holds the whole cloud",
-      {.place = setting_name(job, "partition.memory"),
-       .found = format_bytes(job.partition.memory_bytes) + "; " + format_count(points) + " points",
-       .expected = "at least " + std::to_string((needed >> 20) + 1) + " MiB",
-       .advice = "Or select a part of the cloud, with --crop"});
+  throw_resource("the memory budget is too small for --undersampled, which holds the whole cloud",
+                 {.place = setting_name(job, "partition.memory"),
+                  .found = format_bytes(job.partition.memory_bytes) + "; " +
+                           counted(points, "point", "points"),
+                  .expected = "at least " + std::to_string((needed >> 20) + 1) + " MiB",
+                  .advice = "Or select a part of the cloud, with --crop"});
 }
 
 voronoi::Undersampling undersampling_of(PointCloud cloud) {

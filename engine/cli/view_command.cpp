@@ -110,10 +110,9 @@ ShownMesh simplified_mesh(const ViewArguments& arguments, const Job& job, Progre
   const Levels levels = make_levels(*stream, options, events, stop);
   progress.end_stage();
   if (!stream->has_confidence()) shown.confidence.clear();
-  shown.facts = {
-      format_count(levels.vertices) + " vertices, " + format_count(levels.triangles) + " triangles",
-      "shown: " + format_count(shown.mesh.triangles.size()) + " triangles, at most about " +
-          format_number(levels.facts[0].error) + " from the mesh"};
+  shown.facts = {show_counts(levels.vertices, levels.triangles),
+                 "shown: " + counted(shown.mesh.triangles.size(), "triangle", "triangles") +
+                     ", at most about " + format_number(levels.facts[0].error) + " from the mesh"};
   return shown;
 }
 

@@ -54,8 +54,7 @@ void make_view_folder(const ViewFolder& view, const Job& job, Progress& progress
     made = {tiles.vertices, tiles.triangles, tiles.bytes};
   }
   note_written(view.folder);
-  facts.emplace_back("mesh", format_count(made.vertices) + " vertices, " +
-                                 format_count(made.triangles) + " triangles");
+  facts.emplace_back("mesh", show_counts(made.vertices, made.triangles));
   facts.emplace_back("bytes", format_bytes(made.bytes));
   std::cout << facts_table(facts);
 }

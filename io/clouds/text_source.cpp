@@ -226,14 +226,15 @@ class TextSource final : public PointSource {
   /// that has more points; one that has fewer has lost some.
   void check_count(std::uint64_t line_number) const {
     if (scan_points_ >= scan_count_) return;
-    throw_bad_input(scan_ == 1 ? "the file has fewer points than its first line says"
-                               : "scan " + std::to_string(scan_) +
-                                     " of the file has fewer points than the line before it says",
-                    {.file = reader_.name(),
-                     .place = "line " + std::to_string(line_number),
-                     .found = std::to_string(scan_points_) + " points",
-                     .expected = std::to_string(scan_count_),
-                     .advice = "The file may be truncated."});
+    throw_bad_input(
+        scan_ == 1 ? "the file has fewer points than its first line says"
+                   : "scan " + std::to_string(scan_) +
+                         " of the file has fewer points than the line before it says",
+        {.file = reader_.name(),
+         .place = "line " + std::to_string(line_number),
+         .found = std::to_string(scan_points_) + (scan_points_ == 1 ? " point" : " points"),
+         .expected = std::to_string(scan_count_),
+         .advice = "The file may be truncated."});
   }
 
   ByteReader reader_;

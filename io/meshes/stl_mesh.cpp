@@ -73,10 +73,11 @@ Vec3 float_vector(const std::byte* bytes) {
 }
 
 [[noreturn]] void truncated(const ByteReader& reader, std::uint64_t found, std::uint64_t expected) {
-  throw_bad_input("the STL file ends early", {.file = reader.name(),
-                                              .place = reader.byte_place(),
-                                              .found = std::to_string(found) + " triangles",
-                                              .expected = std::to_string(expected)});
+  throw_bad_input("the STL file ends early",
+                  {.file = reader.name(),
+                   .place = reader.byte_place(),
+                   .found = std::to_string(found) + (found == 1 ? " triangle" : " triangles"),
+                   .expected = std::to_string(expected)});
 }
 
 TriangleMesh read_binary(ByteReader& reader) {

@@ -213,3 +213,13 @@ TEST_CASE("DamagedInputOfConvertLeavesNoOutput") {
   CHECK_THAT(result.err, Contains("a.xyz: line 3"));
   CHECK(entries(in) == 1);
 }
+
+TEST_CASE("OnePointOrTriangleIsNotSeveral") {
+  const ScratchDirectory in;
+  write_text(in / "one.xyz", "1 2 3\n");
+  write_text(in / "short.pts", "2\n1 2 3\n");
+  write_text(in / "one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  CHECK(run_in(in, {"convert", "one.xyz", "one.ply"}).out == "one.ply: 1 point\n");
+  CHECK(run_in(in, {"convert", "one.obj", "mesh.ply"}).out == "mesh.ply: 3 vertices, 1 triangle\n");
+  CHECK_THAT(run_in(in, {"inspect", "short.pts"}).err, Contains("found 1 point, expected 2"));
+}
