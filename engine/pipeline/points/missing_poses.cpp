@@ -28,7 +28,7 @@ std::string scan_named_in(const fs::path& file, const std::set<std::string>& sca
   std::ifstream text(file);
   std::string word;
   while (text >> word) {
-    const std::string name = fs::path(word).filename().string();
+    std::string name = fs::path(word).filename().string();
     if (scans.contains(name)) return name;
   }
   return {};
