@@ -79,7 +79,7 @@ void check(const FillArguments& arguments, const OutputOptions& output) {
   paths.push_back({"the report", output.report, PathUse::kWrittenFile});
   paths.push_back({"the picture", output.picture, PathUse::kWrittenFile});
   check_paths(paths);
-  check_output_names(output);
+  check_output_names(output, "--report");
   if (arguments.file == "-" || is_mesh_file(arguments.file)) return;
   throw_bad_input("is no mesh, so it has no holes to fill",
                   {.file = arguments.file,

@@ -167,7 +167,7 @@ void check_places(const Job& job, const std::string& job_file) {
   if (job.output.mesh.empty()) return;
   const std::vector<PathRole> paths = job_paths(job, expand_globs(job.input.files), job_file);
   check_collisions(paths);
-  check_output_names(job.output);
+  check_output_names(job.output, setting_name(job, "output.report"));
 }
 
 void show_plan(const PlanOptions& options, const StopToken& stop) {

@@ -49,7 +49,7 @@ void check_places(const TilesetArguments& arguments, const fs::path& work) {
       {"the report", arguments.report, PathUse::kWrittenFile},
       {"the work directory", work, PathUse::kWorkDirectory}};
   check_paths(paths);
-  check_report_name(arguments.report);
+  check_report_name(arguments.report, "--report");
 }
 
 std::string summary(const TilesetArguments& arguments, const TilesetFacts& facts) {

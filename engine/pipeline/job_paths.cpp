@@ -5,6 +5,7 @@
 #include "engine/pipeline/run_steps.h"
 #include "engine/pipeline/stage/resolved_job.h"
 #include "io/job/selected_points.h"
+#include "io/job/setting.h"
 #include "io/job/simplified_file.h"
 #include "io/meshes/heavy_data.h"
 #include "io/meshes/shift_file.h"
@@ -74,7 +75,7 @@ std::vector<PathRole> job_paths(const Job& job, const std::vector<std::string>& 
 void check_job_paths(const Job& job, const std::vector<std::string>& files,
                      const std::string& job_file) {
   check_paths(job_paths(job, files, job_file));
-  check_output_names(job.output);
+  check_output_names(job.output, setting_name(job, "output.report"));
 }
 
 }  // namespace orbweave

@@ -28,9 +28,10 @@ void check_picture_name(const fs::path& picture) {
                                           .expected = "a name that ends in .png"});
 }
 
-void check_report_name(const fs::path& report) {
+void check_report_name(const fs::path& report, const std::string& place) {
   if (report == "-")
-    throw_usage("a report is not written to standard output", {.expected = "the name of a file"});
+    throw_usage("a report is not written to standard output",
+                {.file = {}, .place = place, .found = "-", .expected = "the name of a file"});
   const std::string ending = ending_of(report);
   if (ending != ".html" && ending != ".htm") return;
   throw_usage("a report is a JSON file", {.file = report.string(),
@@ -38,8 +39,8 @@ void check_report_name(const fs::path& report) {
                                           .expected = "another ending, such as .json"});
 }
 
-void check_output_names(const OutputOptions& output) {
-  check_report_name(output.report);
+void check_output_names(const OutputOptions& output, const std::string& place) {
+  check_report_name(output.report, place);
   check_picture_name(output.picture);
 }
 

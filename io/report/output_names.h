@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "io/job/job.h"
 
@@ -12,9 +13,10 @@ namespace orbweave {
 void check_picture_name(const std::filesystem::path& picture);
 
 /// Throws Error (usage) for standard output and for the name of a page, which lies beside a report.
-void check_report_name(const std::filesystem::path& report);
+/// `place`: what the user named it by.
+void check_report_name(const std::filesystem::path& report, const std::string& place);
 
-/// Both of a job.
-void check_output_names(const OutputOptions& output);
+/// Both of a job; `place`: of the report's name.
+void check_output_names(const OutputOptions& output, const std::string& place);
 
 }  // namespace orbweave

@@ -131,7 +131,7 @@ TEST_CASE("PicturesAndReportsAreNotWrittenUnderNamesOfOtherFormats") {
           .status == 0);
   const Arguments picture = {"a picture is a PNG file", "found .jpg", "ends in .png"};
   const Arguments report = {"a report is a JSON file", "found .html", ".json"};
-  const Arguments stream = {"a report is not written to standard output"};
+  const Arguments stream = {"a report is not written to standard output", "report", "found -"};
   for (const Arguments& job : {Arguments{"reconstruct", "scan.ply", "-o", "m.ply"},
                                Arguments{"plan", "scan.ply", "-o", "m.ply"},
                                Arguments{"fill", "mesh.ply", "-o", "m.ply"}}) {
