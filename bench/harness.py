@@ -262,6 +262,13 @@ def table(rows, columns):
                                for c, (text, w) in enumerate(zip(line, widths))) for line in cells)
 
 
+def exit_status(missed):
+    """Prints the targets that were missed; 1 where there are any."""
+    for miss in missed:
+        print(f"missed: {miss}")
+    return 1 if missed else 0
+
+
 def write_results(options, name, rows, extra=None):
     """<out>/<name>.json with machine and versions, <out>/<name>.csv with the rows' plain values."""
     out = pathlib.Path(options.out)

@@ -25,12 +25,12 @@ interpreter.need("numpy")
 import harness  # noqa: E402
 import numpy  # noqa: E402
 from hostile import write_ply  # noqa: E402
+from whole_jobs import parse_bytes  # noqa: E402
 
 EDGES = (500, 5_000, 50_000)
 RING = 40.0  # spacings
 EDGES_PER_SPACING = 0.85  # of a rim through a grid, which balls cut short
 MOST_GROWTH = 2.0  # over n log n
-UNITS = {"KiB": 2**10, "MiB": 2**20, "GiB": 2**30}
 COLUMNS = ["kind", "rim_edges", "points", "filled", "points_added", "seconds", "cpu_seconds", "busy", "us_per_edge_log",
            "peak_mib"]
 
@@ -98,7 +98,7 @@ def main():
     parser.add_argument("--memory", default="512MiB")
     options = parser.parse_args()
     work = harness.prepare(options)
-    most_mib = int(options.memory[:-3]) * UNITS[options.memory[-3:]] / 2**20
+    most_mib = parse_bytes(options.memory) / 2**20
     rows, missed = [], []
     for kind in options.kinds.split(","):
         of_kind = [row_of(options, work, kind, int(edges)) for edges in options.edges.split(",")]
@@ -106,9 +106,7 @@ def main():
         missed += misses_of(of_kind, most_mib)
         rows += of_kind
     harness.write_results(options, "large_holes", rows)
-    for miss in missed:
-        print(f"missed: {miss}")
-    return 1 if missed else 0
+    return harness.exit_status(missed)
 
 
 if __name__ == "__main__":

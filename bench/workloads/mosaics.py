@@ -21,12 +21,12 @@ interpreter.need("numpy")
 
 import harness  # noqa: E402
 import numpy  # noqa: E402
+from whole_jobs import parse_bytes  # noqa: E402
 
 SCANS = {"autzen": ("airborne-lidar", "lidar/autzen_stadium_tile_las12_pf2.las"),
          "lone-star": ("terrestrial-scan", "lidar/lone-star_las11_pf1.las"),
          "pueblito": ("terrain", "photogrammetry/pueblito_las14_pf7.las")}
 MOST_GROWTH, MOST_STAGE_GROWTH, LARGE = 2.0, 3.0, 0.1
-UNITS = {"KiB": 2**10, "MiB": 2**20, "GiB": 2**30}
 COLUMNS = ["scan", "tiles", "points", "chunks", "seconds", "us_per_point", "slowest", "slowest_growth", "peak_mib"]
 
 
@@ -103,7 +103,7 @@ def main():
     parser.add_argument("--memory", default="512MiB")
     options = parser.parse_args()
     work = harness.prepare(options)
-    most_mib = int(options.memory[:-3]) * UNITS[options.memory[-3:]] / 2**20
+    most_mib = parse_bytes(options.memory) / 2**20
     rows, missed = [], []
     for name, (config, file) in SCANS.items():
         if options.only not in (None, name):
@@ -118,9 +118,7 @@ def main():
         rows += [single, many]
         print(harness.table(rows[-2:], COLUMNS), flush=True)
     harness.write_results(options, "mosaics", rows)
-    for miss in missed:
-        print(f"missed: {miss}")
-    return 1 if missed else 0
+    return harness.exit_status(missed)
 
 
 if __name__ == "__main__":

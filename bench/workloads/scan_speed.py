@@ -143,9 +143,7 @@ def main():
         missed += misses_of(of_scan["now"], of_scan.get("before"))
     print("\n" + harness.table(rows, COLUMNS))
     harness.write_results(options, "scan_speed", rows)
-    for miss in missed:
-        print(f"missed: {miss}")
-    return 1 if missed or not rows else 0
+    return harness.exit_status(missed) or (0 if rows else 1)
 
 
 if __name__ == "__main__":

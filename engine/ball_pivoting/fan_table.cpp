@@ -111,22 +111,6 @@ class TakenCorners {
   std::vector<std::uint32_t> place_;   // in `among`
 };
 
-/// Looks at the request to stop after so many candidates, and before the first.
-class StopLooks {
- public:
-  explicit StopLooks(const StopToken* stop) : stop_(stop) {}
-  void after(std::uint32_t candidates) {
-    unlooked_ += candidates;
-    if (unlooked_ < kLookEvery) return;
-    unlooked_ = 0;
-    check_stop(stop_);
-  }
-
- private:
-  const StopToken* stop_;
-  std::uint64_t unlooked_ = kLookEvery;
-};
-
 /// Walks at the points of one block of cells; fans come out in sorted order.
 class BlockWalk {
  public:
@@ -141,7 +125,7 @@ class BlockWalk {
         ball_radius_(ball_radius),
         active_(active),
         kernel_(kernel),
-        looks_(stop),
+        looks_(stop, kLookEvery),
         taken_(taken) {}
 
   /// take(sorted index, fan) is called for every point of cells [first, last) that was walked at.
@@ -250,7 +234,7 @@ class BlockConfirm {
         ball_radius_(ball_radius),
         active_(active),
         kernel_(kernel),
-        looks_(stop) {}
+        looks_(stop, kLookEvery) {}
 
   /// Calls take(fan) for every suspected point. Points ascend; `corners`: of one after the other.
   template <class Take>

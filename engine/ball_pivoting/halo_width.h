@@ -10,8 +10,8 @@ namespace orbweave {
 /// uncut cloud. docs/dev/halo.md derives it.
 double halo_width(std::span<const double> ball_radii);
 
-/// What no edge of a triangle is longer than: its ends touched one ball before the perturbation was
-/// taken back, which is why it may be a little longer than the largest ball.
+/// Upper bound of the length of an edge of a triangle. Both ends touch one ball as the perturbation
+/// moves them; in the input they may lie a little farther apart than two radii.
 double longest_edge(std::span<const double> ball_radii);
 
 /// Per level, how far from the owned points a triangle of the level can still matter to them:

@@ -101,8 +101,8 @@ bool may_round(const Job& job) {
   return writes_floats(job) || job.output.origin_rule == OriginRule::kGiven;
 }
 
-/// The extent of a cloud, and whether the numbers of the file would move any of its points: those
-/// about a given origin, else those as they are.
+/// The extent of a cloud, and whether a coordinate changes where it is written as the file has its
+/// numbers, counted from the given origin.
 class Rounding {
  public:
   explicit Rounding(const Job& job) : floats_(writes_floats(job)) {

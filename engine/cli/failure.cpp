@@ -16,6 +16,7 @@
 #include <system_error>
 
 #include "engine/cli/exit_status.h"
+#include "io/stop_token.h"
 #include "io/system/temporary_name.h"
 
 namespace orbweave {
@@ -28,12 +29,10 @@ Failure defect(const std::string& what) {
 }
 
 constexpr std::string_view kNoMemory =
-    "out of memory; where the command takes them, give a smaller --memory or fewer --threads";
+    "out of memory; give a smaller --memory or fewer --threads, if the command has these options";
 constexpr std::string_view kNoThread =
     "the system starts no more threads: memory (ulimit -v) or processes (ulimit -u) are limited; "
     "give fewer --threads";
-/// As StopToken says it.
-constexpr std::string_view kInterrupted = "interrupted";
 constexpr std::string_view kResumes = ". What is done is kept, the same command resumes";
 
 std::atomic<bool> resumes{false};
@@ -131,8 +130,9 @@ Failure current_failure() {
   try {
     throw;
   } catch (const Error& error) {
-    const bool is_bare = error.kind() == ErrorKind::kInterrupted && error.what() == kInterrupted;
-    return {error.kind(), is_bare ? with_promise(kInterrupted) : error.what()};
+    const bool is_bare = error.kind() == ErrorKind::kInterrupted &&
+                         std::string_view(error.what()) == kInterruptedText;
+    return {error.kind(), is_bare ? with_promise(kInterruptedText) : error.what()};
   } catch (const std::bad_alloc&) {
     return {ErrorKind::kResource, with_promise(kNoMemory)};
   } catch (const std::system_error& error) {

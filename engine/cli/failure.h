@@ -17,8 +17,8 @@ struct Failure {
 /// memory and no refusal of the system is a defect, and says how to report it.
 Failure current_failure();
 
-/// From now on messages about a lack of memory, of threads and the like end with the word that what
-/// is done is kept: the command has a work directory that it resumes from.
+/// To be called by a command that has a work directory and resumes from it. Messages about an
+/// interruption or a lack of memory or threads then say that what is done is kept.
 void promise_to_resume();
 
 /// From now on an exception that nothing catches ends the process with a plain message and the

@@ -152,8 +152,7 @@ void add_removed(Facts& facts, std::uint64_t pieces, std::uint64_t triangles) {
 
 void add_dropped(Facts& facts, const DroppedPoints& dropped) {
   const Counted counts(dropped.begin(), dropped.end());
-  std::uint64_t sum = 0;
-  for (const auto& [reason, count] : counts) sum += count;
+  const std::uint64_t sum = sum_of(counts);
   if (sum == 0) return;
   facts.emplace_back("dropped",
                      counted(sum, "point", "points") + ": " + counted_list(counts, counts.size()));

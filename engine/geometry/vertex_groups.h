@@ -1,4 +1,4 @@
-// Groups of vertices, any of which may overlap.
+// Vertices in groups. A vertex may be in several groups.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 namespace orbweave {
 
-/// Whether two vertices are of one group. `groups`: (vertex, group), sorted. Logarithmic in their
-/// number, linear in that of the two vertices' groups.
+/// Whether two vertices are in one group. `groups`: (vertex, group), sorted. O(log n + g) for n
+/// entries and g groups of the two vertices.
 inline bool share_a_group(std::span<const std::array<std::uint32_t, 2>> groups, std::uint32_t a,
                           std::uint32_t b) {
   const auto first_of = [&](std::uint32_t vertex) {
@@ -18,7 +18,10 @@ inline bool share_a_group(std::span<const std::array<std::uint32_t, 2>> groups, 
   auto at_a = first_of(a), at_b = first_of(b);
   while (at_a != groups.end() && at_b != groups.end() && (*at_a)[0] == a && (*at_b)[0] == b) {
     if ((*at_a)[1] == (*at_b)[1]) return true;
-    (*at_a)[1] < (*at_b)[1] ? ++at_a : ++at_b;
+    if ((*at_a)[1] < (*at_b)[1])
+      ++at_a;
+    else
+      ++at_b;
   }
   return false;
 }

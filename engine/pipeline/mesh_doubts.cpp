@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <string>
 
 #include "engine/pipeline/stage/method_costs.h"
@@ -32,12 +33,6 @@ Counted without_normal(const DroppedPoints& dropped) {
   return found;
 }
 
-std::uint64_t sum_of(const Counted& counts) {
-  std::uint64_t sum = 0;
-  for (const auto& [reason, count] : counts) sum += count;
-  return sum;
-}
-
 std::string way_of_surface(const StageRunner& runner, const RunResults& results) {
   return is_in_core(runner.job.reconstruct.method)
              ? "method " + method_name(runner.job)
@@ -61,14 +56,16 @@ std::string missing_points(const RunResults& results, const Counted& dropped) {
          " points are not in the mesh (" + counted_list(missing, missing.size()) + ")";
 }
 
-/// Whether what is open is too small to be looked into: a loop of all border edges would enclose a
-/// thousandth of the area at most.
+/// Whether the openings are too small to matter: one circle with all boundary edges around it would
+/// have a thousandth of the mesh's area at most.
 bool is_all_but_closed(const MeshFacts& mesh) {
+  constexpr double kMostOpen = 1e-3;
+  // An equilateral triangle of area 1 has edges whose square is this.
+  constexpr double kSquaredEdge = 2.3094;
   const auto edges = static_cast<double>(mesh.boundary_edges);
-  // The square of an edge of even triangles, of their area, over a circle's area of its
-  // perimeter's.
-  constexpr double kEdge = 2.3, kCircle = 12.6, kLeast = 1e-3;
-  return edges * edges * kEdge <= kLeast * kCircle * static_cast<double>(mesh.triangles);
+  const double squared_perimeter =
+      edges * edges * kSquaredEdge / static_cast<double>(mesh.triangles);  // of a mesh of area 1
+  return squared_perimeter <= 4.0 * std::numbers::pi * kMostOpen;
 }
 
 /// A closed surface that shows its inner side although nothing says that it was seen from there.

@@ -8,10 +8,10 @@
 
 namespace orbweave {
 
-/// The last place of a 32-bit float at the largest coordinate of the sites' points, of the axis
-/// where that is widest, and where all coordinates are such floats. 0: there is no such axis. An
-/// axis whose coordinates keep a wider distance from each other than that, such as a grid of whole
-/// metres, was not rounded. O(n).
+/// The distance between neighbouring 32-bit floats at the largest coordinate of an axis whose
+/// coordinates are all such floats; of several such axes the largest distance. 0: no axis is. An
+/// axis whose coordinates are multiples of something coarser, such as whole metres, was not rounded
+/// and does not count. O(n).
 double coordinate_step(std::span<const SpacingSite> sites);
 
 /// What is wrong with points that lie `spacing` apart in steps of `step`: "coordinates come in

@@ -77,6 +77,12 @@ HoleSummary hole_summary(std::span<const HoleFacts> holes) {
   return summary;
 }
 
+std::uint64_t sum_of(const Counted& counts) {
+  std::uint64_t sum = 0;
+  for (const auto& [what, count] : counts) sum += count;
+  return sum;
+}
+
 std::string counted_list(const Counted& counts, std::size_t most) {
   std::string text;
   std::uint64_t others = 0;

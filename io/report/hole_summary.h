@@ -14,6 +14,7 @@ namespace orbweave {
 
 /// How many, and what.
 using Counted = std::vector<std::pair<std::string, std::uint64_t>>;
+std::uint64_t sum_of(const Counted& counts);
 
 /// What became of a list of loops.
 struct HoleSummary {

@@ -3,7 +3,11 @@
 #include <signal.h>
 
 #include <catch2/catch.hpp>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
 
 #include "tests/support/data.h"
 #include "tests/support/program.h"
@@ -97,57 +101,26 @@ TEST_CASE("CommandLineWinsOverTheJobFile") {
   CHECK(std::filesystem::exists(in / "here.work"));
 }
 
+namespace {
+
+/// A command with every documented option of `reconstruct`, word by word.
+std::vector<std::string> every_option() {
+  std::istringstream words(
+      "reconstruct scan.ply -o mesh.ply --radii 0.12,0.2 --method ball_pivoting --no-fill "
+      "--kernel triharmonic --neighborhood 2.5 --max-diameter 1.5 --max-perimeter 4 "
+      "--max-edges 99 --close-outer-border --allow-intersections --uniform-patches "
+      "--min-triangles 3 --patch-color #4477cc --levels 2 --chunk-points 500 --memory 1GiB "
+      "--threads 2 --work-dir w --fresh --report report.json --picture mesh.png --precision "
+      "float --format text --no-attributes --progress plain");
+  return {std::istream_iterator<std::string>(words), {}};
+}
+
+}  // namespace
+
 TEST_CASE("EveryDocumentedOptionOfReconstructReachesTheJob", "[costly]") {
   const ScratchDirectory in;
   generate(in, "2000");
-  const auto run = run_in(in, {"reconstruct",
-                               "scan.ply",
-                               "-o",
-                               "mesh.ply",
-                               "--radii",
-                               "0.12,0.2",
-                               "--method",
-                               "ball_pivoting",
-                               "--no-fill",
-                               "--kernel",
-                               "triharmonic",
-                               "--neighborhood",
-                               "2.5",
-                               "--max-diameter",
-                               "1.5",
-                               "--max-perimeter",
-                               "4",
-                               "--max-edges",
-                               "99",
-                               "--close-outer-border",
-                               "--allow-intersections",
-                               "--uniform-patches",
-                               "--min-triangles",
-                               "3",
-                               "--patch-color",
-                               "#4477cc",
-                               "--levels",
-                               "2",
-                               "--chunk-points",
-                               "500",
-                               "--memory",
-                               "1GiB",
-                               "--threads",
-                               "2",
-                               "--work-dir",
-                               "w",
-                               "--fresh",
-                               "--report",
-                               "report.json",
-                               "--picture",
-                               "mesh.png",
-                               "--precision",
-                               "float",
-                               "--format",
-                               "text",
-                               "--no-attributes",
-                               "--progress",
-                               "plain"});
+  const auto run = run_in(in, every_option());
   CHECK(run.status == 0);
   const json report = json::parse(file_text(in / "report.json"));
   CHECK(report["options"]["reconstruct"]["levels"] == 2);

@@ -205,7 +205,8 @@ TEST_CASE("PosesBesideScansThatAreTakenWithoutThemAreNamed") {
   write_text(scratch / "other.conf", "bmesh c.ply 0 0 0 0 0 0 1\n");
   CHECK_FALSE(warns_of(job, "poses"));
   write_text(scratch / "scans.conf", "bmesh a.ply 0 0 0 0 0 0 1\nbmesh b.ply 0 0 0 0 0 0 1\n");
-  CHECK(warns_of(job, "scans.conf names a.ply: if it holds their poses, give them by input.poses"));
+  CHECK(warns_of(
+      job, "scans.conf names a.ply: if the file holds their poses, give them by input.poses"));
   Job posed = job;
   posed.input.poses = (scratch / "scans.conf").string();
   CHECK_FALSE(warns_of(posed, "poses"));
@@ -214,5 +215,6 @@ TEST_CASE("PosesBesideScansThatAreTakenWithoutThemAreNamed") {
   CHECK_FALSE(warns_of(alone, "poses"));
   std::filesystem::remove(scratch / "scans.conf");
   write_text(scratch / "scans.aln", "1\nb.ply\n#\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n0\n");
-  CHECK(warns_of(job, "scans.aln names b.ply: if it holds their poses, give them by input.pose"));
+  CHECK(warns_of(job,
+                 "scans.aln names b.ply: if the file holds their poses, give them by input.pose"));
 }

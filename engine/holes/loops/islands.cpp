@@ -17,22 +17,8 @@ namespace {
 constexpr double kMostHeight = 0.5;
 constexpr double kLeastAgreement = 0.5;
 
-/// Looks at a token once in so many steps of some nanoseconds.
-class Looks {
- public:
-  explicit Looks(const StopToken* stop) : stop_(stop) {}
-  void after(std::size_t steps) {
-    steps_ += steps;
-    if (steps_ < kSteps) return;
-    steps_ = 0;
-    check_stop(stop_);
-  }
-
- private:
-  static constexpr std::size_t kSteps = 256 * kStopBlock;
-  const StopToken* stop_;
-  std::size_t steps_ = 0;
-};
+/// Comparisons of some nanoseconds between two looks at the request to stop.
+constexpr std::uint64_t kLookEvery = 256 * kStopBlock;
 
 class Positions {
  public:
@@ -145,7 +131,7 @@ bool may_lie_in(const BoundaryLoop& island, const BoundaryLoop& hole) {
 class PlaneLoops {
  public:
   PlaneLoops(std::span<const BoundaryLoop> loops, const Positions& positions, const StopToken* stop)
-      : loops_(loops), positions_(positions), made_(loops.size()), looks_(stop) {}
+      : loops_(loops), positions_(positions), made_(loops.size()), looks_(stop, kLookEvery) {}
 
   bool lies_in(const BoundaryLoop& island, std::uint32_t hole) {
     if (!may_lie_in(island, loops_[hole])) return false;
@@ -163,7 +149,7 @@ class PlaneLoops {
   std::span<const BoundaryLoop> loops_;
   const Positions& positions_;
   std::vector<std::unique_ptr<PlaneLoop>> made_;
-  Looks looks_;
+  StopLooks looks_;
 };
 
 }  // namespace
@@ -224,7 +210,7 @@ std::vector<T> spliced(std::vector<T> loop, std::size_t from, const std::vector<
 class IslandJoiner {
  public:
   IslandJoiner(const BoundaryLoop& hole, const Positions& positions, const StopToken* stop)
-      : positions_(positions), joined_(hole.vertices), looks_(stop) {
+      : positions_(positions), joined_(hole.vertices), looks_(stop, kLookEvery) {
     rim_ = corners_of(hole);
   }
 
@@ -280,7 +266,7 @@ class IslandJoiner {
   std::vector<std::uint64_t> joined_;
   std::vector<Vec3> rim_;  // positions of `joined_`
   std::vector<Island> left_;
-  Looks looks_;
+  StopLooks looks_;
 };
 
 }  // namespace

@@ -34,8 +34,7 @@ struct GatheredHole {
 
 /// Walks over the triangles from the rim outward, ring by ring, so that another sheet close by is
 /// never taken for this one. What is gathered does not depend on how the mesh is stored.
-/// `apart`: (vertex, group) of vertices of the loop that other holes have as well, as
-/// HoleProblem::apart, in the mesh's numbers; groups have any numbers.
+/// `apart`: as HoleProblem::apart, in the mesh's numbers; groups may have any numbers.
 GatheredHole gather_hole(const Surface& surface, const BoundaryLoop& loop,
                          std::span<const std::array<std::uint64_t, 2>> apart,
                          const NeighborhoodOptions& options);

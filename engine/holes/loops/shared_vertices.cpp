@@ -5,6 +5,7 @@
 #include "io/sort_unique.h"
 
 namespace orbweave {
+
 SharedVertices::SharedVertices(std::span<const BoundaryLoop> loops) {
   std::vector<Visit> visits;
   for (std::uint32_t l = 0; l < loops.size(); ++l) {

@@ -12,18 +12,19 @@
 
 namespace orbweave {
 
-/// Memory grows with the number of vertices that are shared, not with that of their pairs.
+/// The shared vertices of a list of loops. Memory grows with the number of shared vertices, not
+/// with the number of their pairs.
 class SharedVertices {
  public:
   SharedVertices() = default;
   explicit SharedVertices(std::span<const BoundaryLoop> loops);
 
-  /// (vertex, group) of the vertices that loop `number`, which is `loop`, has in common with
-  /// another loop: a group for each other loop that has several, with a number that no group of any
-  /// other loop has. No patch may join two vertices of a group, since another one may.
+  /// (vertex, group) of the vertices that loop `number`, which is `loop`, shares. Each other loop
+  /// with two or more of these vertices is a group; groups of different loops have different
+  /// numbers. No patch may join two vertices of a group: the patch of the other loop may join them.
   std::vector<std::array<std::uint64_t, 2>> groups_on(const BoundaryLoop& loop,
                                                       std::uint32_t number) const;
-  /// Entries that are held: one for each shared vertex and loop at it.
+  /// Number of entries: one for each shared vertex and loop at that vertex.
   std::size_t size() const { return visits_.size(); }
 
  private:

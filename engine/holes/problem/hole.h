@@ -59,8 +59,8 @@ struct HoleProblem {
   /// Edges (smaller vertex first, sorted) that a patch must not use inside, because the mesh has
   /// them already or another hole may use them.
   std::vector<std::array<std::uint32_t, 2>> forbidden;
-  /// The same for all pairs of vertices of one group, sorted (vertex, group): of vertices that
-  /// another hole has as well.
+  /// (vertex, group), sorted. A patch must not join two vertices of one group inside: the group is
+  /// what another hole has in common with this one, and the patch of that hole may join them.
   std::vector<std::array<std::uint32_t, 2>> apart = {};
   /// Values to be interpolated to the new vertices: positions.size() rows of `channels`.
   std::vector<double> values;

@@ -25,9 +25,12 @@ std::uint64_t chunk_points(const ResolvedJob& job, const CountedCloud& cloud,
   return std::max(plan.chunk_points, cloud.memory.chunk_points);
 }
 
+/// No less than `chunk_points`, which were planned for.
 ChunkRoom room_of(const ResolvedJob& job, const CountedCloud& cloud, std::uint64_t chunk_points) {
-  // Places hold points as if all were in their middles.
+  // A tenth is left for points that are counted at the middle of a place outside the halo.
   const std::uint64_t with_halo = most_points_with_halo(job) / 10 * 9;
+  // Sorting takes half of the memory; a fifth of that is left for chunks that hold more than
+  // others.
   const std::uint64_t sorted = cloud.memory.chunks_in_flight_bytes / 5 * 2;
   const std::uint64_t points = std::min(with_halo, sorted / MemoryCosts::sort_bytes(cloud.schema));
   return {std::max(points, chunk_points), with_halo};

@@ -41,8 +41,8 @@ std::vector<CrowdedPlace> crowded_places(const PointCounts& grid, const RootCube
   return places;
 }
 
-std::vector<std::uint64_t> points_with_halos(std::span<const CrowdedPlace> places,
-                                             const Octree& octree, double halo) {
+std::vector<std::uint64_t> points_in_reach(std::span<const CrowdedPlace> places,
+                                           const Octree& octree, double halo) {
   std::vector<std::uint64_t> points;
   for (const Chunk& chunk : octree.chunks()) {
     const Box box = chunk.box.grown(halo);
@@ -56,7 +56,7 @@ std::vector<std::uint64_t> points_with_halos(std::span<const CrowdedPlace> place
 double halo_work(std::span<const CrowdedPlace> places, const Octree& octree, double halo) {
   double points = 0.0, loaded = 0.0;
   for (const CrowdedPlace& place : places) points += static_cast<double>(place.points);
-  for (const std::uint64_t of_chunk : points_with_halos(places, octree, halo))
+  for (const std::uint64_t of_chunk : points_in_reach(places, octree, halo))
     loaded += static_cast<double>(of_chunk);
   return points > 0.0 ? loaded / points : 1.0;
 }
@@ -64,7 +64,7 @@ double halo_work(std::span<const CrowdedPlace> places, const Octree& octree, dou
 Octree without_needless_halos(std::span<const CrowdedPlace> places, const Octree& fine, double halo,
                               std::uint64_t chunk_points, const ChunkRoom& room) {
   const auto fits = [&](const Octree& octree) {
-    const std::vector<std::uint64_t> points = points_with_halos(places, octree, halo);
+    const std::vector<std::uint64_t> points = points_in_reach(places, octree, halo);
     return std::all_of(points.begin(), points.end(),
                        [&](std::uint64_t of_chunk) { return of_chunk <= room.with_halo; });
   };

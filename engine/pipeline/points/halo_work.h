@@ -21,8 +21,8 @@ struct CrowdedPlace {
 std::vector<CrowdedPlace> crowded_places(const PointCounts& grid, const RootCube& root);
 
 /// The points of every chunk with those within `halo` of it.
-std::vector<std::uint64_t> points_with_halos(std::span<const CrowdedPlace> places,
-                                             const Octree& octree, double halo);
+std::vector<std::uint64_t> points_in_reach(std::span<const CrowdedPlace> places,
+                                           const Octree& octree, double halo);
 
 /// How many points the chunks have with those within `halo` of them, over the points of the cloud.
 double halo_work(std::span<const CrowdedPlace> places, const Octree& octree, double halo);

@@ -7,9 +7,9 @@
 
 namespace orbweave {
 
-/// Where a job has several scans and no pose, and a .conf or .aln that names one of them lies
-/// beside them: "bun.conf beside the scans names bun000.ply, ..."; empty otherwise. A file that
-/// cannot be read names nothing.
+/// Of a job that has several scans and no pose: "the scans are taken to fit as they are, but
+/// bun.conf names bun000.ply: ..." where such a file lies beside the scans (poses_beside); empty
+/// otherwise.
 std::string objection_to_missing_poses(const ResolvedJob& job);
 
 }  // namespace orbweave

@@ -112,7 +112,7 @@ std::string raw_points_key(const ResolvedJob& job) {
 }
 
 std::string points_key(const ResolvedJob& job) {
-  std::string key = key_line("layout of points", "10") + scan_lines(job) +
+  std::string key = key_line("layout of points", "11") + scan_lines(job) +
                     option_line(job, "output.vertex_quality");
   key += job.needs_cleaning_or_normals()
              ? section_lines(job, "cleaning", {}) + section_lines(job, "normals", {})
@@ -125,7 +125,7 @@ std::string mesh_key(const ResolvedJob& job, const std::string& points_key,
   std::string values;
   for (const double radius : radii) values += (values.empty() ? "" : ", ") + format_exact(radius);
   if (is_in_core(job.reconstruct.method)) values += "; layout of the method 2";
-  return points_key + chunks_line(partition) + key_line("layout of the mesh", "4") +
+  return points_key + chunks_line(partition) + key_line("layout of the mesh", "5") +
          key_line("reconstruct.method", std::to_string(static_cast<int>(job.reconstruct.method))) +
          key_line("reconstruct.ball_radii", "[" + values + "]");
 }
@@ -136,13 +136,13 @@ std::string power_crust_key(const ResolvedJob& job, const std::string& points_ke
 }
 
 std::string stitch_key(const ResolvedJob& job, const std::string& mesh_key) {
-  return mesh_key + key_line("layout of the stitch", "2") +
+  return mesh_key + key_line("layout of the stitch", "3") +
          key_line("boundary", job.fill.enabled ? "kept" : "counted");
 }
 
 std::string hole_key(const ResolvedJob& job, const std::string& mesh_key) {
   constexpr std::array<std::string_view, 1> kNotTheirs = {"enabled"};
-  return mesh_key + key_line("layout of holes", "13") + section_lines(job, "fill", kNotTheirs);
+  return mesh_key + key_line("layout of holes", "14") + section_lines(job, "fill", kNotTheirs);
 }
 
 std::string check_key(const ResolvedJob& job, const std::string& mesh_key) {
