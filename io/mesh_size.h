@@ -6,8 +6,8 @@
 
 namespace orbweave {
 
-/// Most vertices of a mesh in core, and its fewest triangles that are too many: 32 bits number the
-/// vertices, and three corners of each triangle.
+/// Most vertices of a mesh in core, and the number of triangles from which on a mesh is too large.
+/// 32 bits number the vertices, and the three corners of each triangle.
 inline constexpr std::uint64_t kMostMeshVertices = UINT32_MAX;
 inline constexpr std::uint64_t kTooManyTriangles = UINT32_MAX / 3;
 
