@@ -1,5 +1,6 @@
 // orbweave compare: whether two meshes are the same, and how far apart they are if not.
 #include <CLI/CLI.hpp>
+#include <array>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -12,6 +13,7 @@
 #include "engine/cli/signals.h"
 #include "engine/validation/compare.h"
 #include "engine/validation/usable_mesh.h"
+#include "io/system/file_descriptor.h"
 #include "io/system/path_roles.h"
 #include "io/text/quantity.h"
 
@@ -92,6 +94,7 @@ void check_places(const CompareArguments& files) {
   paths.push_back({"the first mesh", files.a, PathUse::kReadFile});
   paths.push_back({"the second mesh", files.b, PathUse::kReadFile});
   check_paths(paths);
+  require_once_each(std::array{files.a, files.b});
 }
 
 void compare(const CompareArguments& files) {

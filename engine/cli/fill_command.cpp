@@ -31,6 +31,7 @@
 #include "io/report/output_names.h"
 #include "io/report/point_colors.h"
 #include "io/report/progress.h"
+#include "io/system/file_descriptor.h"
 #include "io/system/path_roles.h"
 
 namespace orbweave {
@@ -80,7 +81,8 @@ void check(const FillArguments& arguments, const OutputOptions& output) {
   paths.push_back({"the picture", output.picture, PathUse::kWrittenFile});
   check_paths(paths);
   check_output_names(output, "--report");
-  if (arguments.file == "-" || is_mesh_file(arguments.file)) return;
+  // A pipe is read only once: what it holds shows later.
+  if (is_read_once(arguments.file) || is_mesh_file(arguments.file)) return;
   throw_bad_input("is no mesh, so it has no holes to fill",
                   {.file = arguments.file,
                    .expected = "a .ply, .obj, .stl or .glb file with faces",

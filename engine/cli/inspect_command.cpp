@@ -35,6 +35,7 @@
 #include "io/report/picture.h"
 #include "io/report/picture_up.h"
 #include "io/shown_text.h"
+#include "io/system/file_descriptor.h"
 #include "io/system/path_roles.h"
 #include "io/text/quantity.h"
 
@@ -60,10 +61,11 @@ struct InspectOptions {
 constexpr std::array<std::string_view, 3> kKeys = {"output.picture_up", "output.picture_backs",
                                                    "partition.memory"};
 
-/// A large cloud is read twice; standard input cannot be, so its spacing then stays unknown.
+/// A large cloud is read twice; standard input and a pipe cannot be, so its spacing then stays
+/// unknown.
 CloudFacts facts_of_cloud(const std::string& file, const SelectedSource& selected) {
   const auto source = selected.open(file);
-  const auto again = file == "-" ? nullptr : selected.open(file);
+  const auto again = is_read_once(file) ? nullptr : selected.open(file);
   try {
     return cloud_facts(*source, again.get());
   } catch (const Error& error) {
@@ -220,6 +222,7 @@ Inspected inspect_cloud(const std::string& file, const InspectOptions& options) 
   if (!options.against.empty())
     throw_bad_input("a cloud has no distances to another cloud",
                     {.file = file, .expected = "a mesh before --against"});
+  if (options.undersampled || !options.picture.empty()) require_rereadable(file);
   const CloudFacts facts = facts_of_cloud(file, SelectedSource(options.keys));
   if (!options.picture.empty()) draw_cloud(file, facts.bounds, options);
   Json json = cloud_json(facts);
@@ -250,9 +253,9 @@ void check_places(const InspectOptions& options) {
     paths.push_back({"the file that is read", file, PathUse::kReadFile});
   check_paths(paths);
   check_picture_name(options.picture);
-  if (options.undersampled && std::ranges::find(options.files, "-") != options.files.end())
-    throw_usage("--undersampled reads the cloud a second time, which standard input does not allow",
-                {.advice = "Store the cloud in a file"});
+  std::vector<std::string> read = options.files;
+  if (!options.against.empty()) read.push_back(options.against);
+  require_once_each(read);
   if (options.files.size() > 1 && !options.picture.empty())
     throw_usage("--picture draws one file",
                 {.found = std::to_string(options.files.size()) + " files",

@@ -9,6 +9,7 @@
 #include "io/meshes/shift_file.h"
 #include "io/ply/ply_vertices.h"
 #include "io/streams/byte_source.h"
+#include "io/system/file_descriptor.h"
 #include "io/text/file_format.h"
 
 namespace orbweave {
@@ -35,6 +36,7 @@ MeshFormat format_of(const std::filesystem::path& path) {
 }  // namespace
 
 bool holds_faces(const std::filesystem::path& path) {
+  require_rereadable(path.string());
   ByteReader reader = open_reader(path);
   if (looks_like_ply(reader)) return ply_holds_faces(std::move(reader));
   const std::optional<NamedFormat> named = format_of_name(path);

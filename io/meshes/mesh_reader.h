@@ -8,7 +8,8 @@
 namespace orbweave {
 
 /// True when the file's header says that it holds faces (PLY with a non-empty face element,
-/// OBJ, STL, GLB).
+/// OBJ, STL, GLB). Reads the header, so that the file has to be one that can be read again: throws
+/// Error for standard input and for a pipe.
 bool holds_faces(const std::filesystem::path& path);
 
 /// Reads .ply (also .gz), .obj, .stl (binary or text; vertices with equal coordinates are

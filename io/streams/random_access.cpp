@@ -75,11 +75,16 @@ std::unique_ptr<RandomAccess> open_random_access(const std::filesystem::path& pa
   if (path == "-")
     throw_usage("this format cannot be read from standard input",
                 {.expected = "the name of a file"});
+  if (is_read_once(name))  // before it is opened, which waits for a writer
+    throw_bad_input("this format cannot be read from a pipe",
+                    {.file = name,
+                     .expected = "the name of a file on disk",
+                     .advice = "Save it first, such as by: cat " + name + " > FILE"});
   const int descriptor = open_or_throw(name);
   // Owns the descriptor from here on, whatever the checks throw.
   auto file = std::make_unique<FileAccess>(descriptor, name);
   const auto size = checked_size(descriptor, name);
-  if (!size) throw_bad_input("this format cannot be read from a pipe", {.file = name});
+  if (!size) throw_bad_input("this format cannot be read from a device", {.file = name});
   if (starts_like_gzip(descriptor))
     throw_bad_input("this format cannot be read while it is compressed by gzip",
                     {.file = name, .advice = "Decompress it first: gunzip " + name});

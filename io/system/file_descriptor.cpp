@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <system_error>
@@ -28,6 +29,16 @@ void check_kind(const struct stat& facts, const std::string& name) {
                     {.file = name, .expected = "a file", .advice = "Name the files inside it."});
   if (S_ISREG(facts.st_mode) && facts.st_size == 0)
     throw_bad_input("the file is empty", {.file = name});
+}
+
+/// What the file is, where it gives its bytes once; null for any other.
+const char* kind_read_once(const std::string& name) {
+  if (name == "-") return "standard input";
+  struct stat facts {};
+  if (::stat(name.c_str(), &facts) != 0) return nullptr;
+  if (S_ISFIFO(facts.st_mode)) return "a pipe";
+  if (S_ISCHR(facts.st_mode)) return "a device";
+  return S_ISSOCK(facts.st_mode) ? "a socket" : nullptr;
 }
 
 }  // namespace
@@ -76,6 +87,25 @@ std::optional<std::uint64_t> checked_size(int descriptor, const std::string& nam
   check_kind(facts, name);
   if (!S_ISREG(facts.st_mode)) return std::nullopt;
   return static_cast<std::uint64_t>(facts.st_size);
+}
+
+bool is_read_once(const std::string& name) { return kind_read_once(name) != nullptr; }
+
+void require_rereadable(const std::string& name) {
+  const char* const kind = kind_read_once(name);
+  if (kind == nullptr) return;
+  const bool has_name = name != "-";
+  throw Error(
+      has_name ? ErrorKind::kBadInput : ErrorKind::kUsage,
+      std::string("the file is read more than once, which ") + kind + " does not allow",
+      {.file = has_name ? name : "",
+       .expected = "the name of a file on disk",
+       .advice = "Save it first, such as by: cat " + (has_name ? name + " " : "") + "> FILE"});
+}
+
+void require_once_each(std::span<const std::string> names) {
+  for (auto name = names.begin(); name != names.end(); ++name)
+    if (std::find(names.begin(), name, *name) != name) require_rereadable(*name);
 }
 
 void check_readable(const std::string& name) {

@@ -36,6 +36,13 @@ std::optional<std::size_t> read_at(int descriptor, std::uint64_t offset, std::sp
 bool write_at(int descriptor, std::uint64_t offset, std::span<const std::byte> bytes);
 /// What errno means, whatever the locale.
 std::string system_reason(int error);
+/// Whether the file gives its bytes once: standard input ("-"), a pipe, a terminal. Opens nothing.
+bool is_read_once(const std::string& name);
+/// Throws Error for such a file, to be called by what reads a file several times: wrong usage for
+/// standard input, else bad input.
+void require_rereadable(const std::string& name);
+/// The same for such a file that is named twice.
+void require_once_each(std::span<const std::string> names);
 /// What opening the file would throw, without a read: a pipe loses nothing by it.
 void check_readable(const std::string& name);
 /// Opens for reading. Throws Error (bad input).

@@ -17,6 +17,7 @@
 #include "io/job/setting.h"
 #include "io/meshes/shift_file.h"
 #include "io/points/coordinate_system_file.h"
+#include "io/system/file_descriptor.h"
 #include "io/system/file_sample.h"
 #include "partition/executor.h"
 
@@ -138,6 +139,7 @@ MemoryPlan ResolvedJob::memory_plan(std::uint64_t points, const PointSchema& sch
 }
 
 ResolvedJob resolve(const Job& job, std::vector<std::string> files) {
+  for (const std::string& file : files) require_rereadable(file);
   ResolvedJob resolved{job, std::move(files), {}, false, job.input.pose, area_of(job.input), {}};
   resolved.inputs = stamps(job, resolved.files);
   resolved.beside_scans = files_beside(resolved.files);

@@ -53,7 +53,8 @@ struct ResolvedJob : Job {
 };
 
 /// Looks at the inputs; `files`: the job's scans, patterns expanded. Throws Error (bad input) where
-/// the first scan cannot be opened to see whether it has normals, or the poses cannot be read.
+/// a scan is a pipe, the first one cannot be opened to see whether it has normals, or the poses
+/// cannot be read.
 ResolvedJob resolve(const Job& job, std::vector<std::string> files);
 
 /// The inputs as they are now.
