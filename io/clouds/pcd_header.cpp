@@ -11,6 +11,7 @@
 
 #include "io/clouds/text_layout.h"
 #include "io/error.h"
+#include "io/text/counted_noun.h"
 #include "io/text/lower_case.h"
 #include "io/text/text_fields.h"
 #include "io/text/text_number.h"
@@ -99,8 +100,8 @@ class HeaderParser {
     const HeaderLine* line = find(key);
     if (line == nullptr) return std::nullopt;
     if (line->values.size() != 1)
-      refuse(*line, key + " has several values", std::to_string(line->values.size()) + " values",
-             "one");
+      refuse(*line, key + " has several values",
+             counted_noun(line->values.size(), "value", "values"), "one");
     return parse_count(*line, line->values[0]);
   }
 
@@ -118,8 +119,8 @@ class HeaderParser {
   const HeaderLine* per_field(const std::string& key, std::size_t fields) const {
     const HeaderLine* line = find(key);
     if (line != nullptr && line->values.size() != fields)
-      refuse(*line, key + " does not match FIELDS", std::to_string(line->values.size()) + " values",
-             std::to_string(fields));
+      refuse(*line, key + " does not match FIELDS",
+             counted_noun(line->values.size(), "value", "values"), std::to_string(fields));
     return line;
   }
 

@@ -12,6 +12,7 @@
 #include "io/clouds/text_layout.h"
 #include "io/error.h"
 #include "io/streams/lzf.h"
+#include "io/text/counted_noun.h"
 #include "io/text/little_endian.h"
 #include "io/text/text_fields.h"
 #include "io/text/text_number.h"
@@ -43,7 +44,7 @@ class PcdRows {
       reader_.consume(static_cast<std::size_t>(at - reader_.data()));
       if (at != last)
         refuse("the file goes on after its last point", "",
-               "the end of the file after " + std::to_string(header_.points) + " points");
+               "the end of the file after " + counted_points(header_.points));
     }
   }
 
@@ -58,8 +59,7 @@ class PcdRows {
   }
   [[noreturn]] void refuse_short(const std::string& found) const {
     refuse("the file is shorter than its header says", found,
-           std::to_string(header_.points) + " points of " + std::to_string(header_.row_bytes) +
-               " bytes",
+           counted_points(header_.points) + " of " + std::to_string(header_.row_bytes) + " bytes",
            "The file may be truncated.");
   }
 
@@ -105,7 +105,7 @@ class AsciiRows final : public PcdRows {
     for (std::size_t i = 0; i < count; ++i) {
       std::string_view line;
       do {
-        if (!reader_.next_line(line)) refuse_end(std::to_string(rows_read_) + " points");
+        if (!reader_.next_line(line)) refuse_end(counted_points(rows_read_));
       } while (line.find_first_not_of(" \t\r") == line.npos);
       // Grown row by row: a line that is there justifies its row.
       rows_.resize(rows_.size() + header_.row_bytes);
@@ -139,7 +139,7 @@ class AsciiRows final : public PcdRows {
                     {.file = reader_.name(),
                      .place = reader_.line_place(),
                      .found = found,
-                     .expected = std::to_string(header_.points) + " points",
+                     .expected = counted_points(header_.points),
                      .advice = "The file may be truncated."});
   }
 
@@ -149,7 +149,7 @@ class AsciiRows final : public PcdRows {
     throw_bad_input("the line does not match FIELDS",
                     {.file = reader_.name(),
                      .place = reader_.line_place(),
-                     .found = std::to_string(found) + " values",
+                     .found = counted_noun(found, "value", "values"),
                      .expected = std::to_string(header_.row_values)});
   }
 
@@ -224,8 +224,7 @@ class CompressedRows final : public PcdRows {
     if (has_padding_ || fits(header_.row_bytes - padding)) return;
     refuse("the size of the decompressed points does not match the header",
            std::to_string(whole) + " bytes",
-           std::to_string(header_.points) + " points of " + std::to_string(header_.row_bytes) +
-               " bytes");
+           counted_points(header_.points) + " of " + std::to_string(header_.row_bytes) + " bytes");
   }
 
   void decode(std::uint64_t compressed, std::size_t whole) {

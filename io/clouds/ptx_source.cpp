@@ -11,6 +11,7 @@
 #include "io/clouds/text_layout.h"
 #include "io/error.h"
 #include "io/points/no_data.h"
+#include "io/text/counted_noun.h"
 #include "io/text/quantity.h"
 #include "io/text/text_fields.h"
 #include "io/text/text_number.h"
@@ -139,7 +140,7 @@ class PtxLines {
 
   [[noreturn]] void refuse_end(const PtxScan& scan, std::uint64_t rows_read) const {
     refuse("scan " + std::to_string(scans_) + " has fewer rows than its header says",
-           std::to_string(rows_read) + " rows",
+           counted_noun(rows_read, "row", "rows"),
            std::to_string(scan.columns) + " x " + std::to_string(scan.rows),
            "The file may be truncated.");
   }
@@ -236,7 +237,7 @@ class PtxLines {
     const std::size_t fields = count_fields(line_);
     if (fields != 4 && fields != 7)
       refuse("this is no row of scan " + std::to_string(scans_),
-             std::to_string(fields) + (fields == 1 ? " column" : " columns"),
+             counted_noun(fields, "column", "columns"),
              "x y z intensity or x y z intensity red green blue",
              fields == 1 ? "The scan before may have fewer rows than its header says." : "");
     std::string_view rest = line_;

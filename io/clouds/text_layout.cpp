@@ -8,6 +8,7 @@
 #include "io/error.h"
 #include "io/streams/byte_reader.h"
 #include "io/text/column_name.h"
+#include "io/text/counted_noun.h"
 #include "io/text/text_fields.h"
 #include "io/text/text_number.h"
 
@@ -223,7 +224,7 @@ TextLayout find_text_layout(const TextSample& sample, const TextOptions& options
         "too many columns for a point",
         {.file = sample.file,
          .place = line_place(sample),
-         .found = std::to_string(fields.size()) + " columns",
+         .found = counted_noun(fields.size(), "column", "columns"),
          .expected = "at most " + std::to_string(kMostColumns),
          .advice = "A line holds one point; name the separator where it is another one"});
   if (!options.columns.empty()) {
@@ -247,7 +248,7 @@ TextLayout find_text_layout(const TextSample& sample, const TextOptions& options
     throw_bad_input("too few columns for a point",
                     {.file = sample.file,
                      .place = line_place(sample),
-                     .found = std::to_string(fields.size()) + " columns",
+                     .found = counted_noun(fields.size(), "column", "columns"),
                      .expected = "at least 3"});
   layout.columns = guess_columns(sample, layout.separator);
   return layout;

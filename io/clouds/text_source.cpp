@@ -8,6 +8,7 @@
 #include "io/clouds/text_layout.h"
 #include "io/error.h"
 #include "io/points/point_rows.h"
+#include "io/text/counted_noun.h"
 #include "io/text/text_fields.h"
 #include "io/text/text_number.h"
 
@@ -218,7 +219,7 @@ class TextSource final : public PointSource {
     throw_bad_input("the line has another number of columns than the first",
                     {.file = reader_.name(),
                      .place = "line " + std::to_string(number),
-                     .found = std::to_string(found) + " columns",
+                     .found = counted_noun(found, "column", "columns"),
                      .expected = std::to_string(layout_.columns.size())});
   }
 
@@ -226,15 +227,14 @@ class TextSource final : public PointSource {
   /// that has more points; one that has fewer has lost some.
   void check_count(std::uint64_t line_number) const {
     if (scan_points_ >= scan_count_) return;
-    throw_bad_input(
-        scan_ == 1 ? "the file has fewer points than its first line says"
-                   : "scan " + std::to_string(scan_) +
-                         " of the file has fewer points than the line before it says",
-        {.file = reader_.name(),
-         .place = "line " + std::to_string(line_number),
-         .found = std::to_string(scan_points_) + (scan_points_ == 1 ? " point" : " points"),
-         .expected = std::to_string(scan_count_),
-         .advice = "The file may be truncated."});
+    throw_bad_input(scan_ == 1 ? "the file has fewer points than its first line says"
+                               : "scan " + std::to_string(scan_) +
+                                     " of the file has fewer points than the line before it says",
+                    {.file = reader_.name(),
+                     .place = "line " + std::to_string(line_number),
+                     .found = counted_points(scan_points_),
+                     .expected = std::to_string(scan_count_),
+                     .advice = "The file may be truncated."});
   }
 
   ByteReader reader_;

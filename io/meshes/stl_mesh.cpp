@@ -11,6 +11,7 @@
 #include "io/error.h"
 #include "io/mesh_size.h"
 #include "io/meshes/mesh_parsers.h"
+#include "io/text/counted_noun.h"
 #include "io/text/little_endian.h"
 #include "io/text/text_fields.h"
 #include "io/text/text_number.h"
@@ -73,11 +74,10 @@ Vec3 float_vector(const std::byte* bytes) {
 }
 
 [[noreturn]] void truncated(const ByteReader& reader, std::uint64_t found, std::uint64_t expected) {
-  throw_bad_input("the STL file ends early",
-                  {.file = reader.name(),
-                   .place = reader.byte_place(),
-                   .found = std::to_string(found) + (found == 1 ? " triangle" : " triangles"),
-                   .expected = std::to_string(expected)});
+  throw_bad_input("the STL file ends early", {.file = reader.name(),
+                                              .place = reader.byte_place(),
+                                              .found = counted_noun(found, "triangle", "triangles"),
+                                              .expected = std::to_string(expected)});
 }
 
 TriangleMesh read_binary(ByteReader& reader) {
@@ -104,7 +104,7 @@ TriangleMesh read_binary(ByteReader& reader) {
     throw_bad_input("the STL file goes on after its last triangle",
                     {.file = reader.name(),
                      .place = reader.byte_place(),
-                     .expected = "the end after " + std::to_string(count) + " triangles"});
+                     .expected = "the end after " + counted_noun(count, "triangle", "triangles")});
   return mesh;
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "io/error.h"
+#include "io/text/counted_noun.h"
 
 namespace orbweave {
 namespace {
@@ -210,8 +211,8 @@ void check_ply_length(const ByteReader& reader, const PlyHeader& header) {
       throw_bad_input("the file is shorter than its header says",
                       {.file = reader.name(),
                        .place = "element " + element.name,
-                       .found = "room for " + std::to_string(room / row) + " rows",
-                       .expected = std::to_string(element.count) + " rows",
+                       .found = "room for " + counted_noun(room / row, "row", "rows"),
+                       .expected = counted_noun(element.count, "row", "rows"),
                        .advice = "The file is truncated or its header's count is wrong."});
     room -= element.count * row;
   }

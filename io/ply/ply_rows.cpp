@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "io/error.h"
+#include "io/text/counted_noun.h"
 #include "io/text/text_number.h"
 
 namespace orbweave {
@@ -256,8 +257,8 @@ void PlyRowReader::truncated() const {
   throw_bad_input("the file ends inside element " + element_.name,
                   {.file = reader_.name(),
                    .place = row_place(),
-                   .found = std::to_string(element_.count - rows_left_) + " whole rows",
-                   .expected = std::to_string(element_.count) + " rows",
+                   .found = counted_noun(element_.count - rows_left_, "whole row", "whole rows"),
+                   .expected = counted_noun(element_.count, "row", "rows"),
                    .advice = "The file is truncated or its header's count is wrong."});
 }
 
@@ -272,8 +273,9 @@ void check_ply_end(ByteReader& reader, const PlyElement& last_element) {
     throw_bad_input("the file goes on after its last row",
                     {.file = reader.name(),
                      .place = reader.byte_place(),
-                     .expected = "the end of the file after " + std::to_string(last_element.count) +
-                                 " rows of element " + last_element.name,
+                     .expected = "the end of the file after " +
+                                 counted_noun(last_element.count, "row", "rows") + " of element " +
+                                 last_element.name,
                      .advice = "The header's count may be wrong."});
   }
 }

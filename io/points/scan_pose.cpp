@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "io/error.h"
+#include "io/text/counted_noun.h"
 #include "io/text/words.h"
 
 namespace orbweave {
@@ -72,7 +73,7 @@ ScanPose parse_pose(std::string_view text) {
   constexpr std::size_t kQuaternion = 7;
   constexpr std::size_t kMatrix = 16;
   if (words.size() != 1 + kQuaternion && words.size() != 1 + kMatrix)
-    throw std::invalid_argument("it has " + std::to_string(words.size()) + " words");
+    throw std::invalid_argument("it has " + counted_noun(words.size(), "word", "words"));
   std::array<double, kMatrix> v{};
   for (std::size_t i = 1; i < words.size(); ++i) v[i - 1] = finite_number(words[i]);
   const std::string file(words[0]);
@@ -93,7 +94,7 @@ std::vector<ScanPose> parse_stanford_poses(std::string_view text, const std::str
     if (words.empty() || words[0] != "bmesh") continue;
     const ErrorParts where{.file = name,
                            .place = "line " + std::to_string(line_number),
-                           .found = std::to_string(words.size()) + " words",
+                           .found = counted_noun(words.size(), "word", "words"),
                            .expected = "bmesh FILE tx ty tz qx qy qz qw"};
     if (words.size() != kWords) throw_bad_input("not the pose of a scan", where);
     try {
@@ -136,11 +137,12 @@ RigidMotion pose_of_scan(const std::vector<ScanPose>& poses, const std::filesyst
     }
     if (found != nullptr) return found->motion;
   }
-  throw_bad_input("no pose for this scan",
-                  {.file = scan.string(),
-                   .found = std::to_string(poses.size()) + " poses of other scans",
-                   .expected = "a line for " + scan.filename().string(),
-                   .advice = "Add its pose, or leave the scan out."});
+  throw_bad_input(
+      "no pose for this scan",
+      {.file = scan.string(),
+       .found = counted_noun(poses.size(), "pose of another scan", "poses of other scans"),
+       .expected = "a line for " + scan.filename().string(),
+       .advice = "Add its pose, or leave the scan out."});
 }
 
 }  // namespace orbweave

@@ -426,7 +426,7 @@ TEST_CASE("PcdFilesThatEndEarlyAreRefused") {
   check_refused(xyz_header("2", "binary") + twelve + "abc", {"15 bytes", "2 points of 12 bytes"});
   check_refused(xyz_header("2", "ascii") + "1.000 2 3\n1 2", {"line 13", "2 values"});
   check_refused(xyz_header("2", "ascii") + "1.00000000 2 3\n",
-                {"shorter", "line 12", "1 points", "2 points"});
+                {"shorter", "line 12", "found 1 point, expected 2 points"});
   check_refused(xyz_header("9223372036854775808", "ascii") + "1 2 3\n",
                 {"shorter", "9223372036854775808 points"});
   const ScratchDirectory scratch;  // where the length is not known beforehand
@@ -464,8 +464,10 @@ TEST_CASE("DamagedCompressedPointsAreRefused") {
 }
 
 TEST_CASE("PcdFilesThatGoOnAreRefused") {
-  check_refused(xyz_header("1", "ascii") + "1 2 3\n4 5 6\n", {"goes on", "1 points"});
-  check_refused(xyz_header("1", "binary") + std::string(24, 'a'), {"goes on", "1 points"});
+  check_refused(xyz_header("1", "ascii") + "1 2 3\n4 5 6\n",
+                {"goes on", "expected the end of the file after 1 point"});
+  check_refused(xyz_header("1", "binary") + std::string(24, 'a'),
+                {"goes on", "expected the end of the file after 1 point"});
   CHECK(read_pcd(xyz_header("1", "binary") + std::string(12, 'a') + std::string(4, '\0')).size() ==
         1);
 }

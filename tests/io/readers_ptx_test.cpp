@@ -287,7 +287,7 @@ TEST_CASE("PtxFilesThatEndEarlyAreRefused") {
   check_refused(scan("4294967295", "4294967295", "1 2 3 0.5\n"), {"fewer rows", "10 bytes"});
   const ScratchDirectory scratch;  // where the length is not known beforehand
   test::gzip_file(scratch / "a.ptx.gz", scan("4294967295", "4294967295", "1 2 3 0.5\n"));
-  CHECK_THAT(reading_error(scratch / "a.ptx.gz").what(), Contains("1 rows"));
+  CHECK_THAT(reading_error(scratch / "a.ptx.gz").what(), Contains("found 1 row, "));
 }
 
 TEST_CASE("PtxRowsThatDoNotFitNameTheirLine") {

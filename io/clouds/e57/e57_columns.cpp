@@ -11,6 +11,7 @@
 #include "io/error.h"
 #include "io/points/no_data.h"
 #include "io/scalar_types.h"
+#include "io/text/counted_noun.h"
 
 namespace orbweave {
 namespace {
@@ -122,11 +123,10 @@ std::size_t E57ScanReader::next_block(std::uint64_t records) {
   std::uint64_t count = std::min({records, scan_.records - records_done_, kBlockRecords});
   for (E57FieldStream& stream : streams_) count = std::min(count, stream.fill(packets_));
   if (count == 0)
-    throw_bad_input(scan_.label + " ends too early",
-                    {.file = pages_.name(),
-                     .place = pages_.place(section_.begin),
-                     .found = std::to_string(records_done_) + " points",
-                     .expected = std::to_string(scan_.records)});
+    throw_bad_input(scan_.label + " ends too early", {.file = pages_.name(),
+                                                      .place = pages_.place(section_.begin),
+                                                      .found = counted_points(records_done_),
+                                                      .expected = std::to_string(scan_.records)});
   return static_cast<std::size_t>(count);
 }
 
@@ -213,7 +213,7 @@ void E57ScanReader::check_end() {
       throw_bad_input(scan_.label + " goes on after its last point",
                       {.file = pages_.name(),
                        .place = pages_.place(section_.begin),
-                       .found = "more than " + std::to_string(scan_.records) + " points",
+                       .found = "more than " + counted_points(scan_.records),
                        .expected = "as many as its recordCount says"});
 }
 

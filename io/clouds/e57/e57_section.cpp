@@ -9,6 +9,7 @@
 #include <string>
 
 #include "io/error.h"
+#include "io/text/counted_noun.h"
 #include "io/text/little_endian.h"
 
 namespace orbweave {
@@ -45,7 +46,7 @@ void check_room(const E57Pages& pages, const E57Scan& scan, const E57Section& se
     throw_bad_input(scan.label + " claims more points than its section can hold",
                     {.file = pages.name(),
                      .place = pages.place(section.begin),
-                     .found = std::to_string(scan.records) + " points",
+                     .found = counted_points(scan.records),
                      .expected = "at most " + std::to_string(most)});
 }
 

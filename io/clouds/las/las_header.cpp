@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "io/error.h"
+#include "io/text/counted_noun.h"
 #include "io/text/little_endian.h"
 #include "io/text/quantity.h"
 #include "io/text/text_fields.h"
@@ -154,12 +155,12 @@ class HeaderReader {
     const std::uint64_t room = file_.size() - header_.point_data_offset;
     const std::uint64_t fit = room / header_.record_bytes;
     if (header_.points > fit)
-      fail("the file is too short for the points that its LAS header counts", byte,
-           "room for " + std::to_string(fit) + " (" + std::to_string(room) + " bytes from byte " +
-               std::to_string(header_.point_data_offset) + " on)",
-           std::to_string(header_.points) + " points of " + std::to_string(header_.record_bytes) +
-               " bytes",
-           "Copy or download the file again.");
+      fail(
+          "the file is too short for the points that its LAS header counts", byte,
+          "room for " + std::to_string(fit) + " (" + std::to_string(room) + " bytes from byte " +
+              std::to_string(header_.point_data_offset) + " on)",
+          counted_points(header_.points) + " of " + std::to_string(header_.record_bytes) + " bytes",
+          "Copy or download the file again.");
   }
 
   void read_transform() {

@@ -7,6 +7,7 @@
 #include "io/clouds/laz/integer_decoder.h"
 #include "io/clouds/laz/range_decoder.h"
 #include "io/error.h"
+#include "io/text/counted_noun.h"
 #include "io/text/little_endian.h"
 
 namespace orbweave::laz {
@@ -100,7 +101,7 @@ std::vector<Chunk> read_entries(const RandomAccess& file, std::uint64_t table, s
     chunks.add(chunk_points == 0 ? last_points : chunk_points, last_bytes, record_bytes);
   }
   if (chunks.points_left() > 0)
-    refuse(file, table, "chunks for " + std::to_string(points - chunks.points_left()) + " points",
+    refuse(file, table, "chunks for " + counted_points(points - chunks.points_left()),
            std::to_string(points) + ", as the header says");
   return chunks.take();
 }
