@@ -54,6 +54,7 @@ class ObjParser {
   /// "v x y z", "v x y z w" or, as many programs write, "v x y z red green blue".
   void parse_vertex(std::string_view line) {
     mesh_.vertices.positions.push_back(parse_vector(line));
+    check_further(line);
     std::array<float, 3> color{};
     for (float& channel : color) {
       const std::string_view text = take_field(line, ' ').value_or("");
@@ -61,6 +62,18 @@ class ObjParser {
       if (text.empty() || parse_number(text.data(), last, channel) != last) return;
     }
     colors_.push_back(color);
+  }
+
+  /// Values behind the coordinates are numbers, whatever they mean; a comment may follow.
+  void check_further(std::string_view line) const {
+    while (const auto field = take_field(line, ' ')) {
+      if (field->starts_with('#')) return;
+      double ignored = 0.0;
+      const char* const last = field->data() + field->size();
+      if (parse_number(field->data(), last, ignored) != last)
+        fail("a value behind the coordinates is no number", excerpt(*field),
+             "x y z, and perhaps w or a colour");
+    }
   }
 
   /// Takes the vector from the front of the line.
@@ -98,11 +111,16 @@ class ObjParser {
       const std::uint32_t vertex =
           parse_index(field->substr(0, slash), mesh_.vertices.positions.size());
       const std::size_t second = field->find('/', std::min(slash + 1, field->size()));
+      check_texture(field->substr(slash, std::min(second, field->size()) - slash));
       const std::uint32_t normal = second == field->npos
                                        ? kNoNormal
                                        : parse_index(field->substr(second + 1), normals_.size());
       polygon_.push_back(vertex);
       if (normal != kNoNormal) uses_.push_back({vertex, normal});
+      if (normal != kNoNormal && normal >= largest_normal_) {
+        largest_normal_ = normal;
+        normal_line_ = reader_.line_number();
+      }
     }
     if (polygon_.size() < 3)
       fail("a face has fewer than three corners", std::to_string(polygon_.size()), "3 or more");
@@ -116,13 +134,31 @@ class ObjParser {
     }
   }
 
+  /// "/7" or "/": a texture's place, which is not used.
+  void check_texture(std::string_view text) const {
+    std::array<std::byte, 8> ignored{};
+    if (text.size() > 1 &&
+        parse_value(text.substr(1), ScalarType::kInt64, ignored.data()) != ParseOutcome::kNumber)
+      fail("a face's corner is no index", excerpt(text.substr(1)), "an integer");
+  }
+
   void check_corners() const {
-    if (mesh_.triangles.empty() || largest_corner_ < mesh_.vertices.size()) return;
-    throw_bad_input("a face names a vertex that is not there",
-                    {.file = reader_.name(),
-                     .place = "line " + std::to_string(largest_line_),
-                     .found = std::to_string(std::uint64_t{largest_corner_} + 1),
-                     .expected = "1 to " + std::to_string(mesh_.vertices.size())});
+    if (mesh_.triangles.empty()) return;
+    check_named("a face names a vertex that is not there", largest_corner_, largest_line_,
+                mesh_.vertices.size());
+    // A file without any normals loses nothing by faces that name them.
+    if (!uses_.empty() && !normals_.empty())
+      check_named("a face names a normal that is not there", largest_normal_, normal_line_,
+                  normals_.size());
+  }
+
+  void check_named(const char* problem, std::uint32_t largest, std::uint64_t line,
+                   std::size_t count) const {
+    if (largest < count) return;
+    throw_bad_input(problem, {.file = reader_.name(),
+                              .place = "line " + std::to_string(line),
+                              .found = std::to_string(std::uint64_t{largest} + 1),
+                              .expected = "1 to " + std::to_string(count)});
   }
 
   /// A vertex takes the normal of the first corner that names one; without corners that do,
@@ -171,6 +207,8 @@ class ObjParser {
   std::vector<std::uint32_t> polygon_;
   std::uint32_t largest_corner_ = 0;
   std::uint64_t largest_line_ = 0;
+  std::uint32_t largest_normal_ = 0;
+  std::uint64_t normal_line_ = 0;
 };
 
 }  // namespace

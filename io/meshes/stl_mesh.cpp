@@ -108,6 +108,28 @@ TriangleMesh read_binary(ByteReader& reader) {
   return mesh;
 }
 
+/// What the lines before have opened. Some programs leave out the loop around a facet's corners.
+enum class FacetPart { kOutside, kFacet, kCorners, kLoop, kAfterLoop };
+
+/// A keyword that lines begin with, behind which part it may stand, and the part that follows.
+struct LineKind {
+  std::string_view keyword;
+  FacetPart before;
+  FacetPart after;
+};
+constexpr std::array kLineKinds = {
+    LineKind{"solid", FacetPart::kOutside, FacetPart::kOutside},
+    LineKind{"facet", FacetPart::kOutside, FacetPart::kFacet},
+    LineKind{"outer", FacetPart::kFacet, FacetPart::kLoop},
+    LineKind{"vertex", FacetPart::kLoop, FacetPart::kLoop},
+    LineKind{"vertex", FacetPart::kFacet, FacetPart::kCorners},
+    LineKind{"vertex", FacetPart::kCorners, FacetPart::kCorners},
+    LineKind{"endloop", FacetPart::kLoop, FacetPart::kAfterLoop},
+    LineKind{"endfacet", FacetPart::kAfterLoop, FacetPart::kOutside},
+    LineKind{"endfacet", FacetPart::kCorners, FacetPart::kOutside},
+    LineKind{"endsolid", FacetPart::kOutside, FacetPart::kOutside},
+};
+
 class TextStlParser {
  public:
   explicit TextStlParser(ByteReader& reader) : reader_(reader), joiner_(mesh_, reader.name()) {}
@@ -118,7 +140,9 @@ class TextStlParser {
       const auto keyword = take_field(line, ' ');
       if (keyword) parse_line(*keyword, line);
     }
-    if (!ended_) fail("the STL file ends early", "the end of the file", "\"endsolid\"");
+    if (!ended_ || part_ != FacetPart::kOutside)
+      fail("the STL file ends early", "the end of the file",
+           part_ == FacetPart::kOutside ? "\"endsolid\"" : expected_line());
     return std::move(mesh_);
   }
 
@@ -131,22 +155,53 @@ class TextStlParser {
                               .expected = std::move(expected)});
   }
 
-  void parse_line(std::string_view keyword, std::string_view line) {
-    if (keyword == "vertex") return add_corner(line);
-    if (keyword == "solid") {
-      ended_ = false;
-    } else if (keyword == "endsolid") {
-      ended_ = true;
-    } else if (keyword == "endfacet") {
-      end_facet();
-    } else if (keyword != "facet" && keyword != "outer" && keyword != "endloop") {
+  void parse_line(std::string_view keyword, std::string_view rest) {
+    if (std::ranges::find(kLineKinds, keyword, &LineKind::keyword) == kLineKinds.end())
       fail("unknown line in the STL file", excerpt(keyword),
            "facet, outer loop, vertex, endloop or endfacet");
+    if (keyword == "endloop" || keyword == "endfacet") check_corners();
+    const auto kind = std::ranges::find_if(kLineKinds, [&](const LineKind& known) {
+      return known.keyword == keyword && known.before == part_;
+    });
+    if (kind == kLineKinds.end())
+      fail("a line of the STL file is at the wrong place", excerpt(keyword), expected_line());
+    part_ = kind->after;
+    if (keyword == "outer" && take_field(rest, ' ') != "loop")
+      fail("unknown line in the STL file", excerpt(keyword), "outer loop");
+    if (keyword == "vertex") return add_corner(rest);
+    if (keyword == "endfacet") return end_facet();
+    if (keyword == "solid") ended_ = false;
+    if (keyword == "endsolid") ended_ = true;
+  }
+
+  /// Before a facet, or its loop, ends.
+  void check_corners() const {
+    const bool has_corners = part_ == FacetPart::kLoop || part_ == FacetPart::kCorners;
+    if (has_corners && corners_ != facet_.size())
+      fail("a facet has fewer than three corners", std::to_string(corners_), "3");
+  }
+
+  std::string expected_line() const {
+    const bool lacks_corners = corners_ < facet_.size();
+    switch (part_) {
+      case FacetPart::kOutside:
+        return "facet or endsolid";
+      case FacetPart::kFacet:
+        return "outer loop";
+      case FacetPart::kCorners:
+        return lacks_corners ? "vertex" : "endfacet";
+      case FacetPart::kLoop:
+        return lacks_corners ? "vertex" : "endloop";
+      case FacetPart::kAfterLoop:
+        break;
     }
+    return "endfacet";
   }
 
   void add_corner(std::string_view line) {
-    if (corners_ == 3) fail("a facet has more than three corners", "a fourth", "endfacet");
+    if (corners_ == 3)
+      fail("a facet has more than three corners", "a fourth",
+           part_ == FacetPart::kLoop ? "endloop" : "endfacet");
     Vec3& v = facet_[corners_++];
     for (int axis = 0; axis < 3; ++axis) {
       const std::string_view text = take_field(line, ' ').value_or("");
@@ -154,10 +209,11 @@ class TextStlParser {
       if (text.empty() || parse_number(text.data(), last, v[axis]) != last)
         fail("a coordinate is no number", excerpt(text), "three numbers");
     }
+    if (const auto excess = take_field(line, ' '))
+      fail("a vertex has more than three coordinates", excerpt(*excess), "the end of the line");
   }
 
   void end_facet() {
-    if (corners_ != 3) fail("a facet has fewer than three corners", std::to_string(corners_), "3");
     joiner_.add_triangle(facet_);
     corners_ = 0;
   }
@@ -167,6 +223,7 @@ class TextStlParser {
   VertexJoiner joiner_;
   std::array<Vec3, 3> facet_;
   std::size_t corners_ = 0;
+  FacetPart part_ = FacetPart::kOutside;
   bool ended_ = true;
 };
 

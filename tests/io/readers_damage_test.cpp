@@ -47,6 +47,49 @@ TriangleMesh read_mesh_text(const std::string& name, const std::string& content)
 
 }  // namespace
 
+TEST_CASE("TextStlFilesThatAreNoWholeFacetsNameLineAndWhatIsExpected") {
+  const std::string solid = "solid a\n", facet = "facet normal 0 0 1\n", loop = "outer loop\n",
+                    corners = "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n",
+                    end = "endloop\nendfacet\n", last = "endsolid a\n";
+  CHECK(read_mesh_text("a.stl", solid + facet + loop + corners + end + last).triangles.size() == 1);
+  CHECK(read_mesh_text("b.stl", solid + last).triangles.empty());
+  check_refused("c.stl", solid + facet + last, {"line 3", "\"endsolid\"", "expected outer loop"});
+  check_refused("d.stl", solid + facet + facet + last, {"line 3", "\"facet\"", "outer loop"});
+  CHECK(read_mesh_text("e.stl", solid + facet + corners + "endfacet\n" + last).triangles.size() ==
+        1);
+  check_refused("o.stl", solid + facet + corners + last, {"line 6", "\"endsolid\"", "endfacet"});
+  check_refused("p.stl", solid + facet + "vertex 0 0 0\nendfacet\n" + last,
+                {"line 4", "fewer than three corners", "found 1"});
+  check_refused("q.stl", solid + facet + "endfacet\n" + last,
+                {"line 3", "\"endfacet\"", "expected outer loop"});
+  check_refused("f.stl", solid + facet + loop + end + last,
+                {"line 4", "fewer than three corners", "found 0"});
+  check_refused("g.stl", solid + facet + loop + corners + last,
+                {"line 7", "\"endsolid\"", "expected endloop"});
+  check_refused("h.stl", solid + facet + loop + corners + "endloop\n" + last,
+                {"line 8", "\"endsolid\"", "expected endfacet"});
+  check_refused("i.stl", solid + facet + loop + corners + corners + end + last,
+                {"line 7", "more than three corners"});
+  check_refused("j.stl", solid + facet + "outer circle\n" + corners + end + last,
+                {"line 3", "outer loop"});
+  check_refused("k.stl", solid + facet + loop + "vertex 0 0 0 0\n" + corners + end + last,
+                {"line 4", "more than three coordinates"});
+  check_refused("l.stl", solid + facet + loop + corners + end, {"ends early", "\"endsolid\""});
+  check_refused("m.stl", solid + facet + loop + "vertex 0 0 0\n", {"ends early", "vertex"});
+  check_refused("n.stl", solid + last + "vertex 0 0 0\n", {"line 3", "expected facet or endsolid"});
+}
+
+TEST_CASE("ObjLinesWithWordsForNumbersNameTheirLine") {
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  CHECK(read_mesh_text("a.obj", "v 0 0 0 1\nv 1 0 0 # a comment\nv 0 1 0 1 1 1\nf 1/1 2/ 3\n")
+            .triangles.size() == 1);
+  check_refused("b.obj", corners + "v 1 1 1 red\nf 1 2 3\n", {"line 4", "no number", "\"red\""});
+  check_refused("c.obj", corners + "f 1/x 2/y 3/z\n", {"line 4", "no index", "\"x\""});
+  check_refused("d.obj", corners + "f 1//9 2//1 3//1\nvn 0 0 1\n",
+                {"line 4", "a normal that is not there", "found 9", "expected 1 to 1"});
+  CHECK(read_mesh_text("e.obj", corners + "f 1//1 2//1 3//1\n").triangles.size() == 1);
+}
+
 TEST_CASE("TruncatedBinaryPlyIsRefused") {
   check_refused("a.ply", kBinaryHeader + std::string(99 * 12 + 11, '\0'),
                 {"shorter than its header says", "99 rows", "100 rows"});
