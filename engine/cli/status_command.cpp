@@ -96,6 +96,14 @@ std::string state_of(const StageStatus& stage) {
   return stage.chunks_done + stage.chunks_in_flight > 0 ? "begun" : "not begun";
 }
 
+/// Chunks that are neither done nor in flight.
+std::string left_of(const StageStatus& stage) {
+  const std::uint64_t begun = stage.chunks_done + stage.chunks_in_flight;
+  if (stage.chunks_total >= begun && stage.chunks_total > 0)
+    return format_count(stage.chunks_total - begun);
+  return stage.done ? "0" : "not known";
+}
+
 std::string use_of(const WorkStatus& status) {
   const std::string process = "process " + std::to_string(status.process_id);
   if (status.running) return "in use by " + process;
@@ -106,18 +114,17 @@ std::string status_text(const WorkStatus& status) {
   std::vector<std::vector<std::string>> rows = {
       {"stage", "state", "chunks done", "in flight", "left"}};
   for (const StageStatus& stage : status.stages) {
-    const std::uint64_t begun = stage.chunks_done + stage.chunks_in_flight;
-    const bool known = stage.chunks_total >= begun && stage.chunks_total > 0;
     rows.push_back({stage.name, state_of(stage), format_count(stage.chunks_done),
-                    format_count(stage.chunks_in_flight),
-                    known ? format_count(stage.chunks_total - begun) : "?"});
+                    format_count(stage.chunks_in_flight), left_of(stage)});
   }
   Facts facts = {{"work directory", use_of(status)}};
   if (!status.members.empty())
     facts.emplace_back(status.running ? "with" : "still at work", joined(status.members));
   if (status.ended)
     facts.emplace_back("job", "ended; all outputs are written");
-  else if (!status.step.empty())
+  else if (!status.running)
+    facts.emplace_back("job", "stopped before its end; the same command resumes");
+  if (!status.ended && !status.step.empty())
     facts.emplace_back(status.running ? "at" : "was at", status.step);
   if (status.pace)
     facts.emplace_back("done", std::to_string(status.pace->percent()) + " % after " +

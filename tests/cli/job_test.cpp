@@ -252,6 +252,19 @@ TEST_CASE("StatusShowsTheStagesOfAKeptWorkDirectory") {
   }
 }
 
+TEST_CASE("StatusOfAJobWithoutHolesLeavesNothingOpen") {
+  const ScratchDirectory in;
+  generate(in, "2000");
+  REQUIRE(run_in(in, {"reconstruct", "scan.ply", "-o", "mesh.ply", "--keep-work-dir", "--tileset",
+                      "levels"})
+              .status == 0);
+  const auto status = run_in(in, {"status", "mesh.work"});
+  CHECK_THAT(status.out, Contains("job             ended; all outputs are written\n") &&
+                             Catch::Matches("(.|\n)*holes +done +0 +0 +0\n(.|\n)*") &&
+                             Catch::Matches("(.|\n)*tileset +done +[0-9]+ +0 +0\n(.|\n)*") &&
+                             !Contains("?") && !Contains("not known") && !Contains("stopped"));
+}
+
 TEST_CASE("InterruptedJobLeavesNoMeshAndTheSameCommandFinishesWithTheSameBytes", "[costly]") {
   const ScratchDirectory in;
   const ScratchDirectory undisturbed;

@@ -144,9 +144,9 @@ TEST_CASE("StatusOfARunningJobSaysWhatItIsAtAndWhoRunsIt", "[slow]") {
   CHECK(!after.contains("share"));
   CHECK(stage_of(after, "mesh")["chunks_done"] >= before);
   CHECK(stage_of(after, "mesh")["done"] == false);
-  CHECK_THAT(run_in(in, {"status", "mesh.work"}).out, Contains("not in use; last by process") &&
-                                                          Contains("was at") &&
-                                                          Contains("reconstruct"));
+  CHECK_THAT(run_in(in, {"status", "mesh.work"}).out,
+             Contains("not in use; last by process") && Contains("was at") &&
+                 Contains("stopped before its end") && Contains("reconstruct"));
 }
 
 TEST_CASE("StatusOfAKeptWorkDirectorySaysThatTheJobHasEnded") {
