@@ -159,6 +159,26 @@ std::vector<std::string> check_tile_directory(const fs::path& directory) {
   return names;
 }
 
+bool remove_tile_directory(const fs::path& directory, OwnedFiles& record) {
+  std::error_code absent;
+  if (!fs::is_directory(fs::symlink_status(directory, absent)) || !record.owns(directory))
+    return false;
+  std::vector<fs::path> files;
+  try {
+    for (const std::string& name : check_tile_directory(directory))
+      files.push_back(directory / name);
+  } catch (const Error&) {
+    return false;  // something else is there, or a tile was changed
+  }
+  if (!std::ranges::all_of(files, [&](const fs::path& file) { return record.owns(file); }))
+    return false;
+  // The index last: without it what is left could not be told from other files.
+  std::stable_partition(files.begin(), files.end(),
+                        [](const fs::path& file) { return file.filename() != kTileIndex; });
+  for (const fs::path& file : files) record.remove(file);
+  return record.remove(directory) == OwnedFiles::Removal::kRemoved;
+}
+
 TileDirectory::TileDirectory(fs::path target)
     : target_(std::move(target)), record_(current_record()) {
   if (!record_) throw std::logic_error("tiles are made on the record of a job");
@@ -188,7 +208,11 @@ void TileDirectory::clear(const fs::path& directory) noexcept {
 void TileDirectory::commit() {
   flush_directory(temporary_);
   std::error_code absent;
-  if (fs::exists(target_, absent))
+  const bool replaces = fs::exists(target_, absent);
+  // On record under the names that they are about to have, so that a later run knows them.
+  record_->expect(target_, temporary_);
+  for (const fs::path& tile : present(temporary_)) record_->expect(target_ / tile.filename(), tile);
+  if (replaces)
     replace(check_tile_directory(target_));
   else if (!record_->rename(temporary_, target_, true))
     fail_of_system(target_);

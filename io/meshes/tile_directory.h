@@ -47,6 +47,11 @@ bool is_as_listed(const std::filesystem::path& file, const ListedTile& tile);
 /// read. Returns the names of what it holds.
 std::vector<std::string> check_tile_directory(const std::filesystem::path& directory);
 
+/// Removes a directory of tiles that is on `record`, the index last. False, with nothing removed,
+/// where it is not, or where it holds anything that check_tile_directory() refuses or that is not
+/// on record.
+bool remove_tile_directory(const std::filesystem::path& directory, OwnedFiles& record);
+
 /// Files are made in a directory beside the target, which takes its place in commit(). It is on the
 /// process's record (io/system/owned_files.h), as its files are. Destroyed without commit, it
 /// removes what was made; after a kill, the next run does. Failures are an Error (resource) with

@@ -41,6 +41,14 @@ json json_of(const orbweave::test::ProgramResult& result) {
   return json::parse(result.out);
 }
 
+std::vector<std::string> names_of(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    names.push_back(entry.path().filename().string());
+  std::ranges::sort(names);
+  return names;
+}
+
 }  // namespace
 
 TEST_CASE("NoiseClassesAreLeftOutByDefaultAndSaidSo") {
@@ -200,6 +208,41 @@ TEST_CASE("AnOlderMeshThatTheRecordKnowsIsRemoved") {
   CHECK(std::filesystem::exists(in / "m.tiles" / "tiles.json"));
   CHECK_FALSE(std::filesystem::exists(in / "m.ply"));
   CHECK_THAT(result.err, Contains("m.ply of an earlier run is removed"));
+}
+
+TEST_CASE("OlderTilesAreRemovedWhereTheyAreAsTheRecordKnowsThem") {
+  const ScratchDirectory in;
+  write_text(in / "a.xyz", classified_plane(false));
+  const std::vector<std::string> job = {"reconstruct", "a.xyz", "-o", "m.ply", "--keep-work-dir"};
+  std::vector<std::string> tiles = job;
+  tiles.emplace_back("--tiles");
+  REQUIRE(run_in(in, tiles).status == 0);
+  // A second time: the directory that replaces the first is known as well.
+  tiles.insert(tiles.end(), {"--chunk-points", "100"});
+  if (GENERATE(false, true)) REQUIRE(run_in(in, tiles).status == 0);
+  const std::string change = GENERATE("none", "a file more", "another tile", "copied");
+  CAPTURE(change);
+  const std::filesystem::path folder = in / "m.tiles";
+  if (change == "a file more") write_text(folder / "notes.txt", "mine");
+  if (change == "another tile") write_text(folder / "000000.ply", "mine");
+  if (change == "copied") {
+    std::filesystem::copy(folder, in / "copy");
+    std::filesystem::remove_all(folder);
+    std::filesystem::rename(in / "copy", folder);
+  }
+  const auto before = names_of(folder);
+  const auto result = run_in(in, job);
+  REQUIRE(result.status == 0);
+  CHECK(std::filesystem::exists(in / "m.ply"));
+  CHECK(std::filesystem::exists(folder) == (change != "none"));
+  if (change == "none") {
+    CHECK_THAT(result.err, Contains("m.tiles of an earlier run is removed"));
+    CHECK_THAT(result.out, !Contains("m.tiles"));
+  } else {
+    CHECK(names_of(folder) == before);
+    CHECK_THAT(result.err, Contains("m.tiles was there before and is not of this run"));
+    CHECK_THAT(result.out, Contains("m.tiles is not of this run"));
+  }
 }
 
 TEST_CASE("InspectOfAFolderIsATableOfItsFiles") {

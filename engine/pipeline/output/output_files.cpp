@@ -55,7 +55,8 @@ void clear_older_outputs(StageRunner& runner, bool has_system) {
   for (const OutputFile& older : older_outputs(runner.job.output, has_system)) {
     std::error_code ignored;
     const bool is_file = std::filesystem::is_regular_file(older.file, ignored);
-    if (is_file && record->remove(older.file) == OwnedFiles::Removal::kRemoved)
+    if (is_file ? record->remove(older.file) == OwnedFiles::Removal::kRemoved
+                : remove_tile_directory(older.file, *record))
       runner.note(older.file.string() + " of an earlier run is removed: it is not of this result");
     else
       runner.warn(older.file.string() +
