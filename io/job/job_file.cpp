@@ -53,6 +53,20 @@ std::string nearest_key(const std::string& section, const std::string& key) {
   throw_usage("unknown key " + (section.empty() ? "" : section + ".") + key, where);
 }
 
+bool is_section(std::string_view name) {
+  const std::vector<std::string> known = section_names();
+  return std::ranges::find(known, current_section(name)) != known.end();
+}
+
+/// A section that has a value, or comes several times as [[section]].
+[[noreturn]] void throw_section_as_key(const std::string& section, const std::string& found,
+                                       ErrorParts where) {
+  where.found = found;
+  where.expected = where.file.empty() ? "a key of it: " + section + ".KEY=VALUE"
+                                      : "[" + section + "] once, and its keys below";
+  throw_usage("unknown key " + section + ": this is the name of a section", where);
+}
+
 /// `called`: the key as the user gave it.
 void apply(Job& job, const JobKey& key, const std::string& called, const WrittenValue& value,
            ErrorParts where) {
@@ -69,15 +83,16 @@ void apply(Job& job, const JobKey& key, const std::string& called, const Written
 
 /// A section's own line, which may say [a.b] or [[a]], or be no section at all.
 void check_section(const TomlEntry& entry, const ErrorParts& where) {
-  const std::vector<std::string> known = section_names();
-  if (std::ranges::find(known, current_section(entry.section)) == known.end())
-    throw_unknown_section(entry.section, where);
+  if (!is_section(entry.section)) throw_unknown_section(entry.section, where);
 }
 
 void apply(Job& job, const TomlEntry& entry, const std::string& name,
            const std::filesystem::path& base_directory) {
   const ErrorParts where{.file = name, .place = "line " + std::to_string(entry.line)};
   if (entry.key.empty()) return check_section(entry, where);
+  if (entry.section.empty() && is_section(entry.key))
+    throw_section_as_key(entry.key, entry.value.text, where);
+  if (entry.section.empty() && entry.is_list_of_tables) throw_unknown_section(entry.key, where);
   const JobKey* key = find_key(entry.section, entry.key);
   if (key == nullptr) throw_unknown_key(entry.section, entry.key, where);
   WrittenValue value = entry.value;
@@ -193,6 +208,7 @@ void set_job_key(Job& job, std::string_view name, std::string_view text) {
   const bool has_section = dot < name.size();
   const std::string section(has_section ? name.substr(0, dot) : "");
   const std::string key(has_section ? name.substr(dot + 1) : name);
+  if (!has_section && is_section(key)) throw_section_as_key(key, std::string(text), {});
   const JobKey* known = find_key(section, key);
   if (known == nullptr) throw_unknown_key(section, key, {});
   apply(job, *known, known->name(), command_line_value(std::string(text), known->type), {});

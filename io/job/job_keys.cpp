@@ -38,12 +38,10 @@ std::string separator_text(char character) {
   return {1, character};
 }
 
-/// A positive finite number.
-double finite_limit(const WrittenValue& value) {
-  const double number = limit_value(value);
-  if (number > kLargestNumber) throw UnsuitableValue{};
-  return number;
-}
+/// Scales that coordinates can be computed with, as in engine/validation/usable_scale.h; the
+/// inverse of such a scale is one.
+constexpr double kLeastScale = 1e-75;
+constexpr double kMostScale = 1e75;
 
 /// Three numbers, or nothing for "auto".
 std::optional<Vec3> optional_vector(const WrittenValue& value) {
@@ -58,7 +56,7 @@ JobValue auto_or(const std::optional<Vec3>& vector) {
 
 void set_units_per_meter(Job& job, const WrittenValue& value) {
   job.input.units_per_meter.reset();
-  if (!is_auto(value)) job.input.units_per_meter = finite_limit(value);
+  if (!is_auto(value)) job.input.units_per_meter = number_value(value, kLeastScale, kMostScale);
 }
 
 /// The sizes of cells whose names are exact (io/meshes/map_grid.h).
@@ -400,11 +398,11 @@ constexpr JobKey kKeys[] = {
      "keep points that are no measurements: no-data values, missing returns at (0, 0, 0), strays far from all other points", "keep-strays", "true",
      [](Job& job, const W& value) { job.input.keep_strays = flag_value(value); },
      [](const Job& job) -> JobValue { return job.input.keep_strays; }},
-    {"input", "units_per_meter", T::kNumber, "\"auto\" or a positive number", {},
+    {"input", "units_per_meter", T::kNumber, "\"auto\" or a number from 1e-75 to 1e75", {},
      "units of the scan in one metre, such as 1000 for millimetres; auto takes the unit of the coordinate system; used by checks and reports only", "units-per-meter", "",
      set_units_per_meter,
      [](const Job& job) -> JobValue { return auto_or(job.input.units_per_meter); },
-     {.least = 0, .most = kLargestNumber, .is_above = true, .words = kAuto}},
+     {.least = kLeastScale, .most = kMostScale, .words = kAuto}},
 
     {"partition", "memory", T::kBytes, "a quantity such as \"4GiB\", or a number of bytes, at least 64MiB", {},
      "memory budget of the whole process, such as 4GiB; at least 64MiB", "memory", "",

@@ -158,10 +158,16 @@ bool read_scalar(const toml::value& value, WrittenValue::Scalar& out) {
   return true;
 }
 
+bool is_list_of_tables(const toml::value& value) {
+  return value.is_array() && !value.as_array().empty() &&
+         std::ranges::all_of(value.as_array(), [](const auto& item) { return item.is_table(); });
+}
+
 WrittenValue written_value(const toml::value& value) {
   WrittenValue written;
   written.text = shortened(written_text(value));
   if (value.is_table()) written.text = "a table";
+  if (is_list_of_tables(value)) written.text = "a list of tables";
   WrittenValue::Scalar item;
   if (value.is_table() && value.as_table().size() == 1) {
     const auto& [name, only] = *value.as_table().begin();
@@ -196,7 +202,7 @@ std::vector<TomlEntry> entries_of(const toml::value& document) {
     if (value.is_table())
       add_section(name, value, entries);
     else
-      entries.push_back({"", name, written_value(value), line_of(value)});
+      entries.push_back({"", name, written_value(value), line_of(value), is_list_of_tables(value)});
   }
   // The library's tables have no order, and the first mistake is to be reported first.
   std::ranges::sort(entries, [](const TomlEntry& a, const TomlEntry& b) {

@@ -17,6 +17,7 @@ struct TomlEntry {
   std::string key;
   WrittenValue value;
   std::size_t line = 0;
+  bool is_list_of_tables = false;  ///< [[key]]
 };
 
 /// Longest document, and deepest nesting, that is read. The parser takes quadratic time: about a

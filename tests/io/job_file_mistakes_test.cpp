@@ -53,6 +53,36 @@ TEST_CASE("AnUnknownSectionNamesFileLineAndTheNearestKnownSection") {
   CHECK_THAT(message_of("[[input]]\nfiles = []\n"), Contains("line 1: unknown key input"));
 }
 
+TEST_CASE("ASectionThatIsNoTableSaysSo") {
+  CHECK(message_of("[partition]\n[[input]]\nfiles = []\n") ==
+        "job.toml: line 2: unknown key input: this is the name of a section; found a list of "
+        "tables, expected [input] once, and its keys below");
+  CHECK(message_of("input = \"a.ply\"\n") ==
+        "job.toml: line 1: unknown key input: this is the name of a section; found \"a.ply\", "
+        "expected [input] once, and its keys below");
+  CHECK_THAT(message_of("output = [{mesh = \"m.ply\"}]\n"), Contains("found a list of tables"));
+  CHECK_THAT(message_of("[[inputs]]\nfiles = []\n"),
+             Contains("unknown section [inputs]. Did you mean [input]?"));
+  CHECK(message_of("[[input.files]]\na = 1\n") ==
+        "job.toml: line 1: input.files has an unsuitable value; found a list of tables, expected "
+        "a list of paths and patterns such as [\"scans/*.ply\"]");
+  CHECK_THAT(message_of("[output.mesh]\nname = \"m.ply\"\n"),
+             Contains("output.mesh has an unsuitable value; found a table"));
+  CHECK(message_of_setting("input=scan.ply") ==
+        "unknown key input: this is the name of a section; found scan.ply, expected a key of it: "
+        "input.KEY=VALUE");
+}
+
+TEST_CASE("ScalesThatCannotBeComputedWithAreRefused") {
+  for (const char* value :
+       {"1e-320", "1e-300", "9e-76", "1.1e75", "1e308", "0", "-1", "nan", "inf"})
+    CHECK_THAT(message_of("[input]\nunits_per_meter = " + std::string(value) + "\n"),
+               Contains("input.units_per_meter has an unsuitable value; found " +
+                        std::string(value) + ", expected \"auto\" or a number from 1e-75 to 1e75"));
+  for (const char* value : {"1e-75", "1000", "1e75", "\"auto\""})
+    CHECK(message_of("[input]\nunits_per_meter = " + std::string(value) + "\n") == "accepted");
+}
+
 TEST_CASE("ASectionUnderTwoNamesNamesBothPlaces") {
   CHECK(
       message_of("[cleaning]\nauto = true\n\n[prepare]\nsmooth_radius = 1.0\n") ==
