@@ -127,6 +127,7 @@ py::dict plan_object(const JobPlan& plan) {
   facts["largest_chunk_points"] = plan.largest_chunk_points;
   facts["chunks_in_flight"] = plan.chunks_in_flight;
   facts["halo_width"] = plan.halo_width;
+  facts["doubts"] = plan.doubts;
   facts["ball_radii"] = plan.radii;
   facts["peak_memory_bytes"] = plan.peak_memory_bytes;
   facts["disk_bytes"] = plan.disk_bytes;

@@ -3,10 +3,15 @@
 #include <pybind11/stl.h>
 
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "engine/reconstruct.h"
+#include "engine/validation/mesh_facts.h"
 #include "io/clouds/open_point_source.h"
+#include "io/error.h"
 #include "io/job/job_defaults.h"
+#include "io/job/output_origin.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
 #include "python/src/arrays.h"
@@ -84,24 +89,69 @@ std::unique_ptr<MeshObject> read_mesh_file(const std::string& path) {
   return object;
 }
 
-MeshWriterOptions writer_options(bool binary, bool float_positions, std::array<double, 3> origin) {
+/// Three finite numbers of anything that Python iterates over.
+Vec3 origin_of(const py::object& given) {
+  std::vector<double> numbers;
+  try {
+    for (const py::handle number : given) numbers.push_back(number.cast<double>());
+  } catch (const py::cast_error&) {
+    numbers.clear();
+  } catch (const py::error_already_set&) {
+    numbers.clear();
+  }
+  if (numbers.size() == 3 && is_finite(Vec3{numbers[0], numbers[1], numbers[2]}))
+    return {numbers[0], numbers[1], numbers[2]};
+  throw_usage("origin has an unsuitable value", {.place = "origin",
+                                                 .found = py::repr(given).cast<std::string>(),
+                                                 .expected = "three finite numbers x, y, z"});
+}
+
+MeshWriterOptions writer_options(bool binary, bool float_positions, const py::object& origin) {
   MeshWriterOptions options;
   options.binary = binary;
   options.float_positions = float_positions;
-  options.origin = {origin[0], origin[1], origin[2]};
+  options.origin = origin_of(origin);
   return options;
 }
 
+/// Refuses an origin so far away that the numbers of the file would move the points. `spacing`: of
+/// the points, 0 where it is not known.
+void check_origin(const std::string& path, const MeshWriterOptions& options,
+                  const PointCloud& points, double spacing) {
+  if (options.origin == Vec3{} || points.empty()) return;
+  Job job;
+  job.output.mesh = path;
+  job.output.origin_rule = OriginRule::kGiven;
+  job.output.origin = options.origin;
+  OutputOrigin chosen =
+      output_origin(job.output, has_float_coordinates(path, options), points.bounds(), spacing);
+  // Points at one place have no extent: their coordinates take its part.
+  if (chosen.extent == 0.0) chosen.extent = norm(points.positions.front());
+  try {
+    check_output_origin(job, chosen);
+  } catch (const Error& error) {
+    ErrorParts parts = error.parts();
+    parts.place = "origin";
+    parts.advice = "An origin among the points keeps their coordinates.";
+    throw Error(error.kind(), error.problem(), std::move(parts));
+  }
+}
+
 void write_mesh_file(const std::string& path, const MeshObject& object, bool binary,
-                     bool float_positions, std::array<double, 3> origin) {
+                     bool float_positions, const py::object& origin) {
+  const MeshWriterOptions options = writer_options(binary, float_positions, origin);
   const py::gil_scoped_release others_may_run;
-  write_mesh(path, object.mesh, writer_options(binary, float_positions, origin));
+  const double spacing = options.origin == Vec3{} ? 0.0 : vertex_spacing(object.mesh);
+  check_origin(path, options, object.mesh.vertices, spacing);
+  write_mesh(path, object.mesh, options);
 }
 
 void write_cloud_file(const std::string& path, const CloudObject& object, bool binary,
-                      bool float_positions, std::array<double, 3> origin) {
+                      bool float_positions, const py::object& origin) {
+  const MeshWriterOptions options = writer_options(binary, float_positions, origin);
   const py::gil_scoped_release others_may_run;
-  write_cloud(path, object.cloud, writer_options(binary, float_positions, origin));
+  check_origin(path, options, object.cloud, 0.0);
+  write_cloud(path, object.cloud, options);
 }
 
 void add_calls(py::module_& module) {

@@ -54,6 +54,31 @@ class Errors(unittest.TestCase):
             orbweave.write_mesh("no/such/folder/mesh.ply", mesh)
         self.assertEqual(caught.exception.exit_status, 4)
 
+    def test_an_origin_that_is_no_place_is_wrong_usage(self):
+        mesh = orbweave.reconstruct(sphere(500))
+        cloud = orbweave.PointCloud(sphere(500))
+        for origin in ((0, 0), (0, 0, 0, 0), (0, 0, float("nan")), (float("inf"), 0, 0), "abc", 5, None, numpy.zeros((1, 3)), [None] * 3):
+            for write, what in ((orbweave.write_mesh, mesh), (orbweave.write_points, cloud)):
+                with self.assertRaises(orbweave.UsageError) as caught:
+                    write("o.ply", what, origin=origin)
+                self.assertEqual((caught.exception.place, caught.exception.expected), ("origin", "three finite numbers x, y, z"))
+                self.assertFalse(pathlib.Path("o.ply").exists())
+
+    def test_an_origin_too_far_for_the_numbers_of_the_file_is_wrong_usage(self):
+        mesh = orbweave.reconstruct(sphere(500))
+        alone = orbweave.Mesh([[1.0, 2.0, 3.0], [2.0, 2.0, 3.0]], numpy.zeros((0, 3), numpy.uint32))
+        one = orbweave.PointCloud([[1.0, 2.0, 3.0]])
+        for write, what in ((orbweave.write_mesh, mesh), (orbweave.write_mesh, alone), (orbweave.write_points, one)):
+            with self.assertRaises(orbweave.UsageError) as caught:
+                write("o.ply", what, origin=(1e20, 0, 0))
+            self.assertEqual((caught.exception.file, caught.exception.place), ("o.ply", "origin"))
+            self.assertIn("would move", caught.exception.problem)
+            self.assertFalse(pathlib.Path("o.ply").exists())
+            write("o.ply", what, origin=numpy.array([0.5, 0.1, 1000.0]))
+            pathlib.Path("o.ply").unlink()
+        with self.assertRaises(orbweave.UsageError):
+            orbweave.write_mesh("o.stl", mesh, origin=(1e8, 0, 0))
+
     def test_errors_travel_between_processes(self):
         error = orbweave.UsageError("text", problem="p", file="f", place="line 2", found="x", expected="y", advice="z")
         twin = pickle.loads(pickle.dumps(error))

@@ -64,6 +64,7 @@ class Jobs(unittest.TestCase):
         self.assertEqual(plan["points"], 3000)
         self.assertGreater(plan["peak_memory_bytes"], 0)
         self.assertIsNone(plan["holes"])
+        self.assertEqual(plan["doubts"], [])
 
     def test_a_job_without_scans_is_wrong_usage(self):
         with self.assertRaises(orbweave.UsageError) as caught:
