@@ -16,6 +16,7 @@
 #include "engine/normals/normal_side.h"
 #include "engine/normals/orientation.h"
 #include "engine/spacing/automatic_radii.h"
+#include "engine/spacing/coordinate_decades.h"
 #include "engine/spacing/normal_radius.h"
 #include "engine/spacing/orientation_cell.h"
 #include "io/keep_points.h"
@@ -99,6 +100,7 @@ Spacing measure(std::span<const Vec3> positions, const PointCounts& counts, bool
   sampler.merge_duplicates();
   Spacing spacing;
   spacing.octree = cut_octree(counts, root, kChunkPoints);
+  require_few_decades(sampler.sites(), "");
   const SearchedSites sites(sampler.sites(), options.stop);
   const auto neighbors = static_cast<std::size_t>(options.normals.neighbors);
   const SampledNeighbors sample(

@@ -57,7 +57,8 @@ struct Reconstruction {
 /// the number of threads. Normals are estimated where the cloud has none; those it has are taken at
 /// the width that `cloud.schema.normal_type` says. Holds some 400 bytes per point, of fewer than
 /// 2^32 points. Throws Error: usage for options out of range, bad input where no triangle can be
-/// formed, interrupted when `options.stop` is requested; std::bad_alloc passes through.
+/// formed or where coordinates span so many decades that they are no scan's, interrupted when
+/// `options.stop` is requested; std::bad_alloc passes through.
 ///
 /// Thread-safe: several threads may call it at once. Changes no global state.
 Reconstruction reconstruct(PointCloud cloud, const ReconstructionOptions& options = {});

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "engine/spacing/automatic_radii.h"
+#include "engine/spacing/coordinate_decades.h"
 #include "engine/spacing/coordinate_step.h"
 #include "partition/count_grid.h"
 #include "partition/root_cube.h"
@@ -82,6 +83,8 @@ std::uint64_t count_duplicates(std::vector<std::uint64_t>& hashes) {
 
 void measure_spacing(std::span<const SpacingSite> of_cloud, CloudFacts& facts) {
   constexpr std::size_t kNeighbors = 6;
+  facts.doubt = objection_to_decades(coordinate_decades(of_cloud));
+  if (!facts.doubt.empty()) return;
   const SearchedSites sites(of_cloud);
   const SampledNeighbors sample(sites, kNeighbors);
   const auto median = [&](std::size_t neighbors) -> std::optional<double> {

@@ -8,7 +8,12 @@
 #include <vector>
 
 #include "engine/planning/plan_job.h"
+#include "engine/reconstruct.h"
+#include "engine/spacing/coordinate_decades.h"
 #include "engine/spacing/coordinate_step.h"
+#include "engine/validation/cloud_facts.h"
+#include "io/clouds/open_point_source.h"
+#include "io/error.h"
 #include "io/meshes/mesh_writer.h"
 #include "tests/support/clouds.h"
 #include "tests/support/data.h"
@@ -21,6 +26,8 @@ using namespace orbweave;
 using namespace orbweave::test;
 
 namespace {
+
+[[maybe_unused]] const bool in_memory = scratch_in_memory();
 
 Job job_without_fill(const ScratchDirectory& scratch, const NamedCloud& named) {
   Job job = job_for(scratch, named);
@@ -72,6 +79,30 @@ NamedCloud thin_plate(double steps) {
       }
   put_in_order(named.cloud);
   return named;
+}
+
+/// Points whose coordinates have magnitudes all through so many decades around 1.
+NamedCloud spread_over(double decades, std::size_t points) {
+  Random random(7);
+  NamedCloud named;
+  named.ball_radius = 1.0;
+  named.cloud.schema.has_normals = true;
+  const auto coordinate = [&] {
+    const double sign = random.uniform() < 0.5 ? -1.0 : 1.0;
+    return sign * std::pow(10.0, decades * (random.uniform() - 0.5));
+  };
+  for (std::size_t i = 0; i < points; ++i) {
+    const double x = coordinate(), y = coordinate();
+    named.cloud.positions.push_back({x, y, coordinate()});
+    named.cloud.normals.push_back({0, 0, 1});
+  }
+  put_in_order(named.cloud);
+  return named;
+}
+
+int crowded_decades(const PointCloud& cloud) {
+  const SpacingSite site{cloud.bounds(), cloud.bounds(), cloud.positions};
+  return coordinate_decades({&site, 1}).crowded;
 }
 
 double step_of(const PointCloud& cloud) {
@@ -217,4 +248,47 @@ TEST_CASE("PosesBesideScansThatAreTakenWithoutThemAreNamed") {
   write_text(scratch / "scans.aln", "1\nb.ply\n#\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n0\n");
   CHECK(warns_of(job,
                  "scans.aln names b.ply: if the file holds their poses, give them by input.pose"));
+}
+
+TEST_CASE("ScansHaveFewDecadesWhereverTheirStraysAre") {
+  CHECK(crowded_decades(uneven_sheet({3.0e5, 1.0e6, 100.0}).cloud) == 1);
+  CHECK(crowded_decades(uneven_sheet({0.0, 0.0, 0.0}).cloud) <= 2);
+  PointCloud torus = noisy_torus(4000, 0.1, 3).cloud;
+  for (std::size_t i = 0; i < 40; ++i)
+    torus.positions[i] = {std::pow(10.0, static_cast<double>(i) - 20.0), 0.0, 0.0};
+  torus.positions[40] = {0.0, 0.0, 0.0};
+  CHECK(crowded_decades(torus) <= 2);
+  CHECK(crowded_decades({}) == 0);
+  CHECK(crowded_decades(spread_over(12.0, 4000).cloud) <= 12);
+  CHECK(crowded_decades(spread_over(76.0, 4000).cloud) > 30);
+}
+
+TEST_CASE("CoordinatesOfAllDecadesAreRefusedBeforeTheirNeighboursAreSought") {
+  ScratchDirectory scratch;
+  const NamedCloud wide = spread_over(75.0, 60'000);
+  Job job = job_without_fill(scratch, wide);
+  job.normals.source = GENERATE(NormalSource::kEstimate, NormalSource::kFile);
+  const std::string expected = "the byte order of the file, or the columns";
+  RecordingProgress progress;
+  const StopToken stop;
+  const auto message = [](const auto& call) -> std::string {
+    try {
+      call();
+    } catch (const Error& error) {
+      CHECK(error.kind() == ErrorKind::kBadInput);
+      return error.what();
+    }
+    return "accepted";
+  };
+  for (const std::string& told :
+       {message([&] { run(job); }), message([&] { plan_job(job, progress, stop); }),
+        message([&] { reconstruct(wide.cloud); })})
+    CHECK_THAT(told, Contains("coordinates span 7") && Contains(expected) &&
+                         Contains("nine tenths of the points in "));
+  CHECK_THAT(message([&] { run(job); }), Contains(job.input.files.front()));
+  const auto source = open_point_source(job.input.files.front());
+  const auto again = open_point_source(job.input.files.front());
+  const CloudFacts facts = cloud_facts(*source, again.get());
+  CHECK_THAT(facts.doubt, Contains("coordinates span 7") && Contains(expected));
+  CHECK_FALSE(facts.spacing);
 }

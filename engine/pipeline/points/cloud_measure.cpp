@@ -7,6 +7,7 @@
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/points/count_stage.h"
 #include "engine/pipeline/stage/method_costs.h"
+#include "engine/spacing/coordinate_decades.h"
 #include "engine/spacing/coordinate_step.h"
 #include "engine/spacing/normal_radius.h"
 
@@ -52,6 +53,7 @@ Octree final_octree(const ResolvedJob& job, const CountedCloud& cloud, const Par
 }
 
 Partition measure(const CloudInput& input, SpacingSampler& sampler, const RunControl& control) {
+  if (input.are_scans) require_few_decades(sampler.sites(), control.job.files.front());
   sampler.merge_duplicates(&control.stop);
   const SearchedSites sites(sampler.sites(), &control.stop);
   const int levels = control.job.reconstruct.levels;
