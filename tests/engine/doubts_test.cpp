@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -103,6 +104,26 @@ NamedCloud spread_over(double decades, std::size_t points) {
 int crowded_decades(const PointCloud& cloud) {
   const SpacingSite site{cloud.bounds(), cloud.bounds(), cloud.positions};
   return coordinate_decades({&site, 1}).crowded;
+}
+
+/// What reading and cleaning `job` says when it is interrupted at a stage and resumed.
+RunReport resumed_at(const Job& job, const std::string& stage) {
+  StopToken stop;
+  RecordingProgress progress;
+  progress.at_stage = [&](const std::string& begun) {
+    if (begun == stage) stop.request();
+  };
+  try {
+    run_job(job, {"test"}, progress, stop);
+  } catch (const Error& error) {
+    CHECK(error.kind() == ErrorKind::kInterrupted);
+  }
+  return run(job);
+}
+
+std::vector<std::string> without_resuming(std::vector<std::string> notes) {
+  std::erase_if(notes, [](const std::string& note) { return note.starts_with("resuming"); });
+  return notes;
 }
 
 double step_of(const PointCloud& cloud) {
@@ -248,6 +269,36 @@ TEST_CASE("PosesBesideScansThatAreTakenWithoutThemAreNamed") {
   write_text(scratch / "scans.aln", "1\nb.ply\n#\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n0\n");
   CHECK(warns_of(job,
                  "scans.aln names b.ply: if the file holds their poses, give them by input.pose"));
+}
+
+TEST_CASE("AResumedRunSaysOfThePointsWhatAnUndisturbedOneSays") {
+  ScratchDirectory scratch;
+  NamedCloud sheet = uneven_sheet({3.0e5, 1.0e6, 100.0});
+  constexpr std::size_t kPoints = 1200;
+  sheet.cloud.positions.resize(kPoints);
+  sheet.cloud.normals.resize(kPoints);
+  Random random(11);
+  for (Vec3& p : sheet.cloud.positions) p.z += 0.3 * random.uniform();
+  sheet.cloud = as_floats(sheet.cloud);
+  sheet.cloud.positions.back() = {1e9, 0.0, 0.0};
+  put_in_order(sheet.cloud);
+  Job job = job_without_fill(scratch, sheet);
+  job.partition.chunk_points = 500;
+  const bool estimates = GENERATE(false, true);
+  job.normals.source = estimates ? NormalSource::kEstimate : NormalSource::kFile;
+  RecordingProgress progress;
+  const StopToken never;
+  const RunReport whole = run_job(job, {"test"}, progress, never);
+  CHECK(std::ranges::any_of(whole.notes, [](const std::string& note) {
+    return note.starts_with("points that are no measurements are left out");
+  }));
+  REQUIRE(whole.warnings.size() >= 2);
+  for (const std::string& stage : std::set(progress.stages.begin(), progress.stages.end())) {
+    CAPTURE(stage, estimates);
+    const RunReport resumed = resumed_at(job, stage);
+    CHECK(resumed.warnings == whole.warnings);
+    CHECK(without_resuming(resumed.notes) == whole.notes);
+  }
 }
 
 TEST_CASE("ScansHaveFewDecadesWhereverTheirStraysAre") {

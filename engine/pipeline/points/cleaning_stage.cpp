@@ -49,18 +49,21 @@ CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
   const bool acts_on_noise =
       facts.options.smooth_radius > 0.0 || facts.options.thin_to_spacing > 0.0;
   if (runner.job.cleaning.automatic) {
-    runner.note("cleaning: " + short_reason(scans.layers, unit), "cleaning: " + facts.reason);
+    runner.say_of_points(
+        {"cleaning: " + short_reason(scans.layers, unit), "cleaning: " + facts.reason});
   } else if (!acts_on_noise && scans.layers.is_thick()) {
-    runner.warn(short_noise(scans.layers, unit) + ": the mesh may be rough or have holes; try " +
-                    setting(runner.job, "cleaning.auto", "true"),
-                "the mesh may be rough or have holes: " + facts.reason);
+    runner.say_of_points({.shown = short_noise(scans.layers, unit) +
+                                   ": the mesh may be rough or have holes; try " +
+                                   setting(runner.job, "cleaning.auto", "true"),
+                          .full = "the mesh may be rough or have holes: " + facts.reason,
+                          .is_warning = true});
   }
   return facts;
 }
 
 void warn_of_steps(StageRunner& runner, const Partition& scans) {
   const std::string objection = objection_to_step(scans.coordinate_step, scans.spacing);
-  if (!objection.empty()) runner.warn(objection);
+  if (!objection.empty()) runner.say_of_points({objection, objection, true});
 }
 
 std::vector<std::uint8_t> turned(std::vector<std::uint8_t> flags) {
@@ -270,8 +273,10 @@ NormalFacts take_poles(StageRunner& runner, RawCloud& cloud) {
 /// The raw points in chunks; resumes from the store where it holds them whole.
 CutPoints raw_points(StageRunner& runner) {
   if (std::optional<Partition> stored =
-          begin_partition(runner, kRawCut, raw_points_key(runner.job)))
+          begin_partition(runner, kRawCut, raw_points_key(runner.job))) {
+    for (const SaidLine& line : stored->said) runner.say_of_points(line);
     return {std::move(*stored), 0};
+  }
   return partition_by_team(
       runner, kRawCut, [&] { return cut_and_sort(scans_as_input(runner.job, kRawCut), runner); });
 }
@@ -454,6 +459,7 @@ std::vector<double> radii_in_spacings(const Partition& measured) {
 }
 
 CutPoints partition_cleaned(StageRunner& runner) {
+  runner.of_points.clear();
   CutPoints raw = raw_points(runner);
   RawCloud cloud = raw_cloud(runner, std::move(raw.partition));
   warn_of_steps(runner, cloud.partition);
@@ -486,9 +492,9 @@ CutPoints partition_cleaned(StageRunner& runner) {
     cut.partition.normals = normals;
     if (runner.job.estimates_normals) {
       const bool are_poles = normals.source == NormalSource::kPoles;
-      runner.note(
-          (are_poles ? "normals: poles, " : "normals: estimated, ") + describe_orientation(normals),
-          describe_normals(normals));
+      runner.say_of_points({(are_poles ? "normals: poles, " : "normals: estimated, ") +
+                                describe_orientation(normals),
+                            describe_normals(normals)});
       warn_of_orientation(runner, normals);
     }
     return cut;
@@ -524,7 +530,11 @@ CutPoints make_points(StageRunner& runner) {
 
 CutPoints partition_points(const ResolvedJob& job, StageRunner& runner) {
   std::optional<Partition> stored = begin_partition(runner, kFinalCut, points_key(job));
-  if (stored) runner.note("resuming: the points are partitioned already");
+  runner.of_points.clear();
+  if (stored) {
+    runner.note("resuming: the points are partitioned already");
+    for (const SaidLine& line : stored->said) runner.say_of_points(line);
+  }
   CutPoints points = stored ? CutPoints{std::move(*stored), 0} : make_points(runner);
   if (runner.communicator.is_root()) discard_raw_stages(runner.store);
   return points;

@@ -134,6 +134,7 @@ std::string counted_text(const CountedCloud& cloud, std::uint64_t memory_bytes, 
   cut.coordinate_system = cloud.coordinate_system;
   cut.meters_per_unit = cloud.meters_per_unit;
   cut.has_wide_colors = cloud.has_wide_colors;
+  for (const std::string& line : cloud.notes) cut.said.push_back({line, line});
   return document_text({{"members", members},
                         {"chunk_points", cloud.memory.chunk_points},
                         {"rows_left_out", cloud.rows_left_out},
@@ -280,6 +281,7 @@ CountedCloud stored_count(const CutExchange& cut, const StageRunner& runner) {
   cloud.coordinate_system = std::move(before.coordinate_system);
   cloud.meters_per_unit = before.meters_per_unit;
   cloud.has_wide_colors = before.has_wide_colors;
+  for (SaidLine& line : before.said) cloud.notes.push_back(std::move(line.shown));
   cloud.bounds = before.bounds;
   cloud.octree = std::move(before.octree);
   const auto size = static_cast<std::uint64_t>(runner.communicator.size());

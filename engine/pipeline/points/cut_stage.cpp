@@ -286,7 +286,7 @@ CutPoints cut_and_sort(const CloudInput& input, StageRunner& runner) {
   CutExchange cut = begin_cut(input, runner);
   const bool is_counted = cut.found != CutExchange::Found::kNothing;
   CountedCloud cloud = is_counted ? stored_count(cut, runner) : count_by_team(input, cut, runner);
-  for (const std::string& line : cloud.notes) runner.note(line);
+  for (const std::string& line : cloud.notes) runner.say_of_points({line, line});
   note_resumed(cut, runner);
   JobSize size;
   size.points = size.kept_points = cloud.points_used;
@@ -333,6 +333,7 @@ CutPoints partition_by_team(StageRunner& runner, const CutStages& stages,
                             const std::function<CutPoints()>& make) {
   CutPoints points = make();
   by_root(runner, [&] {
+    points.partition.said = runner.of_points;
     commit_partition(runner.store, stages.points(), points.partition);
     runner.store.discard_stage(stages.cut());
   });

@@ -76,13 +76,15 @@ void warn_of_contested(StageRunner& runner, const NormalFacts& normals) {
   for (const ContestedFacts& place : normals.contested_places)
     places += (places.empty() ? "" : ", ") + format_position(place.center) + " (" +
               format_count(place.patches) + ")";
-  runner.warn(
-      "the side of the normals is uncertain on " + share_of_contested(normals) +
-          "; look first near " + format_position(normals.contested_places.front().center),
-      "the side of the normals is uncertain: the votes of " + format_count(normals.contested) +
-          " of " + format_count(normals.patches) + " patches, " + percent(normals.contested_area) +
-          " of the surface, contradict each other. The places with the most of them: " + places +
-          ". " + advice_on_orientation(runner.job, normals.orientation));
+  runner.say_of_points(
+      {.shown = "the side of the normals is uncertain on " + share_of_contested(normals) +
+                "; look first near " + format_position(normals.contested_places.front().center),
+       .full =
+           "the side of the normals is uncertain: the votes of " + format_count(normals.contested) +
+           " of " + format_count(normals.patches) + " patches, " + percent(normals.contested_area) +
+           " of the surface, contradict each other. The places with the most of them: " + places +
+           ". " + advice_on_orientation(runner.job, normals.orientation),
+       .is_warning = true});
 }
 
 void warn_of_doubtful(StageRunner& runner, const NormalFacts& normals) {
@@ -94,11 +96,12 @@ void warn_of_doubtful(StageRunner& runner, const NormalFacts& normals) {
   const std::string what =
       "the side of the normals is a guess on " + percent(normals.doubtful_area) + " of the surface";
   const DoubtfulFacts& largest = normals.doubtful.front();
-  runner.warn(
-      what + " (" + largest.reason + "); look first near " + format_position(largest.center),
-      what + ". The largest parts of it: " + parts + ". " +
-          advice_on_orientation(runner.job, normals.orientation) +
-          advice_on_interiors(runner.job, normals.orientation));
+  runner.say_of_points({.shown = what + " (" + largest.reason + "); look first near " +
+                                 format_position(largest.center),
+                        .full = what + ". The largest parts of it: " + parts + ". " +
+                                advice_on_orientation(runner.job, normals.orientation) +
+                                advice_on_interiors(runner.job, normals.orientation),
+                        .is_warning = true});
 }
 
 }  // namespace

@@ -122,6 +122,18 @@ LayerThickness layers_from(const Json& j) {
   return {j.at(0), j.at(1), j.at(2), j.at(3), j.at(4), j.at(5)};
 }
 
+Json to_json(const std::vector<SaidLine>& lines) {
+  Json said = Json::array();
+  for (const SaidLine& line : lines) said.push_back({line.shown, line.full, line.is_warning});
+  return said;
+}
+
+std::vector<SaidLine> said_from(const Json& j) {
+  std::vector<SaidLine> lines;
+  for (const Json& line : j) lines.push_back({line.at(0), line.at(1), line.at(2)});
+  return lines;
+}
+
 Json to_json(const Chunk& chunk) {
   return Json::array(
       {chunk.code_begin, chunk.code_end, chunk.depth, to_json(chunk.box), chunk.points});
@@ -161,6 +173,7 @@ std::string partition_to_json(const Partition& partition) {
       {"has_wide_colors", partition.has_wide_colors},
   };
   if (partition.coordinate_step > 0.0) document["coordinate_step"] = partition.coordinate_step;
+  if (!partition.said.empty()) document["said"] = to_json(partition.said);
   if (partition.meters_per_unit) document["meters_per_unit"] = to_json(*partition.meters_per_unit);
   return document_text(document);
 }
@@ -191,6 +204,8 @@ Partition partition_from_json(const std::string& text) {
   partition.coordinate_system = document.at("coordinate_system");
   partition.has_wide_colors = document.at("has_wide_colors");
   partition.coordinate_step = document.value("coordinate_step", 0.0);
+  // Documents of earlier versions have nothing said.
+  if (document.contains("said")) partition.said = said_from(document.at("said"));
   if (document.contains("meters_per_unit"))
     partition.meters_per_unit = vec3_from(document.at("meters_per_unit"));
   return partition;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/pipeline/stage/said_line.h"
 #include "engine/spacing/layer_thickness.h"
 #include "io/report/report.h"
 #include "io/store/chunk_points.h"
@@ -34,6 +35,8 @@ struct Partition {
   std::string coordinate_system;
   std::optional<Vec3> meters_per_unit;  ///< of x, y and z; empty: not known
   bool has_wide_colors = false;         ///< 16-bit colours of the scans beyond 255
+  /// What was said of the points when they were made; runs that find them made say it again.
+  std::vector<SaidLine> said;
   /// Where the store holds the points; not part of the document.
   std::string stage = kPointsStage;
 

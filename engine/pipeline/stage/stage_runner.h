@@ -2,11 +2,13 @@
 // measured so far.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "engine/pipeline/stage/resolved_job.h"
+#include "engine/pipeline/stage/said_line.h"
 #include "engine/pipeline/stage/stages.h"
 #include "io/report/progress.h"
 #include "io/report/report.h"
@@ -32,6 +34,7 @@ struct StageRunner : RunControl {
   int root_threads = 1;                    ///< of the root, as all processes know them
   std::vector<std::string> notes = {};     ///< everything said so far
   std::vector<std::string> warnings = {};  ///< of it, what was a warning
+  std::vector<SaidLine> of_points = {};    ///< of it, what is stored with the points
   std::vector<StageFacts> measured = {};   ///< of the stages that ended
 
   void note(const std::string& line) { note(line, line); }
@@ -45,6 +48,12 @@ struct StageRunner : RunControl {
     notes.push_back(full);
     warnings.push_back(full);
     progress.warn(line);
+  }
+  /// Says what is true of the points, once: an earlier attempt of this run may have said it.
+  void say_of_points(const SaidLine& line) {
+    of_points.push_back(line);
+    if (std::find(notes.begin(), notes.end(), line.full) != notes.end()) return;
+    line.is_warning ? warn(line.shown, line.full) : note(line.shown, line.full);
   }
 };
 
