@@ -76,6 +76,16 @@ void CloudCounts::for_each(const std::function<void(Vec3, std::uint64_t)>& visit
   for (const Cell& cell : cells_) visit(lattice_.corner(cell.at), cell.count);
 }
 
+std::size_t CloudCounts::cells() const { return cells_.size(); }
+
+void CloudCounts::for_each_at_once(
+    const std::function<void(std::size_t, Vec3, std::uint64_t)>& visit) const {
+  for_each_whole((cells_.size() + kGrain - 1) / kGrain, [&](std::size_t block) {
+    for (std::size_t i = block * kGrain; i < std::min(cells_.size(), (block + 1) * kGrain); ++i)
+      visit(i, lattice_.corner(cells_[i].at), cells_[i].count);
+  });
+}
+
 void CloudCounts::for_each_place(
     const std::function<void(Vec3, double, std::uint64_t)>& visit) const {
   if (positions_.size() <= kEarlyPoints) {

@@ -21,6 +21,9 @@ class CloudCounts final : public PointCounts {
   const Box& bounds() const override { return bounds_; }
   double cell() const override { return lattice_.cell; }
   void for_each(const std::function<void(Vec3, std::uint64_t)>& visit) const override;
+  std::size_t cells() const override;
+  void for_each_at_once(
+      const std::function<void(std::size_t, Vec3, std::uint64_t)>& visit) const override;
   /// Visits the points of a cloud of at most kEarlyPoints points, else the cells.
   void for_each_place(const std::function<void(Vec3, double, std::uint64_t)>& visit) const override;
 

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "io/error.h"
+#include "io/whole_loop.h"
 #include "partition/canonical_order.h"
 #include "partition/count_lattice.h"
 #include "partition/radix_sort.h"
@@ -351,6 +352,44 @@ void CountGrid::for_each(const std::function<void(Vec3, std::uint64_t)>& visit) 
   state.tree->for_each_leaf([&](const Leaf& leaf) {
     for (auto value = leaf.cbeginValueOn(); value; ++value)
       visit(state.lattice.corner(index_of(value.getCoord())), value.getValue());
+  });
+}
+
+std::size_t CountGrid::cells() const {
+  State& state = *state_;
+  if (state.points == 0) return 0;
+  if (!state.has_scale()) return 1;
+  if (state.tree == nullptr) state.build();
+  std::size_t cells = 0;
+  state.tree->for_each_leaf([&](const Leaf& leaf) { cells += leaf.onVoxelCount(); });
+  return cells;
+}
+
+void CountGrid::for_each_at_once(
+    const std::function<void(std::size_t, Vec3, std::uint64_t)>& visit) const {
+  const State& state = *state_;
+  const std::size_t count = cells();
+  if (count <= 1)
+    return for_each([&](Vec3 corner, std::uint64_t points) { visit(0, corner, points); });
+  struct First {
+    const Leaf* leaf;
+    std::size_t cell;
+  };
+  constexpr std::size_t kLeavesAtOnce = 512;
+  std::vector<First> firsts;
+  firsts.reserve(state.tree->leaves());
+  std::size_t before = 0;
+  state.tree->for_each_leaf([&](const Leaf& leaf) {
+    firsts.push_back({&leaf, before});
+    before += leaf.onVoxelCount();
+  });
+  for_each_whole((firsts.size() + kLeavesAtOnce - 1) / kLeavesAtOnce, [&](std::size_t block) {
+    const std::size_t end = std::min(firsts.size(), (block + 1) * kLeavesAtOnce);
+    for (std::size_t i = block * kLeavesAtOnce; i < end; ++i) {
+      std::size_t cell = firsts[i].cell;
+      for (auto value = firsts[i].leaf->cbeginValueOn(); value; ++value)
+        visit(cell++, state.lattice.corner(index_of(value.getCoord())), value.getValue());
+    }
   });
 }
 

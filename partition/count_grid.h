@@ -53,6 +53,9 @@ class CountGrid final : public PointCounts {
   double cell() const override;
   std::size_t memory_bytes() const;  ///< held at the moment
   void for_each(const std::function<void(Vec3, std::uint64_t)>& visit) const override;
+  std::size_t cells() const override;
+  void for_each_at_once(
+      const std::function<void(std::size_t, Vec3, std::uint64_t)>& visit) const override;
   /// Visits the points themselves as long as no cells were made of them, which for_each() and
   /// cell() do.
   void for_each_place(const std::function<void(Vec3, double, std::uint64_t)>& visit) const override;

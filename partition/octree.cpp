@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "io/error.h"
+#include "io/first_touch.h"
 #include "partition/radix_sort.h"
 
 namespace orbweave {
@@ -32,17 +33,17 @@ Box node_box(const RootCube& root, std::uint64_t begin, int depth) {
 
 /// The grid's cells in Morton order, with sums of their counts.
 struct CodedCells {
-  std::vector<KeyIndex> cells;            ///< first code; index into counts
+  KeyList cells;                          ///< first code; index into counts
   std::vector<std::uint64_t> sum_before;  ///< points before the i-th cell in Morton order
 };
 
 CodedCells code_cells(const PointCounts& grid, const RootCube& root) {
   const MortonFrame frame(root);
-  CodedCells coded;
-  std::vector<std::uint64_t> counts;
-  grid.for_each([&](Vec3 corner, std::uint64_t count) {
-    coded.cells.push_back({frame.code(corner), static_cast<std::uint32_t>(counts.size())});
-    counts.push_back(count);
+  CodedCells coded{KeyList(grid.cells()), {}};
+  UnsetVector<std::uint64_t> counts(coded.cells.size());
+  grid.for_each_at_once([&](std::size_t cell, Vec3 corner, std::uint64_t count) {
+    coded.cells[cell] = {frame.code(corner), static_cast<std::uint32_t>(cell)};
+    counts[cell] = count;
   });
   radix_sort(coded.cells);
   coded.sum_before.reserve(counts.size() + 1);

@@ -76,7 +76,7 @@ std::uint64_t ordered_bits(double value) {
 /// Sorts by comes_before: all points by their first coordinates, then those that share one.
 /// Millions of points are sorted in place by comparisons, which takes longer but no more memory.
 void sort_points(std::vector<Vec3>& points, const StopToken* stop) {
-  constexpr std::size_t kFew = std::size_t{1} << 14, kMost = std::size_t{1} << 21;
+  constexpr std::size_t kFew = std::size_t{1} << 10, kMost = std::size_t{1} << 21;
   constexpr std::size_t kGrain = 4096;
   if (points.size() <= kFew || points.size() > kMost) return sort_by_comparisons(points, stop);
   KeyList order(points.size());
