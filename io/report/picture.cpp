@@ -274,7 +274,8 @@ class MeshPicture::TrianglePainter {
   bool culls_backs_;
 };
 
-MeshPicture::MeshPicture(const Box& bounds, const PictureOptions& options) : options_(options) {
+MeshPicture::MeshPicture(const Box& bounds, const PictureOptions& options)
+    : bounds_(bounds), options_(options) {
   const auto fits = [](int size) { return size >= 1 && size <= kLargestSize; };
   if (!fits(options.width) || !fits(options.height))
     throw std::invalid_argument("a picture has 1 to 16384 pixels a side");
@@ -327,7 +328,15 @@ void MeshPicture::draw_points(std::span<const Vec3> points, std::span<const Vec3
 
 bool MeshPicture::shows_backs() const {
   constexpr double kMost = 0.6;
-  return samples_->share_of_backs() > kMost;
+  return share_of_backs() > kMost;
+}
+
+double MeshPicture::share_of_backs() const { return samples_->share_of_backs(); }
+
+void MeshPicture::turn_around() {
+  options_.azimuth_deg += options_.azimuth_deg < 180.0 ? 180.0 : -180.0;
+  view_ = std::make_unique<View>(bounds_, options_);
+  samples_->clear();
 }
 
 void MeshPicture::leave_out_backs() {

@@ -58,8 +58,12 @@ class MeshPicture {
   /// surface). May be called from several threads at a time.
   void draw(std::span<const std::array<Vec3, 3>> triangles,
             std::span<const std::int32_t> hole = {});
+  /// Of what is drawn, the share of back faces, 0 to 1; 0 where nothing is.
+  double share_of_backs() const;
   /// Whether most of what is drawn are back faces, as of a room that is seen from outside.
   bool shows_backs() const;
+  /// Starts over, with the eye on the opposite side of the up axis.
+  void turn_around();
   /// Starts over, without back faces from now on: one looks through walls at what faces the eye.
   void leave_out_backs();
   /// Draws triangles in colours that tell a number each: 0 is that of the surface, 1 purple.
@@ -84,6 +88,7 @@ class MeshPicture {
  private:
   struct View;
   class TrianglePainter;
+  Box bounds_;
   PictureOptions options_;
   bool culls_backs_ = false;
   std::vector<LegendEntry> legend_;

@@ -59,6 +59,37 @@ TEST_CASE("PicturesOfEveryColouringAreTheSameInAnyCut") {
   }
 }
 
+/// Half of a sphere, as a scanner on that side of it sees it: on that of the eye, or on the other.
+NamedCloud half_sphere(bool is_before) {
+  NamedCloud half = test::random_sphere(3000, 5);
+  const double middle = half.cloud.bounds().center().z;
+  PointCloud kept;
+  kept.schema = half.cloud.schema;
+  for (std::size_t i = 0; i < half.cloud.size(); ++i)
+    if ((half.cloud.positions[i].z > middle) == is_before) kept.append(half.cloud, i);
+  half.cloud = kept;
+  return half;
+}
+
+TEST_CASE("WhatWasScannedFromTheOtherSideIsSeenFromThere") {
+  const bool is_before = GENERATE(true, false);
+  const NamedCloud named = half_sphere(is_before);
+  std::optional<std::string> first;
+  for (const std::uint64_t chunk_points : {300u, 1'000'000u}) {
+    const ScratchDirectory scratch;
+    Job job = picture_job(scratch, named, PictureColors::kPatches);
+    job.output.picture_up = UpAxis::kY;
+    job.partition.chunk_points = chunk_points;
+    run(job);
+    const std::string seen = bytes_of(job.output.picture);
+    if (first) CHECK(seen == *first);
+    first = seen;
+    job.output.picture_backs = PictureBacks::kShown;  // always from the same side
+    run(job);
+    CHECK((bytes_of(job.output.picture) == seen) == is_before);
+  }
+}
+
 TEST_CASE("ColoursOfAScanThatHasNoneAreSaidToBeMissing") {
   const ScratchDirectory scratch;
   const NamedCloud named = two_tori(false);

@@ -203,6 +203,26 @@ TEST_CASE("BackFacesLeftOutShowTheFarSideFromWithin") {
   CHECK_FALSE(usual.shows_backs());
 }
 
+TEST_CASE("APictureIsTurnedAroundAndBack") {
+  // The far half of a sphere, as seen from within: its front faces the other side.
+  std::vector<Corners> half = sphere(24);
+  const double middle = bounds_of(half).center().z;
+  std::erase_if(half, [&](const Corners& t) { return t[0].z + t[1].z + t[2].z > 3.0 * middle; });
+  PictureOptions options = kSmall;
+  options.up = UpAxis::kY;
+  MeshPicture picture(bounds_of(half), options);
+  picture.draw(half);
+  const std::vector<std::uint8_t> from_within = picture.pixels();
+  const double backs = picture.share_of_backs();
+  CHECK(backs > 0.5);
+  picture.turn_around();
+  picture.draw(half);
+  CHECK(picture.share_of_backs() < 0.5 * backs);
+  picture.turn_around();
+  picture.draw(half);
+  CHECK(picture.pixels() == from_within);
+}
+
 TEST_CASE("ThePictureDoesNotDependOnTheOrderNorOnTheThreadsThatDraw") {
   // Two surfaces at the same depth, one of a filled hole: ties everywhere.
   std::vector<Corners> triangles = sphere(24);
