@@ -21,8 +21,8 @@ class PointCounts {
   virtual void for_each(const std::function<void(Vec3, std::uint64_t)>& visit) const = 0;
   /// Non-empty cells.
   virtual std::size_t cells() const = 0;
-  /// As for_each(), on the threads of the calling thread's TBB arena, with the numbers of the cells:
-  /// each from 0 to cells() - 1 once, and the same number for a cell every time.
+  /// As for_each(), on the threads of the calling thread's TBB arena, with the numbers of the
+  /// cells: each from 0 to cells() - 1 once, and the same number for a cell every time.
   virtual void for_each_at_once(
       const std::function<void(std::size_t, Vec3, std::uint64_t)>& visit) const = 0;
   /// Calls visit(min corner, side, count) for what is known most exactly: the points themselves,
