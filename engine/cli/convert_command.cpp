@@ -1,10 +1,13 @@
 // orbweave convert: a cloud or a mesh from one format to another.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
+#include <filesystem>
 #include <functional>
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <system_error>
 
 #include "engine/cli/commands.h"
 #include "engine/cli/file_kind.h"
@@ -13,12 +16,14 @@
 #include "engine/cli/selected_source.h"
 #include "engine/cli/signals.h"
 #include "engine/normals/normals_from_faces.h"
+#include "engine/pipeline/stage/writer_options.h"
 #include "engine/validation/cloud_facts.h"
 #include "engine/validation/mesh_facts.h"
 #include "io/error.h"
 #include "io/job/output_origin.h"
 #include "io/meshes/heavy_data.h"
 #include "io/meshes/mesh_reader.h"
+#include "io/meshes/mesh_stream.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/meshes/shift_file.h"
 #include "io/points/color_depth.h"
@@ -203,6 +208,18 @@ void write_beside(const ConvertOptions& options, Vec3 origin, const std::string&
   keep_coordinate_system(options, system);
 }
 
+/// What faces tell of patches beside the hole; a format without a place for it leaves it out.
+void keep_confidence(const ConvertOptions& options, const TriangleMesh& mesh,
+                     MeshWriterOptions& written) {
+  std::error_code ignored;
+  if (mesh.hole.empty() || std::ranges::max(mesh.hole) > kMostIdWithConfidence ||
+      !std::filesystem::is_regular_file(options.in, ignored))
+    return;
+  for (const auto& [id, confidence] : hole_confidence(options.in))
+    note_confidence(written.confidence, id, confidence);
+  written.has_confidence = !written.confidence.empty();
+}
+
 void convert_mesh(const ConvertOptions& options) {
   const Job job = options.job();
   TriangleMesh mesh = read_mesh(options.in);
@@ -212,6 +229,7 @@ void convert_mesh(const ConvertOptions& options) {
   MeshWriterOptions written = writer_options(job, origin);
   const UpAxis up = up_axis_of_scans(std::span(&options.in, 1), system);
   written.up_axis = upright_axis(up, mesh.vertices.bounds());
+  keep_confidence(options, mesh, written);
   write_mesh(options.out, mesh, written);
   note_written(options.out);
   write_beside(options, origin, system);

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <filesystem>
 #include <iostream>
 #include <memory>
+#include <system_error>
 
 #include "engine/cli/commands.h"
 #include "engine/cli/file_kind.h"
@@ -24,6 +26,7 @@
 #include "engine/validation/usable_triangles.h"
 #include "io/error.h"
 #include "io/job/output_origin.h"
+#include "io/meshes/mesh_stream.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/meshes/shift_file.h"
 #include "io/points/color_depth.h"
@@ -33,6 +36,7 @@
 #include "io/report/progress.h"
 #include "io/system/file_descriptor.h"
 #include "io/system/path_roles.h"
+#include "io/text/quantity.h"
 
 namespace orbweave {
 namespace {
@@ -130,6 +134,7 @@ void warn_of_structure(const std::string& file, const MeshFacts& mesh, Progress&
 TriangleMesh usable_mesh(FillReport& report, Progress& progress) {
   progress.begin_stage("read", 0, "triangles");
   TriangleMesh mesh = read_usable_mesh(report.file);
+  require_room_for_ids(report.file, mesh);
   if (const auto colors = wide_colors(mesh.vertices.schema))
     ColorDepth(mesh.vertices.schema, report.options.output.color_bits,
                exceed_8_bits(mesh.vertices, *colors))
@@ -185,9 +190,39 @@ std::string summary(const FillReport& report) {
   return facts_table(facts);
 }
 
+/// The confidence of patches by the ids of their holes, from 1 on: of those that are new, and of
+/// those that the mesh came with as its file tells it. Empty where it is not asked for.
+std::vector<float> known_confidence(const TriangleMesh& mesh, const FillReport& report) {
+  const OutputOptions& output = report.options.output;
+  const bool in_picture =
+      !output.picture.empty() && output.picture_colors == PictureColors::kConfidence;
+  if (!output.confidence && !in_picture) return {};
+  const std::int32_t last = mesh.hole.empty() ? 0 : std::ranges::max(mesh.hole);
+  if (last > kMostIdWithConfidence)
+    throw_bad_input("the ids of filled holes are too large for their confidence to be kept",
+                    {.file = report.file,
+                     .place = "property hole of the faces",
+                     .found = format_count(static_cast<std::uint64_t>(last)),
+                     .expected = "at most " + format_count(kMostIdWithConfidence),
+                     .advice = "Write the mesh without that property."});
+  std::vector<float> confidence = confidence_of_patches(report.holes);
+  const auto is_earlier = [&](std::int32_t id) {
+    return id > 0 && (report.holes.empty() || id < report.holes.front().id);
+  };
+  // A stream cannot be read again: of its patches nothing is known, which is 1.
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(report.file, ignored) ||
+      std::ranges::none_of(mesh.hole, is_earlier))
+    return confidence;
+  for (const auto& [id, value] : hole_confidence(report.file))
+    if (id <= last && is_earlier(id)) note_confidence(confidence, id, value);
+  return confidence;
+}
+
 /// The mesh last: where it is, all of it is.
 void write_outputs(const TriangleMesh& mesh, const FillReport& report, Progress& progress) {
   const OutputOptions& output = report.options.output;
+  const std::vector<float> confidence = known_confidence(mesh, report);
   if (!output.picture.empty()) {
     progress.begin_stage("picture", 0, "triangles");
     MeshDrawing drawing;
@@ -196,7 +231,7 @@ void write_outputs(const TriangleMesh& mesh, const FillReport& report, Progress&
     drawing.colors = output.picture_colors;
     drawing.culls_backs = output.picture_backs == PictureBacks::kCulled;
     if (output.picture_colors == PictureColors::kConfidence)
-      drawing.picture.confidence = confidence_of_patches(report.holes);
+      drawing.picture.confidence = confidence;
     if (output.picture_colors == PictureColors::kPoints && !PointColors(mesh.vertices.schema).any())
       progress.note(kNoPointColors);
     draw_mesh(mesh, report.after.bounds, output.picture, drawing);
@@ -209,7 +244,8 @@ void write_outputs(const TriangleMesh& mesh, const FillReport& report, Progress&
     note_written(output.report);
   }
   progress.begin_stage("export", 0, "triangles");
-  MeshWriterOptions written = writer_options(output, report.holes, report.origin);
+  MeshWriterOptions written = writer_options(output, {}, report.origin);
+  written.confidence = confidence;
   written.up_axis = upright_axis(output.picture_up, report.after.bounds);
   write_mesh(output.mesh, mesh, written);
   progress.advance(mesh.triangles.size());

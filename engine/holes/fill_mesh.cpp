@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <limits>
+#include <string>
 #include <utility>
 
 #include "engine/geometry/crossing_pairs.h"
@@ -17,6 +19,7 @@
 #include "engine/holes/patch/numbers_near.h"
 #include "engine/holes/patch/patch_vertices.h"
 #include "engine/holes/small_pieces.h"
+#include "io/error.h"
 #include "io/mesh_size.h"
 
 namespace orbweave {
@@ -31,6 +34,20 @@ struct Survey {
   std::vector<OpenFan> fans;           // by vertex
   std::vector<std::uint32_t> pinched;  // vertices, ascending
 };
+
+/// The largest id of a hole that the mesh has already; 0: none.
+std::int32_t last_id(const TriangleMesh& mesh) {
+  std::int32_t last = 0;
+  for (const std::int32_t id : mesh.hole) last = std::max(last, id);
+  return last;
+}
+
+/// A mesh has fewer loops than triangles, and fewer pinches than vertices.
+bool has_room_for_ids(const TriangleMesh& mesh, std::int32_t last) {
+  constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int32_t>::max());
+  return last == 0 ||
+         mesh.triangles.size() + mesh.vertices.size() <= kMost - static_cast<std::uint64_t>(last);
+}
 
 Survey survey_of(const TriangleMesh& mesh, MeshSurvey whole, const FillOptions& options,
                  bool has_point_normals, const StopToken* stop) {
@@ -59,9 +76,8 @@ Survey survey_of(const TriangleMesh& mesh, MeshSurvey whole, const FillOptions& 
   survey.plan = plan_holes(std::move(boundary.fans), std::move(boundary.vertices),
                            components.pieces, kept, stop);
   // Ids go on after those that the mesh has already.
-  std::int32_t last = 0;
-  for (const std::int32_t id : mesh.hole) last = std::max(last, id);
-  survey.plan.first_id += last;
+  if (const std::int32_t last = last_id(mesh); has_room_for_ids(mesh, last))
+    survey.plan.first_id += last;
   return survey;
 }
 
@@ -294,10 +310,22 @@ std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const FillOptions& o
   return survey_of(mesh, MeshSurvey(mesh), options, false, nullptr).plan.all_facts();
 }
 
+void require_room_for_ids(const std::filesystem::path& file, const TriangleMesh& mesh) {
+  const std::int32_t last = last_id(mesh);
+  if (has_room_for_ids(mesh, last)) return;
+  throw_bad_input("the ids of its filled holes leave no room for those of further holes",
+                  {.file = file.string(),
+                   .place = "property hole of the faces",
+                   .found = std::to_string(last),
+                   .expected = "ids that begin at 1, as orbweave writes them",
+                   .advice = "Write the mesh without that property."});
+}
+
 FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options,
                      const FillMeshSettings& settings) {
   const StopToken* stop = settings.stop;
   require_mesh_in_core({}, mesh.vertices.size(), mesh.triangles.size());
+  require_room_for_ids({}, mesh);
   Survey survey = survey_of(
       mesh, settings.drops_small_pieces ? drop_small_pieces(mesh, options, stop) : MeshSurvey(mesh),
       options, settings.has_point_normals, stop);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <vector>
 
@@ -40,12 +41,16 @@ struct FillMeshSettings {
   HoleProgress progress = {};
 };
 
+/// Throws Error (bad input) where ids of holes that the mesh has already are too large to go on
+/// after.
+void require_room_for_ids(const std::filesystem::path& file, const TriangleMesh& mesh);
+
 /// Fills the holes of a mesh. Loops are numbered in the order of their vertices. Normals of new
 /// vertices are written where the mesh has normals, attributes are interpolated. The mesh must
 /// have no degenerate and no repeated triangles; loops that run into an edge of more than two
 /// triangles or of two in the same direction stay open. Throws Error (resource) for a mesh that is
-/// too large (io/mesh_size.h). Runs on the calling TBB arena; the result
-/// does not depend on the number of threads.
+/// too large (io/mesh_size.h), and as require_room_for_ids. Runs on the calling TBB arena; the
+/// result does not depend on the number of threads.
 FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options,
                      const FillMeshSettings& settings = {});
 

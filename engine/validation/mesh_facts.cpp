@@ -92,7 +92,7 @@ double total_area(const TriangleMesh& mesh) {
 double area_of_patches(const TriangleMesh& mesh) {
   double area = 0.0;
   for (std::size_t t = 0; t < mesh.hole.size(); ++t)
-    if (mesh.hole[t] != 0) area += triangle_area(mesh.vertices.positions, mesh.triangles[t]);
+    if (mesh.hole[t] > 0) area += triangle_area(mesh.vertices.positions, mesh.triangles[t]);
   return area;
 }
 

@@ -235,15 +235,33 @@ std::unique_ptr<MeshStream> open_mesh_stream(const std::filesystem::path& path) 
   return std::make_unique<HeldMesh>(read_mesh(path));
 }
 
-std::vector<float> face_confidence(const std::filesystem::path& path) {
+namespace {
+
+/// Hands over what each triangle tells of its patch; nothing where faces have no confidence.
+template <class Take>
+void read_patches(const std::filesystem::path& path, const Take& take) {
   constexpr std::size_t kBatch = std::size_t{1} << 16;
   const auto stream = open_mesh_stream(path);
-  std::vector<float> confidence;
-  if (!stream->has_confidence()) return confidence;
+  if (!stream->has_confidence()) return;
   for (PointCloud batch; stream->read_vertices(batch, kBatch);) {
   }
   for (std::vector<Triangle64> batch; stream->read_triangles(batch, kBatch);)
-    for (const FacePatch& patch : stream->patches()) confidence.push_back(patch.confidence);
+    for (const FacePatch& patch : stream->patches()) take(patch);
+}
+
+}  // namespace
+
+std::vector<float> face_confidence(const std::filesystem::path& path) {
+  std::vector<float> confidence;
+  read_patches(path, [&](const FacePatch& patch) { confidence.push_back(patch.confidence); });
+  return confidence;
+}
+
+std::map<std::int32_t, float> hole_confidence(const std::filesystem::path& path) {
+  std::map<std::int32_t, float> confidence;
+  read_patches(path, [&](const FacePatch& patch) {
+    if (patch.hole > 0) confidence[patch.hole] = patch.confidence;
+  });
   return confidence;
 }
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <span>
 #include <vector>
@@ -56,5 +57,7 @@ std::unique_ptr<MeshStream> open_mesh_stream(const std::filesystem::path& path);
 
 /// The confidence of each triangle of a file; empty where its faces have none.
 std::vector<float> face_confidence(const std::filesystem::path& path);
+/// The confidence of each patch of a file by the id of its hole; empty where its faces have none.
+std::map<std::int32_t, float> hole_confidence(const std::filesystem::path& path);
 
 }  // namespace orbweave

@@ -22,7 +22,7 @@ struct MeshWriterOptions {
   std::vector<std::string> glb_attributes{};
   std::vector<std::string> comments;  ///< PLY header comments
   /// PLY with `hole`: adds the per-face float `confidence`, 1 of scanned faces, else that of the
-  /// hole with this id (from 1 on).
+  /// hole with this id (from 1 on; of ids beyond, 1).
   bool has_confidence = false;
   std::vector<float> confidence{};
 };

@@ -253,9 +253,11 @@ class PlyLayout {
   bool has_short_faces() const {
     return header_.most_corners <= std::numeric_limits<std::uint8_t>::max();
   }
-  /// Of the patch of a hole; of the scanned surface, which is hole 0, 1.
+  /// Of the patch of a hole; of the scanned surface, which is hole 0, and of what is not known, 1.
   float confidence_of(std::int32_t hole) const {
-    return hole == 0 ? 1.0F : options_.confidence.at(static_cast<std::size_t>(hole) - 1);
+    const std::vector<float>& known = options_.confidence;
+    if (hole < 1 || static_cast<std::size_t>(hole) > known.size()) return 1.0F;
+    return known[static_cast<std::size_t>(hole) - 1];
   }
 
   template <class Index>

@@ -1,8 +1,11 @@
 // fill: the hole pass on meshes from elsewhere, as a user runs it.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 
+#include "io/meshes/mesh_stream.h"
 #include "tests/cli/holed_meshes.h"
 #include "tests/support/meshes.h"
 
@@ -487,4 +490,43 @@ TEST_CASE("InspectShowsTheWidestLoopsOfMany") {
   const auto text = run_in(in, {"inspect", "in.ply"});
   CHECK_THAT(text.out, Contains("widest loops") && Contains("and 5 more; --json lists all\n"));
   CHECK(facts_of(in, "in.ply")["holes"].size() == 13);
+}
+
+TEST_CASE("FillGoesOnWithTheConfidenceOfEarlierPatches", "[costly]") {
+  const ScratchDirectory in;
+  const TriangleMesh sheet = shape_mesh(in, "plane");
+  const TriangleMesh holed =
+      with_hole(with_hole(sheet, {0.3, 0.3, 0.0}, 0.06), {0.7, 0.7, 0.0}, 0.15);
+  write_mesh(in / "in.ply", holed);
+  REQUIRE(run_in(in, {"fill", "in.ply", "-o", "one.ply", "--confidence", "--max-diameter", "0.25",
+                      "--progress", "none"})
+              .status == 0);
+  const std::map<std::int32_t, float> first = hole_confidence(in / "one.ply");
+  REQUIRE(first.size() == 1);
+
+  const ProgramResult run =
+      run_in(in, {"fill", "one.ply", "-o", "two.ply", "--confidence", "--report", "r.json",
+                  "--picture", "p.png", "--picture-colors", "confidence", "--progress", "none"});
+  CHECK(run.err.empty());
+  REQUIRE(run.status == 0);
+  std::map<std::int32_t, float> expected = first;
+  const json report = report_in(in, "r.json");
+  for (const json& hole : report["holes"])
+    if (hole["filled"] == true)
+      expected[hole["id"].get<std::int32_t>()] = hole["confidence"].get<float>();
+  REQUIRE(expected.size() == 2);
+  CHECK(hole_confidence(in / "two.ply") == expected);
+
+  // Without a loop to fill, and with ids that nobody can go on after.
+  CHECK(run_in(in, {"fill", "two.ply", "-o", "three.ply", "--confidence", "--progress", "none"})
+            .status == 0);
+  CHECK(hole_confidence(in / "three.ply") == expected);
+  CHECK(run_in(in, {"convert", "two.ply", "five.ply"}).status == 0);
+  CHECK(hole_confidence(in / "five.ply") == expected);
+  TriangleMesh numbered = read_mesh(in / "one.ply");
+  for (std::int32_t& id : numbered.hole) id = id > 0 ? std::numeric_limits<std::int32_t>::max() : 0;
+  write_mesh(in / "last.ply", numbered);
+  const ProgramResult refused = run_in(in, {"fill", "last.ply", "-o", "four.ply"});
+  CHECK(refused.status == 3);
+  CHECK_THAT(refused.err, Contains("last.ply: property hole") && Contains("leave no room"));
 }

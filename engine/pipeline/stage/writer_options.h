@@ -1,6 +1,8 @@
 // How the files of a job's mesh are written.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -10,12 +12,23 @@
 
 namespace orbweave {
 
-/// The confidence of each hole's patch, by id from 1 on. `holes`: all loops, in the order of their
-/// ids.
+/// The largest id in a table of confidence by id: 256 MiB.
+inline constexpr std::int32_t kMostIdWithConfidence = 1 << 26;
+
+/// Notes the confidence of the patch of a hole; ids that are passed over have 1.
+inline void note_confidence(std::vector<float>& confidence, std::int32_t id, float value) {
+  if (id < 1) return;
+  const auto place = static_cast<std::size_t>(id) - 1;
+  if (place >= confidence.size()) confidence.resize(place + 1, 1.0F);
+  confidence[place] = value;
+}
+
+/// The confidence of each hole's patch, by id from 1 on.
 inline std::vector<float> confidence_of_patches(std::span<const HoleFacts> holes) {
   std::vector<float> confidence;
   confidence.reserve(holes.size());
-  for (const HoleFacts& hole : holes) confidence.push_back(static_cast<float>(hole.confidence));
+  for (const HoleFacts& hole : holes)
+    note_confidence(confidence, hole.id, static_cast<float>(hole.confidence));
   return confidence;
 }
 
