@@ -127,6 +127,20 @@ TriangleMesh finite_part(const TriangleMesh& mesh) {
   return part;
 }
 
+/// The vertices that triangles use: others are no part of the surface. Without triangles all.
+std::vector<Vec3> points_of_surface(const TriangleMesh& mesh) {
+  const std::vector<Vec3>& positions = mesh.vertices.positions;
+  if (mesh.triangles.empty()) return positions;
+  std::vector<std::uint8_t> is_used(positions.size());
+  for (const Triangle& t : mesh.triangles)
+    for (const std::uint32_t v : t) is_used[v] = 1;
+  std::vector<Vec3> points;
+  points.reserve(positions.size());
+  for (std::size_t v = 0; v < positions.size(); ++v)
+    if (is_used[v] != 0) points.push_back(positions[v]);
+  return points;
+}
+
 std::vector<double> distances_to(std::span<const Vec3> points, const TriangleMesh& mesh,
                                  const CompareOptions& options) {
   if (all_finite(mesh)) return distances(points, TriangleTree(mesh), options);
@@ -230,7 +244,7 @@ MeshComparison compare_meshes(const TriangleMesh& a, const TriangleMesh& b,
                             : result.checksum_a == result.checksum_b;
   result.same_surface = result.identical || equal_in_some_order(a, b);
   const auto from_vertices = [&](const TriangleMesh& from, const TriangleMesh& to) {
-    const std::vector<Vec3>& points = from.vertices.positions;
+    const std::vector<Vec3> points = points_of_surface(from);
     return summarized(points.size(), distances_to(points, to, options));
   };
   result.a_to_b = from_vertices(a, b);
@@ -261,8 +275,8 @@ CloudDistances distances_to_cloud(const TriangleMesh& mesh, const PointCloud& cl
   TriangleMesh points;
   points.vertices.positions = cloud.positions;
   CloudDistances result;
-  result.mesh_to_cloud =
-      summarized(mesh.vertices.size(), distances_to(mesh.vertices.positions, points, options));
+  const std::vector<Vec3> of_mesh = points_of_surface(mesh);
+  result.mesh_to_cloud = summarized(of_mesh.size(), distances_to(of_mesh, points, options));
   const std::vector<double> to_mesh = distances_to(cloud.positions, mesh, options);
   result.cloud_to_mesh = summarized(cloud.size(), to_mesh);
   const AreaSamples samples = sample_by_area(mesh, options.area_samples);

@@ -43,7 +43,7 @@ struct NearShare {
 /// and Temples, 2017, section 3, for precision, recall and F-score.
 struct SurfaceAgreement {
   DistanceSummary a_to_b, b_to_a;
-  /// Largest distance of any of these points or of any vertex to the other surface.
+  /// Largest distance of any of these points or of any vertex of a triangle to the other surface.
   double hausdorff = 0.0;
   /// Mean angle between the normals of a point's triangle and of the nearest on the other surface,
   /// degrees, without regard to their sides; both directions together.
@@ -59,7 +59,8 @@ struct MeshComparison {
   std::string checksum_a, checksum_b;
   std::uint64_t vertices_a = 0, vertices_b = 0;
   std::uint64_t triangles_a = 0, triangles_b = 0;
-  DistanceSummary a_to_b;  ///< from the vertices of a to the surface of b
+  /// From the vertices that triangles of a use to the surface of b; of a cloud from all.
+  DistanceSummary a_to_b;
   DistanceSummary b_to_a;
   SurfaceAgreement surface;  ///< not measured where one of them has no triangles
 };
@@ -75,7 +76,8 @@ MeshComparison compare_meshes(const TriangleMesh& a, const TriangleMesh& b,
 std::vector<double> vertex_distances(const TriangleMesh& mesh, const TriangleMesh& other);
 
 struct CloudDistances {
-  DistanceSummary mesh_to_cloud;  ///< from the mesh's vertices to the nearest point
+  /// From the vertices that the mesh's triangles use to the nearest point; of a cloud from all.
+  DistanceSummary mesh_to_cloud;
   DistanceSummary cloud_to_mesh;  ///< from the points to the mesh's surface
   /// From points spread over the mesh by area to the nearest point of the cloud; not measured where
   /// the mesh has no triangles.

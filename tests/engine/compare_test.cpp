@@ -283,6 +283,25 @@ TEST_CASE("EmptyMeshesCloudsAndBrokenVerticesAreComparedAsFarAsTheyCanBe") {
   CHECK(std::isfinite(partly.b_to_a.max));
 }
 
+TEST_CASE("VerticesThatNoTriangleUsesAreNoPartOfASurface") {
+  const TriangleMesh plane = shape_mesh(Shape::kPlane, 16);
+  TriangleMesh loose = plane;
+  loose.vertices.append(loose.vertices, 0);
+  loose.vertices.positions.back() = {0.5, 0.5, 7.0};
+  for (const MeshComparison& found :
+       {compare_meshes(loose, plane), compare_meshes(plane, loose), compare_meshes(loose, loose)}) {
+    CHECK(found.a_to_b.points == plane.vertices.size());
+    CHECK(found.b_to_a.points == plane.vertices.size());
+    CHECK(found.a_to_b.max == 0.0);
+    CHECK(found.b_to_a.max == 0.0);
+    CHECK(found.surface.hausdorff < 1e-12);
+  }
+  CHECK(distances_to_cloud(loose, plane.vertices).mesh_to_cloud.max == 0.0);
+  // Vertices alone are a cloud, and count.
+  loose.triangles.clear();
+  CHECK(compare_meshes(loose, plane).a_to_b.max == Approx(7.0));
+}
+
 TEST_CASE("DistancesToACloudTellWhatTheMeshMissed") {
   const PointCloud cloud = synthetic(Shape::kSphere, 5000);
   const CloudDistances distances = distances_to_cloud(shape_mesh(Shape::kSphere, 100), cloud);
