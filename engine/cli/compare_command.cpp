@@ -8,11 +8,15 @@
 
 #include "engine/cli/commands.h"
 #include "engine/cli/error_files.h"
+#include "engine/cli/file_kind.h"
 #include "engine/cli/json_text.h"
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
 #include "engine/validation/compare.h"
 #include "engine/validation/usable_mesh.h"
+#include "engine/validation/usable_scale.h"
+#include "io/clouds/open_point_source.h"
+#include "io/mesh_size.h"
 #include "io/system/file_descriptor.h"
 #include "io/system/path_roles.h"
 #include "io/text/quantity.h"
@@ -97,11 +101,24 @@ void check_places(const CompareArguments& files) {
   require_once_each(std::array{files.a, files.b});
 }
 
+/// A mesh; of a format of clouds the points, which are vertices without triangles.
+TriangleMesh read_side(const std::string& file) {
+  if (file == "-" || !is_cloud_only_format(file)) return read_usable_mesh(file);
+  TriangleMesh cloud;
+  cloud.vertices = read_all(*open_point_source(file));
+  require_mesh_in_core(file, cloud.vertices.size(), 0);
+  Box bounds;
+  for (const Vec3& point : cloud.vertices.positions)
+    if (is_finite(point)) bounds.extend(point);
+  require_usable_scale(file, "cloud", bounds);
+  return cloud;
+}
+
 void compare(const CompareArguments& files) {
   end_at_once_on_signals();
   check_places(files);
-  TriangleMesh a = read_usable_mesh(files.a);
-  const TriangleMesh b = read_usable_mesh(files.b);
+  TriangleMesh a = read_side(files.a);
+  const TriangleMesh b = read_side(files.b);
   const MeshComparison found = compare_meshes(a, b, files.options);
   std::string colours;
   if (!files.errors.empty()) {
@@ -118,8 +135,8 @@ void add_compare_command(CLI::App& program, const CommandContext& context) {
   auto arguments = std::make_shared<CompareArguments>();
   CLI::App* command = program.add_subcommand(
       "compare", "Compare two meshes: same or not, how far apart, how many triangles");
-  command->add_option("A", arguments->a, "A mesh")->type_name("")->required();
-  command->add_option("B", arguments->b, "Another mesh")->type_name("")->required();
+  command->add_option("A", arguments->a, "A mesh, or a cloud")->type_name("")->required();
+  command->add_option("B", arguments->b, "Another one")->type_name("")->required();
   add_measure_options(*command, arguments->options,
                       "Share of each surface that is at most so far from the other, in the meshes' "
                       "units: precision, recall and F-score, where B is the truth");

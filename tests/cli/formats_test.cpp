@@ -1,5 +1,6 @@
 // What a surveyor's files come out as: coordinates, colours, attributes and coordinate systems.
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -15,6 +16,7 @@
 #include "tests/support/program.h"
 
 using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
 using namespace orbweave;
 using namespace orbweave::test;
 using Json = nlohmann::json;
@@ -344,4 +346,16 @@ TEST_CASE("OriginColorsAndAttributesAreTheSameBytesForAnyPartitionAndOrder") {
       CHECK((file_text(in / mesh) == expected));
       CHECK(file_text(in / (mesh + ".shift.txt")) == shift);
     }
+}
+
+TEST_CASE("CompareTakesCloudsOfEveryFormat") {
+  const ScratchDirectory in;
+  write_text(in / "a.xyz", "0 0 0\n1 0 0\n0 1 0\n");
+  write_text(in / "b.csv", "x,y,z\n0,1,0\n0,0,0\n1,0,0\n");
+  const ProgramResult result = run_in(in, {"compare", "a.xyz", "b.csv"});
+  CHECK(result.status == 0);
+  CHECK(result.err.empty());
+  CHECK_THAT(result.out, StartsWith("same surface"));
+  write_text(in / "c.xyz", "0 0 0\n1 0 0\n0 1 0.5\n");
+  CHECK_THAT(run_in(in, {"compare", "a.xyz", "c.xyz"}).out, StartsWith("different"));
 }
