@@ -11,6 +11,7 @@
 
 #include "engine/cli/commands.h"
 #include "engine/cli/file_kind.h"
+#include "engine/cli/files_beside.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
 #include "engine/cli/selected_source.h"
@@ -173,15 +174,6 @@ Vec3 origin_of_cloud(const Job& job, const std::string& in, const SelectedSource
   return chosen_origin(job, rounding, [&] { return spacing_of(in, selected, stop); });
 }
 
-/// Beside the file, where other programs look for it; the formats have no place for it.
-void keep_coordinate_system(const ConvertOptions& options, const std::string& system) {
-  const std::filesystem::path beside = write_coordinate_system(options.out, system);
-  if (!beside.empty()) note_written(beside.string());
-  const std::string problem = written_system(system).problem;
-  if (!problem.empty())
-    print_warning("the coordinate system of " + options.in + ", " + shown(system) + ": " + problem);
-}
-
 /// Whether any 16-bit colour of a file exceeds 8 bits, where its colours are to have 8 bits.
 bool colors_exceed_8_bits(const Job& job, const PointSchema& schema, const std::string& in,
                           const SelectedSource& selected, const StopToken& stop) {
@@ -200,12 +192,8 @@ void apply_colors(const Job& job, PointCloud& points) {
     ColorDepth(points.schema, job.output.color_bits, exceed_8_bits(points, *colors)).apply(points);
 }
 
-/// What lies beside the file: where other programs look for it, as the formats have no place for
-/// it.
 void write_beside(const ConvertOptions& options, Vec3 origin, const std::string& system) {
-  const std::filesystem::path shift = write_shift(options.out, origin);
-  if (!shift.empty()) note_written(shift.string());
-  keep_coordinate_system(options, system);
+  write_files_beside(options.out, options.in, system, origin);
 }
 
 /// What faces tell of patches beside the hole; a format without a place for it leaves it out.

@@ -13,6 +13,7 @@
 
 #include "engine/cli/commands.h"
 #include "engine/cli/file_kind.h"
+#include "engine/cli/files_beside.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/mesh_drawing.h"
 #include "engine/cli/output.h"
@@ -28,7 +29,6 @@
 #include "io/job/output_origin.h"
 #include "io/meshes/mesh_stream.h"
 #include "io/meshes/mesh_writer.h"
-#include "io/meshes/shift_file.h"
 #include "io/points/color_depth.h"
 #include "io/points/coordinate_system_file.h"
 #include "io/report/output_names.h"
@@ -251,11 +251,8 @@ void write_outputs(const TriangleMesh& mesh, const FillReport& report, Progress&
   progress.advance(mesh.triangles.size());
   progress.end_stage();
   note_written(output.mesh);
-  const std::filesystem::path system =
-      write_coordinate_system(output.mesh, coordinate_system_beside(report.file));
-  if (!system.empty()) note_written(system.string());
-  const std::filesystem::path shift = write_shift(output.mesh, report.origin);
-  if (!shift.empty()) note_written(shift.string());
+  write_files_beside(output.mesh, report.file, coordinate_system_beside(report.file),
+                     report.origin);
 }
 
 void fill(const FillArguments& arguments, const std::vector<std::string>& command,

@@ -9,6 +9,7 @@
 
 #include "engine/cli/commands.h"
 #include "engine/cli/failure.h"
+#include "engine/cli/files_beside.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
 #include "engine/cli/output_checks.h"
@@ -19,7 +20,6 @@
 #include "io/error.h"
 #include "io/job/output_origin.h"
 #include "io/meshes/mesh_stream.h"
-#include "io/meshes/shift_file.h"
 #include "io/points/coordinate_system_file.h"
 #include "io/report/picture.h"
 #include "io/report/picture_up.h"
@@ -138,13 +138,6 @@ SimplifiedFacts simplified(const SimplifyArguments& arguments, const SimplifyOpt
   return facts;
 }
 
-void write_beside(const OutputOptions& output, const std::string& system, Vec3 origin) {
-  const fs::path beside = write_coordinate_system(output.mesh, system);
-  if (!beside.empty()) note_written(beside.string());
-  const fs::path shift = write_shift(output.mesh, origin);
-  if (!shift.empty()) note_written(shift.string());
-}
-
 void simplify(const SimplifyArguments& arguments, const StopToken& stop) {
   const Job job = settings_of(arguments.keys);
   const fs::path work_directory = job.output.mesh + ".work";
@@ -167,7 +160,7 @@ void simplify(const SimplifyArguments& arguments, const StopToken& stop) {
   const TilesetWork work(work_directory);
   const SimplifiedFacts facts = simplified(arguments, options, job.output, *progress, stop);
   note_written(job.output.mesh);
-  write_beside(job.output, system, facts.origin);
+  write_files_beside(job.output.mesh, arguments.mesh, system, facts.origin);
   if (facts.most_triangles > 0 && facts.triangles > facts.most_triangles)
     print_warning("the mesh cannot be simplified to " + format_count(facts.most_triangles) +
                   " triangles: borders, rims and handles need more");

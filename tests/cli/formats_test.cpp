@@ -348,6 +348,24 @@ TEST_CASE("OriginColorsAndAttributesAreTheSameBytesForAnyPartitionAndOrder") {
     }
 }
 
+TEST_CASE("ASystemBesideTheOutputThatIsNotItsOwnIsWarnedOf") {
+  const ScratchDirectory in;
+  write_text(in / "a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n");
+  const std::vector<Arguments> commands = {
+      {"convert", "a.obj", "b.ply"},
+      {"fill", "a.obj", "-o", "b.ply", "--progress", "none"},
+      {"simplify", "a.obj", "-o", "b.ply", "--ratio", "1", "--progress", "none"}};
+  for (const Arguments& command : commands) {
+    CHECK(run_in(in, command).err.empty());
+    write_text(in / "b.prj", "EPSG:32632\n");
+    const ProgramResult result = run_in(in, command);
+    CHECK(result.status == 0);
+    CHECK_THAT(result.err, Contains("b.prj was there before") && Contains("a.obj tells of none"));
+    CHECK(file_text(in / "b.prj") == "EPSG:32632\n");
+    std::filesystem::remove(in / "b.prj");
+  }
+}
+
 TEST_CASE("CompareTakesCloudsOfEveryFormat") {
   const ScratchDirectory in;
   write_text(in / "a.xyz", "0 0 0\n1 0 0\n0 1 0\n");
