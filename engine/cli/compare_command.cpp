@@ -9,6 +9,7 @@
 #include "engine/cli/commands.h"
 #include "engine/cli/error_files.h"
 #include "engine/cli/file_kind.h"
+#include "engine/cli/files_beside.h"
 #include "engine/cli/json_text.h"
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
@@ -117,6 +118,7 @@ TriangleMesh read_side(const std::string& file) {
 void compare(const CompareArguments& files) {
   end_at_once_on_signals();
   check_places(files);
+  warn_of_lost_origins(std::array{files.a, files.b});
   TriangleMesh a = read_side(files.a);
   const TriangleMesh b = read_side(files.b);
   const MeshComparison found = compare_meshes(a, b, files.options);

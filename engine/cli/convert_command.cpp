@@ -7,6 +7,7 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <span>
 #include <system_error>
 
 #include "engine/cli/commands.h"
@@ -343,6 +344,7 @@ void check_places(const ConvertOptions& options) {
 
 void convert(const ConvertOptions& options, const StopToken& stop) {
   check_places(options);
+  warn_of_lost_origins(std::span(&options.in, 1));
   const bool mesh = is_mesh_file(options.in);
   if (options.normals_from_faces && !mesh)
     throw_bad_input("is no mesh, so there are no faces to take normals from",

@@ -1,6 +1,8 @@
 #include "engine/cli/files_beside.h"
 
 #include <filesystem>
+#include <fstream>
+#include <string_view>
 #include <system_error>
 
 #include "engine/cli/output.h"
@@ -28,6 +30,20 @@ void write_system(const std::string& file, const std::string& in, const std::str
                 ". Remove it if an earlier command has left it");
 }
 
+/// The origin in the words of the header; empty: it names none, or the file is no PLY.
+std::string origin_in_header(const std::string& file) {
+  constexpr std::string_view kOrigin = "comment origin ";
+  constexpr int kMostLines = 100;
+  std::ifstream stream(file, std::ios::binary);
+  std::string line;
+  if (!std::getline(stream, line) || (line != "ply" && line != "ply\r")) return {};
+  for (int i = 0; i < kMostLines && std::getline(stream, line); ++i) {
+    if (line.starts_with(kOrigin)) return line.substr(kOrigin.size());
+    if (line.starts_with("end_header")) break;
+  }
+  return {};
+}
+
 }  // namespace
 
 void write_files_beside(const std::string& file, const std::string& in, const std::string& system,
@@ -35,6 +51,20 @@ void write_files_beside(const std::string& file, const std::string& in, const st
   const fs::path shift = write_shift(file, origin);
   if (!shift.empty()) note_written(shift.string());
   write_system(file, in, system);
+}
+
+void warn_of_lost_origins(std::span<const std::string> files) {
+  for (const std::string& file : files) {
+    std::error_code ignored;
+    const fs::path beside = shift_file(file);
+    if (beside.empty() || !fs::is_regular_file(file, ignored) || fs::exists(beside, ignored))
+      continue;
+    const std::string origin = origin_in_header(file);
+    if (!origin.empty())
+      print_warning(file + ": its header says that coordinates are counted from " + shown(origin) +
+                    ", but " + beside.filename().string() +
+                    " is not beside it: they are taken as they are. Move that file along with it");
+  }
 }
 
 }  // namespace orbweave

@@ -2,6 +2,7 @@
 // most formats have no place for.
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "io/vec3.h"
@@ -13,5 +14,9 @@ namespace orbweave {
 /// was read, as the warnings name it.
 void write_files_beside(const std::string& file, const std::string& in, const std::string& system,
                         Vec3 origin);
+
+/// Warns of each PLY file whose header says that its coordinates are counted from an origin, with
+/// no shift beside it that says the same to a reader: it was renamed or moved alone.
+void warn_of_lost_origins(std::span<const std::string> files);
 
 }  // namespace orbweave

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <span>
 #include <system_error>
 
 #include "engine/cli/commands.h"
@@ -264,6 +265,7 @@ void fill(const FillArguments& arguments, const std::vector<std::string>& comman
   report.options.output.report = arguments.report;
   report.file = arguments.file;
   check(arguments, report.options.output);
+  warn_of_lost_origins(std::span(&arguments.file, 1));
   const int threads =
       report.options.run.threads > 0 ? report.options.run.threads : available_threads();
   // More threads than cores are used when they are asked for.

@@ -8,12 +8,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "engine/cli/cloud_listing.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/error_files.h"
 #include "engine/cli/file_kind.h"
+#include "engine/cli/files_beside.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/json_text.h"
 #include "engine/cli/mesh_drawing.h"
@@ -357,6 +359,8 @@ void inspect(InspectOptions options) {
   end_at_once_on_signals();
   const bool has_folder = expand_folders(options.files);
   check_places(options);
+  warn_of_lost_origins(options.files);
+  warn_of_lost_origins(std::span(&options.against, 1));
   if (options.files.size() == 1 && !has_folder) {
     const Inspected inspected = inspect_file(options.files.front(), options);
     std::cout << (options.json ? json_text(inspected.json) : inspected.text);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <span>
 
 #include "engine/cli/commands.h"
 #include "engine/cli/failure.h"
@@ -144,6 +145,7 @@ void simplify(const SimplifyArguments& arguments, const StopToken& stop) {
   SimplifyOptions options;
   options.target = target_of(arguments);
   check_places(arguments, job.output, work_directory);
+  warn_of_lost_origins(std::span(&arguments.mesh, 1));
   options.levels.leaf_triangles = arguments.leaf_triangles;
   options.levels.memory_bytes = job.partition.memory_bytes;
   options.levels.threads = job.run.threads > 0 ? job.run.threads : available_threads();

@@ -7,9 +7,11 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "engine/cli/commands.h"
 #include "engine/cli/failure.h"
+#include "engine/cli/files_beside.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
@@ -83,6 +85,7 @@ void tileset(const TilesetArguments& arguments, const StopToken& stop) {
   const Job job = settings_of(arguments.keys);
   const fs::path work_directory = arguments.directory + ".work";
   check_places(arguments, work_directory);
+  warn_of_lost_origins(std::span(&arguments.mesh, 1));
   TilesetOptions options = tileset_options(arguments.mesh, work_directory, job);
   options.levels.leaf_triangles = arguments.leaf_triangles;
   options.measures = arguments.measures;

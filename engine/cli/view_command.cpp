@@ -13,12 +13,14 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
 
 #include "engine/cli/commands.h"
+#include "engine/cli/files_beside.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
@@ -243,6 +245,7 @@ void view(const ViewArguments& arguments, const StopToken& stop) {
     check_view_folder(tileset_folder(arguments.mesh).value_or(arguments.mesh));
   const Job job = settings_of(arguments.keys);
   check_compression(arguments, job);
+  warn_of_lost_origins(std::span(&arguments.mesh, 1));
   const tbb::global_control limit(
       tbb::global_control::max_allowed_parallelism,
       static_cast<std::size_t>(std::max(job.run.threads, available_threads())));

@@ -366,6 +366,25 @@ TEST_CASE("ASystemBesideTheOutputThatIsNotItsOwnIsWarnedOf") {
   }
 }
 
+TEST_CASE("APlyFileWithoutItsShiftIsWarnedOf") {
+  const ScratchDirectory in;
+  write_text(in / "a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n");
+  REQUIRE(run_in(in, {"convert", "a.obj", "b.ply", "--origin", "100,200,0"}).status == 0);
+  CHECK(run_in(in, {"inspect", "b.ply"}).err.empty());
+  std::filesystem::rename(in / "b.ply", in / "c.ply");
+  for (const Arguments& command : std::vector<Arguments>{
+           {"inspect", "c.ply"}, {"compare", "a.obj", "c.ply"}, {"convert", "c.ply", "d.obj"}}) {
+    const ProgramResult result = run_in(in, command);
+    CHECK(result.status == 0);
+    CHECK_THAT(result.err,
+               Contains("counted from 100 200 0") && Contains("c.ply.shift.txt is not beside it"));
+  }
+  std::filesystem::rename(in / "b.ply.shift.txt", in / "c.ply.shift.txt");
+  const ProgramResult whole = run_in(in, {"compare", "a.obj", "c.ply"});
+  CHECK(whole.err.empty());
+  CHECK_THAT(whole.out, Contains("same: "));
+}
+
 TEST_CASE("CompareTakesCloudsOfEveryFormat") {
   const ScratchDirectory in;
   write_text(in / "a.xyz", "0 0 0\n1 0 0\n0 1 0\n");
