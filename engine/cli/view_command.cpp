@@ -131,6 +131,8 @@ ShownMesh shown_mesh(const ViewArguments& arguments, const Job& job, Progress& p
 /// Empty where none is asked for.
 std::string report_text(const std::string& file) {
   if (file.empty()) return {};
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) throw_bad_input("no such file", {.file = file});
   std::ifstream stream(file, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(stream), {}};
   if (!stream || !nlohmann::json::accept(text))
@@ -154,6 +156,11 @@ void write_page(const ViewArguments& arguments, const Job& job, const StopToken&
       {"the page", arguments.page, PathUse::kWrittenFile}};
   check_paths(paths);
   check_page_name(arguments.page);
+  if (tileset_folder(arguments.mesh))
+    throw_usage("a page is made of a mesh, not of a folder of tiles",
+                {.file = arguments.mesh,
+                 .expected = "the file of a mesh",
+                 .advice = "'orbweave view TILESET --folder DIR' shows a tileset."});
   ViewPage page;
   page.name = fs::path(arguments.mesh).filename().string();
   page.report = report_text(arguments.report);

@@ -250,6 +250,14 @@ TEST_CASE("ViewRefusesWhatIsNoMeshAndWhatIsNoReport") {
       run_in(in, {"view", "mesh.ply", "-o", "page.html", "--report", "cloud.ply"});
   CHECK(no_report.status == 3);
   CHECK_THAT(no_report.err, Contains("cloud.ply") && Contains("JSON"));
+  const ProgramResult absent =
+      run_in(in, {"view", "mesh.ply", "-o", "page.html", "--report", "absent.json"});
+  CHECK(absent.status == 3);
+  CHECK_THAT(absent.err, Contains("absent.json: no such file"));
+  std::filesystem::create_directory(in / "tiles");
+  const ProgramResult folder = run_in(in, {"view", "tiles", "-o", "page.html"});
+  CHECK(folder.status == 2);
+  CHECK_THAT(folder.err, Contains("a page is made of a mesh") && Contains("--folder DIR"));
   CHECK(run_in(in, {"view", "mesh.ply", "-o", "mesh.ply"}).status == 2);
   CHECK_FALSE(std::filesystem::exists(in / "page.html"));
 }
