@@ -11,6 +11,7 @@
 #include "engine/cli/numbers.h"
 #include "io/error.h"
 #include "io/meshes/mesh_writer.h"
+#include "io/meshes/shift_file.h"
 #include "io/report/output_names.h"
 #include "io/shown_text.h"
 #include "io/text/file_format.h"
@@ -40,6 +41,7 @@ void write_with_errors(const std::string& file, TriangleMesh mesh, std::span<con
   vertices.attributes.resize(errors.size() * sizeof(double));
   std::memcpy(vertices.attributes.data(), errors.data(), vertices.attributes.size());
   write_mesh(file, mesh);
+  write_shift(file, {});
 }
 
 std::string draw_errors(const std::string& file, const TriangleMesh& mesh,

@@ -15,6 +15,7 @@
 #include "engine/synthetic/virtual_scanner.h"
 #include "io/error.h"
 #include "io/meshes/mesh_writer.h"
+#include "io/meshes/shift_file.h"
 #include "io/system/path_roles.h"
 #include "io/text/nearest_name.h"
 
@@ -115,6 +116,7 @@ void check_places(const GenerateOptions& given, int scans, PoseFile poses) {
 void write_truth(const TriangleMesh& truth, const std::string& path,
                  const MeshWriterOptions& format) {
   write_mesh(path, truth, format);
+  write_shift(path, {});
   note_written(path);
 }
 

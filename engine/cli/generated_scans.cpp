@@ -6,6 +6,7 @@
 
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
+#include "io/meshes/shift_file.h"
 #include "io/shown_text.h"
 #include "io/system/atomic_file.h"
 #include "io/text/quantity.h"
@@ -88,6 +89,7 @@ void write_points(PointSource& source, const std::string& path, const PointFiles
     writer->write_vertices(batch);
   }
   writer->finish();
+  write_shift(path, {});
   note_written(path);
   if (path != "-")
     std::cout << shown(path) << ": " << counted(points, "point", "points") << ", "

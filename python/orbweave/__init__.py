@@ -103,13 +103,13 @@ def read_mesh(path):
 
 
 def write_mesh(path, mesh, *, binary=True, float_positions=False, origin=(0.0, 0.0, 0.0)):
-    """Writes a mesh (.ply, .obj, .stl, each also with .gz). origin is subtracted from the coordinates. The file has its
-    name when it is complete."""
+    """Writes a mesh (.ply, also .ply.gz, .obj, .stl, .glb, .vtp, .xdmf). origin is subtracted from the coordinates, and the
+    file .shift.txt beside it, which every reader adds, says so. The file has its name when it is complete."""
     _orbweave.write_mesh(os.fsencode(path), mesh, binary, float_positions, origin)
 
 
 def write_points(path, cloud, *, binary=True, float_positions=False, origin=(0.0, 0.0, 0.0)):
-    """Writes a PointCloud (.ply, .xyz, .csv, each also with .gz)."""
+    """Writes a PointCloud (.ply, .xyz, .csv, each also with .gz). origin is as that of write_mesh."""
     _orbweave.write_points(os.fsencode(path), cloud, binary, float_positions, origin)
 
 

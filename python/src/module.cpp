@@ -14,6 +14,7 @@
 #include "io/job/output_origin.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
+#include "io/meshes/shift_file.h"
 #include "python/src/arrays.h"
 #include "python/src/errors.h"
 #include "python/src/job_calls.h"
@@ -144,6 +145,7 @@ void write_mesh_file(const std::string& path, const MeshObject& object, bool bin
   const double spacing = options.origin == Vec3{} ? 0.0 : vertex_spacing(object.mesh);
   check_origin(path, options, object.mesh.vertices, spacing);
   write_mesh(path, object.mesh, options);
+  write_shift(path, options.origin);
 }
 
 void write_cloud_file(const std::string& path, const CloudObject& object, bool binary,
@@ -152,6 +154,7 @@ void write_cloud_file(const std::string& path, const CloudObject& object, bool b
   const py::gil_scoped_release others_may_run;
   check_origin(path, options, object.cloud, 0.0);
   write_cloud(path, object.cloud, options);
+  write_shift(path, options.origin);
 }
 
 void add_calls(py::module_& module) {

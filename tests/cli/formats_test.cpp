@@ -396,3 +396,20 @@ TEST_CASE("CompareTakesCloudsOfEveryFormat") {
   write_text(in / "c.xyz", "0 0 0\n1 0 0\n0 1 0.5\n");
   CHECK_THAT(run_in(in, {"compare", "a.xyz", "c.xyz"}).out, StartsWith("different"));
 }
+
+TEST_CASE("WhatReplacesAFileWithAnOriginHasNone") {
+  const ScratchDirectory in;
+  write_text(in / "a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n");
+  write_text(in / "a.xyz", "0 0 0\n1 0 0\n0 1 0\n");
+  const std::vector<Arguments> commands = {
+      {"compare", "a.obj", "a.obj", "--errors", "b.ply"},
+      {"inspect", "a.obj", "--against", "a.xyz", "--errors", "b.ply"},
+      {"generate", "sphere", "--points", "500", "-o", "b.ply"},
+      {"generate", "sphere", "--points", "500", "-o", "c.ply", "--truth", "b.ply"}};
+  for (const Arguments& command : commands) {
+    REQUIRE(run_in(in, {"convert", "a.obj", "b.ply", "--origin", "100,200,0"}).status == 0);
+    CHECK(origin_beside(in / "b.ply") == Vec3{100, 200, 0});
+    CHECK(run_in(in, command).status == 0);
+    CHECK(origin_beside(in / "b.ply") == Vec3{});
+  }
+}

@@ -19,6 +19,19 @@ class Meshes(unittest.TestCase):
             self.assertEqual(len(orbweave.read_mesh(name).triangles), 4)
         self.assertIn('"watertight": true', program("inspect", "t.ply", "--json").stdout)
 
+    def test_an_origin_is_read_as_it_was_written(self):
+        mesh = orbweave.Mesh(numpy.array(TETRAHEDRON[0]) + [500000.0, 5000000.0, 0.0], TETRAHEDRON[1])
+        cloud = orbweave.PointCloud(mesh.vertices)
+        for name in ("o.ply", "o.obj", "o.xyz"):
+            for origin in ((500000, 5000000, 0), (0, 0, 0)):
+                if name == "o.xyz":
+                    orbweave.write_points(name, cloud, origin=origin)
+                    read = orbweave.read_points(name).points
+                else:
+                    orbweave.write_mesh(name, mesh, origin=origin)
+                    read = orbweave.read_mesh(name).vertices
+                self.assertTrue(numpy.array_equal(read, mesh.vertices), (name, origin))
+
     def test_a_triangle_of_a_vertex_that_is_not_there_is_refused(self):
         for wrong in ([[0, 1, 4]], [[0, 1, -1]]):
             with self.assertRaises(orbweave.UsageError) as caught:
