@@ -2,10 +2,12 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "engine/pipeline/surface/in_core_methods.h"
 #include "io/clouds/open_point_source.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/shift_file.h"
@@ -411,5 +413,22 @@ TEST_CASE("WhatReplacesAFileWithAnOriginHasNone") {
     CHECK(origin_beside(in / "b.ply") == Vec3{100, 200, 0});
     CHECK(run_in(in, command).status == 0);
     CHECK(origin_beside(in / "b.ply") == Vec3{});
+  }
+}
+
+TEST_CASE("PolygonsAndMedialAxisOfAnOriginAreReadWhereTheMeshIs") {
+  if (!has_voronoi_family()) {
+    std::cout << "SKIPPED: built without the Voronoi family\n";
+    return;
+  }
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "sphere", "--points", "600", "-o", "s.ply"}).status == 0);
+  REQUIRE(run_in(in, {"reconstruct", "s.ply", "--method", "power_crust", "-o", "m.ply",
+                      "--polygons", "p.obj", "--medial-axis", "a.ply", "--origin", "100,0,0"})
+              .status == 0);
+  for (const char* file : {"p.obj", "a.ply"}) {
+    const Box bounds = read_all(*open_point_source(in / file)).bounds();
+    CHECK(bounds.min.x > -1.1);
+    CHECK(bounds.max.x < 1.1);
   }
 }

@@ -27,7 +27,9 @@ std::vector<OutputFile> written_outputs(const OutputOptions& output, BesideMesh 
   add("tileset", output.tileset);
   add("simplified", simplified_file(output));
   add("polygons", output.polygons);
+  if (beside.shift) add("shift", shift_file(output.polygons));
   add("medial axis", output.medial_axis);
+  if (beside.shift) add("shift", shift_file(output.medial_axis));
   add("report", output.report);
   add("page", report_page(output.report));
   add("picture", output.picture);

@@ -10,6 +10,7 @@
 #include "engine/pipeline/surface/power_crust_stage.h"
 #include "io/error.h"
 #include "io/job/setting.h"
+#include "io/meshes/shift_file.h"
 #include "io/store/chunk_points.h"
 #include "io/text/file_format.h"
 #include "io/text/quantity.h"
@@ -60,6 +61,7 @@ std::uint64_t write_polygon_file(const Partition& vertices, const VertexColumns&
   PointCloud points = load_points(runner.store, 0, columns.stored, vertices.stage);
   columns.colors.apply(points);
   write_polygons(file, points, faces, options);
+  write_shift(file, options.origin);
   runner.note("polygons: " + format_count(faces.size()) + " over " + format_count(points.size()) +
               " vertices");
   return bytes_of(file);
@@ -69,6 +71,7 @@ std::uint64_t write_medial_axis(const MeshWriterOptions& options, StageRunner& r
   const std::string& file = runner.job.output.medial_axis;
   const MedialAxis axis = load_medial_axis(runner.store);
   write_cloud(file, cloud_of(axis), options);
+  write_shift(file, options.origin);
   runner.note("medial axis: " + format_count(axis.radii.size()) + " balls");
   return bytes_of(file);
 }
