@@ -223,6 +223,8 @@ void convert_mesh(const ConvertOptions& options) {
   note_written(options.out);
   write_beside(options, origin, system);
   print_written(options, mesh.vertices.size(), mesh.triangles.size(), origin);
+  const std::string left_out = left_out_of(options.out, mesh.vertices.schema);
+  if (options.out != "-" && !left_out.empty()) std::cout << "left out: " << left_out << "\n";
 }
 
 /// The vertices with everything they carry; normals that the file gave give way to the faces'.

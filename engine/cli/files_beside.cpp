@@ -4,9 +4,11 @@
 #include <fstream>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
+#include "io/meshes/mesh_writer.h"
 #include "io/meshes/shift_file.h"
 #include "io/points/coordinate_system_file.h"
 #include "io/shown_text.h"
@@ -51,6 +53,13 @@ void write_files_beside(const std::string& file, const std::string& in, const st
   const fs::path shift = write_shift(file, origin);
   if (!shift.empty()) note_written(shift.string());
   write_system(file, in, system);
+}
+
+std::string left_out_of(const std::string& file, const PointSchema& schema) {
+  std::vector<std::string> names;
+  for (const std::string& name : columns_without_place(file, schema)) names.push_back(shown(name));
+  return names.empty() ? std::string()
+                       : joined(names) + ": the format has no place for them; a .ply file has";
 }
 
 void warn_of_lost_origins(std::span<const std::string> files) {

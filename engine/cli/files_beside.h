@@ -1,10 +1,11 @@
-// What lies beside a mesh or a cloud: its coordinate system and the shift of its coordinates, which
-// most formats have no place for.
+// What the file of a mesh or a cloud does not hold: coordinate system and shift of the coordinates,
+// which lie beside it, and attributes without a place.
 #pragma once
 
 #include <span>
 #include <string>
 
+#include "io/point_cloud.h"
 #include "io/vec3.h"
 
 namespace orbweave {
@@ -18,5 +19,9 @@ void write_files_beside(const std::string& file, const std::string& in, const st
 /// Warns of each PLY file whose header says that its coordinates are counted from an origin, with
 /// no shift beside it that says the same to a reader: it was renamed or moved alone.
 void warn_of_lost_origins(std::span<const std::string> files);
+
+/// What the vertices of a mesh carry and the format of its file does not hold, in words; empty: it
+/// holds everything.
+std::string left_out_of(const std::string& file, const PointSchema& schema);
 
 }  // namespace orbweave

@@ -105,7 +105,8 @@ MeshWriterOptions written_options(const SimplifyArguments& arguments, const Job&
   return options;
 }
 
-std::string summary(const OutputOptions& output, const SimplifiedFacts& facts) {
+std::string summary(const OutputOptions& output, const SimplifiedFacts& facts,
+                    const PointSchema& schema) {
   const double ratio =
       static_cast<double>(facts.triangles) / static_cast<double>(facts.triangles_read);
   Facts lines = {{"mesh", output.mesh},
@@ -114,13 +115,20 @@ std::string summary(const OutputOptions& output, const SimplifiedFacts& facts) {
                  {"error", "at most " + format_number(facts.error)},
                  {"bytes", format_bytes(facts.bytes)}};
   if (facts.origin != Vec3{}) lines.emplace_back("origin", origin_text(facts.origin));
+  const std::string left_out = left_out_of(output.mesh, schema);
+  if (!left_out.empty()) lines.emplace_back("left out", left_out);
   return facts_table(lines);
 }
 
-/// Reads, simplifies and writes, with progress.
+/// Reads, simplifies and writes, with progress. `schema`: becomes what the vertices carry.
 SimplifiedFacts simplified(const SimplifyArguments& arguments, const SimplifyOptions& options,
-                           const OutputOptions& output, Progress& progress, const StopToken& stop) {
-  progress.begin_stage("read", open_mesh_stream(arguments.mesh)->faces(), "triangles");
+                           const OutputOptions& output, Progress& progress, const StopToken& stop,
+                           PointSchema& schema) {
+  {  // What the stream holds goes before the work.
+    const auto stream = open_mesh_stream(arguments.mesh);
+    schema = stream->schema();
+    progress.begin_stage("read", stream->faces(), "triangles");
+  }
   SimplifyEvents events;
   events.read = [&](std::uint64_t triangles) { progress.advance(triangles); };
   events.planned = [&](std::uint32_t nodes) {
@@ -150,6 +158,7 @@ void simplify(const SimplifyArguments& arguments, const StopToken& stop) {
   options.levels.memory_bytes = job.partition.memory_bytes;
   options.levels.threads = job.run.threads > 0 ? job.run.threads : available_threads();
   options.levels.directory = work_directory;
+  PointSchema schema;
   const std::string system = coordinate_system_beside(arguments.mesh);
   options.written = [&](const Box& bounds) {
     return written_options(arguments, job, system, bounds);
@@ -160,13 +169,13 @@ void simplify(const SimplifyArguments& arguments, const StopToken& stop) {
   const auto progress = make_progress(progress_style(arguments.keys));
   promise_to_resume();
   const TilesetWork work(work_directory);
-  const SimplifiedFacts facts = simplified(arguments, options, job.output, *progress, stop);
+  const SimplifiedFacts facts = simplified(arguments, options, job.output, *progress, stop, schema);
   note_written(job.output.mesh);
   write_files_beside(job.output.mesh, arguments.mesh, system, facts.origin);
   if (facts.most_triangles > 0 && facts.triangles > facts.most_triangles)
     print_warning("the mesh cannot be simplified to " + format_count(facts.most_triangles) +
                   " triangles: borders, rims and handles need more");
-  std::cout << summary(job.output, facts);
+  std::cout << summary(job.output, facts, schema);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "engine/pipeline/surface/in_core_methods.h"
 #include "io/clouds/open_point_source.h"
 #include "io/meshes/mesh_reader.h"
+#include "io/meshes/mesh_writer.h"
 #include "io/meshes/shift_file.h"
 #include "io/points/coordinate_system.h"
 #include "tests/io/las_files.h"
@@ -430,5 +431,27 @@ TEST_CASE("PolygonsAndMedialAxisOfAnOriginAreReadWhereTheMeshIs") {
     const Box bounds = read_all(*open_point_source(in / file)).bounds();
     CHECK(bounds.min.x > -1.1);
     CHECK(bounds.max.x < 1.1);
+  }
+}
+
+TEST_CASE("WhatAFormatOfMeshesDoesNotHoldIsSaid") {
+  const ScratchDirectory in;
+  TriangleMesh mesh;
+  mesh.vertices.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  mesh.vertices.schema.attributes = {{"intensity", ScalarType::kUint8}};
+  mesh.vertices.attributes.resize(4);
+  mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}};
+  write_mesh(in / "a.ply", mesh);
+  for (const std::string out : {"b.stl", "b.obj", "b.ply"}) {
+    for (const Arguments& command : std::vector<Arguments>{
+             {"convert", "a.ply", out},
+             {"fill", "a.ply", "-o", out, "--progress", "none"},
+             {"simplify", "a.ply", "-o", out, "--ratio", "1", "--progress", "none"}}) {
+      const ProgramResult result = run_in(in, command);
+      CHECK(result.status == 0);
+      CHECK(result.err.empty());
+      CHECK((result.out.find("intensity: the format has no place") != std::string::npos) ==
+            (out != "b.ply"));
+    }
   }
 }
