@@ -302,10 +302,23 @@ bool write_points(PointSource& source, const ConvertOptions& options, const Clou
   return true;
 }
 
+/// A mesh is recognised by its file. What comes from a stream is read as points, and would lose its
+/// faces.
+void require_no_faces(const PointSource& source, const ConvertOptions& options) {
+  const std::uint64_t faces = source.facts().faces;
+  if (faces == 0 || is_cloud_only_format(options.out)) return;
+  throw_bad_input("a mesh is not converted from a stream",
+                  {.file = options.in == "-" ? "standard input" : options.in,
+                   .found = counted(faces, "face", "faces"),
+                   .expected = "points alone, or the name of a file on disk",
+                   .advice = "Save it first, such as by: cat > mesh.ply"});
+}
+
 void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
   const Job job = options.job();
   const SelectedSource selected(options.keys);
   auto source = selected.open(options.in);
+  require_no_faces(*source, options);
   const bool is_known = source->keeps_declared_points();
   const bool has_wide_colors =
       job.output.color_bits == 8 && wide_colors(source->schema()).has_value();

@@ -37,6 +37,7 @@ class PlySource final : public PointSource {
     facts.encoding = header_.format == PlyFormat::kAscii                ? "ascii"
                      : header_.format == PlyFormat::kBinaryLittleEndian ? "binary_little_endian"
                                                                         : "binary_big_endian";
+    if (const PlyElement* const faces = header_.find("face")) facts.faces = faces->count;
     return facts;
   }
 

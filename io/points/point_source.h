@@ -39,6 +39,7 @@ struct FileFacts {
   std::string software;                ///< that wrote the file, where it says
   std::optional<Box> declared_bounds;  ///< by the header, which may be wrong
   std::vector<ScanFacts> scans;        ///< of formats that hold scans; as far as they were read
+  std::uint64_t faces = 0;             ///< of a mesh, whose points alone are read
 };
 
 /// A cloud read once, front to back, in bounded memory. Damaged and hostile files end in an Error.

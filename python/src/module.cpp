@@ -2,6 +2,8 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <functional>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -115,17 +117,25 @@ MeshWriterOptions writer_options(bool binary, bool float_positions, const py::ob
   return options;
 }
 
+/// Whether floats hold each coordinate as it is.
+bool are_floats(const PointCloud& points) {
+  return std::ranges::all_of(points.positions, [](Vec3 p) {
+    return p == Vec3{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+  });
+}
+
 /// Refuses an origin so far away that the numbers of the file would move the points. `spacing`: of
 /// the points, 0 where it is not known.
 void check_origin(const std::string& path, const MeshWriterOptions& options,
-                  const PointCloud& points, double spacing) {
-  if (options.origin == Vec3{} || points.empty()) return;
+                  const PointCloud& points, const std::function<double()>& spacing) {
+  if (points.empty()) return;
+  const bool floats = has_float_coordinates(path, options);
+  if (options.origin == Vec3{} && (!floats || are_floats(points))) return;
   Job job;
   job.output.mesh = path;
   job.output.origin_rule = OriginRule::kGiven;
   job.output.origin = options.origin;
-  OutputOrigin chosen =
-      output_origin(job.output, has_float_coordinates(path, options), points.bounds(), spacing);
+  OutputOrigin chosen = output_origin(job.output, floats, points.bounds(), spacing());
   // Points at one place have no extent: their coordinates take its part.
   if (chosen.extent == 0.0) chosen.extent = norm(points.positions.front());
   try {
@@ -142,8 +152,7 @@ void write_mesh_file(const std::string& path, const MeshObject& object, bool bin
                      bool float_positions, const py::object& origin) {
   const MeshWriterOptions options = writer_options(binary, float_positions, origin);
   const py::gil_scoped_release others_may_run;
-  const double spacing = options.origin == Vec3{} ? 0.0 : vertex_spacing(object.mesh);
-  check_origin(path, options, object.mesh.vertices, spacing);
+  check_origin(path, options, object.mesh.vertices, [&] { return vertex_spacing(object.mesh); });
   write_mesh(path, object.mesh, options);
   write_shift(path, options.origin);
 }
@@ -152,7 +161,7 @@ void write_cloud_file(const std::string& path, const CloudObject& object, bool b
                       bool float_positions, const py::object& origin) {
   const MeshWriterOptions options = writer_options(binary, float_positions, origin);
   const py::gil_scoped_release others_may_run;
-  check_origin(path, options, object.cloud, 0.0);
+  check_origin(path, options, object.cloud, [] { return 0.0; });
   write_cloud(path, object.cloud, options);
   write_shift(path, options.origin);
 }

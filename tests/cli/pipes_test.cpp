@@ -2,6 +2,7 @@
 #include <sys/stat.h>
 
 #include <catch2/catch.hpp>
+#include <filesystem>
 
 #include "tests/support/data.h"
 #include "tests/support/program.h"
@@ -93,4 +94,21 @@ TEST_CASE("APipeThatIsReadOnceIsReadAsAFile") {
   const auto compared = run_fed(in, "t.ply", "mesh.ply", {"compare", "mesh.ply", "t.ply"});
   CHECK(compared.status == 0);
   CHECK_THAT(compared.out, Contains("same"));
+}
+
+TEST_CASE("AMeshFromStandardInputLosesNoFacesUnsaid") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "cube", "--points", "500", "-o", "c.ply", "--truth", "t.ply"})
+              .status == 0);
+  const std::string fed = "exec < t.ply";
+  const auto refused = run_limited(in, fed, {"convert", "-", "out.ply"});
+  CHECK(refused.status == 3);
+  CHECK_THAT(refused.err, Contains("standard input: a mesh is not converted from a stream") &&
+                              Contains("49,152 faces") && Contains("cat > mesh.ply"));
+  CHECK_FALSE(std::filesystem::exists(in / "out.ply"));
+  CHECK(run_limited(in, fed, {"convert", "-", "points.xyz"}).status == 0);
+  CHECK(run_limited(in, "exec < c.ply", {"convert", "-", "out.ply"}).status == 0);
+  const auto inspected = run_limited(in, fed, {"inspect", "-"});
+  CHECK(inspected.status == 0);
+  CHECK_THAT(inspected.err, Contains("warning: standard input holds a mesh of 49,152 faces"));
 }

@@ -79,6 +79,20 @@ class Errors(unittest.TestCase):
         with self.assertRaises(orbweave.UsageError):
             orbweave.write_mesh("o.stl", mesh, origin=(1e8, 0, 0))
 
+    def test_floats_that_would_move_the_points_want_an_origin(self):
+        far = orbweave.reconstruct(sphere(500) + [5e5, 4e6, 0])
+        for name, settings in (("m.stl", {}), ("m.ply", {"float_positions": True})):
+            with self.assertRaises(orbweave.UsageError) as caught:
+                orbweave.write_mesh(name, far, **settings)
+            self.assertEqual((caught.exception.file, caught.exception.place), (name, "origin"))
+            self.assertFalse(pathlib.Path(name).exists())
+            orbweave.write_mesh(name, far, origin=(5e5, 4e6, 0), **settings)
+            self.assertLess(numpy.abs(orbweave.read_mesh(name).vertices.max(axis=0) - far.vertices.max(axis=0)).max(), 1e-6)
+        rounded = orbweave.Mesh(far.vertices.astype(numpy.float32).astype(float), far.triangles)
+        orbweave.write_mesh("rounded.stl", rounded)  # floats already
+        near = orbweave.reconstruct(sphere(500))
+        orbweave.write_mesh("near.stl", near)
+
     def test_errors_travel_between_processes(self):
         error = orbweave.UsageError("text", problem="p", file="f", place="line 2", found="x", expected="y", advice="z")
         twin = pickle.loads(pickle.dumps(error))
