@@ -37,6 +37,7 @@
 #include "engine/pipeline/surface/reconstruct_stage.h"
 #include "engine/pipeline/surface/stitch_stage.h"
 #include "engine/pipeline/surface/used_vertices.h"
+#include "engine/pipeline/team_job.h"
 #include "engine/pipeline/team_traffic.h"
 #include "engine/pipeline/work_store.h"
 #include "io/clouds/open_point_source.h"
@@ -422,6 +423,7 @@ RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Pr
                   const StopToken& stop, Communicator& communicator, RunWatch* watch) {
   const auto begin = std::chrono::steady_clock::now();
   const ResolvedJob job = resolve_and_check(completed(wanted, communicator), communicator);
+  require_same_job(wanted, communicator, stop);
   std::unique_ptr<ChunkStore> store = open_work_store(job.run, communicator, stop);
   if (watch != nullptr) watch->work_dir_is_opened = true;
   if (watch != nullptr) watch->work_dir_is_made = store->is_made();

@@ -116,6 +116,36 @@ TEST_CASE("WhatSeveralRanksFindWrongIsToldOnce") {
   }
 }
 
+TEST_CASE("RanksThatWereGivenDifferentJobsMakeNoMesh") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  const Job job = oriented_job(in, 2000);
+  const Job other = GENERATE(Job{"--kernel", "triharmonic"}, Job{"--precision", "float"},
+                             Job{"--format", "text"}, Job{"--every", "17"});
+  const ProgramResult result =
+      run_program(by_ranks(1, job) + Job{":"} + by_ranks(1, job + other), mpi_setting(in.path()));
+  INFO(result.err);
+  CHECK(result.status == 2);
+  CHECK(count_of(result.err, "orbweave: error: ") == 1);
+  CHECK_THAT(result.err, Contains("the ranks were given different jobs") &&
+                             Contains("from rank 0 to rank 1") && Contains(other[1]));
+  CHECK(names_in(in) == std::vector<std::string>{"cloud.ply"});
+}
+
+TEST_CASE("BudgetAndThreadsAreEveryRanksOwn") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  const Job job = oriented_job(in, 2000);
+  const std::string mesh = mesh_of_one(in, job);
+  const Job first = job + Job{"--memory", "512MiB", "--threads", "1"};
+  const Job second = job + Job{"--memory", "1GiB", "--threads", "2"};
+  const ProgramResult result =
+      run_program(by_ranks(1, first) + Job{":"} + by_ranks(1, second), mpi_setting(in.path()));
+  INFO(result.err);
+  CHECK(result.status == 0);
+  CHECK(take_mesh(in) == mesh);
+}
+
 TEST_CASE("WorkDirectoryThatIsNotSharedIsNoticed", "[soak]") {
   if (skipped_without_mpi()) return;
   const ScratchDirectory in;

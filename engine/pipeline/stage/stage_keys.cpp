@@ -162,6 +162,15 @@ std::string outputs_key(const ResolvedJob& job, std::span<const InputStamp> outp
   return key + stamp_lines(outputs);
 }
 
+std::string team_key(const Job& job) {
+  constexpr std::array<std::string_view, 1> kOwn = {"memory"};
+  std::string key = section_lines(job, "partition", kOwn);
+  if (is_cocone(job.reconstruct.method)) key += option_line(job, "partition.memory");
+  for (const char* section : {"input", "cleaning", "normals", "reconstruct", "fill", "output"})
+    key += section_lines(job, section, {});
+  return key;
+}
+
 std::string key_changes(std::string_view before, std::string_view after) {
   const Lines from = lines_of(before);
   const Lines to = lines_of(after);

@@ -35,6 +35,9 @@ std::string check_key(const ResolvedJob& job, const std::string& mesh_key);
 /// Everything that a job's outputs depend on, and the outputs as they lie there.
 std::string outputs_key(const ResolvedJob& job, std::span<const InputStamp> outputs);
 
+/// Everything that the processes of a team have to agree on.
+std::string team_key(const Job& job);
+
 /// What has changed from one key to another: "partition.chunk_points changed from 5000 to 8000".
 std::string key_changes(std::string_view before, std::string_view after);
 
