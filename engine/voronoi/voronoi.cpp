@@ -42,13 +42,14 @@ struct Cells {
   }
 };
 
-/// The triangulation's share of the time of Cocone and Tight Cocone on scans.
-constexpr double kDelaunayOfCocone = 0.6;
-
 /// The progress of a part of some work as that of the whole.
 ShareDone part_of(const ShareDone& done, double from, double to) {
   if (!done) return {};
   return [&done, from, to](double share) { done(from + (to - from) * share); };
+}
+
+void tell(const ShareDone& done, double share) {
+  if (done) done(share);
 }
 
 template <class Work>
@@ -61,7 +62,8 @@ double seconds_of(const Work& work) {
 /// From the cells on.
 PointSurface cocone_of_cells(Cells& cells, std::span<const Vec3> points,
                              std::span<const Vec3> outward, const CoconeOptions& options,
-                             const StopToken* stop) {
+                             const StopToken* stop, const ShareDone& done) {
+  tell(done, kCellsOfCocone);
   cells.measure(points, stop);
   std::vector<std::uint8_t> flat = cells.flat(points, stop);
   FacetFlags facets =
@@ -71,6 +73,7 @@ PointSurface cocone_of_cells(Cells& cells, std::span<const Vec3> points,
   StarFinder stars(cells.tetrahedra, points.size());
   const std::vector<Vec3>& normals = cells.poles.normals;
   FacetLinks links(points, cells.tetrahedra, facets, stop);
+  tell(done, kArraysOfCocone);
   prune_sharp_edges(points, cells.tetrahedra, stars, normals, facets, links, stop);
   return {walk_outside(points, cells.tetrahedra, stars, normals, facets, links, outward, stop),
           std::move(flat)};
@@ -80,8 +83,8 @@ PointSurface cocone_of_cells(Cells& cells, std::span<const Vec3> points,
 
 PointSurface cocone(std::span<const Vec3> points, const CoconeOptions& options,
                     const StopToken* stop, const ShareDone& done) {
-  Cells cells(points, stop, part_of(done, 0.0, kDelaunayOfCocone));
-  return cocone_of_cells(cells, points, {}, options, stop);
+  Cells cells(points, stop, part_of(done, 0.0, kCellsOfCocone));
+  return cocone_of_cells(cells, points, {}, options, stop, done);
 }
 
 CoconePart cocone_of_part(std::span<const Vec3> points, std::span<const Vec3> outward,
@@ -89,17 +92,19 @@ CoconePart cocone_of_part(std::span<const Vec3> points, std::span<const Vec3> ou
   Cells cells(points, stop, {});
   CoconePart found;
   found.certified = certified_cells(points, cells.tetrahedra, part, stop);
-  found.surface = cocone_of_cells(cells, points, outward, {}, stop);
+  found.surface = cocone_of_cells(cells, points, outward, {}, stop, {});
   return found;
 }
 
 PointSurface tight_cocone(std::span<const Vec3> points, const StopToken* stop,
                           const ShareDone& done) {
-  Cells cells(points, stop, part_of(done, 0.0, kDelaunayOfCocone));
+  Cells cells(points, stop, part_of(done, 0.0, kCellsOfCocone));
+  tell(done, kCellsOfCocone);
   cells.measure(points, stop);
   const FacetFlags facets = cells.facets(points, {}, kCoconeAngleRad, stop);
   std::vector<std::uint8_t> flat = cells.flat(points, stop);
   const Stars stars = stars_of(cells.tetrahedra, points.size());
+  tell(done, kArraysOfCocone);
   std::vector<Triangle> triangles = tight_cocone(points, cells.tetrahedra, stars, cells.poles,
                                                  cells.sides, cells.edges, facets, flat, stop);
   return {std::move(triangles), std::move(flat)};

@@ -391,6 +391,30 @@ TEST_CASE("MoreTetrahedraThanForeseenStayInsideTheBudget", "[costly]") {
                  Catch::Matchers::Contains("ball_pivoting"));
 }
 
+TEST_CASE("ConesOfMoreTetrahedraThanForeseenStayInsideTheBudget", "[costly]") {
+  if (!has_voronoi_family()) return;
+  // Each pair of neighbours on one line and each pair on the other span a tetrahedron.
+  constexpr int kPerLine = 2000;
+  PointCloud cloud;
+  for (int i = 0; i < kPerLine; ++i) {
+    const double along = (i + 0.5) / kPerLine - 0.5;
+    cloud.positions.push_back({along, 0.0, 0.0});
+    cloud.positions.push_back({0.0, along, 1.0});
+  }
+  cloud.normals.assign(cloud.positions.size(), {0.0, 0.0, 1.0});
+  cloud.schema.has_normals = true;
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, {"two lines", std::move(cloud), 0.1});
+  job.run.threads = 1;
+  job.reconstruct.method =
+      GENERATE(ReconstructionMethod::kCocone, ReconstructionMethod::kTightCocone);
+  job.partition.memory_bytes = std::uint64_t{200} << 20;
+  CHECK_THAT(message_of(job), Catch::Matchers::Contains("cocone outgrows the memory budget") &&
+                                  Catch::Matchers::Contains("no more than 200.0 MiB"));
+  job.partition.memory_bytes = std::uint64_t{1} << 30;
+  CHECK_THAT(message_of(job), !Catch::Matchers::Contains("outgrows"));
+}
+
 TEST_CASE("TooManyPointsForTheBudgetAreRefusedWithTheFigures") {
   if (!has_voronoi_family()) return;
   ScratchDirectory scratch;
