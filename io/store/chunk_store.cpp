@@ -144,6 +144,14 @@ struct ChunkStore::State {
 
   CommitQueue commits;  // ends first: its thread refers to nothing above, but its files do
 
+  /// What is known of the directory when this process holds its lock.
+  struct Place {
+    std::vector<MadeDirectory> made;
+    bool has_begun_anew = false;
+  };
+  Place take_place();
+  Place take_place_for_sure();
+
   void write_text(const fs::path& path, const std::string& text) const;
   /// What a directory lists, where files are flushed by now.
   void flush_names_of(const fs::path& folder) const {
@@ -301,23 +309,42 @@ WrittenResult ChunkStore::State::write(const fs::path& part, std::span<const Arr
   }
 }
 
+ChunkStore::State::Place ChunkStore::State::take_place() {
+  const std::vector<MadeDirectory> made = make_work_directory(directory);
+  StoreIdentity found = identify_store(directory);
+  const bool has_begun_anew = found.is_new;
+  if (found.state == StoreIdentity::State::kVacant) {
+    found.made.insert(found.made.end(), made.begin(), made.end());
+    if (!write_identity(directory, found, true)) found = identify_store(directory);
+  }
+  check_record_place(directory, 0);
+  lock = lock_as_owner(directory, found.id, kDyingTime, [&](const fs::path& path) {
+    return OwnedFiles(directory, found.id).owns(path);
+  });
+  return {made, has_begun_anew};
+}
+
+/// A run that is ending removes its directory while the next one looks at it, or waits for its
+/// lock.
+ChunkStore::State::Place ChunkStore::State::take_place_for_sure() {
+  constexpr int kTries = 3;
+  for (int tries = 1;; ++tries) {
+    try {
+      return take_place();
+    } catch (const Error&) {
+      std::error_code ignored;
+      if (tries == kTries || fs::exists(directory, ignored)) throw;
+    }
+  }
+}
+
 ChunkStore::ChunkStore(std::filesystem::path directory) : state_(std::make_unique<State>()) {
   using Found = StoreIdentity::State;
   State& state = *state_;
   state.directory = std::move(directory);
-  const std::vector<MadeDirectory> made = make_work_directory(state.directory);
-  StoreIdentity found = identify_store(state.directory);
-  const bool has_begun_anew = found.is_new;
+  const auto [made, has_begun_anew] = state.take_place_for_sure();
   if ((has_begun_anew || !made.empty()) && kFlushesAllAtOnce)
     state.commits.set_first_flush(std::chrono::steady_clock::now() + time_unflushed);
-  if (found.state == Found::kVacant) {
-    found.made.insert(found.made.end(), made.begin(), made.end());
-    if (!write_identity(state.directory, found, true)) found = identify_store(state.directory);
-  }
-  check_record_place(state.directory, 0);
-  state.lock = lock_as_owner(state.directory, found.id, kDyingTime, [&](const fs::path& path) {
-    return OwnedFiles(state.directory, found.id).owns(path);
-  });
   // No other process changes the identity from here on.
   state.identity = identify_store(state.directory);
   if (state.identity.state != Found::kSound) {

@@ -224,6 +224,25 @@ TEST_CASE("RemoveAllLeavesNothing") {
   CHECK_FALSE(fs::exists(scratch / "work"));
 }
 
+TEST_CASE("ADirectoryThatIsRemovedWhileItsLockIsWaitedForIsMadeAnew") {
+  const test::ScratchDirectory scratch;
+  const fs::path directory = scratch / "work";
+  auto ending = std::make_unique<ChunkStore>(directory);
+  ending->mark_team("1");  // the leader of a team is waited for
+  std::thread end([&ending] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    ending->remove_all();
+    ending.reset();
+  });
+  std::unique_ptr<ChunkStore> next;
+  CHECK_NOTHROW(next = std::make_unique<ChunkStore>(directory));
+  end.join();
+  REQUIRE(next);
+  CHECK(next->is_made());
+  next->commit_document("points", "note", "{}");
+  CHECK(next->document("points", "note") == "{}");
+}
+
 #ifdef __linux__
 TEST_CASE("AFileThatComesIntoTheWorkDirectoryAtTheLastMomentStaysUnderItsName") {
   const test::ScratchDirectory scratch;
