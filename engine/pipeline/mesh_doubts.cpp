@@ -105,10 +105,28 @@ void warn_of_what_is_missing(StageRunner& runner, const RunResults& results) {
                    : ""));
 }
 
+/// Tight Cocone closes whatever it is given. Its inside grows from well-sampled points; without
+/// these it is a guess, and what comes out may be closed crumbs.
+void warn_of_guessed_inside(StageRunner& runner, const RunResults& results) {
+  constexpr double kMostUndersampled = 1.0 / 3.0;  // noisy scans of objects: a fifth
+  if (runner.job.reconstruct.method != ReconstructionMethod::kTightCocone || !results.voronoi)
+    return;
+  const std::uint64_t points = results.partition.points();
+  const std::uint64_t undersampled = results.voronoi->undersampled_points;
+  if (static_cast<double>(undersampled) <= kMostUndersampled * static_cast<double>(points)) return;
+  const std::uint64_t components = results.mesh.components;
+  runner.warn("the surface is closed, but guessed: " + format_count(undersampled) + " of " +
+              format_count(points) + " points are sampled too sparsely for tight_cocone to tell " +
+              "inside from outside; the mesh is in " + format_count(components) +
+              (components == 1 ? " component" : " components") + "; try " +
+              setting(runner.job, "reconstruct.method", "power_crust") + " or ball_pivoting");
+}
+
 }  // namespace
 
 void warn_of_doubtful_mesh(StageRunner& runner, const RunResults& results) {
   warn_of_what_is_missing(runner, results);
+  warn_of_guessed_inside(runner, results);
   warn_of_inside_out(runner, results);
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/pipeline/surface/in_core_methods.h"
 #include "engine/planning/plan_job.h"
 #include "engine/reconstruct.h"
 #include "engine/spacing/coordinate_decades.h"
@@ -182,6 +183,25 @@ TEST_CASE("AFifthOfThePointsThatTheMeshLacksIsWarnedOf") {
   CHECK_FALSE(warns_of(job_of(scratch, 10), "are not in the mesh"));
   CHECK(warns_of(job_of(scratch, 2), " points are not in the mesh ("));
   CHECK(warns_of(job_of(scratch, 2), " normal not finite); ball radi"));
+}
+
+TEST_CASE("AClosedSurfaceOfUndersampledPointsIsWarnedOf") {
+  if (!has_voronoi_family()) return;
+  // The sheet's other side lies 0.02 away, less than half of the spacing.
+  NamedCloud plate = uneven_sheet({});
+  for (const Vec3& p : uneven_sheet({0.013, 0.017, -0.02}).cloud.positions) {
+    plate.cloud.positions.push_back(p);
+    plate.cloud.normals.push_back({0, 0, -1});
+  }
+  put_in_order(plate.cloud);
+  ScratchDirectory scratch;
+  Job job = job_without_fill(scratch, plate);
+  job.reconstruct.method = ReconstructionMethod::kTightCocone;
+  CHECK(warns_of(job, "points are sampled too sparsely for tight_cocone"));
+  // The rim of a single sheet is undersampled, too.
+  job = job_without_fill(scratch, uneven_sheet({}));
+  job.reconstruct.method = ReconstructionMethod::kTightCocone;
+  CHECK_FALSE(warns_of(job, "sampled too sparsely"));
 }
 
 TEST_CASE("PointsThatTheJobDropsAreNotMissing") {
