@@ -107,6 +107,34 @@ void warn_of_units(StageRunner& runner, const Partition& partition) {
               ": check the units");
 }
 
+/// Whether x and y are degrees of longitude and latitude by their size, and z is a height: nothing
+/// that is scanned is so much higher than wide, far from the origin as well.
+bool look_like_degrees(const Box& bounds) {
+  constexpr double kMostLongitude = 180.0, kMostLatitude = 90.0;
+  constexpr double kHeightsPerWidth = 200.0;
+  const Vec3 extent = bounds.extent();
+  const double width = std::max(extent.x, extent.y);
+  const double longitude = std::max(std::abs(bounds.min.x), std::abs(bounds.max.x));
+  const double latitude = std::max(std::abs(bounds.min.y), std::abs(bounds.max.y));
+  return longitude <= kMostLongitude && latitude <= kMostLatitude && extent.x > 0.0 &&
+         extent.y > 0.0 && width < std::max(longitude, latitude) &&
+         extent.z > kHeightsPerWidth * width;
+}
+
+/// Angles beside lengths give no shape.
+void warn_of_degrees(StageRunner& runner, const Partition& partition) {
+  const std::string& system = partition.coordinate_system;
+  const std::optional<CoordinateSystem> known =
+      system.empty() ? std::nullopt : known_coordinate_system(system);
+  if (known ? !known->is_geographic : !look_like_degrees(partition.bounds)) return;
+  const Vec3 extent = partition.bounds.extent();
+  runner.warn(
+      std::string("x and y ") + (known ? "are" : "look like") +
+      " degrees of longitude and latitude beside heights: the points lie within " +
+      format_number(extent.x) + " x " + format_number(extent.y) + " x " + format_number(extent.z) +
+      ", and the mesh follows these numbers; project the scans to a system in metres first");
+}
+
 /// What is wrong with the coordinate system that the scans name, as far as that can be known.
 void warn_of_coordinate_system(StageRunner& runner, const Partition& partition) {
   const std::string& system = partition.coordinate_system;
@@ -215,6 +243,7 @@ void run_points(StageRunner& runner, RunResults& results) {
   predict(runner, points.predicted_disk_bytes, results);
   warn_of_units(runner, results.partition);
   if (runner.communicator.is_root()) warn_of_coordinate_system(runner, results.partition);
+  if (runner.communicator.is_root()) warn_of_degrees(runner, results.partition);
 }
 
 /// The vertices of a surface that are not the points; empty where they are.

@@ -204,6 +204,20 @@ TEST_CASE("AClosedSurfaceOfUndersampledPointsIsWarnedOf") {
   CHECK_FALSE(warns_of(job, "sampled too sparsely"));
 }
 
+TEST_CASE("DegreesBesideHeightsAreWarnedOf") {
+  ScratchDirectory scratch;
+  NamedCloud named = uneven_sheet({});
+  for (Vec3& p : named.cloud.positions)  // 3 m wide, 2 m high
+    p = {8.5 + 1.3e-5 * p.x, 47.3 + 9e-6 * p.y, 400.0 + std::sin(2.0 * p.x)};
+  put_in_order(named.cloud);
+  CHECK(warns_of(job_without_fill(scratch, named), "look like degrees of longitude"));
+  // A tower is high, too.
+  NamedCloud tower = uneven_sheet({});
+  for (Vec3& p : tower.cloud.positions) p = {8.5 + 0.1 * p.x, 47.3 + 0.001 * p.z, 10.0 * p.y};
+  put_in_order(tower.cloud);
+  CHECK_FALSE(warns_of(job_without_fill(scratch, tower), "degrees"));
+}
+
 TEST_CASE("PointsThatTheJobDropsAreNotMissing") {
   ScratchDirectory scratch;
   Job job = job_without_fill(scratch, noisy_torus(4000, 0.0, 3));
