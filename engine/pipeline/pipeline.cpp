@@ -25,6 +25,7 @@
 #include "engine/pipeline/output/tileset_stage.h"
 #include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/points/missing_poses.h"
+#include "engine/pipeline/points/placeholder_normals.h"
 #include "engine/pipeline/run_results.h"
 #include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/stage/scan_units.h"
@@ -133,6 +134,18 @@ void warn_of_degrees(StageRunner& runner, const Partition& partition) {
       " degrees of longitude and latitude beside heights: the points lie within " +
       format_number(extent.x) + " x " + format_number(extent.y) + " x " + format_number(extent.z) +
       ", and the mesh follows these numbers; project the scans to a system in metres first");
+}
+
+/// Sides, and with them the surface, follow from normals that tell nothing.
+void warn_of_placeholder_normals(StageRunner& runner, const Partition& partition) {
+  if (is_in_core(runner.job.reconstruct.method) || partition.normals.source != NormalSource::kFile)
+    return;
+  const std::optional<Vec3> normal = placeholder_normal(runner.store, partition);
+  if (!normal) return;
+  runner.warn("the normals of the scan are all " + format_position(*normal) +
+              ", and its points lie in no plane: they are probably placeholders, or other columns; "
+              "the mesh is right only where the surface faces that way; try " +
+              setting(runner.job, "normals.source", "estimate"));
 }
 
 /// What is wrong with the coordinate system that the scans name, as far as that can be known.
@@ -244,6 +257,7 @@ void run_points(StageRunner& runner, RunResults& results) {
   warn_of_units(runner, results.partition);
   if (runner.communicator.is_root()) warn_of_coordinate_system(runner, results.partition);
   if (runner.communicator.is_root()) warn_of_degrees(runner, results.partition);
+  if (runner.communicator.is_root()) warn_of_placeholder_normals(runner, results.partition);
 }
 
 /// The vertices of a surface that are not the points; empty where they are.

@@ -134,6 +134,24 @@ double step_of(const PointCloud& cloud) {
 
 }  // namespace
 
+TEST_CASE("NormalsThatAreAllTheSameAreDoubtedWhereThePointsLieInNoPlane") {
+  const char* const kDoubt = "the normals of the scan are all (0, 0, 1)";
+  const ScratchDirectory scratch;
+  NamedCloud torus = noisy_torus(3000, 0.0, 3);
+  const NamedCloud sound = torus;
+  std::ranges::fill(torus.cloud.normals, Vec3{0, 0, 1});
+  for (const std::uint64_t chunk_points : {400u, 1'000'000u}) {
+    Job job = job_without_fill(scratch, torus);
+    job.partition.chunk_points = chunk_points;
+    CHECK(warns_of(job, kDoubt));
+  }
+  CHECK_FALSE(warns_of(job_without_fill(scratch, sound), "the normals of the scan are all"));
+  CHECK_FALSE(warns_of(job_without_fill(scratch, uneven_sheet({})), "the normals of the scan"));
+  Job estimated = job_without_fill(scratch, torus);
+  estimated.normals.source = NormalSource::kEstimate;
+  CHECK_FALSE(warns_of(estimated, "the normals of the scan"));
+}
+
 TEST_CASE("TheReasonOfTheCleaningTellsWhatWasDoneFromWhatWasNot") {
   ScratchDirectory scratch;
   Job job = job_without_fill(scratch, noisy_torus(4000, 0.4, 3));
