@@ -95,7 +95,7 @@ def peers():
 
 
 def growth():
-    rows = table("scans.md", "points", "wall, s", "CPU, s", "points/s", "peak memory")
+    rows = table("scans.md", "points", "wall, s", "points/s", "peak memory")
     return {"peak memory": points(rows, "points", "peak memory")}
 
 
@@ -153,8 +153,8 @@ PLOTS = [
     ("Whole jobs on real scans", "whole_jobs", whole_jobs, {"kind": "bar", "y_title": "points per second"},
      "From the scan file to the mesh file, normals, cleaning and holes included.", "scans.md"),
     ("Beside other programs", "peers", peers, {"kind": "bar", "y_title": "seconds"},
-     "\"Same work\" is the reconstruction of the same points with normals. MeshLab's ball pivoting had not ended after 100 s, nor had "
-     "CGAL's advancing front on the tile: they have no bar.", "scans.md"),
+     "\"Same work\" is the reconstruction of the same points with normals. MeshLab's ball pivoting had not "
+     "ended after 100 s: it has no bar.", "scans.md"),
     ("Peak memory of growing jobs", "growth", growth,
      {"kind": "line", "x_title": "points", "y_title": "MiB", "log_x": True}, "Raw scans of a torus from six places, cleaned, in a budget of 2 GiB.", "scans.md"),
     ("Surfaces with the truth known", "rooms", rooms, {"kind": "bar", "y_title": "F-score", "from_y": 0.8},
