@@ -37,7 +37,7 @@ namespace fs = std::filesystem;
                   .place = {},
                   .found = reason.message(),
                   .expected = {},
-                  .advice = advice_on(reason.value(), "name another mesh")});
+                  .advice = advice_on(reason.value(), "name another output")});
 }
 
 [[noreturn]] void fail_of_system(const fs::path& target) {
@@ -50,7 +50,7 @@ namespace fs = std::filesystem;
                .place = {},
                .found = found,
                .expected = "nothing, or the tiles of an earlier run as it wrote them",
-               .advice = "Move it away or name another mesh"});
+               .advice = "Move it away or name another output"});
 }
 
 /// Both names change their meaning at once where the system can do that.
