@@ -157,14 +157,15 @@ void draw_group(const StageRunner& runner, const PatchGroup& group, const Surfac
   }
 }
 
-/// The scanned surface chunk by chunk, then the patches.
+/// The scanned surface chunk by chunk, then the patches. `is_first`: progress counts the chunks of
+/// the first time alone.
 void draw_mesh(const ExportInputs& inputs, const SurfaceColors& colors, StageRunner& runner,
-               MeshPicture& picture) {
+               MeshPicture& picture, bool is_first = false) {
   const auto chunks = static_cast<ChunkId>(inputs.partition.octree.chunks().size());
   for (ChunkId chunk = 0; chunk < chunks; ++chunk) {
     runner.stop.check();
     draw_on_all_threads(drawn_of_chunk(runner, inputs, colors, chunk), picture);
-    runner.progress.advance(1);
+    if (is_first) runner.progress.advance(1);
   }
   for (ChunkId batch = 0; batch < inputs.holes.new_triangles.size();) {
     PatchGroup group = group_from(runner, inputs.holes, batch);
@@ -248,7 +249,7 @@ void draw_picture(const ExportInputs& inputs, StageRunner& runner) {
   picture.set_legend(legend_of(colors, options, inputs.holes));
   const PictureBacks backs = output.picture_backs;
   if (backs == PictureBacks::kCulled) picture.leave_out_backs();
-  draw_mesh(inputs, colors, runner, picture);
+  draw_mesh(inputs, colors, runner, picture, true);
   if (backs == PictureBacks::kAuto) look_at_fronts(inputs, colors, runner, picture);
   picture.write_png(output.picture);
 }
