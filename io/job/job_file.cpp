@@ -171,13 +171,30 @@ WrittenValue bare_words(const std::string& text, JobKeyType type) {
   return value;
 }
 
+/// ".5" and "5." as TOML wants them: "0.5" and "5.0". Other text as it is.
+std::string with_zeros(const std::string& text) {
+  if (text.find_first_not_of("0123456789.,eE+-") != std::string::npos) return text;
+  const auto is_digit = [&](std::size_t at) {
+    return at < text.size() && text[at] >= '0' && text[at] <= '9';
+  };
+  std::string whole;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool before = i > 0 && is_digit(i - 1), after = is_digit(i + 1);
+    if (text[i] == '.' && after && !before) whole += '0';
+    whole += text[i];
+    if (text[i] == '.' && before && !after) whole += '0';
+  }
+  return whole;
+}
+
 WrittenValue command_line_value(const std::string& text, JobKeyType type) {
   const bool quoted = text.starts_with('"') || text.starts_with('\'');
   if (takes_words(type) && !quoted && !(is_list(type) && text.starts_with('[')))
     return bare_words(text, type);
   if (type == JobKeyType::kNumbers && text.find(',') != std::string::npos)
-    if (auto list = toml_value("[" + text + "]"); list && !text.starts_with('[')) return *list;
-  const std::optional<WrittenValue> value = toml_value(text);
+    if (auto list = toml_value("[" + with_zeros(text) + "]"); list && !text.starts_with('['))
+      return *list;
+  const std::optional<WrittenValue> value = toml_value(with_zeros(text));
   return value ? *value : bare_words(text, type);
 }
 

@@ -177,6 +177,18 @@ TEST_CASE("ALimitOnHolesMayBeInfinite") {
   CHECK_THAT(job_toml(Job{}), Contains("\nmax_diameter = \"auto\"\n"));
 }
 
+TEST_CASE("NumbersOfACommandLineNeedNoZeroBesideTheirPoint") {
+  CHECK(with("fill.max_diameter", ".5").fill.max_diameter == 0.5);
+  CHECK(with("fill.max_diameter", "5.").fill.max_diameter == 5.0);
+  CHECK(with("fill.max_diameter", "5.e-1").fill.max_diameter == 0.5);
+  CHECK(with("reconstruct.ball_radii", ".5,1.,2").reconstruct.ball_radii ==
+        std::vector<double>{0.5, 1.0, 2.0});
+  CHECK(with("normals.up", "0,-.5,1.").normals.up == Vec3{0.0, -0.5, 1.0});
+  for (const char* wrong : {".", "-.", "1.2.3", "..5", "5.."})
+    CHECK_THROWS_AS(with("fill.max_diameter", wrong), Error);
+  CHECK_THROWS_AS(parse_job("[fill]\nmax_diameter = .5\n", "job.toml"), Error);  // no TOML
+}
+
 TEST_CASE("AJobWrittenAsTomlReadsBackAsTheSameJob") {
   Job job = parse_job(kWholeJob, "job.toml");
   job.output.mesh = "odd \"name\"\t\\ \x01 ü.ply";
