@@ -32,6 +32,7 @@
 #include "engine/validation/usable_triangles.h"
 #include "io/clouds/open_point_source.h"
 #include "io/error.h"
+#include "io/points/coordinate_system_file.h"
 #include "io/report/hole_summary.h"
 #include "io/report/output_names.h"
 #include "io/report/picture.h"
@@ -84,7 +85,8 @@ CloudFacts facts_of_cloud(const std::string& file, const SelectedSource& selecte
   }
 }
 
-std::string mesh_text(const MeshFacts& facts) {
+/// `system`: what lies beside the file says of its coordinates; may be empty.
+std::string mesh_text(const MeshFacts& facts, const std::string& system) {
   Facts lines = {{"kind", "mesh"},
                  {"vertices", format_count(facts.vertices)},
                  {"triangles", format_count(facts.triangles)},
@@ -98,6 +100,7 @@ std::string mesh_text(const MeshFacts& facts) {
                                       counted(facts.nonmanifold_vertices, "vertex", "vertices")},
                  {"Euler characteristic", std::to_string(facts.euler_characteristic)},
                  {"checksum", facts.checksum}};
+  if (!system.empty()) lines.emplace_back("system", system_text(system));
   const auto add_fault = [&](const char* name, std::uint64_t count) {
     if (count > 0) lines.emplace_back(name, format_count(count));
   };
@@ -207,13 +210,15 @@ Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
   const std::vector<HoleFacts> holes = loops_of(std::move(mesh), facts);
   Json json = Json::parse(mesh_facts_json(facts));
   json["holes"] = Json::parse(holes_json(holes));
+  const std::string system = coordinate_system_beside(file);
+  if (!system.empty()) json["coordinate_system"] = system;
   if (against) json["against"] = against_json(*against, options.against);
   return {std::move(json),
-          mesh_text(facts) + (against ? against_text(*against) : "") + loops_text(holes),
+          mesh_text(facts, system) + (against ? against_text(*against) : "") + loops_text(holes),
           {"mesh",
            counted(facts.vertices, "vertex", "vertices") + ", " +
                counted(facts.triangles, "triangle", "triangles"),
-           "", show_extent(facts.bounds), ""}};
+           "", show_extent(facts.bounds), system.empty() ? "" : system_text(system)}};
 }
 
 void add_undersampling(const std::string& file, const CloudFacts& facts,

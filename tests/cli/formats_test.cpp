@@ -127,6 +127,10 @@ TEST_CASE("AScanWithoutASystemIsTakenForThatOfTheOthers") {
   CHECK_THAT(report_of(in)["notes"].dump(),
              Contains("b.las names no coordinate system; taken to be in that of a.las"));
   CHECK(known_coordinate_system(file_text(in / "m.prj"))->code == "EPSG:26912");
+  CHECK_THAT(run_in(in, {"inspect", "m.ply"}).out, Contains("NAD83 / UTM zone 12N"));
+  const auto told = run_in(in, {"inspect", "m.ply", "--json"});
+  const auto system = Json::parse(told.out)["coordinate_system"].get<std::string>();
+  CHECK(known_coordinate_system(system)->code == "EPSG:26912");
 }
 
 TEST_CASE("CoordinatesThatDoNotFitTheirSystemAreWarnedOf") {
