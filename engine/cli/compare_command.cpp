@@ -138,7 +138,7 @@ void add_compare_command(CLI::App& program, const CommandContext& context) {
   CLI::App* command = program.add_subcommand(
       "compare", "Compare two meshes: same or not, how far apart, how many triangles");
   command->add_option("A", arguments->a, "A mesh, or a cloud")->type_name("")->required();
-  command->add_option("B", arguments->b, "Another one")->type_name("")->required();
+  command->add_option("B", arguments->b, "Another mesh or cloud")->type_name("")->required();
   add_measure_options(*command, arguments->options,
                       "Share of each surface that is at most so far from the other, in the meshes' "
                       "units: precision, recall and F-score, where B is the truth");

@@ -69,10 +69,11 @@ constexpr std::array<std::string_view, 3> kKeys = {"output.picture_up", "output.
 CloudFacts facts_of_cloud(const std::string& file, const SelectedSource& selected) {
   const auto source = selected.open(file);
   if (const std::uint64_t faces = source->facts().faces; faces > 0)
-    print_warning((file == "-" ? "standard input" : shown(file)) + " holds a mesh of " +
-                  counted(faces, "face", "faces") +
-                  ", which is inspected as a mesh where it is a file on disk: what follows is of "
-                  "its points alone");
+    print_warning(
+        (file == "-" ? "standard input" : shown(file)) + " holds a mesh of " +
+        counted(faces, "face", "faces") +
+        ", of which the points alone are inspected; a mesh is inspected whole from a file "
+        "on disk");
   const auto again = is_read_once(file) ? nullptr : selected.open(file);
   try {
     return cloud_facts(*source, again.get());

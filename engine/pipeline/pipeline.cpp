@@ -143,8 +143,8 @@ void warn_of_placeholder_normals(StageRunner& runner, const Partition& partition
   const std::optional<Vec3> normal = placeholder_normal(runner.store, partition);
   if (!normal) return;
   runner.warn("the normals of the scan are all " + format_position(*normal) +
-              ", and its points lie in no plane: they are probably placeholders, or other columns; "
-              "the mesh is right only where the surface faces that way; try " +
+              ", but its points lie in no plane: such normals are probably placeholders, or other "
+              "columns, and the mesh is right only where the surface faces that way; try " +
               setting(runner.job, "normals.source", "estimate"));
 }
 
