@@ -33,21 +33,28 @@ constexpr auto before = [](const SignedEdge& x, const SignedEdge& y) {
   return std::tie(size_x, x.votes, x.weight) < std::tie(size_y, y.votes, y.weight);
 };
 
-/// By their first nodes in time that is proportional to them, few edges at each.
-void sort_few(std::uint32_t nodes, std::vector<SignedEdge>& edges) {
+/// By one of their nodes, in time that is proportional to them; those with the same node stay in
+/// their order.
+void sort_by_node(std::uint32_t nodes, std::uint32_t SignedEdge::*node,
+                  std::vector<SignedEdge>& edges) {
   std::vector<std::uint32_t> next(nodes + 1, 0);
-  for (const SignedEdge& e : edges) ++next[e.a + 1];
+  for (const SignedEdge& e : edges) ++next[e.*node + 1];
   std::partial_sum(next.begin(), next.end(), next.begin());
   std::vector<SignedEdge> sorted(edges.size());
-  for (const SignedEdge& e : edges) sorted[next[e.a]++] = e;
-  // Each node's end is the next one's begin by now.
-  auto begin = sorted.begin();
-  for (std::uint32_t node = 0; node < nodes; ++node) {
-    const auto end = sorted.begin() + next[node];
-    std::sort(begin, end, before);
+  for (const SignedEdge& e : edges) sorted[next[e.*node]++] = e;
+  edges.swap(sorted);
+}
+
+/// By their nodes, and then the few between the same two.
+void sort_few(std::uint32_t nodes, std::vector<SignedEdge>& edges) {
+  sort_by_node(nodes, &SignedEdge::b, edges);
+  sort_by_node(nodes, &SignedEdge::a, edges);
+  for (auto begin = edges.begin(); begin != edges.end();) {
+    auto end = begin + 1;
+    while (end != edges.end() && end->a == begin->a && end->b == begin->b) ++end;
+    if (end - begin > 1) std::sort(begin, end, before);
     begin = end;
   }
-  edges.swap(sorted);
 }
 
 constexpr std::size_t kFew = std::size_t{1} << 14;

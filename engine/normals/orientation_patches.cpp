@@ -94,39 +94,47 @@ void sort_by_votes(std::vector<Edge>& edges) {
 /// Union-find that knows whether a member is turned against its root.
 class Signs {
  public:
+  /// A member's root, and whether the member is turned against it.
+  struct Root {
+    std::uint32_t member = 0;
+    std::uint32_t turn = 0;  ///< 0 or 1
+  };
+
   void reset(std::uint32_t size) {
-    parent_.resize(size);
-    std::iota(parent_.begin(), parent_.end(), 0u);
-    turn_.assign(size, 0);
+    links_.resize(size);
+    for (std::uint32_t x = 0; x < size; ++x) links_[x] = link_to(x, 0);
   }
-  /// Root of x, and whether x is turned against it. Halves the way there.
-  std::pair<std::uint32_t, std::uint8_t> find(std::uint32_t x) {
-    std::uint8_t turn = 0;
-    while (parent_[x] != x) {
-      const std::uint32_t next = parent_[x];
-      turn_[x] ^= turn_[next];  // a root's is 0
-      parent_[x] = parent_[next];
-      turn ^= turn_[x];
-      x = parent_[x];
+  /// Halves the way to the root.
+  Root find(std::uint32_t x) {
+    std::uint32_t turn = 0;
+    while (member_of(links_[x]) != x) {
+      const std::uint32_t next = links_[member_of(links_[x])];  // a root's turn is 0
+      links_[x] = next ^ (links_[x] & 1);
+      turn ^= links_[x] & 1;
+      x = member_of(next);
     }
     return {x, turn};
   }
   /// The smaller root stays. Whether a and b are now to each other as asked for: not so if they
   /// were joined the other way before.
   bool join(std::uint32_t a, std::uint32_t b, bool opposite) {
-    auto [root_a, turn_a] = find(a);
-    auto [root_b, turn_b] = find(b);
-    const std::uint8_t turn = turn_a ^ turn_b ^ (opposite ? 1 : 0);
-    if (root_a == root_b) return turn == 0;
-    if (root_b < root_a) std::swap(root_a, root_b);
-    parent_[root_b] = root_a;
-    turn_[root_b] = turn;
+    const Root root_a = find(a), root_b = find(b);
+    const std::uint32_t turn = root_a.turn ^ root_b.turn ^ (opposite ? 1U : 0U);
+    if (root_a.member == root_b.member) return turn == 0;
+    const auto [smaller, larger] = std::minmax(root_a.member, root_b.member);
+    links_[larger] = link_to(smaller, turn);
     return true;
   }
 
  private:
-  std::vector<std::uint32_t> parent_;
-  std::vector<std::uint8_t> turn_;
+  // The parent and, in the lowest bit, whether the member is turned against it: a cell has far
+  // fewer members than half of what 32 bits can number.
+  static std::uint32_t link_to(std::uint32_t parent, std::uint32_t turn) {
+    return parent << 1 | turn;
+  }
+  static std::uint32_t member_of(std::uint32_t link) { return link >> 1; }
+
+  std::vector<std::uint32_t> links_;
 };
 
 class Patches {
@@ -211,6 +219,7 @@ class Patches {
   struct Joining {
     std::vector<Edge> confident, weak;
     Signs signs;
+    std::vector<Signs::Root> roots;  ///< of the cell's points, by confident edges
   };
 
   void form_patches() {
@@ -268,38 +277,38 @@ class Patches {
       sort_by_votes(joining.confident);
       join_all();
     }
+    std::vector<Signs::Root>& roots = joining.roots;
+    roots.resize(points.size());
     for (std::uint32_t a = 0; a < points.size(); ++a) {
-      const auto [root, turn] = signs.find(a);
-      first_[points[a]] = points[root];
-      turn_[points[a]] = turn;
+      roots[a] = signs.find(a);
+      first_[points[a]] = points[roots[a].member];
+      turn_[points[a]] = static_cast<std::uint8_t>(roots[a].turn);
     }
   }
 
   void join_unanimous(const Cell& cell, Joining& joining) {
     const std::span<const std::uint32_t> points = members(cell);
-    Signs& signs = joining.signs;
-    std::vector<std::uint32_t> row(points.size()), roots;
+    const std::vector<Signs::Root>& roots = joining.roots;
+    std::vector<std::uint32_t> row(points.size()), pieces;
     for (std::uint32_t a = 0; a < points.size(); ++a) {
-      if (first_[points[a]] != points[a]) continue;
-      row[a] = static_cast<std::uint32_t>(roots.size());
-      roots.push_back(a);
+      if (roots[a].member != a) continue;
+      row[a] = static_cast<std::uint32_t>(pieces.size());
+      pieces.push_back(a);
     }
-    if (roots.size() == 1) return;
-    // The ends of confident edges are joined already.
-    std::erase_if(joining.weak,
-                  [&](const Edge& e) { return signs.find(e.a).first == signs.find(e.b).first; });
+    if (pieces.size() == 1) return;
     std::vector<SignedEdge> between;
     for (const Edge& e : joining.weak) {
-      const auto [root_a, turn_a] = signs.find(e.a);
-      const auto [root_b, turn_b] = signs.find(e.b);
-      const double votes = turn_a == turn_b ? e.votes : -e.votes;
-      between.push_back({row[root_a], row[root_b], votes, std::abs(votes)});
+      const Signs::Root a = roots[e.a], b = roots[e.b];
+      // The ends of confident edges are joined already.
+      if (a.member == b.member) continue;
+      const double votes = a.turn == b.turn ? e.votes : -e.votes;
+      between.push_back({row[a.member], row[b.member], votes, std::abs(votes)});
     }
-    const SignedParts parts = join_by_votes(static_cast<std::uint32_t>(roots.size()),
+    const SignedParts parts = join_by_votes(static_cast<std::uint32_t>(pieces.size()),
                                             std::move(between), {.least_share = kUnanimous});
     for (std::uint32_t a = 0; a < points.size(); ++a) {
-      const std::uint32_t piece = row[signs.find(a).first];
-      first_[points[a]] = points[roots[parts.part[piece]]];
+      const std::uint32_t piece = row[roots[a].member];
+      first_[points[a]] = points[pieces[parts.part[piece]]];
       turn_[points[a]] ^= parts.turn[piece];
     }
   }
