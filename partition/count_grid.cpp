@@ -192,16 +192,14 @@ void CountGrid::State::build() {
   root_side = root_cube(bounds).side;
   lattice = Lattice(finest(), bounds, root_side);
   tree = std::make_unique<CountTree>();
-  std::vector<KeyIndex> leaves;
-  leaves.reserve(early.size() + 1);
-  for (const Vec3& p : early)
-    leaves.push_back(
-        {morton_of(coord_of(lattice.at(p)), kLeafLog2), static_cast<std::uint32_t>(leaves.size())});
-  if (lone_points > 0) {
-    leaves.push_back({morton_of(coord_of(lattice.at(lone_point)), kLeafLog2),
-                      static_cast<std::uint32_t>(leaves.size())});
-    early.push_back(lone_point);
-  }
+  if (lone_points > 0) early.push_back(lone_point);
+  std::vector<KeyIndex> leaves(early.size());
+  constexpr std::size_t kBlock = std::size_t{1} << 14;
+  for_each_whole((early.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
+    for (std::size_t i = block * kBlock; i < std::min(early.size(), (block + 1) * kBlock); ++i)
+      leaves[i] = {morton_of(coord_of(lattice.at(early[i])), kLeafLog2),
+                   static_cast<std::uint32_t>(i)};
+  });
   radix_sort(leaves);
   const int levels =
       doublings_to_fit(leaves, cells_limit_bytes(points, limit_bytes), spare_doublings());

@@ -1,5 +1,7 @@
 #include "io/clouds/scan_selection.h"
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <limits>
@@ -29,13 +31,16 @@ bool is_chosen(Vec3 p, std::uint64_t every) {
   return hash_of(p) <= std::numeric_limits<std::uint64_t>::max() / every;
 }
 
-void move_point(PointCloud& points, std::size_t from, std::size_t to) {
+constexpr const char* kClass = "classification";
+constexpr const char* kReturnNumber = "return_number";
+constexpr const char* kReturns = "number_of_returns";
+
+/// `bytes`: of a row of attributes.
+void move_point(PointCloud& points, std::size_t bytes, std::size_t from, std::size_t to) {
   points.positions[to] = points.positions[from];
   if (!points.normals.empty()) points.normals[to] = points.normals[from];
-  const std::size_t bytes = points.schema.attribute_bytes();
-  if (bytes == 0) return;
   std::byte* const rows = points.attributes.data();
-  std::memcpy(rows + to * bytes, rows + from * bytes, bytes);
+  if (bytes != 0) std::memcpy(rows + to * bytes, rows + from * bytes, bytes);
 }
 
 void shrink(PointCloud& points, std::size_t count) {
@@ -45,6 +50,11 @@ void shrink(PointCloud& points, std::size_t count) {
 }
 
 }  // namespace
+
+bool filters_by(const std::string& name) {
+  return std::ranges::any_of(std::array{kClass, kReturnNumber, kReturns},
+                             [&](const char* known) { return have_same_name(name, known); });
+}
 
 NamedAttribute required_attribute(const PointSchema& schema, const std::string& name,
                                   const std::string& wanted_by, const std::string& file) {
@@ -65,19 +75,19 @@ ScanSelection::ScanSelection(const ScanOptions& options, const PointSchema& sche
       by_return_(returns_ != ReturnFilter::kAll),
       names_classes_(!options.classes.empty()) {
   if (names_classes_) {
-    class_ = required_attribute(schema, "classification", "input.las_classes", file);
+    class_ = required_attribute(schema, kClass, "input.las_classes", file);
     leaves_out_.fill(true);
     for (const int wanted : options.classes) leaves_out_[static_cast<std::size_t>(wanted)] = false;
     by_class_ = true;
-  } else if (const auto known = find_attribute(schema, "classification")) {
+  } else if (const auto known = find_attribute(schema, kClass)) {
     class_ = *known;
     for (const int dropped : options.dropped_classes)
       leaves_out_[static_cast<std::size_t>(dropped)] = true;
     by_class_ = !options.dropped_classes.empty();
   }
   if (!by_return_) return;
-  number_ = required_attribute(schema, "return_number", "input.returns", file);
-  count_ = required_attribute(schema, "number_of_returns", "input.returns", file);
+  number_ = required_attribute(schema, kReturnNumber, "input.returns", file);
+  count_ = required_attribute(schema, kReturns, "input.returns", file);
 }
 
 bool ScanSelection::is_inside(Vec3 p) const {
@@ -132,7 +142,7 @@ void ScanSelection::apply(PointCloud& batch) {
       ++removed_[why];
       continue;
     }
-    if (kept != i) move_point(batch, i, kept);
+    if (kept != i) move_point(batch, bytes, i, kept);
     ++kept;
   }
   if (kept != batch.size()) shrink(batch, kept);

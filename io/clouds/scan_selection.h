@@ -16,6 +16,9 @@ namespace orbweave {
 NamedAttribute required_attribute(const PointSchema& schema, const std::string& name,
                                   const std::string& wanted_by, const std::string& file);
 
+/// Whether points may be selected by an attribute of that name.
+bool filters_by(const std::string& name);
+
 class ScanSelection {
  public:
   /// Attributes may have any type and be written in any case, with or without '_'. Throws Error

@@ -20,13 +20,23 @@ constexpr double kViewScale = 32767.0;
 
 double sign_of(double value) { return value < 0.0 ? -1.0 : 1.0; }
 
+/// The source's schema; where attributes only filter, it leaves those out that do not.
+const PointSchema& schema_to_filter(PointSource& source, const ScanOptions& options) {
+  if (options.without_attributes)
+    source.skip_attributes([&](const std::string& name) {
+      return filters_by(name) || (!options.scanners.empty() &&
+                                  have_same_name(name, options.scanners.front().attribute));
+    });
+  return source.schema();
+}
+
 class ScanSource final : public PointSource {
  public:
   ScanSource(std::unique_ptr<PointSource> source, const ScanOptions& options,
              const std::string& file)
       : source_(std::move(source)),
         options_(options),
-        schema_(source_->schema()),
+        schema_(schema_to_filter(*source_, options)),
         selection_(options, schema_, file) {
     if (!options.scanners.empty() && options.with_view)
       scan_ =
@@ -131,15 +141,16 @@ class ScanSource final : public PointSource {
   }
 
   void add_view(PointCloud& batch) {
-    const std::size_t from_bytes = schema_.attribute_bytes() - sizeof(ViewCode);
-    rows_.resize(batch.size() * schema_.attribute_bytes());
+    const std::size_t row_bytes = schema_.attribute_bytes();
+    const std::size_t from_bytes = row_bytes - sizeof(ViewCode);
+    rows_.resize(batch.size() * row_bytes);
     for (std::size_t i = 0; i < batch.size(); ++i) {
       ViewCode code;
       const std::optional<ScannerPlace>& place = places_[i];
       if (place && is_finite(batch.positions[i]))
         code =
             encode_view(place->is_direction ? place->vector : place->vector - batch.positions[i]);
-      std::byte* row = rows_.data() + i * schema_.attribute_bytes();
+      std::byte* const row = rows_.data() + i * row_bytes;
       if (from_bytes != 0) std::memcpy(row, batch.attributes.data() + i * from_bytes, from_bytes);
       std::memcpy(row + from_bytes, &code, sizeof code);
     }

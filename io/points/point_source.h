@@ -69,6 +69,9 @@ class PointSource {
   /// of the points. Their points count as left out (kOutsideCrop). Bounds that the first points of
   /// a part contradict are not believed.
   virtual void skip_parts(const std::function<bool(const Box& bounds)>& /*is_outside*/) {}
+  /// Before the first read(): attributes that `is_wanted` does not want may be passed over, where
+  /// the format can do so; schema() lacks them then.
+  virtual void skip_attributes(const std::function<bool(const std::string& name)>& /*is_wanted*/) {}
   /// Progress: bytes of the file consumed so far (compressed bytes for .gz), and its size.
   virtual std::uint64_t bytes_read() const = 0;
   virtual std::uint64_t bytes_total() const = 0;

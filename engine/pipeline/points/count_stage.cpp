@@ -33,9 +33,11 @@ std::uint64_t count_without_view(const PointCloud& points) {
   const std::optional<std::size_t> offset = view_offset(points.schema);
   if (!offset) return points.size();
   std::uint64_t count = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
+  const std::size_t row_bytes = points.schema.attribute_bytes();
+  const std::byte* at = points.attributes.data() + *offset;
+  for (std::size_t i = 0; i < points.size(); ++i, at += row_bytes) {
     ViewCode code;
-    std::memcpy(&code, points.attribute_row(i).data() + *offset, sizeof code);
+    std::memcpy(&code, at, sizeof code);
     count += code.known() ? 0 : 1;
   }
   return count;

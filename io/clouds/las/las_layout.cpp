@@ -84,8 +84,18 @@ Layout::Layout(const Header& header, std::vector<StoredValue> extra)
   take_normals(extra);
   name_apart(extra);
   for (StoredValue& value : extra) columns_.push_back({std::move(value)});
+  list_attributes();
+}
+
+void Layout::list_attributes() {
+  schema_.attributes.clear();
   for (const Column& column : columns_)
     schema_.attributes.push_back({column.value.name, cloud_type(column.value)});
+}
+
+void Layout::keep_attributes(const std::function<bool(const std::string& name)>& is_wanted) {
+  std::erase_if(columns_, [&](const Column& column) { return !is_wanted(column.value.name); });
+  list_attributes();
 }
 
 void Layout::add_field(const char* name, ScalarType type, std::size_t offset) {

@@ -3,7 +3,9 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "io/clouds/las/las_extra_bytes.h"
@@ -21,6 +23,9 @@ class Layout {
  public:
   Layout(const Header& header, std::vector<StoredValue> extra);
 
+  /// Leaves the attributes whose names are wanted.
+  void keep_attributes(const std::function<bool(const std::string& name)>& is_wanted);
+
   const PointSchema& schema() const { return schema_; }
   std::size_t record_bytes() const { return record_bytes_; }
   /// The writer marked the point as one not to be used.
@@ -36,6 +41,7 @@ class Layout {
     unsigned mask = 0;  ///< 0: the whole value
   };
 
+  void list_attributes();
   void add_format_columns(const Header& header);
   void add_short_fields();
   void add_long_fields();

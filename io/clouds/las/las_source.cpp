@@ -49,6 +49,9 @@ class LasSource final : public PointSource {
   void skip_parts(const std::function<bool(const Box&)>& is_outside) override {
     is_outside_ = is_outside;
   }
+  void skip_attributes(const std::function<bool(const std::string&)>& is_wanted) override {
+    layout_.keep_attributes(is_wanted);
+  }
   std::uint64_t bytes_read() const override { return records_->bytes_read(); }
   std::uint64_t bytes_total() const override { return file_->size(); }
 
