@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "engine/geometry/symmetric_eigen.h"
@@ -35,19 +36,43 @@ struct Measuring {
   const StopToken* stop = nullptr;
 };
 
-/// Whether a point and its nearest neighbours lie about a surface rather than all through space, as
-/// leaves do. Pauly, Gross, Kobbelt: Efficient Simplification of Point-Sampled Surfaces, 2002,
-/// section 2.1.
-bool lies_on_surface(std::span<const Vec3> points, std::span<const Neighbor> nearest) {
+/// Of a point and its nearest neighbours about their mean.
+SymmetricMatrix spread_of(std::span<const Vec3> points, std::span<const Neighbor> nearest) {
   const Vec3 origin = points[nearest.front().index];
   Vec3 center;
   for (const Neighbor& n : nearest) center = center + (points[n.index] - origin);
   center = center / static_cast<double>(nearest.size());
   SymmetricMatrix spread;
   for (const Neighbor& n : nearest) spread += outer(points[n.index] - origin - center);
-  const auto [across, along, longest] = eigen_of(spread).values;
-  return across <= kMostVariation * (across + along + longest);
+  return spread;
 }
+
+/// Judges whether points and their nearest neighbours lie about a surface rather than all through
+/// space, as leaves do. Pauly, Gross, Kobbelt: Efficient Simplification of Point-Sampled Surfaces,
+/// 2002, section 2.1. Four at a time.
+class SurfaceJudge {
+ public:
+  /// `spread` of the neighbourhood of what is measured, which is judged later.
+  void add(const SymmetricMatrix& spread, Measured& measured) {
+    spreads_[waiting_] = spread;
+    measured_[waiting_] = &measured;
+    if (++waiting_ == spreads_.size()) judge();
+  }
+  /// What waits.
+  void judge() {
+    const auto eigen = eigen_of_four(spreads_);
+    for (std::size_t i = 0; i < waiting_; ++i) {
+      const auto [across, along, longest] = eigen[i].values;
+      measured_[i]->on_surface = across <= kMostVariation * (across + along + longest);
+    }
+    waiting_ = 0;
+  }
+
+ private:
+  std::array<SymmetricMatrix, 4> spreads_;
+  std::array<Measured*, 4> measured_{};
+  std::size_t waiting_ = 0;
+};
 
 /// At the places of a sample that are sure, ascending by the mean distance.
 std::vector<Measured> measure(const SampledNeighbors& sample, const Measuring& measuring) {
@@ -56,6 +81,7 @@ std::vector<Measured> measure(const SampledNeighbors& sample, const Measuring& m
   using Range = tbb::blocked_range<std::size_t>;
   tbb::parallel_for(Range(0, sample.size(), kPlacesAtOnce), [&](const Range& range) {
     check_stop(measuring.stop);
+    SurfaceJudge judge;
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
       const auto [site, point, nearest] = sample.at(i);
       const std::size_t count = std::min(measuring.neighbors, nearest.size() - 1);
@@ -66,8 +92,9 @@ std::vector<Measured> measure(const SampledNeighbors& sample, const Measuring& m
       all[i].mean = sum / static_cast<double>(count);
       if (!measuring.judges_surface) continue;
       const std::size_t around = std::min(kSurfaceNeighbors + 1, nearest.size());
-      all[i].on_surface = lies_on_surface(site.points, nearest.first(around));
+      judge.add(spread_of(site.points, nearest.first(around)), all[i]);
     }
+    judge.judge();
   });
   std::erase_if(all, [](const Measured& m) { return m.mean == kUnsure; });
   std::sort(all.begin(), all.end(),
