@@ -1,6 +1,8 @@
 #include "engine/spacing/site_search.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <limits>
 
 #include "io/bounds.h"
@@ -50,10 +52,29 @@ SiteSearch::SiteSearch(std::span<const Vec3> positions)
       rank_of_position_(inverse(position_of_rank_)),
       search_(in_order(positions, position_of_rank_)) {}
 
+/// Sorts few neighbours by counting how many are nearer than each: no branch depends on the
+/// distances. False where two are equally near.
+bool SiteSearch::Query::sort_by_counts(std::vector<Neighbor>& found) {
+  const std::size_t count = found.size();
+  std::array<double, kFew> squared;
+  for (std::size_t i = 0; i < count; ++i) squared[i] = found[i].squared_distance;
+  sorted_.resize(count);
+  std::uint64_t taken = 0;  // a bit for each place
+  for (const Neighbor& each : found) {
+    std::uint64_t nearer = 0;
+    for (std::size_t k = 0; k < count; ++k) nearer += squared[k] < each.squared_distance ? 1 : 0;
+    taken |= std::uint64_t{1} << nearer;
+    sorted_[nearer] = each;
+  }
+  if (static_cast<std::size_t>(std::popcount(taken)) != count) return false;
+  found.swap(sorted_);
+  return true;
+}
+
 /// Sorts neighbours, nearest first. Many neighbours are dealt to as many buckets by their squared
 /// distances, which are about evenly spread on a surface; each bucket is sorted on its own.
 void SiteSearch::Query::sort(std::vector<Neighbor>& found) {
-  constexpr std::size_t kFew = 64;
+  if (found.size() <= kFew && sort_by_counts(found)) return;
   double most = 0.0;
   for (const Neighbor& each : found) most = std::max(most, each.squared_distance);
   const double scale = static_cast<double>(found.size() - 1) / most;

@@ -35,6 +35,9 @@ class SiteSearch {
                  std::vector<Neighbor>& found);
 
    private:
+    static constexpr std::size_t kFew = 64;
+
+    bool sort_by_counts(std::vector<Neighbor>& found);
     void sort(std::vector<Neighbor>& found);
 
     NeighborSearch::Query query_;
