@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -155,12 +156,22 @@ class WithFilesBeside final : public PointSource {
     return source_->restrict_rows(first, count);
   }
   bool has_row_access() const override { return source_->has_row_access(); }
+  void skip_parts(const std::function<bool(const Box& bounds)>& is_outside) override {
+    source_->skip_parts([is_outside, origin = origin_](const Box& part) {
+      return is_outside(moved(part, origin));
+    });
+  }
   std::uint64_t bytes_read() const override { return source_->bytes_read(); }
   std::uint64_t bytes_total() const override { return source_->bytes_total(); }
-  std::optional<ScannerPlace> scanner() const override {
-    std::optional<ScannerPlace> place = source_->scanner();
-    if (place && !place->is_direction) place->vector = place->vector + origin_;
-    return place;
+  std::optional<ScannerPlace> scanner() const override { return moved(source_->scanner()); }
+  FileFacts facts() const override {
+    FileFacts facts = source_->facts();
+    if (facts.declared_bounds) facts.declared_bounds = moved(*facts.declared_bounds, origin_);
+    for (ScanFacts& scan : facts.scans) {
+      if (scan.pose) scan.pose->translation = scan.pose->translation + origin_;
+      scan.scanner = moved(scan.scanner);
+    }
+    return facts;
   }
   DroppedPoints left_out() const override { return source_->left_out(); }
   std::string coordinate_system() const override { return system_; }
@@ -170,6 +181,12 @@ class WithFilesBeside final : public PointSource {
   }
 
  private:
+  static Box moved(const Box& box, Vec3 origin) { return {box.min + origin, box.max + origin}; }
+  std::optional<ScannerPlace> moved(std::optional<ScannerPlace> place) const {
+    if (place && !place->is_direction) place->vector = place->vector + origin_;
+    return place;
+  }
+
   std::unique_ptr<PointSource> source_;
   PointSchema schema_;
   std::string system_;

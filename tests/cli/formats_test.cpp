@@ -373,6 +373,55 @@ TEST_CASE("ASystemBesideTheOutputThatIsNotItsOwnIsWarnedOf") {
   }
 }
 
+TEST_CASE("FilesBesideACloudHideNothingThatTheCloudTells") {
+  const ScratchDirectory in;
+  write_tile(in / "a.las", {.epsg = 0});
+  write_text(in / "a.prj", "EPSG:26912\n");
+  const FileFacts las = open_point_source(in / "a.las")->facts();
+  CHECK(las.format == "LAS");
+  CHECK(las.point_format == 2);
+  CHECK_THAT(run_in(in, {"inspect", "a.las"}).out,
+             Contains("format       LAS 1.2, point format 2") && Contains("EPSG:26912"));
+
+  write_text(in / "b.ptx",
+             "1\n2\n1 2 3\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 2 3 1\n"
+             "1 0 0 0.5\n2 0 0 0.5\n");
+  write_text(in / "b.ptx.shift.txt", "b.ptx; -100; -200; 0; 1;\n");
+  const auto ptx = open_point_source(in / "b.ptx");
+  CHECK(read_all(*ptx).positions == std::vector<Vec3>{{102, 202, 3}, {103, 202, 3}});
+  REQUIRE(ptx->facts().scans.size() == 1);
+  CHECK(ptx->facts().format == "PTX");
+  CHECK(ptx->facts().scans[0].pose->translation == Vec3{101, 202, 3});
+  CHECK(ptx->facts().scans[0].scanner == ScannerPlace{{101, 202, 3}});
+}
+
+TEST_CASE("ACropPassesOverAWholeFileWithItsShiftByBoundsInTheWorld") {
+  const ScratchDirectory in;
+  LasFile file{.minor = 2, .format = 0};
+  file.scale = {1, 1, 1};
+  for (const std::int32_t corner : {0, 10}) {
+    LasPoint point;
+    point.xyz = {corner, corner, corner};
+    file.add(point);
+  }
+  constexpr std::size_t kBoundsInHeader = 179;  // largest and least x, y and z
+  std::string bytes = file.bytes();
+  bytes.replace(kBoundsInHeader, 48, raw(10.) + raw(0.) + raw(10.) + raw(0.) + raw(10.) + raw(0.));
+  std::ofstream(in / "a.las", std::ios::binary) << bytes;
+  write_text(in / "a.las.shift.txt", "a.las; -1000; 0; 0; 1;\n");
+  const Box whole{{1000, 0, 0}, {1010, 10, 10}};
+  const auto source = open_point_source(in / "a.las");
+  CHECK(source->facts().declared_bounds == whole);
+  Box seen;
+  source->skip_parts([&](const Box& part) {
+    seen.extend(part);
+    return true;
+  });
+  CHECK(read_all(*source).empty());
+  CHECK(seen == whole);
+  CHECK(source->left_out() == DroppedPoints{{kOutsideCrop, 2}});
+}
+
 TEST_CASE("APlyFileWithoutItsShiftIsWarnedOf") {
   const ScratchDirectory in;
   write_text(in / "a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n");
