@@ -1,8 +1,11 @@
 #include "io/clouds/point_source_list.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
+#include <iterator>
 #include <limits>
+#include <optional>
 #include <set>
 #include <type_traits>
 #include <utility>
@@ -10,6 +13,7 @@
 #include "io/clouds/open_point_source.h"
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
+#include "io/points/color_depth.h"
 #include "io/points/coordinate_system.h"
 
 namespace orbweave {
@@ -30,6 +34,7 @@ struct CopiedValue {
   std::size_t bytes = 0;
   ScalarType from_type = ScalarType::kUint8;
   ScalarType to_type = ScalarType::kUint8;
+  bool scales_color = false;  ///< from 8 to 16 bits
 
   bool is_plain() const { return from_type == to_type; }
 };
@@ -71,6 +76,13 @@ std::vector<CopiedValue> copied_values(const PointSchema& from, const PointSchem
   return values;
 }
 
+/// Of a file with 8-bit colours beside files whose colours fill 16 bits.
+void scale_colors(std::vector<CopiedValue>& values, const WideColors& colors) {
+  for (CopiedValue& value : values)
+    if (std::ranges::find(colors.offsets, value.to) != std::end(colors.offsets))
+      value.scales_color = true;
+}
+
 /// Doubles hold the numbers of all types but the 64-bit integers.
 template <class T>
 auto exactly(T number) {
@@ -83,6 +95,11 @@ auto exactly(T number) {
 /// The common type holds every value of the file's type, but 64-bit integers beyond 2^53 where one
 /// file has an integer and another a fraction.
 void convert_value(const CopiedValue& value, const std::byte* from, std::byte* to) {
+  if (value.scales_color) {
+    const std::uint16_t color = widened_color(std::to_integer<std::uint8_t>(*from));
+    std::memcpy(to, &color, sizeof color);
+    return;
+  }
   visit_scalar(value.from_type, [&](auto source) {
     std::memcpy(&source, from, sizeof source);
     const auto exact = exactly(source);
@@ -214,6 +231,24 @@ void note_fillers(const std::vector<ListedFile>& files, const PointSchema& commo
   }
 }
 
+/// Colours that are fractions in one file and whole numbers in another: of 0 to 1 and 0 to 255,
+/// say, which the points show and no type does.
+void note_color_scales(const std::vector<ListedFile>& files, std::vector<std::string>& notes) {
+  const ListedFile* fractions = nullptr;
+  const ListedFile* integers = nullptr;
+  for (const ListedFile& file : files)
+    if (const AttributeField* const red = field_of_name(file.schema, "red"))
+      (is_float(red->type) ? fractions : integers) = &file;
+  if (fractions == nullptr || integers == nullptr) return;
+  const auto told = [](const ListedFile& file) {
+    return std::string(name_of(field_of_name(file.schema, "red")->type)) + " in " +
+           file.path.string();
+  };
+  notes.push_back(
+      "colours are " + told(*fractions) + " and " + told(*integers) +
+      "; they are taken as they are, so they fit together only where both have one range");
+}
+
 /// What a file says of its coordinates.
 struct NamedSystem {
   std::string text;
@@ -286,6 +321,7 @@ class PointSourceList final : public PointSource {
   }
   void note(std::vector<std::string>& notes) const {
     note_fillers(files_, schema_, notes);
+    note_color_scales(files_, notes);
     notes.insert(notes.end(), disagreements_.begin(), disagreements_.end());
     if (!coordinate_system_ || files_without_system_.empty()) return;
     const std::size_t others = files_without_system_.size() - 1;
@@ -357,6 +393,27 @@ class PointSourceList final : public PointSource {
       throw_bad_input("the file's columns changed while the job ran", {.file = file.path.string()});
     same_attributes_ = file.schema.attributes == schema_.attributes;
     values_ = copied_values(file.schema, schema_);
+    if (widens_colors(file.schema, schema_) && fills_16_bits())
+      scale_colors(values_, *wide_colors(schema_));
+  }
+
+  /// Whether a 16-bit colour of any file exceeds 8 bits. Where none does, all are 8-bit colours.
+  /// Mostly the first points of a file tell; they are looked at only where widths differ.
+  bool fills_16_bits() {
+    if (!fills_16_bits_)
+      fills_16_bits_ = std::ranges::any_of(files_, [&](const ListedFile& file) {
+        return wide_colors(file.schema) && file_fills_16_bits(file);
+      });
+    return *fills_16_bits_;
+  }
+
+  bool file_fills_16_bits(const ListedFile& file) const {
+    constexpr std::size_t kBatchPoints = std::size_t{1} << 16;
+    const auto source = opener_(file.path);
+    const WideColors colors = *wide_colors(file.schema);
+    for (PointCloud batch; source->read(batch, kBatchPoints);)
+      if (exceed_8_bits(batch, colors)) return true;
+    return false;
   }
 
   /// Nothing once a file does not say, or says what no sum holds.
@@ -435,7 +492,8 @@ class PointSourceList final : public PointSource {
   bool same_attributes_ = true;
   PointCloud whole_;  ///< a batch as the file has it
   std::vector<CopiedValue> values_;
-  DroppedPoints left_out_;  ///< of the files that were read to their ends
+  std::optional<bool> fills_16_bits_;  ///< once it was asked for
+  DroppedPoints left_out_;             ///< of the files that were read to their ends
   std::optional<NamedSystem> coordinate_system_;
   std::optional<Vec3> unit_without_system_;
   std::set<std::string> systems_compared_;

@@ -12,6 +12,8 @@ namespace {
 
 constexpr std::array<const char*, 3> kChannels = {"red", "green", "blue"};
 constexpr unsigned kMost8 = 255;
+/// 65535 is 257 times 255.
+constexpr unsigned kStep = 257;
 
 std::uint16_t channel(const std::byte* at) {
   std::uint16_t value = 0;
@@ -19,9 +21,8 @@ std::uint16_t channel(const std::byte* at) {
   return value;
 }
 
-/// 65535 is 257 times 255: the nearest of the 256 values.
+/// The nearest of the 256 values.
 std::uint8_t narrowed(std::uint16_t value) {
-  constexpr unsigned kStep = 257;
   return static_cast<std::uint8_t>((value + kStep / 2) / kStep);
 }
 
@@ -73,6 +74,19 @@ bool exceed_8_bits(const PointCloud& points, const WideColors& colors) {
     for (const std::size_t offset : colors.offsets)
       if (channel(row + offset) > kMost8) return true;
   return false;
+}
+
+bool widens_colors(const PointSchema& file, const PointSchema& common) {
+  const std::optional<WideColors> wide = wide_colors(common);
+  return wide && std::ranges::all_of(wide->fields, [&](std::size_t channel) {
+           return std::ranges::find(file.attributes, AttributeField{common.attributes[channel].name,
+                                                                    ScalarType::kUint8}) !=
+                  file.attributes.end();
+         });
+}
+
+std::uint16_t widened_color(std::uint8_t value) {
+  return static_cast<std::uint16_t>(value * kStep);
 }
 
 ColorDepth::ColorDepth(const PointSchema& read, int bits, bool exceeds_8_bits)

@@ -22,6 +22,11 @@ std::optional<WideColors> wide_colors(const PointSchema& schema);
 /// colours in 16-bit fields: that is decided over all of its points, whatever their order.
 bool exceed_8_bits(const PointCloud& points, const WideColors& colors);
 
+/// Whether a file has colours of 8 bits where the common schema of several files has 16-bit ones.
+bool widens_colors(const PointSchema& file, const PointSchema& common);
+/// The 16-bit value of a colour of 8 bits: 255 is 65535.
+std::uint16_t widened_color(std::uint8_t value);
+
 /// Turns points as they were read into points as they are written.
 class ColorDepth {
  public:

@@ -148,4 +148,38 @@ TEST_CASE("EveryAttributeOfEveryFileIsKeptWhateverTheirOrder") {
   CHECK(row(ba, 0) == row(ab, 1));
 }
 
+TEST_CASE("ColorsOf8BitsBesideColorsOf16BitsKeepTheirShades") {
+  const test::ScratchDirectory scratch;
+  const auto write = [&](const std::string& name, const std::string& type,
+                         const std::string& colors) {
+    test::write_text(
+        scratch / name,
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty double x\nproperty double y\n"
+        "property double z\nproperty " +
+            type + " red\nproperty " + type + " green\nproperty " + type +
+            " blue\nend_header\n0 0 0 " + colors + "\n");
+  };
+  write("narrow.ply", "uchar", "200 255 0");
+  write("wide.ply", "ushort", "65535 300 7");
+  write("dim.ply", "ushort", "255 30 7");
+  write("fraction.ply", "float", "1 0.5 0.25");
+  const auto reds_and_greens = [&](const std::vector<std::string>& names) {
+    std::vector<std::filesystem::path> paths;
+    for (const std::string& name : names) paths.push_back(scratch / name);
+    const PointCloud cloud = read_all(*open_point_sources(paths));
+    std::vector<double> values;
+    for (std::size_t i = 0; i < cloud.size(); ++i)
+      for (const std::size_t field : {0, 1}) values.push_back(attribute_value(cloud, i, field));
+    return values;
+  };
+  using Values = std::vector<double>;
+  CHECK(reds_and_greens({"narrow.ply", "wide.ply"}) == Values{200 * 257, 65'535, 65'535, 300});
+  CHECK(reds_and_greens({"wide.ply", "narrow.ply"}) == Values{65'535, 300, 200 * 257, 65'535});
+  CHECK(reds_and_greens({"narrow.ply", "dim.ply"}) == Values{200, 255, 255, 30});
+  std::vector<std::string> notes;
+  open_point_sources({scratch / "narrow.ply", scratch / "fraction.ply"}, {}, &notes);
+  REQUIRE(notes.size() == 1);
+  CHECK_THAT(notes[0], Contains("colours are float32 in") && Contains("fraction.ply and uint8 in"));
+}
+
 }  // namespace orbweave
