@@ -211,7 +211,9 @@ void keep_confidence(const ConvertOptions& options, const TriangleMesh& mesh,
 
 void convert_mesh(const ConvertOptions& options) {
   const Job job = options.job();
-  TriangleMesh mesh = read_mesh(options.in);
+  std::vector<std::string> left_out_of_file;
+  TriangleMesh mesh = read_mesh(options.in, &left_out_of_file);
+  warn_of_left_out(options.in, left_out_of_file);
   apply_colors(job, mesh.vertices);
   const Vec3 origin = origin_of_mesh(job, mesh);
   const std::string system = coordinate_system_beside(options.in);
@@ -319,6 +321,7 @@ void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
   const SelectedSource selected(options.keys);
   auto source = selected.open(options.in);
   require_no_faces(*source, options);
+  warn_of_left_out(options.in == "-" ? "standard input" : options.in, source->facts().left_out);
   const bool is_known = source->keeps_declared_points();
   const bool has_wide_colors =
       job.output.color_bits == 8 && wide_colors(source->schema()).has_value();

@@ -62,6 +62,17 @@ std::string left_out_of(const std::string& file, const PointSchema& schema) {
                        : joined(names) + ": the format has no place for them; a .ply file has";
 }
 
+std::string left_out_of_input(const std::string& file, const std::vector<std::string>& left_out) {
+  std::string text;
+  for (const std::string& what : left_out) text += (text.empty() ? "" : "; ") + shown(what);
+  return text.empty() ? text : file + ": not carried over: " + text;
+}
+
+void warn_of_left_out(const std::string& file, const std::vector<std::string>& left_out) {
+  const std::string text = left_out_of_input(file, left_out);
+  if (!text.empty()) print_warning(text);
+}
+
 void warn_of_lost_origins(std::span<const std::string> files) {
   for (const std::string& file : files) {
     std::error_code ignored;

@@ -4,6 +4,7 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 #include "io/point_cloud.h"
 #include "io/vec3.h"
@@ -19,6 +20,11 @@ void write_files_beside(const std::string& file, const std::string& in, const st
 /// Warns of each PLY file whose header says that its coordinates are counted from an origin, with
 /// no shift beside it that says the same to a reader: it was renamed or moved alone.
 void warn_of_lost_origins(std::span<const std::string> files);
+
+/// What a file holds beside what was read of it, as a warning; empty where it holds nothing else.
+std::string left_out_of_input(const std::string& file, const std::vector<std::string>& left_out);
+/// Prints it, where there is any.
+void warn_of_left_out(const std::string& file, const std::vector<std::string>& left_out);
 
 /// What the vertices of a mesh carry and the format of its file does not hold, in words; empty: it
 /// holds everything.

@@ -134,7 +134,10 @@ void warn_of_structure(const std::string& file, const MeshFacts& mesh, Progress&
 /// Reads the mesh, takes out what is no surface, and warns of what is odd.
 TriangleMesh usable_mesh(FillReport& report, Progress& progress) {
   progress.begin_stage("read", 0, "triangles");
-  TriangleMesh mesh = read_usable_mesh(report.file);
+  std::vector<std::string> left_out_of_file;
+  TriangleMesh mesh = read_usable_mesh(report.file, &left_out_of_file);
+  const std::string not_carried_over = left_out_of_input(report.file, left_out_of_file);
+  if (!not_carried_over.empty()) progress.warn(not_carried_over);
   require_room_for_ids(report.file, mesh);
   if (const auto colors = wide_colors(mesh.vertices.schema))
     ColorDepth(mesh.vertices.schema, report.options.output.color_bits,

@@ -127,6 +127,7 @@ SimplifiedFacts simplified(const SimplifyArguments& arguments, const SimplifyOpt
   {  // What the stream holds goes before the work.
     const auto stream = open_mesh_stream(arguments.mesh);
     schema = stream->schema();
+    warn_of_left_out(arguments.mesh, stream->left_out());
     progress.begin_stage("read", stream->faces(), "triangles");
   }
   SimplifyEvents events;

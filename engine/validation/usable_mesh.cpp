@@ -19,8 +19,8 @@ Box bounds_of_finite(const std::vector<Vec3>& positions) {
 
 }  // namespace
 
-TriangleMesh read_usable_mesh(const std::string& file) {
-  TriangleMesh mesh = read_mesh(file);
+TriangleMesh read_usable_mesh(const std::string& file, std::vector<std::string>* left_out) {
+  TriangleMesh mesh = read_mesh(file, left_out);
   require_mesh_in_core(file, mesh.vertices.size(), mesh.triangles.size());
   require_usable_scale(file, mesh.triangles.empty() ? "cloud" : "mesh",
                        bounds_of_finite(mesh.vertices.positions));

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "io/error.h"
+#include "io/ply/ply_left_out.h"
 #include "io/ply/ply_vertices.h"
 
 namespace orbweave {
@@ -38,6 +39,7 @@ class PlySource final : public PointSource {
                      : header_.format == PlyFormat::kBinaryLittleEndian ? "binary_little_endian"
                                                                         : "binary_big_endian";
     if (const PlyElement* const faces = header_.find("face")) facts.faces = faces->count;
+    facts.left_out = left_out_of_ply(header_, false);
     return facts;
   }
 

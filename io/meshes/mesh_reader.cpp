@@ -44,12 +44,12 @@ bool holds_faces(const std::filesystem::path& path) {
          named->facts.format != FileFormat::kPly;
 }
 
-TriangleMesh read_mesh(ByteReader reader, MeshFormat format) {
+TriangleMesh read_mesh(ByteReader reader, MeshFormat format, std::vector<std::string>* left_out) {
   switch (format) {
     case MeshFormat::kPly:
-      return read_ply_mesh(std::move(reader));
+      return read_ply_mesh(std::move(reader), left_out);
     case MeshFormat::kObj:
-      return read_obj_mesh(std::move(reader));
+      return read_obj_mesh(std::move(reader), left_out);
     case MeshFormat::kStl:
       return read_stl_mesh(std::move(reader));
     case MeshFormat::kGlb:
@@ -58,9 +58,9 @@ TriangleMesh read_mesh(ByteReader reader, MeshFormat format) {
   return {};
 }
 
-TriangleMesh read_mesh(const std::filesystem::path& path) {
+TriangleMesh read_mesh(const std::filesystem::path& path, std::vector<std::string>* left_out) {
   ByteReader reader = open_reader(path);
-  TriangleMesh mesh = read_mesh(std::move(reader), format_of(path));
+  TriangleMesh mesh = read_mesh(std::move(reader), format_of(path), left_out);
   add_origin(origin_beside(path), mesh.vertices);
   return mesh;
 }

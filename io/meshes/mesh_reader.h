@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "io/triangle_mesh.h"
 
@@ -16,8 +18,10 @@ bool holds_faces(const std::filesystem::path& path);
 /// joined) and .glb and .gltf (docs/formats.md) as triangles; polygons are fanned from their first
 /// corner. A PLY face property "hole", and _HOLE of GLB vertices, become TriangleMesh::hole. Where
 /// the shift of its coordinates lies beside the file (io/meshes/shift_file.h), vertices are where
-/// the world has them. Throws Error (bad input) for damaged files and for indices outside the
-/// vertices.
-TriangleMesh read_mesh(const std::filesystem::path& path);
+/// the world has them. `left_out` gets what PLY and OBJ files hold beside that, in words ("face
+/// properties red, green, blue"). Throws Error (bad input) for damaged files and for indices
+/// outside the vertices.
+TriangleMesh read_mesh(const std::filesystem::path& path,
+                       std::vector<std::string>* left_out = nullptr);
 
 }  // namespace orbweave

@@ -8,7 +8,9 @@
 
 #include "io/error.h"
 #include "io/meshes/mesh_reader.h"
+#include "io/meshes/ply_mesh.h"
 #include "io/meshes/shift_file.h"
+#include "io/ply/ply_left_out.h"
 #include "io/ply/ply_vertices.h"
 #include "io/streams/byte_source.h"
 
@@ -25,7 +27,7 @@ namespace {
 /// A mesh in memory.
 class HeldMesh final : public MeshStream {
  public:
-  explicit HeldMesh(TriangleMesh mesh) : mesh_(std::move(mesh)) {}
+  explicit HeldMesh(const std::filesystem::path& path) : mesh_(read_mesh(path, &left_out_)) {}
   const PointSchema& schema() const override { return mesh_.vertices.schema; }
   std::uint64_t vertices() const override { return mesh_.vertices.size(); }
   std::uint64_t faces() const override { return mesh_.triangles.size(); }
@@ -49,8 +51,10 @@ class HeldMesh final : public MeshStream {
   }
   bool has_holes() const override { return !mesh_.hole.empty(); }
   std::span<const FacePatch> patches() const override { return patches_; }
+  std::vector<std::string> left_out() const override { return left_out_; }
 
  private:
+  std::vector<std::string> left_out_;
   TriangleMesh mesh_;
   std::vector<FacePatch> patches_;
   std::size_t vertex_ = 0;
@@ -89,11 +93,12 @@ class PatchColumns {
   bool has_holes() const { return hole_.has_value(); }
   bool has_confidence() const { return has_holes() && confidence_.has_value(); }
 
-  /// Of a packed row. What is no number from 0 to 1 counts as not known.
-  FacePatch of(const std::byte* row, bool is_swapped) const {
+  /// Of a packed row. What is no number from 0 to 1 counts as not known. `file`, `face`: for the
+  /// message about an id that is too large.
+  FacePatch of(const std::byte* row, bool is_swapped, const std::string& file,
+               std::uint64_t face) const {
     FacePatch patch;
-    patch.hole =
-        static_cast<std::int32_t>(ply_integer(hole_->type, row + hole_->offset, is_swapped));
+    patch.hole = ply_hole(hole_->type, row + hole_->offset, is_swapped, file, face);
     if (has_confidence()) {
       const double value = real(confidence_->type, row + confidence_->offset, is_swapped);
       if (value >= 0.0 && value <= 1.0) patch.confidence = static_cast<float>(value);
@@ -159,6 +164,11 @@ class PlyMeshStream final : public MeshStream {
   bool has_holes() const override { return patch_columns_.has_holes(); }
   bool has_confidence() const override { return patch_columns_.has_confidence(); }
   std::span<const FacePatch> patches() const override { return patches_; }
+  std::vector<std::string> left_out() const override {
+    std::vector<std::string> all = left_out_of_ply(header_, true);
+    for (std::string& faces : left_out_faces(faces_left_out_)) all.push_back(std::move(faces));
+    return all;
+  }
 
  private:
   void skip(std::size_t element) {
@@ -183,23 +193,29 @@ class PlyMeshStream final : public MeshStream {
       const auto corner = [&](std::uint32_t i) { return static_cast<std::uint64_t>(corners[i]); };
       for (std::uint32_t i = 2; i < size; ++i)
         batch.push_back({corner(0), corner(i - 1), corner(i)});
+      if (size < 3) ++faces_left_out_;
       if (has_holes() && size > 2)
-        patches_.insert(patches_.end(), size - 2,
-                        patch_columns_.of(face_rows_->rows() + row * face_rows_->row_bytes(),
-                                          face_rows_->swapped()));
+        patches_.insert(
+            patches_.end(), size - 2,
+            patch_columns_.of(face_rows_->rows() + row * face_rows_->row_bytes(),
+                              face_rows_->swapped(), reader_.name(), number_of(row, count)));
       corners += size;
     }
   }
   void check(std::span<const std::int64_t> corners, std::size_t row, std::size_t count) const {
     for (const std::int64_t corner : corners) {
       if (corner >= 0 && static_cast<std::uint64_t>(corner) < vertices()) continue;
-      throw_bad_input(
-          "a face names a vertex that is not there",
-          {.file = reader_.name(),
-           .place = "face " + std::to_string(faces() - face_rows_->rows_left() - count + row),
-           .found = "vertex " + std::to_string(corner),
-           .expected = "0 to " + std::to_string(vertices()) + " (excluded)"});
+      throw_bad_input("a face names a vertex that is not there",
+                      {.file = reader_.name(),
+                       .place = "face " + std::to_string(number_of(row, count)),
+                       .found = "vertex " + std::to_string(corner),
+                       .expected = "0 to " + std::to_string(vertices()) + " (excluded)"});
     }
+  }
+
+  /// Of a row among the `count` rows that were read last.
+  std::uint64_t number_of(std::size_t row, std::size_t count) const {
+    return faces() - face_rows_->rows_left() - count + row;
   }
 
   ByteReader reader_;
@@ -211,6 +227,7 @@ class PlyMeshStream final : public MeshStream {
   std::optional<PlyRowReader> face_rows_;
   PatchColumns patch_columns_;
   std::vector<FacePatch> patches_;
+  std::uint64_t faces_left_out_ = 0;
   bool is_finished_ = false;
 };
 
@@ -232,7 +249,7 @@ std::unique_ptr<MeshStream> ply_mesh_stream(ByteReader reader, Vec3 origin) {
 std::unique_ptr<MeshStream> open_mesh_stream(const std::filesystem::path& path) {
   if (!holds_faces(path)) refuse_cloud(path);
   if (std::unique_ptr<MeshStream> stream = streamed(path)) return stream;
-  return std::make_unique<HeldMesh>(read_mesh(path));
+  return std::make_unique<HeldMesh>(path);
 }
 
 namespace {

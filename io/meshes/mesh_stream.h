@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "io/streams/byte_reader.h"
@@ -42,6 +43,9 @@ class MeshStream {
   virtual bool has_confidence() const { return false; }
   /// One for each triangle of the last batch; empty where faces have no `hole`.
   virtual std::span<const FacePatch> patches() const { return {}; }
+  /// What the file holds beside that, in words, as read_mesh() tells it. Faces that are no surface
+  /// are among it where they are known: at the end of a stream.
+  virtual std::vector<std::string> left_out() const { return {}; }
 };
 
 /// PLY whose vertices come before its faces, in bounded memory; null for other PLY. Coordinates are

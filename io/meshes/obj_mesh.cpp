@@ -17,6 +17,10 @@ namespace {
 
 constexpr std::uint32_t kNoNormal = std::numeric_limits<std::uint32_t>::max();
 
+/// What stands in a file and is not read: the words that lines begin with, and what they are.
+constexpr std::array<std::pair<std::string_view, const char*>, 4> kUnread = {
+    {{"vt", "texture coordinates"}, {"usemtl", "materials"}, {"l", "lines"}, {"p", "points"}}};
+
 /// Wavefront OBJ: positions (v), with colours where all have them, normals (vn) and faces (f);
 /// everything else is passed over.
 class ObjParser {
@@ -33,13 +37,29 @@ class ObjParser {
       if (*keyword == "v") parse_vertex(line);
       if (*keyword == "vn") normals_.push_back(parse_vector(line));
       if (*keyword == "f") parse_face(line);
+      for (std::size_t i = 0; i < kUnread.size(); ++i)
+        if (*keyword == kUnread[i].first) has_unread_[i] = true;
     }
     if (mesh_.vertices.empty())
       throw_bad_input("the OBJ file has no vertices", {.file = reader_.name()});
     check_corners();
     assign_normals();
     assign_colors();
+    mesh_schema_ = mesh_.vertices.schema;
     return std::move(mesh_);
+  }
+
+  /// Once the file is read.
+  std::vector<std::string> left_out() const {
+    std::vector<std::string> all;
+    for (std::size_t i = 0; i < kUnread.size(); ++i)
+      if (has_unread_[i]) all.emplace_back(kUnread[i].second);
+    const PointSchema& schema = mesh_schema_;
+    if (!colors_.empty() && schema.attributes.empty())
+      all.emplace_back("colours, which not all vertices have");
+    if (!normals_.empty() && !schema.has_normals)
+      all.emplace_back("normals, which not all vertices have");
+    return all;
   }
 
  private:
@@ -203,6 +223,8 @@ class ObjParser {
   TriangleMesh mesh_;
   std::vector<Vec3> normals_;
   std::vector<std::array<float, 3>> colors_;  ///< of the vertices that have one
+  std::array<bool, kUnread.size()> has_unread_{};
+  PointSchema mesh_schema_;  ///< of the mesh, once it is handed on
   std::vector<NormalUse> uses_;
   std::vector<std::uint32_t> polygon_;
   std::uint32_t largest_corner_ = 0;
@@ -213,6 +235,11 @@ class ObjParser {
 
 }  // namespace
 
-TriangleMesh read_obj_mesh(ByteReader reader) { return ObjParser(std::move(reader)).parse(); }
+TriangleMesh read_obj_mesh(ByteReader reader, std::vector<std::string>* left_out) {
+  ObjParser parser(std::move(reader));
+  TriangleMesh mesh = parser.parse();
+  if (left_out != nullptr) *left_out = parser.left_out();
+  return mesh;
+}
 
 }  // namespace orbweave

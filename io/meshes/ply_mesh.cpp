@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "io/error.h"
+#include "io/ply/ply_left_out.h"
 #include "io/ply/ply_vertices.h"
 
 namespace orbweave {
@@ -44,32 +45,38 @@ class FaceReader {
       for (std::size_t row = 0; row < count; ++row) {
         const std::uint32_t size = rows_.list_sizes()[row];
         add_face(corners, size, count - row);
+        if (size < 3) ++faces_left_out_;
         if (hole_ != nullptr && size > 2)
-          mesh_.hole.insert(mesh_.hole.end(), size - 2, hole_of(rows_.rows(), row));
+          mesh_.hole.insert(mesh_.hole.end(), size - 2, hole_of(row, count - row));
         corners += size;
       }
     }
   }
+  /// Faces that are no surface.
+  std::uint64_t faces_left_out() const { return faces_left_out_; }
 
  private:
   void add_face(const std::int64_t* corners, std::uint32_t size, std::size_t rows_behind) {
     for (std::uint32_t i = 0; i < size; ++i) {
       if (corners[i] < 0 || static_cast<std::uint64_t>(corners[i]) >= vertices_)
-        throw_bad_input(
-            "a face names a vertex that is not there",
-            {.file = reader_.name(),
-             .place = "face " + std::to_string(faces_.count - rows_.rows_left() - rows_behind),
-             .found = "vertex " + std::to_string(corners[i]),
-             .expected = "0 to " + std::to_string(vertices_) + " (excluded)"});
+        throw_bad_input("a face names a vertex that is not there",
+                        {.file = reader_.name(),
+                         .place = "face " + std::to_string(number_of(rows_behind)),
+                         .found = "vertex " + std::to_string(corners[i]),
+                         .expected = "0 to " + std::to_string(vertices_) + " (excluded)"});
     }
     const auto corner = [&](std::uint32_t i) { return static_cast<std::uint32_t>(corners[i]); };
     for (std::uint32_t i = 2; i < size; ++i)
       mesh_.triangles.push_back({corner(0), corner(i - 1), corner(i)});
   }
 
-  std::int32_t hole_of(const std::byte* rows, std::size_t row) const {
-    const std::byte* at = rows + row * rows_.row_bytes() + hole_->offset;
-    return static_cast<std::int32_t>(ply_integer(hole_->type, at, rows_.swapped()));
+  std::int32_t hole_of(std::size_t row, std::size_t rows_behind) const {
+    const std::byte* at = rows_.rows() + row * rows_.row_bytes() + hole_->offset;
+    return ply_hole(hole_->type, at, rows_.swapped(), reader_.name(), number_of(rows_behind));
+  }
+
+  std::uint64_t number_of(std::size_t rows_behind) const {
+    return faces_.count - rows_.rows_left() - rows_behind;
   }
 
   ByteReader& reader_;
@@ -78,6 +85,7 @@ class FaceReader {
   TriangleMesh& mesh_;
   PlyRowReader rows_;
   const RowColumn* hole_;
+  std::uint64_t faces_left_out_ = 0;
 };
 
 void read_vertices(ByteReader& reader, const PlyHeader& header, const PlyElement& element,
@@ -88,9 +96,33 @@ void read_vertices(ByteReader& reader, const PlyHeader& header, const PlyElement
   while (rows.read(batch, kBatchRows)) vertices.append(batch);
 }
 
+/// Returns how many faces are no surface.
+std::uint64_t read_faces(ByteReader& reader, const PlyHeader& header, const PlyElement& element,
+                         std::size_t corner_list, std::uint64_t vertices, TriangleMesh& mesh) {
+  FaceReader faces(reader, header, element, corner_list, vertices, mesh);
+  faces.read_all();
+  return faces.faces_left_out();
+}
+
 }  // namespace
 
-TriangleMesh read_ply_mesh(ByteReader reader) {
+std::int32_t ply_hole(ScalarType type, const std::byte* value, bool is_swapped,
+                      const std::string& file, std::uint64_t face) {
+  using Limits = std::numeric_limits<std::int32_t>;
+  const std::int64_t hole = ply_integer(type, value, is_swapped);
+  const bool wraps = type == ScalarType::kUint64 && hole < 0;
+  if (hole >= Limits::min() && hole <= Limits::max() && !wraps)
+    return static_cast<std::int32_t>(hole);
+  throw_bad_input(
+      "the id of a hole does not fit 32 bits",
+      {.file = file,
+       .place = "face " + std::to_string(face),
+       .found = wraps ? std::to_string(static_cast<std::uint64_t>(hole)) : std::to_string(hole),
+       .expected = "at most " + std::to_string(Limits::max()),
+       .advice = "Write the mesh without the property hole, or with smaller ids."});
+}
+
+TriangleMesh read_ply_mesh(ByteReader reader, std::vector<std::string>* left_out) {
   const PlyHeader header = read_ply_header(reader);
   const PlyElement* vertices = header.find("vertex");
   if (vertices == nullptr)
@@ -103,14 +135,19 @@ TriangleMesh read_ply_mesh(ByteReader reader) {
                      .expected = "at most 4294967295"});
   check_ply_length(reader, header);
   TriangleMesh mesh;
+  std::uint64_t faces_left_out = 0;
   for (const PlyElement& element : header.elements) {
     const auto corners = element.name == "face" ? find_corner_list(element) : std::nullopt;
     if (&element == vertices)
       read_vertices(reader, header, element, mesh.vertices);
     else if (corners)
-      FaceReader(reader, header, element, *corners, vertices->count, mesh).read_all();
+      faces_left_out = read_faces(reader, header, element, *corners, vertices->count, mesh);
     else
       PlyRowReader(reader, header, element).skip();
+  }
+  if (left_out != nullptr) {
+    *left_out = left_out_of_ply(header, true);
+    for (std::string& faces : left_out_faces(faces_left_out)) left_out->push_back(std::move(faces));
   }
   check_ply_end(reader, header.elements.back());
   return mesh;

@@ -40,6 +40,7 @@ struct FileFacts {
   std::optional<Box> declared_bounds;  ///< by the header, which may be wrong
   std::vector<ScanFacts> scans;        ///< of formats that hold scans; as far as they were read
   std::uint64_t faces = 0;             ///< of a mesh, whose points alone are read
+  std::vector<std::string> left_out;   ///< what else it holds and no point has, in words
 };
 
 /// A cloud read once, front to back, in bounded memory. Damaged and hostile files end in an Error.

@@ -422,6 +422,71 @@ TEST_CASE("ACropPassesOverAWholeFileWithItsShiftByBoundsInTheWorld") {
   CHECK(source->left_out() == DroppedPoints{{kOutsideCrop, 2}});
 }
 
+TEST_CASE("WhatAFileHoldsAndNoMeshTakesIsNamed") {
+  const ScratchDirectory in;
+  const std::string corners = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+  const std::string front =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+      "property float z\n";
+  const std::string faces = "property list uchar int vertex_indices\n";
+  write_text(in / "a.ply",
+             front + "element edge 1\nproperty int vertex1\nelement face 3\n" + faces +
+                 "property uchar red\nproperty float quality\nproperty int hole\n"
+                 "property float confidence\nend_header\n" +
+                 corners + "7\n3 0 1 2 9 0.5 0 1\n2 0 1 9 0.5 0 1\n3 0 2 3 9 0.5 0 1\n");
+  const std::string named =
+      "a.ply: not carried over: element edge of 1 row; face properties red, quality";
+  for (const Arguments& command :
+       std::vector<Arguments>{{"convert", "a.ply", "b.ply"},
+                              {"fill", "a.ply", "-o", "b.ply", "--progress", "plain"}}) {
+    const ProgramResult result = run_in(in, command);
+    CHECK(result.status == 0);
+    CHECK_THAT(result.err, Contains(named + "; 1 face with fewer than three corners\n"));
+    CHECK(run_in(in, {"convert", "b.ply", "c.ply"}).err.empty());
+  }
+  CHECK_THAT(run_in(in, {"simplify", "a.ply", "-o", "s.ply", "--ratio", "1"}).err,
+             Contains(named + "\n"));
+
+  write_text(in / "cloud.ply", front + "property list uchar int tags\nelement tristrips 1\n" +
+                                   faces +
+                                   "end_header\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n3 0 1 2\n");
+  CHECK_THAT(run_in(in, {"convert", "cloud.ply", "b.ply"}).err,
+             Contains("not carried over: vertex list tags; element tristrips of 1 row\n"));
+
+  write_text(in / "m.obj",
+             "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 9 9 9 1 0 0\nvt 0 0\nvn 0 0 1\nusemtl a\n"
+             "f 1/1/1 2/1/1 3/1/1\nl 1 2\n");
+  CHECK_THAT(run_in(in, {"convert", "m.obj", "b.ply"}).err,
+             Contains("m.obj: not carried over: texture coordinates; materials; lines; colours, "
+                      "which not all vertices have; normals, which not all vertices have\n"));
+}
+
+TEST_CASE("TheIdOfAHoleIsNeverCutShort") {
+  const ScratchDirectory in;
+  const auto write = [&](const std::string& type, const std::string& id) {
+    write_text(
+        in / "a.ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 1\nproperty list uchar int vertex_indices\nproperty " +
+            type + " hole\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 " + id + "\n");
+  };
+  for (const auto& [type, id] : {std::pair("int64", "4294967297"), std::pair("uint", "2147483648"),
+                                 std::pair("uint64", "18446744073709551615")}) {
+    write(type, id);
+    for (const Arguments& command : std::vector<Arguments>{
+             {"convert", "a.ply", "b.ply"}, {"simplify", "a.ply", "-o", "b.ply", "--ratio", "1"}}) {
+      const ProgramResult result = run_in(in, command);
+      CHECK(result.status == 3);
+      CHECK_THAT(result.err,
+                 Contains("a.ply: face 0: the id of a hole does not fit 32 bits; found " +
+                          std::string(id)));
+    }
+  }
+  write("uint64", "2147483647");
+  CHECK(run_in(in, {"convert", "a.ply", "b.ply"}).status == 0);
+  CHECK(read_mesh(in / "b.ply").hole == std::vector<std::int32_t>{2'147'483'647});
+}
+
 TEST_CASE("APlyFileWithoutItsShiftIsWarnedOf") {
   const ScratchDirectory in;
   write_text(in / "a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n");
