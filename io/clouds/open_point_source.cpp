@@ -124,6 +124,7 @@ std::unique_ptr<PointSource> open_format(const std::filesystem::path& path,
   }
   // A text cloud, or what its content says.
   refuse_binary_scan(reader);
+  skip_byte_order_mark(reader);
   if (looks_like_ply(reader)) return open_ply_source(std::move(reader));
   if (looks_like_pcd(reader)) return open_pcd_source(std::move(reader));
   if (looks_like_ptx(reader)) return open_ptx_file(path, std::move(reader));

@@ -48,6 +48,7 @@ class HeaderParser {
 
  private:
   void read_lines() {
+    skip_byte_order_mark(reader_);
     std::string_view line;
     while (reader_.next_line(line)) {
       const auto key = take_field(line, ' ');

@@ -96,7 +96,9 @@ inline const char* take_number(const char* at, const char* last, T& value) {
 /// Headers and rows of a PTX file, one after the other.
 class PtxLines {
  public:
-  explicit PtxLines(ByteReader reader) : reader_(std::move(reader)) {}
+  explicit PtxLines(ByteReader reader) : reader_(std::move(reader)) {
+    skip_byte_order_mark(reader_);
+  }
   const ByteReader& reader() const { return reader_; }
 
   /// The next scan's header; false where the file has ended before it.

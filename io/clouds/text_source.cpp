@@ -76,7 +76,7 @@ class TextSource final : public PointSource {
 
   /// Reads the first lines, to be looked at now and parsed later.
   TextSample take_sample() {
-    skip_byte_order_mark();
+    skip_byte_order_mark(reader_);
     TextSample sample;
     std::string_view line;
     while (pending_.size() < kSampleLines && next_line(line)) {
@@ -97,13 +97,6 @@ class TextSource final : public PointSource {
     sample.first_line = pending_.front().number;
     sample.is_pts = is_pts_;
     return sample;
-  }
-
-  void skip_byte_order_mark() {
-    constexpr std::string_view kMark = "\xEF\xBB\xBF";
-    if (reader_.ensure(kMark.size()) &&
-        std::memcmp(reader_.data(), kMark.data(), kMark.size()) == 0)
-      reader_.consume(kMark.size());
   }
 
   /// The number of points of the scan that follows, where a .pts line is that.

@@ -30,6 +30,7 @@ class ObjParser {
   }
 
   TriangleMesh parse() {
+    skip_byte_order_mark(reader_);
     std::string_view line;
     while (reader_.next_line(line)) {
       const auto keyword = take_field(line, ' ');

@@ -11,6 +11,7 @@
 #include "io/error.h"
 #include "io/mesh_size.h"
 #include "io/meshes/mesh_parsers.h"
+#include "io/text/byte_order_mark.h"
 #include "io/text/counted_noun.h"
 #include "io/text/little_endian.h"
 #include "io/text/text_fields.h"
@@ -231,9 +232,12 @@ class TextStlParser {
 /// count of triangles asks for.
 bool is_text(ByteReader& reader) {
   constexpr std::string_view kSolid = "solid";
-  if (!reader.ensure(kSolid.size()) ||
-      std::memcmp(reader.data(), kSolid.data(), kSolid.size()) != 0)
-    return false;
+  const std::size_t most = kByteOrderMark.size() + kSolid.size();
+  reader.ensure(most);
+  const std::string_view front(reinterpret_cast<const char*>(reader.data()),
+                               std::min(reader.available(), most));
+  if (!without_byte_order_mark(front).starts_with(kSolid)) return false;
+  skip_byte_order_mark(reader);
   const std::optional<std::uint64_t> length = reader.bytes_left();
   if (!length || !reader.ensure(kHeaderBytes)) return true;
   const std::uint64_t count = load_little<std::uint32_t>(reader.data() + kTitleBytes);

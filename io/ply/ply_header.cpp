@@ -53,6 +53,7 @@ class HeaderParser {
   explicit HeaderParser(ByteReader& reader) : reader_(reader) {}
 
   PlyHeader parse() {
+    skip_byte_order_mark(reader_);
     check_magic();
     std::string_view line;
     while (reader_.next_line(line)) {

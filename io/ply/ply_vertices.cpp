@@ -7,6 +7,7 @@
 
 #include "io/error.h"
 #include "io/ply/intensity_name.h"
+#include "io/text/byte_order_mark.h"
 
 namespace orbweave {
 namespace {
@@ -47,9 +48,11 @@ bool PlyVertexReader::read(PointCloud& batch, std::size_t capacity) {
 
 bool looks_like_ply(ByteReader& reader) {
   constexpr std::string_view kMagic = "ply";
-  if (!reader.ensure(kMagic.size() + 1)) return false;
-  const std::string_view front(reinterpret_cast<const char*>(reader.data()), kMagic.size() + 1);
-  return front.substr(0, kMagic.size()) == kMagic && front.back() <= ' ';
+  const std::size_t most = kByteOrderMark.size() + kMagic.size() + 1;
+  reader.ensure(most);
+  const std::string_view front = without_byte_order_mark(
+      {reinterpret_cast<const char*>(reader.data()), std::min(reader.available(), most)});
+  return front.size() > kMagic.size() && front.starts_with(kMagic) && front[kMagic.size()] <= ' ';
 }
 
 }  // namespace orbweave

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "io/error.h"
+#include "io/text/byte_order_mark.h"
 #include "io/text/lower_case.h"
 #include "io/text/quantity.h"
 #include "io/text/text_number.h"
@@ -316,8 +317,7 @@ bool is_area_text(std::string_view text) {
 }
 
 std::vector<AreaPolygon> parse_area(std::string_view text, const std::string& name) {
-  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
-  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  text = without_byte_order_mark(text);
   const std::size_t first = std::min(text.find_first_not_of(" \t\r\n"), text.size());
   const bool is_json = first < text.size() && text[first] == '{';
   check_length(text, is_json, name);

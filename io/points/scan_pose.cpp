@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "io/error.h"
+#include "io/text/byte_order_mark.h"
 #include "io/text/counted_noun.h"
 #include "io/text/words.h"
 
@@ -84,6 +85,7 @@ ScanPose parse_pose(std::string_view text) {
 std::vector<ScanPose> parse_stanford_poses(std::string_view text, const std::string& name) {
   constexpr std::size_t kWords = 9;
   std::vector<ScanPose> poses;
+  text = without_byte_order_mark(text);
   std::size_t line_number = 0;
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());

@@ -6,6 +6,7 @@
 
 #include "io/error.h"
 #include "io/shown_text.h"
+#include "io/text/byte_order_mark.h"
 
 namespace orbweave {
 
@@ -105,6 +106,19 @@ std::optional<std::uint64_t> ByteReader::bytes_left() const {
 
 std::string ByteReader::line_place() const { return "line " + std::to_string(line_number_); }
 std::string ByteReader::byte_place() const { return "byte " + std::to_string(offset()); }
+
+void skip_byte_order_mark(ByteReader& reader) {
+  const auto begins_with = [&](std::string_view mark) {
+    return reader.ensure(mark.size()) && std::memcmp(reader.data(), mark.data(), mark.size()) == 0;
+  };
+  if (begins_with(kByteOrderMark)) reader.consume(kByteOrderMark.size());
+  if (begins_with("\xFF\xFE") || begins_with("\xFE\xFF"))
+    throw_bad_input(
+        "the text is UTF-16",
+        {.file = reader.name(),
+         .expected = "ASCII or UTF-8",
+         .advice = "Save it as UTF-8; PowerShell 5 does so with: Out-File -Encoding utf8"});
+}
 
 std::string excerpt(std::string_view text) {
   constexpr std::size_t kMost = 40;

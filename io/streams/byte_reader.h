@@ -64,6 +64,10 @@ class ByteReader {
   bool cr_ends_lines_ = false;
 };
 
+/// At the front of a text: drops the mark that some programs put before UTF-8. Throws Error (bad
+/// input) for UTF-16, which such a mark tells as well.
+void skip_byte_order_mark(ByteReader& reader);
+
 /// Text from a damaged file for a message: quoted, shortened, as shown() has it.
 std::string excerpt(std::string_view text);
 

@@ -134,6 +134,38 @@ TEST_CASE("SeparatorsAreFound") {
             .positions == expected);
 }
 
+TEST_CASE("AByteOrderMarkIsPassedOverInEveryFormatOfText") {
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+      "property float z\nend_header\n1 2 3\n";
+  const std::string pcd =
+      "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\n"
+      "HEIGHT 1\nPOINTS 1\nDATA ascii\n1 2 3\n";
+  const std::string ptx =
+      "1\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n1 2 3 0.5 9 9 9\n";
+  const std::string stl =
+      "solid a\nfacet normal 0 0 1\nouter loop\nvertex 1 2 3\nvertex 4 2 3\nvertex 1 5 3\n"
+      "endloop\nendfacet\nendsolid a\n";
+  const std::string obj = "v 1 2 3\nv 4 2 3\nv 1 5 3\nf -3 -2 -1\n";
+  for (const auto& [name, text] :
+       std::vector<std::pair<std::string, std::string>>{{"a.ply", ply},
+                                                        {"a.xyz", ply},
+                                                        {"a.pcd", pcd},
+                                                        {"a.txt", pcd},
+                                                        {"a.ptx", ptx},
+                                                        {"b.txt", ptx},
+                                                        {"a.stl", stl},
+                                                        {"a.obj", obj},
+                                                        {"a.pts", "1\n1 2 3\n"}}) {
+    CAPTURE(name);
+    const PointCloud cloud = read_text(name, "\xEF\xBB\xBF" + text);
+    CHECK(cloud.positions.front() == Vec3{1, 2, 3});
+    CHECK(test::same_bits(cloud, read_text(name, text)));
+    CHECK_THAT(text_error(name, "\xFF\xFE" + text).what(),
+               Contains(name == "a.stl" ? "STL" : "the text is UTF-16; expected ASCII or UTF-8"));
+  }
+}
+
 TEST_CASE("HeaderLinesNameTheColumns") {
   const PointCloud cloud = read_text(
       "a.csv", "\"Z\",NX,ny,nz,X,Y,R,G,B,Intensity,time stamp\n3,0,0,1,1,2,10,20,30,0.5,99\n");

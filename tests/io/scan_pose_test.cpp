@@ -35,6 +35,15 @@ TEST_CASE("AQuaternionTurnsColumnVectorsAndAStanfordOneRowVectors") {
   check_near(stanford[0].motion.point({1, 0, 0}), {1, 1, 3});
 }
 
+TEST_CASE("AByteOrderMarkHidesNoPose") {
+  const auto poses = parse_stanford_poses(
+      "\xEF\xBB\xBF"
+      "bmesh a.ply 1 2 3 0 0 0 1\r\nbmesh b.ply 4 5 6 0 0 0 1\r\n",
+      "x.conf");
+  REQUIRE(poses.size() == 2);
+  CHECK(poses[0].file == "a.ply");
+}
+
 TEST_CASE("AMatrixIsAppliedToColumnVectors") {
   const ScanPose pose = parse_pose("s.ptx 0 -1 0 10  1 0 0 20  0 0 1 30  0 0 0 1");
   check_near(pose.motion.point({1, 2, 3}), {8, 21, 33});
