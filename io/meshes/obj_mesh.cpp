@@ -3,12 +3,14 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "io/error.h"
 #include "io/meshes/mesh_parsers.h"
+#include "io/text/quantity.h"
 #include "io/text/text_fields.h"
 #include "io/text/text_number.h"
 
@@ -32,7 +34,7 @@ class ObjParser {
   TriangleMesh parse() {
     skip_byte_order_mark(reader_);
     std::string_view line;
-    while (reader_.next_line(line)) {
+    while (next_line(line)) {
       const auto keyword = take_field(line, ' ');
       if (!keyword) continue;
       if (*keyword == "v") parse_vertex(line);
@@ -72,6 +74,23 @@ class ObjParser {
                               .expected = std::move(expected)});
   }
 
+  /// A line with those that continue it: all but the last end in a backslash.
+  bool next_line(std::string_view& line) {
+    if (!reader_.next_line(line)) return false;
+    // Comments may end in the name of a folder.
+    if (!line.ends_with('\\') || trimmed(line).starts_with('#')) return true;
+    joined_.clear();
+    while (line.ends_with('\\')) {
+      line.remove_suffix(1);
+      joined_.append(line).push_back(' ');
+      line = {};
+      if (!reader_.next_line(line)) break;
+    }
+    joined_.append(line);
+    line = joined_;
+    return true;
+  }
+
   /// "v x y z", "v x y z w" or, as many programs write, "v x y z red green blue".
   void parse_vertex(std::string_view line) {
     mesh_.vertices.positions.push_back(parse_vector(line));
@@ -82,6 +101,11 @@ class ObjParser {
       const char* const last = text.data() + text.size();
       if (text.empty() || parse_number(text.data(), last, channel) != last) return;
     }
+    const auto wrong = std::ranges::find_if(
+        color, [](float value) { return !(value >= 0.0F && value <= 255.0F); });
+    if (wrong != color.end())
+      fail("three values behind the coordinates are no colour", format_number(*wrong),
+           "red, green and blue from 0 to 1, or from 0 to 255");
     colors_.push_back(color);
   }
 
@@ -128,6 +152,7 @@ class ObjParser {
   void parse_face(std::string_view line) {
     polygon_.clear();
     while (const auto field = take_field(line, ' ')) {
+      if (field->starts_with('#')) break;
       const std::size_t slash = std::min(field->find('/'), field->size());
       const std::uint32_t vertex =
           parse_index(field->substr(0, slash), mesh_.vertices.positions.size());
@@ -197,22 +222,21 @@ class ObjParser {
     for (const std::uint32_t i : normal_of) cloud.normals.push_back(normals_[i]);
   }
 
-  /// From 0 to 1, or, of some programs, from 0 to 255.
+  /// From 0 to 1, or, of some programs, from 0 to 255. Fractions that were computed may exceed 1 a
+  /// little.
   void assign_colors() {
     PointCloud& cloud = mesh_.vertices;
     if (colors_.size() != cloud.size()) return;
     const bool are_bytes = std::ranges::any_of(
-        colors_, [](const auto& color) { return *std::ranges::max_element(color) > 1.0F; });
+        colors_, [](const auto& color) { return *std::ranges::max_element(color) >= 2.0F; });
     const float scale = are_bytes ? 1.0F : 255.0F;
     for (const char* name : {"red", "green", "blue"})
       cloud.schema.attributes.push_back({name, ScalarType::kUint8});
     cloud.attributes.reserve(3 * cloud.size());
     for (const std::array<float, 3>& color : colors_)
-      for (const float channel : color) {
-        const float value = std::round(channel * scale);
-        const bool is_color = value >= 0.0F && value <= 255.0F;
-        cloud.attributes.push_back(static_cast<std::byte>(is_color ? value : 0.0F));
-      }
+      for (const float channel : color)
+        cloud.attributes.push_back(
+            static_cast<std::byte>(std::min(std::round(channel * scale), 255.0F)));
   }
 
   struct NormalUse {
@@ -221,6 +245,7 @@ class ObjParser {
   };
 
   ByteReader reader_;
+  std::string joined_;  ///< lines that continue each other
   TriangleMesh mesh_;
   std::vector<Vec3> normals_;
   std::vector<std::array<float, 3>> colors_;  ///< of the vertices that have one

@@ -108,6 +108,22 @@ TEST_CASE("ObjHoldsColorsThatAreReadBack") {
       CHECK(attribute_value(read.vertices, i, c) == attribute_value(mesh.vertices, i, c + 1));
   test::write_text(scratch / "bytes.obj", "v 0 0 0 255 0 7\nv 1 0 0 1 2 3\nv 0 1 0 0 0 0\n");
   CHECK(attribute_value(read_mesh(scratch / "bytes.obj").vertices, 0, 2) == 7.0);
+  // Fractions that were computed exceed 1 a little; what is no colour is told.
+  test::write_text(scratch / "over.obj",
+                   "v 0 0 0 1.0000001 0.5 0\nv 1 0 0 0 1 -0\nv 0 1 0 1 1 1\n");
+  const PointCloud over = read_mesh(scratch / "over.obj").vertices;
+  CHECK(attribute_value(over, 0, 0) == 255.0);
+  CHECK(attribute_value(over, 0, 1) == 128.0);
+  test::write_text(scratch / "weight.obj", "v 0 0 0 300\nv 1 0 0 -1\nv 0 1 0 1\nf 1 2 3\n");
+  CHECK(read_mesh(scratch / "weight.obj").vertices.schema.attributes.empty());
+  for (const char* const value : {"65535", "-0.7", "nan"}) {
+    test::write_text(scratch / "wrong.obj",
+                     std::string("v 1 0 0 0 0 0\nv 0 0 0 0 0 ") + value + "\nv 0 1 0 0 0 0\n");
+    CHECK_THROWS_WITH(read_mesh(scratch / "wrong.obj"),
+                      Contains("wrong.obj: line 2: three values behind the coordinates are no "
+                               "colour; found " +
+                               std::string(value)));
+  }
   test::write_text(scratch / "some.obj", "v 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0 1 1 1\n");
   CHECK(read_mesh(scratch / "some.obj").vertices.schema.attributes.empty());
 }

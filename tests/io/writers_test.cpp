@@ -238,6 +238,16 @@ TEST_CASE("ObjAndStlMeshesReadBack") {
   CHECK(files_in(scratch.path()) == 3);
 }
 
+TEST_CASE("ObjLinesMayGoOnBehindABackslashAndEndInAComment") {
+  const ScratchDirectory scratch;
+  test::write_file(scratch / "m.obj",
+                   "# C:\\models\\\nv 0 0 0\nv 1 0 \\\n 0\nv 1 1 0\r\nv 0 1 0\n"
+                   "f 1 2 \\\r\n3 \\\n4 # a square\n");
+  const TriangleMesh mesh = read_mesh(scratch / "m.obj");
+  CHECK(mesh.vertices.positions == std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}});
+  CHECK(mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
+}
+
 TEST_CASE("StlNormalsAreThoseOfTheTriangles") {
   const ScratchDirectory scratch;
   MeshWriterOptions text;
