@@ -363,6 +363,7 @@ void check_places(const ConvertOptions& options) {
 void convert(const ConvertOptions& options, const StopToken& stop) {
   check_places(options);
   warn_of_lost_origins(std::span(&options.in, 1));
+  warn_of_unknown_systems(std::span(&options.in, 1));
   const bool mesh = is_mesh_file(options.in);
   if (options.normals_from_faces && !mesh)
     throw_bad_input("is no mesh, so there are no faces to take normals from",

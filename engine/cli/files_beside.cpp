@@ -62,6 +62,15 @@ std::string left_out_of(const std::string& file, const PointSchema& schema) {
                        : joined(names) + ": the format has no place for them; a .ply file has";
 }
 
+void warn_of_unknown_systems(std::span<const std::string> files) {
+  for (const std::string& file : files) {
+    const std::string words = unknown_system_beside(file);
+    if (!words.empty())
+      print_warning(coordinate_system_file(file).string() +
+                    ": no coordinate system that is known, so it is passed over: " + shown(words));
+  }
+}
+
 std::string left_out_of_input(const std::string& file, const std::vector<std::string>& left_out) {
   std::string text;
   for (const std::string& what : left_out) text += (text.empty() ? "" : "; ") + shown(what);

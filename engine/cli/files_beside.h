@@ -21,6 +21,9 @@ void write_files_beside(const std::string& file, const std::string& in, const st
 /// no shift beside it that says the same to a reader: it was renamed or moved alone.
 void warn_of_lost_origins(std::span<const std::string> files);
 
+/// Warns of each .prj beside a file whose words stand for no system that is known.
+void warn_of_unknown_systems(std::span<const std::string> files);
+
 /// What a file holds beside what was read of it, as a warning; empty where it holds nothing else.
 std::string left_out_of_input(const std::string& file, const std::vector<std::string>& left_out);
 /// Prints it, where there is any.

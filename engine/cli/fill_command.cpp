@@ -271,6 +271,7 @@ void fill(const FillArguments& arguments, const std::vector<std::string>& comman
   report.file = arguments.file;
   check(arguments, report.options.output);
   warn_of_lost_origins(std::span(&arguments.file, 1));
+  warn_of_unknown_systems(std::span(&arguments.file, 1));
   const int threads =
       report.options.run.threads > 0 ? report.options.run.threads : available_threads();
   // More threads than cores are used when they are asked for.

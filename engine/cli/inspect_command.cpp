@@ -371,6 +371,7 @@ void inspect(InspectOptions options) {
   const bool has_folder = expand_folders(options.files);
   check_places(options);
   warn_of_lost_origins(options.files);
+  warn_of_unknown_systems(options.files);
   warn_of_lost_origins(std::span(&options.against, 1));
   if (options.files.size() == 1 && !has_folder) {
     const Inspected inspected = inspect_file(options.files.front(), options);

@@ -155,6 +155,7 @@ void simplify(const SimplifyArguments& arguments, const StopToken& stop) {
   options.target = target_of(arguments);
   check_places(arguments, job.output, work_directory);
   warn_of_lost_origins(std::span(&arguments.mesh, 1));
+  warn_of_unknown_systems(std::span(&arguments.mesh, 1));
   options.levels.leaf_triangles = arguments.leaf_triangles;
   options.levels.memory_bytes = job.partition.memory_bytes;
   options.levels.threads = job.run.threads > 0 ? job.run.threads : available_threads();

@@ -86,6 +86,7 @@ void tileset(const TilesetArguments& arguments, const StopToken& stop) {
   const fs::path work_directory = arguments.directory + ".work";
   check_places(arguments, work_directory);
   warn_of_lost_origins(std::span(&arguments.mesh, 1));
+  warn_of_unknown_systems(std::span(&arguments.mesh, 1));
   TilesetOptions options = tileset_options(arguments.mesh, work_directory, job);
   options.levels.leaf_triangles = arguments.leaf_triangles;
   options.measures = arguments.measures;

@@ -15,6 +15,7 @@
 #include "io/error.h"
 #include "io/points/color_depth.h"
 #include "io/points/coordinate_system.h"
+#include "io/points/coordinate_system_file.h"
 
 namespace orbweave {
 namespace {
@@ -433,6 +434,10 @@ class PointSourceList final : public PointSource {
     const std::string text = source.coordinate_system();
     if (text.empty()) {
       files_without_system_.push_back(path);
+      if (const std::string words = unknown_system_beside(path); !words.empty())
+        disagreements_.push_back(
+            coordinate_system_file(path).string() +
+            " names no coordinate system that is known, so it is passed over: " + words);
       if (!coordinate_system_) unit_without_system_ = source.meters_per_unit();
       return;
     }

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <string_view>
 
+#include "io/text/lower_case.h"
 #include "io/text/quantity.h"
 
 namespace orbweave {
@@ -227,6 +228,20 @@ std::optional<CoordinateSystem> known_coordinate_system(const std::string& text)
   known.is_geographic = level && is_geographic_type(level.get());
   known.meters_per_unit = meters_per_unit(proj, system.get());
   return known;
+}
+
+std::string system_of_text(const std::string& text) {
+  constexpr std::string_view kEpsg = "EPSG:";
+  if (text.empty() || is_wkt(text)) return text;
+  if (lower_case(text.substr(0, kEpsg.size())) == lower_case(std::string(kEpsg)))
+    return std::string(kEpsg) + text.substr(kEpsg.size());
+  const Proj proj;
+  // PROJ takes its own strings for transformations where they do not say otherwise.
+  const std::string asked = text.starts_with('+') ? text + " +type=crs" : text;
+  const Object system(proj_create(proj.context(), asked.c_str()));
+  if (!system || proj_is_crs(system.get()) == 0) return {};
+  const std::string code = code_of(proj, system.get());
+  return code.starts_with(kEpsg) ? code : wkt_of(proj, system.get());
 }
 
 SystemsDiffer systems_differ(const std::string& a, const std::string& b) {

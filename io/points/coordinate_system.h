@@ -31,6 +31,11 @@ bool is_wkt(const std::string& text);
 /// Empty where PROJ makes nothing of it.
 std::optional<CoordinateSystem> known_coordinate_system(const std::string& text);
 
+/// The system that a user's text means, as known_coordinate_system() takes it: WKT and codes of
+/// EPSG (in any case) as they are, and what else PROJ understands (PROJ strings, URNs, other
+/// authorities' codes, names) as a code of EPSG or WKT. Empty where PROJ makes nothing of it.
+std::string system_of_text(const std::string& text);
+
 /// Columns of a matrix, four numbers each: from coordinates about `origin` to the Earth-centred,
 /// Earth-fixed metres of WGS 84 (EPSG:4978). Linear about the origin: at 10 km from it a projected
 /// system is off by some metres, mostly in height. Heights are

@@ -1,21 +1,53 @@
 #include "io/points/coordinate_system_file.h"
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <optional>
+#include <string_view>
 
 #include "io/points/coordinate_system.h"
 #include "io/system/atomic_file.h"
+#include "io/text/byte_order_mark.h"
+#include "io/text/words.h"
 
 namespace orbweave {
 namespace {
 
 constexpr const char* kBlanks = " \t\r\n";
 
-std::string trimmed(const std::string& text) {
+std::string trimmed(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(kBlanks);
-  if (begin == std::string::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlanks) + 1 - begin);
+  if (begin == std::string_view::npos) return {};
+  return std::string(text.substr(begin, text.find_last_not_of(kBlanks) + 1 - begin));
+}
+
+/// A text that may be a system in somebody's words, on one line; empty for a document of another
+/// program that names its projects so.
+std::string words_on_one_line(std::string text) {
+  constexpr std::size_t kMostBytes = 1024;
+  if (text.size() > kMostBytes || text.starts_with('<') || text.starts_with('{')) return {};
+  std::ranges::replace(text, '\n', ' ');
+  std::string line;
+  for (const std::string_view word : words_of(text)) {
+    if (std::ranges::any_of(word, [](char c) { return static_cast<unsigned char>(c) < ' '; }))
+      return {};
+    line += (line.empty() ? "" : " ") + std::string(word);
+  }
+  return line;
+}
+
+/// WKT, or what may be a system in other words; empty where no file lies beside, or another one.
+std::string text_beside(const std::filesystem::path& file) {
+  constexpr std::uintmax_t kMostBytes = 1 << 20;
+  const std::filesystem::path beside = coordinate_system_file(file);
+  std::error_code none;
+  const std::uintmax_t bytes = beside.empty() ? 0 : std::filesystem::file_size(beside, none);
+  if (none || bytes == 0 || bytes > kMostBytes) return {};
+  std::ifstream stream(beside, std::ios::binary);
+  const std::string whole{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  const std::string text = trimmed(without_byte_order_mark(whole));
+  return is_wkt(text) ? text : words_on_one_line(text);
 }
 
 }  // namespace
@@ -29,15 +61,12 @@ std::filesystem::path coordinate_system_file(const std::filesystem::path& file) 
 }
 
 std::string coordinate_system_beside(const std::filesystem::path& file) {
-  constexpr std::uintmax_t kMostBytes = 1 << 20;
-  const std::filesystem::path beside = coordinate_system_file(file);
-  std::error_code none;
-  const std::uintmax_t bytes = beside.empty() ? 0 : std::filesystem::file_size(beside, none);
-  if (none || bytes == 0 || bytes > kMostBytes) return {};
-  std::ifstream stream(beside, std::ios::binary);
-  const std::string text =
-      trimmed({std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()});
-  return is_wkt(text) || text.starts_with("EPSG:") ? text : std::string();
+  return system_of_text(text_beside(file));
+}
+
+std::string unknown_system_beside(const std::filesystem::path& file) {
+  const std::string text = text_beside(file);
+  return text.empty() || !system_of_text(text).empty() ? std::string() : text;
 }
 
 WrittenSystem written_system(const std::string& system) {

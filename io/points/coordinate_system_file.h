@@ -9,9 +9,13 @@ namespace orbweave {
 /// Where the coordinate system of a file goes; empty: a stream or a device has no place beside it.
 std::filesystem::path coordinate_system_file(const std::filesystem::path& file);
 
-/// What lies beside a file whose format has no place for a coordinate system: WKT or a code. Empty
-/// where nothing does, or something else.
+/// The system that lies beside a file whose format has no place for one, as system_of_text() has
+/// it. Empty where none does, or something else.
 std::string coordinate_system_beside(const std::filesystem::path& file);
+
+/// What lies there in words that PROJ makes nothing of, on one line. Empty where nothing does, or a
+/// document of another program.
+std::string unknown_system_beside(const std::filesystem::path& file);
 
 /// What of a system goes into such a file.
 struct WrittenSystem {

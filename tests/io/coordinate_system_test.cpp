@@ -3,7 +3,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
+#include <vector>
 
+#include "io/clouds/point_source_list.h"
 #include "io/points/coordinate_system.h"
 #include "io/points/coordinate_system_file.h"
 #include "tests/support/data.h"
@@ -123,6 +125,45 @@ TEST_CASE("WhatIsNoCoordinateSystemIsNeitherKnownNorWritten") {
   CHECK(coordinate_system_beside(scratch / "cloud.xyz").empty());
   // Heights of a system that is not known leave the rest as it is.
   CHECK(known_coordinate_system("EPSG:26912+5101")->code == "EPSG:26912");
+}
+
+TEST_CASE("AFileBesideMayNameItsSystemInAnyWayThatIsUnderstood") {
+  if (!has_coordinate_database()) return;
+  const test::ScratchDirectory scratch;
+  const auto read = [&](const std::string& text) {
+    test::write_text(scratch / "cloud.prj", text);
+    return coordinate_system_beside(scratch / "cloud.xyz");
+  };
+  for (const std::string text : {"EPSG:32633\r\n", "epsg:32633",
+                                 "\xEF\xBB\xBF"
+                                 "EPSG:32633",
+                                 "urn:ogc:def:crs:EPSG::32633", "WGS 84 / UTM zone 33N"}) {
+    CAPTURE(text);
+    CHECK(read(text) == "EPSG:32633");
+    CHECK(unknown_system_beside(scratch / "cloud.xyz").empty());
+  }
+  CHECK(read("\xEF\xBB\xBF" + kSiteInMeters) == kSiteInMeters);
+  const std::string utm = read("+proj=utm +zone=33 +datum=WGS84 +units=m");
+  CHECK(systems_differ(utm, "EPSG:32633") == SystemsDiffer::kNo);
+  CHECK(known_coordinate_system(read("ESRI:102008"))->name.starts_with("North_America_Albers"));
+}
+
+TEST_CASE("WordsBesideAFileThatNameNoSystemAreTold") {
+  const test::ScratchDirectory scratch;
+  test::write_text(scratch / "cloud.xyz", "0 0 0\n1 0 0\n0 1 0\n");
+  test::write_text(scratch / "cloud.prj", "Projection  UTM\r\nZone 33\n");
+  CHECK(unknown_system_beside(scratch / "cloud.xyz") == "Projection UTM Zone 33");
+  const std::string told =
+      "cloud.prj: no coordinate system that is known, so it is passed over: "
+      "Projection UTM Zone 33\n";
+  CHECK_THAT(test::run_in(scratch, {"convert", "cloud.xyz", "b.ply"}).err, Contains(told));
+  CHECK_THAT(test::run_in(scratch, {"inspect", "cloud.xyz"}).err, Contains(told));
+  std::vector<std::string> notes;
+  open_point_sources({scratch / "cloud.xyz"}, {}, &notes);
+  REQUIRE(notes.size() == 1);
+  CHECK_THAT(notes[0], Contains("cloud.prj names no coordinate system that is known"));
+  test::write_text(scratch / "cloud.prj", "<project/>\n");
+  CHECK(test::run_in(scratch, {"convert", "cloud.xyz", "b.ply"}).err.empty());
 }
 
 TEST_CASE("ProjectedCoordinatesFindTheirPlaceOnTheEarth") {
