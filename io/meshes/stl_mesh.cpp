@@ -8,10 +8,10 @@
 #include <unordered_map>
 #include <utility>
 
+#include "io/byte_order_mark.h"
 #include "io/error.h"
 #include "io/mesh_size.h"
 #include "io/meshes/mesh_parsers.h"
-#include "io/text/byte_order_mark.h"
 #include "io/text/counted_noun.h"
 #include "io/text/little_endian.h"
 #include "io/text/text_fields.h"

@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
+#include "io/byte_order_mark.h"
 #include "io/error.h"
 #include "io/ply/intensity_name.h"
-#include "io/text/byte_order_mark.h"
 
 namespace orbweave {
 namespace {

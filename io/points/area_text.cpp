@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "io/byte_order_mark.h"
 #include "io/error.h"
-#include "io/text/byte_order_mark.h"
 #include "io/text/lower_case.h"
 #include "io/text/quantity.h"
 #include "io/text/text_number.h"

@@ -6,9 +6,9 @@
 #include <optional>
 #include <string_view>
 
+#include "io/byte_order_mark.h"
 #include "io/points/coordinate_system.h"
 #include "io/system/atomic_file.h"
-#include "io/text/byte_order_mark.h"
 #include "io/text/words.h"
 
 namespace orbweave {
@@ -22,7 +22,7 @@ std::string trimmed(std::string_view text) {
   return std::string(text.substr(begin, text.find_last_not_of(kBlanks) + 1 - begin));
 }
 
-/// A text that may be a system in somebody's words, on one line; empty for a document of another
+/// A text that may be a system in a user's words, on one line; empty for a document of another
 /// program that names its projects so.
 std::string words_on_one_line(std::string text) {
   constexpr std::size_t kMostBytes = 1024;

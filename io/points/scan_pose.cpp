@@ -5,8 +5,8 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "io/byte_order_mark.h"
 #include "io/error.h"
-#include "io/text/byte_order_mark.h"
 #include "io/text/counted_noun.h"
 #include "io/text/words.h"
 

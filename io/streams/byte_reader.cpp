@@ -4,9 +4,9 @@
 #include <cstring>
 #include <utility>
 
+#include "io/byte_order_mark.h"
 #include "io/error.h"
 #include "io/shown_text.h"
-#include "io/text/byte_order_mark.h"
 
 namespace orbweave {
 
