@@ -54,6 +54,10 @@ std::string draw_errors(const std::string& file, const TriangleMesh& mesh,
     const double share = largest > 0.0 ? error / largest : 0.0;
     shares.push_back(std::isfinite(share) ? static_cast<float>(std::min(share, 1.0)) : 1.0F);
   }
+  if (!(largest > 0.0)) {
+    draw_mesh_by_shares(mesh, shares, "", file, {.up = up});
+    return shown(file) + ": white, no error is above 0\n";
+  }
   draw_mesh_by_shares(mesh, shares, format_number(largest) + " and more", file, {.up = up});
   return shown(file) + ": from white (0) to purple (" + format_number(largest) + " and more)\n";
 }

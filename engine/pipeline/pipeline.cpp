@@ -370,6 +370,15 @@ bool is_about_a_key(const Job& job, const Error& error) {
   });
 }
 
+/// Algorithms know no files: what they refuse is the scans. Throws the error with the first of
+/// them.
+void name_scans(const ResolvedJob& job, const Error& error) {
+  if (error.kind() != ErrorKind::kBadInput || !error.parts().file.empty()) return;
+  ErrorParts parts = error.parts();
+  parts.file = job.files.front();
+  throw Error(error.kind(), error.problem(), std::move(parts));
+}
+
 /// The work directory goes where the job ended in bad input, and where the job was refused before
 /// there was any work, and where the reader of the mesh has gone; everything else can be resumed.
 /// Of several processes others may still be at
@@ -384,6 +393,7 @@ RunResults run_or_clean_up(StageRunner& runner) {
         (is_about_a_key(runner.job, error) && holds_no_work(runner.store.directory()));
     const bool has_no_reader = dynamic_cast<const ClosedOutput*>(&error) != nullptr;
     if ((is_useless || has_no_reader) && !keep) remove_if_possible(runner);
+    name_scans(runner.job, error);
     throw;
   }
 }

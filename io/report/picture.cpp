@@ -218,6 +218,7 @@ std::vector<LegendEntry> surface_legend(const PictureOptions& options, bool has_
 }
 
 std::vector<LegendEntry> share_legend(const std::string& large) {
+  if (large.empty()) return {{rgb_of(kFront), rgb_of(kFront), "0 everywhere"}};
   return {{rgb_of(kFront), rgb_of(kLarge), "0 to " + large}};
 }
 

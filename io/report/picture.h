@@ -36,7 +36,8 @@ struct PictureOptions {
 
 /// What the colours of draw() mean.
 std::vector<LegendEntry> surface_legend(const PictureOptions& options, bool has_patches);
-/// What the colours of draw_shares() mean; `large`: in words, what 1 stands for.
+/// What the colours of draw_shares() mean; `large`: in words, what 1 stands for; empty: all shares
+/// are 0.
 std::vector<LegendEntry> share_legend(const std::string& large);
 
 /// The axis that is upright, 0 to 2: the one that is wanted; of kAuto that of the shape.

@@ -177,6 +177,14 @@ TEST_CASE("InspectMeasuresAMeshByAreaAgainstACloudAndDrawsItsErrors") {
   CHECK(distances["within"][1]["f_score"] == 1.0);
 }
 
+TEST_CASE("APictureOfErrorsThatAreAll0SaysSo") {
+  const ScratchDirectory in;
+  write_text(in / "m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 3 2 4\n");
+  const auto same = run_in(in, {"compare", "m.obj", "m.obj", "--errors-picture", "e.png"});
+  CHECK(same.status == 0);
+  CHECK_THAT(same.out, Contains("e.png: white, no error is above 0\n"));
+}
+
 TEST_CASE("MeasuresAgainstACloudNeedOne") {
   const ScratchDirectory in;
   generate(in, "sphere");

@@ -51,6 +51,14 @@ std::vector<Rgb> colors_of(const std::vector<std::string>& names, ScalarType typ
 
 const std::vector<std::string> kRgb = {"red", "green", "blue"};
 
+TEST_CASE("ALegendOfSharesThatAreAll0ShowsOneColor") {
+  const std::vector<LegendEntry> none = share_legend("");
+  REQUIRE(none.size() == 1);
+  CHECK(none[0].text == "0 everywhere");
+  CHECK(none[0].first == none[0].last);
+  CHECK(share_legend("2.5 and more")[0].text == "0 to 2.5 and more");
+}
+
 TEST_CASE("EveryCharacterOfALegendIsDrawnAndNoTwoAlike") {
   const std::string drawn = "abcdefghijklmnopqrstuvwxyz0123456789.,:()-+=/%";
   for (const char character : drawn) {
