@@ -10,9 +10,9 @@
 namespace orbweave {
 namespace {
 
-constexpr std::array<std::string_view, 6> kKeys = {"input.las_classes", "input.drop_classes",
-                                                   "input.returns",     "input.crop",
-                                                   "input.crop_area",   "input.every"};
+constexpr std::array<std::string_view, 8> kKeys = {
+    "input.columns", "input.separator", "input.las_classes", "input.drop_classes",
+    "input.returns", "input.crop",      "input.crop_area",   "input.every"};
 
 }  // namespace
 
@@ -25,6 +25,7 @@ void add_selection_options(CLI::App& command, JobArguments& arguments) {
 
 SelectedSource::SelectedSource(const JobArguments& arguments) {
   const InputOptions input = settings_of(arguments).input;
+  reading_.text = input.text;
   options_ = selection_of(input, area_of(input));
   takes_all_ = options_.classes.empty() && options_.dropped_classes.empty() &&
                options_.returns == ReturnFilter::kAll && !options_.crop &&
@@ -32,7 +33,7 @@ SelectedSource::SelectedSource(const JobArguments& arguments) {
 }
 
 std::unique_ptr<PointSource> SelectedSource::open(const std::string& file) const {
-  auto source = open_point_source(file);
+  auto source = open_point_source(file, reading_);
   if (takes_all_) return source;
   return open_scan_source(std::move(source), options_, file);
 }

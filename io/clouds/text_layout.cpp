@@ -200,11 +200,15 @@ std::vector<TextColumn> header_columns(const TextSample& sample,
   std::vector<TextColumn> columns = named_columns(fields);
   if (!names_position(columns)) {
     const std::size_t at = first_word(fields);
+    const char* const advice = has_decimal_comma(sample.lines[0]) ? kPointsForCommas
+                               : only_words(fields) ? "Name them with input.columns (--columns)"
+                                                    : "";
     throw_bad_input("this is neither a point nor a header",
                     {.file = sample.file,
                      .place = line_place(sample) + ", column " + std::to_string(at + 1),
                      .found = excerpt(fields[at]),
-                     .expected = "a number, or names of columns with x, y and z"});
+                     .expected = "a number, or names of columns with x, y and z",
+                     .advice = advice});
   }
   if (const std::string* name = find_twice(columns))
     throw_bad_input("two columns have one name",
@@ -213,6 +217,12 @@ std::vector<TextColumn> header_columns(const TextSample& sample,
 }
 
 }  // namespace
+
+bool has_decimal_comma(std::string_view text) {
+  const std::size_t comma = text.find(',');
+  return comma != text.npos && comma > 0 && comma + 1 < text.size() &&
+         text.find_first_not_of("0123456789+-.,; \t\r") == text.npos;
+}
 
 TextLayout find_text_layout(const TextSample& sample, const TextOptions& options) {
   TextLayout layout;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/point_cloud.h"
@@ -25,6 +26,11 @@ struct TextLayout {
   std::vector<TextColumn> columns;
   bool has_header_line = false;  ///< the sample's first line names the columns
 };
+
+/// Whether a text is numbers alone, with a comma in one of them: a table of a program that writes
+/// 1,5 for 1.5.
+bool has_decimal_comma(std::string_view text);
+inline constexpr const char* kPointsForCommas = "Write numbers with a decimal point, such as 1.5";
 
 /// The first lines of a text cloud, comments and blank lines left out.
 struct TextSample {

@@ -26,7 +26,7 @@ inline const char* skip_blanks(const char* at, const char* last) {
 class TextSource final : public PointSource {
  public:
   TextSource(ByteReader reader, const TextOptions& options, bool is_pts)
-      : reader_(std::move(reader)), is_pts_(is_pts) {
+      : reader_(std::move(reader)), is_pts_(is_pts), columns_are_named_(!options.columns.empty()) {
     const TextSample sample = take_sample();
     layout_ = find_text_layout(sample, options);
     if (layout_.has_header_line) pending_.erase(pending_.begin());
@@ -194,22 +194,25 @@ class TextSource final : public PointSource {
   [[noreturn]] void refuse_value(std::string_view field, const TextColumn& column,
                                  std::size_t index, std::uint64_t number,
                                  ParseOutcome outcome) const {
-    const bool guessed_byte = column.type == ScalarType::kUint8;
+    std::string advice;
+    if (column.type == ScalarType::kUint8)
+      advice = "Name the columns, with types, if " + column.name +
+               " is no value from 0 to 255: input.columns (--columns)";
+    if (has_decimal_comma(field)) advice = kPointsForCommas;
     throw_bad_input(
         outcome == ParseOutcome::kNoNumber ? "this is no number" : "the number is out of range",
         {.file = reader_.name(),
          .place = "line " + std::to_string(number) + ", column " + std::to_string(index + 1),
          .found = excerpt(field),
          .expected = expected_value(column.type),
-         .advice = guessed_byte ? "Name the columns, with types, if " + column.name +
-                                      " is no value from 0 to 255."
-                                : ""});
+         .advice = std::move(advice)});
   }
 
   [[noreturn]] void refuse_row(std::string_view line, std::uint64_t number) const {
     std::size_t found = 0;
     while (take_field(line, layout_.separator)) ++found;
-    throw_bad_input("the line has another number of columns than the first",
+    throw_bad_input(columns_are_named_ ? "the line has another number of columns than are named"
+                                       : "the line has another number of columns than the first",
                     {.file = reader_.name(),
                      .place = "line " + std::to_string(number),
                      .found = counted_noun(found, "column", "columns"),
@@ -232,6 +235,7 @@ class TextSource final : public PointSource {
 
   ByteReader reader_;
   bool is_pts_;
+  bool columns_are_named_;     ///< by the options
   std::vector<Line> pending_;  ///< the sample, read but not parsed
   std::size_t next_pending_ = 0;
   std::string comment_;

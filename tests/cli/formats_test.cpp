@@ -422,6 +422,29 @@ TEST_CASE("ACropPassesOverAWholeFileWithItsShiftByBoundsInTheWorld") {
   CHECK(source->left_out() == DroppedPoints{{kOutsideCrop, 2}});
 }
 
+TEST_CASE("ConvertAndInspectTakeTheNamesOfColumns") {
+  const ScratchDirectory in;
+  write_text(in / "a.csv", "Easting,Northing,Height,Code\n1,2,3,300\n4,5,6,7\n");
+  const ProgramResult unnamed = run_in(in, {"convert", "a.csv", "b.csv"});
+  CHECK(unnamed.status == 3);
+  CHECK_THAT(unnamed.err, Contains("Name them with input.columns (--columns)"));
+  const Arguments names = {"--columns", "x,y,z,code:uint16"};
+  REQUIRE(run_in(in, {"convert", "a.csv", "b.ply", names[0], names[1]}).status == 0);
+  const PointCloud cloud = read_all(*open_point_source(in / "b.ply"));
+  CHECK(cloud.positions == std::vector<Vec3>{{1, 2, 3}, {4, 5, 6}});
+  CHECK(cloud.schema.attributes == std::vector<AttributeField>{{"code", ScalarType::kUint16}});
+  const Json facts =
+      Json::parse(run_in(in, {"inspect", "a.csv", names[0], names[1], "--json"}).out);
+  CHECK(facts["attributes"][0]["name"] == "code");
+  CHECK(facts["attributes"][0]["max"] == 300.0);
+  const ProgramResult few = run_in(in, {"convert", "a.csv", "b.ply", "--columns", "x,y,z"});
+  CHECK(few.status == 3);
+  CHECK_THAT(few.err, Contains("a.csv: line 2: the line has another number of columns than are "
+                               "named; found 4 columns, expected 3"));
+  write_text(in / "c.txt", "1,2 3,4 5,6\n");
+  CHECK(run_in(in, {"convert", "c.txt", "d.ply", "--separator", "blank"}).status == 3);
+}
+
 TEST_CASE("WhatAFileHoldsAndNoMeshTakesIsNamed") {
   const ScratchDirectory in;
   const std::string corners = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";

@@ -166,6 +166,15 @@ TEST_CASE("AByteOrderMarkIsPassedOverInEveryFormatOfText") {
   }
 }
 
+TEST_CASE("DecimalCommasAreToldAsSuch") {
+  for (const char* const text :
+       {"1,5;2,5;3,5\n", "1,5 2,5 3,5\n", "1,5\t2,5\t3,5\r\n", "x;y;z\n1;2;3\n1;2,5;3\n"}) {
+    CAPTURE(text);
+    CHECK_THAT(text_error("a.csv", text).what(), Contains("Write numbers with a decimal point"));
+  }
+  CHECK_THAT(text_error("a.csv", "one,two,three\n").what(), !Contains("decimal point"));
+}
+
 TEST_CASE("HeaderLinesNameTheColumns") {
   const PointCloud cloud = read_text(
       "a.csv", "\"Z\",NX,ny,nz,X,Y,R,G,B,Intensity,time stamp\n3,0,0,1,1,2,10,20,30,0.5,99\n");
