@@ -82,7 +82,7 @@ orbweave_package(program orbweave "parallel, out-of-core surface reconstruction"
 orbweave_package(library liborbweave-dev "surface reconstruction, libraries and headers"
   "Points in memory to a mesh in memory, and jobs on files of any size, from C++.")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS "libtbb-dev, libhdf5-dev, libopenvdb-dev, libboost-dev, libproj-dev, libpugixml-dev, libpng-dev, zlib1g-dev, libspdlog-dev, libxxhash-dev")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS "libtbb-dev, libhdf5-dev, libopenvdb-dev, libboost-dev, libproj-dev, libpugixml-dev, libpng-dev, zlib1g-dev, libspdlog-dev, libxxhash-dev, libmeshoptimizer-dev")
 
 if(TARGET MPI::MPI_CXX)
   orbweave_package(mpi orbweave-mpi "surface reconstruction by several machines"
