@@ -20,6 +20,7 @@
 #include "engine/spacing/normal_radius.h"
 #include "engine/spacing/orientation_cell.h"
 #include "io/keep_points.h"
+#include "io/text/quantity.h"
 #include "partition/allowed_threads.h"
 #include "partition/canonical_order.h"
 #include "partition/cloud_counts.h"
@@ -44,27 +45,53 @@ void require_range(const char* name, int value, int least, int most) {
 void require_limit(const char* name, double value) {
   if (value > 0.0) return;  // false for NaN
   throw_usage(std::string(name) + " is out of range",
-              {.found = std::to_string(value), .expected = "a positive number"});
+              {.found = format_number(value), .expected = "a positive number"});
 }
 
 void check_fill(const FillOptions& options) {
   if (!(options.neighborhood >= 1.0) || !std::isfinite(options.neighborhood))
-    throw_usage("fill.neighborhood is out of range", {.found = std::to_string(options.neighborhood),
+    throw_usage("fill.neighborhood is out of range", {.found = format_number(options.neighborhood),
                                                       .expected = "a number of at least 1"});
   if (options.max_diameter) require_limit("fill.max_diameter", *options.max_diameter);
   require_limit("fill.max_perimeter", options.max_perimeter);
 }
 
+void check_normals(const NormalOptions& options) {
+  require_range("normals.neighbors", options.neighbors, kLeastNeighbors, kMostNeighbors);
+  if (options.viewpoint && !is_finite(*options.viewpoint))
+    throw_usage("normals.viewpoint is no place", {.expected = "three finite numbers"});
+  if (options.up && (!is_finite(*options.up) || *options.up == Vec3{}))
+    throw_usage("normals.up is no direction", {.expected = "three finite numbers, not all zero"});
+  if (options.orientation == Orientation::kScanner)
+    throw_usage("points in memory do not say where they were scanned from",
+                {.advice = "Use Orientation::kViewpoint, or leave it to Orientation::kAuto."});
+  if (options.orientation == Orientation::kViewpoint && !options.viewpoint)
+    throw_usage("Orientation::kViewpoint needs normals.viewpoint");
+}
+
 void check_options(const ReconstructionOptions& options) {
   require_range("levels", options.levels, 0, kMostLevels);
   check_fill(options.fill);
-  require_range("normals.neighbors", options.normals.neighbors, kLeastNeighbors, kMostNeighbors);
+  check_normals(options.normals);
   if (options.threads < 0) throw_usage("threads is negative");
-  if (options.normals.orientation == Orientation::kScanner)
-    throw_usage("points in memory do not say where they were scanned from",
-                {.advice = "Use Orientation::kViewpoint, or leave it to Orientation::kAuto."});
-  if (options.normals.orientation == Orientation::kViewpoint && !options.normals.viewpoint)
-    throw_usage("Orientation::kViewpoint needs normals.viewpoint");
+}
+
+void check_normal_count(std::size_t normals, std::size_t positions) {
+  if (normals == 0 || normals == positions) return;
+  throw_usage("there are not as many normals as positions",
+              {.found = std::to_string(normals) + " normals for " + std::to_string(positions) +
+                        " positions"});
+}
+
+/// Holds a cloud to the invariant of its columns.
+void check_columns(const PointCloud& cloud) {
+  check_normal_count(cloud.normals.size(), cloud.size());
+  const std::size_t row_bytes = cloud.schema.attribute_bytes();
+  if (cloud.attributes.size() == cloud.size() * row_bytes) return;
+  throw_usage("the attributes are not those of the schema",
+              {.found = std::to_string(cloud.attributes.size()) + " bytes",
+               .expected = std::to_string(row_bytes) + " bytes for each of " +
+                           std::to_string(cloud.size()) + " points"});
 }
 
 /// Tells the caller which stage begins, and stops where that is wanted.
@@ -237,8 +264,8 @@ std::vector<double> usable_radii(const RadiiChoice& choice, const Reconstruction
   const double most = kMostSpacingsPerRadius * choice.spacing;
   if (choice.spacing > 0.0 && options.ball_radii.back() > most)
     throw_usage("the ball radius is too large",
-                {.found = std::to_string(options.ball_radii.back()),
-                 .expected = "at most " + std::to_string(most),
+                {.found = format_number(options.ball_radii.back()),
+                 .expected = "at most " + format_number(most),
                  .advice = "Radii of one to five spacings close a surface."});
   return options.ball_radii;
 }
@@ -376,16 +403,14 @@ Reconstruction on_threads(int threads, const Work& work) {
 
 Reconstruction reconstruct(PointCloud cloud, const ReconstructionOptions& options) {
   check_options(options);
+  check_columns(cloud);
   return on_threads(options.threads, [&] { return reconstruct_cloud(std::move(cloud), options); });
 }
 
 Reconstruction reconstruct(std::span<const Vec3> positions, std::span<const Vec3> normals,
                            const ReconstructionOptions& options) {
   check_options(options);
-  if (!normals.empty() && normals.size() != positions.size())
-    throw_usage("there are not as many normals as positions",
-                {.found = std::to_string(normals.size()) + " normals for " +
-                          std::to_string(positions.size()) + " positions"});
+  check_normal_count(normals.size(), positions.size());
   return on_threads(options.threads, [&] {
     return reconstruct_columns({positions, normals, {}, 0}, options);
   });

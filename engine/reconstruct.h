@@ -56,9 +56,10 @@ struct Reconstruction {
 /// that `orbweave reconstruct` makes of the same points, and does not depend on their order nor on
 /// the number of threads. Normals are estimated where the cloud has none; those it has are taken at
 /// the width that `cloud.schema.normal_type` says. Holds some 400 bytes per point, of fewer than
-/// 2^32 points. Throws Error: usage for options out of range, bad input where no triangle can be
-/// formed or where coordinates span so many decades that they are no scan's, interrupted when
-/// `options.stop` is requested; std::bad_alloc passes through.
+/// 2^32 points. Throws Error: usage for options out of range and for columns of a cloud that do not
+/// belong together, bad input where no triangle can be formed or where coordinates span so many
+/// decades that they are no scan's, interrupted when `options.stop` is requested; std::bad_alloc
+/// passes through.
 ///
 /// Thread-safe: several threads may call it at once. Changes no global state.
 Reconstruction reconstruct(PointCloud cloud, const ReconstructionOptions& options = {});

@@ -21,8 +21,9 @@ struct RunJobOptions {
 };
 
 /// Runs a job to its end, as `orbweave run` does: the mesh, the report and the picture are written,
-/// the work directory is removed (unless it is to be kept). Throws Error; after an interruption or
-/// a full disk the same call resumes from the work directory.
+/// the work directory is removed (unless it is to be kept). Throws Error: usage where no scan is
+/// named and for a number that job files do not accept (`orbweave config --reference`); after an
+/// interruption or a full disk the same call resumes from the work directory.
 ///
 /// For one thread at a time: `partition.memory_bytes` bounds the process, and two jobs at once
 /// would count each other's memory.

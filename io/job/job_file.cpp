@@ -198,6 +198,26 @@ WrittenValue command_line_value(const std::string& text, JobKeyType type) {
   return value ? *value : bare_words(text, type);
 }
 
+/// Whether the values of the key are numbers with a range.
+bool has_range(const JobKey& key) {
+  if (key.name() == "input.crop") return false;
+  return key.type == JobKeyType::kInteger || key.type == JobKeyType::kBytes ||
+         key.type == JobKeyType::kNumber || key.type == JobKeyType::kNumbers ||
+         key.type == JobKeyType::kSimplification;
+}
+
+/// The items of a value, as a job file would have them.
+struct ItemsOf {
+  template <class T>
+  WrittenValue operator()(const std::vector<T>& list) const {
+    return {.shape = WrittenValue::Shape::kList, .items = {list.begin(), list.end()}};
+  }
+  template <class T>
+  WrittenValue operator()(const T& item) const {
+    return {.items = {item}};
+  }
+};
+
 }  // namespace
 
 Job parse_job(std::string_view text, const std::string& name,
@@ -237,6 +257,17 @@ void set_job_key(Job& job, std::string_view assignment) {
     throw_usage("no value given for a key",
                 {.found = "\"" + std::string(assignment) + "\"", .expected = "section.key=value"});
   set_job_key(job, assignment.substr(0, equals), assignment.substr(equals + 1));
+}
+
+void check_job_numbers(const Job& job) {
+  Job checked;
+  for (const JobKey& key : job_keys()) {
+    if (!has_range(key)) continue;
+    const JobValue value = key.get(job);
+    WrittenValue written = std::visit(ItemsOf{}, value);
+    written.text = value_text(value, key.type);
+    apply(checked, key, key.name(), written, {});
+  }
 }
 
 std::string job_toml(const Job& job) {

@@ -32,6 +32,11 @@ void set_job_option(Job& job, std::string_view name, std::string_view text);
 /// Splits "section.key=value" at the first '=' and sets it. Throws Error (usage).
 void set_job_key(Job& job, std::string_view assignment);
 
+/// Holds the numbers of a job that a program filled in to what job files accept. A crop is no such
+/// number: its limits may be infinite. Throws Error (usage) with the key, what was found and the
+/// range.
+void check_job_numbers(const Job& job);
+
 /// A job file with every key, which parse_job reads back as the same job where its texts are
 /// UTF-8 (TOML knows no other).
 std::string job_toml(const Job& job);

@@ -1,5 +1,6 @@
 #include "io/job/job_keys.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -250,6 +251,11 @@ std::string name_in(Choices names, Enum value) {
   return names[static_cast<std::size_t>(value)];
 }
 
+/// A count as a job file holds it: what is beyond its integers is no limit there either.
+std::int64_t count_of(std::uint64_t count) {
+  return static_cast<std::int64_t>(std::min(count, static_cast<std::uint64_t>(kLargest)));
+}
+
 std::uint64_t count_value(const WrittenValue& value) {
   return static_cast<std::uint64_t>(integer_value(value, 0, kLargest));
 }
@@ -296,12 +302,12 @@ void set_cluster_points(Job& job, const WrittenValue& value) {
 
 JobValue auto_or(std::uint64_t number) {
   if (number == 0) return std::string("auto");
-  return static_cast<std::int64_t>(number);
+  return count_of(number);
 }
 
 JobValue auto_or(const std::optional<std::uint64_t>& number) {
   if (!number) return std::string("auto");
-  return static_cast<std::int64_t>(*number);
+  return count_of(*number);
 }
 
 JobValue auto_or(const std::vector<double>& numbers) {
@@ -391,7 +397,7 @@ constexpr JobKey kKeys[] = {
     {"input", "every", T::kInteger, "an integer of at least 1", {},
      "keep one in so many points, whatever their order; 1 keeps all", "every", "",
      [](Job& job, const W& value) { job.input.every = static_cast<std::uint64_t>(integer_value(value, 1, kLargest)); },
-     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.input.every); },
+     [](const Job& job) -> JobValue { return count_of(job.input.every); },
      {.least = 1}},
 
     {"input", "keep_strays", T::kFlag, "true or false", {},
@@ -407,7 +413,7 @@ constexpr JobKey kKeys[] = {
     {"partition", "memory", T::kBytes, "a quantity such as \"4GiB\", or a number of bytes, at least 64MiB", {},
      "memory budget of the whole process, such as 4GiB; at least 64MiB", "memory", "",
      [](Job& job, const W& value) { job.partition.memory_bytes = bytes_value(value, kLeastMemory); },
-     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.partition.memory_bytes); },
+     [](const Job& job) -> JobValue { return count_of(job.partition.memory_bytes); },
      {.least = kLeastMemoryBytes}},
     {"partition", "chunk_points", T::kInteger, "\"auto\" or an integer of at least 1", {},
      "maximum number of points of a chunk; auto derives the number from the memory budget", "chunk-points", "",
@@ -523,7 +529,7 @@ constexpr JobKey kKeys[] = {
     {"fill", "max_edges", T::kInteger, "an integer of at least 0", {},
      "maximum number of edges of a hole to fill; 0 sets no limit", "max-edges", "",
      [](Job& job, const W& value) { job.fill.max_edges = count_value(value); },
-     [](const Job& job) -> JobValue { return static_cast<std::int64_t>(job.fill.max_edges); },
+     [](const Job& job) -> JobValue { return count_of(job.fill.max_edges); },
      {.least = 0}},
     {"fill", "keep_outer_border", T::kFlag, "true or false", {},
      "leave the outer border of an open sheet open", "close-outer-border", "false",

@@ -5,6 +5,7 @@
 #include <limits>
 #include <thread>
 
+#include "engine/run_job.h"
 #include "engine/validation/mesh_facts.h"
 #include "io/clouds/open_point_source.h"
 #include "io/meshes/mesh_writer.h"
@@ -263,6 +264,74 @@ TEST_CASE("TheFrontDoorRefusesFillOptionsThatAJobRefuses") {
     options.fill.max_perimeter = wrong;
     CHECK_THROWS_WITH(reconstruct(cloud.positions, {}, options), Contains("fill.max_perimeter"));
   }
+}
+
+TEST_CASE("TheFrontDoorRefusesPlacesAndDirectionsThatAreNone") {
+  const PointCloud cloud = without_normals(torus(1000, 0.0));
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  const double far = std::numeric_limits<double>::infinity();
+  for (const Vec3 wrong : {Vec3{0, 0, none}, Vec3{far, 0, 0}}) {
+    ReconstructionOptions options;
+    options.normals.viewpoint = wrong;
+    CHECK_THROWS_WITH(reconstruct(cloud, options), Contains("normals.viewpoint"));
+    options = {};
+    options.normals.up = wrong;
+    CHECK_THROWS_WITH(reconstruct(cloud, options), Contains("normals.up"));
+  }
+  ReconstructionOptions options;
+  options.normals.up = Vec3{};
+  CHECK_THROWS_WITH(reconstruct(cloud.positions, {}, options), Contains("normals.up"));
+}
+
+TEST_CASE("TheFrontDoorRefusesColumnsThatDoNotBelongTogether") {
+  const PointCloud whole = torus(1000, 0.0);
+  const std::string points = std::to_string(whole.size());
+  PointCloud cloud = whole;
+  for (const std::size_t wrong : {std::size_t{10}, whole.size() + 1}) {
+    cloud.normals.resize(wrong);
+    CHECK_THROWS_WITH(reconstruct(cloud),
+                      Contains(std::to_string(wrong) + " normals for " + points + " positions"));
+  }
+  cloud = whole;
+  cloud.attributes.resize(8);
+  CHECK_THROWS_WITH(reconstruct(cloud),
+                    Contains("8 bytes") && Contains("each of " + points + " points"));
+  cloud = whole;
+  cloud.schema.attributes.push_back({"more", ScalarType::kFloat64});
+  CHECK_THROWS_WITH(reconstruct(cloud), Contains("the attributes are not those of the schema"));
+}
+
+TEST_CASE("AJobThatAProgramFilledInIsHeldToTheRangesOfJobFiles") {
+  ScratchDirectory scratch;
+  write_cloud(scratch / "cloud.ply", torus(1000, 0.0));
+  Job good;
+  good.input.files = {(scratch / "cloud.ply").string()};
+  good.output.mesh = (scratch / "mesh.ply").string();
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  const auto refused = [&](const char* key, void (*spoil)(Job&, double)) {
+    Job job = good;
+    spoil(job, none);
+    CHECK_THROWS_WITH(run_job(job), Contains(key));
+  };
+  refused("input.files", [](Job& job, double) { job.input.files.clear(); });
+  refused("normals.neighbors", [](Job& job, double) { job.normals.neighbors = -1; });
+  refused("normals.viewpoint", [](Job& job, double nan) {
+    job.normals.viewpoint = Vec3{nan, 0, 0};
+  });
+  refused("cleaning.smooth_passes", [](Job& job, double) { job.cleaning.smooth_passes = -3; });
+  refused("cleaning.thin_to_spacing",
+          [](Job& job, double nan) { job.cleaning.thin_to_spacing = nan; });
+  refused("fill.max_diameter", [](Job& job, double nan) { job.fill.max_diameter = nan; });
+  refused("output.simplify", [](Job& job, double nan) {
+    job.output.simplify = SimplifyTarget{SimplifyTarget::Kind::kRatio, nan};
+  });
+  refused("run.threads", [](Job& job, double) { job.run.threads = -5; });
+  CHECK_FALSE(std::filesystem::exists(good.output.mesh));
+  good.fill.max_edges = good.partition.memory_bytes = std::numeric_limits<std::uint64_t>::max();
+  good.input.crop = Box{{none, none, none}, {1, 1, 1}};
+  CHECK_THROWS_WITH(run_job(good), Contains("outside the crop"));
+  good.input.crop.reset();
+  CHECK(run_job(good).mesh.triangles > 0);
 }
 
 TEST_CASE("TwoCallsAtOnceGiveTheMeshesOfOneCallEach", "[costly]") {
