@@ -12,6 +12,8 @@ namespace {
 void check_job(const Job& job) {
   if (job.input.files.empty())
     throw_usage("names no scans", {.place = "input.files", .expected = "at least one path"});
+  if (job.output.mesh.empty())
+    throw_usage("names no mesh to write", {.place = "output.mesh", .expected = "a path"});
   check_job_numbers(job);
 }
 

@@ -7,11 +7,6 @@
 
 namespace orbweave {
 
-bool writes_mesh_of_name(const std::string& name) {
-  const std::optional<NamedFormat> named = format_of_name(name);
-  return named && named->facts.writes_mesh && (!named->is_gzipped || named->facts.writes_gzip);
-}
-
 bool is_mesh_file(const std::string& name) {
   const std::optional<NamedFormat> named = format_of_name(name);
   return named && named->facts.holds_faces && named->facts.is_read && holds_faces(name);

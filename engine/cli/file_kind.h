@@ -7,7 +7,6 @@
 namespace orbweave {
 
 bool is_mesh_file(const std::string& name);          ///< holds faces; reads the header
-bool writes_mesh_of_name(const std::string& name);   ///< a mesh can be written under the name
 bool is_mesh_only_format(const std::string& name);   ///< holds faces and is not written as a cloud
 bool is_cloud_only_format(const std::string& name);  ///< never holds faces
 bool is_scan_format(const std::string& name);        ///< is read as a cloud

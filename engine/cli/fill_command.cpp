@@ -21,6 +21,7 @@
 #include "engine/cli/output_checks.h"
 #include "engine/cli/signals.h"
 #include "engine/holes/fill_mesh.h"
+#include "engine/pipeline/output/mesh_name.h"
 #include "engine/pipeline/stage/writer_options.h"
 #include "engine/validation/mesh_crossings.h"
 #include "engine/validation/mesh_facts.h"

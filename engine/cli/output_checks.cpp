@@ -1,52 +1,10 @@
 #include "engine/cli/output_checks.h"
 
-#include <optional>
-#include <string>
-#include <string_view>
-
-#include "engine/cli/file_kind.h"
-#include "io/error.h"
 #include "io/meshes/heavy_data.h"
 #include "io/meshes/shift_file.h"
 #include "io/points/coordinate_system_file.h"
-#include "io/text/file_format.h"
 
 namespace orbweave {
-
-namespace {
-
-bool has_no_text(FileFormat format) {
-  return format == FileFormat::kGlb || format == FileFormat::kVtp || format == FileFormat::kXdmf;
-}
-
-std::string upper_case(std::string_view text) {
-  std::string upper(text);
-  for (char& c : upper)
-    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
-  return upper;
-}
-
-}  // namespace
-
-void check_mesh_name(const OutputOptions& output) {
-  const std::string& mesh = output.mesh;
-  if (mesh != "-" && !writes_mesh_of_name(mesh))
-    throw_usage("cannot write " + files_of_name(mesh, "meshes") +
-                    "; supported: " + extensions_of_written_meshes(),
-                {.file = mesh});
-  const std::optional<NamedFormat> named = format_of_name(mesh);
-  if (output.requires_binary && named && named->facts.format == FileFormat::kObj)
-    throw_usage("OBJ has no binary encoding",
-                {.file = mesh,
-                 .found = "output.format = \"binary\"",
-                 .expected = "\"auto\" or \"text\", or a .ply or .stl file"});
-  if (!output.binary && named && has_no_text(named->facts.format))
-    throw_usage(upper_case(named->facts.extension.substr(1)) + " has no text encoding",
-                {.file = mesh,
-                 .found = "output.format = \"text\"",
-                 .expected = "\"auto\" or \"binary\", or a .ply, .obj or .stl file"});
-  check_heavy_data(mesh);
-}
 
 std::vector<PathRole> files_of_mesh(const std::string& mesh) {
   return {{"the mesh", mesh, PathUse::kWrittenFile},

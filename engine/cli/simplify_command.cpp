@@ -17,6 +17,7 @@
 #include "engine/cli/signals.h"
 #include "engine/levels/simplified_mesh.h"
 #include "engine/levels/tileset_work.h"
+#include "engine/pipeline/output/mesh_name.h"
 #include "engine/pipeline/stage/writer_options.h"
 #include "io/error.h"
 #include "io/job/output_origin.h"

@@ -16,6 +16,7 @@
 #include "engine/pipeline/mesh_doubts.h"
 #include "engine/pipeline/output/export_stage.h"
 #include "engine/pipeline/output/map_tiles.h"
+#include "engine/pipeline/output/mesh_name.h"
 #include "engine/pipeline/output/output_files.h"
 #include "engine/pipeline/output/picture_stage.h"
 #include "engine/pipeline/output/power_crust_files.h"
@@ -74,7 +75,7 @@ void check_output(const Job& job, const std::vector<std::string>& files) {
   check_tile_size(job);
   if (job.output.tiles) check_tile_format(job.output);
   check_job_paths(job, files);
-  check_heavy_data(job.output.mesh);
+  check_mesh_name(job.output);
   check_heavy_data(simplified_file(job.output));
   check_tileset(job);
   check_simplification(job);

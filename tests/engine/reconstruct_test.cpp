@@ -326,6 +326,13 @@ TEST_CASE("AJobThatAProgramFilledInIsHeldToTheRangesOfJobFiles") {
     job.output.simplify = SimplifyTarget{SimplifyTarget::Kind::kRatio, nan};
   });
   refused("run.threads", [](Job& job, double) { job.run.threads = -5; });
+  refused("output.mesh", [](Job& job, double) { job.output.mesh.clear(); });
+  refused("cannot write .xyz meshes", [](Job& job, double) { job.output.mesh = "mesh.xyz"; });
+  refused("OBJ has no binary encoding", [](Job& job, double) {
+    job.output.mesh = "mesh.obj";
+    job.output.requires_binary = true;
+  });
+  for (const char* left : {".work", "mesh.work"}) CHECK_FALSE(std::filesystem::exists(left));
   CHECK_FALSE(std::filesystem::exists(good.output.mesh));
   good.fill.max_edges = good.partition.memory_bytes = std::numeric_limits<std::uint64_t>::max();
   good.input.crop = Box{{none, none, none}, {1, 1, 1}};
