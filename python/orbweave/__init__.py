@@ -8,12 +8,13 @@
 docs/python.md explains it.
 """
 import os
+from collections.abc import Mapping
 
 from . import _orbweave
 from ._errors import (BadInputError, DefectError, Interrupted, OrbweaveError, OrbweaveWarning, ResourceError,
                       UsageError)
 from ._orbweave import Hole, Mesh, PointCloud, __version__
-from ._settings import pairs, pairs_of_sections
+from ._settings import pairs, pairs_of_sections, unicode_text
 
 __all__ = ["BadInputError", "DefectError", "Hole", "Interrupted", "Mesh", "OrbweaveError", "OrbweaveWarning",
            "PointCloud", "ResourceError", "UsageError", "__version__", "inspect", "job_defaults", "plan", "read_mesh",
@@ -65,11 +66,11 @@ def reconstruct(points, normals=None, *, attributes=None, ball_radii=None, level
 
 def _written_job(job, settings):
     """(file, text, settings) of a job as it is given."""
-    more = pairs(settings or {})
-    if isinstance(job, dict):
+    more = pairs({} if settings is None else settings)
+    if isinstance(job, Mapping):
         return "", "", pairs_of_sections(job) + more
     if isinstance(job, str) and "\n" in job:
-        return "", job, more
+        return "", unicode_text("the text of the job", job), more
     return os.fsencode(job), "", more
 
 
@@ -102,19 +103,27 @@ def read_mesh(path):
     return _orbweave.read_mesh(os.fsencode(path))
 
 
+def _check_type(name, value, type_):
+    if not isinstance(value, type_):
+        raise TypeError(f"{name} is to be an orbweave.{type_.__name__}, not {type(value).__name__}")
+
+
 def write_mesh(path, mesh, *, binary=True, float_positions=False, origin=(0.0, 0.0, 0.0)):
     """Writes a mesh (.ply, also .ply.gz, .obj, .stl, .glb, .vtp, .xdmf). origin is subtracted from the coordinates, and the
     file .shift.txt beside it, which every reader adds, says so. The file has its name when it is complete."""
+    _check_type("mesh", mesh, Mesh)
     _orbweave.write_mesh(os.fsencode(path), mesh, binary, float_positions, origin)
 
 
 def write_points(path, cloud, *, binary=True, float_positions=False, origin=(0.0, 0.0, 0.0)):
     """Writes a PointCloud (.ply, .xyz, .csv, each also with .gz). origin is as that of write_mesh."""
+    _check_type("cloud", cloud, PointCloud)
     _orbweave.write_points(os.fsencode(path), cloud, binary, float_positions, origin)
 
 
 def inspect(mesh):
     """Counts and checks a Mesh: what `orbweave inspect --json` prints of it, as a dictionary."""
+    _check_type("mesh", mesh, Mesh)
     return mesh.facts()
 
 

@@ -1,8 +1,10 @@
 #include "python/src/arrays.h"
 
 #include <cstring>
+#include <utility>
 
 #include "io/error.h"
+#include "python/src/texts.h"
 
 namespace py = pybind11;
 
@@ -11,6 +13,10 @@ namespace {
 
 static_assert(sizeof(Vec3) == 3 * sizeof(double));
 static_assert(sizeof(Triangle) == 3 * sizeof(std::uint32_t));
+
+std::string type_name_of(const py::object& value) {
+  return py::str(py::type::of(value).attr("__name__")).cast<std::string>();
+}
 
 std::string shape_text(const py::array& array) {
   std::string text;
@@ -27,8 +33,18 @@ std::string shape_text(const py::array& array) {
                                                 .expected = expected});
 }
 
+/// Values that are masked are none; what lies beneath the mask is anything.
+void refuse_masked(const py::object& values, const std::string& name) {
+  if (!py::hasattr(values, "mask")) return;
+  if (py::module_::import("numpy.ma").attr("is_masked")(values).cast<bool>())
+    throw_usage("an array has masked values", {.place = name,
+                                               .expected = "numbers in all of its rows",
+                                               .advice = "Leave masked rows out first."});
+}
+
 /// Any sequence as an array, whatever its type.
 py::array array_of(const py::object& values, const std::string& name) {
+  refuse_masked(values, name);
   py::array array = py::array::ensure(values);
   if (array) return array;
   PyErr_Clear();
@@ -39,6 +55,16 @@ bool holds_numbers(const py::array& array) {
   const char kind = array.dtype().kind();
   return kind == 'f' || kind == 'i' || kind == 'u';
 }
+
+bool holds_integers(const py::array& array) {
+  const char kind = array.dtype().kind();
+  return kind == 'i' || kind == 'u';
+}
+
+/// Whatever numbers a list of none is taken for.
+bool is_empty(const py::array& array) { return array.ndim() > 0 && array.shape(0) == 0; }
+
+using Integers = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
 
 bool holds_floats(const py::array& array) {
   return array.dtype().kind() == 'f' && array.itemsize() == sizeof(float);
@@ -82,13 +108,24 @@ py::array native(const py::array& array) {
   return array.attr("astype")(array.dtype().attr("newbyteorder")("="), py::arg("copy") = false);
 }
 
+py::dict dictionary_of(const py::object& attributes) {
+  try {
+    return py::dict(attributes);
+  } catch (const py::error_already_set&) {
+    throw_usage("no dictionary", {.place = "attributes",
+                                  .found = "a value of type " + type_name_of(attributes),
+                                  .expected = "names and arrays with a number for each point"});
+  }
+}
+
 void put_attributes(PointCloud& cloud, const py::dict& attributes) {
   std::vector<py::array> columns;
   for (const auto& [key, values] : attributes) {
-    const auto name = py::str(key).cast<std::string>();
-    column_of(values, "attributes[\"" + name + "\"]", cloud.size());
-    columns.push_back(native(array_of(py::reinterpret_borrow<py::object>(values), name)));
-    cloud.schema.attributes.push_back({name, type_of(columns.back(), name)});
+    const std::string name = bytes_of(py::str(key), "attributes");
+    const std::string place = "attributes[\"" + name + "\"]";
+    column_of(values, place, cloud.size());
+    columns.push_back(native(array_of(py::reinterpret_borrow<py::object>(values), place)));
+    cloud.schema.attributes.push_back({name, type_of(columns.back(), place)});
   }
   const std::size_t row_bytes = cloud.schema.attribute_bytes();
   cloud.attributes.resize(cloud.size() * row_bytes);
@@ -127,10 +164,10 @@ Rows rows_of(const py::object& values, const std::string& name) {
 
 std::vector<Triangle> triangles_of(const py::object& values, std::size_t vertices) {
   const py::array given = array_of(values, "triangles");
-  const bool are_integers = given.dtype().kind() == 'i' || given.dtype().kind() == 'u';
-  if (given.ndim() != 2 || given.shape(1) != 3 || !are_integers)
+  if (is_empty(given)) return {};
+  if (given.ndim() != 2 || given.shape(1) != 3 || !holds_integers(given))
     refuse("triangles", given, "shape (K, 3) of integers");
-  const py::array_t<std::int64_t, py::array::c_style | py::array::forcecast> numbers(given);
+  const Integers numbers(given);
   std::vector<Triangle> triangles(static_cast<std::size_t>(numbers.shape(0)));
   const std::int64_t* number = numbers.data();
   for (Triangle& triangle : triangles) {
@@ -144,6 +181,25 @@ std::vector<Triangle> triangles_of(const py::object& values, std::size_t vertice
     }
   }
   return triangles;
+}
+
+std::vector<std::int32_t> holes_of(const py::object& values, std::size_t triangles) {
+  const py::array given = array_of(values, "triangle_hole");
+  if (is_empty(given) && triangles == 0) return {};
+  const bool fits = given.ndim() == 1 && static_cast<std::size_t>(given.size()) == triangles;
+  if (!fits || !holds_integers(given))
+    refuse("triangle_hole", given,
+           "an integer for each of " + std::to_string(triangles) + " triangles");
+  const Integers numbers(given);
+  std::vector<std::int32_t> holes;
+  for (const std::int64_t number : std::span(numbers.data(), triangles)) {
+    if (!std::in_range<std::int32_t>(number))
+      throw_usage("the number of a hole is too large", {.place = "triangle_hole",
+                                                        .found = std::to_string(number),
+                                                        .expected = "integers of 32 bits"});
+    holes.push_back(static_cast<std::int32_t>(number));
+  }
+  return holes;
 }
 
 PointCloud cloud_of(const py::object& points, const py::object& normals,
@@ -160,7 +216,7 @@ PointCloud cloud_of(const py::object& points, const py::object& normals,
     cloud.schema.normal_type =
         holds_floats(array_of(normals, "normals")) ? ScalarType::kFloat32 : ScalarType::kFloat64;
   }
-  if (!attributes.is_none()) put_attributes(cloud, attributes.cast<py::dict>());
+  if (!attributes.is_none()) put_attributes(cloud, dictionary_of(attributes));
   return cloud;
 }
 
@@ -185,7 +241,7 @@ py::dict attribute_views(const PointCloud& cloud, const py::object& owner) {
   std::size_t offset = 0;
   for (const AttributeField& field : cloud.schema.attributes) {
     const std::byte* const first = cloud.attributes.data() + offset;
-    views[py::str(field.name)] = read_only(py::array(
+    views[text_of(field.name)] = read_only(py::array(
         dtype_of(field.type), {static_cast<py::ssize_t>(cloud.size())}, {row_bytes}, first, owner));
     offset += size_of(field.type);
   }

@@ -24,6 +24,9 @@ Rows rows_of(const pybind11::object& values, const std::string& name);
 /// Rows of three vertex numbers, each below `vertices`. Throws Error (usage).
 std::vector<Triangle> triangles_of(const pybind11::object& values, std::size_t vertices);
 
+/// A number of a hole for each triangle. Throws Error (usage).
+std::vector<std::int32_t> holes_of(const pybind11::object& values, std::size_t triangles);
+
 /// A cloud of copies. `normals` may be None; those of an array of float32 keep their width.
 /// `attributes`: None, or a dictionary of names and arrays with a number per point.
 PointCloud cloud_of(const pybind11::object& points, const pybind11::object& normals,

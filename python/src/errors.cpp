@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "io/error.h"
+#include "python/src/texts.h"
 
 namespace py = pybind11;
 
@@ -30,20 +31,14 @@ const char* class_of(ErrorKind kind) {
   return "DefectError";
 }
 
-/// Names of files need not be UTF-8: as os.fsdecode() has them.
-py::str decoded(const std::string& text) {
-  return py::reinterpret_steal<py::str>(
-      PyUnicode_DecodeFSDefaultAndSize(text.data(), static_cast<Py_ssize_t>(text.size())));
-}
-
 void raise(const Error& error) {
   const py::object type = py::module_::import("orbweave._errors").attr(class_of(error.kind()));
   const ErrorParts& parts = error.parts();
-  const py::object raised =
-      type(decoded(error.what()), py::arg("problem") = decoded(error.problem()),
-           py::arg("file") = decoded(parts.file), py::arg("place") = decoded(parts.place),
-           py::arg("found") = decoded(parts.found), py::arg("expected") = decoded(parts.expected),
-           py::arg("advice") = decoded(parts.advice));
+  const py::object raised = type(
+      path_text(error.what()), py::arg("problem") = path_text(error.problem()),
+      py::arg("file") = path_text(parts.file), py::arg("place") = path_text(parts.place),
+      py::arg("found") = path_text(parts.found), py::arg("expected") = path_text(parts.expected),
+      py::arg("advice") = path_text(parts.advice));
   PyErr_SetObject(type.ptr(), raised.ptr());
 }
 

@@ -11,6 +11,7 @@
 #include "io/error.h"
 #include "io/job/job_file.h"
 #include "io/report/job_pace.h"
+#include "python/src/texts.h"
 #include "python/src/watched_call.h"
 
 namespace py = pybind11;
@@ -115,9 +116,15 @@ py::object box_object(const Box& box) {
   return bounds;
 }
 
+py::list list_of(const std::vector<std::string>& texts, py::str (*text)(const std::string&)) {
+  py::list list;
+  for (const std::string& one : texts) list.append(text(one));
+  return list;
+}
+
 py::dict plan_object(const JobPlan& plan) {
   py::dict facts;
-  facts["files"] = plan.files;
+  facts["files"] = list_of(plan.files, path_text);
   facts["points"] = plan.points;
   facts["points_read"] = plan.points_read;
   facts["points_dropped"] = plan.points_dropped;
@@ -127,7 +134,7 @@ py::dict plan_object(const JobPlan& plan) {
   facts["largest_chunk_points"] = plan.largest_chunk_points;
   facts["chunks_in_flight"] = plan.chunks_in_flight;
   facts["halo_width"] = plan.halo_width;
-  facts["doubts"] = plan.doubts;
+  facts["doubts"] = list_of(plan.doubts, text_of);
   facts["ball_radii"] = plan.radii;
   facts["peak_memory_bytes"] = plan.peak_memory_bytes;
   facts["disk_bytes"] = plan.disk_bytes;

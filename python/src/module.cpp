@@ -57,7 +57,14 @@ std::unique_ptr<MeshObject> reconstruct_arrays(const py::object& points, const p
                                                const py::object& progress) {
   const Rows positions = rows_of(points, "points");
   Rows given;
-  if (!normals.is_none()) given = rows_of(normals, "normals");
+  if (!normals.is_none()) {
+    given = rows_of(normals, "normals");
+    // None of them would tell the library to estimate all.
+    if (given.rows.empty() && !positions.rows.empty())
+      throw_usage(
+          "there are no normals",
+          {.place = "normals", .found = "shape (0, 3)", .expected = "as many as points, or None"});
+  }
   WatchedCall call(progress);
   const ReconstructionOptions options = options_of(settings, call);
   Reconstruction result;

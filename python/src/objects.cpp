@@ -9,6 +9,7 @@
 #include "io/report/report.h"
 #include "io/text/quantity.h"
 #include "python/src/arrays.h"
+#include "python/src/texts.h"
 
 namespace py = pybind11;
 
@@ -22,13 +23,7 @@ std::unique_ptr<MeshObject> mesh_of(const py::object& vertices, const py::object
   TriangleMesh& mesh = object->mesh;
   mesh.vertices = cloud_of(vertices, normals, attributes);
   mesh.triangles = triangles_of(triangles, mesh.vertices.size());
-  if (hole.is_none()) return object;
-  const auto numbers =
-      hole.cast<py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>>();
-  if (numbers.ndim() != 1 || static_cast<std::size_t>(numbers.size()) != mesh.triangles.size())
-    throw_usage("an array is of the wrong kind",
-                {.place = "triangle_hole", .expected = "a number for each triangle"});
-  mesh.hole.assign(numbers.data(), numbers.data() + numbers.size());
+  if (!hole.is_none()) mesh.hole = holes_of(hole, mesh.triangles.size());
   return object;
 }
 
@@ -111,8 +106,10 @@ void add_cloud(py::module_& module) {
             return attribute_views(self.cast<CloudObject&>().cloud, self);
           },
           "Name to array of N values.")
-      .def_readonly("coordinate_system", &CloudObject::coordinate_system,
-                    "WKT or a code; empty where unknown.")
+      .def_property_readonly(
+          "coordinate_system",
+          [](const CloudObject& self) { return text_of(self.coordinate_system); },
+          "WKT or a code; empty where unknown.")
       .def("__len__", [](const CloudObject& self) { return self.cloud.size(); })
       .def("__repr__", [](const CloudObject& self) {
         return "<orbweave.PointCloud of " + format_count(self.cloud.size()) + " points>";

@@ -5,6 +5,8 @@
 #include <thread>
 #include <utility>
 
+#include "python/src/texts.h"
+
 namespace py = pybind11;
 
 namespace orbweave::python {
@@ -60,10 +62,11 @@ void WatchedCall::pass_on(const std::deque<News>& news) {
   for (const News& one : news) {
     if (one.is_warning)
       py::module_::import("warnings")
-          .attr("warn")(one.text, py::module_::import("orbweave._errors").attr("OrbweaveWarning"),
+          .attr("warn")(text_of(one.text),
+                        py::module_::import("orbweave._errors").attr("OrbweaveWarning"),
                         py::arg("stacklevel") = 3);
     else if (!progress_.is_none())
-      progress_(one.text, one.done);
+      progress_(text_of(one.text), one.done);
   }
 }
 

@@ -1,5 +1,7 @@
 """Arrays go in as they are and come out as views; wrong ones are refused with what is expected."""
 import gc
+import pathlib
+import types
 import unittest
 
 import numpy
@@ -41,6 +43,35 @@ class ArraysIn(unittest.TestCase):
         with self.assertRaises(orbweave.UsageError) as caught:
             orbweave.reconstruct(sphere(800), sphere(799))
         self.assertIn("799 normals for 800 positions", caught.exception.found)
+
+    def test_no_normals_at_all_are_not_as_many_as_points(self):
+        with self.assertRaises(orbweave.UsageError) as caught:
+            orbweave.reconstruct(sphere(800), numpy.zeros((0, 3)))
+        self.assertEqual(caught.exception.place, "normals")
+
+    def test_masked_values_are_refused(self):
+        points = sphere(800)
+        for place, arguments in (("points", (numpy.ma.masked_greater(points, 0.9),)),
+                                 ("normals", (points, numpy.ma.masked_greater(points, 0.9)))):
+            with self.assertRaises(orbweave.UsageError) as caught:
+                orbweave.reconstruct(*arguments)
+            self.assertEqual(caught.exception.place, place)
+        self.same(numpy.ma.masked_array(points))
+
+    def test_names_of_attributes_need_not_be_unicode(self):
+        cloud = orbweave.PointCloud(sphere(10), attributes={"intensit\udce4t": numpy.arange(10)})
+        orbweave.write_points("latin1.ply", cloud)
+        self.assertIn(b"intensit\xe4t\n", pathlib.Path("latin1.ply").read_bytes())
+        self.assertEqual(list(orbweave.read_points("latin1.ply").attributes), ["intensit\udce4t"])
+        with self.assertRaises(orbweave.UsageError):
+            orbweave.PointCloud(sphere(10), attributes={"\ud800": numpy.arange(10)})
+
+    def test_attributes_are_a_dictionary(self):
+        for wrong in (5, sphere(800)):
+            with self.assertRaises(orbweave.UsageError) as caught:
+                orbweave.reconstruct(sphere(800), attributes=wrong)
+            self.assertEqual(caught.exception.place, "attributes")
+        orbweave.reconstruct(sphere(800), attributes=types.MappingProxyType({"height": numpy.zeros(800)}))
 
     def test_an_attribute_is_a_number_per_point(self):
         for wrong in (numpy.zeros(799), numpy.zeros((800, 1)), ["a"] * 800):

@@ -2,6 +2,7 @@
 import os
 import pathlib
 import threading
+import types
 import unittest
 import warnings
 
@@ -72,6 +73,29 @@ class Jobs(unittest.TestCase):
         self.assertEqual(caught.exception.place, "input.files")
         with self.assertRaises(orbweave.UsageError):
             orbweave.run({"output": "mesh.ply"})
+
+    def test_a_job_that_cannot_end_is_refused_before_the_work(self):
+        for output in ({}, {"mesh": "mesh.xyz"}, {"mesh": "mesh"}):
+            with self.assertRaises(orbweave.UsageError):
+                orbweave.run({"input": {"files": ["scan.ply"]}, "output": output})
+        self.assertFalse([name for name in os.listdir() if name.endswith(".work")])
+
+    def test_sections_and_settings_are_dictionaries_of_any_kind(self):
+        job = types.MappingProxyType({"input": types.MappingProxyType({"files": ["scan.ply"]})})
+        self.check(orbweave.run(job, settings=types.MappingProxyType({"output.mesh": "mesh.ply"})))
+        for wrong in ([("output.mesh", "mesh.ply")], {3: "mesh.ply"}):
+            with self.assertRaises(orbweave.UsageError):
+                orbweave.run(job, settings=wrong)
+
+    def test_a_scan_whose_name_is_no_unicode_is_named_by_a_pattern(self):
+        name = os.fsdecode(b"\xffscan.ply")
+        orbweave.write_points(name, orbweave.PointCloud(sphere(3000), sphere(3000)))
+        self.assertEqual(orbweave.plan({"input": {"files": ["?scan.ply"]}})["files"], [name])
+        for job, settings in (({"input": {"files": [name]}}, {}), ({}, {"input.files": name}), (f'[input]\nfiles = ["{name}"]\n', {})):
+            with self.assertRaises(orbweave.UsageError) as caught:
+                orbweave.plan(job, settings=settings)
+            self.assertIn("Unicode", caught.exception.expected)
+        os.unlink(name)
 
     def test_the_defaults_are_a_job(self):
         self.check(orbweave.run(orbweave.job_defaults(), settings={"input.files": "scan.ply", "output.mesh": "mesh.ply"}))

@@ -32,6 +32,22 @@ class Meshes(unittest.TestCase):
                     read = orbweave.read_mesh(name).vertices
                 self.assertTrue(numpy.array_equal(read, mesh.vertices), (name, origin))
 
+    def test_numbers_of_holes_are_integers_of_32_bits(self):
+        for wrong in ([1.7] * 4, [2**40] * 4, [1, 2], ["a"] * 4, object()):
+            with self.assertRaises(orbweave.UsageError) as caught:
+                orbweave.Mesh(*TETRAHEDRON, triangle_hole=wrong)
+            self.assertEqual(caught.exception.place, "triangle_hole")
+        mesh = orbweave.Mesh(*TETRAHEDRON, triangle_hole=numpy.arange(4, dtype=">i8"))
+        self.assertEqual(mesh.triangle_hole.tolist(), [0, 1, 2, 3])
+        self.assertEqual(len(orbweave.Mesh(TETRAHEDRON[0], [], triangle_hole=[]).triangles), 0)
+
+    def test_only_meshes_are_written_as_meshes(self):
+        for call, wrong in ((orbweave.write_mesh, orbweave.PointCloud(sphere(10))), (orbweave.write_points, sphere(10))):
+            with self.assertRaisesRegex(TypeError, f"not {type(wrong).__name__}"):
+                call("wrong.ply", wrong)
+        with self.assertRaisesRegex(TypeError, "orbweave.Mesh"):
+            orbweave.inspect(sphere(10))
+
     def test_a_triangle_of_a_vertex_that_is_not_there_is_refused(self):
         for wrong in ([[0, 1, 4]], [[0, 1, -1]]):
             with self.assertRaises(orbweave.UsageError) as caught:
