@@ -21,15 +21,8 @@ namespace fs = std::filesystem;
 void write_system(const std::string& file, const std::string& in, const std::string& system) {
   const fs::path written = write_coordinate_system(file, system);
   if (!written.empty()) note_written(written.string());
-  const std::string problem = written_system(system).problem;
-  if (!problem.empty())
-    print_warning("the coordinate system of " + in + ", " + shown(system) + ": " + problem);
-  const fs::path beside = coordinate_system_file(file);
-  std::error_code ignored;
-  if (!written.empty() || beside.empty() || !fs::exists(beside, ignored)) return;
-  print_warning(beside.string() + " was there before and is taken for the coordinate system of " +
-                file + "; " + in + (system.empty() ? " tells of none" : " tells of another") +
-                ". Remove it if an earlier command has left it");
+  for (const std::string& doubt : doubts_of_written_system(file, in, system, written))
+    print_warning(doubt);
 }
 
 /// The origin in the words of the header; empty: it names none, or the file is no PLY.

@@ -5,9 +5,11 @@
 #include <iterator>
 #include <optional>
 #include <string_view>
+#include <system_error>
 
 #include "io/byte_order_mark.h"
 #include "io/points/coordinate_system.h"
+#include "io/shown_text.h"
 #include "io/system/atomic_file.h"
 #include "io/text/words.h"
 
@@ -89,6 +91,24 @@ std::filesystem::path write_coordinate_system(const std::filesystem::path& file,
   written.write(text + "\n");
   written.commit();
   return beside;
+}
+
+std::vector<std::string> doubts_of_written_system(const std::filesystem::path& file,
+                                                  const std::string& in, const std::string& system,
+                                                  const std::filesystem::path& written) {
+  std::vector<std::string> doubts;
+  const std::string problem = written_system(system).problem;
+  if (!problem.empty())
+    doubts.push_back("the coordinate system of " + in + ", " + shown(system) + ": " + problem);
+  const std::filesystem::path beside = coordinate_system_file(file);
+  std::error_code ignored;
+  if (!written.empty() || beside.empty() || !std::filesystem::exists(beside, ignored))
+    return doubts;
+  doubts.push_back(beside.string() +
+                   " was there before and is taken for the coordinate system of " + file.string() +
+                   "; " + in + (system.empty() ? " tells of none" : " tells of another") +
+                   ". Remove it if an earlier command has left it");
+  return doubts;
 }
 
 }  // namespace orbweave

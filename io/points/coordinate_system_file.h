@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace orbweave {
 
@@ -27,5 +28,12 @@ WrittenSystem written_system(const std::string& system);
 /// Writes it where there is a system and a place for it. Returns the file; empty: none is written.
 std::filesystem::path write_coordinate_system(const std::filesystem::path& file,
                                               const std::string& system);
+
+/// What is to be warned of where a file of points with this system was written and `written` is
+/// what write_coordinate_system() returned: a system that is no WKT, and a file beside it that was
+/// there before and says something else. `in`: what the points came from.
+std::vector<std::string> doubts_of_written_system(const std::filesystem::path& file,
+                                                  const std::string& in, const std::string& system,
+                                                  const std::filesystem::path& written);
 
 }  // namespace orbweave
