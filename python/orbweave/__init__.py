@@ -110,7 +110,8 @@ def _check_type(name, value, type_):
 
 def write_mesh(path, mesh, *, binary=True, float_positions=False, origin=(0.0, 0.0, 0.0)):
     """Writes a mesh (.ply, also .ply.gz, .obj, .stl, .glb, .vtp, .xdmf). origin is subtracted from the coordinates, and the
-    file .shift.txt beside it, which every reader adds, says so. The file has its name when it is complete."""
+    file .shift.txt beside it, which every reader adds, says so. The coordinate system goes into the .prj beside it; one that was
+    there before and is another is warned of (OrbweaveWarning). The file has its name when it is complete."""
     _check_type("mesh", mesh, Mesh)
     _orbweave.write_mesh(os.fsencode(path), mesh, binary, float_positions, origin)
 

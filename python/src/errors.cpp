@@ -56,4 +56,12 @@ void translate_errors() {
   });
 }
 
+void warn_of(const std::string& text) {
+  // The function of the package is the innermost frame, its caller the next one.
+  constexpr int kCallerOfThePackage = 2;
+  py::module_::import("warnings")
+      .attr("warn")(text_of(text), py::module_::import("orbweave._errors").attr("OrbweaveWarning"),
+                    py::arg("stacklevel") = kCallerOfThePackage);
+}
+
 }  // namespace orbweave::python

@@ -17,6 +17,7 @@
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/meshes/shift_file.h"
+#include "io/points/coordinate_system_file.h"
 #include "python/src/arrays.h"
 #include "python/src/errors.h"
 #include "python/src/job_calls.h"
@@ -46,9 +47,11 @@ ReconstructionOptions options_of(const Settings& settings, WatchedCall& call) {
 }
 
 std::unique_ptr<MeshObject> object_of(Reconstruction result) {
-  return std::make_unique<MeshObject>(MeshObject{std::move(result.mesh), std::move(result.holes),
+  return std::make_unique<MeshObject>(MeshObject{std::move(result.mesh),
+                                                 std::move(result.holes),
                                                  std::move(result.ball_radii),
-                                                 std::move(result.dropped)});
+                                                 std::move(result.dropped),
+                                                 {}});
 }
 
 /// Points of the caller's arrays are read where they lie.
@@ -78,7 +81,9 @@ std::unique_ptr<MeshObject> reconstruct_cloud(const CloudObject& cloud, const Se
   const ReconstructionOptions options = options_of(settings, call);
   Reconstruction result;
   call.run([&] { result = reconstruct(cloud.cloud, options); });
-  return object_of(std::move(result));
+  std::unique_ptr<MeshObject> object = object_of(std::move(result));
+  object->coordinate_system = cloud.coordinate_system;
+  return object;
 }
 
 std::unique_ptr<CloudObject> read_points(const std::string& path) {
@@ -96,6 +101,7 @@ std::unique_ptr<MeshObject> read_mesh_file(const std::string& path) {
   auto object = std::make_unique<MeshObject>();
   const py::gil_scoped_release others_may_run;
   object->mesh = read_mesh(path);
+  object->coordinate_system = coordinate_system_beside(path);
   return object;
 }
 
@@ -155,22 +161,38 @@ void check_origin(const std::string& path, const MeshWriterOptions& options,
   }
 }
 
+/// The origin and the coordinate system of a file that was written, beside it. `what`: "the mesh".
+void write_beside(const std::string& path, const std::string& what, const std::string& system,
+                  Vec3 origin) {
+  std::vector<std::string> doubts;
+  {
+    const py::gil_scoped_release others_may_run;
+    write_shift(path, origin);
+    doubts = doubts_of_written_system(path, what, system, write_coordinate_system(path, system));
+  }
+  for (const std::string& doubt : doubts) warn_of(doubt);
+}
+
 void write_mesh_file(const std::string& path, const MeshObject& object, bool binary,
                      bool float_positions, const py::object& origin) {
   const MeshWriterOptions options = writer_options(binary, float_positions, origin);
-  const py::gil_scoped_release others_may_run;
-  check_origin(path, options, object.mesh.vertices, [&] { return vertex_spacing(object.mesh); });
-  write_mesh(path, object.mesh, options);
-  write_shift(path, options.origin);
+  {
+    const py::gil_scoped_release others_may_run;
+    check_origin(path, options, object.mesh.vertices, [&] { return vertex_spacing(object.mesh); });
+    write_mesh(path, object.mesh, options);
+  }
+  write_beside(path, "the mesh", object.coordinate_system, options.origin);
 }
 
 void write_cloud_file(const std::string& path, const CloudObject& object, bool binary,
                       bool float_positions, const py::object& origin) {
   const MeshWriterOptions options = writer_options(binary, float_positions, origin);
-  const py::gil_scoped_release others_may_run;
-  check_origin(path, options, object.cloud, [] { return 0.0; });
-  write_cloud(path, object.cloud, options);
-  write_shift(path, options.origin);
+  {
+    const py::gil_scoped_release others_may_run;
+    check_origin(path, options, object.cloud, [] { return 0.0; });
+    write_cloud(path, object.cloud, options);
+  }
+  write_beside(path, "the cloud", object.coordinate_system, options.origin);
 }
 
 void add_calls(py::module_& module) {

@@ -9,6 +9,7 @@
 #include "io/report/report.h"
 #include "io/text/quantity.h"
 #include "python/src/arrays.h"
+#include "python/src/pickles.h"
 #include "python/src/texts.h"
 
 namespace py = pybind11;
@@ -18,8 +19,9 @@ namespace {
 
 std::unique_ptr<MeshObject> mesh_of(const py::object& vertices, const py::object& triangles,
                                     const py::object& normals, const py::object& attributes,
-                                    const py::object& hole) {
+                                    const py::object& hole, const py::str& coordinate_system) {
   auto object = std::make_unique<MeshObject>();
+  object->coordinate_system = bytes_of(coordinate_system, "coordinate_system");
   TriangleMesh& mesh = object->mesh;
   mesh.vertices = cloud_of(vertices, normals, attributes);
   mesh.triangles = triangles_of(triangles, mesh.vertices.size());
@@ -63,8 +65,9 @@ void add_holes(py::module_& module) {
       .def_readonly("filled", &HoleFacts::filled)
       .def_readonly("joined_to", &HoleFacts::joined_to,
                     "Of an island: the hole whose patch it bounds as well; 0: none.")
-      .def_readonly("method", &HoleFacts::method,
-                    "\"direct\", \"plane\" or \"implicit\"; empty where it stays open.")
+      .def_readonly(
+          "method", &HoleFacts::method,
+          "\"direct\", \"plane\", \"implicit\" or \"creased\"; empty where it stays open.")
       .def_readonly("reason", &HoleFacts::reason,
                     "Why it stays open, or why a simpler method did not do.")
       .def_readonly("points_added", &HoleFacts::points_added)
@@ -75,6 +78,7 @@ void add_holes(py::module_& module) {
       .def_readonly("rim_mean_deg", &HoleFacts::rim_mean_deg)
       .def_readonly("confidence", &HoleFacts::confidence,
                     "Of the patch, 0 to 1; below 0.5 it is doubtful.")
+      .def(py::pickle([](const HoleFacts& self) { return state_of(self); }, &hole_of_state))
       .def("__repr__", hole_text);
 }
 
@@ -82,11 +86,12 @@ void add_cloud(py::module_& module) {
   py::class_<CloudObject>(module, "PointCloud",
                           "Points with normals and attributes. Its arrays are read-only views.")
       .def(py::init([](const py::object& points, const py::object& normals,
-                       const py::object& attributes) {
-             return CloudObject{cloud_of(points, normals, attributes), {}};
+                       const py::object& attributes, const py::str& coordinate_system) {
+             return CloudObject{cloud_of(points, normals, attributes),
+                                bytes_of(coordinate_system, "coordinate_system")};
            }),
            py::arg("points"), py::arg("normals") = py::none(), py::kw_only(),
-           py::arg("attributes") = py::none(),
+           py::arg("attributes") = py::none(), py::arg("coordinate_system") = "",
            "Copies the arrays. Normals of float32 keep that width, as in a file.")
       .def_property_readonly(
           "points",
@@ -111,6 +116,7 @@ void add_cloud(py::module_& module) {
           [](const CloudObject& self) { return text_of(self.coordinate_system); },
           "WKT or a code; empty where unknown.")
       .def("__len__", [](const CloudObject& self) { return self.cloud.size(); })
+      .def(py::pickle([](const CloudObject& self) { return state_of(self); }, &cloud_of_state))
       .def("__repr__", [](const CloudObject& self) {
         return "<orbweave.PointCloud of " + format_count(self.cloud.size()) + " points>";
       });
@@ -158,12 +164,18 @@ void add_mesh(py::module_& module) {
       "A triangle mesh. Its arrays are read-only views of memory that the mesh owns.");
   mesh.def(py::init(&mesh_of), py::arg("vertices"), py::arg("triangles"),
            py::arg("normals") = py::none(), py::kw_only(), py::arg("attributes") = py::none(),
-           py::arg("triangle_hole") = py::none(), "Copies the arrays.");
+           py::arg("triangle_hole") = py::none(), py::arg("coordinate_system") = "",
+           "Copies the arrays.");
   add_mesh_arrays(mesh);
   mesh.def_readonly("holes", &MeshObject::holes,
                     "Every boundary loop, filled or not; empty without the fill.")
       .def_readonly("ball_radii", &MeshObject::ball_radii, "The radii that were used, ascending.")
       .def_readonly("dropped", &MeshObject::dropped, "Points that were left out, by reason.")
+      .def_property_readonly(
+          "coordinate_system",
+          [](const MeshObject& self) { return text_of(self.coordinate_system); },
+          "WKT or a code; empty where unknown.")
+      .def(py::pickle([](const MeshObject& self) { return state_of(self); }, &mesh_of_state))
       .def("facts", &facts_of, "What `orbweave inspect --json` counts, as a dictionary.")
       .def("__repr__", [](const MeshObject& self) {
         return "<orbweave.Mesh of " + format_count(self.mesh.vertices.size()) + " vertices and " +

@@ -23,6 +23,7 @@ struct MeshObject {
   std::vector<HoleFacts> holes;
   std::vector<double> ball_radii;
   DroppedPoints dropped;
+  std::string coordinate_system;
 };
 
 void add_objects(pybind11::module_& module);

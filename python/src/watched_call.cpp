@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "python/src/errors.h"
 #include "python/src/texts.h"
 
 namespace py = pybind11;
@@ -61,10 +62,7 @@ void WatchedCall::pass_on(const std::deque<News>& news) {
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
   for (const News& one : news) {
     if (one.is_warning)
-      py::module_::import("warnings")
-          .attr("warn")(text_of(one.text),
-                        py::module_::import("orbweave._errors").attr("OrbweaveWarning"),
-                        py::arg("stacklevel") = 3);
+      warn_of(one.text);
     else if (!progress_.is_none())
       progress_(text_of(one.text), one.done);
   }

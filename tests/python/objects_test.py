@@ -1,9 +1,12 @@
 """Meshes, clouds and holes: made, read, written, counted."""
+import copy
+import pathlib
+import pickle
 import unittest
 
 import numpy
 import orbweave
-from support import program, sphere
+from support import bytes_of, program, sphere
 
 TETRAHEDRON = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
 
@@ -74,6 +77,65 @@ class Meshes(unittest.TestCase):
     def test_points_that_were_left_out_are_counted(self):
         mesh = orbweave.reconstruct(numpy.vstack([sphere(800), [[numpy.nan, 0, 0]], sphere(800)[:5]]))
         self.assertEqual(sum(mesh.dropped.values()), 6)
+
+
+class Travellers(unittest.TestCase):
+    def twins(self, thing):
+        yield pickle.loads(pickle.dumps(thing))
+        yield copy.copy(thing)
+        yield copy.deepcopy(thing)
+
+    def test_a_cloud_is_pickled_and_copied(self):
+        attributes = {"red": numpy.arange(500, dtype=numpy.uint8), "intensit\udce4t": numpy.arange(500.0)}
+        cloud = orbweave.PointCloud(sphere(500), sphere(500).astype(numpy.float32), attributes=attributes, coordinate_system="EPSG:25832")
+        orbweave.write_points("cloud.ply", cloud)
+        for twin in self.twins(cloud):
+            self.assertEqual(twin.coordinate_system, "EPSG:25832")
+            orbweave.write_points("twin.ply", twin)
+            self.assertEqual(bytes_of("twin.ply"), bytes_of("cloud.ply"))
+
+    def test_a_mesh_is_pickled_with_what_is_known_of_it(self):
+        points = sphere(2000)
+        mesh = orbweave.reconstruct(numpy.vstack([points[points[:, 2] < 0.8], [[numpy.nan, 0, 0]]]))
+        orbweave.write_mesh("mesh.ply", mesh)
+        for twin in self.twins(mesh):
+            orbweave.write_mesh("twin.ply", twin)
+            self.assertEqual(bytes_of("twin.ply"), bytes_of("mesh.ply"))
+            self.assertEqual((twin.ball_radii, twin.dropped), (mesh.ball_radii, mesh.dropped))
+            self.assertEqual(len(twin.holes), len(mesh.holes))
+            for hole, expected in zip(twin.holes, mesh.holes):
+                for name in (name for name in dir(expected) if not name.startswith("_")):
+                    self.assertEqual(getattr(hole, name), getattr(expected, name), name)
+        self.assertEqual(pickle.loads(pickle.dumps(mesh.holes[0])).center, mesh.holes[0].center)
+
+    def test_a_damaged_pickle_is_refused(self):
+        state = orbweave.PointCloud(sphere(500)).__getstate__()
+        cut = (state[0][:1] + (state[0][1][:-1],) + state[0][2:],) + state[1:]
+        with self.assertRaises(orbweave.UsageError):
+            orbweave.PointCloud.__new__(orbweave.PointCloud).__setstate__(cut)
+
+
+class CoordinateSystems(unittest.TestCase):
+    def test_a_system_goes_from_the_cloud_to_the_mesh_and_its_file(self):
+        orbweave.write_points("c.ply", orbweave.PointCloud(sphere(500), sphere(500), coordinate_system="EPSG:25832"))
+        cloud = orbweave.read_points("c.ply")
+        mesh = orbweave.reconstruct(cloud)
+        self.assertEqual(mesh.coordinate_system, cloud.coordinate_system)
+        self.assertIn("25832", mesh.coordinate_system)
+        orbweave.write_mesh("m.ply", mesh)
+        program("reconstruct", "c.ply", "-o", "program.ply", "--progress", "none")
+        self.assertEqual(bytes_of("m.prj"), bytes_of("program.prj"))
+        self.assertEqual(orbweave.read_mesh("m.ply").coordinate_system, mesh.coordinate_system)
+
+    def test_a_system_that_an_earlier_file_left_is_warned_of(self):
+        cloud = orbweave.PointCloud(sphere(500))
+        pathlib.Path("stale.prj").write_text("EPSG:25832\n", encoding="ascii")
+        with self.assertWarnsRegex(orbweave.OrbweaveWarning, "stale.prj was there before .* the cloud tells of none") as caught:
+            orbweave.write_points("stale.ply", cloud)
+        self.assertEqual(caught.filename, __file__)
+        with self.assertWarnsRegex(orbweave.OrbweaveWarning, "PROJ does not know it"):
+            orbweave.write_points("words.ply", orbweave.PointCloud(sphere(500), coordinate_system="our own"))
+        self.assertFalse(pathlib.Path("words.prj").exists())
 
 
 class Clouds(unittest.TestCase):
