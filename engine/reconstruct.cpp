@@ -64,9 +64,9 @@ void check_normals(const NormalOptions& options) {
     throw_usage("normals.up is no direction", {.expected = "three finite numbers, not all zero"});
   if (options.orientation == Orientation::kScanner)
     throw_usage("points in memory do not say where they were scanned from",
-                {.advice = "Use Orientation::kViewpoint, or leave it to Orientation::kAuto."});
+                {.advice = "Give normals.viewpoint, or leave normals.orientation to auto."});
   if (options.orientation == Orientation::kViewpoint && !options.viewpoint)
-    throw_usage("Orientation::kViewpoint needs normals.viewpoint");
+    throw_usage("the orientation towards a viewpoint needs normals.viewpoint");
 }
 
 void check_options(const ReconstructionOptions& options) {
@@ -301,14 +301,13 @@ Reconstruction surface_of(PointCloud cloud, Spacing spacing, Stages& stages,
 
 bool wants_estimate(bool has_normals, const NormalOptions& options) {
   if (options.source == NormalSource::kPoles)
-    throw_usage("poles are the normals of jobs alone",
-                {.place = "normals.source",
-                 .found = "NormalSource::kPoles",
-                 .expected = "NormalSource::kAuto, kFile or kEstimate"});
+    throw_usage(
+        "poles are the normals of jobs alone",
+        {.place = "normals.source", .found = "poles", .expected = "auto, file or estimate"});
   if (options.source == NormalSource::kFile && !has_normals)
     throw_bad_input("the cloud has no normals",
                     {.expected = "a normal per point",
-                     .advice = "NormalSource::kAuto or kEstimate estimates them."});
+                     .advice = "The sources auto and estimate estimate them."});
   return options.source == NormalSource::kEstimate || !has_normals;
 }
 

@@ -1,5 +1,5 @@
 import os
-from typing import Any, Callable, Literal, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Iterable, Literal, Mapping, Optional, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -19,21 +19,21 @@ __version__: str
 
 Path = Union[str, bytes, os.PathLike]
 Progress = Callable[[str, float], Any]
-Direction = Sequence[float]
-Origin = Tuple[float, float, float]
+Numbers = Union[Sequence[float], npt.NDArray[Any]]
+Origin = Iterable[float]
 
 def reconstruct(
     points: Union[npt.ArrayLike, PointCloud],
     normals: Optional[npt.ArrayLike] = None,
     *,
     attributes: Optional[Mapping[str, npt.ArrayLike]] = None,
-    ball_radii: Union[None, Literal["auto"], float, Sequence[float]] = None,
+    ball_radii: Union[None, Literal["auto"], float, Numbers] = None,
     levels: Union[None, Literal["auto"], int] = None,
     source: Optional[Literal["auto", "file", "estimate"]] = None,
     neighbors: Optional[int] = None,
     orientation: Optional[Literal["auto", "viewpoint", "up", "propagate", "ground", "inward", "none"]] = None,
-    viewpoint: Optional[Direction] = None,
-    up: Optional[Direction] = None,
+    viewpoint: Optional[Numbers] = None,
+    up: Optional[Numbers] = None,
     fill: Optional[bool] = None,
     kernel: Optional[Literal["biharmonic", "triharmonic"]] = None,
     neighborhood: Optional[float] = None,

@@ -53,16 +53,17 @@ void add_holes(py::module_& module) {
       .def_readonly("id", &HoleFacts::id,
                     "Rank among all loops, from 1; Mesh.triangle_hole has it.")
       .def_readonly("first_vertex", &HoleFacts::first_vertex, "Smallest vertex of the loop.")
-      .def_readonly("edges", &HoleFacts::edges)
-      .def_readonly("perimeter", &HoleFacts::perimeter)
-      .def_readonly("diameter", &HoleFacts::diameter)
+      .def_readonly("edges", &HoleFacts::edges, "Of the loop.")
+      .def_readonly("perimeter", &HoleFacts::perimeter, "Length of the loop, world units.")
+      .def_readonly("diameter", &HoleFacts::diameter,
+                    "Of the ball around the loop's center, world units.")
       .def_property_readonly(
           "center",
           [](const HoleFacts& hole) {
             return py::make_tuple(hole.center.x, hole.center.y, hole.center.z);
           },
-          "Mean of the vertices of the loop.")
-      .def_readonly("filled", &HoleFacts::filled)
+          "Mean of the vertices of the loop, (x, y, z) in world units.")
+      .def_readonly("filled", &HoleFacts::filled, "Whether a patch closes it.")
       .def_readonly("joined_to", &HoleFacts::joined_to,
                     "Of an island: the hole whose patch it bounds as well; 0: none.")
       .def_readonly(
@@ -70,12 +71,14 @@ void add_holes(py::module_& module) {
           "\"direct\", \"plane\", \"implicit\" or \"creased\"; empty where it stays open.")
       .def_readonly("reason", &HoleFacts::reason,
                     "Why it stays open, or why a simpler method did not do.")
-      .def_readonly("points_added", &HoleFacts::points_added)
-      .def_readonly("triangles_added", &HoleFacts::triangles_added)
-      .def_readonly("area", &HoleFacts::area, "Of the patch.")
+      .def_readonly("points_added", &HoleFacts::points_added,
+                    "Vertices of the patch beside the loop.")
+      .def_readonly("triangles_added", &HoleFacts::triangles_added, "Triangles of the patch.")
+      .def_readonly("area", &HoleFacts::area, "Of the patch, square world units.")
       .def_readonly("open_edges", &HoleFacts::open_edges, "Edges at which a filled hole is open.")
-      .def_readonly("rim_dihedral_deg", &HoleFacts::rim_dihedral_deg)
-      .def_readonly("rim_mean_deg", &HoleFacts::rim_mean_deg)
+      .def_readonly("rim_dihedral_deg", &HoleFacts::rim_dihedral_deg,
+                    "Largest angle between a face of the patch and the face at the loop, degrees.")
+      .def_readonly("rim_mean_deg", &HoleFacts::rim_mean_deg, "Mean of these angles, degrees.")
       .def_readonly("confidence", &HoleFacts::confidence,
                     "Of the patch, 0 to 1; below 0.5 it is doubtful.")
       .def(py::pickle([](const HoleFacts& self) { return state_of(self); }, &hole_of_state))

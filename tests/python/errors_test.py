@@ -23,6 +23,12 @@ class Errors(unittest.TestCase):
             with self.assertRaises(orbweave.UsageError):
                 orbweave.reconstruct(sphere(500), **wrong)
 
+    def test_messages_about_normals_name_the_words_of_python(self):
+        for wrong in ({"orientation": "scanner"}, {"orientation": "viewpoint"}, {"source": "poles"}, {"source": "file"}):
+            with self.assertRaises(orbweave.OrbweaveError) as caught:
+                orbweave.reconstruct(sphere(500), **wrong)
+            self.assertNotIn("::", str(caught.exception))
+
     def test_no_points_are_bad_input(self):
         with self.assertRaises(orbweave.BadInputError) as caught:
             orbweave.reconstruct(numpy.zeros((0, 3)))

@@ -79,6 +79,13 @@ class Meshes(unittest.TestCase):
         self.assertEqual(sum(mesh.dropped.values()), 6)
 
 
+class Help(unittest.TestCase):
+    def test_every_member_has_a_docstring(self):
+        for type_ in (orbweave.Hole, orbweave.Mesh, orbweave.PointCloud):
+            for name, member in vars(type_).items():
+                self.assertTrue(name.startswith("_") or member.__doc__, f"{type_.__name__}.{name}")
+
+
 class Travellers(unittest.TestCase):
     def twins(self, thing):
         yield pickle.loads(pickle.dumps(thing))
