@@ -5,6 +5,7 @@
 #include <random>
 #include <thread>
 
+#include "io/clouds/scan_source.h"
 #include "tests/io/las_files.h"
 #include "tests/support/data.h"
 
@@ -168,6 +169,35 @@ TEST_CASE("TwoThreadsReadTheSameFileAtOnce") {
   second.join();
   CHECK(test::same_bits(clouds[0], alone));
   CHECK(test::same_bits(clouds[1], alone));
+}
+
+TEST_CASE("PointsAreSelectedAlikeWhereAttributesAreNotDecoded") {
+  ScanOptions options;
+  options.dropped_classes = {1, 7, 11};
+  options.returns = ReturnFilter::kLast;
+  options.scanners = {parse_scanner_of_value("PointSourceId=5 0 0 9")};
+  options.with_view = true;
+  for (const int format : {1, 7}) {
+    std::vector<LasPoint> points = any_points(format, 400);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      points[i].point_source_id = static_cast<std::uint16_t>(i % 7);
+    const std::string bytes = file_of(4, format, points).bytes();
+    const auto selected = [&](bool without) {
+      options.without_attributes = without;
+      const auto source = open_scan_source(las_source(bytes), options, "a.las");
+      return std::pair{read_all(*source), source->left_out()};
+    };
+    const auto [all, all_left_out] = selected(false);
+    const auto [few, few_left_out] = selected(true);
+    REQUIRE(few.size() > 50);
+    REQUIRE(few.size() < 350);
+    CHECK(few.positions == all.positions);
+    CHECK(few_left_out == all_left_out);
+    CHECK(few.schema.attributes == view_fields());
+    for (std::size_t i = 0; i < few.size(); ++i)
+      for (const AttributeField& view : view_fields())
+        REQUIRE(value_of(few, i, view.name) == value_of(all, i, view.name));
+  }
 }
 
 TEST_CASE("WithheldPointsAreLeftOutAndCounted") {
