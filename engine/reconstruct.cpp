@@ -19,6 +19,7 @@
 #include "engine/spacing/coordinate_decades.h"
 #include "engine/spacing/normal_radius.h"
 #include "engine/spacing/orientation_cell.h"
+#include "io/cloud_columns.h"
 #include "io/keep_points.h"
 #include "io/text/quantity.h"
 #include "partition/allowed_threads.h"
@@ -74,24 +75,6 @@ void check_options(const ReconstructionOptions& options) {
   check_fill(options.fill);
   check_normals(options.normals);
   if (options.threads < 0) throw_usage("threads is negative");
-}
-
-void check_normal_count(std::size_t normals, std::size_t positions) {
-  if (normals == 0 || normals == positions) return;
-  throw_usage("there are not as many normals as positions",
-              {.found = std::to_string(normals) + " normals for " + std::to_string(positions) +
-                        " positions"});
-}
-
-/// Holds a cloud to the invariant of its columns.
-void check_columns(const PointCloud& cloud) {
-  check_normal_count(cloud.normals.size(), cloud.size());
-  const std::size_t row_bytes = cloud.schema.attribute_bytes();
-  if (cloud.attributes.size() == cloud.size() * row_bytes) return;
-  throw_usage("the attributes are not those of the schema",
-              {.found = std::to_string(cloud.attributes.size()) + " bytes",
-               .expected = std::to_string(row_bytes) + " bytes for each of " +
-                           std::to_string(cloud.size()) + " points"});
 }
 
 /// Tells the caller which stage begins, and stops where that is wanted.

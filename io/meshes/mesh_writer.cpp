@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
+#include "io/cloud_columns.h"
 #include "io/error.h"
 #include "io/meshes/glb_layout.h"
 #include "io/meshes/mesh_formats.h"
@@ -82,6 +84,13 @@ PointCloud slice(const PointCloud& cloud, std::size_t first, std::size_t count) 
 void write_all_vertices(MeshWriter& writer, const PointCloud& vertices) {
   for (std::size_t first = 0; first < vertices.size(); first += kBatchRows)
     writer.write_vertices(slice(vertices, first, std::min(kBatchRows, vertices.size() - first)));
+}
+
+/// Holds what a program filled in to what is read of it.
+void check_rows(const std::filesystem::path& path, const PointCloud& cloud) {
+  check_columns(cloud);
+  if (cloud.schema.has_normals && cloud.normals.size() != cloud.size())
+    throw_usage("the schema has normals, and the points have none", {.file = path.string()});
 }
 
 }  // namespace
@@ -200,6 +209,12 @@ std::unique_ptr<MeshRows> mesh_rows(const std::filesystem::path& path, const Mes
 
 void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
                 const MeshWriterOptions& options) {
+  check_rows(path, mesh.vertices);
+  if (!mesh.hole.empty() && mesh.hole.size() != mesh.triangles.size())
+    throw_usage("there are not as many numbers of holes as triangles",
+                {.file = path.string(),
+                 .found = std::to_string(mesh.hole.size()) + " numbers for " +
+                          std::to_string(mesh.triangles.size()) + " triangles"});
   MeshHeader header;
   header.vertices = mesh.vertices.size();
   header.triangles = mesh.triangles.size();
@@ -223,6 +238,7 @@ void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
 
 void write_cloud(const std::filesystem::path& path, const PointCloud& cloud,
                  const MeshWriterOptions& options) {
+  check_rows(path, cloud);
   MeshHeader header;
   header.vertices = cloud.size();
   header.is_cloud = true;

@@ -125,7 +125,8 @@ bool holds_polygons(const std::filesystem::path& path);
 void write_polygons(const std::filesystem::path& path, const PointCloud& vertices,
                     const PolygonFaces& faces, const MeshWriterOptions& options = {});
 
-/// Writes a whole mesh or cloud in one call.
+/// Writes a whole mesh or cloud in one call. Throws Error (usage) where its columns do not belong
+/// together.
 void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
                 const MeshWriterOptions& options = {});
 void write_cloud(const std::filesystem::path& path, const PointCloud& cloud,

@@ -144,6 +144,22 @@ TEST_CASE("PlyMeshesReadBackWhole") {
   }
 }
 
+TEST_CASE("AMeshWhoseColumnsDoNotBelongTogetherIsNotWritten") {
+  const ScratchDirectory scratch;
+  const auto refused = [&](const char* problem, void (*spoil)(TriangleMesh&)) {
+    TriangleMesh mesh = dressed_tetrahedron();
+    spoil(mesh);
+    CHECK_THROWS_WITH(write_mesh(scratch / "a.ply", mesh), Contains(problem));
+    if (mesh.hole.size() != 1)
+      CHECK_THROWS_WITH(write_cloud(scratch / "a.ply", mesh.vertices), Contains(problem));
+    CHECK_FALSE(std::filesystem::exists(scratch / "a.ply"));
+  };
+  refused("1 numbers for 4 triangles", [](TriangleMesh& mesh) { mesh.hole.resize(1); });
+  refused("1 normals for 4 positions", [](TriangleMesh& mesh) { mesh.vertices.normals.resize(1); });
+  refused("has normals", [](TriangleMesh& mesh) { mesh.vertices.normals.clear(); });
+  refused("not those of the schema", [](TriangleMesh& mesh) { mesh.vertices.attributes.clear(); });
+}
+
 TEST_CASE("PlyBytesAreTheDocumentedOnes") {
   const ScratchDirectory scratch;
   TriangleMesh mesh = tetrahedron();
