@@ -147,6 +147,16 @@ TEST_CASE("TilesetIsRefusedWhereTheMeshCannotBeReadAgain") {
   check_refused(job, "output.tiles = true");
 }
 
+TEST_CASE("TilesetThatIsNamedAsTilesWouldBeIsKept") {
+  const ScratchDirectory scratch;
+  Job job = tileset_job(scratch, test::noisy_torus(500, 0.0, 7));
+  job.output.tileset = fs::path(job.output.mesh).replace_extension(".tiles").string();
+  for (int time = 0; time < 2; ++time) {
+    for (const std::string& note : run(job).notes) CHECK_THAT(note, !Contains("earlier run"));
+    CHECK(fs::exists(fs::path(job.output.tileset) / "tileset.json"));
+  }
+}
+
 TEST_CASE("TilesetOfAJobLeavesOtherFoldersAlone") {
   const ScratchDirectory scratch;
   Job job = tileset_job(scratch, test::noisy_torus(500, 0.0, 7));

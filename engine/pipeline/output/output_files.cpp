@@ -1,5 +1,6 @@
 #include "engine/pipeline/output/output_files.h"
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -36,6 +37,18 @@ std::vector<OutputFile> written_outputs(const OutputOptions& output, BesideMesh 
   return files;
 }
 
+namespace {
+
+/// Whether the job writes this file itself, such as a tileset named as tiles would be.
+bool is_written(const std::filesystem::path& file, const OutputOptions& output) {
+  std::error_code ignored;
+  return std::ranges::any_of(written_outputs(output, {}), [&](const OutputFile& written) {
+    return std::filesystem::equivalent(written.file, file, ignored);
+  });
+}
+
+}  // namespace
+
 std::vector<OutputFile> older_outputs(const OutputOptions& output, bool has_system) {
   std::vector<OutputFile> candidates;
   const std::filesystem::path system = coordinate_system_file(output.mesh);
@@ -47,7 +60,7 @@ std::vector<OutputFile> older_outputs(const OutputOptions& output, bool has_syst
   if (!has_system) candidates.push_back({"system", system});
   std::error_code ignored;
   std::erase_if(candidates, [&](const OutputFile& candidate) {
-    return !std::filesystem::exists(candidate.file, ignored);
+    return !std::filesystem::exists(candidate.file, ignored) || is_written(candidate.file, output);
   });
   return candidates;
 }
