@@ -93,7 +93,9 @@ std::string counted_list(const Counted& counts, std::size_t most) {
     }
     text += (text.empty() ? "" : ", ") + format_count(counts[i].second) + " " + counts[i].first;
   }
-  if (others > 0) text += (text.empty() ? "" : ", ") + format_count(others) + " others";
+  if (others > 0)
+    text +=
+        (text.empty() ? "" : ", ") + format_count(others) + (others == 1 ? " other" : " others");
   return text;
 }
 

@@ -413,6 +413,7 @@ TEST_CASE("ReasonsThatDifferInNumbersOnlyAreOne") {
                                    {"outer border of an open sheet (fill.keep_outer_border)", 1},
                                    {"wider than fill.max_diameter", 1}});
   CHECK(counted_list(summary.reasons, 1) == "3 needs # points at a spacing of #, 4 others");
+  CHECK(counted_list({{"direct", 5}, {"plane", 1}}, 1) == "5 direct, 1 other");
 }
 
 TEST_CASE("DoubtfulPatchesAreCountedWithTheirAreaAndTheLargestIsNamed") {
