@@ -236,7 +236,7 @@ void write_outputs(const TriangleMesh& mesh, const FillReport& report, Progress&
     drawing.picture.up = output.picture_up;
     drawing.picture.patch_color = output.patch_color;
     drawing.colors = output.picture_colors;
-    drawing.culls_backs = output.picture_backs == PictureBacks::kCulled;
+    drawing.backs = output.picture_backs;
     if (output.picture_colors == PictureColors::kConfidence)
       drawing.picture.confidence = confidence;
     if (output.picture_colors == PictureColors::kPoints && !PointColors(mesh.vertices.schema).any())

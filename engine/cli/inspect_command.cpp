@@ -202,10 +202,9 @@ Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
   MeshFacts facts = mesh_facts(mesh);
   facts.crossing_pairs = count_crossing_pairs(mesh);
   if (!options.picture.empty())
-    draw_mesh(
-        mesh, facts.bounds, options.picture,
-        {.picture = {.up = options.picture_up()},
-         .culls_backs = settings_of(options.keys).output.picture_backs == PictureBacks::kCulled});
+    draw_mesh(mesh, facts.bounds, options.picture,
+              {.picture = {.up = options.picture_up()},
+               .backs = settings_of(options.keys).output.picture_backs});
   std::optional<Against> against;
   if (!options.against.empty()) against = measure_against(mesh, options);
   const std::vector<HoleFacts> holes = loops_of(std::move(mesh), facts);

@@ -89,14 +89,18 @@ void draw_mesh(const TriangleMesh& mesh, const Box& bounds, const std::string& p
   const std::span<const Rgb> fronts(colors.fronts);
   MeshPicture picture(bounds, drawing.picture);
   picture.set_legend(std::move(colors.legend));
-  if (drawing.culls_backs) picture.leave_out_backs();
-  for_each_batch(mesh,
-                 [&](const std::vector<Corners>& corners, std::size_t first, std::size_t count) {
-                   if (!fronts.empty())
-                     picture.draw_colored(corners, fronts.subspan(first, count));
-                   else
-                     picture.draw(corners, hole.empty() ? hole : hole.subspan(first, count));
-                 });
+  if (drawing.backs == PictureBacks::kCulled) picture.leave_out_backs();
+  const auto draw = [&] {
+    for_each_batch(mesh,
+                   [&](const std::vector<Corners>& corners, std::size_t first, std::size_t count) {
+                     if (!fronts.empty())
+                       picture.draw_colored(corners, fronts.subspan(first, count));
+                     else
+                       picture.draw(corners, hole.empty() ? hole : hole.subspan(first, count));
+                   });
+  };
+  draw();
+  if (drawing.backs == PictureBacks::kAuto) picture.look_at_fronts(false, draw);
   picture.write_png(path);
 }
 
@@ -105,10 +109,14 @@ void draw_mesh_by_shares(const TriangleMesh& mesh, std::span<const float> shares
                          const PictureOptions& options) {
   MeshPicture picture(mesh.vertices.bounds(), options);
   picture.set_legend(share_legend(large));
-  for_each_batch(mesh,
-                 [&](const std::vector<Corners>& corners, std::size_t first, std::size_t count) {
-                   picture.draw_shares(corners, shares.subspan(first, count));
-                 });
+  const auto draw = [&] {
+    for_each_batch(mesh,
+                   [&](const std::vector<Corners>& corners, std::size_t first, std::size_t count) {
+                     picture.draw_shares(corners, shares.subspan(first, count));
+                   });
+  };
+  draw();
+  picture.look_at_fronts(false, draw);
   picture.write_png(path);
 }
 

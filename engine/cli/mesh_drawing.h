@@ -13,15 +13,15 @@ namespace orbweave {
 struct MeshDrawing {
   PictureOptions picture;
   PictureColors colors = PictureColors::kPatches;
-  bool culls_backs = false;
+  PictureBacks backs = PictureBacks::kAuto;
 };
 
 /// Draws the mesh, with a legend, to a PNG. Throws Error (resource).
 void draw_mesh(const TriangleMesh& mesh, const Box& bounds, const std::string& path,
                const MeshDrawing& drawing = {});
 
-/// Draws the mesh in colours that tell a number per triangle, from 0 to 1; `large`: in words, what
-/// 1 stands for.
+/// Draws the mesh, from the side that shows fronts, in colours that tell a number per triangle,
+/// from 0 to 1; `large`: in words, what 1 stands for.
 void draw_mesh_by_shares(const TriangleMesh& mesh, std::span<const float> shares,
                          const std::string& large, const std::string& path,
                          const PictureOptions& options = {});

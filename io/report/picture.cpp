@@ -12,7 +12,8 @@ namespace orbweave {
 namespace {
 
 constexpr int kLargestSize = 16384;
-constexpr double kMargin = 0.04;  ///< of the picture, left free on every side
+constexpr double kMargin = 0.04;      ///< of the picture, left free on every side
+constexpr double kMostlyBacks = 0.6;  ///< share of back faces, as of a room seen from outside
 
 constexpr Colour kFront{232.0, 224.0, 210.0};
 constexpr Colour kBack{196.0, 84.0, 66.0};
@@ -59,7 +60,7 @@ int upright_axis(UpAxis wanted, const Box& bounds) {
 
 /// From the world to the samples.
 struct MeshPicture::View {
-  View(const Box& bounds, const PictureOptions& options);
+  View(const Box& bounds, const PictureOptions& options, bool from_below = false);
 
   Projected project(Vec3 p) const {
     const Vec3 q = p - center;
@@ -75,31 +76,32 @@ struct MeshPicture::View {
   double samples_per_unit = 1.0;
 
  private:
-  void look(const Box& bounds, const PictureOptions& options);
+  void look(const Box& bounds, const PictureOptions& options, bool from_below);
   void fit(const Box& bounds, const PictureOptions& options);
 };
 
-MeshPicture::View::View(const Box& bounds, const PictureOptions& options) {
+MeshPicture::View::View(const Box& bounds, const PictureOptions& options, bool from_below) {
   middle_x = 0.5 * kSamplesPerAxis * options.width;
   middle_y = 0.5 * kSamplesPerAxis * options.height;
   if (!bounds.empty()) center = bounds.min + 0.5 * (bounds.max - bounds.min);
-  look(bounds, options);
+  look(bounds, options, from_below);
   fit(bounds, options);
 }
 
-void MeshPicture::View::look(const Box& bounds, const PictureOptions& options) {
+void MeshPicture::View::look(const Box& bounds, const PictureOptions& options, bool from_below) {
   const int axis = upright_axis(options.up, bounds);
   const double degree = std::numbers::pi / 180.0;
   const double azimuth = options.azimuth_deg * degree;
   const double elevation =
       options.elevation_deg.value_or(is_flat_along(axis, bounds) ? 40.0 : 20.0) * degree;
-  const double level = std::cos(elevation), height = std::sin(elevation);
+  const double level = std::cos(elevation), above = std::sin(elevation);
+  const double height = from_below ? -above : above;
   const double aside = std::sin(azimuth), ahead = std::cos(azimuth);
   const Directions to = directions_of(axis);
   eye = level * (aside * to.right + ahead * to.front) + height * to.up;
   right = ahead * to.right - aside * to.front;
   down = cross(right, eye);
-  lamp = normalized(eye - 0.45 * right - 0.65 * down);
+  lamp = normalized(eye - 0.45 * right - (from_below ? -0.65 : 0.65) * down);
 }
 
 /// The largest scale at which the box's corners are inside the margins.
@@ -327,17 +329,49 @@ void MeshPicture::draw_points(std::span<const Vec3> points, std::span<const Vec3
   }
 }
 
-bool MeshPicture::shows_backs() const {
-  constexpr double kMost = 0.6;
-  return share_of_backs() > kMost;
-}
+bool MeshPicture::shows_backs() const { return share_of_backs() > kMostlyBacks; }
 
 double MeshPicture::share_of_backs() const { return samples_->share_of_backs(); }
 
-void MeshPicture::turn_around() {
-  options_.azimuth_deg += options_.azimuth_deg < 180.0 ? 180.0 : -180.0;
-  view_ = std::make_unique<View>(bounds_, options_);
+void MeshPicture::look(double azimuth_deg, bool from_below) {
+  options_.azimuth_deg = azimuth_deg;
+  is_from_below_ = from_below;
+  view_ = std::make_unique<View>(bounds_, options_, is_from_below_);
   samples_->clear();
+}
+
+void MeshPicture::turn(double degrees) {
+  look(std::fmod(options_.azimuth_deg + degrees, 360.0), is_from_below_);
+}
+
+void MeshPicture::look_at_fronts(bool may_be_interior, const std::function<void()>& draw) {
+  constexpr double kMany = 0.35;  // leaves of trees have half
+  struct Side {
+    double degrees;
+    bool from_below;
+  };
+  constexpr std::array<Side, 5> kSides = {
+      {{0.0, false}, {180.0, false}, {90.0, false}, {270.0, false}, {0.0, true}}};
+  const double usual = options_.azimuth_deg;
+  double least = share_of_backs();
+  std::size_t best = 0, now = 0;
+  const auto look_from = [&](std::size_t side) {
+    look(usual + kSides[side].degrees, kSides[side].from_below);
+    draw();
+    now = side;
+  };
+  for (std::size_t side = 1; side < kSides.size() && least > kMany; ++side) {
+    if (kSides[side].from_below && least <= kMostlyBacks) continue;
+    look_from(side);
+    if (may_be_interior && side == 1 && shows_backs()) {
+      leave_out_backs();
+      return look_from(0);
+    }
+    if (share_of_backs() >= least) continue;
+    least = share_of_backs();
+    best = side;
+  }
+  if (best != now) look_from(best);
 }
 
 void MeshPicture::leave_out_backs() {

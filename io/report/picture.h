@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -63,8 +64,13 @@ class MeshPicture {
   double share_of_backs() const;
   /// Whether most of what is drawn are back faces, as of a room that is seen from outside.
   bool shows_backs() const;
-  /// Starts over, with the eye on the opposite side of the up axis.
-  void turn_around();
+  /// Starts over, with the eye so far further around the up axis.
+  void turn(double degrees);
+  /// Once draw() has drawn all: draws again from other sides where too much of what is drawn are
+  /// back faces, and keeps the side with the fewest. From the opposite side a front that was
+  /// scanned from there alone shows, from below a ceiling. What `may_be_interior` and shows its
+  /// backs from the opposite side, too, is seen without back faces.
+  void look_at_fronts(bool may_be_interior, const std::function<void()>& draw);
   /// Starts over, without back faces from now on: one looks through walls at what faces the eye.
   void leave_out_backs();
   /// Draws triangles in colours that tell a number each: 0 is that of the surface, 1 purple.
@@ -89,9 +95,11 @@ class MeshPicture {
  private:
   struct View;
   class TrianglePainter;
+  void look(double azimuth_deg, bool from_below);
   Box bounds_;
   PictureOptions options_;
   bool culls_backs_ = false;
+  bool is_from_below_ = false;  ///< the eye is as far below the horizon as it would be above
   std::vector<LegendEntry> legend_;
   std::unique_ptr<View> view_;
   std::unique_ptr<PictureSamples> samples_;

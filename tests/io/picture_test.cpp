@@ -215,12 +215,65 @@ TEST_CASE("APictureIsTurnedAroundAndBack") {
   const std::vector<std::uint8_t> from_within = picture.pixels();
   const double backs = picture.share_of_backs();
   CHECK(backs > 0.5);
-  picture.turn_around();
+  picture.turn(180.0);
   picture.draw(half);
   CHECK(picture.share_of_backs() < 0.5 * backs);
-  picture.turn_around();
+  picture.turn(180.0);
   picture.draw(half);
   CHECK(picture.pixels() == from_within);
+}
+
+/// An upright wall whose front faces so far around the up axis.
+std::vector<Corners> wall(double degrees) {
+  const double angle = degrees * std::numbers::pi / 180.0;
+  const Vec3 along{std::cos(angle), 0.0, -std::sin(angle)}, up{0.0, 1.0, 0.0};
+  const Vec3 corner = -0.5 * along;
+  return {{corner, corner + along, corner + along + up},
+          {corner, corner + along + up, corner + up}};
+}
+
+TEST_CASE("OfFourSidesTheOneThatShowsFewestBacksIsTaken") {
+  // The default view is from 30 degrees around the up axis.
+  const double degrees = GENERATE(30.0, 210.0, 120.5, 300.5);
+  PictureOptions options = kSmall;
+  options.up = UpAxis::kY;
+  const std::vector<Corners> front = wall(degrees);
+  MeshPicture picture(bounds_of(front), options);
+  const auto draw = [&] { picture.draw(front); };
+  draw();
+  picture.look_at_fronts(false, draw);
+  CHECK(picture.share_of_backs() == 0.0);
+  const std::vector<std::uint8_t> seen = picture.pixels();
+  picture.look_at_fronts(false, draw);
+  CHECK(picture.pixels() == seen);
+}
+
+TEST_CASE("ACeilingIsSeenFromBelow") {
+  const std::vector<Corners> ceiling = {{Vec3{0, 0, 0}, Vec3{1, 0, 0}, Vec3{1, 0, 1}},
+                                        {Vec3{0, 0, 0}, Vec3{1, 0, 1}, Vec3{0, 0, 1}}};
+  MeshPicture picture(bounds_of(ceiling), kSmall);
+  const auto draw = [&] { picture.draw(ceiling); };
+  draw();
+  CHECK(picture.share_of_backs() == 1.0);
+  picture.look_at_fronts(false, draw);
+  CHECK(picture.share_of_backs() == 0.0);
+  const Pixel seen = Image{200, 150, picture.pixels()}.at(100, 75);
+  CHECK(is_front(seen));
+  CHECK(seen.red > 150);  // the light comes from below, too
+}
+
+TEST_CASE("WhatShowsAsManyBacksFromEverySideIsSeenFromTheUsualOne") {
+  std::vector<Corners> inward = sphere(24);
+  for (Corners& corners : inward) std::swap(corners[1], corners[2]);
+  MeshPicture picture(bounds_of(inward), kSmall);
+  const auto draw = [&] { picture.draw(inward); };
+  draw();
+  const std::vector<std::uint8_t> usual = picture.pixels();
+  picture.look_at_fronts(false, draw);
+  CHECK(picture.pixels() == usual);
+  picture.look_at_fronts(true, draw);
+  CHECK(picture.share_of_backs() == 0.0);  // one looks into it
+  CHECK(picture.pixels() != usual);
 }
 
 TEST_CASE("ThePictureDoesNotDependOnTheOrderNorOnTheThreadsThatDraw") {

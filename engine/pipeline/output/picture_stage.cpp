@@ -175,23 +175,6 @@ void draw_mesh(const ExportInputs& inputs, const SurfaceColors& colors, StageRun
   }
 }
 
-/// Draws the mesh again where too much of what is drawn are back faces: from the other side, from
-/// which a front that was scanned from there alone shows. A room shows its backs from either side:
-/// they are left out then.
-void look_at_fronts(const ExportInputs& inputs, const SurfaceColors& colors, StageRunner& runner,
-                    MeshPicture& picture) {
-  constexpr double kMany = 0.35;  // leaves of trees have half
-  const double backs = picture.share_of_backs();
-  if (backs <= kMany) return;
-  picture.turn_around();
-  draw_mesh(inputs, colors, runner, picture);
-  const bool is_interior = may_be_interior(runner.job) && picture.shows_backs();
-  if (picture.share_of_backs() < backs && !is_interior) return;
-  picture.turn_around();
-  if (is_interior) picture.leave_out_backs();
-  draw_mesh(inputs, colors, runner, picture);
-}
-
 /// The colours of the scan; empty, with a note, where it has none.
 std::optional<PointColors> point_colors(const Partition& partition, StageRunner& runner) {
   PointColors colors(partition.schema);
@@ -250,7 +233,9 @@ void draw_picture(const ExportInputs& inputs, StageRunner& runner) {
   const PictureBacks backs = output.picture_backs;
   if (backs == PictureBacks::kCulled) picture.leave_out_backs();
   draw_mesh(inputs, colors, runner, picture, true);
-  if (backs == PictureBacks::kAuto) look_at_fronts(inputs, colors, runner, picture);
+  if (backs == PictureBacks::kAuto)
+    picture.look_at_fronts(may_be_interior(runner.job),
+                           [&] { draw_mesh(inputs, colors, runner, picture); });
   picture.write_png(output.picture);
 }
 
