@@ -288,7 +288,7 @@ void run_stages(StageRunner& runner, RunResults& results) {
   ExportResult exported = export_mesh(mesh, runner);
   if (!runner.communicator.is_root()) return;
   if (runner.job.output.mesh != "-") runner.store.disk().add(exported.bytes_written);
-  if (!runner.job.output.picture.empty()) draw_picture(mesh, runner);
+  if (!runner.job.output.picture.empty()) draw_picture(mesh, exported.bounds, runner);
   ResourceFacts& predicted = results.predicted;
   predicted.peak_memory_bytes = std::max(predicted.peak_memory_bytes, holes.predicted_peak_bytes);
   results.conflicts_lost = stitched.conflicts_lost;

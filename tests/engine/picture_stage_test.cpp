@@ -90,6 +90,26 @@ TEST_CASE("WhatWasScannedFromTheOtherSideIsSeenFromThere") {
   }
 }
 
+TEST_CASE("PointsThatNoTriangleUsesTakeNoRoomInThePicture") {
+  NamedCloud named = test::noisy_torus(1500, 0.0, 7);
+  const ScratchDirectory scratch;
+  Job job = picture_job(scratch, named, PictureColors::kPatches);
+  run(job);
+  const std::string alone = bytes_of(job.output.picture);
+  // Pairs of points make no triangle.
+  const double extent = named.cloud.bounds().extent().x;
+  for (const Vec3 far : {Vec3{20.0 * extent, 0.0, 0.0}, Vec3{0.0, -30.0 * extent, extent}}) {
+    named.cloud.append(named.cloud, 0);
+    named.cloud.positions.back() = named.cloud.positions.front() + far;
+  }
+  const ScratchDirectory other;
+  Job with_strays = picture_job(other, named, PictureColors::kPatches);
+  with_strays.input.keep_strays = true;
+  const RunReport report = run(with_strays);
+  CHECK(report.points_unused == 2);
+  CHECK(bytes_of(with_strays.output.picture) == alone);
+}
+
 TEST_CASE("ColoursOfAScanThatHasNoneAreSaidToBeMissing") {
   const ScratchDirectory scratch;
   const NamedCloud named = two_tori(false);

@@ -217,7 +217,7 @@ std::vector<LegendEntry> legend_of(const SurfaceColors& colors, const PictureOpt
 
 }  // namespace
 
-void draw_picture(const ExportInputs& inputs, StageRunner& runner) {
+void draw_picture(const ExportInputs& inputs, const Box& bounds, StageRunner& runner) {
   const Partition& partition = inputs.partition;
   const auto chunks = static_cast<ChunkId>(partition.octree.chunks().size());
   const StageClock clock(runner, Stage::kPicture, chunks, "chunks");
@@ -228,7 +228,7 @@ void draw_picture(const ExportInputs& inputs, StageRunner& runner) {
   if (output.picture_colors == PictureColors::kConfidence)
     options.confidence = confidence_of_patches(inputs.holes.holes);
   const SurfaceColors colors = surface_colors(inputs, runner);
-  MeshPicture picture(partition.bounds, options);
+  MeshPicture picture(bounds, options);
   picture.set_legend(legend_of(colors, options, inputs.holes));
   const PictureBacks backs = output.picture_backs;
   if (backs == PictureBacks::kCulled) picture.leave_out_backs();
