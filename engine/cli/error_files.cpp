@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -23,12 +24,22 @@ namespace {
 /// A sample takes some 100 bytes.
 constexpr std::uint64_t kMostSamples = 20'000'000;
 
+/// A vertex that lies on the other surface may have so large a distance to it: some rounding errors
+/// of its coordinates.
+double rounding_of(const Box& bounds) {
+  double largest = 0.0;
+  for (int axis = 0; axis < 3 && !bounds.empty(); ++axis)
+    largest = std::max({largest, std::abs(bounds.min[axis]), std::abs(bounds.max[axis])});
+  return 8.0 * std::numeric_limits<double>::epsilon() * largest;
+}
+
 /// The error that 95 of 100 vertices with an error do not exceed; 0 where there is none. Vertices
 /// of a mesh that interpolates lie on the points of its cloud.
-double usual_error(std::span<const double> errors) {
+double usual_error(std::span<const double> errors, double rounding) {
   std::vector<double> finite;
-  std::ranges::copy_if(errors, std::back_inserter(finite),
-                       [](double error) { return std::isfinite(error) && error > 0.0; });
+  std::ranges::copy_if(errors, std::back_inserter(finite), [rounding](double error) {
+    return std::isfinite(error) && error > rounding;
+  });
   if (finite.empty()) return 0.0;
   const auto place = finite.begin() + static_cast<std::ptrdiff_t>((finite.size() - 1) * 95 / 100);
   std::ranges::nth_element(finite, place);
@@ -46,7 +57,7 @@ void write_with_errors(const std::string& file, TriangleMesh mesh, std::span<con
 
 std::string draw_errors(const std::string& file, const TriangleMesh& mesh,
                         std::span<const double> errors, UpAxis up) {
-  const double largest = usual_error(errors);
+  const double largest = usual_error(errors, rounding_of(mesh.vertices.bounds()));
   std::vector<float> shares;
   shares.reserve(mesh.triangles.size());
   for (const Triangle& t : mesh.triangles) {
@@ -56,7 +67,7 @@ std::string draw_errors(const std::string& file, const TriangleMesh& mesh,
   }
   if (!(largest > 0.0)) {
     draw_mesh_by_shares(mesh, shares, "", file, {.up = up});
-    return shown(file) + ": white, no error is above 0\n";
+    return shown(file) + ": white, there is no error\n";
   }
   draw_mesh_by_shares(mesh, shares, format_number(largest) + " and more", file, {.up = up});
   return shown(file) + ": from white (0) to purple (" + format_number(largest) + " and more)\n";

@@ -156,6 +156,14 @@ TEST_CASE("InspectMeasuresDistancesToACloud") {
   CHECK(run_in(in, {"inspect", "cloud.ply", "--against", "cloud.ply"}).status == 3);
 }
 
+TEST_CASE("RoundingIsNoErrorInThePictureOfErrors") {
+  const ScratchDirectory in;
+  generate(in, "sphere");
+  const auto same = run_in(in, {"compare", "mesh.ply", "mesh.ply", "--errors-picture", "e.png"});
+  REQUIRE(same.status == 0);
+  CHECK_THAT(same.out, Contains("e.png: white, there is no error"));
+}
+
 TEST_CASE("InspectMeasuresAMeshByAreaAgainstACloudAndDrawsItsErrors") {
   const ScratchDirectory in;
   generate(in, "sphere");
@@ -182,7 +190,7 @@ TEST_CASE("APictureOfErrorsThatAreAll0SaysSo") {
   write_text(in / "m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 3 2 4\n");
   const auto same = run_in(in, {"compare", "m.obj", "m.obj", "--errors-picture", "e.png"});
   CHECK(same.status == 0);
-  CHECK_THAT(same.out, Contains("e.png: white, no error is above 0\n"));
+  CHECK_THAT(same.out, Contains("e.png: white, there is no error\n"));
 }
 
 TEST_CASE("MeasuresAgainstACloudNeedOne") {
