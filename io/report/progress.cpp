@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <exception>
 #include <iostream>
 #include <limits>
 
@@ -240,7 +241,9 @@ void ProgressDisplay::print(const std::string& line) {
 
 void ProgressDisplay::finish() {
   if (name_.empty()) return;
-  const std::string line = name_ + ": done in " + format_duration(elapsed()) + ", " +
+  // A stage that an error or an interruption ends is not done.
+  const char* const end = std::uncaught_exceptions() > 0 ? ": stopped after " : ": done in ";
+  const std::string line = name_ + end + format_duration(elapsed()) + ", " +
                            counted(done_.load(), unit_) + rate_text() + ", " +
                            format_bytes(current_memory_bytes());
   name_.clear();

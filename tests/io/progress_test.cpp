@@ -4,6 +4,7 @@
 #include <chrono>
 #include <iostream>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -102,6 +103,25 @@ TEST_CASE("PlainProgressOfUnknownLengthSpeaksNowAndThen") {
   CHECK(lines[0] == "count: begins");
   CHECK_THAT(lines[1], StartsWith("count: 10,000 points, 1.00k points/s, "));
   CHECK_THAT(lines[2], StartsWith("count: 20,000 points, "));
+}
+
+TEST_CASE("AStageThatAnErrorEndsIsNotDone") {
+  Fixture f(false);
+  struct Stage {
+    explicit Stage(ProgressDisplay& shown) : display(shown) {
+      display.begin_stage("picture", 4, "chunks");
+    }
+    ~Stage() { display.end_stage(); }
+    ProgressDisplay& display;
+  };
+  const auto draw = [&] {
+    const Stage stage(*f.display);
+    f.display->advance(1);
+    f.seconds += 2.0;
+    throw std::runtime_error("interrupted");
+  };
+  CHECK_THROWS_AS(draw(), std::runtime_error);
+  CHECK_THAT(f.lines().back(), StartsWith("picture: stopped after 2.0 s, 1 chunk, "));
 }
 
 TEST_CASE("ASecondStageEndsTheFirst") {
