@@ -345,13 +345,17 @@ void MeshPicture::turn(double degrees) {
 }
 
 void MeshPicture::look_at_fronts(bool may_be_interior, const std::function<void()>& draw) {
-  constexpr double kMany = 0.35;  // leaves of trees have half
+  constexpr double kMany = 0.35, kHalf = 0.5;  // leaves of trees have half
   struct Side {
     double degrees;
     bool from_below;
+    double more_backs_than;  ///< from all sides before: then the side is worth a drawing
   };
-  constexpr std::array<Side, 5> kSides = {
-      {{0.0, false}, {180.0, false}, {90.0, false}, {270.0, false}, {0.0, true}}};
+  constexpr std::array<Side, 5> kSides = {{{0.0, false, 0.0},
+                                           {180.0, false, kMany},
+                                           {90.0, false, kHalf},
+                                           {270.0, false, kHalf},
+                                           {0.0, true, kMostlyBacks}}};
   const double usual = options_.azimuth_deg;
   double least = share_of_backs();
   std::size_t best = 0, now = 0;
@@ -360,8 +364,8 @@ void MeshPicture::look_at_fronts(bool may_be_interior, const std::function<void(
     draw();
     now = side;
   };
-  for (std::size_t side = 1; side < kSides.size() && least > kMany; ++side) {
-    if (kSides[side].from_below && least <= kMostlyBacks) continue;
+  for (std::size_t side = 1; side < kSides.size(); ++side) {
+    if (least <= kSides[side].more_backs_than) break;
     look_from(side);
     if (may_be_interior && side == 1 && shows_backs()) {
       leave_out_backs();
