@@ -12,6 +12,7 @@
 #include "engine/pipeline/surface/in_core_methods.h"
 #include "io/error.h"
 #include "io/text/nearest_name.h"
+#include "io/text/words.h"
 
 namespace orbweave {
 namespace {
@@ -50,8 +51,7 @@ void check_command(CLI::App& program, const std::vector<std::string>& arguments)
   const std::string& word = arguments[1];
   if (word.starts_with("-") || std::find(names.begin(), names.end(), word) != names.end()) return;
   throw_usage("unknown command \"" + word + "\"",
-              {.expected = "one of " + joined(names),
-               .advice = "Did you mean '" + nearest_name(word, names) + "'?"});
+              {.expected = "one of " + joined(names), .advice = advice_on_name(word, names)});
 }
 
 std::string help_advice(const CLI::App& program) {
@@ -68,9 +68,10 @@ std::string help_advice(const CLI::App& program) {
   const std::string word = extras.empty() ? "" : extras.front().substr(0, extras.front().find('='));
   if (!word.starts_with("-"))
     throw_usage("unexpected argument \"" + word + "\"", {.advice = help_advice(program)});
-  throw_usage("unknown option " + word,
-              {.advice = "Did you mean " + nearest_name(word, option_names(command)) + "? " +
-                         help_advice(program)});
+  const std::string nearest = nearest_name(word, option_names(command));
+  throw_usage(
+      "unknown option " + word,
+      {.advice = (nearest.empty() ? "" : "Did you mean " + nearest + "? ") + help_advice(program)});
 }
 
 [[noreturn]] void reject(const CLI::App& program, std::string problem) {

@@ -12,6 +12,7 @@
 #include "io/meshes/shift_file.h"
 #include "io/points/coordinate_system_file.h"
 #include "io/shown_text.h"
+#include "io/text/words.h"
 
 namespace orbweave {
 namespace {

@@ -39,6 +39,7 @@
 #include "io/system/file_descriptor.h"
 #include "io/system/path_roles.h"
 #include "io/text/quantity.h"
+#include "io/text/words.h"
 
 namespace orbweave {
 namespace {

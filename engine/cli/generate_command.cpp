@@ -18,6 +18,7 @@
 #include "io/meshes/shift_file.h"
 #include "io/system/path_roles.h"
 #include "io/text/nearest_name.h"
+#include "io/text/words.h"
 
 namespace orbweave {
 namespace {
@@ -46,8 +47,7 @@ Shape shape_of(const std::string& name) {
   for (const Shape shape : all_shapes()) names.emplace_back(name_of(shape));
   for (const SceneKind scene : all_scenes()) names.emplace_back(name_of(scene));
   throw_usage("unknown shape \"" + name + "\"",
-              {.expected = "one of " + joined(names),
-               .advice = "Did you mean '" + nearest_name(name, names) + "'?"});
+              {.expected = "one of " + joined(names), .advice = advice_on_name(name, names)});
 }
 
 SyntheticOptions synthetic_options(const GenerateOptions& given) {

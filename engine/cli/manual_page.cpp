@@ -7,6 +7,7 @@
 #include "engine/cli/output.h"
 #include "engine/cli/team_program.h"
 #include "io/error.h"
+#include "io/text/words.h"
 
 namespace orbweave {
 namespace {

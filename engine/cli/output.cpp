@@ -201,10 +201,4 @@ void add_holes(Facts& facts, std::span<const HoleFacts> holes, const MeshFacts& 
     facts.emplace_back("", "and others, for other reasons; the report has all");
 }
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
 }  // namespace orbweave

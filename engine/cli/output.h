@@ -51,6 +51,4 @@ void add_unused(Facts& facts, std::uint64_t points);
 void add_holes(Facts& facts, std::span<const HoleFacts> holes, const MeshFacts& mesh,
                const Job& job);
 
-std::string joined(const std::vector<std::string>& words);  ///< "a, b, c"
-
 }  // namespace orbweave

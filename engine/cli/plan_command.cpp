@@ -18,6 +18,7 @@
 #include "io/report/reasons.h"
 #include "io/system/glob.h"
 #include "io/text/quantity.h"
+#include "io/text/words.h"
 
 namespace orbweave {
 namespace {

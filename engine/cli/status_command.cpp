@@ -11,6 +11,7 @@
 #include "engine/pipeline/stage/stages.h"
 #include "io/error.h"
 #include "io/text/quantity.h"
+#include "io/text/words.h"
 
 namespace orbweave {
 namespace {

@@ -10,6 +10,7 @@
 #include "io/job/toml_document.h"
 #include "io/system/file_descriptor.h"
 #include "io/text/nearest_name.h"
+#include "io/text/words.h"
 
 namespace orbweave {
 namespace {
@@ -28,28 +29,46 @@ std::vector<std::string> section_names() {
   return names;
 }
 
-/// A key in the wrong section is likelier than a word that is misspelt altogether.
+/// A key in the wrong section is likelier than a word that is misspelt altogether. Empty where no
+/// key is like it.
 std::string nearest_key(const std::string& section, const std::string& key) {
   const JobKey* nearest = nullptr;
   std::size_t smallest = 0;
   for (const JobKey& known : job_keys()) {
+    if (!may_mean(key, known.key)) continue;
     const std::size_t distance =
         2 * edit_distance(key, known.key) + (current_section(section) == known.section ? 0 : 1);
     if (nearest != nullptr && distance >= smallest) continue;
     nearest = &known;
     smallest = distance;
   }
-  return nearest->name();
+  return nearest != nullptr ? nearest->name() : "";
+}
+
+std::string advice_on_section(const std::string& section) {
+  const std::string nearest = nearest_name(section, section_names());
+  return nearest.empty() ? "The sections are " + joined(section_names()) + "."
+                         : "Did you mean [" + nearest + "]?";
+}
+
+/// What to do about a key that is like none.
+std::string advice_on_keys(const std::string& section) {
+  std::vector<std::string> keys;
+  for (const JobKey& known : job_keys())
+    if (current_section(section) == known.section) keys.emplace_back(known.key);
+  return keys.empty() ? advice_on_section(section)
+                      : "The keys of [" + section + "] are " + joined(keys) + ".";
 }
 
 [[noreturn]] void throw_unknown_section(const std::string& section, ErrorParts where) {
-  where.advice = "Did you mean [" + nearest_name(section, section_names()) + "]?";
+  where.advice = advice_on_section(section);
   throw_usage("unknown section [" + section + "]", where);
 }
 
 [[noreturn]] void throw_unknown_key(const std::string& section, const std::string& key,
                                     ErrorParts where) {
-  where.advice = "Did you mean " + nearest_key(section, key) + "?";
+  const std::string nearest = nearest_key(section, key);
+  where.advice = nearest.empty() ? advice_on_keys(section) : "Did you mean " + nearest + "?";
   throw_usage("unknown key " + (section.empty() ? "" : section + ".") + key, where);
 }
 

@@ -30,16 +30,27 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return last[b.size()];
 }
 
+bool may_mean(std::string_view word, std::string_view name) {
+  constexpr std::size_t kBeginning = 3;
+  if (word.size() >= kBeginning && name.starts_with(word)) return true;
+  return edit_distance(word, name) <= std::max(word.size(), name.size()) * 2 / 5;
+}
+
 std::string nearest_name(std::string_view word, const std::vector<std::string>& known) {
   std::string nearest;
   std::size_t smallest = std::numeric_limits<std::size_t>::max();
   for (const std::string& name : known) {
     const std::size_t distance = edit_distance(word, name);
-    if (distance >= smallest) continue;
+    if (distance >= smallest || !may_mean(word, name)) continue;
     smallest = distance;
     nearest = name;
   }
   return nearest;
+}
+
+std::string advice_on_name(std::string_view word, const std::vector<std::string>& known) {
+  const std::string nearest = nearest_name(word, known);
+  return nearest.empty() ? "" : "Did you mean '" + nearest + "'?";
 }
 
 }  // namespace orbweave

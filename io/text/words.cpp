@@ -28,4 +28,10 @@ double finite_number(std::string_view word) {
   return number;
 }
 
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
 }  // namespace orbweave

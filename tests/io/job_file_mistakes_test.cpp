@@ -95,6 +95,14 @@ TEST_CASE("ASectionUnderTwoNamesNamesBothPlaces") {
                         "cleaning.smooth_radius?"));
 }
 
+TEST_CASE("AWordThatIsLikeNoKeyIsAnsweredByTheKeysThatThereAre") {
+  CHECK_THAT(message_of("[run]\nzeta = 1\n"),
+             Contains("unknown key run.zeta. The keys of [run] are ") && Contains("threads, "));
+  CHECK_THAT(message_of("[fill]\nmax_dia = 1\n"), Contains("Did you mean fill.max_diameter?"));
+  CHECK_THAT(message_of("[fil]\nmax_diameter = 1\n"), Contains("Did you mean [fill]?"));
+  CHECK_THAT(message_of("[zzz]\n"), Contains("The sections are input, "));
+}
+
 TEST_CASE("TheFirstMistakeOfSeveralIsReported") {
   CHECK_THAT(message_of("[run]\nzeta = 1\nalpha = 2\n[aaa]\n"), StartsWith("job.toml: line 2: "));
 }
