@@ -47,6 +47,12 @@ std::uint64_t morton_of(const Coord& at, int log2) {
   return interleave(along(0), along(1), along(2));
 }
 
+void add_to(Count& count, std::uint64_t by) {
+  if (by > std::numeric_limits<Count>::max() - count)
+    throw_resource("more than 4294967295 points lie in one cell of the count grid");
+  count += static_cast<Count>(by);
+}
+
 /// The tree with its books of memory, and a direct-mapped cache of where leaves are: points in
 /// random order would spend their time on the way down the tree.
 class CountTree {
@@ -66,11 +72,9 @@ class CountTree {
   void raise(const Coord& at, std::uint64_t by) {
     const Place& place = find(at);
     const openvdb::Index offset = Leaf::coordToOffset(at);
-    const Count count = place.counts[offset];
-    if (by > std::numeric_limits<Count>::max() - count)
-      throw_resource("more than 4294967295 points lie in one cell of the count grid");
-    place.counts[offset] = count + static_cast<Count>(by);
-    if (count == 0) place.leaf->setActiveState(offset, true);
+    const bool is_new = place.counts[offset] == 0;
+    add_to(place.counts[offset], by);
+    if (is_new) place.leaf->setActiveState(offset, true);
   }
 
   /// Asks for the memory that a later raise() goes to; the second finds its way where the first
@@ -80,6 +84,16 @@ class CountTree {
     const std::uint64_t key = key_of(at);
     const Place& place = places_[slot(key)];
     if (place.key == key) __builtin_prefetch(place.counts + Leaf::coordToOffset(at), 1);
+  }
+
+  /// Takes leaves of places that hold none, which is sooner done than raising count by count.
+  void take(std::span<std::unique_ptr<Leaf>> leaves) {
+    leaves_ += leaves.size();
+    for (std::unique_ptr<Leaf>& leaf : leaves) {
+      lowers_ += root_.probeConstNode<Lower>(leaf->origin()) == nullptr;
+      uppers_ += root_.probeConstNode<Upper>(leaf->origin()) == nullptr;
+      root_.addLeaf(leaf.release());
+    }
   }
 
   /// Gives the leaves away, one after the other as they are visited, and is empty then.
@@ -165,6 +179,7 @@ struct CountGrid::State {
   void keep(std::span<const Vec3> positions);
   void build();
   void count(std::span<const Vec3> positions);
+  std::unique_ptr<Leaf> leaf_of(std::span<const KeyIndex> kept) const;
   void fit_lattice();
   std::size_t insert(std::span<const Vec3> positions);
   void coarsen_to_limit();
@@ -204,11 +219,35 @@ void CountGrid::State::build() {
   const int levels =
       doublings_to_fit(leaves, cells_limit_bytes(points, limit_bytes), spare_doublings());
   lattice = Lattice(std::ldexp(lattice.cell, levels), bounds, root_side);
-  for (const KeyIndex& leaf : leaves) {
-    const bool lone = lone_points > 0 && leaf.index + 1 == early.size();
-    tree->raise(coord_of(lattice.at(early[leaf.index])), lone ? lone_points : 1);
-  }
+  // Cells nest, so that the points of a leaf of any cells follow one another.
+  std::vector<std::size_t> begins;
+  for (std::size_t i = 0; i < leaves.size(); ++i)
+    if (i == 0 || leaves[i].key >> (3 * levels) != leaves[i - 1].key >> (3 * levels))
+      begins.push_back(i);
+  begins.push_back(leaves.size());
+  std::vector<std::unique_ptr<Leaf>> made(begins.size() - 1);
+  constexpr std::size_t kLeavesAtOnce = 256;
+  for_each_whole((made.size() + kLeavesAtOnce - 1) / kLeavesAtOnce, [&](std::size_t block) {
+    for (std::size_t i = block * kLeavesAtOnce;
+         i < std::min(made.size(), (block + 1) * kLeavesAtOnce); ++i)
+      made[i] = leaf_of(std::span(leaves).subspan(begins[i], begins[i + 1] - begins[i]));
+  });
+  tree->take(made);
   early = {};
+}
+
+/// Counts kept points that lie in one leaf.
+std::unique_ptr<Leaf> CountGrid::State::leaf_of(std::span<const KeyIndex> kept) const {
+  auto leaf =
+      std::make_unique<Leaf>(coord_of(lattice.at(early[kept.front().index])), 0, false);
+  Count* const counts = leaf->buffer().data();
+  for (const KeyIndex& point : kept) {
+    const bool lone = lone_points > 0 && point.index + 1 == early.size();
+    const openvdb::Index offset = Leaf::coordToOffset(coord_of(lattice.at(early[point.index])));
+    add_to(counts[offset], lone ? lone_points : 1);
+    leaf->setActiveState(offset, true);
+  }
+  return leaf;
 }
 
 /// Counts points, all of which are within the bounds.

@@ -254,12 +254,22 @@ PatchOrientation orient_patch_graph(std::vector<PatchSum> sums, std::vector<Patc
 std::vector<std::uint8_t> whole_turns(std::span<const PatchId> patch_of,
                                       std::vector<std::uint8_t> turn,
                                       const PatchOrientation& orientation) {
-  for (std::size_t i = 0; i < turn.size(); ++i) {
-    const auto at =
-        std::lower_bound(orientation.patches.begin(), orientation.patches.end(), patch_of[i]);
-    if (at == orientation.patches.end() || *at != patch_of[i]) continue;
-    turn[i] ^= orientation.turn[static_cast<std::size_t>(at - orientation.patches.begin())];
-  }
+  for_each_whole(blocks_of(turn.size()), [&](std::size_t block) {
+    // Most points are of the patch of the point before.
+    PatchId last = 0;
+    std::uint8_t turn_of_last = 0;
+    const std::size_t begin = block * kBlock;
+    for (std::size_t i = begin; i < std::min(turn.size(), begin + kBlock); ++i) {
+      if (i == begin || patch_of[i] != last) {
+        last = patch_of[i];
+        const auto at = std::ranges::lower_bound(orientation.patches, last);
+        const bool known = at != orientation.patches.end() && *at == last;
+        const auto row = static_cast<std::size_t>(at - orientation.patches.begin());
+        turn_of_last = known ? orientation.turn[row] : 0;
+      }
+      turn[i] ^= turn_of_last;
+    }
+  });
   return turn;
 }
 

@@ -162,18 +162,23 @@ class Patches {
     for (std::uint32_t i = begin_; i < end_; ++i) state_[cells_.cell_of[i]] = kAsked;
     find_neighbors();
     const std::vector<std::uint8_t> own = state_;
-    for (std::uint32_t i = 0; i < positions_.size(); ++i) {
-      if (own[cells_.cell_of[i]] != kDone) continue;
-      for (const std::uint32_t q : neighbors(i))
-        if (state_[cells_.cell_of[q]] == kUnknown) state_[cells_.cell_of[q]] = kAsked;
-    }
-    find_neighbors();
+    if (std::ranges::find(own, kUnknown) != own.end()) find_neighbors_beyond(own);
     form_patches();
     return result(own);
   }
 
  private:
   enum State : std::uint8_t { kUnknown, kAsked, kDone };
+
+  /// Of the points in cells that neighbours of own cells lie in.
+  void find_neighbors_beyond(const std::vector<std::uint8_t>& own) {
+    for (std::uint32_t i = 0; i < positions_.size(); ++i) {
+      if (own[cells_.cell_of[i]] != kDone) continue;
+      for (const std::uint32_t q : neighbors(i))
+        if (state_[cells_.cell_of[q]] == kUnknown) state_[cells_.cell_of[q]] = kAsked;
+    }
+    find_neighbors();
+  }
 
   std::span<const std::uint32_t> neighbors(std::uint32_t i) const {
     return {neighbors_.get() + i * options_.neighbors, counts_[i]};

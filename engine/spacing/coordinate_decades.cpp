@@ -1,9 +1,11 @@
 #include "engine/spacing/coordinate_decades.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <vector>
 
@@ -16,10 +18,33 @@ namespace {
 /// A scanner that measures from millimetres to kilometres has 7.
 constexpr int kMostDecades = 20;
 
-int decade_of(double magnitude) {
+int decade_of_binade(int binade) {
   constexpr double kDecadesPerBinade = 0.30102999566398120;
-  return static_cast<int>(std::floor(std::ilogb(magnitude) * kDecadesPerBinade));
+  return static_cast<int>(std::floor(binade * kDecadesPerBinade));
 }
+
+int decade_of(double magnitude) { return decade_of_binade(std::ilogb(magnitude)); }
+
+/// Points by the binades of their largest coordinates.
+class BinadeCounts {
+ public:
+  void add(int binade) { ++counts_[static_cast<std::size_t>(binade - kLeast)]; }
+
+  /// The points of each decade that has some.
+  std::vector<std::uint64_t> by_decade() const {
+    std::map<int, std::uint64_t> decades;
+    for (std::size_t i = 0; i < counts_.size(); ++i)
+      if (counts_[i] > 0) decades[decade_of_binade(kLeast + static_cast<int>(i))] += counts_[i];
+    std::vector<std::uint64_t> counts;
+    for (const auto& [decade, count] : decades) counts.push_back(count);
+    return counts;
+  }
+
+ private:
+  using Limits = std::numeric_limits<double>;
+  static constexpr int kLeast = Limits::min_exponent - Limits::digits;  // of subnormal numbers
+  std::array<std::uint64_t, Limits::max_exponent - kLeast> counts_{};
+};
 
 /// How many of the counts, the largest first, make up nine tenths of their sum.
 int most_of(std::vector<std::uint64_t> counts) {
@@ -36,18 +61,18 @@ int most_of(std::vector<std::uint64_t> counts) {
 
 CoordinateDecades coordinate_decades(std::span<const SpacingSite> sites) {
   CoordinateDecades found;
-  std::map<int, std::uint64_t> points;
+  BinadeCounts points;
+  bool any = false;
   for (const SpacingSite& site : sites)
     for (const Vec3& p : site.points) {
       const double magnitude = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
       if (magnitude == 0.0) continue;
-      found.least = points.empty() ? magnitude : std::min(found.least, magnitude);
+      found.least = any ? std::min(found.least, magnitude) : magnitude;
       found.most = std::max(found.most, magnitude);
-      ++points[decade_of(magnitude)];
+      points.add(std::ilogb(magnitude));
+      any = true;
     }
-  std::vector<std::uint64_t> counts;
-  for (const auto& [decade, count] : points) counts.push_back(count);
-  found.crowded = most_of(std::move(counts));
+  found.crowded = most_of(points.by_decade());
   return found;
 }
 

@@ -17,20 +17,38 @@ constexpr std::size_t kPlacesAtOnce = 256;
 SampledNeighbors::SampledNeighbors(const SearchedSites& sites, std::size_t neighbors,
                                    const StopToken* stop)
     : sites_(sites), stride_(neighbors + 1) {
-  const PointSelection selection = select_points(sites.all(), kMeasuredPoints);
-  for (std::uint32_t s = 0; s < sites.all().size(); ++s) {
-    check_stop(stop);
-    const SpacingSite& site = sites.all()[s];
-    if (site.points.size() < 2) continue;
-    for (const std::uint32_t i : sites.search(s).by_rank())
-      if (site.core.contains(site.points[i]) && selection.takes(site.points[i]))
-        places_.push_back({s, i});
-  }
+  choose_places(stop);
   nearest_.resize(places_.size() * stride_);
   for_each_whole((places_.size() + kPlacesAtOnce - 1) / kPlacesAtOnce, [&](std::size_t block) {
     check_stop(stop);
     find(block * kPlacesAtOnce, std::min(places_.size(), (block + 1) * kPlacesAtOnce));
   });
+}
+
+void SampledNeighbors::choose_places(const StopToken* stop) {
+  struct Block {
+    std::uint32_t site;
+    std::size_t begin;
+  };
+  constexpr std::size_t kPointsAtOnce = 4096;
+  std::vector<Block> blocks;
+  for (std::uint32_t s = 0; s < sites_.all().size(); ++s)
+    if (const std::size_t points = sites_.all()[s].points.size(); points >= 2)
+      for (std::size_t begin = 0; begin < points; begin += kPointsAtOnce)
+        blocks.push_back({s, begin});
+  const PointSelection selection = select_points(sites_.all(), kMeasuredPoints);
+  std::vector<std::vector<SitePoint>> chosen(blocks.size());
+  for_each_whole(blocks.size(), [&](std::size_t block) {
+    check_stop(stop);
+    const auto [s, begin] = blocks[block];
+    const SpacingSite& site = sites_.all()[s];
+    const std::size_t points = std::min(kPointsAtOnce, site.points.size() - begin);
+    for (const std::uint32_t i : sites_.search(s).by_rank().subspan(begin, points))
+      if (site.core.contains(site.points[i]) && selection.takes(site.points[i]))
+        chosen[block].push_back({s, i});
+  });
+  for (const std::vector<SitePoint>& places : chosen)
+    places_.insert(places_.end(), places.begin(), places.end());
 }
 
 void SampledNeighbors::find(std::size_t begin, std::size_t end) {

@@ -34,6 +34,7 @@ class SampledNeighbors {
   struct SitePoint {
     std::uint32_t site = 0, point = 0;
   };
+  void choose_places(const StopToken* stop);
   void find(std::size_t begin, std::size_t end);
 
   const SearchedSites& sites_;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -48,10 +49,17 @@ constexpr auto comes_before = [](const Vec3& a, const Vec3& b) {
   return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
 };
 
-bool are_distinct(const SpacingSite& site) {
-  const auto& points = site.points;
-  return std::adjacent_find(points.begin(), points.end(),
-                            [](Vec3 a, Vec3 b) { return !comes_before(a, b); }) == points.end();
+/// True where each site's points are sorted and no two are equal.
+bool are_distinct(std::span<const SpacingSite> sites) {
+  std::atomic<bool> distinct = true;
+  for_each_whole(sites.size(), [&](std::size_t s) {
+    const std::vector<Vec3>& points = sites[s].points;
+    if (std::adjacent_find(points.begin(), points.end(), [](Vec3 a, Vec3 b) {
+          return !comes_before(a, b);
+        }) != points.end())
+      distinct = false;
+  });
+  return distinct;
 }
 
 /// As std::sort, with looks at the request to stop.
@@ -144,7 +152,7 @@ void merge_duplicates(std::span<SpacingSite> sites, const StopToken* stop) {
 
 DistinctSites::DistinctSites(std::span<const SpacingSite> sites, const StopToken* stop)
     : sites_(sites) {
-  if (std::all_of(sites.begin(), sites.end(), are_distinct)) return;
+  if (are_distinct(sites)) return;
   copies_.assign(sites.begin(), sites.end());
   merge_duplicates(copies_, stop);
   sites_ = copies_;
