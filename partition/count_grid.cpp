@@ -238,8 +238,7 @@ void CountGrid::State::build() {
 
 /// Counts kept points that lie in one leaf.
 std::unique_ptr<Leaf> CountGrid::State::leaf_of(std::span<const KeyIndex> kept) const {
-  auto leaf =
-      std::make_unique<Leaf>(coord_of(lattice.at(early[kept.front().index])), 0, false);
+  auto leaf = std::make_unique<Leaf>(coord_of(lattice.at(early[kept.front().index])), 0, false);
   Count* const counts = leaf->buffer().data();
   for (const KeyIndex& point : kept) {
     const bool lone = lone_points > 0 && point.index + 1 == early.size();

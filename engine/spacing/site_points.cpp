@@ -54,9 +54,8 @@ bool are_distinct(std::span<const SpacingSite> sites) {
   std::atomic<bool> distinct = true;
   for_each_whole(sites.size(), [&](std::size_t s) {
     const std::vector<Vec3>& points = sites[s].points;
-    if (std::adjacent_find(points.begin(), points.end(), [](Vec3 a, Vec3 b) {
-          return !comes_before(a, b);
-        }) != points.end())
+    if (std::adjacent_find(points.begin(), points.end(),
+                           [](Vec3 a, Vec3 b) { return !comes_before(a, b); }) != points.end())
       distinct = false;
   });
   return distinct;

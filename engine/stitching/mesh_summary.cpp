@@ -7,6 +7,8 @@
 #include <tuple>
 #include <unordered_map>
 
+#include "io/whole_loop.h"
+
 namespace orbweave {
 
 namespace {
@@ -17,10 +19,16 @@ namespace {
 class LoopWalks {
  public:
   explicit LoopWalks(std::span<const OpenFan> fans)
-      : fans_(fans), arriving_(fans.size()), done_(fans.size(), false) {
+      : fans_(fans), arriving_(fans.size()), next_(fans.size()), done_(fans.size(), false) {
     std::iota(arriving_.begin(), arriving_.end(), 0u);
     tbb::parallel_sort(arriving_.begin(), arriving_.end(),
                        [&](std::uint32_t a, std::uint32_t b) { return fans[a] < fans[b]; });
+    constexpr std::size_t kEdgesAtOnce = 4096;
+    for_each_whole((next_.size() + kEdgesAtOnce - 1) / kEdgesAtOnce, [&](std::size_t block) {
+      const std::size_t end = std::min(next_.size(), (block + 1) * kEdgesAtOnce);
+      for (std::size_t edge = block * kEdgesAtOnce; edge < end; ++edge)
+        next_[edge] = find_next(static_cast<std::uint32_t>(edge));
+    });
   }
 
   std::uint64_t count() {
@@ -33,7 +41,7 @@ class LoopWalks {
   const OpenFan& fan(std::uint32_t edge) const { return fans_[arriving_[edge]]; }
 
   /// The edge that leaves the fan which `edge` ends; the number of edges where there is none.
-  std::uint32_t next(std::uint32_t edge) const {
+  std::uint32_t find_next(std::uint32_t edge) const {
     const std::uint64_t tail = fan(edge).vertex, head = fan(edge).next;
     const auto at = std::partition_point(arriving_.begin(), arriving_.end(), [&](std::uint32_t i) {
       return std::tie(fans_[i].previous, fans_[i].vertex) < std::tie(tail, head);
@@ -50,7 +58,7 @@ class LoopWalks {
     while (edge < arriving_.size() && !done_[edge]) {
       done_[edge] = true;
       arrive(fan(edge).next);
-      edge = next(edge);
+      edge = next_[edge];
     }
     if (path_.size() > 1) ++loops_;
   }
@@ -70,6 +78,7 @@ class LoopWalks {
 
   std::span<const OpenFan> fans_;
   std::vector<std::uint32_t> arriving_;  // by (previous, vertex): the arriving edge
+  std::vector<std::uint32_t> next_;
   std::vector<bool> done_;
   std::vector<std::uint64_t> path_;
   std::unordered_map<std::uint64_t, std::size_t> place_;  // in path_

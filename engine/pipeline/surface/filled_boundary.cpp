@@ -1,11 +1,15 @@
 #include "engine/pipeline/surface/filled_boundary.h"
 
+#include <oneapi/tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <array>
+#include <span>
 #include <utility>
 
 #include "engine/geometry/disjoint_sets.h"
 #include "engine/stitching/mesh_summary.h"
+#include "io/whole_loop.h"
 
 namespace orbweave {
 namespace {
@@ -82,11 +86,14 @@ std::vector<OpenFan> in_split_numbers(std::vector<OpenFan> fans,
                          [](const Renamed& known, const Triangle64& e) { return known.end < e; });
     return at != numbers.end() && at->end == end ? at->number : vertex;
   };
-  for (OpenFan& fan : fans) {
-    fan = {renamed(fan.previous, fan.vertex, fan.previous),
-           renamed(fan.vertex, fan.next, fan.vertex), renamed(fan.vertex, fan.next, fan.next),
-           fan.component};
-  }
+  constexpr std::size_t kFansAtOnce = 4096;
+  for_each_whole((fans.size() + kFansAtOnce - 1) / kFansAtOnce, [&](std::size_t block) {
+    const std::size_t begin = block * kFansAtOnce;
+    for (OpenFan& fan : std::span(fans).subspan(begin, std::min(kFansAtOnce, fans.size() - begin)))
+      fan = {renamed(fan.previous, fan.vertex, fan.previous),
+             renamed(fan.vertex, fan.next, fan.vertex), renamed(fan.vertex, fan.next, fan.next),
+             fan.component};
+  });
   return fans;
 }
 
@@ -192,7 +199,7 @@ MeshFacts facts_after_fill(MeshFacts facts, UnfilledMesh mesh, std::vector<Bound
     facts.triangles += hole.triangles_added;
   }
   std::vector<OpenFan>& fans = mesh.fans;
-  std::sort(fans.begin(), fans.end(), by_vertex);
+  tbb::parallel_sort(fans.begin(), fans.end(), by_vertex);
   facts.components = count_components(mesh, patches);
   add_mended_corners(mesh.mended, fans);
   add_fans_of_closed(loops, closed_loops(filled.holes, mesh.mended, loops.size()), fans);

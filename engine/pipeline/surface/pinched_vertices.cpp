@@ -7,6 +7,7 @@
 
 #include "engine/holes/loops/split_vertices.h"
 #include "engine/pipeline/surface/patch_batch.h"
+#include "io/whole_loop.h"
 
 namespace orbweave {
 namespace {
@@ -16,19 +17,28 @@ namespace {
 std::vector<TriangleAt> patched_triangles(std::span<const std::uint64_t> pinched,
                                           const ChunkStore& store, ChunkId batches,
                                           const StopToken& stop) {
+  struct OfBatch {
+    std::vector<TriangleAt> triangles;
+    std::uint64_t new_vertices = 0;
+  };
+  std::vector<OfBatch> of_batch(batches);
+  for_each_whole(of_batch.size(), [&](std::size_t batch) {
+    stop.check();
+    const PatchBatch patches = load_patch_batch(store, static_cast<ChunkId>(batch));
+    of_batch[batch].new_vertices = patches.positions.size();
+    for (const Triangle64& t : patches.triangles)
+      for (const std::uint64_t vertex : t)
+        if (vertex < kNewVertex && std::binary_search(pinched.begin(), pinched.end(), vertex))
+          of_batch[batch].triangles.push_back({vertex, t});
+  });
   std::vector<TriangleAt> patched;
   std::uint64_t base = 0;
-  for (ChunkId batch = 0; batch < batches; ++batch) {
-    stop.check();
-    const PatchBatch patches = load_patch_batch(store, batch);
-    for (Triangle64 t : patches.triangles) {
-      for (std::uint64_t& vertex : t) vertex += vertex >= kNewVertex ? base : 0;
-      for (const std::uint64_t vertex : t) {
-        if (std::binary_search(pinched.begin(), pinched.end(), vertex))
-          patched.push_back({vertex, t});
-      }
+  for (const OfBatch& some : of_batch) {
+    for (TriangleAt at : some.triangles) {
+      for (std::uint64_t& vertex : at.triangle) vertex += vertex >= kNewVertex ? base : 0;
+      patched.push_back(at);
     }
-    base += patches.positions.size();
+    base += some.new_vertices;
   }
   std::stable_sort(patched.begin(), patched.end(),
                    [](const TriangleAt& a, const TriangleAt& b) { return a.vertex < b.vertex; });
