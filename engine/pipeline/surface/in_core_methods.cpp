@@ -142,8 +142,8 @@ void require_budget(const Job& job, std::uint64_t before, double share) {
   throw_resource(
       "the method " + method_name(job) + " outgrows the memory budget",
       {.place = setting_name(job, "partition.memory"),
-       .found = format_bytes(most) + " needed, " + std::to_string(static_cast<int>(100.0 * share)) +
-                " % done",
+       .found = format_count((most >> 20) + 1) + " MiB needed or more, with " +
+                std::to_string(static_cast<int>(100.0 * share)) + " % done",
        .expected = "no more than " + format_bytes(budget),
        .advice = "The shape has many more tetrahedra than most. Give a larger budget, or " +
                  setting(job, "reconstruct.method", "ball_pivoting")});
