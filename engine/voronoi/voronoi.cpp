@@ -144,8 +144,9 @@ PowerCrustSurface power_crust(std::span<const Vec3> points, const PowerCrustOpti
   return power_crust_surface(points, balls, power, stop);
 }
 
-std::vector<Vec3> pole_normals(std::span<const Vec3> points, const StopToken* stop) {
-  const Tetrahedra tetrahedra = delaunay(points, stop);
+std::vector<Vec3> pole_normals(std::span<const Vec3> points, const StopToken* stop,
+                               const ShareDone& done) {
+  const Tetrahedra tetrahedra = delaunay(points, stop, done);
   return find_poles(points, tetrahedra, stop).normals;
 }
 

@@ -49,8 +49,10 @@ PointSurface crust(std::span<const Vec3> points, const CrustOptions& options = {
 PowerCrustSurface power_crust(std::span<const Vec3> points, const PowerCrustOptions& options = {},
                               const StopToken* stop = nullptr, const ShareDone& done = {});
 
-/// The unit vectors from the points to their farther poles, without a consistent side.
-std::vector<Vec3> pole_normals(std::span<const Vec3> points, const StopToken* stop = nullptr);
+/// The unit vectors from the points to their farther poles, without a consistent side. `done` hears
+/// of the share that is triangulated.
+std::vector<Vec3> pole_normals(std::span<const Vec3> points, const StopToken* stop = nullptr,
+                               const ShareDone& done = {});
 
 /// Processor seconds that the triangulations alone take which a method cannot do without, each made
 /// anew by CGAL.

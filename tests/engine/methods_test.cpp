@@ -392,16 +392,37 @@ TEST_CASE("MoreTetrahedraThanForeseenStayInsideTheBudget", "[costly]") {
                  Catch::Matchers::Contains("ball_pivoting"));
 }
 
-TEST_CASE("ConesOfMoreTetrahedraThanForeseenStayInsideTheBudget", "[costly]") {
-  if (!has_voronoi_family()) return;
-  // Each pair of neighbours on one line and each pair on the other span a tetrahedron.
-  constexpr int kPerLine = 2000;
+namespace {
+
+/// Each pair of neighbours on one line and each pair on the other span a tetrahedron.
+PointCloud two_lines(int points_per_line) {
   PointCloud cloud;
-  for (int i = 0; i < kPerLine; ++i) {
-    const double along = (i + 0.5) / kPerLine - 0.5;
+  for (int i = 0; i < points_per_line; ++i) {
+    const double along = (i + 0.5) / points_per_line - 0.5;
     cloud.positions.push_back({along, 0.0, 0.0});
     cloud.positions.push_back({0.0, along, 1.0});
   }
+  return cloud;
+}
+
+}  // namespace
+
+TEST_CASE("PolesOfMoreTetrahedraThanForeseenStayInsideTheBudget", "[costly]") {
+  if (!has_voronoi_family()) return;
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, {"two lines", two_lines(2600), 0.1});
+  job.run.threads = 1;
+  job.normals.source = NormalSource::kPoles;
+  job.partition.memory_bytes = std::uint64_t{200} << 20;
+  CHECK_THAT(message_of(job),
+             Catch::Matchers::Contains("normals.source = \"poles\" outgrows the memory budget") &&
+                 Catch::Matchers::Contains("no more than 200.0 MiB") &&
+                 Catch::Matchers::Contains("estimate"));
+}
+
+TEST_CASE("ConesOfMoreTetrahedraThanForeseenStayInsideTheBudget", "[costly]") {
+  if (!has_voronoi_family()) return;
+  PointCloud cloud = two_lines(2000);
   cloud.normals.assign(cloud.positions.size(), {0.0, 0.0, 1.0});
   cloud.schema.has_normals = true;
   ScratchDirectory scratch;

@@ -58,8 +58,9 @@ voronoi::Undersampling undersampling_of(std::span<const Vec3> positions, const S
   return voronoi::find_undersampling(positions, stop);
 }
 
-std::vector<Vec3> poles_of(std::span<const Vec3> positions, const StopToken* stop) {
-  return voronoi::pole_normals(positions, stop);
+std::vector<Vec3> poles_of(std::span<const Vec3> positions, const StopToken* stop,
+                           const voronoi::ShareDone& done) {
+  return voronoi::pole_normals(positions, stop, done);
 }
 #else
 struct Found {
@@ -86,7 +87,9 @@ std::vector<Triangle> triangles_of_crust(const voronoi::PowerCrustSurface&) { re
 
 voronoi::Undersampling undersampling_of(std::span<const Vec3>, const StopToken*) { return {}; }
 
-std::vector<Vec3> poles_of(std::span<const Vec3>, const StopToken*) { return {}; }
+std::vector<Vec3> poles_of(std::span<const Vec3>, const StopToken*, const voronoi::ShareDone&) {
+  return {};
+}
 #endif
 
 [[noreturn]] void refuse_family(ErrorParts parts) {
@@ -126,28 +129,42 @@ double least_growth(ReconstructionMethod method, double share) {
   return is_cocone(method) ? 1.0 : 1.1;
 }
 
+/// A part of a job that grows as the shape of the cloud has it.
+struct GrowingPart {
+  std::string name;         ///< "the method crust"
+  double least_growth = 1;  ///< of what is held now
+  std::string instead;      ///< what takes less memory
+};
+
+GrowingPart part_of(const Job& job, double share) {
+  return {"the method " + method_name(job), least_growth(job.reconstruct.method, share),
+          setting(job, "reconstruct.method", "ball_pivoting")};
+}
+
 /// Throws where the process will hold more than the job's budget. `before`: bytes held when the
-/// method began; `share` of it is done.
-void require_budget(const Job& job, std::uint64_t before, double share) {
-  const double growth = least_growth(job.reconstruct.method, share);
+/// part began; `share` of it is done.
+void require_budget(const Job& job, const GrowingPart& part, std::uint64_t before, double share) {
   const std::uint64_t budget = job.partition.memory_bytes;
   const auto needed = [&] {
     const auto grown = static_cast<double>(std::max(resident_bytes(), before) - before);
-    return before + static_cast<std::uint64_t>(growth * grown);
+    return before + static_cast<std::uint64_t>(part.least_growth * grown);
   };
   if (needed() <= budget) return;
   release_freed_memory();
   const std::uint64_t most = needed();
   if (most <= budget) return;
   throw_resource(
-      "the method " + method_name(job) + " outgrows the memory budget",
+      part.name + " outgrows the memory budget",
       {.place = setting_name(job, "partition.memory"),
        .found = format_count((most >> 20) + 1) + " MiB needed or more, with " +
                 std::to_string(static_cast<int>(100.0 * share)) + " % done",
        .expected = "no more than " + format_bytes(budget),
        .advice = "The shape has many more tetrahedra than most. Give a larger budget, or " +
-                 setting(job, "reconstruct.method", "ball_pivoting")});
+                 part.instead});
 }
+
+/// The triangulation is read out into arrays of half its size before it goes.
+constexpr double kGrowthOfPoles = 1.5;
 
 }  // namespace
 
@@ -177,8 +194,12 @@ void require_method(const Job& job) {
 std::vector<Vec3> normals_from_poles(const Job& job, std::span<const Vec3> positions,
                                      const StopToken* stop) {
   require_voronoi_family();
+  const GrowingPart part{setting(job, "normals.source", "poles"), kGrowthOfPoles,
+                         setting(job, "normals.source", "estimate")};
   try {
-    return poles_of(positions, stop);
+    return poles_of(positions, stop, [&, before = resident_bytes()](double share) {
+      require_budget(job, part, before, share);
+    });
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::kBadInput) throw;
     ErrorParts parts = error.parts();
@@ -217,7 +238,7 @@ CoconeOfPart cocone_of_part(std::span<const Vec3> positions, std::span<const Vec
 voronoi::ShareDone progress_within_chunk(StageRunner& runner, std::uint64_t points) {
   return
       [&runner, points, before = resident_bytes(), shown = std::uint64_t{0}](double share) mutable {
-        require_budget(runner.job, before, share);
+        require_budget(runner.job, part_of(runner.job, share), before, share);
         const auto reached = static_cast<std::uint64_t>(share * static_cast<double>(points - 1));
         if (reached <= shown) return;
         runner.progress.advance(reached - shown);
