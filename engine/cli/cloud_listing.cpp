@@ -169,6 +169,7 @@ void add_doubts(const CloudFacts& facts, Facts& lines) {
     lines.emplace_back(name, format_count(count) + " dropped: " + reason);
     name = "";
   }
+  add_not_read(not_read(facts.file), lines);
   if (declares_wrong_bounds(facts))
     lines.emplace_back("header", "wrong bounds: " + show_box(*facts.file.declared_bounds));
 }
@@ -191,6 +192,14 @@ std::string system_text(const std::string& coordinate_system) {
       open == std::string::npos ? open : coordinate_system.find('"', open + 1);
   const bool is_wkt = coordinate_system.find('[') < open && close != std::string::npos;
   return shown(is_wkt ? coordinate_system.substr(open + 1, close - open - 1) : coordinate_system);
+}
+
+void add_not_read(std::span<const std::string> not_read, Facts& lines) {
+  const char* name = "not read";
+  for (const std::string& what : not_read) {
+    lines.emplace_back(name, shown(what));
+    name = "";
+  }
 }
 
 Json cloud_json(const CloudFacts& facts) {
@@ -220,7 +229,8 @@ Json cloud_json(const CloudFacts& facts) {
           {"classes", classes_json(facts.values)},
           {"returns", returns_json(facts.values)},
           {"scans", scans_json(file)},
-          {"left_out", facts.left_out}};
+          {"left_out", facts.left_out},
+          {"not_read", not_read(file)}};
 }
 
 std::string cloud_text(const CloudFacts& facts) {

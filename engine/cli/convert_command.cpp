@@ -321,7 +321,7 @@ void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
   const SelectedSource selected(options.keys);
   auto source = selected.open(options.in);
   require_no_faces(*source, options);
-  warn_of_left_out(options.in == "-" ? "standard input" : options.in, source->facts().left_out);
+  warn_of_left_out(options.in == "-" ? "standard input" : options.in, not_read(source->facts()));
   const bool is_known = source->keeps_declared_points();
   const bool has_wide_colors =
       job.output.color_bits == 8 && wide_colors(source->schema()).has_value();

@@ -87,7 +87,8 @@ CloudFacts facts_of_cloud(const std::string& file, const SelectedSource& selecte
 }
 
 /// `system`: what lies beside the file says of its coordinates; may be empty.
-std::string mesh_text(const MeshFacts& facts, const std::string& system) {
+std::string mesh_text(const MeshFacts& facts, const std::string& system,
+                      std::span<const std::string> not_read) {
   Facts lines = {{"kind", "mesh"},
                  {"vertices", format_count(facts.vertices)},
                  {"triangles", format_count(facts.triangles)},
@@ -110,6 +111,7 @@ std::string mesh_text(const MeshFacts& facts, const std::string& system) {
   add_fault("degenerate triangles", facts.degenerate_triangles);
   add_fault("duplicate triangles", facts.duplicate_triangles);
   add_fault("unreferenced vertices", facts.unreferenced_vertices);
+  add_not_read(not_read, lines);
   return facts_table(lines);
 }
 
@@ -198,7 +200,8 @@ Json against_json(const Against& against, const std::string& file) {
 }
 
 Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
-  TriangleMesh mesh = read_usable_mesh(file);
+  std::vector<std::string> not_read;
+  TriangleMesh mesh = read_usable_mesh(file, &not_read);
   MeshFacts facts = mesh_facts(mesh);
   facts.crossing_pairs = count_crossing_pairs(mesh);
   if (!options.picture.empty())
@@ -212,9 +215,11 @@ Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
   json["holes"] = Json::parse(holes_json(holes));
   const std::string system = coordinate_system_beside(file);
   if (!system.empty()) json["coordinate_system"] = system;
+  json["not_read"] = not_read;
   if (against) json["against"] = against_json(*against, options.against);
   return {std::move(json),
-          mesh_text(facts, system) + (against ? against_text(*against) : "") + loops_text(holes),
+          mesh_text(facts, system, not_read) + (against ? against_text(*against) : "") +
+              loops_text(holes),
           {"mesh",
            counted(facts.vertices, "vertex", "vertices") + ", " +
                counted(facts.triangles, "triangle", "triangles"),

@@ -39,6 +39,7 @@ class PlySource final : public PointSource {
                      : header_.format == PlyFormat::kBinaryLittleEndian ? "binary_little_endian"
                                                                         : "binary_big_endian";
     if (const PlyElement* const faces = header_.find("face")) facts.faces = faces->count;
+    facts.lost_values = lost_values_of_ply(header_);
     facts.left_out = left_out_of_ply(header_, false);
     return facts;
   }

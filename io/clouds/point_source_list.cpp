@@ -250,6 +250,22 @@ void note_color_scales(const std::vector<ListedFile>& files, std::vector<std::st
       "; they are taken as they are, so they fit together only where both have one range");
 }
 
+/// Values of points that no attribute has, which files hold.
+struct LostValues {
+  std::string words;
+  std::filesystem::path first;  ///< of the files
+  std::size_t files = 0;
+};
+
+void note_lost_values(const std::vector<LostValues>& all, std::vector<std::string>& notes) {
+  for (const LostValues& lost : all) {
+    const std::size_t others = lost.files - 1;
+    notes.push_back(lost.first.string() +
+                    (others > 0 ? " and " + std::to_string(others) + " more" : "") +
+                    ": not carried over: " + lost.words);
+  }
+}
+
 /// What a file says of its coordinates.
 struct NamedSystem {
   std::string text;
@@ -296,6 +312,7 @@ class PointSourceList final : public PointSource {
       add_declared(source->declared_points());
       bytes_total_ += source->bytes_total();
       add_coordinate_system(*source, path);
+      add_lost_values(*source, path);
     }
     schema_ = common_schema(files_);
   }
@@ -323,6 +340,7 @@ class PointSourceList final : public PointSource {
   void note(std::vector<std::string>& notes) const {
     note_fillers(files_, schema_, notes);
     note_color_scales(files_, notes);
+    note_lost_values(lost_values_, notes);
     notes.insert(notes.end(), disagreements_.begin(), disagreements_.end());
     if (!coordinate_system_ || files_without_system_.empty()) return;
     const std::size_t others = files_without_system_.size() - 1;
@@ -428,6 +446,16 @@ class PointSourceList final : public PointSource {
     for (const auto& [reason, count] : source_->left_out()) all[reason] += count;
   }
 
+  void add_lost_values(const PointSource& source, const std::filesystem::path& path) {
+    for (std::string& words : source.facts().lost_values) {
+      const auto known = std::ranges::find(lost_values_, words, &LostValues::words);
+      if (known == lost_values_.end())
+        lost_values_.push_back({std::move(words), path, 1});
+      else
+        ++known->files;
+    }
+  }
+
   /// Points are never converted. Of several texts that stand for one system the longest says most,
   /// whatever the order of the files; a file that names none takes the others'.
   void add_coordinate_system(const PointSource& source, const std::filesystem::path& path) {
@@ -504,6 +532,7 @@ class PointSourceList final : public PointSource {
   std::set<std::string> systems_compared_;
   std::vector<std::filesystem::path> files_without_system_;
   std::vector<std::string> disagreements_;
+  std::vector<LostValues> lost_values_;
 };
 
 }  // namespace

@@ -65,7 +65,11 @@ class ScanSource final : public PointSource {
   std::uint64_t bytes_read() const override { return source_->bytes_read(); }
   std::uint64_t bytes_total() const override { return source_->bytes_total(); }
   std::string coordinate_system() const override { return source_->coordinate_system(); }
-  FileFacts facts() const override { return source_->facts(); }
+  FileFacts facts() const override {
+    FileFacts facts = source_->facts();
+    if (options_.without_attributes) facts.lost_values.clear();  // they are not wanted
+    return facts;
+  }
   std::optional<Vec3> meters_per_unit() const override { return source_->meters_per_unit(); }
 
   std::optional<ScannerPlace> scanner() const override {

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
+#include <cstdint>
+#include <limits>
+#include <system_error>
 #include <utility>
 
 #include "io/error.h"
@@ -191,6 +195,25 @@ bool only_words(const std::vector<std::string_view>& fields) {
                       [&](std::string_view field) { return to_number(field, ignored); });
 }
 
+/// Whether the field is a whole number of this type that no double is.
+template <class Integer>
+bool is_rounded(std::string_view field) {
+  Integer whole = 0;
+  const char* const last = field.data() + field.size();
+  const auto [end, error] = std::from_chars(field.data(), last, whole);
+  // The largest number of the type is no double; the power of two above it is.
+  constexpr double kEnd = 2.0 * static_cast<double>(std::numeric_limits<Integer>::max() / 2 + 1);
+  const auto nearest = static_cast<double>(whole);
+  return error == std::errc{} && end == last &&
+         (nearest >= kEnd || static_cast<Integer>(nearest) != whole);
+}
+
+/// The narrowest type in which a field that a double rounds is whole; a double where none rounds.
+ScalarType exact_type(std::string_view field) {
+  if (is_rounded<std::int64_t>(field)) return ScalarType::kInt64;
+  return is_rounded<std::uint64_t>(field) ? ScalarType::kUint64 : ScalarType::kFloat64;
+}
+
 std::string line_place(const TextSample& sample) {
   return "line " + std::to_string(sample.first_line);
 }
@@ -262,6 +285,25 @@ TextLayout find_text_layout(const TextSample& sample, const TextOptions& options
                      .expected = "at least 3"});
   layout.columns = guess_columns(sample, layout.separator);
   return layout;
+}
+
+std::vector<TextColumn> rounded_columns(const TextSample& sample, const TextLayout& layout) {
+  std::vector<ScalarType> exact(layout.columns.size(), ScalarType::kFloat64);
+  for (const std::string& line : sample.lines) {
+    const auto fields = fields_of(line, layout.separator);
+    for (std::size_t i = 0; i < std::min(fields.size(), exact.size()); ++i) {
+      const ScalarType of_field = exact_type(fields[i]);
+      const bool is_rounded = of_field != ScalarType::kFloat64;
+      if (is_rounded && exact[i] != ScalarType::kUint64) exact[i] = of_field;
+    }
+  }
+  std::vector<TextColumn> rounded;
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    const TextColumn& column = layout.columns[i];
+    const bool is_double = column.type == ScalarType::kFloat64 && !column.name.empty();
+    if (is_double && exact[i] != ScalarType::kFloat64) rounded.push_back({column.name, exact[i]});
+  }
+  return rounded;
 }
 
 }  // namespace orbweave

@@ -49,4 +49,8 @@ struct TextSample {
 /// where x, y and z cannot be found.
 TextLayout find_text_layout(const TextSample& sample, const TextOptions& options);
 
+/// The columns of doubles in which the sample has whole numbers that a double rounds, such as
+/// nanoseconds since 1970, with the type of 64 bits that keeps them.
+std::vector<TextColumn> rounded_columns(const TextSample& sample, const TextLayout& layout);
+
 }  // namespace orbweave

@@ -29,6 +29,7 @@ class TextSource final : public PointSource {
       : reader_(std::move(reader)), is_pts_(is_pts), columns_are_named_(!options.columns.empty()) {
     const TextSample sample = take_sample();
     layout_ = find_text_layout(sample, options);
+    rounded_ = rounded_columns(sample, layout_);
     if (layout_.has_header_line) pending_.erase(pending_.begin());
     make_rows_layout();
   }
@@ -39,6 +40,12 @@ class TextSource final : public PointSource {
   FileFacts facts() const override {
     FileFacts facts;
     facts.format = is_pts_ ? "PTS" : "text";
+    for (const TextColumn& column : rounded_)
+      facts.lost_values.push_back("the last digits of column " + column.name +
+                                  ", which a double rounds (named " + column.name + ":" +
+                                  name_of(column.type) +
+                                  " in input.columns, --columns, it keeps "
+                                  "them)");
     return facts;
   }
   std::uint64_t bytes_read() const override { return reader_.source().bytes_read(); }
@@ -241,6 +248,7 @@ class TextSource final : public PointSource {
   std::string comment_;
   std::optional<std::uint64_t> declared_;
   TextLayout layout_;
+  std::vector<TextColumn> rounded_;  ///< with types that would keep their numbers
   bool plain_numbers_ = true;
   PointRowLayout rows_layout_;
   std::size_t row_bytes_ = 0;

@@ -47,13 +47,19 @@ std::vector<std::string> unread_properties(const PlyElement& faces, std::size_t 
 
 }  // namespace
 
-std::vector<std::string> left_out_of_ply(const PlyHeader& header, bool is_mesh) {
+std::vector<std::string> lost_values_of_ply(const PlyHeader& header) {
   std::vector<std::string> all;
+  for (const PlyElement& element : header.elements)
+    if (element.name == "vertex") add_names("vertex list", "vertex lists", lists_of(element), all);
+  return all;
+}
+
+std::vector<std::string> left_out_of_ply(const PlyHeader& header, bool is_mesh) {
+  std::vector<std::string> all = is_mesh ? lost_values_of_ply(header) : std::vector<std::string>{};
   for (const PlyElement& element : header.elements) {
     const auto corners = element.name == "face" ? find_corner_list(element) : std::nullopt;
-    if (element.name == "vertex")
-      add_names("vertex list", "vertex lists", lists_of(element), all);
-    else if (corners && is_mesh)
+    if (element.name == "vertex") continue;
+    if (corners && is_mesh)
       add_names("face property", "face properties", unread_properties(element, *corners), all);
     else if (!corners && element.count > 0)
       all.push_back("element " + element.name + " of " +

@@ -14,6 +14,12 @@ std::optional<Vec3> PointSource::meters_per_unit() const {
   return known ? known->meters_per_unit : std::nullopt;
 }
 
+std::vector<std::string> not_read(const FileFacts& facts) {
+  std::vector<std::string> all = facts.lost_values;
+  all.insert(all.end(), facts.left_out.begin(), facts.left_out.end());
+  return all;
+}
+
 PointCloud read_all(PointSource& source) {
   constexpr std::size_t kBatchPoints = std::size_t{1} << 16;
   PointCloud cloud;

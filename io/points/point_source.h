@@ -35,12 +35,13 @@ struct FileFacts {
   std::string format;    ///< "LAS", "E57", "text", ...
   std::string version;   ///< of the format, such as "1.2"; empty where formats have none
   std::string encoding;  ///< such as "binary_little_endian"; empty where the format has but one
-  std::optional<int> point_format;     ///< of LAS
-  std::string software;                ///< that wrote the file, where it says
-  std::optional<Box> declared_bounds;  ///< by the header, which may be wrong
-  std::vector<ScanFacts> scans;        ///< of formats that hold scans; as far as they were read
-  std::uint64_t faces = 0;             ///< of a mesh, whose points alone are read
-  std::vector<std::string> left_out;   ///< what else it holds and no point has, in words
+  std::optional<int> point_format;       ///< of LAS
+  std::string software;                  ///< that wrote the file, where it says
+  std::optional<Box> declared_bounds;    ///< by the header, which may be wrong
+  std::vector<ScanFacts> scans;          ///< of formats that hold scans; as far as they were read
+  std::uint64_t faces = 0;               ///< of a mesh, whose points alone are read
+  std::vector<std::string> lost_values;  ///< of its points, that no attribute has, in words
+  std::vector<std::string> left_out;     ///< what else it holds and no point has, in words
 };
 
 /// A cloud read once, front to back, in bounded memory. Damaged and hostile files end in an Error.
@@ -89,6 +90,9 @@ class PointSource {
   /// Metres per unit of x, y and z, where the file says; by default what coordinate_system() says.
   virtual std::optional<Vec3> meters_per_unit() const;
 };
+
+/// All that a file holds and no point has, in words.
+std::vector<std::string> not_read(const FileFacts& facts);
 
 /// Reads a whole source into memory.
 PointCloud read_all(PointSource& source);

@@ -445,6 +445,50 @@ TEST_CASE("ConvertAndInspectTakeTheNamesOfColumns") {
   CHECK(run_in(in, {"convert", "c.txt", "d.ply", "--separator", "blank"}).status == 3);
 }
 
+TEST_CASE("WholeNumbersThatADoubleRoundsAreWarnedOf") {
+  const ScratchDirectory in;
+  write_text(in / "a.csv",
+             "x,y,z,stamp,hash,id\n"
+             "1,2,3,1700000000123456789,18446744073709551615,9007199254740992\n");
+  const ProgramResult rounded = run_in(in, {"convert", "a.csv", "b.csv"});
+  CHECK(rounded.status == 0);
+  CHECK_THAT(rounded.err, Contains("a.csv: not carried over: the last digits of column stamp,") &&
+                              Contains("stamp:int64") && Contains("hash:uint64") &&
+                              !Contains("column id"));
+  CHECK_THAT(run_in(in, {"inspect", "a.csv"}).out,
+             Contains("not read") && Contains("the last digits of column stamp,"));
+  const std::string columns = "x,y,z,stamp:int64,hash:uint64,id";
+  const ProgramResult named = run_in(in, {"convert", "a.csv", "b.csv", "--columns", columns});
+  CHECK(named.err.empty());
+  CHECK(file_text(in / "b.csv") == file_text(in / "a.csv"));
+  CHECK_THAT(run_in(in, {"inspect", "a.csv", "--columns", columns}).out, !Contains("not read"));
+}
+
+TEST_CASE("AJobSaysWhichValuesOfItsScansNoMeshGets") {
+  const ScratchDirectory in;
+  std::string csv = "x,y,z,stamp\n", ply;
+  for (int i = 0; i < 100; ++i) {
+    const std::string place = std::to_string(i % 10) + "," + std::to_string(i / 10) + ",0,";
+    csv += place + std::to_string(1'700'000'000'000'000'001 + i) + "\n";
+    ply += std::to_string(20 + i % 10) + " " + std::to_string(i / 10) + " 0 1 7\n";
+  }
+  write_text(in / "a.csv", csv);
+  write_text(in / "b.csv", csv);
+  write_text(in / "c.ply",
+             "ply\nformat ascii 1.0\nelement vertex 100\nproperty double x\nproperty double y\n"
+             "property double z\nproperty list uchar int tags\nend_header\n" +
+                 ply);
+  REQUIRE(reconstruct(in, {"a.csv", "b.csv", "c.ply"}, "m.ply", {"--report", "r.json"}).status ==
+          0);
+  CHECK_THAT(report_of(in)["notes"].dump(),
+             Contains("a.csv and 1 more: not carried over: the last digits of column stamp,") &&
+                 Contains("c.ply: not carried over: vertex list tags"));
+  // Whoever wants no attributes loses none.
+  REQUIRE(reconstruct(in, {"a.csv", "c.ply"}, "n.ply", {"--report", "r.json", "--no-attributes"})
+              .status == 0);
+  CHECK_THAT(report_of(in)["notes"].dump(), !Contains("not carried over"));
+}
+
 TEST_CASE("WhatAFileHoldsAndNoMeshTakesIsNamed") {
   const ScratchDirectory in;
   const std::string corners = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
@@ -467,6 +511,10 @@ TEST_CASE("WhatAFileHoldsAndNoMeshTakesIsNamed") {
     CHECK_THAT(result.err, Contains(named + "; 1 face with fewer than three corners\n"));
     CHECK(run_in(in, {"convert", "b.ply", "c.ply"}).err.empty());
   }
+  const Json listed = Json::parse(run_in(in, {"inspect", "a.ply", "--json"}).out);
+  CHECK(listed["not_read"] == Json({"element edge of 1 row", "face properties red, quality",
+                                    "1 face with fewer than three corners"}));
+  CHECK_THAT(run_in(in, {"inspect", "a.ply"}).out, Contains("element edge of 1 row\n"));
   CHECK_THAT(run_in(in, {"simplify", "a.ply", "-o", "s.ply", "--ratio", "1"}).err,
              Contains(named + "\n"));
 
