@@ -1,15 +1,19 @@
 #include "io/meshes/shift_file.h"
 
+#include <algorithm>
 #include <fstream>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "io/byte_order_mark.h"
 #include "io/error.h"
+#include "io/streams/byte_reader.h"
 #include "io/system/atomic_file.h"
 #include "io/text/file_format.h"
 #include "io/text/quantity.h"
+#include "io/text/text_fields.h"
 #include "io/text/words.h"
 
 namespace orbweave {
@@ -44,16 +48,49 @@ std::vector<std::string> columns_of(const std::string& line) {
   return columns;
 }
 
+/// A line of a list of shifts.
+struct NamedShift {
+  std::string name;
+  Vec3 shift;
+  std::string line;  ///< as it stands in the file
+};
+
 /// A shift at scale 1; nothing where the line is none.
-std::optional<Vec3> shift_of(const std::string& line) {
+std::optional<NamedShift> shift_of(const std::string& line) {
   const std::vector<std::string> columns = columns_of(line);
   if (columns.size() < 5) return std::nullopt;
   try {
     if (finite_number(columns[4]) != 1.0) return std::nullopt;
-    return Vec3{finite_number(columns[1]), finite_number(columns[2]), finite_number(columns[3])};
+    return NamedShift{
+        columns[0],
+        {finite_number(columns[1]), finite_number(columns[2]), finite_number(columns[3])},
+        line};
   } catch (const std::invalid_argument&) {
     return std::nullopt;
   }
+}
+
+/// All lines but comments. Throws Error (bad input) where one is no shift, and where there is none.
+std::vector<NamedShift> listed_shifts(const std::filesystem::path& list) {
+  std::vector<NamedShift> shifts;
+  std::ifstream stream(list);
+  std::string text;
+  for (int number = 1; std::getline(stream, text); ++number) {
+    const std::string line(trimmed(number == 1 ? without_byte_order_mark(text) : text));
+    if (line.empty() || line.starts_with("//")) continue;
+    const std::optional<NamedShift> shift = shift_of(line);
+    if (!shift)
+      throw_bad_input("does not hold the shift of a mesh's coordinates",
+                      {.file = list.string(),
+                       .place = "line " + std::to_string(number),
+                       .found = excerpt(line),
+                       .expected = "name; x; y; z; 1;"});
+    shifts.push_back(*shift);
+  }
+  if (shifts.empty())
+    throw_bad_input("does not hold the shift of a mesh's coordinates",
+                    {.file = list.string(), .expected = "name; x; y; z; 1;"});
+  return shifts;
 }
 
 /// Whether the file is one that was written here.
@@ -86,15 +123,20 @@ std::filesystem::path write_shift(const std::filesystem::path& file, Vec3 origin
 
 Vec3 origin_beside(const std::filesystem::path& file) {
   const std::filesystem::path beside = shift_file(file);
-  std::ifstream stream(beside);
-  if (beside.empty() || !stream) return {};
-  for (std::string line; std::getline(stream, line);) {
-    if (line.empty() || line.starts_with("//")) continue;
-    if (const std::optional<Vec3> shift = shift_of(line)) return -*shift;
-    break;
-  }
-  throw_bad_input("does not hold the shift of a mesh's coordinates",
-                  {.file = beside.string(), .expected = "name; x; y; z; 1;"});
+  if (beside.empty() || !std::ifstream(beside)) return {};
+  std::vector<NamedShift> shifts = listed_shifts(beside);
+  // A list of several files has one line for this one; a file that was renamed is in no list.
+  const std::string name = name_text(file);
+  const auto is_another = [&](const NamedShift& shift) { return shift.name != name; };
+  if (!std::ranges::all_of(shifts, is_another)) std::erase_if(shifts, is_another);
+  for (const NamedShift& shift : shifts)
+    if (shift.shift != shifts.front().shift)
+      throw_bad_input("holds several shifts, and which is that of " + name + " is not said",
+                      {.file = beside.string(),
+                       .found = excerpt(shifts.front().line) + " and " + excerpt(shift.line),
+                       .expected = "one line of that name",
+                       .advice = "Leave the line of the file alone."});
+  return -shifts.front().shift;
 }
 
 void add_origin(Vec3 origin, PointCloud& points) {

@@ -20,7 +20,8 @@ std::filesystem::path shift_file(const std::filesystem::path& file);
 std::filesystem::path write_shift(const std::filesystem::path& file, Vec3 origin);
 
 /// The origin that the coordinates of a file are counted from, by the shift beside it; zero: none.
-/// Throws Error (bad input) where the file beside it is no such list.
+/// Of a list of several shifts, that of the file's name. Throws Error (bad input) where the file
+/// beside it is no such list, and where its lines contradict each other.
 Vec3 origin_beside(const std::filesystem::path& file);
 /// Points as the world has them, of points counted from an origin.
 void add_origin(Vec3 origin, PointCloud& points);

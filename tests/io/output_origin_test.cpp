@@ -153,6 +153,21 @@ TEST_CASE("AShiftFileIsReadBackAsItWasWritten") {
   CHECK_FALSE(std::filesystem::exists(scratch / "other.stl.shift.txt"));
   test::write_text(scratch / "bad.stl.shift.txt", "a; 1; x; 3; 1;\n");
   CHECK_THROWS_WITH(origin_beside(scratch / "bad.stl"), Contains("bad.stl.shift.txt"));
+  // A list of several files, with the mark of Windows: the line of the name counts.
+  test::write_text(
+      scratch / "list.stl.shift.txt",
+      "\xEF\xBB\xBF// a list\r\n\r\nother.stl; 1; 2; 3; 1;\r\nlist.stl; 4; 5; 6; 1;\r\n");
+  CHECK(origin_beside(scratch / "list.stl") == Vec3{-4, -5, -6});
+  test::write_text(scratch / "same.stl.shift.txt", "a; 1; 2; 3; 1;\nb; 1; 2; 3; 1;\n");
+  CHECK(origin_beside(scratch / "same.stl") == Vec3{-1, -2, -3});
+  test::write_text(scratch / "two.stl.shift.txt", "a; 1; 2; 3; 1;\nb; 1; 2; 4; 1;\n");
+  CHECK_THROWS_WITH(
+      origin_beside(scratch / "two.stl"),
+      Contains("two.stl.shift.txt: holds several shifts, and which is that of "
+               "two.stl is not said; found \"a; 1; 2; 3; 1;\" and \"b; 1; 2; 4; 1;\""));
+  test::write_text(scratch / "worse.stl.shift.txt", "a; 1; 2; 3; 1;\nb; 1; 2;\n");
+  CHECK_THROWS_WITH(origin_beside(scratch / "worse.stl"),
+                    Contains("worse.stl.shift.txt: line 2") && Contains("found \"b; 1; 2;\""));
   test::write_text(scratch / "scaled.stl.shift.txt", "a; 1; 2; 3; 0.5;\n");
   CHECK_THROWS_AS(origin_beside(scratch / "scaled.stl"), Error);
 }
