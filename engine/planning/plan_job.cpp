@@ -240,7 +240,7 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   plan.files = expand_globs(wanted.input.files);
   const ResolvedJob job = resolve(wanted, plan.files);
   const RunControl control{job, progress, stop};
-  const CloudInput input = scans_as_input(job, kFinalCut);
+  const CloudInput input = scans_as_input(control, kFinalCut);
   PassSeconds passes;
   const CountedCloud cloud = count(control, input, passes);
   Sampled sampled = sample(control, input, cloud, passes);

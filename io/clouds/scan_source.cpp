@@ -11,6 +11,7 @@
 #include "io/clouds/scan_selection.h"
 #include "io/points/named_attribute.h"
 #include "io/points/no_data.h"
+#include "io/stop_token.h"
 #include "io/text/words.h"
 
 namespace orbweave {
@@ -88,6 +89,7 @@ class ScanSource final : public PointSource {
 
   bool read(PointCloud& batch, std::size_t capacity) override {
     do {
+      check_stop(options_.stop);
       if (!source_->read(batch, capacity)) {
         batch.schema = schema_;
         return false;

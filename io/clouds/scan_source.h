@@ -16,6 +16,7 @@
 namespace orbweave {
 
 class PolygonArea;
+class StopToken;
 
 /// Which returns of a laser pulse are wanted.
 enum class ReturnFilter { kAll, kFirst, kLast, kOnly };
@@ -50,6 +51,7 @@ struct ScanOptions {
   std::optional<Box> crop{};                  ///< world coordinates; points outside are left out
   std::shared_ptr<const PolygonArea> area{};  ///< likewise by x and y; null: everywhere
   std::uint64_t every = 1;  ///< keeps one in so many points, chosen by a hash of their coordinates
+  const StopToken* stop = nullptr;  ///< looked at before each batch, where there is one
 };
 
 /// Wraps a scan. Points are selected by io/clouds/scan_selection.h; the others count as left out,

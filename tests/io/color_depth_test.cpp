@@ -5,9 +5,11 @@
 
 #include "io/clouds/open_point_source.h"
 #include "io/clouds/point_source_list.h"
+#include "io/clouds/scan_source.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/points/color_depth.h"
+#include "io/stop_token.h"
 #include "tests/support/data.h"
 #include "tests/support/program.h"
 
@@ -126,6 +128,30 @@ TEST_CASE("ObjHoldsColorsThatAreReadBack") {
   }
   test::write_text(scratch / "some.obj", "v 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0 1 1 1\n");
   CHECK(read_mesh(scratch / "some.obj").vertices.schema.attributes.empty());
+}
+
+TEST_CASE("TheSearchForWideColorsLooksAtTheStopBetweenBatches") {
+  const test::ScratchDirectory scratch;
+  const std::string front =
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty double x\nproperty double y\n"
+      "property double z\n";
+  const auto colors = [](const std::string& type) {
+    return "property " + type + " red\nproperty " + type + " green\nproperty " + type +
+           " blue\nend_header\n0 0 0 1 2 3\n1 0 0 4 5 6\n";
+  };
+  test::write_text(scratch / "a.ply", front + colors("uchar"));
+  test::write_text(scratch / "b.ply", front + colors("ushort"));
+  StopToken stop;
+  const auto list = open_point_sources(
+      {scratch / "a.ply", scratch / "b.ply"}, [&](const std::filesystem::path& path) {
+        return open_scan_source(open_point_source(path), {.stop = &stop}, path.string());
+      });
+  PointCloud batch;
+  REQUIRE(list->read(batch, 1));
+  // One look before the batch; the search has read the 16-bit file to its end before.
+  CHECK(stop.checks() == 3);
+  stop.request();
+  CHECK_THROWS_WITH(list->read(batch, 1), Contains(kInterruptedText));
 }
 
 TEST_CASE("EveryAttributeOfEveryFileIsKeptWhateverTheirOrder") {

@@ -277,8 +277,8 @@ CutPoints raw_points(StageRunner& runner) {
     for (const SaidLine& line : stored->said) runner.say_of_points(line);
     return {std::move(*stored), 0};
   }
-  return partition_by_team(
-      runner, kRawCut, [&] { return cut_and_sort(scans_as_input(runner.job, kRawCut), runner); });
+  return partition_by_team(runner, kRawCut,
+                           [&] { return cut_and_sort(scans_as_input(runner, kRawCut), runner); });
 }
 
 /// How many of a chunk's points were moved, and how far together.
@@ -507,7 +507,7 @@ CutPoints partition_cleaned(StageRunner& runner) {
 /// The scans' own points, cut and sorted.
 CutPoints partition_scans(StageRunner& runner) {
   return partition_by_team(runner, kFinalCut, [&] {
-    CutPoints cut = cut_and_sort(scans_as_input(runner.job, kFinalCut), runner);
+    CutPoints cut = cut_and_sort(scans_as_input(runner, kFinalCut), runner);
     warn_of_steps(runner, cut.partition);
     cut.partition.cleaning = describe_layers(runner, cut.partition);
     cut.partition.normals.source = NormalSource::kFile;

@@ -132,10 +132,11 @@ CountedCloud count_share(const RunControl& control, const CloudInput& input, con
   return cloud;
 }
 
-[[noreturn]] void refuse_empty(const ResolvedJob& job, const CountedCloud& cloud) {
+[[noreturn]] void refuse_empty(const RunControl& control, const CountedCloud& cloud) {
+  const ResolvedJob& job = control.job;
   if (cloud.points_read == 0)
     throw_bad_input("the cloud holds no points", {.file = job.files.front()});
-  if (has_selected(job, cloud.dropped)) refuse_empty_selection(job, cloud);
+  if (has_selected(job, cloud.dropped)) refuse_empty_selection(control, cloud);
   throw_bad_input(
       "the cloud holds no usable point",
       {.file = job.files.front(), .found = describe_dropped(cloud.points_read, cloud.dropped)});
@@ -147,9 +148,11 @@ bool is_one_chunk(const ResolvedJob& job, const CloudInput& input) {
 }
 
 /// Every process is to have several chunks.
-void plan_cut(const ResolvedJob& job, const CloudInput& input, CountedCloud& cloud, int processes) {
+void plan_cut(const RunControl& control, const CloudInput& input, CountedCloud& cloud,
+              int processes) {
+  const ResolvedJob& job = control.job;
   cloud.points_used = cloud.grid.points();
-  if (cloud.points_used == 0) refuse_empty(job, cloud);
+  if (cloud.points_used == 0) refuse_empty(control, cloud);
   require_usable_scale(job.files.front(), "cloud", cloud.grid.bounds());
   require_memory_for_method(job, cloud.points_used);
   if (input.are_scans) require_memory_for_poles(job, cloud.points_used);
@@ -197,7 +200,7 @@ CountedCloud count_points(const RunControl& control, const CloudInput& input) {
   CountedCloud cloud = count_without_strays(control.job, input, [&](const PointFilter& filter) {
     return count_share(control, input, all, filter, false);
   });
-  plan_cut(control.job, input, cloud, 1);
+  plan_cut(control, input, cloud, 1);
   cut_chunks(control, input, cloud);
   return cloud;
 }
@@ -212,7 +215,7 @@ CountedCloud count_by_team(const CloudInput& input, const CutExchange& cut, Stag
     const bool remembers = runner.communicator.size() == 1 && input.are_scans;
     return whole_cloud(count_share(runner, input, own, filter, remembers), cut, runner);
   });
-  plan_cut(runner.job, input, cloud, runner.communicator.size());
+  plan_cut(runner, input, cloud, runner.communicator.size());
   if (runner.communicator.is_root()) cut_chunks(runner, input, cloud);
   // Chunks are what several processes share.
   if (runner.communicator.size() > 1) cloud.places.clear();

@@ -22,8 +22,9 @@ constexpr ScannerPlace kOriginScanner{{0.0, 0.0, 0.0}, false};
 /// What all scans of the job have in common, and their poses.
 class ScanOpener {
  public:
-  explicit ScanOpener(const ResolvedJob& job)
+  ScanOpener(const ResolvedJob& job, const StopToken& stop)
       : job_(job), common_(selection_of(job.input, job.area)) {
+    common_.stop = &stop;
     common_.scanner = job.input.scanner;
     common_.scanners = job.input.scanners;
     common_.with_view = job.wants_view();
@@ -68,20 +69,23 @@ std::vector<Vec3> origins_of_scans(const ResolvedJob& job) {
 
 }  // namespace
 
-std::unique_ptr<PointSource> open_scans(const ResolvedJob& job, std::vector<std::string>* notes) {
+std::unique_ptr<PointSource> open_scans(const ResolvedJob& job, const StopToken& stop,
+                                        std::vector<std::string>* notes) {
   const std::vector<std::filesystem::path> paths(job.files.begin(), job.files.end());
-  auto source = open_point_sources(paths, ScanOpener(job), notes);
+  auto source = open_point_sources(paths, ScanOpener(job, stop), notes);
   if (!job.estimates_normals) require_normals(*source, job);
   return source;
 }
 
-CloudInput scans_as_input(const ResolvedJob& job, const CutStages& stages) {
-  return {.open = [&job](auto* notes) { return open_scans(job, notes); },
-          .stages = stages,
-          .are_scans = true,
-          .order = {},
-          .leaves_out_strays = !job.input.keep_strays,
-          .scan_origins = origins_of_scans(job)};
+CloudInput scans_as_input(const RunControl& control, const CutStages& stages) {
+  const ResolvedJob& job = control.job;
+  return {
+      .open = [&job, &stop = control.stop](auto* notes) { return open_scans(job, stop, notes); },
+      .stages = stages,
+      .are_scans = true,
+      .order = {},
+      .leaves_out_strays = !job.input.keep_strays,
+      .scan_origins = origins_of_scans(job)};
 }
 
 }  // namespace orbweave

@@ -22,7 +22,7 @@ struct HeldPoints {
 };
 
 /// Everything that the scans hold, with their poses.
-HeldPoints facts_of_scans(ResolvedJob job) {
+HeldPoints facts_of_scans(ResolvedJob job, const StopToken& stop) {
   const InputOptions all;
   job.input.las_classes.clear();
   job.input.drop_classes.clear();
@@ -33,7 +33,7 @@ HeldPoints facts_of_scans(ResolvedJob job) {
   job.output.attributes = true;
   HeldPoints facts;
   constexpr std::size_t kBatchPoints = std::size_t{1} << 16;
-  const auto source = open_scans(job);
+  const auto source = open_scans(job, stop);
   const auto point_class = find_attribute(source->schema(), "classification");
   for (PointCloud batch; source->read(batch, kBatchPoints);) {
     for (std::size_t i = 0; i < batch.size(); ++i) {
@@ -118,8 +118,9 @@ bool has_selected(const ResolvedJob& job, const DroppedPoints& dropped) {
          });
 }
 
-void refuse_empty_selection(const ResolvedJob& job, const CountedCloud& cloud) {
-  const HeldPoints facts = facts_of_scans(job);
+void refuse_empty_selection(const RunControl& control, const CountedCloud& cloud) {
+  const ResolvedJob& job = control.job;
+  const HeldPoints facts = facts_of_scans(job, control.stop);
   std::string found = describe_dropped(cloud.points_read, cloud.dropped);
   if (!facts.bounds.empty()) found += "; the points lie in " + box_text(facts.bounds);
   if (job.input.crop) found += "; the crop is " + box_text(*job.input.crop);

@@ -5,6 +5,7 @@
 
 #include "engine/pipeline/points/cloud_input.h"
 #include "engine/pipeline/stage/resolved_job.h"
+#include "engine/pipeline/stage/stage_runner.h"
 
 namespace orbweave {
 
@@ -17,6 +18,6 @@ bool has_selected(const ResolvedJob& job, const DroppedPoints& dropped);
 
 /// What the scans hold, for a job whose selection leaves nothing: bounds against the crop, classes
 /// and their counts. Reads the scans once more, without the selection.
-[[noreturn]] void refuse_empty_selection(const ResolvedJob& job, const CountedCloud& cloud);
+[[noreturn]] void refuse_empty_selection(const RunControl& control, const CountedCloud& cloud);
 
 }  // namespace orbweave
