@@ -113,12 +113,17 @@ std::string show_box(const Box& box) {
   if (box.empty()) return "none";
   const Vec3 extent = box.extent();
   const double largest = box.largest_extent();
+  constexpr int kMostDecimals = 12;
   const int decimals =
-      largest > 0.0 ? std::clamp(5 - static_cast<int>(std::floor(std::log10(largest))), 0, 12) : 6;
+      largest > 0.0 ? std::max(5 - static_cast<int>(std::floor(std::log10(largest))), 0) : 6;
+  // Of a box that is small beside 1, these decimals would be zeros.
+  const auto coordinate = [&](double value) {
+    return decimals > kMostDecimals ? format_exact(value) : fixed(value, decimals);
+  };
   std::string text;
   for (int axis = 0; axis < 3; ++axis)
-    text += (axis == 0 ? "" : ", ") + fixed(box.min[axis], decimals) + " .. " +
-            fixed(box.max[axis], decimals);
+    text +=
+        (axis == 0 ? "" : ", ") + coordinate(box.min[axis]) + " .. " + coordinate(box.max[axis]);
   return text + " (" + format_number(extent.x) + " x " + format_number(extent.y) + " x " +
          format_number(extent.z) + ")";
 }

@@ -36,7 +36,9 @@ class MeshVertices final : public PointSource {
   std::optional<std::uint64_t> declared_points() const override { return vertices_.size(); }
   FileFacts facts() const override {
     FileFacts facts;
-    facts.format = format_ == MeshFormat::kObj ? "OBJ" : "STL";
+    facts.format = format_ == MeshFormat::kObj   ? "OBJ"
+                   : format_ == MeshFormat::kGlb ? "GLB"
+                                                 : "STL";
     return facts;
   }
   std::uint64_t bytes_read() const override { return bytes_total_; }
