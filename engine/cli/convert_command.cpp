@@ -307,11 +307,11 @@ bool write_points(PointSource& source, const ConvertOptions& options, const Clou
 /// A mesh is recognised by its file. What comes from a stream is read as points, and would lose its
 /// faces.
 void require_no_faces(const PointSource& source, const ConvertOptions& options) {
-  const std::uint64_t faces = source.facts().faces;
-  if (faces == 0 || is_cloud_only_format(options.out)) return;
+  const std::string faces = source.facts().faces;
+  if (faces.empty() || is_cloud_only_format(options.out)) return;
   throw_bad_input("a mesh is not converted from a stream",
                   {.file = options.in == "-" ? "standard input" : options.in,
-                   .found = counted(faces, "face", "faces"),
+                   .found = faces,
                    .expected = "points alone, or the name of a file on disk",
                    .advice = "Save it first, such as by: cat > mesh.ply"});
 }

@@ -68,10 +68,9 @@ constexpr std::array<std::string_view, 3> kKeys = {"output.picture_up", "output.
 /// unknown.
 CloudFacts facts_of_cloud(const std::string& file, const SelectedSource& selected) {
   const auto source = selected.open(file);
-  if (const std::uint64_t faces = source->facts().faces; faces > 0)
+  if (const std::string faces = source->facts().faces; !faces.empty())
     print_warning(
-        (file == "-" ? "standard input" : shown(file)) + " holds a mesh of " +
-        counted(faces, "face", "faces") +
+        (file == "-" ? "standard input" : shown(file)) + " holds a mesh of " + faces +
         ", of which the points alone are inspected; a mesh is inspected whole from a file "
         "on disk");
   const auto again = is_read_once(file) ? nullptr : selected.open(file);

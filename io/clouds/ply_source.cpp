@@ -6,6 +6,7 @@
 #include "io/error.h"
 #include "io/ply/ply_left_out.h"
 #include "io/ply/ply_vertices.h"
+#include "io/text/quantity.h"
 
 namespace orbweave {
 namespace {
@@ -16,6 +17,19 @@ const PlyElement& vertices_of(const PlyHeader& header, const ByteReader& reader)
     throw_bad_input("the PLY header has no vertices",
                     {.file = reader.name(), .expected = "an element \"vertex\""});
   return *vertices;
+}
+
+/// "3 faces", "1 row of triangle strips"; empty for a cloud.
+std::string faces_text(const PlyHeader& header) {
+  std::uint64_t faces = 0;
+  std::uint64_t strips = 0;
+  for (const PlyElement& element : header.elements) {
+    if (element.name == "face") faces += element.count;
+    if (are_strips(element)) strips += element.count;
+  }
+  if (faces > 0) return format_count(faces) + (faces == 1 ? " face" : " faces");
+  if (strips == 0) return {};
+  return format_count(strips) + (strips == 1 ? " row" : " rows") + " of triangle strips";
 }
 
 class PlySource final : public PointSource {
@@ -38,7 +52,7 @@ class PlySource final : public PointSource {
     facts.encoding = header_.format == PlyFormat::kAscii                ? "ascii"
                      : header_.format == PlyFormat::kBinaryLittleEndian ? "binary_little_endian"
                                                                         : "binary_big_endian";
-    if (const PlyElement* const faces = header_.find("face")) facts.faces = faces->count;
+    facts.faces = faces_text(header_);
     facts.lost_values = lost_values_of_ply(header_);
     facts.left_out = left_out_of_ply(header_, false);
     return facts;

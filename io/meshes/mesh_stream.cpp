@@ -69,15 +69,18 @@ struct PlyMeshElements {
 };
 
 std::optional<PlyMeshElements> streamed_elements(const PlyHeader& header) {
+  std::optional<PlyMeshElements> found;
   std::optional<std::size_t> vertex;
   for (std::size_t i = 0; i < header.elements.size(); ++i) {
     const PlyElement& element = header.elements[i];
     if (element.name == "vertex" && !vertex) vertex = i;
-    const auto corners = element.name == "face" ? find_corner_list(element) : std::nullopt;
-    if (corners && element.count > 0)
-      return vertex ? std::optional(PlyMeshElements{*vertex, i, *corners}) : std::nullopt;
+    const auto corners = find_corner_list(element);
+    if (!corners || element.count == 0) continue;
+    // Strips are held whole by their rows; one element of faces is what is streamed.
+    if (!vertex || found || are_strips(element)) return std::nullopt;
+    found = PlyMeshElements{*vertex, i, *corners};
   }
-  return std::nullopt;
+  return found;
 }
 
 /// The properties of faces that tell of patches.

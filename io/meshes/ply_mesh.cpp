@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -37,7 +38,9 @@ class FaceReader {
         vertices_(vertices),
         mesh_(mesh),
         rows_(reader, header, faces, corner_list),
-        hole_(find_hole(rows_.columns())) {}
+        hole_(find_hole(rows_.columns())) {
+    if (hole_ != nullptr) mesh_.hole.resize(mesh_.triangles.size());  // strips tell of none
+  }
 
   void read_all() {
     while (const std::size_t count = rows_.next(kBatchRows)) {
@@ -86,6 +89,66 @@ class FaceReader {
   PlyRowReader rows_;
   const RowColumn* hole_;
   std::uint64_t faces_left_out_ = 0;
+};
+
+/// Appends the triangles of strips to a mesh. Those with two equal corners lead from one strip to
+/// the next and are no surface.
+class StripReader {
+ public:
+  StripReader(ByteReader& reader, const PlyHeader& header, const PlyElement& strips,
+              std::size_t corner_list, std::uint64_t vertices, TriangleMesh& mesh)
+      : reader_(reader),
+        vertices_(vertices),
+        mesh_(mesh),
+        rows_(reader, header, strips, corner_list) {}
+
+  void read_all() {
+    while (const std::size_t count = rows_.next(kBatchRows)) {
+      std::span<const std::int64_t> corners = rows_.list_values();
+      for (std::size_t row = 0; row < count; ++row) {
+        const std::uint32_t size = rows_.list_sizes()[row];
+        add_strips(corners.first(size));
+        corners = corners.subspan(size);
+      }
+    }
+  }
+
+ private:
+  void add_strips(std::span<const std::int64_t> corners) {
+    constexpr std::int64_t kEndOfStrip = -1;
+    std::size_t length = 0;  // of the strip so far
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      if (corners[i] == kEndOfStrip) {
+        length = 0;
+        continue;
+      }
+      check(corners[i]);
+      if (++length > 2) add_triangle(corners.subspan(i - 2, 3), length % 2 == 0);
+    }
+  }
+
+  void add_triangle(std::span<const std::int64_t> corners, bool turned_over) {
+    Triangle t = {static_cast<std::uint32_t>(corners[0]), static_cast<std::uint32_t>(corners[1]),
+                  static_cast<std::uint32_t>(corners[2])};
+    if (t[0] == t[1] || t[1] == t[2] || t[0] == t[2]) return;
+    if (turned_over) std::swap(t[0], t[1]);
+    mesh_.triangles.push_back(t);
+  }
+
+  void check(std::int64_t corner) const {
+    if (corner >= 0 && static_cast<std::uint64_t>(corner) < vertices_) return;
+    throw_bad_input("a triangle strip names a vertex that is not there",
+                    {.file = reader_.name(),
+                     .place = "element tristrips",
+                     .found = "vertex " + std::to_string(corner),
+                     .expected = "0 to " + std::to_string(vertices_) +
+                                 " (excluded), or -1 at the end of a strip"});
+  }
+
+  ByteReader& reader_;
+  std::uint64_t vertices_;
+  TriangleMesh& mesh_;
+  PlyRowReader rows_;
 };
 
 void read_vertices(ByteReader& reader, const PlyHeader& header, const PlyElement& element,
@@ -137,14 +200,17 @@ TriangleMesh read_ply_mesh(ByteReader reader, std::vector<std::string>* left_out
   TriangleMesh mesh;
   std::uint64_t faces_left_out = 0;
   for (const PlyElement& element : header.elements) {
-    const auto corners = element.name == "face" ? find_corner_list(element) : std::nullopt;
+    const auto corners = find_corner_list(element);
     if (&element == vertices)
       read_vertices(reader, header, element, mesh.vertices);
+    else if (corners && are_strips(element))
+      StripReader(reader, header, element, *corners, vertices->count, mesh).read_all();
     else if (corners)
-      faces_left_out = read_faces(reader, header, element, *corners, vertices->count, mesh);
+      faces_left_out += read_faces(reader, header, element, *corners, vertices->count, mesh);
     else
       PlyRowReader(reader, header, element).skip();
   }
+  if (!mesh.hole.empty()) mesh.hole.resize(mesh.triangles.size());
   if (left_out != nullptr) {
     *left_out = left_out_of_ply(header, true);
     for (std::string& faces : left_out_faces(faces_left_out)) left_out->push_back(std::move(faces));
@@ -155,8 +221,9 @@ TriangleMesh read_ply_mesh(ByteReader reader, std::vector<std::string>* left_out
 
 bool ply_holds_faces(ByteReader reader) {
   const PlyHeader header = read_ply_header(reader);
-  const PlyElement* faces = header.find("face");
-  return faces != nullptr && faces->count != 0 && find_corner_list(*faces).has_value();
+  return std::ranges::any_of(header.elements, [](const PlyElement& element) {
+    return element.count != 0 && find_corner_list(element).has_value();
+  });
 }
 
 }  // namespace orbweave

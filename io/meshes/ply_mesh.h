@@ -20,7 +20,7 @@ TriangleMesh read_ply_mesh(ByteReader reader, std::vector<std::string>* left_out
 std::int32_t ply_hole(ScalarType type, const std::byte* value, bool is_swapped,
                       const std::string& file, std::uint64_t face);
 
-/// True when the header has a face element with rows and corners.
+/// True when the header has faces or triangle strips, with rows and corners.
 bool ply_holds_faces(ByteReader reader);
 
 }  // namespace orbweave

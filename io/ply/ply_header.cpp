@@ -219,7 +219,10 @@ void check_ply_length(const ByteReader& reader, const PlyHeader& header) {
   }
 }
 
+bool are_strips(const PlyElement& faces) { return faces.name == "tristrips"; }
+
 std::optional<std::size_t> find_corner_list(const PlyElement& faces) {
+  if (faces.name != "face" && !are_strips(faces)) return std::nullopt;
   for (std::size_t i = 0; i < faces.properties.size(); ++i) {
     const PlyProperty& property = faces.properties[i];
     if (property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index"))

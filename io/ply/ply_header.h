@@ -48,7 +48,12 @@ PlyHeader read_ply_header(ByteReader& reader);
 void check_ply_length(const ByteReader& reader, const PlyHeader& header);
 
 /// The list of a face's corners: "vertex_indices" or "vertex_index"; its position among the
-/// element's properties.
+/// element's properties. Of faces and of triangle strips; nothing for other elements.
 std::optional<std::size_t> find_corner_list(const PlyElement& faces);
+
+/// Whether the rows of a face element are strips: every vertex makes a triangle with the two before
+/// it, turned over every second time; -1 ends a strip. Files of Stanford's repository have one row
+/// with all strips.
+bool are_strips(const PlyElement& faces);
 
 }  // namespace orbweave

@@ -57,7 +57,7 @@ std::vector<std::string> lost_values_of_ply(const PlyHeader& header) {
 std::vector<std::string> left_out_of_ply(const PlyHeader& header, bool is_mesh) {
   std::vector<std::string> all = is_mesh ? lost_values_of_ply(header) : std::vector<std::string>{};
   for (const PlyElement& element : header.elements) {
-    const auto corners = element.name == "face" ? find_corner_list(element) : std::nullopt;
+    const auto corners = find_corner_list(element);
     if (element.name == "vertex") continue;
     if (corners && is_mesh)
       add_names("face property", "face properties", unread_properties(element, *corners), all);

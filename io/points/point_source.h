@@ -39,7 +39,7 @@ struct FileFacts {
   std::string software;                  ///< that wrote the file, where it says
   std::optional<Box> declared_bounds;    ///< by the header, which may be wrong
   std::vector<ScanFacts> scans;          ///< of formats that hold scans; as far as they were read
-  std::uint64_t faces = 0;               ///< of a mesh, whose points alone are read
+  std::string faces;                     ///< of a mesh, whose points alone are read, in words
   std::vector<std::string> lost_values;  ///< of its points, that no attribute has, in words
   std::vector<std::string> left_out;     ///< what else it holds and no point has, in words
 };

@@ -518,11 +518,11 @@ TEST_CASE("WhatAFileHoldsAndNoMeshTakesIsNamed") {
   CHECK_THAT(run_in(in, {"simplify", "a.ply", "-o", "s.ply", "--ratio", "1"}).err,
              Contains(named + "\n"));
 
-  write_text(in / "cloud.ply", front + "property list uchar int tags\nelement tristrips 1\n" +
+  write_text(in / "cloud.ply", front + "property list uchar int tags\nelement range_grid 1\n" +
                                    faces +
                                    "end_header\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n3 0 1 2\n");
   CHECK_THAT(run_in(in, {"convert", "cloud.ply", "b.ply"}).err,
-             Contains("not carried over: vertex list tags; element tristrips of 1 row\n"));
+             Contains("not carried over: vertex list tags; element range_grid of 1 row\n"));
 
   write_text(in / "m.obj",
              "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 9 9 9 1 0 0\nvt 0 0\nvn 0 0 1\nusemtl a\n"
@@ -530,6 +530,44 @@ TEST_CASE("WhatAFileHoldsAndNoMeshTakesIsNamed") {
   CHECK_THAT(run_in(in, {"convert", "m.obj", "b.ply"}).err,
              Contains("m.obj: not carried over: texture coordinates; materials; lines; colours, "
                       "which not all vertices have; normals, which not all vertices have\n"));
+}
+
+TEST_CASE("TriangleStripsAreTriangles") {
+  const ScratchDirectory in;
+  const std::string front =
+      "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\n"
+      "property float z\n";
+  const std::string list = "property list int int vertex_indices\n";
+  const std::string corners = "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n1 2 0\n";
+  // Two strips in one row; a vertex that is named twice leads on without a triangle.
+  write_text(in / "strips.ply", front + "element tristrips 1\n" + list + "end_header\n" + corners +
+                                    "11 0 1 2 3 4 4 -1 5 4 3 -1\n");
+  const TriangleMesh strips = read_mesh(in / "strips.ply");
+  CHECK(strips.triangles ==
+        std::vector<orbweave::Triangle>{{0, 1, 2}, {2, 1, 3}, {2, 3, 4}, {5, 4, 3}});
+  // Beside faces, of which some fill a hole.
+  write_text(in / "both.ply", front + "element tristrips 1\n" + list + "element face 1\n" + list +
+                                  "property int hole\nend_header\n" + corners +
+                                  "4 0 1 2 3\n3 2 3 4 7\n");
+  const TriangleMesh both = read_mesh(in / "both.ply");
+  CHECK(both.triangles == std::vector<orbweave::Triangle>{{0, 1, 2}, {2, 1, 3}, {2, 3, 4}});
+  CHECK(both.hole == std::vector<std::int32_t>{0, 0, 7});
+  for (const char* name : {"strips.ply", "both.ply"}) {
+    const ProgramResult inspected = run_in(in, {"inspect", name});
+    CHECK_THAT(inspected.out, Contains("mesh") && !Contains("not read"));
+    const ProgramResult converted = run_in(in, {"convert", name, "out.ply"});
+    CHECK(converted.err.empty());
+    CHECK(read_mesh(in / "out.ply").triangles == read_mesh(in / name).triangles);
+    CHECK(run_in(in, {"simplify", name, "-o", "s.ply", "--ratio", "1"}).status == 0);
+  }
+  const ProgramResult streamed = run_limited(in, "exec < strips.ply", {"convert", "-", "out.ply"});
+  CHECK_THAT(streamed.err, Contains("a mesh is not converted from a stream; found 1 row of "
+                                    "triangle strips"));
+  write_text(in / "bad.ply",
+             front + "element tristrips 1\n" + list + "end_header\n" + corners + "4 0 1 2 6\n");
+  CHECK_THAT(run_in(in, {"convert", "bad.ply", "out.ply"}).err,
+             Contains("bad.ply: element tristrips: a triangle strip names a vertex that is not "
+                      "there; found vertex 6, expected 0 to 6 (excluded), or -1"));
 }
 
 TEST_CASE("TheIdOfAHoleIsNeverCutShort") {
