@@ -188,7 +188,12 @@ class TextSource final : public PointSource {
   const char* parse_field(const char* at, const char* last, std::size_t index,
                           std::string_view line, std::uint64_t number, std::byte* out) const {
     std::string_view rest(at, static_cast<std::size_t>(last - at));
-    const auto field = take_field(rest, layout_.separator);
+    auto field = take_field(rest, layout_.separator);
+    // A separator at the end of the line has an empty field behind it, where one is expected.
+    if (!field && layout_.separator != ' ' && at != line.data() && at[-1] == layout_.separator) {
+      field = "";
+      rest = {last, 0};
+    }
     if (!field) refuse_row(line, number);
     const TextColumn& column = layout_.columns[index];
     if (!column.name.empty()) {
@@ -206,6 +211,9 @@ class TextSource final : public PointSource {
       advice = "Name the columns, with types, if " + column.name +
                " is no value from 0 to 255: input.columns (--columns)";
     if (has_decimal_comma(field)) advice = kPointsForCommas;
+    if (field.empty())
+      advice = "Write nan where a value is missing, or leave the column out: - in place of " +
+               column.name + " in input.columns (--columns)";
     throw_bad_input(
         outcome == ParseOutcome::kNoNumber ? "this is no number" : "the number is out of range",
         {.file = reader_.name(),

@@ -249,6 +249,30 @@ TEST_CASE("ALetterInLineSevenIsNamedByLineAndColumn") {
   }
 }
 
+TEST_CASE("AnEmptyFieldIsOneWhereverItStands") {
+  for (const char* separator : {",", ";", "\t"}) {
+    const std::string s = separator;
+    const std::string header = "x" + s + "y" + s + "z" + s + "rain fall" + s + "snow fall\n";
+    for (const std::string& row :
+         {"4" + s + s + "6" + s + "7" + s + "8", "4" + s + "5" + s + s + "7" + s + "8",
+          "4" + s + "5" + s + "6" + s + s + "8", "4" + s + "5" + s + "6" + s + "7" + s}) {
+      const Error error =
+          text_error("a.txt", header + "1" + s + "2" + s + "3" + s + "4" + s + "5\n" + row + "\n");
+      INFO(row);
+      CHECK_THAT(error.parts().place, Contains("line 3, column "));
+      CHECK(error.parts().found == "\"\"");
+      CHECK_THAT(error.parts().advice, Contains("nan where a value is missing"));
+    }
+  }
+  // A column that is left out may be empty, the last one as well; a line without it is none.
+  TextOptions text;
+  text.columns = {"x", "y", "z", "-", "-"};
+  CHECK(read_text("a.csv", "1,2,3,4,5\n1,2,4,,\n1,2,5,,6\n", text).size() == 3);
+  CHECK(text_error("a.csv", "1,2,3,4,5\n1,2,4,\n", text).parts().found == "4 columns");
+  // Some programs end their lines so.
+  CHECK(read_text("a.csv", "x,y,z,i\n1,2,3,4,\n1,2,4,5,\n").size() == 2);
+}
+
 TEST_CASE("LinesBeyondTheSampleAreCheckedToo") {
   std::string content;
   for (int line = 1; line <= 5000; ++line) content += "1 2 3 10 20 30\n";
