@@ -214,7 +214,7 @@ Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
   json["holes"] = Json::parse(holes_json(holes));
   const std::string system = coordinate_system_beside(file);
   if (!system.empty()) json["coordinate_system"] = system;
-  json["not_read"] = not_read;
+  if (!not_read.empty()) json["not_read"] = not_read;
   if (against) json["against"] = against_json(*against, options.against);
   return {std::move(json),
           mesh_text(facts, system, not_read) + (against ? against_text(*against) : "") +

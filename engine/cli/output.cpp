@@ -114,11 +114,13 @@ std::string show_box(const Box& box) {
   const Vec3 extent = box.extent();
   const double largest = box.largest_extent();
   constexpr int kMostDecimals = 12;
+  constexpr double kMostWhole = 1e15;  // beyond, digits before the point mean nothing
   const int decimals =
       largest > 0.0 ? std::max(5 - static_cast<int>(std::floor(std::log10(largest))), 0) : 6;
   // Of a box that is small beside 1, these decimals would be zeros.
   const auto coordinate = [&](double value) {
-    return decimals > kMostDecimals ? format_exact(value) : fixed(value, decimals);
+    const bool is_plain = decimals <= kMostDecimals && std::abs(value) < kMostWhole;
+    return is_plain && largest > 0.0 ? fixed(value, decimals) : format_exact(value);
   };
   std::string text;
   for (int axis = 0; axis < 3; ++axis)

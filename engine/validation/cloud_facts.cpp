@@ -9,6 +9,7 @@
 #include "engine/spacing/automatic_radii.h"
 #include "engine/spacing/coordinate_decades.h"
 #include "engine/spacing/coordinate_step.h"
+#include "engine/validation/usable_scale.h"
 #include "partition/count_grid.h"
 #include "partition/root_cube.h"
 
@@ -83,6 +84,8 @@ std::uint64_t count_duplicates(std::vector<std::uint64_t>& hashes) {
 
 void measure_spacing(std::span<const SpacingSite> of_cloud, CloudFacts& facts) {
   constexpr std::size_t kNeighbors = 6;
+  facts.doubt = objection_to_scale(facts.bounds);
+  if (!facts.doubt.empty()) return;
   facts.doubt = objection_to_decades(coordinate_decades(of_cloud));
   if (!facts.doubt.empty()) return;
   const SearchedSites sites(of_cloud);

@@ -12,6 +12,10 @@ namespace {
 
 constexpr double kLeastExtent = 1e-75;
 
+bool is_too_small(const Box& bounds) {
+  return !bounds.empty() && bounds.largest_extent() > 0.0 && bounds.largest_extent() < kLeastExtent;
+}
+
 double largest_coordinate(const Box& bounds) {
   double largest = 0.0;
   for (int axis = 0; axis < 3; ++axis)
@@ -33,9 +37,14 @@ void require_usable_scale(const std::string& file, const std::string& what, cons
   };
   if (const double largest = largest_coordinate(bounds); largest > kLargestCoordinate)
     refuse("large", "a coordinate of " + format_number(largest), "larger");
-  const double extent = bounds.largest_extent();
-  if (extent > 0.0 && extent < kLeastExtent)
-    refuse("small", "an extent of " + format_number(extent), "smaller");
+  if (is_too_small(bounds))
+    refuse("small", "an extent of " + format_number(bounds.largest_extent()), "smaller");
+}
+
+std::string objection_to_scale(const Box& bounds) {
+  if (!is_too_small(bounds)) return {};
+  return "an extent of " + format_number(bounds.largest_extent()) +
+         " is too small to be computed with: the coordinates need a smaller unit";
 }
 
 }  // namespace orbweave

@@ -12,4 +12,8 @@ namespace orbweave {
 /// "cloud" or "mesh".
 void require_usable_scale(const std::string& file, const std::string& what, const Box& bounds);
 
+/// What require_usable_scale() would say of an extent that is too small, in a few words; empty:
+/// nothing. Single coordinates that are too large are strays.
+std::string objection_to_scale(const Box& bounds);
+
 }  // namespace orbweave

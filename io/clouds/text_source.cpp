@@ -190,7 +190,9 @@ class TextSource final : public PointSource {
     std::string_view rest(at, static_cast<std::size_t>(last - at));
     auto field = take_field(rest, layout_.separator);
     // A separator at the end of the line has an empty field behind it, where one is expected.
-    if (!field && layout_.separator != ' ' && at != line.data() && at[-1] == layout_.separator) {
+    const bool is_behind_separator =
+        layout_.separator != ' ' && at != line.data() && at[-1] == layout_.separator;
+    if (!field && is_behind_separator && index + 1 == layout_.columns.size()) {
       field = "";
       rest = {last, 0};
     }

@@ -49,6 +49,29 @@ TEST_CASE("InspectTellsACloudsFacts") {
                            Contains("not finite   1\n") && Contains("(3 x 1 x 2.5)"));
 }
 
+TEST_CASE("BoundsOfAnyScaleAreShownWithDigits") {
+  const ScratchDirectory in;
+  const auto bounds_of = [&](const std::string& scale) {
+    write_text(in / "c.xyz", "0 0 0\n2e" + scale + " 0 0\n0 3e" + scale + " 1e" + scale + "\n");
+    return run_in(in, {"inspect", "c.xyz"}).out;
+  };
+  CHECK_THAT(bounds_of("0"), Contains("0.00000 .. 2.00000, 0.00000 .. 3.00000, "));
+  CHECK_THAT(bounds_of("-29"), Contains("0 .. 2e-29, 0 .. 3e-29, 0 .. 1e-29 (2e-29 x "));
+  CHECK_THAT(bounds_of("60"), Contains("0 .. 2e+60, 0 .. 3e+60, 0 .. 1e+60 (2e+60 x "));
+  write_text(in / "c.xyz", "1e-9 7 7\n");
+  CHECK_THAT(run_in(in, {"inspect", "c.xyz"}).out, Contains("1e-09 .. 1e-09, 7 .. 7, 7 .. 7 (0 x"));
+}
+
+TEST_CASE("ACloudTooSmallToBeComputedWithHasNoSpacing") {
+  const ScratchDirectory in;
+  write_text(in / "c.xyz", "0 0 0\n2e-200 0 0\n0 3e-200 0\n");
+  const json facts = json_of(run_in(in, {"inspect", "c.xyz", "--json"}));
+  CHECK(facts["spacing"].is_null());
+  CHECK(
+      facts["doubt"] ==
+      "an extent of 3e-200 is too small to be computed with: the coordinates need a smaller unit");
+}
+
 TEST_CASE("InspectNamesTheFileOfACloudThatNoCubeHolds") {
   const ScratchDirectory in;
   write_text(in / "huge.xyz", "0 0 0\n1 0 0\n0 1 0\n1e305 0 0\n");

@@ -104,7 +104,8 @@ std::uint64_t also_dropped(const StageRunner& runner, const RawCloud& cloud, con
   throw_bad_input("no point is left to make a mesh of",
                   {.file = runner.job.files.front(),
                    .found = describe_dropped(cloud.partition.points_read, dropped),
-                   .expected = "points that lie close to each other on a surface",
+                   .expected = "points that lie close to each other on a surface, and not all on "
+                               "a line or at one place",
                    .advice = cloud.dropped.contains(text_of(DropReason::kTooFewNeighbors))
                                  ? "Points that bring their normals (" +
                                        setting(runner.job, "normals.source", "file") +
