@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -40,7 +41,9 @@ double squared_distance_to_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
                      dot(cross(a - c, p - c), normal) >= 0.0;
   if (above) {
     const double height = dot(p - a, normal);
-    return height * height / length;
+    const double squared = height * height;
+    // The sixth power of a length may be no double where its fourth power is one.
+    return std::isnormal(squared) ? squared / length : height / length * height;
   }
   return std::min({squared_distance_to_segment(p, a, b), squared_distance_to_segment(p, b, c),
                    squared_distance_to_segment(p, c, a)});

@@ -17,14 +17,22 @@
 namespace orbweave {
 namespace {
 
-/// Floats about the middle of the mesh.
-std::vector<float> floats_of(std::span<const Vec3> positions) {
+/// The power of two that the extent of the mesh lies above, so that its floats have the same digits
+/// at any scale, and squares of them a place among floats.
+int exponent_of(std::span<const Vec3> positions) {
+  const double extent = bounds_of(positions).largest_extent();
+  return extent > 0.0 && std::isfinite(extent) ? std::ilogb(extent) : 0;
+}
+
+/// Floats about the middle of the mesh, in units of 2^exponent.
+std::vector<float> floats_of(std::span<const Vec3> positions, int exponent) {
   const Box bounds = bounds_of(positions);
   std::vector<float> floats;
   floats.reserve(3 * positions.size());
   for (const Vec3& position : positions) {
     const Vec3 local = position - bounds.center();
-    for (int axis = 0; axis < 3; ++axis) floats.push_back(static_cast<float>(local[axis]));
+    for (int axis = 0; axis < 3; ++axis)
+      floats.push_back(static_cast<float>(std::ldexp(local[axis], -exponent)));
   }
   return floats;
 }
@@ -132,9 +140,11 @@ class SoundSimplifier {
                   std::span<const std::uint32_t> locked)
       : positions_(positions),
         locked_(locked),
-        floats_(floats_of(positions)),
-        scale_(
-            static_cast<double>(meshopt_simplifyScale(floats_.data(), positions.size(), kStride))),
+        exponent_(exponent_of(positions)),
+        floats_(floats_of(positions, exponent_)),
+        scale_(std::ldexp(
+            static_cast<double>(meshopt_simplifyScale(floats_.data(), positions.size(), kStride)),
+            exponent_)),
         unsound_before_(unsound_vertices(triangles)) {}
 
   Step simplify(std::span<const Triangle> triangles, const SimplifyLimits& limits) const {
@@ -229,8 +239,9 @@ class SoundSimplifier {
 
   std::span<const Vec3> positions_;
   std::span<const std::uint32_t> locked_;  ///< ascending
-  std::vector<float> floats_;
-  double scale_;
+  int exponent_;                           ///< of the unit of floats_
+  std::vector<float> floats_;              ///< of the positions, about their middle
+  double scale_;                           ///< that meshoptimizer's errors are parts of
   std::vector<std::uint32_t> unsound_before_;
 };
 

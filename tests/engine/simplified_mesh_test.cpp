@@ -116,6 +116,19 @@ TEST_CASE("SimplifiedMeshHasTheTrianglesThatAreAskedFor") {
   CHECK(quarter.facts.triangles_read == mesh.triangles.size());
 }
 
+TEST_CASE("SimplifiedMeshIsTheSameAtAnyScale") {
+  const TriangleMesh mesh = bumpy_torus();
+  const Simplified plain = simplify(mesh, {Kind::kRatio, 0.2});
+  for (const int exponent : {-200, -150, -30, 30, 140, 200}) {
+    INFO(exponent);
+    const double scale = std::ldexp(1.0, exponent);
+    const Simplified scaled =
+        simplify(test::moved(mesh, [&](Vec3 p) { return scale * p; }), {Kind::kRatio, 0.2});
+    CHECK(scaled.mesh.triangles == plain.mesh.triangles);
+    CHECK(scaled.facts.error == scale * plain.facts.error);
+  }
+}
+
 TEST_CASE("SimplifiedMeshOfAClosedManifoldIsOneOfTheSameGenus") {
   const TriangleMesh mesh = bumpy_torus();
   const MeshFacts before = mesh_facts(mesh);
