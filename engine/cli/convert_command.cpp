@@ -225,7 +225,9 @@ void convert_mesh(const ConvertOptions& options) {
   note_written(options.out);
   write_beside(options, origin, system);
   print_written(options, mesh.vertices.size(), mesh.triangles.size(), origin);
-  const std::string left_out = left_out_of(options.out, mesh.vertices.schema);
+  std::vector<std::string> patches;
+  if (fills_holes(mesh)) patches = patches_without_place(options.out, written.has_confidence);
+  const std::string left_out = left_out_of(options.out, mesh.vertices.schema, patches);
   if (options.out != "-" && !left_out.empty()) std::cout << "left out: " << left_out << "\n";
 }
 

@@ -1,5 +1,7 @@
 #include "engine/cli/files_beside.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string_view>
@@ -49,9 +51,15 @@ void write_files_beside(const std::string& file, const std::string& in, const st
   write_system(file, in, system);
 }
 
-std::string left_out_of(const std::string& file, const PointSchema& schema) {
+bool fills_holes(const TriangleMesh& mesh) {
+  return std::ranges::any_of(mesh.hole, [](std::int32_t hole) { return hole != 0; });
+}
+
+std::string left_out_of(const std::string& file, const PointSchema& schema,
+                        const std::vector<std::string>& patches) {
   std::vector<std::string> names;
   for (const std::string& name : columns_without_place(file, schema)) names.push_back(shown(name));
+  names.insert(names.end(), patches.begin(), patches.end());
   return names.empty() ? std::string()
                        : joined(names) + ": the format has no place for them; a .ply file has";
 }

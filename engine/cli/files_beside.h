@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io/point_cloud.h"
+#include "io/triangle_mesh.h"
 #include "io/vec3.h"
 
 namespace orbweave {
@@ -29,8 +30,12 @@ std::string left_out_of_input(const std::string& file, const std::vector<std::st
 /// Prints it, where there is any.
 void warn_of_left_out(const std::string& file, const std::vector<std::string>& left_out);
 
+/// Whether a face of the mesh fills a hole.
+bool fills_holes(const TriangleMesh& mesh);
+
 /// What the vertices of a mesh carry and the format of its file does not hold, in words; empty: it
-/// holds everything.
-std::string left_out_of(const std::string& file, const PointSchema& schema);
+/// holds everything. `patches`: likewise of faces that fill holes (patches_without_place()).
+std::string left_out_of(const std::string& file, const PointSchema& schema,
+                        const std::vector<std::string>& patches = {});
 
 }  // namespace orbweave

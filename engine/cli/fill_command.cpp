@@ -185,13 +185,15 @@ void choose_origin(const TriangleMesh& mesh, FillReport& report, Progress& progr
   report.origin = chosen.origin;
 }
 
-std::string summary(const FillReport& report, const PointSchema& schema) {
+/// `patches`: what faces carry and the format has no place for.
+std::string summary(const FillReport& report, const PointSchema& schema,
+                    const std::vector<std::string>& patches) {
   const OutputOptions& output = report.options.output;
   Facts facts = {{"mesh", output.mesh}, {"", show_mesh(report.after)}};
   add_holes(facts, report.holes, report.after, report.options);
   add_removed(facts, report.pieces_removed, report.triangles_removed);
   if (report.origin != Vec3{}) facts.emplace_back("origin", origin_text(report.origin));
-  const std::string left_out = left_out_of(output.mesh, schema);
+  const std::string left_out = left_out_of(output.mesh, schema, patches);
   if (!left_out.empty()) facts.emplace_back("left out", left_out);
   if (!output.report.empty()) facts.emplace_back("report", output.report);
   if (!output.picture.empty()) facts.emplace_back("picture", output.picture);
@@ -287,7 +289,11 @@ void fill(const FillArguments& arguments, const std::vector<std::string>& comman
   check_interruption(stop);
   choose_origin(mesh, report, *progress);
   write_outputs(mesh, report, *progress);
-  if (report.options.output.mesh != "-") std::cout << summary(report, mesh.vertices.schema);
+  const OutputOptions& output = report.options.output;
+  if (output.mesh == "-") return;
+  std::vector<std::string> patches;
+  if (fills_holes(mesh)) patches = patches_without_place(output.mesh, output.confidence);
+  std::cout << summary(report, mesh.vertices.schema, patches);
 }
 
 }  // namespace

@@ -163,15 +163,26 @@ void warn_of_coordinate_system(StageRunner& runner, const Partition& partition) 
     runner.warn(about + ", hardly fits their coordinates: " + objection + "; check it");
 }
 
-/// What the vertices carry and the mesh file does not hold.
-void note_what_is_left_out(StageRunner& runner, const Partition& partition) {
-  const std::string& mesh = runner.job.output.mesh;
-  const std::vector<std::string> left_out =
-      columns_without_place(mesh, vertex_schema(runner.job.output, partition));
+void note_what_is_left_out(StageRunner& runner, const std::vector<std::string>& left_out) {
   if (left_out.empty()) return;
+  const std::string& mesh = runner.job.output.mesh;
   std::string names;
   for (const std::string& name : left_out) names += (names.empty() ? "" : ", ") + name;
   runner.note(mesh + " has no place for " + names + "; a .ply file has");
+}
+
+/// What the vertices carry and the mesh file does not hold.
+void note_vertices_left_out(StageRunner& runner, const Partition& partition) {
+  const OutputOptions& output = runner.job.output;
+  note_what_is_left_out(runner,
+                        columns_without_place(output.mesh, vertex_schema(output, partition)));
+}
+
+/// What the faces of patches carry and the mesh file does not hold.
+void note_patches_left_out(StageRunner& runner, const std::vector<HoleFacts>& holes) {
+  const OutputOptions& output = runner.job.output;
+  if (std::ranges::any_of(holes, &HoleFacts::filled))
+    note_what_is_left_out(runner, patches_without_place(output.mesh, output.confidence));
 }
 
 void warn_of_missing_poses(StageRunner& runner) {
@@ -247,7 +258,7 @@ void run_points(StageRunner& runner, RunResults& results) {
   check_format_holds(runner.job.output, results.partition.points(),
                      vertex_schema(runner.job.output, results.partition));
   results.origin = checked_origin(runner, results.partition);
-  if (runner.communicator.is_root()) note_what_is_left_out(runner, results.partition);
+  if (runner.communicator.is_root()) note_vertices_left_out(runner, results.partition);
   results.radii = radii_of_job(runner.job, results.partition);
   if (is_in_core(runner.job.reconstruct.method))
     note_method(runner, results.partition);
@@ -283,6 +294,7 @@ void run_stages(StageRunner& runner, RunResults& results) {
     holes = fill_holes({inputs, std::move(stitched.boundary), stitched.facts}, runner);
   else if (runner.job.output.check_surface)
     holes.facts.crossing_pairs = count_crossings_unfilled(inputs, runner);
+  if (runner.communicator.is_root()) note_patches_left_out(runner, holes.filled.holes);
   const UsedVertices used(runner.store, vertices, stitched.used, holes.filled.freed);
   const ExportInputs mesh{vertices, stitched.triangles, used, holes.filled, holes.facts};
   ExportResult exported = export_mesh(mesh, runner);

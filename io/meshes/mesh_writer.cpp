@@ -154,6 +154,16 @@ std::vector<std::string> columns_without_place(const std::filesystem::path& path
   return names;
 }
 
+std::vector<std::string> patches_without_place(const std::filesystem::path& path,
+                                               bool has_confidence) {
+  if (path == "-" || is_format(path, FileFormat::kPly)) return {};
+  std::vector<std::string> names;
+  const bool keeps_ids = is_format(path, FileFormat::kVtp) || is_format(path, FileFormat::kXdmf);
+  if (!keeps_ids) names.emplace_back("hole (of faces)");
+  if (has_confidence) names.emplace_back("confidence (of faces)");
+  return names;
+}
+
 bool has_float_coordinates(const std::filesystem::path& path, const MeshWriterOptions& options) {
   if (is_format(path, FileFormat::kStl)) return options.binary;
   if (is_format(path, FileFormat::kGlb)) return true;

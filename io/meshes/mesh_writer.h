@@ -110,6 +110,11 @@ std::unique_ptr<MeshWriter> open_mesh_writer(const std::filesystem::path& path,
 std::vector<std::string> columns_without_place(const std::filesystem::path& path,
                                                const PointSchema& schema);
 
+/// Likewise of faces that fill holes: "hole (of faces)", "confidence (of faces)" where they have
+/// it.
+std::vector<std::string> patches_without_place(const std::filesystem::path& path,
+                                               bool has_confidence);
+
 /// Whether the coordinates of such a file are floats.
 bool has_float_coordinates(const std::filesystem::path& path, const MeshWriterOptions& options);
 

@@ -532,6 +532,38 @@ TEST_CASE("WhatAFileHoldsAndNoMeshTakesIsNamed") {
                       "which not all vertices have; normals, which not all vertices have\n"));
 }
 
+TEST_CASE("AFormatWithoutAPlaceForTheHolesOfFacesIsNamed") {
+  const ScratchDirectory in;
+  const auto write = [&](const std::string& hole) {
+    write_text(
+        in / "a.ply",
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 2\nproperty list uchar int vertex_indices\n"
+        "property int hole\nproperty float confidence\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n"
+        "3 0 1 2 0 1\n3 2 1 3 " +
+            hole + " 0.25\n");
+  };
+  write("5");
+  for (const char* name : {"b.obj", "b.stl", "b.glb"})
+    CHECK_THAT(
+        run_in(in, {"convert", "a.ply", name}).out,
+        Contains("left out: hole (of faces), confidence (of faces): the format has no place"));
+  CHECK_THAT(run_in(in, {"convert", "a.ply", "b.vtp"}).out,
+             Contains("left out: confidence (of faces): "));
+  CHECK_THAT(run_in(in, {"convert", "a.ply", "b.ply"}).out, !Contains("left out"));
+  write("0");
+  CHECK_THAT(run_in(in, {"convert", "a.ply", "b.obj"}).out, !Contains("left out"));
+  // Of a mesh with a hole that is filled.
+  REQUIRE(run_in(in, {"generate", "sphere", "--points", "3000", "-o", "c.ply"}).status == 0);
+  const Arguments pierced = {"--report", "r.json", "--crop", "-2,-2,-2,2,2,0.97",
+                             "--close-outer-border"};
+  REQUIRE(reconstruct(in, {"c.ply"}, "m.obj", pierced).status == 0);
+  REQUIRE_FALSE(report_of(in)["holes"].empty());
+  CHECK_THAT(report_of(in)["notes"].dump(), Contains("m.obj has no place for hole (of faces)"));
+  REQUIRE(reconstruct(in, {"c.ply"}, "m.ply", pierced).status == 0);
+  CHECK_THAT(report_of(in)["notes"].dump(), !Contains("no place"));
+}
+
 TEST_CASE("TriangleStripsAreTriangles") {
   const ScratchDirectory in;
   const std::string front =
