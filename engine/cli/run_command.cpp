@@ -57,8 +57,10 @@ std::string summary(const RunReport& report) {
 }
 
 /// Says what remains of the work, where an interruption or a lack of something leaves any.
+/// `kept`: what is written and what resumes.
 [[noreturn]] void rethrow_with_work_dir(const Error& error, const std::string& work_dir,
-                                        const RunWatch& watch, const Communicator& communicator) {
+                                        const std::string& kept, const RunWatch& watch,
+                                        const Communicator& communicator) {
   const bool interrupted = error.kind() == ErrorKind::kInterrupted;
   std::error_code ignored;
   if (!std::filesystem::exists(work_dir, ignored)) throw;
@@ -73,8 +75,7 @@ std::string summary(const RunReport& report) {
   const char* const interruption = communicator.size() == 1
                                        ? "interrupted"
                                        : "interrupted, by a signal or by the end of another rank";
-  throw Error(error.kind(), interrupted ? interruption : error.what(),
-              {.advice = "What is done is kept in " + work_dir + "; the same command resumes."});
+  throw Error(error.kind(), interrupted ? interruption : error.what(), {.advice = kept});
 }
 
 /// All that can be known to go wrong before the work.
@@ -103,10 +104,15 @@ void run(const JobArguments& arguments, const CommandContext& context) {
   const std::string work_dir = work_dir_of(job);
   promise_to_resume();
   // All that a member has to say its leader says.
-  set_last_word(leads ? "interrupted. What is done is kept in " + shown(work_dir) +
-                            "; the same command resumes."
-                      : "");
+  std::string kept = "What is done is kept in " + work_dir + "; the same command resumes.";
+  const auto promise = [&] { set_last_word(leads ? "interrupted. " + shown(kept) : ""); };
+  promise();
   RunWatch watch;
+  watch.at_mesh_written = [&] {
+    if (job.output.mesh == "-") return;
+    kept = "The mesh is complete, other outputs are not. " + kept;
+    promise();
+  };
   watch.at_outputs_written = [&] {
     set_last_word(leads ? "interrupted when all outputs were written. The same command removes " +
                               shown(work_dir) + "."
@@ -122,7 +128,7 @@ void run(const JobArguments& arguments, const CommandContext& context) {
                      format_bytes(report.measured.peak_memory_bytes));
     if (leads && job.output.mesh != "-") std::cout << summary(report);
   } catch (const Error& error) {
-    rethrow_with_work_dir(error, work_dir, watch, context.communicator);
+    rethrow_with_work_dir(error, work_dir, kept, watch, context.communicator);
   }
 }
 

@@ -282,7 +282,7 @@ std::optional<Partition> own_vertices_of(StageRunner& runner, const Partition& p
 }
 
 /// The pipeline: one line per stage. Predictions of an attempt before stay in `results`.
-void run_stages(StageRunner& runner, RunResults& results) {
+void run_stages(StageRunner& runner, const RunWatch& watch, RunResults& results) {
   run_points(runner, results);
   const std::optional<Partition> own_vertices = own_vertices_of(runner, results.partition);
   const Partition& vertices = own_vertices ? *own_vertices : results.partition;
@@ -299,6 +299,7 @@ void run_stages(StageRunner& runner, RunResults& results) {
   const ExportInputs mesh{vertices, stitched.triangles, used, holes.filled, holes.facts};
   ExportResult exported = export_mesh(mesh, runner);
   if (!runner.communicator.is_root()) return;
+  if (watch.at_mesh_written) watch.at_mesh_written();
   if (runner.job.output.mesh != "-") runner.store.disk().add(exported.bytes_written);
   if (!runner.job.output.picture.empty()) draw_picture(mesh, exported.bounds, runner);
   ResourceFacts& predicted = results.predicted;
@@ -316,12 +317,12 @@ void run_stages(StageRunner& runner, RunResults& results) {
 }
 
 /// Runs the stages; a stored result that turns out to be damaged is dropped and made anew.
-RunResults run_until_sound(StageRunner& runner) {
+RunResults run_until_sound(StageRunner& runner, const RunWatch& watch) {
   Repairs repairs;
   RunResults results;
   while (true) {
     try {
-      run_stages(runner, results);
+      run_stages(runner, watch, results);
       if (runner.communicator.is_root() && !runner.job.output.tileset.empty())
         make_tileset({results.partition, results.mesh.triangles}, runner);
       if (runner.communicator.is_root() && runner.job.output.simplify)
@@ -396,9 +397,9 @@ void name_scans(const ResolvedJob& job, const Error& error) {
 /// there was any work, and where the reader of the mesh has gone; everything else can be resumed.
 /// Of several processes others may still be at
 /// work: the directory stays, or they would fail first for want of it.
-RunResults run_or_clean_up(StageRunner& runner) {
+RunResults run_or_clean_up(StageRunner& runner, const RunWatch& watch) {
   try {
-    return run_until_sound(runner);
+    return run_until_sound(runner, watch);
   } catch (const Error& error) {
     const bool keep = runner.job.run.keep_work_dir || runner.communicator.size() > 1;
     const bool is_useless =
@@ -506,7 +507,7 @@ RunReport run_job(const Job& wanted, const std::vector<std::string>& command, Pr
   runner.root_threads =
       static_cast<int>(communicator.broadcast(static_cast<std::uint64_t>(job.threads()), stop));
   note_share(runner, wanted.run.threads == 0);
-  RunResults results = run_or_clean_up(runner);
+  RunResults results = run_or_clean_up(runner, watch != nullptr ? *watch : RunWatch{});
   gather_traffic(runner);
   if (!communicator.is_root()) {
     // File systems over a network keep what is removed while a process has it open.

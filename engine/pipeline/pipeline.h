@@ -26,6 +26,7 @@ RunReport run_job(const Job& job, const std::vector<std::string>& command, Progr
 struct RunWatch {
   bool work_dir_is_opened = false;
   bool work_dir_is_made = false;                  ///< by the program, in this run or an earlier one
+  std::function<void()> at_mesh_written = {};     ///< it is whole, other outputs are to follow
   std::function<void()> at_outputs_written = {};  ///< the work directory is about to go
 };
 

@@ -474,6 +474,37 @@ TEST_CASE("MapTilesAreTheSameForAnyChunksThreadsMemoryAndProcesses", "[slow]") {
   CHECK((files() == expected));
 }
 
+TEST_CASE("AnInterruptionBehindTheMeshLeavesItWholeAndSaysSo") {
+  const NamedCloud named = rough_torus();
+  ScratchDirectory scratch;
+  Job job = rough_job(scratch, named);
+  const std::string expected = test::mesh_bytes(job);
+  job.output.picture = scratch / "mesh.png";
+  for (const auto& [stage, leaves_mesh] :
+       {std::pair("export", false), std::pair("picture", true)}) {
+    INFO(stage);
+    fs::remove(job.output.mesh);
+    StopToken stop;
+    test::RecordingProgress progress;
+    progress.at_stage = [&](const std::string& name) {
+      if (name == stage) stop.request();
+    };
+    bool is_written = false;
+    RunWatch watch;
+    watch.at_mesh_written = [&] { is_written = true; };
+    Communicator alone;
+    CHECK_THROWS_AS(run_job(job, {"test"}, progress, stop, alone, &watch), Error);
+    CHECK(is_written == leaves_mesh);
+    CHECK(fs::exists(job.output.mesh) == leaves_mesh);
+    CHECK_FALSE(fs::exists(job.output.picture));
+    if (leaves_mesh) CHECK(bytes_of(job.output.mesh) == expected);
+    run(job);
+    CHECK(bytes_of(job.output.mesh) == expected);
+    CHECK(fs::exists(job.output.picture));
+    fs::remove(job.output.picture);
+  }
+}
+
 TEST_CASE("InterruptedMapTilesLeaveNothingAndResume", "[costly]") {
   const NamedCloud named = rough_torus();
   ScratchDirectory scratch;
