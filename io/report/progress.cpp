@@ -221,9 +221,11 @@ std::string ProgressDisplay::clock_text() const {
 std::string ProgressDisplay::moving_text() const {
   std::string text =
       name_ + ": " + amount_text() + rate_text() + ", " + format_bytes(current_memory_bytes());
+  // A share of the first moments would be one of start-up, and fall when the work begins.
+  const bool tells_job = pace_.is_known() && now() - start_seconds_ >= kLeastSecondsForForecast;
   if (!pace_.is_known()) text += left_text();
-  if (!options_.moving_line) return text + (pace_.is_known() ? ", " + job_text() : "");
-  return clock_text() + (pace_.is_known() ? job_text() + "  " : "") + text;
+  if (!options_.moving_line) return text + (tells_job ? ", " + job_text() : "");
+  return clock_text() + (tells_job ? job_text() + "  " : "") + text;
 }
 
 void ProgressDisplay::clear() {

@@ -164,6 +164,18 @@ TEST_CASE("TheMovingLineShowsShareAndTimeLeftOfTheJobOnceItsStagesAreKnown") {
              StartsWith("0:20  job 50 %, 20 s left  reconstruct: 32 / 64 chunks (50 %), "));
 }
 
+TEST_CASE("NothingIsSaidOfTheJobInItsFirstSecond") {
+  Fixture f(true);
+  f.display->expect(std::vector<ExpectedStage>{{"count", 0.1}, {"reconstruct", 0.1}});
+  f.display->begin_stage("count", 64, "points");
+  f.seconds += 0.5;
+  f.display->advance(32);
+  CHECK_THAT(f.screen().back(), StartsWith("0:00  count: 32 / 64 points"));
+  f.seconds += 1.0;
+  f.display->advance(1);
+  CHECK_THAT(f.screen().back(), StartsWith("0:01  job "));
+}
+
 TEST_CASE("PlainLinesEndWithShareAndTimeLeftOfTheJob") {
   Fixture f(false);
   const std::vector<ExpectedStage> stages = {{"reconstruct", 20.0}, {"holes", 10.0}};
