@@ -1,6 +1,9 @@
 #include "io/meshes/mesh_reader.h"
 
+#include <memory>
 #include <optional>
+#include <span>
+#include <string>
 #include <utility>
 
 #include "io/error.h"
@@ -8,6 +11,7 @@
 #include "io/meshes/ply_mesh.h"
 #include "io/meshes/shift_file.h"
 #include "io/ply/ply_vertices.h"
+#include "io/stop_token.h"
 #include "io/streams/byte_source.h"
 #include "io/system/file_descriptor.h"
 #include "io/text/file_format.h"
@@ -19,6 +23,29 @@ namespace {
 ByteReader open_reader(const std::filesystem::path& path) {
   return ByteReader(open_byte_source(path));
 }
+
+/// Bytes that a request to stop ends.
+class StoppableBytes final : public ByteSource {
+ public:
+  StoppableBytes(std::unique_ptr<ByteSource> source, const StopToken* stop)
+      : source_(std::move(source)), stop_(stop) {}
+  std::size_t read(std::span<std::byte> out) override {
+    check_stop(stop_);
+    return source_->read(out);
+  }
+  std::uint64_t skip(std::uint64_t bytes) override {
+    check_stop(stop_);
+    return source_->skip(bytes);
+  }
+  std::uint64_t bytes_read() const override { return source_->bytes_read(); }
+  std::uint64_t bytes_total() const override { return source_->bytes_total(); }
+  std::optional<std::uint64_t> length() const override { return source_->length(); }
+  const std::string& name() const override { return source_->name(); }
+
+ private:
+  std::unique_ptr<ByteSource> source_;
+  const StopToken* stop_;
+};
 
 MeshFormat format_of(const std::filesystem::path& path) {
   if (path == "-") return MeshFormat::kPly;
@@ -58,8 +85,9 @@ TriangleMesh read_mesh(ByteReader reader, MeshFormat format, std::vector<std::st
   return {};
 }
 
-TriangleMesh read_mesh(const std::filesystem::path& path, std::vector<std::string>* left_out) {
-  ByteReader reader = open_reader(path);
+TriangleMesh read_mesh(const std::filesystem::path& path, std::vector<std::string>* left_out,
+                       const StopToken* stop) {
+  ByteReader reader(std::make_unique<StoppableBytes>(open_byte_source(path), stop));
   TriangleMesh mesh = read_mesh(std::move(reader), format_of(path), left_out);
   add_origin(origin_beside(path), mesh.vertices);
   return mesh;

@@ -9,6 +9,8 @@
 
 namespace orbweave {
 
+class StopToken;
+
 /// True when the file's header says that it holds faces (PLY with a non-empty face element,
 /// OBJ, STL, GLB). Reads the header, so that the file has to be one that can be read again: throws
 /// Error for standard input and for a pipe.
@@ -20,8 +22,10 @@ bool holds_faces(const std::filesystem::path& path);
 /// the shift of its coordinates lies beside the file (io/meshes/shift_file.h), vertices are where
 /// the world has them. `left_out` gets what PLY and OBJ files hold beside that, in words ("face
 /// properties red, green, blue"). Throws Error (bad input) for damaged files and for indices
-/// outside the vertices.
+/// outside the vertices, and (interrupted) where `stop`, which may be null, asks for it between
+/// pieces of the file.
 TriangleMesh read_mesh(const std::filesystem::path& path,
-                       std::vector<std::string>* left_out = nullptr);
+                       std::vector<std::string>* left_out = nullptr,
+                       const StopToken* stop = nullptr);
 
 }  // namespace orbweave

@@ -11,6 +11,7 @@
 #include "engine/reconstruct.h"
 #include "engine/validation/mesh_facts.h"
 #include "io/clouds/open_point_source.h"
+#include "io/clouds/scan_source.h"
 #include "io/error.h"
 #include "io/job/job_defaults.h"
 #include "io/job/output_origin.h"
@@ -90,7 +91,7 @@ std::unique_ptr<CloudObject> read_points(const std::string& path) {
   auto object = std::make_unique<CloudObject>();
   WatchedCall call(py::none{});
   call.run([&] {
-    const std::unique_ptr<PointSource> source = open_point_source(path);
+    const auto source = open_scan_source(open_point_source(path), {.stop = &call.stop()}, path);
     object->cloud = read_all(*source);
     object->coordinate_system = source->coordinate_system();
   });
@@ -99,9 +100,11 @@ std::unique_ptr<CloudObject> read_points(const std::string& path) {
 
 std::unique_ptr<MeshObject> read_mesh_file(const std::string& path) {
   auto object = std::make_unique<MeshObject>();
-  const py::gil_scoped_release others_may_run;
-  object->mesh = read_mesh(path);
-  object->coordinate_system = coordinate_system_beside(path);
+  WatchedCall call(py::none{});
+  call.run([&] {
+    object->mesh = read_mesh(path, nullptr, &call.stop());
+    object->coordinate_system = coordinate_system_beside(path);
+  });
   return object;
 }
 

@@ -1,6 +1,7 @@
 """Callbacks, Ctrl-C and other threads of Python while the library works."""
 import os
 import signal
+import tempfile
 import threading
 import time
 import unittest
@@ -35,6 +36,32 @@ class WhileTheLibraryWorks(unittest.TestCase):
         with self.assertRaises(KeyboardInterrupt):
             orbweave.reconstruct(points)
         self.assertLess(time.monotonic() - begin, 20.0)
+
+    def test_ctrl_c_stops_reading(self):
+        def feed(pipe, front, piece):
+            """Writes slowly, until the reader goes."""
+            try:
+                with open(pipe, "wb", buffering=0) as file:
+                    file.write(front)
+                    for _ in range(600):
+                        file.write(piece)
+                        time.sleep(0.005)
+            except BrokenPipeError:
+                cut.append(pipe)
+        rows = b"0.5 0.25 0.125\n" * 4000
+        header = (b"ply\nformat ascii 1.0\nelement vertex 2400000\nproperty double x\nproperty double y\n"
+                  b"property double z\nend_header\n")
+        for name, front, read in (("mesh.ply", header, orbweave.read_mesh), ("cloud.xyz", b"", orbweave.read_points)):
+            with tempfile.TemporaryDirectory() as folder:
+                pipe, cut = os.path.join(folder, name), []
+                os.mkfifo(pipe)
+                feeder = threading.Thread(target=feed, args=(pipe, front, rows))
+                feeder.start()
+                threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+                with self.assertRaises(KeyboardInterrupt):
+                    read(pipe)
+                feeder.join()
+                self.assertEqual(cut, [pipe], "the whole file was read")
 
     def test_other_threads_run_meanwhile(self):
         points, ticks = sphere(20000), []
