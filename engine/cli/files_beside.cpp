@@ -6,10 +6,12 @@
 #include <fstream>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "engine/cli/output.h"
 #include "engine/cli/signals.h"
+#include "io/error.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/meshes/shift_file.h"
 #include "io/points/coordinate_system_file.h"
@@ -49,6 +51,17 @@ void write_files_beside(const std::string& file, const std::string& in, const st
   const fs::path shift = write_shift(file, origin);
   if (!shift.empty()) note_written(shift.string());
   write_system(file, in, system);
+}
+
+void name_in_errors(const std::string& file, const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::kBadInput || !error.parts().file.empty()) throw;
+    ErrorParts parts = error.parts();
+    parts.file = file;
+    throw Error(error.kind(), error.problem(), std::move(parts));
+  }
 }
 
 bool fills_holes(const TriangleMesh& mesh) {

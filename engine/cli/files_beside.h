@@ -2,6 +2,7 @@
 // which lie beside it, and attributes without a place.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,6 +30,9 @@ void warn_of_unknown_systems(std::span<const std::string> files);
 std::string left_out_of_input(const std::string& file, const std::vector<std::string>& left_out);
 /// Prints it, where there is any.
 void warn_of_left_out(const std::string& file, const std::vector<std::string>& left_out);
+
+/// Does the work. What is wrong with all that a file holds names no file: bad input gets it then.
+void name_in_errors(const std::string& file, const std::function<void()>& work);
 
 /// Whether a face of the mesh fills a hole.
 bool fills_holes(const TriangleMesh& mesh);

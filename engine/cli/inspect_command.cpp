@@ -74,15 +74,10 @@ CloudFacts facts_of_cloud(const std::string& file, const SelectedSource& selecte
         ", of which the points alone are inspected; a mesh is inspected whole from a file "
         "on disk");
   const auto again = is_read_once(file) ? nullptr : selected.open(file);
-  try {
-    return cloud_facts(*source, again.get());
-  } catch (const Error& error) {
-    // What is wrong with all points together names no file.
-    if (error.kind() != ErrorKind::kBadInput || !error.parts().file.empty()) throw;
-    ErrorParts parts = error.parts();
-    parts.file = file == "-" ? "standard input" : file;
-    throw Error(error.kind(), error.problem(), std::move(parts));
-  }
+  CloudFacts facts;
+  name_in_errors(file == "-" ? "standard input" : file,
+                 [&] { facts = cloud_facts(*source, again.get()); });
+  return facts;
 }
 
 /// `system`: what lies beside the file says of its coordinates; may be empty.

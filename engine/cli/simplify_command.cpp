@@ -143,8 +143,10 @@ SimplifiedFacts simplified(const SimplifyArguments& arguments, const SimplifyOpt
     progress.begin_stage("export", triangles, "triangles");
   };
   events.written = [&](std::uint64_t triangles) { progress.advance(triangles); };
-  const SimplifiedFacts facts =
-      write_simplified(arguments.mesh, output.mesh, options, events, stop);
+  SimplifiedFacts facts;
+  name_in_errors(arguments.mesh, [&] {
+    facts = write_simplified(arguments.mesh, output.mesh, options, events, stop);
+  });
   progress.end_stage();
   return facts;
 }

@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "engine/cli/files_beside.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/points/coordinate_system_file.h"
 #include "io/report/picture.h"
@@ -57,7 +58,9 @@ TilesetFacts make_tileset(const std::string& mesh_file, const fs::path& director
     progress.end_stage();
     progress.begin_stage("measure", 0, "levels");
   };
-  TilesetFacts facts = write_tileset(*mesh, directory, options, events, stop);
+  TilesetFacts facts;
+  name_in_errors(mesh_file,
+                 [&] { facts = write_tileset(*mesh, directory, options, events, stop); });
   progress.end_stage();
   return facts;
 }

@@ -213,6 +213,10 @@ class TextSource final : public PointSource {
       advice = "Name the columns, with types, if " + column.name +
                " is no value from 0 to 255: input.columns (--columns)";
     if (has_decimal_comma(field)) advice = kPointsForCommas;
+    const bool is_place = column.name == "x" || column.name == "y" || column.name == "z";
+    if (outcome == ParseOutcome::kNoNumber && !is_place && advice.empty())
+      advice = "Leave a column of words out: - in place of " + column.name +
+               " in input.columns (--columns)";
     if (field.empty())
       advice = "Write nan where a value is missing, or leave the column out: - in place of " +
                column.name + " in input.columns (--columns)";

@@ -95,6 +95,18 @@ TEST_CASE("SimplifiedMeshOfAJobHasTheBytesOfTheCommand") {
   CHECK((file_text(in / "small.ply") == file_text(in / "other.simplified.ply")));
 }
 
+TEST_CASE("AMeshThatCannotBeSimplifiedIsNamed") {
+  const ScratchDirectory in;
+  write_text(in / "a.ply",
+             "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+             "property float z\nelement face 2\nproperty list uchar int vertex_indices\n"
+             "end_header\n0 0 0\n1 0 0\n0 1 0\nnan 1 0\n3 0 1 2\n3 2 1 3\n");
+  const std::string problem = "a.ply: a triangle has a coordinate that is not finite";
+  CHECK_THAT(run_in(in, {"simplify", "a.ply", "-o", "b.ply", "--ratio", "0.5"}).err,
+             Contains(problem));
+  CHECK_THAT(run_in(in, {"tileset", "a.ply", "-o", "tiles"}).err, Contains(problem));
+}
+
 TEST_CASE("SimplifiedMeshesOfAJobThatCannotBeMadeAreRefusedBeforeTheWork") {
   const ScratchDirectory in;
   REQUIRE(run_in(in, {"generate", "torus", "--points", "500", "-o", "scan.ply"}).status == 0);

@@ -264,6 +264,8 @@ TEST_CASE("AnEmptyFieldIsOneWhereverItStands") {
       CHECK_THAT(error.parts().advice, Contains("nan where a value is missing"));
     }
   }
+  CHECK_THAT(text_error("a.csv", "x,y,z,kind\n1,2,3,tree\n").parts().advice,
+             Contains("- in place of kind in input.columns"));
   // A column that is left out may be empty, the last one as well; a line without it is none.
   TextOptions text;
   text.columns = {"x", "y", "z", "-", "-"};
