@@ -117,10 +117,13 @@ std::string show_box(const Box& box) {
   constexpr double kMostWhole = 1e15;  // beyond, digits before the point mean nothing
   const int decimals =
       largest > 0.0 ? std::max(5 - static_cast<int>(std::floor(std::log10(largest))), 0) : 6;
-  // Of a box that is small beside 1, these decimals would be zeros.
+  // Of a box that is small beside 1, these decimals would be zeros, and so they would of a point.
+  const double least = largest > 0.0 ? 0.0 : std::pow(10.0, -decimals);
   const auto coordinate = [&](double value) {
-    const bool is_plain = decimals <= kMostDecimals && std::abs(value) < kMostWhole;
-    return is_plain && largest > 0.0 ? fixed(value, decimals) : format_exact(value);
+    const double magnitude = std::abs(value);
+    const bool is_plain = decimals <= kMostDecimals && magnitude < kMostWhole &&
+                          (magnitude >= least || magnitude == 0.0);
+    return is_plain ? fixed(value, decimals) : format_exact(value);
   };
   std::string text;
   for (int axis = 0; axis < 3; ++axis)

@@ -59,7 +59,8 @@ TEST_CASE("BoundsOfAnyScaleAreShownWithDigits") {
   CHECK_THAT(bounds_of("-29"), Contains("0 .. 2e-29, 0 .. 3e-29, 0 .. 1e-29 (2e-29 x "));
   CHECK_THAT(bounds_of("60"), Contains("0 .. 2e+60, 0 .. 3e+60, 0 .. 1e+60 (2e+60 x "));
   write_text(in / "c.xyz", "1e-9 7 7\n");
-  CHECK_THAT(run_in(in, {"inspect", "c.xyz"}).out, Contains("1e-09 .. 1e-09, 7 .. 7, 7 .. 7 (0 x"));
+  CHECK_THAT(run_in(in, {"inspect", "c.xyz"}).out,
+             Contains("1e-09 .. 1e-09, 7.000000 .. 7.000000, "));
 }
 
 TEST_CASE("ACloudTooSmallToBeComputedWithHasNoSpacing") {
