@@ -273,9 +273,11 @@ Reconstruction surface_of(PointCloud cloud, Spacing spacing, Stages& stages,
   result.mesh = used_part(std::move(cloud), std::move(triangles));
   if (!options.fill.enabled) return result;
   stages.begin("fill");
-  FilledMesh filled =
-      fill_mesh(std::move(result.mesh), options.fill,
-                {.stop = options.stop, .has_point_normals = true, .drops_small_pieces = true});
+  FilledMesh filled = fill_mesh(std::move(result.mesh), options.fill,
+                                {.stop = options.stop,
+                                 .has_point_normals = true,
+                                 .drops_small_pieces = true,
+                                 .takes_flaps = true});
   check_stop(options.stop);
   result.mesh = std::move(filled.mesh);
   result.holes = std::move(filled.holes);

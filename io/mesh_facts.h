@@ -21,7 +21,7 @@ struct MeshFacts {
   /// Places where sheets touch in a point, whether or not the vertex there was doubled; empty: not
   /// known.
   std::optional<std::uint64_t> pinches;
-  /// Triangles of the scan that were taken out so that a closed object is closed soundly.
+  /// Triangles of the scan that were taken out so that holes are closed soundly.
   std::uint64_t mended_triangles = 0;
   std::uint64_t inconsistent_edges = 0;    ///< directed edges used twice
   std::uint64_t degenerate_triangles = 0;  ///< two equal vertices

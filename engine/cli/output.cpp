@@ -200,7 +200,7 @@ void add_holes(Facts& facts, std::span<const HoleFacts> holes, const MeshFacts& 
                                " open, where every patch would cross the surface");
   if (mesh.mended_triangles > 0)
     facts.emplace_back("mended", counted(mesh.mended_triangles, "triangle", "triangles") +
-                                     " of the scan taken out so that a closed object is closed");
+                                     " of the scan taken out so that holes are closed soundly");
   if (mesh.pinches.value_or(0) > 0)
     facts.emplace_back("pinched", "sheets touch in " + counted(*mesh.pinches, "point", "points") +
                                       ", where vertices are doubled");

@@ -33,6 +33,7 @@ struct Survey {
   HolePlan plan;
   std::vector<OpenFan> fans;           // by vertex
   std::vector<std::uint32_t> pinched;  // vertices, ascending
+  RimFlaps flaps;                      // not among what is kept
 };
 
 /// The largest id of a hole that the mesh has already; 0: none.
@@ -49,10 +50,22 @@ bool has_room_for_ids(const TriangleMesh& mesh, std::int32_t last) {
          mesh.triangles.size() + mesh.vertices.size() <= kMost - static_cast<std::uint64_t>(last);
 }
 
+/// Keeps none of these triangles, which are sorted.
+void give_up(std::span<const Triangle64> triangles, const TriangleMesh& mesh,
+             std::vector<std::uint8_t>& keep) {
+  if (triangles.empty()) return;
+  if (keep.empty()) keep.assign(mesh.triangles.size(), 1);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Triangle& corners = mesh.triangles[t];
+    const Triangle64 known = smallest_first(Triangle64{corners[0], corners[1], corners[2]});
+    if (std::binary_search(triangles.begin(), triangles.end(), known)) keep[t] = 0;
+  }
+}
+
 Survey survey_of(const TriangleMesh& mesh, MeshSurvey whole, const FillOptions& options,
-                 bool has_point_normals, const StopToken* stop) {
+                 const FillMeshSettings& settings) {
   const MeshComponents& components = whole.components;
-  Survey survey{{}, 0, std::move(whole.surface), {}, {}, {}};
+  Survey survey{{}, 0, std::move(whole.surface), {}, {}, {}, {}};
   const std::uint64_t least = options.min_triangles.value_or(0);
   for (const Piece& piece : components.pieces) {
     survey.pieces_removed += piece.triangles < least ? 1 : 0;
@@ -67,14 +80,23 @@ Survey survey_of(const TriangleMesh& mesh, MeshSurvey whole, const FillOptions& 
   for (const std::uint32_t vertex : whole.unusual)
     if (is_pinched(mesh, surface.at(vertex), vertex)) survey.pinched.push_back(vertex);
   MeshBoundary boundary = find_boundary(mesh, surface, whole.unusual, components.of_triangle);
-  if (has_point_normals)
+  if (settings.has_point_normals)
     for (BoundaryVertex& known : boundary.vertices)
       known.normal = mesh.vertices.normals[known.vertex];
   FillOptions kept = options;
   kept.min_triangles = least;  // a mesh that is given keeps its crumbs
   survey.fans = boundary.fans;
-  survey.plan = plan_holes(std::move(boundary.fans), std::move(boundary.vertices),
-                           components.pieces, kept, stop);
+  FlapsToTake to_take{survey.surface, survey.fans};
+  survey.plan =
+      plan_holes(std::move(boundary.fans), std::move(boundary.vertices), components.pieces, kept,
+                 settings.stop, settings.takes_flaps ? &to_take : nullptr);
+  survey.flaps = std::move(to_take.flaps);
+  if (!survey.flaps.triangles.empty()) {
+    give_up(survey.flaps.triangles, mesh, survey.keep);
+    survey.surface = MeshSurface(mesh, survey.keep);
+    std::stable_sort(survey.fans.begin(), survey.fans.end(),
+                     [](const OpenFan& a, const OpenFan& b) { return a.vertex < b.vertex; });
+  }
   // Ids go on after those that the mesh has already.
   if (const std::int32_t last = last_id(mesh); has_room_for_ids(mesh, last))
     survey.plan.first_id += last;
@@ -225,12 +247,7 @@ Mended mend(const TriangleMesh& mesh, const Survey& survey, std::span<const Loop
 /// mended come last in it.
 void apply(const Mended& mended, const TriangleMesh& mesh, std::int32_t first_id,
            std::vector<std::uint8_t>& keep, std::vector<LoopPatch>& patches) {
-  if (keep.empty()) keep.assign(mesh.triangles.size(), 1);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Triangle& corners = mesh.triangles[t];
-    const Triangle64 known = smallest_first(Triangle64{corners[0], corners[1], corners[2]});
-    if (std::binary_search(mended.taken.begin(), mended.taken.end(), known)) keep[t] = 0;
-  }
+  give_up(mended.taken, mesh, keep);
   for (std::size_t l = 0; l < mended.is_replaced.size(); ++l)
     if (mended.is_replaced[l] != 0) patches[l] = {};
   const auto set_facts = [&](const HoleFacts& facts) {
@@ -242,16 +259,23 @@ void apply(const Mended& mended, const TriangleMesh& mesh, std::int32_t first_id
   for (const HoleFacts& facts : mended.joined) set_facts(facts);
 }
 
-/// Takes vertices out (ascending); triangles get the numbers of those that are left.
-void remove_vertices(std::span<const std::uint64_t> vertices, TriangleMesh& mesh) {
-  if (vertices.empty()) return;
+/// Takes vertices out; triangles and holes get the numbers of those that are left.
+void remove_vertices(std::span<const std::uint64_t> some, std::span<const std::uint64_t> others,
+                     FilledMesh& filled) {
+  TriangleMesh& mesh = filled.mesh;
+  if (some.empty() && others.empty()) return;
   std::vector<std::uint8_t> is_kept(mesh.vertices.size(), 1);
-  for (const std::uint64_t vertex : vertices) is_kept[vertex] = 0;
+  for (const std::uint64_t vertex : some) is_kept[vertex] = 0;
+  for (const std::uint64_t vertex : others) is_kept[vertex] = 0;
   std::vector<std::uint32_t> number(is_kept.size());
   std::uint32_t count = 0;
-  for (std::size_t v = 0; v < is_kept.size(); ++v) number[v] = is_kept[v] != 0 ? count++ : 0;
+  for (std::size_t v = 0; v < is_kept.size(); ++v) {
+    number[v] = count;
+    count += is_kept[v];
+  }
   for (Triangle& t : mesh.triangles)
     for (std::uint32_t& vertex : t) vertex = number[vertex];
+  for (HoleFacts& hole : filled.holes) hole.first_vertex = number[hole.first_vertex];
   PointCloud kept;
   kept.schema = mesh.vertices.schema;
   for (std::size_t v = 0; v < is_kept.size(); ++v)
@@ -307,7 +331,7 @@ void split_pinches(std::span<const std::uint32_t> vertices, FilledMesh& filled) 
 
 std::vector<HoleFacts> list_holes(const TriangleMesh& mesh, const FillOptions& options) {
   require_mesh_in_core({}, mesh.vertices.size(), mesh.triangles.size());
-  return survey_of(mesh, MeshSurvey(mesh), options, false, nullptr).plan.all_facts();
+  return survey_of(mesh, MeshSurvey(mesh), options, {}).plan.all_facts();
 }
 
 void require_room_for_ids(const std::filesystem::path& file, const TriangleMesh& mesh) {
@@ -328,7 +352,7 @@ FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options,
   require_room_for_ids({}, mesh);
   Survey survey = survey_of(
       mesh, settings.drops_small_pieces ? drop_small_pieces(mesh, options, stop) : MeshSurvey(mesh),
-      options, settings.has_point_normals, stop);
+      options, settings);
   const HolePlan& plan = survey.plan;
   std::vector<LoopPatch> patches(plan.loops.size());
   for (std::size_t l = 0; l < patches.size(); ++l) patches[l].facts = plan.facts_of(l);
@@ -353,7 +377,7 @@ FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options,
   FilledMesh filled;
   filled.mesh = std::move(mesh);
   filled.pieces_removed = survey.pieces_removed + mended.pieces_gone;
-  filled.triangles_mended = mended.taken.size();
+  filled.triangles_mended = mended.taken.size() + survey.flaps.triangles.size();
   remove_triangles(survey.keep, filled);
   filled.triangles_removed -= filled.triangles_mended;
   filled.mesh.hole.resize(filled.mesh.triangles.size(), 0);
@@ -366,7 +390,7 @@ FilledMesh fill_mesh(TriangleMesh mesh, const FillOptions& options,
   for (LoopPatch& patch : patches) filled.holes.push_back(std::move(patch.facts));
   for (; new_vertex < filled.mesh.vertices.size(); ++new_vertex) changed.push_back(new_vertex);
   split_pinches(changed, filled);
-  remove_vertices(mended.freed, filled.mesh);
+  remove_vertices(mended.freed, survey.flaps.freed, filled);
   return filled;
 }
 

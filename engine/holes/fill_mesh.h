@@ -22,7 +22,8 @@ struct FilledMesh {
   std::uint64_t triangles_removed = 0;  ///< of them
   std::uint64_t vertices_doubled = 0;   ///< where several fans were left
   std::uint64_t pinches = 0;            ///< of these the originals
-  std::uint64_t triangles_mended = 0;   ///< taken out so that closed objects are closed
+  /// Taken out so that holes are closed soundly: flaps, and what closed objects lost.
+  std::uint64_t triangles_mended = 0;
 };
 
 /// Called with 0 of all holes that are to be filled before the first of them, then once for each
@@ -38,6 +39,9 @@ struct FillMeshSettings {
   /// their vertices with them; needs normals of points. Else fill.min_triangles alone counts, and
   /// vertices stay.
   bool drops_small_pieces = false;
+  /// Flaps at the rims of an open scene (rim_flaps.h) go before anything is filled, and vertices
+  /// that only they used, as in a job.
+  bool takes_flaps = false;
   HoleProgress progress = {};
 };
 

@@ -213,11 +213,21 @@ std::vector<std::uint8_t> crumbs_of(const HolePlan& plan, std::span<const Piece>
   return crumbs;
 }
 
+/// Takes the flaps of the loops that are to be filled. Whether there were any.
+bool take_flaps(std::span<const HoleChoice> choices, HolePlan& plan, FlapsToTake& to_take,
+                const StopToken* stop) {
+  std::vector<std::uint8_t> is_wanted;
+  for (const HoleChoice& choice : choices) is_wanted.push_back(choice.reason.empty() ? 1 : 0);
+  to_take.flaps =
+      take_rim_flaps(is_wanted, to_take.surface, plan.loops, to_take.fans, plan.vertices, stop);
+  return !to_take.flaps.triangles.empty();
+}
+
 }  // namespace
 
 HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> vertices,
                     std::span<const Piece> pieces, const FillOptions& options,
-                    const StopToken* stop) {
+                    const StopToken* stop, FlapsToTake* to_take) {
   HolePlan plan;
   plan.vertices = std::move(vertices);
   plan.loops = trace_loops(std::move(fans), plan.vertices, stop);
@@ -228,16 +238,18 @@ HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> verti
   });
   plan.is_limited = limits_widths(options);
   std::vector<HoleChoice> choices = choose_holes(plan.loops, pieces, options);
+  plan.is_scene = pieces_of_scenes(plan.loops, pieces, outer_borders(plan.loops, pieces));
+  const auto largest = std::ranges::max_element(pieces, {}, &Piece::triangles);
+  plan.is_object = largest == pieces.end() ||
+                   plan.is_scene[static_cast<std::size_t>(largest - pieces.begin())] == 0;
+  if (to_take != nullptr && !plan.is_object && take_flaps(choices, plan, *to_take, stop))
+    choices = choose_holes(plan.loops, pieces, options);
   const LoopKinds kinds = kinds_of(choices);
   for (HoleChoice& choice : choices) {
     plan.is_wanted.push_back(choice.reason.empty() ? 1 : 0);
     plan.reasons.push_back(std::move(choice.reason));
     plan.open.push_back(choice.open);
   }
-  plan.is_scene = pieces_of_scenes(plan.loops, pieces, outer_borders(plan.loops, pieces));
-  const auto largest = std::ranges::max_element(pieces, {}, &Piece::triangles);
-  plan.is_object = largest == pieces.end() ||
-                   plan.is_scene[static_cast<std::size_t>(largest - pieces.begin())] == 0;
   choices = {};
   plan.islands = find_islands(plan.loops, kinds.is_hole, kinds.may_be_island, plan.vertices, stop);
   plan.vertices = vertices_around_islands(plan);

@@ -9,6 +9,7 @@
 
 #include "engine/holes/loops/hole_choice.h"
 #include "engine/holes/loops/shared_vertices.h"
+#include "engine/holes/patch/rim_flaps.h"
 #include "engine/holes/problem/boundary_loop.h"
 #include "engine/holes/problem/hole.h"
 #include "engine/holes/problem/surface.h"
@@ -70,11 +71,17 @@ struct HolePlan {
   /// Those of all loops.
   std::vector<HoleFacts> all_facts() const;
 };
-/// Crumbs are looked for where FillOptions::min_triangles names no number. `stop`, which may be
-/// null, is looked at several times a second.
+/// For plans that take flaps (rim_flaps.h) off the rims of an open scene.
+struct FlapsToTake {
+  const Surface& surface;      ///< of the boundary; still has the flaps afterwards
+  std::vector<OpenFan>& fans;  ///< of the boundary; without them afterwards
+  RimFlaps flaps = {};         ///< what was taken
+};
+/// Crumbs are looked for where FillOptions::min_triangles names no number. `to_take`: null where
+/// the triangles stay as they are. `stop`, which may be null, is looked at several times a second.
 HolePlan plan_holes(std::vector<OpenFan> fans, std::vector<BoundaryVertex> vertices,
                     std::span<const Piece> pieces, const FillOptions& options,
-                    const StopToken* stop = nullptr);
+                    const StopToken* stop = nullptr, FlapsToTake* to_take = nullptr);
 
 /// Gathers the neighbourhood and fills the hole, joining its islands where that is possible. One
 /// result per loop of the group; a joined island's has no triangles of its own. The results depend

@@ -91,7 +91,7 @@ constexpr ReportField kRunFields[] = {
     {"mesh.nonmanifold_edges", "edges of more than two triangles"},
     {"mesh.nonmanifold_vertices", "vertices with more than one fan of triangles"},
     {"mesh.pinches", "places where sheets touch in a point; null: not counted"},
-    {"mesh.mended_triangles", "triangles of the scan that were taken out so that a closed object is closed soundly"},
+    {"mesh.mended_triangles", "triangles of the scan that were taken out so that holes are closed soundly: flaps at rims of open scenes, and what keeps a closed object open"},
     {"mesh.inconsistent_edges", "edges whose two triangles are oriented differently"},
     {"mesh.degenerate_triangles", "triangles with two equal vertices"},
     {"mesh.duplicate_triangles", "triangles that are there twice"},

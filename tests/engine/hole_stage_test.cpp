@@ -99,6 +99,17 @@ TEST_CASE("CrumpledHolesAreFilledWithoutACrossingInAnyCut", "[costly]") {
   CHECK(whole.mesh.crossing_pairs == count_crossing_pairs(read_mesh(job.output.mesh)));
   CHECK(std::any_of(whole.holes.begin(), whole.holes.end(),
                     [](const HoleFacts& hole) { return hole.filled && hole.open_edges > 0; }));
+  CHECK(whole.mesh.mended_triangles > 0);  // flaps at rims
+  const TriangleMesh mesh = read_mesh(job.output.mesh);
+  REQUIRE(validate_mesh(mesh).empty());
+  const MeshFacts measured = mesh_facts(mesh);
+  CHECK(whole.mesh.vertices == measured.vertices);
+  CHECK(whole.mesh.triangles == measured.triangles);
+  CHECK(whole.mesh.components == measured.components);
+  CHECK(whole.mesh.boundary_edges == measured.boundary_edges);
+  CHECK(whole.mesh.boundary_loops == measured.boundary_loops);
+  CHECK(whole.mesh.area == Approx(measured.area).epsilon(1e-9));
+  CHECK(measured.unreferenced_vertices == 0);
   for (const auto& [chunk_points, threads] :
        {std::pair{300, 2}, std::pair{1000, 1}, std::pair{2500, 5}}) {
     job.partition.chunk_points = static_cast<std::uint64_t>(chunk_points);

@@ -33,6 +33,26 @@ struct TangentFrame : PlaneAxes {
   double angle(Vec3 direction) const { return pseudo_angle(dot(direction, u), dot(direction, v)); }
 };
 
+const BoundaryVertex& find(std::span<const BoundaryVertex> vertices, std::uint64_t vertex) {
+  return *std::lower_bound(
+      vertices.begin(), vertices.end(), vertex,
+      [](const BoundaryVertex& known, std::uint64_t number) { return known.vertex < number; });
+}
+
+/// The least of all rotations that begin at the smallest vertex.
+void rotate_to_least(std::vector<std::uint64_t>& loop, const StopToken* stop) {
+  const std::uint64_t smallest = *std::min_element(loop.begin(), loop.end());
+  std::vector<std::uint64_t> best;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    if (loop[i] != smallest) continue;
+    if (!best.empty()) check_stop(stop);
+    std::vector<std::uint64_t> turned(loop.begin() + static_cast<std::ptrdiff_t>(i), loop.end());
+    turned.insert(turned.end(), loop.begin(), loop.begin() + static_cast<std::ptrdiff_t>(i));
+    if (best.empty() || turned < best) best = std::move(turned);
+  }
+  loop = std::move(best);
+}
+
 class LoopTracer {
  public:
   LoopTracer(std::vector<OpenFan> fans, std::span<const BoundaryVertex> vertices,
@@ -63,11 +83,7 @@ class LoopTracer {
  private:
   static constexpr std::uint32_t kNone = 0xffffffffu;
 
-  const BoundaryVertex& known(std::uint64_t vertex) const {
-    return *std::lower_bound(
-        vertices_.begin(), vertices_.end(), vertex,
-        [](const BoundaryVertex& known, std::uint64_t number) { return known.vertex < number; });
-  }
+  const BoundaryVertex& known(std::uint64_t vertex) const { return find(vertices_, vertex); }
 
   /// after_[f]: the fan whose boundary edge follows the one that arrives at f.
   void pair_fans() {
@@ -151,43 +167,11 @@ class LoopTracer {
   /// The loop as it is kept, and its measures.
   void finish(BoundaryLoop& loop) const {
     std::reverse(loop.vertices.begin(), loop.vertices.end());
-    rotate_to_least(loop.vertices);
     std::sort(loop.components.begin(), loop.components.end());
     loop.components.erase(std::unique(loop.components.begin(), loop.components.end()),
                           loop.components.end());
     loop.components.shrink_to_fit();
-    measure(loop);
-  }
-
-  /// The least of all rotations that begin at the smallest vertex.
-  void rotate_to_least(std::vector<std::uint64_t>& loop) const {
-    const std::uint64_t smallest = *std::min_element(loop.begin(), loop.end());
-    std::vector<std::uint64_t> best;
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      if (loop[i] != smallest) continue;
-      if (!best.empty()) check_stop(stop_);
-      std::vector<std::uint64_t> turned(loop.begin() + static_cast<std::ptrdiff_t>(i), loop.end());
-      turned.insert(turned.end(), loop.begin(), loop.begin() + static_cast<std::ptrdiff_t>(i));
-      if (best.empty() || turned < best) best = std::move(turned);
-    }
-    loop = std::move(best);
-  }
-
-  void measure(BoundaryLoop& loop) const {
-    std::vector<Vec3> at;
-    for (const std::uint64_t vertex : loop.vertices) at.push_back(known(vertex).position);
-    // Sums of differences to one vertex: coordinates may be large.
-    Vec3 sum;
-    for (const Vec3 p : at) sum = sum + (p - at.front());
-    loop.center = at.front() + sum / static_cast<double>(at.size());
-    for (std::size_t i = 0; i < at.size(); ++i) {
-      const Vec3 a = at[i], b = at[(i + 1) % at.size()];
-      loop.perimeter += norm(b - a);
-      loop.radius = std::max(loop.radius, norm(a - loop.center));
-      loop.area_vector = loop.area_vector + 0.5 * cross(a - loop.center, b - loop.center);
-      loop.mean_normal = loop.mean_normal + normalized(known(loop.vertices[i]).normal);
-    }
-    loop.mean_normal = loop.mean_normal / static_cast<double>(at.size());
+    measure_loop(vertices_, loop, stop_);
   }
 
   std::vector<OpenFan> fans_;  // by vertex, previous
@@ -203,6 +187,27 @@ std::vector<BoundaryLoop> trace_loops(std::vector<OpenFan> fans,
                                       std::span<const BoundaryVertex> vertices,
                                       const StopToken* stop) {
   return LoopTracer(std::move(fans), vertices, stop).trace();
+}
+
+void measure_loop(std::span<const BoundaryVertex> vertices, BoundaryLoop& loop,
+                  const StopToken* stop) {
+  rotate_to_least(loop.vertices, stop);
+  std::vector<Vec3> at;
+  for (const std::uint64_t vertex : loop.vertices) at.push_back(find(vertices, vertex).position);
+  // Sums of differences to one vertex: coordinates may be large.
+  Vec3 sum;
+  for (const Vec3 p : at) sum = sum + (p - at.front());
+  loop.center = at.front() + sum / static_cast<double>(at.size());
+  loop.perimeter = loop.radius = 0.0;
+  loop.area_vector = loop.mean_normal = {};
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const Vec3 a = at[i], b = at[(i + 1) % at.size()];
+    loop.perimeter += norm(b - a);
+    loop.radius = std::max(loop.radius, norm(a - loop.center));
+    loop.area_vector = loop.area_vector + 0.5 * cross(a - loop.center, b - loop.center);
+    loop.mean_normal = loop.mean_normal + normalized(find(vertices, loop.vertices[i]).normal);
+  }
+  loop.mean_normal = loop.mean_normal / static_cast<double>(at.size());
 }
 
 }  // namespace orbweave

@@ -55,4 +55,9 @@ std::vector<BoundaryLoop> trace_loops(std::vector<OpenFan> fans,
                                       std::span<const BoundaryVertex> vertices,
                                       const StopToken* stop = nullptr);
 
+/// Turns the vertices of a loop so that the canonical one is first, and brings its measures up to
+/// date; `components` stay. `vertices` as for trace_loops(). `stop` may be null.
+void measure_loop(std::span<const BoundaryVertex> vertices, BoundaryLoop& loop,
+                  const StopToken* stop = nullptr);
+
 }  // namespace orbweave

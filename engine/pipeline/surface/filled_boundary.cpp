@@ -212,7 +212,7 @@ MeshFacts facts_after_fill(MeshFacts facts, UnfilledMesh mesh, std::vector<Bound
   facts.triangles -= filled.removed.size();
   facts.nonmanifold_vertices = 0;
   facts.pinches = count_pinches(filled);
-  facts.mended_triangles = mesh.mended.taken.size();
+  facts.mended_triangles = mesh.mended.taken.size() + filled.flaps;
   facts.area += patches.area;
   facts.patch_area = patches.area;
   facts.boundary_edges = fans.size();

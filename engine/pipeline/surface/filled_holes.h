@@ -26,6 +26,7 @@ struct FilledHoles {
   std::vector<std::uint64_t> new_triangles;  ///< per batch
   std::uint64_t pieces_removed = 0;          ///< pieces that are too small
   std::vector<Triangle64> removed;           ///< of these, and where it was mended, sorted
+  std::uint64_t flaps = 0;                   ///< of these: RimFlaps
   std::vector<std::uint64_t> freed;          ///< vertices that only they used, ascending
   std::vector<SplitCorner> splits;           ///< sorted
   std::vector<std::uint64_t> copies;         ///< per copy the vertex that it doubles

@@ -33,6 +33,8 @@ constexpr std::size_t kHoleBytes = std::size_t{48} << 20;
 constexpr std::size_t kBatchBytes = std::size_t{4} << 20;
 /// Chunks of the surface may stay in this part of the budget (one over it) while loops are traced.
 constexpr std::size_t kKeptPart = 32;
+/// What loops and their plan take per fan of the boundary, while loops are traced.
+constexpr std::uint64_t kPlanBytesPerFan = 400;
 
 /// As many sites as the square of its edges are around a hole; its system has the square of that.
 std::size_t bytes_to_fill(std::uint64_t edges) {
@@ -346,6 +348,16 @@ void remove_pieces(HoleInputs& inputs, std::span<const std::uint8_t> is_removed,
   surface.remove(filled.removed);
 }
 
+/// Takes flaps at rims from the surface and from the area of the mesh.
+void remove_flaps(RimFlaps flaps, HoleInputs& inputs, StoredSurface& surface, FilledHoles& filled) {
+  if (flaps.triangles.empty()) return;
+  inputs.facts.area -= flaps.area;
+  filled.flaps = flaps.triangles.size();
+  add_sorted(flaps.triangles, filled.removed);
+  add_sorted(flaps.freed, filled.freed);
+  surface.remove(filled.removed);
+}
+
 /// Traces the loops. `inputs` ends without fans and vertices of the boundary, and with the area of
 /// the mesh without the pieces that are removed; `filled` gets these.
 TracedHoles trace_holes(HoleInputs& inputs, StoredSurface& surface, StageRunner& runner,
@@ -360,9 +372,14 @@ TracedHoles trace_holes(HoleInputs& inputs, StoredSurface& surface, StageRunner&
   remove_pieces(inputs, holes.is_removed, surface, filled);
   holes.fans = kept_fans(std::move(boundary.fans), holes.is_removed);
   runner.progress.advance(holes.fans.size());
-  surface.limit_memory(kept_bytes);
+  // Flaps are looked for loop by loop, and a loop may lie in several chunks.
+  surface.limit_memory(
+      bytes_for_chunks(runner.job, inputs.surface.partition, kPlanBytesPerFan * holes.fans.size()));
+  FlapsToTake to_take{surface, holes.fans};
   holes.plan = plan_holes(holes.fans, std::move(boundary.vertices), pieces_of(boundary), options,
-                          &runner.stop);
+                          &runner.stop, &to_take);
+  remove_flaps(std::move(to_take.flaps), inputs, surface, filled);
+  surface.limit_memory(kept_bytes);
   const std::vector<std::uint8_t>& crumbs = holes.plan.crumbs;
   if (std::find(crumbs.begin(), crumbs.end(), 1) != crumbs.end()) {
     surface.limit_memory(bytes_for_chunks(runner.job, inputs.surface.partition));
