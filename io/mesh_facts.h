@@ -62,4 +62,28 @@ struct VoronoiFacts {
   }
 };
 
+/// Whether normals that were given fit the points and each other. Counts of one in kOneIn points.
+struct SideFacts {
+  static constexpr std::uint64_t kOneIn = 4;
+  static constexpr std::uint64_t kNone = ~std::uint64_t{0};
+  std::uint64_t looked = 0;  ///< those that have enough neighbours
+  std::uint64_t steep = 0;  ///< most neighbours lie in the normal's direction rather than beside it
+  std::uint64_t smooth = 0;  ///< the point and its neighbours lie on one surface, by their normals
+  std::uint64_t seams = 0;  ///< of the smooth points, those with neighbours that face the other way
+  std::uint64_t first_seam = kNone;  ///< canonical number of the first of them
+  Vec3 place;                        ///< of that one
+
+  SideFacts& operator+=(const SideFacts& other) {
+    looked += other.looked;
+    steep += other.steep;
+    smooth += other.smooth;
+    seams += other.seams;
+    if (other.first_seam < first_seam) {
+      first_seam = other.first_seam;
+      place = other.place;
+    }
+    return *this;
+  }
+};
+
 }  // namespace orbweave

@@ -105,6 +105,57 @@ void warn_of_what_is_missing(StageRunner& runner, const RunResults& results) {
                    : ""));
 }
 
+/// Fewer say nothing.
+constexpr std::uint64_t kFewestLookedAt = 100;
+
+/// The normals are not those of the surface that the points lie on.
+bool are_foreign(const SideFacts& sides) {
+  constexpr double kMostSteep = 0.4;  // scans with noise: a tenth
+  return sides.looked >= kFewestLookedAt &&
+         static_cast<double>(sides.steep) > kMostSteep * static_cast<double>(sides.looked);
+}
+
+/// Sides change across smooth surfaces, along a line as long as a quarter of their width or more.
+/// (Real scans: a hundredth of it, where the sides are right.)
+bool contradict(const SideFacts& sides) {
+  // A line across a square of n points has 2 sqrt(n) of them beside it.
+  constexpr double kLongSeam = 0.5;
+  constexpr std::uint64_t kFewestOnSeam = 4;
+  if (sides.looked < kFewestLookedAt || sides.seams < kFewestOnSeam) return false;
+  const auto smooth = static_cast<double>(sides.smooth * SideFacts::kOneIn);
+  return static_cast<double>(sides.seams * SideFacts::kOneIn) > kLongSeam * std::sqrt(smooth);
+}
+
+/// What to do about normals that were not turned by their neighbours.
+std::string advice_on_sides(const StageRunner& runner, const RunResults& results) {
+  if (results.partition.normals.source == NormalSource::kFile)
+    return "try " + setting(runner.job, "normals.source", "estimate");
+  return "check the place of each scanner (" + setting_name(runner.job, "input.poses") + ", " +
+         setting_name(runner.job, "input.scanner") + "), or try " +
+         setting(runner.job, "normals.orientation", "propagate");
+}
+
+/// Normals that were given, or turned to a scanner, and are not those of the surface.
+void warn_of_sides(StageRunner& runner, const RunResults& results) {
+  const SideFacts& sides = results.sides;
+  const auto percent = [](std::uint64_t part, std::uint64_t whole) {
+    const double share = 100.0 * static_cast<double>(part) / static_cast<double>(whole);
+    return (share < 1.0 ? "under 1" : format_number(std::round(share))) + " %";
+  };
+  if (are_foreign(sides))
+    return runner.warn("the normals do not fit the points: at " +
+                       percent(sides.steep, sides.looked) +
+                       " of them most neighbours lie in the direction of the normal rather than "
+                       "beside it; the mesh is wrong or has holes there; " +
+                       advice_on_sides(runner, results));
+  if (contradict(sides))
+    runner.warn("the normals contradict each other: at " + percent(sides.seams, sides.smooth) +
+                " of the points on smooth surface neighbours face opposite sides, first near " +
+                format_position(sides.place) +
+                "; around there parts of the mesh face the wrong way, overlap or are missing; " +
+                advice_on_sides(runner, results));
+}
+
 /// Tight Cocone closes whatever it is given. Its inside grows from well-sampled points; without
 /// these it is a guess, and what comes out may be closed crumbs.
 void warn_of_guessed_inside(StageRunner& runner, const RunResults& results) {
@@ -128,6 +179,7 @@ void warn_of_doubtful_mesh(StageRunner& runner, const RunResults& results) {
   warn_of_what_is_missing(runner, results);
   warn_of_guessed_inside(runner, results);
   warn_of_inside_out(runner, results);
+  warn_of_sides(runner, results);
 }
 
 }  // namespace orbweave

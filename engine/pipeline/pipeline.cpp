@@ -306,6 +306,7 @@ void run_stages(StageRunner& runner, const RunWatch& watch, RunResults& results)
   predicted.peak_memory_bytes = std::max(predicted.peak_memory_bytes, holes.predicted_peak_bytes);
   results.conflicts_lost = stitched.conflicts_lost;
   if (tells_undersampling(runner.job.reconstruct.method)) results.voronoi = stitched.voronoi;
+  results.sides = stitched.sides;
   results.pieces_removed = holes.filled.pieces_removed;
   results.triangles_removed = holes.filled.removed.size() - holes.facts.mended_triangles;
   results.points_unused = stitched.unused_points + holes.filled.freed.size();

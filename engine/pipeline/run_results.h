@@ -21,6 +21,7 @@ struct RunResults {
   std::uint64_t pieces_removed = 0;  ///< smaller than fill.min_triangles
   std::uint64_t triangles_removed = 0;
   std::optional<VoronoiFacts> voronoi;
+  SideFacts sides;  ///< of normals whose side was given
   MeshFacts mesh;
   std::vector<HoleFacts> holes;  ///< first vertices in the output's numbers
   ResourceFacts predicted;

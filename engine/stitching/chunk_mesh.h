@@ -51,6 +51,7 @@ struct ChunkMesh {
   /// Of methods that tell: 1 per owned point that is sampled too sparsely; else empty.
   std::vector<std::uint8_t> undersampled;
   VoronoiFacts voronoi;  ///< likewise
+  SideFacts sides;       ///< where the normals are looked at
 };
 
 /// The points that a chunk was reconstructed from, in canonical order.

@@ -110,6 +110,7 @@ void MeshSummary::add(const ChunkMesh& chunk, std::uint64_t first_vertex, std::u
   facts_.scanned_volume += chunk.volume;
   conflicts_lost_ += chunk.conflicts_lost;
   voronoi_ += chunk.voronoi;
+  sides_ += chunk.sides;
   count_fans(chunk.fans, first_vertex);
   const std::uint64_t before = boundary_.pieces.size();
   for (OpenFan fan : chunk.boundary) {

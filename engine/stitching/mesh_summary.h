@@ -58,6 +58,7 @@ class MeshSummary {
   std::uint64_t conflicts_lost() const { return conflicts_lost_; }
   std::uint64_t unused_points() const { return unused_points_; }
   const VoronoiFacts& voronoi() const { return voronoi_; }
+  const SideFacts& sides() const { return sides_; }
 
  private:
   void count_fans(std::span<const std::uint8_t> fans, std::uint64_t first_vertex);
@@ -77,6 +78,7 @@ class MeshSummary {
   std::uint64_t conflicts_lost_ = 0;
   std::uint64_t unused_points_ = 0;
   VoronoiFacts voronoi_;
+  SideFacts sides_;
 };
 
 }  // namespace orbweave

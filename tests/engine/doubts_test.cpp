@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <set>
 #include <string>
 #include <vector>
@@ -105,6 +106,14 @@ NamedCloud spread_over(double decades, std::size_t points) {
 int crowded_decades(const PointCloud& cloud) {
   const SpacingSite site{cloud.bounds(), cloud.bounds(), cloud.positions};
   return coordinate_decades({&site, 1}).crowded;
+}
+
+/// An even sphere whose normals `change` turns.
+NamedCloud sphere_with(const std::function<Vec3(Vec3 place, Vec3 normal)>& change) {
+  NamedCloud named = random_sphere(12000, 11);
+  for (std::size_t i = 0; i < named.cloud.size(); ++i)
+    named.cloud.normals[i] = change(named.cloud.positions[i], named.cloud.normals[i]);
+  return named;
 }
 
 /// What reading and cleaning `job` says when it is interrupted at a stage and resumed.
@@ -394,4 +403,59 @@ TEST_CASE("CoordinatesOfAllDecadesAreRefusedBeforeTheirNeighboursAreSought") {
   const CloudFacts facts = cloud_facts(*source, again.get());
   CHECK_THAT(facts.doubt, Contains("coordinates span 7") && Contains(expected));
   CHECK_FALSE(facts.spacing);
+}
+
+TEST_CASE("NormalsOfTheFileThatFaceBothSidesAreWarnedOf") {
+  ScratchDirectory scratch;
+  const auto warns = [&](const std::function<Vec3(Vec3, Vec3)>& change, const std::string& what) {
+    return warns_of(job_without_fill(scratch, sphere_with(change)), what);
+  };
+  CHECK(warns([](Vec3 p, Vec3 n) { return p.x > 0.3 ? -n : n; }, "the normals contradict"));
+  CHECK(warns(
+      [](Vec3 p, Vec3 n) {
+        return norm(p - Vec3{1, 0, 0}) < 0.5 ? -n : n;
+      },
+      "the normals contradict"));
+  CHECK(warns([](Vec3, Vec3 n) { return n.z < 0.0 ? -n : n; }, "the normals contradict"));
+  CHECK_FALSE(warns([](Vec3, Vec3 n) { return n; }, "the normals"));
+  CHECK_FALSE(warns([](Vec3, Vec3 n) { return -n; }, "the normals contradict"));
+}
+
+TEST_CASE("NormalsOfTheFileThatAreNotThoseOfThePointsAreWarnedOf") {
+  ScratchDirectory scratch;
+  const auto warns = [&](const std::function<Vec3(Vec3, Vec3)>& change) {
+    return warns_of(job_without_fill(scratch, sphere_with(change)), "the normals do not fit");
+  };
+  CHECK(warns([](Vec3, Vec3 n) { return Vec3{n.x, n.z, -n.y}; }));
+  CHECK(warns([](Vec3, Vec3 n) { return 0.5 * (n + Vec3{1, 1, 1}); }));  // colours of a normal map
+  CHECK_FALSE(warns([](Vec3, Vec3 n) { return n; }));
+}
+
+TEST_CASE("TheSidesOfAThinPlateAreNoContradiction") {
+  ScratchDirectory scratch;
+  for (const double steps : {0.5, 1.0, 2.0})
+    CHECK_FALSE(warns_of(job_without_fill(scratch, thin_plate(steps)), "the normals"));
+}
+
+TEST_CASE("AWrongPlaceOfTheScannerIsWarnedOf") {
+  ScratchDirectory scratch;
+  Job job = job_without_fill(scratch, without_normals(random_sphere(12000, 11)));
+  job.input.scanner = ScannerPlace{{4.0, 0.0, 0.0}, false};
+  CHECK(warns_of(job, "check the place of each scanner"));
+}
+
+TEST_CASE("ContradictionsAreTheSameInAnyCut") {
+  ScratchDirectory scratch;
+  Job job =
+      job_without_fill(scratch, sphere_with([](Vec3 p, Vec3 n) { return p.x > 0.3 ? -n : n; }));
+  const auto said = [&](std::uint64_t chunk_points) {
+    job.partition.chunk_points = chunk_points;
+    std::vector<std::string> found;
+    for (const std::string& warning : run(job).warnings)
+      if (warning.find("the normals") != std::string::npos) found.push_back(warning);
+    return found;
+  };
+  const std::vector<std::string> whole = said(100000);
+  CHECK(whole.size() == 1);
+  CHECK(said(1500) == whole);
 }

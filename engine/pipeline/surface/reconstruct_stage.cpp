@@ -5,6 +5,8 @@
 
 #include "engine/ball_pivoting/ball_pivoting.h"
 #include "engine/ball_pivoting/halo_width.h"
+#include "engine/ball_pivoting/perturbation.h"
+#include "engine/normals/side_agreement.h"
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/surface/chunk_with_halo.h"
@@ -58,6 +60,27 @@ void reconstruct_whole(const SurfaceInputs& inputs, StageRunner& runner) {
   clock.facts().points = partition.points();
 }
 
+/// Whether the normals' side comes from outside: from the file or from the place of a scanner.
+bool are_given(const NormalFacts& normals) {
+  return normals.source == NormalSource::kFile || normals.orientation == Orientation::kScanner ||
+         normals.orientation == Orientation::kViewpoint;
+}
+
+/// Of the chunk's own points.
+SideFacts sides_of(const ChunkPoints& points, double reach, const StopToken* stop) {
+  if (points.owned_begin == points.owned_end) return {};
+  std::vector<std::uint8_t> asked;
+  for (std::uint32_t i = points.owned_begin; i < points.owned_end; ++i)
+    asked.push_back(position_hash(points.positions[i]) % SideFacts::kOneIn == 0 ? 1 : 0);
+  return side_agreement(points.positions, points.normals,
+                        {.begin = points.owned_begin,
+                         .end = points.owned_end,
+                         .first = points.global[points.owned_begin],
+                         .reach = reach,
+                         .asked = asked,
+                         .stop = stop});
+}
+
 }  // namespace
 
 void reconstruct_chunks(const SurfaceInputs& inputs, StageRunner& runner) {
@@ -92,9 +115,11 @@ void reconstruct_chunks(const SurfaceInputs& inputs, StageRunner& runner) {
             load_chunk_with_halo(runner.store, partition, chunk, halo, &runner.stop);
         BallPivotingResult result =
             ball_pivoting(points.positions, points.normals, points.owned, options);
-        commit_chunk_mesh(runner.store, chunk,
-                          make_chunk_mesh(points, std::move(result), chunks[chunk].box,
-                                          longest_edge(radii), &runner.stop));
+        ChunkMesh mesh = make_chunk_mesh(points, std::move(result), chunks[chunk].box,
+                                         longest_edge(radii), &runner.stop);
+        if (are_given(partition.normals))
+          mesh.sides = sides_of(points, longest_edge(radii), &runner.stop);
+        commit_chunk_mesh(runner.store, chunk, mesh);
       },
       Durability::kFollows);
   clock.facts().points = partition.points();

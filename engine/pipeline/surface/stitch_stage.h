@@ -23,6 +23,7 @@ struct Stitched {
   std::uint64_t conflicts_lost = 0;
   std::uint64_t unused_points = 0;
   VoronoiFacts voronoi;
+  SideFacts sides;
 };
 
 /// Looks at the borders of all chunks, one after the other. Throws Error (resource) where the

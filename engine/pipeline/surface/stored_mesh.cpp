@@ -19,10 +19,13 @@ static_assert(sizeof(OpenFan) == 32 && sizeof(BoundaryVertex) == 56 && sizeof(Ch
 
 void commit_chunk_mesh(ChunkStore& store, ChunkId chunk, const ChunkMesh& mesh) {
   const VoronoiFacts& voronoi = mesh.voronoi;
+  const SideFacts& sides = mesh.sides;
   const std::vector<std::uint64_t> counts = {
       mesh.conflicts_lost,        mesh.isolated_dropped, voronoi.undersampled_points,
       voronoi.uncertified_points, voronoi.grown_boxes,   voronoi.contested_triangles,
-      voronoi.seam_triangles};
+      voronoi.seam_triangles,     sides.looked,          sides.steep,
+      sides.smooth,               sides.seams,           sides.first_seam};
+  const std::vector<Vec3> seam_place = {sides.place};
   const std::vector<double> area = {mesh.area}, volume = {mesh.volume};
   const ArrayView arrays[] = {
       view(kStoredTriangles, ScalarType::kUint32, 3, mesh.triangles, 3),
@@ -36,6 +39,7 @@ void commit_chunk_mesh(ChunkStore& store, ChunkId chunk, const ChunkMesh& mesh) 
       view("counts", ScalarType::kUint64, 1, counts, 1),
       view("area", ScalarType::kFloat64, 1, area, 1),
       view("volume", ScalarType::kFloat64, 1, volume, 1),
+      view("side_seam", ScalarType::kFloat64, 3, seam_place, 3),
       view(kStoredUndersampled, ScalarType::kUint8, 1, mesh.undersampled, 1),
   };
   store.commit(kMeshStage, chunk, arrays);
@@ -59,6 +63,12 @@ ChunkMesh load_chunk_mesh(const ChunkStore& store, ChunkId chunk, bool summary_o
   mesh.conflicts_lost = counts.at(0);
   mesh.isolated_dropped = counts.at(1);
   mesh.voronoi = {counts.at(2), counts.at(3), counts.at(4), counts.at(5), counts.at(6)};
+  mesh.sides = {.looked = counts.at(7),
+                .steep = counts.at(8),
+                .smooth = counts.at(9),
+                .seams = counts.at(10),
+                .first_seam = counts.at(11),
+                .place = stored->read_all<Vec3>("side_seam").at(0)};
   mesh.area = stored->read_all<double>("area").at(0);
   mesh.volume = stored->read_all<double>("volume").at(0);
   return mesh;
