@@ -20,11 +20,18 @@ static_assert(sizeof(OpenFan) == 32 && sizeof(BoundaryVertex) == 56 && sizeof(Ch
 void commit_chunk_mesh(ChunkStore& store, ChunkId chunk, const ChunkMesh& mesh) {
   const VoronoiFacts& voronoi = mesh.voronoi;
   const SideFacts& sides = mesh.sides;
-  const std::vector<std::uint64_t> counts = {
-      mesh.conflicts_lost,        mesh.isolated_dropped, voronoi.undersampled_points,
-      voronoi.uncertified_points, voronoi.grown_boxes,   voronoi.contested_triangles,
-      voronoi.seam_triangles,     sides.looked,          sides.steep,
-      sides.smooth,               sides.seams,           sides.first_seam};
+  const std::vector<std::uint64_t> counts = {mesh.conflicts_lost,
+                                             mesh.isolated_dropped,
+                                             voronoi.undersampled_points,
+                                             voronoi.uncertified_points,
+                                             voronoi.grown_boxes,
+                                             voronoi.contested_triangles,
+                                             voronoi.seam_triangles,
+                                             sides.looked,
+                                             sides.steep,
+                                             sides.smooth,
+                                             sides.seams,
+                                             sides.first_seam};
   const std::vector<Vec3> seam_place = {sides.place};
   const std::vector<double> area = {mesh.area}, volume = {mesh.volume};
   const ArrayView arrays[] = {
