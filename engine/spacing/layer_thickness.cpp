@@ -151,6 +151,26 @@ void measure_parts(const std::vector<Measured>& all, LayerThickness& layers,
   layers.largest_radius = levels.radii().back();
 }
 
+/// Places of two sharp layers, and of points that lie beside another one.
+void count_doubles(const std::vector<Measured>& all, LayerThickness& layers) {
+  constexpr double kSharp = 1.5, kTwinPerSpacing = 0.05;
+  std::vector<double> gaps;
+  std::size_t twins = 0;
+  for (const Measured& one : all) {
+    if (one.nearest < kTwinPerSpacing * one.spacing) ++twins;
+    // Two sharp layers deviate from their middle by half of what lies between them.
+    if (one.is_layer && one.kurtosis < kSharp && one.noise > kThickPerSpacing * one.spacing)
+      gaps.push_back(2.0 * one.noise);
+  }
+  const auto count = static_cast<double>(all.size());
+  layers.twin_share = static_cast<double>(twins) / count;
+  layers.double_share = static_cast<double>(gaps.size()) / count;
+  if (gaps.empty()) return;
+  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
+  std::nth_element(gaps.begin(), middle, gaps.end());
+  layers.gap = *middle;
+}
+
 }  // namespace
 
 double noise_cell(const LayerThickness& layers) { return kSpacingsPerCell * layers.spacing; }
@@ -176,6 +196,7 @@ LayerThickness measure_layers(const SearchedSites& sites, const StopToken* stop)
   layers.spacing = median(all, &PlaceNoise::spacing);
   layers.radius = median(all, &PlaceNoise::radius);
   measure_parts(all, layers, stop);
+  count_doubles(all, layers);
   return layers;
 }
 

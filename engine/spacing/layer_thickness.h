@@ -20,7 +20,12 @@ struct LayerThickness {
   /// Share of the places, one in each cube of a lattice, where the layers are thick.
   double thick_share = 0.0;
   double largest_radius = 0.0;  ///< of the smoothing that any of these places asks for; 0: none
-  bool is_thick() const;        ///< too thick for an empty ball to roll over one layer
+  /// Share of the places that lie in two sharp layers beside each other rather than in noise.
+  double double_share = 0.0;
+  double gap = 0.0;  ///< between those layers, median; world units
+  /// Share of the places that have another point closer than a twentieth of the spacing.
+  double twin_share = 0.0;
+  bool is_thick() const;  ///< too thick for an empty ball to roll over one layer
   /// Thick on the whole or in some part.
   bool is_thick_somewhere() const;
 };

@@ -18,16 +18,25 @@ constexpr double kLayer = 5.0;
 /// Numbers of a quadratic surface and of its plane that are fitted.
 constexpr double kFitted = 6.0;
 
-/// Root of the mean squared distance of the samples from their local surface, in radii.
-std::optional<double> deviation_of(const std::vector<SurfaceSample>& samples) {
+/// Of samples from their local surface.
+struct Deviation {
+  double root_mean_square = 0.0;  ///< in radii
+  double kurtosis = 3.0;
+};
+
+std::optional<Deviation> deviation_of(const std::vector<SurfaceSample>& samples) {
   const auto surface = fit_surface(samples, {});
   if (!surface) return std::nullopt;
-  double sum = 0.0;
+  double squares = 0.0, fourth_powers = 0.0;
   for (const SurfaceSample& sample : samples) {
     const double off = surface->distance_above(sample.offset);
-    sum += off * off;
+    squares += off * off;
+    fourth_powers += off * off * (off * off);
   }
-  return std::sqrt(sum / (static_cast<double>(samples.size()) - kFitted));
+  const auto count = static_cast<double>(samples.size());
+  Deviation deviation{.root_mean_square = std::sqrt(squares / (count - kFitted))};
+  if (squares > 0.0) deviation.kurtosis = count * fourth_powers / (squares * squares);
+  return deviation;
 }
 
 /// Noise is the same in both neighbourhoods; what the surface is finer than a quadric doubles
@@ -60,10 +69,14 @@ std::optional<PlaceNoise> NoiseMeter::at(Vec3 p, std::span<const Vec3> points, P
       samples_.push_back({(points[found_[i].index] - p) / radius, 1.0});
     const auto deviation = deviation_of(samples_);
     if (deviation && before)
-      measured = {spacing_of(found_), noise_of(*before, *deviation * radius), radius,
-                  *deviation * kLayer <= 1.0};
-    if (measured && *deviation * kWide <= 1.0) break;
-    before = deviation ? std::optional(*deviation * radius) : std::nullopt;
+      measured = {.spacing = spacing_of(found_),
+                  .noise = noise_of(*before, deviation->root_mean_square * radius),
+                  .radius = radius,
+                  .is_layer = deviation->root_mean_square * kLayer <= 1.0,
+                  .nearest = std::sqrt(found_[1].squared_distance),
+                  .kurtosis = deviation->kurtosis};
+    if (measured && deviation->root_mean_square * kWide <= 1.0) break;
+    before = deviation ? std::optional(deviation->root_mean_square * radius) : std::nullopt;
   }
   return measured;
 }

@@ -459,3 +459,37 @@ TEST_CASE("ContradictionsAreTheSameInAnyCut") {
   CHECK(whole.size() == 1);
   CHECK(said(1500) == whole);
 }
+
+TEST_CASE("TwoLayersThatCleaningMergesAreWarnedOf") {
+  ScratchDirectory scratch;
+  const auto warns = [&](const NamedCloud& named) {
+    Job job = job_without_fill(scratch, without_normals(named));
+    job.cleaning.automatic = true;
+    return warns_of(job, "the points lie in two layers");
+  };
+  CHECK(warns(thin_plate(1.0)));
+  CHECK_FALSE(warns(noisy_torus(20000, 0.3, 3)));
+  CHECK_FALSE(warns(noisy_torus(20000, 0.6, 3)));
+}
+
+TEST_CASE("PointsThatComeTwiceAreWarnedOf") {
+  ScratchDirectory scratch;
+  NamedCloud twice = without_normals(noisy_torus(20000, 0.1, 3));
+  const NamedCloud once = twice;
+  Random random(8);
+  for (const Vec3 p : once.cloud.positions)
+    twice.cloud.positions.push_back(p + 1e-4 * once.ball_radius * random.direction());
+  put_in_order(twice.cloud);
+  const std::string what = "closer than a twentieth of the point spacing";
+  CHECK_FALSE(warns_of(job_without_fill(scratch, once), what));
+  Job job = job_without_fill(scratch, twice);
+  CHECK(warns_of(job, what));
+  job.cleaning.thin_to_spacing = 0.1 * once.ball_radius;
+  CHECK_FALSE(warns_of(job, what));
+}
+
+TEST_CASE("NormalsThatAreNoneLeadToTheAdviceToEstimateThem") {
+  ScratchDirectory scratch;
+  const Job job = job_without_fill(scratch, sphere_with([](Vec3, Vec3) { return Vec3{0, 0, 0}; }));
+  CHECK_THROWS_WITH(run(job), Contains("normals.source"));
+}

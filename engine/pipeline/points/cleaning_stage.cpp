@@ -28,6 +28,7 @@
 #include "engine/pipeline/surface/in_core_methods.h"
 #include "engine/spacing/coordinate_step.h"
 #include "engine/spacing/layer_thickness.h"
+#include "engine/spacing/site_points.h"
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
 #include "io/job/job_keys.h"
@@ -59,6 +60,44 @@ CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
                           .is_warning = true});
   }
   return facts;
+}
+
+/// Doubt is worth a warning where it is about so many places. (Real scans: under 2 %.)
+constexpr double kManyPlaces = 0.2;
+
+std::string percent_of(double share) { return format_number(std::round(100.0 * share)) + " %"; }
+
+/// Two sheets that smoothing makes one of. Where nothing is smoothed, thick layers are warned of.
+void warn_of_double_layers(StageRunner& runner, const Partition& scans,
+                           const CleaningFacts& facts) {
+  const LayerThickness& layers = scans.layers;
+  if (layers.double_share < kManyPlaces || !(facts.options.smooth_radius > 0.0)) return;
+  const Length gap = readable_length(layers.gap, meters_per_unit(runner.job, scans));
+  const std::string what = "the points lie in two layers about " + short_text(gap.value) +
+                           gap.unit + " apart at " + percent_of(layers.double_share) +
+                           " of the places, and cleaning makes one of them: right where scans do "
+                           "not lie on each other, wrong for the two sides of a plate";
+  runner.say_of_points({.shown = what,
+                        .full = what + "; of a plate, take " +
+                                setting(runner.job, "cleaning.auto", "false") +
+                                " and no other smoothing; of scans, register them better",
+                        .is_warning = true});
+}
+
+/// The same points twice, with a little between them, are no noise, and no even surface either.
+void warn_of_twins(StageRunner& runner, const Partition& scans, const CleaningFacts& facts) {
+  constexpr double kApart = 0.1;  // of the spacing: what thinning takes
+  const LayerThickness& layers = scans.layers;
+  const double apart = kApart * layers.spacing;
+  const bool is_mended =
+      facts.options.merge_tolerance >= 0.5 * apart || facts.options.thin_to_spacing >= 0.5 * apart;
+  if (layers.twin_share < kManyPlaces || is_mended) return;
+  const std::string what = percent_of(layers.twin_share) +
+                           " of the points have another one closer than a twentieth of the point "
+                           "spacing, as if scans came twice: the mesh may have holes and flipped "
+                           "parts; try " +
+                           setting(runner.job, "cleaning.thin_to_spacing", short_text(apart));
+  runner.say_of_points({.shown = what, .full = what, .is_warning = true});
 }
 
 void warn_of_steps(StageRunner& runner, const Partition& scans) {
@@ -464,6 +503,8 @@ CutPoints partition_cleaned(StageRunner& runner) {
   RawCloud cloud = raw_cloud(runner, std::move(raw.partition));
   warn_of_steps(runner, cloud.partition);
   CleaningFacts facts = describe_layers(runner, cloud.partition);
+  warn_of_double_layers(runner, cloud.partition, facts);
+  warn_of_twins(runner, cloud.partition, facts);
   check_radius(runner.job, facts);
   NormalFacts normals;
   normals.source = NormalSource::kFile;
@@ -510,6 +551,7 @@ CutPoints partition_scans(StageRunner& runner) {
     CutPoints cut = cut_and_sort(scans_as_input(runner, kFinalCut), runner);
     warn_of_steps(runner, cut.partition);
     cut.partition.cleaning = describe_layers(runner, cut.partition);
+    warn_of_twins(runner, cut.partition, cut.partition.cleaning);
     cut.partition.normals.source = NormalSource::kFile;
     return cut;
   });

@@ -132,14 +132,22 @@ CountedCloud count_share(const RunControl& control, const CloudInput& input, con
   return cloud;
 }
 
+/// Normals that are no normals are no reason to do without the points.
+std::string advice_on_unusable(const ResolvedJob& job, const DroppedPoints& dropped) {
+  const auto are_of = [&](DropReason reason) { return dropped.contains(text_of(reason)); };
+  if (!are_of(DropReason::kZeroNormal) && !are_of(DropReason::kNormalNotFinite)) return {};
+  return "Try " + setting(job, "normals.source", "estimate");
+}
+
 [[noreturn]] void refuse_empty(const RunControl& control, const CountedCloud& cloud) {
   const ResolvedJob& job = control.job;
   if (cloud.points_read == 0)
     throw_bad_input("the cloud holds no points", {.file = job.files.front()});
   if (has_selected(job, cloud.dropped)) refuse_empty_selection(control, cloud);
-  throw_bad_input(
-      "the cloud holds no usable point",
-      {.file = job.files.front(), .found = describe_dropped(cloud.points_read, cloud.dropped)});
+  throw_bad_input("the cloud holds no usable point",
+                  {.file = job.files.front(),
+                   .found = describe_dropped(cloud.points_read, cloud.dropped),
+                   .advice = advice_on_unusable(job, cloud.dropped)});
 }
 
 /// Poles are found among all raw points at once.

@@ -115,11 +115,19 @@ NormalFacts normals_from(const Json& j) {
 
 Json to_json(const LayerThickness& layers) {
   return Json::array({layers.thickness, layers.spacing, layers.radius, layers.measured,
-                      layers.thick_share, layers.largest_radius});
+                      layers.thick_share, layers.largest_radius, layers.double_share, layers.gap,
+                      layers.twin_share});
 }
 
 LayerThickness layers_from(const Json& j) {
-  return {j.at(0), j.at(1), j.at(2), j.at(3), j.at(4), j.at(5)};
+  LayerThickness layers{j.at(0), j.at(1), j.at(2), j.at(3), j.at(4), j.at(5)};
+  // Documents of earlier versions end before.
+  if (j.size() > 6) {
+    layers.double_share = j.at(6);
+    layers.gap = j.at(7);
+    layers.twin_share = j.at(8);
+  }
+  return layers;
 }
 
 Json to_json(const std::vector<SaidLine>& lines) {
