@@ -149,6 +149,29 @@ void warn_of_placeholder_normals(StageRunner& runner, const Partition& partition
               setting(runner.job, "normals.source", "estimate"));
 }
 
+/// The setting that would decide the side of estimated normals; empty: none does so alone. A ground
+/// is asked for by job files that are for scans with and without normals.
+std::string setting_of_side(const Job& job) {
+  if (job.input.scanner) return setting_name(job, "input.scanner");
+  if (!job.input.scanners.empty()) return setting_name(job, "input.scanners");
+  if (job.normals.viewpoint) return setting_name(job, "normals.viewpoint");
+  const Orientation rule = job.normals.orientation;
+  const bool is_asked_for =
+      rule != Orientation::kAuto && rule != Orientation::kGround && rule != Orientation::kNone;
+  return is_asked_for ? setting_name(job, "normals.orientation") : "";
+}
+
+/// Normals of the file keep their side, whatever the job says about the scanner.
+void warn_of_side_not_asked(StageRunner& runner, const Partition& partition) {
+  if (partition.normals.source != NormalSource::kFile) return;
+  const std::string setting_of = setting_of_side(runner.job);
+  if (setting_of.empty()) return;
+  runner.warn(setting_of +
+              " decides nothing: the scans have normals of their own, which are taken as they are; "
+              "to have normals estimated and turned, " +
+              setting(runner.job, "normals.source", "estimate"));
+}
+
 /// What is wrong with the coordinate system that the scans name, as far as that can be known.
 void warn_of_coordinate_system(StageRunner& runner, const Partition& partition) {
   const std::string& system = partition.coordinate_system;
@@ -270,6 +293,7 @@ void run_points(StageRunner& runner, RunResults& results) {
   if (runner.communicator.is_root()) warn_of_coordinate_system(runner, results.partition);
   if (runner.communicator.is_root()) warn_of_degrees(runner, results.partition);
   if (runner.communicator.is_root()) warn_of_placeholder_normals(runner, results.partition);
+  if (runner.communicator.is_root()) warn_of_side_not_asked(runner, results.partition);
 }
 
 /// The vertices of a surface that are not the points; empty where they are.

@@ -493,3 +493,16 @@ TEST_CASE("NormalsThatAreNoneLeadToTheAdviceToEstimateThem") {
   const Job job = job_without_fill(scratch, sphere_with([](Vec3, Vec3) { return Vec3{0, 0, 0}; }));
   CHECK_THROWS_WITH(run(job), Contains("normals.source"));
 }
+
+TEST_CASE("APlaceOfTheScannerThatTurnsNoNormalsIsWarnedOf") {
+  ScratchDirectory scratch;
+  const std::string what = "decides nothing";
+  Job job = job_without_fill(scratch, random_sphere(5000, 11));
+  CHECK_FALSE(warns_of(job, what));
+  job.normals.orientation = Orientation::kGround;
+  CHECK_FALSE(warns_of(job, what));
+  job.input.scanner = ScannerPlace{{4.0, 0.0, 0.0}, false};
+  CHECK(warns_of(job, what));
+  job.normals.source = NormalSource::kEstimate;
+  CHECK_FALSE(warns_of(job, what));
+}
