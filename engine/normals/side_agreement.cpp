@@ -16,6 +16,8 @@ namespace orbweave {
 namespace {
 
 constexpr std::size_t kNeighbors = 8;
+/// So many on the other side lie beyond a line; fewer are strays whose normals were turned wrongly.
+constexpr std::size_t kSeam = 3;
 
 /// What a neighbour says.
 enum class Voice { kNeither, kSameSide, kOtherSide };
@@ -58,7 +60,7 @@ class Looker {
     if (2 * steep >= kNeighbors) ++facts.steep;
     if (same + other + 1 < kNeighbors) return;
     ++facts.smooth;
-    if (other < 2) return;
+    if (other < kSeam) return;
     ++facts.seams;
     if (number >= facts.first_seam) return;
     facts.first_seam = number;

@@ -66,12 +66,15 @@ bool are_given(const NormalFacts& normals) {
          normals.orientation == Orientation::kViewpoint;
 }
 
-/// Of the chunk's own points.
-SideFacts sides_of(const ChunkPoints& points, double reach, const StopToken* stop) {
+/// Of the chunk's own points that are in the mesh: strays that the balls pass by do no harm.
+SideFacts sides_of(const ChunkPoints& points, const ChunkMesh& mesh, double reach,
+                   const StopToken* stop) {
   if (points.owned_begin == points.owned_end) return {};
   std::vector<std::uint8_t> asked;
-  for (std::uint32_t i = points.owned_begin; i < points.owned_end; ++i)
-    asked.push_back(position_hash(points.positions[i]) % SideFacts::kOneIn == 0 ? 1 : 0);
+  for (std::uint32_t i = points.owned_begin; i < points.owned_end; ++i) {
+    const bool is_chosen = position_hash(points.positions[i]) % SideFacts::kOneIn == 0;
+    asked.push_back(is_chosen && mesh.fans[i - points.owned_begin] > 0 ? 1 : 0);
+  }
   return side_agreement(points.positions, points.normals,
                         {.begin = points.owned_begin,
                          .end = points.owned_end,
@@ -118,7 +121,7 @@ void reconstruct_chunks(const SurfaceInputs& inputs, StageRunner& runner) {
         ChunkMesh mesh = make_chunk_mesh(points, std::move(result), chunks[chunk].box,
                                          longest_edge(radii), &runner.stop);
         if (are_given(partition.normals))
-          mesh.sides = sides_of(points, longest_edge(radii), &runner.stop);
+          mesh.sides = sides_of(points, mesh, longest_edge(radii), &runner.stop);
         commit_chunk_mesh(runner.store, chunk, mesh);
       },
       Durability::kFollows);
