@@ -9,6 +9,8 @@
 #include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
 
 #include "engine/pipeline/pipeline.h"
 #include "engine/pipeline/run_steps.h"
@@ -17,6 +19,7 @@
 #include "io/error.h"
 #include "io/store/chunk_points.h"
 #include "io/store/store_lock.h"
+#include "io/system/directory.h"
 
 namespace orbweave {
 namespace {
@@ -32,8 +35,8 @@ struct Results {
 Results results_of(const fs::path& stage) {
   Results results;
   std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(stage, ignored)) {
-    const std::string name = entry.path().filename().string();
+  for (const fs::path& entry : entries_of(stage, ignored)) {
+    const std::string name = entry.filename().string();
     if (name.ends_with(".h5.part")) ++results.in_flight;
     if (name.ends_with(".h5") && !name.starts_with(".")) ++results.committed;
   }
@@ -65,12 +68,20 @@ std::string iso_time(fs::file_time_type time) {
   return text.data();
 }
 
+/// A run removes files and folders meanwhile: what is gone, or cannot be listed, is passed over.
 std::string last_touched(const fs::path& directory) {
-  fs::file_time_type latest = fs::last_write_time(directory);
-  std::error_code ignored;
-  for (const auto& entry : fs::recursive_directory_iterator(directory, ignored)) {
-    const auto time = entry.last_write_time(ignored);
-    if (!ignored) latest = std::max(latest, time);
+  std::error_code failed;
+  fs::file_time_type latest = fs::last_write_time(directory, failed);
+  if (failed) latest = fs::file_time_type::clock::now();
+  std::vector<fs::path> folders = {directory};
+  while (!folders.empty()) {
+    const fs::path folder = std::move(folders.back());
+    folders.pop_back();
+    for (fs::path& entry : entries_of(folder, failed)) {
+      const fs::file_time_type time = fs::last_write_time(entry, failed);
+      if (!failed) latest = std::max(latest, time);
+      if (fs::is_directory(fs::symlink_status(entry, failed))) folders.push_back(std::move(entry));
+    }
   }
   return iso_time(latest);
 }

@@ -2,6 +2,7 @@
 // process on the same work directory.
 #include <signal.h>
 
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <filesystem>
@@ -206,6 +207,24 @@ TEST_CASE("StatusOfNoWorkDirectoryIsRefused") {
   const ProgramResult result = run_in(in, {"status"});
   CHECK(result.status == 2);
   CHECK_THAT(result.err, Contains("names no work directory") && Contains("WORK_DIR"));
+}
+
+TEST_CASE("StatusIsToldWhileFoldersOfTheRunComeAndGo") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "torus", "--points", "2000", "-o", "scan.ply"}).status == 0);
+  REQUIRE(run_in(in, {"reconstruct", "scan.ply", "-o", "mesh.ply", "--keep-work-dir"}).status == 0);
+  std::atomic<bool> is_over = false;
+  std::thread other([&] {
+    std::error_code ignored;
+    const auto folder = [&](int i) { return in / "mesh.work" / "points" / std::to_string(i); };
+    while (!is_over) {
+      for (int i = 0; i < 30; ++i) std::filesystem::create_directory(folder(i), ignored);
+      for (int i = 0; i < 30; ++i) std::filesystem::remove(folder(i), ignored);
+    }
+  });
+  for (int i = 0; i < 10; ++i) CHECK(run_in(in, {"status", "mesh.work"}).err == "");
+  is_over = true;
+  other.join();
 }
 
 TEST_CASE("StatusReadsWhatTheRunIsAtFromTheLastWholeLineOfItsSteps") {
