@@ -32,6 +32,7 @@
 #include "engine/view/view_page.h"
 #include "io/error.h"
 #include "io/job/setting.h"
+#include "io/json_nesting.h"
 #include "io/meshes/mesh_reader.h"
 #include "io/points/coordinate_system_file.h"
 #include "io/report/picture.h"
@@ -135,6 +136,9 @@ std::string report_text(const std::string& file) {
   if (!fs::exists(file, ignored)) throw_bad_input("no such file", {.file = file});
   std::ifstream stream(file, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(stream), {}};
+  if (nests_too_deeply(text))
+    throw_bad_input("the report is nested too deeply",
+                    {.file = file, .expected = expected_json_levels()});
   if (!stream || !nlohmann::json::accept(text))
     throw_bad_input("cannot be read as a report", {.file = file, .expected = "a file in JSON"});
   return text;

@@ -17,6 +17,7 @@
 #include "engine/pipeline/stage/partition.h"
 #include "engine/pipeline/stage/stages.h"
 #include "io/error.h"
+#include "io/json_nesting.h"
 #include "io/store/chunk_points.h"
 #include "io/store/store_lock.h"
 #include "io/system/directory.h"
@@ -99,7 +100,7 @@ std::uint64_t chunks_of(const fs::path& document) {
 
 /// Batches of holes; 0: not known yet.
 std::uint64_t batches_of(const fs::path& document) {
-  const auto json = nlohmann::json::parse(text_of(document), nullptr, false);
+  const auto json = json_of(text_of(document));
   if (!json.is_object() || !json.contains("batches")) return 0;
   return json["batches"].is_number_unsigned() ? json["batches"].get<std::uint64_t>() : 0;
 }

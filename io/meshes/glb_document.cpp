@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "io/error.h"
+#include "io/json_nesting.h"
 #include "io/shown_text.h"
 #include "io/streams/byte_source.h"
 #include "io/text/little_endian.h"
@@ -183,6 +184,8 @@ void GlbDocument::read_text(ByteReader& reader) {
 void GlbDocument::parse(const std::vector<std::byte>& text, const char* place) {
   constexpr std::size_t kShown = 40;
   const char* first = reinterpret_cast<const char*>(text.data());
+  if (nests_too_deeply({first, text.size()}))
+    fail("the glTF document is nested too deeply", place, "", expected_json_levels());
   json_ = std::make_unique<Json>(Json::parse(first, first + text.size(), nullptr, false));
   if (!json_->is_object())
     fail("this is no glTF file", place, excerpt({first, std::min(text.size(), kShown)}),

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <exception>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -18,6 +19,7 @@
 
 #include "io/error.h"
 #include "io/hex_digits.h"
+#include "io/json_nesting.h"
 #include "io/system/directory.h"
 #include "io/system/file_calls.h"
 #include "io/system/file_descriptor.h"
@@ -107,7 +109,7 @@ std::optional<TileIndex> read_tile_index(const fs::path& directory) {
   std::error_code absent;
   if (!fs::is_regular_file(fs::symlink_status(index, absent))) return std::nullopt;
   std::ifstream stream(index);
-  const auto json = nlohmann::json::parse(stream, nullptr, false);
+  const nlohmann::json json = json_of(std::string{std::istreambuf_iterator<char>(stream), {}});
   if (!json.is_object() || json.value("format", nlohmann::json()) != "orbweave tiles" ||
       !json.contains("tiles") || !json["tiles"].is_array())
     return std::nullopt;

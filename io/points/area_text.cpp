@@ -8,6 +8,7 @@
 
 #include "io/byte_order_mark.h"
 #include "io/error.h"
+#include "io/json_nesting.h"
 #include "io/text/lower_case.h"
 #include "io/text/quantity.h"
 #include "io/text/text_number.h"
@@ -291,6 +292,9 @@ void check_corners(const std::vector<AreaPolygon>& polygons, const std::string& 
 }
 
 std::vector<AreaPolygon> parse_geojson(std::string_view text, const std::string& name) {
+  if (nests_too_deeply(text))
+    throw_bad_input("the area is nested too deeply",
+                    {.file = name, .expected = expected_json_levels()});
   Json document;
   try {
     document = Json::parse(text);

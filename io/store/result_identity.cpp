@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/hex_digits.h"
+#include "io/json_nesting.h"
 #include "io/shown_text.h"
 #include "io/store/json_member.h"
 #include "io/system/random_word.h"
@@ -31,7 +32,7 @@ struct KeyDocument {
 
 /// Members that are missing are empty.
 KeyDocument parts_of(const std::string& document) {
-  const nlohmann::json json = nlohmann::json::parse(document, nullptr, false);
+  const nlohmann::json json = json_of(document);
   return {unescaped_text(string_member(json, "key")), string_member(json, "belongs_to"),
           string_member(json, "xxh3")};
 }

@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "io/error.h"
+#include "io/json_nesting.h"
 #include "io/shown_text.h"
 #include "io/store/chunk_store.h"
 #include "io/store/chunk_store_file.h"
@@ -39,7 +40,7 @@ constexpr std::string_view kChecksumSuffix = ".xxh3";
 constexpr const char* kHow = "how";
 constexpr const char* kStore = "store";
 nlohmann::json parse_json(const std::optional<std::string>& text) {
-  return text ? nlohmann::json::parse(*text, nullptr, false) : nlohmann::json();
+  return text ? json_of(*text) : nlohmann::json();
 }
 
 nlohmann::json to_json(const std::vector<MadeDirectory>& made) {

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "io/json_nesting.h"
 #include "io/shown_text.h"
 
 namespace orbweave {
@@ -53,6 +54,7 @@ std::string document_text(const nlohmann::json& json) {
 }
 
 nlohmann::json document_from(std::string_view text) {
+  if (nests_too_deeply(text)) text = {};  // which is no JSON, either
   nlohmann::json json = nlohmann::json::parse(text);
   if (!any_text(json, has_backslash)) return json;
   return changed(json, unescaped_text);

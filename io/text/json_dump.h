@@ -14,7 +14,7 @@ std::string json_dump(const nlohmann::ordered_json& json, int indent = -1);
 /// For documents of the chunk store: document_from(document_text(json)) == json, whatever bytes its
 /// strings hold.
 std::string document_text(const nlohmann::json& json);
-/// Throws nlohmann's exceptions where the text is no JSON.
+/// Throws nlohmann's exceptions where the text is no JSON, or is nested too deeply.
 nlohmann::json document_from(std::string_view text);
 
 }  // namespace orbweave

@@ -250,6 +250,11 @@ TEST_CASE("ViewRefusesWhatIsNoMeshAndWhatIsNoReport") {
       run_in(in, {"view", "mesh.ply", "-o", "page.html", "--report", "cloud.ply"});
   CHECK(no_report.status == 3);
   CHECK_THAT(no_report.err, Contains("cloud.ply") && Contains("JSON"));
+  std::ofstream(in / "deep.json") << std::string(200'000, '[') << std::string(200'000, ']');
+  const ProgramResult deep =
+      run_in(in, {"view", "mesh.ply", "-o", "page.html", "--report", "deep.json"});
+  CHECK(deep.status == 3);
+  CHECK_THAT(deep.err, Contains("deep.json: the report is nested too deeply"));
   const ProgramResult absent =
       run_in(in, {"view", "mesh.ply", "-o", "page.html", "--report", "absent.json"});
   CHECK(absent.status == 3);

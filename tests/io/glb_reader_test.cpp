@@ -308,6 +308,24 @@ TEST_CASE("ASceneOfManyInstancesDoesNotFillTheMemory") {
   CHECK_THAT(file.refusal(), Contains("too large for its file"));
 }
 
+TEST_CASE("AGltfDocumentThatIsNestedTooDeeplyIsRefused") {
+  const ScratchDirectory scratch;
+  OneTriangle file;
+  std::ofstream(scratch / "a.bin", std::ios::binary) << file.data;
+  file.json["buffers"][0]["uri"] = "a.bin";
+  constexpr std::size_t kLevels = 200'000;
+  const std::string deep = std::string(kLevels, '[') + std::string(kLevels, ']');
+  const auto place = GENERATE(as<Json::json_pointer>(), "/asset/generator"_json_pointer,
+                              "/meshes/0/primitives/0/attributes/_A"_json_pointer,
+                              "/accessors/0/normalized"_json_pointer);
+  file.json[place] = "deep";
+  std::string text = file.json.dump();
+  text.replace(text.find("\"deep\""), 6, deep);
+  std::ofstream(scratch / "a.gltf") << text;
+  CHECK_THROWS_WITH(read_mesh(scratch / "a.gltf"),
+                    Contains("a.gltf") && Contains("nested too deeply"));
+}
+
 TEST_CASE("AGlbFileThatEndsEarlyIsRefused") {
   const ScratchDirectory scratch;
   const OneTriangle file;

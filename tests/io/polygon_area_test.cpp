@@ -167,6 +167,10 @@ TEST_CASE("TextThatIsNoAreaIsRefusedWithItsPlace") {
   CHECK_THAT(message_of(corners + "))"), Contains("131,073 corners"));
   CHECK_THAT(message_of("{" + std::string(kMostAreaBytes / 4, '[')),
              Contains("the area is too large"));
+  const std::string deep = std::string(200'000, '[') + std::string(200'000, ']');
+  for (const std::string start :
+       {R"({"type": )", R"({"type": "Polygon", "coordinates": )", R"({"type": "Point", "x": )"})
+    CHECK_THAT(message_of(start + deep + "}"), Contains("a.wkt: the area is nested too deeply"));
 }
 
 TEST_CASE("AnAreaIsTextOrTheNameOfAFile") {
