@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -18,6 +19,8 @@ namespace orbweave {
 namespace {
 
 constexpr double kViewScale = 32767.0;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr Box kEverywhere{{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
 
 double sign_of(double value) { return value < 0.0 ? -1.0 : 1.0; }
 
@@ -106,9 +109,11 @@ class ScanSource final : public PointSource {
   }
 
  private:
-  /// A box in world coordinates around a box in the scan's own, with room for rounding.
+  /// A box in world coordinates around a box in the scan's own, with room for rounding. Some
+  /// writers give the largest numbers there are as bounds of a scan that they have not measured.
   Box in_world(const Box& own) const {
     if (!moves_) return own;
+    if (!is_finite(own.min) || !is_finite(own.max)) return kEverywhere;
     Box world;
     for (int corner = 0; corner < 8; ++corner)
       world.extend(options_.motion.point({corner & 1 ? own.max.x : own.min.x,

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "io/clouds/e57/crc32c.h"
+#include "io/clouds/scan_source.h"
 #include "tests/io/e57_files.h"
 #include "tests/io/reading.h"
 #include "tests/support/data.h"
@@ -521,6 +522,25 @@ TEST_CASE("AScanOutsideOfACropIsPassedOverByItsBounds") {
   // Bounds that are missing, no numbers, or contradicted by the points, pass over nothing.
   CHECK(read({scan_of({{5, 20, 30}}), bounded(0, "none", "1"), bounded(9, "0", "1")}) ==
         Found{{20, 20, 21, 29, 30}, {}});
+}
+
+TEST_CASE("AScanWithoutUsableBoundsIsReadWhereverItsPoseAndACropAre") {
+  constexpr const char* kLargest = "1.7976931348623157e+308";
+  E57Scan3D scan = scan_of({{1, 2, 3}, {4, 5, 6}});
+  scan.xml = "<cartesianBounds>";
+  for (const std::string axis : {"x", "y", "z"})
+    scan.xml += "<" + axis + "Minimum>-" + kLargest + "</" + axis + "Minimum><" + axis +
+                "Maximum>" + kLargest + "</" + axis + "Maximum>";
+  scan.xml += "</cartesianBounds>";
+  const std::string bytes = make_e57({.scans = {scan}});
+  for (const Vec3 place : {Vec3{}, Vec3{100, 0, 0}}) {
+    ScanOptions options;
+    options.motion = motion_of_quaternion({0, 0, 1, 1}, place);  // x to y
+    options.crop = Box{place - Vec3{9, 9, 9}, place + Vec3{9, 9, 9}};
+    const auto source = open_scan_source(open_e57(bytes), options, "a.e57");
+    CHECK(read_all(*source).size() == 2);
+    CHECK(source->left_out().empty());
+  }
 }
 
 TEST_CASE("AnE57FileTellsItsScans") {
