@@ -76,6 +76,16 @@ TEST_CASE("ReturnsThatAreNotWantedAreLeftOutAndCounted") {
   CHECK(kept(ReturnFilter::kOnly, {{"not an only return", 5}}) == std::vector<int>{0, 6});
 }
 
+TEST_CASE("AStopIsSeenWhereNoPointIsWanted") {
+  const std::string content = classified_pcd(kLasNames, "U U U", "1 1 1");
+  StopToken stop;
+  const ScanOptions options = {.crop = Box{{50, 50, 50}, {60, 60, 60}}, .stop = &stop};
+  CHECK(kept_of(*open_scan(content, options)).empty());
+  CHECK(stop.checks() >= 4);  // batches of two points
+  stop.request();
+  CHECK_THROWS_WITH(kept_of(*open_scan(content, options)), kInterruptedText);
+}
+
 TEST_CASE("FiltersGoByAttributesOfAnyTypeAndSpelling") {
   const ScanOptions options = {.classes = {2, 255}, .returns = ReturnFilter::kLast};
   for (const auto& [types, sizes] :
