@@ -93,6 +93,18 @@ void check_rows(const std::filesystem::path& path, const PointCloud& cloud) {
     throw_usage("the schema has normals, and the points have none", {.file = path.string()});
 }
 
+void check_triangles(const std::filesystem::path& path, const TriangleMesh& mesh) {
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const std::uint32_t largest = *std::ranges::max_element(mesh.triangles[i]);
+    if (largest >= mesh.vertices.size())
+      throw_usage("a triangle names a vertex that is not there",
+                  {.file = path.string(),
+                   .place = "triangle " + std::to_string(i),
+                   .found = std::to_string(largest),
+                   .expected = "a number below " + std::to_string(mesh.vertices.size())});
+  }
+}
+
 }  // namespace
 
 void RowCounter::vertices(std::uint64_t count) {
@@ -220,6 +232,7 @@ std::unique_ptr<MeshRows> mesh_rows(const std::filesystem::path& path, const Mes
 void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
                 const MeshWriterOptions& options) {
   check_rows(path, mesh.vertices);
+  check_triangles(path, mesh);
   if (!mesh.hole.empty() && mesh.hole.size() != mesh.triangles.size())
     throw_usage("there are not as many numbers of holes as triangles",
                 {.file = path.string(),

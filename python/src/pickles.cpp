@@ -2,6 +2,7 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 #include <string_view>
@@ -124,11 +125,22 @@ py::tuple state_of(const MeshObject& object) {
                         object.dropped, py::bytes(object.coordinate_system));
 }
 
+namespace {
+
+void check_mesh(const TriangleMesh& mesh) {
+  if (!mesh.hole.empty() && mesh.hole.size() != mesh.triangles.size()) throw_damaged();
+  for (const Triangle& triangle : mesh.triangles)
+    if (*std::ranges::max_element(triangle) >= mesh.vertices.size()) throw_damaged();
+}
+
+}  // namespace
+
 MeshObject mesh_of_state(const py::tuple& state) {
   MeshObject object;
   object.mesh.vertices = points_of_state(state[0]);
   object.mesh.triangles = rows_of_bytes<Triangle>(state[1]);
   object.mesh.hole = rows_of_bytes<std::int32_t>(state[2]);
+  check_mesh(object.mesh);
   object.holes = state[3].cast<std::vector<HoleFacts>>();
   object.ball_radii = state[4].cast<std::vector<double>>();
   object.dropped = state[5].cast<DroppedPoints>();

@@ -158,6 +158,13 @@ TEST_CASE("AMeshWhoseColumnsDoNotBelongTogetherIsNotWritten") {
   refused("1 normals for 4 positions", [](TriangleMesh& mesh) { mesh.vertices.normals.resize(1); });
   refused("has normals", [](TriangleMesh& mesh) { mesh.vertices.normals.clear(); });
   refused("not those of the schema", [](TriangleMesh& mesh) { mesh.vertices.attributes.clear(); });
+  for (const char* name : {"b.ply", "b.obj", "b.stl", "b.glb", "b.vtp", "b.xdmf"}) {
+    TriangleMesh mesh = dressed_tetrahedron();
+    mesh.triangles[2][1] = 4;
+    CHECK_THROWS_WITH(write_mesh(scratch / name, mesh),
+                      Contains("triangle 2") && Contains("found 4, expected a number below 4"));
+    CHECK_FALSE(std::filesystem::exists(scratch / name));
+  }
 }
 
 TEST_CASE("PlyBytesAreTheDocumentedOnes") {

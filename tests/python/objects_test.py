@@ -120,6 +120,11 @@ class Travellers(unittest.TestCase):
         cut = (state[0][:1] + (state[0][1][:-1],) + state[0][2:],) + state[1:]
         with self.assertRaises(orbweave.UsageError):
             orbweave.PointCloud.__new__(orbweave.PointCloud).__setstate__(cut)
+        state = orbweave.Mesh(*TETRAHEDRON, triangle_hole=[0, 0, 0, 1]).__getstate__()
+        stray = numpy.array([[0, 2, 4]] * 4, dtype=numpy.uint32).tobytes()
+        for damaged in ((state[0], stray) + state[2:], state[:2] + (state[2][4:],) + state[3:]):
+            with self.assertRaises(orbweave.UsageError):
+                orbweave.Mesh.__new__(orbweave.Mesh).__setstate__(damaged)
 
 
 class CoordinateSystems(unittest.TestCase):
