@@ -78,7 +78,9 @@ void SiteSearch::Query::sort(std::vector<Neighbor>& found) {
   double most = 0.0;
   for (const Neighbor& each : found) most = std::max(most, each.squared_distance);
   const double scale = static_cast<double>(found.size() - 1) / most;
-  if (found.size() <= kFew || !(scale < std::numeric_limits<double>::max())) {
+  // Points of opposite ends of what doubles hold are infinitely far apart by their squares.
+  const bool spreads = scale > 0.0 && scale < std::numeric_limits<double>::max();
+  if (found.size() <= kFew || !spreads) {
     std::sort(found.begin(), found.end(), kNearerFirst);
     return;
   }

@@ -109,6 +109,21 @@ TEST_CASE("ASiteIsSearchedAsATreeIs") {
   }
 }
 
+TEST_CASE("PointsThatAreInfinitelyFarApartBySquaresAreFoundInOrder") {
+  std::vector<Vec3> points;
+  for (int i = 0; i < 100; ++i) points.push_back({0.25 * i, 1.0, 0.0});
+  for (const double far : {1e200, -1e200, 1e300}) points.push_back({far, 0.0, 0.0});
+  const SiteSearch search(points);
+  SiteSearch::Query query;
+  std::vector<Neighbor> found;
+  for (const std::uint32_t point : {0U, 50U, 100U, 102U}) {
+    query.nearest(search, point, points.size(), found);
+    REQUIRE(found.size() == points.size());
+    CHECK(found.front().index == point);
+    CHECK(std::is_sorted(found.begin(), found.end(), kNearerFirst));
+  }
+}
+
 TEST_CASE("DensitiesOfOneToAHundredAreClosedByRadiiFromTheDensity", "[costly]") {
   const PointCloud cloud = sheet_with_density_of_one_to_a_hundred(60000);
   const RadiiChoice choice = choice_for(cloud.positions, 0);
