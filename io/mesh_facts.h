@@ -1,6 +1,8 @@
 // Facts of a mesh.
 #pragma once
 
+#include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -62,9 +64,13 @@ struct VoronoiFacts {
   }
 };
 
-/// Whether normals that were given fit the points and each other. Counts of one in kOneIn points.
+/// Whether normals that were given fit the points and each other. Counts of one in one_in() points.
 struct SideFacts {
-  static constexpr std::uint64_t kOneIn = 4;
+  /// Of large clouds fewer points say as much.
+  static constexpr std::uint64_t one_in(std::uint64_t points_of_cloud) {
+    constexpr std::uint64_t kLeast = 4, kEnough = std::uint64_t{1} << 17;
+    return std::max(kLeast, std::bit_floor(points_of_cloud / kEnough));
+  }
   static constexpr std::uint64_t kNone = ~std::uint64_t{0};
   std::uint64_t looked = 0;  ///< those that have enough neighbours
   std::uint64_t steep = 0;  ///< most neighbours lie in the normal's direction rather than beside it

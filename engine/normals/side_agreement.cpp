@@ -16,7 +16,7 @@ namespace orbweave {
 namespace {
 
 constexpr std::size_t kNeighbors = 8;
-/// So many on the other side lie beyond a line; fewer are strays whose normals were turned wrongly.
+/// As many neighbours on the other side lie beyond a line; fewer are strays, turned wrongly.
 constexpr std::size_t kSeam = 3;
 
 /// What a neighbour says.

@@ -117,14 +117,15 @@ bool are_foreign(const SideFacts& sides) {
 
 /// Sides change across smooth surfaces, along a line that is long for their size. (With the right
 /// sides: 0 to 0.1 in real and most simulated scans, 0.6 in a cave seen at grazing angles.)
-bool contradict(const SideFacts& sides) {
+bool contradict(const SideFacts& sides, std::uint64_t points_of_cloud) {
   // Points beside the line per root of all points: 2 where half of a ball is flipped, 0.8 where a
   // cap of a sixteenth of its surface is.
   constexpr double kLongSeam = 0.7;
   constexpr std::uint64_t kFewestOnSeam = 4;
   if (sides.looked < kFewestLookedAt || sides.seams < kFewestOnSeam) return false;
-  const auto smooth = static_cast<double>(sides.smooth * SideFacts::kOneIn);
-  return static_cast<double>(sides.seams * SideFacts::kOneIn) > kLongSeam * std::sqrt(smooth);
+  const std::uint64_t one_in = SideFacts::one_in(points_of_cloud);
+  const auto smooth = static_cast<double>(sides.smooth * one_in);
+  return static_cast<double>(sides.seams * one_in) > kLongSeam * std::sqrt(smooth);
 }
 
 /// What to do about normals that were not turned by their neighbours.
@@ -149,7 +150,7 @@ void warn_of_sides(StageRunner& runner, const RunResults& results) {
                        " of them most neighbours lie in the direction of the normal rather than "
                        "beside it; the mesh is wrong or has holes there; " +
                        advice_on_sides(runner, results));
-  if (contradict(sides))
+  if (contradict(sides, results.partition.points()))
     runner.warn("the normals contradict each other: at " + percent(sides.seams, sides.smooth) +
                 " of the points on smooth surface neighbours face opposite sides, first near " +
                 format_position(sides.place) +

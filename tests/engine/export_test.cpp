@@ -480,8 +480,9 @@ TEST_CASE("AnInterruptionBehindTheMeshLeavesItWholeAndSaysSo") {
   Job job = rough_job(scratch, named);
   const std::string expected = test::mesh_bytes(job);
   job.output.picture = scratch / "mesh.png";
-  for (const auto& [stage, leaves_mesh] :
+  for (const auto& [name_of_stage, leaves_mesh] :
        {std::pair("export", false), std::pair("picture", true)}) {
+    const std::string stage = name_of_stage;
     INFO(stage);
     fs::remove(job.output.mesh);
     StopToken stop;

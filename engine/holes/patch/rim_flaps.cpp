@@ -10,6 +10,7 @@
 
 #include "engine/holes/triangulation/loop_chords.h"
 #include "engine/holes/triangulation/loop_triangulation.h"
+#include "io/whole_loop.h"
 
 namespace orbweave {
 namespace {
@@ -90,11 +91,18 @@ class LoopTrimmer {
   LoopTrimmer(const Surface& surface, TrimmedSurface& trimmed)
       : surface_(surface), trimmed_(trimmed) {}
 
+  /// Whether the triangulation of the loop's corners folds, over more than may be.
+  bool folds(const std::vector<std::uint64_t>& loop) {
+    loop_ = loop;
+    if (touches_itself()) return false;
+    const Folds found = find_folds();
+    return found.folded > kMostFolded * found.area;
+  }
+
   /// The flaps, taken out of the trimmed surface and off the loop; none where the loop does not
   /// fold, or not less without them.
   std::vector<Cut> trim(std::vector<std::uint64_t>& loop) {
-    constexpr double kMostFolded = 0.1;  // of the area
-    constexpr double kMostLeft = 0.5;    // of what was folded
+    constexpr double kMostLeft = 0.5;  // of what was folded
     constexpr int kRounds = 3;
     loop_ = loop;
     cuts_.clear();
@@ -115,6 +123,8 @@ class LoopTrimmer {
   }
 
  private:
+  static constexpr double kMostFolded = 0.1;  // of the area
+
   /// Where the triangulation of the corners folds.
   struct Folds {
     double area = 0.0, folded = 0.0;
@@ -336,23 +346,44 @@ RimFlaps flaps_of(TrimmedSurface& trimmed) {
   return flaps;
 }
 
+/// Flags of the loops that are wanted and fold.
+std::vector<std::uint8_t> folding_loops(std::span<const std::uint8_t> is_wanted,
+                                        const Surface& surface, std::span<const BoundaryLoop> loops,
+                                        const StopToken* stop) {
+  constexpr std::size_t kMostEdges = 16;
+  constexpr double kSmooth = 0.8;  // of the suspects of an airborne scan nine in ten agree less
+  constexpr std::size_t kLoopsAtOnce = 256;
+  std::vector<std::uint8_t> folds(loops.size(), 0);
+  for_each_whole((loops.size() + kLoopsAtOnce - 1) / kLoopsAtOnce, [&](std::size_t block) {
+    TrimmedSurface whole(surface);
+    LoopTrimmer trimmer(surface, whole);
+    const std::size_t end = std::min(loops.size(), (block + 1) * kLoopsAtOnce);
+    for (std::size_t l = block * kLoopsAtOnce; l < end; ++l) {
+      const BoundaryLoop& loop = loops[l];
+      if (is_wanted[l] == 0 || loop.vertices.size() > kMostEdges || loop.agreement() > kSmooth)
+        continue;
+      check_stop(stop);
+      folds[l] = trimmer.folds(loop.vertices) ? 1 : 0;
+    }
+  });
+  return folds;
+}
+
 }  // namespace
 
 RimFlaps take_rim_flaps(std::span<const std::uint8_t> is_wanted, const Surface& surface,
                         std::vector<BoundaryLoop>& loops, std::vector<OpenFan>& fans,
                         std::vector<BoundaryVertex>& vertices, const StopToken* stop) {
-  constexpr std::size_t kMostEdges = 16;
-  constexpr double kSmooth = 0.8;  // of the suspects of an airborne scan nine in ten agree less
+  // A loop that does not fold does not come to fold as others lose their flaps.
+  const std::vector<std::uint8_t> folds = folding_loops(is_wanted, surface, loops, stop);
   TrimmedSurface trimmed(surface);
   LoopTrimmer trimmer(surface, trimmed);
   std::vector<Cut> cuts;
   std::vector<std::size_t> changed;
   for (std::size_t l = 0; l < loops.size(); ++l) {
-    BoundaryLoop& loop = loops[l];
-    if (is_wanted[l] == 0 || loop.vertices.size() > kMostEdges || loop.agreement() > kSmooth)
-      continue;
+    if (folds[l] == 0) continue;
     check_stop(stop);
-    const std::vector<Cut> more = trimmer.trim(loop.vertices);
+    const std::vector<Cut> more = trimmer.trim(loops[l].vertices);
     if (!more.empty()) changed.push_back(l);
     cuts.insert(cuts.end(), more.begin(), more.end());
   }

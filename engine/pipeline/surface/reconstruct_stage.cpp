@@ -1,6 +1,8 @@
 #include "engine/pipeline/surface/reconstruct_stage.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "engine/ball_pivoting/ball_pivoting.h"
@@ -66,15 +68,47 @@ bool are_given(const NormalFacts& normals) {
          normals.orientation == Orientation::kViewpoint;
 }
 
-/// Of the chunk's own points that are in the mesh: strays that the balls pass by do no harm.
-SideFacts sides_of(const ChunkPoints& points, const ChunkMesh& mesh, double reach,
-                   const StopToken* stop) {
-  if (points.owned_begin == points.owned_end) return {};
-  std::vector<std::uint8_t> asked;
-  for (std::uint32_t i = points.owned_begin; i < points.owned_end; ++i) {
-    const bool is_chosen = position_hash(points.positions[i]) % SideFacts::kOneIn == 0;
-    asked.push_back(is_chosen && mesh.fans[i - points.owned_begin] > 0 ? 1 : 0);
+/// Which points are looked at: one in SideFacts::one_in() of the cloud's, by where they lie alone.
+/// Of large clouds these lie in some cubes, so that their neighbours are found together.
+class SideSample {
+ public:
+  SideSample(std::uint64_t points_of_cloud, double spacing)
+      : cubes_(SideFacts::one_in(points_of_cloud) / kInCube),
+        cubes_per_unit_(std::ldexp(1.0 / kSpacingsPerCube, -std::ilogb(spacing))) {}
+
+  bool takes(Vec3 p) {
+    if (cubes_ > 1) {
+      const Vec3 cube = cube_of(p);
+      if (!(cube == last_)) {
+        last_ = cube;
+        is_in_ = position_hash(cube) % cubes_ == 0;
+      }
+    }
+    return is_in_ && position_hash(p) % kInCube == 0;
   }
+
+ private:
+  static constexpr std::uint64_t kInCube = SideFacts::one_in(0);  // one in so many points
+  static constexpr double kSpacingsPerCube = 16.0;
+
+  Vec3 cube_of(Vec3 p) const {
+    return {std::floor(p.x * cubes_per_unit_), std::floor(p.y * cubes_per_unit_),
+            std::floor(p.z * cubes_per_unit_)};
+  }
+
+  std::uint64_t cubes_;  // one in so many cubes
+  double cubes_per_unit_;
+  bool is_in_ = true;  // the cube of the last point
+  Vec3 last_{std::numeric_limits<double>::infinity(), 0.0, 0.0};
+};
+
+/// Of the chunk's own points that are in the mesh: strays that the balls pass by do no harm.
+SideFacts sides_of(const ChunkPoints& points, const ChunkMesh& mesh, SideSample sample,
+                   double reach, const StopToken* stop) {
+  if (points.owned_begin == points.owned_end) return {};
+  std::vector<std::uint8_t> asked(points.owned_end - points.owned_begin);
+  for (std::size_t i = 0; i < asked.size(); ++i)
+    asked[i] = sample.takes(points.positions[points.owned_begin + i]) && mesh.fans[i] > 0 ? 1 : 0;
   return side_agreement(points.positions, points.normals,
                         {.begin = points.owned_begin,
                          .end = points.owned_end,
@@ -110,6 +144,8 @@ void reconstruct_chunks(const SurfaceInputs& inputs, StageRunner& runner) {
         {chunk, points * MemoryCosts::kReconstructBytes, points, partition.points_in(chunk)});
   }
   const BallPivotingOptions options{.ball_radii = radii, .stop = &runner.stop};
+  const SideSample sample(partition.points(),
+                          partition.spacing > 0.0 ? partition.spacing : radii.front());
   const MemoryPlan plan = runner.job.memory_plan(partition.points(), partition.schema);
   share_chunks(
       runner, clock, kMeshStage, std::move(tasks), plan.chunks_in_flight_bytes,
@@ -121,7 +157,7 @@ void reconstruct_chunks(const SurfaceInputs& inputs, StageRunner& runner) {
         ChunkMesh mesh = make_chunk_mesh(points, std::move(result), chunks[chunk].box,
                                          longest_edge(radii), &runner.stop);
         if (are_given(partition.normals))
-          mesh.sides = sides_of(points, mesh, longest_edge(radii), &runner.stop);
+          mesh.sides = sides_of(points, mesh, sample, longest_edge(radii), &runner.stop);
         commit_chunk_mesh(runner.store, chunk, mesh);
       },
       Durability::kFollows);
