@@ -202,7 +202,8 @@ bool is_rounded(std::string_view field) {
   const char* const last = field.data() + field.size();
   const auto [end, error] = std::from_chars(field.data(), last, whole);
   // The largest number of the type is no double; the power of two above it is.
-  constexpr double kEnd = 2.0 * static_cast<double>(std::numeric_limits<Integer>::max() / 2 + 1);
+  constexpr Integer kHalf = std::numeric_limits<Integer>::max() / 2 + 1;
+  constexpr double kEnd = 2.0 * static_cast<double>(kHalf);
   const auto nearest = static_cast<double>(whole);
   return error == std::errc{} && end == last &&
          (nearest >= kEnd || static_cast<Integer>(nearest) != whole);

@@ -193,8 +193,8 @@ class TextSource final : public PointSource {
     const bool is_behind_separator =
         layout_.separator != ' ' && at != line.data() && at[-1] == layout_.separator;
     if (!field && is_behind_separator && index + 1 == layout_.columns.size()) {
-      field = "";
-      rest = {last, 0};
+      field = rest.substr(rest.size());
+      rest = *field;
     }
     if (!field) refuse_row(line, number);
     const TextColumn& column = layout_.columns[index];

@@ -349,7 +349,8 @@ void remove_pieces(HoleInputs& inputs, std::span<const std::uint8_t> is_removed,
 }
 
 /// Takes flaps at rims from the surface and from the area of the mesh.
-void remove_flaps(RimFlaps flaps, HoleInputs& inputs, StoredSurface& surface, FilledHoles& filled) {
+void remove_flaps(const RimFlaps& flaps, HoleInputs& inputs, StoredSurface& surface,
+                  FilledHoles& filled) {
   if (flaps.triangles.empty()) return;
   inputs.facts.area -= flaps.area;
   filled.flaps = flaps.triangles.size();
@@ -378,7 +379,7 @@ TracedHoles trace_holes(HoleInputs& inputs, StoredSurface& surface, StageRunner&
   FlapsToTake to_take{surface, holes.fans};
   holes.plan = plan_holes(holes.fans, std::move(boundary.vertices), pieces_of(boundary), options,
                           &runner.stop, &to_take);
-  remove_flaps(std::move(to_take.flaps), inputs, surface, filled);
+  remove_flaps(to_take.flaps, inputs, surface, filled);
   surface.limit_memory(kept_bytes);
   const std::vector<std::uint8_t>& crumbs = holes.plan.crumbs;
   if (std::find(crumbs.begin(), crumbs.end(), 1) != crumbs.end()) {
