@@ -3,14 +3,13 @@
 // normal).
 #include "engine/normals/side_agreement.h"
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_reduce.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <vector>
 
 #include "engine/geometry/neighbor_search.h"
+#include "io/whole_loop.h"
 
 namespace orbweave {
 namespace {
@@ -82,10 +81,14 @@ SideFacts side_agreement(std::span<const Vec3> positions, std::span<const Vec3> 
   const Looker looker(positions, normals);
   const double max_squared = squared_reach(check.reach);
   const std::uint32_t first_block = check.begin / kBlock, last_block = (check.end - 1) / kBlock + 1;
-  const auto look_at = [&](const tbb::blocked_range<std::uint32_t>& blocks, SideFacts facts) {
+  constexpr std::uint32_t kBlocksAtOnce = 64;
+  std::vector<SideFacts> parts((last_block - first_block + kBlocksAtOnce - 1) / kBlocksAtOnce);
+  for_each_whole(parts.size(), [&](std::size_t part) {
     NeighborSearch::Query query;
-    for (std::uint32_t block = blocks.begin(); block < blocks.end(); ++block) {
-      if (check.stop != nullptr) check.stop->check();
+    const auto begin = first_block + static_cast<std::uint32_t>(part) * kBlocksAtOnce;
+    for (std::uint32_t block = begin; block < std::min(last_block, begin + kBlocksAtOnce);
+         ++block) {
+      check_stop(check.stop);
       const std::uint32_t from = std::max(check.begin, block * kBlock);
       const std::uint32_t to = std::min(check.end, (block + 1) * kBlock);
       const auto asked = check.asked.subspan(from - check.begin, to - from);
@@ -93,14 +96,12 @@ SideFacts side_agreement(std::span<const Vec3> positions, std::span<const Vec3> 
       query.find(search, from, to, kNeighbors, max_squared, asked);
       for (std::uint32_t i = from; i < to; ++i)
         if (asked[i - from] != 0)
-          looker.look(i, query.of(i), check.first + (i - check.begin), facts);
+          looker.look(i, query.of(i), check.first + (i - check.begin), parts[part]);
     }
-    return facts;
-  };
-  constexpr std::size_t kBlocksAtOnce = 64;
-  return tbb::parallel_reduce(
-      tbb::blocked_range<std::uint32_t>(first_block, last_block, kBlocksAtOnce), SideFacts{},
-      look_at, [](SideFacts a, const SideFacts& b) { return a += b; });
+  });
+  SideFacts facts;
+  for (const SideFacts& part : parts) facts += part;
+  return facts;
 }
 
 }  // namespace orbweave

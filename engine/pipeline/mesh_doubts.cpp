@@ -141,8 +141,7 @@ std::string advice_on_sides(const StageRunner& runner, const RunResults& results
 void warn_of_sides(StageRunner& runner, const RunResults& results) {
   const SideFacts& sides = results.sides;
   const auto percent = [](std::uint64_t part, std::uint64_t whole) {
-    const double share = 100.0 * static_cast<double>(part) / static_cast<double>(whole);
-    return (share < 1.0 ? "under 1" : format_number(std::round(share))) + " %";
+    return format_percent(static_cast<double>(part) / static_cast<double>(whole));
   };
   if (are_foreign(sides))
     return runner.warn("the normals do not fit the points: at " +

@@ -58,6 +58,7 @@
 #include "io/system/owned_files.h"
 #include "io/text/file_format.h"
 #include "io/text/quantity.h"
+#include "io/text/words.h"
 
 namespace orbweave {
 namespace {
@@ -188,10 +189,8 @@ void warn_of_coordinate_system(StageRunner& runner, const Partition& partition) 
 
 void note_what_is_left_out(StageRunner& runner, const std::vector<std::string>& left_out) {
   if (left_out.empty()) return;
-  const std::string& mesh = runner.job.output.mesh;
-  std::string names;
-  for (const std::string& name : left_out) names += (names.empty() ? "" : ", ") + name;
-  runner.note(mesh + " has no place for " + names + "; a .ply file has");
+  runner.note(runner.job.output.mesh + " has no place for " + joined(left_out) +
+              "; a .ply file has");
 }
 
 /// What the vertices carry and the mesh file does not hold.

@@ -85,6 +85,11 @@ std::string exact_bytes(std::uint64_t bytes) {
   return std::to_string(bytes) + (unit < 0 ? "" : kBinaryUnits[static_cast<std::size_t>(unit)]);
 }
 
+std::string format_percent(double share) {
+  const double value = 100.0 * share;
+  return (value < 1.0 ? "under 1" : format_number(std::round(value))) + " %";
+}
+
 std::string format_count(std::uint64_t count) {
   const std::string digits = std::to_string(count);
   std::string text;

@@ -21,6 +21,7 @@ std::string format_bytes(std::uint64_t bytes);  ///< "17 B", "1.5 GiB"
 std::string exact_bytes(std::uint64_t bytes);
 std::string format_count(std::uint64_t count);  ///< "437,645"
 std::string format_rate(double per_second);   ///< "730", "1.25M": three digits, for a unit after it
+std::string format_percent(double share);     ///< "12 %", "under 1 %"
 std::string format_duration(double seconds);  ///< "0.4 s", "12 s", "3 min 20 s", "2 h 5 min"
 /// A coordinate with ten significant digits: UTM coordinates to the tenth of a millimetre.
 std::string format_coordinate(double value);

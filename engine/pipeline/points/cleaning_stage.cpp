@@ -65,8 +65,6 @@ CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
 /// Doubt is worth a warning where it is about so many places. (Real scans: under 2 %.)
 constexpr double kManyPlaces = 0.2;
 
-std::string percent_of(double share) { return format_number(std::round(100.0 * share)) + " %"; }
-
 /// Two sheets that smoothing makes one of. Where nothing is smoothed, thick layers are warned of.
 void warn_of_double_layers(StageRunner& runner, const Partition& scans,
                            const CleaningFacts& facts) {
@@ -74,7 +72,7 @@ void warn_of_double_layers(StageRunner& runner, const Partition& scans,
   if (layers.double_share < kManyPlaces || !(facts.options.smooth_radius > 0.0)) return;
   const Length gap = readable_length(layers.gap, meters_per_unit(runner.job, scans));
   const std::string what = "the points lie in two layers about " + short_text(gap.value) +
-                           gap.unit + " apart at " + percent_of(layers.double_share) +
+                           gap.unit + " apart at " + format_percent(layers.double_share) +
                            " of the places, and cleaning makes one of them: right where scans do "
                            "not lie on each other, wrong for the two sides of a plate";
   runner.say_of_points({.shown = what,
@@ -92,7 +90,7 @@ void warn_of_twins(StageRunner& runner, const Partition& scans, const CleaningFa
   const bool is_mended =
       facts.options.merge_tolerance >= 0.5 * apart || facts.options.thin_to_spacing >= 0.5 * apart;
   if (layers.twin_share < kManyPlaces || is_mended) return;
-  const std::string what = percent_of(layers.twin_share) +
+  const std::string what = format_percent(layers.twin_share) +
                            " of the points have another one closer than a twentieth of the point "
                            "spacing, as if scans came twice: the mesh may have holes and flipped "
                            "parts; try " +

@@ -1,7 +1,5 @@
 #include "engine/pipeline/points/orientation_words.h"
 
-#include <cmath>
-
 #include "io/job/setting.h"
 #include "io/text/quantity.h"
 
@@ -33,14 +31,10 @@ const char* text_of(PartDoubt doubt) {
   return "";
 }
 
-std::string percent(double share) {
-  const double value = 100.0 * share;
-  return (value < 1.0 ? "under 1" : format_number(std::round(value))) + " %";
-}
-
 /// Patches whose votes for their side are not 3 to 1: "4 % of the patches".
 std::string share_of_contested(const NormalFacts& normals) {
-  return percent(static_cast<double>(normals.contested) / static_cast<double>(normals.patches)) +
+  return format_percent(static_cast<double>(normals.contested) /
+                        static_cast<double>(normals.patches)) +
          " of the patches";
 }
 
@@ -79,11 +73,11 @@ void warn_of_contested(StageRunner& runner, const NormalFacts& normals) {
   runner.say_of_points(
       {.shown = "the side of the normals is uncertain on " + share_of_contested(normals) +
                 "; look first near " + format_position(normals.contested_places.front().center),
-       .full =
-           "the side of the normals is uncertain: the votes of " + format_count(normals.contested) +
-           " of " + format_count(normals.patches) + " patches, " + percent(normals.contested_area) +
-           " of the surface, contradict each other. The places with the most of them: " + places +
-           ". " + advice_on_orientation(runner.job, normals.orientation),
+       .full = "the side of the normals is uncertain: the votes of " +
+               format_count(normals.contested) + " of " + format_count(normals.patches) +
+               " patches, " + format_percent(normals.contested_area) +
+               " of the surface, contradict each other. The places with the most of them: " +
+               places + ". " + advice_on_orientation(runner.job, normals.orientation),
        .is_warning = true});
 }
 
@@ -91,10 +85,10 @@ void warn_of_doubtful(StageRunner& runner, const NormalFacts& normals) {
   if (normals.doubtful.empty() || normals.doubtful_area < kMuch) return;
   std::string parts;
   for (const DoubtfulFacts& part : normals.doubtful)
-    parts += (parts.empty() ? "" : "; ") + percent(part.area) + " near " +
+    parts += (parts.empty() ? "" : "; ") + format_percent(part.area) + " near " +
              format_position(part.center) + ": " + part.reason;
-  const std::string what =
-      "the side of the normals is a guess on " + percent(normals.doubtful_area) + " of the surface";
+  const std::string what = "the side of the normals is a guess on " +
+                           format_percent(normals.doubtful_area) + " of the surface";
   const DoubtfulFacts& largest = normals.doubtful.front();
   runner.say_of_points({.shown = what + " (" + largest.reason + "); look first near " +
                                  format_position(largest.center),

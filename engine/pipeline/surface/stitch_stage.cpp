@@ -86,26 +86,12 @@ void require_memory(const SurfaceInputs& inputs, const ResolvedJob& job, const B
 void commit_stitched(StageRunner& runner, const Stitched& stitched) {
   const MeshFacts& facts = stitched.facts;
   const StitchedBoundary& boundary = stitched.boundary;
-  const VoronoiFacts& voronoi = stitched.voronoi;
-  const SideFacts& sides = stitched.sides;
-  const std::array<std::uint64_t, 18> counts = {facts.vertices,
-                                                facts.triangles,
-                                                facts.components,
-                                                facts.boundary_edges,
-                                                facts.boundary_loops,
-                                                facts.nonmanifold_vertices,
-                                                stitched.conflicts_lost,
-                                                stitched.unused_points,
-                                                voronoi.undersampled_points,
-                                                voronoi.uncertified_points,
-                                                voronoi.grown_boxes,
-                                                voronoi.contested_triangles,
-                                                voronoi.seam_triangles,
-                                                sides.looked,
-                                                sides.steep,
-                                                sides.smooth,
-                                                sides.seams,
-                                                sides.first_seam};
+  std::vector<std::uint64_t> counts = {facts.vertices,          facts.triangles,
+                                       facts.components,        facts.boundary_edges,
+                                       facts.boundary_loops,    facts.nonmanifold_vertices,
+                                       stitched.conflicts_lost, stitched.unused_points};
+  const auto doubts = doubt_counts(stitched.voronoi, stitched.sides);
+  counts.insert(counts.end(), doubts.begin(), doubts.end());
   const auto array = [](const char* name, std::uint32_t columns, const auto& v) {
     return ArrayView{name, ScalarType::kUint64, columns, v.size(), v.data()};
   };
@@ -113,7 +99,7 @@ void commit_stitched(StageRunner& runner, const Stitched& stitched) {
       array("counts", 1, counts),
       {"area", ScalarType::kFloat64, 1, 1, &facts.area},
       {"volume", ScalarType::kFloat64, 1, 1, &facts.scanned_volume},
-      {"side_seam", ScalarType::kFloat64, 3, 1, &sides.place},
+      {"side_seam", ScalarType::kFloat64, 3, 1, &stitched.sides.place},
       array("triangles", 1, stitched.triangles),
       {"used", ScalarType::kUint32, 1, stitched.used.size(), stitched.used.data()},
       array("fans", 4, boundary.fans),
@@ -154,13 +140,8 @@ Stitched load_stitched(const ResolvedJob& job, const Partition& partition,
   derive_facts(facts);
   stitched.conflicts_lost = counts.at(6);
   stitched.unused_points = counts.at(7);
-  stitched.voronoi = {counts.at(8), counts.at(9), counts.at(10), counts.at(11), counts.at(12)};
-  stitched.sides = {.looked = counts.at(13),
-                    .steep = counts.at(14),
-                    .smooth = counts.at(15),
-                    .seams = counts.at(16),
-                    .first_seam = counts.at(17),
-                    .place = stored->read_all<Vec3>("side_seam").at(0)};
+  take_doubt_counts(std::span(counts).subspan(8), stitched.voronoi, stitched.sides);
+  stitched.sides.place = stored->read_all<Vec3>("side_seam").at(0);
   stitched.triangles = stored->read_all<std::uint64_t>("triangles");
   stitched.used = stored->read_all<std::uint32_t>("used");
   stitched.boundary = {

@@ -1,5 +1,6 @@
 #include "engine/pipeline/surface/stored_mesh.h"
 
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -17,22 +18,35 @@ ArrayView view(const char* name, ScalarType type, std::uint32_t columns, const s
 static_assert(sizeof(OpenFan) == 32 && sizeof(BoundaryVertex) == 56 && sizeof(ChunkPiece) == 80,
               "stored as rows of 64-bit words");
 
+std::array<std::uint64_t, 10> doubt_counts(const VoronoiFacts& voronoi, const SideFacts& sides) {
+  return {voronoi.undersampled_points,
+          voronoi.uncertified_points,
+          voronoi.grown_boxes,
+          voronoi.contested_triangles,
+          voronoi.seam_triangles,
+          sides.looked,
+          sides.steep,
+          sides.smooth,
+          sides.seams,
+          sides.first_seam};
+}
+
+void take_doubt_counts(std::span<const std::uint64_t> counts, VoronoiFacts& voronoi,
+                       SideFacts& sides) {
+  if (counts.size() != 10) throw std::logic_error("a stored mesh with other counts");
+  voronoi = {counts[0], counts[1], counts[2], counts[3], counts[4]};
+  sides.looked = counts[5];
+  sides.steep = counts[6];
+  sides.smooth = counts[7];
+  sides.seams = counts[8];
+  sides.first_seam = counts[9];
+}
+
 void commit_chunk_mesh(ChunkStore& store, ChunkId chunk, const ChunkMesh& mesh) {
-  const VoronoiFacts& voronoi = mesh.voronoi;
-  const SideFacts& sides = mesh.sides;
-  const std::vector<std::uint64_t> counts = {mesh.conflicts_lost,
-                                             mesh.isolated_dropped,
-                                             voronoi.undersampled_points,
-                                             voronoi.uncertified_points,
-                                             voronoi.grown_boxes,
-                                             voronoi.contested_triangles,
-                                             voronoi.seam_triangles,
-                                             sides.looked,
-                                             sides.steep,
-                                             sides.smooth,
-                                             sides.seams,
-                                             sides.first_seam};
-  const std::vector<Vec3> seam_place = {sides.place};
+  std::vector<std::uint64_t> counts = {mesh.conflicts_lost, mesh.isolated_dropped};
+  const auto doubts = doubt_counts(mesh.voronoi, mesh.sides);
+  counts.insert(counts.end(), doubts.begin(), doubts.end());
+  const std::vector<Vec3> seam_place = {mesh.sides.place};
   const std::vector<double> area = {mesh.area}, volume = {mesh.volume};
   const ArrayView arrays[] = {
       view(kStoredTriangles, ScalarType::kUint32, 3, mesh.triangles, 3),
@@ -69,13 +83,8 @@ ChunkMesh load_chunk_mesh(const ChunkStore& store, ChunkId chunk, bool summary_o
   const auto counts = stored->read_all<std::uint64_t>("counts");
   mesh.conflicts_lost = counts.at(0);
   mesh.isolated_dropped = counts.at(1);
-  mesh.voronoi = {counts.at(2), counts.at(3), counts.at(4), counts.at(5), counts.at(6)};
-  mesh.sides = {.looked = counts.at(7),
-                .steep = counts.at(8),
-                .smooth = counts.at(9),
-                .seams = counts.at(10),
-                .first_seam = counts.at(11),
-                .place = stored->read_all<Vec3>("side_seam").at(0)};
+  take_doubt_counts(std::span(counts).subspan(2), mesh.voronoi, mesh.sides);
+  mesh.sides.place = stored->read_all<Vec3>("side_seam").at(0);
   mesh.area = stored->read_all<double>("area").at(0);
   mesh.volume = stored->read_all<double>("volume").at(0);
   return mesh;

@@ -1,7 +1,9 @@
 // The chunks' parts of the mesh in the chunk store.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <span>
 
 #include "engine/pipeline/stage/partition.h"
 #include "engine/pipeline/stage/stages.h"
@@ -15,6 +17,12 @@ inline constexpr const char* kStoredTriangles = "triangles";
 inline constexpr const char* kStoredOuter = "outer_vertices";
 /// One value per own point where the method tells of it, else none.
 inline constexpr const char* kStoredUndersampled = "undersampled";
+
+/// What is counted beside a mesh, of a chunk or of the whole, as it is stored behind other counts.
+std::array<std::uint64_t, 10> doubt_counts(const VoronoiFacts& voronoi, const SideFacts& sides);
+/// `counts`: doubt_counts(); `sides.place` stays.
+void take_doubt_counts(std::span<const std::uint64_t> counts, VoronoiFacts& voronoi,
+                       SideFacts& sides);
 
 void commit_chunk_mesh(ChunkStore& store, ChunkId chunk, const ChunkMesh& mesh);
 /// Everything but triangles, outer vertices and flags of points when `summary_only`.
