@@ -60,16 +60,9 @@ LoopPatch fill_loop(const Surface& surface, const BoundaryLoop& loop, std::span<
     // is looked for only where that matters.
     around.max_rings = 1;
     around.whole_fans = !options.allow_intersections;
-    around.with_values = false;
   }
-  GatheredHole gathered = gather_hole(surface, loop, apart, around);
+  const GatheredHole gathered = gather_hole(surface, loop, apart, around);
   HolePatch patch = fill_hole(gathered.problem, patch_options);
-  if (!around.with_values && surface.channels() > 0 && !patch.positions.empty()) {
-    // Hardly any patch of a few edges has new vertices.
-    around.with_values = true;
-    gathered = gather_hole(surface, loop, apart, around);
-    patch = fill_hole(gathered.problem, patch_options);
-  }
 
   LoopPatch result;
   HoleFacts& facts = result.facts = known;

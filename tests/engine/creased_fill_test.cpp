@@ -172,8 +172,7 @@ TEST_CASE("ACreasedPatchIsTheSameWhereverTheHoleLies") {
 
 TEST_CASE("ValuesOfACreasedPatchLieBetweenThoseOfTheRim") {
   HoleProblem problem = holed(ridge("roof", 30.0), 0.3, 0.0);
-  problem.channels = 1;
-  for (const Vec3 p : problem.positions) problem.values.push_back(p.x);
+  test::set_values(problem, [](Vec3 p) { return std::vector{p.x}; });
   const HolePatch patch = fill_hole(problem);
   REQUIRE(patch.method == FillMethod::kCreased);
   REQUIRE(patch.values.size() == patch.positions.size());

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 #include <set>
+#include <span>
 
 #include "engine/holes/fill_mesh.h"
 #include "engine/holes/hole_pass.h"
@@ -633,6 +634,11 @@ class AskedSurface : public MeshSurface {
   void triangles_at(std::uint64_t vertex, std::vector<Triangle64>& out) const override {
     asked.insert(vertex);
     MeshSurface::triangles_at(vertex, out);
+  }
+  void new_triangles_at(std::span<const std::uint64_t> vertices, TriangleMarks& met,
+                        std::vector<Triangle64>& out) const override {
+    asked.insert(vertices.begin(), vertices.end());
+    MeshSurface::new_triangles_at(vertices, met, out);
   }
   mutable std::set<std::uint64_t> asked;
 };

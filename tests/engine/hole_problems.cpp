@@ -73,6 +73,17 @@ HoleProblem inner_problem_of(const TriangleMesh& mesh) {
   return std::move(problems[second ? 1 : 0]);
 }
 
+void set_values(HoleProblem& problem, const std::function<std::vector<double>(Vec3)>& values_at) {
+  problem.channels = static_cast<std::uint32_t>(values_at({}).size());
+  problem.values_of = [positions = problem.positions,
+                       values_at](std::span<const std::uint32_t> vertices) {
+    std::vector<double> rows;
+    for (const std::uint32_t v : vertices)
+      for (const double value : values_at(positions[v])) rows.push_back(value);
+    return rows;
+  };
+}
+
 TriangleMesh pasted(const HoleProblem& problem, const HolePatch& patch) {
   TriangleMesh mesh;
   mesh.vertices.positions = problem.positions;

@@ -25,6 +25,8 @@ std::vector<HoleProblem> problems_of(const TriangleMesh& mesh, double radius_fac
 HoleProblem only_problem_of(const TriangleMesh& mesh, double radius_factor = 2.0);
 /// The hole of an open sheet, not its border: of two loops that of fewer edges.
 HoleProblem inner_problem_of(const TriangleMesh& mesh);
+/// Gives each vertex the values of its place.
+void set_values(HoleProblem& problem, const std::function<std::vector<double>(Vec3)>& values_at);
 /// The gathered sheet with the patch.
 TriangleMesh pasted(const HoleProblem& problem, const HolePatch& patch);
 

@@ -132,11 +132,9 @@ TEST_CASE("WithoutNormalsTheThinPlateStands") {
 
 TEST_CASE("ValuesStayWithinTheRangeAroundTheHole") {
   HoleProblem problem = only_problem_of(hemisphere(3));
-  problem.channels = 2;
-  for (const Vec3 p : problem.positions) {
-    problem.values.push_back(10.0 + p.x);
-    problem.values.push_back(p.z < -0.5 ? 200.0 : 255.0);
-  }
+  test::set_values(problem, [](Vec3 p) {
+    return std::vector{10.0 + p.x, p.z < -0.5 ? 200.0 : 255.0};
+  });
   const HolePatch patch = filled(problem);
   REQUIRE(patch.values.size() == 2 * patch.positions.size());
   for (std::size_t i = 0; i < patch.positions.size(); ++i) {

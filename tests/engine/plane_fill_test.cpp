@@ -393,11 +393,9 @@ TEST_CASE("LoopThatTouchesItselfIsFilled") {
 
 TEST_CASE("AttributesFollowTheSheetWithinItsRange") {
   HoleProblem problem = inner_problem_of(without(height_field(30, waves), near({0, 0, 0}, 0.4)));
-  problem.channels = 2;
-  for (const Vec3 p : problem.positions) {
-    problem.values.push_back(100.0 + 50.0 * p.x);
-    problem.values.push_back(p.x > 0.0 ? 255.0 : 0.0);  // a spline would overshoot
-  }
+  test::set_values(problem, [](Vec3 p) {
+    return std::vector{100.0 + 50.0 * p.x, p.x > 0.0 ? 255.0 : 0.0};  // a spline would overshoot
+  });
   const HolePatch patch = plane_fill(problem, {});
   check_sound(problem, patch);
   REQUIRE(patch.values.size() == 2 * patch.positions.size());

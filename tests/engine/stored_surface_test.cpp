@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdint>
+#include <iterator>
 #include <vector>
 
 #include "engine/ball_pivoting/halo_width.h"
 #include "engine/pipeline/stage/partition.h"
 #include "engine/pipeline/stage/stages.h"
 #include "io/error.h"
+#include "io/sort_unique.h"
 #include "io/stop_token.h"
 #include "io/store/chunk_store.h"
 #include "tests/support/jobs.h"
@@ -78,6 +80,51 @@ TEST_CASE("TrianglesAtVerticesAllOverAreThoseAtEachVertex") {
   const std::vector<TriangleAt> left = surface.collect_triangles_at(all, stop);
   CHECK(left.size() < found.size());
   CHECK((left == one_by_one(surface, all)));
+}
+
+/// The triangles at vertices, each once, sorted.
+std::vector<Triangle64> all_at(const StoredSurface& surface,
+                               const std::vector<std::uint64_t>& vertices) {
+  std::vector<Triangle64> all;
+  for (const TriangleAt& each : one_by_one(surface, vertices)) all.push_back(each.triangle);
+  sort_unique(all);
+  return all;
+}
+
+TEST_CASE("TrianglesThatWereMetAreNotGivenAgain") {
+  const Chunks chunks;
+  const ChunkStore store(chunks.work_dir);
+  const Partition partition = expected_partition(store, kPointsStage);
+  StoredSurface surface(store, partition, chunks.reach, std::size_t{64} << 20, false);
+  REQUIRE_FALSE(surface.is_at_hand());
+  std::vector<std::uint64_t> some, more;
+  for (std::uint64_t v = 0; v < partition.points(); ++v) {
+    if (v % 5 == 2) some.push_back(v);
+    if (v % 3 == 1) more.push_back(v);
+  }
+  const auto check = [&] {
+    TriangleMarks met;
+    std::vector<Triangle64> first, second;
+    surface.new_triangles_at(some, met, first);
+    surface.new_triangles_at(more, met, second);
+    std::sort(first.begin(), first.end());
+    std::sort(second.begin(), second.end());
+    const std::vector<Triangle64> at_some = all_at(surface, some), at_more = all_at(surface, more);
+    CHECK((first == at_some));
+    std::vector<Triangle64> expected;
+    std::set_difference(at_more.begin(), at_more.end(), at_some.begin(), at_some.end(),
+                        std::back_inserter(expected));
+    REQUIRE(expected.size() < at_more.size());
+    CHECK((second == expected));
+    return first;
+  };
+  std::vector<Triangle64> removed = check();
+  for (std::size_t i = 0; i < removed.size() / 40; ++i) removed[i] = removed[40 * i];
+  removed.resize(removed.size() / 40);
+  surface.remove(removed);
+  const std::vector<Triangle64> left = check();
+  CHECK(std::ranges::none_of(
+      removed, [&](const Triangle64& t) { return std::ranges::binary_search(left, t); }));
 }
 
 TEST_CASE("TrianglesAtVerticesAllOverAreReadOnceWithoutMemoryForChunks") {

@@ -80,7 +80,7 @@ class PartCutter {
         number_(problem.positions.size(), kNone),
         is_corner_(problem.positions.size(), 0) {}
 
-  /// What a part's patch depends on.
+  /// What a part's patch depends on. May be moved, not copied; the whole problem outlives it.
   Part part_of(const std::vector<std::uint32_t>& loop, const ForbiddenEdges& forbidden) {
     Part part;
     HoleProblem& own = part.problem;
@@ -89,13 +89,18 @@ class PartCutter {
     own.channels = problem_.channels;
     own.positions.reserve(part.vertices.size());
     own.normals.reserve(part.vertices.size());
-    own.values.reserve(part.vertices.size() * own.channels);
     for (const std::uint32_t v : part.vertices) {
       number_[v] = static_cast<std::uint32_t>(own.positions.size());
       own.positions.push_back(problem_.positions[v]);
       own.normals.push_back(problem_.normals[v]);
-      const auto row = problem_.values.begin() + std::ptrdiff_t{v} * problem_.channels;
-      own.values.insert(own.values.end(), row, row + problem_.channels);
+    }
+    if (own.channels > 0) {
+      own.values_of = [&whole = problem_, vertices = std::span<const std::uint32_t>(part.vertices)](
+                          std::span<const std::uint32_t> wanted) {
+        std::vector<std::uint32_t> of_whole;
+        for (const std::uint32_t v : wanted) of_whole.push_back(vertices[v]);
+        return whole.values_of(of_whole);
+      };
     }
     for (Triangle& t : own.sheet)
       for (std::uint32_t& v : t) v = number_[v];

@@ -203,6 +203,16 @@ void MeshSurface::triangles_at(std::uint64_t vertex, std::vector<Triangle64>& ou
   std::sort(out.begin() + static_cast<std::ptrdiff_t>(begin), out.end());
 }
 
+void MeshSurface::new_triangles_at(std::span<const std::uint64_t> vertices, TriangleMarks& met,
+                                   std::vector<Triangle64>& out) const {
+  for (const std::uint64_t vertex : vertices)
+    for (const std::uint32_t number : at(vertex)) {
+      if (!met.mark(std::uint64_t{number})) continue;
+      const Triangle& t = mesh_->triangles[number];
+      out.push_back(smallest_first(Triangle64{t[0], t[1], t[2]}));
+    }
+}
+
 std::uint32_t MeshSurface::channels() const {
   return static_cast<std::uint32_t>(mesh_->vertices.schema.attributes.size());
 }

@@ -18,7 +18,11 @@ class MeshSurface : public Surface {
   explicit MeshSurface(const TriangleMesh& mesh, std::span<const std::uint8_t> keep = {});
 
   Vec3 position(std::uint64_t vertex) const override { return mesh_->vertices.positions[vertex]; }
+  bool is_at_hand() const override { return true; }
+  using Surface::triangles_at;
   void triangles_at(std::uint64_t vertex, std::vector<Triangle64>& out) const override;
+  void new_triangles_at(std::span<const std::uint64_t> vertices, TriangleMarks& met,
+                        std::vector<Triangle64>& out) const override;
   std::uint32_t channels() const override;
   std::vector<double> values(std::span<const std::uint64_t> vertices) const override;
 

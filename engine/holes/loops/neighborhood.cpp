@@ -20,7 +20,7 @@ class ReachedNumbers {
 
   explicit ReachedNumbers(std::size_t expected) {
     resize(expected / 2);
-    blocks_.reserve(expected / 4);
+    blocks_.reserve(expected / 8);
   }
 
   /// kNone where the vertex was not reached.
@@ -57,7 +57,7 @@ class ReachedNumbers {
   }
 
  private:
-  static constexpr std::size_t kBlock = 8;  ///< vertices
+  static constexpr std::size_t kBlock = 16;  ///< vertices
   struct Block {
     std::uint64_t first = 0;
     std::array<std::uint32_t, kBlock> numbers{};
@@ -106,9 +106,7 @@ class Rings {
       : surface_(surface), ring_(loop.vertices), numbers_(16 * loop.vertices.size()) {
     sort_unique(ring_);
     reserve(ring_.size());
-    for (const std::uint64_t vertex : ring_) {
-      ring_numbers_.push_back(add(vertex, 0));
-    }
+    for (const std::uint64_t vertex : ring_) add(vertex, true);
   }
 
   const std::vector<std::uint64_t>& ring() const { return ring_; }
@@ -117,12 +115,9 @@ class Rings {
   void take_triangles() {
     beyond_.clear();
     at_ring_.clear();
-    ends_.clear();
-    surface_.triangles_at(ring_, at_ring_, ends_);
-    std::size_t i = 0;
-    for (std::size_t k = 0; k < ring_.size(); ++k)
-      for (; i < ends_[k]; ++i) take(at_ring_[i], ring_[k], ring_numbers_[k]);
-    std::sort(beyond_.begin(), beyond_.end());
+    surface_.new_triangles_at(ring_, met_, at_ring_);
+    for (const Triangle64& t : at_ring_) take(t);
+    if (!surface_.is_at_hand()) std::sort(beyond_.begin(), beyond_.end());
   }
 
   /// What is taken out of the next ring is not reached, now or later. `is_in` of a position.
@@ -139,17 +134,14 @@ class Rings {
   }
 
   void go_on() {
-    ++depth_;
     ring_.clear();
-    ring_numbers_.clear();
     for (const Reached& each : beyond_) {
       ring_.push_back(each.vertex);
-      ring_numbers_.push_back(each.number);
-      depth_of_[each.number] = depth_;
+      is_gathered_[each.number] = 1;
     }
   }
 
-  std::uint32_t count() const { return static_cast<std::uint32_t>(depth_of_.size()); }
+  std::uint32_t count() const { return static_cast<std::uint32_t>(is_gathered_.size()); }
   /// Calls visit(vertex, number) for all vertices that triangles have, by ascending vertices.
   template <class Visit>
   void for_each_sorted(const Visit& visit) {
@@ -158,64 +150,44 @@ class Rings {
   const std::vector<Triangle>& triangles() const { return triangles_; }
   std::uint32_t number_of(std::uint64_t vertex) const { return numbers_.of(vertex); }
   /// Whether a vertex was in a ring.
-  bool is_gathered(std::uint32_t number) const { return depth_of_[number] != kBeyond; }
+  bool is_gathered(std::uint32_t number) const { return is_gathered_[number] != 0; }
 
  private:
-  static constexpr std::uint32_t kBeyond = UINT32_MAX;
-
   /// As much as a hole of a few edges needs.
   void reserve(std::size_t ring) {
     constexpr std::size_t kVertices = 8, kTriangles = 12, kPerVertex = 6;
-    ring_numbers_.reserve(2 * ring);
-    depth_of_.reserve(kVertices * ring);
+    is_gathered_.reserve(kVertices * ring);
     triangles_.reserve(kTriangles * ring);
     beyond_.reserve(2 * ring);
     at_ring_.reserve(2 * kPerVertex * ring);
-    ends_.reserve(2 * ring);
   }
 
-  std::uint32_t add(std::uint64_t vertex, std::uint32_t depth) {
+  std::uint32_t add(std::uint64_t vertex, bool is_gathered) {
     const std::uint32_t number = count();
     numbers_.add(vertex, number);
-    depth_of_.push_back(depth);
+    is_gathered_.push_back(is_gathered ? 1 : 0);
     return number;
   }
 
-  /// Whether a triangle with this corner was met at it: in a ring before, or at a smaller vertex of
-  /// this ring.
-  bool was_met_at(std::uint64_t corner, std::uint32_t number, std::uint64_t vertex) const {
-    return number != kNone &&
-           (depth_of_[number] < depth_ || (depth_of_[number] == depth_ && corner < vertex));
-  }
-
-  /// A triangle at a vertex of the ring, unless it was met before.
-  void take(const Triangle64& t, std::uint64_t vertex, std::uint32_t number) {
-    const std::size_t own = t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2;
-    const std::size_t first = (own + 1) % 3, second = (own + 2) % 3;
+  void take(const Triangle64& t) {
     Triangle numbers{};
-    numbers[own] = number;
-    numbers[first] = numbers_.of(t[first]);
-    if (was_met_at(t[first], numbers[first], vertex)) return;
-    numbers[second] = numbers_.of(t[second]);
-    if (was_met_at(t[second], numbers[second], vertex)) return;
-    for (const std::size_t k : {first, second}) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      numbers[k] = numbers_.of(t[k]);
       if (numbers[k] != kNone) continue;
-      numbers[k] = add(t[k], kBeyond);
+      numbers[k] = add(t[k], false);
       beyond_.push_back({t[k], numbers[k]});
     }
     triangles_.push_back(numbers);
   }
 
   const Surface& surface_;
-  std::vector<std::uint64_t> ring_;  // sorted
-  std::vector<std::uint32_t> ring_numbers_;
+  std::vector<std::uint64_t> ring_;  // sorted, unless the surface is at hand
   ReachedNumbers numbers_;
-  std::vector<std::uint32_t> depth_of_;  // per number: the ring
-  std::vector<Triangle> triangles_;      // in numbers
-  std::vector<Reached> beyond_;          // sorted
-  std::uint32_t depth_ = 0;
+  std::vector<std::uint8_t> is_gathered_;  // per number
+  std::vector<Triangle> triangles_;        // in numbers
+  std::vector<Reached> beyond_;            // in the order of ring_
   std::vector<Triangle64> at_ring_;
-  std::vector<std::size_t> ends_;
+  TriangleMarks met_;
   std::vector<Vec3> places_;
 };
 
@@ -336,6 +308,30 @@ void add_triangles(const Sorted& sorted, HoleProblem& problem) {
   }
 }
 
+/// The values of gathered vertices, asked for in the order that a surface wants.
+struct ValuesAt {
+  const Surface& surface;
+  std::span<const std::uint64_t> vertices;
+
+  std::vector<double> operator()(std::span<const std::uint32_t> wanted) const {
+    std::vector<std::uint32_t> sorted(wanted.begin(), wanted.end());
+    sort_unique(sorted);
+    std::vector<std::uint64_t> in_mesh;
+    in_mesh.reserve(sorted.size());
+    for (const std::uint32_t v : sorted) in_mesh.push_back(vertices[v]);
+    const std::vector<double> rows = surface.values(in_mesh);
+    const std::size_t channels = surface.channels();
+    std::vector<double> values;
+    values.reserve(wanted.size() * channels);
+    for (const std::uint32_t v : wanted) {
+      const auto place = std::lower_bound(sorted.begin(), sorted.end(), v) - sorted.begin();
+      const auto row = rows.begin() + place * static_cast<std::ptrdiff_t>(channels);
+      values.insert(values.end(), row, row + static_cast<std::ptrdiff_t>(channels));
+    }
+    return values;
+  }
+};
+
 }  // namespace
 
 GatheredHole gather_hole(const Surface& surface, const BoundaryLoop& loop,
@@ -363,8 +359,8 @@ GatheredHole gather_hole(const Surface& surface, const BoundaryLoop& loop,
   sort_unique(problem.forbidden);
   for (std::size_t i = 0; i < sorted.vertices.size(); ++i)
     if (sorted.gathered[i] != Rings::kNone) gathered.vertices.push_back(sorted.vertices[i]);
-  problem.channels = options.with_values ? surface.channels() : 0;
-  if (problem.channels > 0) problem.values = surface.values(gathered.vertices);
+  problem.channels = surface.channels();
+  if (problem.channels > 0) problem.values_of = ValuesAt{surface, gathered.vertices};
   return gathered;
 }
 

@@ -22,11 +22,10 @@ struct NeighborhoodOptions {
   /// Whether all triangles at the vertices of the last ring are wanted where there is such a limit;
   /// without, those at the rings before, and the last ring's normals are not whole.
   bool whole_fans = true;
-  /// Whether the vertices' attributes are wanted: patches without new vertices need none.
-  bool with_values = true;
 };
 
-/// A problem in the numbers of the gathered vertices, and which vertices those are.
+/// A problem in the numbers of the gathered vertices, and which vertices those are. May be moved,
+/// not copied: the problem asks the surface for the values of these vertices.
 struct GatheredHole {
   HoleProblem problem;
   std::vector<std::uint64_t> vertices;  ///< ascending: vertex i of the problem is vertices[i]

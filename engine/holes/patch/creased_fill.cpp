@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -88,13 +89,36 @@ std::optional<InnerEdges> edges_of_three(const PlanesAtRim& crease, const Rim& r
   return edges;
 }
 
-/// The hole with the points of its inner edges among the given vertices.
+/// The values of a problem's vertices and of points behind these.
+struct WidenedValues {
+  const HoleProblem& problem;
+  std::vector<double> of_points;  ///< rows
+
+  std::vector<double> operator()(std::span<const std::uint32_t> wanted) const {
+    const auto given = static_cast<std::uint32_t>(problem.positions.size());
+    std::vector<std::uint32_t> of_problem;
+    std::copy_if(wanted.begin(), wanted.end(), std::back_inserter(of_problem),
+                 [&](std::uint32_t v) { return v < given; });
+    const std::vector<double> known = problem.values_of(of_problem);
+    const auto channels = static_cast<std::ptrdiff_t>(problem.channels);
+    auto next = known.begin();
+    std::vector<double> values;
+    for (const std::uint32_t v : wanted) {
+      const auto row = v < given ? next : of_points.begin() + (v - given) * channels;
+      values.insert(values.end(), row, row + channels);
+      next += v < given ? channels : 0;
+    }
+    return values;
+  }
+};
+
+/// The hole with the points of its inner edges among the given vertices. The hole is kept as long.
 HoleProblem with_points(const HoleProblem& problem, const Rim& rim, const InnerEdges& edges) {
   HoleProblem widened = problem;
   std::vector<Vec3> points;
   for (const Vec3 p : edges.points) points.push_back(rim.center + p);
-  const std::vector<double> values = values_from_corners(problem, points);
-  widened.values.insert(widened.values.end(), values.begin(), values.end());
+  if (problem.channels > 0)
+    widened.values_of = WidenedValues{problem, values_from_corners(problem, points)};
   widened.positions.insert(widened.positions.end(), points.begin(), points.end());
   widened.normals.resize(widened.positions.size());
   return widened;

@@ -7,28 +7,19 @@
 namespace orbweave {
 namespace {
 
-std::span<const double> values_of(const HoleProblem& problem, std::uint32_t vertex) {
-  return std::span(problem.values)
-      .subspan(std::size_t{vertex} * problem.channels, problem.channels);
-}
-
 void add_scaled(std::span<const double> row, double weight, std::span<double> sum) {
   for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += weight * row[c];
 }
 
-/// Keeps a row within the range of the sites' values.
+/// Keeps a row within the range of the rows given.
 class Range {
  public:
-  Range(const HoleProblem& problem, std::span<const std::uint32_t> sites) {
-    const std::span<const double> first = values_of(problem, sites[0]);
-    low_.assign(first.begin(), first.end());
-    high_ = low_;
-    for (const std::uint32_t site : sites) {
-      const std::span<const double> row = values_of(problem, site);
-      for (std::size_t c = 0; c < row.size(); ++c) {
-        low_[c] = std::min(low_[c], row[c]);
-        high_[c] = std::max(high_[c], row[c]);
-      }
+  Range(std::span<const double> rows, std::size_t channels)
+      : low_(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(channels)), high_(low_) {
+    for (std::size_t i = channels; i < rows.size(); ++i) {
+      const std::size_t c = i % channels;
+      low_[c] = std::min(low_[c], rows[i]);
+      high_[c] = std::max(high_[c], rows[i]);
     }
   }
   void clamp(std::span<double> row) const {
@@ -44,15 +35,11 @@ class Range {
 std::vector<double> values_from_corners(const HoleProblem& problem, std::span<const Vec3> points) {
   const std::size_t channels = problem.channels;
   std::vector<double> values(points.size() * channels, 0.0);
-  if (channels == 0) return values;
-  const Range range(problem, problem.loop);
+  if (channels == 0 || points.empty()) return values;
+  const std::vector<double> rows = problem.values_of(problem.loop);
+  const Range range(rows, channels);
   std::vector<Vec3> corners;
-  std::vector<double> rows;  // of the corners
-  for (const std::uint32_t v : problem.loop) {
-    corners.push_back(problem.positions[v]);
-    const std::span<const double> row = values_of(problem, v);
-    rows.insert(rows.end(), row.begin(), row.end());
-  }
+  for (const std::uint32_t v : problem.loop) corners.push_back(problem.positions[v]);
   std::vector<double> weights(corners.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::span<double> row = std::span(values).subspan(i * channels, channels);
@@ -85,12 +72,8 @@ std::vector<double> values_from_sites(const HoleProblem& problem,
   if (channels == 0 || points.empty()) return {};
   if (sites.empty()) return values_from_corners(problem, points);
   std::vector<RbfSite> at;
-  std::vector<double> known;
-  for (const std::uint32_t site : sites) {
-    const std::span<const double> row = values_of(problem, site);
-    at.push_back(problem.positions[site]);
-    known.insert(known.end(), row.begin(), row.end());
-  }
+  for (const std::uint32_t site : sites) at.push_back(problem.positions[site]);
+  const std::vector<double> known = problem.values_of(sites);
   RbfOptions rbf_options;
   rbf_options.dimension = 3;
   rbf_options.kernel = RbfKernel::kBiharmonic;
@@ -98,7 +81,7 @@ std::vector<double> values_from_sites(const HoleProblem& problem,
   rbf_options.measure = false;
   const RbfInterpolant rbf(at, known, problem.channels, rbf_options);
   if (!rbf.valid()) return values_from_corners(problem, points);
-  const Range range(problem, sites);
+  const Range range(known, channels);
   std::vector<double> values(points.size() * channels);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::span<double> row = std::span(values).subspan(i * channels, channels);

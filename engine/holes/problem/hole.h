@@ -4,7 +4,9 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -47,6 +49,9 @@ struct PatchOptions {
   const StopToken* stop = nullptr;  ///< looked at several times a second; may be null
 };
 
+/// The values of vertices of a problem, row by row in the order in which they are asked for.
+using ValuesOf = std::function<std::vector<double>(std::span<const std::uint32_t>)>;
+
 /// A loop and its neighbourhood. Vertices are numbered from 0 in canonical order, so that the
 /// patch does not depend on how the neighbourhood was gathered.
 struct HoleProblem {
@@ -62,8 +67,9 @@ struct HoleProblem {
   /// (vertex, group), sorted. A patch must not join two vertices of one group inside: the group is
   /// what another hole has in common with this one, and the patch of that hole may join them.
   std::vector<std::array<std::uint32_t, 2>> apart = {};
-  /// Values to be interpolated to the new vertices: positions.size() rows of `channels`.
-  std::vector<double> values;
+  /// What is to be interpolated to the new vertices: rows of `channels` values. Asked for only
+  /// where there are new ones; not empty where there are channels.
+  ValuesOf values_of;
   std::uint32_t channels = 0;
 };
 

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/holes/problem/triangle_marks.h"
 #include "io/triangle_mesh.h"
 #include "io/vec3.h"
 
@@ -17,6 +18,8 @@ class Surface {
  public:
   virtual ~Surface() = default;
   virtual Vec3 position(std::uint64_t vertex) const = 0;
+  /// Whether nothing is read from a file: what is said to ascend below may have any order then.
+  virtual bool is_at_hand() const { return false; }
   /// All triangles at a vertex, smallest vertex first, sorted.
   virtual void triangles_at(std::uint64_t vertex, std::vector<Triangle64>& out) const = 0;
   /// The positions of many vertices, which ascend, at once; `out` is as long as `vertices`.
@@ -30,6 +33,18 @@ class Surface {
     for (const std::uint64_t vertex : vertices) {
       triangles_at(vertex, out);
       ends.push_back(out.size());
+    }
+  }
+  /// Adds the triangles at many vertices, which ascend, that were not met before, each once,
+  /// smallest vertex first, in any order; they are marked.
+  virtual void new_triangles_at(std::span<const std::uint64_t> vertices, TriangleMarks& met,
+                                std::vector<Triangle64>& out) const {
+    std::vector<Triangle64> around;
+    for (const std::uint64_t vertex : vertices) {
+      around.clear();
+      triangles_at(vertex, around);
+      for (const Triangle64& t : around)
+        if (met.mark(t)) out.push_back(t);
     }
   }
   /// The vertices' attributes as doubles: vertices.size() rows of channels() values.

@@ -34,17 +34,34 @@ struct StoredSurface::LoadedChunk {
            triangles.size() * sizeof(Triangle) + outer_vertices.size() * 8 +
            (first.size() + at.size()) * 4;
   }
+  bool has(std::uint64_t vertex) const { return vertex - first_vertex < points.size(); }
   LocalNumbers numbers() const { return {first_vertex, points.size(), outer_vertices}; }
-  /// Nothing where the chunk does not know the vertex.
-  void add_triangles(std::uint64_t vertex, std::vector<Triangle64>& out) const {
+  /// Numbers of the triangles at a vertex; none where the chunk does not know it.
+  std::span<const std::uint32_t> at_vertex(std::uint64_t vertex) const {
     const LocalNumbers known = numbers();
     const std::uint64_t slot = known.local(vertex);
-    if (slot == known.count()) return;
-    const std::uint32_t begin = first[slot], end = first[slot + 1];
+    if (slot == known.count()) return {};
+    return {at.data() + first[slot], at.data() + first[slot + 1]};
+  }
+  /// Asks the processor for what will be read of own vertices and the triangles there: it waits for
+  /// several at once.
+  void fetch(std::span<const std::uint64_t> vertices) const {
+    for (const std::uint64_t vertex : vertices)
+      __builtin_prefetch(first.data() + (vertex - first_vertex));
+    for (const std::uint64_t vertex : vertices)
+      __builtin_prefetch(at.data() + first[vertex - first_vertex]);
+    for (const std::uint64_t vertex : vertices)
+      for (std::uint32_t i = first[vertex - first_vertex]; i < first[vertex - first_vertex + 1];
+           ++i)
+        __builtin_prefetch(triangles.data() + at[i]);
+  }
+  void add_triangles(std::uint64_t vertex, std::vector<Triangle64>& out) const {
+    const LocalNumbers known = numbers();
+    const std::span<const std::uint32_t> wanted = at_vertex(vertex);
     const std::size_t before = out.size();
-    out.resize(before + (end - begin));
+    out.resize(before + wanted.size());
     Triangle64* to = out.data() + before;
-    for (std::uint32_t i = begin; i < end; ++i) *to++ = known.global(triangles[at[i]]);
+    for (const std::uint32_t triangle : wanted) *to++ = known.global(triangles[triangle]);
   }
 };
 
@@ -201,14 +218,14 @@ void StoredSurface::positions(std::span<const std::uint64_t> vertices, std::span
   for (std::size_t i = 0; i < vertices.size();) {
     const ChunkId chunk = partition_.chunk_of(vertices[i]);
     const auto own = cache_->get(chunk);
-    for (; i < vertices.size() && vertices[i] < partition_.first_vertex[chunk + 1]; ++i)
+    for (; i < vertices.size() && own->has(vertices[i]); ++i)
       out[i] = own->points.positions[vertices[i] - own->first_vertex];
   }
 }
 
-void StoredSurface::triangles_at(std::span<const std::uint64_t> vertices,
-                                 std::vector<Triangle64>& out,
-                                 std::vector<std::size_t>& ends) const {
+template <class Visit, class End>
+void StoredSurface::visit_chunks_at(std::span<const std::uint64_t> vertices, const Visit& visit,
+                                    const End& end) const {
   for (std::size_t i = 0; i < vertices.size();) {
     const ChunkId chunk = partition_.chunk_of(vertices[i]);
     const auto own = cache_->get(chunk);
@@ -216,27 +233,67 @@ void StoredSurface::triangles_at(std::span<const std::uint64_t> vertices,
     // more than these two chunks are held at a time.
     ChunkId held = chunk;
     std::shared_ptr<const LoadedChunk> neighbor;
-    for (; i < vertices.size() && vertices[i] < partition_.first_vertex[chunk + 1]; ++i) {
-      const auto begin = static_cast<std::ptrdiff_t>(out.size());
-      own->add_triangles(vertices[i], out);
-      const Vec3 position = own->points.positions[vertices[i] - own->first_vertex];
+    constexpr std::size_t kAtOnce = 16;
+    std::size_t fetched = i;
+    for (; i < vertices.size() && own->has(vertices[i]); ++i) {
+      if (i == fetched) {
+        const std::size_t most = std::min(vertices.size(), i + kAtOnce);
+        while (fetched < most && own->has(vertices[fetched])) ++fetched;
+        own->fetch(vertices.subspan(i, fetched - i));
+      }
+      visit(chunk, *own, vertices[i]);
       for (const ChunkId other : own->neighbors) {
+        const Vec3 position = own->points.positions[vertices[i] - own->first_vertex];
         if (distance_to(partition_.octree.chunks()[other].box, position) > reach_) continue;
         if (other != held) neighbor = cache_->get(held = other);
-        neighbor->add_triangles(vertices[i], out);
+        visit(other, *neighbor, vertices[i]);
       }
-      if (removed_at_.may_have(vertices[i])) {
-        out.erase(std::remove_if(out.begin() + begin, out.end(),
-                                 [&](const Triangle64& t) { return is_removed(t); }),
-                  out.end());
-      }
-      ends.push_back(out.size());
+      end(vertices[i]);
     }
   }
 }
 
+void StoredSurface::triangles_at(std::span<const std::uint64_t> vertices,
+                                 std::vector<Triangle64>& out,
+                                 std::vector<std::size_t>& ends) const {
+  std::size_t begin = out.size();
+  visit_chunks_at(
+      vertices,
+      [&](ChunkId, const LoadedChunk& loaded, std::uint64_t vertex) {
+        loaded.add_triangles(vertex, out);
+      },
+      [&](std::uint64_t vertex) {
+        if (removed_at_.may_have(vertex)) {
+          out.erase(std::remove_if(out.begin() + static_cast<std::ptrdiff_t>(begin), out.end(),
+                                   [&](const Triangle64& t) { return is_removed(t); }),
+                    out.end());
+        }
+        begin = out.size();
+        ends.push_back(begin);
+      });
+}
+
+void StoredSurface::new_triangles_at(std::span<const std::uint64_t> vertices, TriangleMarks& met,
+                                     std::vector<Triangle64>& out) const {
+  visit_chunks_at(
+      vertices,
+      [&](ChunkId chunk, const LoadedChunk& loaded, std::uint64_t vertex) {
+        const std::uint64_t first_number = std::uint64_t{chunk} << 32;
+        const bool may_be_removed = removed_at_.may_have(vertex);
+        const LocalNumbers numbers = loaded.numbers();
+        for (const std::uint32_t triangle : loaded.at_vertex(vertex)) {
+          if (!met.mark(first_number + triangle)) continue;
+          const Triangle64 corners = numbers.global(loaded.triangles[triangle]);
+          if (!may_be_removed || !is_removed(corners)) out.push_back(corners);
+        }
+      },
+      [](std::uint64_t) {});
+}
+
 bool StoredSurface::is_removed(const Triangle64& triangle) const {
-  return std::binary_search(removed_.begin(), removed_.end(), triangle);
+  const bool may_be = std::ranges::all_of(
+      triangle, [&](std::uint64_t vertex) { return removed_at_.may_have(vertex); });
+  return may_be && std::binary_search(removed_.begin(), removed_.end(), triangle);
 }
 
 void StoredSurface::collect_of_chunk(ChunkId chunk, std::span<const std::uint64_t> vertices,

@@ -17,6 +17,7 @@
 namespace orbweave {
 
 /// Which vertices triangles may have: most vertices that others have are told apart by one bit.
+/// Vertices near one another have their bits in one word.
 class VertexFilter {
  public:
   VertexFilter() = default;
@@ -25,17 +26,17 @@ class VertexFilter {
     constexpr std::size_t kBitsPerCorner = 8;
     bits_.resize(std::bit_ceil(3 * kBitsPerCorner * triangles.size() / 64 + 1));
     for (const Triangle64& t : triangles)
-      for (const std::uint64_t vertex : t)
-        bits_[bit_of(vertex) / 64] |= std::uint64_t{1} << (bit_of(vertex) % 64);
+      for (const std::uint64_t vertex : t) bits_[word_of(vertex)] |= bit_of(vertex);
   }
   bool may_have(std::uint64_t vertex) const {
-    return !bits_.empty() && ((bits_[bit_of(vertex) / 64] >> (bit_of(vertex) % 64)) & 1) != 0;
+    return !bits_.empty() && (bits_[word_of(vertex)] & bit_of(vertex)) != 0;
   }
 
  private:
-  std::size_t bit_of(std::uint64_t vertex) const {
+  static std::uint64_t bit_of(std::uint64_t vertex) { return std::uint64_t{1} << (vertex % 64); }
+  std::size_t word_of(std::uint64_t vertex) const {
     constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15;
-    return static_cast<std::size_t>((vertex * kGolden) >> 20) & (64 * bits_.size() - 1);
+    return static_cast<std::size_t>((vertex / 64 * kGolden) >> 32) & (bits_.size() - 1);
   }
 
   std::vector<std::uint64_t> bits_;
@@ -69,11 +70,14 @@ class StoredSurface : public Surface {
   /// What a chunk takes of that.
   std::size_t chunk_bytes(ChunkId chunk) const;
 
+  bool is_at_hand() const override { return partition_.octree.chunks().size() == 1; }
   Vec3 position(std::uint64_t vertex) const override;
   void triangles_at(std::uint64_t vertex, std::vector<Triangle64>& out) const override;
   void positions(std::span<const std::uint64_t> vertices, std::span<Vec3> out) const override;
   void triangles_at(std::span<const std::uint64_t> vertices, std::vector<Triangle64>& out,
                     std::vector<std::size_t>& ends) const override;
+  void new_triangles_at(std::span<const std::uint64_t> vertices, TriangleMarks& met,
+                        std::vector<Triangle64>& out) const override;
   /// The triangles at vertices (ascending) that lie all over the surface, sorted. Reads the
   /// triangles of each chunk at most once and keeps no chunk, whatever the order of the vertices.
   std::vector<TriangleAt> collect_triangles_at(std::span<const std::uint64_t> vertices,
@@ -92,6 +96,11 @@ class StoredSurface : public Surface {
   class Cache;
 
   bool is_removed(const Triangle64& triangle) const;
+  /// Calls visit(chunk, what is loaded of it, vertex) for each vertex, which ascend, and each chunk
+  /// that may own triangles there, and after each vertex end(vertex).
+  template <class Visit, class End>
+  void visit_chunks_at(std::span<const std::uint64_t> vertices, const Visit& visit,
+                       const End& end) const;
   void collect_of_chunk(ChunkId chunk, std::span<const std::uint64_t> vertices,
                         std::vector<TriangleAt>& out) const;
 
