@@ -7,6 +7,8 @@
 #include <iostream>
 #include <memory>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "engine/cli/commands.h"
 #include "engine/cli/failure.h"
@@ -22,6 +24,7 @@
 #include "io/error.h"
 #include "io/job/output_origin.h"
 #include "io/meshes/mesh_stream.h"
+#include "io/meshes/mesh_writer.h"
 #include "io/points/coordinate_system_file.h"
 #include "io/report/picture.h"
 #include "io/report/picture_up.h"
@@ -116,7 +119,9 @@ std::string summary(const OutputOptions& output, const SimplifiedFacts& facts,
                  {"error", "at most " + format_number(facts.error)},
                  {"bytes", format_bytes(facts.bytes)}};
   if (facts.origin != Vec3{}) lines.emplace_back("origin", origin_text(facts.origin));
-  const std::string left_out = left_out_of(output.mesh, schema);
+  std::vector<std::string> patches;
+  if (facts.fills_holes) patches = patches_without_place(output.mesh, facts.has_confidence);
+  const std::string left_out = left_out_of(output.mesh, schema, patches);
   if (!left_out.empty()) lines.emplace_back("left out", left_out);
   return facts_table(lines);
 }
@@ -204,7 +209,7 @@ void add_simplify_command(CLI::App& program, const CommandContext& context) {
   add_progress_option(*command, arguments->keys);
   command->footer(
       "One of --ratio, --triangles and --error is needed. Vertices of the result are vertices of\n"
-      "the mesh, with all that they carry.\n\n"
+      "the mesh, with all that they carry; faces keep the holes that they fill.\n\n"
       "Example:\n  orbweave simplify mesh.ply -o small.ply --ratio 0.1\n");
   command->callback([arguments, context] {
     context.then([arguments, &stop = context.stop] { simplify(*arguments, stop); });

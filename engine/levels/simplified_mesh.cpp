@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <span>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "engine/levels/node_mesh.h"
 #include "engine/levels/simplify.h"
 #include "io/meshes/mesh_stream.h"
+#include "io/meshes/patch_confidence.h"
 #include "io/system/spool_file.h"
 
 namespace orbweave {
@@ -86,8 +88,9 @@ class PieceMaker {
       stop_.check();
       Piece& piece = pieces_.all[i];
       const NodeMesh mesh = maker_.node(piece.node);
-      store(piece, mesh,
-            simplify_within(maker_.positions(mesh), mesh.triangles, maker_.border_vertices(mesh),
+      const std::vector<Vec3> positions = maker_.positions(mesh);
+      store(piece, mesh, positions,
+            simplify_within(positions, mesh.triangles, maker_.border_vertices(mesh),
                             error - error_of(piece)));
     });
   }
@@ -114,8 +117,9 @@ class PieceMaker {
       stop_.check();
       piece.share = shares[i];
       const NodeMesh mesh = maker_.node(piece.node);
-      store(piece, mesh,
-            simplify_between(maker_.positions(mesh), mesh.triangles, maker_.border_vertices(mesh),
+      const std::vector<Vec3> positions = maker_.positions(mesh);
+      store(piece, mesh, positions,
+            simplify_between(positions, mesh.triangles, maker_.border_vertices(mesh),
                              {.triangles = static_cast<std::size_t>(shares[i])}));
     });
   }
@@ -131,13 +135,17 @@ class PieceMaker {
     return any;
   }
 
-  /// Numbers of vertices and triangles; the rest is read again from the mesh.
-  void store(Piece& piece, const NodeMesh& mesh, Simplification simpler) {
+  /// Numbers of vertices, triangles and their tags; the rest is read again from the mesh.
+  void store(Piece& piece, const NodeMesh& mesh, std::span<const Vec3> positions,
+             Simplification simpler) {
     NodeMesh bare;
     bare.vertices = mesh.vertices;
     // What keeps the surface a manifold goes before the count.
     if (!simpler.is_sound) simpler = {mesh.triangles, 0.0, true};
-    const NodeMesh part = used_part(bare, std::move(simpler.triangles), 0);
+    std::vector<FaceTag> tags =
+        simplified_tags(positions, mesh.triangles, mesh.tags, simpler.triangles);
+    NodeMesh part = used_part(bare, std::move(simpler.triangles), 0);
+    part.tags = std::move(tags);
     const std::vector<std::byte> bytes = packed(part);
     piece.triangles = part.triangles.size();
     piece.error = error_of(piece) + simpler.error;
@@ -160,8 +168,11 @@ void make_pieces(const fs::path& mesh, const SimplifyOptions& options, const Sim
   };
   if (events.made)
     of_levels.done = [&](std::uint32_t, const PointCloud&, const NodeMesh&) { events.made(); };
-  // Positions decide; all else is read again at the end.
-  LevelMaker maker(*open_mesh_stream(mesh), PointSchema{}, options.levels, of_levels, stop);
+  // Positions decide. What vertices carry is read again at the end, what faces carry goes along.
+  const auto stream = open_mesh_stream(mesh);
+  LevelOptions levels = options.levels;
+  levels.keeps_tags = stream->has_holes();
+  LevelMaker maker(*stream, PointSchema{}, levels, of_levels, stop);
   const auto note_work = [&] {
     facts.work_bytes = maker.disk_bytes() + pieces.spool.bytes();
     facts.nodes_reused = maker.levels().reused;
@@ -219,16 +230,41 @@ std::vector<Triangle64> in_file_numbers(const NodeMesh& piece, const ChosenVerti
   return triangles;
 }
 
-ChosenVertices vertices_of(const Pieces& pieces, SimplifiedFacts& facts) {
+std::vector<std::int32_t> holes_of(const NodeMesh& piece) {
+  std::vector<std::int32_t> holes;
+  holes.reserve(piece.tags.size());
+  for (const FaceTag& tag : piece.tags) holes.push_back(tag.hole);
+  return holes;
+}
+
+/// The vertices of all pieces. `confidence`: becomes that of each patch by the id of its hole.
+ChosenVertices vertices_of(const Pieces& pieces, SimplifiedFacts& facts,
+                           std::map<std::int32_t, float>& confidence) {
   ChosenVertices chosen(facts.vertices_read);
   for (const Piece& piece : pieces.all) {
     facts.triangles += piece.triangles;
     facts.error = std::max(facts.error, piece.error);
-    for (const std::uint64_t vertex : pieces.read(piece).vertices) chosen.choose(vertex);
+    const NodeMesh made = pieces.read(piece);
+    for (const std::uint64_t vertex : made.vertices) chosen.choose(vertex);
+    for (const FaceTag& tag : made.tags)
+      if (tag.hole > 0) confidence.emplace(tag.hole, tag.confidence);
   }
   chosen.number();
   facts.vertices = chosen.count();
   return chosen;
+}
+
+/// Faces say how sure patches are where those of the mesh do.
+void keep_confidence(const MeshStream& mesh, const std::map<std::int32_t, float>& of_patches,
+                     MeshWriterOptions& written) {
+  written.confidence.clear();
+  written.has_confidence = mesh.has_confidence();
+  if (!written.has_confidence || of_patches.empty()) return;
+  if (of_patches.rbegin()->first > kMostIdWithConfidence) {
+    written.has_confidence = false;
+    return;
+  }
+  for (const auto& [hole, value] : of_patches) note_confidence(written.confidence, hole, value);
 }
 
 }  // namespace
@@ -239,19 +275,26 @@ SimplifiedFacts write_simplified(const fs::path& mesh, const fs::path& target,
   SimplifiedFacts facts;
   Pieces pieces(options.levels.directory);
   make_pieces(mesh, options, events, stop, pieces, facts);
-  const ChosenVertices chosen = vertices_of(pieces, facts);
-  const MeshWriterOptions written = options.written(pieces.bounds);
+  std::map<std::int32_t, float> confidence;
+  const ChosenVertices chosen = vertices_of(pieces, facts, confidence);
+  MeshWriterOptions written = options.written(pieces.bounds);
   facts.origin = written.origin;
   const auto stream = open_mesh_stream(mesh);
-  const MeshHeader header{
-      .vertices = facts.vertices, .triangles = facts.triangles, .schema = stream->schema()};
+  facts.fills_holes = !confidence.empty();
+  keep_confidence(*stream, confidence, written);
+  facts.has_confidence = facts.fills_holes && written.has_confidence;
+  const MeshHeader header{.vertices = facts.vertices,
+                          .triangles = facts.triangles,
+                          .has_hole = stream->has_holes(),
+                          .schema = stream->schema()};
   const auto writer = open_mesh_writer(target, header, written);
   if (events.begun) events.begun(facts.triangles);
   write_vertices(*stream, chosen, *writer, stop);
   for (const Piece& piece : pieces.all) {
     stop.check();
-    const std::vector<Triangle64> triangles = in_file_numbers(pieces.read(piece), chosen);
-    writer->write_triangles(triangles);
+    const NodeMesh made = pieces.read(piece);
+    const std::vector<Triangle64> triangles = in_file_numbers(made, chosen);
+    writer->write_triangles(triangles, holes_of(made));
     if (events.written) events.written(triangles.size());
   }
   writer->finish();

@@ -44,16 +44,19 @@ struct SimplifiedFacts {
   /// How far the two surfaces are apart, world units, as engine/levels/simplify.h measures it,
   /// added up over the levels.
   double error = 0.0;
+  bool fills_holes = false;      ///< a face of the result fills a hole
+  bool has_confidence = false;   ///< and faces say how sure the patch is
   Vec3 origin;                   ///< that the file's coordinates are counted from
   std::uint64_t bytes = 0;       ///< of the file
   std::uint64_t work_bytes = 0;  ///< of the files without a name, when the pieces were made
 };
 
 /// Reads the mesh twice and writes the simplified one. Its vertices are vertices of the mesh, in
-/// their order, with all that they carry; what faces carry is left out. Triangles come by the cells
-/// of the octree. The bytes depend on the mesh, the target and the leaves' size alone. There are at
-/// most as many triangles as asked for where borders between nodes, rims and handles allow that.
-/// Throws Error as make_levels() does, and where the file cannot be written.
+/// their order, with all that they carry. A triangle fills the hole of that triangle of the mesh
+/// which is nearest to it among those around its corners. Triangles come by the cells of the
+/// octree. The bytes depend on the mesh, the target and the leaves' size alone. There are at most
+/// as many triangles as asked for where borders between nodes, rims and handles allow that. Throws
+/// Error as make_levels() does, and where the file cannot be written.
 SimplifiedFacts write_simplified(const std::filesystem::path& mesh,
                                  const std::filesystem::path& target,
                                  const SimplifyOptions& options, const SimplifyEvents& events,

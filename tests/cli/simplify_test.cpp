@@ -1,10 +1,13 @@
 // orbweave simplify and output.simplify, as a user calls them.
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "io/meshes/mesh_reader.h"
+#include "io/meshes/mesh_stream.h"
 #include "io/meshes/mesh_writer.h"
 #include "tests/support/data.h"
 #include "tests/support/meshes.h"
@@ -39,6 +42,39 @@ TEST_CASE("SimplifyCommandSaysWhatItMade") {
     CHECK(run_in(in, {"simplify", "mesh.ply", "-o", name, "--ratio", "0.1"}).status == 0);
     CHECK(fs::exists(in / name));
   }
+}
+
+TEST_CASE("SimplifiedFacesKeepTheHolesThatTheyFill") {
+  const ScratchDirectory in;
+  TriangleMesh mesh = torus_mesh(3000);
+  const auto middle_of = [](const TriangleMesh& of, const Triangle& t) {
+    const std::vector<Vec3>& at = of.vertices.positions;
+    return (1.0 / 3.0) * (at[t[0]] + at[t[1]] + at[t[2]]);
+  };
+  const double spacing = norm(mesh.vertices.positions[mesh.triangles[0][0]] -
+                              mesh.vertices.positions[mesh.triangles[0][1]]);
+  const double edge = 0.5 * mesh.vertices.bounds().max.x;
+  for (const Triangle& t : mesh.triangles) mesh.hole.push_back(middle_of(mesh, t).x > edge ? 7 : 0);
+  MeshWriterOptions options;
+  options.has_confidence = true;
+  options.confidence = std::vector<float>(7, 0.25F);
+  write_mesh(in / "mesh.ply", mesh, options);
+  REQUIRE(run_in(in, {"simplify", "mesh.ply", "-o", "small.ply", "--ratio", "0.3",
+                      "--leaf-triangles", "400"})
+              .status == 0);
+  const TriangleMesh small = read_mesh(in / "small.ply");
+  const std::vector<float> confidence = face_confidence(in / "small.ply");
+  REQUIRE(small.hole.size() == small.triangles.size());
+  REQUIRE(confidence.size() == small.triangles.size());
+  CHECK(std::ranges::count(small.hole, 7) > 20);
+  for (std::size_t t = 0; t < small.triangles.size(); ++t) {
+    const double beyond = middle_of(small, small.triangles[t]).x - edge;
+    if (std::abs(beyond) > 4.0 * spacing) CHECK(small.hole[t] == (beyond > 0.0 ? 7 : 0));
+    CHECK(confidence[t] == (small.hole[t] == 7 ? 0.25F : 1.0F));
+  }
+  const ProgramResult as_obj =
+      run_in(in, {"simplify", "mesh.ply", "-o", "small.obj", "--ratio", "0.3"});
+  CHECK_THAT(as_obj.out, Contains("hole (of faces)") && Contains("confidence (of faces)"));
 }
 
 TEST_CASE("SimplifyRefusesWhatItCannotDo") {

@@ -227,7 +227,7 @@ LevelBytes level_bytes(const ResolvedJob& job, const CloudSize& cloud, const Poi
     constexpr double kPosition = 24.0;
     // Those of the tileset stay until the job ends.
     const double held = job.output.tileset.empty() ? 0.0 : nodes(tile_vertex, kOfFace);
-    bytes.work = std::max(bytes.work, work(kPosition, 0.0) + held);
+    bytes.work = std::max(bytes.work, work(kPosition, job.fill.enabled ? kOfFace : 0.0) + held);
     bytes.simplified = mesh_bytes;
     if (job.output.simplify->kind == SimplifyTarget::Kind::kRatio)
       bytes.simplified *= job.output.simplify->value;

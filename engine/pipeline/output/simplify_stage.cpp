@@ -28,7 +28,6 @@ namespace fs = std::filesystem;
 Job job_of_simplified(const Job& job) {
   Job changed = job;
   changed.output.mesh = simplified_file(job.output).string();
-  changed.output.confidence = false;  // of faces, which are not those of the mesh
   return changed;
 }
 

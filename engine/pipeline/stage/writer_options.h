@@ -1,27 +1,15 @@
 // How the files of a job's mesh are written.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "io/hole_facts.h"
 #include "io/job/job.h"
 #include "io/meshes/mesh_writer.h"
+#include "io/meshes/patch_confidence.h"
 
 namespace orbweave {
-
-/// The largest id in a table of confidence by id: 256 MiB.
-inline constexpr std::int32_t kMostIdWithConfidence = 1 << 26;
-
-/// Notes the confidence of the patch of a hole; ids that are passed over have 1.
-inline void note_confidence(std::vector<float>& confidence, std::int32_t id, float value) {
-  if (id < 1) return;
-  const auto place = static_cast<std::size_t>(id) - 1;
-  if (place >= confidence.size()) confidence.resize(place + 1, 1.0F);
-  confidence[place] = value;
-}
 
 /// The confidence of each hole's patch, by id from 1 on.
 inline std::vector<float> confidence_of_patches(std::span<const HoleFacts> holes) {
