@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/levels/simplify.h"
+#include "engine/validation/usable_scale.h"
 #include "io/bounds.h"
 #include "io/error.h"
 #include "io/hex_digits.h"
@@ -68,6 +69,7 @@ LevelMaker::StoredMesh LevelMaker::stored_mesh(MeshStream& mesh, const PointSche
   stored.vertices = std::make_unique<VertexTable>(options.directory, schema);
   read_vertices(mesh, *stored.vertices, stop);
   const Box bounds = stored.vertices->bounds();
+  require_usable_scale({}, "mesh", bounds);
   const MortonFrame frame(root_cube(bounds.empty() ? Box{{}, {}} : bounds));
   constexpr std::uint64_t kShareOfRun = 6;  // the sort has its vector twice while that grows
   TriangleSorter sorter(options.directory, options.memory_bytes / kShareOfRun);

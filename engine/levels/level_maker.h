@@ -111,8 +111,9 @@ class LevelMaker {
 };
 
 /// Reads the mesh and makes all levels. They depend on the mesh alone: not on threads, not on
-/// memory. Throws Error: bad input where a corner is not finite or there is no triangle, resource
-/// where the disk is full, interrupted.
+/// memory. Throws Error: bad input where a corner is not finite, where coordinates cannot be
+/// computed with (engine/validation/usable_scale.h) or where there is no triangle, resource where
+/// the disk is full, interrupted.
 Levels make_levels(MeshStream& mesh, const LevelOptions& options, const LevelEvents& events,
                    const StopToken& stop);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/meshes/mesh_reader.h"
@@ -141,6 +142,27 @@ TEST_CASE("AMeshThatCannotBeSimplifiedIsNamed") {
   CHECK_THAT(run_in(in, {"simplify", "a.ply", "-o", "b.ply", "--ratio", "0.5"}).err,
              Contains(problem));
   CHECK_THAT(run_in(in, {"tileset", "a.ply", "-o", "tiles"}).err, Contains(problem));
+}
+
+TEST_CASE("AMeshThatCannotBeComputedWithIsNeitherSimplifiedNorTiled") {
+  const ScratchDirectory in;
+  for (const auto& [scale, said] :
+       {std::pair(1e80,
+                  "in.ply: the mesh is too large to be computed with; found a coordinate of "),
+        std::pair(1e-80,
+                  "in.ply: the mesh is too small to be computed with; found an extent of ")}) {
+    INFO(scale);
+    write_mesh(in / "in.ply",
+               moved(torus_mesh(500), [factor = scale](Vec3 p) { return factor * p; }));
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"simplify", "in.ply", "-o", "out.ply", "--ratio", "0.5"},
+          std::vector<std::string>{"tileset", "in.ply", "-o", "tiles"}}) {
+      const ProgramResult refused = run_in(in, arguments);
+      CHECK(refused.status == 3);
+      CHECK_THAT(refused.err, Contains(said));
+    }
+  }
+  CHECK(names_in(in) == std::vector<std::string>{"in.ply"});
 }
 
 TEST_CASE("SimplifiedMeshesOfAJobThatCannotBeMadeAreRefusedBeforeTheWork") {
