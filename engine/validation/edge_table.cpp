@@ -7,11 +7,14 @@
 
 namespace orbweave {
 
-EdgeTable::EdgeTable(std::span<const Triangle> triangles, std::size_t vertices)
+EdgeTable::EdgeTable(std::span<const Triangle> triangles, std::size_t vertices,
+                     const StopToken* stop)
     : first_use_(vertices + 1, 0) {
+  StopLooks looks(stop, kStopBlock);
   // A counting sort by the lower vertex: counts are kept one place ahead, so that the cursor of
   // a vertex ends where the next one's uses begin.
   for (const Triangle& t : triangles) {
+    looks.after(1);
     if (is_degenerate(t)) continue;
     for (int k = 0; k < 3; ++k) ++first_use_[std::min(t[k], t[(k + 1) % 3])];
   }
@@ -23,6 +26,7 @@ EdgeTable::EdgeTable(std::span<const Triangle> triangles, std::size_t vertices)
   }
   uses_.resize(sum);
   for (std::size_t i = 0; i < triangles.size(); ++i) {
+    looks.after(1);
     const Triangle& t = triangles[i];
     if (is_degenerate(t)) continue;
     for (int k = 0; k < 3; ++k) {
@@ -34,6 +38,7 @@ EdgeTable::EdgeTable(std::span<const Triangle> triangles, std::size_t vertices)
   first_use_[0] = 0;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vertices, 1024),
                     [&](const tbb::blocked_range<std::size_t>& range) {
+                      check_stop(stop);
                       for (std::size_t v = range.begin(); v < range.end(); ++v)
                         std::sort(uses_.begin() + static_cast<std::ptrdiff_t>(first_use_[v]),
                                   uses_.begin() + static_cast<std::ptrdiff_t>(first_use_[v + 1]),

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "io/stop_token.h"
 #include "io/triangle_mesh.h"
 
 namespace orbweave {
@@ -30,8 +31,9 @@ class EdgeTable {
     std::uint32_t triangle = 0;
   };
 
-  /// Precondition: indices are in range, fewer than 2^32 triangles.
-  EdgeTable(std::span<const Triangle> triangles, std::size_t vertices);
+  /// Precondition: indices are in range, fewer than 2^32 triangles. Throws Error (interrupted).
+  EdgeTable(std::span<const Triangle> triangles, std::size_t vertices,
+            const StopToken* stop = nullptr);
 
   /// Calls visit(lower, upper, uses) for every edge in ascending order; uses by triangle.
   template <class Visit>

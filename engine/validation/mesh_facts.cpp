@@ -75,10 +75,11 @@ double triangle_area(std::span<const Vec3> positions, const Triangle& t) {
 }
 
 /// Summed in blocks: the error does not grow with the number of triangles.
-double total_area(const TriangleMesh& mesh) {
+double total_area(const TriangleMesh& mesh, const StopToken* stop) {
   constexpr std::size_t kBlock = 4096;
   double total = 0.0;
   for (std::size_t first = 0; first < mesh.triangles.size(); first += kBlock) {
+    check_stop(stop);
     double sum = 0.0;
     const std::size_t last = std::min(first + kBlock, mesh.triangles.size());
     for (std::size_t i = first; i < last; ++i)
@@ -132,16 +133,18 @@ class Fans {
 };
 
 /// Everything that follows from which triangles meet at which edges.
-void add_topology(const TriangleMesh& mesh, MeshFacts& facts) {
+void add_topology(const TriangleMesh& mesh, MeshFacts& facts, const StopToken* stop) {
   const std::span<const Triangle> triangles = mesh.triangles;
-  const EdgeTable table(triangles, mesh.vertices.size());
+  const EdgeTable table(triangles, mesh.vertices.size(), stop);
   DisjointSets components(static_cast<std::uint32_t>(triangles.size()));
   Fans fans(triangles);
   std::vector<BoundaryEdge> boundary;
   std::vector<std::uint32_t> boundary_triangles;
   std::uint64_t edges = 0;
+  StopLooks looks(stop, kStopBlock);
   table.for_each_edge(
       [&](std::uint32_t lower, std::uint32_t upper, std::span<const EdgeTable::Use> uses) {
+        looks.after(1);
         ++edges;
         for (std::size_t i = 1; i < uses.size(); ++i)
           components.unite(uses[0].triangle, uses[i].triangle);
@@ -157,7 +160,9 @@ void add_topology(const TriangleMesh& mesh, MeshFacts& facts) {
       });
   facts.boundary_edges = boundary.size();
   for (std::size_t e = 0; e < boundary.size(); ++e) fans.label(boundary[e], boundary_triangles[e]);
+  check_stop(stop);
   facts.boundary_loops = count_boundary_loops(boundary);
+  check_stop(stop);
   facts.nonmanifold_vertices = fans.vertices_of_several_fans(mesh.vertices.size());
 
   std::vector<std::uint8_t> in_surface(mesh.vertices.size(), 0);
@@ -189,36 +194,40 @@ double vertex_spacing(const TriangleMesh& mesh) {
   return is_surface ? std::sqrt(area / static_cast<double>(at.size())) : 0.0;
 }
 
-std::string mesh_checksum(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+std::string mesh_checksum(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                          const StopToken* stop) {
+  StopLooks looks(stop, kStopBlock);
   const std::vector<std::uint8_t> used = used_vertices(positions.size(), triangles);
   MeshChecksum checksum;
   std::vector<std::uint32_t> rank(positions.size());
   std::uint32_t next = 0;
   for (std::size_t v = 0; v < positions.size(); ++v) {
+    looks.after(1);
     if (used[v] == 0) continue;
     checksum.add_vertices(positions.subspan(v, 1), next);
     rank[v] = next++;
   }
   std::uint64_t number = 0;
   for (const Triangle& t : triangles) {
+    looks.after(1);
     const Triangle64 ranked{rank[t[0]], rank[t[1]], rank[t[2]]};
     checksum.add_triangles(std::span(&ranked, 1), number++);
   }
   return checksum.hex();
 }
 
-MeshFacts mesh_facts(const TriangleMesh& mesh) {
+MeshFacts mesh_facts(const TriangleMesh& mesh, const StopToken* stop) {
   check_indices(mesh);
   MeshFacts facts;
   facts.vertices = mesh.vertices.size();
   facts.triangles = mesh.triangles.size();
-  add_topology(mesh, facts);
+  add_topology(mesh, facts, stop);
   const auto used = used_vertices(mesh.vertices.size(), mesh.triangles);
   facts.unreferenced_vertices = static_cast<std::uint64_t>(std::count(used.begin(), used.end(), 0));
-  facts.area = total_area(mesh);
+  facts.area = total_area(mesh, stop);
   facts.patch_area = area_of_patches(mesh);
   facts.bounds = mesh.vertices.bounds();
-  facts.checksum = mesh_checksum(mesh.vertices.positions, mesh.triangles);
+  facts.checksum = mesh_checksum(mesh.vertices.positions, mesh.triangles, stop);
   facts.watertight = facts.triangles > 0 && facts.boundary_edges == 0 &&
                      facts.nonmanifold_edges == 0 && facts.nonmanifold_vertices == 0 &&
                      facts.inconsistent_edges == 0 && facts.degenerate_triangles == 0 &&

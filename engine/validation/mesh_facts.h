@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "io/mesh_facts.h"
+#include "io/stop_token.h"
 #include "io/triangle_mesh.h"
 
 namespace orbweave {
@@ -22,15 +23,16 @@ namespace orbweave {
 /// - The bounds are those of all vertices; the checksum is MeshChecksum over those that
 ///   triangles use.
 /// Throws Error: bad input for an index outside the vertices, resource for a mesh that is too large
-/// (io/mesh_size.h).
-MeshFacts mesh_facts(const TriangleMesh& mesh);
+/// (io/mesh_size.h), interrupted.
+MeshFacts mesh_facts(const TriangleMesh& mesh, const StopToken* stop = nullptr);
 
 /// How far vertices lie from their neighbours, about: the side of a square of the surface that each
 /// of them has. 0: there is no surface. Indices in range.
 double vertex_spacing(const TriangleMesh& mesh);
 
 /// MeshChecksum over the vertices that triangles use, in file order. Indices in range.
-std::string mesh_checksum(std::span<const Vec3> positions, std::span<const Triangle> triangles);
+std::string mesh_checksum(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                          const StopToken* stop = nullptr);
 
 /// The guarantees of every stage that a mesh violates, one line each with an example: finite
 /// vertices, arrays of matching length, indices in range, no degenerate triangle, no triangle

@@ -11,6 +11,7 @@
 #include "python/src/arrays.h"
 #include "python/src/pickles.h"
 #include "python/src/texts.h"
+#include "python/src/watched_call.h"
 
 namespace py = pybind11;
 
@@ -36,10 +37,8 @@ py::object normals_view(const PointCloud& cloud, const py::object& owner) {
 
 py::object facts_of(const MeshObject& object) {
   std::string text;
-  {
-    const py::gil_scoped_release others_may_run;
-    text = mesh_facts_json(mesh_facts(object.mesh));
-  }
+  WatchedCall call(py::none{});
+  call.run([&] { text = mesh_facts_json(mesh_facts(object.mesh, &call.stop())); });
   return py::module_::import("json").attr("loads")(text);
 }
 

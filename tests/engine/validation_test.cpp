@@ -9,6 +9,7 @@
 #include "engine/validation/mesh_facts.h"
 #include "io/error.h"
 #include "io/meshes/mesh_checksum.h"
+#include "io/stop_token.h"
 
 namespace orbweave {
 namespace {
@@ -235,6 +236,17 @@ TEST_CASE("ChecksumDependsOnTheSurfaceAlone") {
 TEST_CASE("ChecksumIsTheSameOnEveryMachine") {
   const auto mesh = mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
   CHECK(mesh_facts(mesh).checksum == "a03b81b9f37907c5");
+}
+
+TEST_CASE("ARequestToStopEndsTheCountOfFacts") {
+  const TriangleMesh mesh = shape_mesh(Shape::kTorus, 200);
+  const StopToken watched;
+  CHECK(mesh_facts(mesh, &watched).checksum == mesh_facts(mesh).checksum);
+  // Triangles are gone through for the table of edges, for areas and for the checksum.
+  CHECK(watched.checks() > 4 * mesh.triangles.size() / kStopBlock);
+  StopToken stopped;
+  stopped.request();
+  CHECK_THROWS_AS(mesh_facts(mesh, &stopped), Error);
 }
 
 }  // namespace orbweave

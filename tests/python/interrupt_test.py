@@ -6,6 +6,8 @@ import threading
 import time
 import unittest
 
+import numpy
+
 import orbweave
 from support import sphere
 
@@ -62,6 +64,40 @@ class WhileTheLibraryWorks(unittest.TestCase):
                     read(pipe)
                 feeder.join()
                 self.assertEqual(cut, [pipe], "the whole file was read")
+
+    def test_signals_are_seen_while_facts_are_counted(self):
+        rows = columns = 900
+        row, column = numpy.mgrid[0:rows, 0:columns]
+        corner = (row * columns + column)[:-1, :-1].ravel()
+        triangles = numpy.concatenate([numpy.stack([corner, corner + 1, corner + columns], axis=1),
+                                    numpy.stack([corner + 1, corner + columns + 1, corner + columns], axis=1)])
+        mesh = orbweave.Mesh(numpy.stack([row, column, 0 * row], axis=2).reshape(-1, 3).astype(float), triangles)
+        seen = []
+        before = signal.signal(signal.SIGALRM, lambda *_: seen.append(time.monotonic()))
+        try:
+            signal.setitimer(signal.ITIMER_REAL, 0.01, 0.01)
+            facts = mesh.facts()
+            signal.setitimer(signal.ITIMER_REAL, 0)
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.signal(signal.SIGALRM, before)
+        self.assertEqual(facts["triangles"], len(triangles))
+        self.assertGreater(len(seen), 2, "signals wait for the end of the call")
+
+    def test_ctrl_c_ends_facts(self):
+        mesh = orbweave.reconstruct(sphere(800))
+
+        def interrupt(*_):
+            raise KeyboardInterrupt
+        before = signal.signal(signal.SIGALRM, interrupt)
+        try:
+            with self.assertRaises(KeyboardInterrupt):
+                signal.setitimer(signal.ITIMER_REAL, 0.05)
+                while True:
+                    mesh.facts()
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.signal(signal.SIGALRM, before)
 
     def test_other_threads_run_meanwhile(self):
         points, ticks = sphere(20000), []
