@@ -20,6 +20,7 @@
 #include "io/points/coordinate_system_file.h"
 #include "io/streams/byte_source.h"
 #include "io/streams/random_access.h"
+#include "io/streams/stoppable.h"
 #include "io/text/file_format.h"
 
 namespace orbweave {
@@ -82,10 +83,12 @@ std::optional<NamedFormat> read_format(const std::filesystem::path& path) {
   return named && named->facts.is_read ? named : std::nullopt;
 }
 
-std::unique_ptr<PointSource> open_ptx_file(const std::filesystem::path& path, ByteReader reader) {
+std::unique_ptr<PointSource> open_ptx_file(const std::filesystem::path& path, ByteReader reader,
+                                           const StopToken* stop) {
   // A pipe can be read only once.
   if (!std::filesystem::is_regular_file(path)) return open_ptx_source(std::move(reader));
-  return open_ptx_source(std::move(reader), [&] { return ByteReader(open_byte_source(path)); });
+  return open_ptx_source(std::move(reader),
+                         [&] { return ByteReader(stoppable(open_byte_source(path), stop)); });
 }
 
 }  // namespace
@@ -102,10 +105,11 @@ std::unique_ptr<PointSource> open_format(const std::filesystem::path& path,
   const std::optional<NamedFormat> named = read_format(path);
   const FileFormat format = named ? named->facts.format : FileFormat::kTxt;
   if (format == FileFormat::kLas || format == FileFormat::kLaz)
-    return open_las_source(open_random_access(path));
-  if (format == FileFormat::kE57) return open_e57_source(open_random_access(path));
+    return open_las_source(stoppable(open_random_access(path), options.stop));
+  if (format == FileFormat::kE57)
+    return open_e57_source(stoppable(open_random_access(path), options.stop));
   // Opened first: a file that is missing or a directory should be told as that.
-  ByteReader reader(open_byte_source(path));
+  ByteReader reader(stoppable(open_byte_source(path), options.stop));
   if (!named && !is_stream) throw_unknown_extension(path);
   switch (format) {
     case FileFormat::kPly:
@@ -113,7 +117,7 @@ std::unique_ptr<PointSource> open_format(const std::filesystem::path& path,
     case FileFormat::kPcd:
       return open_pcd_source(std::move(reader));
     case FileFormat::kPtx:
-      return open_ptx_file(path, std::move(reader));
+      return open_ptx_file(path, std::move(reader), options.stop);
     case FileFormat::kObj:
       return std::make_unique<MeshVertices>(std::move(reader), MeshFormat::kObj);
     case FileFormat::kStl:
@@ -129,7 +133,7 @@ std::unique_ptr<PointSource> open_format(const std::filesystem::path& path,
   skip_byte_order_mark(reader);
   if (looks_like_ply(reader)) return open_ply_source(std::move(reader));
   if (looks_like_pcd(reader)) return open_pcd_source(std::move(reader));
-  if (looks_like_ptx(reader)) return open_ptx_file(path, std::move(reader));
+  if (looks_like_ptx(reader)) return open_ptx_file(path, std::move(reader), options.stop);
   return open_text_source(std::move(reader), options.text, format == FileFormat::kPts);
 }
 

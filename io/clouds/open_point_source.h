@@ -6,11 +6,15 @@
 
 #include "io/clouds/text_layout.h"
 #include "io/points/point_source.h"
+#include "io/stop_token.h"
 
 namespace orbweave {
 
 struct PointSourceOptions {
   TextOptions text;
+  /// Opening and reading throw Error (interrupted) where it asks for that, whatever a format looks
+  /// for in its file; null: nothing does. Outlives the source.
+  const StopToken* stop = nullptr;
 };
 
 /// Opens any supported cloud by extension (.ply .xyz .txt .csv .pts .ptx .pcd, each also with .gz;

@@ -11,8 +11,8 @@
 #include "io/meshes/ply_mesh.h"
 #include "io/meshes/shift_file.h"
 #include "io/ply/ply_vertices.h"
-#include "io/stop_token.h"
 #include "io/streams/byte_source.h"
+#include "io/streams/stoppable.h"
 #include "io/system/file_descriptor.h"
 #include "io/text/file_format.h"
 
@@ -23,29 +23,6 @@ namespace {
 ByteReader open_reader(const std::filesystem::path& path) {
   return ByteReader(open_byte_source(path));
 }
-
-/// Bytes that a request to stop ends.
-class StoppableBytes final : public ByteSource {
- public:
-  StoppableBytes(std::unique_ptr<ByteSource> source, const StopToken* stop)
-      : source_(std::move(source)), stop_(stop) {}
-  std::size_t read(std::span<std::byte> out) override {
-    check_stop(stop_);
-    return source_->read(out);
-  }
-  std::uint64_t skip(std::uint64_t bytes) override {
-    check_stop(stop_);
-    return source_->skip(bytes);
-  }
-  std::uint64_t bytes_read() const override { return source_->bytes_read(); }
-  std::uint64_t bytes_total() const override { return source_->bytes_total(); }
-  std::optional<std::uint64_t> length() const override { return source_->length(); }
-  const std::string& name() const override { return source_->name(); }
-
- private:
-  std::unique_ptr<ByteSource> source_;
-  const StopToken* stop_;
-};
 
 MeshFormat format_of(const std::filesystem::path& path) {
   if (path == "-") return MeshFormat::kPly;
@@ -87,7 +64,7 @@ TriangleMesh read_mesh(ByteReader reader, MeshFormat format, std::vector<std::st
 
 TriangleMesh read_mesh(const std::filesystem::path& path, std::vector<std::string>* left_out,
                        const StopToken* stop) {
-  ByteReader reader(std::make_unique<StoppableBytes>(open_byte_source(path), stop));
+  ByteReader reader(stoppable(open_byte_source(path), stop));
   TriangleMesh mesh = read_mesh(std::move(reader), format_of(path), left_out);
   add_origin(origin_beside(path), mesh.vertices);
   return mesh;

@@ -91,7 +91,8 @@ std::unique_ptr<CloudObject> read_points(const std::string& path) {
   auto object = std::make_unique<CloudObject>();
   WatchedCall call(py::none{});
   call.run([&] {
-    const auto source = open_scan_source(open_point_source(path), {.stop = &call.stop()}, path);
+    const auto source = open_scan_source(
+        open_point_source(path, {.text = {}, .stop = &call.stop()}), {.stop = &call.stop()}, path);
     object->cloud = read_all(*source);
     object->coordinate_system = source->coordinate_system();
   });

@@ -55,6 +55,20 @@ void check_refused(const std::string& content, std::initializer_list<const char*
 
 }  // namespace
 
+TEST_CASE("ARequestToStopEndsTheLookAheadAndPulsesWithoutReturn") {
+  const ScratchDirectory scratch;
+  std::string body;
+  for (int i = 0; i < 200'000; ++i) body += i == 0 ? "1 2 3 0.5 9 9 9\n" : "0 0 0 0.5 0 0 0\n";
+  write_file(scratch / "a.ptx", scan("200", "1000", body));
+  StopToken stop;
+  const auto source = open_point_source(scratch / "a.ptx", {.text = {}, .stop = &stop});
+  CHECK(stop.checks() > 10);  // the look ahead for colours goes through all rows
+  stop.request();
+  PointCloud batch;
+  CHECK_THROWS_AS(source->read(batch, 1000), Error);
+  CHECK_THROWS_AS(open_point_source(scratch / "a.ptx", {.text = {}, .stop = &stop}), Error);
+}
+
 TEST_CASE("SamplePtxFilesHaveTheirPoints") {
   if (test::skipped_without(sample("no-color.ptx"))) return;
   const PointCloud plain = read_cloud(sample("no-color.ptx"));

@@ -37,7 +37,8 @@ class ScanOpener {
   std::unique_ptr<PointSource> operator()(const std::filesystem::path& path) const {
     ScanOptions options = common_;
     options.motion = pose_of_scan(job_.poses, path);
-    return open_scan_source(open_point_source(path, {job_.input.text}), options, path.string());
+    return open_scan_source(open_point_source(path, {job_.input.text, common_.stop}), options,
+                            path.string());
   }
 
  private:
