@@ -8,7 +8,9 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <system_error>
+#include <vector>
 
 #include "engine/cli/commands.h"
 #include "engine/cli/file_kind.h"
@@ -35,6 +37,7 @@
 #include "io/report/picture_up.h"
 #include "io/shown_text.h"
 #include "io/system/path_roles.h"
+#include "io/text/file_format.h"
 #include "io/text/quantity.h"
 
 namespace orbweave {
@@ -209,6 +212,17 @@ void keep_confidence(const ConvertOptions& options, const TriangleMesh& mesh,
   written.has_confidence = !written.confidence.empty();
 }
 
+/// Of triangles alone: what a file of facets does not hold. Empty: it holds everything.
+std::string vertices_without_place(const std::string& file, const TriangleMesh& mesh) {
+  const std::optional<NamedFormat> named = format_of_name(file);
+  if (!named || named->facts.format != FileFormat::kStl) return {};
+  std::vector<bool> is_used(mesh.vertices.size(), false);
+  for (const Triangle& t : mesh.triangles)
+    for (const std::uint32_t corner : t) is_used[corner] = true;
+  const auto lost = static_cast<std::uint64_t>(std::ranges::count(is_used, false));
+  return lost == 0 ? std::string() : counted(lost, "vertex", "vertices") + " without a triangle";
+}
+
 void convert_mesh(const ConvertOptions& options) {
   const Job job = options.job();
   std::vector<std::string> left_out_of_file;
@@ -227,6 +241,8 @@ void convert_mesh(const ConvertOptions& options) {
   print_written(options, mesh.vertices.size(), mesh.triangles.size(), origin);
   std::vector<std::string> patches;
   if (fills_holes(mesh)) patches = patches_without_place(options.out, written.has_confidence);
+  if (const std::string lost = vertices_without_place(options.out, mesh); !lost.empty())
+    patches.push_back(lost);
   const std::string left_out = left_out_of(options.out, mesh.vertices.schema, patches);
   if (options.out != "-" && !left_out.empty()) std::cout << "left out: " << left_out << "\n";
 }

@@ -23,6 +23,13 @@ constexpr std::uint32_t kNoNormal = std::numeric_limits<std::uint32_t>::max();
 constexpr std::array<std::pair<std::string_view, const char*>, 4> kUnread = {
     {{"vt", "texture coordinates"}, {"usemtl", "materials"}, {"l", "lines"}, {"p", "points"}}};
 
+/// Words of a file that has vertices, or of one that was written of a scene without any.
+bool is_obj_word(std::string_view word) {
+  constexpr std::array<std::string_view, 9> kWords = {"v", "vn", "f",      "vt",    "g",
+                                                      "o", "s",  "mtllib", "usemtl"};
+  return word.starts_with('#') || std::ranges::find(kWords, word) != kWords.end();
+}
+
 /// Wavefront OBJ: positions (v), with colours where all have them, normals (vn) and faces (f);
 /// everything else is passed over.
 class ObjParser {
@@ -37,15 +44,25 @@ class ObjParser {
     while (next_line(line)) {
       const auto keyword = take_field(line, ' ');
       if (!keyword) continue;
+      if (mesh_.vertices.empty() && foreign_line_ == 0 && !is_obj_word(*keyword)) {
+        foreign_line_ = reader_.line_number();
+        foreign_word_ = excerpt(*keyword);
+      }
       if (*keyword == "v") parse_vertex(line);
       if (*keyword == "vn") normals_.push_back(parse_vector(line));
       if (*keyword == "f") parse_face(line);
       for (std::size_t i = 0; i < kUnread.size(); ++i)
         if (*keyword == kUnread[i].first) has_unread_[i] = true;
     }
-    if (mesh_.vertices.empty())
-      throw_bad_input("the OBJ file has no vertices", {.file = reader_.name()});
+    // An empty mesh has comments alone. Anything else may be another format under this name.
+    if (mesh_.vertices.empty() && foreign_line_ != 0)
+      throw_bad_input("the OBJ file has no vertices",
+                      {.file = reader_.name(),
+                       .place = "line " + std::to_string(foreign_line_),
+                       .found = foreign_word_,
+                       .expected = "lines that begin with v and f"});
     check_corners();
+    if (mesh_.vertices.empty()) return std::move(mesh_);
     assign_normals();
     assign_colors();
     mesh_schema_ = mesh_.vertices.schema;
@@ -250,6 +267,9 @@ class ObjParser {
   std::vector<Vec3> normals_;
   std::vector<std::array<float, 3>> colors_;  ///< of the vertices that have one
   std::array<bool, kUnread.size()> has_unread_{};
+  std::uint64_t foreign_line_ =
+      0;  ///< before the first vertex: the first of another format; 0: none
+  std::string foreign_word_;
   PointSchema mesh_schema_;  ///< of the mesh, once it is handed on
   std::vector<NormalUse> uses_;
   std::vector<std::uint32_t> polygon_;

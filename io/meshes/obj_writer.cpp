@@ -1,3 +1,5 @@
+#include <span>
+#include <string_view>
 #include <utility>
 
 #include "io/meshes/mesh_formats.h"
@@ -15,7 +17,11 @@ class ObjWriter final : public IndependentWriter {
       : IndependentWriter(std::move(sink), header),
         has_normals_(header.schema.has_normals),
         colors_(header.schema),
-        origin_(options.origin) {}
+        origin_(options.origin) {
+    // A file of no bytes is none to a reader.
+    constexpr std::string_view kOfNothing = "# no vertices\n";
+    if (header.vertices == 0) this->sink().write(std::as_bytes(std::span(kOfNothing)));
+  }
 
   std::vector<std::byte> encode_vertices(const PointCloud& batch) const override {
     constexpr std::size_t kTypicalLine = 64;

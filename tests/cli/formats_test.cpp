@@ -373,6 +373,33 @@ TEST_CASE("ASystemBesideTheOutputThatIsNotItsOwnIsWarnedOf") {
   }
 }
 
+TEST_CASE("AnEmptyMeshIsOneInEveryFormat") {
+  const ScratchDirectory in;
+  write_text(in / "a.stl", "solid a\nendsolid a\n");
+  for (const char* name : {"b.obj", "c.glb", "d.stl", "e.obj"}) {
+    INFO(name);
+    CHECK(run_in(in, {"convert", "a.stl", name}).status == 0);
+    CHECK_THAT(run_in(in, {"inspect", name}).out,
+               Contains("kind                  mesh") && Contains("vertices              0"));
+  }
+  write_text(in / "scene.obj",
+             "# of a scene without meshes\nmtllib scene.mtl\no Empty\nvn 0 0 1\n");
+  CHECK(run_in(in, {"convert", "scene.obj", "f.obj"}).status == 0);
+  write_text(in / "words.obj", "# no OBJ file\nsolid a\nendsolid a\n");
+  const ProgramResult refused = run_in(in, {"inspect", "words.obj"});
+  CHECK(refused.status == 3);
+  CHECK_THAT(refused.err,
+             Contains("words.obj: line 2: the OBJ file has no vertices; found \"solid\""));
+}
+
+TEST_CASE("VerticesThatAFileOfFacetsHasNoPlaceForAreNamed") {
+  const ScratchDirectory in;
+  write_text(in / "a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 0 2\nf 1 2 3\n");
+  CHECK_THAT(run_in(in, {"convert", "a.obj", "b.stl"}).out,
+             Contains("left out: 2 vertices without a triangle: the format has no place for them"));
+  CHECK_THAT(run_in(in, {"convert", "a.obj", "b.ply"}).out, !Contains("left out"));
+}
+
 TEST_CASE("FilesBesideACloudHideNothingThatTheCloudTells") {
   const ScratchDirectory in;
   write_tile(in / "a.las", {.epsg = 0});
