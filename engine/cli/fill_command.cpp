@@ -244,7 +244,7 @@ void write_outputs(const TriangleMesh& mesh, const FillReport& report, Progress&
       drawing.picture.confidence = confidence;
     if (output.picture_colors == PictureColors::kPoints && !PointColors(mesh.vertices.schema).any())
       progress.note(kNoPointColors);
-    draw_mesh(mesh, report.after.bounds, output.picture, drawing);
+    draw_mesh(mesh, output.picture, drawing);
     progress.advance(mesh.triangles.size());
     progress.end_stage();
     note_written(output.picture);

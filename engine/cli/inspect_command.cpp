@@ -199,7 +199,7 @@ Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
   MeshFacts facts = mesh_facts(mesh);
   facts.crossing_pairs = count_crossing_pairs(mesh);
   if (!options.picture.empty())
-    draw_mesh(mesh, facts.bounds, options.picture,
+    draw_mesh(mesh, options.picture,
               {.picture = {.up = options.picture_up()},
                .backs = settings_of(options.keys).output.picture_backs});
   std::optional<Against> against;

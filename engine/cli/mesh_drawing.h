@@ -4,7 +4,6 @@
 #include <span>
 #include <string>
 
-#include "io/box.h"
 #include "io/report/picture.h"
 #include "io/triangle_mesh.h"
 
@@ -16,9 +15,9 @@ struct MeshDrawing {
   PictureBacks backs = PictureBacks::kAuto;
 };
 
-/// Draws the mesh, with a legend, to a PNG. Throws Error (resource).
-void draw_mesh(const TriangleMesh& mesh, const Box& bounds, const std::string& path,
-               const MeshDrawing& drawing = {});
+/// Draws the mesh, with a legend, to a PNG; fitted to the vertices that triangles use. Throws Error
+/// (resource).
+void draw_mesh(const TriangleMesh& mesh, const std::string& path, const MeshDrawing& drawing = {});
 
 /// Draws the mesh, from the side that shows fronts, in colours that tell a number per triangle,
 /// from 0 to 1; `large`: in words, what 1 stands for.

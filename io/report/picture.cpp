@@ -182,9 +182,15 @@ class RowSpan {
 
 using Corners = std::array<Vec3, 3>;
 
-}  // namespace
-
-namespace {
+/// A dot of a pixel or two.
+void put_dot(const Projected& at, std::uint32_t colour, bool is_back, PictureSamples& samples) {
+  constexpr double kReach = 1.6;  // samples around the point: a pixel and a half
+  const SampleRange columns(at.x - kReach, at.x + kReach, samples.width());
+  const SampleRange rows(at.y - kReach, at.y + kReach, samples.height());
+  for (int row = rows.first; row <= rows.last; ++row)
+    for (int column = columns.first; column <= columns.last; ++column)
+      samples.put(column, row, at.z, colour, is_back);
+}
 
 Colour mixed(const Colour& a, const Colour& b, double share) {
   return {a.red + share * (b.red - a.red), a.green + share * (b.green - a.green),
@@ -227,8 +233,11 @@ std::vector<LegendEntry> share_legend(const std::string& large) {
 /// Draws one triangle; its colour is found when its first sample shows.
 class MeshPicture::TrianglePainter {
  public:
-  TrianglePainter(const View& view, PictureSamples& samples, bool culls_backs)
-      : view_(view), samples_(samples), culls_backs_(culls_backs) {}
+  explicit TrianglePainter(MeshPicture& picture)
+      : view_(*picture.view_),
+        samples_(*picture.samples_),
+        culls_backs_(picture.culls_backs_),
+        draws_specks_(picture.draws_specks_) {}
 
   /// `front`: a function of nothing, the colour of the triangle's front.
   template <class Front>
@@ -236,12 +245,13 @@ class MeshPicture::TrianglePainter {
     const Projected a = view_.project(corners[0]), b = view_.project(corners[1]),
                     c = view_.project(corners[2]);
     if (!a.is_finite() || !b.is_finite() || !c.is_finite()) return;
+    const double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+    if (draws_specks_) return draw_speck(corners, front, area);
     const SampleRange columns(std::min({a.x, b.x, c.x}), std::max({a.x, b.x, c.x}),
                               samples_.width());
     const SampleRange rows(std::min({a.y, b.y, c.y}), std::max({a.y, b.y, c.y}), samples_.height());
     // Most triangles of a large mesh lie between the samples and end here.
     if (columns.first > columns.last || rows.first > rows.last) return;
-    const double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
     if (!std::isfinite(area) || area == 0.0) return;
     // y points down, so counter-clockwise has a negative area.
     const bool is_front = area < 0.0;
@@ -267,6 +277,16 @@ class MeshPicture::TrianglePainter {
   }
 
  private:
+  /// A dot at the middle.
+  template <class Front>
+  void draw_speck(const Corners& corners, const Front& front, double area) {
+    const bool is_front = !(area > 0.0);
+    if (culls_backs_ && !is_front) return;
+    const Vec3 middle = (1.0 / 3.0) * (corners[0] + corners[1] + corners[2]);
+    put_dot(view_.project(middle), shade(corners, is_front ? front() : kBack, is_front), !is_front,
+            samples_);
+  }
+
   std::uint32_t shade(const Corners& corners, Colour colour, bool is_front) const {
     const Vec3 normal = normalized(cross(corners[1] - corners[0], corners[2] - corners[0]));
     return packed(colour, view_.light(is_front ? normal : -normal));
@@ -275,6 +295,7 @@ class MeshPicture::TrianglePainter {
   const View& view_;
   PictureSamples& samples_;
   bool culls_backs_;
+  bool draws_specks_;
 };
 
 MeshPicture::MeshPicture(const Box& bounds, const PictureOptions& options)
@@ -292,7 +313,7 @@ MeshPicture::MeshPicture(MeshPicture&&) noexcept = default;
 MeshPicture& MeshPicture::operator=(MeshPicture&&) noexcept = default;
 
 void MeshPicture::draw(std::span<const Corners> triangles, std::span<const std::int32_t> hole) {
-  TrianglePainter painter(*view_, *samples_, culls_backs_);
+  TrianglePainter painter(*this);
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const std::int32_t id = hole.empty() ? 0 : hole[i];
     painter.draw(triangles[i], [&] { return id > 0 ? patch_colour(id, options_) : kFront; });
@@ -300,19 +321,18 @@ void MeshPicture::draw(std::span<const Corners> triangles, std::span<const std::
 }
 
 void MeshPicture::draw_shares(std::span<const Corners> triangles, std::span<const float> shares) {
-  TrianglePainter painter(*view_, *samples_, culls_backs_);
+  TrianglePainter painter(*this);
   for (std::size_t i = 0; i < triangles.size(); ++i)
     painter.draw(triangles[i], [&] { return mixed(kFront, kLarge, shares[i]); });
 }
 
 void MeshPicture::draw_colored(std::span<const Corners> triangles, std::span<const Rgb> fronts) {
-  TrianglePainter painter(*view_, *samples_, culls_backs_);
+  TrianglePainter painter(*this);
   for (std::size_t i = 0; i < triangles.size(); ++i)
     painter.draw(triangles[i], [&] { return colour_of(fronts[i]); });
 }
 
 void MeshPicture::draw_points(std::span<const Vec3> points, std::span<const Vec3> normals) {
-  constexpr double kReach = 1.6;  // samples around the point: a pixel and a half
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Projected at = view_->project(points[i]);
     if (!at.is_finite()) continue;
@@ -321,11 +341,7 @@ void MeshPicture::draw_points(std::span<const Vec3> points, std::span<const Vec3
     if (culls_backs_ && !is_front) continue;
     const std::uint32_t colour =
         packed(is_front ? kFront : kBack, view_->light(is_front ? normal : -normal));
-    const SampleRange columns(at.x - kReach, at.x + kReach, samples_->width());
-    const SampleRange rows(at.y - kReach, at.y + kReach, samples_->height());
-    for (int row = rows.first; row <= rows.last; ++row)
-      for (int column = columns.first; column <= columns.last; ++column)
-        samples_->put(column, row, at.z, colour, !is_front);
+    put_dot(at, colour, !is_front, *samples_);
   }
 }
 
@@ -376,6 +392,13 @@ void MeshPicture::look_at_fronts(bool may_be_interior, const std::function<void(
     best = side;
   }
   if (best != now) look_from(best);
+}
+
+void MeshPicture::show_specks(const std::function<void()>& draw) {
+  if (!samples_->is_empty()) return;
+  draws_specks_ = true;
+  draw();
+  draws_specks_ = false;
 }
 
 void MeshPicture::leave_out_backs() {

@@ -71,6 +71,9 @@ class MeshPicture {
   /// scanned from there alone shows, from below a ceiling. What `may_be_interior` and shows its
   /// backs from the opposite side, too, is seen without back faces.
   void look_at_fronts(bool may_be_interior, const std::function<void()>& draw);
+  /// Once draw() has drawn all: where nothing shows, since every triangle is smaller than a sample
+  /// and lies between these, draws again with a dot for each.
+  void show_specks(const std::function<void()>& draw);
   /// Starts over, without back faces from now on: one looks through walls at what faces the eye.
   void leave_out_backs();
   /// Draws triangles in colours that tell a number each: 0 is that of the surface, 1 purple.
@@ -99,6 +102,7 @@ class MeshPicture {
   Box bounds_;
   PictureOptions options_;
   bool culls_backs_ = false;
+  bool draws_specks_ = false;   ///< triangles are dots
   bool is_from_below_ = false;  ///< the eye is as far below the horizon as it would be above
   std::vector<LegendEntry> legend_;
   std::unique_ptr<View> view_;

@@ -1,6 +1,7 @@
 // What a picture is made of before it is pixels.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <bit>
 #include <cstdint>
@@ -67,6 +68,9 @@ class PictureSamples {
       backs += (word & kBackFace) != 0 ? 1 : 0;
     }
     return drawn == 0 ? 0.0 : static_cast<double>(backs) / static_cast<double>(drawn);
+  }
+  bool is_empty() const {
+    return std::ranges::all_of(words_, [](std::uint64_t word) { return word == 0; });
   }
   void clear() { words_.assign(words_.size(), 0); }
   bool contains(int x, int y) const { return x >= 0 && y >= 0 && x < width_ && y < height_; }

@@ -31,6 +31,17 @@ void generate(const ScratchDirectory& in, const std::string& shape) {
 
 }  // namespace
 
+TEST_CASE("PicturesOfMeshesAreFittedToTheSurface") {
+  const ScratchDirectory in;
+  const std::string surface =
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  write_text(in / "plain.obj", surface);
+  write_text(in / "stray.obj", surface + "v 1e6 1e6 1e6\n");
+  for (const std::string name : {"plain", "stray"})
+    REQUIRE(run_in(in, {"inspect", name + ".obj", "--picture", name + ".png"}).status == 0);
+  CHECK((file_text(in / "plain.png") == file_text(in / "stray.png")));
+}
+
 TEST_CASE("InspectTellsACloudsFacts") {
   const ScratchDirectory in;
   write_text(in / "c.csv", "x,y,z,red\n0,0,0,1\n1,0,0,2\n1,0,0,2\n0,1,0,3\nnan,0,0,4\n3,0,2.5,5\n");

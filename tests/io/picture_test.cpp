@@ -96,6 +96,38 @@ const Vec3 kEye{std::sin(std::numbers::pi / 6.0) * std::cos(std::numbers::pi / 9
                 std::sin(std::numbers::pi / 9.0),
                 std::cos(std::numbers::pi / 6.0) * std::cos(std::numbers::pi / 9.0)};
 
+TEST_CASE("SurfacesThatAreSmallerThanAPixelShowAsDots") {
+  const double size = 1e-3, apart = 1000.0;
+  std::vector<Corners> triangles = sphere({}, size, 4, [](Vec3) { return true; });
+  for (const Corners& corners : sphere({apart, 0, 0}, size, 4, [](Vec3) { return true; }))
+    triangles.push_back(corners);
+  MeshPicture picture(bounds_of(triangles));
+  const std::vector<std::uint8_t> nothing = picture.pixels();
+  const auto draw = [&] { picture.draw(triangles); };
+  draw();
+  REQUIRE(picture.pixels() == nothing);
+  picture.show_specks(draw);
+  const std::vector<std::uint8_t> dots = picture.pixels();
+  std::vector<int> columns;
+  for (std::size_t i = 0; i < dots.size(); ++i)
+    if (dots[i] != nothing[i]) columns.push_back(static_cast<int>(i / 3) % picture.width());
+  REQUIRE_FALSE(columns.empty());
+  CHECK(columns.size() < 200);
+  const auto [left, right] = std::ranges::minmax(columns);
+  CHECK(left < picture.width() / 4);
+  CHECK(right > picture.width() * 3 / 4);
+}
+
+TEST_CASE("WhatShowsAnywayGetsNoDots") {
+  const std::vector<Corners> triangles = sphere(20);
+  MeshPicture picture(bounds_of(triangles));
+  const auto draw = [&] { picture.draw(triangles); };
+  draw();
+  const std::vector<std::uint8_t> before = picture.pixels();
+  picture.show_specks(draw);
+  CHECK(picture.pixels() == before);
+}
+
 TEST_CASE("AClosedSphereShowsItsFrontAndTheBackgroundAroundIt") {
   const std::vector<Corners> triangles = sphere(24);
   MeshPicture picture(bounds_of(triangles), kSmall);

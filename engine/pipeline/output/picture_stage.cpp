@@ -236,6 +236,7 @@ void draw_picture(const ExportInputs& inputs, const Box& bounds, StageRunner& ru
   if (backs == PictureBacks::kAuto)
     picture.look_at_fronts(may_be_interior(runner.job),
                            [&] { draw_mesh(inputs, colors, runner, picture); });
+  picture.show_specks([&] { draw_mesh(inputs, colors, runner, picture); });
   picture.write_png(output.picture);
 }
 
