@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 
@@ -49,6 +50,8 @@ std::uint64_t block_count(std::uint64_t rows) {
 
 /// Where the blocks of a packed array are. False where it is not as the store writes it.
 bool find_blocks(hid_t dataset, StoredArray& array) {
+  // Deflate has 258 bytes in two bits at best.
+  constexpr std::uint64_t kMostExpansion = 1040;
   array.blocks.resize(block_count(array.rows));
   for (std::size_t block = 0; block < array.blocks.size(); ++block) {
     const std::array<hsize_t, 2> at = {block * kRowsPerChecksum, 0};
@@ -57,7 +60,8 @@ bool find_blocks(hid_t dataset, StoredArray& array) {
     hsize_t bytes = 0;
     if (H5Dget_chunk_info_by_coord(dataset, at.data(), &skipped_filters, &address, &bytes) < 0 ||
         address == HADDR_UNDEF || skipped_filters != 0 ||
-        bytes > most_packed_bytes(array.block_bytes()))
+        bytes > most_packed_bytes(array.block_bytes()) ||
+        array.block_bytes() / kMostExpansion > bytes)
       return false;
     array.blocks[block] = {address, bytes};
   }
@@ -252,9 +256,14 @@ bool is_chunked(hid_t dataset, std::uint32_t columns) {
          chunk[1] == columns;
 }
 
-/// Reads the description of one array; false when it is not as the store writes it.
-bool read_array(hid_t file, StoredArray& array) {
+/// Reads the description of one array; false when it is not as the store writes it, or has more
+/// rows than a file of that size holds checksums of.
+bool read_array(hid_t file, std::uint64_t file_bytes, StoredArray& array) {
   const bool data = with_dataset(file, array.name, 2, [&](const Dataset& dataset) {
+    constexpr hsize_t kMostColumns = std::numeric_limits<std::uint32_t>::max();
+    const std::uint64_t most_blocks = file_bytes / sizeof(std::uint64_t);
+    if (dataset.shape[1] > kMostColumns || dataset.shape[0] / kRowsPerChecksum > most_blocks)
+      return false;
     array.rows = dataset.shape[0];
     array.columns = static_cast<std::uint32_t>(dataset.shape[1]);
     array.offset = dataset.offset;
@@ -319,8 +328,8 @@ Handle open_result(const std::filesystem::path& path) {
 }
 
 /// Everything but the checksums themselves. Empty problem: all is well.
-std::string read_layout(const std::filesystem::path& path, const ResultIdentity& identity,
-                        ResultIndex& index) {
+std::string read_layout(const std::filesystem::path& path, std::uint64_t file_bytes,
+                        const ResultIdentity& identity, ResultIndex& index) {
   const Hdf5Calls calls;
   const Handle file = open_result(path);
   if (!file.valid()) return "a file that HDF5 cannot open";
@@ -332,10 +341,16 @@ std::string read_layout(const std::filesystem::path& path, const ResultIdentity&
     StoredArray array;
     array.name = name;
     array.seed = seed_of_checksums(identity, name);
-    if (!read_array(file.get(), array)) return "array '" + name + "' in an unknown form";
+    if (!read_array(file.get(), file_bytes, array))
+      return "array '" + name + "' in an unknown form";
     index.arrays.push_back(std::move(array));
   }
   return {};
+}
+
+/// Whether so many rows are no more bytes than that.
+bool fits(const StoredArray& array, std::uint64_t bytes) {
+  return array.rows == 0 || array.row_bytes() <= bytes / array.rows;
 }
 
 bool lies_within(std::uint64_t offset, std::uint64_t bytes, std::uint64_t file_bytes) {
@@ -386,13 +401,14 @@ std::shared_ptr<const ResultIndex> read_result_index(const std::filesystem::path
   refuse_directory(path);
   const auto file_bytes = static_cast<std::uint64_t>(status.st_size);
   const auto index = std::make_shared<ResultIndex>();
-  const std::string problem = read_layout(path, identity, *index);
+  const std::string problem = read_layout(path, file_bytes, identity, *index);
   if (!problem.empty()) throw CorruptResult(path, problem);
   for (StoredArray& array : index->arrays) {
     const std::uint64_t checksum_bytes = array.checksums.size() * sizeof(std::uint64_t);
     const bool inside =
         array.blocks.empty()
-            ? lies_within(array.offset, array.rows * array.row_bytes(), file_bytes)
+            ? fits(array, file_bytes) &&
+                  lies_within(array.offset, array.rows * array.row_bytes(), file_bytes)
             : std::all_of(array.blocks.begin(), array.blocks.end(), [&](const StoredBlock& block) {
                 return lies_within(block.offset, block.bytes, file_bytes);
               });

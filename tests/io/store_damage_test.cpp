@@ -1,4 +1,5 @@
 // Of results that are damaged, half there or in no place for them, nothing wrong comes back.
+#include <hdf5.h>
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -8,7 +9,10 @@
 #include <functional>
 #include <random>
 
+#include "io/report/machine.h"
 #include "io/store/chunk_store.h"
+#include "io/store/chunk_store_file.h"
+#include "io/system/hdf5_calls.h"
 #include "tests/io/stored_arrays.h"
 #include "tests/support/data.h"
 #include "tests/support/jobs.h"
@@ -49,6 +53,56 @@ TEST_CASE("UncommittedResultsAreInvisible") {
   CHECK_FALSE(store.has("points", 2));
   CHECK_THROWS_AS(store.open("points", 2), CorruptResult);
   CHECK(count_files(scratch / "work", ".part") == 0);
+}
+
+TEST_CASE("ResultsThatPromiseMoreThanTheirFileHoldsAreRefused") {
+  const test::ScratchDirectory scratch;
+  {
+    ChunkStore store(scratch / "work");
+    store.commit("points", 0, make_arrays(5000, 9).views());
+  }
+  const fs::path path = scratch / "work/points/000000.h5";
+  const std::string good = file_text(path);
+  struct Promise {
+    hsize_t rows, columns;
+    hsize_t chunk_rows = 0;  ///< 0: the array lies in one piece
+  };
+  constexpr hsize_t kHuge = hsize_t{1} << 60;
+  for (const Promise& promise :
+       {Promise{kHuge, 3}, Promise{kHuge, 3, kRowsPerChecksum}, Promise{5000, kHuge},
+        Promise{5000, hsize_t{1} << 31}, Promise{~hsize_t{0} - 4000, 3},
+        Promise{hsize_t{1} << 36, 3, kRowsPerChecksum}}) {
+    INFO(promise.rows << " x " << promise.columns << ", " << promise.chunk_rows);
+    write_text(path, good);
+    {
+      const Hdf5Calls calls;
+      const Hdf5Handle file(H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose);
+      const auto replace = [&](const char* name, std::vector<hsize_t> shape, hid_t type,
+                               hsize_t chunk_rows) {
+        REQUIRE(H5Ldelete(file.get(), name, H5P_DEFAULT) >= 0);
+        const Hdf5Handle space(
+            H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
+        const Hdf5Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+        const hsize_t chunk[2] = {chunk_rows, shape.back()};
+        if (chunk_rows > 0) H5Pset_chunk(creation.get(), 2, chunk);
+        const Hdf5Handle made(H5Dcreate2(file.get(), name, type, space.get(), H5P_DEFAULT,
+                                         creation.get(), H5P_DEFAULT),
+                              H5Dclose);
+        return made.valid();
+      };
+      REQUIRE(file.valid());
+      const hsize_t blocks = promise.rows / kRowsPerChecksum + 1;
+      // HDF5 itself refuses some.
+      if (!replace("values", {promise.rows, promise.columns}, H5T_NATIVE_DOUBLE,
+                   promise.chunk_rows))
+        continue;
+      REQUIRE(replace("values.xxh3", {blocks}, H5T_NATIVE_UINT64, 0));
+    }
+    const std::uint64_t before = peak_memory_bytes();
+    const ChunkStore store(scratch / "work");
+    CHECK_THROWS_AS(store.open("points", 0), CorruptResult);
+    CHECK(peak_memory_bytes() - before < 50'000'000);
+  }
 }
 
 TEST_CASE("ResultsOfAKilledProcessAreWholeOrAbsent", "[costly]") {
