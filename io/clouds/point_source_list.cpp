@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 #include <set>
+#include <system_error>
 #include <type_traits>
 #include <utility>
 
@@ -250,6 +251,52 @@ void note_color_scales(const std::vector<ListedFile>& files, std::vector<std::st
       "; they are taken as they are, so they fit together only where both have one range");
 }
 
+/// What the first points of a file tell of its 16-bit colours.
+enum class ColorsSeen { kNone, kEightBits, kMore };
+
+ColorsSeen colors_seen(const ListedFile& file, const PointSourceOpener& opener) {
+  constexpr std::size_t kLook = 4096;
+  const std::optional<WideColors> colors = wide_colors(file.schema);
+  std::error_code ignored;
+  // A pipe is read once.
+  if (!colors || !std::filesystem::is_regular_file(file.path, ignored)) return ColorsSeen::kNone;
+  PointCloud batch;
+  opener(file.path)->read(batch, kLook);
+  if (exceed_8_bits(batch, *colors)) return ColorsSeen::kMore;
+  const std::size_t row = batch.schema.attribute_bytes();
+  for (std::size_t i = 0; i < batch.size(); ++i)
+    for (const std::size_t offset : colors->offsets)
+      if (batch.attributes[i * row + offset] != std::byte{0}) return ColorsSeen::kEightBits;
+  return ColorsSeen::kNone;
+}
+
+/// Files with 8-bit colours in 16-bit fields beside files whose colours fill these: all are taken
+/// alike, since a scan may come in any number of files.
+void note_color_depths(const std::vector<ListedFile>& files, const PointSourceOpener& opener,
+                       std::vector<std::string>& notes) {
+  const auto has_wide = [](const ListedFile& file) { return wide_colors(file.schema).has_value(); };
+  if (std::ranges::count_if(files, has_wide) < 2) return;
+  const ListedFile* narrow = nullptr;
+  const ListedFile* wide = nullptr;
+  std::size_t others = 0;
+  for (const ListedFile& file : files) {
+    const ColorsSeen seen = colors_seen(file, opener);
+    if (seen == ColorsSeen::kMore && wide == nullptr) wide = &file;
+    if (seen != ColorsSeen::kEightBits) continue;
+    if (narrow == nullptr)
+      narrow = &file;
+    else
+      ++others;
+  }
+  if (narrow == nullptr || wide == nullptr) return;
+  notes.push_back(narrow->path.string() +
+                  (others > 0 ? " and " + std::to_string(others) + " more have" : " has") +
+                  " colours up to 255 at the first points, where those of " + wide->path.string() +
+                  " go up to 65535: as one scan, they come out black. If they are 8-bit colours, "
+                  "write them as such: orbweave convert " +
+                  narrow->path.string() + " " + narrow->path.stem().string() + "-8bit.ply");
+}
+
 /// Values of points that no attribute has, which files hold.
 struct LostValues {
   std::string words;
@@ -340,6 +387,7 @@ class PointSourceList final : public PointSource {
   void note(std::vector<std::string>& notes) const {
     note_fillers(files_, schema_, notes);
     note_color_scales(files_, notes);
+    note_color_depths(files_, opener_, notes);
     note_lost_values(lost_values_, notes);
     notes.insert(notes.end(), disagreements_.begin(), disagreements_.end());
     if (!coordinate_system_ || files_without_system_.empty()) return;

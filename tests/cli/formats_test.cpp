@@ -373,6 +373,27 @@ TEST_CASE("ASystemBesideTheOutputThatIsNotItsOwnIsWarnedOf") {
   }
 }
 
+TEST_CASE("EightBitColoursInWideFieldsBesideWideColoursAreNoted") {
+  const ScratchDirectory in;
+  write_tile(in / "wide.las");
+  write_tile(in / "dark.las", {.place = {448'012.0, 4'511'000.0, 1300.0}, .brightest = 255});
+  write_tile(in / "other.las", {.place = {448'012.0, 4'511'000.0, 1300.0}, .brightest = 65'535});
+  const std::string note = "dark.las has colours up to 255 at the first points";
+  const ProgramResult mixed = reconstruct(in, {"wide.las", "dark.las"}, "m.ply", {});
+  CHECK(mixed.status == 0);
+  CHECK_THAT(mixed.err, Contains(note) && Contains("orbweave convert dark.las dark-8bit.ply"));
+  CHECK_THAT(reconstruct(in, {"dark.las", "wide.las"}, "n.ply", {}).err, Contains(note));
+  CHECK((file_text(in / "m.ply") == file_text(in / "n.ply")));
+  CHECK_THAT(reconstruct(in, {"wide.las", "other.las"}, "m.ply", {}).err,
+             !Contains("colours up to"));
+  CHECK_THAT(reconstruct(in, {"dark.las"}, "m.ply", {}).err, !Contains("colours up to"));
+  // What the note says does what is meant.
+  REQUIRE(run_in(in, {"convert", "dark.las", "dark-8bit.ply"}).status == 0);
+  const ProgramResult mended = reconstruct(in, {"wide.las", "dark-8bit.ply"}, "m.ply", {});
+  CHECK(mended.status == 0);
+  CHECK_THAT(mended.err, !Contains("colours up to"));
+}
+
 TEST_CASE("AnEmptyMeshIsOneInEveryFormat") {
   const ScratchDirectory in;
   write_text(in / "a.stl", "solid a\nendsolid a\n");
