@@ -42,6 +42,11 @@ std::size_t character_bytes(std::string_view text) {
 
 /// toml11 reads outside of the text when it reports such bytes in a string.
 void check_characters(std::string_view text, const std::string& name) {
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
+    throw_usage("the job file is UTF-16",
+                {.file = name,
+                 .expected = "UTF-8",
+                 .advice = "PowerShell 5 writes it so with: Out-File -Encoding utf8"});
   std::size_t line = 1;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t bytes = character_bytes(text.substr(at, 4));
@@ -222,11 +227,25 @@ std::string problem_of(const std::string& message) {
   return shortened(problem);
 }
 
+/// What would be right, as far as the problem tells; empty: it does not.
+std::string expected_instead(const std::string& problem) {
+  const auto speaks_of = [&](std::string_view words) {
+    return problem.find(words) != std::string::npos;
+  };
+  if (speaks_of("unknown value") || speaks_of("value having invalid format") ||
+      speaks_of("invalid line format"))
+    return "a text in quotes, a number such as 0.05, true, false, or a list of these in [ ]";
+  if (speaks_of("invalid key")) return "key = value, [section], or a comment behind #";
+  return {};
+}
+
 [[noreturn]] void throw_syntax(const std::string& name, const toml::exception& error) {
-  throw_usage("not valid TOML: " + problem_of(error.what()),
+  const std::string problem = problem_of(error.what());
+  throw_usage("not valid TOML: " + problem,
               {.file = name,
                .place = at_line(error.location().line()),
-               .found = "'" + shortened(error.location().line_str()) + "'"});
+               .found = "'" + shortened(error.location().line_str()) + "'",
+               .expected = expected_instead(problem)});
 }
 
 toml::value parse(std::string_view text, const std::string& name) {

@@ -53,6 +53,22 @@ TEST_CASE("AnUnknownSectionNamesFileLineAndTheNearestKnownSection") {
   CHECK_THAT(message_of("[[input]]\nfiles = []\n"), Contains("line 1: unknown key input"));
 }
 
+TEST_CASE("ValuesThatAreNoneAndForeignCommentsAreToldWithWhatIsRight") {
+  for (const char* value : {"m.ply", "True", "yes", "0,05", "[0,05]", "[\u201cm.ply\u201d]"}) {
+    const std::string text = "[output]\nmesh = " + std::string(value) + "\n";
+    INFO(text);
+    CHECK_THAT(message_of(text),
+               StartsWith("job.toml: line 2: not valid TOML: ") && Contains("a text in quotes"));
+  }
+  for (const char* line : {"// comment", "; comment"})
+    CHECK_THAT(message_of("[output]\n" + std::string(line) + "\n"), Contains("a comment behind #"));
+}
+
+TEST_CASE("AJobFileInUtf16IsToldAsThat") {
+  CHECK_THAT(message_of(std::string("\xFF\xFE[\0i\0]\0", 8)),
+             StartsWith("job.toml: the job file is UTF-16") && Contains("-Encoding utf8"));
+}
+
 TEST_CASE("ASectionThatIsNoTableSaysSo") {
   CHECK(message_of("[partition]\n[[input]]\nfiles = []\n") ==
         "job.toml: line 2: unknown key input: this is the name of a section; found a list of "
