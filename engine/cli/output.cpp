@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -14,6 +15,7 @@
 #include "io/job/setting.h"
 #include "io/report/hole_summary.h"
 #include "io/shown_text.h"
+#include "io/system/file_descriptor.h"
 #include "io/text/quantity.h"
 
 namespace orbweave {
@@ -58,8 +60,12 @@ void print_error(const std::string& what) { print_labelled("error: ", "\033[1;31
 void print_warning(const std::string& what) { print_labelled("warning: ", "\033[1;33m", what); }
 
 void flush_output() {
+  errno = 0;
   std::cout.flush();
-  if (!std::cout) throw_resource("cannot write to standard output");
+  if (std::cout) return;
+  const int reason = errno;
+  throw_resource("cannot write to standard output",
+                 {.found = reason != 0 ? system_reason(reason) : std::string()});
 }
 
 std::string facts_table(const Facts& facts) {

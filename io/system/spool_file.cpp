@@ -36,7 +36,7 @@ void SpoolFile::read(std::uint64_t offset, std::span<std::byte> out) const {
 void SpoolFile::fail(const char* problem, int error) const {
   throw_resource(problem, {.file = directory_.string(),
                            .found = system_reason(error),
-                           .advice = advice_on(error, "name another work directory")});
+                           .advice = advice_on(error, "choose another place")});
 }
 
 }  // namespace orbweave

@@ -202,7 +202,10 @@ TEST_CASE("FullDiskIsAResourceErrorThatGivesTheReason") {
       run_into(in, {"generate", "sphere", "--points", "100000", "-o", "-"}, "/dev/full");
   CHECK(result.status == 4);
   CHECK_THAT(result.err, Contains("standard output") && Contains("No space left"));
-  CHECK(run_into(in, {"--help"}, "/dev/full").status == 4);
+  const ProgramResult help = run_into(in, {"--help"}, "/dev/full");
+  CHECK(help.status == 4);
+  CHECK_THAT(help.err,
+             Contains("cannot write to standard output") && Contains("No space left on device"));
 }
 
 TEST_CASE("DamagedInputOfConvertLeavesNoOutput") {
