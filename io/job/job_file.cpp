@@ -10,6 +10,7 @@
 #include "io/job/toml_document.h"
 #include "io/system/file_descriptor.h"
 #include "io/text/nearest_name.h"
+#include "io/text/text_fields.h"
 #include "io/text/words.h"
 
 namespace orbweave {
@@ -275,7 +276,11 @@ void set_job_key(Job& job, std::string_view assignment) {
   if (equals == std::string_view::npos)
     throw_usage("no value given for a key",
                 {.found = "\"" + std::string(assignment) + "\"", .expected = "section.key=value"});
-  set_job_key(job, assignment.substr(0, equals), assignment.substr(equals + 1));
+  const std::string_view name = assignment.substr(0, equals);
+  const std::string_view value = assignment.substr(equals + 1);
+  // "key = value" is a line of a job file; in "key= value" the blank may belong to a name.
+  if (name.ends_with(' ')) return set_job_key(job, trimmed(name), trimmed(value));
+  set_job_key(job, name, value);
 }
 
 void check_job_numbers(const Job& job) {

@@ -29,7 +29,8 @@ void set_job_key(Job& job, std::string_view name, std::string_view text);
 /// Likewise from the value of the key's option; messages name the option.
 void set_job_option(Job& job, std::string_view name, std::string_view text);
 
-/// Splits "section.key=value" at the first '=' and sets it. Throws Error (usage).
+/// Splits "section.key=value" at the first '=' and sets it; blanks on both sides of it, as lines of
+/// job files have them, are none of the value's. Throws Error (usage).
 void set_job_key(Job& job, std::string_view assignment);
 
 /// Holds the numbers of a job that a program filled in to what job files accept. A crop is no such

@@ -227,11 +227,13 @@ std::string problem_of(const std::string& message) {
   return shortened(problem);
 }
 
-/// What would be right, as far as the problem tells; empty: it does not.
-std::string expected_instead(const std::string& problem) {
+/// What would be right, as far as the problem and its line tell; empty: they do not.
+std::string expected_instead(const std::string& problem, const std::string& line) {
   const auto speaks_of = [&](std::string_view words) {
     return problem.find(words) != std::string::npos;
   };
+  if (line.find('"') < line.find('\\') && line.find('\\') != std::string::npos)
+    return "backslashes in single quotes: '...'; in double quotes each of them is written twice";
   if (speaks_of("unknown value") || speaks_of("value having invalid format") ||
       speaks_of("invalid line format"))
     return "a text in quotes, a number such as 0.05, true, false, or a list of these in [ ]";
@@ -245,7 +247,7 @@ std::string expected_instead(const std::string& problem) {
               {.file = name,
                .place = at_line(error.location().line()),
                .found = "'" + shortened(error.location().line_str()) + "'",
-               .expected = expected_instead(problem)});
+               .expected = expected_instead(problem, error.location().line_str())});
 }
 
 toml::value parse(std::string_view text, const std::string& name) {

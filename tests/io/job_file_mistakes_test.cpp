@@ -60,6 +60,8 @@ TEST_CASE("ValuesThatAreNoneAndForeignCommentsAreToldWithWhatIsRight") {
     CHECK_THAT(message_of(text),
                StartsWith("job.toml: line 2: not valid TOML: ") && Contains("a text in quotes"));
   }
+  CHECK_THAT(message_of("[input]\nfiles = [\"scans\\q.ply\"]\n"),
+             StartsWith("job.toml: line 2: not valid TOML: ") && Contains("in single quotes"));
   for (const char* line : {"// comment", "; comment"})
     CHECK_THAT(message_of("[output]\n" + std::string(line) + "\n"), Contains("a comment behind #"));
 }
@@ -275,6 +277,12 @@ TEST_CASE("AMissingJobFileIsAUsageError") {
 
 TEST_CASE("AssignmentsSplitAtTheFirstEqualsSign") {
   Job job;
+  set_job_key(job, "output.mesh = \"a line of a job file.ply\"");
+  CHECK(job.output.mesh == "a line of a job file.ply");
+  set_job_key(job, "run.threads = 3");
+  CHECK(job.run.threads == 3);
+  set_job_key(job, "output.mesh= blank.ply");
+  CHECK(job.output.mesh == " blank.ply");
   set_job_key(job, "output.mesh=a=b.ply");
   CHECK(job.output.mesh == "a=b.ply");
   CHECK(message_of_setting("output.mesh") ==
