@@ -26,17 +26,33 @@ double half_step(double number, int digits) {
   return std::ldexp(1.0, exponent - digits - 1);
 }
 
-double axis_move(const Box& bounds, Vec3 origin, int axis, int digits = FLT_MANT_DIG) {
-  return half_step(std::max(std::abs(bounds.min[axis] - origin[axis]),
-                            std::abs(bounds.max[axis] - origin[axis])),
-                   digits);
+/// The largest coordinate of the file on an axis, without its sign.
+double largest_on_axis(const Box& bounds, Vec3 origin, int axis) {
+  return std::max(std::abs(bounds.min[axis] - origin[axis]),
+                  std::abs(bounds.max[axis] - origin[axis]));
+}
+
+/// The steps of floats end at the smallest of them.
+double axis_move(const Box& bounds, Vec3 origin, int axis) {
+  const double largest = largest_on_axis(bounds, origin, axis);
+  if (largest == 0.0) return 0.0;
+  return std::max(half_step(largest, FLT_MANT_DIG), 0.5 * FLT_TRUE_MIN);
+}
+
+bool exceeds_floats(const Box& bounds, Vec3 origin) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double largest = largest_on_axis(bounds, origin, axis);
+    if (std::isfinite(largest) && largest > FLT_MAX) return true;
+  }
+  return false;
 }
 
 /// Doubles lose nothing on the axes where the origin is 0.
 double largest_double_move(const Box& bounds, Vec3 origin) {
   Vec3 move;
   for (int axis = 0; axis < 3; ++axis)
-    if (origin[axis] != 0.0) move[axis] = axis_move(bounds, origin, axis, DBL_MANT_DIG);
+    if (origin[axis] != 0.0)
+      move[axis] = half_step(largest_on_axis(bounds, origin, axis), DBL_MANT_DIG);
   return norm(move);
 }
 
@@ -135,10 +151,17 @@ OutputOrigin output_origin(const OutputOptions& output, bool floats, const Box& 
     chosen.origin = round_origin(bounds, harmless);
   chosen.largest_move = floats ? largest_float_move(bounds, chosen.origin)
                                : largest_double_move(bounds, chosen.origin);
+  chosen.exceeds_floats = floats && exceeds_floats(bounds, chosen.origin);
   return chosen;
 }
 
 std::string check_output_origin(const Job& job, const OutputOrigin& chosen) {
+  if (chosen.exceeds_floats)
+    throw_usage("the floats of the mesh file hold no coordinates of this size",
+                {.file = job.output.mesh,
+                 .found = "an extent of " + format_number(chosen.extent),
+                 .expected = "coordinates up to " + format_number(FLT_MAX),
+                 .advice = "A .ply or .obj file keeps doubles"});
   if (chosen.spacing > 0.0) {
     if (chosen.largest_move <= kMovePerSpacing * chosen.spacing) return {};
     const bool is_none = job.output.origin_rule == OriginRule::kNone;
@@ -150,7 +173,9 @@ std::string check_output_origin(const Job& job, const OutputOrigin& chosen) {
            move_text(chosen) + ". " + way_out(job, chosen);
   }
   const double most = kMostMovePerExtent * chosen.extent;
-  if (job.output.origin_rule == OriginRule::kGiven && chosen.largest_move > most)
+  const bool is_measured = std::isfinite(chosen.largest_move);  // a coordinate may be infinite
+  if (chosen.largest_move > most && (job.output.origin_rule == OriginRule::kGiven ||
+                                     (job.output.origin_rule == OriginRule::kAuto && is_measured)))
     refuse(job, chosen, "at most a ten-thousandth of the extent " + format_number(chosen.extent));
   return {};
 }

@@ -11,11 +11,12 @@ namespace orbweave {
 
 /// The origin of a file's coordinates, and what they lose there.
 struct OutputOrigin {
-  Vec3 origin;                ///< is subtracted from coordinates; world units
-  bool floats = false;        ///< the file's coordinates are floats, else doubles or exact text
-  double largest_move = 0.0;  ///< of a vertex, by the rounding of its coordinates; world units
-  double spacing = 0.0;       ///< of the points; 0: not known
-  double extent = 0.0;        ///< of the points along their longest axis
+  Vec3 origin;                  ///< is subtracted from coordinates; world units
+  bool floats = false;          ///< the file's coordinates are floats, else doubles or exact text
+  double largest_move = 0.0;    ///< of a vertex, by the rounding of its coordinates; world units
+  double spacing = 0.0;         ///< of the points; 0: not known
+  double extent = 0.0;          ///< of the points along their longest axis
+  bool exceeds_floats = false;  ///< floats hold no number as large as a coordinate
 };
 
 /// The most that rounding to floats moves a point of the box whose coordinates are counted from
@@ -30,9 +31,9 @@ OutputOrigin output_origin(const OutputOptions& output, bool floats, const Box& 
                            double spacing);
 
 /// Throws Error (usage) where coordinates lose too much: with the rule kNone more than a thousandth
-/// of the spacing, else more than a tenth; where the spacing is not known, those counted from a
-/// given origin more than a ten-thousandth of the extent. Returns a warning where they lose more
-/// than a thousandth of the spacing; else nothing.
+/// of the spacing, else more than a tenth; where the spacing is not known, with any other rule more
+/// than a ten-thousandth of the extent; and where they exceed floats. Returns a warning where they
+/// lose more than a thousandth of the spacing; else nothing.
 std::string check_output_origin(const Job& job, const OutputOrigin& chosen);
 
 /// "512000, 4176000, 0"

@@ -93,6 +93,24 @@ TEST_CASE("FloatsThatLoseTooMuchAreRefusedWithTheFigure") {
              Contains("at most a tenth of the spacing"));
 }
 
+TEST_CASE("CoordinatesBeyondTheRangeOfFloatsAreRefused") {
+  const test::ScratchDirectory in;
+  for (const char* unit : {"e80", "e39", "e-46", "e-80"}) {
+    const std::string one = std::string("1") + unit;
+    test::write_text(in / "a.obj", "v 0 0 0\nv " + one + " 0 0\nv 0 " + one + " 0\nf 1 2 3\n");
+    for (const char* file : {"b.stl", "b.glb"}) {
+      INFO(unit << " " << file);
+      const test::ProgramResult result = test::run_in(in, {"convert", "a.obj", file});
+      CHECK(result.status == 2);
+      CHECK_THAT(result.err, Contains("the floats of the mesh file") && Contains("keeps doubles"));
+    }
+    CHECK(test::run_in(in, {"convert", "a.obj", "b.ply"}).status == 0);
+  }
+  CHECK(test::names_in(in) == std::vector<std::string>{"a.obj", "b.ply"});
+  test::write_text(in / "a.obj", "v 0 0 0\nv 1e38 0 0\nv 0 1e38 0\nf 1 2 3\n");
+  CHECK(test::run_in(in, {"convert", "a.obj", "b.stl"}).status == 0);
+}
+
 TEST_CASE("DoublesFarFromAGivenOriginAreRefusedAsFloatsAre") {
   Job job;
   job.output.mesh = "m.ply";
