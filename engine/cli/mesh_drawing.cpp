@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "engine/geometry/edge_components.h"
-#include "io/box.h"
+#include "io/bounds.h"
 #include "io/report/picture_palette.h"
 #include "io/report/point_colors.h"
 
@@ -16,16 +16,6 @@ namespace orbweave {
 namespace {
 
 using Corners = std::array<Vec3, 3>;
-
-/// Of the vertices that triangles use: others, far away, would make the surface a speck.
-Box bounds_of_surface(const TriangleMesh& mesh) {
-  Box bounds;
-  for (const Triangle& t : mesh.triangles)
-    for (const std::uint32_t corner : t)
-      if (is_finite(mesh.vertices.positions[corner]))
-        bounds.extend(mesh.vertices.positions[corner]);
-  return bounds;
-}
 
 /// Calls draw(corners, first, count) for one batch of triangles after another.
 template <class Draw>
@@ -97,7 +87,7 @@ void draw_mesh(const TriangleMesh& mesh, const std::string& path, const MeshDraw
   const std::span<const std::int32_t> hole(mesh.hole);
   FrontColors colors = front_colors(mesh, drawing);
   const std::span<const Rgb> fronts(colors.fronts);
-  MeshPicture picture(bounds_of_surface(mesh), drawing.picture);
+  MeshPicture picture(bounds_of_surface(mesh.vertices.positions, mesh.triangles), drawing.picture);
   picture.set_legend(std::move(colors.legend));
   if (drawing.backs == PictureBacks::kCulled) picture.leave_out_backs();
   const auto draw = [&] {
@@ -118,7 +108,7 @@ void draw_mesh(const TriangleMesh& mesh, const std::string& path, const MeshDraw
 void draw_mesh_by_shares(const TriangleMesh& mesh, std::span<const float> shares,
                          const std::string& large, const std::string& path,
                          const PictureOptions& options) {
-  MeshPicture picture(bounds_of_surface(mesh), options);
+  MeshPicture picture(bounds_of_surface(mesh.vertices.positions, mesh.triangles), options);
   picture.set_legend(share_legend(large));
   const auto draw = [&] {
     for_each_batch(mesh,

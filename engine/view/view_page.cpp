@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "engine/view/viewer_template.h"
+#include "io/bounds.h"
 #include "io/meshes/vertex_colors.h"
 #include "io/text/json_dump.h"
 #include "io/vertex_values.h"
@@ -46,7 +47,7 @@ void append(std::vector<std::byte>& bytes, const T& value) {
 std::uint8_t value_step(float value, const ShownRange& range) {
   constexpr std::uint8_t kUnknown = 255;
   constexpr double kMost = 254.0;
-  if (value < 0.0F) return kUnknown;
+  if (!(value >= 0.0F)) return kUnknown;
   const double width = range.high > range.low ? range.high - range.low : 1.0;
   return static_cast<std::uint8_t>(
       std::lround(kMost * std::clamp((value - range.low) / width, 0.0, 1.0)));
@@ -70,14 +71,27 @@ std::vector<ShownRange> ranges_of(const PointCloud& vertices) {
   return ranges.ranges();
 }
 
+/// The number of a place on an axis; the nearest one for what lies beyond the surface.
+std::uint16_t step_of(double local, double step) {
+  const double steps = local / step;
+  return std::isnan(steps)
+             ? std::uint16_t{0}
+             : static_cast<std::uint16_t>(std::lround(std::clamp(steps, 0.0, kSteps)));
+}
+
 /// Corners, then places in steps, then colours.
 std::vector<std::byte> page_data(const TriangleMesh& mesh, const Box& bounds, double step) {
+  const std::vector<Vec3>& positions = mesh.vertices.positions;
   std::vector<std::byte> bytes;
-  for (const Triangle& t : mesh.triangles) append(bytes, t);
-  for (const Vec3& position : mesh.vertices.positions) {
+  for (const Triangle& t : mesh.triangles) {
+    // What has a corner nowhere is not drawn, and keeps its number.
+    const bool has_place =
+        std::ranges::all_of(t, [&](std::uint32_t corner) { return is_finite(positions[corner]); });
+    append(bytes, has_place ? t : Triangle{t[0], t[0], t[0]});
+  }
+  for (const Vec3& position : positions) {
     const Vec3 local = position - bounds.min;
-    for (int axis = 0; axis < 3; ++axis)
-      append(bytes, static_cast<std::uint16_t>(std::lround(local[axis] / step)));
+    for (int axis = 0; axis < 3; ++axis) append(bytes, step_of(local[axis], step));
   }
   const VertexColors colors(mesh.vertices.schema);
   if (!colors.all_are_there()) return bytes;
@@ -137,7 +151,8 @@ std::uint64_t view_page_bytes(std::uint64_t vertices, std::uint64_t triangles,
 }
 
 std::string view_page(const TriangleMesh& mesh, const ViewPage& page) {
-  const Box bounds = mesh.vertices.bounds();
+  Box bounds = bounds_of_surface(mesh.vertices.positions, mesh.triangles);
+  if (bounds.empty()) bounds = mesh.vertices.bounds();
   const Vec3 extent = bounds.extent();
   const double step = bounds.largest_extent() > 0.0 ? bounds.largest_extent() / kSteps : 1.0;
   Json meta = {{"name", page.name},

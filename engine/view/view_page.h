@@ -28,9 +28,9 @@ struct ViewPage {
 std::uint64_t view_page_bytes(std::uint64_t vertices, std::uint64_t triangles,
                               const PointSchema& schema);
 
-/// The page: coordinates in 65,536 steps of the largest extent, colours where there are red, green
-/// and blue, what vertices tell of their points (io/vertex_values.h) in 255 steps. Its bytes depend
-/// on mesh and facts alone.
+/// The page: coordinates in 65,536 steps of the largest extent of the surface, colours where there
+/// are red, green and blue, what vertices tell of their points (io/vertex_values.h) in 255 steps.
+/// Its bytes depend on mesh and facts alone.
 std::string view_page(const TriangleMesh& mesh, const ViewPage& page);
 
 inline constexpr const char* kFolderPage = "index.html";

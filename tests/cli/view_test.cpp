@@ -237,6 +237,22 @@ TEST_CASE("ViewPageHoldsTheMeshAndAsksForNothingElse") {
   CHECK(file_text(in / "again.html") == page);
 }
 
+TEST_CASE("ViewPageIsFittedToTheSurface") {
+  const ScratchDirectory in;
+  write_text(
+      in / "a.obj",
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nv 1e6 1e6 1e6\n");
+  REQUIRE(run_in(in, {"view", "a.obj", "-o", "page.html"}).status == 0);
+  CHECK_THAT(file_text(in / "page.html"), Contains("\"extent\":[1.0,1.0,1.0]"));
+  // A corner that is nowhere is no reason for a surface that reaches to infinity.
+  write_text(in / "b.ply",
+             "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+             "property float z\nelement face 2\nproperty list uchar int vertex_indices\n"
+             "end_header\n0 0 0\n1 0 0\n0 1 0\ninf 1 0\n3 0 1 2\n3 2 1 3\n");
+  REQUIRE(run_in(in, {"view", "b.ply", "-o", "page.html"}).status == 0);
+  CHECK_THAT(file_text(in / "page.html"), Contains("\"extent\":[1.0,1.0,0.0]"));
+}
+
 TEST_CASE("ViewRefusesWhatIsNoMeshAndWhatIsNoReport") {
   const ScratchDirectory in;
   PointCloud cloud;
