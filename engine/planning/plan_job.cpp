@@ -259,6 +259,7 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
                                              : short_noise(measured.layers, unit);
   const std::string steps = objection_to_step(measured.coordinate_step, measured.spacing);
   if (!steps.empty()) plan.doubts.push_back(steps);
+  plan.doubts.insert(plan.doubts.end(), cloud.doubts.begin(), cloud.doubts.end());
   const std::string poses = objection_to_missing_poses(job);
   if (!poses.empty()) plan.doubts.push_back(poses);
   plan.normals = normals_of(job, cloud);

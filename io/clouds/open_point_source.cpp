@@ -171,6 +171,7 @@ class WithFilesBeside final : public PointSource {
   std::uint64_t bytes_read() const override { return source_->bytes_read(); }
   std::uint64_t bytes_total() const override { return source_->bytes_total(); }
   std::optional<ScannerPlace> scanner() const override { return moved(source_->scanner()); }
+  ScanNumber scan() const override { return source_->scan(); }
   FileFacts facts() const override {
     FileFacts facts = source_->facts();
     if (facts.declared_bounds) facts.declared_bounds = moved(*facts.declared_bounds, origin_);

@@ -377,6 +377,10 @@ class PointSourceList final : public PointSource {
   std::optional<ScannerPlace> scanner() const override {
     return source_ ? source_->scanner() : std::nullopt;
   }
+  ScanNumber scan() const override {
+    if (!source_) return {};
+    return {static_cast<std::uint32_t>(next_ - 1), source_->scan().scan};
+  }
   DroppedPoints left_out() const override {
     DroppedPoints all = left_out_;
     if (source_) add_left_out(all);

@@ -361,6 +361,7 @@ class PtxSource final : public PointSource {
   std::uint64_t bytes_read() const override { return bytes().bytes_read(); }
   std::uint64_t bytes_total() const override { return bytes().bytes_total(); }
   std::optional<ScannerPlace> scanner() const override { return scanner_; }
+  ScanNumber scan() const override { return {.scan = scan_}; }
   DroppedPoints left_out() const override { return rows_.left_out(); }
   FileFacts facts() const override {
     FileFacts facts;
@@ -378,6 +379,7 @@ class PtxSource final : public PointSource {
     scanner_.reset();
     if (scan.is_genuine) scanner_ = ScannerPlace{scan.world({})};
     add_facts(scan, scan_number);
+    scan_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(scan_number, kMostScans) - 1);
     do {
       append(scan, batch);
       has_row_ = rows_.next(row_);
@@ -387,9 +389,10 @@ class PtxSource final : public PointSource {
   }
 
  private:
-  /// Of the first scans: a file may hold a scan per point.
+  /// That are told apart: a file may hold a scan per point.
+  static constexpr std::size_t kMostScans = 10'000;
+
   void add_facts(const PtxScan& scan, std::uint64_t number) {
-    constexpr std::size_t kMostScans = 10'000;
     while (scans_.size() < std::min<std::uint64_t>(number, kMostScans)) scans_.emplace_back();
     if (number != scans_.size()) return;
     scans_.back().pose = scan.motion();
@@ -420,6 +423,7 @@ class PtxSource final : public PointSource {
   std::vector<ScanFacts> scans_;  ///< that were read; scans without points have none
   PointSchema schema_;
   std::optional<ScannerPlace> scanner_;
+  std::uint32_t scan_ = 0;  ///< that the last batch is of
 };
 
 }  // namespace

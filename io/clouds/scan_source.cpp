@@ -84,6 +84,8 @@ class ScanSource final : public PointSource {
     return moved(*place);
   }
 
+  ScanNumber scan() const override { return source_->scan(); }
+
   DroppedPoints left_out() const override {
     DroppedPoints all = source_->left_out();
     for (const auto& [reason, count] : selection_.removed()) all[reason] += count;

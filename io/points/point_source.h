@@ -1,6 +1,7 @@
 // Where points come from: a stream of batches, whatever the file format.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -19,6 +20,13 @@ struct ScannerPlace {
   Vec3 vector;                ///< a place, or the direction from the points to the scanner
   bool is_direction = false;  ///< `vector` is a direction
   friend bool operator==(const ScannerPlace&, const ScannerPlace&) = default;
+};
+
+/// Which scan of several files points are of; both numbers count from 0.
+struct ScanNumber {
+  std::uint32_t file = 0;  ///< of a list of files
+  std::uint32_t scan = 0;  ///< of those in the file
+  friend auto operator<=>(const ScanNumber&, const ScanNumber&) = default;
 };
 
 /// One of the scans of a file.
@@ -80,6 +88,8 @@ class PointSource {
   /// Where the points of the last batch were seen from, in their coordinates, where the file says;
   /// no batch mixes scans that were taken from different places.
   virtual std::optional<ScannerPlace> scanner() const { return std::nullopt; }
+  /// Which scan the points of the last batch are of; no batch mixes scans.
+  virtual ScanNumber scan() const { return {}; }
   /// What the file says of itself; at the end of the file it is all known.
   virtual FileFacts facts() const { return {}; }
   /// Rows of the file that hold no point (a laser pulse without return), so far, by reason.

@@ -18,6 +18,7 @@
 #include "io/clouds/open_point_source.h"
 #include "io/error.h"
 #include "io/meshes/mesh_writer.h"
+#include "io/text/quantity.h"
 #include "tests/support/clouds.h"
 #include "tests/support/data.h"
 #include "tests/support/jobs.h"
@@ -134,6 +135,28 @@ RunReport resumed_at(const Job& job, const std::string& stage) {
 std::vector<std::string> without_resuming(std::vector<std::string> notes) {
   std::erase_if(notes, [](const std::string& note) { return note.starts_with("resuming"); });
   return notes;
+}
+
+/// Positions as an .xyz file, multiplied and then moved.
+std::string scan_file(const ScratchDirectory& scratch, const std::string& name,
+                      const NamedCloud& named, double factor, Vec3 move = {}) {
+  std::string text;
+  for (const Vec3& p : named.cloud.positions) {
+    const Vec3 q = factor * p + move;
+    text += format_exact(q.x) + " " + format_exact(q.y) + " " + format_exact(q.z) + "\n";
+  }
+  const std::filesystem::path file = scratch.path() / name;
+  write_text(file, text);
+  return file.string();
+}
+
+/// A job on several files that hold no normals.
+Job job_of_files(const ScratchDirectory& scratch, const std::vector<std::string>& files) {
+  Job job = job_for(scratch, uneven_sheet({}), files);
+  job.normals.source = NormalSource::kEstimate;
+  job.reconstruct.ball_radii.clear();
+  job.fill.enabled = false;
+  return job;
 }
 
 double step_of(const PointCloud& cloud) {
@@ -505,4 +528,37 @@ TEST_CASE("APlaceOfTheScannerThatTurnsNoNormalsIsWarnedOf") {
   CHECK(warns_of(job, what));
   job.normals.source = NormalSource::kEstimate;
   CHECK_FALSE(warns_of(job, what));
+}
+
+TEST_CASE("AScanInAnotherUnitIsWarnedOf") {
+  const ScratchDirectory scratch;
+  const NamedCloud sheet = uneven_sheet({1000, 2000, 3000});
+  const std::string meters = scan_file(scratch, "meters.xyz", sheet, 1.0);
+  const std::string beside = scan_file(scratch, "beside.xyz", sheet, 1.0, {2.5, 0, 0});
+  const std::string millimeters = scan_file(scratch, "millimeters.xyz", sheet, 1000.0);
+  const std::string kDoubt = "the unit is probably another one";
+  CHECK_FALSE(warns_of(job_of_files(scratch, {meters, beside}), "unit"));
+  CHECK(warns_of(job_of_files(scratch, {meters, millimeters, beside}), millimeters + " lies "));
+  CHECK(warns_of(job_of_files(scratch, {meters, millimeters, beside}), kDoubt));
+  // About the origin, where both lie on each other.
+  const NamedCloud middle = uneven_sheet({-1.5, -1.5, 0});
+  const std::string small = scan_file(scratch, "small.xyz", middle, 1.0);
+  const std::string large = scan_file(scratch, "large.xyz", middle, 1000.0);
+  CHECK(warns_of(job_of_files(scratch, {large, small}), large + " is "));
+  RecordingProgress progress;
+  const StopToken stop;
+  const JobPlan plan = plan_job(job_of_files(scratch, {large, small}), progress, stop);
+  REQUIRE(plan.doubts.size() == 1);
+  CHECK_THAT(plan.doubts[0], Contains(kDoubt));
+}
+
+TEST_CASE("AnInterruptedRunWarnsOfUnitsAgain") {
+  const ScratchDirectory scratch;
+  const NamedCloud sheet = uneven_sheet({1, 2, 3});
+  const Job job = job_of_files(scratch, {scan_file(scratch, "a.xyz", sheet, 1.0),
+                                         scan_file(scratch, "b.xyz", sheet, 1000.0)});
+  const std::vector<std::string> warnings = run(job).warnings;
+  REQUIRE(warnings.size() >= 1);
+  for (const char* stage : {"bin", "sort", "stitch"})
+    CHECK(resumed_at(job, stage).warnings == warnings);
 }

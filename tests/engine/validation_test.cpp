@@ -7,6 +7,7 @@
 
 #include "engine/synthetic/synthetic_cloud.h"
 #include "engine/validation/mesh_facts.h"
+#include "engine/validation/odd_scans.h"
 #include "io/error.h"
 #include "io/meshes/mesh_checksum.h"
 #include "io/stop_token.h"
@@ -42,6 +43,69 @@ TriangleMesh grid(std::uint32_t columns, std::uint32_t rows, LeaveOut leave_out)
       mesh.triangles.push_back({a, c, d});
     }
   return mesh;
+}
+
+PlacedScan placed(Vec3 corner, double side, std::uint64_t points = 10000, Vec3 origin = {}) {
+  return {{corner, corner + Vec3{side, side, 0.3 * side}}, points, origin};
+}
+
+using Scans = std::vector<PlacedScan>;
+
+TEST_CASE("ScansThatLieBesideEachOtherAreNotOdd") {
+  CHECK(odd_scans({}).empty());
+  CHECK(odd_scans(Scans{placed({}, 1)}).empty());
+  // Tiles, a sliver at their border, a close look at a detail, two objects in one hall.
+  Scans tiles;
+  for (int i = 0; i < 9; ++i)
+    tiles.push_back(placed({500.0 * (i % 3), 500.0 * (i / 3), 0}, 500, 4'000'000));
+  CHECK(odd_scans(tiles).empty());
+  tiles.push_back({{{1500, 0, 0}, {1500.5, 1, 0.1}}, 200, {}});
+  CHECK(odd_scans(tiles).empty());
+  CHECK(odd_scans(Scans{placed({}, 30, 10'000'000), placed({3, 3, 1}, 0.2, 1'000'000)}).empty());
+  CHECK(odd_scans(Scans{placed({100, 20, 1}, 2), placed({130, 50, 1}, 2)}).empty());
+}
+
+TEST_CASE("ScansInAnotherUnitAreOdd") {
+  const Vec3 place{637000, 4850100, 130};
+  const Scans feet{placed(place, 30), placed(place + Vec3{20, 0, 0}, 30),
+                   placed((1 / 0.3048) * place, 100), placed(place + Vec3{0, 20, 0}, 30)};
+  const auto odd = odd_scans(feet);
+  REQUIRE(odd.size() == 1);
+  CHECK(odd[0].place == OddPlace::kApart);
+  CHECK(odd[0].scans == std::vector<std::size_t>{2});
+  CHECK(std::abs(odd[0].factor - 0.3048) < 1e-6);
+  // About the place of its pose, too.
+  const Vec3 origin{50, 80, 0};
+  const auto posed = odd_scans(Scans{placed({1050, 80, 0}, 5), placed({1050, 85, 0}, 5),
+                                     placed({100050, 80, 0}, 500, 10000, origin)});
+  REQUIRE(posed.size() == 1);
+  CHECK(std::abs(posed[0].factor - 0.01) < 1e-12);
+}
+
+TEST_CASE("ScansThatAreAThousandTimesAsLargeAreOdd") {
+  for (const double size : {1.0, 1000.0}) {
+    const double other = size == 1.0 ? 1000.0 : 1.0;
+    const auto odd = odd_scans(Scans{placed({-size / 2, -size / 2, 0}, size),
+                                     placed({-size / 3, -size / 2, 0}, size),
+                                     placed({-other / 2, -other / 2, 0}, other)});
+    REQUIRE(odd.size() == 1);
+    CHECK(odd[0].place == (size == 1.0 ? OddPlace::kLarger : OddPlace::kSmaller));
+    CHECK(odd[0].scans == std::vector<std::size_t>{2});
+  }
+}
+
+TEST_CASE("ScansWithAnotherOriginAreOddInAnyOrder") {
+  const Vec3 place{637000, 4850100, 130};
+  Scans scans{placed({0, 0, 0}, 30), placed(place, 30), placed(place + Vec3{50, 0, 0}, 30),
+              placed({10, 0, 0}, 30), placed(place + Vec3{0, 70, 0}, 30)};
+  for (int turn = 0; turn < 5; ++turn) {
+    const auto odd = odd_scans(scans);
+    REQUIRE(odd.size() == 1);
+    REQUIRE(odd[0].scans.size() == 2);
+    CHECK(odd[0].factor == 0.0);
+    for (const std::size_t scan : odd[0].scans) CHECK(scans[scan].bounds.max.x < 100);
+    std::rotate(scans.begin(), scans.begin() + 1, scans.end());
+  }
 }
 
 }  // namespace

@@ -153,7 +153,9 @@ TEST_CASE("ABatchHoldsOneScanAndKnowsItsScanner") {
   PointCloud second;
   REQUIRE(source->read(first, 1000));
   CHECK(source->scanner() == ScannerPlace{{600000, 800000, 400}});
+  CHECK(source->scan() == ScanNumber{0, 0});
   REQUIRE(source->read(second, 1000));
+  CHECK(source->scan() == ScanNumber{0, 1});
   CHECK(source->scanner() == ScannerPlace{{0, 0, 0}});
   REQUIRE(first.size() == 4);
   REQUIRE(second.size() == 4);

@@ -12,6 +12,7 @@
 #include "engine/pipeline/points/halo_work.h"
 #include "engine/pipeline/points/point_stream.h"
 #include "engine/pipeline/points/remembered_points.h"
+#include "engine/pipeline/points/scan_extents.h"
 #include "engine/pipeline/stage/stages.h"
 #include "partition/count_grid.h"
 #include "partition/memory_plan.h"
@@ -42,7 +43,9 @@ struct CountedCloud {
   Box bounds;  ///< once the grid is gone
   Octree octree;
   MemoryPlan memory;
+  ScanExtents extents;  ///< of the scans, while they are counted
   std::vector<std::string> notes;
+  std::vector<std::string> doubts;  ///< to be warned of
 };
 
 /// What the plan of the disk depends on.

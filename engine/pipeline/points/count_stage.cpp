@@ -16,6 +16,7 @@
 #include "engine/pipeline/stage/method_costs.h"
 #include "engine/spacing/automatic_radii.h"
 #include "engine/validation/usable_scale.h"
+#include "io/bounds.h"
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
 #include "io/job/setting.h"
@@ -110,9 +111,14 @@ CountedCloud count_share(const RunControl& control, const CloudInput& input, con
   if (remembers) cloud.remembered = RememberedPoints(bytes_to_remember(control, cloud.schema));
   const bool has_view = view_offset(cloud.schema).has_value();
   const std::optional<WideColors> colors = wide_colors(cloud.schema);
+  const auto look = [&](StreamBatch& batch) {
+    if (input.are_scans) batch.bounds = bounds_of(batch.points.positions);
+  };
   stream_points(*source, {.threads = control.threads(), .stop = &control.stop, .filter = &filter},
-                {}, [&](StreamBatch& batch) {
+                look, [&](StreamBatch& batch) {
                   cloud.grid.add(batch.points.positions);
+                  if (input.are_scans)
+                    cloud.extents.add(batch.scan, {batch.points.size(), batch.bounds});
                   if (colors && !cloud.has_wide_colors)
                     cloud.has_wide_colors = exceed_8_bits(batch.points, *colors);
                   cloud.points_read += batch.points_read;
@@ -161,6 +167,7 @@ void plan_cut(const RunControl& control, const CloudInput& input, CountedCloud& 
   const ResolvedJob& job = control.job;
   cloud.points_used = cloud.grid.points();
   if (cloud.points_used == 0) refuse_empty(control, cloud);
+  if (input.are_scans) cloud.doubts = objections_to_extents(job, cloud.extents);
   require_usable_scale(job.files.front(), "cloud", cloud.grid.bounds());
   require_memory_for_method(job, cloud.points_used);
   if (input.are_scans) require_memory_for_poles(job, cloud.points_used);

@@ -37,7 +37,8 @@ std::string facts_text(const CountedCloud& cloud) {
                         {"dropped", cloud.dropped},
                         {"points_without_view", cloud.points_without_view},
                         {"has_wide_colors", cloud.has_wide_colors},
-                        {"at_scan_origins", cloud.at_scan_origins}});
+                        {"at_scan_origins", cloud.at_scan_origins},
+                        {"extents", extents_text(cloud.extents)}});
 }
 
 void add_facts(const StoredResult& stored, CountedCloud& cloud) {
@@ -51,6 +52,7 @@ void add_facts(const StoredResult& stored, CountedCloud& cloud) {
   if (facts.at("has_wide_colors").get<bool>()) cloud.has_wide_colors = true;
   add_origin_counts(cloud.at_scan_origins,
                     facts.at("at_scan_origins").get<std::vector<std::uint64_t>>());
+  add_extents(facts.at("extents").get<std::string>(), cloud.extents);
   const auto dropped = facts.at("dropped").get<DroppedPoints>();
   for (const auto& [reason, count] : dropped) cloud.dropped[reason] += count;
 }
@@ -135,6 +137,7 @@ std::string counted_text(const CountedCloud& cloud, std::uint64_t memory_bytes, 
   cut.meters_per_unit = cloud.meters_per_unit;
   cut.has_wide_colors = cloud.has_wide_colors;
   for (const std::string& line : cloud.notes) cut.said.push_back({line, line});
+  for (const std::string& line : cloud.doubts) cut.said.push_back({line, line, true});
   return document_text({{"members", members},
                         {"chunk_points", cloud.memory.chunk_points},
                         {"rows_left_out", cloud.rows_left_out},
@@ -253,7 +256,7 @@ CutExchange begin_cut(const CloudInput& input, StageRunner& runner) {
   cut.members = runner.communicator.size();
   if (runner.communicator.is_root()) {
     cut.key = stored_key(runner.store, input.stages.points()) + input.order +
-              key_line("layout of bins", "2");
+              key_line("layout of bins", "3");
     cut.found = examine(cut, runner);
     if (cut.found == Found::kNothing) runner.store.discard_stage(cut.stage);
     if (runner.communicator.size() > 1) runner.store.begin_stage(cut.stage, cut.key);
@@ -281,7 +284,8 @@ CountedCloud stored_count(const CutExchange& cut, const StageRunner& runner) {
   cloud.coordinate_system = std::move(before.coordinate_system);
   cloud.meters_per_unit = before.meters_per_unit;
   cloud.has_wide_colors = before.has_wide_colors;
-  for (SaidLine& line : before.said) cloud.notes.push_back(std::move(line.shown));
+  for (SaidLine& line : before.said)
+    (line.is_warning ? cloud.doubts : cloud.notes).push_back(std::move(line.shown));
   cloud.bounds = before.bounds;
   cloud.octree = std::move(before.octree);
   const auto size = static_cast<std::uint64_t>(runner.communicator.size());

@@ -287,6 +287,7 @@ CutPoints cut_and_sort(const CloudInput& input, StageRunner& runner) {
   const bool is_counted = cut.found != CutExchange::Found::kNothing;
   CountedCloud cloud = is_counted ? stored_count(cut, runner) : count_by_team(input, cut, runner);
   for (const std::string& line : cloud.notes) runner.say_of_points({line, line});
+  for (const std::string& line : cloud.doubts) runner.say_of_points({line, line, true});
   note_resumed(cut, runner);
   JobSize size;
   size.points = size.kept_points = cloud.points_used;

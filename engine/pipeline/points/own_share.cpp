@@ -52,6 +52,7 @@ class RestOfPoints final : public PointSource {
   std::uint64_t bytes_read() const override { return source_->bytes_read(); }
   std::uint64_t bytes_total() const override { return source_->bytes_total(); }
   std::optional<ScannerPlace> scanner() const override { return source_->scanner(); }
+  ScanNumber scan() const override { return source_->scan(); }
   DroppedPoints left_out() const override { return source_->left_out(); }
   std::string coordinate_system() const override { return source_->coordinate_system(); }
   std::optional<Vec3> meters_per_unit() const override { return source_->meters_per_unit(); }

@@ -30,6 +30,7 @@ void stream_points(PointSource& source, const StreamOptions& options,
       flow.stop();
       return nullptr;
     }
+    batch->scan = source.scan();
     return batch;
   };
   const PointFilter all;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "io/box.h"
 #include "io/points/point_source.h"
 #include "io/store/chunk_store.h"
 #include "partition/executor.h"
@@ -20,7 +21,10 @@ struct StreamBatch {
   DroppedPoints dropped;
   std::vector<std::uint64_t> at_scan_origins;  ///< of `points`, at each origin of the filter
   std::uint64_t points_read = 0;
-  std::vector<ChunkId> chunks;  ///< for `prepare` to fill, if it likes
+  ScanNumber scan;  ///< that all points of the batch are of
+  // For `prepare` to fill, if it likes.
+  std::vector<ChunkId> chunks;
+  Box bounds;
 };
 
 struct StreamOptions {

@@ -49,6 +49,7 @@ class E57Source final : public PointSource {
     return bytes_done_ + (reader_ ? reader_->bytes_read() : 0);
   }
   std::optional<ScannerPlace> scanner() const override { return scanner_; }
+  ScanNumber scan() const override { return {.scan = scan_}; }
   void skip_parts(const std::function<bool(const Box&)>& is_outside) override {
     is_outside_ = is_outside;
   }
@@ -90,6 +91,7 @@ class E57Source final : public PointSource {
     batch.clear();
     while (batch.size() < capacity && (reader_ || open_next())) {
       scanner_ = place_of_scanner(next_ - 1);
+      scan_ = static_cast<std::uint32_t>(next_ - 1);
       const bool has_more = reader_->read(batch, capacity - batch.size());
       if (has_more) continue;
       close_scan();
@@ -172,6 +174,7 @@ class E57Source final : public PointSource {
   DroppedPoints dropped_;
   std::function<bool(const Box&)> is_outside_;  ///< empty: every scan is wanted
   std::optional<ScannerPlace> scanner_;
+  std::uint32_t scan_ = 0;  ///< that the last batch is of
 };
 
 }  // namespace
