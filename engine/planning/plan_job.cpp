@@ -55,6 +55,7 @@ CountedCloud count(const RunControl& control, const CloudInput& input, PassSecon
 struct Sampled {
   Partition measured;
   std::vector<PointCloud> samples;
+  std::vector<std::string> doubts;
 };
 
 Sampled sample(const RunControl& control, const CloudInput& input, const CountedCloud& cloud,
@@ -62,19 +63,22 @@ Sampled sample(const RunControl& control, const CloudInput& input, const Counted
   const double begin = steady_seconds();
   control.progress.begin_stage("sample", cloud.points_used, "points");
   SpacingSampler spacings(cloud.octree.root(), cloud.grid);
+  if (cloud.extents.all().size() > 1) spacings.collect_scans();
   TrialSamples samples(cloud.octree.root(), cloud.grid);
   const auto source = input.open(nullptr);
   stream_points(*source,
                 {.threads = control.threads(), .stop = &control.stop, .filter = &cloud.filter}, {},
                 [&](StreamBatch& batch) {
-                  spacings.add(batch.points.positions);
+                  spacings.add(batch.points.positions, cloud.extents.index_of(batch.scan));
                   samples.add(batch.points);
                   control.progress.advance(batch.points.size());
                 });
+  std::vector<std::string> doubts = objections_to_surfaces(control.job, cloud.extents, spacings,
+                                                           cloud.meters_per_unit, control.stop);
   Partition measured = measure(input, spacings, control);
   control.progress.end_stage();
   seconds.sample = steady_seconds() - begin;
-  return {std::move(measured), samples.take()};
+  return {std::move(measured), samples.take(), std::move(doubts)};
 }
 
 NormalFacts normals_of(const ResolvedJob& job, const CountedCloud& cloud) {
@@ -260,6 +264,7 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   const std::string steps = objection_to_step(measured.coordinate_step, measured.spacing);
   if (!steps.empty()) plan.doubts.push_back(steps);
   plan.doubts.insert(plan.doubts.end(), cloud.doubts.begin(), cloud.doubts.end());
+  plan.doubts.insert(plan.doubts.end(), sampled.doubts.begin(), sampled.doubts.end());
   const std::string poses = objection_to_missing_poses(job);
   if (!poses.empty()) plan.doubts.push_back(poses);
   plan.normals = normals_of(job, cloud);

@@ -79,16 +79,24 @@ class SpacingSampler {
   SpacingSampler(SpacingSampler&&) noexcept;
   SpacingSampler& operator=(SpacingSampler&&) noexcept;
 
-  /// Finite points, in any order. Every point of the cloud is added once. Not thread-safe.
-  void add(std::span<const Vec3> positions);
-  /// Adds points that another sampler, with the same sites, collected at one of them.
-  void add_at_site(std::size_t site, std::span<const Vec3> positions);
+  /// From now on, before any point, the scan of each point is collected as well.
+  void collect_scans();
+  /// Finite points, in any order, all of one scan. Every point of the cloud is added once. Not
+  /// thread-safe.
+  void add(std::span<const Vec3> positions, std::uint32_t scan = 0);
+  /// Adds points that another sampler, with the same sites, collected at one of them, and their
+  /// scans where these are collected.
+  void add_at_site(std::size_t site, std::span<const Vec3> positions,
+                   std::span<const std::uint32_t> scans = {});
   /// Makes copies of a point one, in place: whatever is measured afterwards need not copy the
-  /// points. Of a site with more than kMostPointsOfSite points a part is kept, which can be
-  /// searched within the time that a request to stop may take. Once all points are added.
+  /// points. Scans are forgotten. Of a site with more than kMostPointsOfSite points a part is kept,
+  /// which can be searched within the time that a request to stop may take. Once all points are
+  /// added.
   void merge_duplicates(const StopToken* stop = nullptr);
   RadiiChoice choose(int levels, const StopToken* stop = nullptr) const;
   std::span<const SpacingSite> sites() const;
+  /// The scan of each point of each site; empty where scans are not collected.
+  std::span<const std::vector<std::uint32_t>> scans() const;
   std::uint64_t cloud_points() const;
   std::size_t memory_bytes() const;
 

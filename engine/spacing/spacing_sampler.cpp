@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include "engine/spacing/automatic_radii.h"
@@ -141,7 +142,8 @@ void keep_affordable(std::vector<SpacingSite>& sites, const PointCounts& grid) {
 struct SpacingSampler::State {
   std::uint64_t points = 0;
   std::vector<SpacingSite> sites;
-  std::optional<SiteLattice> lattice;  ///< none where the whole cloud is one site
+  std::vector<std::vector<std::uint32_t>> scans;  ///< of the sites' points; empty: not collected
+  std::optional<SiteLattice> lattice;             ///< none where the whole cloud is one site
 };
 
 SpacingSampler::SpacingSampler(const RootCube& root, const PointCounts& grid, std::size_t sites,
@@ -178,23 +180,37 @@ SpacingSampler::~SpacingSampler() = default;
 SpacingSampler::SpacingSampler(SpacingSampler&&) noexcept = default;
 SpacingSampler& SpacingSampler::operator=(SpacingSampler&&) noexcept = default;
 
-void SpacingSampler::add(std::span<const Vec3> positions) {
+void SpacingSampler::collect_scans() {
+  state_->scans.resize(state_->sites.size());
+  for (std::size_t s = 0; s < state_->sites.size(); ++s)
+    state_->scans[s].reserve(state_->sites[s].points.capacity());
+}
+
+void SpacingSampler::add(std::span<const Vec3> positions, std::uint32_t scan) {
   if (!state_->lattice) {
     auto& all = state_->sites.front().points;
     all.insert(all.end(), positions.begin(), positions.end());
-    return;
+  } else {
+    for (const Vec3& p : positions)
+      for (const std::uint32_t s : state_->lattice->near(p))
+        if (state_->sites[s].box.contains(p)) state_->sites[s].points.push_back(p);
   }
-  for (const Vec3& p : positions)
-    for (const std::uint32_t s : state_->lattice->near(p))
-      if (state_->sites[s].box.contains(p)) state_->sites[s].points.push_back(p);
+  for (std::size_t s = 0; s < state_->scans.size(); ++s)
+    state_->scans[s].resize(state_->sites[s].points.size(), scan);
 }
 
-void SpacingSampler::add_at_site(std::size_t site, std::span<const Vec3> positions) {
+void SpacingSampler::add_at_site(std::size_t site, std::span<const Vec3> positions,
+                                 std::span<const std::uint32_t> scans) {
   auto& points = state_->sites.at(site).points;
   points.insert(points.end(), positions.begin(), positions.end());
+  if (state_->scans.empty()) return;
+  if (scans.size() != positions.size())
+    throw std::invalid_argument("a point of a site comes without its scan");
+  state_->scans[site].insert(state_->scans[site].end(), scans.begin(), scans.end());
 }
 
 void SpacingSampler::merge_duplicates(const StopToken* stop) {
+  state_->scans.clear();
   orbweave::merge_duplicates(state_->sites, stop);
   for (SpacingSite& site : state_->sites) keep_part(site, kMostPointsOfSite, stop);
 }
@@ -207,12 +223,15 @@ RadiiChoice SpacingSampler::choose(int levels, const StopToken* stop) const {
 
 std::span<const SpacingSite> SpacingSampler::sites() const { return state_->sites; }
 
+std::span<const std::vector<std::uint32_t>> SpacingSampler::scans() const { return state_->scans; }
+
 std::uint64_t SpacingSampler::cloud_points() const { return state_->points; }
 
 std::size_t SpacingSampler::memory_bytes() const {
   std::size_t bytes = state_->lattice ? state_->lattice->memory_bytes() : 0;
   for (const SpacingSite& site : state_->sites)
     bytes += sizeof site + site.points.capacity() * sizeof(Vec3);
+  for (const auto& scans : state_->scans) bytes += scans.capacity() * sizeof(std::uint32_t);
   return bytes;
 }
 

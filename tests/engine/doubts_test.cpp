@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@
 #include "tests/support/data.h"
 #include "tests/support/jobs.h"
 #include "tests/support/program.h"
+#include "tests/support/raw_scans.h"
 
 using Catch::Matchers::Contains;
 using Catch::Matchers::EndsWith;
@@ -157,6 +159,42 @@ Job job_of_files(const ScratchDirectory& scratch, const std::vector<std::string>
   job.reconstruct.ball_radii.clear();
   job.fill.enabled = false;
   return job;
+}
+
+/// The lines of a file of poses, which begin with "bmesh", one per scan.
+std::vector<std::string> pose_lines(const std::string& file) {
+  std::vector<std::string> lines;
+  std::istringstream text(bytes_of(file));
+  for (std::string line; std::getline(text, line);)
+    if (line.starts_with("bmesh")) lines.push_back(line);
+  return lines;
+}
+
+/// What follows the name of the scan.
+std::string pose_in(const std::string& line) { return line.substr(line.find(' ', 6)); }
+
+/// The pose, moved.
+std::string moved_pose(const std::string& pose, Vec3 by) {
+  std::istringstream words(pose);
+  Vec3 t;
+  words >> t.x >> t.y >> t.z;
+  std::string turn;
+  std::getline(words, turn);
+  t = t + by;
+  return " " + format_exact(t.x) + " " + format_exact(t.y) + " " + format_exact(t.z) + turn;
+}
+
+void write_poses(const std::string& file, const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  write_text(file, text);
+}
+
+std::vector<std::string> off_surface(const std::vector<std::string>& warnings) {
+  std::vector<std::string> some;
+  for (const std::string& warning : warnings)
+    if (warning.find("does not lie on the surface") != std::string::npos) some.push_back(warning);
+  return some;
 }
 
 double step_of(const PointCloud& cloud) {
@@ -559,6 +597,45 @@ TEST_CASE("AnInterruptedRunWarnsOfUnitsAgain") {
                                          scan_file(scratch, "b.xyz", sheet, 1000.0)});
   const std::vector<std::string> warnings = run(job).warnings;
   REQUIRE(warnings.size() >= 1);
-  for (const char* stage : {"bin", "sort", "stitch"})
-    CHECK(resumed_at(job, stage).warnings == warnings);
+  CHECK(resumed_at(job, "sort").warnings == warnings);
+}
+
+TEST_CASE("AScanWithAWrongPoseIsWarnedOf") {
+  const ScratchDirectory scratch;
+  const RawScans scans = scan_torus(scratch, 15000, 0.1, 0.2);
+  Job job = job_for(scratch, scans);
+  job.fill.enabled = false;
+  CHECK(off_surface(run(job).warnings).empty());
+  std::vector<std::string> lines = pose_lines(scans.poses);
+  REQUIRE(lines.size() == 6);
+  const std::string pose = pose_in(lines[2]);
+  const double by = 10.0 * scans.spacing;
+  lines[2] = lines[2].substr(0, lines[2].size() - pose.size()) +
+             moved_pose(pose, {0.6 * by, 0.48 * by, 0.64 * by});
+  write_poses(scans.poses, lines);
+  const std::vector<std::string> warnings = off_surface(run(job).warnings);
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0], Catch::Matchers::StartsWith(scans.files[2] + " does not lie"));
+  RecordingProgress progress;
+  const StopToken stop;
+  CHECK(off_surface(plan_job(job, progress, stop).doubts) == warnings);
+  // The same numbers, however the job is cut, and after an interruption.
+  job.partition.chunk_points = 4000;
+  job.run.threads = 1;
+  CHECK(off_surface(resumed_at(job, "sort").warnings) == warnings);
+}
+
+TEST_CASE("ScansWhosePosesAreSwappedAreWarnedOf") {
+  const ScratchDirectory scratch;
+  const RawScans scans = scan_torus(scratch, 15000, 0.1, 0.2);
+  std::vector<std::string> lines = pose_lines(scans.poses);
+  REQUIRE(lines.size() == 6);
+  // A view from above, and one from a side.
+  const std::string first = pose_in(lines[0]), third = pose_in(lines[2]);
+  lines[0] = lines[0].substr(0, lines[0].size() - first.size()) + third;
+  lines[2] = lines[2].substr(0, lines[2].size() - third.size()) + first;
+  write_poses(scans.poses, lines);
+  Job job = job_for(scratch, scans);
+  job.fill.enabled = false;
+  CHECK_FALSE(off_surface(run(job).warnings).empty());
 }

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "tests/support/clouds.h"
@@ -26,15 +27,18 @@ TEST_CASE("RememberedPointsComeBackBatchByBatch") {
   std::vector<PointCloud> batches;
   for (const std::size_t points : {100, 0, 7}) batches.push_back(batch_of(points, random));
   RememberedPoints remembered(1 << 20);
+  std::uint32_t taken = 0;
   for (PointCloud batch : batches) {
-    remembered.take(batch);
+    remembered.take(batch, {taken++, 2});
     CHECK(batch.empty());
   }
   REQUIRE(remembered.are_all());
   const auto source = remembered.source(batches.front().schema);
   PointCloud found;
+  std::uint32_t given = 0;
   for (const PointCloud& batch : batches) {
     REQUIRE(source->read(found, 1000));
+    CHECK(source->scan() == ScanNumber{given++, 2});
     CHECK(found.positions == batch.positions);
     CHECK(found.attributes == batch.attributes);
   }

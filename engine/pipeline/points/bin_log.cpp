@@ -94,9 +94,12 @@ BinnedSoFar BinLog::load(SpacingSampler& sampler) {
   BinnedSoFar so_far = visit_parts([&](const StoredResult& stored) {
     const auto counts = stored.read_all<std::uint64_t>("counts");
     const auto points = stored.read_all<Vec3>("points");
+    const auto scans = stored.read_all<std::uint32_t>("scans");
     std::size_t first = 0;
     for (std::size_t site = 0; site < counts.size(); ++site) {
-      sampler.add_at_site(site, std::span(points).subspan(first, counts[site]));
+      const auto own_scans = scans.empty() ? std::span<const std::uint32_t>()
+                                           : std::span(scans).subspan(first, counts[site]);
+      sampler.add_at_site(site, std::span(points).subspan(first, counts[site]), own_scans);
       first += counts[site];
     }
     ++parts_;
@@ -120,17 +123,23 @@ void BinLog::append(std::uint64_t points_read, const std::vector<BinExtent>& ext
   for (std::size_t i = 0; i < sampled_.size(); ++i)
     counts.push_back(sampler.sites()[i].points.size() - sampled_[i]);
   std::vector<Vec3> points;
+  std::vector<std::uint32_t> scans;
   points.reserve(std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}));
   for (std::size_t i = 0; i < sampled_.size(); ++i) {
     const std::vector<Vec3>& all = sampler.sites()[i].points;
     points.insert(points.end(), all.begin() + static_cast<std::ptrdiff_t>(sampled_[i]), all.end());
+    if (!sampler.scans().empty()) {
+      const std::vector<std::uint32_t>& own = sampler.scans()[i];
+      scans.insert(scans.end(), own.begin() + static_cast<std::ptrdiff_t>(sampled_[i]), own.end());
+    }
     sampled_[i] = all.size();
   }
-  const std::array<ArrayView, 4> arrays = {
+  const std::array<ArrayView, 5> arrays = {
       ArrayView{"facts", ScalarType::kUint64, kFactWords, 1, &facts},
       ArrayView{"extents", ScalarType::kUint64, kExtentWords, extents.size(), extents.data()},
       ArrayView{"counts", ScalarType::kUint64, 1, counts.size(), counts.data()},
-      ArrayView{"points", ScalarType::kFloat64, 3, points.size(), points.data()}};
+      ArrayView{"points", ScalarType::kFloat64, 3, points.size(), points.data()},
+      ArrayView{"scans", ScalarType::kUint32, 1, scans.size(), scans.data()}};
   store_.discard(stage_, number_of(parts_ + 1));
   store_.commit(stage_, number_of(parts_++), arrays);
 }

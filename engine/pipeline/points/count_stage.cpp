@@ -114,21 +114,22 @@ CountedCloud count_share(const RunControl& control, const CloudInput& input, con
   const auto look = [&](StreamBatch& batch) {
     if (input.are_scans) batch.bounds = bounds_of(batch.points.positions);
   };
-  stream_points(*source, {.threads = control.threads(), .stop = &control.stop, .filter = &filter},
-                look, [&](StreamBatch& batch) {
-                  cloud.grid.add(batch.points.positions);
-                  if (input.are_scans)
-                    cloud.extents.add(batch.scan, {batch.points.size(), batch.bounds});
-                  if (colors && !cloud.has_wide_colors)
-                    cloud.has_wide_colors = exceed_8_bits(batch.points, *colors);
-                  cloud.points_read += batch.points_read;
-                  add_origin_counts(cloud.at_scan_origins, batch.at_scan_origins);
-                  if (has_view) cloud.points_without_view += count_without_view(batch.points);
-                  add_counts(cloud.dropped, batch.dropped);
-                  control.progress.advance(batch.points_read);
-                  control.progress.add_points(batch.points_read);
-                  cloud.remembered.take(batch.points);
-                });
+  stream_points(
+      *source, {.threads = control.threads(), .stop = &control.stop, .filter = &filter}, look,
+      [&](StreamBatch& batch) {
+        cloud.grid.add(batch.points.positions);
+        if (input.are_scans)
+          cloud.extents.add(batch.scan, {batch.points.size(), batch.bounds, batch.scanner});
+        if (colors && !cloud.has_wide_colors)
+          cloud.has_wide_colors = exceed_8_bits(batch.points, *colors);
+        cloud.points_read += batch.points_read;
+        add_origin_counts(cloud.at_scan_origins, batch.at_scan_origins);
+        if (has_view) cloud.points_without_view += count_without_view(batch.points);
+        add_counts(cloud.dropped, batch.dropped);
+        control.progress.advance(batch.points_read);
+        control.progress.add_points(batch.points_read);
+        cloud.remembered.take(batch.points, batch.scan);
+      });
   for (const auto& [reason, count] : source->left_out()) cloud.rows_left_out += count;
   cloud.points_read += cloud.rows_left_out;
   cloud.own_share = cloud.points_read;

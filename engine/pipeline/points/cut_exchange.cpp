@@ -143,6 +143,7 @@ std::string counted_text(const CountedCloud& cloud, std::uint64_t memory_bytes, 
                         {"rows_left_out", cloud.rows_left_out},
                         {"bytes_read", cloud.bytes_read},
                         {"filter", to_json(cloud.filter)},
+                        {"extents", extents_text(cloud.extents)},
                         {"cut", partition_to_json(cut)}});
 }
 
@@ -256,7 +257,7 @@ CutExchange begin_cut(const CloudInput& input, StageRunner& runner) {
   cut.members = runner.communicator.size();
   if (runner.communicator.is_root()) {
     cut.key = stored_key(runner.store, input.stages.points()) + input.order +
-              key_line("layout of bins", "3");
+              key_line("layout of bins", "4");
     cut.found = examine(cut, runner);
     if (cut.found == Found::kNothing) runner.store.discard_stage(cut.stage);
     if (runner.communicator.size() > 1) runner.store.begin_stage(cut.stage, cut.key);
@@ -293,6 +294,7 @@ CountedCloud stored_count(const CutExchange& cut, const StageRunner& runner) {
   cloud.memory = runner.job.memory_plan(cloud.points_used / size, cloud.schema);
   cloud.memory.chunk_points = facts.at("chunk_points");
   cloud.filter = filter_from_json(facts.at("filter"));
+  add_extents(facts.at("extents").get<std::string>(), cloud.extents);
   return cloud;
 }
 
@@ -301,7 +303,10 @@ SpacingSampler stored_sampler(const CutExchange& cut, const StageRunner& runner)
   std::vector<SpacingSite> sites;
   for (std::size_t i = 0; i + 1 < boxes.size(); i += 2)
     sites.push_back({boxes[i], boxes[i + 1], {}});
-  return SpacingSampler(std::move(sites), stored_count(cut, runner).points_used);
+  const CountedCloud cloud = stored_count(cut, runner);
+  SpacingSampler sampler(std::move(sites), cloud.points_used);
+  if (cloud.extents.all().size() > 1) sampler.collect_scans();
+  return sampler;
 }
 
 CountedCloud whole_cloud(CountedCloud share, const CutExchange& cut, StageRunner& runner) {

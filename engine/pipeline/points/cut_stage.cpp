@@ -56,7 +56,7 @@ std::uint64_t bin_points(StageRunner& runner, const CloudInput& input, const Cut
       },
       [&](StreamBatch& batch) {
         binner.add(batch.points, batch.chunks);
-        sampler.add(batch.points.positions);
+        sampler.add(batch.points.positions, cloud.extents.index_of(batch.scan));
         points_read += batch.points_read;
         runner.progress.advance(batch.points_read);
         runner.progress.add_points(batch.points_read);
@@ -206,6 +206,7 @@ void require_memory_for_sample(const ResolvedJob& job, const CountedCloud& cloud
 SpacingSampler sampler_of(CutExchange& cut, CountedCloud& cloud, StageRunner& runner) {
   SpacingSampler sampler(root_cube(cloud.bounds), cloud.grid);
   cloud.grid = CountGrid();
+  if (cloud.extents.all().size() > 1) sampler.collect_scans();
   require_memory_for_sample(runner.job, cloud, sampler);
   if (runner.communicator.size() > 1 || bins_will_spill(size_of(cloud)))
     keep_count(cut, cloud, sampler, runner);
@@ -216,7 +217,10 @@ SpacingSampler sampler_of(CutExchange& cut, CountedCloud& cloud, StageRunner& ru
 Partition describe_points(const CloudInput& input, const CountedCloud& cloud,
                           SpacingSampler& sampler, StageRunner& runner) {
   const StageClock clock(runner, input.stages.measure, 0, "places");
+  const std::vector<std::string> doubts = objections_to_surfaces(
+      runner.job, cloud.extents, sampler, cloud.meters_per_unit, runner.stop);
   Partition partition = measure(input, sampler, runner);
+  for (const std::string& doubt : doubts) partition.said.push_back({doubt, doubt, true});
   runner.progress.advance(sampler.sites().size());
   partition.bounds = cloud.bounds;
   partition.memory_bytes = runner.job.partition.memory_bytes;
@@ -304,6 +308,7 @@ CutPoints cut_and_sort(const CloudInput& input, StageRunner& runner) {
     room = check_room(runner, input.stages, input.are_scans, size_of(cloud));
     binned = bin_by_team(input, cut, cloud, sampler, runner);
   }
+  for (const SaidLine& line : binned.partition.said) runner.say_of_points(line);
   if (!cut.keeps) room.bin_bytes = std::numeric_limits<std::uint64_t>::max();
   sort_chunks(runner, input, cloud, *binned.bins, binned.partition, room.bin_bytes);
   // File systems over a network keep what is removed while a process has it open.

@@ -31,6 +31,7 @@ void stream_points(PointSource& source, const StreamOptions& options,
       return nullptr;
     }
     batch->scan = source.scan();
+    batch->scanner = source.scanner();
     return batch;
   };
   const PointFilter all;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,7 +22,8 @@ struct StreamBatch {
   DroppedPoints dropped;
   std::vector<std::uint64_t> at_scan_origins;  ///< of `points`, at each origin of the filter
   std::uint64_t points_read = 0;
-  ScanNumber scan;  ///< that all points of the batch are of
+  ScanNumber scan;                      ///< that all points of the batch are of
+  std::optional<ScannerPlace> scanner;  ///< that saw them, where the source knows it
   // For `prepare` to fill, if it likes.
   std::vector<ChunkId> chunks;
   Box bounds;

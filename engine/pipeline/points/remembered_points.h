@@ -12,12 +12,17 @@ namespace orbweave {
 
 class RememberedPoints {
  public:
+  struct Batch {
+    PointCloud points;
+    ScanNumber scan;
+  };
+
   /// No more than `most_bytes` are held; 0: none.
   explicit RememberedPoints(std::size_t most_bytes = 0) : most_bytes_(most_bytes) {}
 
-  /// Takes the points of the next batch; empties it where it does. One batch that does not fit, and
-  /// all are forgotten.
-  void take(PointCloud& batch);
+  /// Takes the points of the next batch, which are of `scan`; empties it where it does. One batch
+  /// that does not fit, and all are forgotten.
+  void take(PointCloud& batch, ScanNumber scan = {});
   /// Whether every batch was taken.
   bool are_all() const { return most_bytes_ > 0; }
   /// Gives batch after batch out, of which the memory goes with the source. `schema`: theirs.
@@ -26,7 +31,7 @@ class RememberedPoints {
  private:
   std::size_t most_bytes_;
   std::size_t bytes_ = 0;
-  std::deque<PointCloud> batches_;
+  std::deque<Batch> batches_;
 };
 
 }  // namespace orbweave

@@ -3,8 +3,11 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "engine/spacing/site_points.h"
 #include "engine/validation/odd_scans.h"
+#include "engine/validation/scan_agreement.h"
 #include "io/job/setting.h"
+#include "io/points/length_units.h"
 #include "io/points/scan_pose.h"
 #include "io/text/json_dump.h"
 #include "io/text/quantity.h"
@@ -13,6 +16,14 @@ namespace orbweave {
 namespace {
 
 using Json = nlohmann::json;
+
+void add_vector(Vec3 v, Json& list) {
+  for (int axis = 0; axis < 3; ++axis) list.push_back(v[axis]);
+}
+
+Vec3 vector_at(const Json& list, std::size_t first) {
+  return {list.at(first), list.at(first + 1), list.at(first + 2)};
+}
 
 std::string size_text(double length) { return format_number(length) + " across"; }
 
@@ -61,29 +72,59 @@ std::string objection_to_size(const OddScans& odd, const std::string& names,
          "one unit";
 }
 
+std::string objection_to_surface(const ResolvedJob& job, const OffScan& off,
+                                 const std::vector<std::string>& names, double meters_per_unit) {
+  const Length apart = readable_length(off.distance, meters_per_unit);
+  const double share = static_cast<double>(off.off) / static_cast<double>(off.meetings);
+  const std::string& name = names[off.scan];
+  const std::string& beside = names[off.beside];
+  const bool are_two = names.size() == 2;
+  return (are_two ? name + " and " + beside + " do not lie on one surface"
+                  : name + " does not lie on the surface of the other scans") +
+         ": where they meet, at " + format_count(off.meetings) +
+         " places, the median between them is " + short_text(apart.value) + apart.unit + " (" +
+         brief_text(off.spacings) + " point spacings), and at " + format_percent(share) +
+         " of the places they cross or lie apart" + (are_two ? "" : ", most of all " + beside) +
+         "; the mesh has the surface twice or scattered there; check the poses (" +
+         setting_name(job, "input.poses") + ", " + setting_name(job, "input.pose") +
+         "), or register the scans better";
+}
+
 }  // namespace
 
 void ScanExtents::add(ScanNumber scan, const ScanExtent& part) {
   ScanExtent& extent = of_scan_[scan];
   extent.points += part.points;
   extent.bounds.extend(part.bounds);
+  if (part.scanner) extent.scanner = part.scanner;
+}
+
+std::uint32_t ScanExtents::index_of(ScanNumber scan) const {
+  return static_cast<std::uint32_t>(std::distance(of_scan_.begin(), of_scan_.lower_bound(scan)));
 }
 
 std::string extents_text(const ScanExtents& extents) {
   Json list = Json::array();
   for (const auto& [scan, extent] : extents.all()) {
     if (extent.points == 0) continue;
-    const auto [min, max] = extent.bounds;
-    list.push_back({scan.file, scan.scan, extent.points, min.x, min.y, min.z, max.x, max.y, max.z});
+    Json one = {scan.file, scan.scan, extent.points};
+    for (const Vec3 corner : {extent.bounds.min, extent.bounds.max}) add_vector(corner, one);
+    if (extent.scanner) {
+      add_vector(extent.scanner->vector, one);
+      one.push_back(extent.scanner->is_direction);
+    }
+    list.push_back(std::move(one));
   }
   return json_dump(list);
 }
 
 void add_extents(const std::string& text, ScanExtents& extents) {
-  for (const Json& one : Json::parse(text))
-    extents.add(
-        {one.at(0), one.at(1)},
-        {one.at(2), {{one.at(3), one.at(4), one.at(5)}, {one.at(6), one.at(7), one.at(8)}}});
+  constexpr std::size_t kWithScanner = 13;
+  for (const Json& one : Json::parse(text)) {
+    ScanExtent extent{one.at(2), {vector_at(one, 3), vector_at(one, 6)}, std::nullopt};
+    if (one.size() == kWithScanner) extent.scanner = {vector_at(one, 9), one.at(12)};
+    extents.add({one.at(0), one.at(1)}, extent);
+  }
 }
 
 std::string name_of_scan(const ResolvedJob& job, const ScanExtents& extents, ScanNumber scan) {
@@ -109,6 +150,24 @@ std::vector<std::string> objections_to_extents(const ResolvedJob& job, const Sca
     objections.push_back(odd.place == OddPlace::kApart ? objection_to_place(job, odd, some, others)
                                                        : objection_to_size(odd, some, others));
   }
+  return objections;
+}
+
+std::vector<std::string> objections_to_surfaces(const ResolvedJob& job, const ScanExtents& extents,
+                                                const SpacingSampler& sampler,
+                                                std::optional<Vec3> of_scans,
+                                                const StopToken& stop) {
+  if (sampler.scans().empty()) return {};
+  std::vector<std::optional<ScannerPlace>> scanners;
+  std::vector<std::string> names;
+  for (const auto& [scan, extent] : extents.all()) {
+    scanners.push_back(extent.scanner);
+    names.push_back(name_of_scan(job, extents, scan));
+  }
+  const double unit = meters_per_unit(job.input.units_per_meter, of_scans).value_or(Vec3{}).x;
+  std::vector<std::string> objections;
+  for (const OffScan& off : scans_off_surface(sampler.sites(), sampler.scans(), scanners, &stop))
+    objections.push_back(objection_to_surface(job, off, names, unit));
   return objections;
 }
 

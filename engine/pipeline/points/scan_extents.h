@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/pipeline/stage/resolved_job.h"
+#include "engine/spacing/automatic_radii.h"
 #include "io/box.h"
 #include "io/points/point_source.h"
 
@@ -15,6 +17,7 @@ namespace orbweave {
 struct ScanExtent {
   std::uint64_t points = 0;  ///< usable ones
   Box bounds;                ///< world coordinates
+  std::optional<ScannerPlace> scanner;
 };
 
 /// The extents of all scans, as far as they are known.
@@ -23,6 +26,8 @@ class ScanExtents {
   /// Adds points of a scan.
   void add(ScanNumber scan, const ScanExtent& part);
   const std::map<ScanNumber, ScanExtent>& all() const { return of_scan_; }
+  /// Which of all scans it is.
+  std::uint32_t index_of(ScanNumber scan) const;
 
  private:
   std::map<ScanNumber, ScanExtent> of_scan_;
@@ -38,5 +43,12 @@ std::string name_of_scan(const ResolvedJob& job, const ScanExtents& extents, Sca
 /// What odd_scans() finds, a sentence each: scans that probably are in another unit, or counted
 /// from another origin.
 std::vector<std::string> objections_to_extents(const ResolvedJob& job, const ScanExtents& extents);
+
+/// What scans_off_surface() finds in the places of the sampler, where that has collected the scans.
+/// `meters_per_unit`: as the scans say.
+std::vector<std::string> objections_to_surfaces(const ResolvedJob& job, const ScanExtents& extents,
+                                                const SpacingSampler& sampler,
+                                                std::optional<Vec3> meters_per_unit,
+                                                const StopToken& stop);
 
 }  // namespace orbweave
