@@ -5,10 +5,12 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <thread>
+#include <utility>
 
 #include "tests/mpi/mpi_jobs.h"
 #include "tests/support/clouds.h"
 #include "tests/support/jobs.h"
+#include "tests/support/raw_scans.h"
 
 using namespace orbweave::test;
 
@@ -74,6 +76,33 @@ TEST_CASE("AnyNumberOfProcessesMakesTheSameMeshOfRawScans") {
   if (skipped_without_mpi()) return;
   const ScratchDirectory in;
   expect_same_bytes(in, raw_job(in, 4000));
+}
+
+TEST_CASE("AnyNumberOfProcessesNamesTheScanWithAWrongPose") {
+  if (skipped_without_mpi()) return;
+  const ScratchDirectory in;
+  const RawScans scans = scan_torus(in, 15000, 0.1, 0.2);
+  std::string poses = bytes_of(scans.poses);
+  // A scan from above and one from a side, each with the pose of the other.
+  for (const auto& [from, to] :
+       {std::pair{"scan0.ply", "other"}, std::pair{"scan2.ply", "scan0.ply"},
+        std::pair{"other", "scan2.ply"}})
+    poses.replace(poses.find(from), std::string(from).size(), to);
+  write_text(scans.poses, poses);
+  Job job = {"reconstruct", "-o", "mesh.ply", "--poses", scans.poses, "--no-fill"};
+  job.insert(job.begin() + 1, scans.files.begin(), scans.files.end());
+  std::vector<std::string> warnings;
+  for (const int ranks : {1, 3}) {
+    const ProgramResult result = run_by_ranks(ranks, job, in.path());
+    INFO(result.err);
+    REQUIRE(result.status == 0);
+    CHECK(count_of(result.err, "does not lie on the surface of the other scans") > 0);
+    const std::size_t begin = result.err.find(scans.files[0] + " does not");
+    REQUIRE(begin != std::string::npos);
+    warnings.push_back(result.err.substr(begin, result.err.find('\n', begin) - begin));
+    take_mesh(in);
+  }
+  CHECK(warnings[0] == warnings[1]);
 }
 
 TEST_CASE("WhereMemoryCannotBeReachedFromOutsideTheMeshIsTheSame") {
