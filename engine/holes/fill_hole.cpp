@@ -170,12 +170,18 @@ class Attempts {
     return is_crease && settles(membrane_fill(problem_, loop(), options_),
                                 "flat, because the surface turns away all along the rim");
   }
-  /// True when planes around the hole meet in an edge that the patch goes on with. Where they do
-  /// not, nothing was tried.
+  /// True when planes around the hole meet in an edge that the patch goes on with, if need be after
+  /// it was moved out of the way: a smooth one rounds the edge off. Where they do not meet, nothing
+  /// was tried.
   bool try_creased() {
     HolePatch patch = creased_fill(problem_, rim(), options_);
     if (patch.method == FillMethod::kNone && patch.reason.empty()) return false;
-    return take(std::move(patch));
+    if (take(std::move(patch))) return true;
+    if (!comes_clear()) return false;
+    if (fault_of_folds(problem_, options_, best_).empty()) return true;
+    folded_ = std::move(best_);
+    give_up_best();
+    return fails(kFoldsBack);
   }
   bool try_direct() {
     Corners corners = std::move(of_corners());
@@ -327,6 +333,12 @@ class Attempts {
     patch.reason = joined(reason, patch.reason);
     patch.is_flat = true;
     take(std::move(patch));
+    return comes_clear();
+  }
+
+  /// Whether a patch meets nothing, if need be after the best ones were moved. Where none comes to
+  /// be clear, the best one is put back.
+  bool comes_clear() {
     if (fewest_contacts_ > 0 && is_tangled()) untangle_best();
     if (fewest_contacts_ == 0) return true;
     if (is_tangled()) put_back();
@@ -335,9 +347,14 @@ class Attempts {
 
   /// Takes back what has become of the patches: others are tried first.
   void put_back() {
-    tangled_.clear();
     const std::uint64_t avoidable = piercings().count_avoidable(best_, least_contacts_);
-    tangled_.push_back({std::move(least_contacts_), avoidable, std::move(best_)});
+    Tangled moved{std::move(least_contacts_), avoidable, std::move(best_)};
+    give_up_best();
+    tangled_.push_back(std::move(moved));
+  }
+
+  void give_up_best() {
+    tangled_.clear();
     best_ = {};
     least_contacts_ = {};
     fewest_contacts_ = UINT64_MAX;

@@ -131,6 +131,23 @@ TEST_CASE("NoiseDoesNotHideTheEdge") {
   CHECK(distance_from_truth(problem, patch, shape) < 0.4);
 }
 
+TEST_CASE("TeethOfTheRimDoNotTakeTheEdgeAway") {
+  const Shape shape = ridge("acute edge", 60.0);
+  test::Random random(5);
+  int crossed = 0;  // as they were made
+  for (int place = 0; place < 24; ++place) {
+    const Vec3 middle{0.2 * random.uniform(), 0.2 * random.uniform(), 0.0};
+    const HoleProblem problem = holed(shape, 0.3 + 0.2 * random.uniform(), 0.0, middle);
+    const HolePatch patch = fill_hole(problem);
+    CAPTURE(place, problem.loop.size(), patch.reason);
+    CHECK(patch.method == FillMethod::kCreased);
+    check_sound(problem, patch);
+    CHECK(distance_from_truth(problem, patch, shape) < 0.1);
+    crossed += count_intersections(problem, creased_fill(problem)) > 0 ? 1 : 0;
+  }
+  CHECK(crossed > 0);  // else nothing was shown
+}
+
 TEST_CASE("SmoothSurfacesHaveNoCreasedPatches") {
   const auto nowhere = [](Vec3) { return 0.0; };
   const Shape shape = GENERATE_COPY(values<Shape>(
