@@ -76,12 +76,12 @@ HolePatch left_open_in_scene() {
 }
 
 /// Whether a patch is wide, doubtful and of an open scene. Much area, more likely wrong than right,
-/// would be invented.
+/// would be invented. A flat patch assumes less than others, and may be wider.
 bool is_wide_guess(const HoleProblem& problem, const PatchOptions& options,
                    const HolePatch& patch) {
-  constexpr double kWide = 24.0;  // mean lengths of the loop's edges
+  constexpr double kWide = 16.0, kWideFlat = 24.0;  // mean lengths of the loop's edges
   return options.whole && patch.method != FillMethod::kNone && patch.confidence < kDoubtful &&
-         evidence_of(problem, patch).width >= kWide;
+         evidence_of(problem, patch).width >= (patch.is_flat ? kWideFlat : kWide);
 }
 
 constexpr const char* kFoldsBack = "the patch folds back over the surface around it";

@@ -585,7 +585,9 @@ TEST_CASE("APatchInTheShadowOfABoxIsTrustedLessThanAPaneOfTheSameWidth") {
   // What joins the floor to the lid is a ramp, where the truth is the floor and a wall.
   constexpr double kStep = 1.0 / 80.0;
   const TriangleMesh floor = floor_with_shadow(80);
-  const FilledMesh filled = fill_mesh(floor, {});
+  FillOptions all;
+  all.max_diameter = std::numeric_limits<double>::infinity();
+  const FilledMesh filled = fill_mesh(floor, all);
   const auto shadow = std::find_if(filled.holes.begin(), filled.holes.end(),
                                    [](const HoleFacts& hole) { return hole.filled; });
   REQUIRE(shadow != filled.holes.end());
@@ -596,7 +598,9 @@ TEST_CASE("APatchInTheShadowOfABoxIsTrustedLessThanAPaneOfTheSameWidth") {
 }
 
 TEST_CASE("AWideShadowInAnOpenSceneIsNotClosedByAGuess") {
-  const TriangleMesh floor = floor_with_shadow(140);  // 38 edges wide and deep
+  const std::uint32_t cells = GENERATE(140, 80);
+  CAPTURE(cells);
+  const TriangleMesh floor = floor_with_shadow(cells);  // 38 and 22 edges wide and deep
   const FilledMesh left_open = fill_mesh(floor, {});
   const auto shadow =
       std::find_if(left_open.holes.begin(), left_open.holes.end(),

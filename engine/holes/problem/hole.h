@@ -34,7 +34,8 @@ struct PatchOptions {
   bool allow_intersections = false;
   /// The loop stays open where every patch crosses the surface, instead of being closed in part:
   /// what is crossed stands in the gap, and what lies beside it is a guess. The loop also stays
-  /// open where the patch is doubtful (kDoubtful) and 24 mean edge lengths wide or more.
+  /// open where the patch is doubtful (kDoubtful) and 16 mean edge lengths wide or more, 24 where
+  /// it is flat.
   bool whole = false;
   /// The hole is one of an open scene. A patch that folds back over the sheet around it
   /// (is_folded()) is taken only where every other does so, or crosses the surface, and its reason
