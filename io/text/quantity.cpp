@@ -130,7 +130,9 @@ std::string with_digits(double value, int digits) {
 
 }  // namespace
 
-std::string format_coordinate(double value) { return with_digits(value, 10); }
+std::string format_coordinate(double value) {
+  return with_digits(value + 0.0, 10);  // "0" for -0 as well
+}
 
 std::string format_position(Vec3 position) {
   return "(" + format_coordinate(position.x) + ", " + format_coordinate(position.y) + ", " +

@@ -40,5 +40,11 @@ TEST_CASE("QuantitiesAreWrittenForPeople") {
   CHECK(format_duration(7500.0) == "2 h 5 min");
 }
 
+TEST_CASE("ACoordinateOfZeroHasNoSign") {
+  CHECK(format_coordinate(-0.0) == "0");
+  CHECK(format_coordinate(-2.5) == "-2.5");
+  CHECK(format_position({4.0, -0.0, 0.0}) == "(4, 0, 0)");
+}
+
 }  // namespace
 }  // namespace orbweave
