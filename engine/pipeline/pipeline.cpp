@@ -142,11 +142,12 @@ void warn_of_degrees(StageRunner& runner, const Partition& partition) {
 void warn_of_placeholder_normals(StageRunner& runner, const Partition& partition) {
   if (is_in_core(runner.job.reconstruct.method) || partition.normals.source != NormalSource::kFile)
     return;
-  const std::optional<Vec3> normal = placeholder_normal(runner.store, partition);
+  const std::optional<Vec3> normal = placeholder_normal(runner.store, partition, runner.stop);
   if (!normal) return;
   runner.warn("the normals of the scan are all " + format_position(*normal) +
-              ", but its points lie in no plane: such normals are probably placeholders, or other "
-              "columns, and the mesh is right only where the surface faces that way; try " +
+              ", but its points lie in no plane across that direction: such normals are probably "
+              "placeholders, or other columns, and the mesh is right only where the surface faces "
+              "that way; try " +
               setting(runner.job, "normals.source", "estimate"));
 }
 

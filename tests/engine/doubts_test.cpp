@@ -222,6 +222,19 @@ TEST_CASE("NormalsThatAreAllTheSameAreDoubtedWhereThePointsLieInNoPlane") {
   CHECK_FALSE(warns_of(estimated, "the normals of the scan"));
 }
 
+TEST_CASE("OnePointWithAnotherNormalIsSeenInAnyCut") {
+  const ScratchDirectory scratch;
+  NamedCloud torus = noisy_torus(30000, 0.0, 3);
+  std::ranges::fill(torus.cloud.normals, Vec3{0, 0, 1});
+  put_in_order(torus.cloud);
+  torus.cloud.normals[torus.cloud.size() / 4] = {0, 0, -1};
+  for (const std::uint64_t chunk_points : {2000u, 1'000'000u}) {
+    Job job = job_without_fill(scratch, torus);
+    job.partition.chunk_points = chunk_points;
+    CHECK_FALSE(warns_of(job, "the normals of the scan are all"));
+  }
+}
+
 TEST_CASE("TheReasonOfTheCleaningTellsWhatWasDoneFromWhatWasNot") {
   ScratchDirectory scratch;
   Job job = job_without_fill(scratch, noisy_torus(4000, 0.4, 3));
