@@ -29,7 +29,7 @@ std::string size_text(double length) { return format_number(length) + " across";
 
 /// "a.ply", "a.ply and 2 more scans".
 std::string names_of(const std::vector<std::string>& names, const std::vector<std::size_t>& some) {
-  const std::string first = names[some.front()];
+  const std::string& first = names[some.front()];
   if (some.size() == 1) return first;
   const std::size_t more = some.size() - 1;
   return first + " and " + std::to_string(more) + (more == 1 ? " more scan" : " more scans");
