@@ -25,7 +25,7 @@ namespace {
 
 constexpr const char* kDocument = "batches.json";
 /// A batch ends where it has that many loops, or that much work (edges squared).
-constexpr std::size_t kBatchLoops = 256;
+constexpr std::size_t kBatchLoops = 320;
 constexpr std::uint64_t kBatchWork = 100'000;
 /// What filling one hole may hold: a dense system of the largest size and its factors.
 constexpr std::size_t kHoleBytes = std::size_t{48} << 20;
