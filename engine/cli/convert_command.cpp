@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <iostream>
@@ -216,10 +217,8 @@ void keep_confidence(const ConvertOptions& options, const TriangleMesh& mesh,
 std::string vertices_without_place(const std::string& file, const TriangleMesh& mesh) {
   const std::optional<NamedFormat> named = format_of_name(file);
   if (!named || named->facts.format != FileFormat::kStl) return {};
-  std::vector<bool> is_used(mesh.vertices.size(), false);
-  for (const Triangle& t : mesh.triangles)
-    for (const std::uint32_t corner : t) is_used[corner] = true;
-  const auto lost = static_cast<std::uint64_t>(std::ranges::count(is_used, false));
+  const std::vector<std::uint8_t> used = used_vertices(mesh.vertices.size(), mesh.triangles);
+  const auto lost = static_cast<std::uint64_t>(std::ranges::count(used, 0));
   return lost == 0 ? std::string() : counted(lost, "vertex", "vertices") + " without a triangle";
 }
 
@@ -239,11 +238,11 @@ void convert_mesh(const ConvertOptions& options) {
   note_written(options.out);
   write_beside(options, origin, system);
   print_written(options, mesh.vertices.size(), mesh.triangles.size(), origin);
-  std::vector<std::string> patches;
-  if (fills_holes(mesh)) patches = patches_without_place(options.out, written.has_confidence);
+  std::vector<std::string> without_place;
+  if (fills_holes(mesh)) without_place = patches_without_place(options.out, written.has_confidence);
   if (const std::string lost = vertices_without_place(options.out, mesh); !lost.empty())
-    patches.push_back(lost);
-  const std::string left_out = left_out_of(options.out, mesh.vertices.schema, patches);
+    without_place.push_back(lost);
+  const std::string left_out = left_out_of(options.out, mesh.vertices.schema, without_place);
   if (options.out != "-" && !left_out.empty()) std::cout << "left out: " << left_out << "\n";
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <limits>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "engine/geometry/triangle_tree.h"
 #include "engine/levels/flaps.h"
 #include "engine/levels/soundness.h"
+#include "engine/validation/mesh_facts.h"
 #include "io/bounds.h"
 
 namespace orbweave {
@@ -44,23 +46,16 @@ TriangleMesh mesh_of(std::span<const Vec3> positions, std::span<const Triangle> 
   return mesh;
 }
 
-std::vector<bool> used_vertices(std::size_t vertices, std::span<const Triangle> triangles) {
-  std::vector<bool> used(vertices);
-  for (const Triangle& t : triangles)
-    for (const std::uint32_t corner : t) used[corner] = true;
-  return used;
-}
-
 /// Squared, from the vertices that are gone to the new surface; at least `least`.
 double distance_of_gone(std::span<const Vec3> positions, std::span<const Triangle> before,
                         std::span<const Triangle> after, double least) {
   const TriangleMesh mesh = mesh_of(positions, after);
   const TriangleTree tree(mesh);
-  const std::vector<bool> was = used_vertices(positions.size(), before);
-  const std::vector<bool> stays = used_vertices(positions.size(), after);
+  const std::vector<std::uint8_t> was = used_vertices(positions.size(), before);
+  const std::vector<std::uint8_t> stays = used_vertices(positions.size(), after);
   double largest = least;
   for (std::size_t i = 0; i < positions.size(); ++i)
-    if (was[i] && !stays[i])
+    if (was[i] != 0 && stays[i] == 0)
       largest = std::max(largest, tree.squared_distance_beyond(positions[i], largest));
   return largest;
 }

@@ -62,13 +62,6 @@ void check_indices(const TriangleMesh& mesh) {
                          .advice = {}});
 }
 
-std::vector<std::uint8_t> used_vertices(std::size_t vertices, std::span<const Triangle> triangles) {
-  std::vector<std::uint8_t> used(vertices, 0);
-  for (const Triangle& t : triangles)
-    for (const std::uint32_t index : t) used[index] = 1;
-  return used;
-}
-
 double triangle_area(std::span<const Vec3> positions, const Triangle& t) {
   const Vec3 a = positions[t[0]];
   return 0.5 * norm(cross(positions[t[1]] - a, positions[t[2]] - a));
@@ -179,6 +172,13 @@ void add_topology(const TriangleMesh& mesh, MeshFacts& facts, const StopToken* s
 }
 
 }  // namespace
+
+std::vector<std::uint8_t> used_vertices(std::size_t vertices, std::span<const Triangle> triangles) {
+  std::vector<std::uint8_t> used(vertices, 0);
+  for (const Triangle& t : triangles)
+    for (const std::uint32_t index : t) used[index] = 1;
+  return used;
+}
 
 double vertex_spacing(const TriangleMesh& mesh) {
   constexpr std::size_t kSample = std::size_t{1} << 16;

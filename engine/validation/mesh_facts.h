@@ -1,6 +1,7 @@
 // What a mesh is like, and whether it keeps the promises that every stage makes.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -25,6 +26,9 @@ namespace orbweave {
 /// Throws Error: bad input for an index outside the vertices, resource for a mesh that is too large
 /// (io/mesh_size.h), interrupted.
 MeshFacts mesh_facts(const TriangleMesh& mesh, const StopToken* stop = nullptr);
+
+/// Per vertex, whether a triangle has it. Indices in range.
+std::vector<std::uint8_t> used_vertices(std::size_t vertices, std::span<const Triangle> triangles);
 
 /// How far vertices lie from their neighbours, about: the side of a square of the surface that each
 /// of them has. 0: there is no surface. Indices in range.

@@ -293,12 +293,13 @@ void note_color_depths(const std::vector<ListedFile>& files, const PointSourceOp
       ++others;
   }
   if (narrow == nullptr || wide == nullptr) return;
-  notes.push_back(narrow->path.string() +
-                  (others > 0 ? " and " + std::to_string(others) + " more have" : " has") +
-                  " colours up to 255 at the first points, where those of " + wide->path.string() +
-                  " go up to 65535: as one scan, they come out black. If they are 8-bit colours, "
-                  "write them as such: orbweave convert " +
-                  narrow->path.string() + " " + narrow->path.stem().string() + "-8bit.ply");
+  notes.push_back(
+      narrow->path.string() +
+      (others > 0 ? " and " + std::to_string(others) + " more have" : " has") +
+      " colours up to 255 at the first points, and " + wide->path.string() +
+      " has larger ones: all are taken as 16-bit colours, of which those up to 255 are "
+      "nearly black. If colours of 8 bits are meant, write them as such: orbweave convert " +
+      narrow->path.string() + " " + narrow->path.stem().string() + "-8bit.ply");
 }
 
 /// Values of points that no attribute has, which files hold.

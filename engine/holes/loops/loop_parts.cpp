@@ -80,7 +80,7 @@ class PartCutter {
         number_(problem.positions.size(), kNone),
         is_corner_(problem.positions.size(), 0) {}
 
-  /// What a part's patch depends on. May be moved, not copied; the whole problem outlives it.
+  /// What a part's patch depends on. May be moved, not copied. The whole problem must outlive it.
   Part part_of(const std::vector<std::uint32_t>& loop, const ForbiddenEdges& forbidden) {
     Part part;
     HoleProblem& own = part.problem;

@@ -24,8 +24,9 @@ struct NeighborhoodOptions {
   bool whole_fans = true;
 };
 
-/// A problem in the numbers of the gathered vertices, and which vertices those are. May be moved,
-/// not copied: the problem asks the surface for the values of these vertices.
+/// A problem in the numbers of the gathered vertices, and which vertices those are. The problem
+/// asks the surface for the values of these vertices: both must outlive it. May be moved, not
+/// copied.
 struct GatheredHole {
   HoleProblem problem;
   std::vector<std::uint64_t> vertices;  ///< ascending: vertex i of the problem is vertices[i]

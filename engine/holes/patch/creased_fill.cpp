@@ -112,7 +112,8 @@ struct WidenedValues {
   }
 };
 
-/// The hole with the points of its inner edges among the given vertices. The hole is kept as long.
+/// The hole with the points of its inner edges among the given vertices. The problem must
+/// outlive it.
 HoleProblem with_points(const HoleProblem& problem, const Rim& rim, const InnerEdges& edges) {
   HoleProblem widened = problem;
   std::vector<Vec3> points;
