@@ -66,7 +66,7 @@ class WhileTheLibraryWorks(unittest.TestCase):
                 self.assertEqual(cut, [pipe], "the whole file was read")
 
     def test_signals_are_seen_while_facts_are_counted(self):
-        rows = columns = 900
+        rows = columns = 2000  # enough for many looks at signals, one each 50 ms
         row, column = numpy.mgrid[0:rows, 0:columns]
         corner = (row * columns + column)[:-1, :-1].ravel()
         triangles = numpy.concatenate([numpy.stack([corner, corner + 1, corner + columns], axis=1),
