@@ -11,6 +11,7 @@
 
 #include "engine/holes/implicit/implicit_fill.h"
 #include "engine/holes/loops/loop_parts.h"
+#include "engine/holes/loops/parts_in_scene.h"
 #include "engine/holes/patch/box_tree.h"
 #include "engine/holes/patch/crease.h"
 #include "engine/holes/patch/creased_fill.h"
@@ -114,8 +115,12 @@ struct Corners {
 /// are moved out of the way of what they meet.
 class Attempts {
  public:
-  Attempts(const HoleProblem& problem, const PatchOptions& options)
-      : problem_(problem), options_(options) {}
+  /// `known`: triangles of the loop, where they were made before.
+  Attempts(const HoleProblem& problem, const PatchOptions& options,
+           std::optional<LoopTriangles> known = {})
+      : problem_(problem), options_(options), loop_(std::move(known)) {
+    if (loop_) rim_ = loop_->rim;
+  }
 
   /// True when the patch is sound and meets nothing but what the loop's own edges meet: no other
   /// one is better. `known_contacts`: those that it has, where they were looked for before.
@@ -398,13 +403,11 @@ HolePatch fill_small(const HoleProblem& problem, const PatchOptions& options) {
   return part_clear_of_surface(problem, std::move(patch), contacts);
 }
 
-/// A loop whose corners are all different.
-HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
-  const bool has_extent = rim_spacing(problem) > 0.0;
-  if (problem.loop.size() <= options.direct_edges || !has_extent) {
-    return fill_small(problem, options);
-  }
-  Attempts attempts(problem, options);
+/// A loop whose corners are all different. `known`: its triangles, where they were made before.
+HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options,
+                      std::optional<LoopTriangles> known = {}) {
+  if (is_closed_directly(problem, options)) return fill_small(problem, options);
+  Attempts attempts(problem, options, std::move(known));
   if (attempts.is_hopeless()) return left_open_in_scene();
   const bool is_done = options.flat ? attempts.try_membrane() || attempts.is_too_large()
                                     : attempts.try_creased() || attempts.try_flat() ||
@@ -416,10 +419,12 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options) {
 
 /// Parts close their loops whole. Which of their triangles cross the surface is known once all
 /// parts are together.
-HolePatch fill_parts(const HoleProblem& problem, const BoxTree& sheet, PatchOptions options) {
+HolePatch fill_parts(const HoleProblem& problem, const BoxTree& sheet, PatchOptions options,
+                     PartsInScene& parts) {
   options.allow_intersections = true;
-  HolePatch patch = fill_by_parts(
-      problem, sheet, [&](const HoleProblem& part) { return fill_simple(part, options); });
+  HolePatch patch = fill_by_parts(problem, sheet, [&](const HoleProblem& part, std::size_t number) {
+    return fill_simple(part, options, parts.take_triangles(part, number));
+  });
   if (patch.method != FillMethod::kNone) patch.reason = "taken apart where the loop touches itself";
   return patch;
 }
@@ -428,8 +433,10 @@ HolePatch fill_canonical(const HoleProblem& problem, const PatchOptions& options
   if (simple_parts(problem.loop).empty()) return fill_simple(problem, options);
   Attempts attempts(problem, options);
   if (attempts.is_hopeless()) return left_open_in_scene();
+  PartsInScene in_scene(problem, attempts.sheet(), options);
+  if (in_scene.is_hopeless()) return left_open_in_scene();
   // Two holes that touch are two holes. Triangles between all corners meet more than the parts do.
-  HolePatch parts = fill_parts(problem, attempts.sheet(), options);
+  HolePatch parts = fill_parts(problem, attempts.sheet(), options, in_scene);
   if (options.whole && parts.method == FillMethod::kNone) return parts;
   const bool is_done = attempts.take(std::move(parts)) || attempts.is_too_large();
   if (!is_done && !attempts.is_tangled()) attempts.try_direct();

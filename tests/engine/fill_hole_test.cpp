@@ -282,6 +282,57 @@ TEST_CASE("LoopWhoseDiscWouldMeetTheSheetIsTakenApart") {
   CHECK(count_intersections(problem, patch) == 0);
 }
 
+TEST_CASE("LongLoopOfASceneThatTouchesItselfIsClosedUnlessMuchStandsInIt") {
+  // Two squares of a grid that meet in a vertex, and blades of the sheet through one of them.
+  const auto eight_with_blades = [](std::size_t quads, int blades) {
+    const double side = static_cast<double>(quads) / 32.0;
+    const auto is_in = [&](double x, double y) { return x > 0 && x < side && y > 0 && y < side; };
+    const TriangleMesh shape = without(
+        height_field(64, waves), [&](Vec3 p) { return is_in(p.x, p.y) || is_in(-p.x, -p.y); });
+    std::vector<HoleProblem> problems = problems_of(shape, 1e9);
+    std::erase_if(problems, [&](const auto& each) { return each.loop.size() != 4 * quads; });
+    REQUIRE(problems.size() == 2);
+    // All of the shape was gathered: both have the same numbers.
+    HoleProblem problem = std::move(problems[0]);
+    std::vector<std::uint32_t> other = std::move(problems[1].loop);
+    const auto shared =
+        std::find_first_of(problem.loop.begin(), problem.loop.end(), other.begin(), other.end());
+    REQUIRE(shared != problem.loop.end());
+    std::rotate(problem.loop.begin(), shared, problem.loop.end());
+    std::rotate(other.begin(), std::find(other.begin(), other.end(), problem.loop[0]), other.end());
+    problem.loop.insert(problem.loop.end(), other.begin(), other.end());
+    problem.forbidden.insert(problem.forbidden.end(), problems[1].forbidden.begin(),
+                             problems[1].forbidden.end());
+    std::sort(problem.forbidden.begin(), problem.forbidden.end());
+    for (int i = 0; i < blades; ++i) {
+      const Vec3 foot{side * (0.2 + 0.1 * (i % 7)), side * (0.2 + 0.1 * (i / 7)), 0.0};
+      const auto first = static_cast<std::uint32_t>(problem.positions.size());
+      for (const Vec3 corner : {Vec3{0, 0, 0.5}, Vec3{0.01, 0, -0.5}, Vec3{0, 0.01, -0.5}}) {
+        problem.positions.push_back(foot + corner);
+        problem.normals.push_back({});
+      }
+      problem.sheet.push_back({first, first + 1, first + 2});
+    }
+    return problem;
+  };
+  const PatchOptions in_scene{.whole = true, .in_scene = true}, alone{.in_scene = true};
+  for (const std::size_t quads : {13, 20}) {
+    INFO(8 * quads << " edges");
+    const HoleProblem clear = eight_with_blades(quads, 0);
+    const HolePatch patch = fill_hole(clear, in_scene), same = fill_hole(clear, alone);
+    check_sound(clear, patch);
+    CHECK(patch.reason.find("taken apart") != std::string::npos);
+    CHECK(patch.open_edges == 0);
+    CHECK(patch.triangles == same.triangles);
+    CHECK(patch.positions == same.positions);
+    const HoleProblem full = eight_with_blades(quads, 49);
+    const HolePatch none = fill_hole(full, in_scene);
+    CHECK(none.method == FillMethod::kNone);
+    CHECK(none.open == OpenReason::kTooWide);
+    CHECK(none.reason.find("every patch crosses the surface") != std::string::npos);
+  }
+}
+
 TEST_CASE("PatchMovesOutOfTheWayOfWhatSticksOut") {
   // A spike of the sheet leans over the hole from its rim, through where the patch would be.
   const TriangleMesh shape =

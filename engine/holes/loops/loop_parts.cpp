@@ -197,15 +197,16 @@ std::vector<std::vector<std::uint32_t>> simple_parts(const std::vector<std::uint
 }
 
 HolePatch fill_by_parts(const HoleProblem& problem, const BoxTree& sheet,
-                        const std::function<HolePatch(const HoleProblem&)>& fill) {
+                        const std::function<HolePatch(const HoleProblem&, std::size_t)>& fill) {
   HolePatch whole;
   double area = 0.0, confidence = 0.0;  // the latter weighted by area
   PartCutter cutter(problem, sheet);
   ForbiddenEdges forbidden(problem);
+  std::size_t number = 0;
   for (std::vector<std::uint32_t>& loop : simple_parts(problem.loop)) {
     std::rotate(loop.begin(), std::min_element(loop.begin(), loop.end()), loop.end());
     const Part part = cutter.part_of(loop, forbidden);
-    HolePatch patch = fill(part.problem);
+    HolePatch patch = fill(part.problem, number++);
     if (patch.method == FillMethod::kNone) return patch;
     forbidden.add(part, patch);
     const double size = area_of(part.problem, patch);

@@ -1,6 +1,7 @@
 // Loops that touch themselves, taken apart.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -15,11 +16,12 @@ namespace orbweave {
 /// than three edges (a bridge, which the loop runs along both ways).
 std::vector<std::vector<std::uint32_t>> simple_parts(const std::vector<std::uint32_t>& loop);
 
-/// One patch from those that `fill` makes for the parts. No part uses an edge that another one
+/// One patch from those that `fill` makes for the parts, which it gets with their numbers in the
+/// order of simple_parts. No part uses an edge that another one
 /// might. FillMethod::kNone where a part stays open or there is no cut. The vertices at which the
 /// loop is cut keep several fans.
 /// `sheet`: of the problem's sheet.
 HolePatch fill_by_parts(const HoleProblem& problem, const BoxTree& sheet,
-                        const std::function<HolePatch(const HoleProblem&)>& fill);
+                        const std::function<HolePatch(const HoleProblem&, std::size_t)>& fill);
 
 }  // namespace orbweave

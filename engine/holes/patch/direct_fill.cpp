@@ -152,6 +152,19 @@ HolePatch direct_fill(const HoleProblem& problem, const LoopTriangles& start) {
   return patch_of(problem, rim, {rim.corners, start.sound});
 }
 
+bool is_closed_directly(const HoleProblem& problem, const PatchOptions& options) {
+  return problem.loop.size() <= options.direct_edges || !(rim_spacing(problem) > 0.0);
+}
+
+LoopTriangles rough_triangles_of_loop(const HoleProblem& problem) {
+  constexpr std::uint32_t kExactCorners = 32;
+  LoopTriangles rough{find_rim(problem), {}, {}};
+  rough.sound = triangulate_loop(
+      {rough.rim.corners, problem.loop, rough.rim.face_normals, problem.forbidden, problem.apart},
+      kExactCorners);
+  return rough;
+}
+
 PatchMesh disc_of_loop(const HoleProblem& problem, const LoopTriangles& start) {
   const Rim& rim = start.rim;
   Disc disc{rim.corners, start.sound.empty() ? start.loose : start.sound};

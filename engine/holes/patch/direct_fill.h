@@ -19,6 +19,9 @@ struct LoopTriangles {
 };
 LoopTriangles triangles_of_loop(const HoleProblem& problem);
 LoopTriangles triangles_of_loop(const HoleProblem& problem, Rim rim);
+/// Nearly the same, made in a fraction of the time where the loop is long: to look at, not to start
+/// from.
+LoopTriangles rough_triangles_of_loop(const HoleProblem& problem);
 
 /// Triangles between the loop's corners where that is possible (triangulate_loop), else about one
 /// new vertex in their middle, else (the loop visits a vertex twice) about a ring of them. For
@@ -26,6 +29,9 @@ LoopTriangles triangles_of_loop(const HoleProblem& problem, Rim rim);
 /// ones. Values of new vertices are means of the corners' values.
 HolePatch direct_fill(const HoleProblem& problem);
 HolePatch direct_fill(const HoleProblem& problem, const LoopTriangles& start);
+
+/// Whether nothing but direct_fill is tried: the loop has few edges or no extent.
+bool is_closed_directly(const HoleProblem& problem, const PatchOptions& options);
 
 /// The disc to start from: triangles between the corners; where these cannot do without a chord
 /// that must not be used, it is split at its middle; at last a fan about new vertices. No edge of
