@@ -2,6 +2,7 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "engine/validation/mesh_facts.h"
@@ -42,14 +43,25 @@ py::object facts_of(const MeshObject& object) {
   return py::module_::import("json").attr("loads")(text);
 }
 
+/// Lets objects of the class be pickled. The protocols 0 and 1, which are older than classes such
+/// as these, would make objects of no type of C++: the form of protocol 2 serves them as well.
+template <class Object>
+void add_pickle(py::class_<Object>& of, Object (*object_of_state)(const py::tuple&)) {
+  of.def(py::pickle([](const Object& self) { return state_of(self); }, object_of_state));
+  of.def("__reduce_ex__", [](const py::object& self, int protocol) {
+    const py::object base = py::module_::import("builtins").attr("object");
+    return base.attr("__reduce_ex__")(self, std::max(protocol, 2)).template cast<py::object>();
+  });
+}
+
 py::object hole_text(const HoleFacts& hole) {
   return py::str("<Hole {}: {} edges, {}>")
       .format(hole.id, hole.edges, hole.filled ? "filled" : "open: " + hole.reason);
 }
 
 void add_holes(py::module_& module) {
-  py::class_<HoleFacts>(module, "Hole", "A boundary loop and what became of it.")
-      .def_readonly("id", &HoleFacts::id,
+  py::class_<HoleFacts> loop(module, "Hole", "A boundary loop and what became of it.");
+  loop.def_readonly("id", &HoleFacts::id,
                     "Rank among all loops, from 1; Mesh.triangle_hole has it.")
       .def_readonly("first_vertex", &HoleFacts::first_vertex, "Smallest vertex of the loop.")
       .def_readonly("edges", &HoleFacts::edges, "Of the loop.")
@@ -80,13 +92,14 @@ void add_holes(py::module_& module) {
       .def_readonly("rim_mean_deg", &HoleFacts::rim_mean_deg, "Mean of these angles, degrees.")
       .def_readonly("confidence", &HoleFacts::confidence,
                     "Of the patch, 0 to 1; below 0.5 it is doubtful.")
-      .def(py::pickle([](const HoleFacts& self) { return state_of(self); }, &hole_of_state))
       .def("__repr__", hole_text);
+  add_pickle(loop, &hole_of_state);
 }
 
 void add_cloud(py::module_& module) {
-  py::class_<CloudObject>(module, "PointCloud",
-                          "Points with normals and attributes. Its arrays are read-only views.")
+  py::class_<CloudObject> cloud(
+      module, "PointCloud", "Points with normals and attributes. Its arrays are read-only views.");
+  cloud
       .def(py::init([](const py::object& points, const py::object& normals,
                        const py::object& attributes, const py::str& coordinate_system) {
              return CloudObject{cloud_of(points, normals, attributes),
@@ -118,10 +131,10 @@ void add_cloud(py::module_& module) {
           [](const CloudObject& self) { return text_of(self.coordinate_system); },
           "WKT or a code; empty where unknown.")
       .def("__len__", [](const CloudObject& self) { return self.cloud.size(); })
-      .def(py::pickle([](const CloudObject& self) { return state_of(self); }, &cloud_of_state))
       .def("__repr__", [](const CloudObject& self) {
         return "<orbweave.PointCloud of " + format_count(self.cloud.size()) + " points>";
       });
+  add_pickle(cloud, &cloud_of_state);
 }
 
 void add_mesh_arrays(py::class_<MeshObject>& mesh) {
@@ -177,12 +190,12 @@ void add_mesh(py::module_& module) {
           "coordinate_system",
           [](const MeshObject& self) { return text_of(self.coordinate_system); },
           "WKT or a code; empty where unknown.")
-      .def(py::pickle([](const MeshObject& self) { return state_of(self); }, &mesh_of_state))
       .def("facts", &facts_of, "What `orbweave inspect --json` counts, as a dictionary.")
       .def("__repr__", [](const MeshObject& self) {
         return "<orbweave.Mesh of " + format_count(self.mesh.vertices.size()) + " vertices and " +
                format_count(self.mesh.triangles.size()) + " triangles>";
       });
+  add_pickle(mesh, &mesh_of_state);
 }
 
 }  // namespace

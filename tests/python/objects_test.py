@@ -88,7 +88,8 @@ class Help(unittest.TestCase):
 
 class Travellers(unittest.TestCase):
     def twins(self, thing):
-        yield pickle.loads(pickle.dumps(thing))
+        for protocol in range(pickle.HIGHEST_PROTOCOL + 1):
+            yield pickle.loads(pickle.dumps(thing, protocol))
         yield copy.copy(thing)
         yield copy.deepcopy(thing)
 
