@@ -121,7 +121,12 @@ py::dict dictionary_of(const py::object& attributes) {
 void put_attributes(PointCloud& cloud, const py::dict& attributes) {
   std::vector<py::array> columns;
   for (const auto& [key, values] : attributes) {
-    const std::string name = bytes_of(py::str(key), "attributes");
+    if (!py::isinstance<py::str>(key))
+      throw_usage("the name of an attribute is no text",
+                  {.place = "attributes",
+                   .found = py::repr(key).cast<std::string>(),
+                   .expected = "a text such as \"intensity\""});
+    const std::string name = bytes_of(py::reinterpret_borrow<py::str>(key), "attributes");
     const std::string place = "attributes[\"" + name + "\"]";
     column_of(values, place, cloud.size());
     columns.push_back(native(array_of(py::reinterpret_borrow<py::object>(values), place)));

@@ -73,6 +73,12 @@ class ArraysIn(unittest.TestCase):
             self.assertEqual(caught.exception.place, "attributes")
         orbweave.reconstruct(sphere(800), attributes=types.MappingProxyType({"height": numpy.zeros(800)}))
 
+    def test_names_of_attributes_are_texts(self):
+        for wrong in (b"reflectance", 3, None, ("a", "b")):
+            with self.assertRaises(orbweave.UsageError) as caught:
+                orbweave.PointCloud(sphere(10), attributes={wrong: numpy.arange(10)})
+            self.assertEqual((caught.exception.place, caught.exception.found), ("attributes", repr(wrong)))
+
     def test_an_attribute_is_a_number_per_point(self):
         for wrong in (numpy.zeros(799), numpy.zeros((800, 1)), ["a"] * 800):
             with self.assertRaises(orbweave.UsageError) as caught:
