@@ -7,14 +7,13 @@
 
 docs/python.md explains it.
 """
-import os
 from collections.abc import Mapping
 
 from . import _orbweave
 from ._errors import (BadInputError, DefectError, Interrupted, OrbweaveError, OrbweaveWarning, ResourceError,
                       UsageError)
 from ._orbweave import Hole, Mesh, PointCloud, __version__
-from ._settings import pairs, pairs_of_sections, unicode_text
+from ._settings import pairs, pairs_of_sections, path_bytes, unicode_text
 
 __all__ = ["BadInputError", "DefectError", "Hole", "Interrupted", "Mesh", "OrbweaveError", "OrbweaveWarning",
            "PointCloud", "ResourceError", "UsageError", "__version__", "inspect", "job_defaults", "plan", "read_mesh",
@@ -71,7 +70,7 @@ def _written_job(job, settings):
         return "", "", pairs_of_sections(job) + more
     if isinstance(job, str) and "\n" in job:
         return "", unicode_text("the text of the job", job), more
-    return os.fsencode(job), "", more
+    return path_bytes(job), "", more
 
 
 def run(job, *, settings=None, fresh=False, progress=None):
@@ -95,12 +94,12 @@ def plan(job, *, settings=None, progress=None):
 
 def read_points(path):
     """Reads a cloud of any format that the program reads, whole, and returns a PointCloud."""
-    return _orbweave.read_points(os.fsencode(path))
+    return _orbweave.read_points(path_bytes(path))
 
 
 def read_mesh(path):
     """Reads a mesh (.ply, .obj, .stl, .glb) and returns a Mesh."""
-    return _orbweave.read_mesh(os.fsencode(path))
+    return _orbweave.read_mesh(path_bytes(path))
 
 
 def _check_type(name, value, type_):
@@ -113,13 +112,13 @@ def write_mesh(path, mesh, *, binary=True, float_positions=False, origin=(0.0, 0
     file .shift.txt beside it, which every reader adds, says so. The coordinate system goes into the .prj beside it; one that was
     there before and is another is warned of (OrbweaveWarning). The file has its name when it is complete."""
     _check_type("mesh", mesh, Mesh)
-    _orbweave.write_mesh(os.fsencode(path), mesh, binary, float_positions, origin)
+    _orbweave.write_mesh(path_bytes(path), mesh, binary, float_positions, origin)
 
 
 def write_points(path, cloud, *, binary=True, float_positions=False, origin=(0.0, 0.0, 0.0)):
     """Writes a PointCloud (.ply, .xyz, .csv, each also with .gz). origin is as that of write_mesh."""
     _check_type("cloud", cloud, PointCloud)
-    _orbweave.write_points(os.fsencode(path), cloud, binary, float_positions, origin)
+    _orbweave.write_points(path_bytes(path), cloud, binary, float_positions, origin)
 
 
 def inspect(mesh):

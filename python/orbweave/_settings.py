@@ -1,6 +1,7 @@
 """Values of Python as a job file writes them."""
 import json
 import os
+import re
 from collections.abc import Mapping
 
 from ._errors import UsageError
@@ -11,6 +12,15 @@ def _items(value):
     if hasattr(value, "tolist"):
         value = value.tolist()
     return list(value) if isinstance(value, (list, tuple)) else None
+
+
+def path_bytes(path):
+    """The bytes of a path; refused where one of them is zero: the system takes the bytes before it for the name."""
+    name = os.fsencode(path)
+    if b"\0" in name:
+        raise UsageError(f"a path has no zero bytes; found {name!a}, expected the name of a file",
+                         problem="a path has no zero bytes", found=ascii(name), expected="the name of a file")
+    return name
 
 
 def unicode_text(place, text):
@@ -24,6 +34,15 @@ def unicode_text(place, text):
     return text
 
 
+def _quoted(key, text):
+    return json.dumps(unicode_text(key, text), ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _key(key, name):
+    """The name of a value in a table; quoted where it has to be."""
+    return name if re.fullmatch("[A-Za-z0-9_-]+", name) else _quoted(key, name)
+
+
 def written(key, value):
     """The value as TOML."""
     if isinstance(value, os.PathLike):
@@ -31,7 +50,9 @@ def written(key, value):
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        return json.dumps(unicode_text(key, value), ensure_ascii=False).replace("\x7f", "\\u007f")
+        return _quoted(key, value)
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_key(key, str(name))} = {written(key, item)}" for name, item in value.items()) + "}"
     items = _items(value)
     if items is not None:
         return "[" + ", ".join(written(key, item) for item in items) + "]"
@@ -40,8 +61,9 @@ def written(key, value):
     if isinstance(value, (bool, int, float)):
         return repr(value).lower()
     found = type(value).__name__
-    raise UsageError(f"{key} has a value of an unsuitable type; found {found}", problem="a value of an unsuitable type",
-                     place=key, found=found, expected="a flag, a number, a text, a path or a list of these")
+    expected = "a flag, a number, a text, a path, or a list or dictionary of these"
+    raise UsageError(f"{key} has a value of an unsuitable type; found {found}, expected {expected}",
+                     problem="a value of an unsuitable type", place=key, found=found, expected=expected)
 
 
 def _no_dictionary(place, value, expected):

@@ -54,6 +54,16 @@ class Errors(unittest.TestCase):
             orbweave.read_points(name)
         self.assertEqual(caught.exception.file.encode("utf-8", "surrogateescape"), name)
 
+    def test_a_path_with_a_zero_byte_is_refused(self):
+        cloud = orbweave.PointCloud(sphere(10))
+        mesh = orbweave.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        for call in (lambda name: orbweave.write_points(name, cloud), lambda name: orbweave.write_mesh(name, mesh),
+                     orbweave.read_points, orbweave.read_mesh, orbweave.plan, orbweave.run):
+            for name in ("cut\0.ply", b"cut\0.ply", pathlib.Path("cut\0.ply")):
+                with self.assertRaisesRegex(orbweave.UsageError, "no zero bytes"):
+                    call(name)
+        self.assertFalse(pathlib.Path("cut").exists())
+
     def test_a_full_device_is_a_lack_of_resources(self):
         mesh = orbweave.reconstruct(sphere(500))
         with self.assertRaises(orbweave.ResourceError) as caught:

@@ -39,6 +39,17 @@ class Jobs(unittest.TestCase):
         self.assertEqual(report["options"]["partition"]["chunk_points"], 400)
         self.check(report)
 
+    def test_a_table_is_a_dictionary(self):
+        job = {"input": {"files": ["scan.ply"]}, "output": {"mesh": "mesh.ply", "simplify": {"ratio": 0.5}}}
+        self.check(orbweave.run(job))
+        kept = bytes_of("mesh.simplified.ply")
+        self.check(orbweave.run(job, settings={"output.simplify": types.MappingProxyType({"triangles": numpy.int64(2998)})}))
+        self.assertEqual(bytes_of("mesh.simplified.ply"), kept)
+        for wrong in ({}, {"ratio": 2.0}, {"rat io": 0.5}, {"ratio": 0.5, "error": 1.0}, {"ratio": b"0.5"}):
+            with self.assertRaises(orbweave.UsageError) as caught:
+                orbweave.run(job, settings={"output.simplify": wrong})
+            self.assertTrue(caught.exception.expected)
+
     def test_progress_names_stages(self):
         stages = []
         orbweave.run({"input": {"files": ["scan.ply"]}, "output": {"mesh": "mesh.ply"}},
