@@ -160,10 +160,15 @@ std::vector<TextColumn> guess_columns(const TextSample& sample, char separator) 
   return columns;
 }
 
-/// Named colours are bytes where they look like bytes; colours from 0 to 1 stay as they are.
+/// Named colours are bytes where they look like bytes; colours from 0 to 1 stay as they are, and so
+/// does a column "r" or "a" that has no colours beside it.
 void narrow_colors(const TextSample& sample, TextLayout& layout) {
   const SampleValues values(sample, layout.has_header_line ? 1 : 0, layout.separator);
-  if (values.empty()) return;
+  const auto is_there = [&](const char* name) {
+    return std::any_of(layout.columns.begin(), layout.columns.end(),
+                       [&](const TextColumn& column) { return column.name == name; });
+  };
+  if (values.empty() || !std::all_of(kColor.begin(), kColor.end(), is_there)) return;
   std::vector<std::size_t> colors;
   for (std::size_t i = 0; i < layout.columns.size(); ++i)
     for (const char* name : {"red", "green", "blue", "alpha"})

@@ -61,17 +61,18 @@ class TextCloudWriter final : public MeshWriter {
 
  private:
   std::string names() const {
-    const auto plain = [this](std::string name) { return plain_name(std::move(name)); };
     std::string line = "x,y,z";
     if (header_.schema.has_normals) line += ",nx,ny,nz";
-    for (const std::string& name : attribute_names(header_.schema, plain, canonical_column_name))
+    for (const std::string& name :
+         attribute_names(header_.schema, plain_name, canonical_column_name))
       line += separator_ + name;
     return line + "\n";
   }
-  std::string plain_name(std::string name) const {
+  /// A semicolon would be taken for the separator of the line, and a name of blanks for none.
+  static std::string plain_name(std::string name) {
     for (char& c : name)
-      if (c == separator_ || static_cast<unsigned char>(c) < ' ') c = '_';
-    return name;
+      if (c == ',' || c == ';' || static_cast<unsigned char>(c) < ' ') c = '_';
+    return name.find_first_not_of(' ') == name.npos ? "_" : name;
   }
   void add_vector(TextBuilder& text, Vec3 v) const {
     text.add_number(v.x);

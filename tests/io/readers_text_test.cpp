@@ -281,6 +281,10 @@ TEST_CASE("LinesBeyondTheSampleAreCheckedToo") {
   for (int line = 1; line <= 5000; ++line) content += "1 2 3 10 20 30\n";
   CHECK(text_error("a.txt", content + "1 2 3 10 20\n").parts().place == "line 5001");
   CHECK(text_error("a.txt", content + "1 2 3 10 20 30 40\n").parts().found == "7 columns");
+  std::string named;
+  for (int line = 1; line <= 5000; ++line) named += "1 2 3 10\n";
+  for (const std::string name : {"r", "blue", "a", "alpha"})
+    CHECK(read_text("a.txt", "x y z " + name + "\n" + named + "1 2 3 300.5\n").size() == 5001);
   const Error color = text_error("a.txt", content + "1 2 3 10 20 300\n");
   CHECK(color.parts().place == "line 5001, column 6");
   CHECK(color.parts().expected == "an integer from 0 to 255");

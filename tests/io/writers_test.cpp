@@ -340,6 +340,18 @@ TEST_CASE("NamesThatReadersTakeForTheSameAreToldApartInCsv") {
         std::vector<std::string>{"X_2", "red", "R_2"});
 }
 
+TEST_CASE("NamesThatWouldCutALineOfCsvOtherwiseAreReadBack") {
+  const ScratchDirectory scratch;
+  PointCloud cloud;
+  for (const char* name : {"a;b", "", " "})
+    cloud.schema.attributes.push_back({name, ScalarType::kUint8});
+  cloud.positions = {{1, 2, 3}};
+  cloud.attributes.resize(3);
+  write_cloud(scratch / "a.csv", cloud);
+  CHECK(test::attribute_names(test::read_cloud(scratch / "a.csv").schema) ==
+        std::vector<std::string>{"a_b", "_", "__2"});
+}
+
 TEST_CASE("ANameOfNormalsStaysWhereThereAreNone") {
   const ScratchDirectory scratch;
   PointCloud cloud;
