@@ -309,15 +309,26 @@ std::vector<AreaPolygon> parse_geojson(std::string_view text, const std::string&
   return GeoJsonReader(name).read(document);
 }
 
+std::string_view without_blanks(std::string_view text) {
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  return text;
+}
+
+/// The letters in front, as small ones.
+std::string first_word(std::string_view text) {
+  const auto* const end = std::find_if_not(text.begin(), text.end(), is_letter);
+  return lower_case(std::string(text.begin(), end));
+}
+
 }  // namespace
 
 bool is_area_text(std::string_view text) {
-  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-  std::size_t letters = 0;
-  while (letters < text.size() && is_letter(text[letters])) ++letters;
-  const std::string kind = lower_case(std::string(text.substr(0, letters)));
+  text = without_blanks(text);
+  const std::size_t end = text.find(';');
+  if (first_word(text) == "srid" && end != text.npos) text = without_blanks(text.substr(end + 1));
+  const std::string kind = first_word(text);
   if (kind != "polygon" && kind != "multipolygon") return false;
-  return letters < text.size() && (text[letters] == '(' || is_blank(text[letters]));
+  return kind.size() < text.size() && (text[kind.size()] == '(' || is_blank(text[kind.size()]));
 }
 
 std::vector<AreaPolygon> parse_area(std::string_view text, const std::string& name) {
@@ -336,7 +347,8 @@ std::vector<AreaPolygon> read_area(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!file || std::filesystem::is_directory(path, ignored))
     throw_bad_input("cannot open the file of the area",
-                    {.file = path.string(), .expected = "a WKT or GeoJSON file"});
+                    {.file = path.string(),
+                     .expected = "a WKT or GeoJSON file, or POLYGON or MULTIPOLYGON as text"});
   std::string text(kMostAreaBytes + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (file.bad()) throw_bad_input("cannot read the file of the area", {.file = path.string()});

@@ -18,7 +18,7 @@ inline constexpr std::size_t kMostAreaBytes = std::size_t{4} << 20;
 inline constexpr std::size_t kMostAreaCorners = std::size_t{1} << 17;
 
 /// Whether a text is WKT itself, and not the path of a file: it begins with POLYGON or MULTIPOLYGON
-/// in any case, a blank or a bracket behind.
+/// in any case, maybe behind "SRID=...;", with a blank or a bracket behind.
 bool is_area_text(std::string_view text);
 
 /// The polygons of a text: GeoJSON where it begins with '{', else WKT. WKT is one or more of

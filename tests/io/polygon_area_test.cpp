@@ -176,6 +176,10 @@ TEST_CASE("TextThatIsNoAreaIsRefusedWithItsPlace") {
 TEST_CASE("AnAreaIsTextOrTheNameOfAFile") {
   CHECK(is_area_text("POLYGON ((0 0, 1 0, 1 1))"));
   CHECK(is_area_text(" multipolygon(((0 0, 1 0, 1 1)))"));
+  CHECK(is_area_text("SRID=26910;POLYGON ((0 0, 1 0, 1 1))"));
+  CHECK(is_area_text(" srid=2992; MULTIPOLYGON (((0 0, 1 0, 1 1)))"));
+  CHECK_FALSE(is_area_text("SRID=26910;area.wkt"));
+  CHECK_FALSE(is_area_text("srid.wkt"));
   CHECK_FALSE(is_area_text("polygons.wkt"));
   CHECK_FALSE(is_area_text("polygon"));
   CHECK_FALSE(is_area_text("area.geojson"));
