@@ -18,6 +18,7 @@
 #include "engine/validation/usable_scale.h"
 #include "io/clouds/open_point_source.h"
 #include "io/mesh_size.h"
+#include "io/points/coordinate_system_file.h"
 #include "io/system/file_descriptor.h"
 #include "io/system/path_roles.h"
 #include "io/text/quantity.h"
@@ -102,30 +103,38 @@ void check_places(const CompareArguments& files) {
   require_once_each(std::array{files.a, files.b});
 }
 
+struct Side {
+  TriangleMesh mesh;
+  std::string coordinate_system;
+};
+
 /// A mesh; of a format of clouds the points, which are vertices without triangles.
-TriangleMesh read_side(const std::string& file) {
-  if (file == "-" || !is_cloud_only_format(file)) return read_usable_mesh(file);
+Side read_side(const std::string& file) {
+  if (file == "-" || !is_cloud_only_format(file))
+    return {read_usable_mesh(file), coordinate_system_beside(file)};
+  const auto source = open_point_source(file);
   TriangleMesh cloud;
-  cloud.vertices = read_all(*open_point_source(file));
+  cloud.vertices = read_all(*source);
   require_mesh_in_core(file, cloud.vertices.size(), 0);
   Box bounds;
   for (const Vec3& point : cloud.vertices.positions)
     if (is_finite(point)) bounds.extend(point);
   require_usable_scale(file, "cloud", bounds);
-  return cloud;
+  return {std::move(cloud), source->coordinate_system()};
 }
 
 void compare(const CompareArguments& files) {
   end_at_once_on_signals();
   check_places(files);
   warn_of_lost_origins(std::array{files.a, files.b});
-  TriangleMesh a = read_side(files.a);
-  const TriangleMesh b = read_side(files.b);
-  const MeshComparison found = compare_meshes(a, b, files.options);
+  Side a = read_side(files.a);
+  const Side b = read_side(files.b);
+  warn_of_two_systems(files.a, a.coordinate_system, files.b, b.coordinate_system);
+  const MeshComparison found = compare_meshes(a.mesh, b.mesh, files.options);
   std::string colours;
   if (!files.errors.empty()) {
-    const std::vector<double> errors = vertex_distances(a, b);
-    colours = write_errors(files.errors, std::move(a), errors, UpAxis::kAuto);
+    const std::vector<double> errors = vertex_distances(a.mesh, b.mesh);
+    colours = write_errors(files.errors, std::move(a.mesh), errors, UpAxis::kAuto);
   }
   std::cout << (files.json ? comparison_json(files, found)
                            : comparison_text(files, found) + colours);

@@ -14,6 +14,7 @@
 #include "io/error.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/meshes/shift_file.h"
+#include "io/points/coordinate_system.h"
 #include "io/points/coordinate_system_file.h"
 #include "io/shown_text.h"
 #include "io/text/words.h"
@@ -84,6 +85,16 @@ void warn_of_unknown_systems(std::span<const std::string> files) {
       print_warning(coordinate_system_file(file).string() +
                     ": no coordinate system that is known, so it is passed over: " + shown(words));
   }
+}
+
+void warn_of_two_systems(const std::string& file, const std::string& system,
+                         const std::string& other_file, const std::string& other_system) {
+  if (system.empty() || other_system.empty()) return;
+  if (systems_differ(system, other_system) != SystemsDiffer::kYes) return;
+  print_warning(other_file + ": its coordinates are of another system than those of " + file +
+                "; found " + shown(words_of_system(other_system)) + ", expected " +
+                shown(words_of_system(system)) +
+                ". The distances tell nothing before one of them is reprojected");
 }
 
 std::string left_out_of_input(const std::string& file, const std::vector<std::string>& left_out) {

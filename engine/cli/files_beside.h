@@ -26,6 +26,11 @@ void warn_of_lost_origins(std::span<const std::string> files);
 /// Warns of each .prj beside a file whose words stand for no system that is known.
 void warn_of_unknown_systems(std::span<const std::string> files);
 
+/// Warns where the coordinates of two files are of different systems, so that distances between
+/// them tell nothing. A system that is not known fits any.
+void warn_of_two_systems(const std::string& file, const std::string& system,
+                         const std::string& other_file, const std::string& other_system);
+
 /// What a file holds beside what was read of it, as a warning; empty where it holds nothing else.
 std::string left_out_of_input(const std::string& file, const std::vector<std::string>& left_out);
 /// Prints it, where there is any.

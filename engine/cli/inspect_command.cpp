@@ -163,8 +163,12 @@ struct Against {
   std::string colours;  ///< a line about the picture of errors
 };
 
-Against measure_against(const TriangleMesh& mesh, const InspectOptions& options) {
-  const PointCloud cloud = read_all(*open_point_source(options.against));
+Against measure_against(const std::string& file, const TriangleMesh& mesh,
+                        const InspectOptions& options) {
+  const auto source = open_point_source(options.against);
+  warn_of_two_systems(file, coordinate_system_beside(file), options.against,
+                      source->coordinate_system());
+  const PointCloud cloud = read_all(*source);
   Against against;
   against.distances = distances_to_cloud(mesh, cloud, options.measures);
   if (options.errors.empty()) return against;
@@ -203,7 +207,7 @@ Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
               {.picture = {.up = options.picture_up()},
                .backs = settings_of(options.keys).output.picture_backs});
   std::optional<Against> against;
-  if (!options.against.empty()) against = measure_against(mesh, options);
+  if (!options.against.empty()) against = measure_against(file, mesh, options);
   const std::vector<HoleFacts> holes = loops_of(std::move(mesh), facts);
   Json json = Json::parse(mesh_facts_json(facts));
   json["holes"] = Json::parse(holes_json(holes));

@@ -325,14 +325,6 @@ struct NamedSystem {
   std::optional<Vec3> meters_per_unit;
 };
 
-/// For messages: WKT is long.
-std::string system_name(const std::string& text) {
-  const std::optional<CoordinateSystem> known = known_coordinate_system(text);
-  if (!known) return text.substr(0, 60);
-  const bool has_code = !known->code.empty() && known->code != known->name;
-  return known->name + (has_code ? ", " + known->code : "");
-}
-
 /// The command that brings one file to the system of the other.
 std::string reprojection_advice(const NamedSystem& kept, const NamedSystem& other) {
   const std::optional<CoordinateSystem> known = known_coordinate_system(kept.text);
@@ -344,8 +336,8 @@ std::string reprojection_advice(const NamedSystem& kept, const NamedSystem& othe
 [[noreturn]] void refuse_mixed_systems(const NamedSystem& kept, const NamedSystem& other) {
   throw_bad_input("the scans of one job are in different coordinate systems",
                   {.file = other.file.string(),
-                   .found = system_name(other.text),
-                   .expected = system_name(kept.text) + " as in " + kept.file.string(),
+                   .found = words_of_system(other.text),
+                   .expected = words_of_system(kept.text) + " as in " + kept.file.string(),
                    .advice = reprojection_advice(kept, other)});
 }
 
@@ -544,8 +536,8 @@ class PointSourceList final : public PointSource {
         refuse_mixed_systems(other, {text, path, {}});
       case SystemsDiffer::kUnknown:
         disagreements_.push_back("whether the coordinate systems of " + other.file.string() + " (" +
-                                 system_name(other.text) + ") and " + path.string() + " (" +
-                                 system_name(text) +
+                                 words_of_system(other.text) + ") and " + path.string() + " (" +
+                                 words_of_system(text) +
                                  ") are the same is not known; points are taken as they are");
     }
   }

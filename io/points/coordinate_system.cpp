@@ -321,6 +321,14 @@ class ToEarth {
 
 }  // namespace
 
+std::string words_of_system(const std::string& text) {
+  constexpr std::size_t kShownBytes = 60;
+  const std::optional<CoordinateSystem> known = known_coordinate_system(text);
+  if (!known) return text.substr(0, kShownBytes);
+  const bool has_code = !known->code.empty() && known->code != known->name;
+  return known->name + (has_code ? ", " + known->code : "");
+}
+
 std::optional<std::array<double, 16>> earth_from_local(const std::string& text, Vec3 origin) {
   const Proj proj;
   const std::optional<CoordinateSystem> known = known_coordinate_system(text);

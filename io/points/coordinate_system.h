@@ -36,6 +36,9 @@ std::optional<CoordinateSystem> known_coordinate_system(const std::string& text)
 /// authorities' codes, names) as a code of EPSG or WKT. Empty where PROJ makes nothing of it.
 std::string system_of_text(const std::string& text);
 
+/// The system in a few words for messages: name and code; the beginning of what PROJ does not know.
+std::string words_of_system(const std::string& text);
+
 /// Columns of a matrix, four numbers each: from coordinates about `origin` to the Earth-centred,
 /// Earth-fixed metres of WGS 84 (EPSG:4978). Linear about the origin: at 10 km from it a projected
 /// system is off by some metres, mostly in height. Heights are

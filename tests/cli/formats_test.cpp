@@ -373,6 +373,26 @@ TEST_CASE("ASystemBesideTheOutputThatIsNotItsOwnIsWarnedOf") {
   }
 }
 
+TEST_CASE("DistancesBetweenCoordinatesOfTwoSystemsAreWarnedOf") {
+  const ScratchDirectory in;
+  write_tile(in / "a.las");
+  write_tile(in / "b.las", {.epsg = 26913});
+  REQUIRE(reconstruct(in, {"a.las"}, "m.ply").status == 0);
+  for (const Arguments& command : std::vector<Arguments>{
+           {"compare", "m.ply"}, {"compare", "a.las"}, {"inspect", "m.ply", "--against"}}) {
+    Arguments one = command;
+    one.emplace_back("a.las");
+    CHECK(run_in(in, one).err.empty());
+    one.back() = "b.las";
+    const ProgramResult result = run_in(in, one);
+    CHECK(result.status == 0);
+    CHECK_THAT(result.err, Contains("b.las: its coordinates are of another system than those of " +
+                                    command[1]) &&
+                               Contains("found NAD83 / UTM zone 13N, EPSG:26913") &&
+                               Contains("expected NAD83 / UTM zone 12N, EPSG:26912"));
+  }
+}
+
 TEST_CASE("EightBitColoursInWideFieldsBesideWideColoursAreNoted") {
   const ScratchDirectory in;
   write_tile(in / "wide.las");
