@@ -279,6 +279,26 @@ void print_left_out(const PointSource& source, const SelectedSource& selected,
     std::cout << format_count(count) << " dropped: " << reason << "\n";
 }
 
+/// Where scanners stood has no place in the files that are written, and turns normals the right
+/// way.
+void print_scanners_left_out(const PointSource& source, const ConvertOptions& options) {
+  if (options.out == "-") return;
+  std::vector<ScannerPlace> places;
+  for (const ScanFacts& scan : source.facts().scans)
+    if (scan.scanner && scan.points > 0) places.push_back(*scan.scanner);
+  if (const auto only = source.scanner(); only && places.empty()) places.push_back(*only);
+  if (places.empty()) return;
+  std::string place = origin_text(places.front().vector);
+  std::erase(place, ' ');
+  std::cout << "left out: "
+            << (places.size() > 1
+                    ? "the places of " + format_count(places.size()) +
+                          " scanners; a job that reads the file itself turns normals towards them"
+                    : "the place of the scanner; --scanner=" + place +
+                          " of 'orbweave reconstruct' turns normals towards it")
+            << "\n";
+}
+
 /// Points from standard input that come without their number, whose coordinates may change or whose
 /// colours may have to be scaled are kept until all are known.
 void convert_stream(PointSource& source, const SelectedSource& selected,
@@ -294,6 +314,7 @@ void convert_stream(PointSource& source, const SelectedSource& selected,
   write_beside(options, origin, source.coordinate_system());
   print_left_out(source, selected, options);
   print_written(options, cloud.size(), 0, origin);
+  print_scanners_left_out(source, options);
 }
 
 /// What has to be known of a cloud before the first byte is written.
@@ -362,6 +383,7 @@ void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
   write_beside(options, origin, source->coordinate_system());
   print_left_out(*source, selected, options);
   print_written(options, points, 0, origin);
+  print_scanners_left_out(*source, options);
 }
 
 void check_places(const ConvertOptions& options) {

@@ -217,6 +217,25 @@ TEST_CASE("DamagedInputOfConvertLeavesNoOutput") {
   CHECK(entries(in) == 1);
 }
 
+TEST_CASE("PlacesOfScannersThatNoCloudHasAreNamed") {
+  const ScratchDirectory in;
+  const std::string scan =
+      "1\n2\n1.5 2 3\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1.5 2 3 1\n"
+      "1 1 1 0.5\n1 2 1 0.5\n";
+  write_text(in / "one.ptx", scan);
+  write_text(in / "two.ptx", scan + scan);
+  write_text(in / "seen.pcd",
+             "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\n"
+             "VIEWPOINT 0 0 9 1 0 0 0\nPOINTS 1\nDATA ascii\n1 2 3\n");
+  write_text(in / "plain.xyz", "1 2 3\n");
+  const auto told = [&](const char* file) { return run_in(in, {"convert", file, "out.ply"}).out; };
+  CHECK_THAT(told("one.ptx"), Contains("left out: the place of the scanner; --scanner=1.5,2,3 of "
+                                       "'orbweave reconstruct' turns normals towards it\n"));
+  CHECK_THAT(told("two.ptx"), Contains("left out: the places of 2 scanners; a job that reads"));
+  CHECK_THAT(told("seen.pcd"), Contains("--scanner=0,0,9 of"));
+  CHECK_THAT(told("plain.xyz"), !Contains("left out"));
+}
+
 TEST_CASE("OnePointOrTriangleIsNotSeveral") {
   const ScratchDirectory in;
   write_text(in / "one.xyz", "1 2 3\n");
