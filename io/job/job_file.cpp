@@ -87,6 +87,16 @@ bool is_section(std::string_view name) {
   throw_usage("unknown key " + section + ": this is the name of a section", where);
 }
 
+/// fill.max_edges below [output] is a key of [output], by the rules of TOML.
+[[noreturn]] void throw_section_in_section(const TomlEntry& entry, ErrorParts where) {
+  where.expected = entry.key == entry.section
+                       ? "the key without the name of its section"
+                       : "[" + entry.key + "] on a line of its own, and its keys below";
+  throw_usage("unknown key " + entry.section + "." + entry.key + ": " + entry.key +
+                  " is a section, and what stands below [" + entry.section + "] belongs to that",
+              where);
+}
+
 /// `called`: the key as the user gave it.
 void apply(Job& job, const JobKey& key, const std::string& called, const WrittenValue& value,
            ErrorParts where) {
@@ -114,6 +124,8 @@ void apply(Job& job, const TomlEntry& entry, const std::string& name,
     throw_section_as_key(entry.key, entry.value.text, where);
   if (entry.section.empty() && entry.is_list_of_tables) throw_unknown_section(entry.key, where);
   const JobKey* key = find_key(entry.section, entry.key);
+  if (key == nullptr && is_section(entry.section) && is_section(entry.key))
+    throw_section_in_section(entry, where);
   if (key == nullptr) throw_unknown_key(entry.section, entry.key, where);
   WrittenValue value = entry.value;
   value.base_directory = base_directory;

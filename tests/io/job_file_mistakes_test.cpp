@@ -91,6 +91,16 @@ TEST_CASE("ASectionThatIsNoTableSaysSo") {
         "input.KEY=VALUE");
 }
 
+TEST_CASE("AKeyWithTheNameOfASectionBelowAnotherIsToldWhereItBelongs") {
+  const std::string below = "[output]\nmesh = \"m.ply\"\n";
+  CHECK(message_of(below + "fill.max_edges = 3\n") ==
+        "job.toml: line 3: unknown key output.fill: fill is a section, and what stands below "
+        "[output] belongs to that; expected [fill] on a line of its own, and its keys below");
+  CHECK_THAT(message_of(below + "fill = {max_edges = 3}\n"), Contains("expected [fill] on a line"));
+  CHECK_THAT(message_of(below + "output.report = \"r.json\"\n"),
+             Contains("expected the key without the name of its section"));
+}
+
 TEST_CASE("ScalesThatCannotBeComputedWithAreRefused") {
   for (const char* value :
        {"1e-320", "1e-300", "9e-76", "1.1e75", "1e308", "0", "-1", "nan", "inf"})
