@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "io/cloud_columns.h"
 #include "io/error.h"
 #include "io/meshes/glb_layout.h"
+#include "io/meshes/heavy_data.h"
 #include "io/meshes/mesh_formats.h"
 #include "io/meshes/obj_colors.h"
 #include "io/scalar_types.h"
@@ -103,6 +105,15 @@ void check_triangles(const std::filesystem::path& path, const TriangleMesh& mesh
                    .found = std::to_string(largest),
                    .expected = "a number below " + std::to_string(mesh.vertices.size())});
   }
+}
+
+/// A text where the format has none, and a file of numbers beside it that is something else.
+void check_file(const std::filesystem::path& path, const MeshWriterOptions& options) {
+  const std::optional<NamedFormat> named = format_of_name(path);
+  if (!options.binary && named && has_no_text(named->facts.format))
+    throw_usage(spoken_name(named->facts) + " has no text encoding",
+                {.file = path.string(), .expected = "binary rows, or a .ply, .obj or .stl file"});
+  check_heavy_data(path);
 }
 
 }  // namespace
@@ -231,6 +242,7 @@ std::unique_ptr<MeshRows> mesh_rows(const std::filesystem::path& path, const Mes
 
 void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
                 const MeshWriterOptions& options) {
+  check_file(path, options);
   check_rows(path, mesh.vertices);
   check_triangles(path, mesh);
   if (!mesh.hole.empty() && mesh.hole.size() != mesh.triangles.size())

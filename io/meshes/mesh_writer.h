@@ -131,7 +131,8 @@ void write_polygons(const std::filesystem::path& path, const PointCloud& vertice
                     const PolygonFaces& faces, const MeshWriterOptions& options = {});
 
 /// Writes a whole mesh or cloud in one call. Throws Error (usage) where its columns do not belong
-/// together.
+/// together, where the format has no text and one is asked for, and where the HDF5 file of an
+/// .xdmf would replace a file that is no mesh.
 void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
                 const MeshWriterOptions& options = {});
 void write_cloud(const std::filesystem::path& path, const PointCloud& cloud,

@@ -30,6 +30,17 @@ bool holds_origin(const std::filesystem::path& path) {
   return named && named->facts.format == FileFormat::kGlb;
 }
 
+bool has_no_text(FileFormat format) {
+  return format == FileFormat::kGlb || format == FileFormat::kVtp || format == FileFormat::kXdmf;
+}
+
+std::string spoken_name(const FormatFacts& format) {
+  std::string name(format.extension.substr(1));
+  for (char& c : name)
+    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+  return name;
+}
+
 std::string files_of_name(const std::filesystem::path& path, const std::string& kind) {
   std::string extension = lower_case(path.extension().string());
   if (extension == kGzip) extension = lower_case(path.stem().extension().string()) + extension;

@@ -73,6 +73,12 @@ std::optional<NamedFormat> format_of_name(const std::filesystem::path& path);
 /// Whether files of that name hold the place of their origin themselves: GLB, in a node.
 bool holds_origin(const std::filesystem::path& path);
 
+/// Whether files of a format of meshes hold numbers as bytes alone.
+bool has_no_text(FileFormat format);
+
+/// For messages: "GLB".
+std::string spoken_name(const FormatFacts& format);
+
 /// For messages: ".foo meshes" of "a.foo" and "meshes"; "meshes whose name has no extension".
 std::string files_of_name(const std::filesystem::path& path, const std::string& kind);
 

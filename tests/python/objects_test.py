@@ -22,6 +22,22 @@ class Meshes(unittest.TestCase):
             self.assertEqual(len(orbweave.read_mesh(name).triangles), 4)
         self.assertIn('"watertight": true', program("inspect", "t.ply", "--json").stdout)
 
+    def test_the_numbers_of_an_xdmf_file_replace_no_other_file(self):
+        mesh = orbweave.Mesh(*TETRAHEDRON)
+        pathlib.Path("data.h5").write_text("measurements", encoding="ascii")
+        with self.assertRaises(orbweave.UsageError) as caught:
+            orbweave.write_mesh("data.xdmf", mesh)
+        self.assertEqual(caught.exception.file, "data.h5")
+        self.assertEqual(bytes_of("data.h5"), b"measurements")
+        for _ in range(2):
+            orbweave.write_mesh("other.xdmf", mesh)
+
+    def test_a_format_without_a_text_encoding_is_told(self):
+        for name in ("t.glb", "t.vtp", "t.xdmf"):
+            with self.assertRaisesRegex(orbweave.UsageError, "no text encoding"):
+                orbweave.write_mesh(name, orbweave.Mesh(*TETRAHEDRON), binary=False)
+            self.assertFalse(pathlib.Path(name).exists())
+
     def test_an_origin_is_read_as_it_was_written(self):
         mesh = orbweave.Mesh(numpy.array(TETRAHEDRON[0]) + [500000.0, 5000000.0, 0.0], TETRAHEDRON[1])
         cloud = orbweave.PointCloud(mesh.vertices)

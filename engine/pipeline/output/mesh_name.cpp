@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "io/error.h"
 #include "io/meshes/heavy_data.h"
@@ -14,17 +13,6 @@ namespace {
 bool writes_mesh_of_name(const std::string& name) {
   const std::optional<NamedFormat> named = format_of_name(name);
   return named && named->facts.writes_mesh && (!named->is_gzipped || named->facts.writes_gzip);
-}
-
-bool has_no_text(FileFormat format) {
-  return format == FileFormat::kGlb || format == FileFormat::kVtp || format == FileFormat::kXdmf;
-}
-
-std::string upper_case(std::string_view text) {
-  std::string upper(text);
-  for (char& c : upper)
-    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
-  return upper;
 }
 
 }  // namespace
@@ -42,7 +30,7 @@ void check_mesh_name(const OutputOptions& output) {
                  .found = "output.format = \"binary\"",
                  .expected = "\"auto\" or \"text\", or a .ply or .stl file"});
   if (!output.binary && named && has_no_text(named->facts.format))
-    throw_usage(upper_case(named->facts.extension.substr(1)) + " has no text encoding",
+    throw_usage(spoken_name(named->facts) + " has no text encoding",
                 {.file = mesh,
                  .found = "output.format = \"text\"",
                  .expected = "\"auto\" or \"binary\", or a .ply, .obj or .stl file"});
