@@ -1,5 +1,7 @@
 """Meshes, clouds and holes: made, read, written, counted."""
+import ast
 import copy
+import inspect
 import pathlib
 import pickle
 import unittest
@@ -100,6 +102,31 @@ class Help(unittest.TestCase):
         for type_ in (orbweave.Hole, orbweave.Mesh, orbweave.PointCloud):
             for name, member in vars(type_).items():
                 self.assertTrue(name.startswith("_") or member.__doc__, f"{type_.__name__}.{name}")
+
+
+class Stubs(unittest.TestCase):
+    """What editors and type checkers take the module for."""
+
+    def stub(self, name):
+        return ast.parse((pathlib.Path(orbweave.__file__).parent / name).read_text(encoding="utf-8")).body
+
+    def test_stubs_name_what_the_module_has(self):
+        for node in self.stub("__init__.pyi"):
+            if isinstance(node, ast.FunctionDef):
+                parameters = inspect.signature(getattr(orbweave, node.name)).parameters.values()
+                kinds = {kind: [p.name for p in parameters if p.kind == kind] for kind in (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)}
+                self.assertEqual([[a.arg for a in node.args.args], [a.arg for a in node.args.kwonlyargs]], list(kinds.values()), node.name)
+            for target in getattr(node, "targets", []):
+                if target.id == "__all__":
+                    self.assertEqual(ast.literal_eval(node.value), orbweave.__all__)
+                elif not target.id.startswith("_"):
+                    self.assertTrue(hasattr(orbweave, target.id), target.id)
+
+    def test_stubs_of_classes_name_their_members(self):
+        for node in self.stub("_orbweave.pyi"):
+            if isinstance(node, ast.ClassDef):
+                members = {name for name in vars(getattr(orbweave, node.name)) if not name.startswith("_")}
+                self.assertEqual({f.name for f in node.body if not f.name.startswith("_")}, members, node.name)
 
 
 class Travellers(unittest.TestCase):
