@@ -3,10 +3,12 @@
 #include <proj.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <memory>
 #include <numbers>
 #include <string_view>
+#include <utility>
 
 #include "io/text/lower_case.h"
 #include "io/text/quantity.h"
@@ -24,6 +26,18 @@ struct DestroyObject {
   void operator()(PJ* object) const { proj_destroy(object); }
 };
 using Object = std::unique_ptr<PJ, DestroyObject>;
+struct DestroyList {
+  void operator()(PJ_OBJ_LIST* list) const { proj_list_destroy(list); }
+};
+
+/// What counts in a name: "WGS84/UTM zone 33N" is "WGS 84 / UTM zone 33N".
+std::string letters_and_digits(std::string text) {
+  std::erase_if(text, [](char c) {
+    const bool is_ascii = static_cast<unsigned char>(c) < 128;
+    return is_ascii && std::isalnum(static_cast<unsigned char>(c)) == 0;
+  });
+  return lower_case(text);
+}
 
 /// PROJ, silent and without the network. For one thread at a time.
 class Proj {
@@ -36,12 +50,19 @@ class Proj {
 
   bool has_database() const { return proj_context_get_database_path(context()) != nullptr; }
 
-  /// The coordinate reference system of a text; null: none.
+  /// What PROJ makes of a user's text; null: nothing, or a system whose name is merely like it.
+  Object object(const std::string& text) const {
+    Object found(proj_create(context(), text.c_str()));
+    return found && is_meant(text, found.get()) ? std::move(found) : nullptr;
+  }
+
+  /// The coordinate reference system of a scan's text; null: none.
   Object system(const std::string& text) const {
     const bool may_be_one = is_wkt(text) || text.starts_with("EPSG:");
     if (!may_be_one || text.size() > kLongestText) return nullptr;
-    Object object(proj_create(context(), text.c_str()));
-    if (object && proj_is_crs(object.get()) != 0) return object;
+    Object known;
+    if (is_reference(text) || is_listed(text)) known.reset(proj_create(context(), text.c_str()));
+    if (known && proj_is_crs(known.get()) != 0) return known;
     // Heights of a code that PROJ does not know are heights of no known system.
     const std::size_t heights = is_wkt(text) ? std::string::npos : text.find('+');
     return heights == std::string::npos ? nullptr : system(text.substr(0, heights));
@@ -77,6 +98,31 @@ class Proj {
   }
 
  private:
+  /// Whether a text is no name: WKT, a code, a URN, a PROJ string.
+  bool is_reference(const std::string& text) const {
+    return text.find_first_of(":=") != std::string::npos ||
+           proj_context_guess_wkt_dialect(context(), text.c_str()) != PJ_GUESSED_NOT_WKT;
+  }
+
+  /// Of a text that is no name, PROJ takes the only name that is like it: of "UCS" UCS-2000 of the
+  /// Ukraine, of "Metric" the metric grid of Jamaica.
+  bool is_meant(const std::string& text, const PJ* found) const {
+    const char* const name = proj_get_name(found);
+    return is_reference(text) || is_listed(text) ||
+           (name != nullptr && letters_and_digits(text) == letters_and_digits(name));
+  }
+
+  /// Whether it is a name or another name of a system, or of two, "level + heights".
+  bool is_listed(const std::string& text) const {
+    constexpr std::string_view kPlus = " + ";
+    const std::size_t plus = text.find(kPlus);
+    const PJ_TYPE type = PJ_TYPE_CRS;
+    const std::unique_ptr<PJ_OBJ_LIST, DestroyList> found(proj_create_from_name(
+        context(), nullptr, text.substr(0, plus).c_str(), &type, 1, 0, 1, nullptr));
+    if (!found || proj_list_get_count(found.get()) == 0) return false;
+    return plus == std::string::npos || is_listed(text.substr(plus + kPlus.size()));
+  }
+
   Object part(const PJ* system, int index) const {
     if (has_type(system, PJ_TYPE_BOUND_CRS)) return Object(proj_get_source_crs(context(), system));
     if (!has_type(system, PJ_TYPE_COMPOUND_CRS)) return Object(proj_clone(context(), system));
@@ -238,7 +284,7 @@ std::string system_of_text(const std::string& text) {
   const Proj proj;
   // PROJ takes its own strings for transformations where they do not say otherwise.
   const std::string asked = text.starts_with('+') ? text + " +type=crs" : text;
-  const Object system(proj_create(proj.context(), asked.c_str()));
+  const Object system = proj.object(asked);
   if (!system || proj_is_crs(system.get()) == 0) return {};
   const std::string code = code_of(proj, system.get());
   return code.starts_with(kEpsg) ? code : wkt_of(proj, system.get());

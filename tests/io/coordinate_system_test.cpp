@@ -148,6 +148,28 @@ TEST_CASE("AFileBesideMayNameItsSystemInAnyWayThatIsUnderstood") {
   CHECK(known_coordinate_system(read("ESRI:102008"))->name.starts_with("North_America_Albers"));
 }
 
+TEST_CASE("WordsThatAreLikeTheNameOfASystemDoNotStandForIt") {
+  if (!has_coordinate_database()) return;
+  for (const char* text : {"UCS", "Metric", "metric\n", "Paris", "Airport", "Zaporizhzhia"}) {
+    CAPTURE(text);
+    CHECK(system_of_text(text).empty());
+  }
+  // Texts that have the beginning of WKT alone: letters and a bracket.
+  for (const char* text : {"M[", "zH(z"}) {
+    CAPTURE(text);
+    CHECK_FALSE(known_coordinate_system(text));
+  }
+  // Names in other letters, other names, and names of both parts.
+  CHECK(system_of_text("wgs84/utm zone 33n") == "EPSG:32633");
+  CHECK(system_of_text("WGS_1984_UTM_Zone_33N") == "EPSG:32633");
+  CHECK(system_of_text("British National Grid") == "EPSG:27700");
+  CHECK(system_of_text("NAD83 / UTM zone 12N + NAVD88 height") == "EPSG:26912+5703");
+  CHECK(system_of_text("RGF93 / Lambert-93 + NGF-IGN69 height") ==
+        system_of_text("RGF93 v1 / Lambert-93 + NGF-IGN69 height"));
+  CHECK_FALSE(system_of_text("RGF93 / Lambert-93 + NGF-IGN69 height").empty());
+  CHECK(known_coordinate_system("NTF (Paris)")->code == "EPSG:4807");
+}
+
 TEST_CASE("WordsBesideAFileThatNameNoSystemAreTold") {
   const test::ScratchDirectory scratch;
   test::write_text(scratch / "cloud.xyz", "0 0 0\n1 0 0\n0 1 0\n");
