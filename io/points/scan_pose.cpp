@@ -1,8 +1,10 @@
 #include "io/points/scan_pose.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <stdexcept>
 
 #include "io/byte_order_mark.h"
@@ -39,16 +41,33 @@ ScanPose stanford_pose(const std::vector<std::string_view>& words) {
           motion_of_quaternion({-v[3], -v[4], -v[5], v[6]}, {v[0], v[1], v[2]})};
 }
 
+/// Nothing of a quaternion without length.
+std::optional<std::array<double, 4>> of_length_one(std::array<double, 4> quaternion) {
+  double largest = 0.0;
+  for (const double part : quaternion) {
+    if (!std::isfinite(part)) return std::nullopt;
+    largest = std::max(largest, std::abs(part));
+  }
+  if (largest == 0.0) return std::nullopt;
+  // By a power of two, which rounds nothing: squares neither vanish nor overflow.
+  const int exponent = std::ilogb(largest);
+  double length = 0.0;
+  for (double& part : quaternion) {
+    part = std::scalbn(part, -exponent);
+    length += part * part;
+  }
+  length = std::sqrt(length);
+  for (double& part : quaternion) part /= length;
+  return quaternion;
+}
+
 }  // namespace
 
 RigidMotion motion_of_quaternion(const std::array<double, 4>& quaternion, Vec3 translation) {
-  double length = 0.0;
-  for (const double part : quaternion) length += part * part;
-  length = std::sqrt(length);
-  if (!(length > 0.0) || !std::isfinite(length) || !is_finite(translation))
+  const std::optional<std::array<double, 4>> unit = of_length_one(quaternion);
+  if (!unit || !is_finite(translation))
     throw std::invalid_argument("it is no quaternion with a length and a translation");
-  const double x = quaternion[0] / length, y = quaternion[1] / length;
-  const double z = quaternion[2] / length, w = quaternion[3] / length;
+  const auto [x, y, z, w] = *unit;
   return {{Vec3{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
            Vec3{2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
            Vec3{2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}},

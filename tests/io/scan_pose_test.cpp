@@ -44,6 +44,16 @@ TEST_CASE("AByteOrderMarkHidesNoPose") {
   CHECK(poses[0].file == "a.ply");
 }
 
+TEST_CASE("AQuaternionOfAnyLengthTurnsAlike") {
+  const RigidMotion turn = parse_pose("a 1 2 3 2 1 0 3").motion;
+  for (const char* scaled : {"a 1 2 3 2e-162 1e-162 0 3e-162", "a 1 2 3 2e-300 1e-300 0 3e-300",
+                             "a 1 2 3 2e200 1e200 0 3e200"}) {
+    CAPTURE(scaled);
+    const RigidMotion motion = parse_pose(scaled).motion;
+    check_near(motion.point({4, 5, 6}), turn.point({4, 5, 6}));
+  }
+}
+
 TEST_CASE("AMatrixIsAppliedToColumnVectors") {
   const ScanPose pose = parse_pose("s.ptx 0 -1 0 10  1 0 0 20  0 0 1 30  0 0 0 1");
   check_near(pose.motion.point({1, 2, 3}), {8, 21, 33});
