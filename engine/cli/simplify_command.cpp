@@ -183,8 +183,9 @@ void simplify(const SimplifyArguments& arguments, const StopToken& stop) {
   note_written(job.output.mesh);
   write_files_beside(job.output.mesh, arguments.mesh, system, facts.origin);
   if (facts.most_triangles > 0 && facts.triangles > facts.most_triangles)
-    print_warning("the mesh cannot be simplified to " + format_count(facts.most_triangles) +
-                  " triangles: borders, rims and handles need more");
+    print_warning("the mesh cannot be simplified to " +
+                  counted(facts.most_triangles, "triangle", "triangles") +
+                  ": borders, rims and handles need more");
   std::cout << summary(job.output, facts, schema);
 }
 

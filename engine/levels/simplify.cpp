@@ -242,6 +242,19 @@ class SoundSimplifier {
 
 }  // namespace
 
+std::size_t fewest_triangles(std::span<const Triangle> triangles) {
+  constexpr std::size_t kTetrahedron = 4;
+  std::vector<EdgeEnds> edges;
+  edges.reserve(3 * triangles.size());
+  for (const Triangle& t : triangles)
+    for (std::size_t c = 0; c < 3; ++c)
+      edges.push_back({std::min(t[c], t[(c + 1) % 3]), std::max(t[c], t[(c + 1) % 3])});
+  std::sort(edges.begin(), edges.end());
+  for (std::size_t i = 0; i < edges.size(); i += 2)
+    if (i + 1 == edges.size() || edges[i] != edges[i + 1]) return 1;
+  return kTetrahedron;
+}
+
 Simplification simplify_between(std::span<const Vec3> positions,
                                 std::span<const Triangle> triangles,
                                 std::span<const std::uint32_t> locked,
@@ -263,9 +276,10 @@ Simplification simplify_within(std::span<const Vec3> positions, std::span<const 
   // What is measured mostly exceeds the quadrics' error, by a factor that varies little.
   constexpr int kAttempts = 6;
   constexpr double kSafety = 0.9;
+  const std::size_t fewest = fewest_triangles(triangles);
   double quadric_error = error;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    Simplification result = simplify_between(positions, triangles, locked, {0, quadric_error});
+    Simplification result = simplify_between(positions, triangles, locked, {fewest, quadric_error});
     if (result.is_sound && result.error <= error) return result;
     quadric_error *= std::clamp(kSafety * error / result.error, 0.1, 0.8);
   }

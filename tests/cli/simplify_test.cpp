@@ -45,6 +45,29 @@ TEST_CASE("SimplifyCommandSaysWhatItMade") {
   }
 }
 
+TEST_CASE("ASimplifiedMeshNeverVanishes") {
+  const ScratchDirectory in;
+  REQUIRE(
+      run_in(in, {"generate", "sphere", "--points", "1000", "-o", "c.ply", "--truth", "ball.ply"})
+          .status == 0);
+  write_text(in / "sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n");
+  const auto simplified = [&](const char* mesh, std::vector<std::string> limit) {
+    std::vector<std::string> all = {"simplify", mesh, "-o", "small.ply"};
+    all.insert(all.end(), limit.begin(), limit.end());
+    const ProgramResult result = run_in(in, all);
+    REQUIRE(result.status == 0);
+    return std::pair(read_mesh(in / "small.ply").triangles.size(), result.err);
+  };
+  for (const std::vector<std::string>& limit : std::vector<std::vector<std::string>>{
+           {"--ratio", "1e-6"}, {"--triangles", "1"}, {"--triangles", "3"}, {"--error", "1e6"}}) {
+    const auto [triangles, told] = simplified("ball.ply", limit);
+    CHECK(triangles == 4);
+    CHECK((limit[0] != "--error") == (told.find("cannot be simplified to") != told.npos));
+  }
+  CHECK(simplified("sheet.obj", {"--triangles", "1"}).first == 1);
+  CHECK(simplified("sheet.obj", {"--error", "1e6"}).first == 1);
+}
+
 TEST_CASE("SimplifiedFacesKeepTheHolesThatTheyFill") {
   const ScratchDirectory in;
   TriangleMesh mesh = torus_mesh(3000);
