@@ -122,7 +122,8 @@ def write_points(path, cloud, *, binary=True, float_positions=False, origin=(0.0
 
 
 def inspect(mesh):
-    """Counts and checks a Mesh: what `orbweave inspect --json` prints of it, as a dictionary."""
+    """Counts and checks a Mesh: what `orbweave inspect --json` counts of it, as a dictionary, but for triangles that cross
+    (crossing_pairs is None: not looked for) and the list of loops."""
     _check_type("mesh", mesh, Mesh)
     return mesh.facts()
 
