@@ -7,6 +7,7 @@
 
 #include "engine/validation/mesh_facts.h"
 #include "io/error.h"
+#include "io/points/coordinate_system.h"
 #include "io/report/report.h"
 #include "io/text/quantity.h"
 #include "python/src/arrays.h"
@@ -19,11 +20,19 @@ namespace py = pybind11;
 namespace orbweave::python {
 namespace {
 
+/// As the system of a file is taken: what PROJ understands as a code or WKT, other words as they
+/// are.
+std::string system_of(const py::str& given) {
+  const std::string text = bytes_of(given, "coordinate_system");
+  const std::string known = text.empty() ? text : system_of_text(text);
+  return known.empty() ? text : known;
+}
+
 std::unique_ptr<MeshObject> mesh_of(const py::object& vertices, const py::object& triangles,
                                     const py::object& normals, const py::object& attributes,
                                     const py::object& hole, const py::str& coordinate_system) {
   auto object = std::make_unique<MeshObject>();
-  object->coordinate_system = bytes_of(coordinate_system, "coordinate_system");
+  object->coordinate_system = system_of(coordinate_system);
   TriangleMesh& mesh = object->mesh;
   mesh.vertices = cloud_of(vertices, normals, attributes);
   mesh.triangles = triangles_of(triangles, mesh.vertices.size());
@@ -100,14 +109,14 @@ void add_cloud(py::module_& module) {
   py::class_<CloudObject> cloud(
       module, "PointCloud", "Points with normals and attributes. Its arrays are read-only views.");
   cloud
-      .def(py::init([](const py::object& points, const py::object& normals,
-                       const py::object& attributes, const py::str& coordinate_system) {
-             return CloudObject{cloud_of(points, normals, attributes),
-                                bytes_of(coordinate_system, "coordinate_system")};
-           }),
-           py::arg("points"), py::arg("normals") = py::none(), py::kw_only(),
-           py::arg("attributes") = py::none(), py::arg("coordinate_system") = "",
-           "Copies the arrays. Normals of float32 keep that width, as in a file.")
+      .def(
+          py::init([](const py::object& points, const py::object& normals,
+                      const py::object& attributes, const py::str& coordinate_system) {
+            return CloudObject{cloud_of(points, normals, attributes), system_of(coordinate_system)};
+          }),
+          py::arg("points"), py::arg("normals") = py::none(), py::kw_only(),
+          py::arg("attributes") = py::none(), py::arg("coordinate_system") = "",
+          "Copies the arrays. Normals of float32 keep that width, as in a file.")
       .def_property_readonly(
           "points",
           [](const py::object& self) {

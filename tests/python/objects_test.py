@@ -5,6 +5,7 @@ import inspect
 import pathlib
 import pickle
 import unittest
+import warnings
 
 import numpy
 import orbweave
@@ -172,6 +173,19 @@ class Travellers(unittest.TestCase):
 
 
 class CoordinateSystems(unittest.TestCase):
+    def test_a_system_may_be_named_as_proj_understands_it(self):
+        expected = orbweave.PointCloud(sphere(10), coordinate_system="EPSG:25832").coordinate_system
+        self.assertEqual(expected, "EPSG:25832")
+        for name in ("epsg:25832", "urn:ogc:def:crs:EPSG::25832", "ETRS89 / UTM zone 32N"):
+            self.assertEqual(orbweave.PointCloud(sphere(10), coordinate_system=name).coordinate_system, expected)
+            self.assertEqual(orbweave.Mesh(*TETRAHEDRON, coordinate_system=name).coordinate_system, expected)
+        utm = orbweave.PointCloud(sphere(10), coordinate_system="+proj=utm +zone=32 +ellps=GRS80")
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            orbweave.write_points("utm.ply", utm)
+        self.assertIn("Transverse_Mercator", pathlib.Path("utm.prj").read_text(encoding="utf-8"))
+        self.assertEqual(orbweave.PointCloud(sphere(10), coordinate_system="of the site").coordinate_system, "of the site")
+
     def test_a_system_goes_from_the_cloud_to_the_mesh_and_its_file(self):
         orbweave.write_points("c.ply", orbweave.PointCloud(sphere(500), sphere(500), coordinate_system="EPSG:25832"))
         cloud = orbweave.read_points("c.ply")
