@@ -120,8 +120,7 @@ class PieceMaker {
       const std::vector<Vec3> positions = maker_.positions(mesh);
       store(piece, mesh, positions,
             simplify_between(positions, mesh.triangles, maker_.border_vertices(mesh),
-                             {.triangles = std::max(static_cast<std::size_t>(shares[i]),
-                                                    fewest_triangles(mesh.triangles))}));
+                             {.triangles = static_cast<std::size_t>(shares[i])}));
     });
   }
 

@@ -240,10 +240,11 @@ class SoundSimplifier {
   std::vector<std::uint32_t> unsound_before_;
 };
 
-}  // namespace
+constexpr std::size_t kTetrahedron = 4;
 
+/// The fewest triangles that are left of these, so that the surface does not vanish: those of a
+/// tetrahedron where it is closed, one where it is a sheet.
 std::size_t fewest_triangles(std::span<const Triangle> triangles) {
-  constexpr std::size_t kTetrahedron = 4;
   std::vector<EdgeEnds> edges;
   edges.reserve(3 * triangles.size());
   for (const Triangle& t : triangles)
@@ -255,12 +256,20 @@ std::size_t fewest_triangles(std::span<const Triangle> triangles) {
   return kTetrahedron;
 }
 
+}  // namespace
+
 Simplification simplify_between(std::span<const Vec3> positions,
                                 std::span<const Triangle> triangles,
                                 std::span<const std::uint32_t> locked,
                                 const SimplifyLimits& limits) {
   if (triangles.size() <= limits.triangles) return unchanged(triangles);
-  Step step = SoundSimplifier(positions, triangles, locked).simplify(triangles, limits);
+  SoundSimplifier simplifier(positions, triangles, locked);
+  Step step = simplifier.simplify(triangles, limits);
+  if (step.triangles.size() < kTetrahedron) {
+    const std::size_t fewest = fewest_triangles(triangles);
+    if (step.triangles.size() < fewest)
+      step = simplifier.simplify(triangles, {fewest, limits.quadric_error});
+  }
   // Points between those that are measured may be farther away.
   constexpr double kBetween = 1.25;
   // Rounded down: what is nearer counts for nothing beside the quadrics' error.
@@ -276,10 +285,9 @@ Simplification simplify_within(std::span<const Vec3> positions, std::span<const 
   // What is measured mostly exceeds the quadrics' error, by a factor that varies little.
   constexpr int kAttempts = 6;
   constexpr double kSafety = 0.9;
-  const std::size_t fewest = fewest_triangles(triangles);
   double quadric_error = error;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    Simplification result = simplify_between(positions, triangles, locked, {fewest, quadric_error});
+    Simplification result = simplify_between(positions, triangles, locked, {0, quadric_error});
     if (result.is_sound && result.error <= error) return result;
     quadric_error *= std::clamp(kSafety * error / result.error, 0.1, 0.8);
   }

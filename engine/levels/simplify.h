@@ -29,11 +29,8 @@ struct Simplification {
   bool is_sound = true;
 };
 
-/// The fewest triangles that are left of these, so that the surface does not vanish: those of a
-/// tetrahedron where it is closed, one where it is a sheet.
-std::size_t fewest_triangles(std::span<const Triangle> triangles);
-
-/// At most as many triangles as the limits say, where that is possible. The vertices `locked`
+/// At most as many triangles as the limits say, where that is possible; of a closed surface no
+/// fewer than four and of a sheet one, so that it does not vanish. The vertices `locked`
 /// (ascending) and the edges between them stay, and no new edge joins two of them. Rims, of edges
 /// of one triangle, become simpler along themselves. The result depends on the input alone. About
 /// 200 bytes per triangle while it works.
@@ -42,8 +39,8 @@ Simplification simplify_between(std::span<const Vec3> positions,
                                 std::span<const std::uint32_t> locked,
                                 const SimplifyLimits& limits);
 
-/// As few triangles as some attempts find whose Simplification::error is at most `error`, but no
-/// fewer than fewest_triangles(); all of them where no attempt holds that.
+/// As few triangles as some attempts find whose Simplification::error is at most `error`; all of
+/// them where no attempt holds that.
 Simplification simplify_within(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                                std::span<const std::uint32_t> locked, double error);
 
