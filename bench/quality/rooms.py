@@ -13,9 +13,10 @@ the mesh is within two spacings of it, by the root mean square of points spread 
 peer's F-score is higher, more than 3 % are filled, triangles cross, or fewer than 90 % of the panes up to 48 spacings
 are closed flat, or a wider one is neither flat nor listed.
 
-usage: bench/quality/rooms.py [--points N,...] [--only SCENE] [--no-peers]
+usage: bench/quality/rooms.py [--points N,...] [--seed N,...] [--only SCENE] [--no-peers]
 """
 import argparse
+import itertools
 import json
 import os
 import pathlib
@@ -37,9 +38,9 @@ TRIPODS = np.array([[1.2, 1.6, 1.5], [5.2, 1.2, 1.6], [4.4, 3.7, 1.55], [2.6, 4.
 CONFIGS = {"room": "configs/terrestrial-scan.toml", "house": "configs/airborne-lidar.toml"}
 POISSON_DEPTH = 10
 PEER_CORES = {"bpa": 1, "poisson": os.cpu_count()}  # that a method makes use of
-COLUMNS = ["scene", "points", "program", "wall_seconds", "cpu_seconds", "precision", "recall", "f_score", "mean_spacings",
+COLUMNS = ["scene", "seed", "points", "program", "wall_seconds", "cpu_seconds", "precision", "recall", "f_score", "mean_spacings",
            "opposite", "components", "crossing_pairs", "filled", "panes", "panes_flat", "doubtful", "peak_gib", "stopped"]
-PANE_COLUMNS = ["scene", "points", "pane", "width_spacings", "closed", "reason", "rms_spacings", "confidence",
+PANE_COLUMNS = ["scene", "seed", "points", "pane", "width_spacings", "closed", "reason", "rms_spacings", "confidence",
                 "verdict"]
 
 
@@ -48,20 +49,21 @@ def positions_of(vertex):
 
 
 class Scene:
-    def __init__(self, options, work, name, points):
-        self.name, self.points, self.work = name, points, work
-        self.truth = work / f"{name}-{points}-truth.ply"
-        merged = work / f"{name}-{points}.ply"
+    def __init__(self, options, work, name, points, seed):
+        self.name, self.points, self.seed, self.work = name, points, seed, work
+        self.stem = f"{name}-{points}-seed{seed}"
+        self.truth = work / f"{self.stem}-truth.ply"
+        merged = work / f"{self.stem}.ply"
         self.program = options.program
-        words = [options.program, "generate", name, "--points", points, "--noise", NOISE]
+        words = [options.program, "generate", name, "--points", points, "--noise", NOISE, "--seed", seed]
         harness.made(merged, words + ["-o", merged, "--truth", self.truth])
         self.scans = [merged]
         self.settings = []
         if name == "room":
-            harness.made(work / f"{name}-{points}.toml", words + ["--separate", "-o", merged])
-            job = (work / f"{name}-{points}.toml").read_text(encoding="utf-8")
+            harness.made(work / f"{self.stem}.toml", words + ["--separate", "-o", merged])
+            job = (work / f"{self.stem}.toml").read_text(encoding="utf-8")
             poses = job.split("pose = ")[1].split("]")[0] + "]"
-            self.scans = [work / f"{name}-{points}_{scan}.ply" for scan in range(4)]
+            self.scans = [work / f"{self.stem}_{scan}.ply" for scan in range(4)]
             self.settings = ["input.pose=" + poses.replace("\n", " ")]
         truth = read_ply(self.truth)
         corners = positions_of(truth["vertex"]).reshape(-1, 3, 3)
@@ -74,7 +76,7 @@ class Scene:
 
     def cloud_for_peers(self):
         """The points in world coordinates with directions to their scanners."""
-        path = self.work / f"{self.name}-{self.points}-peer.ply"
+        path = self.work / f"{self.stem}-peer.ply"
         vertex = read_ply(self.merged)["vertex"]
         xyz = positions_of(vertex)
         if self.name == "room":
@@ -113,7 +115,7 @@ def pane_row(scene, number, report, mesh):
     sides = np.delete(high - low, across)
     width = 2 * sides.prod() / sides.sum() / scene.spacing
     rms = scene.pane_error(number, mesh)
-    row = {"scene": scene.name, "points": scene.points, "pane": f"{number}: {sides[0]:.2g} x {sides[1]:.2g}",
+    row = {"scene": scene.name, "seed": scene.seed, "points": scene.points, "pane": f"{number}: {sides[0]:.2g} x {sides[1]:.2g}",
            "width_spacings": round(float(width), 1), "rms_spacings": rms, "area": float(sides.prod())}
     near = [hole for hole in report["holes"]
             if np.linalg.norm(np.array(hole["center"]) - (low + high) / 2) < 0.5 * sides.min()]
@@ -126,7 +128,7 @@ def pane_row(scene, number, report, mesh):
 
 
 def ours(scene, options):
-    mesh = scene.work / f"{scene.name}-{scene.points}-mesh.ply"
+    mesh = scene.work / f"{scene.stem}-mesh.ply"
     result = harness.run_job(options.program, harness.ROOT / CONFIGS[scene.name], scene.scans, mesh, scene.settings)
     report = result["report"]
     facts = report["mesh"]
@@ -134,7 +136,7 @@ def ours(scene, options):
     filled = (facts["patch_area"] - sum(row["area"] for row in panes if row.get("closed"))) / facts["area"]
     within = [row for row in panes if row["width_spacings"] <= LIMIT]
     patches = patch_truth.patch_rows(scene.program, scene.work, mesh, report, scene.truth, scene.spacing)
-    return panes, patches, {"scene": scene.name, "points": report["input"]["points_read"], "program": "orbweave",
+    return panes, patches, {"scene": scene.name, "seed": scene.seed, "points": report["input"]["points_read"], "program": "orbweave",
                    "wall_seconds": result["wall_seconds"],
                    "cpu_seconds": result["user_seconds"] + result["system_seconds"],
                    "peak_gib": result["peak_memory_bytes"] / 2**30, **scene.judged(mesh), "components": facts["components"],
@@ -153,7 +155,7 @@ def peers(scene, radii, options):
         command = [harness.peer_python(), harness.PEERS / "open3d_scans.py", cloud, "--method", method, "--mesh", mesh,
                    *words]
         result = harness.run_within(command, PEER_CORES[method] * options.peer_seconds, options.peer_memory * 2**30)
-        row = {"scene": scene.name, "points": scene.points, "wall_seconds": result["wall_seconds"],
+        row = {"scene": scene.name, "seed": scene.seed, "points": scene.points, "wall_seconds": result["wall_seconds"],
                "cpu_seconds": result["cpu_seconds"], "peak_gib": result["peak_memory_bytes"] / 2**30}
         if "stopped" in result:
             rows.append({**row, "program": f"Open3D {method}", "stopped": result["stopped"]})
@@ -179,9 +181,14 @@ def misses(scene, row, panes, others):
         yield "wide panes"
 
 
+def numbers(text):
+    return [int(number) for number in text.split(",")]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--points", default="1000000", help="N,...: sizes of the clouds (1000000)")
+    parser.add_argument("--seed", default="1", help="N,...: seeds of the scenes (1)")
     parser.add_argument("--only", choices=sorted(CONFIGS), help="one of the two scenes")
     parser.add_argument("--no-peers", action="store_true", help="this program alone")
     parser.add_argument("--peer-seconds", type=float, default=600.0, help="a peer that takes more, of each core that it uses, is stopped (600)")
@@ -191,15 +198,15 @@ def main():
     work = harness.prepare(options)
     rows, pane_rows, all_patches, missed = [], [], [], []
     for name in [options.only] if options.only else sorted(CONFIGS, reverse=True):
-        for points in (int(text) for text in options.points.split(",")):
-            scene = Scene(options, work, name, points)
+        for seed, points in itertools.product(numbers(options.seed), numbers(options.points)):
+            scene = Scene(options, work, name, points, seed)
             panes, patches, row = ours(scene, options)
             all_patches += patches
             others = [] if options.no_peers else peers(scene, row["radii"], options)
             rows += [row, *others]
             pane_rows += panes
-            missed += [f"{name} {points}: {what}" for what in misses(scene, row, panes, others)]
-            print(f"{name}, {points}: F-score {row['f_score']:.4f}", flush=True)
+            missed += [f"{name} {points}, seed {seed}: {what}" for what in misses(scene, row, panes, others)]
+            print(f"{name}, {points}, seed {seed}: F-score {row['f_score']:.4f}", flush=True)
             for other in others:
                 print(f"  {other['program']}: {other.get('stopped') or round(other['f_score'], 4)}", flush=True)
     print("\n" + harness.table(rows, COLUMNS))
