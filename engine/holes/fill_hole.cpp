@@ -77,12 +77,19 @@ HolePatch left_open_in_scene() {
 }
 
 /// Whether a patch is wide, doubtful and of an open scene. Much area, more likely wrong than right,
-/// would be invented. A flat patch assumes less than others, and may be wider.
+/// would be invented. A wrong patch misses by about a tenth of its width, and edges along shadows
+/// are two to three spacings long: one of 8 edges misses by two spacings. Where the sheet around
+/// the rim is parallel to the rim's plane, the surface does not lie far from that plane, and a flat
+/// patch assumes less than others: both may be wider.
 bool is_wide_guess(const HoleProblem& problem, const PatchOptions& options,
                    const HolePatch& patch) {
-  constexpr double kWide = 16.0, kWideFlat = 24.0;  // mean lengths of the loop's edges
-  return options.whole && patch.method != FillMethod::kNone && patch.confidence < kDoubtful &&
-         evidence_of(problem, patch).width >= (patch.is_flat ? kWideFlat : kWide);
+  // Mean lengths of the loop's edges.
+  constexpr double kWide = 8.0, kWideInWall = 16.0, kWideFlat = 24.0;
+  if (!options.whole || patch.method == FillMethod::kNone || patch.confidence >= kDoubtful)
+    return false;
+  const double width = evidence_of(problem, patch).width;
+  if (patch.is_flat) return width >= kWideFlat;
+  return width >= kWideInWall || (width >= kWide && !rim_shape(problem).is_in_wall);
 }
 
 constexpr const char* kFoldsBack = "the patch folds back over the surface around it";

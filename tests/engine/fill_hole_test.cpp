@@ -333,6 +333,26 @@ TEST_CASE("LongLoopOfASceneThatTouchesItselfIsClosedUnlessMuchStandsInIt") {
   }
 }
 
+TEST_CASE("APatchInPartsIsFlatWhereMostOfItsAreaIs") {
+  // Two squares of areas 2 and 8 that touch in vertex 0.
+  HoleProblem problem;
+  problem.positions = {{0, 0, 0},  {1, -1, 0}, {2, 0, 0},  {1, 1, 0},
+                       {-2, 2, 0}, {-4, 0, 0}, {-2, -2, 0}};
+  problem.normals.assign(7, {0, 0, 1});
+  problem.loop = {0, 1, 2, 3, 0, 4, 5, 6};
+  const BoxTree sheet = BoxTree::of_sheet(problem.positions, problem.sheet);
+  for (const bool is_large_flat : {false, true}) {
+    const HolePatch patch =
+        fill_by_parts(problem, sheet, [&](const HoleProblem& part, std::size_t) {
+          HolePatch of_part = direct_fill(part);
+          of_part.is_flat = (area_of(part, of_part) > 4.0) == is_large_flat;
+          return of_part;
+        });
+    REQUIRE(patch.method != FillMethod::kNone);
+    CHECK(patch.is_flat == is_large_flat);
+  }
+}
+
 TEST_CASE("PatchMovesOutOfTheWayOfWhatSticksOut") {
   // A spike of the sheet leans over the hole from its rim, through where the patch would be.
   const TriangleMesh shape =

@@ -564,10 +564,9 @@ TEST_CASE("ConfidenceFallsWithTheWidthTheTurnAtTheRimAndTheRoughnessOfTheRim") {
 
 namespace {
 
-/// The square of side 1 in `cells` cells a side, and on it a box a tenth as high as the square is
-/// wide. Neither the front of the box nor the floor before it was seen, a quarter of the square
-/// wide and deep.
-TriangleMesh floor_with_shadow(std::uint32_t cells) {
+/// The square of side 1 in `cells` cells a side, and on it a box. Neither the front of the box nor
+/// the floor before it was seen, a quarter of the square wide and deep.
+TriangleMesh floor_with_shadow(std::uint32_t cells, double height = 0.1) {
   const double step = 1.0 / cells;
   TriangleMesh floor = test::square_mesh(cells);
   cut(floor,
@@ -575,8 +574,17 @@ TriangleMesh floor_with_shadow(std::uint32_t cells) {
   return moved(std::move(floor), [&](Vec3 p) {
     const bool is_on_box =
         std::abs(p.y - 0.5) < 0.1375 - 0.5 * step && p.x > 0.5 - 0.5 * step && p.x < 0.75;
-    return is_on_box ? p + Vec3{0.0, 0.0, 0.1} : p;
+    return is_on_box ? p + Vec3{0.0, 0.0, height} : p;
   });
+}
+
+/// The shadow that floor_with_shadow() leaves open, among the loops of what became of it.
+const HoleFacts& shadow_of(const FilledMesh& filled) {
+  const auto shadow =
+      std::find_if(filled.holes.begin(), filled.holes.end(),
+                   [](const HoleFacts& h) { return h.open != OpenReason::kOuterBorder; });
+  REQUIRE(shadow != filled.holes.end());
+  return *shadow;
 }
 
 }  // namespace
@@ -615,6 +623,24 @@ TEST_CASE("AWideShadowInAnOpenSceneIsNotClosedByAGuess") {
   const HoleFacts& patch = closed.holes.at(static_cast<std::size_t>(shadow->id - 1));
   CHECK(patch.filled);
   CHECK(patch.confidence < kDoubtful);
+}
+
+TEST_CASE("AGuessOfEightEdgesIsTakenOnlyWhereTheRimIsThatOfAnOpeningInAWall") {
+  // 14 edges wide and deep. The ramp to the lid of a high box leaves the floor steeply; that to the
+  // lid of a low one stays near it.
+  FillOptions all;
+  all.max_diameter = std::numeric_limits<double>::infinity();
+  for (const double height : {0.1, 0.3}) {
+    CAPTURE(height);
+    const TriangleMesh floor = floor_with_shadow(50, height);
+    const HoleFacts patch = shadow_of(fill_mesh(floor, all));
+    REQUIRE(patch.filled);
+    CHECK(patch.edges > 48);
+    CHECK(patch.confidence < kDoubtful);
+    const HoleFacts shadow = shadow_of(fill_mesh(floor, {}));
+    CHECK(shadow.filled == (height < 0.2));
+    if (!shadow.filled) CHECK(shadow.reason.find("guess") != std::string::npos);
+  }
 }
 
 TEST_CASE("ANarrowPatchInASmoothSurfaceIsTrustedAndTheBottomOfABeakerIsNot") {

@@ -199,7 +199,7 @@ std::vector<std::vector<std::uint32_t>> simple_parts(const std::vector<std::uint
 HolePatch fill_by_parts(const HoleProblem& problem, const BoxTree& sheet,
                         const std::function<HolePatch(const HoleProblem&, std::size_t)>& fill) {
   HolePatch whole;
-  double area = 0.0, confidence = 0.0;  // the latter weighted by area
+  double area = 0.0, flat = 0.0, confidence = 0.0;  // the last weighted by area
   PartCutter cutter(problem, sheet);
   ForbiddenEdges forbidden(problem);
   std::size_t number = 0;
@@ -211,10 +211,12 @@ HolePatch fill_by_parts(const HoleProblem& problem, const BoxTree& sheet,
     forbidden.add(part, patch);
     const double size = area_of(part.problem, patch);
     area += size;
+    if (patch.is_flat) flat += size;
     confidence += patch.confidence * size;
     append(problem, part, std::move(patch), whole);
   }
   if (area > 0.0) whole.confidence = confidence / area;
+  whole.is_flat = 2.0 * flat > area;
   return whole;
 }
 

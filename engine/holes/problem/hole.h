@@ -34,8 +34,8 @@ struct PatchOptions {
   bool allow_intersections = false;
   /// The loop stays open where every patch crosses the surface, instead of being closed in part:
   /// what is crossed stands in the gap, and what lies beside it is a guess. The loop also stays
-  /// open where the patch is doubtful (kDoubtful) and 16 mean edge lengths wide or more, 24 where
-  /// it is flat.
+  /// open where the patch is doubtful (kDoubtful) and 8 mean edge lengths wide or more, 16 where
+  /// the rim is that of an opening in a wall (RimShape::is_in_wall), 24 where the patch is flat.
   bool whole = false;
   /// The hole is one of an open scene. A patch that folds back over the sheet around it
   /// (is_folded()) is taken only where every other does so, or crosses the surface, and its reason
@@ -94,7 +94,8 @@ struct HolePatch {
   double condition = 0.0;           ///< estimate for the linear system; 0: none
   double rim_dihedral_rad = 0.0;    ///< largest angle between a rim face and its patch face
   double rim_mean_rad = 0.0;        ///< mean of these angles
-  /// A membrane over a rim at which the surface ends in a crease (ends_in_crease()).
+  /// A membrane over a rim at which the surface ends in a crease (ends_in_crease()); of a patch in
+  /// parts, most of its area is.
   bool is_flat = false;
   double confidence = 0.0;  ///< how much it can be relied on (patch_confidence.h)
   /// Edges at which a filled hole is still open, because triangles there would cross the surface;
