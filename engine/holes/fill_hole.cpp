@@ -80,16 +80,24 @@ HolePatch left_open_in_scene() {
 /// would be invented. A wrong patch misses by about a tenth of its width, and edges along shadows
 /// are two to three spacings long: one of 8 edges misses by two spacings. Where the sheet around
 /// the rim is parallel to the rim's plane, the surface does not lie far from that plane, and a flat
-/// patch assumes less than others: both may be wider.
-bool is_wide_guess(const HoleProblem& problem, const PatchOptions& options,
-                   const HolePatch& patch) {
+/// patch assumes less than others: both may be wider. `wider`: by how much more it has to be.
+bool is_wide_guess(const HoleProblem& problem, const PatchOptions& options, const HolePatch& patch,
+                   double wider = 1.0) {
   // Mean lengths of the loop's edges.
   constexpr double kWide = 8.0, kWideInWall = 16.0, kWideFlat = 24.0;
   if (!options.whole || patch.method == FillMethod::kNone || patch.confidence >= kDoubtful)
     return false;
-  const double width = evidence_of(problem, patch).width;
+  const double width = evidence_of(problem, patch).width / wider;
   if (patch.is_flat) return width >= kWideFlat;
   return width >= kWideInWall || (width >= kWide && !rim_shape(problem).is_in_wall);
+}
+
+HolePatch left_open_as_guess() {
+  static_assert(kDoubtful == 0.5, "the reason names it");
+  return left_open(
+      "a patch would be a guess (a confidence below 0.5), and a wide gap of an open scene is not "
+      "closed by one (fill.max_diameter)",
+      OpenReason::kTooWide);
 }
 
 constexpr const char* kFoldsBack = "the patch folds back over the surface around it";
@@ -222,6 +230,19 @@ class Attempts {
     return true;
   }
 
+  /// True where triangles between the corners alone tell that a patch would be a guess: a smooth
+  /// one has about their area, and meets the rim at about their angles. The guesses of nine scans
+  /// but one are told so, and two narrower doubtful patches.
+  bool is_guess() {
+    constexpr double kWider = 9.0 / 8.0;  // than a guess has to be
+    if (!options_.whole) return false;
+    HolePatch& corners = of_corners().patch;
+    if (corners.method == FillMethod::kNone) return false;
+    judge(problem_, options_, corners);
+    is_guess_ = is_wide_guess(problem_, options_, corners, kWider);
+    return is_guess_;
+  }
+
   /// True where triangles between the corners alone meet the surface oftener than at every other
   /// edge of the loop. A smooth patch does so, too, most of the time, and takes several times as
   /// long as all else that is tried: of 386 such loops of six scans 7 came to be clear by one, of
@@ -243,6 +264,7 @@ class Attempts {
   }
 
   HolePatch result() {
+    if (is_guess_) return left_open_as_guess();
     if (best_.method == FillMethod::kNone && folded_.method != FillMethod::kNone) {
       best_ = std::move(folded_);
       fewest_contacts_ = 0;
@@ -396,6 +418,7 @@ class Attempts {
   std::string last_fault_;
   bool too_large_ = false;
   bool has_crossed_ = false;
+  bool is_guess_ = false;
 };
 
 /// A few triangles meet what they meet whatever the method: looked for only where that matters.
@@ -421,7 +444,7 @@ HolePatch fill_simple(const HoleProblem& problem, const PatchOptions& options,
   const bool is_done = options.flat ? attempts.try_membrane() || attempts.is_too_large()
                                     : attempts.try_creased() || attempts.try_flat() ||
                                           attempts.try_plane() || attempts.is_crumpled() ||
-                                          attempts.try_smooth();
+                                          attempts.is_guess() || attempts.try_smooth();
   if (!is_done) attempts.try_direct();
   return attempts.result();
 }
@@ -486,13 +509,7 @@ HolePatch fill_hole(const HoleProblem& problem, const PatchOptions& options) {
   patch.rim_dihedral_rad = angles.largest;
   patch.rim_mean_rad = angles.mean;
   patch.confidence *= 1.0 - patch.open_edges / static_cast<double>(problem.loop.size());
-  if (is_wide_guess(problem, options, patch)) {
-    static_assert(kDoubtful == 0.5, "the reason names it");
-    return left_open(
-        "a patch would be a guess (a confidence below 0.5), and a wide gap of an open scene is not "
-        "closed by one (fill.max_diameter)",
-        OpenReason::kTooWide);
-  }
+  if (is_wide_guess(problem, options, patch)) return left_open_as_guess();
   return patch;
 }
 
