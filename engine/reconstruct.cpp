@@ -19,6 +19,7 @@
 #include "engine/spacing/coordinate_decades.h"
 #include "engine/spacing/normal_radius.h"
 #include "engine/spacing/orientation_cell.h"
+#include "engine/validation/usable_scale.h"
 #include "io/cloud_columns.h"
 #include "io/keep_points.h"
 #include "io/text/quantity.h"
@@ -104,6 +105,7 @@ struct Spacing {
 
 Spacing measure(std::span<const Vec3> positions, const PointCounts& counts, bool for_normals,
                 const ReconstructionOptions& options) {
+  require_usable_scale({}, "cloud", counts.bounds());
   const RootCube root = root_cube(counts.bounds());
   SpacingSampler sampler(root, counts);
   sampler.add(positions);

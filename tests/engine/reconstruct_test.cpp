@@ -246,6 +246,13 @@ TEST_CASE("TheFrontDoorSaysWhatIsWrong") {
   options = {};
   options.normals.source = NormalSource::kFile;
   CHECK_THROWS_WITH(reconstruct(without_normals(cloud), options), Contains("no normals"));
+  for (const double scale : {1e-80, 1e-200}) {
+    PointCloud tiny = cloud;
+    for (Vec3& p : tiny.positions) p = scale * p;
+    for (const PointCloud& one : {tiny, without_normals(tiny)})
+      CHECK_THROWS_WITH(reconstruct(one), Contains("the cloud is too small to be computed with") &&
+                                              Contains("expected an extent from 1e-75 to 1e75"));
+  }
 }
 
 TEST_CASE("TheFrontDoorRefusesFillOptionsThatAJobRefuses") {
