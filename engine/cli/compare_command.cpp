@@ -1,6 +1,7 @@
 // orbweave compare: whether two meshes are the same, and how far apart they are if not.
 #include <CLI/CLI.hpp>
 #include <array>
+#include <cstdint>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -77,6 +78,11 @@ std::string verdict(const MeshComparison& found) {
   return "different\n";
 }
 
+/// The checksum is of triangles: that of every cloud is the same.
+std::string checksum_text(const std::string& checksum, std::uint64_t triangles) {
+  return triangles > 0 ? checksum : "-";
+}
+
 std::string comparison_text(const CompareArguments& files, const MeshComparison& found) {
   if (found.identical) return verdict(found);
   std::vector<std::pair<std::string, DistanceSummary>> rows = {{"A to B, vertices", found.a_to_b},
@@ -90,7 +96,8 @@ std::string comparison_text(const CompareArguments& files, const MeshComparison&
                 {"file", files.a, files.b},
                 {"vertices", format_count(found.vertices_a), format_count(found.vertices_b)},
                 {"triangles", format_count(found.triangles_a), format_count(found.triangles_b)},
-                {"checksum", found.checksum_a, found.checksum_b}}) +
+                {"checksum", checksum_text(found.checksum_a, found.triangles_a),
+                 checksum_text(found.checksum_b, found.triangles_b)}}) +
          "\n" + distance_table(rows) + surface_text(found.surface);
 }
 
