@@ -162,6 +162,7 @@ void make_with_identity(const fs::path& place, std::vector<MadeDirectory>& made)
 std::vector<MadeDirectory> make_work_directory(const fs::path& directory) {
   std::error_code error;
   const fs::path path = fs::weakly_canonical(fs::absolute(final_target(directory)), error);
+  if (error) throw_directory_error(directory, error.value());
   std::vector<fs::path> missing;
   for (fs::path folder = path; !fs::exists(folder, error) && !error && folder.has_relative_path();
        folder = folder.parent_path())

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <climits>
 #include <cstdlib>
 #include <cstring>
 #include <string>
@@ -27,8 +28,10 @@ std::filesystem::path directory_of(const std::filesystem::path& target) {
 }
 
 std::filesystem::path temporary_beside(const std::filesystem::path& target) {
-  return directory_of(target) /
-         ("." + target.filename().string() + "." + random_word() + std::string(kSuffix));
+  const std::string end = "." + random_word() + std::string(kSuffix);
+  // A target whose name is as long as names may be has a temporary all the same.
+  const std::string name = target.filename().string().substr(0, NAME_MAX - 1 - end.size());
+  return directory_of(target) / ("." + name + end);
 }
 
 void TemporaryAtRisk::keep(const std::filesystem::path& temporary) {

@@ -1,4 +1,5 @@
-// What is written beside its target until it is whole: ".<target>.<16 digits>.part".
+// What is written beside its target until it is whole: ".<target>.<16 digits>.part", where names of
+// files have room for it; of a longer target the beginning.
 #pragma once
 
 #include <atomic>

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <climits>
 #include <map>
 #include <string>
 #include <vector>
@@ -396,6 +397,20 @@ TEST_CASE("AnOutputIsNoTemporaryWhateverItsName", "[costly]") {
   const std::string report = file_text(in / name);
   REQUIRE(reconstruct(in, {"scan.ply", "-o", "c.ply", "--work-dir", "w"}).status == 0);
   CHECK(file_text(in / name) == report);
+}
+
+TEST_CASE("NamesAsLongAsTheFileSystemHasThemAreWritten", "[costly]") {
+  const ScratchDirectory in;
+  make_scan(in);
+  const std::string stem(NAME_MAX - 5, 'm');  // the work directory is of that name with .work
+  REQUIRE(reconstruct(in, {"scan.ply", "-o", stem + ".ply", "--report", stem + ".json"}).status ==
+          0);
+  CHECK(std::filesystem::exists(in / (stem + ".ply")));
+  CHECK(std::filesystem::exists(in / (stem + ".json")));
+  CHECK(run_in(in, {"convert", "scan.ply", stem + "m.ply"}).status == 0);
+  const ProgramResult longer = reconstruct(in, {"scan.ply", "-o", stem + "m.ply"});
+  CHECK(longer.status == 4);
+  CHECK_THAT(longer.err, Contains("cannot use the work directory; found File name too long"));
 }
 
 TEST_CASE("AnEmptyDirectoryOfTheUsersIsUsedAndLeftWhateverItsPermissions", "[costly]") {
