@@ -11,6 +11,7 @@
 #include "engine/cli/team_program.h"
 #include "engine/pipeline/surface/in_core_methods.h"
 #include "io/error.h"
+#include "io/job/job_keys.h"
 #include "io/text/nearest_name.h"
 #include "io/text/words.h"
 
@@ -60,6 +61,19 @@ std::string help_advice(const CLI::App& program) {
          (chosen.empty() ? "" : chosen.front()->get_name() + " ") + "--help'.";
 }
 
+/// What to write in the place of an option of `reconstruct` where a job file is run; empty:
+/// nothing.
+std::string advice_on_key(CLI::App& command, const std::string& option) {
+  if (command.get_option_no_throw("--set") == nullptr) return {};
+  for (const JobKey& key : job_keys()) {
+    if (std::string("--") + key.option != option) continue;
+    const std::string value = key.option_value;
+    return "Give a key of the job another value by --set " + key.name() + "=" +
+           (value.empty() ? "VALUE" : value) + ". ";
+  }
+  return {};
+}
+
 /// An unknown option explains more than what is missing because of it.
 [[noreturn]] void reject_extras(CLI::App& program) {
   const auto chosen = program.get_subcommands();
@@ -68,6 +82,8 @@ std::string help_advice(const CLI::App& program) {
   const std::string word = extras.empty() ? "" : extras.front().substr(0, extras.front().find('='));
   if (!word.starts_with("-"))
     throw_usage("unexpected argument \"" + word + "\"", {.advice = help_advice(program)});
+  if (const std::string advice = advice_on_key(command, word); !advice.empty())
+    throw_usage("unknown option " + word, {.advice = advice + help_advice(program)});
   const std::string nearest = nearest_name(word, option_names(command));
   throw_usage(
       "unknown option " + word,

@@ -53,6 +53,14 @@ TEST_CASE("MisspeltOptionGetsTheNearestOne") {
                              Contains("Did you mean --normals-from-faces?"));
 }
 
+TEST_CASE("AnOptionOfAKeyIsToldAsASettingWhereAJobFileIsRun") {
+  const auto told = [](const char* option) { return run_program({"run", "job.toml", option}).err; };
+  CHECK_THAT(told("--max-edges=3"), Contains("unknown option --max-edges. Give a key of the job "
+                                             "another value by --set fill.max_edges=VALUE. See"));
+  CHECK_THAT(told("--no-fill"), Contains("--set fill.enabled=false"));
+  CHECK_THAT(told("--nonsense"), !Contains("--set"));
+}
+
 TEST_CASE("MissingArgumentIsWrongUsageThatPointsToHelp") {
   const auto result = run_program({"convert", "a.ply"});
   CHECK(result.status == 2);
