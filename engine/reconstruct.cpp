@@ -255,6 +255,14 @@ std::vector<double> usable_radii(const RadiiChoice& choice, const Reconstruction
   return options.ball_radii;
 }
 
+/// Radii that were given, beside the distances that they are to bridge.
+std::string given_radii_text(const std::vector<double>& radii, double spacing) {
+  const std::string first = format_number(radii.front());
+  return (radii.size() == 1 ? "ball radius " + first
+                            : "ball radii " + first + " to " + format_number(radii.back())) +
+         ", at a point spacing of " + format_number(spacing);
+}
+
 /// The mesh of a sorted cloud with normals.
 Reconstruction surface_of(PointCloud cloud, Spacing spacing, Stages& stages,
                           const ReconstructionOptions& options, DroppedPoints dropped) {
@@ -270,8 +278,10 @@ Reconstruction surface_of(PointCloud cloud, Spacing spacing, Stages& stages,
     throw_bad_input(
         "no triangle can be formed: no ball touches three points without holding a fourth, on the "
         "side their normals point to",
-        {.found = choice.reason,
-         .expected = "points on a surface, and normals that agree with it"});
+        {.found = options.ball_radii.empty() ? choice.reason
+                                             : given_radii_text(options.ball_radii, choice.spacing),
+         .expected = "points on a surface, normals that agree with it, and ball radii of about the "
+                     "point spacing"});
   result.mesh = used_part(std::move(cloud), std::move(triangles));
   if (!options.fill.enabled) return result;
   stages.begin("fill");

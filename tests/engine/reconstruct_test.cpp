@@ -243,6 +243,10 @@ TEST_CASE("TheFrontDoorSaysWhatIsWrong") {
   options = {};
   options.ball_radii = {1e6};
   CHECK_THROWS_WITH(reconstruct(cloud, options), Contains("too large"));
+  options.ball_radii = {1e-6};
+  CHECK_THROWS_WITH(reconstruct(cloud, options), Contains("found ball radius 1e-06, at a point"));
+  options.ball_radii = {1e-6, 2e-6};
+  CHECK_THROWS_WITH(reconstruct(cloud, options), Contains("found ball radii 1e-06 to 2e-06, at"));
   options = {};
   options.normals.source = NormalSource::kFile;
   CHECK_THROWS_WITH(reconstruct(without_normals(cloud), options), Contains("no normals"));
