@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "engine/holes/loops/loop_parts.h"
+#include "engine/holes/patch/crease.h"
 #include "engine/holes/patch/patch_intersections.h"
 
 namespace orbweave {
@@ -20,15 +21,22 @@ PartsInScene::PartsInScene(const HoleProblem& problem, const BoxTree& sheet,
                            const PatchOptions& options) {
   const std::size_t edges = problem.loop.size();
   if (!options.whole || edges < kLong) return;
+  // The pane of a window is flat and clear of what smooth patches and these triangles run into.
+  bool may_be_flat = false;
+  const auto look_at = [&](const HoleProblem& part, const Rim& rim) {
+    if (2 * part.loop.size() >= edges && calls_for_flat_patch(part, rim)) may_be_flat = true;
+  };
   const auto meets_oftener = [&](const HolePatch& corners, std::uint64_t most) {
-    return corners.method != FillMethod::kNone &&
+    return !may_be_flat && corners.method != FillMethod::kNone &&
            find_contacts(problem, sheet, corners, most + 1).size() > most;
   };
   if (edges >= kVeryLong) {
     const HolePatch rough =
         fill_by_parts(problem, sheet, [&](const HoleProblem& part, std::size_t) {
           if (is_closed_directly(part, options)) return direct_fill(part);
-          return direct_fill(part, rough_triangles_of_loop(part));
+          const LoopTriangles loop = rough_triangles_of_loop(part);
+          look_at(part, loop.rim);
+          return direct_fill(part, loop);
         });
     is_hopeless_ = meets_oftener(rough, kMostContactsOfRough);
     if (is_hopeless_) return;
@@ -38,6 +46,7 @@ PartsInScene::PartsInScene(const HoleProblem& problem, const BoxTree& sheet,
         parts_.emplace_back();
         if (is_closed_directly(part, options)) return direct_fill(part);
         LoopTriangles loop = triangles_of_loop(part);
+        if (!may_be_flat) look_at(part, loop.rim);
         HolePatch patch = direct_fill(part, loop);
         parts_.back() = {part.forbidden, std::move(loop)};
         return patch;

@@ -15,8 +15,8 @@ namespace orbweave {
 
 /// A loop that touches itself is cut into parts, of which each may be closed. A wide gap of an open
 /// scene is closed whole or not at all (PatchOptions::whole), and a patch of one that meets the
-/// surface often at first never comes to be clear of it. That is asked of triangles between the
-/// corners of the parts, before any patch is made.
+/// surface often at first never comes to be clear of it, unless it is flat. That is asked of
+/// triangles between the corners of the parts, before any patch is made.
 class PartsInScene {
  public:
   /// Other loops are not looked at. `sheet`: of the problem's sheet.

@@ -210,6 +210,12 @@ bool is_stepped(const HoleProblem& problem, const RecessedPlane& plane) {
          roughness_of_recess(problem, plane) <= kMostBetween * step;
 }
 
+bool calls_for_flat_patch(const HoleProblem& problem, const Rim& rim) {
+  if (ends_in_crease(problem, rim)) return true;
+  const std::optional<RecessedPlane> plane = recessed_plane(problem);
+  return plane && is_stepped(problem, *plane);
+}
+
 double roughness_of_recess(const HoleProblem& problem, const RecessedPlane& plane) {
   const FlatRim rim = flat_rim(problem);
   double squares = 0.0;

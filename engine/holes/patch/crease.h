@@ -43,6 +43,10 @@ std::optional<RecessedPlane> recessed_plane(const HoleProblem& problem);
 /// recess's ground and none of the sides there: the sheet need not be steep along such a rim.
 bool is_stepped(const HoleProblem& problem, const RecessedPlane& plane);
 
+/// Whether the rim is one that a flat patch is tried for first: it ends in a crease, or is the lip
+/// of a recess. `rim`: of the problem.
+bool calls_for_flat_patch(const HoleProblem& problem, const Rim& rim);
+
 /// As RimShape::roughness, from the ground of a recess or the wall, whichever of the two is closer
 /// to a corner.
 double roughness_of_recess(const HoleProblem& problem, const RecessedPlane& plane);
