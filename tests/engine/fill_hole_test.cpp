@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/holes/loops/loop_parts.h"
+#include "engine/holes/loops/parts_in_scene.h"
 #include "engine/holes/patch/direct_fill.h"
 #include "engine/holes/patch/patch_intersections.h"
 #include "engine/holes/patch/untangle.h"
@@ -124,6 +125,40 @@ HoleProblem smooth_hole_with_blade() {
     problem.normals.push_back({});
   }
   problem.sheet.push_back({tip, tip + 1, tip + 2});
+  return problem;
+}
+
+/// Two square holes of a grid that meet in a vertex as one loop, and blades of the sheet through
+/// one of them.
+HoleProblem eight_with_blades(std::size_t quads, int blades) {
+  const double side = static_cast<double>(quads) / 32.0;
+  const auto is_in = [&](double x, double y) { return x > 0 && x < side && y > 0 && y < side; };
+  const TriangleMesh shape = without(height_field(64, waves),
+                                     [&](Vec3 p) { return is_in(p.x, p.y) || is_in(-p.x, -p.y); });
+  std::vector<HoleProblem> problems = problems_of(shape, 1e9);
+  std::erase_if(problems, [&](const auto& each) { return each.loop.size() != 4 * quads; });
+  REQUIRE(problems.size() == 2);
+  // All of the shape was gathered: both have the same numbers.
+  HoleProblem problem = std::move(problems[0]);
+  std::vector<std::uint32_t> other = std::move(problems[1].loop);
+  const auto shared =
+      std::find_first_of(problem.loop.begin(), problem.loop.end(), other.begin(), other.end());
+  REQUIRE(shared != problem.loop.end());
+  std::rotate(problem.loop.begin(), shared, problem.loop.end());
+  std::rotate(other.begin(), std::find(other.begin(), other.end(), problem.loop[0]), other.end());
+  problem.loop.insert(problem.loop.end(), other.begin(), other.end());
+  problem.forbidden.insert(problem.forbidden.end(), problems[1].forbidden.begin(),
+                           problems[1].forbidden.end());
+  std::sort(problem.forbidden.begin(), problem.forbidden.end());
+  for (int i = 0; i < blades; ++i) {
+    const Vec3 foot{side * (0.2 + 0.1 * (i % 7)), side * (0.2 + 0.1 * (i / 7)), 0.0};
+    const auto first = static_cast<std::uint32_t>(problem.positions.size());
+    for (const Vec3 corner : {Vec3{0, 0, 0.5}, Vec3{0.01, 0, -0.5}, Vec3{0, 0.01, -0.5}}) {
+      problem.positions.push_back(foot + corner);
+      problem.normals.push_back({});
+    }
+    problem.sheet.push_back({first, first + 1, first + 2});
+  }
   return problem;
 }
 
@@ -283,38 +318,6 @@ TEST_CASE("LoopWhoseDiscWouldMeetTheSheetIsTakenApart") {
 }
 
 TEST_CASE("LongLoopOfASceneThatTouchesItselfIsClosedUnlessMuchStandsInIt") {
-  // Two squares of a grid that meet in a vertex, and blades of the sheet through one of them.
-  const auto eight_with_blades = [](std::size_t quads, int blades) {
-    const double side = static_cast<double>(quads) / 32.0;
-    const auto is_in = [&](double x, double y) { return x > 0 && x < side && y > 0 && y < side; };
-    const TriangleMesh shape = without(
-        height_field(64, waves), [&](Vec3 p) { return is_in(p.x, p.y) || is_in(-p.x, -p.y); });
-    std::vector<HoleProblem> problems = problems_of(shape, 1e9);
-    std::erase_if(problems, [&](const auto& each) { return each.loop.size() != 4 * quads; });
-    REQUIRE(problems.size() == 2);
-    // All of the shape was gathered: both have the same numbers.
-    HoleProblem problem = std::move(problems[0]);
-    std::vector<std::uint32_t> other = std::move(problems[1].loop);
-    const auto shared =
-        std::find_first_of(problem.loop.begin(), problem.loop.end(), other.begin(), other.end());
-    REQUIRE(shared != problem.loop.end());
-    std::rotate(problem.loop.begin(), shared, problem.loop.end());
-    std::rotate(other.begin(), std::find(other.begin(), other.end(), problem.loop[0]), other.end());
-    problem.loop.insert(problem.loop.end(), other.begin(), other.end());
-    problem.forbidden.insert(problem.forbidden.end(), problems[1].forbidden.begin(),
-                             problems[1].forbidden.end());
-    std::sort(problem.forbidden.begin(), problem.forbidden.end());
-    for (int i = 0; i < blades; ++i) {
-      const Vec3 foot{side * (0.2 + 0.1 * (i % 7)), side * (0.2 + 0.1 * (i / 7)), 0.0};
-      const auto first = static_cast<std::uint32_t>(problem.positions.size());
-      for (const Vec3 corner : {Vec3{0, 0, 0.5}, Vec3{0.01, 0, -0.5}, Vec3{0, 0.01, -0.5}}) {
-        problem.positions.push_back(foot + corner);
-        problem.normals.push_back({});
-      }
-      problem.sheet.push_back({first, first + 1, first + 2});
-    }
-    return problem;
-  };
   const PatchOptions in_scene{.whole = true, .in_scene = true}, alone{.in_scene = true};
   for (const std::size_t quads : {13, 20}) {
     INFO(8 * quads << " edges");
@@ -330,6 +333,28 @@ TEST_CASE("LongLoopOfASceneThatTouchesItselfIsClosedUnlessMuchStandsInIt") {
     CHECK(none.method == FillMethod::kNone);
     CHECK(none.open == OpenReason::kTooWide);
     CHECK(none.reason.find("every patch crosses the surface") != std::string::npos);
+  }
+}
+
+TEST_CASE("LongLoopThatAFlatPatchMayCloseIsNotGivenUpForWhatOthersMeet") {
+  const PatchOptions in_scene{.whole = true, .in_scene = true};
+  for (const std::size_t quads : {13, 20}) {
+    INFO(8 * quads << " edges");
+    const HoleProblem level = eight_with_blades(quads, 49);
+    // The sheet falls away steeply all around both squares.
+    HoleProblem steep = level;
+    const double side = static_cast<double>(quads) / 32.0;
+    const auto off = [&](double x, double y) {
+      return std::max({0.0, -x, x - side, -y, y - side});
+    };
+    for (Vec3& p : steep.positions)
+      if (std::abs(p.z) < 0.2) p.z = -5.0 * std::min(off(p.x, p.y), off(-p.x, -p.y));
+    const auto is_hopeless = [&](const HoleProblem& problem) {
+      const BoxTree sheet = BoxTree::of_sheet(problem.positions, problem.sheet);
+      return PartsInScene(problem, sheet, in_scene).is_hopeless();
+    };
+    CHECK(is_hopeless(level));
+    CHECK_FALSE(is_hopeless(steep));
   }
 }
 
