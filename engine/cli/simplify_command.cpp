@@ -182,10 +182,7 @@ void simplify(const SimplifyArguments& arguments, const StopToken& stop) {
   const SimplifiedFacts facts = simplified(arguments, options, job.output, *progress, stop, schema);
   note_written(job.output.mesh);
   write_files_beside(job.output.mesh, arguments.mesh, system, facts.origin);
-  if (facts.most_triangles > 0 && facts.triangles > facts.most_triangles)
-    print_warning("the mesh cannot be simplified to " +
-                  counted(facts.most_triangles, "triangle", "triangles") +
-                  ": borders, rims and handles need more");
+  if (const std::string missed = missed_limit(facts); !missed.empty()) print_warning(missed);
   std::cout << summary(job.output, facts, schema);
 }
 

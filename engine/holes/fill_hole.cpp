@@ -78,9 +78,9 @@ HolePatch left_open_in_scene() {
 
 /// Whether a patch is wide, doubtful and of an open scene. Much area, more likely wrong than right,
 /// would be invented. A wrong patch misses by about a tenth of its width, and edges along shadows
-/// are two to three spacings long: one of 8 edges misses by two spacings. Where the sheet around
-/// the rim is parallel to the rim's plane, the surface does not lie far from that plane, and a flat
-/// patch assumes less than others: both may be wider. `wider`: by how much more it has to be.
+/// are two to three spacings long: a wrong patch of 8 edges misses by two spacings. Where the sheet
+/// around the rim is parallel to the rim's plane, the surface does not lie far from that plane, and
+/// a flat patch assumes less than others: both may be wider. `wider`: a factor of the limits.
 bool is_wide_guess(const HoleProblem& problem, const PatchOptions& options, const HolePatch& patch,
                    double wider = 1.0) {
   // Mean lengths of the loop's edges.
@@ -181,14 +181,12 @@ class Attempts {
   /// one that meets nothing bulges out of a crease or a recess. One that still meets something is
   /// one of many.
   bool try_flat() {
-    const bool is_crease = ends_in_crease(problem_, rim());
-    const std::optional<RecessedPlane> plane = recessed_plane(problem_);
-    const bool is_recess = plane && (is_crease || is_stepped(problem_, *plane));
-    if (is_recess && settles(recessed_fill(problem_, loop(), *plane, options_),
-                             "flat, at the ground of a recess"))
+    const FlatCall call = call_for_flat_patch(problem_, rim());
+    if (call.recess && settles(recessed_fill(problem_, loop(), *call.recess, options_),
+                               "flat, at the ground of a recess"))
       return true;
-    return is_crease && settles(membrane_fill(problem_, loop(), options_),
-                                "flat, because the surface turns away all along the rim");
+    return call.is_crease && settles(membrane_fill(problem_, loop(), options_),
+                                     "flat, because the surface turns away all along the rim");
   }
   /// True when planes around the hole meet in an edge that the patch goes on with, if need be after
   /// it was moved out of the way: a smooth one rounds the edge off. Where they do not meet, nothing
@@ -265,7 +263,7 @@ class Attempts {
 
   HolePatch result() {
     if (is_guess_) return left_open_as_guess();
-    if (best_.method == FillMethod::kNone && folded_.method != FillMethod::kNone) {
+    if (best_.method == FillMethod::kNone && has_folded()) {
       best_ = std::move(folded_);
       fewest_contacts_ = 0;
     }
@@ -462,9 +460,6 @@ HolePatch fill_parts(const HoleProblem& problem, const BoxTree& sheet, PatchOpti
 }
 
 HolePatch fill_canonical(const HoleProblem& problem, const PatchOptions& options) {
-  // Where the patches of a longer loop's parts fold back, triangles between all corners do, too, as
-  // of 246 of 247 such loops of nine scans.
-  constexpr std::size_t kFewEdges = 24;
   if (simple_parts(problem.loop).empty()) return fill_simple(problem, options);
   Attempts attempts(problem, options);
   if (attempts.is_hopeless()) return left_open_in_scene();
@@ -474,6 +469,9 @@ HolePatch fill_canonical(const HoleProblem& problem, const PatchOptions& options
   HolePatch parts = fill_parts(problem, attempts.sheet(), options, in_scene);
   if (options.whole && parts.method == FillMethod::kNone) return parts;
   const bool is_done = attempts.take(std::move(parts)) || attempts.is_too_large();
+  // Where the patches of a longer loop's parts fold back, triangles between all corners do, too:
+  // those of 246 of 247 such loops of nine scans.
+  constexpr std::size_t kFewEdges = 24;
   const bool is_enough =
       attempts.is_tangled() || (attempts.has_folded() && problem.loop.size() > kFewEdges);
   if (!is_done && !is_enough) attempts.try_direct();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "io/meshes/mesh_stream.h"
 #include "io/meshes/patch_confidence.h"
 #include "io/system/spool_file.h"
+#include "io/text/quantity.h"
 
 namespace orbweave {
 namespace {
@@ -268,6 +270,13 @@ void keep_confidence(const MeshStream& mesh, const std::map<std::int32_t, float>
 }
 
 }  // namespace
+
+std::string missed_limit(const SimplifiedFacts& facts) {
+  if (facts.most_triangles == 0 || facts.triangles <= facts.most_triangles) return {};
+  return "the mesh cannot be simplified to " + format_count(facts.most_triangles) +
+         (facts.most_triangles == 1 ? " triangle" : " triangles") +
+         ": borders, rims and handles need more";
+}
 
 SimplifiedFacts write_simplified(const fs::path& mesh, const fs::path& target,
                                  const SimplifyOptions& options, const SimplifyEvents& events,

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <string>
 
 #include "engine/levels/levels.h"
 #include "io/meshes/mesh_writer.h"
@@ -50,6 +51,9 @@ struct SimplifiedFacts {
   std::uint64_t bytes = 0;       ///< of the file
   std::uint64_t work_bytes = 0;  ///< of the files without a name, when the pieces were made
 };
+
+/// That there are more triangles than asked for, and why; empty where there are not.
+std::string missed_limit(const SimplifiedFacts& facts);
 
 /// Reads the mesh twice and writes the simplified one. Its vertices are vertices of the mesh, in
 /// their order, with all that they carry. A triangle fills the hole of that triangle of the mesh

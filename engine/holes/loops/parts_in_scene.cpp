@@ -21,10 +21,11 @@ PartsInScene::PartsInScene(const HoleProblem& problem, const BoxTree& sheet,
                            const PatchOptions& options) {
   const std::size_t edges = problem.loop.size();
   if (!options.whole || edges < kLong) return;
-  // The pane of a window is flat and clear of what smooth patches and these triangles run into.
+  // The pane of a window is flat, and clear of what triangles between the corners run into.
   bool may_be_flat = false;
   const auto look_at = [&](const HoleProblem& part, const Rim& rim) {
-    if (2 * part.loop.size() >= edges && calls_for_flat_patch(part, rim)) may_be_flat = true;
+    const bool is_most = 2 * part.loop.size() >= edges;
+    if (is_most && !may_be_flat) may_be_flat = call_for_flat_patch(part, rim).any();
   };
   const auto meets_oftener = [&](const HolePatch& corners, std::uint64_t most) {
     return !may_be_flat && corners.method != FillMethod::kNone &&
@@ -46,7 +47,7 @@ PartsInScene::PartsInScene(const HoleProblem& problem, const BoxTree& sheet,
         parts_.emplace_back();
         if (is_closed_directly(part, options)) return direct_fill(part);
         LoopTriangles loop = triangles_of_loop(part);
-        if (!may_be_flat) look_at(part, loop.rim);
+        look_at(part, loop.rim);
         HolePatch patch = direct_fill(part, loop);
         parts_.back() = {part.forbidden, std::move(loop)};
         return patch;

@@ -136,8 +136,9 @@ double quantile(std::vector<double> values, double share) {
   return *at;
 }
 
-}  // namespace
-
+/// True where the rim lies in a plane, the sheet meets that plane steeply all along it, and the
+/// sheet does not bend towards the hole as it comes near. False for the cap of a sphere, which
+/// bends, and for loops of a few edges. `rim_of_hole`: of the problem.
 bool ends_in_crease(const HoleProblem& problem, const Rim& rim_of_hole) {
   constexpr double kFlat = 0.05;  // distance from the plane by the width of the hole
   constexpr double kRough = 1.0;  // and by the spacing, where that is more
@@ -167,6 +168,22 @@ bool ends_in_crease(const HoleProblem& problem, const Rim& rim_of_hole) {
   const double bend = (*behind - at_rim.mean()) / (static_cast<double>(rings) * rim.spacing);
   return bend < kBends * closing;
 }
+
+/// True where the corners of the rim lie on two levels, the sheet and the ground, with hardly any
+/// between, and the ground is shallow for the width of the hole. The scanner saw parts of a
+/// recess's ground and none of the sides there: the sheet need not be steep along such a rim.
+bool is_stepped(const HoleProblem& problem, const RecessedPlane& plane) {
+  constexpr double kLeastStep = 1.5;  // edge lengths
+  // Corners spread evenly from one level to the other have 0.29.
+  constexpr double kMostBetween = 0.15;  // of the step
+  constexpr double kDeepest = 0.25;      // of the width
+  const FlatRim rim = flat_rim(problem);
+  const double step = (plane.wall - plane.depth) / rim.spacing;
+  return step >= kLeastStep && step * rim.spacing <= kDeepest * rim.width &&
+         roughness_of_recess(problem, plane) <= kMostBetween * step;
+}
+
+}  // namespace
 
 RimShape rim_shape(const HoleProblem& problem) {
   const FlatRim rim = flat_rim(problem);
@@ -199,21 +216,10 @@ std::optional<RecessedPlane> recessed_plane(const HoleProblem& problem) {
   return plane;
 }
 
-bool is_stepped(const HoleProblem& problem, const RecessedPlane& plane) {
-  constexpr double kLeastStep = 1.5;  // edge lengths
-  // Corners spread evenly from one level to the other have 0.29.
-  constexpr double kMostBetween = 0.15;  // of the step
-  constexpr double kDeepest = 0.25;      // of the width
-  const FlatRim rim = flat_rim(problem);
-  const double step = (plane.wall - plane.depth) / rim.spacing;
-  return step >= kLeastStep && step * rim.spacing <= kDeepest * rim.width &&
-         roughness_of_recess(problem, plane) <= kMostBetween * step;
-}
-
-bool calls_for_flat_patch(const HoleProblem& problem, const Rim& rim) {
-  if (ends_in_crease(problem, rim)) return true;
-  const std::optional<RecessedPlane> plane = recessed_plane(problem);
-  return plane && is_stepped(problem, *plane);
+FlatCall call_for_flat_patch(const HoleProblem& problem, const Rim& rim) {
+  FlatCall call{ends_in_crease(problem, rim), recessed_plane(problem)};
+  if (call.recess && !call.is_crease && !is_stepped(problem, *call.recess)) call.recess.reset();
+  return call;
 }
 
 double roughness_of_recess(const HoleProblem& problem, const RecessedPlane& plane) {

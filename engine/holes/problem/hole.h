@@ -94,8 +94,8 @@ struct HolePatch {
   double condition = 0.0;           ///< estimate for the linear system; 0: none
   double rim_dihedral_rad = 0.0;    ///< largest angle between a rim face and its patch face
   double rim_mean_rad = 0.0;        ///< mean of these angles
-  /// A membrane over a rim at which the surface ends in a crease (ends_in_crease()); of a patch in
-  /// parts, most of its area is.
+  /// A membrane over a rim at which the surface ends in a crease (FlatCall::is_crease); of a patch
+  /// in parts, most of its area is.
   bool is_flat = false;
   double confidence = 0.0;  ///< how much it can be relied on (patch_confidence.h)
   /// Edges at which a filled hole is still open, because triangles there would cross the surface;

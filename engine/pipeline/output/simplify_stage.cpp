@@ -41,10 +41,7 @@ MeshWriterOptions written_options(const Job& job, const Partition& partition, St
 }
 
 void note_result(const SimplifiedFacts& facts, const fs::path& file, StageRunner& runner) {
-  if (facts.most_triangles > 0 && facts.triangles > facts.most_triangles)
-    runner.warn("the mesh cannot be simplified to " + format_count(facts.most_triangles) +
-                (facts.most_triangles == 1 ? " triangle" : " triangles") +
-                ": borders, rims and handles need more");
+  if (const std::string missed = missed_limit(facts); !missed.empty()) runner.warn(missed);
   runner.note(file.string() + ": " + format_count(facts.triangles) + " of " +
               format_count(facts.triangles_read) + " triangles, at most " +
               format_number(facts.error) + " from the mesh");
