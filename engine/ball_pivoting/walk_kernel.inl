@@ -34,8 +34,8 @@ constexpr double kSliver = 1e-14;
 constexpr std::uint32_t kFew = 16, kMany = 48, kMore = 64;
 /// Neighbours are left out before scans only where at least so many circles are to be scanned, or
 /// where there are at least so many neighbours; before pairs are tried, where there are at least
-/// kManyListed partners.
-constexpr std::uint32_t kManyWanted = 32, kMostWhole = 200, kManyListed = 32;
+/// kManyListed partners. Of kSomeListed those that free cells rule out are left out.
+constexpr std::uint32_t kManyWanted = 32, kMostWhole = 200, kSomeListed = 16, kManyListed = 48;
 /// With how many of the nearest a search in groups begins.
 constexpr std::uint32_t kFewOfCrowd = 24;
 /// From how many neighbours on what is free is clipped before anything else is looked at, and the
@@ -55,6 +55,8 @@ inline Lanes pseudo_angle(Lanes cosine, Lanes sine) {
 #include "engine/ball_pivoting/walk_clipping.inl"
 #include "engine/ball_pivoting/walk_crowd.inl"
 #include "engine/ball_pivoting/walk_suspects.inl"
+
+#include "engine/ball_pivoting/walk_free_cells.inl"
 
 /// Collects the neighbours closer than two ball radii, in the order of the arrays.
 void gather(const PointArrays& points, const CandidateRanges& candidates, double ball_radius,
@@ -141,7 +143,9 @@ class Walker {
   bool accepted(std::uint32_t i, std::uint32_t j) const;
   bool closed_simply() const;
   void scan_all(const std::uint8_t* active);
+  bool wants_two(const std::uint8_t* active) const;
   std::uint32_t list_uncovered(const NearestCaps& near, const std::uint8_t* active) const;
+  std::uint32_t keep_listed(const FreeCells& cells, std::uint32_t listed) const;
   bool is_held(Direction u) const;
   bool keep_relevant();
   void leave_out_irrelevant() {
@@ -436,6 +440,14 @@ bool Walker::keep_relevant() {
   return nothing_free;
 }
 
+/// Whether there are two wanted neighbours. Those that come behind the point do so in the list, too.
+bool Walker::wants_two(const std::uint8_t* active) const {
+  std::uint32_t wanted = 0;
+  for (std::uint32_t k = n_; k > 0 && wanted < 2 && s_.id[k - 1] > scratch_.point; --k)
+    wanted += is_wanted(k - 1, active) ? 1 : 0;
+  return wanted == 2;
+}
+
 /// Lists the wanted neighbours whose circles no single cap of the nearest covers; returns their
 /// number. Most circles of a large ball are covered like that.
 std::uint32_t Walker::list_uncovered(const NearestCaps& near, const std::uint8_t* active) const {
@@ -457,6 +469,25 @@ std::uint32_t Walker::list_uncovered(const NearestCaps& near, const std::uint8_t
   return listed;
 }
 
+/// Leaves those in the list whose circles may run through one of the cells; returns their number.
+std::uint32_t Walker::keep_listed(const FreeCells& cells, std::uint32_t listed) const {
+  std::uint32_t* const list = scratch_.list;
+  std::uint32_t kept = 0;
+  double x[Lanes::kWidth], y[Lanes::kWidth], z[Lanes::kWidth], height[Lanes::kWidth];
+  for (std::uint32_t first = 0; first < listed; first += Lanes::kWidth) {
+    const std::uint32_t some = listed - first < Lanes::kWidth ? listed - first : Lanes::kWidth;
+    for (std::uint32_t lane = 0; lane < Lanes::kWidth; ++lane) {
+      const std::uint32_t k = list[lane < some ? first + lane : first];
+      x[lane] = s_.dx[k], y[lane] = s_.dy[k], z[lane] = s_.dz[k], height[lane] = s_.cap_height[k];
+    }
+    const auto met = cells.met_by({Lanes::load(x), Lanes::load(y), Lanes::load(z)},
+                                  Lanes::load(height), first_lanes(some));
+    for (std::uint32_t lane = 0; lane < some; ++lane)
+      if (any(both(met, lane_mask(lane)))) list[kept++] = list[first + lane];
+  }
+  return kept;
+}
+
 /// Whether a ball holds any of the neighbours beyond doubt.
 bool Walker::is_held(Direction u) const {
   const DirectionOf<Lanes> at = {Lanes::all(u.x), Lanes::all(u.y), Lanes::all(u.z)};
@@ -472,10 +503,10 @@ bool Walker::is_held(Direction u) const {
 void Walker::suspect(const std::uint8_t* active, const Corner* taken, std::uint32_t taken_count) {
   fan_.count = 0;
   fan_.closed = fan_.blocked = false;
-  if (count_wanted(active) < 2) return;
+  if (!wants_two(active)) return;
   NearestCaps near(s_, n_);
   std::uint32_t listed = list_uncovered(near, active);
-  if (n_ >= kMany && listed >= kManyListed) {
+  if (listed >= kManyListed) {
     invert_lengths(scratch_, n_);
     leave_out_irrelevant();
     if (nothing_free_) {
@@ -484,6 +515,10 @@ void Walker::suspect(const std::uint8_t* active, const Corner* taken, std::uint3
     }
     near = NearestCaps(s_, n_);
     listed = list_uncovered(near, active);
+  } else if (listed >= kSomeListed) {
+    const FreeCells cells(near);
+    fan_.blocked = cells.empty();
+    listed = cells.empty() ? 0 : keep_listed(cells, listed);
   }
   if (listed < 2) return;
   if (listed <= Partners::kMost) {

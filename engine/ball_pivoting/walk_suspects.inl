@@ -10,7 +10,11 @@ inline Lanes beyond_doubt(Lanes height) {
 
 /// Some of the nearest neighbours, at most kMost.
 class NearestCaps {
+  static constexpr std::uint32_t kMost = 2 * kFew;
+
  public:
+  static constexpr std::uint32_t kRoom = kMost + Lanes::kWidth;
+
   NearestCaps(const Neighbours& all, std::uint32_t n) {
     if (n <= kMost) {
       for (; n_ < n; ++n_) take(all, n_, n_);
@@ -48,9 +52,27 @@ class NearestCaps {
     return but_not(wanted, free);
   }
 
+  /// By how much u.d of the directions u of a cell may differ from that of the cell's middle, and
+  /// more than rounding. `radius`: no direction of the cell is further from the middle.
+  static Lanes reach_of_cell(double radius, Lanes height) {
+    return Lanes::all(radius) * square_root(height + height) + Lanes::all(1e-9);
+  }
+  /// Per cap, what u.d has to exceed at a cell's middle u for the cap to hold the cell.
+  void list_holding(double radius, double* holding) const {
+    for (std::uint32_t k = 0; k < n_; k += Lanes::kWidth) {
+      const Lanes height = Lanes::load(height_ + k);
+      (height + reach_of_cell(radius, height)).store(holding + k);
+    }
+  }
+  /// Lanes whose cells no single one of these caps holds. `holding`: see list_holding().
+  Lanes::Mask leave_cells_free(DirectionOf<Lanes> middle, const double* holding) const {
+    auto free = first_lanes(Lanes::kWidth);
+    for (std::uint32_t k = 0; k < n_ && any(free); ++k)
+      free = but_not(free, Lanes::all(holding[k]) < inner(middle, at(k)));
+    return free;
+  }
+
  private:
-  static constexpr std::uint32_t kMost = 2 * kFew;
-  static constexpr std::uint32_t kRoom = kMost + Lanes::kWidth;
   /// Far more than what rounding makes of squares of lengths below 2.
   static constexpr double kDoubt = 1e-10;
 
