@@ -75,8 +75,7 @@ class FreeCells {
         x[lane] = kFine.x[cell], y[lane] = kFine.y[cell], z[lane] = kFine.z[cell];
       }
       const DirectionOf<Lanes> middle = {Lanes::load(x), Lanes::load(y), Lanes::load(z)};
-      const auto free =
-          both(first_lanes(parts - first), caps.leave_cells_free(middle, holding));
+      const auto free = both(first_lanes(parts - first), caps.leave_cells_free(middle, holding));
       compress_store(x_ + n_, middle.x, free);
       compress_store(y_ + n_, middle.y, free);
       compress_store(z_ + n_, middle.z, free);
@@ -102,7 +101,7 @@ class FreeCells {
  private:
   static constexpr CellMiddles<4> kCoarse{};
   static constexpr CellMiddles<8> kFine{};
-  /// No direction of a cell is further from its middle.
+  /// No direction of a cell is further from its middle, by more than what beyond_doubt() asks for.
   static constexpr double kCoarseRadius = 0.2854, kRadius = 0.1507;
   static constexpr std::uint32_t kParts = 4;  ///< of a coarse cell
   double x_[kFine.kCount + Lanes::kWidth], y_[kFine.kCount + Lanes::kWidth],

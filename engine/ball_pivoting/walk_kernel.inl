@@ -440,7 +440,7 @@ bool Walker::keep_relevant() {
   return nothing_free;
 }
 
-/// Whether there are two wanted neighbours. Those that come behind the point do so in the list, too.
+/// Whether there are two wanted neighbours. Those behind the point are the last of the list.
 bool Walker::wants_two(const std::uint8_t* active) const {
   std::uint32_t wanted = 0;
   for (std::uint32_t k = n_; k > 0 && wanted < 2 && s_.id[k - 1] > scratch_.point; --k)

@@ -52,10 +52,10 @@ class NearestCaps {
     return but_not(wanted, free);
   }
 
-  /// By how much u.d of the directions u of a cell may differ from that of the cell's middle, and
-  /// more than rounding. `radius`: no direction of the cell is further from the middle.
+  /// By how much u.d of the directions u of a cell may differ from that of the cell's middle.
+  /// `radius`: no direction of the cell is further from the middle.
   static Lanes reach_of_cell(double radius, Lanes height) {
-    return Lanes::all(radius) * square_root(height + height) + Lanes::all(1e-9);
+    return Lanes::all(radius) * square_root(height + height) + Lanes::all(1e-12);
   }
   /// Per cap, what u.d has to exceed at a cell's middle u for the cap to hold the cell.
   void list_holding(double radius, double* holding) const {
