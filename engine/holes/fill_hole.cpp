@@ -185,8 +185,9 @@ class Attempts {
     if (call.recess && settles(recessed_fill(problem_, loop(), *call.recess, options_),
                                "flat, at the ground of a recess"))
       return true;
-    return call.is_crease && settles(membrane_fill(problem_, loop(), options_),
-                                     "flat, because the surface turns away all along the rim");
+    return (call.is_crease && settles(membrane_fill(problem_, loop(), options_),
+                                      "flat, because the surface turns away all along the rim")) ||
+           is_flat_in_part();
   }
   /// True when planes around the hole meet in an edge that the patch goes on with, if need be after
   /// it was moved out of the way: a smooth one rounds the edge off. Where they do not meet, nothing
@@ -268,7 +269,8 @@ class Attempts {
       fewest_contacts_ = 0;
     }
     if (best_.method == FillMethod::kNone) untangle_best();
-    if (options_.whole && has_crossed_ && fewest_contacts_ > 0) return left_open_in_scene();
+    if (options_.whole && has_crossed_ && fewest_contacts_ > 0)
+      return flat_part_of(std::move(best_), least_contacts_);
     if (best_.method == FillMethod::kNone) {
       return left_open(last_fault_ == first_fault_ ? first_fault_
                                                    : joined(first_fault_, last_fault_));
@@ -363,6 +365,31 @@ class Attempts {
     }
   }
 
+  /// Whether the gap is a wide one of an open scene, and the best patch so far a flat one whose
+  /// clear part closes most of the loop. Smooth patches that reach around what stands in a window
+  /// are guesses.
+  bool is_flat_in_part() const {
+    if (!options_.whole || !is_tangled()) return false;
+    const Tangled& best = tangled_.back();
+    return flat_part_of(best.patch, best.contacts).method != FillMethod::kNone;
+  }
+
+  /// The clear part of a flat patch, which lies where the wall or the ground of a recess does, also
+  /// beside what it crosses. None where the patch is not flat or doubtful, or where more than a
+  /// quarter of the loop would stay open. Of a part of a loop it is the whole patch: what crosses
+  /// is known later.
+  HolePatch flat_part_of(HolePatch patch, const std::vector<Contact>& contacts) const {
+    constexpr std::uint32_t kMostOpen = 4;  // one edge of so many
+    if (!patch.is_flat) return left_open_in_scene();
+    give_values(problem_, patch);
+    judge(problem_, options_, patch);
+    if (patch.confidence < kDoubtful) return left_open_in_scene();
+    HolePatch part = part_clear_of_surface(problem_, patch, contacts);
+    if (part.method == FillMethod::kNone || kMostOpen * part.open_edges > problem_.loop.size())
+      return left_open_in_scene();
+    return options_.allow_intersections ? std::move(patch) : std::move(part);
+  }
+
   bool settles(HolePatch patch, const char* reason) {
     patch.reason = joined(reason, patch.reason);
     patch.is_flat = true;
@@ -453,7 +480,12 @@ HolePatch fill_parts(const HoleProblem& problem, const BoxTree& sheet, PatchOpti
                      PartsInScene& parts) {
   options.allow_intersections = true;
   HolePatch patch = fill_by_parts(problem, sheet, [&](const HoleProblem& part, std::size_t number) {
-    return fill_simple(part, options, parts.take_triangles(part, number));
+    constexpr std::size_t kFewEdges = 24;  // and less than half of all
+    HolePatch closed = fill_simple(part, options, parts.take_triangles(part, number));
+    // A small part that no patch closes clear of the surface does not keep the others open.
+    const bool is_small =
+        2 * part.loop.size() < problem.loop.size() && part.loop.size() <= kFewEdges;
+    return closed.method == FillMethod::kNone && is_small ? direct_fill(part) : closed;
   });
   if (patch.method != FillMethod::kNone) patch.reason = "taken apart where the loop touches itself";
   return patch;

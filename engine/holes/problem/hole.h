@@ -33,7 +33,8 @@ struct PatchOptions {
   /// only its part that crosses nothing (false).
   bool allow_intersections = false;
   /// The loop stays open where every patch crosses the surface, instead of being closed in part:
-  /// what is crossed stands in the gap, and what lies beside it is a guess. The loop also stays
+  /// what is crossed stands in the gap, and what lies beside it is a guess. A flat patch of which
+  /// at most one edge in four stays open closes the loop in part all the same. The loop also stays
   /// open where the patch is doubtful (kDoubtful) and 8 mean edge lengths wide or more, 16 where
   /// the rim is that of an opening in a wall (RimShape::is_in_wall), 24 where the patch is flat.
   bool whole = false;
