@@ -114,11 +114,20 @@ std::vector<PlaceKey> keys_along(const fs::path& path) {
                                            .advice = "Remove the link or choose another name"});
 }
 
-/// Calls visit(link) for every link that `path` leads through; returns what is behind the last.
+/// Pipes, terminals and devices are written as they are.
+bool is_special_file(const fs::path& path) {
+  struct stat facts {};
+  return ::stat(path.c_str(), &facts) == 0 && !S_ISREG(facts.st_mode) && !S_ISDIR(facts.st_mode);
+}
+
+/// Calls visit(link) for every link that `path` leads through; returns what is behind the last. A
+/// link to a special file is followed no further: what /dev/stdout leads to may have no name, such
+/// as a pipe ("pipe:[4711]").
 template <class Visit>
 fs::path follow(const fs::path& path, const Visit& visit) {
   fs::path target = without_trailing_slash(path);
   for (int links = 0;; ++links) {
+    if (is_special_file(target)) return target;
     const std::optional<fs::path> next = next_link(target);
     if (!next) return target;
     if (links == kMostLinks) throw_circle(path);

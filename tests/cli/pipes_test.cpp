@@ -26,6 +26,11 @@ ProgramResult run_fed(const ScratchDirectory& in, const std::string& file, const
   return run_limited(in, "(cat " + file + " > " + pipe + " &)", arguments);
 }
 
+Arguments operator+(Arguments left, const Arguments& right) {
+  left.insert(left.end(), right.begin(), right.end());
+  return left;
+}
+
 }  // namespace
 
 TEST_CASE("APipeThatWouldBeReadTwiceIsRefusedUnopened") {
@@ -111,4 +116,26 @@ TEST_CASE("AMeshFromStandardInputLosesNoFacesUnsaid") {
   const auto inspected = run_limited(in, fed, {"inspect", "-"});
   CHECK(inspected.status == 0);
   CHECK_THAT(inspected.err, Contains("warning: standard input holds a mesh of 49,152 faces"));
+}
+
+TEST_CASE("StandardOutputByNameIsWrittenAlsoWhereItIsAPipe") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "sphere", "--points", "500", "-o", "scan.ply"}).status == 0);
+  std::filesystem::create_symlink("/dev/stdout", in / "linked.ply");
+  const std::string through_pipe =
+      "{ \"$0\" \"$@\"; echo $? > status; } | cat > got; exit \"$(cat status)\"; true";
+  const Arguments job = {"reconstruct", "scan.ply", "-o", "mesh.ply"};
+  const auto reported = run_limited(in, through_pipe, job + Arguments{"--report", "/dev/stdout"});
+  CAPTURE(reported.err);
+  CHECK(reported.status == 0);
+  CHECK_THAT(file_text(in / "got"), Catch::StartsWith("{") && Contains("\"checksum\""));
+  const auto drawn = run_limited(in, through_pipe, job + Arguments{"--picture", "/dev/fd/1"});
+  CHECK(drawn.status == 0);
+  CHECK(file_text(in / "got").substr(1, 3) == "PNG");
+  const auto made = run_limited(in, through_pipe, {"reconstruct", "scan.ply", "-o", "linked.ply"});
+  CHECK(made.status == 0);
+  CHECK_THAT(file_text(in / "got"), Catch::StartsWith(file_text(in / "mesh.ply")));
+  const auto converted = run_limited(in, through_pipe, {"convert", "scan.ply", "linked.ply"});
+  CHECK(converted.status == 0);
+  CHECK(file_text(in / "got").size() >= std::filesystem::file_size(in / "scan.ply"));
 }
