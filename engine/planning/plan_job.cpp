@@ -21,6 +21,7 @@
 #include "engine/pipeline/stage/cleaning_rule.h"
 #include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/stage/scan_units.h"
+#include "engine/pipeline/stage/stage_begin.h"
 #include "engine/pipeline/stage/stage_keys.h"
 #include "engine/pipeline/surface/hole_stage.h"
 #include "engine/pipeline/surface/in_core_methods.h"
@@ -120,7 +121,7 @@ std::optional<std::vector<HoleFacts>> stored_loops(const ResolvedJob& job, const
   if (!std::filesystem::exists(directory / "orbweave-store.json")) return std::nullopt;
   try {
     ChunkStore store(directory);
-    if (!store.has_key(kPointsStage, points_key(job))) return std::nullopt;
+    if (!holds_points(store, kPointsStage, points_key(job))) return std::nullopt;
     const std::optional<Partition> partition = stored_partition(store);
     if (!partition) return std::nullopt;
     const BallRadii radii = radii_of_job(job, *partition);

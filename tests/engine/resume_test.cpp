@@ -141,6 +141,51 @@ TEST_CASE("ChangedRadiiAreNamedAndThePointsStay", "[costly]") {
   CHECK((bytes_of(job.output.mesh) == without_work(job)));
 }
 
+TEST_CASE("GivenRadiiTakeThePointsThatWereMeasuredForAutomaticOnes", "[costly]") {
+  const ScratchDirectory scratch;
+  const Job given = kept_job(scratch);
+  Job job = given;
+  job.reconstruct.ball_radii.clear();
+  REQUIRE(run_told(job).stage("count") != nullptr);
+  const Told told = run_told(given);
+  CHECK(told.again().find("reconstruct.ball_radii changed from [") == 0);
+  CHECK(told.again().find(": mesh and holes are computed again") != std::string::npos);
+  CHECK(told.stage("count") == nullptr);
+  CHECK((bytes_of(given.output.mesh) == without_work(given)));
+  CHECK(run_told(job).stage("count") == nullptr);
+  CHECK((bytes_of(job.output.mesh) == without_work(job)));
+  job.reconstruct.levels = 2;
+  CHECK(run_told(job).stage("count") != nullptr);
+}
+
+TEST_CASE("RadiiThatAreGivenWhilePointsAreCleanedLeaveThePassesBefore", "[costly]") {
+  const ScratchDirectory scratch;
+  const Job automatic = test::cleaning_job(scratch, 2500);
+  REQUIRE(automatic.reconstruct.ball_radii.empty());
+  run_until(automatic, "raw_patches");
+  Job given = automatic;
+  given.reconstruct.ball_radii = {0.12, 0.2};
+  const Told told = run_told(given);
+  for (const char* stage :
+       {"raw count", "raw_outliers", "raw_normals", "raw_smooth_1", "raw_thinned"}) {
+    INFO(stage);
+    CHECK(told.stage(stage) == nullptr);
+  }
+  CHECK(told.again().empty());
+  CHECK((bytes_of(given.output.mesh) == without_work(given)));
+}
+
+TEST_CASE("OfKeysThatCountForTheFirstTimeThoseThatWereSetAreNamed", "[costly]") {
+  const ScratchDirectory scratch;
+  Job job = kept_job(scratch);
+  job.cleaning.outlier_sigma = 4.0;
+  CHECK(run_told(job).again() ==
+        "cleaning.outlier_sigma is new (4.0): points, mesh and holes are computed again\n");
+  job.cleaning.outlier_sigma = 0.0;
+  CHECK(run_told(job).again() ==
+        "cleaning.outlier_sigma is no longer there: points, mesh and holes are computed again\n");
+}
+
 TEST_CASE("AChangedOptionOfTheFillComputesHolesAlone", "[costly]") {
   const ScratchDirectory scratch;
   Job job = kept_job(scratch);

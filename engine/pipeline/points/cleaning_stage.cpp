@@ -24,6 +24,7 @@
 #include "engine/pipeline/points/smoothing_passes.h"
 #include "engine/pipeline/stage/cleaning_rule.h"
 #include "engine/pipeline/stage/scan_units.h"
+#include "engine/pipeline/stage/stage_begin.h"
 #include "engine/pipeline/stage/stage_keys.h"
 #include "engine/pipeline/surface/in_core_methods.h"
 #include "engine/spacing/coordinate_step.h"
@@ -483,7 +484,7 @@ RawCloud raw_cloud(StageRunner& runner, Partition partition) {
   RawCloud cloud;
   cloud.partition = std::move(partition);
   cloud.stage = kRawCut.points();
-  cloud.key = raw_points_key(runner.job) + chunks_line(cloud.partition);
+  cloud.key = stored_key(runner.store, cloud.stage) + chunks_line(cloud.partition);
   cloud.points = cloud.partition.points();
   cloud.schema = cloud.partition.schema;
   return cloud;

@@ -322,7 +322,7 @@ std::optional<Partition> begin_partition(StageRunner& runner, const CutStages& s
                                          const std::string& key) {
   const std::string stage = stages.points();
   by_root(runner, [&] {
-    begin_stage(runner, stage, key);
+    if (!holds_points(runner.store, stage, key)) begin_stage(runner, stage, key);
     drop_what_does_not_fit(runner, stage, key);
   });
   const bool is_there =

@@ -68,6 +68,11 @@ std::string stored_key(const ChunkStore& store, const std::string& stage) {
   return std::move(*key);
 }
 
+bool holds_points(const ChunkStore& store, const std::string& stage, const std::string& key) {
+  const std::optional<std::string> stored = store.key(stage);
+  return stored && serve_for(*stored, key) && stored_partition(store, stage).has_value();
+}
+
 void begin_anew(StageRunner& runner, const std::string& stage, const std::string& key,
                 const std::string& reason) {
   const std::vector<std::string> removed = discard_from(runner.store, stage);

@@ -14,6 +14,9 @@ namespace orbweave {
 /// Error (resource) where the stage is gone as well.
 std::string stored_key(const ChunkStore& store, const std::string& stage);
 
+/// Whether the points of the stage are whole, and those that are wanted under the key.
+bool holds_points(const ChunkStore& store, const std::string& stage, const std::string& key);
+
 /// Declares what `stage` depends on. Where that has changed, what is stored of it and of all
 /// stages after it is removed, and a note says what changed. Only the leader calls it.
 void begin_stage(StageRunner& runner, const std::string& stage, const std::string& key);

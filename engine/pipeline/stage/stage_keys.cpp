@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <utility>
+#include <vector>
 
 #include "engine/normals/normal_side.h"
 #include "engine/pipeline/stage/method_costs.h"
@@ -13,6 +15,11 @@
 
 namespace orbweave {
 namespace {
+
+constexpr const char* kLevels = "reconstruct.levels";
+
+/// Of a job that gives its radii.
+std::string levels_not_used() { return key_line(kLevels, "not used"); }
 
 std::string line_of(const JobKey& known, const Job& job) {
   return key_line(stored_key_name(known.name()), value_text(known.get(job), known.type));
@@ -55,8 +62,7 @@ std::string scan_lines(const ResolvedJob& job) {
     lines += key_line("cut", "one chunk");
   // Automatic radii are measured with the points.
   const bool automatic = job.reconstruct.ball_radii.empty();
-  lines += automatic ? option_line(job, "reconstruct.levels")
-                     : key_line("reconstruct.levels", "not used");
+  lines += automatic ? option_line(job, kLevels) : levels_not_used();
   return lines;
 }
 
@@ -79,6 +85,14 @@ Lines lines_of(std::string_view key) {
       lines.emplace(text.substr(0, is), text.substr(is + kIs.size()));
   }
   return lines;
+}
+
+/// The lines that the keys of a job have at their defaults.
+Lines default_lines() {
+  const Job job;
+  std::string lines;
+  for (const JobKey& known : job_keys()) lines += line_of(known, job);
+  return lines_of(lines);
 }
 
 /// A change of one line; a line is there or it is not.
@@ -118,6 +132,18 @@ std::string points_key(const ResolvedJob& job) {
              ? section_lines(job, "cleaning", {}) + section_lines(job, "normals", {})
              : option_line(job, "normals.source");
   return key;
+}
+
+bool serve_for(std::string_view stored, std::string_view wanted) {
+  if (stored == wanted) return true;
+  std::string adapted(stored);
+  const std::string begin = std::string("\n") + kLevels + " = ";
+  const std::size_t line = adapted.find(begin);
+  if (line == std::string::npos) return false;
+  const std::size_t end = adapted.find('\n', line + 1);
+  if (end == std::string::npos) return false;
+  adapted.replace(line + 1, end - line, levels_not_used());
+  return adapted == wanted;
 }
 
 std::string mesh_key(const ResolvedJob& job, const std::string& points_key,
@@ -174,16 +200,25 @@ std::string team_key(const Job& job) {
 std::string key_changes(std::string_view before, std::string_view after) {
   const Lines from = lines_of(before);
   const Lines to = lines_of(after);
+  const Lines defaults = default_lines();
   std::vector<std::string> changes;
+  std::vector<std::string> follow;  // lines of keys at their defaults
+  const auto add = [&](const std::string& name, const std::string* was, const std::string* is) {
+    const auto usual = defaults.find(name);
+    const bool is_usual = usual != defaults.end() && (was == nullptr || is == nullptr) &&
+                          usual->second == (was == nullptr ? *is : *was);
+    (is_usual ? follow : changes).push_back(change(current_key_name(name), was, is));
+  };
   for (const auto& [name, value] : from) {
     const auto now = to.find(name);
     if (now == to.end())
-      changes.push_back(change(current_key_name(name), &value, nullptr));
+      add(name, &value, nullptr);
     else if (now->second != value)
-      changes.push_back(change(current_key_name(name), &value, &now->second));
+      add(name, &value, &now->second);
   }
   for (const auto& [name, value] : to)
-    if (!from.contains(name)) changes.push_back(change(current_key_name(name), nullptr, &value));
+    if (!from.contains(name)) add(name, nullptr, &value);
+  if (changes.empty()) changes = std::move(follow);
   if (changes.empty()) return "the scans are in another order";
   constexpr std::size_t kMost = 5;
   std::string text;

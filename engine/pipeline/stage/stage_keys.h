@@ -22,6 +22,9 @@ std::string chunks_line(const Partition& partition);
 std::string raw_points_key(const ResolvedJob& job);
 /// The points that are reconstructed: also the cleaning and the normals.
 std::string points_key(const ResolvedJob& job);
+/// Whether points that are whole under the key `stored` are those of the key `wanted`: it is the
+/// same, or they were measured for automatic radii as well, and radii are given now.
+bool serve_for(std::string_view stored, std::string_view wanted);
 /// `points_key`: the key that the points were stored under. The scans may have changed, or gone,
 /// since the points were read.
 std::string mesh_key(const ResolvedJob& job, const std::string& points_key,
