@@ -1,8 +1,4 @@
 // What a work directory tells about the run that uses or used it.
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -47,15 +43,6 @@ Results results_of(const fs::path& stage) {
 std::string text_of(const fs::path& path) {
   std::ifstream file(path);
   return {std::istreambuf_iterator<char>(file), {}};
-}
-
-/// Whether some process holds the lock.
-bool is_locked(const fs::path& lock) {
-  const int descriptor = open(lock.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return false;
-  const bool held = flock(descriptor, LOCK_SH | LOCK_NB) != 0;
-  close(descriptor);
-  return held;
 }
 
 std::string iso_time(fs::file_time_type time) {
@@ -187,7 +174,7 @@ void require_work_dir(const fs::path& work_dir) {
 WorkStatus work_status(const fs::path& work_dir) {
   require_work_dir(work_dir);
   WorkStatus status;
-  status.running = is_locked(work_dir / kOwnerLock);
+  status.running = is_owned(work_dir);
   std::ifstream(work_dir / kOwnerLock) >> status.process_id;
   status.members = members_at_work(work_dir);
   status.ended = fs::exists(work_dir / "ended.json");

@@ -1,7 +1,7 @@
 #include "engine/planning/plan_job.h"
 
 #include <algorithm>
-#include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -117,10 +117,10 @@ std::vector<HoleFacts> loops_of(const Stitched& stitched, const FillOptions& fil
 
 /// The loops of the mesh that an earlier run of the same job left in its work directory.
 std::optional<std::vector<HoleFacts>> stored_loops(const ResolvedJob& job, const StopToken& stop) {
-  const std::filesystem::path directory = work_dir_of(job);
-  if (!std::filesystem::exists(directory / "orbweave-store.json")) return std::nullopt;
   try {
-    ChunkStore store(directory);
+    const std::unique_ptr<const ChunkStore> left = ChunkStore::look(work_dir_of(job));
+    if (left == nullptr) return std::nullopt;
+    const ChunkStore& store = *left;
     if (!holds_points(store, kPointsStage, points_key(job))) return std::nullopt;
     const std::optional<Partition> partition = stored_partition(store);
     if (!partition) return std::nullopt;
@@ -131,8 +131,9 @@ std::optional<std::vector<HoleFacts>> stored_loops(const ResolvedJob& job, const
     const Stitched stitched = stored ? std::move(*stored) : stitch_chunks(inputs, job, store, stop);
     const UsedVertices used(store, *partition, stitched.used, {});
     return loops_of(stitched, job.fill, used, stop);
-  } catch (const Error&) {
-    return std::nullopt;  // in use by a run, or damaged: a plan can do without
+  } catch (const Error& error) {
+    if (error.kind() == ErrorKind::kInterrupted) throw;
+    return std::nullopt;  // a run removes it, or it is damaged: a plan can do without
   }
 }
 

@@ -384,6 +384,16 @@ std::unique_ptr<ChunkStore> ChunkStore::join(fs::path directory, int rank) {
   return store;
 }
 
+std::unique_ptr<const ChunkStore> ChunkStore::look(fs::path directory) {
+  std::error_code ignored;
+  if (!fs::exists(directory / kStoreFile, ignored) || is_owned(directory)) return nullptr;
+  std::unique_ptr<ChunkStore> store(new ChunkStore);
+  State& state = *store->state_;
+  state.directory = std::move(directory);
+  state.identity = identify_store(state.directory);
+  return state.identity.state == StoreIdentity::State::kSound ? std::move(store) : nullptr;
+}
+
 ChunkStore::~ChunkStore() = default;
 
 const std::filesystem::path& ChunkStore::directory() const { return state_->directory; }

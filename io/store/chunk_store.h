@@ -82,6 +82,10 @@ class ChunkStore {
   /// keeps it from the next holder (io/store/store_lock.h). Throws Error (resource) where there is
   /// none.
   static std::unique_ptr<ChunkStore> join(std::filesystem::path directory, int rank);
+  /// Opens a directory to read what an earlier run left there. Changes nothing in it and keeps
+  /// no run from it: what a run replaces or removes meanwhile is a CorruptResult or another Error,
+  /// never a wrong result. None where a run is at work there, or there is no sound store.
+  static std::unique_ptr<const ChunkStore> look(std::filesystem::path directory);
   ~ChunkStore();
   ChunkStore(const ChunkStore&) = delete;
   ChunkStore& operator=(const ChunkStore&) = delete;

@@ -143,6 +143,11 @@ std::string member_name(const fs::path& lock) {
   return "rank " + rank + " (process " + line_of_lock(lock) + ")";
 }
 
+/// Whether another process holds the lock. It is taken for a moment where none does.
+bool is_held(const FileDescriptor& file) {
+  return flock(file.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+}
+
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
@@ -227,13 +232,17 @@ bool is_lock_file(const fs::path& path, const std::string& store) {
   return parts && (store.empty() || parts->store == store);
 }
 
+bool is_owned(const fs::path& directory) {
+  const FileDescriptor file(::open((directory / kOwnerLock).c_str(), O_RDONLY | O_CLOEXEC));
+  return file.valid() && is_held(file);
+}
+
 std::vector<std::string> members_at_work(const fs::path& directory) {
   std::vector<std::string> members;
   for (const fs::path& path : member_locks(directory)) {
     const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
     if (!file.valid()) continue;
-    const bool held = flock(file.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-    if (held) members.push_back(member_name(path));
+    if (is_held(file)) members.push_back(member_name(path));
   }
   return members;
 }

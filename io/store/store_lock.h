@@ -48,6 +48,8 @@ std::string line_of_lock(const std::filesystem::path& path);
 /// empty `store` stands for any.
 bool is_lock_file(const std::filesystem::path& path, const std::string& store);
 
+/// Whether a process has the directory, as its owner, at this moment. Changes nothing.
+bool is_owned(const std::filesystem::path& directory);
 /// Members that work in the directory at this moment: "rank 2 (process 4711 on node17)".
 std::vector<std::string> members_at_work(const std::filesystem::path& directory);
 

@@ -1,6 +1,10 @@
 // Plans of scans without a job file.
 #include <catch2/catch.hpp>
+#include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
 
 #include "tests/support/data.h"
 #include "tests/support/program.h"
@@ -22,7 +26,29 @@ std::size_t files_in(const ScratchDirectory& in) {
   return static_cast<std::size_t>(std::distance(begin(files), end(files)));
 }
 
+/// Every file of a directory, with its content and the time of its last change.
+std::map<std::string, std::pair<std::string, std::filesystem::file_time_type>> files_with_times(
+    const std::filesystem::path& directory) {
+  std::map<std::string, std::pair<std::string, std::filesystem::file_time_type>> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(directory))
+    files[entry.path().string()] = {entry.is_regular_file() ? file_text(entry.path()) : "",
+                                    entry.last_write_time()};
+  return files;
+}
+
 }  // namespace
+
+TEST_CASE("PlanReadsWhatARunHasLeftAndChangesNothingOfIt") {
+  const ScratchDirectory in;
+  write_scan_and_job(in);
+  REQUIRE(run_in(in, {"run", "job.toml", "--keep-work-dir"}).status == 0);
+  write_text(in / "mesh.work" / "mesh" / ".000000.h5.part", "cut short");
+  const auto before = files_with_times(in.path());
+  const auto planned = run_in(in, {"plan", "job.toml"});
+  CHECK(planned.status == 0);
+  CHECK_THAT(planned.out, Contains("in the mesh of the work directory"));
+  CHECK((files_with_times(in.path()) == before));
+}
 
 TEST_CASE("PlanOfScansIsThatOfTheJobFileThatNamesThem", "[costly]") {
   const ScratchDirectory in;
