@@ -490,7 +490,9 @@ ResolvedJob resolve_and_check(const Job& job, const Communicator& communicator) 
   std::vector<std::string> files = expand_globs(job.input.files);
   check_scans(files);
   if (communicator.is_root()) check_output(job, files);
-  return resolve(job, std::move(files));
+  ResolvedJob resolved = resolve(job, std::move(files));
+  check_viewpoint(resolved);
+  return resolved;
 }
 
 ResourceFacts measured_resources(const ChunkStore& store,

@@ -12,7 +12,11 @@
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/budget/time_forecast.h"
 #include "engine/pipeline/output/map_tiles.h"
+#include "engine/pipeline/output/mesh_name.h"
 #include "engine/pipeline/output/power_crust_files.h"
+#include "engine/pipeline/output/simplify_stage.h"
+#include "engine/pipeline/output/tile_export.h"
+#include "engine/pipeline/output/tileset_stage.h"
 #include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/points/cloud_measure.h"
 #include "engine/pipeline/points/count_stage.h"
@@ -137,6 +141,18 @@ std::optional<std::vector<HoleFacts>> stored_loops(const ResolvedJob& job, const
   }
 }
 
+/// What a run refuses before any point is read.
+void check_options(const Job& job) {
+  require_method(job);
+  check_power_crust_files(job);
+  check_tile_size(job);
+  if (job.output.mesh.empty()) return;
+  if (job.output.tiles) check_tile_format(job.output);
+  check_mesh_name(job.output);
+  check_tileset(job);
+  check_simplification(job);
+}
+
 /// Chunks and their sizes. `measured` gets the octree.
 void plan_chunks(const ResolvedJob& job, const CountedCloud& cloud, Partition& measured,
                  JobPlan& plan) {
@@ -158,6 +174,8 @@ void plan_radii(const ResolvedJob& job, const Partition& measured, JobPlan& plan
     return;
   }
   const bool given = !job.reconstruct.ball_radii.empty();
+  // The spacing of a cleaned cloud is another one.
+  if (given && !cleans(plan.cleaning.options)) radii_of_job(job, measured);
   plan.radii = given ? job.reconstruct.ball_radii : measured.automatic_radii;
   plan.radii_note = short_radii(job, measured, plan.radii);
   plan.radii_reason = given ? plan.radii_note : measured.radii_reason;
@@ -239,12 +257,11 @@ void plan_resources(const ResolvedJob& job, const CountedCloud& cloud, const Par
 }  // namespace
 
 JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
-  require_method(wanted);
-  check_power_crust_files(wanted);
-  check_tile_size(wanted);
+  check_options(wanted);
   JobPlan plan;
   plan.files = expand_globs(wanted.input.files);
   const ResolvedJob job = resolve(wanted, plan.files);
+  check_viewpoint(job);
   const RunControl control{job, progress, stop};
   const CloudInput input = scans_as_input(control, kFinalCut);
   PassSeconds passes;
@@ -257,8 +274,10 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   plan.points_read = cloud.points_read;
   plan.points_dropped = cloud.dropped;
   plan.bounds = cloud.grid.bounds();
-  plan_radii(job, measured, plan);
   plan.cleaning = cleaning_for(job.cleaning, measured);
+  check_side(job, cloud.points_without_view);
+  check_smoothing(job, plan.cleaning);
+  plan_radii(job, measured, plan);
   const double unit = meters_per_unit(job, measured);
   if (measured.layers.measured > 0)
     plan.noise_note = job.cleaning.automatic ? short_reason(measured.layers, unit)

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "tests/support/data.h"
 #include "tests/support/program.h"
@@ -48,6 +49,46 @@ TEST_CASE("PlanReadsWhatARunHasLeftAndChangesNothingOfIt") {
   CHECK(planned.status == 0);
   CHECK_THAT(planned.out, Contains("in the mesh of the work directory"));
   CHECK((files_with_times(in.path()) == before));
+}
+
+TEST_CASE("PlanRefusesTheJobsThatARunWouldRefuse") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "torus", "--points", "3000", "-o", "scan.ply"}).status == 0);
+  REQUIRE(run_in(in, {"generate", "torus", "--points", "3000", "--scans", "2", "-o", "raw.ply"})
+              .status == 0);
+  using Arguments = std::vector<std::string>;
+  for (const Arguments& job :
+       {Arguments{"scan.ply", "-o", "mesh.ply", "--ball-radii", "100"},
+        {"scan.ply", "-o", "mesh.ply", "--smooth-radius", "100"},
+        {"scan.ply", "-o", "mesh.obj", "--tileset", "tiles"},
+        {"scan.ply", "-o", "mesh.ply", "--tiles", "--simplify", "ratio=0.5"},
+        {"scan.ply", "-o", "mesh.stl", "--tiles"},
+        {"raw.ply", "-o", "mesh.ply", "--orientation", "viewpoint"},
+        {"raw.ply", "-o", "mesh.ply", "--orientation", "scanner", "--scanner", "auto"}}) {
+    CAPTURE(job);
+    Arguments run = {"reconstruct", "--progress", "none"};
+    Arguments plan = {"plan", "--progress", "none"};
+    run.insert(run.end(), job.begin(), job.end());
+    plan.insert(plan.end(), job.begin(), job.end());
+    const auto refused = run_in(in, run);
+    const auto planned = run_in(in, plan);
+    CHECK(refused.status != 0);
+    CHECK(planned.status == refused.status);
+    CHECK(planned.out.empty());
+    CHECK_THAT(refused.err, Catch::StartsWith(planned.err.substr(0, planned.err.size() - 1)));
+    std::filesystem::remove_all(in / "mesh.work");
+  }
+}
+
+TEST_CASE("AViewpointThatIsNotGivenIsAskedForBeforeTheWork") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "torus", "--points", "3000", "--scans", "2", "-o", "raw.ply"})
+              .status == 0);
+  const auto refused =
+      run_in(in, {"reconstruct", "raw.ply", "-o", "mesh.ply", "--orientation", "viewpoint"});
+  CHECK(refused.status == 2);
+  CHECK_THAT(refused.err,
+             Contains("--orientation viewpoint needs --viewpoint") && !Contains("begins"));
 }
 
 TEST_CASE("PlanOfScansIsThatOfTheJobFileThatNamesThem", "[costly]") {

@@ -230,23 +230,9 @@ std::string text_of(const SideRule& rule) {
 /// The first that applies: scanner, viewpoint, up, propagation.
 SideRule side_rule(const StageRunner& runner, const RawCloud& cloud) {
   const NormalOptions& options = runner.job.normals;
-  const bool views = cloud.partition.points_without_view == 0;
+  check_side(runner.job, cloud.partition.points_without_view);
   SideRule rule{runner.job.orientation_rule(cloud.partition.points_without_view), {}};
-  if (rule.by == Orientation::kScanner && !views)
-    throw_bad_input(
-        "it is not known where some points were scanned from",
-        {.file = runner.job.files.front(),
-         .found = std::to_string(cloud.partition.points_without_view) + " points without a scanner",
-         .expected = "poses, " + setting_name(runner.job, "input.scanner") +
-                     ", or files that say where the scanner was",
-         .advice = "Or " + setting(runner.job, "normals.orientation", "propagate")});
-  if (rule.by == Orientation::kViewpoint) {
-    if (!options.viewpoint)
-      throw_usage(setting(runner.job, "normals.orientation", "viewpoint") + " needs " +
-                      setting_name(runner.job, "normals.viewpoint"),
-                  {});
-    rule.vector = *options.viewpoint;
-  }
+  if (rule.by == Orientation::kViewpoint) rule.vector = options.viewpoint.value();
   if (rule.by == Orientation::kUp) rule.vector = options.up.value_or(Vec3{0.0, 0.0, 1.0});
   return rule;
 }
@@ -352,19 +338,6 @@ void take_moves(const StageRunner& runner, const RawCloud& cloud, CleaningFacts&
   }
   facts.points_moved = moved;
   facts.mean_move = moved == 0 ? 0.0 : sum / static_cast<double>(moved);
-}
-
-/// A radius beyond that flattens everything, and its halo holds it all; the unit was mistaken.
-void check_radius(const Job& job, const CleaningFacts& facts) {
-  constexpr double kMostSpacings = 64.0;
-  if (!(facts.spacing > 0.0) || facts.options.smooth_radius <= kMostSpacings * facts.spacing)
-    return;
-  throw_usage(setting_name(job, "cleaning.smooth_radius") + " is far too large for these points",
-              {.found = format_number(facts.options.smooth_radius) + ", " +
-                        format_number(facts.options.smooth_radius / facts.spacing) +
-                        " times their spacing " + format_number(facts.spacing),
-               .expected = "at most " + format_number(kMostSpacings) + " spacings, usually 4",
-               .advice = setting(job, "cleaning.auto", "true") + " chooses it."});
 }
 
 /// What decides the side of the normals, for the quality of vertices.
@@ -504,7 +477,8 @@ CutPoints partition_cleaned(StageRunner& runner) {
   CleaningFacts facts = describe_layers(runner, cloud.partition);
   warn_of_double_layers(runner, cloud.partition, facts);
   warn_of_twins(runner, cloud.partition, facts);
-  check_radius(runner.job, facts);
+  check_smoothing(runner.job, facts);
+  check_side(runner.job, cloud.partition.points_without_view);
   NormalFacts normals;
   normals.source = NormalSource::kFile;
   const LocalCleaning local = local_cleaning(runner, cloud, facts);
@@ -568,6 +542,40 @@ CutPoints make_points(StageRunner& runner) {
 }
 
 }  // namespace
+
+void check_viewpoint(const ResolvedJob& job) {
+  const NormalOptions& normals = job.normals;
+  if (!job.estimates_normals || normals.orientation != Orientation::kViewpoint || normals.viewpoint)
+    return;
+  throw_usage(setting(job, "normals.orientation", "viewpoint") + " needs " +
+                  setting_name(job, "normals.viewpoint"),
+              {});
+}
+
+void check_side(const ResolvedJob& job, std::uint64_t points_without_view) {
+  check_viewpoint(job);
+  const bool needs_views =
+      job.estimates_normals && job.orientation_rule(points_without_view) == Orientation::kScanner;
+  if (!needs_views || points_without_view == 0) return;
+  throw_bad_input("it is not known where some points were scanned from",
+                  {.file = job.files.front(),
+                   .found = std::to_string(points_without_view) + " points without a scanner",
+                   .expected = "poses, " + setting_name(job, "input.scanner") +
+                               ", or files that say where the scanner was",
+                   .advice = "Or " + setting(job, "normals.orientation", "propagate")});
+}
+
+void check_smoothing(const Job& job, const CleaningFacts& facts) {
+  constexpr double kMostSpacings = 64.0;
+  if (!(facts.spacing > 0.0) || facts.options.smooth_radius <= kMostSpacings * facts.spacing)
+    return;
+  throw_usage(setting_name(job, "cleaning.smooth_radius") + " is far too large for these points",
+              {.found = format_number(facts.options.smooth_radius) + ", " +
+                        format_number(facts.options.smooth_radius / facts.spacing) +
+                        " times their spacing " + format_number(facts.spacing),
+               .expected = "at most " + format_number(kMostSpacings) + " spacings, usually 4",
+               .advice = setting(job, "cleaning.auto", "true") + " chooses it."});
+}
 
 CutPoints partition_points(const ResolvedJob& job, StageRunner& runner) {
   std::optional<Partition> stored = begin_partition(runner, kFinalCut, points_key(job));
