@@ -74,11 +74,18 @@ std::string advice_on_key(CLI::App& command, const std::string& option) {
   return {};
 }
 
+/// What the commands did not take, but for the "--" that ends the options.
+std::vector<std::string> extras_of(const CLI::App& program) {
+  std::vector<std::string> extras = program.remaining(true);
+  std::erase(extras, "--");
+  return extras;
+}
+
 /// An unknown option explains more than what is missing because of it.
 [[noreturn]] void reject_extras(CLI::App& program) {
   const auto chosen = program.get_subcommands();
   CLI::App& command = chosen.empty() ? program : *chosen.front();
-  const std::vector<std::string> extras = program.remaining(true);
+  const std::vector<std::string> extras = extras_of(program);
   const std::string word = extras.empty() ? "" : extras.front().substr(0, extras.front().find('='));
   if (!word.starts_with("-"))
     throw_usage("unexpected argument \"" + word + "\"", {.advice = help_advice(program)});
@@ -112,7 +119,7 @@ void parse(CLI::App& program, const CommandContext& context) {
   } catch (const CLI::CallForVersion&) {
     show(program.get_name() + version_text() + "\n");
   } catch (const CLI::ParseError& error) {
-    if (!program.remaining(true).empty()) reject_extras(program);
+    if (!extras_of(program).empty()) reject_extras(program);
     reject(program, error.what());
   }
 }

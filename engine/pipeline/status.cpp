@@ -5,6 +5,7 @@
 #include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "io/store/chunk_points.h"
 #include "io/store/store_lock.h"
 #include "io/system/directory.h"
+#include "io/system/file_descriptor.h"
 
 namespace orbweave {
 namespace {
@@ -38,6 +40,12 @@ Results results_of(const fs::path& stage) {
     if (name.ends_with(".h5") && !name.starts_with(".")) ++results.committed;
   }
   return results;
+}
+
+/// False also where that cannot be told.
+bool is_there(const fs::path& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored);
 }
 
 std::string text_of(const fs::path& path) {
@@ -102,7 +110,7 @@ StageStatus stage_status(const fs::path& work_dir, const std::string& stage, std
 StageStatus documented_stage(const fs::path& work_dir, const std::string& stage,
                              const char* document, std::uint64_t total) {
   StageStatus status = stage_status(work_dir, stage, total);
-  status.done = total > 0 && fs::exists(work_dir / stage / document);
+  status.done = total > 0 && is_there(work_dir / stage / document);
   if (status.done) status.chunks_done = total;
   return status;
 }
@@ -125,7 +133,7 @@ void add_raw_stages(const fs::path& work_dir, const RunStep& step, WorkStatus& s
   const std::uint64_t total = chunks_of(work_dir, kRawCut, step);
   for (const std::string& directory : directories_of(StageLine::kRaw)) {
     const StageInfo* info = stage_in(directory);
-    if (info == nullptr || !info->shown_by_status || !fs::exists(work_dir / directory)) continue;
+    if (info == nullptr || !info->shown_by_status || !is_there(work_dir / directory)) continue;
     status.stages.push_back(status_of(work_dir, *info, directory, total));
   }
 }
@@ -133,7 +141,7 @@ void add_raw_stages(const fs::path& work_dir, const RunStep& step, WorkStatus& s
 /// Batches take the place of chunks.
 void add_holes(const fs::path& work_dir, WorkStatus& status) {
   const fs::path holes = work_dir / kHoleStage;
-  if (!fs::exists(holes)) return;
+  if (!is_there(holes)) return;
   const std::uint64_t batches = batches_of(holes / "batches.json.json");
   status.stages.push_back(stage_status(work_dir, kHoleStage, batches));
   if (batches == 0 && status.ended) status.stages.back().done = true;  // there was none to fill
@@ -142,7 +150,7 @@ void add_holes(const fs::path& work_dir, WorkStatus& status) {
 /// Nodes that are simplified take the place of chunks. How many there are in all, no result says.
 void add_levels(const fs::path& work_dir, WorkStatus& status) {
   for (const Stage stage : {Stage::kTileset, Stage::kSimplify}) {
-    if (!fs::exists(work_dir / directory_of(stage))) continue;
+    if (!is_there(work_dir / directory_of(stage))) continue;
     status.stages.push_back(stage_status(work_dir, directory_of(stage), 0));
     status.stages.back().done = status.ended;
   }
@@ -160,11 +168,15 @@ std::optional<JobPace::Estimate> pace_of(const RunSteps& steps, const WorkStatus
 }
 
 void require_work_dir(const fs::path& work_dir) {
-  if (fs::exists(work_dir / "orbweave-store.json")) return;
+  std::error_code failed;
+  if (fs::exists(work_dir / "orbweave-store.json", failed)) return;
+  const bool is_known = !failed || failed == std::errc::not_a_directory;
   throw_usage("is no work directory of orbweave",
               {.file = work_dir.string(),
                .place = {},
-               .found = fs::exists(work_dir) ? "no orbweave-store.json in it" : "nothing there",
+               .found = !is_known            ? system_reason(failed.value())
+                        : is_there(work_dir) ? "no orbweave-store.json in it"
+                                             : "nothing there",
                .expected = "the work_dir of a job",
                .advice = {}});
 }
@@ -177,7 +189,7 @@ WorkStatus work_status(const fs::path& work_dir) {
   status.running = is_owned(work_dir);
   std::ifstream(work_dir / kOwnerLock) >> status.process_id;
   status.members = members_at_work(work_dir);
-  status.ended = fs::exists(work_dir / "ended.json");
+  status.ended = is_there(work_dir / "ended.json");
   const RunSteps steps = stored_steps(work_dir / kStepsName);
   const RunStep& step = steps.last;
   status.step = step.name;

@@ -209,6 +209,23 @@ TEST_CASE("StatusOfNoWorkDirectoryIsRefused") {
   CHECK_THAT(result.err, Contains("names no work directory") && Contains("WORK_DIR"));
 }
 
+TEST_CASE("StatusSaysWhyAPlaceIsNoWorkDirectory") {
+  const ScratchDirectory in;
+  test::write_text(in / "file", "");
+  const auto told = [&](const std::string& name) {
+    const ProgramResult result = run_in(in, {"status", name});
+    CHECK(result.status == 2);
+    CHECK_THAT(result.err, Contains("is no work directory of orbweave"));
+    return result.err;
+  };
+  CHECK_THAT(told("."), Contains("found no orbweave-store.json in it"));
+  CHECK_THAT(told("absent"), Contains("found nothing there"));
+  CHECK_THAT(told("file"), Contains("found no orbweave-store.json in it"));
+  CHECK_THAT(told(std::string(300, 'x')), Contains("found File name too long"));
+  std::filesystem::create_symlink("loop", in / "loop");
+  CHECK_THAT(told("loop"), Contains("symbolic links"));
+}
+
 TEST_CASE("StatusIsToldWhileFoldersOfTheRunComeAndGo") {
   const ScratchDirectory in;
   REQUIRE(run_in(in, {"generate", "torus", "--points", "2000", "-o", "scan.ply"}).status == 0);

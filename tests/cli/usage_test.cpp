@@ -67,6 +67,16 @@ TEST_CASE("MissingArgumentIsWrongUsageThatPointsToHelp") {
   CHECK_THAT(result.err, Contains("OUT") && Contains("See 'orbweave convert --help'"));
 }
 
+TEST_CASE("WhatIsMissingIsToldAlsoBehindTheEndOfTheOptions") {
+  const auto result = run_program({"reconstruct", "--", "-scan.ply", "-o", "mesh.ply"});
+  CHECK(result.status == 2);
+  CHECK_THAT(result.err,
+             Contains("--output is required") && Contains("See 'orbweave reconstruct --help'"));
+  const auto extra = run_program({"convert", "--", "a.ply", "b.ply", "-c.ply"});
+  CHECK(extra.status == 2);
+  CHECK_THAT(extra.err, Contains("-c.ply"));
+}
+
 TEST_CASE("ErrorsCarryNoColourIntoALog") {
   CHECK(run_program({"nonsense"}).err.find('\033') == std::string::npos);
 }
