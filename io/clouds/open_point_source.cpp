@@ -213,4 +213,11 @@ std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path
   return std::make_unique<WithFilesBeside>(std::move(source), std::move(system), origin);
 }
 
+std::string system_from_beside(const std::filesystem::path& path,
+                               const PointSourceOptions& options) {
+  std::string system = coordinate_system_beside(path);
+  const bool counts = !system.empty() && open_format(path, options)->coordinate_system().empty();
+  return counts ? std::move(system) : std::string();
+}
+
 }  // namespace orbweave

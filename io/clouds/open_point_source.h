@@ -25,6 +25,11 @@ struct PointSourceOptions {
 std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path,
                                                const PointSourceOptions& options = {});
 
+/// The coordinate system beside a scan, where it counts: a file that names one itself belongs to
+/// that. Throws as open_point_source() where there is one beside it.
+std::string system_from_beside(const std::filesystem::path& path,
+                               const PointSourceOptions& options = {});
+
 /// Throws Error (usage) where no reader takes a file of this name.
 void check_scan_name(const std::filesystem::path& path);
 

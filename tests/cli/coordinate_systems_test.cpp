@@ -125,6 +125,31 @@ TEST_CASE("ConvertAndFillKeepTheCoordinateSystem") {
   CHECK(run_in(in, {"plan", "cloud.ply", "other.las"}).status == 3);
 }
 
+TEST_CASE("TheSystemThatAJobWritesBesideItsScanIsNoChangeOfTheScan") {
+  const ScratchDirectory in;
+  write_tile(in / "t.las");
+  const Arguments keeps = {"--keep-work-dir"};
+  REQUIRE(reconstruct(in, {"t.las"}, "t.ply", keeps).status == 0);
+  REQUIRE(std::filesystem::exists(in / "t.prj"));
+  const ProgramResult again = reconstruct(in, {"t.las"}, "t.ply", keeps);
+  CHECK(again.status == 0);
+  CHECK_THAT(again.err, !Contains("computed again") && !Contains("count: begins"));
+  CHECK_THAT(reconstruct(in, {"t.las"}, "t.ply").out, Contains("as an earlier run of this job"));
+}
+
+TEST_CASE("ASystemThatComesToLieBesideAScanIsAChange") {
+  const ScratchDirectory in;
+  write_tile(in / "t.las");
+  REQUIRE(run_in(in, {"convert", "t.las", "cloud.ply"}).status == 0);
+  const std::string system = file_text(in / "cloud.prj");
+  std::filesystem::remove(in / "cloud.prj");
+  REQUIRE(reconstruct(in, {"cloud.ply"}, "mesh.ply", {"--keep-work-dir"}).status == 0);
+  CHECK_FALSE(std::filesystem::exists(in / "mesh.prj"));
+  write_text(in / "cloud.prj", system);
+  REQUIRE(reconstruct(in, {"cloud.ply"}, "mesh.ply").status == 0);
+  CHECK(file_text(in / "mesh.prj") == system);
+}
+
 TEST_CASE("FloatFormatsAreWrittenAroundAStatedOrigin") {
   const ScratchDirectory in;
   write_tile(in / "t.las");

@@ -16,7 +16,6 @@
 #include "io/job/selected_points.h"
 #include "io/job/setting.h"
 #include "io/meshes/shift_file.h"
-#include "io/points/coordinate_system_file.h"
 #include "io/system/file_descriptor.h"
 #include "io/system/file_sample.h"
 #include "partition/executor.h"
@@ -63,12 +62,12 @@ std::vector<InputStamp> stamps(const Job& job, std::vector<std::string> files) {
   return all;
 }
 
-/// The coordinate systems beside the scans, each text once: a mesh that has a scan's name gets the
-/// same text; and the origins of those that have one.
-std::string files_beside(const std::vector<std::string>& files) {
+/// The coordinate systems that scans have from beside them, each text once: a mesh that has a
+/// scan's name gets the same text; and the origins of those that have one.
+std::string files_beside(const Job& job, const std::vector<std::string>& files) {
   std::set<std::string> texts;
   for (const std::string& file : files) {
-    texts.insert(coordinate_system_beside(file));
+    texts.insert(system_from_beside(file, {job.input.text}));
     const Vec3 origin = origin_beside(file);
     if (origin != Vec3{}) texts.insert(file + " counted from " + origin_text(origin));
   }
@@ -142,7 +141,7 @@ ResolvedJob resolve(const Job& job, std::vector<std::string> files) {
   for (const std::string& file : files) require_rereadable(file);
   ResolvedJob resolved{job, std::move(files), {}, false, job.input.pose, area_of(job.input), {}};
   resolved.inputs = stamps(job, resolved.files);
-  resolved.beside_scans = files_beside(resolved.files);
+  resolved.beside_scans = files_beside(job, resolved.files);
   resolved.estimates_normals = will_estimate_normals(job, resolved.files);
   if (job.input.poses.empty()) return resolved;
   for (ScanPose& pose : read_stanford_poses(job.input.poses))

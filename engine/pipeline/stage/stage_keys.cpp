@@ -49,12 +49,18 @@ std::string stamp_lines(std::span<const InputStamp> stamps) {
   return lines;
 }
 
+/// Empty: nothing beside the scans counts.
+std::string beside_line(const ResolvedJob& job) {
+  if (job.beside_scans.empty()) return {};
+  return key_line("beside the scans", shown(job.beside_scans));
+}
+
 /// What reading the scans and cutting them into chunks depends on.
 std::string scan_lines(const ResolvedJob& job) {
   constexpr std::array<std::string_view, 2> kNotTheirs = {"files", "units_per_meter"};
   std::string lines = stamp_lines(job.inputs) + section_lines(job, "input", kNotTheirs);
-  if (!job.beside_scans.empty()) lines += key_line("beside the scans", shown(job.beside_scans));
-  lines += option_line(job, "partition.chunk_points") + option_line(job, "output.attributes");
+  lines += beside_line(job) + option_line(job, "partition.chunk_points") +
+           option_line(job, "output.attributes");
   if (is_cocone(job.reconstruct.method))
     lines += key_line("cut", "for cocone") + option_line(job, "partition.memory") +
              option_line(job, "reconstruct.method");
@@ -177,7 +183,7 @@ std::string check_key(const ResolvedJob& job, const std::string& mesh_key) {
 }
 
 std::string outputs_key(const ResolvedJob& job, std::span<const InputStamp> outputs) {
-  std::string key = stamp_lines(job.inputs);
+  std::string key = stamp_lines(job.inputs) + beside_line(job);
   constexpr std::array<std::string_view, 1> kFiles = {"files"};
   constexpr std::array<std::string_view, 1> kBudget = {"memory"};
   key += section_lines(job, "input", kFiles);
