@@ -558,6 +558,24 @@ TEST_CASE("AJobThatHasEndedIsRunAgainWhereItsOutputOrItsOptionsChanged", "[costl
   if (job.fill.max_edges == 0) CHECK((bytes_of(job.output.mesh) == expected));
 }
 
+TEST_CASE("AJobThatHasEndedIsRunAgainWhereATileOrThePageOfItsReportIsGone", "[costly]") {
+  const ScratchDirectory scratch;
+  Job job = kept_job(scratch);
+  job.output.tiles = true;
+  job.output.report = (scratch / "report.json").string();
+  test::run(job);
+  job.run.keep_work_dir = false;
+  const fs::path tile = fs::path(job.output.mesh).replace_extension(".tiles") / "000001.ply";
+  const fs::path page = scratch / "report.html";
+  bool is_whole = false;
+  SECTION("nothing is gone") { is_whole = true; }
+  SECTION("a tile is gone") { REQUIRE(fs::remove(tile)); }
+  SECTION("the page is gone") { REQUIRE(fs::remove(page)); }
+  CHECK(test::run(job).ended_before == is_whole);
+  CHECK(fs::exists(tile));
+  CHECK(fs::exists(page));
+}
+
 TEST_CASE("WhatAKilledWriterLeftBesideTheOutputsGoesByItsRecordAndWhatOthersWriteStays") {
   const ScratchDirectory scratch;
   const Job job = job_for(scratch, painted_torus(3000, 0.2, 33));

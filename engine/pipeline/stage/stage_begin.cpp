@@ -1,6 +1,7 @@
 #include "engine/pipeline/stage/stage_begin.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -12,6 +13,8 @@
 #include "io/job/simplified_file.h"
 #include "io/meshes/heavy_data.h"
 #include "io/meshes/tile_directory.h"
+#include "io/points/coordinate_system_file.h"
+#include "io/report/report.h"
 #include "io/system/file_sample.h"
 #include "io/text/quantity.h"
 
@@ -47,6 +50,27 @@ std::vector<std::string> discard_from(ChunkStore& store, const std::string& stag
     store.discard_stage(later);
   }
   return removed;
+}
+
+/// What a directory of outputs holds, by number, sizes and the latest change: there may be
+/// thousands of files, of which none is read.
+InputStamp stamp_of_directory(const fs::path& directory) {
+  InputStamp stamp;
+  stamp.file = directory.string();
+  std::uint64_t files = 0;
+  auto latest = fs::file_time_type::min();
+  std::error_code failed;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory, failed)) {
+    const std::uint64_t bytes = entry.file_size(failed);
+    const fs::file_time_type time = entry.last_write_time(failed);
+    if (failed) continue;
+    ++files;
+    stamp.bytes += bytes;
+    latest = std::max(latest, time);
+  }
+  stamp.modified = std::to_string(latest.time_since_epoch().count());
+  stamp.sample = std::to_string(files) + " files";
+  return stamp;
 }
 
 [[noreturn]] void throw_gone(const ChunkStore& store, const std::string& stage) {
@@ -133,12 +157,16 @@ std::vector<InputStamp> stamps_of_outputs(const Job& job) {
       output.tiles ? (tile_directory_of(output.mesh) / kTileIndex).string() : output.mesh;
   std::vector<InputStamp> stamps;
   for (const std::string& file :
-       {mesh, heavy_data_file(mesh).string(), output.polygons, output.medial_axis, output.report,
+       {mesh, heavy_data_file(mesh).string(), coordinate_system_file(output.mesh).string(),
+        output.polygons, output.medial_axis, output.report, report_page(output.report).string(),
         output.picture, simplified_file(output).string(),
         heavy_data_file(simplified_file(output)).string()})
     if (!file.empty()) stamps.push_back(stamp_of(file, kSampleBlocks));
-  if (!output.tileset.empty())
+  if (output.tiles) stamps.push_back(stamp_of_directory(tile_directory_of(output.mesh)));
+  if (!output.tileset.empty()) {
     stamps.push_back(stamp_of((fs::path(output.tileset) / kTileIndex).string(), kSampleBlocks));
+    stamps.push_back(stamp_of_directory(output.tileset));
+  }
   return stamps;
 }
 
