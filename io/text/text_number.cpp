@@ -1,5 +1,6 @@
 #include "io/text/text_number.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <charconv>
@@ -60,11 +61,48 @@ inline bool rounds_safely_to_float(double value) {
          (std::bit_cast<std::uint64_t>(value) & kDropped) != kHalfWay;
 }
 
+inline bool is_digit(char c) { return static_cast<unsigned char>(c - '0') < 10; }
+
+/// The sign of the exponent of a decimal, normalised to one digit before the point. Asked of
+/// decimals far from 1 alone: what an exponent does not hold decides as well.
+bool has_negative_exponent(const char* first, const char* last) {
+  std::int64_t digits_before = 0, zeros_behind = 0;  // up to the first digit that is not 0
+  bool is_significant = false, is_behind_point = false;
+  for (; first != last && *first != 'e' && *first != 'E'; ++first) {
+    if (*first == '.') is_behind_point = true;
+    if (!is_digit(*first)) continue;
+    is_significant = is_significant || *first != '0';
+    if (is_significant && !is_behind_point) ++digits_before;
+    if (!is_significant && is_behind_point) ++zeros_behind;
+  }
+  const std::int64_t of_digits = digits_before > 0 ? digits_before - 1 : -1 - zeros_behind;
+  if (first == last) return of_digits < 0;
+  ++first;
+  if (first != last && *first == '+') ++first;
+  std::int64_t written = 0;
+  const auto [end, error] = std::from_chars(first, last, written);
+  if (error != std::errc{}) return *first == '-';
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 2;
+  return std::clamp(written, -kMost, kMost) + of_digits < 0;
+}
+
 template <class T>
 const char* parse_any(const char* first, const char* last, T& value) {
   if (last - first > 1 && *first == '+' && first[1] != '-') ++first;
   const auto [end, error] = std::from_chars(first, last, value);
-  return error == std::errc{} ? end : nullptr;
+  if (error == std::errc{}) return end;
+  if (error != std::errc::result_out_of_range || !has_negative_exponent(first, end)) return nullptr;
+  value = *first == '-' ? T{-0.0} : T{0.0};
+  return end;
+}
+
+/// Whether the token is a decimal that is too large for a double.
+bool is_beyond_doubles(std::string_view token) {
+  if (token.size() > 1 && token[0] == '+' && token[1] != '-') token.remove_prefix(1);
+  double ignored = 0.0;
+  const char* const last = token.data() + token.size();
+  const auto [end, error] = std::from_chars(token.data(), last, ignored);
+  return error == std::errc::result_out_of_range && end == last;
 }
 
 template <class T>
@@ -81,7 +119,8 @@ ParseOutcome parse_as(std::string_view token, std::byte* out) {
   }
   if (!whole) {
     double number = 0.0;
-    if (parse_number(token.data(), last, number) != last) return ParseOutcome::kNoNumber;
+    if (parse_number(token.data(), last, number) != last)
+      return is_beyond_doubles(token) ? ParseOutcome::kOutOfRange : ParseOutcome::kNoNumber;
     if constexpr (std::is_floating_point_v<T>) return ParseOutcome::kOutOfRange;
     // The upper bound of a 64-bit type is no double; the power of two above it is.
     constexpr auto kHalfOfEnd = std::numeric_limits<T>::max() / 2 + 1;

@@ -9,8 +9,9 @@
 namespace orbweave {
 
 /// Parses the number at the front of [first, last); the nearest double or float, bit for bit
-/// what std::from_chars gives, also for "nan" and "inf"; a leading '+' is accepted. Returns the
-/// end of the number, or nullptr where there is none or its magnitude is out of range.
+/// what std::from_chars gives, also for "nan" and "inf"; a leading '+' is accepted. What is too
+/// small for the type is 0 of its sign, the nearest there is. Returns the end of the number, or
+/// nullptr where there is none or it is too large.
 const char* parse_number(const char* first, const char* last, double& value);
 const char* parse_number(const char* first, const char* last, float& value);
 

@@ -1,3 +1,4 @@
+#include <array>
 #include <bit>
 #include <catch2/catch.hpp>
 #include <charconv>
@@ -74,7 +75,7 @@ TEST_CASE("NumbersAreParsedBitForBitLikeFromChars") {
                            "inf",
                            "-infinity",
                            "1e400",
-                           "1e-400",
+                           "8e-46",
                            "0x10",
                            "9007199254740993",
                            "16777217",
@@ -100,6 +101,47 @@ TEST_CASE("NumbersAreParsedBitForBitLikeFromChars") {
     check_like_from_chars<double>(text);
     check_like_from_chars<float>(text);
   }
+}
+
+TEST_CASE("NumbersTooSmallForTheirTypeAreZero") {
+  const auto is_zero = [](const std::string& text, auto value, bool is_negative) {
+    const char* const last = text.data() + text.size();
+    INFO(text);
+    REQUIRE(parse_number(text.data(), last, value) == last);
+    CHECK(value == 0);
+    CHECK(std::signbit(value) == is_negative);
+  };
+  const std::string zeros(400, '0');
+  for (const std::string& text :
+       {std::string("1e-400"), std::string("2.4e-324"), "0." + zeros + "1", "0." + zeros + "1e5",
+        std::string("123456789.5E-999"), std::string("1e-99999999999999999999"),
+        "1" + zeros + "e-900"}) {
+    is_zero(text, 1.0, false);
+    is_zero("-" + text, 1.0, true);
+    is_zero("+" + text, 1.0, false);
+  }
+  for (const char* text : {"1e-46", "7e-46", "1e-60", "1e-200", "1e-400"}) {
+    is_zero(text, 1.0F, false);
+    is_zero(std::string("-") + text, 1.0F, true);
+  }
+  for (const std::string& text : {std::string("1e400"), "1" + zeros, "0." + zeros + "1e900",
+                                  std::string("1e99999999999999999999")}) {
+    INFO(text);
+    double value = 1.0;
+    CHECK(parse_number(text.data(), text.data() + text.size(), value) == nullptr);
+    std::array<std::byte, 8> bytes;
+    for (const ScalarType type : {ScalarType::kFloat64, ScalarType::kFloat32, ScalarType::kUint8})
+      CHECK(parse_value(text, type, bytes.data()) == ParseOutcome::kOutOfRange);
+  }
+  const PointCloud cloud = read_text("a.ply",
+                                     "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n"
+                                     "property float y\nproperty float z\nend_header\n"
+                                     "1 -1e-60 3\n");
+  CHECK(cloud.positions == std::vector<Vec3>{{1, 0, 3}});
+  CHECK(read_text("a.xyz", "1e-400 2 3\n4 5 6\n").positions ==
+        std::vector<Vec3>{{0, 2, 3}, {4, 5, 6}});
+  const Error error = text_error("a.xyz", "1 2 3\n4 1e400 6\n");
+  CHECK_THAT(error.what(), Contains("line 2, column 2") && Contains("out of range"));
 }
 
 TEST_CASE("FloatsHalfWayBetweenNeighboursRoundOnce") {
