@@ -17,6 +17,8 @@
 namespace orbweave {
 namespace {
 
+constexpr const char* kNoVertexThere = "a face names a vertex that is not there";
+constexpr const char* kNoNormalThere = "a face names a normal that is not there";
 constexpr std::uint32_t kNoNormal = std::numeric_limits<std::uint32_t>::max();
 
 /// What stands in a file and is not read: the words that lines begin with, and what they are.
@@ -151,8 +153,9 @@ class ObjParser {
     return v;
   }
 
-  /// One index of a corner, from zero; OBJ counts from one, or backwards from the last.
-  std::uint32_t parse_index(std::string_view text, std::size_t count) const {
+  /// One index of a corner, from zero; OBJ counts from one, or backwards from the last of `count`
+  /// so far. `problem`: with an index of nothing.
+  std::uint32_t parse_index(std::string_view text, std::size_t count, const char* problem) const {
     std::array<std::byte, 8> bytes{};
     if (parse_value(text, ScalarType::kInt64, bytes.data()) != ParseOutcome::kNumber)
       fail("a face's corner is no index", excerpt(text), "an integer");
@@ -161,23 +164,25 @@ class ObjParser {
     if (index < 0 && -(index + 1) < static_cast<std::int64_t>(count))
       index += static_cast<std::int64_t>(count) + 1;
     if (index <= 0 || index >= std::int64_t{kNoNormal})
-      fail("a face names a vertex that is not there", excerpt(text), "indices from 1");
+      fail(problem, excerpt(text),
+           count == 0 ? "indices from 1"
+                      : "indices from 1, or from -1 down to -" + std::to_string(count));
     return static_cast<std::uint32_t>(index - 1);
   }
 
-  /// "7", "7/2", "7//3" or "7/2/3": vertex, texture, normal.
+  /// "7", "7/2", "7//3" or "7/2/3": vertex, texture, normal. "7/", "7//" and "7/2/" name no more.
   void parse_face(std::string_view line) {
     polygon_.clear();
     while (const auto field = take_field(line, ' ')) {
       if (field->starts_with('#')) break;
       const std::size_t slash = std::min(field->find('/'), field->size());
       const std::uint32_t vertex =
-          parse_index(field->substr(0, slash), mesh_.vertices.positions.size());
+          parse_index(field->substr(0, slash), mesh_.vertices.positions.size(), kNoVertexThere);
       const std::size_t second = field->find('/', std::min(slash + 1, field->size()));
       check_texture(field->substr(slash, std::min(second, field->size()) - slash));
-      const std::uint32_t normal = second == field->npos
-                                       ? kNoNormal
-                                       : parse_index(field->substr(second + 1), normals_.size());
+      const std::string_view third = field->substr(std::min(second, field->size() - 1) + 1);
+      const std::uint32_t normal =
+          third.empty() ? kNoNormal : parse_index(third, normals_.size(), kNoNormalThere);
       polygon_.push_back(vertex);
       if (normal != kNoNormal) uses_.push_back({vertex, normal});
       if (normal != kNoNormal && normal >= largest_normal_) {
@@ -207,12 +212,10 @@ class ObjParser {
 
   void check_corners() const {
     if (mesh_.triangles.empty()) return;
-    check_named("a face names a vertex that is not there", largest_corner_, largest_line_,
-                mesh_.vertices.size());
+    check_named(kNoVertexThere, largest_corner_, largest_line_, mesh_.vertices.size());
     // A file without any normals loses nothing by faces that name them.
     if (!uses_.empty() && !normals_.empty())
-      check_named("a face names a normal that is not there", largest_normal_, normal_line_,
-                  normals_.size());
+      check_named(kNoNormalThere, largest_normal_, normal_line_, normals_.size());
   }
 
   void check_named(const char* problem, std::uint32_t largest, std::uint64_t line,

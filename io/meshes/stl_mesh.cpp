@@ -14,6 +14,7 @@
 #include "io/meshes/mesh_parsers.h"
 #include "io/text/counted_noun.h"
 #include "io/text/little_endian.h"
+#include "io/text/lower_case.h"
 #include "io/text/text_fields.h"
 #include "io/text/text_number.h"
 
@@ -156,19 +157,20 @@ class TextStlParser {
                               .expected = std::move(expected)});
   }
 
-  void parse_line(std::string_view keyword, std::string_view rest) {
+  void parse_line(std::string_view given, std::string_view rest) {
+    const std::string keyword = lower_case(std::string(given));  // of some programs in capitals
     if (std::ranges::find(kLineKinds, keyword, &LineKind::keyword) == kLineKinds.end())
-      fail("unknown line in the STL file", excerpt(keyword),
+      fail("unknown line in the STL file", excerpt(given),
            "facet, outer loop, vertex, endloop or endfacet");
     if (keyword == "endloop" || keyword == "endfacet") check_corners();
     const auto kind = std::ranges::find_if(kLineKinds, [&](const LineKind& known) {
       return known.keyword == keyword && known.before == part_;
     });
     if (kind == kLineKinds.end())
-      fail("a line of the STL file is at the wrong place", excerpt(keyword), expected_line());
+      fail("a line of the STL file is at the wrong place", excerpt(given), expected_line());
     part_ = kind->after;
-    if (keyword == "outer" && take_field(rest, ' ') != "loop")
-      fail("unknown line in the STL file", excerpt(keyword), "outer loop");
+    if (keyword == "outer" && lower_case(std::string(take_field(rest, ' ').value_or(""))) != "loop")
+      fail("unknown line in the STL file", excerpt(given), "outer loop");
     if (keyword == "vertex") return add_corner(rest);
     if (keyword == "endfacet") return end_facet();
     if (keyword == "solid") ended_ = false;
@@ -228,20 +230,26 @@ class TextStlParser {
   bool ended_ = true;
 };
 
-/// Text begins with "solid", but so do some binary titles: those have the length that their
-/// count of triangles asks for.
+/// Text begins with "solid", but so do some binary titles. Those have the length that their count
+/// of triangles asks for, or, where the file is compressed or damaged, a zero byte in that count or
+/// in the first facet: text has none.
 bool is_text(ByteReader& reader) {
-  constexpr std::string_view kSolid = "solid";
-  const std::size_t most = kByteOrderMark.size() + kSolid.size();
-  reader.ensure(most);
+  reader.ensure(kHeaderBytes + kFacetBytes);
   const std::string_view front(reinterpret_cast<const char*>(reader.data()),
-                               std::min(reader.available(), most));
-  if (!without_byte_order_mark(front).starts_with(kSolid)) return false;
-  skip_byte_order_mark(reader);
+                               std::min(reader.available(), kHeaderBytes + kFacetBytes));
+  constexpr std::string_view kSolid = "solid";
+  std::string_view text = without_byte_order_mark(front);
+  text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
+  if (lower_case(std::string(text.substr(0, kSolid.size()))) != kSolid) return false;
+  const bool has_header = front.size() >= kHeaderBytes;
+  if (has_header && front.find('\0', kTitleBytes) != front.npos) return false;
   const std::optional<std::uint64_t> length = reader.bytes_left();
-  if (!length || !reader.ensure(kHeaderBytes)) return true;
-  const std::uint64_t count = load_little<std::uint32_t>(reader.data() + kTitleBytes);
-  return *length != kHeaderBytes + count * kFacetBytes;
+  if (length && has_header) {
+    const std::uint64_t count = load_little<std::uint32_t>(reader.data() + kTitleBytes);
+    if (*length == kHeaderBytes + count * kFacetBytes) return false;
+  }
+  skip_byte_order_mark(reader);
+  return true;
 }
 
 }  // namespace

@@ -2,7 +2,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstring>
 
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_writer.h"
@@ -79,6 +81,38 @@ TEST_CASE("TextStlFilesThatAreNoWholeFacetsNameLineAndWhatIsExpected") {
   check_refused("n.stl", solid + last + "vertex 0 0 0\n", {"line 3", "expected facet or endsolid"});
 }
 
+TEST_CASE("KeywordsOfTextStlFilesMayBeCapitals") {
+  const std::string content =
+      "SOLID A\n  FACET NORMAL 0 0 1\n    OUTER LOOP\n      VERTEX 0 0 0\n      VERTEX 1 0 0\n"
+      "      Vertex 0 1 0\n    ENDLOOP\n  ENDFACET\nENDSOLID A\n";
+  for (const char* front : {"", " ", "\r\n"}) {
+    const TriangleMesh mesh = read_mesh_text("a.stl", front + content);
+    CHECK(mesh.vertices.positions == std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
+    CHECK(mesh.triangles == std::vector<Triangle>{{0, 1, 2}});
+  }
+  check_refused("b.stl", "SOLID A\nFACET NORMAL 0 0 1\nOUTER CIRCLE\n" + std::string(80, ' '),
+                {"line 3", "\"OUTER\"", "outer loop"});
+}
+
+TEST_CASE("BinaryStlFilesOfATitleThatBeginsWithSolidAreBinary") {
+  std::string content(80 + 4 + 2 * 50, '\0');
+  content.replace(0, 9, "solid by ");
+  content[80] = 2;
+  const float one = 1.0F;
+  for (const std::size_t place : {84 + 12 + 12, 84 + 12 + 28, 134 + 12 + 12, 134 + 12 + 32})
+    std::memcpy(content.data() + place, &one, sizeof one);
+  const ScratchDirectory scratch;
+  for (const char title_end : {'\0', ' '}) {
+    std::replace(content.begin() + 9, content.begin() + 80, content[9], title_end);
+    CHECK(read_mesh_text("a.stl", content).triangles.size() == 2);
+    test::gzip_file(scratch / "a.stl.gz", content);
+    CHECK(read_mesh(scratch / "a.stl.gz").triangles.size() == 2);
+    check_refused("b.stl", content.substr(0, 180),
+                  {"byte 84", "ends early", "found 1 triangle", "expected 2"});
+    check_refused("c.stl", content + "x", {"byte 184", "goes on after its last triangle"});
+  }
+}
+
 TEST_CASE("ObjLinesWithWordsForNumbersNameTheirLine") {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   CHECK(read_mesh_text("a.obj", "v 0 0 0 1\nv 1 0 0 # a comment\nv 0 1 0 1 1 1\nf 1/1 2/ 3\n")
@@ -88,6 +122,20 @@ TEST_CASE("ObjLinesWithWordsForNumbersNameTheirLine") {
   check_refused("d.obj", corners + "f 1//9 2//1 3//1\nvn 0 0 1\n",
                 {"line 4", "a normal that is not there", "found 9", "expected 1 to 1"});
   CHECK(read_mesh_text("e.obj", corners + "f 1//1 2//1 3//1\n").triangles.size() == 1);
+  check_refused("f.obj", corners + "f -1//-2 2//-1 3//-1\nvn 0 0 1\n",
+                {"line 4", "a normal that is not there", "\"-2\""});
+  check_refused("g.obj", corners + "f -4 2 3\n",
+                {"line 4", "a vertex that is not there", "\"-4\"", "down to -3"});
+}
+
+TEST_CASE("CornersOfObjFacesMayLeaveTheirNormalEmpty") {
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n";
+  for (const char* face : {"f 1// 2// 3//\n", "f 1/1/ 2/1/ 3/1/\n", "f -3// -2// -1//\n"}) {
+    INFO(face);
+    const TriangleMesh mesh = read_mesh_text("a.obj", corners + face);
+    CHECK(mesh.triangles == std::vector<Triangle>{{0, 1, 2}});
+    CHECK_FALSE(mesh.vertices.schema.has_normals);
+  }
 }
 
 TEST_CASE("TruncatedBinaryPlyIsRefused") {
