@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -60,6 +64,31 @@ std::string text_of(const nlohmann::json& value) {
   constexpr std::size_t kLongest = 60;
   return shown(
       value.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace).substr(0, kLongest));
+}
+
+/// The name of a file in this folder that a relative URI stands for, with the bytes that its
+/// percent signs encode (RFC 3986, section 2.1); nothing of a URI that leads elsewhere.
+std::optional<std::string> name_of_uri(std::string_view uri) {
+  if (uri.starts_with("./")) uri.remove_prefix(2);
+  if (uri.find_first_of("/\\:?#") != uri.npos) return std::nullopt;
+  std::string name;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    if (uri[i] != '%') {
+      name += uri[i];
+      continue;
+    }
+    unsigned char byte = 0;
+    const std::string_view digits = uri.substr(i + 1, 2);
+    const char* const last = digits.data() + digits.size();
+    const auto [end, error] = std::from_chars(digits.data(), last, byte, 16);
+    if (digits.size() != 2 || error != std::errc{} || end != last) return std::nullopt;
+    name += static_cast<char>(byte);
+    i += 2;
+  }
+  constexpr std::string_view kInNoName("/\\\0", 3);
+  const bool leads_elsewhere = name.find_first_of(kInNoName) != name.npos;
+  if (name.empty() || name.front() == '.' || leads_elsewhere) return std::nullopt;
+  return name;
 }
 
 template <class T>
@@ -242,14 +271,12 @@ std::vector<std::byte> GlbDocument::buffer_of(const std::string& uri,
 std::vector<std::byte> GlbDocument::file_beside(const std::string& uri,
                                                 const std::string& place) const {
   const std::filesystem::path here(file_);
-  const bool is_plain =
-      !uri.empty() && uri.find_first_of("/\\:%?#") == std::string::npos && uri.front() != '.';
+  const std::optional<std::string> name = name_of_uri(uri);
   std::error_code failed;
-  if (!is_plain || !std::filesystem::is_regular_file(here, failed))
+  if (!name || !std::filesystem::is_regular_file(here, failed))
     fail("the data of a buffer are not read", place, excerpt(uri),
-         "data in the file, or a file in its folder with letters, digits and blanks in its name",
-         kOtherFile);
-  const std::filesystem::path beside = here.parent_path() / uri;
+         "data in the file, or the name of a file in its folder", kOtherFile);
+  const std::filesystem::path beside = here.parent_path() / *name;
   if (std::filesystem::exists(beside, failed) && !std::filesystem::is_regular_file(beside, failed))
     fail("the data of a buffer are not read", place, excerpt(uri), "a regular file");
   ByteReader reader(open_byte_source(beside));

@@ -207,6 +207,14 @@ TEST_CASE("AGltfFileIsReadWithItsDataInsideOrBeside") {
   std::ofstream(scratch / "the data.bin", std::ios::binary) << file.data;
   file.json["buffers"][0]["uri"] = "the data.bin";
   read_as("beside.gltf", file.json.dump(1));
+  // As exporters write other characters than letters and digits.
+  for (const char* uri : {"the%20data.bin", "./the%20data.bin", "%74he data%2Ebin"}) {
+    file.json["buffers"][0]["uri"] = uri;
+    read_as("beside.gltf", file.json.dump(1));
+  }
+  std::ofstream(scratch / "100%_\xC3\xA9#?.bin", std::ios::binary) << file.data;
+  file.json["buffers"][0]["uri"] = "100%25_%c3%A9%23%3F.bin";
+  read_as("beside.gltf", file.json.dump(1));
   // The 44 bytes: floats 1 and 2 are 0000803f and 00000040.
   file.json["buffers"][0]["uri"] =
       "data:application/octet-stream;base64,"
@@ -241,7 +249,9 @@ TEST_CASE("WhatAGlbReaderDoesNotKnowIsRefusedByPlace") {
     expect("mode 1", "meshes[0].primitives[0]");
   }
   SECTION("file outside of the folder") {
-    const char* uri = GENERATE("../a.bin", "/etc/hostname", "http://a/b.bin", "%2e%2e/a.bin", "");
+    const char* uri = GENERATE("../a.bin", "/etc/hostname", "http://a/b.bin", "%2e%2e/a.bin", "",
+                               "..%2fa.bin", "%2fetc%2fhostname", "./%2e.", "a%5cb.bin", "a%00.bin",
+                               "a%2", "a%zz.bin", "a%+1.bin", "./");
     file.json["buffers"][0]["uri"] = uri;
     expect("a file in its folder", "buffers[0]");
   }
