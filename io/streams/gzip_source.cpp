@@ -52,12 +52,11 @@ class GzipSource final : public ByteSource {
   }
 
   std::size_t inflate_some(std::span<std::byte> out) {
-    if (at_end_) return 0;
+    if (at_end_ || (!inside_member_ && !has_start())) return 0;
     // zlib counts in 32 bits.
     const auto room = static_cast<uInt>(std::min<std::size_t>(out.size(), std::size_t{1} << 30));
     stream_.next_out = reinterpret_cast<Bytef*>(out.data());
     stream_.avail_out = room;
-    if (!inside_member_) check_start();
     inside_member_ = true;
     const int status = inflate(&stream_, Z_NO_FLUSH);
     if (status == Z_MEM_ERROR) throw_resource("no memory to decompress", {.file = name()});
@@ -71,10 +70,14 @@ class GzipSource final : public ByteSource {
     return room - stream_.avail_out;
   }
 
-  /// What follows a member is another one.
-  void check_start() const {
+  /// What follows a member is another one, or zeros to the end of a block of a tape or disk image.
+  /// Returns false where no more bytes are at hand.
+  bool has_start() {
     constexpr Bytef kFirstByte = 0x1f;
-    if (!member_has_ended_ || *stream_.next_in == kFirstByte) return;
+    if (!member_has_ended_) return true;
+    for (; stream_.avail_in != 0 && *stream_.next_in == 0; --stream_.avail_in) ++stream_.next_in;
+    if (stream_.avail_in == 0) return false;
+    if (*stream_.next_in == kFirstByte) return true;
     throw_bad_input("the file goes on behind its compressed data",
                     {.file = name(),
                      .place = "byte " + std::to_string(bytes_read()),

@@ -261,6 +261,14 @@ TEST_CASE("DamagedGzipIsRefused") {
     check_refused("tail-" + name, good.substr(0, good.size() - 4), {"ends early"});
     check_refused("more-" + name, good + "x",
                   {"goes on behind its compressed data", "byte " + std::to_string(good.size())});
+    // Zeros behind it fill a block, as gzip takes them.
+    const std::string zeros(name == "a.ply.gz" ? 600'000 : 512, '\0');
+    write_file(scratch / ("filled-" + name), good + zeros);
+    CHECK(test::read_cloud(scratch / ("filled-" + name)).positions == cloud.positions);
+    check_refused("filled-more-" + name, good + zeros + "x",
+                  {"goes on behind its compressed data",
+                   "byte " + std::to_string(good.size() + zeros.size())});
+    check_refused("filled-short-" + name, good.substr(0, good.size() - 4) + zeros, {"damaged"});
     std::string flipped = good;
     flipped[good.size() - 6] ^= 1;  // the checksum
     check_refused("flipped-" + name, flipped, {"damaged"});
