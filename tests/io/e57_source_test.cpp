@@ -414,6 +414,12 @@ TEST_CASE("E57IntensityKeepsItsPrecision") {
   CHECK(type_of(floats("intensity", {0, 1})) == ScalarType::kFloat32);
   CHECK(type_of(doubles("intensity", {0, 1})) == ScalarType::kFloat64);
   CHECK(type_of(scaled("intensity", 0, 4095, 0.25, 0, {0, 1})) == ScalarType::kFloat32);
+  CHECK(type_of(scaled("intensity", 1, 1 << 24, 0.1, 0, {1, 2})) == ScalarType::kFloat32);
+  CHECK(type_of(scaled("intensity", 0, 1 << 24, -0.1, 0.1, {1, 2})) == ScalarType::kFloat32);
+  // Floats of this size have steps of 0.0625.
+  CHECK(type_of(scaled("intensity", 0, 4095, 0.001, 1e6, {0, 1})) == ScalarType::kFloat64);
+  CHECK(type_of(scaled("intensity", 1LL << 40, (1LL << 40) + 7, 1.0, 0, {1LL << 40})) ==
+        ScalarType::kFloat64);
 }
 
 TEST_CASE("E57FieldsOfNoInterestAreSteppedOver") {

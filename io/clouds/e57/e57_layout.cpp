@@ -65,16 +65,27 @@ ScalarType integer_type(std::int64_t low, std::int64_t high) {
   return ScalarType::kInt64;
 }
 
+/// Whether floats tell each value of a field from its neighbours: of integers those whose values
+/// are at most 2^24 of their steps from 0.
+bool fits_float(const E57Field& field) {
+  if (field.kind == E57Kind::kFloat32 || field.kind == E57Kind::kFloat64)
+    return field.kind == E57Kind::kFloat32;
+  constexpr double kSteps = 1 << 24;
+  const auto size_of_value = [&](std::int64_t integer) {
+    return std::abs(static_cast<double>(integer) * field.scale + field.offset);
+  };
+  return std::max(size_of_value(field.minimum), size_of_value(field.maximum)) <=
+         kSteps * std::abs(field.scale);
+}
+
 /// Holds the values of a field of all scans without loss.
 ScalarType number_type(const std::vector<const E57Field*>& fields) {
-  // A scaled integer of up to 24 bits is told apart from its neighbours by a float.
-  constexpr unsigned kFloatBits = 24;
   bool is_integer = true, is_float = true;
   std::int64_t low = std::numeric_limits<std::int64_t>::max();
   std::int64_t high = std::numeric_limits<std::int64_t>::min();
   for (const E57Field* field : fields) {
     is_integer = is_integer && field->kind == E57Kind::kInteger;
-    is_float = is_float && (field->kind == E57Kind::kFloat32 || field->bits <= kFloatBits);
+    is_float = is_float && fits_float(*field);
     low = std::min(low, field->minimum);
     high = std::max(high, field->maximum);
   }
