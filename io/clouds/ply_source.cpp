@@ -23,10 +23,8 @@ const PlyElement& vertices_of(const PlyHeader& header, const ByteReader& reader)
 std::string faces_text(const PlyHeader& header) {
   std::uint64_t faces = 0;
   std::uint64_t strips = 0;
-  for (const PlyElement& element : header.elements) {
-    if (element.name == "face") faces += element.count;
-    if (are_strips(element)) strips += element.count;
-  }
+  for (const PlyElement& element : header.elements)
+    if (find_corner_list(element)) (are_strips(element) ? strips : faces) += element.count;
   if (faces > 0) return format_count(faces) + (faces == 1 ? " face" : " faces");
   if (strips == 0) return {};
   return format_count(strips) + (strips == 1 ? " row" : " rows") + " of triangle strips";

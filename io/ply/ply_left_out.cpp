@@ -29,6 +29,11 @@ std::vector<std::string> lists_of(const PlyElement& element) {
   return names;
 }
 
+/// Faces by their name, that name no vertices.
+bool lacks_corners(const PlyElement& element) {
+  return (element.name == "face" || are_strips(element)) && !find_corner_list(element);
+}
+
 /// All but the corners, the hole that a face fills, and how sure its patch is.
 std::vector<std::string> unread_properties(const PlyElement& faces, std::size_t corners) {
   const auto is_hole = [](const PlyProperty& property) {
@@ -63,7 +68,8 @@ std::vector<std::string> left_out_of_ply(const PlyHeader& header, bool is_mesh) 
       add_names("face property", "face properties", unread_properties(element, *corners), all);
     else if (!corners && element.count > 0)
       all.push_back("element " + element.name + " of " +
-                    counted_noun(element.count, "row", "rows"));
+                    counted_noun(element.count, "row", "rows") +
+                    (lacks_corners(element) ? " without a list vertex_indices" : ""));
   }
   return all;
 }

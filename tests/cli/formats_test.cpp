@@ -279,6 +279,22 @@ TEST_CASE("WhatAFileHoldsAndNoMeshTakesIsNamed") {
                       "which not all vertices have; normals, which not all vertices have\n"));
 }
 
+TEST_CASE("FacesThatNameNoVerticesAreLeftOutOfACloud") {
+  const ScratchDirectory in;
+  write_text(in / "a.ply",
+             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+             "property float z\nelement face 1\nproperty list uchar int corners\nend_header\n"
+             "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  const std::string named = "element face of 1 row without a list vertex_indices\n";
+  const ProgramResult converted = run_in(in, {"convert", "a.ply", "b.ply"});
+  CHECK(converted.status == 0);
+  CHECK(converted.out == "b.ply: 3 points\n");
+  CHECK_THAT(converted.err, Contains("a.ply: not carried over: " + named));
+  const ProgramResult inspected = run_in(in, {"inspect", "a.ply"});
+  CHECK_THAT(inspected.out, Contains(named));
+  CHECK(inspected.err.empty());
+}
+
 TEST_CASE("AFormatWithoutAPlaceForTheHolesOfFacesIsNamed") {
   const ScratchDirectory in;
   const auto write = [&](const std::string& hole) {
