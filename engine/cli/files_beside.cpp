@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -29,20 +28,6 @@ void write_system(const std::string& file, const std::string& in, const std::str
   if (!written.empty()) note_written(written.string());
   for (const std::string& doubt : doubts_of_written_system(file, in, system, written))
     print_warning(doubt);
-}
-
-/// The origin in the words of the header; empty: it names none, or the file is no PLY.
-std::string origin_in_header(const std::string& file) {
-  constexpr std::string_view kOrigin = "comment origin ";
-  constexpr int kMostLines = 100;
-  std::ifstream stream(file, std::ios::binary);
-  std::string line;
-  if (!std::getline(stream, line) || (line != "ply" && line != "ply\r")) return {};
-  for (int i = 0; i < kMostLines && std::getline(stream, line); ++i) {
-    if (line.starts_with(kOrigin)) return line.substr(kOrigin.size());
-    if (line.starts_with("end_header")) break;
-  }
-  return {};
 }
 
 }  // namespace

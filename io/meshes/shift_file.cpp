@@ -9,7 +9,9 @@
 
 #include "io/byte_order_mark.h"
 #include "io/error.h"
+#include "io/ply/ply_vertices.h"
 #include "io/streams/byte_reader.h"
+#include "io/streams/byte_source.h"
 #include "io/system/atomic_file.h"
 #include "io/text/file_format.h"
 #include "io/text/quantity.h"
@@ -74,6 +76,8 @@ std::optional<NamedShift> shift_of(const std::string& line) {
 std::vector<NamedShift> listed_shifts(const std::filesystem::path& list) {
   std::vector<NamedShift> shifts;
   std::ifstream stream(list);
+  if (!stream)
+    throw_bad_input("cannot open the shift of a mesh's coordinates", {.file = list.string()});
   std::string text;
   for (int number = 1; std::getline(stream, text); ++number) {
     const std::string line(trimmed(number == 1 ? without_byte_order_mark(text) : text));
@@ -123,7 +127,8 @@ std::filesystem::path write_shift(const std::filesystem::path& file, Vec3 origin
 
 Vec3 origin_beside(const std::filesystem::path& file) {
   const std::filesystem::path beside = shift_file(file);
-  if (beside.empty() || !std::ifstream(beside)) return {};
+  std::error_code ignored;
+  if (beside.empty() || !std::filesystem::exists(beside, ignored)) return {};
   std::vector<NamedShift> shifts = listed_shifts(beside);
   // A list of several files has one line for this one; a file that was renamed is in no list.
   const std::string name = name_text(file);
@@ -137,6 +142,23 @@ Vec3 origin_beside(const std::filesystem::path& file) {
                        .expected = "one line of that name",
                        .advice = "Leave the line of the file alone."});
   return -shifts.front().shift;
+}
+
+std::string origin_in_header(const std::filesystem::path& file) {
+  constexpr std::string_view kOrigin = "comment origin ";
+  constexpr int kMostLines = 100;
+  try {
+    ByteReader reader(open_byte_source(file));
+    if (!looks_like_ply(reader)) return {};
+    std::string_view line;
+    for (int i = 0; i < kMostLines && reader.next_line(line); ++i) {
+      if (line.starts_with(kOrigin)) return std::string(line.substr(kOrigin.size()));
+      if (line.starts_with("end_header")) break;
+    }
+  } catch (const Error&) {
+    // What is wrong with the file is told where it is read.
+  }
+  return {};
 }
 
 void add_origin(Vec3 origin, PointCloud& points) {

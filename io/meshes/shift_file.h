@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "io/point_cloud.h"
 #include "io/vec3.h"
@@ -21,8 +22,11 @@ std::filesystem::path write_shift(const std::filesystem::path& file, Vec3 origin
 
 /// The origin that the coordinates of a file are counted from, by the shift beside it; zero: none.
 /// Of a list of several shifts, that of the file's name. Throws Error (bad input) where the file
-/// beside it is no such list, and where its lines contradict each other.
+/// beside it is no such list or cannot be opened, and where its lines contradict each other.
 Vec3 origin_beside(const std::filesystem::path& file);
+/// The origin in the words of the header of a PLY file, compressed or not; empty: it names none, or
+/// the file is no PLY or cannot be read.
+std::string origin_in_header(const std::filesystem::path& file);
 /// Points as the world has them, of points counted from an origin.
 void add_origin(Vec3 origin, PointCloud& points);
 

@@ -11,6 +11,7 @@
 #include "io/points/coordinate_system.h"
 #include "io/shown_text.h"
 #include "io/system/atomic_file.h"
+#include "io/text/file_format.h"
 #include "io/text/words.h"
 
 namespace orbweave {
@@ -59,7 +60,11 @@ std::filesystem::path coordinate_system_file(const std::filesystem::path& file) 
   const auto status = std::filesystem::status(file, ignored);
   const bool is_device = std::filesystem::exists(status) && std::filesystem::is_other(status);
   if (file.empty() || file == "-" || is_device) return {};
-  return std::filesystem::path(file).replace_extension(".prj");
+  std::filesystem::path beside = file;
+  // A file has the system that it has without its compression.
+  const std::optional<NamedFormat> named = format_of_name(file);
+  if (named && named->is_gzipped) beside.replace_extension();
+  return beside.replace_extension(".prj");
 }
 
 std::string coordinate_system_beside(const std::filesystem::path& file) {

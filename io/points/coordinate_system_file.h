@@ -1,4 +1,4 @@
-// The coordinate system beside a file: the same name with .prj.
+// The coordinate system beside a file: the same name with .prj, without a .gz.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,8 @@
 // Where a surveyor's files lie: coordinate systems, units, and origins that coordinates count from.
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -14,6 +18,7 @@
 #include "io/points/coordinate_system.h"
 #include "tests/cli/survey_tiles.h"
 #include "tests/io/las_files.h"
+#include "tests/io/reading.h"
 #include "tests/support/program.h"
 
 using Catch::Matchers::Contains;
@@ -329,6 +334,42 @@ TEST_CASE("APlyFileWithoutItsShiftIsWarnedOf") {
   const ProgramResult whole = run_in(in, {"compare", "a.obj", "c.ply"});
   CHECK(whole.err.empty());
   CHECK_THAT(whole.out, Contains("same: "));
+}
+
+TEST_CASE("ACompressedFileHasWhatLiesBesideItWithoutCompression") {
+  const ScratchDirectory in;
+  write_text(in / "scan.xyz", "0 0 0\n1 0 0\n0 1 0\n");
+  write_text(in / "scan.prj", "EPSG:32632\n");
+  gzip_file(in / "scan.xyz.gz", file_text(in / "scan.xyz"));
+  CHECK_THAT(run_in(in, {"inspect", "scan.xyz.gz"}).out, Contains("EPSG:32632"));
+  for (const char* name : {"a.ply", "b.ply.gz", "C.XYZ.GZ"}) {
+    const ProgramResult result = run_in(in, {"convert", "scan.xyz.gz", name});
+    CHECK(result.status == 0);
+    CHECK(result.err.empty());
+    CHECK_THAT(run_in(in, {"inspect", name}).out, Contains("UTM zone 32N"));
+  }
+  CHECK(names_in(in) == Arguments{"C.XYZ.GZ", "C.prj", "a.ply", "a.prj", "b.ply.gz", "b.prj",
+                                  "scan.prj", "scan.xyz", "scan.xyz.gz"});
+
+  REQUIRE(run_in(in, {"convert", "scan.xyz", "o.ply.gz", "--origin", "100,200,0"}).status == 0);
+  std::filesystem::remove(in / "o.ply.gz.shift.txt");
+  CHECK_THAT(run_in(in, {"inspect", "o.ply.gz"}).err,
+             Contains("counted from 100 200 0") && Contains("o.ply.gz.shift.txt is not beside it"));
+}
+
+TEST_CASE("AShiftThatCannotBeReadIsNotPassedOver") {
+  const ScratchDirectory in;
+  write_text(in / "a.xyz", "0 0 0\n1 0 0\n0 1 0\n");
+  const int listening = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
+  const std::string name = (in / "a.xyz.shift.txt").string();
+  REQUIRE(name.size() < sizeof address.sun_path);
+  name.copy(address.sun_path, name.size());
+  REQUIRE(::bind(listening, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  const ProgramResult result = run_in(in, {"inspect", "a.xyz"});
+  ::close(listening);
+  CHECK(result.status == 3);
+  CHECK_THAT(result.err, Contains("a.xyz.shift.txt: cannot open the shift"));
 }
 
 TEST_CASE("WhatReplacesAFileWithAnOriginHasNone") {
