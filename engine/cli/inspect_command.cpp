@@ -32,6 +32,7 @@
 #include "engine/validation/usable_triangles.h"
 #include "io/clouds/open_point_source.h"
 #include "io/error.h"
+#include "io/meshes/shift_file.h"
 #include "io/points/coordinate_system_file.h"
 #include "io/report/hole_summary.h"
 #include "io/report/output_names.h"
@@ -284,13 +285,15 @@ void check_places(const InspectOptions& options) {
                  .advice = "Inspect each file by a command of its own."});
 }
 
-/// Files of the folder and of those in it that are read as clouds or meshes, by name.
+/// Files of the folder and of those in it that are read as clouds or meshes, by name. The shift of
+/// a file is text, but no cloud.
 std::vector<std::string> files_of_folder(const std::string& folder) {
   namespace fs = std::filesystem;
   std::vector<std::string> files;
   try {
     for (const auto& entry : fs::recursive_directory_iterator(folder))
-      if (entry.is_regular_file() && is_scan_format(entry.path().filename().string()))
+      if (entry.is_regular_file() && is_scan_format(entry.path().filename().string()) &&
+          !is_name_of_shift(entry.path()))
         files.push_back(entry.path().string());
   } catch (const fs::filesystem_error& problem) {
     throw_bad_input("cannot list the folder", {.file = folder, .found = problem.code().message()});

@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/byte_order_mark.h"
@@ -21,6 +22,7 @@
 namespace orbweave {
 namespace {
 
+constexpr std::string_view kExtension = ".shift.txt";
 constexpr const char* kHeading =
     "// name; x; y; z; scale: coordinates of the file are (world + x, y, z) times scale\n";
 
@@ -112,7 +114,13 @@ std::filesystem::path shift_file(const std::filesystem::path& file) {
   const bool is_device = std::filesystem::exists(status) && std::filesystem::is_other(status);
   if (file.empty() || file == "-" || is_device || holds_origin(file)) return {};
   std::filesystem::path beside = file;
-  return beside += ".shift.txt";
+  return beside += kExtension;
+}
+
+bool is_name_of_shift(const std::filesystem::path& file) {
+  const std::string name = file.filename().string();
+  return name.ends_with(kExtension) &&
+         format_of_name(name.substr(0, name.size() - kExtension.size()));
 }
 
 std::filesystem::path write_shift(const std::filesystem::path& file, Vec3 origin) {

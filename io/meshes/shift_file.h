@@ -14,6 +14,9 @@ namespace orbweave {
 /// file holds its origin itself.
 std::filesystem::path shift_file(const std::filesystem::path& file);
 
+/// Whether a name is that of the shift of some file.
+bool is_name_of_shift(const std::filesystem::path& file);
+
 /// Writes "name; x; y; z; scale;" as CloudCompare's list of global shifts has it: coordinates of
 /// the file are those of the world plus x, y, z, which are the origin's negative. Without an origin
 /// nothing is written, but that the shift of an earlier mesh of that name becomes 0. Returns the

@@ -372,6 +372,22 @@ TEST_CASE("AShiftThatCannotBeReadIsNotPassedOver") {
   CHECK_THAT(result.err, Contains("a.xyz.shift.txt: cannot open the shift"));
 }
 
+TEST_CASE("TheShiftsOfAFolderAreNoClouds") {
+  const ScratchDirectory in;
+  std::filesystem::create_directory(in / "all");
+  write_text(in / "all" / "a.obj",
+             "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n");
+  write_text(in / "all" / "c.shift.txt", "1 2 3\n4 5 6\n");  // of no file: a cloud
+  for (const char* name : {"all/b.stl", "all/d.ply.gz"})
+    REQUIRE(run_in(in, {"convert", "all/a.obj", name, "--origin", "5,5,5"}).status == 0);
+  const ProgramResult result = run_in(in, {"inspect", "all", "--json"});
+  CHECK(result.status == 0);
+  CHECK(result.err.empty());
+  Arguments listed;
+  for (const Json& file : Json::parse(result.out)) listed.push_back(file["file"]);
+  CHECK(listed == Arguments{"all/a.obj", "all/b.stl", "all/c.shift.txt", "all/d.ply.gz"});
+}
+
 TEST_CASE("WhatReplacesAFileWithAnOriginHasNone") {
   const ScratchDirectory in;
   write_text(in / "a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n");
