@@ -248,6 +248,27 @@ TEST_CASE("PointsBeyondTheCountAreNotRead") {
   const auto source = las_source(bytes);
   CHECK(source->declared_points() == 3u);
   CHECK(read_all(*source).size() == 3);
+  CHECK(source->facts().left_out ==
+        std::vector<std::string>{"bytes of 2 points behind those that the header counts"});
+}
+
+TEST_CASE("WhatIsNoPointBehindThoseCountedIsNotTakenForOne") {
+  const auto left_out = [](const LasFile& file) {
+    const std::string bytes = file.bytes();
+    return las_source(bytes)->facts().left_out;
+  };
+  LasFile file = small_file(2, 0, 5);
+  CHECK(left_out(file).empty());
+  file.tail = std::string(19, 'x');  // a byte less than a point
+  CHECK(left_out(file).empty());
+  file.tail = std::string(4096, '\0');
+  CHECK(left_out(file).empty());
+  file.legacy_points = 0;  // as a program leaves it that was ended
+  CHECK(left_out(file) ==
+        std::vector<std::string>{"bytes of 209 points behind those that the header counts"});
+  LasFile waves = small_file(3, 4, 5);
+  waves.tail = std::string(4096, 'x');
+  CHECK(left_out(waves).empty());
 }
 
 TEST_CASE("BytesThatNothingDescribesAreSkipped") {

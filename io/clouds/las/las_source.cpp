@@ -1,6 +1,7 @@
 #include "io/clouds/las/las_source.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -14,6 +15,7 @@
 #include "io/clouds/las/las_layout.h"
 #include "io/clouds/las/las_records.h"
 #include "io/clouds/las/las_variable_records.h"
+#include "io/text/counted_noun.h"
 
 namespace orbweave {
 namespace {
@@ -77,6 +79,9 @@ class LasSource final : public PointSource {
     facts.point_format = header_.point_format;
     facts.software = header_.software;
     facts.declared_bounds = header_.bounds;
+    if (const std::uint64_t more = uncounted_points(); more != 0)
+      facts.left_out.push_back("bytes of " + counted_points(more) +
+                               " behind those that the header counts");
     return facts;
   }
 
@@ -94,6 +99,28 @@ class LasSource final : public PointSource {
   }
 
  private:
+  /// Whole records between the points that are counted and what comes next, as a program leaves
+  /// them that did not come to write the count. Of compressed points and formats with waveforms,
+  /// which may lie there, nothing is known, and zeros are filler.
+  std::uint64_t uncounted_points() const {
+    constexpr std::array kWithWaveforms = {4, 5, 9, 10};
+    const bool has_waveforms =
+        std::ranges::find(kWithWaveforms, header_.point_format) != kWithWaveforms.end();
+    if (header_.is_compressed || has_waveforms) return 0;
+    const std::uint64_t begin =
+        header_.point_data_offset + header_.points * std::uint64_t{header_.record_bytes};
+    std::uint64_t end = file_->size();
+    if (header_.extended_records != 0 && header_.extended_records_offset >= begin)
+      end = std::min(end, header_.extended_records_offset);
+    const std::uint64_t records = end > begin ? (end - begin) / header_.record_bytes : 0;
+    if (records == 0) return 0;
+    std::vector<std::byte> first(header_.record_bytes);
+    file_->read(begin, first);
+    const bool is_filler =
+        std::ranges::all_of(first, [](std::byte b) { return b == std::byte{0}; });
+    return is_filler ? 0 : records;
+  }
+
   /// Whether the bounds in the header are outside, and the first points do not contradict them.
   bool lies_outside() {
     constexpr std::size_t kLooked = 1024;
