@@ -7,6 +7,22 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r";
 
+/// The length of a field in quotes at the front of the text, with the blanks around it; separators
+/// may be inside, and quotes that are doubled. Nothing where no such field ends before a separator.
+std::optional<std::size_t> quoted_length(std::string_view text, char separator) {
+  const std::string_view blanks = separator == '\t' ? " \r" : kBlanks;
+  const std::size_t open = text.find_first_not_of(blanks);
+  if (open == text.npos || text[open] != '"') return std::nullopt;
+  std::size_t close = text.find('"', open + 1);
+  while (close != text.npos && close + 1 < text.size() && text[close + 1] == '"')
+    close = text.find('"', close + 2);
+  if (close == text.npos) return std::nullopt;
+  const std::size_t behind = std::min(text.find_first_not_of(blanks, close + 1), text.size());
+  const bool ends =
+      behind == text.size() || (separator == ' ' ? behind != close + 1 : text[behind] == separator);
+  return ends ? std::optional(behind) : std::nullopt;
+}
+
 }  // namespace
 
 std::string_view trimmed(std::string_view text) {
@@ -20,12 +36,14 @@ std::optional<std::string_view> take_field(std::string_view& line, char separato
   if (separator == ' ') {
     line = trimmed(line);
     if (line.empty()) return std::nullopt;
-    const std::size_t end = std::min(line.find_first_of(kBlanks), line.size());
-    field = line.substr(0, end);
+    const std::size_t end =
+        quoted_length(line, separator).value_or(std::min(line.find_first_of(kBlanks), line.size()));
+    field = trimmed(line.substr(0, end));
     line.remove_prefix(end);
   } else {
     if (trimmed(line).empty()) return std::nullopt;
-    const std::size_t end = std::min(line.find(separator), line.size());
+    const std::size_t end =
+        quoted_length(line, separator).value_or(std::min(line.find(separator), line.size()));
     field = trimmed(line.substr(0, end));
     line.remove_prefix(std::min(end + 1, line.size()));
   }

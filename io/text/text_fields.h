@@ -10,7 +10,7 @@ namespace orbweave {
 std::string_view trimmed(std::string_view text);
 
 /// Removes the next field, and the separator behind it, from a line; blanks around the field and
-/// quotes are taken off. Nothing at the line's end.
+/// quotes are taken off. What is in quotes may hold separators. Nothing at the line's end.
 std::optional<std::string_view> take_field(std::string_view& line, char separator);
 
 }  // namespace orbweave

@@ -217,6 +217,22 @@ TEST_CASE("DecimalCommasAreToldAsSuch") {
   CHECK_THAT(text_error("a.csv", "one,two,three\n").what(), !Contains("decimal point"));
 }
 
+TEST_CASE("NamesInQuotesMayHoldSeparators") {
+  const auto names = [](const std::string& content) {
+    const PointCloud cloud = read_text("a.csv", content);
+    CHECK(cloud.positions == std::vector<Vec3>{{1, 2, 3}});
+    return attribute_names(cloud.schema);
+  };
+  CHECK(names("x,y,z,\"light, raw\",\"t\"\n1,2,3,4,5\n") == Names{"light, raw", "t"});
+  CHECK(names("\"a, b\" ,x,y,z\n4,1,2,3\n") == Names{"a, b"});
+  CHECK(names("x\ty\tz\t\"a\tb\"\t \"c d\"\n1\t2\t3\t4\t5\n") == Names{"a\tb", "c d"});
+  CHECK(names("x y z \"a b\" c\n1 2 3 4 5\n") == Names{"a b", "c"});
+  CHECK(names("x,y,z,\"a \"\", b\"\n1,2,3,4\n") == Names{"a \"\", b"});
+  CHECK(names("x,y,z,\"a\"b,c\n1,2,3,4,5\n") == Names{"\"a\"b", "c"});
+  CHECK(names("x,y,z,\"a,t\n1,2,3,4,5\n") == Names{"\"a", "t"});
+  CHECK(names("x,y,z,\"\",t\n\"1\",\"2\" ,3,4,5\n") == Names{"c4", "t"});
+}
+
 TEST_CASE("HeaderLinesNameTheColumns") {
   const PointCloud cloud = read_text(
       "a.csv", "\"Z\",NX,ny,nz,X,Y,R,G,B,Intensity,time stamp\n3,0,0,1,1,2,10,20,30,0.5,99\n");
