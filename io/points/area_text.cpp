@@ -214,6 +214,9 @@ class GeoJsonReader {
       for (std::size_t i = 0; i < parts.size(); ++i)
         read_object(parts[i], std::string(members) + "[" + std::to_string(i) + "]", depth + 1);
     } else if (type == "Feature" && depth < kDeepest) {
+      const auto geometry = object.find("geometry");
+      // A row of a table that is nowhere: RFC 7946, section 3.2.
+      if (depth > 0 && geometry != object.end() && geometry->is_null()) return;
       read_object(member(object, "geometry", place), "geometry of " + place, depth + 1);
     } else if (type == "Polygon") {
       read_polygon(member(object, "coordinates", place), place);

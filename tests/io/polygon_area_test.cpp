@@ -124,6 +124,9 @@ TEST_CASE("WktIsTakenWithItsDimensionsAndItsSystem") {
         R"({"type": "Polygon", "coordinates": [[[0, 0], [2, 0, 7], [2, 2], [0, 2], [0, 0]]]})",
         R"({"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {"n": 1},
             "geometry": {"coordinates": [[[[0, 0], [2, 0], [2, 2], [0, 2]]]], "type": "MultiPolygon"}}]})",
+        R"({"type": "FeatureCollection", "features": [
+            {"type": "Feature", "geometry": null, "properties": null}, {"type": "Feature",
+            "geometry": {"type": "Polygon", "coordinates": [[[0, 0], [2, 0], [2, 2], [0, 2]]]}}]})",
         R"({"type": "GeometryCollection", "geometries": [{"type": "Polygon",
             "coordinates": [[[0, 0], [2, 0], [2, 2], [0, 2]]]}]})"}) {
     CAPTURE(text);
@@ -154,6 +157,11 @@ TEST_CASE("TextThatIsNoAreaIsRefusedWithItsPlace") {
   CHECK_THAT(message_of(R"({"type": "Point", "coordinates": [1, 2]})"), Contains("\"Point\""));
   CHECK_THAT(message_of(R"({"type": "FeatureCollection", "features": []})"),
              Contains("holds no points"));
+  CHECK_THAT(message_of(R"({"type": "FeatureCollection", "features": [{"type": "Feature",
+                            "geometry": null}]})"),
+             Contains("holds no points"));
+  CHECK_THAT(message_of(R"({"type": "FeatureCollection", "features": [{"type": "Feature"}]})"),
+             Contains("geometry of features[0]"));
   CHECK_THAT(message_of(R"({"type": "Feature", "geometry": null})"),
              Contains("geometry of the document") && Contains("found null, expected an object"));
   CHECK_THAT(message_of(R"({"type": "Polygon", "coordinates": [[[0, 0], [1, "y"], [1, 1]]]})"),
