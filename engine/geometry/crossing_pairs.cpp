@@ -5,18 +5,20 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 
 #include "engine/geometry/triangle_intersection.h"
+#include "engine/geometry/unit_scale.h"
 
 namespace orbweave {
 namespace {
 
 constexpr std::uint32_t kGroup = 8;
 
-/// Boxes side by side. Rounding to float keeps the order of coordinates, so boxes that meet as
-/// doubles meet here, too.
+/// Boxes side by side. Scaling by a power of two and rounding to float keep the order of
+/// coordinates, so boxes that meet as doubles meet here, too.
 struct FloatBoxes {
   std::array<std::vector<float>, 3> min, max;
 
@@ -80,13 +82,26 @@ class Search {
     return (count + kGroup - 1) / kGroup * kGroup;
   }
 
+  /// What takes the coordinates, counted from an origin, into the range of floats.
+  double scale_from(Vec3 origin) const {
+    double farthest = 0.0;
+    for (const Triangle& triangle : triangles_) {
+      for (const std::uint32_t v : triangle) {
+        const Vec3 p = positions_[v] - origin;
+        farthest = std::max({farthest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+      }
+    }
+    return unit_scale(farthest);
+  }
+
   void add_boxes_of_triangles() {
     FloatBoxes& boxes = levels_.front();
     boxes.resize(whole_groups(triangles_.size()));
     const Vec3 origin = triangles_.empty() ? Vec3{} : positions_[triangles_.front()[0]];
+    const double scale = scale_from(origin);
     for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
       for (const std::uint32_t v : triangles_[t]) {
-        const Vec3 p = positions_[v] - origin;
+        const Vec3 p = scale * (positions_[v] - origin);
         for (int axis = 0; axis < 3; ++axis) {
           const auto at = static_cast<float>(p[axis]);
           boxes.min[axis][t] = std::min(boxes.min[axis][t], at);

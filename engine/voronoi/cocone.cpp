@@ -6,6 +6,9 @@
 #include <limits>
 #include <utility>
 
+#include "engine/geometry/unit_scale.h"
+#include "io/box.h"
+
 namespace orbweave::voronoi {
 namespace {
 
@@ -44,7 +47,7 @@ unsigned edges_of_facet(const Tetrahedra& tetrahedra, std::span<const CenterSide
   return passing;
 }
 
-/// What a point's Voronoi cell is like.
+/// What a point's Voronoi cell is like: lengths, scaled into the range of floats.
 struct CellShape {
   float radius = 0.0F;  ///< distance to the farthest point of the cell in the cocone
   float height = 0.0F;  ///< distance to the nearer pole
@@ -69,6 +72,7 @@ class Flatness {
         edges_(edges),
         least_height_(static_cast<float>(options.least_height)),
         least_cosine_(std::cos(options.most_turn_rad)),
+        scale_(scale_of(points)),
         shapes_(points.size()),
         turns_(points.size(), 0) {}
 
@@ -101,13 +105,20 @@ class Flatness {
     }
   }
 
+  static double scale_of(std::span<const Vec3> points) {
+    Box bounds;
+    for (const Vec3 p : points) bounds.extend(p);
+    const Vec3 extent = bounds.extent();
+    return unit_scale(std::max({extent.x, extent.y, extent.z}));
+  }
+
   EdgeEnd end_of(std::uint32_t cell, int place) const {
     const CenterSides sides = sides_[cell];
     return {cell, !sides.is_above(place) && !sides.is_below(place), sides.is_under_plane(place)};
   }
 
   float distance(std::uint32_t cell) const {
-    return tetrahedra_.is_finite(cell) ? static_cast<float>(tetrahedra_.radii[cell])
+    return tetrahedra_.is_finite(cell) ? static_cast<float>(scale_ * tetrahedra_.radii[cell])
                                        : std::numeric_limits<float>::infinity();
   }
 
@@ -129,7 +140,7 @@ class Flatness {
     const Vec3 along = tetrahedra_.is_finite(b) ? tetrahedra_.centers[b] - tetrahedra_.centers[a]
                                                 : tetrahedra_.centers[b];
     const double share = -dot(from, poles_.normals[p]) / dot(along, poles_.normals[p]);
-    return std::isfinite(share) ? static_cast<float>(norm(from + share * along)) : 0.0F;
+    return std::isfinite(share) ? static_cast<float>(scale_ * norm(from + share * along)) : 0.0F;
   }
 
   void measure(const StopToken* stop) {
@@ -217,6 +228,7 @@ class Flatness {
   const CoconeEdges& edges_;
   float least_height_;
   double least_cosine_;
+  double scale_;  // takes lengths into the range of floats
   std::vector<CellShape> shapes_;
   std::vector<std::uint8_t> turns_;  // a neighbour's normal differs
 };

@@ -102,6 +102,19 @@ TEST_CASE("CrossingPairsAreThoseThatTryingAllFinds") {
   CHECK(crossing_pairs({}, {}).empty());
 }
 
+TEST_CASE("CrossingPairsAreTheSameAtAnyScale") {
+  Random random(7);
+  Soup soup = random_soup(700, random);
+  for (Vec3& p : soup.positions) p = p - Vec3{5e5, 4e6, 100.0};
+  const std::vector<TrianglePair> expected = crossing_pairs(soup.positions, soup.triangles);
+  REQUIRE_FALSE(expected.empty());
+  for (const int exponent : {-200, 200}) {  // far below and above the range of floats
+    Soup scaled = soup;
+    for (Vec3& p : scaled.positions) p = std::ldexp(1.0, exponent) * p;
+    CHECK(crossing_pairs(scaled.positions, scaled.triangles) == expected);
+  }
+}
+
 TEST_CASE("AMeshCrossesItselfWhereTwoOfItsSheetsDo") {
   TriangleMesh mesh = square_mesh(8);
   CHECK(count_crossing_pairs(mesh) == 0);

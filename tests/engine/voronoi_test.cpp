@@ -237,6 +237,22 @@ TEST_CASE("UndersampledPlacesAreWhereTheSurfaceEnds") {
   CHECK((found.well_sampled == vor::cocone(open).well_sampled));
 }
 
+TEST_CASE("UndersampledPlacesAndCoconeAreTheSameAtAnyScale") {
+  std::vector<Vec3> open;
+  for (const Vec3 p : sample(Shape::kTorus, 2'000))
+    if (p.x > 0.0) open.push_back(p);
+  const vor::PointSurface expected = vor::cocone(open);
+  REQUIRE_FALSE(expected.triangles.empty());
+  for (const int exponent : {-200, 200}) {  // far below and above the range of floats
+    std::vector<Vec3> scaled;
+    for (const Vec3 p : open) scaled.push_back(std::ldexp(1.0, exponent) * p);
+    INFO("exponent " << exponent);
+    const vor::PointSurface found = vor::cocone(scaled);
+    CHECK((found.well_sampled == expected.well_sampled));
+    CHECK((found.triangles == expected.triangles));
+  }
+}
+
 TEST_CASE("PowerCrustFindsTheMedialAxisOfASphere") {
   const vor::PowerCrustSurface surface = vor::power_crust(sample(Shape::kSphere, 2'000));
   REQUIRE_FALSE(surface.medial_axis.empty());
