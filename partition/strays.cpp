@@ -151,13 +151,14 @@ Reach reach_out_of(const Box& box, const Box& place) {
 struct Shell {
   Reach reach{std::numeric_limits<double>::infinity(), 0.0};
   Box box;
+  std::uint64_t points = 0;
 };
 
 /// By the exponents of the least reaches, ascending; places that touch the middle box are the first
 /// shell.
 std::map<int, Shell> shells_around(const Box& middle, const PointCounts& grid) {
   std::map<int, Shell> shells;
-  grid.for_each_place([&](Vec3 corner, double side, std::uint64_t /*count*/) {
+  grid.for_each_place([&](Vec3 corner, double side, std::uint64_t count) {
     // Cells at the border of the cloud hold no points beyond its bounds.
     const Vec3 end = corner + Vec3{side, side, side};
     Box place;
@@ -171,6 +172,7 @@ std::map<int, Shell> shells_around(const Box& middle, const PointCounts& grid) {
     shell.reach.least = std::min(shell.reach.least, reach.least);
     shell.reach.most = std::max(shell.reach.most, reach.most);
     shell.box.extend(place);
+    shell.points += count;
   });
   return shells;
 }
@@ -182,10 +184,17 @@ std::optional<Box> box_without_strays(const PointCounts& grid) {
   const Box middle = middle_box(grid);
   Box body = middle;
   double reach = 0.0;
+  std::uint64_t points = 0;
   // A gap of kStrayExtents extents is wider than a shell: no such gap lies within a shell. Of cells
   // the gap is the least possible and the body the largest: no measured point is taken for a stray.
   for (const auto& [exponent, shell] : shells_around(middle, grid)) {
-    if (shell.reach.least - reach > kStrayExtents * body.largest_extent()) return body;
+    if (shell.reach.least - reach > kStrayExtents * body.largest_extent()) {
+      // What is put aside along each axis may be most of few points, as of the corners of an
+      // octahedron: what is left of them is no body.
+      if (2 * points < grid.points()) return std::nullopt;
+      return body;
+    }
+    points += shell.points;
     reach = std::max(reach, shell.reach.most);
     body.extend(shell.box);
   }

@@ -148,6 +148,21 @@ TEST_CASE("CloudThatCannotFormATriangleIsBadInputThatSaysWhy", "[costly]") {
   check_no_mesh(in);
 }
 
+TEST_CASE("ScanLinesThatAutomaticRadiiDoNotBridgeLeadToAdviceThatDoes") {
+  std::vector<std::string> lines;  // ten points on a line before the next line
+  for (int i = 0; i < 400; ++i)
+    lines.push_back(std::to_string(i % 80) + " " + std::to_string(i / 80 * 10) + " 0");
+  const ScratchDirectory in;
+  const auto automatic = reconstruct_text(in, cloud_text(lines));
+  CHECK(automatic.status == 3);
+  CHECK_THAT(automatic.err, Contains("half the distance between the lines") &&
+                                Contains("--ball-radii") && !Contains("--ball-radii auto"));
+  const auto given = reconstruct_text(in, cloud_text(lines), {"--ball-radii", "2"});
+  CHECK(given.status == 3);
+  CHECK_THAT(given.err, Contains("try --ball-radii auto"));
+  CHECK(reconstruct_text(in, cloud_text(lines), {"--ball-radii", "6"}).status == 0);
+}
+
 TEST_CASE("CoplanarPointsMakeAFlatSheet") {
   const ScratchDirectory in;
   generate(in, "plane", "400", "scan.ply");

@@ -168,6 +168,14 @@ TEST_CASE("DegenerateCloudsHaveNoStrays") {
   CHECK(!box_without_strays(grid_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1e9, 0, 0}})));
 }
 
+TEST_CASE("CornersOfAnOctahedronAreNoStrays") {
+  // Along each axis all but the two outermost points lie at the middle.
+  std::vector<Vec3> points = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
+  CHECK(!box_without_strays(grid_of(points)));
+  points.push_back({0, 0, 0});
+  CHECK(!box_without_strays(grid_of(points)));
+}
+
 TEST_CASE("CellsLargerThanTheirCloudAreCornersOfTheSameLattice") {
   // A dense chunk of a wide root cube is counted in cells of that cube.
   const std::vector<Vec3> points = sphere(1000, {0.7, 0.3, 0.1}, 0.3);

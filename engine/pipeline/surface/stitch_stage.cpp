@@ -15,6 +15,14 @@
 namespace orbweave {
 namespace {
 
+std::string advice_on_radii(const ResolvedJob& job) {
+  if (!job.reconstruct.ball_radii.empty())
+    return "try " + setting(job, "reconstruct.ball_radii", "auto");
+  return "where scan lines lie farther apart than the points on them, " +
+         setting_name(job, "reconstruct.ball_radii") +
+         " has to be more than half the distance between the lines";
+}
+
 [[noreturn]] void throw_empty(const ResolvedJob& job, const BallRadii& radii) {
   if (is_in_core(job.reconstruct.method))
     throw_bad_input("no triangle can be formed by " + method_name(job),
@@ -29,8 +37,7 @@ namespace {
        .found = radii.reason,
        .expected = "points on a surface, normals that agree with it, and ball radii of "
                    "about the point spacing",
-       .advice = "Points on one line carry no surface; try " +
-                 setting(job, "reconstruct.ball_radii", "auto")});
+       .advice = "Points on one line carry no surface; " + advice_on_radii(job)});
 }
 
 /// For every chunk, the last one whose triangles may use its vertices.
