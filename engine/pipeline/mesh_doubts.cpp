@@ -176,11 +176,28 @@ void warn_of_guessed_inside(StageRunner& runner, const RunResults& results) {
 
 }  // namespace
 
+/// Radii that grow until balls rest on points which lie on no surface.
+void warn_of_radii_for_noise(StageRunner& runner, const RunResults& results) {
+  constexpr double kNoise = 0.33;  // leaves of trees: up to 0.3, surfaces: up to 0.2
+  const Job& job = runner.job;
+  if (is_in_core(job.reconstruct.method) || !job.reconstruct.ball_radii.empty()) return;
+  if (results.partition.sparse_offset <= kNoise) return;
+  const std::vector<double>& radii = results.radii.values;
+  runner.warn("the largest ball radius is " +
+              format_number(std::round(radii.back() / radii.front())) +
+              " times the smallest, for sparse points most of which lie off the surface that their "
+              "neighbours suggest, as noise does: the mesh may join such points to the surface or "
+              "wrap it up; try " +
+              setting(job, "reconstruct.ball_radii", format_number(radii.front())) +
+              ", or leave the points out");
+}
+
 void warn_of_doubtful_mesh(StageRunner& runner, const RunResults& results) {
   warn_of_what_is_missing(runner, results);
   warn_of_guessed_inside(runner, results);
   warn_of_inside_out(runner, results);
   warn_of_sides(runner, results);
+  warn_of_radii_for_noise(runner, results);
 }
 
 }  // namespace orbweave

@@ -133,6 +133,40 @@ double sparse_spacing(const std::vector<Measured>& measured) {
   return std::max(by_area, std::min(far, quantile(measured, 98)));
 }
 
+/// How far a point lies off the plane that fits other points best.
+double offset_from_plane(std::span<const Vec3> points, std::uint32_t point,
+                         std::span<const Neighbor> others) {
+  const Vec3 origin = points[point];
+  Vec3 center;
+  for (const Neighbor& n : others) center = center + (points[n.index] - origin);
+  center = center / static_cast<double>(others.size());
+  SymmetricMatrix spread;
+  for (const Neighbor& n : others) spread += outer(points[n.index] - origin - center);
+  return std::abs(dot(center, eigen_of(spread).vectors[0]));
+}
+
+/// See RadiiChoice.
+double sparse_offset(const SampledNeighbors& sample, double spacing, const StopToken* stop) {
+  constexpr double kSparse = kRadiusGrowth * kRadiusGrowth;
+  constexpr std::size_t kFewest = 16;
+  std::vector<double> offsets;
+  for (std::size_t i = 0; i < sample.size(); ++i) {
+    if (i % kPlacesAtOnce == 0) check_stop(stop);
+    const auto [site, point, nearest] = sample.at(i);
+    if (nearest.size() <= kSurfaceNeighbors) continue;
+    double sum = 0.0;
+    for (std::size_t k = 1; k <= kNeighbors; ++k) sum += std::sqrt(nearest[k].squared_distance);
+    const double mean = sum / static_cast<double>(kNeighbors);
+    if (mean <= kSparse * spacing) continue;
+    const auto others = nearest.subspan(1, kSurfaceNeighbors);
+    offsets.push_back(offset_from_plane(site.points, point, others) / mean);
+  }
+  if (offsets.size() < kFewest) return 0.0;
+  const auto middle = offsets.begin() + static_cast<std::ptrdiff_t>(offsets.size() / 2);
+  std::nth_element(offsets.begin(), middle, offsets.end());
+  return *middle;
+}
+
 /// One where a step of growth would reach the sparse parts, else as many as lead there.
 int levels_for(double spacing, double sparse) {
   if (sparse <= kRadiusGrowth * spacing) return 1;
@@ -200,7 +234,10 @@ RadiiChoice choose_radii(const SampledNeighbors& sample, std::uint64_t points, i
     ball_radius *= kRadiusGrowth;
   }
   choice.reason = reason_of(choice, measured, points);
-  if (by_density) choice.reason += density_reason(measured, levels);
+  if (!by_density) return choice;
+  choice.reason += density_reason(measured, levels);
+  constexpr int kManyLevels = 3;
+  if (levels >= kManyLevels) choice.sparse_offset = sparse_offset(sample, choice.spacing, stop);
   return choice;
 }
 

@@ -222,6 +222,38 @@ TEST_CASE("NormalsThatAreAllTheSameAreDoubtedWhereThePointsLieInNoPlane") {
   CHECK_FALSE(warns_of(estimated, "the normals of the scan"));
 }
 
+TEST_CASE("RadiiThatGrowForPointsOffAnySurfaceAreDoubted") {
+  const char* const kDoubt = "most of which lie off the surface that their neighbours suggest";
+  const ScratchDirectory scratch;
+  for (const double share : {0.03, 0.1}) {
+    NamedCloud noisy = random_sphere(4000, 11);
+    NamedCloud sparse = noisy;
+    Random random(3);
+    for (int i = 0; i < static_cast<int>(share * 4000); ++i) {
+      // Strays all through a box around the sphere, and as many points on a sparse sheet.
+      noisy.cloud.positions.push_back({3.0 * random.uniform() - 1.5, 3.0 * random.uniform() - 1.5,
+                                       3.0 * random.uniform() - 1.5});
+      noisy.cloud.normals.push_back(normalized(noisy.cloud.positions.back()));
+      sparse.cloud.positions.push_back(
+          {0.4 * (i % 20 + 0.3 * random.uniform()), 0.4 * (i / 20 + 0.3 * random.uniform()), 2.0});
+      sparse.cloud.normals.push_back({0, 0, 1});
+    }
+    put_in_order(noisy.cloud);
+    put_in_order(sparse.cloud);
+    for (const std::uint64_t chunk_points : {1000u, 1'000'000u}) {
+      Job job = job_without_fill(scratch, noisy);
+      job.partition.chunk_points = chunk_points;
+      CHECK(warns_of(job, kDoubt));
+    }
+    Job given = job_without_fill(scratch, noisy);
+    given.reconstruct.ball_radii = {0.1};
+    CHECK_FALSE(warns_of(given, kDoubt));
+    const RunReport of_sparse = run(job_without_fill(scratch, sparse));
+    CHECK(of_sparse.radii.size() >= 3);
+    CHECK_FALSE(warns_of(job_without_fill(scratch, sparse), kDoubt));
+  }
+}
+
 TEST_CASE("OnePointWithAnotherNormalIsSeenInAnyCut") {
   const ScratchDirectory scratch;
   NamedCloud torus = noisy_torus(30000, 0.0, 3);
