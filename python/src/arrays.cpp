@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "io/error.h"
+#include "python/src/errors.h"
 #include "python/src/texts.h"
 
 namespace py = pybind11;
@@ -45,10 +46,13 @@ void refuse_masked(const py::object& values, const std::string& name) {
 /// Any sequence as an array, whatever its type.
 py::array array_of(const py::object& values, const std::string& name) {
   refuse_masked(values, name);
-  py::array array = py::array::ensure(values);
-  if (array) return array;
-  PyErr_Clear();
-  throw_usage("no array", {.place = name, .expected = "an array of numbers"});
+  try {
+    return py::array(values);
+  } catch (const py::error_already_set& raised) {
+    pass_on_unless_about_value(raised);
+    throw_usage("no array",
+                {.place = name, .found = words_of(raised), .expected = "an array of numbers"});
+  }
 }
 
 bool holds_numbers(const py::array& array) {
@@ -111,7 +115,8 @@ py::array native(const py::array& array) {
 py::dict dictionary_of(const py::object& attributes) {
   try {
     return py::dict(attributes);
-  } catch (const py::error_already_set&) {
+  } catch (const py::error_already_set& raised) {
+    pass_on_unless_about_value(raised);
     throw_usage("no dictionary", {.place = "attributes",
                                   .found = "a value of type " + type_name_of(attributes),
                                   .expected = "names and arrays with a number for each point"});

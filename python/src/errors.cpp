@@ -1,7 +1,5 @@
 #include "python/src/errors.h"
 
-#include <pybind11/pybind11.h>
-
 #include <exception>
 #include <system_error>
 #include <utility>
@@ -54,6 +52,16 @@ void translate_errors() {
       raise(Error(ErrorKind::kResource, std::string("the system refused: ") + error.what()));
     }
   });
+}
+
+void pass_on_unless_about_value(const py::error_already_set& raised) {
+  if (!raised.matches(PyExc_Exception) || raised.matches(PyExc_MemoryError)) throw;
+}
+
+std::string words_of(const py::error_already_set& raised) {
+  const auto type = py::str(raised.type().attr("__name__")).cast<std::string>();
+  const py::object text = py::module_::import("builtins").attr("str")(raised.value());
+  return type + ": " + bytes_of(text, "the words of " + type);
 }
 
 void warn_of(const std::string& text) {

@@ -116,7 +116,8 @@ Vec3 origin_of(const py::object& given) {
     for (const py::handle number : given) numbers.push_back(number.cast<double>());
   } catch (const py::cast_error&) {
     numbers.clear();
-  } catch (const py::error_already_set&) {
+  } catch (const py::error_already_set& raised) {
+    pass_on_unless_about_value(raised);
     numbers.clear();
   }
   if (numbers.size() == 3 && is_finite(Vec3{numbers[0], numbers[1], numbers[2]}))

@@ -9,6 +9,22 @@ import orbweave
 from support import sphere
 
 
+class Unready:
+    """Neither an array nor a mapping yet: Python raises what it is told to."""
+
+    def __init__(self, raised):
+        self.raised = raised
+
+    def __array__(self, *_, **__):
+        raise self.raised
+
+    def keys(self):
+        raise self.raised
+
+    def __iter__(self):
+        raise self.raised
+
+
 class ArraysIn(unittest.TestCase):
     def same(self, points, normals=None):
         expected = orbweave.reconstruct(numpy.ascontiguousarray(points, dtype=numpy.float64))
@@ -38,6 +54,27 @@ class ArraysIn(unittest.TestCase):
                 orbweave.reconstruct(wrong)
             self.assertEqual(caught.exception.place, "points")
             self.assertTrue(caught.exception.expected)
+
+    def test_what_python_raises_at_an_array_is_told(self):
+        for raised, told in ((TypeError("move the tensor to the host first"), "TypeError: move the tensor to the host first"),
+                             (ValueError(), "ValueError: ")):
+            with self.assertRaises(orbweave.UsageError) as caught:
+                orbweave.reconstruct(Unready(raised))
+            self.assertEqual((caught.exception.place, caught.exception.found), ("points", told))
+        with self.assertRaises(orbweave.UsageError) as caught:
+            orbweave.PointCloud([[0, 0, 0], [1, 1]])
+        self.assertIn("ValueError", caught.exception.found)
+
+    def test_ctrl_c_and_a_lack_of_memory_are_no_objection_to_a_value(self):
+        points = sphere(10)
+        mesh = orbweave.Mesh(points, [[0, 1, 2]])
+        for raised in (KeyboardInterrupt, MemoryError):
+            unready = Unready(raised())
+            for call in (lambda: orbweave.reconstruct(unready), lambda: orbweave.reconstruct(points, unready),
+                         lambda: orbweave.PointCloud(points, attributes=unready), lambda: orbweave.Mesh(points, unready),
+                         lambda: orbweave.PointCloud(points, attributes={"red": unready}),
+                         lambda: orbweave.write_mesh("none.ply", mesh, origin=unready)):
+                self.assertRaises(raised, call)
 
     def test_as_many_normals_as_points(self):
         with self.assertRaises(orbweave.UsageError) as caught:
