@@ -20,10 +20,6 @@ __all__ = ["BadInputError", "DefectError", "Hole", "Interrupted", "Mesh", "Orbwe
            "read_points", "reconstruct", "run", "write_mesh", "write_points"]
 
 
-def _holds_floats(array):
-    return getattr(getattr(array, "dtype", None), "name", "") == "float32"
-
-
 def reconstruct(points, normals=None, *, attributes=None, ball_radii=None, levels=None, source=None, neighbors=None,
                 orientation=None, viewpoint=None, up=None, fill=None, kernel=None, neighborhood=None,
                 max_diameter=None, max_perimeter=None, max_edges=None, keep_outer_border=None,
@@ -58,7 +54,7 @@ def reconstruct(points, normals=None, *, attributes=None, ball_radii=None, level
             raise UsageError("a PointCloud has its normals and attributes already", place="normals",
                              problem="normals or attributes beside a PointCloud", expected="None")
         return _orbweave.reconstruct_cloud(points, settings, progress)
-    if attributes is not None or _holds_floats(normals):
+    if attributes is not None:
         return _orbweave.reconstruct_cloud(PointCloud(points, normals, attributes=attributes), settings, progress)
     return _orbweave.reconstruct_arrays(points, normals, settings, progress)
 

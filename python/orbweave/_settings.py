@@ -58,8 +58,9 @@ def written(key, value):
         return "[" + ", ".join(written(key, item) for item in items) + "]"
     if hasattr(value, "item"):  # a number of numpy
         value = value.item()
-    if isinstance(value, (bool, int, float)):
-        return repr(value).lower()
+    for type_ in (int, float):  # of a subclass, such as that of an enumeration, the number alone
+        if isinstance(value, type_):
+            return type_.__repr__(value)
     found = type(value).__name__
     expected = "a flag, a number, a text, a path, or a list or dictionary of these"
     raise UsageError(f"{key} has a value of an unsuitable type; found {found}, expected {expected}",

@@ -70,22 +70,32 @@ bool is_empty(const py::array& array) { return array.ndim() > 0 && array.shape(0
 
 using Integers = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
 
-bool holds_floats(const py::array& array) {
-  return array.dtype().kind() == 'f' && array.itemsize() == sizeof(float);
+/// Integers of any type. Throws Error (usage) where one is beyond 63 bits.
+Integers integers_of(const py::array& array, const std::string& name) {
+  Integers integers(array);
+  if (array.dtype().kind() != 'u') return integers;
+  for (const std::int64_t number :
+       std::span(integers.data(), static_cast<std::size_t>(integers.size())))
+    if (number < 0)
+      throw_usage("an integer is too large",
+                  {.place = name,
+                   .found = std::to_string(static_cast<std::uint64_t>(number)),
+                   .expected = "integers below 2^63"});
+  return integers;
 }
 
-py::array_t<double> column_of(const py::handle& values, const std::string& name,
-                              std::size_t points) {
-  const py::array array = array_of(py::reinterpret_borrow<py::object>(values), name);
-  const bool fits = array.ndim() == 1 && static_cast<std::size_t>(array.size()) == points;
-  if (!fits || !holds_numbers(array))
-    refuse(name, array, "a number for each of " + std::to_string(points) + " points");
-  return array;
+/// Bytes of an item, asked of Python: where its type keeps them differs between versions of numpy.
+std::size_t item_bytes(const py::array& array) {
+  return array.attr("itemsize").cast<std::size_t>();
+}
+
+bool holds_floats(const py::array& array) {
+  return array.dtype().kind() == 'f' && item_bytes(array) == sizeof(float);
 }
 
 ScalarType type_of(const py::array& array, const std::string& name) {
   const char kind = array.dtype().kind();
-  const auto bytes = static_cast<std::size_t>(array.itemsize());
+  const std::size_t bytes = item_bytes(array);
   for (int i = 0; i <= static_cast<int>(ScalarType::kFloat64); ++i) {
     const auto type = static_cast<ScalarType>(i);
     const char first = name_of(type)[0];
@@ -99,7 +109,7 @@ py::dtype dtype_of(ScalarType type) { return py::dtype(std::string(name_of(type)
 /// Puts a column into the rows of packed attributes.
 void put_column(PointCloud& cloud, std::size_t offset, std::size_t row_bytes,
                 const py::array& column) {
-  const auto bytes = static_cast<std::size_t>(column.itemsize());
+  const std::size_t bytes = item_bytes(column);
   const auto* from = static_cast<const std::byte*>(column.data());
   const py::ssize_t stride = column.strides(0);
   for (std::size_t i = 0; i < cloud.size(); ++i)
@@ -110,6 +120,15 @@ void put_column(PointCloud& cloud, std::size_t offset, std::size_t row_bytes,
 /// In the machine's byte order.
 py::array native(const py::array& array) {
   return array.attr("astype")(array.dtype().attr("newbyteorder")("="), py::arg("copy") = false);
+}
+
+/// A number for each point, in the machine's byte order.
+py::array column_of(const py::handle& values, const std::string& name, std::size_t points) {
+  const py::array array = array_of(py::reinterpret_borrow<py::object>(values), name);
+  const bool fits = array.ndim() == 1 && static_cast<std::size_t>(array.size()) == points;
+  if (!fits || !holds_numbers(array))
+    refuse(name, array, "a number for each of " + std::to_string(points) + " points");
+  return native(array);
 }
 
 py::dict dictionary_of(const py::object& attributes) {
@@ -133,8 +152,7 @@ void put_attributes(PointCloud& cloud, const py::dict& attributes) {
                    .expected = "a text such as \"intensity\""});
     const std::string name = bytes_of(py::reinterpret_borrow<py::str>(key), "attributes");
     const std::string place = "attributes[\"" + name + "\"]";
-    column_of(values, place, cloud.size());
-    columns.push_back(native(array_of(py::reinterpret_borrow<py::object>(values), place)));
+    columns.push_back(column_of(values, place, cloud.size()));
     cloud.schema.attributes.push_back({name, type_of(columns.back(), place)});
   }
   const std::size_t row_bytes = cloud.schema.attribute_bytes();
@@ -142,7 +160,7 @@ void put_attributes(PointCloud& cloud, const py::dict& attributes) {
   std::size_t offset = 0;
   for (const py::array& column : columns) {
     put_column(cloud, offset, row_bytes, column);
-    offset += static_cast<std::size_t>(column.itemsize());
+    offset += item_bytes(column);
   }
 }
 
@@ -166,6 +184,7 @@ Rows rows_of(const py::object& values, const std::string& name) {
   if (given.ndim() != 2 || given.shape(1) != 3 || !holds_numbers(given))
     refuse(name, given, "shape (N, 3) of float64");
   Rows rows;
+  rows.are_floats = holds_floats(given);
   rows.array = py::array_t<double, py::array::c_style | py::array::forcecast>(given);
   rows.rows = {static_cast<const Vec3*>(rows.array.data()),
                static_cast<std::size_t>(rows.array.shape(0))};
@@ -177,7 +196,7 @@ std::vector<Triangle> triangles_of(const py::object& values, std::size_t vertice
   if (is_empty(given)) return {};
   if (given.ndim() != 2 || given.shape(1) != 3 || !holds_integers(given))
     refuse("triangles", given, "shape (K, 3) of integers");
-  const Integers numbers(given);
+  const Integers numbers = integers_of(given, "triangles");
   std::vector<Triangle> triangles(static_cast<std::size_t>(numbers.shape(0)));
   const std::int64_t* number = numbers.data();
   for (Triangle& triangle : triangles) {
@@ -200,7 +219,7 @@ std::vector<std::int32_t> holes_of(const py::object& values, std::size_t triangl
   if (!fits || !holds_integers(given))
     refuse("triangle_hole", given,
            "an integer for each of " + std::to_string(triangles) + " triangles");
-  const Integers numbers(given);
+  const Integers numbers = integers_of(given, "triangle_hole");
   std::vector<std::int32_t> holes;
   for (const std::int64_t number : std::span(numbers.data(), triangles)) {
     if (!std::in_range<std::int32_t>(number))
@@ -212,20 +231,27 @@ std::vector<std::int32_t> holes_of(const py::object& values, std::size_t triangl
   return holes;
 }
 
+PointCloud cloud_of(const Rows& positions) {
+  PointCloud cloud;
+  cloud.positions.assign(positions.rows.begin(), positions.rows.end());
+  return cloud;
+}
+
+PointCloud cloud_of(const Rows& positions, const Rows& normals) {
+  PointCloud cloud = cloud_of(positions);
+  if (normals.rows.size() != cloud.size())
+    refuse("normals", normals.array, "as many rows as points, " + std::to_string(cloud.size()));
+  cloud.normals.assign(normals.rows.begin(), normals.rows.end());
+  cloud.schema.has_normals = true;
+  cloud.schema.normal_type = normals.are_floats ? ScalarType::kFloat32 : ScalarType::kFloat64;
+  return cloud;
+}
+
 PointCloud cloud_of(const py::object& points, const py::object& normals,
                     const py::object& attributes) {
-  PointCloud cloud;
   const Rows positions = rows_of(points, "points");
-  cloud.positions.assign(positions.rows.begin(), positions.rows.end());
-  if (!normals.is_none()) {
-    const Rows given = rows_of(normals, "normals");
-    if (given.rows.size() != cloud.size())
-      refuse("normals", given.array, "as many rows as points, " + std::to_string(cloud.size()));
-    cloud.normals.assign(given.rows.begin(), given.rows.end());
-    cloud.schema.has_normals = true;
-    cloud.schema.normal_type =
-        holds_floats(array_of(normals, "normals")) ? ScalarType::kFloat32 : ScalarType::kFloat64;
-  }
+  PointCloud cloud =
+      normals.is_none() ? cloud_of(positions) : cloud_of(positions, rows_of(normals, "normals"));
   if (!attributes.is_none()) put_attributes(cloud, dictionary_of(attributes));
   return cloud;
 }

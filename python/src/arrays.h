@@ -16,6 +16,7 @@ namespace orbweave::python {
 struct Rows {
   pybind11::array array;
   std::span<const Vec3> rows;
+  bool are_floats = false;  ///< the numbers that were given are of 4 bytes
 };
 
 /// Throws Error (usage) where `values` is no array of numbers with three columns. `name` is for
@@ -27,8 +28,12 @@ std::vector<Triangle> triangles_of(const pybind11::object& values, std::size_t v
 /// A number of a hole for each triangle. Throws Error (usage).
 std::vector<std::int32_t> holes_of(const pybind11::object& values, std::size_t triangles);
 
-/// A cloud of copies. `normals` may be None; those of an array of float32 keep their width.
-/// `attributes`: None, or a dictionary of names and arrays with a number per point.
+/// A cloud of copies. Normals of an array of float32 keep their width. Throws Error (usage) where
+/// they are not as many as points.
+PointCloud cloud_of(const Rows& positions);
+PointCloud cloud_of(const Rows& positions, const Rows& normals);
+/// `normals` may be None. `attributes`: None, or a dictionary of names and arrays with a number per
+/// point.
 PointCloud cloud_of(const pybind11::object& points, const pybind11::object& normals,
                     const pybind11::object& attributes);
 

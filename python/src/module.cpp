@@ -72,7 +72,12 @@ std::unique_ptr<MeshObject> reconstruct_arrays(const py::object& points, const p
   WatchedCall call(progress);
   const ReconstructionOptions options = options_of(settings, call);
   Reconstruction result;
-  call.run([&] { result = reconstruct(positions.rows, given.rows, options); });
+  if (given.are_floats) {  // spans hold doubles alone
+    PointCloud cloud = cloud_of(positions, given);
+    call.run([&] { result = reconstruct(std::move(cloud), options); });
+  } else {
+    call.run([&] { result = reconstruct(positions.rows, given.rows, options); });
+  }
   return object_of(std::move(result));
 }
 

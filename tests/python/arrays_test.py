@@ -6,7 +6,17 @@ import unittest
 
 import numpy
 import orbweave
-from support import sphere
+from support import bytes_of, sphere
+
+
+class Wrapping:
+    """An array as other packages wrap it."""
+
+    def __init__(self, array):
+        self.array = array
+
+    def __array__(self, *_, **__):
+        return self.array
 
 
 class Unready:
@@ -54,6 +64,14 @@ class ArraysIn(unittest.TestCase):
                 orbweave.reconstruct(wrong)
             self.assertEqual(caught.exception.place, "points")
             self.assertTrue(caught.exception.expected)
+
+    def test_normals_of_float32_stay_such_in_any_wrapping(self):
+        points = sphere(800)
+        narrow = points.astype(numpy.float32)
+        orbweave.write_mesh("expected.ply", orbweave.reconstruct(orbweave.PointCloud(points, narrow)))
+        for normals in (narrow, narrow.astype(">f4"), memoryview(narrow), Wrapping(narrow)):
+            orbweave.write_mesh("mesh.ply", orbweave.reconstruct(points, normals))
+            self.assertEqual(bytes_of("mesh.ply"), bytes_of("expected.ply"))
 
     def test_what_python_raises_at_an_array_is_told(self):
         for raised, told in ((TypeError("move the tensor to the host first"), "TypeError: move the tensor to the host first"),

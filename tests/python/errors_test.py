@@ -1,4 +1,5 @@
 """Failures are exceptions with their parts, of the class of the program's exit status."""
+import enum
 import pathlib
 import pickle
 import unittest
@@ -22,6 +23,22 @@ class Errors(unittest.TestCase):
         for wrong in ({"levels": "many"}, {"fill": 1}, {"kernel": "cubic"}, {"up": [0, 0]}, {"up": object()}, {"ball_radii": [2, 1]}):
             with self.assertRaises(orbweave.UsageError):
                 orbweave.reconstruct(sphere(500), **wrong)
+
+    def test_a_number_of_an_enumeration_is_a_number(self):
+        class Number(enum.IntEnum):
+            TWO = 2
+            NINE = 9
+
+        class Length(float):
+            def __repr__(self):
+                return f"{float(self)} m"
+        points = sphere(500)
+        expected = orbweave.reconstruct(points, levels=2, neighborhood=2.5)
+        mesh = orbweave.reconstruct(points, levels=Number.TWO, neighborhood=Length(2.5))
+        self.assertTrue(numpy.array_equal(mesh.triangles, expected.triangles))
+        with self.assertRaises(orbweave.UsageError) as caught:
+            orbweave.reconstruct(points, levels=Number.NINE)
+        self.assertEqual(caught.exception.found, "9")
 
     def test_messages_about_normals_name_the_words_of_python(self):
         for wrong in ({"orientation": "scanner"}, {"orientation": "viewpoint"}, {"source": "poles"}, {"source": "file"}):

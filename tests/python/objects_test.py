@@ -55,7 +55,7 @@ class Meshes(unittest.TestCase):
                 self.assertTrue(numpy.array_equal(read, mesh.vertices), (name, origin))
 
     def test_numbers_of_holes_are_integers_of_32_bits(self):
-        for wrong in ([1.7] * 4, [2**40] * 4, [1, 2], ["a"] * 4, object()):
+        for wrong in ([1.7] * 4, [2**40] * 4, [1, 2], ["a"] * 4, object(), numpy.full(4, 2**64 - 1, dtype=numpy.uint64)):
             with self.assertRaises(orbweave.UsageError) as caught:
                 orbweave.Mesh(*TETRAHEDRON, triangle_hole=wrong)
             self.assertEqual(caught.exception.place, "triangle_hole")
@@ -75,6 +75,9 @@ class Meshes(unittest.TestCase):
             with self.assertRaises(orbweave.UsageError) as caught:
                 orbweave.Mesh(TETRAHEDRON[0], wrong)
             self.assertEqual(caught.exception.expected, "a number below 4")
+        with self.assertRaises(orbweave.UsageError) as caught:
+            orbweave.Mesh(TETRAHEDRON[0], numpy.array([[0, 1, 2**64 - 1]], dtype=numpy.uint64))
+        self.assertEqual((caught.exception.place, caught.exception.found), ("triangles", str(2**64 - 1)))
 
     def test_holes_say_what_became_of_them(self):
         points = sphere(2000)
