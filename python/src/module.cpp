@@ -23,6 +23,7 @@
 #include "python/src/errors.h"
 #include "python/src/job_calls.h"
 #include "python/src/objects.h"
+#include "python/src/others_may_run.h"
 #include "python/src/watched_call.h"
 
 namespace py = pybind11;
@@ -176,7 +177,7 @@ void write_beside(const std::string& path, const std::string& what, const std::s
                   Vec3 origin) {
   std::vector<std::string> doubts;
   {
-    const py::gil_scoped_release others_may_run;
+    const OthersMayRun others_may_run;
     write_shift(path, origin);
     doubts = doubts_of_written_system(path, what, system, write_coordinate_system(path, system));
   }
@@ -187,7 +188,7 @@ void write_mesh_file(const std::string& path, const MeshObject& object, bool bin
                      bool float_positions, const py::object& origin) {
   const MeshWriterOptions options = writer_options(binary, float_positions, origin);
   {
-    const py::gil_scoped_release others_may_run;
+    const OthersMayRun others_may_run;
     check_origin(path, options, object.mesh.vertices, [&] { return vertex_spacing(object.mesh); });
     write_mesh(path, object.mesh, options);
   }
@@ -198,7 +199,7 @@ void write_cloud_file(const std::string& path, const CloudObject& object, bool b
                       bool float_positions, const py::object& origin) {
   const MeshWriterOptions options = writer_options(binary, float_positions, origin);
   {
-    const py::gil_scoped_release others_may_run;
+    const OthersMayRun others_may_run;
     check_origin(path, options, object.cloud, [] { return 0.0; });
     write_cloud(path, object.cloud, options);
   }
@@ -225,6 +226,7 @@ void add_calls(py::module_& module) {
 PYBIND11_MODULE(_orbweave, module) {
   module.doc() = "The compiled part of orbweave; programs import orbweave.";
   orbweave::python::translate_errors();
+  orbweave::python::wait_for_work_at_exit();
   orbweave::python::add_objects(module);
   orbweave::python::add_calls(module);
   orbweave::python::add_job_calls(module);

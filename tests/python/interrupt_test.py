@@ -1,7 +1,10 @@
 """Callbacks, Ctrl-C and other threads of Python while the library works."""
 import os
 import signal
+import subprocess
+import sys
 import tempfile
+import textwrap
 import threading
 import time
 import unittest
@@ -124,6 +127,82 @@ class WhileTheLibraryWorks(unittest.TestCase):
             thread.join()
         self.assertEqual(len({mesh.triangles.tobytes() for mesh in meshes}), 1)
         self.assertEqual(len(meshes), 3)
+
+
+class AtTheEnd(unittest.TestCase):
+    """The interpreter ends while another thread is in the library: no thread crashes, none is waited for."""
+
+    def ended(self, code):
+        done = subprocess.run([sys.executable, "-c", textwrap.dedent(code), os.path.dirname(os.path.abspath(__file__))],
+                              capture_output=True, text=True, timeout=120)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        return done.stdout
+
+    def test_threads_that_do_not_hold_up_the_end_stop(self):
+        for seconds in (0.0, 0.1, 0.4):
+            self.assertEqual(self.ended(f"""
+                import sys, threading, time
+                sys.path.insert(0, sys.argv[1])
+                import orbweave
+                from support import sphere
+                points = sphere(300000)
+                def work():
+                    orbweave.reconstruct(points)
+                    print("all of it was done")
+                threading.Thread(target=work, daemon=True).start()
+                time.sleep({seconds})
+                """), "")
+
+    def test_writing_comes_to_its_end(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "cloud.csv")
+            self.ended(f"""
+                import sys, threading
+                sys.path.insert(0, sys.argv[1])
+                import orbweave
+                from support import sphere
+                cloud = orbweave.PointCloud(sphere(300000))
+                threading.Thread(target=lambda: orbweave.write_points({path!r}, cloud), daemon=True).start()
+                """)
+            self.assertEqual(os.listdir(folder), ["cloud.csv"])
+            self.assertEqual(len(orbweave.read_points(path)), 300000)
+
+    def test_a_callback_that_does_not_return_is_not_waited_for(self):
+        self.ended("""
+            import sys, threading, time
+            sys.path.insert(0, sys.argv[1])
+            import orbweave
+            from support import sphere
+            called = threading.Event()
+            def progress(stage, done):
+                called.set()
+                time.sleep(100)
+            threading.Thread(target=lambda: orbweave.reconstruct(sphere(300000), progress=progress), daemon=True).start()
+            called.wait()
+            """)
+
+    def test_what_the_end_itself_calls_is_done(self):
+        self.assertEqual(self.ended("""
+            import atexit, sys
+            sys.path.insert(0, sys.argv[1])
+            atexit.register(lambda: print(len(orbweave.reconstruct(sphere(800)).vertices)))
+            import orbweave
+            from support import sphere
+            """), "800\n")
+
+    def test_a_child_does_not_wait_for_threads_of_its_parent(self):
+        self.assertEqual(self.ended("""
+            import os, sys, threading, time
+            sys.path.insert(0, sys.argv[1])
+            import orbweave
+            from support import sphere
+            thread = threading.Thread(target=lambda: orbweave.reconstruct(sphere(200000)))
+            thread.start()
+            time.sleep(0.2)
+            child = os.fork()
+            if child != 0:
+                print(os.waitpid(child, 0)[1])
+            """), "0\n")
 
 
 if __name__ == "__main__":
