@@ -9,7 +9,6 @@
 #include <atomic>
 #include <cstdint>
 #include <exception>
-#include <filesystem>
 #include <limits>
 #include <new>
 #include <string_view>
@@ -17,6 +16,7 @@
 
 #include "engine/cli/exit_status.h"
 #include "io/stop_token.h"
+#include "io/system/system_advice.h"
 #include "io/system/temporary_name.h"
 
 namespace orbweave {
@@ -40,16 +40,6 @@ std::atomic<bool> resumes{false};
 /// What to say of a lack: with the promise where there is one.
 std::string with_promise(std::string_view lack) {
   return std::string(lack) + (resumes ? std::string(kResumes) : "");
-}
-
-/// As the standard library or the scheduler says it.
-bool is_lack_of_threads(const std::exception& error) {
-  const auto* const refusal = dynamic_cast<const std::system_error*>(&error);
-  const bool is_of_files =
-      dynamic_cast<const std::filesystem::filesystem_error*>(&error) != nullptr;
-  if (refusal != nullptr && !is_of_files)
-    return refusal->code() == std::errc::resource_unavailable_try_again;
-  return std::string_view(error.what()).find("pthread_create") != std::string_view::npos;
 }
 
 /// No memory may be left: writes what is there already.

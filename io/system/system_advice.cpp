@@ -4,6 +4,9 @@
 #include <array>
 #include <cctype>
 #include <cerrno>
+#include <filesystem>
+#include <string_view>
+#include <system_error>
 
 namespace orbweave {
 namespace {
@@ -60,6 +63,15 @@ std::string advice_on_work_directory(int error) {
 
 bool is_lack(int error) {
   return error == EMFILE || error == ENFILE || error == ENOMEM || error == EAGAIN;
+}
+
+bool is_lack_of_threads(const std::exception& error) {
+  const auto* const refusal = dynamic_cast<const std::system_error*>(&error);
+  const bool is_of_files =
+      dynamic_cast<const std::filesystem::filesystem_error*>(&error) != nullptr;
+  if (refusal != nullptr && !is_of_files)
+    return refusal->code() == std::errc::resource_unavailable_try_again;
+  return std::string_view(error.what()).find("pthread_create") != std::string_view::npos;
 }
 
 }  // namespace orbweave

@@ -1,6 +1,7 @@
 // What a user can do about a refusal of the system.
 #pragma once
 
+#include <exception>
 #include <string>
 
 namespace orbweave {
@@ -16,5 +17,8 @@ std::string advice_on_work_directory(int error);
 /// Whether `error` says that a limit of the process or the machine was reached: nothing is wrong
 /// with the file then.
 bool is_lack(int error);
+
+/// Whether the standard library or the scheduler could start no thread.
+bool is_lack_of_threads(const std::exception& error);
 
 }  // namespace orbweave

@@ -1,10 +1,12 @@
 #include "python/src/errors.h"
 
 #include <exception>
+#include <new>
 #include <system_error>
 #include <utility>
 
 #include "io/error.h"
+#include "io/system/system_advice.h"
 #include "python/src/texts.h"
 
 namespace py = pybind11;
@@ -29,6 +31,21 @@ const char* class_of(ErrorKind kind) {
   return "DefectError";
 }
 
+/// What is no Error, as the program tells of it.
+Error as_error(const std::exception& error) {
+  if (is_lack_of_threads(error))
+    return {ErrorKind::kResource,
+            "the system starts no more threads",
+            {.found = error.what(),
+             .advice = "Raise the limits of memory (ulimit -v) and processes (ulimit -u), or take "
+                       "fewer threads."}};
+  if (dynamic_cast<const std::system_error*>(&error) != nullptr)
+    return {ErrorKind::kResource, std::string("the system refused: ") + error.what()};
+  return {ErrorKind::kDefect,
+          std::string("a defect in orbweave: ") + error.what(),
+          {.advice = "Please report it with the call and orbweave.__version__."}};
+}
+
 void raise(const Error& error) {
   const py::object type = py::module_::import("orbweave._errors").attr(class_of(error.kind()));
   const ErrorParts& parts = error.parts();
@@ -43,13 +60,18 @@ void raise(const Error& error) {
 }  // namespace
 
 void translate_errors() {
-  py::register_exception_translator([](std::exception_ptr failure) {
+  // Of this module alone: other modules keep their own ways.
+  py::register_local_exception_translator([](std::exception_ptr failure) {
     try {
       if (failure) std::rethrow_exception(std::move(failure));
     } catch (const Error& error) {
       raise(error);
-    } catch (const std::system_error& error) {
-      raise(Error(ErrorKind::kResource, std::string("the system refused: ") + error.what()));
+    } catch (const std::bad_alloc&) {
+      throw;  // MemoryError, as pybind11 has it
+    } catch (const py::builtin_exception&) {
+      throw;
+    } catch (const std::exception& error) {
+      raise(as_error(error));
     }
   });
 }

@@ -8,7 +8,8 @@
 namespace orbweave::python {
 
 /// From here on an Error that leaves a function of the module is raised as the class of its kind in
-/// orbweave._errors, with file, place, found, expected and advice as attributes.
+/// orbweave._errors, with file, place, found, expected and advice as attributes; so is a refusal of
+/// the system, and a defect.
 void translate_errors();
 
 /// In a handler of what Python raised while it took a value: throws again what is no objection to

@@ -1,7 +1,10 @@
 """Failures are exceptions with their parts, of the class of the program's exit status."""
 import enum
+import os
 import pathlib
 import pickle
+import subprocess
+import sys
 import unittest
 
 import numpy
@@ -125,6 +128,25 @@ class Errors(unittest.TestCase):
         orbweave.write_mesh("rounded.stl", rounded)  # floats already
         near = orbweave.reconstruct(sphere(500))
         orbweave.write_mesh("near.stl", near)
+
+    def test_a_thread_that_cannot_be_started_is_a_lack_of_resources(self):
+        code = (f"import sys; sys.path.insert(0, {os.path.dirname(os.path.abspath(__file__))!r})\n"
+                "import orbweave, resource\nfrom support import sphere\npoints = sphere(500)\n"
+                "used = int(open('/proc/self/statm').read().split()[0]) * resource.getpagesize()\n"
+                "resource.setrlimit(resource.RLIMIT_AS, (used + 2**20,) * 2)\n"
+                "try:\n    orbweave.reconstruct(points)\n"
+                "except orbweave.ResourceError as error:\n    print(error.problem, '|', error.advice)\n")
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        self.assertEqual(done.stderr, "")
+        self.assertRegex(done.stdout, "^the system starts no more threads [|] .*ulimit -v")
+
+    def test_errors_of_other_modules_stay_theirs(self):
+        sys.path.insert(0, os.environ["ORBWEAVE_FOREIGN_MODULE_DIR"])
+        import foreign_module
+        for call in (foreign_module.fail_in_the_system, foreign_module.fail):
+            with self.assertRaises(RuntimeError) as caught:
+                call()
+            self.assertIs(type(caught.exception), RuntimeError)
 
     def test_errors_travel_between_processes(self):
         error = orbweave.UsageError("text", problem="p", file="f", place="line 2", found="x", expected="y", advice="z")
