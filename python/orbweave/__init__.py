@@ -13,7 +13,7 @@ from . import _orbweave
 from ._errors import (BadInputError, DefectError, Interrupted, OrbweaveError, OrbweaveWarning, ResourceError,
                       UsageError)
 from ._orbweave import Hole, Mesh, PointCloud, __version__
-from ._settings import pairs, pairs_of_sections, path_bytes, unicode_text
+from ._settings import flag, pairs, pairs_of_sections, path_bytes, unicode_text
 
 __all__ = ["BadInputError", "DefectError", "Hole", "Interrupted", "Mesh", "OrbweaveError", "OrbweaveWarning",
            "PointCloud", "ResourceError", "UsageError", "__version__", "inspect", "job_defaults", "plan", "read_mesh",
@@ -80,7 +80,7 @@ def run(job, *, settings=None, fresh=False, progress=None):
 
     One run at a time: the memory budget is that of the process. Raises OrbweaveError, KeyboardInterrupt.
     """
-    return _orbweave.run(*_written_job(job, settings), fresh, progress)
+    return _orbweave.run(*_written_job(job, settings), flag("fresh", fresh), progress)
 
 
 def plan(job, *, settings=None, progress=None):
@@ -108,13 +108,13 @@ def write_mesh(path, mesh, *, binary=True, float_positions=False, origin=(0.0, 0
     file .shift.txt beside it, which every reader adds, says so. The coordinate system goes into the .prj beside it; one that was
     there before and is another is warned of (OrbweaveWarning). The file has its name when it is complete."""
     _check_type("mesh", mesh, Mesh)
-    _orbweave.write_mesh(path_bytes(path), mesh, binary, float_positions, origin)
+    _orbweave.write_mesh(path_bytes(path), mesh, flag("binary", binary), flag("float_positions", float_positions), origin)
 
 
 def write_points(path, cloud, *, binary=True, float_positions=False, origin=(0.0, 0.0, 0.0)):
     """Writes a PointCloud (.ply, .xyz, .csv, each also with .gz). origin is as that of write_mesh."""
     _check_type("cloud", cloud, PointCloud)
-    _orbweave.write_points(path_bytes(path), cloud, binary, float_positions, origin)
+    _orbweave.write_points(path_bytes(path), cloud, flag("binary", binary), flag("float_positions", float_positions), origin)
 
 
 def inspect(mesh):

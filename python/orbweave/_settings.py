@@ -23,6 +23,14 @@ def path_bytes(path):
     return name
 
 
+def flag(name, value):
+    """True or False, of Python or numpy, also as a number; refused where it is something else."""
+    if value is None or isinstance(value, int) or type(value).__name__ in ("bool", "bool_"):
+        return bool(value)
+    raise UsageError(f"{name} is no flag; found {value!r}, expected True or False", problem="no flag", place=name,
+                     found=repr(value), expected="True or False")
+
+
 def unicode_text(place, text):
     """The text; refused where it is no Unicode, which job files (TOML) are."""
     try:

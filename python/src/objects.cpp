@@ -52,11 +52,28 @@ py::object facts_of(const MeshObject& object) {
   return py::module_::import("json").attr("loads")(text);
 }
 
-/// Lets objects of the class be pickled. The protocols 0 and 1, which are older than classes such
-/// as these, would make objects of no type of C++: the form of protocol 2 serves them as well.
+/// What a subclass of Python has put into its object; nothing for the class itself.
+py::dict more_of(const py::object& self) {
+  return py::getattr(self, "__dict__", py::dict()).cast<py::dict>();
+}
+
+/// Lets objects of the class be pickled, with what subclasses add to them. The protocols 0 and 1,
+/// which are older than classes such as these, would make objects of no type of C++: the form of
+/// protocol 2 serves them as well.
 template <class Object>
 void add_pickle(py::class_<Object>& of, Object (*object_of_state)(const py::tuple&)) {
-  of.def(py::pickle([](const Object& self) { return state_of(self); }, object_of_state));
+  of.def(py::pickle(
+      [](const py::object& self) {
+        const py::tuple state = state_of(self.cast<const Object&>());
+        const py::dict more = more_of(self);
+        return more.empty() ? state : py::tuple(state + py::make_tuple(more));
+      },
+      [object_of_state](const py::tuple& state) {
+        py::dict more;
+        if (!state.empty() && py::isinstance<py::dict>(state[state.size() - 1]))
+          more = state[state.size() - 1].cast<py::dict>().attr("copy")();
+        return std::make_pair(object_of_state(state), more);
+      }));
   of.def("__reduce_ex__", [](const py::object& self, int protocol) {
     const py::object base = py::module_::import("builtins").attr("object");
     return base.attr("__reduce_ex__")(self, std::max(protocol, 2)).template cast<py::object>();

@@ -43,6 +43,18 @@ class Errors(unittest.TestCase):
             orbweave.reconstruct(points, levels=Number.NINE)
         self.assertEqual(caught.exception.found, "9")
 
+    def test_a_flag_is_true_or_false(self):
+        cloud, mesh = orbweave.PointCloud(sphere(10)), orbweave.Mesh(sphere(10), [[0, 1, 2]])
+        for name, call in (("binary", lambda flag: orbweave.write_points("f.ply", cloud, binary=flag)),
+                           ("float_positions", lambda flag: orbweave.write_mesh("f.ply", mesh, float_positions=flag)),
+                           ("fresh", lambda flag: orbweave.run("[input]\n", fresh=flag))):
+            for wrong in ("no", [True], 0.5, numpy.zeros(2, dtype=bool)):
+                with self.assertRaises(orbweave.UsageError) as caught:
+                    call(wrong)
+                self.assertEqual((caught.exception.place, caught.exception.found), (name, repr(wrong)))
+        orbweave.write_points("f.ply", cloud, binary=numpy.bool_(False))
+        self.assertIn(b"format ascii", pathlib.Path("f.ply").read_bytes())
+
     def test_messages_about_normals_name_the_words_of_python(self):
         for wrong in ({"orientation": "scanner"}, {"orientation": "viewpoint"}, {"source": "poles"}, {"source": "file"}):
             with self.assertRaises(orbweave.OrbweaveError) as caught:

@@ -133,6 +133,14 @@ class Stubs(unittest.TestCase):
                 self.assertEqual({f.name for f in node.body if not f.name.startswith("_")}, members, node.name)
 
 
+class Scan(orbweave.PointCloud):
+    station = 7
+
+
+class Part(orbweave.Mesh):
+    station = 7
+
+
 class Travellers(unittest.TestCase):
     def twins(self, thing):
         for protocol in range(pickle.HIGHEST_PROTOCOL + 1):
@@ -162,6 +170,20 @@ class Travellers(unittest.TestCase):
                 for name in (name for name in dir(expected) if not name.startswith("_")):
                     self.assertEqual(getattr(hole, name), getattr(expected, name), name)
         self.assertEqual(pickle.loads(pickle.dumps(mesh.holes[0])).center, mesh.holes[0].center)
+
+    def test_what_a_subclass_adds_goes_along(self):
+        scan = Scan(sphere(50), sphere(50))
+        part = Part(*TETRAHEDRON)
+        for thing, count in ((scan, 50), (part, 4)):
+            thing.notes = ["of the tower"]
+            for twin in self.twins(thing):
+                self.assertIs(type(twin), type(thing))
+                self.assertEqual((twin.notes, twin.station), (["of the tower"], 7))
+                self.assertEqual(len(twin.normals if count == 50 else twin.vertices), count)
+                twin.station = 8
+            self.assertEqual(thing.station, 7)
+            self.assertIs(copy.copy(thing).notes, thing.notes)
+            self.assertIsNot(copy.deepcopy(thing).notes, thing.notes)
 
     def test_a_damaged_pickle_is_refused(self):
         state = orbweave.PointCloud(sphere(500)).__getstate__()
