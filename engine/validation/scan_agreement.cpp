@@ -103,6 +103,42 @@ std::optional<Patch> patch_at(const ScanInSite& scan, Vec3 place, std::vector<Ne
   return std::nullopt;
 }
 
+/// Whether the patch is the surface around its own middle, too. What is nearest to a place beyond
+/// the border of a scan lies where the border cuts the scan's surfaces: rows in one plane, which is
+/// no surface.
+bool is_surface(const ScanInSite& scan, const Patch& patch, std::vector<Neighbor>& found) {
+  scan.tree.nearest(patch.middle, found.size(), found);
+  double width = 0.0, length = 0.0;
+  const Patch around = patch_of(scan.points, found, patch.middle, width, length);
+  return around.radius >= kWide * around.deviation &&
+         std::abs(dot(around.normal, patch.normal)) >= kSteep;
+}
+
+/// Whether the scan has points about as far from `place` as the two are apart, on its own side.
+bool reaches(const ScanInSite& scan, Vec3 place, double distance) {
+  constexpr double kNear = 0.7;
+  return scan.tree.nearest(place).squared_distance <= kNear * kNear * distance * distance;
+}
+
+/// Whether each of two surfaces that cross goes on behind the other. Where scans end at one border,
+/// as tiles do, none does.
+bool cross_each_other(const ScanInSite& scan, const Patch& own, const ScanInSite& other,
+                      const Patch& there) {
+  constexpr double kBehind = 3.0;  ///< spacings of the sparser scan behind the crossing
+  const Vec3 in_own = there.normal - dot(there.normal, own.normal) * own.normal;
+  const Vec3 in_other = own.normal - dot(own.normal, there.normal) * there.normal;
+  const double sine = norm(in_own);
+  const double off = dot(own.middle - there.middle, there.normal);
+  const Vec3 crossing = own.middle - (off / (sine * sine)) * in_own;
+  const double behind =
+      std::max(norm(crossing - own.middle), kBehind * std::max(own.spacing, there.spacing));
+  const auto goes_on = [&](const ScanInSite& one, Vec3 along) {
+    const Vec3 step = (behind / norm(along)) * along;
+    return reaches(one, crossing + step, behind) && reaches(one, crossing - step, behind);
+  };
+  return goes_on(scan, in_own) && goes_on(other, in_other);
+}
+
 /// From the surface to its scanner, as the sign of the normal: 0 where that is not known.
 double side_of(const Patch& patch, const std::optional<ScannerPlace>& scanner) {
   if (!scanner) return 0.0;
@@ -143,12 +179,14 @@ class Looker {
     const double cosine = dot(own.normal, there->normal);
     const double sides = side_of(own, scanners_[scan.scan]) *
                          side_of(*there, scanners_[other.scan]) * (cosine < 0.0 ? -1.0 : 1.0);
-    if (sides < 0.0) return std::nullopt;
+    if (sides < 0.0 || !is_surface(other, *there, found)) return std::nullopt;
     const bool is_beside =
         sides > 0.0 && std::abs(off) > kOff * spacing + own.deviation + there->deviation;
+    const bool is_steep = std::abs(cosine) < kSteep;
+    if (is_steep && !is_beside && !cross_each_other(scan, own, other, *there)) return std::nullopt;
     return Meeting{scan.scan,
                    other.scan,
-                   is_beside || std::abs(cosine) < kSteep,
+                   is_beside || is_steep,
                    std::abs(off),
                    std::abs(off) / spacing,
                    (own.deviation + there->deviation) / spacing,

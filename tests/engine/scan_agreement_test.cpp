@@ -113,5 +113,28 @@ TEST_CASE("TheTwoSidesOfAPlateAreNotCompared") {
   CHECK(two_layers(0.0).off({above, above}).empty());
 }
 
+/// Ground with a flat hall and loose leaves over it, cut into two tiles.
+Scene two_tiles(bool with_leaves) {
+  test::Random random(11);
+  Scene scene;
+  const auto add = [&](Vec3 p) { scene.add(p, p.x < 0.0 ? 0 : 1); };
+  for (int i = 0; i < 12000; ++i) {
+    const double x = 60.0 * random.uniform() - 30.0, y = 60.0 * random.uniform() - 30.0;
+    const bool is_roof = std::abs(x) < 12.0 && std::abs(y) < 12.0;
+    add({x, y, is_roof ? 8.0 : 0.0});
+  }
+  for (int i = 0; with_leaves && i < 12000; ++i)
+    add({20.0 * random.uniform() - 10.0, 30.0 * random.uniform() - 15.0,
+         2.0 + 12.0 * random.uniform()});
+  return scene;
+}
+
+TEST_CASE("TilesThatEndAtOneBorderAreNotSaidToCross") {
+  for (const bool with_leaves : {false, true})
+    CHECK(two_tiles(with_leaves).off({std::nullopt, std::nullopt}).empty());
+  const ScannerPlace above{{0, 0, 1}, true};
+  CHECK(two_tiles(false).off({above, above}).empty());
+}
+
 }  // namespace
 }  // namespace orbweave
