@@ -12,9 +12,10 @@ class OrbweaveError(Exception):
     expected: what should have been there; advice: what to do; exit_status: of the program in the same case.
     """
 
-    exit_status = 1
+    exit_status: int = 1
 
-    def __init__(self, message="", *, problem="", file="", place="", found="", expected="", advice=""):
+    def __init__(self, message: str = "", *, problem: str = "", file: str = "", place: str = "", found: str = "",
+                 expected: str = "", advice: str = "") -> None:
         super().__init__(message)
         self.problem = problem
         self.file = file

@@ -4,6 +4,7 @@ import copy
 import inspect
 import pathlib
 import pickle
+import typing
 import unittest
 import warnings
 
@@ -125,6 +126,12 @@ class Stubs(unittest.TestCase):
                     self.assertEqual(ast.literal_eval(node.value), orbweave.__all__)
                 elif not target.id.startswith("_"):
                     self.assertTrue(hasattr(orbweave, target.id), target.id)
+
+    def test_the_parts_of_errors_are_texts_to_a_type_checker(self):
+        hints = typing.get_type_hints(orbweave.OrbweaveError.__init__)
+        parts = ("message", "problem", "file", "place", "found", "expected", "advice")
+        self.assertEqual(hints, dict.fromkeys(parts, str) | {"return": type(None)})
+        self.assertEqual(typing.get_type_hints(orbweave.OrbweaveError), {"exit_status": int})
 
     def test_stubs_of_classes_name_their_members(self):
         for node in self.stub("_orbweave.pyi"):
