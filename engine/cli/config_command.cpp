@@ -48,7 +48,7 @@ void add_config_command(CLI::App& program, const CommandContext& context) {
   what->add_flag("--schema", options->schema,
                  "The JSON schema of job files, for editors and programs that write them");
   what->add_flag("--reference", options->reference,
-                 "All keys, options and exit statuses as one page (Markdown)");
+                 "All keys, options, exit statuses and fields of reports as one page (Markdown)");
   what->add_option("--manual", options->manual,
                    "The manual page of that name, for man: orbweave, orbweave-run, ...")
       ->type_name("PAGE");

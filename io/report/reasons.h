@@ -16,7 +16,8 @@ const char* text_of(OpenReason reason);
 
 /// "file", "estimated" or "poles"; empty for kAuto: not decided.
 const char* text_of(NormalSource source);
-/// "scanner", "viewpoint", "up", "propagate" or "none"; empty for kAuto: the file's.
+/// "scanner", "viewpoint", "up", "propagate", "ground", "inward" or "none"; empty for kAuto: the
+/// file's.
 const char* text_of(Orientation orientation);
 
 /// The reverse of text_of; kAuto for any other text.

@@ -13,6 +13,7 @@
 #include "io/job/job_file.h"
 #include "io/report/hole_summary.h"
 #include "io/report/picture.h"
+#include "io/report/reasons.h"
 #include "io/report/report_fields.h"
 #include "io/report/report_html.h"
 #include "io/report/verdict.h"
@@ -232,6 +233,18 @@ void add_fields(const Json& object, const std::string& prefix, std::set<std::str
       for (const Json& item : value)
         if (item.is_object()) add_fields(item, name + "[].", fields);
   }
+}
+
+TEST_CASE("TheFieldsOfNormalsNameTheWordsThatTheReportHas") {
+  const auto names = [](std::string_view field, std::string_view word) {
+    return meaning_of_field(field).find(word) != std::string_view::npos;
+  };
+  for (const auto source : {NormalSource::kFile, NormalSource::kEstimate, NormalSource::kPoles})
+    CHECK(names("normals.source", text_of(source)));
+  for (const auto side :
+       {Orientation::kScanner, Orientation::kViewpoint, Orientation::kUp, Orientation::kPropagate,
+        Orientation::kGround, Orientation::kInward, Orientation::kNone})
+    CHECK(names("normals.orientation", text_of(side)));
 }
 
 TEST_CASE("EveryFieldOfAReportIsDescribedAndNoOtherIs") {
