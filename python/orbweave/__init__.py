@@ -84,7 +84,12 @@ def run(job, *, settings=None, fresh=False, progress=None):
 
 
 def plan(job, *, settings=None, progress=None):
-    """Says what a run of the job would do and need, as a dictionary. Writes nothing. Arguments as of run()."""
+    """Says what a run of the job would do and need, as a dictionary. Writes nothing. Arguments as of run().
+
+    files; points_read of them, points_dropped by reason, points that are left, their bounds; doubts, a sentence each; chunks,
+    chunk_points (the limit), largest_chunk_points, chunks_in_flight, halo_width; ball_radii; peak_memory_bytes, disk_bytes and
+    seconds, as predicted; holes: those that are known where an interrupted run of the job left them, otherwise None.
+    """
     return _orbweave.plan(*_written_job(job, settings), progress)
 
 
@@ -94,7 +99,7 @@ def read_points(path):
 
 
 def read_mesh(path):
-    """Reads a mesh (.ply, .obj, .stl, .glb) and returns a Mesh."""
+    """Reads a mesh (.ply, .obj, .stl, each also with .gz, .glb, .gltf) and returns a Mesh."""
     return _orbweave.read_mesh(path_bytes(path))
 
 

@@ -77,6 +77,8 @@ class Jobs(unittest.TestCase):
         self.assertGreater(plan["peak_memory_bytes"], 0)
         self.assertIsNone(plan["holes"])
         self.assertEqual(plan["doubts"], [])
+        for key in plan:
+            self.assertRegex(orbweave.plan.__doc__, rf"\b{key}\b")
 
     def test_a_job_without_scans_is_wrong_usage(self):
         with self.assertRaises(orbweave.UsageError) as caught:
