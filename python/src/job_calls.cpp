@@ -2,6 +2,7 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <mutex>
@@ -56,7 +57,9 @@ class ToldProgress final : public Progress {
   }
   void tell() {
     last_told_ = now();
-    call_.tell(name_, pace_.is_known() ? pace_.at(last_told_, done_, total_).share() : 0.0);
+    // Where stages turn out longer than expected the share of the time would fall.
+    if (pace_.is_known()) share_ = std::max(share_, pace_.at(last_told_, done_, total_).share());
+    call_.tell(name_, share_);
   }
 
   WatchedCall& call_;
@@ -67,6 +70,7 @@ class ToldProgress final : public Progress {
   std::uint64_t done_ = 0;
   std::uint64_t total_ = 0;
   double last_told_ = 0.0;
+  double share_ = 0.0;  ///< that was told last
 };
 
 /// A job as Python gives it: the path of a job file, or its text, or settings alone.

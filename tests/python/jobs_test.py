@@ -58,6 +58,15 @@ class Jobs(unittest.TestCase):
         self.assertIn("reconstruct", names)
         self.assertTrue(all(0.0 <= done <= 1.0 for _, done in stages))
 
+    def test_progress_never_goes_back(self):
+        points = sphere(30000)
+        orbweave.write_points("bare.ply", orbweave.PointCloud(points))
+        told = []
+        orbweave.run({"input": {"files": ["bare.ply"]}, "output": {"mesh": "bare-mesh.ply"}, "partition": {"chunk_points": 3000}},
+                     progress=lambda stage, done: told.append(done))
+        self.assertEqual(told, sorted(told))
+        self.assertGreater(told[-1], 0.5)
+
     def test_a_stopped_run_resumes_to_the_same_bytes(self):
         job = {"input": {"files": ["scan.ply"]}, "output": {"mesh": "mesh.ply"}, "partition": {"chunk_points": 300}}
 
