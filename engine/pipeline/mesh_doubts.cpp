@@ -174,8 +174,6 @@ void warn_of_guessed_inside(StageRunner& runner, const RunResults& results) {
               setting(runner.job, "reconstruct.method", "power_crust") + " or ball_pivoting");
 }
 
-}  // namespace
-
 /// Radii that grow until balls rest on points which lie on no surface.
 void warn_of_radii_for_noise(StageRunner& runner, const RunResults& results) {
   constexpr double kNoise = 0.33;  // leaves of trees: up to 0.3, surfaces: up to 0.2
@@ -191,6 +189,8 @@ void warn_of_radii_for_noise(StageRunner& runner, const RunResults& results) {
               setting(job, "reconstruct.ball_radii", format_number(radii.front())) +
               ", or leave the points out");
 }
+
+}  // namespace
 
 void warn_of_doubtful_mesh(StageRunner& runner, const RunResults& results) {
   warn_of_what_is_missing(runner, results);
