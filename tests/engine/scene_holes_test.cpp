@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/holes/fill_mesh.h"
@@ -137,6 +138,35 @@ TEST_CASE("ThePaneOfAWindowLiesAtTheGroundOfItsReveal") {
     return std::max(std::abs(x), std::abs(y)) < kOpening && !is_seen;
   };
   check_pane(with_window(but_for_a_part), "at the ground of a recess");
+}
+
+TEST_CASE("AWindowWhoseRevealIsRoundedOffIsClosedFlat") {
+  // Of a reveal the scan has its edge alone, rounded off: the wall turns away by 30 degrees there.
+  // A smooth patch would go on with the turn, by several edges.
+  constexpr double kStep = 1.0 / 80.0, kPane = 11.0, kDeep = 0.577 * kStep;
+  const auto along = [](double x) { return (x - 0.5) / kStep; };
+  const auto from_middle = [&](Vec3 p) {
+    return std::max(std::abs(along(p.x)), std::abs(along(p.y)));
+  };
+  const auto filled_wall = [&](double wave) {
+    TriangleMesh wall = test::square_mesh(80);
+    cut(wall, [&](Vec3 p) { return from_middle(p) < kPane; });
+    wall = moved(std::move(wall), [&](Vec3 p) {
+      const double depth = from_middle(p) < kPane + 0.5 ? kDeep : 0.0;
+      return p + Vec3{0.0, 0.0, wave * kStep * std::sin(along(p.x)) - depth};
+    });
+    return std::pair(wall, fill_mesh(wall, {}));
+  };
+  const auto pane_of = [](const FilledMesh& filled) {
+    return *std::find_if(filled.holes.begin(), filled.holes.end(),
+                         [](const HoleFacts& hole) { return hole.filled; });
+  };
+  const auto [wall, filled] = filled_wall(0.0);
+  require_sound(wall, filled);
+  CHECK_THAT(pane_of(filled).reason, Catch::Contains("turns away all along the rim"));
+  CHECK(farthest_new_vertex(wall, filled, [&](Vec3 p) { return std::abs(p.z + kDeep); }) < 1e-9);
+  // Where the surface around is no flat wall, such a turn may go on.
+  CHECK_THAT(pane_of(filled_wall(0.5).second).reason, !Catch::Contains("turns away"));
 }
 
 TEST_CASE("PatchesOfASceneThatFoldBackSaySo") {

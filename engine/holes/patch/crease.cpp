@@ -105,15 +105,16 @@ std::uint32_t rings_behind(const FlatRim& rim) {
 }
 
 /// Whether the sheet half a width behind the rim is parallel to the rim's plane, at most places:
-/// what is steep at the rim is a lip, such as the reveal of a window in a wall.
-bool is_lip(const HoleProblem& problem, const FlatRim& rim) {
+/// what is steep at the rim is a lip, such as the reveal of a window in a wall. `parallel`: the
+/// largest angle between them.
+bool is_lip(const HoleProblem& problem, const FlatRim& rim, double parallel = kParallel) {
   const std::uint32_t rings = rings_behind(rim);
   std::vector<double> angles =
       angles_of_ring(problem, rings_about(problem, rings), rings, rim.axis);
   if (angles.empty()) return false;
   const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
   std::ranges::nth_element(angles, middle);
-  return *middle < kParallel;
+  return *middle < parallel;
 }
 
 /// The vertices half a width behind the rim where the sheet is parallel to the rim's plane.
@@ -143,8 +144,9 @@ bool ends_in_crease(const HoleProblem& problem, const Rim& rim_of_hole) {
   constexpr double kFlat = 0.05;  // distance from the plane by the width of the hole
   constexpr double kRough = 1.0;  // and by the spacing, where that is more
   // Between the sheet behind the rim and the plane, 75 degrees; 40 of a lip, which scans round off
-  // and see in part, so that its rim lies less in a plane, too.
-  constexpr double kSteep = kPi / 2.4, kSteepLip = kPi / 4.5;
+  // and see in part, so that its rim lies less in a plane, too; 22.5 of a lip in a flat wall.
+  constexpr double kSteep = kPi / 2.4, kSteepLip = kPi / 4.5, kSteepInWall = kPi / 8.0;
+  constexpr double kFlatWall = kPi / 15.0, kEvenRim = 0.5;
   constexpr double kLipRoughness = 2.0;
   constexpr double kBends = 0.5;            // share of the bend that would close the hole smoothly
   constexpr std::uint32_t kMostRings = 12;  // behind the rim
@@ -155,7 +157,9 @@ bool ends_in_crease(const HoleProblem& problem, const Rim& rim_of_hole) {
   const double roughness = rim.off_plane / std::max(kFlat * rim.width, kRough * rim.spacing);
   if (roughness > kLipRoughness) return false;
   const MeanAngle at_rim = angle_at_rim(rim_of_hole, rim.axis);
-  if (2 * at_rim.count < problem.loop.size() || at_rim.mean() < kSteepLip) return false;
+  if (2 * at_rim.count < problem.loop.size() || at_rim.mean() < kSteepInWall) return false;
+  const bool is_shallow = at_rim.mean() < kSteepLip;
+  if (is_shallow && (roughness > kEvenRim || !is_lip(problem, rim, kFlatWall))) return false;
   if ((roughness > 1.0 || at_rim.mean() < kSteep) && !is_lip(problem, rim)) return false;
   const double quarter = 0.25 * rim.width / rim.spacing;
   const auto rings =
