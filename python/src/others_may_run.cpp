@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -43,12 +44,12 @@ void end_work() {
 OthersMayRun::OthersMayRun() {
   if (beside().last_thread) return;
   ++beside().threads_without_lock;
-  released_.emplace();
+  thread_ = PyEval_SaveThread();
 }
 
 OthersMayRun::~OthersMayRun() {
-  if (!released_) return;
-  released_.reset();
+  if (thread_ == nullptr) return;
+  PyEval_RestoreThread(thread_);
   --beside().threads_without_lock;
 }
 

@@ -5,7 +5,6 @@
 #include <pybind11/pybind11.h>
 
 #include <atomic>
-#include <optional>
 
 #include "io/stop_token.h"
 
@@ -21,7 +20,7 @@ class OthersMayRun {
   OthersMayRun& operator=(const OthersMayRun&) = delete;
 
  private:
-  std::optional<pybind11::gil_scoped_release> released_;
+  PyThreadState* thread_ = nullptr;  ///< of the caller; null where the lock is kept
 };
 
 /// Work of the library in a thread of its own, from before the thread begins until it has ended.
