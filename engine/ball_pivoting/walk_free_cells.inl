@@ -17,9 +17,9 @@ constexpr double constant_square_root(double a) {
   return root;
 }
 
-/// Middles of cells: planes through the centre of a cube, at equal angles, cut each of its faces
-/// into kSide by kSide of them. The four cells of twice as many planes that make up cell c are
-/// those from 4 c on.
+/// Middles of cells: planes through the centre of a cube, at equal angles, cut each face of the
+/// cube into kSide by kSide cells. With twice as many planes cell c falls into the cells 4 c to
+/// 4 c + 3.
 template <std::uint32_t kSide>
 struct CellMiddles {
   static constexpr std::uint32_t kCount = 6 * kSide * kSide;
@@ -53,6 +53,8 @@ struct CellMiddles {
   }
 };
 
+/// The cells that no single cap holds whole: coarse cells first, then the four parts of each that
+/// is left.
 class FreeCells {
  public:
   explicit FreeCells(const NearestCaps& caps) {
@@ -101,9 +103,11 @@ class FreeCells {
  private:
   static constexpr CellMiddles<4> kCoarse{};
   static constexpr CellMiddles<8> kFine{};
-  /// No direction of a cell is further from its middle, by more than what beyond_doubt() asks for.
+  /// Bounds on the distance of a cell's directions from the cell's middle (0.28531 and 0.15065),
+  /// and more than the 1e-5 that beyond_doubt() leaves for rounding.
   static constexpr double kCoarseRadius = 0.2854, kRadius = 0.1507;
   static constexpr std::uint32_t kParts = 4;  ///< of a coarse cell
+
   double x_[kFine.kCount + Lanes::kWidth], y_[kFine.kCount + Lanes::kWidth],
       z_[kFine.kCount + Lanes::kWidth];
   std::uint32_t n_ = 0;

@@ -178,8 +178,8 @@ class Attempts {
   }
 
   /// True when a flat patch meets nothing, if need be after it was moved out of the way: a smooth
-  /// one that meets nothing bulges out of a crease or a recess. One that still meets something is
-  /// one of many.
+  /// one that meets nothing bulges out of a crease or a recess. A flat patch that still meets
+  /// something is one of many, unless is_flat_in_part() says otherwise.
   bool try_flat() {
     const FlatCall call = call_for_flat_patch(problem_, rim());
     if (call.recess && settles(recessed_fill(problem_, loop(), *call.recess, options_),
@@ -365,19 +365,20 @@ class Attempts {
     }
   }
 
-  /// Whether the gap is a wide one of an open scene, and the best patch so far a flat one whose
-  /// clear part closes most of the loop. Smooth patches that reach around what stands in a window
-  /// are guesses.
+  /// Whether the gap is a wide one of an open scene, and the best patch so far is flat and closes
+  /// most of the loop without what crosses. Smooth patches that reach around something in a window
+  /// are guesses: none is tried then.
   bool is_flat_in_part() const {
     if (!options_.whole || !is_tangled()) return false;
     const Tangled& best = tangled_.back();
     return flat_part_of(best.patch, best.contacts).method != FillMethod::kNone;
   }
 
-  /// The clear part of a flat patch, which lies where the wall or the ground of a recess does, also
-  /// beside what it crosses. None where the patch is not flat or doubtful, or where more than a
-  /// quarter of the loop would stay open. Of a part of a loop it is the whole patch: what crosses
-  /// is known later.
+  /// The clear part of a flat patch: the patch lies where the wall or the ground of a recess does,
+  /// also beside what stands in the gap. The loop stays open where the patch is not flat, where the
+  /// patch is doubtful, and where more than a quarter of the loop would stay open. Where the loop
+  /// is a part of another (allow_intersections), the whole patch is returned: which triangles cross
+  /// is known once all parts are together.
   HolePatch flat_part_of(HolePatch patch, const std::vector<Contact>& contacts) const {
     constexpr std::uint32_t kMostOpen = 4;  // one edge of so many
     if (!patch.is_flat) return left_open_in_scene();
@@ -480,7 +481,7 @@ HolePatch fill_parts(const HoleProblem& problem, const BoxTree& sheet, PatchOpti
                      PartsInScene& parts) {
   options.allow_intersections = true;
   HolePatch patch = fill_by_parts(problem, sheet, [&](const HoleProblem& part, std::size_t number) {
-    constexpr std::size_t kFewEdges = 24;  // and less than half of all
+    constexpr std::size_t kFewEdges = 24;
     HolePatch closed = fill_simple(part, options, parts.take_triangles(part, number));
     // A small part that no patch closes clear of the surface does not keep the others open.
     const bool is_small =

@@ -16,14 +16,7 @@
 
 namespace orbweave {
 
-using test::count_filled;
-using test::cut;
-using test::farthest_new_vertex;
-using test::moved;
-using test::off_sphere;
-using test::require_closed;
-using test::require_sound;
-using test::tube;
+using namespace test;
 
 TEST_CASE("ThreeAndFourEdgeHolesAreClosedWithoutNewPoints") {
   const TriangleMesh whole = test::torus_mesh(4000);

@@ -183,6 +183,10 @@ TEST_CASE("TheReportHasItsStableKeys") {
                                        "extent_meters", "trusted"});
   CHECK(keys_of(json["partition"]) == Keys{"chunks", "halo_width", "largest_chunk_points"});
   CHECK(keys_of(json["radii"]) == Keys{"values", "reason"});
+}
+
+TEST_CASE("TheMeshTheHolesAndTheStagesOfTheReportHaveTheirStableKeys") {
+  const Json json = Json::parse(report_json(example()));
   CHECK(keys_of(json["mesh"]) == Keys{"vertices",
                                       "triangles",
                                       "components",

@@ -104,17 +104,22 @@ std::uint32_t rings_behind(const FlatRim& rim) {
       std::clamp(0.5 * rim.width / rim.spacing, kFewestRings, kMostRings));
 }
 
-/// Whether the sheet half a width behind the rim is parallel to the rim's plane, at most places:
-/// what is steep at the rim is a lip, such as the reveal of a window in a wall. `parallel`: the
-/// largest angle between them.
-bool is_lip(const HoleProblem& problem, const FlatRim& rim, double parallel = kParallel) {
+/// The angle between the rim's plane and the sheet half a width behind the rim, the median over the
+/// places there; half a turn where the sheet does not go so far.
+double angle_of_wall(const HoleProblem& problem, const FlatRim& rim) {
   const std::uint32_t rings = rings_behind(rim);
   std::vector<double> angles =
       angles_of_ring(problem, rings_about(problem, rings), rings, rim.axis);
-  if (angles.empty()) return false;
+  if (angles.empty()) return kPi;
   const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
   std::ranges::nth_element(angles, middle);
-  return *middle < parallel;
+  return *middle;
+}
+
+/// Whether the sheet half a width behind the rim is parallel to the rim's plane, at most places:
+/// what is steep at the rim is a lip, such as the reveal of a window in a wall.
+bool is_lip(const HoleProblem& problem, const FlatRim& rim) {
+  return angle_of_wall(problem, rim) < kParallel;
 }
 
 /// The vertices half a width behind the rim where the sheet is parallel to the rim's plane.
@@ -146,7 +151,8 @@ bool ends_in_crease(const HoleProblem& problem, const Rim& rim_of_hole) {
   // Between the sheet behind the rim and the plane, 75 degrees; 40 of a lip, which scans round off
   // and see in part, so that its rim lies less in a plane, too; 22.5 of a lip in a flat wall.
   constexpr double kSteep = kPi / 2.4, kSteepLip = kPi / 4.5, kSteepInWall = kPi / 8.0;
-  constexpr double kFlatWall = kPi / 15.0, kEvenRim = 0.5;
+  constexpr double kFlatWall = kPi / 15.0;  // between the wall and the plane
+  constexpr double kEvenRim = 0.5;          // the roughness of a rim in such a wall, at most
   constexpr double kLipRoughness = 2.0;
   constexpr double kBends = 0.5;            // share of the bend that would close the hole smoothly
   constexpr std::uint32_t kMostRings = 12;  // behind the rim
@@ -159,8 +165,10 @@ bool ends_in_crease(const HoleProblem& problem, const Rim& rim_of_hole) {
   const MeanAngle at_rim = angle_at_rim(rim_of_hole, rim.axis);
   if (2 * at_rim.count < problem.loop.size() || at_rim.mean() < kSteepInWall) return false;
   const bool is_shallow = at_rim.mean() < kSteepLip;
-  if (is_shallow && (roughness > kEvenRim || !is_lip(problem, rim, kFlatWall))) return false;
-  if ((roughness > 1.0 || at_rim.mean() < kSteep) && !is_lip(problem, rim)) return false;
+  if (is_shallow && roughness > kEvenRim) return false;
+  const bool needs_wall = roughness > 1.0 || at_rim.mean() < kSteep;
+  if (needs_wall && angle_of_wall(problem, rim) >= (is_shallow ? kFlatWall : kParallel))
+    return false;
   const double quarter = 0.25 * rim.width / rim.spacing;
   const auto rings =
       static_cast<std::uint32_t>(std::clamp(quarter, 2.0, static_cast<double>(kMostRings)));
