@@ -103,17 +103,58 @@ std::vector<std::string> extras_of(const CLI::App& program) {
   throw_usage(problem, {.advice = help_advice(program)});
 }
 
+/// Whether a word is an option that takes a value and has an empty one: "--name=".
+bool is_empty_option(CLI::App& program, const std::string& command, const std::string& word) {
+  if (!word.starts_with("--") || word.find('=') + 1 != word.size()) return false;
+  const auto chosen = program.get_subcommands(
+      [&command](const CLI::App* each) { return each->get_name() == command; });
+  if (chosen.empty()) return false;
+  const CLI::Option* const option =
+      chosen.front()->get_option_no_throw(word.substr(0, word.size() - 1));
+  return option != nullptr && option->get_items_expected_min() > 0;
+}
+
+/// The arguments behind the program's name, the last one first, as the parser takes them. An empty
+/// value becomes a word of its own: else the parser takes the next option for the value.
+std::vector<std::string> parsed_words(CLI::App& program,
+                                      const std::vector<std::string>& arguments) {
+  std::vector<std::string> words;
+  bool are_options = true;
+  for (std::size_t i = 1; i < arguments.size(); ++i) {
+    const std::string& word = arguments[i];
+    are_options = are_options && word != "--";
+    const bool is_empty = are_options && is_empty_option(program, arguments[1], word);
+    words.push_back(is_empty ? word.substr(0, word.size() - 1) : word);
+    if (is_empty) words.emplace_back();
+  }
+  std::reverse(words.begin(), words.end());
+  return words;
+}
+
+/// A shell variable that is not set leaves an empty name behind.
+void check_names(const CLI::App& program) {
+  for (const CLI::App* command : program.get_subcommands())
+    for (const CLI::Option* option : command->get_options()) {
+      if (!option->get_positional()) continue;
+      const std::vector<std::string>& words = option->results();
+      if (std::find(words.begin(), words.end(), "") != words.end())
+        throw_usage(option->get_name() + ": the name is empty",
+                    {.advice = "Where a variable of the shell holds the name, see whether it is "
+                               "set. " +
+                               help_advice(program)});
+    }
+}
+
 /// Runs the parser over the arguments; what they ask for goes to `action`.
 void parse(CLI::App& program, const CommandContext& context) {
-  const std::vector<std::string>& arguments = context.arguments;
-  std::vector<std::string> reversed(arguments.rbegin(), arguments.rend() - 1);
   const auto show = [&context](const std::string& text) {
     context.then([text, leads = context.communicator.is_root()] {
       if (leads) std::cout << text;
     });
   };
   try {
-    program.parse(reversed);
+    program.parse(parsed_words(program, context.arguments));
+    check_names(program);
   } catch (const CLI::CallForHelp&) {
     show(program.help());
   } catch (const CLI::CallForVersion&) {

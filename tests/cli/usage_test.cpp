@@ -1,9 +1,14 @@
 // What a user meets before anything runs: help, versions, misspelt words.
 #include <catch2/catch.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
 
+#include "tests/support/data.h"
 #include "tests/support/program.h"
 
 using Catch::Matchers::Contains;
+using orbweave::test::run_in;
 using orbweave::test::run_program;
 
 TEST_CASE("EveryCommandHelpsWithAnExample") {
@@ -51,6 +56,34 @@ TEST_CASE("MisspeltOptionGetsTheNearestOne") {
   CHECK(result.status == 2);
   CHECK_THAT(result.err, Contains("unknown option --normals-from-face") &&
                              Contains("Did you mean --normals-from-faces?"));
+}
+
+TEST_CASE("AnEmptyValueIsNotTheNextOption") {
+  const orbweave::test::ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "sphere", "--points", "500", "-o", "cloud.ply"}).status == 0);
+  const auto result =
+      run_in(in, {"reconstruct", "cloud.ply", "-o", "mesh.ply", "--picture=", "--progress=none"});
+  CHECK(result.status == 0);
+  CHECK(result.err.empty());
+  CHECK(std::filesystem::exists(in / "mesh.ply"));
+  CHECK_THAT(run_in(in, {"reconstruct", "cloud.ply", "--output=", "--cleaning"}).err,
+             Contains("names no mesh to write"));
+  CHECK_THAT(run_in(in, {"reconstruct", "cloud.ply", "-o", "mesh.ply",
+                         "--smooth-passes=", "--picture=a.png"})
+                 .err,
+             Contains("--smooth-passes has an unsuitable value; found \"\""));
+}
+
+TEST_CASE("AnEmptyNameIsToldWithTheArgument") {
+  std::vector<std::string> words = GENERATE(
+      std::vector<std::string>{"inspect", ""}, std::vector<std::string>{"run", ""},
+      std::vector<std::string>{"status", ""}, std::vector<std::string>{"fill", "", "-o", "a.ply"},
+      std::vector<std::string>{"compare", "", "b.ply"},
+      std::vector<std::string>{"reconstruct", "", "-o", "mesh.ply"});
+  CAPTURE(words);
+  const auto result = run_program(words);
+  CHECK(result.status == 2);
+  CHECK_THAT(result.err, Contains(": the name is empty. Where a variable of the shell"));
 }
 
 TEST_CASE("AnOptionOfAKeyIsToldAsASettingWhereAJobFileIsRun") {
