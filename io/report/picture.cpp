@@ -28,10 +28,11 @@ std::uint32_t packed(Colour colour, double light) {
   return channel(colour.red) << 16 | channel(colour.green) << 8 | channel(colour.blue);
 }
 
-/// The shape lies on the ground: low along `axis` (0 to 2), wide along the other two.
-bool is_flat_along(int axis, const Box& bounds) {
+/// Whether the shape is low along `axis` (0 to 2), less than `part` of how wide it is along each of
+/// the others.
+bool is_low_along(int axis, const Box& bounds, double part) {
   const Vec3 extent = bounds.extent();
-  return extent[axis] < 0.25 * std::min(extent[(axis + 1) % 3], extent[(axis + 2) % 3]);
+  return extent[axis] < part * std::min(extent[(axis + 1) % 3], extent[(axis + 2) % 3]);
 }
 
 /// Where an eye at azimuth 0 and elevation 0 has its right, its top and itself.
@@ -54,7 +55,10 @@ struct Projected {
 }  // namespace
 
 int upright_axis(UpAxis wanted, const Box& bounds) {
-  if (wanted == UpAxis::kAuto) return is_flat_along(2, bounds) ? 2 : 1;
+  // Buildings, rooms and terrain, which surveyors scan with z upright, are wider than high. Of
+  // statues and models, which stand in y, few are half as deep as they are wide and high.
+  constexpr double kLow = 0.5;
+  if (wanted == UpAxis::kAuto) return is_low_along(2, bounds, kLow) ? 2 : 1;
   return static_cast<int>(wanted) - static_cast<int>(UpAxis::kX);
 }
 
@@ -91,9 +95,10 @@ MeshPicture::View::View(const Box& bounds, const PictureOptions& options, bool f
 void MeshPicture::View::look(const Box& bounds, const PictureOptions& options, bool from_below) {
   const int axis = upright_axis(options.up, bounds);
   const double degree = std::numbers::pi / 180.0;
+  constexpr double kFlat = 0.25;
   const double azimuth = options.azimuth_deg * degree;
   const double elevation =
-      options.elevation_deg.value_or(is_flat_along(axis, bounds) ? 40.0 : 20.0) * degree;
+      options.elevation_deg.value_or(is_low_along(axis, bounds, kFlat) ? 40.0 : 20.0) * degree;
   const double level = std::cos(elevation), above = std::sin(elevation);
   const double height = from_below ? -above : above;
   const double aside = std::sin(azimuth), ahead = std::cos(azimuth);

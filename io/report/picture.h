@@ -24,7 +24,7 @@ class PictureSamples;
 struct PictureOptions {
   int width = 1200;           ///< pixels, 1 to 16384
   int height = 900;           ///< pixels, 1 to 16384
-  UpAxis up = UpAxis::kAuto;  ///< kAuto: +z for what is flat in z (a terrain), else +y
+  UpAxis up = UpAxis::kAuto;  ///< kAuto: +z for what is low in z, else +y
   double azimuth_deg = 30.0;  ///< the eye's angle about the up axis; 0 looks at the front
   std::optional<double> elevation_deg = {};  ///< the eye's angle above the horizon; empty: 20, or
                                              ///< 40 for what is flat along the up axis
@@ -41,7 +41,8 @@ std::vector<LegendEntry> surface_legend(const PictureOptions& options, bool has_
 /// are 0.
 std::vector<LegendEntry> share_legend(const std::string& large);
 
-/// The axis that is upright, 0 to 2: the one that is wanted; of kAuto that of the shape.
+/// The axis that is upright, 0 to 2: the one that is wanted; of kAuto that of the shape, z where it
+/// is less than half as high in z as it is wide in x and in y, else y.
 int upright_axis(UpAxis wanted, const Box& bounds);
 
 /// Parallel projection of what `bounds` holds, fitted to the picture. Front faces

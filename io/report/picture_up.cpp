@@ -29,6 +29,12 @@ bool has_scanners(const std::string& file) {
          (named->facts.format == FileFormat::kE57 || named->facts.format == FileFormat::kPtx);
 }
 
+/// Whether normals, or those of the ground, point to the side of z where no other direction is
+/// given.
+bool turns_to_z(Orientation orientation) {
+  return orientation == Orientation::kGround || orientation == Orientation::kUp;
+}
+
 /// kAuto for a direction that points against its nearest axis: normals of a ceiling are oriented
 /// downwards, and a ceiling is not drawn upside down.
 UpAxis nearest_axis(Vec3 direction) {
@@ -57,6 +63,7 @@ UpAxis picture_up(const Job& job, const std::string& coordinate_system) {
     const UpAxis nearest = nearest_axis(*job.normals.up);
     if (nearest != UpAxis::kAuto) return nearest;
   }
+  if (!job.normals.up && turns_to_z(job.normals.orientation)) return UpAxis::kZ;
   const UpAxis implied = up_axis_of_scans(job.input.files, coordinate_system);
   if (implied != UpAxis::kAuto) return implied;
   if (has_places(job.input)) return UpAxis::kZ;  // tripods stand upright

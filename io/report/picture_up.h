@@ -18,9 +18,9 @@ UpAxis up_axis_of_scans(std::span<const std::string> files, const std::string& c
 bool may_be_interior(const Job& job);
 
 /// The axis of a job's picture, in this order: output.picture_up; the axis nearest to normals.up,
-/// where that points along it; what the scans imply, kZ also where scanners have places; kY where
-/// poses come from a Stanford .conf, whose objects stand in y. kAuto: the shape decides
-/// (io/report/picture.h).
+/// where that points along it; kZ where normals or the ground are turned to the side of z; what the
+/// scans imply, kZ also where scanners have places; kY where poses come from a Stanford .conf,
+/// whose objects stand in y. kAuto: the shape decides (io/report/picture.h).
 UpAxis picture_up(const Job& job, const std::string& coordinate_system);
 
 }  // namespace orbweave

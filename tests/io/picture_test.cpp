@@ -447,6 +447,16 @@ TEST_CASE("TheUpAxisIsUprightInThePicture") {
   }
 }
 
+TEST_CASE("OfTheShapeAloneZIsUprightWhereItIsLow") {
+  const auto upright = [](Vec3 extent) {
+    return upright_axis(UpAxis::kAuto, {{1, 1, 1}, Vec3{1, 1, 1} + extent});
+  };
+  CHECK(upright({134.6, 226.0, 48.2}) == 2);   // a building
+  CHECK(upright({5.0, 2.6, 6.0}) == 1);        // a room that stands in y
+  CHECK(upright({0.205, 0.145, 0.092}) == 1);  // the Stanford dragon
+  CHECK(upright({0.156, 0.154, 0.121}) == 1);  // the Stanford bunny
+}
+
 TEST_CASE("TheShapeAloneHasYUprightUnlessItIsFlatInZ") {
   const auto pixels = [](const std::vector<Corners>& triangles, UpAxis up) {
     PictureOptions options = kSmall;
@@ -464,6 +474,9 @@ TEST_CASE("TheUpAxisOfAJobIsTheOneAskedForElseWhatTheJobImplies") {
   Job job;
   job.input.files = {"scan.ply"};
   CHECK(picture_up(job, "") == UpAxis::kAuto);
+  job.normals.orientation = Orientation::kGround;
+  CHECK(picture_up(job, "") == UpAxis::kZ);
+  job.normals.orientation = Orientation::kAuto;
   job.input.poses = "scans.conf";
   CHECK(picture_up(job, "") == UpAxis::kY);
   CHECK(picture_up(job, "EPSG:26912") == UpAxis::kZ);
