@@ -182,8 +182,9 @@ class Attempts {
   /// something is one of many, unless is_flat_in_part() says otherwise.
   bool try_flat() {
     const FlatCall call = call_for_flat_patch(problem_, rim());
-    if (call.recess && settles(recessed_fill(problem_, loop(), *call.recess, options_),
-                               "flat, at the ground of a recess"))
+    if (call.recess && (settles(recessed_fill(problem_, loop(), *call.recess, options_),
+                                "flat, at the ground of a recess") ||
+                        is_flat_in_part()))
       return true;
     return (call.is_crease && settles(membrane_fill(problem_, loop(), options_),
                                       "flat, because the surface turns away all along the rim")) ||
