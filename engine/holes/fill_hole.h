@@ -1,6 +1,6 @@
 // One hole, one patch: chooses the method and tries the next where one does not do.
 // Abdel-Wahab, Hussein, Taha, Gaber: An Enhanced Algorithm for Surface Reconstruction from a Cloud
-// of Points, GVIP 2005, section 3. docs/holes.md says what is done otherwise, and why.
+// of Points, GVIP 2005, section 3. docs/dev/hole-pass.md says what is done otherwise, and why.
 #pragma once
 
 #include <cstdint>
