@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <numeric>
 #include <tuple>
-#include <unordered_map>
 
+#include "engine/geometry/loop_path.h"
 #include "io/whole_loop.h"
 
 namespace orbweave {
@@ -34,7 +34,7 @@ class LoopWalks {
   std::uint64_t count() {
     for (std::uint32_t edge = 0; edge < arriving_.size(); ++edge)
       if (!done_[edge]) walk(edge);
-    return loops_;
+    return path_.loops();
   }
 
  private:
@@ -52,37 +52,20 @@ class LoopWalks {
   }
 
   void walk(std::uint32_t edge) {
-    path_.assign(1, fan(edge).vertex);
-    place_.clear();
-    place_[path_[0]] = 0;
+    path_.begin(fan(edge).vertex);
     while (edge < arriving_.size() && !done_[edge]) {
       done_[edge] = true;
-      arrive(fan(edge).next);
+      path_.arrive(fan(edge).next);
       edge = next_[edge];
     }
-    if (path_.size() > 1) ++loops_;
-  }
-
-  /// A walk that comes to a vertex again closes a loop there: every loop is simple.
-  void arrive(std::uint64_t at) {
-    const auto [entry, is_new] = place_.try_emplace(at, path_.size());
-    if (is_new) {
-      path_.push_back(at);
-      return;
-    }
-    ++loops_;
-    const std::size_t keep = entry->second + 1;
-    for (std::size_t i = keep; i < path_.size(); ++i) place_.erase(path_[i]);
-    path_.resize(keep);
+    path_.end();
   }
 
   std::span<const OpenFan> fans_;
   std::vector<std::uint32_t> arriving_;  // by (previous, vertex): the arriving edge
   std::vector<std::uint32_t> next_;
   std::vector<bool> done_;
-  std::vector<std::uint64_t> path_;
-  std::unordered_map<std::uint64_t, std::size_t> place_;  // in path_
-  std::uint64_t loops_ = 0;
+  LoopPath<std::uint64_t> path_;
 };
 
 }  // namespace

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <limits>
 #include <tuple>
-#include <unordered_map>
 #include <utility>
+
+#include "engine/geometry/loop_path.h"
 
 namespace orbweave {
 namespace {
@@ -37,7 +38,7 @@ class LoopCounter {
       if (partner_[end] == kNoEnd && !done_[end / 2]) walk(end);
     for (std::uint64_t e = 0; e < edges_.size(); ++e)
       if (!done_[e]) walk(2 * e);
-    return loops_;
+    return path_.loops();
   }
 
  private:
@@ -45,35 +46,19 @@ class LoopCounter {
 
   /// Walks from an end through its edge and on, as far as unwalked edges go.
   void walk(std::uint64_t end) {
-    path_.assign(1, vertex(end));
-    place_.clear();
-    place_[path_[0]] = 0;
+    path_.begin(vertex(end));
     while (end != kNoEnd && !done_[end / 2]) {
       done_[end / 2] = true;
-      arrive(vertex(end ^ 1));
+      path_.arrive(vertex(end ^ 1));
       end = partner_[end ^ 1];
     }
-    if (path_.size() > 1) ++loops_;
-  }
-
-  void arrive(std::uint32_t at) {
-    const auto [entry, is_new] = place_.try_emplace(at, path_.size());
-    if (is_new) {
-      path_.push_back(at);
-      return;
-    }
-    ++loops_;
-    const std::size_t keep = entry->second + 1;
-    for (std::size_t i = keep; i < path_.size(); ++i) place_.erase(path_[i]);
-    path_.resize(keep);
+    path_.end();
   }
 
   std::span<const BoundaryEdge> edges_;
   std::vector<std::uint64_t> partner_;
   std::vector<bool> done_;
-  std::vector<std::uint32_t> path_;
-  std::unordered_map<std::uint32_t, std::size_t> place_;  ///< in path_
-  std::uint64_t loops_ = 0;
+  LoopPath<std::uint32_t> path_;
 };
 
 }  // namespace
