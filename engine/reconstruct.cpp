@@ -120,7 +120,8 @@ Spacing measure(std::span<const Vec3> positions, const PointCounts& counts, bool
       options.stop);
   spacing.choice = choose_radii(sample, sampler.cloud_points(), options.levels, options.stop);
   if (!for_normals) return spacing;
-  spacing.normal_radius = normal_radius(sample, neighbors, options.stop);
+  spacing.normal_radius = normal_radius(
+      sites, sample, std::max(neighbors, spacing.choice.line_neighbors), options.stop);
   return spacing;
 }
 

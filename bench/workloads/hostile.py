@@ -7,6 +7,7 @@ hundred, a tenth of stray points, points without a surface, sheets closer to eac
   noise      points all over a cube, with normals of any direction
   layers     sheets of 10 x 10 points, a fiftieth of the points' distance apart, that face up and down in turn
   linenoise  a dense thread, and a tenth of the points anywhere about it
+  lines      a wavy sheet in scan lines, ten times as far apart as the points on them
 
 Each is reconstructed with automatic radii at each number of points, by all threads. The exit status is 1 where the CPU
 microseconds per point of one kind differ by more than the factor 2 between sizes and the job was not refused within a
@@ -86,7 +87,19 @@ def linenoise(points, random):
     return numpy.where((i % 10 == 0)[:, None], stray, thread), numpy.tile([0.0, 0, 1], (points, 1))
 
 
-KINDS = {made.__name__: made for made in (patch, spot, noise, layers, linenoise)}
+def lines(points, random):
+    on_line = int((10 * points) ** 0.5)
+    x, y = numpy.meshgrid(numpy.arange(on_line), 10.0 * numpy.arange(points // on_line))
+    x = x + random.uniform(-0.5, 0.5, (len(x), 1)) + random.normal(0, 0.1, x.shape)
+    y = y + random.normal(0, 0.1, y.shape)
+    turn = (9 * x + 4 * y) / on_line
+    slope = 0.03 * numpy.cos(turn)
+    normals = numpy.stack([-9 * slope, -4 * slope, numpy.ones_like(x)], axis=-1).reshape(-1, 3)
+    places = numpy.stack([x, y, 0.03 * on_line * numpy.sin(turn)], axis=-1).reshape(-1, 3)
+    return places, normals / numpy.linalg.norm(normals, axis=1, keepdims=True)
+
+
+KINDS = {made.__name__: made for made in (patch, spot, noise, layers, linenoise, lines)}
 
 
 def write_ply(path, places, normals):

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "engine/geometry/symmetric_eigen.h"
+#include "engine/spacing/scan_lines.h"
 #include "engine/spacing/site_points.h"
 
 namespace orbweave {
@@ -109,6 +110,26 @@ std::vector<Measured> measure_somewhere(const SampledNeighbors& sample, Measurin
   return all.empty() ? measure(sample, measuring) : all;
 }
 
+/// What a ball has to span where points lie on lines: it touches two lines from somewhat more than
+/// half of what lies between them on.
+constexpr double kSpacingPerGap = 0.55;
+
+/// As measure(), of points on lines.
+std::vector<Measured> measure_lines(const SampledNeighbors& sample,
+                                    const std::vector<LinePlace>& lines) {
+  std::vector<Measured> all;
+  for (const LinePlace& line : lines) {
+    const auto nearest = sample.at(line.place).nearest;
+    const std::size_t count = std::min(kNeighbors, nearest.size() - 1);
+    double sum = 0.0;
+    for (std::size_t k = 1; k <= count; ++k) sum += std::sqrt(nearest[k].squared_distance);
+    all.push_back({std::max(sum / static_cast<double>(count), kSpacingPerGap * line.across)});
+  }
+  std::sort(all.begin(), all.end(),
+            [](const Measured& a, const Measured& b) { return a.mean < b.mean; });
+  return all;
+}
+
 double quantile(const std::vector<Measured>& sorted, std::size_t percent) {
   return sorted[(sorted.size() - 1) * percent / 100].mean;
 }
@@ -187,15 +208,21 @@ std::string density_reason(const std::vector<Measured>& measured, int levels) {
 }
 
 std::string reason_of(const RadiiChoice& choice, const std::vector<Measured>& measured,
-                      std::uint64_t points) {
+                      std::uint64_t points, bool on_lines) {
   const bool lone = choice.radii.size() == 1;
   const double sparse = quantile(measured, 95);
-  std::string reason = "the mean distance to the " + std::to_string(kNeighbors) +
-                       " nearest neighbours, measured at " + std::to_string(measured.size()) +
-                       " of " + std::to_string(points) + " points, has the median " +
-                       short_text(choice.spacing) + " and the ninth decile " +
-                       short_text(quantile(measured, 90)) + "; the radius is " +
-                       short_text(kRadiusPerSpacing) + " times the " + (lone ? "latter" : "former");
+  const std::string mean =
+      "the mean distance to the " + std::to_string(kNeighbors) + " nearest neighbours";
+  std::string reason =
+      (on_lines
+           ? "the points lie on scan lines farther apart than the points on "
+             "them; the larger of " +
+                 mean + " and " + short_text(kSpacingPerGap) + " of the distance to the next line"
+           : mean) +
+      ", measured at " + std::to_string(measured.size()) + " of " + std::to_string(points) +
+      " points, has the median " + short_text(choice.spacing) + " and the ninth decile " +
+      short_text(quantile(measured, 90)) + "; the radius is " + short_text(kRadiusPerSpacing) +
+      " times the " + (lone ? "latter" : "former");
   if (!lone) reason += " and then grows by " + short_text(kRadiusGrowth) + " from level to level";
   if (sparse > choice.radii.back())
     reason += "; one point in twenty is more than " + short_text(sparse) +
@@ -219,13 +246,16 @@ RadiiChoice choose_radii(const SampledNeighbors& sample, std::uint64_t points, i
                          const StopToken* stop) {
   const bool by_density = levels == 0;
   RadiiChoice choice;
+  const std::vector<LinePlace> lines = find_scan_lines(sample, stop);
   const std::vector<Measured> measured =
-      measure_somewhere(sample, {.judges_surface = by_density, .stop = stop});
+      lines.empty() ? measure_somewhere(sample, {.judges_surface = by_density, .stop = stop})
+                    : measure_lines(sample, lines);
   if (measured.empty()) {
     choice.reason = points < 2 ? "there are fewer than two points"
                                : "no two different points were found near one another";
     return choice;
   }
+  choice.line_neighbors = neighbors_across_lines(lines);
   choice.spacing = quantile(measured, 50);
   if (by_density) levels = levels_for(choice.spacing, sparse_spacing(measured));
   double ball_radius = kRadiusPerSpacing * (levels == 1 ? quantile(measured, 90) : choice.spacing);
@@ -233,7 +263,7 @@ RadiiChoice choose_radii(const SampledNeighbors& sample, std::uint64_t points, i
     choice.radii.push_back(ball_radius);
     ball_radius *= kRadiusGrowth;
   }
-  choice.reason = reason_of(choice, measured, points);
+  choice.reason = reason_of(choice, measured, points, !lines.empty());
   if (!by_density) return choice;
   choice.reason += density_reason(measured, levels);
   constexpr int kManyLevels = 3;

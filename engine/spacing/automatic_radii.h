@@ -30,6 +30,9 @@ struct RadiiChoice {
   /// of their neighbours, in mean distances to these, the median. Leaves of trees reach 0.3, strays
   /// around an object lie above 0.4. 0 where such points are few, or are not asked for.
   double sparse_offset = 0.0;
+  /// Where points lie on lines farther apart than the points on them: the number of neighbours of a
+  /// point that reaches the lines beside its own. 0 elsewhere.
+  std::size_t line_neighbors = 0;
 };
 
 /// The smallest radius, in spacings: closes a clean surface, and is little more than that, so that
@@ -60,9 +63,10 @@ std::vector<double> neighbor_distances(const SampledNeighbors& sample, std::size
 /// follows one level where a step of growth reaches from the median to the sparse parts (the 98th
 /// percentile of the points or, where that is more, the 90th of the surface, a point counting as
 /// the square of its distance; points beyond 16 medians are strays, points whose dozen neighbours
-/// lie all through space, as leaves do, are no surface), else as many as lead there, at most 8. No
-/// radii where no two points differ. `points` is the size of the whole cloud, for the
-/// reason. Runs on the calling TBB arena.
+/// lie all through space, as leaves do, are no surface), else as many as lead there, at most 8.
+/// Where points lie on lines farther apart than the points on them, 0.55 of the distance to the
+/// next line counts, too (find_scan_lines). No radii where no two points differ. `points` is the
+/// size of the whole cloud, for the reason. Runs on the calling TBB arena.
 RadiiChoice choose_radii(const SampledNeighbors& sample, std::uint64_t points, int levels,
                          const StopToken* stop = nullptr);
 

@@ -20,4 +20,10 @@ double normal_radius(const SampledNeighbors& sample, std::size_t neighbors, cons
   return kFarthestPerMean * kMargin * std::min(sparse, kMostPerMedian * median);
 }
 
+double normal_radius(const SearchedSites& sites, const SampledNeighbors& sample,
+                     std::size_t neighbors, const StopToken* stop) {
+  if (neighbors <= sample.neighbors()) return normal_radius(sample, neighbors, stop);
+  return normal_radius(SampledNeighbors(sites, neighbors, stop), neighbors, stop);
+}
+
 }  // namespace orbweave

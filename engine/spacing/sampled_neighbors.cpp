@@ -55,7 +55,7 @@ void SampledNeighbors::find(std::size_t begin, std::size_t end) {
   SiteSearch::Query query;
   std::vector<Neighbor> found;
   for (std::size_t i = begin; i < end; ++i) {
-    query.nearest(sites_.search(places_[i].site), places_[i].point, stride_, found);
+    find_nearest(i, places_[i].point, stride_, query, found);
     std::copy(found.begin(), found.end(),
               nearest_.begin() + static_cast<std::ptrdiff_t>(i * stride_));
   }

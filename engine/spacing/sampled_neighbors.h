@@ -28,7 +28,13 @@ class SampledNeighbors {
     std::span<const Neighbor> nearest;  ///< the point itself, then the others, nearest first
   };
   std::size_t size() const { return places_.size(); }
+  std::size_t neighbors() const { return stride_ - 1; }
   Place at(std::size_t i) const;
+  /// A point of the site of place `i` and its nearest others, `count` in all, nearest first.
+  void find_nearest(std::size_t i, std::uint32_t point, std::size_t count, SiteSearch::Query& query,
+                    std::vector<Neighbor>& found) const {
+    query.nearest(sites_.search(places_[i].site), point, count, found);
+  }
 
  private:
   struct SitePoint {

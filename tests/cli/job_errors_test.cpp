@@ -149,18 +149,22 @@ TEST_CASE("CloudThatCannotFormATriangleIsBadInputThatSaysWhy", "[costly]") {
 }
 
 TEST_CASE("ScanLinesThatAutomaticRadiiDoNotBridgeLeadToAdviceThatDoes") {
-  std::vector<std::string> lines;  // ten points on a line before the next line
-  for (int i = 0; i < 400; ++i)
-    lines.push_back(std::to_string(i % 80) + " " + std::to_string(i / 80 * 10) + " 0");
+  const auto lines = [](int apart) {  // as many points on a line before the next line
+    std::vector<std::string> points;
+    for (int i = 0; i < 400; ++i)
+      points.push_back(std::to_string(i % 80) + " " + std::to_string(i / 80 * apart) + " 0");
+    return cloud_text(points);
+  };
   const ScratchDirectory in;
-  const auto automatic = reconstruct_text(in, cloud_text(lines));
+  const auto automatic = reconstruct_text(in, lines(40));
   CHECK(automatic.status == 3);
   CHECK_THAT(automatic.err, Contains("half the distance between the lines") &&
                                 Contains("--ball-radii") && !Contains("--ball-radii auto"));
-  const auto given = reconstruct_text(in, cloud_text(lines), {"--ball-radii", "2"});
+  const auto given = reconstruct_text(in, lines(40), {"--ball-radii", "2"});
   CHECK(given.status == 3);
   CHECK_THAT(given.err, Contains("try --ball-radii auto"));
-  CHECK(reconstruct_text(in, cloud_text(lines), {"--ball-radii", "6"}).status == 0);
+  CHECK(reconstruct_text(in, lines(40), {"--ball-radii", "24"}).status == 0);
+  CHECK(reconstruct_text(in, lines(10)).status == 0);
 }
 
 TEST_CASE("CoplanarPointsMakeAFlatSheet") {

@@ -149,6 +149,48 @@ TEST_CASE("UniformCloudsGetOneRadiusFromTheirDensity", "[costly]") {
   }
 }
 
+TEST_CASE("ScanLinesFarApartGetABallThatReachesFromOneToTheNext") {
+  for (const double ratio : {5.0, 8.0, 25.0}) {
+    CAPTURE(ratio);
+    const PointCloud cloud = test::sheet_of_lines(ratio, 40000).cloud;
+    const RadiiChoice choice = choice_for(cloud.positions, 0);
+    REQUIRE(choice.radii.size() == 1);
+    const double gap = std::sqrt(ratio / 40000.0);
+    CHECK(choice.radii.front() > 0.55 * gap);
+    CHECK(choice.radii.front() < 0.75 * gap);
+    CHECK_THAT(choice.reason, Catch::Contains("scan lines"));
+    CHECK(static_cast<double>(choice.line_neighbors) > 1.3 * ratio);
+    const Quality closed = quality_with(cloud, choice.radii);
+    CHECK(closed.used > 0.999);
+    CHECK(closed.covered > 0.95);
+    // Sampled from parts of the cloud, in any order, the choice is about the same.
+    std::vector<Vec3> shuffled = cloud.positions;
+    shuffle(shuffled, 3);
+    CHECK(choice_for(shuffled, 0).radii == choice.radii);
+    const RadiiChoice sampled = choice_for(cloud.positions, 0, 4096, 16, 512);
+    CHECK(sampled.radii.front() == Approx(choice.radii.front()).epsilon(0.05));
+  }
+}
+
+TEST_CASE("AThreadAmongStraysAndAnEvenSheetAreNoScanLines") {
+  std::vector<Vec3> thread;
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> anywhere(0.0, 1.0);
+  for (int i = 0; i < 9000; ++i) thread.push_back({i / 9000.0, 0.5, 0.5});
+  for (int i = 0; i < 1000; ++i)
+    thread.push_back({anywhere(random), anywhere(random), anywhere(random)});
+  CHECK(choice_for(thread, 0).line_neighbors == 0);
+  CHECK(choice_for(thread, 0).radii.front() < 0.01);
+  // Strays as near to the thread as lines may be to each other.
+  std::vector<Vec3> among_strays;
+  for (int i = 0; i < 9000; ++i) among_strays.push_back({i / 9000.0, 0.0, 0.0});
+  for (int i = 0; i < 2000; ++i)
+    among_strays.push_back({anywhere(random), anywhere(random) * 0.01, anywhere(random) * 0.01});
+  CHECK(choice_for(among_strays, 0).line_neighbors == 0);
+  CHECK(choice_for(test::sheet_of_lines(2.0, 20000).cloud.positions, 0).line_neighbors == 0);
+  CHECK(choice_for(positions_of(Shape::kBumpyTorus, 20000, false, 0.3), 0).line_neighbors == 0);
+}
+
 TEST_CASE("AFewStraysAddNoRadii") {
   std::vector<Vec3> points = positions_of(Shape::kTorus, 20000);
   for (int i = 0; i < 10; ++i) points.push_back({0.1 * i, 50.0 + 7.0 * i, 0.0});

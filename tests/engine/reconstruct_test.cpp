@@ -124,6 +124,20 @@ TEST_CASE("TheFrontDoorGivesTheBytesOfTheJobWithoutNormals", "[costly]") {
   check_same_as_job(torus(3000, 0.2), options);
 }
 
+TEST_CASE("ScanLinesFarApartBecomeOneSheetWithoutANumberGiven", "[costly]") {
+  for (const double ratio : {6.0, 20.0}) {
+    CAPTURE(ratio);
+    const PointCloud lines = without_normals(sheet_of_lines(ratio, 20000)).cloud;
+    check_same_as_job(lines);
+    const Reconstruction sheet = reconstruct(lines, {});
+    CHECK(static_cast<double>(sheet.mesh.vertices.size()) >
+          0.99 * static_cast<double>(lines.size()));
+    const std::size_t open =
+        std::ranges::count_if(sheet.holes, [](const HoleFacts& hole) { return !hole.filled; });
+    CHECK(open == 1);  // the border of the sheet
+  }
+}
+
 TEST_CASE("TheFrontDoorTakesTheOptionsOfTheJob", "[costly]") {
   const PointCloud cloud = torus(4000, 0.5);
   ReconstructionOptions options;

@@ -99,6 +99,26 @@ NamedCloud grid_sheet(int side, double gap) {
   return result;
 }
 
+NamedCloud sheet_of_lines(double ratio, std::size_t points) {
+  NamedCloud named{"sheet of lines", {}, 0.0};
+  named.cloud.schema.has_normals = true;
+  const double step = 1.0 / std::sqrt(ratio * static_cast<double>(points));
+  named.ball_radius = 0.6 * ratio * step;
+  Random random(7);
+  for (double line = 0.0; line <= 1.0; line += ratio * step) {
+    const double first = (random.uniform() - 0.5) * step;
+    for (double place = first; place <= 1.0; place += step) {
+      const double x = place + 0.1 * random.bell() * step;
+      const double y = line + 0.1 * random.bell() * step;
+      const double turn = 9.0 * x + 4.0 * y, slope = 0.03 * std::cos(turn);
+      named.cloud.positions.push_back({x, y, 0.03 * std::sin(turn)});
+      named.cloud.normals.push_back(normalized({-9.0 * slope, -4.0 * slope, 1.0}));
+    }
+  }
+  put_in_order(named.cloud);
+  return named;
+}
+
 NamedCloud random_ball(std::size_t points, std::uint64_t seed) {
   Random random(seed);
   NamedCloud result{"random ball", oriented(), 0.5};

@@ -43,6 +43,9 @@ NamedCloud sphere_with_crowd(std::size_t points, std::size_t crowd, double width
                              std::uint64_t seed);
 /// A square grid, full of co-circular points; two sheets when `gap` is not 0.
 NamedCloud grid_sheet(int side, double gap);
+/// A wavy sheet over a square whose points lie on lines, `ratio` times as far apart as the points
+/// on them, as a scanner of profiles leaves them.
+NamedCloud sheet_of_lines(double ratio, std::size_t points);
 /// Points anywhere in a ball with any normals: nothing like a surface.
 NamedCloud random_ball(std::size_t points, std::uint64_t seed);
 /// All of these, small enough for an oracle that tries every triple.

@@ -71,7 +71,8 @@ Partition measure(const CloudInput& input, SpacingSampler& sampler, const RunCon
   measured.coordinate_step = coordinate_step(sites.all());
   measured.layers = measure_layers(sites, &control.stop);
   if (!for_normals) return measured;
-  measured.normal_radius = normal_radius(sample, neighbors, &control.stop);
+  measured.normal_radius =
+      normal_radius(sites, sample, std::max(neighbors, choice.line_neighbors), &control.stop);
   return measured;
 }
 

@@ -1,0 +1,150 @@
+#include "engine/spacing/scan_lines.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <span>
+
+#include "engine/geometry/symmetric_eigen.h"
+#include "engine/spacing/site_points.h"
+#include "io/whole_loop.h"
+
+namespace orbweave {
+namespace {
+
+/// A point and so many nearest others lie on a line where the variance beside their longest axis is
+/// that part of the variance along it, at most. Of seven points anywhere on a surface hardly any
+/// do.
+constexpr std::size_t kOnLine = 6;
+constexpr double kMostBeside = 0.05;
+constexpr std::size_t kFirstLook = 1024, kMostPlaces = 4096;
+constexpr std::size_t kPlacesAtOnce = 64;
+/// What is farther away, in distances between the points on a line, is of no line beside it.
+constexpr double kMostApart = 32.0;
+
+/// Every so many places of the sample, all over it.
+std::vector<std::size_t> spread_places(std::size_t size, std::size_t wanted) {
+  const std::size_t step = std::max<std::size_t>(1, size / wanted);
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < size; i += step) places.push_back(i);
+  return places;
+}
+
+/// The direction of the line that the first few of these lie on, nearest first; empty where they
+/// lie on none.
+std::optional<Vec3> line_of(const std::vector<Vec3>& points, std::span<const Neighbor> nearest) {
+  if (nearest.size() <= kOnLine) return std::nullopt;
+  nearest = nearest.first(kOnLine + 1);
+  const Vec3 origin = points[nearest.front().index];
+  Vec3 center;
+  for (const Neighbor& n : nearest) center = center + (points[n.index] - origin);
+  center = center / static_cast<double>(nearest.size());
+  SymmetricMatrix spread;
+  for (const Neighbor& n : nearest) spread += outer(points[n.index] - origin - center);
+  const SymmetricEigen eigen = eigen_of(spread);
+  if (eigen.values[0] + eigen.values[1] > kMostBeside * eigen.values[2]) return std::nullopt;
+  return eigen.vectors[2];
+}
+
+std::optional<Vec3> line_at(const SampledNeighbors::Place& place) {
+  return line_of(place.site.points, place.nearest);
+}
+
+/// A point that is more than 30 degrees off a line, and how far it is from the line.
+struct Beside {
+  std::uint32_t point = 0;
+  double distance = 0.0;
+};
+
+/// The nearest one of the neighbours of a point on the line.
+std::optional<Beside> beside_line(const std::vector<Vec3>& points,
+                                  std::span<const Neighbor> nearest, Vec3 line) {
+  constexpr double kOff = 0.5;  // sine
+  for (const Neighbor& n : nearest.subspan(std::min(nearest.size(), kOnLine + 1))) {
+    const double along = dot(points[n.index] - points[nearest.front().index], line);
+    const double beside = std::sqrt(std::max(0.0, n.squared_distance - along * along));
+    if (beside > kOff * std::sqrt(n.squared_distance)) return Beside{n.index, beside};
+  }
+  return std::nullopt;
+}
+
+/// Looks for the lines beside those of places.
+class LineSearch {
+ public:
+  explicit LineSearch(const SampledNeighbors& sample) : sample_(sample) {}
+
+  /// Looks at more and more neighbours of a place on a line until one lies beside it.
+  LinePlace look_across(std::size_t i, Vec3 line) {
+    constexpr std::size_t kFirst = 32, kMost = 512;
+    const SampledNeighbors::Place place = sample_.at(i);
+    const double step = 2.0 * std::sqrt(place.nearest[kOnLine].squared_distance) / kOnLine;
+    const double border = distance_to_border(place.site.points[place.point], place.site.box);
+    for (std::size_t count = kFirst; count <= kMost; count *= 4) {
+      sample_.find_nearest(i, place.point, count, query_, found_);
+      if (const auto beside = beside_line(place.site.points, found_, line)) {
+        const bool is_sure = beside->distance <= border;
+        if (beside->distance > kMostApart * step || !is_on_line(i, beside->point, line))
+          return {i, 0.0, 0.0, is_sure};
+        return {i, step, beside->distance, is_sure};
+      }
+      if (found_.size() < count || farthest() > kMostApart * step) break;
+    }
+    return {i, 0.0, 0.0, farthest() <= border};
+  }
+
+ private:
+  double farthest() const { return std::sqrt(found_.back().squared_distance); }
+
+  /// Whether a point lies on a line itself that runs in about the same direction, as a stray beside
+  /// a thread does not.
+  bool is_on_line(std::size_t i, std::uint32_t point, Vec3 line) {
+    constexpr double kSameWay = 0.5;  // cosine
+    sample_.find_nearest(i, point, kOnLine + 1, query_, others_);
+    const auto other = line_of(sample_.at(i).site.points, others_);
+    return other && std::abs(dot(*other, line)) > kSameWay;
+  }
+
+  const SampledNeighbors& sample_;
+  SiteSearch::Query query_;
+  std::vector<Neighbor> found_, others_;
+};
+
+}  // namespace
+
+std::vector<LinePlace> find_scan_lines(const SampledNeighbors& sample, const StopToken* stop) {
+  const std::vector<std::size_t> looked_at = spread_places(sample.size(), kFirstLook);
+  const auto on_line = std::ranges::count_if(
+      looked_at, [&](std::size_t i) { return line_at(sample.at(i)).has_value(); });
+  if (2 * static_cast<std::size_t>(on_line) < looked_at.size() || looked_at.empty()) return {};
+  std::vector<LinePlace> places;
+  for (const std::size_t i : spread_places(sample.size(), kMostPlaces)) places.push_back({i});
+  for_each_whole((places.size() + kPlacesAtOnce - 1) / kPlacesAtOnce, [&](std::size_t block) {
+    check_stop(stop);
+    LineSearch search(sample);
+    const std::size_t end = std::min(places.size(), (block + 1) * kPlacesAtOnce);
+    for (std::size_t k = block * kPlacesAtOnce; k < end; ++k)
+      if (const auto line = line_at(sample.at(places[k].place)))
+        places[k] = search.look_across(places[k].place, *line);
+  });
+  const bool any_sure = std::ranges::any_of(places, &LinePlace::is_sure);
+  if (any_sure) std::erase_if(places, [](const LinePlace& p) { return !p.is_sure; });
+  const auto beside =
+      std::ranges::count_if(places, [](const LinePlace& p) { return p.across > 0.0; });
+  if (2 * static_cast<std::size_t>(beside) < places.size()) return {};
+  return places;
+}
+
+std::size_t neighbors_across_lines(const std::vector<LinePlace>& places) {
+  // With 1.3 neighbours for each point that fits between two lines normals of lines on a wavy
+  // surface are right, with 1.2 they are not (at ratios of 12 to 30).
+  constexpr double kPerRatio = 1.5, kBeside = 4.0;
+  std::vector<double> ratios;
+  for (const LinePlace& place : places)
+    if (place.along > 0.0) ratios.push_back(place.across / place.along);
+  if (ratios.empty()) return 0;
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::ranges::nth_element(ratios, middle);
+  return static_cast<std::size_t>(std::ceil(kPerRatio * *middle + kBeside));
+}
+
+}  // namespace orbweave
