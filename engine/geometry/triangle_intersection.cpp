@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <tuple>
 
 namespace orbweave {
 namespace {
@@ -134,6 +135,22 @@ int widest_axis(Vec3 a, Vec3 b, Vec3 c) {
   return x >= y && x >= z ? 0 : y >= z ? 1 : 2;
 }
 
+int turn_along(int axis, Vec3 a, Vec3 b, Vec3 c) {
+  return turn(without_axis(a, axis), without_axis(b, axis), without_axis(c, axis));
+}
+
+/// An axis along which a triangle is seen as one; empty where its corners lie on a line. Exact,
+/// where rounding may have hidden the area.
+std::optional<int> open_axis(Vec3 a, Vec3 b, Vec3 c) {
+  const int widest = widest_axis(a, b, c);
+  for (int k = 0; k < 3; ++k)
+    if (const int axis = (widest + k) % 3; turn_along(axis, a, b, c) != 0) return axis;
+  return std::nullopt;
+}
+
+/// An order along any line.
+bool is_before(Vec3 a, Vec3 b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
+
 /// Closed segments ab and pq in a plane.
 bool segments_meet(Point2 a, Point2 b, Point2 p, Point2 q) {
   const int pa = turn(p, q, a), pb = turn(p, q, b), ap = turn(a, b, p), aq = turn(a, b, q);
@@ -152,9 +169,28 @@ bool contains(const std::array<Point2, 3>& t, Point2 p) {
   return (s0 >= 0 && s1 >= 0 && s2 >= 0) || (s0 <= 0 && s1 <= 0 && s2 <= 0);
 }
 
-/// Closed segment and closed triangle in one plane.
+/// Closed segments ab and pq in space.
+bool segments_meet(Vec3 a, Vec3 b, Vec3 p, Vec3 q) {
+  if (side_of_plane(a, b, p, q) != 0) return false;
+  std::optional<int> axis = open_axis(a, b, p);
+  if (!axis) axis = open_axis(a, b, q);
+  if (!axis) axis = open_axis(p, q, a);
+  if (axis)
+    return segments_meet(without_axis(a, *axis), without_axis(b, *axis), without_axis(p, *axis),
+                         without_axis(q, *axis));
+  const auto [a0, a1] = std::minmax(a, b, is_before);
+  const auto [p0, p1] = std::minmax(p, q, is_before);
+  return !is_before(a1, p0) && !is_before(p1, a0);
+}
+
+/// Closed segment, and closed triangle whose plane has the segment or whose corners lie on a line.
 bool meets_in_plane(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c) {
-  const int axis = widest_axis(a, b, c);
+  const std::optional<int> open = open_axis(a, b, c);
+  if (!open) {
+    const auto [first, last] = std::minmax({a, b, c}, is_before);
+    return segments_meet(first, last, p, q);
+  }
+  const int axis = *open;
   const std::array<Point2, 3> t = {without_axis(a, axis), without_axis(b, axis),
                                    without_axis(c, axis)};
   const Point2 from = without_axis(p, axis), to = without_axis(q, axis);
@@ -283,13 +319,40 @@ bool have_common_vertex(const Triangle& s, const Triangle& t) {
   return any;
 }
 
-/// Neighbours over the edge s[0], s[1].
-bool folded_onto(const Pair& pair) {
+/// Neighbours over the edge s[0], s[1]; `axis`: an open one of s.
+bool folded_onto(const Pair& pair, int axis) {
   const auto& s = pair.s;
   if (side_of_plane(s[0], s[1], s[2], pair.t[2]) != 0) return false;
-  const int axis = widest_axis(s[0], s[1], s[2]);
-  const Point2 a = without_axis(s[0], axis), b = without_axis(s[1], axis);
-  return turn(a, b, without_axis(s[2], axis)) == turn(a, b, without_axis(pair.t[2], axis));
+  return turn_along(axis, s[0], s[1], s[2]) == turn_along(axis, s[0], s[1], pair.t[2]);
+}
+
+/// Whether p and q lie on one ray from a point.
+bool are_on_ray(Vec3 from, Vec3 p, Vec3 q) {
+  if (p == from || q == from || open_axis(from, p, q)) return false;
+  return is_before(from, p) == is_before(from, q);
+}
+
+/// Whether the way from t[0] to p begins in t; `axis`: an open one of t, empty: t is a segment.
+bool leads_into(const std::array<Vec3, 3>& t, std::optional<int> axis, Vec3 p) {
+  if (!axis) return are_on_ray(t[0], p, t[1]) || are_on_ray(t[0], p, t[2]);
+  if (p == t[0] || side_of_plane(t[0], t[1], t[2], p) != 0) return false;
+  const int turns = turn_along(*axis, t[0], t[1], t[2]);
+  return turns * turn_along(*axis, t[0], t[1], p) >= 0 &&
+         turns * turn_along(*axis, t[0], p, t[2]) >= 0;
+}
+
+/// Two neighbours, s of which is a segment: its corners lie on a line; `axis`: an open one of t,
+/// empty: t is a segment, too.
+bool segment_intersects_neighbor(const Pair& pair, std::optional<int> axis) {
+  const auto& s = pair.s;
+  const auto& t = pair.t;
+  if (pair.shared == 1) return leads_into(t, axis, s[1]) || leads_into(t, axis, s[2]);
+  // The line of the edge meets an open triangle in the edge alone.
+  if (axis) return false;
+  if (s[0] == s[1]) return are_on_ray(s[0], s[2], t[2]);
+  const auto [first, last] = std::minmax(s[0], s[1], is_before);
+  return (is_before(last, s[2]) && is_before(last, t[2])) ||
+         (is_before(s[2], first) && is_before(t[2], first));
 }
 
 }  // namespace
@@ -348,7 +411,13 @@ bool triangles_intersect(std::span<const Vec3> positions, const Triangle& s, con
       is_beside(pair.t, pair.s, pair.shared, axis)) {
     return false;
   }
-  if (pair.shared == 2) return folded_onto(pair);
+  if (pair.shared > 0) {
+    const std::optional<int> open_s = open_axis(pair.s[0], pair.s[1], pair.s[2]);
+    const std::optional<int> open_t = open_axis(pair.t[0], pair.t[1], pair.t[2]);
+    if (!open_s) return segment_intersects_neighbor(pair, open_t);
+    if (!open_t) return segment_intersects_neighbor({pair.t, pair.s, pair.shared}, open_s);
+    if (pair.shared == 2) return folded_onto(pair, *open_s);
+  }
   const auto& p = pair.s;
   const auto& q = pair.t;
   // With a shared vertex only the edges opposite it can meet the other triangle elsewhere.

@@ -20,7 +20,7 @@ int side_of_plane(Vec3 a, Vec3 b, Vec3 c, Vec3 d);
 
 /// True when two different triangles of a mesh have more in common than the vertices and the edge
 /// that they share by index: closed triangles that touch otherwise, and neighbours over an edge
-/// that are folded onto each other. Exact.
+/// that are folded onto each other. A triangle whose corners lie on a line is a segment. Exact.
 bool triangles_intersect(std::span<const Vec3> positions, const Triangle& s, const Triangle& t);
 
 /// As triangles_intersect, of triangles without a common vertex, from what is known of them: on

@@ -82,6 +82,44 @@ TEST_CASE("TrianglesInOnePlaneIntersectWhereTheyOverlap") {
   CHECK(intersect(p, {0, 1, 2}, {0, 13, 14}));  // one inside the other's corner
 }
 
+TEST_CASE("ATriangleWithItsCornersOnALineIsASegment") {
+  // Such triangles close the gap where a vertex lies on the edge of a larger triangle.
+  const auto meets = [](std::vector<Vec3> others, Triangle t) {
+    others.insert(others.begin(), {{0, 0, 0}, {2, 0, 0}, {4, 0, 0}});
+    return intersect(others, {0, 1, 2}, t);
+  };
+  SECTION("apart from others") {
+    CHECK(meets({{1, -1, -1}, {1, 1, -1}, {1, 0, 1}}, {3, 4, 5}));
+    CHECK(meets({{1, -1, 0}, {1, 1, 0}, {1, 0, 5}}, {3, 4, 5}));  // touched by an edge
+    CHECK_FALSE(meets({{1, 1, -1}, {1, 3, -1}, {1, 2, 1}}, {3, 4, 5}));
+    CHECK_FALSE(meets({{5, 0, 0}, {6, 1, 0}, {6, 0, 1}}, {3, 4, 5}));  // its line goes on to there
+  }
+  SECTION("apart from another segment") {
+    CHECK(meets({{3, -1, 0}, {3, 1, 0}, {3, 2, 0}}, {3, 4, 5}));
+    CHECK_FALSE(meets({{3, -1, 1}, {3, 1, 1}, {3, 2, 1}}, {3, 4, 5}));
+    CHECK(meets({{3, 0, 0}, {5, 0, 0}, {6, 0, 0}}, {3, 4, 5}));
+    CHECK_FALSE(meets({{5, 0, 0}, {6, 0, 0}, {7, 0, 0}}, {3, 4, 5}));
+  }
+  SECTION("at a vertex") {
+    CHECK_FALSE(meets({{2, 1, 1}, {3, 1, 1}}, {1, 3, 4}));
+    CHECK_FALSE(meets({{-1, 1, 0}, {-1, -1, 0}}, {0, 3, 4}));
+    CHECK(meets({{1, 1, 0}, {1, -1, 0}}, {0, 3, 4}));  // runs inside of it
+    CHECK(meets({{3, 1, 0}, {3, -1, 0}}, {1, 3, 4}));
+    CHECK(meets({{3, 0, 0}, {3, 1, 0}}, {1, 3, 4}));  // runs along an edge
+    CHECK_FALSE(meets({{5, 0, 0}, {6, 0, 0}}, {2, 3, 4}));
+    CHECK_FALSE(meets({{2, 1, 0}, {2, 2, 0}}, {1, 3, 4}));
+    CHECK(meets({{3, 0, 0}, {5, 0, 0}}, {1, 3, 4}));
+  }
+  SECTION("over an edge") {
+    CHECK_FALSE(meets({{1, 1, 0}}, {1, 0, 3}));
+    CHECK_FALSE(meets({{3, -1, 2}}, {2, 1, 3}));
+    CHECK_FALSE(meets({{1, 3, 0}}, {0, 2, 3}));
+    CHECK_FALSE(meets({{1, 0, 0}}, {0, 1, 3}));
+    CHECK_FALSE(meets({{-1, 0, 0}}, {0, 1, 3}));
+    CHECK(meets({{3, 0, 0}}, {0, 1, 3}));
+  }
+}
+
 TEST_CASE("KnownSidesTellWhetherTrianglesAcrossEachOthersPlanesIntersect") {
   Random random(11);
   const auto place = [&] {

@@ -178,7 +178,7 @@ std::string hole_key(const ResolvedJob& job, const std::string& mesh_key) {
 }
 
 std::string check_key(const ResolvedJob& job, const std::string& mesh_key) {
-  return hole_key(job, mesh_key) + key_line("layout of the check", "1") +
+  return hole_key(job, mesh_key) + key_line("layout of the check", "2") +
          option_line(job, "output.check_surface");
 }
 
