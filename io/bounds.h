@@ -16,6 +16,14 @@ inline Box bounds_of(std::span<const Vec3> points) {
   return box;
 }
 
+/// The smallest box around the points that are finite.
+inline Box bounds_of_finite(std::span<const Vec3> points) {
+  Box box;
+  for (const Vec3& p : points)
+    if (is_finite(p)) box.extend(p);
+  return box;
+}
+
 /// The smallest box around the finite vertices that triangles use: others, far away, would make the
 /// surface a speck. Indices in range.
 inline Box bounds_of_surface(std::span<const Vec3> positions, std::span<const Triangle> triangles) {

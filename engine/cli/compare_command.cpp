@@ -17,6 +17,7 @@
 #include "engine/validation/compare.h"
 #include "engine/validation/usable_mesh.h"
 #include "engine/validation/usable_scale.h"
+#include "io/bounds.h"
 #include "io/clouds/open_point_source.h"
 #include "io/mesh_size.h"
 #include "io/points/coordinate_system_file.h"
@@ -123,10 +124,7 @@ Side read_side(const std::string& file) {
   TriangleMesh cloud;
   cloud.vertices = read_all(*source);
   require_mesh_in_core(file, cloud.vertices.size(), 0);
-  Box bounds;
-  for (const Vec3& point : cloud.vertices.positions)
-    if (is_finite(point)) bounds.extend(point);
-  require_usable_scale(file, "cloud", bounds);
+  require_usable_scale(file, "cloud", bounds_of_finite(cloud.vertices.positions));
   return {std::move(cloud), source->coordinate_system()};
 }
 

@@ -29,7 +29,9 @@
 #include "engine/validation/mesh_crossings.h"
 #include "engine/validation/mesh_facts.h"
 #include "engine/validation/usable_mesh.h"
+#include "engine/validation/usable_scale.h"
 #include "engine/validation/usable_triangles.h"
+#include "io/bounds.h"
 #include "io/clouds/open_point_source.h"
 #include "io/error.h"
 #include "io/meshes/shift_file.h"
@@ -81,8 +83,9 @@ CloudFacts facts_of_cloud(const std::string& file, const SelectedSource& selecte
   return facts;
 }
 
-/// `system`: what lies beside the file says of its coordinates; may be empty.
-std::string mesh_text(const MeshFacts& facts, const std::string& system,
+/// `not_finite`: vertices that are not; `system`: what lies beside the file says of its
+/// coordinates, may be empty.
+std::string mesh_text(const MeshFacts& facts, std::uint64_t not_finite, const std::string& system,
                       std::span<const std::string> not_read) {
   Facts lines = {{"kind", "mesh"},
                  {"vertices", format_count(facts.vertices)},
@@ -106,6 +109,7 @@ std::string mesh_text(const MeshFacts& facts, const std::string& system,
   add_fault("degenerate triangles", facts.degenerate_triangles);
   add_fault("duplicate triangles", facts.duplicate_triangles);
   add_fault("unreferenced vertices", facts.unreferenced_vertices);
+  add_fault("vertices not finite", not_finite);
   add_not_read(not_read, lines);
   return facts_table(lines);
 }
@@ -170,6 +174,7 @@ Against measure_against(const std::string& file, const TriangleMesh& mesh,
   warn_of_two_systems(file, coordinate_system_beside(file), options.against,
                       source->coordinate_system());
   const PointCloud cloud = read_all(*source);
+  require_usable_scale(options.against, "cloud", bounds_of_finite(cloud.positions));
   Against against;
   against.distances = distances_to_cloud(mesh, cloud, options.measures);
   if (options.errors.empty()) return against;
@@ -207,17 +212,20 @@ Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
     draw_mesh(mesh, options.picture,
               {.picture = {.up = options.picture_up()},
                .backs = settings_of(options.keys).output.picture_backs});
+  const auto not_finite = static_cast<std::uint64_t>(
+      std::ranges::count_if(mesh.vertices.positions, [](Vec3 p) { return !is_finite(p); }));
   std::optional<Against> against;
   if (!options.against.empty()) against = measure_against(file, mesh, options);
   const std::vector<HoleFacts> holes = loops_of(std::move(mesh), facts);
   Json json = Json::parse(mesh_facts_json(facts));
   json["holes"] = Json::parse(holes_json(holes));
   const std::string system = coordinate_system_beside(file);
+  if (not_finite > 0) json["not_finite"] = not_finite;
   if (!system.empty()) json["coordinate_system"] = system;
   if (!not_read.empty()) json["not_read"] = not_read;
   if (against) json["against"] = against_json(*against, options.against);
   return {std::move(json),
-          mesh_text(facts, system, not_read) + (against ? against_text(*against) : "") +
+          mesh_text(facts, not_finite, system, not_read) + (against ? against_text(*against) : "") +
               loops_text(holes),
           {"mesh",
            counted(facts.vertices, "vertex", "vertices") + ", " +

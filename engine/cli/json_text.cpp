@@ -14,10 +14,11 @@ Json box_json(const Box& box) {
 }
 
 Json distance_json(const DistanceSummary& distances) {
-  return {{"points", distances.points}, {"measured", distances.measured},
-          {"mean", distances.mean},     {"rms", distances.rms},
-          {"median", distances.median}, {"percentile_95", distances.percentile_95},
-          {"max", distances.max}};
+  const auto known = [&](double value) { return distances.measured > 0 ? Json(value) : Json(); };
+  return {{"points", distances.points},        {"measured", distances.measured},
+          {"mean", known(distances.mean)},     {"rms", known(distances.rms)},
+          {"median", known(distances.median)}, {"percentile_95", known(distances.percentile_95)},
+          {"max", known(distances.max)}};
 }
 
 Json within_json(std::span<const NearShare> shares) {

@@ -11,6 +11,7 @@
 namespace orbweave {
 
 nlohmann::ordered_json box_json(const Box& box);  ///< {"min": [x, y, z], "max": ...}; null if empty
+/// Null for each of them where nothing was measured.
 nlohmann::ordered_json distance_json(const DistanceSummary& distances);
 nlohmann::ordered_json within_json(std::span<const NearShare> shares);
 

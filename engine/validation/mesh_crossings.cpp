@@ -37,7 +37,9 @@ std::uint64_t count_crossing_pairs(const TriangleMesh& mesh) {
   for (const Triangle& t : mesh.triangles) {
     const Triangle placed = {first[t[0]], first[t[1]], first[t[2]]};
     const bool is_flat = placed[0] == placed[1] || placed[1] == placed[2] || placed[2] == placed[0];
-    if (!is_flat) triangles.push_back(placed);
+    const bool is_there = std::ranges::all_of(
+        t, [&](std::uint32_t v) { return is_finite(mesh.vertices.positions[v]); });
+    if (is_there && !is_flat) triangles.push_back(placed);
   }
   return crossing_pairs(mesh.vertices.positions, triangles).size();
 }

@@ -67,6 +67,12 @@ double triangle_area(std::span<const Vec3> positions, const Triangle& t) {
   return 0.5 * norm(cross(positions[t[1]] - a, positions[t[2]] - a));
 }
 
+/// 0 where a corner is not finite.
+double finite_area(std::span<const Vec3> positions, const Triangle& t) {
+  const double area = triangle_area(positions, t);
+  return std::isfinite(area) ? area : 0.0;
+}
+
 /// Summed in blocks: the error does not grow with the number of triangles.
 double total_area(const TriangleMesh& mesh, const StopToken* stop) {
   constexpr std::size_t kBlock = 4096;
@@ -76,7 +82,7 @@ double total_area(const TriangleMesh& mesh, const StopToken* stop) {
     double sum = 0.0;
     const std::size_t last = std::min(first + kBlock, mesh.triangles.size());
     for (std::size_t i = first; i < last; ++i)
-      sum += triangle_area(mesh.vertices.positions, mesh.triangles[i]);
+      sum += finite_area(mesh.vertices.positions, mesh.triangles[i]);
     total += sum;
   }
   return total;
@@ -86,8 +92,15 @@ double total_area(const TriangleMesh& mesh, const StopToken* stop) {
 double area_of_patches(const TriangleMesh& mesh) {
   double area = 0.0;
   for (std::size_t t = 0; t < mesh.hole.size(); ++t)
-    if (mesh.hole[t] > 0) area += triangle_area(mesh.vertices.positions, mesh.triangles[t]);
+    if (mesh.hole[t] > 0) area += finite_area(mesh.vertices.positions, mesh.triangles[t]);
   return area;
+}
+
+/// Whether all vertices that triangles use are finite.
+bool has_finite_surface(const TriangleMesh& mesh, std::span<const std::uint8_t> used) {
+  for (std::size_t v = 0; v < used.size(); ++v)
+    if (used[v] != 0 && !is_finite(mesh.vertices.positions[v])) return false;
+  return true;
 }
 
 /// Fans as sets of corners (3 * triangle + position), and what hangs on them.
@@ -231,7 +244,7 @@ MeshFacts mesh_facts(const TriangleMesh& mesh, const StopToken* stop) {
   facts.watertight = facts.triangles > 0 && facts.boundary_edges == 0 &&
                      facts.nonmanifold_edges == 0 && facts.nonmanifold_vertices == 0 &&
                      facts.inconsistent_edges == 0 && facts.degenerate_triangles == 0 &&
-                     facts.duplicate_triangles == 0;
+                     facts.duplicate_triangles == 0 && has_finite_surface(mesh, used);
   return facts;
 }
 

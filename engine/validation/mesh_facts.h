@@ -16,6 +16,7 @@ namespace orbweave {
 /// triangle, on the calling TBB arena. How the counts are meant, beyond io/mesh_facts.h:
 /// - Degenerate triangles (two equal indices) are counted and otherwise ignored, except by area
 ///   and checksum.
+/// - Triangles with a vertex that is not finite have no area, and no mesh with one is watertight.
 /// - A fan is a maximal set of triangles at a vertex, linked over edges of exactly two triangles.
 ///   A vertex with more than one is non-manifold; ends of an edge of three triangles hence are.
 /// - Boundary loops are simple: holes that touch in a vertex are separate loops

@@ -191,6 +191,48 @@ TEST_CASE("InspectMeasuresDistancesToACloud") {
   CHECK(run_in(in, {"inspect", "cloud.ply", "--against", "cloud.ply"}).status == 3);
 }
 
+TEST_CASE("DistancesThatWereNotMeasuredAreNull") {
+  const ScratchDirectory in;
+  write_text(in / "m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  write_text(in / "nothing.ply",
+             "ply\nformat ascii 1.0\nelement vertex 0\nproperty double x\nproperty double y\n"
+             "property double z\nelement face 0\nproperty list uchar int vertex_indices\n"
+             "end_header\n");
+  const json found = json_of(run_in(in, {"compare", "m.obj", "nothing.ply", "--json"}));
+  const json against =
+      json_of(run_in(in, {"inspect", "m.obj", "--against", "nothing.ply", "--json"}))["against"];
+  for (const json& distances : {found["a_to_b"], found["b_to_a"], against["mesh_to_cloud"],
+                                against["surface_to_cloud"], against["cloud_to_mesh"]}) {
+    CHECK(distances["measured"] == 0);
+    for (const char* key : {"mean", "rms", "median", "percentile_95", "max"})
+      CHECK(distances[key].is_null());
+  }
+}
+
+TEST_CASE("InspectTellsOfVerticesOfAMeshThatAreNotFinite") {
+  const ScratchDirectory in;
+  write_text(in / "m.ply",
+             "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\n"
+             "property double z\nelement face 4\nproperty list uchar int vertex_indices\n"
+             "end_header\n0 0 0\n1 0 0\n0 1 0\nnan 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n");
+  const json facts = json_of(run_in(in, {"inspect", "m.ply", "--json"}));
+  CHECK(facts["not_finite"] == 1);
+  CHECK(facts["area"] == 0.5);
+  CHECK(facts["crossing_pairs"] == 0);
+  CHECK(facts["watertight"] == false);
+  CHECK_THAT(run_in(in, {"inspect", "m.ply"}).out,
+             Contains("watertight            no\n") && Contains("vertices not finite   1\n"));
+}
+
+TEST_CASE("ACloudThatCannotBeComputedWithIsRefusedBehindAgainst") {
+  const ScratchDirectory in;
+  write_text(in / "m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  write_text(in / "far.xyz", "0 0 0\n1e200 0 0\n");
+  const auto result = run_in(in, {"inspect", "m.obj", "--against", "far.xyz"});
+  CHECK(result.status == 3);
+  CHECK_THAT(result.err, Contains("far.xyz") && Contains("too large to be computed with"));
+}
+
 TEST_CASE("RoundingIsNoErrorInThePictureOfErrors") {
   const ScratchDirectory in;
   generate(in, "sphere");

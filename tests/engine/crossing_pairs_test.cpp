@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -141,6 +142,14 @@ TEST_CASE("CopiesOfAVertexAreOneWhereCrossingsAreCounted") {
   CHECK(count_crossing_pairs(mesh) == 0);
   mesh.vertices.positions[3] = {0.2, 0.2, 0.0};
   CHECK(count_crossing_pairs(mesh) == 1);
+}
+
+TEST_CASE("TrianglesAtAVertexThatIsNotFiniteCrossNothing") {
+  for (const double value : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    TriangleMesh mesh = sphere_mesh(4);
+    mesh.vertices.positions[mesh.triangles.back()[0]].y = value;
+    CHECK(count_crossing_pairs(mesh) == 0);
+  }
 }
 
 TEST_CASE("OfPatchesThatCrossTheLaterGoesAndOneThatCrossesTheSurfaceFirst") {

@@ -216,6 +216,18 @@ TEST_CASE("EveryDefectIsCountedAndReported") {
   }
 }
 
+TEST_CASE("AMeshWithACornerThatIsNotFiniteIsNotWatertight") {
+  auto mesh = mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                      {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}});
+  mesh.vertices.positions.push_back({std::nan(""), 0.0, 0.0});  // of no triangle
+  CHECK(mesh_facts(mesh).watertight);
+  mesh.vertices.positions[3].z = std::nan("");
+  const MeshFacts facts = mesh_facts(mesh);
+  CHECK_FALSE(facts.watertight);
+  CHECK(facts.boundary_edges == 0);
+  CHECK(facts.area == 0.5);  // of the triangle that is left
+}
+
 TEST_CASE("AnEmptyMeshHasNoFactsAndIsNotWatertight") {
   const MeshFacts facts = mesh_facts(TriangleMesh{});
   CHECK(facts.vertices + facts.triangles + facts.components + facts.boundary_loops == 0);
