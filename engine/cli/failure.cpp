@@ -15,6 +15,7 @@
 #include <system_error>
 
 #include "engine/cli/exit_status.h"
+#include "engine/cli/signals.h"
 #include "io/stop_token.h"
 #include "io/system/system_advice.h"
 #include "io/system/temporary_name.h"
@@ -122,7 +123,8 @@ Failure current_failure() {
   } catch (const Error& error) {
     const bool is_bare = error.kind() == ErrorKind::kInterrupted &&
                          std::string_view(error.what()) == kInterruptedText;
-    return {error.kind(), is_bare ? with_promise(kInterruptedText) : error.what()};
+    if (!is_bare) return {error.kind(), error.what()};
+    return {error.kind(), resumes ? with_promise(kInterruptedText) : interruption()};
   } catch (const std::bad_alloc&) {
     return {ErrorKind::kResource, with_promise(kNoMemory)};
   } catch (const std::system_error& error) {

@@ -18,7 +18,8 @@ struct Failure {
 Failure current_failure();
 
 /// To be called by a command that has a work directory and resumes from it. Messages about an
-/// interruption or a lack of memory or threads then say that what is done is kept.
+/// interruption or a lack of memory or threads then say that what is done is kept. Without it an
+/// interruption says what was written (engine/cli/signals.h).
 void promise_to_resume();
 
 /// From now on an exception that nothing catches ends the process with a plain message and the

@@ -40,12 +40,6 @@ Written& written() {
   return all;
 }
 
-std::string interruption() {
-  const std::scoped_lock lock(written().mutex);
-  const std::string& names = written().names;
-  return "interrupted; " + (names.empty() ? "nothing was written" : "written so far: " + names);
-}
-
 [[noreturn]] void leave_at_once() {
   remove_temporaries_at_risk();
   _exit(static_cast<int>(ExitStatus::kInterrupted));
@@ -79,6 +73,12 @@ void install(int signal, void (*handler)(int)) {
 }
 
 }  // namespace
+
+std::string interruption() {
+  const std::scoped_lock lock(written().mutex);
+  const std::string& names = written().names;
+  return "interrupted; " + (names.empty() ? "nothing was written" : "written so far: " + names);
+}
 
 void handle_signals(StopToken& stop) {
   token.store(&stop);

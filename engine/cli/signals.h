@@ -26,6 +26,9 @@ void set_last_word(const std::string& what);
 /// interruption says so.
 void note_written(const std::string& path);
 
+/// What an interruption of such a command says: that nothing was written, or what was.
+std::string interruption();
+
 /// The work is over, well or not: what is said from now on is the result, and no alarm of a signal
 /// that came before ends the process.
 void end_interruptible_work();

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "engine/cli/commands.h"
-#include "engine/cli/failure.h"
 #include "engine/cli/files_beside.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
@@ -177,7 +176,6 @@ void simplify(const SimplifyArguments& arguments, const StopToken& stop) {
       tbb::global_control::max_allowed_parallelism,
       static_cast<std::size_t>(std::max(options.levels.threads, available_threads())));
   const auto progress = make_progress(progress_style(arguments.keys));
-  promise_to_resume();
   const TilesetWork work(work_directory);
   const SimplifiedFacts facts = simplified(arguments, options, job.output, *progress, stop, schema);
   note_written(job.output.mesh);

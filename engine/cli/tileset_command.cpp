@@ -10,7 +10,6 @@
 #include <span>
 
 #include "engine/cli/commands.h"
-#include "engine/cli/failure.h"
 #include "engine/cli/files_beside.h"
 #include "engine/cli/job_arguments.h"
 #include "engine/cli/output.h"
@@ -94,7 +93,6 @@ void tileset(const TilesetArguments& arguments, const StopToken& stop) {
       tbb::global_control::max_allowed_parallelism,
       static_cast<std::size_t>(std::max(options.levels.threads, available_threads())));
   const auto progress = make_progress(progress_style(arguments.keys));
-  promise_to_resume();
   const TilesetWork work(work_directory);
   const TilesetFacts facts =
       make_tileset(arguments.mesh, arguments.directory, options, *progress, stop);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -43,6 +44,30 @@ TEST_CASE("SimplifyCommandSaysWhatItMade") {
     CHECK(run_in(in, {"simplify", "mesh.ply", "-o", name, "--ratio", "0.1"}).status == 0);
     CHECK(fs::exists(in / name));
   }
+}
+
+TEST_CASE("AnInterruptedCommandOfLevelsSaysThatNothingWasWritten") {
+  const std::string command = GENERATE("simplify", "tileset");
+  const ScratchDirectory in;
+  write_mesh(in / "mesh.ply", torus_mesh(40000));
+  std::vector<std::string> words = {command, "mesh.ply", "-o", "out.ply"};
+  if (command == "simplify") words.insert(words.end(), {"--ratio", "0.1"});
+  bool in_time = false;
+  for (int tries = 0; tries < 20 && !in_time; ++tries) {
+    fs::remove_all(in / "out.ply");
+    RunningProgram program(words, {.directory = in.path()});
+    in_time = program.hold_when([&] { return fs::exists(in / "out.ply.work"); });
+    if (in_time) program.send(SIGINT);
+    program.release();
+    const ProgramResult result = program.wait();
+    in_time = in_time && result.status != 0;
+    if (!in_time) continue;
+    CHECK(result.status == 130);
+    CHECK_THAT(result.err, Contains("interrupted; nothing was written") &&
+                               !Contains("the same command resumes"));
+    CHECK(names_in(in) == std::vector<std::string>{"mesh.ply"});
+  }
+  CHECK(in_time);
 }
 
 TEST_CASE("ASimplifiedMeshNeverVanishes") {
