@@ -1,7 +1,6 @@
 #include "engine/levels/simplified_mesh.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <span>
 #include <string>
@@ -27,25 +26,27 @@ constexpr std::size_t kBatch = std::size_t{1} << 16;
 /// A node of the cut.
 struct Piece {
   std::uint32_t node = 0;
-  double weight = 0.0;      ///< its triangles of the mesh
-  std::uint64_t share = 0;  ///< triangles that it may have; those of the node at first
-  bool is_stuck = false;    ///< cannot become as small as its share
+  std::uint64_t weight = 0;  ///< its triangles of the mesh
+  std::uint64_t share = 0;   ///< triangles that it may have; those of the node at first
+  bool is_stuck = false;     ///< cannot become as small as its share
   std::uint64_t triangles = 0;
   double error = 0.0;
   std::uint64_t offset = 0;  ///< in the spool file
   std::uint64_t bytes = 0;
 };
 
-/// `total` over the pieces that are not stuck, by their weights.
+/// `total` over the pieces that are not stuck, by their weights. Exact: of as many as they weigh
+/// together, each gets its own weight.
 std::vector<std::uint64_t> shares_of(std::span<const Piece> pieces, std::uint64_t total) {
-  double weight = 0.0;
-  for (const Piece& piece : pieces) weight += piece.is_stuck ? 0.0 : piece.weight;
+  std::uint64_t weight = 0;
+  for (const Piece& piece : pieces) weight += piece.is_stuck ? 0 : piece.weight;
   std::vector<std::uint64_t> shares(pieces.size(), 0);
   std::uint64_t left = total;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     if (pieces[i].is_stuck) continue;
-    const double share = std::floor(static_cast<double>(total) * (pieces[i].weight / weight));
-    shares[i] = std::min(static_cast<std::uint64_t>(share), left);
+    // 128 bits because the product may not fit 64.
+    shares[i] =
+        static_cast<std::uint64_t>(static_cast<__uint128_t>(total) * pieces[i].weight / weight);
     left -= shares[i];
   }
   for (std::size_t i = 0; i < pieces.size() && left > 0; ++i) {
@@ -79,7 +80,7 @@ class PieceMaker {
     for (const std::uint32_t node : maker.cut()) {
       Piece piece;
       piece.node = node;
-      piece.weight = static_cast<double>(maker.levels().nodes[node].triangles);
+      piece.weight = maker.levels().nodes[node].triangles;
       pieces.all.push_back(piece);
     }
   }

@@ -227,11 +227,15 @@ TEST_CASE("SimplifiedMeshIsTheSameForAnyThreadsAndMemory") {
 }
 
 TEST_CASE("SimplificationToAllTrianglesIsTheMesh") {
-  const TriangleMesh mesh = open_sheet();
-  const Simplified same = simplify(mesh, {Kind::kRatio, 1.0});
-  CHECK(same.facts.error == 0.0);
-  CHECK(same.mesh.vertices.positions == mesh.vertices.positions);
-  CHECK(places_of(same.mesh) == places_of(mesh));
+  for (const TriangleMesh& mesh : {open_sheet(), bumpy_torus(20'000)}) {
+    for (const SimplifyTarget& target :
+         {SimplifyTarget{Kind::kRatio, 1.0}, SimplifyTarget{Kind::kTriangles, 1e9}}) {
+      const Simplified same = simplify(mesh, target);
+      CHECK(same.facts.error == 0.0);
+      CHECK(same.mesh.vertices.positions == mesh.vertices.positions);
+      CHECK((places_of(same.mesh) == places_of(mesh)));
+    }
+  }
 }
 
 TEST_CASE("RimsOfASimplifiedMeshAreThoseOfTheMesh") {
