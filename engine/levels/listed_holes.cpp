@@ -1,6 +1,7 @@
 #include "engine/levels/listed_holes.h"
 
 #include <algorithm>
+#include <cstddef>
 
 namespace orbweave {
 namespace {
@@ -12,37 +13,28 @@ bool is_larger(const ListedHole& a, const ListedHole& b) {
   return of_a != of_b ? of_a > of_b : a.hole < b.hole;
 }
 
-void keep_largest(std::vector<ListedHole>& holes) {
-  std::stable_sort(holes.begin(), holes.end(), is_larger);
-  if (holes.size() > kListed) holes.resize(kListed);
-}
-
 }  // namespace
 
 void ListedHoles::add(const FacePatch& patch, const std::array<Vec3, 3>& corners) {
-  if (patch.hole != current_.hole) {
-    keep_current();
-    current_ = {patch.hole, patch.confidence, 0, {}, {}};
-  }
   if (patch.hole <= 0) return;
-  current_.triangles += 1;
-  for (const Vec3& corner : corners) current_.bounds.extend(corner);
-  current_.area = current_.area + 0.5 * cross(corners[1] - corners[0], corners[2] - corners[0]);
-}
-
-void ListedHoles::keep_current() {
-  if (current_.hole > 0) {
-    kept_.push_back(current_);
-    ++count_;
+  if (last_ == nullptr || last_->hole != patch.hole) {
+    const ListedHole first{patch.hole, patch.confidence, 0, {}, {}};
+    last_ = &holes_.try_emplace(patch.hole, first).first->second;
   }
-  if (kept_.size() >= 2 * kListed) keep_largest(kept_);
+  last_->triangles += 1;
+  for (const Vec3& corner : corners) last_->bounds.extend(corner);
+  last_->area = last_->area + 0.5 * cross(corners[1] - corners[0], corners[2] - corners[0]);
 }
 
-std::vector<ListedHole> ListedHoles::largest() {
-  keep_current();
-  current_ = {};
-  keep_largest(kept_);
-  return kept_;
+std::vector<ListedHole> ListedHoles::largest() const {
+  std::vector<ListedHole> listed;
+  listed.reserve(holes_.size());
+  for (const auto& [hole, facts] : holes_) listed.push_back(facts);
+  const std::size_t kept = std::min(listed.size(), kListed);
+  std::partial_sort(listed.begin(), listed.begin() + static_cast<std::ptrdiff_t>(kept),
+                    listed.end(), is_larger);
+  listed.resize(kept);
+  return listed;
 }
 
 }  // namespace orbweave

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <unordered_map>
 #include <vector>
 
 #include "io/box.h"
@@ -18,23 +19,18 @@ struct ListedHole {
   Vec3 area;                    ///< its triangles' areas, each along its normal, added up
 };
 
-/// Keeps a fixed number of holes, whatever the size of the mesh. The triangles of a patch come one
-/// after another in meshes of this program. Where they do not, a patch counts as several.
+/// Holds every hole, in some 150 bytes: the triangles of a patch may come in any order, as those of
+/// simplified meshes do.
 class ListedHoles {
  public:
   void add(const FacePatch& patch, const std::array<Vec3, 3>& corners);
-  /// After the last triangle: the largest ones by the diagonals of their patches, then by their
-  /// numbers.
-  std::vector<ListedHole> largest();
-  /// Of all patches, after largest().
-  std::uint64_t count() const { return count_; }
+  /// The largest ones by the diagonals of their patches, then by their numbers.
+  std::vector<ListedHole> largest() const;
+  std::uint64_t count() const { return holes_.size(); }
 
  private:
-  void keep_current();
-
-  ListedHole current_;
-  std::vector<ListedHole> kept_;
-  std::uint64_t count_ = 0;
+  std::unordered_map<std::int32_t, ListedHole> holes_;
+  ListedHole* last_ = nullptr;  ///< of the last triangle: most patches come one after another
 };
 
 }  // namespace orbweave

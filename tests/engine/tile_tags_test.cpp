@@ -298,6 +298,25 @@ TEST_CASE("StreamsTellPatchesOfEveryTriangleOfAPolygon") {
   CHECK(patches == std::vector<FacePatch>{{7, 0.5F}, {7, 0.5F}, {0, 1.0F}});
 }
 
+TEST_CASE("AListedHoleIsOneWhereverItsTrianglesCome") {
+  // Those of a simplified mesh lie between others, as its pieces have them.
+  ListedHoles holes;
+  for (const int x : {0, 1, 2})
+    for (const std::int32_t hole : {3, 0, 8}) {
+      const Vec3 from{1.0 * x, 1.0 * hole, 0.0};
+      holes.add({hole, 0.5F}, {from, from + Vec3{1.0, 0.0, 0.0}, from + Vec3{0.0, 1.0, 0.0}});
+    }
+  CHECK(holes.count() == 2);
+  const std::vector<ListedHole> listed = holes.largest();
+  REQUIRE(listed.size() == 2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    CHECK(listed[i].hole == (i == 0 ? 3 : 8));
+    CHECK(listed[i].triangles == 3);
+    CHECK(listed[i].bounds.extent() == Vec3{3.0, 1.0, 0.0});
+    CHECK(listed[i].area == Vec3{0.0, 0.0, 1.5});
+  }
+}
+
 TEST_CASE("ListedHolesAreTheLargestHoweverManyThereAre") {
   ListedHoles holes;
   constexpr int kHoles = 5000;
@@ -306,6 +325,7 @@ TEST_CASE("ListedHolesAreTheLargestHoweverManyThereAre") {
     holes.add({hole, 1.0F}, {Vec3{}, Vec3{size, 0.0, 0.0}, Vec3{0.0, size, 0.0}});
   }
   const std::vector<ListedHole> largest = holes.largest();
+  CHECK(holes.count() == kHoles);
   REQUIRE(largest.size() == 300);
   for (std::size_t i = 0; i < largest.size(); ++i)
     CHECK(largest[i].bounds.extent().x == kHoles - static_cast<double>(i));
