@@ -236,8 +236,9 @@ Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
 void add_undersampling(const std::string& file, const CloudFacts& facts,
                        const InspectOptions& options, Json& json, std::string& text) {
   require_undersampling(settings_of(options.keys), facts.points);
-  const voronoi::Undersampling found =
-      undersampling_of(read_all(*SelectedSource(options.keys).open(file)));
+  voronoi::Undersampling found;
+  name_in_errors(
+      file, [&] { found = undersampling_of(read_all(*SelectedSource(options.keys).open(file))); });
   json["undersampled"] = undersampled_json(found);
   text += undersampled_text(found);
 }

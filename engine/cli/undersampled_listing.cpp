@@ -53,7 +53,7 @@ voronoi::Undersampling undersampling_of(PointCloud cloud) {
   std::erase_if(cloud.positions, [](const Vec3& p) { return !is_finite(p); });
   PointCloud places;
   places.positions = std::move(cloud.positions);
-  sort_canonically(places, root_cube(places.bounds()));
+  if (!places.empty()) sort_canonically(places, root_cube(places.bounds()));
   return find_undersampling(places.positions, nullptr);
 }
 

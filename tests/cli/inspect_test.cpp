@@ -126,7 +126,11 @@ TEST_CASE("InspectRefusesUndersampledPlacesThatItCannotFind") {
   write_text(in / "flat.csv", "x,y,z\n0,0,0\n1,0,0\n0,1,0\n1,1,0\n2,1,0\n");
   const auto flat = run_in(in, {"inspect", "flat.csv", "--undersampled"});
   CHECK(flat.status == 3);
-  CHECK_THAT(flat.err, Contains("in one plane"));
+  CHECK_THAT(flat.err, Contains("flat.csv: ") && Contains("5 points in one plane"));
+  const auto none = run_in(in, {"inspect", "cloud.ply", "--undersampled", "--crop", "8,8,8,9,9,9"});
+  CHECK(none.status == 3);
+  CHECK_THAT(none.err,
+             Contains("cloud.ply: ") && Contains("found 0 points") && !Contains("too large"));
 }
 
 TEST_CASE("InspectSaysWhatItsMemoryBudgetCountsFor") {
