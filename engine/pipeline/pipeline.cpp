@@ -213,10 +213,12 @@ void warn_of_missing_poses(StageRunner& runner) {
   if (!objection.empty()) runner.warn(objection);
 }
 
-/// The origin of the mesh file's coordinates, or an end to the job where they would lose too much.
+/// The origin of the mesh file's coordinates, or an end to the job where they would lose too much,
+/// there or in the simplified mesh.
 Vec3 checked_origin(StageRunner& runner, const Partition& partition) {
   const OutputOrigin chosen = mesh_origin(runner.job.output, partition);
   const std::string warning = check_output_origin(runner.job, chosen);
+  check_simplified_origin(runner.job, partition);
   if (!runner.communicator.is_root()) return chosen.origin;
   if (!warning.empty()) runner.warn(warning);
   if (chosen.origin != Vec3{})

@@ -11,6 +11,7 @@
 #include "engine/pipeline/budget/disk_plan.h"
 #include "engine/pipeline/budget/memory_forecast.h"
 #include "engine/pipeline/budget/time_forecast.h"
+#include "engine/pipeline/output/export_stage.h"
 #include "engine/pipeline/output/map_tiles.h"
 #include "engine/pipeline/output/mesh_name.h"
 #include "engine/pipeline/output/power_crust_files.h"
@@ -153,6 +154,13 @@ void check_options(const Job& job) {
   check_simplification(job);
 }
 
+/// What a run refuses when it knows the points. Those that cleaning leaves are the run's alone.
+void check_origins(const Job& job, const Partition& measured, const JobPlan& plan) {
+  if (job.output.mesh.empty() || cleans(plan.cleaning.options)) return;
+  check_output_origin(job, mesh_origin(job.output, measured));
+  check_simplified_origin(job, measured);
+}
+
 /// Chunks and their sizes. `measured` gets the octree.
 void plan_chunks(const ResolvedJob& job, const CountedCloud& cloud, Partition& measured,
                  JobPlan& plan) {
@@ -268,16 +276,18 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   const CountedCloud cloud = count(control, input, passes);
   Sampled sampled = sample(control, input, cloud, passes);
   Partition& measured = sampled.measured;
+  measured.bounds = cloud.grid.bounds();
   measured.schema = cloud.schema;
   measured.meters_per_unit = cloud.meters_per_unit;
   plan.points = cloud.points_used;
   plan.points_read = cloud.points_read;
   plan.points_dropped = cloud.dropped;
-  plan.bounds = cloud.grid.bounds();
+  plan.bounds = measured.bounds;
   plan.cleaning = cleaning_for(job.cleaning, measured);
   check_side(job, cloud.points_without_view);
   check_smoothing(job, plan.cleaning);
   plan_radii(job, measured, plan);
+  check_origins(job, measured, plan);
   const double unit = meters_per_unit(job, measured);
   if (measured.layers.measured > 0)
     plan.noise_note = job.cleaning.automatic ? short_reason(measured.layers, unit)

@@ -27,6 +27,15 @@ std::size_t files_in(const ScratchDirectory& in) {
   return static_cast<std::size_t>(std::distance(begin(files), end(files)));
 }
 
+/// A sheet so far from the origin that floats would move its points by more than their distance.
+std::string far_sheet() {
+  std::string text;
+  for (int i = 0; i < 900; ++i)
+    text += std::to_string(500000.0 + i % 30 * 0.01) + " " +
+            std::to_string(5000000.0 + i / 30 * 0.01) + " 0 0 0 1\n";
+  return text;
+}
+
 /// Every file of a directory, with its content and the time of its last change.
 std::map<std::string, std::pair<std::string, std::filesystem::file_time_type>> files_with_times(
     const std::filesystem::path& directory) {
@@ -56,6 +65,7 @@ TEST_CASE("PlanRefusesTheJobsThatARunWouldRefuse") {
   REQUIRE(run_in(in, {"generate", "torus", "--points", "3000", "-o", "scan.ply"}).status == 0);
   REQUIRE(run_in(in, {"generate", "torus", "--points", "3000", "--scans", "2", "-o", "raw.ply"})
               .status == 0);
+  write_text(in / "far.xyz", far_sheet());
   using Arguments = std::vector<std::string>;
   for (const Arguments& job :
        {Arguments{"scan.ply", "-o", "mesh.ply", "--ball-radii", "100"},
@@ -63,6 +73,9 @@ TEST_CASE("PlanRefusesTheJobsThatARunWouldRefuse") {
         {"scan.ply", "-o", "mesh.obj", "--tileset", "tiles"},
         {"scan.ply", "-o", "mesh.ply", "--tiles", "--simplify", "ratio=0.5"},
         {"scan.ply", "-o", "mesh.stl", "--tiles"},
+        {"far.xyz", "-o", "mesh.stl", "--origin", "none"},
+        {"far.xyz", "-o", "mesh.ply", "--origin", "none", "--simplify", "ratio=0.5", "--simplified",
+         "small.stl"},
         {"raw.ply", "-o", "mesh.ply", "--orientation", "viewpoint"},
         {"raw.ply", "-o", "mesh.ply", "--orientation", "scanner", "--scanner", "auto"}}) {
     CAPTURE(job);
@@ -73,6 +86,7 @@ TEST_CASE("PlanRefusesTheJobsThatARunWouldRefuse") {
     const auto refused = run_in(in, run);
     const auto planned = run_in(in, plan);
     CHECK(refused.status != 0);
+    CHECK_FALSE(std::filesystem::exists(in / "mesh.ply"));
     CHECK(planned.status == refused.status);
     CHECK(planned.out.empty());
     CHECK_THAT(refused.err, Catch::StartsWith(planned.err.substr(0, planned.err.size() - 1)));

@@ -69,6 +69,12 @@ void check_simplification(const Job& job) {
                  .expected = extensions_of_written_meshes()});
 }
 
+void check_simplified_origin(const Job& job, const Partition& partition) {
+  if (!job.output.simplify) return;
+  const Job simplified = job_of_simplified(job);
+  check_output_origin(simplified, mesh_origin(simplified.output, partition));
+}
+
 void make_simplified(const SimplifyInputs& inputs, StageRunner& runner) {
   if (inputs.triangles == 0) {
     runner.warn("no simplified mesh is made: the mesh has no triangle");

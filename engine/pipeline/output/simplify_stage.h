@@ -11,6 +11,10 @@ namespace orbweave {
 /// is too small, or nothing says how far it is to be simplified.
 void check_simplification(const Job& job);
 
+/// Throws Error (usage) where the simplified mesh's coordinates would lose too much. Before the
+/// points are known nothing says so; behind the mesh it would be late.
+void check_simplified_origin(const Job& job, const Partition& partition);
+
 struct SimplifyInputs {
   const Partition& partition;
   std::uint64_t triangles = 0;  ///< of the mesh file
