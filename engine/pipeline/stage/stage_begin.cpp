@@ -117,7 +117,7 @@ void begin_stage(StageRunner& runner, const std::string& stage, const std::strin
 std::string reason_not_to_fit(const ResolvedJob& job, std::uint64_t made_for, std::uint64_t largest,
                               std::uint64_t points, const PointSchema& schema) {
   const std::uint64_t budget = job.partition.memory_bytes;
-  if (budget >= made_for || job.partition.chunk_points != 0) return {};
+  if (budget >= made_for) return {};
   const MemoryPlan plan = job.memory_plan(points, schema);
   if (largest * MemoryCosts::kReconstructBytes <= plan.chunks_in_flight_bytes) return {};
   return "partition.memory changed from " +
