@@ -48,13 +48,15 @@ struct Told {
       if (facts.name == name) return &facts;
     return nullptr;
   }
-  /// The lines that say what is computed again.
-  std::string again() const {
+  /// The lines with these words.
+  std::string says(const std::string& words) const {
     std::string text;
     for (const std::string& line : lines)
-      if (line.find("computed again") != std::string::npos) text += line + "\n";
+      if (line.find(words) != std::string::npos) text += line + "\n";
     return text;
   }
+  /// The lines that say what is computed again.
+  std::string again() const { return says("computed again"); }
 };
 
 Told run_told(const Job& job) {
@@ -395,6 +397,52 @@ TEST_CASE("AChangedPassIsRunAgainOnWhatIsThereAndOtherwiseFromTheScans", "[costl
   run_until(first, "raw_thinned");
   const Told kept = run_told(job);
   CHECK(kept.stage("raw count") == nullptr);
+  CHECK((bytes_of(job.output.mesh) == without_work(job)));
+}
+
+TEST_CASE("PassesThatAreNoLongerTheLastAreNoDamage", "[costly]") {
+  const ScratchDirectory scratch;
+  Job before = test::cleaning_job(scratch, 2500);
+  before.cleaning.thin_to_spacing = 0.0;
+  Job after = before;
+  const auto [had, has] = GENERATE(std::pair(3, 2), std::pair(2, 3), std::pair(2, 1));
+  CAPTURE(had, has);
+  before.cleaning.smooth_passes = had;
+  after.cleaning.smooth_passes = has;
+  // The last pass is complete, or was still at work.
+  const std::string stage = GENERATE(as<std::string>(), "raw_patches", "raw_smooth_2");
+  run_until(before, stage);
+  const Told told = run_told(after);
+  CHECK(told.says("damaged").empty());
+  const std::string bytes = bytes_of(after.output.mesh);
+  after.run.work_dir += ".alone";
+  const CleaningFacts alone = run_told(after).report.cleaning;
+  CHECK(told.report.cleaning.points_moved == alone.points_moved);
+  CHECK(told.report.cleaning.mean_move == alone.mean_move);
+  CHECK((bytes_of(after.output.mesh) == bytes));
+}
+
+TEST_CASE("PointsOfAPassThatALaterOneHasUsedUpAreReadAgain", "[costly]") {
+  const ScratchDirectory scratch;
+  Job job = job_for(scratch, painted_torus(2500, 0.3, 31));
+  job.cleaning.outlier_sigma = 4.0;
+  job.cleaning.merge_tolerance = 0.01;
+  run_until(job, "count");
+  job.cleaning.merge_tolerance = 0.0;
+  const Told told = run_told(job);
+  CHECK(told.says("damaged").empty());
+  CHECK_FALSE(told.says("the raw points are read again").empty());
+  CHECK((bytes_of(job.output.mesh) == without_work(job)));
+}
+
+TEST_CASE("APassThatIsNewNamesTheKeyThatAsksForIt", "[costly]") {
+  const ScratchDirectory scratch;
+  Job job = test::cleaning_job(scratch, 2500);
+  job.cleaning = {};
+  run_until(job, "raw_patches");
+  job.cleaning.outlier_sigma = 6.0;
+  CHECK(run_told(job).again() ==
+        "cleaning.outlier_sigma changed from 0.0 to 6.0: normals are computed again\n");
   CHECK((bytes_of(job.output.mesh) == without_work(job)));
 }
 

@@ -415,6 +415,8 @@ void smooth(StageRunner& runner, const LocalCleaning& local, bool oriented, RawC
   for (int pass = 0; pass + (thins ? 1 : 0) < facts.options.smooth_passes; ++pass)
     passes.push_back(smooth_pass(runner, local, oriented, pass));
   if (thins) passes.push_back(thin_and_smooth_pass(runner, local, oriented));
+  // Its points may be there as those of a pass before the last one, which measures no moves.
+  passes.back().options += key_line("moves are measured", "yes");
   passes.back().look = [&runner, before, schema = cloud.schema, stage = passes.back().stage](
                            ChunkId chunk, const PassResult& after) {
     measure_moves(runner, before, schema, stage, chunk, after);
@@ -493,6 +495,7 @@ CutPoints partition_cleaned(StageRunner& runner) {
     run_pass(runner, thin_pass(runner, local, oriented), cloud);
   const auto orientation = propagate(runner, cloud, facts, normals);
   const PatchOrientation* turns = orientation ? &*orientation : nullptr;
+  require_points(runner, cloud);
   CutPoints points = partition_by_team(runner, kFinalCut, [&] {
     CutPoints cut =
         cut_and_sort({.open = [&](auto*) { return open_cleaned(runner.store, cloud, turns); },

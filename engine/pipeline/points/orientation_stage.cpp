@@ -91,6 +91,7 @@ PatchOrientation orient_cloud(StageRunner& runner, const RawCloud& cloud, Orient
                     key_line("cell of patches", format_exact(options.cell)) +
                     key_line("reach of patches", format_exact(options.max_radius)));
   });
+  require_points_for(runner, cloud, kPatchStage);
   visit_chunks(runner, cloud, kPatchStage, orientation_halo(options),
                [&](ChunkId chunk, PassPoints&& points) {
                  commit_patches(runner.store, chunk,

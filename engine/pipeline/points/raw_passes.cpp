@@ -113,9 +113,10 @@ std::uint64_t also_dropped(const StageRunner& runner, const RawCloud& cloud, con
                                  : std::string("Reduce the cleaning")});
 }
 
-void require_points(const StageRunner& runner, const RawCloud& cloud) {
+bool has_all_chunks(const StageRunner& runner, const RawCloud& cloud, const std::string& stage) {
   for (ChunkId chunk = 0; chunk < cloud.partition.octree.chunks().size(); ++chunk)
-    if (!runner.store.has(cloud.stage, chunk)) throw RawPointsGone();
+    if (!runner.store.has(stage, chunk)) return false;
+  return true;
 }
 
 }  // namespace
@@ -133,12 +134,16 @@ std::vector<std::uint64_t> PassPoints::numbers() const {
   return numbers;
 }
 
+void require_points(StageRunner& runner, const RawCloud& cloud) {
+  runner.communicator.barrier(runner.stop);  // what is there changes only when all have seen it
+  if (!has_all_chunks(runner, cloud, cloud.stage)) throw RawPointsGone();
+  runner.communicator.barrier(runner.stop);
+}
+
 void require_points_for(StageRunner& runner, const RawCloud& cloud, const std::string& stage) {
   runner.communicator.barrier(runner.stop);  // what is there changes only when all have seen it
-  bool is_complete = true;
-  for (ChunkId chunk = 0; chunk < cloud.partition.octree.chunks().size(); ++chunk)
-    is_complete = is_complete && runner.store.has(stage, chunk);
-  if (!is_complete) require_points(runner, cloud);
+  const bool is_complete = has_all_chunks(runner, cloud, stage);
+  if (!is_complete && !has_all_chunks(runner, cloud, cloud.stage)) throw RawPointsGone();
   runner.communicator.barrier(runner.stop);
 }
 

@@ -76,7 +76,11 @@ void visit_chunks(StageRunner& runner, const RawCloud& cloud, const std::string&
 /// Thrown where a pass has to be run again and the points that it was made from have been removed.
 struct RawPointsGone {};
 
-/// Throws RawPointsGone where `stage` lacks a chunk's result and the points have been removed.
+/// Throws RawPointsGone where the points of the cloud have been removed: an earlier run, of a job
+/// with more passes, no longer needed them. Every member calls it.
+void require_points(StageRunner& runner, const RawCloud& cloud);
+
+/// The same where `stage` lacks a chunk's result, for which the points are needed.
 void require_points_for(StageRunner& runner, const RawCloud& cloud, const std::string& stage);
 
 /// Runs a pass, or takes what an earlier run left of it. When it is complete, the points that it

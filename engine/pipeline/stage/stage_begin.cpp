@@ -73,6 +73,11 @@ InputStamp stamp_of_directory(const fs::path& directory) {
   return stamp;
 }
 
+bool is_of_raw_points(const std::string& stage) {
+  const StageInfo* info = stage_in(stage);
+  return info != nullptr && info->line == StageLine::kRaw;
+}
+
 [[noreturn]] void throw_gone(const ChunkStore& store, const std::string& stage) {
   throw_resource("the work directory is gone, or cannot be read",
                  {.file = (store.directory() / stage).string(),
@@ -111,7 +116,11 @@ void begin_stage(StageRunner& runner, const std::string& stage, const std::strin
   if (runner.store.has_key(stage, key)) return;
   const std::optional<std::string> before = runner.store.key(stage);
   const std::string unknown = "it is not known any more what they were made from";
-  begin_anew(runner, stage, key, before ? key_changes(*before, key) : unknown);
+  std::string reason = before ? key_changes(*before, key) : unknown;
+  if (before && stage == kPointsStage) runner.change_of_points = reason;
+  // Which passes there are, and what each depends on, follows from what the points depend on.
+  if (is_of_raw_points(stage) && !runner.change_of_points.empty()) reason = runner.change_of_points;
+  begin_anew(runner, stage, key, reason);
 }
 
 std::string reason_not_to_fit(const ResolvedJob& job, std::uint64_t made_for, std::uint64_t largest,

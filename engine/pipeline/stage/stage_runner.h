@@ -36,6 +36,8 @@ struct StageRunner : RunControl {
   std::vector<std::string> warnings = {};  ///< of it, what was a warning
   std::vector<SaidLine> of_points = {};    ///< of it, what is stored with the points
   std::vector<StageFacts> measured = {};   ///< of the stages that ended
+  /// What the points depend on and an earlier run had otherwise, in words; the leader's alone.
+  std::string change_of_points = {};
 
   void note(const std::string& line) { note(line, line); }
   /// `line` is shown; the report has `full`.
