@@ -200,6 +200,29 @@ TEST_CASE("AChangedOptionOfTheFillComputesHolesAlone", "[costly]") {
   CHECK((bytes_of(job.output.mesh) == without_work(job)));
 }
 
+TEST_CASE("TheCheckOfTheSurfaceAloneIsNotThatOfItsPatches", "[costly]") {
+  const ScratchDirectory scratch;
+  Job job = job_for(scratch, painted_torus(4000, 2.0, 34));
+  job.partition.chunk_points = 1000;
+  job.fill.allow_intersections = true;
+  job.output.check_surface = true;
+  Job open = job;
+  open.fill.enabled = false;
+  open.run.keep_work_dir = true;
+  const auto alone = [](Job of) {
+    of.run.work_dir += ".alone";
+    of.run.keep_work_dir = false;
+    return run_told(of).report.mesh;
+  };
+  const MeshFacts filled = alone(job);
+  REQUIRE(filled.patch_crossing_pairs > 0u);
+  run_until(job, "check");
+  CHECK(run_told(open).report.mesh.crossing_pairs == alone(open).crossing_pairs);
+  const MeshFacts again = run_told(job).report.mesh;
+  CHECK(again.patch_crossing_pairs == filled.patch_crossing_pairs);
+  CHECK(again.crossing_pairs == filled.crossing_pairs);
+}
+
 TEST_CASE("WhatNoResultDependsOnComputesNothingAgain", "[costly]") {
   const ScratchDirectory scratch;
   const Job first = kept_job(scratch);

@@ -178,8 +178,9 @@ std::string hole_key(const ResolvedJob& job, const std::string& mesh_key) {
 }
 
 std::string check_key(const ResolvedJob& job, const std::string& mesh_key) {
-  return hole_key(job, mesh_key) + key_line("layout of the check", "2") +
-         option_line(job, "output.check_surface");
+  // The surface alone may be checked, too.
+  return hole_key(job, mesh_key) + option_line(job, "fill.enabled") +
+         key_line("layout of the check", "2") + option_line(job, "output.check_surface");
 }
 
 std::string outputs_key(const ResolvedJob& job, std::span<const InputStamp> outputs) {
