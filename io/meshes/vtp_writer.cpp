@@ -43,9 +43,11 @@ struct VtpLayout {
   std::uint64_t bytes = 0;            ///< of the whole file
 
  private:
+  /// VTK takes the corners of all triangles as one list: it refuses rows of three.
   static std::string array_text(const MeshColumn& column, std::uint64_t offset) {
+    const std::size_t components = column.of == MeshColumn::Of::kCorners ? 1 : column.components;
     return std::string("<DataArray type=\"") + vtk_type(column.type) + "\" Name=\"" + column.name +
-           "\" NumberOfComponents=\"" + std::to_string(column.components) +
+           "\" NumberOfComponents=\"" + std::to_string(components) +
            "\" format=\"appended\" offset=\"" + std::to_string(offset) + "\"/>\n";
   }
 

@@ -172,6 +172,8 @@ TEST_CASE("VtpHoldsTheMeshWithDoublesAndAttributes") {
   CHECK(file.piece().attribute("NumberOfPolys").as_ullong() == mesh.triangles.size());
   check_points(file.values<double>("Points", "Points", "Float64"), mesh);
   check_corners(file.values<std::int64_t>("Polys", "connectivity", "Int64"), mesh);
+  for (const char* list : {"connectivity", "offsets"})  // VTK reads no lists of several components
+    CHECK(file.array("Polys", list).attribute("NumberOfComponents").as_int() == 1);
   const auto ends = file.values<std::int64_t>("Polys", "offsets", "Int64");
   REQUIRE(ends.size() == mesh.triangles.size());
   bool counts = true;
