@@ -361,7 +361,7 @@ constexpr JobKey kKeys[] = {
      [](Job& job, const W& value) { job.input.poses = path_value(value); },
      [](const Job& job) -> JobValue { return job.input.poses; }},
     {"input", "pose", T::kTexts, "a list of texts \"FILE tx ty tz qx qy qz qw\", or \"FILE\" and the 16 numbers of a matrix", {},
-     "poses of scans: world = pose * point", "", "",
+     "poses of scans: the quaternion q turns p to q p q*, the other way round than in a Stanford .conf; a matrix, row by row, is applied to columns", "", "",
      set_pose,
      [](const Job& job) -> JobValue { return job.input.pose_lines; }},
     {"input", "scanner", T::kNumbers, "\"auto\", a place [x, y, z] or a direction [x, y, z, 0]", {},

@@ -5,11 +5,13 @@
 #include <fstream>
 #include <iterator>
 #include <optional>
+#include <span>
 #include <stdexcept>
 
 #include "io/byte_order_mark.h"
 #include "io/error.h"
 #include "io/text/counted_noun.h"
+#include "io/text/text_number.h"
 #include "io/text/words.h"
 
 namespace orbweave {
@@ -33,12 +35,65 @@ void require_rotation(const std::array<Vec3, 3>& rows) {
   if (determinant(rows) < 0.0) throw std::invalid_argument("it mirrors");
 }
 
-ScanPose stanford_pose(const std::vector<std::string_view>& words) {
-  std::array<double, 7> v{};
-  for (std::size_t i = 0; i < v.size(); ++i) v[i] = finite_number(words[i + 2]);
+constexpr std::size_t kQuaternion = 7;  ///< numbers, with the translation
+constexpr std::size_t kMatrix = 16;
+
+bool is_number(std::string_view word) {
+  double number = 0.0;
+  const char* end = word.data() + word.size();
+  return parse_number(word.data(), end, number) == end && std::isfinite(number);
+}
+
+struct NamedNumbers {
+  std::string name;
+  std::vector<double> numbers;
+};
+
+/// The name of a scan, which may hold blanks, and as many numbers behind it as one of `counts`
+/// says. Throws std::invalid_argument, saying why.
+NamedNumbers named_numbers(std::string_view text, std::span<const std::size_t> counts) {
+  const std::vector<std::string_view> words = words_of(text);
+  const auto numbers_begin = std::find_if_not(words.rbegin(), words.rend(), is_number).base();
+  const auto numbers = static_cast<std::size_t>(words.end() - numbers_begin);
+  for (const std::size_t count : counts) {
+    if (words.size() <= count || (words.size() != count + 1 && numbers != count)) continue;
+    const std::string_view last = words[words.size() - count - 1];
+    NamedNumbers named{{words[0].data(), last.data() + last.size()}, {}};
+    for (const std::string_view word : std::span(words).last(count))
+      named.numbers.push_back(finite_number(word));
+    return named;
+  }
+  throw std::invalid_argument("it has " + counted_noun(words.size(), "word", "words"));
+}
+
+/// Of "FILE tx ty tz qx qy qz qw", behind its keyword.
+ScanPose stanford_pose(std::string_view text) {
+  const auto [name, v] = named_numbers(text, std::array{kQuaternion});
   // The conjugate: these quaternions turn row vectors.
-  return {std::string(words[1]),
-          motion_of_quaternion({-v[3], -v[4], -v[5], v[6]}, {v[0], v[1], v[2]})};
+  return {name, motion_of_quaternion({-v[3], -v[4], -v[5], v[6]}, {v[0], v[1], v[2]})};
+}
+
+/// The folders of a path and its file, without what leads to another place first.
+std::vector<std::filesystem::path> names_in(const std::filesystem::path& path) {
+  const std::filesystem::path normal = path.lexically_normal();
+  const auto leads_elsewhere = [](const std::filesystem::path& name) { return name == ".."; };
+  return {std::find_if_not(normal.begin(), normal.end(), leads_elsewhere), normal.end()};
+}
+
+/// How well the name of a scan fits one. A file of poses is written in one folder and read from
+/// another, so a name may lack folders in front, or have more of them.
+struct NameFit {
+  bool is_same = false;
+  bool is_end = false;    ///< all of one is the end of the other
+  std::size_t names = 0;  ///< of files and folders that agree, from the end
+  friend auto operator<=>(const NameFit&, const NameFit&) = default;
+};
+
+NameFit fit_of(const std::vector<std::filesystem::path>& a,
+               const std::vector<std::filesystem::path>& b) {
+  const auto differ = std::mismatch(a.rbegin(), a.rend(), b.rbegin(), b.rend()).first;
+  const auto names = static_cast<std::size_t>(differ - a.rbegin());
+  return {a == b, names == std::min(a.size(), b.size()), names};
 }
 
 /// Nothing of a quaternion without length.
@@ -89,40 +144,34 @@ RigidMotion motion_of_matrix(const std::array<double, 16>& matrix) {
 }
 
 ScanPose parse_pose(std::string_view text) {
-  const std::vector<std::string_view> words = words_of(text);
-  constexpr std::size_t kQuaternion = 7;
-  constexpr std::size_t kMatrix = 16;
-  if (words.size() != 1 + kQuaternion && words.size() != 1 + kMatrix)
-    throw std::invalid_argument("it has " + counted_noun(words.size(), "word", "words"));
-  std::array<double, kMatrix> v{};
-  for (std::size_t i = 1; i < words.size(); ++i) v[i - 1] = finite_number(words[i]);
-  const std::string file(words[0]);
-  if (words.size() == 1 + kMatrix) return {file, motion_of_matrix(v)};
-  return {file, motion_of_quaternion({v[3], v[4], v[5], v[6]}, {v[0], v[1], v[2]})};
+  const auto [name, v] = named_numbers(text, std::array{kQuaternion, kMatrix});
+  if (v.size() == kQuaternion)
+    return {name, motion_of_quaternion({v[3], v[4], v[5], v[6]}, {v[0], v[1], v[2]})};
+  std::array<double, kMatrix> matrix{};
+  std::ranges::copy(v, matrix.begin());
+  return {name, motion_of_matrix(matrix)};
 }
 
 std::vector<ScanPose> parse_stanford_poses(std::string_view text, const std::string& name) {
-  constexpr std::size_t kWords = 9;
+  constexpr std::string_view kKeyword = "bmesh";
   std::vector<ScanPose> poses;
   text = without_byte_order_mark(text);
   std::size_t line_number = 0;
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
-    const std::vector<std::string_view> words = words_of(text.substr(begin, end - begin));
+    const std::string_view line = text.substr(begin, end - begin);
+    const std::vector<std::string_view> words = words_of(line);
     begin = end + 1;
     ++line_number;
     // Others (camera, mesh) say nothing about scans.
-    if (words.empty() || words[0] != "bmesh") continue;
-    const ErrorParts where{.file = name,
-                           .place = "line " + std::to_string(line_number),
-                           .found = counted_noun(words.size(), "word", "words"),
-                           .expected = "bmesh FILE tx ty tz qx qy qz qw"};
-    if (words.size() != kWords) throw_bad_input("not the pose of a scan", where);
+    if (words.empty() || words[0] != kKeyword) continue;
     try {
-      poses.push_back(stanford_pose(words));
+      poses.push_back(stanford_pose(line.substr(line.find(kKeyword) + kKeyword.size())));
     } catch (const std::invalid_argument& problem) {
-      throw_bad_input("not the pose of a scan",
-                      {where.file, where.place, problem.what(), where.expected, {}});
+      throw_bad_input("not the pose of a scan", {.file = name,
+                                                 .place = "line " + std::to_string(line_number),
+                                                 .found = problem.what(),
+                                                 .expected = "bmesh FILE tx ty tz qx qy qz qw"});
     }
   }
   if (poses.empty())
@@ -143,21 +192,21 @@ std::vector<ScanPose> read_stanford_poses(const std::filesystem::path& path) {
 
 RigidMotion pose_of_scan(const std::vector<ScanPose>& poses, const std::filesystem::path& scan) {
   if (poses.empty()) return {};
+  const std::vector<std::filesystem::path> place = names_in(scan);
   const ScanPose* found = nullptr;
-  // A whole path says more than a name.
-  for (const bool by_path : {true, false}) {
-    for (const ScanPose& pose : poses) {
-      const std::filesystem::path named(pose.file);
-      const bool fits = by_path ? named == scan : named.filename() == scan.filename();
-      if (!fits) continue;
-      if (found != nullptr && found->motion != pose.motion)
-        throw_bad_input(
-            "two poses for one scan",
-            {.file = scan.string(), .expected = "one", .advice = "Name it by its path."});
-      found = &pose;
-    }
-    if (found != nullptr) return found->motion;
+  NameFit best;
+  bool is_one = true;
+  for (const ScanPose& pose : poses) {
+    const NameFit fit = fit_of(names_in(pose.file), place);
+    if ((fit.names == 0 && !fit.is_same) || fit < best) continue;
+    is_one = fit > best || (is_one && pose.motion == found->motion);
+    best = fit;
+    found = &pose;
   }
+  if (!is_one)
+    throw_bad_input("two poses for one scan",
+                    {.file = scan.string(), .expected = "one", .advice = "Name it by its path."});
+  if (found != nullptr) return found->motion;
   throw_bad_input(
       "no pose for this scan",
       {.file = scan.string(),

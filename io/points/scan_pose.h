@@ -37,7 +37,7 @@ RigidMotion motion_of_quaternion(const std::array<double, 4>& quaternion, Vec3 t
 RigidMotion motion_of_matrix(const std::array<double, 16>& matrix);
 
 /// "FILE tx ty tz qx qy qz qw" or "FILE" and the sixteen numbers of a matrix, as for the functions
-/// above. Throws std::invalid_argument, saying why.
+/// above. FILE may hold blanks. Throws std::invalid_argument, saying why.
 ScanPose parse_pose(std::string_view text);
 
 /// Reads the `bmesh FILE tx ty tz qx qy qz qw` lines of a Stanford .conf. Its quaternions turn row
@@ -45,8 +45,9 @@ ScanPose parse_pose(std::string_view text);
 std::vector<ScanPose> read_stanford_poses(const std::filesystem::path& path);
 std::vector<ScanPose> parse_stanford_poses(std::string_view text, const std::string& name);
 
-/// The pose of a scan: of those with its path, else with its file name; the identity where there
-/// are none at all. Throws Error (bad input) where there are poses but none, or two, for the scan.
+/// The pose of a scan: the one whose name agrees with most of the scan's path from its end, at
+/// least with its file name; the identity where there are no poses at all. Throws Error (bad
+/// input) where there are poses but none, or two, for the scan.
 RigidMotion pose_of_scan(const std::vector<ScanPose>& poses, const std::filesystem::path& scan);
 
 }  // namespace orbweave

@@ -69,6 +69,15 @@ TEST_CASE("NamesOfSeparateScansKeepTheWholeExtension") {
   CHECK(read_stanford_poses(in / "flat.conf").size() == 1);
 }
 
+TEST_CASE("SeparateScansWhoseNamesHoldBlanksAreReadWithTheirPoses") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "room", "--points", "1000", "--separate", "-o", "my room.ply"})
+              .status == 0);
+  CHECK(run_in(in, {"run", "my room.toml", "--progress", "none"}).status == 0);
+  REQUIRE(generate_scans(in, {"--separate", "-o", "my scans.ply"}).status == 0);
+  CHECK(read_stanford_poses(in / "my scans.conf")[0].file == "my scans_0.ply");
+}
+
 TEST_CASE("OptionsOfScansWithoutScansAreUsageErrors") {
   const ScratchDirectory in;
   const auto status = [&](std::vector<std::string> more) {

@@ -60,6 +60,21 @@ TEST_CASE("AMatrixIsAppliedToColumnVectors") {
   check_near(pose.motion.direction({1, 0, 0}), {0, 1, 0});
 }
 
+TEST_CASE("TheNameOfAScanMayHoldBlanks") {
+  CHECK(parse_pose("a 1 2 3 2 1 0 3").motion == parse_pose("Scan 001.ply 1 2 3 2 1 0 3").motion);
+  CHECK(parse_pose("  old  scans/Scan 001.ply\t1 2 3 0 0 0 1 ").file == "old  scans/Scan 001.ply");
+  CHECK(parse_pose("1 1 2 3 0 0 0 1").file == "1");
+  const ScanPose matrix = parse_pose("my scan.ply 1 0 0 5  0 1 0 6  0 0 1 7  0 0 0 1");
+  CHECK(matrix.file == "my scan.ply");
+  CHECK(matrix.motion.translation == Vec3{5, 6, 7});
+  const auto stanford = parse_stanford_poses("\tbmesh my bmesh.ply 1 2 3 0 0 0 1\r\n", "x.conf");
+  REQUIRE(stanford.size() == 1);
+  CHECK(stanford[0].file == "my bmesh.ply");
+  CHECK(stanford[0].motion.translation == Vec3{1, 2, 3});
+  CHECK_THROWS_WITH(parse_pose("a 1 2 3 0 0 0 1 5"), Contains("9 words"));
+  CHECK_THROWS_WITH(parse_pose("my scan.ply 1 2 3 0 0 0 x"), Contains("9 words"));
+}
+
 TEST_CASE("WhatIsNoRigidMotionIsRefusedWithTheReason") {
   CHECK_THROWS_WITH(parse_pose("a 2 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"), Contains("length one"));
   CHECK_THROWS_WITH(parse_pose("a -1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"), Contains("mirrors"));
@@ -82,6 +97,27 @@ TEST_CASE("APoseIsFoundByPathThenByNameAndHasToBeThere") {
   CHECK(pose_of_scan({}, "any.ply") == RigidMotion{});
   CHECK_THROWS_WITH(pose_of_scan(poses, "c/s.ply"), Contains("two poses for one scan"));
   CHECK_THROWS_WITH(pose_of_scan(poses, "u.ply"), Contains("no pose for this scan"));
+}
+
+TEST_CASE("APoseNamedByPathIsFoundFromAnyFolder") {
+  const RigidMotion one = parse_pose("x 1 0 0 0 0 0 1").motion;
+  const RigidMotion two = parse_pose("x 2 0 0 0 0 0 1").motion;
+  const std::vector<ScanPose> poses = {{"s1/cloud.ply", one}, {"../data/s2/cloud.ply", two}};
+  for (const std::string folder : {"", "./", "jobs/../data/", "/home/user/data/", "../data/"}) {
+    CAPTURE(folder);
+    CHECK(pose_of_scan(poses, folder + "s1/cloud.ply") == one);
+    CHECK(pose_of_scan(poses, folder + "s2/cloud.ply") == two);
+  }
+  const std::vector<ScanPose> whole = {{"/data/s1/cloud.ply", one}, {"/data/s2/cloud.ply", two}};
+  CHECK(pose_of_scan(whole, "s1/cloud.ply") == one);
+  CHECK(pose_of_scan(whole, "../s2/cloud.ply") == two);
+  CHECK_THROWS_WITH(pose_of_scan(whole, "s3/cloud.ply"), Contains("two poses for one scan"));
+  const std::vector<ScanPose> nested = {{"cloud.ply", one}, {"s2/cloud.ply", two}};
+  for (const std::string folder : {"", "data/"}) {
+    CAPTURE(folder);
+    CHECK(pose_of_scan(nested, folder + "cloud.ply") == one);
+    CHECK(pose_of_scan(nested, folder + "s2/cloud.ply") == two);
+  }
 }
 
 TEST_CASE("AViewKeepsItsDirection") {
