@@ -103,8 +103,11 @@ class SampleValues {
              parse_value(row[column], ScalarType::kUint8, value.data()) == ParseOutcome::kNumber;
     });
   }
-  bool are_bytes(std::size_t column) const {
-    return is_byte(column) && is_byte(column + 1) && is_byte(column + 2);
+  /// How many columns in a row are so.
+  std::size_t bytes_from(std::size_t column) const {
+    std::size_t end = column;
+    while (is_byte(end)) ++end;
+    return end - column;
   }
   /// Three columns whose vectors have length one (zero vectors, for "no normal", apart).
   bool are_unit_vectors(std::size_t column) const {
@@ -135,12 +138,11 @@ void add_three(std::vector<TextColumn>& columns, const std::array<const char*, 3
 constexpr std::array<const char*, 3> kNormal = {"nx", "ny", "nz"};
 constexpr std::array<const char*, 3> kColor = {"red", "green", "blue"};
 
-std::vector<TextColumn> guess_columns(const TextSample& sample, char separator) {
-  const std::size_t count = fields_of(sample.lines[0], separator).size();
-  const SampleValues values(sample, 0, separator);
+void guess_columns(const TextSample& sample, TextLayout& layout) {
+  const std::size_t count = fields_of(sample.lines[0], layout.separator).size();
+  const SampleValues values(sample, 0, layout.separator);
   bool has_normal = false;
-  bool has_color = false;
-  std::vector<TextColumn> columns;
+  std::vector<TextColumn>& columns = layout.columns;
   add_three(columns, {"x", "y", "z"}, ScalarType::kFloat64);
   if (sample.is_pts && (count == 4 || count == 7))
     columns.push_back({"intensity", ScalarType::kFloat32});
@@ -150,14 +152,14 @@ std::vector<TextColumn> guess_columns(const TextSample& sample, char separator) 
     if (three_left && !has_normal && values.are_unit_vectors(at)) {
       add_three(columns, kNormal, ScalarType::kFloat64);
       has_normal = true;
-    } else if (three_left && !has_color && values.are_bytes(at)) {
+    } else if (layout.color_candidates == 0 && values.bytes_from(at) >= kColor.size()) {
+      layout.first_color = at;
+      layout.color_candidates = values.bytes_from(at);
       add_three(columns, kColor, ScalarType::kUint8);
-      has_color = true;
     } else {
       columns.push_back({place_name(at)});
     }
   }
-  return columns;
 }
 
 /// Named colours are bytes where they look like bytes; colours from 0 to 1 stay as they are, and so
@@ -289,7 +291,7 @@ TextLayout find_text_layout(const TextSample& sample, const TextOptions& options
                      .place = line_place(sample),
                      .found = counted_noun(fields.size(), "column", "columns"),
                      .expected = "at least 3"});
-  layout.columns = guess_columns(sample, layout.separator);
+  guess_columns(sample, layout);
   return layout;
 }
 

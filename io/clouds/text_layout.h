@@ -25,6 +25,8 @@ struct TextLayout {
   char separator = ' ';  ///< ' ': any run of blanks and tabs
   std::vector<TextColumn> columns;
   bool has_header_line = false;  ///< the sample's first line names the columns
+  /// Where colours are a guess: their columns and those right behind that may as well be colours.
+  std::size_t first_color = 0, color_candidates = 0;
 };
 
 /// Whether a text is numbers alone, with a comma in one of them: a table of a program that writes

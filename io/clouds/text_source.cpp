@@ -46,6 +46,7 @@ class TextSource final : public PointSource {
                                   name_of(column.type) +
                                   " in input.columns, --columns, it keeps "
                                   "them)");
+    if (layout_.color_candidates > 3) facts.lost_values.push_back(colors_in_doubt());
     return facts;
   }
   std::uint64_t bytes_read() const override { return reader_.source().bytes_read(); }
@@ -252,6 +253,17 @@ class TextSource final : public PointSource {
                      .found = counted_points(scan_points_),
                      .expected = std::to_string(scan_count_),
                      .advice = "The file may be truncated."});
+  }
+
+  /// Intensity before the colours, or classes behind them, look like colours as well.
+  std::string colors_in_doubt() const {
+    const auto place = [&](std::size_t column) {
+      return std::to_string(layout_.first_color + column);
+    };
+    return "the meaning of columns " + place(1) + " to " + place(layout_.color_candidates) +
+           ", which have no names and hold integers from 0 to 255: " + place(1) + " to " +
+           place(3) +
+           " are taken for red, green and blue (input.columns, --columns, says what they are)";
   }
 
   ByteReader reader_;

@@ -8,7 +8,7 @@
 namespace orbweave {
 namespace {
 
-/// A cloud, one line per point: position, normal, attributes.
+/// A cloud, one line per point: position, normal, attributes; in front what the columns are.
 class TextCloudWriter final : public MeshWriter {
  public:
   TextCloudWriter(std::unique_ptr<ByteSink> sink, const MeshHeader& header,
@@ -18,7 +18,8 @@ class TextCloudWriter final : public MeshWriter {
         origin_(options.origin),
         separator_(separator),
         counter_(header) {
-    if (separator == ',') sink_->write(names());
+    const bool is_bare = !header.schema.has_normals && header.schema.attributes.empty();
+    if (separator == ',' || !is_bare) sink_->write(names());
   }
 
   bool encodes_independently() const override { return true; }
@@ -60,19 +61,30 @@ class TextCloudWriter final : public MeshWriter {
   std::uint64_t bytes_written() const override { return sink_->bytes_written(); }
 
  private:
+  /// A table begins with names. Between blanks they are a comment, which readers of bare numbers
+  /// pass over: without one, integers such as classes would be taken for colours.
   std::string names() const {
-    std::string line = "x,y,z";
-    if (header_.schema.has_normals) line += ",nx,ny,nz";
-    for (const std::string& name :
-         attribute_names(header_.schema, plain_name, canonical_column_name))
-      line += separator_ + name;
+    std::string line = separator_ == ',' ? "x" : "# x";
+    const auto add = [&](const std::string& name) { line += separator_ + name; };
+    for (const char* name : {"y", "z"}) add(name);
+    if (header_.schema.has_normals)
+      for (const char* name : {"nx", "ny", "nz"}) add(name);
+    const auto plain = separator_ == ',' ? name_in_table : name_in_comment;
+    for (const std::string& name : attribute_names(header_.schema, plain, canonical_column_name))
+      add(name);
     return line + "\n";
   }
+  static bool is_control(char c) { return static_cast<unsigned char>(c) < ' '; }
   /// A semicolon would be taken for the separator of the line, and a name of blanks for none.
-  static std::string plain_name(std::string name) {
+  static std::string name_in_table(std::string name) {
     for (char& c : name)
-      if (c == ',' || c == ';' || static_cast<unsigned char>(c) < ' ') c = '_';
+      if (c == ',' || c == ';' || is_control(c)) c = '_';
     return name.find_first_not_of(' ') == name.npos ? "_" : name;
+  }
+  static std::string name_in_comment(std::string name) {
+    for (char& c : name)
+      if (c == ' ' || c == '"' || is_control(c)) c = '_';
+    return name.empty() ? "_" : name;
   }
   void add_vector(TextBuilder& text, Vec3 v) const {
     text.add_number(v.x);

@@ -272,6 +272,26 @@ TEST_CASE("ColumnsWithoutNamesAreToldByTheirValues") {
         Names{"intensity", "red", "green", "blue"});
 }
 
+TEST_CASE("ColumnsThatMayAsWellBeColorsAreTold") {
+  const auto told = [](const std::string& name, const std::string& content,
+                       const TextOptions& text = {}) {
+    const ScratchDirectory scratch;
+    write_file(scratch / name, content);
+    return not_read(open_point_source(scratch / name, {text})->facts());
+  };
+  const auto notes = told("a.xyz", "1 2 3 0.5 90 10 20 30\n4 5 6 0.5 91 11 21 31\n");
+  REQUIRE(notes.size() == 1);
+  CHECK_THAT(notes[0], Contains("columns 5 to 8") && Contains("5 to 7 are taken for red, green"));
+  CHECK(told("a.xyz", "1 2 3 90.0 10 20 30\n").empty());
+  CHECK(told("a.xyz", "1 2 3 10 20 30 90.0 1\n").empty());
+  CHECK(told("a.xyz", "1 2 3 10 20\n").empty());
+  CHECK(told("a.pts", "1 2 3 90 10 20 30\n").empty());
+  CHECK(told("a.txt", "x y z i r g b\n1 2 3 90 10 20 30\n").empty());
+  TextOptions text;
+  text.columns = {"x", "y", "z", "i", "r", "g", "b"};
+  CHECK(told("a.xyz", "1 2 3 90 10 20 30\n", text).empty());
+}
+
 TEST_CASE("ColumnsMayBeGiven") {
   TextOptions text;
   text.columns = {"y", "-", "x", "z:float32", "class:uint8"};

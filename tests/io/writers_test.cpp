@@ -352,6 +352,27 @@ TEST_CASE("NamesThatWouldCutALineOfCsvOtherwiseAreReadBack") {
         std::vector<std::string>{"a_b", "_", "__2"});
 }
 
+TEST_CASE("TextBetweenBlanksSaysInACommentWhatItsColumnsAre") {
+  using Names = std::vector<std::string>;
+  const ScratchDirectory scratch;
+  PointCloud cloud;
+  for (const char* name : {"classification", "return number", "", "\"n"})
+    cloud.schema.attributes.push_back({name, ScalarType::kUint8});
+  cloud.positions = {{1, 2, 3}, {4, 5, 6}};
+  for (int i = 0; i < 8; ++i) cloud.attributes.push_back(static_cast<std::byte>(i));
+  write_cloud(scratch / "a.xyz", cloud);
+  CHECK(read_file(scratch / "a.xyz") ==
+        "# x y z classification return_number _ _n\n1 2 3 0 1 2 3\n4 5 6 4 5 6 7\n");
+  const PointCloud back = test::read_cloud(scratch / "a.xyz");
+  CHECK(test::attribute_names(back.schema) == Names{"classification", "return_number", "_", "_n"});
+  CHECK(test::value_of(back, 1, "return_number") == 5);
+
+  cloud.schema.attributes.clear();
+  cloud.attributes.clear();
+  write_cloud(scratch / "bare.xyz", cloud);
+  CHECK(read_file(scratch / "bare.xyz") == "1 2 3\n4 5 6\n");
+}
+
 TEST_CASE("ANameOfNormalsStaysWhereThereAreNone") {
   const ScratchDirectory scratch;
   PointCloud cloud;
