@@ -271,10 +271,9 @@ std::uint64_t count_points(PointSource& source, const StopToken& stop) {
   return points;
 }
 
-/// What a selection left of the cloud is not all of it.
-void print_left_out(const PointSource& source, const SelectedSource& selected,
-                    const ConvertOptions& options) {
-  if (options.out == "-" || selected.takes_all()) return;
+/// What a selection left of the cloud is not all of it, nor is what a reader takes for no point.
+void print_left_out(const PointSource& source, const ConvertOptions& options) {
+  if (options.out == "-") return;
   for (const auto& [reason, count] : source.left_out())
     std::cout << format_count(count) << " dropped: " << reason << "\n";
 }
@@ -301,8 +300,7 @@ void print_scanners_left_out(const PointSource& source, const ConvertOptions& op
 
 /// Points from standard input that come without their number, whose coordinates may change or whose
 /// colours may have to be scaled are kept until all are known.
-void convert_stream(PointSource& source, const SelectedSource& selected,
-                    const ConvertOptions& options) {
+void convert_stream(PointSource& source, const ConvertOptions& options) {
   const Job job = options.job();
   PointCloud cloud = read_all(source);
   apply_colors(job, cloud);
@@ -312,7 +310,7 @@ void convert_stream(PointSource& source, const SelectedSource& selected,
   write_cloud(options.out, cloud, writer_options(job, origin));
   note_written(options.out);
   write_beside(options, origin, source.coordinate_system());
-  print_left_out(source, selected, options);
+  print_left_out(source, options);
   print_written(options, cloud.size(), 0, origin);
   print_scanners_left_out(source, options);
 }
@@ -366,7 +364,7 @@ void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
   const bool is_asked_twice = !is_known || may_round(job) || has_wide_colors;
   // A pipe can be read only once.
   if (is_asked_twice && !std::filesystem::is_regular_file(options.in))
-    return convert_stream(*source, selected, options);
+    return convert_stream(*source, options);
   const std::uint64_t points = is_known ? source->declared_points().value_or(0)
                                         : count_points(*selected.open(options.in), stop);
   const Vec3 origin = origin_of_cloud(job, options.in, selected, stop);
@@ -381,7 +379,7 @@ void convert_cloud(const ConvertOptions& options, const StopToken& stop) {
   }
   note_written(options.out);
   write_beside(options, origin, source->coordinate_system());
-  print_left_out(*source, selected, options);
+  print_left_out(*source, options);
   print_written(options, points, 0, origin);
   print_scanners_left_out(*source, options);
 }

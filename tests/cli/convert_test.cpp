@@ -236,6 +236,16 @@ TEST_CASE("PlacesOfScannersThatNoCloudHasAreNamed") {
   CHECK_THAT(told("plain.xyz"), !Contains("left out"));
 }
 
+TEST_CASE("RowsThatAReaderTakesForNoPointsAreCounted") {
+  const ScratchDirectory in;
+  write_text(in / "pulses.ptx",
+             "1\n3\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
+             "1 2 3 0.5\n0 0 0 0.5\n0 0 0 0.5\n");
+  CHECK_THAT(run_in(in, {"convert", "pulses.ptx", "out.ply"}).out,
+             Contains("2 dropped: no return\nout.ply: 1 point\n"));
+  CHECK(run_in(in, {"convert", "pulses.ptx", "-"}).out == file_text(in / "out.ply"));
+}
+
 TEST_CASE("OnePointOrTriangleIsNotSeveral") {
   const ScratchDirectory in;
   write_text(in / "one.xyz", "1 2 3\n");
