@@ -53,16 +53,18 @@ std::string bash_command(const CommandFacts& command) {
   std::string values;
   for (const OptionFacts& option : command.options) {
     if (option.is_argument || option.value.empty()) continue;
-    const std::string words =
-        option.choices.empty() ? "-f" : "-W " + in_quotes(spaced(option.choices));
-    values += "        " + joined_by_bar(option.names) + ") COMPREPLY=($(compgen " + words +
-              " -- \"$word\")); return ;;\n";
+    const std::string reply =
+        option.choices.empty()
+            ? ""
+            : "COMPREPLY=($(compgen -W " + in_quotes(spaced(option.choices)) + " -- \"$word\")); ";
+    values += "        " + joined_by_bar(option.names) + ") " + reply + "return ;;\n";
   }
   return "    " + command.name + ")\n      case $before in\n" + values +
          "      esac\n      options=" + in_quotes(spaced(names_of(command.options))) +
          "\n      choices=" + in_quotes(spaced(choices_of_arguments(command.options))) + " ;;\n";
 }
 
+/// Files are left to bash (-o default): it knows names with blanks, quotes and "~".
 std::string bash_completion(const ProgramFacts& program) {
   std::string cases;
   for (const CommandFacts& command : program.commands) cases += bash_command(command);
@@ -78,9 +80,8 @@ std::string bash_completion(const ProgramFacts& program) {
          "    *) return ;;\n  esac\n"
          "  case $word in\n"
          "    -*) COMPREPLY=($(compgen -W \"$options\" -- \"$word\")) ;;\n"
-         "    *) COMPREPLY=($(compgen -W \"$choices\" -- \"$word\") $(compgen -f -- \"$word\")) "
-         ";;\n"
-         "  esac\n}\ncomplete -o filenames -F _" +
+         "    *) COMPREPLY=($(compgen -W \"$choices\" -- \"$word\")) ;;\n"
+         "  esac\n}\ncomplete -o default -F _" +
          program.name + " " + program.name + "\n";
 }
 

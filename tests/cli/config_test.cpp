@@ -1,5 +1,7 @@
 // orbweave config: what it prints is what the program reads.
 #include <catch2/catch.hpp>
+#include <cstdio>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/program.h"
@@ -75,6 +77,31 @@ TEST_CASE("CompletionKnowsCommandsOptionsAndChoicesOfEachShell") {
   const auto unknown = run_program({"config", "--completion", "tcsh"});
   CHECK(unknown.status == 2);
   CHECK_THAT(unknown.err, Contains("bash, zsh or fish"));
+}
+
+TEST_CASE("BashCompletesChoicesAndLeavesNamesOfFilesToItself") {
+  const ScratchDirectory in;
+  write_text(in / "complete.bash", run_program({"config", "--completion", "bash"}).out);
+  write_text(in / "my scan.ply", "");
+  write_text(in / "ask.bash",
+             "cd '" + in.path().string() +
+                 "' && source complete.bash && complete -p orbweave\n"
+                 "ask() { COMP_WORDS=(orbweave \"$@\"); COMP_CWORD=$#; _orbweave; "
+                 "echo \"$* is ${COMPREPLY[*]}.\"; }\n"
+                 "ask recon; ask reconstruct --normals es; ask reconstruct --ball; "
+                 "ask reconstruct my; ask reconstruct --poses my; ask fill --kernel tri\n");
+  const std::string command = "bash '" + (in / "ask.bash").string() + "'";
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(command.c_str(), "r"), ::pclose);
+  std::string said;
+  for (int c = std::fgetc(pipe.get()); c != EOF; c = std::fgetc(pipe.get()))
+    said += static_cast<char>(c);
+  CAPTURE(said);
+  // Bash itself completes where the function finds nothing: also names with blanks.
+  CHECK_THAT(said, Contains("-o default") && Contains("reconstruct my is .") &&
+                       Contains("reconstruct --poses my is ."));
+  CHECK_THAT(said, Contains("recon is reconstruct.") && Contains("--normals es is estimate.") &&
+                       Contains("--ball is --ball-radii.") &&
+                       Contains("--kernel tri is triharmonic."));
 }
 
 TEST_CASE("TheReferenceHasKeysOptionsFieldsAndExitStatuses") {
