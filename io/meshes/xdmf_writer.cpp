@@ -16,9 +16,11 @@ namespace {
 
 using Of = MeshColumn::Of;
 
+/// Readers of XDMF know no unsigned integers of 8 bytes and take them for those of 4. The signed
+/// ones hold all values below 2^63.
 std::string number_type(ScalarType type) {
   constexpr const char* kNames[] = {"Char", "UChar", "Short", "UShort", "Int",
-                                    "UInt", "Int",   "UInt",  "Float",  "Float"};
+                                    "UInt", "Int",   "Int",   "Float",  "Float"};
   const auto at = static_cast<std::size_t>(type);
   return std::string("NumberType=\"") + kNames[at] + "\" Precision=\"" +
          std::to_string(size_of(type)) + "\"";

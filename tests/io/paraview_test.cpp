@@ -229,6 +229,25 @@ TEST_CASE("XdmfNamesTheArraysThatTheHdf5FileHolds") {
   CHECK(attribute("Normals").attribute("AttributeType").value() == std::string("Vector"));
 }
 
+TEST_CASE("IntegersOfEightBytesAreSignedOnesInXdmf") {
+  const ScratchDirectory scratch;
+  TriangleMesh mesh;
+  mesh.vertices.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.vertices.schema.attributes = {{"nanoseconds", ScalarType::kUint64}};
+  const std::uint64_t time = 1'700'000'000'123'456'789;
+  for (std::uint64_t i = 0; i < 3; ++i)
+    for (const char c : test::raw(time + i))
+      mesh.vertices.attributes.push_back(static_cast<std::byte>(c));
+  mesh.triangles = {{0, 1, 2}};
+  write_mesh(scratch / "mesh.xdmf", mesh);
+  // Readers of XDMF take unsigned ones for those of four bytes, and clip what is larger.
+  CHECK_THAT(read_file(scratch / "mesh.xdmf"),
+             Contains("<DataItem Dimensions=\"3\" NumberType=\"Int\" Precision=\"8\" "
+                      "Format=\"HDF\">mesh.h5:/nanoseconds<"));
+  CHECK(h5_values<std::uint64_t>(scratch / "mesh.h5", "nanoseconds", H5T_NATIVE_UINT64, {3})[2] ==
+        time + 2);
+}
+
 TEST_CASE("NumbersOfAnXdmfReplaceThoseOfAMeshAlone") {
   const ScratchDirectory scratch;
   const fs::path mesh = scratch / "mesh.xdmf", numbers = scratch / "mesh.h5";
