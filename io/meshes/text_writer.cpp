@@ -1,5 +1,8 @@
+#include <algorithm>
+#include <array>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "io/meshes/attribute_names.h"
 #include "io/meshes/mesh_formats.h"
@@ -18,8 +21,7 @@ class TextCloudWriter final : public MeshWriter {
         origin_(options.origin),
         separator_(separator),
         counter_(header) {
-    const bool is_bare = !header.schema.has_normals && header.schema.attributes.empty();
-    if (separator == ',' || !is_bare) sink_->write(names());
+    if (separator == ',' || !are_known_by_place()) sink_->write(names());
   }
 
   bool encodes_independently() const override { return true; }
@@ -61,8 +63,18 @@ class TextCloudWriter final : public MeshWriter {
   std::uint64_t bytes_written() const override { return sink_->bytes_written(); }
 
  private:
-  /// A table begins with names. Between blanks they are a comment, which readers of bare numbers
-  /// pass over: without one, integers such as classes would be taken for colours.
+  /// Whether bare numbers say what they are, as every program reads them: coordinates, normals and
+  /// colours. Some programs read nothing else.
+  bool are_known_by_place() const {
+    const std::vector<AttributeField>& fields = header_.schema.attributes;
+    constexpr std::array<const char*, 3> kColor = {"red", "green", "blue"};
+    return fields.empty() ||
+           std::ranges::equal(fields, kColor, [](const AttributeField& field, const char* name) {
+             return field.name == name && field.type == ScalarType::kUint8;
+           });
+  }
+  /// A table begins with names. Between blanks they are a comment: without one, integers such as
+  /// classes would be taken for colours.
   std::string names() const {
     std::string line = separator_ == ',' ? "x" : "# x";
     const auto add = [&](const std::string& name) { line += separator_ + name; };

@@ -371,6 +371,14 @@ TEST_CASE("TextBetweenBlanksSaysInACommentWhatItsColumnsAre") {
   cloud.attributes.clear();
   write_cloud(scratch / "bare.xyz", cloud);
   CHECK(read_file(scratch / "bare.xyz") == "1 2 3\n4 5 6\n");
+  // Programs that read bare numbers alone read normals and colours, too.
+  cloud.schema.has_normals = true;
+  cloud.normals = {{0, 0, 1}, {1, 0, 0}};
+  for (const char* name : {"red", "green", "blue"})
+    cloud.schema.attributes.push_back({name, ScalarType::kUint8});
+  for (int i = 0; i < 6; ++i) cloud.attributes.push_back(static_cast<std::byte>(i));
+  write_cloud(scratch / "colors.xyz", cloud);
+  CHECK(read_file(scratch / "colors.xyz") == "1 2 3 0 0 1 0 1 2\n4 5 6 1 0 0 3 4 5\n");
 }
 
 TEST_CASE("ANameOfNormalsStaysWhereThereAreNone") {
