@@ -211,7 +211,8 @@ void orient(PointCloud& cloud, const Spacing& spacing, Orientation side,
             const ReconstructionOptions& options) {
   const OrientationOptions wanted{.cell = orientation_cell(spacing.choice.spacing),
                                   .max_radius = spacing.normal_radius,
-                                  .stop = options.stop};
+                                  .stop = options.stop,
+                                  .among = spacing.choice.line_neighbors};
   std::vector<std::uint64_t> numbers(cloud.size());
   std::iota(numbers.begin(), numbers.end(), std::uint64_t{0});
   OrientedPatches patches = orient_patches(cloud.positions, cloud.normals, numbers, 0,

@@ -24,6 +24,7 @@ struct OrientationOptions {
   std::size_t neighbors = 10;       ///< of a point that vote
   double max_radius = 0.0;          ///< neighbours farther away do not vote; world units
   const StopToken* stop = nullptr;  ///< looked at every few thousand points; may be null
+  std::size_t among = 0;            ///< nearest neighbours that the voters are chosen from, or 0
 };
 
 /// The patches of the cells that own points [begin, end).

@@ -201,6 +201,27 @@ class Patches {
       if (state == kAsked) state = kDone;
   }
 
+  /// What a thread needs to choose voters; reuse it.
+  struct Voters {
+    std::vector<Neighbor> by_distance;
+    std::vector<std::uint32_t> chosen;
+  };
+
+  /// Those of a point's neighbours that vote. Of more than vote, some are near and some are far: on
+  /// a scan line the nearest are all of that line.
+  std::span<const std::uint32_t> voters(std::span<const std::uint32_t> found,
+                                        std::span<const double> squared, Voters& scratch) const {
+    auto& [by_distance, chosen] = scratch;
+    if (found.size() <= options_.neighbors) return found;
+    by_distance.clear();
+    for (std::size_t i = 0; i < found.size(); ++i) by_distance.push_back({squared[i], found[i]});
+    std::sort(by_distance.begin(), by_distance.end(), kNearerFirst);
+    chosen.clear();
+    for (std::size_t i = 0; i < options_.neighbors; ++i)
+      chosen.push_back(by_distance[i * found.size() / options_.neighbors].index);
+    return chosen;
+  }
+
   void neighbors_of_block(std::uint32_t block, NeighborSearch::Query& query) {
     if (block % (kStopBlock / kBlock) == 0) check_stop(options_.stop);
     std::uint32_t first = block * kBlock;
@@ -208,14 +229,16 @@ class Patches {
     while (first < last && !asked(first)) ++first;
     while (first < last && !asked(last - 1)) --last;
     if (first == last) return;
-    query.find(search_, first, last, options_.neighbors, squared_reach(options_.max_radius));
+    const std::size_t among = std::max(options_.among, options_.neighbors);
+    query.find(search_, first, last, among, squared_reach(options_.max_radius));
+    Voters scratch;
     for (std::uint32_t i = first; i < last; ++i) {
       if (!asked(i)) continue;
       double farthest = 0.0;
       for (const double squared : query.squared_of(i)) farthest = std::max(farthest, squared);
       radius_[i] = std::sqrt(farthest);
       std::uint32_t* const row = neighbors_.get() + i * options_.neighbors;
-      for (const std::uint32_t n : query.of(i))
+      for (const std::uint32_t n : voters(query.of(i), query.squared_of(i), scratch))
         if (!is_zero(normals_[n])) row[counts_[i]++] = n;
     }
   }

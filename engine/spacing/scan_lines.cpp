@@ -137,14 +137,14 @@ std::vector<LinePlace> find_scan_lines(const SampledNeighbors& sample, const Sto
 std::size_t neighbors_across_lines(const std::vector<LinePlace>& places) {
   // With 1.3 neighbours for each point that fits between two lines normals of lines on a wavy
   // surface are right, with 1.2 they are not (at ratios of 12 to 30).
-  constexpr double kPerRatio = 1.5, kBeside = 4.0;
+  constexpr double kPerRatio = 2.5, kBeside = 4.0;
   std::vector<double> ratios;
   for (const LinePlace& place : places)
     if (place.along > 0.0) ratios.push_back(place.across / place.along);
   if (ratios.empty()) return 0;
-  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-  std::ranges::nth_element(ratios, middle);
-  return static_cast<std::size_t>(std::ceil(kPerRatio * *middle + kBeside));
+  const auto widest = ratios.begin() + static_cast<std::ptrdiff_t>((ratios.size() - 1) * 95 / 100);
+  std::ranges::nth_element(ratios, widest);
+  return static_cast<std::size_t>(std::ceil(kPerRatio * *widest + kBeside));
 }
 
 }  // namespace orbweave

@@ -310,6 +310,28 @@ TEST_CASE("AValleyPointsUpThoughItsNormalsMeetInside") {
   for (const Vec3& n : oriented_normals(cloud, options_for(spacing))) REQUIRE(n.z > 0.0);
 }
 
+TEST_CASE("NeighboursOfFarLinesVoteWhereTheNearestAreAllOfOneLine") {
+  // Lines 24 times as far apart as the points on them, every other one with its normals turned.
+  PointCloud cloud;
+  for (int line = 0; line < 12; ++line)
+    for (int i = 0; i < 200; ++i) cloud.positions.push_back({1.0 * i, 24.0 * line, 0.0});
+  test::put_in_order(cloud);
+  Unoriented lines{cloud.positions, {}, {}};
+  for (const Vec3& p : cloud.positions) {
+    lines.normals.push_back({0.0, 0.0, std::fmod(p.y, 48.0) < 1.0 ? 1.0 : -1.0});
+    lines.global.push_back(lines.global.size());
+  }
+  OrientationOptions options{.cell = 16.0, .max_radius = 40.0};
+  const auto facing_up = [&] {
+    const std::vector<Vec3> normals = oriented_normals(lines, options);
+    return std::ranges::count_if(normals, [](const Vec3& n) { return n.z > 0.0; });
+  };
+  options.among = 64;
+  CHECK(facing_up() == static_cast<std::ptrdiff_t>(cloud.size()));
+  const OrientedPatches joined = patches_of(lines, options);
+  CHECK(orient_patch_graph(joined.sums, joined.votes, {}).components == 1);
+}
+
 TEST_CASE("VotesAreJoinedFromTheSurestDown") {
   // 0 and 1 agree strongly, 1 and 2 oppose; the weak vote of 0 and 2 is overruled.
   const std::vector<SignedEdge> edges = {{0, 1, 9, 9}, {2, 1, -5, 5}, {0, 2, 3, 3}};

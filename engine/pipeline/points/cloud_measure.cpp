@@ -67,6 +67,7 @@ Partition measure(const CloudInput& input, SpacingSampler& sampler, const RunCon
   measured.automatic_radii = choice.radii;
   measured.radii_reason = choice.reason;
   measured.sparse_offset = choice.sparse_offset;
+  measured.line_neighbors = choice.line_neighbors;
   if (!input.are_scans) return measured;
   measured.coordinate_step = coordinate_step(sites.all());
   measured.layers = measure_layers(sites, &control.stop);

@@ -84,12 +84,14 @@ PatchOrientation orient_cloud(StageRunner& runner, const RawCloud& cloud, Orient
   OrientationOptions options;
   options.cell = orientation_cell(spacing);
   options.max_radius = max_radius;
+  options.among = cloud.partition.line_neighbors;
   options.stop = &runner.stop;
   by_root(runner, [&] {
     begin_stage(runner, kPatchStage,
                 cloud.key + key_line("layout of patches", "2") +
                     key_line("cell of patches", format_exact(options.cell)) +
-                    key_line("reach of patches", format_exact(options.max_radius)));
+                    key_line("reach of patches", format_exact(options.max_radius)) +
+                    key_line("neighbors of patches", std::to_string(options.among)));
   });
   require_points_for(runner, cloud, kPatchStage);
   visit_chunks(runner, cloud, kPatchStage, orientation_halo(options),

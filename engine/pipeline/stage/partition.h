@@ -26,10 +26,11 @@ struct Partition {
   double spacing = 0.0;  ///< robust nearest-neighbour spacing; 0: unknown
   std::vector<double> automatic_radii;
   std::string radii_reason;
-  double sparse_offset = 0.0;    ///< of the points that automatic radii grow for (RadiiChoice)
-  LayerThickness layers;         ///< of the scans as they came; not measured elsewhere
-  double coordinate_step = 0.0;  ///< of the scans' coordinates (coordinate_step); 0: fine
-  double normal_radius = 0.0;    ///< within which the neighbours for a normal are found; likewise
+  double sparse_offset = 0.0;      ///< of the points that automatic radii grow for (RadiiChoice)
+  std::size_t line_neighbors = 0;  ///< RadiiChoice::line_neighbors
+  LayerThickness layers;           ///< of the scans as they came; not measured elsewhere
+  double coordinate_step = 0.0;    ///< of the scans' coordinates (coordinate_step); 0: fine
+  double normal_radius = 0.0;      ///< within which the neighbours for a normal are found; likewise
   std::uint64_t points_without_view = 0;  ///< points whose scanner is not known
   CleaningFacts cleaning;
   NormalFacts normals;
