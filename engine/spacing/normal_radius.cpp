@@ -23,7 +23,8 @@ double normal_radius(const SampledNeighbors& sample, std::size_t neighbors, cons
 double normal_radius(const SearchedSites& sites, const SampledNeighbors& sample,
                      std::size_t neighbors, const StopToken* stop) {
   if (neighbors <= sample.neighbors()) return normal_radius(sample, neighbors, stop);
-  return normal_radius(SampledNeighbors(sites, neighbors, stop), neighbors, stop);
+  constexpr std::uint64_t kPlaces = 4096;  // many neighbours of many places would fill the memory
+  return normal_radius(SampledNeighbors(sites, neighbors, stop, kPlaces), neighbors, stop);
 }
 
 }  // namespace orbweave

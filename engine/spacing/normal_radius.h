@@ -11,7 +11,7 @@ namespace orbweave {
 /// World units; the sample has at least so many neighbours. 0 where no distance between points is
 /// known.
 double normal_radius(const SampledNeighbors& sample, std::size_t neighbors, const StopToken* stop);
-/// The same, of a sample that may have fewer neighbours.
+/// The same, of a sample that may have fewer neighbours: fewer places are measured then.
 double normal_radius(const SearchedSites& sites, const SampledNeighbors& sample,
                      std::size_t neighbors, const StopToken* stop);
 

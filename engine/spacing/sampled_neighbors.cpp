@@ -7,17 +7,15 @@
 namespace orbweave {
 namespace {
 
-/// Approximate maximum number of points measured.
-constexpr std::uint64_t kMeasuredPoints = 32768;
 /// Points that one thread takes at once, between two looks at the request to stop.
 constexpr std::size_t kPlacesAtOnce = 256;
 
 }  // namespace
 
 SampledNeighbors::SampledNeighbors(const SearchedSites& sites, std::size_t neighbors,
-                                   const StopToken* stop)
+                                   const StopToken* stop, std::uint64_t places)
     : sites_(sites), stride_(neighbors + 1) {
-  choose_places(stop);
+  choose_places(places, stop);
   nearest_.resize(places_.size() * stride_);
   for_each_whole((places_.size() + kPlacesAtOnce - 1) / kPlacesAtOnce, [&](std::size_t block) {
     check_stop(stop);
@@ -25,7 +23,7 @@ SampledNeighbors::SampledNeighbors(const SearchedSites& sites, std::size_t neigh
   });
 }
 
-void SampledNeighbors::choose_places(const StopToken* stop) {
+void SampledNeighbors::choose_places(std::uint64_t wanted, const StopToken* stop) {
   struct Block {
     std::uint32_t site;
     std::size_t begin;
@@ -36,7 +34,7 @@ void SampledNeighbors::choose_places(const StopToken* stop) {
     if (const std::size_t points = sites_.all()[s].points.size(); points >= 2)
       for (std::size_t begin = 0; begin < points; begin += kPointsAtOnce)
         blocks.push_back({s, begin});
-  const PointSelection selection = select_points(sites_.all(), kMeasuredPoints);
+  const PointSelection selection = select_points(sites_.all(), wanted);
   std::vector<std::vector<SitePoint>> chosen(blocks.size());
   for_each_whole(blocks.size(), [&](std::size_t block) {
     check_stop(stop);

@@ -17,10 +17,12 @@ namespace orbweave {
 /// all that is measured there. Some 33,000 points at most: quantiles of more are no better.
 class SampledNeighbors {
  public:
-  /// `neighbors` of each point, or as many as its site has; `sites` outlive it. `stop` may be null.
-  /// Runs on the calling TBB arena.
+  static constexpr std::uint64_t kMostPlaces = 32768;
+
+  /// `neighbors` of each of about `places` points, or as many as its site has; `sites` outlive it.
+  /// `stop` may be null. Runs on the calling TBB arena.
   SampledNeighbors(const SearchedSites& sites, std::size_t neighbors,
-                   const StopToken* stop = nullptr);
+                   const StopToken* stop = nullptr, std::uint64_t places = kMostPlaces);
 
   struct Place {
     const SpacingSite& site;
@@ -40,7 +42,7 @@ class SampledNeighbors {
   struct SitePoint {
     std::uint32_t site = 0, point = 0;
   };
-  void choose_places(const StopToken* stop);
+  void choose_places(std::uint64_t wanted, const StopToken* stop);
   void find(std::size_t begin, std::size_t end);
 
   const SearchedSites& sites_;

@@ -20,7 +20,7 @@ constexpr double kMostBeside = 0.05;
 constexpr std::size_t kFirstLook = 1024, kMostPlaces = 4096;
 constexpr std::size_t kPlacesAtOnce = 64;
 /// What is farther away, in distances between the points on a line, is of no line beside it.
-constexpr double kMostApart = 32.0;
+constexpr double kMostApart = 64.0;
 
 /// Every so many places of the sample, all over it.
 std::vector<std::size_t> spread_places(std::size_t size, std::size_t wanted) {

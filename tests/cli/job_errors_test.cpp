@@ -156,14 +156,14 @@ TEST_CASE("ScanLinesThatAutomaticRadiiDoNotBridgeLeadToAdviceThatDoes") {
     return cloud_text(points);
   };
   const ScratchDirectory in;
-  const auto automatic = reconstruct_text(in, lines(40));
+  const auto automatic = reconstruct_text(in, lines(80));
   CHECK(automatic.status == 3);
   CHECK_THAT(automatic.err, Contains("half the distance between the lines") &&
                                 Contains("--ball-radii") && !Contains("--ball-radii auto"));
-  const auto given = reconstruct_text(in, lines(40), {"--ball-radii", "2"});
+  const auto given = reconstruct_text(in, lines(80), {"--ball-radii", "2"});
   CHECK(given.status == 3);
   CHECK_THAT(given.err, Contains("try --ball-radii auto"));
-  CHECK(reconstruct_text(in, lines(40), {"--ball-radii", "24"}).status == 0);
+  CHECK(reconstruct_text(in, lines(80), {"--ball-radii", "48"}).status == 0);
   CHECK(reconstruct_text(in, lines(10)).status == 0);
 }
 

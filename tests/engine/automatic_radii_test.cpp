@@ -150,7 +150,7 @@ TEST_CASE("UniformCloudsGetOneRadiusFromTheirDensity", "[costly]") {
 }
 
 TEST_CASE("ScanLinesFarApartGetABallThatReachesFromOneToTheNext") {
-  for (const double ratio : {5.0, 8.0, 25.0}) {
+  for (const double ratio : {5.0, 8.0, 25.0, 60.0}) {
     CAPTURE(ratio);
     const PointCloud cloud = test::sheet_of_lines(ratio, 40000).cloud;
     const RadiiChoice choice = choice_for(cloud.positions, 0);

@@ -125,7 +125,7 @@ TEST_CASE("TheFrontDoorGivesTheBytesOfTheJobWithoutNormals", "[costly]") {
 }
 
 TEST_CASE("ScanLinesFarApartBecomeOneSheetWithoutANumberGiven", "[costly]") {
-  for (const double ratio : {6.0, 20.0}) {
+  for (const double ratio : {6.0, 40.0}) {
     CAPTURE(ratio);
     const PointCloud lines = without_normals(sheet_of_lines(ratio, 20000)).cloud;
     check_same_as_job(lines);
