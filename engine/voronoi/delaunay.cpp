@@ -58,6 +58,8 @@ Tetrahedra delaunay(std::span<const Vec3> points, const StopToken* stop, const S
 
 void require_volume(std::span<const Vec3> points) { first_corners(points); }
 
+bool lie_in_one_plane(std::span<const Vec3> points) { return spanning_points(points).size() == 3; }
+
 std::uint64_t count_delaunay(std::span<const Vec3> points) {
   const std::vector<Point> all = cgal_points(points);
   return CGAL::Delaunay_triangulation_3<Kernel>(all.begin(), all.end()).number_of_finite_cells();

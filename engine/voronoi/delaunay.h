@@ -26,6 +26,9 @@ Tetrahedra delaunay_without_centers(std::span<const Vec3> points, const StopToke
 /// Throws as delaunay() where all points lie in one plane. O(n), exact.
 void require_volume(std::span<const Vec3> points);
 
+/// Whether all points lie in one plane, and not on one line. O(n), exact.
+bool lie_in_one_plane(std::span<const Vec3> points);
+
 /// The regular triangulation of weighted points, the dual of their power diagram: `weights` are the
 /// squared radii of the balls. Balls without a cell of their own are vertices of nothing. Otherwise
 /// as delaunay().

@@ -1,5 +1,7 @@
 #include "engine/voronoi/voronoi.h"
 
+#include <algorithm>
+#include <array>
 #include <ctime>
 #include <utility>
 
@@ -10,6 +12,7 @@
 #include "engine/voronoi/outside_walk.h"
 #include "engine/voronoi/pruning.h"
 #include "engine/voronoi/tight_cocone.h"
+#include "io/bounds.h"
 
 namespace orbweave::voronoi {
 namespace {
@@ -87,8 +90,51 @@ PointSurface cocone(std::span<const Vec3> points, const CoconeOptions& options,
   return cocone_of_cells(cells, points, {}, options, stop, done);
 }
 
+namespace {
+
+/// A point on either side of the plane that the points lie in, far above the middle of them.
+std::array<Vec3, 2> points_beside_plane(std::span<const Vec3> points) {
+  const auto farther = [&](const auto& distance) {
+    return *std::max_element(points.begin(), points.end(), [&](const Vec3& p, const Vec3& q) {
+      return distance(p) < distance(q);
+    });
+  };
+  const Vec3 a = points.front();
+  const Vec3 b = farther([&](const Vec3& p) { return squared_norm(p - a); });
+  const Vec3 c = farther([&](const Vec3& p) { return squared_norm(cross(b - a, p - a)); });
+  const Vec3 normal = normalized(cross(b - a, c - a));
+  const Box box = bounds_of(points);
+  const Vec3 middle = box.center() - dot(box.center() - a, normal) * normal;
+  constexpr double kDiagonals = 2.0;
+  const Vec3 up = kDiagonals * box.diagonal() * normal;
+  return {middle + up, middle - up};
+}
+
+/// Points of one plane have no tetrahedra. With one more on either side of it they have: facets
+/// between these are the plane's own Delaunay triangles, but along its border.
+CoconePart cocone_of_flat_part(std::span<const Vec3> points, std::span<const Vec3> outward,
+                               const StopToken* stop) {
+  std::vector<Vec3> all(points.begin(), points.end());
+  const std::array<Vec3, 2> beside = points_beside_plane(points);
+  all.insert(all.end(), beside.begin(), beside.end());
+  std::vector<Vec3> normals(outward.begin(), outward.end());
+  if (!normals.empty()) normals.resize(all.size());
+  Cells cells(all, stop, {});
+  CoconePart found;
+  found.surface = cocone_of_cells(cells, all, normals, {}, stop, {});
+  std::erase_if(found.surface.triangles, [&](const Triangle& t) {
+    return std::max({t[0], t[1], t[2]}) >= points.size();
+  });
+  found.surface.well_sampled.resize(points.size());
+  found.certified.assign(points.size(), 0);
+  return found;
+}
+
+}  // namespace
+
 CoconePart cocone_of_part(std::span<const Vec3> points, std::span<const Vec3> outward,
                           const KnownPart& part, const StopToken* stop) {
+  if (lie_in_one_plane(points)) return cocone_of_flat_part(points, outward, stop);
   Cells cells(points, stop, {});
   CoconePart found;
   found.certified = certified_cells(points, cells.tetrahedra, part, stop);

@@ -39,7 +39,8 @@ struct CoconePart {
   std::vector<std::uint8_t> certified;  ///< per point
 };
 /// `outward`: normals of the points; empty: not known. A part is open where it was cut, and the
-/// walk along the outside needs to be told which side that is.
+/// walk along the outside needs to be told which side that is. Points of one plane have a surface
+/// as well, of which nothing is certified. Throws Error: bad input where they lie on one line.
 CoconePart cocone_of_part(std::span<const Vec3> points, std::span<const Vec3> outward,
                           const KnownPart& part, const StopToken* stop = nullptr);
 PointSurface tight_cocone(std::span<const Vec3> points, const StopToken* stop = nullptr,

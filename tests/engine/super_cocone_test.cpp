@@ -84,6 +84,27 @@ TEST_CASE("SuperCoconeClosesATorusOverItsSeams") {
   CHECK(mesh_facts(mesh).euler_characteristic == 0);
 }
 
+TEST_CASE("FlatChunksOfASuperCoconeHaveTheTrianglesOfTheirPlane") {
+  if (!has_voronoi_family()) return;
+  // The faces of a cube, each a plane of its own that holds whole chunks.
+  constexpr int kSide = 40;
+  NamedCloud cube{"cube", {}, 1.5};
+  const auto is_end = [](int i) { return i == 0 || i == kSide - 1; };
+  for (int x = 0; x < kSide; ++x)
+    for (int y = 0; y < kSide; ++y)
+      for (int z = 0; z < kSide; ++z)
+        if (is_end(x) || is_end(y) || is_end(z))
+          cube.cloud.positions.push_back({1.0 * x, 1.0 * y, 1.0 * z});
+  ScratchDirectory scratch, other;
+  Job job = chunk_job(scratch, cube, 800);
+  job.fill.enabled = false;
+  CHECK(run(job).chunks > 8);
+  Job whole = chunk_job(other, cube, 1'000'000);
+  whole.fill.enabled = false;
+  run(whole);
+  CHECK((triangles_by_place(job.output.mesh) == triangles_by_place(whole.output.mesh)));
+}
+
 TEST_CASE("SuperCoconeAgreesWithCoconeUpToFewTriangles") {
   if (!has_voronoi_family()) return;
   ScratchDirectory scratch, other;

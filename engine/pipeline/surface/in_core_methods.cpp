@@ -227,7 +227,7 @@ CoconeOfPart cocone_of_part(std::span<const Vec3> positions, std::span<const Vec
     part = find_part(positions, normals, known, cloud, stop);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::kBadInput) throw;
-    // A flat part of a cloud has no tetrahedra; another chunk may know more.
+    // Points on one line have no triangles; another chunk may know more.
     part.undersampled.assign(positions.size(), 1);
     part.certified.assign(positions.size(), 0);
   }

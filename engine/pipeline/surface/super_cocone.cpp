@@ -203,7 +203,7 @@ void agree(const SurfaceInputs& inputs, StageRunner& runner) {
 
 void begin_cells(const SurfaceInputs& inputs, StageRunner& runner) {
   begin_stage(runner, kCellStage,
-              stored_mesh_key(runner.job, runner.store, inputs) + key_line("layout of cells", "1"));
+              stored_mesh_key(runner.job, runner.store, inputs) + key_line("layout of cells", "2"));
 }
 
 void super_cocone(const SurfaceInputs& inputs, StageRunner& runner) {
