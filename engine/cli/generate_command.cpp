@@ -106,6 +106,9 @@ void check_places(const GenerateOptions& given, int scans, PoseFile poses) {
   if (given.separate && given.out == "-")
     throw_usage("separate scans cannot go to standard output",
                 {.advice = "Name a file: the scans' names are made from it."});
+  if (given.truth == "-")
+    throw_usage("--truth: the true surface is not written to standard output",
+                {.found = "-", .expected = "the name of a file"});
   std::vector<PathRole> paths = {{"the true surface", given.truth, PathUse::kWrittenFile}};
   if (!given.separate) paths.push_back({"the cloud", given.out, PathUse::kWrittenFile});
   if (given.separate && scans > 0)

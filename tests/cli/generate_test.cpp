@@ -131,6 +131,19 @@ TEST_CASE("TwoComponentsComeWithTheirTrueSurfaceAndCloseByDefault") {
   }
 }
 
+TEST_CASE("TheTrueSurfaceIsNotWrittenToStandardOutput") {
+  const ScratchDirectory in;
+  for (const char* shape : {"sphere", "room"})
+    for (const char* out : {"cloud.ply", "-"}) {
+      const auto refused =
+          run_in(in, {"generate", shape, "--points", "1000", "-o", out, "--truth", "-"});
+      CHECK(refused.status == 2);
+      CHECK(refused.out.empty());
+      CHECK_THAT(refused.err, Contains("--truth: ") && Contains("the name of a file"));
+    }
+  CHECK(names_in(in).empty());
+}
+
 TEST_CASE("OptionsOfScenesAndOfShapesAreToldApart") {
   const ScratchDirectory in;
   const auto result = [&](std::vector<std::string> words) {
