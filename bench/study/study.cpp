@@ -1,6 +1,6 @@
 // One method of the comparative study on one model, alone in its process: CPU seconds of the method
 // (one thread; a busy machine disturbs little), peak memory and mesh size, as one JSON line.
-// usage: bench_study METHOD MODEL [--radius R] [--repeats N] [--noise VARIANCE] [--mesh OUT.ply]
+// usage: bench_study METHOD MODEL [--radius R] [--repeats N] [--noise VARIANCE] [--mesh OUT.obj]
 // METHOD: ball_pivoting, crust, power_crust, cocone, tight_cocone; triangulations: the seconds of
 // the triangulations alone that these cannot do without; delaunay: without those of power_crust;
 // none: the points are loaded and nothing more. The process deals with memory as the program does.
@@ -153,7 +153,10 @@ Json measure(const Options& options) {
 int main(int argc, char** argv) try {
   Options options;
   CLI::App app("One method of the comparative study on one model");
-  app.add_option("METHOD", options.method)->required();
+  app.add_option("METHOD", options.method)
+      ->required()
+      ->check(CLI::IsMember({"ball_pivoting", "cocone", "tight_cocone", "crust", "power_crust",
+                             "triangulations", "delaunay", "none"}));
   app.add_option("MODEL", options.model)->required();
   app.add_option("--radius", options.radius);
   app.add_option("--noise", options.noise_variance);
