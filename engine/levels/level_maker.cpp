@@ -120,7 +120,7 @@ LevelMaker::LevelMaker(MeshStream& mesh, const PointSchema& schema, const LevelO
 /// What is in the key decides the octree and every node. The content of the mesh stands for all
 /// that made it.
 void LevelMaker::begin_nodes() {
-  constexpr const char* kLayout = "1";  // to be raised when nodes become others
+  constexpr const char* kLayout = "2";  // to be raised when nodes become others
   NodePlan plan;
   plan.key = std::string("layout of levels = ") + kLayout +
              "\nleaf triangles = " + std::to_string(options_.leaf_triangles) +

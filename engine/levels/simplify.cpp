@@ -267,8 +267,11 @@ Simplification simplify_between(std::span<const Vec3> positions,
   Step step = simplifier.simplify(triangles, limits);
   if (step.triangles.size() < kTetrahedron) {
     const std::size_t fewest = fewest_triangles(triangles);
-    if (step.triangles.size() < fewest)
-      step = simplifier.simplify(triangles, {fewest, limits.quadric_error});
+    // Of few triangles, some of which lay back to back in the mesh, all may go as flaps.
+    for (std::size_t most = fewest; step.triangles.size() < fewest; most *= 2) {
+      if (most >= triangles.size()) return unchanged(triangles);
+      step = simplifier.simplify(triangles, {most, limits.quadric_error});
+    }
   }
   // Points between those that are measured may be farther away.
   constexpr double kBetween = 1.25;
