@@ -23,6 +23,7 @@
 #include "engine/holes/fill_mesh.h"
 #include "engine/pipeline/output/mesh_name.h"
 #include "engine/pipeline/stage/writer_options.h"
+#include "engine/validation/doubled_border.h"
 #include "engine/validation/mesh_crossings.h"
 #include "engine/validation/mesh_facts.h"
 #include "engine/validation/usable_mesh.h"
@@ -120,15 +121,25 @@ bool leave_out_unusable(TriangleMesh& mesh, FillReport& report, Progress& progre
 }
 
 /// Meshes whose holes are not what they look like.
-void warn_of_structure(const std::string& file, const MeshFacts& mesh, Progress& progress) {
-  if (mesh.triangles > 1 && mesh.boundary_edges == 3 * mesh.triangles)
+void warn_of_structure(const std::string& file, const TriangleMesh& mesh, const MeshFacts& facts,
+                       Progress& progress) {
+  const std::uint64_t doubled = facts.boundary_edges > 0 ? count_doubled_border(mesh) : 0;
+  const std::string advice = "'orbweave convert' to .stl and back joins equal ones";
+  if (facts.triangles > 1 && facts.boundary_edges == 3 * facts.triangles)
     progress.warn(file +
                   ": no triangle shares an edge with another one: every triangle brings its own "
-                  "vertices. 'orbweave convert' to .stl and back joins equal ones");
-  if (mesh.nonmanifold_edges + mesh.inconsistent_edges > 0)
-    progress.warn(file + ": " + counted(mesh.nonmanifold_edges, "edge", "edges") +
+                  "vertices. " +
+                  advice);
+  else if (doubled > 0)
+    progress.warn(file + ": " + format_count(doubled) + " of " +
+                  counted(facts.boundary_edges, "border edge", "border edges") +
+                  " lie on one another: the surface goes on there, between vertices of the same "
+                  "places, and loops run along them. " +
+                  advice + ", without their attributes");
+  if (facts.nonmanifold_edges + facts.inconsistent_edges > 0)
+    progress.warn(file + ": " + counted(facts.nonmanifold_edges, "edge", "edges") +
                   " of more than two triangles and " +
-                  counted(mesh.inconsistent_edges, "edge", "edges") +
+                  counted(facts.inconsistent_edges, "edge", "edges") +
                   " of two triangles that are oriented differently; loops that run into one of "
                   "them stay open");
 }
@@ -149,7 +160,7 @@ TriangleMesh usable_mesh(FillReport& report, Progress& progress) {
   report.before = mesh_facts(mesh);
   report.before.crossing_pairs = count_crossing_pairs(mesh);
   const bool changed = leave_out_unusable(mesh, report, progress);
-  warn_of_structure(report.file, changed ? mesh_facts(mesh) : report.before, progress);
+  warn_of_structure(report.file, mesh, changed ? mesh_facts(mesh) : report.before, progress);
   progress.end_stage();
   return mesh;
 }

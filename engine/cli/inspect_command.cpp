@@ -26,6 +26,7 @@
 #include "engine/holes/fill_mesh.h"
 #include "engine/validation/cloud_facts.h"
 #include "engine/validation/compare.h"
+#include "engine/validation/doubled_border.h"
 #include "engine/validation/mesh_crossings.h"
 #include "engine/validation/mesh_facts.h"
 #include "engine/validation/usable_mesh.h"
@@ -83,9 +84,14 @@ CloudFacts facts_of_cloud(const std::string& file, const SelectedSource& selecte
   return facts;
 }
 
-/// `not_finite`: vertices that are not; `system`: what lies beside the file says of its
-/// coordinates, may be empty.
-std::string mesh_text(const MeshFacts& facts, std::uint64_t not_finite, const std::string& system,
+/// What the facts of a mesh do not hold.
+struct MeshFaults {
+  std::uint64_t not_finite = 0;  ///< vertices
+  std::uint64_t doubled = 0;     ///< boundary edges that lie on others
+};
+
+/// `system`: what lies beside the file says of its coordinates; may be empty.
+std::string mesh_text(const MeshFacts& facts, const MeshFaults& faults, const std::string& system,
                       std::span<const std::string> not_read) {
   Facts lines = {{"kind", "mesh"},
                  {"vertices", format_count(facts.vertices)},
@@ -104,12 +110,15 @@ std::string mesh_text(const MeshFacts& facts, std::uint64_t not_finite, const st
   const auto add_fault = [&](const char* name, std::uint64_t count) {
     if (count > 0) lines.emplace_back(name, format_count(count));
   };
+  if (faults.doubled > 0)
+    lines.emplace_back("doubled border", counted(faults.doubled, "edge lies", "edges lie") +
+                                             " on others: vertices of one place are not shared");
   add_fault("crossing pairs", facts.crossing_pairs.value_or(0));
   add_fault("inconsistent edges", facts.inconsistent_edges);
   add_fault("degenerate triangles", facts.degenerate_triangles);
   add_fault("duplicate triangles", facts.duplicate_triangles);
   add_fault("unreferenced vertices", facts.unreferenced_vertices);
-  add_fault("vertices not finite", not_finite);
+  add_fault("vertices not finite", faults.not_finite);
   add_not_read(not_read, lines);
   return facts_table(lines);
 }
@@ -212,20 +221,22 @@ Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
     draw_mesh(mesh, options.picture,
               {.picture = {.up = options.picture_up()},
                .backs = settings_of(options.keys).output.picture_backs});
-  const auto not_finite = static_cast<std::uint64_t>(
-      std::ranges::count_if(mesh.vertices.positions, [](Vec3 p) { return !is_finite(p); }));
+  const MeshFaults faults{
+      static_cast<std::uint64_t>(
+          std::ranges::count_if(mesh.vertices.positions, [](Vec3 p) { return !is_finite(p); })),
+      facts.boundary_edges > 0 ? count_doubled_border(mesh) : 0};
   std::optional<Against> against;
   if (!options.against.empty()) against = measure_against(file, mesh, options);
   const std::vector<HoleFacts> holes = loops_of(std::move(mesh), facts);
   Json json = Json::parse(mesh_facts_json(facts));
   json["holes"] = Json::parse(holes_json(holes));
   const std::string system = coordinate_system_beside(file);
-  if (not_finite > 0) json["not_finite"] = not_finite;
+  if (faults.not_finite > 0) json["not_finite"] = faults.not_finite;
   if (!system.empty()) json["coordinate_system"] = system;
   if (!not_read.empty()) json["not_read"] = not_read;
   if (against) json["against"] = against_json(*against, options.against);
   return {std::move(json),
-          mesh_text(facts, not_finite, system, not_read) + (against ? against_text(*against) : "") +
+          mesh_text(facts, faults, system, not_read) + (against ? against_text(*against) : "") +
               loops_text(holes),
           {"mesh",
            counted(facts.vertices, "vertex", "vertices") + ", " +

@@ -372,6 +372,31 @@ TEST_CASE("MeshWhoseTrianglesShareNoVerticesIsWarnedOf") {
   CHECK(facts_of(in, "out.ply")["watertight"] == true);
 }
 
+TEST_CASE("ASeamBetweenVerticesOfTheSamePlacesIsWarnedOf") {
+  const ScratchDirectory in;
+  const TriangleMesh mesh = holed_sphere(in);
+  TriangleMesh seamed = mesh;
+  const auto vertices = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (std::uint32_t v = 0; v < vertices; ++v) seamed.vertices.append(mesh.vertices, v);
+  const auto x = [&](std::uint32_t v) { return mesh.vertices.positions[v].x; };
+  for (Triangle& t : seamed.triangles)
+    if (x(t[0]) + x(t[1]) + x(t[2]) > 0.0)
+      for (std::uint32_t& v : t) v += vertices;
+  write_mesh(in / "seamed.ply", seamed);
+  const auto run = run_in(in, {"fill", "seamed.ply", "-o", "out.ply"});
+  CHECK(run.status == 0);
+  CHECK_THAT(run.err, Contains("border edges lie on one another") && Contains("to .stl and back"));
+  CHECK_THAT(run_in(in, {"inspect", "seamed.ply"}).out, Contains("doubled border"));
+  // The way out that the warning names.
+  REQUIRE(run_in(in, {"convert", "seamed.ply", "joined.stl"}).status == 0);
+  const auto joined = run_in(in, {"fill", "joined.stl", "-o", "out.ply"});
+  CHECK_THAT(joined.err, !Contains("lie on one another"));
+  CHECK(facts_of(in, "out.ply")["watertight"] == true);
+  // An open rim is no seam.
+  write_mesh(in / "holed.ply", mesh);
+  CHECK_THAT(run_in(in, {"inspect", "holed.ply"}).out, !Contains("doubled border"));
+}
+
 TEST_CASE("ClosedMeshIsWrittenAsItIs") {
   const ScratchDirectory in;
   write_mesh(in / "in.ply", shape_mesh(in, "torus"));
