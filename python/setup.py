@@ -1,6 +1,7 @@
 """Builds the wheel: CMake compiles the module, setuptools packs it. docs/python.md
 
-ORBWEAVE_BUILD_DIR names a build directory to use, with what it holds already; otherwise one is made."""
+ORBWEAVE_BUILD_DIR names a build directory to use, with what it holds already; otherwise one is made. A relative
+path begins at the root of the sources: pip runs this file in its own folder, wherever it was called."""
 import os
 import pathlib
 import re
@@ -19,7 +20,8 @@ class BuildByCMake(build_ext):
     """Configures with the Python that packs, builds one target, takes its module."""
 
     def build_extension(self, ext):
-        build = pathlib.Path(os.environ.get("ORBWEAVE_BUILD_DIR") or pathlib.Path(self.build_temp).resolve() / "cmake")
+        named = os.environ.get("ORBWEAVE_BUILD_DIR")
+        build = SOURCE / named if named else pathlib.Path(self.build_temp).resolve() / "cmake"
         if not (build / "CMakeCache.txt").exists():
             subprocess.run(["cmake", "-S", SOURCE, "-B", build, "-DCMAKE_BUILD_TYPE=Release", "-DORBWEAVE_PYTHON=ON",
                             f"-DPython_EXECUTABLE={sys.executable}", "-DORBWEAVE_BUILD_TESTS=OFF",

@@ -18,9 +18,11 @@ def main():
     # A copy, because setuptools writes beside its sources.
     shutil.copytree(SOURCE / "python", "tree/python")
     shutil.copy(SOURCE / "CMakeLists.txt", "tree")
+    # Relative to the root of the sources, as docs/python.md names it; pip's own folder is another one.
+    build = os.path.relpath(BINARY, "tree")
     subprocess.run([sys.executable, "-m", "pip", "wheel", "--no-index", "--no-build-isolation", "--no-deps",
                     "--disable-pip-version-check", "-w", "wheels", "./tree/python"], check=True,
-                   env=dict(os.environ, ORBWEAVE_BUILD_DIR=BINARY))
+                   env=dict(os.environ, ORBWEAVE_BUILD_DIR=build))
     wheels = list(pathlib.Path("wheels").glob("orbweave-*.whl"))
     assert len(wheels) == 1, wheels
     with zipfile.ZipFile(wheels[0]) as wheel:
