@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 #include <unordered_set>
 
 #include "io/error.h"
@@ -22,6 +23,12 @@ bool is_directory(const std::string& path) {
   return std::filesystem::is_directory(path, ignored);
 }
 
+/// Coordinate systems, shifts and poses lie beside scans, and no reader takes them for one.
+bool tells_of_scans(std::string_view path) {
+  constexpr std::string_view kEnds[] = {".prj", ".shift.txt", ".conf", ".aln"};
+  return std::ranges::any_of(kEnds, [&](std::string_view end) { return path.ends_with(end); });
+}
+
 /// GLOB_NOSORT, because glob's own order follows the locale.
 std::vector<std::string> matches(const std::string& pattern) {
   glob_t found{};
@@ -30,7 +37,8 @@ std::vector<std::string> matches(const std::string& pattern) {
   if (status == GLOB_NOSPACE) throw_resource("out of memory", {.file = pattern});
   std::vector<std::string> files;
   for (std::size_t i = 0; status == 0 && i < found.gl_pathc; ++i)
-    if (!is_directory(found.gl_pathv[i])) files.emplace_back(found.gl_pathv[i]);
+    if (!is_directory(found.gl_pathv[i]) && !tells_of_scans(found.gl_pathv[i]))
+      files.emplace_back(found.gl_pathv[i]);
   std::sort(files.begin(), files.end());
   return files;
 }

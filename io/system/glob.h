@@ -12,10 +12,10 @@ bool is_glob(const std::string& text);
 /// The same text with every character that a pattern gives a meaning escaped.
 std::string escape_glob(const std::string& path);
 
-/// Each pattern's files (no directories), sorted by bytes, in the patterns' order; a file that
-/// several patterns match comes once. A text without *, ? and [ passes through, there or not, and
-/// so does one that is itself the name of a file. Throws Error (usage) for a pattern that matches
-/// no file.
+/// Each pattern's files (no directories, and nothing that tells of the scans beside it: .prj,
+/// .shift.txt, .conf, .aln), sorted by bytes, in the patterns' order; a file that several
+/// patterns match comes once. A text without *, ? and [ passes through, there or not, and so does
+/// one that is itself the name of a file. Throws Error (usage) for a pattern that matches no file.
 std::vector<std::string> expand_globs(const std::vector<std::string>& patterns);
 
 }  // namespace orbweave

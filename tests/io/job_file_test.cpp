@@ -348,6 +348,11 @@ TEST_CASE("PatternsExpandToSortedFilesOncePerFile") {
   // The name of a file that looks like a pattern, and a name without a file, pass through.
   CHECK(expand_globs({path("odd[1].ply"), path("none.ply")}) ==
         Strings{path("odd[1].ply"), path("none.ply")});
+  for (const char* beside : {"s1.prj", "s1.ply.shift.txt", "s.conf", "s.aln"})
+    write_text(scratch / beside, "x");
+  CHECK(expand_globs({path("s*")}) == expand_globs({path("s*.ply")}));
+  CHECK(expand_globs({path("s1.prj")}) == Strings{path("s1.prj")});
+  CHECK_THROWS_WITH(expand_globs({path("*.prj")}), Contains("no file matches this pattern"));
   CHECK_THROWS_WITH(expand_globs({path("*.las")}),
                     Contains(path("*.las") + ": no file matches this pattern"));
 }
