@@ -15,6 +15,7 @@
 #include "io/text/counted_noun.h"
 #include "io/text/text_fields.h"
 #include "io/text/text_number.h"
+#include "io/text/words.h"
 
 namespace orbweave {
 namespace {
@@ -70,12 +71,13 @@ const std::string* find_twice(const std::vector<TextColumn>& columns) {
   return nullptr;
 }
 
-/// "name", "name:type" or "-".
-TextColumn parse_column(const std::string& text) {
+/// "name", "name:type" or "-", maybe with blanks around it, as in "x, y, z".
+TextColumn parse_column(const std::string& written) {
+  const std::string text(trimmed(written));
   if (text == "-") return {};
   const std::size_t colon = text.find(':');
   TextColumn column{canonical_column_name(text.substr(0, colon))};
-  if (column.name.empty()) throw_usage("a column has no name", {.found = excerpt(text)});
+  if (column.name.empty()) throw_usage("a column has no name", {.found = excerpt(written)});
   if (colon == text.npos) return column;
   const std::string type = text.substr(colon + 1);
   for (int i = 0; i <= static_cast<int>(ScalarType::kFloat64); ++i) {
@@ -190,7 +192,9 @@ std::size_t first_word(const std::vector<std::string_view>& fields) {
 std::vector<TextColumn> chosen_columns(const TextOptions& options) {
   std::vector<TextColumn> columns;
   for (const std::string& text : options.columns) columns.push_back(parse_column(text));
-  if (!names_position(columns)) throw_usage("the columns of a text cloud must name x, y and z");
+  if (!names_position(columns))
+    throw_usage("the columns of a text cloud must name x, y and z",
+                {.found = excerpt(joined(options.columns))});
   if (const std::string* name = find_twice(columns))
     throw_usage("two columns of a text cloud have one name", {.found = excerpt(*name)});
   return columns;

@@ -300,8 +300,12 @@ TEST_CASE("ColumnsMayBeGiven") {
   CHECK(cloud.schema.attributes == std::vector<AttributeField>{{"class", ScalarType::kUint8}});
   CHECK(text_error("a.txt", "2 word 1 0.1 300\n", text).kind() == ErrorKind::kBadInput);
   CHECK(read_text("a.txt", "a b c d e\n2 word 1 3 7\n", text).size() == 1);
+  text.columns = {"x", " y", " z", " t:uint8 "};
+  CHECK(read_text("a.txt", "1 2 3 4\n", text).schema.attributes ==
+        std::vector<AttributeField>{{"t", ScalarType::kUint8}});
   text.columns = {"x", "y"};
   CHECK(text_error("a.txt", "1 2\n", text).kind() == ErrorKind::kUsage);
+  CHECK_THAT(text_error("a.txt", "1 2\n", text).what(), Contains("found \"x, y\""));
   text.columns = {"x", "y", "z", "x"};
   CHECK(text_error("a.txt", "1 2 3 4\n", text).kind() == ErrorKind::kUsage);
   text.columns = {"x", "y", "z", "t:int7"};
