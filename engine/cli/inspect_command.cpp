@@ -221,10 +221,9 @@ Inspected inspect_mesh(const std::string& file, const InspectOptions& options) {
     draw_mesh(mesh, options.picture,
               {.picture = {.up = options.picture_up()},
                .backs = settings_of(options.keys).output.picture_backs});
-  const MeshFaults faults{
-      static_cast<std::uint64_t>(
-          std::ranges::count_if(mesh.vertices.positions, [](Vec3 p) { return !is_finite(p); })),
-      facts.boundary_edges > 0 ? count_doubled_border(mesh) : 0};
+  const MeshFaults faults{static_cast<std::uint64_t>(std::ranges::count_if(
+                              mesh.vertices.positions, [](Vec3 p) { return !is_finite(p); })),
+                          facts.boundary_edges > 0 ? count_doubled_border(mesh) : 0};
   std::optional<Against> against;
   if (!options.against.empty()) against = measure_against(file, mesh, options);
   const std::vector<HoleFacts> holes = loops_of(std::move(mesh), facts);
