@@ -97,7 +97,8 @@ class XdmfWriter final : public MeshWriter {
   std::uint64_t bytes_written() const override { return bytes_ + text_.size(); }
 
  private:
-  XdmfWriter(const std::filesystem::path& path, const MeshHeader& header, MeshColumns columns)
+  XdmfWriter(const std::filesystem::path& path, const MeshHeader& header,
+             const MeshColumns& columns)
       : text_(document(columns, heavy_data_file(path).filename().string())),
         bytes_(bytes_of(columns)),
         document_(file_with_places(path, "XDMF")),
