@@ -45,9 +45,6 @@
 #include "io/clouds/open_point_source.h"
 #include "io/job/job_keys.h"
 #include "io/job/setting.h"
-#include "io/job/simplified_file.h"
-#include "io/meshes/heavy_data.h"
-#include "io/meshes/tile_directory.h"
 #include "io/points/coordinate_system.h"
 #include "io/points/coordinate_system_file.h"
 #include "io/shown_text.h"
@@ -77,11 +74,10 @@ void check_output(const Job& job, const std::vector<std::string>& files) {
   if (job.output.tiles) check_tile_format(job.output);
   check_job_paths(job, files);
   check_mesh_name(job.output);
-  check_heavy_data(simplified_file(job.output));
   check_tileset(job);
   check_simplification(job);
   check_power_crust_files(job);
-  if (job.output.tiles) check_tile_directory(tile_directory_of(job.output.mesh));
+  if (job.output.tiles) check_tile_place(job.output);
 }
 
 void require_a_triangle(const ResolvedJob& job, const Partition& partition) {

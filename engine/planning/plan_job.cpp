@@ -152,6 +152,7 @@ void check_options(const Job& job) {
   check_mesh_name(job.output);
   check_tileset(job);
   check_simplification(job);
+  if (job.output.tiles) check_tile_place(job.output);
 }
 
 /// What a run refuses when it knows the points. Those that cleaning leaves are the run's alone.

@@ -66,6 +66,9 @@ TEST_CASE("PlanRefusesTheJobsThatARunWouldRefuse") {
   REQUIRE(run_in(in, {"generate", "torus", "--points", "3000", "--scans", "2", "-o", "raw.ply"})
               .status == 0);
   write_text(in / "far.xyz", far_sheet());
+  std::filesystem::create_directory(in / "holiday.tiles");
+  write_text(in / "holiday.tiles" / "photo.jpg", "a beach");
+  write_text(in / "numbers.h5", "another program's");
   using Arguments = std::vector<std::string>;
   for (const Arguments& job :
        {Arguments{"scan.ply", "-o", "mesh.ply", "--ball-radii", "100"},
@@ -73,6 +76,8 @@ TEST_CASE("PlanRefusesTheJobsThatARunWouldRefuse") {
         {"scan.ply", "-o", "mesh.obj", "--tileset", "tiles"},
         {"scan.ply", "-o", "mesh.ply", "--tiles", "--simplify", "ratio=0.5"},
         {"scan.ply", "-o", "mesh.stl", "--tiles"},
+        {"scan.ply", "-o", "holiday.ply", "--tiles"},
+        {"scan.ply", "-o", "mesh.ply", "--simplify", "ratio=0.5", "--simplified", "numbers.xdmf"},
         {"far.xyz", "-o", "mesh.stl", "--origin", "none"},
         {"far.xyz", "-o", "mesh.ply", "--origin", "none", "--simplify", "ratio=0.5", "--simplified",
          "small.stl"},

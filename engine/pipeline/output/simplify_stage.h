@@ -8,7 +8,8 @@ namespace orbweave {
 
 /// Throws Error (usage) where the job asks for a simplified mesh that cannot be made: its mesh is
 /// no uncompressed PLY file, no mesh is written under the simplified one's name, the memory budget
-/// is too small, or nothing says how far it is to be simplified.
+/// is too small, nothing says how far it is to be simplified, or its numbers would replace what
+/// something else wrote.
 void check_simplification(const Job& job);
 
 /// Throws Error (usage) where the simplified mesh's coordinates would lose too much. Before the

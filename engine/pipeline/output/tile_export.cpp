@@ -159,6 +159,10 @@ void check_tile_format(const OutputOptions& output) {
   }
 }
 
+void check_tile_place(const OutputOptions& output) {
+  check_tile_directory(tile_directory_of(output.mesh));
+}
+
 std::uint64_t export_tiles(StageRunner& runner, StageClock& clock, const TileInput& input,
                            SurfaceDigest& digest) {
   std::optional<TileDirectory> target;
