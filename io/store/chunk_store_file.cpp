@@ -331,18 +331,22 @@ Handle open_result(const std::filesystem::path& path) {
 std::string read_layout(const std::filesystem::path& path, std::uint64_t file_bytes,
                         const ResultIdentity& identity, ResultIndex& index) {
   const Hdf5Calls calls;
+  const auto damaged = [](std::string what) {
+    note_unclosed_hdf5_file();
+    return what;
+  };
   const Handle file = open_result(path);
-  if (!file.valid()) return "a file that HDF5 cannot open";
-  if (!version_matches(file.get())) return "no result of this layout version";
+  if (!file.valid()) return damaged("a file that HDF5 cannot open");
+  if (!version_matches(file.get())) return damaged("no result of this layout version");
   const std::optional<ResultIdentity> found = read_identity(file.get());
-  if (!found) return "a result that does not say where it belongs";
+  if (!found) return damaged("a result that does not say where it belongs");
   if (*found != identity) return name_of_stranger(*found, identity);
   for (const std::string& name : array_names(file.get())) {
     StoredArray array;
     array.name = name;
     array.seed = seed_of_checksums(identity, name);
     if (!read_array(file.get(), file_bytes, array))
-      return "array '" + name + "' in an unknown form";
+      return damaged("array '" + name + "' in an unknown form");
     index.arrays.push_back(std::move(array));
   }
   return {};

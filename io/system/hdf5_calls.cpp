@@ -19,8 +19,8 @@ namespace {
 static_assert(std::is_same_v<Hdf5Id, hid_t> && std::is_same_v<int, herr_t>);
 
 /// The library's global state. A program that calls close_hdf5_at_exit() has it closed at exit, but
-/// not when a file could not be closed (its disk is full): then HDF5 would try again, and again,
-/// and complain.
+/// not when a file could not be closed (its disk is full, or it is damaged): then HDF5 would try
+/// again, and again, and complain.
 struct Library {
   Library() = default;
   ~Library() {

@@ -53,7 +53,8 @@ class Hdf5Calls {
   std::unique_ptr<Held> held_;
 };
 
-/// A file could not be closed: its disk is full. Call while an Hdf5Calls exists.
+/// A file could not be closed, as its disk is full, or not for sure: of what it opened in a damaged
+/// file HDF5 may keep something. Call while an Hdf5Calls exists.
 void note_unclosed_hdf5_file();
 
 Hdf5Id hdf5_type(ScalarType type);

@@ -314,3 +314,30 @@ TEST_CASE("TilesAreNamedInTheSummaryAndAnOlderMeshIsNotTakenForTheirs") {
   CHECK_THAT(beside.out, Contains("mesh.ply is not of this run"));
   CHECK(file_text(in / "mesh.ply") == "an older mesh");
 }
+
+TEST_CASE("ADamagedResultIsToldInOneLineAndNoOtherWarningComesTwice") {
+  const ScratchDirectory in;
+  generate(in, "3000");
+  std::vector<std::string> job = {"reconstruct",    "scan.ply", "-o",         "mesh.ply",
+                                  "--chunk-points", "500",      "--progress", "none"};
+  job.insert(job.end(), {"--units-per-meter", "1000000000", "--keep-work-dir"});
+  const auto whole = run_in(in, job);
+  REQUIRE(whole.status == 0);
+  REQUIRE_THAT(whole.err, Contains("check the units"));
+  const std::string mesh = file_text(in / "mesh.ply");
+  const auto result = in / "mesh.work" / "mesh" / "000001.h5";
+  std::string bytes = file_text(result);
+  for (std::size_t i = bytes.size() / 3; i < bytes.size(); i += 97)
+    bytes[i] = static_cast<char>(bytes[i] ^ 1);
+  write_text(result, bytes);
+  job.insert(job.end(), {"--report", "report.json"});
+  const auto again = run_in(in, job);
+  CHECK(again.status == 0);
+  const std::size_t told = again.err.find("a stored result is damaged");
+  REQUIRE(told != std::string::npos);
+  // Without that line, what the first run said.
+  const std::size_t begin = again.err.rfind('\n', told) + 1;
+  const std::size_t end = again.err.find('\n', told) + 1;
+  CHECK(again.err.substr(0, begin) + again.err.substr(end) == whole.err);
+  CHECK(file_text(in / "mesh.ply") == mesh);
+}

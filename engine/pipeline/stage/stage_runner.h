@@ -46,7 +46,9 @@ struct StageRunner : RunControl {
     progress.note(line);
   }
   void warn(const std::string& line) { warn(line, line); }
+  /// Once: an attempt before, which damage ended, may have come to it.
   void warn(const std::string& line, const std::string& full) {
+    if (std::find(warnings.begin(), warnings.end(), full) != warnings.end()) return;
     notes.push_back(full);
     warnings.push_back(full);
     progress.warn(line);
