@@ -7,6 +7,7 @@
 
 #include "bench/peers/fill_cgal.h"
 #include "engine/holes/fill_mesh.h"
+#include "engine/holes/patch/patch_confidence.h"
 
 namespace orbweave::bench {
 namespace {
@@ -168,6 +169,14 @@ std::vector<std::uint32_t> measured_points(const MeshIndex& index, const Disc& d
   return points;
 }
 
+/// Of the patch of an object, as the models are. The part of a model that is filled here is an open
+/// sheet, of which the roughness of a rim would count.
+double confidence_of(const HoleFacts& facts) {
+  const double spacing = facts.perimeter / static_cast<double>(facts.edges);
+  return patch_confidence({.width = 4.0 * facts.area / (facts.perimeter * spacing),
+                           .rim_angle = facts.rim_mean_deg * std::numbers::pi / 180.0});
+}
+
 Patch fill_by_engine(const MeshIndex& index, const Disc& disc, const Cut& around,
                      const FillOptions& options) {
   const FilledMesh filled = fill_mesh(around.mesh, options);
@@ -187,7 +196,7 @@ Patch fill_by_engine(const MeshIndex& index, const Disc& disc, const Cut& around
   patch.reason = facts->reason;
   patch.sites = facts->sites;
   patch.rim_mean_deg = facts->rim_mean_deg;
-  patch.confidence = facts->confidence;
+  patch.confidence = confidence_of(*facts);
   const auto given = static_cast<std::uint32_t>(around.vertices.size());
   const auto whole = static_cast<std::uint32_t>(index.mesh().vertices.size());
   std::unordered_map<std::uint32_t, std::uint32_t> numbers;
