@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "engine/geometry/symmetric_eigen.h"
+#include "engine/spacing/neighbor_spread.h"
 #include "engine/spacing/scan_lines.h"
 #include "engine/spacing/site_points.h"
 
@@ -36,17 +37,6 @@ struct Measuring {
   bool only_sure = true;  ///< only points whose neighbours are all in the site for certain
   const StopToken* stop = nullptr;
 };
-
-/// Of a point and its nearest neighbours about their mean.
-SymmetricMatrix spread_of(std::span<const Vec3> points, std::span<const Neighbor> nearest) {
-  const Vec3 origin = points[nearest.front().index];
-  Vec3 center;
-  for (const Neighbor& n : nearest) center = center + (points[n.index] - origin);
-  center = center / static_cast<double>(nearest.size());
-  SymmetricMatrix spread;
-  for (const Neighbor& n : nearest) spread += outer(points[n.index] - origin - center);
-  return spread;
-}
 
 /// Judges whether points and their nearest neighbours lie about a surface rather than all through
 /// space, as leaves do. Pauly, Gross, Kobbelt: Efficient Simplification of Point-Sampled Surfaces,

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "engine/geometry/symmetric_eigen.h"
+#include "engine/spacing/neighbor_spread.h"
 #include "engine/spacing/site_points.h"
 #include "io/whole_loop.h"
 
@@ -34,14 +35,7 @@ std::vector<std::size_t> spread_places(std::size_t size, std::size_t wanted) {
 /// lie on none.
 std::optional<Vec3> line_of(const std::vector<Vec3>& points, std::span<const Neighbor> nearest) {
   if (nearest.size() <= kOnLine) return std::nullopt;
-  nearest = nearest.first(kOnLine + 1);
-  const Vec3 origin = points[nearest.front().index];
-  Vec3 center;
-  for (const Neighbor& n : nearest) center = center + (points[n.index] - origin);
-  center = center / static_cast<double>(nearest.size());
-  SymmetricMatrix spread;
-  for (const Neighbor& n : nearest) spread += outer(points[n.index] - origin - center);
-  const SymmetricEigen eigen = eigen_of(spread);
+  const SymmetricEigen eigen = eigen_of(spread_of(points, nearest.first(kOnLine + 1)));
   if (eigen.values[0] + eigen.values[1] > kMostBeside * eigen.values[2]) return std::nullopt;
   return eigen.vectors[2];
 }
