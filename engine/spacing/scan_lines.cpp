@@ -13,9 +13,8 @@
 namespace orbweave {
 namespace {
 
-/// A point and so many nearest others lie on a line where the variance beside their longest axis is
-/// that part of the variance along it, at most. Of seven points anywhere on a surface hardly any
-/// do.
+/// A point and six nearest others lie on a line where the variance beside their longest axis is at
+/// most that part of the variance along it. Of seven points anywhere on a surface hardly any do.
 constexpr std::size_t kOnLine = 6;
 constexpr double kMostBeside = 0.05;
 constexpr std::size_t kFirstLook = 1024, kMostPlaces = 4096;
@@ -129,8 +128,8 @@ std::vector<LinePlace> find_scan_lines(const SampledNeighbors& sample, const Sto
 }
 
 std::size_t neighbors_across_lines(const std::vector<LinePlace>& places) {
-  // With 1.3 neighbours for each point that fits between two lines normals of lines on a wavy
-  // surface are right, with 1.2 they are not (at ratios of 12 to 30).
+  // As far on either side as the next line is away, a point's own line has two neighbours for each
+  // point that fits between two lines.
   constexpr double kPerRatio = 2.5, kBeside = 4.0;
   std::vector<double> ratios;
   for (const LinePlace& place : places)

@@ -14,7 +14,7 @@ namespace orbweave {
 struct LinePlace {
   std::size_t place = 0;  ///< of the sample
   double along = 0.0;     ///< distance between the points of the line; 0: not on a line
-  double across = 0.0;    ///< distance to the nearest point beside the line; 0: likewise
+  double across = 0.0;    ///< distance to the nearest line beside; 0: likewise, or there is none
   bool is_sure = true;    ///< nothing nearer lies outside the site
 };
 
