@@ -1,6 +1,7 @@
 #include "engine/spacing/scan_lines.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <span>
@@ -13,9 +14,10 @@
 namespace orbweave {
 namespace {
 
-/// A point and six nearest others lie on a line where the variance beside their longest axis is at
-/// most that part of the variance along it. Of seven points anywhere on a surface hardly any do.
-constexpr std::size_t kOnLine = 6;
+/// A point and that many nearest others lie on a line where the variance beside their longest axis
+/// is at most that part of the variance along it. Of seven points anywhere on a surface hardly any
+/// do. More of them tell a line in spite of noise, where the lines beside are farther away.
+constexpr std::array<std::size_t, 2> kOnLine = {6, 12};
 constexpr double kMostBeside = 0.05;
 constexpr std::size_t kFirstLook = 1024, kMostPlaces = 4096;
 constexpr std::size_t kPlacesAtOnce = 64;
@@ -30,16 +32,27 @@ std::vector<std::size_t> spread_places(std::size_t size, std::size_t wanted) {
   return places;
 }
 
-/// The direction of the line that the first few of these lie on, nearest first; empty where they
-/// lie on none.
-std::optional<Vec3> line_of(const std::vector<Vec3>& points, std::span<const Neighbor> nearest) {
-  if (nearest.size() <= kOnLine) return std::nullopt;
-  const SymmetricEigen eigen = eigen_of(spread_of(points, nearest.first(kOnLine + 1)));
-  if (eigen.values[0] + eigen.values[1] > kMostBeside * eigen.values[2]) return std::nullopt;
-  return eigen.vectors[2];
+struct Line {
+  Vec3 direction;          ///< unit, of either sign
+  double deviation = 0.0;  ///< of its points, root mean square
+  double step = 0.0;       ///< mean distance between its points
+};
+
+/// The line that the first few of these lie on, nearest first; empty where they lie on none.
+std::optional<Line> line_of(const std::vector<Vec3>& points, std::span<const Neighbor> nearest) {
+  for (const std::size_t others : kOnLine) {
+    if (nearest.size() <= others) break;
+    const SymmetricEigen eigen = eigen_of(spread_of(points, nearest.first(others + 1)));
+    const double beside = eigen.values[0] + eigen.values[1];
+    if (beside > kMostBeside * eigen.values[2]) continue;
+    const auto count = static_cast<double>(others);
+    return Line{eigen.vectors[2], std::sqrt(beside / (count + 1.0)),
+                2.0 * std::sqrt(nearest[others].squared_distance) / count};
+  }
+  return std::nullopt;
 }
 
-std::optional<Vec3> line_at(const SampledNeighbors::Place& place) {
+std::optional<Line> line_at(const SampledNeighbors::Place& place) {
   return line_of(place.site.points, place.nearest);
 }
 
@@ -49,14 +62,16 @@ struct Beside {
   double distance = 0.0;
 };
 
-/// The nearest one of the neighbours of a point on the line.
+/// The nearest one of the neighbours of a point on the line, farther off than its noise.
 std::optional<Beside> beside_line(const std::vector<Vec3>& points,
-                                  std::span<const Neighbor> nearest, Vec3 line) {
+                                  std::span<const Neighbor> nearest, const Line& line) {
   constexpr double kOff = 0.5;  // sine
-  for (const Neighbor& n : nearest.subspan(std::min(nearest.size(), kOnLine + 1))) {
-    const double along = dot(points[n.index] - points[nearest.front().index], line);
+  constexpr double kDeviations = 4.0;
+  for (const Neighbor& n : nearest.subspan(std::min(nearest.size(), kOnLine.front() + 1))) {
+    const double along = dot(points[n.index] - points[nearest.front().index], line.direction);
     const double beside = std::sqrt(std::max(0.0, n.squared_distance - along * along));
-    if (beside > kOff * std::sqrt(n.squared_distance)) return Beside{n.index, beside};
+    if (beside > kOff * std::sqrt(n.squared_distance) && beside > kDeviations * line.deviation)
+      return Beside{n.index, beside};
   }
   return std::nullopt;
 }
@@ -67,10 +82,10 @@ class LineSearch {
   explicit LineSearch(const SampledNeighbors& sample) : sample_(sample) {}
 
   /// Looks at more and more neighbours of a place on a line until one lies beside it.
-  LinePlace look_across(std::size_t i, Vec3 line) {
+  LinePlace look_across(std::size_t i, const Line& line) {
     constexpr std::size_t kFirst = 32, kMost = 512;
     const SampledNeighbors::Place place = sample_.at(i);
-    const double step = 2.0 * std::sqrt(place.nearest[kOnLine].squared_distance) / kOnLine;
+    const double step = line.step;
     const double border = distance_to_border(place.site.points[place.point], place.site.box);
     for (std::size_t count = kFirst; count <= kMost; count *= 4) {
       sample_.find_nearest(i, place.point, count, query_, found_);
@@ -90,11 +105,11 @@ class LineSearch {
 
   /// Whether a point lies on a line itself that runs in about the same direction, as a stray beside
   /// a thread does not.
-  bool is_on_line(std::size_t i, std::uint32_t point, Vec3 line) {
+  bool is_on_line(std::size_t i, std::uint32_t point, const Line& line) {
     constexpr double kSameWay = 0.5;  // cosine
-    sample_.find_nearest(i, point, kOnLine + 1, query_, others_);
+    sample_.find_nearest(i, point, kOnLine.back() + 1, query_, others_);
     const auto other = line_of(sample_.at(i).site.points, others_);
-    return other && std::abs(dot(*other, line)) > kSameWay;
+    return other && std::abs(dot(other->direction, line.direction)) > kSameWay;
   }
 
   const SampledNeighbors& sample_;

@@ -172,6 +172,17 @@ TEST_CASE("ScanLinesFarApartGetABallThatReachesFromOneToTheNext") {
   }
 }
 
+TEST_CASE("NoiseOfTwoFifthsOfTheirPointDistanceHidesNoScanLines") {
+  std::vector<Vec3> points = test::sheet_of_lines(15.0, 40000).cloud.positions;
+  const double gap = std::sqrt(15.0 / 40000.0), noise = 1.2 * gap / 15.0;  // a bell's width is 1/3
+  test::Random random(11);
+  for (Vec3& p : points) p = p + noise * Vec3{random.bell(), random.bell(), random.bell()};
+  const RadiiChoice choice = choice_for(points, 0);
+  CHECK(choice.line_neighbors > 20);
+  CHECK(choice.radii.front() > 0.5 * gap);
+  CHECK(choice.radii.front() < 0.8 * gap);
+}
+
 TEST_CASE("AThreadAmongStraysAndAnEvenSheetAreNoScanLines") {
   std::vector<Vec3> thread;
   std::mt19937_64 random(5);
