@@ -2,10 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "io/system/hdf5_exit.h"
-
-// Tests that damage stored results need this:
-// HDF5 1.10 loses some hundred bytes whenever it refuses a damaged file; not ours to mend.
-extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5\n"; }
+#include "tests/support/leaks_of_hdf5.h"
 
 int main(int argc, char** argv) {
   orbweave::close_hdf5_at_exit();
