@@ -1,4 +1,5 @@
 #include "engine/geometry/triangle_intersection.h"
+#include "io/vec3_order.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +8,6 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <tuple>
 
 namespace orbweave {
 namespace {
@@ -148,9 +148,6 @@ std::optional<int> open_axis(Vec3 a, Vec3 b, Vec3 c) {
   return std::nullopt;
 }
 
-/// An order along any line.
-bool is_before(Vec3 a, Vec3 b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
-
 /// Closed segments ab and pq in a plane.
 bool segments_meet(Point2 a, Point2 b, Point2 p, Point2 q) {
   const int pa = turn(p, q, a), pb = turn(p, q, b), ap = turn(a, b, p), aq = turn(a, b, q);
@@ -178,16 +175,16 @@ bool segments_meet(Vec3 a, Vec3 b, Vec3 p, Vec3 q) {
   if (axis)
     return segments_meet(without_axis(a, *axis), without_axis(b, *axis), without_axis(p, *axis),
                          without_axis(q, *axis));
-  const auto [a0, a1] = std::minmax(a, b, is_before);
-  const auto [p0, p1] = std::minmax(p, q, is_before);
-  return !is_before(a1, p0) && !is_before(p1, a0);
+  const auto [a0, a1] = std::minmax(a, b, comes_before);
+  const auto [p0, p1] = std::minmax(p, q, comes_before);
+  return !comes_before(a1, p0) && !comes_before(p1, a0);
 }
 
 /// Closed segment, and closed triangle whose plane has the segment or whose corners lie on a line.
 bool meets_in_plane(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c) {
   const std::optional<int> open = open_axis(a, b, c);
   if (!open) {
-    const auto [first, last] = std::minmax({a, b, c}, is_before);
+    const auto [first, last] = std::minmax({a, b, c}, comes_before);
     return segments_meet(first, last, p, q);
   }
   const int axis = *open;
@@ -329,7 +326,7 @@ bool folded_onto(const Pair& pair, int axis) {
 /// Whether p and q lie on one ray from a point.
 bool are_on_ray(Vec3 from, Vec3 p, Vec3 q) {
   if (p == from || q == from || open_axis(from, p, q)) return false;
-  return is_before(from, p) == is_before(from, q);
+  return comes_before(from, p) == comes_before(from, q);
 }
 
 /// Whether the way from t[0] to p begins in t; `axis`: an open one of t, empty: t is a segment.
@@ -350,9 +347,9 @@ bool segment_intersects_neighbor(const Pair& pair, std::optional<int> axis) {
   // The line of the edge meets an open triangle in the edge alone.
   if (axis) return false;
   if (s[0] == s[1]) return are_on_ray(s[0], s[2], t[2]);
-  const auto [first, last] = std::minmax(s[0], s[1], is_before);
-  return (is_before(last, s[2]) && is_before(last, t[2])) ||
-         (is_before(s[2], first) && is_before(t[2], first));
+  const auto [first, last] = std::minmax(s[0], s[1], comes_before);
+  return (comes_before(last, s[2]) && comes_before(last, t[2])) ||
+         (comes_before(s[2], first) && comes_before(t[2], first));
 }
 
 }  // namespace

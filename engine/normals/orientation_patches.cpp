@@ -201,7 +201,7 @@ class Patches {
       if (state == kAsked) state = kDone;
   }
 
-  /// What a thread needs to choose voters; reuse it.
+  /// What voters() works in; reuse it.
   struct Voters {
     std::vector<Neighbor> by_distance;
     std::vector<std::uint32_t> chosen;
@@ -236,9 +236,12 @@ class Patches {
       if (!asked(i)) continue;
       double farthest = 0.0;
       for (const double squared : query.squared_of(i)) farthest = std::max(farthest, squared);
+      const auto chosen = voters(query.of(i), query.squared_of(i), scratch);
+      if (chosen.size() < query.of(i).size())
+        farthest *= static_cast<double>(chosen.size()) / static_cast<double>(query.of(i).size());
       radius_[i] = std::sqrt(farthest);
       std::uint32_t* const row = neighbors_.get() + i * options_.neighbors;
-      for (const std::uint32_t n : voters(query.of(i), query.squared_of(i), scratch))
+      for (const std::uint32_t n : chosen)
         if (!is_zero(normals_[n])) row[counts_[i]++] = n;
     }
   }
@@ -444,7 +447,7 @@ class Patches {
   std::vector<std::uint8_t> state_;             // of cells
   std::unique_ptr<std::uint32_t[]> neighbors_;  ///< rows, of which each thread writes its own first
   std::vector<std::uint32_t> counts_;
-  std::vector<double> radius_;        // distance of the farthest
+  std::vector<double> radius_;        // of the disc that holds as many points as vote
   std::vector<std::uint32_t> first_;  // first point of a point's patch
   std::vector<std::uint8_t> turn_;
 };

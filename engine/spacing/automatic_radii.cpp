@@ -38,6 +38,13 @@ struct Measuring {
   const StopToken* stop = nullptr;
 };
 
+/// To the first `count` neighbours of a place, which has as many.
+double mean_distance(std::span<const Neighbor> nearest, std::size_t count) {
+  double sum = 0.0;
+  for (std::size_t k = 1; k <= count; ++k) sum += std::sqrt(nearest[k].squared_distance);
+  return sum / static_cast<double>(count);
+}
+
 /// Judges whether points and their nearest neighbours lie about a surface rather than all through
 /// space, as leaves do. Pauly, Gross, Kobbelt: Efficient Simplification of Point-Sampled Surfaces,
 /// 2002, section 2.1. Four at a time.
@@ -78,9 +85,7 @@ std::vector<Measured> measure(const SampledNeighbors& sample, const Measuring& m
       const std::size_t count = std::min(measuring.neighbors, nearest.size() - 1);
       const double reach = std::sqrt(nearest[count].squared_distance);
       if (measuring.only_sure && reach > distance_to_border(site.points[point], site.box)) continue;
-      double sum = 0.0;
-      for (std::size_t k = 1; k <= count; ++k) sum += std::sqrt(nearest[k].squared_distance);
-      all[i].mean = sum / static_cast<double>(count);
+      all[i].mean = mean_distance(nearest, count);
       if (!measuring.judges_surface) continue;
       const std::size_t around = std::min(kSurfaceNeighbors + 1, nearest.size());
       judge.add(spread_of(site.points, nearest.first(around)), all[i]);
@@ -110,10 +115,8 @@ std::vector<Measured> measure_lines(const SampledNeighbors& sample,
   std::vector<Measured> all;
   for (const LinePlace& line : lines) {
     const auto nearest = sample.at(line.place).nearest;
-    const std::size_t count = std::min(kNeighbors, nearest.size() - 1);
-    double sum = 0.0;
-    for (std::size_t k = 1; k <= count; ++k) sum += std::sqrt(nearest[k].squared_distance);
-    all.push_back({std::max(sum / static_cast<double>(count), kSpacingPerGap * line.across)});
+    const double mean = mean_distance(nearest, std::min(kNeighbors, nearest.size() - 1));
+    all.push_back({std::max(mean, kSpacingPerGap * line.across)});
   }
   std::sort(all.begin(), all.end(),
             [](const Measured& a, const Measured& b) { return a.mean < b.mean; });
@@ -165,9 +168,7 @@ double sparse_offset(const SampledNeighbors& sample, double spacing, const StopT
     if (i % kPlacesAtOnce == 0) check_stop(stop);
     const auto [site, point, nearest] = sample.at(i);
     if (nearest.size() <= kSurfaceNeighbors) continue;
-    double sum = 0.0;
-    for (std::size_t k = 1; k <= kNeighbors; ++k) sum += std::sqrt(nearest[k].squared_distance);
-    const double mean = sum / static_cast<double>(kNeighbors);
+    const double mean = mean_distance(nearest, kNeighbors);
     if (mean <= kSparse * spacing) continue;
     const auto others = nearest.subspan(1, kSurfaceNeighbors);
     offsets.push_back(offset_from_plane(site.points, point, others) / mean);
@@ -201,18 +202,16 @@ std::string reason_of(const RadiiChoice& choice, const std::vector<Measured>& me
                       std::uint64_t points, bool on_lines) {
   const bool lone = choice.radii.size() == 1;
   const double sparse = quantile(measured, 95);
-  const std::string mean =
+  std::string measure =
       "the mean distance to the " + std::to_string(kNeighbors) + " nearest neighbours";
-  std::string reason =
-      (on_lines
-           ? "the points lie on scan lines farther apart than the points on "
-             "them; the larger of " +
-                 mean + " and " + short_text(kSpacingPerGap) + " of the distance to the next line"
-           : mean) +
-      ", measured at " + std::to_string(measured.size()) + " of " + std::to_string(points) +
-      " points, has the median " + short_text(choice.spacing) + " and the ninth decile " +
-      short_text(quantile(measured, 90)) + "; the radius is " + short_text(kRadiusPerSpacing) +
-      " times the " + (lone ? "latter" : "former");
+  if (on_lines)
+    measure = "the points lie on scan lines farther apart than the points on them; the larger of " +
+              measure + " and " + short_text(kSpacingPerGap) + " of the distance to the next line";
+  std::string reason = measure + ", measured at " + std::to_string(measured.size()) + " of " +
+                       std::to_string(points) + " points, has the median " +
+                       short_text(choice.spacing) + " and the ninth decile " +
+                       short_text(quantile(measured, 90)) + "; the radius is " +
+                       short_text(kRadiusPerSpacing) + " times the " + (lone ? "latter" : "former");
   if (!lone) reason += " and then grows by " + short_text(kRadiusGrowth) + " from level to level";
   if (sparse > choice.radii.back())
     reason += "; one point in twenty is more than " + short_text(sparse) +

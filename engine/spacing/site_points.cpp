@@ -10,9 +10,9 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <tuple>
 
 #include "io/bounds.h"
+#include "io/vec3_order.h"
 #include "io/whole_loop.h"
 #include "partition/radix_sort.h"
 
@@ -43,11 +43,6 @@ PointSelection select_points(std::span<const SpacingSite> sites, std::uint64_t w
 }
 
 namespace {
-
-// An object, not a function, so that sorting compares without a call.
-constexpr auto comes_before = [](const Vec3& a, const Vec3& b) {
-  return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-};
 
 /// True where each site's points are sorted and no two are equal.
 bool are_distinct(std::span<const SpacingSite> sites) {

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <tuple>
 #include <vector>
 
 #include "engine/geometry/triangle_tree.h"
@@ -15,6 +14,7 @@
 #include "engine/validation/mesh_facts.h"
 #include "io/error.h"
 #include "io/mesh_size.h"
+#include "io/vec3_order.h"
 
 namespace orbweave {
 namespace {
@@ -65,8 +65,6 @@ std::vector<double> distances(std::span<const Vec3> points, const TriangleTree& 
   return found;
 }
 
-bool before(Vec3 a, Vec3 b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
-
 /// Triangles by rank of their corners' coordinates, sorted; and those coordinates.
 struct OrderFreeSurface {
   std::vector<Vec3> corners;
@@ -79,7 +77,7 @@ OrderFreeSurface order_free(const TriangleMesh& mesh) {
   surface.corners.reserve(3 * mesh.triangles.size());
   for (const Triangle& t : mesh.triangles)
     for (const std::uint32_t v : t) surface.corners.push_back(mesh.vertices.positions[v]);
-  tbb::parallel_sort(surface.corners.begin(), surface.corners.end(), before);
+  tbb::parallel_sort(surface.corners.begin(), surface.corners.end(), comes_before);
   surface.corners.erase(std::unique(surface.corners.begin(), surface.corners.end()),
                         surface.corners.end());
   surface.triangles.resize(mesh.triangles.size());
@@ -88,7 +86,7 @@ OrderFreeSurface order_free(const TriangleMesh& mesh) {
     for (int k = 0; k < 3; ++k)
       ranks[k] = static_cast<std::uint32_t>(
           std::lower_bound(surface.corners.begin(), surface.corners.end(),
-                           mesh.vertices.positions[mesh.triangles[i][k]], before) -
+                           mesh.vertices.positions[mesh.triangles[i][k]], comes_before) -
           surface.corners.begin());
     surface.triangles[i] = smallest_first(ranks);
   });
@@ -104,8 +102,8 @@ bool equal_in_some_order(const TriangleMesh& a, const TriangleMesh& b) {
   if (a.triangles.size() != b.triangles.size() || !all_finite(a) || !all_finite(b)) return false;
   if (!a.triangles.empty()) return order_free(a) == order_free(b);
   std::vector<Vec3> of_a = a.vertices.positions, of_b = b.vertices.positions;
-  tbb::parallel_sort(of_a.begin(), of_a.end(), before);
-  tbb::parallel_sort(of_b.begin(), of_b.end(), before);
+  tbb::parallel_sort(of_a.begin(), of_a.end(), comes_before);
+  tbb::parallel_sort(of_b.begin(), of_b.end(), comes_before);
   return of_a == of_b;
 }
 

@@ -6,19 +6,15 @@
 #include <vector>
 
 #include "engine/validation/edge_table.h"
+#include "io/vec3_order.h"
 
 namespace orbweave {
 namespace {
 
 using Way = std::array<Vec3, 2>;  ///< from one place to another
 
-bool is_before(const Vec3& a, const Vec3& b) {
-  if (a.x != b.x) return a.x < b.x;
-  return a.y != b.y ? a.y < b.y : a.z < b.z;
-}
-
-bool is_before(const Way& a, const Way& b) {
-  return a[0] == b[0] ? is_before(a[1], b[1]) : is_before(a[0], b[0]);
+bool runs_before(const Way& a, const Way& b) {
+  return a[0] == b[0] ? comes_before(a[1], b[1]) : comes_before(a[0], b[0]);
 }
 
 /// The boundary edges as their triangles run along them, but those without a length.
@@ -39,10 +35,9 @@ std::vector<Way> border_ways(const TriangleMesh& mesh) {
 
 std::uint64_t count_doubled_border(const TriangleMesh& mesh) {
   std::vector<Way> ways = border_ways(mesh);
-  const auto order = [](const Way& a, const Way& b) { return is_before(a, b); };
-  std::sort(ways.begin(), ways.end(), order);
+  std::sort(ways.begin(), ways.end(), runs_before);
   return static_cast<std::uint64_t>(std::ranges::count_if(ways, [&](const Way& way) {
-    return std::binary_search(ways.begin(), ways.end(), Way{way[1], way[0]}, order);
+    return std::binary_search(ways.begin(), ways.end(), Way{way[1], way[0]}, runs_before);
   }));
 }
 

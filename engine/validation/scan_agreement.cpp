@@ -5,12 +5,12 @@
 #include <map>
 #include <numbers>
 #include <numeric>
-#include <tuple>
 #include <utility>
 
 #include "engine/geometry/point_tree.h"
 #include "engine/geometry/symmetric_eigen.h"
 #include "engine/spacing/site_points.h"
+#include "io/vec3_order.h"
 #include "io/whole_loop.h"
 
 namespace orbweave {
@@ -206,9 +206,7 @@ std::vector<ScanInSite> scans_in(const SpacingSite& site,
     points[scan_of_point[i]].push_back(site.points[i]);
   std::vector<ScanInSite> scans;
   for (auto& [scan, own] : points) {
-    std::ranges::sort(own, [](const Vec3& a, const Vec3& b) {
-      return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-    });
+    std::ranges::sort(own, comes_before);
     // Moving the vector leaves its points where the tree looks for them.
     PointTree tree(own);
     scans.push_back({scan, std::move(own), std::move(tree)});

@@ -2,19 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 #include "engine/voronoi/facet_links.h"
 #include "engine/voronoi/facets.h"
 #include "engine/voronoi/outside_walk.h"
 #include "engine/voronoi/pruning.h"
+#include "io/vec3_order.h"
 
 namespace orbweave::voronoi {
 namespace {
-
-bool comes_first(const Vec3& a, const Vec3& b) {
-  return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-}
 
 /// Whether the triangle's normal is about that of its corners.
 class NormalFilter {
@@ -65,7 +61,7 @@ std::vector<Vec3> points_and_poles(std::span<const Vec3> points, const Tetrahedr
     for (const std::uint32_t cell : *list)
       if (cell != kNone && tetrahedra.is_finite(cell)) both.push_back(tetrahedra.centers[cell]);
   std::erase_if(both, [](const Vec3& p) { return !is_finite(p); });
-  std::sort(both.begin(), both.end(), comes_first);
+  std::sort(both.begin(), both.end(), comes_before);
   both.erase(std::unique(both.begin(), both.end()), both.end());
   both.insert(both.begin(), points.begin(), points.end());
   return both;

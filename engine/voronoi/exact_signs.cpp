@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <tuple>
 
 #include "engine/voronoi/power_side.h"
+#include "io/vec3_order.h"
 
 namespace orbweave::voronoi {
 namespace {
@@ -16,15 +16,13 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
 Kernel::Point_3 exact(Vec3 p) { return {p.x, p.y, p.z}; }
 
-bool is_before(Vec3 a, Vec3 b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
-
 /// Where p lies on the sphere of the corners.
 int perturbed_sphere_side(const std::array<Vec3, 4>& corners, Vec3 p) {
   std::array<std::size_t, 4> order = {0, 1, 2, 3};
   std::sort(order.begin(), order.end(),
-            [&](std::size_t i, std::size_t j) { return is_before(corners[j], corners[i]); });
+            [&](std::size_t i, std::size_t j) { return comes_before(corners[j], corners[i]); });
   for (const std::size_t greatest : order) {
-    if (is_before(corners[greatest], p)) return -1;
+    if (comes_before(corners[greatest], p)) return -1;
     // The corner outside makes room for p where p lies on its side of the other three.
     std::array<Vec3, 4> replaced = corners;
     replaced[greatest] = p;

@@ -1,4 +1,5 @@
 #include "engine/voronoi/poles.h"
+#include "io/vec3_order.h"
 
 #include <algorithm>
 #include <tuple>
@@ -26,7 +27,7 @@ class Farthest {
   bool wins_tie(std::uint32_t cell, std::uint32_t p) const {
     if (cells_[p] == kNone) return true;
     const Vec3 a = tetrahedra_.centers[cell], b = tetrahedra_.centers[cells_[p]];
-    return std::tie(a.x, a.y, a.z) > std::tie(b.x, b.y, b.z);
+    return comes_before(b, a);
   }
 
   const Tetrahedra& tetrahedra_;

@@ -9,13 +9,10 @@
 
 #include "engine/voronoi/poles.h"
 #include "io/box.h"
+#include "io/vec3_order.h"
 
 namespace orbweave::voronoi {
 namespace {
-
-bool comes_first(const Vec3& a, const Vec3& b) {
-  return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-}
 
 /// The poles of all points as tetrahedra.
 struct PoleChoice {
@@ -316,7 +313,7 @@ PowerCrustSurface power_crust_surface(std::span<const Vec3> points, const PolarB
     if (inner[b] != 0) surface.medial_axis.push_back(balls.balls[b]);
   std::sort(
       surface.medial_axis.begin(), surface.medial_axis.end(),
-      [](const MedialBall& a, const MedialBall& b) { return comes_first(a.center, b.center); });
+      [](const MedialBall& a, const MedialBall& b) { return comes_before(a.center, b.center); });
   return surface;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <tuple>
 
 #include "io/clouds/open_point_source.h"
 #include "io/clouds/point_source_list.h"
@@ -10,6 +9,7 @@
 #include "io/error.h"
 #include "io/job/selected_points.h"
 #include "io/job/setting.h"
+#include "io/vec3_order.h"
 
 namespace orbweave {
 namespace {
@@ -62,8 +62,7 @@ std::vector<Vec3> origins_of_scans(const ResolvedJob& job) {
   std::vector<Vec3> origins;
   for (const std::string& file : job.files)
     origins.push_back(pose_of_scan(job.poses, file).point(Vec3{}));
-  std::sort(origins.begin(), origins.end(),
-            [](Vec3 a, Vec3 b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); });
+  std::sort(origins.begin(), origins.end(), comes_before);
   origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
   return origins;
 }
