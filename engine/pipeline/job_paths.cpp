@@ -65,6 +65,7 @@ std::vector<PathRole> job_paths(const Job& job, const std::vector<std::string>& 
   paths.push_back({"the current directory", fs::path("."), PathUse::kReadDirectory});
   paths.push_back({"the job file", job_file, PathUse::kReadFile});
   paths.push_back({"the file of poses", job.input.poses, PathUse::kReadFile});
+  paths.push_back({"the trajectory", job.input.trajectory, PathUse::kReadFile});
   if (names_area_file(job.input))
     paths.push_back({"the file of the crop's area", job.input.crop_area, PathUse::kReadFile});
   for (const std::string& file : files)

@@ -47,6 +47,7 @@
 #include "io/job/setting.h"
 #include "io/points/coordinate_system.h"
 #include "io/points/coordinate_system_file.h"
+#include "io/report/reasons.h"
 #include "io/shown_text.h"
 #include "io/store/store_identity.h"
 #include "io/streams/byte_sink.h"
@@ -147,11 +148,18 @@ void warn_of_placeholder_normals(StageRunner& runner, const Partition& partition
               setting(runner.job, "normals.source", "estimate"));
 }
 
+/// The setting that says where the scanner was; empty: none does.
+std::string setting_of_scanner(const Job& job) {
+  if (job.input.scanner) return setting_name(job, "input.scanner");
+  if (!job.input.scanners.empty()) return setting_name(job, "input.scanners");
+  if (!job.input.trajectory.empty()) return setting_name(job, "input.trajectory");
+  return "";
+}
+
 /// The setting that would decide the side of estimated normals; empty: none does so alone. A ground
 /// is asked for by job files that are for scans with and without normals.
 std::string setting_of_side(const Job& job) {
-  if (job.input.scanner) return setting_name(job, "input.scanner");
-  if (!job.input.scanners.empty()) return setting_name(job, "input.scanners");
+  if (std::string scanner = setting_of_scanner(job); !scanner.empty()) return scanner;
   if (job.normals.viewpoint) return setting_name(job, "normals.viewpoint");
   const Orientation rule = job.normals.orientation;
   const bool is_asked_for =
@@ -159,9 +167,19 @@ std::string setting_of_side(const Job& job) {
   return is_asked_for ? setting_name(job, "normals.orientation") : "";
 }
 
+/// The orientation that the job asks for is another one than that by the scanner.
+void warn_of_scanner_not_asked(StageRunner& runner) {
+  const std::string scanner = setting_of_scanner(runner.job);
+  if (scanner.empty() || !runner.job.estimates_normals || runner.job.wants_view()) return;
+  runner.warn(scanner + " decides nothing: " +
+              setting(runner.job, "normals.orientation", text_of(runner.job.normals.orientation)) +
+              " decides the side of the normals; " +
+              setting(runner.job, "normals.orientation", "auto") + " goes by the scanner");
+}
+
 /// Normals of the file keep their side, whatever the job says about the scanner.
 void warn_of_side_not_asked(StageRunner& runner, const Partition& partition) {
-  if (partition.normals.source != NormalSource::kFile) return;
+  if (partition.normals.source != NormalSource::kFile) return warn_of_scanner_not_asked(runner);
   const std::string setting_of = setting_of_side(runner.job);
   if (setting_of.empty()) return;
   runner.warn(setting_of +

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "io/clouds/trajectory.h"
 #include "io/error.h"
 #include "io/points/polygon_area.h"
 
@@ -65,6 +66,15 @@ NamedAttribute required_attribute(const PointSchema& schema, const std::string& 
                    .advice = "Leave that key out, or the file."});
 }
 
+NamedAttribute required_time(const PointSchema& schema, const std::string& file) {
+  if (const auto time = find_time(schema)) return *time;
+  throw_bad_input("the points have no time",
+                  {.file = file,
+                   .expected = "the attribute gps_time, time or timestamp, by which "
+                               "input.trajectory tells where the scanner was",
+                   .advice = "Leave that key out, or the file."});
+}
+
 ScanSelection::ScanSelection(const ScanOptions& options, const PointSchema& schema,
                              const std::string& file)
     : crop_(options.crop),
@@ -84,6 +94,10 @@ ScanSelection::ScanSelection(const ScanOptions& options, const PointSchema& sche
     for (const int dropped : options.dropped_classes)
       leaves_out_[static_cast<std::size_t>(dropped)] = true;
     by_class_ = !options.dropped_classes.empty();
+  }
+  if (options.with_view && options.trajectory) {
+    trajectory_ = options.trajectory;
+    time_ = required_time(schema, file);
   }
   if (!by_return_) return;
   number_ = required_attribute(schema, kReturnNumber, "input.returns", file);
@@ -129,6 +143,7 @@ ScanSelection::Objection ScanSelection::objection(Vec3 p, std::span<const std::b
   if (by_class_)
     if (const Objection to_class = objection_to_class(row); to_class != kWanted) return to_class;
   if (by_return_ && !has_wanted_return(row)) return kWrongReturn;
+  if (trajectory_ && !trajectory_->at(time_(row))) return kNotCovered;
   return every_ == 1 || is_chosen(p, every_) ? kWanted : kNotChosen;
 }
 
@@ -157,6 +172,7 @@ std::string ScanSelection::reason(Objection objection) const {
   if (objection == kOutside) return kOutsideCrop;
   if (objection == kNoClass) return "no class from 0 to 255";
   if (objection == kNotChosen) return "not the one in " + std::to_string(every_);
+  if (objection == kNotCovered) return kOutsideTrajectory;
   if (objection == kWrongReturn) {
     const char* const wanted = returns_ == ReturnFilter::kFirst  ? "a first"
                                : returns_ == ReturnFilter::kLast ? "a last"

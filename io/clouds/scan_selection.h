@@ -16,6 +16,10 @@ namespace orbweave {
 NamedAttribute required_attribute(const PointSchema& schema, const std::string& name,
                                   const std::string& wanted_by, const std::string& file);
 
+/// The attribute that tells when a point was measured. Throws Error (bad input) where there is
+/// none.
+NamedAttribute required_time(const PointSchema& schema, const std::string& file);
+
 /// Whether points may be selected by an attribute of that name.
 bool filters_by(const std::string& name);
 
@@ -27,7 +31,9 @@ class ScanSelection {
   ScanSelection(const ScanOptions& options, const PointSchema& schema, const std::string& file);
 
   /// Every point is wanted.
-  bool takes_all() const { return !by_place_ && !by_class_ && !by_return_ && every_ == 1; }
+  bool takes_all() const {
+    return !by_place_ && !by_class_ && !by_return_ && !trajectory_ && every_ == 1;
+  }
   /// Removes what is not wanted of a batch of the schema, in world coordinates, and counts it;
   /// keeps the order of the rest.
   void apply(PointCloud& batch);
@@ -46,6 +52,7 @@ class ScanSelection {
     kWrongReturn,
     kOutside,
     kNotChosen,
+    kNotCovered,
     kObjections
   };
 
@@ -63,7 +70,8 @@ class ScanSelection {
   bool by_class_ = false;
   bool by_return_ = false;
   bool names_classes_ = false;  ///< those wanted, and not those dropped
-  NamedAttribute class_, number_, count_;
+  std::shared_ptr<const Trajectory> trajectory_;
+  NamedAttribute class_, number_, count_, time_;
   std::array<bool, kPointClasses> leaves_out_{};  ///< by class
   std::array<std::uint64_t, kObjections> removed_{};
 };

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "io/clouds/scan_selection.h"
+#include "io/clouds/trajectory.h"
 #include "io/points/named_attribute.h"
 #include "io/points/no_data.h"
 #include "io/stop_token.h"
@@ -28,8 +29,9 @@ double sign_of(double value) { return value < 0.0 ? -1.0 : 1.0; }
 const PointSchema& schema_to_filter(PointSource& source, const ScanOptions& options) {
   if (options.without_attributes)
     source.skip_attributes([&](const std::string& name) {
-      return filters_by(name) || (!options.scanners.empty() &&
-                                  have_same_name(name, options.scanners.front().attribute));
+      return filters_by(name) || (options.trajectory != nullptr && names_time(name)) ||
+             (!options.scanners.empty() &&
+              have_same_name(name, options.scanners.front().attribute));
     });
   return source.schema();
 }
@@ -45,6 +47,7 @@ class ScanSource final : public PointSource {
     if (!options.scanners.empty() && options.with_view)
       scan_ =
           required_attribute(schema_, options.scanners.front().attribute, "input.scanners", file);
+    if (options.trajectory != nullptr && options.with_view) time_ = required_time(schema_, file);
     moves_ = options.motion != RigidMotion{};
     if (moves_) schema_.position_type = ScalarType::kFloat64;
     if (options.without_normals) schema_.has_normals = false;
@@ -80,7 +83,7 @@ class ScanSource final : public PointSource {
     std::optional<ScannerPlace> place = options_.scanner;
     if (!place) place = source_->scanner();
     if (!place) place = options_.usual_scanner;
-    if (!place || !options_.scanners.empty()) return std::nullopt;
+    if (!place || !options_.scanners.empty() || options_.trajectory) return std::nullopt;
     return moved(*place);
   }
 
@@ -145,12 +148,19 @@ class ScanSource final : public PointSource {
   /// The place of each point's scanner, while the batch has its attributes.
   void find_scanners(const PointCloud& batch) {
     places_.assign(batch.size(), scanner());
+    if (options_.trajectory) return follow_trajectory(batch);
     if (options_.scanners.empty()) return;
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const double value = scan_(batch.attribute_row(i));
       const auto known = std::ranges::find(options_.scanners, value, &ScannerOfValue::value);
       if (known != options_.scanners.end()) places_[i] = moved(known->place);
     }
+  }
+
+  void follow_trajectory(const PointCloud& batch) {
+    for (std::size_t i = 0; i < batch.size(); ++i)
+      if (const auto place = options_.trajectory->at(time_(batch.attribute_row(i))))
+        places_[i] = ScannerPlace{*place, false};
   }
 
   void add_view(PointCloud& batch) {
@@ -175,6 +185,7 @@ class ScanSource final : public PointSource {
   PointSchema schema_;
   ScanSelection selection_;
   NamedAttribute scan_;  ///< that tells the scanner
+  NamedAttribute time_;  ///< that tells where the scanner was
   bool moves_ = false;
   std::vector<std::optional<ScannerPlace>> places_;  ///< of the scanners of the batch's points
   std::vector<std::byte> rows_;

@@ -17,6 +17,7 @@ namespace orbweave {
 
 class PolygonArea;
 class StopToken;
+class Trajectory;
 
 /// Which returns of a laser pulse are wanted.
 enum class ReturnFilter { kAll, kFirst, kLast, kOnly };
@@ -42,6 +43,9 @@ struct ScanOptions {
   /// Where the scanners of a merged cloud stood, by the value of one attribute; in its coordinates.
   /// Of points with other values the scanner is not known. Empty: one scanner for all points.
   std::vector<ScannerOfValue> scanners{};
+  /// Where a scanner that moved was at the time of each point, in world coordinates; points at
+  /// times that it does not cover are left out. Of use only `with_view`; null: no scanner moved.
+  std::shared_ptr<const Trajectory> trajectory{};
   bool with_view = false;              ///< adds the attributes of view_fields()
   bool without_normals = false;        ///< normals of the file are of no interest
   bool without_attributes = false;     ///< nor are its attributes, once they have filtered

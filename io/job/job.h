@@ -26,6 +26,7 @@ struct InputOptions {
   /// Places of the scanners of merged scans, by the value of an attribute, which all of them name.
   std::vector<ScannerOfValue> scanners;
   std::vector<std::string> scanner_lines;   ///< the same as written
+  std::string trajectory;                   ///< path of the scanner's own path; empty: none
   std::vector<int> las_classes;             ///< point classes to keep, 0 to 255; empty: all
   std::vector<int> drop_classes = {7, 18};  ///< classes to leave out, where las_classes is empty
   ReturnFilter returns = ReturnFilter::kAll;

@@ -33,6 +33,9 @@ enum class DropReason : std::uint8_t {
 /// Why a point outside of the crop of a job is left out, and a part of a file that lies outside.
 inline constexpr const char* kOutsideCrop = "outside the crop";
 
+/// Why a point is left out that was measured when the place of the scanner is unknown.
+inline constexpr const char* kOutsideTrajectory = "at a time that the trajectory does not cover";
+
 /// "exact duplicate"; empty for kNone. The keys of DroppedPoints.
 const char* text_of(DropReason reason);
 

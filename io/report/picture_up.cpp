@@ -19,7 +19,7 @@ bool has_heights_in_z(const std::string& file) {
 
 /// Scanners of poses of a job file stand at the origins of their scans.
 bool has_places(const InputOptions& input) {
-  return !input.pose.empty() || !input.scanners.empty() ||
+  return !input.pose.empty() || !input.scanners.empty() || !input.trajectory.empty() ||
          (input.scanner && !input.scanner->is_direction);
 }
 

@@ -563,7 +563,8 @@ void check_side(const ResolvedJob& job, std::uint64_t points_without_view) {
   throw_bad_input("it is not known where some points were scanned from",
                   {.file = job.files.front(),
                    .found = std::to_string(points_without_view) + " points without a scanner",
-                   .expected = "poses, " + setting_name(job, "input.scanner") +
+                   .expected = "poses, " + setting_name(job, "input.scanner") + ", " +
+                               setting_name(job, "input.trajectory") +
                                ", or files that say where the scanner was",
                    .advice = "Or " + setting(job, "normals.orientation", "propagate")});
 }

@@ -13,6 +13,7 @@
 #include "engine/pipeline/points/own_share.h"
 #include "engine/pipeline/points/selection_facts.h"
 #include "engine/pipeline/points/stray_search.h"
+#include "engine/pipeline/points/trajectory_facts.h"
 #include "engine/pipeline/stage/method_costs.h"
 #include "engine/spacing/automatic_radii.h"
 #include "engine/validation/usable_scale.h"
@@ -167,6 +168,7 @@ void plan_cut(const RunControl& control, const CloudInput& input, CountedCloud& 
               int processes) {
   const ResolvedJob& job = control.job;
   cloud.points_used = cloud.grid.points();
+  if (input.are_scans) require_fitting_trajectory(control, cloud);
   if (cloud.points_used == 0) refuse_empty(control, cloud);
   if (input.are_scans) cloud.doubts = objections_to_extents(job, cloud.extents);
   require_usable_scale(job.files.front(), "cloud", cloud.grid.bounds());

@@ -57,8 +57,8 @@ std::string advice_on_interiors(const Job& job, Orientation rule) {
 
 /// What would make the side of the normals certain.
 std::string advice_on_orientation(const Job& job, Orientation rule) {
-  std::string scanners =
-      "Known places of the scanners (" + setting_name(job, "input.scanner") + ") decide the side.";
+  std::string scanners = "Known places of the scanners (" + setting_name(job, "input.scanner") +
+                         ", " + setting_name(job, "input.trajectory") + ") decide the side.";
   if (rule == Orientation::kGround) return scanners;
   return scanners + " " + setting(job, "normals.orientation", "ground") +
          " decides it for a scene that has a ground.";

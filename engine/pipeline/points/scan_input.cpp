@@ -27,6 +27,7 @@ class ScanOpener {
     common_.stop = &stop;
     common_.scanner = job.input.scanner;
     common_.scanners = job.input.scanners;
+    common_.trajectory = job.trajectory;
     common_.with_view = job.wants_view();
     common_.without_normals = job.estimates_normals;
     common_.without_attributes = !job.output.attributes;

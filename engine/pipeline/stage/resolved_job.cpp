@@ -11,6 +11,7 @@
 #include "engine/normals/normal_side.h"
 #include "engine/pipeline/stage/method_costs.h"
 #include "io/clouds/open_point_source.h"
+#include "io/clouds/trajectory_file.h"
 #include "io/error.h"
 #include "io/job/output_origin.h"
 #include "io/job/selected_points.h"
@@ -55,11 +56,29 @@ bool will_estimate_normals(const Job& job, const std::vector<std::string>& files
 
 std::vector<InputStamp> stamps(const Job& job, std::vector<std::string> files) {
   if (!job.input.poses.empty()) files.push_back(job.input.poses);
+  if (!job.input.trajectory.empty()) files.push_back(job.input.trajectory);
   if (names_area_file(job.input)) files.push_back(job.input.crop_area);
   std::vector<InputStamp> all;
   for (const std::string& file : files)
     all.push_back(stamp_of(file, sample_blocks_of(files.size())));
   return all;
+}
+
+/// Two keys would say where the scanner was.
+void check_places_of_scanner(const Job& job) {
+  if (job.input.trajectory.empty()) return;
+  for (const auto& [is_given, key] : {std::pair(job.input.scanner.has_value(), "input.scanner"),
+                                      std::pair(!job.input.scanners.empty(), "input.scanners")})
+    if (is_given)
+      throw_usage(setting_name(job, "input.trajectory") + " and " + setting_name(job, key) +
+                      " both say where the scanner was",
+                  {.expected = "one of them"});
+}
+
+std::shared_ptr<const Trajectory> trajectory_of(const InputOptions& input) {
+  if (input.trajectory.empty()) return nullptr;
+  require_rereadable(input.trajectory);
+  return std::make_shared<const Trajectory>(read_trajectory(input.trajectory));
 }
 
 /// The coordinate systems that scans have from beside them, each text once: a mesh that has a
@@ -139,7 +158,15 @@ MemoryPlan ResolvedJob::memory_plan(std::uint64_t points, const PointSchema& sch
 
 ResolvedJob resolve(const Job& job, std::vector<std::string> files) {
   for (const std::string& file : files) require_rereadable(file);
-  ResolvedJob resolved{job, std::move(files), {}, false, job.input.pose, area_of(job.input), {}};
+  check_places_of_scanner(job);
+  ResolvedJob resolved{job,
+                       std::move(files),
+                       {},
+                       false,
+                       job.input.pose,
+                       area_of(job.input),
+                       trajectory_of(job.input),
+                       {}};
   resolved.inputs = stamps(job, resolved.files);
   resolved.beside_scans = files_beside(job, resolved.files);
   resolved.estimates_normals = will_estimate_normals(job, resolved.files);
