@@ -34,6 +34,7 @@ separator = "tab"
 poses = "scans/scans.conf"
 pose = ["a.ply 1 2 3 0 0 0 1", "b.ply 1 0 0 4 0 1 0 5 0 0 1 6 0 0 0 1"]
 scanner = [0, 0, 1, 0]
+trajectory = "scans/path.txt"
 las_classes = [2, 6]
 drop_classes = [12]
 returns = "last"
@@ -97,6 +98,7 @@ TEST_CASE("EveryKeyOfAJobFileReachesTheJob") {
   CHECK(job.input.pose[0].motion.point({}) == Vec3{1, 2, 3});
   CHECK(job.input.pose[1].motion.point({1, 1, 1}) == Vec3{5, 6, 7});
   CHECK(job.input.scanner == ScannerPlace{{0, 0, 1}, true});
+  CHECK(job.input.trajectory == "scans/path.txt");
   CHECK(job.input.las_classes == std::vector<int>{2, 6});
   CHECK(job.input.drop_classes == std::vector<int>{12});
   CHECK(job.input.returns == ReturnFilter::kLast);
@@ -319,7 +321,7 @@ TEST_CASE("TheKeyTableIsCompleteAndItsDefaultsAreAccepted") {
     CHECK_NOTHROW(set_job_key(job, key.name(), key.default_text()));
     if (*key.option_value != '\0') CHECK_NOTHROW(set_job_key(job, key.name(), key.option_value));
   }
-  CHECK(names.size() == 71);
+  CHECK(names.size() == 72);
   CHECK(options.count("ball-radii") == 1);
 }
 

@@ -35,6 +35,7 @@ class Places {
       fs::create_directory(scratch_ / folder);
     job_.input.files = {in("a.ply"), in("b.ply")};
     job_.input.poses = in("scans.conf");
+    job_.input.trajectory = in("path.txt");
     job_.output.mesh = out("mesh.ply");
     job_.output.tiles = true;
     job_.output.tileset = out("mesh.tileset");
