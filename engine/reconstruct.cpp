@@ -22,6 +22,8 @@
 #include "engine/validation/usable_scale.h"
 #include "io/cloud_columns.h"
 #include "io/keep_points.h"
+#include "io/points/point_views.h"
+#include "io/text/counted_noun.h"
 #include "io/text/quantity.h"
 #include "partition/allowed_threads.h"
 #include "partition/canonical_order.h"
@@ -58,23 +60,29 @@ void check_fill(const FillOptions& options) {
   require_limit("fill.max_perimeter", options.max_perimeter);
 }
 
-void check_normals(const NormalOptions& options) {
+void check_normals(const NormalOptions& options, bool has_scanners) {
   require_range("normals.neighbors", options.neighbors, kLeastNeighbors, kMostNeighbors);
   if (options.viewpoint && !is_finite(*options.viewpoint))
     throw_usage("normals.viewpoint is no place", {.expected = "three finite numbers"});
   if (options.up && (!is_finite(*options.up) || *options.up == Vec3{}))
     throw_usage("normals.up is no direction", {.expected = "three finite numbers, not all zero"});
-  if (options.orientation == Orientation::kScanner)
+  if (options.orientation == Orientation::kScanner && !has_scanners)
     throw_usage("points in memory do not say where they were scanned from",
-                {.advice = "Give normals.viewpoint, or leave normals.orientation to auto."});
+                {.advice = "Give scanners or normals.viewpoint, or leave normals.orientation to "
+                           "auto."});
   if (options.orientation == Orientation::kViewpoint && !options.viewpoint)
     throw_usage("the orientation towards a viewpoint needs normals.viewpoint");
 }
 
-void check_options(const ReconstructionOptions& options) {
+void check_options(const ReconstructionOptions& options, std::size_t points) {
   require_range("levels", options.levels, 0, kMostLevels);
   check_fill(options.fill);
-  check_normals(options.normals);
+  check_normals(options.normals, !options.scanners.empty());
+  if (!options.scanners.empty() && options.scanners.size() != points)
+    throw_usage("the places of the scanners do not belong to the points",
+                {.place = "scanners",
+                 .found = counted_noun(options.scanners.size(), "place", "places"),
+                 .expected = "as many as points, " + std::to_string(points)});
   if (options.threads < 0) throw_usage("threads is negative");
 }
 
@@ -176,10 +184,36 @@ void round_normals(std::vector<Vec3>& normals, ScalarType type) {
 }
 
 /// The direction that a point's normal should agree with; zero: the orientation decides later.
-Vec3 wanted_side(Orientation side, const NormalOptions& options, Vec3 position) {
+Vec3 wanted_side(Orientation side, const NormalOptions& options, const PointCloud& cloud,
+                 std::size_t point) {
   if (side == Orientation::kUp) return options.up.value_or(Vec3{0.0, 0.0, 1.0});
-  if (side == Orientation::kViewpoint) return *options.viewpoint - position;
-  return {};
+  if (side == Orientation::kViewpoint) return *options.viewpoint - cloud.positions[point];
+  if (side != Orientation::kScanner) return {};
+  const ViewCode view = view_of(cloud, point, *view_offset(cloud.schema));
+  return view.known() ? decode_view(view) : Vec3{};
+}
+
+/// Whether the places of the scanners decide.
+bool wants_views(bool estimates, const ReconstructionOptions& options) {
+  return estimates && !options.scanners.empty() && asks_for_scanner(options.normals.orientation);
+}
+
+/// As readers of scans do it, so that a job on the same points has the same bytes.
+void add_scanners(std::span<const Vec3> scanners, PointCloud& cloud) {
+  std::vector<ViewCode> views(cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Vec3 direction = scanners[i] - cloud.positions[i];
+    if (is_finite(direction)) views[i] = encode_view(direction);
+  }
+  add_views(views, cloud);
+}
+
+void require_scanners(std::uint64_t points_without_view) {
+  if (points_without_view == 0) return;
+  throw_bad_input("it is not known where some points were scanned from",
+                  {.found = counted_points(points_without_view) + " without a scanner",
+                   .expected = "a finite place for each point",
+                   .advice = "Or leave normals.orientation to auto."});
 }
 
 /// Gives every point a normal; points that have too few neighbours for one are left out.
@@ -198,7 +232,7 @@ void estimate(PointCloud& cloud, double radius, Orientation side,
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     Vec3& normal = cloud.normals[i];
     kept[i] = normal == Vec3{} ? 0 : 1;
-    if (dot(normal, wanted_side(side, options.normals, cloud.positions[i])) < 0.0) normal = -normal;
+    if (dot(normal, wanted_side(side, options.normals, cloud, i)) < 0.0) normal = -normal;
   }
   keep_points(kept, cloud);
   if (cloud.size() != count) dropped[text_of(DropReason::kTooFewNeighbors)] += count - cloud.size();
@@ -229,9 +263,12 @@ void orient(PointCloud& cloud, const Spacing& spacing, Orientation side,
 /// From a sorted cloud without normals to a sorted cloud with normals, and its spacing.
 Spacing give_normals(PointCloud& cloud, const Spacing& spacing, Stages& stages,
                      const ReconstructionOptions& options, DroppedPoints& dropped) {
-  const Orientation side = side_of_normals(options.normals, cloud.size());
+  const std::uint64_t without_view = count_without_view(cloud);
+  const Orientation side = side_of_normals(options.normals, without_view);
+  if (side == Orientation::kScanner) require_scanners(without_view);
   stages.begin("normals");
   estimate(cloud, spacing.normal_radius, side, options, dropped);
+  drop_views(cloud);
   stages.begin("orient");
   if (is_propagated(side)) orient(cloud, spacing, side, options);
   // Points that were left out may have changed the bounds, and with them the order.
@@ -326,6 +363,7 @@ Reconstruction reconstruct_cloud(PointCloud cloud, const ReconstructionOptions& 
   const bool estimates = wants_estimate(!cloud.normals.empty(), options.normals);
   if (estimates) cloud.normals = {};
   cloud.schema.has_normals = !cloud.normals.empty();
+  if (wants_views(estimates, options)) add_scanners(options.scanners, cloud);
   Stages stages = stages_of(estimates, options);
   stages.begin("measure");
   DroppedPoints dropped;
@@ -375,6 +413,7 @@ std::optional<CloudCounts> counts_of_all(const PointColumns& columns,
 Reconstruction reconstruct_columns(PointColumns columns, const ReconstructionOptions& options) {
   const bool estimates = wants_estimate(!columns.normals.empty(), options.normals);
   if (estimates) columns.normals = {};
+  if (wants_views(estimates, options)) return reconstruct_cloud(copy_of(columns), options);
   std::optional<CloudCounts> counts = counts_of_all(columns, options);
   if (!counts) return reconstruct_cloud(copy_of(columns), options);
   Stages stages = stages_of(estimates, options);
@@ -400,14 +439,14 @@ Reconstruction on_threads(int threads, const Work& work) {
 }  // namespace
 
 Reconstruction reconstruct(PointCloud cloud, const ReconstructionOptions& options) {
-  check_options(options);
+  check_options(options, cloud.size());
   check_columns(cloud);
   return on_threads(options.threads, [&] { return reconstruct_cloud(std::move(cloud), options); });
 }
 
 Reconstruction reconstruct(std::span<const Vec3> positions, std::span<const Vec3> normals,
                            const ReconstructionOptions& options) {
-  check_options(options);
+  check_options(options, positions.size());
   check_normal_count(normals.size(), positions.size());
   return on_threads(options.threads, [&] {
     return reconstruct_columns({positions, normals, {}, 0}, options);

@@ -27,8 +27,11 @@ struct ReconstructionOptions {
   /// many as the density of the points asks for.
   int levels = 0;
   /// Without effect on a cloud that has normals, unless `normals.source` is kEstimate.
-  /// Orientation::kScanner is not available for points in memory.
   NormalOptions normals;
+  /// Where each point was seen from, as many as points: estimated normals point there, where
+  /// `normals.orientation` is kAuto, kGround or kScanner and all are finite. Without effect on a
+  /// cloud that keeps its normals. Have to outlive the call. Default: empty, not known.
+  std::span<const Vec3> scanners;
   FillOptions fill;
   /// Default: false, leaves out no-data values, several points at exactly (0, 0, 0), and strays:
   /// points too far from the whole scan. `Reconstruction::dropped` counts them.

@@ -12,11 +12,11 @@
 #include <utility>
 
 #include "io/clouds/open_point_source.h"
-#include "io/clouds/scan_source.h"
 #include "io/error.h"
 #include "io/points/color_depth.h"
 #include "io/points/coordinate_system.h"
 #include "io/points/coordinate_system_file.h"
+#include "io/points/point_views.h"
 
 namespace orbweave {
 namespace {

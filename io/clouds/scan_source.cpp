@@ -13,17 +13,15 @@
 #include "io/clouds/trajectory.h"
 #include "io/points/named_attribute.h"
 #include "io/points/no_data.h"
+#include "io/points/point_views.h"
 #include "io/stop_token.h"
 #include "io/text/words.h"
 
 namespace orbweave {
 namespace {
 
-constexpr double kViewScale = 32767.0;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr Box kEverywhere{{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
-
-double sign_of(double value) { return value < 0.0 ? -1.0 : 1.0; }
 
 /// The source's schema; where attributes only filter, it leaves those out that do not.
 const PointSchema& schema_to_filter(PointSource& source, const ScanOptions& options) {
@@ -107,7 +105,10 @@ class ScanSource final : public PointSource {
     } while (batch.empty());
     if (options_.with_view) find_scanners(batch);
     if (options_.without_normals) batch.normals.clear();
-    if (options_.without_attributes) batch.attributes.clear();
+    if (options_.without_attributes) {
+      batch.attributes.clear();
+      batch.schema.attributes.clear();
+    }
     if (options_.with_view) add_view(batch);
     batch.schema = schema_;
     return true;
@@ -164,20 +165,14 @@ class ScanSource final : public PointSource {
   }
 
   void add_view(PointCloud& batch) {
-    const std::size_t row_bytes = schema_.attribute_bytes();
-    const std::size_t from_bytes = row_bytes - sizeof(ViewCode);
-    rows_.resize(batch.size() * row_bytes);
+    views_.assign(batch.size(), {});
     for (std::size_t i = 0; i < batch.size(); ++i) {
-      ViewCode code;
       const std::optional<ScannerPlace>& place = places_[i];
       if (place && is_finite(batch.positions[i]))
-        code =
+        views_[i] =
             encode_view(place->is_direction ? place->vector : place->vector - batch.positions[i]);
-      std::byte* const row = rows_.data() + i * row_bytes;
-      if (from_bytes != 0) std::memcpy(row, batch.attributes.data() + i * from_bytes, from_bytes);
-      std::memcpy(row + from_bytes, &code, sizeof code);
     }
-    std::swap(rows_, batch.attributes);
+    add_views(views_, batch);
   }
 
   std::unique_ptr<PointSource> source_;
@@ -188,7 +183,7 @@ class ScanSource final : public PointSource {
   NamedAttribute time_;  ///< that tells where the scanner was
   bool moves_ = false;
   std::vector<std::optional<ScannerPlace>> places_;  ///< of the scanners of the batch's points
-  std::vector<std::byte> rows_;
+  std::vector<ViewCode> views_;                      ///< of the batch's points
 };
 
 }  // namespace
@@ -216,50 +211,6 @@ ScannerOfValue parse_scanner_of_value(std::string_view text) {
 std::unique_ptr<PointSource> open_scan_source(std::unique_ptr<PointSource> source,
                                               const ScanOptions& options, const std::string& file) {
   return std::make_unique<ScanSource>(std::move(source), options, file);
-}
-
-const std::vector<AttributeField>& view_fields() {
-  static const std::vector<AttributeField> fields = {{"orbweave view u", ScalarType::kInt16},
-                                                     {"orbweave view v", ScalarType::kInt16}};
-  return fields;
-}
-
-ViewCode encode_view(Vec3 d) {
-  const double sum = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
-  if (!(sum > 0.0) || !std::isfinite(sum)) return {};
-  double u = d.x / sum;
-  double v = d.y / sum;
-  if (d.z < 0.0) {
-    const double folded = (1.0 - std::abs(v)) * sign_of(u);
-    v = (1.0 - std::abs(u)) * sign_of(v);
-    u = folded;
-  }
-  const auto code = [](double value) {
-    return static_cast<std::int16_t>(std::lround(value * kViewScale));
-  };
-  return {code(u), code(v)};
-}
-
-Vec3 decode_view(ViewCode code) {
-  Vec3 d{code.u / kViewScale, code.v / kViewScale, 0.0};
-  d.z = 1.0 - std::abs(d.x) - std::abs(d.y);
-  if (d.z < 0.0) {
-    const double x = (1.0 - std::abs(d.y)) * sign_of(d.x);
-    d.y = (1.0 - std::abs(d.x)) * sign_of(d.y);
-    d.x = x;
-  }
-  return normalized(d);
-}
-
-std::optional<std::size_t> view_offset(const PointSchema& schema) {
-  const std::size_t count = schema.attributes.size();
-  if (count < 2 || schema.attributes[count - 2] != view_fields()[0]) return std::nullopt;
-  return schema.attribute_bytes() - sizeof(ViewCode);
-}
-
-PointSchema without_view(PointSchema schema) {
-  if (view_offset(schema)) schema.attributes.resize(schema.attributes.size() - 2);
-  return schema;
 }
 
 }  // namespace orbweave

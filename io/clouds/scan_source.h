@@ -64,21 +64,4 @@ struct ScanOptions {
 std::unique_ptr<PointSource> open_scan_source(std::unique_ptr<PointSource> source,
                                               const ScanOptions& options, const std::string& file);
 
-/// The direction to the scanner takes two attributes of 16 bits, which never leave the program.
-/// Cigolle et al.: A Survey of Efficient Representations for Independent Unit Vectors, 2014.
-struct ViewCode {
-  std::int16_t u = kUnknown;
-  std::int16_t v = kUnknown;
-  static constexpr std::int16_t kUnknown = -32768;
-  bool known() const { return u != kUnknown; }
-};
-const std::vector<AttributeField>& view_fields();
-ViewCode encode_view(Vec3 direction);
-/// Within 1e-4 of the unit vector encoded. Precondition: known.
-Vec3 decode_view(ViewCode code);
-/// Byte offset of the view in an attribute row; nothing where the schema has none.
-std::optional<std::size_t> view_offset(const PointSchema& schema);
-/// The schema without the view, which its last two attributes hold.
-PointSchema without_view(PointSchema schema);
-
 }  // namespace orbweave

@@ -20,8 +20,8 @@ __all__ = ["BadInputError", "DefectError", "Hole", "Interrupted", "Mesh", "Orbwe
            "read_points", "reconstruct", "run", "write_mesh", "write_points"]
 
 
-def reconstruct(points, normals=None, *, attributes=None, ball_radii=None, levels=None, source=None, neighbors=None,
-                orientation=None, viewpoint=None, up=None, fill=None, kernel=None, neighborhood=None,
+def reconstruct(points, normals=None, *, attributes=None, scanners=None, ball_radii=None, levels=None, source=None,
+                neighbors=None, orientation=None, viewpoint=None, up=None, fill=None, kernel=None, neighborhood=None,
                 max_diameter=None, max_perimeter=None, max_edges=None, keep_outer_border=None,
                 allow_intersections=None, graded=None, min_triangles=None, keep_strays=None, threads=None,
                 progress=None):
@@ -31,6 +31,8 @@ def reconstruct(points, normals=None, *, attributes=None, ball_radii=None, level
     converted first. The library copies the points once, into the order of the mesh, and needs some 400 bytes per point.
     normals: likewise, or None to estimate them. Normals of float32 keep that width in a file of the mesh.
     attributes: a dictionary of names and arrays with a number per point, which the vertices carry.
+    scanners: where each point was seen from, an array of shape (N, 3), or one place for all, (1, 3). Estimated normals
+    point there.
 
     The options have the names, values and defaults of the keys of a job (`orbweave config --reference`): ball_radii and
     levels of [reconstruct]; source, neighbors, orientation, viewpoint and up of [normals]; fill (enabled) and the others
@@ -53,10 +55,11 @@ def reconstruct(points, normals=None, *, attributes=None, ball_radii=None, level
         if normals is not None or attributes is not None:
             raise UsageError("a PointCloud has its normals and attributes already", place="normals",
                              problem="normals or attributes beside a PointCloud", expected="None")
-        return _orbweave.reconstruct_cloud(points, settings, progress)
+        return _orbweave.reconstruct_cloud(points, scanners, settings, progress)
     if attributes is not None:
-        return _orbweave.reconstruct_cloud(PointCloud(points, normals, attributes=attributes), settings, progress)
-    return _orbweave.reconstruct_arrays(points, normals, settings, progress)
+        cloud = PointCloud(points, normals, attributes=attributes)
+        return _orbweave.reconstruct_cloud(cloud, scanners, settings, progress)
+    return _orbweave.reconstruct_arrays(points, normals, scanners, settings, progress)
 
 
 def _written_job(job, settings):

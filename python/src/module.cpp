@@ -56,9 +56,32 @@ std::unique_ptr<MeshObject> object_of(Reconstruction result) {
                                                  {}});
 }
 
+/// A place for each of so many points, from an array of as many, or of one for all of them.
+struct Scanners {
+  Rows given;
+  std::vector<Vec3> repeated;  ///< the one place, where there is one
+
+  std::span<const Vec3> rows() const { return repeated.empty() ? given.rows : repeated; }
+};
+
+Scanners scanners_of(const py::object& values, std::size_t points) {
+  Scanners scanners;
+  if (values.is_none()) return scanners;
+  scanners.given = rows_of(values, "scanners");
+  const std::size_t places = scanners.given.rows.size();
+  // None of them would tell the library that nothing is known.
+  if (places == 0 && points > 0)
+    throw_usage("there are no places of scanners",
+                {.place = "scanners",
+                 .found = "shape (0, 3)",
+                 .expected = "one for each point, one for all, or None"});
+  if (places == 1 && points > 1) scanners.repeated.assign(points, scanners.given.rows[0]);
+  return scanners;
+}
+
 /// Points of the caller's arrays are read where they lie.
 std::unique_ptr<MeshObject> reconstruct_arrays(const py::object& points, const py::object& normals,
-                                               const Settings& settings,
+                                               const py::object& scanners, const Settings& settings,
                                                const py::object& progress) {
   const Rows positions = rows_of(points, "points");
   Rows given;
@@ -70,8 +93,10 @@ std::unique_ptr<MeshObject> reconstruct_arrays(const py::object& points, const p
           "there are no normals",
           {.place = "normals", .found = "shape (0, 3)", .expected = "as many as points, or None"});
   }
+  const Scanners places = scanners_of(scanners, positions.rows.size());
   WatchedCall call(progress);
-  const ReconstructionOptions options = options_of(settings, call);
+  ReconstructionOptions options = options_of(settings, call);
+  options.scanners = places.rows();
   Reconstruction result;
   if (given.are_floats) {  // spans hold doubles alone
     PointCloud cloud = cloud_of(positions, given);
@@ -82,10 +107,13 @@ std::unique_ptr<MeshObject> reconstruct_arrays(const py::object& points, const p
   return object_of(std::move(result));
 }
 
-std::unique_ptr<MeshObject> reconstruct_cloud(const CloudObject& cloud, const Settings& settings,
+std::unique_ptr<MeshObject> reconstruct_cloud(const CloudObject& cloud, const py::object& scanners,
+                                              const Settings& settings,
                                               const py::object& progress) {
+  const Scanners places = scanners_of(scanners, cloud.cloud.size());
   WatchedCall call(progress);
-  const ReconstructionOptions options = options_of(settings, call);
+  ReconstructionOptions options = options_of(settings, call);
+  options.scanners = places.rows();
   Reconstruction result;
   call.run([&] { result = reconstruct(cloud.cloud, options); });
   std::unique_ptr<MeshObject> object = object_of(std::move(result));
@@ -208,9 +236,9 @@ void write_cloud_file(const std::string& path, const CloudObject& object, bool b
 
 void add_calls(py::module_& module) {
   module.def("reconstruct_arrays", &reconstruct_arrays, py::arg("points"), py::arg("normals"),
+             py::arg("scanners"), py::arg("settings"), py::arg("progress"));
+  module.def("reconstruct_cloud", &reconstruct_cloud, py::arg("cloud"), py::arg("scanners"),
              py::arg("settings"), py::arg("progress"));
-  module.def("reconstruct_cloud", &reconstruct_cloud, py::arg("cloud"), py::arg("settings"),
-             py::arg("progress"));
   module.def("read_points", &read_points, py::arg("path"));
   module.def("read_mesh", &read_mesh_file, py::arg("path"));
   module.def("write_mesh", &write_mesh_file, py::arg("path"), py::arg("mesh"), py::arg("binary"),

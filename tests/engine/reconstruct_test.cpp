@@ -51,10 +51,14 @@ void check_holes(const std::vector<HoleFacts>& holes, const std::vector<HoleFact
   }
 }
 
-/// Mesh, holes, radii and dropped points are those of the job.
-void check_same_as_job(const PointCloud& cloud, const ReconstructionOptions& options = {}) {
+/// Mesh, holes, radii and dropped points are those of the job. `scanner`: of the job, where all
+/// points were seen from.
+void check_same_as_job(const PointCloud& cloud, const ReconstructionOptions& options = {},
+                       const std::optional<Vec3>& scanner = {}) {
   ScratchDirectory scratch;
-  const RunReport report = run(same_job(scratch, cloud, options));
+  Job job = same_job(scratch, cloud, options);
+  if (scanner) job.input.scanner = ScannerPlace{*scanner, false};
+  const RunReport report = run(job);
   const std::string expected = bytes_of(scratch / "job.ply");
   const Reconstruction result = reconstruct(cloud, options);
   CHECK(bytes_of_mesh(scratch, result) == expected);
@@ -122,6 +126,64 @@ TEST_CASE("TheFrontDoorGivesTheBytesOfTheJobWithoutNormals", "[costly]") {
   check_same_as_job(torus(3000, 0.2), options);
   options.normals.orientation = Orientation::kNone;
   check_same_as_job(torus(3000, 0.2), options);
+}
+
+TEST_CASE("TheFrontDoorTurnsNormalsToTheScannersAsAJobDoes", "[costly]") {
+  PointCloud cloud = without_normals(torus(3000, 0.2));
+  cloud.append(cloud, 5);  // a duplicate
+  const Vec3 place{0.5, 0.0, 9.0};
+  const std::vector<Vec3> places(cloud.size(), place);
+  ReconstructionOptions options;
+  options.scanners = places;
+  for (const Orientation rule : {Orientation::kAuto, Orientation::kScanner, Orientation::kGround}) {
+    options.normals.orientation = rule;
+    check_same_as_job(cloud, options, place);
+  }
+  options.normals.orientation = Orientation::kUp;
+  check_same_as_job(cloud, options, place);
+  // Normals that the cloud has stay as they are.
+  const PointCloud oriented = torus(3000, 0.2);
+  options.scanners = std::span(places).first(oriented.size());
+  options.normals.orientation = Orientation::kScanner;
+  check_same_as_job(oriented, options, place);
+}
+
+TEST_CASE("NormalsOfPointsInMemoryFaceTheScannerOfEachPoint") {
+  // A sheet whose left half was seen from below and whose right half was seen from above.
+  PointCloud cloud;
+  std::vector<Vec3> scanners;
+  for (int i = 0; i < 2500; ++i) {
+    const Vec3 p{0.1 * (i % 50), 0.1 * (i / 50 + 0.01 * (i % 7)), 0.0};
+    cloud.positions.push_back(p);
+    scanners.push_back(p + Vec3{0.3, 0.2, p.x < 2.5 ? -4.0 : 4.0});
+  }
+  const auto facing = [&](const Reconstruction& result) {
+    std::size_t right = 0;
+    for (const Triangle& t : result.mesh.triangles) {
+      const Vec3 a = result.mesh.vertices.positions[t[0]];
+      const Vec3 b = result.mesh.vertices.positions[t[1]];
+      const Vec3 c = result.mesh.vertices.positions[t[2]];
+      right += (cross(b - a, c - a).z < 0.0) == (a.x + b.x + c.x < 7.5) ? 1 : 0;
+    }
+    return static_cast<double>(right) / static_cast<double>(result.mesh.triangles.size());
+  };
+  ReconstructionOptions options;
+  options.fill.enabled = false;
+  options.scanners = scanners;
+  const Reconstruction result = reconstruct(cloud, options);
+  CHECK(result.mesh.triangles.size() > 4000);
+  CHECK(facing(result) == 1.0);
+  CHECK(result.mesh.vertices.schema.attributes.empty());
+  const Reconstruction of_spans = reconstruct(cloud.positions, {}, options);
+  CHECK(of_spans.mesh.triangles == result.mesh.triangles);
+  // A place that is not known leaves the side of all to the neighbours.
+  scanners[7].x = std::numeric_limits<double>::quiet_NaN();
+  CHECK(facing(reconstruct(cloud, options)) < 0.6);
+  options.normals.orientation = Orientation::kScanner;
+  CHECK_THROWS_WITH(reconstruct(cloud, options),
+                    Contains("scanned from") && Contains("1 point without a scanner"));
+  options.scanners = std::span(scanners).first(9);
+  CHECK_THROWS_WITH(reconstruct(cloud, options), Contains("9 places") && Contains("2500"));
 }
 
 TEST_CASE("ScanLinesFarApartBecomeOneSheetWithoutANumberGiven", "[costly]") {

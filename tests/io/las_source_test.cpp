@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "io/clouds/scan_source.h"
+#include "io/points/point_views.h"
 #include "tests/io/las_files.h"
 #include "tests/support/data.h"
 

@@ -7,6 +7,7 @@
 
 #include "io/clouds/scan_source.h"
 #include "io/error.h"
+#include "io/points/point_views.h"
 #include "tests/support/clouds.h"
 
 using Catch::Matchers::Contains;

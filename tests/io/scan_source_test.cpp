@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "io/clouds/pcd_source.h"
+#include "io/points/point_views.h"
 #include "io/stop_token.h"
 #include "tests/io/reading.h"
 

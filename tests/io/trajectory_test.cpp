@@ -11,6 +11,7 @@
 #include "io/clouds/text_source.h"
 #include "io/clouds/trajectory_file.h"
 #include "io/error.h"
+#include "io/points/point_views.h"
 #include "tests/support/program.h"
 
 namespace orbweave::test {

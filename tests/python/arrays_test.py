@@ -58,6 +58,25 @@ class ArraysIn(unittest.TestCase):
         orbweave.reconstruct(points)
         self.assertTrue(numpy.array_equal(points, before))
 
+    def test_normals_face_the_scanner_of_each_point(self):
+        x, y = numpy.meshgrid(numpy.arange(40) * 0.1, numpy.arange(40) * 0.1)
+        points = numpy.stack([x.ravel(), y.ravel() + 0.002 * numpy.sin(7 * x.ravel()), 0 * x.ravel()], axis=1)
+
+        def share_down(scanners, given=points, **options):
+            mesh = orbweave.reconstruct(given, scanners=scanners, **options)
+            corners = mesh.vertices[mesh.triangles]
+            return (numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] < 0).mean()
+
+        self.assertEqual(share_down(None), 0)
+        for scanners in (points - [0, 0, 3], [[2, 2, -9]], (points - [0, 0, 3]).tolist()):
+            self.assertEqual(share_down(scanners), 1)
+        self.assertEqual(share_down([[2, 2, -9]], orbweave.PointCloud(points), orientation="scanner"), 1)
+        self.assertEqual(share_down([[2, 2, -9]], attributes={"scan": numpy.ones(len(points))}), 1)
+        for wrong, place in ((points[:7], "scanners"), (numpy.zeros((0, 3)), "scanners"), ([1, 2, 3], "scanners")):
+            with self.assertRaises(orbweave.UsageError) as caught:
+                orbweave.reconstruct(points, scanners=wrong)
+            self.assertEqual(caught.exception.place, place)
+
     def test_wrong_shapes_and_types_are_refused(self):
         for wrong in (numpy.zeros((5, 2)), numpy.zeros(6), numpy.zeros((2, 3), dtype=complex), [["a", "b", "c"]], "points", None):
             with self.assertRaises(orbweave.UsageError) as caught:

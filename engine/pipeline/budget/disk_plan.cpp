@@ -8,9 +8,9 @@
 
 #include "engine/normals/normal_side.h"
 #include "engine/pipeline/stage/method_costs.h"
-#include "io/clouds/scan_source.h"
 #include "io/error.h"
 #include "io/job/simplified_file.h"
+#include "io/points/point_views.h"
 #include "io/system/disk_space.h"
 #include "io/text/quantity.h"
 #include "io/vertex_values.h"

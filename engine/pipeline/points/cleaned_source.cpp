@@ -1,12 +1,11 @@
 #include "engine/pipeline/points/cleaned_source.h"
 
 #include <algorithm>
-#include <cstring>
 #include <limits>
 #include <utility>
 #include <vector>
 
-#include "io/clouds/scan_source.h"
+#include "io/points/point_views.h"
 #include "io/store/chunk_points.h"
 
 namespace orbweave {
@@ -49,7 +48,7 @@ class CleanedSource final : public PointSource {
     const std::uint64_t count = std::min<std::uint64_t>(capacity, rows_ - row_);
     batch = load_point_rows(store_, next_ - 1, cloud_.schema, row_, count, cloud_.stage);
     if (orientation_ != nullptr) turn(batch);
-    drop_view(batch);
+    drop_views(batch);
     batch.schema = schema_;
     row_ += count;
     delivered_ += count;
@@ -78,17 +77,6 @@ class CleanedSource final : public PointSource {
   void turn(PointCloud& batch) const {
     for (std::size_t i = 0; i < batch.size(); ++i)
       if (turns_[row_ + i] != 0) batch.normals[i] = -batch.normals[i];
-  }
-
-  void drop_view(PointCloud& batch) const {
-    const std::size_t from_bytes = cloud_.schema.attribute_bytes();
-    const std::size_t to_bytes = schema_.attribute_bytes();
-    if (from_bytes == to_bytes) return;
-    // Rows only move towards the front, so each is still whole when its turn comes.
-    for (std::size_t i = 0; i < batch.size() && to_bytes != 0; ++i)
-      std::memmove(batch.attributes.data() + i * to_bytes, batch.attributes.data() + i * from_bytes,
-                   to_bytes);
-    batch.attributes.resize(batch.size() * to_bytes);
   }
 
   const ChunkStore& store_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
@@ -30,10 +29,10 @@
 #include "engine/spacing/coordinate_step.h"
 #include "engine/spacing/layer_thickness.h"
 #include "engine/spacing/site_points.h"
-#include "io/clouds/scan_source.h"
 #include "io/error.h"
 #include "io/job/job_keys.h"
 #include "io/job/setting.h"
+#include "io/points/point_views.h"
 #include "io/report/reasons.h"
 #include "io/store/chunk_points.h"
 #include "io/text/quantity.h"
@@ -216,8 +215,7 @@ struct SideRule {
     if (by == Orientation::kUp) return vector;
     if (by == Orientation::kViewpoint) return vector - points.positions[i];
     if (by != Orientation::kScanner || !view) return {};
-    ViewCode code;
-    std::memcpy(&code, points.attribute_row(i).data() + *view, sizeof code);
+    const ViewCode code = view_of(points, i, *view);
     return code.known() ? decode_view(code) : Vec3{};
   }
 };

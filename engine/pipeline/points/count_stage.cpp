@@ -1,7 +1,6 @@
 #include "engine/pipeline/points/count_stage.h"
 
 #include <algorithm>
-#include <cstring>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -18,31 +17,16 @@
 #include "engine/spacing/automatic_radii.h"
 #include "engine/validation/usable_scale.h"
 #include "io/bounds.h"
-#include "io/clouds/scan_source.h"
 #include "io/error.h"
 #include "io/job/setting.h"
 #include "io/points/color_depth.h"
+#include "io/points/point_views.h"
 
 namespace orbweave {
 namespace {
 
 void add_counts(DroppedPoints& to, const DroppedPoints& from) {
   for (const auto& [reason, count] : from) to[reason] += count;
-}
-
-/// Points whose scanner is not known.
-std::uint64_t count_without_view(const PointCloud& points) {
-  const std::optional<std::size_t> offset = view_offset(points.schema);
-  if (!offset) return points.size();
-  std::uint64_t count = 0;
-  const std::size_t row_bytes = points.schema.attribute_bytes();
-  const std::byte* at = points.attributes.data() + *offset;
-  for (std::size_t i = 0; i < points.size(); ++i, at += row_bytes) {
-    ViewCode code;
-    std::memcpy(&code, at, sizeof code);
-    count += code.known() ? 0 : 1;
-  }
-  return count;
 }
 
 /// A chunk of a surface whose side is 48 halos computes a twelfth more for its halo. (An octree

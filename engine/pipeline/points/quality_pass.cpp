@@ -8,7 +8,7 @@
 
 #include "engine/geometry/neighbor_search.h"
 #include "engine/pipeline/stage/stage_keys.h"
-#include "io/clouds/scan_source.h"
+#include "io/points/point_views.h"
 #include "io/text/quantity.h"
 
 namespace orbweave {
@@ -86,9 +86,7 @@ class RowCopy {
 NormalOrigin origin_of(NormalOrigin origin, const PointCloud& points, std::size_t i,
                        std::optional<std::size_t> view) {
   if (origin != NormalOrigin::kScanner || !view) return origin;
-  ViewCode code;
-  std::memcpy(&code, points.attribute_row(i).data() + *view, sizeof code);
-  return code.known() ? origin : NormalOrigin::kNoSide;
+  return view_of(points, i, *view).known() ? origin : NormalOrigin::kNoSide;
 }
 
 PointCloud with_qualities(PassPoints&& points, const LocalCleaning& cleaning, NormalOrigin origin,
