@@ -74,14 +74,14 @@ std::string plain_name(std::string_view name) {
 
 /// Which of time, x, y and z a name stands for.
 std::optional<std::size_t> quantity_of(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, std::size_t>, 33> kNames = {
-      {{"time", 0},    {"timestamp", 0}, {"gpstime", 0},  {"gpsseconds", 0}, {"gpssec", 0},
-       {"seconds", 0}, {"secs", 0},      {"sec", 0},      {"t", 0},          {"x", 1},
-       {"tx", 1},      {"px", 1},        {"posx", 1},     {"positionx", 1},  {"easting", 1},
-       {"east", 1},    {"e", 1},         {"y", 2},        {"ty", 2},         {"py", 2},
-       {"posy", 2},    {"positiony", 2}, {"northing", 2}, {"north", 2},      {"n", 2},
-       {"z", 3},       {"tz", 3},        {"pz", 3},       {"posz", 3},       {"positionz", 3},
-       {"height", 3},  {"altitude", 3},  {"elevation", 3}}};
+  constexpr std::array<std::pair<std::string_view, std::size_t>, 34> kNames = {
+      {{"time", 0},    {"timestamp", 0}, {"gpstime", 0},   {"gpsseconds", 0}, {"gpssec", 0},
+       {"seconds", 0}, {"secs", 0},      {"sec", 0},       {"t", 0},          {"x", 1},
+       {"tx", 1},      {"px", 1},        {"posx", 1},      {"positionx", 1},  {"easting", 1},
+       {"east", 1},    {"e", 1},         {"y", 2},         {"ty", 2},         {"py", 2},
+       {"posy", 2},    {"positiony", 2}, {"northing", 2},  {"north", 2},      {"n", 2},
+       {"z", 3},       {"tz", 3},        {"pz", 3},        {"posz", 3},       {"positionz", 3},
+       {"height", 3},  {"altitude", 3},  {"elevation", 3}, {"elev", 3}}};
   const std::string plain = plain_name(name);
   for (const auto& [known, quantity] : kNames)
     if (plain == known) return quantity;
@@ -121,8 +121,8 @@ class TrajectoryText {
       if (line.empty()) continue;
       if (const std::size_t mark = comment_mark(line); mark > 0) {
         if (!has_places_) look_for_names(line.substr(mark));
-      } else if (!has_places_ && !number_of(first_field(line))) {
-        look_for_names(line);
+      } else if (!number_of(first_field(line)) && (!has_places_ || line == names_)) {
+        look_for_names(line);  // files that were put together have it again
       } else {
         places.add(place_of(line));
         has_places_ = true;
@@ -164,6 +164,7 @@ class TrajectoryText {
                        .advice = "Export it in that system."});
     if (!std::ranges::all_of(found, [](const auto& column) { return column.has_value(); })) return;
     for (std::size_t i = 0; i < found.size(); ++i) columns_[i] = *found[i];
+    names_ = line;
   }
 
   Trajectory::Place place_of(std::string_view line) {
@@ -191,6 +192,7 @@ class TrajectoryText {
 
   ByteReader reader_;
   PlaceColumns columns_ = kFirstFour;
+  std::string names_;  // the line that they are from
   char separator_ = ' ';
   bool has_places_ = false;
 };

@@ -137,6 +137,8 @@ TEST_CASE("TrajectoriesOfUsualProgramsAreRead") {
              "Height;Height [m]\n(s);(m);(m);(deg);(m);(m)\n1;10;20;0;77;30\n2;11;20;0;77;30\n"),
       half));
   CHECK(is_near(middle("2\t11\t20\t30\n1\t10\t20\t30\n"), half));
+  // Two files, one behind the other.
+  CHECK(is_near(middle("t,x,y,z\n1,10,20,30\nt,x,y,z\n2,11,20,30\n"), half));
 }
 
 TEST_CASE("TrajectoriesOfPointsWithTimesAreRead") {
