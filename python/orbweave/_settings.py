@@ -7,13 +7,6 @@ from collections.abc import Mapping
 from ._errors import UsageError
 
 
-def _items(value):
-    """The items of a list, a tuple or an array; None for anything else."""
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    return list(value) if isinstance(value, (list, tuple)) else None
-
-
 def path_bytes(path):
     """The bytes of a path; refused where one of them is zero: the system takes the bytes before it for the name."""
     name = os.fsencode(path)
@@ -55,17 +48,16 @@ def written(key, value):
     """The value as TOML."""
     if isinstance(value, os.PathLike):
         value = os.fspath(value)
+    if hasattr(value, "tolist"):  # an array of numpy, or a flag or number
+        value = value.tolist()
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
         return _quoted(key, value)
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{_key(key, str(name))} = {written(key, item)}" for name, item in value.items()) + "}"
-    items = _items(value)
-    if items is not None:
-        return "[" + ", ".join(written(key, item) for item in items) + "]"
-    if hasattr(value, "item"):  # a number of numpy
-        value = value.item()
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(written(key, item) for item in value) + "]"
     for type_ in (int, float):  # of a subclass, such as that of an enumeration, the number alone
         if isinstance(value, type_):
             return type_.__repr__(value)

@@ -39,6 +39,12 @@ class Jobs(unittest.TestCase):
         self.assertEqual(report["options"]["partition"]["chunk_points"], 400)
         self.check(report)
 
+    def test_flags_of_numpy_are_flags(self):
+        settings = {"output.attributes": numpy.bool_(True), "fill.enabled": numpy.array([0.0, 1.0]).any()}
+        report = orbweave.run({"input": {"files": ["scan.ply"]}, "output": {"mesh": "mesh.ply"}}, settings=settings)
+        self.assertIs(report["options"]["fill"]["enabled"], True)
+        self.check(report)
+
     def test_a_table_is_a_dictionary(self):
         job = {"input": {"files": ["scan.ply"]}, "output": {"mesh": "mesh.ply", "simplify": {"ratio": 0.5}}}
         self.check(orbweave.run(job))
