@@ -72,6 +72,12 @@ void install(int signal, void (*handler)(int)) {
   sigaction(signal, &action, nullptr);
 }
 
+/// A signal that is ignored when the program begins stays ignored. Shells start background jobs of
+/// scripts so (SIGINT), and so does nohup (SIGHUP).
+void install_unless_ignored(int signal, void (*handler)(int)) {
+  if (!is_ignored(signal)) install(signal, handler);
+}
+
 }  // namespace
 
 std::string interruption() {
@@ -83,10 +89,7 @@ std::string interruption() {
 void handle_signals(StopToken& stop) {
   token.store(&stop);
   set_last_word(interruption());
-  install(SIGINT, on_signal);
-  install(SIGTERM, on_signal);
-  // What nohup starts outlives its terminal.
-  if (!is_ignored(SIGHUP)) install(SIGHUP, on_signal);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) install_unless_ignored(signal, on_signal);
   install(SIGALRM, on_end_of_patience);
   install(SIGPIPE, SIG_IGN);
   install(SIGXFSZ, SIG_IGN);  // a file beyond the limit of its size fails as on a full disk

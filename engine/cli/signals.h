@@ -1,4 +1,4 @@
-// SIGINT and SIGTERM become a request to stop; nothing else happens in a handler.
+// SIGINT, SIGTERM and SIGHUP become a request to stop; nothing else happens in a handler.
 #pragma once
 
 #include <condition_variable>
@@ -11,11 +11,11 @@
 
 namespace orbweave {
 
-/// From now on SIGINT and SIGTERM set `stop`, which must outlive the process's main(); a second
-/// one ends the process at once with status 130. So does a second's wait: work that has not ended
-/// by then is left as it is, as a kill would leave it, temporaries of outputs are removed, and the
-/// last word is said. SIGPIPE is ignored, so that writing to a closed pipe is an error that gets
-/// reported.
+/// From now on SIGINT, SIGTERM and SIGHUP set `stop`, which must outlive the process's main(),
+/// unless they are ignored already; a second one ends the process at once with status 130. So does
+/// a second's wait: work that has not ended by then is left as it is, as a kill would leave it,
+/// temporaries of outputs are removed, and the last word is said. SIGPIPE is ignored, so that
+/// writing to a closed pipe is an error that gets reported.
 void handle_signals(StopToken& stop);
 
 /// What a process says that leaves a second after the first signal; as an error is shown, without

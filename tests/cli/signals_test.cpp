@@ -22,13 +22,13 @@
 namespace {
 
 /// Exit status of a child process that runs `body` and then exits with what it returned.
-/// `hang_up`: what SIGHUP does before.
-int status_of_child(const std::function<int(orbweave::StopToken&)>& body,
-                    void (*hang_up)(int) = SIG_DFL) {
+/// `ignored`: a signal that does nothing before; 0: all do what they do by default.
+int status_of_child(const std::function<int(orbweave::StopToken&)>& body, int ignored = 0) {
   const pid_t child = fork();
   if (child == 0) {
     static orbweave::StopToken stop;
-    ::signal(SIGHUP, hang_up);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+      ::signal(signal, signal == ignored ? SIG_IGN : SIG_DFL);
     orbweave::handle_signals(stop);
     _exit(body(stop));
   }
@@ -50,13 +50,14 @@ TEST_CASE("FirstSignalOnlyAsksToStop") {
         }) == 0);
 }
 
-TEST_CASE("WhatOutlivesItsTerminalGoesOn") {
+TEST_CASE("WhatNohupOrAScriptStartsInTheBackgroundGoesOnAfterASignalThatIsIgnored") {
+  const int signal = GENERATE(SIGINT, SIGTERM, SIGHUP);
   CHECK(status_of_child(
-            [](orbweave::StopToken& stop) {
-              raise(SIGHUP);
+            [signal](orbweave::StopToken& stop) {
+              raise(signal);
               return stop.requested() ? 1 : 0;
             },
-            SIG_IGN) == 0);
+            signal) == 0);
 }
 
 TEST_CASE("OnlyCommandsThatResumeSaySo") {

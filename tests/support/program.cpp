@@ -50,6 +50,28 @@ std::vector<std::string> environment_with(const std::vector<std::string>& more) 
   return all;
 }
 
+/// The program listens to no signal that is ignored when it begins, and a script that runs the
+/// tests in the background has SIGINT ignored.
+class SignalsByDefault {
+ public:
+  SignalsByDefault() {
+    sigset_t signals;
+    sigemptyset(&signals);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
+    posix_spawnattr_init(&attributes_);
+    posix_spawnattr_setsigdefault(&attributes_, &signals);
+    posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETSIGDEF);
+  }
+  ~SignalsByDefault() { posix_spawnattr_destroy(&attributes_); }
+  SignalsByDefault(const SignalsByDefault&) = delete;
+  SignalsByDefault& operator=(const SignalsByDefault&) = delete;
+
+  const posix_spawnattr_t* get() const { return &attributes_; }
+
+ private:
+  posix_spawnattr_t attributes_{};
+};
+
 pid_t spawn(std::vector<std::string> arguments, const ProgramSetting& setting, int out, int err) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
@@ -61,9 +83,10 @@ pid_t spawn(std::vector<std::string> arguments, const ProgramSetting& setting, i
   posix_spawn_file_actions_adddup2(&actions, err, STDERR_FILENO);
   if (!setting.directory.empty())
     posix_spawn_file_actions_addchdir_np(&actions, setting.directory.c_str());
+  const SignalsByDefault signals;
   std::vector<std::string> environment = environment_with(setting.environment);
   pid_t process = -1;
-  const int failure = posix_spawn(&process, arguments[0].c_str(), &actions, nullptr,
+  const int failure = posix_spawn(&process, arguments[0].c_str(), &actions, signals.get(),
                                   pointers(arguments).data(), pointers(environment).data());
   posix_spawn_file_actions_destroy(&actions);
   if (failure != 0) throw std::runtime_error("cannot start " + arguments[0]);
