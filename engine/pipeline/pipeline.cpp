@@ -81,19 +81,6 @@ void check_output(const Job& job, const std::vector<std::string>& files) {
   if (job.output.tiles) check_tile_place(job.output);
 }
 
-void require_a_triangle(const ResolvedJob& job, const Partition& partition) {
-  if (partition.points() >= 3) return;
-  throw_bad_input(
-      "no triangle can be formed",
-      {.file = job.files.front(),
-       .place = {},
-       .found = std::to_string(partition.points()) +
-                (partition.points() == 1 ? " distinct point, of " : " distinct points, of ") +
-                describe_dropped(partition.points_read, partition.dropped),
-       .expected = "at least three",
-       .advice = {}});
-}
-
 /// Warns of a spacing that no scanner has: the unit is probably another one.
 void warn_of_units(StageRunner& runner, const Partition& partition) {
   constexpr double kLeastMeters = 1e-7;
@@ -293,7 +280,8 @@ void run_points(StageRunner& runner, RunResults& results) {
   if (runner.communicator.is_root()) warn_of_missing_poses(runner);
   CutPoints points = partition_points(runner.job, runner);
   results.partition = std::move(points.partition);
-  require_a_triangle(runner.job, results.partition);
+  require_a_triangle(runner.job.files.front(), results.partition.points(),
+                     results.partition.points_read, results.partition.dropped);
   check_format_holds(runner.job.output, results.partition.points(),
                      vertex_schema(runner.job.output, results.partition));
   results.origin = checked_origin(runner, results.partition);

@@ -156,8 +156,11 @@ void check_options(const Job& job) {
 }
 
 /// What a run refuses when it knows the points. Those that cleaning leaves are the run's alone.
-void check_origins(const Job& job, const Partition& measured, const JobPlan& plan) {
+void check_mesh_file(const ResolvedJob& job, const Partition& measured, const JobPlan& plan) {
   if (job.output.mesh.empty() || cleans(plan.cleaning.options)) return;
+  PointSchema vertices = vertex_schema(job.output, measured);
+  if (job.estimates_normals && job.output.attributes) vertices.has_normals = true;
+  check_format_holds(job.output, plan.points, vertices);
   check_output_origin(job, mesh_origin(job.output, measured));
   check_simplified_origin(job, measured);
 }
@@ -275,6 +278,7 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   const CloudInput input = scans_as_input(control, kFinalCut);
   PassSeconds passes;
   const CountedCloud cloud = count(control, input, passes);
+  require_a_triangle(job.files.front(), cloud.points_used, cloud.points_read, cloud.dropped);
   Sampled sampled = sample(control, input, cloud, passes);
   Partition& measured = sampled.measured;
   measured.bounds = cloud.grid.bounds();
@@ -288,7 +292,7 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   check_side(job, cloud.points_without_view);
   check_smoothing(job, plan.cleaning);
   plan_radii(job, measured, plan);
-  check_origins(job, measured, plan);
+  check_mesh_file(job, measured, plan);
   const double unit = meters_per_unit(job, measured);
   if (measured.layers.measured > 0)
     plan.noise_note = job.cleaning.automatic ? short_reason(measured.layers, unit)

@@ -69,6 +69,7 @@ TEST_CASE("PlanRefusesTheJobsThatARunWouldRefuse") {
   std::filesystem::create_directory(in / "holiday.tiles");
   write_text(in / "holiday.tiles" / "photo.jpg", "a beach");
   write_text(in / "numbers.h5", "another program's");
+  write_text(in / "two.xyz", "0 0 0 0 0 1\n1 0 0 0 0 1\n");
   using Arguments = std::vector<std::string>;
   for (const Arguments& job :
        {Arguments{"scan.ply", "-o", "mesh.ply", "--ball-radii", "100"},
@@ -81,6 +82,7 @@ TEST_CASE("PlanRefusesTheJobsThatARunWouldRefuse") {
         {"far.xyz", "-o", "mesh.stl", "--origin", "none"},
         {"far.xyz", "-o", "mesh.ply", "--origin", "none", "--simplify", "ratio=0.5", "--simplified",
          "small.stl"},
+        {"two.xyz", "-o", "mesh.ply"},
         {"raw.ply", "-o", "mesh.ply", "--orientation", "viewpoint"},
         {"raw.ply", "-o", "mesh.ply", "--orientation", "scanner", "--scanner", "auto"}}) {
     CAPTURE(job);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "io/error.h"
 #include "io/report/reasons.h"
 #include "io/text/json_dump.h"
 
@@ -246,6 +247,19 @@ std::string describe_dropped(std::uint64_t read, const DroppedPoints& dropped) {
     separator = ", ";
   }
   return text;
+}
+
+void require_a_triangle(const std::string& file, std::uint64_t points, std::uint64_t read,
+                        const DroppedPoints& dropped) {
+  if (points >= 3) return;
+  throw_bad_input("no triangle can be formed",
+                  {.file = file,
+                   .place = {},
+                   .found = std::to_string(points) +
+                            (points == 1 ? " distinct point, of " : " distinct points, of ") +
+                            describe_dropped(read, dropped),
+                   .expected = "at least three",
+                   .advice = {}});
 }
 
 }  // namespace orbweave

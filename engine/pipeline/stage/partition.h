@@ -63,4 +63,9 @@ void commit_partition(ChunkStore& store, const std::string& stage, const Partiti
 /// "5 points read; 3 dropped: zero normal, 2 dropped: outlier"; for messages.
 std::string describe_dropped(std::uint64_t read, const DroppedPoints& dropped);
 
+/// Throws Error (bad input) where the points that are left of a job's scans are fewer than three.
+/// `file`: the first scan.
+void require_a_triangle(const std::string& file, std::uint64_t points, std::uint64_t read,
+                        const DroppedPoints& dropped);
+
 }  // namespace orbweave
