@@ -133,6 +133,7 @@ GlbDocument::GlbDocument(ByteReader reader) : file_(reader.name()) {
     read_header(reader);
     read_document(reader);
     read_data(reader);
+    check_end(reader);
   } else {
     read_text(reader);
   }
@@ -229,7 +230,19 @@ void GlbDocument::read_data(ByteReader& reader) {
   if (bytes > left_ - 2 * kWordBytes)
     fail("a chunk of the GLB file is longer than the file", reader.byte_place(),
          std::to_string(bytes), "at most " + std::to_string(left_ - 2 * kWordBytes));
-  if (type == kBinChunk) chunk_ = read_bytes(reader, bytes, "data");
+  left_ -= 2 * kWordBytes;
+  if (type != kBinChunk) return;
+  chunk_ = read_bytes(reader, bytes, "data");
+  left_ -= bytes;
+}
+
+/// Bytes behind the end are those of a damaged file, or of one that is larger than its header can
+/// say.
+void GlbDocument::check_end(ByteReader& reader) const {
+  reader.skip(left_);
+  if (reader.ensure(1))
+    fail("the GLB file goes on after its end", reader.byte_place(), "",
+         "the end after " + std::to_string(reader.offset()) + " bytes, as its header says");
 }
 
 void GlbDocument::read_buffers() {

@@ -65,6 +65,7 @@ class GlbDocument {
   void read_text(ByteReader& reader);
   void parse(const std::vector<std::byte>& text, const char* place);
   void read_data(ByteReader& reader);
+  void check_end(ByteReader& reader) const;
   std::uint32_t word(ByteReader& reader, const char* what) const;
   std::vector<std::byte> read_bytes(ByteReader& reader, std::uint64_t bytes,
                                     const char* what) const;

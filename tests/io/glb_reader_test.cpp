@@ -352,4 +352,23 @@ TEST_CASE("AGlbFileThatEndsEarlyIsRefused") {
   }
 }
 
+TEST_CASE("GlbFilesAreReadFromGzipAndListedSo") {
+  const ScratchDirectory scratch;
+  const OneTriangle file;
+  test::gzip_file(scratch / "a.glb.gz", glb_bytes(file.json, file.data));
+  CHECK(read_mesh(scratch / "a.glb.gz").triangles.size() == 1);
+  std::ofstream(scratch / "a.off") << "OFF";
+  CHECK_THROWS_WITH(read_mesh(scratch / "a.off"), Contains(".glb[.gz] or .gltf[.gz]"));
+}
+
+TEST_CASE("AGlbFileThatGoesOnBehindItsEndIsRefused") {
+  const ScratchDirectory scratch;
+  const OneTriangle file;
+  const std::string whole = glb_bytes(file.json, file.data);
+  std::ofstream(scratch / "a.glb", std::ios::binary) << whole << '\0';
+  CHECK_THROWS_WITH(
+      read_mesh(scratch / "a.glb"),
+      Contains("goes on after its end") && Contains("byte " + std::to_string(whole.size())));
+}
+
 }  // namespace orbweave
