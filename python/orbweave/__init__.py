@@ -102,7 +102,7 @@ def read_points(path):
 
 
 def read_mesh(path):
-    """Reads a mesh (.ply, .obj, .stl, each also with .gz, .glb, .gltf) and returns a Mesh."""
+    """Reads a mesh (.ply, .obj, .stl, .glb, .gltf, each also with .gz) and returns a Mesh."""
     return _orbweave.read_mesh(path_bytes(path))
 
 
