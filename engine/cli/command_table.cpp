@@ -37,12 +37,9 @@ OptionFacts option_facts(const CLI::Option& option) {
   return facts;
 }
 
-/// Those of groups of options as well, which the parser keeps as commands without a name.
 void add_options(const CLI::App& command, std::vector<OptionFacts>& options) {
   for (const CLI::Option* option : command.get_options())
     if (!option->get_group().empty()) options.push_back(option_facts(*option));
-  for (const CLI::App* group : command.get_subcommands([](const CLI::App*) { return true; }))
-    if (group->get_name().empty()) add_options(*group, options);
 }
 
 }  // namespace
@@ -53,7 +50,6 @@ ProgramFacts program_facts(const CLI::App& program) {
                      .example = program.get_footer()};
   add_options(program, facts.options);
   for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; })) {
-    if (command->get_name().empty()) continue;
     facts.commands.push_back({.name = command->get_name(),
                               .help = one_line(command->get_description()),
                               .example = command->get_footer()});

@@ -25,15 +25,22 @@ struct ConfigOptions {
   std::string completion;  ///< name of a shell
 };
 
+/// How many things are asked for.
+int asked_for(const ConfigOptions& options) {
+  return int{options.defaults} + int{options.schema} + int{options.reference} +
+         int{!options.manual.empty()} + int{!options.completion.empty()};
+}
+
 std::string config_text(const ConfigOptions& options, const ProgramFacts& program) {
+  if (asked_for(options) != 1)
+    throw_usage(asked_for(options) == 0 ? "nothing asked for" : "more than one thing asked for",
+                {.expected = "--defaults, --schema, --reference, --manual or --completion",
+                 .advice = "See 'orbweave config --help'."});
   if (options.defaults) return commented_job_file();
   if (options.schema) return json_text(job_schema());
   if (options.reference) return reference_page(program);
   if (!options.manual.empty()) return manual_page(program, options.manual);
-  if (!options.completion.empty()) return shell_completion(program, options.completion);
-  throw_usage("nothing asked for",
-              {.expected = "--defaults, --schema, --reference, --manual or --completion",
-               .advice = "See 'orbweave config --help'."});
+  return shell_completion(program, options.completion);
 }
 
 }  // namespace
@@ -42,19 +49,20 @@ void add_config_command(CLI::App& program, const CommandContext& context) {
   auto options = std::make_shared<ConfigOptions>();
   CLI::App* command = program.add_subcommand(
       "config", "Print a job file with every key and its default, or what describes job files");
-  CLI::Option_group* what = command->add_option_group("What");
-  what->add_flag("--defaults", options->defaults,
-                 "A job file with every key, explained, at its default");
-  what->add_flag("--schema", options->schema,
-                 "The JSON schema of job files, for editors and programs that write them");
-  what->add_flag("--reference", options->reference,
-                 "All keys, options, exit statuses and fields of reports as one page (Markdown)");
-  what->add_option("--manual", options->manual,
+  command->add_flag("--defaults", options->defaults,
+                    "A job file with every key, explained, at its default");
+  command->add_flag("--schema", options->schema,
+                    "The JSON schema of job files, for editors and programs that write them");
+  command->add_flag(
+      "--reference", options->reference,
+      "All keys, options, exit statuses and fields of reports as one page (Markdown)");
+  command
+      ->add_option("--manual", options->manual,
                    "The manual page of that name, for man: orbweave, orbweave-run, ...")
       ->type_name("PAGE");
-  what->add_option("--completion", options->completion, "Completion of command lines for a shell")
+  command
+      ->add_option("--completion", options->completion, "Completion of command lines for a shell")
       ->type_name("{bash,zsh,fish}");
-  what->require_option(0, 1);
   command->footer(
       "Example:\n"
       "  orbweave config --defaults > job.toml\n"

@@ -60,6 +60,15 @@ TEST_CASE("EveryCommandHasAManualPageThatTheProgramsPageNames") {
   CHECK_THAT(unknown.err, Contains("no manual page of this name") && Contains("orbweave-run"));
 }
 
+TEST_CASE("HelpOfConfigListsItsOptionsOnceAsThoseOfOtherCommands") {
+  CHECK_THAT(run_program({"config", "--help"}).out,
+             Contains("\nOptions:\n") && Contains("--completion") && !Contains("Group"));
+  const std::string page = run_program({"config", "--manual", "orbweave-config"}).out;
+  const std::string help = "Print this help message";
+  CHECK(page.find(help) != std::string::npos);
+  CHECK(page.find(help) == page.rfind(help));
+}
+
 TEST_CASE("ManualPagesShowOptionsWithTheirValues") {
   const auto page = run_program({"config", "--manual", "orbweave-reconstruct"});
   CHECK_THAT(page.out, Contains("\\fB\\-o\\fR, \\fB\\-\\-output\\fR \\fIFILE\\fR") &&
