@@ -321,9 +321,10 @@ void add_fill_command(CLI::App& program, const CommandContext& context) {
   command->add_option("--report", arguments->report, "A report to write (JSON)")->type_name("FILE");
   add_progress_option(*command, arguments->job);
   command->footer(
-      "The mesh's own vertices and triangles stay as they are; patches come after them. What\n"
-      "stays open is printed with the reason. 'orbweave inspect MESH' lists the loops "
-      "beforehand.\n\n"
+      "Vertices of the mesh stay where they are; patches come after what was there. Pieces of\n"
+      "fewer than --min-triangles triangles, and triangles that no patch can avoid, are taken out\n"
+      "and counted. What stays open is printed with the reason. 'orbweave inspect MESH' lists the\n"
+      "loops beforehand.\n\n"
       "Example:\n  orbweave fill scan.stl -o closed.ply --max-edges 500 --report closed.json\n");
   command->callback([arguments, context] {
     context.then([arguments, words = context.arguments, &stop = context.stop] {

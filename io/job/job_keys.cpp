@@ -642,7 +642,7 @@ constexpr JobKey kKeys[] = {
      [](Job& job, const W& value) { job.output.picture_up = static_cast<UpAxis>(choice_value(value, kUpAxes)); },
      [](const Job& job) -> JobValue { return name_in(kUpAxes, job.output.picture_up); }},
     {"output", "picture_colors", T::kChoice, "", kPictureColors,
-     "what the colours of the picture tell: patches (filled holes), confidence (doubtful patches are orange), points (colours of the scan, else its intensity as grey) component (one colour for each) or undersampled (of cocone and tight_cocone: orange where the scan is too sparse for its shape)", "picture-colors", "",
+     "what the colours of the picture tell: patches (filled holes), confidence (doubtful patches are orange), points (colours of the scan, else its intensity as grey), component (one colour for each) or undersampled (of cocone and tight_cocone: orange where the scan is too sparse for its shape)", "picture-colors", "",
      [](Job& job, const W& value) { job.output.picture_colors = static_cast<PictureColors>(choice_value(value, kPictureColors)); },
      [](const Job& job) -> JobValue { return name_in(kPictureColors, job.output.picture_colors); }},
     {"output", "picture_backs", T::kChoice, "", kPictureBacks,
