@@ -100,7 +100,7 @@ void warn_of_lost_origins(std::span<const std::string> files) {
     if (beside.empty() || !fs::is_regular_file(file, ignored) || fs::exists(beside, ignored))
       continue;
     const std::string origin = origin_in_header(file);
-    if (!origin.empty())
+    if (!origin.empty() && origin_beside(file) == Vec3{})
       print_warning(file + ": its header says that coordinates are counted from " + shown(origin) +
                     ", but " + beside.filename().string() +
                     " is not beside it: they are taken as they are. Move that file along with it");

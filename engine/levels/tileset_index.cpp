@@ -27,7 +27,7 @@ std::uint64_t write_tileset_index(const fs::path& directory, std::uint64_t verti
     files.push_back(
         {{"file", name}, {"bytes", size}, {"xxh3", hex_digits(file_checksum(directory / name))}});
   }
-  const nlohmann::json index = {{"format", "orbweave tiles"},
+  const nlohmann::json index = {{"format", kTileFormat},
                                 {"version", 1},
                                 {"vertices", vertices},
                                 {"triangles", triangles},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -10,6 +11,8 @@
 
 #include "io/byte_order_mark.h"
 #include "io/error.h"
+#include "io/json_nesting.h"
+#include "io/meshes/tile_directory.h"
 #include "io/ply/ply_vertices.h"
 #include "io/streams/byte_reader.h"
 #include "io/streams/byte_source.h"
@@ -99,6 +102,50 @@ std::vector<NamedShift> listed_shifts(const std::filesystem::path& list) {
   return shifts;
 }
 
+/// "1 2 3.5"; nothing where the text is something else.
+std::optional<Vec3> vector_of(const std::string& text) {
+  const std::vector<std::string_view> words = words_of(text);
+  if (words.size() != 3) return std::nullopt;
+  try {
+    return Vec3{finite_number(words[0]), finite_number(words[1]), finite_number(words[2])};
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;
+  }
+}
+
+/// The origin of the tiles in a folder, by their index (tile_directory.h); nothing where they have
+/// none, or the folder is another one. The list of the tiles, which may be long, is not looked at.
+std::optional<Vec3> origin_of_tiles(const std::filesystem::path& folder) {
+  constexpr std::size_t kFront = 4096;
+  std::ifstream stream(folder / kTileIndex);
+  std::string text(kFront, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  const std::size_t list = text.find("\"tiles\"");
+  const std::size_t comma = list == text.npos ? list : text.rfind(',', list);
+  if (comma == text.npos) return std::nullopt;
+  const nlohmann::json index = json_of(text.substr(0, comma) + "}");
+  if (!index.is_object() || index.value("format", nlohmann::json()) != kTileFormat)
+    return std::nullopt;
+  const nlohmann::json origin = index.value("origin", nlohmann::json());
+  if (!origin.is_array() || origin.size() != 3 ||
+      !std::ranges::all_of(origin, [](const nlohmann::json& x) { return x.is_number(); }))
+    return std::nullopt;
+  return Vec3{origin[0], origin[1], origin[2]};
+}
+
+/// Of a tile among the others of its mesh, whose index has the origin that its header names; zero:
+/// of any other file.
+Vec3 origin_of_tile(const std::filesystem::path& file) {
+  std::error_code ignored;
+  const std::filesystem::path folder = file.parent_path();
+  if (!std::filesystem::is_regular_file(folder / kTileIndex, ignored) ||
+      !std::filesystem::is_regular_file(file, ignored))
+    return {};
+  const std::optional<Vec3> origin = vector_of(origin_in_header(file));
+  return origin && origin_of_tiles(folder) == origin ? *origin : Vec3{};
+}
+
 /// Whether the file is one that was written here.
 bool is_shift_file(const std::filesystem::path& file) {
   std::ifstream stream(file);
@@ -136,7 +183,8 @@ std::filesystem::path write_shift(const std::filesystem::path& file, Vec3 origin
 Vec3 origin_beside(const std::filesystem::path& file) {
   const std::filesystem::path beside = shift_file(file);
   std::error_code ignored;
-  if (beside.empty() || !std::filesystem::exists(beside, ignored)) return {};
+  if (beside.empty()) return {};
+  if (!std::filesystem::exists(beside, ignored)) return origin_of_tile(file);
   std::vector<NamedShift> shifts = listed_shifts(beside);
   // A list of several files has one line for this one; a file that was renamed is in no list.
   const std::string name = name_text(file);

@@ -23,9 +23,10 @@ bool is_name_of_shift(const std::filesystem::path& file);
 /// file; empty: none is written.
 std::filesystem::path write_shift(const std::filesystem::path& file, Vec3 origin);
 
-/// The origin that the coordinates of a file are counted from, by the shift beside it; zero: none.
-/// Of a list of several shifts, that of the file's name. Throws Error (bad input) where the file
-/// beside it is no such list or cannot be opened, and where its lines contradict each other.
+/// The origin that the coordinates of a file are counted from, by the shift beside it or, of a tile
+/// among the others of its mesh, by their index (tile_directory.h); zero: none. Of a list of
+/// several shifts, that of the file's name. Throws Error (bad input) where the file beside it is no
+/// such list or cannot be opened, and where its lines contradict each other.
 Vec3 origin_beside(const std::filesystem::path& file);
 /// The origin in the words of the header of a PLY file, compressed or not; empty: it names none, or
 /// the file is no PLY or cannot be read.

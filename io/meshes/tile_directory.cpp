@@ -110,7 +110,7 @@ std::optional<TileIndex> read_tile_index(const fs::path& directory) {
   if (!fs::is_regular_file(fs::symlink_status(index, absent))) return std::nullopt;
   std::ifstream stream(index);
   const nlohmann::json json = json_of(std::string{std::istreambuf_iterator<char>(stream), {}});
-  if (!json.is_object() || json.value("format", nlohmann::json()) != "orbweave tiles" ||
+  if (!json.is_object() || json.value("format", nlohmann::json()) != kTileFormat ||
       !json.contains("tiles") || !json["tiles"].is_array())
     return std::nullopt;
   TileIndex found;

@@ -14,6 +14,8 @@ namespace orbweave {
 class OwnedFiles;
 
 inline constexpr const char* kTileIndex = "tiles.json";
+/// What an index says that it is, as its `format`.
+inline constexpr const char* kTileFormat = "orbweave tiles";
 
 /// "bunny.tiles" of "bunny.ply" and "bunny.ply.gz".
 std::filesystem::path tile_directory_of(const std::filesystem::path& mesh);

@@ -1,6 +1,7 @@
 // Where the coordinates of a mesh file are counted from.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
 
 #include "io/error.h"
 #include "io/job/output_origin.h"
@@ -155,6 +156,34 @@ TEST_CASE("NoCommandLosesCoordinatesToAnOriginFarAway") {
       CHECK_FALSE(std::filesystem::exists(in / "m.obj"));
     }
   CHECK(test::run_in(in, {"convert", "s.ply", "c.ply", "--origin", "1000,0,0"}).status == 0);
+}
+
+TEST_CASE("TilesCountedFromAnOriginAreReadWhereTheyLieInTheWorld") {
+  const test::ScratchDirectory in;
+  std::string scan;
+  for (int i = 0; i < 400; ++i)
+    scan +=
+        std::to_string(512'300 + i % 20) + " " + std::to_string(4'176'100 + i / 20) + " 5 0 0 1\n";
+  test::write_text(in / "s.xyz", scan);
+  const std::string cells = GENERATE("0", "10");
+  REQUIRE(test::run_in(in, {"reconstruct", "s.xyz", "-o", "m.ply", "--tiles", "--tile-size", cells,
+                            "--origin", "512300,4176100,0"})
+              .status == 0);
+  std::string tile;
+  for (const auto& entry : std::filesystem::directory_iterator(in / "m.tiles"))
+    if (entry.path().extension() == ".ply") tile = entry.path();
+  CHECK(origin_beside(tile) == Vec3{512'300, 4'176'100, 0});
+  const auto converted = test::run_in(in, {"convert", tile, "tile.xyz"});
+  CHECK(converted.err.empty());
+  CHECK_THAT(test::file_text(in / "tile.xyz"), Contains("512310 4176110 5 "));
+  // Alone it tells of an origin, and nobody else does.
+  std::filesystem::copy_file(tile, in / "alone.ply");
+  CHECK(origin_beside(in / "alone.ply") == Vec3{});
+  CHECK_THAT(test::run_in(in, {"convert", "alone.ply", "alone.xyz"}).err, Contains("as they are"));
+  std::filesystem::copy_file(tile, in / "m.tiles" / "other.ply");
+  test::write_text(in / "m.tiles" / "tiles.json",
+                   "{\"format\": \"orbweave tiles\", \"tiles\": []}");
+  CHECK(origin_beside(in / "m.tiles" / "other.ply") == Vec3{});
 }
 
 TEST_CASE("AShiftFileIsReadBackAsItWasWritten") {

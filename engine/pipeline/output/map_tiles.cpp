@@ -73,7 +73,7 @@ class MapTiles {
 
   /// Returns the bytes of all files. The tiles go into the file one by one: there may be many.
   std::uint64_t write_index(const SurfaceDigest& digest) const {
-    nlohmann::json head = {{"format", "orbweave tiles"},
+    nlohmann::json head = {{"format", kTileFormat},
                            {"version", 1},
                            {"tile_size", grid_.size()},
                            {"vertices", input_.header.vertices},

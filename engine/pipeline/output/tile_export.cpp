@@ -116,11 +116,13 @@ class TileExport {
           to_json(tile, tile_name(runner_.job.output.mesh, chunk), first, last - first));
       bytes += tile.bytes;
     }
-    nlohmann::json index = {
-        {"format", "orbweave tiles"},         {"version", 1},
-        {"vertices", input_.header.vertices}, {"triangles", input_.header.triangles},
-        {"bounds", to_json(digest.bounds())}, {"checksum", digest.checksum()},
-        {"tiles", std::move(tiles)}};
+    nlohmann::json index = {{"format", kTileFormat},
+                            {"version", 1},
+                            {"vertices", input_.header.vertices},
+                            {"triangles", input_.header.triangles},
+                            {"bounds", to_json(digest.bounds())},
+                            {"checksum", digest.checksum()},
+                            {"tiles", std::move(tiles)}};
     const Vec3 origin = input_.options.origin;
     if (origin != Vec3{}) index["origin"] = {origin.x, origin.y, origin.z};
     AtomicFile file(directory_ / kTileIndex);
