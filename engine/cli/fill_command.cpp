@@ -144,6 +144,17 @@ void warn_of_structure(const std::string& file, const TriangleMesh& mesh, const 
                   "them stay open");
 }
 
+/// What faces of the mesh tell of earlier patches stays, and new patches get theirs.
+void keep_confidence(const TriangleMesh& mesh, FillReport& report) {
+  OutputOptions& output = report.options.output;
+  std::error_code ignored;
+  if (output.confidence || mesh.hole.empty() ||
+      std::ranges::max(mesh.hole) > kMostIdWithConfidence ||
+      !std::filesystem::is_regular_file(report.file, ignored))
+    return;
+  output.confidence = !hole_confidence(report.file).empty();
+}
+
 /// Reads the mesh, takes out what is no surface, and warns of what is odd.
 TriangleMesh usable_mesh(FillReport& report, Progress& progress) {
   progress.begin_stage("read", 0, "triangles");
@@ -152,6 +163,7 @@ TriangleMesh usable_mesh(FillReport& report, Progress& progress) {
   const std::string not_carried_over = left_out_of_input(report.file, left_out_of_file);
   if (!not_carried_over.empty()) progress.warn(not_carried_over);
   require_room_for_ids(report.file, mesh);
+  keep_confidence(mesh, report);
   if (const auto colors = wide_colors(mesh.vertices.schema))
     ColorDepth(mesh.vertices.schema, report.options.output.color_bits,
                exceed_8_bits(mesh.vertices, *colors))

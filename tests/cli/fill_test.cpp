@@ -546,6 +546,9 @@ TEST_CASE("FillGoesOnWithTheConfidenceOfEarlierPatches", "[costly]") {
   CHECK(run_in(in, {"fill", "two.ply", "-o", "three.ply", "--confidence", "--progress", "none"})
             .status == 0);
   CHECK(hole_confidence(in / "three.ply") == expected);
+  // Nor is it lost where nobody asks for it again.
+  CHECK(run_in(in, {"fill", "one.ply", "-o", "six.ply", "--progress", "none"}).status == 0);
+  CHECK(hole_confidence(in / "six.ply") == expected);
   CHECK(run_in(in, {"convert", "two.ply", "five.ply"}).status == 0);
   CHECK(hole_confidence(in / "five.ply") == expected);
   TriangleMesh numbered = read_mesh(in / "one.ply");
