@@ -93,7 +93,7 @@ ClosedOutput::ClosedOutput()
              .place = {},
              .found = {},
              .expected = {},
-             .advice = "Write to a file to be able to resume"}) {}
+             .advice = "Write to a file to keep the whole"}) {}
 
 std::unique_ptr<ByteSink> open_byte_sink(const std::filesystem::path& path) {
   std::unique_ptr<ByteSink> sink;
