@@ -27,6 +27,7 @@
 #include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/points/missing_poses.h"
 #include "engine/pipeline/points/placeholder_normals.h"
+#include "engine/pipeline/points/point_doubts.h"
 #include "engine/pipeline/run_results.h"
 #include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/stage/scan_units.h"
@@ -47,7 +48,6 @@
 #include "io/job/setting.h"
 #include "io/points/coordinate_system.h"
 #include "io/points/coordinate_system_file.h"
-#include "io/report/reasons.h"
 #include "io/shown_text.h"
 #include "io/store/store_identity.h"
 #include "io/streams/byte_sink.h"
@@ -81,47 +81,6 @@ void check_output(const Job& job, const std::vector<std::string>& files) {
   if (job.output.tiles) check_tile_place(job.output);
 }
 
-/// Warns of a spacing that no scanner has: the unit is probably another one.
-void warn_of_units(StageRunner& runner, const Partition& partition) {
-  constexpr double kLeastMeters = 1e-7;
-  constexpr double kMostMeters = 1e3;
-  const double known = meters_per_unit(runner.job, partition);
-  const double units_per_meter = known > 0.0 ? 1.0 / known : 1.0;
-  const double meters = partition.spacing / units_per_meter;
-  if (!(partition.spacing > 0.0) || (meters >= kLeastMeters && meters <= kMostMeters)) return;
-  runner.warn("the points lie " + format_number(meters) + " m apart by " +
-              setting(runner.job, "input.units_per_meter", format_exact(units_per_meter)) +
-              ": check the units");
-}
-
-/// Whether x and y are degrees of longitude and latitude by their size, and z is a height: nothing
-/// that is scanned is so much higher than wide, far from the origin as well.
-bool look_like_degrees(const Box& bounds) {
-  constexpr double kMostLongitude = 180.0, kMostLatitude = 90.0;
-  constexpr double kHeightsPerWidth = 200.0;
-  const Vec3 extent = bounds.extent();
-  const double width = std::max(extent.x, extent.y);
-  const double longitude = std::max(std::abs(bounds.min.x), std::abs(bounds.max.x));
-  const double latitude = std::max(std::abs(bounds.min.y), std::abs(bounds.max.y));
-  return longitude <= kMostLongitude && latitude <= kMostLatitude && extent.x > 0.0 &&
-         extent.y > 0.0 && width < std::max(longitude, latitude) &&
-         extent.z > kHeightsPerWidth * width;
-}
-
-/// Angles beside lengths give no shape.
-void warn_of_degrees(StageRunner& runner, const Partition& partition) {
-  const std::string& system = partition.coordinate_system;
-  const std::optional<CoordinateSystem> known =
-      system.empty() ? std::nullopt : known_coordinate_system(system);
-  if (known ? !known->is_geographic : !look_like_degrees(partition.bounds)) return;
-  const Vec3 extent = partition.bounds.extent();
-  runner.warn(
-      std::string("x and y ") + (known ? "are" : "look like") +
-      " degrees of longitude and latitude beside heights: the points lie within " +
-      format_number(extent.x) + " x " + format_number(extent.y) + " x " + format_number(extent.z) +
-      ", and the mesh follows these numbers; project the scans to a system in metres first");
-}
-
 /// Sides, and with them the surface, follow from normals that tell nothing.
 void warn_of_placeholder_normals(StageRunner& runner, const Partition& partition) {
   if (is_in_core(runner.job.reconstruct.method) || partition.normals.source != NormalSource::kFile)
@@ -133,60 +92,6 @@ void warn_of_placeholder_normals(StageRunner& runner, const Partition& partition
               "placeholders, or other columns, and the mesh is right only where the surface faces "
               "that way; try " +
               setting(runner.job, "normals.source", "estimate"));
-}
-
-/// The setting that says where the scanner was; empty: none does.
-std::string setting_of_scanner(const Job& job) {
-  if (job.input.scanner) return setting_name(job, "input.scanner");
-  if (!job.input.scanners.empty()) return setting_name(job, "input.scanners");
-  if (!job.input.trajectory.empty()) return setting_name(job, "input.trajectory");
-  return "";
-}
-
-/// The setting that would decide the side of estimated normals; empty: none does so alone. A ground
-/// is asked for by job files that are for scans with and without normals.
-std::string setting_of_side(const Job& job) {
-  if (std::string scanner = setting_of_scanner(job); !scanner.empty()) return scanner;
-  if (job.normals.viewpoint) return setting_name(job, "normals.viewpoint");
-  const Orientation rule = job.normals.orientation;
-  const bool is_asked_for =
-      rule != Orientation::kAuto && rule != Orientation::kGround && rule != Orientation::kNone;
-  return is_asked_for ? setting_name(job, "normals.orientation") : "";
-}
-
-/// The orientation that the job asks for is another one than that by the scanner.
-void warn_of_scanner_not_asked(StageRunner& runner) {
-  const std::string scanner = setting_of_scanner(runner.job);
-  if (scanner.empty() || !runner.job.estimates_normals || runner.job.wants_view()) return;
-  runner.warn(scanner + " decides nothing: " +
-              setting(runner.job, "normals.orientation", text_of(runner.job.normals.orientation)) +
-              " decides the side of the normals; " +
-              setting(runner.job, "normals.orientation", "auto") + " goes by the scanner");
-}
-
-/// Normals of the file keep their side, whatever the job says about the scanner.
-void warn_of_side_not_asked(StageRunner& runner, const Partition& partition) {
-  if (partition.normals.source != NormalSource::kFile) return warn_of_scanner_not_asked(runner);
-  const std::string setting_of = setting_of_side(runner.job);
-  if (setting_of.empty()) return;
-  runner.warn(setting_of +
-              " decides nothing: the scans have normals of their own, which are taken as they are; "
-              "to have normals estimated and turned, " +
-              setting(runner.job, "normals.source", "estimate"));
-}
-
-/// What is wrong with the coordinate system that the scans name, as far as that can be known.
-void warn_of_coordinate_system(StageRunner& runner, const Partition& partition) {
-  const std::string& system = partition.coordinate_system;
-  if (system.empty()) return;
-  const std::optional<CoordinateSystem> known = known_coordinate_system(system);
-  const std::string name = known ? known->name : shown(system.substr(0, 60));
-  const std::string about = "the coordinate system of the scans, " + name;
-  const WrittenSystem written = written_system(system);
-  if (!written.problem.empty()) runner.warn(about + ": " + written.problem);
-  const std::string objection = objection_to_coordinates(system, partition.bounds);
-  if (!objection.empty())
-    runner.warn(about + ", hardly fits their coordinates: " + objection + "; check it");
 }
 
 void note_what_is_left_out(StageRunner& runner, const std::vector<std::string>& left_out) {
@@ -293,11 +198,10 @@ void run_points(StageRunner& runner, RunResults& results) {
     runner.note(short_radii(runner.job, results.partition, results.radii.values),
                 "ball radii: " + results.radii.reason);
   predict(runner, points.predicted_disk_bytes, results);
-  warn_of_units(runner, results.partition);
-  if (runner.communicator.is_root()) warn_of_coordinate_system(runner, results.partition);
-  if (runner.communicator.is_root()) warn_of_degrees(runner, results.partition);
-  if (runner.communicator.is_root()) warn_of_placeholder_normals(runner, results.partition);
-  if (runner.communicator.is_root()) warn_of_side_not_asked(runner, results.partition);
+  if (!runner.communicator.is_root()) return;
+  for (const std::string& objection : objections_to_points(runner.job, results.partition))
+    runner.warn(objection);
+  warn_of_placeholder_normals(runner, results.partition);
 }
 
 /// The vertices of a surface that are not the points; empty where they are.

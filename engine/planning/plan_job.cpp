@@ -22,6 +22,7 @@
 #include "engine/pipeline/points/cloud_measure.h"
 #include "engine/pipeline/points/count_stage.h"
 #include "engine/pipeline/points/missing_poses.h"
+#include "engine/pipeline/points/point_doubts.h"
 #include "engine/pipeline/points/scan_input.h"
 #include "engine/pipeline/stage/cleaning_rule.h"
 #include "engine/pipeline/stage/method_costs.h"
@@ -156,12 +157,13 @@ void check_options(const Job& job) {
 }
 
 /// What a run refuses when it knows the points. Those that cleaning leaves are the run's alone.
-void check_mesh_file(const ResolvedJob& job, const Partition& measured, const JobPlan& plan) {
+void check_mesh_file(const ResolvedJob& job, const Partition& measured, JobPlan& plan) {
   if (job.output.mesh.empty() || cleans(plan.cleaning.options)) return;
   PointSchema vertices = vertex_schema(job.output, measured);
   if (job.estimates_normals && job.output.attributes) vertices.has_normals = true;
   check_format_holds(job.output, plan.points, vertices);
-  check_output_origin(job, mesh_origin(job.output, measured));
+  const std::string objection = check_output_origin(job, mesh_origin(job.output, measured));
+  if (!objection.empty()) plan.doubts.push_back(objection);
   check_simplified_origin(job, measured);
 }
 
@@ -284,6 +286,7 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   measured.bounds = cloud.grid.bounds();
   measured.schema = cloud.schema;
   measured.meters_per_unit = cloud.meters_per_unit;
+  measured.coordinate_system = cloud.coordinate_system;
   plan.points = cloud.points_used;
   plan.points_read = cloud.points_read;
   plan.points_dropped = cloud.dropped;
@@ -303,7 +306,9 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   plan.doubts.insert(plan.doubts.end(), sampled.doubts.begin(), sampled.doubts.end());
   const std::string poses = objection_to_missing_poses(job);
   if (!poses.empty()) plan.doubts.push_back(poses);
-  plan.normals = normals_of(job, cloud);
+  measured.normals = plan.normals = normals_of(job, cloud);
+  for (std::string& objection : objections_to_points(job, measured))
+    plan.doubts.push_back(std::move(objection));
   plan_chunks(job, cloud, measured, plan);
   plan_resources(job, cloud, measured, plan);
   plan.seconds = planned_seconds(control, measured, std::move(sampled.samples), passes, plan);

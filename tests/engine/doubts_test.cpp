@@ -49,6 +49,15 @@ bool warns_of(const Job& job, const std::string& what) {
   });
 }
 
+/// Whether a plan says so beforehand.
+bool doubts(const Job& job, const std::string& words) {
+  RecordingProgress progress;
+  const StopToken stop;
+  const std::vector<std::string> all = plan_job(job, progress, stop).doubts;
+  return std::ranges::any_of(
+      all, [&](const std::string& doubt) { return doubt.find(words) != std::string::npos; });
+}
+
 /// A sheet of points 0.05 apart, neither on a lattice nor in a row.
 NamedCloud uneven_sheet(Vec3 corner) {
   Random random(5);
@@ -344,6 +353,7 @@ TEST_CASE("DegreesBesideHeightsAreWarnedOf") {
     p = {8.5 + 1.3e-5 * p.x, 47.3 + 9e-6 * p.y, 400.0 + std::sin(2.0 * p.x)};
   put_in_order(named.cloud);
   CHECK(warns_of(job_without_fill(scratch, named), "look like degrees of longitude"));
+  CHECK(doubts(job_without_fill(scratch, named), "look like degrees of longitude"));
   // A tower is high, too.
   NamedCloud tower = uneven_sheet({});
   for (Vec3& p : tower.cloud.positions) p = {8.5 + 0.1 * p.x, 47.3 + 0.001 * p.z, 10.0 * p.y};
@@ -609,6 +619,7 @@ TEST_CASE("APlaceOfTheScannerThatTurnsNoNormalsIsWarnedOf") {
   CHECK_FALSE(warns_of(job, what));
   job.input.scanner = ScannerPlace{{4.0, 0.0, 0.0}, false};
   CHECK(warns_of(job, what));
+  CHECK(doubts(job, what));
   job.normals.source = NormalSource::kEstimate;
   CHECK_FALSE(warns_of(job, what));
 }
