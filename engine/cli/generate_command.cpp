@@ -214,7 +214,8 @@ void add_options(CLI::App& command, GenerateOptions& options) {
   command.add_flag(
       "--separate", options.separate,
       "Each scan in its scanner's frame, looking along -z: scans.ply gives scans_0.ply,\n"
-      "scans_1.ply, ... and their poses, scans.conf; of a room scans.toml, a job file");
+      "scans_1.ply, ... and their poses, scans.conf; of room and frames a job file that has\n"
+      "them, scans.toml");
   command
       .add_option("--noise-growth", options.noise_growth,
                   "Power of the distance with which the noise of a scene grows, 0 to 2 (0)")
