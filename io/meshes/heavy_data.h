@@ -15,7 +15,7 @@ inline std::filesystem::path heavy_data_file(const std::filesystem::path& mesh) 
 }
 
 /// A job does not name that file: it is written only where there is none, or one with the arrays of
-/// a mesh. Throws Error (usage) otherwise.
+/// a mesh. Throws Error (usage) otherwise, and where an XML document cannot hold its name.
 void check_heavy_data(const std::filesystem::path& mesh);
 
 }  // namespace orbweave

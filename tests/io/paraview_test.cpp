@@ -269,6 +269,18 @@ TEST_CASE("NumbersOfAnXdmfReplaceThoseOfAMeshAlone") {
   CHECK_NOTHROW(check_heavy_data(scratch / "mesh.ply"));
 }
 
+TEST_CASE("AnXdmfWhoseXmlCannotHoldTheNameOfItsNumbersIsRefused") {
+  const ScratchDirectory scratch;
+  for (const char* name : {"m\xE4sh.xdmf", "a\x1B.xdmf", "a\nb.xdmf"}) {
+    CHECK_THROWS_WITH(write_mesh(scratch / name, dressed_torus()),
+                      Contains("cannot name the file"));
+    CHECK(fs::is_empty(scratch.path()));
+  }
+  write_mesh(scratch / "mäsh & <b>.xdmf", dressed_torus());
+  pugi::xml_document document;
+  CHECK(document.load_file((scratch / "mäsh & <b>.xdmf").c_str()));
+}
+
 TEST_CASE("FilesForParaViewHaveTheSameBytesEachTime") {
   const ScratchDirectory scratch;
   const TriangleMesh mesh = dressed_torus();
