@@ -28,9 +28,10 @@ inline constexpr std::array<ExitStatusFacts, 6> kExitStatuses = {{
     {ExitStatus::kUsage, "wrong usage or job file"},
     {ExitStatus::kBadInput, "bad input data"},
     {ExitStatus::kResource,
-     "out of memory budget, disk or another resource; what is done is kept, the same command "
-     "resumes"},
-    {ExitStatus::kInterrupted, "interrupted; what is done is kept, the same command resumes"},
+     "out of memory budget, disk or another resource; a job keeps what is done, and the same "
+     "command resumes it"},
+    {ExitStatus::kInterrupted,
+     "interrupted; a job keeps what is done, and the same command resumes it"},
 }};
 
 constexpr ExitStatus exit_status(ErrorKind kind) {

@@ -69,6 +69,13 @@ TEST_CASE("HelpOfConfigListsItsOptionsOnceAsThoseOfOtherCommands") {
   CHECK(page.find(help) == page.rfind(help));
 }
 
+TEST_CASE("ManualPagesPromiseResumptionOfJobsAlone") {
+  for (const char* name : {"orbweave-convert", "orbweave-run"}) {
+    const auto page = run_program({"config", "--manual", name});
+    CHECK_THAT(page.out, Contains("a job keeps what is done") && !Contains("what is done is kept"));
+  }
+}
+
 TEST_CASE("ManualPagesShowOptionsWithTheirValues") {
   const auto page = run_program({"config", "--manual", "orbweave-reconstruct"});
   CHECK_THAT(page.out, Contains("\\fB\\-o\\fR, \\fB\\-\\-output\\fR \\fIFILE\\fR") &&
