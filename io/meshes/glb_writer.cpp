@@ -2,7 +2,7 @@
 #include <utility>
 
 #include "io/bounds.h"
-#include "io/error.h"
+#include "io/meshes/file_with_places.h"
 #include "io/meshes/glb_layout.h"
 #include "io/meshes/mesh_formats.h"
 #include "io/system/atomic_file.h"
@@ -12,24 +12,12 @@ namespace orbweave {
 namespace {
 
 /// The document at the file's front needs the bounds of all vertices, so it is written last.
-std::filesystem::path file_with_places(const std::filesystem::path& path) {
-  std::error_code absent;
-  const auto status = std::filesystem::status(path, absent);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-    throw_usage("GLB cannot be written to a pipe or a device",
-                {.file = path.string(),
-                 .expected = "a regular file",
-                 .advice = "The bounds of the vertices stand in front of them. Name a file, or "
-                           "write PLY to the pipe"});
-  return path;
-}
-
 class GlbWriter final : public MeshWriter {
  public:
   GlbWriter(const std::filesystem::path& path, const MeshHeader& header,
             const MeshWriterOptions& options)
       : layout_(header, options),
-        target_(file_with_places(path)),
+        target_(file_with_places(path, "GLB")),
         file_(target_.temporary(), path),
         counter_(header),
         at_(layout_.front({}).size()) {

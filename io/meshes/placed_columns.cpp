@@ -3,8 +3,6 @@
 #include <string>
 #include <utility>
 
-#include "io/error.h"
-
 namespace orbweave {
 
 PlacedColumns::PlacedColumns(const std::filesystem::path& file, const std::filesystem::path& name,
@@ -39,18 +37,6 @@ void PlacedColumns::write_triangles(std::span<const Triangle64> batch,
 void PlacedColumns::finish() {
   counter_.finish();
   file_.flush();
-}
-
-std::filesystem::path file_with_places(const std::filesystem::path& path, const char* format) {
-  std::error_code absent;
-  const auto status = std::filesystem::status(path, absent);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-    throw_usage(std::string(format) + " cannot be written to a pipe or a device",
-                {.file = path.string(),
-                 .expected = "a regular file",
-                 .advice = "Its bytes are not written from front to back. Name a file, or write "
-                           "PLY to the pipe"});
-  return path;
 }
 
 }  // namespace orbweave

@@ -35,8 +35,4 @@ class PlacedColumns {
   std::uint64_t triangles_ = 0;
 };
 
-/// The path, of a file whose bytes are not written from front to back. Throws Error (usage) for a
-/// pipe or a device. `format`: for the message.
-std::filesystem::path file_with_places(const std::filesystem::path& path, const char* format);
-
 }  // namespace orbweave

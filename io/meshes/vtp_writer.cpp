@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/meshes/file_with_places.h"
 #include "io/meshes/mesh_columns.h"
 #include "io/meshes/mesh_formats.h"
 #include "io/meshes/placed_columns.h"

@@ -101,6 +101,27 @@ TEST_CASE("APipeThatIsReadOnceIsReadAsAFile") {
   CHECK_THAT(compared.out, Contains("same"));
 }
 
+TEST_CASE("APipeForAMeshThatIsNotWrittenFrontToBackIsRefusedBeforeTheWork") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "cube", "--points", "500", "-o", "c.ply"}).status == 0);
+  for (const char* name : {"mesh.glb", "mesh.vtp", "mesh.xdmf"})
+    REQUIRE(mkfifo((in / name).c_str(), 0600) == 0);
+  const Arguments before = names_in(in);
+  for (const Arguments& output :
+       {Arguments{"-o", "mesh.glb"},
+        {"-o", "mesh.vtp"},
+        {"-o", "mesh.xdmf"},
+        {"-o", "mesh.ply", "--simplify", "ratio=0.5", "--simplified", "mesh.glb"}}) {
+    CAPTURE(output);
+    const Arguments job = Arguments{"c.ply", "--progress", "plain"} + output;
+    const auto refused = run_in(in, Arguments{"reconstruct"} + job);
+    CHECK(refused.status == 2);
+    CHECK_THAT(refused.err, Contains("to a pipe or a device") && !Contains("begins"));
+    CHECK(run_in(in, Arguments{"plan"} + job).status == 2);
+    CHECK(names_in(in) == before);
+  }
+}
+
 TEST_CASE("AMeshFromStandardInputLosesNoFacesUnsaid") {
   const ScratchDirectory in;
   REQUIRE(run_in(in, {"generate", "cube", "--points", "500", "-o", "c.ply", "--truth", "t.ply"})

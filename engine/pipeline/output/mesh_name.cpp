@@ -4,6 +4,7 @@
 #include <string>
 
 #include "io/error.h"
+#include "io/meshes/file_with_places.h"
 #include "io/meshes/heavy_data.h"
 #include "io/text/file_format.h"
 
@@ -35,6 +36,7 @@ void check_mesh_name(const OutputOptions& output) {
                  .found = "output.format = \"text\"",
                  .expected = "\"auto\" or \"binary\", or a .ply, .obj or .stl file"});
   check_heavy_data(mesh);
+  check_file_with_places(mesh);
 }
 
 }  // namespace orbweave

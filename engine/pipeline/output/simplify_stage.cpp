@@ -11,6 +11,7 @@
 #include "io/error.h"
 #include "io/job/setting.h"
 #include "io/job/simplified_file.h"
+#include "io/meshes/file_with_places.h"
 #include "io/meshes/heavy_data.h"
 #include "io/meshes/shift_file.h"
 #include "io/points/coordinate_system_file.h"
@@ -69,6 +70,7 @@ void check_simplification(const Job& job) {
                  .place = setting_name(job, "output.simplified"),
                  .expected = extensions_of_written_meshes()});
   check_heavy_data(file);
+  check_file_with_places(file);
 }
 
 void check_simplified_origin(const Job& job, const Partition& partition) {
