@@ -27,6 +27,15 @@ namespace {
 constexpr std::uint64_t kFlushBytes = std::uint64_t{16} << 20;
 constexpr mode_t kFileMode = 0666;  // the process's umask applies
 
+/// A file that takes the place of another one is as open to others as that one was. Where the
+/// system does not allow it, the file is as new ones are.
+void keep_permissions(int descriptor, const std::filesystem::path& target) {
+  constexpr mode_t kPermissions = S_IRWXU | S_IRWXG | S_IRWXO;
+  struct stat facts {};
+  if (::stat(target.c_str(), &facts) == 0 && S_ISREG(facts.st_mode))
+    static_cast<void>(::fchmod(descriptor, facts.st_mode & kPermissions));
+}
+
 }  // namespace
 
 AtomicFile::AtomicFile(std::filesystem::path target)
@@ -126,6 +135,7 @@ void AtomicFile::commit(Flush flush) {
     if (::close(std::exchange(descriptor_, -1)) != 0) fail("cannot write the file");
     return;
   }
+  keep_permissions(descriptor_, target_);
   const bool flushes = flush == Flush::kYes;
   if (flushes && file_calls.fsync(descriptor_) != 0) fail("cannot flush the file");
   give_name();

@@ -15,12 +15,13 @@ namespace orbweave {
 class OwnedFiles;
 
 /// Writes beside the target (".<name>.<random>.part" in the same directory) and renames on
-/// commit, after flushing to the device unless told otherwise. Destroyed without commit, it removes
-/// what it wrote. A target that is a link is written through: the temporary lies beside the file
-/// that the link leads to, and the link stays. A target that exists and is no regular file (a pipe,
-/// a device) is written to directly. The temporary is on the process's record
-/// (io/system/owned_files.h), where it has one: the next run removes what a killed one left. Every
-/// failure is an Error (resource) that names the target and the system's reason.
+/// commit, after flushing to the device unless told otherwise; a file that is replaced keeps its
+/// permissions. Destroyed without commit, it removes what it wrote. A target that is a link is
+/// written through: the temporary lies beside the file that the link leads to, and the link stays.
+/// A target that exists and is no regular file (a pipe, a device) is written to directly. The
+/// temporary is on the process's record (io/system/owned_files.h), where it has one: the next run
+/// removes what a killed one left. Every failure is an Error (resource) that names the target and
+/// the system's reason.
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path target);

@@ -516,6 +516,29 @@ TEST_CASE("AtomicFilesWriteToDevicesDirectly") {
   CHECK(std::filesystem::is_character_file("/dev/null"));
 }
 
+TEST_CASE("AFileThatIsReplacedKeepsItsPermissions") {
+  const ScratchDirectory scratch;
+  const auto permissions_of = [&] {
+    struct stat facts {};
+    REQUIRE(::stat((scratch / "mesh.ply").c_str(), &facts) == 0);
+    return facts.st_mode & 0777U;
+  };
+  const auto write = [&] {
+    AtomicFile file(scratch / "mesh.ply");
+    file.write("private");
+    file.commit();
+  };
+  write();
+  const auto mask = ::umask(0);
+  ::umask(mask);
+  CHECK(permissions_of() == (0666U & ~mask));
+  for (const mode_t mode : {0600U, 0664U}) {
+    REQUIRE(::chmod((scratch / "mesh.ply").c_str(), mode) == 0);
+    write();
+    CHECK(permissions_of() == mode);
+  }
+}
+
 TEST_CASE("IndicesAreAsWideAsTheVerticesNeed") {
   struct Case {
     std::uint64_t vertices;
