@@ -76,7 +76,7 @@ std::vector<fs::path> present(const fs::path& directory) {
 fs::path tile_directory_of(const fs::path& mesh) {
   fs::path stem = mesh;
   if (stem.extension() == ".gz") stem.replace_extension();
-  return stem.replace_extension(".tiles");
+  return stem.replace_extension(kTilesExtension);
 }
 
 std::string tile_name(const fs::path& mesh, std::uint32_t number) {

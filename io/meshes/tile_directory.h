@@ -9,11 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "io/text/tile_names.h"
+
 namespace orbweave {
 
 class OwnedFiles;
 
-inline constexpr const char* kTileIndex = "tiles.json";
 /// What an index says that it is, as its `format`.
 inline constexpr const char* kTileFormat = "orbweave tiles";
 

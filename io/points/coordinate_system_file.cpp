@@ -12,6 +12,7 @@
 #include "io/shown_text.h"
 #include "io/system/atomic_file.h"
 #include "io/text/file_format.h"
+#include "io/text/tile_names.h"
 #include "io/text/words.h"
 
 namespace orbweave {
@@ -53,6 +54,16 @@ std::string text_beside(const std::filesystem::path& file) {
   return is_wkt(text) ? text : words_on_one_line(text);
 }
 
+/// The directory of tiles that a file is a tile of, by its name and index; empty where it is none.
+/// The system of the mesh lies beside that directory.
+std::filesystem::path directory_of_tile(const std::filesystem::path& file) {
+  std::error_code ignored;
+  std::filesystem::path directory = std::filesystem::absolute(file, ignored).parent_path();
+  const bool is_of_tiles = directory.extension() == kTilesExtension &&
+                           std::filesystem::is_regular_file(directory / kTileIndex, ignored);
+  return is_of_tiles ? directory : std::filesystem::path();
+}
+
 }  // namespace
 
 std::filesystem::path coordinate_system_file(const std::filesystem::path& file) {
@@ -68,7 +79,11 @@ std::filesystem::path coordinate_system_file(const std::filesystem::path& file) 
 }
 
 std::string coordinate_system_beside(const std::filesystem::path& file) {
-  return system_of_text(text_beside(file));
+  const std::filesystem::path beside = coordinate_system_file(file);
+  std::error_code ignored;
+  if (beside.empty() || std::filesystem::exists(beside, ignored))
+    return system_of_text(text_beside(file));
+  return system_of_text(text_beside(directory_of_tile(file)));
 }
 
 std::string unknown_system_beside(const std::filesystem::path& file) {

@@ -10,8 +10,8 @@ namespace orbweave {
 /// Where the coordinate system of a file goes; empty: a stream or a device has no place beside it.
 std::filesystem::path coordinate_system_file(const std::filesystem::path& file);
 
-/// The system that lies beside a file whose format has no place for one, as system_of_text() has
-/// it. Empty where none does, or something else.
+/// The system that lies beside a file whose format has no place for one, or beside the directory of
+/// the tile that it is, as system_of_text() has it. Empty where none does, or something else.
 std::string coordinate_system_beside(const std::filesystem::path& file);
 
 /// What lies there in words that PROJ makes nothing of, on one line. Empty where nothing does, or a

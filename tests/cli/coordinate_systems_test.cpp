@@ -17,6 +17,7 @@
 #include "io/meshes/mesh_reader.h"
 #include "io/meshes/shift_file.h"
 #include "io/points/coordinate_system.h"
+#include "io/points/coordinate_system_file.h"
 #include "tests/cli/survey_tiles.h"
 #include "tests/io/las_files.h"
 #include "tests/io/reading.h"
@@ -231,9 +232,12 @@ TEST_CASE("TilesShareTheOriginOfTheMesh") {
     // Among the others of its mesh it is where it lies in the world.
     const TriangleMesh mesh = read_mesh(file);
     CHECK(std::abs(mesh.vertices.bounds().max.x - tile["bounds"][1][0].get<double>()) < 1e-6);
+    CHECK(coordinate_system_beside(file) == coordinate_system_beside(in / "m.ply"));
     CHECK(mesh.vertices.schema.attributes[8].type == ScalarType::kUint8);
   }
   CHECK(origin_beside(in / "m.ply").x == 448'006.0);
+  CHECK_FALSE(coordinate_system_beside(in / "m.ply").empty());
+  CHECK(coordinate_system_beside(in / "alone.ply").empty());
 }
 
 TEST_CASE("ASystemBesideTheOutputThatIsNotItsOwnIsWarnedOf") {
