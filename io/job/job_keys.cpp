@@ -758,7 +758,14 @@ std::string JobKey::expected() const {
   return choices.empty() ? range : text;
 }
 
-std::string JobKey::default_text() const { return value_text(get(Job{}), type); }
+std::string JobKey::default_text() const {
+  const JobValue value = get(Job{});
+  const auto* const numbers = std::get_if<std::vector<double>>(&value);
+  if (numbers == nullptr || !limits.is_whole) return value_text(value, type);
+  std::string text;
+  for (const double number : *numbers) text += (text.empty() ? "" : ", ") + format_exact(number);
+  return "[" + text + "]";
+}
 
 const char* type_name(JobKeyType type) {
   switch (type) {

@@ -26,6 +26,11 @@ TEST_CASE("ThePrintedJobFileRunsOnceItNamesScanAndMesh") {
   CHECK(file_text(in / "mesh.ply") == file_text(in / "same.ply"));
 }
 
+TEST_CASE("ListsOfIntegersHaveIntegersByDefault") {
+  CHECK_THAT(run_program({"config", "--defaults"}).out, Contains("\ndrop_classes = [7, 18]\n"));
+  CHECK_THAT(run_program({"config", "--reference"}).out, Contains("Default: `[7, 18]`"));
+}
+
 TEST_CASE("ThePrintedSchemaIsJson") {
   const auto printed = run_program({"config", "--schema"});
   CHECK(printed.status == 0);
