@@ -20,6 +20,8 @@
 #include "engine/pipeline/stage/method_costs.h"
 #include "io/error.h"
 #include "io/job/output_origin.h"
+#include "io/job/simplified_file.h"
+#include "io/meshes/shift_file.h"
 #include "io/shown_text.h"
 #include "io/system/glob.h"
 #include "io/text/quantity.h"
@@ -39,7 +41,8 @@ std::string summary(const RunReport& report) {
   }
   Facts facts;
   Facts beside;  // what lies beside the mesh
-  const BesideMesh files{!report.coordinate_system.empty(), report.origin != Vec3{}};
+  const BesideMesh files{!report.coordinate_system.empty(), report.origin != Vec3{},
+                         origin_beside(simplified_file(output)) != Vec3{}};
   for (const OutputFile& written : written_outputs(output, files)) {
     Facts& list = facts.empty() ? facts : beside;
     list.emplace_back(written.role, written.file.string());

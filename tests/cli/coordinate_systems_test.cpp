@@ -240,6 +240,17 @@ TEST_CASE("TilesShareTheOriginOfTheMesh") {
   CHECK(coordinate_system_beside(in / "alone.ply").empty());
 }
 
+TEST_CASE("TheSummaryNamesWhatLiesBesideASimplifiedMesh") {
+  const ScratchDirectory in;
+  write_tile(in / "t.las");
+  const ProgramResult run =
+      reconstruct(in, {"t.las"}, "m.ply", {"--simplify", "ratio=0.5", "--simplified", "small.stl"});
+  REQUIRE(run.status == 0);
+  CHECK(std::filesystem::exists(in / "small.stl.shift.txt"));
+  CHECK_THAT(run.out, Contains("small.prj\n") && Contains("small.stl.shift.txt\n") &&
+                          !Contains("m.ply.shift.txt"));
+}
+
 TEST_CASE("ASystemBesideTheOutputThatIsNotItsOwnIsWarnedOf") {
   const ScratchDirectory in;
   write_text(in / "a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n");

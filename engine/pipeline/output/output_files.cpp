@@ -26,7 +26,12 @@ std::vector<OutputFile> written_outputs(const OutputOptions& output, BesideMesh 
   if (beside.system) add("system", coordinate_system_file(output.mesh));
   if (beside.shift) add("shift", shift_file(output.mesh));
   add("tileset", output.tileset);
-  add("simplified", simplified_file(output));
+  const std::filesystem::path simplified = simplified_file(output);
+  add("simplified", simplified);
+  add("numbers", heavy_data_file(simplified));
+  const std::filesystem::path system = coordinate_system_file(simplified);
+  if (beside.system && system != coordinate_system_file(output.mesh)) add("system", system);
+  if (beside.shift_of_simplified) add("shift", shift_file(simplified));
   add("polygons", output.polygons);
   if (beside.shift) add("shift", shift_file(output.polygons));
   add("medial axis", output.medial_axis);

@@ -19,8 +19,9 @@ struct OutputFile {
 
 /// What has to be said of the coordinates in files of their own.
 struct BesideMesh {
-  bool system = false;  ///< the scans have a coordinate system
-  bool shift = false;   ///< coordinates are counted from an origin
+  bool system = false;               ///< the scans have a coordinate system
+  bool shift = false;                ///< coordinates are counted from an origin
+  bool shift_of_simplified = false;  ///< likewise those of the simplified mesh
 };
 
 /// What a run of this job writes, in the order of a summary; nothing for a mesh to standard output
